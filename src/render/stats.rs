@@ -1,0 +1,51 @@
+//! What a render did, counted: the same numbers whatever the thread count.
+
+/// Rays traced, by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// Camera rays.
+    pub primary: u64,
+    /// Rays toward lights.
+    pub shadow: u64,
+    /// Mirror rays.
+    pub reflection: u64,
+    /// Refracted rays.
+    pub refraction: u64,
+}
+
+impl RayCounts {
+    /// All kinds together.
+    pub fn total(&self) -> u64 {
+        self.primary + self.shadow + self.reflection + self.refraction
+    }
+
+    /// Adds another count.
+    pub fn add(&mut self, other: &RayCounts) {
+        self.primary += other.primary;
+        self.shadow += other.shadow;
+        self.reflection += other.reflection;
+        self.refraction += other.refraction;
+    }
+}
+
+/// Work counters of one render.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RenderStats {
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// Packets traced; 0 for the scalar engine.
+    pub packets: u64,
+}
+
+impl RenderStats {
+    /// Share of packet lanes that carried a ray, in \[0, 1\]; `None` for the scalar engine.
+    pub fn occupancy(&self) -> Option<f64> {
+        (self.packets > 0).then(|| self.rays.total() as f64 / (8 * self.packets) as f64)
+    }
+
+    /// Adds a worker's counters.
+    pub fn add(&mut self, other: &RenderStats) {
+        self.rays.add(&other.rays);
+        self.packets += other.packets;
+    }
+}

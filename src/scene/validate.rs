@@ -1,0 +1,200 @@
+//! The one check between reading and tracing: after it nothing downstream can fail.
+
+use super::ViewError;
+use super::{Scene, Vec3s};
+
+/// Longest side of an image, in pixels.
+pub const MAX_SIDE: u32 = 65_536;
+/// Most pixels of an image: 2²⁸, whose film takes 3 GiB.
+pub const MAX_PIXELS: u64 = 1 << 28;
+/// Most bounces after the primary ray.
+pub const MAX_DEPTH_LIMIT: u32 = 1000;
+
+/// What can be wrong with a scene as a whole. A reader reports most of these earlier, with the line.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// Image too large, or a side of zero.
+    #[error(
+        "an image of {0}x{1} pixels is out of range: sides of 1 to {MAX_SIDE}, at most {MAX_PIXELS} pixels"
+    )]
+    ImageSize(u64, u64),
+    /// Too many bounces.
+    #[error("maxdepth {0} is out of range: at most {MAX_DEPTH_LIMIT}")]
+    Depth(u32),
+    /// No camera frame can be made.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// A column holds NaN or an infinity, or columns of a kind differ in length.
+    #[error("{column} of {kind} {index} is {problem}")]
+    Column {
+        /// Kind of row: "sphere", "triangle", …
+        kind: &'static str,
+        /// Attribute.
+        column: &'static str,
+        /// Row.
+        index: usize,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// More primitives than prim_id can count.
+    #[error("{0} primitives are more than 2^30 - 1")]
+    TooMany(usize),
+}
+
+/// Checks an image size; sides are taken as u64 so that an overflowing request can be named.
+pub fn check_image_size(width: u64, height: u64) -> Result<(), SceneError> {
+    let side = 1..=MAX_SIDE as u64;
+    if side.contains(&width) && side.contains(&height) && width * height <= MAX_PIXELS {
+        Ok(())
+    } else {
+        Err(SceneError::ImageSize(width, height))
+    }
+}
+
+impl Scene {
+    /// Checks every range that tracing relies on: sizes, finite columns, indices, signs.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        check_image_size(self.width as u64, self.height as u64)?;
+        if self.max_depth > MAX_DEPTH_LIMIT {
+            return Err(SceneError::Depth(self.max_depth));
+        }
+        if self.prims.len() > super::Prim::MAX_INDEX as usize {
+            return Err(SceneError::TooMany(self.prims.len()));
+        }
+        self.view.basis()?;
+        self.validate_prims()?;
+        self.validate_materials()?;
+        self.validate_lights()
+    }
+
+    fn validate_prims(&self) -> Result<(), SceneError> {
+        let s = &self.spheres;
+        finite("sphere", "center", &s.center, s.len())?;
+        positive("sphere", "radius", &s.radius, s.len())?;
+        materials("sphere", &s.material, self.materials.len())?;
+        let e = &self.ellipsoids;
+        for columns in e.to_world.iter().chain(&e.to_object) {
+            finite("ellipsoid", "transform", columns, e.len())?;
+        }
+        materials("ellipsoid", &e.material, self.materials.len())?;
+        let t = &self.triangles;
+        for corner in [&t.a, &t.b, &t.c] {
+            finite("triangle", "corner", corner, t.len())?;
+        }
+        let normals = t.vertex_normals.len();
+        finite("vertex normal", "direction", &t.vertex_normals, normals)?;
+        let reach = |&n: &u32| n == super::NO_NORMALS || (n as usize) + 3 <= normals;
+        all("triangle", "normals", &t.normals, reach, "out of range")?;
+        materials("triangle", &t.material, self.materials.len())
+    }
+
+    fn validate_materials(&self) -> Result<(), SceneError> {
+        let m = &self.materials;
+        for (name, column) in [
+            ("ka", &m.ka),
+            ("ke", &m.ke),
+            ("kd", &m.kd),
+            ("ks", &m.ks),
+            ("kt", &m.kt),
+        ] {
+            finite("material", name, column, m.len())?;
+        }
+        let exponent = |s: &f32| s.is_finite() && *s >= 0.0;
+        all(
+            "material",
+            "shininess",
+            &m.shininess,
+            exponent,
+            "negative or not finite",
+        )?;
+        positive("material", "ior", &m.ior, m.len())
+    }
+
+    fn validate_lights(&self) -> Result<(), SceneError> {
+        let l = &self.lights;
+        finite("light", "place", &l.place, l.len())?;
+        finite("light", "color", &l.color, l.len())?;
+        finite("light", "attenuation", &l.attenuation, l.len())?;
+        for i in 0..l.len() {
+            let a = l.attenuation.get(i);
+            if a.min_element() < 0.0 || a.max_element() == 0.0 {
+                return Err(column("light", "attenuation", i, "negative or all zero"));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn column(
+    kind: &'static str,
+    column: &'static str,
+    index: usize,
+    problem: &'static str,
+) -> SceneError {
+    SceneError::Column {
+        kind,
+        column,
+        index,
+        problem,
+    }
+}
+
+fn all<T>(
+    kind: &'static str,
+    name: &'static str,
+    values: &[T],
+    good: impl Fn(&T) -> bool,
+    problem: &'static str,
+) -> Result<(), SceneError> {
+    match values.iter().position(|v| !good(v)) {
+        Some(index) => Err(column(kind, name, index, problem)),
+        None => Ok(()),
+    }
+}
+
+fn same_length(
+    kind: &'static str,
+    name: &'static str,
+    have: usize,
+    want: usize,
+) -> Result<(), SceneError> {
+    if have == want {
+        Ok(())
+    } else {
+        Err(column(kind, name, have.min(want), "missing or surplus"))
+    }
+}
+
+fn finite(kind: &'static str, name: &'static str, v: &Vec3s, len: usize) -> Result<(), SceneError> {
+    for part in [&v.x, &v.y, &v.z] {
+        same_length(kind, name, part.len(), len)?;
+        all(kind, name, part, |c| c.is_finite(), "not finite")?;
+    }
+    Ok(())
+}
+
+fn positive(
+    kind: &'static str,
+    name: &'static str,
+    v: &[f32],
+    len: usize,
+) -> Result<(), SceneError> {
+    same_length(kind, name, v.len(), len)?;
+    all(
+        kind,
+        name,
+        v,
+        |r| r.is_finite() && *r > 0.0,
+        "not a positive number",
+    )
+}
+
+fn materials(kind: &'static str, v: &[u32], count: usize) -> Result<(), SceneError> {
+    all(
+        kind,
+        "material",
+        v,
+        |&m| (m as usize) < count,
+        "out of range",
+    )
+}
