@@ -39,7 +39,7 @@ impl Reader<'_> {
     fn too_many(&mut self, place: Place, hint: &str, promised: u64) {
         self.report.error_with_help(
             place,
-            format!("more vertices than the {promised} of `{hint}`"),
+            format!("more vertices than `{hint} {promised}` announced"),
             format!("raise the count, or leave `{hint}` out: it is only a hint"),
         );
     }
@@ -148,7 +148,13 @@ impl Reader<'_> {
 
     fn round_sphere(&mut self, statement: &Statement<'_>, center: Vec3, radius: f64) {
         let radius = radius as f32;
-        if radius == 0.0 || !radius.is_finite() {
+        if radius == 0.0 {
+            return self.report.error(
+                statement.place(),
+                "the current transform shrinks this sphere to nothing",
+            );
+        }
+        if !radius.is_finite() {
             return self.out_of_range(statement);
         }
         if self.has_room(statement) {

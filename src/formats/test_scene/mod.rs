@@ -133,17 +133,11 @@ impl<'a> Reader<'a> {
                 "add `camera`, then where it stands, what it looks at, which way is up, and its vertical field of view",
             );
         }
-        let mut unclosed = self.transforms.unclosed();
-        let count = unclosed.len();
-        if let Some(outermost) = unclosed.next() {
+        if let Some((outermost, count)) = self.transforms.unclosed() {
             let message = match count {
                 1 => String::from("this `pushTransform` is never popped"),
-                _ => format!(
-                    "this `pushTransform` is never popped, nor are {} after it",
-                    count - 1
-                ),
+                _ => format!("{count} of these are never popped, this `pushTransform` first"),
             };
-            drop(unclosed);
             self.report.warning(outermost, message);
         }
         if self.scene.prims.is_empty() {

@@ -181,7 +181,7 @@ impl Reader<'_> {
         self.report.error_with_help(
             statement.place(),
             "the current transform takes this beyond the range of single precision",
-            "coordinates must stay below about 3e38",
+            "it reaches from about 1e-45 to 3e38",
         );
     }
 }

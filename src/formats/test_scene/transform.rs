@@ -55,9 +55,10 @@ impl Transforms {
         }
     }
 
-    /// Where the transforms were pushed that have not been popped, outermost first.
-    pub(super) fn unclosed(&self) -> impl ExactSizeIterator<Item = Place> {
-        self.saved.iter().map(|&(_, place)| place)
+    /// Where the outermost transform was pushed of those not popped, and how many they are.
+    pub(super) fn unclosed(&self) -> Option<(Place, usize)> {
+        let &(_, outermost) = self.saved.first()?;
+        Some((outermost, self.saved.len()))
     }
 }
 
