@@ -68,7 +68,18 @@ impl<'arena> RayQueue<'arena> {
         if lanes == 0 {
             return;
         }
-        let columns = [org, dir, weight].map(|v| [v.x.to_array(), v.y.to_array(), v.z.to_array()]);
+        if lanes == u8::MAX && self.len.is_multiple_of(LANES) {
+            // Eight neighbours into an empty slot: the packet as it is.
+            self.slots[self.len / LANES] = Slot {
+                org: rows(org),
+                dir: rows(dir),
+                weight: rows(weight),
+                parent: *parent,
+            };
+            self.len += LANES;
+            return;
+        }
+        let columns = [rows(org), rows(dir), rows(weight)];
         let mut rest = lanes as u32;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
@@ -93,7 +104,12 @@ impl<'arena> RayQueue<'arena> {
             dir: columns(&slot.dir),
             tmax: F32x8::splat(tmax),
         };
-        (packet, Mask8::first(self.len - index * LANES))
+        (packet, self.active(index))
+    }
+
+    /// Which lanes of packet `index` carry rays.
+    pub fn active(&self, index: usize) -> Mask8 {
+        Mask8::first(self.len - index * LANES)
     }
 
     /// Origin and direction of one ray.
@@ -107,6 +123,10 @@ impl<'arena> RayQueue<'arena> {
         let slot = &self.slots[index];
         (&slot.weight, &slot.parent)
     }
+}
+
+fn rows(v: Vec3x8) -> [[f32; LANES]; 3] {
+    [v.x.to_array(), v.y.to_array(), v.z.to_array()]
 }
 
 fn columns(c: &[[f32; LANES]; 3]) -> Vec3x8 {

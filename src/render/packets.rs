@@ -73,7 +73,7 @@ impl Painter for PacketPainter<'_> {
 }
 
 /// The camera rays of a tile through the pixel centres, in 8×8 blocks of 4×2 pixels a packet. Their parent is the
-/// pixel's place in the tile, row by row.
+/// pixel's place in the tile, row and column in sixteen bits each.
 fn camera_rays<'arena>(arena: &'arena Bump, camera: &Camera, tile: Tile) -> RayQueue<'arena> {
     let mut rays = RayQueue::with_capacity(arena, tile.pixels() as usize);
     let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
@@ -94,7 +94,7 @@ fn camera_rays<'arena>(arena: &'arena Bump, camera: &Camera, tile: Tile) -> RayQ
                     F32x8::new(steps.map(|s| (first + s) as f32)) + F32x8::splat(0.5)
                 };
                 let dir = camera.directions(centre(tile.y, rows), centre(tile.x, columns));
-                let pixel = std::array::from_fn(|k| rows[k] * tile.width + columns[k]);
+                let pixel = std::array::from_fn(|k| rows[k] << 16 | columns[k]);
                 rays.push(Mask8::from_bits(inside), eye, dir, Vec3x8::ZERO, &pixel);
             }
         }
@@ -113,22 +113,13 @@ fn develop(
     for index in 0..rays.len() {
         let (packet, lane) = (index / LANES, index % LANES);
         let pixel = rays.purpose(packet).1[lane];
-        let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
+        let (x, y) = (tile.x + (pixel & 0xffff), tile.y + (pixel >> 16));
         film.set(x, y, colors[packet].lane(lane));
         if let Some(hits) = hits {
             let hit = &hits[packet];
-            let prim_id = hit.prim_id.to_array()[lane];
-            let t = if prim_id == NO_PRIM {
-                0.0
-            } else {
-                hit.t.to_array()[lane]
-            };
-            film.set_hit(
-                x,
-                y,
-                [t, hit.u.to_array()[lane], hit.v.to_array()[lane]],
-                prim_id,
-            );
+            let prim_id = hit.prim_id.lane(lane);
+            let t = if prim_id == NO_PRIM { 0.0 } else { hit.t.lane(lane) };
+            film.set_hit(x, y, [t, hit.u.lane(lane), hit.v.lane(lane)], prim_id);
         }
     }
 }

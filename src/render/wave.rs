@@ -56,6 +56,10 @@ impl RayView<'_, '_> {
     fn packet(&self, index: usize) -> (RayPacket, Mask8) {
         self.queue.packet(self.packets.start + index, f32::INFINITY)
     }
+
+    fn active(&self, index: usize) -> Mask8 {
+        self.queue.active(self.packets.start + index)
+    }
 }
 
 /// Traces a wave and writes the radiance of its rays, packet by packet, to `colors`. `arenas` holds one arena for this
@@ -81,8 +85,7 @@ pub(super) fn wave(
         keep.copy_from_slice(hits);
     }
     // Shade.
-    let order = group(arena, engine.scene, &rays, hits, colors);
-    let surfaces = surfaces(arena, engine.scene, &rays, hits, order);
+    let surfaces = surfaces(arena, engine.scene, &rays, hits, colors);
     emit_own(engine.scene, surfaces, colors);
     // Ask the lights, in the order of the file.
     ask_lights(engine, arena, surfaces, colors);
@@ -105,83 +108,92 @@ pub(super) fn wave(
     }
 }
 
-/// Where a hit is to be shaded: kind and material in the upper half, the ray's index in the wave in the lower.
+/// What eight hits must share to be shaded together: kind in the upper two bits, material below.
+type Batch = u32;
+
+fn batch_of(scene: &Scene, prim_id: u32) -> Batch {
+    let kind = scene.prims[prim_id as usize].kind() as u32;
+    kind << 30 | scene.prim_material(prim_id)
+}
+
+/// A hit that has to be regrouped: its batch in the upper half, the ray's index in the wave in the lower.
 type Key = u64;
 
-fn key_batch(key: Key) -> u32 {
-    (key >> 32) as u32
+fn key_batch(key: Key) -> Batch {
+    (key >> 32) as Batch
 }
 
-/// Gives missing rays the background, and sorts the hits by kind and material, otherwise in ray order.
-fn group<'arena>(
-    arena: &'arena Bump,
-    scene: &Scene,
-    rays: &RayView,
-    hits: &[HitPacket],
-    colors: &mut [Colors],
-) -> &'arena mut [Key] {
-    let keys = arena.alloc_slice_fill_copy(hits.len() * LANES, 0 as Key);
-    let mut len = 0;
-    let background = scene.background.to_array();
-    for (packet, hit) in hits.iter().enumerate() {
-        let active = rays.packet(packet).1.bits();
-        for (lane, prim_id) in hit.prim_id.to_array().into_iter().enumerate() {
-            if prim_id != NO_PRIM {
-                let kind = scene.prims[prim_id as usize].kind() as u64;
-                let batch = kind << 30 | scene.prim_material(prim_id) as u64;
-                keys[len] = batch << 32 | (packet * LANES + lane) as u64;
-                len += 1;
-            } else if active >> lane & 1 == 1 {
-                colors[packet].set(lane, background);
-            }
-        }
-    }
-    let keys = &mut keys[..len];
-    if !keys.is_sorted() {
-        keys.sort_unstable();
-    }
-    keys
-}
-
-/// Evaluates the surfaces of grouped hits, eight of a kind and material at a time.
+/// Gives missing rays the background and every hit its surface. A packet whose lanes all hit one kind and material is
+/// shaded as it stands; the other hits are sorted by kind and material, and shaded eight at a time.
 fn surfaces<'arena>(
     arena: &'arena Bump,
     scene: &Scene,
     rays: &RayView,
     hits: &[HitPacket],
-    order: &[Key],
+    colors: &mut [Colors],
 ) -> &'arena [Surface] {
-    let runs = || order.chunk_by(|a, b| key_batch(*a) == key_batch(*b));
-    let count = runs().map(|run| packets_for(run.len())).sum();
+    let whole = arena.alloc_slice_fill_copy(hits.len(), (0u32, 0 as Batch));
+    let loose = arena.alloc_slice_fill_copy(hits.len() * LANES, 0 as Key);
+    let (mut wholes, mut looses) = (0, 0);
+    let background = scene.background.to_array();
+    for (packet, hit) in hits.iter().enumerate() {
+        let active = rays.active(packet).bits();
+        let found = !hit.prim_id.eq(U32x8::splat(NO_PRIM)).bits() & active;
+        for lane in bits(active & !found) {
+            colors[packet].set(lane, background);
+        }
+        let start = looses;
+        for lane in bits(found) {
+            let batch = batch_of(scene, hit.prim_id.lane(lane)) as Key;
+            loose[looses] = batch << 32 | (packet * LANES + lane) as Key;
+            looses += 1;
+        }
+        let mine = &loose[start..looses];
+        if mine.len() == LANES && mine.iter().all(|&k| key_batch(k) == key_batch(mine[0])) {
+            whole[wholes] = (packet as u32, key_batch(mine[0]));
+            (wholes, looses) = (wholes + 1, start);
+        }
+    }
+    let (whole, loose) = (&whole[..wholes], &mut loose[..looses]);
+    loose.sort_unstable();
+    let runs = || loose.chunk_by(|a, b| key_batch(*a) == key_batch(*b));
+    let count = runs().map(|run| packets_for(run.len())).sum::<usize>();
     let mut batches = runs().flat_map(|run| run.chunks(LANES));
-    arena.alloc_slice_fill_with(count, |_| {
-        let batch = batches.next().unwrap_or_default();
-        batch_surface(scene, rays, hits, batch)
+    arena.alloc_slice_fill_with(wholes + count, |k| match whole.get(k) {
+        Some(&(packet, batch)) => whole_surface(scene, rays, hits, packet as usize, batch),
+        None => loose_surface(scene, rays, hits, batches.next().unwrap_or_default()),
     })
 }
 
-fn batch_surface(scene: &Scene, rays: &RayView, hits: &[HitPacket], batch: &[Key]) -> Surface {
+fn whole_surface(
+    scene: &Scene,
+    rays: &RayView,
+    hits: &[HitPacket],
+    packet: usize,
+    batch: Batch,
+) -> Surface {
+    let ray = std::array::from_fn(|lane| (packet * LANES + lane) as u32);
+    let (kind, material) = unpack(batch);
+    let (rays, active) = rays.packet(packet);
+    surface(scene, kind, material, &rays, &hits[packet], active, ray)
+}
+
+fn loose_surface(scene: &Scene, rays: &RayView, hits: &[HitPacket], batch: &[Key]) -> Surface {
     // Lanes past the batch's end repeat its last hit.
     let ray: [u32; LANES] = std::array::from_fn(|k| batch[k.min(batch.len() - 1)] as u32);
     let active = Mask8::first(batch.len());
-    let (rays, hits) = if is_packet(&ray, batch.len()) {
-        let packet = ray[0] as usize / LANES;
-        (rays.packet(packet).0, hits[packet])
-    } else {
-        gather(rays, hits, &ray)
-    };
-    let batch = key_batch(batch[0]);
+    let (kind, material) = unpack(key_batch(batch[0]));
+    let (rays, hits) = gather(rays, hits, &ray);
+    surface(scene, kind, material, &rays, &hits, active, ray)
+}
+
+fn unpack(batch: Batch) -> (PrimKind, u32) {
     let kind = match batch >> 30 {
         0 => PrimKind::Sphere,
         1 => PrimKind::Ellipsoid,
         _ => PrimKind::Triangle,
     };
-    surface(scene, kind, batch & 0x3fff_ffff, &rays, &hits, active, ray)
-}
-
-/// Whether a batch is exactly one packet, as it is wherever eight neighbours hit one material.
-fn is_packet(ray: &[u32; LANES], len: usize) -> bool {
-    len == LANES && ray[0] as usize % LANES == 0 && ray[LANES - 1] == ray[0] + LANES as u32 - 1
+    (kind, batch & 0x3fff_ffff)
 }
 
 /// Collects eight rays and hits from wherever they are.
@@ -198,10 +210,10 @@ fn gather(rays: &RayView, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPacket,
             org[axis][k] = o[axis];
             dir[axis][k] = d[axis];
         }
-        for (column, value) in tuv.iter_mut().zip([hit.t, hit.u, hit.v]) {
-            column[k] = value.to_array()[lane];
+        for (column, value) in tuv.iter_mut().zip([&hit.t, &hit.u, &hit.v]) {
+            column[k] = value.lane(lane);
         }
-        prim_id[k] = hit.prim_id.to_array()[lane];
+        prim_id[k] = hit.prim_id.lane(lane);
     }
     let vec =
         |c: [[f32; LANES]; 3]| Vec3x8::new(F32x8::new(c[0]), F32x8::new(c[1]), F32x8::new(c[2]));
@@ -314,7 +326,7 @@ fn bounce<'arena>(
 /// Adds the weighted answers of some packets of bounces to the hits that sent them.
 fn fold(queue: &RayQueue, packets: Range<usize>, answers: &[Colors], colors: &mut [Colors]) {
     for (packet, answer) in packets.zip(answers) {
-        let active = queue.packet(packet, 0.0).1;
+        let active = queue.active(packet);
         let (weight, parent) = queue.purpose(packet);
         for lane in lanes(active) {
             let ray = parent[lane] as usize;
@@ -326,10 +338,15 @@ fn fold(queue: &RayQueue, packets: Range<usize>, answers: &[Colors], colors: &mu
 
 /// The set lanes of a mask, in order.
 fn lanes(mask: Mask8) -> impl Iterator<Item = usize> {
-    let mut rest = mask.bits() as u32;
+    bits(mask.bits())
+}
+
+/// The set bits of a byte, in order.
+fn bits(byte: u8) -> impl Iterator<Item = usize> {
+    let mut rest = byte as u32;
     std::iter::from_fn(move || {
-        let lane = rest.trailing_zeros() as usize;
+        let bit = rest.trailing_zeros() as usize;
         rest &= rest.wrapping_sub(1);
-        (lane < LANES).then_some(lane)
+        (bit < LANES).then_some(bit)
     })
 }
