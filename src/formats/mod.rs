@@ -1,4 +1,4 @@
-//! Bytes to [`Scene`](crate::scene::Scene): the only place where a scene file can be wrong.
+//! Bytes to [`Scene`]: the only place where a scene file can be wrong.
 
 mod report;
 mod surface;

@@ -74,6 +74,8 @@ fn rotations_are_counter_clockwise_and_quarter_turns_exact() {
         let scene = scene(&format!("rotate {turn}\nsphere 1 2 3 1\n"));
         assert_eq!(center(&scene, 0), expected, "{turn}");
     }
+    let quarter = scene("rotate 0 0 1 90\nsphere 1 0 0 1\n");
+    assert_eq!(center(&quarter, 0), Vec3::Y, "and not nearly so");
     let third = scene("rotate 1 1 1 120\nsphere 1 2 3 1\n");
     assert!(near(center(&third, 0), Vec3::new(3.0, 1.0, 2.0)));
     let degrees = 37.0f64;
@@ -193,6 +195,23 @@ fn primitives_capture_the_material_and_share_equal_ones() {
 }
 
 #[test]
+fn materials_that_differ_in_one_number_are_two() {
+    for change in [
+        "ambient .2 .2 .3",
+        "diffuse 0 1 0",
+        "specular 0 0 1",
+        "emission 1 0 0",
+        "transmission 0 1 0",
+        "shininess 2",
+        "ior 2",
+    ] {
+        let scene = scene(&format!("sphere 0 0 0 1\n{change}\nsphere 0 0 0 1\n"));
+        assert_eq!(scene.materials.len(), 2, "{change}");
+        assert_eq!(scene.prim_material(1), 1, "{change}");
+    }
+}
+
+#[test]
 fn point_lights_capture_the_attenuation_and_the_transform() {
     let lights = scene(
         "point 1 0 0 1 .5 .25\nattenuation 1 2 3\ntranslate 0 0 4\nscale 2 3 4\npoint 1 1 1 1 1 1\n\
@@ -237,9 +256,10 @@ fn capacity_hints_neither_allocate_nor_bind_when_kept() {
 
 #[test]
 fn what_does_not_stop_a_render_is_a_warning() {
-    let loaded = read("pushTransform\npushTransform\n");
+    let camera = HEAD.lines().nth(1).unwrap();
+    let loaded = read(&format!("pushTransform\n{camera}\npushTransform"));
     let places: Vec<_> = loaded.warnings.iter().map(|w| (w.line, w.column)).collect();
-    assert_eq!(places, [(3, 1), (4, 14)], "{:?}", loaded.warnings);
+    assert_eq!(places, [(3, 1), (4, 1), (5, 14)], "{:?}", loaded.warnings);
     let without_end = read_test(HEAD.trim_end()).unwrap();
     assert_eq!(without_end.warnings.len(), 1);
 }
