@@ -15,9 +15,11 @@ const SMALLEST: f32 = f32::from_bits((127 - 80) << 23);
 #[derive(Clone, Copy)]
 pub(super) struct Slabs {
     rdir: Vec3x8,
-    /// Origin, lowered and raised by the padding.
-    org_lo: Vec3x8,
-    org_hi: Vec3x8,
+    /// Origin for the planes a ray meets first, and for those it meets last: moved by the padding, away from the box
+    /// in both cases. Where the rays' signs differ, for the lower and for the upper planes instead.
+    org: [Vec3x8; 2],
+    /// Per axis, which corner of a box (0 lower, 1 upper) is met first, if all rays agree.
+    pub(super) near: Option<[usize; 3]>,
 }
 
 /// Where eight rays enter and leave a box, and which of them do so within \[0, `best`\].
@@ -28,27 +30,71 @@ pub(super) struct Stay {
 
 impl Slabs {
     #[inline(always)]
-    pub(super) fn new(org: Vec3x8, dir: Vec3x8) -> Slabs {
+    pub(super) fn new(org: Vec3x8, dir: Vec3x8, active: Mask8) -> Slabs {
         let size = org.abs();
         let pad = size.x.max(size.y).max(size.z) * F32x8::splat(PAD);
         let pad = Vec3x8::new(pad, pad, pad);
+        let (lo, hi) = (org - pad, org + pad);
+        let live = active.bits();
+        let negative = [dir.x, dir.y, dir.z].map(|d| d.lt(F32x8::ZERO).bits() & live);
+        let agree = negative.iter().all(|&n| n == 0 || n == live);
+        let near = negative.map(|n| usize::from(n != 0));
+        let pick = |k: usize, a: F32x8, b: F32x8| if agree && near[k] == 1 { b } else { a };
+        let first = Vec3x8::new(
+            pick(0, hi.x, lo.x),
+            pick(1, hi.y, lo.y),
+            pick(2, hi.z, lo.z),
+        );
+        let last = Vec3x8::new(
+            pick(0, lo.x, hi.x),
+            pick(1, lo.y, hi.y),
+            pick(2, lo.z, hi.z),
+        );
         Slabs {
             rdir: Vec3x8::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z)),
-            org_lo: org - pad,
-            org_hi: org + pad,
+            org: [first, last],
+            near: agree.then_some(near),
         }
     }
 
-    /// Entry (not before 0) and exit distances.
+    /// Entry (not before 0) and exit distances, for any rays.
     #[inline(always)]
     pub(super) fn stay(&self, corners: &[[f32; 3]; 2]) -> Stay {
+        match self.near {
+            Some(near) => self.stay_ordered(corners, near),
+            None => self.stay_mixed(corners),
+        }
+    }
+
+    /// For rays whose direction signs agree: no min and max of plane distances, and the same numbers, because
+    /// rounding keeps their order.
+    #[inline(always)]
+    pub(super) fn stay_ordered(&self, corners: &[[f32; 3]; 2], near: [usize; 3]) -> Stay {
+        let [first, last] = &self.org;
+        let [i, j, k] = near.map(|n| n & 1);
+        let x0 = (F32x8::splat(corners[i][0]) - first.x) * self.rdir.x;
+        let x1 = (F32x8::splat(corners[1 - i][0]) - last.x) * self.rdir.x;
+        let y0 = (F32x8::splat(corners[j][1]) - first.y) * self.rdir.y;
+        let y1 = (F32x8::splat(corners[1 - j][1]) - last.y) * self.rdir.y;
+        let z0 = (F32x8::splat(corners[k][2]) - first.z) * self.rdir.z;
+        let z1 = (F32x8::splat(corners[1 - k][2]) - last.z) * self.rdir.z;
+        Stay {
+            enter: x0.max(y0).max(z0).max(F32x8::ZERO),
+            leave: x1.min(y1).min(z1),
+        }
+    }
+
+    /// For rays that go either way along an axis.
+    #[inline(always)]
+    pub(super) fn stay_mixed(&self, corners: &[[f32; 3]; 2]) -> Stay {
         let [lo, hi] = corners;
-        let x0 = (F32x8::splat(lo[0]) - self.org_hi.x) * self.rdir.x;
-        let x1 = (F32x8::splat(hi[0]) - self.org_lo.x) * self.rdir.x;
-        let y0 = (F32x8::splat(lo[1]) - self.org_hi.y) * self.rdir.y;
-        let y1 = (F32x8::splat(hi[1]) - self.org_lo.y) * self.rdir.y;
-        let z0 = (F32x8::splat(lo[2]) - self.org_hi.z) * self.rdir.z;
-        let z1 = (F32x8::splat(hi[2]) - self.org_lo.z) * self.rdir.z;
+        let [for_lo, for_hi] = &self.org;
+        let x0 = (F32x8::splat(lo[0]) - for_lo.x) * self.rdir.x;
+        let x1 = (F32x8::splat(hi[0]) - for_hi.x) * self.rdir.x;
+        let y0 = (F32x8::splat(lo[1]) - for_lo.y) * self.rdir.y;
+        let y1 = (F32x8::splat(hi[1]) - for_hi.y) * self.rdir.y;
+        let z0 = (F32x8::splat(lo[2]) - for_lo.z) * self.rdir.z;
+        let z1 = (F32x8::splat(hi[2]) - for_hi.z) * self.rdir.z;
         Stay {
             enter: x0.min(x1).max(y0.min(y1)).max(z0.min(z1)).max(F32x8::ZERO),
             leave: x0.max(x1).min(y0.max(y1)).min(z0.max(z1)),

@@ -3,13 +3,14 @@
 //! A node is visited once for all eight rays; a child is entered if any ray meets its box before the ray's closest
 //! hit so far. Lanes without a ray have a closest hit of −∞ and so never pass a comparison: there is no mask to carry.
 
-use super::aabb::Slabs;
+use super::aabb::{Slabs, Stay};
 use super::triangle::{MIXED, Shear};
 use super::{sphere, triangle};
-use crate::bvh::{Bvh, Child, Node};
+use crate::bvh::{Bvh, Child};
 use crate::lanes::{F32x8, Mask8};
 use crate::packet::{HitPacket, RayPacket};
 use crate::scene::PrimKind;
+use std::ops::Range;
 
 /// The closest hits so far. Inactive lanes hold t = −∞.
 pub(super) type Best = HitPacket;
@@ -56,115 +57,181 @@ impl<'a> Tracer<'a> {
 
     /// The closest hit of each active lane; others come back as a miss.
     pub fn closest(&mut self, rays: &RayPacket, active: Mask8) -> HitPacket {
-        self.work.packets += 1;
-        let mut best = HitPacket::miss();
-        best.t = active.select(rays.tmax, F32x8::splat(f32::NEG_INFINITY));
-        let prepared = Prepared::new(rays, active);
-        self.traverse(&prepared, &mut best.t.clone(), |bvh, kind, slots, limit| {
-            leaf_closest(bvh, &prepared, kind, slots, &mut best);
-            *limit = best.t;
-            true
-        });
-        best.t = active.select(best.t, rays.tmax);
-        best
+        let mut goal = Closest {
+            best: HitPacket::miss(),
+        };
+        goal.best.t = active.select(rays.tmax, NOWHERE);
+        self.run(rays, active, &mut goal);
+        goal.best.t = active.select(goal.best.t, rays.tmax);
+        goal.best
     }
 
     /// Which active lanes meet anything before `tmax`.
     pub fn occluded(&mut self, rays: &RayPacket, active: Mask8) -> Mask8 {
-        self.work.packets += 1;
-        let nowhere = F32x8::splat(f32::NEG_INFINITY);
-        let mut limit = active.select(rays.tmax, nowhere);
-        let mut blocked = Mask8::none();
-        let prepared = Prepared::new(rays, active);
-        let all = active.bits();
-        self.traverse(&prepared, &mut limit, |bvh, kind, slots, limit| {
-            let hits = leaf_occluded(bvh, &prepared, kind, slots, *limit);
-            blocked = blocked | hits;
-            // A blocked lane is done: like a lane without a ray.
-            *limit = hits.select(nowhere, *limit);
-            blocked.bits() != all
-        });
-        blocked
+        let mut goal = AnyHit {
+            limit: active.select(rays.tmax, NOWHERE),
+            blocked: Mask8::none(),
+            all: active.bits(),
+        };
+        self.run(rays, active, &mut goal);
+        goal.blocked
     }
 
-    /// Visits leaves front to back. `leaf` tests a range of slots and lowers the limits; false stops.
+    #[inline(always)]
+    fn run(&mut self, rays: &RayPacket, active: Mask8, goal: &mut impl Goal) {
+        self.work.packets += 1;
+        let rays = &Prepared::new(rays, active);
+        let slabs = &rays.slabs;
+        match slabs.near {
+            Some(near) => self.traverse(rays, goal, |corners| slabs.stay_ordered(corners, near)),
+            None => self.traverse(rays, goal, |corners| slabs.stay_mixed(corners)),
+        }
+    }
+
+    /// Visits leaves front to back until the goal is reached.
     #[inline(always)]
     fn traverse(
         &mut self,
         rays: &Prepared,
-        limit: &mut F32x8,
-        mut leaf: impl FnMut(&Bvh, PrimKind, std::ops::Range<usize>, &mut F32x8) -> bool,
+        goal: &mut impl Goal,
+        stay: impl Fn(&[[f32; 3]; 2]) -> Stay,
     ) {
         let nodes = self.bvh.nodes();
         let mut top = 0;
         let mut current = Child::Node(0);
         loop {
-            match current {
-                Child::Node(index) => {
-                    let node = &nodes[index as usize];
-                    if let Some(next) = descend(node, rays, *limit, &mut self.stack, &mut top) {
-                        current = next;
-                        continue;
-                    }
-                }
-                Child::Leaf { kind, first, count } => {
-                    let slots = first as usize..(first + count) as usize;
-                    if !leaf(self.bvh, kind, slots, limit) {
-                        return;
+            while let Child::Node(index) = current {
+                let node = &nodes[index as usize];
+                let stays = [stay(&node.boxes[0]), stay(&node.boxes[1])];
+                let met = stays.each_ref().map(|s| s.within(goal.limit()));
+                match (met[0].any(), met[1].any()) {
+                    (false, false) => current = NOTHING,
+                    (true, false) => current = node.child(0),
+                    (false, true) => current = node.child(1),
+                    (true, true) => {
+                        let near = usize::from(node.order >> rays.octant & 1);
+                        let far = 1 - near;
+                        let (first, tag) = node.packed(far);
+                        let enter = met[far].select(stays[far].enter, F32x8::splat(f32::NAN));
+                        self.stack[top] = Entry { enter, first, tag };
+                        top += 1;
+                        current = node.child(near);
                     }
                 }
             }
+            if let Child::Leaf { kind, first, count } = current
+                && goal.leaf(
+                    self.bvh,
+                    rays,
+                    kind,
+                    first as usize..(first + count) as usize,
+                )
+            {
+                return;
+            }
             // The next waiting child that some ray still reaches.
-            loop {
+            current = loop {
                 if top == 0 {
                     return;
                 }
                 top -= 1;
                 let entry = &self.stack[top];
-                if entry.enter.le(*limit).any() {
-                    current = Child::unpack(entry.first, entry.tag);
-                    break;
+                if entry.enter.le(goal.limit()).any() {
+                    break Child::unpack(entry.first, entry.tag);
                 }
-            }
+            };
         }
     }
 }
 
-/// Tests both children of a node: the nearer one that is met comes back, the other waits on the stack.
-#[inline(always)]
-fn descend(
-    node: &Node,
-    rays: &Prepared,
+/// The limit of a lane without a ray, or with nothing left to find.
+const NOWHERE: F32x8 = F32x8::new([f32::NEG_INFINITY; 8]);
+
+/// Where to go from a node whose children are both missed.
+const NOTHING: Child = Child::Leaf {
+    kind: PrimKind::Triangle,
+    first: 0,
+    count: 0,
+};
+
+/// What a traversal looks for.
+trait Goal {
+    /// How far each ray still has to look.
+    fn limit(&self) -> F32x8;
+    /// Tests the primitives of a leaf; true ends the traversal.
+    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared, kind: PrimKind, slots: Range<usize>) -> bool;
+}
+
+struct Closest {
+    best: Best,
+}
+
+struct AnyHit {
     limit: F32x8,
-    stack: &mut [Entry],
-    top: &mut usize,
-) -> Option<Child> {
-    let stays = [
-        rays.slabs.stay(&node.boxes[0]),
-        rays.slabs.stay(&node.boxes[1]),
-    ];
-    let met = [stays[0].within(limit), stays[1].within(limit)];
-    match (met[0].any(), met[1].any()) {
-        (false, false) => None,
-        (true, false) => Some(node.child(0)),
-        (false, true) => Some(node.child(1)),
-        (true, true) => {
-            let swap = node.order >> rays.octant & 1 == 1;
-            let (near, far) = if swap { (1, 0) } else { (0, 1) };
-            let (first, tag) = node.packed(far);
-            let (far_met, far_enter) = if swap {
-                (met[0], stays[0].enter)
-            } else {
-                (met[1], stays[1].enter)
-            };
-            stack[*top] = Entry {
-                enter: far_met.select(far_enter, F32x8::splat(f32::NAN)),
-                first,
-                tag,
-            };
-            *top += 1;
-            Some(node.child(near))
+    blocked: Mask8,
+    all: u8,
+}
+
+impl Goal for Closest {
+    #[inline(always)]
+    fn limit(&self) -> F32x8 {
+        self.best.t
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared, kind: PrimKind, slots: Range<usize>) -> bool {
+        let best = &mut self.best;
+        let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
+        match kind {
+            PrimKind::Triangle => match rays.shear.axis {
+                0 => triangles_closest::<0>(bvh, rays, slots, best),
+                1 => triangles_closest::<1>(bvh, rays, slots, best),
+                2 => triangles_closest::<2>(bvh, rays, slots, best),
+                _ => triangles_closest::<MIXED>(bvh, rays, slots, best),
+            },
+            PrimKind::Sphere => {
+                for slot in &bvh.spheres()[slots] {
+                    sphere::closest(org, dir, slabs, slot, best);
+                }
+            }
+            PrimKind::Ellipsoid => {
+                for slot in &bvh.ellipsoids()[slots] {
+                    sphere::closest_ellipsoid(org, dir, slabs, slot, best);
+                }
+            }
         }
+        false
+    }
+}
+
+impl Goal for AnyHit {
+    #[inline(always)]
+    fn limit(&self) -> F32x8 {
+        self.limit
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared, kind: PrimKind, slots: Range<usize>) -> bool {
+        let tmax = self.limit;
+        let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
+        let hits = match kind {
+            PrimKind::Triangle => match rays.shear.axis {
+                0 => triangles_occluded::<0>(bvh, rays, slots, tmax),
+                1 => triangles_occluded::<1>(bvh, rays, slots, tmax),
+                2 => triangles_occluded::<2>(bvh, rays, slots, tmax),
+                _ => triangles_occluded::<MIXED>(bvh, rays, slots, tmax),
+            },
+            PrimKind::Sphere => any_of(&bvh.spheres()[slots], |slot| {
+                sphere::occluded(org, dir, slabs, slot, tmax)
+            }),
+            PrimKind::Ellipsoid => any_of(&bvh.ellipsoids()[slots], |slot| {
+                sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax)
+            }),
+        };
+        self.blocked = self.blocked | hits;
+        // A blocked lane is done: like a lane without a ray.
+        self.limit = hits.select(NOWHERE, self.limit);
+        self.blocked.bits() == self.all
     }
 }
 
@@ -184,38 +251,9 @@ impl Prepared {
         let negative = |d: F32x8| (d.lt(F32x8::ZERO).bits() >> lane) & 1;
         Prepared {
             rays: *rays,
-            slabs: Slabs::new(rays.org, rays.dir),
+            slabs: Slabs::new(rays.org, rays.dir, active),
             shear: Shear::new(rays.org, rays.dir, active),
             octant: negative(rays.dir.x) | negative(rays.dir.y) << 1 | negative(rays.dir.z) << 2,
-        }
-    }
-}
-
-#[inline(always)]
-fn leaf_closest(
-    bvh: &Bvh,
-    rays: &Prepared,
-    kind: PrimKind,
-    slots: std::ops::Range<usize>,
-    best: &mut Best,
-) {
-    let (org, dir) = (rays.rays.org, rays.rays.dir);
-    match kind {
-        PrimKind::Triangle => match rays.shear.axis {
-            0 => triangles_closest::<0>(bvh, rays, slots, best),
-            1 => triangles_closest::<1>(bvh, rays, slots, best),
-            2 => triangles_closest::<2>(bvh, rays, slots, best),
-            _ => triangles_closest::<MIXED>(bvh, rays, slots, best),
-        },
-        PrimKind::Sphere => {
-            for slot in &bvh.spheres()[slots] {
-                sphere::closest(org, dir, &rays.slabs, slot, best);
-            }
-        }
-        PrimKind::Ellipsoid => {
-            for slot in &bvh.ellipsoids()[slots] {
-                sphere::closest_ellipsoid(org, dir, &rays.slabs, slot, best);
-            }
         }
     }
 }
@@ -224,7 +262,7 @@ fn leaf_closest(
 fn triangles_closest<const AXIS: usize>(
     bvh: &Bvh,
     rays: &Prepared,
-    slots: std::ops::Range<usize>,
+    slots: Range<usize>,
     best: &mut Best,
 ) {
     for slot in &bvh.triangles()[slots] {
@@ -233,35 +271,10 @@ fn triangles_closest<const AXIS: usize>(
 }
 
 #[inline(always)]
-fn leaf_occluded(
-    bvh: &Bvh,
-    rays: &Prepared,
-    kind: PrimKind,
-    slots: std::ops::Range<usize>,
-    tmax: F32x8,
-) -> Mask8 {
-    let (org, dir) = (rays.rays.org, rays.rays.dir);
-    match kind {
-        PrimKind::Triangle => match rays.shear.axis {
-            0 => triangles_occluded::<0>(bvh, rays, slots, tmax),
-            1 => triangles_occluded::<1>(bvh, rays, slots, tmax),
-            2 => triangles_occluded::<2>(bvh, rays, slots, tmax),
-            _ => triangles_occluded::<MIXED>(bvh, rays, slots, tmax),
-        },
-        PrimKind::Sphere => any_of(&bvh.spheres()[slots], |slot| {
-            sphere::occluded(org, dir, &rays.slabs, slot, tmax)
-        }),
-        PrimKind::Ellipsoid => any_of(&bvh.ellipsoids()[slots], |slot| {
-            sphere::occluded_ellipsoid(org, dir, &rays.slabs, slot, tmax)
-        }),
-    }
-}
-
-#[inline(always)]
 fn triangles_occluded<const AXIS: usize>(
     bvh: &Bvh,
     rays: &Prepared,
-    slots: std::ops::Range<usize>,
+    slots: Range<usize>,
     tmax: F32x8,
 ) -> Mask8 {
     any_of(&bvh.triangles()[slots], |slot| {
