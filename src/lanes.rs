@@ -272,6 +272,17 @@ impl Mask8 {
         self.0.to_bitmask() as u8
     }
 
+    /// The set lanes, in order.
+    #[inline(always)]
+    pub fn lanes(self) -> impl Iterator<Item = usize> {
+        let mut rest = self.bits() as u32;
+        std::iter::from_fn(move || {
+            let lane = rest.trailing_zeros() as usize;
+            rest &= rest.wrapping_sub(1);
+            (lane < LANES).then_some(lane)
+        })
+    }
+
     /// Whether any lane is set.
     #[inline(always)]
     pub fn any(self) -> bool {

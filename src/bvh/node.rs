@@ -28,8 +28,6 @@ pub struct Node {
     pub first: [u32; 2],
     /// 0 for a node, else leaf flag, kind and count: see [`Node::child`].
     tag: [u16; 2],
-    /// Bit k: a ray whose direction signs are k (bit 0 set where x < 0, and so on) meets child 1 first.
-    pub order: u8,
 }
 
 const LEAF: u16 = 0x8000;
@@ -52,7 +50,6 @@ impl Node {
             }),
             first: [0; 2],
             tag: [0; 2],
-            order: order_bits(children[0].1, children[1].1),
         };
         for (k, (child, _)) in children.into_iter().enumerate() {
             (node.first[k], node.tag[k]) = match child {
@@ -97,16 +94,6 @@ impl Child {
             count: (tag & MAX_LEAF as u16) as u32,
         }
     }
-}
-
-/// For each octant of ray directions, whether child 1 lies before child 0, by the line between the box centres.
-fn order_bits(a: Bounds, b: Bounds) -> u8 {
-    let between = (b.lo + b.hi) - (a.lo + a.hi);
-    (0..8u8).fold(0, |bits, octant| {
-        let sign = |bit: u8| if octant >> bit & 1 == 1 { -1.0 } else { 1.0 };
-        let along = sign(0) * between.x + sign(1) * between.y + sign(2) * between.z;
-        bits | u8::from(along < 0.0) << octant
-    })
 }
 
 /// A triangle in leaf order. One cache line.

@@ -80,10 +80,7 @@ impl<'arena> RayQueue<'arena> {
             return;
         }
         let columns = [rows(org), rows(dir), rows(weight)];
-        let mut rest = lanes as u32;
-        while rest != 0 {
-            let lane = rest.trailing_zeros() as usize % LANES;
-            rest &= rest - 1;
+        for lane in mask.lanes() {
             let slot = &mut self.slots[self.len / LANES];
             let at = self.len % LANES;
             for axis in 0..3 {

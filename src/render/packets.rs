@@ -7,7 +7,7 @@ use super::wave::{Colors, Engine, RayView, wave};
 use super::workers::Painter;
 use crate::bvh::Bvh;
 use crate::camera::Camera;
-use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
+use crate::lanes::{F32x8, Mask8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
 use crate::scene::Scene;
 use crate::trace::Tracer;
@@ -80,26 +80,32 @@ fn camera_rays<'arena>(arena: &'arena Bump, camera: &Camera, tile: Tile) -> RayQ
     for block_y in (0..tile.height).step_by(8) {
         for block_x in (0..tile.width).step_by(8) {
             for packet in 0..8 {
-                let x = block_x + packet % 2 * 4;
-                let y = block_y + packet / 2 * 2;
-                let columns: [u32; LANES] = std::array::from_fn(|k| x + k as u32 % 4);
-                let rows: [u32; LANES] = std::array::from_fn(|k| y + k as u32 / 4);
-                let inside = (0..LANES)
-                    .filter(|&k| columns[k] < tile.width && rows[k] < tile.height)
-                    .fold(0u8, |bits, k| bits | 1 << k);
-                if inside == 0 {
-                    continue;
-                }
-                let centre = |first: u32, steps: [u32; LANES]| {
-                    F32x8::new(steps.map(|s| (first + s) as f32)) + F32x8::splat(0.5)
-                };
-                let dir = camera.directions(centre(tile.y, rows), centre(tile.x, columns));
-                let pixel = std::array::from_fn(|k| rows[k] << 16 | columns[k]);
-                rays.push(Mask8::from_bits(inside), eye, dir, Vec3x8::ZERO, &pixel);
+                let (x, y) = (block_x + packet % 2 * 4, block_y + packet / 2 * 2);
+                let inside = inside(tile, x, y);
+                let dir = camera.directions(
+                    F32x8::splat((tile.y + y) as f32) + ROW_CENTRES,
+                    F32x8::splat((tile.x + x) as f32) + COLUMN_CENTRES,
+                );
+                let pixel = std::array::from_fn(|k| (y + k as u32 / 4) << 16 | (x + k as u32 % 4));
+                rays.push(inside, eye, dir, Vec3x8::ZERO, &pixel);
             }
         }
     }
     rays
+}
+
+/// Centres of a packet's 4×2 pixels, relative to its first pixel.
+const ROW_CENTRES: F32x8 = F32x8::new([0.5, 0.5, 0.5, 0.5, 1.5, 1.5, 1.5, 1.5]);
+const COLUMN_CENTRES: F32x8 = F32x8::new([0.5, 1.5, 2.5, 3.5, 0.5, 1.5, 2.5, 3.5]);
+
+/// Which of the 4×2 pixels from (`x`, `y`) on lie in the tile.
+fn inside(tile: Tile, x: u32, y: u32) -> Mask8 {
+    let row = (1u8 << tile.width.saturating_sub(x).min(4)) - 1;
+    Mask8::from_bits(match tile.height.saturating_sub(y) {
+        0 => 0,
+        1 => row,
+        _ => row | row << 4,
+    })
 }
 
 /// Puts the tile's pixels onto the film.
@@ -110,12 +116,15 @@ fn develop(
     hits: Option<&[HitPacket]>,
     film: &SharedFilm,
 ) {
-    for index in 0..rays.len() {
-        let (packet, lane) = (index / LANES, index % LANES);
-        let pixel = rays.purpose(packet).1[lane];
-        let (x, y) = (tile.x + (pixel & 0xffff), tile.y + (pixel >> 16));
-        film.set(x, y, colors[packet].lane(lane));
-        if let Some(hits) = hits {
+    for (packet, color) in colors.iter().enumerate() {
+        let pixels = rays.purpose(packet).1;
+        for lane in rays.active(packet).lanes() {
+            let (x, y) = (
+                tile.x + (pixels[lane] & 0xffff),
+                tile.y + (pixels[lane] >> 16),
+            );
+            film.set(x, y, color.lane(lane));
+            let Some(hits) = hits else { continue };
             let hit = &hits[packet];
             let prim_id = hit.prim_id.lane(lane);
             let t = if prim_id == NO_PRIM {

@@ -135,15 +135,19 @@ fn surfaces<'arena>(
     let whole = arena.alloc_slice_fill_copy(hits.len(), (0u32, 0 as Batch));
     let loose = arena.alloc_slice_fill_copy(hits.len() * LANES, 0 as Key);
     let (mut wholes, mut looses) = (0, 0);
-    let background = scene.background.to_array();
+    let background = scene.background.to_array().map(|c| [c; LANES]);
     for (packet, hit) in hits.iter().enumerate() {
-        let active = rays.active(packet).bits();
-        let found = !hit.prim_id.eq(U32x8::splat(NO_PRIM)).bits() & active;
-        for lane in bits(active & !found) {
-            colors[packet].set(lane, background);
+        let active = rays.active(packet);
+        let missed = active & hit.prim_id.eq(U32x8::splat(NO_PRIM));
+        if missed.bits() == u8::MAX {
+            colors[packet] = Colors(background);
+            continue;
+        }
+        for lane in missed.lanes() {
+            colors[packet].set(lane, scene.background.to_array());
         }
         let start = looses;
-        for lane in bits(found) {
+        for lane in (active & !missed).lanes() {
             let batch = batch_of(scene, hit.prim_id.lane(lane)) as Key;
             loose[looses] = batch << 32 | (packet * LANES + lane) as Key;
             looses += 1;
@@ -237,7 +241,7 @@ fn gather(rays: &RayView, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPacket,
 fn emit_own(scene: &Scene, surfaces: &[Surface], colors: &mut [Colors]) {
     for at in surfaces {
         let own = Material::of(scene, at.material).own.to_array();
-        for lane in lanes(at.active) {
+        for lane in at.active.lanes() {
             let ray = at.ray[lane] as usize;
             colors[ray / LANES].set(ray % LANES, own);
         }
@@ -270,7 +274,7 @@ fn ask_lights(engine: &mut Engine, arena: &Bump, surfaces: &[Surface], colors: &
             let (rays, active) = queue.packet(packet, tmax);
             let seen = active & !engine.tracer.occluded(&rays, active);
             let (radiance, hit) = queue.purpose(packet);
-            for lane in lanes(seen) {
+            for lane in seen.lanes() {
                 let ray = hit[lane] as usize;
                 colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| radiance[c][lane]));
             }
@@ -299,11 +303,12 @@ fn bounce<'arena>(
         (bounces(&material, &surfaces[k]), material.kt)
     });
     for (at, (out, _)) in surfaces.iter().zip(&*outgoing) {
+        let weight = out.reflect_weight;
         queue.push(
             out.reflect,
             out.reflect_org,
             out.reflect_dir,
-            out.reflect_weight,
+            weight,
             &at.ray,
         );
     }
@@ -328,25 +333,10 @@ fn fold(queue: &RayQueue, packets: Range<usize>, answers: &[Colors], colors: &mu
     for (packet, answer) in packets.zip(answers) {
         let active = queue.active(packet);
         let (weight, parent) = queue.purpose(packet);
-        for lane in lanes(active) {
+        for lane in active.lanes() {
             let ray = parent[lane] as usize;
             let rgb = [0, 1, 2].map(|c| weight[c][lane] * answer.0[c][lane]);
             colors[ray / LANES].add(ray % LANES, rgb);
         }
     }
-}
-
-/// The set lanes of a mask, in order.
-fn lanes(mask: Mask8) -> impl Iterator<Item = usize> {
-    bits(mask.bits())
-}
-
-/// The set bits of a byte, in order.
-fn bits(byte: u8) -> impl Iterator<Item = usize> {
-    let mut rest = byte as u32;
-    std::iter::from_fn(move || {
-        let bit = rest.trailing_zeros() as usize;
-        rest &= rest.wrapping_sub(1);
-        (bit < LANES).then_some(bit)
-    })
 }

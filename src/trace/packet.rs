@@ -109,7 +109,13 @@ impl<'a> Tracer<'a> {
                     (true, false) => current = node.child(0),
                     (false, true) => current = node.child(1),
                     (true, true) => {
-                        let near = usize::from(node.order >> rays.octant & 1);
+                        // The child that more of the rays that meet both enter first: for rays
+                        // that have parted, a better guess than one order per octant.
+                        let both = met[0] & met[1];
+                        let [e0, e1] = [stays[0].enter, stays[1].enter];
+                        let sooner = (both & e0.lt(e1)).bits().count_ones();
+                        let later = (both & e1.lt(e0)).bits().count_ones();
+                        let near = usize::from(later > sooner);
                         let far = 1 - near;
                         let (first, tag) = node.packed(far);
                         let enter = met[far].select(stays[far].enter, F32x8::splat(f32::NAN));
@@ -240,20 +246,15 @@ struct Prepared {
     rays: RayPacket,
     slabs: Slabs,
     shear: Shear,
-    /// Direction signs of the first active lane.
-    octant: u8,
 }
 
 impl Prepared {
     #[inline(always)]
     fn new(rays: &RayPacket, active: Mask8) -> Prepared {
-        let lane = active.bits().trailing_zeros() & 7;
-        let negative = |d: F32x8| (d.lt(F32x8::ZERO).bits() >> lane) & 1;
         Prepared {
             rays: *rays,
             slabs: Slabs::new(rays.org, rays.dir, active),
             shear: Shear::new(rays.org, rays.dir, active),
-            octant: negative(rays.dir.x) | negative(rays.dir.y) << 1 | negative(rays.dir.z) << 2,
         }
     }
 }
