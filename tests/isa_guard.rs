@@ -95,3 +95,18 @@ fn a_cpu_that_has_what_the_build_uses_runs_it() {
         );
     }
 }
+
+/// Link-time optimisation across crates compiles the standard library anew for the target CPU, and then the runtime
+/// dies before `main`. The tests above run the profile they are built with, so this holds the other one.
+#[test]
+fn the_release_profile_leaves_the_standard_library_as_it_is() {
+    let manifest = include_str!("../Cargo.toml");
+    let (_, release) = manifest
+        .split_once("[profile.release]")
+        .expect("a release profile");
+    let release = release.split("\n[").next().unwrap_or_default();
+    assert!(
+        release.lines().any(|line| line.trim() == "lto = \"off\""),
+        "{release}"
+    );
+}
