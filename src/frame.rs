@@ -1,8 +1,15 @@
 //! One frame, whole: an engine, its tree, tiles to workers, a film.
 
-use crate::render::{Film, RenderStats};
-use crate::scene::Scene;
-use std::sync::atomic::{AtomicBool, AtomicU64};
+use crate::bvh::Bvh;
+use crate::camera::Camera;
+use crate::oracle::{Cast, Oracle, Search, Tree};
+pub use crate::render::{Control, Interrupted, Pin};
+use crate::render::{
+    Film, PacketPainter, Painter, RayCounts, RenderStats, SharedFilm, Tile, run, tiles,
+};
+use crate::scene::{Scene, ViewError};
+pub use crate::trace::Kernel;
+use std::time::Instant;
 
 /// Which tracer makes the picture. Both give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,30 +18,6 @@ pub enum Engine {
     Simd,
     /// The scalar oracle.
     Scalar,
-}
-
-/// Traversal kernel of the packet engine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
-    /// What pays: the choice stands in `trace`.
-    Auto,
-    /// Eight-wide packets against the binary tree.
-    Packet,
-}
-
-impl Kernel {
-    /// Every kernel by name, `auto` first.
-    pub const ALL: [(&'static str, Kernel); 2] =
-        [("auto", Kernel::Auto), ("packet", Kernel::Packet)];
-}
-
-/// Whether workers are bound to cores.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pin {
-    /// The system places them.
-    None,
-    /// Worker k runs on the k-th core of the process's affinity mask.
-    Cores,
 }
 
 /// How to render; what to render stands in the [`Scene`].
@@ -50,7 +33,7 @@ pub struct Settings {
     pub threads: usize,
     /// Binding of workers to cores.
     pub pin: Pin,
-    /// Tile side in pixels, 8 to 1024 (rounded up to a multiple of 8).
+    /// Tile side in pixels, 8 to 1024.
     pub tile: u32,
     /// Tracer.
     pub engine: Engine,
@@ -60,32 +43,24 @@ pub struct Settings {
     pub record_hits: bool,
 }
 
+/// Tile side of [`Settings::of`]: 1024 rays fill the packets of their bounces and stay within the level 2 cache.
+pub const DEFAULT_TILE: u32 = 32;
+
 impl Settings {
-    /// The scene's own size and depth, every core of the process's affinity mask, the packet engine.
+    /// The scene's own size and depth, one thread, the packet engine.
     pub fn of(scene: &Scene) -> Settings {
         Settings {
             width: scene.width,
             height: scene.height,
             max_depth: scene.max_depth,
             threads: 1,
-            pin: Pin::Cores,
-            tile: 32,
+            pin: Pin::None,
+            tile: DEFAULT_TILE,
             engine: Engine::Simd,
             kernel: Kernel::Auto,
             record_hits: false,
         }
     }
-}
-
-/// Shared with a render that is under way: how far it is, and a way to stop it.
-#[derive(Debug, Default)]
-pub struct Control {
-    /// Set to stop: workers finish their tile and leave.
-    pub stop: AtomicBool,
-    /// Pixels finished.
-    pub pixels: AtomicU64,
-    /// Rays traced so far, all kinds.
-    pub rays: AtomicU64,
 }
 
 /// A finished render.
@@ -101,20 +76,29 @@ pub struct Frame {
     pub threads: usize,
 }
 
-/// The render was stopped through [`Control::stop`].
+/// Why there is no frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the render was interrupted")]
-pub struct Interrupted;
+pub enum FrameError {
+    /// Stopped through [`Control`].
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+    /// The scene was not validated.
+    #[error(transparent)]
+    View(#[from] ViewError),
+}
 
 /// What an engine needs beside the scene: its tree.
-pub struct Prepared {
-    _private: (),
+pub struct Prepared(Either);
+
+enum Either {
+    Packets(Bvh),
+    Oracle(Tree),
 }
 
 /// What is known of a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeStats {
-    /// Nodes, leaves included.
+    /// Nodes. The packet engine's hold two boxes each and leaves are no nodes; the oracle's leaves are.
     pub nodes: usize,
     /// Longest path from the root, the root counting 1.
     pub depth: usize,
@@ -128,43 +112,106 @@ pub struct TreeStats {
 
 impl Prepared {
     /// Builds the tree of an engine. The scene must have passed [`Scene::validate`].
-    pub fn build(_scene: &Scene, _engine: Engine) -> Prepared {
-        Prepared { _private: () }
+    pub fn build(scene: &Scene, engine: Engine) -> Prepared {
+        Prepared(match engine {
+            Engine::Simd => Either::Packets(Bvh::build(scene)),
+            Engine::Scalar => Either::Oracle(Tree::build(scene)),
+        })
     }
 
     /// Figures of the tree.
     pub fn tree_stats(&self) -> TreeStats {
-        TreeStats {
-            nodes: 0,
-            depth: 0,
-            sah: 0.0,
-            node_bytes: 0,
-            prim_bytes: 0,
+        match &self.0 {
+            Either::Packets(bvh) => TreeStats {
+                nodes: bvh.nodes().len(),
+                depth: bvh.depth(),
+                sah: bvh.sah(),
+                node_bytes: bvh.node_bytes(),
+                prim_bytes: bvh.prim_bytes(),
+            },
+            Either::Oracle(tree) => TreeStats {
+                nodes: tree.node_count(),
+                depth: tree.depth(),
+                sah: tree.sah(),
+                node_bytes: tree.memory_bytes(),
+                prim_bytes: 0,
+            },
         }
     }
 }
 
-/// Renders one frame.
+/// Renders one frame with the engine that `prepared` was built for.
 ///
 /// # Errors
-/// [`Interrupted`] if `control.stop` was set before the last tile was done.
+/// [`FrameError::Interrupted`] if `control.stop` was set before the last tile was taken, [`FrameError::View`] if the
+/// scene has no camera frame, which [`Scene::validate`] would have said.
 pub fn render(
-    _scene: &Scene,
-    _prepared: &Prepared,
+    scene: &Scene,
+    prepared: &Prepared,
     settings: &Settings,
-    _control: &Control,
-) -> Result<Frame, Interrupted> {
-    let n = settings.width as usize * settings.height as usize;
-    let film = Film {
-        width: settings.width,
-        height: settings.height,
-        planes: [vec![0.0; n], vec![0.5; n], vec![1.0; n]],
-        hits: None,
-    };
+    control: &Control,
+) -> Result<Frame, FrameError> {
+    let camera = Camera::new(&scene.view, settings.width, settings.height)?;
+    let film = SharedFilm::new(settings.width, settings.height, settings.record_hits);
+    let tiles = tiles(
+        settings.width,
+        settings.height,
+        settings.tile.clamp(8, 1024),
+    );
+    let (threads, pin) = (settings.threads.max(1), settings.pin);
+    let start = Instant::now();
+    let stats = match &prepared.0 {
+        Either::Packets(bvh) => run(&tiles, &film, threads, pin, control, || {
+            PacketPainter::new(scene, bvh, &camera, settings.max_depth)
+        }),
+        Either::Oracle(tree) => run(&tiles, &film, threads, pin, control, || ScalarPainter {
+            camera: &camera,
+            oracle: Oracle::new(scene, Search::Tree(tree), settings.max_depth),
+        }),
+    }?;
+    let seconds = start.elapsed().as_secs_f64();
     Ok(Frame {
-        film,
-        stats: RenderStats::default(),
-        seconds: 0.0,
-        threads: settings.threads,
+        film: film.finish(),
+        stats,
+        seconds,
+        threads,
     })
+}
+
+/// Paints tiles with the oracle, pixel by pixel.
+struct ScalarPainter<'a> {
+    camera: &'a Camera,
+    oracle: Oracle<'a>,
+}
+
+impl Painter for ScalarPainter<'_> {
+    fn paint(&mut self, tile: Tile, film: &SharedFilm) {
+        for y in tile.y..tile.y + tile.height {
+            for x in tile.x..tile.x + tile.width {
+                let (radiance, hit) = self.oracle.pixel(self.camera, x, y);
+                film.set(x, y, radiance.to_array());
+                if let Some(hit) = hit {
+                    film.set_hit(x, y, [hit.t, hit.u, hit.v], hit.prim_id);
+                }
+            }
+        }
+    }
+
+    fn stats(&self) -> RenderStats {
+        let Cast {
+            primary,
+            shadow,
+            reflection,
+            refraction,
+        } = self.oracle.cast;
+        RenderStats {
+            rays: RayCounts {
+                primary,
+                shadow,
+                reflection,
+                refraction,
+            },
+            packets: 0,
+        }
+    }
 }

@@ -75,6 +75,12 @@ impl F32x8 {
         self.0.to_array()
     }
 
+    /// One lane, read where it lies: for a packet in memory, cheaper than [`F32x8::to_array`].
+    #[inline(always)]
+    pub fn lane(&self, k: usize) -> f32 {
+        self.0.as_array()[k]
+    }
+
     /// `if self < other { self } else { other }`: the other's NaN comes through, one's own does not.
     #[inline(always)]
     pub fn min(self, other: F32x8) -> F32x8 {
@@ -159,6 +165,12 @@ impl U32x8 {
     #[inline(always)]
     pub fn to_array(self) -> [u32; 8] {
         self.0.to_array()
+    }
+
+    /// One lane, read where it lies.
+    #[inline(always)]
+    pub fn lane(&self, k: usize) -> u32 {
+        self.0.as_array()[k]
     }
 
     /// self < other, unsigned.

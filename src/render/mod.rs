@@ -1,7 +1,17 @@
 //! A tile's life in order; tiles, workers, film, statistics.
+//!
+//! `wave` is the one place where the order of the stages can be read: rays are traced, hits shaded, shadow rays
+//! answered, and what bounces becomes the next wave, folded back when it returns.
 
 mod film;
+mod packets;
 mod stats;
+mod tiles;
+mod wave;
+mod workers;
 
-pub use film::{Film, Hits, NO_HIT};
+pub use film::{Film, Hits, NO_HIT, SharedFilm};
+pub use packets::PacketPainter;
 pub use stats::{RayCounts, RenderStats};
+pub use tiles::{Tile, tiles};
+pub use workers::{Control, Interrupted, Painter, Pin, run};

@@ -10,7 +10,8 @@ mod validate;
 mod view;
 
 pub use columns::{
-    Bounds, Ellipsoids, Lights, Materials, NO_NORMALS, Prim, PrimKind, Spheres, Triangles, Vec3s,
+    Bounds, Ellipsoids, Lights, Materials, NO_NORMALS, PAD, Prim, PrimKind, Spheres, Triangles,
+    Vec3s,
 };
 pub use validate::{MAX_DEPTH_LIMIT, MAX_PIXELS, MAX_SIDE, SceneError, check_image_size};
 pub use view::{Basis, View, ViewError};

@@ -1,42 +1,54 @@
 //! Keeps coordinates where products of four of them neither overflow nor vanish in f32.
 
 use super::{Scene, Vec3s};
+use glam::{DVec3, Vec3};
 
 /// Largest coordinate (as a power of two) that is left alone; beyond it, or below its inverse, the scene is scaled.
 const COMFORT: f32 = 268_435_456.0; // 2^28
+
+/// Largest colour that a light is given to make up for a dimmer attenuation: brighter than any picture can show, and
+/// sums of it stay finite.
+const BRIGHTEST: f64 = 1.2676506002282294e30; // 2^100
 
 impl Scene {
     /// Scales the scene by an exact power of two where its largest coordinate lies outside \[2⁻²⁸, 2²⁸\], so that
     /// the largest becomes about 1. [`Scene::unit`] records the factor; the picture is the same picture.
     pub fn fit_range(&mut self) {
         let largest = self.largest_coordinate();
-        if largest == 0.0 || (1.0 / COMFORT..=COMFORT).contains(&largest) {
+        let comfort = f64::from(COMFORT);
+        if largest == 0.0 || !largest.is_finite() || (1.0 / comfort..=comfort).contains(&largest) {
             return;
         }
-        let scale = libm::exp2(-(libm::log2(largest as f64)).round()) as f32;
-        if !scale.is_normal() {
-            return;
-        }
-        self.scale_by(scale);
+        // Bounded so that the factor and its inverse are both normal numbers: at the ends of f32's range the largest
+        // coordinate comes out within COMFORT, if not at 1.
+        let (_, exponent) = libm::frexp(largest);
+        self.scale_by(libm::scalbn(1.0, (-exponent).clamp(-126, 126)) as f32);
     }
 
-    fn largest_coordinate(&self) -> f32 {
-        let bounds = self.bounds();
-        let prims = if bounds.is_empty() {
-            0.0
-        } else {
-            bounds.lo.abs().max(bounds.hi.abs()).max_element()
+    /// In f64, where neither a corner of a sphere nor the square of an ellipsoid's axis overflows.
+    fn largest_coordinate(&self) -> f64 {
+        let of = |v: &Vec3s| {
+            let parts = [&v.x, &v.y, &v.z].into_iter().flatten();
+            parts.fold(0.0f32, |most, c| most.max(c.abs()))
         };
-        let eye = self
-            .view
-            .eye
-            .abs()
-            .max(self.view.center.abs())
-            .max_element();
+        let t = &self.triangles;
+        let view = self.view.eye.abs().max(self.view.center.abs());
+        let corners = of(&t.a).max(of(&t.b)).max(of(&t.c));
+        let points = f64::from(corners.max(view.max_element()));
+        let spheres = (0..self.spheres.len()).map(|i| {
+            let center = self.spheres.center.get(i).abs().max_element();
+            f64::from(center) + f64::from(self.spheres.radius[i])
+        });
+        let ellipsoids = (0..self.ellipsoids.len()).map(|i| {
+            let [x, y, z, center] = self.ellipsoids.world_columns(i).map(|c| c.as_dvec3());
+            let squares = x * x + y * y + z * z;
+            (center.abs() + squares.map(f64::sqrt)).max_element()
+        });
         let lights = (0..self.lights.len())
             .filter(|&i| !self.lights.directional[i])
-            .map(|i| self.lights.place.get(i).abs().max_element());
-        lights.fold(prims.max(eye), f32::max)
+            .map(|i| f64::from(self.lights.place.get(i).abs().max_element()));
+        let rest = spheres.chain(ellipsoids).chain(lights);
+        rest.fold(points, f64::max)
     }
 
     fn scale_by(&mut self, scale: f32) {
@@ -55,19 +67,33 @@ impl Scene {
         for column in &mut self.ellipsoids.to_object[..3] {
             scale_all(column, 1.0 / scale);
         }
-        for i in 0..self.lights.len() {
-            if !self.lights.directional[i] {
-                let place = self.lights.place.get(i) * scale;
-                self.lights.place.set(i, place);
-                // The same attenuation at the scaled distance.
-                let a = self.lights.attenuation.get(i);
-                let per = |value: f32, factor: f64| ((value as f64 / factor) as f32).min(f32::MAX);
-                let s = scale as f64;
-                let scaled = glam::Vec3::new(a.x, per(a.y, s), per(a.z, s * s));
-                self.lights.attenuation.set(i, scaled);
-            }
+        for i in (0..self.lights.len()).filter(|&i| !self.lights.directional[i]) {
+            let place = self.lights.place.get(i) * scale;
+            self.lights.place.set(i, place);
+            let (attenuation, color) = scaled_attenuation(
+                self.lights.attenuation.get(i),
+                self.lights.color.get(i),
+                scale,
+            );
+            self.lights.attenuation.set(i, attenuation);
+            self.lights.color.set(i, color);
         }
     }
+}
+
+/// The attenuation that gives the same light at the scaled distance, (const, lin/s, quad/s²), and the colour with it.
+/// Where the attenuation would leave f32, it and the colour are both multiplied by the same power of two.
+fn scaled_attenuation(attenuation: Vec3, color: Vec3, scale: f32) -> (Vec3, Vec3) {
+    let s = f64::from(scale);
+    let scaled = attenuation.as_dvec3() / DVec3::new(1.0, s, s * s);
+    let (_, exponent) = libm::frexp(scaled.max_element());
+    if (-100..=100).contains(&exponent) {
+        return (scaled.as_vec3(), color);
+    }
+    let common = libm::scalbn(1.0, -exponent);
+    let bounded = |c: f64| c.clamp(-BRIGHTEST, BRIGHTEST) as f32;
+    let color = (color.as_dvec3() * common).to_array().map(bounded);
+    ((scaled * common).as_vec3(), Vec3::from_array(color))
 }
 
 fn scale_all(v: &mut Vec3s, scale: f32) {

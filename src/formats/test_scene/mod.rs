@@ -1,0 +1,171 @@
+//! The `.test` format: one command per line, a matrix stack as in OpenGL, and state that each primitive and light
+//! captures as it is declared.
+//!
+//! [`read`] walks the statements of `lexer`, each of which runs its row of `commands::COMMANDS` on a [`Reader`]. A
+//! faulty statement leaves a diagnostic and as much of its effect as keeps later statements from being blamed for it.
+
+mod commands;
+mod geometry;
+mod lexer;
+mod settings;
+mod state;
+mod transform;
+
+use super::report::{Place, Report};
+use super::surface::{Palette, Surface};
+use super::{Diagnostic, Loaded};
+use crate::scene::Scene;
+use glam::Vec3;
+use transform::Transforms;
+
+/// What the statements so far amount to.
+struct Reader<'a> {
+    report: Report<'a>,
+    scene: Scene,
+    seen: Seen,
+    vertices: Pile<Vec3>,
+    normal_vertices: Pile<NormalVertex>,
+    transforms: Transforms,
+    surface: Surface,
+    palette: Palette,
+    /// Constant, linear and quadratic, for the point lights to come.
+    attenuation: Vec3,
+}
+
+/// Which of the commands that count once have been there, faulty or not.
+#[derive(Default)]
+struct Seen {
+    any: bool,
+    size: bool,
+    camera: bool,
+}
+
+/// Vertices to be indexed, and how many the file said there would be. Grows with what is there: the hint alone never
+/// allocates.
+struct Pile<T> {
+    items: Vec<T>,
+    promised: Option<u64>,
+}
+
+impl<T> Pile<T> {
+    const EMPTY: Pile<T> = Pile {
+        items: Vec::new(),
+        promised: None,
+    };
+}
+
+#[derive(Clone, Copy)]
+struct NormalVertex {
+    position: Vec3,
+    normal: Vec3,
+}
+
+impl NormalVertex {
+    /// Takes the number of a faulty one, so that no triangle is blamed for it.
+    const STAND_IN: NormalVertex = NormalVertex {
+        position: Vec3::ZERO,
+        normal: Vec3::Z,
+    };
+}
+
+/// Reads a scene from the text of a `.test` file.
+///
+/// # Errors
+/// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
+pub(super) fn read(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
+    let mut reader = Reader::new(text);
+    if text.trim_start_matches('\u{feff}').trim().is_empty() {
+        reader.report.error(START, "the file is empty");
+    } else {
+        for (name, operands) in lexer::statements(text) {
+            reader.run(name, operands);
+            if reader.report.is_full() {
+                break;
+            }
+        }
+        reader.check_complete();
+    }
+    reader.finish()
+}
+
+const START: Place = Place {
+    offset: 0,
+    length: 0,
+};
+
+impl<'a> Reader<'a> {
+    fn new(text: &'a str) -> Self {
+        Reader {
+            report: Report::new(text),
+            scene: Scene::default(),
+            seen: Seen::default(),
+            vertices: Pile::EMPTY,
+            normal_vertices: Pile::EMPTY,
+            transforms: Transforms::new(),
+            surface: Surface {
+                ka: Vec3::splat(0.2),
+                ke: Vec3::ZERO,
+                kd: Vec3::ZERO,
+                ks: Vec3::ZERO,
+                kt: Vec3::ZERO,
+                shininess: 1.0,
+                ior: 1.0,
+            },
+            palette: Palette::default(),
+            attenuation: Vec3::X,
+        }
+    }
+
+    /// What only the end of the file can tell.
+    fn check_complete(&mut self) {
+        let end = self.report.end_of_content();
+        if !self.seen.size {
+            self.report.error_with_help(
+                end,
+                "the file has no `size`",
+                "start it with the image's width and height: `size 640 480`",
+            );
+        }
+        if !self.seen.camera {
+            self.report.error_with_help(
+                end,
+                "the file has no `camera`",
+                "add `camera`, then where it stands, what it looks at, which way is up, and its vertical field of view",
+            );
+        }
+        if let Some((outermost, count)) = self.transforms.unclosed() {
+            let message = match count {
+                1 => String::from("this `pushTransform` is never popped"),
+                _ => format!("{count} of these are never popped, this `pushTransform` first"),
+            };
+            self.report.warning(outermost, message);
+        }
+        if self.scene.prims.is_empty() {
+            self.report
+                .warning(end, "the file has no primitives: the picture will be empty");
+        }
+    }
+
+    fn finish(mut self) -> Result<Loaded, Vec<Diagnostic>> {
+        if self.report.is_clean() {
+            // Once as the file has it, and once as it will be traced: a scene that holds both 1e30 and 1e-30 units
+            // cannot be brought into f32's comfortable range as a whole.
+            let fitted = self.scene.validate().and_then(|()| {
+                self.scene.fit_range();
+                self.scene.validate()
+            });
+            if let Err(error) = fitted {
+                self.report.error_with_help(
+                    START,
+                    format!("the scene cannot be traced: {error}"),
+                    "its largest and smallest parts may lie too far apart for single precision",
+                );
+            }
+        }
+        let warnings = self.report.finish()?;
+        Ok(Loaded {
+            scene: self.scene,
+            warnings,
+        })
+    }
+}

@@ -1,0 +1,187 @@
+//! Commands that change what later primitives and lights capture, and the lights.
+
+use super::commands::Statement;
+use super::transform::{rotation, rounded};
+use super::{Reader, Surface};
+use glam::{DAffine3, DVec3, Vec3};
+
+impl Reader<'_> {
+    pub(super) fn translate(&mut self, statement: &Statement<'_>) {
+        if let Some(by) = self.numbers(statement) {
+            let by = Vec3::from_array(by).as_dvec3();
+            self.transform(statement, DAffine3::from_translation(by));
+        }
+    }
+
+    pub(super) fn rotate(&mut self, statement: &Statement<'_>) {
+        let Some([x, y, z, degrees]) = self.numbers(statement) else {
+            return;
+        };
+        match rotation(Vec3::new(x, y, z).as_dvec3(), degrees) {
+            Some(turn) => self.transform(statement, turn),
+            None => self.report.error(
+                statement.operand_place(0),
+                "the axis of a rotation must not be zero",
+            ),
+        }
+    }
+
+    pub(super) fn scale(&mut self, statement: &Statement<'_>) {
+        let Some(by) = self.numbers::<3>(statement) else {
+            return;
+        };
+        match by.iter().position(|&factor| factor == 0.0) {
+            Some(zero) => self.report.error_with_help(
+                statement.operand_place(zero),
+                "a scale of zero flattens everything it applies to",
+                "use 1 to leave an axis as it is",
+            ),
+            None => {
+                let by = Vec3::from_array(by).as_dvec3();
+                self.transform(statement, DAffine3::from_scale(by));
+            }
+        }
+    }
+
+    fn transform(&mut self, statement: &Statement<'_>, step: DAffine3) {
+        if !self.transforms.apply(step) {
+            self.report.error(
+                statement.place(),
+                "the transform grows beyond what numbers can hold",
+            );
+        }
+    }
+
+    pub(super) fn push_transform(&mut self, statement: &Statement<'_>) {
+        self.nothing(statement);
+        self.transforms.push(statement.place());
+    }
+
+    pub(super) fn pop_transform(&mut self, statement: &Statement<'_>) {
+        self.nothing(statement);
+        if !self.transforms.pop() {
+            self.report.error(
+                statement.place(),
+                "`popTransform` without a `pushTransform` to return to",
+            );
+        }
+    }
+
+    pub(super) fn ambient(&mut self, statement: &Statement<'_>) {
+        self.color(statement, |surface| &mut surface.ka);
+    }
+
+    pub(super) fn diffuse(&mut self, statement: &Statement<'_>) {
+        self.color(statement, |surface| &mut surface.kd);
+    }
+
+    pub(super) fn specular(&mut self, statement: &Statement<'_>) {
+        self.color(statement, |surface| &mut surface.ks);
+    }
+
+    pub(super) fn emission(&mut self, statement: &Statement<'_>) {
+        self.color(statement, |surface| &mut surface.ke);
+    }
+
+    pub(super) fn transmission(&mut self, statement: &Statement<'_>) {
+        self.color(statement, |surface| &mut surface.kt);
+    }
+
+    fn color(&mut self, statement: &Statement<'_>, column: fn(&mut Surface) -> &mut Vec3) {
+        if let Some(rgb) = self.numbers(statement) {
+            *column(&mut self.surface) = Vec3::from_array(rgb);
+        }
+    }
+
+    pub(super) fn shininess(&mut self, statement: &Statement<'_>) {
+        match self.numbers(statement) {
+            Some([exponent]) if exponent >= 0.0 => self.surface.shininess = exponent,
+            Some(_) => self.report.error(
+                statement.operand_place(0),
+                "the shininess must not be negative",
+            ),
+            None => {}
+        }
+    }
+
+    pub(super) fn ior(&mut self, statement: &Statement<'_>) {
+        match self.numbers(statement) {
+            Some([index]) if index > 0.0 => self.surface.ior = index,
+            Some(_) => self.report.error(
+                statement.operand_place(0),
+                "the index of refraction must be positive",
+            ),
+            None => {}
+        }
+    }
+
+    pub(super) fn attenuation(&mut self, statement: &Statement<'_>) {
+        let Some(factors) = self.numbers::<3>(statement) else {
+            return;
+        };
+        if let Some(negative) = factors.iter().position(|&factor| factor < 0.0) {
+            self.report.error(
+                statement.operand_place(negative),
+                "an attenuation must not be negative",
+            );
+        } else if factors == [0.0; 3] {
+            self.report.error_with_help(
+                statement.operand_place(0),
+                "an attenuation of zero makes light without bound",
+                "use `attenuation 1 0 0` for light that does not fade",
+            );
+        } else {
+            self.attenuation = Vec3::from_array(factors);
+        }
+    }
+
+    pub(super) fn point(&mut self, statement: &Statement<'_>) {
+        let Some([x, y, z, r, g, b]) = self.numbers(statement) else {
+            return;
+        };
+        let position = Vec3::new(x, y, z).as_dvec3();
+        let position = self.transforms.current().transform_point3(position);
+        if let Some(position) = self.in_range(statement, position) {
+            let lights = &mut self.scene.lights;
+            lights.add_point(position, Vec3::new(r, g, b), self.attenuation);
+        }
+    }
+
+    pub(super) fn directional(&mut self, statement: &Statement<'_>) {
+        let Some([x, y, z, r, g, b]) = self.numbers(statement) else {
+            return;
+        };
+        let toward = Vec3::new(x, y, z).as_dvec3();
+        if toward == DVec3::ZERO {
+            return self.report.error(
+                statement.operand_place(0),
+                "the vector toward a directional light must not be zero",
+            );
+        }
+        let toward = self.transforms.current().transform_vector3(toward);
+        match toward.try_normalize() {
+            Some(toward) => {
+                let lights = &mut self.scene.lights;
+                lights.add_directional(toward.as_vec3(), Vec3::new(r, g, b));
+            }
+            None => self.out_of_range(statement),
+        }
+    }
+
+    /// A transformed position in f32, or an error.
+    pub(super) fn in_range(&mut self, statement: &Statement<'_>, position: DVec3) -> Option<Vec3> {
+        let position = rounded(position);
+        if position.is_none() {
+            self.out_of_range(statement);
+        }
+        position
+    }
+
+    pub(super) fn out_of_range(&mut self, statement: &Statement<'_>) {
+        self.report.error_with_help(
+            statement.place(),
+            "the current transform takes this beyond the range of single precision",
+            "it reaches from about 1e-45 to 3e38",
+        );
+    }
+}

@@ -1,0 +1,127 @@
+//! The matrix stack, in f64: what reaches the scene is rounded to f32 once.
+
+use crate::formats::report::Place;
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+/// How far MᵀM may be from s²·I, relative to s², for M to count as a similarity. Far above the rounding errors of a
+/// stack of rotations (about 1e-16 each), far below what any f32 operand can express.
+const SIMILARITY: f64 = 1e-12;
+
+/// Condition number (Frobenius) beyond which a matrix counts as singular: with it, the rounding error of an f32
+/// coordinate in world space is as large as the whole object in object space.
+const WORST_CONDITION: f64 = 16_777_216.0; // 2^24
+
+/// The current transform, and those to return to.
+pub(super) struct Transforms {
+    current: DAffine3,
+    saved: Vec<(DAffine3, Place)>,
+}
+
+impl Transforms {
+    pub(super) fn new() -> Self {
+        Transforms {
+            current: DAffine3::IDENTITY,
+            saved: Vec::new(),
+        }
+    }
+
+    pub(super) fn current(&self) -> DAffine3 {
+        self.current
+    }
+
+    /// Right-multiplies, as OpenGL does: what is declared last acts first. False, and nothing changed, where the
+    /// product is not finite.
+    pub(super) fn apply(&mut self, step: DAffine3) -> bool {
+        let product = self.current * step;
+        let fits = product.is_finite();
+        if fits {
+            self.current = product;
+        }
+        fits
+    }
+
+    pub(super) fn push(&mut self, place: Place) {
+        self.saved.push((self.current, place));
+    }
+
+    /// False if there is nothing to return to.
+    pub(super) fn pop(&mut self) -> bool {
+        match self.saved.pop() {
+            Some((saved, _)) => {
+                self.current = saved;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Where the outermost transform was pushed of those not popped, and how many they are.
+    pub(super) fn unclosed(&self) -> Option<(Place, usize)> {
+        let &(_, outermost) = self.saved.first()?;
+        Some((outermost, self.saved.len()))
+    }
+}
+
+/// Counter-clockwise rotation about an axis of any length but zero, by Rodrigues' formula:
+/// R = cos·I + (1 − cos)·a·aᵀ + sin·\[a\]ₓ.
+pub(super) fn rotation(axis: DVec3, degrees: f32) -> Option<DAffine3> {
+    let a = axis.try_normalize()?;
+    let (sin, cos) = sin_cos(degrees);
+    let column = |e: DVec3| e * cos + a * ((1.0 - cos) * a.dot(e)) + a.cross(e) * sin;
+    Some(DAffine3::from_cols(
+        column(DVec3::X),
+        column(DVec3::Y),
+        column(DVec3::Z),
+        DVec3::ZERO,
+    ))
+}
+
+/// Sine and cosine by libm, whose bits, unlike those of the system's, are the same everywhere. Whole quarter turns
+/// are taken off first (exactly: both remainders are), so that 90 degrees turn x into y and not nearly so.
+fn sin_cos(degrees: f32) -> (f64, f64) {
+    let degrees = f64::from(degrees) % 360.0;
+    let quarters = (degrees / 90.0).round();
+    let rest = (degrees - 90.0 * quarters).to_radians();
+    let (sin, cos) = (libm::sin(rest), libm::cos(rest));
+    match (quarters as i32).rem_euclid(4) {
+        0 => (sin, cos),
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        _ => (-cos, sin),
+    }
+}
+
+/// The factor s by which a matrix scales all lengths, if it does scale all alike: MᵀM = s²·I. Reflections do.
+pub(super) fn similarity(m: DMat3) -> Option<f64> {
+    let gram = m.transpose() * m;
+    let square = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
+    let off = gram - DMat3::from_diagonal(DVec3::splat(square));
+    let largest = off.to_cols_array().iter().fold(0.0, |m, x| x.abs().max(m));
+    // The comparison also refuses what overflowed on the way.
+    (largest <= SIMILARITY * square && square.is_normal()).then(|| square.sqrt())
+}
+
+/// The inverse, unless the matrix flattens space so far that f32 could not undo it.
+pub(super) fn inverse(m: DMat3) -> Option<DMat3> {
+    let size = largest(m);
+    // Brought to about 1 first: the determinant of a matrix in units of 1e-150 would vanish though its shape is fine.
+    let unit = m * (1.0 / size);
+    let inverse = unit.inverse();
+    let condition = frobenius(unit) * frobenius(inverse);
+    let inverse = inverse * (1.0 / size);
+    (condition <= WORST_CONDITION && inverse.is_finite()).then_some(inverse)
+}
+
+fn largest(m: DMat3) -> f64 {
+    m.to_cols_array().iter().fold(0.0, |m, x| x.abs().max(m))
+}
+
+fn frobenius(m: DMat3) -> f64 {
+    m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Rounded to f32, unless that overflows.
+pub(super) fn rounded(v: DVec3) -> Option<Vec3> {
+    let v = v.as_vec3();
+    v.is_finite().then_some(v)
+}

@@ -1,0 +1,238 @@
+//! One ray against one primitive, in plain f32: what a hit is, for both engines.
+//!
+//! Each formula stands, with its source, in the file of the same test in `trace`; here it is written out once more in
+//! scalar form, operation for operation in the same order.
+
+use crate::scene::{Bounds, PAD, PrimKind, Scene};
+use glam::Vec3;
+
+/// A ray: hits count for t > 0 in units of `dir`.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Origin.
+    pub org: Vec3,
+    /// Direction, of any length.
+    pub dir: Vec3,
+}
+
+impl Ray {
+    /// A ray.
+    pub fn new(org: Vec3, dir: Vec3) -> Ray {
+        Ray { org, dir }
+    }
+}
+
+/// What a ray hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in units of the ray's direction.
+    pub t: f32,
+    /// Barycentric weight of a triangle's second corner, else 0.
+    pub u: f32,
+    /// Barycentric weight of a triangle's third corner, else 0.
+    pub v: f32,
+    /// Primitive in file order.
+    pub prim_id: u32,
+}
+
+/// `minps` and `maxps`: a NaN in the first operand gives the second.
+pub(super) fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+pub(super) fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// Largest absolute component.
+pub(super) fn largest(v: Vec3) -> f32 {
+    let v = v.abs();
+    max(max(v.x, v.y), v.z)
+}
+
+/// A ray with what its tests derive from it once.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Probe {
+    ray: Ray,
+    rdir: Vec3,
+    org_lo: Vec3,
+    org_hi: Vec3,
+    /// Axes of the sheared frame, its origin, and the slopes against the dominant axis.
+    axes: [usize; 3],
+    sheared_org: Vec3,
+    slope_x: f32,
+    slope_y: f32,
+    scale: f32,
+}
+
+/// Where a ray enters (not before 0) and leaves a box.
+#[derive(Clone, Copy)]
+pub(super) struct Stay {
+    pub(super) enter: f32,
+    pub(super) leave: f32,
+}
+
+impl Stay {
+    /// Whether the ray is in the box somewhere between 0 and `best`.
+    pub(super) fn within(self, best: f32) -> bool {
+        self.enter <= min(self.leave, best)
+    }
+}
+
+/// Components smaller than this count as this when inverted.
+const SMALLEST: f32 = f32::from_bits((127 - 80) << 23);
+
+fn reciprocal(x: f32) -> f32 {
+    let safe = if x.abs() < SMALLEST {
+        if x < 0.0 { -SMALLEST } else { SMALLEST }
+    } else {
+        x
+    };
+    1.0 / safe
+}
+
+impl Probe {
+    pub(super) fn new(ray: &Ray) -> Probe {
+        let (org, dir) = (ray.org, ray.dir);
+        let pad = Vec3::splat(largest(org) * PAD);
+        let size = dir.abs();
+        let axes = if size.x >= size.y && size.x >= size.z {
+            [1, 2, 0]
+        } else if size.y >= size.z {
+            [2, 0, 1]
+        } else {
+            [0, 1, 2]
+        };
+        let d = axes.map(|k| dir[k]);
+        Probe {
+            ray: *ray,
+            rdir: Vec3::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z)),
+            org_lo: org - pad,
+            org_hi: org + pad,
+            axes,
+            sheared_org: Vec3::from_array(axes.map(|k| org[k])),
+            slope_x: d[0] / d[2],
+            slope_y: d[1] / d[2],
+            scale: 1.0 / d[2],
+        }
+    }
+
+    /// The slab test.
+    #[inline]
+    pub(super) fn stay(&self, b: &Bounds) -> Stay {
+        let t0 = (b.lo - self.org_hi) * self.rdir;
+        let t1 = (b.hi - self.org_lo) * self.rdir;
+        let enter = max(max(min(t0.x, t1.x), min(t0.y, t1.y)), min(t0.z, t1.z));
+        let leave = min(min(max(t0.x, t1.x), max(t0.y, t1.y)), max(t0.z, t1.z));
+        Stay {
+            enter: max(enter, 0.0),
+            leave,
+        }
+    }
+
+    /// Replaces `best` if the primitive is hit closer, or as close with a smaller number.
+    #[inline]
+    pub(super) fn closer(&self, scene: &Scene, prim_id: u32, best: &mut Option<Hit>) {
+        if let Some(hit) = self.hit(scene, prim_id) {
+            let closer = match best {
+                None => true,
+                Some(b) => hit.t < b.t || (hit.t == b.t && hit.prim_id < b.prim_id),
+            };
+            if closer {
+                *best = Some(hit);
+            }
+        }
+    }
+
+    /// Where the ray meets a primitive, if it does at t > 0.
+    #[inline]
+    pub(super) fn hit(&self, scene: &Scene, prim_id: u32) -> Option<Hit> {
+        let prim = scene.prims[prim_id as usize];
+        let i = prim.index();
+        match prim.kind() {
+            PrimKind::Triangle => self.triangle(scene.triangles.corners(i), scene, prim_id),
+            PrimKind::Sphere => {
+                let from_center = self.ray.org - scene.spheres.center.get(i);
+                self.sphere(
+                    from_center,
+                    self.ray.dir,
+                    scene.spheres.radius[i],
+                    scene,
+                    prim_id,
+                )
+            }
+            PrimKind::Ellipsoid => {
+                let [x, y, z, shift] = scene.ellipsoids.object_columns(i);
+                let rotate = |v: Vec3| (x * v.x + y * v.y) + z * v.z;
+                let org = rotate(self.ray.org) + shift;
+                self.sphere(org, rotate(self.ray.dir), 1.0, scene, prim_id)
+            }
+        }
+    }
+
+    fn triangle(&self, corners: [Vec3; 3], scene: &Scene, prim_id: u32) -> Option<Hit> {
+        let [a, b, c] =
+            corners.map(|corner| Vec3::from_array(self.axes.map(|k| corner[k])) - self.sheared_org);
+        let (ax, ay) = (a.x - self.slope_x * a.z, a.y - self.slope_y * a.z);
+        let (bx, by) = (b.x - self.slope_x * b.z, b.y - self.slope_y * b.z);
+        let (cx, cy) = (c.x - self.slope_x * c.z, c.y - self.slope_y * c.z);
+        let u = cx * by - cy * bx;
+        let v = ax * cy - ay * cx;
+        let w = bx * ay - by * ax;
+        let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+        if !inside {
+            return None;
+        }
+        let det = (u + v) + w;
+        let raw = (((u * a.z + v * b.z) + w * c.z) * self.scale) / det;
+        if det == 0.0 {
+            return None;
+        }
+        let t = self.clamp(raw, scene, prim_id)?;
+        Some(Hit {
+            t,
+            u: v / det,
+            v: w / det,
+            prim_id,
+        })
+    }
+
+    fn sphere(
+        &self,
+        from_center: Vec3,
+        dir: Vec3,
+        radius: f32,
+        scene: &Scene,
+        prim_id: u32,
+    ) -> Option<Hit> {
+        let f = from_center;
+        let a = dir.dot(dir);
+        let b = -f.dot(dir);
+        let rr = radius * radius;
+        let l = f + dir * (b / a);
+        let gap = rr - l.dot(l);
+        if gap.is_nan() || gap < 0.0 {
+            return None;
+        }
+        let c = f.dot(f) - rr;
+        let root = (a * gap).sqrt();
+        let q = if b < 0.0 { b - root } else { b + root };
+        let (t0, t1) = (c / q, q / a);
+        let (near, far) = (min(t0, t1), max(t0, t1));
+        let raw = if near > 0.0 { near } else { far };
+        let t = self.clamp(raw, scene, prim_id)?;
+        Some(Hit {
+            t,
+            u: 0.0,
+            v: 0.0,
+            prim_id,
+        })
+    }
+
+    /// The distance, clamped to the stay in the primitive's own box; none if it is not ahead of the origin.
+    fn clamp(&self, raw: f32, scene: &Scene, prim_id: u32) -> Option<f32> {
+        let stay = self.stay(&scene.prim_bounds(prim_id).padded());
+        let t = min(max(raw, stay.enter), stay.leave);
+        (raw > 0.0 && t > 0.0 && stay.enter <= stay.leave).then_some(t)
+    }
+}

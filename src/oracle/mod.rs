@@ -1,0 +1,129 @@
+//! The scalar tracer: one ray at a time, recursively, as the design document writes it. A second, plainer
+//! implementation of the same arithmetic, with a tree of its own, that proves the packet engine bit by bit.
+//!
+//! It shares with the packet engine only the scene, the camera's scalar half and the definition of pow; it uses none
+//! of the rooms lanes, packet, bvh, trace and shade.
+
+mod intersect;
+mod shading;
+mod tree;
+
+pub use intersect::{Hit, Ray};
+pub use tree::Tree;
+
+use crate::camera::Camera;
+use crate::scene::Scene;
+use glam::Vec3;
+use intersect::Probe;
+use shading::{Bounce, Material, Surface};
+
+/// Rays cast by the oracle, by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cast {
+    /// Camera rays.
+    pub primary: u64,
+    /// Rays toward lights.
+    pub shadow: u64,
+    /// Mirror rays.
+    pub reflection: u64,
+    /// Refracted rays.
+    pub refraction: u64,
+}
+
+/// How the oracle looks for hits.
+#[derive(Clone, Copy, Debug)]
+pub enum Search<'a> {
+    /// Through a tree.
+    Tree(&'a Tree),
+    /// Every primitive, for tests on small scenes: what any tree must agree with.
+    BruteForce,
+}
+
+/// The scalar tracer.
+pub struct Oracle<'a> {
+    scene: &'a Scene,
+    search: Search<'a>,
+    max_depth: u32,
+    /// Rays cast since it was made.
+    pub cast: Cast,
+}
+
+impl<'a> Oracle<'a> {
+    /// An oracle for a validated scene. `max_depth` counts bounces after the primary ray.
+    pub fn new(scene: &'a Scene, search: Search<'a>, max_depth: u32) -> Oracle<'a> {
+        Oracle {
+            scene,
+            search,
+            max_depth,
+            cast: Cast::default(),
+        }
+    }
+
+    /// Radiance of a pixel (through its centre) and what its camera ray hit.
+    pub fn pixel(&mut self, camera: &Camera, x: u32, y: u32) -> (Vec3, Option<Hit>) {
+        self.cast.primary += 1;
+        let dir = camera.direction(y as f32 + 0.5, x as f32 + 0.5);
+        let ray = Ray::new(camera.eye, dir);
+        let hit = self.closest(&ray);
+        (self.radiance(&ray, hit, self.max_depth), hit)
+    }
+
+    /// The closest hit with 0 < t, ties going to the smaller prim_id.
+    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
+        let probe = Probe::new(ray);
+        match self.search {
+            Search::Tree(tree) => tree.closest(self.scene, &probe),
+            Search::BruteForce => {
+                let mut best = None;
+                for id in 0..self.scene.prim_count() as u32 {
+                    probe.closer(self.scene, id, &mut best);
+                }
+                best
+            }
+        }
+    }
+
+    /// Whether anything is hit with 0 < t < `tmax`.
+    pub fn occluded(&self, ray: &Ray, tmax: f32) -> bool {
+        let probe = Probe::new(ray);
+        let blocks = |id| probe.hit(self.scene, id).is_some_and(|hit| hit.t < tmax);
+        match self.search {
+            Search::Tree(tree) => tree.any(&probe, tmax, blocks),
+            Search::BruteForce => (0..self.scene.prim_count() as u32).any(blocks),
+        }
+    }
+
+    /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T.
+    fn radiance(&mut self, ray: &Ray, hit: Option<Hit>, bounces_left: u32) -> Vec3 {
+        let Some(hit) = hit else {
+            return self.scene.background;
+        };
+        let at = Surface::new(self.scene, ray, &hit);
+        let material = Material::of(self.scene, self.scene.prim_material(hit.prim_id));
+        let mut sum = material.own;
+        for light in 0..self.scene.lights.len() {
+            let Some(sample) = shading::sample_light(self.scene, light, &material, &at) else {
+                continue;
+            };
+            self.cast.shadow += 1;
+            if !self.occluded(&sample.ray, sample.tmax) {
+                sum += sample.radiance;
+            }
+        }
+        if bounces_left == 0 {
+            return sum;
+        }
+        let (mirror, refracted) = shading::bounces(&material, &at);
+        if let Some(Bounce { ray, weight }) = mirror {
+            self.cast.reflection += 1;
+            let hit = self.closest(&ray);
+            sum += weight * self.radiance(&ray, hit, bounces_left - 1);
+        }
+        if let Some(Bounce { ray, weight }) = refracted {
+            self.cast.refraction += 1;
+            let hit = self.closest(&ray);
+            sum += weight * self.radiance(&ray, hit, bounces_left - 1);
+        }
+        sum
+    }
+}

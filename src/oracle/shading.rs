@@ -1,0 +1,207 @@
+//! Surface, lights and bounces for one hit; the formulas are explained in the files of `shade`.
+
+use super::intersect::{Hit, Ray, largest, max};
+use crate::sampling::pow;
+use crate::scene::{PAD, PrimKind, Scene};
+use glam::Vec3;
+
+/// One row of the material columns.
+pub(super) struct Material {
+    /// Ka + Ke.
+    pub(super) own: Vec3,
+    kd: Vec3,
+    ks: Vec3,
+    kt: Vec3,
+    shininess: f32,
+    ior: f32,
+}
+
+impl Material {
+    pub(super) fn of(scene: &Scene, index: u32) -> Material {
+        let (m, i) = (&scene.materials, index as usize);
+        Material {
+            own: m.ka.get(i) + m.ke.get(i),
+            kd: m.kd.get(i),
+            ks: m.ks.get(i),
+            kt: m.kt.get(i),
+            shininess: m.shininess[i],
+            ior: m.ior[i],
+        }
+    }
+}
+
+/// A hit point with its normals turned toward the viewer.
+pub(super) struct Surface {
+    point: Vec3,
+    ng: Vec3,
+    ns: Vec3,
+    dir: Vec3,
+    offset: f32,
+    entering: bool,
+}
+
+fn unit_or(v: Vec3, otherwise: Vec3) -> Vec3 {
+    let squared = v.dot(v);
+    if squared > 0.0 {
+        v * (1.0 / squared.sqrt())
+    } else {
+        otherwise
+    }
+}
+
+fn unit(v: Vec3) -> Vec3 {
+    v * (1.0 / v.dot(v).sqrt())
+}
+
+impl Surface {
+    pub(super) fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
+        let prim = scene.prims[hit.prim_id as usize];
+        let i = prim.index();
+        let (point, ng, ns, offset) = match prim.kind() {
+            PrimKind::Sphere => sphere(scene, i, ray, hit.t),
+            PrimKind::Ellipsoid => ellipsoid(scene, i, ray, hit.t),
+            PrimKind::Triangle => triangle(scene, i, ray, hit),
+        };
+        let away = ray.dir.dot(ng) > 0.0;
+        Surface {
+            point,
+            ng: if away { -ng } else { ng },
+            ns: if away { -ns } else { ns },
+            dir: ray.dir,
+            offset,
+            entering: !away,
+        }
+    }
+
+    /// A ray that leaves the surface on the side its direction points to.
+    fn leave(&self, dir: Vec3) -> Ray {
+        let offset = if dir.dot(self.ng) >= 0.0 {
+            self.offset
+        } else {
+            -self.offset
+        };
+        Ray::new(self.point + self.ng * offset, dir)
+    }
+}
+
+fn triangle(scene: &Scene, i: usize, ray: &Ray, hit: &Hit) -> (Vec3, Vec3, Vec3, f32) {
+    let [a, b, c] = scene.triangles.corners(i);
+    let (beta, gamma) = (hit.u, hit.v);
+    let alpha = (1.0 - beta) - gamma;
+    let point = (a * alpha + b * beta) + c * gamma;
+    let (e1, e2) = (b - a, c - a);
+    let shrink = 1.0 / max(largest(e1), largest(e2));
+    let ng = unit_or((e1 * shrink).cross(e2 * shrink), -ray.dir);
+    let ns = match scene.triangles.corner_normals(i) {
+        Some([na, nb, nc]) => unit_or((na * alpha + nb * beta) + nc * gamma, ng),
+        None => ng,
+    };
+    let size = max(max(largest(a), largest(b)), largest(c));
+    (point, ng, ns, size * PAD)
+}
+
+fn sphere(scene: &Scene, i: usize, ray: &Ray, t: f32) -> (Vec3, Vec3, Vec3, f32) {
+    let (center, radius) = (scene.spheres.center.get(i), scene.spheres.radius[i]);
+    let n = unit_or((ray.org - center) + ray.dir * t, -ray.dir);
+    (center + n * radius, n, n, (largest(center) + radius) * PAD)
+}
+
+fn ellipsoid(scene: &Scene, i: usize, ray: &Ray, t: f32) -> (Vec3, Vec3, Vec3, f32) {
+    let [mx, my, mz, shift] = scene.ellipsoids.object_columns(i);
+    let [wx, wy, wz, center] = scene.ellipsoids.world_columns(i);
+    let to_object = |v: Vec3| (mx * v.x + my * v.y) + mz * v.z;
+    let org = to_object(ray.org) + shift;
+    let dir = to_object(ray.dir);
+    let n = unit_or(org + dir * t, -unit(dir));
+    let point = ((wx * n.x + wy * n.y) + wz * n.z) + center;
+    let gradient = Vec3::new(mx.dot(n), my.dot(n), mz.dot(n));
+    let length = gradient.dot(gradient).sqrt();
+    let ng = unit_or(gradient, -ray.dir);
+    let p = point.abs();
+    let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
+    let inside = (largest(terms) + 1.0) / length;
+    (point, ng, ng, (inside + largest(point)) * PAD)
+}
+
+/// What a light adds if nothing stands between, and the ray that finds out.
+pub(super) struct LightSample {
+    pub(super) ray: Ray,
+    pub(super) tmax: f32,
+    pub(super) radiance: Vec3,
+}
+
+/// `None` where the light adds nothing or does not face the surface.
+pub(super) fn sample_light(
+    scene: &Scene,
+    light: usize,
+    material: &Material,
+    at: &Surface,
+) -> Option<LightSample> {
+    let lights = &scene.lights;
+    let place = lights.place.get(light);
+    let color = lights.color.get(light);
+    let (dir, to_light, seen, tmax) = if lights.directional[light] {
+        (place, place, color, f32::INFINITY)
+    } else {
+        let to = place - at.point;
+        let squared = to.dot(to);
+        let distance = squared.sqrt();
+        let a = lights.attenuation.get(light);
+        let loss = (a.x + a.y * distance) + a.z * squared;
+        if loss.is_nan() || loss <= 0.0 {
+            return None;
+        }
+        let seen = Vec3::new(color.x / loss, color.y / loss, color.z / loss);
+        (to, to * (1.0 / distance), seen, 1.0)
+    };
+    let diffuse = max(to_light.dot(at.ns), 0.0);
+    let specular = if material.ks == Vec3::ZERO {
+        0.0
+    } else {
+        let half = unit(to_light - at.dir);
+        pow(max(half.dot(at.ns), 0.0), material.shininess)
+    };
+    let radiance = seen * (material.kd * diffuse + material.ks * specular);
+    let facing = to_light.dot(at.ng) > 0.0;
+    let adds = !radiance.is_nan() && radiance != Vec3::ZERO;
+    (facing && adds).then(|| LightSample {
+        ray: Ray::new(at.point + at.ng * at.offset, dir),
+        tmax,
+        radiance,
+    })
+}
+
+/// A secondary ray and what its answer is multiplied with.
+pub(super) struct Bounce {
+    pub(super) ray: Ray,
+    pub(super) weight: Vec3,
+}
+
+/// The mirror ray and the refracted ray, where their weights are not zero.
+pub(super) fn bounces(material: &Material, at: &Surface) -> (Option<Bounce>, Option<Bounce>) {
+    let (d, n) = (at.dir, at.ns);
+    let along = d.dot(n);
+    let cos = -along;
+    let eta = if at.entering {
+        1.0 / material.ior
+    } else {
+        material.ior
+    };
+    let k = 1.0 - (eta * eta) * (1.0 - cos * cos);
+    let transmits = material.kt != Vec3::ZERO;
+    let total = transmits && k < 0.0;
+    let weight = if total {
+        material.ks + material.kt
+    } else {
+        material.ks
+    };
+    let mirror = (weight != Vec3::ZERO).then(|| Bounce {
+        ray: at.leave(unit(d - n * (2.0 * along))),
+        weight,
+    });
+    let refracted = (transmits && !total).then(|| Bounce {
+        ray: at.leave(unit(d * eta + n * (eta * cos - k.sqrt()))),
+        weight: material.kt,
+    });
+    (mirror, refracted)
+}

@@ -1,0 +1,260 @@
+//! The oracle's own tree: a binary hierarchy built by binned surface area heuristic (Wald, "On Fast Construction of
+//! SAH-based Bounding Volume Hierarchies", 2007) and walked one ray at a time. That it differs from the packet
+//! engine's tree is part of the proof: no picture may depend on the tree.
+
+use super::intersect::{Hit, Probe};
+use crate::scene::{Bounds, Scene};
+use glam::Vec3;
+
+/// Buckets per axis of the builder.
+const BINS: usize = 16;
+/// A leaf holds at most this many primitives, unless they cannot be told apart.
+const LEAF: usize = 4;
+/// From this depth on nodes are halved by count, so that no path is deeper than [`MAX_DEPTH`].
+const HALVE_FROM: usize = 32;
+/// Length of the traversal stack: 32 levels by heuristic, and 32 halvings of at most 2³² primitives.
+const MAX_DEPTH: usize = 64;
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    bounds: Bounds,
+    /// First primitive of a leaf; of an inner node the second child (the first follows the node).
+    first: u32,
+    /// Primitives of a leaf, 0 for an inner node.
+    count: u32,
+}
+
+/// A binary tree over the padded boxes of a scene's primitives.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    nodes: Vec<Node>,
+    prims: Vec<u32>,
+    depth: usize,
+}
+
+/// A primitive while the tree is built.
+#[derive(Clone, Copy)]
+struct Item {
+    bounds: Bounds,
+    /// Twice the centre of the box.
+    center: Vec3,
+    prim_id: u32,
+}
+
+impl Tree {
+    /// Builds the tree of a scene.
+    pub fn build(scene: &Scene) -> Tree {
+        let mut items: Vec<Item> = (0..scene.prim_count() as u32)
+            .map(|prim_id| {
+                let bounds = scene.prim_bounds(prim_id).padded();
+                Item {
+                    bounds,
+                    center: bounds.lo + bounds.hi,
+                    prim_id,
+                }
+            })
+            .collect();
+        let mut tree = Tree {
+            nodes: Vec::with_capacity(items.len()),
+            prims: Vec::with_capacity(items.len()),
+            depth: 0,
+        };
+        if !items.is_empty() {
+            tree.add(&mut items, 1);
+        }
+        tree
+    }
+
+    /// Number of nodes, leaves included.
+    pub fn node_count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Longest path from the root, the root counting 1.
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// Bytes of the nodes and of the primitive list.
+    pub fn memory_bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.prims.as_slice())
+    }
+
+    /// Surface area heuristic cost: nodes visited and primitives tested, both at cost 1.
+    pub fn sah(&self) -> f64 {
+        let Some(root) = self.nodes.first() else {
+            return 0.0;
+        };
+        let cost = |n: &Node| n.bounds.half_area() as f64 * n.count.max(1) as f64;
+        self.nodes.iter().map(cost).sum::<f64>() / root.bounds.half_area() as f64
+    }
+
+    fn add(&mut self, items: &mut [Item], depth: usize) {
+        let bounds = items
+            .iter()
+            .fold(Bounds::EMPTY, |all, i| all.union(i.bounds));
+        let index = self.nodes.len();
+        self.depth = self.depth.max(depth);
+        self.nodes.push(Node {
+            bounds,
+            first: self.prims.len() as u32,
+            count: items.len() as u32,
+        });
+        let at = if items.len() <= LEAF {
+            0
+        } else if depth < HALVE_FROM {
+            partition(items)
+        } else {
+            items.len() / 2
+        };
+        if at == 0 || at == items.len() {
+            self.prims.extend(items.iter().map(|i| i.prim_id));
+            return;
+        }
+        let (left, right) = items.split_at_mut(at);
+        self.nodes[index].count = 0;
+        self.add(left, depth + 1);
+        self.nodes[index].first = self.nodes.len() as u32;
+        self.add(right, depth + 1);
+    }
+
+    pub(super) fn closest(&self, scene: &Scene, probe: &Probe) -> Option<Hit> {
+        let mut best: Option<Hit> = None;
+        self.walk(probe, f32::INFINITY, |prims, limit| {
+            for &id in prims {
+                probe.closer(scene, id, &mut best);
+            }
+            if let Some(hit) = best {
+                *limit = hit.t;
+            }
+            false
+        });
+        best
+    }
+
+    pub(super) fn any(&self, probe: &Probe, tmax: f32, blocks: impl Fn(u32) -> bool) -> bool {
+        let mut found = false;
+        self.walk(probe, tmax, |prims, _| {
+            found = prims.iter().any(|&id| blocks(id));
+            found
+        });
+        found
+    }
+
+    /// Visits the leaves a ray may meet before `limit`, nearer ones first, until `leaf` says true.
+    fn walk(&self, probe: &Probe, mut limit: f32, mut leaf: impl FnMut(&[u32], &mut f32) -> bool) {
+        let Some(root) = self.nodes.first() else {
+            return;
+        };
+        if !probe.stay(&root.bounds).within(limit) {
+            return;
+        }
+        let mut stack = [(0u32, 0.0f32); MAX_DEPTH];
+        let mut top = 0;
+        let mut index = 0;
+        loop {
+            let node = &self.nodes[index];
+            let mut next = None;
+            if node.count > 0 {
+                let first = node.first as usize;
+                if leaf(&self.prims[first..first + node.count as usize], &mut limit) {
+                    return;
+                }
+            } else {
+                let (a, b) = (index + 1, node.first as usize);
+                let stays = [a, b].map(|k| probe.stay(&self.nodes[k].bounds));
+                next = match stays.map(|s| s.within(limit)) {
+                    [true, true] => {
+                        let a_first = stays[0].enter <= stays[1].enter;
+                        let (near, far) = if a_first { (a, b) } else { (b, a) };
+                        stack[top] = (far as u32, stays[usize::from(a_first)].enter);
+                        top += 1;
+                        Some(near)
+                    }
+                    [true, false] => Some(a),
+                    [false, true] => Some(b),
+                    [false, false] => None,
+                };
+            }
+            index = match next {
+                Some(next) => next,
+                None => loop {
+                    if top == 0 {
+                        return;
+                    }
+                    top -= 1;
+                    let (waiting, enter) = stack[top];
+                    if enter <= limit {
+                        break waiting as usize;
+                    }
+                },
+            };
+        }
+    }
+}
+
+/// Reorders items into two groups at the cheapest of the bin borders; returns the size of the first (0 if all
+/// centres coincide or no split is cheaper than a small leaf).
+fn partition(items: &mut [Item]) -> usize {
+    let centers = items.iter().fold(Bounds::EMPTY, |all, i| {
+        all.union(Bounds::new(i.center, i.center))
+    });
+    let mut best: Option<(f32, usize, usize)> = None;
+    for axis in 0..3 {
+        if let Some((cost, border)) = cheapest_border(items, centers, axis)
+            && best.is_none_or(|(least, ..)| cost < least)
+        {
+            best = Some((cost, axis, border));
+        }
+    }
+    let Some((_, axis, border)) = best else {
+        return items.len() / 2;
+    };
+    let mut at = 0;
+    for k in 0..items.len() {
+        if bin(items[k].center, centers, axis) < border {
+            items.swap(k, at);
+            at += 1;
+        }
+    }
+    at
+}
+
+fn bin(center: Vec3, centers: Bounds, axis: usize) -> usize {
+    let extent = centers.hi[axis] - centers.lo[axis];
+    let k = (center[axis] - centers.lo[axis]) / extent * BINS as f32;
+    (k as usize).min(BINS - 1)
+}
+
+fn cheapest_border(items: &[Item], centers: Bounds, axis: usize) -> Option<(f32, usize)> {
+    if centers.lo[axis] >= centers.hi[axis] {
+        return None;
+    }
+    let mut bins = [(Bounds::EMPTY, 0usize); BINS];
+    for item in items {
+        let b = &mut bins[bin(item.center, centers, axis)];
+        *b = (b.0.union(item.bounds), b.1 + 1);
+    }
+    let mut right = [0.0f32; BINS];
+    let mut sum = (Bounds::EMPTY, 0usize);
+    for k in (1..BINS).rev() {
+        sum = (sum.0.union(bins[k].0), sum.1 + bins[k].1);
+        right[k] = sum.0.half_area() * sum.1 as f32;
+    }
+    let mut left = (Bounds::EMPTY, 0usize);
+    let mut best: Option<(f32, usize)> = None;
+    for border in 1..BINS {
+        left = (
+            left.0.union(bins[border - 1].0),
+            left.1 + bins[border - 1].1,
+        );
+        if left.1 == 0 || left.1 == items.len() {
+            continue;
+        }
+        let cost = left.0.half_area() * left.1 as f32 + right[border];
+        if best.is_none_or(|(least, _)| cost < least) {
+            best = Some((cost, border));
+        }
+    }
+    best
+}

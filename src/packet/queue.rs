@@ -1,0 +1,134 @@
+//! A queue of rays in a bump arena, stored packet by packet, so that what is pushed ray by ray comes out in full
+//! packets.
+
+use super::{RayPacket, packets_for};
+use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
+use bumpalo::Bump;
+
+/// Eight rays and what they are for, in memory order.
+#[derive(Clone, Copy)]
+#[repr(C, align(32))]
+struct Slot {
+    org: [[f32; LANES]; 3],
+    dir: [[f32; LANES]; 3],
+    weight: [[f32; LANES]; 3],
+    parent: [u32; LANES],
+}
+
+/// Rays waiting to be traced, each with the hit that sent it (`parent`) and what its answer is multiplied with
+/// (`weight`, RGB).
+pub struct RayQueue<'arena> {
+    slots: &'arena mut [Slot],
+    len: usize,
+}
+
+impl<'arena> RayQueue<'arena> {
+    /// An empty queue with room for `capacity` rays.
+    pub fn with_capacity(arena: &'arena Bump, capacity: usize) -> RayQueue<'arena> {
+        let empty = Slot {
+            org: [[0.0; LANES]; 3],
+            dir: [[0.0; LANES]; 3],
+            weight: [[0.0; LANES]; 3],
+            parent: [0; LANES],
+        };
+        RayQueue {
+            slots: arena.alloc_slice_fill_copy(packets_for(capacity), empty),
+            len: 0,
+        }
+    }
+
+    /// Rays waiting.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether none waits.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Forgets the rays, keeps the room.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Appends the lanes of `mask`, in lane order.
+    ///
+    /// # Panics
+    /// If the queue is full.
+    pub fn push(
+        &mut self,
+        mask: Mask8,
+        org: Vec3x8,
+        dir: Vec3x8,
+        weight: Vec3x8,
+        parent: &[u32; LANES],
+    ) {
+        let lanes = mask.bits();
+        if lanes == 0 {
+            return;
+        }
+        if lanes == u8::MAX && self.len.is_multiple_of(LANES) {
+            // Eight neighbours into an empty slot: the packet as it is.
+            self.slots[self.len / LANES] = Slot {
+                org: rows(org),
+                dir: rows(dir),
+                weight: rows(weight),
+                parent: *parent,
+            };
+            self.len += LANES;
+            return;
+        }
+        let columns = [rows(org), rows(dir), rows(weight)];
+        let mut rest = lanes as u32;
+        while rest != 0 {
+            let lane = rest.trailing_zeros() as usize % LANES;
+            rest &= rest - 1;
+            let slot = &mut self.slots[self.len / LANES];
+            let at = self.len % LANES;
+            for axis in 0..3 {
+                slot.org[axis][at] = columns[0][axis][lane];
+                slot.dir[axis][at] = columns[1][axis][lane];
+                slot.weight[axis][at] = columns[2][axis][lane];
+            }
+            slot.parent[at] = parent[lane];
+            self.len += 1;
+        }
+    }
+
+    /// Packet `index` and which of its lanes carry rays; `tmax` is the same for all.
+    pub fn packet(&self, index: usize, tmax: f32) -> (RayPacket, Mask8) {
+        let slot = &self.slots[index];
+        let packet = RayPacket {
+            org: columns(&slot.org),
+            dir: columns(&slot.dir),
+            tmax: F32x8::splat(tmax),
+        };
+        (packet, self.active(index))
+    }
+
+    /// Which lanes of packet `index` carry rays.
+    pub fn active(&self, index: usize) -> Mask8 {
+        Mask8::first(self.len - index * LANES)
+    }
+
+    /// Origin and direction of one ray.
+    pub fn ray(&self, packet: usize, lane: usize) -> ([f32; 3], [f32; 3]) {
+        let slot = &self.slots[packet];
+        (slot.org.map(|c| c[lane]), slot.dir.map(|c| c[lane]))
+    }
+
+    /// Weights and parents of packet `index`.
+    pub fn purpose(&self, index: usize) -> (&[[f32; LANES]; 3], &[u32; LANES]) {
+        let slot = &self.slots[index];
+        (&slot.weight, &slot.parent)
+    }
+}
+
+fn rows(v: Vec3x8) -> [[f32; LANES]; 3] {
+    [v.x.to_array(), v.y.to_array(), v.z.to_array()]
+}
+
+fn columns(c: &[[f32; LANES]; 3]) -> Vec3x8 {
+    Vec3x8::new(F32x8::new(c[0]), F32x8::new(c[1]), F32x8::new(c[2]))
+}

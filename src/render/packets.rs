@@ -1,0 +1,125 @@
+//! The packet engine's painter: a tile's camera rays, its waves, its pixels.
+
+use super::film::SharedFilm;
+use super::stats::RenderStats;
+use super::tiles::Tile;
+use super::wave::{Colors, Engine, RayView, wave};
+use super::workers::Painter;
+use crate::bvh::Bvh;
+use crate::camera::Camera;
+use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
+use crate::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
+use crate::scene::Scene;
+use crate::trace::Tracer;
+use bumpalo::Bump;
+
+/// Paints tiles with packets of eight rays.
+pub struct PacketPainter<'a> {
+    camera: &'a Camera,
+    engine: Engine<'a>,
+    /// The tile's own arena, then one for every depth of wave.
+    tile_arena: Bump,
+    arenas: Vec<Bump>,
+}
+
+impl<'a> PacketPainter<'a> {
+    /// A painter for one worker. `max_depth` counts bounces after the primary ray.
+    pub fn new(scene: &'a Scene, bvh: &'a Bvh, camera: &'a Camera, max_depth: u32) -> Self {
+        PacketPainter {
+            camera,
+            engine: Engine {
+                scene,
+                tracer: Tracer::new(bvh),
+                stats: RenderStats::default(),
+            },
+            tile_arena: Bump::new(),
+            arenas: (0..=max_depth).map(|_| Bump::new()).collect(),
+        }
+    }
+}
+
+impl Painter for PacketPainter<'_> {
+    fn paint(&mut self, tile: Tile, film: &SharedFilm) {
+        self.tile_arena.reset();
+        let arena = &self.tile_arena;
+        let rays = camera_rays(arena, self.camera, tile);
+        self.engine.stats.rays.primary += rays.len() as u64;
+        let packets = packets_for(rays.len());
+        let colors = arena.alloc_slice_fill_copy(packets, Colors::BLACK);
+        let hits = film
+            .records_hits()
+            .then(|| &mut *arena.alloc_slice_fill_copy(packets, HitPacket::miss()));
+        let view = RayView {
+            queue: &rays,
+            packets: 0..packets,
+        };
+        let mut hits = hits;
+        wave(
+            &mut self.engine,
+            &mut self.arenas,
+            view,
+            colors,
+            hits.as_deref_mut(),
+        );
+        develop(&rays, tile, colors, hits.as_deref(), film);
+    }
+
+    fn stats(&self) -> RenderStats {
+        RenderStats {
+            packets: self.engine.tracer.work.packets,
+            ..self.engine.stats
+        }
+    }
+}
+
+/// The camera rays of a tile through the pixel centres, in 8×8 blocks of 4×2 pixels a packet. Their parent is the
+/// pixel's place in the tile, row and column in sixteen bits each.
+fn camera_rays<'arena>(arena: &'arena Bump, camera: &Camera, tile: Tile) -> RayQueue<'arena> {
+    let mut rays = RayQueue::with_capacity(arena, tile.pixels() as usize);
+    let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
+    for block_y in (0..tile.height).step_by(8) {
+        for block_x in (0..tile.width).step_by(8) {
+            for packet in 0..8 {
+                let x = block_x + packet % 2 * 4;
+                let y = block_y + packet / 2 * 2;
+                let columns: [u32; LANES] = std::array::from_fn(|k| x + k as u32 % 4);
+                let rows: [u32; LANES] = std::array::from_fn(|k| y + k as u32 / 4);
+                let inside = (0..LANES)
+                    .filter(|&k| columns[k] < tile.width && rows[k] < tile.height)
+                    .fold(0u8, |bits, k| bits | 1 << k);
+                if inside == 0 {
+                    continue;
+                }
+                let centre = |first: u32, steps: [u32; LANES]| {
+                    F32x8::new(steps.map(|s| (first + s) as f32)) + F32x8::splat(0.5)
+                };
+                let dir = camera.directions(centre(tile.y, rows), centre(tile.x, columns));
+                let pixel = std::array::from_fn(|k| rows[k] << 16 | columns[k]);
+                rays.push(Mask8::from_bits(inside), eye, dir, Vec3x8::ZERO, &pixel);
+            }
+        }
+    }
+    rays
+}
+
+/// Puts the tile's pixels onto the film.
+fn develop(
+    rays: &RayQueue,
+    tile: Tile,
+    colors: &[Colors],
+    hits: Option<&[HitPacket]>,
+    film: &SharedFilm,
+) {
+    for index in 0..rays.len() {
+        let (packet, lane) = (index / LANES, index % LANES);
+        let pixel = rays.purpose(packet).1[lane];
+        let (x, y) = (tile.x + (pixel & 0xffff), tile.y + (pixel >> 16));
+        film.set(x, y, colors[packet].lane(lane));
+        if let Some(hits) = hits {
+            let hit = &hits[packet];
+            let prim_id = hit.prim_id.lane(lane);
+            let t = if prim_id == NO_PRIM { 0.0 } else { hit.t.lane(lane) };
+            film.set_hit(x, y, [t, hit.u.lane(lane), hit.v.lane(lane)], prim_id);
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! One wave of rays, whole: trace, shade, ask the lights, bounce, fold.
+//!
+//! A wave lives in the arena of its depth. Its bounces are traced as waves of the next depth, in pieces no larger
+//! than itself, so that memory grows with the depth and not with 2^depth; each piece is folded into this wave before the
+//! next is traced, mirror rays before refracted ones, which gives the sum the order of the recursion:
+//! (local + Ks I_R) + Kt I_T.
+
+use super::stats::RenderStats;
+use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
+use crate::scene::{PrimKind, Scene};
+use crate::shade::{Material, Surface, bounces, sample_light, surface};
+use crate::trace::Tracer;
+use bumpalo::Bump;
+use std::ops::Range;
+
+/// What every wave needs.
+pub(super) struct Engine<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) tracer: Tracer<'a>,
+    pub(super) stats: RenderStats,
+}
+
+/// Radiance of eight rays.
+#[derive(Clone, Copy)]
+#[repr(C, align(32))]
+pub(super) struct Colors([[f32; LANES]; 3]);
+
+impl Colors {
+    pub(super) const BLACK: Colors = Colors([[0.0; LANES]; 3]);
+
+    pub(super) fn lane(&self, lane: usize) -> [f32; 3] {
+        [self.0[0][lane], self.0[1][lane], self.0[2][lane]]
+    }
+
+    fn set(&mut self, lane: usize, rgb: [f32; 3]) {
+        for (plane, value) in self.0.iter_mut().zip(rgb) {
+            plane[lane] = value;
+        }
+    }
+
+    fn add(&mut self, lane: usize, rgb: [f32; 3]) {
+        for (plane, value) in self.0.iter_mut().zip(rgb) {
+            plane[lane] += value;
+        }
+    }
+}
+
+/// Some packets of a queue.
+pub(super) struct RayView<'q, 'arena> {
+    pub(super) queue: &'q RayQueue<'arena>,
+    pub(super) packets: Range<usize>,
+}
+
+impl RayView<'_, '_> {
+    fn packet(&self, index: usize) -> (RayPacket, Mask8) {
+        self.queue.packet(self.packets.start + index, f32::INFINITY)
+    }
+
+    fn active(&self, index: usize) -> Mask8 {
+        self.queue.active(self.packets.start + index)
+    }
+}
+
+/// Traces a wave and writes the radiance of its rays, packet by packet, to `colors`. `arenas` holds one arena for this
+/// wave and one for each bounce that is still allowed. `keep` receives the hits where they are wanted.
+pub(super) fn wave(
+    engine: &mut Engine,
+    arenas: &mut [Bump],
+    rays: RayView,
+    colors: &mut [Colors],
+    keep: Option<&mut [HitPacket]>,
+) {
+    let Some((arena, deeper)) = arenas.split_first_mut() else {
+        return;
+    };
+    arena.reset();
+    let arena = &*arena;
+    // Trace.
+    let hits = arena.alloc_slice_fill_with(rays.packets.len(), |k| {
+        let (packet, active) = rays.packet(k);
+        engine.tracer.closest(&packet, active)
+    });
+    if let Some(keep) = keep {
+        keep.copy_from_slice(hits);
+    }
+    // Shade.
+    let surfaces = surfaces(arena, engine.scene, &rays, hits, colors);
+    emit_own(engine.scene, surfaces, colors);
+    // Ask the lights, in the order of the file.
+    ask_lights(engine, arena, surfaces, colors);
+    // Bounce and fold.
+    if deeper.is_empty() {
+        return;
+    }
+    let queue = bounce(engine, arena, surfaces);
+    let piece = rays.packets.len();
+    let answers = arena.alloc_slice_fill_copy(piece.min(packets_for(queue.len())), Colors::BLACK);
+    for first in (0..packets_for(queue.len())).step_by(piece) {
+        let packets = first..packets_for(queue.len()).min(first + piece);
+        let answers = &mut answers[..packets.len()];
+        let view = RayView {
+            queue: &queue,
+            packets: packets.clone(),
+        };
+        wave(engine, deeper, view, answers, None);
+        fold(&queue, packets, answers, colors);
+    }
+}
+
+/// What eight hits must share to be shaded together: kind in the upper two bits, material below.
+type Batch = u32;
+
+fn batch_of(scene: &Scene, prim_id: u32) -> Batch {
+    let kind = scene.prims[prim_id as usize].kind() as u32;
+    kind << 30 | scene.prim_material(prim_id)
+}
+
+/// A hit that has to be regrouped: its batch in the upper half, the ray's index in the wave in the lower.
+type Key = u64;
+
+fn key_batch(key: Key) -> Batch {
+    (key >> 32) as Batch
+}
+
+/// Gives missing rays the background and every hit its surface. A packet whose lanes all hit one kind and material is
+/// shaded as it stands; the other hits are sorted by kind and material, and shaded eight at a time.
+fn surfaces<'arena>(
+    arena: &'arena Bump,
+    scene: &Scene,
+    rays: &RayView,
+    hits: &[HitPacket],
+    colors: &mut [Colors],
+) -> &'arena [Surface] {
+    let whole = arena.alloc_slice_fill_copy(hits.len(), (0u32, 0 as Batch));
+    let loose = arena.alloc_slice_fill_copy(hits.len() * LANES, 0 as Key);
+    let (mut wholes, mut looses) = (0, 0);
+    let background = scene.background.to_array();
+    for (packet, hit) in hits.iter().enumerate() {
+        let active = rays.active(packet).bits();
+        let found = !hit.prim_id.eq(U32x8::splat(NO_PRIM)).bits() & active;
+        for lane in bits(active & !found) {
+            colors[packet].set(lane, background);
+        }
+        let start = looses;
+        for lane in bits(found) {
+            let batch = batch_of(scene, hit.prim_id.lane(lane)) as Key;
+            loose[looses] = batch << 32 | (packet * LANES + lane) as Key;
+            looses += 1;
+        }
+        let mine = &loose[start..looses];
+        if mine.len() == LANES && mine.iter().all(|&k| key_batch(k) == key_batch(mine[0])) {
+            whole[wholes] = (packet as u32, key_batch(mine[0]));
+            (wholes, looses) = (wholes + 1, start);
+        }
+    }
+    let (whole, loose) = (&whole[..wholes], &mut loose[..looses]);
+    loose.sort_unstable();
+    let runs = || loose.chunk_by(|a, b| key_batch(*a) == key_batch(*b));
+    let count = runs().map(|run| packets_for(run.len())).sum::<usize>();
+    let mut batches = runs().flat_map(|run| run.chunks(LANES));
+    arena.alloc_slice_fill_with(wholes + count, |k| match whole.get(k) {
+        Some(&(packet, batch)) => whole_surface(scene, rays, hits, packet as usize, batch),
+        None => loose_surface(scene, rays, hits, batches.next().unwrap_or_default()),
+    })
+}
+
+fn whole_surface(
+    scene: &Scene,
+    rays: &RayView,
+    hits: &[HitPacket],
+    packet: usize,
+    batch: Batch,
+) -> Surface {
+    let ray = std::array::from_fn(|lane| (packet * LANES + lane) as u32);
+    let (kind, material) = unpack(batch);
+    let (rays, active) = rays.packet(packet);
+    surface(scene, kind, material, &rays, &hits[packet], active, ray)
+}
+
+fn loose_surface(scene: &Scene, rays: &RayView, hits: &[HitPacket], batch: &[Key]) -> Surface {
+    // Lanes past the batch's end repeat its last hit.
+    let ray: [u32; LANES] = std::array::from_fn(|k| batch[k.min(batch.len() - 1)] as u32);
+    let active = Mask8::first(batch.len());
+    let (kind, material) = unpack(key_batch(batch[0]));
+    let (rays, hits) = gather(rays, hits, &ray);
+    surface(scene, kind, material, &rays, &hits, active, ray)
+}
+
+fn unpack(batch: Batch) -> (PrimKind, u32) {
+    let kind = match batch >> 30 {
+        0 => PrimKind::Sphere,
+        1 => PrimKind::Ellipsoid,
+        _ => PrimKind::Triangle,
+    };
+    (kind, batch & 0x3fff_ffff)
+}
+
+/// Collects eight rays and hits from wherever they are.
+fn gather(rays: &RayView, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPacket, HitPacket) {
+    let mut org = [[0.0; LANES]; 3];
+    let mut dir = [[0.0; LANES]; 3];
+    let mut tuv = [[0.0; LANES]; 3];
+    let mut prim_id = [0; LANES];
+    for (k, &index) in ray.iter().enumerate() {
+        let (packet, lane) = (index as usize / LANES, index as usize % LANES);
+        let (o, d) = rays.queue.ray(rays.packets.start + packet, lane);
+        let hit = &hits[packet];
+        for axis in 0..3 {
+            org[axis][k] = o[axis];
+            dir[axis][k] = d[axis];
+        }
+        for (column, value) in tuv.iter_mut().zip([&hit.t, &hit.u, &hit.v]) {
+            column[k] = value.lane(lane);
+        }
+        prim_id[k] = hit.prim_id.lane(lane);
+    }
+    let vec =
+        |c: [[f32; LANES]; 3]| Vec3x8::new(F32x8::new(c[0]), F32x8::new(c[1]), F32x8::new(c[2]));
+    let [t, u, v] = tuv.map(F32x8::new);
+    (
+        RayPacket {
+            org: vec(org),
+            dir: vec(dir),
+            tmax: F32x8::splat(f32::INFINITY),
+        },
+        HitPacket {
+            t,
+            u,
+            v,
+            prim_id: U32x8::new(prim_id),
+        },
+    )
+}
+
+/// Starts every hit's sum with Ka + Ke.
+fn emit_own(scene: &Scene, surfaces: &[Surface], colors: &mut [Colors]) {
+    for at in surfaces {
+        let own = Material::of(scene, at.material).own.to_array();
+        for lane in lanes(at.active) {
+            let ray = at.ray[lane] as usize;
+            colors[ray / LANES].set(ray % LANES, own);
+        }
+    }
+}
+
+/// Adds each light's term where nothing stands in its way.
+fn ask_lights(engine: &mut Engine, arena: &Bump, surfaces: &[Surface], colors: &mut [Colors]) {
+    let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
+    for light in 0..engine.scene.lights.len() {
+        queue.clear();
+        for at in surfaces {
+            let material = Material::of(engine.scene, at.material);
+            let sample = sample_light(engine.scene, light, &material, at);
+            queue.push(
+                sample.needed,
+                sample.org,
+                sample.dir,
+                sample.radiance,
+                &at.ray,
+            );
+        }
+        engine.stats.rays.shadow += queue.len() as u64;
+        let tmax = if engine.scene.lights.directional[light] {
+            f32::INFINITY
+        } else {
+            1.0
+        };
+        for packet in 0..packets_for(queue.len()) {
+            let (rays, active) = queue.packet(packet, tmax);
+            let seen = active & !engine.tracer.occluded(&rays, active);
+            let (radiance, hit) = queue.purpose(packet);
+            for lane in lanes(seen) {
+                let ray = hit[lane] as usize;
+                colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| radiance[c][lane]));
+            }
+        }
+    }
+}
+
+/// Queues the mirror rays of all hits, then the refracted ones.
+fn bounce<'arena>(
+    engine: &mut Engine,
+    arena: &'arena Bump,
+    surfaces: &[Surface],
+) -> RayQueue<'arena> {
+    let room = surfaces.iter().map(|at| {
+        let m = Material::of(engine.scene, at.material);
+        let ways = usize::from(m.ks != glam::Vec3::ZERO) + usize::from(m.kt != glam::Vec3::ZERO);
+        ways * at.active.bits().count_ones() as usize
+    });
+    let room = room.sum();
+    let mut queue = RayQueue::with_capacity(arena, room);
+    if room == 0 {
+        return queue;
+    }
+    let outgoing = arena.alloc_slice_fill_with(surfaces.len(), |k| {
+        let material = Material::of(engine.scene, surfaces[k].material);
+        (bounces(&material, &surfaces[k]), material.kt)
+    });
+    for (at, (out, _)) in surfaces.iter().zip(&*outgoing) {
+        queue.push(
+            out.reflect,
+            out.reflect_org,
+            out.reflect_dir,
+            out.reflect_weight,
+            &at.ray,
+        );
+    }
+    let reflected = queue.len() as u64;
+    for (at, (out, kt)) in surfaces.iter().zip(&*outgoing) {
+        let weight = Vec3x8::splat(kt.x, kt.y, kt.z);
+        queue.push(
+            out.refract,
+            out.refract_org,
+            out.refract_dir,
+            weight,
+            &at.ray,
+        );
+    }
+    engine.stats.rays.reflection += reflected;
+    engine.stats.rays.refraction += queue.len() as u64 - reflected;
+    queue
+}
+
+/// Adds the weighted answers of some packets of bounces to the hits that sent them.
+fn fold(queue: &RayQueue, packets: Range<usize>, answers: &[Colors], colors: &mut [Colors]) {
+    for (packet, answer) in packets.zip(answers) {
+        let active = queue.active(packet);
+        let (weight, parent) = queue.purpose(packet);
+        for lane in lanes(active) {
+            let ray = parent[lane] as usize;
+            let rgb = [0, 1, 2].map(|c| weight[c][lane] * answer.0[c][lane]);
+            colors[ray / LANES].add(ray % LANES, rgb);
+        }
+    }
+}
+
+/// The set lanes of a mask, in order.
+fn lanes(mask: Mask8) -> impl Iterator<Item = usize> {
+    bits(mask.bits())
+}
+
+/// The set bits of a byte, in order.
+fn bits(byte: u8) -> impl Iterator<Item = usize> {
+    let mut rest = byte as u32;
+    std::iter::from_fn(move || {
+        let bit = rest.trailing_zeros() as usize;
+        rest &= rest.wrapping_sub(1);
+        (bit < LANES).then_some(bit)
+    })
+}

@@ -1,0 +1,102 @@
+//! Workers that take tiles until none is left; the only place that names core_affinity.
+
+use super::film::SharedFilm;
+use super::stats::RenderStats;
+use super::tiles::Tile;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
+
+/// Whether workers are bound to cores.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pin {
+    /// The system places them.
+    None,
+    /// Worker k runs on the k-th core of the process's affinity mask.
+    Cores,
+}
+
+/// Shared with a render that is under way: how far it is, and a way to stop it.
+#[derive(Debug, Default)]
+pub struct Control {
+    /// Set to stop: workers finish their tile and leave.
+    pub stop: AtomicBool,
+    /// Pixels finished.
+    pub pixels: AtomicU64,
+    /// Rays traced so far, all kinds.
+    pub rays: AtomicU64,
+}
+
+/// The render was stopped through [`Control::stop`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the render was interrupted")]
+pub struct Interrupted;
+
+/// An engine's share of one worker: it paints tiles and counts what it does.
+pub trait Painter {
+    /// Paints every pixel of a tile.
+    fn paint(&mut self, tile: Tile, film: &SharedFilm);
+    /// What it has done since it was made.
+    fn stats(&self) -> RenderStats;
+}
+
+/// Paints all tiles on `threads` workers, each with a painter of its own made by `painter`.
+///
+/// # Errors
+/// [`Interrupted`] if `control.stop` was set before the last tile was taken.
+pub fn run<P: Painter>(
+    tiles: &[Tile],
+    film: &SharedFilm,
+    threads: usize,
+    pin: Pin,
+    control: &Control,
+    painter: impl Fn() -> P + Sync,
+) -> Result<RenderStats, Interrupted> {
+    // Read before any pinning: a pinned thread's children would see one core only.
+    let cores = match pin {
+        Pin::None => Vec::new(),
+        Pin::Cores => core_affinity::get_core_ids().unwrap_or_default(),
+    };
+    let next = AtomicUsize::new(0);
+    let work = |worker: usize| {
+        if !cores.is_empty() {
+            // Pinning is a wish: where the system refuses, the worker runs unpinned.
+            core_affinity::set_for_current(cores[worker % cores.len()]);
+        }
+        let mut painter = painter();
+        let mut counted = 0;
+        while !control.stop.load(Relaxed) {
+            let Some(&tile) = tiles.get(next.fetch_add(1, Relaxed)) else {
+                break;
+            };
+            painter.paint(tile, film);
+            let rays = painter.stats().rays.total();
+            control.rays.fetch_add(rays - counted, Relaxed);
+            control.pixels.fetch_add(tile.pixels(), Relaxed);
+            counted = rays;
+        }
+        painter.stats()
+    };
+    let mut stats = RenderStats::default();
+    std::thread::scope(|scope| {
+        let handles: Vec<_> = (0..threads.max(1))
+            .map(|k| scope.spawn(move_ref(&work, k)))
+            .collect();
+        for handle in handles {
+            match handle.join() {
+                Ok(done) => stats.add(&done),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+    });
+    if control.stop.load(Relaxed) && next.load(Relaxed) < tiles.len() {
+        return Err(Interrupted);
+    }
+    Ok(stats)
+}
+
+/// A call of `work` with its worker number, to be handed to a thread.
+fn move_ref<'a, T>(
+    work: &'a (impl Fn(usize) -> T + Sync),
+    worker: usize,
+) -> impl FnOnce() -> T + 'a {
+    move || work(worker)
+}

@@ -1,0 +1,20 @@
+//! Hits, grouped by material, become local radiance and outgoing rays. Emits queues; never traces.
+//!
+//! | file | design document |
+//! |---|---|
+//! | `surface` | where the ray hit: point, normals, offset |
+//! | `light` | "Lighting model" and "Shading model": attenuation, Blinn-Phong |
+//! | `bounce` | "Recursive shading model": mirror and refracted rays |
+//! | `pow` | the specular power, eight lanes at a time |
+//!
+//! The oracle does the same operations in the same order, one ray at a time.
+
+mod bounce;
+mod light;
+mod pow;
+mod surface;
+
+pub use bounce::{Bounces, bounces};
+pub use light::{LightSample, sample_light};
+pub use pow::pow;
+pub use surface::{Material, Surface, surface};

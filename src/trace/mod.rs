@@ -1,0 +1,43 @@
+//! Closest hit and occlusion for packets of eight rays.
+//!
+//! | file | what |
+//! |---|---|
+//! | `aabb` | the slab test of a ray against a padded box |
+//! | `triangle`, `sphere` | one test per primitive: what a hit is |
+//! | `packet` | eight rays together down the binary tree |
+//!
+//! The choice between kernels stands here, in [`Kernel`]; there is one so far.
+//!
+//! # Why no tree can lose a hit
+//!
+//! A hit counts only if its ray also passes the slab test of the primitive's *own* padded box, and its distance is
+//! clamped to the ray's stay in that box. The slab test is monotone: subtraction, multiplication by a constant, min and
+//! max all preserve order under rounding, so a ray that passes a box passes every box around it, with no later entry
+//! and no earlier exit. Hence every ancestor of the primitive is visited with an entry distance not beyond the hit,
+//! whatever the tree: the closest hit is the brute-force one to the bit. This replaces an argument about error
+//! bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) by one about order; the padding only has to make sure that
+//! genuine hits pass, and the clamp only ever makes a distance more accurate.
+//!
+//! Ties in distance go to the smaller `prim_id`.
+
+mod aabb;
+mod packet;
+mod sphere;
+mod triangle;
+
+pub use packet::{Tracer, Work};
+
+/// Traversal kernel of the packet engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kernel {
+    /// What pays: so far always [`Kernel::Packet`].
+    Auto,
+    /// Eight-wide packets against the binary tree.
+    Packet,
+}
+
+impl Kernel {
+    /// Every kernel by name, `auto` first.
+    pub const ALL: [(&'static str, Kernel); 2] =
+        [("auto", Kernel::Auto), ("packet", Kernel::Packet)];
+}

@@ -1,0 +1,127 @@
+//! Bad files and what is said about them: `tests/bad/x.test` and beside it `x.expected`.
+//!
+//! After a change of wording, `PHALANX_BLESS=1 cargo test --test test_reader bad` writes what is said now: read the
+//! difference before committing it.
+
+use phalanx::formats::{Diagnostic, LoadError, Loaded, MAX_DIAGNOSTICS, load, read_test};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad")
+}
+
+fn listing(kind: &str, diagnostics: &[Diagnostic]) -> String {
+    let mut out = String::new();
+    for d in diagnostics {
+        writeln!(out, "{}:{}: {kind}{}", d.line, d.column, d.message).unwrap();
+        if let Some(help) = &d.help {
+            writeln!(out, "    help: {help}").unwrap();
+        }
+    }
+    out
+}
+
+fn said_about(path: &Path) -> String {
+    match load(path) {
+        Ok(Loaded { warnings, .. }) => listing("warning: ", &warnings),
+        Err(LoadError::Scene {
+            diagnostics, text, ..
+        }) => {
+            for d in &diagnostics {
+                let end = d.offset + d.length;
+                assert!(text.get(d.offset..end).is_some(), "{path:?}: {d:?}");
+            }
+            listing("", &diagnostics)
+        }
+        Err(other) => format!("{other}\n"),
+    }
+}
+
+#[test]
+fn every_bad_file_gets_its_message() {
+    let mut failures = String::new();
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|ending| ending != "test") {
+            continue;
+        }
+        count += 1;
+        let said = said_about(&path);
+        let expected_path = path.with_extension("expected");
+        if std::env::var_os("PHALANX_BLESS").is_some() {
+            std::fs::write(&expected_path, &said).unwrap();
+        }
+        let expected = std::fs::read_to_string(&expected_path).unwrap_or_default();
+        if said != expected.replace("\r\n", "\n") {
+            let name = path.file_name().unwrap();
+            writeln!(failures, "{name:?}\n-- expected\n{expected}-- said\n{said}").unwrap();
+        }
+    }
+    assert!(count > 40, "only {count} bad files found");
+    assert!(failures.is_empty(), "{failures}");
+}
+
+#[test]
+fn twenty_errors_are_reported_in_file_order_then_reading_stops() {
+    let mut text = String::from("size 4 4\n");
+    for _ in 0..30 {
+        text.push_str("sphere a b 0 1\n");
+    }
+    let errors = read_test(&text).unwrap_err();
+    assert_eq!(errors.len(), MAX_DIAGNOSTICS);
+    assert_eq!(MAX_DIAGNOSTICS, 20);
+    let places: Vec<_> = errors.iter().map(|e| (e.line, e.column)).collect();
+    let expected: Vec<_> = (0..20).map(|k| (2 + k / 2, 8 + 2 * (k % 2))).collect();
+    assert_eq!(places, expected);
+}
+
+#[test]
+fn an_error_spans_its_token() {
+    let text = "size 4 4\r\ncamera 0 0 5 0 0 0 0 1 0 45\r\nambient 1 x12 0\r\n";
+    let errors = read_test(text).unwrap_err();
+    let [error] = &errors[..] else {
+        panic!("{errors:?}")
+    };
+    assert_eq!(&text[error.offset..][..error.length], "x12");
+}
+
+#[test]
+fn a_faulty_vertex_keeps_its_number() {
+    let body = "vertex 0 0 0\nvertex 1 0 oops\nvertex 0 1 0\ntri 0 1 2\n";
+    let errors = read_test(&format!("{}{body}", super::HEAD)).unwrap_err();
+    assert_eq!(errors.len(), 1, "{errors:?}");
+}
+
+#[test]
+fn a_path_that_is_no_file_is_an_io_error_with_a_plain_reason() {
+    let missing = load(&folder().join("there_is_no_such_file.xyz")).unwrap_err();
+    assert!(matches!(missing, LoadError::Io { .. }), "{missing}");
+    let scratch = tempfile::tempdir().unwrap();
+    let named_like_a_scene = scratch.path().join("scene.test");
+    std::fs::create_dir(&named_like_a_scene).unwrap();
+    for path in [named_like_a_scene.as_path(), scratch.path()] {
+        let LoadError::Io { source, .. } = load(path).unwrap_err() else {
+            panic!("{path:?} is a directory")
+        };
+        assert_eq!(source.to_string(), "is a directory");
+    }
+}
+
+#[test]
+fn the_ending_chooses_the_format_in_any_case() {
+    let scratch = tempfile::tempdir().unwrap();
+    let text = format!("{}sphere 0 0 0 1\n", super::HEAD);
+    for name in ["a.test", "a.TEST", "a.b.Test"] {
+        let path = scratch.path().join(name);
+        std::fs::write(&path, &text).unwrap();
+        assert_eq!(load(&path).unwrap().scene.prim_count(), 1, "{name}");
+    }
+    for name in ["a.txt", "test", ".test", "a.test~"] {
+        let path = scratch.path().join(name);
+        std::fs::write(&path, &text).unwrap();
+        let error = load(&path).unwrap_err();
+        assert!(matches!(error, LoadError::UnknownFormat { .. }), "{name}");
+    }
+}

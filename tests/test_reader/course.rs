@@ -1,0 +1,43 @@
+//! The course's own scenes, with the counts of `scenes/cse167/SOURCES.md`.
+
+use phalanx::formats::load;
+use std::path::Path;
+
+/// Name, triangles, spheres of either kind, lights.
+const SCENES: [(&str, usize, usize, usize); 14] = [
+    ("scene1", 2, 0, 2),
+    ("scene1-camera1", 2, 0, 2),
+    ("scene1-camera2", 2, 0, 2),
+    ("scene1-camera3", 2, 0, 2),
+    ("scene1-camera4", 2, 0, 2),
+    ("scene2", 12, 21, 0),
+    ("scene2-camera1", 12, 21, 0),
+    ("scene2-camera3", 12, 21, 0),
+    ("scene3", 60, 6, 0),
+    ("scene4-ambient", 60, 6, 1),
+    ("scene4-diffuse", 60, 6, 1),
+    ("scene4-emission", 60, 6, 1),
+    ("scene5", 0, 1000, 2),
+    ("scene7", 100_000, 0, 1),
+];
+
+#[test]
+fn the_course_scenes_load_with_the_published_counts() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/cse167");
+    if !folder.is_dir() {
+        println!("skipped: {} is not there", folder.display());
+        return;
+    }
+    for (name, triangles, spheres, lights) in SCENES {
+        let loaded = load(&folder.join(name).with_extension("test"))
+            .unwrap_or_else(|error| panic!("{error}"));
+        let scene = loaded.scene;
+        let counts = (
+            scene.triangles.len(),
+            scene.spheres.len() + scene.ellipsoids.len(),
+            scene.lights.len(),
+        );
+        assert_eq!(counts, (triangles, spheres, lights), "{name}");
+        assert_eq!(scene.unit, 1.0, "{name}");
+    }
+}
