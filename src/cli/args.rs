@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
-use phalanx::frame::{Engine, Kernel, Pin, Settings};
+use phalanx::frame::{DEFAULT_TILE, Engine, Kernel, Pin, Settings};
 use phalanx::isa;
 use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
 use std::path::PathBuf;
@@ -59,7 +59,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
     pub max_depth: Option<u32>,
     /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
-    #[arg(long, value_name = "N", default_value_t = 32, value_parser = value_parser!(u32).range(8..=1024))]
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
     pub tile: u32,
     /// Transfer curve of the written samples [default: the scene format's]
     #[arg(long, value_enum)]
@@ -324,7 +324,7 @@ mod tests {
         assert_eq!(
             default.settings(&scene),
             Settings {
-                tile: 32,
+                tile: DEFAULT_TILE,
                 ..Settings::of(&scene)
             }
         );

@@ -1,5 +1,6 @@
 //! Where two films first differ, and what both engines say of that pixel.
 
+use phalanx::camera::Camera;
 use phalanx::render::{Film, NO_HIT};
 use phalanx::scene::Scene;
 use serde::Serialize;
@@ -12,16 +13,16 @@ pub struct Difference {
     y: u32,
     /// How many pixels differ.
     pixels: usize,
-    /// The pixel's camera ray, in the file's units and to about f32 precision: for people, not for bits.
-    ray: Ray,
+    /// The pixel's camera ray; a scene that was rendered has one.
+    ray: Option<Ray>,
     scalar: Pixel,
     simd: Pixel,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Ray {
-    org: [f64; 3],
-    dir: [f64; 3],
+    org: [f32; 3],
+    dir: [f32; 3],
 }
 
 /// Everything that is compared of a pixel, as bits, so that -0 is not 0 and equal NaNs are equal.
@@ -61,10 +62,11 @@ pub fn first_difference(scene: &Scene, scalar: &Film, simd: &Film) -> Option<Dif
     let count = scalar.width as usize * scalar.height as usize;
     let mut differing = (0..count).filter(|&i| Pixel::of(scalar, i) != Pixel::of(simd, i));
     let first = differing.next()?;
-    let (x, y) = (first % scalar.width as usize, first / scalar.width as usize);
+    let width = scalar.width as usize;
+    let (x, y) = ((first % width) as u32, (first / width) as u32);
     Some(Difference {
-        x: x as u32,
-        y: y as u32,
+        x,
+        y,
         pixels: 1 + differing.count(),
         ray: camera_ray(scene, scalar, x, y),
         scalar: Pixel::of(scalar, first),
@@ -72,26 +74,14 @@ pub fn first_difference(scene: &Scene, scalar: &Film, simd: &Film) -> Option<Dif
     })
 }
 
-/// The ray through the centre of a pixel (design document, "Creating rays through pixels").
-fn camera_ray(scene: &Scene, film: &Film, x: usize, y: usize) -> Ray {
-    let view = &scene.view;
-    let org = view
-        .eye
-        .to_array()
-        .map(|c| f64::from(c) / f64::from(scene.unit));
-    // A scene that was rendered has a frame.
-    let Ok(basis) = view.basis() else {
-        return Ray { org, dir: [0.0; 3] };
-    };
-    let (w, h) = (f64::from(film.width), f64::from(film.height));
-    let reach = libm::tan(f64::from(view.fovy).to_radians() / 2.0);
-    let alpha = reach * (w / h) * ((x as f64 + 0.5) - w / 2.0) / (w / 2.0);
-    let beta = reach * (h / 2.0 - (y as f64 + 0.5)) / (h / 2.0);
-    let dir = alpha * basis.u.as_dvec3() + beta * basis.v.as_dvec3() - basis.w.as_dvec3();
-    Ray {
-        org,
-        dir: dir.normalize().to_array(),
-    }
+/// The ray through the centre of a pixel, in the file's units.
+fn camera_ray(scene: &Scene, film: &Film, x: u32, y: u32) -> Option<Ray> {
+    let camera = Camera::new(&scene.view, film.width, film.height).ok()?;
+    let dir = camera.direction(y as f32 + 0.5, x as f32 + 0.5);
+    Some(Ray {
+        org: (camera.eye / scene.unit).to_array(),
+        dir: dir.to_array(),
+    })
 }
 
 impl fmt::Display for Difference {
@@ -106,13 +96,10 @@ impl fmt::Display for Difference {
         } = self;
         let plural = if *pixels == 1 { "pixel" } else { "pixels" };
         writeln!(f, "{pixels} {plural}, first at ({x}, {y})")?;
-        let triple = |v: [f64; 3]| format!("({:.6}, {:.6}, {:.6})", v[0], v[1], v[2]);
-        writeln!(
-            f,
-            "  ray    from {} toward {}",
-            triple(ray.org),
-            triple(ray.dir)
-        )?;
+        if let Some(Ray { org, dir }) = ray {
+            let triple = |[x, y, z]: [f32; 3]| format!("({x}, {y}, {z})");
+            writeln!(f, "  ray    from {} toward {}", triple(*org), triple(*dir))?;
+        }
         writeln!(f, "  scalar {scalar}")?;
         write!(f, "  simd   {simd}")
     }
@@ -230,7 +217,7 @@ mod tests {
         let text = found.to_string();
         for part in [
             "2 pixels, first at (2, 0)",
-            "from (0.000000, 0.000000, 1.000000) toward (",
+            "from (0, 0, 1) toward (",
             "scalar hits prim 2, t 3f800000 (1)",
             "simd   hits prim 7, t 40000000 (2)",
             "radiance 00000000 3f000000 7fc00000",
@@ -250,9 +237,9 @@ mod tests {
             height: 3,
             ..film()
         };
-        let ray = camera_ray(&Scene::default(), &film, 1, 1);
-        assert!(ray.dir[0].abs() < 1e-9 && ray.dir[1].abs() < 1e-9 && ray.dir[2] < -0.999);
-        let corner = camera_ray(&Scene::default(), &film, 0, 0);
+        let ray = camera_ray(&Scene::default(), &film, 1, 1).unwrap();
+        assert!(ray.dir[0].abs() < 1e-6 && ray.dir[1].abs() < 1e-6 && ray.dir[2] < -0.999);
+        let corner = camera_ray(&Scene::default(), &film, 0, 0).unwrap();
         assert!(corner.dir[0] < 0.0 && corner.dir[1] > 0.0);
     }
 }

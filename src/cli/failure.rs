@@ -71,8 +71,11 @@ impl From<phalanx::image::PictureError> for Failure {
     }
 }
 
-impl From<phalanx::frame::Interrupted> for Failure {
-    fn from(_: phalanx::frame::Interrupted) -> Failure {
-        Failure::Interrupted
+impl From<phalanx::frame::FrameError> for Failure {
+    fn from(error: phalanx::frame::FrameError) -> Failure {
+        match error {
+            phalanx::frame::FrameError::Interrupted(_) => Failure::Interrupted,
+            other => Failure::Runtime(other.to_string()),
+        }
     }
 }

@@ -229,7 +229,7 @@ impl Report {
         } = self;
         let kernel = self.kernel.map_or(String::new(), |k| format!("/{k}"));
         let plural = if self.threads == 1 { "" } else { "s" };
-        let mut rows = vec![
+        let rows = [
             (
                 "scene",
                 format!("{}, {}x{}", self.scene, image.width, image.height),
@@ -254,19 +254,18 @@ impl Report {
                 ),
             ),
         ];
+        let mut after = Vec::new();
         if let Some(share) = self.occupancy {
-            rows.push((
+            after.push((
                 "occupancy",
                 format!("{:.1} % of packet lanes", 100.0 * share),
             ));
         }
         if let Some(peak) = self.memory.peak_rss_bytes {
-            rows.push(("peak memory", bytes(peak)));
+            after.push(("peak memory", bytes(peak)));
         }
-        rows.push(("written", image.path.clone()));
-        let mut text = lines(&rows);
-        text.push_str(&self.ray_table());
-        text
+        after.push(("written", image.path.clone()));
+        format!("{}\n{}\n{}", lines(&rows), self.ray_table(), lines(&after))
     }
 
     fn ray_table(&self) -> String {
@@ -278,7 +277,7 @@ impl Report {
             ("refraction", n.refraction, s.refraction),
             ("total", n.total, s.total),
         ];
-        let mut text = format!("\n{:<12} {:>18} {:>10}\n", "rays", "count", "Mrays/s");
+        let mut text = format!("{:<12} {:>18} {:>10}\n", "rays", "count", "Mrays/s");
         for (kind, rays, speed) in kinds {
             text.push_str(&format!(
                 "  {kind:<10} {:>18} {speed:>10.3}\n",

@@ -118,7 +118,11 @@ fn develop(
         if let Some(hits) = hits {
             let hit = &hits[packet];
             let prim_id = hit.prim_id.lane(lane);
-            let t = if prim_id == NO_PRIM { 0.0 } else { hit.t.lane(lane) };
+            let t = if prim_id == NO_PRIM {
+                0.0
+            } else {
+                hit.t.lane(lane)
+            };
             film.set_hit(x, y, [t, hit.u.lane(lane), hit.v.lane(lane)], prim_id);
         }
     }
