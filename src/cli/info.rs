@@ -1,8 +1,9 @@
 //! `phalanx info`.
 
 use super::args::InfoArgs;
+use super::counts::{Primitives, Tree};
 use super::failure::Failure;
-use super::report::{Primitives, SCHEMA_VERSION, Tree, lines};
+use super::report::{SCHEMA_VERSION, lines};
 use super::{diagnose, interrupt, output};
 use output::{bytes, grouped};
 use phalanx::formats::{self, Loaded};

@@ -4,6 +4,7 @@
 
 mod args;
 mod compare;
+mod counts;
 mod diagnose;
 mod differ;
 mod failure;

@@ -1,10 +1,11 @@
 //! `phalanx verify`: the scalar tracer's picture, and every other one held against it bit by bit.
 
 use super::args::{VerifyArgs, kernel_name};
+use super::counts::Kinds;
 use super::differ::{Difference, first_difference};
 use super::failure::Failure;
 use super::record::{Kept, Record};
-use super::report::{Kinds, SCHEMA_VERSION};
+use super::report::SCHEMA_VERSION;
 use super::{advise, diagnose, interrupt, output, progress};
 use phalanx::formats::{self, Loaded};
 use phalanx::frame::{Engine, Frame, Kernel, Prepared, Settings};
