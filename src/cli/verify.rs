@@ -275,4 +275,18 @@ mod tests {
             "{line}"
         );
     }
+
+    #[test]
+    fn a_difference_in_the_films_is_one_even_where_the_counts_agree() {
+        let (scene, reference) = (Scene::default(), frame());
+        let mut other = frame();
+        other.film.planes[1][0] = 0.25;
+        let run = Run::of(&scene, Kernel::Auto, 3, &reference, &other);
+        assert!(!run.identical);
+        let line = run.line(Path::new("a.test"), &reference);
+        assert!(
+            line.contains("DIFFERENT, 1 pixel, first at (0, 0)\n"),
+            "{line}"
+        );
+    }
 }

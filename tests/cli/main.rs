@@ -77,6 +77,16 @@ impl Room {
         ran(&mut self.command(line))
     }
 
+    /// Runs in an address space of 400 MB.
+    fn run_in_400_mb(&self, line: &str) -> Ran {
+        let binary = env!("CARGO_BIN_EXE_phalanx");
+        let mut command = Command::new("sh");
+        command.args(["-c", "ulimit -v 400000; exec \"$@\"", "sh", binary]);
+        ran(command
+            .current_dir(self.path())
+            .args(line.split_whitespace()))
+    }
+
     /// Runs what must succeed, and gives its stdout.
     fn ok(&self, line: &str) -> String {
         let ran = self.run(line);

@@ -130,27 +130,27 @@ fn an_unknown_ending_is_2() {
 fn outputs_that_cannot_be_written_are_1_before_anything_is_rendered() {
     let room = Room::new();
     fs::create_dir(room.path().join("folder.png")).unwrap();
-    // Rendering this would take minutes.
-    let large = "--size 4096x4096 --max-depth 1000";
-    for line in [
-        format!("render a.test {large} -o"),
-        format!("verify a.test {large} --record"),
-    ] {
-        room.refused(
-            &format!("{line} none/b.png"),
-            1,
-            &["cannot write none/b.png: there is no folder none"],
-        );
-        room.refused(
-            &format!("{line} folder.png"),
-            1,
-            &["cannot write folder.png: "],
-        );
-        room.refused(
-            &format!("{line} a.test/b.png"),
-            1,
-            &["cannot write a.test/b.png: "],
-        );
+    // The largest image: were it rendered, its film would not fit into the memory allowed here, and the run would abort.
+    let large = "--size 16384x16384";
+    for command in ["render a.test -o", "verify a.test --record"] {
+        for (path, message) in [
+            (
+                "none/b.png",
+                "cannot write none/b.png: there is no folder none",
+            ),
+            ("folder.png", "cannot write folder.png: "),
+            ("a.test/b.png", "cannot write a.test/b.png: "),
+        ] {
+            let before = room.names();
+            let ran = room.run_in_400_mb(&format!("{command} {path} {large}"));
+            assert_eq!(ran.code, Some(1), "{command} {path}: {}", ran.stderr);
+            assert!(
+                ran.stderr.contains(message),
+                "{command} {path}: {}",
+                ran.stderr
+            );
+            assert_eq!(room.names(), before, "{command} {path}");
+        }
     }
 }
 
