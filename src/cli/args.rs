@@ -1,0 +1,361 @@
+//! The arguments, and what they mean in the library's terms.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
+use phalanx::frame::{DEFAULT_TILE, Engine, Kernel, Pin, Settings};
+use phalanx::isa;
+use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+/// Version and the instruction-set level compiled for.
+static VERSION: LazyLock<String> =
+    LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), isa::compiled_level()));
+
+/// A SIMD packet ray tracer: renders scene files, and proves its pictures bit by bit.
+#[derive(Debug, Parser)]
+#[command(
+    name = "phalanx",
+    version = VERSION.as_str(),
+    arg_required_else_help = true,
+    max_term_width = 100,
+    after_help = "Exit codes: 0 done, 1 files or runtime, 2 usage, 3 scene error, 4 mismatch, 130 interrupted.\n\n\
+                  Example: phalanx render scenes/first.test -o first.png"
+)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to a PNG picture
+    #[command(
+        after_help = "Mrays/s of a kind are the rays of that kind divided by the wall seconds of the whole render, \
+                      so that the kinds add up to the total.\n\n\
+                      Example: phalanx render scene.test -o picture.png --size 1280x960 --threads 4"
+    )]
+    Render(RenderArgs),
+    /// Render with both engines and compare every bit
+    #[command(
+        after_help = "Example: phalanx verify scene1.test scene2.test --threads 1,2,3 --kernel all"
+    )]
+    Verify(VerifyArgs),
+    /// Compare two PNG pictures
+    #[command(after_help = "Example: phalanx compare before.png after.png --heat difference.png")]
+    Compare(CompareArgs),
+    /// Tell what is in a scene
+    #[command(after_help = "Example: phalanx info scene.test --json")]
+    Info(InfoArgs),
+}
+
+/// What changes the picture, or the order in which it is made.
+#[derive(Debug, Args)]
+pub struct PictureArgs {
+    /// Image size in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Bounces after the primary ray [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
+    pub max_depth: Option<u32>,
+    /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
+    pub tile: u32,
+    /// Transfer curve of the written samples [default: the scene format's]
+    #[arg(long, value_enum)]
+    pub transfer: Option<TransferArg>,
+    /// Quantisation of the written samples [default: the scene format's]
+    #[arg(long, value_enum)]
+    pub quantize: Option<QuantizeArg>,
+}
+
+impl PictureArgs {
+    /// The scene's settings with what was asked for instead, one thread, the packet engine.
+    pub fn settings(&self, scene: &Scene) -> Settings {
+        let (width, height) = self.size.unwrap_or((scene.width, scene.height));
+        Settings {
+            width,
+            height,
+            max_depth: self.max_depth.unwrap_or(scene.max_depth),
+            tile: self.tile,
+            ..Settings::of(scene)
+        }
+    }
+
+    /// The scene's tone with what was asked for instead.
+    pub fn tone(&self, scene: &Scene) -> Tone {
+        let transfer = self.transfer.map(|t| match t {
+            TransferArg::None => Transfer::None,
+            TransferArg::Srgb => Transfer::Srgb,
+        });
+        let quantize = self.quantize.map(|q| match q {
+            QuantizeArg::Floor => Quantize::Floor,
+            QuantizeArg::Round => Quantize::Round,
+        });
+        Tone {
+            transfer: transfer.unwrap_or(scene.tone.transfer),
+            quantize: quantize.unwrap_or(scene.tone.quantize),
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// Scene file (.test)
+    pub scene: PathBuf,
+    /// Picture to write [default: the scene's `output`, else its stem + .png, in the current folder]
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    /// Worker threads [default: one per CPU this process may use]
+    #[arg(long, value_name = "N", value_parser = parse_thread_count)]
+    pub threads: Option<usize>,
+    /// Whether workers are bound to cores
+    #[arg(long, value_enum, value_name = "MODE", default_value_t = PinArg::Cores)]
+    pub pin: PinArg,
+    /// Which tracer makes the picture; both give the same bits
+    #[arg(long, value_enum, default_value_t = EngineArg::Simd)]
+    pub engine: EngineArg,
+    /// Traversal kernel of the packet engine
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = kernel_parser())]
+    pub kernel: Kernel,
+    /// Print one JSON document instead of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct VerifyArgs {
+    /// Scene files (.test)
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    /// Thread counts to render with, separated by commas
+    #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,2,3", value_parser = parse_thread_count)]
+    pub threads: Vec<usize>,
+    /// Traversal kernel of the packet engine, or all of them in turn
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = kernels_parser())]
+    pub kernel: Kernels,
+    /// Keep per-pixel hashes of hits and radiance in this file
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Compare with the hashes kept in this file
+    #[arg(long, value_name = "FILE")]
+    pub against: Option<PathBuf>,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// First picture
+    pub a: PathBuf,
+    /// Second picture
+    pub b: PathBuf,
+    /// Write a picture of the differences: black where equal, then red, yellow, white
+    #[arg(long, value_name = "OUT.png")]
+    pub heat: Option<PathBuf>,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// Scene file (.test)
+    pub scene: PathBuf,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum TransferArg {
+    /// Linear values as they are
+    None,
+    /// The sRGB curve
+    Srgb,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum QuantizeArg {
+    /// floor(255 c)
+    Floor,
+    /// Nearest
+    Round,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum PinArg {
+    /// The system places them
+    None,
+    /// One core each
+    Cores,
+}
+
+impl From<PinArg> for Pin {
+    fn from(pin: PinArg) -> Pin {
+        match pin {
+            PinArg::None => Pin::None,
+            PinArg::Cores => Pin::Cores,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum EngineArg {
+    /// Eight-wide packets
+    Simd,
+    /// The scalar oracle
+    Scalar,
+}
+
+impl From<EngineArg> for Engine {
+    fn from(engine: EngineArg) -> Engine {
+        match engine {
+            EngineArg::Simd => Engine::Simd,
+            EngineArg::Scalar => Engine::Scalar,
+        }
+    }
+}
+
+/// One kernel, or all of them.
+#[derive(Clone, Debug)]
+pub struct Kernels(pub Vec<(&'static str, Kernel)>);
+
+fn kernel_names() -> impl Iterator<Item = &'static str> {
+    Kernel::ALL.iter().map(|(name, _)| *name)
+}
+
+fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
+    PossibleValuesParser::new(kernel_names()).map(|name| {
+        let named = Kernel::ALL.iter().find(|(n, _)| *n == name);
+        named.map_or(Kernel::Auto, |(_, kernel)| *kernel)
+    })
+}
+
+fn kernels_parser() -> impl TypedValueParser<Value = Kernels> {
+    PossibleValuesParser::new(kernel_names().chain(["all"])).map(|name| {
+        let meant = Kernel::ALL
+            .iter()
+            .filter(|(n, _)| *n == name || name == "all");
+        Kernels(meant.copied().collect())
+    })
+}
+
+/// The name of a kernel, as `--kernel` takes it.
+pub fn kernel_name(kernel: Kernel) -> &'static str {
+    let named = Kernel::ALL.iter().find(|(_, k)| *k == kernel);
+    named.map_or("auto", |(name, _)| name)
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once(['x', 'X']);
+    let sides = sides.and_then(|(w, h)| Some((side(w)?, side(h)?)));
+    let (width, height) = sides.ok_or("expected WIDTHxHEIGHT in pixels, as in 640x480")?;
+    check_image_size(width, height).map_err(|e| e.to_string())?;
+    // Both are within the limits just checked.
+    Ok((width as u32, height as u32))
+}
+
+/// A side of any number of digits; one beyond u64 is as out of range as the largest u64.
+fn side(digits: &str) -> Option<u64> {
+    let all_digits = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+    all_digits.then(|| digits.parse().unwrap_or(u64::MAX))
+}
+
+/// Most worker threads: beyond this it is a typing error.
+const MAX_THREADS: usize = 4096;
+
+fn parse_thread_count(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|n| (1..=MAX_THREADS).contains(n));
+    count.ok_or_else(|| format!("expected a number of threads from 1 to {MAX_THREADS}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_are_two_numbers_in_range() {
+        assert_eq!(parse_size("640x480"), Ok((640, 480)));
+        assert_eq!(parse_size("1X65536"), Ok((1, 65_536)));
+        for bad in [
+            "", "x", "640", "640x", "x480", "-1x5", "+1x5", "1.5x2", "4x4x4", " 4x4", "4*4",
+        ] {
+            assert!(
+                parse_size(bad).unwrap_err().contains("WIDTHxHEIGHT"),
+                "{bad}"
+            );
+        }
+        let huge = [
+            "0x4",
+            "4x0",
+            "65537x1",
+            "65536x65536",
+            "1000000x1000000",
+            "99999999999999999999999x1",
+        ];
+        for bad in huge {
+            assert!(
+                parse_size(bad).unwrap_err().contains("out of range"),
+                "{bad}"
+            );
+        }
+    }
+
+    #[test]
+    fn picture_options_override_the_scene() {
+        let scene = Scene::default();
+        let parse = |line: &str| match Arguments::try_parse_from(line.split(' ')).unwrap().command {
+            Command::Render(args) => args.picture,
+            other => panic!("{other:?}"),
+        };
+        let default = parse("phalanx render a.test");
+        assert_eq!(
+            default.settings(&scene),
+            Settings {
+                tile: DEFAULT_TILE,
+                ..Settings::of(&scene)
+            }
+        );
+        assert_eq!(default.tone(&scene), scene.tone);
+        let asked = parse(
+            "phalanx render a.test --size 8x9 --max-depth 0 --tile 64 --transfer srgb --quantize round",
+        );
+        let settings = asked.settings(&scene);
+        assert_eq!((settings.width, settings.height), (8, 9));
+        assert_eq!((settings.max_depth, settings.tile), (0, 64));
+        let tone = asked.tone(&scene);
+        assert_eq!(
+            (tone.transfer, tone.quantize),
+            (Transfer::Srgb, Quantize::Round)
+        );
+    }
+
+    #[test]
+    fn kernels_are_those_of_the_library() {
+        for (name, kernel) in Kernel::ALL {
+            let line = ["phalanx", "render", "a.test", "--kernel", name];
+            match Arguments::try_parse_from(line).unwrap().command {
+                Command::Render(args) => assert_eq!(args.kernel, kernel),
+                other => panic!("{other:?}"),
+            }
+            assert_eq!(kernel_name(kernel), name);
+        }
+        let line = ["phalanx", "verify", "a.test", "--kernel", "all"];
+        match Arguments::try_parse_from(line).unwrap().command {
+            Command::Verify(args) => assert_eq!(args.kernel.0, Kernel::ALL),
+            other => panic!("{other:?}"),
+        }
+    }
+}

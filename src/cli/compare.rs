@@ -1,0 +1,88 @@
+//! `phalanx compare`.
+
+use super::args::CompareArgs;
+use super::failure::Failure;
+use super::output::{self, grouped};
+use super::report::{SCHEMA_VERSION, lines};
+use phalanx::image::{Comparison, compare, heat, load, save_png};
+use serde::Serialize;
+
+#[derive(Debug, Serialize)]
+struct Document {
+    schema_version: u32,
+    a: String,
+    b: String,
+    exact: bool,
+    largest_difference: f64,
+    rmse: f64,
+    differing_pixels: u64,
+    share: f64,
+    /// The picture of the differences, if one was asked for.
+    heat: Option<String>,
+}
+
+/// Compares two pictures. Pictures of different sizes differ too: exit code 4, with a message.
+pub fn run(args: &CompareArgs) -> Result<(), Failure> {
+    if let Some(path) = &args.heat {
+        output::check_png_name(path, "--heat")?;
+        output::check_place(path)?;
+    }
+    let (a, b) = (load(&args.a)?, load(&args.b)?);
+    let found = compare(&a, &b).map_err(|sizes| {
+        output::note(&format!("error: {sizes}"));
+        Failure::Mismatch
+    })?;
+    if let Some(path) = &args.heat
+        && let Ok(picture) = heat(&a, &b)
+    {
+        save_png(path, &picture)?;
+    }
+    if args.json {
+        output::print_json(&document(args, &found))?;
+    } else {
+        output::print(&table(&found))?;
+    }
+    if found.exact {
+        Ok(())
+    } else {
+        Err(Failure::Mismatch)
+    }
+}
+
+fn document(args: &CompareArgs, found: &Comparison) -> Document {
+    let name = |path: &std::path::Path| path.to_string_lossy().into_owned();
+    Document {
+        schema_version: SCHEMA_VERSION,
+        a: name(&args.a),
+        b: name(&args.b),
+        exact: found.exact,
+        largest_difference: found.largest,
+        rmse: found.rmse,
+        differing_pixels: found.differing,
+        share: found.share,
+        heat: args.heat.as_deref().map(name),
+    }
+}
+
+fn table(found: &Comparison) -> String {
+    if found.exact {
+        return "identical\n".to_owned();
+    }
+    // `largest` is whole for 8-bit pictures, and then written so.
+    let rows = [
+        (
+            "largest difference",
+            format!("{} of 255", (found.largest * 1000.0).round() / 1000.0),
+        ),
+        ("root mean square", format!("{:.6}", found.rmse)),
+        (
+            "differing pixels",
+            format!(
+                "{} ({:.4} %)",
+                grouped(found.differing),
+                100.0 * found.share
+            ),
+        ),
+    ];
+    format!("different\n{}", lines(&rows))
+}

@@ -1,0 +1,245 @@
+//! Where two films first differ, and what both engines say of that pixel.
+
+use phalanx::camera::Camera;
+use phalanx::render::{Film, NO_HIT};
+use phalanx::scene::Scene;
+use serde::Serialize;
+use std::fmt;
+
+/// The first pixel at which two films differ.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    x: u32,
+    y: u32,
+    /// How many pixels differ.
+    pixels: usize,
+    /// The pixel's camera ray; a scene that was rendered has one.
+    ray: Option<Ray>,
+    scalar: Pixel,
+    simd: Pixel,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Ray {
+    org: [f32; 3],
+    dir: [f32; 3],
+}
+
+/// Everything that is compared of a pixel, as bits, so that -0 is not 0 and equal NaNs are equal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pixel {
+    /// Primitive, distance and barycentric weights, if hits were recorded.
+    pub hit: Option<HitBits>,
+    /// Radiance.
+    pub radiance: [u32; 3],
+}
+
+/// A primary hit as bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HitBits {
+    /// Primitive, or [`NO_HIT`].
+    pub prim_id: u32,
+    /// t, u and v.
+    pub tuv: [u32; 3],
+}
+
+impl Pixel {
+    /// Pixel `i` of a film.
+    pub fn of(film: &Film, i: usize) -> Pixel {
+        let hit = film.hits.as_ref().map(|hits| HitBits {
+            prim_id: hits.prim_id[i],
+            tuv: [&hits.t, &hits.u, &hits.v].map(|column| column[i].to_bits()),
+        });
+        Pixel {
+            hit,
+            radiance: [0, 1, 2].map(|c| film.planes[c][i].to_bits()),
+        }
+    }
+}
+
+/// Compares two films of one size, hits and radiance, bit by bit.
+pub fn first_difference(scene: &Scene, scalar: &Film, simd: &Film) -> Option<Difference> {
+    let count = scalar.width as usize * scalar.height as usize;
+    let mut differing = (0..count).filter(|&i| Pixel::of(scalar, i) != Pixel::of(simd, i));
+    let first = differing.next()?;
+    let width = scalar.width as usize;
+    let (x, y) = ((first % width) as u32, (first / width) as u32);
+    Some(Difference {
+        x,
+        y,
+        pixels: 1 + differing.count(),
+        ray: camera_ray(scene, scalar, x, y),
+        scalar: Pixel::of(scalar, first),
+        simd: Pixel::of(simd, first),
+    })
+}
+
+/// The ray through the centre of a pixel, in the file's units.
+fn camera_ray(scene: &Scene, film: &Film, x: u32, y: u32) -> Option<Ray> {
+    let camera = Camera::new(&scene.view, film.width, film.height).ok()?;
+    let dir = camera.direction(y as f32 + 0.5, x as f32 + 0.5);
+    Some(Ray {
+        org: (camera.eye / scene.unit).to_array(),
+        dir: dir.to_array(),
+    })
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Difference {
+            x,
+            y,
+            pixels,
+            ray,
+            scalar,
+            simd,
+        } = self;
+        let plural = if *pixels == 1 { "pixel" } else { "pixels" };
+        writeln!(f, "{pixels} {plural}, first at ({x}, {y})")?;
+        if let Some(Ray { org, dir }) = ray {
+            let triple = |[x, y, z]: [f32; 3]| format!("({x}, {y}, {z})");
+            writeln!(f, "  ray    from {} toward {}", triple(*org), triple(*dir))?;
+        }
+        writeln!(f, "  scalar {scalar}")?;
+        write!(f, "  simd   {simd}")
+    }
+}
+
+impl fmt::Display for Pixel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.hit {
+            None => write!(f, "hit not recorded")?,
+            Some(HitBits {
+                prim_id: NO_HIT, ..
+            }) => write!(f, "hits nothing")?,
+            Some(HitBits { prim_id, tuv }) => {
+                write!(f, "hits prim {prim_id}")?;
+                for (name, bits) in ["t", "u", "v"].iter().zip(tuv) {
+                    write!(f, ", {name} {bits:08x} ({})", f32::from_bits(bits))?;
+                }
+            }
+        }
+        let [r, g, b] = self.radiance;
+        let [red, green, blue] = self.radiance.map(f32::from_bits);
+        write!(
+            f,
+            "; radiance {r:08x} {g:08x} {b:08x} ({red}, {green}, {blue})"
+        )
+    }
+}
+
+impl Serialize for Pixel {
+    /// The bits as hexadecimal strings, and the numbers beside them for people.
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Shown {
+            prim_id: Option<u32>,
+            t_bits: Option<String>,
+            u_bits: Option<String>,
+            v_bits: Option<String>,
+            t: Option<f32>,
+            radiance_bits: [String; 3],
+            radiance: [f32; 3],
+        }
+        let hex = |bits: u32| format!("{bits:08x}");
+        let tuv = |i: usize| self.hit.map(|hit| hex(hit.tuv[i]));
+        let met = self.hit.filter(|hit| hit.prim_id != NO_HIT);
+        let shown = Shown {
+            prim_id: met.map(|hit| hit.prim_id),
+            t_bits: tuv(0),
+            u_bits: tuv(1),
+            v_bits: tuv(2),
+            t: met.map(|hit| f32::from_bits(hit.tuv[0])),
+            radiance_bits: self.radiance.map(hex),
+            radiance: self.radiance.map(f32::from_bits),
+        };
+        shown.serialize(serializer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use phalanx::render::Hits;
+
+    fn film() -> Film {
+        Film {
+            width: 3,
+            height: 2,
+            planes: [vec![0.0; 6], vec![0.5; 6], vec![f32::NAN; 6]],
+            hits: Some(Hits {
+                prim_id: vec![NO_HIT, 1, 2, 3, 4, 5],
+                t: vec![1.0; 6],
+                u: vec![0.25; 6],
+                v: vec![0.5; 6],
+            }),
+        }
+    }
+
+    fn hits(film: &mut Film) -> &mut Hits {
+        film.hits.as_mut().unwrap()
+    }
+
+    #[test]
+    fn equal_bits_are_equal_nan_included() {
+        assert_eq!(first_difference(&Scene::default(), &film(), &film()), None);
+    }
+
+    #[test]
+    fn a_difference_in_any_field_is_found_at_its_pixel() {
+        let one_up = |v: &mut f32| *v = f32::from_bits(v.to_bits() + 1);
+        let changes: [&dyn Fn(&mut Film); 8] = [
+            &|f| f.planes[0][4] = -0.0,
+            &|f| one_up(&mut f.planes[1][4]),
+            &|f| f.planes[2][4] = 0.0,
+            &|f| hits(f).prim_id[4] = 9,
+            &|f| one_up(&mut hits(f).t[4]),
+            &|f| one_up(&mut hits(f).u[4]),
+            &|f| one_up(&mut hits(f).v[4]),
+            &|f| f.planes[0][5] = 1.0,
+        ];
+        for (i, change) in changes.iter().enumerate() {
+            let mut other = film();
+            change(&mut other);
+            let found = first_difference(&Scene::default(), &film(), &other).unwrap();
+            let x = if i < 7 { 1 } else { 2 };
+            assert_eq!((found.x, found.y, found.pixels), (x, 1, 1), "change {i}");
+        }
+    }
+
+    #[test]
+    fn the_first_of_several_is_named_with_what_both_engines_say() {
+        let mut other = film();
+        other.planes[0][5] = 1.0;
+        hits(&mut other).prim_id[2] = 7;
+        hits(&mut other).t[2] = 2.0;
+        let found = first_difference(&Scene::default(), &film(), &other).unwrap();
+        let text = found.to_string();
+        for part in [
+            "2 pixels, first at (2, 0)",
+            "from (0, 0, 1) toward (",
+            "scalar hits prim 2, t 3f800000 (1)",
+            "simd   hits prim 7, t 40000000 (2)",
+            "radiance 00000000 3f000000 7fc00000",
+        ] {
+            assert!(text.contains(part), "{part:?} in\n{text}");
+        }
+        let json = serde_json::to_value(&found).unwrap();
+        assert_eq!((json["x"].as_u64(), json["y"].as_u64()), (Some(2), Some(0)));
+        assert_eq!(json["simd"]["prim_id"], 7);
+        assert_eq!(json["scalar"]["t_bits"], "3f800000");
+    }
+
+    #[test]
+    fn the_ray_goes_through_the_middle_of_the_pixel() {
+        let film = Film {
+            width: 3,
+            height: 3,
+            ..film()
+        };
+        let ray = camera_ray(&Scene::default(), &film, 1, 1).unwrap();
+        assert!(ray.dir[0].abs() < 1e-6 && ray.dir[1].abs() < 1e-6 && ray.dir[2] < -0.999);
+        let corner = camera_ray(&Scene::default(), &film, 0, 0).unwrap();
+        assert!(corner.dir[0] < 0.0 && corner.dir[1] > 0.0);
+    }
+}

@@ -1,0 +1,81 @@
+//! Why a command did not succeed, and the exit code that says so.
+
+use super::{diagnose, output};
+use phalanx::formats::LoadError;
+
+/// Why a command did not succeed.
+#[derive(Debug)]
+pub enum Failure {
+    /// Something outside the program: files, mostly. Exit code 1.
+    Runtime(String),
+    /// The arguments ask for what cannot be. Exit code 2, as clap's own.
+    Usage(String),
+    /// No scene came out of the file. Exit code 3, unless the file could not be read (1) or its ending is unknown (2).
+    Load(Box<LoadError>),
+    /// Pictures or engines differ, as reported on stdout already. Exit code 4.
+    Mismatch,
+    /// SIGINT or SIGTERM. Exit code 130.
+    Interrupted,
+}
+
+impl Failure {
+    /// Exit code of the process.
+    pub fn code(&self) -> u8 {
+        match self {
+            Failure::Runtime(_) => 1,
+            Failure::Usage(_) => 2,
+            Failure::Load(error) => match **error {
+                LoadError::Io { .. } => 1,
+                LoadError::UnknownFormat { .. } => 2,
+                LoadError::Scene { .. } => 3,
+            },
+            Failure::Mismatch => 4,
+            Failure::Interrupted => 130,
+        }
+    }
+
+    /// Adds what to do about it to a message of our own.
+    pub fn and(self, remedy: &str) -> Failure {
+        match self {
+            Failure::Usage(message) => Failure::Usage(format!("{message}; {remedy}")),
+            Failure::Runtime(message) => Failure::Runtime(format!("{message}; {remedy}")),
+            other => other,
+        }
+    }
+
+    /// Says it on stderr.
+    pub fn tell(&self) {
+        match self {
+            Failure::Runtime(message) => output::note(&format!("error: {message}")),
+            Failure::Usage(message) => {
+                output::note(&format!(
+                    "error: {message}\n\nFor more information, try '--help'."
+                ));
+            }
+            Failure::Load(error) => diagnose::tell_error(error),
+            Failure::Mismatch => {}
+            Failure::Interrupted => output::note("interrupted"),
+        }
+    }
+}
+
+impl From<LoadError> for Failure {
+    fn from(error: LoadError) -> Failure {
+        Failure::Load(Box::new(error))
+    }
+}
+
+impl From<phalanx::image::PictureError> for Failure {
+    fn from(error: phalanx::image::PictureError) -> Failure {
+        Failure::Runtime(error.to_string())
+    }
+}
+
+impl From<phalanx::frame::FrameError> for Failure {
+    fn from(error: phalanx::frame::FrameError) -> Failure {
+        match error {
+            phalanx::frame::FrameError::Interrupted(_) => Failure::Interrupted,
+            other => Failure::Runtime(other.to_string()),
+        }
+    }
+}

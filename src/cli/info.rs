@@ -1,0 +1,216 @@
+//! `phalanx info`.
+
+use super::args::InfoArgs;
+use super::counts::{Primitives, Tree};
+use super::failure::Failure;
+use super::report::{SCHEMA_VERSION, lines};
+use super::{diagnose, interrupt, output};
+use output::{bytes, grouped};
+use phalanx::formats::{self, Loaded};
+use phalanx::frame::{Engine, Prepared, TreeStats};
+use phalanx::scene::Scene;
+use serde::Serialize;
+use std::path::Path;
+
+#[derive(Debug, Serialize)]
+struct Document {
+    schema_version: u32,
+    scene: String,
+    image: Size,
+    max_depth: u32,
+    primitives: Primitives,
+    lights: Lights,
+    materials: usize,
+    /// In the file's own units; `None` for a scene without primitives.
+    bounds: Option<Bounds>,
+    bvh: Tree,
+    memory: Memory,
+}
+
+#[derive(Debug, Serialize)]
+struct Size {
+    width: u32,
+    height: u32,
+}
+
+#[derive(Debug, Serialize)]
+struct Lights {
+    point: usize,
+    directional: usize,
+}
+
+#[derive(Debug, PartialEq, Serialize)]
+struct Bounds {
+    lo: [f32; 3],
+    hi: [f32; 3],
+}
+
+/// Bytes of each part.
+#[derive(Debug, Serialize)]
+struct Memory {
+    scene_bytes: usize,
+    bvh_node_bytes: usize,
+    bvh_primitive_bytes: usize,
+    total_bytes: usize,
+}
+
+/// Tells what is in a scene.
+pub fn run(args: &InfoArgs) -> Result<(), Failure> {
+    interrupt::listen()?;
+    let Loaded { scene, warnings } = formats::load(&args.scene)?;
+    diagnose::tell_warnings(&args.scene, &warnings);
+    let tree = Prepared::build(&scene, Engine::Simd).tree_stats();
+    let document = Document::new(&args.scene, &scene, tree);
+    if args.json {
+        output::print_json(&document)
+    } else {
+        output::print(&document.table())
+    }
+}
+
+impl Document {
+    fn new(path: &Path, scene: &Scene, tree: TreeStats) -> Document {
+        let directional = scene.lights.directional.iter().filter(|d| **d).count();
+        Document {
+            schema_version: SCHEMA_VERSION,
+            scene: path.to_string_lossy().into_owned(),
+            image: Size {
+                width: scene.width,
+                height: scene.height,
+            },
+            max_depth: scene.max_depth,
+            primitives: Primitives::of(scene),
+            lights: Lights {
+                point: scene.lights.len() - directional,
+                directional,
+            },
+            materials: scene.materials.len(),
+            bounds: bounds(scene),
+            bvh: tree.into(),
+            memory: Memory {
+                scene_bytes: scene.memory_bytes(),
+                bvh_node_bytes: tree.node_bytes,
+                bvh_primitive_bytes: tree.prim_bytes,
+                total_bytes: scene.memory_bytes() + tree.node_bytes + tree.prim_bytes,
+            },
+        }
+    }
+
+    fn table(&self) -> String {
+        let corner = |c: [f32; 3]| format!("({}, {}, {})", c[0], c[1], c[2]);
+        let bounds = match &self.bounds {
+            Some(b) => format!("{} to {}", corner(b.lo), corner(b.hi)),
+            None => "empty".to_owned(),
+        };
+        let (bvh, memory) = (&self.bvh, &self.memory);
+        lines(&[
+            ("scene", self.scene.clone()),
+            (
+                "image",
+                format!(
+                    "{}x{}, max depth {}",
+                    self.image.width, self.image.height, self.max_depth
+                ),
+            ),
+            ("primitives", self.primitives.words()),
+            (
+                "lights",
+                format!(
+                    "{} point, {} directional",
+                    self.lights.point, self.lights.directional
+                ),
+            ),
+            ("materials", grouped(self.materials as u64)),
+            ("bounds", bounds),
+            (
+                "tree",
+                format!(
+                    "{} nodes, depth {}, cost {:.2}",
+                    grouped(bvh.nodes as u64),
+                    bvh.depth,
+                    bvh.sah
+                ),
+            ),
+            (
+                "memory",
+                format!(
+                    "scene {}, tree nodes {}, tree primitives {}",
+                    bytes(memory.scene_bytes as u64),
+                    bytes(memory.bvh_node_bytes as u64),
+                    bytes(memory.bvh_primitive_bytes as u64)
+                ),
+            ),
+        ])
+    }
+}
+
+/// Bounds in the file's own units: [`Scene::unit`] is a power of two, so that dividing by it is exact.
+fn bounds(scene: &Scene) -> Option<Bounds> {
+    let bounds = scene.bounds();
+    let back = |v: glam::Vec3| v.to_array().map(|c| c / scene.unit);
+    (!bounds.is_empty()).then(|| Bounds {
+        lo: back(bounds.lo),
+        hi: back(bounds.hi),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn scene() -> Scene {
+        let mut scene = Scene::default();
+        scene.add_sphere(Vec3::new(1.0, 2.0, 3.0), 0.5, 0);
+        scene.add_triangle([Vec3::ZERO, Vec3::X, Vec3::Y], None, 0);
+        scene.add_ellipsoid(glam::Affine3A::IDENTITY, glam::Affine3A::IDENTITY, 0);
+        scene.lights.add_point(Vec3::ONE, Vec3::ONE, Vec3::X);
+        scene.lights.add_point(Vec3::ONE, Vec3::ONE, Vec3::X);
+        scene.lights.add_directional(Vec3::Y, Vec3::ONE);
+        scene
+    }
+
+    const TREE: TreeStats = TreeStats {
+        nodes: 5,
+        depth: 3,
+        sah: 7.25,
+        node_bytes: 160,
+        prim_bytes: 96,
+    };
+
+    #[test]
+    fn the_document_has_the_promised_keys() {
+        let json =
+            serde_json::to_value(Document::new(Path::new("a.test"), &scene(), TREE)).unwrap();
+        assert_eq!(json["schema_version"], 1);
+        assert_eq!(
+            json["primitives"],
+            serde_json::json!({"spheres": 2, "triangles": 1, "cones": 0})
+        );
+        assert_eq!(
+            json["lights"],
+            serde_json::json!({"point": 2, "directional": 1})
+        );
+        assert_eq!(json["materials"], 0);
+        assert_eq!(
+            json["bounds"],
+            serde_json::json!({"lo": [-1.0, -1.0, -1.0], "hi": [1.5, 2.5, 3.5]})
+        );
+        assert_eq!(
+            json["bvh"],
+            serde_json::json!({"nodes": 5, "depth": 3, "sah": 7.25})
+        );
+        let memory = &json["memory"];
+        assert_eq!(memory["bvh_node_bytes"], 160);
+        let scene_bytes = memory["scene_bytes"].as_u64().unwrap();
+        assert_eq!(memory["total_bytes"], scene_bytes + 256);
+    }
+
+    #[test]
+    fn bounds_are_those_of_the_file() {
+        let mut scene = scene();
+        scene.unit = 0.25;
+        assert_eq!(bounds(&scene).unwrap().hi, [6.0, 10.0, 14.0]);
+        assert_eq!(bounds(&Scene::default()), None);
+    }
+}

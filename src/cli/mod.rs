@@ -1,0 +1,49 @@
+//! The command line: arguments, and one file per subcommand. Sees only the library's public API.
+//!
+//! Results go to stdout, progress and warnings and errors to stderr; exit codes stand in [`failure`].
+
+mod args;
+mod compare;
+mod counts;
+mod diagnose;
+mod differ;
+mod failure;
+mod info;
+mod interrupt;
+mod output;
+mod progress;
+mod record;
+mod render;
+mod report;
+mod verify;
+
+use args::{Arguments, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+/// Does what the arguments say. Not inlined into `main`, which must stay free of what the guard checks for.
+#[inline(never)]
+pub fn run() -> ExitCode {
+    // On a usage error, and after --help and --version, this ends the process: 2, and 0.
+    let arguments = Arguments::parse();
+    let done = match arguments.command {
+        Command::Render(args) => render::run(&args),
+        Command::Verify(args) => verify::run(&args),
+        Command::Compare(args) => compare::run(&args),
+        Command::Info(args) => info::run(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            failure.tell();
+            ExitCode::from(failure.code())
+        }
+    }
+}
+
+/// One line on stderr where this build leaves instructions of this CPU unused.
+fn advise() {
+    if let Some(advice) = phalanx::isa::advice() {
+        output::note(&format!("note: {advice}"));
+    }
+}

@@ -1,0 +1,112 @@
+//! Writing to stdout and stderr, and checking the files that results go to.
+
+use super::failure::Failure;
+use phalanx::image::check_writable;
+use serde::Serialize;
+use std::ffi::OsStr;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Writes results to stdout. A reader that has gone away (`phalanx info … | head -1`) is no error.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    match stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+    {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::Runtime(format!("cannot write to stdout: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes one JSON document to stdout.
+pub fn print_json(document: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(document)
+        .map_err(|e| Failure::Runtime(format!("cannot write JSON: {e}")))?;
+    print(&(text + "\n"))
+}
+
+/// Writes a line to stderr. With stderr closed there is nobody to tell.
+pub fn note(line: &str) {
+    let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// Refuses a picture's name that is not `*.png`, for the given reason of asking.
+pub fn check_png_name(path: &Path, origin: &str) -> Result<(), Failure> {
+    let ending = path.extension().and_then(OsStr::to_str);
+    if ending.is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "{origin} {}: pictures are written as PNG, so the name must end in .png",
+        path.display()
+    )))
+}
+
+/// Refuses a place that cannot be written, before any work is done.
+pub fn check_place(path: &Path) -> Result<(), Failure> {
+    check_writable(path)
+        .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
+}
+
+/// 1234567 as 1,234,567.
+pub fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Bytes in the unit that leaves one to four digits before the point.
+pub fn bytes(number: u64) -> String {
+    let number = number as f64;
+    let units = ["KiB", "MiB", "GiB"];
+    let fits = |i: &usize| number < 1024.0 * 1024f64.powi(*i as i32 + 1);
+    let i = (0..3).find(fits).unwrap_or(2);
+    format!("{:.1} {}", number / 1024f64.powi(i as i32 + 1), units[i])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped_by_thousands() {
+        let cases = [
+            (0, "0"),
+            (999, "999"),
+            (1000, "1,000"),
+            (1_234_567, "1,234,567"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(grouped(number), text);
+        }
+    }
+
+    #[test]
+    fn bytes_get_a_fitting_unit() {
+        let cases = [
+            (512, "0.5 KiB"),
+            (3 << 20, "3.0 MiB"),
+            (5 << 40, "5120.0 GiB"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(bytes(number), text);
+        }
+    }
+
+    #[test]
+    fn only_png_names_pass() {
+        assert!(check_png_name(Path::new("a/b.PNG"), "output").is_ok());
+        for name in ["a.jpg", "png", "a", "a.png.gz", ""] {
+            assert!(check_png_name(Path::new(name), "output").is_err(), "{name}");
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! `phalanx render`.
+
+use super::args::RenderArgs;
+use super::failure::Failure;
+use super::report::{Image, Report};
+use super::{advise, diagnose, interrupt, output, progress};
+use phalanx::formats::{self, Loaded};
+use phalanx::frame::{Prepared, Settings};
+use phalanx::image::{encode, save_png};
+use phalanx::scene::Scene;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Renders a scene to a picture and says what it took.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    if let Some(path) = &args.output {
+        output::check_png_name(path, "--output")?;
+    }
+    interrupt::listen()?;
+    advise();
+    let start = Instant::now();
+    let Loaded { scene, warnings } = formats::load(&args.scene)?;
+    let load = start.elapsed().as_secs_f64();
+    diagnose::tell_warnings(&args.scene, &warnings);
+    let path = output_path(args, &scene)?;
+    output::check_place(&path)?;
+
+    let settings = settings(args, &scene);
+    let start = Instant::now();
+    let prepared = Prepared::build(&scene, settings.engine);
+    let build = start.elapsed().as_secs_f64();
+    let frame = progress::render(&scene, &prepared, &settings)?;
+    let picture = encode(&frame.film, args.picture.tone(&scene));
+    interrupt::undisturbed(|| save_png(&path, &picture))??;
+
+    let image = Image::new(&settings, &path);
+    let report = Report::new(&args.scene, &scene, &settings, image)
+        .with_tree(prepared.tree_stats())
+        .with_frame(&frame, load, build);
+    if args.json {
+        output::print_json(&report)
+    } else {
+        output::print(&report.table())
+    }
+}
+
+fn settings(args: &RenderArgs, scene: &Scene) -> Settings {
+    // Counts the CPUs of the process's affinity mask, not those of the machine.
+    let available = || std::thread::available_parallelism().map_or(1, |n| n.get());
+    Settings {
+        threads: args.threads.unwrap_or_else(available),
+        pin: args.pin.into(),
+        engine: args.engine.into(),
+        kernel: args.kernel,
+        ..args.picture.settings(scene)
+    }
+}
+
+/// Where the picture goes: as asked, else as the scene says, else named like the scene; the latter two in the current
+/// folder, whatever folders the scene names.
+fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Failure> {
+    if let Some(path) = &args.output {
+        return Ok(path.clone());
+    }
+    let named = scene
+        .output
+        .as_deref()
+        .map(Path::new)
+        .and_then(Path::file_name);
+    match named {
+        Some(name) => {
+            let path = PathBuf::from(name);
+            output::check_png_name(&path, "the scene asks for the output")
+                .map_err(|failure| failure.and("choose another with -o"))?;
+            Ok(path)
+        }
+        None => {
+            let stem = args.scene.file_stem().unwrap_or("picture".as_ref());
+            let mut name = stem.to_os_string();
+            name.push(".png");
+            Ok(PathBuf::from(name))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::args::{Arguments, Command};
+    use clap::Parser;
+
+    fn path_of(line: &str, output: Option<&str>) -> Result<PathBuf, Failure> {
+        let scene = Scene {
+            output: output.map(str::to_owned),
+            ..Scene::default()
+        };
+        match Arguments::try_parse_from(line.split(' ')).unwrap().command {
+            Command::Render(args) => output_path(&args, &scene),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_picture_goes_where_the_user_says_else_to_the_current_folder() {
+        let plain = "phalanx render folder/a.b.test";
+        let asked = "phalanx render folder/a.test -o other/c.png";
+        assert_eq!(
+            path_of(asked, Some("b.png")).unwrap(),
+            Path::new("other/c.png")
+        );
+        assert_eq!(path_of(plain, Some("b.png")).unwrap(), Path::new("b.png"));
+        assert_eq!(
+            path_of(plain, Some("../../etc/b.png")).unwrap(),
+            Path::new("b.png")
+        );
+        assert_eq!(path_of(plain, None).unwrap(), Path::new("a.b.png"));
+        let refused = path_of(plain, Some("b.bmp")).unwrap_err();
+        assert_eq!(refused.code(), 2);
+        assert!(matches!(refused, Failure::Usage(m) if m.contains("b.bmp") && m.contains("-o")));
+    }
+}

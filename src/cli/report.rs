@@ -1,0 +1,295 @@
+//! What a render did, as a table and as a JSON document.
+
+use super::args::kernel_name;
+use super::counts::{Kinds, Primitives, Tree};
+use super::output::{bytes, grouped};
+use phalanx::frame::{Engine, Frame, Settings, TreeStats};
+use phalanx::isa;
+use phalanx::scene::Scene;
+use serde::Serialize;
+use std::path::Path;
+
+/// Version of every JSON document of the command line; it rises when a key changes its meaning or goes.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The document of `render --json`.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    schema_version: u32,
+    scene: String,
+    engine: &'static str,
+    /// `None` for the scalar engine, which has none.
+    kernel: Option<&'static str>,
+    isa: &'static str,
+    threads: usize,
+    image: Image,
+    max_depth: u32,
+    primitives: Primitives,
+    bvh: Tree,
+    seconds: Seconds,
+    rays: Kinds<u64>,
+    mrays_per_s: Kinds<f64>,
+    /// `None` for the scalar engine.
+    occupancy: Option<f64>,
+    memory: Memory,
+}
+
+/// The picture and where it went.
+#[derive(Debug, Serialize)]
+pub struct Image {
+    width: u32,
+    height: u32,
+    path: String,
+}
+
+impl Image {
+    /// The picture of these settings at this path.
+    pub fn new(settings: &Settings, path: &Path) -> Image {
+        Image {
+            width: settings.width,
+            height: settings.height,
+            path: path.to_string_lossy().into_owned(),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+struct Seconds {
+    load: f64,
+    build: f64,
+    render: f64,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Memory {
+    /// `None` where the system does not tell.
+    peak_rss_bytes: Option<u64>,
+}
+
+impl Report {
+    /// A report of what was asked for; the figures come with [`Report::with_tree`] and [`Report::with_frame`].
+    pub fn new(path: &Path, scene: &Scene, settings: &Settings, image: Image) -> Report {
+        let simd = settings.engine == Engine::Simd;
+        Report {
+            schema_version: SCHEMA_VERSION,
+            scene: path.to_string_lossy().into_owned(),
+            engine: if simd { "simd" } else { "scalar" },
+            kernel: simd.then(|| kernel_name(settings.kernel)),
+            isa: isa::compiled_level(),
+            threads: settings.threads,
+            image,
+            max_depth: settings.max_depth,
+            primitives: Primitives::of(scene),
+            bvh: Tree::default(),
+            seconds: Seconds::default(),
+            rays: Kinds::default(),
+            mrays_per_s: Kinds::default(),
+            occupancy: None,
+            memory: Memory {
+                peak_rss_bytes: peak_rss_bytes(),
+            },
+        }
+    }
+
+    /// Adds the tree's figures.
+    pub fn with_tree(self, stats: TreeStats) -> Report {
+        Report {
+            bvh: stats.into(),
+            ..self
+        }
+    }
+
+    /// Adds the render's figures, and the seconds of what went before it.
+    pub fn with_frame(self, frame: &Frame, load: f64, build: f64) -> Report {
+        let rays = Kinds::of(&frame.stats.rays);
+        Report {
+            threads: frame.threads,
+            seconds: Seconds {
+                load,
+                build,
+                render: frame.seconds,
+            },
+            rays,
+            mrays_per_s: rays.mrays_per_s(frame.seconds),
+            occupancy: frame.stats.occupancy(),
+            ..self
+        }
+    }
+
+    /// The report for people.
+    pub fn table(&self) -> String {
+        let Report {
+            image,
+            seconds,
+            bvh,
+            ..
+        } = self;
+        let kernel = self.kernel.map_or(String::new(), |k| format!("/{k}"));
+        let plural = if self.threads == 1 { "" } else { "s" };
+        let rows = [
+            (
+                "scene",
+                format!("{}, {}x{}", self.scene, image.width, image.height),
+            ),
+            (
+                "engine",
+                format!(
+                    "{}{kernel} on {}, {} thread{plural}",
+                    self.engine, self.isa, self.threads
+                ),
+            ),
+            ("primitives", self.primitives.words()),
+            (
+                "tree",
+                format!("{} nodes, depth {}", grouped(bvh.nodes as u64), bvh.depth),
+            ),
+            (
+                "seconds",
+                format!(
+                    "load {:.3}, build {:.3}, render {:.3}",
+                    seconds.load, seconds.build, seconds.render
+                ),
+            ),
+        ];
+        let mut after = Vec::new();
+        if let Some(share) = self.occupancy {
+            after.push((
+                "occupancy",
+                format!("{:.1} % of packet lanes", 100.0 * share),
+            ));
+        }
+        if let Some(peak) = self.memory.peak_rss_bytes {
+            after.push(("peak memory", bytes(peak)));
+        }
+        after.push(("written", image.path.clone()));
+        format!("{}\n{}\n{}", lines(&rows), self.ray_table(), lines(&after))
+    }
+
+    fn ray_table(&self) -> String {
+        let (n, s) = (&self.rays, &self.mrays_per_s);
+        let kinds = [
+            ("primary", n.primary, s.primary),
+            ("shadow", n.shadow, s.shadow),
+            ("reflection", n.reflection, s.reflection),
+            ("refraction", n.refraction, s.refraction),
+            ("total", n.total, s.total),
+        ];
+        let mut text = format!("{:<12} {:>18} {:>10}\n", "rays", "count", "Mrays/s");
+        for (kind, rays, speed) in kinds {
+            text.push_str(&format!(
+                "  {kind:<10} {:>18} {speed:>10.3}\n",
+                grouped(rays)
+            ));
+        }
+        text
+    }
+}
+
+/// Labelled rows, the labels in a column of their own.
+pub fn lines(rows: &[(&str, String)]) -> String {
+    let width = rows
+        .iter()
+        .map(|(label, _)| label.len())
+        .max()
+        .unwrap_or(0)
+        .max(12);
+    let row = |(label, value): &(&str, String)| format!("{label:<width$} {value}\n");
+    rows.iter().map(row).collect()
+}
+
+/// Most memory this process has held at once, where Linux tells.
+fn peak_rss_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use phalanx::render::{Film, RayCounts, RenderStats};
+
+    fn report() -> Report {
+        let scene = Scene::default();
+        let settings = Settings {
+            threads: 2,
+            ..Settings::of(&scene)
+        };
+        let rays = RayCounts {
+            primary: 1_500_000,
+            shadow: 300_000,
+            reflection: 0,
+            refraction: 200_000,
+        };
+        let frame = Frame {
+            film: Film {
+                width: 0,
+                height: 0,
+                planes: Default::default(),
+                hits: None,
+            },
+            stats: RenderStats {
+                rays,
+                packets: 500_000,
+            },
+            seconds: 0.5,
+            threads: 2,
+        };
+        let stats = TreeStats {
+            nodes: 4711,
+            depth: 17,
+            sah: 33.5,
+            node_bytes: 1,
+            prim_bytes: 2,
+        };
+        let image = Image::new(&settings, Path::new("out.png"));
+        let report = Report::new(Path::new("a.test"), &scene, &settings, image);
+        report.with_tree(stats).with_frame(&frame, 0.25, 0.125)
+    }
+
+    #[test]
+    fn the_document_has_the_promised_keys() {
+        let json = serde_json::to_value(report()).unwrap();
+        assert_eq!(json["schema_version"], 1);
+        assert_eq!(json["engine"], "simd");
+        assert_eq!(json["isa"], isa::compiled_level());
+        assert_eq!(json["threads"], 2);
+        let image = serde_json::json!({"width": 640, "height": 480, "path": "out.png"});
+        assert_eq!(json["image"], image);
+        let seconds = serde_json::json!({"load": 0.25, "build": 0.125, "render": 0.5});
+        assert_eq!(json["seconds"], seconds);
+        let rays = serde_json::json!({
+            "primary": 1_500_000, "shadow": 300_000, "reflection": 0, "refraction": 200_000, "total": 2_000_000
+        });
+        assert_eq!(json["rays"], rays);
+        let speeds = serde_json::json!({
+            "primary": 3.0, "shadow": 0.6, "reflection": 0.0, "refraction": 0.4, "total": 4.0
+        });
+        assert_eq!(json["mrays_per_s"], speeds);
+        assert_eq!(json["occupancy"], 0.5);
+        assert_eq!(json["bvh"]["nodes"], 4711);
+        assert_eq!(json["scene"], "a.test");
+        if cfg!(target_os = "linux") {
+            assert!(json["memory"]["peak_rss_bytes"].as_u64().unwrap() > 100_000);
+        }
+    }
+
+    #[test]
+    fn the_table_says_the_same() {
+        let table = report().table();
+        for part in [
+            "scene        a.test, 640x480\n",
+            "simd/auto on ",
+            ", 2 threads\n",
+            "4,711 nodes, depth 17",
+            "load 0.250, build 0.125, render 0.500",
+            "  primary             1,500,000      3.000\n",
+            "  total               2,000,000      4.000\n",
+            "50.0 % of packet lanes",
+            "written      out.png\n",
+        ] {
+            assert!(table.contains(part), "{part:?} in\n{table}");
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! `phalanx verify`: the scalar tracer's picture, and every other one held against it bit by bit.
+
+use super::args::{VerifyArgs, kernel_name};
+use super::counts::Kinds;
+use super::differ::{Difference, first_difference};
+use super::failure::Failure;
+use super::record::{Kept, Record};
+use super::report::SCHEMA_VERSION;
+use super::{advise, diagnose, interrupt, output, progress};
+use phalanx::formats::{self, Loaded};
+use phalanx::frame::{Engine, Frame, Kernel, Prepared, Settings};
+use phalanx::isa;
+use phalanx::scene::Scene;
+use serde::Serialize;
+use std::path::Path;
+
+#[derive(Debug, Serialize)]
+struct Document {
+    schema_version: u32,
+    isa: &'static str,
+    identical: bool,
+    scenes: Vec<SceneOutcome>,
+}
+
+#[derive(Debug, Serialize)]
+struct SceneOutcome {
+    scene: String,
+    width: u32,
+    height: u32,
+    max_depth: u32,
+    /// Rays of the scalar engine.
+    rays: Kinds<u64>,
+    runs: Vec<Run>,
+    /// The comparison with `--against`, if it was asked for.
+    against: Option<Against>,
+}
+
+/// One render of the packet engine against the scalar one.
+#[derive(Debug, Serialize)]
+struct Run {
+    kernel: &'static str,
+    threads: usize,
+    identical: bool,
+    rays: Kinds<u64>,
+    first_difference: Option<Difference>,
+}
+
+#[derive(Debug, Serialize)]
+struct Against {
+    file: String,
+    identical: bool,
+    /// Column and row of the first pixel whose hashes differ.
+    first_pixel: Option<[u32; 2]>,
+}
+
+/// Verifies every scene; exit code 4 if any picture differs.
+pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
+    let record = args.against.as_deref().map(Record::load).transpose()?;
+    if let Some(path) = &args.record {
+        output::check_place(path)?;
+        Record::check_names(&args.scenes)?;
+    }
+    interrupt::listen()?;
+    advise();
+    let mut kept = Vec::new();
+    let mut scenes = Vec::new();
+    for path in &args.scenes {
+        let Loaded { scene, warnings } = formats::load(path)?;
+        diagnose::tell_warnings(path, &warnings);
+        let (outcome, reference) = verify(args, path, &scene, record.as_ref())?;
+        scenes.push(outcome);
+        if args.record.is_some() {
+            kept.push(reference);
+        }
+    }
+    if let Some(path) = &args.record {
+        interrupt::undisturbed(|| Record::new(kept).save(path))??;
+    }
+    let identical = scenes.iter().all(SceneOutcome::identical);
+    if args.json {
+        output::print_json(&Document {
+            schema_version: SCHEMA_VERSION,
+            isa: isa::compiled_level(),
+            identical,
+            scenes,
+        })?;
+    }
+    if identical {
+        Ok(())
+    } else {
+        Err(Failure::Mismatch)
+    }
+}
+
+impl SceneOutcome {
+    fn identical(&self) -> bool {
+        let against = self.against.as_ref();
+        self.runs.iter().all(|run| run.identical) && against.is_none_or(|a| a.identical)
+    }
+}
+
+/// Verifies one scene, and gives what a record keeps of it.
+fn verify(
+    args: &VerifyArgs,
+    path: &Path,
+    scene: &Scene,
+    record: Option<&Record>,
+) -> Result<(SceneOutcome, Kept), Failure> {
+    let settings = Settings {
+        threads: 1,
+        engine: Engine::Scalar,
+        record_hits: true,
+        ..args.picture.settings(scene)
+    };
+    let tone = args.picture.tone(scene);
+    // A record that does not fit is refused before anything is rendered.
+    let expected = record.map(|r| r.find(path, &settings, tone)).transpose()?;
+    let reference = render(scene, &Prepared::build(scene, Engine::Scalar), &settings)?;
+    let kept = Kept::of(path, &settings, tone, &reference.film);
+    let against = match (&args.against, expected) {
+        (Some(file), Some(expected)) => Some(hold_against(args, path, file, expected, &kept)?),
+        _ => None,
+    };
+    let outcome = SceneOutcome {
+        scene: path.to_string_lossy().into_owned(),
+        width: settings.width,
+        height: settings.height,
+        max_depth: settings.max_depth,
+        rays: Kinds::of(&reference.stats.rays),
+        runs: runs(args, path, scene, &settings, &reference)?,
+        against,
+    };
+    Ok((outcome, kept))
+}
+
+fn hold_against(
+    args: &VerifyArgs,
+    path: &Path,
+    file: &Path,
+    expected: &Kept,
+    kept: &Kept,
+) -> Result<Against, Failure> {
+    let first_pixel = kept.first_difference(expected);
+    if !args.json {
+        let verdict = match first_pixel {
+            None => "identical".to_owned(),
+            Some([x, y]) => format!("DIFFERENT, first at pixel ({x}, {y})"),
+        };
+        output::print(&format!(
+            "{}: against {}: {verdict}\n",
+            path.display(),
+            file.display()
+        ))?;
+    }
+    Ok(Against {
+        file: file.to_string_lossy().into_owned(),
+        identical: first_pixel.is_none(),
+        first_pixel,
+    })
+}
+
+/// The packet engine with each kernel and thread count.
+fn runs(
+    args: &VerifyArgs,
+    path: &Path,
+    scene: &Scene,
+    settings: &Settings,
+    reference: &Frame,
+) -> Result<Vec<Run>, Failure> {
+    let prepared = Prepared::build(scene, Engine::Simd);
+    let mut runs = Vec::new();
+    for &(_, kernel) in &args.kernel.0 {
+        for &threads in &args.threads {
+            let settings = Settings {
+                threads,
+                kernel,
+                engine: Engine::Simd,
+                ..settings.clone()
+            };
+            let frame = render(scene, &prepared, &settings)?;
+            let run = Run::of(scene, kernel, threads, reference, &frame);
+            if !args.json {
+                output::print(&run.line(path, reference))?;
+            }
+            runs.push(run);
+        }
+    }
+    Ok(runs)
+}
+
+fn render(scene: &Scene, prepared: &Prepared, settings: &Settings) -> Result<Frame, Failure> {
+    let frame = progress::render(scene, prepared, settings)?;
+    if frame.film.hits.is_none() {
+        // Without them half of the promise would go untested, and nobody would know.
+        return Err(Failure::Runtime(
+            "the engine kept no hits to compare".to_owned(),
+        ));
+    }
+    Ok(frame)
+}
+
+impl Run {
+    fn of(scene: &Scene, kernel: Kernel, threads: usize, reference: &Frame, frame: &Frame) -> Run {
+        let first_difference = first_difference(scene, &reference.film, &frame.film);
+        Run {
+            kernel: kernel_name(kernel),
+            threads,
+            identical: first_difference.is_none() && reference.stats.rays == frame.stats.rays,
+            rays: Kinds::of(&frame.stats.rays),
+            first_difference,
+        }
+    }
+
+    fn line(&self, path: &Path, reference: &Frame) -> String {
+        let plural = if self.threads == 1 { "" } else { "s" };
+        let verdict = match &self.first_difference {
+            _ if self.identical => "identical".to_owned(),
+            Some(difference) => format!("DIFFERENT, {difference}"),
+            None => format!(
+                "DIFFERENT, in rays traced: scalar {:?}, simd {:?}",
+                Kinds::of(&reference.stats.rays),
+                self.rays
+            ),
+        };
+        format!(
+            "{}: {} thread{plural}, kernel {}: {verdict}\n",
+            path.display(),
+            self.threads,
+            self.kernel
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use phalanx::render::{Film, Hits, RenderStats};
+
+    fn frame() -> Frame {
+        Frame {
+            film: Film {
+                width: 1,
+                height: 1,
+                planes: [vec![0.0], vec![0.5], vec![1.0]],
+                hits: Some(Hits {
+                    prim_id: vec![3],
+                    t: vec![2.0],
+                    u: vec![0.0],
+                    v: vec![0.0],
+                }),
+            },
+            stats: RenderStats::default(),
+            seconds: 1.0,
+            threads: 1,
+        }
+    }
+
+    #[test]
+    fn ray_counts_must_agree_even_where_the_pictures_do() {
+        let (scene, reference) = (Scene::default(), frame());
+        let mut other = frame();
+        let path = Path::new("a.test");
+        let same = Run::of(&scene, Kernel::Auto, 1, &reference, &other);
+        assert!(same.identical);
+        assert_eq!(
+            same.line(path, &reference),
+            "a.test: 1 thread, kernel auto: identical\n"
+        );
+        other.stats.rays.shadow = 7;
+        let more = Run::of(&scene, Kernel::Packet, 2, &reference, &other);
+        assert!(!more.identical);
+        let line = more.line(path, &reference);
+        assert!(
+            line.starts_with("a.test: 2 threads, kernel packet: DIFFERENT, in rays traced"),
+            "{line}"
+        );
+    }
+
+    #[test]
+    fn a_difference_in_the_films_is_one_even_where_the_counts_agree() {
+        let (scene, reference) = (Scene::default(), frame());
+        let mut other = frame();
+        other.film.planes[1][0] = 0.25;
+        let run = Run::of(&scene, Kernel::Auto, 3, &reference, &other);
+        assert!(!run.identical);
+        let line = run.line(Path::new("a.test"), &reference);
+        assert!(
+            line.contains("DIFFERENT, 1 pixel, first at (0, 0)\n"),
+            "{line}"
+        );
+    }
+}

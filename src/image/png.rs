@@ -1,0 +1,213 @@
+//! PNG files, in and out.
+
+use super::file::replace_file;
+use super::tone::Picture;
+use crate::scene::{MAX_PIXELS, check_image_size};
+use ::image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use ::image::{
+    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits,
+};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a picture could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// The file could not be written; what stood there stands there still.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// The file is no PNG, or a broken one, or one too large.
+    #[error("{}: not a PNG picture that can be read: {reason}", path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// What the decoder says.
+        reason: String,
+    },
+}
+
+/// Saves a picture as an 8-bit RGB PNG: whole, or not at all (see [`replace_file`]).
+///
+/// The bytes depend on the picture alone: compression and filter are fixed, the compressor (miniz_oxide) is plain
+/// integer code, and the checksums' SIMD variants differ in speed only.
+///
+/// # Errors
+/// [`PictureError::Write`].
+pub fn save_png(path: &Path, picture: &Picture) -> Result<(), PictureError> {
+    let written = replace_file(path, |writer| {
+        PngEncoder::new_with_quality(writer, CompressionType::Default, FilterType::Adaptive)
+            .write_image(
+                &picture.rgb,
+                picture.width,
+                picture.height,
+                ExtendedColorType::Rgb8,
+            )
+            .map_err(|error| match error {
+                ::image::ImageError::IoError(error) => error,
+                other => io::Error::other(other),
+            })
+    });
+    written.map_err(|source| PictureError::Write {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+/// A picture as it is compared: RGBA, 16 bits a sample (an 8-bit sample s stands as 257 s, missing alpha as opaque).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Raster {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Pixels, row by row from the top left.
+    pub pixels: Vec<[u16; 4]>,
+}
+
+/// Reads a PNG of 8 or 16 bits a sample (grey, colour, palette, with alpha or without).
+///
+/// # Errors
+/// [`PictureError::Read`] and [`PictureError::Decode`].
+pub fn load(path: &Path) -> Result<Raster, PictureError> {
+    let unreadable = |source| PictureError::Read {
+        path: path.to_path_buf(),
+        source,
+    };
+    let broken = |reason: String| PictureError::Decode {
+        path: path.to_path_buf(),
+        reason,
+    };
+    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let mut reader = ImageReader::with_format(io::Cursor::new(&bytes), ImageFormat::Png);
+    reader.limits(limits());
+    let decoder = reader.into_decoder().map_err(|e| broken(e.to_string()))?;
+    let (width, height) = decoder.dimensions();
+    // Before anything is allocated by that size.
+    check_image_size(width.into(), height.into()).map_err(|e| broken(e.to_string()))?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(|e| broken(e.to_string()))?;
+    let pixels = picture.into_rgba16().pixels().map(|p| p.0).collect();
+    Ok(Raster {
+        width,
+        height,
+        pixels,
+    })
+}
+
+/// Room for the largest image, RGBA of 16 bits.
+fn limits() -> Limits {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MAX_PIXELS * 8);
+    limits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn ramp() -> Picture {
+        let rgb = (0..7 * 5 * 3).map(|i| (i * 37 % 256) as u8).collect();
+        Picture {
+            width: 7,
+            height: 5,
+            rgb,
+        }
+    }
+
+    #[test]
+    fn what_is_saved_is_what_is_loaded() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ramp.png");
+        save_png(&path, &ramp()).unwrap();
+        let raster = load(&path).unwrap();
+        assert_eq!((raster.width, raster.height), (7, 5));
+        let wide = |p: &[u8]| [p[0], p[1], p[2], 255].map(|s| u16::from(s) * 257);
+        let expected: Vec<_> = ramp().rgb.chunks_exact(3).map(wide).collect();
+        assert_eq!(raster.pixels, expected);
+    }
+
+    /// The contract "same bytes on every build", held by a checksum (FNV-1a) of a whole file.
+    #[test]
+    fn the_bytes_of_a_file_are_pinned() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ramp.png");
+        save_png(&path, &ramp()).unwrap();
+        let hash = fs::read(&path)
+            .unwrap()
+            .iter()
+            .fold(0xcbf2_9ce4_8422_2325_u64, |h, &b| {
+                (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)
+            });
+        assert_eq!(hash, PIN);
+    }
+
+    const PIN: u64 = 3_721_424_877_269_434_982;
+
+    #[test]
+    fn sixteen_bits_and_grey_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("grey.png");
+        let grey =
+            ::image::ImageBuffer::<::image::Luma<u16>, _>::from_raw(2, 1, vec![3u16, 40_000]);
+        grey.unwrap().save(&path).unwrap();
+        let expected = [[3, 3, 3, 65_535], [40_000, 40_000, 40_000, 65_535]];
+        assert_eq!(load(&path).unwrap().pixels, expected);
+    }
+
+    #[test]
+    fn broken_files_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let whole = folder.path().join("whole.png");
+        save_png(&whole, &ramp()).unwrap();
+        let bytes = fs::read(&whole).unwrap();
+        let path = folder.path().join("broken.png");
+        for broken in [&b""[..], b"not a picture", &bytes[..bytes.len() / 2]] {
+            fs::write(&path, broken).unwrap();
+            let message = load(&path).unwrap_err().to_string();
+            assert!(
+                message.contains("broken.png: not a PNG picture"),
+                "{message}"
+            );
+        }
+        let missing = load(&folder.path().join("missing.png")).unwrap_err();
+        assert!(matches!(missing, PictureError::Read { .. }));
+        let folder_itself = load(folder.path()).unwrap_err();
+        assert!(matches!(folder_itself, PictureError::Read { .. }));
+    }
+
+    #[test]
+    fn a_picture_too_large_is_refused_by_its_header() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("huge.png");
+        save_png(&path, &ramp()).unwrap();
+        let mut bytes = fs::read(&path).unwrap();
+        // IHDR: width and height at 16 and 20, then its checksum at 29.
+        bytes[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
+        let crc = crc32(&bytes[12..29]);
+        bytes[29..33].copy_from_slice(&crc.to_be_bytes());
+        fs::write(&path, bytes).unwrap();
+        let message = load(&path).unwrap_err().to_string();
+        assert!(message.contains("65536x65536"), "{message}");
+    }
+
+    fn crc32(bytes: &[u8]) -> u32 {
+        !bytes.iter().fold(!0, |crc, &b| {
+            (0..8).fold(crc ^ u32::from(b), |c, _| {
+                c >> 1 ^ (0xedb8_8320 & (c & 1).wrapping_neg())
+            })
+        })
+    }
+}

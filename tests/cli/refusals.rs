@@ -1,0 +1,202 @@
+//! What is refused, with which message and exit code, and that nothing is left behind.
+
+use super::{Room, SCENE};
+use std::fs;
+
+#[test]
+fn version_names_the_compiled_level() {
+    let expected = format!(
+        "phalanx {} ({})\n",
+        env!("CARGO_PKG_VERSION"),
+        phalanx::isa::compiled_level()
+    );
+    assert_eq!(Room::new().ok("--version"), expected);
+}
+
+#[test]
+fn no_subcommand_gives_short_help_and_a_usage_error() {
+    let parts = ["Usage: phalanx", "render", "verify", "compare", "info"];
+    Room::new().refused("", 2, &parts);
+}
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    let room = Room::new();
+    for command in ["render", "verify", "compare", "info"] {
+        let help = room.ok(&format!("{command} --help"));
+        assert!(
+            help.contains(&format!("Example: phalanx {command} ")),
+            "{help}"
+        );
+    }
+    let help = room.ok("render --help");
+    // Wrapped to the terminal's width.
+    let help: Vec<_> = help.split_whitespace().collect();
+    let help = help.join(" ");
+    assert!(
+        help.contains("so that the kinds add up to the total"),
+        "{help}"
+    );
+}
+
+#[test]
+fn usage_errors_are_2() {
+    let room = Room::new();
+    for (line, part) in [
+        ("rendr a.test", "render"),
+        ("render", "<SCENE>"),
+        ("render a.test --colour", "--colour"),
+        ("render a.test --size 10", "640x480"),
+        ("render a.test --size 0x10", "out of range"),
+        ("render a.test --size 1000000x1000000", "out of range"),
+        ("render a.test --threads 0", "number of threads"),
+        ("render a.test --threads two", "number of threads"),
+        ("render a.test --tile 7", "8..=1024"),
+        ("render a.test --tile 1025", "8..=1024"),
+        ("render a.test --max-depth 1001", "0..=1000"),
+        ("render a.test --engine gpu", "scalar"),
+        ("render a.test --kernel fast", "packet"),
+        ("render a.test --transfer gamma", "srgb"),
+        ("render a.test --pin all", "cores"),
+        ("render a.test -o a.jpg", ".png"),
+        ("render a.test -o a", ".png"),
+        ("verify", "<SCENE>"),
+        ("verify a.test --threads 1,0", "number of threads"),
+        ("compare a.png", "<B>"),
+        ("compare a.png b.png --heat a.txt", ".png"),
+    ] {
+        room.refused(line, 2, &["error: ", part]);
+    }
+}
+
+#[test]
+fn files_that_cannot_be_read_are_1() {
+    let room = Room::new();
+    fs::create_dir(room.path().join("folder.test")).unwrap();
+    fs::create_dir(room.path().join("folder.png")).unwrap();
+    for command in ["render", "verify", "info"] {
+        room.refused(
+            &format!("{command} none.test"),
+            1,
+            &["error: cannot read none.test: "],
+        );
+        room.refused(
+            &format!("{command} folder.test"),
+            1,
+            &["error: cannot read folder.test: "],
+        );
+    }
+    room.refused(
+        "compare none.png none.png",
+        1,
+        &["error: cannot read none.png: "],
+    );
+    room.refused(
+        "compare folder.png none.png",
+        1,
+        &["error: cannot read folder.png: "],
+    );
+    room.refused(
+        "compare a.test a.test",
+        1,
+        &["error: a.test: not a PNG picture"],
+    );
+    room.refused(
+        "verify a.test --against none.json",
+        1,
+        &["error: cannot read none.json: "],
+    );
+    room.refused(
+        "verify a.test --against a.test",
+        1,
+        &["error: a.test: not a record"],
+    );
+}
+
+#[test]
+fn an_unknown_ending_is_2() {
+    let room = Room::new();
+    room.write("a.blend", "");
+    for command in ["render", "verify", "info"] {
+        room.refused(
+            &format!("{command} a.blend"),
+            2,
+            &["error: a.blend: not a scene format", ".test"],
+        );
+    }
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_1_before_anything_is_rendered() {
+    let room = Room::new();
+    fs::create_dir(room.path().join("folder.png")).unwrap();
+    // The largest image: were it rendered, its film would not fit into the memory allowed here, and the run would abort.
+    let large = "--size 16384x16384";
+    for command in ["render a.test -o", "verify a.test --record"] {
+        for (path, message) in [
+            (
+                "none/b.png",
+                "cannot write none/b.png: there is no folder none",
+            ),
+            ("folder.png", "cannot write folder.png: "),
+            ("a.test/b.png", "cannot write a.test/b.png: "),
+        ] {
+            let before = room.names();
+            let ran = room.run_in_400_mb(&format!("{command} {path} {large}"));
+            assert_eq!(ran.code, Some(1), "{command} {path}: {}", ran.stderr);
+            assert!(
+                ran.stderr.contains(message),
+                "{command} {path}: {}",
+                ran.stderr
+            );
+            assert_eq!(room.names(), before, "{command} {path}");
+        }
+    }
+}
+
+#[test]
+fn scene_errors_are_3_with_file_line_and_column() {
+    let room = Room::new();
+    let bad = SCENE
+        .replace("sphere -1", "spere -1")
+        .replace("ior 1.5", "ior NaN");
+    room.write("bad.test", &bad);
+    room.write("empty.test", "");
+    for command in ["render", "verify", "info"] {
+        let parts = [
+            "error: bad.test:7:1: ",
+            "spere -1 0 0 1",
+            "sphere",
+            "error: bad.test:14:5: ",
+        ];
+        room.refused(&format!("{command} bad.test"), 3, &parts);
+        room.refused(
+            &format!("{command} empty.test"),
+            3,
+            &["error: empty.test:1:"],
+        );
+    }
+    let stderr = room.run("render bad.test").stderr;
+    assert!(
+        !stderr.contains('\u{1b}'),
+        "no colours into a pipe: {stderr:?}"
+    );
+}
+
+#[test]
+fn warnings_are_one_line_each_and_do_not_stop_a_render() {
+    let room = Room::new();
+    room.write("open.test", &format!("{SCENE}pushTransform\n"));
+    let ran = room.run("info open.test");
+    assert_eq!(ran.code, Some(0));
+    let warnings: Vec<_> = ran
+        .stderr
+        .lines()
+        .filter(|l| l.starts_with("warning: "))
+        .collect();
+    assert_eq!(warnings.len(), 1, "{}", ran.stderr);
+    assert!(
+        warnings[0].starts_with("warning: open.test:16:1: "),
+        "{warnings:?}"
+    );
+}

@@ -1,0 +1,112 @@
+//! The guard of `main` on lesser CPUs, emulated by qemu-user (Debian: `apt-get install qemu-user`).
+#![cfg(all(target_arch = "x86_64", target_os = "linux"))]
+
+use std::process::{Command, Output};
+
+/// Emulated CPUs, oldest first, with the level that the message must name, and whether they have AVX, AVX2, AVX-512.
+const CPUS: [(&str, &str, [bool; 3]); 4] = [
+    ("core2duo", "x86-64", [false; 3]),
+    ("Nehalem", "x86-64-v2", [false; 3]),
+    ("SandyBridge", "x86-64-v2", [true, false, false]),
+    ("Haswell", "x86-64-v3", [true, true, false]),
+];
+
+/// Which of AVX, AVX2 and AVX-512 this build uses.
+const USED: [bool; 3] = [
+    cfg!(target_feature = "avx"),
+    cfg!(target_feature = "avx2"),
+    cfg!(target_feature = "avx512f"),
+];
+
+/// Runs the binary on an emulated CPU; `None`, with the reason printed, where there is no emulator.
+fn run_on(cpu: &str, argument: &str) -> Option<Output> {
+    let binary = env!("CARGO_BIN_EXE_phalanx");
+    let mut command = Command::new("qemu-x86_64");
+    command.args(["-cpu", cpu, binary, argument]);
+    match command.output() {
+        Ok(output) => Some(output),
+        Err(error) => {
+            eprintln!("skipped: qemu-x86_64 does not run here ({error})");
+            None
+        }
+    }
+}
+
+/// What the program wrote, without the emulator's own remarks on features that it cannot emulate.
+fn lines(bytes: &[u8]) -> Vec<String> {
+    let text = String::from_utf8_lossy(bytes);
+    let own = |line: &&str| !line.starts_with("qemu-x86_64: warning");
+    text.lines().filter(own).map(str::to_owned).collect()
+}
+
+#[test]
+fn a_cpu_that_lacks_what_the_build_uses_gets_one_line_and_exit_code_1() {
+    if USED == [false; 3] {
+        eprintln!("skipped: this build has no AVX compiled in");
+        return;
+    }
+    for (cpu, level, has) in CPUS {
+        if (0..3).all(|i| has[i] || !USED[i]) {
+            continue;
+        }
+        let Some(output) = run_on(cpu, "--version") else {
+            return;
+        };
+        let said = lines(&output.stderr);
+        assert_eq!(
+            output.status.code(),
+            Some(1),
+            "{cpu}: {:?} {said:?}",
+            output.status
+        );
+        assert_eq!(said.len(), 1, "{cpu}: {said:?}");
+        let advice = format!("RUSTFLAGS=\"-C target-cpu={level}\" cargo build --release");
+        assert!(
+            said[0].starts_with("phalanx: this build uses "),
+            "{cpu}: {said:?}"
+        );
+        assert!(said[0].ends_with(&advice), "{cpu}: {said:?}");
+        assert!(lines(&output.stdout).is_empty(), "{cpu}");
+    }
+}
+
+#[test]
+fn a_cpu_that_has_what_the_build_uses_runs_it() {
+    if phalanx::isa::compiled_level() != "x86-64" {
+        eprintln!(
+            "skipped: this build is for {}",
+            phalanx::isa::compiled_level()
+        );
+        return;
+    }
+    for (cpu, _, _) in CPUS {
+        let Some(output) = run_on(cpu, "--version") else {
+            return;
+        };
+        let said = lines(&output.stderr);
+        assert!(
+            output.status.success(),
+            "{cpu}: {:?} {said:?}",
+            output.status
+        );
+        assert_eq!(
+            lines(&output.stdout),
+            [format!("phalanx {} (x86-64)", env!("CARGO_PKG_VERSION"))]
+        );
+    }
+}
+
+/// Link-time optimisation across crates compiles the standard library anew for the target CPU, and then the runtime
+/// dies before `main`. The tests above run the profile they are built with, so this holds the other one.
+#[test]
+fn the_release_profile_leaves_the_standard_library_as_it_is() {
+    let manifest = include_str!("../Cargo.toml");
+    let (_, release) = manifest
+        .split_once("[profile.release]")
+        .expect("a release profile");
+    let release = release.split("\n[").next().unwrap_or_default();
+    assert!(
+        release.lines().any(|line| line.trim() == "lto = \"off\""),
+        "{release}"
+    );
+}
