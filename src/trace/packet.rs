@@ -13,7 +13,14 @@ use crate::scene::PrimKind;
 use std::ops::{BitOr, Range};
 
 /// The closest hits so far. Inactive lanes hold t = −∞.
-pub(super) type Best<L> = HitPacket<L>;
+pub(super) struct Best<L: Lanes> {
+    pub(super) t: L,
+    /// Barycentric weights of a triangle's second and third corner, times `det`: divided once, at the end.
+    pub(super) v: L,
+    pub(super) w: L,
+    pub(super) det: L,
+    pub(super) prim_id: L::Ids,
+}
 
 /// Work done, for comparing kernels without a clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,20 +65,24 @@ impl<'a, L: Lanes> Tracer<'a, L> {
     /// The closest hit below `tmax` of each active lane; others come back as a miss.
     pub fn closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
         let mut goal = Closest {
-            best: HitPacket {
+            best: Best {
                 t: active.select(rays.tmax, nowhere()),
-                u: L::ZERO,
                 v: L::ZERO,
+                w: L::ZERO,
+                det: L::ONE,
                 // Nothing is smaller, so a hit at the limit itself does not win the tie.
                 prim_id: L::Ids::splat(0),
             },
         };
         self.run(rays, active, &mut goal);
-        let mut best = goal.best;
+        let best = goal.best;
         let found = active & best.t.lt(rays.tmax);
-        best.t = found.select(best.t, rays.tmax);
-        best.prim_id = found.select_ids(best.prim_id, L::Ids::splat(NO_PRIM));
-        best
+        HitPacket {
+            t: found.select(best.t, rays.tmax),
+            u: best.v / best.det,
+            v: best.w / best.det,
+            prim_id: found.select_ids(best.prim_id, L::Ids::splat(NO_PRIM)),
+        }
     }
 
     /// Which active lanes meet anything before `tmax`.

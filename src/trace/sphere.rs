@@ -129,8 +129,9 @@ impl<L: Lanes> Best<L> {
         let id = L::Ids::splat(prim_id);
         let take = valid & (t.lt(self.t) | (t.eq(self.t) & id.lt(self.prim_id)));
         self.t = take.select(t, self.t);
-        self.u = take.select(L::ZERO, self.u);
         self.v = take.select(L::ZERO, self.v);
+        self.w = take.select(L::ZERO, self.w);
+        self.det = take.select(L::ONE, self.det);
         self.prim_id = take.select_ids(id, self.prim_id);
     }
 }

@@ -109,8 +109,9 @@ pub(super) fn closest<L: Lanes, const AXIS: usize>(
     let closer = hit.t.lt(best.t) | (hit.t.eq(best.t) & id.lt(best.prim_id));
     let take = hit.valid & closer;
     best.t = take.select(hit.t, best.t);
-    best.u = take.select(hit.v / hit.det, best.u);
-    best.v = take.select(hit.w / hit.det, best.v);
+    best.v = take.select(hit.v, best.v);
+    best.w = take.select(hit.w, best.w);
+    best.det = take.select(hit.det, best.det);
     best.prim_id = take.select_ids(id, best.prim_id);
 }
 
