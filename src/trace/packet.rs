@@ -7,8 +7,8 @@ use super::aabb::{Slabs, Stay};
 use super::triangle::{MIXED, Shear};
 use super::{sphere, triangle};
 use crate::bvh::{Bvh, Child};
-use crate::lanes::{F32x8, Mask8};
-use crate::packet::{HitPacket, RayPacket};
+use crate::lanes::{F32x8, Mask8, U32x8};
+use crate::packet::{HitPacket, NO_PRIM, RayPacket};
 use crate::scene::PrimKind;
 use std::ops::Range;
 
@@ -63,6 +63,11 @@ impl<'a> Tracer<'a> {
         goal.best.t = active.select(rays.tmax, NOWHERE);
         self.run(rays, active, &mut goal);
         goal.best.t = active.select(goal.best.t, rays.tmax);
+        // A hit exactly at a lane's limit ties with it, but only what is below counts.
+        let tie = goal.best.t.eq(rays.tmax) & rays.tmax.lt(F32x8::splat(f32::INFINITY));
+        goal.best.u = tie.select(F32x8::ZERO, goal.best.u);
+        goal.best.v = tie.select(F32x8::ZERO, goal.best.v);
+        goal.best.prim_id = tie.select_u32(U32x8::splat(NO_PRIM), goal.best.prim_id);
         goal.best
     }
 
