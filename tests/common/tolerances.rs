@@ -19,12 +19,10 @@ pub const SPECULAR_PER_SHININESS: f64 = 16.0 * EPSILON;
 /// Half a unit in the last place of 1 in f32, the relative error of one operation.
 pub const EPSILON: f64 = 1.0 / 16_777_216.0;
 
-/// A hit place against f64, in units of [`EPSILON`] times the largest length involved (origin, primitive, distance).
-///
-/// The packet and oracle arithmetic rounds about ten times between the input and an edge function or a root; the
-/// errors add up to fewer than that, since not all are at their largest together. Twice as much, for the product of the
-/// shear by the depth, which rounds against the dominant axis (at most √3 longer than the length).
-pub const HIT_ULPS: f64 = 32.0;
+/// A hit place against f64, in units of [`EPSILON`] times the lengths involved (origin and farthest corner, or origin,
+/// centre and radius), which are summed and so count up to twice: some ten roundings stand between the input and an
+/// edge function or a root, and their errors are not all at their largest together.
+pub const HIT_ULPS: f64 = 8.0;
 
 /// Barycentric weights of a well-shaped triangle against f64.
 pub const BARYCENTRIC: f64 = 32.0 * EPSILON;
