@@ -230,7 +230,7 @@ def spheres():
     t.put("size", 1280, 960)
     t.put("maxdepth", 5)
     t.put("output", "spheres.png")
-    t.put("camera", 0, 13.5, 15, 0, -0.6, 1.0, 0, 1, 0, 44)
+    t.put("camera", 0, 14, 15.5, 0, -0.9, 1.5, 0, 1, 0, 46)
     t.put("directional", -0.5, 1, 0.3, 0.65, 0.62, 0.58)
     t.put("attenuation", 1, 0, 0.006)
     t.put("point", 6, 7, 4, 0.75, 0.65, 0.55)
@@ -252,8 +252,8 @@ def ellipsoids():
     t.put("maxdepth", 4)
     t.put("output", "ellipsoids.png")
     t.put("camera", 0, 5.4, 6.4, 0, 0.15, 0.15, 0, 1, 0, 36)
-    t.put("directional", -0.6, 1, 0.5, 0.8, 0.74, 0.66)
-    t.put("point", 5, 4, 4, 0.25, 0.3, 0.42)
+    t.put("directional", -0.4, 1, 0.75, 1.1, 1.0, 0.88)
+    t.put("point", 5, 3, 5, 0.30, 0.34, 0.45)
     t.note("Water.")
     t.surface(ambient=(0.02, 0.05, 0.07), diffuse=(0.03, 0.10, 0.13), specular=(0.42, 0.46, 0.48), shininess=300)
     t.quad((-40, 0, -40), (-40, 0, 40), (40, 0, 40), (40, 0, -40))
@@ -281,10 +281,6 @@ def ellipsoids():
     t.note("The heart, gold.")
     t.surface(ambient=(0.10, 0.07, 0.01), diffuse=(0.60, 0.42, 0.08), specular=(0.35, 0.28, 0.12), shininess=60)
     t.ellipsoid((0, 0.34, 0), (0.30, 0.22, 0.30))
-    t.note("Dew.")
-    t.surface(specular=(0.12, 0.12, 0.12), shininess=200, transmission=(0.88, 0.9, 0.9), ior=1.33)
-    for x, y, z, r in ((-2.7, 0.2, -0.6, 0.16), (2.4, 0.24, 1.5, 0.2), (2.7, 0.2, -1.2, 0.14)):
-        t.put("sphere", x, y, z, r)
     t.save("ellipsoids.test")
 
 
