@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes the scenes that are too long to type: phalanx.test, spheres.test, ellipsoids.test, into its own folder.
+"""Writes the scenes that are too long to type: phalanx.test, spheres.test, ellipsoids.test, into its own folder or the one that is named.
 
-    python3 scenes/generate.py
+    python3 scenes/generate.py [FOLDER]
 
 The .test grammar has no loops, so sixty-four soldiers, a thousand spheres and a flower's petals
 need one from outside. The files are committed; nothing needs this script, or Python, to build, test or render. No randomness from Python's library: `unit`
@@ -9,9 +9,10 @@ below hashes integers, so that every version of Python writes the same bytes.
 """
 
 import math
+import sys
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
+FOLDER = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent
 
 
 def unit(*key):
@@ -75,7 +76,7 @@ class Test:
         self.vertices += 4
 
     def save(self, name):
-        (HERE / name).write_text("\n".join(self.lines) + "\n")
+        (FOLDER / name).write_text("\n".join(self.lines) + "\n")
 
 
 def mix(a, b, t):
