@@ -199,13 +199,13 @@ impl U32x8 {
 
     /// Logical shift left of every lane.
     #[inline(always)]
-    pub fn shl(self, bits: u32) -> U32x8 {
+    pub fn shift_left(self, bits: u32) -> U32x8 {
         U32x8(self.0 << bits)
     }
 
     /// Logical shift right of every lane.
     #[inline(always)]
-    pub fn shr(self, bits: u32) -> U32x8 {
+    pub fn shift_right(self, bits: u32) -> U32x8 {
         U32x8(self.0 >> bits)
     }
 

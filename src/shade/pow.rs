@@ -17,8 +17,8 @@ fn log2(x: F32x8) -> F32x8 {
     let biased = bits
         .wrapping_sub(U32x8::splat(SQRT_HALF_BITS))
         .wrapping_add(bias)
-        .shr(23);
-    let shift = biased.wrapping_sub(U32x8::splat(127)).shl(23);
+        .shift_right(23);
+    let shift = biased.wrapping_sub(U32x8::splat(127)).shift_left(23);
     let mantissa = F32x8::from_bits(bits.wrapping_sub(shift));
     let f = mantissa - F32x8::ONE;
     let z = f / (f + F32x8::splat(2.0));
@@ -42,6 +42,6 @@ fn exp2(y: F32x8) -> F32x8 {
         .to_bits()
         .wrapping_sub(magic.to_bits())
         .wrapping_add(U32x8::splat(127));
-    let power = p * F32x8::from_bits(exponent.shl(23));
+    let power = p * F32x8::from_bits(exponent.shift_left(23));
     y.ge(F32x8::splat(-126.0)).select(power, F32x8::ZERO)
 }
