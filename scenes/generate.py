@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Writes the scenes that are too long to type: phalanx.test, spheres.test, ellipsoids.test, into its own folder or the one that is named.
+"""Writes the scenes that are too long to type: phalanx.test, spheres.test and ellipsoids.test.
 
     python3 scenes/generate.py [FOLDER]
 
-The .test grammar has no loops, so sixty-four soldiers, a thousand spheres and a flower's petals
-need one from outside. The files are committed; nothing needs this script, or Python, to build, test or render. No randomness from Python's library: `unit`
-below hashes integers, so that every version of Python writes the same bytes.
+FOLDER is this script's own unless named. The .test grammar has no loops, so sixty-four soldiers, a thousand spheres and
+a flower's petals need one from outside. The files are committed: nothing needs this script, or Python, to build, to test
+or to render. `unit` hashes integers where others would call a random number generator, so that every version of Python
+writes the same bytes.
 """
 
 import math
