@@ -4,7 +4,7 @@
 //! fov_x = 2·atan(tan(fov_y/2)·W/H) the two slopes per pixel are one number, 2·tan(fov_y/2)/H: pixels are square. It
 //! is computed in f64 with `libm`, so that every build starts from the same bits.
 
-use crate::lanes::{F32x8, Vec3x8};
+use crate::lanes::{F32x8, Lanes, Vec3x8};
 use crate::scene::{View, ViewError};
 use glam::Vec3;
 

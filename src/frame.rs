@@ -162,7 +162,7 @@ pub fn render(
     let start = Instant::now();
     let stats = match &prepared.0 {
         Either::Packets(bvh) => run(&tiles, &film, threads, pin, control, || {
-            PacketPainter::new(scene, bvh, &camera, settings.max_depth)
+            PacketPainter::new(scene, bvh, &camera, settings.max_depth, settings.kernel)
         }),
         Either::Oracle(tree) => run(&tiles, &film, threads, pin, control, || ScalarPainter {
             camera: &camera,

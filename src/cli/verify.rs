@@ -267,7 +267,7 @@ mod tests {
             "a.test: 1 thread, kernel auto: identical\n"
         );
         other.stats.rays.shadow = 7;
-        let more = Run::of(&scene, Kernel::Packet, 2, &reference, &other);
+        let more = Run::of(&scene, Kernel::Packet8, 2, &reference, &other);
         assert!(!more.identical);
         let line = more.line(path, &reference);
         assert!(

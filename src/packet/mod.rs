@@ -4,33 +4,33 @@ mod queue;
 
 pub use queue::RayQueue;
 
-use crate::lanes::{F32x8, LANES, U32x8, Vec3x8};
+use crate::lanes::{F32x8, LANES, LaneIds, Lanes, U32x8, Vec3Lanes};
 
 /// `prim_id` of a lane that hit nothing.
 pub const NO_PRIM: u32 = u32::MAX;
 
-/// Eight rays as columns of lanes. Lanes at and above `count` carry no ray.
+/// Rays as columns of lanes, eight unless said otherwise.
 #[derive(Clone, Copy, Debug)]
-pub struct RayPacket {
+pub struct RayPacket<L = F32x8> {
     /// Origins.
-    pub org: Vec3x8,
+    pub org: Vec3Lanes<L>,
     /// Directions, not necessarily of unit length.
-    pub dir: Vec3x8,
+    pub dir: Vec3Lanes<L>,
     /// Hits count only below this distance (in units of `dir`).
-    pub tmax: F32x8,
+    pub tmax: L,
 }
 
-/// What eight rays hit.
+/// What rays hit.
 #[derive(Clone, Copy, Debug)]
-pub struct HitPacket {
+pub struct HitPacket<L: Lanes = F32x8> {
     /// Distance in units of the ray's direction; `tmax` where nothing was hit.
-    pub t: F32x8,
+    pub t: L,
     /// Barycentric weight of a triangle's second corner, else 0.
-    pub u: F32x8,
+    pub u: L,
     /// Barycentric weight of a triangle's third corner, else 0.
-    pub v: F32x8,
+    pub v: L,
     /// Primitive in file order, or [`NO_PRIM`].
-    pub prim_id: U32x8,
+    pub prim_id: L::Ids,
 }
 
 impl HitPacket {
@@ -41,6 +41,19 @@ impl HitPacket {
             u: F32x8::ZERO,
             v: F32x8::ZERO,
             prim_id: U32x8::splat(NO_PRIM),
+        }
+    }
+}
+
+impl<L: Lanes> HitPacket<L> {
+    /// The k-th eight.
+    #[inline(always)]
+    pub fn eight(&self, k: usize) -> HitPacket {
+        HitPacket {
+            t: self.t.eight(k),
+            u: self.u.eight(k),
+            v: self.v.eight(k),
+            prim_id: self.prim_id.eight(k),
         }
     }
 }

@@ -2,7 +2,7 @@
 //! packets.
 
 use super::{RayPacket, packets_for};
-use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
+use crate::lanes::{LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
 use bumpalo::Bump;
 
 /// Eight rays and what they are for, in memory order.
@@ -42,6 +42,11 @@ impl<'arena> RayQueue<'arena> {
         self.len
     }
 
+    /// Packets that hold them.
+    pub fn packets(&self) -> usize {
+        packets_for(self.len)
+    }
+
     /// Whether none waits.
     pub fn is_empty(&self) -> bool {
         self.len == 0
@@ -68,7 +73,7 @@ impl<'arena> RayQueue<'arena> {
         if lanes == 0 {
             return;
         }
-        if lanes == u8::MAX && self.len.is_multiple_of(LANES) {
+        if lanes == 0xff && self.len.is_multiple_of(LANES) {
             // Eight neighbours into an empty slot: the packet as it is.
             self.slots[self.len / LANES] = Slot {
                 org: rows(org),
@@ -91,20 +96,37 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
-    /// Packet `index` and which of its lanes carry rays; `tmax` is the same for all.
-    pub fn packet(&self, index: usize, tmax: f32) -> (RayPacket, Mask8) {
-        let slot = &self.slots[index];
-        let packet = RayPacket {
-            org: columns(&slot.org),
-            dir: columns(&slot.dir),
-            tmax: F32x8::splat(tmax),
+    /// Packet `index` (and the ones after it, where `L` holds more than one) and which lanes carry rays; `tmax` is
+    /// the same for all.
+    #[inline(always)]
+    pub fn packet<L: Lanes>(&self, index: usize, tmax: f32) -> (RayPacket<L>, L::Mask) {
+        // Past the end the last packet is repeated, in lanes that are not active.
+        let slot = |k: usize| &self.slots[(index + k).min(self.slots.len() - 1)];
+        let vec = |pick: fn(&Slot, usize) -> [f32; LANES]| {
+            Vec3Lanes::new(
+                L::from_eights(|k| pick(slot(k), 0)),
+                L::from_eights(|k| pick(slot(k), 1)),
+                L::from_eights(|k| pick(slot(k), 2)),
+            )
         };
-        (packet, self.active(index))
+        let rays = RayPacket {
+            org: vec(|slot, axis| slot.org[axis]),
+            dir: vec(|slot, axis| slot.dir[axis]),
+            tmax: L::splat(tmax),
+        };
+        (
+            rays,
+            L::Mask::first(
+                self.len
+                    .saturating_sub(index * LANES)
+                    .min(L::PACKETS * LANES),
+            ),
+        )
     }
 
     /// Which lanes of packet `index` carry rays.
     pub fn active(&self, index: usize) -> Mask8 {
-        Mask8::first(self.len - index * LANES)
+        Mask8::first((self.len - index * LANES).min(LANES))
     }
 
     /// Origin and direction of one ray.
@@ -122,10 +144,6 @@ impl<'arena> RayQueue<'arena> {
 
 fn rows(v: Vec3x8) -> [[f32; LANES]; 3] {
     [v.x.to_array(), v.y.to_array(), v.z.to_array()]
-}
-
-fn columns(c: &[[f32; LANES]; 3]) -> Vec3x8 {
-    Vec3x8::new(F32x8::new(c[0]), F32x8::new(c[1]), F32x8::new(c[2]))
 }
 
 /// Copies one lane of three columns to another place.

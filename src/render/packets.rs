@@ -7,10 +7,10 @@ use super::wave::{Colors, Engine, RayView, wave};
 use super::workers::Painter;
 use crate::bvh::Bvh;
 use crate::camera::Camera;
-use crate::lanes::{F32x8, Mask8, Vec3x8};
+use crate::lanes::{F32x8, LaneMask, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
 use crate::scene::Scene;
-use crate::trace::Tracer;
+use crate::trace::{Kernel, Traversal};
 use bumpalo::Bump;
 
 /// Paints tiles with packets of eight rays.
@@ -24,12 +24,18 @@ pub struct PacketPainter<'a> {
 
 impl<'a> PacketPainter<'a> {
     /// A painter for one worker. `max_depth` counts bounces after the primary ray.
-    pub fn new(scene: &'a Scene, bvh: &'a Bvh, camera: &'a Camera, max_depth: u32) -> Self {
+    pub fn new(
+        scene: &'a Scene,
+        bvh: &'a Bvh,
+        camera: &'a Camera,
+        max_depth: u32,
+        kernel: Kernel,
+    ) -> Self {
         PacketPainter {
             camera,
             engine: Engine {
                 scene,
-                tracer: Tracer::new(bvh),
+                traversal: Traversal::new(bvh, kernel),
                 stats: RenderStats::default(),
             },
             tile_arena: Bump::new(),
@@ -66,7 +72,7 @@ impl Painter for PacketPainter<'_> {
 
     fn stats(&self) -> RenderStats {
         RenderStats {
-            packets: self.engine.tracer.work.packets,
+            packets: self.engine.traversal.work().packets,
             ..self.engine.stats
         }
     }
@@ -100,7 +106,7 @@ const COLUMN_CENTRES: F32x8 = F32x8::new([0.5, 1.5, 2.5, 3.5, 0.5, 1.5, 2.5, 3.5
 
 /// Which of the 4×2 pixels from (`x`, `y`) on lie in the tile.
 fn inside(tile: Tile, x: u32, y: u32) -> Mask8 {
-    let row = (1u8 << tile.width.saturating_sub(x).min(4)) - 1;
+    let row = (1u32 << tile.width.saturating_sub(x).min(4)) - 1;
     Mask8::from_bits(match tile.height.saturating_sub(y) {
         0 => 0,
         1 => row,

@@ -6,18 +6,18 @@
 //! (local + Ks I_R) + Kt I_T.
 
 use super::stats::RenderStats;
-use crate::lanes::{F32x8, LANES, Mask8, U32x8, Vec3x8};
+use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
 use crate::scene::{PrimKind, Scene};
 use crate::shade::{Material, Surface, bounces, sample_light, surface};
-use crate::trace::Tracer;
+use crate::trace::Traversal;
 use bumpalo::Bump;
 use std::ops::Range;
 
 /// What every wave needs.
 pub(super) struct Engine<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) tracer: Tracer<'a>,
+    pub(super) traversal: Traversal<'a>,
     pub(super) stats: RenderStats,
 }
 
@@ -77,10 +77,9 @@ pub(super) fn wave(
     arena.reset();
     let arena = &*arena;
     // Trace.
-    let hits = arena.alloc_slice_fill_with(rays.packets.len(), |k| {
-        let (packet, active) = rays.packet(k);
-        engine.tracer.closest(&packet, active)
-    });
+    let hits = arena.alloc_slice_fill_copy(rays.packets.len(), HitPacket::miss());
+    let packets = rays.packets.clone();
+    engine.traversal.closest(rays.queue, packets, hits);
     if let Some(keep) = keep {
         keep.copy_from_slice(hits);
     }
@@ -95,9 +94,9 @@ pub(super) fn wave(
     }
     let queue = bounce(engine, arena, surfaces);
     let piece = rays.packets.len();
-    let answers = arena.alloc_slice_fill_copy(piece.min(packets_for(queue.len())), Colors::BLACK);
-    for first in (0..packets_for(queue.len())).step_by(piece) {
-        let packets = first..packets_for(queue.len()).min(first + piece);
+    let answers = arena.alloc_slice_fill_copy(piece.min(queue.packets()), Colors::BLACK);
+    for first in (0..queue.packets()).step_by(piece) {
+        let packets = first..queue.packets().min(first + piece);
         let answers = &mut answers[..packets.len()];
         let view = RayView {
             queue: &queue,
@@ -139,7 +138,7 @@ fn surfaces<'arena>(
     for (packet, hit) in hits.iter().enumerate() {
         let active = rays.active(packet);
         let missed = active & hit.prim_id.eq(U32x8::splat(NO_PRIM));
-        if missed.bits() == u8::MAX {
+        if missed.bits() == 0xff {
             colors[packet] = Colors(background);
             continue;
         }
@@ -270,15 +269,13 @@ fn ask_lights(engine: &mut Engine, arena: &Bump, surfaces: &[Surface], colors: &
         } else {
             1.0
         };
-        for packet in 0..packets_for(queue.len()) {
-            let (rays, active) = queue.packet(packet, tmax);
-            let seen = active & !engine.tracer.occluded(&rays, active);
+        engine.traversal.unoccluded(&queue, tmax, |packet, seen| {
             let (radiance, hit) = queue.purpose(packet);
-            for lane in seen.lanes() {
+            for lane in Mask8::from_bits(seen as u32).lanes() {
                 let ray = hit[lane] as usize;
                 colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| radiance[c][lane]));
             }
-        }
+        });
     }
 }
 

@@ -1,7 +1,7 @@
 //! Mirror and refracted rays (design document, "Recursive shading model": … + Ks I_R + K_T I_T).
 
 use super::surface::{Material, Surface};
-use crate::lanes::{F32x8, Mask8, Vec3x8};
+use crate::lanes::{F32x8, LaneMask, Lanes, Mask8, Vec3x8};
 use glam::Vec3;
 
 /// The secondary rays of eight points. A ray whose weight is exactly zero is not among them.
@@ -57,7 +57,7 @@ pub fn bounces(material: &Material, at: &Surface) -> Bounces {
         reflect: at.active & reflect,
         reflect_org: leave(at, reflect_dir),
         reflect_dir,
-        reflect_weight: total.select_vec(both_wide, ks),
+        reflect_weight: Vec3x8::select(total, both_wide, ks),
         refract: if transmits {
             at.active & !total
         } else {

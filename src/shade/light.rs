@@ -3,7 +3,7 @@
 
 use super::pow::pow;
 use super::surface::{Material, Surface};
-use crate::lanes::{F32x8, Mask8, Vec3x8};
+use crate::lanes::{F32x8, Lanes, Mask8, Vec3x8};
 use crate::scene::Scene;
 use glam::Vec3;
 

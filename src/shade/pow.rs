@@ -1,6 +1,6 @@
 //! x^s, eight lanes at a time: the wide half of [`crate::sampling::pow`], operation for operation.
 
-use crate::lanes::{F32x8, U32x8};
+use crate::lanes::{F32x8, LaneIds, LaneMask, Lanes, U32x8};
 use crate::sampling::{EXP2_COEFFICIENTS, LOG2_COEFFICIENTS, ROUND_MAGIC, SQRT_HALF_BITS};
 
 /// x^s with x clamped to \[0, 1\] and s ≥ 0; pow(0, 0) = 1. The bits of [`crate::sampling::pow`].

@@ -1,6 +1,6 @@
 //! Eight hits of one kind and one material: where they are and which way the surface faces.
 
-use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
+use crate::lanes::{F32x8, LANES, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, RayPacket};
 use crate::scene::{NO_NORMALS, PAD, PrimKind, Scene, Vec3s};
 use glam::Vec3;
@@ -83,8 +83,8 @@ pub fn surface(
     Surface {
         active,
         point: place.point,
-        ng: away.select_vec(-place.ng, place.ng),
-        ns: away.select_vec(-place.ns, place.ns),
+        ng: Vec3x8::select(away, -place.ng, place.ng),
+        ns: Vec3x8::select(away, -place.ns, place.ns),
         dir: rays.dir,
         offset: place.offset,
         entering: !away,
@@ -109,17 +109,11 @@ fn gather(column: &Vec3s, rows: &[usize; LANES]) -> Vec3x8 {
     )
 }
 
-/// Largest absolute component.
-fn largest(v: Vec3x8) -> F32x8 {
-    let v = v.abs();
-    v.x.max(v.y).max(v.z)
-}
-
 /// v/|v|, or `otherwise` where v has no length.
 fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
     let squared = v.dot(v);
     let unit = v.scale(F32x8::ONE / squared.sqrt());
-    squared.gt(F32x8::ZERO).select_vec(unit, otherwise)
+    Vec3x8::select(squared.gt(F32x8::ZERO), unit, otherwise)
 }
 
 /// The point comes from the barycentric weights, not from the ray, so that its error does not grow with the distance
@@ -134,13 +128,13 @@ fn triangle(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, hits: &HitPa
     // (B − A) × (C − A): counter-clockwise is the front, as in every format; the document's order points the other way.
     // Edges are brought to unit size first, so that the length of the product neither over- nor underflows.
     let (e1, e2) = (b - a, c - a);
-    let shrink = F32x8::ONE / largest(e1).max(largest(e2));
+    let shrink = F32x8::ONE / e1.largest().max(e2.largest());
     let ng = unit_or(e1.scale(shrink).cross(e2.scale(shrink)), -rays.dir);
     let ns = match rows.iter().any(|&i| t.normals[i] != NO_NORMALS) {
         true => shading_normal(scene, rows, [alpha, beta, gamma], ng),
         false => ng,
     };
-    let size = largest(a).max(largest(b)).max(largest(c));
+    let size = a.largest().max(b.largest()).max(c.largest());
     Place {
         point,
         ng,
@@ -170,7 +164,7 @@ fn sphere(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, t: F32x8) -> P
     let center = gather(&scene.spheres.center, rows);
     let radius = F32x8::new(rows.map(|i| scene.spheres.radius[i]));
     let n = unit_or((rays.org - center) + rays.dir.scale(t), -rays.dir);
-    let offset = (largest(center) + radius) * F32x8::splat(PAD);
+    let offset = (center.largest() + radius) * F32x8::splat(PAD);
     Place {
         point: center + n.scale(radius),
         ng: n,
@@ -196,8 +190,8 @@ fn ellipsoid(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, t: F32x8) -
     let ng = unit_or(gradient, -rays.dir);
     let p = point.abs();
     let terms = ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
-    let inside = (largest(terms) + F32x8::ONE) / length;
-    let offset = (inside + largest(point)) * F32x8::splat(PAD);
+    let inside = (terms.largest() + F32x8::ONE) / length;
+    let offset = (inside + point.largest()) * F32x8::splat(PAD);
     Place {
         point,
         ng,

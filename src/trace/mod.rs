@@ -1,12 +1,13 @@
-//! Closest hit and occlusion for packets of eight rays.
+//! Closest hit and occlusion for queues of rays.
 //!
 //! | file | what |
 //! |---|---|
 //! | `aabb` | the slab test of a ray against a padded box |
 //! | `triangle`, `sphere` | one test per primitive: what a hit is |
-//! | `packet` | eight rays together down the binary tree |
+//! | `packet` | a packet of rays together down the binary tree |
+//! | `traversal` | queues in, hits out: which kernel traces what |
 //!
-//! The choice between kernels stands here, in [`Kernel`]; there is one so far.
+//! The choice between kernels stands in one place, [`Kernel`].
 //!
 //! # Why no tree can lose a hit
 //!
@@ -23,21 +24,8 @@
 mod aabb;
 mod packet;
 mod sphere;
+mod traversal;
 mod triangle;
 
 pub use packet::{Tracer, Work};
-
-/// Traversal kernel of the packet engine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
-    /// What pays: so far always [`Kernel::Packet`].
-    Auto,
-    /// Eight-wide packets against the binary tree.
-    Packet,
-}
-
-impl Kernel {
-    /// Every kernel by name, `auto` first.
-    pub const ALL: [(&'static str, Kernel); 2] =
-        [("auto", Kernel::Auto), ("packet", Kernel::Packet)];
-}
+pub use traversal::{Kernel, Traversal};

@@ -1,19 +1,26 @@
-//! Eight rays together down the binary tree (Wald et al., "Interactive Rendering with Coherent Ray Tracing", 2001).
+//! Packets of rays together down the binary tree (Wald et al., "Interactive Rendering with Coherent Ray Tracing", 2001).
 //!
-//! A node is visited once for all eight rays; a child is entered if any ray meets its box before the ray's closest
+//! A node is visited once for all rays of a packet; a child is entered if any ray meets its box before the ray's closest
 //! hit so far. Lanes without a ray have a closest hit of −∞ and so never pass a comparison: there is no mask to carry.
 
 use super::aabb::{Slabs, Stay};
 use super::triangle::{MIXED, Shear};
 use super::{sphere, triangle};
 use crate::bvh::{Bvh, Child};
-use crate::lanes::{F32x8, Mask8};
-use crate::packet::{HitPacket, RayPacket};
+use crate::lanes::{F32x8, LaneIds, LaneMask, Lanes};
+use crate::packet::{HitPacket, NO_PRIM, RayPacket};
 use crate::scene::PrimKind;
-use std::ops::Range;
+use std::ops::{BitOr, Range};
 
 /// The closest hits so far. Inactive lanes hold t = −∞.
-pub(super) type Best = HitPacket;
+pub(super) struct Best<L: Lanes> {
+    pub(super) t: L,
+    /// Barycentric weights of a triangle's second and third corner, times `det`: divided once, at the end.
+    pub(super) v: L,
+    pub(super) w: L,
+    pub(super) det: L,
+    pub(super) prim_id: L::Ids,
+}
 
 /// Work done, for comparing kernels without a clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -24,26 +31,26 @@ pub struct Work {
 
 /// A child waiting to be visited.
 #[derive(Clone, Copy)]
-struct Entry {
+struct Entry<L> {
     /// Entry distance; NaN in lanes that miss the box.
-    enter: F32x8,
+    enter: L,
     first: u32,
     tag: u16,
 }
 
 /// Traces packets against one tree. Owns the traversal stack, so that tracing allocates nothing.
-pub struct Tracer<'a> {
+pub struct Tracer<'a, L = F32x8> {
     bvh: &'a Bvh,
-    stack: Vec<Entry>,
+    stack: Vec<Entry<L>>,
     /// Counters since the tracer was made.
     pub work: Work,
 }
 
-impl<'a> Tracer<'a> {
+impl<'a, L: Lanes> Tracer<'a, L> {
     /// A tracer for a tree.
-    pub fn new(bvh: &'a Bvh) -> Tracer<'a> {
+    pub fn new(bvh: &'a Bvh) -> Tracer<'a, L> {
         let empty = Entry {
-            enter: F32x8::ZERO,
+            enter: L::ZERO,
             first: 0,
             tag: 0,
         };
@@ -55,22 +62,34 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// The closest hit of each active lane; others come back as a miss.
-    pub fn closest(&mut self, rays: &RayPacket, active: Mask8) -> HitPacket {
+    /// The closest hit below `tmax` of each active lane; others come back as a miss.
+    pub fn closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
         let mut goal = Closest {
-            best: HitPacket::miss(),
+            best: Best {
+                t: active.select(rays.tmax, nowhere()),
+                v: L::ZERO,
+                w: L::ZERO,
+                det: L::ONE,
+                // Nothing is smaller, so a hit at the limit itself does not win the tie.
+                prim_id: L::Ids::splat(0),
+            },
         };
-        goal.best.t = active.select(rays.tmax, NOWHERE);
         self.run(rays, active, &mut goal);
-        goal.best.t = active.select(goal.best.t, rays.tmax);
-        goal.best
+        let best = goal.best;
+        let found = active & best.t.lt(rays.tmax);
+        HitPacket {
+            t: found.select(best.t, rays.tmax),
+            u: best.v / best.det,
+            v: best.w / best.det,
+            prim_id: found.select_ids(best.prim_id, L::Ids::splat(NO_PRIM)),
+        }
     }
 
     /// Which active lanes meet anything before `tmax`.
-    pub fn occluded(&mut self, rays: &RayPacket, active: Mask8) -> Mask8 {
+    pub fn occluded(&mut self, rays: &RayPacket<L>, active: L::Mask) -> L::Mask {
         let mut goal = AnyHit {
-            limit: active.select(rays.tmax, NOWHERE),
-            blocked: Mask8::none(),
+            limit: active.select(rays.tmax, nowhere()),
+            blocked: L::Mask::none(),
             all: active.bits(),
         };
         self.run(rays, active, &mut goal);
@@ -78,8 +97,8 @@ impl<'a> Tracer<'a> {
     }
 
     #[inline(always)]
-    fn run(&mut self, rays: &RayPacket, active: Mask8, goal: &mut impl Goal) {
-        self.work.packets += 1;
+    fn run(&mut self, rays: &RayPacket<L>, active: L::Mask, goal: &mut impl Goal<L>) {
+        self.work.packets += L::PACKETS as u64;
         let rays = &Prepared::new(rays, active);
         let slabs = &rays.slabs;
         match slabs.near {
@@ -92,9 +111,9 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     fn traverse(
         &mut self,
-        rays: &Prepared,
-        goal: &mut impl Goal,
-        stay: impl Fn(&[[f32; 3]; 2]) -> Stay,
+        rays: &Prepared<L>,
+        goal: &mut impl Goal<L>,
+        stay: impl Fn(&[[f32; 3]; 2]) -> Stay<L>,
     ) {
         let nodes = self.bvh.nodes();
         let mut top = 0;
@@ -118,7 +137,7 @@ impl<'a> Tracer<'a> {
                         let near = usize::from(later > sooner);
                         let far = 1 - near;
                         let (first, tag) = node.packed(far);
-                        let enter = met[far].select(stays[far].enter, F32x8::splat(f32::NAN));
+                        let enter = met[far].select(stays[far].enter, L::splat(f32::NAN));
                         self.stack[top] = Entry { enter, first, tag };
                         top += 1;
                         current = node.child(near);
@@ -151,7 +170,10 @@ impl<'a> Tracer<'a> {
 }
 
 /// The limit of a lane without a ray, or with nothing left to find.
-const NOWHERE: F32x8 = F32x8::new([f32::NEG_INFINITY; 8]);
+#[inline(always)]
+fn nowhere<L: Lanes>() -> L {
+    L::splat(f32::NEG_INFINITY)
+}
 
 /// Where to go from a node whose children are both missed.
 const NOTHING: Child = Child::Leaf {
@@ -161,39 +183,39 @@ const NOTHING: Child = Child::Leaf {
 };
 
 /// What a traversal looks for.
-trait Goal {
+trait Goal<L: Lanes> {
     /// How far each ray still has to look.
-    fn limit(&self) -> F32x8;
+    fn limit(&self) -> L;
     /// Tests the primitives of a leaf; true ends the traversal.
-    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared, kind: PrimKind, slots: Range<usize>) -> bool;
+    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: PrimKind, slots: Range<usize>) -> bool;
 }
 
-struct Closest {
-    best: Best,
+struct Closest<L: Lanes> {
+    best: Best<L>,
 }
 
-struct AnyHit {
-    limit: F32x8,
-    blocked: Mask8,
-    all: u8,
+struct AnyHit<L: Lanes> {
+    limit: L,
+    blocked: L::Mask,
+    all: u32,
 }
 
-impl Goal for Closest {
+impl<L: Lanes> Goal<L> for Closest<L> {
     #[inline(always)]
-    fn limit(&self) -> F32x8 {
+    fn limit(&self) -> L {
         self.best.t
     }
 
     #[inline(always)]
-    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared, kind: PrimKind, slots: Range<usize>) -> bool {
+    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: PrimKind, slots: Range<usize>) -> bool {
         let best = &mut self.best;
         let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
         match kind {
             PrimKind::Triangle => match rays.shear.axis {
-                0 => triangles_closest::<0>(bvh, rays, slots, best),
-                1 => triangles_closest::<1>(bvh, rays, slots, best),
-                2 => triangles_closest::<2>(bvh, rays, slots, best),
-                _ => triangles_closest::<MIXED>(bvh, rays, slots, best),
+                0 => triangles_closest::<L, 0>(bvh, rays, slots, best),
+                1 => triangles_closest::<L, 1>(bvh, rays, slots, best),
+                2 => triangles_closest::<L, 2>(bvh, rays, slots, best),
+                _ => triangles_closest::<L, MIXED>(bvh, rays, slots, best),
             },
             PrimKind::Sphere => {
                 for slot in &bvh.spheres()[slots] {
@@ -210,47 +232,47 @@ impl Goal for Closest {
     }
 }
 
-impl Goal for AnyHit {
+impl<L: Lanes> Goal<L> for AnyHit<L> {
     #[inline(always)]
-    fn limit(&self) -> F32x8 {
+    fn limit(&self) -> L {
         self.limit
     }
 
     #[inline(always)]
-    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared, kind: PrimKind, slots: Range<usize>) -> bool {
+    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: PrimKind, slots: Range<usize>) -> bool {
         let tmax = self.limit;
         let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
         let hits = match kind {
             PrimKind::Triangle => match rays.shear.axis {
-                0 => triangles_occluded::<0>(bvh, rays, slots, tmax),
-                1 => triangles_occluded::<1>(bvh, rays, slots, tmax),
-                2 => triangles_occluded::<2>(bvh, rays, slots, tmax),
-                _ => triangles_occluded::<MIXED>(bvh, rays, slots, tmax),
+                0 => triangles_occluded::<L, 0>(bvh, rays, slots, tmax),
+                1 => triangles_occluded::<L, 1>(bvh, rays, slots, tmax),
+                2 => triangles_occluded::<L, 2>(bvh, rays, slots, tmax),
+                _ => triangles_occluded::<L, MIXED>(bvh, rays, slots, tmax),
             },
-            PrimKind::Sphere => any_of(&bvh.spheres()[slots], |slot| {
+            PrimKind::Sphere => any_of(L::Mask::none(), &bvh.spheres()[slots], |slot| {
                 sphere::occluded(org, dir, slabs, slot, tmax)
             }),
-            PrimKind::Ellipsoid => any_of(&bvh.ellipsoids()[slots], |slot| {
+            PrimKind::Ellipsoid => any_of(L::Mask::none(), &bvh.ellipsoids()[slots], |slot| {
                 sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax)
             }),
         };
         self.blocked = self.blocked | hits;
         // A blocked lane is done: like a lane without a ray.
-        self.limit = hits.select(NOWHERE, self.limit);
+        self.limit = hits.select(nowhere(), self.limit);
         self.blocked.bits() == self.all
     }
 }
 
 /// Eight rays with what the tests derive from them once.
-struct Prepared {
-    rays: RayPacket,
-    slabs: Slabs,
-    shear: Shear,
+struct Prepared<L: Lanes> {
+    rays: RayPacket<L>,
+    slabs: Slabs<L>,
+    shear: Shear<L>,
 }
 
-impl Prepared {
+impl<L: Lanes> Prepared<L> {
     #[inline(always)]
-    fn new(rays: &RayPacket, active: Mask8) -> Prepared {
+    fn new(rays: &RayPacket<L>, active: L::Mask) -> Prepared<L> {
         Prepared {
             rays: *rays,
             slabs: Slabs::new(rays.org, rays.dir, active),
@@ -260,32 +282,32 @@ impl Prepared {
 }
 
 #[inline(always)]
-fn triangles_closest<const AXIS: usize>(
+fn triangles_closest<L: Lanes, const AXIS: usize>(
     bvh: &Bvh,
-    rays: &Prepared,
+    rays: &Prepared<L>,
     slots: Range<usize>,
-    best: &mut Best,
+    best: &mut Best<L>,
 ) {
     for slot in &bvh.triangles()[slots] {
-        triangle::closest::<AXIS>(&rays.shear, &rays.slabs, slot, best);
+        triangle::closest::<L, AXIS>(&rays.shear, &rays.slabs, slot, best);
     }
 }
 
 #[inline(always)]
-fn triangles_occluded<const AXIS: usize>(
+fn triangles_occluded<L: Lanes, const AXIS: usize>(
     bvh: &Bvh,
-    rays: &Prepared,
+    rays: &Prepared<L>,
     slots: Range<usize>,
-    tmax: F32x8,
-) -> Mask8 {
-    any_of(&bvh.triangles()[slots], |slot| {
-        triangle::occluded::<AXIS>(&rays.shear, &rays.slabs, slot, tmax)
+    tmax: L,
+) -> L::Mask {
+    any_of(L::Mask::none(), &bvh.triangles()[slots], |slot| {
+        triangle::occluded::<L, AXIS>(&rays.shear, &rays.slabs, slot, tmax)
     })
 }
 
 #[inline(always)]
-fn any_of<T>(slots: &[T], test: impl Fn(&T) -> Mask8) -> Mask8 {
-    let mut hits = Mask8::none();
+fn any_of<T, M: BitOr<Output = M> + Copy>(none: M, slots: &[T], test: impl Fn(&T) -> M) -> M {
+    let mut hits = none;
     for slot in slots {
         hits = hits | test(slot);
     }

@@ -1,4 +1,4 @@
-//! Eight rays against one sphere or ellipsoid: Haines, Günther and Akenine-Möller, "Precision Improvements for
+//! Rays against one sphere or ellipsoid: Haines, Günther and Akenine-Möller, "Precision Improvements for
 //! Ray/Sphere Intersection", Ray Tracing Gems, 2019.
 //!
 //! The design document's quadratic, in the form that cancels neither when the sphere is small or far (the discriminant
@@ -8,11 +8,17 @@
 use super::aabb::{Slabs, Stay};
 use super::packet::Best;
 use crate::bvh::{EllipsoidSlot, SphereSlot};
-use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
+use crate::lanes::{LaneIds, LaneMask, Lanes, Vec3Lanes};
 
 /// Keeps what is closer than `best` on the sphere.
 #[inline(always)]
-pub(super) fn closest(org: Vec3x8, dir: Vec3x8, slabs: &Slabs, slot: &SphereSlot, best: &mut Best) {
+pub(super) fn closest<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
+    slot: &SphereSlot,
+    best: &mut Best<L>,
+) {
     if let Some((meets, t)) = sphere(org, dir, slabs, slot) {
         best.take(meets, t, slot.prim_id);
     }
@@ -20,12 +26,12 @@ pub(super) fn closest(org: Vec3x8, dir: Vec3x8, slabs: &Slabs, slot: &SphereSlot
 
 /// Keeps what is closer than `best` on the ellipsoid.
 #[inline(always)]
-pub(super) fn closest_ellipsoid(
-    org: Vec3x8,
-    dir: Vec3x8,
-    slabs: &Slabs,
+pub(super) fn closest_ellipsoid<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
     slot: &EllipsoidSlot,
-    best: &mut Best,
+    best: &mut Best<L>,
 ) {
     if let Some((meets, t)) = ellipsoid(org, dir, slabs, slot) {
         best.take(meets, t, slot.prim_id);
@@ -34,52 +40,61 @@ pub(super) fn closest_ellipsoid(
 
 /// Lanes that the sphere stops before `tmax`.
 #[inline(always)]
-pub(super) fn occluded(
-    org: Vec3x8,
-    dir: Vec3x8,
-    slabs: &Slabs,
+pub(super) fn occluded<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
     slot: &SphereSlot,
-    tmax: F32x8,
-) -> Mask8 {
-    sphere(org, dir, slabs, slot).map_or_else(Mask8::none, |(meets, t)| meets & t.lt(tmax))
+    tmax: L,
+) -> L::Mask {
+    sphere(org, dir, slabs, slot).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
 }
 
 /// Lanes that the ellipsoid stops before `tmax`.
 #[inline(always)]
-pub(super) fn occluded_ellipsoid(
-    org: Vec3x8,
-    dir: Vec3x8,
-    slabs: &Slabs,
+pub(super) fn occluded_ellipsoid<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
     slot: &EllipsoidSlot,
-    tmax: F32x8,
-) -> Mask8 {
-    ellipsoid(org, dir, slabs, slot).map_or_else(Mask8::none, |(meets, t)| meets & t.lt(tmax))
+    tmax: L,
+) -> L::Mask {
+    ellipsoid(org, dir, slabs, slot).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
 }
 
 #[inline(always)]
-fn sphere(org: Vec3x8, dir: Vec3x8, slabs: &Slabs, slot: &SphereSlot) -> Option<(Mask8, F32x8)> {
+fn sphere<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
+    slot: &SphereSlot,
+) -> Option<(L::Mask, L)> {
     let [x, y, z] = slot.center;
-    let from_center = org - Vec3x8::splat(x, y, z);
-    let roots = roots(from_center, dir, F32x8::splat(slot.radius))?;
+    let from_center = org - Vec3Lanes::splat(x, y, z);
+    let roots = roots(from_center, dir, L::splat(slot.radius))?;
     Some(nearest(roots, slabs.stay(&slot.own_box)))
 }
 
 #[inline(always)]
-fn ellipsoid(
-    org: Vec3x8,
-    dir: Vec3x8,
-    slabs: &Slabs,
+fn ellipsoid<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
     slot: &EllipsoidSlot,
-) -> Option<(Mask8, F32x8)> {
-    let [x, y, z, shift] = slot.to_object.map(|c| Vec3x8::splat(c[0], c[1], c[2]));
-    let rotate = |v: Vec3x8| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
-    let roots = roots(rotate(org) + shift, rotate(dir), F32x8::ONE)?;
+) -> Option<(L::Mask, L)> {
+    let [x, y, z, shift] = slot.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
+    let rotate = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
+    let roots = roots(rotate(org) + shift, rotate(dir), L::ONE)?;
     Some(nearest(roots, slabs.stay(&slot.own_box)))
 }
 
 /// Both roots, smaller first, and the lanes that have any. `from_center` is origin − centre.
 #[inline(always)]
-fn roots(from_center: Vec3x8, dir: Vec3x8, radius: F32x8) -> Option<(Mask8, F32x8, F32x8)> {
+fn roots<L: Lanes>(
+    from_center: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    radius: L,
+) -> Option<(L::Mask, L, L)> {
     let f = from_center;
     let a = dir.dot(dir);
     let b = -f.dot(dir);
@@ -87,35 +102,36 @@ fn roots(from_center: Vec3x8, dir: Vec3x8, radius: F32x8) -> Option<(Mask8, F32x
     // From the centre to the point of the ray closest to it.
     let l = f + dir.scale(b / a);
     let gap = rr - l.dot(l);
-    let meets = gap.ge(F32x8::ZERO);
+    let meets = gap.ge(L::ZERO);
     if !meets.any() {
         return None;
     }
     let c = f.dot(f) - rr;
     let root = (a * gap).sqrt();
-    let q = b.lt(F32x8::ZERO).select(b - root, b + root);
+    let q = b.lt(L::ZERO).select(b - root, b + root);
     let (t0, t1) = (c / q, q / a);
     Some((meets, t0.min(t1), t0.max(t1)))
 }
 
 /// The smallest root above zero, clamped to the stay in the own box.
 #[inline(always)]
-fn nearest((meets, near, far): (Mask8, F32x8, F32x8), stay: Stay) -> (Mask8, F32x8) {
-    let raw = near.gt(F32x8::ZERO).select(near, far);
+fn nearest<L: Lanes>((meets, near, far): (L::Mask, L, L), stay: Stay<L>) -> (L::Mask, L) {
+    let raw = near.gt(L::ZERO).select(near, far);
     let t = raw.max(stay.enter).min(stay.leave);
-    let ahead = raw.gt(F32x8::ZERO) & t.gt(F32x8::ZERO);
+    let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);
     (meets & ahead & stay.enter.le(stay.leave), t)
 }
 
-impl Best {
+impl<L: Lanes> Best<L> {
     /// Takes a hit without barycentric weights where it is closer, or as close with a smaller number.
     #[inline(always)]
-    fn take(&mut self, valid: Mask8, t: F32x8, prim_id: u32) {
-        let id = U32x8::splat(prim_id);
+    fn take(&mut self, valid: L::Mask, t: L, prim_id: u32) {
+        let id = L::Ids::splat(prim_id);
         let take = valid & (t.lt(self.t) | (t.eq(self.t) & id.lt(self.prim_id)));
         self.t = take.select(t, self.t);
-        self.u = take.select(F32x8::ZERO, self.u);
-        self.v = take.select(F32x8::ZERO, self.v);
-        self.prim_id = take.select_u32(id, self.prim_id);
+        self.v = take.select(L::ZERO, self.v);
+        self.w = take.select(L::ZERO, self.w);
+        self.det = take.select(L::ONE, self.det);
+        self.prim_id = take.select_ids(id, self.prim_id);
     }
 }

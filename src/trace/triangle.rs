@@ -1,4 +1,4 @@
-//! Eight rays against one triangle, watertight: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection",
+//! Rays against one triangle, watertight: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection",
 //! JCGT 2013.
 //!
 //! The corners are moved into a frame in which the ray is the z axis; three 2D edge functions decide. A corner's 2D
@@ -15,30 +15,30 @@
 use super::aabb::Slabs;
 use super::packet::Best;
 use crate::bvh::TriangleSlot;
-use crate::lanes::{F32x8, Mask8, U32x8, Vec3x8};
+use crate::lanes::{LaneIds, LaneMask, Lanes, Vec3Lanes};
 
-/// The frame in which eight rays are the z axis: the dominant axis of the direction, and the slopes against it.
+/// The frame in which the rays are the z axis: the dominant axis of the direction, and the slopes against it.
 #[derive(Clone, Copy)]
-pub(super) struct Shear {
+pub(super) struct Shear<L: Lanes> {
     /// Lanes whose dominant axis is x, and y; elsewhere it is z.
-    x_major: Mask8,
-    y_major: Mask8,
+    x_major: L::Mask,
+    y_major: L::Mask,
     /// The dominant axis if all lanes share it, else [`MIXED`].
     pub(super) axis: usize,
     /// Origin with its components in the order of the frame.
-    org: Vec3x8,
+    org: Vec3Lanes<L>,
     /// d_kx/d_kz, d_ky/d_kz and 1/d_kz.
-    slope_x: F32x8,
-    slope_y: F32x8,
-    scale: F32x8,
+    slope_x: L,
+    slope_y: L,
+    scale: L,
 }
 
 /// Stands for "the lanes' dominant axes differ" in [`Shear::axis`].
 pub(super) const MIXED: usize = 3;
 
-impl Shear {
+impl<L: Lanes> Shear<L> {
     #[inline(always)]
-    pub(super) fn new(org: Vec3x8, dir: Vec3x8, active: Mask8) -> Shear {
+    pub(super) fn new(org: Vec3Lanes<L>, dir: Vec3Lanes<L>, active: L::Mask) -> Shear<L> {
         let size = dir.abs();
         let x_major = size.x.ge(size.y) & size.x.ge(size.z);
         let y_major = !x_major & size.y.ge(size.z);
@@ -52,7 +52,7 @@ impl Shear {
         } else {
             MIXED
         };
-        let frame = |v: Vec3x8| permute(x_major, y_major, v);
+        let frame = |v: Vec3Lanes<L>| permute(x_major, y_major, v);
         let d = frame(dir);
         Shear {
             x_major,
@@ -61,22 +61,22 @@ impl Shear {
             org: frame(org),
             slope_x: d.x / d.z,
             slope_y: d.y / d.z,
-            scale: F32x8::ONE / d.z,
+            scale: L::ONE / d.z,
         }
     }
 
     /// A corner relative to the origin, its components in the order of the frame whose z is `AXIS`.
     #[inline(always)]
-    fn relative<const AXIS: usize>(&self, corner: &[f32; 3]) -> Vec3x8 {
-        let wide = |k: usize| F32x8::splat(corner[k]);
+    fn relative<const AXIS: usize>(&self, corner: &[f32; 3]) -> Vec3Lanes<L> {
+        let wide = |k: usize| L::splat(corner[k]);
         let ordered = match AXIS {
-            0 => Vec3x8::new(wide(1), wide(2), wide(0)),
-            1 => Vec3x8::new(wide(2), wide(0), wide(1)),
-            2 => Vec3x8::new(wide(0), wide(1), wide(2)),
+            0 => Vec3Lanes::new(wide(1), wide(2), wide(0)),
+            1 => Vec3Lanes::new(wide(2), wide(0), wide(1)),
+            2 => Vec3Lanes::new(wide(0), wide(1), wide(2)),
             _ => permute(
                 self.x_major,
                 self.y_major,
-                Vec3x8::new(wide(0), wide(1), wide(2)),
+                Vec3Lanes::new(wide(0), wide(1), wide(2)),
             ),
         };
         ordered - self.org
@@ -85,9 +85,9 @@ impl Shear {
 
 /// (kx, ky, kz) = (y, z, x), (z, x, y) or (x, y, z) by dominant axis.
 #[inline(always)]
-fn permute(x_major: Mask8, y_major: Mask8, v: Vec3x8) -> Vec3x8 {
+fn permute<L: Lanes>(x_major: L::Mask, y_major: L::Mask, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
     let pick = |by_x, by_y, by_z| x_major.select(by_x, y_major.select(by_y, by_z));
-    Vec3x8::new(
+    Vec3Lanes::new(
         pick(v.y, v.z, v.x),
         pick(v.z, v.x, v.y),
         pick(v.x, v.y, v.z),
@@ -96,54 +96,55 @@ fn permute(x_major: Mask8, y_major: Mask8, v: Vec3x8) -> Vec3x8 {
 
 /// Tests one triangle and keeps what is closer than `best`.
 #[inline(always)]
-pub(super) fn closest<const AXIS: usize>(
-    shear: &Shear,
-    slabs: &Slabs,
+pub(super) fn closest<L: Lanes, const AXIS: usize>(
+    shear: &Shear<L>,
+    slabs: &Slabs<L>,
     slot: &TriangleSlot,
-    best: &mut Best,
+    best: &mut Best<L>,
 ) {
-    let Some(hit) = intersect::<AXIS>(shear, slabs, slot) else {
+    let Some(hit) = intersect::<L, AXIS>(shear, slabs, slot) else {
         return;
     };
-    let id = U32x8::splat(slot.prim_id);
+    let id = L::Ids::splat(slot.prim_id);
     let closer = hit.t.lt(best.t) | (hit.t.eq(best.t) & id.lt(best.prim_id));
     let take = hit.valid & closer;
     best.t = take.select(hit.t, best.t);
-    best.u = take.select(hit.v / hit.det, best.u);
-    best.v = take.select(hit.w / hit.det, best.v);
-    best.prim_id = take.select_u32(id, best.prim_id);
+    best.v = take.select(hit.v, best.v);
+    best.w = take.select(hit.w, best.w);
+    best.det = take.select(hit.det, best.det);
+    best.prim_id = take.select_ids(id, best.prim_id);
 }
 
 /// Lanes that the triangle stops before `tmax`.
 #[inline(always)]
-pub(super) fn occluded<const AXIS: usize>(
-    shear: &Shear,
-    slabs: &Slabs,
+pub(super) fn occluded<L: Lanes, const AXIS: usize>(
+    shear: &Shear<L>,
+    slabs: &Slabs<L>,
     slot: &TriangleSlot,
-    tmax: F32x8,
-) -> Mask8 {
-    match intersect::<AXIS>(shear, slabs, slot) {
+    tmax: L,
+) -> L::Mask {
+    match intersect::<L, AXIS>(shear, slabs, slot) {
         Some(hit) => hit.valid & hit.t.lt(tmax),
-        None => Mask8::none(),
+        None => L::Mask::none(),
     }
 }
 
 /// Lanes that meet the triangle at a positive distance, and where. `v` and `w` are the edge functions that weigh
 /// corners b and c, `det` their sum with the third.
-struct Meeting {
-    valid: Mask8,
-    t: F32x8,
-    v: F32x8,
-    w: F32x8,
-    det: F32x8,
+struct Meeting<L: Lanes> {
+    valid: L::Mask,
+    t: L,
+    v: L,
+    w: L,
+    det: L,
 }
 
 #[inline(always)]
-fn intersect<const AXIS: usize>(
-    shear: &Shear,
-    slabs: &Slabs,
+fn intersect<L: Lanes, const AXIS: usize>(
+    shear: &Shear<L>,
+    slabs: &Slabs<L>,
     slot: &TriangleSlot,
-) -> Option<Meeting> {
+) -> Option<Meeting<L>> {
     let [a, b, c] = &slot.corners;
     let a = shear.relative::<AXIS>(a);
     let b = shear.relative::<AXIS>(b);
@@ -154,7 +155,7 @@ fn intersect<const AXIS: usize>(
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
-    let inside = u.min(v).min(w).ge(F32x8::ZERO) | u.max(v).max(w).le(F32x8::ZERO);
+    let inside = u.min(v).min(w).ge(L::ZERO) | u.max(v).max(w).le(L::ZERO);
     if !inside.any() {
         return None;
     }
@@ -163,8 +164,8 @@ fn intersect<const AXIS: usize>(
     let stay = slabs.stay(&slot.own_box);
     let t = raw.max(stay.enter).min(stay.leave);
     // A NaN anywhere above leaves `raw` NaN and fails here; so does det = 0.
-    let solid = det.lt(F32x8::ZERO) | det.gt(F32x8::ZERO);
-    let ahead = raw.gt(F32x8::ZERO) & t.gt(F32x8::ZERO);
+    let solid = det.lt(L::ZERO) | det.gt(L::ZERO);
+    let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);
     let valid = inside & solid & ahead & stay.enter.le(stay.leave);
     Some(Meeting {
         valid,

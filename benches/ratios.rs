@@ -1,0 +1,166 @@
+//! The speed promises as ratios within one run: what is compared runs in alternation, so that the machine's mood
+//! falls on both sides. Exits 1 where a ratio is below its floor.
+//!
+//! `cargo bench --bench ratios`; `-- --json` prints the record that `perf/records/` keeps.
+
+mod common;
+
+use bumpalo::Bump;
+use common::{Peer, SIZE, primary_rays, scenes};
+use phalanx::frame::{Control, Engine, Prepared, Settings, render};
+use phalanx::oracle::{Oracle, Ray, Search, Tree};
+use phalanx::packet::{HitPacket, NO_PRIM};
+use phalanx::scene::Scene;
+use phalanx::trace::{Kernel, Traversal};
+use std::time::Instant;
+
+/// Alternating passes; the median of their ratios counts.
+const PASSES: usize = 9;
+
+/// One promise: the median over the passes of `other` seconds ÷ `ours` seconds.
+#[derive(serde::Serialize)]
+struct Ratio {
+    scene: String,
+    what: &'static str,
+    median: f64,
+    floor: f64,
+    /// Million rays a second on either side, medians.
+    ours_mrays: f64,
+    other_mrays: f64,
+}
+
+fn main() {
+    let mut ratios = Vec::new();
+    for (name, scene) in scenes() {
+        if scene.prim_count() == scene.triangles.len() {
+            ratios.push(oracle_against_obvhs(&name, &scene));
+        }
+        let frame = |engine, threads| Side::new(&scene, engine, threads);
+        let simd = frame(Engine::Simd, 1);
+        ratios.push(compare(&name, "SIMD frame over oracle frame", 3.5, &simd, &frame(Engine::Scalar, 1)));
+        ratios.push(compare(&name, "two threads over one", 1.9, &frame(Engine::Simd, 2), &simd));
+    }
+    let json = std::env::args().any(|a| a == "--json");
+    if json {
+        let record = serde_json::json!({ "schema_version": 1, "size": SIZE, "passes": PASSES, "isa": phalanx::isa::compiled_level(), "ratios": ratios });
+        println!("{record:#}");
+    } else {
+        for r in &ratios {
+            println!(
+                "{:>10}  {:<30} {:5.2} (floor {:.1})  {:7.2} against {:7.2} Mrays/s",
+                r.scene, r.what, r.median, r.floor, r.ours_mrays, r.other_mrays
+            );
+        }
+    }
+    if ratios.iter().any(|r| r.median < r.floor) {
+        std::process::exit(1);
+    }
+}
+
+/// A frame of one engine, ready to be rendered again and again.
+struct Side<'a> {
+    scene: &'a Scene,
+    prepared: Prepared,
+    settings: Settings,
+}
+
+impl<'a> Side<'a> {
+    fn new(scene: &'a Scene, engine: Engine, threads: usize) -> Side<'a> {
+        Side {
+            scene,
+            prepared: Prepared::build(scene, engine),
+            settings: Settings {
+                width: SIZE.0,
+                height: SIZE.1,
+                threads,
+                engine,
+                ..Settings::of(scene)
+            },
+        }
+    }
+
+    /// Seconds and rays of one frame.
+    fn run(&self) -> (f64, u64) {
+        let frame = render(self.scene, &self.prepared, &self.settings, &Control::default());
+        let frame = frame.expect("nobody interrupts a benchmark");
+        (frame.seconds, frame.stats.rays.total())
+    }
+}
+
+fn compare(scene: &str, what: &'static str, floor: f64, ours: &Side, other: &Side) -> Ratio {
+    alternate(scene, what, floor, || ours.run(), || other.run())
+}
+
+fn alternate(
+    scene: &str,
+    what: &'static str,
+    floor: f64,
+    mut ours: impl FnMut() -> (f64, u64),
+    mut other: impl FnMut() -> (f64, u64),
+) -> Ratio {
+    // Once unmeasured: caches, arenas, page tables.
+    let (a, b) = (ours(), other());
+    assert_eq!(a.1, b.1, "both sides trace the same rays");
+    let passes: Vec<(f64, f64)> = (0..PASSES).map(|_| (ours().0, other().0)).collect();
+    let rays = a.1 as f64 / 1e6;
+    Ratio {
+        scene: scene.to_string(),
+        what,
+        median: median(passes.iter().map(|(a, b)| b / a)),
+        floor,
+        ours_mrays: rays / median(passes.iter().map(|p| p.0)),
+        other_mrays: rays / median(passes.iter().map(|p| p.1)),
+    }
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// The oracle is no straw man: primary rays against obvhs's own `ray_traverse`. Prints the packet kernels beside it.
+fn oracle_against_obvhs(name: &str, scene: &Scene) -> Ratio {
+    let arena = Bump::new();
+    let rays = primary_rays(&arena, scene);
+    let (tree, peer) = (Tree::build(scene), Peer::build(scene));
+    let oracle = Oracle::new(scene, Search::Tree(&tree), 0);
+    let ray = |i: usize| rays.ray(i / 8, i % 8);
+    let ours = || {
+        timed(rays.len(), || {
+            (0..rays.len()).filter(|&i| {
+                let (org, dir) = ray(i);
+                oracle.closest(&Ray::new(org.into(), dir.into())).is_some()
+            }).count()
+        })
+    };
+    let other = || {
+        timed(rays.len(), || {
+            (0..rays.len()).filter(|&i| {
+                let (org, dir) = ray(i);
+                peer.hits(org, dir)
+            }).count()
+        })
+    };
+    let bvh = phalanx::bvh::Bvh::build(scene);
+    let mut hits = vec![HitPacket::miss(); rays.packets()];
+    for (kernel_name, kernel) in Kernel::ALL {
+        let mut traversal = Traversal::new(&bvh, kernel);
+        let runs = (0..PASSES).map(|_| {
+            let start = Instant::now();
+            traversal.closest(&rays, 0..rays.packets(), &mut hits);
+            start.elapsed().as_secs_f64()
+        });
+        let rate = rays.len() as f64 / 1e6 / median(runs);
+        let found = hits.iter().flat_map(|h| h.prim_id.to_array()).filter(|&id| id != NO_PRIM);
+        eprintln!("{name:>10}  primary rays, {kernel_name:<9} {rate:7.2} Mrays/s, {} hits", found.count());
+    }
+    alternate(name, "oracle over obvhs, primary rays", 0.5, ours, other)
+}
+
+/// Seconds of `count`, and the rays it looked at; the count is asserted against the warm-up's by being used.
+fn timed(rays: usize, count: impl FnOnce() -> usize) -> (f64, u64) {
+    let start = Instant::now();
+    std::hint::black_box(count());
+    (start.elapsed().as_secs_f64(), rays as u64)
+}

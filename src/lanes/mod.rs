@@ -1,0 +1,113 @@
+//! Numbers, masks and vectors of eight and of sixteen lanes; the only room that names `wide`.
+//!
+//! Every operation here is one IEEE operation per lane, so a lane's bits do not depend on its neighbours, on the number
+//! of lanes or on the instruction set. What would break that is left out: `mul_add` (fuses or not by build), `recip`
+//! and `recip_sqrt` (12-bit approximations), library functions. [`Lanes::min`] and [`Lanes::max`] are
+//! `if a < b { a } else { b }`, the bits of `minps`; the scalar oracle writes them out the same way.
+//!
+//! Eight lanes are the packet: queues, shading and the camera use [`F32x8`]. The traversal is written over [`Lanes`],
+//! so that two packets can go down the tree as one [`F32x16`].
+
+mod types;
+mod vec3;
+
+pub use types::{F32x8, F32x16, Mask8, Mask16, U32x8, U32x16};
+pub use vec3::{Vec3Lanes, Vec3x8};
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+/// Lanes in a packet: part of the contract, whatever the machine's registers hold.
+pub const LANES: usize = 8;
+
+/// Floats in lanes.
+pub trait Lanes:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Booleans of as many lanes.
+    type Mask: LaneMask<Self, Self::Ids>;
+    /// Unsigned integers of as many lanes.
+    type Ids: LaneIds<Self::Mask>;
+    /// Packets of [`LANES`] that fit side by side.
+    const PACKETS: usize;
+    /// All lanes zero.
+    const ZERO: Self;
+    /// All lanes one.
+    const ONE: Self;
+
+    /// The same value in every lane.
+    fn splat(value: f32) -> Self;
+    /// Side by side, [`Lanes::PACKETS`] eights; `eight(k)` gives the k-th.
+    fn from_eights(eight: impl Fn(usize) -> [f32; LANES]) -> Self;
+    /// The k-th eight.
+    fn eight(self, k: usize) -> F32x8;
+    /// `if self < other { self } else { other }`: the other's NaN comes through, one's own does not.
+    fn min(self, other: Self) -> Self;
+    /// `if self > other { self } else { other }`.
+    fn max(self, other: Self) -> Self;
+    /// Clears the sign bit.
+    fn abs(self) -> Self;
+    /// Correctly rounded square root.
+    fn sqrt(self) -> Self;
+    /// self < other
+    fn lt(self, other: Self) -> Self::Mask;
+    /// self ≤ other
+    fn le(self, other: Self) -> Self::Mask;
+    /// self > other
+    fn gt(self, other: Self) -> Self::Mask;
+    /// self ≥ other
+    fn ge(self, other: Self) -> Self::Mask;
+    /// self = other
+    fn eq(self, other: Self) -> Self::Mask;
+}
+
+/// Unsigned integers in lanes.
+pub trait LaneIds<M>: Copy {
+    /// The same value in every lane.
+    fn splat(value: u32) -> Self;
+    /// The k-th eight.
+    fn eight(self, k: usize) -> U32x8;
+    /// self < other, unsigned.
+    fn lt(self, other: Self) -> M;
+    /// self = other
+    fn eq(self, other: Self) -> M;
+}
+
+/// Booleans in lanes, all bits of a lane set or clear.
+pub trait LaneMask<F, U>:
+    Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    /// No lane set.
+    fn none() -> Self;
+    /// Lane k is bit k.
+    fn from_bits(bits: u32) -> Self;
+    /// Bit k is lane k.
+    fn bits(self) -> u32;
+    /// Whether any lane is set.
+    fn any(self) -> bool;
+    /// Lanes of `yes` where set, of `no` elsewhere.
+    fn select(self, yes: F, no: F) -> F;
+    /// Lanes of `yes` where set, of `no` elsewhere.
+    fn select_ids(self, yes: U, no: U) -> U;
+
+    /// Lanes 0 to `count` − 1.
+    #[inline(always)]
+    fn first(count: usize) -> Self {
+        Self::from_bits(((1u64 << count.min(32)) - 1) as u32)
+    }
+
+    /// The set lanes, in order.
+    #[inline(always)]
+    fn lanes(self) -> impl Iterator<Item = usize> {
+        let mut rest = self.bits();
+        std::iter::from_fn(move || {
+            let lane = rest.trailing_zeros() as usize;
+            rest &= rest.wrapping_sub(1);
+            (lane < 32).then_some(lane)
+        })
+    }
+}

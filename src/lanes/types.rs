@@ -1,0 +1,313 @@
+//! The lane types over `wide`'s, eight and sixteen.
+
+use super::{LANES, LaneIds, LaneMask, Lanes};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use wide::{f32x8, f32x16, u32x8, u32x16};
+
+/// The types of one lane count. A macro and not a generic, because `wide`'s types share no trait.
+macro_rules! lane_types {
+    ($count:literal, $F:ident($f:ident), $U:ident($u:ident), $M:ident) => {
+        #[doc = concat!(stringify!($count), " floats.")]
+        #[derive(Clone, Copy, Debug)]
+        #[repr(transparent)]
+        pub struct $F($f);
+
+        #[doc = concat!(stringify!($count), " unsigned integers.")]
+        #[derive(Clone, Copy, Debug)]
+        #[repr(transparent)]
+        pub struct $U($u);
+
+        #[doc = concat!(stringify!($count), " booleans, all bits of a lane set or clear.")]
+        #[derive(Clone, Copy, Debug)]
+        #[repr(transparent)]
+        pub struct $M($f);
+
+        impl Add for $F {
+            type Output = $F;
+            #[inline(always)]
+            fn add(self, other: $F) -> $F {
+                $F(self.0 + other.0)
+            }
+        }
+
+        impl Sub for $F {
+            type Output = $F;
+            #[inline(always)]
+            fn sub(self, other: $F) -> $F {
+                $F(self.0 - other.0)
+            }
+        }
+
+        impl Mul for $F {
+            type Output = $F;
+            #[inline(always)]
+            fn mul(self, other: $F) -> $F {
+                $F(self.0 * other.0)
+            }
+        }
+
+        impl Div for $F {
+            type Output = $F;
+            #[inline(always)]
+            fn div(self, other: $F) -> $F {
+                $F(self.0 / other.0)
+            }
+        }
+
+        impl Neg for $F {
+            type Output = $F;
+            /// Flips the sign bit of every lane.
+            #[inline(always)]
+            fn neg(self) -> $F {
+                $F(self.0 ^ $f::splat(-0.0))
+            }
+        }
+
+        impl $F {
+            /// Lane k takes `values[k]`.
+            #[inline(always)]
+            pub const fn new(values: [f32; $count]) -> $F {
+                $F($f::new(values))
+            }
+
+            /// The lanes as an array.
+            #[inline(always)]
+            pub fn to_array(self) -> [f32; $count] {
+                self.0.to_array()
+            }
+
+            /// One lane, read where it lies: for a packet in memory, cheaper than `to_array`.
+            #[inline(always)]
+            pub fn lane(&self, k: usize) -> f32 {
+                self.0.as_array()[k]
+            }
+
+            /// The bit patterns.
+            #[inline(always)]
+            pub fn to_bits(self) -> $U {
+                $U(self.0.to_bits())
+            }
+
+            /// Floats from bit patterns.
+            #[inline(always)]
+            pub fn from_bits(bits: $U) -> $F {
+                $F($f::from_bits(bits.0))
+            }
+        }
+
+        impl Lanes for $F {
+            type Mask = $M;
+            type Ids = $U;
+            const PACKETS: usize = $count / LANES;
+            const ZERO: $F = $F($f::new([0.0; $count]));
+            const ONE: $F = $F($f::new([1.0; $count]));
+
+            #[inline(always)]
+            fn splat(value: f32) -> $F {
+                $F($f::splat(value))
+            }
+
+            #[inline(always)]
+            fn from_eights(eight: impl Fn(usize) -> [f32; LANES]) -> $F {
+                let mut lanes = [0.0; $count];
+                for (k, chunk) in lanes.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
+                    *chunk = eight(k);
+                }
+                $F($f::new(lanes))
+            }
+
+            #[inline(always)]
+            fn eight(self, k: usize) -> F32x8 {
+                F32x8::new(self.0.as_array().as_chunks::<LANES>().0[k])
+            }
+
+            #[inline(always)]
+            fn min(self, other: $F) -> $F {
+                $F(self.0.fast_min(other.0))
+            }
+
+            #[inline(always)]
+            fn max(self, other: $F) -> $F {
+                $F(self.0.fast_max(other.0))
+            }
+
+            #[inline(always)]
+            fn abs(self) -> $F {
+                $F(self.0.abs())
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> $F {
+                $F(self.0.sqrt())
+            }
+
+            #[inline(always)]
+            fn lt(self, other: $F) -> $M {
+                $M(self.0.simd_lt(other.0))
+            }
+
+            #[inline(always)]
+            fn le(self, other: $F) -> $M {
+                $M(self.0.simd_le(other.0))
+            }
+
+            #[inline(always)]
+            fn gt(self, other: $F) -> $M {
+                $M(self.0.simd_gt(other.0))
+            }
+
+            #[inline(always)]
+            fn ge(self, other: $F) -> $M {
+                $M(self.0.simd_ge(other.0))
+            }
+
+            #[inline(always)]
+            fn eq(self, other: $F) -> $M {
+                $M(self.0.simd_eq(other.0))
+            }
+        }
+
+        impl $U {
+            /// Lane k takes `values[k]`.
+            #[inline(always)]
+            pub const fn new(values: [u32; $count]) -> $U {
+                $U($u::new(values))
+            }
+
+            /// The lanes as an array.
+            #[inline(always)]
+            pub fn to_array(self) -> [u32; $count] {
+                self.0.to_array()
+            }
+
+            /// One lane, read where it lies.
+            #[inline(always)]
+            pub fn lane(&self, k: usize) -> u32 {
+                self.0.as_array()[k]
+            }
+
+            /// Wrapping sum.
+            #[inline(always)]
+            pub fn wrapping_add(self, other: $U) -> $U {
+                $U(self.0 + other.0)
+            }
+
+            /// Wrapping difference.
+            #[inline(always)]
+            pub fn wrapping_sub(self, other: $U) -> $U {
+                $U(self.0 - other.0)
+            }
+
+            /// Logical shift left of every lane.
+            #[inline(always)]
+            pub fn shift_left(self, bits: u32) -> $U {
+                $U(self.0 << bits)
+            }
+
+            /// Logical shift right of every lane.
+            #[inline(always)]
+            pub fn shift_right(self, bits: u32) -> $U {
+                $U(self.0 >> bits)
+            }
+
+            /// Bitwise or.
+            #[inline(always)]
+            pub fn or(self, other: $U) -> $U {
+                $U(self.0 | other.0)
+            }
+        }
+
+        impl LaneIds<$M> for $U {
+            #[inline(always)]
+            fn splat(value: u32) -> $U {
+                $U($u::splat(value))
+            }
+
+            #[inline(always)]
+            fn eight(self, k: usize) -> U32x8 {
+                U32x8::new(self.0.as_array().as_chunks::<LANES>().0[k])
+            }
+
+            #[inline(always)]
+            fn lt(self, other: $U) -> $M {
+                $M($f::from_bits(other.0.simd_gt(self.0)))
+            }
+
+            #[inline(always)]
+            fn eq(self, other: $U) -> $M {
+                $M($f::from_bits(self.0.simd_eq(other.0)))
+            }
+        }
+
+        impl BitAnd for $M {
+            type Output = $M;
+            #[inline(always)]
+            fn bitand(self, other: $M) -> $M {
+                $M(self.0 & other.0)
+            }
+        }
+
+        impl BitOr for $M {
+            type Output = $M;
+            #[inline(always)]
+            fn bitor(self, other: $M) -> $M {
+                $M(self.0 | other.0)
+            }
+        }
+
+        impl Not for $M {
+            type Output = $M;
+            #[inline(always)]
+            fn not(self) -> $M {
+                $M(!self.0)
+            }
+        }
+
+        impl LaneMask<$F, $U> for $M {
+            #[inline(always)]
+            fn none() -> $M {
+                $M($f::splat(0.0))
+            }
+
+            #[inline(always)]
+            fn from_bits(bits: u32) -> $M {
+                const LANE_BITS: [u32; $count] = {
+                    let mut bits = [0; $count];
+                    let mut k = 0;
+                    while k < $count {
+                        bits[k] = 1 << k;
+                        k += 1;
+                    }
+                    bits
+                };
+                let lane_bits = $u::new(LANE_BITS);
+                $M($f::from_bits(
+                    ($u::splat(bits) & lane_bits).simd_eq(lane_bits),
+                ))
+            }
+
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                self.0.to_bitmask()
+            }
+
+            #[inline(always)]
+            fn any(self) -> bool {
+                self.0.to_bitmask() != 0
+            }
+
+            #[inline(always)]
+            fn select(self, yes: $F, no: $F) -> $F {
+                $F(self.0.bitselect(yes.0, no.0))
+            }
+
+            #[inline(always)]
+            fn select_ids(self, yes: $U, no: $U) -> $U {
+                $U(self.0.to_bits().bitselect(yes.0, no.0))
+            }
+        }
+    };
+}
+
+lane_types!(8, F32x8(f32x8), U32x8(u32x8), Mask8);
+lane_types!(16, F32x16(f32x16), U32x16(u32x16), Mask16);

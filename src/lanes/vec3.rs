@@ -1,0 +1,116 @@
+//! Vectors in lanes.
+
+use super::{F32x8, LaneMask, Lanes};
+use std::ops::{Add, Neg, Sub};
+
+/// Eight vectors.
+pub type Vec3x8 = Vec3Lanes<F32x8>;
+
+/// Vectors as three columns of lanes.
+#[derive(Clone, Copy, Debug)]
+pub struct Vec3Lanes<L> {
+    /// x components.
+    pub x: L,
+    /// y components.
+    pub y: L,
+    /// z components.
+    pub z: L,
+}
+
+impl<L: Lanes> Vec3Lanes<L> {
+    /// All zero.
+    pub const ZERO: Vec3Lanes<L> = Vec3Lanes::new(L::ZERO, L::ZERO, L::ZERO);
+
+    /// From three columns.
+    #[inline(always)]
+    pub const fn new(x: L, y: L, z: L) -> Vec3Lanes<L> {
+        Vec3Lanes { x, y, z }
+    }
+
+    /// Lanes of `yes` where the mask is set, of `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: L::Mask, yes: Vec3Lanes<L>, no: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        Vec3Lanes::new(
+            mask.select(yes.x, no.x),
+            mask.select(yes.y, no.y),
+            mask.select(yes.z, no.z),
+        )
+    }
+
+    /// Largest absolute component.
+    #[inline(always)]
+    pub fn largest(self) -> L {
+        let size = self.abs();
+        size.x.max(size.y).max(size.z)
+    }
+
+    /// The same vector in every lane.
+    #[inline(always)]
+    pub fn splat(x: f32, y: f32, z: f32) -> Vec3Lanes<L> {
+        Vec3Lanes::new(L::splat(x), L::splat(y), L::splat(z))
+    }
+
+    /// (x·x' + y·y') + z·z', in the order of glam's `Vec3::dot`.
+    #[inline(always)]
+    pub fn dot(self, o: Vec3Lanes<L>) -> L {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    /// The cross product, in the order of glam's `Vec3::cross`.
+    #[inline(always)]
+    pub fn cross(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        Vec3Lanes::new(
+            self.y * o.z - o.y * self.z,
+            self.z * o.x - o.z * self.x,
+            self.x * o.y - o.x * self.y,
+        )
+    }
+
+    /// Every component times `s`.
+    #[inline(always)]
+    pub fn scale(self, s: L) -> Vec3Lanes<L> {
+        Vec3Lanes::new(self.x * s, self.y * s, self.z * s)
+    }
+
+    /// Componentwise product.
+    #[inline(always)]
+    pub fn times(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        Vec3Lanes::new(self.x * o.x, self.y * o.y, self.z * o.z)
+    }
+
+    /// v · (1/|v|): one division, three products; NaN for the zero vector.
+    #[inline(always)]
+    pub fn normalized(self) -> Vec3Lanes<L> {
+        self.scale(L::ONE / self.dot(self).sqrt())
+    }
+
+    /// Componentwise absolute value.
+    #[inline(always)]
+    pub fn abs(self) -> Vec3Lanes<L> {
+        Vec3Lanes::new(self.x.abs(), self.y.abs(), self.z.abs())
+    }
+}
+
+impl<L: Lanes> Add for Vec3Lanes<L> {
+    type Output = Vec3Lanes<L>;
+    #[inline(always)]
+    fn add(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        Vec3Lanes::new(self.x + o.x, self.y + o.y, self.z + o.z)
+    }
+}
+
+impl<L: Lanes> Sub for Vec3Lanes<L> {
+    type Output = Vec3Lanes<L>;
+    #[inline(always)]
+    fn sub(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        Vec3Lanes::new(self.x - o.x, self.y - o.y, self.z - o.z)
+    }
+}
+
+impl<L: Lanes> Neg for Vec3Lanes<L> {
+    type Output = Vec3Lanes<L>;
+    #[inline(always)]
+    fn neg(self) -> Vec3Lanes<L> {
+        Vec3Lanes::new(-self.x, -self.y, -self.z)
+    }
+}

@@ -1,0 +1,122 @@
+//! A painter that has warmed up paints without asking for memory. A test binary of its own, because it replaces the
+//! allocator.
+
+mod common;
+
+use common::rng::Rng;
+use common::scenes::{self, Paint};
+use glam::Vec3;
+use phalanx::bvh::Bvh;
+use phalanx::camera::Camera;
+use phalanx::render::{PacketPainter, Painter, SharedFilm, Tile, tiles};
+use phalanx::scene::Scene;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+/// The system's allocator, counting what this thread asks for.
+struct Counting;
+
+thread_local! {
+    /// Allocations and reallocations of this thread. Const, without a destructor: reading it allocates nothing.
+    static ASKED: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    // While a thread is torn down its counter may be gone; nobody asks for it then.
+    let _ = ASKED.try_with(|asked| asked.set(asked.get() + 1));
+}
+
+// SAFETY: every method hands its arguments, unchanged, to `System`, which upholds the contract of `GlobalAlloc`;
+// counting neither allocates nor unwinds.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promises are those that `System` wants.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: as above.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: as above; `old` came from `System`, since all memory does.
+        unsafe { System.realloc(old, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(old, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn asked() -> u64 {
+    ASKED.with(Cell::get)
+}
+
+/// Mirrors, glass, dull things and lights of both kinds.
+fn busy_scene() -> Scene {
+    let mut rng = Rng::new(71);
+    let mut scene = Scene::default();
+    let dull = scenes::add_paint(&mut scene, scenes::GREY);
+    let mirror = scenes::add_paint(
+        &mut scene,
+        Paint {
+            ks: Vec3::splat(0.7),
+            shininess: 40.0,
+            ..scenes::GREY
+        },
+    );
+    let glass = scenes::add_paint(
+        &mut scene,
+        Paint {
+            ks: Vec3::splat(0.3),
+            kt: Vec3::splat(0.8),
+            ior: 1.5,
+            ..scenes::GREY
+        },
+    );
+    for k in 0..200 {
+        let paint = [dull, mirror, glass][k % 3];
+        scenes::add_random(&mut scene, &mut rng, 1.0, paint);
+    }
+    let lights = &mut scene.lights;
+    lights.add_point(Vec3::new(3.0, 4.0, 5.0), Vec3::ONE, Vec3::X);
+    lights.add_point(Vec3::ZERO, Vec3::splat(0.5), Vec3::new(1.0, 0.1, 0.2));
+    lights.add_directional(Vec3::Y, Vec3::splat(0.4));
+    scene.background = Vec3::splat(0.1);
+    scene.view.eye = Vec3::new(0.0, 0.5, 3.0);
+    (scene.width, scene.height, scene.max_depth) = (320, 256, 6);
+    scene.validate().expect("a valid scene");
+    scene
+}
+
+#[test]
+fn painting_allocates_nothing_once_warm() {
+    let scene = busy_scene();
+    let bvh = Bvh::build(&scene);
+    let camera = Camera::new(&scene.view, scene.width, scene.height).expect("a camera");
+    for (side, record_hits) in [(32, false), (32, true), (8, false), (64, true)] {
+        let film = SharedFilm::new(scene.width, scene.height, record_hits);
+        let all = tiles(scene.width, scene.height, side);
+        let some: Vec<Tile> = all.into_iter().take(50).collect();
+        let mut painter = PacketPainter::new(&scene, &bvh, &camera, scene.max_depth);
+        let before = asked();
+        some.iter().for_each(|&tile| painter.paint(tile, &film));
+        let warming = asked() - before;
+        let rays = painter.stats().rays;
+        assert!(warming > 0, "the counter counts nothing");
+        assert!(rays.reflection > 1000 && rays.refraction > 1000, "{rays:?}");
+        let before = asked();
+        some.iter().for_each(|&tile| painter.paint(tile, &film));
+        let again = asked() - before;
+        println!("tiles of {side}: {warming} allocations while warming up, {again} after");
+        assert_eq!(again, 0, "tiles of {side}, hits kept: {record_hits}");
+    }
+}

@@ -1,0 +1,332 @@
+//! The contract: the packet engine and the oracle make the same picture, bit for bit, however it is cut up.
+
+mod common;
+
+use common::rng::Rng;
+use common::scenes::{self, Paint};
+use glam::Vec3;
+use phalanx::frame::{Control, Engine, Frame, Prepared, Settings, render};
+use phalanx::render::RayCounts;
+use phalanx::scene::Scene;
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use std::cell::Cell;
+
+/// What a random scene is made from; everything else follows from the seed.
+#[derive(Clone, Debug)]
+struct Recipe {
+    seed: u64,
+    prims: usize,
+    materials: usize,
+    lights: usize,
+    /// Scene size as a power of ten.
+    magnitude: f32,
+    eye: EyePlace,
+    depth: u32,
+    nested_glass: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum EyePlace {
+    Outside,
+    InsideASphere,
+    OnASurface,
+    Far,
+}
+
+fn recipes() -> impl Strategy<Value = Recipe> {
+    let eye = prop_oneof![
+        4 => Just(EyePlace::Outside),
+        2 => Just(EyePlace::InsideASphere),
+        1 => Just(EyePlace::OnASurface),
+        1 => Just(EyePlace::Far),
+    ];
+    let magnitude =
+        prop_oneof![3 => Just(0.0f32), 1 => -3.0f32..6.0, 1 => Just(-3.0f32), 1 => Just(6.0f32)];
+    (
+        any::<u64>(),
+        0usize..120,
+        1usize..12,
+        0usize..5,
+        magnitude,
+        eye,
+        0u32..7,
+        any::<bool>(),
+    )
+        .prop_map(
+            |(seed, prims, materials, lights, magnitude, eye, depth, nested_glass)| Recipe {
+                seed,
+                prims,
+                materials,
+                lights,
+                magnitude,
+                eye,
+                depth,
+                nested_glass,
+            },
+        )
+}
+
+fn random_paint(rng: &mut Rng) -> Paint {
+    Paint {
+        ka: rng.color(),
+        ke: if rng.once_in(4) {
+            rng.color()
+        } else {
+            Vec3::ZERO
+        },
+        kd: rng.color(),
+        ks: if rng.once_in(2) {
+            rng.color()
+        } else {
+            Vec3::ZERO
+        },
+        kt: if rng.once_in(3) {
+            rng.color()
+        } else {
+            Vec3::ZERO
+        },
+        shininess: rng.pick(&[0.0, 1.0, 3.5, 20.0, 1000.0, 1e5]),
+        ior: rng.pick(&[1.0, 1.5, 0.7, 2.4, 1.000_1]),
+    }
+}
+
+fn glass() -> Paint {
+    Paint {
+        ka: Vec3::splat(0.01),
+        kd: Vec3::ZERO,
+        ks: Vec3::splat(0.2),
+        kt: Vec3::new(0.9, 0.8, 0.7),
+        ior: 1.5,
+        ..scenes::GREY
+    }
+}
+
+fn cook(recipe: &Recipe) -> Scene {
+    let mut rng = Rng::new(recipe.seed);
+    let scale = 10f32.powf(recipe.magnitude);
+    let mut scene = Scene::default();
+    let paints: Vec<u32> = (0..recipe.materials)
+        .map(|_| scenes::add_paint(&mut scene, random_paint(&mut rng)))
+        .collect();
+    for _ in 0..recipe.prims {
+        let paint = rng.pick(&paints);
+        scenes::add_random(&mut scene, &mut rng, scale, paint);
+    }
+    if recipe.nested_glass {
+        let glass = scenes::add_paint(&mut scene, glass());
+        let center = rng.point(0.3 * scale);
+        for radius in [0.5, 0.3, 0.1] {
+            scene.add_sphere(center, radius * scale, glass);
+        }
+        let axes = Vec3::new(0.25, 0.2, 0.28) * scale;
+        scenes::add_ellipsoid(&mut scene, center, axes, Vec3::ONE, glass);
+    }
+    for _ in 0..recipe.lights {
+        add_light(&mut scene, &mut rng, scale);
+    }
+    place_eye(&mut scene, recipe.eye, scale, &mut rng);
+    scene.background = rng.color();
+    scene.max_depth = recipe.depth;
+    (scene.width, scene.height) = (64, 48);
+    scene.validate().expect("a valid recipe");
+    scene
+}
+
+fn add_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
+    let color = rng.color() * rng.magnitude(-1.0, 1.0);
+    if rng.once_in(3) {
+        let toward = if rng.once_in(3) {
+            rng.pick(&[Vec3::X, -Vec3::Y, Vec3::Z])
+        } else {
+            rng.direction()
+        };
+        return scene.lights.add_directional(toward, color);
+    }
+    let place = match rng.below(3) {
+        // Exactly on a surface.
+        0 => scenes::point_on(scene, rng),
+        _ => rng.point(2.0 * scale),
+    };
+    let attenuation = rng.pick(&[
+        Vec3::X,
+        Vec3::new(1.0, 0.1 / scale, 0.0),
+        Vec3::new(0.0, 0.0, 1.0 / (scale * scale)),
+        Vec3::new(0.0, 1.0 / scale, 0.5 / (scale * scale)),
+    ]);
+    scene.lights.add_point(place, color, attenuation);
+}
+
+fn place_eye(scene: &mut Scene, place: EyePlace, scale: f32, rng: &mut Rng) {
+    let spheres = scene.spheres.len();
+    let eye = match place {
+        EyePlace::InsideASphere if spheres > 0 => {
+            let i = rng.below(spheres);
+            scene.spheres.center.get(i) + rng.direction() * 0.5 * scene.spheres.radius[i]
+        }
+        EyePlace::OnASurface => scenes::point_on(scene, rng),
+        EyePlace::Far => rng.direction() * 100.0 * scale,
+        _ => rng.direction() * 2.5 * scale,
+    };
+    let view = &mut scene.view;
+    view.eye = eye;
+    view.center = eye + (rng.point(0.3 * scale) - eye) + rng.direction() * 0.1 * scale;
+    view.up = rng.direction();
+    view.fovy = if matches!(place, EyePlace::Far) {
+        2.0
+    } else {
+        rng.range(20.0, 110.0)
+    };
+}
+
+fn frame_of(scene: &Scene, prepared: &Prepared, settings: Settings) -> Frame {
+    render(scene, prepared, &settings, &Control::default()).expect("a frame")
+}
+
+/// The first pixel in which two frames differ by a bit, hits included.
+fn difference(a: &Frame, b: &Frame) -> Option<String> {
+    let (hits_a, hits_b) = (a.film.hits.as_ref()?, b.film.hits.as_ref()?);
+    let floats = |f: &Frame, k: usize| -> Vec<u32> {
+        let hits = f.film.hits.as_ref().expect("recorded hits");
+        let all = [
+            &f.film.planes[0],
+            &f.film.planes[1],
+            &f.film.planes[2],
+            &hits.t,
+            &hits.u,
+            &hits.v,
+        ];
+        all[k].iter().map(|v| v.to_bits()).collect()
+    };
+    if let Some(i) = (0..hits_a.prim_id.len()).find(|&i| hits_a.prim_id[i] != hits_b.prim_id[i]) {
+        let (a, b) = (hits_a.prim_id[i], hits_b.prim_id[i]);
+        return Some(format!("pixel {i} hits {a} and {b}"));
+    }
+    for (k, name) in ["red", "green", "blue", "t", "u", "v"]
+        .into_iter()
+        .enumerate()
+    {
+        let (a, b) = (floats(a, k), floats(b, k));
+        if let Some(i) = (0..a.len()).find(|&i| a[i] != b[i]) {
+            let (a, b) = (f32::from_bits(a[i]), f32::from_bits(b[i]));
+            return Some(format!("{name} of pixel {i}: {a:e} and {b:e}"));
+        }
+    }
+    let (a, b) = (a.stats.rays, b.stats.rays);
+    (a != b).then(|| format!("ray counts {a:?} and {b:?}"))
+}
+
+/// How a picture is cut up.
+const CUTS: [(usize, u32); 12] = [
+    (1, 8),
+    (2, 17),
+    (3, 32),
+    (1, 64),
+    (2, 8),
+    (3, 17),
+    (1, 32),
+    (2, 64),
+    (3, 8),
+    (1, 17),
+    (2, 32),
+    (3, 64),
+];
+const SIZES: [(u32, u32); 4] = [(1, 1), (7, 3), (33, 65), (64, 48)];
+
+fn compare(scene: &Scene, cuts: &[(usize, u32)], sizes: &[(u32, u32)]) -> Result<(), String> {
+    let packets = Prepared::build(scene, Engine::Simd);
+    let oracle = Prepared::build(scene, Engine::Scalar);
+    for &(width, height) in sizes {
+        let settings = Settings {
+            width,
+            height,
+            record_hits: true,
+            ..Settings::of(scene)
+        };
+        let scalar = Settings {
+            engine: Engine::Scalar,
+            ..settings.clone()
+        };
+        let want = frame_of(scene, &oracle, scalar);
+        for &(threads, tile) in cuts {
+            let cut = Settings {
+                threads,
+                tile,
+                ..settings.clone()
+            };
+            let got = frame_of(scene, &packets, cut);
+            if let Some(what) = difference(&want, &got) {
+                return Err(format!(
+                    "{width}x{height}, {threads} threads, tiles of {tile}, scalar then simd: {what}"
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The same recipes in every run.
+fn runner(cases: u32, seed: u8) -> TestRunner {
+    let config = Config {
+        cases,
+        failure_persistence: None,
+        ..Config::default()
+    };
+    TestRunner::new_with_rng(
+        config,
+        TestRng::from_seed(RngAlgorithm::ChaCha, &[seed; 32]),
+    )
+}
+
+#[test]
+fn random_scenes() {
+    let turn = Cell::new(0);
+    let outcome = runner(240, 1).run(&recipes(), |recipe| {
+        let scene = cook(&recipe);
+        let k = turn.replace(turn.get() + 1);
+        let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12]];
+        compare(&scene, &cuts, &[(64, 48)]).map_err(TestCaseError::fail)
+    });
+    if let Err(failure) = outcome {
+        panic!("{failure}");
+    }
+}
+
+#[test]
+fn every_cut_and_size() {
+    let outcome = runner(6, 2).run(&recipes(), |recipe| {
+        compare(&cook(&recipe), &CUTS, &SIZES).map_err(TestCaseError::fail)
+    });
+    if let Err(failure) = outcome {
+        panic!("{failure}");
+    }
+}
+
+/// The recipes hold what they are meant to hold: if none bounced or cast shadows, equal pictures would say little.
+#[test]
+fn the_recipes_have_everything_in_them() {
+    let (rays, kinds) = (Cell::new(RayCounts::default()), Cell::new([0; 3]));
+    let outcome = runner(60, 1).run(&recipes(), |recipe| {
+        let scene = cook(&recipe);
+        let prepared = Prepared::build(&scene, Engine::Simd);
+        let frame = frame_of(&scene, &prepared, Settings::of(&scene));
+        let mut sum = rays.get();
+        sum.add(&frame.stats.rays);
+        rays.set(sum);
+        let [spheres, ellipsoids, normals] = kinds.get();
+        kinds.set([
+            spheres + scene.spheres.len(),
+            ellipsoids + scene.ellipsoids.len(),
+            normals + scene.triangles.vertex_normals.len(),
+        ]);
+        Ok(())
+    });
+    assert!(outcome.is_ok(), "{outcome:?}");
+    let (sum, kinds) = (rays.get(), kinds.get());
+    println!("{sum:?}, spheres, ellipsoids and vertex normals {kinds:?}");
+    let least = [sum.shadow, sum.reflection, sum.refraction]
+        .into_iter()
+        .min();
+    assert!(least > Some(20_000), "{sum:?}");
+    assert!(kinds.iter().all(|&k| k > 50), "{kinds:?}");
+}

@@ -1,0 +1,7 @@
+//! What several integration tests share: random numbers, random scenes, packets, and the tolerances.
+#![allow(dead_code, reason = "every test binary uses its own part")]
+
+pub mod rays;
+pub mod rng;
+pub mod scenes;
+pub mod tolerances;

@@ -1,0 +1,157 @@
+//! Scenes made of random primitives.
+
+use super::rng::Rng;
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use phalanx::scene::Scene;
+
+/// A row of the material table.
+#[derive(Clone, Copy, Debug)]
+pub struct Paint {
+    pub ka: Vec3,
+    pub ke: Vec3,
+    pub kd: Vec3,
+    pub ks: Vec3,
+    pub kt: Vec3,
+    pub shininess: f32,
+    pub ior: f32,
+}
+
+pub const GREY: Paint = Paint {
+    ka: Vec3::splat(0.2),
+    ke: Vec3::ZERO,
+    kd: Vec3::splat(0.5),
+    ks: Vec3::ZERO,
+    kt: Vec3::ZERO,
+    shininess: 1.0,
+    ior: 1.0,
+};
+
+pub fn add_paint(scene: &mut Scene, paint: Paint) -> u32 {
+    let m = &mut scene.materials;
+    m.ka.push(paint.ka);
+    m.ke.push(paint.ke);
+    m.kd.push(paint.kd);
+    m.ks.push(paint.ks);
+    m.kt.push(paint.kt);
+    m.shininess.push(paint.shininess);
+    m.ior.push(paint.ior);
+    m.len() as u32 - 1
+}
+
+/// A scene without primitives and with one grey material.
+pub fn bare() -> Scene {
+    let mut scene = Scene::default();
+    add_paint(&mut scene, GREY);
+    scene
+}
+
+/// Adds the unit sphere stretched along three turned axes, as the reader would: maps in f64, then rounded.
+pub fn add_ellipsoid(scene: &mut Scene, center: Vec3, axes: Vec3, turn: Vec3, paint: u32) {
+    let turn = turn.as_dvec3();
+    let rotation = DMat3::from_quat(DQuat::from_scaled_axis(turn));
+    let to_world = DAffine3 {
+        matrix3: rotation * DMat3::from_diagonal(axes.as_dvec3()),
+        translation: center.as_dvec3(),
+    };
+    let back = DMat3::from_diagonal(DVec3::ONE / axes.as_dvec3()) * rotation.transpose();
+    let to_object = DAffine3 {
+        matrix3: back,
+        translation: -(back * to_world.translation),
+    };
+    scene.add_ellipsoid(to_world.as_affine3a(), to_object.as_affine3a(), paint);
+}
+
+/// One primitive of any kind within reach of `scale` about the origin: also slivers, copies and coplanar overlaps.
+pub fn add_random(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
+    let center = rng.point(scale);
+    match rng.below(9) {
+        0 | 1 => {
+            let radius = scale * rng.magnitude(-2.5, -0.3);
+            scene.add_sphere(center, radius, paint);
+        }
+        2 => {
+            let axes = Vec3::from_array([0; 3].map(|_| scale * rng.magnitude(-1.5, -0.3)));
+            let turn = rng.direction() * rng.range(0.0, 3.0);
+            add_ellipsoid(scene, center, axes, turn, paint);
+        }
+        3 | 4 => {
+            let size = scale * rng.magnitude(-2.0, 0.0);
+            let corners = [0; 3].map(|_| center + rng.point(size));
+            let normals = rng
+                .once_in(2)
+                .then(|| [0; 3].map(|_| rng.direction() * rng.range(0.5, 2.0)));
+            scene.add_triangle(corners, normals, paint);
+        }
+        5 => {
+            // A sliver: its third corner almost on the edge between the others.
+            let end = center + rng.direction() * scale * rng.magnitude(-1.0, 0.0);
+            let between = center + (end - center) * rng.unit();
+            let off = rng.direction() * scale * rng.magnitude(-7.0, -3.0);
+            scene.add_triangle([center, end, between + off], None, paint);
+        }
+        6 => {
+            // Axis-parallel, and in one of few planes, so that many overlap exactly.
+            let plane = scale * [-0.5, 0.0, 0.5][rng.below(3)];
+            let axis = rng.below(3);
+            let corners = [0; 3].map(|_| {
+                let mut p = rng.point(scale);
+                p[axis] = plane;
+                p
+            });
+            scene.add_triangle(corners, None, paint);
+        }
+        _ => copy_of_one(scene, rng, paint),
+    }
+}
+
+/// The same primitive once more, if there is one to copy.
+fn copy_of_one(scene: &mut Scene, rng: &mut Rng, paint: u32) {
+    let triangles = scene.triangles.len();
+    let spheres = scene.spheres.len();
+    if rng.once_in(2) && triangles > 0 {
+        let i = rng.below(triangles);
+        let [a, b, c] = scene.triangles.corners(i);
+        let corners = if rng.once_in(2) { [a, b, c] } else { [b, c, a] };
+        scene.add_triangle(corners, None, paint);
+    } else if spheres > 0 {
+        let i = rng.below(spheres);
+        let (center, radius) = (scene.spheres.center.get(i), scene.spheres.radius[i]);
+        scene.add_sphere(center, radius, paint);
+    }
+}
+
+/// A grey scene of at most `count` random primitives.
+pub fn random(rng: &mut Rng, count: usize, scale: f32) -> Scene {
+    let mut scene = bare();
+    for _ in 0..count {
+        add_random(&mut scene, rng, scale, 0);
+    }
+    scene.validate().expect("a valid random scene");
+    scene
+}
+
+/// A point on some primitive of the scene: a corner, an edge, a face, a sphere's surface.
+pub fn point_on(scene: &Scene, rng: &mut Rng) -> Vec3 {
+    let (triangles, spheres) = (scene.triangles.len(), scene.spheres.len());
+    if triangles > 0 && (spheres == 0 || rng.once_in(2)) {
+        let [a, b, c] = scene.triangles.corners(rng.below(triangles));
+        return match rng.below(3) {
+            0 => a,
+            1 => a + (b - a) * rng.unit(),
+            _ => {
+                let (u, v) = (rng.unit(), rng.unit());
+                let (u, v) = if u + v > 1.0 {
+                    (1.0 - u, 1.0 - v)
+                } else {
+                    (u, v)
+                };
+                a + (b - a) * u + (c - a) * v
+            }
+        };
+    }
+    if spheres > 0 {
+        let i = rng.below(spheres);
+        return scene.spheres.center.get(i) + rng.direction() * scene.spheres.radius[i];
+    }
+    Vec3::ZERO
+}

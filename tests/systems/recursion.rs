@@ -1,0 +1,170 @@
+//! "Recursive shading model": mirrors, refraction, and which rays are traced at all.
+
+use crate::{floor, scene, shot};
+use glam::{DVec3, Vec3};
+use phalanx::scene::Scene;
+
+/// A ball of this emission, for a ray to find; other balls and floors keep theirs.
+const GLOW: Vec3 = Vec3::new(0.75, 0.5, 0.25);
+
+fn glowing_ball(center: DVec3, radius: f64) -> String {
+    let [x, y, z] = center.to_array();
+    let plain = "specular 0 0 0\ntransmission 0 0 0\n";
+    format!("{plain}ambient 0 0 0\nemission 0.75 0.5 0.25\nsphere {x} {y} {z} {radius}\n")
+}
+
+/// A ball so small that only the right direction finds it, three away.
+const TARGET: f64 = 2e-3;
+
+#[test]
+fn recursion_reflection_refraction() {
+    a_mirror();
+    two_mirrors();
+    a_slab();
+    a_glass_ball();
+    total_reflection();
+    rays_without_weight();
+    the_background();
+}
+
+fn a_mirror() {
+    let mirror = format!("ambient 0 0 0\nspecular 0.5 0.25 1\n{}", floor(0.0, true));
+    let found = DVec3::new(3.0, 1.5, 3.0);
+    let body = mirror.clone() + &glowing_ball(found, TARGET);
+    let (radiance, rays) = shot(&scene("-2 -1 2", "0 0 0", &body));
+    assert_eq!(radiance, Vec3::new(0.5, 0.25, 1.0) * GLOW);
+    assert_eq!((rays.reflection, rays.refraction, rays.total()), (1, 0, 2));
+    let beside = found + DVec3::new(3.0 * TARGET, 0.0, 0.0);
+    let body = mirror + &glowing_ball(beside, TARGET);
+    assert_eq!(shot(&scene("-2 -1 2", "0 0 0", &body)).0, Vec3::ZERO);
+}
+
+/// Between two mirrors every bounce adds Ka: a geometric sum, and as many rays as `maxdepth` says.
+fn two_mirrors() {
+    for depth in [0, 1, 2, 5, 20, 100] {
+        let body = format!(
+            "maxdepth {depth}\nambient 0.25 0.5 1\nspecular 0.5 0.5 0.5\n{}{}",
+            floor(-1.0, true),
+            floor(1.0, false)
+        );
+        let (radiance, rays) = shot(&scene("0 0 0", "0 0 -1", &body));
+        // From the deepest outward, as the recursion adds: every step is exact until it no longer matters.
+        let sum = (0..=depth).fold(0.0f32, |deeper, _| 1.0 + 0.5 * deeper);
+        assert_eq!(radiance, Vec3::new(0.25, 0.5, 1.0) * sum, "{depth}");
+        assert!((sum - (2.0 - 0.5f32.powi(depth))).abs() < 1e-6);
+        assert_eq!(rays.reflection, depth as u64);
+        assert_eq!(rays.total(), depth as u64 + 1);
+    }
+}
+
+/// A plate of glass, 1 thick: the ray leaves as it came, moved sideways by what Snell's law says.
+fn a_slab() {
+    let down = DVec3::new(1.0, 0.0, -1.0).normalize();
+    for index in [1.0, 1.25, 1.5, 2.5] {
+        let sin = (0.5f64.sqrt()) / index;
+        let sideways = (sin / (1.0 - sin * sin).sqrt()) * DVec3::X;
+        let exit = sideways - DVec3::Z;
+        let slab = format!(
+            "ambient 0 0 0\ntransmission 0.5 0.25 1\nior {index}\n{}{}",
+            floor(0.0, true),
+            floor(-1.0, false)
+        );
+        let body = slab.clone() + &glowing_ball(exit + down * 3.0, TARGET);
+        let (radiance, rays) = shot(&scene("-2 0 2", "0 0 0", &body));
+        let twice = Vec3::new(0.25, 0.0625, 1.0);
+        assert_eq!(radiance, twice * GLOW, "index {index}");
+        assert_eq!((rays.refraction, rays.reflection, rays.total()), (2, 0, 3));
+        // Straight on there is nothing, unless the glass is none.
+        let body = slab + &glowing_ball(down * (3.0 + 2f64.sqrt()), TARGET);
+        let straight = shot(&scene("-2 0 2", "0 0 0", &body)).0;
+        assert_eq!(straight == Vec3::ZERO, index != 1.0, "index {index}");
+    }
+}
+
+/// A ball deviates a ray by 2(θi − θr), sin θi the impact parameter.
+fn a_glass_ball() {
+    for (index, impact) in [
+        (1.5, 0.5),
+        (1.5, -0.9),
+        (1.33, 0.25),
+        (0.8, 0.5),
+        (2.0, 0.0),
+    ] {
+        let incident = f64::asin(impact);
+        let inside = f64::asin(impact / index);
+        let heading = |angle: f64| DVec3::new(angle.cos(), -angle.sin(), 0.0);
+        let entry = DVec3::new(-incident.cos(), impact, 0.0);
+        let exit = entry + heading(incident - inside) * 2.0 * inside.cos();
+        assert!((exit.length() - 1.0).abs() < 1e-12);
+        let target = exit + heading(2.0 * (incident - inside)) * 3.0;
+        let body =
+            format!("ambient 0 0 0\ntransmission 0.5 0.5 0.5\nior {index}\nsphere 0 0 0 1\n");
+        let body = body + &glowing_ball(target, TARGET);
+        let (eye, at) = (format!("-5 {impact} 0"), format!("0 {impact} 0"));
+        let (radiance, rays) = shot(&scene(&eye, &at, &body));
+        assert_eq!(radiance, 0.25 * GLOW, "index {index}, impact {impact}");
+        assert_eq!((rays.refraction, rays.reflection), (2, 0));
+    }
+}
+
+/// From below at 45° and index 1.5 nothing gets out: the term is (Ks + Kt)·I_R, one ray.
+fn total_reflection() {
+    for (specular, sum) in [("0.25 0.25 0.25", 0.75), ("0 0 0", 0.5)] {
+        let glass =
+            format!("ambient 0 0 0\nspecular {specular}\ntransmission 0.5 0.5 0.5\nior 1.5\n");
+        let body = glass + &floor(0.0, true) + &glowing_ball(DVec3::new(3.0, 0.0, -3.0), TARGET);
+        let (radiance, rays) = shot(&scene("-2 0 -2", "0 0 0", &body));
+        assert_eq!(radiance, sum * GLOW);
+        assert_eq!((rays.reflection, rays.refraction, rays.total()), (1, 0, 2));
+        // Steeper than the critical angle of 41.8° it does.
+        let (_, rays) = shot(&scene("-1 0 -2", "0 0 0", &body));
+        assert_eq!(rays.refraction, 1);
+        assert_eq!(rays.reflection, u64::from(specular != "0 0 0"));
+    }
+}
+
+/// Which rays are traced: those whose weight is not zero in every channel, and only down to `maxdepth`.
+fn rays_without_weight() {
+    for (specular, transmission, depth, bounces) in [
+        ("0 0 0", "0 0 0", 5, (0, 0)),
+        ("0 0 0.5", "0 0 0", 5, (1, 0)),
+        ("0 0 0", "0 0.5 0", 5, (0, 1)),
+        ("1 0 0", "0 0.5 0", 5, (1, 1)),
+        ("1 1 1", "1 1 1", 0, (0, 0)),
+        ("1 1 1", "1 1 1", 1, (1, 1)),
+    ] {
+        let body = format!(
+            "maxdepth {depth}\nspecular {specular}\ntransmission {transmission}\nior 1.5\n{}",
+            floor(0.0, true)
+        );
+        let (_, rays) = shot(&scene("-2 0 2", "0 0 0", &body));
+        assert_eq!((rays.reflection, rays.refraction), bounces, "{body}");
+    }
+    // Nor are shadow rays that could only bring black: a black light, or a surface that returns none of it.
+    for (light, diffuse, shadows) in [
+        ("1 1 1", "1 1 1", 1),
+        ("0 0 0", "1 1 1", 0),
+        ("1 0 0", "0 1 1", 0),
+        ("0 1 0", "0 1 1", 1),
+        ("1 1 1", "0 0 0", 0),
+    ] {
+        let body = format!(
+            "directional 0 0 1 {light}\ndiffuse {diffuse}\n{}",
+            floor(0.0, true)
+        );
+        let (_, rays) = shot(&scene("-2 0 2", "0 0 0", &body));
+        assert_eq!(rays.shadow, shadows, "light {light}, diffuse {diffuse}");
+    }
+}
+
+/// A ray that misses returns the background, at any depth.
+fn the_background() {
+    let with_background = |body: &str| -> Scene {
+        let mut scene = scene("-2 0 2", "0 0 0", body);
+        scene.background = Vec3::new(0.5, 0.25, 0.125);
+        scene
+    };
+    assert_eq!(shot(&with_background("")).0, Vec3::new(0.5, 0.25, 0.125));
+    let mirror = format!("ambient 0.25 0 0\nspecular 0.5 1 0\n{}", floor(0.0, true));
+    assert_eq!(shot(&with_background(&mirror)).0, Vec3::new(0.5, 0.25, 0.0));
+}
