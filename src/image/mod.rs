@@ -2,7 +2,7 @@
 //!
 //! A [`Film`](crate::render::Film) of linear radiance becomes a [`Picture`] of 8-bit samples ([`encode`]), a picture
 //! becomes a file ([`save_png`]), files become [`Raster`]s ([`load`]) and two of them are held against each other
-//! ([`compare`], [`heat`]). Every step gives the same bytes on every machine and in every build.
+//! ([`compare()`], [`heat`]). Every step gives the same bytes on every machine and in every build.
 
 mod compare;
 mod file;

@@ -84,15 +84,13 @@ impl<'arena> RayQueue<'arena> {
             self.len += LANES;
             return;
         }
-        let columns = [rows(org), rows(dir), rows(weight)];
+        let (org, dir, weight) = (rows(org), rows(dir), rows(weight));
         for lane in mask.lanes() {
             let slot = &mut self.slots[self.len / LANES];
             let at = self.len % LANES;
-            for axis in 0..3 {
-                slot.org[axis][at] = columns[0][axis][lane];
-                slot.dir[axis][at] = columns[1][axis][lane];
-                slot.weight[axis][at] = columns[2][axis][lane];
-            }
+            copy_lane(&org, lane, &mut slot.org, at);
+            copy_lane(&dir, lane, &mut slot.dir, at);
+            copy_lane(&weight, lane, &mut slot.weight, at);
             slot.parent[at] = parent[lane];
             self.len += 1;
         }
@@ -146,4 +144,12 @@ impl<'arena> RayQueue<'arena> {
 
 fn rows(v: Vec3x8) -> [[f32; LANES]; 3] {
     [v.x.to_array(), v.y.to_array(), v.z.to_array()]
+}
+
+/// Copies one lane of three columns to another place.
+#[inline(always)]
+fn copy_lane(from: &[[f32; LANES]; 3], lane: usize, to: &mut [[f32; LANES]; 3], at: usize) {
+    for (to, from) in to.iter_mut().zip(from) {
+        to[at] = from[lane];
+    }
 }

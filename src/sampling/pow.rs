@@ -6,13 +6,8 @@
 
 /// log2(1+f) = z·(c0 + z²(c1 + z²(c2 + z²(c3 + z² c4)))) with z = f/(2+f): the atanh series, 2/(ln 2 · (2k+1)).
 /// At |z| ≤ 0.1716 the first term left out is below 2e-9 of the sum.
-pub const LOG2_COEFFICIENTS: [f32; 5] = [
-    2.885_390_1,
-    0.961_796_7,
-    0.577_078,
-    0.412_198_6,
-    0.320_598_9,
-];
+pub const LOG2_COEFFICIENTS: [f32; 5] =
+    [2.885_39, 0.961_796_7, 0.577_078, 0.412_198_6, 0.320_598_9];
 
 /// 2^r = Σ c_k r^k on \[−½, ½\], c_k = (ln 2)^k / k!; the first term left out is below 6e-9.
 pub const EXP2_COEFFICIENTS: [f32; 8] = [
