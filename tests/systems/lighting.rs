@@ -39,6 +39,13 @@ fn attenuation() {
             "a directional light",
         );
     }
+    // A light too bright for f32 adds nothing where it would be ∞ · 0; it never makes a pixel that is not a number.
+    let light = "attenuation 0 0 1e-30\npoint 0 0 2 1e30 1e30 1e30\n";
+    let body = format!(
+        "{light}ambient 0.25 0 0\ndiffuse 1 0 0\n{}",
+        floor(0.0, true)
+    );
+    assert_eq!(shot(&scene("-3 1 4", "1 2 0", &body)).0, Vec3::X * 0.25);
     // A light in the very point that is seen adds nothing, whether or not its denominator is zero there.
     for model in ["1 0 0", "0 1 0", "0 0 1", "0 1 1"] {
         for at in ["0 0 1", "0 0 0.99999994"] {
