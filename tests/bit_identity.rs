@@ -134,7 +134,12 @@ fn cook(recipe: &Recipe) -> Scene {
 }
 
 fn add_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
-    let color = rng.color() * rng.magnitude(-1.0, 1.0);
+    let brightness = if rng.once_in(10) {
+        1e30
+    } else {
+        rng.magnitude(-1.0, 1.0)
+    };
+    let color = rng.color() * brightness;
     if rng.once_in(3) {
         let toward = if rng.once_in(3) {
             rng.pick(&[Vec3::X, -Vec3::Y, Vec3::Z])
@@ -153,6 +158,8 @@ fn add_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
         Vec3::new(1.0, 0.1 / scale, 0.0),
         Vec3::new(0.0, 0.0, 1.0 / (scale * scale)),
         Vec3::new(0.0, 1.0 / scale, 0.5 / (scale * scale)),
+        Vec3::new(0.3, 0.2 / scale, 0.1 / (scale * scale)),
+        Vec3::new(0.0, 0.0, 1e-30),
     ]);
     scene.lights.add_point(place, color, attenuation);
 }

@@ -6,6 +6,7 @@ mod common;
 use common::rays::{Engines, toward};
 use common::rng::Rng;
 use common::scenes;
+use common::tolerances::PLACE;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::oracle::{Ray, Tree};
@@ -89,7 +90,7 @@ fn axis_parallel_rays_with_zeros_of_both_signs() {
                 let hit = engines.closest(&Ray::new(org, dir));
                 let t = 0.5 - org[axis] * toward;
                 let error = hit.map(|hit| (hit.t - t).abs());
-                assert!(error.is_some_and(|e| e < 1e-6), "{org} {dir}: {hit:?}");
+                assert!(error.is_some_and(|e| e < PLACE), "{org} {dir}: {hit:?}");
                 // Through the gaps between the boxes: nothing.
                 let mut gap = Vec3::splat(1.0);
                 gap[axis] = -10.0 * toward;

@@ -12,6 +12,27 @@ pub const FRAME: f64 = 3.0 * EPSILON;
 /// A radiance against its closed form, relative: some thirty roundings from the camera ray to the sum.
 pub const RADIANCE: f64 = 64.0 * EPSILON;
 
+/// As [`RADIANCE`], where a distance, its square and an angle against a wall carry the hit point's error as well.
+pub const ATTENUATED: f64 = 4.0 * RADIANCE;
+
+/// As [`RADIANCE`] and [`SPECULAR_PER_SHININESS`] on a sphere seen from a few radii away: the distance's rounding
+/// turns the normal by as much.
+pub const ON_A_SPHERE: f64 = 8.0;
+
+/// Diffuse light on an ellipsoid with axes of 2 to 0.5: where its curvature is 8, the hit point's error turns the normal by
+/// eight times as much, and the cosine may be as small as 0.05.
+pub const ON_AN_ELLIPSOID: f64 = 20.0 * RADIANCE;
+
+/// A distance of about 4 to that ellipsoid, which it may meet at a slant: some hundred roundings of 4.
+pub const ELLIPSOID_DISTANCE: f64 = 1e-5;
+
+/// A distance to a sphere, per distance of its centre: the roundings of the ray's closest point to the centre, of a
+/// root whose slope is 0.6 there, and of the distance itself. At most a seventh of the radius in the test.
+pub const FAR_SPHERE: f64 = 8.0 * EPSILON;
+
+/// A place on a plane one away, made from a camera direction; a distance of about 1.
+pub const PLACE: f32 = 1e-6;
+
 /// A specular term against its closed form, relative, per unit of shininess: x^s turns a relative error e of x into
 /// s·e, and x carries those of two normalised vectors.
 pub const SPECULAR_PER_SHININESS: f64 = 16.0 * EPSILON;

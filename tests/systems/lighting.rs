@@ -1,6 +1,6 @@
 //! "Lighting model" and "Shading model".
 
-use crate::common::tolerances::{RADIANCE, SPECULAR_PER_SHININESS};
+use crate::common::tolerances::{ATTENUATED, ON_A_SPHERE, RADIANCE, SPECULAR_PER_SHININESS};
 use crate::{assert_near, floor, scene, shot};
 use glam::{DVec3, Vec3};
 
@@ -25,7 +25,7 @@ fn attenuation() {
             let d = DVec3::new(0.5, 0.0, height).length();
             let seen = colour / (constant + linear * d + quadratic * d * d);
             let want = seen * diffuse * (height / d);
-            assert_near(radiance, want, RADIANCE * 4.0, &format!("{model} at {d}"));
+            assert_near(radiance, want, ATTENUATED, &format!("{model} at {d}"));
             assert_eq!(rays.shadow, 1);
         }
         // A directional light has no distance.
@@ -39,6 +39,13 @@ fn attenuation() {
             "a directional light",
         );
     }
+    // A light too bright for f32 adds nothing where it would be ∞ · 0; it never makes a pixel that is not a number.
+    let light = "attenuation 0 0 1e-30\npoint 0 0 2 1e30 1e30 1e30\n";
+    let body = format!(
+        "{light}ambient 0.25 0 0\ndiffuse 1 0 0\n{}",
+        floor(0.0, true)
+    );
+    assert_eq!(shot(&scene("-3 1 4", "1 2 0", &body)).0, Vec3::X * 0.25);
     // A light in the very point that is seen adds nothing, whether or not its denominator is zero there.
     for model in ["1 0 0", "0 1 0", "0 0 1", "0 1 1"] {
         for at in ["0 0 1", "0 0 0.99999994"] {
@@ -108,8 +115,7 @@ fn shading_with_shadow_rays() {
         let body = format!("{LIGHTS}{PAINT}shininess {shininess}\nsphere 0 0 0 1.5\n");
         let (radiance, rays) = shot(&scene("0.5 1 7", "0.3 0.4 0", &body));
         let want = blinn_phong(point, point.normalize(), eye, shininess);
-        // The point is some radii away from the eye, whose rounding turns the normal by as much.
-        let relative = 8.0 * (RADIANCE + shininess * SPECULAR_PER_SHININESS);
+        let relative = ON_A_SPHERE * (RADIANCE + shininess * SPECULAR_PER_SHININESS);
         assert_near(radiance, want, relative, &format!("shininess {shininess}"));
         assert_eq!((rays.shadow, rays.primary, rays.total()), (3, 1, 4));
     }

@@ -51,7 +51,7 @@ fn two_mirrors() {
         // From the deepest outward, as the recursion adds: every step is exact until it no longer matters.
         let sum = (0..=depth).fold(0.0f32, |deeper, _| 1.0 + 0.5 * deeper);
         assert_eq!(radiance, Vec3::new(0.25, 0.5, 1.0) * sum, "{depth}");
-        assert!((sum - (2.0 - 0.5f32.powi(depth))).abs() < 1e-6);
+        assert_eq!(sum, 2.0 - 0.5f32.powi(depth));
         assert_eq!(rays.reflection, depth as u64);
         assert_eq!(rays.total(), depth as u64 + 1);
     }

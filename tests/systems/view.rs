@@ -1,7 +1,7 @@
 //! "Creating an orthonormal coordinate frame" and "Creating a ray from the camera".
 
 use crate::common::rng::Rng;
-use crate::common::tolerances::{DIRECTION, FRAME, UNIT_LENGTH};
+use crate::common::tolerances::{DIRECTION, FRAME, PLACE, UNIT_LENGTH};
 use glam::{DVec3, Vec3};
 use phalanx::camera::Camera;
 use phalanx::formats::read_test;
@@ -146,7 +146,7 @@ fn centre_and_corners() {
     assert_eq!(camera.direction(2.5, 4.5), -Vec3::Z);
     // The image's upper edge is half the field of view away; rows run down, columns to the right.
     let top = camera.direction(0.0, 4.5);
-    assert!((top.y + top.z).abs() < 1e-6 && top.y > 0.0, "{top}");
+    assert!((top.y + top.z).abs() < PLACE && top.y > 0.0, "{top}");
     assert!(camera.direction(2.5, 9.0).x > 0.0);
     // Square pixels: a step to the right is as large as a step down, on the plane z = −1.
     let on_plane = |row: f32, column: f32| {
@@ -156,7 +156,7 @@ fn centre_and_corners() {
     let right = on_plane(2.5, 5.5).x - on_plane(2.5, 4.5).x;
     let down = on_plane(2.5, 4.5).y - on_plane(3.5, 4.5).y;
     assert!(
-        (right - down).abs() < 1e-6 && (right - 0.4).abs() < 1e-6,
+        (right - down).abs() < PLACE && (right - 0.4).abs() < PLACE,
         "{right} {down}"
     );
 }

@@ -3,9 +3,9 @@
 //! Read from the text of `src`: comments and string literals are blanked out first, then every path that starts with
 //! `crate::` (or, in the binary, `phalanx::`) is looked up in the table.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
+mod source;
+
+use source::{code_of, imported, imported_crate, places, sources};
 
 /// A room, what it may import, and why no more.
 struct Row {
@@ -120,188 +120,6 @@ const BANNED: [(&str, &str); 11] = [
 /// Files that may hold `unsafe`.
 const UNSAFE_FILES: [&str; 0] = [];
 
-/// Files of the crate's root, which belong to no room.
-const ROOTS: [&str; 2] = ["lib.rs", "main.rs"];
-
-struct Source {
-    /// Relative to `src`, with forward slashes.
-    path: String,
-    /// The text without comments and literals, of the same lines.
-    code: String,
-}
-
-impl Source {
-    /// The first component of the path, without its ending.
-    fn room(&self) -> &str {
-        let first = self.path.split('/').next().unwrap_or_default();
-        first.strip_suffix(".rs").unwrap_or(first)
-    }
-
-    fn is_root(&self) -> bool {
-        ROOTS.contains(&self.path.as_str())
-    }
-
-    /// Lines (from 1) on which `word` stands with no identifier character around it.
-    fn lines_with(&self, word: &str) -> Vec<usize> {
-        let numbered = self.code.lines().zip(1..);
-        let found = numbered.filter(|(line, _)| !places(line, word).is_empty());
-        found.map(|(_, number)| number).collect()
-    }
-}
-
-/// Byte places of `word` in `text` where it is not part of a longer identifier.
-fn places(text: &str, word: &str) -> Vec<usize> {
-    let part = |c: char| c.is_alphanumeric() || c == '_';
-    let starts_inside = |c: Option<char>| word.starts_with(part) && c.is_some_and(part);
-    let goes_on =
-        |c: Option<char>| word.ends_with(part) && !word.ends_with('_') && c.is_some_and(part);
-    let found = text.match_indices(word).filter(|&(at, _)| {
-        let before = text[..at].chars().next_back();
-        let after = text[at + word.len()..].chars().next();
-        !starts_inside(before) && !goes_on(after)
-    });
-    found.map(|(at, _)| at).collect()
-}
-
-/// Blanks comments, string and character literals; line breaks stay.
-fn code_of(text: &str) -> String {
-    let chars: Vec<char> = text.chars().collect();
-    let mut out = String::with_capacity(text.len());
-    let mut i = 0;
-    while i < chars.len() {
-        let rest = &chars[i..];
-        let length = match rest {
-            ['/', '/', ..] => until(rest, 2, |r| r[0] == '\n', 0),
-            ['/', '*', ..] => block_comment(rest),
-            ['r', '"', ..] | ['r', '#', '"' | '#', ..] if !in_word(&chars, i) => raw_string(rest),
-            ['"', ..] => string(rest),
-            ['\'', '\\', ..] => until(rest, 3, |r| r[0] == '\'', 1),
-            ['\'', _, '\'', ..] => 3,
-            _ => {
-                out.push(rest[0]);
-                i += 1;
-                continue;
-            }
-        };
-        // A literal keeps its place, so that what stands around it does not grow together.
-        out.push(' ');
-        out.extend(rest[..length].iter().filter(|&&c| c == '\n'));
-        i += length;
-    }
-    out
-}
-
-fn in_word(chars: &[char], i: usize) -> bool {
-    i > 0 && (chars[i - 1].is_alphanumeric() || chars[i - 1] == '_')
-}
-
-fn until(rest: &[char], from: usize, end: impl Fn(&[char]) -> bool, with: usize) -> usize {
-    let found = (from..rest.len()).find(|&k| end(&rest[k..]));
-    found.map_or(rest.len(), |k| k + with)
-}
-
-fn block_comment(rest: &[char]) -> usize {
-    let (mut depth, mut k) = (0, 0);
-    while k < rest.len() {
-        match rest[k..] {
-            ['/', '*', ..] => (depth, k) = (depth + 1, k + 2),
-            ['*', '/', ..] => (depth, k) = (depth - 1, k + 2),
-            _ => k += 1,
-        }
-        if depth == 0 {
-            break;
-        }
-    }
-    k
-}
-
-fn string(rest: &[char]) -> usize {
-    let mut k = 1;
-    while k < rest.len() && rest[k] != '"' {
-        k += if rest[k] == '\\' { 2 } else { 1 };
-    }
-    (k + 1).min(rest.len())
-}
-
-fn raw_string(rest: &[char]) -> usize {
-    let hashes = rest[1..].iter().take_while(|&&c| c == '#').count();
-    if rest.get(1 + hashes) != Some(&'"') {
-        // A raw identifier.
-        return 2;
-    }
-    let end =
-        |r: &[char]| r[0] == '"' && r.len() > hashes && r[1..=hashes].iter().all(|&c| c == '#');
-    until(rest, 2 + hashes, end, 1 + hashes)
-}
-
-fn sources() -> Vec<Source> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut found = Vec::new();
-    let mut folders = vec![root.clone()];
-    while let Some(folder) = folders.pop() {
-        let entries = fs::read_dir(&folder).expect("a readable folder");
-        let mut paths: Vec<PathBuf> = entries.map(|e| e.expect("an entry").path()).collect();
-        paths.sort();
-        for path in paths {
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let name = path.strip_prefix(&root).expect("below src");
-            let name = name.to_string_lossy().replace('\\', "/");
-            assert!(name.ends_with(".rs"), "{name} is no Rust source");
-            let text = fs::read_to_string(&path).expect("UTF-8");
-            let code = code_of(&text);
-            found.push(Source { path: name, code });
-        }
-    }
-    assert!(found.len() > 20, "only {} sources found", found.len());
-    found
-}
-
-/// The rooms that follow `root::` in `code`, also within braces: `crate::{bvh::Bvh, scene::{A, B}}`.
-fn imported(code: &str, root: &str) -> BTreeSet<String> {
-    let compact: String = code.split_whitespace().collect::<Vec<_>>().join(" ");
-    let compact = compact.replace(" ::", "::").replace(":: ", "::");
-    let mut rooms = BTreeSet::new();
-    for at in places(&compact, root) {
-        let Some(rest) = compact[at + root.len()..].strip_prefix("::") else {
-            continue;
-        };
-        match rest.strip_prefix('{') {
-            Some(list) => rooms.extend(firsts_of_list(list)),
-            None => rooms.extend(first_word(rest)),
-        }
-    }
-    rooms
-}
-
-fn first_word(text: &str) -> Option<String> {
-    let part = |c: char| c.is_alphanumeric() || c == '_' || c == '*';
-    let word: String = text.trim_start().chars().take_while(|&c| part(c)).collect();
-    (!word.is_empty()).then_some(word)
-}
-
-/// The first word of each entry of a braced list, up to its closing brace.
-fn firsts_of_list(list: &str) -> Vec<String> {
-    let (mut words, mut depth, mut start) = (Vec::new(), 0, 0);
-    for (at, c) in list.char_indices() {
-        match c {
-            '{' => depth += 1,
-            '}' if depth > 0 => depth -= 1,
-            ',' | '}' if depth == 0 => {
-                words.extend(first_word(&list[start..at]));
-                start = at + 1;
-                if c == '}' {
-                    break;
-                }
-            }
-            _ => {}
-        }
-    }
-    words
-}
-
 #[test]
 fn rooms_import_what_the_table_allows() {
     let mut wrong = Vec::new();
@@ -357,28 +175,6 @@ fn crates_have_one_owner() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-}
-
-/// Whether the code names the crate `name`: as the first part of a path, unless a room of that name is imported.
-fn imported_crate(code: &str, name: &str) -> bool {
-    let room = ["crate", "phalanx"]
-        .iter()
-        .any(|root| imported(code, root).contains(name));
-    let first = |at: usize| match code[..at].trim_end().strip_suffix("::") {
-        Some(path) => path.ends_with([' ', ';', '{', '(', ',']),
-        None => true,
-    };
-    let goes_on = |at: usize| {
-        let rest = code[at + name.len()..].trim_start();
-        rest.starts_with("::")
-            || ["use", "crate"]
-                .iter()
-                .any(|w| code[..at].trim_end().ends_with(w))
-    };
-    !room
-        && places(code, name)
-            .into_iter()
-            .any(|at| first(at) && goes_on(at))
 }
 
 #[test]
