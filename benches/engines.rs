@@ -19,7 +19,9 @@ fn primary(c: &mut Criterion) {
         let arena = Bump::new();
         let rays = primary_rays(&arena, &scene);
         let mut group = c.benchmark_group(format!("primary/{name}"));
-        group.sample_size(10).throughput(Throughput::Elements(rays.len() as u64));
+        group
+            .sample_size(10)
+            .throughput(Throughput::Elements(rays.len() as u64));
         let (bvh, tree) = (Bvh::build(&scene), Tree::build(&scene));
         let mut hits = vec![HitPacket::miss(); rays.packets()];
         for (kernel_name, kernel) in Kernel::ALL {
@@ -42,7 +44,10 @@ fn primary(c: &mut Criterion) {
         });
         if scene.prim_count() == scene.triangles.len() {
             // A rate counts only for the same answer.
-            let ours = hits.iter().flat_map(|h| h.prim_id.to_array()).filter(|&id| id != NO_PRIM);
+            let ours = hits
+                .iter()
+                .flat_map(|h| h.prim_id.to_array())
+                .filter(|&id| id != NO_PRIM);
             let peer = Peer::build(&scene);
             let theirs = (0..rays.len()).filter(|i| {
                 let (org, dir) = rays.ray(i / 8, i % 8);

@@ -37,8 +37,20 @@ fn main() {
         }
         let frame = |engine, threads| Side::new(&scene, engine, threads);
         let simd = frame(Engine::Simd, 1);
-        ratios.push(compare(&name, "SIMD frame over oracle frame", 3.5, &simd, &frame(Engine::Scalar, 1)));
-        ratios.push(compare(&name, "two threads over one", 1.9, &frame(Engine::Simd, 2), &simd));
+        ratios.push(compare(
+            &name,
+            "SIMD frame over oracle frame",
+            3.5,
+            &simd,
+            &frame(Engine::Scalar, 1),
+        ));
+        ratios.push(compare(
+            &name,
+            "two threads over one",
+            1.9,
+            &frame(Engine::Simd, 2),
+            &simd,
+        ));
     }
     let json = std::env::args().any(|a| a == "--json");
     if json {
@@ -81,7 +93,12 @@ impl<'a> Side<'a> {
 
     /// Seconds and rays of one frame.
     fn run(&self) -> (f64, u64) {
-        let frame = render(self.scene, &self.prepared, &self.settings, &Control::default());
+        let frame = render(
+            self.scene,
+            &self.prepared,
+            &self.settings,
+            &Control::default(),
+        );
         let frame = frame.expect("nobody interrupts a benchmark");
         (frame.seconds, frame.stats.rays.total())
     }
@@ -128,18 +145,22 @@ fn oracle_against_obvhs(name: &str, scene: &Scene) -> Ratio {
     let ray = |i: usize| rays.ray(i / 8, i % 8);
     let ours = || {
         timed(rays.len(), || {
-            (0..rays.len()).filter(|&i| {
-                let (org, dir) = ray(i);
-                oracle.closest(&Ray::new(org.into(), dir.into())).is_some()
-            }).count()
+            (0..rays.len())
+                .filter(|&i| {
+                    let (org, dir) = ray(i);
+                    oracle.closest(&Ray::new(org.into(), dir.into())).is_some()
+                })
+                .count()
         })
     };
     let other = || {
         timed(rays.len(), || {
-            (0..rays.len()).filter(|&i| {
-                let (org, dir) = ray(i);
-                peer.hits(org, dir)
-            }).count()
+            (0..rays.len())
+                .filter(|&i| {
+                    let (org, dir) = ray(i);
+                    peer.hits(org, dir)
+                })
+                .count()
         })
     };
     let bvh = phalanx::bvh::Bvh::build(scene);
@@ -152,8 +173,14 @@ fn oracle_against_obvhs(name: &str, scene: &Scene) -> Ratio {
             start.elapsed().as_secs_f64()
         });
         let rate = rays.len() as f64 / 1e6 / median(runs);
-        let found = hits.iter().flat_map(|h| h.prim_id.to_array()).filter(|&id| id != NO_PRIM);
-        eprintln!("{name:>10}  primary rays, {kernel_name:<9} {rate:7.2} Mrays/s, {} hits", found.count());
+        let found = hits
+            .iter()
+            .flat_map(|h| h.prim_id.to_array())
+            .filter(|&id| id != NO_PRIM);
+        eprintln!(
+            "{name:>10}  primary rays, {kernel_name:<9} {rate:7.2} Mrays/s, {} hits",
+            found.count()
+        );
     }
     alternate(name, "oracle over obvhs, primary rays", 0.5, ours, other)
 }

@@ -10,6 +10,7 @@ use phalanx::bvh::Bvh;
 use phalanx::camera::Camera;
 use phalanx::render::{PacketPainter, Painter, SharedFilm, Tile, tiles};
 use phalanx::scene::Scene;
+use phalanx::trace::Kernel;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -102,11 +103,16 @@ fn painting_allocates_nothing_once_warm() {
     let scene = busy_scene();
     let bvh = Bvh::build(&scene);
     let camera = Camera::new(&scene.view, scene.width, scene.height).expect("a camera");
-    for (side, record_hits) in [(32, false), (32, true), (8, false), (64, true)] {
+    for (side, record_hits, kernel) in [
+        (32, false, Kernel::Packet8),
+        (32, true, Kernel::Packet16),
+        (8, false, Kernel::Packet16),
+        (64, true, Kernel::Packet8),
+    ] {
         let film = SharedFilm::new(scene.width, scene.height, record_hits);
         let all = tiles(scene.width, scene.height, side);
         let some: Vec<Tile> = all.into_iter().take(50).collect();
-        let mut painter = PacketPainter::new(&scene, &bvh, &camera, scene.max_depth);
+        let mut painter = PacketPainter::new(&scene, &bvh, &camera, scene.max_depth, kernel);
         let before = asked();
         some.iter().for_each(|&tile| painter.paint(tile, &film));
         let warming = asked() - before;

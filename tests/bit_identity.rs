@@ -5,7 +5,7 @@ mod common;
 use common::rng::Rng;
 use common::scenes::{self, Paint};
 use glam::Vec3;
-use phalanx::frame::{Control, Engine, Frame, Prepared, Settings, render};
+use phalanx::frame::{Control, Engine, Frame, Kernel, Prepared, Settings, render};
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
 use proptest::prelude::*;
@@ -249,16 +249,19 @@ fn compare(scene: &Scene, cuts: &[(usize, u32)], sizes: &[(u32, u32)]) -> Result
         };
         let want = frame_of(scene, &oracle, scalar);
         for &(threads, tile) in cuts {
-            let cut = Settings {
-                threads,
-                tile,
-                ..settings.clone()
-            };
-            let got = frame_of(scene, &packets, cut);
-            if let Some(what) = difference(&want, &got) {
-                return Err(format!(
-                    "{width}x{height}, {threads} threads, tiles of {tile}, scalar then simd: {what}"
-                ));
+            for kernel in [Kernel::Packet8, Kernel::Packet16] {
+                let cut = Settings {
+                    threads,
+                    tile,
+                    kernel,
+                    ..settings.clone()
+                };
+                let got = frame_of(scene, &packets, cut);
+                if let Some(what) = difference(&want, &got) {
+                    return Err(format!(
+                        "{width}x{height}, {threads} threads, tiles of {tile}, {kernel:?}, scalar then simd: {what}"
+                    ));
+                }
             }
         }
     }

@@ -7,7 +7,7 @@ use common::rng::Rng;
 use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
-use phalanx::lanes::{F32x8, LANES, Mask8};
+use phalanx::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, Mask16, Vec3Lanes};
 use phalanx::oracle::{Oracle, Ray, Search, Tree};
 use phalanx::packet::RayPacket;
 use phalanx::sampling;
@@ -16,17 +16,16 @@ use phalanx::shade;
 use phalanx::trace::Tracer;
 
 /// Asks for one packet's hits and occlusions and compares each lane with the oracle.
-fn compare(oracle: &Oracle, tracer: &mut Tracer, rays: &[Ray; LANES], tmax: [f32; LANES], on: u8) {
+fn compare(oracle: &Oracle, tracer: &mut Tracer, rays: &[Ray; LANES], tmax: [f32; LANES], on: u32) {
     let packet = pack(rays, |k| tmax[k]);
     let active = Mask8::from_bits(on);
     let hits = tracer.closest(&packet, active);
     let blocked = tracer.occluded(&packet, active).bits();
+    compare_pair(tracer.bvh(), rays, tmax, on);
     for lane in 0..LANES {
         let (ray, tmax) = (&rays[lane], tmax[lane]);
         let alive = on >> lane & 1 == 1;
-        // Without a limit every hit counts, even one at infinity.
-        let within = |t: f32| t < tmax || tmax == f32::INFINITY;
-        let want = oracle.closest(ray).filter(|hit| alive && within(hit.t));
+        let want = oracle.closest(ray).filter(|hit| alive && hit.t < tmax);
         assert_eq!(
             lane_bits(&hits, lane),
             want.as_ref().map(hit_bits),
@@ -41,6 +40,45 @@ fn compare(oracle: &Oracle, tracer: &mut Tracer, rays: &[Ray; LANES], tmax: [f32
             blocked >> lane & 1 == 1,
             want,
             "occlusion of lane {lane} of {on:08b}, tmax {tmax:e}, {ray:?}\nof {rays:?}"
+        );
+    }
+}
+
+/// Two packets side by side, one the other's mirror image, against each alone.
+fn compare_pair(bvh: &Bvh, rays: &[Ray; LANES], tmax: [f32; LANES], on: u32) {
+    let mut mirrored = *rays;
+    mirrored.reverse();
+    let halves = [
+        pack(rays, |k| tmax[k]),
+        pack(&mirrored, |k| tmax[LANES - 1 - k]),
+    ];
+    let both =
+        |column: fn(&RayPacket) -> F32x8| F32x16::from_eights(|k| column(&halves[k]).to_array());
+    let pair = RayPacket {
+        org: Vec3Lanes::new(both(|r| r.org.x), both(|r| r.org.y), both(|r| r.org.z)),
+        dir: Vec3Lanes::new(both(|r| r.dir.x), both(|r| r.dir.y), both(|r| r.dir.z)),
+        tmax: both(|r| r.tmax),
+    };
+    let mirrored_on = (on as u8).reverse_bits() as u32;
+    let active = Mask16::from_bits(on | mirrored_on << LANES);
+    let mut sixteen = Tracer::<F32x16>::new(bvh);
+    let hits = sixteen.closest(&pair, active);
+    let blocked = sixteen.occluded(&pair, active).bits();
+    for (k, (half, on)) in halves.iter().zip([on, mirrored_on]).enumerate() {
+        let mut eight = Tracer::new(bvh);
+        let alone = eight.closest(half, Mask8::from_bits(on));
+        for lane in 0..LANES {
+            assert_eq!(
+                lane_bits(&hits.eight(k), lane),
+                lane_bits(&alone, lane),
+                "half {k}, {rays:?}"
+            );
+        }
+        let alone = eight.occluded(half, Mask8::from_bits(on)).bits();
+        assert_eq!(
+            blocked >> (k * LANES) & 0xff,
+            alone,
+            "half {k} of {on:08b}, {rays:?}"
         );
     }
 }
@@ -67,7 +105,7 @@ fn coherent_packets() {
             let at = scenes::point_on(scene, rng);
             let spread = scale * rng.magnitude(-5.0, -1.0);
             let rays = [0; LANES].map(|_| Ray::new(eye, at + rng.point(spread) - eye));
-            compare(oracle, tracer, &rays, FAR, u8::MAX);
+            compare(oracle, tracer, &rays, FAR, 0xff);
         }
     });
 }
@@ -85,7 +123,7 @@ fn incoherent_packets() {
                 };
                 Ray::new(org, dir)
             });
-            compare(oracle, tracer, &rays, FAR, u8::MAX);
+            compare(oracle, tracer, &rays, FAR, 0xff);
         }
     });
 }
@@ -110,7 +148,7 @@ fn mixed_signs_and_dominant_axes() {
                 let back = rng.range(0.0, 2.0) * scale;
                 Ray::new(scenes::point_on(scene, rng) - dir * back, dir)
             });
-            compare(oracle, tracer, &rays, FAR, u8::MAX);
+            compare(oracle, tracer, &rays, FAR, 0xff);
         }
     });
 }
@@ -130,7 +168,7 @@ fn every_subset_of_lanes() {
                 };
                 Ray::new(org, dir)
             });
-            for on in 0..=u8::MAX {
+            for on in 0..=0xff {
                 compare(oracle, tracer, &rays, FAR, on);
             }
         }
@@ -159,7 +197,7 @@ fn distance_limits() {
                     _ => f32::MAX,
                 }
             });
-            compare(oracle, tracer, &rays, tmax, rng.bits() as u8);
+            compare(oracle, tracer, &rays, tmax, (rng.bits() & 0xff) as u32);
         }
     });
 }
@@ -208,9 +246,9 @@ fn rays_that_are_not_numbers() {
                 }
             });
             let on = if rng.once_in(2) {
-                u8::MAX
+                0xff
             } else {
-                rng.bits() as u8
+                (rng.bits() & 0xff) as u32
             };
             compare(oracle, tracer, &rays, FAR, on);
         }
@@ -222,7 +260,7 @@ fn rays_that_are_not_numbers() {
 fn inactive_lanes_do_not_matter() {
     over_scenes(7, |scene, _, tracer, rng, scale| {
         for _ in 0..500 {
-            let on = rng.bits() as u8;
+            let on = (rng.bits() & 0xff) as u32;
             let active = Mask8::from_bits(on);
             let rays = [0; LANES].map(|_| {
                 let org = rng.point(2.0 * scale);

@@ -79,7 +79,7 @@ const TABLE: [Row; 16] = [
 const OWNERS: [(&str, &[&str], &str); 4] = [
     (
         "wide",
-        &["lanes.rs"],
+        &["lanes/types.rs"],
         "the vector crate can be exchanged in one file",
     ),
     (

@@ -255,7 +255,7 @@ fn many_identical_primitives() {
                     ids,
                     [0, 1].repeat(4).into_iter().map(Some).collect::<Vec<_>>()
                 );
-                assert_eq!(engines.occluded_of(&rays, 2.0), u8::MAX);
+                assert_eq!(engines.occluded_of(&rays, 2.0), 0xff);
             }
         });
     }

@@ -7,7 +7,7 @@ use common::rng::Rng;
 use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
-use phalanx::lanes::{LANES, Mask8};
+use phalanx::lanes::{LANES, LaneMask, Mask8};
 use phalanx::oracle::{Oracle, Ray, Search, Tree};
 use phalanx::scene::Scene;
 use phalanx::trace::Tracer;
@@ -194,8 +194,8 @@ fn shoot(mesh: &Mesh, scale: f32, offset: Vec3, packets: usize, rng: &mut Rng) -
     for n in 0..packets {
         let rays = [0; LANES].map(|_| ray(mesh, &placed, scale, offset, rng));
         let packet = pack(&rays, |_| f32::INFINITY);
-        let hits = tracer.closest(&packet, Mask8::from_bits(u8::MAX));
-        let blocked = tracer.occluded(&packet, Mask8::from_bits(u8::MAX));
+        let hits = tracer.closest(&packet, Mask8::from_bits(0xff));
+        let blocked = tracer.occluded(&packet, Mask8::from_bits(0xff));
         for (lane, ray) in rays.iter().enumerate() {
             let hit = lane_bits(&hits, lane);
             assert!(hit.is_some(), "{ray:?} escapes, scale {scale}, at {offset}");
@@ -206,7 +206,7 @@ fn shoot(mesh: &Mesh, scale: f32, offset: Vec3, packets: usize, rng: &mut Rng) -
         }
         assert_eq!(
             blocked.bits(),
-            u8::MAX,
+            0xff,
             "{rays:?} pass, scale {scale}, at {offset}"
         );
     }

@@ -49,7 +49,13 @@ pub fn primary_rays<'a>(arena: &'a Bump, scene: &Scene) -> RayQueue<'a> {
                 let columns = std::array::from_fn(|k| (x + k as u32 % 4) as f32 + 0.5);
                 let rows = std::array::from_fn(|k| (y + k as u32 / 4) as f32 + 0.5);
                 let dir = camera.directions(F32x8::new(rows), F32x8::new(columns));
-                rays.push(Mask8::first(8), eye, dir, Vec3x8::splat(0.0, 0.0, 0.0), &[0; 8]);
+                rays.push(
+                    Mask8::first(8),
+                    eye,
+                    dir,
+                    Vec3x8::splat(0.0, 0.0, 0.0),
+                    &[0; 8],
+                );
             }
         }
     }
@@ -68,12 +74,20 @@ impl Peer {
         let triangles: Vec<Triangle> = (0..scene.triangles.len())
             .map(|i| {
                 let [a, b, c] = scene.triangles.corners(i);
-                Triangle { v0: a.into(), v1: b.into(), v2: c.into() }
+                Triangle {
+                    v0: a.into(),
+                    v1: b.into(),
+                    v2: c.into(),
+                }
             })
             .collect();
         let mut unused = std::time::Duration::ZERO;
         let bvh = build_bvh2_from_tris(&triangles, BvhBuildParams::medium_build(), &mut unused);
-        let triangles = bvh.primitive_indices.iter().map(|&i| triangles[i as usize]).collect();
+        let triangles = bvh
+            .primitive_indices
+            .iter()
+            .map(|&i| triangles[i as usize])
+            .collect();
         Peer { bvh, triangles }
     }
 
@@ -81,7 +95,8 @@ impl Peer {
     pub fn hits(&self, org: [f32; 3], dir: [f32; 3]) -> bool {
         let ray = Ray::new_inf(org.into(), dir.into());
         let mut hit = RayHit::none();
-        self.bvh.ray_traverse(ray, &mut hit, |ray, i| self.triangles[i].intersect(ray));
+        self.bvh
+            .ray_traverse(ray, &mut hit, |ray, i| self.triangles[i].intersect(ray));
         hit.t < f32::INFINITY
     }
 }

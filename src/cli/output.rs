@@ -66,11 +66,14 @@ pub fn grouped(number: u64) -> String {
 
 /// Bytes in the unit that leaves one to four digits before the point.
 pub fn bytes(number: u64) -> String {
-    let number = number as f64;
-    let units = ["KiB", "MiB", "GiB"];
-    let fits = |i: &usize| number < 1024.0 * 1024f64.powi(*i as i32 + 1);
-    let i = (0..3).find(fits).unwrap_or(2);
-    format!("{:.1} {}", number / 1024f64.powi(i as i32 + 1), units[i])
+    let mut amount = number as f64 / 1024.0;
+    let mut unit = "KiB";
+    for larger in ["MiB", "GiB"] {
+        if amount >= 1024.0 {
+            (amount, unit) = (amount / 1024.0, larger);
+        }
+    }
+    format!("{amount:.1} {unit}")
 }
 
 #[cfg(test)]

@@ -271,7 +271,7 @@ mod tests {
         assert!(!more.identical);
         let line = more.line(path, &reference);
         assert!(
-            line.starts_with("a.test: 2 threads, kernel packet: DIFFERENT, in rays traced"),
+            line.starts_with("a.test: 2 threads, kernel packet8: DIFFERENT, in rays traced"),
             "{line}"
         );
     }

@@ -229,10 +229,11 @@ impl Probe {
         })
     }
 
-    /// The distance, clamped to the stay in the primitive's own box; none if it is not ahead of the origin.
+    /// The distance, clamped to the stay in the primitive's own box; none if it is not ahead of the origin, or
+    /// infinitely far.
     fn clamp(&self, raw: f32, scene: &Scene, prim_id: u32) -> Option<f32> {
         let stay = self.stay(&scene.prim_bounds(prim_id).padded());
         let t = min(max(raw, stay.enter), stay.leave);
-        (raw > 0.0 && t > 0.0 && stay.enter <= stay.leave).then_some(t)
+        (raw > 0.0 && t > 0.0 && t < f32::INFINITY && stay.enter <= stay.leave).then_some(t)
     }
 }

@@ -62,6 +62,11 @@ impl<'a, L: Lanes> Tracer<'a, L> {
         }
     }
 
+    /// The tree it traces.
+    pub fn bvh(&self) -> &'a Bvh {
+        self.bvh
+    }
+
     /// The closest hit below `tmax` of each active lane; others come back as a miss.
     pub fn closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
         let mut goal = Closest {

@@ -87,7 +87,7 @@ fn pictures_do_not_depend_on_engine_threads_or_tiles_but_on_tone() {
     for same in [
         "--engine scalar",
         "--threads 3 --tile 8",
-        "--pin none --kernel packet",
+        "--pin none --kernel packet8",
         "--transfer none --quantize floor",
     ] {
         assert_eq!(bytes(same), plain, "{same}");
@@ -115,7 +115,7 @@ fn verify_holds_both_engines_together() {
         "{lines}"
     );
     assert!(
-        lines.contains("a.test: 2 threads, kernel packet: identical\n"),
+        lines.contains("a.test: 2 threads, kernel packet16: identical\n"),
         "{lines}"
     );
     let json = room.json("verify a.test --json --size 24x16");

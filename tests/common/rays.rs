@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use phalanx::bvh::Bvh;
-use phalanx::lanes::{F32x8, LANES, Mask8, Vec3x8};
+use phalanx::lanes::{F32x8, LANES, LaneMask, Mask8, Vec3x8};
 use phalanx::oracle::{Hit, Oracle, Ray, Search, Tree};
 use phalanx::packet::{HitPacket, NO_PRIM, RayPacket};
 use phalanx::scene::Scene;
@@ -95,13 +95,13 @@ impl<'a> Engines<'a> {
     }
 
     /// Which of up to eight rays are occluded before `tmax`, after asserting that all three searches agree.
-    pub fn occluded_of(&mut self, rays: &[Ray], tmax: f32) -> u8 {
+    pub fn occluded_of(&mut self, rays: &[Ray], tmax: f32) -> u32 {
         let mut truth = 0;
         for (lane, ray) in rays.iter().enumerate() {
             let brute = self.brute.occluded(ray, tmax);
             let tree = self.oracle.occluded(ray, tmax);
             assert_eq!(tree, brute, "the oracle's tree, {ray:?} before {tmax}");
-            truth |= u8::from(brute) << lane;
+            truth |= u32::from(brute) << lane;
         }
         let blocked = self
             .tracer
