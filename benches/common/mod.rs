@@ -11,7 +11,7 @@ use obvhs::BvhBuildParams;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2_from_tris};
 use obvhs::ray::{Ray, RayHit};
 use obvhs::triangle::Triangle;
-use phalanx::lanes::{F32x8, LaneMask, Lanes, Mask8, Vec3x8};
+use phalanx::lanes::{F32x8, LaneMask, Mask8, Vec3x8};
 
 /// Image size of every benchmark.
 pub const SIZE: (u32, u32) = (1280, 960);
