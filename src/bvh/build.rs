@@ -8,11 +8,8 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 use std::time::Duration;
 
-/// obvhs's medium preset with four times its reinsertions: 3 to 5 % more rays a second for a fifth more build time.
-const PRESET: BvhBuildParams = BvhBuildParams {
-    reinsertion_batch_ratio: 0.2,
-    ..BvhBuildParams::medium_build()
-};
+/// Better trees cost more time than they save here: see `perf/notes/tree-preset.md`.
+const PRESET: BvhBuildParams = BvhBuildParams::medium_build();
 
 struct PaddedBox(Aabb);
 
