@@ -81,6 +81,8 @@ pub trait LaneIds<M>: Copy {
 pub trait LaneMask<F, U>:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
+    /// The same in every lane.
+    fn splat(value: bool) -> Self;
     /// No lane set.
     fn none() -> Self;
     /// Lane k is bit k.

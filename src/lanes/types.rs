@@ -265,6 +265,11 @@ macro_rules! lane_types {
 
         impl LaneMask<$F, $U> for $M {
             #[inline(always)]
+            fn splat(value: bool) -> $M {
+                $M($f::from_bits($u::splat(u32::from(value).wrapping_neg())))
+            }
+
+            #[inline(always)]
             fn none() -> $M {
                 $M($f::splat(0.0))
             }

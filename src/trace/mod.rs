@@ -22,6 +22,10 @@
 //! Ties in distance go to the smaller `prim_id`.
 
 mod aabb;
+#[allow(
+    unsafe_code,
+    reason = "the inner loop has no bounds checks; each block says why it may"
+)]
 mod packet;
 mod sphere;
 mod traversal;

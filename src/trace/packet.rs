@@ -114,10 +114,10 @@ impl<'a, L: Lanes> Tracer<'a, L> {
 
     /// Visits leaves front to back until the goal is reached.
     #[inline(always)]
-    fn traverse(
+    fn traverse<G: Goal<L>>(
         &mut self,
         rays: &Prepared<L>,
-        goal: &mut impl Goal<L>,
+        goal: &mut G,
         stay: impl Fn(&[[f32; 3]; 2]) -> Stay<L>,
     ) {
         let nodes = self.bvh.nodes();
@@ -125,7 +125,9 @@ impl<'a, L: Lanes> Tracer<'a, L> {
         let mut current = Child::Node(0);
         loop {
             while let Child::Node(index) = current {
-                let node = &nodes[index as usize];
+                // SAFETY: `Bvh` is made by its builder alone, which gives every child node an index below
+                // `nodes().len()`; node 0 exists.
+                let node = unsafe { nodes.get_unchecked(index as usize) };
                 let stays = [stay(&node.boxes[0]), stay(&node.boxes[1])];
                 let met = stays.each_ref().map(|s| s.within(goal.limit()));
                 match (met[0].any(), met[1].any()) {
@@ -133,17 +135,20 @@ impl<'a, L: Lanes> Tracer<'a, L> {
                     (true, false) => current = node.child(0),
                     (false, true) => current = node.child(1),
                     (true, true) => {
-                        // The child that more of the rays that meet both enter first: for rays
-                        // that have parted, a better guess than one order per octant.
-                        let both = met[0] & met[1];
-                        let [e0, e1] = [stays[0].enter, stays[1].enter];
-                        let sooner = (both & e0.lt(e1)).bits().count_ones();
-                        let later = (both & e1.lt(e0)).bits().count_ones();
-                        let near = usize::from(later > sooner);
-                        let far = 1 - near;
-                        let (first, tag) = node.packed(far);
-                        let enter = met[far].select(stays[far].enter, L::splat(f32::NAN));
-                        self.stack[top] = Entry { enter, first, tag };
+                        let near = if G::ORDERED {
+                            sooner::<L>(met, &stays)
+                        } else {
+                            0
+                        };
+                        let (first, tag) = node.packed(1 - near);
+                        // Blended, not branched on: which child is nearer cannot be predicted.
+                        let nan = L::splat(f32::NAN);
+                        let waiting = [1, 0].map(|k: usize| met[k].select(stays[k].enter, nan));
+                        let enter = L::Mask::splat(near == 1).select(waiting[1], waiting[0]);
+                        // SAFETY: each level of a path leaves at most one entry, the stack is `depth() + 1`
+                        // long, and `Bvh::depth` counts the longest path.
+                        let slot = unsafe { self.stack.get_unchecked_mut(top) };
+                        *slot = Entry { enter, first, tag };
                         top += 1;
                         current = node.child(near);
                     }
@@ -165,13 +170,28 @@ impl<'a, L: Lanes> Tracer<'a, L> {
                     return;
                 }
                 top -= 1;
-                let entry = &self.stack[top];
+                // SAFETY: `top` entries were written above, and one was just taken off that count.
+                let entry = unsafe { self.stack.get_unchecked(top) };
                 if entry.enter.le(goal.limit()).any() {
                     break Child::unpack(entry.first, entry.tag);
                 }
             };
         }
     }
+}
+
+/// The child that more of the rays that meet both enter first: for rays that have parted, a better guess than one
+/// order per octant.
+#[inline(always)]
+fn sooner<L: Lanes>(met: [L::Mask; 2], stays: &[Stay<L>; 2]) -> usize {
+    let both = met[0] & met[1];
+    let first = (both & stays[0].enter.lt(stays[1].enter))
+        .bits()
+        .count_ones();
+    let second = (both & stays[1].enter.lt(stays[0].enter))
+        .bits()
+        .count_ones();
+    usize::from(second > first)
 }
 
 /// The limit of a lane without a ray, or with nothing left to find.
@@ -189,6 +209,8 @@ const NOTHING: Child = Child::Leaf {
 
 /// What a traversal looks for.
 trait Goal<L: Lanes> {
+    /// Whether it helps to meet near leaves first: it does not where any hit will do.
+    const ORDERED: bool;
     /// How far each ray still has to look.
     fn limit(&self) -> L;
     /// Tests the primitives of a leaf; true ends the traversal.
@@ -206,6 +228,7 @@ struct AnyHit<L: Lanes> {
 }
 
 impl<L: Lanes> Goal<L> for Closest<L> {
+    const ORDERED: bool = true;
     #[inline(always)]
     fn limit(&self) -> L {
         self.best.t
@@ -223,12 +246,12 @@ impl<L: Lanes> Goal<L> for Closest<L> {
                 _ => triangles_closest::<L, MIXED>(bvh, rays, slots, best),
             },
             PrimKind::Sphere => {
-                for slot in &bvh.spheres()[slots] {
+                for slot in slots_of(bvh.spheres(), slots) {
                     sphere::closest(org, dir, slabs, slot, best);
                 }
             }
             PrimKind::Ellipsoid => {
-                for slot in &bvh.ellipsoids()[slots] {
+                for slot in slots_of(bvh.ellipsoids(), slots) {
                     sphere::closest_ellipsoid(org, dir, slabs, slot, best);
                 }
             }
@@ -238,6 +261,7 @@ impl<L: Lanes> Goal<L> for Closest<L> {
 }
 
 impl<L: Lanes> Goal<L> for AnyHit<L> {
+    const ORDERED: bool = false;
     #[inline(always)]
     fn limit(&self) -> L {
         self.limit
@@ -254,12 +278,14 @@ impl<L: Lanes> Goal<L> for AnyHit<L> {
                 2 => triangles_occluded::<L, 2>(bvh, rays, slots, tmax),
                 _ => triangles_occluded::<L, MIXED>(bvh, rays, slots, tmax),
             },
-            PrimKind::Sphere => any_of(L::Mask::none(), &bvh.spheres()[slots], |slot| {
+            PrimKind::Sphere => any_of(L::Mask::none(), slots_of(bvh.spheres(), slots), |slot| {
                 sphere::occluded(org, dir, slabs, slot, tmax)
             }),
-            PrimKind::Ellipsoid => any_of(L::Mask::none(), &bvh.ellipsoids()[slots], |slot| {
-                sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax)
-            }),
+            PrimKind::Ellipsoid => {
+                any_of(L::Mask::none(), slots_of(bvh.ellipsoids(), slots), |slot| {
+                    sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax)
+                })
+            }
         };
         self.blocked = self.blocked | hits;
         // A blocked lane is done: like a lane without a ray.
@@ -293,7 +319,7 @@ fn triangles_closest<L: Lanes, const AXIS: usize>(
     slots: Range<usize>,
     best: &mut Best<L>,
 ) {
-    for slot in &bvh.triangles()[slots] {
+    for slot in slots_of(bvh.triangles(), slots) {
         triangle::closest::<L, AXIS>(&rays.shear, &rays.slabs, slot, best);
     }
 }
@@ -305,9 +331,18 @@ fn triangles_occluded<L: Lanes, const AXIS: usize>(
     slots: Range<usize>,
     tmax: L,
 ) -> L::Mask {
-    any_of(L::Mask::none(), &bvh.triangles()[slots], |slot| {
+    any_of(L::Mask::none(), slots_of(bvh.triangles(), slots), |slot| {
         triangle::occluded::<L, AXIS>(&rays.shear, &rays.slabs, slot, tmax)
     })
+}
+
+/// The primitives of a leaf.
+#[inline(always)]
+fn slots_of<T>(all: &[T], slots: Range<usize>) -> &[T] {
+    debug_assert!(slots.start <= slots.end && slots.end <= all.len());
+    // SAFETY: the range comes from a leaf of a `Bvh`, whose builder pushed exactly these primitives before it wrote
+    // the leaf; an empty leaf is 0..0.
+    unsafe { all.get_unchecked(slots) }
 }
 
 #[inline(always)]
