@@ -7,6 +7,7 @@ mod common;
 
 use bumpalo::Bump;
 use common::{Peer, SIZE, primary_rays, scenes};
+use phalanx::bvh::Bvh;
 use phalanx::frame::{Control, Engine, Prepared, Settings, render};
 use phalanx::oracle::{Oracle, Ray, Search, Tree};
 use phalanx::packet::{HitPacket, NO_PRIM};
@@ -15,7 +16,7 @@ use phalanx::trace::{Kernel, Traversal};
 use std::time::Instant;
 
 /// Alternating passes; the median of their ratios counts.
-const PASSES: usize = 9;
+const PASSES: usize = 15;
 
 /// One promise: the median over the passes of `other` seconds ÷ `ours` seconds.
 #[derive(serde::Serialize)]
@@ -29,9 +30,20 @@ struct Ratio {
     other_mrays: f64,
 }
 
+/// Camera rays alone, by one kernel.
+#[derive(serde::Serialize)]
+struct Rate {
+    scene: String,
+    kernel: &'static str,
+    mrays: f64,
+    hits: usize,
+}
+
 fn main() {
     let mut ratios = Vec::new();
+    let mut primary = Vec::new();
     for (name, scene) in scenes() {
+        primary.extend(primary_rates(&name, &scene));
         if scene.prim_count() == scene.triangles.len() {
             ratios.push(oracle_against_obvhs(&name, &scene));
         }
@@ -54,9 +66,15 @@ fn main() {
     }
     let json = std::env::args().any(|a| a == "--json");
     if json {
-        let record = serde_json::json!({ "schema_version": 1, "size": SIZE, "passes": PASSES, "isa": phalanx::isa::compiled_level(), "ratios": ratios });
+        let record = serde_json::json!({ "schema_version": 1, "size": SIZE, "passes": PASSES, "isa": phalanx::isa::compiled_level(), "machine": cpu(), "primary": primary, "ratios": ratios });
         println!("{record:#}");
     } else {
+        for r in &primary {
+            println!(
+                "{:>10}  primary rays, {:<16} {:7.2} Mrays/s, {} hits",
+                r.scene, r.kernel, r.mrays, r.hits
+            );
+        }
         for r in &ratios {
             println!(
                 "{:>10}  {:<30} {:5.2} (floor {:.1})  {:7.2} against {:7.2} Mrays/s",
@@ -136,7 +154,50 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// The oracle is no straw man: primary rays against obvhs's own `ray_traverse`. Prints the packet kernels beside it.
+/// Camera rays by every kernel; their hits must agree.
+fn primary_rates(name: &str, scene: &Scene) -> Vec<Rate> {
+    let arena = Bump::new();
+    let rays = primary_rays(&arena, scene);
+    let bvh = Bvh::build(scene);
+    let mut hits = vec![HitPacket::miss(); rays.packets()];
+    let rates = Kernel::ALL.map(|(kernel_name, kernel)| {
+        let mut traversal = Traversal::new(&bvh, kernel);
+        let mut pass = || {
+            let start = Instant::now();
+            traversal.closest(&rays, 0..rays.packets(), &mut hits);
+            start.elapsed().as_secs_f64()
+        };
+        pass();
+        let seconds = median((0..PASSES).map(|_| pass()));
+        let found = hits.iter().flat_map(|h| h.prim_id.to_array());
+        Rate {
+            scene: name.to_string(),
+            kernel: kernel_name,
+            mrays: rays.len() as f64 / 1e6 / seconds,
+            hits: found.filter(|&id| id != NO_PRIM).count(),
+        }
+    });
+    assert!(
+        rates.iter().all(|r| r.hits == rates[0].hits),
+        "kernels differ on {name}"
+    );
+    rates.into()
+}
+
+/// Model name of the first CPU, where the system says it.
+fn cpu() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = text.lines().find(|l| l.starts_with("model name"));
+    let name = line
+        .and_then(|l| l.split_once(':'))
+        .map_or("unknown", |(_, name)| name.trim());
+    format!(
+        "{name}, {} cores",
+        std::thread::available_parallelism().map_or(1, |n| n.get())
+    )
+}
+
+/// The oracle is no straw man: primary rays against obvhs's own `ray_traverse`.
 fn oracle_against_obvhs(name: &str, scene: &Scene) -> Ratio {
     let arena = Bump::new();
     let rays = primary_rays(&arena, scene);
@@ -163,25 +224,6 @@ fn oracle_against_obvhs(name: &str, scene: &Scene) -> Ratio {
                 .count()
         })
     };
-    let bvh = phalanx::bvh::Bvh::build(scene);
-    let mut hits = vec![HitPacket::miss(); rays.packets()];
-    for (kernel_name, kernel) in Kernel::ALL {
-        let mut traversal = Traversal::new(&bvh, kernel);
-        let runs = (0..PASSES).map(|_| {
-            let start = Instant::now();
-            traversal.closest(&rays, 0..rays.packets(), &mut hits);
-            start.elapsed().as_secs_f64()
-        });
-        let rate = rays.len() as f64 / 1e6 / median(runs);
-        let found = hits
-            .iter()
-            .flat_map(|h| h.prim_id.to_array())
-            .filter(|&id| id != NO_PRIM);
-        eprintln!(
-            "{name:>10}  primary rays, {kernel_name:<9} {rate:7.2} Mrays/s, {} hits",
-            found.count()
-        );
-    }
     alternate(name, "oracle over obvhs, primary rays", 0.5, ours, other)
 }
 
