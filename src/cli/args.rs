@@ -111,9 +111,9 @@ pub struct RenderArgs {
     /// Worker threads [default: one per CPU this process may use]
     #[arg(long, value_name = "N", value_parser = parse_thread_count)]
     pub threads: Option<usize>,
-    /// Whether workers are bound to cores
-    #[arg(long, value_enum, value_name = "MODE", default_value_t = PinArg::Cores)]
-    pub pin: PinArg,
+    /// Whether workers are bound to cores [default: cores if there is a worker for each, else none]
+    #[arg(long, value_enum, value_name = "MODE")]
+    pub pin: Option<PinArg>,
     /// Which tracer makes the picture; both give the same bits
     #[arg(long, value_enum, default_value_t = EngineArg::Simd)]
     pub engine: EngineArg,

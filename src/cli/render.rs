@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::report::{Image, Report};
 use super::{advise, diagnose, interrupt, output, progress};
 use phalanx::formats::{self, Loaded};
-use phalanx::frame::{Prepared, Settings};
+use phalanx::frame::{Pin, Prepared, Settings};
 use phalanx::image::{encode, save_png};
 use phalanx::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -46,10 +46,17 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
 
 fn settings(args: &RenderArgs, scene: &Scene) -> Settings {
     // Counts the CPUs of the process's affinity mask, not those of the machine.
-    let available = || std::thread::available_parallelism().map_or(1, |n| n.get());
+    let available = std::thread::available_parallelism().map_or(1, |n| n.get());
+    let threads = args.threads.unwrap_or(available);
+    // With fewer workers than cores, runs side by side would all sit on the first ones.
+    let pin = match args.pin {
+        Some(pin) => pin.into(),
+        None if threads >= available => Pin::Cores,
+        None => Pin::None,
+    };
     Settings {
-        threads: args.threads.unwrap_or_else(available),
-        pin: args.pin.into(),
+        threads,
+        pin,
         engine: args.engine.into(),
         kernel: args.kernel,
         ..args.picture.settings(scene)
