@@ -115,6 +115,17 @@ fn batch_of(scene: &Scene, prim_id: u32) -> Batch {
     kind << 30 | scene.prim_material(prim_id)
 }
 
+/// The batch of every hit of a scene of one kind and one material, such as a scanned mesh: two look-ups less a hit.
+fn only_batch(scene: &Scene) -> Option<Batch> {
+    let of_first_kind = match scene.prims.first()?.kind() {
+        PrimKind::Sphere => scene.spheres.len(),
+        PrimKind::Ellipsoid => scene.ellipsoids.len(),
+        PrimKind::Triangle => scene.triangles.len(),
+    };
+    let one = scene.materials.len() == 1 && of_first_kind == scene.prim_count();
+    one.then(|| batch_of(scene, 0))
+}
+
 /// A hit that has to be regrouped: its batch in the upper half, the ray's index in the wave in the lower.
 type Key = u64;
 
@@ -134,6 +145,7 @@ fn surfaces<'arena>(
     let whole = arena.alloc_slice_fill_copy(hits.len(), (0u32, 0 as Batch));
     let loose = arena.alloc_slice_fill_copy(hits.len() * LANES, 0 as Key);
     let (mut wholes, mut looses) = (0, 0);
+    let only = only_batch(scene);
     let background = scene.background.to_array().map(|c| [c; LANES]);
     for (packet, hit) in hits.iter().enumerate() {
         let active = rays.active(packet);
@@ -147,7 +159,7 @@ fn surfaces<'arena>(
         }
         let start = looses;
         for lane in (active & !missed).lanes() {
-            let batch = batch_of(scene, hit.prim_id.lane(lane)) as Key;
+            let batch = only.unwrap_or_else(|| batch_of(scene, hit.prim_id.lane(lane))) as Key;
             loose[looses] = batch << 32 | (packet * LANES + lane) as Key;
             looses += 1;
         }

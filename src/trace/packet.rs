@@ -331,9 +331,12 @@ fn triangles_occluded<L: Lanes, const AXIS: usize>(
     slots: Range<usize>,
     tmax: L,
 ) -> L::Mask {
-    any_of(L::Mask::none(), slots_of(bvh.triangles(), slots), |slot| {
-        triangle::occluded::<L, AXIS>(&rays.shear, &rays.slabs, slot, tmax)
-    })
+    // A loop and not `any_of`: the closure was not inlined here.
+    let mut hits = L::Mask::none();
+    for slot in slots_of(bvh.triangles(), slots) {
+        hits = hits | triangle::occluded::<L, AXIS>(&rays.shear, &rays.slabs, slot, tmax);
+    }
+    hits
 }
 
 /// The primitives of a leaf.
