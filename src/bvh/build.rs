@@ -2,7 +2,7 @@
 
 use super::flatten::flatten;
 use super::{Bvh, Child, Node};
-use crate::scene::{Bounds, PrimKind, Scene};
+use crate::scene::{Bounds, Scene};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
@@ -39,13 +39,8 @@ impl Bvh {
 
     /// The tree of a scene without primitives: a root with two empty leaves.
     fn empty() -> Bvh {
-        let nothing = Child::Leaf {
-            kind: PrimKind::Triangle,
-            first: 0,
-            count: 0,
-        };
         Bvh {
-            nodes: vec![Node::new([(nothing, Bounds::EMPTY); 2])],
+            nodes: vec![Node::new([(Child::EMPTY, Bounds::EMPTY); 2])],
             triangles: Vec::new(),
             spheres: Vec::new(),
             ellipsoids: Vec::new(),

@@ -42,7 +42,7 @@ pub(super) fn flatten(scene: &Scene, theirs: &Bvh2) -> Bvh {
 impl Flattener<'_> {
     /// Depth first with an explicit stack: a tree may be deeper than the thread's stack allows.
     fn run(&mut self) {
-        let placeholder = (empty_leaf(), Bounds::EMPTY);
+        let placeholder = (Child::EMPTY, Bounds::EMPTY);
         let mut root_area = 0.0;
         // (node to make, its place in its parent, depth)
         let mut stack = vec![(Pending::Theirs(0), None, 1usize)];
@@ -187,14 +187,6 @@ impl Flattener<'_> {
                 prim_id,
             }),
         }
-    }
-}
-
-fn empty_leaf() -> Child {
-    Child::Leaf {
-        kind: PrimKind::Triangle,
-        first: 0,
-        count: 0,
     }
 }
 

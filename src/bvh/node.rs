@@ -77,17 +77,20 @@ impl Node {
 }
 
 impl Child {
+    /// A leaf without primitives.
+    pub const EMPTY: Child = Child::Leaf {
+        kind: PrimKind::Triangle,
+        first: 0,
+        count: 0,
+    };
+
     /// From the two words of [`Node::packed`].
     #[inline(always)]
     pub fn unpack(first: u32, tag: u16) -> Child {
         if tag == 0 {
             return Child::Node(first);
         }
-        let kind = match (tag & !LEAF) >> KIND_SHIFT {
-            0 => PrimKind::Sphere,
-            1 => PrimKind::Ellipsoid,
-            _ => PrimKind::Triangle,
-        };
+        let kind = PrimKind::from_number(((tag & !LEAF) >> KIND_SHIFT) as u32);
         Child::Leaf {
             kind,
             first,

@@ -50,7 +50,7 @@ impl Primitives {
 /// Figures of the tree.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Tree {
-    /// Nodes, leaves included.
+    /// Nodes, as [`TreeStats::nodes`] counts them.
     pub nodes: usize,
     /// Longest path from the root, the root counting 1.
     pub depth: usize,

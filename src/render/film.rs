@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// `prim_id` of a pixel whose primary ray hit nothing.
-pub const NO_HIT: u32 = u32::MAX;
+pub const NO_HIT: u32 = crate::packet::NO_PRIM;
 
 /// Linear, unclamped RGB radiance of every pixel, row by row from the top left.
 #[derive(Clone, Debug, PartialEq)]

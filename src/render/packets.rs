@@ -52,14 +52,13 @@ impl Painter for PacketPainter<'_> {
         self.engine.stats.rays.primary += rays.len() as u64;
         let packets = packets_for(rays.len());
         let colors = arena.alloc_slice_fill_copy(packets, Colors::BLACK);
-        let hits = film
+        let mut hits = film
             .records_hits()
             .then(|| &mut *arena.alloc_slice_fill_copy(packets, HitPacket::miss()));
         let view = RayView {
             queue: &rays,
             packets: 0..packets,
         };
-        let mut hits = hits;
         wave(
             &mut self.engine,
             &mut self.arenas,

@@ -203,12 +203,7 @@ fn loose_surface(scene: &Scene, rays: &RayView, hits: &[HitPacket], batch: &[Key
 }
 
 fn unpack(batch: Batch) -> (PrimKind, u32) {
-    let kind = match batch >> 30 {
-        0 => PrimKind::Sphere,
-        1 => PrimKind::Ellipsoid,
-        _ => PrimKind::Triangle,
-    };
-    (kind, batch & 0x3fff_ffff)
+    (PrimKind::from_number(batch >> 30), batch & 0x3fff_ffff)
 }
 
 /// Collects eight rays and hits from wherever they are.

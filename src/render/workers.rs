@@ -75,10 +75,11 @@ pub fn run<P: Painter>(
         }
         painter.stats()
     };
+    let work = &work;
     let mut stats = RenderStats::default();
     std::thread::scope(|scope| {
         let handles: Vec<_> = (0..threads.max(1))
-            .map(|k| scope.spawn(move_ref(&work, k)))
+            .map(|k| scope.spawn(move || work(k)))
             .collect();
         for handle in handles {
             match handle.join() {
@@ -91,12 +92,4 @@ pub fn run<P: Painter>(
         return Err(Interrupted);
     }
     Ok(stats)
-}
-
-/// A call of `work` with its worker number, to be handed to a thread.
-fn move_ref<'a, T>(
-    work: &'a (impl Fn(usize) -> T + Sync),
-    worker: usize,
-) -> impl FnOnce() -> T + 'a {
-    move || work(worker)
 }

@@ -59,6 +59,18 @@ pub enum PrimKind {
     Triangle = 2,
 }
 
+impl PrimKind {
+    /// The kind whose number (`kind as u32`) this is.
+    #[inline(always)]
+    pub fn from_number(number: u32) -> PrimKind {
+        match number {
+            0 => PrimKind::Sphere,
+            1 => PrimKind::Ellipsoid,
+            _ => PrimKind::Triangle,
+        }
+    }
+}
+
 /// One entry of the primitive list: kind in the upper two bits, index into that kind's columns below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Prim(u32);
@@ -76,11 +88,7 @@ impl Prim {
     /// The kind.
     #[inline]
     pub fn kind(self) -> PrimKind {
-        match self.0 >> 30 {
-            0 => PrimKind::Sphere,
-            1 => PrimKind::Ellipsoid,
-            _ => PrimKind::Triangle,
-        }
+        PrimKind::from_number(self.0 >> 30)
     }
 
     /// Index into the columns of [`Prim::kind`].

@@ -1,6 +1,7 @@
 //! Mirror and refracted rays (design document, "Recursive shading model": … + Ks I_R + K_T I_T).
 
 use super::surface::{Material, Surface};
+use super::wide;
 use crate::lanes::{F32x8, LaneMask, Lanes, Mask8, Vec3x8};
 use glam::Vec3;
 
@@ -72,8 +73,4 @@ pub fn bounces(material: &Material, at: &Surface) -> Bounces {
 fn leave(at: &Surface, dir: Vec3x8) -> Vec3x8 {
     let outward = dir.dot(at.ng).ge(F32x8::ZERO);
     at.point + at.ng.scale(outward.select(at.offset, -at.offset))
-}
-
-fn wide(v: Vec3) -> Vec3x8 {
-    Vec3x8::splat(v.x, v.y, v.z)
 }

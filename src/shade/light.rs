@@ -3,6 +3,7 @@
 
 use super::pow::pow;
 use super::surface::{Material, Surface};
+use super::wide;
 use crate::lanes::{F32x8, Lanes, Mask8, Vec3x8};
 use crate::scene::Scene;
 use glam::Vec3;
@@ -66,8 +67,4 @@ fn adds(v: Vec3x8) -> Mask8 {
 /// max(x, 0), with 0 for NaN.
 fn positive(x: F32x8) -> F32x8 {
     x.max(F32x8::ZERO)
-}
-
-fn wide(v: Vec3) -> Vec3x8 {
-    Vec3x8::splat(v.x, v.y, v.z)
 }

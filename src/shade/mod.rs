@@ -18,3 +18,11 @@ pub use bounce::{Bounces, bounces};
 pub use light::{LightSample, sample_light};
 pub use pow::pow;
 pub use surface::{Material, Surface, surface};
+
+use crate::lanes::Vec3x8;
+use glam::Vec3;
+
+/// The same vector in every lane.
+fn wide(v: Vec3) -> Vec3x8 {
+    Vec3x8::splat(v.x, v.y, v.z)
+}

@@ -131,7 +131,7 @@ impl<'a, L: Lanes> Tracer<'a, L> {
                 let stays = [stay(&node.boxes[0]), stay(&node.boxes[1])];
                 let met = stays.each_ref().map(|s| s.within(goal.limit()));
                 match (met[0].any(), met[1].any()) {
-                    (false, false) => current = NOTHING,
+                    (false, false) => current = Child::EMPTY,
                     (true, false) => current = node.child(0),
                     (false, true) => current = node.child(1),
                     (true, true) => {
@@ -199,13 +199,6 @@ fn sooner<L: Lanes>(met: [L::Mask; 2], stays: &[Stay<L>; 2]) -> usize {
 fn nowhere<L: Lanes>() -> L {
     L::splat(f32::NEG_INFINITY)
 }
-
-/// Where to go from a node whose children are both missed.
-const NOTHING: Child = Child::Leaf {
-    kind: PrimKind::Triangle,
-    first: 0,
-    count: 0,
-};
 
 /// What a traversal looks for.
 trait Goal<L: Lanes> {
