@@ -135,6 +135,7 @@ fn exact(scene: &Scene, prim_id: u32, ray: &Ray) -> Exact {
             let size = longest * org.length() + shift.length() + 1.0;
             sphere(turn(org) + shift, turn(dir), 1.0, size)
         }
+        PrimKind::Cone => todo!("cones are on their way"),
     }
 }
 

@@ -3,7 +3,7 @@
 mod common;
 
 use common::tolerances::{COVERAGE_SHARE, REFERENCE_LEVELS, REFERENCE_SHARE, REFERENCE_SPREAD};
-use phalanx::formats::load;
+use phalanx::formats::{Options, load};
 use phalanx::frame::{Control, Engine, Frame, Prepared, Settings, render};
 use phalanx::render::NO_HIT;
 use std::path::PathBuf;
@@ -43,7 +43,9 @@ impl Picture {
 
 fn frame_of(folder: &std::path::Path, name: &str) -> Frame {
     let path = folder.join(name).with_extension("test");
-    let scene = load(&path).unwrap_or_else(|error| panic!("{error}")).scene;
+    let scene = load(&path, &Options::default())
+        .unwrap_or_else(|error| panic!("{error}"))
+        .scene;
     let settings = Settings {
         record_hits: true,
         ..Settings::of(&scene)

@@ -3,7 +3,7 @@
 //! The hashes below were taken once; `.ci/run` runs this test on every instruction set that it builds for.
 
 use phalanx::bvh::{Bvh, Child};
-use phalanx::formats::load;
+use phalanx::formats::{Options, load};
 use std::path::Path;
 
 /// FNV-1a over 32-bit words.
@@ -39,7 +39,9 @@ fn every_build_makes_the_same_tree() {
         ("mirrors", 0x15e2e749855ff410),
     ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.test"));
-        let scene = load(&path).expect("a scene of ours").scene;
+        let scene = load(&path, &Options::default())
+            .expect("a scene of ours")
+            .scene;
         let bvh = Bvh::build(&scene);
         assert_eq!(
             tree_hash(&bvh),

@@ -1,7 +1,7 @@
 //! What the benchmarks share: scenes, and the same primary rays for every engine.
 
 use phalanx::camera::Camera;
-use phalanx::formats::load;
+use phalanx::formats::{Options, load};
 use phalanx::packet::RayQueue;
 use phalanx::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ pub fn scenes() -> Vec<(String, Scene)> {
     ];
     let mut scenes = Vec::new();
     for path in candidates {
-        match load(&path) {
+        match load(&path, &Options::default()) {
             Ok(loaded) => {
                 let name = path.file_stem().unwrap_or_default().to_string_lossy();
                 scenes.push((name.into_owned(), loaded.scene));

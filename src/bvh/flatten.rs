@@ -153,6 +153,7 @@ impl Flattener<'_> {
             PrimKind::Sphere => self.bvh.spheres.len(),
             PrimKind::Ellipsoid => self.bvh.ellipsoids.len(),
             PrimKind::Triangle => self.bvh.triangles.len(),
+            PrimKind::Cone => todo!("cones are on their way"),
         } as u32;
         for &id in prims {
             self.store(kind, id);
@@ -186,6 +187,7 @@ impl Flattener<'_> {
                 own_box,
                 prim_id,
             }),
+            PrimKind::Cone => todo!("cones are on their way"),
         }
     }
 }

@@ -8,7 +8,7 @@ use miette::{
     Diagnostic as Drawable, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError,
     MietteSpanContents, Severity, SourceCode, SourceSpan, SpanContents,
 };
-use phalanx::formats::{Diagnostic, LoadError};
+use phalanx::formats::{Diagnostic, LoadError, endings};
 use std::fmt;
 use std::io::IsTerminal;
 use std::path::Path;
@@ -17,7 +17,10 @@ use std::path::Path;
 pub fn tell_error(error: &LoadError) {
     match error {
         LoadError::Io { .. } => note(&format!("error: {error}")),
-        LoadError::UnknownFormat { .. } => note(&format!("error: {error} (known: .test)")),
+        LoadError::UnknownFormat { .. } => {
+            let known: Vec<String> = endings().map(|e| format!(".{e}")).collect();
+            note(&format!("error: {error} (known: {})", known.join(", ")));
+        }
         LoadError::Scene {
             path,
             text,
@@ -36,8 +39,20 @@ pub fn tell_warnings(path: &Path, warnings: &[Diagnostic]) {
     }
 }
 
+/// Says what was made up because the file has none.
+pub fn tell_notes(notes: &[String]) {
+    for made_up in notes {
+        note(&format!("note: {}", printable(made_up)));
+    }
+}
+
+/// In a binary file a place is a byte offset.
 fn headline(path: &Path, d: &Diagnostic) -> String {
-    format!("{}:{}:{}: {}", path.display(), d.line, d.column, d.message)
+    let (path, message) = (path.display(), &d.message);
+    match d.line {
+        0 => format!("{path}: byte {}: {message}", d.offset),
+        line => format!("{path}:{line}:{}: {message}", d.column),
+    }
 }
 
 /// Colours and lines only where someone looks at them; NO_COLOR as in <https://no-color.org>.
@@ -92,9 +107,12 @@ struct Place {
 }
 
 impl Place {
-    /// `None` for a line too long to show. Whatever the diagnostic says, the span is within the line, and on
+    /// `None` for a binary file, and for a line too long to show. Whatever the diagnostic says, the span is within the line, and on
     /// character boundaries.
     fn of(path: &Path, text: &str, d: &Diagnostic) -> Option<Place> {
+        if d.line == 0 {
+            return None;
+        }
         let start = boundary(text, d.offset.min(text.len()), |at| at - 1);
         let first = text[..start].rfind('\n').map_or(0, |i| i + 1);
         let last = text[start..].find(['\r', '\n']);

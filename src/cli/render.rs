@@ -4,7 +4,7 @@ use super::args::RenderArgs;
 use super::failure::Failure;
 use super::report::{Image, Report};
 use super::{advise, diagnose, interrupt, output, progress};
-use phalanx::formats::{self, Loaded};
+use phalanx::formats::{self, Loaded, Options};
 use phalanx::frame::{Pin, Prepared, Settings};
 use phalanx::image::{encode, save_png};
 use phalanx::scene::Scene;
@@ -19,9 +19,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     interrupt::listen()?;
     advise();
     let start = Instant::now();
-    let Loaded { scene, warnings } = formats::load(&args.scene)?;
+    let Loaded {
+        scene,
+        warnings,
+        notes,
+    } = formats::load(&args.scene, &Options::default())?;
     let load = start.elapsed().as_secs_f64();
     diagnose::tell_warnings(&args.scene, &warnings);
+    diagnose::tell_notes(&notes);
     let path = output_path(args, &scene)?;
     output::check_place(&path)?;
 

@@ -7,7 +7,7 @@ use super::failure::Failure;
 use super::record::{Kept, Record};
 use super::report::SCHEMA_VERSION;
 use super::{advise, diagnose, interrupt, output, progress};
-use phalanx::formats::{self, Loaded};
+use phalanx::formats::{self, Loaded, Options};
 use phalanx::frame::{Engine, Frame, Kernel, Prepared, Settings};
 use phalanx::isa;
 use phalanx::scene::Scene;
@@ -65,8 +65,13 @@ pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
     let mut kept = Vec::new();
     let mut scenes = Vec::new();
     for path in &args.scenes {
-        let Loaded { scene, warnings } = formats::load(path)?;
+        let Loaded {
+            scene,
+            warnings,
+            notes,
+        } = formats::load(path, &Options::default())?;
         diagnose::tell_warnings(path, &warnings);
+        diagnose::tell_notes(&notes);
         let (outcome, reference) = verify(args, path, &scene, record.as_ref())?;
         scenes.push(outcome);
         if args.record.is_some() {

@@ -1,12 +1,15 @@
 //! Bytes to [`Scene`]: the only place where a scene file can be wrong.
 
+mod complete;
+mod folder;
 mod report;
-mod surface;
 mod test_scene;
 
 pub use report::MAX_DIAGNOSTICS;
 
-use crate::scene::Scene;
+use crate::scene::{Scene, Surface, View};
+use folder::Folder;
+use glam::Vec3;
 use report::{Place, Report};
 use std::fs::File;
 use std::io::{self, Read};
@@ -15,9 +18,9 @@ use std::path::{Path, PathBuf};
 /// One thing to say about a place in a scene file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Line, from 1.
+    /// Line, from 1; 0 in a binary file, where only the offset tells the place.
     pub line: usize,
-    /// Column in characters, from 1; a byte order mark counts as none.
+    /// Column in characters, from 1; a byte order mark counts as none. 0 in a binary file.
     pub column: usize,
     /// Byte offset of the place in the file, byte order mark included.
     pub offset: usize,
@@ -45,7 +48,7 @@ pub enum LoadError {
     Scene {
         /// The file.
         path: PathBuf,
-        /// Its text, for showing the places; U+FFFD stands for what is not UTF-8.
+        /// Its text, for showing the places; U+FFFD stands for what is not UTF-8. Empty for a binary file.
         text: String,
         /// What is wrong: at least one, at most [`MAX_DIAGNOSTICS`], in file order.
         diagnostics: Vec<Diagnostic>,
@@ -60,7 +63,10 @@ pub enum LoadError {
 
 fn summary(diagnostics: &[Diagnostic]) -> String {
     let first = &diagnostics[0];
-    format!("{}:{}: {}", first.line, first.column, first.message)
+    match first.line {
+        0 => format!("byte {}: {}", first.offset, first.message),
+        line => format!("{line}:{}: {}", first.column, first.message),
+    }
 }
 
 /// A scene and what its reader noticed.
@@ -70,6 +76,42 @@ pub struct Loaded {
     pub scene: Scene,
     /// Remarks that do not stop a render.
     pub warnings: Vec<Diagnostic>,
+    /// What was added because the file has none, such as a camera.
+    pub notes: Vec<String>,
+}
+
+/// What the user gives beside the file: for what a mesh lacks, or instead of what a file has.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Instead of the file's camera.
+    pub view: Option<View>,
+    /// Instead of the file's lights, unless empty.
+    pub lights: Vec<Light>,
+    /// Instead of the file's background.
+    pub background: Option<Vec3>,
+    /// For triangles whose file names no material.
+    pub material: Option<Surface>,
+    /// Threads that a reader may use; 0 for one per CPU.
+    pub threads: usize,
+}
+
+/// A light of [`Options`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// A point light that does not fade.
+    Point {
+        /// Where it is, in the file's units.
+        position: Vec3,
+        /// Colour.
+        color: Vec3,
+    },
+    /// Light from infinitely far away.
+    Directional {
+        /// The vector toward it, of any length but zero.
+        toward: Vec3,
+        /// Colour.
+        color: Vec3,
+    },
 }
 
 /// A scene format, by the ending of its files.
@@ -79,42 +121,70 @@ enum Format {
 }
 
 impl Format {
+    const ALL: [(&'static str, Format); 1] = [("test", Format::Test)];
+
     fn of(path: &Path) -> Option<Format> {
         let ending = path.extension()?;
-        ending.eq_ignore_ascii_case("test").then_some(Format::Test)
+        let named = Format::ALL.iter();
+        named
+            .filter(|(name, _)| ending.eq_ignore_ascii_case(name))
+            .map(|&(_, format)| format)
+            .next()
     }
+
+    /// Whether the file's lines mean anything to a person.
+    fn is_text(self) -> bool {
+        match self {
+            Format::Test => true,
+        }
+    }
+}
+
+/// The endings of the files that [`load`] reads.
+pub fn endings() -> impl Iterator<Item = &'static str> {
+    Format::ALL.iter().map(|&(ending, _)| ending)
 }
 
 /// Reads a scene file, choosing the format by its ending.
 ///
 /// # Errors
 /// [`LoadError`], with every problem found up to [`MAX_DIAGNOSTICS`].
-pub fn load(path: &Path) -> Result<Loaded, LoadError> {
+pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
     let io = |source| LoadError::Io {
         path: path.to_path_buf(),
         source,
     };
     // Opened before the ending is looked at: that a file is not there is the better answer to a mistyped name.
     let mut file = open(path).map_err(io)?;
-    let Some(Format::Test) = Format::of(path) else {
+    let Some(format) = Format::of(path) else {
         return Err(LoadError::UnknownFormat {
             path: path.to_path_buf(),
         });
     };
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes).map_err(io)?;
-    let (text, loaded) = match String::from_utf8(bytes) {
-        Ok(text) => {
-            let loaded = read_test(&text);
-            (text, loaded)
-        }
-        Err(error) => not_text(&error),
-    };
-    loaded.map_err(|diagnostics| LoadError::Scene {
+    read(format, &bytes, &Folder::of(path), options).map_err(|diagnostics| LoadError::Scene {
         path: path.to_path_buf(),
-        text,
+        text: match format.is_text() {
+            true => String::from_utf8_lossy(&bytes).into_owned(),
+            false => String::new(),
+        },
         diagnostics,
     })
+}
+
+fn read(
+    format: Format,
+    bytes: &[u8],
+    _beside: &Folder,
+    options: &Options,
+) -> Result<Loaded, Vec<Diagnostic>> {
+    match format {
+        Format::Test => match std::str::from_utf8(bytes) {
+            Ok(text) => test_scene::read(text, options),
+            Err(error) => Err(not_text(bytes, error.valid_up_to())),
+        },
+    }
 }
 
 /// Reads a scene from the text of a `.test` file.
@@ -122,7 +192,7 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
 /// # Errors
 /// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
 pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
-    test_scene::read(text)
+    test_scene::read(text, &Options::default())
 }
 
 fn open(path: &Path) -> io::Result<File> {
@@ -136,12 +206,9 @@ fn open(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// The text as far as it is one, and the place where it stops to be.
-fn not_text(error: &std::string::FromUtf8Error) -> (String, Result<Loaded, Vec<Diagnostic>>) {
-    let bytes = error.as_bytes();
-    let offset = error.utf8_error().valid_up_to();
-    let text = String::from_utf8_lossy(bytes).into_owned();
-    let mut report = Report::new(&text);
+/// That a text file stops to be one at `offset`.
+fn not_text(bytes: &[u8], offset: usize) -> Vec<Diagnostic> {
+    let mut report = Report::new(bytes);
     let place = Place {
         offset,
         length: char::REPLACEMENT_CHARACTER.len_utf8(),
@@ -151,6 +218,5 @@ fn not_text(error: &std::string::FromUtf8Error) -> (String, Result<Loaded, Vec<D
         format!("byte 0x{:02X} is not UTF-8", bytes[offset]),
         "save the file as UTF-8 (or plain ASCII) text",
     );
-    let errors = report.finish().err().unwrap_or_default();
-    (text, Err(errors))
+    report.finish().err().unwrap_or_default()
 }

@@ -17,7 +17,8 @@ pub(super) struct Place {
 
 /// Collects diagnostics and finds the line and column of each.
 pub(super) struct Report<'a> {
-    text: &'a str,
+    /// The file, if its lines mean anything.
+    text: Option<&'a [u8]>,
     errors: Vec<Diagnostic>,
     warnings: Vec<Diagnostic>,
     /// Where the last line was counted to: errors come in file order, so the text is walked once for all of them.
@@ -30,10 +31,22 @@ struct Counted {
     line: usize,
 }
 
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
 const START: Counted = Counted { offset: 0, line: 1 };
 
 impl<'a> Report<'a> {
-    pub(super) fn new(text: &'a str) -> Self {
+    /// For a text file: places become lines and columns.
+    pub(super) fn new(text: &'a [u8]) -> Self {
+        Report::with(Some(text))
+    }
+
+    /// For a binary file: places are byte offsets.
+    pub(super) fn binary() -> Self {
+        Report::with(None)
+    }
+
+    fn with(text: Option<&'a [u8]>) -> Self {
         Report {
             text,
             errors: Vec::new(),
@@ -93,8 +106,9 @@ impl<'a> Report<'a> {
 
     /// The end of the last line that holds anything: where a reader looked for what it did not find.
     pub(super) fn end_of_content(&self) -> Place {
+        let text = self.text.unwrap_or_default();
         Place {
-            offset: self.text.trim_end().len(),
+            offset: text.trim_ascii_end().len(),
             length: 0,
         }
     }
@@ -112,18 +126,24 @@ impl<'a> Report<'a> {
     }
 
     fn line_and_column(&mut self, offset: usize) -> (usize, usize) {
+        let Some(text) = self.text else {
+            return (0, 0);
+        };
+        let offset = offset.min(text.len());
         let from = if self.counted.offset <= offset {
             self.counted
         } else {
             START
         };
-        let breaks = self.text.as_bytes()[from.offset..offset].iter();
+        let breaks = text[from.offset..offset].iter();
         let line = from.line + breaks.filter(|&&b| b == b'\n').count();
         self.counted = Counted { offset, line };
-        let start = self.text[..offset].rfind('\n').map_or(0, |at| at + 1);
+        let start = text[..offset].iter().rposition(|&b| b == b'\n');
+        let before = &text[start.map_or(0, |at| at + 1)..offset];
         // An editor does not show the byte order mark, so it is no column.
-        let before = self.text[start..offset].trim_start_matches('\u{feff}');
-        (line, before.chars().count() + 1)
+        let before = before.strip_prefix(BYTE_ORDER_MARK).unwrap_or(before);
+        let characters = before.iter().filter(|&b| b & 0xc0 != 0x80).count();
+        (line, characters + 1)
     }
 }
 

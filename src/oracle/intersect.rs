@@ -167,6 +167,7 @@ impl Probe {
                 let org = rotate(self.ray.org) + shift;
                 self.sphere(org, rotate(self.ray.dir), 1.0, scene, prim_id)
             }
+            PrimKind::Cone => todo!("cones are on their way"),
         }
     }
 

@@ -61,6 +61,7 @@ impl Surface {
             PrimKind::Sphere => sphere(scene, i, ray, hit.t),
             PrimKind::Ellipsoid => ellipsoid(scene, i, ray, hit.t),
             PrimKind::Triangle => triangle(scene, i, ray, hit),
+            PrimKind::Cone => todo!("cones are on their way"),
         };
         let away = ray.dir.dot(ng) > 0.0;
         Surface {

@@ -121,6 +121,7 @@ fn only_batch(scene: &Scene) -> Option<Batch> {
         PrimKind::Sphere => scene.spheres.len(),
         PrimKind::Ellipsoid => scene.ellipsoids.len(),
         PrimKind::Triangle => scene.triangles.len(),
+        PrimKind::Cone => scene.cones.len(),
     };
     let one = scene.materials.len() == 1 && of_first_kind == scene.prim_count();
     one.then(|| batch_of(scene, 0))

@@ -3,17 +3,38 @@
 //! A [`Scene`] is built by a reader in [`crate::formats`] (or by hand) and checked once with [`Scene::validate`]; after
 //! that nothing downstream can fail. Primitives are numbered in file order: `prim_id` indexes [`Scene::prims`], which
 //! says in which column the primitive lives. Units are the scene's own, angles degrees, colours linear RGB.
+//!
+//! A mesh is a run of primitives that is seen only through its instances. What an instance shows has numbers of its own
+//! beyond the stored ones, so that one `prim_id` always says what was hit: see [`Scene::placed`].
 
-mod columns;
+mod bounds;
+mod column;
+mod instances;
+mod lights;
+mod materials;
+mod memory;
+mod polygon;
+mod prim;
 mod range;
+mod shapes;
+mod textures;
+mod triangles;
 mod validate;
+mod vectors;
 mod view;
 
-pub use columns::{
-    Bounds, Ellipsoids, Lights, Materials, NO_NORMALS, PAD, Prim, PrimKind, Spheres, Triangles,
-    Vec3s,
-};
+pub use bounds::{Bounds, PAD};
+pub use column::Column;
+pub use instances::{Instances, Meshes, NotInvertible};
+pub use lights::Lights;
+pub use materials::{Materials, Palette, Surface};
+pub use polygon::triangulate;
+pub use prim::{Prim, PrimKind};
+pub use shapes::{Cone, Cones, Ellipsoids, Spheres};
+pub use textures::{NO_TEXTURE, Texture, Wrap};
+pub use triangles::{Mesh, MeshMaterial, NO_NORMALS, NO_UVS, Triangles};
 pub use validate::{MAX_DEPTH_LIMIT, MAX_PIXELS, MAX_SIDE, SceneError, check_image_size};
+pub use vectors::{Vec2s, Vec3s};
 pub use view::{Basis, View, ViewError};
 
 use glam::Vec3;
@@ -25,6 +46,19 @@ pub struct Tone {
     pub transfer: Transfer,
     /// How 255·c becomes an integer.
     pub quantize: Quantize,
+}
+
+impl Tone {
+    /// Linear values, rounded down: what `.test` and NFF pictures are written with.
+    pub const LINEAR: Tone = Tone {
+        transfer: Transfer::None,
+        quantize: Quantize::Floor,
+    };
+    /// The sRGB curve, rounded to nearest: what pictures of meshes are written with.
+    pub const SRGB: Tone = Tone {
+        transfer: Transfer::Srgb,
+        quantize: Quantize::Round,
+    };
 }
 
 /// Transfer curve of the written file.
@@ -62,16 +96,24 @@ pub struct Scene {
     pub tone: Tone,
     /// Camera.
     pub view: View,
-    /// Which column each `prim_id` lives in, in file order.
-    pub prims: Vec<Prim>,
+    /// Which column each stored primitive lives in, in file order.
+    pub prims: Column<Prim>,
     /// Spheres under a similarity transform.
     pub spheres: Spheres,
     /// Spheres under any other affine transform.
     pub ellipsoids: Ellipsoids,
     /// Triangles with face or vertex normals.
     pub triangles: Triangles,
+    /// Truncated cones and cylinders.
+    pub cones: Cones,
+    /// Runs of primitives that are seen only through instances.
+    pub meshes: Meshes,
+    /// Meshes placed in the world.
+    pub instances: Instances,
     /// Surface parameters, shared between primitives.
     pub materials: Materials,
+    /// Pictures that materials name.
+    pub textures: Vec<Texture>,
     /// Lights in file order; their sum follows that order.
     pub lights: Lights,
     /// Scene units per file unit: a power of two, 1 unless the file's extent left f32's comfortable range.
@@ -86,31 +128,98 @@ impl Default for Scene {
             max_depth: 5,
             output: None,
             background: Vec3::ZERO,
-            tone: Tone {
-                transfer: Transfer::None,
-                quantize: Quantize::Floor,
-            },
+            tone: Tone::LINEAR,
             view: View {
                 eye: Vec3::new(0.0, 0.0, 1.0),
                 center: Vec3::ZERO,
                 up: Vec3::Y,
                 fovy: 45.0,
             },
-            prims: Vec::new(),
+            prims: Column::new(),
             spheres: Spheres::default(),
             ellipsoids: Ellipsoids::default(),
             triangles: Triangles::default(),
+            cones: Cones::default(),
+            meshes: Meshes::default(),
+            instances: Instances::default(),
             materials: Materials::default(),
+            textures: Vec::new(),
             lights: Lights::default(),
             unit: 1.0,
         }
     }
 }
 
+/// What a `prim_id` stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placed {
+    /// The stored primitive: an index into [`Scene::prims`].
+    pub prim: u32,
+    /// The instance that shows it, if it is not in the world itself.
+    pub instance: Option<u32>,
+}
+
 impl Scene {
-    /// Number of primitives of all kinds.
+    /// Number of stored primitives of all kinds, those of meshes among them.
     pub fn prim_count(&self) -> usize {
         self.prims.len()
+    }
+
+    /// Number of primitives to be seen: those of a mesh count for each of its instances, and not for themselves.
+    pub fn visible_count(&self) -> u64 {
+        let in_meshes: u64 = self.meshes.count.iter().map(|&n| u64::from(n)).sum();
+        self.prim_count() as u64 - in_meshes + self.instanced_count()
+    }
+
+    /// Primitives that all instances together show.
+    pub(super) fn instanced_count(&self) -> u64 {
+        let of = |&mesh: &u32| u64::from(self.meshes.count[mesh as usize]);
+        self.instances.mesh.iter().map(of).sum()
+    }
+
+    /// The stored primitives that stand in the world themselves: all that no mesh claims, as runs in file order.
+    pub fn world_runs(&self) -> Vec<std::ops::Range<u32>> {
+        let mut runs = Vec::new();
+        let mut from = 0;
+        // Meshes are numbered in the order of their runs.
+        for mesh in 0..self.meshes.len() {
+            let prims = self.meshes.prims(mesh);
+            if from < prims.start {
+                runs.push(from..prims.start);
+            }
+            from = prims.end;
+        }
+        let end = self.prim_count() as u32;
+        if from < end {
+            runs.push(from..end);
+        }
+        runs
+    }
+
+    /// What a `prim_id` stands for. Numbers below [`Scene::prim_count`] are stored primitives; those from there on
+    /// number the primitives of the first instance, then those of the second, and so on.
+    #[inline]
+    pub fn placed(&self, prim_id: u32) -> Placed {
+        let stored = self.prims.len() as u32;
+        if prim_id < stored {
+            return Placed {
+                prim: prim_id,
+                instance: None,
+            };
+        }
+        let offset = prim_id - stored;
+        let instance = self.instances.first.partition_point(|&f| f <= offset) - 1;
+        let mesh = self.instances.mesh[instance] as usize;
+        Placed {
+            prim: self.meshes.first[mesh] + (offset - self.instances.first[instance]),
+            instance: Some(instance as u32),
+        }
+    }
+
+    /// The `prim_id` of the first primitive of an instance.
+    #[inline]
+    pub fn instance_first_id(&self, instance: usize) -> u32 {
+        self.prims.len() as u32 + self.instances.first[instance]
     }
 
     /// Adds a sphere and returns its `prim_id`.
@@ -136,6 +245,13 @@ impl Scene {
         self.add_prim(PrimKind::Ellipsoid, index)
     }
 
+    /// Adds a truncated cone or cylinder and returns its `prim_id`.
+    pub fn add_cone(&mut self, cone: Cone, material: u32) -> u32 {
+        let index = self.cones.len();
+        self.cones.push(cone, material);
+        self.add_prim(PrimKind::Cone, index)
+    }
+
     /// Adds a triangle with counter-clockwise corners; `normals` are its vertex normals, if it has any.
     /// Returns its `prim_id`.
     pub fn add_triangle(
@@ -149,15 +265,58 @@ impl Scene {
         self.add_prim(PrimKind::Triangle, index)
     }
 
+    /// Adds triangles in one piece; into a scene without any, their columns are moved. Returns the first `prim_id`.
+    pub fn add_mesh(&mut self, mesh: Mesh) -> u32 {
+        let first_id = self.prims.len() as u32;
+        let (first, count) = (self.triangles.len(), mesh.corners.len());
+        self.triangles.append(mesh);
+        let prim = |index| Prim::new(PrimKind::Triangle, index as u32);
+        self.prims.extend((first..first + count).map(prim));
+        first_id
+    }
+
     fn add_prim(&mut self, kind: PrimKind, index: usize) -> u32 {
         let id = self.prims.len() as u32;
         self.prims.push(Prim::new(kind, index as u32));
         id
     }
 
-    /// Exact bounds of one primitive, unpadded.
-    pub fn prim_bounds(&self, prim_id: u32) -> Bounds {
-        let prim = self.prims[prim_id as usize];
+    /// Begins a mesh: the primitives added until [`Scene::end_mesh`] are seen only through instances. Meshes do not nest.
+    pub fn begin_mesh(&mut self) -> u32 {
+        self.meshes.first.push(self.prims.len() as u32);
+        self.meshes.count.push(0);
+        self.meshes.len() as u32 - 1
+    }
+
+    /// Ends the mesh that was begun last.
+    pub fn end_mesh(&mut self, mesh: u32) {
+        let mesh = mesh as usize;
+        self.meshes.count[mesh] = self.prims.len() as u32 - self.meshes.first[mesh];
+    }
+
+    /// Places a mesh.
+    ///
+    /// # Errors
+    /// [`NotInvertible`], and nothing is placed.
+    pub fn add_instance(
+        &mut self,
+        mesh: u32,
+        to_world: glam::DAffine3,
+    ) -> Result<(), NotInvertible> {
+        let first = match self.instances.first.last() {
+            // Beyond u32 the count wraps; validate() counts once more, in u64.
+            Some(&first) => {
+                let last = self.instances.mesh[self.instances.len() - 1] as usize;
+                first.wrapping_add(self.meshes.count[last])
+            }
+            None => 0,
+        };
+        self.instances.push(mesh, first, to_world)
+    }
+
+    /// Exact bounds of one stored primitive, unpadded, where it is stored.
+    pub fn prim_bounds(&self, prim: u32) -> Bounds {
+        let prim = self.prims[prim as usize];
         let i = prim.index();
         match prim.kind() {
             PrimKind::Sphere => {
@@ -169,31 +328,39 @@ impl Scene {
                 let [a, b, c] = self.triangles.corners(i);
                 Bounds::new(a.min(b).min(c), a.max(b).max(c))
             }
+            PrimKind::Cone => self.cones.bounds(i),
         }
     }
 
-    /// Bounds of all primitives; empty for a scene without any.
-    pub fn bounds(&self) -> Bounds {
-        (0..self.prims.len() as u32).fold(Bounds::EMPTY, |all, id| all.union(self.prim_bounds(id)))
+    /// Bounds of a mesh's padded primitives, where they are stored.
+    pub fn mesh_bounds(&self, mesh: usize) -> Bounds {
+        self.meshes.prims(mesh).fold(Bounds::EMPTY, |all, prim| {
+            all.union(self.prim_bounds(prim).padded())
+        })
     }
 
-    /// Material of a primitive.
-    pub fn prim_material(&self, prim_id: u32) -> u32 {
-        let prim = self.prims[prim_id as usize];
+    /// Bounds of all that can be seen; empty for a scene without primitives.
+    pub fn bounds(&self) -> Bounds {
+        let world = self.world_runs().into_iter().flatten();
+        let direct = world.fold(Bounds::EMPTY, |all, id| all.union(self.prim_bounds(id)));
+        let meshes: Vec<Bounds> = (0..self.meshes.len())
+            .map(|m| self.mesh_bounds(m))
+            .collect();
+        (0..self.instances.len()).fold(direct, |all, k| {
+            let mesh = self.instances.mesh[k] as usize;
+            all.union(self.instances.bounds(k, meshes[mesh]))
+        })
+    }
+
+    /// Material of a stored primitive.
+    #[inline]
+    pub fn prim_material(&self, prim: u32) -> u32 {
+        let prim = self.prims[prim as usize];
         match prim.kind() {
             PrimKind::Sphere => self.spheres.material[prim.index()],
             PrimKind::Ellipsoid => self.ellipsoids.material[prim.index()],
             PrimKind::Triangle => self.triangles.material[prim.index()],
+            PrimKind::Cone => self.cones.material[prim.index()],
         }
-    }
-
-    /// Bytes held by the columns.
-    pub fn memory_bytes(&self) -> usize {
-        self.prims.capacity() * 4
-            + self.spheres.memory_bytes()
-            + self.ellipsoids.memory_bytes()
-            + self.triangles.memory_bytes()
-            + self.materials.memory_bytes()
-            + self.lights.memory_bytes()
     }
 }

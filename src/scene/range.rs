@@ -28,13 +28,16 @@ impl Scene {
     /// In f64, where neither a corner of a sphere nor the square of an ellipsoid's axis overflows.
     fn largest_coordinate(&self) -> f64 {
         let of = |v: &Vec3s| {
-            let parts = [&v.x, &v.y, &v.z].into_iter().flatten();
+            let parts = v.parts().into_iter().flatten();
             parts.fold(0.0f32, |most, c| most.max(c.abs()))
         };
         let t = &self.triangles;
         let view = self.view.eye.abs().max(self.view.center.abs());
-        let corners = of(&t.a).max(of(&t.b)).max(of(&t.c));
-        let points = f64::from(corners.max(view.max_element()));
+        let ends = of(&self.cones.base).max(of(&self.cones.apex));
+        let radii = self.cones.base_radius.iter().chain(&self.cones.apex_radius);
+        let cones = f64::from(ends) + f64::from(radii.fold(0.0f32, |most, r| most.max(*r)));
+        let places = of(&self.instances.to_world[3]).max(of(&t.vertices));
+        let points = cones.max(f64::from(places.max(view.max_element())));
         let spheres = (0..self.spheres.len()).map(|i| {
             let center = self.spheres.center.get(i).abs().max_element();
             f64::from(center) + f64::from(self.spheres.radius[i])
@@ -55,11 +58,25 @@ impl Scene {
         self.unit *= scale;
         self.view.eye *= scale;
         self.view.center *= scale;
-        let t = &mut self.triangles;
-        for v in [&mut t.a, &mut t.b, &mut t.c, &mut self.spheres.center] {
+        let cones = &mut self.cones;
+        for v in [
+            &mut self.triangles.vertices,
+            &mut self.spheres.center,
+            &mut cones.base,
+            &mut cones.apex,
+            // What a mesh holds is scaled too, so of an instance's maps only the translations change.
+            &mut self.instances.to_world[3],
+            &mut self.instances.to_object[3],
+        ] {
             scale_all(v, scale);
         }
-        self.spheres.radius.iter_mut().for_each(|r| *r *= scale);
+        for radii in [
+            &mut self.spheres.radius,
+            &mut cones.base_radius,
+            &mut cones.apex_radius,
+        ] {
+            radii.iter_mut().for_each(|r| *r *= scale);
+        }
         for column in &mut self.ellipsoids.to_world {
             scale_all(column, scale);
         }
@@ -97,7 +114,7 @@ fn scaled_attenuation(attenuation: Vec3, color: Vec3, scale: f32) -> (Vec3, Vec3
 }
 
 fn scale_all(v: &mut Vec3s, scale: f32) {
-    for part in [&mut v.x, &mut v.y, &mut v.z] {
+    for part in v.parts_mut() {
         part.iter_mut().for_each(|c| *c *= scale);
     }
 }

@@ -1,7 +1,7 @@
 //! The one check between reading and tracing: after it nothing downstream can fail.
 
 use super::ViewError;
-use super::{Scene, Vec3s};
+use super::{NO_NORMALS, NO_TEXTURE, NO_UVS, Scene, Vec3s};
 
 /// Longest side of an image, in pixels.
 pub const MAX_SIDE: u32 = 65_536;
@@ -39,6 +39,9 @@ pub enum SceneError {
     /// More primitives than prim_id can count.
     #[error("{0} primitives are more than 2^30 - 1")]
     TooMany(usize),
+    /// More primitives in all instances together than prim_id can count.
+    #[error("the instances show {0} primitives: at most 2^32 - 2 can be told apart")]
+    TooManyShown(u64),
 }
 
 /// Checks an image size; sides are taken as u64 so that an overflowing request can be named.
@@ -63,6 +66,7 @@ impl Scene {
         }
         self.view.basis()?;
         self.validate_prims()?;
+        self.validate_textures()?;
         self.validate_materials()?;
         self.validate_lights()
     }
@@ -77,15 +81,108 @@ impl Scene {
             finite("ellipsoid", "transform", columns, e.len())?;
         }
         materials("ellipsoid", &e.material, self.materials.len())?;
+        self.validate_triangles()?;
+        self.validate_cones()?;
+        self.validate_instances()
+    }
+
+    fn validate_triangles(&self) -> Result<(), SceneError> {
         let t = &self.triangles;
-        for corner in [&t.a, &t.b, &t.c] {
-            finite("triangle", "corner", corner, t.len())?;
-        }
+        finite("vertex", "place", &t.vertices, t.vertices.len())?;
         let normals = t.vertex_normals.len();
         finite("vertex normal", "direction", &t.vertex_normals, normals)?;
-        let reach = |&n: &u32| n == super::NO_NORMALS || (n as usize) + 3 <= normals;
-        all("triangle", "normals", &t.normals, reach, "out of range")?;
+        let places = t.vertex_uvs.len();
+        for part in [&t.vertex_uvs.x, &t.vertex_uvs.y] {
+            same_length("vertex", "texture place", part.len(), places)?;
+            let finite = |c: &f32| c.is_finite();
+            all("vertex", "texture place", part, finite, "not finite")?;
+        }
+        same_length("triangle", "corners", t.corners.len(), t.len())?;
+        rows_in("corners", &t.corners, t.vertices.len(), None)?;
+        for (name, rows, count, none) in [
+            ("normals", &t.normals, normals, NO_NORMALS),
+            ("texture places", &t.uvs, places, NO_UVS),
+        ] {
+            if !rows.is_empty() {
+                same_length("triangle", name, rows.len(), t.len())?;
+                rows_in(name, rows, count, Some(none))?;
+            }
+        }
         materials("triangle", &t.material, self.materials.len())
+    }
+
+    fn validate_cones(&self) -> Result<(), SceneError> {
+        let c = &self.cones;
+        finite("cone", "base", &c.base, c.len())?;
+        finite("cone", "apex", &c.apex, c.len())?;
+        for radii in [&c.base_radius, &c.apex_radius] {
+            same_length("cone", "radius", radii.len(), c.len())?;
+            let fine = |r: &f32| r.is_finite() && *r >= 0.0;
+            all("cone", "radius", radii, fine, "negative or not finite")?;
+        }
+        same_length("cone", "side", c.inside.len(), c.len())?;
+        for i in 0..c.len() {
+            let cone = c.get(i);
+            if cone.base == cone.apex || (cone.base_radius == 0.0 && cone.apex_radius == 0.0) {
+                return Err(column("cone", "extent", i, "zero"));
+            }
+        }
+        materials("cone", &c.material, self.materials.len())
+    }
+
+    fn validate_instances(&self) -> Result<(), SceneError> {
+        let (meshes, instances) = (&self.meshes, &self.instances);
+        same_length("mesh", "size", meshes.count.len(), meshes.len())?;
+        let mut end = 0u64;
+        for mesh in 0..meshes.len() {
+            let (first, count) = (meshes.first[mesh], meshes.count[mesh]);
+            if u64::from(first) < end || count == 0 {
+                return Err(column(
+                    "mesh",
+                    "run",
+                    mesh,
+                    "empty, or begins within another",
+                ));
+            }
+            end = u64::from(first) + u64::from(count);
+        }
+        if end > self.prim_count() as u64 {
+            return Err(column("mesh", "run", meshes.len() - 1, "out of range"));
+        }
+        let known = |&mesh: &u32| (mesh as usize) < meshes.len();
+        all("instance", "mesh", &instances.mesh, known, "out of range")?;
+        for columns in instances.to_world.iter().chain(&instances.to_object) {
+            finite("instance", "transform", columns, instances.len())?;
+        }
+        // The last number stands for "nothing hit".
+        let shown = self.prim_count() as u64 + self.instanced_count();
+        if shown >= u64::from(u32::MAX) {
+            return Err(SceneError::TooManyShown(shown));
+        }
+        let mut first = 0;
+        same_length("instance", "number", instances.first.len(), instances.len())?;
+        for (k, (&mesh, &given)) in instances.mesh.iter().zip(&instances.first).enumerate() {
+            if given != first {
+                return Err(column(
+                    "instance",
+                    "number",
+                    k,
+                    "not the sum of those before",
+                ));
+            }
+            first += meshes.count[mesh as usize];
+        }
+        Ok(())
+    }
+
+    fn validate_textures(&self) -> Result<(), SceneError> {
+        for (i, t) in self.textures.iter().enumerate() {
+            let texels = u64::from(t.width) * u64::from(t.height);
+            if texels == 0 || texels != t.texels.len() as u64 {
+                return Err(column("texture", "texels", i, "missing or surplus"));
+            }
+        }
+        Ok(())
     }
 
     fn validate_materials(&self) -> Result<(), SceneError> {
@@ -107,6 +204,9 @@ impl Scene {
             exponent,
             "negative or not finite",
         )?;
+        same_length("material", "texture", m.texture.len(), m.len())?;
+        let known = |&t: &u32| t == NO_TEXTURE || (t as usize) < self.textures.len();
+        all("material", "texture", &m.texture, known, "out of range")?;
         positive("material", "ior", &m.ior, m.len())
     }
 
@@ -187,6 +287,20 @@ fn positive(
         |r| r.is_finite() && *r > 0.0,
         "not a positive number",
     )
+}
+
+/// Whether every row is three indices below `count`, or three times `none`.
+fn rows_in(
+    name: &'static str,
+    rows: &[[u32; 3]],
+    count: usize,
+    none: Option<u32>,
+) -> Result<(), SceneError> {
+    let good = |row: &[u32; 3]| {
+        let within = row.iter().all(|&index| (index as usize) < count);
+        within || none.is_some_and(|none| *row == [none; 3])
+    };
+    all("triangle", name, rows, good, "out of range")
 }
 
 fn materials(kind: &'static str, v: &[u32], count: usize) -> Result<(), SceneError> {

@@ -2,7 +2,7 @@
 
 use crate::lanes::{F32x8, LANES, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, RayPacket};
-use crate::scene::{NO_NORMALS, PAD, PrimKind, Scene, Vec3s};
+use crate::scene::{PAD, PrimKind, Scene, Vec3s};
 use glam::Vec3;
 
 /// Eight points on surfaces of one material.
@@ -78,6 +78,7 @@ pub fn surface(
         PrimKind::Sphere => sphere(scene, &rows, rays, hits.t),
         PrimKind::Ellipsoid => ellipsoid(scene, &rows, rays, hits.t),
         PrimKind::Triangle => triangle(scene, &rows, rays, hits),
+        PrimKind::Cone => todo!("cones are on their way"),
     };
     let away = rays.dir.dot(place.ng).gt(F32x8::ZERO);
     Surface {
@@ -121,7 +122,8 @@ fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
 /// for adding the offset and 10 for the next ray's test, times √3 for a slanted normal. [`PAD`] is 32 ulp.
 fn triangle(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, hits: &HitPacket) -> Place {
     let t = &scene.triangles;
-    let (a, b, c) = (gather(&t.a, rows), gather(&t.b, rows), gather(&t.c, rows));
+    let corner = |k: usize| gather(&t.vertices, &rows.map(|i| t.corners[i][k] as usize));
+    let (a, b, c) = (corner(0), corner(1), corner(2));
     let (beta, gamma) = (hits.u, hits.v);
     let alpha = (F32x8::ONE - beta) - gamma;
     let point = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
@@ -130,7 +132,7 @@ fn triangle(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, hits: &HitPa
     let (e1, e2) = (b - a, c - a);
     let shrink = F32x8::ONE / e1.largest().max(e2.largest());
     let ng = unit_or(e1.scale(shrink).cross(e2.scale(shrink)), -rays.dir);
-    let ns = match rows.iter().any(|&i| t.normals[i] != NO_NORMALS) {
+    let ns = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
         true => shading_normal(scene, rows, [alpha, beta, gamma], ng),
         false => ng,
     };

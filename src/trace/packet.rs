@@ -248,6 +248,7 @@ impl<L: Lanes> Goal<L> for Closest<L> {
                     sphere::closest_ellipsoid(org, dir, slabs, slot, best);
                 }
             }
+            PrimKind::Cone => {}
         }
         false
     }
@@ -279,6 +280,7 @@ impl<L: Lanes> Goal<L> for AnyHit<L> {
                     sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax)
                 })
             }
+            PrimKind::Cone => L::Mask::none(),
         };
         self.blocked = self.blocked | hits;
         // A blocked lane is done: like a lane without a ray.

@@ -2,7 +2,7 @@
 
 use super::rng::Rng;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
-use phalanx::scene::Scene;
+use phalanx::scene::{Scene, Surface};
 
 /// A row of the material table.
 #[derive(Clone, Copy, Debug)]
@@ -27,15 +27,16 @@ pub const GREY: Paint = Paint {
 };
 
 pub fn add_paint(scene: &mut Scene, paint: Paint) -> u32 {
-    let m = &mut scene.materials;
-    m.ka.push(paint.ka);
-    m.ke.push(paint.ke);
-    m.kd.push(paint.kd);
-    m.ks.push(paint.ks);
-    m.kt.push(paint.kt);
-    m.shininess.push(paint.shininess);
-    m.ior.push(paint.ior);
-    m.len() as u32 - 1
+    scene.materials.push(&Surface {
+        ka: paint.ka,
+        ke: paint.ke,
+        kd: paint.kd,
+        ks: paint.ks,
+        kt: paint.kt,
+        shininess: paint.shininess,
+        ior: paint.ior,
+        ..Surface::default()
+    })
 }
 
 /// A scene without primitives and with one grey material.

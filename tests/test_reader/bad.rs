@@ -3,7 +3,7 @@
 //! After a change of wording, `PHALANX_BLESS=1 cargo test --test test_reader bad` writes what is said now: read the
 //! difference before committing it.
 
-use phalanx::formats::{Diagnostic, LoadError, Loaded, MAX_DIAGNOSTICS, load, read_test};
+use phalanx::formats::{Diagnostic, LoadError, Loaded, MAX_DIAGNOSTICS, Options, load, read_test};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ fn listing(kind: &str, diagnostics: &[Diagnostic]) -> String {
 }
 
 fn said_about(path: &Path) -> String {
-    match load(path) {
+    match load(path, &Options::default()) {
         Ok(Loaded { warnings, .. }) => listing("warning: ", &warnings),
         Err(LoadError::Scene {
             diagnostics, text, ..
@@ -96,13 +96,17 @@ fn a_faulty_vertex_keeps_its_number() {
 
 #[test]
 fn a_path_that_is_no_file_is_an_io_error_with_a_plain_reason() {
-    let missing = load(&folder().join("there_is_no_such_file.xyz")).unwrap_err();
+    let missing = load(
+        &folder().join("there_is_no_such_file.xyz"),
+        &Options::default(),
+    )
+    .unwrap_err();
     assert!(matches!(missing, LoadError::Io { .. }), "{missing}");
     let scratch = tempfile::tempdir().unwrap();
     let named_like_a_scene = scratch.path().join("scene.test");
     std::fs::create_dir(&named_like_a_scene).unwrap();
     for path in [named_like_a_scene.as_path(), scratch.path()] {
-        let LoadError::Io { source, .. } = load(path).unwrap_err() else {
+        let LoadError::Io { source, .. } = load(path, &Options::default()).unwrap_err() else {
             panic!("{path:?} is a directory")
         };
         assert_eq!(source.to_string(), "is a directory");
@@ -116,12 +120,16 @@ fn the_ending_chooses_the_format_in_any_case() {
     for name in ["a.test", "a.TEST", "a.b.Test"] {
         let path = scratch.path().join(name);
         std::fs::write(&path, &text).unwrap();
-        assert_eq!(load(&path).unwrap().scene.prim_count(), 1, "{name}");
+        assert_eq!(
+            load(&path, &Options::default()).unwrap().scene.prim_count(),
+            1,
+            "{name}"
+        );
     }
     for name in ["a.txt", "test", ".test", "a.test~"] {
         let path = scratch.path().join(name);
         std::fs::write(&path, &text).unwrap();
-        let error = load(&path).unwrap_err();
+        let error = load(&path, &Options::default()).unwrap_err();
         assert!(matches!(error, LoadError::UnknownFormat { .. }), "{name}");
     }
 }

@@ -1,6 +1,6 @@
 //! The course's own scenes, with the counts of `scenes/cse167/SOURCES.md`.
 
-use phalanx::formats::load;
+use phalanx::formats::{Options, load};
 use std::path::Path;
 
 /// Name, triangles, spheres of either kind, lights.
@@ -29,8 +29,11 @@ fn the_course_scenes_load_with_the_published_counts() {
         return;
     }
     for (name, triangles, spheres, lights) in SCENES {
-        let loaded = load(&folder.join(name).with_extension("test"))
-            .unwrap_or_else(|error| panic!("{error}"));
+        let loaded = load(
+            &folder.join(name).with_extension("test"),
+            &Options::default(),
+        )
+        .unwrap_or_else(|error| panic!("{error}"));
         let scene = loaded.scene;
         let counts = (
             scene.triangles.len(),

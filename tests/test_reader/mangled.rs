@@ -1,6 +1,6 @@
 //! Whatever the bytes, the reader answers, and every place it names lies in the file.
 
-use phalanx::formats::{Diagnostic, LoadError, MAX_DIAGNOSTICS, load, read_test};
+use phalanx::formats::{Diagnostic, LoadError, MAX_DIAGNOSTICS, Options, load, read_test};
 use proptest::prelude::*;
 
 /// A file with every command in it.
@@ -186,7 +186,7 @@ proptest! {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("a.test");
         std::fs::write(&path, &file).unwrap();
-        match load(&path) {
+        match load(&path, &Options::default()) {
             Ok(loaded) => loaded.scene.validate().expect("what loads is valid"),
             Err(LoadError::Scene { text, diagnostics, .. }) => check_places(&text, &diagnostics),
             Err(other) => panic!("{other}"),

@@ -55,11 +55,11 @@ fn extreme_units_are_scaled_by_a_power_of_two() {
         );
         assert_eq!(scene.view.up, Vec3::Y);
         assert!(
-            scaled(scene.triangles.b.get(0), written(1.0, 0.0, 0.0), s),
+            scaled(scene.triangles.corners(0)[1], written(1.0, 0.0, 0.0), s),
             "{unit}"
         );
         assert!(
-            scaled(scene.triangles.c.get(0), written(0.0, 2.0, 0.0), s),
+            scaled(scene.triangles.corners(0)[2], written(0.0, 2.0, 0.0), s),
             "{unit}"
         );
         assert!(

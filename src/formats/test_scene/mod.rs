@@ -11,10 +11,10 @@ mod settings;
 mod state;
 mod transform;
 
+use super::complete::{Missing, complete};
 use super::report::{Place, Report};
-use super::surface::{Palette, Surface};
-use super::{Diagnostic, Loaded};
-use crate::scene::Scene;
+use super::{Diagnostic, Loaded, Options};
+use crate::scene::{Palette, Scene, Surface};
 use glam::Vec3;
 use transform::Transforms;
 
@@ -72,7 +72,7 @@ impl NormalVertex {
 ///
 /// # Errors
 /// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
-pub(super) fn read(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
+pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Vec<Diagnostic>> {
     let mut reader = Reader::new(text);
     if text.trim_start_matches('\u{feff}').trim().is_empty() {
         reader.report.error(START, "the file is empty");
@@ -85,7 +85,7 @@ pub(super) fn read(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
         }
         reader.check_complete();
     }
-    reader.finish()
+    reader.finish(options)
 }
 
 const START: Place = Place {
@@ -96,21 +96,13 @@ const START: Place = Place {
 impl<'a> Reader<'a> {
     fn new(text: &'a str) -> Self {
         Reader {
-            report: Report::new(text),
+            report: Report::new(text.as_bytes()),
             scene: Scene::default(),
             seen: Seen::default(),
             vertices: Pile::EMPTY,
             normal_vertices: Pile::EMPTY,
             transforms: Transforms::new(),
-            surface: Surface {
-                ka: Vec3::splat(0.2),
-                ke: Vec3::ZERO,
-                kd: Vec3::ZERO,
-                ks: Vec3::ZERO,
-                kt: Vec3::ZERO,
-                shininess: 1.0,
-                ior: 1.0,
-            },
+            surface: Surface::default(),
             palette: Palette::default(),
             attenuation: Vec3::X,
         }
@@ -146,26 +138,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn finish(mut self) -> Result<Loaded, Vec<Diagnostic>> {
-        if self.report.is_clean() {
-            // Once as the file has it, and once as it will be traced: a scene that holds both 1e30 and 1e-30 units
-            // cannot be brought into f32's comfortable range as a whole.
-            let fitted = self.scene.validate().and_then(|()| {
-                self.scene.fit_range();
-                self.scene.validate()
-            });
-            if let Err(error) = fitted {
-                self.report.error_with_help(
-                    START,
-                    format!("the scene cannot be traced: {error}"),
-                    "its largest and smallest parts may lie too far apart for single precision",
-                );
-            }
-        }
-        let warnings = self.report.finish()?;
-        Ok(Loaded {
-            scene: self.scene,
-            warnings,
-        })
+    fn finish(self, options: &Options) -> Result<Loaded, Vec<Diagnostic>> {
+        complete(self.scene, &Missing::NOTHING, options, self.report)
     }
 }

@@ -1,0 +1,76 @@
+//! The folder of a scene file: the only place from which files that it names are read.
+
+use std::path::{Component, Path, PathBuf};
+
+/// Where files beside the scene file are looked for.
+pub(super) struct Folder {
+    /// `None` for a scene without a file.
+    path: Option<PathBuf>,
+}
+
+impl Folder {
+    /// The folder of a scene file.
+    pub(super) fn of(file: &Path) -> Folder {
+        let parent = file.parent().filter(|p| !p.as_os_str().is_empty());
+        Folder {
+            path: Some(parent.unwrap_or(Path::new(".")).to_path_buf()),
+        }
+    }
+
+    /// The bytes of a file that the scene file names, with `/` or `\` between folders. The error says why not, for a
+    /// message that names the file already.
+    ///
+    /// Links are followed before it is decided whether the file is in the folder, so none leads out of it.
+    pub(super) fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+        let Some(folder) = &self.path else {
+            return Err("the scene has no folder".into());
+        };
+        let name = PathBuf::from(name.replace('\\', "/"));
+        let inside = |c: Component| matches!(c, Component::Normal(_) | Component::CurDir);
+        if name.as_os_str().is_empty() || !name.components().all(inside) {
+            return Err("it is not in the scene file's folder".into());
+        }
+        let resolved = |path: &Path| path.canonicalize().map_err(|e| e.to_string());
+        let (root, file) = (resolved(folder)?, resolved(&folder.join(&name))?);
+        if !file.starts_with(&root) {
+            return Err("it leads out of the scene file's folder".into());
+        }
+        if !file.is_file() {
+            return Err("it is not a regular file".into());
+        }
+        std::fs::read(&file).map_err(|e| e.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_of_the_folder_are_read() {
+        let outer = tempfile::tempdir().unwrap();
+        let folder = outer.path().join("scene");
+        std::fs::create_dir_all(folder.join("maps")).unwrap();
+        std::fs::write(outer.path().join("secret"), "no").unwrap();
+        std::fs::write(folder.join("maps/wood.png"), "yes").unwrap();
+        let beside = Folder::of(&folder.join("a.obj"));
+        assert_eq!(beside.read("maps/wood.png").unwrap(), b"yes");
+        assert_eq!(beside.read(".\\maps\\wood.png").unwrap(), b"yes");
+        let absolute = outer.path().join("secret");
+        for outside in [
+            "../secret",
+            "maps/../../secret",
+            "",
+            "maps",
+            "absent",
+            absolute.to_str().unwrap(),
+        ] {
+            assert!(beside.read(outside).is_err(), "{outside}");
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(&absolute, folder.join("link")).unwrap();
+            assert!(beside.read("link").unwrap_err().contains("leads out"));
+        }
+    }
+}

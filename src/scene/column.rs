@@ -1,0 +1,203 @@
+//! One attribute of many rows: a vector, or a piece of a mapped file that nobody writes to.
+
+use std::any::Any;
+use std::fmt;
+use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
+
+/// A growable column. Reads like a slice wherever its rows are; the first change copies rows that are not its own.
+pub struct Column<T: 'static>(Storage<T>);
+
+enum Storage<T: 'static> {
+    Owned(Vec<T>),
+    Mapped {
+        rows: &'static [T],
+        /// Keeps the memory of `rows` alive where it belongs to something that can end.
+        keeper: Arc<dyn Any + Send + Sync>,
+    },
+}
+
+impl<T> Column<T> {
+    /// A column without rows.
+    pub const fn new() -> Column<T> {
+        Column(Storage::Owned(Vec::new()))
+    }
+
+    /// Rows that live elsewhere, and what keeps them alive. No longer borrow than the column's own is ever given out.
+    pub fn mapped(rows: &'static [T], keeper: Arc<dyn Any + Send + Sync>) -> Column<T> {
+        Column(Storage::Mapped { rows, keeper })
+    }
+
+    /// Bytes of memory that are the column's own; mapped rows are the file's.
+    pub fn memory_bytes(&self) -> usize {
+        match &self.0 {
+            Storage::Owned(rows) => rows.capacity() * size_of::<T>(),
+            Storage::Mapped { .. } => 0,
+        }
+    }
+
+    /// Bytes of its rows, wherever they are.
+    pub fn row_bytes(&self) -> usize {
+        size_of_val::<[T]>(self)
+    }
+}
+
+impl<T: Clone> Column<T> {
+    /// The rows as a vector to be changed.
+    pub fn make_mut(&mut self) -> &mut Vec<T> {
+        if let Storage::Mapped { rows, .. } = &self.0 {
+            self.0 = Storage::Owned(rows.to_vec());
+        }
+        match &mut self.0 {
+            Storage::Owned(rows) => rows,
+            Storage::Mapped { .. } => unreachable!("replaced above"),
+        }
+    }
+
+    /// Appends one row.
+    #[inline]
+    pub fn push(&mut self, row: T) {
+        self.make_mut().push(row);
+    }
+
+    /// Makes room for more rows.
+    pub fn reserve(&mut self, more: usize) {
+        self.make_mut().reserve(more);
+    }
+
+    /// Gives back what was reserved and is not used.
+    pub fn shrink_to_fit(&mut self) {
+        if let Storage::Owned(rows) = &mut self.0 {
+            rows.shrink_to_fit();
+        }
+    }
+
+    /// Appends the rows of another column, or takes it over where this one is empty.
+    pub fn append(&mut self, other: Column<T>) {
+        match (self.is_empty(), other.0) {
+            (true, storage) => self.0 = storage,
+            (false, Storage::Owned(mut rows)) => self.make_mut().append(&mut rows),
+            (false, Storage::Mapped { rows, .. }) => self.make_mut().extend_from_slice(rows),
+        }
+    }
+}
+
+impl<T> Deref for Column<T> {
+    type Target = [T];
+    #[inline(always)]
+    fn deref(&self) -> &[T] {
+        match &self.0 {
+            Storage::Owned(rows) => rows,
+            Storage::Mapped { rows, .. } => rows,
+        }
+    }
+}
+
+impl<T: Clone> DerefMut for Column<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        self.make_mut()
+    }
+}
+
+impl<T> Default for Column<T> {
+    fn default() -> Self {
+        Column::new()
+    }
+}
+
+impl<T: Clone> Clone for Column<T> {
+    fn clone(&self) -> Self {
+        Column(match &self.0 {
+            Storage::Owned(rows) => Storage::Owned(rows.clone()),
+            Storage::Mapped { rows, keeper } => Storage::Mapped {
+                rows,
+                keeper: Arc::clone(keeper),
+            },
+        })
+    }
+}
+
+impl<T: fmt::Debug> fmt::Debug for Column<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.iter()).finish()
+    }
+}
+
+impl<T: PartialEq> PartialEq for Column<T> {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+impl<T: PartialEq, const N: usize> PartialEq<[T; N]> for Column<T> {
+    fn eq(&self, other: &[T; N]) -> bool {
+        **self == *other
+    }
+}
+
+impl<T> From<Vec<T>> for Column<T> {
+    fn from(rows: Vec<T>) -> Self {
+        Column(Storage::Owned(rows))
+    }
+}
+
+impl<T> FromIterator<T> for Column<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(rows: I) -> Self {
+        Column(Storage::Owned(Vec::from_iter(rows)))
+    }
+}
+
+impl<T: Clone> Extend<T> for Column<T> {
+    fn extend<I: IntoIterator<Item = T>>(&mut self, rows: I) {
+        self.make_mut().extend(rows);
+    }
+}
+
+impl<'a, T> IntoIterator for &'a Column<T> {
+    type Item = &'a T;
+    type IntoIter = std::slice::Iter<'a, T>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mapped(rows: &'static [u32]) -> (Column<u32>, Arc<u8>) {
+        let keeper = Arc::new(0u8);
+        (
+            Column::mapped(rows, Arc::clone(&keeper) as Arc<dyn Any + Send + Sync>),
+            keeper,
+        )
+    }
+
+    #[test]
+    fn a_mapped_column_is_copied_when_it_is_first_changed() {
+        let (mut column, keeper) = mapped(&[1, 2, 3]);
+        let copy = column.clone();
+        assert_eq!((column.len(), column.memory_bytes()), (3, 0));
+        assert_eq!(Arc::strong_count(&keeper), 3);
+        column.push(4);
+        column[0] = 9;
+        assert_eq!(
+            (&column[..], &copy[..]),
+            (&[9, 2, 3, 4][..], &[1, 2, 3][..])
+        );
+        assert_eq!(Arc::strong_count(&keeper), 2, "the changed one let go");
+        drop(copy);
+        assert_eq!(Arc::strong_count(&keeper), 1);
+    }
+
+    #[test]
+    fn an_empty_column_takes_another_over() {
+        let mut column = Column::new();
+        let rows = vec![1u32, 2];
+        let place = rows.as_ptr();
+        column.append(rows.into());
+        assert_eq!(column.as_ptr(), place, "not copied");
+        column.append(mapped(&[3]).0);
+        assert_eq!(*column, [1, 2, 3]);
+    }
+}

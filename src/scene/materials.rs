@@ -1,0 +1,138 @@
+//! Columns of the surface parameters, and a table that gives equal surfaces one row.
+
+use super::{Column, NO_TEXTURE, Vec3s};
+use glam::Vec3;
+use std::collections::HashMap;
+
+/// One row of [`Materials`] (design document, "Recursive shading model"): RGB linear and finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Ambient Ka.
+    pub ka: Vec3,
+    /// Emission Ke.
+    pub ke: Vec3,
+    /// Diffuse Kd.
+    pub kd: Vec3,
+    /// Specular Ks, also the weight of the mirror ray.
+    pub ks: Vec3,
+    /// Transmission Kt, the weight of the refracted ray.
+    pub kt: Vec3,
+    /// Blinn exponent s, at least 0.
+    pub shininess: f32,
+    /// Index of refraction, positive.
+    pub ior: f32,
+    /// Index of the texture that Ka and Kd are multiplied with, or [`NO_TEXTURE`].
+    pub texture: u32,
+}
+
+impl Default for Surface {
+    /// What a `.test` file starts with: a faint ambient grey.
+    fn default() -> Self {
+        Surface {
+            ka: Vec3::splat(0.2),
+            ke: Vec3::ZERO,
+            kd: Vec3::ZERO,
+            ks: Vec3::ZERO,
+            kt: Vec3::ZERO,
+            shininess: 1.0,
+            ior: 1.0,
+            texture: NO_TEXTURE,
+        }
+    }
+}
+
+/// Surface parameters, one [`Surface`] each.
+#[derive(Clone, Debug, Default)]
+pub struct Materials {
+    /// Ambient Ka.
+    pub ka: Vec3s,
+    /// Emission Ke.
+    pub ke: Vec3s,
+    /// Diffuse Kd.
+    pub kd: Vec3s,
+    /// Specular Ks.
+    pub ks: Vec3s,
+    /// Transmission Kt.
+    pub kt: Vec3s,
+    /// Blinn exponent s.
+    pub shininess: Column<f32>,
+    /// Index of refraction.
+    pub ior: Column<f32>,
+    /// Index of a texture, or [`NO_TEXTURE`].
+    pub texture: Column<u32>,
+}
+
+impl Materials {
+    /// Number of materials.
+    pub fn len(&self) -> usize {
+        self.ior.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.ior.is_empty()
+    }
+
+    /// Appends a row and returns its number.
+    pub fn push(&mut self, surface: &Surface) -> u32 {
+        let row = self.len() as u32;
+        self.ka.push(surface.ka);
+        self.ke.push(surface.ke);
+        self.kd.push(surface.kd);
+        self.ks.push(surface.ks);
+        self.kt.push(surface.kt);
+        self.shininess.push(surface.shininess);
+        self.ior.push(surface.ior);
+        self.texture.push(surface.texture);
+        row
+    }
+
+    /// The row `i`.
+    pub fn get(&self, i: usize) -> Surface {
+        Surface {
+            ka: self.ka.get(i),
+            ke: self.ke.get(i),
+            kd: self.kd.get(i),
+            ks: self.ks.get(i),
+            kt: self.kt.get(i),
+            shininess: self.shininess[i],
+            ior: self.ior[i],
+            texture: self.texture[i],
+        }
+    }
+}
+
+/// Numbers in a surface.
+const NUMBERS: usize = 18;
+
+impl Surface {
+    /// Equal surfaces have equal bits; bits, unlike floats, can be hashed.
+    fn bits(&self) -> [u32; NUMBERS] {
+        let mut bits = [self.texture; NUMBERS];
+        let colors = [self.ka, self.ke, self.kd, self.ks, self.kt];
+        let numbers = colors.iter().flat_map(Vec3::as_ref);
+        for (bits, number) in bits
+            .iter_mut()
+            .zip(numbers.chain([&self.shininess, &self.ior]))
+        {
+            *bits = number.to_bits();
+        }
+        bits
+    }
+}
+
+/// Gives each distinct surface one row.
+#[derive(Clone, Debug, Default)]
+pub struct Palette {
+    rows: HashMap<[u32; NUMBERS], u32>,
+}
+
+impl Palette {
+    /// The row of `surface`, appended where it is new.
+    pub fn row(&mut self, surface: &Surface, materials: &mut Materials) -> u32 {
+        *self
+            .rows
+            .entry(surface.bits())
+            .or_insert_with(|| materials.push(surface))
+    }
+}

@@ -1,0 +1,68 @@
+//! How many bytes the columns take.
+
+use super::{Scene, Vec3s};
+
+impl Scene {
+    /// Bytes of the columns by part, whether they are in memory of their own or in a mapped file.
+    pub fn memory_parts(&self) -> [(&'static str, usize); 8] {
+        let vectors = |all: &[&Vec3s]| all.iter().map(|v| v.row_bytes()).sum::<usize>();
+        let maps = |a: &[Vec3s; 4], b: &[Vec3s; 4]| {
+            let all = a.iter().chain(b);
+            all.map(Vec3s::row_bytes).sum::<usize>()
+        };
+        let (s, e, t, c) = (
+            &self.spheres,
+            &self.ellipsoids,
+            &self.triangles,
+            &self.cones,
+        );
+        let (m, l, i) = (&self.materials, &self.lights, &self.instances);
+        let curved = vectors(&[&s.center, &c.base, &c.apex])
+            + maps(&e.to_world, &e.to_object)
+            + [&s.radius, &c.base_radius, &c.apex_radius]
+                .map(|r| r.row_bytes())
+                .iter()
+                .sum::<usize>()
+            + c.inside.row_bytes()
+            + [&s.material, &e.material, &c.material]
+                .map(|r| r.row_bytes())
+                .iter()
+                .sum::<usize>();
+        [
+            ("vertices", t.vertices.row_bytes()),
+            ("triangles", t.corners.row_bytes() + t.material.row_bytes()),
+            (
+                "vertex normals",
+                t.normals.row_bytes() + t.vertex_normals.row_bytes(),
+            ),
+            (
+                "texture places",
+                t.uvs.row_bytes() + t.vertex_uvs.row_bytes(),
+            ),
+            (
+                "textures",
+                self.textures.iter().map(|t| t.texels.row_bytes()).sum(),
+            ),
+            ("curved primitives", curved),
+            (
+                "instances",
+                maps(&i.to_world, &i.to_object) + i.mesh.row_bytes() + i.first.row_bytes(),
+            ),
+            (
+                "primitive list, materials and lights",
+                self.prims.row_bytes()
+                    + vectors(&[&m.ka, &m.ke, &m.kd, &m.ks, &m.kt])
+                    + m.shininess.row_bytes()
+                    + m.ior.row_bytes()
+                    + m.texture.row_bytes()
+                    + vectors(&[&l.place, &l.color, &l.attenuation])
+                    + l.directional.row_bytes(),
+            ),
+        ]
+    }
+
+    /// Bytes of all columns.
+    pub fn memory_bytes(&self) -> usize {
+        self.memory_parts().iter().map(|(_, bytes)| bytes).sum()
+    }
+}

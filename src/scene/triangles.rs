@@ -1,0 +1,219 @@
+//! Triangles over shared vertices.
+
+use super::{Column, Vec2s, Vec3s};
+use glam::{Vec2, Vec3};
+
+/// Marks a triangle without vertex normals in [`Triangles::normals`].
+pub const NO_NORMALS: u32 = u32::MAX;
+/// Marks a triangle without texture places in [`Triangles::uvs`].
+pub const NO_UVS: u32 = u32::MAX;
+
+/// Triangles by the numbers of their corners.
+///
+/// Normals and texture places have index columns of their own, as in OBJ; a column of which no triangle has anything is
+/// empty.
+#[derive(Clone, Debug, Default)]
+pub struct Triangles {
+    /// Places, shared by the triangles around them.
+    pub vertices: Vec3s,
+    /// The three corners of each triangle, counter-clockwise, as indices into `vertices`.
+    pub corners: Column<[u32; 3]>,
+    /// Indices of the corners' normals in `vertex_normals`, or three times [`NO_NORMALS`]; empty if no triangle has any.
+    pub normals: Column<[u32; 3]>,
+    /// Vertex normals; any length but zero.
+    pub vertex_normals: Vec3s,
+    /// Indices of the corners' texture places in `vertex_uvs`, or three times [`NO_UVS`]; empty if no triangle has any.
+    pub uvs: Column<[u32; 3]>,
+    /// Places on a texture: (0, 0) is its upper left corner, (1, 1) its lower right one.
+    pub vertex_uvs: Vec2s,
+    /// Index into the materials.
+    pub material: Column<u32>,
+}
+
+/// Triangles to be added in one piece. Columns as in [`Triangles`], with indices into the mesh's own vertices.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Places.
+    pub vertices: Vec3s,
+    /// Corners of each triangle.
+    pub corners: Column<[u32; 3]>,
+    /// Empty, or one row for each triangle.
+    pub normals: Column<[u32; 3]>,
+    /// Vertex normals.
+    pub vertex_normals: Vec3s,
+    /// Empty, or one row for each triangle.
+    pub uvs: Column<[u32; 3]>,
+    /// Texture places.
+    pub vertex_uvs: Vec2s,
+    /// One for all, or one row for each triangle.
+    pub material: MeshMaterial,
+}
+
+/// Materials of a [`Mesh`].
+#[derive(Clone, Debug)]
+pub enum MeshMaterial {
+    /// The same for every triangle.
+    One(u32),
+    /// One row for each triangle.
+    Each(Column<u32>),
+}
+
+impl Default for MeshMaterial {
+    fn default() -> Self {
+        MeshMaterial::One(0)
+    }
+}
+
+impl Triangles {
+    /// Number of triangles.
+    pub fn len(&self) -> usize {
+        self.material.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.material.is_empty()
+    }
+
+    pub(super) fn push(&mut self, corners: [Vec3; 3], normals: Option<[Vec3; 3]>, material: u32) {
+        let first = self.vertices.len() as u32;
+        corners
+            .into_iter()
+            .for_each(|corner| self.vertices.push(corner));
+        let first_normal = self.vertex_normals.len() as u32;
+        normals
+            .into_iter()
+            .flatten()
+            .for_each(|n| self.vertex_normals.push(n));
+        let three = |first: u32| [first, first + 1, first + 2];
+        let before = self.len();
+        let rows = match normals {
+            Some(_) => Column::from(vec![three(first_normal)]),
+            None => Column::new(),
+        };
+        append_optional(&mut self.normals, rows, before, 1, NO_NORMALS);
+        append_optional(&mut self.uvs, Column::new(), before, 1, NO_UVS);
+        self.corners.push(three(first));
+        self.material.push(material);
+    }
+
+    /// Appends a mesh; into empty columns its own are moved.
+    pub(super) fn append(&mut self, mesh: Mesh) {
+        let (before, more) = (self.len(), mesh.corners.len());
+        let shifted = |mut rows: Column<[u32; 3]>, by: usize, none: u32| {
+            if by > 0 {
+                let given = rows.iter_mut().filter(|row| row[0] != none);
+                given.for_each(|row| *row = row.map(|index| index + by as u32));
+            }
+            rows
+        };
+        let corners = shifted(mesh.corners, self.vertices.len(), u32::MAX);
+        let normals = shifted(mesh.normals, self.vertex_normals.len(), NO_NORMALS);
+        let uvs = shifted(mesh.uvs, self.vertex_uvs.len(), NO_UVS);
+        append_optional(&mut self.normals, normals, before, more, NO_NORMALS);
+        append_optional(&mut self.uvs, uvs, before, more, NO_UVS);
+        self.corners.append(corners);
+        self.vertices.append(mesh.vertices);
+        self.vertex_normals.append(mesh.vertex_normals);
+        self.vertex_uvs.append(mesh.vertex_uvs);
+        match mesh.material {
+            MeshMaterial::One(row) => self.material.extend(std::iter::repeat_n(row, more)),
+            MeshMaterial::Each(rows) => self.material.append(rows),
+        }
+    }
+
+    /// The three corners.
+    #[inline]
+    pub fn corners(&self, i: usize) -> [Vec3; 3] {
+        self.corners[i].map(|index| self.vertices.get(index as usize))
+    }
+
+    /// Where the triangle's normals are, if it has any.
+    #[inline]
+    pub fn normal_rows(&self, i: usize) -> Option<[u32; 3]> {
+        self.normals.get(i).copied().filter(|r| r[0] != NO_NORMALS)
+    }
+
+    /// The three vertex normals, if it has them.
+    #[inline]
+    pub fn corner_normals(&self, i: usize) -> Option<[Vec3; 3]> {
+        let rows = self.normal_rows(i)?;
+        Some(rows.map(|row| self.vertex_normals.get(row as usize)))
+    }
+
+    /// The corners' places on a texture, if it has them.
+    #[inline]
+    pub fn corner_uvs(&self, i: usize) -> Option<[Vec2; 3]> {
+        let rows = self.uvs.get(i).filter(|r| r[0] != NO_UVS)?;
+        Some(rows.map(|row| self.vertex_uvs.get(row as usize)))
+    }
+}
+
+/// Appends `more` rows to a column that is empty as long as nothing was given, `before` rows being there: an empty
+/// `rows` stands for `more` times nothing.
+fn append_optional(
+    column: &mut Column<[u32; 3]>,
+    rows: Column<[u32; 3]>,
+    before: usize,
+    more: usize,
+    none: u32,
+) {
+    if column.is_empty() && rows.is_empty() {
+        return;
+    }
+    if column.is_empty() && before > 0 {
+        *column = vec![[none; 3]; before].into();
+    }
+    if rows.is_empty() {
+        column.extend(std::iter::repeat_n([none; 3], more));
+    } else {
+        column.append(rows);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CORNERS: [Vec3; 3] = [Vec3::ZERO, Vec3::X, Vec3::Y];
+
+    fn mesh(with_normals: bool) -> Mesh {
+        let mut mesh = Mesh::default();
+        CORNERS
+            .into_iter()
+            .for_each(|corner| mesh.vertices.push(corner));
+        mesh.corners = vec![[0, 1, 2], [2, 1, 0]].into();
+        mesh.material = MeshMaterial::Each(vec![7, 8].into());
+        if with_normals {
+            mesh.vertex_normals.push(Vec3::Z);
+            mesh.normals = vec![[0, 0, 0], [NO_NORMALS; 3]].into();
+        }
+        mesh
+    }
+
+    #[test]
+    fn columns_that_nobody_needs_stay_empty() {
+        let mut t = Triangles::default();
+        t.push(CORNERS, None, 0);
+        t.append(mesh(false));
+        assert_eq!((t.len(), t.normals.len(), t.uvs.len()), (3, 0, 0));
+        assert_eq!(t.corners[1..], [[3, 4, 5], [5, 4, 3]]);
+        assert_eq!(t.corner_normals(2), None);
+    }
+
+    #[test]
+    fn normals_start_where_the_first_triangle_has_them() {
+        let mut t = Triangles::default();
+        t.push(CORNERS, None, 0);
+        t.push(CORNERS, Some([Vec3::X; 3]), 0);
+        t.append(mesh(true));
+        t.append(mesh(false));
+        let given: Vec<bool> = (0..t.len())
+            .map(|i| t.corner_normals(i).is_some())
+            .collect();
+        assert_eq!(given, [false, true, true, false, false, false]);
+        assert_eq!(t.corner_normals(2), Some([Vec3::Z; 3]));
+        assert_eq!(t.corners(2), CORNERS);
+        assert_eq!(*t.material, [0, 0, 7, 8, 7, 8]);
+    }
+}

@@ -1,0 +1,111 @@
+//! Vector attributes, a column for each component.
+
+use super::Column;
+use glam::{Vec2, Vec3};
+
+/// Three float columns: a vector attribute stored as structure of arrays.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Vec3s {
+    /// x components.
+    pub x: Column<f32>,
+    /// y components.
+    pub y: Column<f32>,
+    /// z components.
+    pub z: Column<f32>,
+}
+
+impl Vec3s {
+    /// Number of vectors.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// Appends one vector.
+    pub fn push(&mut self, v: Vec3) {
+        self.x.push(v.x);
+        self.y.push(v.y);
+        self.z.push(v.z);
+    }
+
+    /// The vector at `i`.
+    #[inline]
+    pub fn get(&self, i: usize) -> Vec3 {
+        Vec3::new(self.x[i], self.y[i], self.z[i])
+    }
+
+    /// Replaces the vector at `i`.
+    pub fn set(&mut self, i: usize, v: Vec3) {
+        (self.x[i], self.y[i], self.z[i]) = (v.x, v.y, v.z);
+    }
+
+    /// Appends another's rows, or takes it over where this one is empty.
+    pub fn append(&mut self, other: Vec3s) {
+        self.x.append(other.x);
+        self.y.append(other.y);
+        self.z.append(other.z);
+    }
+
+    /// The three columns.
+    pub fn parts(&self) -> [&Column<f32>; 3] {
+        [&self.x, &self.y, &self.z]
+    }
+
+    /// The three columns, to be changed.
+    pub fn parts_mut(&mut self) -> [&mut Column<f32>; 3] {
+        [&mut self.x, &mut self.y, &mut self.z]
+    }
+
+    /// Bytes of all rows.
+    pub fn row_bytes(&self) -> usize {
+        self.parts().iter().map(|c| c.row_bytes()).sum()
+    }
+}
+
+/// Two float columns: places on a texture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Vec2s {
+    /// x components.
+    pub x: Column<f32>,
+    /// y components.
+    pub y: Column<f32>,
+}
+
+impl Vec2s {
+    /// Number of vectors.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// Appends one vector.
+    pub fn push(&mut self, v: Vec2) {
+        self.x.push(v.x);
+        self.y.push(v.y);
+    }
+
+    /// The vector at `i`.
+    #[inline]
+    pub fn get(&self, i: usize) -> Vec2 {
+        Vec2::new(self.x[i], self.y[i])
+    }
+
+    /// Appends another's rows, or takes it over where this one is empty.
+    pub fn append(&mut self, other: Vec2s) {
+        self.x.append(other.x);
+        self.y.append(other.y);
+    }
+
+    /// Bytes of all rows.
+    pub fn row_bytes(&self) -> usize {
+        self.x.row_bytes() + self.y.row_bytes()
+    }
+}
