@@ -9,7 +9,7 @@ use common::{Peer, SIZE, primary_rays, scenes};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use phalanx::bvh::Bvh;
 use phalanx::frame::{Control, Engine, Prepared, Settings, render};
-use phalanx::oracle::{Oracle, Ray, Search, Tree};
+use phalanx::oracle::{Forest, Oracle, Ray, Search};
 use phalanx::packet::{HitPacket, NO_PRIM};
 use phalanx::trace::{Kernel, Traversal};
 use std::hint::black_box;
@@ -22,7 +22,7 @@ fn primary(c: &mut Criterion) {
         group
             .sample_size(10)
             .throughput(Throughput::Elements(rays.len() as u64));
-        let (bvh, tree) = (Bvh::build(&scene), Tree::build(&scene));
+        let (bvh, tree) = (Bvh::build(&scene), Forest::build(&scene));
         let mut hits = vec![HitPacket::miss(); rays.packets()];
         for (kernel_name, kernel) in Kernel::ALL {
             group.bench_function(kernel_name, |b| {

@@ -9,7 +9,7 @@ use bumpalo::Bump;
 use common::{Peer, SIZE, primary_rays, scenes};
 use phalanx::bvh::Bvh;
 use phalanx::frame::{Control, Engine, Prepared, Settings, render};
-use phalanx::oracle::{Oracle, Ray, Search, Tree};
+use phalanx::oracle::{Forest, Oracle, Ray, Search};
 use phalanx::packet::{HitPacket, NO_PRIM};
 use phalanx::scene::Scene;
 use phalanx::trace::{Kernel, Traversal};
@@ -201,7 +201,7 @@ fn cpu() -> String {
 fn oracle_against_obvhs(name: &str, scene: &Scene) -> Ratio {
     let arena = Bump::new();
     let rays = primary_rays(&arena, scene);
-    let (tree, peer) = (Tree::build(scene), Peer::build(scene));
+    let (tree, peer) = (Forest::build(scene), Peer::build(scene));
     let oracle = Oracle::new(scene, Search::Tree(&tree), 0);
     let ray = |i: usize| rays.ray(i / 8, i % 8);
     let ours = || {

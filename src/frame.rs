@@ -1,8 +1,9 @@
 //! One frame, whole: an engine, its tree, tiles to workers, a film.
 
 use crate::bvh::Bvh;
+pub use crate::bvh::{BuildSettings, Quality};
 use crate::camera::Camera;
-use crate::oracle::{Cast, Oracle, Search, Tree};
+use crate::oracle::{Cast, Forest, Oracle, Search};
 pub use crate::render::{Control, Interrupted, Pin};
 use crate::render::{
     Film, PacketPainter, Painter, RayCounts, RenderStats, SharedFilm, Tile, run, tiles,
@@ -92,7 +93,7 @@ pub struct Prepared(Either);
 
 enum Either {
     Packets(Bvh),
-    Oracle(Tree),
+    Oracle(Forest),
 }
 
 /// What is known of a tree.
@@ -111,11 +112,16 @@ pub struct TreeStats {
 }
 
 impl Prepared {
-    /// Builds the tree of an engine. The scene must have passed [`Scene::validate`].
+    /// Builds the tree of an engine with the default settings. The scene must have passed [`Scene::validate`].
     pub fn build(scene: &Scene, engine: Engine) -> Prepared {
+        Prepared::build_with(scene, engine, &BuildSettings::default())
+    }
+
+    /// Builds the tree of an engine. The settings are the packet engine's: the oracle has one way to build, on one thread.
+    pub fn build_with(scene: &Scene, engine: Engine, settings: &BuildSettings) -> Prepared {
         Prepared(match engine {
-            Engine::Simd => Either::Packets(Bvh::build(scene)),
-            Engine::Scalar => Either::Oracle(Tree::build(scene)),
+            Engine::Simd => Either::Packets(Bvh::build_with(scene, settings)),
+            Engine::Scalar => Either::Oracle(Forest::build(scene)),
         })
     }
 
@@ -129,11 +135,11 @@ impl Prepared {
                 node_bytes: bvh.node_bytes(),
                 prim_bytes: bvh.prim_bytes(),
             },
-            Either::Oracle(tree) => TreeStats {
-                nodes: tree.node_count(),
-                depth: tree.depth(),
-                sah: tree.sah(),
-                node_bytes: tree.memory_bytes(),
+            Either::Oracle(forest) => TreeStats {
+                nodes: forest.world().node_count(),
+                depth: forest.world().depth(),
+                sah: forest.world().sah(),
+                node_bytes: forest.memory_bytes(),
                 prim_bytes: 0,
             },
         }
@@ -164,9 +170,9 @@ pub fn render(
         Either::Packets(bvh) => run(&tiles, &film, threads, pin, control, || {
             PacketPainter::new(scene, bvh, &camera, settings.max_depth, settings.kernel)
         }),
-        Either::Oracle(tree) => run(&tiles, &film, threads, pin, control, || ScalarPainter {
+        Either::Oracle(forest) => run(&tiles, &film, threads, pin, control, || ScalarPainter {
             camera: &camera,
-            oracle: Oracle::new(scene, Search::Tree(tree), settings.max_depth),
+            oracle: Oracle::new(scene, Search::Tree(forest), settings.max_depth),
         }),
     }?;
     let seconds = start.elapsed().as_secs_f64();

@@ -8,7 +8,7 @@ use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, Mask16, Vec3Lanes};
-use phalanx::oracle::{Oracle, Ray, Search, Tree};
+use phalanx::oracle::{Forest, Oracle, Ray, Search};
 use phalanx::packet::RayPacket;
 use phalanx::sampling;
 use phalanx::scene::Scene;
@@ -88,7 +88,7 @@ fn over_scenes(seed: u64, mut each: impl FnMut(&Scene, &Oracle, &mut Tracer, &mu
     let mut rng = Rng::new(seed);
     for (count, scale) in [(1, 1.0), (5, 1e-3), (60, 1.0), (300, 100.0), (60, 1e6)] {
         let scene = scenes::random(&mut rng, count, scale);
-        let (tree, bvh) = (Tree::build(&scene), Bvh::build(&scene));
+        let (tree, bvh) = (Forest::build(&scene), Bvh::build(&scene));
         let oracle = Oracle::new(&scene, Search::Tree(&tree), 0);
         let mut tracer = Tracer::new(&bvh);
         each(&scene, &oracle, &mut tracer, &mut rng, scale);

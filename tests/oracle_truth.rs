@@ -7,7 +7,7 @@ use common::rng::Rng;
 use common::scenes;
 use common::tolerances::{EPSILON, HIT_ULPS};
 use glam::{DVec3, Vec3};
-use phalanx::oracle::{Hit, Oracle, Ray, Search, Tree};
+use phalanx::oracle::{Forest, Hit, Oracle, Ray, Search};
 use phalanx::scene::{PAD, PrimKind, Scene};
 
 const SCALES: [f32; 5] = [1e-3, 0.1, 1.0, 1e3, 1e6];
@@ -30,12 +30,12 @@ fn ray_at(scene: &Scene, rng: &mut Rng, scale: f32) -> Ray {
     }
 }
 
-fn each_ray(seed: u64, per_scene: usize, mut each: impl FnMut(&Scene, &Tree, &Ray)) {
+fn each_ray(seed: u64, per_scene: usize, mut each: impl FnMut(&Scene, &Forest, &Ray)) {
     let mut rng = Rng::new(seed);
     for scale in SCALES {
         for count in [1, 2, 10, 40, 150] {
             let scene = scenes::random(&mut rng, count, scale);
-            let tree = Tree::build(&scene);
+            let tree = Forest::build(&scene);
             for _ in 0..per_scene {
                 let ray = ray_at(&scene, &mut rng, scale);
                 each(&scene, &tree, &ray);
@@ -81,7 +81,7 @@ fn ties_go_to_the_smaller_number() {
         scene.add_triangle(corners, None, 0);
         scene.add_sphere(Vec3::new(0.0, 0.0, -3.0), 1.0, 0);
     }
-    let tree = Tree::build(&scene);
+    let tree = Forest::build(&scene);
     let oracle = Oracle::new(&scene, Search::Tree(&tree), 0);
     for _ in 0..1000 {
         let front = toward(Vec3::new(0.0, 0.0, 5.0), rng.point(0.2));

@@ -9,12 +9,12 @@ use common::scenes;
 use common::tolerances::PLACE;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
-use phalanx::oracle::{Ray, Tree};
+use phalanx::oracle::{Forest, Ray};
 use phalanx::scene::Scene;
 
 fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
     scene.validate().expect("a valid scene");
-    let (tree, bvh) = (Tree::build(scene), Bvh::build(scene));
+    let (tree, bvh) = (Forest::build(scene), Bvh::build(scene));
     ask(&mut Engines::new(scene, &tree, &bvh));
 }
 
@@ -310,11 +310,11 @@ fn nested(count: usize, ratio: f32) -> Scene {
 fn deep_trees() {
     for (count, ratio) in [(40, 2.0), (80, 1.5), (300, 1.1), (1500, 1.02), (2500, 1.01)] {
         let scene = nested(count, ratio);
-        let (tree, bvh) = (Tree::build(&scene), Bvh::build(&scene));
+        let (tree, bvh) = (Forest::build(&scene), Bvh::build(&scene));
         println!(
             "{count} nested triangles: {} and {} deep",
             bvh.depth(),
-            tree.depth()
+            tree.world().depth()
         );
         let mut engines = Engines::new(&scene, &tree, &bvh);
         let mut rng = Rng::new(29);

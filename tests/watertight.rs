@@ -8,7 +8,7 @@ use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{LANES, LaneMask, Mask8};
-use phalanx::oracle::{Oracle, Ray, Search, Tree};
+use phalanx::oracle::{Forest, Oracle, Ray, Search};
 use phalanx::scene::Scene;
 use phalanx::trace::Tracer;
 use std::collections::HashMap;
@@ -188,7 +188,7 @@ fn shoot(mesh: &Mesh, scale: f32, offset: Vec3, packets: usize, rng: &mut Rng) -
     const CHECKED: usize = 40;
     let (scene, placed) = mesh.scene(scale, offset);
     let bvh = Bvh::build(&scene);
-    let tree = Tree::build(&scene);
+    let tree = Forest::build(&scene);
     let oracle = Oracle::new(&scene, Search::Tree(&tree), 0);
     let mut tracer = Tracer::new(&bvh);
     for n in 0..packets {

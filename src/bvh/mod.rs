@@ -1,11 +1,27 @@
-//! Boxes to flat nodes: obvhs builds a binary tree, which is flattened into our own 64-byte nodes, and the primitives
+//! Boxes to flat nodes: obvhs builds binary trees, which are flattened into our own 64-byte nodes, and the primitives
 //! are copied into leaf order. The only room, beside the peers, that names obvhs.
+//!
+//! | file | what |
+//! |---|---|
+//! | `node`, `slots` | what is traced: nodes, and primitives in leaf order |
+//! | `tree` | both, whole |
+//! | `objects` | what a tree is built over |
+//! | `piece` | one subtree of obvhs's, made ours |
+//! | `join` | pieces put together |
+//! | `build` | the order of all that, on all threads |
 //!
 //! A node holds the boxes of its two children, so that one visit decides about both. A leaf holds primitives of one
 //! kind only: where obvhs mixed kinds, the leaf is split by kind, so that no kernel branches on the kind per primitive.
 
 mod build;
-mod flatten;
+mod join;
 mod node;
+mod objects;
+mod piece;
+mod slots;
+mod tree;
 
-pub use node::{Bvh, Child, EllipsoidSlot, Node, SphereSlot, TriangleSlot};
+pub use build::{BuildSettings, Quality};
+pub use node::{Child, LeafKind, Node};
+pub use slots::{EllipsoidSlot, InstanceSlot, Slots, SphereSlot, TriangleSlot};
+pub use tree::Bvh;

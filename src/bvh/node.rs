@@ -1,6 +1,51 @@
-//! The flat tree and the primitives in leaf order.
+//! The flat nodes.
 
 use crate::scene::{Bounds, PrimKind};
+
+/// What a leaf holds: one kind of primitive, or instances.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LeafKind {
+    /// Spheres.
+    Sphere = 0,
+    /// Ellipsoids.
+    Ellipsoid = 1,
+    /// Triangles.
+    Triangle = 2,
+    /// Cones.
+    Cone = 3,
+    /// Instances of meshes.
+    Instance = 4,
+}
+
+impl LeafKind {
+    /// How many kinds there are.
+    pub const COUNT: usize = 5;
+    /// Every kind.
+    pub const ALL: [LeafKind; LeafKind::COUNT] = [
+        LeafKind::Sphere,
+        LeafKind::Ellipsoid,
+        LeafKind::Triangle,
+        LeafKind::Cone,
+        LeafKind::Instance,
+    ];
+
+    #[inline(always)]
+    fn from_number(number: u32) -> LeafKind {
+        match number {
+            0 => LeafKind::Sphere,
+            1 => LeafKind::Ellipsoid,
+            2 => LeafKind::Triangle,
+            3 => LeafKind::Cone,
+            _ => LeafKind::Instance,
+        }
+    }
+}
+
+impl From<PrimKind> for LeafKind {
+    fn from(kind: PrimKind) -> LeafKind {
+        LeafKind::from_number(kind as u32)
+    }
+}
 
 /// What a child reference leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,7 +55,7 @@ pub enum Child {
     /// `count` primitives of a kind from slot `first` on; `count` may be 0.
     Leaf {
         /// Their kind.
-        kind: PrimKind,
+        kind: LeafKind,
         /// First slot.
         first: u32,
         /// How many.
@@ -39,28 +84,30 @@ impl Node {
     /// A node from its children and their padded boxes.
     pub fn new(children: [(Child, Bounds); 2]) -> Node {
         let mut node = Node {
-            boxes: children.map(|(_, b)| {
-                // A child without primitives needs a box that compares like any other.
-                let b = if b.is_empty() {
-                    Bounds::new(glam::Vec3::ZERO, glam::Vec3::ZERO)
-                } else {
-                    b
-                };
-                [b.lo.to_array(), b.hi.to_array()]
-            }),
+            boxes: [[[0.0; 3]; 2]; 2],
             first: [0; 2],
             tag: [0; 2],
         };
-        for (k, (child, _)) in children.into_iter().enumerate() {
-            (node.first[k], node.tag[k]) = match child {
-                Child::Node(index) => (index, 0),
-                Child::Leaf { kind, first, count } => {
-                    assert!(count <= MAX_LEAF, "a leaf of {count} primitives");
-                    (first, LEAF | (kind as u16) << KIND_SHIFT | count as u16)
-                }
-            };
+        for (k, (child, bounds)) in children.into_iter().enumerate() {
+            node.set_child(k, child);
+            node.set_box(k, bounds);
         }
         node
+    }
+
+    /// Child `k` is this from now on.
+    pub(super) fn set_child(&mut self, k: usize, child: Child) {
+        (self.first[k], self.tag[k]) = child.packed();
+    }
+
+    /// The padded box of child `k` is this from now on.
+    pub(super) fn set_box(&mut self, k: usize, bounds: Bounds) {
+        // A child without primitives needs a box that compares like any other.
+        let b = match bounds.is_empty() {
+            true => Bounds::new(glam::Vec3::ZERO, glam::Vec3::ZERO),
+            false => bounds,
+        };
+        self.boxes[k] = [b.lo.to_array(), b.hi.to_array()];
     }
 
     /// Child `k` (0 or 1).
@@ -79,10 +126,21 @@ impl Node {
 impl Child {
     /// A leaf without primitives.
     pub const EMPTY: Child = Child::Leaf {
-        kind: PrimKind::Triangle,
+        kind: LeafKind::Triangle,
         first: 0,
         count: 0,
     };
+
+    /// As two words, see [`Node::packed`].
+    fn packed(self) -> (u32, u16) {
+        match self {
+            Child::Node(index) => (index, 0),
+            Child::Leaf { kind, first, count } => {
+                assert!(count <= MAX_LEAF, "a leaf of {count} primitives");
+                (first, LEAF | (kind as u16) << KIND_SHIFT | count as u16)
+            }
+        }
+    }
 
     /// From the two words of [`Node::packed`].
     #[inline(always)]
@@ -90,105 +148,11 @@ impl Child {
         if tag == 0 {
             return Child::Node(first);
         }
-        let kind = PrimKind::from_number(((tag & !LEAF) >> KIND_SHIFT) as u32);
+        let kind = LeafKind::from_number(((tag & !LEAF) >> KIND_SHIFT) as u32);
         Child::Leaf {
             kind,
             first,
             count: (tag & MAX_LEAF as u16) as u32,
         }
-    }
-}
-
-/// A triangle in leaf order. One cache line.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub struct TriangleSlot {
-    /// The corners.
-    pub corners: [[f32; 3]; 3],
-    /// The triangle's own padded box.
-    pub own_box: [[f32; 3]; 2],
-    /// Its number in the file.
-    pub prim_id: u32,
-}
-
-/// A sphere in leaf order.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub struct SphereSlot {
-    /// Centre.
-    pub center: [f32; 3],
-    /// Radius.
-    pub radius: f32,
-    /// The sphere's own padded box.
-    pub own_box: [[f32; 3]; 2],
-    /// Its number in the file.
-    pub prim_id: u32,
-}
-
-/// An ellipsoid in leaf order.
-#[derive(Clone, Copy, Debug)]
-#[repr(C)]
-pub struct EllipsoidSlot {
-    /// World to object: three columns of the matrix and the translation.
-    pub to_object: [[f32; 3]; 4],
-    /// The ellipsoid's own padded box.
-    pub own_box: [[f32; 3]; 2],
-    /// Its number in the file.
-    pub prim_id: u32,
-}
-
-/// The tree of a scene. The root is node 0 and always exists.
-#[derive(Clone, Debug)]
-pub struct Bvh {
-    pub(super) nodes: Vec<Node>,
-    pub(super) triangles: Vec<TriangleSlot>,
-    pub(super) spheres: Vec<SphereSlot>,
-    pub(super) ellipsoids: Vec<EllipsoidSlot>,
-    pub(super) depth: usize,
-    pub(super) sah: f64,
-}
-
-impl Bvh {
-    /// Nodes, depth first. Every node index in them is in range, every leaf's slots exist.
-    pub fn nodes(&self) -> &[Node] {
-        &self.nodes
-    }
-
-    /// Triangles in leaf order.
-    pub fn triangles(&self) -> &[TriangleSlot] {
-        &self.triangles
-    }
-
-    /// Spheres in leaf order.
-    pub fn spheres(&self) -> &[SphereSlot] {
-        &self.spheres
-    }
-
-    /// Ellipsoids in leaf order.
-    pub fn ellipsoids(&self) -> &[EllipsoidSlot] {
-        &self.ellipsoids
-    }
-
-    /// Most nodes on a path from the root: a traversal stack of this many entries never overflows.
-    pub fn depth(&self) -> usize {
-        self.depth
-    }
-
-    /// Cost by the surface area heuristic: expected nodes visited plus primitives tested by a random ray that meets
-    /// the root box, both at cost 1.
-    pub fn sah(&self) -> f64 {
-        self.sah
-    }
-
-    /// Bytes of the nodes.
-    pub fn node_bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice())
-    }
-
-    /// Bytes of the primitives in leaf order.
-    pub fn prim_bytes(&self) -> usize {
-        size_of_val(self.triangles.as_slice())
-            + size_of_val(self.spheres.as_slice())
-            + size_of_val(self.ellipsoids.as_slice())
     }
 }

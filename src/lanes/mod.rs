@@ -71,6 +71,8 @@ pub trait LaneIds<M>: Copy {
     fn splat(value: u32) -> Self;
     /// The k-th eight.
     fn eight(self, k: usize) -> U32x8;
+    /// self + other, modulo 2³².
+    fn wrapping_add(self, other: Self) -> Self;
     /// self < other, unsigned.
     fn lt(self, other: Self) -> M;
     /// self = other

@@ -186,12 +186,6 @@ macro_rules! lane_types {
                 self.0.as_array()[k]
             }
 
-            /// Wrapping sum.
-            #[inline(always)]
-            pub fn wrapping_add(self, other: $U) -> $U {
-                $U(self.0 + other.0)
-            }
-
             /// Wrapping difference.
             #[inline(always)]
             pub fn wrapping_sub(self, other: $U) -> $U {
@@ -226,6 +220,11 @@ macro_rules! lane_types {
             #[inline(always)]
             fn eight(self, k: usize) -> U32x8 {
                 U32x8::new(self.0.as_array().as_chunks::<LANES>().0[k])
+            }
+
+            #[inline(always)]
+            fn wrapping_add(self, other: $U) -> $U {
+                $U(self.0 + other.0)
             }
 
             #[inline(always)]

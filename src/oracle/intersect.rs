@@ -117,6 +117,11 @@ impl Probe {
         }
     }
 
+    /// The ray it was made of.
+    pub(super) fn ray(&self) -> &Ray {
+        &self.ray
+    }
+
     /// The slab test.
     #[inline]
     pub(super) fn stay(&self, b: &Bounds) -> Stay {

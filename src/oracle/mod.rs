@@ -4,18 +4,20 @@
 //! It shares with the packet engine only the scene, the camera's scalar half and the definition of pow; it uses none
 //! of the rooms lanes, packet, bvh, trace and shade.
 
+mod instance;
 mod intersect;
 mod shading;
 mod tree;
 
 pub use intersect::{Hit, Ray};
-pub use tree::Tree;
+pub use tree::{Forest, Tree};
 
 use crate::camera::Camera;
-use crate::scene::Scene;
+use crate::scene::{Bounds, Scene};
 use glam::Vec3;
 use intersect::Probe;
 use shading::{Bounce, Material, Surface};
+use std::borrow::Cow;
 
 /// Rays cast by the oracle, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,8 +35,8 @@ pub struct Cast {
 /// How the oracle looks for hits.
 #[derive(Clone, Copy, Debug)]
 pub enum Search<'a> {
-    /// Through a tree.
-    Tree(&'a Tree),
+    /// Through trees.
+    Tree(&'a Forest),
     /// Every primitive, for tests on small scenes: what any tree must agree with.
     BruteForce,
 }
@@ -43,6 +45,8 @@ pub enum Search<'a> {
 pub struct Oracle<'a> {
     scene: &'a Scene,
     search: Search<'a>,
+    /// Own boxes of the instances, padded.
+    instance_boxes: Cow<'a, [Bounds]>,
     max_depth: u32,
     /// Rays cast since it was made.
     pub cast: Cast,
@@ -54,6 +58,10 @@ impl<'a> Oracle<'a> {
         Oracle {
             scene,
             search,
+            instance_boxes: match search {
+                Search::Tree(forest) => Cow::Borrowed(forest.instance_boxes()),
+                Search::BruteForce => Cow::Owned(instance::boxes(scene)),
+            },
             max_depth,
             cast: Cast::default(),
         }
@@ -71,25 +79,30 @@ impl<'a> Oracle<'a> {
     /// The closest hit with 0 < t, ties going to the smaller prim_id.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         let probe = Probe::new(ray);
+        let mut best = None;
         match self.search {
-            Search::Tree(tree) => tree.closest(self.scene, &probe),
+            Search::Tree(forest) => {
+                let closer = |object, best: &mut Option<Hit>| self.closer(&probe, object, best);
+                forest
+                    .world()
+                    .closest(&probe, f32::INFINITY, &mut best, closer);
+            }
             Search::BruteForce => {
-                let mut best = None;
-                for id in 0..self.scene.prim_count() as u32 {
-                    probe.closer(self.scene, id, &mut best);
+                for object in instance::world(self.scene) {
+                    self.closer(&probe, object, &mut best);
                 }
-                best
             }
         }
+        best
     }
 
     /// Whether anything is hit with 0 < t < `tmax`.
     pub fn occluded(&self, ray: &Ray, tmax: f32) -> bool {
         let probe = Probe::new(ray);
-        let blocks = |id| probe.hit(self.scene, id).is_some_and(|hit| hit.t < tmax);
+        let blocks = |object| self.blocks(&probe, object, tmax);
         match self.search {
-            Search::Tree(tree) => tree.any(&probe, tmax, blocks),
-            Search::BruteForce => (0..self.scene.prim_count() as u32).any(blocks),
+            Search::Tree(forest) => forest.world().any(&probe, tmax, blocks),
+            Search::BruteForce => instance::world(self.scene).any(blocks),
         }
     }
 
@@ -99,7 +112,11 @@ impl<'a> Oracle<'a> {
             return self.scene.background;
         };
         let at = Surface::new(self.scene, ray, &hit);
-        let material = Material::of(self.scene, self.scene.prim_material(hit.prim_id));
+        let material = Material::of(
+            self.scene,
+            self.scene
+                .prim_material(self.scene.placed(hit.prim_id).prim),
+        );
         let mut sum = material.own;
         for light in 0..self.scene.lights.len() {
             let Some(sample) = shading::sample_light(self.scene, light, &material, &at) else {

@@ -1,5 +1,6 @@
 //! Surface, lights and bounces for one hit; the formulas are explained in the files of `shade`.
 
+use super::instance::moved;
 use super::intersect::{Hit, Ray, largest, max};
 use crate::sampling::pow;
 use crate::scene::{PAD, PrimKind, Scene};
@@ -55,13 +56,14 @@ fn unit(v: Vec3) -> Vec3 {
 
 impl Surface {
     pub(super) fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
-        let prim = scene.prims[hit.prim_id as usize];
-        let i = prim.index();
-        let (point, ng, ns, offset) = match prim.kind() {
-            PrimKind::Sphere => sphere(scene, i, ray, hit.t),
-            PrimKind::Ellipsoid => ellipsoid(scene, i, ray, hit.t),
-            PrimKind::Triangle => triangle(scene, i, ray, hit),
-            PrimKind::Cone => todo!("cones are on their way"),
+        let placed = scene.placed(hit.prim_id);
+        let (point, ng, ns, offset) = match placed.instance {
+            None => place(scene, placed.prim, ray, hit),
+            Some(k) => {
+                let inner = moved(scene, k as usize, ray);
+                let inside = place(scene, placed.prim, &inner, hit);
+                outside(scene, k as usize, inside, ray)
+            }
         };
         let away = ray.dir.dot(ng) > 0.0;
         Surface {
@@ -85,7 +87,39 @@ impl Surface {
     }
 }
 
-fn triangle(scene: &Scene, i: usize, ray: &Ray, hit: &Hit) -> (Vec3, Vec3, Vec3, f32) {
+/// Point, geometric and shading normal, offset.
+type Place = (Vec3, Vec3, Vec3, f32);
+
+/// In the space where the primitive is stored.
+fn place(scene: &Scene, prim: u32, ray: &Ray, hit: &Hit) -> Place {
+    let prim = scene.prims[prim as usize];
+    let i = prim.index();
+    match prim.kind() {
+        PrimKind::Sphere => sphere(scene, i, ray, hit.t),
+        PrimKind::Ellipsoid => ellipsoid(scene, i, ray, hit.t),
+        PrimKind::Triangle => triangle(scene, i, ray, hit),
+        PrimKind::Cone => todo!("cones are on their way"),
+    }
+}
+
+/// A place in the space of an instance's mesh, seen from the world.
+fn outside(scene: &Scene, instance: usize, inside: Place, ray: &Ray) -> Place {
+    let (place, ng, ns, offset) = inside;
+    let [wx, wy, wz, wshift] = scene.instances.world_columns(instance);
+    let [mx, my, mz, shift] = scene.instances.object_columns(instance);
+    let point = ((wx * place.x + wy * place.y) + wz * place.z) + wshift;
+    let back = |n: Vec3| Vec3::new(mx.dot(n), my.dot(n), mz.dot(n));
+    let gradient = back(ng);
+    let length = gradient.dot(gradient).sqrt();
+    let ng = unit_or(gradient, -ray.dir);
+    let ns = unit_or(back(ns), ng);
+    let p = point.abs();
+    let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
+    let reach = (largest(terms) * PAD + offset) / length;
+    (point, ng, ns, reach + largest(point) * PAD)
+}
+
+fn triangle(scene: &Scene, i: usize, ray: &Ray, hit: &Hit) -> Place {
     let [a, b, c] = scene.triangles.corners(i);
     let (beta, gamma) = (hit.u, hit.v);
     let alpha = (1.0 - beta) - gamma;
@@ -101,13 +135,13 @@ fn triangle(scene: &Scene, i: usize, ray: &Ray, hit: &Hit) -> (Vec3, Vec3, Vec3,
     (point, ng, ns, size * PAD)
 }
 
-fn sphere(scene: &Scene, i: usize, ray: &Ray, t: f32) -> (Vec3, Vec3, Vec3, f32) {
+fn sphere(scene: &Scene, i: usize, ray: &Ray, t: f32) -> Place {
     let (center, radius) = (scene.spheres.center.get(i), scene.spheres.radius[i]);
     let n = unit_or((ray.org - center) + ray.dir * t, -ray.dir);
     (center + n * radius, n, n, (largest(center) + radius) * PAD)
 }
 
-fn ellipsoid(scene: &Scene, i: usize, ray: &Ray, t: f32) -> (Vec3, Vec3, Vec3, f32) {
+fn ellipsoid(scene: &Scene, i: usize, ray: &Ray, t: f32) -> Place {
     let [mx, my, mz, shift] = scene.ellipsoids.object_columns(i);
     let [wx, wy, wz, center] = scene.ellipsoids.world_columns(i);
     let to_object = |v: Vec3| (mx * v.x + my * v.y) + mz * v.z;

@@ -2,7 +2,7 @@
 //! SAH-based Bounding Volume Hierarchies", 2007) and walked one ray at a time. That it differs from the packet
 //! engine's tree is part of the proof: no picture may depend on the tree.
 
-use super::intersect::{Hit, Probe};
+use super::intersect::{Hit, Probe, min};
 use crate::scene::{Bounds, Scene};
 use glam::Vec3;
 
@@ -24,11 +24,59 @@ struct Node {
     count: u32,
 }
 
-/// A binary tree over the padded boxes of a scene's primitives.
+/// The world's tree, and one for every mesh.
+#[derive(Clone, Debug)]
+pub struct Forest {
+    world: Tree,
+    meshes: Vec<Tree>,
+    instance_boxes: Vec<Bounds>,
+}
+
+impl Forest {
+    /// Builds the trees of a scene.
+    pub fn build(scene: &Scene) -> Forest {
+        let prims = scene.prim_count() as u32;
+        let instance_boxes = super::instance::boxes(scene);
+        let bounds = |object: u32| match object.checked_sub(prims) {
+            None => scene.prim_bounds(object).padded(),
+            Some(k) => instance_boxes[k as usize],
+        };
+        let boxed = |object: u32| (object, bounds(object));
+        let mesh = |mesh| Tree::build(scene.meshes.prims(mesh).map(boxed));
+        Forest {
+            world: Tree::build(super::instance::world(scene).map(boxed)),
+            meshes: (0..scene.meshes.len()).map(mesh).collect(),
+            instance_boxes,
+        }
+    }
+
+    /// The world's tree.
+    pub fn world(&self) -> &Tree {
+        &self.world
+    }
+
+    /// The tree of a mesh.
+    pub(super) fn mesh(&self, mesh: usize) -> &Tree {
+        &self.meshes[mesh]
+    }
+
+    pub(super) fn instance_boxes(&self) -> &[Bounds] {
+        &self.instance_boxes
+    }
+
+    /// Bytes of all trees.
+    pub fn memory_bytes(&self) -> usize {
+        let trees = self.meshes.iter().chain([&self.world]);
+        trees.map(Tree::memory_bytes).sum()
+    }
+}
+
+/// A binary tree over padded boxes.
 #[derive(Clone, Debug)]
 pub struct Tree {
     nodes: Vec<Node>,
-    prims: Vec<u32>,
+    /// Primitives by number, and instances from the number of primitives on.
+    objects: Vec<u32>,
     depth: usize,
 }
 
@@ -38,25 +86,20 @@ struct Item {
     bounds: Bounds,
     /// Twice the centre of the box.
     center: Vec3,
-    prim_id: u32,
+    object: u32,
 }
 
 impl Tree {
-    /// Builds the tree of a scene.
-    pub fn build(scene: &Scene) -> Tree {
-        let mut items: Vec<Item> = (0..scene.prim_count() as u32)
-            .map(|prim_id| {
-                let bounds = scene.prim_bounds(prim_id).padded();
-                Item {
-                    bounds,
-                    center: bounds.lo + bounds.hi,
-                    prim_id,
-                }
-            })
-            .collect();
+    fn build(objects: impl Iterator<Item = (u32, Bounds)>) -> Tree {
+        let item = |(object, bounds): (u32, Bounds)| Item {
+            bounds,
+            center: bounds.lo + bounds.hi,
+            object,
+        };
+        let mut items: Vec<Item> = objects.map(item).collect();
         let mut tree = Tree {
             nodes: Vec::with_capacity(items.len()),
-            prims: Vec::with_capacity(items.len()),
+            objects: Vec::with_capacity(items.len()),
             depth: 0,
         };
         if !items.is_empty() {
@@ -77,7 +120,7 @@ impl Tree {
 
     /// Bytes of the nodes and of the primitive list.
     pub fn memory_bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.prims.as_slice())
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.objects.as_slice())
     }
 
     /// Surface area heuristic cost: nodes visited and primitives tested, both at cost 1.
@@ -97,7 +140,7 @@ impl Tree {
         self.depth = self.depth.max(depth);
         self.nodes.push(Node {
             bounds,
-            first: self.prims.len() as u32,
+            first: self.objects.len() as u32,
             count: items.len() as u32,
         });
         let at = if items.len() <= LEAF {
@@ -108,7 +151,7 @@ impl Tree {
             items.len() / 2
         };
         if at == 0 || at == items.len() {
-            self.prims.extend(items.iter().map(|i| i.prim_id));
+            self.objects.extend(items.iter().map(|i| i.object));
             return;
         }
         let (left, right) = items.split_at_mut(at);
@@ -118,24 +161,29 @@ impl Tree {
         self.add(right, depth + 1);
     }
 
-    pub(super) fn closest(&self, scene: &Scene, probe: &Probe) -> Option<Hit> {
-        let mut best: Option<Hit> = None;
-        self.walk(probe, f32::INFINITY, |prims, limit| {
-            for &id in prims {
-                probe.closer(scene, id, &mut best);
+    /// Offers `closer` the objects that may lie before `best`, and not beyond `limit`.
+    pub(super) fn closest(
+        &self,
+        probe: &Probe,
+        limit: f32,
+        best: &mut Option<Hit>,
+        mut closer: impl FnMut(u32, &mut Option<Hit>),
+    ) {
+        self.walk(probe, limit, |objects, limit| {
+            for &object in objects {
+                closer(object, best);
             }
             if let Some(hit) = best {
-                *limit = hit.t;
+                *limit = min(*limit, hit.t);
             }
             false
         });
-        best
     }
 
     pub(super) fn any(&self, probe: &Probe, tmax: f32, blocks: impl Fn(u32) -> bool) -> bool {
         let mut found = false;
-        self.walk(probe, tmax, |prims, _| {
-            found = prims.iter().any(|&id| blocks(id));
+        self.walk(probe, tmax, |objects, _| {
+            found = objects.iter().any(|&object| blocks(object));
             found
         });
         found
@@ -157,7 +205,10 @@ impl Tree {
             let mut next = None;
             if node.count > 0 {
                 let first = node.first as usize;
-                if leaf(&self.prims[first..first + node.count as usize], &mut limit) {
+                if leaf(
+                    &self.objects[first..first + node.count as usize],
+                    &mut limit,
+                ) {
                     return;
                 }
             } else {

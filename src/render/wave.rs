@@ -9,7 +9,7 @@ use super::stats::RenderStats;
 use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
 use crate::scene::{PrimKind, Scene};
-use crate::shade::{Material, Surface, bounces, sample_light, surface};
+use crate::shade::{Batch, Material, Surface, bounces, sample_light, surface};
 use crate::trace::Traversal;
 use bumpalo::Bump;
 use std::ops::Range;
@@ -107,16 +107,27 @@ pub(super) fn wave(
     }
 }
 
-/// What eight hits must share to be shaded together: kind in the upper two bits, material below.
-type Batch = u32;
+/// A [`Batch`] in one word: kind in the upper two bits, then whether instances show it, then the material.
+type BatchWord = u32;
 
-fn batch_of(scene: &Scene, prim_id: u32) -> Batch {
-    let kind = scene.prims[prim_id as usize].kind() as u32;
-    kind << 30 | scene.prim_material(prim_id)
+const INSTANCED: BatchWord = 1 << 29;
+
+fn batch_of(scene: &Scene, prim_id: u32) -> BatchWord {
+    let placed = scene.placed(prim_id);
+    let kind = scene.prims[placed.prim as usize].kind() as u32;
+    let instanced = if placed.instance.is_some() {
+        INSTANCED
+    } else {
+        0
+    };
+    kind << 30 | instanced | scene.prim_material(placed.prim)
 }
 
 /// The batch of every hit of a scene of one kind and one material, such as a scanned mesh: two look-ups less a hit.
-fn only_batch(scene: &Scene) -> Option<Batch> {
+fn only_batch(scene: &Scene) -> Option<BatchWord> {
+    if !scene.instances.is_empty() {
+        return None;
+    }
     let of_first_kind = match scene.prims.first()?.kind() {
         PrimKind::Sphere => scene.spheres.len(),
         PrimKind::Ellipsoid => scene.ellipsoids.len(),
@@ -130,8 +141,8 @@ fn only_batch(scene: &Scene) -> Option<Batch> {
 /// A hit that has to be regrouped: its batch in the upper half, the ray's index in the wave in the lower.
 type Key = u64;
 
-fn key_batch(key: Key) -> Batch {
-    (key >> 32) as Batch
+fn key_batch(key: Key) -> BatchWord {
+    (key >> 32) as BatchWord
 }
 
 /// Gives missing rays the background and every hit its surface. A packet whose lanes all hit one kind and material is
@@ -143,7 +154,7 @@ fn surfaces<'arena>(
     hits: &[HitPacket],
     colors: &mut [Colors],
 ) -> &'arena [Surface] {
-    let whole = arena.alloc_slice_fill_copy(hits.len(), (0u32, 0 as Batch));
+    let whole = arena.alloc_slice_fill_copy(hits.len(), (0u32, 0 as BatchWord));
     let loose = arena.alloc_slice_fill_copy(hits.len() * LANES, 0 as Key);
     let (mut wholes, mut looses) = (0, 0);
     let only = only_batch(scene);
@@ -186,25 +197,28 @@ fn whole_surface(
     rays: &RayView,
     hits: &[HitPacket],
     packet: usize,
-    batch: Batch,
+    batch: BatchWord,
 ) -> Surface {
     let ray = std::array::from_fn(|lane| (packet * LANES + lane) as u32);
-    let (kind, material) = unpack(batch);
     let (rays, active) = rays.packet(packet);
-    surface(scene, kind, material, &rays, &hits[packet], active, ray)
+    surface(scene, unpack(batch), &rays, &hits[packet], active, ray)
 }
 
 fn loose_surface(scene: &Scene, rays: &RayView, hits: &[HitPacket], batch: &[Key]) -> Surface {
     // Lanes past the batch's end repeat its last hit.
     let ray: [u32; LANES] = std::array::from_fn(|k| batch[k.min(batch.len() - 1)] as u32);
     let active = Mask8::first(batch.len());
-    let (kind, material) = unpack(key_batch(batch[0]));
+    let unpacked = unpack(key_batch(batch[0]));
     let (rays, hits) = gather(rays, hits, &ray);
-    surface(scene, kind, material, &rays, &hits, active, ray)
+    surface(scene, unpacked, &rays, &hits, active, ray)
 }
 
-fn unpack(batch: Batch) -> (PrimKind, u32) {
-    (PrimKind::from_number(batch >> 30), batch & 0x3fff_ffff)
+fn unpack(batch: BatchWord) -> Batch {
+    Batch {
+        kind: PrimKind::from_number(batch >> 30),
+        instanced: batch & INSTANCED != 0,
+        material: batch & (INSTANCED - 1),
+    }
 }
 
 /// Collects eight rays and hits from wherever they are.

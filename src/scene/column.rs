@@ -72,6 +72,11 @@ impl<T: Clone> Column<T> {
         }
     }
 
+    /// Appends copies of rows, within the room that was reserved.
+    pub fn extend_from(&mut self, rows: &[T]) {
+        self.make_mut().extend_from_slice(rows);
+    }
+
     /// Appends the rows of another column, or takes it over where this one is empty.
     pub fn append(&mut self, other: Column<T>) {
         match (self.is_empty(), other.0) {

@@ -10,6 +10,9 @@ pub const MAX_PIXELS: u64 = 1 << 28;
 /// Most bounces after the primary ray.
 pub const MAX_DEPTH_LIMIT: u32 = 1000;
 
+/// Most materials: shading keeps a material's number and what kind of hit it is for in one word.
+const MAX_MATERIALS: usize = 1 << 29;
+
 /// What can be wrong with a scene as a whole. A reader reports most of these earlier, with the line.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
@@ -204,6 +207,9 @@ impl Scene {
             exponent,
             "negative or not finite",
         )?;
+        if m.len() > MAX_MATERIALS {
+            return Err(column("material", "row", MAX_MATERIALS, "one too many"));
+        }
         same_length("material", "texture", m.texture.len(), m.len())?;
         let known = |&t: &u32| t == NO_TEXTURE || (t as usize) < self.textures.len();
         all("material", "texture", &m.texture, known, "out of range")?;

@@ -3,6 +3,7 @@
 //! | file | design document |
 //! |---|---|
 //! | `surface` | where the ray hit: point, normals, offset |
+//! | `instance` | the same for what an instance shows |
 //! | `light` | "Lighting model" and "Shading model": attenuation, Blinn-Phong |
 //! | `bounce` | "Recursive shading model": mirror and refracted rays |
 //! | `pow` | the specular power, eight lanes at a time |
@@ -10,6 +11,7 @@
 //! The oracle does the same operations in the same order, one ray at a time.
 
 mod bounce;
+mod instance;
 mod light;
 mod pow;
 mod surface;
@@ -17,7 +19,7 @@ mod surface;
 pub use bounce::{Bounces, bounces};
 pub use light::{LightSample, sample_light};
 pub use pow::pow;
-pub use surface::{Material, Surface, surface};
+pub use surface::{Batch, Material, Surface, surface};
 
 use crate::lanes::Vec3x8;
 use glam::Vec3;

@@ -1,5 +1,6 @@
 //! Eight hits of one kind and one material: where they are and which way the surface faces.
 
+use super::instance::Maps;
 use crate::lanes::{F32x8, LANES, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, RayPacket};
 use crate::scene::{PAD, PrimKind, Scene, Vec3s};
@@ -60,25 +61,37 @@ impl Material {
     }
 }
 
-/// Evaluates eight hits of one `kind` and one material. Lanes outside `active` repeat an active one.
+/// What eight hits must share to be shaded together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batch {
+    /// Kind of primitive.
+    pub kind: PrimKind,
+    /// Whether instances show them.
+    pub instanced: bool,
+    /// Material.
+    pub material: u32,
+}
+
+/// Evaluates eight hits of one batch. Lanes outside `active` repeat an active one.
 pub fn surface(
     scene: &Scene,
-    kind: PrimKind,
-    material: u32,
+    batch: Batch,
     rays: &RayPacket,
     hits: &HitPacket,
     active: Mask8,
     ray: [u32; LANES],
 ) -> Surface {
-    let rows = hits
-        .prim_id
-        .to_array()
-        .map(|id| scene.prims[id as usize].index());
-    let place = match kind {
-        PrimKind::Sphere => sphere(scene, &rows, rays, hits.t),
-        PrimKind::Ellipsoid => ellipsoid(scene, &rows, rays, hits.t),
-        PrimKind::Triangle => triangle(scene, &rows, rays, hits),
-        PrimKind::Cone => todo!("cones are on their way"),
+    let place = if batch.instanced {
+        let placed = hits.prim_id.to_array().map(|id| scene.placed(id));
+        let rows = placed.map(|p| scene.prims[p.prim as usize].index());
+        let instances = placed.map(|p| p.instance.unwrap_or_default() as usize);
+        let map = Maps::of(scene, &instances);
+        let inside = map.moved(rays);
+        map.outside(place(scene, batch.kind, &rows, &inside, hits), rays)
+    } else {
+        let rows = hits.prim_id.to_array();
+        let rows = rows.map(|id| scene.prims[id as usize].index());
+        place(scene, batch.kind, &rows, rays, hits)
     };
     let away = rays.dir.dot(place.ng).gt(F32x8::ZERO);
     Surface {
@@ -90,19 +103,35 @@ pub fn surface(
         offset: place.offset,
         entering: !away,
         ray,
-        material,
+        material: batch.material,
     }
 }
 
 /// Point, outward normals and offset, before they are turned.
-struct Place {
-    point: Vec3x8,
-    ng: Vec3x8,
-    ns: Vec3x8,
-    offset: F32x8,
+pub(super) struct Place {
+    pub(super) point: Vec3x8,
+    pub(super) ng: Vec3x8,
+    pub(super) ns: Vec3x8,
+    pub(super) offset: F32x8,
 }
 
-fn gather(column: &Vec3s, rows: &[usize; LANES]) -> Vec3x8 {
+/// In the space where the primitives are stored.
+fn place(
+    scene: &Scene,
+    kind: PrimKind,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    hits: &HitPacket,
+) -> Place {
+    match kind {
+        PrimKind::Sphere => sphere(scene, rows, rays, hits.t),
+        PrimKind::Ellipsoid => ellipsoid(scene, rows, rays, hits.t),
+        PrimKind::Triangle => triangle(scene, rows, rays, hits),
+        PrimKind::Cone => todo!("cones are on their way"),
+    }
+}
+
+pub(super) fn gather(column: &Vec3s, rows: &[usize; LANES]) -> Vec3x8 {
     Vec3x8::new(
         F32x8::new(rows.map(|i| column.x[i])),
         F32x8::new(rows.map(|i| column.y[i])),
@@ -111,7 +140,7 @@ fn gather(column: &Vec3s, rows: &[usize; LANES]) -> Vec3x8 {
 }
 
 /// v/|v|, or `otherwise` where v has no length.
-fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
+pub(super) fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
     let squared = v.dot(v);
     let unit = v.scale(F32x8::ONE / squared.sqrt());
     Vec3x8::select(squared.gt(F32x8::ZERO), unit, otherwise)

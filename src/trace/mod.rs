@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `aabb` | the slab test of a ray against a padded box |
 //! | `triangle`, `sphere` | one test per primitive: what a hit is |
+//! | `instance` | rays into the space of a mesh, hits back out of it |
 //! | `packet` | a packet of rays together down the binary tree |
 //! | `traversal` | queues in, hits out: which kernel traces what |
 //!
@@ -19,9 +20,12 @@
 //! bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) by one about order; the padding only has to make sure that
 //! genuine hits pass, and the clamp only ever makes a distance more accurate.
 //!
+//! Through instances the argument holds twice, with a clamp to the stay in the instance's own box outside: see `instance`.
+//!
 //! Ties in distance go to the smaller `prim_id`.
 
 mod aabb;
+mod instance;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"

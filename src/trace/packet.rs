@@ -5,11 +5,10 @@
 
 use super::aabb::{Slabs, Stay};
 use super::triangle::{MIXED, Shear};
-use super::{sphere, triangle};
-use crate::bvh::{Bvh, Child};
+use super::{instance, sphere, triangle};
+use crate::bvh::{Bvh, Child, LeafKind};
 use crate::lanes::{F32x8, LaneIds, LaneMask, Lanes};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket};
-use crate::scene::PrimKind;
 use std::ops::{BitOr, Range};
 
 /// The closest hits so far. Inactive lanes hold t = −∞.
@@ -104,11 +103,19 @@ impl<'a, L: Lanes> Tracer<'a, L> {
     #[inline(always)]
     fn run(&mut self, rays: &RayPacket<L>, active: L::Mask, goal: &mut impl Goal<L>) {
         self.work.packets += L::PACKETS as u64;
-        let rays = &Prepared::new(rays, active);
+        self.descend(
+            &Prepared::new(rays, active),
+            goal,
+            Subtree { root: 0, floor: 0 },
+        );
+    }
+
+    #[inline(always)]
+    fn descend(&mut self, rays: &Prepared<L>, goal: &mut impl Goal<L>, tree: Subtree) {
         let slabs = &rays.slabs;
         match slabs.near {
-            Some(near) => self.traverse(rays, goal, |corners| slabs.stay_ordered(corners, near)),
-            None => self.traverse(rays, goal, |corners| slabs.stay_mixed(corners)),
+            Some(near) => self.traverse(rays, goal, tree, |b| slabs.stay_ordered(b, near)),
+            None => self.traverse(rays, goal, tree, |b| slabs.stay_mixed(b)),
         }
     }
 
@@ -118,11 +125,12 @@ impl<'a, L: Lanes> Tracer<'a, L> {
         &mut self,
         rays: &Prepared<L>,
         goal: &mut G,
+        tree: Subtree,
         stay: impl Fn(&[[f32; 3]; 2]) -> Stay<L>,
     ) {
         let nodes = self.bvh.nodes();
-        let mut top = 0;
-        let mut current = Child::Node(0);
+        let mut top = tree.floor;
+        let mut current = Child::Node(tree.root);
         loop {
             while let Child::Node(index) = current {
                 // SAFETY: `Bvh` is made by its builder alone, which gives every child node an index below
@@ -146,7 +154,7 @@ impl<'a, L: Lanes> Tracer<'a, L> {
                         let waiting = [1, 0].map(|k: usize| met[k].select(stays[k].enter, nan));
                         let enter = L::Mask::splat(near == 1).select(waiting[1], waiting[0]);
                         // SAFETY: each level of a path leaves at most one entry, the stack is `depth() + 1`
-                        // long, and `Bvh::depth` counts the longest path.
+                        // long, and `Bvh::depth` counts the longest path, through an instance if there are any.
                         let slot = unsafe { self.stack.get_unchecked_mut(top) };
                         *slot = Entry { enter, first, tag };
                         top += 1;
@@ -154,19 +162,19 @@ impl<'a, L: Lanes> Tracer<'a, L> {
                     }
                 }
             }
-            if let Child::Leaf { kind, first, count } = current
-                && goal.leaf(
-                    self.bvh,
-                    rays,
-                    kind,
-                    first as usize..(first + count) as usize,
-                )
-            {
-                return;
+            if let Child::Leaf { kind, first, count } = current {
+                let slots = first as usize..(first + count) as usize;
+                let done = match kind {
+                    LeafKind::Instance => self.instances(rays, goal, slots, top),
+                    _ => goal.leaf(self.bvh, rays, kind, slots),
+                };
+                if done {
+                    return;
+                }
             }
             // The next waiting child that some ray still reaches.
             current = loop {
-                if top == 0 {
+                if top == tree.floor {
                     return;
                 }
                 top -= 1;
@@ -178,6 +186,41 @@ impl<'a, L: Lanes> Tracer<'a, L> {
             };
         }
     }
+
+    /// Goes on in the trees of instances, with the rays moved into their space: see [`instance`].
+    #[inline(never)]
+    fn instances<G: Goal<L>>(
+        &mut self,
+        rays: &Prepared<L>,
+        goal: &mut G,
+        slots: Range<usize>,
+        floor: usize,
+    ) -> bool {
+        for slot in slots_of(self.bvh.instances(), slots) {
+            let stay = rays.slabs.stay(&slot.own_box);
+            let Some(mut inner) = goal.within(&stay) else {
+                continue;
+            };
+            let active = inner.limit().gt(nowhere());
+            let moved = Prepared::new(&instance::moved(&rays.rays, slot), active);
+            let tree = Subtree {
+                root: slot.root,
+                floor,
+            };
+            self.descend(&moved, &mut inner, tree);
+            if goal.leave(inner, &stay, slot.id_offset) {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// A tree, and the place of the stack from which its traversal may use it.
+#[derive(Clone, Copy)]
+struct Subtree {
+    root: u32,
+    floor: usize,
 }
 
 /// The child that more of the rays that meet both enter first: for rays that have parted, a better guess than one
@@ -206,8 +249,14 @@ trait Goal<L: Lanes> {
     const ORDERED: bool;
     /// How far each ray still has to look.
     fn limit(&self) -> L;
+    /// The same goal within an instance, whose box the rays cross as `stay` says; none if nothing in there can matter.
+    fn within(&self, stay: &Stay<L>) -> Option<Self>
+    where
+        Self: Sized;
+    /// Takes over what was found within an instance; true ends the traversal.
+    fn leave(&mut self, inner: Self, stay: &Stay<L>, id_offset: u32) -> bool;
     /// Tests the primitives of a leaf; true ends the traversal.
-    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: PrimKind, slots: Range<usize>) -> bool;
+    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: LeafKind, slots: Range<usize>) -> bool;
 }
 
 struct Closest<L: Lanes> {
@@ -228,27 +277,57 @@ impl<L: Lanes> Goal<L> for Closest<L> {
     }
 
     #[inline(always)]
-    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: PrimKind, slots: Range<usize>) -> bool {
+    fn within(&self, stay: &Stay<L>) -> Option<Closest<L>> {
+        let limit = instance::closest_limit(self.best.t, stay);
+        limit.gt(nowhere()).any().then(|| Closest {
+            best: Best {
+                t: limit,
+                // The smallest number wins a tie, so this one loses it: a hit at the limit may win out there.
+                prim_id: L::Ids::splat(NO_PRIM),
+                ..self.best
+            },
+        })
+    }
+
+    #[inline(always)]
+    fn leave(&mut self, inner: Closest<L>, stay: &Stay<L>, id_offset: u32) -> bool {
+        let found = inner.best;
+        let id = found.prim_id.wrapping_add(L::Ids::splat(id_offset));
+        let (met, t) = instance::outside(found.t, stay);
+        let hit = met & !found.prim_id.eq(L::Ids::splat(NO_PRIM));
+        let best = &mut self.best;
+        let take = hit & (t.lt(best.t) | (t.eq(best.t) & id.lt(best.prim_id)));
+        best.t = take.select(t, best.t);
+        best.v = take.select(found.v, best.v);
+        best.w = take.select(found.w, best.w);
+        best.det = take.select(found.det, best.det);
+        best.prim_id = take.select_ids(id, best.prim_id);
+        false
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: LeafKind, slots: Range<usize>) -> bool {
         let best = &mut self.best;
         let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
         match kind {
-            PrimKind::Triangle => match rays.shear.axis {
+            LeafKind::Triangle => match rays.shear.axis {
                 0 => triangles_closest::<L, 0>(bvh, rays, slots, best),
                 1 => triangles_closest::<L, 1>(bvh, rays, slots, best),
                 2 => triangles_closest::<L, 2>(bvh, rays, slots, best),
                 _ => triangles_closest::<L, MIXED>(bvh, rays, slots, best),
             },
-            PrimKind::Sphere => {
+            LeafKind::Sphere => {
                 for slot in slots_of(bvh.spheres(), slots) {
                     sphere::closest(org, dir, slabs, slot, best);
                 }
             }
-            PrimKind::Ellipsoid => {
+            LeafKind::Ellipsoid => {
                 for slot in slots_of(bvh.ellipsoids(), slots) {
                     sphere::closest_ellipsoid(org, dir, slabs, slot, best);
                 }
             }
-            PrimKind::Cone => {}
+            // No cones yet; instances are entered by the traversal itself.
+            LeafKind::Cone | LeafKind::Instance => {}
         }
         false
     }
@@ -262,28 +341,51 @@ impl<L: Lanes> Goal<L> for AnyHit<L> {
     }
 
     #[inline(always)]
-    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: PrimKind, slots: Range<usize>) -> bool {
+    fn within(&self, stay: &Stay<L>) -> Option<AnyHit<L>> {
+        let limit = instance::any_hit_limit(self.limit, stay);
+        let live = limit.gt(nowhere()).bits();
+        (live != 0).then(|| AnyHit {
+            limit,
+            blocked: L::Mask::none(),
+            all: live,
+        })
+    }
+
+    #[inline(always)]
+    fn leave(&mut self, inner: AnyHit<L>, _: &Stay<L>, _: u32) -> bool {
+        self.block(inner.blocked)
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: LeafKind, slots: Range<usize>) -> bool {
         let tmax = self.limit;
         let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
         let hits = match kind {
-            PrimKind::Triangle => match rays.shear.axis {
+            LeafKind::Triangle => match rays.shear.axis {
                 0 => triangles_occluded::<L, 0>(bvh, rays, slots, tmax),
                 1 => triangles_occluded::<L, 1>(bvh, rays, slots, tmax),
                 2 => triangles_occluded::<L, 2>(bvh, rays, slots, tmax),
                 _ => triangles_occluded::<L, MIXED>(bvh, rays, slots, tmax),
             },
-            PrimKind::Sphere => any_of(L::Mask::none(), slots_of(bvh.spheres(), slots), |slot| {
+            LeafKind::Sphere => any_of(L::Mask::none(), slots_of(bvh.spheres(), slots), |slot| {
                 sphere::occluded(org, dir, slabs, slot, tmax)
             }),
-            PrimKind::Ellipsoid => {
+            LeafKind::Ellipsoid => {
                 any_of(L::Mask::none(), slots_of(bvh.ellipsoids(), slots), |slot| {
                     sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax)
                 })
             }
-            PrimKind::Cone => L::Mask::none(),
+            LeafKind::Cone | LeafKind::Instance => L::Mask::none(),
         };
+        self.block(hits)
+    }
+}
+
+impl<L: Lanes> AnyHit<L> {
+    /// A blocked lane is done: like a lane without a ray. True when all are.
+    #[inline(always)]
+    fn block(&mut self, hits: L::Mask) -> bool {
         self.blocked = self.blocked | hits;
-        // A blocked lane is done: like a lane without a ray.
         self.limit = hits.select(nowhere(), self.limit);
         self.blocked.bits() == self.all
     }

@@ -16,6 +16,8 @@ use super::aabb::Slabs;
 use super::packet::Best;
 use crate::bvh::TriangleSlot;
 use crate::lanes::{LaneIds, LaneMask, Lanes, Vec3Lanes};
+use crate::scene::Bounds;
+use glam::Vec3;
 
 /// The frame in which the rays are the z axis: the dominant axis of the direction, and the slopes against it.
 #[derive(Clone, Copy)]
@@ -139,6 +141,14 @@ struct Meeting<L: Lanes> {
     det: L,
 }
 
+/// The triangle's own padded box.
+#[inline(always)]
+fn own_box(slot: &TriangleSlot) -> [[f32; 3]; 2] {
+    let [a, b, c] = slot.corners.map(Vec3::from_array);
+    let own = Bounds::new(a.min(b).min(c), a.max(b).max(c)).padded();
+    [own.lo.to_array(), own.hi.to_array()]
+}
+
 #[inline(always)]
 fn intersect<L: Lanes, const AXIS: usize>(
     shear: &Shear<L>,
@@ -161,7 +171,7 @@ fn intersect<L: Lanes, const AXIS: usize>(
     }
     let det = (u + v) + w;
     let raw = (((u * a.z + v * b.z) + w * c.z) * shear.scale) / det;
-    let stay = slabs.stay(&slot.own_box);
+    let stay = slabs.stay(&own_box(slot));
     let t = raw.max(stay.enter).min(stay.leave);
     // A NaN anywhere above leaves `raw` NaN and fails here; so does det = 0.
     let solid = det.lt(L::ZERO) | det.gt(L::ZERO);

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{F32x8, LANES, LaneMask, Mask8, Vec3x8};
-use phalanx::oracle::{Hit, Oracle, Ray, Search, Tree};
+use phalanx::oracle::{Forest, Hit, Oracle, Ray, Search};
 use phalanx::packet::{HitPacket, NO_PRIM, RayPacket};
 use phalanx::scene::Scene;
 use phalanx::trace::Tracer;
@@ -54,7 +54,7 @@ pub struct Engines<'a> {
 }
 
 impl<'a> Engines<'a> {
-    pub fn new(scene: &'a Scene, tree: &'a Tree, bvh: &'a Bvh) -> Engines<'a> {
+    pub fn new(scene: &'a Scene, tree: &'a Forest, bvh: &'a Bvh) -> Engines<'a> {
         Engines {
             oracle: Oracle::new(scene, Search::Tree(tree), 0),
             brute: Oracle::new(scene, Search::BruteForce, 0),

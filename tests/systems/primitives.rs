@@ -9,12 +9,12 @@ use crate::common::tolerances::{
 use crate::{assert_near, scene, shot};
 use glam::{DVec3, Vec3};
 use phalanx::bvh::Bvh;
-use phalanx::oracle::{Hit, Ray, Tree};
+use phalanx::oracle::{Forest, Hit, Ray};
 use phalanx::scene::Scene;
 
 /// The hit that brute force, the oracle's tree and the packet engine agree on.
 fn closest(scene: &Scene, ray: &Ray) -> Option<Hit> {
-    let (tree, bvh) = (Tree::build(scene), Bvh::build(scene));
+    let (tree, bvh) = (Forest::build(scene), Bvh::build(scene));
     Engines::new(scene, &tree, &bvh).closest(ray)
 }
 

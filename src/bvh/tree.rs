@@ -1,0 +1,73 @@
+//! The tree of a scene: nodes and primitives in leaf order, the world's and those of every mesh.
+
+use super::{Child, EllipsoidSlot, InstanceSlot, Node, Slots, SphereSlot, TriangleSlot};
+use crate::scene::{Bounds, Column};
+
+/// The trees of a scene: the world's, whose root is node 0 and always exists, and one for every mesh, at whose root the
+/// instances of the mesh go on.
+#[derive(Clone, Debug)]
+pub struct Bvh {
+    pub(super) nodes: Column<Node>,
+    pub(super) slots: Slots,
+    pub(super) depth: usize,
+    pub(super) sah: f64,
+}
+
+impl Bvh {
+    /// The tree of a scene without primitives: a root with two empty leaves.
+    pub(super) fn empty() -> Bvh {
+        Bvh {
+            nodes: vec![Node::new([(Child::EMPTY, Bounds::EMPTY); 2])].into(),
+            slots: Slots::default(),
+            depth: 1,
+            sah: 0.0,
+        }
+    }
+
+    /// Nodes, depth first. Every node index in them is in range, every leaf's slots exist.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Triangles in leaf order.
+    pub fn triangles(&self) -> &[TriangleSlot] {
+        &self.slots.triangles
+    }
+
+    /// Spheres in leaf order.
+    pub fn spheres(&self) -> &[SphereSlot] {
+        &self.slots.spheres
+    }
+
+    /// Ellipsoids in leaf order.
+    pub fn ellipsoids(&self) -> &[EllipsoidSlot] {
+        &self.slots.ellipsoids
+    }
+
+    /// Instances in leaf order.
+    pub fn instances(&self) -> &[InstanceSlot] {
+        &self.slots.instances
+    }
+
+    /// Most nodes on a path from the world's root, through an instance to the end of its mesh's tree: a traversal stack
+    /// of this many entries never overflows.
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// Cost of the world's tree by the surface area heuristic: expected nodes visited plus primitives (or instances)
+    /// tested by a random ray that meets the root box, both at cost 1.
+    pub fn sah(&self) -> f64 {
+        self.sah
+    }
+
+    /// Bytes of the nodes.
+    pub fn node_bytes(&self) -> usize {
+        self.nodes.row_bytes()
+    }
+
+    /// Bytes of the primitives in leaf order.
+    pub fn prim_bytes(&self) -> usize {
+        self.slots.bytes()
+    }
+}
