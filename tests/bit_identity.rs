@@ -122,6 +122,10 @@ fn cook(recipe: &Recipe) -> Scene {
         let axes = Vec3::new(0.25, 0.2, 0.28) * scale;
         scenes::add_ellipsoid(&mut scene, center, axes, Vec3::ONE, glass);
     }
+    if rng.once_in(3) {
+        let paint = rng.pick(&paints);
+        scenes::add_instances(&mut scene, &mut rng, scale, paint);
+    }
     for _ in 0..recipe.lights {
         add_light(&mut scene, &mut rng, scale);
     }

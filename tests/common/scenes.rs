@@ -156,3 +156,44 @@ pub fn point_on(scene: &Scene, rng: &mut Rng) -> Vec3 {
     }
     Vec3::ZERO
 }
+
+/// Some map: turned, stretched, sometimes mirrored or sheared or of a scale far from 1.
+pub fn random_map(rng: &mut Rng, scale: f32) -> DAffine3 {
+    let turn = (rng.direction() * rng.range(0.0, 3.0)).as_dvec3();
+    let stretch = match rng.below(4) {
+        0 => DVec3::ONE,
+        1 => DVec3::splat(f64::from(rng.magnitude(-2.0, 1.0))),
+        _ => DVec3::from_array([0; 3].map(|_| f64::from(rng.magnitude(-1.0, 0.5)))),
+    };
+    let mirror = if rng.once_in(3) { -1.0 } else { 1.0 };
+    let mut shear = DMat3::from_diagonal(stretch * DVec3::new(mirror, 1.0, 1.0));
+    if rng.once_in(3) {
+        shear.y_axis.x += f64::from(rng.range(-1.0, 1.0));
+    }
+    DAffine3 {
+        matrix3: DMat3::from_quat(DQuat::from_scaled_axis(turn)) * shear,
+        translation: rng.point(scale).as_dvec3(),
+    }
+}
+
+/// Meshes of random primitives, and instances of them, some in the same place.
+pub fn add_instances(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
+    for _ in 0..1 + rng.below(2) {
+        let mesh = scene.begin_mesh();
+        for _ in 0..1 + rng.below(30) {
+            add_random(scene, rng, scale, paint);
+        }
+        scene.end_mesh(mesh);
+        let mut map = DAffine3::IDENTITY;
+        for _ in 0..1 + rng.below(6) {
+            if !rng.once_in(4) {
+                map = random_map(rng, scale);
+            }
+            scene.add_instance(mesh, map).expect("an invertible map");
+        }
+        if rng.once_in(2) {
+            // So that the world's primitives are several runs.
+            add_random(scene, rng, scale, paint);
+        }
+    }
+}

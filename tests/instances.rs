@@ -1,0 +1,312 @@
+//! Meshes stored once and placed many times: the same answers from brute force and both engines' trees, and what they
+//! must be where it can be said.
+
+mod common;
+
+use common::rays::{Engines, hit_bits, toward};
+use common::rng::Rng;
+use common::scenes;
+use common::tolerances::PLACE;
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use phalanx::bvh::{BuildSettings, Bvh, Quality};
+use phalanx::frame::{Control, Engine, Prepared, Settings, render};
+use phalanx::oracle::{Forest, Ray};
+use phalanx::scene::Scene;
+
+fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
+    scene.validate().expect("a valid scene");
+    let (forest, bvh) = (Forest::build(scene), Bvh::build(scene));
+    ask(&mut Engines::new(scene, &forest, &bvh));
+}
+
+/// A ray about the scene: from anywhere, also from far away, toward some place on a primitive or anywhere.
+fn random_ray(scene: &Scene, rng: &mut Rng, scale: f32) -> Ray {
+    let reach = if rng.once_in(8) { 1000.0 } else { 2.0 };
+    let org = rng.point(scale * reach);
+    let target = if rng.once_in(2) {
+        scenes::point_on(scene, rng)
+    } else {
+        rng.point(scale)
+    };
+    match rng.below(6) {
+        // Along an axis, so that boxes are met edge on.
+        0 => Ray::new(org, rng.pick(&[Vec3::X, -Vec3::Y, Vec3::Z])),
+        _ => toward(org, target),
+    }
+}
+
+#[test]
+fn every_search_agrees() {
+    let mut rng = Rng::new(71);
+    let mut met = 0;
+    for _ in 0..150 {
+        let scale = rng.magnitude(-2.0, 3.0);
+        let count = rng.below(12);
+        let mut scene = scenes::random(&mut rng, count, scale);
+        scenes::add_instances(&mut scene, &mut rng, scale, 0);
+        let stored = scene.prim_count() as u32;
+        with_engines(&scene, |engines| {
+            for _ in 0..40 {
+                let rays = [0; 8].map(|_| random_ray(&scene, &mut rng, scale));
+                let hits = engines.closest_of(&rays);
+                met += hits
+                    .iter()
+                    .flatten()
+                    .filter(|h| h.prim_id >= stored)
+                    .count();
+                for tmax in [0.5, 1.0, f32::INFINITY] {
+                    engines.occluded_of(&rays, tmax);
+                }
+            }
+        });
+    }
+    assert!(met > 10_000, "only {met} hits on instances");
+}
+
+/// Where the maps change nothing, an instance is its mesh to the bit.
+#[test]
+fn an_unmoved_instance_is_the_mesh_itself() {
+    let mut rng = Rng::new(72);
+    for _ in 0..40 {
+        let direct = scenes::random(&mut rng, 30, 1.0);
+        let mut placed = direct.clone();
+        placed.meshes.first.push(0);
+        placed.meshes.count.push(direct.prim_count() as u32);
+        placed.add_instance(0, DAffine3::IDENTITY).unwrap();
+        if direct.prim_count() == 0 {
+            continue;
+        }
+        let rays: Vec<[Ray; 8]> = (0..40)
+            .map(|_| [0; 8].map(|_| random_ray(&direct, &mut rng, 1.0)))
+            .collect();
+        let mut truth = Vec::new();
+        with_engines(&direct, |engines| {
+            truth.extend(rays.iter().flat_map(|eight| engines.closest_of(eight)));
+        });
+        with_engines(&placed, |engines| {
+            let found = rays.iter().flat_map(|eight| engines.closest_of(eight));
+            for (hit, want) in found.zip(&truth) {
+                let mut want = want.as_ref().map(hit_bits);
+                if let Some(want) = &mut want {
+                    want.3 += direct.prim_count() as u32;
+                }
+                assert_eq!(hit.as_ref().map(hit_bits), want);
+            }
+        });
+    }
+}
+
+/// Of instances in the same place the first is hit, whichever tree is asked.
+#[test]
+fn ties_go_to_the_smaller_number() {
+    let mut scene = scenes::bare();
+    let mesh = scene.begin_mesh();
+    scene.add_triangle([Vec3::ZERO, Vec3::X, Vec3::Y], None, 0);
+    scene.end_mesh(mesh);
+    for _ in 0..20 {
+        scene.add_instance(mesh, DAffine3::IDENTITY).unwrap();
+    }
+    with_engines(&scene, |engines| {
+        let hit = engines.closest(&toward(Vec3::new(0.2, 0.2, 3.0), Vec3::new(0.2, 0.2, 0.0)));
+        assert_eq!(hit.map(|h| h.prim_id), Some(1));
+    });
+    // In the world itself the same triangle has a smaller number than in any instance.
+    let direct = scene.add_triangle([Vec3::ZERO, Vec3::X, Vec3::Y], None, 0);
+    with_engines(&scene, |engines| {
+        let hit = engines.closest(&toward(Vec3::new(0.2, 0.2, 3.0), Vec3::new(0.2, 0.2, 0.0)));
+        assert_eq!(hit.map(|h| h.prim_id), Some(direct));
+    });
+}
+
+/// A flat mesh lies wholly in the surface of its box, where rounding could lose it.
+#[test]
+fn a_flat_mesh_has_no_holes() {
+    let mut rng = Rng::new(73);
+    for _ in 0..300 {
+        let mut scene = scenes::bare();
+        let mesh = scene.begin_mesh();
+        let corner = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+        scene.add_triangle(
+            [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0)],
+            None,
+            0,
+        );
+        scene.add_triangle(
+            [corner(-1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+            None,
+            0,
+        );
+        scene.end_mesh(mesh);
+        let mut map = scenes::random_map(&mut rng, 100.0);
+        if rng.once_in(2) {
+            // In one plane of the world's axes.
+            map.matrix3 =
+                glam::DMat3::from_diagonal(DVec3::splat(f64::from(rng.magnitude(-3.0, 3.0))));
+        }
+        scene.add_instance(mesh, map).unwrap();
+        with_engines(&scene, |engines| {
+            let normal = map.matrix3.inverse().transpose() * DVec3::Z;
+            let size = map.matrix3.x_axis.length().max(map.matrix3.y_axis.length());
+            for _ in 0..16 {
+                let (x, y) = (rng.range(-0.9, 0.9), rng.range(-0.9, 0.9));
+                let target = map.transform_point3(corner(x, y).as_dvec3());
+                let away = normal.normalize() * size * f64::from(rng.magnitude(-1.0, 2.0));
+                let org = (target + away).as_vec3();
+                let hit = engines.closest(&toward(org, target.as_vec3()));
+                let t = hit
+                    .unwrap_or_else(|| panic!("lost at {x} {y} of {map:?}"))
+                    .t;
+                let reach = (target.length() + size) / away.length();
+                let bound = f64::from(PLACE) * (1.0 + reach) * 8.0;
+                assert!(
+                    (f64::from(t) - 1.0).abs() < bound.max(1e-5),
+                    "{t} of {map:?}"
+                );
+            }
+        });
+    }
+}
+
+/// No ray leaves a closed mesh, wherever and however it is placed.
+#[test]
+fn closed_meshes_stay_closed() {
+    let mut rng = Rng::new(74);
+    for _ in 0..200 {
+        let mut scene = scenes::bare();
+        let mesh = scene.begin_mesh();
+        let corner = |k: usize| {
+            let side = |bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
+            Vec3::new(side(0), side(1), side(2))
+        };
+        for [a, b, c, d] in [
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+        ] {
+            scene.add_triangle([corner(a), corner(b), corner(c)], None, 0);
+            scene.add_triangle([corner(a), corner(c), corner(d)], None, 0);
+        }
+        scene.end_mesh(mesh);
+        let reach = rng.magnitude(-1.0, 4.0);
+        let map = scenes::random_map(&mut rng, reach);
+        scene.add_instance(mesh, map).unwrap();
+        with_engines(&scene, |engines| {
+            for _ in 0..32 {
+                // A corner or an edge is the hardest to keep closed.
+                let sides = [0; 3].map(|_| {
+                    let between = rng.range(-1.0, 1.0);
+                    rng.pick(&[-1.0, 1.0, 0.0, between])
+                });
+                let target = map.transform_point3(Vec3::from_array(sides).as_dvec3());
+                let inside = map.transform_point3((rng.point(0.5)).as_dvec3());
+                let ray = toward(inside.as_vec3(), target.as_vec3());
+                if ray.dir != Vec3::ZERO {
+                    assert!(engines.closest(&ray).is_some(), "{ray:?} leaves {map:?}");
+                }
+            }
+        });
+    }
+}
+
+/// A picture of instances is the picture of the same triangles in the world, but for rounding.
+#[test]
+fn instances_look_like_what_they_place() {
+    let mut rng = Rng::new(75);
+    let mut base = scenes::bare();
+    base.lights
+        .add_point(Vec3::new(3.0, 4.0, 8.0), Vec3::ONE, Vec3::X);
+    base.view.eye = Vec3::new(0.0, 0.3, 4.0);
+    (base.width, base.height) = (96, 72);
+    let (mut direct, mut placed) = (base.clone(), base);
+    let shape: Vec<([Vec3; 3], Option<[Vec3; 3]>)> = (0..60)
+        .map(|_| {
+            let center = rng.point(0.7);
+            let normals = rng.once_in(2).then(|| [0; 3].map(|_| rng.direction()));
+            ([0; 3].map(|_| center + rng.point(0.4)), normals)
+        })
+        .collect();
+    let mesh = placed.begin_mesh();
+    shape.iter().for_each(|&(corners, normals)| {
+        placed.add_triangle(corners, normals, 0);
+    });
+    placed.end_mesh(mesh);
+    for k in 0..5 {
+        let map = DAffine3::from_scale_rotation_translation(
+            DVec3::new(0.6, 0.9, 0.7),
+            DQuat::from_scaled_axis(DVec3::new(0.3, f64::from(k), 0.1)),
+            DVec3::new(f64::from(k) - 2.0, 0.3, 0.0),
+        );
+        placed.add_instance(mesh, map).unwrap();
+        let turn = map.matrix3.inverse().transpose();
+        for (corners, normals) in &shape {
+            let corners = corners.map(|c| map.transform_point3(c.as_dvec3()).as_vec3());
+            let normals = normals.map(|n| n.map(|n| (turn * n.as_dvec3()).normalize().as_vec3()));
+            direct.add_triangle(corners, normals, 0);
+        }
+    }
+    assert_eq!(placed.visible_count(), direct.visible_count());
+    let picture = |scene: &Scene| {
+        let prepared = Prepared::build(scene, Engine::Simd);
+        let frame = render(scene, &prepared, &Settings::of(scene), &Control::default());
+        frame.expect("a frame").film
+    };
+    let (a, b) = (picture(&direct), picture(&placed));
+    let near = |i: usize| (0..3).all(|c| (a.planes[c][i] - b.planes[c][i]).abs() < 2e-3);
+    let pixels = a.planes[0].len();
+    let same = (0..pixels).filter(|&i| near(i)).count();
+    let dark = (0..pixels).filter(|&i| a.planes[0][i] == 0.0).count();
+    assert!(dark < pixels * 7 / 10, "a picture of something");
+    // Pixels on edges may fall to either side.
+    assert!(same * 1000 >= pixels * 995, "{same} of {pixels}");
+}
+
+/// The tree does not depend on threads, whatever the quality, and every quality gives the same picture.
+#[test]
+fn trees_of_any_quality_on_any_threads() {
+    let mut rng = Rng::new(76);
+    let mut scene = scenes::bare();
+    for _ in 0..90_000 {
+        let center = rng.point(10.0);
+        let corners = [0; 3].map(|_| center + rng.point(0.1));
+        scene.add_triangle(corners, None, 0);
+    }
+    for _ in 0..3000 {
+        let center = rng.point(10.0);
+        scene.add_sphere(center, 0.05, 0);
+    }
+    let rays: Vec<[Ray; 8]> = (0..50)
+        .map(|_| [0; 8].map(|_| random_ray(&scene, &mut rng, 10.0)))
+        .collect();
+    let forest = Forest::build(&scene);
+    let mut first: Option<Vec<_>> = None;
+    for (name, quality) in Quality::ALL {
+        let trees = [1, 2, 5].map(|threads| {
+            let tree = Bvh::build_with(&scene, &BuildSettings { quality, threads });
+            let boxes = tree.nodes().iter().map(|n| (n.boxes, n.first));
+            (boxes.collect::<Vec<_>>(), tree)
+        });
+        for other in &trees[1..] {
+            assert!(trees[0].0 == other.0, "{name}: the tree depends on threads");
+        }
+        let mut engines = Engines::new(&scene, &forest, &trees[0].1);
+        // Brute force over all rays takes too long here: the oracle's tree is the other side.
+        let hits: Vec<_> = rays
+            .iter()
+            .flatten()
+            .map(|ray| engines.oracle.closest(ray).map(|h| hit_bits(&h)))
+            .collect();
+        let packets = rays.iter().flat_map(|eight| {
+            let packet = common::rays::pack(eight, |_| f32::INFINITY);
+            let active = phalanx::lanes::LaneMask::first(8);
+            let hits = engines.tracer.closest(&packet, active);
+            (0..8).map(move |lane| common::rays::lane_bits(&hits, lane))
+        });
+        let packets: Vec<_> = packets.collect();
+        assert_eq!(packets, hits, "{name}");
+        let first = first.get_or_insert(packets);
+        assert_eq!(*first, hits, "{name}");
+    }
+}
