@@ -243,7 +243,7 @@ fn instances_look_like_what_they_place() {
         let turn = map.matrix3.inverse().transpose();
         for (corners, normals) in &shape {
             let corners = corners.map(|c| map.transform_point3(c.as_dvec3()).as_vec3());
-            let normals = normals.map(|n| n.map(|n| (turn * n.as_dvec3()).normalize().as_vec3()));
+            let normals = normals.map(|n| n.map(|n| (turn * n.as_dvec3()).as_vec3()));
             direct.add_triangle(corners, normals, 0);
         }
     }
