@@ -44,6 +44,12 @@ fn every_search_agrees() {
         let count = rng.below(12);
         let mut scene = scenes::random(&mut rng, count, scale);
         scenes::add_instances(&mut scene, &mut rng, scale, 0);
+        if rng.once_in(2) {
+            for _ in 0..4 {
+                let map = scenes::extreme_map(&mut rng, scale);
+                scene.add_instance(0, map).expect("an invertible map");
+            }
+        }
         let stored = scene.prim_count() as u32;
         with_engines(&scene, |engines| {
             for _ in 0..40 {
@@ -162,6 +168,35 @@ fn a_flat_mesh_has_no_holes() {
                     (f64::from(t) - 1.0).abs() < bound.max(1e-5),
                     "{t} of {map:?}"
                 );
+            }
+        });
+    }
+}
+
+/// Rounding on the way into a flat mesh's space and back must not take it out of its own box.
+#[test]
+fn a_flat_mesh_stretched_out_of_all_proportion_has_no_holes() {
+    let mut rng = Rng::new(77);
+    for _ in 0..300 {
+        let mut scene = scenes::bare();
+        let mesh = scene.begin_mesh();
+        let corner = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+        scene.add_triangle(
+            [corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)],
+            None,
+            0,
+        );
+        scene.end_mesh(mesh);
+        let map = scenes::extreme_map(&mut rng, 100.0);
+        scene.add_instance(mesh, map).unwrap();
+        with_engines(&scene, |engines| {
+            for _ in 0..16 {
+                let (x, y) = (rng.range(-0.2, 0.2), rng.range(-0.5, 0.2));
+                let target = map.transform_point3(corner(x, y).as_dvec3());
+                // From where the way in loses less than the triangle is wide.
+                let above = map.transform_point3(DVec3::new(f64::from(x), f64::from(y), 3.0));
+                let hit = engines.closest(&toward(above.as_vec3(), target.as_vec3()));
+                assert!(hit.is_some(), "lost at {x} {y} of {map:?}");
             }
         });
     }

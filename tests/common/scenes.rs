@@ -176,6 +176,20 @@ pub fn random_map(rng: &mut Rng, scale: f32) -> DAffine3 {
     }
 }
 
+/// A map that stretches its axes by factors up to a million times apart: what it loses by rounding is no longer small
+/// beside the padding of boxes.
+pub fn extreme_map(rng: &mut Rng, scale: f32) -> DAffine3 {
+    let stretch = DVec3::from_array([0; 3].map(|_| f64::from(rng.magnitude(-3.0, 3.0))));
+    let turn = (rng.direction() * rng.range(0.0, 3.0)).as_dvec3();
+    let turned = DQuat::from_scaled_axis((rng.direction() * rng.range(0.0, 3.0)).as_dvec3());
+    DAffine3 {
+        matrix3: DMat3::from_quat(DQuat::from_scaled_axis(turn))
+            * DMat3::from_diagonal(stretch)
+            * DMat3::from_quat(turned),
+        translation: rng.point(scale).as_dvec3(),
+    }
+}
+
 /// Meshes of random primitives, and instances of them, some in the same place.
 pub fn add_instances(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
     for _ in 0..1 + rng.below(2) {
