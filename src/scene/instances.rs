@@ -123,3 +123,55 @@ impl Instances {
 fn linear([x, y, z, _]: &[DVec3; 4], v: DVec3) -> DVec3 {
     *x * v.x + *y * v.y + *z * v.z
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat3, DQuat};
+
+    /// What single precision makes of a place, on its way to the world and back, is still within the box.
+    #[test]
+    fn boxes_hold_what_rounding_does_to_their_corners() {
+        let mut seed = 1u32;
+        let mut unit = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(seed >> 8) / f64::from(1 << 24) * 2.0 - 1.0
+        };
+        let mesh = Bounds::new(Vec3::splat(-1.0), Vec3::ONE);
+        let mut beyond_padding = 0;
+        for _ in 0..2000 {
+            let mut turn =
+                || DMat3::from_quat(DQuat::from_xyzw(unit(), unit(), unit(), unit()).normalize());
+            let turns = [turn(), turn()];
+            let stretch = DVec3::new(unit(), unit(), unit()) * 3.0;
+            let stretch = stretch.to_array().map(|e| libm::pow(10.0, e));
+            let map = DAffine3 {
+                matrix3: turns[0] * DMat3::from_diagonal(stretch.into()) * turns[1],
+                translation: DVec3::new(unit(), unit(), unit()) * 100.0,
+            };
+            let mut instances = Instances::default();
+            instances.push(0, 0, map).expect("an invertible map");
+            let (own, [wx, wy, wz, wt]) = (instances.bounds(0, mesh), instances.world_columns(0));
+            let [mx, my, mz, mt] = instances.object_columns(0);
+            for corner in 0..8 {
+                let side = |bit: usize| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+                let p = Vec3::new(side(0), side(1), side(2));
+                let world = (wx * p.x + wy * p.y + wz * p.z) + wt;
+                let back = (mx * world.x + my * world.y + mz * world.z) + mt;
+                let again = linear(&[wx, wy, wz, wt].map(|c| c.as_dvec3()), back.as_dvec3())
+                    + wt.as_dvec3();
+                let inside = |b: Bounds| {
+                    again.cmpge(b.lo.as_dvec3()).all() && again.cmple(b.hi.as_dvec3()).all()
+                };
+                assert!(inside(own), "{p} comes back at {again}, outside {own:?}");
+                let place = map.transform_point3(p.as_dvec3());
+                let far = (again - place).abs().max_element();
+                beyond_padding += usize::from(far > f64::from(PAD) * place.abs().max_element());
+            }
+        }
+        assert!(
+            beyond_padding > 100,
+            "only {beyond_padding} corners needed more than the padding"
+        );
+    }
+}

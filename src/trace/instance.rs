@@ -58,3 +58,77 @@ pub(super) fn any_hit_limit<L: Lanes>(tmax: L, stay: &Stay<L>) -> L {
     let limit = stay.leave.lt(tmax).select(everywhere, some);
     crosses(stay).select(limit, nowhere)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::F32x8;
+
+    const INF: f32 = f32::INFINITY;
+
+    fn stay(enter: f32, leave: f32) -> Stay<F32x8> {
+        Stay {
+            enter: F32x8::splat(enter),
+            leave: F32x8::splat(leave),
+        }
+    }
+
+    fn first(lanes: F32x8) -> f32 {
+        lanes.to_array()[0]
+    }
+
+    #[test]
+    fn hits_come_out_within_the_stay() {
+        for (t, enter, leave, want) in [
+            (3.0, 2.0, 4.0, Some(3.0)),
+            (1.0, 2.0, 4.0, Some(2.0)),
+            (9.0, 2.0, 4.0, Some(4.0)),
+            // Behind the origin, or beside the box.
+            (1.0, 0.0, -1.0, None),
+            (1.0, 0.0, 0.0, None),
+            (3.0, 4.0, 2.0, None),
+        ] {
+            let (counts, out) = outside(F32x8::splat(t), &stay(enter, leave));
+            let got = (counts.bits() == 0xff).then(|| first(out));
+            assert_eq!(got, want, "{t} in {enter} to {leave}");
+        }
+    }
+
+    /// Whatever lies beyond the limit inside cannot win outside, and what can win does not lie beyond it.
+    #[test]
+    fn limits_are_those_of_what_comes_out() {
+        let places = [0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, INF];
+        for (enter, leave) in [
+            (0.0, 1.0),
+            (1.0, 3.0),
+            (2.0, 2.0),
+            (2.0, INF),
+            (3.0, 1.0),
+            (0.0, -2.0),
+        ] {
+            let stay = stay(enter, leave);
+            for best in places {
+                let closest = first(closest_limit(F32x8::splat(best), &stay));
+                let any = first(any_hit_limit(F32x8::splat(best), &stay));
+                for t in [0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0] {
+                    let (counts, out) = outside(F32x8::splat(t), &stay);
+                    let (counts, out) = (counts.any(), first(out));
+                    // At the same distance the smaller number wins, whoever has it.
+                    let may_win = counts && out <= best;
+                    assert!(
+                        !may_win || t <= closest,
+                        "{t} of {enter}..{leave}, best {best}"
+                    );
+                    assert_eq!(
+                        counts && out < best,
+                        t < any,
+                        "{t} of {enter}..{leave}, before {best}"
+                    );
+                }
+                if enter > leave || leave <= 0.0 {
+                    assert_eq!((closest, any), (-INF, -INF));
+                }
+            }
+        }
+    }
+}
