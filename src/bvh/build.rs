@@ -1,13 +1,13 @@
-//! Building on all threads: chunks of neighbouring objects become trees of obvhs's side by side, and a tree over the
-//! upper nodes of all of them makes one of them.
+//! Building on all threads: objects are parted into chunks from the top, the chunks become trees of obvhs's side by
+//! side, and a small tree over the chunks makes one of them.
 //!
 //! obvhs's own parallel build gains 15 % on two threads (its reinsertion is serial), and holds 220 bytes an object while
-//! it works. Chunks are cut where the Morton order of the centres splits (Lauterbach et al., "Fast BVH Construction on
-//! GPUs", 2009), which says nothing about cost; so the largest nodes of every chunk are taken apart again, and what
-//! hangs below them is gathered by one more build over all chunks. `perf/notes/parallel-build.md` has the figures.
+//! it works. Built in chunks the tree costs less, too, by the surface area heuristic: its upper levels are better parted
+//! from the top than gathered from below. `perf/notes/parallel-build.md` has the figures.
 //!
 //! Nothing depends on the number of threads: the same scene gives the same tree on every machine.
 
+use super::chunks::{boxed, chunks};
 use super::join::join;
 use super::objects::{Object, Objects};
 use super::piece::{Base, Piece, Theirs, weighted_cost};
@@ -62,11 +62,6 @@ pub struct BuildSettings {
     pub threads: usize,
 }
 
-/// Most objects of a chunk: large enough that its border matters little, small enough for many threads.
-const CHUNK: usize = 1 << 15;
-/// Subtrees that a chunk is taken apart into.
-const SUBTREES: usize = 64;
-
 impl Bvh {
     /// Builds the tree of a scene with the default settings.
     pub fn build(scene: &Scene) -> Bvh {
@@ -75,11 +70,15 @@ impl Bvh {
 
     /// Builds the tree of a scene.
     pub fn build_with(scene: &Scene, settings: &BuildSettings) -> Bvh {
+        let build = || build(scene, settings.quality);
+        if settings.threads == 0 {
+            return build();
+        }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads);
         match pool.build() {
-            Ok(pool) if settings.threads > 0 => pool.install(|| build(scene, settings.quality)),
+            Ok(pool) => pool.install(build),
             // Without threads of its own the build goes on in those that there are.
-            _ => build(scene, settings.quality),
+            Err(_) => build(),
         }
     }
 }
@@ -130,42 +129,35 @@ fn weight_ratio(piece: &Piece) -> f64 {
 }
 
 /// A tree whose root is its node 0; none over nothing.
-fn grow(objects: &Objects, mut all: Vec<Object>, quality: Quality) -> Option<Piece> {
-    if all.is_empty() {
-        return None;
-    }
-    let whole = if all.len() <= CHUNK {
-        let tree = build_chunk(objects, &all, quality);
-        theirs(&tree, &all, objects).piece(0)
-    } else {
-        sort_by_place(objects, &mut all);
-        let chunks: Vec<Vec<Piece>> = all
-            .par_chunks(CHUNK)
-            .map(|chunk| {
-                let tree = build_chunk(objects, chunk, quality);
-                let theirs = theirs(&tree, chunk, objects);
-                let cut = largest_subtrees(&tree);
-                cut.into_iter().map(|at| theirs.piece(at)).collect()
-            })
+fn grow(objects: &Objects, all: Vec<Object>, quality: Quality) -> Option<Piece> {
+    let mut all = boxed(objects, all);
+    let chunks = chunks(&mut all);
+    let pieces = chunks.into_par_iter().filter_map(|chunk| {
+        let boxes: Vec<PaddedBox> = chunk
+            .iter()
+            .map(|item| PaddedBox::new(item.bounds))
             .collect();
-        drop(all);
-        let pieces: Vec<Piece> = chunks.into_iter().flatten().collect();
-        let boxes: Vec<PaddedBox> = pieces.iter().map(|p| PaddedBox::new(p.bounds)).collect();
-        let preset = BvhBuildParams {
-            max_prims_per_leaf: 1,
-            ..quality.preset()
+        let theirs = Theirs {
+            tree: &build_theirs(&boxes, quality.preset())?,
+            chunk,
+            objects,
         };
-        join(pieces, &build_theirs(&boxes, preset))
+        Some(theirs.piece())
+    });
+    let mut pieces: Vec<Piece> = pieces.collect();
+    drop(all);
+    let whole = match pieces.len() {
+        0 | 1 => pieces.pop()?,
+        _ => {
+            let boxes: Vec<PaddedBox> = pieces.iter().map(|p| PaddedBox::new(p.bounds)).collect();
+            let preset = BvhBuildParams {
+                max_prims_per_leaf: 1,
+                ..quality.preset()
+            };
+            join(pieces, &build_theirs(&boxes, preset)?)
+        }
     };
     Some(rooted(whole))
-}
-
-fn theirs<'a>(tree: &'a Bvh2, order: &'a [Object], objects: &'a Objects<'a>) -> Theirs<'a> {
-    Theirs {
-        tree,
-        order,
-        objects,
-    }
 }
 
 /// The piece with a node at its root, even if all it has is one leaf.
@@ -196,79 +188,9 @@ impl Boundable for PaddedBox {
     }
 }
 
-fn build_chunk(objects: &Objects, chunk: &[Object], quality: Quality) -> Bvh2 {
-    let boxes = chunk
-        .iter()
-        .map(|&object| PaddedBox::new(objects.bounds(object)));
-    let boxes: Vec<PaddedBox> = boxes.collect();
-    build_theirs(&boxes, quality.preset())
-}
-
-fn build_theirs(boxes: &[PaddedBox], preset: BvhBuildParams) -> Bvh2 {
+/// None over no boxes.
+fn build_theirs(boxes: &[PaddedBox], preset: BvhBuildParams) -> Option<Bvh2> {
     // obvhs measures its own build; we time the whole load path instead.
     let mut unused = Duration::ZERO;
-    build_bvh2(boxes, preset, &mut unused)
-}
-
-/// Bits of a Morton code for each axis.
-const AXIS_BITS: u32 = 21;
-
-/// Brings objects into the Morton order of their boxes' centres, those of one cell by number.
-fn sort_by_place(objects: &Objects, all: &mut [Object]) {
-    let center = |object: Object| {
-        let b = objects.bounds(object);
-        b.lo + b.hi
-    };
-    let extent = all.par_iter().map(|&object| {
-        let c = center(object);
-        Bounds::new(c, c)
-    });
-    let extent = extent.reduce(|| Bounds::EMPTY, Bounds::union);
-    let cells = (1u32 << AXIS_BITS) as f32;
-    let scale = (extent.hi - extent.lo).map(|e| if e > 0.0 { cells / e } else { 0.0 });
-    let mut keyed: Vec<(u64, Object)> = all
-        .par_iter()
-        .map(|&object| {
-            let cell = (center(object) - extent.lo) * scale;
-            // The conversion saturates; so does the upper end, which falls on the border of the last cell.
-            let cell = cell
-                .to_array()
-                .map(|c| (c as u32).min((1 << AXIS_BITS) - 1));
-            (morton(cell), object)
-        })
-        .collect();
-    keyed.par_sort_unstable();
-    all.par_iter_mut()
-        .zip(keyed)
-        .for_each(|(object, (_, sorted))| *object = sorted);
-}
-
-/// The bits of three numbers, one of each in turn.
-fn morton([x, y, z]: [u32; 3]) -> u64 {
-    // Each step halves the runs of bits and doubles the gaps between them, until two zeros follow every bit.
-    let spread = |v: u32| {
-        let v = u64::from(v);
-        let v = (v | v << 32) & 0x001f_0000_0000_ffff;
-        let v = (v | v << 16) & 0x001f_0000_ff00_00ff;
-        let v = (v | v << 8) & 0x100f_00f0_0f00_f00f;
-        let v = (v | v << 4) & 0x10c3_0c30_c30c_30c3;
-        (v | v << 2) & 0x1249_2492_4924_9249
-    };
-    spread(x) | spread(y) << 1 | spread(z) << 2
-}
-
-/// The roots of about [`SUBTREES`] subtrees that together hold all, found by opening the largest box again and again.
-fn largest_subtrees(tree: &Bvh2) -> Vec<usize> {
-    let mut open = vec![0];
-    while open.len() < SUBTREES {
-        let area = |at: usize| tree.nodes[at].aabb().half_area();
-        let inner = (0..open.len()).filter(|&k| tree.nodes[open[k]].prim_count == 0);
-        let Some(largest) = inner.max_by(|&a, &b| area(open[a]).total_cmp(&area(open[b]))) else {
-            break;
-        };
-        let first = tree.nodes[open[largest]].first_index as usize;
-        open[largest] = first;
-        open.push(first + 1);
-    }
-    open
+    (!boxes.is_empty()).then(|| build_bvh2(boxes, preset, &mut unused))
 }

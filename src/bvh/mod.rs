@@ -6,6 +6,7 @@
 //! | `node`, `slots` | what is traced: nodes, and primitives in leaf order |
 //! | `tree` | both, whole |
 //! | `objects` | what a tree is built over |
+//! | `chunks` | neighbourhoods that are built side by side |
 //! | `piece` | one subtree of obvhs's, made ours |
 //! | `join` | pieces put together |
 //! | `build` | the order of all that, on all threads |
@@ -14,6 +15,7 @@
 //! kind only: where obvhs mixed kinds, the leaf is split by kind, so that no kernel branches on the kind per primitive.
 
 mod build;
+mod chunks;
 mod join;
 mod node;
 mod objects;

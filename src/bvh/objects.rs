@@ -1,5 +1,6 @@
 //! What a tree is built over: primitives, and in the world's tree instances beside them.
 
+use super::chunks::Boxed;
 use super::{EllipsoidSlot, InstanceSlot, LeafKind, Slots, SphereSlot, TriangleSlot};
 use crate::scene::{Bounds, PrimKind, Scene};
 use rayon::prelude::*;
@@ -56,17 +57,15 @@ impl<'a> Objects<'a> {
     }
 
     /// Copies an object to the end of its column.
-    pub(super) fn store(&self, object: Object, slots: &mut Slots) {
+    pub(super) fn store(&self, item: &Boxed, slots: &mut Slots) {
+        let object = item.object;
+        let own_box = [item.bounds.lo.to_array(), item.bounds.hi.to_array()];
         if object >= self.prims {
-            return slots.instances.push(self.instance(object));
+            return slots.instances.push(self.instance(object, own_box));
         }
         let scene = self.scene;
         let prim = scene.prims[object as usize];
         let i = prim.index();
-        let own_box = || {
-            let own = self.bounds(object);
-            [own.lo.to_array(), own.hi.to_array()]
-        };
         match prim.kind() {
             PrimKind::Triangle => slots.triangles.push(TriangleSlot {
                 corners: scene.triangles.corners(i).map(|c| c.to_array()),
@@ -75,26 +74,25 @@ impl<'a> Objects<'a> {
             PrimKind::Sphere => slots.spheres.push(SphereSlot {
                 center: scene.spheres.center.get(i).to_array(),
                 radius: scene.spheres.radius[i],
-                own_box: own_box(),
+                own_box,
                 prim_id: object,
             }),
             PrimKind::Ellipsoid => slots.ellipsoids.push(EllipsoidSlot {
                 to_object: scene.ellipsoids.object_columns(i).map(|c| c.to_array()),
-                own_box: own_box(),
+                own_box,
                 prim_id: object,
             }),
             PrimKind::Cone => todo!("cones are on their way"),
         }
     }
 
-    fn instance(&self, object: Object) -> InstanceSlot {
+    fn instance(&self, object: Object, own_box: [[f32; 3]; 2]) -> InstanceSlot {
         let k = (object - self.prims) as usize;
         let mesh = self.scene.instances.mesh[k] as usize;
-        let own = self.bounds(object);
         let first_id = self.scene.instance_first_id(k);
         InstanceSlot {
             to_object: self.scene.instances.object_columns(k).map(|c| c.to_array()),
-            own_box: [own.lo.to_array(), own.hi.to_array()],
+            own_box,
             // Where the mesh's tree begins is known once all trees are there.
             root: mesh as u32,
             id_offset: first_id.wrapping_sub(self.scene.meshes.first[mesh]),

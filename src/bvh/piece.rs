@@ -3,7 +3,8 @@
 //! A subtree becomes a [`Piece`] of its own, whose indices count from its own beginning, so that pieces can be made side
 //! by side and put behind one another afterwards.
 
-use super::objects::{Object, Objects};
+use super::chunks::Boxed;
+use super::objects::Objects;
 use super::{Child, LeafKind, Node, Slots};
 use crate::scene::Bounds;
 use obvhs::bvh2::Bvh2;
@@ -21,42 +22,37 @@ pub(super) struct Piece {
     pub(super) weighted_cost: f64,
 }
 
+/// A tree of obvhs over a chunk.
+pub(super) struct Theirs<'a> {
+    pub(super) tree: &'a Bvh2,
+    /// In the order in which obvhs was given them.
+    pub(super) chunk: &'a [Boxed],
+    pub(super) objects: &'a Objects<'a>,
+}
+
 /// A child that still has to become one of ours.
 enum Pending {
     /// obvhs's node at this index.
     Theirs(usize),
     /// Objects of a leaf, sorted by kind and number.
-    Leaf(Vec<Object>),
-}
-
-/// A tree of obvhs over `objects`, in the order in which obvhs was given them.
-pub(super) struct Theirs<'a> {
-    pub(super) tree: &'a Bvh2,
-    pub(super) order: &'a [Object],
-    pub(super) objects: &'a Objects<'a>,
+    Leaf(Vec<Boxed>),
 }
 
 impl Theirs<'_> {
-    /// The subtree at a node of theirs.
-    pub(super) fn piece(&self, at: usize) -> Piece {
+    /// The whole tree.
+    pub(super) fn piece(&self) -> Piece {
+        let whole = self.pending(0);
         let mut piece = Piece {
-            root: Child::EMPTY,
-            bounds: self.bounds(&Pending::Theirs(at)),
-            nodes: Vec::new(),
+            root: Child::Node(0),
+            bounds: self.bounds(&whole),
+            nodes: Vec::with_capacity(self.tree.nodes.len() / 2),
             slots: Slots::default(),
             depth: 0,
             weighted_cost: 0.0,
         };
-        let whole = match self.tree.nodes[at].prim_count {
-            0 => Pending::Theirs(at),
-            _ => Pending::Leaf(self.leaf_objects(at)),
-        };
         match self.leaf(&whole, &mut piece) {
             Some(leaf) => piece.root = leaf,
-            None => {
-                piece.root = Child::Node(0);
-                self.add_nodes(whole, &mut piece);
-            }
+            None => self.add_nodes(whole, &mut piece),
         }
         piece
     }
@@ -97,27 +93,27 @@ impl Theirs<'_> {
         match pending {
             Pending::Theirs(index) => {
                 let first = self.tree.nodes[index].first_index as usize;
-                [first, first + 1].map(|child| match self.tree.nodes[child].prim_count {
-                    0 => Pending::Theirs(child),
-                    _ => Pending::Leaf(self.leaf_objects(child)),
-                })
+                [first, first + 1].map(|child| self.pending(child))
             }
-            Pending::Leaf(mut objects) => {
-                let kind = self.objects.kind(objects[0]);
-                let rest = objects.partition_point(|&object| self.objects.kind(object) == kind);
-                let rest = objects.split_off(rest);
-                [Pending::Leaf(objects), Pending::Leaf(rest)]
+            Pending::Leaf(mut items) => {
+                let kind = self.objects.kind(items[0].object);
+                let same = |item: &Boxed| self.objects.kind(item.object) == kind;
+                let rest = items.split_off(items.partition_point(same));
+                [Pending::Leaf(items), Pending::Leaf(rest)]
             }
         }
     }
 
-    fn leaf_objects(&self, index: usize) -> Vec<Object> {
+    fn pending(&self, index: usize) -> Pending {
         let node = &self.tree.nodes[index];
+        if node.prim_count == 0 {
+            return Pending::Theirs(index);
+        }
         let first = node.first_index as usize;
         let theirs = &self.tree.primitive_indices[first..first + node.prim_count as usize];
-        let mut objects: Vec<Object> = theirs.iter().map(|&i| self.order[i as usize]).collect();
-        objects.sort_by_key(|&object| (self.objects.kind(object), object));
-        objects
+        let mut items: Vec<Boxed> = theirs.iter().map(|&i| self.chunk[i as usize]).collect();
+        items.sort_by_key(|item| (self.objects.kind(item.object), item.object));
+        Pending::Leaf(items)
     }
 
     fn bounds(&self, pending: &Pending) -> Bounds {
@@ -126,29 +122,28 @@ impl Theirs<'_> {
                 let b = self.tree.nodes[*index].aabb();
                 Bounds::new(b.min.into(), b.max.into())
             }
-            Pending::Leaf(objects) => objects.iter().fold(Bounds::EMPTY, |all, &object| {
-                all.union(self.objects.bounds(object))
-            }),
+            Pending::Leaf(items) => {
+                let boxes = items.iter().map(|item| item.bounds);
+                boxes.fold(Bounds::EMPTY, Bounds::union)
+            }
         }
     }
 
     /// Stores a leaf of one kind; `None` if the part has to be split further.
     fn leaf(&self, pending: &Pending, piece: &mut Piece) -> Option<Child> {
-        let Pending::Leaf(objects) = pending else {
+        let Pending::Leaf(items) = pending else {
             return None;
         };
-        let kind = self.objects.kind(objects[0]);
-        if objects
-            .iter()
-            .any(|&object| self.objects.kind(object) != kind)
-        {
+        let kind = self.objects.kind(items[0].object);
+        let other = |item: &Boxed| self.objects.kind(item.object) != kind;
+        if items.iter().any(other) {
             return None;
         }
         let first = piece.slots.count(kind) as u32;
-        for &object in objects {
-            self.objects.store(object, &mut piece.slots);
+        for item in items {
+            self.objects.store(item, &mut piece.slots);
         }
-        let count = objects.len() as u32;
+        let count = items.len() as u32;
         Some(Child::Leaf { kind, first, count })
     }
 }
