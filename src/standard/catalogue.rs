@@ -48,5 +48,15 @@ pub struct Entry {
 pub static CATALOGUE: &[Entry] = &[
     // The Standard Procedural Databases, by name.
     spd::balls::ENTRY,
+    spd::gears::ENTRY,
+    spd::jacks::ENTRY,
+    spd::lattice::ENTRY,
+    spd::mount::ENTRY,
+    spd::rings::ENTRY,
+    spd::shells::ENTRY,
+    spd::sombrero::ENTRY,
+    spd::teapot::ENTRY,
+    spd::tetra::ENTRY,
+    spd::tree::ENTRY,
     // Modern triangle scenes.
 ];

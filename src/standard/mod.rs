@@ -9,11 +9,15 @@ mod count;
 mod scene_sink;
 mod sink;
 mod spd;
+mod tessellate;
+mod write;
 
 pub use catalogue::{CATALOGUE, Entry, Family, Generator, Params};
 pub use count::{CountSink, Counts};
 pub use scene_sink::SceneSink;
 pub use sink::{DocumentLook, Look, NffLook, Sink, StandardLight, StandardView, nff_level};
+pub use tessellate::Tessellate;
+pub use write::{FileFormat, Losses, NffSink, PlySink, TestSink, WriteError, write};
 
 use crate::scene::{Quantize, Scene, SceneError, Tone, Transfer};
 

@@ -1,6 +1,6 @@
 //! A standard scene as a [`Scene`].
 
-use super::sink::{DocumentLook, Look, Sink, StandardLight, StandardView, nff_level};
+use super::sink::{Look, Sink, StandardLight, StandardView, nff_level};
 use crate::scene::{Scene, View};
 use glam::DVec3;
 
@@ -24,13 +24,6 @@ impl SceneSink {
             );
         }
         self.scene
-    }
-
-    fn document(&self, look: &Look) -> DocumentLook {
-        match look {
-            Look::Nff(look) => look.document(nff_level(self.lights.len())),
-            Look::Document(look) => *look,
-        }
     }
 }
 
@@ -56,7 +49,7 @@ impl Sink for SceneSink {
 
     fn surface(&mut self, look: &Look) {
         // TODO(core): one row per distinct surface by scene::Palette.
-        let look = self.document(look);
+        let look = look.document(nff_level(self.lights.len()));
         let m = &mut self.scene.materials;
         self.material = m.len() as u32;
         m.ka.push(look.ka.as_vec3());

@@ -125,6 +125,16 @@ pub enum Look {
     Document(DocumentLook),
 }
 
+impl Look {
+    /// The document's parameters, in a scene of this ambient level ([`nff_level`]).
+    pub fn document(&self, level: f64) -> DocumentLook {
+        match self {
+            Look::Nff(look) => look.document(level),
+            Look::Document(look) => *look,
+        }
+    }
+}
+
 /// A surface as NFF's `f` record has it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NffLook {
@@ -178,8 +188,11 @@ impl Default for DocumentLook {
 
 impl NffLook {
     /// The document's parameters in a scene of this ambient level: Ka = level·Kd·rgb, diffuse Kd·rgb, the rest white.
+    ///
+    /// The product is that of the numbers rounded to single precision, so that it is the same whether the look comes
+    /// from a generator or from a file that one wrote.
     pub fn document(&self, level: f64) -> DocumentLook {
-        let kd = self.rgb * self.kd;
+        let kd = self.rgb.as_vec3().as_dvec3() * f64::from(self.kd as f32);
         DocumentLook {
             ka: kd * level,
             ke: DVec3::ZERO,
