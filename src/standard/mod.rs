@@ -19,7 +19,7 @@ pub use sink::{DocumentLook, Look, NffLook, Sink, StandardLight, StandardView, n
 pub use tessellate::Tessellate;
 pub use write::{FileFormat, Losses, NffSink, PlySink, TestSink, WriteError, write};
 
-use crate::scene::{Quantize, Scene, SceneError, Tone, Transfer};
+use crate::scene::{Scene, SceneError, Tone};
 
 /// What a scene file's name starts with where a standard scene is meant: `standard:NAME` or `standard:NAME:SIZE`.
 pub const PREFIX: &str = "standard:";
@@ -153,10 +153,7 @@ pub fn scene(spec: Spec) -> Result<Scene, StandardError> {
     let mut scene = sink.finish();
     scene.max_depth = spec.entry.max_depth;
     if spec.entry.family == Family::Modern {
-        scene.tone = Tone {
-            transfer: Transfer::Srgb,
-            quantize: Quantize::Round,
-        };
+        scene.tone = Tone::SRGB;
     }
     scene.validate()?;
     Ok(scene)

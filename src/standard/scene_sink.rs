@@ -1,19 +1,22 @@
 //! A standard scene as a [`Scene`].
 
-use super::sink::{Look, Sink, StandardLight, StandardView, nff_level};
-use crate::scene::{Scene, View};
-use glam::DVec3;
+use super::sink::{DocumentLook, Look, Sink, StandardLight, StandardView, nff_level};
+use crate::scene::{
+    Cone, Mesh, MeshMaterial, NO_TEXTURE, Palette, Scene, Surface, Vec3s, View, triangulate,
+};
+use glam::{DVec3, Vec3};
 
 /// A sink that fills a [`Scene`]'s columns.
 #[derive(Debug, Default)]
 pub struct SceneSink {
     scene: Scene,
     lights: Vec<StandardLight>,
+    palette: Palette,
     material: u32,
 }
 
 impl SceneSink {
-    /// The scene. Lights of NFF's level get it here, where their number is known.
+    /// The scene, not yet validated. Lights of NFF's level get it here, where their number is known.
     pub fn finish(mut self) -> Scene {
         let level = DVec3::splat(nff_level(self.lights.len()));
         for light in &self.lights {
@@ -24,6 +27,19 @@ impl SceneSink {
             );
         }
         self.scene
+    }
+}
+
+fn surface_of(look: &DocumentLook) -> Surface {
+    Surface {
+        ka: look.ka.as_vec3(),
+        ke: look.ke.as_vec3(),
+        kd: look.kd.as_vec3(),
+        ks: look.ks.as_vec3(),
+        kt: look.kt.as_vec3(),
+        shininess: look.shininess as f32,
+        ior: look.ior as f32,
+        texture: NO_TEXTURE,
     }
 }
 
@@ -48,17 +64,8 @@ impl Sink for SceneSink {
     }
 
     fn surface(&mut self, look: &Look) {
-        // TODO(core): one row per distinct surface by scene::Palette.
-        let look = look.document(nff_level(self.lights.len()));
-        let m = &mut self.scene.materials;
-        self.material = m.len() as u32;
-        m.ka.push(look.ka.as_vec3());
-        m.ke.push(look.ke.as_vec3());
-        m.kd.push(look.kd.as_vec3());
-        m.ks.push(look.ks.as_vec3());
-        m.kt.push(look.kt.as_vec3());
-        m.shininess.push(look.shininess as f32);
-        m.ior.push(look.ior as f32);
+        let surface = surface_of(&look.document(nff_level(self.lights.len())));
+        self.material = self.palette.row(&surface, &mut self.scene.materials);
     }
 
     fn sphere(&mut self, center: DVec3, radius: f64) {
@@ -66,33 +73,43 @@ impl Sink for SceneSink {
             .add_sphere(center.as_vec3(), radius as f32, self.material);
     }
 
-    fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {
-        // TODO(core): scene.add_cone.
+    fn cone(&mut self, base: DVec3, base_radius: f64, apex: DVec3, apex_radius: f64) {
+        let cone = Cone {
+            base: base.as_vec3(),
+            base_radius: base_radius as f32,
+            apex: apex.as_vec3(),
+            apex_radius: apex_radius as f32,
+            inside: false,
+        };
+        self.scene.add_cone(cone, self.material);
     }
 
     fn polygon(&mut self, points: &[DVec3]) {
-        // TODO(core): scene::triangulate for concave ones.
-        for i in 2..points.len() {
-            let corners = [points[0], points[i - 1], points[i]].map(|p| p.as_vec3());
+        let points: Vec<Vec3> = points.iter().map(|p| p.as_vec3()).collect();
+        for triangle in triangulate(&points) {
+            let corners = triangle.map(|k| points[k as usize]);
             self.scene.add_triangle(corners, None, self.material);
         }
     }
 
     fn patch(&mut self, points: &[(DVec3, DVec3)]) {
-        for i in 2..points.len() {
-            let corners = [points[0], points[i - 1], points[i]];
-            let normals = corners.map(|(_, normal)| normal.as_vec3());
-            let corners = corners.map(|(point, _)| point.as_vec3());
+        let places: Vec<Vec3> = points.iter().map(|(p, _)| p.as_vec3()).collect();
+        for triangle in triangulate(&places) {
+            let corners = triangle.map(|k| places[k as usize]);
+            let normals = triangle.map(|k| points[k as usize].1.as_vec3());
             self.scene
                 .add_triangle(corners, Some(normals), self.material);
         }
     }
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        // TODO(core): indexed columns.
-        for triangle in triangles {
-            let corners = triangle.map(|i| vertices[i as usize].as_vec3());
-            self.scene.add_triangle(corners, None, self.material);
-        }
+        let mut places = Vec3s::default();
+        vertices.iter().for_each(|v| places.push(v.as_vec3()));
+        self.scene.add_mesh(Mesh {
+            vertices: places,
+            corners: triangles.to_vec().into(),
+            material: MeshMaterial::One(self.material),
+            ..Mesh::default()
+        });
     }
 }

@@ -107,12 +107,10 @@ impl StandardLight {
     }
 }
 
-/// NFF's level of light and of ambient light for `lights` lights: √n/(2n), and 0 where there are none.
+/// NFF's level of light and of ambient light for `lights` lights: √n/(2n). Without any it is that of the one light that
+/// a reader would add.
 pub fn nff_level(lights: usize) -> f64 {
-    if lights == 0 {
-        return 0.0;
-    }
-    let n = lights as f64;
+    let n = lights.max(1) as f64;
     n.sqrt() / (2.0 * n)
 }
 

@@ -104,7 +104,7 @@ fn look(x: u32, y: u32, z: u32) -> NffLook {
         fraction(z * 3 + x * 2 + y, 2.0),
     );
     let opaque = matte(rgb / rgb.max_element());
-    if (x * 4 + y * 2 + z) % 5 == 0 {
+    if (x * 4 + y * 2 + z).is_multiple_of(5) {
         return NffLook {
             kd: 0.2,
             transmittance: 0.8,

@@ -153,8 +153,9 @@ impl<W: Write> Sink for TestSink<W> {
             ));
         }
         self.normal_vertices += points.len() as u64;
-        for k in 2..points.len() as u32 {
-            self.triangle("trinormal", first, [0, k - 1, k]);
+        let rounded: Vec<Vec3> = points.iter().map(|(p, _)| p.as_vec3()).collect();
+        for corners in triangulate(&rounded) {
+            self.triangle("trinormal", first, corners);
         }
     }
 
