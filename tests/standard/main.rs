@@ -1,6 +1,7 @@
 //! The standard scenes from outside: what is published of them, what files others made of them, and our own files.
 
 mod agreement;
+mod bits;
 mod counts;
 mod files;
 mod spec;

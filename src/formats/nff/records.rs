@@ -150,12 +150,9 @@ impl<'a> Reader<'a> {
     /// Says that a record, or a part of one, has fewer operands than it needs.
     pub(super) fn breaks_off(&mut self, record: &Record<'_>, found: usize, wanted: usize) {
         let Kind { name, operands, .. } = record.kind;
-        let plural = if wanted == 1 { "" } else { "s" };
         self.report.error(
             record.place(),
-            format!(
-                "`{name}` (`{operands}`) breaks off: {found} of {wanted} number{plural} are there"
-            ),
+            format!("`{name}` (`{operands}`) breaks off: {found} of {wanted} numbers are there"),
         );
     }
 

@@ -87,21 +87,20 @@ impl Reader<'_> {
     }
 
     fn resolution(&mut self, record: &Record<'_>) -> Option<[u32; 2]> {
-        let mut sides = [0; 2];
-        let mut first = None;
+        let first = self.tokens.peek();
+        let mut sides = [None; 2];
         for (k, side) in sides.iter_mut().enumerate() {
             let Some(token) = self.operand() else {
                 self.breaks_off(record, k, 2);
                 return None;
             };
-            *side = self.told(token, count(token.text))?;
-            first = first.or(Some(token));
+            *side = self.told(token, count(token.text));
         }
-        let [width, height] = sides;
+        let (width, height) = (sides[0]?, sides[1]?);
         let checked = check_image_size(width, height).map_err(|error| error.to_string());
         self.told(first?, checked)?;
         // The check leaves sides that fit.
-        Some(sides.map(|side| side as u32))
+        Some([width as u32, height as u32])
     }
 
     /// A value, or an error at the token it was made from.
