@@ -52,7 +52,7 @@ fn assert_same_shapes(name: &str, a: &Scene, b: &Scene) {
 }
 
 /// As [`assert_same_shapes`], but for the last bits of normals, which `.test` gives unit length once more.
-fn assert_close_shapes(name: &str, a: &Scene, b: &Scene) {
+pub fn assert_close_shapes(name: &str, a: &Scene, b: &Scene) {
     assert_eq!(a.prim_count(), b.prim_count(), "{name}");
     for prim in 0..a.prim_count() {
         let ((kind, places, look), other) = (numbers(a, prim), numbers(b, prim));
@@ -73,7 +73,7 @@ fn assert_close_shapes(name: &str, a: &Scene, b: &Scene) {
     }
 }
 
-fn assert_same_setting(name: &str, a: &Scene, b: &Scene) {
+pub fn assert_same_setting(name: &str, a: &Scene, b: &Scene) {
     assert_eq!((a.width, a.height), (b.width, b.height), "{name}");
     assert_eq!(a.view, b.view, "{name}");
     assert_eq!(a.tone, b.tone, "{name}");
@@ -207,7 +207,7 @@ fn tessellated_cones_face_outward() {
 }
 
 /// Reads the PLY files that we write: positions, perhaps normals, lists with counts of one byte.
-fn ply_triangles(bytes: &[u8]) -> (usize, Vec<Vec<[f32; 3]>>) {
+pub fn ply_triangles(bytes: &[u8]) -> (usize, Vec<Vec<[f32; 3]>>) {
     let end = bytes
         .windows(11)
         .position(|w| w == b"end_header\n")

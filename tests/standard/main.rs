@@ -4,6 +4,7 @@ mod agreement;
 mod bits;
 mod counts;
 mod files;
+mod meshes;
 mod spec;
 
 use phalanx::scene::{PrimKind, Scene};
