@@ -47,7 +47,7 @@ fn unit_sphere(fineness: u32) -> Vec<[DVec3; 3]> {
         for u in 0..fineness {
             for v in 0..fineness {
                 let corners = [[u, v], [u + 1, v], [u + 1, v + 1], [u, v + 1]];
-                let [a, b, c, d] = corners.map(|[u, v]| unit(on_cube(face, line(u), line(v))));
+                let [a, b, c, d] = corners.map(|[u, v]| on_cube(face, line(u), line(v)).normalize());
                 triangles.extend([[a, b, c], [c, d, a]]);
             }
         }
@@ -65,13 +65,6 @@ fn on_cube(face: u32, u: f64, v: f64) -> DVec3 {
         4 => dvec3(u, v, 1.0),
         _ => dvec3(v, u, -1.0),
     }
-}
-
-/// The unit vector, by a sum of squares in order of size: the same whichever face asks.
-fn unit(v: DVec3) -> DVec3 {
-    let mut squares = (v * v).to_array();
-    squares.sort_by(f64::total_cmp);
-    v / (squares[0] + squares[1] + squares[2]).sqrt()
 }
 
 /// Two unit vectors perpendicular to the unit vector `axis` and each other, such that the first turns into the second

@@ -6,6 +6,7 @@ mod counts;
 mod files;
 mod meshes;
 mod spec;
+mod sphere;
 
 use phalanx::scene::{PrimKind, Scene};
 use phalanx::standard::{Spec, parse_spec};
