@@ -47,7 +47,8 @@ fn unit_sphere(fineness: u32) -> Vec<[DVec3; 3]> {
         for u in 0..fineness {
             for v in 0..fineness {
                 let corners = [[u, v], [u + 1, v], [u + 1, v + 1], [u, v + 1]];
-                let [a, b, c, d] = corners.map(|[u, v]| on_cube(face, line(u), line(v)).normalize());
+                let [a, b, c, d] =
+                    corners.map(|[u, v]| on_cube(face, line(u), line(v)).normalize());
                 triangles.extend([[a, b, c], [c, d, a]]);
             }
         }
