@@ -35,8 +35,9 @@
 // What there is to see.
 pub mod scene;
 
-// Bytes to a scene.
+// Bytes to a scene, or a scene without any.
 pub mod formats;
+pub mod standard;
 
 // The tree over it.
 pub mod bvh;

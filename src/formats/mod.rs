@@ -2,6 +2,8 @@
 
 mod complete;
 mod folder;
+mod nff;
+mod number;
 mod report;
 mod test_scene;
 
@@ -118,10 +120,11 @@ pub enum Light {
 #[derive(Clone, Copy)]
 enum Format {
     Test,
+    Nff,
 }
 
 impl Format {
-    const ALL: [(&'static str, Format); 1] = [("test", Format::Test)];
+    const ALL: [(&'static str, Format); 2] = [("test", Format::Test), ("nff", Format::Nff)];
 
     fn of(path: &Path) -> Option<Format> {
         let ending = path.extension()?;
@@ -135,7 +138,7 @@ impl Format {
     /// Whether the file's lines mean anything to a person.
     fn is_text(self) -> bool {
         match self {
-            Format::Test => true,
+            Format::Test | Format::Nff => true,
         }
     }
 }
@@ -180,11 +183,13 @@ fn read(
     options: &Options,
 ) -> Result<Loaded, Vec<Diagnostic>> {
     match format {
-        Format::Test => match std::str::from_utf8(bytes) {
-            Ok(text) => test_scene::read(text, options),
-            Err(error) => Err(not_text(bytes, error.valid_up_to())),
-        },
+        Format::Test => test_scene::read(text_of(bytes)?, options),
+        Format::Nff => nff::read(text_of(bytes)?, options),
     }
+}
+
+fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
+    std::str::from_utf8(bytes).map_err(|error| not_text(bytes, error.valid_up_to()))
 }
 
 /// Reads a scene from the text of a `.test` file.
@@ -193,6 +198,14 @@ fn read(
 /// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
 pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
     test_scene::read(text, &Options::default())
+}
+
+/// Reads a scene from the text of an NFF file (Eric Haines' neutral file format).
+///
+/// # Errors
+/// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
+pub fn read_nff(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
+    nff::read(text, &Options::default())
 }
 
 fn open(path: &Path) -> io::Result<File> {

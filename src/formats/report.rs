@@ -98,6 +98,7 @@ impl<'a> Report<'a> {
     /// The warnings in file order if nothing is wrong, else the errors.
     pub(super) fn finish(mut self) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
         if !self.errors.is_empty() {
+            self.errors.sort_by_key(|error| error.offset);
             return Err(self.errors);
         }
         self.warnings.sort_by_key(|warning| warning.offset);

@@ -1,0 +1,166 @@
+//! The records by name, and how operands are read.
+
+use super::Reader;
+use super::lexer::Token;
+use crate::formats::number::number;
+use crate::formats::report::{Place, quoted};
+use glam::Vec3;
+
+/// A kind of record, the names of its operands, and what it does.
+struct Kind {
+    name: &'static str,
+    operands: &'static str,
+    run: fn(&mut Reader<'_>, &Record<'_>),
+}
+
+const fn kind(
+    name: &'static str,
+    operands: &'static str,
+    run: fn(&mut Reader<'_>, &Record<'_>),
+) -> Kind {
+    Kind {
+        name,
+        operands,
+        run,
+    }
+}
+
+const RECORDS: [Kind; 9] = [
+    kind("s", "x y z radius", |r, s| r.sphere(s)),
+    kind("p", "corners, then x y z of each", |r, s| r.polygon(s)),
+    kind("pp", "corners, then x y z nx ny nz of each", |r, s| {
+        r.patch(s)
+    }),
+    kind("c", "base(x y z radius) apex(x y z radius)", |r, s| {
+        r.cone(s)
+    }),
+    kind("f", "r g b kd ks shine t ior", |r, s| r.fill(s)),
+    kind("l", "x y z [r g b]", |r, s| r.light(s)),
+    kind("b", "r g b", |r, s| r.background(s)),
+    kind("v", "from at up angle hither resolution", |r, s| r.view(s)),
+    // Not Haines' but of some readers and the files made for them.
+    kind("tess", "level", |r, s| r.tess(s)),
+];
+
+/// A record's name and where it stands.
+pub(super) struct Record<'a> {
+    kind: &'static Kind,
+    name: Token<'a>,
+}
+
+impl Record<'_> {
+    /// Of the name.
+    pub(super) fn place(&self) -> Place {
+        self.name.place()
+    }
+}
+
+fn find(name: &str) -> Option<&'static Kind> {
+    // Most tokens are numbers.
+    if !name.starts_with(|c: char| c.is_ascii_lowercase()) {
+        return None;
+    }
+    RECORDS.iter().find(|kind| kind.name == name)
+}
+
+impl<'a> Reader<'a> {
+    /// Runs the next record; false at the end of the file.
+    pub(super) fn record(&mut self) -> bool {
+        let Some(name) = self.tokens.next() else {
+            return false;
+        };
+        match find(name.text) {
+            Some(kind) => {
+                let record = Record { kind, name };
+                (kind.run)(self, &record);
+                self.refuse_surplus(&record);
+            }
+            None => {
+                self.report.error_with_help(
+                    name.place(),
+                    format!("unknown record {}", quoted(name.text)),
+                    "NFF knows `v`, `b`, `l`, `f`, `s`, `c`, `p` and `pp`",
+                );
+                self.skip_to_record();
+            }
+        }
+        true
+    }
+
+    /// A number after a record's last operand belongs to nothing.
+    fn refuse_surplus(&mut self, record: &Record<'_>) {
+        let Some(surplus) = self.tokens.peek().filter(Token::is_numeric) else {
+            return;
+        };
+        let Kind { name, operands, .. } = record.kind;
+        self.report.error(
+            surplus.place(),
+            format!(
+                "surplus operand {}: `{name}` takes `{operands}`",
+                quoted(surplus.text)
+            ),
+        );
+        self.skip_to_record();
+    }
+
+    /// Passes over everything up to the next record.
+    pub(super) fn skip_to_record(&mut self) {
+        while self.operand().is_some() {}
+    }
+
+    /// Whether the next token is no operand: the file ends here, or another record begins.
+    pub(super) fn at_record(&self) -> bool {
+        let next = self.tokens.peek();
+        next.is_none_or(|token| find(token.text).is_some())
+    }
+
+    /// The next operand, or none at the end of the file or where another record begins.
+    pub(super) fn operand(&mut self) -> Option<Token<'a>> {
+        let mut ahead = self.tokens.clone();
+        let token = ahead.next().filter(|token| find(token.text).is_none())?;
+        self.tokens = ahead;
+        Some(token)
+    }
+
+    /// The next `N` operands as finite numbers, or an error for each fault.
+    pub(super) fn numbers<const N: usize>(&mut self, record: &Record<'_>) -> Option<[f32; N]> {
+        let mut values = [0.0; N];
+        let mut good = true;
+        for (k, value) in values.iter_mut().enumerate() {
+            let Some(token) = self.operand() else {
+                self.breaks_off(record, k, N);
+                return None;
+            };
+            match number(token.text) {
+                Ok(number) => *value = number,
+                Err(message) => {
+                    self.report.error(token.place(), message);
+                    good = false;
+                }
+            }
+        }
+        good.then_some(values)
+    }
+
+    /// The next three operands as a vector.
+    pub(super) fn vector(&mut self, record: &Record<'_>) -> Option<Vec3> {
+        self.numbers(record).map(Vec3::from_array)
+    }
+
+    /// Says that a record, or a part of one, has fewer operands than it needs.
+    pub(super) fn breaks_off(&mut self, record: &Record<'_>, found: usize, wanted: usize) {
+        let Kind { name, operands, .. } = record.kind;
+        self.report.error(
+            record.place(),
+            format!("`{name}` (`{operands}`) breaks off: {found} of {wanted} numbers are there"),
+        );
+    }
+
+    /// Records that only some readers know say nothing that matters here.
+    fn tess(&mut self, record: &Record<'_>) {
+        if self.numbers::<1>(record).is_some() {
+            self.report
+                .warning(record.place(), "`tess` is not of NFF: it is passed over");
+        }
+    }
+}

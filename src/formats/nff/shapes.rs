@@ -1,0 +1,161 @@
+//! Surfaces, and the shapes that have them.
+
+use super::Reader;
+use super::records::Record;
+use crate::formats::number::count;
+use crate::scene::{Cone, triangulate};
+use glam::Vec3;
+
+/// Bytes that a number takes at least: a digit and what parts it from the next.
+const BYTES_PER_NUMBER: u64 = 2;
+
+impl Reader<'_> {
+    pub(super) fn fill(&mut self, record: &Record<'_>) {
+        let Some(look) = self.numbers::<8>(record) else {
+            return;
+        };
+        let [.., shine, _, ior] = look;
+        if shine < 0.0 {
+            let message = "the shininess of a surface must not be negative";
+            self.report.error(record.place(), message);
+        } else if ior < 0.0 {
+            let message = "the index of refraction must not be negative";
+            self.report.error(record.place(), message);
+        } else {
+            self.looks.push(look);
+        }
+        self.pass_over_texture();
+    }
+
+    /// Some readers take a file name after the numbers; Haines' format has no textures.
+    fn pass_over_texture(&mut self) {
+        let name = self.tokens.peek_in_line();
+        let name = name.filter(|token| !token.is_numeric() && token.text.contains('.'));
+        if let Some(name) = name {
+            self.tokens.next();
+            self.report.warning(
+                name.place(),
+                "NFF has no textures: the surface keeps its colour",
+            );
+        }
+    }
+
+    pub(super) fn sphere(&mut self, record: &Record<'_>) {
+        self.seen.shape = true;
+        let Some([x, y, z, radius]) = self.numbers(record) else {
+            return;
+        };
+        if radius == 0.0 {
+            let message = "the radius of a sphere must not be zero";
+            return self.report.error(record.place(), message);
+        }
+        if radius < 0.0 {
+            let message =
+                "a negative radius shows only a sphere's inside: here both sides are seen";
+            self.report.warning(record.place(), message);
+        }
+        self.scene
+            .add_sphere(Vec3::new(x, y, z), radius.abs(), self.looks.current());
+    }
+
+    pub(super) fn cone(&mut self, record: &Record<'_>) {
+        self.seen.shape = true;
+        let Some([bx, by, bz, br, ax, ay, az, ar]) = self.numbers(record) else {
+            return;
+        };
+        let (base, apex) = (Vec3::new(bx, by, bz), Vec3::new(ax, ay, az));
+        let wrong = if base == apex {
+            "the ends of a cone must not be at the same place"
+        } else if br == 0.0 && ar == 0.0 {
+            "one radius of a cone must not be zero"
+        } else if br.min(ar) < 0.0 && br.max(ar) > 0.0 {
+            "the radii of a cone must both be positive, or both negative (for its inside)"
+        } else {
+            let cone = Cone {
+                base,
+                base_radius: br.abs(),
+                apex,
+                apex_radius: ar.abs(),
+                inside: br.min(ar) < 0.0,
+            };
+            self.scene.add_cone(cone, self.looks.current());
+            return;
+        };
+        self.report.error(record.place(), wrong);
+    }
+
+    pub(super) fn polygon(&mut self, record: &Record<'_>) {
+        let Some(corners) = self.corners::<3>(record) else {
+            return;
+        };
+        let points: Vec<Vec3> = corners.into_iter().map(Vec3::from_array).collect();
+        for triangle in triangulate(&points) {
+            let corners = triangle.map(|k| points[k as usize]);
+            self.scene.add_triangle(corners, None, self.looks.current());
+        }
+    }
+
+    pub(super) fn patch(&mut self, record: &Record<'_>) {
+        let Some(corners) = self.corners::<6>(record) else {
+            return;
+        };
+        let part = |from: usize| {
+            let of = move |c: &[f32; 6]| Vec3::new(c[from], c[from + 1], c[from + 2]);
+            corners.iter().map(of).collect::<Vec<Vec3>>()
+        };
+        let (points, normals) = (part(0), part(3));
+        if normals.contains(&Vec3::ZERO) {
+            let message = "the normal of a corner must not be zero";
+            return self.report.error(record.place(), message);
+        }
+        for triangle in triangulate(&points) {
+            let corners = triangle.map(|k| points[k as usize]);
+            let normals = triangle.map(|k| normals[k as usize]);
+            self.scene
+                .add_triangle(corners, Some(normals), self.looks.current());
+        }
+    }
+
+    /// A count, and as many corners of `N` numbers each; after the first fault the rest is passed over.
+    fn corners<const N: usize>(&mut self, record: &Record<'_>) -> Option<Vec<[f32; N]>> {
+        self.seen.shape = true;
+        let corners = self.checked_corners(record);
+        if corners.is_none() {
+            self.skip_to_record();
+        }
+        corners
+    }
+
+    fn checked_corners<const N: usize>(&mut self, record: &Record<'_>) -> Option<Vec<[f32; N]>> {
+        let count = self.corner_count(record, N as u64)?;
+        let mut corners = Vec::with_capacity(count);
+        for k in 0..count {
+            if self.at_record() {
+                let message = format!("only {k} of its {count} corners are there");
+                self.report.error(record.place(), message);
+                return None;
+            }
+            corners.push(self.numbers::<N>(record)?);
+        }
+        Some(corners)
+    }
+
+    /// The count of corners, checked against the bytes that are left before anything is made room for.
+    fn corner_count(&mut self, record: &Record<'_>, numbers_each: u64) -> Option<usize> {
+        let Some(token) = self.operand() else {
+            self.breaks_off(record, 0, 1);
+            return None;
+        };
+        let left = self.tokens.left() as u64;
+        let wrong = match count(token.text) {
+            Ok(count) if count < 3 => String::from("a polygon has at least three corners"),
+            Ok(count) if left / (numbers_each * BYTES_PER_NUMBER) < count => {
+                format!("{count} corners are more than the rest of the file can hold")
+            }
+            Ok(count) => return Some(count as usize),
+            Err(message) => message,
+        };
+        self.report.error(token.place(), wrong);
+        None
+    }
+}

@@ -1,0 +1,62 @@
+//! The scenes by name: what each is for, and what sizes it has.
+
+use super::sink::Sink;
+use super::spd;
+use std::ops::RangeInclusive;
+
+/// Where a standard scene comes from, which decides how its pictures are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Eric Haines' Standard Procedural Databases: no transfer curve, floor.
+    Spd,
+    /// This project's own triangle scenes: sRGB, rounded.
+    Modern,
+}
+
+/// What a generator is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Params {
+    /// The size parameter, within the range of its [`Entry`].
+    pub size: u32,
+}
+
+/// Pours a scene into a sink. It cannot fail: sizes are checked before.
+pub type Generator = fn(&Params, &mut dyn Sink);
+
+/// A standard scene.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// The name after `standard:`.
+    pub name: &'static str,
+    /// What is to be seen, and what it is good for: one line.
+    pub purpose: &'static str,
+    /// Where it comes from.
+    pub family: Family,
+    /// Size where none is given.
+    pub default_size: u32,
+    /// Sizes it can be made in.
+    pub sizes: RangeInclusive<u32>,
+    /// What the size means.
+    pub size_means: &'static str,
+    /// Bounces after the primary ray.
+    pub max_depth: u32,
+    /// The generator.
+    pub generate: Generator,
+}
+
+/// All standard scenes: the databases, then the modern ones.
+pub static CATALOGUE: &[Entry] = &[
+    // The Standard Procedural Databases, by name.
+    spd::balls::ENTRY,
+    spd::gears::ENTRY,
+    spd::jacks::ENTRY,
+    spd::lattice::ENTRY,
+    spd::mount::ENTRY,
+    spd::rings::ENTRY,
+    spd::shells::ENTRY,
+    spd::sombrero::ENTRY,
+    spd::teapot::ENTRY,
+    spd::tetra::ENTRY,
+    spd::tree::ENTRY,
+    // Modern triangle scenes.
+];

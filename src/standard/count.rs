@@ -1,0 +1,70 @@
+//! Counts what it is given.
+
+use super::sink::{Look, Sink, StandardLight, StandardView};
+use glam::DVec3;
+
+/// How many of each a scene has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Spheres.
+    pub spheres: u64,
+    /// Cones and cylinders.
+    pub cones: u64,
+    /// Polygons and patches of any number of corners, as the databases count them; triangles of meshes are not among
+    /// them.
+    pub polygons: u64,
+    /// Triangles: those of meshes, and those that the polygons and patches come to.
+    pub triangles: u64,
+    /// Lights.
+    pub lights: u64,
+}
+
+/// A sink that counts.
+#[derive(Clone, Debug, Default)]
+pub struct CountSink {
+    counts: Counts,
+}
+
+impl CountSink {
+    /// What has come in so far.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    fn polygon_of(&mut self, corners: usize) {
+        self.counts.polygons += 1;
+        self.counts.triangles += corners.saturating_sub(2) as u64;
+    }
+}
+
+impl Sink for CountSink {
+    fn view(&mut self, _: &StandardView) {}
+
+    fn background(&mut self, _: DVec3) {}
+
+    fn light(&mut self, _: &StandardLight) {
+        self.counts.lights += 1;
+    }
+
+    fn surface(&mut self, _: &Look) {}
+
+    fn sphere(&mut self, _: DVec3, _: f64) {
+        self.counts.spheres += 1;
+    }
+
+    fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {
+        self.counts.cones += 1;
+    }
+
+    fn polygon(&mut self, points: &[DVec3]) {
+        self.polygon_of(points.len());
+    }
+
+    fn patch(&mut self, points: &[(DVec3, DVec3)]) {
+        self.polygon_of(points.len());
+    }
+
+    fn mesh(&mut self, _: &[DVec3], triangles: &[[u32; 3]]) {
+        self.counts.triangles += triangles.len() as u64;
+    }
+}

@@ -1,0 +1,110 @@
+//! balls, the sphereflake (`balls.c`): nine spheres of a third of the radius stand on each sphere.
+
+use super::rotation::{about, about_y, about_z};
+use super::{MAX_DEPTH, SKY, prelude, rectangle, shine, surface, view};
+use crate::standard::catalogue::{Entry, Family, Params};
+use crate::standard::sink::{NffLook, Sink};
+use glam::{DMat3, DVec3, dvec3};
+use std::f64::consts::PI;
+
+pub(in crate::standard) const ENTRY: Entry = Entry {
+    name: "balls",
+    purpose: "sphereflake on a plane: mirrors, spheres of very different sizes",
+    family: Family::Spd,
+    default_size: 4,
+    sizes: 1..=8,
+    size_means: "levels of the recursion: (9^(size+1) - 1) / 8 spheres",
+    max_depth: MAX_DEPTH,
+    generate,
+};
+
+/// A child's radius over its parent's.
+const SHRINK: f64 = 1.0 / 3.0;
+
+/// Cosine beyond which a direction counts as an axis; children's directions are shorter than 1 by rounding.
+const ALONG_Z: f64 = 0.9999;
+
+fn generate(params: &Params, sink: &mut dyn Sink) {
+    let view = view(dvec3(2.1, 1.3, 1.7), DVec3::ZERO, 45.0, 512);
+    let lights = [
+        dvec3(4.0, 3.0, 2.0),
+        dvec3(1.0, -4.0, 4.0),
+        dvec3(-3.0, 1.0, 5.0),
+    ];
+    prelude(sink, SKY, &view, &lights);
+    surface(
+        sink,
+        NffLook {
+            rgb: dvec3(1.0, 0.75, 0.33),
+            kd: 0.8,
+            ks: 0.0,
+            shine: shine(0.0),
+            transmittance: 0.0,
+            ior: 1.0,
+        },
+    );
+    sink.polygon(&rectangle(12.0, 12.0, -0.5));
+    surface(
+        sink,
+        NffLook {
+            rgb: dvec3(1.0, 0.9, 0.7),
+            kd: 0.5,
+            ks: 0.5,
+            shine: shine(37.0),
+            transmittance: 0.0,
+            ior: 1.0,
+        },
+    );
+    let flake = Flake {
+        directions: directions(),
+    };
+    flake.grow(sink, params.size, DVec3::ZERO, 0.5, DVec3::Z);
+}
+
+struct Flake {
+    /// From a sphere that stands along z to its nine children: unit vectors.
+    directions: [DVec3; 9],
+}
+
+impl Flake {
+    /// A sphere that stands in `direction` on its parent, and all that stands on it.
+    fn grow(&self, sink: &mut dyn Sink, levels: u32, center: DVec3, radius: f64, direction: DVec3) {
+        sink.sphere(center, radius);
+        if levels == 0 {
+            return;
+        }
+        let turn = from_z_to(direction);
+        let reach = radius * (1.0 + SHRINK);
+        for child in self.directions {
+            let at = turn * child * reach + center;
+            let toward = (at - center) / reach;
+            self.grow(sink, levels - 1, at, radius * SHRINK, toward);
+        }
+    }
+}
+
+/// The rotation that takes +z to `direction`.
+fn from_z_to(direction: DVec3) -> DMat3 {
+    if direction.z >= ALONG_Z {
+        DMat3::IDENTITY
+    } else if direction.z <= -ALONG_Z {
+        about_y(PI)
+    } else {
+        about(
+            DVec3::Z.cross(direction).normalize(),
+            libm::acos(direction.z),
+        )
+    }
+}
+
+/// Three trios of directions, each a third of a turn from the last.
+fn directions() -> [DVec3; 9] {
+    let d = 1.0 / 2f64.sqrt();
+    let trio = [dvec3(d, d, 0.0), dvec3(d, 0.0, -d), dvec3(0.0, d, -d)];
+    let axis = dvec3(1.0, -1.0, 0.0).normalize();
+    let raise = about(axis, libm::asin(2.0 / 6f64.sqrt()));
+    std::array::from_fn(|k| {
+        let turn = about_z((k / 3) as f64 * 2.0 * PI / 3.0);
+        turn * (raise * trio[k % 3])
+    })
+}

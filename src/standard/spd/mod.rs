@@ -1,0 +1,85 @@
+//! The Standard Procedural Databases: E. Haines, "A Proposal for Standard Graphics Environments", IEEE Computer
+//! Graphics and Applications 7(11), November 1987, pages 3 to 5; the algorithms and constants are those of the SPD
+//! package, version 3.14, whose programs each file names.
+//!
+//! Primitives come in the order of the original programs, so that a scene of ours and an NFF file of theirs agree
+//! primitive by primitive. Pictures have 512 × 512 pixels and rays of depth 5, the eye's counted: 4 bounces.
+
+pub(super) mod balls;
+pub(super) mod gears;
+pub(super) mod jacks;
+pub(super) mod lattice;
+pub(super) mod mount;
+pub(super) mod rings;
+mod rotation;
+pub(super) mod shells;
+pub(super) mod sombrero;
+pub(super) mod teapot;
+mod teapot_data;
+pub(super) mod tetra;
+pub(super) mod tree;
+
+use super::sink::{Look, NffLook, Sink, StandardLight, StandardView};
+use glam::{DVec3, dvec3};
+
+/// Bounces after the eye ray.
+const MAX_DEPTH: u32 = 4;
+
+/// The sky of all databases but jacks: "UNC sky blue".
+const SKY: DVec3 = dvec3(0.078, 0.361, 0.753);
+
+/// A square view of `side` pixels, `angle` in NFF's sense, with z up.
+fn view(from: DVec3, at: DVec3, angle: f64, side: u32) -> StandardView {
+    StandardView {
+        from,
+        at,
+        up: DVec3::Z,
+        fovy: StandardView::of_pixel_centres(angle, side),
+        width: side,
+        height: side,
+    }
+}
+
+/// What comes before the first surface.
+fn prelude(sink: &mut dyn Sink, background: DVec3, view: &StandardView, lights: &[DVec3]) {
+    sink.background(background);
+    sink.view(view);
+    for &position in lights {
+        sink.light(&StandardLight::of_level(position));
+    }
+}
+
+/// An opaque, dull surface, as most are.
+fn matte(rgb: DVec3) -> NffLook {
+    NffLook {
+        rgb,
+        kd: 1.0,
+        ks: 0.0,
+        shine: shine(0.0),
+        transmittance: 0.0,
+        ior: 0.0,
+    }
+}
+
+/// The Phong exponent whose highlight falls to one half at this angle from its middle, in degrees. At 0 the original
+/// writes 100000, "essentially invisible".
+fn shine(degrees: f64) -> f64 {
+    if degrees <= 0.0 {
+        return 100_000.0;
+    }
+    libm::log(0.5) / libm::log(libm::cos(degrees.to_radians()))
+}
+
+fn surface(sink: &mut dyn Sink, look: NffLook) {
+    sink.surface(&Look::Nff(look));
+}
+
+/// The corners (±x, ±y) of a rectangle about the z axis at height `z`, counter-clockwise from above.
+fn rectangle(x: f64, y: f64, z: f64) -> [DVec3; 4] {
+    [
+        dvec3(x, y, z),
+        dvec3(-x, y, z),
+        dvec3(-x, -y, z),
+        dvec3(x, -y, z),
+    ]
+}

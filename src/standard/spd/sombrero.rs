@@ -1,0 +1,69 @@
+//! sombrero (`sombrero.c`, by Alexander Enzmann): a damped cosine as a height field of triangles.
+
+use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use crate::standard::catalogue::{Entry, Family, Params};
+use crate::standard::sink::{NffLook, Sink};
+use glam::{DVec3, dvec3};
+
+pub(in crate::standard) const ENTRY: Entry = Entry {
+    name: "sombrero",
+    purpose: "a height field of a damped cosine: triangles in a regular grid",
+    family: Family::Spd,
+    default_size: 1,
+    sizes: 1..=8,
+    size_means: "doublings: a grid of n by n heights, n = 16 * 2^size, in 2 (n-1)^2 triangles",
+    max_depth: MAX_DEPTH,
+    generate,
+};
+
+/// The field spans ±this along x and z.
+const HALF: f64 = 4.0;
+/// The height that 0 stands for.
+const GROUND: f64 = -3.0;
+/// 2π as the original rounds it.
+#[expect(clippy::approx_constant, reason = "the original's number")]
+const TURN: f64 = 2.0 * 3.14159265358;
+
+fn generate(params: &Params, sink: &mut dyn Sink) {
+    let view = view(dvec3(0.0, 5.0, -8.0), DVec3::ZERO, 40.0, 512);
+    prelude(sink, SKY, &view, &[dvec3(10.0, 10.0, -10.0)]);
+    surface(
+        sink,
+        NffLook {
+            kd: 0.8,
+            ks: 0.0,
+            shine: shine(40.0),
+            ior: 1.0,
+            ..matte(dvec3(1.0, 0.1, 0.1))
+        },
+    );
+    let side = 16usize << params.size;
+    let mut near = row(side, 0);
+    for z in 1..side {
+        let far = row(side, z);
+        strip(sink, &near, &far);
+        near = far;
+    }
+}
+
+/// The points of a row of the grid. Heights are sampled a little closer together than they are then spread, and
+/// rounded to single precision, as the original does.
+fn row(side: usize, z: usize) -> Vec<DVec3> {
+    let sample = |k: usize| -HALF + k as f64 * (2.0 * HALF / side as f64);
+    let place = |k: usize| -HALF + k as f64 * (2.0 * HALF / (side - 1) as f64);
+    let height = |x: usize| {
+        let (a, b) = (sample(x), sample(z));
+        let r = (a * a + b * b).sqrt();
+        (libm::cos(TURN * r) * libm::exp(-r)) as f32
+    };
+    let point = |x| dvec3(place(x), GROUND + f64::from(height(x)), place(z));
+    (0..side).map(point).collect()
+}
+
+/// The triangles between two rows.
+fn strip(sink: &mut dyn Sink, near: &[DVec3], far: &[DVec3]) {
+    for (near, far) in near.windows(2).zip(far.windows(2)) {
+        sink.polygon(&[near[0], far[1], near[1]]);
+        sink.polygon(&[near[0], far[0], far[1]]);
+    }
+}

@@ -1,0 +1,60 @@
+//! tree (`tree.c`): Aono and Kunii's tree, whose every branch carries two of its kind, on a green field.
+
+use super::rotation::{about_x, about_z};
+use super::{MAX_DEPTH, SKY, matte, prelude, rectangle, surface, view};
+use crate::standard::catalogue::{Entry, Family, Params};
+use crate::standard::sink::Sink;
+use glam::{DAffine3, DVec3, dvec3};
+
+pub(in crate::standard) const ENTRY: Entry = Entry {
+    name: "tree",
+    purpose: "a tree of cones and spheres under seven lights: shadows through thin things",
+    family: Family::Spd,
+    default_size: 11,
+    sizes: 1..=22,
+    size_means: "forks from the root to a tip: 2^(size+1) - 1 cones and as many spheres",
+    max_depth: MAX_DEPTH,
+    generate,
+};
+
+/// Angle between a branch and its parent's axis, turn about that axis (degrees), length over the parent's.
+const BRANCHES: [[f64; 3]; 2] = [[40.0, 90.0, 0.65], [25.0, 140.0 + 90.0, 0.70]];
+/// Width of a branch's end over that of its start.
+const TAPER: f64 = 0.67;
+/// Radius of the trunk at its foot over its height.
+const GIRTH: f64 = 0.15;
+
+fn generate(params: &Params, sink: &mut dyn Sink) {
+    let view = view(dvec3(4.5, 0.4, 2.0), dvec3(0.0, 0.0, 1.5), 45.0, 512);
+    let lights = [
+        dvec3(-5.0, 5.0, 50.0),
+        dvec3(30.0, -30.0, 30.0),
+        dvec3(-40.0, -30.0, 20.0),
+        dvec3(10.0, 30.0, 40.0),
+        dvec3(-30.0, 40.0, 10.0),
+        dvec3(50.0, 25.0, 20.0),
+        dvec3(-10.0, -60.0, 30.0),
+    ];
+    prelude(sink, SKY, &view, &lights);
+    surface(sink, matte(dvec3(0.2, 0.7, 0.2)));
+    sink.polygon(&rectangle(50.0, 50.0, 0.0));
+    surface(sink, matte(dvec3(0.55, 0.4, 0.2)));
+    let forks = BRANCHES.map(|[bend, turn, length]| {
+        let turned = about_z(turn.to_radians()) * about_x(bend.to_radians());
+        DAffine3::from_mat3_translation(turned * length, DVec3::Z)
+    });
+    grow(sink, &forks, params.size, DAffine3::IDENTITY, 1.0);
+}
+
+/// A branch along the z axis of `place`, and what grows on it.
+fn grow(sink: &mut dyn Sink, forks: &[DAffine3; 2], levels: u32, place: DAffine3, scale: f64) {
+    let apex = place.transform_point3(DVec3::Z);
+    let radius = scale * GIRTH;
+    sink.cone(place.translation, radius, apex, radius * TAPER);
+    sink.sphere(apex, radius * TAPER);
+    if levels > 0 {
+        for &fork in forks {
+            grow(sink, forks, levels - 1, place * fork, scale * TAPER);
+        }
+    }
+}

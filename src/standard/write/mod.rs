@@ -1,0 +1,97 @@
+//! Standard scenes to files, streamed: no more of a scene is in memory than one of its shapes.
+
+mod nff;
+mod out;
+mod ply;
+mod test_file;
+
+pub use nff::NffSink;
+pub use ply::PlySink;
+pub use test_file::TestSink;
+
+use super::sink::Sink;
+use super::tessellate::Tessellate;
+use super::{Spec, generate};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// A format that standard scenes can be written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileFormat {
+    /// Eric Haines' neutral file format, text.
+    Nff,
+    /// Polygons only, binary little-endian.
+    Ply,
+    /// The course's format, text: spheres and triangles.
+    Test,
+}
+
+impl FileFormat {
+    /// The format that a file's ending names.
+    pub fn of(path: &Path) -> Option<FileFormat> {
+        let ending = path.extension()?;
+        let named = |name: &str| ending.eq_ignore_ascii_case(name);
+        if named("nff") {
+            Some(FileFormat::Nff)
+        } else if named("ply") {
+            Some(FileFormat::Ply)
+        } else if named("test") {
+            Some(FileFormat::Test)
+        } else {
+            None
+        }
+    }
+}
+
+/// Why a scene could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The file could not be written.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// The format has no such shapes.
+    #[error("{format} holds no {shape}; they can be tessellated into triangles")]
+    CannotHold {
+        /// The format's name.
+        format: &'static str,
+        /// What it cannot hold, in the plural.
+        shape: &'static str,
+    },
+    /// There are more vertices than the format's indices can count.
+    #[error("{0} vertices are more than the format can index")]
+    TooMany(u64),
+}
+
+/// What a written file says less about than the scene did: for a person to read. The shapes themselves are whole.
+pub type Losses = Vec<&'static str>;
+
+/// Writes a standard scene, streaming, and says what the format could not hold beside the shapes.
+///
+/// With `tessellate`, spheres and cones become polygons first, as [`Tessellate`] says.
+///
+/// # Errors
+/// [`WriteError`]; what has been written by then is of no use.
+pub fn write(
+    spec: Spec,
+    format: FileFormat,
+    tessellate: Option<u32>,
+    out: &mut dyn Write,
+) -> Result<Losses, WriteError> {
+    let pour = |sink: &mut dyn Sink| match tessellate {
+        Some(fineness) => generate(spec, &mut Tessellate::new(fineness, sink)),
+        None => generate(spec, sink),
+    };
+    match format {
+        FileFormat::Nff => {
+            let mut sink = NffSink::new(out);
+            pour(&mut sink);
+            sink.finish()
+        }
+        FileFormat::Ply => ply::write(out, pour),
+        FileFormat::Test => {
+            let mut sink = TestSink::new(out, spec.entry.max_depth);
+            pour(&mut sink);
+            sink.finish()
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! A standard scene as a PLY file, binary little-endian: its polygons, and nothing of lights and surfaces.
+//!
+//! The header has counts, then come all vertices, then all faces: three things that a scene mixes. Nothing is kept for
+//! that; the scene, which is the same every time, is poured three times.
+
+use super::out::Out;
+use super::{Losses, WriteError};
+use crate::standard::sink::{Look, Sink, StandardLight, StandardView};
+use glam::DVec3;
+use std::io::Write;
+
+/// Most vertices, for readers that take indices as signed.
+const MAX_VERTICES: u64 = i32::MAX as u64;
+/// Most corners that one byte counts.
+const SHORT_LIST: usize = 255;
+
+/// Writes what `pour` pours into a sink; it is called three times and must pour the same each time.
+///
+/// # Errors
+/// [`WriteError::CannotHold`] for spheres and cones, before anything is written.
+pub(super) fn write<W: Write>(out: W, pour: impl Fn(&mut dyn Sink)) -> Result<Losses, WriteError> {
+    let mut sink = PlySink::new(out);
+    for _ in 0..PASSES {
+        pour(&mut sink);
+        sink.end_pass();
+    }
+    sink.finish()
+}
+
+/// How often a scene must be poured.
+const PASSES: usize = 3;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pass {
+    Count,
+    Vertices,
+    Faces,
+    Done,
+}
+
+/// A sink that writes PLY. The scene must be poured into it three times, with [`PlySink::end_pass`] after each.
+///
+/// If any shape has vertex normals, all vertices get normals: those of polygons and meshes stand upright on their
+/// faces, and such triangles share no vertices.
+pub struct PlySink<W: Write> {
+    out: Out<W>,
+    pass: Pass,
+    vertices: u64,
+    /// Vertices if none had to be parted for its normal.
+    shared_vertices: u64,
+    faces: u64,
+    most_corners: usize,
+    normals: bool,
+    /// The first vertex of the shape to come, in the pass over faces.
+    first: u64,
+}
+
+impl<W: Write> PlySink<W> {
+    /// Writes to `out`, buffered.
+    pub fn new(out: W) -> Self {
+        PlySink {
+            out: Out::new(out),
+            pass: Pass::Count,
+            vertices: 0,
+            shared_vertices: 0,
+            faces: 0,
+            most_corners: 0,
+            normals: false,
+            first: 0,
+        }
+    }
+
+    /// The scene has been poured once more.
+    pub fn end_pass(&mut self) {
+        self.pass = match self.pass {
+            Pass::Count => {
+                self.header();
+                Pass::Vertices
+            }
+            Pass::Vertices => Pass::Faces,
+            Pass::Faces | Pass::Done => Pass::Done,
+        };
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// The first error there was.
+    pub fn finish(self) -> Result<Losses, WriteError> {
+        self.out.finish()?;
+        Ok(vec!["PLY holds no camera, lights or surfaces"])
+    }
+
+    fn header(&mut self) {
+        if !self.normals {
+            self.vertices = self.shared_vertices;
+        }
+        if self.vertices > MAX_VERTICES {
+            return self.out.fail(WriteError::TooMany(self.vertices));
+        }
+        let normals = if self.normals {
+            "property float nx\nproperty float ny\nproperty float nz\n"
+        } else {
+            ""
+        };
+        let count = if self.short_lists() { "uchar" } else { "uint" };
+        self.out.text(format_args!(
+            "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
+             property float x\nproperty float y\nproperty float z\n{normals}\
+             element face {}\nproperty list {count} int vertex_indices\nend_header\n",
+            self.vertices, self.faces,
+        ));
+    }
+
+    fn short_lists(&self) -> bool {
+        self.most_corners <= SHORT_LIST
+    }
+
+    fn vector(&mut self, v: DVec3) {
+        for number in v.to_array() {
+            self.out.bytes(&(number as f32).to_le_bytes());
+        }
+    }
+
+    fn face(&mut self, corners: impl ExactSizeIterator<Item = u64>) {
+        let count = corners.len() as u32;
+        if self.short_lists() {
+            self.out.bytes(&[count as u8]);
+        } else {
+            self.out.bytes(&count.to_le_bytes());
+        }
+        for corner in corners {
+            // The header has refused more than i32::MAX of them.
+            self.out.bytes(&(corner as u32).to_le_bytes());
+        }
+    }
+
+    /// A polygon with vertices of its own; `normals` is asked for where the file has them.
+    fn lone_face(&mut self, corners: usize, point: impl Fn(usize) -> (DVec3, DVec3)) {
+        match self.pass {
+            Pass::Count => {
+                self.vertices += corners as u64;
+                self.faces += 1;
+                self.most_corners = self.most_corners.max(corners);
+            }
+            Pass::Vertices => {
+                for k in 0..corners {
+                    let (point, normal) = point(k);
+                    self.vector(point);
+                    if self.normals {
+                        self.vector(normal);
+                    }
+                }
+            }
+            Pass::Faces => {
+                let first = self.first;
+                self.face((0..corners).map(|k| first + k as u64));
+                self.first += corners as u64;
+            }
+            Pass::Done => {}
+        }
+    }
+
+    fn flat_face(&mut self, points: &[DVec3]) {
+        let normal = normal(points);
+        self.lone_face(points.len(), |k| (points[k], normal));
+    }
+
+    /// Triangles that share vertices.
+    fn shared(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+        match self.pass {
+            Pass::Vertices => vertices.iter().for_each(|&v| self.vector(v)),
+            Pass::Faces => {
+                let first = self.first;
+                for triangle in triangles {
+                    self.face(triangle.iter().map(|&k| first + u64::from(k)));
+                }
+                self.first += vertices.len() as u64;
+            }
+            Pass::Count | Pass::Done => {}
+        }
+    }
+
+    fn cannot_hold(&mut self, shape: &'static str) {
+        self.out.fail(WriteError::CannotHold {
+            format: "PLY",
+            shape,
+        });
+    }
+}
+
+/// The unit normal of a polygon by Newell's sum, which concave corners do not mislead; z where it has no area.
+fn normal(points: &[DVec3]) -> DVec3 {
+    let origin = points.first().copied().unwrap_or_default();
+    let pairs = points.iter().zip(points.iter().cycle().skip(1));
+    let sum = pairs.fold(DVec3::ZERO, |sum, (&a, &b)| {
+        sum + (a - origin).cross(b - origin)
+    });
+    sum.try_normalize().unwrap_or(DVec3::Z)
+}
+
+impl<W: Write> Sink for PlySink<W> {
+    fn view(&mut self, _: &StandardView) {}
+
+    fn background(&mut self, _: DVec3) {}
+
+    fn light(&mut self, _: &StandardLight) {}
+
+    fn surface(&mut self, _: &Look) {}
+
+    fn sphere(&mut self, _: DVec3, _: f64) {
+        self.cannot_hold("spheres");
+    }
+
+    fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {
+        self.cannot_hold("cones or cylinders");
+    }
+
+    fn polygon(&mut self, points: &[DVec3]) {
+        if self.pass == Pass::Count {
+            self.shared_vertices += points.len() as u64;
+        }
+        self.flat_face(points);
+    }
+
+    fn patch(&mut self, points: &[(DVec3, DVec3)]) {
+        self.normals = true;
+        self.lone_face(points.len(), |k| points[k]);
+    }
+
+    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+        if self.pass == Pass::Count {
+            self.shared_vertices += vertices.len() as u64;
+        } else if !self.normals {
+            return self.shared(vertices, triangles);
+        }
+        for triangle in triangles {
+            self.flat_face(&triangle.map(|k| vertices[k as usize]));
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Bad files and what is said about them: `tests/bad/nff/x.nff` and beside it `x.expected`.
+//!
+//! After a change of wording, `PHALANX_BLESS=1 cargo test --test nff_reader bad` writes what is said now: read the
+//! difference before committing it.
+
+use phalanx::formats::{Diagnostic, LoadError, Loaded, MAX_DIAGNOSTICS, Options, load, read_nff};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad/nff")
+}
+
+fn listing(kind: &str, diagnostics: &[Diagnostic]) -> String {
+    let mut out = String::new();
+    for d in diagnostics {
+        writeln!(out, "{}:{}: {kind}{}", d.line, d.column, d.message).unwrap();
+        if let Some(help) = &d.help {
+            writeln!(out, "    help: {help}").unwrap();
+        }
+    }
+    out
+}
+
+fn said_about(path: &Path) -> String {
+    match load(path, &Options::default()) {
+        Ok(Loaded { warnings, .. }) => listing("warning: ", &warnings),
+        Err(LoadError::Scene {
+            diagnostics, text, ..
+        }) => {
+            for d in &diagnostics {
+                let end = d.offset + d.length;
+                assert!(text.get(d.offset..end).is_some(), "{path:?}: {d:?}");
+            }
+            listing("", &diagnostics)
+        }
+        Err(other) => format!("{other}\n"),
+    }
+}
+
+#[test]
+fn every_bad_file_gets_its_message() {
+    let mut failures = String::new();
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|ending| ending != "nff") {
+            continue;
+        }
+        count += 1;
+        let said = said_about(&path);
+        let expected_path = path.with_extension("expected");
+        if std::env::var_os("PHALANX_BLESS").is_some() {
+            std::fs::write(&expected_path, &said).unwrap();
+        }
+        let expected = std::fs::read_to_string(&expected_path).unwrap_or_default();
+        if said.is_empty() || said != expected.replace("\r\n", "\n") {
+            let name = path.file_name().unwrap();
+            writeln!(failures, "{name:?}\n-- expected\n{expected}-- said\n{said}").unwrap();
+        }
+    }
+    assert!(count > 30, "only {count} bad files found");
+    assert!(failures.is_empty(), "{failures}");
+}
+
+#[test]
+fn twenty_errors_are_reported_in_file_order_then_reading_stops() {
+    let text = format!("{}{}", super::HEAD, "s a 0 0 1\n".repeat(30));
+    let errors = read_nff(&text).unwrap_err();
+    let places: Vec<_> = errors.iter().map(|e| (e.line, e.column)).collect();
+    let expected: Vec<_> = (0..MAX_DIAGNOSTICS).map(|k| (10 + k, 3)).collect();
+    assert_eq!(places, expected);
+}
+
+#[test]
+fn a_count_alone_allocates_nothing() {
+    // 10^15 corners would be more than there is memory; the process would end here.
+    for count in ["1000000000000000", "18446744073709551615", "400000000"] {
+        let errors = read_nff(&format!("{}p {count}\n0 0 0\n1 0 0\n", super::HEAD)).unwrap_err();
+        assert_eq!(errors.len(), 1, "{errors:?}");
+        assert!(
+            errors[0].message.contains("more than the rest"),
+            "{errors:?}"
+        );
+    }
+}
