@@ -1,7 +1,7 @@
 //! The scenes by name: what each is for, and what sizes it has.
 
 use super::sink::Sink;
-use super::spd;
+use super::{modern, spd};
 use std::ops::RangeInclusive;
 
 /// Where a standard scene comes from, which decides how its pictures are written.
@@ -59,4 +59,5 @@ pub static CATALOGUE: &[Entry] = &[
     spd::tetra::ENTRY,
     spd::tree::ENTRY,
     // Modern triangle scenes.
+    modern::terrain::ENTRY,
 ];

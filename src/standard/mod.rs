@@ -6,6 +6,7 @@
 
 mod catalogue;
 mod count;
+mod modern;
 mod scene_sink;
 mod sink;
 mod spd;

@@ -1,0 +1,42 @@
+//! The modern standard scenes: triangles only, from thousands to tens of millions by one size parameter.
+//!
+//! What Haines' databases, made for the machines of 1987, leave unasked: height fields, thin tubes, interiors, closed
+//! meshes of glass. Each scene is drawn with a [`pen::Pen`], chunk by chunk, so that a scene larger than memory can go
+//! to a file. Lights are points, suns too (far away), because every file format here can hold those.
+
+mod looks;
+mod noise;
+mod pen;
+pub(super) mod terrain;
+
+use super::sink::{StandardLight, StandardView};
+use glam::DVec3;
+use std::ops::RangeInclusive;
+
+/// Numbers of triangles that every modern scene can be made of, about.
+const SIZES: RangeInclusive<u32> = 4_000..=100_000_000;
+
+/// A view of 1280x960 pixels with y up.
+fn hd(from: DVec3, at: DVec3, fovy: f64) -> StandardView {
+    StandardView {
+        from,
+        at,
+        up: DVec3::Y,
+        fovy,
+        width: 1280,
+        height: 960,
+    }
+}
+
+/// A light so far in this direction that its rays are as good as parallel.
+fn sun(toward: DVec3, color: DVec3) -> StandardLight {
+    StandardLight::colored(toward / toward.length() * 1e4, color)
+}
+
+/// A lamp of this colour, which it has at distance `reach`; nearer it is brighter, but at most twice.
+fn lamp(position: DVec3, color: DVec3, reach: f64) -> StandardLight {
+    StandardLight {
+        attenuation: DVec3::new(0.5, 0.0, 0.5 / (reach * reach)),
+        ..StandardLight::colored(position, color)
+    }
+}

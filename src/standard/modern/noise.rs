@@ -1,0 +1,194 @@
+//! Chance and roughness from integers: hashes, and value noise made of them.
+//!
+//! Only integer arithmetic and + − × ÷ √ of f64, so that every platform draws the same scene.
+
+use glam::{DVec2, DVec3};
+
+/// 64 well-mixed bits of a number: the finalizer of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom
+/// Number Generators", OOPSLA 2014).
+pub(super) fn mix(number: u64) -> u64 {
+    let mut bits = number.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    bits ^ (bits >> 31)
+}
+
+/// A number in [0, 1) of 53 bits.
+fn unit(bits: u64) -> f64 {
+    const STEP: f64 = 1.0 / (1u64 << 53) as f64;
+    (bits >> 11) as f64 * STEP
+}
+
+/// A sequence of numbers that look random. Equal seeds give equal sequences.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Dice(u64);
+
+impl Dice {
+    /// The sequence of the `index`-th thing of a kind; the kind has a seed of its own.
+    pub(super) fn of(seed: u64, index: u64) -> Dice {
+        Dice(mix(seed ^ mix(index)))
+    }
+
+    /// The next 64 bits.
+    pub(super) fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(1);
+        mix(self.0)
+    }
+
+    /// The next number in [0, 1).
+    pub(super) fn unit(&mut self) -> f64 {
+        unit(self.bits())
+    }
+
+    /// The next number in [from, to).
+    pub(super) fn range(&mut self, from: f64, to: f64) -> f64 {
+        from + (to - from) * self.unit()
+    }
+
+    /// The next whole number below `count`, which is at least 1.
+    pub(super) fn below(&mut self, count: usize) -> usize {
+        (self.bits() % count as u64) as usize
+    }
+}
+
+/// A smooth step from 0 at `from` to 1 at `to`.
+pub(super) fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
+    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// From `a` at 0 to `b` at 1.
+pub(super) fn blend(a: f64, b: f64, t: f64) -> f64 {
+    a + (b - a) * t
+}
+
+/// The lattice cell of a coordinate and the place in it.
+fn cell(x: f64) -> (i64, f64) {
+    // Faster than `floor` on CPUs without an instruction for it, and the same for any place in a scene.
+    let toward_zero = x as i64;
+    let floor = toward_zero - i64::from(x < toward_zero as f64);
+    (floor, x - floor as f64)
+}
+
+/// Odd multipliers that keep the axes of a lattice apart.
+const STRIDES: [u64; 4] = [
+    0x9E37_79B9_7F4A_7C15,
+    0xC2B2_AE3D_27D4_EB4F,
+    0x1656_67B1_9E37_79F9,
+    0xD6E8_FEB8_6659_FD93,
+];
+
+/// Value at a lattice point, in [-1, 1). Less thorough than [`mix`], because most of a scene's time is spent here.
+fn lattice(seed: u64, x: i64, y: i64, z: i64) -> f64 {
+    let mut bits = (x as u64).wrapping_mul(STRIDES[0])
+        ^ (y as u64).wrapping_mul(STRIDES[1])
+        ^ (z as u64).wrapping_mul(STRIDES[2])
+        ^ seed.wrapping_mul(STRIDES[3]);
+    bits = (bits ^ (bits >> 32)).wrapping_mul(STRIDES[1]);
+    bits ^= bits >> 29;
+    // The upper half of the product as a signed fraction.
+    const HALF: f64 = 1.0 / (1u64 << 31) as f64;
+    f64::from((bits.wrapping_mul(STRIDES[0]) >> 32) as u32 as i32) * HALF
+}
+
+/// Value noise in the plane, in [-1, 1), and its gradient.
+pub(super) fn noise2(seed: u64, p: DVec2) -> (f64, DVec2) {
+    let ((xi, x), (yi, y)) = (cell(p.x), cell(p.y));
+    // Quintic, so that the slope of the slope has no jumps, which would show as a lattice in the shading.
+    let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let slope = |t: f64| 30.0 * t * t * (t - 1.0) * (t - 1.0);
+    let at = |dx: i64, dy: i64| lattice(seed, xi + dx, yi + dy, 0);
+    let (a, b, c, d) = (at(0, 0), at(1, 0), at(0, 1), at(1, 1));
+    let (u, v) = (fade(x), fade(y));
+    let (ab, ac, twist) = (b - a, c - a, a - b - c + d);
+    let value = a + ab * u + ac * v + twist * u * v;
+    let gradient = DVec2::new((ab + twist * v) * slope(x), (ac + twist * u) * slope(y));
+    (value, gradient)
+}
+
+/// Value noise in space, in [-1, 1).
+pub(super) fn noise3(seed: u64, p: DVec3) -> f64 {
+    let ((xi, x), (yi, y), (zi, z)) = (cell(p.x), cell(p.y), cell(p.z));
+    let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let (u, v, w) = (fade(x), fade(y), fade(z));
+    let edge = |dy: i64, dz: i64| {
+        let at = |dx: i64| lattice(seed, xi + dx, yi + dy, zi + dz);
+        blend(at(0), at(1), u)
+    };
+    let face = |dz: i64| blend(edge(0, dz), edge(1, dz), v);
+    blend(face(0), face(1), w)
+}
+
+/// Turns by the angle of the 3-4-5 triangle, so that the lattices of successive octaves never line up.
+pub(super) fn turned(p: DVec2) -> DVec2 {
+    DVec2::new(0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y)
+}
+
+/// Octaves of noise in the plane, each of half the size and half the height; about [-1, 1].
+pub(super) fn fractal2(seed: u64, mut p: DVec2, octaves: u32) -> f64 {
+    let (mut sum, mut height) = (0.0, 0.5);
+    for octave in 0..octaves {
+        sum += height * noise2(seed + u64::from(octave), p).0;
+        p = turned(p) * 2.03;
+        height *= 0.5;
+    }
+    sum
+}
+
+/// Octaves of noise in space, each of half the size and half the height; about [-1, 1].
+pub(super) fn fractal3(seed: u64, mut p: DVec3, octaves: u32) -> f64 {
+    let (mut sum, mut height) = (0.0, 0.5);
+    for octave in 0..octaves {
+        sum += height * noise3(seed + u64::from(octave), p);
+        let t = turned(DVec2::new(p.x, p.y));
+        p = DVec3::new(t.y, p.z, t.x) * 2.03;
+        height *= 0.5;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_within_its_range_and_its_gradient_is_its_slope() {
+        let mut dice = Dice::of(1, 1);
+        for _ in 0..1000 {
+            let p = DVec2::new(dice.range(-50.0, 50.0), dice.range(-50.0, 50.0));
+            let (value, gradient) = noise2(7, p);
+            assert!((-1.0..1.0).contains(&value), "{value}");
+            let h = 1e-6;
+            let x = (noise2(7, p + DVec2::X * h).0 - value) / h;
+            let y = (noise2(7, p + DVec2::Y * h).0 - value) / h;
+            assert!((gradient - DVec2::new(x, y)).length() < 1e-3, "{p}");
+        }
+    }
+
+    #[test]
+    fn noise_has_no_steps_between_its_cells() {
+        let mut dice = Dice::of(2, 1);
+        for _ in 0..1000 {
+            let p = DVec3::new(
+                dice.range(-9.0, 9.0).floor(),
+                dice.range(-9.0, 9.0),
+                dice.range(-9.0, 9.0),
+            );
+            let step = noise3(3, p + DVec3::X * 1e-9) - noise3(3, p - DVec3::X * 1e-9);
+            assert!(step.abs() < 1e-7, "{p}");
+        }
+    }
+
+    #[test]
+    fn dice_are_even_and_repeatable() {
+        let mut dice = Dice::of(3, 4);
+        let mut counts = [0; 10];
+        for _ in 0..10_000 {
+            counts[dice.below(10)] += 1;
+        }
+        assert!(counts.iter().all(|n| (850..1150).contains(n)), "{counts:?}");
+        let (mut a, mut b) = (Dice::of(5, 6), Dice::of(5, 6));
+        assert!((0..100).all(|_| a.bits() == b.bits()));
+        assert_ne!(Dice::of(5, 7).bits(), Dice::of(5, 6).bits());
+    }
+}

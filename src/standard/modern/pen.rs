@@ -1,0 +1,339 @@
+//! The pen that draws triangle scenes: it collects triangles by surface, hands them to the sink in chunks of bounded
+//! size, and can count what it would draw without drawing it.
+
+use super::super::sink::{DocumentLook, Look, Sink};
+use glam::DVec3;
+
+/// Triangles in a chunk, about: a sheet is handed over as soon as it holds so many.
+const CHUNK: usize = 8192;
+
+/// Draws with the surfaces of a palette.
+pub(super) struct Pen<'a> {
+    /// `None` for a pen that only counts.
+    sink: Option<&'a mut dyn Sink>,
+    palette: &'a [DocumentLook],
+    /// One for each surface of the palette.
+    sheets: Vec<Sheet>,
+    look: usize,
+    triangles: u64,
+    row: Vec<DVec3>,
+    first_row: Vec<DVec3>,
+    scatter: Scatter,
+}
+
+/// Triangles of one surface that have not been handed over yet.
+#[derive(Clone, Default)]
+struct Sheet {
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// A rectangular net of quads, each of two triangles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Net {
+    /// Quads along the rows.
+    pub(super) across: usize,
+    /// Rows of quads.
+    pub(super) rows: usize,
+    /// Whether the last quad of a row meets the first.
+    pub(super) closed_across: bool,
+    /// Whether the last row meets the first.
+    pub(super) closed_rows: bool,
+}
+
+impl Net {
+    /// A sheet with four borders.
+    pub(super) fn open(across: usize, rows: usize) -> Net {
+        Net {
+            across,
+            rows,
+            closed_across: false,
+            closed_rows: false,
+        }
+    }
+
+    /// A tube, open at its ends.
+    pub(super) fn tube(around: usize, along: usize) -> Net {
+        Net {
+            closed_across: true,
+            ..Net::open(around, along)
+        }
+    }
+
+    /// A closed ring of tube.
+    pub(super) fn torus(around: usize, along: usize) -> Net {
+        Net {
+            closed_rows: true,
+            ..Net::tube(around, along)
+        }
+    }
+
+    fn triangles(self) -> usize {
+        2 * self.across * self.rows
+    }
+}
+
+impl<'a> Pen<'a> {
+    /// A pen that draws into a sink.
+    pub(super) fn new(sink: &'a mut dyn Sink, palette: &'a [DocumentLook]) -> Pen<'a> {
+        Pen {
+            sink: Some(sink),
+            palette,
+            sheets: vec![Sheet::default(); palette.len()],
+            look: 0,
+            triangles: 0,
+            row: Vec::new(),
+            first_row: Vec::new(),
+            scatter: Scatter::default(),
+        }
+    }
+
+    /// A pen that only counts: it never asks for a point.
+    pub(super) fn counting() -> Pen<'static> {
+        Pen {
+            sink: None,
+            palette: &[],
+            sheets: Vec::new(),
+            look: 0,
+            triangles: 0,
+            row: Vec::new(),
+            first_row: Vec::new(),
+            scatter: Scatter::default(),
+        }
+    }
+
+    /// Triangles drawn, or counted.
+    pub(super) fn triangles(&self) -> u64 {
+        self.triangles
+    }
+
+    /// Chooses a surface of the palette.
+    pub(super) fn look(&mut self, look: usize) {
+        self.look = look;
+    }
+
+    /// Draws a net whose corner in column `i` of row `j` is `point(i, j)`. Its front is where columns run to the right
+    /// and rows upward. A closed direction has no last corner: the first one is taken again, bit by bit.
+    pub(super) fn net(&mut self, net: Net, mut point: impl FnMut(usize, usize) -> DVec3) {
+        self.triangles += net.triangles() as u64;
+        if self.sink.is_none() {
+            return;
+        }
+        let columns = net.across + usize::from(!net.closed_across);
+        for j in 0..=net.rows {
+            self.row.clear();
+            if net.closed_rows && j == net.rows {
+                self.row.extend_from_slice(&self.first_row);
+            } else {
+                self.row.extend((0..columns).map(|i| point(i, j)));
+            }
+            if j == 0 {
+                self.first_row.clear();
+                if net.closed_rows {
+                    self.first_row.extend_from_slice(&self.row);
+                }
+            }
+            self.add_row(net, j > 0);
+        }
+    }
+
+    /// Adds a row of corners, and the quads between it and the one before.
+    fn add_row(&mut self, net: Net, quads: bool) {
+        let sheet = &mut self.sheets[self.look];
+        let above = sheet.vertices.len() as u32;
+        sheet.vertices.extend_from_slice(&self.row);
+        if !quads {
+            return;
+        }
+        let columns = self.row.len();
+        let below = above - columns as u32;
+        for i in 0..net.across {
+            let next = (i + 1) % columns;
+            let (i, next) = (i as u32, next as u32);
+            let (a, b, c, d) = (below + i, below + next, above + next, above + i);
+            sheet.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+        if sheet.triangles.len() >= CHUNK {
+            self.hand_over(self.look);
+            // The next row of quads starts from this row of corners.
+            self.sheets[self.look].vertices.extend_from_slice(&self.row);
+        }
+    }
+
+    /// Draws a flat four-cornered sheet of `across` by `rows` quads; corners counter-clockwise from its front, columns
+    /// running from the first to the second.
+    pub(super) fn quad(&mut self, [a, b, c, d]: [DVec3; 4], across: usize, rows: usize) {
+        self.net(Net::open(across, rows), |i, j| {
+            let (u, v) = (i as f64 / across as f64, j as f64 / rows as f64);
+            (a * (1.0 - u) + b * u) * (1.0 - v) + (d * (1.0 - u) + c * u) * v
+        });
+    }
+
+    /// Draws a closed fan over a ring of corners that run counter-clockwise around `center`.
+    pub(super) fn fan(&mut self, center: DVec3, ring: usize, point: impl Fn(usize) -> DVec3) {
+        self.triangles += ring as u64;
+        if self.sink.is_none() {
+            return;
+        }
+        let sheet = &mut self.sheets[self.look];
+        let hub = sheet.vertices.len() as u32;
+        sheet.vertices.push(center);
+        sheet.vertices.extend((0..ring).map(point));
+        let corner = |i: usize| hub + 1 + (i % ring) as u32;
+        let fan = (0..ring).map(|i| [hub, corner(i), corner(i + 1)]);
+        sheet.triangles.extend(fan);
+        if sheet.triangles.len() >= CHUNK {
+            self.hand_over(self.look);
+        }
+    }
+
+    /// Draws triangles each with a surface of its own, `(look, corners)`, which index `vertices`.
+    pub(super) fn facets(&mut self, vertices: &[DVec3], triangles: &[(usize, [u32; 3])]) {
+        self.triangles += triangles.len() as u64;
+        if self.sink.is_none() {
+            return;
+        }
+        let mut scatter = std::mem::take(&mut self.scatter);
+        scatter.order(triangles, self.sheets.len());
+        for run in scatter
+            .sorted
+            .chunk_by(|&a, &b| triangles[a as usize].0 == triangles[b as usize].0)
+        {
+            let look = triangles[run[0] as usize].0;
+            let sheet = &mut self.sheets[look];
+            scatter.slots.clear();
+            scatter.slots.resize(vertices.len(), u32::MAX);
+            for &t in run {
+                let corners = triangles[t as usize].1.map(|v| {
+                    let slot = &mut scatter.slots[v as usize];
+                    if *slot == u32::MAX {
+                        *slot = sheet.vertices.len() as u32;
+                        sheet.vertices.push(vertices[v as usize]);
+                    }
+                    *slot
+                });
+                sheet.triangles.push(corners);
+            }
+            if sheet.triangles.len() >= CHUNK {
+                self.hand_over(look);
+            }
+        }
+        self.scatter = scatter;
+    }
+
+    fn hand_over(&mut self, look: usize) {
+        let sheet = &mut self.sheets[look];
+        if let Some(sink) = &mut self.sink
+            && !sheet.triangles.is_empty()
+        {
+            sink.surface(&Look::Document(self.palette[look]));
+            sink.mesh(&sheet.vertices, &sheet.triangles);
+        }
+        sheet.vertices.clear();
+        sheet.triangles.clear();
+    }
+
+    /// Hands over what is left. A pen that is dropped without it draws only part of its scene.
+    pub(super) fn finish(mut self) {
+        for look in 0..self.sheets.len() {
+            self.hand_over(look);
+        }
+    }
+}
+
+/// Room for sorting triangles by surface.
+#[derive(Default)]
+struct Scatter {
+    sorted: Vec<u32>,
+    starts: Vec<u32>,
+    slots: Vec<u32>,
+}
+
+impl Scatter {
+    /// Sorts the triangles' numbers by surface, keeping their order within each.
+    fn order(&mut self, triangles: &[(usize, [u32; 3])], looks: usize) {
+        self.starts.clear();
+        self.starts.resize(looks + 1, 0);
+        for (look, _) in triangles {
+            self.starts[look + 1] += 1;
+        }
+        for look in 0..looks {
+            self.starts[look + 1] += self.starts[look];
+        }
+        self.sorted.clear();
+        self.sorted.resize(triangles.len(), 0);
+        for (number, (look, _)) in triangles.iter().enumerate() {
+            let place = &mut self.starts[*look];
+            self.sorted[*place as usize] = number as u32;
+            *place += 1;
+        }
+    }
+}
+
+/// The detail between `least` and `most` at which `draw` comes closest to `target` triangles from below, or nearly so;
+/// `draw` is given counting pens only, and must draw more with more detail.
+pub(super) fn fit(
+    target: u64,
+    (mut least, mut most): (f64, f64),
+    draw: impl Fn(&mut Pen, f64),
+) -> f64 {
+    let count = |detail: f64| {
+        let mut pen = Pen::counting();
+        draw(&mut pen, detail);
+        pen.triangles()
+    };
+    for _ in 0..40 {
+        let middle = (least + most) / 2.0;
+        if count(middle) <= target {
+            least = middle;
+        } else {
+            most = middle;
+        }
+    }
+    least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::CountSink;
+    use super::*;
+
+    #[test]
+    fn a_counting_pen_counts_what_a_drawing_one_draws() {
+        let draw = |pen: &mut Pen| {
+            pen.net(Net::torus(7, 5), |i, j| DVec3::new(i as f64, j as f64, 1.0));
+            pen.look(1);
+            pen.net(Net::tube(300, 100), |i, j| {
+                assert!(i < 300 && j <= 100);
+                DVec3::new(i as f64, j as f64, 0.0)
+            });
+            pen.quad([DVec3::ZERO, DVec3::X, DVec3::ONE, DVec3::Y], 3, 4);
+            pen.fan(DVec3::ZERO, 6, |i| DVec3::splat(i as f64));
+            pen.facets(&[DVec3::ZERO; 3], &[(1, [0, 1, 2]), (0, [2, 1, 0])]);
+        };
+        let mut counting = Pen::counting();
+        draw(&mut counting);
+        let palette = [DocumentLook::default(); 2];
+        let mut sink = CountSink::default();
+        let mut pen = Pen::new(&mut sink, &palette);
+        draw(&mut pen);
+        assert_eq!(counting.triangles(), pen.triangles());
+        let triangles = pen.triangles();
+        pen.finish();
+        assert_eq!(sink.counts().triangles, triangles);
+    }
+
+    #[test]
+    fn detail_is_found_from_below() {
+        let draw = |pen: &mut Pen, detail: f64| {
+            for k in 0..100 {
+                let cells = (detail + f64::from(k) / 100.0) as usize;
+                pen.net(Net::open(cells, cells), |_, _| unreachable!());
+            }
+        };
+        let detail = fit(1_000_000, (1.0, 1000.0), draw);
+        let mut pen = Pen::counting();
+        draw(&mut pen, detail);
+        assert!((980_000..=1_000_000).contains(&pen.triangles()));
+    }
+}
