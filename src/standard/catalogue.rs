@@ -59,5 +59,7 @@ pub static CATALOGUE: &[Entry] = &[
     spd::tetra::ENTRY,
     spd::tree::ENTRY,
     // Modern triangle scenes.
+    modern::cornell::ENTRY,
     modern::terrain::ENTRY,
+    modern::menger::ENTRY,
 ];

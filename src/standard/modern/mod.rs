@@ -4,7 +4,10 @@
 //! meshes of glass. Each scene is drawn with a [`pen::Pen`], chunk by chunk, so that a scene larger than memory can go
 //! to a file. Lights are points, suns too (far away), because every file format here can hold those.
 
+pub(super) mod cornell;
+mod geodesic;
 mod looks;
+pub(super) mod menger;
 mod noise;
 mod pen;
 pub(super) mod terrain;

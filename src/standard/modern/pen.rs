@@ -160,6 +160,38 @@ impl<'a> Pen<'a> {
         }
     }
 
+    /// Draws a triangle of `side`² triangles, whose corner `i` steps toward its second and `j` toward its third corner
+    /// is `point(i, j)`.
+    pub(super) fn triangle(&mut self, side: usize, mut point: impl FnMut(usize, usize) -> DVec3) {
+        self.triangles += (side * side) as u64;
+        if self.sink.is_none() {
+            return;
+        }
+        self.row.clear();
+        for j in 0..=side {
+            let sheet = &mut self.sheets[self.look];
+            let wide = side - j;
+            let above = sheet.vertices.len() as u32;
+            let below = above - self.row.len() as u32;
+            self.row.clear();
+            self.row.extend((0..=wide).map(|i| point(i, j)));
+            sheet.vertices.extend_from_slice(&self.row);
+            if j == 0 {
+                continue;
+            }
+            for i in 0..=wide as u32 {
+                sheet.triangles.push([below + i, below + i + 1, above + i]);
+            }
+            for i in 0..wide as u32 {
+                sheet.triangles.push([below + i + 1, above + i + 1, above + i]);
+            }
+            if sheet.triangles.len() >= CHUNK {
+                self.hand_over(self.look);
+                self.sheets[self.look].vertices.extend_from_slice(&self.row);
+            }
+        }
+    }
+
     /// Draws a flat four-cornered sheet of `across` by `rows` quads; corners counter-clockwise from its front, columns
     /// running from the first to the second.
     pub(super) fn quad(&mut self, [a, b, c, d]: [DVec3; 4], across: usize, rows: usize) {
@@ -308,6 +340,10 @@ mod tests {
                 DVec3::new(i as f64, j as f64, 0.0)
             });
             pen.quad([DVec3::ZERO, DVec3::X, DVec3::ONE, DVec3::Y], 3, 4);
+            pen.triangle(200, |i, j| {
+                assert!(i + j <= 200);
+                DVec3::ZERO
+            });
             pen.fan(DVec3::ZERO, 6, |i| DVec3::splat(i as f64));
             pen.facets(&[DVec3::ZERO; 3], &[(1, [0, 1, 2]), (0, [2, 1, 0])]);
         };

@@ -1,0 +1,111 @@
+//! Spheres of equal triangles, closed to the last bit.
+
+use super::pen::Pen;
+use glam::DVec3;
+
+/// The golden ratio, (1 + √5) / 2.
+const GOLDEN: f64 = 1.618_033_988_749_895;
+
+/// Corners of an icosahedron.
+const CORNERS: [DVec3; 12] = [
+    DVec3::new(-1.0, GOLDEN, 0.0),
+    DVec3::new(1.0, GOLDEN, 0.0),
+    DVec3::new(-1.0, -GOLDEN, 0.0),
+    DVec3::new(1.0, -GOLDEN, 0.0),
+    DVec3::new(0.0, -1.0, GOLDEN),
+    DVec3::new(0.0, 1.0, GOLDEN),
+    DVec3::new(0.0, -1.0, -GOLDEN),
+    DVec3::new(0.0, 1.0, -GOLDEN),
+    DVec3::new(GOLDEN, 0.0, -1.0),
+    DVec3::new(GOLDEN, 0.0, 1.0),
+    DVec3::new(-GOLDEN, 0.0, -1.0),
+    DVec3::new(-GOLDEN, 0.0, 1.0),
+];
+
+/// Its faces, counter-clockwise from outside.
+const FACES: [[usize; 3]; 20] = [
+    [0, 11, 5],
+    [0, 5, 1],
+    [0, 1, 7],
+    [0, 7, 10],
+    [0, 10, 11],
+    [1, 5, 9],
+    [5, 11, 4],
+    [11, 10, 2],
+    [10, 7, 6],
+    [7, 1, 8],
+    [3, 9, 4],
+    [3, 4, 2],
+    [3, 2, 6],
+    [3, 6, 8],
+    [3, 8, 9],
+    [4, 9, 5],
+    [2, 4, 11],
+    [6, 2, 10],
+    [8, 6, 7],
+    [9, 8, 1],
+];
+
+/// The frequency (edge divisions) that comes closest to this many triangles: 20 f².
+pub(super) fn frequency(triangles: f64) -> usize {
+    (triangles / 20.0).max(1.0).sqrt().round() as usize
+}
+
+/// Draws a sphere of 20 `frequency`² triangles in the surface chosen, its points moved by `place` from the unit sphere
+/// to where they belong.
+///
+/// A point on an edge comes out the same from both faces: its sum has two terms that are not zero, and a + b = b + a.
+pub(super) fn sphere(pen: &mut Pen, frequency: usize, place: impl Fn(DVec3) -> DVec3) {
+    for [a, b, c] in FACES.map(|face| face.map(|i| CORNERS[i])) {
+        pen.triangle(frequency, |i, j| {
+            let (u, v, w) = (frequency - i - j, i, j);
+            let sum = a * u as f64 + b * v as f64 + c * w as f64;
+            place(sum / sum.length())
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::sink::{DocumentLook, Look, Sink, StandardLight, StandardView};
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// Counts how often each directed edge occurs, by the bits of its ends.
+    #[derive(Default)]
+    struct Edges(BTreeMap<[[u64; 3]; 2], usize>);
+
+    impl Sink for Edges {
+        fn view(&mut self, _: &StandardView) {}
+        fn background(&mut self, _: DVec3) {}
+        fn light(&mut self, _: &StandardLight) {}
+        fn surface(&mut self, _: &Look) {}
+        fn sphere(&mut self, _: DVec3, _: f64) {}
+        fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {}
+        fn polygon(&mut self, _: &[DVec3]) {}
+        fn patch(&mut self, _: &[(DVec3, DVec3)]) {}
+        fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+            // Adding 0 makes -0 a 0, which it is to a ray.
+            let bits = |v: u32| vertices[v as usize].to_array().map(|x| (x + 0.0).to_bits());
+            for t in triangles {
+                for k in 0..3 {
+                    *self.0.entry([bits(t[k]), bits(t[(k + 1) % 3])]).or_default() += 1;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_sphere_is_closed_to_the_last_bit() {
+        let mut edges = Edges::default();
+        let palette = [DocumentLook::default()];
+        let mut pen = Pen::new(&mut edges, &palette);
+        sphere(&mut pen, 37, |p| DVec3::new(0.1, 0.2, 0.3) + p * 0.7);
+        assert_eq!(pen.triangles(), 20 * 37 * 37);
+        pen.finish();
+        for ([a, b], count) in &edges.0 {
+            assert_eq!(*count, 1);
+            assert_eq!(edges.0.get(&[*b, *a]), Some(&1));
+        }
+    }
+}

@@ -1,0 +1,313 @@
+//! menger: the sponge of Karl Menger (1926), its inner walls coloured by the size of the hole they line.
+//!
+//! Only faces between stone and air are drawn: 2·20ⁿ + 4·8ⁿ quads at level n. The level is the deepest that fits the
+//! size. What is left of the size is spent inside the quads: each is cut into k × k cells, and cells get points on
+//! their diagonals, two more triangles for each; neither puts a point on an edge that the neighbour lacks, so that the
+//! sponge stays one closed surface.
+
+use super::looks::{matte, polished, rgb};
+use super::pen::{Net, Pen};
+use super::{SIZES, hd, lamp, sun};
+use crate::standard::catalogue::{Entry, Family, Params};
+use crate::standard::sink::{DocumentLook, Sink};
+use glam::DVec3;
+
+pub(in crate::standard) const ENTRY: Entry = Entry {
+    name: "menger",
+    purpose: "a Menger sponge: axis-parallel faces, tunnels, rays that pass many boxes and hit none",
+    family: Family::Modern,
+    default_size: 1_000_000,
+    sizes: SIZES,
+    size_means: "triangles",
+    max_depth: 4,
+    generate,
+};
+
+/// Deepest level that any size comes to.
+const LEVELS: usize = 5;
+const FLOOR: usize = LEVELS + 1;
+const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.18);
+
+/// Walls by the level at which their hole was cut (0: the outside), then the floor.
+fn palette() -> Vec<DocumentLook> {
+    let colors = [
+        rgb(0.70, 0.66, 0.58),
+        rgb(0.78, 0.36, 0.12),
+        rgb(0.12, 0.42, 0.46),
+        rgb(0.66, 0.50, 0.16),
+        rgb(0.42, 0.20, 0.34),
+        rgb(0.26, 0.40, 0.24),
+    ];
+    let mut looks: Vec<_> = colors.iter().map(|c| matte(*c, AMBIENT)).collect();
+    looks.push(polished(matte(rgb(0.05, 0.055, 0.07), AMBIENT), rgb(0.30, 0.31, 0.34), 400.0));
+    looks
+}
+
+/// Quads of the surface at a level.
+fn quads(level: usize) -> u64 {
+    let power = |base: u64| (0..level).fold(1, |product, _| product * base);
+    2 * power(20) + 4 * power(8)
+}
+
+/// How the quads are cut.
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    level: usize,
+    /// Cells along the side of a quad.
+    cells: usize,
+    /// Points on the diagonals of every 2¹⁶ cells.
+    extra: u64,
+}
+
+impl Cut {
+    fn of(size: u32) -> Cut {
+        let target = f64::from(size);
+        let fits = |level: &usize| 2 * quads(*level) <= u64::from(size);
+        let level = (1..=LEVELS).rev().find(fits).unwrap_or(1);
+        let pairs = target / (2.0 * quads(level) as f64);
+        let cells = pairs.sqrt().floor().max(1.0);
+        let extra = (pairs / (cells * cells) - 1.0).max(0.0) * 65536.0;
+        Cut {
+            level,
+            cells: cells as usize,
+            extra: extra as u64,
+        }
+    }
+
+    /// Points on the diagonal of the `number`-th cell.
+    fn points(self, number: u64) -> u64 {
+        ((number + 1) * self.extra >> 16) - (number * self.extra >> 16)
+    }
+}
+
+fn generate(params: &Params, sink: &mut dyn Sink) {
+    sink.view(&hd(DVec3::new(1.50, 1.28, 2.30), DVec3::new(0.02, 0.43, 0.0), 33.5));
+    sink.background(rgb(0.045, 0.065, 0.115));
+    sink.light(&sun(DVec3::new(0.42, 0.72, 0.95), rgb(0.86, 0.78, 0.66)));
+    sink.light(&sun(DVec3::new(0.95, 0.38, 0.05), rgb(0.13, 0.19, 0.36)));
+    sink.light(&lamp(DVec3::new(0.0, 0.5, 0.0), rgb(1.1, 0.62, 0.24), 0.5));
+    let palette = palette();
+    let mut pen = Pen::new(sink, &palette);
+    floor(&mut pen);
+    let mut sponge = Sponge {
+        cut: Cut::of(params.size),
+        number: 0,
+    };
+    sponge.draw(&mut pen);
+    pen.finish();
+}
+
+fn floor(pen: &mut Pen) {
+    pen.look(FLOOR);
+    pen.net(Net::open(1, 1), |i, j| {
+        let side = |k: usize| 40.0 * k as f64 - 20.0;
+        DVec3::new(side(i), -0.002, -side(j))
+    });
+}
+
+/// Cells along the side of the blocks in which the sponge is drawn: those of two levels.
+const BLOCK: usize = 9;
+
+/// For each coordinate the places, finest first, at which its base-3 digit is 1.
+fn middles(level: usize) -> Vec<u32> {
+    let side = (0..level).fold(1, |product, _| product * 3);
+    let mut middles = Vec::with_capacity(side);
+    for coordinate in 0..side {
+        let (mut rest, mut mask) = (coordinate, 0);
+        for place in 0..level {
+            mask |= u32::from(rest % 3 == 1) << place;
+            rest /= 3;
+        }
+        middles.push(mask);
+    }
+    middles
+}
+
+/// The places at which at least two of three coordinates are in the middle: there the cell is cut out.
+fn holes([x, y, z]: [u32; 3]) -> u32 {
+    (x & y) | (y & z) | (z & x)
+}
+
+struct Sponge {
+    cut: Cut,
+    /// Cells of quads drawn so far.
+    number: u64,
+}
+
+/// A face of a cell of stone that meets air.
+struct Face {
+    /// Least corner of the face, in cells, within the block.
+    corner: [usize; 3],
+    axis: usize,
+    /// Whether the air is on the upper side.
+    upper: bool,
+    look: usize,
+}
+
+/// What has been drawn of a block.
+struct Block {
+    /// The block's least corner, in cells.
+    origin: [usize; 3],
+    vertices: Vec<DVec3>,
+    facets: Vec<(usize, [u32; 3])>,
+    /// The vertex at each point of the block's lattice, `u32::MAX` where there is none yet.
+    lattice: Vec<u32>,
+}
+
+impl Sponge {
+    fn draw(&mut self, pen: &mut Pen) {
+        let middles = middles(self.cut.level);
+        let points = BLOCK * self.cut.cells + 1;
+        let mut block = Block {
+            origin: [0; 3],
+            vertices: Vec::new(),
+            facets: Vec::new(),
+            lattice: vec![u32::MAX; points * points * points],
+        };
+        for place in blocks(middles.len()) {
+            // A block that is cut out as a whole has no stone; its walls belong to its neighbours.
+            if holes(place.map(|c| middles[c] >> 2)) != 0 {
+                continue;
+            }
+            block.origin = place;
+            for cell in cells() {
+                self.cell(&mut block, &middles, cell);
+            }
+            pen.facets(&block.vertices, &block.facets);
+            block.vertices.clear();
+            block.facets.clear();
+            block.lattice.fill(u32::MAX);
+        }
+    }
+
+    /// Draws the faces of a cell that meet air.
+    fn cell(&mut self, block: &mut Block, middles: &[u32], cell: [usize; 3]) {
+        let place: [usize; 3] = std::array::from_fn(|k| block.origin[k] + cell[k]);
+        let here = place.map(|c| middles[c]);
+        if holes(here) != 0 {
+            return;
+        }
+        for axis in 0..3 {
+            for upper in [false, true] {
+                let next = match upper {
+                    true => place[axis] + 1,
+                    false => place[axis].wrapping_sub(1),
+                };
+                let look = match middles.get(next) {
+                    None => 0,
+                    Some(&middle) => {
+                        let mut there = here;
+                        there[axis] = middle;
+                        match holes(there) {
+                            0 => continue,
+                            cut => self.cut.level - cut.ilog2() as usize,
+                        }
+                    }
+                };
+                let mut corner = cell;
+                corner[axis] += usize::from(upper);
+                let face = Face {
+                    corner,
+                    axis,
+                    upper,
+                    look,
+                };
+                self.face(block, &face);
+            }
+        }
+    }
+
+    fn face(&mut self, block: &mut Block, face: &Face) {
+        let cells = self.cut.cells;
+        let (mut u, mut v) = ((face.axis + 1) % 3, (face.axis + 2) % 3);
+        if !face.upper {
+            (u, v) = (v, u);
+        }
+        for row in 0..cells {
+            for column in 0..cells {
+                let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| {
+                    let mut point = face.corner.map(|c| c * cells);
+                    point[u] += column + i;
+                    point[v] += row + j;
+                    block.vertex(point, self.cut)
+                });
+                let points = self.cut.points(self.number);
+                self.number += 1;
+                block.quad(corners, face.look, points);
+            }
+        }
+    }
+}
+
+impl Block {
+    /// The vertex at a point of the block's lattice.
+    fn vertex(&mut self, point: [usize; 3], cut: Cut) -> u32 {
+        let points = BLOCK * cut.cells + 1;
+        let slot = &mut self.lattice[(point[2] * points + point[1]) * points + point[0]];
+        if *slot == u32::MAX {
+            *slot = self.vertices.len() as u32;
+            let side = (0..cut.level).fold(cut.cells, |side, _| side * 3) as f64;
+            let [x, y, z] =
+                std::array::from_fn(|k| (self.origin[k] * cut.cells + point[k]) as f64 / side);
+            self.vertices.push(DVec3::new(x - 0.5, y, z - 0.5));
+        }
+        *slot
+    }
+
+    /// Draws a quad with this many points on its diagonal.
+    fn quad(&mut self, [a, b, c, d]: [u32; 4], look: usize, points: u64) {
+        let (from, to) = (self.vertices[a as usize], self.vertices[c as usize]);
+        let mut last = a;
+        for k in 1..=points {
+            let t = k as f64 / (points + 1) as f64;
+            let next = self.vertices.len() as u32;
+            self.vertices.push(from + (to - from) * t);
+            self.facets.extend([(look, [last, b, next]), (look, [last, next, d])]);
+            last = next;
+        }
+        self.facets.extend([(look, [last, b, c]), (look, [last, c, d])]);
+    }
+}
+
+/// The least corners of all blocks of a sponge of this side, in cells.
+fn blocks(side: usize) -> impl Iterator<Item = [usize; 3]> {
+    let along = move || (0..side).step_by(BLOCK);
+    along().flat_map(move |z| along().flat_map(move |y| along().map(move |x| [x, y, z])))
+}
+
+/// All cells of a block.
+fn cells() -> impl Iterator<Item = [usize; 3]> {
+    (0..BLOCK * BLOCK * BLOCK).map(|i| [i % BLOCK, i / BLOCK % BLOCK, i / (BLOCK * BLOCK)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::{CountSink, Counts};
+    use super::*;
+
+    fn count(size: u32) -> Counts {
+        let mut sink = CountSink::default();
+        generate(&Params { size }, &mut sink);
+        sink.counts()
+    }
+
+    #[test]
+    fn faces_of_a_level_are_as_many_as_its_formula_says() {
+        for (level, quads_there) in [(1, 72), (2, 1056), (3, 18_048)] {
+            assert_eq!(quads(level), quads_there);
+        }
+        let floor = 2;
+        for level in 2..=4 {
+            let size = 2 * quads(level);
+            assert_eq!(count(size as u32).triangles, size + floor);
+        }
+    }
+
+    #[test]
+    fn any_size_between_two_levels_can_be_met() {
+        for size in [4_000, 7_000, 30_000, 36_000, 60_000, 650_000, 1_234_567] {
+            let triangles = count(size).triangles as f64 / f64::from(size);
+            assert!((0.95..1.01).contains(&triangles), "{size}: {triangles}");
+        }
+    }
+}
