@@ -62,4 +62,7 @@ pub static CATALOGUE: &[Entry] = &[
     modern::cornell::ENTRY,
     modern::terrain::ENTRY,
     modern::menger::ENTRY,
+    modern::street::ENTRY,
+    modern::hair::ENTRY,
+    modern::room::ENTRY,
 ];

@@ -6,10 +6,14 @@
 
 pub(super) mod cornell;
 mod geodesic;
+pub(super) mod hair;
 mod looks;
 pub(super) mod menger;
 mod noise;
+mod parts;
 mod pen;
+pub(super) mod room;
+pub(super) mod street;
 pub(super) mod terrain;
 
 use super::sink::{StandardLight, StandardView};

@@ -107,6 +107,14 @@ impl<'a> Pen<'a> {
         self.triangles
     }
 
+    /// Whether the pen only counts; then it takes these triangles as drawn.
+    pub(super) fn counted(&mut self, triangles: u64) -> bool {
+        if self.sink.is_none() {
+            self.triangles += triangles;
+        }
+        self.sink.is_none()
+    }
+
     /// Chooses a surface of the palette.
     pub(super) fn look(&mut self, look: usize) {
         self.look = look;

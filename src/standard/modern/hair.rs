@@ -1,0 +1,300 @@
+//! hair: thin curved tubes, thousands to half a million of them: a windy meadow, and two of its dwellers.
+//!
+//! Tubes are what bounding boxes fit worst. Each has three sides, seven steps and a closed tip: 45 triangles. With the
+//! number of tubes their width shrinks as its square root, so that the picture stays the same and gets finer.
+
+use super::geodesic;
+use super::looks::{matte, polished, rgb};
+use super::noise::{Dice, blend, fractal2, noise2, smoothstep};
+use super::pen::{Net, Pen};
+use super::{SIZES, hd, sun};
+use crate::standard::catalogue::{Entry, Family, Params};
+use crate::standard::sink::{DocumentLook, Sink};
+use glam::{DVec2, DVec3};
+use libm::{cos, sin};
+use std::f64::consts::TAU;
+
+pub(in crate::standard) const ENTRY: Entry = Entry {
+    name: "hair",
+    purpose: "fur and grass of thin curved tubes: boxes that hold little, silhouettes everywhere",
+    family: Family::Modern,
+    default_size: 1_000_000,
+    sizes: SIZES,
+    size_means: "triangles",
+    max_depth: 3,
+    generate,
+};
+
+const SEED: u64 = 0x4a1e_0001;
+const AMBIENT: DVec3 = DVec3::new(0.13, 0.16, 0.22);
+
+/// Tubes are darker toward the root, where light is lost among them.
+const TONES: usize = 3;
+/// Colours of a kind of tube.
+const HUES: usize = 4;
+const GRASS: usize = 0;
+const FUR: [usize; 2] = [HUES * TONES, 2 * HUES * TONES];
+const SOIL: usize = 3 * HUES * TONES;
+const WHITE: usize = SOIL + 1;
+const BLACK: usize = SOIL + 2;
+
+fn palette() -> Vec<DocumentLook> {
+    let grass = [rgb(0.16, 0.27, 0.05), rgb(0.22, 0.31, 0.06), rgb(0.34, 0.33, 0.09), rgb(0.10, 0.22, 0.06)];
+    let ginger = [rgb(0.64, 0.25, 0.05), rgb(0.72, 0.33, 0.08), rgb(0.52, 0.17, 0.035), rgb(0.80, 0.46, 0.17)];
+    let blue = [rgb(0.10, 0.24, 0.52), rgb(0.15, 0.34, 0.62), rgb(0.07, 0.16, 0.42), rgb(0.30, 0.48, 0.70)];
+    let mut looks = Vec::new();
+    for color in [grass, ginger, blue].as_flattened() {
+        for light in [0.28, 0.7, 1.15] {
+            looks.push(matte(*color * light, AMBIENT));
+        }
+    }
+    looks.push(matte(rgb(0.075, 0.10, 0.025), AMBIENT));
+    looks.push(polished(matte(rgb(0.80, 0.79, 0.76), AMBIENT), rgb(0.06, 0.06, 0.06), 300.0));
+    looks.push(polished(matte(rgb(0.008, 0.008, 0.01), AMBIENT), rgb(0.07, 0.07, 0.07), 500.0));
+    looks
+}
+
+/// Steps along a tube, and its sides.
+const STEPS: usize = 7;
+const SIDES: usize = 3;
+const TUBE: u64 = (2 * SIDES * STEPS + SIDES) as u64;
+
+/// A dweller of the meadow: a ball of fur with two eyes.
+struct Dweller {
+    center: DVec3,
+    radius: f64,
+    fur: usize,
+    /// Where it looks.
+    gaze: DVec3,
+    /// Its part of all tubes.
+    share: f64,
+}
+
+const DWELLERS: [Dweller; 2] = [
+    Dweller {
+        center: DVec3::new(-0.75, 1.02, 0.0),
+        radius: 0.86,
+        fur: FUR[0],
+        gaze: DVec3::new(0.36, 0.10, 0.93),
+        share: 0.24,
+    },
+    Dweller {
+        center: DVec3::new(1.12, 0.70, 0.75),
+        radius: 0.52,
+        fur: FUR[1],
+        gaze: DVec3::new(-0.30, 0.22, 0.93),
+        share: 0.12,
+    },
+];
+
+fn generate(params: &Params, sink: &mut dyn Sink) {
+    sink.view(&hd(DVec3::new(0.15, 1.42, 5.6), DVec3::new(0.05, 0.93, 0.0), 33.0));
+    sink.background(rgb(0.30, 0.50, 0.78));
+    sink.light(&sun(DVec3::new(-0.75, 0.62, 0.42), rgb(1.75, 1.5, 1.15)));
+    sink.light(&sun(DVec3::new(0.85, 0.5, -0.55), rgb(0.42, 0.44, 0.42)));
+    let palette = palette();
+    let mut pen = Pen::new(sink, &palette);
+    let budget = f64::from(params.size);
+    ground(&mut pen, (budget * 0.02 / 2.0).sqrt() as usize);
+    let frequency = geodesic::frequency(budget * 0.03 / 10.0).clamp(3, 60);
+    for dweller in &DWELLERS {
+        dweller.skin(&mut pen, frequency);
+    }
+    let tubes = (params.size as u64).saturating_sub(pen.triangles()) / TUBE;
+    let width = 0.0115 / (tubes as f64 / 21_000.0).sqrt();
+    let mut left = tubes;
+    for dweller in &DWELLERS {
+        let count = (tubes as f64 * dweller.share) as u64;
+        dweller.coat(&mut pen, count, width);
+        left -= count;
+    }
+    meadow(&mut pen, left, width);
+    pen.finish();
+}
+
+/// The meadow from the nearest to the farthest grass, and half its width there.
+const NEAR: f64 = 4.6;
+const FAR: f64 = -13.0;
+
+fn half_width(z: f64) -> f64 {
+    0.62 + (NEAR - z) * 0.47
+}
+
+fn height(p: DVec2) -> f64 {
+    let far = smoothstep(0.0, -12.0, p.y);
+    0.22 * fractal2(SEED, p * 0.42, 2) + far * (0.5 + 0.7 * noise2(SEED + 9, p * 0.23).0)
+}
+
+/// A place on the ground; `across` in [-1, 1], `away` in [0, 1] denser near the eye.
+fn place(across: f64, away: f64) -> DVec3 {
+    let z = blend(NEAR, FAR, away * (0.24 + 0.76 * away));
+    let p = DVec2::new(across * half_width(z), z);
+    DVec3::new(p.x, height(p), p.y)
+}
+
+fn ground(pen: &mut Pen, cells: usize) {
+    let cells = cells.max(6);
+    pen.look(SOIL);
+    pen.net(Net::open(cells, cells), |i, j| {
+        let across = 2.2 * i as f64 / cells as f64 - 1.1;
+        place(across, 1.15 * j as f64 / cells as f64 - 0.02)
+    });
+}
+
+fn meadow(pen: &mut Pen, count: u64, width: f64) {
+    // A jittered lattice, row by row from the eye: even, without a pattern.
+    let rows = (count as f64).sqrt().ceil().max(1.0) as u64;
+    for number in 0..count {
+        let mut dice = Dice::of(SEED, number);
+        let (row, column) = (number / rows, number % rows);
+        let across = 2.0 * (column as f64 + dice.unit()) / rows as f64 - 1.0;
+        let root = place(across, (row as f64 + dice.unit()) / rows as f64);
+        if DWELLERS.iter().any(|d| (root - d.center).length() < d.radius) {
+            // Nothing grows inside a dweller: the tube goes to its foot instead.
+            skirt(pen, number, width, &mut dice);
+            continue;
+        }
+        blade(pen, root, width, &mut dice);
+    }
+}
+
+/// A blade of grass near a dweller.
+fn skirt(pen: &mut Pen, number: u64, width: f64, dice: &mut Dice) {
+    let dweller = &DWELLERS[(number % 2) as usize];
+    let turn = dice.range(0.0, TAU);
+    let reach = dweller.radius * dice.range(0.85, 1.25);
+    let p = DVec2::new(dweller.center.x, dweller.center.z) + DVec2::new(cos(turn), sin(turn)) * reach;
+    blade(pen, DVec3::new(p.x, height(p), p.y), width, dice);
+}
+
+fn blade(pen: &mut Pen, root: DVec3, width: f64, dice: &mut Dice) {
+    let p = DVec2::new(root.x, root.z);
+    // The wind comes in waves.
+    let gust = 0.5 + 0.5 * noise2(SEED + 20, p * 0.9).0;
+    let lean = DVec3::new(0.20 + 0.42 * gust, 0.0, 0.10 * gust);
+    let tuft = fractal2(SEED + 30, p * 2.2, 2);
+    let length = (0.30 + 0.25 * smoothstep(-2.0, -12.0, p.y)) * (0.75 + 0.55 * tuft + dice.range(0.0, 0.45)).max(0.3);
+    let scatter = DVec3::new(dice.range(-0.5, 0.5), 0.0, dice.range(-0.5, 0.5));
+    let up = DVec3::Y + scatter * 0.55;
+    let hue = match tuft + dice.range(-0.5, 0.5) {
+        t if t > 0.42 => 2,
+        t if t > 0.05 => 1,
+        t if t > -0.3 => 0,
+        _ => 3,
+    };
+    let tube = Tube {
+        root: root - DVec3::Y * 0.01,
+        along: up * length,
+        bend: (lean + scatter * 0.4) * length * 1.1,
+        width: width * 1.15,
+        look: GRASS + hue * TONES,
+    };
+    tube.draw(pen);
+}
+
+impl Dweller {
+    /// Where the eyes are, seen from the middle, and their radius.
+    fn eyes(&self) -> ([DVec3; 2], f64) {
+        let gaze = self.gaze / self.gaze.length();
+        let side = DVec3::Y.cross(gaze);
+        let side = side / side.length();
+        let up = gaze.cross(side);
+        let eye = |sign: f64| (gaze * 0.86 + up * 0.30 + side * (0.34 * sign)) * self.radius;
+        ([eye(-1.0), eye(1.0)], self.radius * 0.225)
+    }
+
+    fn skin(&self, pen: &mut Pen, frequency: usize) {
+        let (eyes, size) = self.eyes();
+        let gaze = self.gaze / self.gaze.length();
+        pen.look(self.fur);
+        geodesic::sphere(pen, frequency.min(12), |p| self.center + p * (self.radius * 0.97));
+        for eye in eyes {
+            let center = self.center + eye * 1.06;
+            pen.look(WHITE);
+            geodesic::sphere(pen, frequency, |p| center + p * size);
+            pen.look(BLACK);
+            let pupil = center + gaze * (size * 0.62);
+            geodesic::sphere(pen, frequency, |p| pupil + p * (size * 0.54));
+        }
+    }
+
+    /// Fur from roots on a spiral of the golden angle, which spreads them evenly (Vogel, "A better way to construct the
+    /// sunflower head", Mathematical Biosciences, 1979); combed downward and outward, away from the eyes.
+    fn coat(&self, pen: &mut Pen, count: u64, width: f64) {
+        const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+        let (eyes, size) = self.eyes();
+        for number in 0..count {
+            let mut dice = Dice::of(SEED + 77 + self.fur as u64, number);
+            let y = 1.0 - 2.0 * (number as f64 + dice.unit()) / count as f64;
+            let turn = GOLDEN_ANGLE * number as f64;
+            let around = (1.0 - y * y).max(0.0).sqrt();
+            let normal = DVec3::new(around * cos(turn), y, around * sin(turn));
+            let mut lean = DVec3::NEG_Y * 0.55;
+            let mut length = self.radius * dice.range(0.34, 0.52);
+            for eye in eyes {
+                let away = normal * self.radius - eye;
+                let near = 1.0 - smoothstep(size * 0.9, size * 2.2, away.length());
+                lean += away / (away.length() + 1e-9) * (1.3 * near);
+                length *= 1.0 - 0.62 * near;
+            }
+            let whorl = 0.5 * fractal2(SEED + 55, DVec2::new(turn, y * 3.0), 2);
+            let scatter = DVec3::new(dice.range(-0.5, 0.5), dice.range(-0.5, 0.5), dice.range(-0.5, 0.5));
+            let tuft = fractal2(SEED + 60, DVec2::new(normal.x * 3.0 + normal.z, normal.y * 3.0), 2);
+            let hue = ((tuft * 1.6 + 0.5 + dice.range(-0.35, 0.35)).clamp(0.0, 0.99) * HUES as f64) as usize;
+            let tube = Tube {
+                root: self.center + normal * (self.radius * 0.96),
+                along: (normal + scatter * 0.35) * (length * 0.8),
+                bend: (lean + scatter * (0.35 + whorl)) * length,
+                width,
+                look: self.fur + hue * TONES,
+            };
+            tube.draw(pen);
+        }
+    }
+}
+
+/// A curved tube that thins toward its tip.
+struct Tube {
+    root: DVec3,
+    along: DVec3,
+    /// How far the tip is drawn from where `along` leads.
+    bend: DVec3,
+    width: f64,
+    look: usize,
+}
+
+impl Tube {
+    fn draw(&self, pen: &mut Pen) {
+        let side = self.along.cross(self.bend + DVec3::new(1e-3, 0.0, 2e-3));
+        let side = side / side.length();
+        // Where each tone ends, in steps; the last is a step short of the tip.
+        const ENDS: [usize; TONES + 1] = [0, 2, 4, STEPS];
+        for tone in 0..TONES {
+            pen.look(self.look + tone);
+            let (from, to) = (ENDS[tone], ENDS[tone + 1]);
+            let mut rings = [[DVec3::ZERO; SIDES]; STEPS + 1];
+            for (k, ring) in rings[from..=to].iter_mut().enumerate() {
+                *ring = self.ring(side, from + k);
+            }
+            pen.net(Net::tube(SIDES, to - from), |i, j| rings[from + j][i]);
+            if tone + 1 == TONES {
+                let tip = self.root + self.along + self.bend;
+                pen.fan(tip, SIDES, |i| rings[STEPS][i]);
+            }
+        }
+    }
+
+    /// The corners of the cross-section after so many steps.
+    fn ring(&self, side: DVec3, step: usize) -> [DVec3; SIDES] {
+        let t = step as f64 / (STEPS + 1) as f64;
+        let center = self.root + self.along * t + self.bend * (t * t);
+        let along = self.along + self.bend * (2.0 * t);
+        let up = side.cross(along);
+        let up = up / up.length();
+        let width = self.width * (1.0 - 0.85 * t * t);
+        // The corners of a triangle: cosine and sine of 0, 120 and 240 degrees.
+        const HALF_ROOT: f64 = 0.866_025_403_784_438_6;
+        let (a, b) = (side * width, up * width);
+        [center + a, center - a * 0.5 - b * HALF_ROOT, center - a * 0.5 + b * HALF_ROOT]
+    }
+}

@@ -1,0 +1,143 @@
+//! Building parts: boxes, turned work and rods, cut into quads as finely as asked for.
+
+use super::pen::{Net, Pen};
+use glam::{DVec2, DVec3};
+use libm::{cos, sin};
+use std::f64::consts::TAU;
+
+/// A place and the directions there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    pub(super) origin: DVec3,
+    /// Unit vectors, right-handed.
+    pub(super) axes: [DVec3; 3],
+}
+
+impl Frame {
+    /// The world's directions at this place.
+    pub(super) fn at(origin: DVec3) -> Frame {
+        Frame {
+            origin,
+            axes: [DVec3::X, DVec3::Y, DVec3::Z],
+        }
+    }
+
+    /// y stays up, x turns by this many degrees about it.
+    pub(super) fn turned(self, degrees: f64) -> Frame {
+        let (s, c) = (sin(degrees.to_radians()), cos(degrees.to_radians()));
+        let [x, y, z] = self.axes;
+        Frame {
+            axes: [x * c - z * s, y, x * s + z * c],
+            ..self
+        }
+    }
+
+    /// The same directions, at a place given in this frame.
+    pub(super) fn moved(self, x: f64, y: f64, z: f64) -> Frame {
+        Frame {
+            origin: self.point(DVec3::new(x, y, z)),
+            ..self
+        }
+    }
+
+    /// A point of this frame in the world.
+    pub(super) fn point(&self, p: DVec3) -> DVec3 {
+        let [x, y, z] = self.axes;
+        self.origin + x * p.x + y * p.y + z * p.z
+    }
+}
+
+/// Quads along this length: at least one, and about `density` to a unit.
+pub(super) fn cells(length: f64, density: f64) -> usize {
+    (length * density).round().clamp(1.0, 1e6) as usize
+}
+
+/// Sides of a box: left, right, bottom, top, back, front (x, y, z, lower before upper).
+pub(super) const ALL: [bool; 6] = [true; 6];
+
+/// All sides but the one it stands on.
+pub(super) const STANDING: [bool; 6] = [true, true, false, true, true, true];
+
+/// Draws the sides chosen of a box between two opposite corners. Neighbouring sides share their edges' points.
+pub(super) fn cuboid(
+    pen: &mut Pen,
+    frame: &Frame,
+    (lo, hi): (DVec3, DVec3),
+    density: f64,
+    sides: [bool; 6],
+) {
+    let size = hi - lo;
+    let counts: [usize; 3] = std::array::from_fn(|k| cells(size[k], density));
+    let place = |axis: usize, i: usize| match i == counts[axis] {
+        true => hi[axis],
+        false => lo[axis] + size[axis] * (i as f64 / counts[axis] as f64),
+    };
+    for (number, _) in sides.iter().enumerate().filter(|(_, drawn)| **drawn) {
+        let (axis, upper) = (number / 2, number % 2 == 1);
+        let (mut u, mut v) = ((axis + 1) % 3, (axis + 2) % 3);
+        if !upper {
+            (u, v) = (v, u);
+        }
+        pen.net(Net::open(counts[u], counts[v]), |i, j| {
+            let mut p = if upper { hi } else { lo };
+            p[u] = place(u, i);
+            p[v] = place(v, j);
+            frame.point(p)
+        });
+    }
+}
+
+/// Draws what a lathe makes of a profile of (radius, height) from the bottom to the top, about the frame's y axis. A
+/// radius of 0 closes the end with a fan; it may stand only there.
+pub(super) fn lathe(pen: &mut Pen, frame: &Frame, profile: &[DVec2], around: usize, density: f64) {
+    let ring = |radius: f64, height: f64, i: usize| {
+        let turn = TAU * i as f64 / around as f64;
+        frame.point(DVec3::new(radius * cos(turn), height, -radius * sin(turn)))
+    };
+    let closed = |p: &DVec2| p.x <= 0.0;
+    for pair in profile.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        let hub = |height: f64| frame.point(DVec3::new(0.0, height, 0.0));
+        match (closed(&a), closed(&b)) {
+            (true, _) => pen.fan(hub(a.y), around, |i| ring(b.x, b.y, around - i)),
+            (_, true) => pen.fan(hub(b.y), around, |i| ring(a.x, a.y, i)),
+            _ => {
+                let rows = cells((b - a).length(), density);
+                pen.net(Net::tube(around, rows), |i, j| {
+                    let p = if j == rows { b } else { a + (b - a) * (j as f64 / rows as f64) };
+                    ring(p.x, p.y, i)
+                });
+            }
+        }
+    }
+}
+
+/// Draws a rod with this many sides between two points; its ends are open.
+pub(super) fn rod(pen: &mut Pen, (from, to): (DVec3, DVec3), radius: f64, around: usize, rows: usize) {
+    let along = (to - from) / (to - from).length();
+    let other = if along.x.abs() < 0.6 { DVec3::X } else { DVec3::Y };
+    let side = along.cross(other);
+    let side = side / side.length();
+    let up = along.cross(side);
+    pen.net(Net::tube(around, rows), |i, j| {
+        let turn = TAU * i as f64 / around as f64;
+        let t = j as f64 / rows as f64;
+        from + (to - from) * t + (side * cos(turn) + up * sin(turn)) * radius
+    });
+}
+
+/// Draws a profile of (out, up) swept along the frame's x axis from `from` to `to`; the profile runs so that its front
+/// is on the right of its way seen from the end of the axis.
+pub(super) fn moulding(
+    pen: &mut Pen,
+    frame: &Frame,
+    (from, to): (f64, f64),
+    profile: &[DVec2],
+    density: f64,
+) {
+    let columns = cells(to - from, density);
+    pen.net(Net::open(columns, profile.len() - 1), |i, j| {
+        let x = from + (to - from) * (i as f64 / columns as f64);
+        frame.point(DVec3::new(x, profile[j].y, profile[j].x))
+    });
+}

@@ -1,0 +1,333 @@
+//! room: a knot of rope, cast in gold, on a pedestal in a closed room.
+//!
+//! Seven tenths of the triangles are the knot's, in a thousandth of the room's space: a tree that splits space evenly
+//! does badly here, and no ray ever leaves.
+
+use super::geodesic;
+use super::looks::{glass, glow, matte, polished, rgb};
+use super::noise::fractal3;
+use super::parts::{ALL, Frame, STANDING, cells, cuboid, lathe, moulding};
+use super::pen::{Net, Pen, fit};
+use super::{SIZES, hd, lamp};
+use crate::standard::catalogue::{Entry, Family, Params};
+use crate::standard::sink::{DocumentLook, Sink};
+use glam::{DVec2, DVec3};
+use libm::{cos, sin};
+use std::f64::consts::TAU;
+
+pub(in crate::standard) const ENTRY: Entry = Entry {
+    name: "room",
+    purpose: "a finely detailed statue in a closed room: a teapot in a stadium, and no ray escapes",
+    family: Family::Modern,
+    default_size: 1_000_000,
+    sizes: SIZES,
+    size_means: "triangles",
+    max_depth: 6,
+    generate,
+};
+
+const SEED: u64 = 0x6010_5a7e;
+const AMBIENT: DVec3 = DVec3::new(0.15, 0.125, 0.105);
+/// Half the width and depth of the room, and its height.
+const HALF: f64 = 3.0;
+const HEIGHT: f64 = 3.3;
+
+const PLASTER: usize = 0;
+const WOOD: usize = 1;
+const TILES: [usize; 2] = [2, 3];
+const GOLD: usize = 4;
+const STONE: usize = 5;
+const GLASS: usize = 6;
+const MIRROR: usize = 7;
+const BULB: usize = 8;
+const SHADE: usize = 9;
+const CEILING: usize = 10;
+const RUG: [usize; 2] = [11, 12];
+const DARK_WOOD: usize = 13;
+
+fn palette() -> [DocumentLook; 14] {
+    let marble = |color| polished(matte(color, AMBIENT), rgb(0.10, 0.10, 0.10), 400.0);
+    let gold = matte(rgb(0.46, 0.27, 0.075), AMBIENT);
+    let mirror = matte(rgb(0.01, 0.01, 0.012), AMBIENT);
+    [
+        matte(rgb(0.30, 0.42, 0.41), AMBIENT),
+        matte(rgb(0.66, 0.61, 0.53), AMBIENT),
+        marble(rgb(0.64, 0.60, 0.54)),
+        marble(rgb(0.07, 0.075, 0.08)),
+        polished(gold, rgb(0.50, 0.36, 0.15), 60.0),
+        polished(matte(rgb(0.62, 0.60, 0.57), AMBIENT), rgb(0.05, 0.05, 0.05), 200.0),
+        glass(1.5),
+        polished(mirror, rgb(0.82, 0.84, 0.84), 2000.0),
+        glow(rgb(1.0, 0.92, 0.74)),
+        DocumentLook {
+            ke: rgb(0.34, 0.22, 0.10),
+            ..matte(rgb(0.65, 0.56, 0.42), AMBIENT)
+        },
+        matte(rgb(0.74, 0.71, 0.65), AMBIENT),
+        matte(rgb(0.36, 0.035, 0.04), AMBIENT),
+        matte(rgb(0.48, 0.30, 0.10), AMBIENT),
+        polished(matte(rgb(0.13, 0.06, 0.028), AMBIENT), rgb(0.04, 0.04, 0.04), 80.0),
+    ]
+}
+
+fn generate(params: &Params, sink: &mut dyn Sink) {
+    sink.view(&hd(DVec3::new(1.75, 1.62, 2.75), DVec3::new(-0.35, 1.23, -0.4), 42.0));
+    sink.background(DVec3::ZERO);
+    sink.light(&lamp(DVec3::new(0.55, 2.38, 0.75), rgb(0.62, 0.53, 0.40), 1.7));
+    sink.light(&lamp(DVec3::new(-2.62, 1.78, -1.1), rgb(0.40, 0.27, 0.13), 1.3));
+    sink.light(&lamp(DVec3::new(0.9, 1.78, -2.62), rgb(0.40, 0.27, 0.13), 1.3));
+    sink.light(&lamp(DVec3::new(2.3, 2.6, 2.5), rgb(0.20, 0.24, 0.30), 2.2));
+    let palette = palette();
+    let mut pen = Pen::new(sink, &palette);
+    let budget = u64::from(params.size);
+    let detail = fit(budget * 3 / 10, (0.1, 2000.0), furnish);
+    furnish(&mut pen, detail);
+    let left = budget.saturating_sub(pen.triangles());
+    pen.look(GOLD);
+    knot(&mut pen, left as f64);
+    pen.finish();
+}
+
+/// Everything but the statue, with `detail` quads to a unit of length.
+fn furnish(pen: &mut Pen, detail: f64) {
+    floor(pen, detail);
+    shell(pen, detail);
+    for quarter in 0..4 {
+        let wall = Frame::at(DVec3::ZERO).turned(90.0 * f64::from(quarter));
+        panels(pen, &wall.moved(0.0, 0.0, -HALF), detail);
+    }
+    pedestal(pen, detail);
+    pendant(pen, detail);
+    sconce(pen, &Frame::at(DVec3::new(-HALF, 1.62, -1.1)).turned(90.0), detail);
+    sconce(pen, &Frame::at(DVec3::new(0.9, 1.62, -HALF)), detail);
+    mirror(pen, &Frame::at(DVec3::new(-0.85, 1.02, -HALF)), detail);
+    table(pen, &Frame::at(DVec3::new(-2.1, 0.0, 0.45)), detail);
+}
+
+/// Tiles, and a rug of two colours.
+fn floor(pen: &mut Pen, detail: f64) {
+    let side = 10;
+    let step = 2.0 * HALF / f64::from(side);
+    for row in 0..side {
+        for column in 0..side {
+            pen.look(TILES[((row + column) % 2) as usize]);
+            let (x, z) = (-HALF + step * f64::from(column), HALF - step * f64::from(row));
+            let at = |dx: f64, dz: f64| DVec3::new(x + dx, 0.0, z - dz);
+            let n = cells(step, detail);
+            pen.quad([at(0.0, 0.0), at(step, 0.0), at(step, step), at(0.0, step)], n, n);
+        }
+    }
+    for (look, half, height) in [(RUG[1], 1.22, 0.012), (RUG[0], 1.12, 0.018)] {
+        pen.look(look);
+        let corner = DVec3::new(half, height, half);
+        let rug = Frame::at(DVec3::new(-0.1, 0.0, -0.2)).turned(45.0);
+        cuboid(pen, &rug, (DVec3::new(-half, 0.0, -half), corner), detail, STANDING);
+    }
+}
+
+/// Ceiling and upper walls, their fronts inside.
+fn shell(pen: &mut Pen, detail: f64) {
+    let n = cells(2.0 * HALF, detail);
+    for quarter in 0..4 {
+        let wall = Frame::at(DVec3::ZERO).turned(90.0 * f64::from(quarter));
+        let at = |x: f64, y: f64| wall.point(DVec3::new(x, y, -HALF));
+        pen.look(PLASTER);
+        let corners = [at(-HALF, 0.0), at(HALF, 0.0), at(HALF, HEIGHT), at(-HALF, HEIGHT)];
+        pen.quad(corners, n, cells(HEIGHT, detail));
+    }
+    pen.look(CEILING);
+    let at = |x: f64, z: f64| DVec3::new(x * HALF, HEIGHT, z * HALF);
+    pen.quad([at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)], n, n);
+}
+
+/// The wooden lower wall with raised panels, its rail, and the cornice under the ceiling.
+fn panels(pen: &mut Pen, wall: &Frame, detail: f64) {
+    pen.look(WOOD);
+    let whole = (-HALF, HALF);
+    moulding(pen, wall, whole, &[DVec2::new(0.03, 0.0), DVec2::new(0.03, 0.86)], detail);
+    let base = [(0.06, 0.0), (0.06, 0.13), (0.045, 0.16), (0.03, 0.17)];
+    let rail = [(0.03, 0.84), (0.07, 0.87), (0.075, 0.91), (0.055, 0.94), (0.0, 0.945)];
+    moulding(pen, wall, whole, &base.map(DVec2::from), detail);
+    moulding(pen, wall, whole, &rail.map(DVec2::from), detail);
+    for k in 0..5 {
+        let x = -HALF + 0.13 + 1.16 * f64::from(k);
+        for (inset, depth) in [(0.0, 0.045), (0.07, 0.06)] {
+            let lo = DVec3::new(x + inset, 0.26 + inset, 0.03);
+            let hi = DVec3::new(x + 1.06 - inset, 0.76 - inset, depth);
+            cuboid(pen, wall, (lo, hi), detail, [true, true, true, true, false, true]);
+        }
+    }
+    pen.look(CEILING);
+    let steps = 12;
+    let cornice: Vec<_> = (0..=steps)
+        .map(|k| {
+            let turn = TAU / 4.0 * f64::from(k) / f64::from(steps);
+            DVec2::new(0.16 * (1.0 - cos(turn)), HEIGHT - 0.16 * (1.0 - sin(turn)))
+        })
+        .collect();
+    moulding(pen, wall, whole, &cornice, detail);
+}
+
+/// Sides of turned work of this radius.
+fn around(radius: f64, detail: f64) -> usize {
+    cells(TAU * radius, detail).max(10)
+}
+
+fn pedestal(pen: &mut Pen, detail: f64) {
+    pen.look(STONE);
+    let place = Frame::at(STATUE * DVec3::new(1.0, 0.0, 1.0));
+    let block = |pen: &mut Pen, half: f64, from: f64, to: f64| {
+        let corners = (DVec3::new(-half, from, -half), DVec3::new(half, to, half));
+        cuboid(pen, &place.turned(20.0), corners, detail, ALL);
+    };
+    block(pen, 0.34, 0.0, 0.12);
+    block(pen, 0.30, 0.64, 0.72);
+    let profile = [
+        (0.31, 0.12), (0.325, 0.15), (0.31, 0.19), (0.25, 0.21), (0.235, 0.24), (0.215, 0.30), (0.205, 0.42),
+        (0.21, 0.52), (0.23, 0.575), (0.27, 0.60), (0.285, 0.625), (0.27, 0.64),
+    ];
+    lathe(pen, &place, &profile.map(DVec2::from), around(0.25, detail), detail);
+    pen.look(GOLD);
+    let foot = [(0.16, 0.72), (0.16, 0.735), (0.07, 0.76), (0.055, 0.86), (0.0, 0.87)];
+    lathe(pen, &place, &foot.map(DVec2::from), around(0.16, detail), detail);
+}
+
+/// The lamp over the statue: a shade open downward, a bulb, a cord.
+fn pendant(pen: &mut Pen, detail: f64) {
+    let place = Frame::at(DVec3::new(0.55, 0.0, 0.75));
+    pen.look(SHADE);
+    let shade = [(0.27, 2.46), (0.22, 2.56), (0.10, 2.66), (0.03, 2.70), (0.012, 2.74)];
+    lathe(pen, &place, &shade.map(DVec2::from), around(0.25, detail), detail);
+    pen.look(DARK_WOOD);
+    let cord = [(0.008, 2.70), (0.008, 3.22), (0.05, 3.28), (0.05, HEIGHT)];
+    lathe(pen, &place, &cord.map(DVec2::from), 10, detail);
+    pen.look(BULB);
+    let frequency = cells(0.1, detail).max(2);
+    geodesic::sphere(pen, frequency, |p| place.point(DVec3::new(0.0, 2.48, 0.0) + p * 0.055));
+}
+
+/// A bracket on a wall with a small shade.
+fn sconce(pen: &mut Pen, wall: &Frame, detail: f64) {
+    pen.look(DARK_WOOD);
+    let plate = (DVec3::new(-0.05, -0.12, 0.0), DVec3::new(0.05, 0.12, 0.03));
+    cuboid(pen, wall, plate, detail, ALL);
+    let arm = (DVec3::new(-0.012, -0.03, 0.03), DVec3::new(0.012, -0.006, 0.38));
+    cuboid(pen, wall, arm, detail, ALL);
+    let place = wall.moved(0.0, 0.0, 0.38);
+    let candle = [(0.035, -0.03), (0.04, 0.0), (0.015, 0.012), (0.015, 0.08), (0.0, 0.082)];
+    lathe(pen, &place, &candle.map(DVec2::from), around(0.03, detail), detail);
+    pen.look(SHADE);
+    // Open at both ends, so that its light falls on the wall above and below.
+    let shade = [(0.15, 0.06), (0.085, 0.26)];
+    lathe(pen, &place, &shade.map(DVec2::from), around(0.15, detail), detail);
+}
+
+/// A mirror in a gilt frame.
+fn mirror(pen: &mut Pen, wall: &Frame, detail: f64) {
+    let (half, high) = (0.52, 1.36);
+    pen.look(MIRROR);
+    let n = cells(1.0, detail);
+    let at = |x: f64, y: f64| wall.point(DVec3::new(x, y, 0.04));
+    pen.quad([at(-half, 0.0), at(half, 0.0), at(half, high), at(-half, high)], n, n);
+    pen.look(GOLD);
+    let bar = |pen: &mut Pen, (x0, y0): (f64, f64), (x1, y1): (f64, f64)| {
+        for (inset, depth) in [(0.0, 0.05), (0.02, 0.075)] {
+            let lo = DVec3::new(x0 + inset, y0 + inset, 0.0);
+            let hi = DVec3::new(x1 - inset, y1 - inset, depth);
+            cuboid(pen, wall, (lo, hi), detail, [true, true, true, true, false, true]);
+        }
+    };
+    let w = 0.09;
+    bar(pen, (-half - w, -w), (-half, high + w));
+    bar(pen, (half, -w), (half + w, high + w));
+    bar(pen, (-half, -w), (half, 0.0));
+    bar(pen, (-half, high), (half, high + w));
+}
+
+/// A round table with a sphere of glass on it.
+fn table(pen: &mut Pen, place: &Frame, detail: f64) {
+    pen.look(DARK_WOOD);
+    let profile = [
+        (0.24, 0.0), (0.23, 0.03), (0.06, 0.07), (0.04, 0.12), (0.055, 0.24), (0.035, 0.36), (0.05, 0.52), (0.03, 0.6),
+        (0.12, 0.655), (0.38, 0.665), (0.4, 0.675), (0.4, 0.695), (0.38, 0.705), (0.0, 0.705),
+    ];
+    lathe(pen, place, &profile.map(DVec2::from), around(0.4, detail), detail);
+    pen.look(GLASS);
+    let frequency = cells(0.5, detail).max(5);
+    geodesic::sphere(pen, frequency, |p| place.point(DVec3::new(0.0, 0.875, 0.0) + p * 0.17));
+}
+
+/// Middle of the statue.
+const STATUE: DVec3 = DVec3::new(-0.1, 1.36, -0.2);
+/// Radii of the torus on which the knot winds: from the middle to the tube, and of the tube.
+const WINDING: (f64, f64) = (0.31, 0.145);
+/// Turns about the torus' axis and about its tube.
+const TURNS: (f64, f64) = (2.0, 3.0);
+/// Radius of the rope.
+const ROPE: f64 = 0.098;
+
+/// The trefoil: a rope of four strands along a torus knot, hammered a little.
+fn knot(pen: &mut Pen, triangles: f64) {
+    // Seven times as long as it is around.
+    let around = (triangles / 14.0).max(9.0).sqrt().round() as usize;
+    let along = (triangles / 2.0 / around as f64).round().max(8.0) as usize;
+    let circle: Vec<(f64, f64, f64)> = (0..around)
+        .map(|i| {
+            let turn = TAU * i as f64 / around as f64;
+            (turn, cos(turn), sin(turn))
+        })
+        .collect();
+    let mut row = usize::MAX;
+    let mut rope = Rope::at(0.0);
+    pen.net(Net::torus(around, along), |i, j| {
+        if row != j {
+            (row, rope) = (j, Rope::at(TAU * j as f64 / along as f64));
+        }
+        rope.surface(circle[i])
+    });
+}
+
+/// A cross-section of the rope.
+struct Rope {
+    center: DVec3,
+    /// Away from the torus, and across that and the rope.
+    out: DVec3,
+    across: DVec3,
+    /// How far the strands are turned.
+    twist: f64,
+}
+
+impl Rope {
+    fn at(turn: f64) -> Rope {
+        let (large, small) = WINDING;
+        let (p, q) = TURNS;
+        let (sp, cp) = (sin(p * turn), cos(p * turn));
+        let (sq, cq) = (sin(q * turn), cos(q * turn));
+        let radius = large + small * cq;
+        // The torus stands upright, its axis toward the eye.
+        let center = DVec3::new(radius * sp, radius * cp, small * sq);
+        let out = DVec3::new(cq * sp, cq * cp, sq);
+        let around = DVec3::new(cp, -sp, 0.0) * (p * radius);
+        let over = DVec3::new(-sq * sp, -sq * cp, cq) * (q * small);
+        let along = around + over;
+        Rope {
+            center,
+            out,
+            across: along.cross(out) / along.length(),
+            twist: turn * 24.0,
+        }
+    }
+
+    fn surface(&self, (turn, c, s): (f64, f64, f64)) -> DVec3 {
+        let outward = self.out * c + self.across * s;
+        // |cos| has its edges in the valleys between the strands.
+        let strand = cos(2.0 * turn + self.twist * 0.5).abs();
+        let round = self.center + outward * ROPE;
+        let hammered = fractal3(SEED, round * 24.0, 3);
+        let radius = ROPE * (0.78 + 0.27 * strand.sqrt() + 0.022 * hammered);
+        let local = self.center + outward * radius;
+        // Turned a quarter toward the eye.
+        let (sin, cos) = (0.5, 0.866_025_403_784_438_6);
+        STATUE + DVec3::new(local.x * cos + local.z * sin, local.y, local.z * cos - local.x * sin)
+    }
+}

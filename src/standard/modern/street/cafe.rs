@@ -1,0 +1,226 @@
+//! The café: its open front, and what is inside.
+
+use super::house::{Area, GROUND, House};
+use super::{BOTTLE, BULB, CHINA, IRON, LIT, PICTURE, PLANK, SEED, SHADE, SHUTTER, TABLE, TRIM, WARM_WALL, WOOD};
+use crate::standard::modern::geodesic;
+use crate::standard::modern::lamp;
+use crate::standard::modern::looks::rgb;
+use crate::standard::modern::noise::Dice;
+use crate::standard::modern::parts::{ALL, Frame, STANDING, cells, cuboid, lathe, moulding, rod};
+use crate::standard::modern::pen::Pen;
+use crate::standard::sink::StandardLight;
+use glam::{DVec2, DVec3};
+
+/// The open window and the open door.
+const WINDOW: Area = Area::new(0.55, 0.62, 3.75, 2.62);
+const DOOR: Area = Area::new(4.45, 0.0, 5.65, 2.62);
+/// Width of the house.
+const WIDTH: f64 = 7.2;
+/// The room: from wall to wall, its back, its floor and its ceiling.
+const ROOM: (f64, f64) = (0.2, WIDTH - 0.2);
+const BACK: f64 = -4.6;
+const FRONT: f64 = -0.2;
+const FLOOR: f64 = 0.12;
+const CEILING: f64 = 3.1;
+/// Where the hanging lamps are.
+const LAMPS: [(f64, f64); 3] = [(1.5, -1.3), (4.9, -1.6), (3.2, -3.3)];
+const LAMP: f64 = 2.18;
+
+pub(super) fn lights(house: &Frame) -> impl Iterator<Item = StandardLight> {
+    let house = *house;
+    LAMPS.into_iter().map(move |(x, z)| {
+        let place = house.point(DVec3::new(x, LAMP - 0.1, z));
+        lamp(place, rgb(0.66, 0.42, 0.19), 1.75)
+    })
+}
+
+/// The front of the ground floor.
+pub(super) fn front(pen: &mut Pen, house: &House, detail: f64) {
+    let between = (WINDOW.x1 + DOOR.x0) / 2.0;
+    house.wall_around(pen, Area::new(0.0, 0.0, between, GROUND), WINDOW, detail);
+    house.wall_around(pen, Area::new(between, 0.0, WIDTH, GROUND), DOOR, detail);
+    house.reveal(pen, WINDOW, detail);
+    house.reveal(pen, DOOR, detail);
+    let frame = &house.frame;
+    let slab = |pen: &mut Pen, lo: (f64, f64, f64), hi: (f64, f64, f64)| {
+        cuboid(pen, frame, (lo.into(), hi.into()), detail, ALL);
+    };
+    pen.look(SHUTTER);
+    for hole in [WINDOW, DOOR] {
+        slab(pen, (hole.x0 - 0.14, hole.y0, 0.0), (hole.x0, hole.y1 + 0.14, 0.07));
+        slab(pen, (hole.x1, hole.y0, 0.0), (hole.x1 + 0.14, hole.y1 + 0.14, 0.07));
+        slab(pen, (hole.x0, hole.y1, 0.0), (hole.x1, hole.y1 + 0.14, 0.07));
+    }
+    slab(pen, (WINDOW.x0 - 0.2, WINDOW.y0 - 0.08, -0.1), (WINDOW.x1 + 0.2, WINDOW.y0, 0.16));
+    // The sign board over both, and its letters' glow.
+    slab(pen, (0.35, 2.8, 0.0), (5.9, 3.24, 0.1));
+    pen.look(LIT);
+    slab(pen, (2.2, 2.93, 0.1), (4.1, 3.11, 0.12));
+    // The door, swung inward.
+    pen.look(WOOD);
+    let door = frame.moved(DOOR.x1 - 0.02, 0.0, -0.2).turned(70.0);
+    let leaf = (DVec3::new(-1.1, FLOOR, -0.03), DVec3::new(0.0, 2.55, 0.03));
+    cuboid(pen, &door, leaf, detail, ALL);
+    awning(pen, frame, detail);
+}
+
+/// Striped cloth over the window.
+fn awning(pen: &mut Pen, frame: &Frame, detail: f64) {
+    let stripes = 16;
+    let (from, to) = (WINDOW.x0 - 0.15, WINDOW.x1 + 0.15);
+    let wide = (to - from) / f64::from(stripes);
+    for k in 0..stripes {
+        pen.look(if k % 2 == 0 { TRIM } else { SHUTTER + 2 });
+        let x = from + wide * f64::from(k);
+        let cloth = [(0.86, 2.22), (0.86, 2.36), (0.62, 2.48), (0.35, 2.60), (0.1, 2.74)];
+        moulding(pen, frame, (x, x + wide), &cloth.map(DVec2::from), detail);
+    }
+}
+
+/// The room, and all that is in it.
+pub(super) fn furnish(pen: &mut Pen, house: &Frame, detail: f64) {
+    room(pen, house, detail);
+    for (x, z) in LAMPS {
+        hanging_lamp(pen, &house.moved(x, 0.0, z), detail);
+    }
+    let floor = house.moved(0.0, FLOOR, 0.0);
+    for (number, (x, z)) in [(1.35, -1.15), (3.0, -2.0), (1.2, -2.9)].into_iter().enumerate() {
+        let seat = floor.moved(x, 0.0, z).turned(35.0 * number as f64);
+        table(pen, &seat, detail);
+        for k in 0..3 {
+            let around = seat.turned(120.0 * f64::from(k) + 20.0);
+            chair(pen, &around.moved(0.0, 0.0, 0.62), detail);
+        }
+    }
+    bar(pen, &floor, detail);
+    // One table outside, under the awning.
+    let outside = house.moved(2.1, 0.1, 0.72).turned(15.0);
+    table(pen, &outside, detail);
+    for turn in [85.0, -80.0] {
+        chair(pen, &outside.turned(turn).moved(0.0, 0.0, 0.6), detail);
+    }
+}
+
+fn room(pen: &mut Pen, house: &Frame, detail: f64) {
+    let at = |x: f64, y: f64, z: f64| house.point(DVec3::new(x, y, z));
+    let (l, r) = ROOM;
+    let wall = |pen: &mut Pen, corners: [DVec3; 4]| {
+        let [a, b, _, d] = corners;
+        pen.quad(corners, cells((b - a).length(), detail), cells((d - a).length(), detail));
+    };
+    pen.look(WARM_WALL);
+    wall(pen, [at(l, FLOOR, BACK), at(r, FLOOR, BACK), at(r, CEILING, BACK), at(l, CEILING, BACK)]);
+    wall(pen, [at(l, FLOOR, FRONT), at(l, FLOOR, BACK), at(l, CEILING, BACK), at(l, CEILING, FRONT)]);
+    wall(pen, [at(r, FLOOR, BACK), at(r, FLOOR, FRONT), at(r, CEILING, FRONT), at(r, CEILING, BACK)]);
+    wall(pen, [at(l, CEILING, BACK), at(r, CEILING, BACK), at(r, CEILING, FRONT), at(l, CEILING, FRONT)]);
+    pen.look(PLANK);
+    let planks = 24;
+    let wide = (r - l) / f64::from(planks);
+    for k in 0..planks {
+        let x = l + wide * f64::from(k);
+        let top = FLOOR - 0.003 * f64::from(k % 3);
+        let corners = (DVec3::new(x, 0.0, BACK), DVec3::new(x + wide - 0.006, top, FRONT + 0.2));
+        cuboid(pen, house, corners, detail, [true, true, false, true, false, true]);
+    }
+    pen.look(TABLE);
+    let skirting = [(0.03, FLOOR), (0.03, FLOOR + 1.0), (0.06, FLOOR + 1.03), (0.0, FLOOR + 1.06)];
+    let back = house.moved(0.0, 0.0, BACK);
+    moulding(pen, &back, ROOM, &skirting.map(DVec2::from), detail);
+    for (k, x) in [0.7, 2.0, 3.3].into_iter().enumerate() {
+        let high = 0.62 + 0.12 * k as f64;
+        pen.look(TABLE);
+        let frame = (DVec3::new(x, 1.5, 0.0), DVec3::new(x + 0.9, 1.5 + high, 0.04));
+        cuboid(pen, &back, frame, detail, ALL);
+        pen.look(PICTURE);
+        let picture = (DVec3::new(x + 0.07, 1.57, 0.04), DVec3::new(x + 0.83, 1.43 + high, 0.045));
+        cuboid(pen, &back, picture, detail, ALL);
+    }
+}
+
+/// Sides of turned work of this radius.
+fn around(radius: f64, detail: f64) -> usize {
+    cells(6.283 * radius, detail * 1.5).clamp(8, 400)
+}
+
+fn hanging_lamp(pen: &mut Pen, place: &Frame, detail: f64) {
+    pen.look(SHADE);
+    let shade = [(0.22, LAMP), (0.2, LAMP + 0.06), (0.12, LAMP + 0.17), (0.03, LAMP + 0.22)];
+    lathe(pen, place, &shade.map(DVec2::from), around(0.2, detail), detail);
+    pen.look(IRON);
+    let cord = [DVec3::new(0.0, LAMP + 0.2, 0.0), DVec3::new(0.0, CEILING, 0.0)].map(|p| place.point(p));
+    rod(pen, (cord[0], cord[1]), 0.008, 4, cells(0.8, detail));
+    pen.look(BULB);
+    let center = place.point(DVec3::new(0.0, LAMP + 0.05, 0.0));
+    geodesic::sphere(pen, cells(0.1, detail).max(1), |p| center + p * 0.05);
+}
+
+fn table(pen: &mut Pen, place: &Frame, detail: f64) {
+    pen.look(TABLE);
+    let profile = [
+        (0.22, 0.0), (0.21, 0.025), (0.05, 0.06), (0.035, 0.12), (0.045, 0.3), (0.03, 0.45), (0.04, 0.66), (0.1, 0.70),
+        (0.36, 0.705), (0.37, 0.72), (0.36, 0.735), (0.0, 0.736),
+    ];
+    lathe(pen, place, &profile.map(DVec2::from), around(0.36, detail), detail);
+    if detail < 0.6 {
+        return;
+    }
+    pen.look(CHINA);
+    for (x, z) in [(0.14, 0.12), (-0.15, 0.05)] {
+        let cup = place.moved(x, 0.737, z);
+        let saucer = [(0.03, 0.0), (0.075, 0.012), (0.072, 0.016), (0.0, 0.006)];
+        lathe(pen, &cup, &saucer.map(DVec2::from), around(0.07, detail), detail);
+        let bowl = [(0.018, 0.006), (0.032, 0.02), (0.042, 0.065), (0.039, 0.065), (0.028, 0.022), (0.0, 0.014)];
+        lathe(pen, &cup, &bowl.map(DVec2::from), around(0.07, detail), detail);
+    }
+}
+
+/// A chair whose back is away from the frame's origin side: along z.
+fn chair(pen: &mut Pen, place: &Frame, detail: f64) {
+    pen.look(WOOD);
+    let slab = |pen: &mut Pen, lo: (f64, f64, f64), hi: (f64, f64, f64)| {
+        cuboid(pen, place, (lo.into(), hi.into()), detail, ALL);
+    };
+    slab(pen, (-0.2, 0.42, -0.2), (0.2, 0.45, 0.2));
+    if detail < 0.25 {
+        return;
+    }
+    for (x, z, top) in [(-0.2, -0.2, 0.42), (0.165, -0.2, 0.42), (-0.2, 0.165, 0.88), (0.165, 0.165, 0.88)] {
+        slab(pen, (x, 0.0, z), (x + 0.035, top, z + 0.035));
+    }
+    slab(pen, (-0.2, 0.80, 0.17), (0.2, 0.88, 0.195));
+    if detail > 0.6 {
+        for k in 0..4 {
+            let x = -0.13 + 0.08 * f64::from(k);
+            slab(pen, (x, 0.45, 0.172), (x + 0.025, 0.80, 0.19));
+        }
+        slab(pen, (-0.165, 0.2, -0.19), (0.165, 0.225, -0.175));
+        slab(pen, (-0.165, 0.2, 0.175), (0.165, 0.225, 0.19));
+    }
+}
+
+/// The counter at the right, with shelves of bottles behind it.
+fn bar(pen: &mut Pen, floor: &Frame, detail: f64) {
+    let slab = |pen: &mut Pen, lo: (f64, f64, f64), hi: (f64, f64, f64)| {
+        cuboid(pen, floor, (lo.into(), hi.into()), detail, STANDING);
+    };
+    pen.look(TABLE);
+    slab(pen, (4.6, 0.0, -3.5), (6.9, 1.02, -3.0));
+    pen.look(WOOD);
+    slab(pen, (4.5, 1.02, -3.58), (6.95, 1.07, -2.92));
+    let mut dice = Dice::of(SEED + 6, 0);
+    for shelf in 0..3 {
+        let y = 1.15 + 0.5 * f64::from(shelf);
+        pen.look(TABLE);
+        cuboid(pen, floor, (DVec3::new(4.4, y - 0.04, BACK), DVec3::new(6.9, y, BACK + 0.28)), detail, ALL);
+        for k in 0..18 {
+            if detail < 0.4 {
+                break;
+            }
+            let place = floor.moved(4.5 + 0.135 * f64::from(k), y, BACK + 0.14);
+            pen.look(BOTTLE + dice.below(3));
+            let (r, h) = (dice.range(0.03, 0.045), dice.range(0.26, 0.36));
+            let bottle = [(0.0, 0.0), (r, 0.004), (r, h * 0.6), (0.012, h * 0.75), (0.012, h), (0.0, h)];
+            lathe(pen, &place, &bottle.map(DVec2::from), around(0.05, detail), detail);
+        }
+    }
+}
