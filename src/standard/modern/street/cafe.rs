@@ -58,7 +58,7 @@ pub(super) fn front(pen: &mut Pen, house: &House, detail: f64) {
     slab(pen, (2.2, 2.93, 0.1), (4.1, 3.11, 0.12));
     // The door, swung inward.
     pen.look(WOOD);
-    let door = frame.moved(DOOR.x1 - 0.02, 0.0, -0.2).turned(70.0);
+    let door = frame.moved(DOOR.x1 - 0.02, 0.0, -0.2).turned(-62.0);
     let leaf = (DVec3::new(-1.1, FLOOR, -0.03), DVec3::new(0.0, 2.55, 0.03));
     cuboid(pen, &door, leaf, detail, ALL);
     awning(pen, frame, detail);

@@ -21,7 +21,7 @@ pub(in crate::standard) const ENTRY: Entry = Entry {
     purpose: "a street of detailed houses and a furnished café: large and tiny triangles, seven lights",
     family: Family::Modern,
     default_size: 1_000_000,
-    sizes: SIZES,
+    sizes: 6_000..=*SIZES.end(),
     size_means: "triangles",
     max_depth: 4,
     generate,
@@ -114,7 +114,7 @@ const HALF: f64 = 3.6;
 const START: f64 = 7.0;
 
 fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(DVec3::new(1.9, 1.72, 10.4), DVec3::new(-0.75, 2.35, 0.0), 52.0));
+    sink.view(&hd(DVec3::new(1.75, 1.72, 10.1), DVec3::new(-1.25, 2.15, 0.0), 52.0));
     sink.background(SKY);
     let town = Town::of(params.size);
     sink.light(&sun(DVec3::new(0.35, 0.85, 0.55), rgb(0.13, 0.17, 0.29)));
