@@ -67,4 +67,9 @@ impl Sink for CountSink {
     fn mesh(&mut self, _: &[DVec3], triangles: &[[u32; 3]]) {
         self.counts.triangles += triangles.len() as u64;
     }
+
+    fn takes_count(&mut self, triangles: u64) -> bool {
+        self.counts.triangles += triangles;
+        true
+    }
 }

@@ -49,7 +49,7 @@ pub enum StandardError {
     #[error("`{0}` is not of the form standard:NAME[:SIZE]")]
     NotASpec(String),
     /// The size is no whole number.
-    #[error("the size `{size}` of {name} is not a whole number")]
+    #[error("the size `{size}` of {name} is not a whole number (k or M may follow it, for thousands or millions)")]
     SizeNotANumber {
         /// The scene.
         name: &'static str,
@@ -107,11 +107,26 @@ pub fn parse_spec(text: &str) -> Result<Spec, StandardError> {
     let Some(size) = size else {
         return Ok(Spec::of(entry));
     };
-    let number = size.parse().map_err(|_| StandardError::SizeNotANumber {
+    Spec::sized(entry, parse_size(entry, size)?)
+}
+
+/// Reads a size: a whole number, in thousands with `k` after it, in millions with `M`.
+///
+/// # Errors
+/// [`StandardError::SizeNotANumber`], which names `entry`.
+pub fn parse_size(entry: &Entry, text: &str) -> Result<u64, StandardError> {
+    let (digits, unit) = match text.strip_suffix(['k', 'K', 'm', 'M']) {
+        None => (text, 1),
+        Some(digits) if text.ends_with(['k', 'K']) => (digits, 1_000),
+        Some(digits) => (digits, 1_000_000),
+    };
+    let whole = digits.bytes().all(|b| b.is_ascii_digit());
+    let number = digits.parse::<u64>().ok().filter(|_| whole);
+    let size = number.and_then(|n| n.checked_mul(unit));
+    size.ok_or_else(|| StandardError::SizeNotANumber {
         name: entry.name,
-        size: size.to_owned(),
-    })?;
-    Spec::sized(entry, number)
+        size: text.to_owned(),
+    })
 }
 
 impl Spec {

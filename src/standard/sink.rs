@@ -34,6 +34,12 @@ pub trait Sink {
     /// Adds triangles whose corners index `vertices`, counter-clockwise from their fronts. May be called many times:
     /// a generator of millions of triangles hands them over in chunks of bounded size.
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]);
+
+    /// Offers only the number of mesh triangles to come. A sink that takes it (true) gets none of them drawn; any other
+    /// gets all of them.
+    fn takes_count(&mut self, _triangles: u64) -> bool {
+        false
+    }
 }
 
 /// Where the picture of a standard scene is taken from.

@@ -142,6 +142,9 @@ fn ground(pen: &mut Pen, cells: usize) {
 }
 
 fn meadow(pen: &mut Pen, count: u64, width: f64) {
+    if pen.counted(count * TUBE) {
+        return;
+    }
     // A jittered lattice, row by row from the eye: even, without a pattern.
     let rows = (count as f64).sqrt().ceil().max(1.0) as u64;
     for number in 0..count {
@@ -222,6 +225,9 @@ impl Dweller {
     /// sunflower head", Mathematical Biosciences, 1979); combed downward and outward, away from the eyes.
     fn coat(&self, pen: &mut Pen, count: u64, width: f64) {
         const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+        if pen.counted(count * TUBE) {
+            return;
+        }
         let (eyes, size) = self.eyes();
         for number in 0..count {
             let mut dice = Dice::of(SEED + 77 + self.fur as u64, number);

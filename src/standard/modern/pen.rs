@@ -9,8 +9,9 @@ const CHUNK: usize = 8192;
 
 /// Draws with the surfaces of a palette.
 pub(super) struct Pen<'a> {
-    /// `None` for a pen that only counts.
     sink: Option<&'a mut dyn Sink>,
+    /// Whether it only counts.
+    counting: bool,
     palette: &'a [DocumentLook],
     /// One for each surface of the palette.
     sheets: Vec<Sheet>,
@@ -74,24 +75,23 @@ impl Net {
 }
 
 impl<'a> Pen<'a> {
-    /// A pen that draws into a sink.
+    /// A pen that draws into a sink, or counts for one that wants no more.
     pub(super) fn new(sink: &'a mut dyn Sink, palette: &'a [DocumentLook]) -> Pen<'a> {
+        let counting = sink.takes_count(0);
         Pen {
             sink: Some(sink),
+            counting,
             palette,
             sheets: vec![Sheet::default(); palette.len()],
-            look: 0,
-            triangles: 0,
-            row: Vec::new(),
-            first_row: Vec::new(),
-            scatter: Scatter::default(),
+            ..Pen::counting()
         }
     }
 
     /// A pen that only counts: it never asks for a point.
-    pub(super) fn counting() -> Pen<'static> {
+    pub(super) fn counting() -> Pen<'a> {
         Pen {
             sink: None,
+            counting: true,
             palette: &[],
             sheets: Vec::new(),
             look: 0,
@@ -109,10 +109,10 @@ impl<'a> Pen<'a> {
 
     /// Whether the pen only counts; then it takes these triangles as drawn.
     pub(super) fn counted(&mut self, triangles: u64) -> bool {
-        if self.sink.is_none() {
+        if self.counting {
             self.triangles += triangles;
         }
-        self.sink.is_none()
+        self.counting
     }
 
     /// Chooses a surface of the palette.
@@ -124,7 +124,7 @@ impl<'a> Pen<'a> {
     /// and rows upward. A closed direction has no last corner: the first one is taken again, bit by bit.
     pub(super) fn net(&mut self, net: Net, mut point: impl FnMut(usize, usize) -> DVec3) {
         self.triangles += net.triangles() as u64;
-        if self.sink.is_none() {
+        if self.counting {
             return;
         }
         let columns = net.across + usize::from(!net.closed_across);
@@ -172,7 +172,7 @@ impl<'a> Pen<'a> {
     /// is `point(i, j)`.
     pub(super) fn triangle(&mut self, side: usize, mut point: impl FnMut(usize, usize) -> DVec3) {
         self.triangles += (side * side) as u64;
-        if self.sink.is_none() {
+        if self.counting {
             return;
         }
         self.row.clear();
@@ -212,7 +212,7 @@ impl<'a> Pen<'a> {
     /// Draws a closed fan over a ring of corners that run counter-clockwise around `center`.
     pub(super) fn fan(&mut self, center: DVec3, ring: usize, point: impl Fn(usize) -> DVec3) {
         self.triangles += ring as u64;
-        if self.sink.is_none() {
+        if self.counting {
             return;
         }
         let sheet = &mut self.sheets[self.look];
@@ -230,7 +230,7 @@ impl<'a> Pen<'a> {
     /// Draws triangles each with a surface of its own, `(look, corners)`, which index `vertices`.
     pub(super) fn facets(&mut self, vertices: &[DVec3], triangles: &[(usize, [u32; 3])]) {
         self.triangles += triangles.len() as u64;
-        if self.sink.is_none() {
+        if self.counting {
             return;
         }
         let mut scatter = std::mem::take(&mut self.scatter);
@@ -275,6 +275,9 @@ impl<'a> Pen<'a> {
 
     /// Hands over what is left. A pen that is dropped without it draws only part of its scene.
     pub(super) fn finish(mut self) {
+        if let (true, Some(sink)) = (self.counting, &mut self.sink) {
+            sink.takes_count(self.triangles);
+        }
         for look in 0..self.sheets.len() {
             self.hand_over(look);
         }
@@ -335,7 +338,7 @@ pub(super) fn fit(
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::CountSink;
+    use super::super::super::SceneSink;
     use super::*;
 
     #[test]
@@ -358,13 +361,13 @@ mod tests {
         let mut counting = Pen::counting();
         draw(&mut counting);
         let palette = [DocumentLook::default(); 2];
-        let mut sink = CountSink::default();
+        let mut sink = SceneSink::default();
         let mut pen = Pen::new(&mut sink, &palette);
         draw(&mut pen);
         assert_eq!(counting.triangles(), pen.triangles());
-        let triangles = pen.triangles();
         pen.finish();
-        assert_eq!(sink.counts().triangles, triangles);
+        let drawn = sink.finish().triangles.len() as u64;
+        assert_eq!(drawn, counting.triangles());
     }
 
     #[test]

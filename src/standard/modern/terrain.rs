@@ -154,6 +154,9 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
     let mut pen = Pen::new(sink, &palette);
     lake(&mut pen);
     let (across, rows) = net(params.size);
+    if pen.counted(2 * (across * rows) as u64) {
+        return pen.finish();
+    }
     let place = |i: usize, j: usize| {
         let p = HALF * DVec2::new(spread(i, across), depth(j, rows));
         DVec3::new(p.x, height(p), p.y)

@@ -161,6 +161,9 @@ pub(super) fn pave(pen: &mut Pen, length: f64, triangles: u64) {
     let count = (triangles as f64 / stone_triangles(inner) as f64).max(1.0);
     let columns = (count * wide / long * 1.18).sqrt().round().max(1.0);
     let rows = (count / columns).round().max(1.0);
+    if pen.counted((columns * rows) as u64 * stone_triangles(inner)) {
+        return;
+    }
     let size = DVec2::new(wide / columns, long / rows);
     // The road's x and z, and z up.
     let road = Frame {
