@@ -47,6 +47,14 @@ pub enum Command {
     /// Tell what is in a scene
     #[command(after_help = "Example: phalanx info scene.test --json")]
     Info(InfoArgs),
+    /// List the standard scenes, which need no file
+    #[command(
+        after_help = "Example: phalanx scenes\n\nThen, for one of them: phalanx render standard:terrain:2M"
+    )]
+    Scenes(ScenesArgs),
+    /// Write a standard scene to a file
+    #[command(after_help = "Example: phalanx generate terrain --size 2M -o terrain.ply")]
+    Generate(GenerateArgs),
 }
 
 /// What changes the picture, or the order in which it is made.
@@ -101,7 +109,7 @@ impl PictureArgs {
 
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// Scene file (.test)
+    /// Scene file, or standard:NAME[:SIZE]
     pub scene: PathBuf,
     /// Picture to write [default: the scene's `output`, else its stem + .png, in the current folder]
     #[arg(short, long, value_name = "OUT.png")]
@@ -127,7 +135,7 @@ pub struct RenderArgs {
 
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// Scene files (.test)
+    /// Scene files, or standard:NAME[:SIZE]
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     #[command(flatten)]
@@ -165,8 +173,33 @@ pub struct CompareArgs {
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Scene file (.test)
+    /// Scene file, or standard:NAME[:SIZE]
     pub scene: PathBuf,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct ScenesArgs {
+    /// Print one JSON document instead of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct GenerateArgs {
+    /// Name of a standard scene, as `phalanx scenes` lists them
+    pub name: String,
+    /// Its size, a whole number; k and M may follow for thousands and millions [default: the scene's]
+    #[arg(long, value_name = "N")]
+    pub size: Option<String>,
+    /// File to write: .nff, .ply (binary) or .test
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Make spheres and cones of triangles first: 12 N² for a sphere, 8 N for a cone
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1000))]
+    pub tessellate: Option<u32>,
     /// Print one JSON document instead of lines
     #[arg(long)]
     pub json: bool,

@@ -4,9 +4,9 @@ use super::args::InfoArgs;
 use super::counts::{Primitives, Tree};
 use super::failure::Failure;
 use super::report::{SCHEMA_VERSION, lines};
-use super::{diagnose, interrupt, output};
+use super::{input, interrupt, output};
 use output::{bytes, grouped};
-use phalanx::formats::{self, Loaded, Options};
+use phalanx::formats::Options;
 use phalanx::frame::{Engine, Prepared, TreeStats};
 use phalanx::scene::Scene;
 use serde::Serialize;
@@ -57,13 +57,7 @@ struct Memory {
 /// Tells what is in a scene.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     interrupt::listen()?;
-    let Loaded {
-        scene,
-        warnings,
-        notes,
-    } = formats::load(&args.scene, &Options::default())?;
-    diagnose::tell_warnings(&args.scene, &warnings);
-    diagnose::tell_notes(&notes);
+    let scene = input::load(&args.scene, &Options::default())?;
     let tree = Prepared::build(&scene, Engine::Simd).tree_stats();
     let document = Document::new(&args.scene, &scene, tree);
     if args.json {

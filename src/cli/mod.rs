@@ -8,13 +8,16 @@ mod counts;
 mod diagnose;
 mod differ;
 mod failure;
+mod generate;
 mod info;
+mod input;
 mod interrupt;
 mod output;
 mod progress;
 mod record;
 mod render;
 mod report;
+mod scenes;
 mod verify;
 
 use args::{Arguments, Command};
@@ -31,6 +34,8 @@ pub fn run() -> ExitCode {
         Command::Verify(args) => verify::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Scenes(args) => scenes::run(&args),
+        Command::Generate(args) => generate::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

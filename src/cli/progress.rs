@@ -37,6 +37,16 @@ pub fn render(scene: &Scene, prepared: &Prepared, settings: &Settings) -> Result
     Ok(frame)
 }
 
+/// A line that says how many bytes have been written and for how long, where stderr is a terminal.
+pub fn bytes() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {binary_bytes} written in {elapsed}")
+    {
+        bar.set_style(style);
+    }
+    bar
+}
+
 /// Draws until the render ends.
 fn watch(control: &Control, settings: &Settings, finished: &Receiver<()>) {
     if !std::io::stderr().is_terminal() {

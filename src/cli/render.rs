@@ -3,8 +3,8 @@
 use super::args::RenderArgs;
 use super::failure::Failure;
 use super::report::{Image, Report};
-use super::{advise, diagnose, interrupt, output, progress};
-use phalanx::formats::{self, Loaded, Options};
+use super::{advise, input, interrupt, output, progress};
+use phalanx::formats::Options;
 use phalanx::frame::{Pin, Prepared, Settings};
 use phalanx::image::{encode, save_png};
 use phalanx::scene::Scene;
@@ -19,14 +19,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     interrupt::listen()?;
     advise();
     let start = Instant::now();
-    let Loaded {
-        scene,
-        warnings,
-        notes,
-    } = formats::load(&args.scene, &Options::default())?;
+    let scene = input::load(&args.scene, &Options::default())?;
     let load = start.elapsed().as_secs_f64();
-    diagnose::tell_warnings(&args.scene, &warnings);
-    diagnose::tell_notes(&notes);
     let path = output_path(args, &scene)?;
     output::check_place(&path)?;
 
@@ -87,8 +81,7 @@ fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Failure> {
             Ok(path)
         }
         None => {
-            let stem = args.scene.file_stem().unwrap_or("picture".as_ref());
-            let mut name = stem.to_os_string();
+            let mut name = input::stem(&args.scene).to_os_string();
             name.push(".png");
             Ok(PathBuf::from(name))
         }
@@ -126,6 +119,8 @@ mod tests {
             Path::new("b.png")
         );
         assert_eq!(path_of(plain, None).unwrap(), Path::new("a.b.png"));
+        let standard = "phalanx render standard:balls:3";
+        assert_eq!(path_of(standard, None).unwrap(), Path::new("balls.png"));
         let refused = path_of(plain, Some("b.bmp")).unwrap_err();
         assert_eq!(refused.code(), 2);
         assert!(matches!(refused, Failure::Usage(m) if m.contains("b.bmp") && m.contains("-o")));

@@ -6,8 +6,8 @@ use super::differ::{Difference, first_difference};
 use super::failure::Failure;
 use super::record::{Kept, Record};
 use super::report::SCHEMA_VERSION;
-use super::{advise, diagnose, interrupt, output, progress};
-use phalanx::formats::{self, Loaded, Options};
+use super::{advise, input, interrupt, output, progress};
+use phalanx::formats::Options;
 use phalanx::frame::{Engine, Frame, Kernel, Prepared, Settings};
 use phalanx::isa;
 use phalanx::scene::Scene;
@@ -65,13 +65,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
     let mut kept = Vec::new();
     let mut scenes = Vec::new();
     for path in &args.scenes {
-        let Loaded {
-            scene,
-            warnings,
-            notes,
-        } = formats::load(path, &Options::default())?;
-        diagnose::tell_warnings(path, &warnings);
-        diagnose::tell_notes(&notes);
+        let scene = input::load(path, &Options::default())?;
         let (outcome, reference) = verify(args, path, &scene, record.as_ref())?;
         scenes.push(outcome);
         if args.record.is_some() {

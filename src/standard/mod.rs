@@ -49,7 +49,9 @@ pub enum StandardError {
     #[error("`{0}` is not of the form standard:NAME[:SIZE]")]
     NotASpec(String),
     /// The size is no whole number.
-    #[error("the size `{size}` of {name} is not a whole number (k or M may follow it, for thousands or millions)")]
+    #[error(
+        "the size `{size}` of {name} is not a whole number (k or M may follow it, for thousands or millions)"
+    )]
     SizeNotANumber {
         /// The scene.
         name: &'static str,

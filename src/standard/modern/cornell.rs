@@ -97,7 +97,9 @@ fn lights() -> impl Iterator<Item = StandardLight> {
 
 fn spheres(pen: &mut Pen, frequency: usize) {
     pen.look(MIRROR);
-    geodesic::sphere(pen, frequency, |p| DVec3::new(-0.40, 1.12 + 0.36, -0.38) + p * 0.36);
+    geodesic::sphere(pen, frequency, |p| {
+        DVec3::new(-0.40, 1.12 + 0.36, -0.38) + p * 0.36
+    });
     pen.look(GLASS);
     geodesic::sphere(pen, frequency, |p| DVec3::new(0.20, 0.38, 0.46) + p * 0.38);
 }
@@ -113,21 +115,59 @@ fn room(pen: &mut Pen, cells: f64) {
     let wall = |pen: &mut Pen, look: usize, corners: [DVec3; 4]| {
         pen.look(look);
         let [a, b, _, d] = corners;
-        pen.quad(corners, along((b - a).length(), cells), along((d - a).length(), cells));
+        pen.quad(
+            corners,
+            along((b - a).length(), cells),
+            along((d - a).length(), cells),
+        );
     };
     let (l, h, f, k) = (1.0, 2.0, 1.0, -1.0);
-    wall(pen, WHITE, [at(-l, 0.0, k), at(l, 0.0, k), at(l, h, k), at(-l, h, k)]);
-    wall(pen, RED, [at(-l, 0.0, f), at(-l, 0.0, k), at(-l, h, k), at(-l, h, f)]);
-    wall(pen, GREEN, [at(l, 0.0, k), at(l, 0.0, f), at(l, h, f), at(l, h, k)]);
-    wall(pen, WHITE, [at(-l, h, k), at(l, h, k), at(l, h, f), at(-l, h, f)]);
-    wall(pen, LAMP, [at(-0.34, 1.985, -0.28), at(0.34, 1.985, -0.28), at(0.34, 1.985, 0.28), at(-0.34, 1.985, 0.28)]);
+    wall(
+        pen,
+        WHITE,
+        [at(-l, 0.0, k), at(l, 0.0, k), at(l, h, k), at(-l, h, k)],
+    );
+    wall(
+        pen,
+        RED,
+        [at(-l, 0.0, f), at(-l, 0.0, k), at(-l, h, k), at(-l, h, f)],
+    );
+    wall(
+        pen,
+        GREEN,
+        [at(l, 0.0, k), at(l, 0.0, f), at(l, h, f), at(l, h, k)],
+    );
+    wall(
+        pen,
+        WHITE,
+        [at(-l, h, k), at(l, h, k), at(l, h, f), at(-l, h, f)],
+    );
+    wall(
+        pen,
+        LAMP,
+        [
+            at(-0.34, 1.985, -0.28),
+            at(0.34, 1.985, -0.28),
+            at(0.34, 1.985, 0.28),
+            at(-0.34, 1.985, 0.28),
+        ],
+    );
     let side = 8;
     let step = 2.0 / f64::from(side);
     for row in 0..side {
         for column in 0..side {
             let (x, z) = (-1.0 + f64::from(column) * step, 1.0 - f64::from(row) * step);
             let look = TILES[((row + column) % 2) as usize];
-            wall(pen, look, [at(x, 0.0, z), at(x + step, 0.0, z), at(x + step, 0.0, z - step), at(x, 0.0, z - step)]);
+            wall(
+                pen,
+                look,
+                [
+                    at(x, 0.0, z),
+                    at(x + step, 0.0, z),
+                    at(x + step, 0.0, z - step),
+                    at(x, 0.0, z - step),
+                ],
+            );
         }
     }
 }
@@ -135,8 +175,20 @@ fn room(pen: &mut Pen, cells: f64) {
 /// The tall block under the mirror sphere and the low one beside it.
 fn blocks(pen: &mut Pen, cells: f64) {
     pen.look(BLOCK);
-    block(pen, DVec2::new(-0.40, -0.38), DVec3::new(0.29, 1.12, 0.29), DVec2::new(0.96, 0.28), cells);
-    block(pen, DVec2::new(0.55, -0.36), DVec3::new(0.27, 0.62, 0.27), DVec2::new(0.958, -0.287), cells);
+    block(
+        pen,
+        DVec2::new(-0.40, -0.38),
+        DVec3::new(0.29, 1.12, 0.29),
+        DVec2::new(0.96, 0.28),
+        cells,
+    );
+    block(
+        pen,
+        DVec2::new(0.55, -0.36),
+        DVec3::new(0.27, 0.62, 0.27),
+        DVec2::new(0.958, -0.287),
+        cells,
+    );
 }
 
 /// A block on the floor of these half widths (and whole height), turned so that its x axis points to `turn`.
@@ -155,9 +207,19 @@ fn block(pen: &mut Pen, center: DVec2, size: DVec3, turn: DVec2, cells: f64) {
         [(1.0, -1.0), (-1.0, -1.0)],
         [(-1.0, -1.0), (-1.0, 1.0)],
     ] {
-        let side = [at(ax, 0.0, az), at(bx, 0.0, bz), at(bx, 1.0, bz), at(ax, 1.0, az)];
+        let side = [
+            at(ax, 0.0, az),
+            at(bx, 0.0, bz),
+            at(bx, 1.0, bz),
+            at(ax, 1.0, az),
+        ];
         pen.quad(side, across, up);
     }
-    let top = [at(-1.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 1.0, -1.0), at(-1.0, 1.0, -1.0)];
+    let top = [
+        at(-1.0, 1.0, 1.0),
+        at(1.0, 1.0, 1.0),
+        at(1.0, 1.0, -1.0),
+        at(-1.0, 1.0, -1.0),
+    ];
     pen.quad(top, across, across);
 }

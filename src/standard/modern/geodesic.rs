@@ -89,7 +89,10 @@ mod tests {
             let bits = |v: u32| vertices[v as usize].to_array().map(|x| (x + 0.0).to_bits());
             for t in triangles {
                 for k in 0..3 {
-                    *self.0.entry([bits(t[k]), bits(t[(k + 1) % 3])]).or_default() += 1;
+                    *self
+                        .0
+                        .entry([bits(t[k]), bits(t[(k + 1) % 3])])
+                        .or_default() += 1;
                 }
             }
         }

@@ -39,9 +39,24 @@ const WHITE: usize = SOIL + 1;
 const BLACK: usize = SOIL + 2;
 
 fn palette() -> Vec<DocumentLook> {
-    let grass = [rgb(0.16, 0.27, 0.05), rgb(0.22, 0.31, 0.06), rgb(0.34, 0.33, 0.09), rgb(0.10, 0.22, 0.06)];
-    let ginger = [rgb(0.64, 0.25, 0.05), rgb(0.72, 0.33, 0.08), rgb(0.52, 0.17, 0.035), rgb(0.80, 0.46, 0.17)];
-    let blue = [rgb(0.10, 0.24, 0.52), rgb(0.15, 0.34, 0.62), rgb(0.07, 0.16, 0.42), rgb(0.30, 0.48, 0.70)];
+    let grass = [
+        rgb(0.16, 0.27, 0.05),
+        rgb(0.22, 0.31, 0.06),
+        rgb(0.34, 0.33, 0.09),
+        rgb(0.10, 0.22, 0.06),
+    ];
+    let ginger = [
+        rgb(0.64, 0.25, 0.05),
+        rgb(0.72, 0.33, 0.08),
+        rgb(0.52, 0.17, 0.035),
+        rgb(0.80, 0.46, 0.17),
+    ];
+    let blue = [
+        rgb(0.10, 0.24, 0.52),
+        rgb(0.15, 0.34, 0.62),
+        rgb(0.07, 0.16, 0.42),
+        rgb(0.30, 0.48, 0.70),
+    ];
     let mut looks = Vec::new();
     for color in [grass, ginger, blue].as_flattened() {
         for light in [0.28, 0.7, 1.15] {
@@ -49,8 +64,16 @@ fn palette() -> Vec<DocumentLook> {
         }
     }
     looks.push(matte(rgb(0.075, 0.10, 0.025), AMBIENT));
-    looks.push(polished(matte(rgb(0.80, 0.79, 0.76), AMBIENT), rgb(0.06, 0.06, 0.06), 300.0));
-    looks.push(polished(matte(rgb(0.008, 0.008, 0.01), AMBIENT), rgb(0.07, 0.07, 0.07), 500.0));
+    looks.push(polished(
+        matte(rgb(0.80, 0.79, 0.76), AMBIENT),
+        rgb(0.06, 0.06, 0.06),
+        300.0,
+    ));
+    looks.push(polished(
+        matte(rgb(0.008, 0.008, 0.01), AMBIENT),
+        rgb(0.07, 0.07, 0.07),
+        500.0,
+    ));
     looks
 }
 
@@ -88,7 +111,11 @@ const DWELLERS: [Dweller; 2] = [
 ];
 
 fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(DVec3::new(0.15, 1.42, 5.6), DVec3::new(0.05, 0.93, 0.0), 33.0));
+    sink.view(&hd(
+        DVec3::new(0.15, 1.42, 5.6),
+        DVec3::new(0.05, 0.93, 0.0),
+        33.0,
+    ));
     sink.background(rgb(0.30, 0.50, 0.78));
     sink.light(&sun(DVec3::new(-0.75, 0.62, 0.42), rgb(1.75, 1.5, 1.15)));
     sink.light(&sun(DVec3::new(0.85, 0.5, -0.55), rgb(0.42, 0.44, 0.42)));
@@ -152,7 +179,10 @@ fn meadow(pen: &mut Pen, count: u64, width: f64) {
         let (row, column) = (number / rows, number % rows);
         let across = 2.0 * (column as f64 + dice.unit()) / rows as f64 - 1.0;
         let root = place(across, (row as f64 + dice.unit()) / rows as f64);
-        if DWELLERS.iter().any(|d| (root - d.center).length() < d.radius) {
+        if DWELLERS
+            .iter()
+            .any(|d| (root - d.center).length() < d.radius)
+        {
             // Nothing grows inside a dweller: the tube goes to its foot instead.
             skirt(pen, number, width, &mut dice);
             continue;
@@ -166,7 +196,8 @@ fn skirt(pen: &mut Pen, number: u64, width: f64, dice: &mut Dice) {
     let dweller = &DWELLERS[(number % 2) as usize];
     let turn = dice.range(0.0, TAU);
     let reach = dweller.radius * dice.range(0.85, 1.25);
-    let p = DVec2::new(dweller.center.x, dweller.center.z) + DVec2::new(cos(turn), sin(turn)) * reach;
+    let p =
+        DVec2::new(dweller.center.x, dweller.center.z) + DVec2::new(cos(turn), sin(turn)) * reach;
     blade(pen, DVec3::new(p.x, height(p), p.y), width, dice);
 }
 
@@ -176,7 +207,8 @@ fn blade(pen: &mut Pen, root: DVec3, width: f64, dice: &mut Dice) {
     let gust = 0.5 + 0.5 * noise2(SEED + 20, p * 0.9).0;
     let lean = DVec3::new(0.20 + 0.42 * gust, 0.0, 0.10 * gust);
     let tuft = fractal2(SEED + 30, p * 2.2, 2);
-    let length = (0.30 + 0.25 * smoothstep(-2.0, -12.0, p.y)) * (0.75 + 0.55 * tuft + dice.range(0.0, 0.45)).max(0.3);
+    let length = (0.30 + 0.25 * smoothstep(-2.0, -12.0, p.y))
+        * (0.75 + 0.55 * tuft + dice.range(0.0, 0.45)).max(0.3);
     let scatter = DVec3::new(dice.range(-0.5, 0.5), 0.0, dice.range(-0.5, 0.5));
     let up = DVec3::Y + scatter * 0.55;
     let hue = match tuft + dice.range(-0.5, 0.5) {
@@ -210,7 +242,9 @@ impl Dweller {
         let (eyes, size) = self.eyes();
         let gaze = self.gaze / self.gaze.length();
         pen.look(self.fur);
-        geodesic::sphere(pen, frequency.min(12), |p| self.center + p * (self.radius * 0.97));
+        geodesic::sphere(pen, frequency.min(12), |p| {
+            self.center + p * (self.radius * 0.97)
+        });
         for eye in eyes {
             let center = self.center + eye * 1.06;
             pen.look(WHITE);
@@ -244,9 +278,18 @@ impl Dweller {
                 length *= 1.0 - 0.62 * near;
             }
             let whorl = 0.5 * fractal2(SEED + 55, DVec2::new(turn, y * 3.0), 2);
-            let scatter = DVec3::new(dice.range(-0.5, 0.5), dice.range(-0.5, 0.5), dice.range(-0.5, 0.5));
-            let tuft = fractal2(SEED + 60, DVec2::new(normal.x * 3.0 + normal.z, normal.y * 3.0), 2);
-            let hue = ((tuft * 1.6 + 0.5 + dice.range(-0.35, 0.35)).clamp(0.0, 0.99) * HUES as f64) as usize;
+            let scatter = DVec3::new(
+                dice.range(-0.5, 0.5),
+                dice.range(-0.5, 0.5),
+                dice.range(-0.5, 0.5),
+            );
+            let tuft = fractal2(
+                SEED + 60,
+                DVec2::new(normal.x * 3.0 + normal.z, normal.y * 3.0),
+                2,
+            );
+            let hue = ((tuft * 1.6 + 0.5 + dice.range(-0.35, 0.35)).clamp(0.0, 0.99) * HUES as f64)
+                as usize;
             let tube = Tube {
                 root: self.center + normal * (self.radius * 0.96),
                 along: (normal + scatter * 0.35) * (length * 0.8),
@@ -301,6 +344,10 @@ impl Tube {
         // The corners of a triangle: cosine and sine of 0, 120 and 240 degrees.
         const HALF_ROOT: f64 = 0.866_025_403_784_438_6;
         let (a, b) = (side * width, up * width);
-        [center + a, center - a * 0.5 - b * HALF_ROOT, center - a * 0.5 + b * HALF_ROOT]
+        [
+            center + a,
+            center - a * 0.5 - b * HALF_ROOT,
+            center - a * 0.5 + b * HALF_ROOT,
+        ]
     }
 }

@@ -39,7 +39,11 @@ fn palette() -> Vec<DocumentLook> {
         rgb(0.26, 0.40, 0.24),
     ];
     let mut looks: Vec<_> = colors.iter().map(|c| matte(*c, AMBIENT)).collect();
-    looks.push(polished(matte(rgb(0.05, 0.055, 0.07), AMBIENT), rgb(0.30, 0.31, 0.34), 400.0));
+    looks.push(polished(
+        matte(rgb(0.05, 0.055, 0.07), AMBIENT),
+        rgb(0.30, 0.31, 0.34),
+        400.0,
+    ));
     looks
 }
 
@@ -87,7 +91,11 @@ impl Cut {
 }
 
 fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(DVec3::new(1.50, 1.28, 2.30), DVec3::new(0.02, 0.43, 0.0), 33.5));
+    sink.view(&hd(
+        DVec3::new(1.50, 1.28, 2.30),
+        DVec3::new(0.02, 0.43, 0.0),
+        33.5,
+    ));
     sink.background(rgb(0.045, 0.065, 0.115));
     sink.light(&sun(DVec3::new(0.42, 0.72, 0.95), rgb(0.86, 0.78, 0.66)));
     sink.light(&sun(DVec3::new(0.95, 0.38, 0.05), rgb(0.13, 0.19, 0.36)));
@@ -271,10 +279,12 @@ impl Block {
             let t = k as f64 / (points + 1) as f64;
             let next = self.vertices.len() as u32;
             self.vertices.push(from + (to - from) * t);
-            self.facets.extend([(look, [last, b, next]), (look, [last, next, d])]);
+            self.facets
+                .extend([(look, [last, b, next]), (look, [last, next, d])]);
             last = next;
         }
-        self.facets.extend([(look, [last, b, c]), (look, [last, c, d])]);
+        self.facets
+            .extend([(look, [last, b, c]), (look, [last, c, d])]);
     }
 }
 

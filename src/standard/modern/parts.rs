@@ -104,7 +104,11 @@ pub(super) fn lathe(pen: &mut Pen, frame: &Frame, profile: &[DVec2], around: usi
             _ => {
                 let rows = cells((b - a).length(), density);
                 pen.net(Net::tube(around, rows), |i, j| {
-                    let p = if j == rows { b } else { a + (b - a) * (j as f64 / rows as f64) };
+                    let p = if j == rows {
+                        b
+                    } else {
+                        a + (b - a) * (j as f64 / rows as f64)
+                    };
                     ring(p.x, p.y, i)
                 });
             }
@@ -113,9 +117,19 @@ pub(super) fn lathe(pen: &mut Pen, frame: &Frame, profile: &[DVec2], around: usi
 }
 
 /// Draws a rod with this many sides between two points; its ends are open.
-pub(super) fn rod(pen: &mut Pen, (from, to): (DVec3, DVec3), radius: f64, around: usize, rows: usize) {
+pub(super) fn rod(
+    pen: &mut Pen,
+    (from, to): (DVec3, DVec3),
+    radius: f64,
+    around: usize,
+    rows: usize,
+) {
     let along = (to - from) / (to - from).length();
-    let other = if along.x.abs() < 0.6 { DVec3::X } else { DVec3::Y };
+    let other = if along.x.abs() < 0.6 {
+        DVec3::X
+    } else {
+        DVec3::Y
+    };
     let side = along.cross(other);
     let side = side / side.length();
     let up = along.cross(side);

@@ -191,7 +191,9 @@ impl<'a> Pen<'a> {
                 sheet.triangles.push([below + i, below + i + 1, above + i]);
             }
             for i in 0..wide as u32 {
-                sheet.triangles.push([below + i + 1, above + i + 1, above + i]);
+                sheet
+                    .triangles
+                    .push([below + i + 1, above + i + 1, above + i]);
             }
             if sheet.triangles.len() >= CHUNK {
                 self.hand_over(self.look);

@@ -55,7 +55,11 @@ fn palette() -> [DocumentLook; 14] {
         marble(rgb(0.64, 0.60, 0.54)),
         marble(rgb(0.07, 0.075, 0.08)),
         polished(gold, rgb(0.50, 0.36, 0.15), 60.0),
-        polished(matte(rgb(0.62, 0.60, 0.57), AMBIENT), rgb(0.05, 0.05, 0.05), 200.0),
+        polished(
+            matte(rgb(0.62, 0.60, 0.57), AMBIENT),
+            rgb(0.05, 0.05, 0.05),
+            200.0,
+        ),
         glass(1.5),
         polished(mirror, rgb(0.82, 0.84, 0.84), 2000.0),
         glow(rgb(1.0, 0.92, 0.74)),
@@ -66,16 +70,36 @@ fn palette() -> [DocumentLook; 14] {
         matte(rgb(0.74, 0.71, 0.65), AMBIENT),
         matte(rgb(0.36, 0.035, 0.04), AMBIENT),
         matte(rgb(0.48, 0.30, 0.10), AMBIENT),
-        polished(matte(rgb(0.13, 0.06, 0.028), AMBIENT), rgb(0.04, 0.04, 0.04), 80.0),
+        polished(
+            matte(rgb(0.13, 0.06, 0.028), AMBIENT),
+            rgb(0.04, 0.04, 0.04),
+            80.0,
+        ),
     ]
 }
 
 fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(DVec3::new(1.75, 1.62, 2.75), DVec3::new(-0.35, 1.23, -0.4), 42.0));
+    sink.view(&hd(
+        DVec3::new(1.75, 1.62, 2.75),
+        DVec3::new(-0.35, 1.23, -0.4),
+        42.0,
+    ));
     sink.background(DVec3::ZERO);
-    sink.light(&lamp(DVec3::new(0.55, 2.38, 0.75), rgb(0.62, 0.53, 0.40), 1.7));
-    sink.light(&lamp(DVec3::new(-2.62, 1.78, -1.1), rgb(0.40, 0.27, 0.13), 1.3));
-    sink.light(&lamp(DVec3::new(0.9, 1.78, -2.62), rgb(0.40, 0.27, 0.13), 1.3));
+    sink.light(&lamp(
+        DVec3::new(0.55, 2.38, 0.75),
+        rgb(0.62, 0.53, 0.40),
+        1.7,
+    ));
+    sink.light(&lamp(
+        DVec3::new(-2.62, 1.78, -1.1),
+        rgb(0.40, 0.27, 0.13),
+        1.3,
+    ));
+    sink.light(&lamp(
+        DVec3::new(0.9, 1.78, -2.62),
+        rgb(0.40, 0.27, 0.13),
+        1.3,
+    ));
     sink.light(&lamp(DVec3::new(2.3, 2.6, 2.5), rgb(0.20, 0.24, 0.30), 2.2));
     let palette = palette();
     let mut pen = Pen::new(sink, &palette);
@@ -98,7 +122,11 @@ fn furnish(pen: &mut Pen, detail: f64) {
     }
     pedestal(pen, detail);
     pendant(pen, detail);
-    sconce(pen, &Frame::at(DVec3::new(-HALF, 1.62, -1.1)).turned(90.0), detail);
+    sconce(
+        pen,
+        &Frame::at(DVec3::new(-HALF, 1.62, -1.1)).turned(90.0),
+        detail,
+    );
     sconce(pen, &Frame::at(DVec3::new(0.9, 1.62, -HALF)), detail);
     mirror(pen, &Frame::at(DVec3::new(-0.85, 1.02, -HALF)), detail);
     table(pen, &Frame::at(DVec3::new(-2.1, 0.0, 0.45)), detail);
@@ -111,17 +139,30 @@ fn floor(pen: &mut Pen, detail: f64) {
     for row in 0..side {
         for column in 0..side {
             pen.look(TILES[((row + column) % 2) as usize]);
-            let (x, z) = (-HALF + step * f64::from(column), HALF - step * f64::from(row));
+            let (x, z) = (
+                -HALF + step * f64::from(column),
+                HALF - step * f64::from(row),
+            );
             let at = |dx: f64, dz: f64| DVec3::new(x + dx, 0.0, z - dz);
             let n = cells(step, detail);
-            pen.quad([at(0.0, 0.0), at(step, 0.0), at(step, step), at(0.0, step)], n, n);
+            pen.quad(
+                [at(0.0, 0.0), at(step, 0.0), at(step, step), at(0.0, step)],
+                n,
+                n,
+            );
         }
     }
     for (look, half, height) in [(RUG[1], 1.22, 0.012), (RUG[0], 1.12, 0.018)] {
         pen.look(look);
         let corner = DVec3::new(half, height, half);
         let rug = Frame::at(DVec3::new(-0.1, 0.0, -0.2)).turned(45.0);
-        cuboid(pen, &rug, (DVec3::new(-half, 0.0, -half), corner), detail, STANDING);
+        cuboid(
+            pen,
+            &rug,
+            (DVec3::new(-half, 0.0, -half), corner),
+            detail,
+            STANDING,
+        );
     }
 }
 
@@ -132,21 +173,42 @@ fn shell(pen: &mut Pen, detail: f64) {
         let wall = Frame::at(DVec3::ZERO).turned(90.0 * f64::from(quarter));
         let at = |x: f64, y: f64| wall.point(DVec3::new(x, y, -HALF));
         pen.look(PLASTER);
-        let corners = [at(-HALF, 0.0), at(HALF, 0.0), at(HALF, HEIGHT), at(-HALF, HEIGHT)];
+        let corners = [
+            at(-HALF, 0.0),
+            at(HALF, 0.0),
+            at(HALF, HEIGHT),
+            at(-HALF, HEIGHT),
+        ];
         pen.quad(corners, n, cells(HEIGHT, detail));
     }
     pen.look(CEILING);
     let at = |x: f64, z: f64| DVec3::new(x * HALF, HEIGHT, z * HALF);
-    pen.quad([at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)], n, n);
+    pen.quad(
+        [at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)],
+        n,
+        n,
+    );
 }
 
 /// The wooden lower wall with raised panels, its rail, and the cornice under the ceiling.
 fn panels(pen: &mut Pen, wall: &Frame, detail: f64) {
     pen.look(WOOD);
     let whole = (-HALF, HALF);
-    moulding(pen, wall, whole, &[DVec2::new(0.03, 0.0), DVec2::new(0.03, 0.86)], detail);
+    moulding(
+        pen,
+        wall,
+        whole,
+        &[DVec2::new(0.03, 0.0), DVec2::new(0.03, 0.86)],
+        detail,
+    );
     let base = [(0.06, 0.0), (0.06, 0.13), (0.045, 0.16), (0.03, 0.17)];
-    let rail = [(0.03, 0.84), (0.07, 0.87), (0.075, 0.91), (0.055, 0.94), (0.0, 0.945)];
+    let rail = [
+        (0.03, 0.84),
+        (0.07, 0.87),
+        (0.075, 0.91),
+        (0.055, 0.94),
+        (0.0, 0.945),
+    ];
     moulding(pen, wall, whole, &base.map(DVec2::from), detail);
     moulding(pen, wall, whole, &rail.map(DVec2::from), detail);
     for k in 0..5 {
@@ -154,7 +216,13 @@ fn panels(pen: &mut Pen, wall: &Frame, detail: f64) {
         for (inset, depth) in [(0.0, 0.045), (0.07, 0.06)] {
             let lo = DVec3::new(x + inset, 0.26 + inset, 0.03);
             let hi = DVec3::new(x + 1.06 - inset, 0.76 - inset, depth);
-            cuboid(pen, wall, (lo, hi), detail, [true, true, true, true, false, true]);
+            cuboid(
+                pen,
+                wall,
+                (lo, hi),
+                detail,
+                [true, true, true, true, false, true],
+            );
         }
     }
     pen.look(CEILING);
@@ -183,27 +251,69 @@ fn pedestal(pen: &mut Pen, detail: f64) {
     block(pen, 0.34, 0.0, 0.12);
     block(pen, 0.30, 0.64, 0.72);
     let profile = [
-        (0.31, 0.12), (0.325, 0.15), (0.31, 0.19), (0.25, 0.21), (0.235, 0.24), (0.215, 0.30), (0.205, 0.42),
-        (0.21, 0.52), (0.23, 0.575), (0.27, 0.60), (0.285, 0.625), (0.27, 0.64),
+        (0.31, 0.12),
+        (0.325, 0.15),
+        (0.31, 0.19),
+        (0.25, 0.21),
+        (0.235, 0.24),
+        (0.215, 0.30),
+        (0.205, 0.42),
+        (0.21, 0.52),
+        (0.23, 0.575),
+        (0.27, 0.60),
+        (0.285, 0.625),
+        (0.27, 0.64),
     ];
-    lathe(pen, &place, &profile.map(DVec2::from), around(0.25, detail), detail);
+    lathe(
+        pen,
+        &place,
+        &profile.map(DVec2::from),
+        around(0.25, detail),
+        detail,
+    );
     pen.look(GOLD);
-    let foot = [(0.16, 0.72), (0.16, 0.735), (0.07, 0.76), (0.055, 0.86), (0.0, 0.87)];
-    lathe(pen, &place, &foot.map(DVec2::from), around(0.16, detail), detail);
+    let foot = [
+        (0.16, 0.72),
+        (0.16, 0.735),
+        (0.07, 0.76),
+        (0.055, 0.86),
+        (0.0, 0.87),
+    ];
+    lathe(
+        pen,
+        &place,
+        &foot.map(DVec2::from),
+        around(0.16, detail),
+        detail,
+    );
 }
 
 /// The lamp over the statue: a shade open downward, a bulb, a cord.
 fn pendant(pen: &mut Pen, detail: f64) {
     let place = Frame::at(DVec3::new(0.55, 0.0, 0.75));
     pen.look(SHADE);
-    let shade = [(0.27, 2.46), (0.22, 2.56), (0.10, 2.66), (0.03, 2.70), (0.012, 2.74)];
-    lathe(pen, &place, &shade.map(DVec2::from), around(0.25, detail), detail);
+    let shade = [
+        (0.27, 2.46),
+        (0.22, 2.56),
+        (0.10, 2.66),
+        (0.03, 2.70),
+        (0.012, 2.74),
+    ];
+    lathe(
+        pen,
+        &place,
+        &shade.map(DVec2::from),
+        around(0.25, detail),
+        detail,
+    );
     pen.look(DARK_WOOD);
     let cord = [(0.008, 2.70), (0.008, 3.22), (0.05, 3.28), (0.05, HEIGHT)];
     lathe(pen, &place, &cord.map(DVec2::from), 10, detail);
     pen.look(BULB);
     let frequency = cells(0.1, detail).max(2);
-    geodesic::sphere(pen, frequency, |p| place.point(DVec3::new(0.0, 2.48, 0.0) + p * 0.055));
+    geodesic::sphere(pen, frequency, |p| {
+        place.point(DVec3::new(0.0, 2.48, 0.0) + p * 0.055)
+    });
 }
 
 /// A bracket on a wall with a small shade.
@@ -211,15 +321,36 @@ fn sconce(pen: &mut Pen, wall: &Frame, detail: f64) {
     pen.look(DARK_WOOD);
     let plate = (DVec3::new(-0.05, -0.12, 0.0), DVec3::new(0.05, 0.12, 0.03));
     cuboid(pen, wall, plate, detail, ALL);
-    let arm = (DVec3::new(-0.012, -0.03, 0.03), DVec3::new(0.012, -0.006, 0.38));
+    let arm = (
+        DVec3::new(-0.012, -0.03, 0.03),
+        DVec3::new(0.012, -0.006, 0.38),
+    );
     cuboid(pen, wall, arm, detail, ALL);
     let place = wall.moved(0.0, 0.0, 0.38);
-    let candle = [(0.035, -0.03), (0.04, 0.0), (0.015, 0.012), (0.015, 0.08), (0.0, 0.082)];
-    lathe(pen, &place, &candle.map(DVec2::from), around(0.03, detail), detail);
+    let candle = [
+        (0.035, -0.03),
+        (0.04, 0.0),
+        (0.015, 0.012),
+        (0.015, 0.08),
+        (0.0, 0.082),
+    ];
+    lathe(
+        pen,
+        &place,
+        &candle.map(DVec2::from),
+        around(0.03, detail),
+        detail,
+    );
     pen.look(SHADE);
     // Open at both ends, so that its light falls on the wall above and below.
     let shade = [(0.15, 0.06), (0.085, 0.26)];
-    lathe(pen, &place, &shade.map(DVec2::from), around(0.15, detail), detail);
+    lathe(
+        pen,
+        &place,
+        &shade.map(DVec2::from),
+        around(0.15, detail),
+        detail,
+    );
 }
 
 /// A mirror in a gilt frame.
@@ -228,13 +359,28 @@ fn mirror(pen: &mut Pen, wall: &Frame, detail: f64) {
     pen.look(MIRROR);
     let n = cells(1.0, detail);
     let at = |x: f64, y: f64| wall.point(DVec3::new(x, y, 0.04));
-    pen.quad([at(-half, 0.0), at(half, 0.0), at(half, high), at(-half, high)], n, n);
+    pen.quad(
+        [
+            at(-half, 0.0),
+            at(half, 0.0),
+            at(half, high),
+            at(-half, high),
+        ],
+        n,
+        n,
+    );
     pen.look(GOLD);
     let bar = |pen: &mut Pen, (x0, y0): (f64, f64), (x1, y1): (f64, f64)| {
         for (inset, depth) in [(0.0, 0.05), (0.02, 0.075)] {
             let lo = DVec3::new(x0 + inset, y0 + inset, 0.0);
             let hi = DVec3::new(x1 - inset, y1 - inset, depth);
-            cuboid(pen, wall, (lo, hi), detail, [true, true, true, true, false, true]);
+            cuboid(
+                pen,
+                wall,
+                (lo, hi),
+                detail,
+                [true, true, true, true, false, true],
+            );
         }
     };
     let w = 0.09;
@@ -248,13 +394,33 @@ fn mirror(pen: &mut Pen, wall: &Frame, detail: f64) {
 fn table(pen: &mut Pen, place: &Frame, detail: f64) {
     pen.look(DARK_WOOD);
     let profile = [
-        (0.24, 0.0), (0.23, 0.03), (0.06, 0.07), (0.04, 0.12), (0.055, 0.24), (0.035, 0.36), (0.05, 0.52), (0.03, 0.6),
-        (0.12, 0.655), (0.38, 0.665), (0.4, 0.675), (0.4, 0.695), (0.38, 0.705), (0.0, 0.705),
+        (0.24, 0.0),
+        (0.23, 0.03),
+        (0.06, 0.07),
+        (0.04, 0.12),
+        (0.055, 0.24),
+        (0.035, 0.36),
+        (0.05, 0.52),
+        (0.03, 0.6),
+        (0.12, 0.655),
+        (0.38, 0.665),
+        (0.4, 0.675),
+        (0.4, 0.695),
+        (0.38, 0.705),
+        (0.0, 0.705),
     ];
-    lathe(pen, place, &profile.map(DVec2::from), around(0.4, detail), detail);
+    lathe(
+        pen,
+        place,
+        &profile.map(DVec2::from),
+        around(0.4, detail),
+        detail,
+    );
     pen.look(GLASS);
     let frequency = cells(0.5, detail).max(5);
-    geodesic::sphere(pen, frequency, |p| place.point(DVec3::new(0.0, 0.875, 0.0) + p * 0.17));
+    geodesic::sphere(pen, frequency, |p| {
+        place.point(DVec3::new(0.0, 0.875, 0.0) + p * 0.17)
+    });
 }
 
 /// Middle of the statue.
@@ -328,6 +494,11 @@ impl Rope {
         let local = self.center + outward * radius;
         // Turned a quarter toward the eye.
         let (sin, cos) = (0.5, 0.866_025_403_784_438_6);
-        STATUE + DVec3::new(local.x * cos + local.z * sin, local.y, local.z * cos - local.x * sin)
+        STATUE
+            + DVec3::new(
+                local.x * cos + local.z * sin,
+                local.y,
+                local.z * cos - local.x * sin,
+            )
     }
 }

@@ -75,10 +75,7 @@ fn palette() -> Vec<DocumentLook> {
 
 /// Height of the land; the lake's surface is at 0.
 fn height(p: DVec2) -> f64 {
-    let drift = DVec2::new(
-        fractal2(SEED, p * 0.17, 2),
-        fractal2(SEED + 8, p * 0.17, 2),
-    );
+    let drift = DVec2::new(fractal2(SEED, p * 0.17, 2), fractal2(SEED + 8, p * 0.17, 2));
     let ridges = eroded((p + drift * 1.6) * 0.21);
     // The lake lies in front of the mountains, and the near shore stays low so that nothing hides it.
     let from_lake = ((p - DVec2::new(-0.6, 4.6)) / DVec2::new(5.2, 3.6)).length();

@@ -1,7 +1,10 @@
 //! The café: its open front, and what is inside.
 
 use super::house::{Area, GROUND, House};
-use super::{BOTTLE, BULB, CHINA, IRON, LIT, PICTURE, PLANK, SEED, SHADE, SHUTTER, TABLE, TRIM, WARM_WALL, WOOD};
+use super::{
+    BOTTLE, BULB, CHINA, IRON, LIT, PICTURE, PLANK, SEED, SHADE, SHUTTER, TABLE, TRIM, WARM_WALL,
+    WOOD,
+};
 use crate::standard::modern::geodesic;
 use crate::standard::modern::lamp;
 use crate::standard::modern::looks::rgb;
@@ -47,11 +50,27 @@ pub(super) fn front(pen: &mut Pen, house: &House, detail: f64) {
     };
     pen.look(SHUTTER);
     for hole in [WINDOW, DOOR] {
-        slab(pen, (hole.x0 - 0.14, hole.y0, 0.0), (hole.x0, hole.y1 + 0.14, 0.07));
-        slab(pen, (hole.x1, hole.y0, 0.0), (hole.x1 + 0.14, hole.y1 + 0.14, 0.07));
-        slab(pen, (hole.x0, hole.y1, 0.0), (hole.x1, hole.y1 + 0.14, 0.07));
+        slab(
+            pen,
+            (hole.x0 - 0.14, hole.y0, 0.0),
+            (hole.x0, hole.y1 + 0.14, 0.07),
+        );
+        slab(
+            pen,
+            (hole.x1, hole.y0, 0.0),
+            (hole.x1 + 0.14, hole.y1 + 0.14, 0.07),
+        );
+        slab(
+            pen,
+            (hole.x0, hole.y1, 0.0),
+            (hole.x1, hole.y1 + 0.14, 0.07),
+        );
     }
-    slab(pen, (WINDOW.x0 - 0.2, WINDOW.y0 - 0.08, -0.1), (WINDOW.x1 + 0.2, WINDOW.y0, 0.16));
+    slab(
+        pen,
+        (WINDOW.x0 - 0.2, WINDOW.y0 - 0.08, -0.1),
+        (WINDOW.x1 + 0.2, WINDOW.y0, 0.16),
+    );
     // The sign board over both, and its letters' glow.
     slab(pen, (0.35, 2.8, 0.0), (5.9, 3.24, 0.1));
     pen.look(LIT);
@@ -72,7 +91,13 @@ fn awning(pen: &mut Pen, frame: &Frame, detail: f64) {
     for k in 0..stripes {
         pen.look(if k % 2 == 0 { TRIM } else { SHUTTER + 2 });
         let x = from + wide * f64::from(k);
-        let cloth = [(0.86, 2.22), (0.86, 2.36), (0.62, 2.48), (0.35, 2.60), (0.1, 2.74)];
+        let cloth = [
+            (0.86, 2.22),
+            (0.86, 2.36),
+            (0.62, 2.48),
+            (0.35, 2.60),
+            (0.1, 2.74),
+        ];
         moulding(pen, frame, (x, x + wide), &cloth.map(DVec2::from), detail);
     }
 }
@@ -84,7 +109,10 @@ pub(super) fn furnish(pen: &mut Pen, house: &Frame, detail: f64) {
         hanging_lamp(pen, &house.moved(x, 0.0, z), detail);
     }
     let floor = house.moved(0.0, FLOOR, 0.0);
-    for (number, (x, z)) in [(1.35, -1.15), (3.0, -2.0), (1.2, -2.9)].into_iter().enumerate() {
+    for (number, (x, z)) in [(1.35, -1.15), (3.0, -2.0), (1.2, -2.9)]
+        .into_iter()
+        .enumerate()
+    {
         let seat = floor.moved(x, 0.0, z).turned(35.0 * number as f64);
         table(pen, &seat, detail);
         for k in 0..3 {
@@ -106,33 +134,89 @@ fn room(pen: &mut Pen, house: &Frame, detail: f64) {
     let (l, r) = ROOM;
     let wall = |pen: &mut Pen, corners: [DVec3; 4]| {
         let [a, b, _, d] = corners;
-        pen.quad(corners, cells((b - a).length(), detail), cells((d - a).length(), detail));
+        pen.quad(
+            corners,
+            cells((b - a).length(), detail),
+            cells((d - a).length(), detail),
+        );
     };
     pen.look(WARM_WALL);
-    wall(pen, [at(l, FLOOR, BACK), at(r, FLOOR, BACK), at(r, CEILING, BACK), at(l, CEILING, BACK)]);
-    wall(pen, [at(l, FLOOR, FRONT), at(l, FLOOR, BACK), at(l, CEILING, BACK), at(l, CEILING, FRONT)]);
-    wall(pen, [at(r, FLOOR, BACK), at(r, FLOOR, FRONT), at(r, CEILING, FRONT), at(r, CEILING, BACK)]);
-    wall(pen, [at(l, CEILING, BACK), at(r, CEILING, BACK), at(r, CEILING, FRONT), at(l, CEILING, FRONT)]);
+    wall(
+        pen,
+        [
+            at(l, FLOOR, BACK),
+            at(r, FLOOR, BACK),
+            at(r, CEILING, BACK),
+            at(l, CEILING, BACK),
+        ],
+    );
+    wall(
+        pen,
+        [
+            at(l, FLOOR, FRONT),
+            at(l, FLOOR, BACK),
+            at(l, CEILING, BACK),
+            at(l, CEILING, FRONT),
+        ],
+    );
+    wall(
+        pen,
+        [
+            at(r, FLOOR, BACK),
+            at(r, FLOOR, FRONT),
+            at(r, CEILING, FRONT),
+            at(r, CEILING, BACK),
+        ],
+    );
+    wall(
+        pen,
+        [
+            at(l, CEILING, BACK),
+            at(r, CEILING, BACK),
+            at(r, CEILING, FRONT),
+            at(l, CEILING, FRONT),
+        ],
+    );
     pen.look(PLANK);
     let planks = 24;
     let wide = (r - l) / f64::from(planks);
     for k in 0..planks {
         let x = l + wide * f64::from(k);
         let top = FLOOR - 0.003 * f64::from(k % 3);
-        let corners = (DVec3::new(x, 0.0, BACK), DVec3::new(x + wide - 0.006, top, FRONT + 0.2));
-        cuboid(pen, house, corners, detail, [true, true, false, true, false, true]);
+        let corners = (
+            DVec3::new(x, 0.0, BACK),
+            DVec3::new(x + wide - 0.006, top, FRONT + 0.2),
+        );
+        cuboid(
+            pen,
+            house,
+            corners,
+            detail,
+            [true, true, false, true, false, true],
+        );
     }
     pen.look(TABLE);
-    let skirting = [(0.03, FLOOR), (0.03, FLOOR + 1.0), (0.06, FLOOR + 1.03), (0.0, FLOOR + 1.06)];
+    let skirting = [
+        (0.03, FLOOR),
+        (0.03, FLOOR + 1.0),
+        (0.06, FLOOR + 1.03),
+        (0.0, FLOOR + 1.06),
+    ];
     let back = house.moved(0.0, 0.0, BACK);
     moulding(pen, &back, ROOM, &skirting.map(DVec2::from), detail);
     for (k, x) in [0.7, 2.0, 3.3].into_iter().enumerate() {
         let high = 0.62 + 0.12 * k as f64;
         pen.look(TABLE);
-        let frame = (DVec3::new(x, 1.5, 0.0), DVec3::new(x + 0.9, 1.5 + high, 0.04));
+        let frame = (
+            DVec3::new(x, 1.5, 0.0),
+            DVec3::new(x + 0.9, 1.5 + high, 0.04),
+        );
         cuboid(pen, &back, frame, detail, ALL);
         pen.look(PICTURE);
-        let picture = (DVec3::new(x + 0.07, 1.57, 0.04), DVec3::new(x + 0.83, 1.43 + high, 0.045));
+        let picture = (
+            DVec3::new(x + 0.07, 1.57, 0.04),
+            DVec3::new(x + 0.83, 1.43 + high, 0.045),
+        );
         cuboid(pen, &back, picture, detail, ALL);
     }
 }
@@ -144,10 +228,25 @@ fn around(radius: f64, detail: f64) -> usize {
 
 fn hanging_lamp(pen: &mut Pen, place: &Frame, detail: f64) {
     pen.look(SHADE);
-    let shade = [(0.22, LAMP), (0.2, LAMP + 0.06), (0.12, LAMP + 0.17), (0.03, LAMP + 0.22)];
-    lathe(pen, place, &shade.map(DVec2::from), around(0.2, detail), detail);
+    let shade = [
+        (0.22, LAMP),
+        (0.2, LAMP + 0.06),
+        (0.12, LAMP + 0.17),
+        (0.03, LAMP + 0.22),
+    ];
+    lathe(
+        pen,
+        place,
+        &shade.map(DVec2::from),
+        around(0.2, detail),
+        detail,
+    );
     pen.look(IRON);
-    let cord = [DVec3::new(0.0, LAMP + 0.2, 0.0), DVec3::new(0.0, CEILING, 0.0)].map(|p| place.point(p));
+    let cord = [
+        DVec3::new(0.0, LAMP + 0.2, 0.0),
+        DVec3::new(0.0, CEILING, 0.0),
+    ]
+    .map(|p| place.point(p));
     rod(pen, (cord[0], cord[1]), 0.008, 4, cells(0.8, detail));
     pen.look(BULB);
     let center = place.point(DVec3::new(0.0, LAMP + 0.05, 0.0));
@@ -157,10 +256,26 @@ fn hanging_lamp(pen: &mut Pen, place: &Frame, detail: f64) {
 fn table(pen: &mut Pen, place: &Frame, detail: f64) {
     pen.look(TABLE);
     let profile = [
-        (0.22, 0.0), (0.21, 0.025), (0.05, 0.06), (0.035, 0.12), (0.045, 0.3), (0.03, 0.45), (0.04, 0.66), (0.1, 0.70),
-        (0.36, 0.705), (0.37, 0.72), (0.36, 0.735), (0.0, 0.736),
+        (0.22, 0.0),
+        (0.21, 0.025),
+        (0.05, 0.06),
+        (0.035, 0.12),
+        (0.045, 0.3),
+        (0.03, 0.45),
+        (0.04, 0.66),
+        (0.1, 0.70),
+        (0.36, 0.705),
+        (0.37, 0.72),
+        (0.36, 0.735),
+        (0.0, 0.736),
     ];
-    lathe(pen, place, &profile.map(DVec2::from), around(0.36, detail), detail);
+    lathe(
+        pen,
+        place,
+        &profile.map(DVec2::from),
+        around(0.36, detail),
+        detail,
+    );
     if detail < 0.6 {
         return;
     }
@@ -168,9 +283,28 @@ fn table(pen: &mut Pen, place: &Frame, detail: f64) {
     for (x, z) in [(0.14, 0.12), (-0.15, 0.05)] {
         let cup = place.moved(x, 0.737, z);
         let saucer = [(0.03, 0.0), (0.075, 0.012), (0.072, 0.016), (0.0, 0.006)];
-        lathe(pen, &cup, &saucer.map(DVec2::from), around(0.07, detail), detail);
-        let bowl = [(0.018, 0.006), (0.032, 0.02), (0.042, 0.065), (0.039, 0.065), (0.028, 0.022), (0.0, 0.014)];
-        lathe(pen, &cup, &bowl.map(DVec2::from), around(0.07, detail), detail);
+        lathe(
+            pen,
+            &cup,
+            &saucer.map(DVec2::from),
+            around(0.07, detail),
+            detail,
+        );
+        let bowl = [
+            (0.018, 0.006),
+            (0.032, 0.02),
+            (0.042, 0.065),
+            (0.039, 0.065),
+            (0.028, 0.022),
+            (0.0, 0.014),
+        ];
+        lathe(
+            pen,
+            &cup,
+            &bowl.map(DVec2::from),
+            around(0.07, detail),
+            detail,
+        );
     }
 }
 
@@ -184,7 +318,12 @@ fn chair(pen: &mut Pen, place: &Frame, detail: f64) {
     if detail < 0.25 {
         return;
     }
-    for (x, z, top) in [(-0.2, -0.2, 0.42), (0.165, -0.2, 0.42), (-0.2, 0.165, 0.88), (0.165, 0.165, 0.88)] {
+    for (x, z, top) in [
+        (-0.2, -0.2, 0.42),
+        (0.165, -0.2, 0.42),
+        (-0.2, 0.165, 0.88),
+        (0.165, 0.165, 0.88),
+    ] {
         slab(pen, (x, 0.0, z), (x + 0.035, top, z + 0.035));
     }
     slab(pen, (-0.2, 0.80, 0.17), (0.2, 0.88, 0.195));
@@ -211,7 +350,16 @@ fn bar(pen: &mut Pen, floor: &Frame, detail: f64) {
     for shelf in 0..3 {
         let y = 1.15 + 0.5 * f64::from(shelf);
         pen.look(TABLE);
-        cuboid(pen, floor, (DVec3::new(4.4, y - 0.04, BACK), DVec3::new(6.9, y, BACK + 0.28)), detail, ALL);
+        cuboid(
+            pen,
+            floor,
+            (
+                DVec3::new(4.4, y - 0.04, BACK),
+                DVec3::new(6.9, y, BACK + 0.28),
+            ),
+            detail,
+            ALL,
+        );
         for k in 0..18 {
             if detail < 0.4 {
                 break;
@@ -219,8 +367,21 @@ fn bar(pen: &mut Pen, floor: &Frame, detail: f64) {
             let place = floor.moved(4.5 + 0.135 * f64::from(k), y, BACK + 0.14);
             pen.look(BOTTLE + dice.below(3));
             let (r, h) = (dice.range(0.03, 0.045), dice.range(0.26, 0.36));
-            let bottle = [(0.0, 0.0), (r, 0.004), (r, h * 0.6), (0.012, h * 0.75), (0.012, h), (0.0, h)];
-            lathe(pen, &place, &bottle.map(DVec2::from), around(0.05, detail), detail);
+            let bottle = [
+                (0.0, 0.0),
+                (r, 0.004),
+                (r, h * 0.6),
+                (0.012, h * 0.75),
+                (0.012, h),
+                (0.0, h),
+            ];
+            lathe(
+                pen,
+                &place,
+                &bottle.map(DVec2::from),
+                around(0.05, detail),
+                detail,
+            );
         }
     }
 }

@@ -88,8 +88,17 @@ impl House {
         pen.look(self.wall);
         let from = if self.cafe { GROUND } else { 0.0 };
         let top = self.height();
-        let corners = (DVec3::new(0.0, from, -7.0), DVec3::new(self.width, top, -REVEAL));
-        cuboid(pen, &self.frame, corners, detail * 0.25, [true, true, self.cafe, true, true, true]);
+        let corners = (
+            DVec3::new(0.0, from, -7.0),
+            DVec3::new(self.width, top, -REVEAL),
+        );
+        cuboid(
+            pen,
+            &self.frame,
+            corners,
+            detail * 0.25,
+            [true, true, self.cafe, true, true, true],
+        );
         pen.look(ROOF);
         let (eaves, ridge) = (DVec2::new(0.42, top + 0.22), DVec2::new(-3.4, top + 2.9));
         let (across, rows) = (cells(self.width, detail), cells(4.6, detail * 0.6));
@@ -103,7 +112,11 @@ impl House {
         pen.look(self.wall);
         for x in [0.0, self.width] {
             let at = |p: DVec2| frame.point(DVec3::new(x, p.y, p.x));
-            let gable = [at(DVec2::new(0.0, top)), at(ridge), at(DVec2::new(-7.0, top))];
+            let gable = [
+                at(DVec2::new(0.0, top)),
+                at(ridge),
+                at(DVec2::new(-7.0, top)),
+            ];
             pen.triangle(1, |i, j| gable[i + 2 * j]);
         }
     }
@@ -114,11 +127,18 @@ impl House {
         let (x0, x1) = (wide * bay as f64, wide * (bay + 1) as f64);
         let (y0, y1) = match floor {
             0 => (0.0, GROUND),
-            _ => (GROUND + FLOOR * (floor - 1) as f64, GROUND + FLOOR * floor as f64),
+            _ => (
+                GROUND + FLOOR * (floor - 1) as f64,
+                GROUND + FLOOR * floor as f64,
+            ),
         };
         let middle = (x0 + x1) / 2.0;
         let door = floor == 0 && bay == self.bays / 2;
-        let (half, sill, top) = if door { (0.55, 0.0, 2.45) } else { (0.5, 0.82, 2.42) };
+        let (half, sill, top) = if door {
+            (0.55, 0.0, 2.45)
+        } else {
+            (0.5, 0.82, 2.42)
+        };
         let opening = Area::new(middle - half, y0 + sill, middle + half, y0 + top);
         self.wall_around(pen, Area::new(x0, y0, x1, y1), opening, detail);
         self.reveal(pen, opening, detail);
@@ -175,7 +195,10 @@ impl House {
             return;
         }
         let size = DVec2::new(wide / columns as f64, high / courses as f64);
-        let mut dice = Dice::of(self.seed, (area.x0 * 64.0) as u64 * 4096 + (area.y0 * 64.0) as u64);
+        let mut dice = Dice::of(
+            self.seed,
+            (area.x0 * 64.0) as u64 * 4096 + (area.y0 * 64.0) as u64,
+        );
         for course in 0..courses {
             for column in 0..columns {
                 pen.look(BRICK + dice.below(3));
@@ -194,7 +217,12 @@ impl House {
     pub(super) fn reveal(&self, pen: &mut Pen, hole: Area, detail: f64) {
         pen.look(TRIM);
         let at = |x: f64, y: f64, z: f64| self.frame.point(DVec3::new(x, y, z));
-        let corners = [(hole.x0, hole.y0), (hole.x1, hole.y0), (hole.x1, hole.y1), (hole.x0, hole.y1)];
+        let corners = [
+            (hole.x0, hole.y0),
+            (hole.x1, hole.y0),
+            (hole.x1, hole.y1),
+            (hole.x0, hole.y1),
+        ];
         for k in 0..4 {
             let ((ax, ay), (bx, by)) = (corners[k], corners[(k + 1) % 4]);
             let length = (bx - ax).abs() + (by - ay).abs();
@@ -219,14 +247,22 @@ impl House {
             pen.look(look);
             let x = hole.x0 + third * k as f64;
             let at = |x: f64, y: f64| frame.point(DVec3::new(x, y, back));
-            let corners = [at(x, hole.y0), at(x + third, hole.y0), at(x + third, hole.y1), at(x, hole.y1)];
+            let corners = [
+                at(x, hole.y0),
+                at(x + third, hole.y0),
+                at(x + third, hole.y1),
+                at(x, hole.y1),
+            ];
             pen.quad(corners, 1, 1);
         }
         if detail > 0.5 {
             self.sash(pen, hole, detail);
         }
         pen.look(TRIM);
-        let sill = (DVec3::new(hole.x0 - 0.1, hole.y0 - 0.07, -0.05), DVec3::new(hole.x1 + 0.1, hole.y0, 0.09));
+        let sill = (
+            DVec3::new(hole.x0 - 0.1, hole.y0 - 0.07, -0.05),
+            DVec3::new(hole.x1 + 0.1, hole.y0, 0.09),
+        );
         cuboid(pen, frame, sill, detail, ON_WALL);
         if detail > 0.8 {
             self.surround(pen, hole, detail);
@@ -261,16 +297,41 @@ impl House {
         pen.look(TRIM);
         let Area { x0, y0, x1, y1 } = hole;
         let slab = |pen: &mut Pen, x0: f64, y0: f64, x1: f64, y1: f64, front: f64| {
-            cuboid(pen, &self.frame, (DVec3::new(x0, y0, -0.01), DVec3::new(x1, y1, front)), detail, ON_WALL);
+            cuboid(
+                pen,
+                &self.frame,
+                (DVec3::new(x0, y0, -0.01), DVec3::new(x1, y1, front)),
+                detail,
+                ON_WALL,
+            );
         };
         slab(pen, x0 - 0.13, y0, x0, y1 + 0.13, 0.04);
         slab(pen, x1, y0, x1 + 0.13, y1 + 0.13, 0.04);
         slab(pen, x0, y1, x1, y1 + 0.13, 0.04);
         let middle = (x0 + x1) / 2.0;
-        slab(pen, middle - 0.08, y1 - 0.02, middle + 0.08, y1 + 0.2, 0.075);
-        let cap = [(0.04, 0.13), (0.06, 0.15), (0.11, 0.19), (0.12, 0.22), (0.0, 0.235)];
+        slab(
+            pen,
+            middle - 0.08,
+            y1 - 0.02,
+            middle + 0.08,
+            y1 + 0.2,
+            0.075,
+        );
+        let cap = [
+            (0.04, 0.13),
+            (0.06, 0.15),
+            (0.11, 0.19),
+            (0.12, 0.22),
+            (0.0, 0.235),
+        ];
         let place = self.frame.moved(0.0, y1, 0.0);
-        moulding(pen, &place, (x0 - 0.16, x1 + 0.16), &cap.map(DVec2::from), detail);
+        moulding(
+            pen,
+            &place,
+            (x0 - 0.16, x1 + 0.16),
+            &cap.map(DVec2::from),
+            detail,
+        );
     }
 
     /// Two open shutters with slats.
@@ -292,7 +353,12 @@ impl House {
                 slab(pen, (0.05, y), (wide - 0.05, y + 0.06), 0.06);
             }
             slab(pen, (0.05, 0.06), (wide - 0.05, high - 0.06), 0.025);
-            self.slats(pen, (x + 0.05, x + wide - 0.05), (hole.y0 + 0.06, hole.y0 + high - 0.06), detail);
+            self.slats(
+                pen,
+                (x + 0.05, x + wide - 0.05),
+                (hole.y0 + 0.06, hole.y0 + high - 0.06),
+                detail,
+            );
         }
     }
 
@@ -303,7 +369,12 @@ impl House {
         let count = ((y1 - y0) / 0.055) as usize;
         for k in 0..count {
             let y = y0 + 0.055 * k as f64;
-            let slat = [(0.055, y), (0.058, y + 0.006), (0.03, y + 0.05), (0.026, y + 0.046)];
+            let slat = [
+                (0.055, y),
+                (0.058, y + 0.006),
+                (0.03, y + 0.05),
+                (0.026, y + 0.046),
+            ];
             moulding(pen, &self.frame, (x0, x1), &slat.map(DVec2::from), detail);
         }
     }
@@ -312,14 +383,27 @@ impl House {
         pen.look(WOOD);
         let Area { x0, y0, x1, y1 } = hole;
         let slab = |pen: &mut Pen, x0: f64, y0: f64, x1: f64, y1: f64, front: f64| {
-            cuboid(pen, &self.frame, (DVec3::new(x0, y0, -0.2), DVec3::new(x1, y1, front)), detail, ON_WALL);
+            cuboid(
+                pen,
+                &self.frame,
+                (DVec3::new(x0, y0, -0.2), DVec3::new(x1, y1, front)),
+                detail,
+                ON_WALL,
+            );
         };
         slab(pen, x0, y0, x1, y1 - 0.4, -0.13);
         let middle = (x0 + x1) / 2.0;
         for (a, b) in [(x0 + 0.08, middle - 0.05), (middle + 0.05, x1 - 0.08)] {
             for (c, d) in [(0.15, 0.75), (0.87, 1.9)] {
                 slab(pen, a, y0 + c, b, y0 + d, -0.11);
-                slab(pen, a + 0.07, y0 + c + 0.07, b - 0.07, y0 + d - 0.07, -0.095);
+                slab(
+                    pen,
+                    a + 0.07,
+                    y0 + c + 0.07,
+                    b - 0.07,
+                    y0 + d - 0.07,
+                    -0.095,
+                );
             }
         }
         pen.look(LIT + 1);
@@ -328,7 +412,10 @@ impl House {
             self.surround(pen, Area::new(x0, y0, x1, y1), detail);
         }
         pen.look(TRIM);
-        let step = (DVec3::new(x0 - 0.2, 0.0, -0.1), DVec3::new(x1 + 0.2, 0.13, 0.4));
+        let step = (
+            DVec3::new(x0 - 0.2, 0.0, -0.1),
+            DVec3::new(x1 + 0.2, 0.13, 0.4),
+        );
         cuboid(pen, &self.frame, step, detail, STANDING);
     }
 
@@ -355,8 +442,18 @@ impl House {
         let baluster = |pen: &mut Pen, x: f64, z: f64| {
             let place = self.frame.moved(x, floor, z);
             let profile = [
-                (0.045, 0.0), (0.045, 0.06), (0.025, 0.09), (0.04, 0.18), (0.05, 0.27), (0.042, 0.36), (0.02, 0.5),
-                (0.022, 0.66), (0.035, 0.72), (0.025, 0.76), (0.045, 0.8), (0.045, 0.86),
+                (0.045, 0.0),
+                (0.045, 0.06),
+                (0.025, 0.09),
+                (0.04, 0.18),
+                (0.05, 0.27),
+                (0.042, 0.36),
+                (0.02, 0.5),
+                (0.022, 0.66),
+                (0.035, 0.72),
+                (0.025, 0.76),
+                (0.045, 0.8),
+                (0.045, 0.86),
             ];
             let around = cells(0.8, detail).clamp(6, 64);
             lathe(pen, &place, &profile.map(DVec2::from), around, detail);
@@ -379,10 +476,17 @@ impl House {
             return;
         }
         pen.look(IRON);
-        let corners = (DVec3::new(hole.x0, hole.y0, 0.0), DVec3::new(hole.x1, hole.y0 + 0.14, 0.17));
+        let corners = (
+            DVec3::new(hole.x0, hole.y0, 0.0),
+            DVec3::new(hole.x1, hole.y0 + 0.14, 0.17),
+        );
         cuboid(pen, &self.frame, corners, detail, ALL);
         for _ in 0..cells(40.0, detail) {
-            pen.look(if dice.below(7) == 0 { SHUTTER + 2 } else { LEAF + dice.below(2) });
+            pen.look(if dice.below(7) == 0 {
+                SHUTTER + 2
+            } else {
+                LEAF + dice.below(2)
+            });
             let place = DVec3::new(
                 dice.range(hole.x0, hole.x1),
                 hole.y0 + 0.12 + 0.2 * dice.unit() * dice.unit(),
@@ -398,8 +502,21 @@ impl House {
         let whole = (0.0, self.width);
         for floor in 0..self.floors - 1 {
             let y = GROUND + FLOOR * floor as f64;
-            let ledge = [(0.0, -0.11), (0.05, -0.09), (0.055, -0.03), (0.09, 0.0), (0.09, 0.05), (0.0, 0.07)];
-            moulding(pen, &self.frame.moved(0.0, y, 0.0), whole, &ledge.map(DVec2::from), detail);
+            let ledge = [
+                (0.0, -0.11),
+                (0.05, -0.09),
+                (0.055, -0.03),
+                (0.09, 0.0),
+                (0.09, 0.05),
+                (0.0, 0.07),
+            ];
+            moulding(
+                pen,
+                &self.frame.moved(0.0, y, 0.0),
+                whole,
+                &ledge.map(DVec2::from),
+                detail,
+            );
         }
         let top = self.frame.moved(0.0, self.height(), 0.0);
         let steps = 6;
@@ -409,7 +526,12 @@ impl House {
         });
         let ends = [(0.34, 0.24), (0.36, 0.26), (0.36, 0.3), (0.0, 0.32)];
         let start = [(0.0, -0.3), (0.06, -0.28), (0.06, -0.06), (0.1, -0.04)];
-        let profile: Vec<_> = start.map(DVec2::from).into_iter().chain(curve).chain(ends.map(DVec2::from)).collect();
+        let profile: Vec<_> = start
+            .map(DVec2::from)
+            .into_iter()
+            .chain(curve)
+            .chain(ends.map(DVec2::from))
+            .collect();
         moulding(pen, &top, whole, &profile, detail);
         if detail > 1.0 {
             for k in 0..(self.width / 0.2) as usize {
@@ -420,14 +542,29 @@ impl House {
         }
         pen.look(IRON);
         let gutter = self.frame.moved(0.06, 0.0, 0.07);
-        let ends = (gutter.point(DVec3::ZERO), gutter.point(DVec3::Y * self.height()));
-        rod(pen, ends, 0.045, cells(0.6, detail).clamp(5, 64), cells(self.height(), detail));
+        let ends = (
+            gutter.point(DVec3::ZERO),
+            gutter.point(DVec3::Y * self.height()),
+        );
+        rod(
+            pen,
+            ends,
+            0.045,
+            cells(0.6, detail).clamp(5, 64),
+            cells(self.height(), detail),
+        );
     }
 }
 
 /// A leaf: two triangles in a chance direction.
 pub(super) fn leaf(pen: &mut Pen, frame: &Frame, place: DVec3, dice: &mut Dice, size: f64) {
-    let mut side = || DVec3::new(dice.range(-1.0, 1.0), dice.range(-1.0, 1.0), dice.range(-1.0, 1.0)) * size;
+    let mut side = || {
+        DVec3::new(
+            dice.range(-1.0, 1.0),
+            dice.range(-1.0, 1.0),
+            dice.range(-1.0, 1.0),
+        ) * size
+    };
     let (a, b) = (side(), side());
     let at = |p: DVec3| frame.point(place + p);
     pen.quad([at(-a), at(b * 0.6), at(a), at(-b * 0.6)], 1, 1);

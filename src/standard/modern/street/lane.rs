@@ -38,16 +38,40 @@ impl Post {
         let around = cells(0.8, detail).clamp(6, 96);
         pen.look(IRON);
         let profile = [
-            (0.16, 0.0), (0.16, 0.1), (0.11, 0.16), (0.1, 0.5), (0.13, 0.54), (0.06, 0.62), (0.05, 1.4), (0.075, 1.44),
-            (0.045, 1.5), (0.035, 2.7), (0.06, 2.75), (0.03, 2.8), (0.03, 2.95), (0.11, 3.02),
+            (0.16, 0.0),
+            (0.16, 0.1),
+            (0.11, 0.16),
+            (0.1, 0.5),
+            (0.13, 0.54),
+            (0.06, 0.62),
+            (0.05, 1.4),
+            (0.075, 1.44),
+            (0.045, 1.5),
+            (0.035, 2.7),
+            (0.06, 2.75),
+            (0.03, 2.8),
+            (0.03, 2.95),
+            (0.11, 3.02),
         ];
         lathe(pen, &place, &profile.map(DVec2::from), around, detail);
-        let roof = [(0.24, 3.42), (0.18, 3.5), (0.06, 3.56), (0.03, 3.66), (0.0, 3.68)];
+        let roof = [
+            (0.24, 3.42),
+            (0.18, 3.5),
+            (0.06, 3.56),
+            (0.03, 3.66),
+            (0.0, 3.68),
+        ];
         lathe(pen, &place, &roof.map(DVec2::from), 6, detail);
         for k in 0..6 {
             let side = place.turned(60.0 * f64::from(k) + 30.0);
             let (foot, head) = (DVec3::new(0.11, 3.02, 0.0), DVec3::new(0.21, 3.42, 0.0));
-            rod(pen, (side.point(foot), side.point(head)), 0.011, 4, cells(0.4, detail));
+            rod(
+                pen,
+                (side.point(foot), side.point(head)),
+                0.011,
+                4,
+                cells(0.4, detail),
+            );
         }
         pen.look(BULB);
         let frequency = cells(0.15, detail).max(1);
@@ -67,7 +91,11 @@ pub(super) fn furnish(pen: &mut Pen, length: f64, detail: f64) {
     if length > 8.0 {
         garland(pen, -6.0, detail);
     }
-    bench(pen, &Frame::at(DVec3::new(3.1, STEP, -1.0)).turned(-90.0), detail);
+    bench(
+        pen,
+        &Frame::at(DVec3::new(3.1, STEP, -1.0)).turned(-90.0),
+        detail,
+    );
     for (x, z) in [(-3.05, 0.35), (-3.05, 6.6), (3.15, -3.2)] {
         if z > end {
             shrub(pen, DVec3::new(x, STEP, z), detail);
@@ -86,7 +114,10 @@ fn kerbs(pen: &mut Pen, end: f64, detail: f64) {
         let step = (near - end) / slabs as f64;
         for k in 0..slabs {
             let z = end + step * k as f64;
-            let corners = (DVec3::new(lo, -0.05, z + 0.006), DVec3::new(hi, STEP, z + step - 0.006));
+            let corners = (
+                DVec3::new(lo, -0.05, z + 0.006),
+                DVec3::new(hi, STEP, z + step - 0.006),
+            );
             cuboid(pen, &Frame::at(DVec3::ZERO), corners, detail, STANDING);
         }
     }
@@ -136,8 +167,22 @@ fn bench(pen: &mut Pen, place: &Frame, detail: f64) {
 fn shrub(pen: &mut Pen, foot: DVec3, detail: f64) {
     let place = Frame::at(foot);
     pen.look(TABLE);
-    let tub = [(0.17, 0.0), (0.23, 0.4), (0.25, 0.4), (0.25, 0.45), (0.21, 0.45), (0.21, 0.41), (0.0, 0.4)];
-    lathe(pen, &place, &tub.map(DVec2::from), cells(1.5, detail).clamp(8, 96), detail);
+    let tub = [
+        (0.17, 0.0),
+        (0.23, 0.4),
+        (0.25, 0.4),
+        (0.25, 0.45),
+        (0.21, 0.45),
+        (0.21, 0.41),
+        (0.0, 0.4),
+    ];
+    lathe(
+        pen,
+        &place,
+        &tub.map(DVec2::from),
+        cells(1.5, detail).clamp(8, 96),
+        detail,
+    );
     let mut dice = Dice::of(SEED + 5, (foot.z * 16.0) as i64 as u64);
     for _ in 0..cells(260.0, detail) {
         let mut side = || dice.range(-1.0, 1.0);
@@ -179,7 +224,14 @@ pub(super) fn pave(pen: &mut Pen, length: f64, triangles: u64) {
             pen.look(COBBLE + dice.below(3));
             let sunk = 0.012 * fractal2(SEED + 4, DVec2::new(x, y) * 0.9, 2) - 0.006 * dice.unit();
             let depth = 0.22 * size.x.min(0.12);
-            stone(pen, &road, DVec3::new(x, y, sunk - depth), size, (0.16, depth), inner);
+            stone(
+                pen,
+                &road,
+                DVec3::new(x, y, sunk - depth),
+                size,
+                (0.16, depth),
+                inner,
+            );
         }
     }
 }

@@ -86,7 +86,11 @@ fn palette() -> Vec<DocumentLook> {
         dull(0.30, 0.12, 0.07),
         dull(0.025, 0.027, 0.03),
     ];
-    looks.extend([wet(dull(0.20, 0.19, 0.185)), wet(dull(0.155, 0.15, 0.15)), wet(dull(0.25, 0.235, 0.22))]);
+    looks.extend([
+        wet(dull(0.20, 0.19, 0.185)),
+        wet(dull(0.155, 0.15, 0.15)),
+        wet(dull(0.25, 0.235, 0.22)),
+    ]);
     looks.extend([
         wet(dull(0.30, 0.29, 0.27)),
         inside(0.70, 0.46, 0.22),
@@ -114,7 +118,11 @@ const HALF: f64 = 3.6;
 const START: f64 = 7.0;
 
 fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(DVec3::new(1.75, 1.72, 10.1), DVec3::new(-1.25, 2.15, 0.0), 52.0));
+    sink.view(&hd(
+        DVec3::new(1.75, 1.72, 10.1),
+        DVec3::new(-1.25, 2.15, 0.0),
+        52.0,
+    ));
     sink.background(SKY);
     let town = Town::of(params.size);
     sink.light(&sun(DVec3::new(0.35, 0.85, 0.55), rgb(0.13, 0.17, 0.29)));
@@ -126,7 +134,9 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
     let palette = palette();
     let mut pen = Pen::new(sink, &palette);
     let budget = u64::from(params.size);
-    let detail = fit(budget * 7 / 10, (0.01, 400.0), |pen, detail| town.build(pen, detail));
+    let detail = fit(budget * 7 / 10, (0.01, 400.0), |pen, detail| {
+        town.build(pen, detail)
+    });
     town.build(&mut pen, detail);
     let left = budget.saturating_sub(pen.triangles());
     lane::pave(&mut pen, town.length, left);

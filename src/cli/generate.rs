@@ -1,0 +1,162 @@
+//! `phalanx generate`: a standard scene to a file, whole or not at all.
+
+use super::args::GenerateArgs;
+use super::failure::Failure;
+use super::output::{self, bytes, grouped};
+use super::report::{SCHEMA_VERSION, lines};
+use super::{interrupt, progress};
+use phalanx::frame::Control;
+use phalanx::image::replace_file;
+use phalanx::standard::{self, FileFormat, Losses, PREFIX, Spec, WriteError};
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+#[derive(Debug, Serialize)]
+struct Document {
+    schema_version: u32,
+    scene: &'static str,
+    size: u32,
+    file: String,
+    bytes: u64,
+    /// What the format could not hold beside the shapes.
+    losses: Losses,
+}
+
+/// Writes a standard scene to a file.
+pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
+    let spec = spec_of(args)?;
+    let format = FileFormat::of(&args.output).ok_or_else(|| {
+        Failure::Usage(format!(
+            "--output {}: standard scenes are written as NFF, PLY or the course's format, so the name must end in .nff, \
+             .ply or .test",
+            args.output.display()
+        ))
+    })?;
+    output::check_place(&args.output)?;
+    interrupt::listen()?;
+    let (losses, written) = interrupt::stoppable(|control| write(args, spec, format, control))?;
+    for loss in &losses {
+        output::note(&format!("note: {}: {loss}", args.output.display()));
+    }
+    let document = Document {
+        schema_version: SCHEMA_VERSION,
+        scene: spec.entry.name,
+        size: spec.size,
+        file: args.output.to_string_lossy().into_owned(),
+        bytes: written,
+        losses,
+    };
+    if args.json {
+        return output::print_json(&document);
+    }
+    output::print(&lines(&[
+        (
+            "scene",
+            format!("{}, size {}", spec.entry.name, grouped(spec.size.into())),
+        ),
+        (
+            "file",
+            format!("{}, {}", args.output.display(), bytes(written)),
+        ),
+    ]))
+}
+
+/// The scene asked for; its name may be given as other commands take it.
+fn spec_of(args: &GenerateArgs) -> Result<Spec, Failure> {
+    let plain = args.name.strip_prefix(PREFIX).unwrap_or(&args.name);
+    let name = match (&args.size, plain.contains(':')) {
+        (Some(_), true) => {
+            return Err(Failure::Usage(format!(
+                "{} has a size already: leave --size away",
+                args.name
+            )));
+        }
+        (Some(size), false) => format!("{PREFIX}{plain}:{size}"),
+        (None, _) => format!("{PREFIX}{plain}"),
+    };
+    Ok(standard::parse_spec(&name)?)
+}
+
+fn write(
+    args: &GenerateArgs,
+    spec: Spec,
+    format: FileFormat,
+    control: &Control,
+) -> Result<(Losses, u64), Failure> {
+    let path = &args.output;
+    let mut losses = Losses::new();
+    let mut refused = None;
+    let mut written = 0;
+    let bar = progress::bytes();
+    let done = replace_file(path, |out| {
+        let mut meter = Meter {
+            out,
+            control,
+            written: 0,
+            seen: |written| bar.set_position(written),
+        };
+        let result = standard::write(spec, format, args.tessellate, &mut meter);
+        written = meter.written;
+        match result {
+            Ok(what) => losses = what,
+            Err(WriteError::Io(error)) => return Err(error),
+            Err(other) => {
+                refused = Some(other);
+                return Err(io::Error::other("refused"));
+            }
+        }
+        meter.check()
+    });
+    bar.finish_and_clear();
+    match done {
+        Ok(()) => Ok((losses, written)),
+        Err(_) if control.stop.load(Ordering::SeqCst) => Err(Failure::Interrupted),
+        Err(error) => Err(match refused {
+            Some(refused) => refusal(path, &refused),
+            None => Failure::Runtime(format!("cannot write {}: {error}", path.display())),
+        }),
+    }
+}
+
+/// Why the format cannot hold the scene, and what would help.
+fn refusal(path: &Path, error: &WriteError) -> Failure {
+    let failure = Failure::Usage(format!("{}: {error}", path.display()));
+    match error {
+        WriteError::CannotHold { .. } => failure.and("with --tessellate 8, for example"),
+        _ => failure,
+    }
+}
+
+/// Counts the bytes that pass, and stops when a signal came.
+struct Meter<'a, F: Fn(u64)> {
+    out: &'a mut dyn Write,
+    control: &'a Control,
+    written: u64,
+    seen: F,
+}
+
+impl<F: Fn(u64)> Meter<'_, F> {
+    fn check(&self) -> io::Result<()> {
+        // Not of the kind `Interrupted`, which means "try again".
+        match self.control.stop.load(Ordering::SeqCst) {
+            true => Err(io::Error::other("interrupted")),
+            false => Ok(()),
+        }
+    }
+}
+
+impl<F: Fn(u64)> Write for Meter<'_, F> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.check()?;
+        let count = self.out.write(bytes)?;
+        self.written += count as u64;
+        (self.seen)(self.written);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
