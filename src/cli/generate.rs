@@ -124,7 +124,7 @@ fn write(
 fn refusal(path: &Path, error: &WriteError) -> Failure {
     let failure = Failure::Usage(format!("{}: {error}", path.display()));
     match error {
-        WriteError::CannotHold { .. } => failure.and("with --tessellate 8, for example"),
+        WriteError::CannotHold { .. } => failure.and("give --tessellate 8, for example"),
         _ => failure,
     }
 }

@@ -4,6 +4,7 @@
 mod pictures;
 mod refusals;
 mod signals;
+mod standard;
 
 use serde_json::Value;
 use std::fs;

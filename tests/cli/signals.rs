@@ -39,7 +39,7 @@ fn a_reader_that_has_gone_away_is_no_error() {
 }
 
 /// Sends a signal with the system's `kill`, which needs no unsafe code here.
-fn signal(child: &std::process::Child, name: &str) {
+pub fn signal(child: &std::process::Child, name: &str) {
     let id = child.id().to_string();
     let sent = Command::new("kill")
         .args([OsStr::new("-s"), name.as_ref(), id.as_ref()])

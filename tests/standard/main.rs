@@ -5,6 +5,7 @@ mod bits;
 mod counts;
 mod files;
 mod meshes;
+mod modern;
 mod spec;
 mod sphere;
 

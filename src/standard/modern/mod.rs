@@ -7,6 +7,7 @@
 pub(super) mod cornell;
 mod geodesic;
 pub(super) mod hair;
+mod knot;
 mod looks;
 pub(super) mod menger;
 mod noise;

@@ -4,10 +4,10 @@
 //! does badly here, and no ray ever leaves.
 
 use super::geodesic;
+use super::knot::knot;
 use super::looks::{glass, glow, matte, polished, rgb};
-use super::noise::fractal3;
 use super::parts::{ALL, Frame, STANDING, cells, cuboid, lathe, moulding};
-use super::pen::{Net, Pen, fit};
+use super::pen::{Pen, fit};
 use super::{SIZES, hd, lamp};
 use crate::standard::catalogue::{Entry, Family, Params};
 use crate::standard::sink::{DocumentLook, Sink};
@@ -26,11 +26,12 @@ pub(in crate::standard) const ENTRY: Entry = Entry {
     generate,
 };
 
-const SEED: u64 = 0x6010_5a7e;
 const AMBIENT: DVec3 = DVec3::new(0.15, 0.125, 0.105);
 /// Half the width and depth of the room, and its height.
 const HALF: f64 = 3.0;
 const HEIGHT: f64 = 3.3;
+/// Middle of the statue.
+const STATUE: DVec3 = DVec3::new(-0.1, 1.36, -0.2);
 
 const PLASTER: usize = 0;
 const WOOD: usize = 1;
@@ -108,7 +109,7 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
     furnish(&mut pen, detail);
     let left = budget.saturating_sub(pen.triangles());
     pen.look(GOLD);
-    knot(&mut pen, left as f64);
+    knot(&mut pen, left as f64, STATUE);
     pen.finish();
 }
 
@@ -421,84 +422,4 @@ fn table(pen: &mut Pen, place: &Frame, detail: f64) {
     geodesic::sphere(pen, frequency, |p| {
         place.point(DVec3::new(0.0, 0.875, 0.0) + p * 0.17)
     });
-}
-
-/// Middle of the statue.
-const STATUE: DVec3 = DVec3::new(-0.1, 1.36, -0.2);
-/// Radii of the torus on which the knot winds: from the middle to the tube, and of the tube.
-const WINDING: (f64, f64) = (0.31, 0.145);
-/// Turns about the torus' axis and about its tube.
-const TURNS: (f64, f64) = (2.0, 3.0);
-/// Radius of the rope.
-const ROPE: f64 = 0.098;
-
-/// The trefoil: a rope of four strands along a torus knot, hammered a little.
-fn knot(pen: &mut Pen, triangles: f64) {
-    // Seven times as long as it is around.
-    let around = (triangles / 14.0).max(9.0).sqrt().round() as usize;
-    let along = (triangles / 2.0 / around as f64).round().max(8.0) as usize;
-    let circle: Vec<(f64, f64, f64)> = (0..around)
-        .map(|i| {
-            let turn = TAU * i as f64 / around as f64;
-            (turn, cos(turn), sin(turn))
-        })
-        .collect();
-    let mut row = usize::MAX;
-    let mut rope = Rope::at(0.0);
-    pen.net(Net::torus(around, along), |i, j| {
-        if row != j {
-            (row, rope) = (j, Rope::at(TAU * j as f64 / along as f64));
-        }
-        rope.surface(circle[i])
-    });
-}
-
-/// A cross-section of the rope.
-struct Rope {
-    center: DVec3,
-    /// Away from the torus, and across that and the rope.
-    out: DVec3,
-    across: DVec3,
-    /// How far the strands are turned.
-    twist: f64,
-}
-
-impl Rope {
-    fn at(turn: f64) -> Rope {
-        let (large, small) = WINDING;
-        let (p, q) = TURNS;
-        let (sp, cp) = (sin(p * turn), cos(p * turn));
-        let (sq, cq) = (sin(q * turn), cos(q * turn));
-        let radius = large + small * cq;
-        // The torus stands upright, its axis toward the eye.
-        let center = DVec3::new(radius * sp, radius * cp, small * sq);
-        let out = DVec3::new(cq * sp, cq * cp, sq);
-        let around = DVec3::new(cp, -sp, 0.0) * (p * radius);
-        let over = DVec3::new(-sq * sp, -sq * cp, cq) * (q * small);
-        let along = around + over;
-        Rope {
-            center,
-            out,
-            across: along.cross(out) / along.length(),
-            twist: turn * 24.0,
-        }
-    }
-
-    fn surface(&self, (turn, c, s): (f64, f64, f64)) -> DVec3 {
-        let outward = self.out * c + self.across * s;
-        // |cos| has its edges in the valleys between the strands.
-        let strand = cos(2.0 * turn + self.twist * 0.5).abs();
-        let round = self.center + outward * ROPE;
-        let hammered = fractal3(SEED, round * 24.0, 3);
-        let radius = ROPE * (0.78 + 0.27 * strand.sqrt() + 0.022 * hammered);
-        let local = self.center + outward * radius;
-        // Turned a quarter toward the eye.
-        let (sin, cos) = (0.5, 0.866_025_403_784_438_6);
-        STATUE
-            + DVec3::new(
-                local.x * cos + local.z * sin,
-                local.y,
-                local.z * cos - local.x * sin,
-            )
-    }
 }

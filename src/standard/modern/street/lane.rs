@@ -1,6 +1,6 @@
 //! What stands in the lane, and what it is paved with.
 
-use super::house::{stone, stone_triangles};
+use super::stone::{leaf, stone, stone_triangles};
 use super::{BULB, COBBLE, HALF, IRON, KERB, LEAF, SEED, START, TABLE, WOOD};
 use crate::standard::modern::geodesic;
 use crate::standard::modern::noise::{Dice, fractal2};
@@ -191,7 +191,7 @@ fn shrub(pen: &mut Pen, foot: DVec3, detail: f64) {
         let reach = 0.33 * (1.0 + 0.35 * fractal2(SEED, DVec2::new(p.x + p.z, p.y) * 2.0, 2));
         pen.look(LEAF + dice.below(2));
         let center = DVec3::new(0.0, 0.78, 0.0) + outward * (reach * dice.range(0.75, 1.0));
-        super::house::leaf(pen, &place, center, &mut dice, 0.05);
+        leaf(pen, &place, center, &mut dice, 0.05);
     }
 }
 

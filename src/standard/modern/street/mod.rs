@@ -6,6 +6,8 @@
 mod cafe;
 mod house;
 mod lane;
+mod opening;
+mod stone;
 
 use super::looks::{glass, glow, matte, polished, rgb};
 use super::parts::Frame;
