@@ -142,7 +142,7 @@ fn depth(j: usize, rows: usize) -> f64 {
 const BLOCK: usize = 64;
 
 fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(EYE, DVec3::new(-0.75, 1.32, 0.0), 40.0));
+    sink.view(&hd(EYE, DVec3::new(-0.75, 1.5, 0.0), 40.0));
     sink.background(SKY);
     sink.light(&sun(DVec3::new(-0.80, 0.42, 0.06), rgb(1.9, 1.55, 1.12)));
     // The sky's light from the other side, weak and blue.

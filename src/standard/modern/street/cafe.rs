@@ -69,7 +69,7 @@ pub(super) fn front(pen: &mut Pen, house: &House, detail: f64) {
     slab(
         pen,
         (WINDOW.x0 - 0.2, WINDOW.y0 - 0.08, -0.1),
-        (WINDOW.x1 + 0.2, WINDOW.y0, 0.16),
+        (WINDOW.x1 + 0.2, WINDOW.y0 + 0.012, 0.16),
     );
     // The sign board over both, and its letters' glow.
     slab(pen, (0.35, 2.8, 0.0), (5.9, 3.24, 0.1));

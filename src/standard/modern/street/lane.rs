@@ -103,6 +103,23 @@ pub(super) fn furnish(pen: &mut Pen, length: f64, detail: f64) {
     }
 }
 
+/// The earth under everything, to be seen between the stones.
+fn bed(pen: &mut Pen, end: f64) {
+    pen.look(IRON);
+    let at = |x: f64, z: f64| DVec3::new(x, -0.04, z);
+    let (wide, near) = (HALF + 0.3, START + 4.2);
+    pen.quad(
+        [
+            at(-wide, near),
+            at(wide, near),
+            at(wide, end),
+            at(-wide, end),
+        ],
+        1,
+        1,
+    );
+}
+
 /// Kerbs and footways.
 fn kerbs(pen: &mut Pen, end: f64, detail: f64) {
     pen.look(KERB);

@@ -122,7 +122,7 @@ const START: f64 = 7.0;
 fn generate(params: &Params, sink: &mut dyn Sink) {
     sink.view(&hd(
         DVec3::new(1.75, 1.72, 10.1),
-        DVec3::new(-1.25, 2.15, 0.0),
+        DVec3::new(-1.6, 2.15, 0.0),
         52.0,
     ));
     sink.background(SKY);
