@@ -91,6 +91,7 @@ pub(super) fn furnish(pen: &mut Pen, length: f64, detail: f64) {
     if length > 8.0 {
         garland(pen, -6.0, detail);
     }
+    bed(pen, end);
     bench(
         pen,
         &Frame::at(DVec3::new(3.1, STEP, -1.0)).turned(-90.0),
