@@ -81,12 +81,12 @@ impl Cut {
     /// Triangles of the whole sponge.
     fn triangles(self) -> u64 {
         let cells = quads(self.level) * (self.cells * self.cells) as u64;
-        2 * (cells + (cells * self.extra >> 16))
+        2 * (cells + ((cells * self.extra) >> 16))
     }
 
     /// Points on the diagonal of the `number`-th cell.
     fn points(self, number: u64) -> u64 {
-        ((number + 1) * self.extra >> 16) - (number * self.extra >> 16)
+        (((number + 1) * self.extra) >> 16) - ((number * self.extra) >> 16)
     }
 }
 

@@ -13,6 +13,7 @@ use crate::standard::modern::parts::{ALL, Frame, STANDING, cells, cuboid, lathe,
 use crate::standard::modern::pen::Pen;
 use crate::standard::sink::StandardLight;
 use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
 
 /// The open window and the open door.
 const WINDOW: Area = Area::new(0.55, 0.62, 3.75, 2.62);
@@ -223,7 +224,7 @@ fn room(pen: &mut Pen, house: &Frame, detail: f64) {
 
 /// Sides of turned work of this radius.
 fn around(radius: f64, detail: f64) -> usize {
-    cells(6.283 * radius, detail * 1.5).clamp(8, 400)
+    cells(TAU * radius, detail * 1.5).clamp(8, 400)
 }
 
 fn hanging_lamp(pen: &mut Pen, place: &Frame, detail: f64) {
