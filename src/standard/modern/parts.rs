@@ -99,7 +99,7 @@ pub(super) fn lathe(pen: &mut Pen, frame: &Frame, profile: &[DVec2], around: usi
         let (a, b) = (pair[0], pair[1]);
         let hub = |height: f64| frame.point(DVec3::new(0.0, height, 0.0));
         match (closed(&a), closed(&b)) {
-            (true, _) => pen.fan(hub(a.y), around, |i| ring(b.x, b.y, around - i)),
+            (true, _) => pen.fan(hub(a.y), around, |i| ring(b.x, b.y, (around - i) % around)),
             (_, true) => pen.fan(hub(b.y), around, |i| ring(a.x, a.y, i)),
             _ => {
                 let rows = cells((b - a).length(), density);
@@ -154,4 +154,50 @@ pub(super) fn moulding(
         let x = from + (to - from) * (i as f64 / columns as f64);
         frame.point(DVec3::new(x, profile[j].y, profile[j].x))
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::sink::DocumentLook;
+    use super::super::super::{SceneSink, Sink};
+    use super::super::geodesic;
+    use super::*;
+
+    /// Volume inside closed surfaces that face outward, by the divergence theorem.
+    fn volume(draw: impl Fn(&mut Pen)) -> f64 {
+        let mut sink = SceneSink::default();
+        let palette = [DocumentLook::default()];
+        let mut pen = Pen::new(&mut sink as &mut dyn Sink, &palette);
+        draw(&mut pen);
+        pen.finish();
+        let triangles = sink.finish().triangles;
+        let parts = (0..triangles.len()).map(|i| {
+            let [a, b, c] = triangles.corners(i).map(|p| p.as_dvec3());
+            a.dot(b.cross(c)) / 6.0
+        });
+        parts.sum()
+    }
+
+    #[test]
+    fn solids_face_outward_and_are_closed() {
+        let frame = Frame::at(DVec3::new(3.0, -2.0, 5.0)).turned(33.0);
+        let brick = volume(|pen| {
+            let corners = (DVec3::new(-1.0, 0.0, 0.5), DVec3::new(1.0, 3.0, 1.0));
+            cuboid(pen, &frame, corners, 2.3, ALL);
+        });
+        assert!((brick - 3.0).abs() < 1e-5, "{brick}");
+        // A double cone of a square, which is what a lathe of four sides makes.
+        let top = volume(|pen| {
+            let profile = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0)].map(DVec2::from);
+            lathe(pen, &frame, &profile, 4, 1.0);
+        });
+        assert!((top - 4.0 / 3.0).abs() < 1e-5, "{top}");
+        let drum = volume(|pen| {
+            let profile = [(0.0, 0.0), (1.0, 0.0), (1.0, 2.0), (0.0, 2.0)].map(DVec2::from);
+            lathe(pen, &frame, &profile, 4, 3.0);
+        });
+        assert!((drum - 4.0).abs() < 1e-5, "{drum}");
+        let ball = volume(|pen| geodesic::sphere(pen, 30, |p| frame.point(p * 2.0)));
+        assert!((ball - TAU * 16.0 / 3.0).abs() < 0.1, "{ball}");
+    }
 }
