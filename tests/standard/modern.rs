@@ -14,7 +14,7 @@ const HASHES: [(&str, u64); 6] = [
     ("menger", 0x924f4d25cd0d4414),
     ("street", 0xebbc24de0a174e4f),
     ("hair", 0xb7193c8c73d1b75f),
-    ("room", 0x8ba27b254b86ab5e),
+    ("room", 0xcb8e450ca8673307),
 ];
 
 fn modern() -> impl Iterator<Item = &'static Entry> {
