@@ -380,9 +380,14 @@ impl<L: Lanes> Goal<L> for AnyHit<L> {
                     sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax)
                 })
             }
-            LeafKind::Cone => any_of(L::Mask::none(), slots_of(bvh.cones(), slots), |slot| {
-                cone::occluded(org, dir, slabs, slot, tmax)
-            }),
+            LeafKind::Cone => {
+                // A loop for the same reason as the triangles'.
+                let mut hits = L::Mask::none();
+                for slot in slots_of(bvh.cones(), slots) {
+                    hits = hits | cone::occluded(org, dir, slabs, slot, tmax);
+                }
+                hits
+            }
             LeafKind::Instance => L::Mask::none(),
         };
         self.block(hits)
