@@ -319,7 +319,7 @@ fn every_cut_and_size() {
 /// The recipes hold what they are meant to hold: if none bounced or cast shadows, equal pictures would say little.
 #[test]
 fn the_recipes_have_everything_in_them() {
-    let (rays, kinds) = (Cell::new(RayCounts::default()), Cell::new([0; 3]));
+    let (rays, kinds) = (Cell::new(RayCounts::default()), Cell::new([0; 4]));
     let outcome = runner(60, 1).run(&recipes(), |recipe| {
         let scene = cook(&recipe);
         let prepared = Prepared::build(&scene, Engine::Simd);
@@ -327,17 +327,18 @@ fn the_recipes_have_everything_in_them() {
         let mut sum = rays.get();
         sum.add(&frame.stats.rays);
         rays.set(sum);
-        let [spheres, ellipsoids, normals] = kinds.get();
+        let [spheres, ellipsoids, cones, normals] = kinds.get();
         kinds.set([
             spheres + scene.spheres.len(),
             ellipsoids + scene.ellipsoids.len(),
+            cones + scene.cones.len(),
             normals + scene.triangles.vertex_normals.len(),
         ]);
         Ok(())
     });
     assert!(outcome.is_ok(), "{outcome:?}");
     let (sum, kinds) = (rays.get(), kinds.get());
-    println!("{sum:?}, spheres, ellipsoids and vertex normals {kinds:?}");
+    println!("{sum:?}, spheres, ellipsoids, cones and vertex normals {kinds:?}");
     let least = [sum.shadow, sum.reflection, sum.refraction]
         .into_iter()
         .min();

@@ -10,7 +10,7 @@ use common::tolerances::PLACE;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::oracle::{Forest, Ray};
-use phalanx::scene::Scene;
+use phalanx::scene::{Cone, Scene};
 
 fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
     scene.validate().expect("a valid scene");
@@ -262,7 +262,7 @@ fn many_identical_primitives() {
     }
 }
 
-/// All three kinds in the same place, so that a builder puts them into one leaf.
+/// All four kinds in the same place, so that a builder puts them into one leaf.
 #[test]
 fn mixed_kinds_in_one_leaf() {
     let mut rng = Rng::new(28);
@@ -274,9 +274,20 @@ fn mixed_kinds_in_one_leaf() {
             scenes::add_ellipsoid(&mut scene, rng.point(0.01), axes, Vec3::X, 0);
             let corners = [0; 3].map(|_| rng.direction());
             scene.add_triangle(corners, None, 0);
+            // As large as the others, so that their boxes are alike.
+            scene.add_cone(
+                Cone {
+                    base: rng.point(0.01) - Vec3::X,
+                    base_radius: 1.0,
+                    apex: rng.point(0.01) + Vec3::X,
+                    apex_radius: 0.9,
+                    inside: false,
+                },
+                0,
+            );
         }
         with_engines(&scene, |engines| {
-            let mut kinds = [0u32; 3];
+            let mut kinds = [0u32; 4];
             for _ in 0..500 {
                 let rays = [0; 8].map(|_| toward(rng.point(3.0), rng.point(1.0)));
                 for hit in engines.closest_of(&rays).into_iter().flatten() {

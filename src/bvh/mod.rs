@@ -25,5 +25,5 @@ mod tree;
 
 pub use build::{BuildSettings, Quality};
 pub use node::{Child, LeafKind, Node};
-pub use slots::{EllipsoidSlot, InstanceSlot, Slots, SphereSlot, TriangleSlot};
+pub use slots::{ConeSlot, EllipsoidSlot, InstanceSlot, Slots, SphereSlot, TriangleSlot};
 pub use tree::Bvh;

@@ -1,7 +1,7 @@
 //! What a tree is built over: primitives, and in the world's tree instances beside them.
 
 use super::chunks::Boxed;
-use super::{EllipsoidSlot, InstanceSlot, LeafKind, Slots, SphereSlot, TriangleSlot};
+use super::{ConeSlot, EllipsoidSlot, InstanceSlot, LeafKind, Slots, SphereSlot, TriangleSlot};
 use crate::scene::{Bounds, PrimKind, Scene};
 use rayon::prelude::*;
 
@@ -82,7 +82,23 @@ impl<'a> Objects<'a> {
                 own_box,
                 prim_id: object,
             }),
-            PrimKind::Cone => todo!("cones are on their way"),
+            PrimKind::Cone => slots.cones.push(self.cone(i, own_box, object)),
+        }
+    }
+
+    fn cone(&self, i: usize, own_box: [[f32; 3]; 2], prim_id: u32) -> ConeSlot {
+        let cones = &self.scene.cones;
+        let frame = cones.frame(i);
+        ConeSlot {
+            base: frame.base.to_array(),
+            axes: frame.axes.map(|axis| axis.to_array()),
+            length: frame.length,
+            radius: frame.radius,
+            sin: frame.sin,
+            cos_squared: frame.cos_squared,
+            own_box,
+            inside: u32::from(cones.inside[i]),
+            prim_id,
         }
     }
 

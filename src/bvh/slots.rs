@@ -40,6 +40,30 @@ pub struct EllipsoidSlot {
     pub prim_id: u32,
 }
 
+/// A truncated cone in leaf order: see [`ConeFrame`](crate::scene::ConeFrame).
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct ConeSlot {
+    /// Centre of the first end.
+    pub base: [f32; 3],
+    /// The cone's own unit axes; the last is its axis.
+    pub axes: [[f32; 3]; 3],
+    /// Distance of the two ends.
+    pub length: f32,
+    /// The first end's radius times the slope's cosine.
+    pub radius: f32,
+    /// The slope's sine.
+    pub sin: f32,
+    /// The slope's cosine, squared.
+    pub cos_squared: f32,
+    /// The cone's own padded box.
+    pub own_box: [[f32; 3]; 2],
+    /// 1 where only its inside can be seen, else 0.
+    pub inside: u32,
+    /// Its number in the file.
+    pub prim_id: u32,
+}
+
 /// An instance in leaf order.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
@@ -63,6 +87,8 @@ pub struct Slots {
     pub spheres: Column<SphereSlot>,
     /// Ellipsoids.
     pub ellipsoids: Column<EllipsoidSlot>,
+    /// Cones.
+    pub cones: Column<ConeSlot>,
     /// Instances.
     pub instances: Column<InstanceSlot>,
 }
@@ -74,7 +100,7 @@ impl Slots {
             LeafKind::Triangle => self.triangles.len(),
             LeafKind::Sphere => self.spheres.len(),
             LeafKind::Ellipsoid => self.ellipsoids.len(),
-            LeafKind::Cone => 0,
+            LeafKind::Cone => self.cones.len(),
             LeafKind::Instance => self.instances.len(),
         }
     }
@@ -84,6 +110,7 @@ impl Slots {
         self.triangles.row_bytes()
             + self.spheres.row_bytes()
             + self.ellipsoids.row_bytes()
+            + self.cones.row_bytes()
             + self.instances.row_bytes()
     }
 
@@ -93,6 +120,7 @@ impl Slots {
         self.triangles.reserve(room(LeafKind::Triangle));
         self.spheres.reserve(room(LeafKind::Sphere));
         self.ellipsoids.reserve(room(LeafKind::Ellipsoid));
+        self.cones.reserve(room(LeafKind::Cone));
         self.instances.reserve(room(LeafKind::Instance));
     }
 
@@ -101,6 +129,7 @@ impl Slots {
         self.triangles.extend_from(&other.triangles);
         self.spheres.extend_from(&other.spheres);
         self.ellipsoids.extend_from(&other.ellipsoids);
+        self.cones.extend_from(&other.cones);
         self.instances.extend_from(&other.instances);
     }
 }

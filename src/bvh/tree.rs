@@ -1,6 +1,6 @@
 //! The tree of a scene: nodes and primitives in leaf order, the world's and those of every mesh.
 
-use super::{Child, EllipsoidSlot, InstanceSlot, Node, Slots, SphereSlot, TriangleSlot};
+use super::{Child, ConeSlot, EllipsoidSlot, InstanceSlot, Node, Slots, SphereSlot, TriangleSlot};
 use crate::scene::{Bounds, Column};
 
 /// The trees of a scene: the world's, whose root is node 0 and always exists, and one for every mesh, at whose root the
@@ -42,6 +42,11 @@ impl Bvh {
     /// Ellipsoids in leaf order.
     pub fn ellipsoids(&self) -> &[EllipsoidSlot] {
         &self.slots.ellipsoids
+    }
+
+    /// Cones in leaf order.
+    pub fn cones(&self) -> &[ConeSlot] {
+        &self.slots.cones
     }
 
     /// Instances in leaf order.

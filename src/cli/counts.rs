@@ -13,7 +13,7 @@ pub struct Primitives {
     pub spheres: usize,
     /// Triangles.
     pub triangles: usize,
-    /// Cones: no format read here has any yet.
+    /// Truncated cones and cylinders.
     pub cones: usize,
 }
 
@@ -23,7 +23,7 @@ impl Primitives {
         Primitives {
             spheres: scene.spheres.len() + scene.ellipsoids.len(),
             triangles: scene.triangles.len(),
-            cones: 0,
+            cones: scene.cones.len(),
         }
     }
 

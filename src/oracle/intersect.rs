@@ -77,6 +77,13 @@ impl Stay {
     pub(super) fn within(self, best: f32) -> bool {
         self.enter <= min(self.leave, best)
     }
+
+    /// A distance, clamped to this stay in the primitive's own box; none if it is not ahead of the origin, or
+    /// infinitely far.
+    pub(super) fn clamp(self, raw: f32) -> Option<f32> {
+        let t = min(max(raw, self.enter), self.leave);
+        (raw > 0.0 && t > 0.0 && t < f32::INFINITY && self.enter <= self.leave).then_some(t)
+    }
 }
 
 /// Components smaller than this count as this when inverted.
@@ -172,7 +179,7 @@ impl Probe {
                 let org = rotate(self.ray.org) + shift;
                 self.sphere(org, rotate(self.ray.dir), 1.0, scene, prim_id)
             }
-            PrimKind::Cone => todo!("cones are on their way"),
+            PrimKind::Cone => self.cone(scene, i, prim_id),
         }
     }
 
@@ -235,11 +242,8 @@ impl Probe {
         })
     }
 
-    /// The distance, clamped to the stay in the primitive's own box; none if it is not ahead of the origin, or
-    /// infinitely far.
+    /// The distance, clamped to the stay in the primitive's own box.
     fn clamp(&self, raw: f32, scene: &Scene, prim_id: u32) -> Option<f32> {
-        let stay = self.stay(&scene.prim_bounds(prim_id).padded());
-        let t = min(max(raw, stay.enter), stay.leave);
-        (raw > 0.0 && t > 0.0 && t < f32::INFINITY && stay.enter <= stay.leave).then_some(t)
+        self.stay(&scene.prim_bounds(prim_id).padded()).clamp(raw)
     }
 }

@@ -4,6 +4,7 @@
 //! It shares with the packet engine only the scene, the camera's scalar half and the definition of pow; it uses none
 //! of the rooms lanes, packet, bvh, trace and shade.
 
+mod cone;
 mod instance;
 mod intersect;
 mod shading;

@@ -1,7 +1,7 @@
 //! Surface, lights and bounces for one hit; the formulas are explained in the files of `shade`.
 
 use super::instance::moved;
-use super::intersect::{Hit, Ray, largest, max};
+use super::intersect::{Hit, Ray, largest, max, min};
 use crate::sampling::pow;
 use crate::scene::{PAD, PrimKind, Scene};
 use glam::Vec3;
@@ -98,7 +98,7 @@ fn place(scene: &Scene, prim: u32, ray: &Ray, hit: &Hit) -> Place {
         PrimKind::Sphere => sphere(scene, i, ray, hit.t),
         PrimKind::Ellipsoid => ellipsoid(scene, i, ray, hit.t),
         PrimKind::Triangle => triangle(scene, i, ray, hit),
-        PrimKind::Cone => todo!("cones are on their way"),
+        PrimKind::Cone => cone(scene, i, ray, hit.t),
     }
 }
 
@@ -156,6 +156,28 @@ fn ellipsoid(scene: &Scene, i: usize, ray: &Ray, t: f32) -> Place {
     let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
     let inside = (largest(terms) + 1.0) / length;
     (point, ng, ng, (inside + largest(point)) * PAD)
+}
+
+fn cone(scene: &Scene, i: usize, ray: &Ray, t: f32) -> Place {
+    let c = scene.cones.get(i);
+    let (radius, profile) = (c.base_radius, scene.cones.profile(i));
+    let f = (ray.org - c.base) + ray.dir * t;
+    let height = f.dot(profile.axis);
+    let away = f - profile.axis * height;
+    let radial = unit_or(away, Vec3::ZERO);
+    let apart = away.dot(radial);
+    let along = (apart - radius) * profile.sin + height * profile.cos;
+    let along = min(max(along, 0.0), profile.slant);
+    let (x, z) = (radius + profile.sin * along, profile.cos * along);
+    let point = c.base + (radial * x + profile.axis * z);
+    let slanted = radial * profile.cos - profile.axis * profile.sin;
+    let ng = if away.dot(away) > 0.0 {
+        unit_or(slanted, -ray.dir)
+    } else {
+        -ray.dir
+    };
+    let size = max(largest(c.base), largest(c.apex)) + max(radius, c.apex_radius);
+    (point, ng, ng, size * PAD)
 }
 
 /// What a light adds if nothing stands between, and the ray that finds out.

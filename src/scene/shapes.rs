@@ -1,7 +1,7 @@
 //! Columns of the curved primitives: spheres, ellipsoids, cones.
 
 use super::{Bounds, Column, Vec3s};
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, DVec3, Vec3};
 
 /// Spheres by centre and radius.
 #[derive(Clone, Debug, Default)]
@@ -152,7 +152,7 @@ impl Cones {
     /// Bounds of the two end discs: a disc of radius r across the unit axis a reaches r·√(1 − a_k²) along axis k.
     pub fn bounds(&self, i: usize) -> Bounds {
         let cone = self.get(i);
-        let axis = (cone.apex - cone.base).as_dvec3().normalize_or_zero();
+        let axis = Sides::of(&cone).axis;
         let across = |k: f64| (1.0 - k * k).max(0.0).sqrt() as f32;
         let reach = Vec3::new(across(axis.x), across(axis.y), across(axis.z));
         let disc = |center: Vec3, radius: f32| {
@@ -160,4 +160,99 @@ impl Cones {
         };
         disc(cone.base, cone.base_radius).union(disc(cone.apex, cone.apex_radius))
     }
+
+    /// The cone's profile, for the point and the normal of a hit.
+    pub fn profile(&self, i: usize) -> ConeProfile {
+        let sides = Sides::of(&self.get(i));
+        ConeProfile {
+            axis: sides.axis.as_vec3(),
+            cos: sides.cos as f32,
+            sin: sides.sin as f32,
+            slant: sides.slant as f32,
+        }
+    }
+
+    /// What a ray's test needs of the cone.
+    pub fn frame(&self, i: usize) -> ConeFrame {
+        let cone = self.get(i);
+        let sides = Sides::of(&cone);
+        let across = perpendicular(sides.axis);
+        ConeFrame {
+            base: cone.base,
+            axes: [across[0], across[1], sides.axis].map(|a| a.as_vec3()),
+            length: sides.length as f32,
+            radius: (sides.cos * f64::from(cone.base_radius)) as f32,
+            sin: sides.sin as f32,
+            cos_squared: (sides.cos * sides.cos) as f32,
+        }
+    }
+}
+
+/// A cone as its half-plane (distance from the axis, height above the base) shows it: one straight line, which starts
+/// at (base radius, 0) and runs along (`sin`, `cos`).
+#[derive(Clone, Copy, Debug)]
+pub struct ConeProfile {
+    /// Unit vector from the base to the apex.
+    pub axis: Vec3,
+    /// Cosine of the angle between axis and line: 1 for a cylinder.
+    pub cos: f32,
+    /// Sine of that angle, negative where the apex is the smaller end. The outward normal is (`cos`, −`sin`).
+    pub sin: f32,
+    /// Length of the line.
+    pub slant: f32,
+}
+
+/// A cone in coordinates of its own, in which it is cos²·(x² + y²) = (`radius` + `sin`·z)², 0 ≤ z ≤ `length`: the
+/// equation times cos², so that no term grows without bounds where a cone is nearly a disc.
+#[derive(Clone, Copy, Debug)]
+pub struct ConeFrame {
+    /// Centre of the first end: the origin.
+    pub base: Vec3,
+    /// The three orthogonal unit axes; the last is the cone's.
+    pub axes: [Vec3; 3],
+    /// Distance of the two ends.
+    pub length: f32,
+    /// Radius of the first end times the cosine of [`ConeProfile::cos`].
+    pub radius: f32,
+    /// As [`ConeProfile::sin`].
+    pub sin: f32,
+    /// Square of [`ConeProfile::cos`].
+    pub cos_squared: f32,
+}
+
+/// What both views of a cone are made from, in f64.
+struct Sides {
+    axis: DVec3,
+    length: f64,
+    slant: f64,
+    cos: f64,
+    sin: f64,
+}
+
+impl Sides {
+    fn of(cone: &Cone) -> Sides {
+        let along = cone.apex.as_dvec3() - cone.base.as_dvec3();
+        let length = along.dot(along).sqrt();
+        let wider = f64::from(cone.apex_radius) - f64::from(cone.base_radius);
+        let slant = (length * length + wider * wider).sqrt();
+        Sides {
+            axis: along / length,
+            length,
+            slant,
+            cos: length / slant,
+            sin: wider / slant,
+        }
+    }
+}
+
+/// Two unit vectors that make a right-handed frame with the unit vector `n` (Duff et al., "Building an Orthonormal
+/// Basis, Revisited", JCGT 2017).
+fn perpendicular(n: DVec3) -> [DVec3; 2] {
+    let sign = 1.0f64.copysign(n.z);
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    [
+        DVec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+        DVec3::new(b, sign + n.y * n.y * a, -n.y),
+    ]
 }

@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `aabb` | the slab test of a ray against a padded box |
-//! | `triangle`, `sphere` | one test per primitive: what a hit is |
+//! | `triangle`, `sphere`, `cone` | one test per primitive: what a hit is |
 //! | `instance` | rays into the space of a mesh, hits back out of it |
 //! | `packet` | a packet of rays together down the binary tree |
 //! | `traversal` | queues in, hits out: which kernel traces what |
@@ -25,6 +25,7 @@
 //! Ties in distance go to the smaller `prim_id`.
 
 mod aabb;
+mod cone;
 mod instance;
 #[allow(
     unsafe_code,

@@ -5,7 +5,7 @@
 
 use super::aabb::{Slabs, Stay};
 use super::triangle::{MIXED, Shear};
-use super::{instance, sphere, triangle};
+use super::{cone, instance, sphere, triangle};
 use crate::bvh::{Bvh, Child, LeafKind};
 use crate::lanes::{F32x8, LaneIds, LaneMask, Lanes};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket};
@@ -326,8 +326,13 @@ impl<L: Lanes> Goal<L> for Closest<L> {
                     sphere::closest_ellipsoid(org, dir, slabs, slot, best);
                 }
             }
-            // No cones yet; instances are entered by the traversal itself.
-            LeafKind::Cone | LeafKind::Instance => {}
+            LeafKind::Cone => {
+                for slot in slots_of(bvh.cones(), slots) {
+                    cone::closest(org, dir, slabs, slot, best);
+                }
+            }
+            // The traversal itself enters instances.
+            LeafKind::Instance => {}
         }
         false
     }
@@ -375,7 +380,15 @@ impl<L: Lanes> Goal<L> for AnyHit<L> {
                     sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax)
                 })
             }
-            LeafKind::Cone | LeafKind::Instance => L::Mask::none(),
+            LeafKind::Cone => {
+                // A loop for the same reason as the triangles'.
+                let mut hits = L::Mask::none();
+                for slot in slots_of(bvh.cones(), slots) {
+                    hits = hits | cone::occluded(org, dir, slabs, slot, tmax);
+                }
+                hits
+            }
+            LeafKind::Instance => L::Mask::none(),
         };
         self.block(hits)
     }

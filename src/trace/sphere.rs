@@ -125,7 +125,7 @@ fn nearest<L: Lanes>((meets, near, far): (L::Mask, L, L), stay: Stay<L>) -> (L::
 impl<L: Lanes> Best<L> {
     /// Takes a hit without barycentric weights where it is closer, or as close with a smaller number.
     #[inline(always)]
-    fn take(&mut self, valid: L::Mask, t: L, prim_id: u32) {
+    pub(super) fn take(&mut self, valid: L::Mask, t: L, prim_id: u32) {
         let id = L::Ids::splat(prim_id);
         let take = valid & (t.lt(self.t) | (t.eq(self.t) & id.lt(self.prim_id)));
         self.t = take.select(t, self.t);

@@ -2,7 +2,7 @@
 
 use super::rng::Rng;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
-use phalanx::scene::{Scene, Surface};
+use phalanx::scene::{Cone, Scene, Surface};
 
 /// A row of the material table.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +65,7 @@ pub fn add_ellipsoid(scene: &mut Scene, center: Vec3, axes: Vec3, turn: Vec3, pa
 /// One primitive of any kind within reach of `scale` about the origin: also slivers, copies and coplanar overlaps.
 pub fn add_random(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
     let center = rng.point(scale);
-    match rng.below(9) {
+    match rng.below(11) {
         0 | 1 => {
             let radius = scale * rng.magnitude(-2.5, -0.3);
             scene.add_sphere(center, radius, paint);
@@ -101,15 +101,64 @@ pub fn add_random(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
             });
             scene.add_triangle(corners, None, paint);
         }
+        7 | 8 => {
+            let cone = random_cone(rng, center, scale);
+            scene.add_cone(cone, paint);
+        }
         _ => copy_of_one(scene, rng, paint),
+    }
+}
+
+/// A cylinder, a cone with or without a tip, either end the wider, among them threads, near-discs, and cones along an
+/// axis of the world.
+pub fn random_cone(rng: &mut Rng, base: Vec3, scale: f32) -> Cone {
+    let length = scale * rng.magnitude(-2.0, -0.3);
+    let radius = scale * rng.magnitude(-2.5, -0.3);
+    let other = scale * rng.magnitude(-2.5, -0.3);
+    let (base_radius, apex_radius, length) = match rng.below(8) {
+        0 | 1 => (radius, radius, length),
+        2 => (radius, 0.0, length),
+        3 => (0.0, radius, length),
+        4 => (0.02 * radius, 0.02 * other, length),
+        5 => (radius, other, 0.01 * length),
+        _ => (radius, other, length),
+    };
+    let axis = if rng.once_in(3) {
+        rng.pick(&[Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z])
+    } else {
+        rng.direction()
+    };
+    Cone {
+        base,
+        base_radius,
+        apex: base + axis * length,
+        apex_radius,
+        inside: rng.once_in(5),
     }
 }
 
 /// The same primitive once more, if there is one to copy.
 fn copy_of_one(scene: &mut Scene, rng: &mut Rng, paint: u32) {
     let triangles = scene.triangles.len();
-    let spheres = scene.spheres.len();
-    if rng.once_in(2) && triangles > 0 {
+    let (spheres, cones) = (scene.spheres.len(), scene.cones.len());
+    if rng.once_in(4) && cones > 0 {
+        let Cone {
+            base,
+            base_radius,
+            apex,
+            apex_radius,
+            inside,
+        } = scene.cones.get(rng.below(cones));
+        // The same from the other end.
+        let copy = Cone {
+            base: apex,
+            base_radius: apex_radius,
+            apex: base,
+            apex_radius: base_radius,
+            inside,
+        };
+        scene.add_cone(copy, paint);
+    } else if rng.once_in(2) && triangles > 0 {
         let i = rng.below(triangles);
         let [a, b, c] = scene.triangles.corners(i);
         let corners = if rng.once_in(2) { [a, b, c] } else { [b, c, a] };
@@ -131,9 +180,30 @@ pub fn random(rng: &mut Rng, count: usize, scale: f32) -> Scene {
     scene
 }
 
-/// A point on some primitive of the scene: a corner, an edge, a face, a sphere's surface.
+/// A point on a cone's side, at a share of its length.
+pub fn point_at_height(cone: &Cone, share: f32, rng: &mut Rng) -> Vec3 {
+    let axis = (cone.apex - cone.base).normalize();
+    let (right, up) = axis.any_orthonormal_pair();
+    let angle = rng.range(0.0, std::f32::consts::TAU);
+    let away = right * angle.cos() + up * angle.sin();
+    let radius = cone.base_radius + (cone.apex_radius - cone.base_radius) * share;
+    cone.base + (cone.apex - cone.base) * share + away * radius
+}
+
+/// A point on a cone: on an end's rim, or anywhere on its side.
+pub fn point_on_cone(cone: &Cone, rng: &mut Rng) -> Vec3 {
+    let between = rng.unit();
+    let share = rng.pick(&[0.0, 1.0, between, between]);
+    point_at_height(cone, share, rng)
+}
+
+/// A point on some primitive of the scene: a corner, an edge, a face, the surface of a sphere or a cone.
 pub fn point_on(scene: &Scene, rng: &mut Rng) -> Vec3 {
     let (triangles, spheres) = (scene.triangles.len(), scene.spheres.len());
+    let cones = scene.cones.len();
+    if cones > 0 && rng.once_in(3) {
+        return point_on_cone(&scene.cones.get(rng.below(cones)), rng);
+    }
     if triangles > 0 && (spheres == 0 || rng.once_in(2)) {
         let [a, b, c] = scene.triangles.corners(rng.below(triangles));
         return match rng.below(3) {

@@ -45,6 +45,13 @@ pub const EPSILON: f64 = 1.0 / 16_777_216.0;
 /// edge function or a root, and their errors are not all at their largest together.
 pub const HIT_ULPS: f64 = 8.0;
 
+/// As [`HIT_ULPS`] for a cone, with the lengths counted once: the ray's way to the cone's box is the only long one, and
+/// rounds once.
+pub const CONE_ULPS: f64 = 2.0;
+
+/// A distance or a place on a cone of about that size: a hundred roundings.
+pub const ON_A_CONE: f64 = 100.0 * EPSILON;
+
 /// Barycentric weights of a well-shaped triangle against f64.
 pub const BARYCENTRIC: f64 = 32.0 * EPSILON;
 

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod cones;
 mod lighting;
 mod primitives;
 mod recursion;
