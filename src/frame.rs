@@ -111,6 +111,19 @@ pub struct TreeStats {
     pub prim_bytes: usize,
 }
 
+impl TreeStats {
+    /// Of the packet engine's tree.
+    pub fn of(bvh: &Bvh) -> TreeStats {
+        TreeStats {
+            nodes: bvh.nodes().len(),
+            depth: bvh.depth(),
+            sah: bvh.sah(),
+            node_bytes: bvh.node_bytes(),
+            prim_bytes: bvh.prim_bytes(),
+        }
+    }
+}
+
 impl Prepared {
     /// Builds the tree of an engine with the default settings. The scene must have passed [`Scene::validate`].
     pub fn build(scene: &Scene, engine: Engine) -> Prepared {
@@ -125,16 +138,15 @@ impl Prepared {
         })
     }
 
+    /// The packet engine with a tree made elsewhere, which must be the scene's.
+    pub fn with_tree(bvh: Bvh) -> Prepared {
+        Prepared(Either::Packets(bvh))
+    }
+
     /// Figures of the tree.
     pub fn tree_stats(&self) -> TreeStats {
         match &self.0 {
-            Either::Packets(bvh) => TreeStats {
-                nodes: bvh.nodes().len(),
-                depth: bvh.depth(),
-                sah: bvh.sah(),
-                node_bytes: bvh.node_bytes(),
-                prim_bytes: bvh.prim_bytes(),
-            },
+            Either::Packets(bvh) => TreeStats::of(bvh),
             Either::Oracle(forest) => TreeStats {
                 nodes: forest.world().node_count(),
                 depth: forest.world().depth(),

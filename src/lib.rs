@@ -42,6 +42,12 @@ pub mod standard;
 // The tree over it.
 pub mod bvh;
 
+// Both in a file, as they lie in memory.
+pub mod cache;
+
+// Whatever it came from.
+pub mod open;
+
 // Numbers side by side, and the arithmetic both engines share as a definition.
 pub mod lanes;
 pub mod sampling;

@@ -9,6 +9,7 @@
 //! | `chunks` | neighbourhoods that are built side by side |
 //! | `piece` | one subtree of obvhs's, made ours |
 //! | `join` | pieces put together |
+//! | `claim` | arrays from elsewhere, proven to be a tree |
 //! | `build` | the order of all that, on all threads |
 //!
 //! A node holds the boxes of its two children, so that one visit decides about both. A leaf holds primitives of one
@@ -16,6 +17,7 @@
 
 mod build;
 mod chunks;
+mod claim;
 mod join;
 mod node;
 mod objects;
@@ -24,6 +26,7 @@ mod slots;
 mod tree;
 
 pub use build::{BuildSettings, Quality};
+pub use claim::{Array, BvhError, Claim, Parts};
 pub use node::{Child, LeafKind, Node};
 pub use slots::{ConeSlot, EllipsoidSlot, InstanceSlot, Slots, SphereSlot, TriangleSlot};
 pub use tree::Bvh;

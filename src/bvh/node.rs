@@ -1,6 +1,7 @@
 //! The flat nodes.
 
 use crate::scene::{Bounds, PrimKind};
+use bytemuck::{Pod, Zeroable};
 
 /// What a leaf holds: one kind of primitive, or instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,7 +65,7 @@ pub enum Child {
 }
 
 /// An interior node: the boxes of both children and where they are. One cache line.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct Node {
     /// Lower and upper corner of each child's padded box.
@@ -73,6 +74,8 @@ pub struct Node {
     pub first: [u32; 2],
     /// 0 for a node, else leaf flag, kind and count: see [`Node::child`].
     tag: [u16; 2],
+    /// Fills the cache line, so that no byte of a stored node is without a value.
+    spare: u32,
 }
 
 const LEAF: u16 = 0x8000;
@@ -87,6 +90,7 @@ impl Node {
             boxes: [[[0.0; 3]; 2]; 2],
             first: [0; 2],
             tag: [0; 2],
+            spare: 0,
         };
         for (k, (child, bounds)) in children.into_iter().enumerate() {
             node.set_child(k, child);
@@ -132,7 +136,7 @@ impl Child {
     };
 
     /// As two words, see [`Node::packed`].
-    fn packed(self) -> (u32, u16) {
+    pub(super) fn packed(self) -> (u32, u16) {
         match self {
             Child::Node(index) => (index, 0),
             Child::Leaf { kind, first, count } => {

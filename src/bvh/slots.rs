@@ -3,9 +3,10 @@
 use super::LeafKind;
 use super::piece::Base;
 use crate::scene::Column;
+use bytemuck::{Pod, Zeroable};
 
 /// A triangle in leaf order. Its own padded box is not kept: it is made from the corners where a ray meets them.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct TriangleSlot {
     /// The corners.
@@ -15,7 +16,7 @@ pub struct TriangleSlot {
 }
 
 /// A sphere in leaf order.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct SphereSlot {
     /// Centre.
@@ -29,7 +30,7 @@ pub struct SphereSlot {
 }
 
 /// An ellipsoid in leaf order.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct EllipsoidSlot {
     /// World to object: three columns of the matrix and the translation.
@@ -65,7 +66,7 @@ pub struct ConeSlot {
 }
 
 /// An instance in leaf order.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct InstanceSlot {
     /// World to mesh: three columns of the matrix and the translation.

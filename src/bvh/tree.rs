@@ -13,6 +13,13 @@ pub struct Bvh {
     pub(super) sah: f64,
 }
 
+impl Default for Bvh {
+    /// The tree of a scene without primitives.
+    fn default() -> Self {
+        Bvh::empty()
+    }
+}
+
 impl Bvh {
     /// The tree of a scene without primitives: a root with two empty leaves.
     pub(super) fn empty() -> Bvh {

@@ -1,8 +1,9 @@
 //! The arguments, and what they mean in the library's terms.
 
+use super::scene_args::SceneArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
-use phalanx::frame::{DEFAULT_TILE, Engine, Kernel, Pin, Settings};
+use phalanx::frame::{BuildSettings, DEFAULT_TILE, Engine, Kernel, Pin, Quality, Settings};
 use phalanx::isa;
 use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
 use std::path::PathBuf;
@@ -55,6 +56,13 @@ pub enum Command {
     /// Write a standard scene to a file
     #[command(after_help = "Example: phalanx generate terrain --size 2M -o terrain.ply")]
     Generate(GenerateArgs),
+    /// Store a scene and its tree in a cache, which opens at once
+    #[command(
+        after_help = "A cache takes the place of the scene file in every command. It belongs to the version of phalanx \
+                      that wrote it, and is taken not to change while it is in use.\n\n\
+                      Example: phalanx build dragon.ply -o dragon.phx --quality best"
+    )]
+    Build(BuildArgs),
 }
 
 /// What changes the picture, or the order in which it is made.
@@ -107,15 +115,56 @@ impl PictureArgs {
     }
 }
 
+/// How the packet engine's tree is built.
+#[derive(Debug, Args)]
+pub struct TreeArgs {
+    /// What the tree is worth: better ones take longer to build and less time to trace [default: medium]
+    #[arg(long, value_name = "NAME", value_parser = quality_parser())]
+    pub quality: Option<Quality>,
+}
+
+impl TreeArgs {
+    /// On so many threads; 0 for one per CPU.
+    pub fn settings(&self, threads: usize) -> BuildSettings {
+        BuildSettings {
+            quality: self.quality.unwrap_or_default(),
+            threads,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct BuildArgs {
+    /// Scene file, or standard:NAME[:SIZE]
+    pub scene: PathBuf,
+    /// Cache to write
+    #[arg(short, long, value_name = "OUT.phx")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub beside: SceneArgs,
+    #[command(flatten)]
+    pub tree: TreeArgs,
+    /// Threads that read and build [default: one per CPU this process may use]
+    #[arg(long, value_name = "N", value_parser = parse_thread_count)]
+    pub threads: Option<usize>,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// Scene file, or standard:NAME[:SIZE]
+    /// Scene file, cache (.phx), or standard:NAME[:SIZE]
     pub scene: PathBuf,
     /// Picture to write [default: the scene's `output`, else its stem + .png, in the current folder]
     #[arg(short, long, value_name = "OUT.png")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub picture: PictureArgs,
+    #[command(flatten)]
+    pub beside: SceneArgs,
+    #[command(flatten)]
+    pub tree: TreeArgs,
     /// Worker threads [default: one per CPU this process may use]
     #[arg(long, value_name = "N", value_parser = parse_thread_count)]
     pub threads: Option<usize>,
@@ -135,11 +184,15 @@ pub struct RenderArgs {
 
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// Scene files, or standard:NAME[:SIZE]
+    /// Scene files, caches (.phx), or standard:NAME[:SIZE]
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     #[command(flatten)]
     pub picture: PictureArgs,
+    #[command(flatten)]
+    pub beside: SceneArgs,
+    #[command(flatten)]
+    pub tree: TreeArgs,
     /// Thread counts to render with, separated by commas
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,2,3", value_parser = parse_thread_count)]
     pub threads: Vec<usize>,
@@ -173,8 +226,12 @@ pub struct CompareArgs {
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Scene file, or standard:NAME[:SIZE]
+    /// Scene file, cache (.phx), or standard:NAME[:SIZE]
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub beside: SceneArgs,
+    #[command(flatten)]
+    pub tree: TreeArgs,
     /// Print one JSON document instead of lines
     #[arg(long)]
     pub json: bool,
@@ -276,6 +333,13 @@ fn kernels_parser() -> impl TypedValueParser<Value = Kernels> {
             .iter()
             .filter(|(n, _)| *n == name || name == "all");
         Kernels(meant.copied().collect())
+    })
+}
+
+fn quality_parser() -> impl TypedValueParser<Value = Quality> {
+    PossibleValuesParser::new(Quality::ALL.map(|(name, _)| name)).map(|name| {
+        let named = Quality::ALL.iter().find(|(n, _)| *n == name);
+        named.map_or_else(Quality::default, |(_, quality)| *quality)
     })
 }
 

@@ -1,7 +1,10 @@
 //! Why a command did not succeed, and the exit code that says so.
 
 use super::{diagnose, output};
+use phalanx::cache::CacheError;
 use phalanx::formats::LoadError;
+use phalanx::open::OpenError;
+use phalanx::standard::StandardError;
 
 /// Why a command did not succeed.
 #[derive(Debug)]
@@ -12,6 +15,8 @@ pub enum Failure {
     Usage(String),
     /// No scene came out of the file. Exit code 3, unless the file could not be read (1) or its ending is unknown (2).
     Load(Box<LoadError>),
+    /// A scene cache that cannot be used. Exit code 3, unless it could not be read (1).
+    Cache(CacheError),
     /// Pictures or engines differ, as reported on stdout already. Exit code 4.
     Mismatch,
     /// SIGINT or SIGTERM. Exit code 130.
@@ -29,6 +34,8 @@ impl Failure {
                 LoadError::UnknownFormat { .. } => 2,
                 LoadError::Scene { .. } => 3,
             },
+            Failure::Cache(CacheError::Io { .. }) => 1,
+            Failure::Cache(CacheError::Refused { .. }) => 3,
             Failure::Mismatch => 4,
             Failure::Interrupted => 130,
         }
@@ -53,8 +60,42 @@ impl Failure {
                 ));
             }
             Failure::Load(error) => diagnose::tell_error(error),
+            Failure::Cache(error) => tell_cache(error),
             Failure::Mismatch => {}
             Failure::Interrupted => output::note("interrupted"),
+        }
+    }
+}
+
+/// What is wrong with a cache, and what to do about it.
+fn tell_cache(error: &CacheError) {
+    output::note(&format!("error: {error}"));
+    if let CacheError::Refused { path, .. } = error {
+        let path = path.display();
+        output::note(&format!(
+            "  help: build it again from its scene: phalanx build SCENE -o {path}"
+        ));
+    }
+}
+
+impl From<OpenError> for Failure {
+    fn from(error: OpenError) -> Failure {
+        match error {
+            OpenError::Load(error) => error.into(),
+            OpenError::Cache(error) => Failure::Cache(error),
+            OpenError::Standard(error) => error.into(),
+            OpenError::Options(_) => Failure::Usage(error.to_string()),
+        }
+    }
+}
+
+impl From<StandardError> for Failure {
+    fn from(error: StandardError) -> Failure {
+        match error {
+            StandardError::Scene(_) => Failure::Runtime(error.to_string()),
+            _ => Failure::Usage(format!(
+                "{error}\n\nTo see all standard scenes and their sizes: phalanx scenes"
+            )),
         }
     }
 }

@@ -3,11 +3,12 @@
 use super::args::InfoArgs;
 use super::counts::{Primitives, Tree};
 use super::failure::Failure;
+use super::input::Input;
+use super::memory::Memory;
 use super::report::{SCHEMA_VERSION, lines};
-use super::{input, interrupt, output};
-use output::{bytes, grouped};
-use phalanx::formats::Options;
-use phalanx::frame::{Engine, Prepared, TreeStats};
+use super::{interrupt, output};
+use output::grouped;
+use phalanx::frame::{Engine, TreeStats};
 use phalanx::scene::Scene;
 use serde::Serialize;
 use std::path::Path;
@@ -19,6 +20,7 @@ struct Document {
     image: Size,
     max_depth: u32,
     primitives: Primitives,
+    instances: Instances,
     lights: Lights,
     materials: usize,
     /// In the file's own units; `None` for a scene without primitives.
@@ -33,6 +35,15 @@ struct Size {
     height: u32,
 }
 
+/// What is placed, and what is to be seen of it all.
+#[derive(Debug, Serialize)]
+struct Instances {
+    meshes: usize,
+    instances: usize,
+    /// Primitives: those of a mesh count for each of its instances.
+    visible_primitives: u64,
+}
+
 #[derive(Debug, Serialize)]
 struct Lights {
     point: usize,
@@ -45,21 +56,12 @@ struct Bounds {
     hi: [f32; 3],
 }
 
-/// Bytes of each part.
-#[derive(Debug, Serialize)]
-struct Memory {
-    scene_bytes: usize,
-    bvh_node_bytes: usize,
-    bvh_primitive_bytes: usize,
-    total_bytes: usize,
-}
-
 /// Tells what is in a scene.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     interrupt::listen()?;
-    let scene = input::load(&args.scene, &Options::default())?;
-    let tree = Prepared::build(&scene, Engine::Simd).tree_stats();
-    let document = Document::new(&args.scene, &scene, tree);
+    let mut input = Input::load(&args.scene, &args.beside, 0)?;
+    let tree = input.prepare(Engine::Simd, &args.tree, 0)?.tree_stats();
+    let document = Document::new(&args.scene, &input.scene, tree, input.mapped_bytes);
     if args.json {
         output::print_json(&document)
     } else {
@@ -68,7 +70,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
 }
 
 impl Document {
-    fn new(path: &Path, scene: &Scene, tree: TreeStats) -> Document {
+    fn new(path: &Path, scene: &Scene, tree: TreeStats, mapped_bytes: u64) -> Document {
         let directional = scene.lights.directional.iter().filter(|d| **d).count();
         Document {
             schema_version: SCHEMA_VERSION,
@@ -79,6 +81,11 @@ impl Document {
             },
             max_depth: scene.max_depth,
             primitives: Primitives::of(scene),
+            instances: Instances {
+                meshes: scene.meshes.len(),
+                instances: scene.instances.len(),
+                visible_primitives: scene.visible_count(),
+            },
             lights: Lights {
                 point: scene.lights.len() - directional,
                 directional,
@@ -86,12 +93,7 @@ impl Document {
             materials: scene.materials.len(),
             bounds: bounds(scene),
             bvh: tree.into(),
-            memory: Memory {
-                scene_bytes: scene.memory_bytes(),
-                bvh_node_bytes: tree.node_bytes,
-                bvh_primitive_bytes: tree.prim_bytes,
-                total_bytes: scene.memory_bytes() + tree.node_bytes + tree.prim_bytes,
-            },
+            memory: Memory::of(scene, &tree, 0, mapped_bytes),
         }
     }
 
@@ -101,8 +103,8 @@ impl Document {
             Some(b) => format!("{} to {}", corner(b.lo), corner(b.hi)),
             None => "empty".to_owned(),
         };
-        let (bvh, memory) = (&self.bvh, &self.memory);
-        lines(&[
+        let bvh = &self.bvh;
+        let mut rows = vec![
             ("scene", self.scene.clone()),
             (
                 "image",
@@ -130,16 +132,19 @@ impl Document {
                     bvh.sah
                 ),
             ),
-            (
-                "memory",
-                format!(
-                    "scene {}, tree nodes {}, tree primitives {}",
-                    bytes(memory.scene_bytes as u64),
-                    bytes(memory.bvh_node_bytes as u64),
-                    bytes(memory.bvh_primitive_bytes as u64)
-                ),
-            ),
-        ])
+        ];
+        let placed = &self.instances;
+        if placed.meshes > 0 {
+            let words = format!(
+                "{} of {} meshes: {} primitives to be seen",
+                grouped(placed.instances as u64),
+                grouped(placed.meshes as u64),
+                grouped(placed.visible_primitives)
+            );
+            rows.insert(3, ("instances", words));
+        }
+        rows.extend(self.memory.rows());
+        lines(&rows)
     }
 }
 
@@ -180,7 +185,7 @@ mod tests {
     #[test]
     fn the_document_has_the_promised_keys() {
         let json =
-            serde_json::to_value(Document::new(Path::new("a.test"), &scene(), TREE)).unwrap();
+            serde_json::to_value(Document::new(Path::new("a.test"), &scene(), TREE, 0)).unwrap();
         assert_eq!(json["schema_version"], 1);
         assert_eq!(
             json["primitives"],
@@ -203,6 +208,28 @@ mod tests {
         assert_eq!(memory["bvh_node_bytes"], 160);
         let scene_bytes = memory["scene_bytes"].as_u64().unwrap();
         assert_eq!(memory["total_bytes"], scene_bytes + 256);
+    }
+
+    #[test]
+    fn what_instances_show_is_counted_and_bounded() {
+        let mut scene = scene();
+        let mesh = scene.begin_mesh();
+        scene.add_sphere(Vec3::ZERO, 1.0, 0);
+        scene.add_sphere(Vec3::X, 1.0, 0);
+        scene.end_mesh(mesh);
+        let document = Document::new(Path::new("a.test"), &scene, TREE, 0);
+        assert_eq!(document.instances.visible_primitives, 3);
+        assert_eq!(bounds(&scene), bounds(&self::scene()), "not placed");
+        for x in [10.0, 20.0] {
+            let place = glam::DVec3::new(x, 0.0, 0.0);
+            let map = glam::DAffine3::from_translation(place);
+            scene.add_instance(mesh, map).unwrap();
+        }
+        let document = Document::new(Path::new("a.test"), &scene, TREE, 0);
+        assert_eq!(document.instances.visible_primitives, 7);
+        assert!(document.table().contains("2 of 1 meshes: 7 primitives"));
+        let hi = bounds(&scene).unwrap().hi[0];
+        assert!((22.0..22.01).contains(&hi), "{hi}");
     }
 
     #[test]

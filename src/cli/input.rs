@@ -1,29 +1,79 @@
-//! What a command takes where it takes a scene: a file, or a standard scene by name.
+//! What a command takes where it takes a scene, opened and built within the memory that may be used.
 
-use super::diagnose;
+use super::args::TreeArgs;
+use super::budget::Budget;
 use super::failure::Failure;
-use phalanx::formats::{self, Options};
+use super::scene_args::SceneArgs;
+use super::{diagnose, output};
+use phalanx::bvh::Bvh;
+use phalanx::frame::{Engine, Prepared};
+use phalanx::open::{OpenError, is_cache, open, standard_name};
 use phalanx::scene::Scene;
-use phalanx::standard::{self, PREFIX, StandardError};
+use phalanx::standard;
 use std::ffi::OsStr;
 use std::path::Path;
 
-/// The scene of this name; what its reader has to say goes to stderr.
-pub fn load(name: &Path, options: &Options) -> Result<Scene, Failure> {
-    if let Some(spec) = standard_name(name) {
-        return standard::parse_spec(spec)
-            .and_then(standard::scene)
-            .map_err(Failure::from);
-    }
-    let loaded = formats::load(name, options)?;
-    diagnose::tell_warnings(name, &loaded.warnings);
-    diagnose::tell_notes(&loaded.notes);
-    Ok(loaded.scene)
+/// A scene, with its tree if it came with one.
+pub struct Input {
+    /// The scene.
+    pub scene: Scene,
+    /// Bytes of a mapped cache, or 0.
+    pub mapped_bytes: u64,
+    /// What may be used.
+    pub budget: Budget,
+    bvh: Option<Bvh>,
 }
 
-/// The name, if it is that of a standard scene. A file called so can still be meant, as `./standard:…`.
-fn standard_name(name: &Path) -> Option<&str> {
-    name.to_str().filter(|text| text.starts_with(PREFIX))
+impl Input {
+    /// Opens the scene of this name on so many threads (0: all); what its reader has to say goes to stderr.
+    pub fn load(name: &Path, args: &SceneArgs, threads: usize) -> Result<Input, Failure> {
+        let options = args.options(threads)?;
+        let budget = Budget(args.max_memory);
+        if let Some(name) = standard_name(name) {
+            budget.for_standard(standard::parse_spec(name).map_err(OpenError::from)?)?;
+        }
+        // A file that cannot be asked for its size cannot be read either, which its reader will say.
+        if let Ok(file) = std::fs::metadata(name) {
+            budget.for_file(file.len(), is_cache(name))?;
+        }
+        let opened = open(name, &options)?;
+        diagnose::tell_warnings(name, &opened.warnings);
+        diagnose::tell_notes(&opened.notes);
+        Ok(Input {
+            scene: opened.scene,
+            mapped_bytes: opened.mapped_bytes,
+            budget,
+            bvh: opened.bvh,
+        })
+    }
+
+    /// The tree of an engine: the one that came with the scene, the first time, or one that is built.
+    pub fn prepare(
+        &mut self,
+        engine: Engine,
+        tree: &TreeArgs,
+        threads: usize,
+    ) -> Result<Prepared, Failure> {
+        match engine {
+            Engine::Simd => self.tree(tree, threads).map(Prepared::with_tree),
+            Engine::Scalar => {
+                self.budget.for_tree(&self.scene, engine)?;
+                Ok(Prepared::build(&self.scene, engine))
+            }
+        }
+    }
+
+    /// The packet engine's tree.
+    pub fn tree(&mut self, tree: &TreeArgs, threads: usize) -> Result<Bvh, Failure> {
+        if let Some(bvh) = self.bvh.take() {
+            if tree.quality.is_some() {
+                output::note("note: the scene cache has its tree: --quality changes nothing");
+            }
+            return Ok(bvh);
+        }
+        self.budget.for_tree(&self.scene, Engine::Simd)?;
+        Ok(Bvh::build_with(&self.scene, &tree.settings(threads)))
+    }
 }
 
 /// What files made from a scene are called, without an ending.
@@ -32,16 +82,5 @@ pub fn stem(name: &Path) -> &OsStr {
     match standard {
         Some(stem) => OsStr::new(stem),
         None => name.file_stem().unwrap_or("picture".as_ref()),
-    }
-}
-
-impl From<StandardError> for Failure {
-    fn from(error: StandardError) -> Failure {
-        match error {
-            StandardError::Scene(_) => Failure::Runtime(error.to_string()),
-            _ => Failure::Usage(format!(
-                "{error}\n\nTo see all standard scenes and their sizes: phalanx scenes"
-            )),
-        }
     }
 }

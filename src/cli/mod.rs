@@ -3,6 +3,8 @@
 //! Results go to stdout, progress and warnings and errors to stderr; exit codes stand in [`failure`].
 
 mod args;
+mod budget;
+mod build;
 mod compare;
 mod counts;
 mod diagnose;
@@ -12,11 +14,13 @@ mod generate;
 mod info;
 mod input;
 mod interrupt;
+mod memory;
 mod output;
 mod progress;
 mod record;
 mod render;
 mod report;
+mod scene_args;
 mod scenes;
 mod verify;
 
@@ -36,6 +40,7 @@ pub fn run() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Scenes(args) => scenes::run(&args),
         Command::Generate(args) => generate::run(&args),
+        Command::Build(args) => build::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,11 +1,13 @@
 //! `phalanx render`.
 
 use super::args::RenderArgs;
+use super::budget::film_bytes;
 use super::failure::Failure;
+use super::input::Input;
+use super::memory::Memory;
 use super::report::{Image, Report};
 use super::{advise, input, interrupt, output, progress};
-use phalanx::formats::Options;
-use phalanx::frame::{Pin, Prepared, Settings};
+use phalanx::frame::{Pin, Settings};
 use phalanx::image::{encode, save_png};
 use phalanx::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -19,22 +21,30 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     interrupt::listen()?;
     advise();
     let start = Instant::now();
-    let scene = input::load(&args.scene, &Options::default())?;
+    let mut input = Input::load(&args.scene, &args.beside, args.threads.unwrap_or(0))?;
     let load = start.elapsed().as_secs_f64();
-    let path = output_path(args, &scene)?;
+    let path = output_path(args, &input.scene)?;
     output::check_place(&path)?;
 
-    let settings = settings(args, &scene);
+    let settings = settings(args, &input.scene);
     let start = Instant::now();
-    let prepared = Prepared::build(&scene, settings.engine);
+    let prepared = input.prepare(settings.engine, &args.tree, settings.threads)?;
     let build = start.elapsed().as_secs_f64();
-    let frame = progress::render(&scene, &prepared, &settings)?;
-    let picture = encode(&frame.film, args.picture.tone(&scene));
+    let (scene, tree) = (&input.scene, prepared.tree_stats());
+    input.budget.for_render(scene, &tree, &settings, 1)?;
+    let frame = progress::render(scene, &prepared, &settings)?;
+    let picture = encode(&frame.film, args.picture.tone(scene));
     interrupt::undisturbed(|| save_png(&path, &picture))??;
 
     let image = Image::new(&settings, &path);
-    let report = Report::new(&args.scene, &scene, &settings, image)
-        .with_tree(prepared.tree_stats())
+    let report = Report::new(&args.scene, scene, &settings, image)
+        .with_tree(tree)
+        .with_memory(Memory::of(
+            scene,
+            &tree,
+            film_bytes(&settings),
+            input.mapped_bytes,
+        ))
         .with_frame(&frame, load, build);
     if args.json {
         output::print_json(&report)

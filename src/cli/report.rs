@@ -2,7 +2,8 @@
 
 use super::args::kernel_name;
 use super::counts::{Kinds, Primitives, Tree};
-use super::output::{bytes, grouped};
+use super::memory::Memory;
+use super::output::grouped;
 use phalanx::frame::{Engine, Frame, Settings, TreeStats};
 use phalanx::isa;
 use phalanx::scene::Scene;
@@ -60,12 +61,6 @@ struct Seconds {
     render: f64,
 }
 
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Memory {
-    /// `None` where the system does not tell.
-    peak_rss_bytes: Option<u64>,
-}
-
 impl Report {
     /// A report of what was asked for; the figures come with [`Report::with_tree`] and [`Report::with_frame`].
     pub fn new(path: &Path, scene: &Scene, settings: &Settings, image: Image) -> Report {
@@ -85,9 +80,7 @@ impl Report {
             rays: Kinds::default(),
             mrays_per_s: Kinds::default(),
             occupancy: None,
-            memory: Memory {
-                peak_rss_bytes: peak_rss_bytes(),
-            },
+            memory: Memory::default(),
         }
     }
 
@@ -97,6 +90,11 @@ impl Report {
             bvh: stats.into(),
             ..self
         }
+    }
+
+    /// Adds where the memory went.
+    pub fn with_memory(self, memory: Memory) -> Report {
+        Report { memory, ..self }
     }
 
     /// Adds the render's figures, and the seconds of what went before it.
@@ -158,9 +156,7 @@ impl Report {
                 format!("{:.1} % of packet lanes", 100.0 * share),
             ));
         }
-        if let Some(peak) = self.memory.peak_rss_bytes {
-            after.push(("peak memory", bytes(peak)));
-        }
+        after.extend(self.memory.rows());
         after.push(("written", image.path.clone()));
         format!("{}\n{}\n{}", lines(&rows), self.ray_table(), lines(&after))
     }
@@ -195,14 +191,6 @@ pub fn lines(rows: &[(&str, String)]) -> String {
         .max(12);
     let row = |(label, value): &(&str, String)| format!("{label:<width$} {value}\n");
     rows.iter().map(row).collect()
-}
-
-/// Most memory this process has held at once, where Linux tells.
-fn peak_rss_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
-    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kib * 1024)
 }
 
 #[cfg(test)]
@@ -245,7 +233,9 @@ mod tests {
         };
         let image = Image::new(&settings, Path::new("out.png"));
         let report = Report::new(Path::new("a.test"), &scene, &settings, image);
-        report.with_tree(stats).with_frame(&frame, 0.25, 0.125)
+        let memory = Memory::of(&scene, &stats, 1 << 20, 0);
+        let report = report.with_tree(stats).with_memory(memory);
+        report.with_frame(&frame, 0.25, 0.125)
     }
 
     #[test]
@@ -287,6 +277,7 @@ mod tests {
             "  primary             1,500,000      3.000\n",
             "  total               2,000,000      4.000\n",
             "50.0 % of packet lanes",
+            "film 1.0 MiB",
             "written      out.png\n",
         ] {
             assert!(table.contains(part), "{part:?} in\n{table}");

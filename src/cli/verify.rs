@@ -4,10 +4,10 @@ use super::args::{VerifyArgs, kernel_name};
 use super::counts::Kinds;
 use super::differ::{Difference, first_difference};
 use super::failure::Failure;
+use super::input::Input;
 use super::record::{Kept, Record};
 use super::report::SCHEMA_VERSION;
-use super::{advise, input, interrupt, output, progress};
-use phalanx::formats::Options;
+use super::{advise, interrupt, output, progress};
 use phalanx::frame::{Engine, Frame, Kernel, Prepared, Settings};
 use phalanx::isa;
 use phalanx::scene::Scene;
@@ -65,8 +65,8 @@ pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
     let mut kept = Vec::new();
     let mut scenes = Vec::new();
     for path in &args.scenes {
-        let scene = input::load(path, &Options::default())?;
-        let (outcome, reference) = verify(args, path, &scene, record.as_ref())?;
+        let mut input = Input::load(path, &args.beside, 0)?;
+        let (outcome, reference) = verify(args, path, &mut input, record.as_ref())?;
         scenes.push(outcome);
         if args.record.is_some() {
             kept.push(reference);
@@ -102,9 +102,10 @@ impl SceneOutcome {
 fn verify(
     args: &VerifyArgs,
     path: &Path,
-    scene: &Scene,
+    input: &mut Input,
     record: Option<&Record>,
 ) -> Result<(SceneOutcome, Kept), Failure> {
+    let scene = &input.scene;
     let settings = Settings {
         threads: 1,
         engine: Engine::Scalar,
@@ -114,7 +115,9 @@ fn verify(
     let tone = args.picture.tone(scene);
     // A record that does not fit is refused before anything is rendered.
     let expected = record.map(|r| r.find(path, &settings, tone)).transpose()?;
-    let reference = render(scene, &Prepared::build(scene, Engine::Scalar), &settings)?;
+    let prepared = input.prepare(Engine::Scalar, &args.tree, 0)?;
+    let reference = render(input, &prepared, &settings)?;
+    drop(prepared);
     let kept = Kept::of(path, &settings, tone, &reference.film);
     let against = match (&args.against, expected) {
         (Some(file), Some(expected)) => Some(hold_against(args, path, file, expected, &kept)?),
@@ -126,7 +129,7 @@ fn verify(
         height: settings.height,
         max_depth: settings.max_depth,
         rays: Kinds::of(&reference.stats.rays),
-        runs: runs(args, path, scene, &settings, &reference)?,
+        runs: runs(args, path, input, &settings, &reference)?,
         against,
     };
     Ok((outcome, kept))
@@ -162,11 +165,11 @@ fn hold_against(
 fn runs(
     args: &VerifyArgs,
     path: &Path,
-    scene: &Scene,
+    input: &mut Input,
     settings: &Settings,
     reference: &Frame,
 ) -> Result<Vec<Run>, Failure> {
-    let prepared = Prepared::build(scene, Engine::Simd);
+    let prepared = input.prepare(Engine::Simd, &args.tree, 0)?;
     let mut runs = Vec::new();
     for &(_, kernel) in &args.kernel.0 {
         for &threads in &args.threads {
@@ -176,8 +179,8 @@ fn runs(
                 engine: Engine::Simd,
                 ..settings.clone()
             };
-            let frame = render(scene, &prepared, &settings)?;
-            let run = Run::of(scene, kernel, threads, reference, &frame);
+            let frame = render(input, &prepared, &settings)?;
+            let run = Run::of(&input.scene, kernel, threads, reference, &frame);
             if !args.json {
                 output::print(&run.line(path, reference))?;
             }
@@ -187,7 +190,10 @@ fn runs(
     Ok(runs)
 }
 
-fn render(scene: &Scene, prepared: &Prepared, settings: &Settings) -> Result<Frame, Failure> {
+fn render(input: &Input, prepared: &Prepared, settings: &Settings) -> Result<Frame, Failure> {
+    let (scene, tree) = (&input.scene, prepared.tree_stats());
+    // The scalar engine's film is kept to compare with.
+    input.budget.for_render(scene, &tree, settings, 2)?;
     let frame = progress::render(scene, prepared, settings)?;
     if frame.film.hits.is_none() {
         // Without them half of the promise would go untested, and nobody would know.

@@ -2,7 +2,7 @@
 
 use super::report::{Place, Report};
 use super::{Diagnostic, Light, Loaded, Options};
-use crate::scene::{Bounds, Scene, View};
+use crate::scene::{Bounds, Scene, SceneError, View};
 use glam::{DVec3, Vec3};
 
 /// What a file does not say, so that it has to be made up.
@@ -77,22 +77,17 @@ fn furnish(scene: &mut Scene, missing: &Missing, options: &Options, notes: &mut 
         true => scene.bounds(),
         false => Bounds::EMPTY,
     };
-    match options.view {
-        Some(view) => scene.view = view,
-        None if missing.view => {
-            scene.view = framing(bounds, scene.width as f64 / scene.height as f64);
-            notes.push(
-                "the file has no camera: one that frames everything is used (see --camera)".into(),
-            );
-        }
-        None => {}
+    if missing.view && options.view.is_none() {
+        scene.view = framing(bounds, scene.width as f64 / scene.height as f64);
+        notes.push(
+            "the file has no camera: one that frames everything is used (see --camera)".into(),
+        );
     }
-    if !options.lights.is_empty() {
-        scene.lights = Default::default();
-        for light in &options.lights {
-            add_light(scene, light);
-        }
-    } else if missing.lights {
+    if missing.background {
+        scene.background = QUIET;
+    }
+    instead(scene, options);
+    if options.lights.is_empty() && missing.lights {
         let position = key_light(&scene.view, bounds);
         scene.lights.add_point(position, KEY, Vec3::X);
         notes.push(
@@ -100,16 +95,42 @@ fn furnish(scene: &mut Scene, missing: &Missing, options: &Options, notes: &mut 
                 .into(),
         );
     }
-    match options.background {
-        Some(color) => scene.background = color,
-        None if missing.background => scene.background = QUIET,
-        None => {}
+}
+
+/// Puts what the user gives in the place of what a finished scene has. Places are in the file's units.
+///
+/// # Errors
+/// [`SceneError`] if that cannot be traced; the scene is not to be used then.
+pub fn amend(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
+    instead(scene, options);
+    scene.validate_settings()
+}
+
+fn instead(scene: &mut Scene, options: &Options) {
+    if let Some(view) = options.view {
+        scene.view = View {
+            eye: view.eye * scene.unit,
+            center: view.center * scene.unit,
+            ..view
+        };
+    }
+    if !options.lights.is_empty() {
+        scene.lights = Default::default();
+        for light in &options.lights {
+            add_light(scene, light);
+        }
+    }
+    if let Some(color) = options.background {
+        scene.background = color;
     }
 }
 
 fn add_light(scene: &mut Scene, light: &Light) {
     match *light {
-        Light::Point { position, color } => scene.lights.add_point(position, color, Vec3::X),
+        Light::Point { position, color } => {
+            let position = position * scene.unit;
+            scene.lights.add_point(position, color, Vec3::X);
+        }
         Light::Directional { toward, color } => {
             let unit = toward.as_dvec3().normalize_or(DVec3::Y);
             scene.lights.add_directional(unit.as_vec3(), color);

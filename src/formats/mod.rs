@@ -7,6 +7,7 @@ mod number;
 mod report;
 mod test_scene;
 
+pub use complete::amend;
 pub use report::MAX_DIAGNOSTICS;
 
 use crate::scene::{Scene, Surface, View};

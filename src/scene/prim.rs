@@ -1,5 +1,7 @@
 //! The list of primitives: which kind each is, and where its columns hold it.
 
+use bytemuck::{Pod, Zeroable};
+
 /// The kinds of primitive a scene can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PrimKind {
@@ -27,7 +29,8 @@ impl PrimKind {
 }
 
 /// One entry of the primitive list: kind in the upper two bits, index into that kind's columns below.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
 pub struct Prim(u32);
 
 impl Prim {

@@ -60,6 +60,13 @@ pub fn check_image_size(width: u64, height: u64) -> Result<(), SceneError> {
 impl Scene {
     /// Checks every range that tracing relies on: sizes, finite columns, indices, signs.
     pub fn validate(&self) -> Result<(), SceneError> {
+        self.validate_settings()?;
+        self.validate_shapes()
+    }
+
+    /// Checks what [`Scene::validate`] does, but for the rows of spheres, ellipsoids and triangles: quick even for scenes
+    /// of millions, where those are known to be sound.
+    pub fn validate_settings(&self) -> Result<(), SceneError> {
         check_image_size(self.width as u64, self.height as u64)?;
         if self.max_depth > MAX_DEPTH_LIMIT {
             return Err(SceneError::Depth(self.max_depth));
@@ -68,13 +75,41 @@ impl Scene {
             return Err(SceneError::TooMany(self.prims.len()));
         }
         self.view.basis()?;
-        self.validate_prims()?;
+        self.validate_lengths()?;
+        self.validate_cones()?;
+        self.validate_instances()?;
         self.validate_textures()?;
         self.validate_materials()?;
         self.validate_lights()
     }
 
-    fn validate_prims(&self) -> Result<(), SceneError> {
+    /// Whether the columns of spheres, ellipsoids and triangles are as long as they have to be.
+    fn validate_lengths(&self) -> Result<(), SceneError> {
+        let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
+        let vectors = |kind, name, v: &Vec3s, len| {
+            let mut parts = v.parts().into_iter();
+            parts.try_for_each(|part| same_length(kind, name, part.len(), len))
+        };
+        vectors("sphere", "center", &s.center, s.len())?;
+        same_length("sphere", "material", s.material.len(), s.len())?;
+        for columns in e.to_world.iter().chain(&e.to_object) {
+            vectors("ellipsoid", "transform", columns, e.len())?;
+        }
+        vectors("vertex", "place", &t.vertices, t.vertices.len())?;
+        let normals = &t.vertex_normals;
+        vectors("vertex normal", "direction", normals, normals.len())?;
+        let places = &t.vertex_uvs;
+        same_length("vertex", "texture place", places.y.len(), places.len())?;
+        same_length("triangle", "corners", t.corners.len(), t.len())?;
+        for (name, rows) in [("normals", &t.normals), ("texture places", &t.uvs)] {
+            if !rows.is_empty() {
+                same_length("triangle", name, rows.len(), t.len())?;
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_shapes(&self) -> Result<(), SceneError> {
         let s = &self.spheres;
         finite("sphere", "center", &s.center, s.len())?;
         positive("sphere", "radius", &s.radius, s.len())?;
@@ -84,9 +119,7 @@ impl Scene {
             finite("ellipsoid", "transform", columns, e.len())?;
         }
         materials("ellipsoid", &e.material, self.materials.len())?;
-        self.validate_triangles()?;
-        self.validate_cones()?;
-        self.validate_instances()
+        self.validate_triangles()
     }
 
     fn validate_triangles(&self) -> Result<(), SceneError> {

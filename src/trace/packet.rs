@@ -133,8 +133,8 @@ impl<'a, L: Lanes> Tracer<'a, L> {
         let mut current = Child::Node(tree.root);
         loop {
             while let Child::Node(index) = current {
-                // SAFETY: `Bvh` is made by its builder alone, which gives every child node an index below
-                // `nodes().len()`; node 0 exists.
+                // SAFETY: a `Bvh` comes from its builder or was proven (`bvh::Claim`): every child node has an index
+                // below `nodes().len()`; node 0 exists.
                 let node = unsafe { nodes.get_unchecked(index as usize) };
                 let stays = [stay(&node.boxes[0]), stay(&node.boxes[1])];
                 let met = stays.each_ref().map(|s| s.within(goal.limit()));
@@ -454,7 +454,7 @@ fn triangles_occluded<L: Lanes, const AXIS: usize>(
 fn slots_of<T>(all: &[T], slots: Range<usize>) -> &[T] {
     debug_assert!(slots.start <= slots.end && slots.end <= all.len());
     // SAFETY: the range comes from a leaf of a `Bvh`, whose builder pushed exactly these primitives before it wrote
-    // the leaf; an empty leaf is 0..0.
+    // the leaf, or which was proven to have them (`bvh::Claim`); an empty leaf is 0..0.
     unsafe { all.get_unchecked(slots) }
 }
 

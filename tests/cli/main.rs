@@ -3,6 +3,7 @@
 
 mod pictures;
 mod refusals;
+mod scenes;
 mod signals;
 mod standard;
 

@@ -22,7 +22,7 @@ fn no_subcommand_gives_short_help_and_a_usage_error() {
 #[test]
 fn every_command_has_help_with_an_example() {
     let room = Room::new();
-    for command in ["render", "verify", "compare", "info"] {
+    for command in ["render", "verify", "compare", "info", "build"] {
         let help = room.ok(&format!("{command} --help"));
         assert!(
             help.contains(&format!("Example: phalanx {command} ")),

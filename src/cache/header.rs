@@ -1,0 +1,192 @@
+//! The first bytes of a cache: what the file is, and where its sections are.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 0..8 | [`MAGIC`] |
+//! | 8..12 | [`ORDER`] in the byte order of the machine that wrote it |
+//! | 12..16 | [`VERSION`] |
+//! | 16..20 | layout: a checksum of the sections' names and row sizes |
+//! | 20..24 | number of sections |
+//! | 24..32 | length of the file |
+//! | 32..36 | CRC-32 of the header and the table, these four bytes taken as zero |
+//! | 36..64 | zero |
+//! | 64.. | the table: for each section offset (8), rows (8), bytes of a row (4), CRC-32 of its bytes (4) |
+//!
+//! Sections begin at multiples of [`ALIGN`]; what lies between them is zero. All numbers are little-endian.
+
+use super::Fault;
+use std::ops::Range;
+
+/// Not text, and mangled by whatever would mangle it: the idea of PNG's.
+pub(super) const MAGIC: [u8; 8] = *b"\x93PHX\r\n\x1a\n";
+/// Reads differently on a machine of another byte order.
+const ORDER: u32 = 0x0a0b_0c0d;
+/// Rises whenever a section changes its meaning; what changes names or sizes shows in the layout by itself.
+pub(super) const VERSION: u32 = 1;
+/// A cache line, to which the rows of some columns are aligned.
+pub(super) const ALIGN: u64 = 64;
+
+/// No section has as many: rows are small and sections few, so that no sum of their sizes overflows.
+const MOST_ROWS: u64 = 1 << 40;
+
+const HEADER: usize = 64;
+const ENTRY: usize = 24;
+const CHECKSUM: Range<usize> = 32..36;
+
+/// A section of the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Section {
+    pub(super) offset: u64,
+    pub(super) rows: u64,
+    pub(super) row_bytes: u32,
+    pub(super) checksum: u32,
+}
+
+impl Section {
+    pub(super) fn bytes(&self) -> u64 {
+        self.rows * u64::from(self.row_bytes)
+    }
+
+    /// Where it is in the file, which [`read`] has found long enough.
+    pub(super) fn range(&self) -> Range<usize> {
+        self.offset as usize..(self.offset + self.bytes()) as usize
+    }
+}
+
+/// What a section is called and how large its rows are: together, the layout.
+pub(super) type Shape = (&'static str, usize);
+
+fn layout(shapes: &[Shape]) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    for (name, row_bytes) in shapes {
+        hasher.update(format!("{name}:{row_bytes};").as_bytes());
+    }
+    hasher.finalize()
+}
+
+/// Where sections of these sizes go, one after another, and the length of the file.
+fn places(sizes: impl Iterator<Item = u64>, count: usize) -> (Vec<u64>, u64) {
+    let mut end = (HEADER + ENTRY * count) as u64;
+    let begin = |size: u64| {
+        let offset = end.next_multiple_of(ALIGN);
+        end = offset + size;
+        offset
+    };
+    (sizes.map(begin).collect(), end)
+}
+
+/// Header and table for sections (rows and checksum of each), and where each begins.
+pub(super) fn write(shapes: &[Shape], sections: &[(u64, u32)]) -> (Vec<u8>, Vec<u64>) {
+    let size = |(&(_, row_bytes), &(rows, _)): (&Shape, &(u64, u32))| rows * row_bytes as u64;
+    let (offsets, end) = places(shapes.iter().zip(sections).map(size), shapes.len());
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(ORDER.to_ne_bytes());
+    bytes.extend(VERSION.to_le_bytes());
+    bytes.extend(layout(shapes).to_le_bytes());
+    bytes.extend((shapes.len() as u32).to_le_bytes());
+    bytes.extend(end.to_le_bytes());
+    bytes.resize(HEADER, 0);
+    for (((_, row_bytes), (rows, checksum)), offset) in shapes.iter().zip(sections).zip(&offsets) {
+        bytes.extend(offset.to_le_bytes());
+        bytes.extend(rows.to_le_bytes());
+        bytes.extend((*row_bytes as u32).to_le_bytes());
+        bytes.extend(checksum.to_le_bytes());
+    }
+    let checksum = crc32fast::hash(&bytes);
+    bytes[CHECKSUM].copy_from_slice(&checksum.to_le_bytes());
+    (bytes, offsets)
+}
+
+/// The sections of a file that is one of ours, whole, and of this layout. Their bytes are not looked at yet.
+pub(super) fn read(file: &[u8], shapes: &[Shape]) -> Result<Vec<Section>, Fault> {
+    let begins = file.len().min(MAGIC.len());
+    if file.is_empty() || file[..begins] != MAGIC[..begins] {
+        return Err(Fault::NotACache);
+    }
+    let length = file.len() as u64;
+    let cut = |needed: u64| Fault::Truncated { length, needed };
+    let header = file.get(..HEADER).ok_or(cut(HEADER as u64))?;
+    if word(header, 8) == ORDER.swap_bytes() {
+        return Err(Fault::ByteOrder);
+    }
+    if word(header, 8) != ORDER {
+        return Err(Fault::Damaged("header"));
+    }
+    if word(header, 12) != VERSION {
+        return Err(Fault::Version(word(header, 12)));
+    }
+    // An older or newer build may have another number of sections: told from damage by the checksum.
+    let count = word(header, 20) as usize;
+    let end = HEADER as u64 + ENTRY as u64 * count as u64;
+    let table = file.get(..end as usize).ok_or(cut(end))?;
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(&table[..CHECKSUM.start]);
+    hasher.update(&[0; 4]);
+    hasher.update(&table[CHECKSUM.end..]);
+    if hasher.finalize() != word(header, CHECKSUM.start) {
+        return Err(Fault::Damaged("header"));
+    }
+    if word(header, 16) != layout(shapes) || count != shapes.len() {
+        return Err(Fault::Layout);
+    }
+    let sections: Vec<Section> = table[HEADER..].chunks_exact(ENTRY).map(entry).collect();
+    check_places(&sections, shapes, long(header, 24), length)?;
+    Ok(sections)
+}
+
+/// Whether the sections are where they would have been put, so that none overlaps another or leaves the file.
+fn check_places(
+    sections: &[Section],
+    shapes: &[Shape],
+    end: u64,
+    length: u64,
+) -> Result<(), Fault> {
+    let fitting = sections
+        .iter()
+        .zip(shapes)
+        .all(|(section, (_, row_bytes))| {
+            section.row_bytes as usize == *row_bytes && section.rows < MOST_ROWS
+        });
+    if !fitting {
+        return Err(Fault::Damaged("table of sections"));
+    }
+    let (offsets, expected) = places(sections.iter().map(Section::bytes), sections.len());
+    if expected != end || offsets.iter().ne(sections.iter().map(|s| &s.offset)) {
+        return Err(Fault::Damaged("table of sections"));
+    }
+    match length.cmp(&end) {
+        std::cmp::Ordering::Less => Err(Fault::Truncated {
+            length,
+            needed: end,
+        }),
+        std::cmp::Ordering::Equal => Ok(()),
+        std::cmp::Ordering::Greater => Err(Fault::Damaged("end")),
+    }
+}
+
+fn entry(bytes: &[u8]) -> Section {
+    Section {
+        offset: long(bytes, 0),
+        rows: long(bytes, 8),
+        row_bytes: word(bytes, 16),
+        checksum: word(bytes, 20),
+    }
+}
+
+fn word(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(std::array::from_fn(|k| bytes[at + k]))
+}
+
+fn long(bytes: &[u8], at: usize) -> u64 {
+    u64::from_le_bytes(std::array::from_fn(|k| bytes[at + k]))
+}
+
+/// Whether what lies between the sections is zero: else a flipped bit there would go unseen.
+pub(super) fn gaps_are_zero(file: &[u8], sections: &[Section]) -> bool {
+    let mut end = HEADER + ENTRY * sections.len();
+    sections.iter().all(|section| {
+        let gap = end..section.range().start;
+        end = section.range().end;
+        file[gap].iter().all(|&b| b == 0)
+    })
+}

@@ -1,0 +1,132 @@
+//! `--max-memory`: what is about to be used, estimated before it is.
+//!
+//! | before | what is taken to be needed |
+//! |---|---|
+//! | reading a file | [`FILE_TIMES`] its size: the bytes themselves, and the columns and tables made of them |
+//! | opening a cache | the size of the file, all of which is mapped |
+//! | generating a standard scene | [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and cone |
+//! | building a tree | the scene's columns; for each triangle [`TRIANGLE_BYTES`], for anything else [`OTHER_BYTES`], and for the oracle's tree [`ORACLE_BYTES`] for each |
+//! | rendering | columns and tree as they are; the film, and the picture of it; for each thread [`THREAD_BYTES`], and [`PIXEL_BYTES`] for each pixel of a tile |
+//!
+//! To each comes [`PROGRAM_BYTES`] for the program. Estimates err on the upper side; `perf/notes/memory.md` holds them
+//! against peaks.
+
+use super::failure::Failure;
+use super::output::{bytes, grouped};
+use phalanx::frame::{Engine, Settings, TreeStats};
+use phalanx::scene::Scene;
+use phalanx::standard::{self, Spec};
+
+/// Of text and binary meshes, whose columns are about as large as the file, and held twice while they are put together.
+const FILE_TIMES: u64 = 3;
+/// Of a generated triangle: its corners, a vertex or more, a material; columns grow by doubling.
+const COLUMN_BYTES: u64 = 100;
+/// Of a generated sphere or cone.
+const OTHER_COLUMN_BYTES: u64 = 80;
+/// While the packet engine's tree is built, for each triangle.
+const TRIANGLE_BYTES: u64 = 150;
+/// While the packet engine's tree is built, for each other primitive and each instance.
+const OTHER_BYTES: u64 = 270;
+/// While the oracle's tree is built.
+const ORACLE_BYTES: u64 = 100;
+/// Of the rays of a tile: its waves are kept until they are folded back.
+const PIXEL_BYTES: u64 = 1000;
+/// Stack and buffers.
+const THREAD_BYTES: u64 = 4 << 20;
+/// Code, stacks, buffers.
+const PROGRAM_BYTES: u64 = 24 << 20;
+
+/// What may be used.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget(pub Option<u64>);
+
+impl Budget {
+    /// Before a scene file is read, or a cache mapped.
+    pub fn for_file(self, file_bytes: u64, cache: bool) -> Result<(), Failure> {
+        let times = if cache { 1 } else { FILE_TIMES };
+        let what = format!("to read a file of {}", bytes(file_bytes));
+        self.ask(file_bytes.saturating_mul(times), &what)
+    }
+
+    /// Before a standard scene is generated.
+    pub fn for_standard(self, spec: Spec) -> Result<(), Failure> {
+        let counts = standard::counts(spec);
+        let others = counts.spheres + counts.cones;
+        let needed = counts.triangles * COLUMN_BYTES + others * OTHER_COLUMN_BYTES;
+        let primitives = grouped(counts.triangles + others);
+        self.ask(
+            needed,
+            &format!("for the columns of {primitives} primitives"),
+        )
+    }
+
+    /// Before the tree of a scene is built.
+    pub fn for_tree(self, scene: &Scene, engine: Engine) -> Result<(), Failure> {
+        let objects = (scene.prim_count() + scene.instances.len()) as u64;
+        let triangles = scene.triangles.len() as u64;
+        let tree = match engine {
+            Engine::Simd => {
+                triangles * TRIANGLE_BYTES + objects.saturating_sub(triangles) * OTHER_BYTES
+            }
+            Engine::Scalar => objects * ORACLE_BYTES,
+        };
+        let what = format!("to build the tree of {} primitives", grouped(objects));
+        self.ask(scene.memory_bytes() as u64 + tree, &what)
+    }
+
+    /// Before a picture is rendered, so many `films` of it being held at once.
+    pub fn for_render(
+        self,
+        scene: &Scene,
+        tree: &TreeStats,
+        settings: &Settings,
+        films: u64,
+    ) -> Result<(), Failure> {
+        let tree = (tree.node_bytes + tree.prim_bytes) as u64;
+        let (width, height) = (settings.width, settings.height);
+        let side = |pixels: u32| u64::from(pixels.min(settings.tile));
+        let tile = side(width) * side(height) * PIXEL_BYTES;
+        let threads = settings.threads as u64 * (THREAD_BYTES + tile);
+        let needed = scene.memory_bytes() as u64 + tree + films * film_bytes(settings) + threads;
+        self.ask(needed, &format!("to render {width}x{height} pixels"))
+    }
+
+    fn ask(self, needed: u64, what: &str) -> Result<(), Failure> {
+        let needed = needed.saturating_add(PROGRAM_BYTES);
+        match self.0 {
+            Some(allowed) if needed > allowed => Err(Failure::Runtime(format!(
+                "about {} would be needed {what}, and --max-memory allows {}",
+                bytes(needed),
+                bytes(allowed)
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Three floats a pixel, four more where hits are kept, and the picture's samples, once and once more encoded.
+pub fn film_bytes(settings: &Settings) -> u64 {
+    let floats = if settings.record_hits { 7 } else { 3 };
+    u64::from(settings.width) * u64::from(settings.height) * (4 * floats + 6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_names_what_is_needed_and_what_is_allowed() {
+        let refused = Budget(Some(100 << 20))
+            .for_file(50 << 20, false)
+            .unwrap_err();
+        assert_eq!(refused.code(), 1);
+        let Failure::Runtime(message) = refused else {
+            panic!("{refused:?}")
+        };
+        for part in ["174.0 MiB", "100.0 MiB", "--max-memory", "50.0 MiB"] {
+            assert!(message.contains(part), "{part} in {message}");
+        }
+        Budget(Some(100 << 20)).for_file(50 << 20, true).unwrap();
+        Budget(None).for_file(u64::MAX, false).unwrap();
+    }
+}

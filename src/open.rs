@@ -1,0 +1,104 @@
+//! One front door for scenes: whatever a name stands for, a [`Scene`] comes out, with its tree where there is one already.
+
+use crate::bvh::Bvh;
+use crate::cache::{self, CacheError, Cached};
+use crate::formats::{self, Diagnostic, LoadError, Loaded, Options};
+use crate::scene::{Scene, SceneError};
+use crate::standard::{self, StandardError};
+use std::path::Path;
+
+/// A scene that was opened.
+#[derive(Debug)]
+pub struct Opened {
+    /// The scene, valid.
+    pub scene: Scene,
+    /// Its tree, out of a cache.
+    pub bvh: Option<Bvh>,
+    /// Bytes of the cache that stay mapped; 0 for other files.
+    pub mapped_bytes: u64,
+    /// Remarks that do not stop a render.
+    pub warnings: Vec<Diagnostic>,
+    /// What was added because the file has none, and which options mean nothing here.
+    pub notes: Vec<String>,
+}
+
+/// Why a scene could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// By a reader.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// By the cache.
+    #[error(transparent)]
+    Cache(#[from] CacheError),
+    /// By the catalogue of standard scenes.
+    #[error(transparent)]
+    Standard(#[from] StandardError),
+    /// With these options it cannot be traced.
+    #[error("the scene cannot be traced with these options: {0}")]
+    Options(#[from] SceneError),
+}
+
+/// Whether a file is a scene cache, by its name's ending.
+pub fn is_cache(path: &Path) -> bool {
+    let ending = path.extension();
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case(cache::ENDING))
+}
+
+/// The name of a standard scene, if it is one. A file called so can still be meant, as `./standard:…`.
+pub fn standard_name(name: &Path) -> Option<&str> {
+    let text = name.to_str();
+    text.filter(|text| text.starts_with(standard::PREFIX))
+}
+
+/// Opens a scene file, a scene cache, or a standard scene.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
+    if let Some(name) = standard_name(path) {
+        let scene = standard::scene(standard::parse_spec(name)?)?;
+        return amended(scene, None, 0, options);
+    }
+    if !is_cache(path) {
+        let Loaded {
+            scene,
+            warnings,
+            notes,
+        } = formats::load(path, options)?;
+        return Ok(Opened {
+            scene,
+            bvh: None,
+            mapped_bytes: 0,
+            warnings,
+            notes,
+        });
+    }
+    let Cached {
+        scene,
+        bvh,
+        file_bytes,
+    } = cache::open(path)?;
+    amended(scene, Some(bvh), file_bytes, options)
+}
+
+/// A scene that no reader has seen to, with the options applied to it.
+fn amended(
+    mut scene: Scene,
+    bvh: Option<Bvh>,
+    mapped_bytes: u64,
+    options: &Options,
+) -> Result<Opened, OpenError> {
+    formats::amend(&mut scene, options)?;
+    let mut notes = Vec::new();
+    if options.material.is_some() {
+        notes.push("the scene has all its materials: --material changes nothing".to_owned());
+    }
+    Ok(Opened {
+        scene,
+        bvh,
+        mapped_bytes,
+        warnings: Vec::new(),
+        notes,
+    })
+}

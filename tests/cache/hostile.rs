@@ -1,0 +1,219 @@
+//! Files whose checksums fit and whose rows are those of an enemy: refused, or rendered like any scene.
+
+use super::common::rng::Rng;
+use super::{Room, bytes_of, frame, scene};
+use phalanx::cache::{CacheError, Fault};
+use phalanx::frame::{Engine, Kernel, Prepared};
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+const HEADER: usize = 64;
+const ENTRY: usize = 24;
+
+fn word(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
+}
+
+fn long(bytes: &[u8], at: usize) -> usize {
+    u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize
+}
+
+/// Where the sections are, as the header's documentation has it.
+fn sections(bytes: &[u8]) -> Vec<Range<usize>> {
+    let count = word(bytes, 20) as usize;
+    let entries = (0..count).map(|k| HEADER + ENTRY * k);
+    let range = |at| {
+        let offset = long(bytes, at);
+        offset..offset + long(bytes, at + 8) * word(bytes, at + 16) as usize
+    };
+    entries.map(range).collect()
+}
+
+/// Makes all checksums fit.
+pub fn fix(bytes: &mut [u8]) {
+    for (k, range) in sections(bytes).into_iter().enumerate() {
+        let sum = crc32fast::hash(&bytes[range]);
+        let at = HEADER + ENTRY * k + 20;
+        bytes[at..at + 4].copy_from_slice(&sum.to_le_bytes());
+    }
+    let table = HEADER + ENTRY * word(bytes, 20) as usize;
+    bytes[32..36].fill(0);
+    let sum = crc32fast::hash(&bytes[..table]);
+    bytes[32..36].copy_from_slice(&sum.to_le_bytes());
+}
+
+/// Numbers that break what trusts them.
+const NASTY: [u32; 12] = [
+    0,
+    1,
+    2,
+    7,
+    255,
+    0x7fff_ffff,
+    0x8000_0000,
+    0x8fff_a000,
+    0x3f80_0000,
+    0x7f80_0000,
+    0x7fc0_0000,
+    u32::MAX,
+];
+
+fn spoil(bytes: &mut [u8], sections: &[Range<usize>], rng: &mut Rng) {
+    for _ in 0..1 + rng.below(3) {
+        let full: Vec<_> = sections.iter().filter(|s| s.len() >= 4).collect();
+        let section = full[rng.below(full.len())].clone();
+        let at = section.start + rng.below(section.len() - 3);
+        let aligned = section.start + (at - section.start) / 4 * 4;
+        match rng.below(4) {
+            0 => bytes[at] ^= 1 << rng.below(8),
+            1 => bytes[at] = rng.below(256) as u8,
+            2 => bytes[aligned..aligned + 4].copy_from_slice(&NASTY[rng.below(12)].to_le_bytes()),
+            _ => {
+                let from = section.start + rng.below(section.len() / 4) * 4;
+                bytes.copy_within(from..from + 4, aligned);
+            }
+        }
+    }
+}
+
+/// How long to go on: PHALANX_FUZZ_SECONDS, else a few seconds.
+fn patience() -> Duration {
+    let seconds = std::env::var("PHALANX_FUZZ_SECONDS");
+    Duration::from_secs(seconds.ok().and_then(|s| s.parse().ok()).unwrap_or(5))
+}
+
+#[test]
+fn spoiled_rows_never_break_an_engine() {
+    let room = Room::new();
+    let mut rng = Rng::new(11);
+    let originals = [(21, 60), (22, 6)].map(|(seed, prims)| {
+        let (scene, bvh) = scene(seed, prims);
+        bytes_of(&scene, &bvh)
+    });
+    let (start, mut taken, mut refused) = (Instant::now(), 0u64, 0u64);
+    while start.elapsed() < patience() || taken < 20 || refused < 20 {
+        let mut bytes = originals[rng.below(2)].clone();
+        let sections = sections(&bytes);
+        spoil(&mut bytes, &sections, &mut rng);
+        fix(&mut bytes);
+        let cached = match room.open(&bytes) {
+            Ok(cached) => cached,
+            Err(CacheError::Refused { .. }) => {
+                refused += 1;
+                continue;
+            }
+            Err(other) => panic!("{other}"),
+        };
+        taken += 1;
+        let mut scene = cached.scene;
+        scene.validate().expect("what is taken is valid");
+        scene.max_depth = scene.max_depth.min(4);
+        (scene.width, scene.height) = (16, 8);
+        let prepared = Prepared::with_tree(cached.bvh);
+        for kernel in [Kernel::Packet8, Kernel::Packet16] {
+            frame(&scene, &prepared, Engine::Simd, kernel);
+        }
+    }
+    println!("{taken} rendered, {refused} refused");
+}
+
+/// What each check is for: without it, the file would be taken.
+#[test]
+fn each_kind_of_nonsense_is_named() {
+    let room = Room::new();
+    let (scene, bvh) = scene(31, 60);
+    let bytes = bytes_of(&scene, &bvh);
+    let all = sections(&bytes);
+    // Found by their contents, so that this test does not count sections.
+    let place = |needle: &[u8]| {
+        let found = all.iter().find(|range| bytes[(*range).clone()] == *needle);
+        found.expect("a section of these bytes").start
+    };
+    let words = |rows: &[u32]| -> Vec<u8> { rows.iter().flat_map(|w| w.to_le_bytes()).collect() };
+    let triangles = &scene.triangles;
+    let corners = place(&words(triangles.corners.as_flattened()));
+    let materials = place(&words(&triangles.material));
+    let heights: Vec<u32> = triangles.vertices.y.iter().map(|c| c.to_bits()).collect();
+    let heights = place(&words(&heights));
+    let levels = place(
+        &(bvh.levels().unwrap().iter())
+            .flat_map(|l| l.to_le_bytes())
+            .collect::<Vec<u8>>(),
+    );
+    let nodes = place(bvh.arrays()[0].bytes);
+    let instances = place(bvh.arrays()[4].bytes);
+    let slot_bytes = bvh.arrays()[4].row_bytes;
+    // A node's boxes take 48 bytes; two indices and two tags follow.
+    let (first, tag) = (nodes + 48, nodes + 56);
+    let with = |changes: &[(usize, &[u8])]| {
+        let mut bad = bytes.clone();
+        for (at, change) in changes {
+            bad[*at..at + change.len()].copy_from_slice(change);
+        }
+        fix(&mut bad);
+        room.open(&bad).err().map(|error| error.to_string())
+    };
+    assert_eq!(with(&[]), None);
+    let beyond = u32::MAX.to_le_bytes();
+    let zero = [0; 4];
+    for (what, changes, part) in [
+        (
+            "a corner out of range",
+            vec![(corners, &beyond[..])],
+            "triangle corners",
+        ),
+        (
+            "a material out of range",
+            vec![(materials, &beyond)],
+            "triangle materials",
+        ),
+        ("a NaN among vertices", vec![(heights, &beyond)], "vertices"),
+        (
+            "a child out of range",
+            vec![(first, &beyond)],
+            "nodes of the tree",
+        ),
+        (
+            "a child that is its parent",
+            vec![(first, &zero)],
+            "nodes of the tree",
+        ),
+        (
+            "a leaf of no kind",
+            vec![(tag, &[0xff, 0xff])],
+            "nodes of the tree",
+        ),
+        (
+            "a leaf too long",
+            vec![(tag, &[0xff, 0xaf])],
+            "nodes of the tree",
+        ),
+        (
+            "both children the same",
+            vec![(first + 4, &bytes[first..first + 4])],
+            "branches meet",
+        ),
+        (
+            "a root of a mesh",
+            vec![(levels, &[1, 0x80])],
+            "nodes of the tree",
+        ),
+        (
+            "an instance of the world",
+            vec![(instances + slot_bytes - 8, &zero)],
+            "instances of the tree",
+        ),
+        (
+            "an instance of another mesh",
+            vec![(instances + slot_bytes - 4, &zero)],
+            "another mesh",
+        ),
+    ] {
+        let message = with(&changes).unwrap_or_else(|| panic!("{what}: taken"));
+        assert!(message.contains(part), "{what}: {message}");
+    }
+    assert!(matches!(
+        Fault::from(phalanx::bvh::BvhError::Row),
+        Fault::Tree(_)
+    ));
+}

@@ -1,0 +1,103 @@
+//! Damage of every kind is seen and named.
+
+use super::{Room, bytes_of, scene};
+use phalanx::bvh::Bvh;
+use phalanx::cache::{CacheError, Fault};
+use phalanx::scene::Scene;
+use std::io::ErrorKind;
+
+fn fault(room: &Room, bytes: &[u8]) -> Fault {
+    match room.open(bytes) {
+        Err(CacheError::Refused { fault, .. }) => fault,
+        Err(other) => panic!("{other}"),
+        Ok(_) => panic!("taken"),
+    }
+}
+
+/// All but the header's own fields are covered by checksums; those say by themselves what they are.
+#[test]
+fn every_flipped_bit_is_refused() {
+    let room = Room::new();
+    let (scene, bvh) = scene(7, 4);
+    let bytes = bytes_of(&scene, &bvh);
+    for at in 0..bytes.len() {
+        // Each byte, and each bit of some.
+        let bits = if at % 16 == 0 || at < 64 {
+            0..8
+        } else {
+            at % 8..at % 8 + 1
+        };
+        for bit in bits {
+            let mut bad = bytes.clone();
+            bad[at] ^= 1 << bit;
+            let fault = fault(&room, &bad);
+            let named = match at {
+                0..8 => fault == Fault::NotACache,
+                12..16 => matches!(fault, Fault::Version(_)),
+                20..24 => matches!(fault, Fault::Damaged(_) | Fault::Truncated { .. }),
+                _ => matches!(fault, Fault::Damaged(_)),
+            };
+            assert!(named, "bit {bit} of byte {at}: {fault}");
+        }
+    }
+}
+
+#[test]
+fn every_truncation_is_refused() {
+    let room = Room::new();
+    let bytes = bytes_of(&Scene::default(), &Bvh::default());
+    assert_eq!(fault(&room, &[]), Fault::NotACache);
+    for length in 1..bytes.len() {
+        let fault = fault(&room, &bytes[..length]);
+        let Fault::Truncated {
+            length: had,
+            needed,
+        } = fault
+        else {
+            panic!("{length}: {fault}")
+        };
+        assert!(had == length as u64 && needed > had, "{fault}");
+    }
+    let longer = [&bytes[..], &[0]].concat();
+    assert_eq!(fault(&room, &longer), Fault::Damaged("end"));
+}
+
+#[test]
+fn foreign_files_are_named() {
+    let room = Room::new();
+    for foreign in [
+        &b"size 640 480\n"[..],
+        b"ply\n",
+        b"\x93NUMPY",
+        b"PHX",
+        &[0; 4096],
+    ] {
+        assert_eq!(fault(&room, foreign), Fault::NotACache);
+    }
+    let bytes = bytes_of(&Scene::default(), &Bvh::default());
+    let with = |at: usize, word: u32| {
+        let mut other = bytes.clone();
+        other[at..at + 4].copy_from_slice(&word.to_le_bytes());
+        other
+    };
+    let order = u32::from_le_bytes(bytes[8..12].try_into().unwrap());
+    assert_eq!(fault(&room, &with(8, order.swap_bytes())), Fault::ByteOrder);
+    assert_eq!(fault(&room, &with(12, 999)), Fault::Version(999));
+    let mut other = with(16, 12345);
+    super::hostile::fix(&mut other);
+    assert_eq!(fault(&room, &other), Fault::Layout);
+}
+
+#[test]
+fn files_that_cannot_be_read_are_told_from_bad_ones() {
+    let room = Room::new();
+    let Err(CacheError::Io { source, .. }) = phalanx::cache::open(&room.path) else {
+        panic!("there is no file")
+    };
+    assert_eq!(source.kind(), ErrorKind::NotFound);
+    let folder = room.path.parent().unwrap();
+    assert!(matches!(
+        phalanx::cache::open(folder),
+        Err(CacheError::Io { .. })
+    ));
+}

@@ -1,0 +1,258 @@
+//! What may stand beside a scene, scene caches in its place, and how much memory it may take.
+
+use super::{Room, SCENE};
+use std::fs;
+
+/// The picture that a command line makes.
+fn picture(room: &Room, line: &str) -> Vec<u8> {
+    room.ok(&format!("render {line} -o out.png"));
+    fs::read(room.path().join("out.png")).unwrap()
+}
+
+#[test]
+fn a_cache_stands_for_its_scene_in_every_command() {
+    let room = Room::new();
+    let built = room.json("build a.test -o a.phx --json");
+    assert_eq!(built["primitives"]["triangles"], 1);
+    let length = fs::metadata(room.path().join("a.phx")).unwrap().len();
+    assert_eq!(built["file_bytes"], length);
+    assert!(
+        room.ok("build a.test -o b.phx --quality best")
+            .contains("b.phx")
+    );
+    assert_eq!(room.names(), ["a.phx", "b.phx"]);
+    assert_eq!(picture(&room, "a.phx"), picture(&room, "a.test"));
+    let scalar = picture(&room, "a.phx --engine scalar");
+    assert_eq!(scalar, picture(&room, "a.test"));
+    let verified = room.ok("verify a.phx --threads 1,2 --kernel all");
+    assert!(verified.contains("identical"), "{verified}");
+    let (ours, theirs) = (
+        room.json("info a.phx --json"),
+        room.json("info a.test --json"),
+    );
+    for key in [
+        "image",
+        "primitives",
+        "lights",
+        "materials",
+        "bounds",
+        "bvh",
+    ] {
+        assert_eq!(ours[key], theirs[key], "{key}");
+    }
+    assert_eq!(ours["memory"]["mapped_bytes"], length);
+    assert_eq!(theirs["memory"]["mapped_bytes"], 0);
+    // A cache can be made of a cache, and is the same.
+    room.ok("build a.phx -o c.phx");
+    let bytes = |name: &str| fs::read(room.path().join(name)).unwrap();
+    assert_eq!(bytes("c.phx"), bytes("a.phx"));
+}
+
+#[test]
+fn what_stands_beside_a_cache_changes_it_like_a_file() {
+    let room = Room::new();
+    room.ok("build a.test -o a.phx");
+    let plain = picture(&room, "a.test");
+    for beside in [
+        "--camera 0,1,6 0,0,0 0,1,0 30",
+        "--light 0,5,5 --light dir:1,1,1,.5,.5,.6",
+        "--background .2,.3,.4",
+    ] {
+        let (file, cache) = (
+            picture(&room, &format!("{beside} a.test")),
+            picture(&room, &format!("a.phx {beside}")),
+        );
+        assert_eq!(file, cache, "{beside}");
+        assert_ne!(file, plain, "{beside}");
+    }
+    let ran = room.run("info a.phx --material kd=1 --quality fast");
+    assert!(
+        ran.stderr.contains("--material changes nothing"),
+        "{}",
+        ran.stderr
+    );
+    assert!(
+        ran.stderr.contains("--quality changes nothing"),
+        "{}",
+        ran.stderr
+    );
+}
+
+/// A scene beyond f32's comfortable range is stored scaled; places are still meant in the file's units.
+#[test]
+fn places_beside_a_scaled_cache_are_those_of_the_file() {
+    let room = Room::new();
+    room.write(
+        "huge.test",
+        "size 24 16\ncamera 0 0 5e12 0 0 0 0 1 0 45\npoint 3e12 3e12 3e12 1 1 1\ndiffuse 1 1 1\nsphere 0 0 0 1e12\n",
+    );
+    room.ok("build huge.test -o huge.phx");
+    let beside = "--camera 1e12,0,6e12 0,0,0 0,1,0 40 --light 5e12,1e12,5e12";
+    let file = picture(&room, &format!("huge.test {beside}"));
+    assert_eq!(file, picture(&room, &format!("huge.phx {beside}")));
+    assert_ne!(file, picture(&room, "huge.phx"));
+}
+
+#[test]
+fn nonsense_beside_a_scene_is_2() {
+    let room = Room::new();
+    for command in ["render", "verify", "info", "build -o a.phx"] {
+        for (beside, part) in [
+            ("--camera 0,0,5 0,0,0 0,1,0", "--camera"),
+            ("--camera 0,0,5 0,0,0 0,1,0 x", "`x` is not a number"),
+            ("--camera 0,5 0,0,0 0,1,0 45", "three numbers for FROM"),
+            ("--camera 0,0,5 0,0,0 0,1,0 200", "field of view"),
+            ("--light 1,2", "X,Y,Z"),
+            ("--light dir:0,0,0", "direction"),
+            ("--background red", "`red` is not a number"),
+            ("--background -1,0,0", ""),
+            ("--material kd", "KEY=VALUE"),
+            ("--material gloss=1", "no material has `gloss`"),
+            ("--max-memory lots", "500M"),
+            ("--quality good", "medium"),
+        ] {
+            room.refused(&format!("{command} a.test {beside}"), 2, &["error: ", part]);
+        }
+    }
+}
+
+#[test]
+fn caches_that_cannot_be_used_are_3_and_say_what_to_do() {
+    let room = Room::new();
+    room.ok("build a.test -o a.phx");
+    let good = fs::read(room.path().join("a.phx")).unwrap();
+    let write = |bytes: &[u8]| {
+        // In place of it, not into it.
+        fs::remove_file(room.path().join("a.phx")).unwrap();
+        fs::write(room.path().join("a.phx"), bytes).unwrap();
+    };
+    let help = "phalanx build SCENE -o a.phx";
+    for command in ["render", "verify", "info"] {
+        let line = format!("{command} a.phx");
+        let mut bad = good.clone();
+        *bad.last_mut().unwrap() ^= 4;
+        write(&bad);
+        room.refused(&line, 3, &["error: a.phx: ", "checksum", help]);
+        write(&good[..good.len() - 7]);
+        room.refused(&line, 3, &["error: a.phx: ", "cut off", help]);
+        let mut bad = good.clone();
+        bad[12] = 77;
+        write(&bad);
+        room.refused(&line, 3, &["error: a.phx: ", "version 77", help]);
+        write(SCENE.as_bytes());
+        room.refused(&line, 3, &["error: a.phx: not a scene cache", help]);
+        write(b"");
+        room.refused(&line, 3, &["error: a.phx: not a scene cache", help]);
+        room.refused(&format!("{command} none.phx"), 1, &["cannot read none.phx"]);
+    }
+}
+
+#[test]
+fn a_cache_goes_where_it_can_or_nowhere() {
+    let room = Room::new();
+    room.refused("build a.test -o a.cache", 2, &["must end in .phx"]);
+    room.refused("build a.test", 2, &["--output"]);
+    room.refused("build none.test -o a.phx", 1, &["cannot read none.test"]);
+    room.refused(
+        "build a.test -o none/a.phx",
+        1,
+        &["there is no folder none"],
+    );
+    room.write("bad.test", "size 4");
+    room.refused("build bad.test -o a.phx", 3, &["bad.test"]);
+    // What stands there already stays when there is nothing better.
+    room.write("old.phx", "old");
+    room.refused("build bad.test -o old.phx", 3, &["bad.test"]);
+    assert_eq!(fs::read(room.path().join("old.phx")).unwrap(), b"old");
+    room.ok("build a.test -o old.phx");
+    room.ok("info old.phx");
+}
+
+#[test]
+fn memory_is_told_part_by_part() {
+    let room = Room::new();
+    let info = room.json("info a.test --json");
+    let memory = &info["memory"];
+    let number = |key: &str| memory[key].as_u64().unwrap_or_else(|| panic!("{key}"));
+    let parts = memory["scene_parts"].as_object().unwrap();
+    let sum: u64 = parts.values().map(|v| v.as_u64().unwrap()).sum();
+    assert_eq!(sum, number("scene_bytes"));
+    let rest = number("scene_bytes") + number("bvh_node_bytes") + number("bvh_primitive_bytes");
+    assert_eq!(number("total_bytes"), rest);
+    let each = memory["bytes_per_primitive"].as_f64().unwrap();
+    assert!((each - rest as f64 / 3.0).abs() < 1e-9, "{each}");
+    let render = room.json("render a.test -o a.png --json");
+    assert_eq!(render["memory"]["film_bytes"], 40 * 24 * (12 + 6));
+    assert_eq!(render["memory"]["scene_bytes"], memory["scene_bytes"]);
+    for line in ["render a.test -o a.png", "info a.test"] {
+        let table = room.ok(line);
+        for part in ["tree nodes", "vertices", "bytes at rest"] {
+            assert!(table.contains(part), "{line}: {part} in\n{table}");
+        }
+    }
+}
+
+/// Before anything of that size is allocated: in an address space in which it could not be.
+#[test]
+fn memory_beyond_what_is_allowed_is_refused_with_both_numbers() {
+    let room = Room::new();
+    for command in ["render -o b.png", "verify"] {
+        let line = format!("{command} a.test --size 16384x16384 --max-memory 300MB");
+        let ran = room.run_in_400_mb(&line);
+        assert_eq!(ran.code, Some(1), "{line}: {}", ran.stderr);
+        for part in [
+            "error: about ",
+            "GiB would be needed",
+            "16384x16384",
+            "286.1 MiB",
+        ] {
+            assert!(ran.stderr.contains(part), "{line}: {}", ran.stderr);
+        }
+    }
+    // A sparse file: it takes no room on the disk, and would take 30 GB once read.
+    let sparse = |name: &str| {
+        let file = fs::File::create(room.path().join(name)).unwrap();
+        file.set_len(10_000_000_000).unwrap();
+    };
+    sparse("large.test");
+    sparse("large.phx");
+    for command in ["render", "verify", "info", "build -o c.phx"] {
+        let parts = ["to read a file of 9.3 GiB", "--max-memory allows 1.9 GiB"];
+        room.refused(&format!("{command} large.test --max-memory 2G"), 1, &parts);
+        room.refused(&format!("{command} large.phx --max-memory 2G"), 1, &parts);
+    }
+    room.ok("render a.test -o b.png --max-memory 1GiB");
+    let spheres = "sphere 0 0 0 1\n".repeat(200_000);
+    room.write(
+        "many.test",
+        &format!("size 8 8\ncamera 0 0 5 0 0 0 0 1 0 45\n{spheres}"),
+    );
+    let parts = ["to build the tree of 200,000 primitives", "48.0 MiB"];
+    room.refused("info many.test --max-memory 48MiB", 1, &parts);
+    room.refused("build many.test -o c.phx --max-memory 48MiB", 1, &parts);
+}
+
+#[test]
+fn standard_scenes_are_opened_like_files() {
+    let room = Room::new();
+    let small = "--size 40x40 --max-depth 1";
+    let direct = picture(&room, &format!("standard:balls:2 {small}"));
+    room.ok("build standard:balls:2 -o balls.phx");
+    let cached = picture(&room, &format!("balls.phx {small}"));
+    assert_eq!(cached, direct);
+    let beside = "--background 0,0,.5 --light dir:0,0,1";
+    let other = picture(&room, &format!("standard:balls:2 {small} {beside}"));
+    assert_ne!(other, direct);
+    assert_eq!(
+        picture(&room, &format!("balls.phx {small} {beside}")),
+        other
+    );
+    for command in ["render", "verify", "info", "build -o c.phx"] {
+        room.refused(&format!("{command} standard:bals"), 2, &["balls"]);
+        room.refused(&format!("{command} standard:balls:x"), 2, &["size"]);
+        // (9^7 - 1) / 8 balls: what they would take is known before one is made.
+        let parts = ["for the columns of 597,87", "--max-memory allows 47.7 MiB"];
+        let line = format!("{command} standard:balls:6 --max-memory 50M");
+        room.refused(&line, 1, &parts);
+    }
+}
