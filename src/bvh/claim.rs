@@ -54,19 +54,20 @@ fn array<'a, T: bytemuck::Pod>(name: &'static str, rows: &'a [T]) -> Array<'a> {
     }
 }
 
-fn arrays<'a>(nodes: &'a [Node], slots: &'a Slots) -> [Array<'a>; 5] {
+fn arrays<'a>(nodes: &'a [Node], slots: &'a Slots) -> [Array<'a>; 6] {
     [
         array("nodes of the tree", nodes),
         array("triangles of the tree", &slots.triangles),
         array("spheres of the tree", &slots.spheres),
         array("ellipsoids of the tree", &slots.ellipsoids),
+        array("cones of the tree", &slots.cones),
         array("instances of the tree", &slots.instances),
     ]
 }
 
 impl Bvh {
     /// All arrays: the nodes, then the slots of each kind.
-    pub fn arrays(&self) -> [Array<'_>; 5] {
+    pub fn arrays(&self) -> [Array<'_>; 6] {
         arrays(&self.nodes, &self.slots)
     }
 
@@ -182,6 +183,7 @@ impl Claim {
             1 => slots.triangles[rows].iter().all(|s| known(s.prim_id)),
             2 => slots.spheres[rows].iter().all(|s| known(s.prim_id)),
             3 => slots.ellipsoids[rows].iter().all(|s| known(s.prim_id)),
+            4 => slots.cones[rows].iter().all(|s| known(s.prim_id)),
             _ => slots.instances[rows]
                 .iter()
                 .all(|s| self.is_mesh_node(s.root)),
@@ -338,7 +340,8 @@ impl Claim {
             LeafKind::Triangle => slots.triangles[rows].iter().map(|s| s.prim_id).collect(),
             LeafKind::Sphere => slots.spheres[rows].iter().map(|s| s.prim_id).collect(),
             LeafKind::Ellipsoid => slots.ellipsoids[rows].iter().map(|s| s.prim_id).collect(),
-            LeafKind::Cone | LeafKind::Instance => Vec::new(),
+            LeafKind::Cone => slots.cones[rows].iter().map(|s| s.prim_id).collect(),
+            LeafKind::Instance => Vec::new(),
         }
     }
 }

@@ -42,7 +42,7 @@ pub struct EllipsoidSlot {
 }
 
 /// A truncated cone in leaf order: see [`ConeFrame`](crate::scene::ConeFrame).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct ConeSlot {
     /// Centre of the first end.

@@ -78,6 +78,7 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, Fault> {
     sections.map(&mut parts.slots.triangles)?;
     sections.map(&mut parts.slots.spheres)?;
     sections.map(&mut parts.slots.ellipsoids)?;
+    sections.map(&mut parts.slots.cones)?;
     sections.map(&mut parts.slots.instances)?;
     let claim = Claim::new(parts, &scene);
     prove(file, &shapes, &table, &scene, &claim, first_array)?;
