@@ -141,8 +141,8 @@ fn each_kind_of_nonsense_is_named() {
             .collect::<Vec<u8>>(),
     );
     let nodes = place(bvh.arrays()[0].bytes);
-    let instances = place(bvh.arrays()[4].bytes);
-    let slot_bytes = bvh.arrays()[4].row_bytes;
+    let instances = place(bvh.arrays()[5].bytes);
+    let slot_bytes = bvh.arrays()[5].row_bytes;
     // A node's boxes take 48 bytes; two indices and two tags follow.
     let (first, tag) = (nodes + 48, nodes + 56);
     let with = |changes: &[(usize, &[u8])]| {
