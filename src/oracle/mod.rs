@@ -1,7 +1,7 @@
 //! The scalar tracer: one ray at a time, recursively, as the design document writes it. A second, plainer
 //! implementation of the same arithmetic, with a tree of its own, that proves the packet engine bit by bit.
 //!
-//! It shares with the packet engine only the scene, the camera's scalar half and the definition of pow; it uses none
+//! It shares with the packet engine only the scene, the camera's scalar half and the definitions in `sampling`; it uses none
 //! of the rooms lanes, packet, bvh, trace and shade.
 
 mod cone;
