@@ -2,10 +2,13 @@
 
 mod complete;
 mod folder;
+mod gltf;
+mod mesh_defaults;
 mod nff;
 mod number;
 mod report;
 mod test_scene;
+mod texture;
 
 pub use complete::amend;
 pub use report::MAX_DIAGNOSTICS;
@@ -14,6 +17,7 @@ use crate::scene::{Scene, Surface, View};
 use folder::Folder;
 use glam::Vec3;
 use report::{Place, Report};
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -122,13 +126,18 @@ pub enum Light {
 enum Format {
     Test,
     Nff,
+    Gltf,
 }
 
 impl Format {
-    const ALL: [(&'static str, Format); 2] = [("test", Format::Test), ("nff", Format::Nff)];
+    const ALL: [(&'static str, Format); 4] = [
+        ("test", Format::Test),
+        ("nff", Format::Nff),
+        ("gltf", Format::Gltf),
+        ("glb", Format::Gltf),
+    ];
 
-    fn of(path: &Path) -> Option<Format> {
-        let ending = path.extension()?;
+    fn of(ending: &OsStr) -> Option<Format> {
         let named = Format::ALL.iter();
         named
             .filter(|(name, _)| ending.eq_ignore_ascii_case(name))
@@ -137,9 +146,10 @@ impl Format {
     }
 
     /// Whether the file's lines mean anything to a person.
-    fn is_text(self) -> bool {
+    fn is_text(self, bytes: &[u8]) -> bool {
         match self {
             Format::Test | Format::Nff => true,
+            Format::Gltf => !gltf::is_binary(bytes),
         }
     }
 }
@@ -160,7 +170,7 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
     };
     // Opened before the ending is looked at: that a file is not there is the better answer to a mistyped name.
     let mut file = open(path).map_err(io)?;
-    let Some(format) = Format::of(path) else {
+    let Some(format) = path.extension().and_then(Format::of) else {
         return Err(LoadError::UnknownFormat {
             path: path.to_path_buf(),
         });
@@ -169,7 +179,7 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
     file.read_to_end(&mut bytes).map_err(io)?;
     read(format, &bytes, &Folder::of(path), options).map_err(|diagnostics| LoadError::Scene {
         path: path.to_path_buf(),
-        text: match format.is_text() {
+        text: match format.is_text(&bytes) {
             true => String::from_utf8_lossy(&bytes).into_owned(),
             false => String::new(),
         },
@@ -180,17 +190,33 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
 fn read(
     format: Format,
     bytes: &[u8],
-    _beside: &Folder,
+    beside: &Folder,
     options: &Options,
 ) -> Result<Loaded, Vec<Diagnostic>> {
     match format {
         Format::Test => test_scene::read(text_of(bytes)?, options),
         Format::Nff => nff::read(text_of(bytes)?, options),
+        Format::Gltf if gltf::is_binary(bytes) => gltf::read(bytes, beside, options),
+        Format::Gltf => gltf::read(text_of(bytes)?.as_bytes(), beside, options),
     }
 }
 
 fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
     std::str::from_utf8(bytes).map_err(|error| not_text(bytes, error.valid_up_to()))
+}
+
+/// Reads a scene from bytes, as from a file with that ending (one of [`endings`]) but without a folder around it.
+/// `None` if the ending names no format.
+///
+/// # Errors
+/// What is wrong with the bytes, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
+pub fn read_bytes(
+    ending: &str,
+    bytes: &[u8],
+    options: &Options,
+) -> Option<Result<Loaded, Vec<Diagnostic>>> {
+    let format = Format::of(OsStr::new(ending))?;
+    Some(read(format, bytes, &Folder::nowhere(), options))
 }
 
 /// Reads a scene from the text of a `.test` file.
@@ -223,10 +249,8 @@ fn open(path: &Path) -> io::Result<File> {
 /// That a text file stops to be one at `offset`.
 fn not_text(bytes: &[u8], offset: usize) -> Vec<Diagnostic> {
     let mut report = Report::new(bytes);
-    let place = Place {
-        offset,
-        length: char::REPLACEMENT_CHARACTER.len_utf8(),
-    };
+    // Nothing wide: a byte of the file is another number of bytes where the text is shown.
+    let place = Place { offset, length: 0 };
     report.error_with_help(
         place,
         format!("byte 0x{:02X} is not UTF-8", bytes[offset]),

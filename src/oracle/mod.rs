@@ -1,13 +1,14 @@
 //! The scalar tracer: one ray at a time, recursively, as the design document writes it. A second, plainer
 //! implementation of the same arithmetic, with a tree of its own, that proves the packet engine bit by bit.
 //!
-//! It shares with the packet engine only the scene, the camera's scalar half and the definition of pow; it uses none
+//! It shares with the packet engine only the scene, the camera's scalar half and the definitions in `sampling`; it uses none
 //! of the rooms lanes, packet, bvh, trace and shade.
 
 mod cone;
 mod instance;
 mod intersect;
 mod shading;
+mod texture;
 mod tree;
 
 pub use intersect::{Hit, Ray};
@@ -113,11 +114,8 @@ impl<'a> Oracle<'a> {
             return self.scene.background;
         };
         let at = Surface::new(self.scene, ray, &hit);
-        let material = Material::of(
-            self.scene,
-            self.scene
-                .prim_material(self.scene.placed(hit.prim_id).prim),
-        );
+        let prim = self.scene.placed(hit.prim_id).prim;
+        let material = Material::of(self.scene, prim, &hit);
         let mut sum = material.own;
         for light in 0..self.scene.lights.len() {
             let Some(sample) = shading::sample_light(self.scene, light, &material, &at) else {

@@ -86,7 +86,7 @@ const TABLE: [Row; 18] = [
 ];
 
 /// Crates that only some rooms (or files) may name.
-const OWNERS: [(&str, &[&str], &str); 6] = [
+const OWNERS: [(&str, &[&str], &str); 9] = [
     (
         "memmap2",
         &["cache/mapping.rs"],
@@ -109,8 +109,19 @@ const OWNERS: [(&str, &[&str], &str); 6] = [
     ),
     (
         "image",
-        &["image.rs", "image/"],
-        "encoders can be exchanged in one room",
+        &["image.rs", "image/", "formats/texture.rs"],
+        "encoders can be exchanged in one room, the decoder of textures in one file",
+    ),
+    (
+        "zune_jpeg",
+        &["formats/texture.rs"],
+        "one decoder, with its SIMD off, gives every build the same texels",
+    ),
+    ("zune_core", &["formats/texture.rs"], "zune_jpeg's options"),
+    (
+        "base64",
+        &["formats/gltf/"],
+        "only glTF carries files as text",
     ),
     (
         "core_affinity",
