@@ -6,6 +6,7 @@ mod nff;
 mod number;
 mod report;
 mod test_scene;
+mod texture;
 
 pub use report::MAX_DIAGNOSTICS;
 

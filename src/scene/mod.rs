@@ -31,7 +31,7 @@ pub use materials::{Materials, Palette, Surface};
 pub use polygon::triangulate;
 pub use prim::{Prim, PrimKind};
 pub use shapes::{Cone, Cones, Ellipsoids, Spheres};
-pub use textures::{NO_TEXTURE, Texture, Wrap};
+pub use textures::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};
 pub use triangles::{Mesh, MeshMaterial, NO_NORMALS, NO_UVS, Triangles};
 pub use validate::{MAX_DEPTH_LIMIT, MAX_PIXELS, MAX_SIDE, SceneError, check_image_size};
 pub use vectors::{Vec2s, Vec3s};

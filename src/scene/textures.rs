@@ -5,8 +5,11 @@ use super::Column;
 /// Stands for "no texture" in [`super::Materials::texture`].
 pub const NO_TEXTURE: u32 = u32::MAX;
 
+/// Most texels in a row, and most rows.
+pub const MAX_TEXTURE_SIDE: u32 = 16_384;
+
 /// What lies beyond the edges of a texture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
     /// The texture again.
     #[default]
@@ -20,9 +23,9 @@ pub enum Wrap {
 /// A picture in sRGB bytes, decoded when it is sampled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// Texels in a row, at least 1.
+    /// Texels in a row, 1 to [`MAX_TEXTURE_SIDE`].
     pub width: u32,
-    /// Rows, at least 1.
+    /// Rows, 1 to [`MAX_TEXTURE_SIDE`].
     pub height: u32,
     /// Beyond the left and right edges, and beyond the upper and lower ones.
     pub wrap: [Wrap; 2],

@@ -1,7 +1,7 @@
 //! The one check between reading and tracing: after it nothing downstream can fail.
 
 use super::ViewError;
-use super::{NO_NORMALS, NO_TEXTURE, NO_UVS, Scene, Vec3s};
+use super::{MAX_TEXTURE_SIDE, NO_NORMALS, NO_TEXTURE, NO_UVS, Scene, Vec3s};
 
 /// Longest side of an image, in pixels.
 pub const MAX_SIDE: u32 = 65_536;
@@ -180,8 +180,12 @@ impl Scene {
 
     fn validate_textures(&self) -> Result<(), SceneError> {
         for (i, t) in self.textures.iter().enumerate() {
+            let side = 1..=MAX_TEXTURE_SIDE;
+            if !side.contains(&t.width) || !side.contains(&t.height) {
+                return Err(column("texture", "size", i, "not 1 to 16384 a side"));
+            }
             let texels = u64::from(t.width) * u64::from(t.height);
-            if texels == 0 || texels != t.texels.len() as u64 {
+            if texels != t.texels.len() as u64 {
                 return Err(column("texture", "texels", i, "missing or surplus"));
             }
         }

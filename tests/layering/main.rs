@@ -76,7 +76,7 @@ const TABLE: [Row; 16] = [
 ];
 
 /// Crates that only some rooms (or files) may name.
-const OWNERS: [(&str, &[&str], &str); 4] = [
+const OWNERS: [(&str, &[&str], &str); 7] = [
     (
         "wide",
         &["lanes/types.rs"],
@@ -89,8 +89,19 @@ const OWNERS: [(&str, &[&str], &str); 4] = [
     ),
     (
         "image",
-        &["image.rs", "image/"],
-        "encoders can be exchanged in one room",
+        &["image.rs", "image/", "formats/texture.rs"],
+        "encoders can be exchanged in one room, the decoder of textures in one file",
+    ),
+    (
+        "zune_jpeg",
+        &["formats/texture.rs"],
+        "one decoder, with its SIMD off, gives every build the same texels",
+    ),
+    ("zune_core", &["formats/texture.rs"], "zune_jpeg's options"),
+    (
+        "gltf",
+        &["formats/gltf/"],
+        "the crate parses; what a file means is decided in one room",
     ),
     (
         "core_affinity",
