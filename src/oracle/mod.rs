@@ -7,6 +7,7 @@
 mod instance;
 mod intersect;
 mod shading;
+mod texture;
 mod tree;
 
 pub use intersect::{Hit, Ray};
@@ -112,11 +113,8 @@ impl<'a> Oracle<'a> {
             return self.scene.background;
         };
         let at = Surface::new(self.scene, ray, &hit);
-        let material = Material::of(
-            self.scene,
-            self.scene
-                .prim_material(self.scene.placed(hit.prim_id).prim),
-        );
+        let prim = self.scene.placed(hit.prim_id).prim;
+        let material = Material::of(self.scene, prim, &hit);
         let mut sum = material.own;
         for light in 0..self.scene.lights.len() {
             let Some(sample) = shading::sample_light(self.scene, light, &material, &at) else {

@@ -2,13 +2,14 @@
 
 use super::instance::moved;
 use super::intersect::{Hit, Ray, largest, max};
+use super::texture::tint;
 use crate::sampling::pow;
 use crate::scene::{PAD, PrimKind, Scene};
 use glam::Vec3;
 
 /// One row of the material columns.
 pub(super) struct Material {
-    /// Ka + Ke.
+    /// Ka + Ke, Ka times the texture's colour.
     pub(super) own: Vec3,
     kd: Vec3,
     ks: Vec3,
@@ -18,11 +19,13 @@ pub(super) struct Material {
 }
 
 impl Material {
-    pub(super) fn of(scene: &Scene, index: u32) -> Material {
-        let (m, i) = (&scene.materials, index as usize);
+    /// Of a stored primitive, where it was hit.
+    pub(super) fn of(scene: &Scene, prim: u32, hit: &Hit) -> Material {
+        let (m, i) = (&scene.materials, scene.prim_material(prim) as usize);
+        let tint = tint(scene, m.texture[i], prim, hit);
         Material {
-            own: m.ka.get(i) + m.ke.get(i),
-            kd: m.kd.get(i),
+            own: m.ka.get(i) * tint + m.ke.get(i),
+            kd: m.kd.get(i) * tint,
             ks: m.ks.get(i),
             kt: m.kt.get(i),
             shininess: m.shininess[i],

@@ -9,7 +9,7 @@ use super::stats::RenderStats;
 use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
 use crate::scene::{PrimKind, Scene};
-use crate::shade::{Batch, Material, Surface, bounces, sample_light, surface};
+use crate::shade::{Batch, Material, Surface, UNTINTED, bounces, sample_light, surface, tint};
 use crate::trace::Traversal;
 use bumpalo::Bump;
 use std::ops::Range;
@@ -84,10 +84,10 @@ pub(super) fn wave(
         keep.copy_from_slice(hits);
     }
     // Shade.
-    let surfaces = surfaces(arena, engine.scene, &rays, hits, colors);
-    emit_own(engine.scene, surfaces, colors);
+    let (surfaces, tints) = surfaces(arena, engine.scene, &rays, hits, colors);
+    emit_own(engine.scene, surfaces, tints, colors);
     // Ask the lights, in the order of the file.
-    ask_lights(engine, arena, surfaces, colors);
+    ask_lights(engine, arena, surfaces, tints, colors);
     // Bounce and fold.
     if deeper.is_empty() {
         return;
@@ -147,13 +147,16 @@ fn key_batch(key: Key) -> BatchWord {
 
 /// Gives missing rays the background and every hit its surface. A packet whose lanes all hit one kind and material is
 /// shaded as it stands; the other hits are sorted by kind and material, and shaded eight at a time.
+///
+/// The second list holds the texture colour of each surface; it is empty where the scene has no textures, so that such
+/// a scene pays nothing for them.
 fn surfaces<'arena>(
     arena: &'arena Bump,
     scene: &Scene,
     rays: &RayView,
     hits: &[HitPacket],
     colors: &mut [Colors],
-) -> &'arena [Surface] {
+) -> (&'arena [Surface], &'arena [Vec3x8]) {
     let whole = arena.alloc_slice_fill_copy(hits.len(), (0u32, 0 as BatchWord));
     let loose = arena.alloc_slice_fill_copy(hits.len() * LANES, 0 as Key);
     let (mut wholes, mut looses) = (0, 0);
@@ -185,11 +188,34 @@ fn surfaces<'arena>(
     loose.sort_unstable();
     let runs = || loose.chunk_by(|a, b| key_batch(*a) == key_batch(*b));
     let count = runs().map(|run| packets_for(run.len())).sum::<usize>();
-    let mut batches = runs().flat_map(|run| run.chunks(LANES));
-    arena.alloc_slice_fill_with(wholes + count, |k| match whole.get(k) {
+    let batches = || runs().flat_map(|run| run.chunks(LANES));
+    let mut next = batches();
+    let surfaces = arena.alloc_slice_fill_with(wholes + count, |k| match whole.get(k) {
         Some(&(packet, batch)) => whole_surface(scene, rays, hits, packet as usize, batch),
-        None => loose_surface(scene, rays, hits, batches.next().unwrap_or_default()),
-    })
+        None => loose_surface(scene, rays, hits, next.next().unwrap_or_default()),
+    });
+    if scene.textures.is_empty() {
+        return (surfaces, &[]);
+    }
+    let mut next = batches();
+    let tints = arena.alloc_slice_fill_with(wholes + count, |k| match whole.get(k) {
+        Some(&(packet, batch)) => tint_of(scene, batch, &hits[packet as usize]),
+        None => loose_tint(scene, rays, hits, next.next().unwrap_or_default()),
+    });
+    (surfaces, tints)
+}
+
+fn tint_of(scene: &Scene, batch: BatchWord, hits: &HitPacket) -> Vec3x8 {
+    let batch = unpack(batch);
+    match batch.kind {
+        PrimKind::Triangle => tint(scene, batch.material, hits),
+        _ => UNTINTED,
+    }
+}
+
+fn loose_tint(scene: &Scene, rays: &RayView, hits: &[HitPacket], batch: &[Key]) -> Vec3x8 {
+    let (_, hits) = gather(rays, hits, &rays_of(batch));
+    tint_of(scene, key_batch(batch[0]), &hits)
 }
 
 fn whole_surface(
@@ -205,12 +231,16 @@ fn whole_surface(
 }
 
 fn loose_surface(scene: &Scene, rays: &RayView, hits: &[HitPacket], batch: &[Key]) -> Surface {
-    // Lanes past the batch's end repeat its last hit.
-    let ray: [u32; LANES] = std::array::from_fn(|k| batch[k.min(batch.len() - 1)] as u32);
+    let ray = rays_of(batch);
     let active = Mask8::first(batch.len());
     let unpacked = unpack(key_batch(batch[0]));
     let (rays, hits) = gather(rays, hits, &ray);
     surface(scene, unpacked, &rays, &hits, active, ray)
+}
+
+/// The rays of a batch; lanes past its end repeat its last hit.
+fn rays_of(batch: &[Key]) -> [u32; LANES] {
+    std::array::from_fn(|k| batch[k.min(batch.len() - 1)] as u32)
 }
 
 fn unpack(batch: BatchWord) -> Batch {
@@ -258,11 +288,19 @@ fn gather(rays: &RayView, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPacket,
     )
 }
 
-/// Starts every hit's sum with Ka + Ke.
-fn emit_own(scene: &Scene, surfaces: &[Surface], colors: &mut [Colors]) {
-    for at in surfaces {
-        let own = Material::of(scene, at.material).own.to_array();
+/// Starts every hit's sum with Ka + Ke, or with Ka times the texture's colour + Ke.
+fn emit_own(scene: &Scene, surfaces: &[Surface], tints: &[Vec3x8], colors: &mut [Colors]) {
+    for (k, at) in surfaces.iter().enumerate() {
+        let Material { ka, ke, .. } = Material::of(scene, at.material);
+        let own = (ka + ke).to_array();
         for lane in at.active.lanes() {
+            let own = match tints.get(k) {
+                Some(t) => {
+                    let t = glam::Vec3::new(t.x.lane(lane), t.y.lane(lane), t.z.lane(lane));
+                    (ka * t + ke).to_array()
+                }
+                None => own,
+            };
             let ray = at.ray[lane] as usize;
             colors[ray / LANES].set(ray % LANES, own);
         }
@@ -270,13 +308,19 @@ fn emit_own(scene: &Scene, surfaces: &[Surface], colors: &mut [Colors]) {
 }
 
 /// Adds each light's term where nothing stands in its way.
-fn ask_lights(engine: &mut Engine, arena: &Bump, surfaces: &[Surface], colors: &mut [Colors]) {
+fn ask_lights(
+    engine: &mut Engine,
+    arena: &Bump,
+    surfaces: &[Surface],
+    tints: &[Vec3x8],
+    colors: &mut [Colors],
+) {
     let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
     for light in 0..engine.scene.lights.len() {
         queue.clear();
-        for at in surfaces {
+        for (k, at) in surfaces.iter().enumerate() {
             let material = Material::of(engine.scene, at.material);
-            let sample = sample_light(engine.scene, light, &material, at);
+            let sample = sample_light(engine.scene, light, &material, tints.get(k), at);
             queue.push(
                 sample.needed,
                 sample.org,

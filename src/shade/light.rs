@@ -21,8 +21,14 @@ pub struct LightSample {
     pub dir: Vec3x8,
 }
 
-/// Evaluates light `light` for a batch.
-pub fn sample_light(scene: &Scene, light: usize, material: &Material, at: &Surface) -> LightSample {
+/// Evaluates light `light` for a batch; `tint` is its texture's colour, if it has a texture.
+pub fn sample_light(
+    scene: &Scene,
+    light: usize,
+    material: &Material,
+    tint: Option<&Vec3x8>,
+    at: &Surface,
+) -> LightSample {
     let lights = &scene.lights;
     let place = wide(lights.place.get(light));
     let color = wide(lights.color.get(light));
@@ -46,7 +52,9 @@ pub fn sample_light(scene: &Scene, light: usize, material: &Material, at: &Surfa
         let half = (to_light - at.dir).normalized();
         pow(positive(half.dot(at.ns)), material.shininess)
     };
-    let lobe = wide(material.kd).scale(diffuse) + wide(material.ks).scale(specular);
+    let kd = wide(material.kd);
+    let kd = tint.map_or(kd, |tint| kd.times(*tint));
+    let lobe = kd.scale(diffuse) + wide(material.ks).scale(specular);
     let radiance = radiance.times(lobe);
     let facing = to_light.dot(at.ng).gt(F32x8::ZERO);
     LightSample {

@@ -7,6 +7,7 @@
 //! | `light` | "Lighting model" and "Shading model": attenuation, Blinn-Phong |
 //! | `bounce` | "Recursive shading model": mirror and refracted rays |
 //! | `pow` | the specular power, eight lanes at a time |
+//! | `texture` | what Ka and Kd are multiplied with |
 //!
 //! The oracle does the same operations in the same order, one ray at a time.
 
@@ -15,11 +16,17 @@ mod instance;
 mod light;
 mod pow;
 mod surface;
+mod texture;
 
 pub use bounce::{Bounces, bounces};
 pub use light::{LightSample, sample_light};
 pub use pow::pow;
+<<<<<<< HEAD
 pub use surface::{Batch, Material, Surface, surface};
+=======
+pub use surface::{Material, Surface, surface};
+pub use texture::{UNTINTED, tint};
+>>>>>>> f98f6f3 (Textures in both engines: Ka and Kd times a bilinear, wrapped, sRGB-decoded colour)
 
 use crate::lanes::Vec3x8;
 use glam::Vec3;

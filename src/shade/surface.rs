@@ -32,8 +32,10 @@ pub struct Surface {
 /// One material, its colours ready to be multiplied.
 #[derive(Clone, Copy, Debug)]
 pub struct Material {
-    /// Ka + Ke: radiance without any light.
-    pub own: Vec3,
+    /// Ambient.
+    pub ka: Vec3,
+    /// Emission.
+    pub ke: Vec3,
     /// Diffuse.
     pub kd: Vec3,
     /// Specular.
@@ -51,7 +53,8 @@ impl Material {
     pub fn of(scene: &Scene, index: u32) -> Material {
         let (m, i) = (&scene.materials, index as usize);
         Material {
-            own: m.ka.get(i) + m.ke.get(i),
+            ka: m.ka.get(i),
+            ke: m.ke.get(i),
             kd: m.kd.get(i),
             ks: m.ks.get(i),
             kt: m.kt.get(i),

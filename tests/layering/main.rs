@@ -99,9 +99,9 @@ const OWNERS: [(&str, &[&str], &str); 7] = [
     ),
     ("zune_core", &["formats/texture.rs"], "zune_jpeg's options"),
     (
-        "gltf",
+        "base64",
         &["formats/gltf/"],
-        "the crate parses; what a file means is decided in one room",
+        "only glTF carries files as text",
     ),
     (
         "core_affinity",
