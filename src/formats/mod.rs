@@ -2,6 +2,8 @@
 
 mod complete;
 mod folder;
+mod gltf;
+mod mesh_defaults;
 mod nff;
 mod number;
 mod report;
@@ -122,10 +124,16 @@ pub enum Light {
 enum Format {
     Test,
     Nff,
+    Gltf,
 }
 
 impl Format {
-    const ALL: [(&'static str, Format); 2] = [("test", Format::Test), ("nff", Format::Nff)];
+    const ALL: [(&'static str, Format); 4] = [
+        ("test", Format::Test),
+        ("nff", Format::Nff),
+        ("gltf", Format::Gltf),
+        ("glb", Format::Gltf),
+    ];
 
     fn of(path: &Path) -> Option<Format> {
         let ending = path.extension()?;
@@ -137,9 +145,10 @@ impl Format {
     }
 
     /// Whether the file's lines mean anything to a person.
-    fn is_text(self) -> bool {
+    fn is_text(self, bytes: &[u8]) -> bool {
         match self {
             Format::Test | Format::Nff => true,
+            Format::Gltf => !gltf::is_binary(bytes),
         }
     }
 }
@@ -169,7 +178,7 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
     file.read_to_end(&mut bytes).map_err(io)?;
     read(format, &bytes, &Folder::of(path), options).map_err(|diagnostics| LoadError::Scene {
         path: path.to_path_buf(),
-        text: match format.is_text() {
+        text: match format.is_text(&bytes) {
             true => String::from_utf8_lossy(&bytes).into_owned(),
             false => String::new(),
         },
@@ -180,12 +189,13 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
 fn read(
     format: Format,
     bytes: &[u8],
-    _beside: &Folder,
+    beside: &Folder,
     options: &Options,
 ) -> Result<Loaded, Vec<Diagnostic>> {
     match format {
         Format::Test => test_scene::read(text_of(bytes)?, options),
         Format::Nff => nff::read(text_of(bytes)?, options),
+        Format::Gltf => gltf::read(bytes, beside, options),
     }
 }
 

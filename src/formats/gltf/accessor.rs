@@ -1,0 +1,278 @@
+//! Accessors: typed rows in a buffer view, with or without sparse replacements. Rows are read one by one where they
+//! lie, so that nothing is allocated by a count.
+
+use super::document::{AccessorRow, Sparse};
+use super::source::Source;
+
+/// An accessor whose last row has been checked to be there.
+#[derive(Clone, Copy)]
+pub(super) struct Accessor<'a> {
+    /// Rows.
+    pub(super) count: usize,
+    rows: Option<Rows<'a>>,
+    kind: Component,
+    normalized: bool,
+    replaced: Option<Replaced<'a>>,
+}
+
+#[derive(Clone, Copy)]
+struct Rows<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+}
+
+#[derive(Clone, Copy)]
+struct Replaced<'a> {
+    count: usize,
+    indices: Rows<'a>,
+    index_kind: Component,
+    values: Rows<'a>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn of(number: u32) -> Result<Component, String> {
+        Ok(match number {
+            5120 => Component::I8,
+            5121 => Component::U8,
+            5122 => Component::I16,
+            5123 => Component::U16,
+            5125 => Component::U32,
+            5126 => Component::F32,
+            _ => return Err(format!("there is no component type {number}")),
+        })
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Component::I8 | Component::U8 => 1,
+            Component::I16 | Component::U16 => 2,
+            Component::U32 | Component::F32 => 4,
+        }
+    }
+
+    /// A component as a whole number; `None` for kinds that are no indices.
+    fn index(self, bytes: &[u8]) -> Option<u32> {
+        match self {
+            Component::U8 => Some(u32::from(bytes[0])),
+            Component::U16 => Some(u32::from(u16::from_le_bytes([bytes[0], bytes[1]]))),
+            Component::U32 => Some(u32::from_le_bytes(first_four(bytes))),
+            _ => None,
+        }
+    }
+
+    /// A component as a number; normalised integers reach from -1 or 0 to 1.
+    #[inline]
+    fn number(self, bytes: &[u8], normalized: bool) -> f32 {
+        let two = || [bytes[0], bytes[1]];
+        let (number, most) = match self {
+            Component::F32 => return f32::from_le_bytes(first_four(bytes)),
+            Component::I8 => (f32::from(bytes[0] as i8), 127.0),
+            Component::U8 => (f32::from(bytes[0]), 255.0),
+            Component::I16 => (f32::from(i16::from_le_bytes(two())), 32_767.0),
+            Component::U16 => (f32::from(u16::from_le_bytes(two())), 65_535.0),
+            Component::U32 => (
+                u32::from_le_bytes(first_four(bytes)) as f32,
+                4_294_967_295.0,
+            ),
+        };
+        match normalized {
+            true => (number / most).max(-1.0),
+            false => number,
+        }
+    }
+}
+
+fn first_four(bytes: &[u8]) -> [u8; 4] {
+    [bytes[0], bytes[1], bytes[2], bytes[3]]
+}
+
+/// Number of components of a type's name.
+fn width_of(kind: &str) -> Option<usize> {
+    Some(match kind {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" => 4,
+        _ => return None,
+    })
+}
+
+impl<'a> Accessor<'a> {
+    /// Opens an accessor of `width` components a row.
+    pub(super) fn open(
+        source: &'a Source,
+        row: usize,
+        width: usize,
+    ) -> Result<Accessor<'a>, String> {
+        let accessor = source.document.accessors.get(row);
+        let accessor = accessor.ok_or_else(|| format!("there is no accessors[{row}]"))?;
+        let opened = Accessor::checked(source, accessor, width);
+        opened.map_err(|reason| format!("accessors[{row}]: {reason}"))
+    }
+
+    fn checked(
+        source: &'a Source,
+        row: &AccessorRow,
+        width: usize,
+    ) -> Result<Accessor<'a>, String> {
+        if width_of(&row.kind) != Some(width) {
+            let want = ["SCALAR", "VEC2", "VEC3", "VEC4"][width - 1];
+            return Err(format!("its type should be {want}"));
+        }
+        let kind = Component::of(row.component_type)?;
+        let count = usize::try_from(row.count).map_err(|_| "its count is out of range")?;
+        let size = kind.size() * width;
+        let rows = match row.buffer_view {
+            Some(view) => Some(Rows::checked(source, view, row.byte_offset, size, count)?),
+            None if row.sparse.is_some() => None,
+            None => return Err("it has no buffer view, so no data".into()),
+        };
+        let replaced = row.sparse.as_ref();
+        let replaced = replaced.map(|sparse| Replaced::checked(source, sparse, size, count));
+        Ok(Accessor {
+            count,
+            rows,
+            kind,
+            normalized: row.normalized,
+            replaced: replaced.transpose()?,
+        })
+    }
+
+    /// Whether its components can be indices.
+    pub(super) fn holds_indices(&self) -> bool {
+        matches!(self.kind, Component::U8 | Component::U16 | Component::U32)
+    }
+
+    /// The bytes of a row below `count`; `None` stands for zeros.
+    fn row(&self, row: usize) -> Option<&'a [u8]> {
+        let replacement = self.replaced.and_then(|replaced| replaced.row(row));
+        replacement.or_else(|| self.rows.map(|rows| rows.get(row)))
+    }
+
+    /// A row below `count` as numbers.
+    #[inline]
+    pub(super) fn get<const N: usize>(&self, row: usize) -> [f32; N] {
+        let size = self.kind.size();
+        match self.row(row) {
+            Some(bytes) => {
+                std::array::from_fn(|k| self.kind.number(&bytes[k * size..], self.normalized))
+            }
+            None => [0.0; N],
+        }
+    }
+
+    /// A row below `count` as an index.
+    #[inline]
+    pub(super) fn index(&self, row: usize) -> u32 {
+        let bytes = self.row(row);
+        bytes.and_then(|bytes| self.kind.index(bytes)).unwrap_or(0)
+    }
+}
+
+impl<'a> Rows<'a> {
+    /// Rows of `size` bytes, of which the last is there.
+    fn checked(
+        source: &'a Source,
+        view: usize,
+        offset: u64,
+        size: usize,
+        count: usize,
+    ) -> Result<Rows<'a>, String> {
+        let bytes = source.view(view)?;
+        let stride = source.document.buffer_views[view].byte_stride;
+        let stride = usize::try_from(stride.unwrap_or(size as u64)).unwrap_or(usize::MAX);
+        if stride < size {
+            return Err(format!(
+                "its rows of {size} bytes overlap in bufferViews[{view}]"
+            ));
+        }
+        let offset = usize::try_from(offset).unwrap_or(usize::MAX);
+        let bytes = bytes.get(offset..).unwrap_or_default();
+        let end = match count {
+            0 => Some(0),
+            _ => (count - 1)
+                .checked_mul(stride)
+                .and_then(|n| n.checked_add(size)),
+        };
+        match end {
+            Some(end) if end <= bytes.len() => Ok(Rows { bytes, stride }),
+            _ => Err(format!("its {count} rows reach beyond bufferViews[{view}]")),
+        }
+    }
+
+    fn get(&self, row: usize) -> &'a [u8] {
+        &self.bytes[row * self.stride..]
+    }
+}
+
+impl<'a> Replaced<'a> {
+    fn checked(
+        source: &'a Source,
+        sparse: &Sparse,
+        size: usize,
+        rows: usize,
+    ) -> Result<Replaced<'a>, String> {
+        let count =
+            usize::try_from(sparse.count).map_err(|_| "its sparse count is out of range")?;
+        let index_kind = Component::of(sparse.indices.component_type)?;
+        let (indices, values) = (&sparse.indices, &sparse.values);
+        let index_size = index_kind.size();
+        let replaced = Replaced {
+            count,
+            indices: Rows::checked(
+                source,
+                indices.buffer_view,
+                indices.byte_offset,
+                index_size,
+                count,
+            )?,
+            index_kind,
+            values: Rows::checked(source, values.buffer_view, values.byte_offset, size, count)?,
+        };
+        let mut before = None;
+        for k in 0..count {
+            let index = replaced
+                .index(k)
+                .ok_or("its sparse indices are not unsigned integers")?;
+            if before.is_some_and(|before| before >= index) {
+                return Err("its sparse indices do not ascend".into());
+            }
+            if index as usize >= rows {
+                return Err(format!(
+                    "its sparse index {index} is not below its count {rows}"
+                ));
+            }
+            before = Some(index);
+        }
+        Ok(replaced)
+    }
+
+    fn index(&self, k: usize) -> Option<u32> {
+        self.index_kind.index(self.indices.get(k))
+    }
+
+    /// The replacement of a row.
+    fn row(&self, row: usize) -> Option<&'a [u8]> {
+        let (mut from, mut to) = (0, self.count);
+        while from < to {
+            let middle = from + (to - from) / 2;
+            let index = self.index(middle)? as usize;
+            match index.cmp(&row) {
+                std::cmp::Ordering::Equal => return Some(self.values.get(middle)),
+                std::cmp::Ordering::Less => from = middle + 1,
+                std::cmp::Ordering::Greater => to = middle,
+            }
+        }
+        None
+    }
+}

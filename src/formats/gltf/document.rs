@@ -1,0 +1,379 @@
+//! The JSON document: what of it matters here, as the specification names it. Counts and indices are as in the file;
+//! whoever uses one checks it.
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use std::collections::BTreeMap;
+
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Document {
+    pub(super) asset: Asset,
+    pub(super) scene: Option<usize>,
+    pub(super) scenes: Vec<SceneRow>,
+    pub(super) nodes: Vec<Node>,
+    pub(super) meshes: Vec<MeshRow>,
+    pub(super) accessors: Vec<AccessorRow>,
+    pub(super) buffer_views: Vec<View>,
+    pub(super) buffers: Vec<Buffer>,
+    pub(super) materials: Vec<Material>,
+    pub(super) textures: Vec<TextureRow>,
+    pub(super) images: Vec<Image>,
+    pub(super) samplers: Vec<Sampler>,
+    pub(super) cameras: Vec<Camera>,
+    pub(super) animations: Vec<IgnoredAny>,
+    pub(super) extensions_required: Vec<String>,
+    pub(super) extensions: Extensions,
+}
+
+/// All of a document that a file of another version is sure to have.
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Versioned {
+    pub(super) asset: Asset,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Asset {
+    pub(super) version: Option<String>,
+    pub(super) min_version: Option<String>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Extensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub(super) lights: LightList,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct LightList {
+    pub(super) lights: Vec<Light>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Light {
+    #[serde(default = "white")]
+    pub(super) color: [f64; 3],
+    #[serde(default = "one")]
+    pub(super) intensity: f64,
+    #[serde(rename = "type")]
+    pub(super) kind: String,
+}
+
+fn one<T: From<u8>>() -> T {
+    T::from(1)
+}
+
+fn white<const N: usize>() -> [f64; N] {
+    [1.0; N]
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct SceneRow {
+    pub(super) nodes: Vec<usize>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Node {
+    pub(super) children: Vec<usize>,
+    pub(super) mesh: Option<usize>,
+    pub(super) camera: Option<usize>,
+    pub(super) skin: Option<usize>,
+    pub(super) matrix: Option<[f64; 16]>,
+    pub(super) translation: Option<[f64; 3]>,
+    pub(super) rotation: Option<[f64; 4]>,
+    pub(super) scale: Option<[f64; 3]>,
+    pub(super) extensions: NodeExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub(super) light: Option<LightIndex>,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub(super) instancing: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct LightIndex {
+    pub(super) light: usize,
+}
+
+#[derive(Deserialize)]
+pub(super) struct MeshRow {
+    pub(super) primitives: Vec<Primitive>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Primitive {
+    pub(super) attributes: BTreeMap<String, usize>,
+    pub(super) indices: Option<usize>,
+    pub(super) material: Option<usize>,
+    #[serde(default = "triangles")]
+    pub(super) mode: u32,
+    #[serde(default)]
+    pub(super) targets: Option<IgnoredAny>,
+    #[serde(default)]
+    pub(super) extensions: PrimitiveExtensions,
+}
+
+fn triangles() -> u32 {
+    4
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub(super) draco: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct AccessorRow {
+    pub(super) buffer_view: Option<usize>,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) component_type: u32,
+    #[serde(default)]
+    pub(super) normalized: bool,
+    pub(super) count: u64,
+    #[serde(rename = "type")]
+    pub(super) kind: String,
+    pub(super) sparse: Option<Sparse>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Sparse {
+    pub(super) count: u64,
+    pub(super) indices: SparseIndices,
+    pub(super) values: SparseValues,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseIndices {
+    pub(super) buffer_view: usize,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) component_type: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparseValues {
+    pub(super) buffer_view: usize,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct View {
+    pub(super) buffer: usize,
+    #[serde(default)]
+    pub(super) byte_offset: u64,
+    pub(super) byte_length: u64,
+    pub(super) byte_stride: Option<u64>,
+    #[serde(default)]
+    pub(super) extensions: ViewExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    pub(super) meshopt: Option<IgnoredAny>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    pub(super) khr_meshopt: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub(super) uri: Option<String>,
+    pub(super) byte_length: u64,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct TextureRow {
+    pub(super) sampler: Option<usize>,
+    pub(super) source: Option<usize>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Image {
+    pub(super) uri: Option<String>,
+    pub(super) buffer_view: Option<usize>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Sampler {
+    pub(super) wrap_s: Option<u32>,
+    pub(super) wrap_t: Option<u32>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Material {
+    pub(super) pbr_metallic_roughness: MetallicRoughness,
+    pub(super) normal_texture: Option<IgnoredAny>,
+    pub(super) occlusion_texture: Option<IgnoredAny>,
+    pub(super) emissive_texture: Option<IgnoredAny>,
+    pub(super) emissive_factor: [f64; 3],
+    pub(super) alpha_mode: Option<String>,
+    pub(super) extensions: MaterialExtensions,
+}
+
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct MetallicRoughness {
+    pub(super) base_color_factor: [f64; 4],
+    pub(super) base_color_texture: Option<TextureInfo>,
+    pub(super) metallic_factor: f64,
+    pub(super) roughness_factor: f64,
+    pub(super) metallic_roughness_texture: Option<IgnoredAny>,
+}
+
+impl Default for MetallicRoughness {
+    fn default() -> Self {
+        MetallicRoughness {
+            base_color_factor: [1.0; 4],
+            base_color_texture: None,
+            metallic_factor: 1.0,
+            roughness_factor: 1.0,
+            metallic_roughness_texture: None,
+        }
+    }
+}
+
+#[derive(Deserialize, Clone)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureInfo {
+    pub(super) index: usize,
+    #[serde(default)]
+    pub(super) tex_coord: u32,
+    #[serde(default)]
+    pub(super) extensions: TextureInfoExtensions,
+}
+
+#[derive(Deserialize, Default, Clone)]
+#[serde(default)]
+pub(super) struct TextureInfoExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<TextureTransform>,
+}
+
+#[derive(Deserialize, Clone)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureTransform {
+    #[serde(default)]
+    pub(super) offset: [f64; 2],
+    #[serde(default)]
+    pub(super) rotation: f64,
+    #[serde(default = "white")]
+    pub(super) scale: [f64; 2],
+    pub(super) tex_coord: Option<u32>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_unlit")]
+    pub(super) unlit: Option<IgnoredAny>,
+    #[serde(rename = "KHR_materials_transmission")]
+    pub(super) transmission: Option<Transmission>,
+    #[serde(rename = "KHR_materials_volume")]
+    pub(super) volume: Option<Volume>,
+    #[serde(rename = "KHR_materials_ior")]
+    pub(super) ior: Option<Ior>,
+    #[serde(rename = "KHR_materials_emissive_strength")]
+    pub(super) emissive_strength: Option<EmissiveStrength>,
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub(super) specular_glossiness: Option<SpecularGlossiness>,
+    /// Those that nothing here stands for.
+    #[serde(flatten)]
+    pub(super) others: BTreeMap<String, IgnoredAny>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Transmission {
+    pub(super) transmission_factor: f64,
+    pub(super) transmission_texture: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Volume {
+    pub(super) thickness_factor: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(default)]
+pub(super) struct Ior {
+    pub(super) ior: f64,
+}
+
+impl Default for Ior {
+    fn default() -> Self {
+        Ior { ior: 1.5 }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct EmissiveStrength {
+    pub(super) emissive_strength: f64,
+}
+
+impl Default for EmissiveStrength {
+    fn default() -> Self {
+        EmissiveStrength {
+            emissive_strength: 1.0,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct SpecularGlossiness {
+    pub(super) diffuse_factor: [f64; 4],
+    pub(super) diffuse_texture: Option<TextureInfo>,
+    pub(super) specular_factor: [f64; 3],
+    pub(super) glossiness_factor: f64,
+    pub(super) specular_glossiness_texture: Option<IgnoredAny>,
+}
+
+impl Default for SpecularGlossiness {
+    fn default() -> Self {
+        SpecularGlossiness {
+            diffuse_factor: [1.0; 4],
+            diffuse_texture: None,
+            specular_factor: [1.0; 3],
+            glossiness_factor: 1.0,
+            specular_glossiness_texture: None,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+pub(super) struct Camera {
+    pub(super) perspective: Option<Perspective>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Perspective {
+    pub(super) yfov: f64,
+    pub(super) aspect_ratio: Option<f64>,
+}

@@ -1,0 +1,274 @@
+//! Primitives: accessors to triangles, in their mesh's own space or baked into the world.
+
+use super::accessor::Accessor;
+use super::document::Primitive;
+use super::materials::{Look, UvMap};
+use super::source::Source;
+use crate::scene::{Mesh, MeshMaterial, NO_NORMALS, NO_UVS};
+use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+use std::collections::HashMap;
+
+/// Triangles of one material, still as the file's accessors.
+pub(super) struct Shape<'a> {
+    positions: Accessor<'a>,
+    normals: Option<Accessor<'a>>,
+    uvs: Option<(Accessor<'a>, UvMap)>,
+    corners: Vec<[u32; 3]>,
+    material: u32,
+}
+
+/// Topologies of triangles, by their numbers in the file.
+const TRIANGLES: u32 = 4;
+const STRIP: u32 = 5;
+const FAN: u32 = 6;
+
+/// Whether a mode means triangles; 0 to 3 are points and lines.
+pub(super) fn is_surface(mode: u32) -> bool {
+    (TRIANGLES..=FAN).contains(&mode)
+}
+
+impl<'a> Shape<'a> {
+    /// Opens a primitive's accessors and reads its indices; no more than `most` triangles.
+    pub(super) fn open(
+        source: &'a Source,
+        primitive: &Primitive,
+        look: &Look,
+        most: u64,
+    ) -> Result<Shape<'a>, String> {
+        let attribute = |name: &str, width: usize| {
+            let row = primitive.attributes.get(name);
+            let opened = row.map(|&row| Accessor::open(source, row, width));
+            opened
+                .transpose()
+                .map_err(|reason| match primitive.extensions.draco {
+                    Some(_) => {
+                        "compressed by Draco (KHR_draco_mesh_compression), not read here".into()
+                    }
+                    None => reason,
+                })
+        };
+        let positions = attribute("POSITION", 3)?.ok_or("it has no POSITION")?;
+        let normals = attribute("NORMAL", 3)?;
+        let uvs = match &look.uvs {
+            Some((name, map)) => attribute(name, 2)?.map(|uvs| (uvs, *map)),
+            None => None,
+        };
+        let short = |other: &Accessor| other.count < positions.count;
+        if normals.as_ref().is_some_and(short) || uvs.as_ref().is_some_and(|(uvs, _)| short(uvs)) {
+            return Err("an attribute has fewer rows than POSITION".into());
+        }
+        Ok(Shape {
+            positions,
+            normals,
+            uvs,
+            corners: corners(source, primitive, positions.count, most)?,
+            material: look.material,
+        })
+    }
+
+    /// Number of triangles.
+    pub(super) fn len(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// Largest coordinate of a corner, in the mesh's own space.
+    pub(super) fn extent(&self) -> f32 {
+        let corners = self.corners.iter().flatten();
+        corners.fold(0.0, |most, &corner| {
+            let place = Vec3::from_array(self.positions.get(corner as usize));
+            place.abs().max_element().max(most)
+        })
+    }
+
+    /// The triangles under a map, with only the vertices that they use. A map that mirrors turns them round, so that
+    /// their fronts stay in front.
+    pub(super) fn mesh(&self, map: &DAffine3) -> Result<Mesh, String> {
+        let mut out = Placing::new(self, map);
+        let mut corners = Vec::with_capacity(self.corners.len());
+        for &[a, b, c] in &self.corners {
+            let row = match out.mirrored {
+                true => [a, c, b],
+                false => [a, b, c],
+            };
+            let [a, b, c] = row.map(|corner| out.number(corner));
+            corners.push([a?, b?, c?]);
+        }
+        Ok(out.finish(corners))
+    }
+}
+
+/// Triangles of indices below `vertices`.
+fn corners(
+    source: &Source,
+    primitive: &Primitive,
+    vertices: usize,
+    most: u64,
+) -> Result<Vec<[u32; 3]>, String> {
+    let indices = primitive.indices;
+    let indices = indices
+        .map(|row| Accessor::open(source, row, 1))
+        .transpose()?;
+    if indices.is_some_and(|indices| !indices.holds_indices()) {
+        return Err("its indices are not unsigned integers".into());
+    }
+    let steps = indices.map_or(vertices, |indices| indices.count);
+    let count = match primitive.mode {
+        TRIANGLES => steps / 3,
+        _ => steps.saturating_sub(2),
+    };
+    if count as u64 > most || vertices as u64 > u64::from(u32::MAX) {
+        return Err(format!(
+            "{count} more triangles are too many for a file of this size"
+        ));
+    }
+    let corner = |step: usize| match indices {
+        Some(indices) => indices.index(step),
+        None => step as u32,
+    };
+    let mut corners = Vec::with_capacity(count);
+    for k in 0..count {
+        let steps = match primitive.mode {
+            TRIANGLES => [3 * k, 3 * k + 1, 3 * k + 2],
+            // Every other triangle of a strip runs the other way round.
+            STRIP => [k, k + 1 + k % 2, k + 2 - k % 2],
+            _ => [k + 1, k + 2, 0],
+        };
+        corners.push(steps.map(corner));
+    }
+    let outside = |&&corner: &&u32| corner as usize >= vertices;
+    match corners.iter().flatten().find(outside) {
+        Some(corner) => Err(format!(
+            "its index {corner} is not below its {vertices} vertices"
+        )),
+        None => Ok(corners),
+    }
+}
+
+/// A mesh while its vertices are numbered anew, in the order in which triangles use them.
+struct Placing<'s> {
+    shape: &'s Shape<'s>,
+    map: &'s DAffine3,
+    /// For normals: the inverse transpose, up to a positive factor.
+    turn: DMat3,
+    mirrored: bool,
+    numbers: Numbers,
+    mesh: Mesh,
+    /// Vertices whose normal or texture place says nothing.
+    bad_normals: Vec<u32>,
+    bad_uvs: Vec<u32>,
+}
+
+/// New numbers of old ones: a table where most are used, a map where few are.
+enum Numbers {
+    Table(Vec<u32>),
+    Map(HashMap<u32, u32>),
+}
+
+impl Numbers {
+    fn slot(&mut self, old: u32) -> &mut u32 {
+        match self {
+            Numbers::Table(table) => &mut table[old as usize],
+            Numbers::Map(map) => map.entry(old).or_insert(u32::MAX),
+        }
+    }
+}
+
+impl<'s> Placing<'s> {
+    fn new(shape: &'s Shape<'s>, map: &'s DAffine3) -> Self {
+        let m = map.matrix3;
+        let mirrored = m.determinant() < 0.0;
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        let cofactors = DMat3::from_cols(
+            m.y_axis.cross(m.z_axis),
+            m.z_axis.cross(m.x_axis),
+            m.x_axis.cross(m.y_axis),
+        );
+        let (vertices, corners) = (shape.positions.count, 3 * shape.corners.len());
+        Placing {
+            shape,
+            map,
+            turn: cofactors * sign,
+            mirrored,
+            // The table's size is no more than a few times what is read anyway.
+            numbers: match vertices <= 4 * corners {
+                true => Numbers::Table(vec![u32::MAX; vertices]),
+                false => Numbers::Map(HashMap::new()),
+            },
+            mesh: Mesh::default(),
+            bad_normals: Vec::new(),
+            bad_uvs: Vec::new(),
+        }
+    }
+
+    /// The new number of a vertex, which is appended when it is first asked for.
+    fn number(&mut self, old: u32) -> Result<u32, String> {
+        let new = self.mesh.vertices.len() as u32;
+        let slot = self.numbers.slot(old);
+        if *slot != u32::MAX {
+            return Ok(*slot);
+        }
+        *slot = new;
+        let row = old as usize;
+        let place = Vec3::from_array(self.shape.positions.get(row));
+        let placed = self.map.transform_point3(place.as_dvec3()).as_vec3();
+        if !placed.is_finite() {
+            return Err(match place.is_finite() {
+                true => format!("vertex {old} is beyond single precision where its nodes put it"),
+                false => format!("vertex {old} is not finite, and a triangle uses it"),
+            });
+        }
+        self.mesh.vertices.push(placed);
+        if let Some(normals) = &self.shape.normals {
+            let normal = Vec3::from_array(normals.get(row)).as_dvec3();
+            let turned = unit(self.turn * unit(normal));
+            if turned == DVec3::ZERO {
+                self.bad_normals.push(new);
+            }
+            self.mesh.vertex_normals.push(turned.as_vec3());
+        }
+        if let Some((uvs, map)) = &self.shape.uvs {
+            let mut uv = map.apply(uvs.get(row));
+            if !uv.is_finite() {
+                self.bad_uvs.push(new);
+                uv = Vec2::ZERO;
+            }
+            self.mesh.vertex_uvs.push(uv);
+        }
+        Ok(new)
+    }
+
+    fn finish(self, corners: Vec<[u32; 3]>) -> Mesh {
+        let without = |bad: &[u32], none: u32| -> Vec<[u32; 3]> {
+            let rows = corners.iter();
+            // New numbers were given in ascending order.
+            let is_bad = |corner: &u32| bad.binary_search(corner).is_ok();
+            rows.map(|row| {
+                if row.iter().any(is_bad) {
+                    [none; 3]
+                } else {
+                    *row
+                }
+            })
+            .collect()
+        };
+        let mut mesh = self.mesh;
+        if self.shape.normals.is_some() {
+            mesh.normals = without(&self.bad_normals, NO_NORMALS).into();
+        }
+        if self.shape.uvs.is_some() {
+            mesh.uvs = without(&self.bad_uvs, NO_UVS).into();
+        }
+        mesh.material = MeshMaterial::One(self.shape.material);
+        mesh.corners = corners.into();
+        mesh
+    }
+}
+
+/// v/|v|, or zero for what has no direction.
+fn unit(v: DVec3) -> DVec3 {
+    let length = v.length();
+    match length > 0.0 && length.is_finite() {
+        true => v * (1.0 / length),
+        false => DVec3::ZERO,
+    }
+}

@@ -1,0 +1,252 @@
+//! The file as its parts see it: the document, its buffers' bytes, and where in the text each of its rows stands.
+
+use super::container::{Container, Fault};
+use super::document::{Document, Versioned};
+use crate::formats::folder::Folder;
+use crate::formats::report::{Place, Report, quoted};
+use base64::Engine;
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use serde_json::value::RawValue;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashMap};
+use std::rc::Rc;
+
+/// The file.
+pub(super) struct Source<'a> {
+    json: &'a [u8],
+    json_offset: usize,
+    pub(super) document: Document,
+    buffers: Vec<Option<Bytes<'a>>>,
+}
+
+/// Bytes of the file itself, or of another one.
+#[derive(Clone)]
+enum Bytes<'a> {
+    Own(&'a [u8]),
+    Other(Rc<[u8]>),
+}
+
+impl std::ops::Deref for Bytes<'_> {
+    type Target = [u8];
+    fn deref(&self) -> &[u8] {
+        match self {
+            Bytes::Own(bytes) => bytes,
+            Bytes::Other(bytes) => bytes,
+        }
+    }
+}
+
+/// Text as data: padded or not, and forgiving about the bits past the end.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &STANDARD,
+    GeneralPurposeConfig::new()
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true),
+);
+
+const START: Place = Place {
+    offset: 0,
+    length: 0,
+};
+
+impl<'a> Source<'a> {
+    /// Parses the document and checks that it is of a kind that is read here.
+    pub(super) fn parse(bytes: &'a [u8], parts: &Container) -> Result<Source<'a>, Fault> {
+        let mut json_offset = parts.json.start;
+        let mut json = bytes[parts.json.clone()].trim_ascii_end();
+        if let Some(rest) = json.strip_prefix("\u{feff}".as_bytes()) {
+            (json, json_offset) = (rest, json_offset + 3);
+        }
+        if json.is_empty() {
+            return Err((START, "the file is empty".into()));
+        }
+        let parsed = serde_json::from_slice::<Document>(json);
+        let asset = match &parsed {
+            Ok(document) => &document.asset,
+            // A document of another version may differ in everything else, and its version is the better answer.
+            Err(_) => {
+                &serde_json::from_slice::<Versioned>(json)
+                    .unwrap_or_default()
+                    .asset
+            }
+        };
+        let needed = asset.min_version.as_ref().or(asset.version.as_ref());
+        if let Some(version) = needed.filter(|v| !v.starts_with("2.")) {
+            let version = quoted(version);
+            return Err((START, format!("glTF {version} is not read here, only 2.0")));
+        }
+        let document = parsed.map_err(|error| {
+            let offset = json_offset + offset_of(json, error.line(), error.column());
+            (Place { offset, length: 1 }, plain(&error))
+        })?;
+        if document.asset.version.is_none() {
+            return Err((START, "not a glTF file: it has no `asset.version`".into()));
+        }
+        Ok(Source {
+            json,
+            json_offset,
+            document,
+            buffers: Vec::new(),
+        })
+    }
+
+    /// Where a row of one of the document's lists stands. Parses the text once more, so for messages only.
+    pub(super) fn place(&self, list: &str, row: usize) -> Place {
+        let found = || {
+            let lists: BTreeMap<Cow<str>, &RawValue> = serde_json::from_slice(self.json).ok()?;
+            let rows: Vec<&RawValue> = serde_json::from_str(lists.get(list)?.get()).ok()?;
+            let text = rows.get(row)?.get();
+            let offset = (text.as_ptr() as usize).checked_sub(self.json.as_ptr() as usize)?;
+            Some(Place {
+                offset: self.json_offset + offset,
+                length: 1,
+            })
+        };
+        found().unwrap_or(START)
+    }
+
+    /// Says what is wrong with a row.
+    pub(super) fn error(&self, report: &mut Report, list: &str, row: usize, message: &str) {
+        if !report.is_full() {
+            report.error(self.place(list, row), format!("{list}[{row}]: {message}"));
+        }
+    }
+
+    /// Reads every buffer: from the file's own chunk, from the text, or from a file beside it.
+    pub(super) fn load_buffers(
+        &mut self,
+        binary: Option<&'a [u8]>,
+        beside: &Folder,
+        report: &mut Report,
+    ) {
+        let mut files: HashMap<&str, Rc<[u8]>> = HashMap::new();
+        let mut buffers = Vec::with_capacity(self.document.buffers.len());
+        for (row, buffer) in self.document.buffers.iter().enumerate() {
+            let bytes = match (&buffer.uri, binary) {
+                (Some(uri), _) => match files.get(uri.as_str()) {
+                    Some(bytes) => Ok(Bytes::Other(Rc::clone(bytes))),
+                    None => fetch(uri, beside).map(|bytes| {
+                        let bytes: Rc<[u8]> = bytes.into();
+                        files.insert(uri, Rc::clone(&bytes));
+                        Bytes::Other(bytes)
+                    }),
+                },
+                (None, Some(chunk)) if row == 0 => Ok(Bytes::Own(chunk)),
+                // Left for whoever uses it: a buffer that stands in for compressed data has no bytes of its own.
+                (None, _) => {
+                    buffers.push(None);
+                    continue;
+                }
+            };
+            let bytes = bytes.and_then(|bytes| match buffer.byte_length <= bytes.len() as u64 {
+                true => Ok(bytes),
+                false => Err(format!(
+                    "it should have {} bytes, but has {}",
+                    buffer.byte_length,
+                    bytes.len()
+                )),
+            });
+            if let Err(message) = &bytes {
+                self.error(report, "buffers", row, message);
+            }
+            buffers.push(bytes.ok());
+        }
+        self.buffers = buffers;
+    }
+
+    /// Bytes in all buffers together.
+    pub(super) fn buffer_bytes(&self) -> u64 {
+        let sizes = self.buffers.iter().flatten().map(|b| b.len() as u64);
+        sizes.sum()
+    }
+
+    /// The bytes of a buffer view.
+    pub(super) fn view(&self, row: usize) -> Result<&[u8], String> {
+        let view = self.document.buffer_views.get(row);
+        let view = view.ok_or_else(|| format!("there is no bufferViews[{row}]"))?;
+        if view.extensions.meshopt.is_some() || view.extensions.khr_meshopt.is_some() {
+            return Err(format!(
+                "bufferViews[{row}] is compressed by meshopt, which is not read here"
+            ));
+        }
+        let buffer = self.buffers.get(view.buffer);
+        let buffer = buffer.ok_or_else(|| format!("there is no buffers[{}]", view.buffer))?;
+        let buffer = buffer
+            .as_deref()
+            .ok_or_else(|| format!("buffers[{}] has no bytes", view.buffer))?;
+        let start = usize::try_from(view.byte_offset).ok();
+        let length = usize::try_from(view.byte_length).ok();
+        let range = start.and_then(|start| Some(start..start.checked_add(length?)?));
+        let bytes = range.and_then(|range| buffer.get(range));
+        bytes.ok_or_else(|| {
+            format!(
+                "bufferViews[{row}] reaches beyond the {} bytes of buffers[{}]",
+                buffer.len(),
+                view.buffer
+            )
+        })
+    }
+}
+
+/// The bytes that a URI stands for: data in the text itself, or a file of the scene file's folder.
+fn fetch(uri: &str, beside: &Folder) -> Result<Vec<u8>, String> {
+    match data_of(uri) {
+        Some(data) => data,
+        None => {
+            let name = file_name(uri);
+            let read = beside.read(&name);
+            read.map_err(|reason| format!("cannot read {}: {reason}", quoted(&name)))
+        }
+    }
+}
+
+/// The bytes of a `data:` URI; `None` if it is none.
+pub(super) fn data_of(uri: &str) -> Option<Result<Vec<u8>, String>> {
+    let rest = uri.strip_prefix("data:")?;
+    let Some((_, data)) = rest
+        .split_once(',')
+        .filter(|(kind, _)| kind.ends_with(";base64"))
+    else {
+        return Some(Err("a data URI that is not base64".into()));
+    };
+    let decoded = BASE64.decode(data);
+    Some(decoded.map_err(|error| format!("its base64 text is broken: {error}")))
+}
+
+/// A relative URI as a file's name: %20 stands for a blank.
+pub(super) fn file_name(uri: &str) -> String {
+    let (mut bytes, mut rest) = (Vec::with_capacity(uri.len()), uri.as_bytes());
+    while let [first, after @ ..] = rest {
+        let escaped = (*first == b'%').then(|| after.get(..2)).flatten();
+        let escaped = escaped.and_then(|hex| std::str::from_utf8(hex).ok());
+        match escaped.and_then(|hex| u8::from_str_radix(hex, 16).ok()) {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &after[2..];
+            }
+            None => {
+                bytes.push(*first);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// Where a line and column (from 1, in bytes) are.
+fn offset_of(json: &[u8], line: usize, column: usize) -> usize {
+    let mut breaks = json.iter().enumerate().filter(|&(_, &byte)| byte == b'\n');
+    let start = match line.checked_sub(2) {
+        Some(nth) => breaks.nth(nth).map_or(json.len(), |(at, _)| at + 1),
+        None => 0,
+    };
+    (start + column.saturating_sub(1)).min(json.len())
+}
+
+/// The parser's message without its own line and column.
+fn plain(error: &serde_json::Error) -> String {
+    let message = error.to_string();
+    let end = message.rfind(" at line ").unwrap_or(message.len());
+    message[..end].to_owned()
+}
