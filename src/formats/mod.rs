@@ -195,7 +195,8 @@ fn read(
     match format {
         Format::Test => test_scene::read(text_of(bytes)?, options),
         Format::Nff => nff::read(text_of(bytes)?, options),
-        Format::Gltf => gltf::read(bytes, beside, options),
+        Format::Gltf if gltf::is_binary(bytes) => gltf::read(bytes, beside, options),
+        Format::Gltf => gltf::read(text_of(bytes)?.as_bytes(), beside, options),
     }
 }
 

@@ -78,7 +78,7 @@ impl<'a> Source<'a> {
         }
         let document = parsed.map_err(|error| {
             let offset = json_offset + offset_of(json, error.line(), error.column());
-            (Place { offset, length: 1 }, plain(&error))
+            (Place { offset, length: 0 }, plain(&error))
         })?;
         if document.asset.version.is_none() {
             return Err((START, "not a glTF file: it has no `asset.version`".into()));
