@@ -4,7 +4,7 @@
 mod common;
 
 use common::rng::Rng;
-use glam::{Vec2, Vec3};
+use glam::{DAffine3, Vec2, Vec3};
 use phalanx::frame::{Control, Engine, Prepared, Settings, render};
 use phalanx::render::Film;
 use phalanx::sampling::linear_of_srgb;
@@ -274,6 +274,8 @@ fn random_scene(seed: u64) -> Scene {
         uvs.push(if rng.once_in(6) { [NO_UVS; 3] } else { row });
         materials.push(rng.below(6) as u32);
     }
+    // Half of the scenes show all of it twice, as instances.
+    let placed = seed.is_multiple_of(2).then(|| scene.begin_mesh());
     scene.add_mesh(Mesh {
         vertices,
         corners: corners.into(),
@@ -282,6 +284,13 @@ fn random_scene(seed: u64) -> Scene {
         material: MeshMaterial::Each(materials.into()),
         ..Mesh::default()
     });
+    if let Some(mesh) = placed {
+        scene.end_mesh(mesh);
+        for _ in 0..2 {
+            let map = DAffine3::from_translation(rng.point(1.0).as_dvec3());
+            scene.add_instance(mesh, map).expect("invertible");
+        }
+    }
     scene.add_sphere(rng.point(1.0), 0.3, 1);
     scene.lights.add_point(rng.point(4.0), Vec3::ONE, Vec3::X);
     scene

@@ -17,6 +17,11 @@ impl Folder {
         }
     }
 
+    /// No folder: nothing is found.
+    pub(super) fn nowhere() -> Folder {
+        Folder { path: None }
+    }
+
     /// The bytes of a file that the scene file names, with `/` or `\` between folders. The error says why not, for a
     /// message that names the file already.
     ///

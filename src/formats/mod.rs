@@ -16,6 +16,7 @@ use crate::scene::{Scene, Surface, View};
 use folder::Folder;
 use glam::Vec3;
 use report::{Place, Report};
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -135,8 +136,7 @@ impl Format {
         ("glb", Format::Gltf),
     ];
 
-    fn of(path: &Path) -> Option<Format> {
-        let ending = path.extension()?;
+    fn of(ending: &OsStr) -> Option<Format> {
         let named = Format::ALL.iter();
         named
             .filter(|(name, _)| ending.eq_ignore_ascii_case(name))
@@ -169,7 +169,7 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
     };
     // Opened before the ending is looked at: that a file is not there is the better answer to a mistyped name.
     let mut file = open(path).map_err(io)?;
-    let Some(format) = Format::of(path) else {
+    let Some(format) = path.extension().and_then(Format::of) else {
         return Err(LoadError::UnknownFormat {
             path: path.to_path_buf(),
         });
@@ -202,6 +202,20 @@ fn read(
 
 fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
     std::str::from_utf8(bytes).map_err(|error| not_text(bytes, error.valid_up_to()))
+}
+
+/// Reads a scene from bytes, as from a file with that ending (one of [`endings`]) but without a folder around it.
+/// `None` if the ending names no format.
+///
+/// # Errors
+/// What is wrong with the bytes, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
+pub fn read_bytes(
+    ending: &str,
+    bytes: &[u8],
+    options: &Options,
+) -> Option<Result<Loaded, Vec<Diagnostic>>> {
+    let format = Format::of(OsStr::new(ending))?;
+    Some(read(format, bytes, &Folder::nowhere(), options))
 }
 
 /// Reads a scene from the text of a `.test` file.

@@ -21,12 +21,8 @@ mod texture;
 pub use bounce::{Bounces, bounces};
 pub use light::{LightSample, sample_light};
 pub use pow::pow;
-<<<<<<< HEAD
 pub use surface::{Batch, Material, Surface, surface};
-=======
-pub use surface::{Material, Surface, surface};
 pub use texture::{UNTINTED, tint};
->>>>>>> f98f6f3 (Textures in both engines: Ka and Kd times a bilinear, wrapped, sRGB-decoded colour)
 
 use crate::lanes::Vec3x8;
 use glam::Vec3;

@@ -23,7 +23,9 @@ pub fn tint(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     }
     let corners = hits.prim_id.to_array().map(|id| {
         let prim = scene.placed(id).prim;
-        scene.triangles.corner_uvs(scene.prims[prim as usize].index())
+        scene
+            .triangles
+            .corner_uvs(scene.prims[prim as usize].index())
     });
     let given = corners.iter().enumerate();
     let given = given.fold(0, |bits, (k, uvs)| bits | u32::from(uvs.is_some()) << k);
