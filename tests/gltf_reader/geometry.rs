@@ -7,7 +7,9 @@ use serde_json::json;
 
 /// The corners of every stored triangle.
 fn triangles(scene: &Scene) -> Vec<[Vec3; 3]> {
-    (0..scene.triangles.len()).map(|i| scene.triangles.corners(i)).collect()
+    (0..scene.triangles.len())
+        .map(|i| scene.triangles.corners(i))
+        .collect()
 }
 
 const UNIT: [Vec3; 3] = [Vec3::ZERO, Vec3::X, Vec3::Y];
@@ -23,7 +25,9 @@ fn a_triangle_without_indices() {
 /// Five points in a fan around the first, which are a strip as well.
 fn five(mode: u32, indices: Option<&[u16]>) -> Vec<[f32; 3]> {
     let mut file = File::empty();
-    let x: Vec<f32> = (0..5).flat_map(|k| [k as f32, (k * k) as f32, 0.0]).collect();
+    let x: Vec<f32> = (0..5)
+        .flat_map(|k| [k as f32, (k * k) as f32, 0.0])
+        .collect();
     let positions = file.floats(3, &x);
     let mut primitive = json!({"attributes": {"POSITION": positions}, "mode": mode});
     if let Some(indices) = indices {
@@ -32,13 +36,23 @@ fn five(mode: u32, indices: Option<&[u16]>) -> Vec<[f32; 3]> {
     file.mesh(primitive);
     file.node(json!({"mesh": 0}));
     let scene = file.loaded().scene;
-    triangles(&scene).into_iter().map(|t| t.map(|corner| corner.x)).collect()
+    triangles(&scene)
+        .into_iter()
+        .map(|t| t.map(|corner| corner.x))
+        .collect()
 }
 
 #[test]
 fn triangles_strips_and_fans() {
-    assert_eq!(five(4, None), [[0., 1., 2.]], "the last two are no triangle");
-    assert_eq!(five(4, Some(&[4, 3, 2, 1, 0, 3])), [[4., 3., 2.], [1., 0., 3.]]);
+    assert_eq!(
+        five(4, None),
+        [[0., 1., 2.]],
+        "the last two are no triangle"
+    );
+    assert_eq!(
+        five(4, Some(&[4, 3, 2, 1, 0, 3])),
+        [[4., 3., 2.], [1., 0., 3.]]
+    );
     assert_eq!(five(5, None), [[0., 1., 2.], [1., 3., 2.], [2., 3., 4.]]);
     assert_eq!(five(6, None), [[1., 2., 0.], [2., 3., 0.], [3., 4., 0.]]);
     assert_eq!(five(6, Some(&[2, 0, 1])), [[0., 1., 2.]]);
@@ -51,8 +65,8 @@ fn points_and_lines_are_left_out_with_a_warning() {
     let loaded = file.loaded();
     assert_eq!(loaded.scene.prim_count(), 0);
     let said = messages(&loaded.warnings);
-    assert!(said[0].contains("points or lines"), "{said:?}");
-    assert!(said[1].contains("no triangles"), "{said:?}");
+    assert!(said[0].contains("no triangles"), "{said:?}");
+    assert!(said[1].contains("points or lines"), "{said:?}");
 }
 
 /// The x coordinates of one triangle whose positions are stored as these bytes.
@@ -66,7 +80,10 @@ fn stored(bytes: &[u8], kind: u32, normalized: bool, stride: Option<usize>) -> V
     file.mesh(json!({"attributes": {"POSITION": positions}}));
     file.node(json!({"mesh": 0}));
     let corners = triangles(&file.loaded().scene)[0];
-    corners.into_iter().flat_map(|corner| corner.to_array()).collect()
+    corners
+        .into_iter()
+        .flat_map(|corner| corner.to_array())
+        .collect()
 }
 
 #[test]
@@ -75,13 +92,25 @@ fn all_component_types() {
     let signed = bytes.map(|b| f32::from(b as i8));
     assert_eq!(stored(&bytes, 5121, false, None), bytes.map(f32::from));
     assert_eq!(stored(&bytes, 5120, false, None), signed);
-    assert_eq!(stored(&bytes, 5121, true, None), bytes.map(|b| f32::from(b) / 255.0));
-    assert_eq!(stored(&bytes, 5120, true, None), signed.map(|b| (b / 127.0).max(-1.0)));
+    assert_eq!(
+        stored(&bytes, 5121, true, None),
+        bytes.map(|b| f32::from(b) / 255.0)
+    );
+    assert_eq!(
+        stored(&bytes, 5120, true, None),
+        signed.map(|b| (b / 127.0).max(-1.0))
+    );
     let words = [0u16, 1, 2, 32_767, 32_768, 65_535, 3, 4, 5];
     let two: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
     assert_eq!(stored(&two, 5123, false, None), words.map(f32::from));
-    assert_eq!(stored(&two, 5122, false, None), words.map(|w| f32::from(w as i16)));
-    let four: Vec<u8> = words.iter().flat_map(|&w| u32::from(w).to_le_bytes()).collect();
+    assert_eq!(
+        stored(&two, 5122, false, None),
+        words.map(|w| f32::from(w as i16))
+    );
+    let four: Vec<u8> = words
+        .iter()
+        .flat_map(|&w| u32::from(w).to_le_bytes())
+        .collect();
     assert_eq!(stored(&four, 5125, false, None), words.map(f32::from));
     // Rows of three bytes, four apart; the last one ends with the buffer.
     let apart = [1u8, 2, 3, 99, 4, 5, 6, 99, 7, 8, 9];
@@ -95,7 +124,10 @@ fn sparse_rows_replace_others_or_zeros() {
         let mut file = File::empty();
         let positions = file.floats(3, &[0., 0., 0., 1., 0., 0., 0., 1., 0.]);
         let indices = file.view(&[1, 2]);
-        let values: Vec<u8> = [5f32, 6., 7., 8., 9., 10.].iter().flat_map(|v| v.to_le_bytes()).collect();
+        let values: Vec<u8> = [5f32, 6., 7., 8., 9., 10.]
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect();
         let values = file.view(&values);
         let accessor = &mut file.json["accessors"][positions];
         accessor["sparse"] = json!({
@@ -124,7 +156,11 @@ fn transforms_are_taken_down_the_hierarchy() {
         {"children": [2], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 10, 20, 30, 1]},
     ]);
     let got = triangles(&file.loaded().scene)[0];
-    let want = [Vec3::new(10., 20., 34.), Vec3::new(10., 22., 34.), Vec3::new(7., 20., 34.)];
+    let want = [
+        Vec3::new(10., 20., 34.),
+        Vec3::new(10., 22., 34.),
+        Vec3::new(7., 20., 34.),
+    ];
     for (got, want) in got.into_iter().zip(want) {
         assert!((got - want).abs().max_element() < 1e-5, "{got} {want}");
     }
@@ -137,7 +173,10 @@ fn a_mirroring_node_turns_its_triangles_round_and_keeps_normals_outside() {
     file.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
     file.json["nodes"] = json!([{"mesh": 0, "scale": [-2, 1, 1]}]);
     let scene = file.loaded().scene;
-    assert_eq!(triangles(&scene), [[Vec3::ZERO, Vec3::Y, Vec3::new(-2., 0., 0.)]]);
+    assert_eq!(
+        triangles(&scene),
+        [[Vec3::ZERO, Vec3::Y, Vec3::new(-2., 0., 0.)]]
+    );
     assert_eq!(scene.triangles.corner_normals(0), Some([Vec3::Z; 3]));
 }
 
@@ -147,7 +186,11 @@ fn normals_without_a_direction_leave_the_triangle_flat() {
         let mut file = File::triangle();
         let normals = file.floats(3, &[0., 0., 1., 0., 0., 1., 0., 0., bad]);
         file.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
-        assert_eq!(file.loaded().scene.triangles.corner_normals(0), None, "{bad}");
+        assert_eq!(
+            file.loaded().scene.triangles.corner_normals(0),
+            None,
+            "{bad}"
+        );
     }
 }
 
@@ -168,7 +211,10 @@ fn what_cannot_be_placed_is_baked() {
     let mut file = File::triangle();
     file.node(json!({"mesh": 0, "scale": [1, 0, 1]}));
     let loaded = file.loaded();
-    assert_eq!((loaded.scene.prim_count(), loaded.scene.visible_count()), (2, 2));
+    assert_eq!(
+        (loaded.scene.prim_count(), loaded.scene.visible_count()),
+        (2, 2)
+    );
     assert!(messages(&loaded.warnings)[0].contains("flat"));
     // Too small for single precision where it is stored.
     let mut file = File::empty();
@@ -202,7 +248,10 @@ fn a_hierarchy_of_20000_nodes_is_walked() {
     let mut nodes = vec![json!({"mesh": 0, "translation": [0.5, 0, 0]})];
     nodes.extend((0..DEEP - 1).map(|k| json!({"children": [k], "translation": [0.5, 0, 0]})));
     file.json["nodes"] = json!(nodes);
-    assert_eq!(triangles(&file.loaded().scene)[0][0], Vec3::new(10_000., 0., 0.));
+    assert_eq!(
+        triangles(&file.loaded().scene)[0][0],
+        Vec3::new(10_000., 0., 0.)
+    );
 }
 
 #[test]
@@ -226,7 +275,9 @@ fn normals_and_texture_places_may_have_any_type() {
     let mut file = File::triangle();
     let normals = file.accessor(&[0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0], 5120, 3, 3);
     file.json["accessors"][normals]["normalized"] = json!(true);
-    let view = file.json["accessors"][normals]["bufferView"].as_u64().unwrap() as usize;
+    let view = file.json["accessors"][normals]["bufferView"]
+        .as_u64()
+        .unwrap() as usize;
     file.json["bufferViews"][view]["byteStride"] = json!(4);
     let primitive = &mut file.json["meshes"][0]["primitives"][0];
     primitive["attributes"]["NORMAL"] = json!(normals);

@@ -85,7 +85,10 @@ impl File {
     /// The file as text, its buffer as hexadecimal would be too long: base64.
     fn text(&self) -> String {
         let mut json = self.json.clone();
-        let data = format!("data:application/octet-stream;base64,{}", base64(&self.buffer));
+        let data = format!(
+            "data:application/octet-stream;base64,{}",
+            base64(&self.buffer)
+        );
         json["buffers"] = json!([{"byteLength": self.buffer.len(), "uri": data}]);
         json.to_string()
     }
@@ -141,7 +144,11 @@ fn base64(bytes: &[u8]) -> String {
         let word = byte(0) << 16 | byte(1) << 8 | byte(2);
         for k in 0..4 {
             let digit = ALPHABET[(word >> (18 - 6 * k) & 63) as usize];
-            out.push(if k <= chunk.len() { char::from(digit) } else { '=' });
+            out.push(if k <= chunk.len() {
+                char::from(digit)
+            } else {
+                '='
+            });
         }
     }
     out

@@ -87,5 +87,5 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
 }
 
 fn fault(offset: usize, message: String) -> Fault {
-    (Place { offset, length: 4 }, message)
+    (Place { offset, length: 0 }, message)
 }

@@ -1,0 +1,257 @@
+//! Bad files, and what is said about them.
+
+use super::{File, glb, read};
+use phalanx::formats::Diagnostic;
+use serde_json::{Value, json};
+
+/// The only message of a file that is refused.
+fn message(file: &File) -> String {
+    let messages = file.refused();
+    assert_eq!(messages.len(), 1, "{messages:?}");
+    messages.into_iter().next().unwrap_or_default()
+}
+
+fn changed(change: impl FnOnce(&mut Value)) -> String {
+    let mut file = File::triangle();
+    let indices = file.indices(&[0, 1, 2]);
+    file.json["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+    change(&mut file.json);
+    message(&file)
+}
+
+#[test]
+fn every_bad_reference_and_size_gets_its_message() {
+    let primitive =
+        |change: fn(&mut Value)| changed(|json| change(&mut json["meshes"][0]["primitives"][0]));
+    let accessor = |change: fn(&mut Value)| changed(|json| change(&mut json["accessors"][0]));
+    let cases = [
+        (
+            changed(|j| j["nodes"][0]["mesh"] = json!(9)),
+            "there is no meshes[9]",
+        ),
+        (
+            changed(|j| j["nodes"][0]["children"] = json!([4])),
+            "nodes[4]: named as a child or root, but not there",
+        ),
+        (
+            changed(|j| j["scene"] = json!(2)),
+            "the default scene, but not there",
+        ),
+        (
+            changed(|j| j["scenes"] = json!([{"nodes": [3]}])),
+            "nodes[3]: named as a child or root",
+        ),
+        (
+            primitive(|p| p["material"] = json!(1)),
+            "primitives[0]: there is no materials[1]",
+        ),
+        (
+            primitive(|p| p["attributes"]["POSITION"] = json!(5)),
+            "there is no accessors[5]",
+        ),
+        (
+            primitive(|p| p["attributes"] = json!({})),
+            "it has no POSITION",
+        ),
+        (
+            primitive(|p| p["attributes"]["POSITION"] = json!(1)),
+            "its type should be VEC3",
+        ),
+        (
+            primitive(|p| p["indices"] = json!(0)),
+            "its type should be SCALAR",
+        ),
+        (primitive(|p| p["mode"] = json!(7)), "there is no mode 7"),
+        (
+            accessor(|a| a["componentType"] = json!(5124)),
+            "no component type 5124",
+        ),
+        (
+            accessor(|a| a["count"] = json!(4)),
+            "4 rows reach beyond bufferViews[0]",
+        ),
+        (accessor(|a| a["count"] = json!(u64::MAX)), "reach beyond"),
+        (
+            accessor(|a| a["byteOffset"] = json!(u64::MAX)),
+            "reach beyond",
+        ),
+        (
+            accessor(|a| a["bufferView"] = json!(9)),
+            "there is no bufferViews[9]",
+        ),
+        (
+            accessor(|a| _ = a.as_object_mut().unwrap().remove("bufferView")),
+            "no buffer view",
+        ),
+        (
+            accessor(|a| a["count"] = json!(2)),
+            "index 2 is not below its 2 vertices",
+        ),
+        (
+            changed(|j| j["bufferViews"][0]["byteStride"] = json!(4)),
+            "rows of 12 bytes overlap",
+        ),
+        (
+            changed(|j| j["bufferViews"][0]["byteLength"] = json!(u64::MAX)),
+            "beyond the",
+        ),
+        (
+            changed(|j| j["bufferViews"][0]["buffer"] = json!(1)),
+            "there is no buffers[1]",
+        ),
+        (
+            changed(|j| j["accessors"][1]["componentType"] = json!(5120)),
+            "its indices are not unsigned integers",
+        ),
+        (
+            changed(|j| j["extensionsRequired"] = json!(["EXT_meshopt_compression"])),
+            "`EXT_meshopt_compression`",
+        ),
+        (
+            changed(|j| j["extensionsRequired"] = json!(["KHR_draco_mesh_compression"])),
+            "`KHR_draco_mesh_compression`",
+        ),
+        (
+            changed(|j| j["bufferViews"][0]["extensions"] = json!({"EXT_meshopt_compression": {}})),
+            "compressed by meshopt",
+        ),
+        (
+            changed(|j| j["asset"]["version"] = json!("1.0")),
+            "glTF `1.0` is not read here",
+        ),
+        (changed(|j| j["asset"] = json!({})), "no `asset.version`"),
+        (
+            changed(|j| j["nodes"][0]["mesh"] = json!(-1)),
+            "invalid value",
+        ),
+        (
+            changed(|j| j["nodes"][0]["mesh"] = json!(1u64 << 32)),
+            "there is no meshes[4294967296]",
+        ),
+        (
+            changed(|j| j["nodes"][0]["scale"] = json!([1e300, 1, 1])),
+            "beyond single precision",
+        ),
+    ];
+    for (got, want) in cases {
+        assert!(got.contains(want), "{got:?} should say {want:?}");
+    }
+}
+
+#[test]
+fn draco_without_data_beside_it_is_refused_by_name() {
+    let mut file = File::triangle();
+    file.json["accessors"][0]
+        .as_object_mut()
+        .unwrap()
+        .remove("bufferView");
+    file.json["meshes"][0]["primitives"][0]["extensions"] =
+        json!({"KHR_draco_mesh_compression": {"bufferView": 0}});
+    assert!(message(&file).contains("Draco"));
+}
+
+#[test]
+fn cycles_and_shared_children() {
+    let nodes = |nodes: Value, scenes: Value| {
+        let mut file = File::triangle();
+        file.json["nodes"] = nodes;
+        file.json["scenes"] = scenes;
+        message(&file)
+    };
+    let itself = json!([{"mesh": 0, "children": [0]}]);
+    assert!(nodes(itself.clone(), json!([])).contains("the hierarchy has a cycle"));
+    assert!(nodes(itself, json!([{"nodes": [0]}])).contains("nodes[0]: reached twice"));
+    let ring = json!([{"children": [1]}, {"children": [2]}, {"children": [0]}]);
+    assert!(nodes(ring, json!([{"nodes": [1]}])).contains("nodes[1]: reached twice"));
+    let shared = json!([{"children": [2]}, {"children": [2]}, {"mesh": 0}]);
+    assert!(nodes(shared, json!([])).contains("nodes[2]: reached twice"));
+}
+
+#[test]
+fn vertices_that_are_no_numbers() {
+    let mut file = File::empty();
+    let positions = file.floats(3, &[0., 0., 0., 1., f32::INFINITY, 0., 0., 1., 0.]);
+    file.mesh(json!({"attributes": {"POSITION": positions}}));
+    file.node(json!({"mesh": 0}));
+    assert!(message(&file).contains("vertex 1 is not finite"));
+}
+
+#[test]
+fn sparse_rows_must_ascend_within_the_accessor() {
+    let sparse = |indices: [u8; 2]| {
+        let mut file = File::triangle();
+        let view = file.view(&indices);
+        file.json["accessors"][0]["sparse"] = json!({
+            "count": 2, "indices": {"bufferView": view, "componentType": 5121}, "values": {"bufferView": 0}
+        });
+        message(&file)
+    };
+    assert!(sparse([1, 1]).contains("do not ascend"));
+    assert!(sparse([1, 3]).contains("sparse index 3 is not below its count 3"));
+}
+
+#[test]
+fn a_few_bytes_do_not_make_many_triangles() {
+    let mut file = File::triangle();
+    let accessor = &mut file.json["accessors"][0];
+    accessor["count"] = json!(3_000_000_000u64);
+    accessor.as_object_mut().unwrap().remove("bufferView");
+    accessor["sparse"] = json!({
+        "count": 0, "indices": {"bufferView": 0, "componentType": 5121}, "values": {"bufferView": 0}
+    });
+    assert!(message(&file).contains("too many for a file of this size"));
+}
+
+fn only(errors: Result<phalanx::formats::Loaded, Vec<Diagnostic>>) -> Diagnostic {
+    let errors = errors.map(|_| "a scene").expect_err("refused");
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    errors.into_iter().next().expect("one")
+}
+
+#[test]
+fn places_are_lines_of_the_text_and_bytes_of_a_glb() {
+    let text = "{\n  \"asset\": {\"version\": \"2.0\"},\n  \"nodes\": [\n    {},\n    {\"mesh\": 7}\n  ]\n}\n";
+    let error = only(read("gltf", text.as_bytes()));
+    assert_eq!((error.line, error.column), (5, 5));
+    assert_eq!(error.message, "nodes[1]: there is no meshes[7]");
+    let error = only(read("glb", &glb(text.as_bytes().to_vec(), &[])));
+    assert_eq!(
+        (error.line, error.offset),
+        (0, 20 + text.find("{\"mesh").unwrap())
+    );
+    let error = only(read(
+        "gltf",
+        b"{\n\"asset\": {\"version\": \"2.0\"},\n  \"nodes\": 3}",
+    ));
+    assert_eq!(error.line, 3, "{error:?}");
+    assert!(error.message.contains("expected a sequence"), "{error:?}");
+    let error = only(read(
+        "gltf",
+        b"{\"asset\": {\"version\": \"2.0\"},\n\"nodes\": [\xff]}",
+    ));
+    assert_eq!((error.line, error.column), (2, 11));
+    assert!(error.message.contains("not UTF-8"));
+    assert!(only(read("gltf", b" \n")).message.contains("empty"));
+}
+
+#[test]
+fn glb_chunks() {
+    let good = File::triangle().glb();
+    let cut = |length: usize| only(read("glb", &good[..length])).message;
+    assert!(cut(7).contains("within its header"));
+    assert!(cut(good.len() - 1).contains("cut off"));
+    let with = |at: usize, bytes: &[u8]| {
+        let mut glb = good.clone();
+        glb[at..at + bytes.len()].copy_from_slice(bytes);
+        only(read("glb", &glb)).message
+    };
+    assert!(with(4, &[1]).contains("GLB version 1"));
+    assert!(with(8, &[0, 0, 0, 0]).contains("no `JSON` chunk"));
+    assert!(with(8, &[0xff; 4]).contains("cut off"));
+    assert!(with(12, &[0xff; 4]).contains("bytes are left"));
+    assert!(with(16, b"NOSJ").contains("the first chunk is `NOSJ`"));
+    // A buffer that is shorter than the document says.
+    let mut file = File::triangle();
+    file.buffer.truncate(20);
+    assert!(file.refused()[0].contains("bytes"));
+}

@@ -1,0 +1,329 @@
+//! Materials, textures, lights and cameras.
+
+use super::{File, base64, messages};
+use glam::{Vec2, Vec3};
+use phalanx::formats::{Loaded, Options, load};
+use phalanx::scene::{NO_TEXTURE, Surface, Tone, Wrap};
+use serde_json::{Value, json};
+
+/// A picture of 2 × 1 texels, red and green.
+const PNG: &[u8] = include_bytes!("two.png");
+
+fn with_material(material: Value) -> File {
+    let mut file = File::triangle();
+    let row = file.add("materials", material);
+    file.json["meshes"][0]["primitives"][0]["material"] = json!(row);
+    file
+}
+
+fn surface(material: Value) -> Surface {
+    with_material(material).loaded().scene.materials.get(0)
+}
+
+fn pbr(metallic: f64, roughness: f64) -> Value {
+    json!({"pbrMetallicRoughness": {
+        "baseColorFactor": [0.5, 0.25, 1, 1],
+        "metallicFactor": metallic,
+        "roughnessFactor": roughness,
+    }})
+}
+
+const COLOR: Vec3 = Vec3::new(0.5, 0.25, 1.0);
+
+fn near(a: Vec3, b: Vec3) {
+    assert!((a - b).abs().max_element() < 1e-6, "{a} is not {b}");
+}
+
+#[test]
+fn metallic_roughness() {
+    let matt = surface(pbr(1.0, 1.0));
+    assert_eq!(
+        (matt.kd, matt.ks, matt.kt, matt.texture),
+        (COLOR, Vec3::ZERO, Vec3::ZERO, NO_TEXTURE)
+    );
+    near(matt.ka, COLOR * 0.1);
+    let mirror = surface(pbr(1.0, 0.0));
+    assert_eq!(
+        (mirror.kd, mirror.ks, mirror.shininess),
+        (Vec3::ZERO, COLOR, 10_000.0)
+    );
+    let polished = surface(pbr(0.0, 0.0));
+    near(polished.ks, Vec3::splat(0.04));
+    near(polished.kd, COLOR);
+    // Half way to matt a quarter is left of the mirror image.
+    let brushed = surface(pbr(1.0, 0.25));
+    near(brushed.ks, COLOR * 0.25);
+    near(brushed.kd, COLOR * 0.75);
+    assert_eq!(brushed.shininess, 510.0);
+}
+
+#[test]
+fn extensions_of_materials() {
+    let glass = |volume: f64| {
+        let mut material = pbr(0.0, 0.0);
+        material["extensions"] = json!({
+            "KHR_materials_transmission": {"transmissionFactor": 0.75},
+            "KHR_materials_ior": {"ior": 2.0},
+            "KHR_materials_volume": {"thicknessFactor": volume},
+        });
+        surface(material)
+    };
+    near(glass(1.0).kt, COLOR * 0.75);
+    near(glass(1.0).kd, COLOR * 0.25);
+    near(glass(1.0).ks, Vec3::splat(1.0 / 9.0));
+    assert_eq!((glass(1.0).ior, glass(0.0).ior), (2.0, 1.0));
+    let lamp = surface(json!({
+        "emissiveFactor": [0.5, 1, 0],
+        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 8}}
+    }));
+    assert_eq!(lamp.ke, Vec3::new(4.0, 8.0, 0.0));
+    let mut unlit = pbr(0.0, 0.5);
+    unlit["extensions"] = json!({"KHR_materials_unlit": {}});
+    let unlit = surface(unlit);
+    assert_eq!(
+        (unlit.ka, unlit.kd, unlit.ks),
+        (COLOR, Vec3::ZERO, Vec3::ZERO)
+    );
+    let old = surface(
+        json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {
+            "diffuseFactor": [0.5, 0.25, 1, 1], "specularFactor": [0.25, 0.5, 0.125], "glossinessFactor": 1
+        }}}),
+    );
+    assert_eq!((old.kd, old.ks), (COLOR, Vec3::new(0.25, 0.5, 0.125)));
+    let mut pane = pbr(0.0, 1.0);
+    pane["alphaMode"] = json!("BLEND");
+    pane["pbrMetallicRoughness"]["baseColorFactor"][3] = json!(0.25);
+    let pane = surface(pane);
+    near(pane.kt, Vec3::splat(0.75));
+    near(pane.kd, COLOR * 0.25);
+    assert_eq!(pane.ior, 1.0);
+}
+
+#[test]
+fn what_is_not_shown_is_told_once() {
+    let loaded = with_material(json!({
+        "normalTexture": {"index": 0}, "emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1],
+        "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1}}
+    }))
+    .loaded();
+    assert_eq!(loaded.scene.materials.get(0).ke, Vec3::ZERO);
+    let said = messages(&loaded.warnings);
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(said[0].contains("emissive textures") && said[0].contains("normal textures"));
+}
+
+#[test]
+fn the_users_material_stands_in_where_there_is_none() {
+    let bytes = File::triangle().glb();
+    let red = Surface {
+        kd: Vec3::X,
+        ..Surface::default()
+    };
+    let options = Options {
+        material: Some(red),
+        ..Options::default()
+    };
+    let read = |options: &Options| {
+        let loaded = phalanx::formats::read_bytes("glb", &bytes, options);
+        loaded
+            .expect("an ending")
+            .expect("a scene")
+            .scene
+            .materials
+            .get(0)
+    };
+    assert_eq!(read(&options), red);
+    assert!(
+        read(&Options::default()).kd.min_element() > 0.5,
+        "light grey"
+    );
+}
+
+/// A triangle with a picture, which `image` tells where to find.
+fn textured(image: impl FnOnce(&mut File) -> Value) -> File {
+    let mut file = with_material(json!({
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}
+    }));
+    let uvs = file.floats(2, &[0., 0., 1., 0., 0., 1.]);
+    let second = file.floats(2, &[0.5, 0.5, 0.25, 0.5, 0.5, 0.25]);
+    let attributes = &mut file.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["TEXCOORD_0"] = json!(uvs);
+    attributes["TEXCOORD_1"] = json!(second);
+    file.json["textures"] = json!([{"source": 0, "sampler": 0}]);
+    file.json["samplers"] = json!([{"wrapS": 33071, "wrapT": 33648}]);
+    file.json["images"] = json!([image(&mut file)]);
+    file
+}
+
+fn data_uri(_: &mut File) -> Value {
+    json!({"uri": format!("data:image/png;base64,{}", base64(PNG))})
+}
+
+fn assert_textured(loaded: &Loaded) {
+    let scene = &loaded.scene;
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    assert_eq!(scene.materials.texture[0], 0);
+    let texture = &scene.textures[0];
+    assert_eq!((texture.width, texture.height), (2, 1));
+    assert_eq!(texture.texels, [[255, 0, 0], [0, 255, 0]]);
+    assert_eq!(texture.wrap, [Wrap::Clamp, Wrap::Mirror]);
+    let uvs = scene.triangles.corner_uvs(0).expect("texture places");
+    assert_eq!(uvs, [Vec2::ZERO, Vec2::X, Vec2::Y]);
+}
+
+#[test]
+fn pictures_in_buffers_text_and_files() {
+    assert_textured(
+        &textured(|file| json!({"bufferView": file.view(PNG), "mimeType": "image/png"})).loaded(),
+    );
+    assert_textured(&textured(data_uri).loaded());
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a b.png"), PNG).unwrap();
+    let path = folder.path().join("scene.gltf");
+    let mut file = textured(|_| json!({"uri": "a%20b.png"}));
+    let mut json = file.json.clone();
+    json["buffers"] = json!([{"byteLength": file.buffer.len(), "uri": "scene%2Ebin"}]);
+    std::fs::write(folder.path().join("scene.bin"), &file.buffer).unwrap();
+    std::fs::write(&path, json.to_string()).unwrap();
+    assert_textured(&load(&path, &Options::default()).expect("a scene"));
+    // Not there, or not a picture: a flat colour, and a warning.
+    for uri in [
+        "absent.png",
+        "data:image/png;base64,AAAA",
+        "data:,x",
+        "../a.png",
+    ] {
+        file.json["images"] = json!([{"uri": uri}]);
+        let loaded = file.loaded();
+        assert_eq!(loaded.scene.materials.texture[0], NO_TEXTURE);
+        assert!(messages(&loaded.warnings)[0].contains("left out"), "{uri}");
+        assert_eq!(loaded.scene.triangles.corner_uvs(0), None);
+    }
+}
+
+#[test]
+fn texture_places_are_chosen_and_transformed() {
+    let uvs = |info: Value| {
+        let mut file = textured(data_uri);
+        file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = info;
+        file.loaded()
+            .scene
+            .triangles
+            .corner_uvs(0)
+            .expect("texture places")
+    };
+    let second = [Vec2::splat(0.5), Vec2::new(0.25, 0.5), Vec2::new(0.5, 0.25)];
+    assert_eq!(uvs(json!({"index": 0, "texCoord": 1})), second);
+    let transform = |t: Value| uvs(json!({"index": 0, "extensions": {"KHR_texture_transform": t}}));
+    assert_eq!(transform(json!({"texCoord": 1})), second);
+    let moved = transform(json!({"offset": [0.5, 0.25], "scale": [2, 3]}));
+    assert_eq!(
+        moved,
+        [
+            Vec2::new(0.5, 0.25),
+            Vec2::new(2.5, 0.25),
+            Vec2::new(0.5, 3.25)
+        ]
+    );
+    // A quarter turn counter-clockwise, as seen with v downward: u goes up.
+    let turned = transform(json!({"rotation": std::f64::consts::FRAC_PI_2}));
+    assert!(
+        (turned[1] - Vec2::new(0.0, -1.0)).length() < 1e-6,
+        "{turned:?}"
+    );
+    assert!(
+        (turned[2] - Vec2::new(1.0, 0.0)).length() < 1e-6,
+        "{turned:?}"
+    );
+}
+
+#[test]
+fn textured_metal_is_matt_paint() {
+    let mut file = textured(data_uri);
+    let pbr = &mut file.json["materials"][0]["pbrMetallicRoughness"];
+    pbr["metallicFactor"] = json!(1);
+    pbr["metallicRoughnessTexture"] = json!({"index": 0});
+    pbr["roughnessFactor"] = json!(0);
+    let surface = file.loaded().scene.materials.get(0);
+    assert_eq!((surface.kd, surface.ks), (Vec3::ONE, Vec3::ZERO));
+}
+
+#[test]
+fn defaults_of_a_bare_mesh() {
+    let loaded = File::triangle().loaded();
+    let scene = &loaded.scene;
+    assert_eq!(
+        (scene.width, scene.height, scene.tone),
+        (1280, 960, Tone::SRGB)
+    );
+    assert_eq!(scene.lights.len(), 1);
+    assert!(scene.background.min_element() > 0.0);
+}
+
+#[test]
+fn the_first_perspective_camera_is_the_view() {
+    let mut file = File::triangle();
+    file.json["cameras"] = json!([
+        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 2, "znear": 1}},
+        {"type": "perspective", "perspective": {"yfov": std::f64::consts::FRAC_PI_2, "znear": 1, "aspectRatio": 2.0}},
+    ]);
+    file.node(json!({"camera": 0}));
+    // Turned about y by 90 degrees: looks along −x.
+    let turn = 0.5f64.sqrt();
+    file.node(json!({"camera": 1, "translation": [7, 0, 0], "rotation": [0, turn, 0, turn]}));
+    let loaded = file.loaded();
+    let view = loaded.scene.view;
+    assert_eq!((view.eye, view.fovy), (Vec3::new(7., 0., 0.), 90.0));
+    near((view.center - view.eye).normalize(), Vec3::NEG_X);
+    near(view.up, Vec3::Y);
+    assert_eq!((loaded.scene.width, loaded.scene.height), (1920, 960));
+    assert!(messages(&loaded.warnings)[0].contains("orthographic"));
+}
+
+fn lit(lights: Value) -> (File, Loaded) {
+    let mut file = File::triangle();
+    let count = lights.as_array().unwrap().len();
+    file.json["extensions"] = json!({"KHR_lights_punctual": {"lights": lights}});
+    for k in 0..count {
+        file.node(json!({"translation": [0.5, 0.5, 2], "extensions": {"KHR_lights_punctual": {"light": k}}}));
+    }
+    let loaded = file.loaded();
+    (file, loaded)
+}
+
+#[test]
+fn lights() {
+    let (_, loaded) = lit(json!([
+        {"type": "directional", "intensity": 2, "color": [1, 0.5, 0]},
+        {"type": "point", "intensity": 4},
+    ]));
+    let lights = &loaded.scene.lights;
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    assert_eq!(*lights.directional, [true, false]);
+    assert_eq!(
+        (lights.place.get(0), lights.place.get(1)),
+        (Vec3::Z, Vec3::new(0.5, 0.5, 2.0))
+    );
+    let pi = std::f32::consts::PI;
+    near(lights.color.get(0), Vec3::new(2.0, 1.0, 0.0) / pi);
+    near(lights.color.get(1), Vec3::splat(4.0) / pi);
+    assert_eq!(lights.attenuation.get(1), Vec3::Z);
+}
+
+#[test]
+fn lights_of_another_exposure_are_scaled_alike() {
+    let (_, loaded) = lit(json!([
+        {"type": "directional", "intensity": 30_000},
+        {"type": "directional", "intensity": 10_000},
+    ]));
+    near(loaded.scene.lights.color.get(0), Vec3::splat(0.75));
+    near(loaded.scene.lights.color.get(1), Vec3::splat(0.25));
+    assert!(messages(&loaded.warnings)[0].contains("scaled"));
+}
+
+#[test]
+fn spot_lights_shine_to_all_sides() {
+    let (_, loaded) = lit(json!([{"type": "spot", "intensity": 12, "spot": {}}]));
+    assert_eq!(*loaded.scene.lights.directional, [false]);
+    assert!(messages(&loaded.warnings)[0].contains("spot"));
+}

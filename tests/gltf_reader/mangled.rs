@@ -1,0 +1,149 @@
+//! Whatever the bytes, the reader answers, and every place it names lies in the file.
+
+use super::{File, base64, glb, read};
+use phalanx::formats::{Diagnostic, MAX_DIAGNOSTICS};
+use proptest::prelude::*;
+use serde_json::json;
+
+/// A file with something of everything in it.
+fn everything() -> File {
+    let mut file = File::triangle();
+    let places = file.floats(3, &[0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.]);
+    let normals = file.floats(3, &[0., 0., 1., 0., 0., 1., 0., 0., 1., 0., 0., 1.]);
+    let uvs = file.floats(2, &[0., 0., 1., 0., 1., 1., 0., 1.]);
+    let indices = file.indices(&[0, 1, 2, 0, 2, 3]);
+    let sparse = file.view(&[1, 2]);
+    file.json["accessors"][places]["sparse"] = json!({
+        "count": 2,
+        "indices": {"bufferView": sparse, "componentType": 5121},
+        "values": {"bufferView": 0}
+    });
+    file.json["meshes"] = json!([
+        file.json["meshes"][0],
+        {"primitives": [
+            {"attributes": {"POSITION": places, "NORMAL": normals, "TEXCOORD_0": uvs}, "indices": indices, "material": 0},
+            {"attributes": {"POSITION": places}, "mode": 5, "material": 1},
+        ]}
+    ]);
+    file.json["materials"] = json!([
+        {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}}},
+        {"alphaMode": "BLEND", "emissiveFactor": [1, 0, 0],
+         "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.3}}},
+    ]);
+    file.json["textures"] = json!([{"source": 0, "sampler": 0}]);
+    file.json["samplers"] = json!([{"wrapS": 33071}]);
+    let picture = format!(
+        "data:image/png;base64,{}",
+        base64(include_bytes!("two.png"))
+    );
+    file.json["images"] = json!([{"uri": picture}]);
+    file.json["cameras"] =
+        json!([{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}]);
+    file.json["extensions"] =
+        json!({"KHR_lights_punctual": {"lights": [{"type": "point"}, {"type": "directional"}]}});
+    file.json["nodes"] = json!([
+        {"mesh": 0, "children": [1, 2]},
+        {"mesh": 1, "translation": [1, 2, 3], "rotation": [0, 0, 0, 1], "scale": [1, -1, 1]},
+        {"mesh": 1, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 5, 5, 1], "extensions": {"KHR_lights_punctual": {"light": 0}}},
+        {"camera": 0, "translation": [0, 0, 9], "extensions": {"KHR_lights_punctual": {"light": 1}}},
+    ]);
+    file.json["scenes"] = json!([{"nodes": [0, 3]}]);
+    file
+}
+
+fn check(bytes: &[u8]) {
+    let places = |diagnostics: &[Diagnostic]| {
+        assert!(!diagnostics.is_empty() && diagnostics.len() <= MAX_DIAGNOSTICS);
+        for d in diagnostics {
+            assert!(d.offset + d.length <= bytes.len().max(d.length), "{d:?}");
+            assert_eq!(d.line == 0, bytes.starts_with(b"glTF"), "{d:?}");
+        }
+    };
+    match read("gltf", bytes) {
+        Ok(loaded) => {
+            loaded.scene.validate().expect("what loads is valid");
+            if !loaded.warnings.is_empty() {
+                places(&loaded.warnings);
+            }
+        }
+        Err(errors) => places(&errors),
+    }
+}
+
+#[test]
+fn the_unchanged_file_is_valid() {
+    let loaded = everything().loaded();
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    assert!(loaded.notes.is_empty(), "{:?}", loaded.notes);
+    assert_eq!(
+        (loaded.scene.prim_count(), loaded.scene.visible_count()),
+        (5, 9)
+    );
+}
+
+/// What numbers, names and brackets of the document are replaced with.
+const SPICE: [&str; 16] = [
+    "-1",
+    "0",
+    "1",
+    "2",
+    "7",
+    "4294967295",
+    "4294967296",
+    "18446744073709551615",
+    "1e300",
+    "-1e-300",
+    "0.5",
+    "null",
+    "[]",
+    "{}",
+    "\"x\"",
+    "5121",
+];
+
+/// The text with the token at `at` (modulo their number) replaced.
+fn spiced(text: &str, at: usize, spice: &str) -> String {
+    let tokens: Vec<usize> = text
+        .char_indices()
+        .filter(|(_, c)| ":,[".contains(*c))
+        .map(|(i, _)| i + 1)
+        .collect();
+    let start = tokens[at % tokens.len()];
+    let length = text[start..].find([',', ']', '}', ':']).unwrap_or(0);
+    format!("{}{spice}{}", &text[..start], &text[start + length..])
+}
+
+proptest! {
+    #[test]
+    fn changed_documents_never_panic(
+        changes in prop::collection::vec((any::<usize>(), prop::sample::select(&SPICE[..])), 1..5),
+        binary in any::<bool>(),
+    ) {
+        let file = everything();
+        let mut json = file.json.clone();
+        json["buffers"] = json!([{"byteLength": file.buffer.len()}]);
+        let mut text = if binary { json.to_string() } else { file.text() };
+        for (at, spice) in changes {
+            text = spiced(&text, at, spice);
+        }
+        check(&if binary { glb(text.into_bytes(), &file.buffer) } else { text.into_bytes() });
+    }
+
+    #[test]
+    fn changed_bytes_never_panic(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..8),
+        cut in prop::option::weighted(0.2, any::<prop::sample::Index>()),
+        binary in any::<bool>(),
+    ) {
+        let file = everything();
+        let mut bytes = if binary { file.glb() } else { file.text().into_bytes() };
+        for (at, byte) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(bytes.len() + 1));
+        }
+        check(&bytes);
+    }
+}
