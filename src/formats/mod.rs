@@ -248,10 +248,8 @@ fn open(path: &Path) -> io::Result<File> {
 /// That a text file stops to be one at `offset`.
 fn not_text(bytes: &[u8], offset: usize) -> Vec<Diagnostic> {
     let mut report = Report::new(bytes);
-    let place = Place {
-        offset,
-        length: char::REPLACEMENT_CHARACTER.len_utf8(),
-    };
+    // Nothing wide: a byte of the file is another number of bytes where the text is shown.
+    let place = Place { offset, length: 0 };
     report.error_with_help(
         place,
         format!("byte 0x{:02X} is not UTF-8", bytes[offset]),

@@ -4,6 +4,7 @@ use super::{File, base64, glb, read};
 use phalanx::formats::{Diagnostic, MAX_DIAGNOSTICS};
 use proptest::prelude::*;
 use serde_json::json;
+use std::path::Path;
 
 /// A file with something of everything in it.
 fn everything() -> File {
@@ -67,6 +68,32 @@ fn check(bytes: &[u8]) {
             }
         }
         Err(errors) => places(&errors),
+    }
+}
+
+/// The seeds of `tests/fuzz_readers`, written anew by `PHALANX_BLESS=1 cargo test --test gltf_reader seeds`.
+#[test]
+fn the_fuzz_targets_seeds_are_these_files() {
+    let mut picture = everything();
+    let view = picture.view(PICTURES[2]);
+    picture.json["images"] = json!([{"bufferView": view}]);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz_readers/corpus");
+    for (name, bytes) in [
+        ("gltf/everything.gltf", everything().text().into_bytes()),
+        ("gltf/plain.gltf", File::triangle().text().into_bytes()),
+        ("glb/everything.glb", everything().glb()),
+        ("glb/picture.glb", picture.glb()),
+        ("glb/plain.glb", File::triangle().glb()),
+    ] {
+        let path = folder.join(name);
+        if std::env::var_os("PHALANX_BLESS").is_some() {
+            std::fs::create_dir_all(path.parent().expect("a folder")).unwrap();
+            std::fs::write(&path, &bytes).unwrap();
+        }
+        assert!(
+            std::fs::read(&path).is_ok_and(|seed| seed == bytes),
+            "{name} is not what is made here"
+        );
     }
 }
 
@@ -146,4 +173,32 @@ proptest! {
         }
         check(&bytes);
     }
+
+    #[test]
+    fn changed_pictures_never_panic(
+        which in 0usize..PICTURES.len(),
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
+        cut in prop::option::weighted(0.2, any::<prop::sample::Index>()),
+    ) {
+        let mut picture = PICTURES[which].to_vec();
+        for (at, byte) in changes {
+            let at = at.index(picture.len());
+            picture[at] = byte;
+        }
+        if let Some(cut) = cut {
+            picture.truncate(cut.index(picture.len() + 1));
+        }
+        let mut file = everything();
+        let view = file.view(&picture);
+        file.json["images"] = json!([{"bufferView": view}]);
+        check(&file.glb());
+    }
 }
+
+/// Baseline with half the colour, progressive, grey, and a PNG.
+const PICTURES: [&[u8]; 4] = [
+    include_bytes!("../pictures/halved.jpg"),
+    include_bytes!("../pictures/progressive.jpg"),
+    include_bytes!("../pictures/grey.jpg"),
+    include_bytes!("two.png"),
+];

@@ -134,7 +134,13 @@ impl<'a> Accessor<'a> {
         let size = kind.size() * width;
         let rows = match row.buffer_view {
             Some(view) => Some(Rows::checked(source, view, row.byte_offset, size, count)?),
-            None if row.sparse.is_some() => None,
+            // Zeros that nothing backs: as many as the file has bytes are enough for any use.
+            None if row.sparse.is_some() && row.count <= source.buffer_bytes() => None,
+            None if row.sparse.is_some() => {
+                return Err(format!(
+                    "its {count} rows are too many for a file of this size"
+                ));
+            }
             None => return Err("it has no buffer view, so no data".into()),
         };
         let replaced = row.sparse.as_ref();
