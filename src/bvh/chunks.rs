@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn chunks_are_neighbourhoods() {
         let spread = |k: usize| {
-            let town = if k % 3 == 0 { 1e6 } else { 0.0 };
+            let town = if k.is_multiple_of(3) { 1e6 } else { 0.0 };
             Vec3::new(
                 town + (k * 7919 % 1000) as f32,
                 (k * 104_729 % 1000) as f32,

@@ -1,14 +1,22 @@
 //! Bytes to [`Scene`]: the only place where a scene file can be wrong.
 
+mod bytes;
 mod complete;
+mod decimal;
+mod faces;
 mod folder;
 mod gltf;
+mod mesh;
 mod mesh_defaults;
 mod nff;
 mod number;
+mod obj;
+mod ply;
 mod report;
+mod stl;
 mod test_scene;
 mod texture;
+mod workers;
 
 pub use complete::amend;
 pub use report::MAX_DIAGNOSTICS;
@@ -19,7 +27,7 @@ use glam::Vec3;
 use report::{Place, Report};
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// One thing to say about a place in a scene file.
@@ -55,7 +63,8 @@ pub enum LoadError {
     Scene {
         /// The file.
         path: PathBuf,
-        /// Its text, for showing the places; U+FFFD stands for what is not UTF-8. Empty for a binary file.
+        /// Its text, for showing the places; U+FFFD or `?` stands for what is not UTF-8. Of a binary file its header, if
+        /// that is text.
         text: String,
         /// What is wrong: at least one, at most [`MAX_DIAGNOSTICS`], in file order.
         diagnostics: Vec<Diagnostic>,
@@ -127,14 +136,20 @@ enum Format {
     Test,
     Nff,
     Gltf,
+    Obj,
+    Ply,
+    Stl,
 }
 
 impl Format {
-    const ALL: [(&'static str, Format); 4] = [
+    const ALL: [(&'static str, Format); 7] = [
         ("test", Format::Test),
         ("nff", Format::Nff),
         ("gltf", Format::Gltf),
         ("glb", Format::Gltf),
+        ("obj", Format::Obj),
+        ("ply", Format::Ply),
+        ("stl", Format::Stl),
     ];
 
     fn of(ending: &OsStr) -> Option<Format> {
@@ -145,11 +160,16 @@ impl Format {
             .next()
     }
 
-    /// Whether the file's lines mean anything to a person.
-    fn is_text(self, bytes: &[u8]) -> bool {
+    /// The part of the file whose lines mean anything to a person.
+    fn text(self, bytes: &[u8]) -> String {
         match self {
-            Format::Test | Format::Nff => true,
-            Format::Gltf => !gltf::is_binary(bytes),
+            Format::Gltf if gltf::is_binary(bytes) => String::new(),
+            Format::Test | Format::Nff | Format::Gltf => {
+                String::from_utf8_lossy(bytes).into_owned()
+            }
+            Format::Obj => shown(bytes),
+            Format::Ply => shown(ply::text_part(bytes)),
+            Format::Stl => shown(stl::text_part(bytes)),
         }
     }
 }
@@ -169,20 +189,16 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
         source,
     };
     // Opened before the ending is looked at: that a file is not there is the better answer to a mistyped name.
-    let mut file = open(path).map_err(io)?;
+    let file = open(path).map_err(io)?;
     let Some(format) = path.extension().and_then(Format::of) else {
         return Err(LoadError::UnknownFormat {
             path: path.to_path_buf(),
         });
     };
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(io)?;
+    let bytes = bytes::read(file, path, options.threads).map_err(io)?;
     read(format, &bytes, &Folder::of(path), options).map_err(|diagnostics| LoadError::Scene {
         path: path.to_path_buf(),
-        text: match format.is_text(&bytes) {
-            true => String::from_utf8_lossy(&bytes).into_owned(),
-            false => String::new(),
-        },
+        text: format.text(&bytes),
         diagnostics,
     })
 }
@@ -198,11 +214,10 @@ fn read(
         Format::Nff => nff::read(text_of(bytes)?, options),
         Format::Gltf if gltf::is_binary(bytes) => gltf::read(bytes, beside, options),
         Format::Gltf => gltf::read(text_of(bytes)?.as_bytes(), beside, options),
+        Format::Obj => obj::read(bytes, beside, options),
+        Format::Ply => ply::read(bytes, options),
+        Format::Stl => stl::read(bytes, options),
     }
-}
-
-fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
-    std::str::from_utf8(bytes).map_err(|error| not_text(bytes, error.valid_up_to()))
 }
 
 /// Reads a scene from bytes, as from a file with that ending (one of [`endings`]) but without a folder around it.
@@ -217,6 +232,10 @@ pub fn read_bytes(
 ) -> Option<Result<Loaded, Vec<Diagnostic>>> {
     let format = Format::of(OsStr::new(ending))?;
     Some(read(format, bytes, &Folder::nowhere(), options))
+}
+
+fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
+    std::str::from_utf8(bytes).map_err(|error| not_text(bytes, error.valid_up_to()))
 }
 
 /// Reads a scene from the text of a `.test` file.
@@ -244,6 +263,17 @@ fn open(path: &Path) -> io::Result<File> {
         ));
     }
     File::open(path)
+}
+
+/// Text that need not be UTF-8, such as names in old encodings: what is not becomes `?`, a byte each, so that every
+/// place stays where it is.
+fn shown(bytes: &[u8]) -> String {
+    let mut out = String::with_capacity(bytes.len());
+    for chunk in bytes.utf8_chunks() {
+        out.push_str(chunk.valid());
+        out.extend(chunk.invalid().iter().map(|_| '?'));
+    }
+    out
 }
 
 /// That a text file stops to be one at `offset`.

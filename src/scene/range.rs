@@ -28,8 +28,8 @@ impl Scene {
     /// In f64, where neither a corner of a sphere nor the square of an ellipsoid's axis overflows.
     fn largest_coordinate(&self) -> f64 {
         let of = |v: &Vec3s| {
-            let parts = v.parts().into_iter().flatten();
-            parts.fold(0.0f32, |most, c| most.max(c.abs()))
+            let parts = v.parts().map(|part| largest_magnitude(part));
+            parts.into_iter().fold(0.0f32, f32::max)
         };
         let t = &self.triangles;
         let view = self.view.eye.abs().max(self.view.center.abs());
@@ -111,6 +111,19 @@ fn scaled_attenuation(attenuation: Vec3, color: Vec3, scale: f32) -> (Vec3, Vec3
     let bounded = |c: f64| c.clamp(-BRIGHTEST, BRIGHTEST) as f32;
     let color = (color.as_dvec3() * common).to_array().map(bounded);
     ((scaled * common).as_vec3(), Vec3::from_array(color))
+}
+
+/// In eight lanes, so that one comparison need not wait for the one before.
+fn largest_magnitude(column: &[f32]) -> f32 {
+    let mut most = [0.0f32; 8];
+    let (blocks, rest) = column.as_chunks::<8>();
+    for block in blocks {
+        for (most, c) in most.iter_mut().zip(block) {
+            *most = most.max(c.abs());
+        }
+    }
+    let all = most.into_iter().chain(rest.iter().map(|c| c.abs()));
+    all.fold(0.0, f32::max)
 }
 
 fn scale_all(v: &mut Vec3s, scale: f32) {

@@ -1,0 +1,187 @@
+//! A place in the text of an OBJ or MTL file: blanks, line ends, continued lines, words and numbers.
+
+use crate::formats::decimal;
+use crate::formats::mesh::Fault;
+use crate::formats::report::{Place, quoted};
+
+/// Walks over a piece of a text. Offsets are those of the whole file.
+#[derive(Clone, Copy)]
+pub(super) struct Cursor<'a> {
+    /// The file up to the end of the piece.
+    pub(super) text: &'a [u8],
+    pub(super) at: usize,
+}
+
+fn ends_line(byte: u8) -> bool {
+    byte == b'\n' || byte == b'\r'
+}
+
+/// Whether a word ends before this byte.
+fn ends_word(byte: u8) -> bool {
+    byte <= b' '
+}
+
+impl<'a> Cursor<'a> {
+    #[inline(always)]
+    pub(super) fn peek(&self) -> Option<u8> {
+        self.text.get(self.at).copied()
+    }
+
+    pub(super) fn is_at_end(&self) -> bool {
+        self.at >= self.text.len()
+    }
+
+    /// Passes blanks within a statement; a `\` before a line end makes the next line part of this one.
+    #[inline]
+    pub(super) fn skip_blanks(&mut self) {
+        while let Some(byte) = self.peek() {
+            match byte {
+                b'\n' | b'\r' => return,
+                0..=b' ' => self.at += 1,
+                b'\\' => match self.continued() {
+                    Some(length) => self.at += length,
+                    None => return,
+                },
+                _ => return,
+            }
+        }
+    }
+
+    /// The length of a `\` and the line end behind it.
+    #[cold]
+    fn continued(&self) -> Option<usize> {
+        match self.text.get(self.at + 1..)? {
+            [b'\r', b'\n', ..] => Some(3),
+            [b'\n' | b'\r', ..] => Some(2),
+            _ => None,
+        }
+    }
+
+    /// Passes blanks and line ends.
+    #[inline]
+    pub(super) fn skip_to_statement(&mut self) {
+        while self.peek().is_some_and(|byte| byte <= b' ') {
+            self.at += 1;
+        }
+    }
+
+    /// Whether the statement has no more operands. A `#` begins a comment.
+    #[inline]
+    pub(super) fn at_statement_end(&mut self) -> bool {
+        self.skip_blanks();
+        self.peek()
+            .is_none_or(|byte| ends_line(byte) || byte == b'#')
+    }
+
+    /// Passes the rest of the statement, with the lines that continue it unless it is a comment.
+    pub(super) fn skip_statement(&mut self) {
+        let comment = match self.peek() {
+            // Mostly all of it has been read.
+            None | Some(b'\n') => return,
+            byte => byte == Some(b'#'),
+        };
+        loop {
+            let rest = self.text.get(self.at..).unwrap_or_default();
+            let Some(end) = memchr::memchr2(b'\n', b'\r', rest) else {
+                self.at = self.text.len();
+                return;
+            };
+            self.at += end;
+            let continued = end > 0 && rest[end - 1] == b'\\' && !comment;
+            if !continued {
+                return;
+            }
+            self.at += if rest[end..].starts_with(b"\r\n") {
+                2
+            } else {
+                1
+            };
+        }
+    }
+
+    /// The next word of the statement; empty at its end.
+    #[inline]
+    pub(super) fn word(&mut self) -> Place {
+        self.skip_blanks();
+        let rest = self.text.get(self.at..).unwrap_or_default();
+        let length = rest.iter().position(|&byte| ends_word(byte));
+        let place = Place {
+            offset: self.at,
+            length: length.unwrap_or(rest.len()),
+        };
+        self.at += place.length;
+        place
+    }
+
+    /// The rest of the line without the blanks around it: a name, which may hold blanks.
+    pub(super) fn rest_of_line(&mut self) -> Place {
+        self.skip_blanks();
+        let rest = self.text.get(self.at..).unwrap_or_default();
+        let length = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
+        let place = Place {
+            offset: self.at,
+            length: rest[..length].trim_ascii_end().len(),
+        };
+        self.at += length;
+        place
+    }
+
+    /// The next operand as a number, which may be no finite one.
+    #[inline]
+    pub(super) fn float(&mut self) -> Result<f32, Fault> {
+        self.skip_blanks();
+        let (value, end) = decimal::float(self.text, self.at);
+        let delimited = self
+            .text
+            .get(end)
+            .is_none_or(|&byte| ends_word(byte) || byte == b'#' || byte == b'\\');
+        if end > self.at && delimited {
+            self.at = end;
+            return Ok(value);
+        }
+        Err(self.no_number())
+    }
+
+    #[cold]
+    fn no_number(&mut self) -> Fault {
+        let start = self.at;
+        let word = self.word();
+        if word.length == 0 {
+            return self.missing("a number");
+        }
+        let message = format!("{} is not a number", self.quoted(word));
+        Fault::new(
+            Place {
+                offset: start,
+                length: word.length,
+            },
+            message,
+        )
+    }
+
+    /// That the statement ends too early.
+    #[cold]
+    pub(super) fn missing(&self, what: &str) -> Fault {
+        let place = Place {
+            offset: self.at,
+            length: 0,
+        };
+        Fault::new(place, format!("{what} is missing"))
+    }
+
+    /// The bytes of a place.
+    pub(super) fn bytes(&self, place: Place) -> &'a [u8] {
+        let end = place
+            .offset
+            .saturating_add(place.length)
+            .min(self.text.len());
+        self.text.get(place.offset..end).unwrap_or_default()
+    }
+
+    /// The text of a place as a message may repeat it.
+    pub(super) fn quoted(&self, place: Place) -> String {
+        // A word may be megabytes long, a message is not.
+        let bytes = self.bytes(place);
+        quoted(&String::from_utf8_lossy(&bytes[..bytes.len().min(200)]))
+    }
+}

@@ -1,0 +1,353 @@
+//! The header of a PLY file: which elements follow, how many of each, and what each is made of.
+
+use crate::formats::mesh::{Fault, Faults};
+use crate::formats::report::{Place, quoted};
+
+/// How the rows are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Ascii,
+    LittleEndian,
+    BigEndian,
+}
+
+/// The type of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Type {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Type {
+    fn named(name: &[u8]) -> Option<Type> {
+        Some(match name {
+            b"char" | b"int8" => Type::I8,
+            b"uchar" | b"uint8" => Type::U8,
+            b"short" | b"int16" => Type::I16,
+            b"ushort" | b"uint16" => Type::U16,
+            b"int" | b"int32" => Type::I32,
+            b"uint" | b"uint32" => Type::U32,
+            b"float" | b"float32" => Type::F32,
+            b"double" | b"float64" => Type::F64,
+            _ => return None,
+        })
+    }
+
+    /// Bytes in a binary file.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Type::I8 | Type::U8 => 1,
+            Type::I16 | Type::U16 => 2,
+            Type::I32 | Type::U32 | Type::F32 => 4,
+            Type::F64 => 8,
+        }
+    }
+
+    pub(super) fn is_whole(self) -> bool {
+        !matches!(self, Type::F32 | Type::F64)
+    }
+}
+
+/// One number, or a list of them behind their count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    One(Type),
+    List { count: Type, item: Type },
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Property {
+    pub(super) name: Vec<u8>,
+    pub(super) kind: Kind,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    pub(super) name: Vec<u8>,
+    /// Rows. Not to be trusted before the bytes have been counted.
+    pub(super) count: u64,
+    pub(super) properties: Vec<Property>,
+    /// Where its count stands.
+    pub(super) place: Place,
+}
+
+impl Element {
+    /// Bytes of a row in a binary file if all its lists are empty.
+    pub(super) fn least_bytes(&self) -> usize {
+        let of = |p: &Property| match p.kind {
+            Kind::One(kind) => kind.size(),
+            Kind::List { count, .. } => count.size(),
+        };
+        self.properties.iter().map(of).sum()
+    }
+
+    pub(super) fn has_lists(&self) -> bool {
+        let is_list = |p: &Property| matches!(p.kind, Kind::List { .. });
+        self.properties.iter().any(is_list)
+    }
+
+    /// Where a number stands among the properties.
+    pub(super) fn number(&self, name: &[u8]) -> Option<usize> {
+        let found = |p: &Property| p.name == name && matches!(p.kind, Kind::One(_));
+        self.properties.iter().position(found)
+    }
+
+    /// Where the list of a face's corners stands among the properties.
+    pub(super) fn corners(&self) -> Option<usize> {
+        let named = |p: &Property| p.name == b"vertex_indices" || p.name == b"vertex_index";
+        let whole = |p: &Property| matches!(p.kind, Kind::List { item, .. } if item.is_whole());
+        self.properties.iter().position(|p| named(p) && whole(p))
+    }
+
+    pub(super) fn quoted_name(&self) -> String {
+        quoted(&String::from_utf8_lossy(&self.name))
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Header {
+    pub(super) encoding: Encoding,
+    pub(super) elements: Vec<Element>,
+    /// Where the rows begin.
+    pub(super) body: usize,
+    /// What ends a line; `\r` before a `\n` is a blank.
+    pub(super) line_end: u8,
+}
+
+/// The length of the header, its last line end included; the whole file where it does not end.
+pub(super) fn length(bytes: &[u8]) -> usize {
+    let mut lines = Lines::new(bytes);
+    for line in lines.by_ref() {
+        if bytes[line.offset..line.offset + line.length].trim_ascii() == b"end_header" {
+            break;
+        }
+    }
+    lines.at
+}
+
+/// Lines of the header; what ends the first one ends them all, so that a byte of the body is never taken for one.
+struct Lines<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    line_end: u8,
+}
+
+impl<'a> Lines<'a> {
+    fn new(bytes: &'a [u8]) -> Lines<'a> {
+        let first = memchr::memchr2(b'\n', b'\r', bytes);
+        let line_end = match first {
+            Some(at) if bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n') => b'\r',
+            _ => b'\n',
+        };
+        Lines {
+            bytes,
+            at: 0,
+            line_end,
+        }
+    }
+}
+
+impl Iterator for Lines<'_> {
+    type Item = Place;
+
+    fn next(&mut self) -> Option<Place> {
+        let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let length = memchr::memchr(self.line_end, rest).unwrap_or(rest.len());
+        let place = Place {
+            offset: self.at,
+            length,
+        };
+        self.at = (self.at + length + 1).min(self.bytes.len());
+        Some(place)
+    }
+}
+
+/// A word of the header.
+type Word<'a> = (Place, &'a [u8]);
+
+fn words(bytes: &[u8], line: Place) -> Vec<Word<'_>> {
+    let end = line.offset + line.length;
+    let mut at = line.offset;
+    let mut words = Vec::new();
+    while at < end {
+        let blank = |b: &&u8| b.is_ascii_whitespace();
+        let offset = at + bytes[at..end].iter().take_while(blank).count();
+        let length = bytes[offset..end].iter().take_while(|b| !blank(b)).count();
+        if length > 0 {
+            words.push((Place { offset, length }, &bytes[offset..offset + length]));
+        }
+        at = offset + length;
+    }
+    words
+}
+
+/// Reads the header.
+pub(super) fn read(bytes: &[u8]) -> Result<Header, Faults> {
+    let mut lines = Lines::new(bytes);
+    let mut reader = Reader::default();
+    let first = lines.next();
+    let magic = first.map_or(Vec::new(), |line| words(bytes, line));
+    if magic.first().is_none_or(|(_, word)| *word != b"ply") {
+        let length = first.map_or(0, |line| line.length.min(3));
+        let place = Place { offset: 0, length };
+        let message = "this is not a PLY file: it does not begin with `ply`";
+        reader.faults.push(Fault::new(place, message));
+        return Err(reader.faults);
+    }
+    let ended = reader.lines(bytes, &mut lines);
+    let end = Place {
+        offset: lines.at,
+        length: 0,
+    };
+    if !ended {
+        let message = "the header does not end: `end_header` is missing";
+        reader.faults.push(Fault::new(end, message));
+    } else if reader.encoding.is_none() && reader.faults.is_empty() {
+        let fault = Fault::new(end, "the header has no `format`");
+        reader
+            .faults
+            .push(fault.with_help("write `format ascii 1.0`, for example, after `ply`"));
+    }
+    match reader.encoding {
+        Some(encoding) if reader.faults.is_empty() => Ok(Header {
+            encoding,
+            elements: reader.elements,
+            body: lines.at,
+            line_end: lines.line_end,
+        }),
+        _ => Err(reader.faults),
+    }
+}
+
+#[derive(Default)]
+struct Reader {
+    encoding: Option<Encoding>,
+    elements: Vec<Element>,
+    faults: Faults,
+}
+
+impl Reader {
+    /// Reads up to `end_header`; whether that was there.
+    fn lines(&mut self, bytes: &[u8], lines: &mut Lines) -> bool {
+        for line in lines {
+            let words = words(bytes, line);
+            match words.first() {
+                None | Some((_, b"comment" | b"obj_info")) => {}
+                Some((_, b"end_header")) => return true,
+                Some(_) => {
+                    if let Err(fault) = self.line(&words) {
+                        self.faults.push(fault);
+                    }
+                }
+            }
+        }
+        false
+    }
+
+    fn line(&mut self, words: &[Word]) -> Result<(), Fault> {
+        let (place, keyword) = words[0];
+        match keyword {
+            b"format" => self.format(operands(words)?),
+            b"element" => self.element(operands(words)?),
+            b"property" => self.property(words),
+            _ => {
+                let keyword = quoted(&String::from_utf8_lossy(keyword));
+                Err(Fault::new(place, format!("unknown header line {keyword}")))
+            }
+        }
+    }
+
+    fn format(
+        &mut self,
+        [(place, name), (version_place, version)]: [Word; 2],
+    ) -> Result<(), Fault> {
+        let encoding = match name {
+            b"ascii" => Encoding::Ascii,
+            b"binary_little_endian" => Encoding::LittleEndian,
+            b"binary_big_endian" => Encoding::BigEndian,
+            _ => {
+                let help = "`ascii`, `binary_little_endian` or `binary_big_endian`";
+                return Err(Fault::new(place, "unknown format").with_help(help));
+            }
+        };
+        if version != b"1.0" {
+            return Err(Fault::new(version_place, "only version 1.0 is known"));
+        }
+        match self.encoding.replace(encoding) {
+            None => Ok(()),
+            Some(_) => Err(Fault::new(place, "a second `format`")),
+        }
+    }
+
+    fn element(&mut self, [(name_place, name), (place, count)]: [Word; 2]) -> Result<(), Fault> {
+        let number = std::str::from_utf8(count).ok().and_then(|n| n.parse().ok());
+        let again = self.elements.iter().any(|e| e.name == name);
+        // Taken even if something is wrong with it, so that its properties are not blamed.
+        self.elements.push(Element {
+            name: name.to_vec(),
+            count: number.unwrap_or(0),
+            properties: Vec::new(),
+            place,
+        });
+        match number {
+            None => Err(Fault::new(
+                place,
+                "the number of rows must be a whole number from 0 on",
+            )),
+            Some(_) if again => Err(Fault::new(name_place, "a second element of this name")),
+            Some(_) => Ok(()),
+        }
+    }
+
+    fn property(&mut self, words: &[Word]) -> Result<(), Fault> {
+        let Some(element) = self.elements.last_mut() else {
+            let message = "a `property` before the first `element`";
+            return Err(Fault::new(words[0].0, message));
+        };
+        let (kind, name) = if words.get(1).is_some_and(|(_, word)| *word == b"list") {
+            let [_, count, item, (_, name)] = operands(words)?;
+            let (place, count) = (count.0, type_of(count)?);
+            if !count.is_whole() {
+                let message = "the count of a list must be of a whole-number type";
+                return Err(Fault::new(place, message));
+            }
+            let item = type_of(item)?;
+            (Kind::List { count, item }, name)
+        } else {
+            let [kind, (_, name)] = operands(words)?;
+            (Kind::One(type_of(kind)?), name)
+        };
+        let name = name.to_vec();
+        element.properties.push(Property { name, kind });
+        Ok(())
+    }
+}
+
+fn type_of((place, name): Word) -> Result<Type, Fault> {
+    Type::named(name).ok_or_else(|| {
+        let name = quoted(&String::from_utf8_lossy(name));
+        let fault = Fault::new(place, format!("unknown type {name}"));
+        fault.with_help("char, uchar, short, ushort, int, uint, float or double")
+    })
+}
+
+/// The words behind the first, which must be this many.
+fn operands<'a, const N: usize>(words: &[Word<'a>]) -> Result<[Word<'a>; N], Fault> {
+    if let Some((place, _)) = words.get(N + 1) {
+        return Err(Fault::new(*place, "one operand too many"));
+    }
+    words[1..].try_into().map_err(|_| {
+        let last = words[words.len() - 1].0;
+        let place = Place {
+            offset: last.offset + last.length,
+            length: 0,
+        };
+        Fault::new(place, "an operand is missing")
+    })
+}

@@ -1,0 +1,119 @@
+//! Rows, however they are written: what is wrong with one, and what becomes of a face.
+
+use super::header::Element;
+use crate::formats::faces::{Faces, MAX_CORNERS};
+use crate::formats::mesh::{Fault, NotFinite, Tally};
+use crate::formats::report::Place;
+
+/// Where faces go.
+#[derive(Debug, Default)]
+pub(super) struct FaceSink {
+    pub(super) faces: Faces,
+    /// Faces of fewer than three corners.
+    pub(super) skipped: Tally,
+    scratch: Vec<u32>,
+}
+
+impl FaceSink {
+    /// Adds a face of `vertices` vertices; an error where a corner is none of them.
+    pub(super) fn add(
+        &mut self,
+        corners: &[i64],
+        vertices: u64,
+        place: Place,
+    ) -> Result<(), Fault> {
+        check_range(corners.iter().copied(), vertices, place)?;
+        match *corners {
+            [] | [_] | [_, _] => self.skipped.add(place),
+            [a, b, c] => self.faces.add_plain([a as u32, b as u32, c as u32]),
+            _ if corners.len() > MAX_CORNERS => {
+                let message = format!("a face of {} corners: at most {MAX_CORNERS}", corners.len());
+                return Err(Fault::new(place, message));
+            }
+            _ => {
+                self.scratch.clear();
+                self.scratch.extend(corners.iter().map(|&c| c as u32));
+                self.faces.add_plain_polygon(&self.scratch);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the triangles of strips: every other one is turned around, and -1 begins a new strip.
+    pub(super) fn add_strips(
+        &mut self,
+        corners: &[i64],
+        vertices: u64,
+        place: Place,
+    ) -> Result<(), Fault> {
+        check_range(
+            corners.iter().copied().filter(|&c| c != -1),
+            vertices,
+            place,
+        )?;
+        for strip in corners.split(|&corner| corner < 0) {
+            for (k, t) in strip.windows(3).enumerate() {
+                let [a, b, c] = [t[0] as u32, t[1] as u32, t[2] as u32];
+                let turned = k % 2 == 1;
+                self.faces
+                    .add_plain(if turned { [b, a, c] } else { [a, b, c] });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_range(
+    mut corners: impl Iterator<Item = i64>,
+    vertices: u64,
+    place: Place,
+) -> Result<(), Fault> {
+    let wrong = corners.find(|&c| c < 0 || c as u64 >= vertices);
+    wrong.map_or(Ok(()), |corner| Err(out_of_range(corner, vertices, place)))
+}
+
+pub(super) fn out_of_range(corner: i64, vertices: u64, place: Place) -> Fault {
+    let message = format!("vertex {corner} is out of range: there are {vertices}, numbered from 0");
+    Fault::new(place, message)
+}
+
+/// That fewer rows are there than the header promises; `row` counts from 0.
+pub(super) fn too_short(element: &Element, row: u64, end: usize) -> Fault {
+    let (name, count) = (element.quoted_name(), element.count);
+    let place = Place {
+        offset: end,
+        length: 0,
+    };
+    Fault::new(
+        place,
+        format!("the file ends after {row} of the {count} rows of {name}"),
+    )
+}
+
+/// Replaces a place that is not finite, and notes it.
+pub(super) fn checked_place(
+    row: [f32; 3],
+    number: u32,
+    place: Place,
+    bad: &mut Vec<NotFinite>,
+) -> [f32; 3] {
+    if row.iter().all(|c| c.is_finite()) {
+        return row;
+    }
+    bad.push(NotFinite { number, place });
+    [0.0; 3]
+}
+
+/// Replaces a normal that is zero or not finite, and notes it.
+pub(super) fn checked_normal(
+    row: [f32; 3],
+    number: u32,
+    place: Place,
+    bad: &mut Vec<NotFinite>,
+) -> [f32; 3] {
+    if row.iter().all(|c| c.is_finite()) && row != [0.0; 3] {
+        return row;
+    }
+    bad.push(NotFinite { number, place });
+    [0.0, 0.0, 1.0]
+}

@@ -1,0 +1,63 @@
+use super::*;
+use std::fmt::Write;
+
+fn options(threads: usize) -> Options {
+    Options {
+        threads,
+        ..Options::default()
+    }
+}
+
+/// Rows of one kind of everything: extra elements and properties, lists, polygons, strips.
+fn everything() -> String {
+    let mut text = String::from(
+        "ply\nformat ascii 1.0\nelement vertex 60\nproperty double z\nproperty uchar red\nproperty list uchar int more\n\
+         property float x\nproperty short y\nproperty float nx\nproperty float ny\nproperty float nz\nelement thing 3\n\
+         property list int float what\nelement face 40\nproperty int flag\nproperty list ushort uint vertex_index\nelement \
+         tristrips 1\nproperty list int int vertex_indices\nend_header\n",
+    );
+    for k in 0..60 {
+        writeln!(text, "0.{k} 7 2 1 {k} {} {} 0 0 {}", k % 10, k / 10, k % 3).unwrap();
+    }
+    text += "0\n1 2.5\n\n2 1 2\n";
+    for k in 0..40 {
+        let corners = ["2 1 2", "3 1 2 13", "4 1 2 12 11", "5 1 3 23 22 11"][k % 4];
+        writeln!(text, "{k} {corners} \r").unwrap();
+    }
+    text + "9 0 1 10 11 -1 20 21 30 31"
+}
+
+#[test]
+fn neither_threads_nor_pieces_change_the_scene() {
+    let text = everything();
+    let read = |threads, piece| {
+        let loaded = read_in_pieces(text.as_bytes(), &options(threads), piece).unwrap();
+        let scene = format!("{:?} {:?}", loaded.scene.triangles, loaded.scene.view);
+        (loaded.scene.prim_count(), scene, loaded.warnings)
+    };
+    let whole = read(1, PIECE);
+    assert_eq!(whole.0, 10 + 20 + 30 + 4);
+    for piece in [1, 9, 100] {
+        for threads in [1, 2, 5] {
+            assert_eq!(
+                read(threads, piece),
+                whole,
+                "{threads} threads, pieces of {piece}"
+            );
+        }
+    }
+}
+
+#[test]
+fn errors_come_in_file_order_from_every_piece() {
+    let text = everything()
+        .replace("4 1 2 12 11", "4 1 2 99 11")
+        .replace("3 1 2 13", "3 1 x 13");
+    let read = |piece| read_in_pieces(text.as_bytes(), &options(3), piece).unwrap_err();
+    let whole = read(PIECE);
+    assert_eq!(whole.len(), 20);
+    assert!(whole.is_sorted_by_key(|d| d.line));
+    for piece in [1, 30, 300] {
+        assert_eq!(read(piece), whole, "pieces of {piece}");
+    }
+}

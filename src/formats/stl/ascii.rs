@@ -1,0 +1,206 @@
+//! Ascii STL: `facet`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`.
+
+use super::{Soup, fault};
+use crate::formats::decimal;
+use crate::formats::mesh::{Fault, Faults};
+use crate::formats::report::{Place, Report, quoted};
+use crate::formats::workers;
+
+/// What a facet ends with, and where pieces of the text end.
+const END: &[u8] = b"endfacet";
+
+/// The corners of all facets; what is wrong stands in the report.
+pub(super) fn read(bytes: &[u8], threads: usize, piece: usize, report: &mut Report) -> Soup {
+    let finder = memchr::memmem::Finder::new(END);
+    let ranges = workers::cut(0..bytes.len(), piece, |at| {
+        let end = finder.find(&bytes[at..]);
+        end.map_or(bytes.len(), |i| at + i + END.len())
+    });
+    let read = |range: std::ops::Range<usize>| {
+        let mut reader = Reader {
+            text: &bytes[..range.end],
+            at: range.start,
+            soup: Soup::new(),
+            faults: Faults::default(),
+        };
+        reader.read();
+        (reader.soup, reader.faults)
+    };
+    let first = bytes.trim_ascii_start().get(..5);
+    if first.is_none_or(|word| !word.eq_ignore_ascii_case(b"solid")) {
+        let place = Place {
+            offset: 0,
+            length: 0,
+        };
+        report.error(
+            place,
+            "this is not an STL file: text must begin with `solid`",
+        );
+        return Soup::new();
+    }
+    let mut soups = Vec::new();
+    for (soup, faults) in workers::map(threads, ranges, read) {
+        faults.tell(report);
+        soups.push(soup);
+    }
+    workers::joined(soups)
+}
+
+/// Where a corner stands: found by counting, for a message.
+pub(super) fn place(bytes: &[u8], corner: usize) -> Place {
+    let mut reader = Reader {
+        text: bytes,
+        at: 0,
+        soup: Soup::new(),
+        faults: Faults::default(),
+    };
+    let mut count = 0;
+    while let Some(word) = reader.word() {
+        let keyword = reader.lower(word);
+        if keyword == b"solid" || keyword == b"endsolid" {
+            reader.skip_line();
+        } else if keyword == b"vertex" {
+            if count == corner {
+                return word;
+            }
+            count += 1;
+        }
+    }
+    Place {
+        offset: 0,
+        length: 0,
+    }
+}
+
+struct Reader<'a> {
+    /// The file up to the end of the piece.
+    text: &'a [u8],
+    at: usize,
+    soup: Soup,
+    faults: Faults,
+}
+
+impl Reader<'_> {
+    fn read(&mut self) {
+        while let Some(word) = self.word() {
+            let read = match &self.lower(word)[..] {
+                b"facet" => self.facet(),
+                b"solid" | b"endsolid" => {
+                    self.skip_line();
+                    Ok(())
+                }
+                _ => Err(self.unexpected(word, "`facet` or `endsolid`")),
+            };
+            if let Err(fault) = read {
+                self.faults.push(fault);
+                self.resume();
+            }
+            if self.faults.is_full() {
+                return;
+            }
+        }
+    }
+
+    /// Goes behind the facet that something was wrong in.
+    fn resume(&mut self) {
+        while let Some(word) = self.word() {
+            if self.lower(word) == END {
+                return;
+            }
+        }
+    }
+
+    fn facet(&mut self) -> Result<(), Fault> {
+        self.keyword(b"normal")?;
+        // Whatever it is: it is not used, and real files have NaN here.
+        (0..3).try_for_each(|_| self.float().map(|_| ()))?;
+        self.keyword(b"outer")?;
+        self.keyword(b"loop")?;
+        let mut corners = [[0.0; 3]; 3];
+        for corner in &mut corners {
+            self.keyword(b"vertex")?;
+            for number in corner {
+                *number = self.float()?;
+            }
+        }
+        self.keyword(b"endloop")?;
+        self.keyword(END)?;
+        self.soup.push(corners);
+        Ok(())
+    }
+
+    fn keyword(&mut self, expected: &[u8]) -> Result<(), Fault> {
+        let name = || format!("`{}`", String::from_utf8_lossy(expected));
+        match self.word() {
+            Some(word)
+                if self.text[word.offset..word.offset + word.length]
+                    .eq_ignore_ascii_case(expected) =>
+            {
+                Ok(())
+            }
+            Some(word) => {
+                // It may be the one that ends the facet.
+                self.at = word.offset;
+                Err(self.unexpected(word, &name()))
+            }
+            None => Err(fault(
+                self.text.trim_ascii_end().len(),
+                0,
+                format!("{} is missing", name()),
+            )),
+        }
+    }
+
+    #[cold]
+    fn unexpected(&self, word: Place, expected: &str) -> Fault {
+        let found = &self.text[word.offset..word.offset + word.length.min(200)];
+        let found = quoted(&String::from_utf8_lossy(found));
+        Fault::new(word, format!("{found} stands where {expected} is expected"))
+    }
+
+    fn float(&mut self) -> Result<f32, Fault> {
+        self.skip_blanks();
+        let (value, end) = decimal::float(self.text, self.at);
+        if end > self.at && self.text.get(end).is_none_or(|&byte| byte <= b' ') {
+            self.at = end;
+            return Ok(value);
+        }
+        match self.word() {
+            Some(word) => Err(self.unexpected(word, "a number")),
+            None => Err(fault(
+                self.text.trim_ascii_end().len(),
+                0,
+                "a number is missing",
+            )),
+        }
+    }
+
+    fn skip_blanks(&mut self) {
+        while self.text.get(self.at).is_some_and(|&byte| byte <= b' ') {
+            self.at += 1;
+        }
+    }
+
+    fn skip_line(&mut self) {
+        let rest = &self.text[self.at..];
+        self.at += memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
+    }
+
+    fn word(&mut self) -> Option<Place> {
+        self.skip_blanks();
+        let rest = &self.text[self.at..];
+        let length = rest.iter().position(|&byte| byte <= b' ');
+        let place = Place {
+            offset: self.at,
+            length: length.unwrap_or(rest.len()),
+        };
+        self.at += place.length;
+        (place.length > 0).then_some(place)
+    }
+
+    /// A word in lower case, as far as a keyword may reach.
+    fn lower(&self, word: Place) -> Vec<u8> {
+        let length = word.length.min(16);
+        self.text[word.offset..word.offset + length].to_ascii_lowercase()
+    }
+}

@@ -1,0 +1,54 @@
+//! Binary STL.
+
+use super::{FACET, HEADER};
+use crate::formats::report::{Place, Report};
+
+/// Bytes of a corner, and those before the first one of a facet.
+const CORNER: usize = 12;
+
+/// The facets that are there.
+pub(super) fn facets<'a>(bytes: &'a [u8], report: &mut Report) -> &'a [u8] {
+    let end = |offset: usize| Place { offset, length: 0 };
+    let Some(count) = bytes.get(HEADER - 4..).and_then(<[u8]>::first_chunk) else {
+        report.error(end(bytes.len()), "this is not an STL file: it is too short");
+        return &[];
+    };
+    let promised = u64::from(u32::from_le_bytes(*count));
+    let rest = &bytes[HEADER..];
+    let whole = (rest.len() / FACET) as u64;
+    if promised > whole {
+        let message = format!("the file ends after {whole} of {promised} facets");
+        report.error(end(bytes.len()), message);
+        return &[];
+    }
+    let (facets, surplus) = rest.split_at(promised as usize * FACET);
+    if !surplus.is_empty() {
+        let place = end(HEADER + facets.len());
+        report.warning(
+            place,
+            format!("{} bytes behind the last facet are ignored", surplus.len()),
+        );
+    }
+    facets
+}
+
+/// The bits of a corner: three for each facet.
+#[inline]
+pub(super) fn corner(facets: &[u8], corner: usize) -> [u32; 3] {
+    let start = corner / 3 * FACET + CORNER * (1 + corner % 3);
+    let bytes = &facets[start..start + CORNER];
+    let number = |k: usize| {
+        bytes[k..]
+            .first_chunk()
+            .map_or(0, |b| u32::from_le_bytes(*b))
+    };
+    [number(0), number(4), number(8)]
+}
+
+/// Where a corner stands.
+pub(super) fn place(corner: usize) -> Place {
+    Place {
+        offset: HEADER + corner / 3 * FACET + CORNER * (1 + corner % 3),
+        length: CORNER,
+    }
+}

@@ -1,0 +1,63 @@
+use super::*;
+use std::fmt::Write;
+
+fn facet(text: &mut String, corners: [[f32; 3]; 3]) {
+    *text += "facet normal 0 0 nan\n outer loop\n";
+    for [x, y, z] in corners {
+        writeln!(text, "  vertex {x} {y} {z:e}\r").unwrap();
+    }
+    *text += " endloop\nENDFACET\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet\n";
+}
+
+#[test]
+fn neither_threads_nor_pieces_change_the_scene() {
+    let mut text = String::from(" solid of many facets\n");
+    for k in 0..50 {
+        let x = k as f32;
+        facet(
+            &mut text,
+            [[x, 0.0, -0.0], [x + 1.0, 0.0, 0.0], [x, 1.5, 0.0]],
+        );
+    }
+    text += "endsolid of many\nsolid another facet\nendsolid";
+    let read = |threads, piece| {
+        let options = Options {
+            threads,
+            ..Options::default()
+        };
+        let loaded = read_in_pieces(text.as_bytes(), &options, piece).unwrap();
+        format!("{:?}", loaded.scene.triangles)
+    };
+    let whole = read(1, PIECE);
+    for piece in [1, 50, 1000] {
+        for threads in [1, 2, 5] {
+            assert!(
+                read(threads, piece) == whole,
+                "{threads} threads, pieces of {piece}"
+            );
+        }
+    }
+}
+
+#[test]
+fn corners_with_the_same_bits_are_one_vertex_in_order_of_appearance() {
+    let soup = [[0u32, 1, 2], [2, 1, 3], [0x8000_0000, 1, 0]];
+    let corner = |k: usize| [soup[k / 3][k % 3], 0, 0];
+    for threads in [1, 2, 7] {
+        let welded = weld::weld(3, threads, corner);
+        assert_eq!(welded.corners, [[0, 1, 2], [2, 1, 3], [4, 1, 0]]);
+        assert_eq!(welded.vertices.len(), 5);
+        assert!(welded.vertices.x[4].is_sign_negative());
+    }
+}
+
+#[test]
+fn a_binary_file_is_known_by_its_length() {
+    let mut file = b"solid, it says".to_vec();
+    file.resize(80, b' ');
+    file.extend(1u32.to_le_bytes());
+    file.resize(HEADER + FACET, b'1');
+    assert!(is_binary(&file));
+    assert!(!is_binary(b"solid x\nendsolid x\n"));
+    assert!(is_binary(&[b'x'; 200]), "no text begins so");
+}

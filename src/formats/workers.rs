@@ -1,0 +1,110 @@
+//! Several threads over the pieces of a file. What comes out does not depend on how many there are.
+
+use std::ops::Range;
+use std::sync::Mutex;
+
+/// Threads to use: what the options ask for, or one per CPU.
+pub(super) fn thread_count(asked: usize) -> usize {
+    match asked {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        some => some,
+    }
+}
+
+/// Runs `work` on each item, on as many threads as there is use for; the results stand in the items' order.
+pub(super) fn map<T: Send, R: Send>(
+    threads: usize,
+    items: Vec<T>,
+    work: impl Fn(T) -> R + Sync,
+) -> Vec<R> {
+    let threads = threads.min(items.len());
+    if threads <= 1 {
+        return items.into_iter().map(work).collect();
+    }
+    let mut results: Vec<Option<R>> = items.iter().map(|_| None).collect();
+    // Whoever is free takes the next item, together with the place of its result.
+    let queue = Mutex::new(items.into_iter().zip(&mut results));
+    let next = || queue.lock().ok()?.next();
+    std::thread::scope(|scope| {
+        let run = || {
+            while let Some((item, place)) = next() {
+                *place = Some(work(item));
+            }
+        };
+        (1..threads).for_each(|_| {
+            scope.spawn(run);
+        });
+        run();
+    });
+    drop(queue);
+    results.into_iter().flatten().collect()
+}
+
+/// Cuts a text of `range` into pieces of about `size` bytes that end where `end_after` says: the first good place at
+/// or after an offset.
+pub(super) fn cut(
+    range: Range<usize>,
+    size: usize,
+    end_after: impl Fn(usize) -> usize,
+) -> Vec<Range<usize>> {
+    let mut pieces = Vec::new();
+    let mut start = range.start;
+    while start < range.end {
+        let wanted = start.saturating_add(size);
+        let end = match wanted < range.end {
+            true => end_after(wanted).clamp(wanted, range.end),
+            false => range.end,
+        };
+        pieces.push(start..end);
+        start = end;
+    }
+    pieces
+}
+
+/// One vector of all parts, each of which is dropped as soon as it has been copied.
+pub(super) fn joined<T: Copy>(mut parts: Vec<Vec<T>>) -> Vec<T> {
+    if parts.len() == 1 {
+        return parts.swap_remove(0);
+    }
+    let mut all = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+    for part in parts {
+        all.extend_from_slice(&part);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_stand_in_order_for_any_number_of_threads() {
+        for threads in [1, 2, 3, 16] {
+            let doubled = map(threads, (0..100).collect(), |k: u32| k * 2);
+            assert!(doubled.iter().copied().eq((0..100).map(|k| k * 2)));
+        }
+        assert!(map(4, Vec::new(), |k: u32| k).is_empty());
+    }
+
+    #[test]
+    fn pieces_follow_each_other_without_gaps() {
+        let text = b"aaaa\nb\n\ncccccccccccccccccc\nd";
+        for size in 1..=text.len() + 1 {
+            let after = |at: usize| {
+                let rest = memchr::memchr(b'\n', &text[at..]);
+                rest.map_or(text.len(), |i| at + i + 1)
+            };
+            let pieces = cut(0..text.len(), size, after);
+            let ends: Vec<usize> = pieces.iter().map(|p| p.end).collect();
+            assert!(
+                pieces
+                    .iter()
+                    .skip(1)
+                    .map(|p| p.start)
+                    .eq(ends[..ends.len() - 1].iter().copied())
+            );
+            assert_eq!((pieces[0].start, ends[ends.len() - 1]), (0, text.len()));
+            assert!(pieces.iter().skip(1).all(|p| text[p.start - 1] == b'\n'));
+        }
+    }
+}

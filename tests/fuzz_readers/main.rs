@@ -1,0 +1,215 @@
+//! Mutated files: no reader panics, hangs, or asks for memory by a count that it has not checked, and what it says
+//! is about places in the file. A test binary of its own, because it replaces the allocator.
+//!
+//! Each format has seeds in `corpus/<ending>`. Two seconds each by default; `PHALANX_FUZZ_SECONDS=600 cargo test
+//! --release --test fuzz_readers` for more. Mutants about which something new is said join the corpus of the run. An
+//! input that fails is written to the system's folder for temporary files, and its path is in the message.
+
+mod mutate;
+
+use mutate::mutated;
+use phalanx::formats::{Diagnostic, Loaded, MAX_DIAGNOSTICS, Options, endings, read_bytes};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::collections::HashSet;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+#[path = "../common/rng.rs"]
+#[allow(dead_code, reason = "shared with tests that need more of it")]
+mod rng;
+
+/// The system's allocator, keeping the largest single request in mind.
+struct Watching;
+
+static LARGEST: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every method hands its arguments, unchanged, to `System`, which upholds the contract of `GlobalAlloc`;
+// keeping a maximum neither allocates nor unwinds.
+unsafe impl GlobalAlloc for Watching {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
+        // SAFETY: the caller's promises are those that `System` wants.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
+        // SAFETY: as above.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        LARGEST.fetch_max(size, Ordering::Relaxed);
+        // SAFETY: as above; `old` came from `System`, since all memory does.
+        unsafe { System.realloc(old, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(old, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Watching = Watching;
+
+/// Largest single request for a file of some length: what its columns may grow to, and room for small tables.
+fn most_memory(length: usize) -> usize {
+    length * 64 + (1 << 20)
+}
+
+/// Longest time for one small file, on a machine that does other things too.
+const PATIENCE: Duration = Duration::from_secs(20);
+/// Longest input.
+const MAX_LENGTH: usize = 1 << 16;
+/// Most inputs of the run's corpus.
+const MAX_CORPUS: usize = 2000;
+
+fn seconds() -> u64 {
+    let given = std::env::var("PHALANX_FUZZ_SECONDS").ok();
+    given.and_then(|s| s.parse().ok()).unwrap_or(2)
+}
+
+fn seeds(ending: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/fuzz_readers/corpus")
+        .join(ending);
+    let Ok(entries) = std::fs::read_dir(&folder) else {
+        return Vec::new();
+    };
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    paths
+        .iter()
+        .map(|path| std::fs::read(path).unwrap())
+        .collect()
+}
+
+/// Feeds mutants of the seeds to the reader of files with that ending.
+fn fuzz(ending: &str) {
+    let mut corpus = seeds(ending);
+    if corpus.is_empty() {
+        println!("skipped: {ending} has no seeds");
+        return;
+    }
+    let mut said = HashSet::new();
+    for seed in &corpus {
+        said.insert(checked(ending, seed));
+    }
+    // A longer run is another run; each is the same wherever it is repeated.
+    let mut rng = rng::Rng::new(seconds());
+    let end = Instant::now() + Duration::from_secs(seconds());
+    let (mut executions, seed_count) = (0u64, corpus.len());
+    while Instant::now() < end {
+        let mut mutant = mutated(&corpus, &mut rng);
+        mutant.truncate(MAX_LENGTH);
+        executions += 1;
+        if said.insert(checked(ending, &mutant)) && corpus.len() < MAX_CORPUS {
+            corpus.push(mutant);
+        }
+    }
+    let (new, rate) = (corpus.len() - seed_count, executions / seconds().max(1));
+    println!(
+        "{ending}: {executions} executions, {rate} a second, {seed_count} seeds, {new} new inputs, no finding"
+    );
+}
+
+/// Reads the input, checks what must hold whatever it is, and gives a digest of what was said about it.
+fn checked(ending: &str, input: &[u8]) -> u64 {
+    let options = Options {
+        threads: 1 + input.len() % 2,
+        ..Options::default()
+    };
+    LARGEST.store(0, Ordering::Relaxed);
+    let start = Instant::now();
+    let read = catch_unwind(AssertUnwindSafe(|| {
+        let read = read_bytes(ending, input, &options).expect("a known ending");
+        let largest = LARGEST.load(Ordering::Relaxed);
+        let most = most_memory(input.len());
+        assert!(
+            largest <= most,
+            "{largest} bytes were asked for at once: at most {most}"
+        );
+        check(input, &read);
+        digest(&read)
+    }));
+    let time = start.elapsed();
+    match read {
+        Ok(digest) if time < PATIENCE => digest,
+        _ => {
+            let path = std::env::temp_dir().join(format!("finding-{:x}.{ending}", hash(input)));
+            std::fs::write(&path, input).unwrap();
+            panic!("{} took {time:?} or failed", path.display());
+        }
+    }
+}
+
+fn check(input: &[u8], read: &Result<Loaded, Vec<Diagnostic>>) {
+    let said = match read {
+        Ok(loaded) => {
+            loaded.scene.validate().expect("what loads is valid");
+            &loaded.warnings
+        }
+        Err(errors) => {
+            assert!(!errors.is_empty(), "refused without a reason");
+            errors
+        }
+    };
+    assert!(said.len() <= MAX_DIAGNOSTICS, "{} diagnostics", said.len());
+    for d in said {
+        // In a text that is not UTF-8 a byte may be shown as U+FFFD, which has three.
+        let shown = String::from_utf8_lossy(input).len();
+        assert!(
+            d.offset.saturating_add(d.length) <= shown,
+            "{d:?} lies outside"
+        );
+        let lines = input.split(|&b| b == b'\n').count();
+        assert!(d.line <= lines && (d.line == 0) == (d.column == 0), "{d:?}");
+    }
+}
+
+/// What was said without its numbers, and about how much came out: new where the reader went a new way.
+fn digest(read: &Result<Loaded, Vec<Diagnostic>>) -> u64 {
+    let words = |all: &[Diagnostic]| -> Vec<String> {
+        let plain = |d: &Diagnostic| {
+            d.message
+                .chars()
+                .filter(char::is_ascii_alphabetic)
+                .take(24)
+                .collect()
+        };
+        all.iter().map(plain).take(3).collect()
+    };
+    match read {
+        Ok(loaded) => {
+            let size = |n: usize| n.checked_ilog2();
+            let t = &loaded.scene.triangles;
+            hash(&(
+                true,
+                words(&loaded.warnings),
+                size(loaded.scene.prim_count()),
+                t.normals.is_empty(),
+                t.uvs.is_empty(),
+            ))
+        }
+        Err(errors) => hash(&(false, words(errors))),
+    }
+}
+
+fn hash(value: &(impl Hash + ?Sized)) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    value.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// One after the other: the largest request is watched for the whole process.
+#[test]
+fn mutants_of_every_format() {
+    let only = std::env::var("PHALANX_FUZZ_FORMAT").ok();
+    for ending in endings().filter(|ending| only.as_deref().is_none_or(|only| only == *ending)) {
+        fuzz(ending);
+    }
+}

@@ -1,0 +1,265 @@
+//! What PLY files mean.
+
+use super::{FLAT, area_from_z, errors, messages, read, triangles};
+use glam::Vec3;
+
+const HEADER: &str = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                      element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+const BODY: &str = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+fn ascii(header: &str, body: &str) -> Vec<u8> {
+    format!("ply\nformat ascii 1.0\n{header}{body}").into_bytes()
+}
+
+/// Numbers of a binary file, in either byte order.
+struct Bytes {
+    big: bool,
+    all: Vec<u8>,
+}
+
+impl Bytes {
+    fn new(big: bool, header: &str) -> Bytes {
+        let order = if big { "big" } else { "little" };
+        let all = format!("ply\nformat binary_{order}_endian 1.0\n{header}").into_bytes();
+        Bytes { big, all }
+    }
+
+    /// The bytes of a number, given in little-endian order.
+    fn put<const N: usize>(mut self, mut little: [u8; N]) -> Self {
+        if self.big {
+            little.reverse();
+        }
+        self.all.extend(little);
+        self
+    }
+
+    fn floats(self, numbers: &[f32]) -> Self {
+        numbers
+            .iter()
+            .fold(self, |bytes, n| bytes.put(n.to_le_bytes()))
+    }
+
+    fn ints(self, numbers: &[i32]) -> Self {
+        numbers
+            .iter()
+            .fold(self, |bytes, n| bytes.put(n.to_le_bytes()))
+    }
+}
+
+const PLACES: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+
+#[test]
+fn every_encoding_gives_the_same_triangle() {
+    assert_eq!(triangles(&read("ply", &ascii(HEADER, BODY)).scene), FLAT);
+    for big in [false, true] {
+        let file = Bytes::new(big, HEADER)
+            .floats(&PLACES)
+            .put([3])
+            .ints(&[0, 1, 2]);
+        let loaded = read("ply", &file.all);
+        assert_eq!(triangles(&loaded.scene), FLAT, "big: {big}");
+        assert!(loaded.warnings.is_empty());
+    }
+}
+
+#[test]
+fn numbers_may_have_any_type() {
+    let header = "comment x\nobj_info y\nelement vertex 3\nproperty double y\nproperty short x\nproperty uchar extra\nproperty uint z\n\
+                  element other 2\nproperty list char double a\nproperty ushort b\n\
+                  element face 1\nproperty char first\nproperty list uint ushort vertex_index\nproperty double last\nend_header\n";
+    for big in [false, true] {
+        let mut file = Bytes::new(big, header);
+        for [x, y] in [[0i16, 0], [1, 0], [0, 1]] {
+            file = file
+                .put(f64::from(y).to_le_bytes())
+                .put(x.to_le_bytes())
+                .put([9])
+                .put(0u32.to_le_bytes());
+        }
+        file = file.put([0]).put([1, 0]);
+        file = file.put([2]).put([0; 8]).put([0; 8]).put([1, 0]);
+        file = file.put([7]).put(3u32.to_le_bytes());
+        file = [0u16, 1, 2]
+            .iter()
+            .fold(file, |f, c| f.put(c.to_le_bytes()))
+            .put([0; 8]);
+        assert_eq!(triangles(&read("ply", &file.all).scene), FLAT, "big: {big}");
+    }
+}
+
+#[test]
+fn lines_end_in_every_way() {
+    let text = String::from_utf8(ascii(HEADER, BODY)).unwrap();
+    for end in ["\r\n", "\r"] {
+        assert_eq!(
+            triangles(&read("ply", text.replace('\n', end).as_bytes()).scene),
+            FLAT,
+            "{end:?}"
+        );
+        let mut file = Bytes::new(false, HEADER).all;
+        file = String::from_utf8(file)
+            .unwrap()
+            .replace('\n', end)
+            .into_bytes();
+        // The first byte of the body is a line feed, but no line end.
+        let places: Vec<u8> = PLACES.iter().flat_map(|n| n.to_le_bytes()).collect();
+        file.extend(places);
+        let first = file.len() - 36;
+        file[first] = b'\n';
+        file.push(3);
+        file.extend([0i32, 1, 2].iter().flat_map(|n| n.to_le_bytes()));
+        let scene = read("ply", &file).scene;
+        assert_eq!(triangles(&scene)[0][1], FLAT[0][1], "{end:?}");
+    }
+}
+
+#[test]
+fn polygons_of_any_count_are_cut() {
+    let header = HEADER
+        .replace("vertex 3", "vertex 5")
+        .replace("face 1", "face 4");
+    let places = [
+        [4.0, 0.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.0, 4.0, 0.0],
+        [0.0, 0.0, 0.0],
+        [-1.0, -1.0, 0.0],
+    ];
+    let faces: [&[i32]; 4] = [&[0, 1, 2, 3], &[3, 0, 1, 2], &[0, 1], &[0, 2, 4]];
+    let mut text = String::new();
+    let mut file = Bytes::new(true, &header).floats(places.as_flattened());
+    places
+        .iter()
+        .for_each(|[x, y, z]| text += &format!("{x} {y} {z}\n"));
+    for face in faces {
+        let words: Vec<String> = face.iter().map(i32::to_string).collect();
+        text += &format!("{} {}\n", face.len(), words.join(" "));
+        file = file.put([face.len() as u8]).ints(face);
+    }
+    for bytes in [ascii(&header, &text), file.all] {
+        let loaded = read("ply", &bytes);
+        assert_eq!(loaded.scene.triangles.len(), 5);
+        assert_eq!(area_from_z(&loaded.scene), 8.0 + 8.0 + 24.0);
+        assert!(
+            loaded.warnings[0].message.contains("fewer than three"),
+            "{:?}",
+            loaded.warnings
+        );
+    }
+}
+
+#[test]
+fn strips_turn_every_other_triangle() {
+    let header = "element vertex 4\nproperty int x\nproperty int y\nproperty int z\n\
+                  element tristrips 1\nproperty list int int vertex_indices\nend_header\n";
+    let scene = read(
+        "ply",
+        &ascii(header, "0 0 0\n1 0 0\n0 1 0\n1 1 0\n8 0 1 2 3 -1 0 1 2\n"),
+    )
+    .scene;
+    assert_eq!((scene.triangles.len(), area_from_z(&scene)), (3, 3.0));
+}
+
+#[test]
+fn normals_belong_to_vertices() {
+    let header = HEADER.replace(
+        "property float z\n",
+        "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n",
+    );
+    let header = header
+        .replace("vertex 3", "vertex 4")
+        .replace("face 1", "face 2");
+    let rows = "0 0 0 0 0 1\n1 0 0 1 0 0\n0 1 0 0 2 0\n0 0 1 0 0 0\n3 0 1 2\n3 0 1 3\n";
+    let loaded = read("ply", &ascii(&header, rows));
+    let t = &loaded.scene.triangles;
+    assert_eq!(t.corner_normals(0), Some([Vec3::Z, Vec3::X, Vec3::Y * 2.0]));
+    assert_eq!(t.corner_normals(1), None);
+    assert!(
+        loaded.warnings[0].message.starts_with("1 normals"),
+        "{:?}",
+        loaded.warnings
+    );
+}
+
+#[test]
+fn a_vertex_that_is_not_finite_matters_where_it_is_used() {
+    let header = HEADER.replace("vertex 3", "vertex 4");
+    for (corner, used) in [(2, false), (3, true)] {
+        let places = [&PLACES[..], &[0.0, f32::NAN, 0.0]].concat();
+        let file = Bytes::new(false, &header)
+            .floats(&places)
+            .put([3])
+            .ints(&[0, 1, corner])
+            .all;
+        let text = ascii(
+            &header,
+            &format!("0 0 0\n1 0 0\n0 1 0\n0 nan 0\n3 0 1 {corner}\n"),
+        );
+        if used {
+            let at = file.len() - 13 - 12;
+            assert_eq!(
+                (errors("ply", &file)[0].line, errors("ply", &file)[0].offset),
+                (0, at)
+            );
+            assert_eq!(errors("ply", &text)[0].line, 13);
+        } else {
+            for file in [file, text] {
+                let said = messages(&read("ply", &file).warnings);
+                assert!(said[0].contains("no face uses it"), "{said:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn counts_are_believed_only_as_far_as_there_are_bytes() {
+    let header = |vertices: &str, faces: &str| {
+        HEADER
+            .replace("vertex 3", vertices)
+            .replace("face 1", faces)
+    };
+    for (vertices, faces) in [
+        ("vertex 4000000000", "face 1"),
+        ("vertex 3", "face 18446744073709551615"),
+        ("vertex 5", "face 1"),
+    ] {
+        let header = header(vertices, faces);
+        let file = Bytes::new(false, &header)
+            .floats(&PLACES)
+            .put([3])
+            .ints(&[0, 1, 2])
+            .all;
+        for bytes in [file, ascii(&header, BODY)] {
+            let said = messages(&errors("ply", &bytes));
+            let short = said.iter().any(|said| said.contains("the file ends after"));
+            assert!(short, "{said:?}");
+        }
+    }
+    let header = HEADER.replace("uchar int", "int int");
+    for count in [i32::MAX, -1, 4] {
+        let file = Bytes::new(false, &header)
+            .floats(&PLACES)
+            .ints(&[count, 0, 1, 2])
+            .all;
+        assert_eq!(errors("ply", &file).len(), 1, "{count}");
+    }
+}
+
+#[test]
+fn corners_out_of_range_are_errors_with_their_place() {
+    let file = Bytes::new(true, HEADER)
+        .floats(&PLACES)
+        .put([3])
+        .ints(&[0, -1, 2])
+        .all;
+    let said = errors("ply", &file);
+    assert!(
+        said[0]
+            .message
+            .starts_with("vertex -1 is out of range: there are 3"),
+        "{said:?}"
+    );
+    assert_eq!((said[0].line, said[0].offset), (0, file.len() - 12));
+    let said = errors("ply", &ascii(HEADER, &BODY.replace("0 1 2", "0 1 3")));
+    assert_eq!(said[0].line, 13, "{said:?}");
+}
