@@ -87,6 +87,7 @@ fn busy_scene() -> Scene {
         let paint = [dull, mirror, glass][k % 3];
         scenes::add_random(&mut scene, &mut rng, 1.0, paint);
     }
+    scenes::add_instances(&mut scene, &mut rng, 1.0, glass);
     let lights = &mut scene.lights;
     lights.add_point(Vec3::new(3.0, 4.0, 5.0), Vec3::ONE, Vec3::X);
     lights.add_point(Vec3::ZERO, Vec3::splat(0.5), Vec3::new(1.0, 0.1, 0.2));
@@ -111,7 +112,9 @@ fn painting_allocates_nothing_once_warm() {
     ] {
         let film = SharedFilm::new(scene.width, scene.height, record_hits);
         let all = tiles(scene.width, scene.height, side);
-        let some: Vec<Tile> = all.into_iter().take(50).collect();
+        // From all over the picture.
+        let step = all.len().div_ceil(50);
+        let some: Vec<Tile> = all.into_iter().step_by(step).collect();
         let mut painter = PacketPainter::new(&scene, &bvh, &camera, scene.max_depth, kernel);
         let before = asked();
         some.iter().for_each(|&tile| painter.paint(tile, &film));
