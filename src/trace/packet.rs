@@ -9,9 +9,10 @@ use super::{cone, instance, sphere, triangle};
 use crate::bvh::{Bvh, Child, LeafKind};
 use crate::lanes::{F32x8, LaneIds, LaneMask, Lanes};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket};
-use std::ops::{BitOr, Range};
+use std::ops::Range;
 
 /// The closest hits so far. Inactive lanes hold t = −∞.
+#[derive(Clone, Copy)]
 pub(super) struct Best<L: Lanes> {
     pub(super) t: L,
     /// Barycentric weights of a triangle's second and third corner, times `det`: divided once, at the end.
@@ -40,6 +41,8 @@ struct Entry<L> {
 /// Traces packets against one tree. Owns the traversal stack, so that tracing allocates nothing.
 pub struct Tracer<'a, L = F32x8> {
     bvh: &'a Bvh,
+    /// Whether the tree holds neither cones nor instances: see [`Tracer::traverse`].
+    plain: bool,
     stack: Vec<Entry<L>>,
     /// Counters since the tracer was made.
     pub work: Work,
@@ -55,6 +58,7 @@ impl<'a, L: Lanes> Tracer<'a, L> {
         };
         Tracer {
             bvh,
+            plain: bvh.cones().is_empty() && bvh.instances().is_empty(),
             // Every level of a path leaves at most one child waiting.
             stack: vec![empty; bvh.depth() + 1],
             work: Work::default(),
@@ -103,25 +107,37 @@ impl<'a, L: Lanes> Tracer<'a, L> {
     #[inline(always)]
     fn run(&mut self, rays: &RayPacket<L>, active: L::Mask, goal: &mut impl Goal<L>) {
         self.work.packets += L::PACKETS as u64;
-        self.descend(
-            &Prepared::new(rays, active),
-            goal,
-            Subtree { root: 0, floor: 0 },
-        );
+        let (rays, world) = (&Prepared::new(rays, active), Subtree { root: 0, floor: 0 });
+        if self.plain {
+            self.descend::<_, true>(rays, goal, world);
+        } else {
+            self.descend::<_, false>(rays, goal, world);
+        }
     }
 
     #[inline(always)]
-    fn descend(&mut self, rays: &Prepared<L>, goal: &mut impl Goal<L>, tree: Subtree) {
+    fn descend<G: Goal<L>, const PLAIN: bool>(
+        &mut self,
+        rays: &Prepared<L>,
+        goal: &mut G,
+        tree: Subtree,
+    ) {
         let slabs = &rays.slabs;
         match slabs.near {
-            Some(near) => self.traverse(rays, goal, tree, |b| slabs.stay_ordered(b, near)),
-            None => self.traverse(rays, goal, tree, |b| slabs.stay_mixed(b)),
+            Some(near) => {
+                self.traverse::<G, PLAIN>(rays, goal, tree, |b| slabs.stay_ordered(b, near))
+            }
+            None => self.traverse::<G, PLAIN>(rays, goal, tree, |b| slabs.stay_mixed(b)),
         }
     }
 
     /// Visits leaves front to back until the goal is reached.
+    ///
+    /// Cones and instances are tested by calls, across which nothing stays in a register. That such calls exist at all cost
+    /// every other scene 10 to 25 %, so trees without either (`PLAIN`) have a traversal of their own
+    /// (`perf/notes/plain-trees.md`).
     #[inline(always)]
-    fn traverse<G: Goal<L>>(
+    fn traverse<G: Goal<L>, const PLAIN: bool>(
         &mut self,
         rays: &Prepared<L>,
         goal: &mut G,
@@ -165,8 +181,14 @@ impl<'a, L: Lanes> Tracer<'a, L> {
             if let Child::Leaf { kind, first, count } = current {
                 let slots = first as usize..(first + count) as usize;
                 let done = match kind {
-                    LeafKind::Instance => self.instances(rays, goal, slots, top),
-                    _ => goal.leaf(self.bvh, rays, kind, slots),
+                    LeafKind::Instance if !PLAIN => {
+                        // Copies: what a call is given the address of no longer stays in registers.
+                        let (copy, mut inside) = (*rays, *goal);
+                        let done = self.instances(&copy, &mut inside, slots, top);
+                        *goal = inside;
+                        done
+                    }
+                    _ => goal.leaf::<PLAIN>(self.bvh, rays, kind, slots),
                 };
                 if done {
                     return;
@@ -207,7 +229,7 @@ impl<'a, L: Lanes> Tracer<'a, L> {
                 root: slot.root,
                 floor,
             };
-            self.descend(&moved, &mut inner, tree);
+            self.descend::<_, false>(&moved, &mut inner, tree);
             if goal.leave(inner, &stay, slot.id_offset) {
                 return true;
             }
@@ -244,7 +266,7 @@ fn nowhere<L: Lanes>() -> L {
 }
 
 /// What a traversal looks for.
-trait Goal<L: Lanes> {
+trait Goal<L: Lanes>: Copy {
     /// Whether it helps to meet near leaves first: it does not where any hit will do.
     const ORDERED: bool;
     /// How far each ray still has to look.
@@ -256,13 +278,21 @@ trait Goal<L: Lanes> {
     /// Takes over what was found within an instance; true ends the traversal.
     fn leave(&mut self, inner: Self, stay: &Stay<L>, id_offset: u32) -> bool;
     /// Tests the primitives of a leaf; true ends the traversal.
-    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: LeafKind, slots: Range<usize>) -> bool;
+    fn leaf<const PLAIN: bool>(
+        &mut self,
+        bvh: &Bvh,
+        rays: &Prepared<L>,
+        kind: LeafKind,
+        slots: Range<usize>,
+    ) -> bool;
 }
 
+#[derive(Clone, Copy)]
 struct Closest<L: Lanes> {
     best: Best<L>,
 }
 
+#[derive(Clone, Copy)]
 struct AnyHit<L: Lanes> {
     limit: L,
     blocked: L::Mask,
@@ -306,7 +336,13 @@ impl<L: Lanes> Goal<L> for Closest<L> {
     }
 
     #[inline(always)]
-    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: LeafKind, slots: Range<usize>) -> bool {
+    fn leaf<const PLAIN: bool>(
+        &mut self,
+        bvh: &Bvh,
+        rays: &Prepared<L>,
+        kind: LeafKind,
+        slots: Range<usize>,
+    ) -> bool {
         let best = &mut self.best;
         let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
         match kind {
@@ -326,13 +362,9 @@ impl<L: Lanes> Goal<L> for Closest<L> {
                     sphere::closest_ellipsoid(org, dir, slabs, slot, best);
                 }
             }
-            LeafKind::Cone => {
-                for slot in slots_of(bvh.cones(), slots) {
-                    cone::closest(org, dir, slabs, slot, best);
-                }
-            }
+            LeafKind::Cone if !PLAIN => *best = cones_closest(bvh, rays, slots, *best),
             // The traversal itself enters instances.
-            LeafKind::Instance => {}
+            LeafKind::Cone | LeafKind::Instance => {}
         }
         false
     }
@@ -362,7 +394,13 @@ impl<L: Lanes> Goal<L> for AnyHit<L> {
     }
 
     #[inline(always)]
-    fn leaf(&mut self, bvh: &Bvh, rays: &Prepared<L>, kind: LeafKind, slots: Range<usize>) -> bool {
+    fn leaf<const PLAIN: bool>(
+        &mut self,
+        bvh: &Bvh,
+        rays: &Prepared<L>,
+        kind: LeafKind,
+        slots: Range<usize>,
+    ) -> bool {
         let tmax = self.limit;
         let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
         let hits = match kind {
@@ -372,23 +410,23 @@ impl<L: Lanes> Goal<L> for AnyHit<L> {
                 2 => triangles_occluded::<L, 2>(bvh, rays, slots, tmax),
                 _ => triangles_occluded::<L, MIXED>(bvh, rays, slots, tmax),
             },
-            LeafKind::Sphere => any_of(L::Mask::none(), slots_of(bvh.spheres(), slots), |slot| {
-                sphere::occluded(org, dir, slabs, slot, tmax)
-            }),
-            LeafKind::Ellipsoid => {
-                any_of(L::Mask::none(), slots_of(bvh.ellipsoids(), slots), |slot| {
-                    sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax)
-                })
-            }
-            LeafKind::Cone => {
-                // A loop for the same reason as the triangles'.
+            // Loops and not closures, which are not inlined here.
+            LeafKind::Sphere => {
                 let mut hits = L::Mask::none();
-                for slot in slots_of(bvh.cones(), slots) {
-                    hits = hits | cone::occluded(org, dir, slabs, slot, tmax);
+                for slot in slots_of(bvh.spheres(), slots) {
+                    hits = hits | sphere::occluded(org, dir, slabs, slot, tmax);
                 }
                 hits
             }
-            LeafKind::Instance => L::Mask::none(),
+            LeafKind::Ellipsoid => {
+                let mut hits = L::Mask::none();
+                for slot in slots_of(bvh.ellipsoids(), slots) {
+                    hits = hits | sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax);
+                }
+                hits
+            }
+            LeafKind::Cone if !PLAIN => cones_occluded(bvh, rays, slots, tmax),
+            LeafKind::Cone | LeafKind::Instance => L::Mask::none(),
         };
         self.block(hits)
     }
@@ -405,6 +443,7 @@ impl<L: Lanes> AnyHit<L> {
 }
 
 /// Eight rays with what the tests derive from them once.
+#[derive(Clone, Copy)]
 struct Prepared<L: Lanes> {
     rays: RayPacket<L>,
     slabs: Slabs<L>,
@@ -441,10 +480,37 @@ fn triangles_occluded<L: Lanes, const AXIS: usize>(
     slots: Range<usize>,
     tmax: L,
 ) -> L::Mask {
-    // A loop and not `any_of`: the closure was not inlined here.
     let mut hits = L::Mask::none();
     for slot in slots_of(bvh.triangles(), slots) {
         hits = hits | triangle::occluded::<L, AXIS>(&rays.shear, &rays.slabs, slot, tmax);
+    }
+    hits
+}
+
+/// Cones stand apart, and take and give the hits by value: what a call is given the address of stays in memory.
+#[inline(never)]
+fn cones_closest<L: Lanes>(
+    bvh: &Bvh,
+    rays: &Prepared<L>,
+    slots: Range<usize>,
+    mut best: Best<L>,
+) -> Best<L> {
+    for slot in slots_of(bvh.cones(), slots) {
+        cone::closest(rays.rays.org, rays.rays.dir, &rays.slabs, slot, &mut best);
+    }
+    best
+}
+
+#[inline(never)]
+fn cones_occluded<L: Lanes>(
+    bvh: &Bvh,
+    rays: &Prepared<L>,
+    slots: Range<usize>,
+    tmax: L,
+) -> L::Mask {
+    let mut hits = L::Mask::none();
+    for slot in slots_of(bvh.cones(), slots) {
+        hits = hits | cone::occluded(rays.rays.org, rays.rays.dir, &rays.slabs, slot, tmax);
     }
     hits
 }
@@ -456,13 +522,4 @@ fn slots_of<T>(all: &[T], slots: Range<usize>) -> &[T] {
     // SAFETY: the range comes from a leaf of a `Bvh`, whose builder pushed exactly these primitives before it wrote
     // the leaf, or which was proven to have them (`bvh::Claim`); an empty leaf is 0..0.
     unsafe { all.get_unchecked(slots) }
-}
-
-#[inline(always)]
-fn any_of<T, M: BitOr<Output = M> + Copy>(none: M, slots: &[T], test: impl Fn(&T) -> M) -> M {
-    let mut hits = none;
-    for slot in slots {
-        hits = hits | test(slot);
-    }
-    hits
 }
