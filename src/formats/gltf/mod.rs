@@ -242,6 +242,7 @@ impl<'a, 't> Reader<'a, 't> {
         }
         let stored = self.scene.begin_mesh();
         for shape in &shapes {
+            self.charge(shape)?;
             self.scene.add_mesh(shape.mesh(&DAffine3::IDENTITY)?);
         }
         self.scene.end_mesh(stored);
@@ -258,11 +259,16 @@ impl<'a, 't> Reader<'a, 't> {
 
     fn bake(&mut self, shapes: &[Shape], map: &DAffine3) -> Result<(), String> {
         for shape in shapes {
-            let count = shape.len() as u64;
-            let left = self.triangles_left.checked_sub(count);
-            self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
+            self.charge(shape)?;
             self.scene.add_mesh(shape.mesh(map)?);
         }
+        Ok(())
+    }
+
+    /// Takes a shape that goes to the scene out of what may still be made.
+    fn charge(&mut self, shape: &Shape) -> Result<(), String> {
+        let left = self.triangles_left.checked_sub(shape.len() as u64);
+        self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
         Ok(())
     }
 
@@ -270,6 +276,8 @@ impl<'a, 't> Reader<'a, 't> {
         let source = self.source;
         let mut shapes = Vec::new();
         let mut skipped = 0;
+        // All primitives of a mesh are open at once.
+        let mut left = self.triangles_left;
         for (k, primitive) in source.document.meshes[mesh].primitives.iter().enumerate() {
             if primitive.mode > 6 {
                 return Err(format!(
@@ -291,8 +299,8 @@ impl<'a, 't> Reader<'a, 't> {
             let (materials, report) = (&mut self.scene.materials, &mut self.report);
             let look = looks.of(primitive.material, self.options, materials, report);
             let look = look.map_err(named)?;
-            let shape =
-                Shape::open(source, primitive, &look, self.triangles_left).map_err(named)?;
+            let shape = Shape::open(source, primitive, &look, left).map_err(named)?;
+            left -= shape.len() as u64;
             if shape.len() > 0 {
                 shapes.push(shape);
             }
@@ -329,3 +337,6 @@ impl<'a, 't> Reader<'a, 't> {
         self.scene.textures = looks.into_textures();
     }
 }
+
+#[cfg(test)]
+mod tests;
