@@ -5,6 +5,7 @@ use super::report::{Place, Report, quoted};
 use crate::scene::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};
 use ::image::codecs::png::PngDecoder;
 use ::image::{DynamicImage, ImageDecoder, Limits};
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Cursor;
 use zune_core::bytestream::ZCursor;
@@ -26,7 +27,25 @@ pub(super) struct TextureShelf<'a> {
 #[derive(PartialEq, Eq, Hash)]
 enum Origin {
     File(String),
-    Embedded(usize),
+    Embedded(Embedded),
+}
+
+/// Where in the scene file a picture is.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Embedded {
+    /// In the text, as the picture of this number.
+    Text(usize),
+    /// In the buffer view of this number, which several pictures may share.
+    View(usize),
+}
+
+impl Embedded {
+    fn name(self) -> String {
+        match self {
+            Embedded::Text(number) => format!("picture {number}"),
+            Embedded::View(number) => format!("in buffer view {number}"),
+        }
+    }
 }
 
 impl<'a> TextureShelf<'a> {
@@ -46,7 +65,7 @@ impl<'a> TextureShelf<'a> {
         &mut self,
         name: &str,
         wrap: [Wrap; 2],
-        place: Place,
+        place: impl FnOnce() -> Place,
         report: &mut Report,
     ) -> u32 {
         let beside = self.beside;
@@ -56,17 +75,18 @@ impl<'a> TextureShelf<'a> {
         })
     }
 
-    /// The texture that the scene file carries as its picture number `number`, in `bytes`. As [`TextureShelf::named`].
-    pub(super) fn embedded(
+    /// The texture that the scene file carries, in `bytes`, which are asked for once. As [`TextureShelf::named`].
+    pub(super) fn embedded<'b>(
         &mut self,
-        number: usize,
-        bytes: &[u8],
+        picture: Embedded,
+        bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
         wrap: [Wrap; 2],
-        place: Place,
+        place: impl FnOnce() -> Place,
         report: &mut Report,
     ) -> u32 {
-        self.picture(Origin::Embedded(number), wrap, |shelf| {
-            shelf.put(decode(bytes), &format!("picture {number}"), place, report)
+        self.picture(Origin::Embedded(picture), wrap, |shelf| {
+            let decoded = bytes().and_then(|bytes| decode(&bytes));
+            shelf.put(decoded, &picture.name(), place, report)
         })
     }
 
@@ -110,14 +130,14 @@ impl<'a> TextureShelf<'a> {
         &mut self,
         picture: Result<Texture, String>,
         name: &str,
-        place: Place,
+        place: impl FnOnce() -> Place,
         report: &mut Report,
     ) -> u32 {
         match picture {
             Ok(texture) => self.push(texture),
             Err(reason) => {
                 let message = format!("the texture {name} is left out: {reason}");
-                report.warning(place, message);
+                report.warning(place(), message);
                 NO_TEXTURE
             }
         }
@@ -308,15 +328,24 @@ mod tests {
         };
         let mut shelf = TextureShelf::new(&beside);
         let (repeat, clamp) = ([Wrap::Repeat; 2], [Wrap::Clamp; 2]);
-        let mut named = |name, wrap| shelf.named(name, wrap, place, &mut report);
+        let mut named = |name, wrap| shelf.named(name, wrap, || place, &mut report);
         assert_eq!(named("dot.png", clamp), 0);
         assert_eq!(named("dot.png", repeat), 1);
         assert_eq!(named("dot.png", clamp), 0);
         for missing in ["text.png", "absent.png", "text.png", "absent.png"] {
             assert_eq!(named(missing, clamp), NO_TEXTURE);
         }
-        assert_eq!(shelf.embedded(7, &dot, clamp, place, &mut report), 2);
-        assert_eq!(shelf.embedded(7, &dot, clamp, place, &mut report), 2);
+        let mut asked = 0;
+        for _ in 0..2 {
+            let bytes = || {
+                asked += 1;
+                Ok(Cow::Borrowed(&dot[..]))
+            };
+            let place = || unreachable!("nothing is wrong");
+            let row = shelf.embedded(Embedded::Text(7), bytes, clamp, place, &mut report);
+            assert_eq!(row, 2);
+        }
+        assert_eq!(asked, 1, "decoded once");
         let wraps: Vec<_> = shelf.into_textures().iter().map(|t| t.wrap).collect();
         assert_eq!(wraps, [clamp, repeat, clamp]);
         let warnings = report.finish().expect("no errors");

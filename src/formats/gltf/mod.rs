@@ -246,13 +246,20 @@ impl<'a, 't> Reader<'a, 't> {
             self.scene.add_mesh(shape.mesh(&DAffine3::IDENTITY)?);
         }
         self.scene.end_mesh(stored);
+        let mut baked = 0;
         for map in places {
             if self.scene.add_instance(stored, *map).is_err() {
-                let message = "a mesh is made flat, or too large or small, by the nodes above it";
-                self.report
-                    .warning(self.source.place("meshes", mesh), message);
+                baked += 1;
                 self.bake(&shapes, map)?;
             }
+        }
+        if baked > 0 {
+            let message = format!(
+                "a mesh is made flat, or too large or small, by the nodes above it: {baked} of its {} copies are stored",
+                places.len()
+            );
+            let place = self.source.place("meshes", mesh);
+            self.report.warning(place, message);
         }
         Ok(())
     }

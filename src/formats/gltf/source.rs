@@ -9,6 +9,7 @@ use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use serde_json::value::RawValue;
 use std::borrow::Cow;
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
@@ -18,6 +19,8 @@ pub(super) struct Source<'a> {
     json_offset: usize,
     pub(super) document: Document,
     buffers: Vec<Option<Bytes<'a>>>,
+    /// Where the rows of each list begin in `json`, once a message has asked for one.
+    rows: OnceCell<BTreeMap<String, Vec<usize>>>,
 }
 
 /// Bytes of the file itself, or of another one.
@@ -88,22 +91,21 @@ impl<'a> Source<'a> {
             json_offset,
             document,
             buffers: Vec::new(),
+            rows: OnceCell::new(),
         })
     }
 
-    /// Where a row of one of the document's lists stands. Parses the text once more, so for messages only.
+    /// Where a row of one of the document's lists stands. The first call parses the text once more, so for messages
+    /// only.
     pub(super) fn place(&self, list: &str, row: usize) -> Place {
-        let found = || {
-            let lists: BTreeMap<Cow<str>, &RawValue> = serde_json::from_slice(self.json).ok()?;
-            let rows: Vec<&RawValue> = serde_json::from_str(lists.get(list)?.get()).ok()?;
-            let text = rows.get(row)?.get();
-            let offset = (text.as_ptr() as usize).checked_sub(self.json.as_ptr() as usize)?;
-            Some(Place {
+        let rows = self.rows.get_or_init(|| row_offsets(self.json));
+        match rows.get(list).and_then(|offsets| offsets.get(row)) {
+            Some(offset) => Place {
                 offset: self.json_offset + offset,
                 length: 1,
-            })
-        };
-        found().unwrap_or(START)
+            },
+            None => START,
+        }
     }
 
     /// Says what is wrong with a row.
@@ -189,10 +191,21 @@ impl<'a> Source<'a> {
     }
 }
 
+/// Where the rows of every list of a document begin.
+fn row_offsets(json: &[u8]) -> BTreeMap<String, Vec<usize>> {
+    let members: BTreeMap<Cow<str>, &RawValue> = serde_json::from_slice(json).unwrap_or_default();
+    let offset = |row: &&RawValue| row.get().as_ptr() as usize - json.as_ptr() as usize;
+    let lists = members.into_iter().filter_map(|(name, text)| {
+        let rows: Vec<&RawValue> = serde_json::from_str(text.get()).ok()?;
+        Some((name.into_owned(), rows.iter().map(offset).collect()))
+    });
+    lists.collect()
+}
+
 /// The bytes that a URI stands for: data in the text itself, or a file of the scene file's folder.
 fn fetch(uri: &str, beside: &Folder) -> Result<Vec<u8>, String> {
     match data_of(uri) {
-        Some(data) => data,
+        Some(data) => data.bytes(),
         None => {
             let name = file_name(uri);
             let read = beside.read(&name);
@@ -201,17 +214,29 @@ fn fetch(uri: &str, beside: &Folder) -> Result<Vec<u8>, String> {
     }
 }
 
-/// The bytes of a `data:` URI; `None` if it is none.
-pub(super) fn data_of(uri: &str) -> Option<Result<Vec<u8>, String>> {
+/// What a `data:` URI carries.
+pub(super) struct Data<'a> {
+    /// `None` if it is not base64.
+    text: Option<&'a str>,
+}
+
+/// What a URI carries itself; `None` if it names something else.
+pub(super) fn data_of(uri: &str) -> Option<Data<'_>> {
     let rest = uri.strip_prefix("data:")?;
-    let Some((_, data)) = rest
-        .split_once(',')
-        .filter(|(kind, _)| kind.ends_with(";base64"))
-    else {
-        return Some(Err("a data URI that is not base64".into()));
-    };
-    let decoded = BASE64.decode(data);
-    Some(decoded.map_err(|error| format!("its base64 text is broken: {error}")))
+    let parts = rest.split_once(',');
+    let text = parts.filter(|(kind, _)| kind.ends_with(";base64"));
+    Some(Data {
+        text: text.map(|(_, data)| data),
+    })
+}
+
+impl Data<'_> {
+    /// Its bytes, or why there are none.
+    pub(super) fn bytes(&self) -> Result<Vec<u8>, String> {
+        let text = self.text.ok_or("a data URI that is not base64")?;
+        let decoded = BASE64.decode(text);
+        decoded.map_err(|error| format!("its base64 text is broken: {error}"))
+    }
 }
 
 /// A relative URI as a file's name: %20 stands for a blank.

@@ -141,7 +141,9 @@ impl<'a> Shelf<'a> {
             return 0;
         };
         let texture = match &material.map {
-            Some(map) => self.textures.named(&map.file, map.wrap, *library, report),
+            Some(map) => self
+                .textures
+                .named(&map.file, map.wrap, || *library, report),
             None => NO_TEXTURE,
         };
         palette.row(&material.surface(texture), &mut scene.materials)
