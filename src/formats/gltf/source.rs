@@ -2,7 +2,7 @@
 
 use super::container::{Container, Fault};
 use super::document::{Document, Versioned};
-use crate::formats::folder::Folder;
+use crate::formats::folder::{Folder, Found};
 use crate::formats::report::{Place, Report, quoted};
 use base64::Engine;
 use base64::alphabet::STANDARD;
@@ -122,18 +122,11 @@ impl<'a> Source<'a> {
         beside: &Folder,
         report: &mut Report,
     ) {
-        let mut files: HashMap<&str, Rc<[u8]>> = HashMap::new();
+        let mut files = HashMap::new();
         let mut buffers = Vec::with_capacity(self.document.buffers.len());
         for (row, buffer) in self.document.buffers.iter().enumerate() {
             let bytes = match (&buffer.uri, binary) {
-                (Some(uri), _) => match files.get(uri.as_str()) {
-                    Some(bytes) => Ok(Bytes::Other(Rc::clone(bytes))),
-                    None => fetch(uri, beside).map(|bytes| {
-                        let bytes: Rc<[u8]> = bytes.into();
-                        files.insert(uri, Rc::clone(&bytes));
-                        Bytes::Other(bytes)
-                    }),
-                },
+                (Some(uri), _) => fetch(uri, beside, &mut files).map(Bytes::Other),
                 (None, Some(chunk)) if row == 0 => Ok(Bytes::Own(chunk)),
                 // Left for whoever uses it: a buffer that stands in for compressed data has no bytes of its own.
                 (None, _) => {
@@ -202,16 +195,24 @@ fn row_offsets(json: &[u8]) -> BTreeMap<String, Vec<usize>> {
     lists.collect()
 }
 
-/// The bytes that a URI stands for: data in the text itself, or a file of the scene file's folder.
-fn fetch(uri: &str, beside: &Folder) -> Result<Vec<u8>, String> {
-    match data_of(uri) {
-        Some(data) => data.bytes(),
-        None => {
-            let name = file_name(uri);
-            let read = beside.read(&name);
-            read.map_err(|reason| format!("cannot read {}: {reason}", quoted(&name)))
-        }
+/// The bytes that a URI stands for: data in the text itself, or a file of the scene file's folder, which is read once.
+fn fetch(
+    uri: &str,
+    beside: &Folder,
+    files: &mut HashMap<Found, Rc<[u8]>>,
+) -> Result<Rc<[u8]>, String> {
+    if let Some(data) = data_of(uri) {
+        return data.bytes().map(Rc::from);
     }
+    let name = file_name(uri);
+    let unread = |reason: String| format!("cannot read {}: {reason}", quoted(&name));
+    let file = beside.find(&name).map_err(unread)?;
+    if let Some(bytes) = files.get(&file) {
+        return Ok(Rc::clone(bytes));
+    }
+    let bytes: Rc<[u8]> = file.read().map_err(unread)?.into();
+    files.insert(file, Rc::clone(&bytes));
+    Ok(bytes)
 }
 
 /// What a `data:` URI carries.

@@ -96,3 +96,13 @@ fn a_piece_does_not_begin_on_a_continued_line() {
     assert_eq!(line_start(text, 12), text.len() - 3);
     assert_eq!(line_start(text, text.len() - 2), text.len());
 }
+
+#[test]
+fn a_material_file_is_read_once_by_whatever_names() {
+    let mtl = "newmtl m\nKd x\n";
+    let (_scratch, folder) = folder_with(&[("a.mtl", mtl)]);
+    let text =
+        "mtllib a.mtl\nmtllib ./a.mtl\nmtllib .//a.mtl a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let errors = read(text.as_bytes(), &folder, &Options::default()).unwrap_err();
+    assert_eq!(errors.len(), 1, "its fault is told once: {errors:?}");
+}
