@@ -114,7 +114,7 @@ impl<'a> TextureShelf<'a> {
         place: impl FnOnce() -> Place,
         report: &mut Report,
     ) -> u32 {
-        let mut told = |reason: String| {
+        let told = |reason: String| {
             let message = format!("the texture {name} is left out: {reason}");
             report.warning(place(), message);
             NO_TEXTURE
