@@ -358,10 +358,7 @@ mod tests {
         std::fs::write(folder.path().join("text.png"), "no picture").unwrap();
         let beside = Folder::of(Path::new(&folder.path().join("scene")));
         let mut report = Report::binary();
-        let place = Place {
-            offset: 0,
-            length: 0,
-        };
+        let place = Place::START;
         let mut shelf = TextureShelf::new(&beside);
         let (repeat, clamp) = ([Wrap::Repeat; 2], [Wrap::Clamp; 2]);
         let mut named = |name, wrap| shelf.named(name, wrap, || place, &mut report);
@@ -402,10 +399,7 @@ mod tests {
         file("three.png", 3);
         let beside = Folder::of(&folder.path().join("scene"));
         let mut report = Report::binary();
-        let place = || Place {
-            offset: 0,
-            length: 0,
-        };
+        let place = || Place::START;
         let mut shelf = TextureShelf::new(&beside);
         shelf.texels_left = 4;
         let mut named = |name, wrap| shelf.named(name, wrap, place, &mut report);

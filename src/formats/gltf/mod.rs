@@ -64,11 +64,6 @@ use materials::Looks;
 use nodes::Placed;
 use source::Source;
 
-const START: Place = Place {
-    offset: 0,
-    length: 0,
-};
-
 /// Extensions that a file may require; the others are refused by name.
 const KNOWN: [&str; 16] = [
     "KHR_lights_punctual",
@@ -134,7 +129,7 @@ fn extensions_are_known(source: &Source, report: &mut Report) -> bool {
         let name = quoted(name);
         let message = format!("the file requires the extension {name}, which is not read here");
         report.error_with_help(
-            START,
+            Place::START,
             message,
             "export it again without compression or that extension",
         );
@@ -192,7 +187,7 @@ impl<'a, 't> Reader<'a, 't> {
         }
         if self.scene.prims.is_empty() {
             self.report.warning(
-                START,
+                Place::START,
                 "the file shows no triangles: the picture will be empty",
             );
         }
@@ -339,7 +334,7 @@ impl<'a, 't> Reader<'a, 't> {
         if !looks.unused.is_empty() {
             let names: Vec<&str> = looks.unused.iter().copied().collect();
             let message = format!("not shown: {}", names.join(", "));
-            self.report.warning(START, message);
+            self.report.warning(Place::START, message);
         }
         self.scene.textures = looks.into_textures();
     }

@@ -48,11 +48,6 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
-const START: Place = Place {
-    offset: 0,
-    length: 0,
-};
-
 impl<'a> Source<'a> {
     /// Parses the document and checks that it is of a kind that is read here.
     pub(super) fn parse(bytes: &'a [u8], parts: &Container) -> Result<Source<'a>, Fault> {
@@ -62,7 +57,7 @@ impl<'a> Source<'a> {
             (json, json_offset) = (rest, json_offset + 3);
         }
         if json.is_empty() {
-            return Err((START, "the file is empty".into()));
+            return Err((Place::START, "the file is empty".into()));
         }
         let parsed = serde_json::from_slice::<Document>(json);
         let asset = match &parsed {
@@ -77,14 +72,20 @@ impl<'a> Source<'a> {
         let needed = asset.min_version.as_ref().or(asset.version.as_ref());
         if let Some(version) = needed.filter(|v| !v.starts_with("2.")) {
             let version = quoted(version);
-            return Err((START, format!("glTF {version} is not read here, only 2.0")));
+            return Err((
+                Place::START,
+                format!("glTF {version} is not read here, only 2.0"),
+            ));
         }
         let document = parsed.map_err(|error| {
             let offset = json_offset + offset_of(json, error.line(), error.column());
             (Place { offset, length: 0 }, plain(&error))
         })?;
         if document.asset.version.is_none() {
-            return Err((START, "not a glTF file: it has no `asset.version`".into()));
+            return Err((
+                Place::START,
+                "not a glTF file: it has no `asset.version`".into(),
+            ));
         }
         Ok(Source {
             json,
@@ -104,7 +105,7 @@ impl<'a> Source<'a> {
                 offset: self.json_offset + offset,
                 length: 1,
             },
-            None => START,
+            None => Place::START,
         }
     }
 
