@@ -14,7 +14,7 @@ const MAX_LIBRARIES: usize = 1000;
 /// All materials of the files that a scene names, and its textures so far.
 pub(super) struct Shelf<'a> {
     text: Cursor<'a>,
-    materials: HashMap<String, Known>,
+    materials: HashMap<Vec<u8>, Known>,
     textures: TextureShelf<'a>,
     /// Material files that have been read, and how many more names are looked up.
     read: HashSet<Found>,
@@ -147,8 +147,8 @@ impl<'a> Shelf<'a> {
         palette: &mut Palette,
         report: &mut Report,
     ) -> u32 {
-        let name = name_of(&self.text, place);
-        let Some(Known { material, library }) = self.materials.get(&name) else {
+        let Some(Known { material, library }) = self.materials.get(self.text.bytes(place)) else {
+            let name = name_of(&self.text, place);
             let message = format!(
                 "there is no material {}: the default one is used",
                 quoted(&name)
