@@ -58,7 +58,7 @@ use super::report::{Place, Report, quoted};
 use super::texture::TextureShelf;
 use super::{Diagnostic, Loaded, Options};
 use crate::scene::{Bounds, Scene};
-use geometry::{Shape, is_surface};
+use geometry::{Bad, Shape, is_surface};
 use glam::DAffine3;
 use materials::Looks;
 use nodes::Placed;
@@ -233,14 +233,18 @@ impl<'a, 't> Reader<'a, 't> {
         let shapes = self.shapes(mesh)?;
         let extent = shapes.iter().map(Shape::extent).fold(0.0, f32::max);
         if places.len() == 1 || !COMFORT.contains(&extent) {
-            return places.iter().try_for_each(|map| self.bake(&shapes, map));
+            // The same in each place.
+            let mut bad = Bad::default();
+            for map in places {
+                bad = self.bake(&shapes, map)?;
+            }
+            self.tell_bad(mesh, bad);
+            return Ok(());
         }
         let stored = self.scene.begin_mesh();
-        for shape in &shapes {
-            self.charge(shape)?;
-            self.scene.add_mesh(shape.mesh(&DAffine3::IDENTITY)?);
-        }
+        let bad = self.bake(&shapes, &DAffine3::IDENTITY)?;
         self.scene.end_mesh(stored);
+        self.tell_bad(mesh, bad);
         let mut baked = 0;
         for map in places {
             if self.scene.add_instance(stored, *map).is_err() {
@@ -259,19 +263,40 @@ impl<'a, 't> Reader<'a, 't> {
         Ok(())
     }
 
-    fn bake(&mut self, shapes: &[Shape], map: &DAffine3) -> Result<(), String> {
+    /// Adds shapes under a map to the scene, and takes their triangles out of what may still be made.
+    fn bake(&mut self, shapes: &[Shape], map: &DAffine3) -> Result<Bad, String> {
+        let mut all = Bad::default();
         for shape in shapes {
-            self.charge(shape)?;
-            self.scene.add_mesh(shape.mesh(map)?);
+            let left = self.triangles_left.checked_sub(shape.len() as u64);
+            self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
+            let (mesh, bad) = shape.mesh(map)?;
+            self.scene.add_mesh(mesh);
+            all.normals += bad.normals;
+            all.uvs += bad.uvs;
         }
-        Ok(())
+        Ok(all)
     }
 
-    /// Takes a shape that goes to the scene out of what may still be made.
-    fn charge(&mut self, shape: &Shape) -> Result<(), String> {
-        let left = self.triangles_left.checked_sub(shape.len() as u64);
-        self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
-        Ok(())
+    fn tell_bad(&mut self, mesh: usize, bad: Bad) {
+        let normals = match bad.normals {
+            0 => None,
+            1 => Some("one normal is zero or not finite: faces that use it are shaded flat".into()),
+            count => Some(format!(
+                "{count} normals are zero or not finite: faces that use them are shaded flat"
+            )),
+        };
+        let uvs = match bad.uvs {
+            0 => None,
+            1 => Some("one texture place is not finite: faces that use it have no texture".into()),
+            count => Some(format!(
+                "{count} texture places are not finite: faces that use them have no texture"
+            )),
+        };
+        for message in [normals, uvs].into_iter().flatten() {
+            let place = self.source.place("meshes", mesh);
+            self.report
+                .warning(place, format!("meshes[{mesh}]: {message}"));
+        }
     }
 
     fn shapes(&mut self, mesh: usize) -> Result<Vec<Shape<'a>>, String> {
