@@ -175,7 +175,9 @@ fn normals_belong_to_vertices() {
     assert_eq!(t.corner_normals(0), Some([Vec3::Z, Vec3::X, Vec3::Y * 2.0]));
     assert_eq!(t.corner_normals(1), None);
     assert!(
-        loaded.warnings[0].message.starts_with("this normal is zero"),
+        loaded.warnings[0]
+            .message
+            .starts_with("this normal is zero"),
         "{:?}",
         loaded.warnings
     );
