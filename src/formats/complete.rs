@@ -50,24 +50,21 @@ pub(super) fn complete(
         furnish(&mut scene, missing, options, &mut notes);
         // Once as the file has it, and once as it will be traced: a scene that holds both 1e30 and 1e-30 units
         // cannot be brought into f32's comfortable range as a whole.
-        let fitted = scene.validate().and_then(|()| {
+        let told = |error: SceneError| format!("the scene cannot be traced: {error}");
+        if let Err(error) = scene.validate() {
+            report.error(Place::START, told(error));
+        } else {
             let unit = scene.unit;
             scene.fit_range();
-            if scene.unit == unit {
-                Ok(())
-            } else {
-                scene.validate()
+            let fitted = match scene.unit == unit {
+                true => Ok(()),
+                false => scene.validate(),
+            };
+            if let Err(error) = fitted {
+                let help =
+                    "its largest and smallest parts may lie too far apart for single precision";
+                report.error_with_help(Place::START, told(error), help);
             }
-        });
-        if let Err(error) = fitted {
-            report.error_with_help(
-                Place {
-                    offset: 0,
-                    length: 0,
-                },
-                format!("the scene cannot be traced: {error}"),
-                "its largest and smallest parts may lie too far apart for single precision",
-            );
         }
     }
     let warnings = report.finish()?;

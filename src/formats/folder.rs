@@ -22,11 +22,11 @@ impl Folder {
         Folder { path: None }
     }
 
-    /// The bytes of a file that the scene file names, with `/` or `\` between folders. The error says why not, for a
-    /// message that names the file already.
+    /// The file that a name in the scene file means, with `/` or `\` between folders. The error says why there is none,
+    /// for a message that names the file already.
     ///
     /// Links are followed before it is decided whether the file is in the folder, so none leads out of it.
-    pub(super) fn read(&self, name: &str) -> Result<Vec<u8>, String> {
+    pub(super) fn find(&self, name: &str) -> Result<Found, String> {
         let Some(folder) = &self.path else {
             return Err("the scene has no folder".into());
         };
@@ -43,7 +43,18 @@ impl Folder {
         if !file.is_file() {
             return Err("it is not a regular file".into());
         }
-        std::fs::read(&file).map_err(|e| e.to_string())
+        Ok(Found(file))
+    }
+}
+
+/// A file of the folder. Two are equal if they are the same file, by whatever names it was found.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Found(PathBuf);
+
+impl Found {
+    /// Its bytes. The error is that of [`Folder::find`].
+    pub(super) fn read(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|e| e.to_string())
     }
 }
 
@@ -59,8 +70,9 @@ mod tests {
         std::fs::write(outer.path().join("secret"), "no").unwrap();
         std::fs::write(folder.join("maps/wood.png"), "yes").unwrap();
         let beside = Folder::of(&folder.join("a.obj"));
-        assert_eq!(beside.read("maps/wood.png").unwrap(), b"yes");
-        assert_eq!(beside.read(".\\maps\\wood.png").unwrap(), b"yes");
+        let wood = beside.find("maps/wood.png").unwrap();
+        assert_eq!(wood.read().unwrap(), b"yes");
+        assert_eq!(beside.find(".\\maps\\wood.png").unwrap(), wood);
         let absolute = outer.path().join("secret");
         for outside in [
             "../secret",
@@ -70,12 +82,12 @@ mod tests {
             "absent",
             absolute.to_str().unwrap(),
         ] {
-            assert!(beside.read(outside).is_err(), "{outside}");
+            assert!(beside.find(outside).is_err(), "{outside}");
         }
         #[cfg(unix)]
         {
             std::os::unix::fs::symlink(&absolute, folder.join("link")).unwrap();
-            assert!(beside.read("link").unwrap_err().contains("leads out"));
+            assert!(beside.find("link").unwrap_err().contains("leads out"));
         }
     }
 }

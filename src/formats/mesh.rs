@@ -143,6 +143,20 @@ pub(super) fn tell_not_finite<'a>(
     });
 }
 
+/// Tells of normals that cannot be used.
+pub(super) fn tell_bad_normals(bad: &[NotFinite], report: &mut Report) {
+    let Some(first) = bad.first() else {
+        return;
+    };
+    let message = match bad.len() {
+        1 => "this normal is zero or not finite: faces that use it are shaded flat".into(),
+        count => format!(
+            "{count} normals are zero or not finite, this one first: faces that use them are shaded flat"
+        ),
+    };
+    report.warning(first.place, message);
+}
+
 /// Columns of the whole file, joined from its pieces.
 #[derive(Debug, Default)]
 pub(super) struct Joined {

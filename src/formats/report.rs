@@ -15,6 +15,14 @@ pub(super) struct Place {
     pub(super) length: usize,
 }
 
+impl Place {
+    /// Where a file begins: for what is wrong with all of it.
+    pub(super) const START: Place = Place {
+        offset: 0,
+        length: 0,
+    };
+}
+
 /// Collects diagnostics and finds the line and column of each.
 pub(super) struct Report<'a> {
     /// The file, if its lines mean anything.

@@ -1,11 +1,12 @@
 //! Pictures that a scene file names or carries: each is decoded once, and one that cannot be had is a warning.
 
-use super::folder::Folder;
+use super::folder::{Folder, Found};
 use super::report::{Place, Report, quoted};
 use crate::scene::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};
 use ::image::codecs::png::PngDecoder;
 use ::image::{DynamicImage, ImageDecoder, Limits};
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
 use std::io::Cursor;
 use zune_core::bytestream::ZCursor;
 use zune_core::colorspace::ColorSpace;
@@ -20,13 +21,39 @@ pub(super) struct TextureShelf<'a> {
     pictures: HashMap<Origin, u32>,
     /// Where a picture stands with a wrapping.
     wrapped: HashMap<(u32, [Wrap; 2]), u32>,
+    /// Pictures that have got a wrapping.
+    worn: HashSet<u32>,
+    texels_left: u64,
 }
+
+/// Texels of all textures together, of three bytes each: small files may decode to a thousand times their size.
+const MOST_TEXELS: u64 = 1 << 30;
 
 /// What tells pictures apart.
 #[derive(PartialEq, Eq, Hash)]
 enum Origin {
-    File(String),
-    Embedded(usize),
+    File(Found),
+    /// A name that means no file.
+    Missing(String),
+    Embedded(Embedded),
+}
+
+/// Where in the scene file a picture is.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Embedded {
+    /// In the text, as the picture of this number.
+    Text(usize),
+    /// In the buffer view of this number, which several pictures may share.
+    View(usize),
+}
+
+impl Embedded {
+    fn name(self) -> String {
+        match self {
+            Embedded::Text(number) => format!("picture {number}"),
+            Embedded::View(number) => format!("in buffer view {number}"),
+        }
+    }
 }
 
 impl<'a> TextureShelf<'a> {
@@ -37,6 +64,8 @@ impl<'a> TextureShelf<'a> {
             textures: Vec::new(),
             pictures: HashMap::new(),
             wrapped: HashMap::new(),
+            worn: HashSet::new(),
+            texels_left: MOST_TEXELS,
         }
     }
 
@@ -46,28 +75,29 @@ impl<'a> TextureShelf<'a> {
         &mut self,
         name: &str,
         wrap: [Wrap; 2],
-        place: Place,
+        place: impl FnOnce() -> Place,
         report: &mut Report,
     ) -> u32 {
-        let beside = self.beside;
-        self.picture(Origin::File(name.to_owned()), wrap, |shelf| {
-            let picture = beside.read(name).and_then(|bytes| decode(&bytes));
-            shelf.put(picture, &quoted(name), place, report)
-        })
+        let found = self.beside.find(name);
+        let origin = match &found {
+            Ok(file) => Origin::File(file.clone()),
+            Err(_) => Origin::Missing(name.to_owned()),
+        };
+        let bytes = || found?.read().map(Cow::Owned);
+        self.picture(origin, &quoted(name), bytes, wrap, place, report)
     }
 
-    /// The texture that the scene file carries as its picture number `number`, in `bytes`. As [`TextureShelf::named`].
-    pub(super) fn embedded(
+    /// The texture that the scene file carries, in `bytes`, which are asked for once. As [`TextureShelf::named`].
+    pub(super) fn embedded<'b>(
         &mut self,
-        number: usize,
-        bytes: &[u8],
+        picture: Embedded,
+        bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
         wrap: [Wrap; 2],
-        place: Place,
+        place: impl FnOnce() -> Place,
         report: &mut Report,
     ) -> u32 {
-        self.picture(Origin::Embedded(number), wrap, |shelf| {
-            shelf.put(decode(bytes), &format!("picture {number}"), place, report)
-        })
+        let origin = Origin::Embedded(picture);
+        self.picture(origin, &picture.name(), bytes, wrap, place, report)
     }
 
     /// All textures, for [`crate::scene::Scene::textures`].
@@ -75,17 +105,32 @@ impl<'a> TextureShelf<'a> {
         self.textures
     }
 
-    fn picture(
+    fn picture<'b>(
         &mut self,
         origin: Origin,
+        name: &str,
+        bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
         wrap: [Wrap; 2],
-        load: impl FnOnce(&mut Self) -> u32,
+        place: impl FnOnce() -> Place,
+        report: &mut Report,
     ) -> u32 {
+        let told = |reason: String| {
+            let message = format!("the texture {name} is left out: {reason}");
+            report.warning(place(), message);
+            NO_TEXTURE
+        };
         let first = match self.pictures.get(&origin) {
             Some(&first) => first,
             None => {
-                let first = load(self);
+                let decoded = bytes().and_then(|bytes| decode(&bytes, self.texels_left));
+                let (first, reason) = match decoded {
+                    Ok(texture) => (self.push(texture), None),
+                    Err(reason) => (NO_TEXTURE, Some(reason)),
+                };
                 self.pictures.insert(origin, first);
+                if let Some(reason) = reason {
+                    return told(reason);
+                }
                 first
             }
         };
@@ -95,35 +140,32 @@ impl<'a> TextureShelf<'a> {
         if let Some(&row) = self.wrapped.get(&(first, wrap)) {
             return row;
         }
-        // The first use gives the picture its wrapping; only another one needs a copy.
-        let fresh = !self.wrapped.keys().any(|&(picture, _)| picture == first);
-        let row = match fresh {
+        let (row, reason) = match self.copy_for(first, wrap) {
+            Ok(row) => (row, None),
+            Err(reason) => (NO_TEXTURE, Some(reason)),
+        };
+        self.wrapped.insert((first, wrap), row);
+        reason.map_or(row, told)
+    }
+
+    /// Where a picture may stand with another wrapping: the first use gives it one, and only another needs a copy.
+    fn copy_for(&mut self, first: u32, wrap: [Wrap; 2]) -> Result<u32, String> {
+        let row = match self.worn.insert(first) {
             true => first,
-            false => self.push(self.textures[first as usize].clone()),
+            false => {
+                let texture = &self.textures[first as usize];
+                checked_budget(texture.width, texture.height, self.texels_left)?;
+                let copy = texture.clone();
+                self.push(copy)
+            }
         };
         self.textures[row as usize].wrap = wrap;
-        self.wrapped.insert((first, wrap), row);
-        row
+        Ok(row)
     }
 
-    fn put(
-        &mut self,
-        picture: Result<Texture, String>,
-        name: &str,
-        place: Place,
-        report: &mut Report,
-    ) -> u32 {
-        match picture {
-            Ok(texture) => self.push(texture),
-            Err(reason) => {
-                let message = format!("the texture {name} is left out: {reason}");
-                report.warning(place, message);
-                NO_TEXTURE
-            }
-        }
-    }
-
+    /// Takes a texture for which there is room.
     fn push(&mut self, texture: Texture) -> u32 {
+        self.texels_left -= texture.texels.len() as u64;
         self.textures.push(texture);
         self.textures.len() as u32 - 1
     }
@@ -133,12 +175,12 @@ const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG: &[u8] = b"\xff\xd8\xff";
 
 /// A picture in sRGB bytes, whatever its file's name says it is. Grey becomes equal parts, 16 bits the nearest of 8,
-/// alpha and colour profiles are ignored.
-fn decode(bytes: &[u8]) -> Result<Texture, String> {
+/// alpha and colour profiles are ignored. One of more than `most` texels is refused before room is made for it.
+fn decode(bytes: &[u8], most: u64) -> Result<Texture, String> {
     if bytes.starts_with(PNG) {
-        decode_png(bytes)
+        decode_png(bytes, most)
     } else if bytes.starts_with(JPEG) {
-        decode_jpeg(bytes)
+        decode_jpeg(bytes, most)
     } else {
         Err("it is neither a PNG nor a JPEG picture".into())
     }
@@ -152,14 +194,14 @@ const MOST_PIXELS_PER_BYTE: u64 = 8 * 64;
 /// Room for the largest texture, RGBA of 16 bits.
 const MOST_MEMORY: u64 = MAX_TEXTURE_SIDE as u64 * MAX_TEXTURE_SIDE as u64 * 8;
 
-fn decode_png(bytes: &[u8]) -> Result<Texture, String> {
+fn decode_png(bytes: &[u8], most: u64) -> Result<Texture, String> {
     let broken = |error: ::image::ImageError| error.to_string();
     let mut limits = Limits::default();
     limits.max_alloc = Some(MOST_MEMORY);
     let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(broken)?;
     let (width, height) = decoder.dimensions();
     let bits = u64::from(decoder.original_color_type().bits_per_pixel());
-    let pixels = checked_pixels(width, height)?;
+    let pixels = checked_pixels(width, height, most)?;
     if pixels * bits / 8 > bytes.len() as u64 * MOST_PER_BYTE {
         return Err(short(width, height));
     }
@@ -168,7 +210,7 @@ fn decode_png(bytes: &[u8]) -> Result<Texture, String> {
 }
 
 /// The decoder's SIMD variants are neither built nor asked for: its plain integer code gives the same bytes everywhere.
-fn decode_jpeg(bytes: &[u8]) -> Result<Texture, String> {
+fn decode_jpeg(bytes: &[u8], most: u64) -> Result<Texture, String> {
     let broken = |error: zune_jpeg::errors::DecodeErrors| error.to_string();
     let options = DecoderOptions::new_safe()
         .set_strict_mode(false)
@@ -179,18 +221,28 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Texture, String> {
     decoder.decode_headers().map_err(broken)?;
     let (width, height) = decoder.dimensions().ok_or("it has no size")?;
     let (width, height) = (width as u32, height as u32);
-    if checked_pixels(width, height)? > bytes.len() as u64 * MOST_PIXELS_PER_BYTE {
+    if checked_pixels(width, height, most)? > bytes.len() as u64 * MOST_PIXELS_PER_BYTE {
         return Err(short(width, height));
     }
     texture(width, height, decoder.decode().map_err(broken)?)
 }
 
-fn checked_pixels(width: u32, height: u32) -> Result<u64, String> {
+fn checked_pixels(width: u32, height: u32, most: u64) -> Result<u64, String> {
     let side = 1..=MAX_TEXTURE_SIDE;
     match side.contains(&width) && side.contains(&height) {
-        true => Ok(u64::from(width) * u64::from(height)),
+        true => checked_budget(width, height, most),
         false => Err(format!(
             "its size is {width}×{height}, but a side may have 1 to {MAX_TEXTURE_SIDE} texels"
+        )),
+    }
+}
+
+fn checked_budget(width: u32, height: u32, most: u64) -> Result<u64, String> {
+    let texels = u64::from(width) * u64::from(height);
+    match texels <= most {
+        true => Ok(texels),
+        false => Err(format!(
+            "with its {width}×{height} texels, all textures together would have more than {MOST_TEXELS}"
         )),
     }
 }
@@ -223,6 +275,10 @@ mod tests {
     const PROGRESSIVE: &[u8] = include_bytes!("../../tests/pictures/progressive.jpg");
     const GREY: &[u8] = include_bytes!("../../tests/pictures/grey.jpg");
 
+    fn whole(bytes: &[u8]) -> Result<Texture, String> {
+        decode(bytes, MOST_TEXELS)
+    }
+
     fn png(width: u32, height: u32, kind: ExtendedColorType, samples: &[u8]) -> Vec<u8> {
         let mut out = Vec::new();
         let written = PngEncoder::new(&mut out).write_image(samples, width, height, kind);
@@ -248,23 +304,23 @@ mod tests {
             (PROGRESSIVE, 0xfaa5_6fa3_5769_1093),
             (GREY, 0x19e5_6f92_a072_6fd6),
         ] {
-            let texture = decode(bytes).expect("a picture");
+            let texture = whole(bytes).expect("a picture");
             assert_eq!((texture.width, texture.height), (21, 13));
             assert_eq!(hash(&texture), expected, "{:#x}", hash(&texture));
         }
         // A ramp to the right, a ramp downward, and a chequer, as they were painted.
-        let texels = decode(PROGRESSIVE).expect("a picture").texels;
+        let texels = whole(PROGRESSIVE).expect("a picture").texels;
         for (i, &[red, green, _]) in texels.iter().enumerate() {
             assert!(red.abs_diff((i % 21 * 12) as u8) < 48, "{i}: {red}");
             assert!(green.abs_diff((i / 21 * 19) as u8) < 48, "{i}: {green}");
         }
-        let grey = decode(GREY).expect("a picture").texels;
+        let grey = whole(GREY).expect("a picture").texels;
         assert!(grey.iter().all(|[r, g, b]| r == g && g == b));
     }
 
     #[test]
     fn every_png_becomes_srgb_bytes() {
-        let two = |kind, samples: &[u8]| decode(&png(2, 1, kind, samples)).expect("a picture");
+        let two = |kind, samples: &[u8]| whole(&png(2, 1, kind, samples)).expect("a picture");
         let expected = [[0, 0, 0], [200, 200, 200]];
         assert_eq!(two(ExtendedColorType::L8, &[0, 200]).texels, expected);
         let alpha = two(ExtendedColorType::La8, &[0, 9, 200, 0]);
@@ -284,13 +340,13 @@ mod tests {
         let side = huge.windows(4).position(|w| w == b"IHDR").unwrap() + 4;
         huge[side..side + 4].copy_from_slice(&16_000u32.to_be_bytes());
         huge[side + 4..side + 8].copy_from_slice(&16_000u32.to_be_bytes());
-        assert!(decode(&huge).is_err());
+        assert!(whole(&huge).is_err());
         huge[side..side + 4].copy_from_slice(&16_385u32.to_be_bytes());
-        assert!(decode(&huge).is_err());
+        assert!(whole(&huge).is_err());
         let mut jpeg = HALVED.to_vec();
         let frame = jpeg.windows(2).position(|w| w == [0xff, 0xc0]).unwrap() + 5;
         jpeg[frame..frame + 4].copy_from_slice(&[0x3f, 0xff, 0x3f, 0xff]);
-        let refused = decode(&jpeg).map(|_| "a picture");
+        let refused = whole(&jpeg).map(|_| "a picture");
         assert!(refused.unwrap_err().contains("too short"));
     }
 
@@ -302,26 +358,65 @@ mod tests {
         std::fs::write(folder.path().join("text.png"), "no picture").unwrap();
         let beside = Folder::of(Path::new(&folder.path().join("scene")));
         let mut report = Report::binary();
-        let place = Place {
-            offset: 0,
-            length: 0,
-        };
+        let place = Place::START;
         let mut shelf = TextureShelf::new(&beside);
         let (repeat, clamp) = ([Wrap::Repeat; 2], [Wrap::Clamp; 2]);
-        let mut named = |name, wrap| shelf.named(name, wrap, place, &mut report);
+        let mut named = |name, wrap| shelf.named(name, wrap, || place, &mut report);
         assert_eq!(named("dot.png", clamp), 0);
         assert_eq!(named("dot.png", repeat), 1);
         assert_eq!(named("dot.png", clamp), 0);
         for missing in ["text.png", "absent.png", "text.png", "absent.png"] {
             assert_eq!(named(missing, clamp), NO_TEXTURE);
         }
-        assert_eq!(shelf.embedded(7, &dot, clamp, place, &mut report), 2);
-        assert_eq!(shelf.embedded(7, &dot, clamp, place, &mut report), 2);
+        let mut asked = 0;
+        for _ in 0..2 {
+            let bytes = || {
+                asked += 1;
+                Ok(Cow::Borrowed(&dot[..]))
+            };
+            let place = || unreachable!("nothing is wrong");
+            let row = shelf.embedded(Embedded::Text(7), bytes, clamp, place, &mut report);
+            assert_eq!(row, 2);
+        }
+        assert_eq!(asked, 1, "decoded once");
         let wraps: Vec<_> = shelf.into_textures().iter().map(|t| t.wrap).collect();
         assert_eq!(wraps, [clamp, repeat, clamp]);
         let warnings = report.finish().expect("no errors");
         let messages: Vec<&str> = warnings.iter().map(|w| w.message.as_str()).collect();
         assert_eq!(messages.len(), 2, "once for each: {messages:?}");
         assert!(messages[0].contains("`text.png`") && messages[0].contains("neither a PNG"));
+    }
+
+    #[test]
+    fn all_textures_together_are_bounded() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, width: u32| {
+            let samples = vec![7; width as usize];
+            let bytes = png(width, 1, ExtendedColorType::L8, &samples);
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+        };
+        file("two.png", 2);
+        file("three.png", 3);
+        let beside = Folder::of(&folder.path().join("scene"));
+        let mut report = Report::binary();
+        let place = || Place::START;
+        let mut shelf = TextureShelf::new(&beside);
+        shelf.texels_left = 4;
+        let mut named = |name, wrap| shelf.named(name, wrap, place, &mut report);
+        let [repeat, clamp, mirror] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror].map(|w| [w; 2]);
+        assert_eq!(named("two.png", repeat), 0);
+        assert_eq!(named("three.png", repeat), NO_TEXTURE);
+        assert_eq!(named("./two.png", clamp), 1, "a copy");
+        for _ in 0..2 {
+            assert_eq!(named("two.png", mirror), NO_TEXTURE, "a copy too many");
+        }
+        assert_eq!(named(".//two.png", clamp), 1);
+        let warnings = report.finish().expect("no errors");
+        assert_eq!(warnings.len(), 2, "{warnings:?}");
+        assert!(
+            warnings[0]
+                .message
+                .contains("`three.png` is left out: with its 3×1 texels")
+        );
     }
 }

@@ -31,9 +31,15 @@ pub(super) fn map<T: Send, R: Send>(
                 *place = Some(work(item));
             }
         };
-        (1..threads).for_each(|_| {
-            scope.spawn(run);
-        });
+        for _ in 1..threads {
+            // Where the system has no more threads, those that there are do the rest.
+            if std::thread::Builder::new()
+                .spawn_scoped(scope, run)
+                .is_err()
+            {
+                break;
+            }
+        }
         run();
     });
     drop(queue);

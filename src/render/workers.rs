@@ -56,8 +56,8 @@ pub fn run<P: Painter>(
         Pin::Cores => core_affinity::get_core_ids().unwrap_or_default(),
     };
     let next = AtomicUsize::new(0);
-    let work = |worker: usize| {
-        if !cores.is_empty() {
+    let work = |worker: Option<usize>| {
+        if let Some(worker) = worker.filter(|_| !cores.is_empty()) {
             // Pinning is a wish: where the system refuses, the worker runs unpinned.
             core_affinity::set_for_current(cores[worker % cores.len()]);
         }
@@ -78,9 +78,12 @@ pub fn run<P: Painter>(
     let work = &work;
     let mut stats = RenderStats::default();
     std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..threads.max(1))
-            .map(|k| scope.spawn(move || work(k)))
-            .collect();
+        let spawn = |k| std::thread::Builder::new().spawn_scoped(scope, move || work(Some(k)));
+        // Where the system has no more threads, those that there are do the rest; at worst this one alone.
+        let handles: Vec<_> = (0..threads.max(1)).map_while(|k| spawn(k).ok()).collect();
+        if handles.is_empty() {
+            stats.add(&work(None));
+        }
         for handle in handles {
             match handle.join() {
                 Ok(done) => stats.add(&done),

@@ -186,11 +186,14 @@ fn normals_without_a_direction_leave_the_triangle_flat() {
         let mut file = File::triangle();
         let normals = file.floats(3, &[0., 0., 1., 0., 0., 1., 0., 0., bad]);
         file.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
-        assert_eq!(
-            file.loaded().scene.triangles.corner_normals(0),
-            None,
-            "{bad}"
-        );
+        for nodes in 1..3 {
+            let loaded = file.loaded();
+            assert_eq!(loaded.scene.triangles.corner_normals(0), None, "{bad}");
+            let said = messages(&loaded.warnings);
+            assert_eq!(said.len(), 1, "{bad}, {nodes} nodes: {said:?}");
+            assert!(said[0].contains("one normal is zero or not finite"));
+            file.node(json!({"mesh": 0}));
+        }
     }
 }
 

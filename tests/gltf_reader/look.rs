@@ -187,16 +187,21 @@ fn pictures_in_buffers_text_and_files() {
     std::fs::write(&path, json.to_string()).unwrap();
     assert_textured(&load(&path, &Options::default()).expect("a scene"));
     // Not there, or not a picture: a flat colour, and a warning.
-    for uri in [
-        "absent.png",
-        "data:image/png;base64,AAAA",
-        "data:,x",
-        "../a.png",
+    for (uri, reason) in [
+        ("absent.png", ""),
+        ("data:image/png;base64,AAAA", "neither a PNG nor a JPEG"),
+        ("data:image/png;base64,A?AA", "base64 text is broken"),
+        ("data:,x", "not base64"),
+        ("../a.png", "folder"),
     ] {
         file.json["images"] = json!([{"uri": uri}]);
         let loaded = file.loaded();
         assert_eq!(loaded.scene.materials.texture[0], NO_TEXTURE);
-        assert!(messages(&loaded.warnings)[0].contains("left out"), "{uri}");
+        let message = messages(&loaded.warnings)[0];
+        assert!(
+            message.contains("left out") && message.contains(reason),
+            "{uri}: {message}"
+        );
         assert_eq!(loaded.scene.triangles.corner_uvs(0), None);
     }
 }

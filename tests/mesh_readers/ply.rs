@@ -175,7 +175,9 @@ fn normals_belong_to_vertices() {
     assert_eq!(t.corner_normals(0), Some([Vec3::Z, Vec3::X, Vec3::Y * 2.0]));
     assert_eq!(t.corner_normals(1), None);
     assert!(
-        loaded.warnings[0].message.starts_with("1 normals"),
+        loaded.warnings[0]
+            .message
+            .starts_with("this normal is zero"),
         "{:?}",
         loaded.warnings
     );
@@ -262,4 +264,24 @@ fn corners_out_of_range_are_errors_with_their_place() {
     assert_eq!((said[0].line, said[0].offset), (0, file.len() - 12));
     let said = errors("ply", &ascii(HEADER, &BODY.replace("0 1 2", "0 1 3")));
     assert_eq!(said[0].line, 13, "{said:?}");
+}
+
+#[test]
+fn headers_of_any_length_are_answered_soon() {
+    let elements: String = (0..200_000).map(|k| format!("element e{k} 0\n")).collect();
+    let said = errors("ply", &ascii(&(elements + HEADER), BODY));
+    assert_eq!(said.len(), 20);
+    assert_eq!((said[0].line, said[19].line), (1003, 1022));
+    assert!(said[0].message.contains("more than 1000 elements"));
+    let said = errors(
+        "ply",
+        &ascii(&format!("{}\n{HEADER}", "x ".repeat(1000)), BODY),
+    );
+    assert!(
+        said[0].message.contains("unknown header line `x`"),
+        "{said:?}"
+    );
+    let long = HEADER.replace("vertex 3", &format!("vertex 3{}", " 4".repeat(1000)));
+    let said = errors("ply", &ascii(&long, BODY));
+    assert!(said[0].message.contains("one operand too many"), "{said:?}");
 }

@@ -84,3 +84,21 @@ fn a_count_alone_allocates_nothing() {
         );
     }
 }
+
+#[test]
+fn polygons_of_too_many_corners_are_refused_at_their_count() {
+    let polygon = |count: usize| format!("p {count}\n{}", "0 0 0\n".repeat(count));
+    let errors = read_nff(&polygon(65_537)).map(|_| "a scene");
+    let errors = errors.expect_err("too many corners");
+    assert_eq!((errors.len(), errors[0].line, errors[0].column), (1, 1, 3));
+    assert!(errors[0].message.contains("at most 65536"), "{errors:?}");
+}
+
+#[test]
+fn colours_beyond_single_precision_are_refused_where_they_stand() {
+    let text = "s 0 0 0 1\nf 1e30 1 1 1e30 0 1 0 1\ns 0 0 0 1\n";
+    let errors = read_nff(text).map(|_| "a scene");
+    let errors = errors.expect_err("too bright");
+    assert_eq!((errors.len(), errors[0].line), (1, 2), "{errors:?}");
+    assert!(errors[0].message.contains("colour"), "{errors:?}");
+}

@@ -17,6 +17,13 @@ pub(super) struct Shape<'a> {
     material: u32,
 }
 
+/// Vertices of a mesh whose normal or texture place in the file says nothing.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Bad {
+    pub(super) normals: usize,
+    pub(super) uvs: usize,
+}
+
 /// Topologies of triangles, by their numbers in the file.
 const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
@@ -82,7 +89,7 @@ impl<'a> Shape<'a> {
 
     /// The triangles under a map, with only the vertices that they use. A map that mirrors turns them round, so that
     /// their fronts stay in front.
-    pub(super) fn mesh(&self, map: &DAffine3) -> Result<Mesh, String> {
+    pub(super) fn mesh(&self, map: &DAffine3) -> Result<(Mesh, Bad), String> {
         let mut out = Placing::new(self, map);
         let mut corners = Vec::with_capacity(self.corners.len());
         for &[a, b, c] in &self.corners {
@@ -93,7 +100,11 @@ impl<'a> Shape<'a> {
             let [a, b, c] = row.map(|corner| out.number(corner));
             corners.push([a?, b?, c?]);
         }
-        Ok(out.finish(corners))
+        let bad = Bad {
+            normals: out.nothing_said,
+            uvs: out.bad_uvs.len(),
+        };
+        Ok((out.finish(corners), bad))
     }
 }
 
@@ -153,7 +164,9 @@ struct Placing<'s> {
     mirrored: bool,
     numbers: Numbers,
     mesh: Mesh,
-    /// Vertices whose normal or texture place says nothing.
+    /// Normals of the file that say nothing; the map may spoil more of them.
+    nothing_said: usize,
+    /// Vertices without a normal or texture place that could be used.
     bad_normals: Vec<u32>,
     bad_uvs: Vec<u32>,
 }
@@ -195,6 +208,7 @@ impl<'s> Placing<'s> {
                 false => Numbers::Map(HashMap::new()),
             },
             mesh: Mesh::default(),
+            nothing_said: 0,
             bad_normals: Vec::new(),
             bad_uvs: Vec::new(),
         }
@@ -219,8 +233,9 @@ impl<'s> Placing<'s> {
         }
         self.mesh.vertices.push(placed);
         if let Some(normals) = &self.shape.normals {
-            let normal = Vec3::from_array(normals.get(row)).as_dvec3();
-            let turned = unit(self.turn * unit(normal));
+            let normal = unit(Vec3::from_array(normals.get(row)).as_dvec3());
+            self.nothing_said += usize::from(normal == DVec3::ZERO);
+            let turned = unit(self.turn * normal);
             if turned == DVec3::ZERO {
                 self.bad_normals.push(new);
             }

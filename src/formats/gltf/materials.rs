@@ -5,9 +5,10 @@ use super::source::{Source, data_of, file_name};
 use crate::formats::Options;
 use crate::formats::mesh_defaults::GREY;
 use crate::formats::report::Report;
-use crate::formats::texture::TextureShelf;
+use crate::formats::texture::{Embedded, TextureShelf};
 use crate::scene::{Materials, NO_TEXTURE, Palette, Surface, Wrap};
 use glam::{Vec2, Vec3};
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 
 /// What a primitive needs of its material.
@@ -140,10 +141,11 @@ impl<'a> Looks<'a> {
             wrap_of(sampler.and_then(|s| s.wrap_s)),
             wrap_of(sampler.and_then(|s| s.wrap_t)),
         ];
-        let place = self.source.place("materials", material);
+        let source = self.source;
+        let place = || source.place("materials", material);
         let Some(row) = texture.source else {
             let message = format!("textures[{}] has no PNG or JPEG picture", info.index);
-            report.warning(place, message);
+            report.warning(place(), message);
             return Ok(NO_TEXTURE);
         };
         let image = document.images.get(row);
@@ -151,17 +153,21 @@ impl<'a> Looks<'a> {
         if let Some(uri) = &image.uri {
             return Ok(match data_of(uri) {
                 None => self.shelf.named(&file_name(uri), wrap, place, report),
-                // Text that is not base64 decodes to nothing, which is no picture.
                 Some(data) => {
-                    let bytes = data.unwrap_or_default();
-                    self.shelf.embedded(row, &bytes, wrap, place, report)
+                    let bytes = || Ok(Cow::Owned(data.bytes()?));
+                    let picture = Embedded::Text(row);
+                    self.shelf.embedded(picture, bytes, wrap, place, report)
                 }
             });
         }
         let view = image.buffer_view;
         let view = view.ok_or_else(|| format!("images[{row}] has neither uri nor bufferView"))?;
-        let bytes = self.source.view(view)?;
-        Ok(self.shelf.embedded(row, bytes, wrap, place, report))
+        let bytes = Cow::Borrowed(source.view(view)?);
+        let picture = Embedded::View(view);
+        let texture = self
+            .shelf
+            .embedded(picture, || Ok(bytes), wrap, place, report);
+        Ok(texture)
     }
 
     fn note_unused(&mut self, material: &Material) {

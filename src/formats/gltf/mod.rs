@@ -58,16 +58,11 @@ use super::report::{Place, Report, quoted};
 use super::texture::TextureShelf;
 use super::{Diagnostic, Loaded, Options};
 use crate::scene::{Bounds, Scene};
-use geometry::{Shape, is_surface};
+use geometry::{Bad, Shape, is_surface};
 use glam::DAffine3;
 use materials::Looks;
 use nodes::Placed;
 use source::Source;
-
-const START: Place = Place {
-    offset: 0,
-    length: 0,
-};
 
 /// Extensions that a file may require; the others are refused by name.
 const KNOWN: [&str; 16] = [
@@ -134,7 +129,7 @@ fn extensions_are_known(source: &Source, report: &mut Report) -> bool {
         let name = quoted(name);
         let message = format!("the file requires the extension {name}, which is not read here");
         report.error_with_help(
-            START,
+            Place::START,
             message,
             "export it again without compression or that extension",
         );
@@ -192,7 +187,7 @@ impl<'a, 't> Reader<'a, 't> {
         }
         if self.scene.prims.is_empty() {
             self.report.warning(
-                START,
+                Place::START,
                 "the file shows no triangles: the picture will be empty",
             );
         }
@@ -238,38 +233,78 @@ impl<'a, 't> Reader<'a, 't> {
         let shapes = self.shapes(mesh)?;
         let extent = shapes.iter().map(Shape::extent).fold(0.0, f32::max);
         if places.len() == 1 || !COMFORT.contains(&extent) {
-            return places.iter().try_for_each(|map| self.bake(&shapes, map));
+            // The same in each place.
+            let mut bad = Bad::default();
+            for map in places {
+                bad = self.bake(&shapes, map)?;
+            }
+            self.tell_bad(mesh, bad);
+            return Ok(());
         }
         let stored = self.scene.begin_mesh();
-        for shape in &shapes {
-            self.scene.add_mesh(shape.mesh(&DAffine3::IDENTITY)?);
-        }
+        let bad = self.bake(&shapes, &DAffine3::IDENTITY)?;
         self.scene.end_mesh(stored);
+        self.tell_bad(mesh, bad);
+        let mut baked = 0;
         for map in places {
             if self.scene.add_instance(stored, *map).is_err() {
-                let message = "a mesh is made flat, or too large or small, by the nodes above it";
-                self.report
-                    .warning(self.source.place("meshes", mesh), message);
+                baked += 1;
                 self.bake(&shapes, map)?;
             }
+        }
+        if baked > 0 {
+            let message = format!(
+                "a mesh is made flat, or too large or small, by the nodes above it: {baked} of its {} copies are stored",
+                places.len()
+            );
+            let place = self.source.place("meshes", mesh);
+            self.report.warning(place, message);
         }
         Ok(())
     }
 
-    fn bake(&mut self, shapes: &[Shape], map: &DAffine3) -> Result<(), String> {
+    /// Adds shapes under a map to the scene, and takes their triangles out of what may still be made.
+    fn bake(&mut self, shapes: &[Shape], map: &DAffine3) -> Result<Bad, String> {
+        let mut all = Bad::default();
         for shape in shapes {
-            let count = shape.len() as u64;
-            let left = self.triangles_left.checked_sub(count);
+            let left = self.triangles_left.checked_sub(shape.len() as u64);
             self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
-            self.scene.add_mesh(shape.mesh(map)?);
+            let (mesh, bad) = shape.mesh(map)?;
+            self.scene.add_mesh(mesh);
+            all.normals += bad.normals;
+            all.uvs += bad.uvs;
         }
-        Ok(())
+        Ok(all)
+    }
+
+    fn tell_bad(&mut self, mesh: usize, bad: Bad) {
+        let normals = match bad.normals {
+            0 => None,
+            1 => Some("one normal is zero or not finite: faces that use it are shaded flat".into()),
+            count => Some(format!(
+                "{count} normals are zero or not finite: faces that use them are shaded flat"
+            )),
+        };
+        let uvs = match bad.uvs {
+            0 => None,
+            1 => Some("one texture place is not finite: faces that use it have no texture".into()),
+            count => Some(format!(
+                "{count} texture places are not finite: faces that use them have no texture"
+            )),
+        };
+        for message in [normals, uvs].into_iter().flatten() {
+            let place = self.source.place("meshes", mesh);
+            self.report
+                .warning(place, format!("meshes[{mesh}]: {message}"));
+        }
     }
 
     fn shapes(&mut self, mesh: usize) -> Result<Vec<Shape<'a>>, String> {
         let source = self.source;
         let mut shapes = Vec::new();
         let mut skipped = 0;
+        // All primitives of a mesh are open at once.
+        let mut left = self.triangles_left;
         for (k, primitive) in source.document.meshes[mesh].primitives.iter().enumerate() {
             if primitive.mode > 6 {
                 return Err(format!(
@@ -291,8 +326,8 @@ impl<'a, 't> Reader<'a, 't> {
             let (materials, report) = (&mut self.scene.materials, &mut self.report);
             let look = looks.of(primitive.material, self.options, materials, report);
             let look = look.map_err(named)?;
-            let shape =
-                Shape::open(source, primitive, &look, self.triangles_left).map_err(named)?;
+            let shape = Shape::open(source, primitive, &look, left).map_err(named)?;
+            left -= shape.len() as u64;
             if shape.len() > 0 {
                 shapes.push(shape);
             }
@@ -324,8 +359,11 @@ impl<'a, 't> Reader<'a, 't> {
         if !looks.unused.is_empty() {
             let names: Vec<&str> = looks.unused.iter().copied().collect();
             let message = format!("not shown: {}", names.join(", "));
-            self.report.warning(START, message);
+            self.report.warning(Place::START, message);
         }
         self.scene.textures = looks.into_textures();
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,13 +2,14 @@
 
 use super::container::{Container, Fault};
 use super::document::{Document, Versioned};
-use crate::formats::folder::Folder;
+use crate::formats::folder::{Folder, Found};
 use crate::formats::report::{Place, Report, quoted};
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use serde_json::value::RawValue;
 use std::borrow::Cow;
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
@@ -18,6 +19,8 @@ pub(super) struct Source<'a> {
     json_offset: usize,
     pub(super) document: Document,
     buffers: Vec<Option<Bytes<'a>>>,
+    /// Where the rows of each list begin in `json`, once a message has asked for one.
+    rows: OnceCell<BTreeMap<String, Vec<usize>>>,
 }
 
 /// Bytes of the file itself, or of another one.
@@ -45,11 +48,6 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
-const START: Place = Place {
-    offset: 0,
-    length: 0,
-};
-
 impl<'a> Source<'a> {
     /// Parses the document and checks that it is of a kind that is read here.
     pub(super) fn parse(bytes: &'a [u8], parts: &Container) -> Result<Source<'a>, Fault> {
@@ -59,7 +57,7 @@ impl<'a> Source<'a> {
             (json, json_offset) = (rest, json_offset + 3);
         }
         if json.is_empty() {
-            return Err((START, "the file is empty".into()));
+            return Err((Place::START, "the file is empty".into()));
         }
         let parsed = serde_json::from_slice::<Document>(json);
         let asset = match &parsed {
@@ -74,36 +72,41 @@ impl<'a> Source<'a> {
         let needed = asset.min_version.as_ref().or(asset.version.as_ref());
         if let Some(version) = needed.filter(|v| !v.starts_with("2.")) {
             let version = quoted(version);
-            return Err((START, format!("glTF {version} is not read here, only 2.0")));
+            return Err((
+                Place::START,
+                format!("glTF {version} is not read here, only 2.0"),
+            ));
         }
         let document = parsed.map_err(|error| {
             let offset = json_offset + offset_of(json, error.line(), error.column());
             (Place { offset, length: 0 }, plain(&error))
         })?;
         if document.asset.version.is_none() {
-            return Err((START, "not a glTF file: it has no `asset.version`".into()));
+            return Err((
+                Place::START,
+                "not a glTF file: it has no `asset.version`".into(),
+            ));
         }
         Ok(Source {
             json,
             json_offset,
             document,
             buffers: Vec::new(),
+            rows: OnceCell::new(),
         })
     }
 
-    /// Where a row of one of the document's lists stands. Parses the text once more, so for messages only.
+    /// Where a row of one of the document's lists stands. The first call parses the text once more, so for messages
+    /// only.
     pub(super) fn place(&self, list: &str, row: usize) -> Place {
-        let found = || {
-            let lists: BTreeMap<Cow<str>, &RawValue> = serde_json::from_slice(self.json).ok()?;
-            let rows: Vec<&RawValue> = serde_json::from_str(lists.get(list)?.get()).ok()?;
-            let text = rows.get(row)?.get();
-            let offset = (text.as_ptr() as usize).checked_sub(self.json.as_ptr() as usize)?;
-            Some(Place {
+        let rows = self.rows.get_or_init(|| row_offsets(self.json));
+        match rows.get(list).and_then(|offsets| offsets.get(row)) {
+            Some(offset) => Place {
                 offset: self.json_offset + offset,
                 length: 1,
-            })
-        };
-        found().unwrap_or(START)
+            },
+            None => Place::START,
+        }
     }
 
     /// Says what is wrong with a row.
@@ -120,18 +123,11 @@ impl<'a> Source<'a> {
         beside: &Folder,
         report: &mut Report,
     ) {
-        let mut files: HashMap<&str, Rc<[u8]>> = HashMap::new();
+        let mut files = HashMap::new();
         let mut buffers = Vec::with_capacity(self.document.buffers.len());
         for (row, buffer) in self.document.buffers.iter().enumerate() {
             let bytes = match (&buffer.uri, binary) {
-                (Some(uri), _) => match files.get(uri.as_str()) {
-                    Some(bytes) => Ok(Bytes::Other(Rc::clone(bytes))),
-                    None => fetch(uri, beside).map(|bytes| {
-                        let bytes: Rc<[u8]> = bytes.into();
-                        files.insert(uri, Rc::clone(&bytes));
-                        Bytes::Other(bytes)
-                    }),
-                },
+                (Some(uri), _) => fetch(uri, beside, &mut files).map(Bytes::Other),
                 (None, Some(chunk)) if row == 0 => Ok(Bytes::Own(chunk)),
                 // Left for whoever uses it: a buffer that stands in for compressed data has no bytes of its own.
                 (None, _) => {
@@ -189,29 +185,60 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The bytes that a URI stands for: data in the text itself, or a file of the scene file's folder.
-fn fetch(uri: &str, beside: &Folder) -> Result<Vec<u8>, String> {
-    match data_of(uri) {
-        Some(data) => data,
-        None => {
-            let name = file_name(uri);
-            let read = beside.read(&name);
-            read.map_err(|reason| format!("cannot read {}: {reason}", quoted(&name)))
-        }
-    }
+/// Where the rows of every list of a document begin.
+fn row_offsets(json: &[u8]) -> BTreeMap<String, Vec<usize>> {
+    let members: BTreeMap<Cow<str>, &RawValue> = serde_json::from_slice(json).unwrap_or_default();
+    let offset = |row: &&RawValue| row.get().as_ptr() as usize - json.as_ptr() as usize;
+    let lists = members.into_iter().filter_map(|(name, text)| {
+        let rows: Vec<&RawValue> = serde_json::from_str(text.get()).ok()?;
+        Some((name.into_owned(), rows.iter().map(offset).collect()))
+    });
+    lists.collect()
 }
 
-/// The bytes of a `data:` URI; `None` if it is none.
-pub(super) fn data_of(uri: &str) -> Option<Result<Vec<u8>, String>> {
+/// The bytes that a URI stands for: data in the text itself, or a file of the scene file's folder, which is read once.
+fn fetch(
+    uri: &str,
+    beside: &Folder,
+    files: &mut HashMap<Found, Rc<[u8]>>,
+) -> Result<Rc<[u8]>, String> {
+    if let Some(data) = data_of(uri) {
+        return data.bytes().map(Rc::from);
+    }
+    let name = file_name(uri);
+    let unread = |reason: String| format!("cannot read {}: {reason}", quoted(&name));
+    let file = beside.find(&name).map_err(unread)?;
+    if let Some(bytes) = files.get(&file) {
+        return Ok(Rc::clone(bytes));
+    }
+    let bytes: Rc<[u8]> = file.read().map_err(unread)?.into();
+    files.insert(file, Rc::clone(&bytes));
+    Ok(bytes)
+}
+
+/// What a `data:` URI carries.
+pub(super) struct Data<'a> {
+    /// `None` if it is not base64.
+    text: Option<&'a str>,
+}
+
+/// What a URI carries itself; `None` if it names something else.
+pub(super) fn data_of(uri: &str) -> Option<Data<'_>> {
     let rest = uri.strip_prefix("data:")?;
-    let Some((_, data)) = rest
-        .split_once(',')
-        .filter(|(kind, _)| kind.ends_with(";base64"))
-    else {
-        return Some(Err("a data URI that is not base64".into()));
-    };
-    let decoded = BASE64.decode(data);
-    Some(decoded.map_err(|error| format!("its base64 text is broken: {error}")))
+    let parts = rest.split_once(',');
+    let text = parts.filter(|(kind, _)| kind.ends_with(";base64"));
+    Some(Data {
+        text: text.map(|(_, data)| data),
+    })
+}
+
+impl Data<'_> {
+    /// Its bytes, or why there are none.
+    pub(super) fn bytes(&self) -> Result<Vec<u8>, String> {
+        let text = self.text.ok_or("a data URI that is not base64")?;
+        let decoded = BASE64.decode(text);
+        decoded.map_err(|error| format!("its base64 text is broken: {error}"))
+    }
 }
 
 /// A relative URI as a file's name: %20 stands for a blank.

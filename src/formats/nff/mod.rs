@@ -45,11 +45,6 @@ struct Seen {
     shape: bool,
 }
 
-const START: Place = Place {
-    offset: 0,
-    length: 0,
-};
-
 /// Reads a scene from the text of an NFF file.
 ///
 /// # Errors
@@ -67,7 +62,7 @@ pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Vec<Diagnost
         seen: Seen::default(),
     };
     if text.trim_start_matches('\u{feff}').trim().is_empty() {
-        reader.report.error(START, "the file is empty");
+        reader.report.error(Place::START, "the file is empty");
     } else if !reader.refuse_sense8() {
         while reader.record() && !reader.report.is_full() {}
     }

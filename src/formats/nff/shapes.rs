@@ -2,6 +2,7 @@
 
 use super::Reader;
 use super::records::Record;
+use crate::formats::faces::MAX_CORNERS;
 use crate::formats::number::count;
 use crate::scene::{Cone, triangulate};
 use glam::Vec3;
@@ -14,12 +15,16 @@ impl Reader<'_> {
         let Some(look) = self.numbers::<8>(record) else {
             return;
         };
-        let [.., shine, _, ior] = look;
+        let [r, g, b, kd, _, shine, _, ior] = look;
+        let diffuse = [r, g, b].map(|part| (f64::from(part) * f64::from(kd)) as f32);
         if shine < 0.0 {
             let message = "the shininess of a surface must not be negative";
             self.report.error(record.place(), message);
         } else if ior < 0.0 {
             let message = "the index of refraction must not be negative";
+            self.report.error(record.place(), message);
+        } else if !diffuse.iter().all(|part| part.is_finite()) {
+            let message = "this colour times its kd is beyond the range of single precision";
             self.report.error(record.place(), message);
         } else {
             self.looks.push(look);
@@ -151,6 +156,9 @@ impl Reader<'_> {
             Ok(count) if count < 3 => String::from("a polygon has at least three corners"),
             Ok(count) if left / (numbers_each * BYTES_PER_NUMBER) < count => {
                 format!("{count} corners are more than the rest of the file can hold")
+            }
+            Ok(count) if count > MAX_CORNERS as u64 => {
+                format!("a polygon of {count} corners: at most {MAX_CORNERS}")
             }
             Ok(count) => return Some(count as usize),
             Err(message) => message,

@@ -2,20 +2,23 @@
 
 use super::cursor::Cursor;
 use super::mtl::{self, Material, name_of};
-use crate::formats::folder::Folder;
+use crate::formats::folder::{Folder, Found};
 use crate::formats::report::{Place, Report, quoted};
 use crate::formats::texture::TextureShelf;
 use crate::scene::{MeshMaterial, NO_TEXTURE, Palette, Scene, Texture};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-/// Most material files of one scene.
+/// Most names of material files of one scene.
 const MAX_LIBRARIES: usize = 1000;
 
 /// All materials of the files that a scene names, and its textures so far.
 pub(super) struct Shelf<'a> {
     text: Cursor<'a>,
-    materials: HashMap<String, Known>,
+    materials: HashMap<Vec<u8>, Known>,
     textures: TextureShelf<'a>,
+    /// Material files that have been read, and how many more names are looked up.
+    read: HashSet<Found>,
+    names_left: usize,
 }
 
 /// A material, and the `mtllib` that it comes from.
@@ -36,11 +39,14 @@ impl<'a> Shelf<'a> {
             text: Cursor { text, at: 0 },
             materials: HashMap::new(),
             textures: TextureShelf::new(beside),
+            read: HashSet::new(),
+            names_left: MAX_LIBRARIES,
         };
-        let mut read = HashMap::new();
+        let mut operands = HashSet::new();
         for &place in libraries {
-            let operands = name_of(&shelf.text, place);
-            if read.len() < MAX_LIBRARIES && read.insert(operands.clone(), ()).is_none() {
+            // Exporters repeat the statement before every group.
+            if operands.insert(shelf.text.bytes(place)) {
+                let operands = name_of(&shelf.text, place);
                 shelf.add(beside, &operands, place, report);
             }
         }
@@ -49,27 +55,37 @@ impl<'a> Shelf<'a> {
 
     /// One file whose name may hold blanks, or several between blanks.
     fn add(&mut self, beside: &Folder, operands: &str, place: Place, report: &mut Report) {
-        let whole = beside.read(operands);
-        let names = || operands.split_ascii_whitespace();
-        if whole.is_ok() || names().count() == 1 {
+        if self.names_left == 0 {
+            return;
+        }
+        self.names_left -= 1;
+        let whole = beside.find(operands);
+        let mut names = operands.split_ascii_whitespace();
+        if operands.is_empty() {
+            return report.warning(place, "a file name is missing");
+        }
+        if whole.is_ok() || names.clone().nth(1).is_none() {
             return self.add_file(operands, whole, place, report);
         }
-        if names().count() == 0 {
-            report.warning(place, "a file name is missing");
-        }
-        for name in names().take(MAX_LIBRARIES) {
-            self.add_file(name, beside.read(name), place, report);
+        for name in names.by_ref().take(self.names_left) {
+            self.names_left -= 1;
+            self.add_file(name, beside.find(name), place, report);
         }
     }
 
     fn add_file(
         &mut self,
         name: &str,
-        file: Result<Vec<u8>, String>,
+        file: Result<Found, String>,
         place: Place,
         report: &mut Report,
     ) {
-        let bytes = match file {
+        if let Ok(file) = &file
+            && !self.read.insert(file.clone())
+        {
+            return;
+        }
+        let bytes = match file.and_then(|file| file.read()) {
             Ok(bytes) => bytes,
             Err(reason) => {
                 let message = format!("the material file {} is left out: {reason}", quoted(name));
@@ -131,8 +147,8 @@ impl<'a> Shelf<'a> {
         palette: &mut Palette,
         report: &mut Report,
     ) -> u32 {
-        let name = name_of(&self.text, place);
-        let Some(Known { material, library }) = self.materials.get(&name) else {
+        let Some(Known { material, library }) = self.materials.get(self.text.bytes(place)) else {
+            let name = name_of(&self.text, place);
             let message = format!(
                 "there is no material {}: the default one is used",
                 quoted(&name)
@@ -141,7 +157,9 @@ impl<'a> Shelf<'a> {
             return 0;
         };
         let texture = match &material.map {
-            Some(map) => self.textures.named(&map.file, map.wrap, *library, report),
+            Some(map) => self
+                .textures
+                .named(&map.file, map.wrap, || *library, report),
             None => NO_TEXTURE,
         };
         palette.row(&material.surface(texture), &mut scene.materials)

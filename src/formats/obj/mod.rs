@@ -39,7 +39,7 @@ fn read_in_pieces(
     let threads = workers::thread_count(options.threads);
     let mut report = Report::new(bytes);
     if bytes.trim_ascii().is_empty() {
-        report.error(START, "the file is empty");
+        report.error(Place::START, "the file is empty");
         return Err(report.finish().err().unwrap_or_default());
     }
     let pieces = read_pieces(bytes, threads, piece_bytes, &mut report);
@@ -58,11 +58,6 @@ fn read_in_pieces(
     }
     mesh::finish(scene, joined, options, report)
 }
-
-const START: Place = Place {
-    offset: 0,
-    length: 0,
-};
 
 /// All pieces, and in the report what is wrong with them.
 fn read_pieces(bytes: &[u8], threads: usize, size: usize, report: &mut Report) -> Vec<Piece> {
@@ -149,8 +144,11 @@ fn tell_skipped(pieces: &[Piece], report: &mut Report) {
         1 => "this statement is unknown, and skipped".into(),
         _ => format!("{count} statements are unknown, this one first, and skipped"),
     });
-    bad_uvs.warn(report, |count| {
-        format!("{count} texture places are not finite, this one first: (0, 0) is used instead")
+    bad_uvs.warn(report, |count| match count {
+        1 => "this texture place is not finite: (0, 0) is used instead".into(),
+        _ => {
+            format!("{count} texture places are not finite, this one first: (0, 0) is used instead")
+        }
     });
 }
 
@@ -176,7 +174,8 @@ fn join(
     mesh::tell_not_finite(&not_finite, corners, report);
 
     let (vertices, vertex_normals, vertex_uvs) = join_vertices(&mut pieces, threads);
-    let bad = tell_bad_normals(&bad_normals, report);
+    mesh::tell_bad_normals(&bad_normals, report);
+    let bad: Vec<u32> = bad_normals.iter().map(|normal| normal.number).collect();
     let cut = |mut piece: Piece| {
         piece.faces.triangulate(&vertices);
         if !bad.is_empty() {
@@ -240,20 +239,6 @@ fn join_vertices(pieces: &mut [Piece], threads: usize) -> (Vec3s, Vec3s, Vec2s) 
         },
         Vec2s { x: u, y: v },
     )
-}
-
-/// The numbers of the normals that cannot be used.
-fn tell_bad_normals(bad: &[NotFinite], report: &mut Report) -> Vec<u32> {
-    if let Some(first) = bad.first() {
-        let message = match bad.len() {
-            1 => "this normal is zero or not finite: faces that use it are shaded flat".into(),
-            count => format!(
-                "{count} normals are zero or not finite, this one first: faces that use them are shaded flat"
-            ),
-        };
-        report.warning(first.place, message);
-    }
-    bad.iter().map(|normal| normal.number).collect()
 }
 
 #[cfg(test)]

@@ -32,7 +32,8 @@ const PLAIN: Vec3 = Vec3::splat(0.8);
 /// A material as the file has it.
 #[derive(Debug)]
 pub(super) struct Material {
-    pub(super) name: String,
+    /// As bytes: what is not UTF-8 would be made alike as text.
+    pub(super) name: Vec<u8>,
     ka: Option<Vec3>,
     kd: Option<Vec3>,
     ks: Vec3,
@@ -55,7 +56,7 @@ pub(super) struct Map {
 }
 
 impl Material {
-    fn new(name: String) -> Material {
+    fn new(name: Vec<u8>) -> Material {
         Material {
             name,
             ka: None,
@@ -132,7 +133,7 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<Material>) -> Result<(), F
     let keyword = cursor.bytes(name);
     if keyword == b"newmtl" {
         let name = cursor.rest_of_line();
-        materials.push(Material::new(name_of(cursor, name)));
+        materials.push(Material::new(cursor.bytes(name).to_vec()));
         return Ok(());
     }
     // Before the first `newmtl` there is nothing that a statement could be about.
@@ -273,7 +274,7 @@ mod tests {
 
     #[test]
     fn names_may_hold_blanks() {
-        assert_eq!(one("").name, "a b");
+        assert_eq!(one("").name, b"a b");
     }
 
     #[test]

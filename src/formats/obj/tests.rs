@@ -96,3 +96,24 @@ fn a_piece_does_not_begin_on_a_continued_line() {
     assert_eq!(line_start(text, 12), text.len() - 3);
     assert_eq!(line_start(text, text.len() - 2), text.len());
 }
+
+#[test]
+fn a_material_file_is_read_once_by_whatever_names() {
+    let mtl = "newmtl m\nKd x\n";
+    let (_scratch, folder) = folder_with(&[("a.mtl", mtl)]);
+    let text =
+        "mtllib a.mtl\nmtllib ./a.mtl\nmtllib .//a.mtl a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let errors = read(text.as_bytes(), &folder, &Options::default()).unwrap_err();
+    assert_eq!(errors.len(), 1, "its fault is told once: {errors:?}");
+}
+
+#[test]
+fn names_of_materials_are_bytes() {
+    let (scratch, folder) = folder_with(&[]);
+    let mtl = b"newmtl \xe4\nKd 1 0 0\nnewmtl \xf6\nKd 0 1 0\n";
+    std::fs::write(scratch.path().join("a.mtl"), mtl).unwrap();
+    let text = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl \xf6\nf 1 2 3\n";
+    let scene = read(text, &folder, &Options::default()).unwrap().scene;
+    let row = scene.triangles.material[0] as usize;
+    assert_eq!(scene.materials.kd.get(row), glam::Vec3::Y);
+}

@@ -168,6 +168,11 @@ impl Iterator for Lines<'_> {
     }
 }
 
+/// Words of a line that are looked at: one more than any has.
+const MAX_WORDS: usize = 6;
+/// Elements beyond which a header is taken for a fault: each is compared with those before it.
+const MAX_ELEMENTS: usize = 1000;
+
 /// A word of the header.
 type Word<'a> = (Place, &'a [u8]);
 
@@ -175,7 +180,7 @@ fn words(bytes: &[u8], line: Place) -> Vec<Word<'_>> {
     let end = line.offset + line.length;
     let mut at = line.offset;
     let mut words = Vec::new();
-    while at < end {
+    while at < end && words.len() < MAX_WORDS {
         let blank = |b: &&u8| b.is_ascii_whitespace();
         let offset = at + bytes[at..end].iter().take_while(blank).count();
         let length = bytes[offset..end].iter().take_while(|b| !blank(b)).count();
@@ -233,7 +238,7 @@ struct Reader {
 }
 
 impl Reader {
-    /// Reads up to `end_header`; whether that was there.
+    /// Reads up to `end_header`, or until enough is wrong; false where the file ends first.
     fn lines(&mut self, bytes: &[u8], lines: &mut Lines) -> bool {
         for line in lines {
             let words = words(bytes, line);
@@ -243,6 +248,9 @@ impl Reader {
                 Some(_) => {
                     if let Err(fault) = self.line(&words) {
                         self.faults.push(fault);
+                    }
+                    if self.faults.is_full() {
+                        return true;
                     }
                 }
             }
@@ -286,6 +294,10 @@ impl Reader {
     }
 
     fn element(&mut self, [(name_place, name), (place, count)]: [Word; 2]) -> Result<(), Fault> {
+        if self.elements.len() >= MAX_ELEMENTS {
+            let message = format!("more than {MAX_ELEMENTS} elements");
+            return Err(Fault::new(name_place, message));
+        }
         let number = std::str::from_utf8(count).ok().and_then(|n| n.parse().ok());
         let again = self.elements.iter().any(|e| e.name == name);
         // Taken even if something is wrong with it, so that its properties are not blamed.

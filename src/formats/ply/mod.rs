@@ -6,6 +6,7 @@
 
 mod ascii;
 mod binary;
+mod columns;
 mod header;
 mod rows;
 
@@ -184,13 +185,7 @@ fn finish(
         1 => "this face of fewer than three corners is skipped".into(),
         _ => format!("{count} faces of fewer than three corners are skipped, this one first"),
     });
-    if let Some(first) = body.bad_normals.first() {
-        let count = body.bad_normals.len();
-        let message = format!(
-            "{count} normals are zero or not finite, this one first: faces that use them are shaded flat"
-        );
-        report.warning(first.place, message);
-    }
+    mesh::tell_bad_normals(&body.bad_normals, &mut report);
     let vertices = body.vertices;
     let cut = |mut faces: Faces| {
         faces.triangulate(&vertices);

@@ -1,6 +1,6 @@
 //! Ascii STL: `facet`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`.
 
-use super::{Soup, fault};
+use super::{Soup, fault, mark_length};
 use crate::formats::decimal;
 use crate::formats::mesh::{Fault, Faults};
 use crate::formats::report::{Place, Report, quoted};
@@ -12,9 +12,13 @@ const END: &[u8] = b"endfacet";
 /// The corners of all facets; what is wrong stands in the report.
 pub(super) fn read(bytes: &[u8], threads: usize, piece: usize, report: &mut Report) -> Soup {
     let finder = memchr::memmem::Finder::new(END);
-    let ranges = workers::cut(0..bytes.len(), piece, |at| {
-        let end = finder.find(&bytes[at..]);
-        end.map_or(bytes.len(), |i| at + i + END.len())
+    let start = mark_length(bytes);
+    let blank = |at: usize| bytes.get(at).is_none_or(|&byte| byte <= b' ');
+    let ranges = workers::cut(start..bytes.len(), piece, |at| {
+        // Names may hold the letters, but not as a word of its own.
+        let mut ends = finder.find_iter(&bytes[at..]).map(|i| at + i);
+        let end = ends.find(|&i| i > 0 && blank(i - 1) && blank(i + END.len()));
+        end.map_or(bytes.len(), |i| i + END.len())
     });
     let read = |range: std::ops::Range<usize>| {
         let mut reader = Reader {
@@ -26,12 +30,9 @@ pub(super) fn read(bytes: &[u8], threads: usize, piece: usize, report: &mut Repo
         reader.read();
         (reader.soup, reader.faults)
     };
-    let first = bytes.trim_ascii_start().get(..5);
+    let first = bytes[start..].trim_ascii_start().get(..5);
     if first.is_none_or(|word| !word.eq_ignore_ascii_case(b"solid")) {
-        let place = Place {
-            offset: 0,
-            length: 0,
-        };
+        let place = Place::START;
         report.error(
             place,
             "this is not an STL file: text must begin with `solid`",
@@ -50,7 +51,7 @@ pub(super) fn read(bytes: &[u8], threads: usize, piece: usize, report: &mut Repo
 pub(super) fn place(bytes: &[u8], corner: usize) -> Place {
     let mut reader = Reader {
         text: bytes,
-        at: 0,
+        at: mark_length(bytes),
         soup: Soup::new(),
         faults: Faults::default(),
     };
@@ -66,10 +67,7 @@ pub(super) fn place(bytes: &[u8], corner: usize) -> Place {
             count += 1;
         }
     }
-    Place {
-        offset: 0,
-        length: 0,
-    }
+    Place::START
 }
 
 struct Reader<'a> {

@@ -34,12 +34,22 @@ fn is_binary(bytes: &[u8]) -> bool {
         let facets = u64::from(u32::from_le_bytes(count));
         bytes.len() as u64 == HEADER as u64 + facets * FACET as u64
     });
-    let text = bytes.trim_ascii_start();
+    let text = bytes[mark_length(bytes)..].trim_ascii_start();
     let solid = text
         .get(..5)
         .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     let head = &bytes[..bytes.len().min(4096)];
     exact || !solid && bytes.len() >= HEADER || memchr::memchr(0, head).is_some()
+}
+
+/// The length of the byte order mark that some editors put before text.
+fn mark_length(bytes: &[u8]) -> usize {
+    let mark = "\u{feff}".as_bytes();
+    if bytes.starts_with(mark) {
+        mark.len()
+    } else {
+        0
+    }
 }
 
 /// Corners as they stand in the file, three for each facet.

@@ -61,3 +61,21 @@ fn a_binary_file_is_known_by_its_length() {
     assert!(!is_binary(b"solid x\nendsolid x\n"));
     assert!(is_binary(&[b'x'; 200]), "no text begins so");
 }
+
+#[test]
+fn text_may_begin_with_a_byte_order_mark_and_names_may_hold_keywords() {
+    let mut text = String::from("\u{feff}solid an_endfacet vertex vertex\n");
+    for _ in 0..3 {
+        facet(
+            &mut text,
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, f32::NAN]],
+        );
+    }
+    let read = |text: &str, piece| read_in_pieces(text.as_bytes(), &Options::default(), piece);
+    assert!(!is_binary(text.as_bytes()));
+    let good = text.replace("NaN", "0");
+    let loaded = read(&good, 1).unwrap();
+    assert_eq!(loaded.scene.triangles.len(), 6);
+    let errors = read(&text, 1).unwrap_err();
+    assert_eq!(errors[0].line, 6, "{errors:?}");
+}

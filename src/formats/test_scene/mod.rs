@@ -75,7 +75,7 @@ impl NormalVertex {
 pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Vec<Diagnostic>> {
     let mut reader = Reader::new(text);
     if text.trim_start_matches('\u{feff}').trim().is_empty() {
-        reader.report.error(START, "the file is empty");
+        reader.report.error(Place::START, "the file is empty");
     } else {
         for (name, operands) in lexer::statements(text) {
             reader.run(name, operands);
@@ -87,11 +87,6 @@ pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Vec<Diagnost
     }
     reader.finish(options)
 }
-
-const START: Place = Place {
-    offset: 0,
-    length: 0,
-};
 
 impl<'a> Reader<'a> {
     fn new(text: &'a str) -> Self {

@@ -1,0 +1,113 @@
+//! Columns out of binary rows of a fixed length.
+
+use super::header::Type;
+
+/// Takes one number out of each row.
+pub(super) fn fill(
+    out: &mut [f32],
+    rows: &[u8],
+    stride: usize,
+    offset: usize,
+    kind: Type,
+    big: bool,
+) {
+    let of = Column {
+        rows,
+        stride,
+        offset,
+    };
+    match (kind, big) {
+        (Type::F32, false) => of.take(out, f32::from_le_bytes),
+        (Type::F32, true) => of.take(out, f32::from_be_bytes),
+        (Type::F64, false) => of.take(out, |b| f64::from_le_bytes(b) as f32),
+        (Type::F64, true) => of.take(out, |b| f64::from_be_bytes(b) as f32),
+        (Type::I8, _) => of.take(out, |b| f32::from(i8::from_le_bytes(b))),
+        (Type::U8, _) => of.take(out, |b| f32::from(u8::from_le_bytes(b))),
+        (Type::I16, false) => of.take(out, |b| f32::from(i16::from_le_bytes(b))),
+        (Type::I16, true) => of.take(out, |b| f32::from(i16::from_be_bytes(b))),
+        (Type::U16, false) => of.take(out, |b| f32::from(u16::from_le_bytes(b))),
+        (Type::U16, true) => of.take(out, |b| f32::from(u16::from_be_bytes(b))),
+        (Type::I32, false) => of.take(out, |b| i32::from_le_bytes(b) as f32),
+        (Type::I32, true) => of.take(out, |b| i32::from_be_bytes(b) as f32),
+        (Type::U32, false) => of.take(out, |b| u32::from_le_bytes(b) as f32),
+        (Type::U32, true) => of.take(out, |b| u32::from_be_bytes(b) as f32),
+    }
+}
+
+struct Column<'a> {
+    rows: &'a [u8],
+    stride: usize,
+    offset: usize,
+}
+
+impl Column<'_> {
+    #[inline]
+    fn take<const N: usize>(&self, out: &mut [f32], convert: impl Fn([u8; N]) -> f32) {
+        for (number, row) in out.iter_mut().zip(self.rows.chunks_exact(self.stride)) {
+            if let Some(bytes) = row[self.offset..].first_chunk() {
+                *number = convert(*bytes);
+            }
+        }
+    }
+}
+
+/// Where things stand in a row that is a triangle.
+pub(super) struct Layout {
+    pub(super) stride: usize,
+    /// The count of corners, which must be 3.
+    pub(super) count: usize,
+    pub(super) count_type: Type,
+    pub(super) corners: usize,
+    pub(super) item: Type,
+    pub(super) big_endian: bool,
+}
+
+impl Layout {
+    /// The corners of each row and the highest number among them; `None` where a row is no triangle. A negative number
+    /// comes out as one that no file has vertices for.
+    pub(super) fn triangles(&self, out: &mut [[u32; 3]], rows: &[u8]) -> Option<u32> {
+        match (self.item, self.big_endian) {
+            (Type::I32 | Type::U32, false) => self.take(out, rows, u32::from_le_bytes),
+            (Type::I32 | Type::U32, true) => self.take(out, rows, u32::from_be_bytes),
+            (Type::U16, false) => self.take(out, rows, |b| u32::from(u16::from_le_bytes(b))),
+            (Type::U16, true) => self.take(out, rows, |b| u32::from(u16::from_be_bytes(b))),
+            (Type::I16, false) => self.take(out, rows, |b| i16::from_le_bytes(b) as u32),
+            (Type::I16, true) => self.take(out, rows, |b| i16::from_be_bytes(b) as u32),
+            (Type::U8, _) => self.take(out, rows, |b| u32::from(u8::from_le_bytes(b))),
+            (Type::I8, _) => self.take(out, rows, |b| i8::from_le_bytes(b) as u32),
+            (Type::F32 | Type::F64, _) => None,
+        }
+    }
+
+    #[inline]
+    fn take<const N: usize>(
+        &self,
+        out: &mut [[u32; 3]],
+        rows: &[u8],
+        convert: impl Fn([u8; N]) -> u32,
+    ) -> Option<u32> {
+        // The bytes of a 3, whatever its type.
+        let mut three = [0; 8];
+        let size = self.count_type.size();
+        three[if self.big_endian { size - 1 } else { 0 }] = 3;
+        let three = &three[..size];
+        let mut highest = 0;
+        for (out, row) in out.iter_mut().zip(rows.chunks_exact(self.stride)) {
+            let count = &row[self.count..self.count + size];
+            let fits = if size == 1 {
+                count[0] == 3
+            } else {
+                count == three
+            };
+            if !fits {
+                return None;
+            }
+            let mut corners = row[self.corners..].chunks_exact(N);
+            for corner in out.iter_mut() {
+                *corner = convert(*corners.next()?.first_chunk()?);
+                highest = highest.max(*corner);
+            }
+        }
+        Some(highest)
+    }
+}
