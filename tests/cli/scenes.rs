@@ -72,7 +72,7 @@ fn what_stands_beside_a_cache_changes_it_like_a_file() {
         ran.stderr
     );
     assert!(
-        ran.stderr.contains("--quality changes nothing"),
+        ran.stderr.contains("--quality changes nothing; give it to"),
         "{}",
         ran.stderr
     );
@@ -91,6 +91,13 @@ fn places_beside_a_scaled_cache_are_those_of_the_file() {
     let file = picture(&room, &format!("huge.test {beside}"));
     assert_eq!(file, picture(&room, &format!("huge.phx {beside}")));
     assert_ne!(file, picture(&room, "huge.phx"));
+    let far = "render huge.phx -o far.png --camera 0,0,1e25 0,0,0 0,1,0 45";
+    room.refused(far, 2, &["too far away", "at most 2."]);
+    room.refused(
+        "info standard:balls:1 --light 1e9,0,0",
+        2,
+        &["too far away"],
+    );
 }
 
 #[test]
