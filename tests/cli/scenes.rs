@@ -137,9 +137,13 @@ fn caches_that_cannot_be_used_are_3_and_say_what_to_do() {
     for command in ["render", "verify", "info"] {
         let line = format!("{command} a.phx");
         let mut bad = good.clone();
-        *bad.last_mut().unwrap() ^= 4;
+        // What is not zero is no gap.
+        let last = bad.iter().rposition(|&b| b != 0).unwrap();
+        bad[last] ^= 4;
         write(&bad);
         room.refused(&line, 3, &["error: a.phx: ", "checksum", help]);
+        write(&[&good[..], b"more"].concat());
+        room.refused(&line, 3, &["error: a.phx: ", "surplus bytes after", help]);
         write(&good[..good.len() - 7]);
         room.refused(&line, 3, &["error: a.phx: ", "cut off", help]);
         let mut bad = good.clone();
