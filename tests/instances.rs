@@ -385,17 +385,19 @@ fn two_squares(size: f64, apart: f64, baked: bool, stored: f64) -> Scene {
 /// A scene is scaled as a whole, whether its small or its large numbers stand in meshes or in maps.
 #[test]
 fn meshes_and_maps_of_other_scales_are_seen_like_what_is_baked() {
-    for (size, stored) in [
-        (1e11, 1.0),
-        (1e-11, 1.0),
-        (1.0, 1e-11),
-        (1.0, 1e11),
-        (1e10, 1e-1),
-        (1e14, 1e13),
-        (1.0, 1.0),
+    for (size, stored, apart) in [
+        (1e11, 1.0, 3.0),
+        (1e-11, 1.0, 3.0),
+        // Here scaling meshes with the world, or measuring them with it, would lose all hits.
+        (1e11, 1.0, 1e5),
+        (1e-15, 1e-3, 3.0),
+        (1.0, 1e-11, 3.0),
+        (1.0, 1e11, 3.0),
+        (1e14, 1e13, 3.0),
+        (1.0, 1.0, 3.0),
     ] {
         let counts = [false, true].map(|baked| {
-            let scene = two_squares(size, size * 3.0, baked, stored);
+            let scene = two_squares(size, size * apart, baked, stored);
             let mut seen = Vec::new();
             let unit = f64::from(scene.unit);
             with_engines(&scene, |engines| {

@@ -65,15 +65,20 @@ pub fn check_image_size(width: u64, height: u64) -> Result<(), SceneError> {
 impl Scene {
     /// Checks every range that tracing relies on: sizes, finite columns, indices, signs.
     pub fn validate(&self) -> Result<(), SceneError> {
-        self.validate_settings()?;
+        self.validate_tables()?;
         self.validate_prims()?;
         self.validate_shapes()?;
         self.validate_boxes()
     }
 
-    /// Checks what [`Scene::validate`] does, but for the rows of primitives, spheres, ellipsoids and triangles, and the boxes
-    /// of instances: quick even for scenes of millions, where those are known to be sound.
+    /// Checks what [`Scene::validate`] does, but for the rows of primitives, spheres, ellipsoids and triangles: quick even for
+    /// scenes of millions, where those are known to be sound. Only what instances show is looked at row by row.
     pub fn validate_settings(&self) -> Result<(), SceneError> {
+        self.validate_tables()?;
+        self.validate_boxes()
+    }
+
+    fn validate_tables(&self) -> Result<(), SceneError> {
         check_image_size(self.width as u64, self.height as u64)?;
         if self.max_depth > MAX_DEPTH_LIMIT {
             return Err(SceneError::Depth(self.max_depth));
