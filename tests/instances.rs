@@ -388,7 +388,7 @@ fn meshes_and_maps_of_other_scales_are_seen_like_what_is_baked() {
     for (size, stored, apart) in [
         (1e11, 1.0, 3.0),
         (1e-11, 1.0, 3.0),
-        // Here scaling meshes with the world, or measuring them with it, would lose all hits.
+        // The farthest that maps may go.
         (1e11, 1.0, 1e5),
         (1e-15, 1e-3, 3.0),
         (1.0, 1e-11, 3.0),
