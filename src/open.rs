@@ -94,6 +94,14 @@ fn amended(
     if options.material.is_some() {
         notes.push("the scene has all its materials: --material changes nothing".to_owned());
     }
+    let lights = scene.lights.len();
+    if bvh.is_some() && options.view.is_some() && options.lights.is_empty() && lights == 1 {
+        notes.push(
+            "--camera leaves the light of a scene cache alone: one that was made up for a mesh stays beside the old \
+             camera (see --light)"
+                .to_owned(),
+        );
+    }
     Ok(Opened {
         scene,
         bvh,

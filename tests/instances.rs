@@ -345,3 +345,100 @@ fn trees_of_any_quality_on_any_threads() {
         assert_eq!(*first, hits, "{name}");
     }
 }
+
+/// Two triangles that face the camera, as a mesh that is placed or as what it is in the world.
+fn two_squares(size: f64, apart: f64, baked: bool, stored: f64) -> Scene {
+    let mut scene = scenes::bare();
+    let corner = |x: f64, y: f64, map: &DAffine3| {
+        map.transform_point3(DVec3::new(x, y, 0.0) * stored)
+            .as_vec3()
+    };
+    let square = |scene: &mut Scene, map: &DAffine3| {
+        let [a, b] = [corner(-1.0, -1.0, map), corner(1.0, -1.0, map)];
+        let [c, d] = [corner(1.0, 1.0, map), corner(-1.0, 1.0, map)];
+        scene.add_triangle([a, b, c], None, 0);
+        scene.add_triangle([a, c, d], None, 0);
+    };
+    let place = |x: f64| DAffine3 {
+        matrix3: glam::DMat3::from_diagonal(DVec3::splat(size / stored)),
+        translation: DVec3::new(x, 0.0, 0.0),
+    };
+    if baked {
+        square(&mut scene, &place(0.0));
+        square(&mut scene, &place(apart));
+    } else {
+        let mesh = scene.begin_mesh();
+        square(&mut scene, &DAffine3::IDENTITY);
+        scene.end_mesh(mesh);
+        scene.add_instance(mesh, place(0.0)).unwrap();
+        scene.add_instance(mesh, place(apart)).unwrap();
+    }
+    // Something in the world itself, behind.
+    let far = |x: f64, y: f64| (DVec3::new(x, y, -1.0) * size).as_vec3();
+    scene.add_triangle([far(-9.0, -9.0), far(9.0, -9.0), far(0.0, 9.0)], None, 0);
+    scene.view.eye = DVec3::new(apart / 2.0, 0.0, apart * 2.0).as_vec3();
+    scene.view.center = DVec3::new(apart / 2.0, 0.0, 0.0).as_vec3();
+    scene.fit_range();
+    scene
+}
+
+/// A scene is scaled as a whole, whether its small or its large numbers stand in meshes or in maps.
+#[test]
+fn meshes_and_maps_of_other_scales_are_seen_like_what_is_baked() {
+    for (size, stored, apart) in [
+        (1e11, 1.0, 3.0),
+        (1e-11, 1.0, 3.0),
+        // The farthest that maps may go.
+        (1e11, 1.0, 1e5),
+        (1e-15, 1e-3, 3.0),
+        (1.0, 1e-11, 3.0),
+        (1.0, 1e11, 3.0),
+        (1e14, 1e13, 3.0),
+        (1.0, 1.0, 3.0),
+    ] {
+        let counts = [false, true].map(|baked| {
+            let scene = two_squares(size, size * apart, baked, stored);
+            let mut seen = Vec::new();
+            let unit = f64::from(scene.unit);
+            with_engines(&scene, |engines| {
+                for k in 0..600 {
+                    let (x, y) = (
+                        f64::from(k % 30) / 5.0 - 1.53,
+                        f64::from(k / 30) / 8.0 - 1.22,
+                    );
+                    let target = (DVec3::new(x, y, 0.0) * size * unit).as_vec3();
+                    let hit = engines.closest(&toward(scene.view.eye, target));
+                    seen.push(hit.map(|hit| (hit.t * 100.0).round()));
+                }
+            });
+            seen
+        });
+        let met = counts[1].iter().flatten().count();
+        assert!(met > 200, "{met} rays met squares of {size}");
+        assert_eq!(
+            counts[0], counts[1],
+            "squares of {size}, stored as {stored}"
+        );
+    }
+}
+
+/// Neither a panic where the tree is built, nor a number for a mesh that is not there.
+#[test]
+fn what_cannot_be_placed_is_refused() {
+    let mut scene = scenes::bare();
+    let mesh = scene.begin_mesh();
+    scene.add_triangle([Vec3::ZERO, Vec3::X, Vec3::Y], None, 0);
+    scene.end_mesh(mesh);
+    for stretch in [1e38, 1e13, 1e-13] {
+        let map = DAffine3::from_scale(DVec3::new(stretch, 1.0, 1.0));
+        assert!(scene.add_instance(mesh, map).is_err(), "{stretch}");
+    }
+    assert!(scene.instances.is_empty());
+    let mut far = scene.clone();
+    let map = DAffine3::from_translation(DVec3::splat(3.402_823_4e38));
+    far.add_instance(mesh, map).unwrap();
+    assert!(far.validate().unwrap_err().to_string().contains("box"));
+    scene.add_instance(7, DAffine3::IDENTITY).unwrap();
+    scene.add_instance(7, DAffine3::IDENTITY).unwrap();
+    assert!(scene.validate().unwrap_err().to_string().contains("mesh"));
+}

@@ -5,7 +5,8 @@
 //! makes that possible is a level for every node, stored beside the nodes: children have larger levels than their
 //! parents, so no path comes back, and none is longer than the largest level. A level carries a mark in the trees of
 //! meshes; the mark is inherited, instances lead to marked nodes, and no marked node has instances: so trees nest once.
-//! That no node has two parents, and no slot two leaves, is a matter of counting.
+//! That no node has two parents is a matter of counting. Slots are counted as a whole: two leaves may still share one
+//! where another slot has none, which makes a wrong picture but never an unsafe or endless walk.
 
 use super::{Bvh, Child, LeafKind, Node, Slots};
 use crate::scene::{Column, Scene};
@@ -27,7 +28,7 @@ pub enum BvhError {
     /// A row was not looked at, or is none that a builder would have made.
     #[error("a row of the tree is out of range")]
     Row,
-    /// A node has two parents, or a slot two leaves or none.
+    /// A node has two parents, or there are more or fewer slots than leaves speak of, or than the scene has.
     #[error("the tree's branches meet")]
     Branches,
     /// An instance leads to what is not its mesh.
@@ -206,6 +207,10 @@ impl Claim {
         let (mut references, mut slot_references) = (0, 0);
         for (node, &level) in nodes[rows.clone()].iter().zip(&levels[rows]) {
             let in_mesh = level & IN_MESH != 0;
+            // Levels count from 1: the largest one is then no less than the number of nodes on any path.
+            if level & !IN_MESH == 0 {
+                return false;
+            }
             let most = &mut deepest[usize::from(in_mesh)];
             *most = (level & !IN_MESH).max(*most);
             for k in 0..2 {
@@ -254,9 +259,17 @@ impl Claim {
             return Err(BvhError::Row);
         }
         let children = self.children.iter().filter(|c| c.load(Relaxed) != 0);
-        let slots = LeafKind::ALL.map(|kind| parts.slots.count(kind) as u64);
-        if children.count() as u64 != self.references.load(Relaxed)
-            || slots.iter().sum::<u64>() != self.slot_references.load(Relaxed)
+        let slots: u64 = LeafKind::ALL
+            .iter()
+            .map(|&kind| parts.slots.count(kind) as u64)
+            .sum();
+        let instances = parts.slots.instances.len();
+        // Every object has one slot at most: more cannot be a tree of this scene.
+        let surplus =
+            instances > scene.instances.len() || slots - instances as u64 > u64::from(self.prims);
+        if surplus
+            || children.count() as u64 != self.references.load(Relaxed)
+            || slots != self.slot_references.load(Relaxed)
         {
             return Err(BvhError::Branches);
         }

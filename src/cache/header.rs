@@ -160,7 +160,7 @@ fn check_places(
             needed: end,
         }),
         std::cmp::Ordering::Equal => Ok(()),
-        std::cmp::Ordering::Greater => Err(Fault::Damaged("end")),
+        std::cmp::Ordering::Greater => Err(Fault::Surplus("after its end")),
     }
 }
 

@@ -3,7 +3,8 @@
 //! [`write()`] stores all columns of a [`Scene`](crate::scene::Scene) and all arrays of its [`Bvh`](crate::bvh::Bvh);
 //! [`open`] maps the file and gives both back without copying a row. In between the file may have been damaged, cut off,
 //! made by another build or by an enemy: every byte is covered by a checksum, and every index that tracing relies on is
-//! checked, on all threads, before [`open`] returns. So what comes out is as good as a scene that was read and built.
+//! checked, on all threads, before [`open`] returns. So what comes out can be traced safely and to an end, whoever made
+//! it; that it is the picture of the scene it was made from only our own files promise.
 //!
 //! The file is taken not to change while it is mapped: see `mapping`, the only file here with `unsafe`.
 //! The format stands in `header`. It belongs to one version of this program: a cache is built again, never converted.
@@ -81,6 +82,9 @@ pub enum Fault {
     /// A checksum does not fit.
     #[error("the scene cache is damaged: its checksum does not fit the {0}")]
     Damaged(&'static str),
+    /// There are bytes where none should be: after the end, or other than zero between sections.
+    #[error("the scene cache is damaged: it has surplus bytes {0}")]
+    Surplus(&'static str),
     /// Checksums fit, but a row is none that this program would have written.
     #[error("the scene cache holds nonsense in its {0}")]
     Nonsense(&'static str),

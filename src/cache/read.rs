@@ -55,7 +55,7 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, Fault> {
     let shapes = shapes();
     let table = header::read(file, &shapes)?;
     if !header::gaps_are_zero(file, &table) {
-        return Err(Fault::Damaged("gaps between sections"));
+        return Err(Fault::Surplus("between its sections"));
     }
     let mut sections = Sections {
         mapping,

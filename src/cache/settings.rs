@@ -1,6 +1,6 @@
 //! What of a scene is no column, as bytes: numbers little-endian, floats by their bits, texts with their length before.
 
-use crate::scene::{Quantize, Scene, Texture, Tone, Transfer, View, Wrap};
+use crate::scene::{MAX_TEXTURE_SIDE, Quantize, Scene, Texture, Tone, Transfer, View, Wrap};
 use glam::Vec3;
 
 /// What stands in the settings beside the scene's own.
@@ -74,6 +74,16 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
             wrap: [input.wrap()?, input.wrap()?],
             texels: Default::default(),
         });
+    }
+    let side = 1..=MAX_TEXTURE_SIDE;
+    let fits = |t: &Texture| side.contains(&t.width) && side.contains(&t.height);
+    if !scene.textures.iter().all(fits) {
+        return None;
+    }
+    // Of what tracing multiplies with, nothing that is no number; and a unit as `Scene::fit_range` makes it.
+    let power = scene.unit > 0.0 && scene.unit.is_normal() && scene.unit.to_bits() & 0x7f_ffff == 0;
+    if !scene.background.is_finite() || !power {
+        return None;
     }
     let sah = f64::from_bits(u64::from(input.word()?) | u64::from(input.word()?) << 32);
     input.0.is_empty().then_some((scene, Extra { sah }))
@@ -173,5 +183,18 @@ mod tests {
             assert!(read(&bytes[..length]).is_none(), "{length}");
         }
         assert!(read(&[&bytes[..], &[0]].concat()).is_none());
+        let spoiled = [
+            |s: &mut Scene| s.background.y = f32::NAN,
+            |s: &mut Scene| s.unit = 0.75,
+            |s: &mut Scene| s.unit = 0.0,
+            |s: &mut Scene| s.unit = -1.0,
+            |s: &mut Scene| s.textures[0].width = 0,
+            |s: &mut Scene| s.textures[0].height = u32::MAX,
+        ];
+        for (k, spoil) in spoiled.into_iter().enumerate() {
+            let (mut bad, extra) = read(&bytes).expect("settings");
+            spoil(&mut bad);
+            assert!(read(&write(&bad, extra)).is_none(), "{k}");
+        }
     }
 }

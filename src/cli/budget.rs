@@ -2,23 +2,27 @@
 //!
 //! | before | what is taken to be needed |
 //! |---|---|
-//! | reading a file | [`FILE_TIMES`] its size: the bytes themselves, and the columns and tables made of them |
+//! | reading a file | [`FILE_TIMES`] the size of the file that is named, and [`PLY_TIMES`] that of a PLY file: the bytes themselves, and the columns and tables made of them |
 //! | opening a cache | the size of the file, all of which is mapped |
 //! | generating a standard scene | [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and cone |
 //! | building a tree | the scene's columns; for each triangle [`TRIANGLE_BYTES`], for anything else [`OTHER_BYTES`], and for the oracle's tree [`ORACLE_BYTES`] for each |
 //! | rendering | columns and tree as they are; the film, and the picture of it; for each thread [`THREAD_BYTES`], and [`PIXEL_BYTES`] for each pixel of a tile |
 //!
-//! To each comes [`PROGRAM_BYTES`] for the program. Estimates err on the upper side; `perf/notes/memory.md` holds them
-//! against peaks.
+//! To each comes [`PROGRAM_BYTES`] for the program. Estimates are meant to err on the upper side; `perf/notes/memory.md`
+//! holds them against peaks. Of a file that names others (buffers, pictures, materials) only its own size is known here.
 
 use super::failure::Failure;
 use super::output::{bytes, grouped};
 use phalanx::frame::{Engine, Settings, TreeStats};
+use phalanx::open::is_cache;
 use phalanx::scene::Scene;
 use phalanx::standard::{self, Spec};
+use std::path::Path;
 
 /// Of text and binary meshes, whose columns are about as large as the file, and held twice while they are put together.
 const FILE_TIMES: u64 = 3;
+/// Of binary PLY, whose rows may be half as large as what is made of them.
+const PLY_TIMES: u64 = 6;
 /// Of a generated triangle: its corners, a vertex or more, a material; columns grow by doubling.
 const COLUMN_BYTES: u64 = 100;
 /// Of a generated sphere or cone.
@@ -42,14 +46,25 @@ pub struct Budget(pub Option<u64>);
 
 impl Budget {
     /// Before a scene file is read, or a cache mapped.
-    pub fn for_file(self, file_bytes: u64, cache: bool) -> Result<(), Failure> {
-        let times = if cache { 1 } else { FILE_TIMES };
+    pub fn for_file(self, name: &Path, file_bytes: u64) -> Result<(), Failure> {
+        let ply = name
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("ply"));
+        let times = match (is_cache(name), ply) {
+            (true, _) => 1,
+            (false, true) => PLY_TIMES,
+            (false, false) => FILE_TIMES,
+        };
         let what = format!("to read a file of {}", bytes(file_bytes));
         self.ask(file_bytes.saturating_mul(times), &what)
     }
 
     /// Before a standard scene is generated.
     pub fn for_standard(self, spec: Spec) -> Result<(), Failure> {
+        // Counting walks through some scenes part by part.
+        if self.0.is_none() {
+            return Ok(());
+        }
         let counts = standard::counts(spec);
         let others = counts.spheres + counts.cones;
         let needed = counts.triangles * COLUMN_BYTES + others * OTHER_COLUMN_BYTES;
@@ -116,9 +131,9 @@ mod tests {
 
     #[test]
     fn a_refusal_names_what_is_needed_and_what_is_allowed() {
-        let refused = Budget(Some(100 << 20))
-            .for_file(50 << 20, false)
-            .unwrap_err();
+        let budget = Budget(Some(100 << 20));
+        let (text, ply, cache) = ("a.test", "a.PLY", "a.phx");
+        let refused = budget.for_file(text.as_ref(), 50 << 20).unwrap_err();
         assert_eq!(refused.code(), 1);
         let Failure::Runtime(message) = refused else {
             panic!("{refused:?}")
@@ -126,7 +141,9 @@ mod tests {
         for part in ["174.0 MiB", "100.0 MiB", "--max-memory", "50.0 MiB"] {
             assert!(message.contains(part), "{part} in {message}");
         }
-        Budget(Some(100 << 20)).for_file(50 << 20, true).unwrap();
-        Budget(None).for_file(u64::MAX, false).unwrap();
+        budget.for_file(cache.as_ref(), 50 << 20).unwrap();
+        budget.for_file(text.as_ref(), 20 << 20).unwrap();
+        budget.for_file(ply.as_ref(), 20 << 20).unwrap_err();
+        Budget(None).for_file(ply.as_ref(), u64::MAX).unwrap();
     }
 }

@@ -15,6 +15,8 @@ pub enum Failure {
     Usage(String),
     /// No scene came out of the file. Exit code 3, unless the file could not be read (1) or its ending is unknown (2).
     Load(Box<LoadError>),
+    /// A standard scene, changed by options, that cannot be traced. Exit code 3.
+    Scene(String),
     /// A scene cache that cannot be used. Exit code 3, unless it could not be read (1).
     Cache(CacheError),
     /// Pictures or engines differ, as reported on stdout already. Exit code 4.
@@ -34,6 +36,7 @@ impl Failure {
                 LoadError::UnknownFormat { .. } => 2,
                 LoadError::Scene { .. } => 3,
             },
+            Failure::Scene(_) => 3,
             Failure::Cache(CacheError::Io { .. }) => 1,
             Failure::Cache(CacheError::Refused { .. }) => 3,
             Failure::Mismatch => 4,
@@ -53,7 +56,9 @@ impl Failure {
     /// Says it on stderr.
     pub fn tell(&self) {
         match self {
-            Failure::Runtime(message) => output::note(&format!("error: {message}")),
+            Failure::Runtime(message) | Failure::Scene(message) => {
+                output::note(&format!("error: {message}"));
+            }
             Failure::Usage(message) => {
                 output::note(&format!(
                     "error: {message}\n\nFor more information, try '--help'."
@@ -92,7 +97,7 @@ impl From<OpenError> for Failure {
 impl From<StandardError> for Failure {
     fn from(error: StandardError) -> Failure {
         match error {
-            StandardError::Scene(_) => Failure::Runtime(error.to_string()),
+            StandardError::Scene(_) => Failure::Scene(error.to_string()),
             _ => Failure::Usage(format!(
                 "{error}\n\nTo see all standard scenes and their sizes: phalanx scenes"
             )),

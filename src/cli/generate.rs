@@ -36,7 +36,8 @@ pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
     })?;
     output::check_place(&args.output)?;
     interrupt::listen()?;
-    let (losses, written) = interrupt::stoppable(|control| write(args, spec, format, control))?;
+    let (losses, written) =
+        interrupt::stoppable_writing(|control| write(args, spec, format, control))?;
     for loss in &losses {
         output::note(&format!("note: {}: {loss}", args.output.display()));
     }

@@ -7,7 +7,7 @@ use super::scene_args::SceneArgs;
 use super::{diagnose, output};
 use phalanx::bvh::Bvh;
 use phalanx::frame::{Engine, Prepared};
-use phalanx::open::{OpenError, is_cache, open, standard_name};
+use phalanx::open::{OpenError, open, standard_name};
 use phalanx::scene::Scene;
 use phalanx::standard;
 use std::ffi::OsStr;
@@ -34,7 +34,7 @@ impl Input {
         }
         // A file that cannot be asked for its size cannot be read either, which its reader will say.
         if let Ok(file) = std::fs::metadata(name) {
-            budget.for_file(file.len(), is_cache(name))?;
+            budget.for_file(name, file.len())?;
         }
         let opened = open(name, &options)?;
         diagnose::tell_warnings(name, &opened.warnings);
@@ -67,7 +67,10 @@ impl Input {
     pub fn tree(&mut self, tree: &TreeArgs, threads: usize) -> Result<Bvh, Failure> {
         if let Some(bvh) = self.bvh.take() {
             if tree.quality.is_some() {
-                output::note("note: the scene cache has its tree: --quality changes nothing");
+                output::note(
+                    "note: the scene cache has its tree: --quality changes nothing; give it to the phalanx build that \
+                     makes the cache",
+                );
             }
             return Ok(bvh);
         }

@@ -24,8 +24,8 @@ pub struct SceneArgs {
     /// --material "kd=.8,.2,.1 ks=.3 shininess=80". What is not given is 0, but ka a fifth of kd, and shininess and ior 1
     #[arg(long, value_name = "KEY=VALUE …", value_parser = parse_material)]
     pub material: Option<Surface>,
-    /// Refuse before more memory than this is used, as in 500M, 2G (powers of 1000) or 2GiB (powers of 1024); what is
-    /// about to be used is estimated from the sizes of the file, the scene and the picture
+    /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or 2GiB (powers of 1024):
+    /// an estimate from the sizes of the named file (not of those it refers to), the scene and the picture, no limit
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
     pub max_memory: Option<u64>,
 }

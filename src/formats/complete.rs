@@ -106,6 +106,11 @@ fn furnish(scene: &mut Scene, missing: &Missing, options: &Options, notes: &mut 
 /// [`SceneError`] if that cannot be traced; the scene is not to be used then.
 pub fn amend(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
     instead(scene, options);
+    // The scene was brought into the comfortable range when it was made; what is given now cannot move it any more.
+    let given = options.view.is_some() || !options.lights.is_empty();
+    if given && !scene.is_comfortable() {
+        return Err(SceneError::TooFar(scene.comfort()));
+    }
     scene.validate_settings()
 }
 

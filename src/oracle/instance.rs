@@ -41,7 +41,8 @@ impl Oracle<'_> {
 
     fn closer_in(&self, instance: usize, probe: &Probe, best: &mut Option<Hit>) {
         let stay = probe.stay(&self.instance_boxes[instance]);
-        if stay.enter > stay.leave || stay.leave <= 0.0 {
+        // As in `trace`: a stay that is no number holds nothing.
+        if !(stay.enter <= stay.leave && stay.leave > 0.0) {
             return;
         }
         let mesh = self.scene.instances.mesh[instance] as usize;
@@ -74,7 +75,7 @@ impl Oracle<'_> {
             ..found
         };
         let wins = |b: &Hit| t < b.t || (t == b.t && hit.prim_id < b.prim_id);
-        if t > 0.0 && best.as_ref().is_none_or(wins) {
+        if t > 0.0 && t < f32::INFINITY && best.as_ref().is_none_or(wins) {
             *best = Some(hit);
         }
     }
@@ -87,7 +88,7 @@ impl Oracle<'_> {
         };
         let instance = instance as usize;
         let stay = probe.stay(&self.instance_boxes[instance]);
-        if stay.enter > stay.leave || stay.leave <= 0.0 || stay.enter >= tmax {
+        if !(stay.enter <= stay.leave && stay.leave > 0.0 && stay.enter < tmax) {
             return false;
         }
         let mesh = self.scene.instances.mesh[instance] as usize;

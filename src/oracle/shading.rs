@@ -61,10 +61,10 @@ impl Surface {
     pub(super) fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
         let placed = scene.placed(hit.prim_id);
         let (point, ng, ns, offset) = match placed.instance {
-            None => place(scene, placed.prim, ray, hit),
+            None => place(scene, placed.prim, ray, -ray.dir, hit),
             Some(k) => {
                 let inner = moved(scene, k as usize, ray);
-                let inside = place(scene, placed.prim, &inner, hit);
+                let inside = place(scene, placed.prim, &inner, -unit(inner.dir), hit);
                 outside(scene, k as usize, inside, ray)
             }
         };
@@ -93,15 +93,15 @@ impl Surface {
 /// Point, geometric and shading normal, offset.
 type Place = (Vec3, Vec3, Vec3, f32);
 
-/// In the space where the primitive is stored.
-fn place(scene: &Scene, prim: u32, ray: &Ray, hit: &Hit) -> Place {
+/// In the space where the primitive is stored; `back` is the unit vector against the ray there.
+fn place(scene: &Scene, prim: u32, ray: &Ray, back: Vec3, hit: &Hit) -> Place {
     let prim = scene.prims[prim as usize];
     let i = prim.index();
     match prim.kind() {
-        PrimKind::Sphere => sphere(scene, i, ray, hit.t),
-        PrimKind::Ellipsoid => ellipsoid(scene, i, ray, hit.t),
-        PrimKind::Triangle => triangle(scene, i, ray, hit),
-        PrimKind::Cone => cone(scene, i, ray, hit.t),
+        PrimKind::Sphere => sphere(scene, i, ray, back, hit.t),
+        PrimKind::Ellipsoid => ellipsoid(scene, i, ray, back, hit.t),
+        PrimKind::Triangle => triangle(scene, i, back, hit),
+        PrimKind::Cone => cone(scene, i, ray, back, hit.t),
     }
 }
 
@@ -122,14 +122,14 @@ fn outside(scene: &Scene, instance: usize, inside: Place, ray: &Ray) -> Place {
     (point, ng, ns, reach + largest(point) * PAD)
 }
 
-fn triangle(scene: &Scene, i: usize, ray: &Ray, hit: &Hit) -> Place {
+fn triangle(scene: &Scene, i: usize, back: Vec3, hit: &Hit) -> Place {
     let [a, b, c] = scene.triangles.corners(i);
     let (beta, gamma) = (hit.u, hit.v);
     let alpha = (1.0 - beta) - gamma;
     let point = (a * alpha + b * beta) + c * gamma;
     let (e1, e2) = (b - a, c - a);
     let shrink = 1.0 / max(largest(e1), largest(e2));
-    let ng = unit_or((e1 * shrink).cross(e2 * shrink), -ray.dir);
+    let ng = unit_or((e1 * shrink).cross(e2 * shrink), back);
     let ns = match scene.triangles.corner_normals(i) {
         Some([na, nb, nc]) => unit_or((na * alpha + nb * beta) + nc * gamma, ng),
         None => ng,
@@ -138,13 +138,13 @@ fn triangle(scene: &Scene, i: usize, ray: &Ray, hit: &Hit) -> Place {
     (point, ng, ns, size * PAD)
 }
 
-fn sphere(scene: &Scene, i: usize, ray: &Ray, t: f32) -> Place {
+fn sphere(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
     let (center, radius) = (scene.spheres.center.get(i), scene.spheres.radius[i]);
-    let n = unit_or((ray.org - center) + ray.dir * t, -ray.dir);
+    let n = unit_or((ray.org - center) + ray.dir * t, back);
     (center + n * radius, n, n, (largest(center) + radius) * PAD)
 }
 
-fn ellipsoid(scene: &Scene, i: usize, ray: &Ray, t: f32) -> Place {
+fn ellipsoid(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
     let [mx, my, mz, shift] = scene.ellipsoids.object_columns(i);
     let [wx, wy, wz, center] = scene.ellipsoids.world_columns(i);
     let to_object = |v: Vec3| (mx * v.x + my * v.y) + mz * v.z;
@@ -154,14 +154,14 @@ fn ellipsoid(scene: &Scene, i: usize, ray: &Ray, t: f32) -> Place {
     let point = ((wx * n.x + wy * n.y) + wz * n.z) + center;
     let gradient = Vec3::new(mx.dot(n), my.dot(n), mz.dot(n));
     let length = gradient.dot(gradient).sqrt();
-    let ng = unit_or(gradient, -ray.dir);
+    let ng = unit_or(gradient, back);
     let p = point.abs();
     let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
     let inside = (largest(terms) + 1.0) / length;
     (point, ng, ng, (inside + largest(point)) * PAD)
 }
 
-fn cone(scene: &Scene, i: usize, ray: &Ray, t: f32) -> Place {
+fn cone(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
     let c = scene.cones.get(i);
     let (radius, profile) = (c.base_radius, scene.cones.profile(i));
     let f = (ray.org - c.base) + ray.dir * t;
@@ -175,9 +175,9 @@ fn cone(scene: &Scene, i: usize, ray: &Ray, t: f32) -> Place {
     let point = c.base + (radial * x + profile.axis * z);
     let slanted = radial * profile.cos - profile.axis * profile.sin;
     let ng = if away.dot(away) > 0.0 {
-        unit_or(slanted, -ray.dir)
+        unit_or(slanted, back)
     } else {
-        -ray.dir
+        back
     };
     let size = max(largest(c.base), largest(c.apex)) + max(radius, c.apex_radius);
     (point, ng, ng, size * PAD)

@@ -43,7 +43,11 @@ pub struct Instances {
     pub to_object: [Vec3s; 4],
 }
 
-/// An instance's map has no inverse, or a number of it or of its inverse is beyond single precision.
+/// Most that a map or its inverse may stretch a direction, and one over the least that its longest column may measure:
+/// beyond, squares of what it makes of mesh coordinates leave single precision.
+const MOST_STRETCH: f64 = 1_099_511_627_776.0; // 2^40
+
+/// An instance's map has no inverse, or it or its inverse stretches or shrinks beyond 2^±40 or what f32 can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the transform cannot be inverted in single precision")]
 pub struct NotInvertible;
@@ -71,7 +75,8 @@ impl Instances {
             [m.x_axis, m.y_axis, m.z_axis, map.translation].map(|c| c.as_vec3())
         };
         let maps = [columns(to_world), columns(to_object)];
-        if to_world.matrix3.determinant() == 0.0 || !maps.iter().flatten().all(|c| c.is_finite()) {
+        let fine = |map: &[Vec3; 4]| map.iter().all(|c| c.is_finite()) && is_moderate(map);
+        if to_world.matrix3.determinant() == 0.0 || !maps.iter().all(fine) {
             return Err(NotInvertible);
         }
         for (columns, map) in [&mut self.to_world, &mut self.to_object]
@@ -99,12 +104,23 @@ impl Instances {
         std::array::from_fn(|k| self.to_object[k].get(i))
     }
 
+    /// Whether both maps are such as [`super::Scene::add_instance`] takes, but for being each other's inverse.
+    pub(super) fn has_moderate_maps(&self, i: usize) -> bool {
+        is_moderate(&self.world_columns(i)) && is_moderate(&self.object_columns(i))
+    }
+
     /// World bounds of an instance of a mesh with these bounds, grown by what the rounding of the two maps can
     /// amount to: [`PAD`] of the largest number that each of them adds up.
     pub fn bounds(&self, i: usize, mesh: Bounds) -> Bounds {
         if mesh.is_empty() {
             return Bounds::EMPTY;
         }
+        let (lo, hi) = self.corners(i, mesh);
+        Bounds::new(lo.as_vec3(), hi.as_vec3())
+    }
+
+    /// The corners of [`Instances::bounds`] of a mesh that is not empty, before they are rounded, or overflow.
+    pub(super) fn corners(&self, i: usize, mesh: Bounds) -> (DVec3, DVec3) {
         let to_world = self.world_columns(i).map(|c| c.as_dvec3());
         let to_object = self.object_columns(i).map(|c| c.as_dvec3());
         let (lo, hi) = (mesh.lo.as_dvec3(), mesh.hi.as_dvec3());
@@ -116,8 +132,15 @@ impl Instances {
         let far = lo.abs().max(hi.abs());
         let lost = linear(&to_object.map(DVec3::abs), far) + to_object[3].abs();
         let slack = linear(&to_world.map(DVec3::abs), lost) * f64::from(PAD);
-        Bounds::new((lo - slack).as_vec3(), (hi + slack).as_vec3())
+        (lo - slack, hi + slack)
     }
+}
+
+/// Whether the longest column of a map's matrix is neither too long nor too short.
+fn is_moderate(&[x, y, z, _]: &[Vec3; 4]) -> bool {
+    let lengths = [x, y, z].map(|c| c.as_dvec3().length());
+    let longest = lengths.into_iter().fold(0.0, f64::max);
+    (1.0 / MOST_STRETCH..=MOST_STRETCH).contains(&longest)
 }
 
 fn linear([x, y, z, _]: &[DVec3; 4], v: DVec3) -> DVec3 {

@@ -307,7 +307,8 @@ impl Scene {
             // Beyond u32 the count wraps; validate() counts once more, in u64.
             Some(&first) => {
                 let last = self.instances.mesh[self.instances.len() - 1] as usize;
-                first.wrapping_add(self.meshes.count[last])
+                // A mesh that is not there is found by validate(), too.
+                first.wrapping_add(self.meshes.count.get(last).copied().unwrap_or(0))
             }
             None => 0,
         };

@@ -1,6 +1,6 @@
 //! Keeps coordinates where products of four of them neither overflow nor vanish in f32.
 
-use super::{Scene, Vec3s};
+use super::{Bounds, PrimKind, Scene, Vec3s};
 use glam::{DVec3, Vec3};
 
 /// Largest coordinate (as a power of two) that is left alone; beyond it, or below its inverse, the scene is scaled.
@@ -13,89 +13,243 @@ const BRIGHTEST: f64 = 1.2676506002282294e30; // 2^100
 impl Scene {
     /// Scales the scene by an exact power of two where its largest coordinate lies outside \[2⁻²⁸, 2²⁸\], so that
     /// the largest becomes about 1. [`Scene::unit`] records the factor; the picture is the same picture.
+    ///
+    /// What meshes hold lies in spaces of their own: it is measured and scaled by itself, and the maps of instances
+    /// make up for both factors.
     pub fn fit_range(&mut self) {
-        let largest = self.largest_coordinate();
-        let comfort = f64::from(COMFORT);
-        if largest == 0.0 || !largest.is_finite() || (1.0 / comfort..=comfort).contains(&largest) {
-            return;
+        let scale = Scale {
+            world: factor(self.largest_coordinate()),
+            meshes: factor(self.largest_in_meshes()),
+        };
+        let apart = scale.world != scale.meshes && self.shares_vertices();
+        if (scale.world, scale.meshes) != (1.0, 1.0) && !apart {
+            self.scale_by(scale);
         }
-        // Bounded so that the factor and its inverse are both normal numbers: at the ends of f32's range the largest
-        // coordinate comes out within COMFORT, if not at 1.
-        let (_, exponent) = libm::frexp(largest);
-        self.scale_by(libm::scalbn(1.0, (-exponent).clamp(-126, 126)) as f32);
     }
 
-    /// In f64, where neither a corner of a sphere nor the square of an ellipsoid's axis overflows.
+    /// Whether camera and lights lie within the comfortable range.
+    pub(crate) fn is_comfortable(&self) -> bool {
+        self.largest_of_view_and_lights() <= f64::from(COMFORT)
+    }
+
+    /// Largest coordinate of the comfortable range, in the file's units.
+    pub(crate) fn comfort(&self) -> f64 {
+        f64::from(COMFORT) / f64::from(self.unit)
+    }
+
+    /// Of what can be seen, and of camera and lights.
     fn largest_coordinate(&self) -> f64 {
+        let shapes = match self.meshes.is_empty() {
+            true => self.largest_stored(),
+            false => self.largest_seen(),
+        };
+        shapes.max(self.largest_of_view_and_lights())
+    }
+
+    fn largest_of_view_and_lights(&self) -> f64 {
+        let view = self.view.eye.abs().max(self.view.center.abs());
+        let lights = (0..self.lights.len())
+            .filter(|&i| !self.lights.directional[i])
+            .map(|i| f64::from(self.lights.place.get(i).abs().max_element()));
+        lights.fold(f64::from(view.max_element()), f64::max)
+    }
+
+    /// Of all rows of all columns, whatever they belong to. In f64, where neither a corner of a sphere nor the square of
+    /// an ellipsoid's axis overflows.
+    fn largest_stored(&self) -> f64 {
         let of = |v: &Vec3s| {
             let parts = v.parts().map(|part| largest_magnitude(part));
             parts.into_iter().fold(0.0f32, f32::max)
         };
-        let t = &self.triangles;
-        let view = self.view.eye.abs().max(self.view.center.abs());
         let ends = of(&self.cones.base).max(of(&self.cones.apex));
         let radii = self.cones.base_radius.iter().chain(&self.cones.apex_radius);
         let cones = f64::from(ends) + f64::from(radii.fold(0.0f32, |most, r| most.max(*r)));
-        let places = of(&self.instances.to_world[3]).max(of(&t.vertices));
-        let points = cones.max(f64::from(places.max(view.max_element())));
-        let spheres = (0..self.spheres.len()).map(|i| {
-            let center = self.spheres.center.get(i).abs().max_element();
-            f64::from(center) + f64::from(self.spheres.radius[i])
-        });
-        let ellipsoids = (0..self.ellipsoids.len()).map(|i| {
-            let [x, y, z, center] = self.ellipsoids.world_columns(i).map(|c| c.as_dvec3());
-            let squares = x * x + y * y + z * z;
-            (center.abs() + squares.map(f64::sqrt)).max_element()
-        });
-        let lights = (0..self.lights.len())
-            .filter(|&i| !self.lights.directional[i])
-            .map(|i| f64::from(self.lights.place.get(i).abs().max_element()));
-        let rest = spheres.chain(ellipsoids).chain(lights);
-        rest.fold(points, f64::max)
+        let points = cones.max(f64::from(of(&self.triangles.vertices)));
+        let spheres = (0..self.spheres.len()).map(|i| self.reach_of_sphere(i));
+        let ellipsoids = (0..self.ellipsoids.len()).map(|i| self.reach_of_ellipsoid(i));
+        spheres.chain(ellipsoids).fold(points, f64::max)
     }
 
-    fn scale_by(&mut self, scale: f32) {
-        self.unit *= scale;
-        self.view.eye *= scale;
-        self.view.center *= scale;
-        let cones = &mut self.cones;
-        for v in [
-            &mut self.triangles.vertices,
-            &mut self.spheres.center,
-            &mut cones.base,
-            &mut cones.apex,
-            // What a mesh holds is scaled too, so of an instance's maps only the translations change.
-            &mut self.instances.to_world[3],
-            &mut self.instances.to_object[3],
-        ] {
-            scale_all(v, scale);
+    /// Of the primitives in the world itself, and of the boxes of instances there.
+    fn largest_seen(&self) -> f64 {
+        let world = self.world_runs().into_iter().flatten();
+        let world = world.map(|prim| self.reach(prim)).fold(0.0, f64::max);
+        let meshes = (0..self.meshes.len()).map(|mesh| self.mesh_bounds(mesh));
+        let meshes: Vec<Bounds> = meshes.collect();
+        let instances = (0..self.instances.len()).map(|k| {
+            let mesh = self.instances.mesh[k] as usize;
+            let (lo, hi) = self.instances.corners(k, meshes[mesh]);
+            lo.abs().max(hi.abs()).max_element()
+        });
+        instances.fold(world, f64::max)
+    }
+
+    /// Of what meshes hold, in their own spaces.
+    fn largest_in_meshes(&self) -> f64 {
+        let prims = (0..self.meshes.len()).flat_map(|mesh| self.meshes.prims(mesh));
+        prims.map(|prim| self.reach(prim)).fold(0.0, f64::max)
+    }
+
+    /// Largest coordinate of a stored primitive.
+    fn reach(&self, prim: u32) -> f64 {
+        let prim = self.prims[prim as usize];
+        let i = prim.index();
+        match prim.kind() {
+            PrimKind::Sphere => self.reach_of_sphere(i),
+            PrimKind::Ellipsoid => self.reach_of_ellipsoid(i),
+            PrimKind::Triangle => {
+                let [a, b, c] = self.triangles.corners(i).map(Vec3::abs);
+                f64::from(a.max(b).max(c).max_element())
+            }
+            PrimKind::Cone => {
+                let cone = self.cones.get(i);
+                let ends = cone.base.abs().max(cone.apex.abs()).max_element();
+                f64::from(ends) + f64::from(cone.base_radius.max(cone.apex_radius))
+            }
         }
-        for radii in [
-            &mut self.spheres.radius,
-            &mut cones.base_radius,
-            &mut cones.apex_radius,
-        ] {
-            radii.iter_mut().for_each(|r| *r *= scale);
-        }
-        for column in &mut self.ellipsoids.to_world {
-            scale_all(column, scale);
-        }
-        // Back from the scaled world: the matrix divides by the factor, the translation stays in object units.
-        for column in &mut self.ellipsoids.to_object[..3] {
-            scale_all(column, 1.0 / scale);
-        }
+    }
+
+    fn reach_of_sphere(&self, i: usize) -> f64 {
+        let center = self.spheres.center.get(i).abs().max_element();
+        f64::from(center) + f64::from(self.spheres.radius[i])
+    }
+
+    fn reach_of_ellipsoid(&self, i: usize) -> f64 {
+        let [x, y, z, center] = self.ellipsoids.world_columns(i).map(|c| c.as_dvec3());
+        let squares = x * x + y * y + z * z;
+        (center.abs() + squares.map(f64::sqrt)).max_element()
+    }
+
+    fn scale_by(&mut self, scale: Scale) {
+        let world = scale.world;
+        self.unit *= world;
+        self.view.eye *= world;
+        self.view.center *= world;
+        self.scale_shapes(scale);
+        self.scale_instances(scale);
         for i in (0..self.lights.len()).filter(|&i| !self.lights.directional[i]) {
-            let place = self.lights.place.get(i) * scale;
+            let place = self.lights.place.get(i) * world;
             self.lights.place.set(i, place);
             let (attenuation, color) = scaled_attenuation(
                 self.lights.attenuation.get(i),
                 self.lights.color.get(i),
-                scale,
+                world,
             );
             self.lights.attenuation.set(i, attenuation);
             self.lights.color.set(i, color);
         }
     }
+
+    fn scale_shapes(&mut self, scale: Scale) {
+        let InMeshes { rows, vertices } = self.in_meshes();
+        let [spheres, ellipsoids, _, cones] = &rows;
+        for (v, rows) in [
+            (&mut self.triangles.vertices, &vertices),
+            (&mut self.spheres.center, spheres),
+            (&mut self.cones.base, cones),
+            (&mut self.cones.apex, cones),
+        ] {
+            scale_all(v, rows, scale);
+        }
+        for (radii, rows) in [
+            (&mut self.spheres.radius, spheres),
+            (&mut self.cones.base_radius, cones),
+            (&mut self.cones.apex_radius, cones),
+        ] {
+            scale_rows(radii, rows, scale);
+        }
+        for column in &mut self.ellipsoids.to_world {
+            scale_all(column, ellipsoids, scale);
+        }
+        // Back from the scaled world: the matrix divides by the factor, the translation stays in object units.
+        let back = Scale {
+            world: 1.0 / scale.world,
+            meshes: 1.0 / scale.meshes,
+        };
+        for column in &mut self.ellipsoids.to_object[..3] {
+            scale_all(column, ellipsoids, back);
+        }
+    }
+
+    /// From one scaled space to the other and back. In f64: the quotient of the factors may lie beyond f32 where its
+    /// product with the map does not.
+    fn scale_instances(&mut self, scale: Scale) {
+        let (world, meshes) = (f64::from(scale.world), f64::from(scale.meshes));
+        let all = |columns: &mut [Vec3s], factor: f64| {
+            for part in columns.iter_mut().flat_map(|v| v.parts_mut()) {
+                let scaled = |c: &mut f32| *c = (f64::from(*c) * factor) as f32;
+                part.iter_mut().for_each(scaled);
+            }
+        };
+        let maps = &mut self.instances;
+        all(&mut maps.to_world[..3], world / meshes);
+        all(&mut maps.to_world[3..], world);
+        all(&mut maps.to_object[..3], meshes / world);
+        all(&mut maps.to_object[3..], meshes);
+    }
+
+    /// Empty lists where there are no meshes.
+    fn in_meshes(&self) -> InMeshes {
+        let mut all = InMeshes::default();
+        if self.meshes.is_empty() {
+            return all;
+        }
+        let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
+        let lens = [s.len(), e.len(), t.len(), self.cones.len()];
+        all.rows = lens.map(|len| vec![false; len]);
+        for mesh in 0..self.meshes.len() {
+            for prim in self.meshes.prims(mesh) {
+                let prim = self.prims[prim as usize];
+                all.rows[prim.kind() as usize][prim.index()] = true;
+            }
+        }
+        all.vertices = vec![false; t.vertices.len()];
+        let triangles = t.corners.iter().zip(&all.rows[PrimKind::Triangle as usize]);
+        for (corners, _) in triangles.filter(|(_, in_mesh)| **in_mesh) {
+            corners
+                .iter()
+                .for_each(|&v| all.vertices[v as usize] = true);
+        }
+        all
+    }
+
+    /// Whether a vertex has a place in a mesh and one in the world: two factors would tear it apart.
+    fn shares_vertices(&self) -> bool {
+        let InMeshes { rows, vertices } = self.in_meshes();
+        let triangles = self.triangles.corners.iter();
+        let triangles = triangles.zip(&rows[PrimKind::Triangle as usize]);
+        let mut world = triangles.filter(|(_, in_mesh)| !**in_mesh);
+        world.any(|(corners, _)| corners.iter().any(|&v| vertices[v as usize]))
+    }
+}
+
+/// Powers of two.
+#[derive(Clone, Copy)]
+struct Scale {
+    world: f32,
+    /// What meshes hold is in spaces of their own.
+    meshes: f32,
+}
+
+/// What belongs to meshes.
+#[derive(Default)]
+struct InMeshes {
+    /// Rows of each kind.
+    rows: [Vec<bool>; 4],
+    /// Vertices of meshes' triangles.
+    vertices: Vec<bool>,
+}
+
+/// The factor that makes the largest coordinate about 1, if it is not comfortable as it is.
+fn factor(largest: f64) -> f32 {
+    let comfort = f64::from(COMFORT);
+    if largest == 0.0 || !largest.is_finite() || (1.0 / comfort..=comfort).contains(&largest) {
+        return 1.0;
+    }
+    // Bounded so that the factor and its inverse are both normal numbers: at the ends of f32's range the largest
+    // coordinate comes out within COMFORT, if not at 1.
+    let (_, exponent) = libm::frexp(largest);
+    libm::scalbn(1.0, (-exponent).clamp(-126, 126)) as f32
 }
 
 /// The attenuation that gives the same light at the scaled distance, (const, lin/s, quad/s²), and the colour with it.
@@ -126,8 +280,18 @@ fn largest_magnitude(column: &[f32]) -> f32 {
     all.fold(0.0, f32::max)
 }
 
-fn scale_all(v: &mut Vec3s, scale: f32) {
+fn scale_all(v: &mut Vec3s, in_meshes: &[bool], scale: Scale) {
     for part in v.parts_mut() {
-        part.iter_mut().for_each(|c| *c *= scale);
+        scale_rows(part, in_meshes, scale);
+    }
+}
+
+/// An empty list of what is in meshes says that nothing is.
+fn scale_rows(rows: &mut [f32], in_meshes: &[bool], scale: Scale) {
+    if in_meshes.is_empty() {
+        return rows.iter_mut().for_each(|c| *c *= scale.world);
+    }
+    for (c, &in_mesh) in rows.iter_mut().zip(in_meshes) {
+        *c *= if in_mesh { scale.meshes } else { scale.world };
     }
 }

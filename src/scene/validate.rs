@@ -1,7 +1,7 @@
 //! The one check between reading and tracing: after it nothing downstream can fail.
 
 use super::ViewError;
-use super::{MAX_TEXTURE_SIDE, NO_NORMALS, NO_TEXTURE, NO_UVS, Scene, Vec3s};
+use super::{Bounds, MAX_TEXTURE_SIDE, NO_NORMALS, NO_TEXTURE, NO_UVS, Prim, Scene, Vec3s};
 
 /// Longest side of an image, in pixels.
 pub const MAX_SIDE: u32 = 65_536;
@@ -39,6 +39,11 @@ pub enum SceneError {
         /// What is wrong with it.
         problem: &'static str,
     },
+    /// A camera or a light is given for a finished scene, and too far from its origin.
+    #[error(
+        "the camera or a light is too far away: a finished scene takes coordinates of at most {0:e}"
+    )]
+    TooFar(f64),
     /// More primitives than prim_id can count.
     #[error("{0} primitives are more than 2^30 - 1")]
     TooMany(usize),
@@ -60,18 +65,25 @@ pub fn check_image_size(width: u64, height: u64) -> Result<(), SceneError> {
 impl Scene {
     /// Checks every range that tracing relies on: sizes, finite columns, indices, signs.
     pub fn validate(&self) -> Result<(), SceneError> {
-        self.validate_settings()?;
-        self.validate_shapes()
+        self.validate_tables()?;
+        self.validate_prims()?;
+        self.validate_shapes()?;
+        self.validate_boxes()
     }
 
-    /// Checks what [`Scene::validate`] does, but for the rows of spheres, ellipsoids and triangles: quick even for scenes
-    /// of millions, where those are known to be sound.
+    /// Checks what [`Scene::validate`] does, but for the rows of primitives, spheres, ellipsoids and triangles: quick even for
+    /// scenes of millions, where those are known to be sound. Only what instances show is looked at row by row.
     pub fn validate_settings(&self) -> Result<(), SceneError> {
+        self.validate_tables()?;
+        self.validate_boxes()
+    }
+
+    fn validate_tables(&self) -> Result<(), SceneError> {
         check_image_size(self.width as u64, self.height as u64)?;
         if self.max_depth > MAX_DEPTH_LIMIT {
             return Err(SceneError::Depth(self.max_depth));
         }
-        if self.prims.len() > super::Prim::MAX_INDEX as usize {
+        if self.prims.len() > Prim::MAX_INDEX as usize {
             return Err(SceneError::TooMany(self.prims.len()));
         }
         self.view.basis()?;
@@ -86,6 +98,8 @@ impl Scene {
     /// Whether the columns of spheres, ellipsoids and triangles are as long as they have to be.
     fn validate_lengths(&self) -> Result<(), SceneError> {
         let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
+        let rows = s.len() + e.len() + t.len() + self.cones.len();
+        same_length("primitive", "row", self.prims.len(), rows)?;
         let vectors = |kind, name, v: &Vec3s, len| {
             let mut parts = v.parts().into_iter();
             parts.try_for_each(|part| same_length(kind, name, part.len(), len))
@@ -107,6 +121,14 @@ impl Scene {
             }
         }
         Ok(())
+    }
+
+    /// Whether every primitive's row is there.
+    fn validate_prims(&self) -> Result<(), SceneError> {
+        let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
+        let lens = [s.len(), e.len(), t.len(), self.cones.len()];
+        let known = |p: &Prim| p.index() < lens[p.kind() as usize];
+        all("primitive", "row", &self.prims, known, "out of range")
     }
 
     fn validate_shapes(&self) -> Result<(), SceneError> {
@@ -190,6 +212,10 @@ impl Scene {
         for columns in instances.to_world.iter().chain(&instances.to_object) {
             finite("instance", "transform", columns, instances.len())?;
         }
+        let wild = (0..instances.len()).find(|&k| !instances.has_moderate_maps(k));
+        if let Some(k) = wild {
+            return Err(column("instance", "transform", k, "beyond 2^40 either way"));
+        }
         // The last number stands for "nothing hit".
         let shown = self.prim_count() as u64 + self.instanced_count();
         if shown >= u64::from(u32::MAX) {
@@ -207,6 +233,19 @@ impl Scene {
                 ));
             }
             first += meshes.count[mesh as usize];
+        }
+        Ok(())
+    }
+
+    /// Whether every instance's box can be told in single precision, as trees need it.
+    fn validate_boxes(&self) -> Result<(), SceneError> {
+        let meshes = (0..self.meshes.len()).map(|mesh| self.mesh_bounds(mesh));
+        let meshes: Vec<Bounds> = meshes.collect();
+        for (k, &mesh) in self.instances.mesh.iter().enumerate() {
+            let own = self.instances.bounds(k, meshes[mesh as usize]).padded();
+            if !own.lo.is_finite() || !own.hi.is_finite() {
+                return Err(column("instance", "box", k, "not finite"));
+            }
         }
         Ok(())
     }
@@ -236,6 +275,7 @@ impl Scene {
         ] {
             finite("material", name, column, m.len())?;
         }
+        same_length("material", "shininess", m.shininess.len(), m.len())?;
         let exponent = |s: &f32| s.is_finite() && *s >= 0.0;
         all(
             "material",

@@ -90,11 +90,13 @@ pub fn surface(
         let instances = placed.map(|p| p.instance.unwrap_or_default() as usize);
         let map = Maps::of(scene, &instances);
         let inside = map.moved(rays);
-        map.outside(place(scene, batch.kind, &rows, &inside, hits), rays)
+        let back = -inside.dir.normalized();
+        let seen = place(scene, batch.kind, &rows, &inside, back, hits);
+        map.outside(seen, rays)
     } else {
         let rows = hits.prim_id.to_array();
         let rows = rows.map(|id| scene.prims[id as usize].index());
-        place(scene, batch.kind, &rows, rays, hits)
+        place(scene, batch.kind, &rows, rays, -rays.dir, hits)
     };
     let away = rays.dir.dot(place.ng).gt(F32x8::ZERO);
     Surface {
@@ -118,19 +120,21 @@ pub(super) struct Place {
     pub(super) offset: F32x8,
 }
 
-/// In the space where the primitives are stored.
+/// In the space where the primitives are stored. `back` is the unit vector against the rays there, the normal of what has
+/// none; a ray's own direction is no unit vector within an instance.
 fn place(
     scene: &Scene,
     kind: PrimKind,
     rows: &[usize; LANES],
     rays: &RayPacket,
+    back: Vec3x8,
     hits: &HitPacket,
 ) -> Place {
     match kind {
-        PrimKind::Sphere => sphere(scene, rows, rays, hits.t),
-        PrimKind::Ellipsoid => ellipsoid(scene, rows, rays, hits.t),
-        PrimKind::Triangle => triangle(scene, rows, rays, hits),
-        PrimKind::Cone => cone(scene, rows, rays, hits.t),
+        PrimKind::Sphere => sphere(scene, rows, rays, back, hits.t),
+        PrimKind::Ellipsoid => ellipsoid(scene, rows, rays, back, hits.t),
+        PrimKind::Triangle => triangle(scene, rows, back, hits),
+        PrimKind::Cone => cone(scene, rows, rays, back, hits.t),
     }
 }
 
@@ -152,7 +156,7 @@ pub(super) fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
 /// The point comes from the barycentric weights, not from the ray, so that its error does not grow with the distance
 /// (Pharr, Jakob and Humphreys, "Managing Rounding Error"): per axis at most 6 ulp of the largest coordinate, plus 2
 /// for adding the offset and 10 for the next ray's test, times √3 for a slanted normal. [`PAD`] is 32 ulp.
-fn triangle(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, hits: &HitPacket) -> Place {
+fn triangle(scene: &Scene, rows: &[usize; LANES], back: Vec3x8, hits: &HitPacket) -> Place {
     let t = &scene.triangles;
     let corner = |k: usize| gather(&t.vertices, &rows.map(|i| t.corners[i][k] as usize));
     let (a, b, c) = (corner(0), corner(1), corner(2));
@@ -163,7 +167,7 @@ fn triangle(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, hits: &HitPa
     // Edges are brought to unit size first, so that the length of the product neither over- nor underflows.
     let (e1, e2) = (b - a, c - a);
     let shrink = F32x8::ONE / e1.largest().max(e2.largest());
-    let ng = unit_or(e1.scale(shrink).cross(e2.scale(shrink)), -rays.dir);
+    let ng = unit_or(e1.scale(shrink).cross(e2.scale(shrink)), back);
     let ns = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
         true => shading_normal(scene, rows, [alpha, beta, gamma], ng),
         false => ng,
@@ -194,10 +198,10 @@ fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng:
 }
 
 /// The point is put back onto the sphere along the normal, so its error is a few ulp of centre and radius.
-fn sphere(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, t: F32x8) -> Place {
+fn sphere(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
     let center = gather(&scene.spheres.center, rows);
     let radius = F32x8::new(rows.map(|i| scene.spheres.radius[i]));
-    let n = unit_or((rays.org - center) + rays.dir.scale(t), -rays.dir);
+    let n = unit_or((rays.org - center) + rays.dir.scale(t), back);
     let offset = (center.largest() + radius) * F32x8::splat(PAD);
     Place {
         point: center + n.scale(radius),
@@ -210,7 +214,13 @@ fn sphere(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, t: F32x8) -> P
 /// Point and normal on the unit sphere in object space; the normal goes back through the inverse transpose. The
 /// offset makes good the rounding of the next ray's way into object space, where a step along the normal counts by
 /// the length of the gradient Mᵀn.
-fn ellipsoid(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, t: F32x8) -> Place {
+fn ellipsoid(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    t: F32x8,
+) -> Place {
     let e = &scene.ellipsoids;
     let [mx, my, mz, shift] = [0, 1, 2, 3].map(|k| gather(&e.to_object[k], rows));
     let [wx, wy, wz, center] = [0, 1, 2, 3].map(|k| gather(&e.to_world[k], rows));
@@ -221,7 +231,7 @@ fn ellipsoid(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, t: F32x8) -
     let point = ((wx.scale(n.x) + wy.scale(n.y)) + wz.scale(n.z)) + center;
     let gradient = Vec3x8::new(mx.dot(n), my.dot(n), mz.dot(n));
     let length = gradient.dot(gradient).sqrt();
-    let ng = unit_or(gradient, -rays.dir);
+    let ng = unit_or(gradient, back);
     let p = point.abs();
     let terms = ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
     let inside = (terms.largest() + F32x8::ONE) / length;
@@ -239,7 +249,7 @@ fn ellipsoid(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, t: F32x8) -
 /// coordinates and the radius together; the next test's way into the cone's own coordinates adds some 8, of lengths
 /// within the cone's box, times √3 for a slanted normal. [`PAD`] is 32. At the very tip there is no way away from the
 /// axis: the normal points back along the ray.
-fn cone(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, t: F32x8) -> Place {
+fn cone(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
     let (base, apex) = (
         gather(&scene.cones.base, rows),
         gather(&scene.cones.apex, rows),
@@ -264,7 +274,7 @@ fn cone(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, t: F32x8) -> Pla
     let (x, z) = (radius + sin * along, cos * along);
     let slanted = radial.scale(cos) - axis.scale(sin);
     let at_tip = !away.dot(away).gt(F32x8::ZERO);
-    let ng = Vec3x8::select(at_tip, -rays.dir, unit_or(slanted, -rays.dir));
+    let ng = Vec3x8::select(at_tip, back, unit_or(slanted, back));
     let size = base.largest().max(apex.largest()) + radius.max(other);
     Place {
         point: base + (radial.scale(x) + axis.scale(z)),

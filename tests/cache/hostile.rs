@@ -2,8 +2,11 @@
 
 use super::common::rng::Rng;
 use super::{Room, bytes_of, frame, scene};
-use phalanx::cache::{CacheError, Fault};
+use glam::Vec3;
+use phalanx::bvh::Bvh;
+use phalanx::cache::{CacheError, Cached, Fault};
 use phalanx::frame::{Engine, Kernel, Prepared};
+use phalanx::scene::{Scene, Surface};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -86,13 +89,11 @@ fn patience() -> Duration {
 fn spoiled_rows_never_break_an_engine() {
     let room = Room::new();
     let mut rng = Rng::new(11);
-    let originals = [(21, 60), (22, 6)].map(|(seed, prims)| {
-        let (scene, bvh) = scene(seed, prims);
-        bytes_of(&scene, &bvh)
-    });
+    let originals = [scene(21, 60), scene(22, 6), plain(23)];
+    let originals = originals.map(|(scene, bvh)| bytes_of(&scene, &bvh));
     let (start, mut taken, mut refused) = (Instant::now(), 0u64, 0u64);
     while start.elapsed() < patience() || taken < 20 || refused < 20 {
-        let mut bytes = originals[rng.below(2)].clone();
+        let mut bytes = originals[rng.below(3)].clone();
         let sections = sections(&bytes);
         spoil(&mut bytes, &sections, &mut rng);
         fix(&mut bytes);
@@ -105,16 +106,90 @@ fn spoiled_rows_never_break_an_engine() {
             Err(other) => panic!("{other}"),
         };
         taken += 1;
-        let mut scene = cached.scene;
-        scene.validate().expect("what is taken is valid");
-        scene.max_depth = scene.max_depth.min(4);
-        (scene.width, scene.height) = (16, 8);
-        let prepared = Prepared::with_tree(cached.bvh);
-        for kernel in [Kernel::Packet8, Kernel::Packet16] {
-            frame(&scene, &prepared, Engine::Simd, kernel);
-        }
+        rendered(cached);
     }
     println!("{taken} rendered, {refused} refused");
+}
+
+/// What is taken is valid, and both kernels come to an end with it.
+fn rendered(cached: Cached) {
+    let mut scene = cached.scene;
+    scene.validate().expect("what is taken is valid");
+    scene.max_depth = scene.max_depth.min(4);
+    (scene.width, scene.height) = (16, 8);
+    let prepared = Prepared::with_tree(cached.bvh);
+    for kernel in [Kernel::Packet8, Kernel::Packet16] {
+        frame(&scene, &prepared, Engine::Simd, kernel);
+    }
+}
+
+/// A scene without instances, all of one material: columns and arrays that others have are empty here.
+fn plain(seed: u64) -> (Scene, Bvh) {
+    let mut rng = Rng::new(seed);
+    let mut scene = Scene {
+        max_depth: 2,
+        ..Scene::default()
+    };
+    scene.view.eye = Vec3::new(0.0, 0.0, 6.0);
+    let only = scene.materials.push(&Surface {
+        kd: Vec3::splat(0.5),
+        ks: Vec3::splat(0.5),
+        shininess: 9.0,
+        ..Surface::default()
+    });
+    for _ in 0..20 {
+        let corners = [rng.point(1.0), rng.point(1.0), rng.point(1.0)];
+        scene.add_triangle(corners, None, only);
+        scene.add_sphere(rng.point(1.0), 0.2, only);
+    }
+    scene.lights.add_point(Vec3::splat(6.0), Vec3::ONE, Vec3::X);
+    scene.validate().expect("a valid scene");
+    let bvh = Bvh::build(&scene);
+    (scene, bvh)
+}
+
+/// The file without the last row of a section, everything else moved to where it belongs.
+fn shortened(bytes: &[u8], short: usize) -> Option<Vec<u8>> {
+    let mut all = sections(bytes);
+    let row = word(bytes, HEADER + ENTRY * short + 16) as usize;
+    all[short].end = all[short].end.checked_sub(row)?;
+    if all[short].is_empty() && long(bytes, HEADER + ENTRY * short + 8) == 0 {
+        return None;
+    }
+    let mut out = bytes[..HEADER + ENTRY * all.len()].to_vec();
+    for (k, range) in all.iter().enumerate() {
+        out.resize(out.len().next_multiple_of(64), 0);
+        let (at, offset) = (HEADER + ENTRY * k, out.len() as u64);
+        let rows = range.len() / word(bytes, at + 16) as usize;
+        out[at..at + 8].copy_from_slice(&offset.to_le_bytes());
+        out[at + 8..at + 16].copy_from_slice(&(rows as u64).to_le_bytes());
+        out.extend(&bytes[range.clone()]);
+    }
+    let length = out.len() as u64;
+    out[24..32].copy_from_slice(&length.to_le_bytes());
+    fix(&mut out);
+    Some(out)
+}
+
+/// Columns of one table must be of one length, and the list of primitives as long as all of theirs.
+#[test]
+fn no_section_may_lack_its_last_row() {
+    let room = Room::new();
+    let mut refused = 0;
+    for (scene, bvh) in [scene(41, 30), plain(42)] {
+        let bytes = bytes_of(&scene, &bvh);
+        for short in 0..sections(&bytes).len() {
+            let Some(bad) = shortened(&bytes, short) else {
+                continue;
+            };
+            match room.open(&bad) {
+                Err(CacheError::Refused { .. }) => refused += 1,
+                Ok(cached) => rendered(cached),
+                Err(other) => panic!("{other}"),
+            }
+        }
+    }
+    assert!(refused > 60, "only {refused} were refused");
 }
 
 /// What each check is for: without it, the file would be taken.
@@ -140,6 +215,10 @@ fn each_kind_of_nonsense_is_named() {
             .flat_map(|l| l.to_le_bytes())
             .collect::<Vec<u8>>(),
     );
+    let is_mesh_root = |&level: &u16| level == 0x8001;
+    let mesh_root = (bvh.levels().unwrap().iter())
+        .position(is_mesh_root)
+        .unwrap();
     let nodes = place(bvh.arrays()[0].bytes);
     let instances = place(bvh.arrays()[5].bytes);
     let slot_bytes = bvh.arrays()[5].row_bytes;
@@ -196,6 +275,16 @@ fn each_kind_of_nonsense_is_named() {
         (
             "a root of a mesh",
             vec![(levels, &[1, 0x80])],
+            "nodes of the tree",
+        ),
+        (
+            "the world's root at level 0",
+            vec![(levels, &zero[..2])],
+            "nodes of the tree",
+        ),
+        (
+            "a mesh's root at level 0",
+            vec![(levels + 2 * mesh_root, &[0, 0x80])],
             "nodes of the tree",
         ),
         (

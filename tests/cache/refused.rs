@@ -35,7 +35,7 @@ fn every_flipped_bit_is_refused() {
                 0..8 => fault == Fault::NotACache,
                 12..16 => matches!(fault, Fault::Version(_)),
                 20..24 => matches!(fault, Fault::Damaged(_) | Fault::Truncated { .. }),
-                _ => matches!(fault, Fault::Damaged(_)),
+                _ => matches!(fault, Fault::Damaged(_) | Fault::Surplus(_)),
             };
             assert!(named, "bit {bit} of byte {at}: {fault}");
         }
@@ -59,7 +59,7 @@ fn every_truncation_is_refused() {
         assert!(had == length as u64 && needed > had, "{fault}");
     }
     let longer = [&bytes[..], &[0]].concat();
-    assert_eq!(fault(&room, &longer), Fault::Damaged("end"));
+    assert_eq!(fault(&room, &longer), Fault::Surplus("after its end"));
 }
 
 #[test]

@@ -72,7 +72,7 @@ fn what_stands_beside_a_cache_changes_it_like_a_file() {
         ran.stderr
     );
     assert!(
-        ran.stderr.contains("--quality changes nothing"),
+        ran.stderr.contains("--quality changes nothing; give it to"),
         "{}",
         ran.stderr
     );
@@ -91,6 +91,13 @@ fn places_beside_a_scaled_cache_are_those_of_the_file() {
     let file = picture(&room, &format!("huge.test {beside}"));
     assert_eq!(file, picture(&room, &format!("huge.phx {beside}")));
     assert_ne!(file, picture(&room, "huge.phx"));
+    let far = "render huge.phx -o far.png --camera 0,0,1e25 0,0,0 0,1,0 45";
+    room.refused(far, 2, &["too far away", "at most 2."]);
+    room.refused(
+        "info standard:balls:1 --light 1e9,0,0",
+        2,
+        &["too far away"],
+    );
 }
 
 #[test]
@@ -130,9 +137,13 @@ fn caches_that_cannot_be_used_are_3_and_say_what_to_do() {
     for command in ["render", "verify", "info"] {
         let line = format!("{command} a.phx");
         let mut bad = good.clone();
-        *bad.last_mut().unwrap() ^= 4;
+        // What is not zero is no gap.
+        let last = bad.iter().rposition(|&b| b != 0).unwrap();
+        bad[last] ^= 4;
         write(&bad);
         room.refused(&line, 3, &["error: a.phx: ", "checksum", help]);
+        write(&[&good[..], b"more"].concat());
+        room.refused(&line, 3, &["error: a.phx: ", "surplus bytes after", help]);
         write(&good[..good.len() - 7]);
         room.refused(&line, 3, &["error: a.phx: ", "cut off", help]);
         let mut bad = good.clone();

@@ -41,6 +41,10 @@ impl<W: Write> Out<W> {
         self.error.get_or_insert(error);
     }
 
+    pub(super) fn failed(&self) -> bool {
+        self.error.is_some()
+    }
+
     /// Hands on what is left, or says what went wrong first.
     pub(super) fn finish(mut self) -> Result<(), WriteError> {
         match self.error {

@@ -23,6 +23,10 @@ pub(super) fn write<W: Write>(out: W, pour: impl Fn(&mut dyn Sink)) -> Result<Lo
     for _ in 0..PASSES {
         pour(&mut sink);
         sink.end_pass();
+        // Where nothing more can be written, another pass would be for nothing.
+        if sink.out.failed() {
+            break;
+        }
     }
     sink.finish()
 }
