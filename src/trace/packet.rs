@@ -71,6 +71,7 @@ impl<'a, L: Lanes> Tracer<'a, L> {
     }
 
     /// The closest hit below `tmax` of each active lane; others come back as a miss.
+    #[inline(always)]
     pub fn closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
         let mut goal = Closest {
             best: Best {
@@ -94,6 +95,7 @@ impl<'a, L: Lanes> Tracer<'a, L> {
     }
 
     /// Which active lanes meet anything before `tmax`.
+    #[inline(always)]
     pub fn occluded(&mut self, rays: &RayPacket<L>, active: L::Mask) -> L::Mask {
         let mut goal = AnyHit {
             limit: active.select(rays.tmax, nowhere()),
