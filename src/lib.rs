@@ -70,5 +70,9 @@ pub mod oracle;
 pub mod frame;
 pub mod image;
 
+// How fast all that is, beside others, and the record of it.
+pub mod peers;
+pub mod report;
+
 // What the build may ask of the CPU.
 pub mod isa;

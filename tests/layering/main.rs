@@ -18,7 +18,7 @@ const fn row(room: &'static str, may: &'static [&'static str], why: &'static str
     Row { room, may, why }
 }
 
-const TABLE: [Row; 18] = [
+const TABLE: [Row; 20] = [
     row("scene", &[], "what is traced does not depend on how"),
     row("lanes", &[], "numbers know nothing of rays"),
     row("sampling", &[], "a definition both engines share"),
@@ -82,6 +82,16 @@ const TABLE: [Row; 18] = [
         "writes films by the scene's tone",
     ),
     row("isa", &[], "asks the processor"),
+    row(
+        "peers",
+        &["scene", "lanes", "packet"],
+        "other tracers on our rays: they share none of our trees",
+    ),
+    row(
+        "report",
+        &[],
+        "numbers to files and pages, whoever measured them",
+    ),
     row("cli", &[], "sees the library from outside, as phalanx::"),
 ];
 

@@ -1,0 +1,31 @@
+//! Other tracers on our rays, for benchmarks only: what they must do to be measured, and who they are.
+//!
+//! A [`Contender`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays laid out as it wants them,
+//! all prepared before the clock starts. Our own kernels and the oracle are contenders, too (`bench`).
+
+use crate::packet::{HitPacket, RayQueue};
+use std::ops::Range;
+
+/// A set of rays with one question for all of them.
+#[derive(Clone, Copy)]
+pub struct Rays<'a> {
+    /// The rays; every packet but the last is full.
+    pub queue: &'a RayQueue<'a>,
+    /// Hits count only below this distance.
+    pub tmax: f32,
+}
+
+/// One way to trace one set of rays. Shared by the threads that do so.
+pub trait Contender: Sync {
+    /// What one thread needs.
+    fn runner(&self) -> Box<dyn Runner + '_>;
+}
+
+/// One thread's share of a contender. Packets are the set's, eight rays each; a range starts at an even packet.
+pub trait Runner {
+    /// The closest hits of some packets, one [`HitPacket`] each: `t` (at or above the limit: nothing was hit) and `prim_id`
+    /// as in the scene; `u` and `v` only where they come for nothing. Lanes beyond the last ray may hold anything.
+    fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]);
+    /// For each of some packets, the lanes (as bits) whose ray meets anything. Lanes beyond the last ray may hold anything.
+    fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]);
+}

@@ -1,0 +1,239 @@
+//! The record of a benchmark run: what was measured, on what, and every sample. `perf/record.schema.json` is its schema.
+//!
+//! Rates are millions of rays a second, times seconds, sizes bytes, unless a field's name says otherwise. A field that
+//! could not be found out is `null`, never a guess.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Version of this layout; a change of meaning changes it.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// A benchmark run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// The program.
+    pub program: Program,
+    /// The machine.
+    pub machine: Machine,
+    /// How the run was taken.
+    pub run: Run,
+    /// What was traced.
+    pub scenes: Vec<SceneRecord>,
+    /// The rates.
+    pub rows: Vec<Row>,
+    /// Work, counted in runs of its own beside the timed ones.
+    pub counters: Vec<CounterRow>,
+    /// What the machine can do at most, where it was measured.
+    pub limits: Option<Limits>,
+}
+
+/// The program that measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Program {
+    /// Version of this package.
+    pub version: String,
+    /// Commit it was built from.
+    pub git_revision: Option<String>,
+    /// Whether files differed from that commit.
+    pub git_dirty: Option<bool>,
+    /// `rustc --version` of the compiler.
+    pub rustc: Option<String>,
+    /// Cargo profile, such as `release`.
+    pub profile: String,
+    /// Instruction-set level compiled for, such as `x86-64-v3`.
+    pub isa_compiled: String,
+    /// Highest level this CPU has.
+    pub isa_available: String,
+}
+
+/// The machine.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Machine {
+    /// CPU model.
+    pub cpu: String,
+    /// Cores, as far as the system shows them.
+    pub cores: Option<u32>,
+    /// Threads that can run at once.
+    pub threads: u32,
+    /// Whether cores run more than one thread.
+    pub smt: Option<bool>,
+    /// Caches from the first level on.
+    pub caches: Vec<Cache>,
+    /// Frequency governor of the first CPU.
+    pub governor: Option<String>,
+    /// Hypervisor's name, or empty on bare metal.
+    pub hypervisor: Option<String>,
+    /// Memory.
+    pub memory_bytes: Option<u64>,
+    /// Operating system and kernel.
+    pub kernel: Option<String>,
+}
+
+/// A cache of the CPU.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cache {
+    /// 1, 2 or 3.
+    pub level: u8,
+    /// `data`, `instruction` or `unified`.
+    pub kind: String,
+    /// Its size.
+    pub bytes: u64,
+    /// Hardware threads that share it.
+    pub shared_by: u32,
+}
+
+/// How a run was taken.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Start, RFC 3339, UTC.
+    pub started: String,
+    /// Arguments, without the program's name.
+    pub arguments: Vec<String>,
+    /// Wall seconds of the whole run.
+    pub seconds: f64,
+    /// Picture size of the rays, unless a scene says otherwise.
+    pub size: [u32; 2],
+    /// Samples asked for of each row.
+    pub repeat: u32,
+    /// Seconds each row's samples take together at least.
+    pub min_time: f64,
+    /// Whether workers were bound to cores.
+    pub pinned: bool,
+    /// Libraries of peers that took part, such as `embree 4.4.0`.
+    pub peers: Vec<String>,
+}
+
+/// A scene, and what a run had to do before it could trace rays.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneRecord {
+    /// As on the command line: a path or `standard:NAME:SIZE`. Rows refer to it.
+    pub name: String,
+    /// Standard family, such as `terrain`.
+    pub family: Option<String>,
+    /// `small`, `medium` or `large` in the suite.
+    pub step: Option<String>,
+    /// CRC-32 over the scene's primitives, 8 hexadecimal digits.
+    pub hash: String,
+    /// Spheres, ellipsoids, triangles, cones, instances.
+    pub primitives: BTreeMap<String, u64>,
+    /// Primitives in all.
+    pub primitive_count: u64,
+    /// Picture size of the rays.
+    pub size: [u32; 2],
+    /// To read or generate it.
+    pub load_seconds: f64,
+    /// To build its trees, by engine.
+    pub build_seconds: BTreeMap<String, f64>,
+    /// Bytes of the packet engine's tree, primitives in leaf order included.
+    pub tree_bytes: u64,
+    /// Ray sets by kind.
+    pub rays: BTreeMap<String, RaySetRecord>,
+}
+
+/// A set of rays, and the answer to it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RaySetRecord {
+    /// How many.
+    pub rays: u64,
+    /// Those that hit something (or are occluded).
+    pub hits: u64,
+    /// CRC-32 over every answer, 8 hexadecimal digits: `prim_id`, `t`, `u`, `v` bits, or the occlusion bit.
+    pub checksum: String,
+}
+
+/// The rate of one engine on one set of rays.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// [`SceneRecord::name`].
+    pub scene: String,
+    /// `primary`, `shadow`, `reflection`, `refraction`, `diffuse`, `ao` or `frame`.
+    pub rays: String,
+    /// `phalanx`, `oracle`, `embree` or `obvhs`.
+    pub engine: String,
+    /// Kernel or mode. `auto` is what `render` would use; `best` are no rows, the reader takes the maximum.
+    pub kernel: String,
+    /// Threads.
+    pub threads: u32,
+    /// Millions of rays a second.
+    pub mrays_per_s: Estimate,
+    /// Rays of one sample; fewer than the set's where only a part is timed.
+    pub rays_timed: u64,
+    /// Rays of the whole set that hit something, by this engine.
+    pub hits: u64,
+    /// Share of the set's rays that it answers otherwise than ours, where it is a peer.
+    pub difference: Option<f64>,
+    /// Whether that difference is small enough for the row to count as a peer's best.
+    pub exact: bool,
+    /// The kernel whose samples these are, where this one does the same on this build.
+    pub same_as: Option<String>,
+    /// Every sample's rate, in the order of the rounds.
+    pub samples: Vec<f64>,
+}
+
+/// A rate, and how sure it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Median of the samples.
+    pub median: f64,
+    /// Median absolute deviation from it.
+    pub mad: f64,
+    /// Lower end of the 95 % interval of the median.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// Work of one kernel on one set of rays; the same on every machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CounterRow {
+    /// [`SceneRecord::name`].
+    pub scene: String,
+    /// Kind of rays.
+    pub rays: String,
+    /// Kernel.
+    pub kernel: String,
+    /// Rays traced.
+    pub ray_count: u64,
+    /// The counts.
+    pub work: WorkRecord,
+}
+
+/// Counts of a traversal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WorkRecord {
+    /// Packets of eight lanes traced.
+    pub packets: u64,
+    /// Lanes of them that carried a ray.
+    pub active_lanes: u64,
+    /// Nodes visited by packets.
+    pub node_visits: u64,
+    /// Lanes × boxes tested.
+    pub box_tests: u64,
+    /// Leaves visited by packets.
+    pub leaf_visits: u64,
+    /// Lanes × primitives tested.
+    pub prim_tests: u64,
+    /// Bytes of nodes and primitives read, caches not considered.
+    pub bytes: u64,
+}
+
+/// What the machine can do at most, measured on one thread and on all.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    /// One thread first, then all.
+    pub threads: Vec<ThreadLimits>,
+}
+
+/// What so many threads can do at most.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ThreadLimits {
+    /// Threads.
+    pub threads: u32,
+    /// Peak of f32 additions and multiplications, without fused ones: 10⁹ a second.
+    pub gflops: f64,
+    /// Reading, GB/s, by what the bytes fit in: `l1`, `l2`, `l3`, `memory`.
+    pub bandwidth: BTreeMap<String, f64>,
+}
