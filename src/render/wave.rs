@@ -335,13 +335,16 @@ fn ask_lights(
         } else {
             1.0
         };
-        engine.traversal.unoccluded(&queue, tmax, |packet, seen| {
-            let (radiance, hit) = queue.purpose(packet);
-            for lane in Mask8::from_bits(seen as u32).lanes() {
-                let ray = hit[lane] as usize;
-                colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| radiance[c][lane]));
-            }
-        });
+        let all = 0..queue.packets();
+        engine
+            .traversal
+            .unoccluded(&queue, all, tmax, |packet, seen| {
+                let (radiance, hit) = queue.purpose(packet);
+                for lane in Mask8::from_bits(seen as u32).lanes() {
+                    let ray = hit[lane] as usize;
+                    colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| radiance[c][lane]));
+                }
+            });
     }
 }
 

@@ -18,7 +18,7 @@
 //! The mirrored cone beyond the tip lies above or below the two ends.
 
 use super::aabb::Slabs;
-use super::packet::Best;
+use super::goal::Best;
 use crate::bvh::ConeSlot;
 use crate::lanes::{LaneMask, Lanes, Vec3Lanes};
 
@@ -32,7 +32,7 @@ pub(super) fn closest<L: Lanes>(
     best: &mut Best<L>,
 ) {
     if let Some((meets, t)) = cone(org, dir, slabs, slot, best.t) {
-        best.take(meets, t, slot.prim_id);
+        best.take_bare(meets, t, slot.prim_id);
     }
 }
 

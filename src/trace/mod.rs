@@ -5,7 +5,9 @@
 //! | `aabb` | the slab test of a ray against a padded box |
 //! | `triangle`, `sphere`, `cone` | one test per primitive: what a hit is |
 //! | `instance` | rays into the space of a mesh, hits back out of it |
+//! | `goal` | the closest hit or any: what a leaf means for either |
 //! | `packet` | a packet of rays together down the binary tree |
+//! | `tally` | work, counted |
 //! | `traversal` | queues in, hits out: which kernel traces what |
 //!
 //! The choice between kernels stands in one place, [`Kernel`].
@@ -26,6 +28,7 @@
 
 mod aabb;
 mod cone;
+mod goal;
 mod instance;
 #[allow(
     unsafe_code,
@@ -33,8 +36,10 @@ mod instance;
 )]
 mod packet;
 mod sphere;
+mod tally;
 mod traversal;
 mod triangle;
 
-pub use packet::{Tracer, Work};
+pub use packet::Tracer;
+pub use tally::{Packets, Tally, Work};
 pub use traversal::{Kernel, Traversal};

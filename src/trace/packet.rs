@@ -3,31 +3,14 @@
 //! A node is visited once for all rays of a packet; a child is entered if any ray meets its box before the ray's closest
 //! hit so far. Lanes without a ray have a closest hit of −∞ and so never pass a comparison: there is no mask to carry.
 
-use super::aabb::{Slabs, Stay};
-use super::triangle::{MIXED, Shear};
-use super::{cone, instance, sphere, triangle};
+use super::aabb::Stay;
+use super::goal::{AnyHit, Closest, Goal, Prepared, nowhere};
+use super::instance;
+use super::tally::{Packets, Tally};
 use crate::bvh::{Bvh, Child, LeafKind};
-use crate::lanes::{F32x8, LaneIds, LaneMask, Lanes};
-use crate::packet::{HitPacket, NO_PRIM, RayPacket};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes};
+use crate::packet::{HitPacket, RayPacket};
 use std::ops::Range;
-
-/// The closest hits so far. Inactive lanes hold t = −∞.
-#[derive(Clone, Copy)]
-pub(super) struct Best<L: Lanes> {
-    pub(super) t: L,
-    /// Barycentric weights of a triangle's second and third corner, times `det`: divided once, at the end.
-    pub(super) v: L,
-    pub(super) w: L,
-    pub(super) det: L,
-    pub(super) prim_id: L::Ids,
-}
-
-/// Work done, for comparing kernels without a clock.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Packets traced.
-    pub packets: u64,
-}
 
 /// A child waiting to be visited.
 #[derive(Clone, Copy)]
@@ -38,19 +21,26 @@ struct Entry<L> {
     tag: u16,
 }
 
-/// Traces packets against one tree. Owns the traversal stack, so that tracing allocates nothing.
-pub struct Tracer<'a, L = F32x8> {
+/// Traces packets against one tree, and counts by `T`. Owns the traversal stack, so that tracing allocates nothing.
+pub struct Tracer<'a, L = F32x8, T = Packets> {
     bvh: &'a Bvh,
     /// Whether the tree holds neither cones nor instances: see [`Tracer::traverse`].
     plain: bool,
     stack: Vec<Entry<L>>,
     /// Counters since the tracer was made.
-    pub work: Work,
+    pub work: T,
 }
 
 impl<'a, L: Lanes> Tracer<'a, L> {
     /// A tracer for a tree.
     pub fn new(bvh: &'a Bvh) -> Tracer<'a, L> {
+        Tracer::counting(bvh)
+    }
+}
+
+impl<'a, L: Lanes, T: Tally> Tracer<'a, L, T> {
+    /// A tracer for a tree that counts what `T` counts.
+    pub fn counting(bvh: &'a Bvh) -> Tracer<'a, L, T> {
         let empty = Entry {
             enter: L::ZERO,
             first: 0,
@@ -61,7 +51,7 @@ impl<'a, L: Lanes> Tracer<'a, L> {
             plain: bvh.cones().is_empty() && bvh.instances().is_empty(),
             // Every level of a path leaves at most one child waiting.
             stack: vec![empty; bvh.depth() + 1],
-            work: Work::default(),
+            work: T::default(),
         }
     }
 
@@ -73,42 +63,23 @@ impl<'a, L: Lanes> Tracer<'a, L> {
     /// The closest hit below `tmax` of each active lane; others come back as a miss.
     #[inline(always)]
     pub fn closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
-        let mut goal = Closest {
-            best: Best {
-                t: active.select(rays.tmax, nowhere()),
-                v: L::ZERO,
-                w: L::ZERO,
-                det: L::ONE,
-                // Nothing is smaller, so a hit at the limit itself does not win the tie.
-                prim_id: L::Ids::splat(0),
-            },
-        };
+        let mut goal = Closest::new(active.select(rays.tmax, nowhere()));
         self.run(rays, active, &mut goal);
-        let best = goal.best;
-        let found = active & best.t.lt(rays.tmax);
-        HitPacket {
-            t: found.select(best.t, rays.tmax),
-            u: best.v / best.det,
-            v: best.w / best.det,
-            prim_id: found.select_ids(best.prim_id, L::Ids::splat(NO_PRIM)),
-        }
+        goal.hits(rays.tmax, active)
     }
 
     /// Which active lanes meet anything before `tmax`.
     #[inline(always)]
     pub fn occluded(&mut self, rays: &RayPacket<L>, active: L::Mask) -> L::Mask {
-        let mut goal = AnyHit {
-            limit: active.select(rays.tmax, nowhere()),
-            blocked: L::Mask::none(),
-            all: active.bits(),
-        };
+        let mut goal = AnyHit::new(active.select(rays.tmax, nowhere()), active);
         self.run(rays, active, &mut goal);
-        goal.blocked
+        goal.blocked()
     }
 
     #[inline(always)]
     fn run(&mut self, rays: &RayPacket<L>, active: L::Mask, goal: &mut impl Goal<L>) {
-        self.work.packets += L::PACKETS as u64;
+        self.work
+            .begin(L::PACKETS as u64, active.bits().count_ones());
         let (rays, world) = (&Prepared::new(rays, active), Subtree { root: 0, floor: 0 });
         if self.plain {
             self.descend::<_, true>(rays, goal, world);
@@ -149,8 +120,10 @@ impl<'a, L: Lanes> Tracer<'a, L> {
         let nodes = self.bvh.nodes();
         let mut top = tree.floor;
         let mut current = Child::Node(tree.root);
+        let lanes = (L::PACKETS * LANES) as u64;
         loop {
             while let Child::Node(index) = current {
+                self.work.node(lanes);
                 // SAFETY: a `Bvh` comes from its builder or was proven (`bvh::Claim`): every child node has an index
                 // below `nodes().len()`; node 0 exists.
                 let node = unsafe { nodes.get_unchecked(index as usize) };
@@ -182,6 +155,7 @@ impl<'a, L: Lanes> Tracer<'a, L> {
             }
             if let Child::Leaf { kind, first, count } = current {
                 let slots = first as usize..(first + count) as usize;
+                self.work.leaf(kind, lanes, slots.len());
                 let done = match kind {
                     LeafKind::Instance if !PLAIN => {
                         // Copies: what a call is given the address of no longer stays in registers.
@@ -261,265 +235,9 @@ fn sooner<L: Lanes>(met: [L::Mask; 2], stays: &[Stay<L>; 2]) -> usize {
     usize::from(second > first)
 }
 
-/// The limit of a lane without a ray, or with nothing left to find.
-#[inline(always)]
-fn nowhere<L: Lanes>() -> L {
-    L::splat(f32::NEG_INFINITY)
-}
-
-/// What a traversal looks for.
-trait Goal<L: Lanes>: Copy {
-    /// Whether it helps to meet near leaves first: it does not where any hit will do.
-    const ORDERED: bool;
-    /// How far each ray still has to look.
-    fn limit(&self) -> L;
-    /// The same goal within an instance, whose box the rays cross as `stay` says; none if nothing in there can matter.
-    fn within(&self, stay: &Stay<L>) -> Option<Self>
-    where
-        Self: Sized;
-    /// Takes over what was found within an instance; true ends the traversal.
-    fn leave(&mut self, inner: Self, stay: &Stay<L>, id_offset: u32) -> bool;
-    /// Tests the primitives of a leaf; true ends the traversal.
-    fn leaf<const PLAIN: bool>(
-        &mut self,
-        bvh: &Bvh,
-        rays: &Prepared<L>,
-        kind: LeafKind,
-        slots: Range<usize>,
-    ) -> bool;
-}
-
-#[derive(Clone, Copy)]
-struct Closest<L: Lanes> {
-    best: Best<L>,
-}
-
-#[derive(Clone, Copy)]
-struct AnyHit<L: Lanes> {
-    limit: L,
-    blocked: L::Mask,
-    all: u32,
-}
-
-impl<L: Lanes> Goal<L> for Closest<L> {
-    const ORDERED: bool = true;
-    #[inline(always)]
-    fn limit(&self) -> L {
-        self.best.t
-    }
-
-    #[inline(always)]
-    fn within(&self, stay: &Stay<L>) -> Option<Closest<L>> {
-        let limit = instance::closest_limit(self.best.t, stay);
-        limit.gt(nowhere()).any().then(|| Closest {
-            best: Best {
-                t: limit,
-                // The smallest number wins a tie, so this one loses it: a hit at the limit may win out there.
-                prim_id: L::Ids::splat(NO_PRIM),
-                ..self.best
-            },
-        })
-    }
-
-    #[inline(always)]
-    fn leave(&mut self, inner: Closest<L>, stay: &Stay<L>, id_offset: u32) -> bool {
-        let found = inner.best;
-        let id = found.prim_id.wrapping_add(L::Ids::splat(id_offset));
-        let (met, t) = instance::outside(found.t, stay);
-        let hit = met & !found.prim_id.eq(L::Ids::splat(NO_PRIM));
-        let best = &mut self.best;
-        let take = hit & (t.lt(best.t) | (t.eq(best.t) & id.lt(best.prim_id)));
-        best.t = take.select(t, best.t);
-        best.v = take.select(found.v, best.v);
-        best.w = take.select(found.w, best.w);
-        best.det = take.select(found.det, best.det);
-        best.prim_id = take.select_ids(id, best.prim_id);
-        false
-    }
-
-    #[inline(always)]
-    fn leaf<const PLAIN: bool>(
-        &mut self,
-        bvh: &Bvh,
-        rays: &Prepared<L>,
-        kind: LeafKind,
-        slots: Range<usize>,
-    ) -> bool {
-        let best = &mut self.best;
-        let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
-        match kind {
-            LeafKind::Triangle => match rays.shear.axis {
-                0 => triangles_closest::<L, 0>(bvh, rays, slots, best),
-                1 => triangles_closest::<L, 1>(bvh, rays, slots, best),
-                2 => triangles_closest::<L, 2>(bvh, rays, slots, best),
-                _ => triangles_closest::<L, MIXED>(bvh, rays, slots, best),
-            },
-            LeafKind::Sphere => {
-                for slot in slots_of(bvh.spheres(), slots) {
-                    sphere::closest(org, dir, slabs, slot, best);
-                }
-            }
-            LeafKind::Ellipsoid => {
-                for slot in slots_of(bvh.ellipsoids(), slots) {
-                    sphere::closest_ellipsoid(org, dir, slabs, slot, best);
-                }
-            }
-            LeafKind::Cone if !PLAIN => *best = cones_closest(bvh, rays, slots, *best),
-            // The traversal itself enters instances.
-            LeafKind::Cone | LeafKind::Instance => {}
-        }
-        false
-    }
-}
-
-impl<L: Lanes> Goal<L> for AnyHit<L> {
-    const ORDERED: bool = false;
-    #[inline(always)]
-    fn limit(&self) -> L {
-        self.limit
-    }
-
-    #[inline(always)]
-    fn within(&self, stay: &Stay<L>) -> Option<AnyHit<L>> {
-        let limit = instance::any_hit_limit(self.limit, stay);
-        let live = limit.gt(nowhere()).bits();
-        (live != 0).then(|| AnyHit {
-            limit,
-            blocked: L::Mask::none(),
-            all: live,
-        })
-    }
-
-    #[inline(always)]
-    fn leave(&mut self, inner: AnyHit<L>, _: &Stay<L>, _: u32) -> bool {
-        self.block(inner.blocked)
-    }
-
-    #[inline(always)]
-    fn leaf<const PLAIN: bool>(
-        &mut self,
-        bvh: &Bvh,
-        rays: &Prepared<L>,
-        kind: LeafKind,
-        slots: Range<usize>,
-    ) -> bool {
-        let tmax = self.limit;
-        let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
-        let hits = match kind {
-            LeafKind::Triangle => match rays.shear.axis {
-                0 => triangles_occluded::<L, 0>(bvh, rays, slots, tmax),
-                1 => triangles_occluded::<L, 1>(bvh, rays, slots, tmax),
-                2 => triangles_occluded::<L, 2>(bvh, rays, slots, tmax),
-                _ => triangles_occluded::<L, MIXED>(bvh, rays, slots, tmax),
-            },
-            // Loops and not closures, which are not inlined here.
-            LeafKind::Sphere => {
-                let mut hits = L::Mask::none();
-                for slot in slots_of(bvh.spheres(), slots) {
-                    hits = hits | sphere::occluded(org, dir, slabs, slot, tmax);
-                }
-                hits
-            }
-            LeafKind::Ellipsoid => {
-                let mut hits = L::Mask::none();
-                for slot in slots_of(bvh.ellipsoids(), slots) {
-                    hits = hits | sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax);
-                }
-                hits
-            }
-            LeafKind::Cone if !PLAIN => cones_occluded(bvh, rays, slots, tmax),
-            LeafKind::Cone | LeafKind::Instance => L::Mask::none(),
-        };
-        self.block(hits)
-    }
-}
-
-impl<L: Lanes> AnyHit<L> {
-    /// A blocked lane is done: like a lane without a ray. True when all are.
-    #[inline(always)]
-    fn block(&mut self, hits: L::Mask) -> bool {
-        self.blocked = self.blocked | hits;
-        self.limit = hits.select(nowhere(), self.limit);
-        self.blocked.bits() == self.all
-    }
-}
-
-/// Eight rays with what the tests derive from them once.
-#[derive(Clone, Copy)]
-struct Prepared<L: Lanes> {
-    rays: RayPacket<L>,
-    slabs: Slabs<L>,
-    shear: Shear<L>,
-}
-
-impl<L: Lanes> Prepared<L> {
-    #[inline(always)]
-    fn new(rays: &RayPacket<L>, active: L::Mask) -> Prepared<L> {
-        Prepared {
-            rays: *rays,
-            slabs: Slabs::new(rays.org, rays.dir, active),
-            shear: Shear::new(rays.org, rays.dir, active),
-        }
-    }
-}
-
-#[inline(always)]
-fn triangles_closest<L: Lanes, const AXIS: usize>(
-    bvh: &Bvh,
-    rays: &Prepared<L>,
-    slots: Range<usize>,
-    best: &mut Best<L>,
-) {
-    for slot in slots_of(bvh.triangles(), slots) {
-        triangle::closest::<L, AXIS>(&rays.shear, &rays.slabs, slot, best);
-    }
-}
-
-#[inline(always)]
-fn triangles_occluded<L: Lanes, const AXIS: usize>(
-    bvh: &Bvh,
-    rays: &Prepared<L>,
-    slots: Range<usize>,
-    tmax: L,
-) -> L::Mask {
-    let mut hits = L::Mask::none();
-    for slot in slots_of(bvh.triangles(), slots) {
-        hits = hits | triangle::occluded::<L, AXIS>(&rays.shear, &rays.slabs, slot, tmax);
-    }
-    hits
-}
-
-/// Cones stand apart, and take and give the hits by value: what a call is given the address of stays in memory.
-#[inline(never)]
-fn cones_closest<L: Lanes>(
-    bvh: &Bvh,
-    rays: &Prepared<L>,
-    slots: Range<usize>,
-    mut best: Best<L>,
-) -> Best<L> {
-    for slot in slots_of(bvh.cones(), slots) {
-        cone::closest(rays.rays.org, rays.rays.dir, &rays.slabs, slot, &mut best);
-    }
-    best
-}
-
-#[inline(never)]
-fn cones_occluded<L: Lanes>(
-    bvh: &Bvh,
-    rays: &Prepared<L>,
-    slots: Range<usize>,
-    tmax: L,
-) -> L::Mask {
-    let mut hits = L::Mask::none();
-    for slot in slots_of(bvh.cones(), slots) {
-        hits = hits | cone::occluded(rays.rays.org, rays.rays.dir, &rays.slabs, slot, tmax);
-    }
-    hits
-}
-
 /// The primitives of a leaf.
 #[inline(always)]
-fn slots_of<T>(all: &[T], slots: Range<usize>) -> &[T] {
+pub(super) fn slots_of<T>(all: &[T], slots: Range<usize>) -> &[T] {
     debug_assert!(slots.start <= slots.end && slots.end <= all.len());
     // SAFETY: the range comes from a leaf of a `Bvh`, whose builder pushed exactly these primitives before it wrote
     // the leaf, or which was proven to have them (`bvh::Claim`); an empty leaf is 0..0.

@@ -6,9 +6,9 @@
 //! sphere met by the ray in object space; distances along the ray are the same there.
 
 use super::aabb::{Slabs, Stay};
-use super::packet::Best;
+use super::goal::Best;
 use crate::bvh::{EllipsoidSlot, SphereSlot};
-use crate::lanes::{LaneIds, LaneMask, Lanes, Vec3Lanes};
+use crate::lanes::{LaneMask, Lanes, Vec3Lanes};
 
 /// Keeps what is closer than `best` on the sphere.
 #[inline(always)]
@@ -20,7 +20,7 @@ pub(super) fn closest<L: Lanes>(
     best: &mut Best<L>,
 ) {
     if let Some((meets, t)) = sphere(org, dir, slabs, slot) {
-        best.take(meets, t, slot.prim_id);
+        best.take_bare(meets, t, slot.prim_id);
     }
 }
 
@@ -34,7 +34,7 @@ pub(super) fn closest_ellipsoid<L: Lanes>(
     best: &mut Best<L>,
 ) {
     if let Some((meets, t)) = ellipsoid(org, dir, slabs, slot) {
-        best.take(meets, t, slot.prim_id);
+        best.take_bare(meets, t, slot.prim_id);
     }
 }
 
@@ -120,18 +120,4 @@ fn nearest<L: Lanes>((meets, near, far): (L::Mask, L, L), stay: Stay<L>) -> (L::
     let t = raw.max(stay.enter).min(stay.leave);
     let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);
     (meets & ahead & stay.enter.le(stay.leave), t)
-}
-
-impl<L: Lanes> Best<L> {
-    /// Takes a hit without barycentric weights where it is closer, or as close with a smaller number.
-    #[inline(always)]
-    pub(super) fn take(&mut self, valid: L::Mask, t: L, prim_id: u32) {
-        let id = L::Ids::splat(prim_id);
-        let take = valid & (t.lt(self.t) | (t.eq(self.t) & id.lt(self.prim_id)));
-        self.t = take.select(t, self.t);
-        self.v = take.select(L::ZERO, self.v);
-        self.w = take.select(L::ZERO, self.w);
-        self.det = take.select(L::ONE, self.det);
-        self.prim_id = take.select_ids(id, self.prim_id);
-    }
 }

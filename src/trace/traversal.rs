@@ -1,6 +1,7 @@
 //! Queues in, hits out: the one place that chooses which kernel traces what.
 
-use super::packet::{Tracer, Work};
+use super::packet::Tracer;
+use super::tally::{Packets, Tally};
 use crate::bvh::Bvh;
 use crate::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes};
 use crate::packet::{HitPacket, RayQueue};
@@ -35,28 +36,35 @@ impl Kernel {
     }
 }
 
-/// Traces queues of rays against one tree.
-pub struct Traversal<'a> {
-    eight: Tracer<'a, F32x8>,
-    sixteen: Tracer<'a, F32x16>,
+/// Traces queues of rays against one tree, and counts by `T`.
+pub struct Traversal<'a, T = Packets> {
+    eight: Tracer<'a, F32x8, T>,
+    sixteen: Tracer<'a, F32x16, T>,
     pairs: bool,
 }
 
 impl<'a> Traversal<'a> {
     /// A traversal of a tree with one kernel.
     pub fn new(bvh: &'a Bvh, kernel: Kernel) -> Traversal<'a> {
+        Traversal::counting(bvh, kernel)
+    }
+}
+
+impl<'a, T: Tally> Traversal<'a, T> {
+    /// A traversal that counts what `T` counts.
+    pub fn counting(bvh: &'a Bvh, kernel: Kernel) -> Traversal<'a, T> {
         Traversal {
-            eight: Tracer::new(bvh),
-            sixteen: Tracer::new(bvh),
+            eight: Tracer::counting(bvh),
+            sixteen: Tracer::counting(bvh),
             pairs: kernel.pairs(),
         }
     }
 
     /// Counters since it was made.
-    pub fn work(&self) -> Work {
-        Work {
-            packets: self.eight.work.packets + self.sixteen.work.packets,
-        }
+    pub fn work(&self) -> T {
+        let mut work = self.eight.work;
+        work.add(&self.sixteen.work);
+        work
     }
 
     /// The closest hits of some packets of a queue, one [`HitPacket`] each.
@@ -71,23 +79,29 @@ impl<'a> Traversal<'a> {
         }
     }
 
-    /// Tells `answer` for each packet of a queue which of its lanes (as bits) meet nothing before `tmax`.
-    pub fn unoccluded(&mut self, rays: &RayQueue, tmax: f32, mut answer: impl FnMut(usize, u8)) {
-        let (packets, mut k) = (rays.packets(), 0);
-        while self.pairs && k + 1 < packets {
+    /// Tells `answer`, for some packets of a queue, which lanes (as bits) of each meet nothing before `tmax`.
+    pub fn unoccluded(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: f32,
+        mut answer: impl FnMut(usize, u8),
+    ) {
+        let mut k = packets.start;
+        while self.pairs && k + 1 < packets.end {
             let seen = unoccluded(&mut self.sixteen, rays, k, tmax);
             answer(k, seen as u8);
             answer(k + 1, (seen >> LANES) as u8);
             k += 2;
         }
-        for k in k..packets {
+        for k in k..packets.end {
             answer(k, unoccluded(&mut self.eight, rays, k, tmax) as u8);
         }
     }
 }
 
-fn closest<L: Lanes>(
-    tracer: &mut Tracer<L>,
+fn closest<L: Lanes, T: Tally>(
+    tracer: &mut Tracer<L, T>,
     rays: &RayQueue,
     packet: usize,
     hits: &mut [HitPacket],
@@ -99,7 +113,12 @@ fn closest<L: Lanes>(
     }
 }
 
-fn unoccluded<L: Lanes>(tracer: &mut Tracer<L>, rays: &RayQueue, packet: usize, tmax: f32) -> u32 {
+fn unoccluded<L: Lanes, T: Tally>(
+    tracer: &mut Tracer<L, T>,
+    rays: &RayQueue,
+    packet: usize,
+    tmax: f32,
+) -> u32 {
     let (rays, active) = rays.packet(packet, tmax);
     (active & !tracer.occluded(&rays, active)).bits()
 }

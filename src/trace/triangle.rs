@@ -13,7 +13,7 @@
 //! aimed at the vertices of a sphere mesh that form lost 521, this one none.
 
 use super::aabb::Slabs;
-use super::packet::Best;
+use super::goal::{Best, Meeting};
 use crate::bvh::TriangleSlot;
 use crate::lanes::{LaneIds, LaneMask, Lanes, Vec3Lanes};
 use crate::scene::Bounds;
@@ -107,14 +107,7 @@ pub(super) fn closest<L: Lanes, const AXIS: usize>(
     let Some(hit) = intersect::<L, AXIS>(shear, slabs, slot) else {
         return;
     };
-    let id = L::Ids::splat(slot.prim_id);
-    let closer = hit.t.lt(best.t) | (hit.t.eq(best.t) & id.lt(best.prim_id));
-    let take = hit.valid & closer;
-    best.t = take.select(hit.t, best.t);
-    best.v = take.select(hit.v, best.v);
-    best.w = take.select(hit.w, best.w);
-    best.det = take.select(hit.det, best.det);
-    best.prim_id = take.select_ids(id, best.prim_id);
+    best.take(&hit, L::Ids::splat(slot.prim_id));
 }
 
 /// Lanes that the triangle stops before `tmax`.
@@ -131,16 +124,6 @@ pub(super) fn occluded<L: Lanes, const AXIS: usize>(
     }
 }
 
-/// Lanes that meet the triangle at a positive distance, and where. `v` and `w` are the edge functions that weigh
-/// corners b and c, `det` their sum with the third.
-struct Meeting<L: Lanes> {
-    valid: L::Mask,
-    t: L,
-    v: L,
-    w: L,
-    det: L,
-}
-
 /// The triangle's own padded box.
 #[inline(always)]
 fn own_box(slot: &TriangleSlot) -> [[f32; 3]; 2] {
@@ -149,6 +132,7 @@ fn own_box(slot: &TriangleSlot) -> [[f32; 3]; 2] {
     [own.lo.to_array(), own.hi.to_array()]
 }
 
+/// Lanes that meet the triangle at a positive distance, and where.
 #[inline(always)]
 fn intersect<L: Lanes, const AXIS: usize>(
     shear: &Shear<L>,
