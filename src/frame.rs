@@ -4,9 +4,9 @@ use crate::bvh::Bvh;
 pub use crate::bvh::{BuildSettings, Quality};
 use crate::camera::Camera;
 use crate::oracle::{Cast, Forest, Oracle, Search};
-pub use crate::render::{Control, Interrupted, Pin};
+pub use crate::render::{Control, Cost, Interrupted, Pin};
 use crate::render::{
-    Film, PacketPainter, Painter, RayCounts, RenderStats, SharedFilm, Tile, run, tiles,
+    CostPainter, Film, PacketPainter, Painter, RayCounts, RenderStats, SharedFilm, Tile, run, tiles,
 };
 use crate::scene::{Scene, ViewError};
 pub use crate::trace::Kernel;
@@ -96,6 +96,15 @@ enum Either {
     Oracle(Forest),
 }
 
+/// An engine with its tree, which must be the scene's.
+#[derive(Clone, Copy)]
+pub enum Tree<'a> {
+    /// The packet engine's.
+    Packets(&'a Bvh),
+    /// The oracle's.
+    Oracle(&'a Forest),
+}
+
 /// What is known of a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeStats {
@@ -143,6 +152,14 @@ impl Prepared {
         Prepared(Either::Packets(bvh))
     }
 
+    /// The engine and its tree.
+    pub fn tree(&self) -> Tree<'_> {
+        match &self.0 {
+            Either::Packets(bvh) => Tree::Packets(bvh),
+            Either::Oracle(forest) => Tree::Oracle(forest),
+        }
+    }
+
     /// Figures of the tree.
     pub fn tree_stats(&self) -> TreeStats {
         match &self.0 {
@@ -169,6 +186,19 @@ pub fn render(
     settings: &Settings,
     control: &Control,
 ) -> Result<Frame, FrameError> {
+    render_tree(scene, prepared.tree(), settings, control)
+}
+
+/// [`render`], with a tree that somebody else owns.
+///
+/// # Errors
+/// Those of [`render`].
+pub fn render_tree(
+    scene: &Scene,
+    tree: Tree,
+    settings: &Settings,
+    control: &Control,
+) -> Result<Frame, FrameError> {
     let camera = Camera::new(&scene.view, settings.width, settings.height)?;
     let film = SharedFilm::new(settings.width, settings.height, settings.record_hits);
     let tiles = tiles(
@@ -178,11 +208,11 @@ pub fn render(
     );
     let (threads, pin) = (settings.threads.max(1), settings.pin);
     let start = Instant::now();
-    let stats = match &prepared.0 {
-        Either::Packets(bvh) => run(&tiles, &film, threads, pin, control, || {
+    let stats = match tree {
+        Tree::Packets(bvh) => run(&tiles, &film, threads, pin, control, || {
             PacketPainter::new(scene, bvh, &camera, settings.max_depth, settings.kernel)
         }),
-        Either::Oracle(forest) => run(&tiles, &film, threads, pin, control, || ScalarPainter {
+        Tree::Oracle(forest) => run(&tiles, &film, threads, pin, control, || ScalarPainter {
             camera: &camera,
             oracle: Oracle::new(scene, Search::Tree(forest), settings.max_depth),
         }),
@@ -194,6 +224,29 @@ pub fn render(
         seconds,
         threads,
     })
+}
+
+/// What the camera ray of each pixel costs the packet engine, row by row from the top left.
+///
+/// # Errors
+/// Those of [`render`].
+pub fn costs(
+    scene: &Scene,
+    bvh: &Bvh,
+    settings: &Settings,
+    cost: Cost,
+    control: &Control,
+) -> Result<Vec<f32>, FrameError> {
+    let camera = Camera::new(&scene.view, settings.width, settings.height)?;
+    let film = SharedFilm::new(settings.width, settings.height, false);
+    let side = settings.tile.clamp(8, 1024);
+    let tiles = tiles(settings.width, settings.height, side);
+    let (threads, pin) = (settings.threads.max(1), settings.pin);
+    run(&tiles, &film, threads, pin, control, || {
+        CostPainter::new(bvh, &camera, cost, settings.kernel)
+    })?;
+    let [red, _, _] = film.finish().planes;
+    Ok(red)
 }
 
 /// Paints tiles with the oracle, pixel by pixel.

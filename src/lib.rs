@@ -74,5 +74,7 @@ pub mod image;
 pub mod peers;
 pub mod report;
 
+pub mod bench;
+
 // What the build may ask of the CPU.
 pub mod isa;

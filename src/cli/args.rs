@@ -1,5 +1,6 @@
 //! The arguments, and what they mean in the library's terms.
 
+use super::bench::BenchArgs;
 use super::scene_args::SceneArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
@@ -20,7 +21,7 @@ static VERSION: LazyLock<String> =
     version = VERSION.as_str(),
     arg_required_else_help = true,
     max_term_width = 100,
-    after_help = "Exit codes: 0 done, 1 files or runtime, 2 usage, 3 scene error, 4 mismatch, 130 interrupted.\n\n\
+    after_help = "Exit codes: 0 done, 1 files or runtime, 2 usage, 3 scene error, 4 mismatch, 5 slower, 130 interrupted.\n\n\
                   Example: phalanx render scenes/first.test -o first.png"
 )]
 pub struct Arguments {
@@ -63,6 +64,14 @@ pub enum Command {
                       Example: phalanx build dragon.ply -o dragon.phx --quality best"
     )]
     Build(BuildArgs),
+    /// Measure rays per second, beside other tracers, for the right answers only
+    #[command(
+        after_help = "Rays of every kind but primary start where the primary rays hit, whatever the material there; see perf/README.md. \
+                      An answer that differs from the oracle's, or from the suite's, ends the run with exit code 4; a regression \
+                      beyond --fail-above with 5.\n\n\
+                      Example: phalanx bench --quick --against embree --html report.html"
+    )]
+    Bench(Box<BenchArgs>),
 }
 
 /// What changes the picture, or the order in which it is made.
@@ -177,6 +186,9 @@ pub struct RenderArgs {
     /// Traversal kernel of the packet engine
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = kernel_parser())]
     pub kernel: Kernel,
+    /// Write a second picture, of what each pixel's camera ray costs to trace: nodes (visited), prims (tested), or time
+    #[arg(long, num_args = 2, value_names = ["nodes|prims|time", "OUT.png"])]
+    pub heat: Option<Vec<String>>,
     /// Print one JSON document instead of the table
     #[arg(long)]
     pub json: bool,
@@ -327,7 +339,7 @@ fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
     })
 }
 
-fn kernels_parser() -> impl TypedValueParser<Value = Kernels> {
+pub fn kernels_parser() -> impl TypedValueParser<Value = Kernels> {
     PossibleValuesParser::new(kernel_names().chain(["all"])).map(|name| {
         let meant = Kernel::ALL
             .iter()
@@ -343,13 +355,7 @@ fn quality_parser() -> impl TypedValueParser<Value = Quality> {
     })
 }
 
-/// The name of a kernel, as `--kernel` takes it.
-pub fn kernel_name(kernel: Kernel) -> &'static str {
-    let named = Kernel::ALL.iter().find(|(_, k)| *k == kernel);
-    named.map_or("auto", |(name, _)| name)
-}
-
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
+pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X']);
     let sides = sides.and_then(|(w, h)| Some((side(w)?, side(h)?)));
     let (width, height) = sides.ok_or("expected WIDTHxHEIGHT in pixels, as in 640x480")?;
@@ -367,7 +373,7 @@ fn side(digits: &str) -> Option<u64> {
 /// Most worker threads: beyond this it is a typing error.
 const MAX_THREADS: usize = 4096;
 
-fn parse_thread_count(text: &str) -> Result<usize, String> {
+pub fn parse_thread_count(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|n| (1..=MAX_THREADS).contains(n));
     count.ok_or_else(|| format!("expected a number of threads from 1 to {MAX_THREADS}"))
 }
@@ -447,7 +453,7 @@ mod tests {
                 Command::Render(args) => assert_eq!(args.kernel, kernel),
                 other => panic!("{other:?}"),
             }
-            assert_eq!(kernel_name(kernel), name);
+            assert_eq!(kernel.name(), name);
         }
         let line = ["phalanx", "verify", "a.test", "--kernel", "all"];
         match Arguments::try_parse_from(line).unwrap().command {

@@ -1,6 +1,7 @@
 //! Why a command did not succeed, and the exit code that says so.
 
 use super::{diagnose, output};
+use phalanx::bench::Wrong;
 use phalanx::cache::CacheError;
 use phalanx::formats::LoadError;
 use phalanx::open::OpenError;
@@ -21,6 +22,10 @@ pub enum Failure {
     Cache(CacheError),
     /// Pictures or engines differ, as reported on stdout already. Exit code 4.
     Mismatch,
+    /// A benchmark's answer is wrong. Exit code 4, unless the scene has no camera (3).
+    Wrong(Wrong),
+    /// Slower than a baseline, as reported on stdout already. Exit code 5.
+    Slower,
     /// SIGINT or SIGTERM. Exit code 130.
     Interrupted,
 }
@@ -40,6 +45,9 @@ impl Failure {
             Failure::Cache(CacheError::Io { .. }) => 1,
             Failure::Cache(CacheError::Refused { .. }) => 3,
             Failure::Mismatch => 4,
+            Failure::Wrong(Wrong::View { .. }) => 3,
+            Failure::Wrong(_) => 4,
+            Failure::Slower => 5,
             Failure::Interrupted => 130,
         }
     }
@@ -66,7 +74,10 @@ impl Failure {
             }
             Failure::Load(error) => diagnose::tell_error(error),
             Failure::Cache(error) => tell_cache(error),
-            Failure::Mismatch => {}
+            Failure::Mismatch | Failure::Slower => {}
+            Failure::Wrong(wrong) => output::note(&format!(
+                "error: {wrong}\n  help: no rate is given for a wrong answer"
+            )),
             Failure::Interrupted => output::note("interrupted"),
         }
     }

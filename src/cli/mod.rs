@@ -3,6 +3,7 @@
 //! Results go to stdout, progress and warnings and errors to stderr; exit codes stand in [`failure`].
 
 mod args;
+mod bench;
 mod budget;
 mod build;
 mod compare;
@@ -11,6 +12,7 @@ mod diagnose;
 mod differ;
 mod failure;
 mod generate;
+mod heat;
 mod info;
 mod input;
 mod interrupt;
@@ -41,6 +43,7 @@ pub fn run() -> ExitCode {
         Command::Scenes(args) => scenes::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Build(args) => build::run(&args),
+        Command::Bench(args) => bench::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

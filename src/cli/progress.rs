@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::interrupt;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use phalanx::frame::{self, Control, Frame, Prepared, Settings};
+use phalanx::frame::{self, Control, Frame, FrameError, Prepared, Settings};
 use phalanx::scene::Scene;
 use std::io::IsTerminal;
 use std::sync::atomic::Ordering;
@@ -15,26 +15,35 @@ const STACK_BYTES: usize = 64 << 20;
 
 /// Renders, heeding signals and showing progress.
 pub fn render(scene: &Scene, prepared: &Prepared, settings: &Settings) -> Result<Frame, Failure> {
-    let frame = interrupt::stoppable(|control| {
+    watched(settings, |control| {
+        frame::render(scene, prepared, settings, control)
+    })
+}
+
+/// Does what fills a picture of these settings, heeding signals and showing progress.
+pub fn watched<T: Send>(
+    settings: &Settings,
+    fill: impl FnOnce(&Control) -> Result<T, FrameError> + Send,
+) -> Result<T, Failure> {
+    interrupt::stoppable(|control| {
         std::thread::scope(|scope| {
             let (done, finished) = channel::<()>();
             let work = move || {
                 // Dropped when this thread ends, however it ends: that is what the loop waits for.
                 let _done = done;
-                frame::render(scene, prepared, settings, control)
+                fill(control)
             };
             let thread = std::thread::Builder::new()
                 .stack_size(STACK_BYTES)
                 .spawn_scoped(scope, work)
                 .map_err(|e| Failure::Runtime(format!("cannot start a thread: {e}")))?;
             watch(control, settings, &finished);
-            let frame = thread
+            let filled = thread
                 .join()
                 .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            frame.map_err(Failure::from)
+            filled.map_err(Failure::from)
         })
-    })?;
-    Ok(frame)
+    })
 }
 
 /// A line that says how many bytes have been written and for how long, where stderr is a terminal.

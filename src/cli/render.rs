@@ -6,7 +6,7 @@ use super::failure::Failure;
 use super::input::Input;
 use super::memory::Memory;
 use super::report::{Image, Report};
-use super::{advise, input, interrupt, output, progress};
+use super::{advise, heat, input, interrupt, output, progress};
 use phalanx::frame::{Pin, Settings};
 use phalanx::image::{encode, save_png};
 use phalanx::scene::Scene;
@@ -27,6 +27,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     output::check_place(&path)?;
 
     let settings = settings(args, &input.scene);
+    let heat = heat::asked(args.heat.as_deref(), &settings)?;
     let start = Instant::now();
     let prepared = input.prepare(settings.engine, &args.tree, settings.threads)?;
     let build = start.elapsed().as_secs_f64();
@@ -35,6 +36,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let frame = progress::render(scene, &prepared, &settings)?;
     let picture = encode(&frame.film, args.picture.tone(scene));
     interrupt::undisturbed(|| save_png(&path, &picture))??;
+    if let Some(heat) = heat {
+        heat::write(&heat, scene, &prepared, &settings)?;
+    }
 
     let image = Image::new(&settings, &path);
     let report = Report::new(&args.scene, scene, &settings, image)

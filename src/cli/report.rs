@@ -1,6 +1,5 @@
 //! What a render did, as a table and as a JSON document.
 
-use super::args::kernel_name;
 use super::counts::{Kinds, Primitives, Tree};
 use super::memory::Memory;
 use super::output::grouped;
@@ -69,7 +68,7 @@ impl Report {
             schema_version: SCHEMA_VERSION,
             scene: path.to_string_lossy().into_owned(),
             engine: if simd { "simd" } else { "scalar" },
-            kernel: simd.then(|| kernel_name(settings.kernel)),
+            kernel: simd.then(|| settings.kernel.name()),
             isa: isa::compiled_level(),
             threads: settings.threads,
             image,

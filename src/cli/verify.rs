@@ -1,6 +1,6 @@
 //! `phalanx verify`: the scalar tracer's picture, and every other one held against it bit by bit.
 
-use super::args::{VerifyArgs, kernel_name};
+use super::args::VerifyArgs;
 use super::counts::Kinds;
 use super::differ::{Difference, first_difference};
 use super::failure::Failure;
@@ -208,7 +208,7 @@ impl Run {
     fn of(scene: &Scene, kernel: Kernel, threads: usize, reference: &Frame, frame: &Frame) -> Run {
         let first_difference = first_difference(scene, &reference.film, &frame.film);
         Run {
-            kernel: kernel_name(kernel),
+            kernel: kernel.name(),
             threads,
             identical: first_difference.is_none() && reference.stats.rays == frame.stats.rays,
             rays: Kinds::of(&frame.stats.rays),

@@ -5,11 +5,13 @@
 //! ([`compare()`], [`heat`]). Every step gives the same bytes on every machine and in every build.
 
 mod compare;
+mod false_color;
 mod file;
 mod png;
 mod tone;
 
 pub use compare::{Comparison, DifferentSizes, compare, heat};
+pub use false_color::false_color;
 pub use file::{check_writable, replace_file};
 pub use png::{PictureError, Raster, load, save_png};
 pub use tone::{Picture, encode};

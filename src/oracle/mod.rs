@@ -12,13 +12,14 @@ mod texture;
 mod tree;
 
 pub use intersect::{Hit, Ray};
+pub use shading::Surface;
 pub use tree::{Forest, Tree};
 
 use crate::camera::Camera;
 use crate::scene::{Bounds, Scene};
 use glam::Vec3;
 use intersect::Probe;
-use shading::{Bounce, Material, Surface};
+use shading::{Bounce, Material};
 use std::borrow::Cow;
 
 /// Rays cast by the oracle, by kind.

@@ -35,13 +35,18 @@ impl Material {
 }
 
 /// A hit point with its normals turned toward the viewer.
-pub(super) struct Surface {
-    point: Vec3,
-    ng: Vec3,
-    ns: Vec3,
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// The hit point.
+    pub point: Vec3,
+    /// Geometric normal, of unit length.
+    pub ng: Vec3,
+    /// Shading normal, of unit length.
+    pub ns: Vec3,
     dir: Vec3,
     offset: f32,
-    entering: bool,
+    /// Whether the ray comes from outside.
+    pub entering: bool,
 }
 
 fn unit_or(v: Vec3, otherwise: Vec3) -> Vec3 {
@@ -58,7 +63,8 @@ fn unit(v: Vec3) -> Vec3 {
 }
 
 impl Surface {
-    pub(super) fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
+    /// Where a ray met a validated scene.
+    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
         let placed = scene.placed(hit.prim_id);
         let (point, ng, ns, offset) = match placed.instance {
             None => place(scene, placed.prim, ray, -ray.dir, hit),
@@ -80,7 +86,7 @@ impl Surface {
     }
 
     /// A ray that leaves the surface on the side its direction points to.
-    fn leave(&self, dir: Vec3) -> Ray {
+    pub fn leave(&self, dir: Vec3) -> Ray {
         let offset = if dir.dot(self.ng) >= 0.0 {
             self.offset
         } else {

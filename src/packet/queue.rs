@@ -96,6 +96,19 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
+    /// Appends one ray, without purpose.
+    ///
+    /// # Panics
+    /// If the queue is full.
+    pub fn push_ray(&mut self, org: [f32; 3], dir: [f32; 3]) {
+        let (slot, at) = (&mut self.slots[self.len / LANES], self.len % LANES);
+        for axis in 0..3 {
+            slot.org[axis][at] = org[axis];
+            slot.dir[axis][at] = dir[axis];
+        }
+        self.len += 1;
+    }
+
     /// Packet `index` (and the ones after it, where `L` holds more than one) and which lanes carry rays; `tmax` is
     /// the same for all.
     #[inline(always)]

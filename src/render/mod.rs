@@ -3,6 +3,7 @@
 //! `wave` is the one place where the order of the stages can be read: rays are traced, hits shaded, shadow rays
 //! answered, and what bounces becomes the next wave, folded back when it returns.
 
+mod cost;
 mod film;
 mod packets;
 mod stats;
@@ -10,8 +11,9 @@ mod tiles;
 mod wave;
 mod workers;
 
+pub use cost::{Cost, CostPainter};
 pub use film::{Film, Hits, NO_HIT, SharedFilm};
-pub use packets::PacketPainter;
+pub use packets::{PacketPainter, push_camera_rays};
 pub use stats::{RayCounts, RenderStats};
 pub use tiles::{Tile, tiles};
-pub use workers::{Control, Interrupted, Painter, Pin, run};
+pub use workers::{Control, Cores, Interrupted, Painter, Pin, run};

@@ -48,7 +48,8 @@ impl Painter for PacketPainter<'_> {
     fn paint(&mut self, tile: Tile, film: &SharedFilm) {
         self.tile_arena.reset();
         let arena = &self.tile_arena;
-        let rays = camera_rays(arena, self.camera, tile);
+        let mut rays = RayQueue::with_capacity(arena, tile.pixels() as usize);
+        push_camera_rays(&mut rays, self.camera, tile);
         self.engine.stats.rays.primary += rays.len() as u64;
         let packets = packets_for(rays.len());
         let colors = arena.alloc_slice_fill_copy(packets, Colors::BLACK);
@@ -77,10 +78,12 @@ impl Painter for PacketPainter<'_> {
     }
 }
 
-/// The camera rays of a tile through the pixel centres, in 8×8 blocks of 4×2 pixels a packet. Their parent is the
+/// Appends the camera rays of a tile through the pixel centres, in 8×8 blocks of 4×2 pixels a packet. Their parent is the
 /// pixel's place in the tile, row and column in sixteen bits each.
-fn camera_rays<'arena>(arena: &'arena Bump, camera: &Camera, tile: Tile) -> RayQueue<'arena> {
-    let mut rays = RayQueue::with_capacity(arena, tile.pixels() as usize);
+///
+/// # Panics
+/// If the queue has no room for them.
+pub fn push_camera_rays(rays: &mut RayQueue, camera: &Camera, tile: Tile) {
     let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
     for block_y in (0..tile.height).step_by(8) {
         for block_x in (0..tile.width).step_by(8) {
@@ -96,7 +99,6 @@ fn camera_rays<'arena>(arena: &'arena Bump, camera: &Camera, tile: Tile) -> RayQ
             }
         }
     }
-    rays
 }
 
 /// Centres of a packet's 4×2 pixels, relative to its first pixel.

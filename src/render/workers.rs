@@ -14,6 +14,27 @@ pub enum Pin {
     Cores,
 }
 
+/// The cores that workers are bound to, if they are.
+pub struct Cores(Vec<core_affinity::CoreId>);
+
+impl Cores {
+    /// The cores of the process's affinity mask. To be asked for before any thread is bound: a bound thread's children
+    /// would see one core only.
+    pub fn here(pin: Pin) -> Cores {
+        Cores(match pin {
+            Pin::None => Vec::new(),
+            Pin::Cores => core_affinity::get_core_ids().unwrap_or_default(),
+        })
+    }
+
+    /// Binds the calling thread, which is worker `worker`. It is a wish: where the system refuses, it stays unbound.
+    pub fn bind(&self, worker: usize) {
+        if let Some(&core) = self.0.get(worker % self.0.len().max(1)) {
+            core_affinity::set_for_current(core);
+        }
+    }
+}
+
 /// Shared with a render that is under way: how far it is, and a way to stop it.
 #[derive(Debug, Default)]
 pub struct Control {
@@ -50,16 +71,11 @@ pub fn run<P: Painter>(
     control: &Control,
     painter: impl Fn() -> P + Sync,
 ) -> Result<RenderStats, Interrupted> {
-    // Read before any pinning: a pinned thread's children would see one core only.
-    let cores = match pin {
-        Pin::None => Vec::new(),
-        Pin::Cores => core_affinity::get_core_ids().unwrap_or_default(),
-    };
+    let cores = Cores::here(pin);
     let next = AtomicUsize::new(0);
     let work = |worker: Option<usize>| {
-        if let Some(worker) = worker.filter(|_| !cores.is_empty()) {
-            // Pinning is a wish: where the system refuses, the worker runs unpinned.
-            core_affinity::set_for_current(cores[worker % cores.len()]);
+        if let Some(worker) = worker {
+            cores.bind(worker);
         }
         let mut painter = painter();
         let mut counted = 0;

@@ -27,11 +27,18 @@ impl Kernel {
         ("packet16", Kernel::Packet16),
     ];
 
-    fn pairs(self) -> bool {
+    /// As on the command line.
+    pub fn name(self) -> &'static str {
+        let known = Kernel::ALL.iter().find(|(_, kernel)| *kernel == self);
+        known.map_or("", |(name, _)| name)
+    }
+
+    /// The kernel that this one is on this build: for [`Kernel::Auto`] another one.
+    pub fn resolved(self) -> Kernel {
         match self {
-            Kernel::Auto => cfg!(target_feature = "avx512f"),
-            Kernel::Packet8 => false,
-            Kernel::Packet16 => true,
+            Kernel::Auto if cfg!(target_feature = "avx512f") => Kernel::Packet16,
+            Kernel::Auto => Kernel::Packet8,
+            fixed => fixed,
         }
     }
 }
@@ -56,7 +63,7 @@ impl<'a, T: Tally> Traversal<'a, T> {
         Traversal {
             eight: Tracer::counting(bvh),
             sixteen: Tracer::counting(bvh),
-            pairs: kernel.pairs(),
+            pairs: kernel.resolved() == Kernel::Packet16,
         }
     }
 

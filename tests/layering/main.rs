@@ -18,7 +18,7 @@ const fn row(room: &'static str, may: &'static [&'static str], why: &'static str
     Row { room, may, why }
 }
 
-const TABLE: [Row; 20] = [
+const TABLE: [Row; 21] = [
     row("scene", &[], "what is traced does not depend on how"),
     row("lanes", &[], "numbers know nothing of rays"),
     row("sampling", &[], "a definition both engines share"),
@@ -92,6 +92,14 @@ const TABLE: [Row; 20] = [
         &[],
         "numbers to files and pages, whoever measured them",
     ),
+    row(
+        "bench",
+        &[
+            "scene", "camera", "bvh", "lanes", "packet", "trace", "render", "oracle", "frame",
+            "peers", "report",
+        ],
+        "runs everything beside everything else, on the same rays",
+    ),
     row("cli", &[], "sees the library from outside, as phalanx::"),
 ];
 
@@ -104,8 +112,8 @@ const OWNERS: [(&str, &[&str], &str); 9] = [
     ),
     (
         "crc32fast",
-        &["cache/"],
-        "the checksum is part of one format",
+        &["cache/", "bench/answer.rs", "bench/fingerprint.rs"],
+        "checksums are part of two file formats",
     ),
     (
         "wide",

@@ -1,0 +1,98 @@
+//! The rays in a file, with the right answers, for others to replay in their own tracer.
+//!
+//! All numbers are little-endian; f32 and u32 take four bytes, u64 eight.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 8 | `PHXRAYS1` |
+//! | u32 | number of sets |
+//! | | then for each set: |
+//! | 16 | its kind, ASCII, filled up with zeros |
+//! | u32 | 0: the closest hit is asked for, 1: occlusion |
+//! | f32 | hits count for 0 < t < this, in units of the direction; infinity where there is no limit |
+//! | u64 | n, the number of rays |
+//! | n × 6 f32 | origin and direction (not always of unit length) of each |
+//! | n × u32 | the answer: the primitive, numbered as in the scene, 4294967295 for none; or 1 where occluded, else 0 |
+//! | n × f32 | t of the closest hit, 0 where there is none; 0 for occlusion |
+
+use super::answer::Answer;
+use super::kind::Question as Asked;
+use super::plan::{Heading, Plan};
+use super::subject::{self, Question, Trees};
+use super::wrong::Wrong;
+use crate::lanes::LANES;
+use crate::packet::NO_PRIM;
+use crate::scene::Scene;
+use bumpalo::Bump;
+use std::io::{self, Write};
+
+/// What the file starts with.
+pub const MAGIC: [u8; 8] = *b"PHXRAYS1";
+
+/// Why there is no ray file.
+#[derive(Debug, thiserror::Error)]
+pub enum DumpError {
+    /// The scene gives no rays.
+    #[error(transparent)]
+    Scene(#[from] Wrong),
+    /// The file could not be written.
+    #[error("{0}")]
+    Io(#[from] io::Error),
+}
+
+/// Writes the ray sets that a plan asks for, with the oracle's answers; says how many rays of each kind there are.
+///
+/// # Errors
+/// [`DumpError`].
+pub fn dump(
+    scene: &Scene,
+    heading: &Heading,
+    plan: &Plan,
+    out: &mut dyn Write,
+) -> Result<Vec<(&'static str, usize)>, DumpError> {
+    let (arena, trees) = (Bump::new(), Trees::build(scene, plan));
+    let questions = subject::questions(&arena, scene, &trees, plan, heading)?;
+    out.write_all(&MAGIC)?;
+    out.write_all(&(questions.len() as u32).to_le_bytes())?;
+    for question in &questions {
+        write_set(question, out)?;
+    }
+    let counts = questions.iter().map(|q| (q.kind().name(), q.rays()));
+    Ok(counts.collect())
+}
+
+fn write_set(question: &Question, out: &mut dyn Write) -> io::Result<()> {
+    let mut name = [0; 16];
+    let kind = question.kind().name().as_bytes();
+    name[..kind.len()].copy_from_slice(kind);
+    out.write_all(&name)?;
+    let asked = u32::from(question.kind().question() == Asked::Occluded);
+    out.write_all(&asked.to_le_bytes())?;
+    out.write_all(&question.set.tmax.to_le_bytes())?;
+    out.write_all(&(question.rays() as u64).to_le_bytes())?;
+    for ray in 0..question.rays() {
+        let (org, dir) = question.set.queue.ray(ray / LANES, ray % LANES);
+        for number in org.into_iter().chain(dir) {
+            out.write_all(&number.to_le_bytes())?;
+        }
+    }
+    let answers = || (0..question.rays()).map(|ray| answer(&question.truth, ray));
+    for (prim_id, _) in answers() {
+        out.write_all(&prim_id.to_le_bytes())?;
+    }
+    for (_, t) in answers() {
+        out.write_all(&t.to_le_bytes())?;
+    }
+    Ok(())
+}
+
+fn answer(truth: &Answer, ray: usize) -> (u32, f32) {
+    let (packet, lane) = (ray / LANES, ray % LANES);
+    match truth {
+        Answer::Closest(hits) => match hits[packet].prim_id.lane(lane) {
+            NO_PRIM => (NO_PRIM, 0.0),
+            prim_id => (prim_id, hits[packet].t.lane(lane)),
+        },
+        Answer::Occluded(blocked) => (u32::from(blocked[packet] >> lane & 1), 0.0),
+    }
+}

@@ -1,0 +1,46 @@
+//! What tells one scene from another: a checksum over everything that rays can meet.
+
+use crate::scene::{PrimKind, Scene};
+use glam::Vec3;
+
+/// CRC-32 over the geometry in the order of its numbers, and over the view and the lights' places, little-endian.
+pub fn fingerprint(scene: &Scene) -> u32 {
+    let mut crc = crc32fast::Hasher::new();
+    let mut take = |numbers: &[f32]| {
+        for number in numbers {
+            crc.update(&number.to_le_bytes());
+        }
+    };
+    for prim in scene.prims.iter() {
+        let i = prim.index();
+        match prim.kind() {
+            PrimKind::Sphere => {
+                take(&scene.spheres.center.get(i).to_array());
+                take(&[scene.spheres.radius[i]]);
+            }
+            PrimKind::Ellipsoid => vectors(&mut take, &scene.ellipsoids.object_columns(i)),
+            PrimKind::Triangle => vectors(&mut take, &scene.triangles.corners(i)),
+            PrimKind::Cone => {
+                let cone = scene.cones.get(i);
+                vectors(&mut take, &[cone.base, cone.apex]);
+                take(&[cone.base_radius, cone.apex_radius]);
+            }
+        }
+    }
+    for i in 0..scene.instances.len() {
+        vectors(&mut take, &scene.instances.object_columns(i));
+    }
+    for i in 0..scene.lights.len() {
+        take(&scene.lights.place.get(i).to_array());
+    }
+    vectors(
+        &mut take,
+        &[scene.view.eye, scene.view.center, scene.view.up],
+    );
+    take(&[scene.view.fovy]);
+    crc.finalize()
+}
+
+fn vectors(take: &mut impl FnMut(&[f32]), vectors: &[Vec3]) {
+    vectors.iter().for_each(|v| take(&v.to_array()));
+}

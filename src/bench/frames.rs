@@ -1,0 +1,137 @@
+//! Whole frames: camera rays, traversal, shading, bounces and film, by each kernel and by the oracle.
+
+use super::lineup::{kernels, row};
+use super::plan::{Heading, Plan};
+use super::race::{Entry, Task};
+use super::subject::Trees;
+use super::wrong::Wrong;
+use crate::frame::{Control, Frame, FrameError, Settings, Tree, render_tree};
+use crate::render::NO_HIT;
+use crate::scene::Scene;
+use crate::trace::Kernel;
+
+/// Frames have half the width and half the height of the ray sets' picture: they trace many more rays a pixel, and the oracle
+/// has to render them whole.
+const SHRINK: u32 = 2;
+
+/// The frames that a plan asks for.
+pub(super) struct Frames<'a> {
+    scene: &'a Scene,
+    trees: &'a Trees,
+    threads: Vec<usize>,
+    all_threads: usize,
+    settings: Vec<(&'static str, &'static str, Settings)>,
+}
+
+impl<'a> Frames<'a> {
+    pub(super) fn of(scene: &'a Scene, trees: &'a Trees, plan: &Plan) -> Frames<'a> {
+        let settings = Settings {
+            width: plan.size[0].div_ceil(SHRINK),
+            height: plan.size[1].div_ceil(SHRINK),
+            pin: plan.pin,
+            ..Settings::of(scene)
+        };
+        let mut all = Vec::new();
+        if plan.frames {
+            all.push(("oracle", "scalar", settings.clone()));
+            all.extend(kernels(plan).into_iter().map(|kernel: Kernel| {
+                let settings = Settings {
+                    kernel,
+                    ..settings.clone()
+                };
+                ("phalanx", kernel.name(), settings)
+            }));
+        }
+        Frames {
+            scene,
+            trees,
+            threads: plan.threads.clone(),
+            all_threads: plan.all_threads(),
+            settings: all,
+        }
+    }
+
+    fn tree(&self, engine: &str) -> Tree<'a> {
+        match engine {
+            "oracle" => Tree::Oracle(&self.trees.forest),
+            _ => Tree::Packets(&self.trees.bvh),
+        }
+    }
+
+    /// Whether all kernels give the oracle's frame, to the bit; the number of pixels that show anything.
+    pub(super) fn check(&self, heading: &Heading) -> Result<u64, Wrong> {
+        let mut oracle: Option<Frame> = None;
+        for (engine, kernel, settings) in &self.settings {
+            let settings = Settings {
+                threads: self.all_threads,
+                record_hits: true,
+                ..settings.clone()
+            };
+            let frame = render_tree(
+                self.scene,
+                self.tree(engine),
+                &settings,
+                &Control::default(),
+            );
+            let frame = match frame {
+                Ok(frame) => frame,
+                Err(FrameError::View(source)) => {
+                    let scene = heading.name.clone();
+                    return Err(Wrong::View { scene, source });
+                }
+                // Nobody can: the control is this function's own.
+                Err(FrameError::Interrupted(_)) => continue,
+            };
+            let Some(expected) = &oracle else {
+                oracle = Some(frame);
+                continue;
+            };
+            if let Some([x, y]) = first_difference(expected, &frame) {
+                return Err(Wrong::Frame {
+                    scene: heading.name.clone(),
+                    kernel: (*kernel).to_owned(),
+                    x,
+                    y,
+                });
+            }
+        }
+        let hits = oracle.and_then(|frame| frame.film.hits);
+        let shown = hits.map(|hits| hits.prim_id.iter().filter(|id| **id != NO_HIT).count());
+        Ok(shown.unwrap_or(0) as u64)
+    }
+
+    pub(super) fn entries(&self, heading: &Heading, hits: u64) -> Vec<Entry<'a>> {
+        let mut entries = Vec::new();
+        for &threads in &self.threads {
+            for (engine, kernel, settings) in &self.settings {
+                let task = Task::Frame {
+                    scene: self.scene,
+                    tree: self.tree(engine),
+                    settings: settings.clone(),
+                };
+                let mut row = row(heading, "frame", engine, kernel, threads);
+                row.hits = hits;
+                entries.push(Entry::new(row, task));
+            }
+        }
+        entries
+    }
+}
+
+/// The first pixel whose radiance or primary hit differs in any bit.
+fn first_difference(a: &Frame, b: &Frame) -> Option<[u32; 2]> {
+    let width = a.film.width as usize;
+    let (ours, theirs) = (&a.film, &b.film);
+    let differs = |i: &usize| {
+        let planes = ours.planes.iter().zip(&theirs.planes);
+        let mut radiance = planes.map(|(a, b)| a[*i].to_bits() != b[*i].to_bits());
+        let hit = |film: &crate::render::Film| {
+            let hits = film.hits.as_ref()?;
+            let [t, u, v] = [hits.t[*i], hits.u[*i], hits.v[*i]].map(f32::to_bits);
+            Some((hits.prim_id[*i], t, u, v))
+        };
+        radiance.any(|d| d) || hit(ours) != hit(theirs)
+    };
+    let first = (0..ours.planes[0].len()).find(differs)?;
+    Some([(first % width) as u32, (first / width) as u32])
+}

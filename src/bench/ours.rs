@@ -1,0 +1,112 @@
+//! Our own kernels and the oracle as contenders.
+
+use crate::bvh::Bvh;
+use crate::lanes::{F32x8, LANES, LaneMask, U32x8};
+use crate::oracle::{Forest, Oracle, Ray, Search};
+use crate::packet::{HitPacket, NO_PRIM};
+use crate::peers::{Contender, Rays, Runner};
+use crate::scene::Scene;
+use crate::trace::{Kernel, Traversal};
+use std::ops::Range;
+
+/// A kernel of the packet engine on a set of rays.
+pub struct KernelContender<'a> {
+    /// The tree.
+    pub bvh: &'a Bvh,
+    /// The kernel.
+    pub kernel: Kernel,
+    /// The rays.
+    pub rays: Rays<'a>,
+}
+
+impl Contender for KernelContender<'_> {
+    fn runner(&self) -> Box<dyn Runner + '_> {
+        Box::new(KernelRunner {
+            traversal: Traversal::new(self.bvh, self.kernel),
+            rays: self.rays,
+        })
+    }
+}
+
+struct KernelRunner<'a> {
+    traversal: Traversal<'a>,
+    rays: Rays<'a>,
+}
+
+impl Runner for KernelRunner<'_> {
+    fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
+        self.traversal.closest(self.rays.queue, packets, hits);
+    }
+
+    fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
+        let first = packets.start;
+        let Rays { queue, tmax } = self.rays;
+        self.traversal
+            .unoccluded(queue, packets, tmax, |packet, seen| {
+                blocked[packet - first] = !seen
+            });
+    }
+}
+
+/// The oracle on a set of rays.
+pub struct OracleContender<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The oracle's trees.
+    pub forest: &'a Forest,
+    /// The rays.
+    pub rays: Rays<'a>,
+}
+
+impl Contender for OracleContender<'_> {
+    fn runner(&self) -> Box<dyn Runner + '_> {
+        Box::new(OracleRunner {
+            oracle: Oracle::new(self.scene, Search::Tree(self.forest), 0),
+            rays: self.rays,
+        })
+    }
+}
+
+struct OracleRunner<'a> {
+    oracle: Oracle<'a>,
+    rays: Rays<'a>,
+}
+
+impl OracleRunner<'_> {
+    fn ray(&self, packet: usize, lane: usize) -> Ray {
+        let (org, dir) = self.rays.queue.ray(packet, lane);
+        Ray::new(org.into(), dir.into())
+    }
+}
+
+impl Runner for OracleRunner<'_> {
+    fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
+        for (packet, out) in packets.zip(hits) {
+            let (mut t, mut u, mut v) = ([f32::INFINITY; LANES], [0.0f32; LANES], [0.0f32; LANES]);
+            let mut prim_id = [NO_PRIM; LANES];
+            for lane in self.rays.queue.active(packet).lanes() {
+                if let Some(hit) = self.oracle.closest(&self.ray(packet, lane)) {
+                    (t[lane], u[lane], v[lane]) = (hit.t, hit.u, hit.v);
+                    prim_id[lane] = hit.prim_id;
+                }
+            }
+            *out = HitPacket {
+                t: F32x8::new(t),
+                u: F32x8::new(u),
+                v: F32x8::new(v),
+                prim_id: U32x8::new(prim_id),
+            };
+        }
+    }
+
+    fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
+        for (packet, out) in packets.zip(blocked) {
+            let stopped = |lane: &usize| {
+                let ray = self.ray(packet, *lane);
+                self.oracle.occluded(&ray, self.rays.tmax)
+            };
+            let lanes = self.rays.queue.active(packet).lanes().filter(stopped);
+            *out = lanes.fold(0, |bits, lane| bits | 1 << lane);
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! What a run is to measure, and how long.
+
+use super::kind::Kind;
+use crate::frame::Pin;
+use crate::peers::Peer;
+use crate::trace::Kernel;
+use std::collections::BTreeMap;
+
+/// What to measure on every scene.
+pub struct Plan {
+    /// Kinds of rays.
+    pub kinds: Vec<Kind>,
+    /// Whether whole frames are rendered, too.
+    pub frames: bool,
+    /// Kernels; `auto` is always measured.
+    pub kernels: Vec<Kernel>,
+    /// Numbers of threads.
+    pub threads: Vec<usize>,
+    /// Picture size that the rays are of.
+    pub size: [u32; 2],
+    /// Samples of each row at least.
+    pub repeat: usize,
+    /// Seconds that the samples of a row take together at least.
+    pub min_time: f64,
+    /// Binding of workers to cores.
+    pub pin: Pin,
+    /// Other tracers.
+    pub peers: Vec<Box<dyn Peer>>,
+    /// Whether to time anything, or to count work only.
+    pub timed: bool,
+}
+
+impl Plan {
+    /// Threads that what is not measured may take.
+    pub fn all_threads(&self) -> usize {
+        std::thread::available_parallelism().map_or(1, |n| n.get())
+    }
+}
+
+/// What is known of a scene beside the scene.
+#[derive(Clone, Debug, Default)]
+pub struct Heading {
+    /// As on the command line.
+    pub name: String,
+    /// Standard family.
+    pub family: Option<String>,
+    /// `small`, `medium` or `large`.
+    pub step: Option<String>,
+    /// Seconds to read or generate it.
+    pub load_seconds: f64,
+    /// The answers that the suite expects at this size, by kind, where it says any.
+    pub expected: BTreeMap<String, Expected>,
+}
+
+/// The answer that a suite expects.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Expected {
+    /// Rays of the set.
+    pub rays: u64,
+    /// Those that hit.
+    pub hits: u64,
+    /// As in [`RaySetRecord`](crate::report::RaySetRecord).
+    pub checksum: String,
+}
+
+/// Hears how far a run is.
+pub trait Listener {
+    /// What is being done now, in a few words.
+    fn doing(&mut self, what: &str);
+    /// A sample was taken; `done` of this scene's work, in \[0, 1\].
+    fn progress(&mut self, done: f64);
+}

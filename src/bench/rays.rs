@@ -1,0 +1,184 @@
+//! The rays that are measured: camera rays of one picture, and what follows from where they hit.
+//!
+//! Every kind but the first starts at every primary hit, whatever the material, so that a scene's rates do not depend on what
+//! it is painted with. The oracle says where the hits are and what their normals are; so the rays are the same bits on
+//! every machine, and no kernel has a part in the rays that it is measured with.
+
+use super::answer::Answer;
+use super::kind::Kind;
+use crate::camera::Camera;
+use crate::frame::DEFAULT_TILE;
+use crate::oracle::{Hit, Ray, Surface};
+use crate::packet::{NO_PRIM, RayQueue};
+use crate::peers::Rays;
+use crate::render::{push_camera_rays, tiles};
+use crate::scene::{Scene, ViewError};
+use bumpalo::Bump;
+use glam::{DVec3, Vec3};
+
+/// Rays of one kind, in the order in which a renderer would send them.
+pub struct RaySet<'a> {
+    /// Which kind.
+    pub kind: Kind,
+    /// The rays.
+    pub queue: RayQueue<'a>,
+    /// Hits count only below this distance.
+    pub tmax: f32,
+}
+
+impl RaySet<'_> {
+    /// As contenders take them.
+    pub fn rays(&self) -> Rays<'_> {
+        Rays {
+            queue: &self.queue,
+            tmax: self.tmax,
+        }
+    }
+}
+
+/// The camera rays of a picture, in the tiles and packets of a render.
+///
+/// # Errors
+/// [`ViewError`] if the scene was not validated.
+pub fn primary<'a>(
+    arena: &'a Bump,
+    scene: &Scene,
+    [width, height]: [u32; 2],
+) -> Result<RaySet<'a>, ViewError> {
+    let camera = Camera::new(&scene.view, width, height)?;
+    let mut queue = RayQueue::with_capacity(arena, width as usize * height as usize);
+    for tile in tiles(width, height, DEFAULT_TILE) {
+        push_camera_rays(&mut queue, &camera, tile);
+    }
+    Ok(RaySet {
+        kind: Kind::Primary,
+        queue,
+        tmax: f32::INFINITY,
+    })
+}
+
+/// Index of refraction of everything, for [`Kind::Refraction`].
+const GLASS: f32 = 1.5;
+
+/// Length of [`Kind::Ao`]'s rays as a share of the diagonal of the scene's box.
+const AO_REACH: f32 = 0.05;
+
+/// Rays of a kind that follow from the primary ones and their answer.
+pub fn secondary<'a>(
+    arena: &'a Bump,
+    scene: &Scene,
+    kind: Kind,
+    primary: &RaySet,
+    answer: &Answer,
+) -> RaySet<'a> {
+    let light = light(scene);
+    let bounds = scene.bounds();
+    let reach = (bounds.hi - bounds.lo).length() * AO_REACH;
+    let mut queue = RayQueue::with_capacity(arena, answer.hits(primary.queue.len()));
+    for (index, ray, hit) in hits(primary, answer) {
+        let at = Surface::new(scene, &ray, &hit);
+        let next = match kind {
+            Kind::Primary => Some(ray),
+            Kind::Shadow => light.and_then(|light| toward(scene, light, &at)),
+            Kind::Reflection => Some(at.leave(mirrored(ray.dir, at.ns))),
+            Kind::Refraction => refracted(ray.dir, &at).map(|dir| at.leave(dir)),
+            Kind::Diffuse => Some(at.leave(hemisphere(at.ns, index))),
+            Kind::Ao => Some(at.leave(hemisphere(at.ns, index) * reach)),
+        };
+        if let Some(next) = next {
+            queue.push_ray(next.org.to_array(), next.dir.to_array());
+        }
+    }
+    let far = kind == Kind::Shadow && light.is_some_and(|light| scene.lights.directional[light]);
+    let to_one = kind == Kind::Ao || kind == Kind::Shadow && !far;
+    RaySet {
+        kind,
+        queue,
+        tmax: if to_one { 1.0 } else { f32::INFINITY },
+    }
+}
+
+/// Primary rays that hit, with their numbers.
+fn hits<'s>(
+    primary: &'s RaySet,
+    answer: &'s Answer,
+) -> impl Iterator<Item = (usize, Ray, Hit)> + 's {
+    let packets = match answer {
+        Answer::Closest(packets) => packets.as_slice(),
+        Answer::Occluded(_) => &[],
+    };
+    let count = primary.queue.len();
+    let rows = packets.iter().enumerate().flat_map(|(packet, hit)| {
+        let (t, u, v) = (hit.t.to_array(), hit.u.to_array(), hit.v.to_array());
+        let prim_id = hit.prim_id.to_array();
+        (0..8).map(move |lane| {
+            let [t, u, v] = [t[lane], u[lane], v[lane]];
+            let prim_id = prim_id[lane];
+            (packet * 8 + lane, Hit { t, u, v, prim_id })
+        })
+    });
+    let rows = rows.filter(move |(index, hit)| *index < count && hit.prim_id != NO_PRIM);
+    rows.map(|(index, hit)| {
+        let (org, dir) = primary.queue.ray(index / 8, index % 8);
+        (index, Ray::new(org.into(), dir.into()), hit)
+    })
+}
+
+/// The light that shadow rays go to: the first point light, or else the first.
+fn light(scene: &Scene) -> Option<usize> {
+    let directional = &scene.lights.directional;
+    let point = directional.iter().position(|&far| !far);
+    point.or((!directional.is_empty()).then_some(0))
+}
+
+/// The shadow ray toward a light, if the surface faces it.
+fn toward(scene: &Scene, light: usize, at: &Surface) -> Option<Ray> {
+    let place = scene.lights.place.get(light);
+    let dir = if scene.lights.directional[light] {
+        place
+    } else {
+        place - at.point
+    };
+    let faces = dir.dot(at.ng) > 0.0 && dir.dot(at.ns) > 0.0;
+    faces.then(|| at.leave(dir))
+}
+
+fn mirrored(dir: Vec3, n: Vec3) -> Vec3 {
+    unit(dir - n * (2.0 * dir.dot(n)))
+}
+
+/// By Snell's law; nothing at total reflection.
+fn refracted(dir: Vec3, at: &Surface) -> Option<Vec3> {
+    let eta = if at.entering { 1.0 / GLASS } else { GLASS };
+    let cos = -dir.dot(at.ns);
+    let k = 1.0 - (eta * eta) * (1.0 - cos * cos);
+    (k >= 0.0).then(|| unit(dir * eta + at.ns * (eta * cos - k.sqrt())))
+}
+
+fn unit(v: Vec3) -> Vec3 {
+    v * (1.0 / v.dot(v).sqrt())
+}
+
+/// A unit direction about `n`, distributed by the cosine, chosen by the ray's number. In f64 with `libm`: the same bits on every
+/// machine.
+fn hemisphere(n: Vec3, index: usize) -> Vec3 {
+    let bits = scrambled(index as u64);
+    let [a, b] = [bits >> 32, bits & 0xffff_ffff].map(|half| (half as f64 + 0.5) / 4_294_967_296.0);
+    let (sin, cos) = libm::sincos(std::f64::consts::TAU * a);
+    let radius = b.sqrt();
+    let n = n.as_dvec3();
+    // Any axis across the normal: the one of its smallest component.
+    let across = if n.x.abs() < 0.6 { DVec3::X } else { DVec3::Y };
+    let x = across.cross(n).normalize();
+    let y = n.cross(x);
+    let dir = x * (radius * cos) + y * (radius * sin) + n * (1.0 - b).sqrt();
+    dir.normalize().as_vec3()
+}
+
+/// SplitMix64's output function (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+fn scrambled(index: u64) -> u64 {
+    let z = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

@@ -1,0 +1,67 @@
+//! The progress bar of a run: scenes done, what is being done, time left.
+
+use super::super::failure::Failure;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use phalanx::bench::Listener;
+use std::io::IsTerminal;
+
+/// Steps of the bar a scene.
+const STEPS: u64 = 1000;
+
+/// Drawn on stderr where that is a terminal.
+pub struct Bar {
+    bar: ProgressBar,
+    scenes: u64,
+    name: String,
+}
+
+impl Bar {
+    /// A bar for so many scenes.
+    pub fn new(scenes: usize) -> Bar {
+        let target = if std::io::stderr().is_terminal() {
+            ProgressDrawTarget::stderr()
+        } else {
+            ProgressDrawTarget::hidden()
+        };
+        let bar = ProgressBar::with_draw_target(Some(scenes as u64 * STEPS), target);
+        let style = "{bar:30} {percent:>3} %  {eta} left  {msg}";
+        if let Ok(style) = ProgressStyle::with_template(style) {
+            bar.set_style(style);
+        }
+        Bar {
+            bar,
+            scenes: 0,
+            name: String::new(),
+        }
+    }
+
+    /// A scene begins.
+    pub fn scene(&mut self, name: &str) {
+        self.bar.set_position(self.scenes * STEPS);
+        self.scenes += 1;
+        self.name = name.to_owned();
+        self.doing("loading");
+    }
+
+    /// Prints something while the bar is out of the way.
+    pub fn hidden(&self, print: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
+        self.bar.suspend(print)
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Listener for Bar {
+    fn doing(&mut self, what: &str) {
+        self.bar.set_message(format!("{}: {what}", self.name));
+        self.bar.tick();
+    }
+
+    fn progress(&mut self, done: f64) {
+        let before = self.scenes.saturating_sub(1) * STEPS;
+        self.bar.set_position(before + (done * STEPS as f64) as u64);
+    }
+}

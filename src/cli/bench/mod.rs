@@ -1,0 +1,260 @@
+//! `phalanx bench`: rates of our kernels, the oracle and other tracers on the same rays.
+
+mod args;
+mod bar;
+mod table;
+
+pub use args::BenchArgs;
+
+use super::failure::Failure;
+use super::input::Input;
+use super::{interrupt, output};
+use args::{BenchCommand, PeerArg, RunArgs};
+use bar::Bar;
+use phalanx::bench::{
+    DumpError, Expected, Heading, Measured, Plan, Suite, SuiteScene, dump, measure,
+};
+use phalanx::frame::Pin;
+use phalanx::image::replace_file;
+use phalanx::report::{Machine, Program, Record, Run, SCHEMA_VERSION};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Measures, or compares records.
+pub fn run(args: &BenchArgs) -> Result<(), Failure> {
+    match &args.command {
+        Some(BenchCommand::Compare { records }) => compare(records),
+        None => measure_all(&args.run),
+    }
+}
+
+/// A scene to be measured.
+struct Course {
+    path: PathBuf,
+    heading: Heading,
+}
+
+fn measure_all(args: &RunArgs) -> Result<(), Failure> {
+    interrupt::listen()?;
+    super::advise();
+    let suite = Suite::standard().map_err(|e| Failure::Runtime(format!("perf/suite.toml: {e}")))?;
+    let places = [
+        &args.json,
+        &args.csv,
+        &args.html,
+        &args.dump_rays,
+        &args.update_suite,
+    ];
+    for place in places.into_iter().flatten() {
+        output::check_place(place)?;
+    }
+    let plan = plan(args, &suite)?;
+    let courses = courses(args, &suite, &plan)?;
+    if let Some(path) = &args.dump_rays {
+        return dump_rays(path, args, &plan, &courses);
+    }
+    let start = Instant::now();
+    let started = jiff::Timestamp::now().to_string();
+    let mut all = Vec::new();
+    let mut bar = Bar::new(courses.len());
+    for course in courses {
+        all.push(one(args, &plan, course, &mut bar)?);
+    }
+    bar.finish();
+    if let Some(path) = &args.update_suite {
+        return update_suite(path, suite, &all);
+    }
+    let record = record(args, &plan, all, started, start.elapsed().as_secs_f64());
+    if let Some(path) = &args.json {
+        let text =
+            serde_json::to_string_pretty(&record).map_err(|e| Failure::Runtime(e.to_string()))?;
+        save(path, &text)?;
+    }
+    Ok(())
+}
+
+/// Writes the rays of one scene, whole or not at all.
+fn dump_rays(path: &Path, args: &RunArgs, plan: &Plan, courses: &[Course]) -> Result<(), Failure> {
+    let [course] = courses else {
+        return Err(Failure::Usage(
+            "--dump-rays takes one scene, as in: phalanx bench standard:terrain --dump-rays terrain.rays".to_owned(),
+        ));
+    };
+    let input = Input::load(&course.path, &args.beside, 0)?;
+    let mut counts = Vec::new();
+    let written = interrupt::undisturbed(|| {
+        replace_file(path, |mut file| {
+            let dumped = dump(&input.scene, &course.heading, plan, &mut file);
+            counts = dumped.map_err(|error| match error {
+                DumpError::Io(error) => error,
+                other => std::io::Error::other(other),
+            })?;
+            Ok(())
+        })
+    })?;
+    written.map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))?;
+    let counts: Vec<String> = counts
+        .iter()
+        .map(|(kind, rays)| format!("{} {kind}", output::grouped(*rays as u64)))
+        .collect();
+    output::print(&format!("{}: {}\n", path.display(), counts.join(", ")))
+}
+
+/// One scene: opened, measured, its table printed.
+fn one(args: &RunArgs, plan: &Plan, course: Course, bar: &mut Bar) -> Result<Measured, Failure> {
+    bar.scene(&course.heading.name);
+    let start = Instant::now();
+    let input = Input::load(&course.path, &args.beside, 0)?;
+    let heading = Heading {
+        load_seconds: start.elapsed().as_secs_f64(),
+        ..course.heading
+    };
+    let measured = measure(&input.scene, &heading, plan, bar).map_err(Failure::Wrong)?;
+    bar.hidden(|| {
+        for note in &measured.notes {
+            output::note(&format!("note: {note}"));
+        }
+        output::print(&table::scene(&measured))
+    })?;
+    Ok(measured)
+}
+
+fn plan(args: &RunArgs, suite: &Suite) -> Result<Plan, Failure> {
+    let size = args
+        .size
+        .map_or(suite.size, |(width, height)| [width, height]);
+    let repeat = if args.quick {
+        QUICK_REPEAT
+    } else {
+        suite.repeat
+    };
+    Ok(Plan {
+        kinds: args.kinds(),
+        frames: args.frames(),
+        kernels: args.kernel.0.iter().map(|(_, kernel)| *kernel).collect(),
+        threads: args.thread_counts(),
+        size,
+        repeat: args.repeat.map_or(repeat, |n| n as usize),
+        min_time: args.min_time.unwrap_or(suite.min_time),
+        pin: if args.pin { Pin::Cores } else { Pin::None },
+        peers: Vec::new(),
+        timed: !args.counters_only && args.update_suite.is_none(),
+    })
+}
+
+/// Samples of each row with `--quick`.
+const QUICK_REPEAT: usize = 5;
+
+/// The scenes asked for, or those of the suite. A scene of the suite has its answers checked even where it was named.
+fn courses(args: &RunArgs, suite: &Suite, plan: &Plan) -> Result<Vec<Course>, Failure> {
+    let answers = plan.size == suite.size && args.update_suite.is_none();
+    let of_suite = |scene: &SuiteScene| Course {
+        path: PathBuf::from(&scene.name),
+        heading: scene.heading(answers),
+    };
+    if args.scenes.is_empty() {
+        let text = args.filter.as_deref().unwrap_or("");
+        let wanted =
+            |scene: &&SuiteScene| (scene.quick || !args.quick) && scene.name.contains(text);
+        let courses: Vec<Course> = suite.scene.iter().filter(wanted).map(of_suite).collect();
+        if courses.is_empty() {
+            return Err(Failure::Usage(format!(
+                "no scene of the suite{} contains `{text}`",
+                if args.quick { "'s quick part" } else { "" }
+            )));
+        }
+        return Ok(courses);
+    }
+    let named = |path: &PathBuf| {
+        let name = path.display().to_string();
+        let known = suite.scene.iter().find(|scene| scene.name == name);
+        known.map_or_else(
+            || Course {
+                path: path.clone(),
+                heading: Heading {
+                    name,
+                    ..Heading::default()
+                },
+            },
+            of_suite,
+        )
+    };
+    Ok(args.scenes.iter().map(named).collect())
+}
+
+fn save(path: &Path, text: &str) -> Result<(), Failure> {
+    interrupt::undisturbed(|| replace_file(path, |file| file.write_all(text.as_bytes())))?
+        .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
+}
+
+/// The suite with what was found in place of what was expected.
+fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), Failure> {
+    for scene in &mut suite.scene {
+        let found = all.iter().find(|m| m.scene.name == scene.name);
+        let Some(found) = found else { continue };
+        let expected = found.scene.rays.iter().map(|(kind, set)| {
+            let expected = Expected {
+                rays: set.rays,
+                hits: set.hits,
+                checksum: set.checksum.clone(),
+            };
+            (kind.clone(), expected)
+        });
+        scene.expected = expected.collect();
+    }
+    let text = suite
+        .to_text()
+        .map_err(|e| Failure::Runtime(e.to_string()))?;
+    save(path, &text)
+}
+
+fn record(
+    args: &RunArgs,
+    plan: &Plan,
+    all: Vec<Measured>,
+    started: String,
+    seconds: f64,
+) -> Record {
+    let (mut scenes, mut rows, mut counters) = (Vec::new(), Vec::new(), Vec::new());
+    for measured in all {
+        scenes.push(measured.scene);
+        rows.extend(measured.rows);
+        counters.extend(measured.counters);
+    }
+    Record {
+        schema_version: SCHEMA_VERSION,
+        program: program(),
+        machine: Machine::default(),
+        run: Run {
+            started,
+            arguments: std::env::args().skip(1).collect(),
+            seconds,
+            size: plan.size,
+            repeat: plan.repeat as u32,
+            min_time: plan.min_time,
+            pinned: args.pin,
+            peers: plan.peers.iter().map(|peer| peer.describe()).collect(),
+        },
+        scenes,
+        rows,
+        counters,
+        limits: None,
+    }
+}
+
+fn program() -> Program {
+    Program {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        git_revision: None,
+        git_dirty: None,
+        rustc: None,
+        profile: "release".to_owned(),
+        isa_compiled: phalanx::isa::compiled_level().to_string(),
+        isa_available: String::new(),
+    }
+}
+
+fn compare(_records: &[PathBuf]) -> Result<(), Failure> {
+    Ok(())
+}
