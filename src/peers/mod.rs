@@ -3,8 +3,21 @@
 //! A [`Contender`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays laid out as it wants them,
 //! all prepared before the clock starts. Our own kernels and the oracle are contenders, too (`bench`).
 
+pub mod embree;
+pub mod obvhs;
+
 use crate::packet::{HitPacket, RayQueue};
 use std::ops::Range;
+
+/// Why a peer does not trace a scene.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{peer} does not trace this scene: {reason}")]
+pub struct Unsupported {
+    /// The peer's name, for people.
+    pub peer: &'static str,
+    /// What is in its way.
+    pub reason: String,
+}
 
 /// A set of rays with one question for all of them.
 #[derive(Clone, Copy)]

@@ -104,7 +104,7 @@ const TABLE: [Row; 21] = [
 ];
 
 /// Crates that only some rooms (or files) may name.
-const OWNERS: [(&str, &[&str], &str); 9] = [
+const OWNERS: [(&str, &[&str], &str); 10] = [
     (
         "memmap2",
         &["cache/mapping.rs"],
@@ -124,6 +124,11 @@ const OWNERS: [(&str, &[&str], &str); 9] = [
         "obvhs",
         &["bvh/", "peers/"],
         "builders can be exchanged in one room",
+    ),
+    (
+        "libloading",
+        &["peers/embree/api.rs"],
+        "foreign code comes in at one place",
     ),
     (
         "image",
@@ -167,7 +172,13 @@ const BANNED: [(&str, &str); 11] = [
 ];
 
 /// Files that may hold `unsafe`.
-const UNSAFE_FILES: [&str; 2] = ["cache/mapping.rs", "trace/packet.rs"];
+const UNSAFE_FILES: [&str; 4] = [
+    "cache/mapping.rs",
+    "trace/packet.rs",
+    // A C interface, and the control register that it wants otherwise.
+    "peers/embree/api.rs",
+    "peers/embree/mxcsr.rs",
+];
 
 #[test]
 fn rooms_import_what_the_table_allows() {

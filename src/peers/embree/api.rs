@@ -1,0 +1,528 @@
+//! Embree's C interface, as much of it as is used here: the one file of this room with foreign signatures.
+//!
+//! Versions 3 and 4 share the layout of rays and hits, the numbers of their enumerations and most signatures. They
+//! differ in how a query is described: version 4 passes optional `RTCIntersectArguments` (or `RTCOccludedArguments`,
+//! which look alike) after the rays, version 3 passes an `RTCIntersectContext` before them. Layouts were read from
+//! `rtcore_ray.h`, `rtcore_common.h` and `rtcore_scene.h` of 3.13.5 and 4.4.0.
+//!
+//! Both can be compiled with more than one level of instances, which lengthens `RTCHit`, and version 4 with arrays of
+//! instances, which adds a row to it. Either only appends, so that some room after the hit makes it fit. In version 3
+//! more levels also move a field of the context; instances are then missed, and nothing else happens.
+
+use std::ffi::{CString, c_char, c_int, c_uint, c_void};
+use std::mem::ManuallyDrop;
+use std::ptr::{NonNull, null, null_mut};
+use std::sync::Arc;
+
+/// `RTC_INVALID_GEOMETRY_ID`.
+pub(super) const INVALID: u32 = u32::MAX;
+
+const TRIANGLES: c_int = 0;
+const SPHERES: c_int = 50;
+const INSTANCE: c_int = 121;
+const INDEX_BUFFER: c_int = 0;
+const VERTEX_BUFFER: c_int = 1;
+const UINT3: c_int = 0x5003;
+const FLOAT3: c_int = 0x9003;
+const FLOAT4: c_int = 0x9004;
+const FLOAT3X4_COLUMN_MAJOR: c_int = 0x9234;
+const VERSION_PARTS: [c_int; 3] = [1, 2, 3];
+const NATIVE_RAY16_SUPPORTED: c_int = 34;
+
+type Handle = *mut c_void;
+type Single = unsafe extern "C" fn(Handle, *mut c_void, *mut c_void);
+type Packet = unsafe extern "C" fn(*const i32, Handle, *mut c_void, *mut c_void);
+
+/// One question for one ray, eight rays and sixteen.
+struct Ask {
+    one: Single,
+    eight: Packet,
+    sixteen: Packet,
+}
+
+/// The functions of one library, which stays loaded for the rest of the process: threads that it started may sleep in
+/// its code for good.
+pub(super) struct Api {
+    new_device: unsafe extern "C" fn(*const c_char) -> Handle,
+    release_device: unsafe extern "C" fn(Handle),
+    device_error: unsafe extern "C" fn(Handle) -> c_int,
+    device_property: unsafe extern "C" fn(Handle, c_int) -> isize,
+    new_scene: unsafe extern "C" fn(Handle) -> Handle,
+    release_scene: unsafe extern "C" fn(Handle),
+    set_quality: unsafe extern "C" fn(Handle, c_int),
+    attach: unsafe extern "C" fn(Handle, Handle, c_uint),
+    commit_scene: unsafe extern "C" fn(Handle),
+    new_geometry: unsafe extern "C" fn(Handle, c_int) -> Handle,
+    release_geometry: unsafe extern "C" fn(Handle),
+    commit_geometry: unsafe extern "C" fn(Handle),
+    new_buffer: unsafe extern "C" fn(Handle, c_int, c_uint, c_int, usize, usize) -> *mut c_void,
+    set_instanced: unsafe extern "C" fn(Handle, Handle),
+    set_transform: unsafe extern "C" fn(Handle, c_uint, c_int, *const c_void),
+    intersect: Ask,
+    occluded: Ask,
+    _library: ManuallyDrop<libloading::Library>,
+}
+
+impl Api {
+    /// Takes a library for Embree.
+    ///
+    /// # Errors
+    /// The loader's own words: no such library, or a symbol that it lacks.
+    pub(super) fn load(name: &std::ffi::OsStr) -> Result<Api, libloading::Error> {
+        // SAFETY: whoever names a library (the user, or the lists of `find`) means Embree, whose initialisers do no
+        // more than register algorithms; floating-point modes they might change are restored by the caller.
+        let library = ManuallyDrop::new(unsafe { libloading::Library::new(name) }?);
+        // SAFETY: every symbol has the type of the field it is taken for, by the headers of versions 3 and 4; those
+        // that differ between them differ in the order of pointers, which is decided where they are called.
+        unsafe {
+            Ok(Api {
+                new_device: symbol(&library, "rtcNewDevice")?,
+                release_device: symbol(&library, "rtcReleaseDevice")?,
+                device_error: symbol(&library, "rtcGetDeviceError")?,
+                device_property: symbol(&library, "rtcGetDeviceProperty")?,
+                new_scene: symbol(&library, "rtcNewScene")?,
+                release_scene: symbol(&library, "rtcReleaseScene")?,
+                set_quality: symbol(&library, "rtcSetSceneBuildQuality")?,
+                attach: symbol(&library, "rtcAttachGeometryByID")?,
+                commit_scene: symbol(&library, "rtcCommitScene")?,
+                new_geometry: symbol(&library, "rtcNewGeometry")?,
+                release_geometry: symbol(&library, "rtcReleaseGeometry")?,
+                commit_geometry: symbol(&library, "rtcCommitGeometry")?,
+                new_buffer: symbol(&library, "rtcSetNewGeometryBuffer")?,
+                set_instanced: symbol(&library, "rtcSetGeometryInstancedScene")?,
+                set_transform: symbol(&library, "rtcSetGeometryTransform")?,
+                intersect: Ask {
+                    one: symbol(&library, "rtcIntersect1")?,
+                    eight: symbol(&library, "rtcIntersect8")?,
+                    sixteen: symbol(&library, "rtcIntersect16")?,
+                },
+                occluded: Ask {
+                    one: symbol(&library, "rtcOccluded1")?,
+                    eight: symbol(&library, "rtcOccluded8")?,
+                    sixteen: symbol(&library, "rtcOccluded16")?,
+                },
+                _library: library,
+            })
+        }
+    }
+}
+
+/// A function of the library.
+///
+/// # Safety
+/// `F` must be the type of a function pointer, and that function's.
+unsafe fn symbol<F: Copy>(
+    library: &libloading::Library,
+    name: &str,
+) -> Result<F, libloading::Error> {
+    // SAFETY: as the caller promises. The copy may outlive the borrow, because the library is never unloaded.
+    unsafe { library.get::<F>(name) }.map(|symbol| *symbol)
+}
+
+/// What Embree says went wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.text())]
+pub struct Fault(c_int);
+
+impl Fault {
+    fn text(self) -> &'static str {
+        match self.0 {
+            2 => "invalid argument",
+            3 => "invalid operation",
+            4 => "out of memory",
+            5 => "this CPU is not supported",
+            6 => "cancelled",
+            _ => "unknown error",
+        }
+    }
+}
+
+/// A device: what scenes are made with.
+pub(super) struct Device {
+    api: Arc<Api>,
+    handle: NonNull<c_void>,
+    /// Major, minor, patch.
+    pub(super) version: [u32; 3],
+    /// Whether calls with sixteen rays are more than two with eight.
+    pub(super) sixteen: bool,
+}
+
+// SAFETY: Embree's devices are reference counted atomically, and may be used from any thread; the handle is only
+// asked for properties and for new objects, which Embree allows at the same time.
+unsafe impl Send for Device {}
+// SAFETY: as above.
+unsafe impl Sync for Device {}
+
+impl Device {
+    /// A device that builds with so many threads; 0 for one per CPU.
+    pub(super) fn new(api: &Arc<Api>, threads: usize) -> Result<Device, Fault> {
+        let config = CString::new(format!("threads={threads},verbose=0")).unwrap_or_default();
+        // SAFETY: the string ends with a zero and outlives the call.
+        let handle = NonNull::new(unsafe { (api.new_device)(config.as_ptr()) });
+        let Some(handle) = handle else {
+            // SAFETY: without a device the thread's last error is asked for.
+            return Err(Fault(unsafe { (api.device_error)(null_mut()) }));
+        };
+        // SAFETY: the device exists, the properties are known to both versions.
+        let property = |p: c_int| unsafe { (api.device_property)(handle.as_ptr(), p) };
+        Ok(Device {
+            version: VERSION_PARTS.map(|part| property(part) as u32),
+            sixteen: property(NATIVE_RAY16_SUPPORTED) != 0,
+            api: Arc::clone(api),
+            handle,
+        })
+    }
+
+    /// What went wrong since this was asked last, if anything.
+    fn check(&self) -> Result<(), Fault> {
+        // SAFETY: the device exists.
+        match unsafe { (self.api.device_error)(self.handle.as_ptr()) } {
+            0 => Ok(()),
+            code => Err(Fault(code)),
+        }
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // SAFETY: the one reference that `new` was given is returned; scenes hold references of their own.
+        unsafe { (self.api.release_device)(self.handle.as_ptr()) }
+    }
+}
+
+/// Build quality of a scene: `RTCBuildQuality`.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum BuildQuality {
+    /// Surface area heuristic over bins.
+    #[allow(dead_code, reason = "what HIGH is measured against")]
+    Medium = 1,
+    /// The same, with spatial splits.
+    High = 2,
+}
+
+/// A scene that is being put together.
+pub(super) struct Draft {
+    device: Arc<Device>,
+    handle: NonNull<c_void>,
+}
+
+impl Draft {
+    pub(super) fn new(device: &Arc<Device>, quality: BuildQuality) -> Result<Draft, Fault> {
+        // SAFETY: the device exists; a scene that was made is one to set a quality of.
+        let handle = unsafe { (device.api.new_scene)(device.handle.as_ptr()) };
+        let Some(handle) = NonNull::new(handle) else {
+            return Err(device.check().err().unwrap_or(Fault(1)));
+        };
+        // SAFETY: the scene exists and is not committed yet.
+        unsafe { (device.api.set_quality)(handle.as_ptr(), quality as c_int) };
+        Ok(Draft {
+            device: Arc::clone(device),
+            handle,
+        })
+    }
+
+    /// Adds triangles as the geometry of that number. Triangles with corners that do not exist are left out.
+    pub(super) fn triangles(
+        &mut self,
+        id: u32,
+        vertices: &[[f32; 3]],
+        corners: &[[u32; 3]],
+    ) -> Result<(), Fault> {
+        let geometry = Geometry::new(&self.device, TRIANGLES)?;
+        geometry.fill(VERTEX_BUFFER, FLOAT3, vertices)?;
+        geometry.fill(INDEX_BUFFER, UINT3, corners)?;
+        self.attach(geometry, id)
+    }
+
+    /// Adds spheres, (x, y, z, radius) each, as the geometry of that number.
+    pub(super) fn spheres(&mut self, id: u32, spheres: &[[f32; 4]]) -> Result<(), Fault> {
+        let geometry = Geometry::new(&self.device, SPHERES)?;
+        geometry.fill(VERTEX_BUFFER, FLOAT4, spheres)?;
+        self.attach(geometry, id)
+    }
+
+    /// Adds another scene of the same device, placed by the columns of an affine map.
+    pub(super) fn instance(
+        &mut self,
+        id: u32,
+        of: &Built,
+        columns: &[[f32; 3]; 4],
+    ) -> Result<(), Fault> {
+        let geometry = Geometry::new(&self.device, INSTANCE)?;
+        let api = &self.device.api;
+        // SAFETY: geometry and scene exist, and Embree keeps a reference of its own to the scene. The map is twelve
+        // floats, column by column, as the format says, and is copied.
+        unsafe {
+            (api.set_instanced)(geometry.handle.as_ptr(), of.0.handle.as_ptr());
+            let map = columns.as_ptr().cast();
+            (api.set_transform)(geometry.handle.as_ptr(), 0, FLOAT3X4_COLUMN_MAJOR, map);
+        }
+        self.attach(geometry, id)
+    }
+
+    fn attach(&mut self, geometry: Geometry, id: u32) -> Result<(), Fault> {
+        let api = &self.device.api;
+        // SAFETY: both exist; the scene takes a reference of its own, so that ours ends here.
+        unsafe {
+            (api.commit_geometry)(geometry.handle.as_ptr());
+            (api.attach)(self.handle.as_ptr(), geometry.handle.as_ptr(), id);
+        }
+        self.device.check()
+    }
+
+    /// Builds the trees.
+    pub(super) fn build(self) -> Result<Built, Fault> {
+        // SAFETY: the scene exists, and nobody else has it.
+        unsafe { (self.device.api.commit_scene)(self.handle.as_ptr()) };
+        self.device.check()?;
+        Ok(Built(self))
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        // SAFETY: the one reference that `new` was given is returned.
+        unsafe { (self.device.api.release_scene)(self.handle.as_ptr()) }
+    }
+}
+
+struct Geometry {
+    device: Arc<Device>,
+    handle: NonNull<c_void>,
+}
+
+impl Geometry {
+    fn new(device: &Arc<Device>, kind: c_int) -> Result<Geometry, Fault> {
+        // SAFETY: the device exists.
+        let handle = unsafe { (device.api.new_geometry)(device.handle.as_ptr(), kind) };
+        match NonNull::new(handle) {
+            Some(handle) => Ok(Geometry {
+                device: Arc::clone(device),
+                handle,
+            }),
+            None => Err(device.check().err().unwrap_or(Fault(1))),
+        }
+    }
+
+    /// Copies rows into a new buffer, which Embree pads as it needs.
+    fn fill<const W: usize, T: Copy>(
+        &self,
+        buffer: c_int,
+        format: c_int,
+        rows: &[[T; W]],
+    ) -> Result<(), Fault> {
+        let (width, count) = (size_of::<[T; W]>(), rows.len());
+        // SAFETY: the geometry exists and has no such buffer yet.
+        let room = unsafe {
+            (self.device.api.new_buffer)(self.handle.as_ptr(), buffer, 0, format, width, count)
+        };
+        self.device.check()?;
+        let room = NonNull::new(room).ok_or(Fault(4))?;
+        // SAFETY: Embree made room for `count` rows of `width` bytes, aligned to 16 bytes at least, and it is not ours.
+        unsafe { std::ptr::copy_nonoverlapping(rows.as_ptr(), room.as_ptr().cast(), count) };
+        Ok(())
+    }
+}
+
+impl Drop for Geometry {
+    fn drop(&mut self) {
+        // SAFETY: the one reference that `new` was given is returned.
+        unsafe { (self.device.api.release_geometry)(self.handle.as_ptr()) }
+    }
+}
+
+/// A scene whose trees are built, and that does not change any more.
+pub(super) struct Built(Draft);
+
+// SAFETY: Embree's queries of a committed scene may run on any number of threads, and no other call takes a `&Built`
+// but being instanced, which counts an atomic reference.
+unsafe impl Send for Built {}
+// SAFETY: as above.
+unsafe impl Sync for Built {}
+
+/// The first half of `RTCRay`, `RTCRay8` or `RTCRay16`: rows of origin x y z, tnear, direction x y z, time.
+#[derive(Clone, Copy)]
+#[repr(C, align(32))]
+pub(super) struct Front<const N: usize>(pub(super) [[f32; N]; 8]);
+
+/// `RTCRayHit`, `RTCRayHit8` or `RTCRayHit16`; an `RTCRay` of the width is its beginning.
+#[repr(C, align(64))]
+pub(super) struct RayHit<const N: usize> {
+    pub(super) front: Front<N>,
+    /// In: hits count up to here. Out: the distance of the hit, or −∞ where it was only asked whether there is one.
+    pub(super) tfar: [f32; N],
+    mask: [u32; N],
+    id: [u32; N],
+    flags: [u32; N],
+    ng: [[f32; N]; 3],
+    pub(super) u: [f32; N],
+    pub(super) v: [f32; N],
+    /// In and, where nothing is hit, out: [`INVALID`].
+    pub(super) prim: [u32; N],
+    /// In and, where nothing is hit, out: [`INVALID`].
+    pub(super) geometry: [u32; N],
+    /// The instance that was hit, or [`INVALID`]; anything where nothing is hit.
+    pub(super) instance: [u32; N],
+    /// Further levels of instances, and what version 4 keeps of arrays of them, in libraries compiled for that.
+    room: [[u32; N]; 17],
+}
+
+impl<const N: usize> RayHit<N> {
+    pub(super) fn new() -> RayHit<N> {
+        RayHit {
+            front: Front([[0.0; N]; 8]),
+            tfar: [0.0; N],
+            mask: [u32::MAX; N],
+            id: [0; N],
+            flags: [0; N],
+            ng: [[0.0; N]; 3],
+            u: [0.0; N],
+            v: [0.0; N],
+            prim: [INVALID; N],
+            geometry: [INVALID; N],
+            instance: [INVALID; N],
+            room: [[INVALID; N]; 17],
+        }
+    }
+}
+
+/// Which rays of a packet are there: −1 or 0.
+#[repr(C, align(64))]
+pub(super) struct Valid<const N: usize>(pub(super) [i32; N]);
+
+/// How to search, for either version: what must be alike is written twice, what is not asked for stays zero.
+pub(super) struct Query {
+    arguments: Arguments4,
+    context: Context3,
+}
+
+/// `RTCIntersectArguments` and `RTCOccludedArguments` of version 4.
+#[repr(C)]
+struct Arguments4 {
+    flags: u32,
+    features: u32,
+    /// None: the library makes one.
+    context: *mut c_void,
+    filter: *const c_void,
+    callback: *const c_void,
+    /// Only read where the library is compiled for curves of least width.
+    min_width_distance_factor: f32,
+}
+
+/// `RTCIntersectContext` of version 3, for one level of instances.
+#[repr(C)]
+struct Context3 {
+    flags: u32,
+    filter: *const c_void,
+    instance: u32,
+    /// Only read where the library is compiled for curves of least width.
+    min_width_distance_factor: f32,
+    /// Further levels of instances, in libraries compiled for that.
+    room: [u32; 16],
+}
+
+impl Query {
+    /// For rays that go the same way, or for any.
+    pub(super) fn new(coherent: bool) -> Query {
+        Query {
+            arguments: Arguments4 {
+                flags: u32::from(coherent) << 16,
+                features: u32::MAX,
+                context: null_mut(),
+                filter: null(),
+                callback: null(),
+                min_width_distance_factor: 0.0,
+            },
+            context: Context3 {
+                flags: u32::from(coherent),
+                filter: null(),
+                instance: INVALID,
+                min_width_distance_factor: 0.0,
+                room: [0; 16],
+            },
+        }
+    }
+}
+
+impl Built {
+    /// Finds the closest hits of one, eight or sixteen rays. A single ray is always valid.
+    #[inline]
+    pub(super) fn intersect<const N: usize>(
+        &self,
+        query: &mut Query,
+        valid: &Valid<N>,
+        rays: &mut RayHit<N>,
+    ) {
+        self.ask(&self.0.device.api.intersect, query, valid, rays);
+    }
+
+    /// Finds whether one, eight or sixteen rays hit anything. A single ray is always valid.
+    #[inline]
+    pub(super) fn occluded<const N: usize>(
+        &self,
+        query: &mut Query,
+        valid: &Valid<N>,
+        rays: &mut RayHit<N>,
+    ) {
+        self.ask(&self.0.device.api.occluded, query, valid, rays);
+    }
+
+    #[inline(always)]
+    fn ask<const N: usize>(
+        &self,
+        ask: &Ask,
+        query: &mut Query,
+        valid: &Valid<N>,
+        rays: &mut RayHit<N>,
+    ) {
+        const { assert!(N == 1 || N == 8 || N == 16, "Embree's packets") };
+        let scene = self.0.handle.as_ptr();
+        let rays: *mut c_void = std::ptr::from_mut(rays).cast();
+        let (first, second) = if self.0.device.version[0] >= 4 {
+            (rays, std::ptr::from_mut(&mut query.arguments).cast())
+        } else {
+            (std::ptr::from_mut(&mut query.context).cast(), rays)
+        };
+        let valid = valid.0.as_ptr();
+        // SAFETY: the scene is committed; rays, mask and query have the layout, the alignment and the width that the
+        // function takes, in the order of the library's version, and are borrowed for the call.
+        unsafe {
+            match N {
+                1 => (ask.one)(scene, first, second),
+                8 => (ask.eight)(valid, scene, first, second),
+                _ => (ask.sixteen)(valid, scene, first, second),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::offset_of;
+
+    /// Offsets as the headers have them, in rows of N words.
+    fn check_layout<const N: usize>() {
+        let row = 4 * N;
+        assert_eq!(offset_of!(RayHit<N>, tfar), 8 * row);
+        assert_eq!(offset_of!(RayHit<N>, flags), 11 * row);
+        assert_eq!(offset_of!(RayHit<N>, ng), 12 * row);
+        assert_eq!(offset_of!(RayHit<N>, u), 15 * row);
+        assert_eq!(offset_of!(RayHit<N>, prim), 17 * row);
+        assert_eq!(offset_of!(RayHit<N>, geometry), 18 * row);
+        assert_eq!(offset_of!(RayHit<N>, instance), 19 * row);
+        assert!(size_of::<RayHit<N>>() >= (20 + 16) * row);
+    }
+
+    #[test]
+    fn layouts_are_those_of_the_headers() {
+        check_layout::<1>();
+        check_layout::<8>();
+        check_layout::<16>();
+        assert_eq!(size_of::<Front<1>>(), 32);
+        assert_eq!(offset_of!(Arguments4, context), 8);
+        assert_eq!(offset_of!(Arguments4, callback), 24);
+        assert_eq!(offset_of!(Context3, filter), 8);
+        assert_eq!(offset_of!(Context3, instance), 16);
+    }
+}

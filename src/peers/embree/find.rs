@@ -1,0 +1,194 @@
+//! Where Embree's library may be: in the loader's folders, or in the wheel `embreex` of some Python.
+
+use std::env;
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// What the system's loader may know it as, the newer version first.
+pub(super) fn loader_names() -> &'static [&'static str] {
+    if cfg!(windows) {
+        &["embree4.dll", "embree3.dll"]
+    } else if cfg!(target_os = "macos") {
+        &[
+            "libembree4.4.dylib",
+            "libembree4.dylib",
+            "libembree3.3.dylib",
+            "libembree3.dylib",
+        ]
+    } else {
+        &[
+            "libembree4.so.4",
+            "libembree4.so",
+            "libembree3.so.3",
+            "libembree3.so",
+        ]
+    }
+}
+
+/// The libraries in a folder that somebody names: an unpacked wheel, an installation, or where the file itself is.
+pub(super) fn in_folder(folder: &Path) -> Vec<PathBuf> {
+    let below = ["", "lib", "lib64", "bin", "embreex.libs", "embreex/.dylibs"];
+    let folders = below.iter().map(|name| folder.join(name));
+    folders.flat_map(|folder| libraries(&folder)).collect()
+}
+
+/// The libraries in wheels of the Pythons that can be found without starting one.
+pub(super) fn in_wheels() -> Vec<PathBuf> {
+    let packages = prefixes()
+        .into_iter()
+        .flat_map(|prefix| packages_of(&prefix));
+    packages.flat_map(|folder| in_folder(&folder)).collect()
+}
+
+/// The libraries in wheels of the first Python of `PATH`, which is started to say where its packages are: some Pythons
+/// are shell scripts that choose another.
+pub(super) fn by_asking_python() -> Vec<PathBuf> {
+    let program = "import site, sysconfig\n\
+        print(sysconfig.get_paths()['platlib'])\n\
+        print(site.getusersitepackages())\n\
+        print(*site.getsitepackages(), sep='\\n')";
+    for python in ["python3", "python"] {
+        let mut command = Command::new(python);
+        command.args(["-c", program]).stdin(Stdio::null());
+        if let Ok(output) = command.output()
+            && output.status.success()
+        {
+            let folders = String::from_utf8_lossy(&output.stdout);
+            return folders
+                .lines()
+                .flat_map(|line| in_folder(Path::new(line)))
+                .collect();
+        }
+    }
+    Vec::new()
+}
+
+/// Folders that Pythons are installed under: of the virtual environment, of those in `PATH`, and the user's.
+fn prefixes() -> Vec<PathBuf> {
+    let mut prefixes: Vec<PathBuf> = Vec::new();
+    let variables = ["VIRTUAL_ENV", "CONDA_PREFIX"];
+    prefixes.extend(
+        variables
+            .into_iter()
+            .filter_map(env::var_os)
+            .map(PathBuf::from),
+    );
+    for folder in env::split_paths(&env::var_os("PATH").unwrap_or_default()) {
+        for python in ["python3", "python", "python3.exe", "python.exe"] {
+            let python = folder.join(python);
+            if !python.is_file() {
+                continue;
+            }
+            // A virtual environment's Python is a link: its packages are where it stands, the rest where it leads.
+            for python in [Some(python.clone()), fs::canonicalize(&python).ok()] {
+                let prefix = python
+                    .as_deref()
+                    .and_then(Path::parent)
+                    .and_then(Path::parent);
+                prefixes.extend(prefix.map(Path::to_owned));
+            }
+        }
+    }
+    prefixes.extend(env::home_dir().map(|home| home.join(".local")));
+    let mut seen = Vec::new();
+    prefixes.retain(|prefix| {
+        !seen.contains(prefix) && {
+            seen.push(prefix.clone());
+            true
+        }
+    });
+    prefixes
+}
+
+/// Folders of packages under one prefix.
+fn packages_of(prefix: &Path) -> Vec<PathBuf> {
+    let mut folders = vec![prefix.join("Lib/site-packages")];
+    for lib in [prefix.join("lib"), prefix.join("local/lib")] {
+        for python in names_in(&lib) {
+            if python.to_string_lossy().starts_with("python3") {
+                let python = lib.join(python);
+                folders.extend(["site-packages", "dist-packages"].map(|name| python.join(name)));
+            }
+        }
+    }
+    folders
+}
+
+/// Files of a folder that are called as Embree's library is, with whatever a wheel puts into the name; version 4 before 3.
+fn libraries(folder: &Path) -> Vec<PathBuf> {
+    let mut found: Vec<(u8, PathBuf)> = Vec::new();
+    for name in names_in(folder) {
+        let text = name.to_string_lossy();
+        let stem = text.strip_prefix("lib").unwrap_or(&text);
+        let library = [".so", ".dylib", ".dll"]
+            .iter()
+            .any(|end| text.contains(end));
+        match stem
+            .strip_prefix("embree")
+            .and_then(|rest| rest.bytes().next())
+        {
+            Some(version @ (b'3' | b'4')) if library => found.push((version, folder.join(&name))),
+            _ => {}
+        }
+    }
+    found.sort_by(|(a, x), (b, y)| b.cmp(a).then_with(|| x.cmp(y)));
+    found.into_iter().map(|(_, path)| path).collect()
+}
+
+/// Names of what is in a folder, in order; nothing where it cannot be read.
+fn names_in(folder: &Path) -> Vec<OsString> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<OsString> = entries.map(|entry| entry.file_name()).collect();
+    names.sort();
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wheels_and_installations_are_told_by_their_names() {
+        let root = tempfile::tempdir().expect("a folder");
+        let packages = root.path().join("lib/python3.11/site-packages");
+        let files = [
+            "embreex.libs/libembree4-4aef3270.so.4",
+            "embreex.libs/libtbb-dcf63f8c.so.12",
+            "embreex/__init__.py",
+            "embreex/rtcore.cpython-311-x86_64-linux-gnu.so",
+        ];
+        for file in files {
+            let file = packages.join(file);
+            fs::create_dir_all(file.parent().expect("a folder")).expect("a folder");
+            fs::write(&file, "").expect("a file");
+        }
+        let found: Vec<PathBuf> = packages_of(root.path())
+            .iter()
+            .flat_map(|folder| in_folder(folder))
+            .collect();
+        assert_eq!(found, [packages.join(files[0])]);
+    }
+
+    #[test]
+    fn the_newer_version_comes_first() {
+        let root = tempfile::tempdir().expect("a folder");
+        let names = [
+            "libembree3.so.3",
+            "libembree4.so",
+            "libembree4.so.4",
+            "libembree2.so.2",
+            "embree.txt",
+        ];
+        for name in names {
+            fs::write(root.path().join(name), "").expect("a file");
+        }
+        let found = in_folder(root.path());
+        let found: Vec<_> = found.iter().filter_map(|path| path.file_name()).collect();
+        assert_eq!(
+            found,
+            ["libembree4.so", "libembree4.so.4", "libembree3.so.3"]
+        );
+    }
+}

@@ -1,0 +1,85 @@
+//! The processor's floating-point control register, which Embree wants otherwise than we do.
+//!
+//! Its manual recommends to flush denormal results to zero and to take denormal inputs for zero while it traces. Our own
+//! kernels must do neither, or bits would differ. On other processors than x86-64 nothing is changed.
+
+/// Puts the register back as it was when this is dropped.
+#[must_use]
+pub(super) struct Restore(u32);
+
+/// Flush to zero, and denormals are zero.
+const FLUSH: u32 = 1 << 15 | 1 << 6;
+
+impl Restore {
+    /// Notes the register before something that might change it.
+    pub(super) fn later() -> Restore {
+        Restore(read())
+    }
+
+    /// Notes the register, then has denormals flushed. Until it is restored, Rust code may move floats about, and do no
+    /// arithmetic on them.
+    #[inline]
+    pub(super) fn flushing() -> Restore {
+        let before = read();
+        write(before | FLUSH);
+        Restore(before)
+    }
+}
+
+impl Drop for Restore {
+    #[inline]
+    fn drop(&mut self) {
+        write(self.0);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[inline]
+fn read() -> u32 {
+    let mut value = 0u32;
+    // SAFETY: stores four bytes where four bytes are ours. (`_mm_getcsr` is deprecated in favour of this.)
+    unsafe {
+        std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags));
+    }
+    value
+}
+
+#[cfg(target_arch = "x86_64")]
+#[inline]
+fn write(value: u32) {
+    // SAFETY: the value is one that was read, with two mode bits that every x86-64 has; no exception is unmasked. Rust
+    // does no arithmetic on floats between the changed value and the old one: callers only move them.
+    unsafe {
+        std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags));
+    }
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn read() -> u32 {
+    0
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn write(_: u32) {}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_register_is_put_back() {
+        // The status flags come and go; the control bits are what counts.
+        let control = || read() & !0x3f;
+        let before = control();
+        {
+            let _restore = Restore::flushing();
+            assert_eq!(control(), before | FLUSH);
+        }
+        assert_eq!(control(), before);
+        {
+            let _restore = Restore::later();
+            write(before | FLUSH);
+        }
+        assert_eq!(control(), before);
+    }
+}
