@@ -27,7 +27,7 @@ impl Estimate {
             count => {
                 let mut drawn = Vec::with_capacity(count);
                 let of_resample = |draw: &mut Draw| draw.median_of(samples, &mut drawn);
-                interval(resamples(seed(samples), of_resample), count)
+                interval(&resamples(seed(samples), of_resample), count)
             }
         };
         Estimate {
@@ -77,7 +77,7 @@ pub(super) fn resamples(seed: u64, mut statistic: impl FnMut(&mut Draw) -> f64) 
 }
 
 /// The 95 % interval in the sorted statistics of resamples, which were drawn from `count` samples.
-pub(super) fn interval(sorted: Vec<f64>, count: usize) -> (f64, f64) {
+pub(super) fn interval(sorted: &[f64], count: usize) -> (f64, f64) {
     let cut = (tail(count) * sorted.len() as f64) as usize;
     (sorted[cut], sorted[sorted.len() - 1 - cut])
 }
@@ -124,6 +124,21 @@ impl Draw {
     }
 }
 
+/// Noise for tests.
+#[cfg(test)]
+impl Draw {
+    /// In (0, 1).
+    pub fn unit(&mut self) -> f64 {
+        ((self.bits() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    /// Normally distributed, by Box and Muller.
+    pub fn normal(&mut self) -> f64 {
+        let (a, b) = (self.unit(), self.unit());
+        (-2.0 * libm::log(a)).sqrt() * libm::cos(std::f64::consts::TAU * b)
+    }
+}
+
 /// A seed from the samples themselves, so that the same samples always have the same interval.
 pub(super) fn seed(samples: &[f64]) -> u64 {
     let fold = |hash: u64, sample: &f64| Draw(hash ^ sample.to_bits()).bits();
@@ -133,13 +148,6 @@ pub(super) fn seed(samples: &[f64]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Normally distributed, by Box and Muller.
-    fn normal(draw: &mut Draw) -> f64 {
-        let unit = |bits: u64| ((bits >> 11) as f64 + 0.5) / (1u64 << 53) as f64;
-        let (a, b) = (unit(draw.bits()), unit(draw.bits()));
-        (-2.0 * libm::log(a)).sqrt() * libm::cos(std::f64::consts::TAU * b)
-    }
 
     #[test]
     fn medians_of_known_samples() {
@@ -191,7 +199,7 @@ mod tests {
     #[test]
     fn the_same_samples_have_the_same_interval() {
         let mut draw = Draw(1);
-        let samples: Vec<f64> = (0..9).map(|_| 50.0 + normal(&mut draw)).collect();
+        let samples: Vec<f64> = (0..9).map(|_| 50.0 + draw.normal()).collect();
         let first = Estimate::of(&samples);
         assert_eq!(first, Estimate::of(&samples));
         assert!(first.low < first.median && first.median < first.high);
@@ -208,7 +216,7 @@ mod tests {
         for count in 7..=15 {
             let (runs, mut held) = (600, 0);
             for _ in 0..runs {
-                let lognormal = |_| 40.0 * libm::exp(0.1 * normal(&mut draw));
+                let lognormal = |_| 40.0 * libm::exp(0.1 * draw.normal());
                 let samples: Vec<f64> = (0..count).map(lognormal).collect();
                 let estimate = Estimate::of(&samples);
                 held += usize::from(estimate.low <= 40.0 && 40.0 <= estimate.high);

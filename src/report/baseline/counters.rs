@@ -1,0 +1,95 @@
+//! Work counters of two runs, which are the same on every machine or not the same work.
+
+use crate::report::{CounterRow, Record, WorkRecord};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A counter that is not what it was.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CounterChange {
+    /// Name of the scene.
+    pub scene: String,
+    /// Kind of rays.
+    pub rays: String,
+    /// Kernel.
+    pub kernel: String,
+    /// What differs.
+    pub difference: Difference,
+}
+
+/// How counters differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Difference {
+    /// One counter, more or fewer.
+    Count {
+        /// Its name in the record.
+        counter: &'static str,
+        /// The baseline's.
+        old: u64,
+        /// This run's.
+        new: u64,
+    },
+    /// The baseline alone counted this.
+    OnlyOld,
+    /// This run alone counted this.
+    OnlyNew,
+}
+
+type Key<'a> = (&'a str, &'a str, &'a str);
+
+/// Every counter that differs, in the order of scenes, rays and kernels.
+pub fn counters(old: &Record, new: &Record) -> Vec<CounterChange> {
+    let (before, now) = (index(old), index(new));
+    let keys: BTreeSet<Key> = before.keys().chain(now.keys()).copied().collect();
+    let mut found = Vec::new();
+    for key in keys {
+        let mut tell = |difference| {
+            found.push(CounterChange {
+                scene: key.0.to_owned(),
+                rays: key.1.to_owned(),
+                kernel: key.2.to_owned(),
+                difference,
+            });
+        };
+        match (before.get(&key), now.get(&key)) {
+            (Some(old), Some(new)) => counts(old)
+                .into_iter()
+                .zip(counts(new))
+                .filter(|((_, old), (_, new))| old != new)
+                .for_each(|((counter, old), (_, new))| {
+                    tell(Difference::Count { counter, old, new })
+                }),
+            (Some(_), None) => tell(Difference::OnlyOld),
+            _ => tell(Difference::OnlyNew),
+        }
+    }
+    found
+}
+
+fn index(record: &Record) -> BTreeMap<Key<'_>, &CounterRow> {
+    let rows = record.counters.iter();
+    rows.map(|row| ((&*row.scene, &*row.rays, &*row.kernel), row))
+        .collect()
+}
+
+/// The counters by name. Taken apart by pattern, so that none can be forgotten.
+fn counts(row: &CounterRow) -> [(&'static str, u64); 8] {
+    let WorkRecord {
+        packets,
+        active_lanes,
+        node_visits,
+        box_tests,
+        leaf_visits,
+        prim_tests,
+        bytes,
+    } = row.work;
+    [
+        ("ray_count", row.ray_count),
+        ("packets", packets),
+        ("active_lanes", active_lanes),
+        ("node_visits", node_visits),
+        ("box_tests", box_tests),
+        ("leaf_visits", leaf_visits),
+        ("prim_tests", prim_tests),
+        ("bytes", bytes),
+    ]
+}

@@ -1,0 +1,163 @@
+//! The changes as tables for the terminal, worst first.
+
+use super::{
+    Change, Changes, CounterChange, Difference, GroupChange, Normalised, Over, Regression,
+    RowChange,
+};
+use crate::report::text::{aligned, counted, percent, rate};
+
+/// Rows of a table at most: what matters stands above.
+const SHOWN: usize = 12;
+
+const GROUP_HEAD: [&str; 6] = [
+    "kernel",
+    "rays",
+    "threads",
+    "scenes",
+    "change",
+    "95 % interval",
+];
+const ROW_HEAD: [&str; 8] = [
+    "scene",
+    "kernel",
+    "rays",
+    "threads",
+    "old Mrays/s",
+    "new Mrays/s",
+    "change",
+    "95 % interval",
+];
+
+/// What changed: kernels by kind of rays, the scenes and the rows that changed most for the worse, then what was not
+/// compared.
+pub fn changes_table(changes: &Changes, threshold: f64) -> String {
+    let mut groups: Vec<&GroupChange> = changes.groups.iter().collect();
+    groups.sort_by(|a, b| a.change.by.total_cmp(&b.change.by));
+    let (by_rays, by_scene): (Vec<&GroupChange>, Vec<&GroupChange>) = groups
+        .into_iter()
+        .partition(|g| matches!(g.over, Over::Scenes { .. }));
+    let mut rows: Vec<&RowChange> = changes.rows.iter().collect();
+    rows.sort_by(|a, b| a.change.by.total_cmp(&b.change.by));
+    let of_groups = |groups: Vec<&GroupChange>, shown: usize| {
+        let cells: Vec<_> = groups.into_iter().take(shown).map(group_cells).collect();
+        aligned(&GROUP_HEAD, &cells, 2)
+    };
+    let of_rows: Vec<_> = rows.into_iter().take(SHOWN).map(cells).collect();
+    [
+        "Change of each kernel by kind of rays, geometric mean over scenes:\n",
+        &of_groups(by_rays, usize::MAX),
+        "The scenes that changed most for the worse, geometric mean over kinds of rays:\n",
+        &of_groups(by_scene, SHOWN),
+        "The rows that changed most for the worse:\n",
+        &aligned(&ROW_HEAD, &of_rows, 3),
+        &summary(changes, threshold),
+    ]
+    .concat()
+}
+
+fn group_cells(group: &GroupChange) -> Vec<String> {
+    let (over, threads) = match &group.over {
+        Over::Scenes { rays, threads } => (rays.clone(), threads.to_string()),
+        Over::Rays { scene } => (scene.clone(), "any".to_owned()),
+    };
+    let mut cells = vec![over, group.kernel.clone(), threads, group.rows.to_string()];
+    cells.extend(change_cells(&group.change, group.normalised));
+    cells
+}
+
+/// What is a regression, worst first.
+pub fn regressions_table(regressions: &[Regression]) -> String {
+    let by = |r: &Regression| match r {
+        Regression::Group(group) => group.change.by,
+        Regression::Row(row) => row.change.by,
+    };
+    let mut sorted = regressions.iter().collect::<Vec<_>>();
+    sorted.sort_by(|a, b| by(a).total_cmp(&by(b)));
+    let line = |r: &&Regression| match r {
+        Regression::Row(row) => cells(row),
+        Regression::Group(g) => {
+            let (scene, rays, threads) = match &g.over {
+                Over::Scenes { rays, threads } => ("all", rays.as_str(), threads.to_string()),
+                Over::Rays { scene } => (scene.as_str(), "all", "any".to_owned()),
+            };
+            let mut cells = [scene, &g.kernel, rays].map(str::to_owned).to_vec();
+            cells.extend([threads, String::new(), String::new()]);
+            cells.extend(change_cells(&g.change, g.normalised));
+            cells
+        }
+    };
+    aligned(&ROW_HEAD, &sorted.iter().map(line).collect::<Vec<_>>(), 3)
+}
+
+/// Counters that differ, in the order they come in.
+pub fn counters_table(changes: &[CounterChange]) -> String {
+    let head = ["scene", "kernel", "rays", "counter", "old", "new", "change"];
+    let line = |c: &CounterChange| {
+        let mut cells = vec![c.scene.clone(), c.kernel.clone(), c.rays.clone()];
+        cells.extend(match c.difference {
+            Difference::Count { counter, old, new } => {
+                let share = new as f64 / old as f64 - 1.0;
+                let change = if old == 0 {
+                    String::new()
+                } else {
+                    percent(share)
+                };
+                [counter.to_owned(), old.to_string(), new.to_string(), change]
+            }
+            Difference::OnlyOld => ["all", "counted", "–", ""].map(str::to_owned),
+            Difference::OnlyNew => ["all", "–", "counted", ""].map(str::to_owned),
+        });
+        cells
+    };
+    aligned(&head, &changes.iter().map(line).collect::<Vec<_>>(), 4)
+}
+
+fn cells(row: &RowChange) -> Vec<String> {
+    let key = &row.key;
+    let mut cells = vec![key.scene.clone(), key.kernel.clone(), key.rays.clone()];
+    cells.extend([key.threads.to_string(), rate(row.old), rate(row.new)]);
+    cells.extend(change_cells(&row.change, row.normalised != Normalised::No));
+    cells
+}
+
+/// The change, with a star where the machine's own ups and downs are in it, and its interval.
+fn change_cells(change: &Change, normalised: bool) -> [String; 2] {
+    let star = if normalised { "" } else { " *" };
+    let interval = match change.is_known() {
+        true => format!("{} … {}", percent(change.low), percent(change.high)),
+        false => "too few samples".to_owned(),
+    };
+    [percent(change.by) + star, interval]
+}
+
+fn summary(changes: &Changes, threshold: f64) -> String {
+    let count =
+        |is: &dyn Fn(&Change) -> bool| changes.rows.iter().filter(|r| is(&r.change)).count();
+    let mut text = format!(
+        "{} compared: {} slower and {} faster by more than {}, the whole interval.\n",
+        counted(changes.rows.len(), "row"),
+        count(&|c| c.slower_than(threshold)),
+        count(&|c| c.faster_than(threshold)),
+        percent(threshold).trim_start_matches('+'),
+    );
+    if changes.rows.iter().any(|r| r.normalised == Normalised::No) {
+        text += "* not in units of the oracle's rate, which one of the runs lacks\n";
+    }
+    for (rows, what) in [
+        (&changes.only_old, "only in the baseline"),
+        (&changes.only_new, "only in this run"),
+        (&changes.empty, "without samples"),
+    ] {
+        if let Some(first) = rows.first() {
+            let (scene, rays, kernel, threads) =
+                (&first.scene, &first.rays, &first.kernel, first.threads);
+            let count = counted(rows.len(), "row");
+            let threads = counted(threads as usize, "thread");
+            text += &format!("{count} {what}, first {scene}, {rays}, {kernel}, {threads}\n");
+        }
+    }
+    for mismatch in &changes.forced {
+        text += &format!("compared nevertheless: {mismatch}\n");
+    }
+    text
+}
