@@ -1,7 +1,7 @@
 //! Who traces a set of rays: our kernels, the oracle, and the peers' modes with what they answer otherwise.
 
 use super::answer::EXACT_SHARE;
-use super::clock;
+use super::clock::{self, Chunks};
 use super::ours::{KernelContender, OracleContender};
 use super::plan::{Heading, Plan};
 use super::subject::{Question, Trees};
@@ -20,7 +20,7 @@ pub(super) struct Member<'a> {
 }
 
 /// A peer's name, and the scene in its form.
-pub(super) type Rival = (&'static str, Box<dyn PeerScene>);
+pub(super) type Rival = (&'static str, PeerScene);
 
 /// The kernels to be timed: `auto` only where it is none of the others on this build.
 pub(super) fn kernels(plan: &Plan) -> Vec<Kernel> {
@@ -67,9 +67,8 @@ pub(super) fn lineup<'a>(
         members.push(ours("phalanx", kernel.name(), contender));
     }
     let (kind, packets) = (question.kind().question(), question.packets());
-    let occlusion = kind == super::kind::Question::Occluded;
     for (engine, rival) in rivals {
-        for (kernel, contender) in rival.contenders(rays, occlusion) {
+        for (kernel, contender) in rival.contenders(rays) {
             let answer = clock::answer(&*contender, kind, packets, plan.all_threads());
             let difference = question
                 .truth
@@ -86,7 +85,19 @@ pub(super) fn lineup<'a>(
     members
 }
 
+/// Rays of a set that the oracle is timed on: it is many times slower than the kernels, and would take most of a run. The same ones in every run, so that its rate is a yardstick.
+const ORACLE_RAYS: usize = 1 << 15;
+
 impl Member<'_> {
+    /// The part of the rays that is timed.
+    pub(super) fn chunks(&self, question: &Question) -> Chunks {
+        let share = match self.engine {
+            "oracle" => ORACLE_RAYS as f64 / question.rays() as f64,
+            _ => 1.0,
+        };
+        Chunks::some(question.packets(), share)
+    }
+
     /// Its row, yet without samples.
     pub(super) fn row(&self, heading: &Heading, question: &Question, threads: usize) -> Row {
         Row {

@@ -7,7 +7,8 @@ use crate::trace::Kernel;
 use std::collections::BTreeMap;
 
 /// What to measure on every scene.
-pub struct Plan {
+#[derive(Clone)]
+pub struct Plan<'p> {
     /// Kinds of rays.
     pub kinds: Vec<Kind>,
     /// Whether whole frames are rendered, too.
@@ -25,12 +26,24 @@ pub struct Plan {
     /// Binding of workers to cores.
     pub pin: Pin,
     /// Other tracers.
-    pub peers: Vec<Box<dyn Peer>>,
+    pub peers: &'p [Peer],
     /// Whether to time anything, or to count work only.
     pub timed: bool,
 }
 
-impl Plan {
+impl Plan<'_> {
+    /// The same for some kinds of rays only, without peers.
+    pub fn restricted(&self, kinds: impl Fn(&Kind) -> bool, frames: bool) -> Plan<'static> {
+        Plan {
+            kinds: self.kinds.iter().copied().filter(kinds).collect(),
+            frames,
+            kernels: self.kernels.clone(),
+            threads: self.threads.clone(),
+            peers: &[],
+            ..*self
+        }
+    }
+
     /// Threads that what is not measured may take.
     pub fn all_threads(&self) -> usize {
         std::thread::available_parallelism().map_or(1, |n| n.get())

@@ -12,9 +12,6 @@ use crate::scene::Scene;
 /// Seconds that a sample takes at least: long beside the clock's and the threads' own costs.
 const SAMPLE: f64 = 0.02;
 
-/// The oracle traces so many of a set's chunks that a sample of it takes about this long.
-const ORACLE_SAMPLE: f64 = 0.03;
-
 /// What an entry does in a sample.
 pub(super) enum Task<'a> {
     /// Traces rays.
@@ -83,22 +80,14 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// Unmeasured, to fill caches and page tables; says how many passes a sample needs, and of the oracle how many chunks.
+    /// Unmeasured, to fill caches and page tables; says how many passes a sample needs.
     fn warm_up(&mut self, cores: &Cores) {
         let threads = self.row.threads as usize;
         let (seconds, rays) = self.task.sample(1, threads, cores);
-        if let Task::Rays { chunks, rays, .. } = &mut self.task
-            && self.row.engine == "oracle"
-            && seconds > ORACLE_SAMPLE
-        {
-            *chunks = Chunks::some(rays.div_ceil(8), ORACLE_SAMPLE / seconds);
-        } else if seconds > 0.0 {
+        if seconds > 0.0 {
             self.passes = (SAMPLE / seconds).ceil() as usize;
         }
-        self.row.rays_timed = match &self.task {
-            Task::Rays { chunks, rays, .. } => chunks.rays(*rays) as u64,
-            Task::Frame { .. } => rays,
-        };
+        self.row.rays_timed = rays;
     }
 
     fn wants_more(&self, plan: &Plan) -> bool {

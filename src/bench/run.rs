@@ -1,6 +1,5 @@
 //! One scene, measured: the order of the stages.
 
-use super::clock::Chunks;
 use super::frames::Frames;
 use super::lineup::{Member, Rival, kernels, lineup};
 use super::plan::{Heading, Listener, Plan};
@@ -116,7 +115,7 @@ fn entries<'a>(
                 let task = Task::Rays {
                     contender: &*member.contender,
                     question: question.kind().question(),
-                    chunks: Chunks::all(question.packets()),
+                    chunks: member.chunks(question),
                     rays: question.rays(),
                 };
                 Entry::new(member.row(heading, question, threads), task)

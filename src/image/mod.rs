@@ -13,5 +13,5 @@ mod tone;
 pub use compare::{Comparison, DifferentSizes, compare, heat};
 pub use false_color::false_color;
 pub use file::{check_writable, replace_file};
-pub use png::{PictureError, Raster, load, save_png};
+pub use png::{PictureError, Raster, load, png_bytes, save_png};
 pub use tone::{Picture, encode};

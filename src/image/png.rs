@@ -47,23 +47,35 @@ pub enum PictureError {
 /// # Errors
 /// [`PictureError::Write`].
 pub fn save_png(path: &Path, picture: &Picture) -> Result<(), PictureError> {
-    let written = replace_file(path, |writer| {
-        PngEncoder::new_with_quality(writer, CompressionType::Default, FilterType::Adaptive)
-            .write_image(
-                &picture.rgb,
-                picture.width,
-                picture.height,
-                ExtendedColorType::Rgb8,
-            )
-            .map_err(|error| match error {
-                ::image::ImageError::IoError(error) => error,
-                other => io::Error::other(other),
-            })
-    });
+    let written = replace_file(path, |writer| write_png(writer, picture));
     written.map_err(|source| PictureError::Write {
         path: path.to_path_buf(),
         source,
     })
+}
+
+/// A picture as the bytes of a PNG file.
+pub fn png_bytes(picture: &Picture) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    // Writing to memory does not fail; if it did, there would be no picture.
+    match write_png(&mut bytes, picture) {
+        Ok(()) => bytes,
+        Err(_) => Vec::new(),
+    }
+}
+
+fn write_png(writer: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
+    PngEncoder::new_with_quality(writer, CompressionType::Default, FilterType::Adaptive)
+        .write_image(
+            &picture.rgb,
+            picture.width,
+            picture.height,
+            ExtendedColorType::Rgb8,
+        )
+        .map_err(|error| match error {
+            ::image::ImageError::IoError(error) => error,
+            other => io::Error::other(other),
+        })
 }
 
 /// A picture as it is compared: RGBA, 16 bits a sample (an 8-bit sample s stands as 257 s, missing alpha as opaque).

@@ -7,6 +7,7 @@ pub mod embree;
 pub mod obvhs;
 
 use crate::packet::{HitPacket, RayQueue};
+use crate::scene::Scene;
 use std::ops::Range;
 
 /// Why a peer does not trace a scene.
@@ -41,4 +42,61 @@ pub trait Runner {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]);
     /// For each of some packets, the lanes (as bits) whose ray meets anything. Lanes beyond the last ray may hold anything.
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]);
+}
+
+/// Another tracer.
+pub enum Peer {
+    /// Embree, from its library.
+    Embree(embree::Library),
+    /// The traversals of obvhs.
+    Obvhs,
+}
+
+impl Peer {
+    /// As in records.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Peer::Embree(_) => "embree",
+            Peer::Obvhs => "obvhs",
+        }
+    }
+
+    /// With its version, where it says one.
+    pub fn describe(&self) -> String {
+        match self {
+            Peer::Embree(library) => format!("embree {}", library.version()),
+            Peer::Obvhs => "obvhs".to_owned(),
+        }
+    }
+
+    /// Builds its own trees over a scene, on so many threads where it can.
+    ///
+    /// # Errors
+    /// [`Unsupported`] where the scene holds what the peer cannot trace.
+    pub fn build(&self, scene: &Scene, threads: usize) -> Result<PeerScene, Unsupported> {
+        match self {
+            Peer::Embree(library) => {
+                embree::EmbreeScene::build(library, scene, threads).map(PeerScene::Embree)
+            }
+            Peer::Obvhs => obvhs::ObvhsScene::build(scene).map(PeerScene::Obvhs),
+        }
+    }
+}
+
+/// A scene in another tracer's own form.
+pub enum PeerScene {
+    /// In Embree's.
+    Embree(embree::EmbreeScene),
+    /// In obvhs's.
+    Obvhs(obvhs::ObvhsScene),
+}
+
+impl PeerScene {
+    /// Its modes by name, each with the rays laid out as it wants them.
+    pub fn contenders(&self, rays: Rays) -> Vec<(String, Box<dyn Contender>)> {
+        match self {
+            PeerScene::Embree(scene) => scene.contenders(rays),
+            PeerScene::Obvhs(scene) => scene.contenders(rays),
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! The command line: messages, exit codes, and the files that appear or do not.
 #![cfg(unix)]
 
+mod bench;
 mod pictures;
 mod refusals;
 mod scenes;

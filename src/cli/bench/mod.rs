@@ -2,6 +2,8 @@
 
 mod args;
 mod bar;
+mod baseline;
+mod pictures;
 mod table;
 
 pub use args::BenchArgs;
@@ -11,12 +13,18 @@ use super::input::Input;
 use super::{interrupt, output};
 use args::{BenchCommand, PeerArg, RunArgs};
 use bar::Bar;
+use baseline::Baseline;
 use phalanx::bench::{
     DumpError, Expected, Heading, Measured, Plan, Suite, SuiteScene, dump, measure,
 };
 use phalanx::frame::Pin;
 use phalanx::image::replace_file;
-use phalanx::report::{Machine, Program, Record, Run, SCHEMA_VERSION};
+use phalanx::peers::Peer;
+use phalanx::peers::embree::Library;
+use phalanx::report::html::{ScenePictures, page};
+use phalanx::report::{
+    Machine, Program, Record, Run, SCHEMA_VERSION, side_by_side, to_csv, to_json,
+};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -49,27 +57,46 @@ fn measure_all(args: &RunArgs) -> Result<(), Failure> {
     for place in places.into_iter().flatten() {
         output::check_place(place)?;
     }
-    let plan = plan(args, &suite)?;
+    let baseline = args.baseline.as_deref().map(Baseline::load).transpose()?;
+    let peers = peers(args)?;
+    let plan = plan(args, &suite, &peers);
     let courses = courses(args, &suite, &plan)?;
     if let Some(path) = &args.dump_rays {
         return dump_rays(path, args, &plan, &courses);
     }
     let start = Instant::now();
     let started = jiff::Timestamp::now().to_string();
-    let mut all = Vec::new();
+    let (mut all, mut shown) = (Vec::new(), Vec::new());
     let mut bar = Bar::new(courses.len());
-    for course in courses {
-        all.push(one(args, &plan, course, &mut bar)?);
+    for course in &courses {
+        let (measured, input) = one(args, &plan, course, &mut bar)?;
+        if args.html.is_some() {
+            shown.push(pictures::of(&course.heading.name, &input.scene)?);
+        }
+        all.push(measured);
     }
     bar.finish();
     if let Some(path) = &args.update_suite {
         return update_suite(path, suite, &all);
     }
     let record = record(args, &plan, all, started, start.elapsed().as_secs_f64());
+    write_files(args, &record, &shown)?;
+    match &baseline {
+        Some(baseline) => baseline.judge(args, &plan, &courses, &record),
+        None => Ok(()),
+    }
+}
+
+/// What was asked for beside the tables.
+fn write_files(args: &RunArgs, record: &Record, pictures: &[ScenePictures]) -> Result<(), Failure> {
     if let Some(path) = &args.json {
-        let text =
-            serde_json::to_string_pretty(&record).map_err(|e| Failure::Runtime(e.to_string()))?;
-        save(path, &text)?;
+        save(path, &to_json(record))?;
+    }
+    if let Some(path) = &args.csv {
+        save(path, &to_csv(record))?;
+    }
+    if let Some(path) = &args.html {
+        save(path, &page(record, pictures))?;
     }
     Ok(())
 }
@@ -102,13 +129,18 @@ fn dump_rays(path: &Path, args: &RunArgs, plan: &Plan, courses: &[Course]) -> Re
 }
 
 /// One scene: opened, measured, its table printed.
-fn one(args: &RunArgs, plan: &Plan, course: Course, bar: &mut Bar) -> Result<Measured, Failure> {
+fn one(
+    args: &RunArgs,
+    plan: &Plan,
+    course: &Course,
+    bar: &mut Bar,
+) -> Result<(Measured, Input), Failure> {
     bar.scene(&course.heading.name);
     let start = Instant::now();
     let input = Input::load(&course.path, &args.beside, 0)?;
     let heading = Heading {
         load_seconds: start.elapsed().as_secs_f64(),
-        ..course.heading
+        ..course.heading.clone()
     };
     let measured = measure(&input.scene, &heading, plan, bar).map_err(Failure::Wrong)?;
     bar.hidden(|| {
@@ -117,10 +149,10 @@ fn one(args: &RunArgs, plan: &Plan, course: Course, bar: &mut Bar) -> Result<Mea
         }
         output::print(&table::scene(&measured))
     })?;
-    Ok(measured)
+    Ok((measured, input))
 }
 
-fn plan(args: &RunArgs, suite: &Suite) -> Result<Plan, Failure> {
+fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> Plan<'p> {
     let size = args
         .size
         .map_or(suite.size, |(width, height)| [width, height]);
@@ -129,7 +161,7 @@ fn plan(args: &RunArgs, suite: &Suite) -> Result<Plan, Failure> {
     } else {
         suite.repeat
     };
-    Ok(Plan {
+    Plan {
         kinds: args.kinds(),
         frames: args.frames(),
         kernels: args.kernel.0.iter().map(|(_, kernel)| *kernel).collect(),
@@ -138,9 +170,33 @@ fn plan(args: &RunArgs, suite: &Suite) -> Result<Plan, Failure> {
         repeat: args.repeat.map_or(repeat, |n| n as usize),
         min_time: args.min_time.unwrap_or(suite.min_time),
         pin: if args.pin { Pin::Cores } else { Pin::None },
-        peers: Vec::new(),
+        peers,
         timed: !args.counters_only && args.update_suite.is_none(),
-    })
+    }
+}
+
+/// The tracers to run against, ready to build.
+fn peers(args: &RunArgs) -> Result<Vec<Peer>, Failure> {
+    if args.embree.is_some() && !args.against.contains(&PeerArg::Embree) {
+        return Err(Failure::Usage(
+            "--embree names a library that nothing is measured against: add --against embree"
+                .to_owned(),
+        ));
+    }
+    let open = |peer: &PeerArg| match peer {
+        PeerArg::Obvhs => Ok(Peer::Obvhs),
+        PeerArg::Embree => match Library::open(args.embree.as_deref()) {
+            Ok(library) => Ok(Peer::Embree(library)),
+            Err(error) => Err(Failure::Usage(error.to_string())),
+        },
+    };
+    let mut peers = Vec::new();
+    for peer in [PeerArg::Embree, PeerArg::Obvhs] {
+        if args.against.contains(&peer) {
+            peers.push(open(&peer)?);
+        }
+    }
+    Ok(peers)
 }
 
 /// Samples of each row with `--quick`.
@@ -181,6 +237,18 @@ fn courses(args: &RunArgs, suite: &Suite, plan: &Plan) -> Result<Vec<Course>, Fa
         )
     };
     Ok(args.scenes.iter().map(named).collect())
+}
+
+/// Shows records side by side.
+fn compare(paths: &[PathBuf]) -> Result<(), Failure> {
+    let records = paths.iter().map(|path| baseline::load(path));
+    let records = records.collect::<Result<Vec<Record>, Failure>>()?;
+    let names: Vec<String> = paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    let pairs: Vec<(&str, &Record)> = names.iter().map(String::as_str).zip(&records).collect();
+    output::print(&side_by_side(&pairs))
 }
 
 fn save(path: &Path, text: &str) -> Result<(), Failure> {
@@ -253,8 +321,4 @@ fn program() -> Program {
         isa_compiled: phalanx::isa::compiled_level().to_string(),
         isa_available: String::new(),
     }
-}
-
-fn compare(_records: &[PathBuf]) -> Result<(), Failure> {
-    Ok(())
 }

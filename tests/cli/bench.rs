@@ -1,0 +1,187 @@
+//! `phalanx bench`: files, tables, exit codes.
+
+use super::Room;
+use serde_json::Value;
+use std::fs;
+
+/// Quick enough for a test: what it measures is not looked at.
+const FAST: &str = "--size 48x32 --repeat 2 --min-time 0 --threads 1,2";
+
+fn record(room: &Room, name: &str) -> Value {
+    let text = fs::read_to_string(room.path().join(name)).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+fn rows<'r>(record: &'r Value, engine: &str, kernel: &str) -> Vec<&'r Value> {
+    let rows = record["rows"].as_array().unwrap().iter();
+    rows.filter(|row| row["engine"] == engine && row["kernel"] == kernel)
+        .collect()
+}
+
+#[test]
+fn every_engine_has_a_row_for_every_kind_and_number_of_threads() {
+    let room = Room::new();
+    let ran = room.run(&format!(
+        "bench a.test standard:balls:2 {FAST} --json r.json --csv r.csv --html r.html"
+    ));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    for part in ["a.test: 1 triangles", "auto/oracle", "reflection", "frame"] {
+        assert!(ran.stdout.contains(part), "{part} in {}", ran.stdout);
+    }
+    let record = record(&room, "r.json");
+    // Two scenes, six kinds and the frame, two numbers of threads.
+    for (engine, kernel) in [
+        ("phalanx", "auto"),
+        ("phalanx", "packet8"),
+        ("phalanx", "packet16"),
+        ("oracle", "scalar"),
+    ] {
+        let rows = rows(&record, engine, kernel);
+        assert_eq!(rows.len(), 2 * 7 * 2, "{engine} {kernel}");
+        for row in rows {
+            assert!(row["mrays_per_s"]["median"].as_f64().unwrap() > 0.0, "{row}");
+            assert!(row["samples"].as_array().unwrap().len() >= 2, "{row}");
+        }
+    }
+    let scene = &record["scenes"][0]["rays"];
+    assert_eq!(scene["primary"]["rays"], 48 * 32);
+    assert_eq!(scene["diffuse"]["rays"], scene["primary"]["hits"]);
+    let csv = fs::read_to_string(room.path().join("r.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + record["rows"].as_array().unwrap().len());
+    let page = fs::read_to_string(room.path().join("r.html")).unwrap();
+    assert!(page.contains("standard:balls:2") && page.contains("data:image/png;base64,"));
+    assert_eq!(room.names(), ["r.csv", "r.html", "r.json"]);
+}
+
+#[test]
+fn work_is_the_same_twice_and_more_of_it_than_the_baseline_exits_with_5() {
+    let room = Room::new();
+    let count = "bench standard:balls:2 --size 48x32 --counters-only";
+    let ran = room.run(&format!("{count} --json a.json"));
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stdout.contains("nodes/ray"), "{}", ran.stdout);
+    let again = room.run(&format!("{count} --baseline a.json --fail-above 0%"));
+    assert_eq!(again.code, Some(0), "{}{}", again.stdout, again.stderr);
+    let mut less = record(&room, "a.json");
+    let visits = &mut less["counters"][0]["work"]["node_visits"];
+    *visits = (visits.as_u64().unwrap() - 1).into();
+    room.write("less.json", &less.to_string());
+    let more = room.run(&format!("{count} --baseline less.json --fail-above 0%"));
+    assert_eq!(more.code, Some(5), "{}", more.stdout);
+    assert!(more.stdout.contains("node_visits"), "{}", more.stdout);
+    let allowed = room.run(&format!("{count} --baseline less.json --fail-above 3%"));
+    assert_eq!(allowed.code, Some(0), "{}", allowed.stdout);
+}
+
+#[test]
+fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
+    let room = Room::new();
+    let run = format!("bench standard:balls:2 {FAST} --rays primary,shadow");
+    assert_eq!(room.run(&format!("{run} --json a.json")).code, Some(0));
+    // Ten times as fast as any machine's mood explains: this run must look slower.
+    let mut faster = record(&room, "a.json");
+    for row in faster["rows"].as_array_mut().unwrap() {
+        if row["engine"] == "phalanx" {
+            for sample in row["samples"].as_array_mut().unwrap() {
+                *sample = (sample.as_f64().unwrap() * 1000.0).into();
+            }
+        }
+    }
+    room.write("faster.json", &faster.to_string());
+    let slower = room.run(&format!("{run} --baseline faster.json --fail-above 8%"));
+    assert_eq!(slower.code, Some(5), "{}{}", slower.stdout, slower.stderr);
+    let told = room.run(&format!("{run} --baseline faster.json"));
+    assert_eq!(told.code, Some(0), "without --fail-above it only tells");
+    let mut elsewhere = record(&room, "a.json");
+    elsewhere["machine"]["cpu"] = "another".into();
+    room.write("elsewhere.json", &elsewhere.to_string());
+    let refused = room.run(&format!("{run} --baseline elsewhere.json"));
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("--force"), "{}", refused.stderr);
+    let forced = room.run(&format!("{run} --baseline elsewhere.json --force"));
+    assert_eq!(forced.code, Some(0), "{}", forced.stderr);
+    let rays = format!("bench standard:balls:2 {FAST} --size 32x32 --rays primary --baseline a.json --force");
+    let other = room.run(&rays.replacen("--size 48x32 ", "", 1));
+    assert_eq!(other.code, Some(2), "{}", other.stderr);
+    let table = room.run("bench compare a.json elsewhere.json");
+    assert_eq!(table.code, Some(0), "{}", table.stderr);
+    assert!(table.stdout.contains("a.json"), "{}", table.stdout);
+}
+
+#[test]
+fn what_cannot_be_measured_is_said_with_what_to_do() {
+    let room = Room::new();
+    for (line, code, part) in [
+        ("bench a.test --against embree --embree nowhere", 2, "pip install embreex"),
+        ("bench a.test --embree nowhere", 2, "--against embree"),
+        ("bench a.test --rays sideways", 2, "primary"),
+        ("bench --filter no-such-scene", 2, "no-such-scene"),
+        ("bench missing.test", 1, "missing.test"),
+        ("bench a.test --fail-above 3%", 2, "--baseline"),
+        ("bench a.test --baseline missing.json", 1, "missing.json"),
+        ("bench compare a.test a.test", 2, "JSON"),
+        ("bench a.test standard:balls:2 --dump-rays x.rays", 2, "one scene"),
+        ("bench a.test --json nowhere/r.json", 1, "nowhere"),
+    ] {
+        let ran = room.run(line);
+        assert_eq!(ran.code, Some(code), "{line}: {}", ran.stderr);
+        assert!(ran.stderr.contains(part), "{line}: {}", ran.stderr);
+    }
+    assert!(room.names().is_empty());
+}
+
+/// Follows the layout as it is documented, not as it is written.
+#[test]
+fn dumped_rays_can_be_read_by_their_documentation() {
+    let room = Room::new();
+    let ran = room.run("bench a.test --size 20x10 --rays primary,shadow --dump-rays a.rays");
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stdout.contains("200 primary"), "{}", ran.stdout);
+    let bytes = fs::read(room.path().join("a.rays")).unwrap();
+    assert_eq!(&bytes[..8], b"PHXRAYS1");
+    let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let number = |at: usize| f32::from_bits(word(at));
+    assert_eq!(word(8), 2);
+    let mut at = 12;
+    for (name, asked, tmax) in [("primary", 0, f32::INFINITY), ("shadow", 1, 1.0)] {
+        assert_eq!(bytes[at..at + 16].trim_ascii_end().split(|b| *b == 0).next().unwrap(), name.as_bytes());
+        assert_eq!((word(at + 16), number(at + 20)), (asked, tmax));
+        let rays = word(at + 24) as usize;
+        assert_eq!(word(at + 28), 0);
+        let (first, ids, t) = (at + 32, at + 32 + 24 * rays, at + 32 + 28 * rays);
+        if asked == 0 {
+            assert_eq!(rays, 200);
+            // All start at the eye, with unit directions; what is hit has a distance.
+            assert_eq!([0, 4, 8].map(|k| number(first + k)), [0.0, 0.0, 5.0]);
+            let length: f32 = [12, 16, 20].map(|k| number(first + k).powi(2)).iter().sum();
+            assert!((length - 1.0).abs() < 1e-5);
+            let hit = |k: usize| word(ids + 4 * k) != u32::MAX;
+            assert!((0..rays).any(hit) && !(0..rays).all(hit));
+            assert!((0..rays).all(|k| hit(k) == (number(t + 4 * k) > 0.0)));
+        } else {
+            assert!((0..rays).all(|k| word(ids + 4 * k) <= 1));
+        }
+        at = t + 4 * rays;
+    }
+    assert_eq!(at, bytes.len());
+}
+
+#[test]
+fn heat_is_a_second_picture_with_a_legend() {
+    let room = Room::new();
+    for kind in ["nodes", "prims", "time"] {
+        let ran = room.run(&format!("render a.test --heat {kind} {kind}.png -o a.png"));
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let heat = phalanx::image::load(&room.path().join(format!("{kind}.png"))).unwrap();
+        assert_eq!(heat.width, 40);
+        assert!(heat.height > 24);
+        let distinct: std::collections::BTreeSet<_> = heat.pixels[..40 * 24].iter().collect();
+        assert!(distinct.len() > 1, "{kind} is of one colour");
+    }
+    let wrong = room.run("render a.test --heat sideways b.png -o b2.png");
+    assert_eq!(wrong.code, Some(2));
+    assert!(wrong.stderr.contains("nodes, prims or time"), "{}", wrong.stderr);
+    let scalar = room.run("render a.test --heat nodes b.png -o b2.png --engine scalar");
+    assert_eq!(scalar.code, Some(2));
+    assert_eq!(room.names(), ["a.png", "nodes.png", "prims.png", "time.png"]);
+}

@@ -1,0 +1,189 @@
+//! The rays that `phalanx bench` measures, and what it does with a wrong answer.
+
+use glam::Vec3;
+use phalanx::bench::{
+    Expected, Heading, Kind, Listener, OracleContender, Plan, RaySet, Wrong, measure, primary, secondary,
+};
+use phalanx::bench::Answer;
+use phalanx::frame::Pin;
+use phalanx::lanes::{LaneMask, LANES};
+use phalanx::oracle::Forest;
+use phalanx::packet::NO_PRIM;
+use phalanx::peers::Contender;
+use phalanx::scene::Scene;
+use phalanx::standard;
+use phalanx::trace::Kernel;
+use std::collections::BTreeMap;
+
+/// Directions are of unit length, and angles equal, but for the rounding of some f32 operations.
+const ROUNDING: f32 = 1e-5;
+
+fn scene(name: &str) -> Scene {
+    standard::scene(standard::parse_spec(name).unwrap()).unwrap()
+}
+
+fn answer(scene: &Scene, set: &RaySet) -> Answer {
+    let forest = Forest::build(scene);
+    let oracle = OracleContender {
+        scene,
+        forest: &forest,
+        rays: set.rays(),
+    };
+    let mut answer = Answer::room(set.kind.question(), set.queue.packets());
+    match &mut answer {
+        Answer::Closest(hits) => oracle.runner().closest(0..set.queue.packets(), hits),
+        Answer::Occluded(blocked) => oracle.runner().occluded(0..set.queue.packets(), blocked),
+    }
+    answer
+}
+
+fn rays(set: &RaySet) -> Vec<(Vec3, Vec3)> {
+    let all = (0..set.queue.packets())
+        .flat_map(|packet| set.queue.active(packet).lanes().map(move |lane| (packet, lane)));
+    all.map(|(packet, lane)| {
+        let (org, dir) = set.queue.ray(packet, lane);
+        (org.into(), dir.into())
+    })
+    .collect()
+}
+
+#[test]
+fn secondary_rays_start_where_the_camera_sees_something() {
+    let scene = scene("standard:balls:2");
+    let arena = bumpalo::Bump::new();
+    let first = primary(&arena, &scene, [64, 48]).unwrap();
+    assert_eq!(first.queue.len(), 64 * 48);
+    let truth = answer(&scene, &first);
+    let hits = truth.hits(first.queue.len());
+    let Answer::Closest(packets) = &truth else { panic!() };
+    let camera = rays(&first);
+    let seen: Vec<(Vec3, Vec3)> = (0..camera.len())
+        .filter(|ray| packets[ray / LANES].prim_id.lane(ray % LANES) != NO_PRIM)
+        .map(|ray| {
+            let (org, dir) = camera[ray];
+            (org + dir * packets[ray / LANES].t.lane(ray % LANES), dir)
+        })
+        .collect();
+    assert_eq!(seen.len(), hits);
+    let size = (scene.bounds().hi - scene.bounds().lo).length();
+    for kind in [Kind::Reflection, Kind::Diffuse, Kind::Ao] {
+        let set = secondary(&arena, &scene, kind, &first, &truth);
+        let all = rays(&set);
+        assert_eq!(all.len(), hits, "{kind:?}");
+        for ((org, dir), (point, _)) in all.iter().zip(&seen) {
+            assert!((*org - *point).length() < 1e-4 * size, "{kind:?}");
+            let length = if kind == Kind::Ao { 0.05 * size } else { 1.0 };
+            assert!((dir.length() / length - 1.0).abs() < ROUNDING, "{kind:?}");
+        }
+    }
+    // About half of the hemisphere's energy is within 45 degrees of the normal; the plane below looks up.
+    let diffuse = rays(&secondary(&arena, &scene, Kind::Diffuse, &first, &truth));
+    let steep = diffuse.iter().filter(|(_, dir)| dir.z > 0.5f32.sqrt()).count();
+    assert!(steep > hits / 5 && steep < hits * 4 / 5, "{steep} of {hits}");
+}
+
+#[test]
+fn shadow_rays_end_at_the_light() {
+    let scene = scene("standard:balls:2");
+    let arena = bumpalo::Bump::new();
+    let first = primary(&arena, &scene, [64, 48]).unwrap();
+    let truth = answer(&scene, &first);
+    let set = secondary(&arena, &scene, Kind::Shadow, &first, &truth);
+    assert_eq!(set.tmax, 1.0);
+    let light = scene.lights.place.get(0);
+    assert!(!set.queue.is_empty());
+    for (org, dir) in rays(&set) {
+        assert!((org + dir - light).length() < 1e-3 * light.length());
+    }
+}
+
+struct Nobody;
+
+impl Listener for Nobody {
+    fn doing(&mut self, _: &str) {}
+    fn progress(&mut self, _: f64) {}
+}
+
+fn plan(timed: bool) -> Plan<'static> {
+    Plan {
+        kinds: Kind::ALL.to_vec(),
+        frames: true,
+        kernels: vec![Kernel::Packet8, Kernel::Packet16],
+        threads: vec![1],
+        size: [40, 32],
+        repeat: 1,
+        min_time: 0.0,
+        pin: Pin::None,
+        peers: &[],
+        timed,
+    }
+}
+
+/// Sets are the same whoever makes them, however often; and nothing is measured where one is not what is expected.
+#[test]
+fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
+    let scene = scene("standard:tree:4");
+    let run = |expected| {
+        let heading = Heading {
+            name: "tree".to_owned(),
+            expected,
+            ..Heading::default()
+        };
+        measure(&scene, &heading, &plan(true), &mut Nobody)
+    };
+    let found = run(BTreeMap::new()).unwrap();
+    assert!(!found.rows.is_empty());
+    let expected: BTreeMap<String, Expected> = found
+        .scene
+        .rays
+        .iter()
+        .map(|(kind, set)| {
+            let (rays, hits, checksum) = (set.rays, set.hits, set.checksum.clone());
+            (kind.clone(), Expected { rays, hits, checksum })
+        })
+        .collect();
+    assert!(run(expected.clone()).is_ok());
+    for kind in ["primary", "shadow", "diffuse"] {
+        for break_it in [
+            |e: &mut Expected| e.hits += 1,
+            |e: &mut Expected| e.checksum = "00000000".to_owned(),
+        ] {
+            let mut wrong = expected.clone();
+            break_it(wrong.get_mut(kind).unwrap());
+            match run(wrong) {
+                Err(Wrong::Suite { kind: found, .. }) => assert_eq!(found, kind),
+                _ => panic!("{kind}: rates for a wrong answer"),
+            }
+        }
+    }
+}
+
+/// What is counted does not depend on the kernel's width where it must not.
+#[test]
+fn work_adds_up() {
+    let scene = scene("standard:balls:3");
+    let heading = Heading {
+        name: "balls".to_owned(),
+        ..Heading::default()
+    };
+    let found = measure(&scene, &heading, &plan(false), &mut Nobody).unwrap();
+    assert!(found.rows.is_empty());
+    for row in &found.counters {
+        let (work, lanes) = (row.work, if row.kernel == "packet16" { 16 } else { 8 });
+        assert_eq!(work.active_lanes, row.ray_count, "{row:?}");
+        assert_eq!(work.packets, row.ray_count.div_ceil(8), "{row:?}");
+        // The last packet of an odd number is traced eight wide.
+        assert!(work.box_tests <= 2 * lanes * work.node_visits, "{row:?}");
+        assert!(work.box_tests > 2 * (lanes - 1) * work.node_visits, "{row:?}");
+        assert!(work.leaf_visits > 0 && work.prim_tests >= work.leaf_visits, "{row:?}");
+        assert!(work.bytes > 64 * work.node_visits, "{row:?}");
+    }
+    let of = |kernel: &str| {
+        let mut rows = found.counters.iter().filter(|row| row.kernel == kernel);
+        rows.find(|row| row.rays == "primary").unwrap().work
+    };
+    // Sixteen lanes visit the nodes of both eights once.
+    let (eight, sixteen) = (of("packet8"), of("packet16"));
+    assert!(sixteen.node_visits < eight.node_visits);
+    assert!(2 * sixteen.node_visits >= eight.node_visits);
+}
