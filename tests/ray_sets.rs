@@ -1,12 +1,13 @@
 //! The rays that `phalanx bench` measures, and what it does with a wrong answer.
 
 use glam::Vec3;
-use phalanx::bench::{
-    Expected, Heading, Kind, Listener, OracleContender, Plan, RaySet, Wrong, measure, primary, secondary,
-};
 use phalanx::bench::Answer;
+use phalanx::bench::{
+    Expected, Heading, Kind, Listener, OracleContender, Plan, RaySet, Wrong, measure, primary,
+    secondary,
+};
 use phalanx::frame::Pin;
-use phalanx::lanes::{LaneMask, LANES};
+use phalanx::lanes::{LANES, LaneMask};
 use phalanx::oracle::Forest;
 use phalanx::packet::NO_PRIM;
 use phalanx::peers::Contender;
@@ -38,8 +39,12 @@ fn answer(scene: &Scene, set: &RaySet) -> Answer {
 }
 
 fn rays(set: &RaySet) -> Vec<(Vec3, Vec3)> {
-    let all = (0..set.queue.packets())
-        .flat_map(|packet| set.queue.active(packet).lanes().map(move |lane| (packet, lane)));
+    let all = (0..set.queue.packets()).flat_map(|packet| {
+        set.queue
+            .active(packet)
+            .lanes()
+            .map(move |lane| (packet, lane))
+    });
     all.map(|(packet, lane)| {
         let (org, dir) = set.queue.ray(packet, lane);
         (org.into(), dir.into())
@@ -55,7 +60,9 @@ fn secondary_rays_start_where_the_camera_sees_something() {
     assert_eq!(first.queue.len(), 64 * 48);
     let truth = answer(&scene, &first);
     let hits = truth.hits(first.queue.len());
-    let Answer::Closest(packets) = &truth else { panic!() };
+    let Answer::Closest(packets) = &truth else {
+        panic!()
+    };
     let camera = rays(&first);
     let seen: Vec<(Vec3, Vec3)> = (0..camera.len())
         .filter(|ray| packets[ray / LANES].prim_id.lane(ray % LANES) != NO_PRIM)
@@ -78,8 +85,14 @@ fn secondary_rays_start_where_the_camera_sees_something() {
     }
     // About half of the hemisphere's energy is within 45 degrees of the normal; the plane below looks up.
     let diffuse = rays(&secondary(&arena, &scene, Kind::Diffuse, &first, &truth));
-    let steep = diffuse.iter().filter(|(_, dir)| dir.z > 0.5f32.sqrt()).count();
-    assert!(steep > hits / 5 && steep < hits * 4 / 5, "{steep} of {hits}");
+    let steep = diffuse
+        .iter()
+        .filter(|(_, dir)| dir.z > 0.5f32.sqrt())
+        .count();
+    assert!(
+        steep > hits / 5 && steep < hits * 4 / 5,
+        "{steep} of {hits}"
+    );
 }
 
 #[test]
@@ -139,7 +152,14 @@ fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
         .iter()
         .map(|(kind, set)| {
             let (rays, hits, checksum) = (set.rays, set.hits, set.checksum.clone());
-            (kind.clone(), Expected { rays, hits, checksum })
+            (
+                kind.clone(),
+                Expected {
+                    rays,
+                    hits,
+                    checksum,
+                },
+            )
         })
         .collect();
     assert!(run(expected.clone()).is_ok());
@@ -174,8 +194,14 @@ fn work_adds_up() {
         assert_eq!(work.packets, row.ray_count.div_ceil(8), "{row:?}");
         // The last packet of an odd number is traced eight wide.
         assert!(work.box_tests <= 2 * lanes * work.node_visits, "{row:?}");
-        assert!(work.box_tests > 2 * (lanes - 1) * work.node_visits, "{row:?}");
-        assert!(work.leaf_visits > 0 && work.prim_tests >= work.leaf_visits, "{row:?}");
+        assert!(
+            work.box_tests > 2 * (lanes - 1) * work.node_visits,
+            "{row:?}"
+        );
+        assert!(
+            work.leaf_visits > 0 && work.prim_tests >= work.leaf_visits,
+            "{row:?}"
+        );
         assert!(work.bytes > 64 * work.node_visits, "{row:?}");
     }
     let of = |kernel: &str| {

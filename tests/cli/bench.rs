@@ -39,7 +39,10 @@ fn every_engine_has_a_row_for_every_kind_and_number_of_threads() {
         let rows = rows(&record, engine, kernel);
         assert_eq!(rows.len(), 2 * 7 * 2, "{engine} {kernel}");
         for row in rows {
-            assert!(row["mrays_per_s"]["median"].as_f64().unwrap() > 0.0, "{row}");
+            assert!(
+                row["mrays_per_s"]["median"].as_f64().unwrap() > 0.0,
+                "{row}"
+            );
             assert!(row["samples"].as_array().unwrap().len() >= 2, "{row}");
         }
     }
@@ -47,7 +50,10 @@ fn every_engine_has_a_row_for_every_kind_and_number_of_threads() {
     assert_eq!(scene["primary"]["rays"], 48 * 32);
     assert_eq!(scene["diffuse"]["rays"], scene["primary"]["hits"]);
     let csv = fs::read_to_string(room.path().join("r.csv")).unwrap();
-    assert_eq!(csv.lines().count(), 1 + record["rows"].as_array().unwrap().len());
+    assert_eq!(
+        csv.lines().count(),
+        1 + record["rows"].as_array().unwrap().len()
+    );
     let page = fs::read_to_string(room.path().join("r.html")).unwrap();
     assert!(page.contains("standard:balls:2") && page.contains("data:image/png;base64,"));
     assert_eq!(room.names(), ["r.csv", "r.html", "r.json"]);
@@ -100,7 +106,9 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
     assert!(refused.stderr.contains("--force"), "{}", refused.stderr);
     let forced = room.run(&format!("{run} --baseline elsewhere.json --force"));
     assert_eq!(forced.code, Some(0), "{}", forced.stderr);
-    let rays = format!("bench standard:balls:2 {FAST} --size 32x32 --rays primary --baseline a.json --force");
+    let rays = format!(
+        "bench standard:balls:2 {FAST} --size 32x32 --rays primary --baseline a.json --force"
+    );
     let other = room.run(&rays.replacen("--size 48x32 ", "", 1));
     assert_eq!(other.code, Some(2), "{}", other.stderr);
     let table = room.run("bench compare a.json elsewhere.json");
@@ -112,7 +120,11 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
 fn what_cannot_be_measured_is_said_with_what_to_do() {
     let room = Room::new();
     for (line, code, part) in [
-        ("bench a.test --against embree --embree nowhere", 2, "pip install embreex"),
+        (
+            "bench a.test --against embree --embree nowhere",
+            2,
+            "pip install embreex",
+        ),
         ("bench a.test --embree nowhere", 2, "--against embree"),
         ("bench a.test --rays sideways", 2, "primary"),
         ("bench --filter no-such-scene", 2, "no-such-scene"),
@@ -120,7 +132,11 @@ fn what_cannot_be_measured_is_said_with_what_to_do() {
         ("bench a.test --fail-above 3%", 2, "--baseline"),
         ("bench a.test --baseline missing.json", 1, "missing.json"),
         ("bench compare a.test a.test", 2, "JSON"),
-        ("bench a.test standard:balls:2 --dump-rays x.rays", 2, "one scene"),
+        (
+            "bench a.test standard:balls:2 --dump-rays x.rays",
+            2,
+            "one scene",
+        ),
         ("bench a.test --json nowhere/r.json", 1, "nowhere"),
     ] {
         let ran = room.run(line);
@@ -144,7 +160,14 @@ fn dumped_rays_can_be_read_by_their_documentation() {
     assert_eq!(word(8), 2);
     let mut at = 12;
     for (name, asked, tmax) in [("primary", 0, f32::INFINITY), ("shadow", 1, 1.0)] {
-        assert_eq!(bytes[at..at + 16].trim_ascii_end().split(|b| *b == 0).next().unwrap(), name.as_bytes());
+        assert_eq!(
+            bytes[at..at + 16]
+                .trim_ascii_end()
+                .split(|b| *b == 0)
+                .next()
+                .unwrap(),
+            name.as_bytes()
+        );
         assert_eq!((word(at + 16), number(at + 20)), (asked, tmax));
         let rays = word(at + 24) as usize;
         assert_eq!(word(at + 28), 0);
@@ -180,8 +203,15 @@ fn heat_is_a_second_picture_with_a_legend() {
     }
     let wrong = room.run("render a.test --heat sideways b.png -o b2.png");
     assert_eq!(wrong.code, Some(2));
-    assert!(wrong.stderr.contains("nodes, prims or time"), "{}", wrong.stderr);
+    assert!(
+        wrong.stderr.contains("nodes, prims or time"),
+        "{}",
+        wrong.stderr
+    );
     let scalar = room.run("render a.test --heat nodes b.png -o b2.png --engine scalar");
     assert_eq!(scalar.code, Some(2));
-    assert_eq!(room.names(), ["a.png", "nodes.png", "prims.png", "time.png"]);
+    assert_eq!(
+        room.names(),
+        ["a.png", "nodes.png", "prims.png", "time.png"]
+    );
 }

@@ -14,8 +14,9 @@ mod same;
 mod text;
 
 pub use counters::{CounterChange, Difference, counters};
-pub use judge::Regression;
+pub use judge::{RETAKES, Regression};
 pub use rounds::Change;
+pub(super) use same::of_rays;
 pub use same::{Mismatch, Refusal};
 pub use text::{changes_table, counters_table, regressions_table};
 

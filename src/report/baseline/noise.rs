@@ -1,8 +1,9 @@
 //! False alarms and misses of the judgement, simulated.
 //!
 //! The noise of a shared machine, as a run of a suite meets it: drift that both engines feel alike, jitter of each
-//! sample, samples cut short by a neighbour, and for each row of a run an error that all of its samples share (where its
-//! memory lies). That last one does not go away when a suspect is measured again.
+//! sample, samples slowed by a neighbour, now and then a neighbour who stays for all samples of a row, and for each row of
+//! a run an error that all of its samples share (where its memory lies). That last one does not go away when a suspect is
+//! measured again; the neighbour does.
 
 use super::rounds::change;
 use super::*;
@@ -38,6 +39,7 @@ impl Shared {
     /// Its rounds, taken now, in units of the oracle's.
     fn rounds(self, draw: &mut Draw) -> Vec<f64> {
         let mut drift = 0.02 * draw.normal();
+        let neighbour = if draw.below(100) == 0 { 0.8 } else { 1.0 };
         let sample = |speed: f64, drift: f64, draw: &mut Draw| {
             let cut = match draw.below(20) {
                 0 => 0.3 * draw.unit(),
@@ -47,7 +49,7 @@ impl Shared {
         };
         let mut round = || {
             drift += 0.02 * draw.normal();
-            let ours = sample(self.speed * self.ours, drift, draw);
+            let ours = sample(self.speed * self.ours * neighbour, drift, draw);
             ours / sample(self.oracle, drift, draw)
         };
         (0..ROUNDS).map(|_| round()).collect()
@@ -78,10 +80,10 @@ impl Pair {
         }
     }
 
-    fn slower_twice(&self, draw: &mut Draw) -> bool {
-        let again = Rounds::Together(self.now.rounds(draw));
-        let slower = |new| change(&self.old, new).0.slower_than(THRESHOLD);
-        slower(&self.new) && slower(&again)
+    fn stays_slower(&self, draw: &mut Draw) -> bool {
+        let slower = |new: &Rounds| change(&self.old, new).0.slower_than(THRESHOLD);
+        let mut again = || Rounds::Together(self.now.rounds(draw));
+        slower(&self.new) && (0..RETAKES).all(|_| slower(&again()))
     }
 }
 
@@ -106,7 +108,7 @@ fn reported(suites: u64, speed: impl Fn(usize, usize, usize) -> f64) -> u64 {
                 || rows
                     .iter()
                     .flatten()
-                    .any(|row| beyond(row.ratio) && row.slower_twice(&mut draw))
+                    .any(|row| beyond(row.ratio) && row.stays_slower(&mut draw))
         })
     };
     (0..suites).filter(is_reported).count() as u64
@@ -145,7 +147,7 @@ fn row(change: Change) -> RowChange {
     }
 }
 
-/// Fewer than one suite in a hundred. (Of 2000, there were three; each time it was a single row.)
+/// Fewer than one suite in a hundred. (Of 2000, none; with a single retake, 104.)
 #[test]
 fn an_unchanged_binary_is_not_reported() {
     let alarms = reported(400, |_, _, _| 1.0);

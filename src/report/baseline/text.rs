@@ -91,18 +91,19 @@ pub fn regressions_table(regressions: &[Regression]) -> String {
 
 /// Counters that differ, in the order they come in.
 pub fn counters_table(changes: &[CounterChange]) -> String {
-    let head = ["scene", "kernel", "rays", "counter", "old", "new", "change"];
+    let head = ["scene", "kernel", "rays", "counter", "old", "new", "more"];
     let line = |c: &CounterChange| {
         let mut cells = vec![c.scene.clone(), c.kernel.clone(), c.rays.clone()];
         cells.extend(match c.difference {
             Difference::Count { counter, old, new } => {
-                let share = new as f64 / old as f64 - 1.0;
-                let change = if old == 0 {
-                    String::new()
-                } else {
-                    percent(share)
-                };
-                [counter.to_owned(), old.to_string(), new.to_string(), change]
+                // One more of a million is a difference, too: no percentages.
+                let more = i128::from(new) - i128::from(old);
+                [
+                    counter.to_owned(),
+                    old.to_string(),
+                    new.to_string(),
+                    format!("{more:+}"),
+                ]
             }
             Difference::OnlyOld => ["all", "counted", "–", ""].map(str::to_owned),
             Difference::OnlyNew => ["all", "–", "counted", ""].map(str::to_owned),

@@ -1,0 +1,147 @@
+//! Records to text and back.
+
+use super::{Record, Row, SCHEMA_VERSION};
+use serde_json::Value;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a file is no record.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// It cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is not JSON.
+    #[error("{}:{line}:{column}: not JSON: {message}", path.display())]
+    NotJson {
+        /// The file.
+        path: PathBuf,
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// It is a record of another version, or JSON of another kind.
+    #[error(
+        "{}: {}, and this program reads version {SCHEMA_VERSION}",
+        path.display(),
+        version.map_or("no benchmark record (no schema_version)".to_owned(), |v| format!("a record of version {v}"))
+    )]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Its version, if it has any.
+        version: Option<u64>,
+    },
+    /// It claims this version, but a field is missing or of another kind.
+    #[error("{}:{line}:{column}: no record of version {SCHEMA_VERSION}: {message}", path.display())]
+    Layout {
+        /// The file.
+        path: PathBuf,
+        /// From 1.
+        line: usize,
+        /// From 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
+}
+
+/// Reads a record.
+///
+/// # Errors
+/// What is wrong with the file, and where.
+pub fn load(path: &Path) -> Result<Record, RecordError> {
+    let path = || path.to_owned();
+    let bytes = fs::read(path()).map_err(|source| RecordError::Io {
+        path: path(),
+        source,
+    })?;
+    // The version first: what else is wrong with a record of another one is beside the point.
+    let document: Value = serde_json::from_slice(&bytes).map_err(|error| {
+        let (line, column, message) = place(&error);
+        RecordError::NotJson {
+            path: path(),
+            line,
+            column,
+            message,
+        }
+    })?;
+    let version = document.get("schema_version").and_then(Value::as_u64);
+    if version != Some(u64::from(SCHEMA_VERSION)) {
+        return Err(RecordError::Version {
+            path: path(),
+            version,
+        });
+    }
+    serde_json::from_slice(&bytes).map_err(|error| {
+        let (line, column, message) = place(&error);
+        RecordError::Layout {
+            path: path(),
+            line,
+            column,
+            message,
+        }
+    })
+}
+
+/// Where and what, once each: serde_json ends its message with the place.
+fn place(error: &serde_json::Error) -> (usize, usize, String) {
+    let (line, column) = (error.line(), error.column());
+    let text = error.to_string();
+    let end = format!(" at line {line} column {column}");
+    (
+        line,
+        column,
+        text.strip_suffix(&end).unwrap_or(&text).to_owned(),
+    )
+}
+
+/// A record as JSON, indented, with a line break at its end. What JSON has no number for becomes `null`.
+pub fn to_json(record: &Record) -> String {
+    let text = serde_json::to_string_pretty(record);
+    text.expect("a record's keys are text, and writing to memory does not fail") + "\n"
+}
+
+const CSV_HEAD: &str = "scene,rays,engine,kernel,threads,mrays_per_s,mad,low,high,rays_timed,hits,difference,exact,same_as,samples";
+
+/// A record's rows as CSV (RFC 4180, but lines end in LF). `samples` are separated by blanks; what is not known is empty.
+pub fn to_csv(record: &Record) -> String {
+    let mut text = String::from(CSV_HEAD) + "\n";
+    for row in &record.rows {
+        text += &csv_line(row);
+        text.push('\n');
+    }
+    text
+}
+
+fn csv_line(row: &Row) -> String {
+    let rate = &row.mrays_per_s;
+    let numbers = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>();
+    let mut cells = [&row.scene, &row.rays, &row.engine, &row.kernel]
+        .map(|t| quoted(t))
+        .to_vec();
+    cells.push(row.threads.to_string());
+    cells.extend(numbers(&[rate.median, rate.mad, rate.low, rate.high]));
+    cells.extend([row.rays_timed.to_string(), row.hits.to_string()]);
+    cells.push(row.difference.map_or(String::new(), |d| d.to_string()));
+    cells.push(row.exact.to_string());
+    cells.push(quoted(row.same_as.as_deref().unwrap_or_default()));
+    cells.push(numbers(&row.samples).join(" "));
+    cells.join(",")
+}
+
+fn quoted(text: &str) -> String {
+    match text.contains(['"', ',', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.to_owned(),
+    }
+}

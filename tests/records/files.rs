@@ -1,0 +1,98 @@
+//! Records to files and back, and what is said of files that are none.
+
+use super::fixture;
+use phalanx::report::{Record, RecordError, load, to_csv, to_json};
+
+fn load_text(text: &str) -> Result<Record, RecordError> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("record.json");
+    std::fs::write(&path, text).expect("a file");
+    load(&path)
+}
+
+#[test]
+fn a_record_survives_its_file() {
+    let mut record = fixture::record(2);
+    record.limits = Some(fixture::limits());
+    // A number whose shortest decimal form needs every digit.
+    record.rows[0].samples[0] = 0.1 + 0.2;
+    let text = to_json(&record);
+    assert!(text.ends_with("}\n"));
+    assert_eq!(load_text(&text).expect("a record"), record);
+}
+
+#[test]
+fn bad_files_are_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let missing = load(&folder.path().join("none.json"));
+    assert!(matches!(missing, Err(RecordError::Io { .. })));
+    let text = to_json(&fixture::record(1));
+
+    let error = load_text("{\n  \"schema_version\": 1,\n  ]").expect_err("not JSON");
+    assert!(
+        matches!(
+            error,
+            RecordError::NotJson {
+                line: 3,
+                column: 3,
+                ..
+            }
+        ),
+        "{error:?}"
+    );
+    assert!(
+        error.to_string().contains("record.json:3:3: not JSON: "),
+        "{error}"
+    );
+    assert_eq!(error.to_string().matches("line").count(), 0, "{error}");
+    let half = &text[..text.len() / 2];
+    assert!(matches!(load_text(half), Err(RecordError::NotJson { .. })));
+    assert!(matches!(load_text(""), Err(RecordError::NotJson { .. })));
+
+    let newer = text.replacen("\"schema_version\": 1", "\"schema_version\": 7", 1);
+    let error = load_text(&newer).expect_err("another version");
+    assert!(matches!(
+        error,
+        RecordError::Version {
+            version: Some(7),
+            ..
+        }
+    ));
+    assert!(
+        error
+            .to_string()
+            .contains("a record of version 7, and this"),
+        "{error}"
+    );
+    for other in ["{}", "[1, 2]", "null", "{\"isa\": \"x86-64-v4\"}"] {
+        let error = load_text(other).expect_err("no record");
+        assert!(
+            matches!(error, RecordError::Version { version: None, .. }),
+            "{error:?}"
+        );
+    }
+
+    let error = load_text(&text.replacen("\"cpu\"", "\"gpu\"", 1)).expect_err("no CPU");
+    assert!(matches!(error, RecordError::Layout { .. }));
+    assert!(error.to_string().contains("missing field `cpu`"), "{error}");
+}
+
+#[test]
+fn rows_as_csv() {
+    let mut record = fixture::record(1);
+    record.rows.truncate(1);
+    let row = &mut record.rows[0];
+    row.scene = "a \"fine\", odd.test".into();
+    row.samples = vec![1.5, 2.5];
+    let text = to_csv(&record);
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 2);
+    assert!(lines[0].starts_with("scene,rays,engine,kernel,threads,mrays_per_s,"));
+    let start = "\"a \"\"fine\"\", odd.test\",primary,oracle,scalar,1,";
+    assert!(lines[1].starts_with(start), "{}", lines[1]);
+    assert!(
+        lines[1].ends_with(",1000,700,,true,,1.5 2.5"),
+        "{}",
+        lines[1]
+    );
+}

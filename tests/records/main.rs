@@ -1,0 +1,6 @@
+//! Benchmark records: their schema, their files, and one against another.
+
+mod baseline;
+mod files;
+mod fixture;
+mod schema;

@@ -1,0 +1,131 @@
+//! `perf/record.schema.json` says what a record is, no more and no less.
+
+use super::fixture;
+use phalanx::report::to_json;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The project's measurements, which are not part of the published package.
+fn perf() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("perf");
+    let here = folder.is_dir();
+    if !here {
+        println!("skipped: {} is not here", folder.display());
+    }
+    here.then_some(folder)
+}
+
+fn json(path: &Path) -> Value {
+    let text = fs::read_to_string(path).expect("a readable file");
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// What the schema finds wrong.
+fn errors(perf: &Path, document: &Value) -> Vec<String> {
+    let schema = json(&perf.join("record.schema.json"));
+    jsonschema::meta::validate(&schema).expect("a schema");
+    let validator = jsonschema::draft202012::new(&schema).expect("a schema of 2020-12");
+    let found = validator.iter_errors(document);
+    found
+        .map(|e| format!("{}: {e}", e.instance_path()))
+        .collect()
+}
+
+fn value(limits: bool) -> Value {
+    let mut record = fixture::record(2);
+    record.limits = limits.then(fixture::limits);
+    serde_json::from_str(&to_json(&record)).expect("JSON")
+}
+
+#[test]
+fn what_is_written_validates() {
+    let Some(perf) = perf() else { return };
+    for limits in [false, true] {
+        assert_eq!(errors(&perf, &value(limits)), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn kept_records_validate() {
+    let Some(perf) = perf() else { return };
+    for entry in fs::read_dir(perf.join("records")).expect("a folder of records") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_none_or(|ending| ending != "json") {
+            continue;
+        }
+        let document = json(&path);
+        // Those of `cargo bench --bench ratios` are of another kind.
+        if document.get("ratios").is_none() {
+            let wrong = errors(&perf, &document);
+            assert!(wrong.is_empty(), "{}: {wrong:?}", path.display());
+        }
+    }
+}
+
+#[test]
+fn broken_records_do_not() {
+    let Some(perf) = perf() else { return };
+    let breaks: [(&str, Value); 9] = [
+        ("/schema_version", 2.into()),
+        ("/machine/threads", Value::Null),
+        ("/machine/caches/0/kind", "trace".into()),
+        ("/run/size", Value::from(vec![1280])),
+        ("/scenes/0/hash", "0x123456".into()),
+        ("/rows/0/mrays_per_s/median", Value::Null),
+        ("/rows/0/samples/3", (-1.0).into()),
+        ("/rows/0/engine", "povray".into()),
+        ("/limits/threads/0/bandwidth/l1", "fast".into()),
+    ];
+    for (place, broken) in breaks {
+        let mut document = value(true);
+        *document.pointer_mut(place).expect(place) = broken;
+        assert!(!errors(&perf, &document).is_empty(), "{place}");
+    }
+    for place in ["", "/program", "/rows/0", "/counters/0/work", "/limits"] {
+        let mut document = value(true);
+        let object = document.pointer_mut(place).and_then(Value::as_object_mut);
+        object.expect(place).insert("surplus".into(), 1.into());
+        assert!(
+            !errors(&perf, &document).is_empty(),
+            "{place}: a surplus field"
+        );
+    }
+}
+
+/// Every field is described and required, and no object takes others. Maps have a description of what they map to.
+#[test]
+fn the_schema_is_complete() {
+    fn check(schema: &Value, place: &str) {
+        let described = schema.get("description").is_some() || schema.get("$ref").is_some();
+        assert!(described, "{place} has no description");
+        if let Some(properties) = schema.get("properties").and_then(Value::as_object) {
+            assert_eq!(schema["additionalProperties"], false, "{place}");
+            let mut names: Vec<&str> = properties.keys().map(String::as_str).collect();
+            let mut required: Vec<&str> = schema["required"]
+                .as_array()
+                .into_iter()
+                .flatten()
+                .filter_map(Value::as_str)
+                .collect();
+            names.sort_unstable();
+            required.sort_unstable();
+            assert_eq!(names, required, "{place}");
+            for (name, property) in properties {
+                assert!(property.get("description").is_some(), "{place}/{name}");
+                check(property, &format!("{place}/{name}"));
+            }
+        }
+        for inner in ["items", "additionalProperties"] {
+            if let Some(inner) = schema.get(inner).filter(|value| value.is_object()) {
+                check(inner, &format!("{place}/*"));
+            }
+        }
+    }
+    let Some(perf) = perf() else { return };
+    let schema = json(&perf.join("record.schema.json"));
+    check(&schema, "");
+    for (name, part) in schema["$defs"].as_object().expect("definitions") {
+        check(part, name);
+    }
+}
