@@ -1,6 +1,7 @@
 //! Records of benchmark runs: their layout, statistics, comparison, and a page to look at them.
 
 mod baseline;
+pub mod html;
 mod record;
 mod statistics;
 mod text;

@@ -104,7 +104,7 @@ const TABLE: [Row; 21] = [
 ];
 
 /// Crates that only some rooms (or files) may name.
-const OWNERS: [(&str, &[&str], &str); 10] = [
+const OWNERS: [(&str, &[&str], &str); 12] = [
     (
         "memmap2",
         &["cache/mapping.rs"],
@@ -143,8 +143,18 @@ const OWNERS: [(&str, &[&str], &str); 10] = [
     ("zune_core", &["formats/texture.rs"], "zune_jpeg's options"),
     (
         "base64",
-        &["formats/gltf/"],
-        "only glTF carries files as text",
+        &["formats/gltf/", "report/html/"],
+        "only glTF carries files as text, and a page its pictures",
+    ),
+    (
+        "maud",
+        &["report/html/"],
+        "markup that escapes what it is given, in one room",
+    ),
+    (
+        "plotters",
+        &["report/html/svg.rs"],
+        "charts can be drawn by another crate, through one file",
     ),
     (
         "core_affinity",

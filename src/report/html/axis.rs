@@ -1,0 +1,107 @@
+//! Axes: numbers to places, and the round numbers along them.
+
+use super::words;
+
+/// A logarithmic axis from one place to another, in pixels.
+#[derive(Clone, Debug)]
+pub(super) struct LogAxis {
+    /// Ends, as natural logarithms.
+    low: f64,
+    high: f64,
+    from: f64,
+    to: f64,
+}
+
+impl LogAxis {
+    /// An axis that shows every positive finite value, with some room at both ends. None where there is no such value.
+    pub(super) fn over(
+        values: impl IntoIterator<Item = f64>,
+        from: f64,
+        to: f64,
+    ) -> Option<LogAxis> {
+        let good = values.into_iter().filter(|v| v.is_finite() && *v > 0.0);
+        let (low, high) = good.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (v.ln().min(low), v.ln().max(high))
+        });
+        if low > high {
+            return None;
+        }
+        // At least a factor of two, so that noise does not fill the picture.
+        let spread = (high - low).max(2.0_f64.ln());
+        let middle = 0.5 * (low + high);
+        let half = 0.5 * spread * 1.08;
+        Some(LogAxis {
+            low: middle - half,
+            high: middle + half,
+            from,
+            to,
+        })
+    }
+
+    /// The place of a value; one that has none stands at the nearer end.
+    pub(super) fn at(&self, value: f64) -> f64 {
+        let share = (value.ln() - self.low) / (self.high - self.low);
+        let share = if share.is_nan() { 0.0 } else { share };
+        self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
+    }
+
+    /// The values at both ends.
+    pub(super) fn ends(&self) -> (f64, f64) {
+        (self.low.exp(), self.high.exp())
+    }
+
+    /// Round numbers along it, no two labels closer than `gap` pixels, and their texts.
+    pub(super) fn ticks(&self, gap: f64) -> Vec<(f64, String)> {
+        let wanted: [&[u32]; 4] = [&[1, 2, 3, 4, 5, 6, 7, 8, 9], &[1, 2, 5], &[1, 3], &[1]];
+        let fits = |ticks: &Vec<(f64, String)>| {
+            let far = |pair: &[(f64, String)]| (pair[1].0 - pair[0].0).abs() >= gap;
+            ticks.windows(2).all(far)
+        };
+        let series = wanted.iter().map(|digits| self.ticks_of(digits));
+        let mut series = series.filter(fits);
+        match series.next() {
+            Some(ticks) => ticks,
+            None => self.sparse(gap),
+        }
+    }
+
+    /// Every n-th power of ten.
+    fn sparse(&self, gap: f64) -> Vec<(f64, String)> {
+        let mut kept: Vec<(f64, String)> = Vec::new();
+        for tick in self.ticks_of(&[1]) {
+            let far = |last: &(f64, String)| (tick.0 - last.0).abs() >= gap;
+            if kept.last().is_none_or(far) {
+                kept.push(tick);
+            }
+        }
+        kept
+    }
+
+    fn ticks_of(&self, digits: &[u32]) -> Vec<(f64, String)> {
+        let (low, high) = self.ends();
+        let numbers = (-12..=15).flat_map(|power| digits.iter().map(move |d| (*d, power)));
+        // Parsed, because a product of tens is not the number that it prints as.
+        let numbers = numbers.filter_map(|(d, power)| format!("{d}e{power}").parse::<f64>().ok());
+        let inside = numbers.filter(|n| (low..=high).contains(n));
+        inside.map(|n| (self.at(n), words::short(n))).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_apart() {
+        let axis = LogAxis::over([0.5, 60.0, f64::NAN, -1.0], 0.0, 240.0).unwrap();
+        let ticks = axis.ticks(24.0);
+        let texts: Vec<&str> = ticks.iter().map(|t| t.1.as_str()).collect();
+        assert_eq!(texts, ["0.5", "1", "2", "5", "10", "20", "50"]);
+        assert!(axis.at(0.5) > 0.0 && axis.at(60.0) < 240.0);
+        assert_eq!(axis.at(f64::NAN), 0.0);
+        assert_eq!(axis.at(1e300), 240.0);
+        let wide = LogAxis::over([1e-12, 1e15], 0.0, 100.0).unwrap();
+        assert!(wide.ticks(30.0).len() <= 4);
+        assert!(LogAxis::over([f64::NAN, 0.0, -3.0], 0.0, 1.0).is_none());
+    }
+}

@@ -1,0 +1,124 @@
+//! Dot plots: one line of the page per thing, one marker per engine, a logarithmic axis below and above.
+
+use super::axis::LogAxis;
+use super::svg::{Anchor, Canvas, Failure, Point, Shape, Tint, draw};
+use super::words;
+use maud::{Markup, html};
+
+/// A value with its interval.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Dot {
+    pub(super) value: f64,
+    pub(super) low: f64,
+    pub(super) high: f64,
+    /// Number of its colour and shape.
+    pub(super) style: usize,
+}
+
+/// A line of the plot.
+#[derive(Clone, Debug)]
+pub(super) struct Line {
+    pub(super) label: String,
+    /// Lines of one group are next to each other; a rule parts groups.
+    pub(super) group: String,
+    pub(super) dots: Vec<Dot>,
+}
+
+/// A plot.
+pub(super) struct Dots<'a> {
+    /// What it shows, for those who do not see it.
+    pub(super) label: &'a str,
+    /// What the axis counts.
+    pub(super) axis: &'a str,
+    pub(super) lines: &'a [Line],
+    /// A value with a rule of its own, such as 1 for ratios.
+    pub(super) mark: Option<f64>,
+}
+
+/// Sizes in pixels. The width is that of a narrow page, so that text has its own size there.
+pub(super) const WIDTH: f64 = 360.0;
+const LABELS: f64 = 108.0;
+const RIGHT: f64 = WIDTH - 14.0;
+const TOP: f64 = 24.0;
+const STEP: f64 = 15.0;
+const BOTTOM: f64 = 40.0;
+/// Engines of one line stand so far apart, so that none hides another.
+const DODGE: f64 = 2.4;
+/// Longest label, in characters that fit before the axis.
+const LABEL_LENGTH: usize = 19;
+
+impl Dots<'_> {
+    /// The chart, or a line that says that there is nothing to show.
+    pub(super) fn markup(&self) -> Markup {
+        let values = self.lines.iter().flat_map(|l| &l.dots);
+        let values = values
+            .flat_map(|d| [d.value, d.low, d.high])
+            .chain(self.mark);
+        let Some(axis) = LogAxis::over(values, LABELS, RIGHT) else {
+            return html! { p.note { "No rate to show." } };
+        };
+        let size = (WIDTH, self.floor() + BOTTOM);
+        draw(size, self.label, |canvas| {
+            self.paint_axis(canvas, &axis)?;
+            self.paint_lines(canvas, &axis)
+        })
+    }
+
+    /// Where the axis below stands.
+    fn floor(&self) -> f64 {
+        TOP + STEP * self.lines.len() as f64 + 4.0
+    }
+
+    fn paint_axis(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), Failure> {
+        let floor = self.floor();
+        for (x, text) in axis.ticks(26.0) {
+            canvas.line(&[(x, TOP - 4.0), (x, floor)], Tint::Grid, 1.0)?;
+            let small = (Tint::Muted, 10.5);
+            canvas.text((x, floor + 10.0), Anchor::Middle, small, &text)?;
+            if self.lines.len() > 20 {
+                canvas.text((x, TOP - 12.0), Anchor::Middle, small, &text)?;
+            }
+        }
+        if let Some(mark) = self.mark {
+            let x = axis.at(mark);
+            canvas.line(&[(x, TOP - 4.0), (x, floor)], Tint::Ink, 1.0)?;
+        }
+        let middle = 0.5 * (LABELS + RIGHT);
+        canvas.text(
+            (middle, floor + 27.0),
+            Anchor::Middle,
+            (Tint::Muted, 11.0),
+            self.axis,
+        )
+    }
+
+    fn paint_lines(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), Failure> {
+        let mut before: Option<&str> = None;
+        for (i, line) in self.lines.iter().enumerate() {
+            let top = TOP + STEP * i as f64;
+            if before.is_some_and(|group| group != line.group) {
+                canvas.line(&[(4.0, top), (RIGHT, top)], Tint::Grid, 1.0)?;
+            }
+            before = Some(&line.group);
+            let y = top + 0.5 * STEP;
+            let label = words::shortened(&line.label, LABEL_LENGTH);
+            canvas.text((LABELS - 8.0, y), Anchor::End, (Tint::Ink, 11.0), &label)?;
+            // Ours comes first and is painted last, on top.
+            let middle = 0.5 * (line.dots.len() as f64 - 1.0);
+            for (k, dot) in line.dots.iter().enumerate().rev() {
+                paint_dot(canvas, axis, y + DODGE * (k as f64 - middle), dot)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn paint_dot(canvas: &Canvas<'_>, axis: &LogAxis, y: f64, dot: &Dot) -> Result<(), Failure> {
+    let tint = Tint::Series(dot.style);
+    let (low, high) = (axis.at(dot.low), axis.at(dot.high));
+    if dot.low.is_finite() && dot.high.is_finite() && high - low > 0.5 {
+        let bar: [Point; 2] = [(low, y), (high, y)];
+        canvas.line(&bar, tint, 1.25)?;
+    }
+    canvas.marker((axis.at(dot.value), y), (tint, Shape::of(dot.style)), 3.2)
+}

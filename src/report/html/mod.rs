@@ -1,0 +1,95 @@
+//! A record as a page to look at: one HTML file that needs no network and no script.
+//!
+//! Charts are SVG in the page's own colours, so that they follow the reader's choice of light or dark.
+
+mod axis;
+mod dots;
+mod rates;
+mod roofline;
+mod scaling;
+mod scenes;
+mod summary;
+mod svg;
+mod tables;
+mod view;
+mod words;
+mod work;
+
+use super::Record;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use view::View;
+
+const STYLE: &str = include_str!("style.css");
+
+/// Pictures of a scene. What is no PNG is left out.
+pub struct ScenePictures {
+    /// [`super::SceneRecord::name`].
+    pub scene: String,
+    /// The scene rendered, some 200 to 400 pixels wide.
+    pub thumbnail_png: Vec<u8>,
+    /// The cost of each pixel in false colours.
+    pub heat_png: Option<Vec<u8>>,
+    /// What its colours mean, in words.
+    pub heat_legend: String,
+}
+
+/// The page of a record. Whatever the record lacks, its section says in a line or is left out; no record is too odd.
+pub fn page(record: &Record, pictures: &[ScenePictures]) -> String {
+    let view = View::new(record);
+    let markup = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                // Browsers ask for an icon otherwise.
+                link rel="icon" href="data:,";
+                title { (title(record)) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body { (body(&view, pictures)) }
+        }
+    };
+    printable(&markup.into_string())
+}
+
+fn body(view: &View<'_>, pictures: &[ScenePictures]) -> Markup {
+    html! {
+        header {
+            h1 { (title(view.record)) }
+            (summary::facts(view.record))
+            nav aria-label="Sections" {
+                @for (id, name) in [
+                    ("headline", "In short"),
+                    ("rates", "Rates"),
+                    ("threads", "Threads"),
+                    ("sizes", "Sizes"),
+                    ("roofline", "Roofline"),
+                    ("scenes", "Scenes"),
+                ] {
+                    a href={ "#" (id) } { (name) }
+                }
+            }
+        }
+        main {
+            (summary::warnings(view))
+            (summary::headline(view))
+            (rates::section(view))
+            (scaling::sections(view))
+            (roofline::section(view))
+            (scenes::section(view, pictures))
+        }
+    }
+}
+
+fn title(record: &Record) -> String {
+    let day = record.run.started.split('T').next().unwrap_or_default();
+    format!("phalanx bench, {day}")
+}
+
+/// Control characters, which HTML forbids, replaced.
+fn printable(page: &str) -> String {
+    let forbidden = |c: char| c.is_control() && c != '\n';
+    page.replace(forbidden, "\u{fffd}")
+}

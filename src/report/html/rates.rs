@@ -1,0 +1,177 @@
+//! Rates by scene and kind of rays, the peers beside them; all of them again as tables.
+
+use super::dots::{Dot, Dots, Line};
+use super::svg::{Shape, Tint, key};
+use super::tables::{Table, cell, folded};
+use super::view::{OURS, View, has_rate, is_peer, threads_text};
+use super::words;
+use crate::report::Row;
+use maud::{Markup, html};
+use std::collections::BTreeMap;
+
+/// The section, or nothing where no row has a rate.
+pub(super) fn section(view: &View<'_>) -> Markup {
+    if !view.record.rows.iter().any(has_rate) {
+        return html! {};
+    }
+    let (most, fewer) = match view.threads.split_last() {
+        Some((most, fewer)) => (*most, fewer),
+        None => return html! {},
+    };
+    html! {
+        section #rates {
+            h2 { "Rates" }
+            p {
+                "Millions of rays a second, median and its 95" "\u{202f}" "% interval, on "
+                (threads_text(most)) ". The axis is logarithmic: equal distances are equal factors. "
+                "Ours is the kernel " code { "auto" } ", which is what " code { "render" } " would use; "
+                "a peer is shown by its best exact mode for each scene."
+            }
+            (legend(view))
+            (charts(view, most))
+            @for threads in fewer.iter().rev() {
+                (folded(&format!("Charts on {}", threads_text(*threads)), charts(view, *threads)))
+            }
+            h3 { "All rates" }
+            p.note {
+                "Median in Mrays/s, below it the 95" "\u{202f}" "% interval. "
+                "† marks a mode that answers too many rays otherwise to count as exact."
+            }
+            @for kind in &view.kinds {
+                @for threads in view.threads_from_most() {
+                    (table(view, kind, threads))
+                }
+            }
+        }
+    }
+}
+
+/// What colours and shapes mean.
+pub(super) fn legend(view: &View<'_>) -> Markup {
+    html! {
+        ul.legend {
+            @for (i, engine) in view.engines.iter().enumerate() {
+                @let meaning = match *engine {
+                    OURS => "phalanx auto".to_owned(),
+                    peer if is_peer(peer) => format!("{peer}, best exact mode"),
+                    other => other.to_owned(),
+                };
+                (key((Tint::Series(i), Shape::of(i)), &meaning))
+            }
+        }
+    }
+}
+
+fn charts(view: &View<'_>, threads: u32) -> Markup {
+    html! {
+        div.grid {
+            @for kind in &view.kinds { (chart(view, kind, threads)) }
+        }
+    }
+}
+
+fn chart(view: &View<'_>, kind: &str, threads: u32) -> Markup {
+    let lines = view
+        .scenes
+        .iter()
+        .map(|scene| line(view, scene, kind, threads));
+    let lines: Vec<Line> = lines.filter(|l| !l.dots.is_empty()).collect();
+    if lines.is_empty() {
+        return html! {};
+    }
+    let label = format!(
+        "Dot plot: {kind} rays on {}, Mrays/s by scene and engine; the tables below hold the numbers.",
+        threads_text(threads)
+    );
+    let dots = Dots {
+        label: &label,
+        axis: "Mrays/s",
+        lines: &lines,
+        mark: None,
+    };
+    html! {
+        figure {
+            figcaption { strong { (kind) } ", " (threads_text(threads)) }
+            (dots.markup())
+        }
+    }
+}
+
+fn line(view: &View<'_>, scene: &str, kind: &str, threads: u32) -> Line {
+    let engines = view.engines.iter().enumerate();
+    let dots = engines.filter_map(|(style, engine)| {
+        let row = view.stands_for(engine, scene, kind, threads)?;
+        let rate = row.mrays_per_s;
+        Some(Dot {
+            value: rate.median,
+            low: rate.low,
+            high: rate.high,
+            style,
+        })
+    });
+    let family = view.scene(scene).and_then(|s| s.family.clone());
+    Line {
+        label: view.short_name(scene),
+        group: family.unwrap_or_default(),
+        dots: dots.collect(),
+    }
+}
+
+/// One kind on so many threads: a row per scene, a column per engine and kernel.
+fn table(view: &View<'_>, kind: &str, threads: u32) -> Markup {
+    let columns = columns(view, kind, threads);
+    let rows = view.scenes.iter().filter_map(|scene| {
+        let mut of_scene: BTreeMap<(&str, &str), &Row> = BTreeMap::new();
+        for row in view.rows(scene, kind, threads) {
+            of_scene.insert((&row.engine, &row.kernel), row);
+        }
+        let any = of_scene.values().next()?;
+        let mut cells = vec![cell(scene), cell(words::count(any.rays_timed))];
+        let rates = columns.iter().map(|column| of_scene.get(column));
+        cells.extend(rates.map(|row| row.map_or_else(|| cell(words::NONE), |row| rate_cell(row))));
+        Some(cells)
+    });
+    let rows: Vec<_> = rows.collect();
+    let mut head = vec!["scene".to_owned(), "rays timed".to_owned()];
+    head.extend(
+        columns
+            .iter()
+            .map(|(engine, kernel)| format!("{engine} {kernel}")),
+    );
+    let table = Table {
+        caption: format!("{kind} rays, {}, Mrays/s", threads_text(threads)),
+        head,
+        texts: 1,
+        rows,
+    };
+    match table.rows.is_empty() {
+        true => html! {},
+        false => table.folded(),
+    }
+}
+
+/// Engines in their order, `auto` first among the kernels of ours.
+fn columns<'a>(view: &View<'a>, kind: &str, threads: u32) -> Vec<(&'a str, &'a str)> {
+    let rows = view.record.rows.iter();
+    let rows = rows.filter(|r| r.rays == kind && r.threads == threads);
+    let mut columns: Vec<_> = rows
+        .map(|r| (r.engine.as_str(), r.kernel.as_str()))
+        .collect();
+    columns.sort_by_key(|&(engine, kernel)| {
+        let place = view.engines.iter().position(|e| *e == engine);
+        (place, kernel != "auto", kernel)
+    });
+    columns.dedup();
+    columns
+}
+
+fn rate_cell(row: &Row) -> Markup {
+    let rate = row.mrays_per_s;
+    let inexact = is_peer(&row.engine) && !row.exact;
+    html! {
+        (words::measured(rate.median))
+        @if inexact { "†" }
+        @if let Some(other) = &row.same_as { small { "= " (other) } }
+        small { (words::measured(rate.low)) "–" (words::measured(rate.high)) }
+    }
+}

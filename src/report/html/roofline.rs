@@ -1,0 +1,267 @@
+//! The roofline (Williams, Waterman and Patterson, CACM 2009): operations a second against operations per byte, below
+//! what the machine's arithmetic and each level of its memory can give.
+
+use super::axis::LogAxis;
+use super::dots::WIDTH;
+use super::scaling::paint_frame;
+use super::svg::{Anchor, Canvas, Failure, Shape, Tint, draw, key};
+use super::tables::{Table, cell};
+use super::view::{View, threads_text};
+use super::{words, work};
+use crate::report::{CounterRow, ThreadLimits};
+use maud::{Markup, html};
+
+const LEFT: f64 = 38.0;
+const FLOOR: f64 = 240.0;
+const TOP: f64 = 12.0;
+
+/// Levels of memory from the fastest on, and how they are called.
+const LEVELS: [(&str, &str); 4] = [
+    ("l1", "L1"),
+    ("l2", "L2"),
+    ("l3", "L3"),
+    ("memory", "memory"),
+];
+
+/// Sizes of scenes in the suite, in the order of their colours; scenes without one come last.
+const STEPS: [&str; 3] = ["small", "medium", "large"];
+
+/// A scene's place.
+struct Spot<'a> {
+    scene: &'a str,
+    kind: &'a str,
+    /// Operations and bytes of one ray.
+    operations: f64,
+    bytes: f64,
+    /// Operations a byte.
+    intensity: f64,
+    /// 10⁹ operations a second.
+    rate: f64,
+    /// Number of its colour and shape.
+    style: usize,
+}
+
+/// The section; says so in a line where limits or counters are missing.
+pub(super) fn section(view: &View<'_>) -> Markup {
+    html! {
+        section #roofline {
+            h2 { "Roofline" }
+            (inside(view))
+        }
+    }
+}
+
+fn inside(view: &View<'_>) -> Markup {
+    if view.record.counters.is_empty() {
+        return html! { p.note { "Work was not counted in this run, so there is no roofline." } };
+    }
+    let limits = view.record.limits.iter().flat_map(|l| &l.threads);
+    let limits = limits.filter(|l| view.threads.contains(&l.threads) && l.gflops > 0.0);
+    let Some(limits) = limits.max_by_key(|l| l.threads) else {
+        return html! { p.note { "The machine's limits were not measured on the threads of this run, so there is no roofline." } };
+    };
+    let spots = spots(view, limits.threads);
+    let levels = levels(limits);
+    if spots.is_empty() || levels.is_empty() {
+        return html! { p.note { "No row of this run has both a rate and counted work, so there is no roofline." } };
+    }
+    let styles = styles(&spots);
+    html! {
+        p {
+            "What " code { "auto" } " does on " (threads_text(limits.threads)) ", each marker a scene. Slanted rules are "
+            "measured reading bandwidths, the level rule is the measured peak of additions and multiplications ("
+            (words::measured(limits.gflops)) "\u{202f}" "Gop/s). A marker above the rule of a level gets most of its bytes from "
+            "faster ones. Bytes are those of nodes and primitives that packets touch; operations are counted from the code "
+            "of each test, at least so many: " (words::short(work::BOX)) " a box, " (words::short(work::TRIANGLE))
+            " a triangle, " (words::short(work::SPHERE)) " a sphere."
+        }
+        @if styles.len() > 1 {
+            ul.legend { @for style in &styles { (key(look(*style), style_name(*style))) } }
+        }
+        div.grid {
+            @for kind in &view.kinds { (chart(kind, &spots, limits, &levels)) }
+        }
+        (table(&spots, limits, &levels).folded())
+    }
+}
+
+/// Bandwidths that were measured, GB/s.
+fn levels(limits: &ThreadLimits) -> Vec<(&'static str, f64)> {
+    let level = |(key, name): (&str, &'static str)| Some((name, *limits.bandwidth.get(key)?));
+    let levels = LEVELS.into_iter().filter_map(level);
+    levels.filter(|l| l.1.is_finite() && l.1 > 0.0).collect()
+}
+
+fn spots<'a>(view: &View<'a>, threads: u32) -> Vec<Spot<'a>> {
+    let mut spots = Vec::new();
+    for kind in &view.kinds {
+        for scene in &view.scenes {
+            spots.extend(spot(view, scene, kind, threads));
+        }
+    }
+    spots
+}
+
+fn spot<'a>(view: &View<'a>, scene: &'a str, kind: &'a str, threads: u32) -> Option<Spot<'a>> {
+    let row = view.auto(scene, kind, threads)?;
+    let counters = counters_of(view, scene, kind, row.same_as.as_deref())?;
+    let rays = counters.ray_count as f64;
+    let known = view.scene(scene);
+    let operations = work::operations(&counters.work, known) / rays;
+    let bytes = counters.work.bytes as f64 / rays;
+    let spot = Spot {
+        scene,
+        kind,
+        operations,
+        bytes,
+        intensity: operations / bytes,
+        rate: row.mrays_per_s.median * operations * 1e-3,
+        style: step_style(known.and_then(|s| s.step.as_deref())),
+    };
+    let good = [spot.intensity, spot.rate]
+        .iter()
+        .all(|v| v.is_finite() && *v > 0.0);
+    good.then_some(spot)
+}
+
+/// The work of `auto`, by its own name or by that of the kernel that it is.
+fn counters_of<'a>(
+    view: &View<'a>,
+    scene: &str,
+    kind: &str,
+    same_as: Option<&str>,
+) -> Option<&'a CounterRow> {
+    let of_scene = || {
+        view.record
+            .counters
+            .iter()
+            .filter(|c| c.scene == scene && c.rays == kind)
+    };
+    let auto = of_scene().find(|c| c.kernel == "auto");
+    auto.or_else(|| of_scene().find(|c| Some(c.kernel.as_str()) == same_as))
+}
+
+/// Colours and shapes of small, medium, large, and of scenes that are none of them.
+fn step_style(step: Option<&str>) -> usize {
+    let place = step.and_then(|step| STEPS.iter().position(|s| *s == step));
+    place.unwrap_or(STEPS.len())
+}
+
+fn look(style: usize) -> (Tint, Shape) {
+    const LOOKS: [(Tint, Shape); 4] = [
+        (Tint::Series(3), Shape::Triangle),
+        (Tint::Series(2), Shape::Square),
+        (Tint::Series(0), Shape::Disc),
+        (Tint::Series(4), Shape::Diamond),
+    ];
+    LOOKS[style % LOOKS.len()]
+}
+
+fn style_name(style: usize) -> &'static str {
+    STEPS.get(style).copied().unwrap_or("other scenes")
+}
+
+fn styles(spots: &[Spot<'_>]) -> Vec<usize> {
+    let mut styles: Vec<usize> = spots.iter().map(|s| s.style).collect();
+    styles.sort_unstable();
+    styles.dedup();
+    styles
+}
+
+/// One kind of rays; all kinds have the same axes, so that they can be compared.
+fn chart(kind: &str, all: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> Markup {
+    let spots: Vec<&Spot<'_>> = all.iter().filter(|s| s.kind == kind).collect();
+    let ridges = levels.iter().map(|l| limits.gflops / l.1);
+    let x = LogAxis::over(
+        all.iter().map(|s| s.intensity).chain(ridges),
+        LEFT,
+        WIDTH - 14.0,
+    );
+    let heights = all.iter().map(|s| s.rate).chain([limits.gflops * 1.5]);
+    let y = LogAxis::over(heights, FLOOR, TOP);
+    let (Some(x), Some(y)) = (x, y) else {
+        return html! {};
+    };
+    if spots.is_empty() {
+        return html! {};
+    }
+    let label = format!(
+        "Roofline of {kind} rays, a marker for each scene; the table below holds the numbers."
+    );
+    let paint = |canvas: &Canvas<'_>| {
+        paint_frame(canvas, (&x, &y), "operations per byte", FLOOR)?;
+        paint_roofs(canvas, (&x, &y), limits.gflops, levels)?;
+        for spot in &spots {
+            let place = (x.at(spot.intensity), y.at(spot.rate));
+            canvas.marker(place, look(spot.style), 3.4)?;
+        }
+        Ok(())
+    };
+    html! {
+        figure {
+            figcaption { strong { (kind) } ", Gop/s" }
+            (draw((WIDTH, FLOOR + 40.0), &label, paint))
+        }
+    }
+}
+
+fn paint_roofs(
+    canvas: &Canvas<'_>,
+    (x, y): (&LogAxis, &LogAxis),
+    peak: f64,
+    levels: &[(&str, f64)],
+) -> Result<(), Failure> {
+    let (left, right) = x.ends();
+    let (floor, _) = y.ends();
+    let small = (Tint::Ink, 10.5);
+    let end = (x.at(right), y.at(peak));
+    let first_ridge = levels
+        .iter()
+        .map(|l| peak / l.1)
+        .fold(right, f64::min)
+        .max(left);
+    canvas.line(&[(x.at(first_ridge), y.at(peak)), end], Tint::Ink, 1.5)?;
+    canvas.text((end.0, end.1 - 8.0), Anchor::End, small, "peak")?;
+    for (name, bandwidth) in levels {
+        // From where it enters the picture, at its left end or its floor, up to the peak.
+        let start = left.max(floor / bandwidth);
+        let ridge = peak / bandwidth;
+        if start >= ridge {
+            continue;
+        }
+        let from = (x.at(start), y.at(start * bandwidth));
+        canvas.line(&[from, (x.at(ridge), y.at(peak))], Tint::Ink, 1.0)?;
+        canvas.text((from.0 + 4.0, from.1 - 9.0), Anchor::Start, small, name)?;
+    }
+    Ok(())
+}
+
+fn table(spots: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> Table {
+    let mut head: Vec<String> = [
+        "scene",
+        "rays",
+        "operations/ray",
+        "bytes/ray",
+        "operations/byte",
+        "Gop/s",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    head.push("of peak".to_owned());
+    head.extend(levels.iter().map(|(name, _)| format!("bytes, of {name}'s")));
+    let rows = spots.iter().map(|spot| {
+        let mut cells = vec![cell(spot.scene), cell(spot.kind)];
+        let numbers = [spot.operations, spot.bytes, spot.intensity, spot.rate];
+        cells.extend(numbers.map(|n| cell(words::measured(n))));
+        cells.push(cell(words::percent(spot.rate / limits.gflops)));
+        let read = spot.rate / spot.intensity;
+        cells.extend(levels.iter().map(|l| cell(words::percent(read / l.1))));
+        cells
+    });
+    Table {
+        caption: "Operations, bytes and shares of the machine's limits".to_owned(),
+        head,
+        texts: 2,
+        rows: rows.collect(),
+    }
+}

@@ -1,0 +1,180 @@
+//! The scenes: what they look like, where rays are dear, what they consist of, and what came before tracing.
+
+use super::ScenePictures;
+use super::tables::{Table, cell};
+use super::view::View;
+use super::words;
+use crate::report::SceneRecord;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use maud::{Markup, html};
+
+/// The section: a card for each scene, then what their rays were answered.
+pub(super) fn section(view: &View<'_>, pictures: &[ScenePictures]) -> Markup {
+    if view.scenes.is_empty() {
+        return html! { section #scenes { h2 { "Scenes" } p.note { "The record has no scenes." } } };
+    }
+    html! {
+        section #scenes {
+            h2 { "Scenes" }
+            div.cards {
+                @for name in &view.scenes {
+                    @let pictures = pictures.iter().find(|p| p.scene == *name);
+                    (card(name, view.scene(name), pictures))
+                }
+            }
+            (answers(view))
+            (work_tables(view))
+        }
+    }
+}
+
+fn card(name: &str, scene: Option<&SceneRecord>, pictures: Option<&ScenePictures>) -> Markup {
+    html! {
+        article.card {
+            h3 { (name) }
+            @if let Some(pictures) = pictures { (both(name, pictures)) }
+            @match scene {
+                Some(scene) => (facts(scene)),
+                None => p.note { "The record says nothing else of it." },
+            }
+        }
+    }
+}
+
+/// Thumbnail and heat map beside each other.
+fn both(name: &str, pictures: &ScenePictures) -> Markup {
+    let heat = pictures.heat_png.as_deref().unwrap_or_default();
+    html! {
+        div.pictures {
+            (picture(&pictures.thumbnail_png, &format!("The scene {name}, rendered"), ""))
+            (picture(heat, &format!("Traversal cost of each pixel of {name}"), &pictures.heat_legend))
+        }
+    }
+}
+
+/// A picture with its size, so that the page does not jump; nothing where it is no PNG.
+fn picture(png: &[u8], alt: &str, caption: &str) -> Markup {
+    let Some((width, height)) = png_size(png) else {
+        return html! {};
+    };
+    let source = format!("data:image/png;base64,{}", STANDARD.encode(png));
+    html! {
+        figure {
+            img src=(source) alt=(alt) width=(width) height=(height) decoding="async";
+            @if !caption.is_empty() { figcaption { (caption) } }
+        }
+    }
+}
+
+/// Width and height in the header of a PNG file.
+fn png_size(png: &[u8]) -> Option<(u32, u32)> {
+    let header = png.strip_prefix(b"\x89PNG\r\n\x1a\n")?;
+    let number = |at: usize| {
+        let bytes = header.get(at..at + 4)?;
+        Some(u32::from_be_bytes(bytes.try_into().ok()?))
+    };
+    (header.get(4..8)? == b"IHDR").then_some((number(8)?, number(12)?))
+}
+
+fn facts(scene: &SceneRecord) -> Markup {
+    let parts = scene.primitives.iter().filter(|(_, count)| **count > 0);
+    let parts: Vec<String> = parts
+        .map(|(kind, count)| format!("{} {kind}", words::count(*count)))
+        .collect();
+    let builds = scene.build_seconds.iter();
+    let builds: Vec<String> = builds
+        .map(|(engine, seconds)| format!("{engine} {}", words::seconds(*seconds)))
+        .collect();
+    let [width, height] = scene.size;
+    html! {
+        dl {
+            dt { "Primitives" }
+            dd {
+                @if parts.is_empty() { (words::count(scene.primitive_count)) } @else { (words::listed(&parts)) }
+            }
+            dt { "Load" } dd { (words::seconds(scene.load_seconds)) }
+            @if !builds.is_empty() { dt { "Build" } dd { (builds.join(", ")) } }
+            dt { "Tree" } dd { (words::bytes(scene.tree_bytes)) }
+            dt { "Picture" } dd { (width) "×" (height) }
+            dt { "Hash" } dd { code { (scene.hash) } }
+        }
+    }
+}
+
+/// What the rays were answered: the reason to believe the rates.
+fn answers(view: &View<'_>) -> Markup {
+    let mut rows = Vec::new();
+    for scene in &view.record.scenes {
+        for (kind, set) in &scene.rays {
+            rows.push(vec![
+                cell(&scene.name),
+                cell(kind),
+                html! { code { (set.checksum) } },
+                cell(words::count(set.rays)),
+                cell(words::count(set.hits)),
+                cell(words::percent(set.hits as f64 / set.rays as f64)),
+            ]);
+        }
+    }
+    let head = ["scene", "rays", "checksum", "number", "hits", "share"];
+    let table = Table {
+        caption: "Rays and their answers".to_owned(),
+        head: head.map(str::to_owned).to_vec(),
+        texts: 3,
+        rows,
+    };
+    match table.rows.is_empty() {
+        true => html! {},
+        false => table.folded(),
+    }
+}
+
+/// Counted work, a table for each kind.
+fn work_tables(view: &View<'_>) -> Markup {
+    html! {
+        @for kind in &view.kinds {
+            @let table = work_table(view, kind);
+            @if !table.rows.is_empty() { (table.folded()) }
+        }
+    }
+}
+
+fn work_table(view: &View<'_>, kind: &str) -> Table {
+    let counters = view.record.counters.iter().filter(|c| c.rays == kind);
+    let rows = counters.map(|counter| {
+        let work = &counter.work;
+        let per_ray = |count: u64| cell(words::measured(count as f64 / counter.ray_count as f64));
+        let lanes = work.packets as f64 * 8.0;
+        vec![
+            cell(&counter.scene),
+            cell(&counter.kernel),
+            cell(words::count(counter.ray_count)),
+            cell(words::count(work.packets)),
+            cell(words::percent(work.active_lanes as f64 / lanes)),
+            per_ray(work.node_visits),
+            per_ray(work.box_tests),
+            per_ray(work.leaf_visits),
+            per_ray(work.prim_tests),
+            per_ray(work.bytes),
+        ]
+    });
+    let head = [
+        "scene",
+        "kernel",
+        "rays",
+        "packets",
+        "occupancy",
+        "node visits/ray",
+        "box tests/ray",
+        "leaf visits/ray",
+        "primitive tests/ray",
+        "bytes/ray",
+    ];
+    Table {
+        caption: format!("Work of {kind} rays"),
+        head: head.map(str::to_owned).to_vec(),
+        texts: 2,
+        rows: rows.collect(),
+    }
+}

@@ -1,0 +1,344 @@
+//! The top of the page: what was measured on what, the headline, and what to beware of.
+
+use super::dots::{Dot, Dots, Line};
+use super::svg::{Shape, Tint, key};
+use super::tables::{Table, cell};
+use super::view::{ORACLE, OURS, View, geometric_mean, has_rate, is_peer, threads_text};
+use super::words;
+use crate::report::{Record, Row};
+use maud::{Markup, html};
+use std::collections::BTreeMap;
+
+/// Intervals wider than this share of the median are worth a warning.
+const WIDE: f64 = 0.1;
+
+/// Where it was measured, by whom, when.
+pub(super) fn facts(record: &Record) -> Markup {
+    let Record {
+        program,
+        machine,
+        run,
+        ..
+    } = record;
+    let revision = program.git_revision.as_deref().unwrap_or("not known");
+    let dirty = if program.git_dirty == Some(true) {
+        ", with changes"
+    } else {
+        ""
+    };
+    html! {
+        dl.facts {
+            dt { "Machine" } dd { (machine_text(record)) }
+            @if let Some(kernel) = &machine.kernel { dt { "System" } dd { (kernel) } }
+            dt { "Program" }
+            dd {
+                "phalanx " (program.version) ", commit " code { (revision) } (dirty) ", profile " (program.profile)
+                ", compiled for " (program.isa_compiled)
+                @if let Some(rustc) = &program.rustc { " by " (rustc) }
+            }
+            @if !run.peers.is_empty() { dt { "Peers" } dd { (words::listed(&run.peers)) } }
+            dt { "Taken" }
+            dd {
+                (run.started) ", in " (words::seconds(run.seconds)) "; " (run.size[0]) "×" (run.size[1]) " rays, "
+                (words::plural(run.repeat as usize, "sample")) " a row, at least " (words::seconds(run.min_time)) " each"
+                @if run.pinned { ", workers bound to cores" }
+            }
+            dt { "Command" } dd { code { "phalanx " (run.arguments.join(" ")) } }
+        }
+    }
+}
+
+fn machine_text(record: &Record) -> String {
+    let machine = &record.machine;
+    let named = if machine.cpu.is_empty() {
+        "a CPU without a name"
+    } else {
+        &machine.cpu
+    };
+    let mut parts = vec![named.to_owned()];
+    if let Some(cores) = machine.cores {
+        parts.push(words::plural(cores as usize, "core"));
+    }
+    parts.push(threads_text(machine.threads));
+    let mut caches: Vec<_> = machine
+        .caches
+        .iter()
+        .filter(|c| c.kind != "instruction")
+        .collect();
+    caches.sort_by_key(|c| c.level);
+    parts.extend(
+        caches
+            .iter()
+            .map(|c| format!("L{} {}", c.level, words::binary_bytes(c.bytes))),
+    );
+    if let Some(bytes) = machine.memory_bytes {
+        parts.push(format!("{} memory", words::binary_bytes(bytes)));
+    }
+    parts.join(", ")
+}
+
+/// What to beware of; nothing where there is nothing.
+pub(super) fn warnings(view: &View<'_>) -> Markup {
+    let mut warnings = about_the_run(view.record);
+    warnings.extend(inexact(&view.record.rows));
+    warnings.extend(wide_intervals(&view.record.rows));
+    html! {
+        @if !warnings.is_empty() {
+            aside.warnings aria-labelledby="beware" {
+                h2 #beware { "Beware" }
+                ul { @for warning in &warnings { li { (warning) } } }
+            }
+        }
+    }
+}
+
+fn about_the_run(record: &Record) -> Vec<String> {
+    let Record {
+        program, machine, ..
+    } = record;
+    let mut warnings = Vec::new();
+    if program.git_dirty == Some(true) {
+        warnings.push(
+            "The sources differed from the commit: nobody can build this program again from it."
+                .to_owned(),
+        );
+    }
+    if program.profile != "release" {
+        warnings.push(format!(
+            "Built with the profile {}, not release.",
+            program.profile
+        ));
+    }
+    if program.isa_compiled != program.isa_available {
+        let (has, asked) = (&program.isa_available, &program.isa_compiled);
+        warnings.push(format!(
+            "The CPU has {has}, but the program was compiled for {asked}."
+        ));
+    }
+    if let Some(governor) = machine.governor.as_ref().filter(|g| *g != "performance") {
+        warnings.push(format!("The frequency governor was {governor}, not performance: clocks may have changed during the run."));
+    }
+    if let Some(host) = machine.hypervisor.as_ref().filter(|h| !h.is_empty()) {
+        warnings.push(format!(
+            "A virtual machine ({host}): its neighbours take part in what is measured."
+        ));
+    }
+    if record.rows.iter().any(|r| !has_rate(r)) {
+        warnings.push("Some rows hold no rate and are left out.".to_owned());
+    }
+    warnings
+}
+
+/// A line for each peer's mode that answers otherwise than ours, with the scene where it does most.
+fn inexact(rows: &[Row]) -> Vec<String> {
+    let mut modes: BTreeMap<(&str, &str), Vec<&Row>> = BTreeMap::new();
+    for row in rows.iter().filter(|r| is_peer(&r.engine) && !r.exact) {
+        modes
+            .entry((&row.engine, &row.kernel))
+            .or_default()
+            .push(row);
+    }
+    let lines = modes.into_iter().map(|((engine, kernel), rows)| {
+        let difference = |row: &&&Row| row.difference.unwrap_or(f64::NAN);
+        let worst = rows.iter().max_by(|a, b| difference(a).total_cmp(&difference(b)));
+        let share = words::percent(worst.and_then(|r| r.difference).unwrap_or(f64::NAN));
+        let place = worst.map(|r| format!("{}, {}", r.scene, r.rays)).unwrap_or_default();
+        let number = words::plural(rows.len(), "row");
+        format!("{engine} {kernel} is inexact in {number}: up to {share} of rays are answered otherwise ({place}). It does not count as a best mode there.")
+    });
+    lines.collect()
+}
+
+fn wide_intervals(rows: &[Row]) -> Option<String> {
+    let good = rows.iter().filter(|r| has_rate(r));
+    let wide =
+        good.filter(|r| r.mrays_per_s.high - r.mrays_per_s.low > WIDE * r.mrays_per_s.median);
+    let (wide, all) = (wide.count(), rows.len());
+    (wide > 0).then(|| {
+        let limit = words::percent(WIDE);
+        format!(
+            "The intervals of {wide} of {} are wider than {limit} of the median.",
+            words::plural(all, "row")
+        )
+    })
+}
+
+/// How many times as fast as others ours is, over all scenes.
+struct Ratio {
+    mean: f64,
+    least: f64,
+    most: f64,
+    scenes: usize,
+}
+
+fn ratio(
+    view: &View<'_>,
+    kind: &str,
+    threads: u32,
+    other: impl Fn(&str) -> Option<f64>,
+) -> Option<Ratio> {
+    let of_scene =
+        |scene: &&str| Some(view.auto(scene, kind, threads)?.mrays_per_s.median / other(scene)?);
+    let ratios: Vec<f64> = view.scenes.iter().filter_map(of_scene).collect();
+    let (mean, scenes) = geometric_mean(ratios.iter().copied())?;
+    Some(Ratio {
+        mean,
+        least: ratios.iter().copied().fold(f64::INFINITY, f64::min),
+        most: ratios.iter().copied().fold(0.0, f64::max),
+        scenes,
+    })
+}
+
+fn over_engine(view: &View<'_>, engine: &str, kind: &str, threads: u32) -> Option<Ratio> {
+    ratio(view, kind, threads, |scene| {
+        Some(
+            view.stands_for(engine, scene, kind, threads)?
+                .mrays_per_s
+                .median,
+        )
+    })
+}
+
+fn over_best(view: &View<'_>, kind: &str, threads: u32) -> Option<Ratio> {
+    ratio(view, kind, threads, |scene| {
+        Some(view.best_peer(scene, kind, threads)?.mrays_per_s.median)
+    })
+}
+
+/// The headline: a sentence, a chart and a table.
+pub(super) fn headline(view: &View<'_>) -> Markup {
+    let Some(most) = view.most_threads() else {
+        return html! { p.note { "The record has no rates." } };
+    };
+    html! {
+        section #headline {
+            h2 { "In short" }
+            @for sentence in sentences(view, most) { p.lead { (sentence) } }
+            div.grid {
+                @for threads in view.threads_from_most() { (chart(view, threads)) }
+            }
+            (legend(view))
+            (table(view).markup())
+        }
+    }
+}
+
+fn sentences(view: &View<'_>, threads: u32) -> Vec<String> {
+    let said = |other: &str, of: &dyn Fn(&str) -> Option<Ratio>| {
+        let kinds = view
+            .kinds
+            .iter()
+            .filter_map(|kind| Some(format!("{} for {kind}", words::times(of(kind)?.mean))));
+        let kinds: Vec<String> = kinds.collect();
+        let speeds = words::listed(&kinds);
+        (!kinds.is_empty())
+            .then(|| format!("Against {other}, on {}: {speeds}.", threads_text(threads)))
+    };
+    let best = said("the best exact peer of each scene", &|kind| {
+        over_best(view, kind, threads)
+    });
+    let oracle = said("the scalar oracle", &|kind| {
+        over_engine(view, ORACLE, kind, threads)
+    });
+    best.into_iter().chain(oracle).collect()
+}
+
+/// The engines that ours is compared with.
+fn others<'a>(view: &View<'a>) -> impl Iterator<Item = (usize, &'a str)> {
+    let engines = view.engines.clone().into_iter().enumerate();
+    engines.filter(|(_, engine)| *engine != OURS)
+}
+
+fn chart(view: &View<'_>, threads: u32) -> Markup {
+    let lines = view.kinds.iter().map(|kind| {
+        let dots = others(view).filter_map(|(style, engine)| {
+            let ratio = over_engine(view, engine, kind, threads)?;
+            Some(Dot {
+                value: ratio.mean,
+                low: ratio.least,
+                high: ratio.most,
+                style,
+            })
+        });
+        Line {
+            label: (*kind).to_owned(),
+            group: String::new(),
+            dots: dots.collect(),
+        }
+    });
+    let lines: Vec<Line> = lines.filter(|l| !l.dots.is_empty()).collect();
+    if lines.is_empty() {
+        return html! {};
+    }
+    let label = format!(
+        "How many times as fast as each other engine auto is, by kind of rays, on {}; the table below holds the numbers.",
+        threads_text(threads)
+    );
+    let dots = Dots {
+        label: &label,
+        axis: "times as fast as …",
+        lines: &lines,
+        mark: Some(1.0),
+    };
+    html! {
+        figure {
+            figcaption { strong { "phalanx auto" } " against others, " (threads_text(threads)) }
+            (dots.markup())
+        }
+    }
+}
+
+fn legend(view: &View<'_>) -> Markup {
+    html! {
+        ul.legend {
+            @for (i, engine) in others(view) {
+                @let mode = if is_peer(engine) { ", best exact mode" } else { "" };
+                (key((Tint::Series(i), Shape::of(i)), &format!("against {engine}{mode}")))
+            }
+            li { "bars reach from the least to the greatest of all scenes" }
+        }
+    }
+}
+
+fn table(view: &View<'_>) -> Table {
+    let peers = view.engines.iter().any(|e| is_peer(e));
+    let mut rows = Vec::new();
+    for threads in view.threads_from_most() {
+        for kind in &view.kinds {
+            let best = over_best(view, kind, threads);
+            let oracle = over_engine(view, ORACLE, kind, threads);
+            if best.is_none() && oracle.is_none() {
+                continue;
+            }
+            let scenes = best.iter().chain(&oracle).map(|r| r.scenes).max();
+            let mut cells = vec![cell(kind), cell(threads.to_string())];
+            cells.push(cell(words::count(scenes.unwrap_or(0) as u64)));
+            if peers {
+                cells.push(ratio_cell(best));
+            }
+            cells.push(ratio_cell(oracle));
+            rows.push(cells);
+        }
+    }
+    let mut head = vec!["rays", "threads", "scenes"];
+    head.extend(peers.then_some("over best exact peer"));
+    head.push("over oracle");
+    Table {
+        caption:
+            "How many times as fast auto is: geometric mean over scenes, least and greatest below"
+                .to_owned(),
+        head: head.into_iter().map(str::to_owned).collect(),
+        texts: 1,
+        rows,
+    }
+}
+
+fn ratio_cell(ratio: Option<Ratio>) -> Markup {
+    let Some(ratio) = ratio else {
+        return cell(words::NONE);
+    };
+    html! {
+        (words::times(ratio.mean))
+        small { (words::measured(ratio.least)) "–" (words::measured(ratio.most)) }
+    }
+}

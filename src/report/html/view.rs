@@ -1,0 +1,171 @@
+//! A record arranged for reading: which scenes, kinds and thread counts there are, and the rows that belong together.
+
+use super::words;
+use crate::report::{Record, Row, SceneRecord};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Kinds of rays in the order in which a reader expects them; others follow by name.
+const KINDS: [&str; 7] = [
+    "primary",
+    "shadow",
+    "reflection",
+    "refraction",
+    "diffuse",
+    "ao",
+    "frame",
+];
+
+/// The engine that is measured, and its proof. All others are peers.
+pub(super) const OURS: &str = "phalanx";
+pub(super) const ORACLE: &str = "oracle";
+/// What `render` would use.
+const AUTO: &str = "auto";
+
+/// A record, arranged.
+pub(super) struct View<'a> {
+    pub(super) record: &'a Record,
+    /// Scenes in the record's order, then those that only rows name.
+    pub(super) scenes: Vec<&'a str>,
+    /// Kinds of rays that have a row or counters.
+    pub(super) kinds: Vec<&'a str>,
+    /// Thread counts that have a row, fewest first.
+    pub(super) threads: Vec<u32>,
+    /// Ours, the oracle, then peers by name.
+    pub(super) engines: Vec<&'a str>,
+    /// By scene, kind and threads.
+    rows: BTreeMap<&'a str, BTreeMap<&'a str, BTreeMap<u32, Vec<&'a Row>>>>,
+}
+
+impl<'a> View<'a> {
+    pub(super) fn new(record: &'a Record) -> View<'a> {
+        let rows = &record.rows;
+        let counters = &record.counters;
+        let own = record.scenes.iter().map(|s| s.name.as_str());
+        let scenes = own
+            .chain(rows.iter().map(|r| r.scene.as_str()))
+            .chain(counters.iter().map(|c| c.scene.as_str()));
+        let kinds = rows.iter().map(|r| r.rays.as_str());
+        let kinds: BTreeSet<&str> = kinds
+            .chain(counters.iter().map(|c| c.rays.as_str()))
+            .collect();
+        let engines: BTreeSet<&str> = rows.iter().map(|r| r.engine.as_str()).collect();
+        let threads: BTreeSet<u32> = rows.iter().map(|r| r.threads).collect();
+        let mut together: BTreeMap<&str, BTreeMap<&str, BTreeMap<u32, Vec<&Row>>>> =
+            BTreeMap::new();
+        for row in rows {
+            let of_scene = together.entry(&row.scene).or_default();
+            let of_kind = of_scene.entry(&row.rays).or_default();
+            of_kind.entry(row.threads).or_default().push(row);
+        }
+        View {
+            record,
+            scenes: first_of_each(scenes),
+            kinds: in_order(kinds, &KINDS),
+            threads: threads.into_iter().collect(),
+            engines: in_order(engines, &[OURS, ORACLE]),
+            rows: together,
+        }
+    }
+
+    /// All rows of one scene, kind and thread count.
+    pub(super) fn rows(&self, scene: &str, kind: &str, threads: u32) -> &[&'a Row] {
+        let of_scene = self.rows.get(scene);
+        let rows = of_scene.and_then(|kinds| kinds.get(kind)?.get(&threads));
+        rows.map_or(&[], Vec::as_slice)
+    }
+
+    /// The row of what `render` would use, if it holds a rate.
+    pub(super) fn auto(&self, scene: &str, kind: &str, threads: u32) -> Option<&'a Row> {
+        let rows = self.rows(scene, kind, threads).iter().copied();
+        fastest(rows.filter(|r| r.engine == OURS && r.kernel == AUTO))
+    }
+
+    /// The row that stands for an engine in charts: ours is `auto`, a peer's its best exact mode.
+    pub(super) fn stands_for(
+        &self,
+        engine: &str,
+        scene: &str,
+        kind: &str,
+        threads: u32,
+    ) -> Option<&'a Row> {
+        if engine == OURS {
+            return self.auto(scene, kind, threads);
+        }
+        let rows = self.rows(scene, kind, threads).iter().copied();
+        fastest(rows.filter(|r| r.engine == engine && (r.exact || !is_peer(engine))))
+    }
+
+    /// The fastest exact mode of any peer.
+    pub(super) fn best_peer(&self, scene: &str, kind: &str, threads: u32) -> Option<&'a Row> {
+        let rows = self.rows(scene, kind, threads).iter().copied();
+        fastest(rows.filter(|r| r.exact && is_peer(&r.engine)))
+    }
+
+    /// The most threads of any row.
+    pub(super) fn most_threads(&self) -> Option<u32> {
+        self.threads.last().copied()
+    }
+
+    /// Thread counts, most first, which is what a frame is rendered with.
+    pub(super) fn threads_from_most(&self) -> impl Iterator<Item = u32> + '_ {
+        self.threads.iter().rev().copied()
+    }
+
+    /// What the record says of a scene.
+    pub(super) fn scene(&self, name: &str) -> Option<&'a SceneRecord> {
+        self.record.scenes.iter().find(|s| s.name == name)
+    }
+
+    /// A scene's name as the axes have it: family and step where it has any.
+    pub(super) fn short_name(&self, name: &str) -> String {
+        let scene = self.scene(name);
+        if let Some((family, step)) =
+            scene.and_then(|s| Some((s.family.as_ref()?, s.step.as_ref()?)))
+        {
+            return format!("{family} {step}");
+        }
+        let plain = name.strip_prefix("standard:").unwrap_or(name);
+        words::shortened(&plain.replace(':', " "), 18)
+    }
+}
+
+/// Whether it is another project's tracer.
+pub(super) fn is_peer(engine: &str) -> bool {
+    engine != OURS && engine != ORACLE
+}
+
+/// Whether a row's rate can be used at all.
+pub(super) fn has_rate(row: &Row) -> bool {
+    let median = row.mrays_per_s.median;
+    median.is_finite() && median > 0.0
+}
+
+/// `2 threads` or `1 thread`.
+pub(super) fn threads_text(threads: u32) -> String {
+    words::plural(threads as usize, "thread")
+}
+
+/// The geometric mean of what is positive and finite, and of how many that is.
+pub(super) fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<(f64, usize)> {
+    let good = values.into_iter().filter(|v| v.is_finite() && *v > 0.0);
+    let (sum, number) = good.fold((0.0, 0), |(sum, number), v| (sum + v.ln(), number + 1));
+    (number > 0).then(|| ((sum / number as f64).exp(), number))
+}
+
+fn fastest<'a>(rows: impl Iterator<Item = &'a Row>) -> Option<&'a Row> {
+    rows.filter(|r| has_rate(r))
+        .max_by(|a, b| a.mrays_per_s.median.total_cmp(&b.mrays_per_s.median))
+}
+
+fn first_of_each<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut seen = BTreeSet::new();
+    names.filter(|name| seen.insert(*name)).collect()
+}
+
+/// Those of the list in its order, then the rest by name.
+fn in_order<'a>(names: BTreeSet<&'a str>, order: &[&str]) -> Vec<&'a str> {
+    let place = |name: &&str| order.iter().position(|o| o == name).unwrap_or(order.len());
+    let mut names: Vec<&str> = names.into_iter().collect();
+    names.sort_by_key(place);
+    names
+}

@@ -1,0 +1,190 @@
+//! Numbers in words: as many digits as they are worth, with their unit. What is no number is a dash.
+
+/// Stands where there is no number.
+pub(super) const NONE: &str = "–";
+
+/// Narrow space that does not break, between the digits of long numbers and before units.
+const THIN: char = '\u{202f}';
+
+/// About three digits, for anything measured.
+pub(super) fn measured(value: f64) -> String {
+    let size = value.abs();
+    match size {
+        _ if !value.is_finite() => NONE.to_owned(),
+        1000.0.. => grouped(&format!("{value:.0}")),
+        100.0.. => format!("{value:.0}"),
+        10.0.. => format!("{value:.1}"),
+        0.1.. => format!("{value:.2}"),
+        0.001.. => format!("{value:.4}"),
+        _ if size == 0.0 => "0".to_owned(),
+        _ => format!("{value:.1e}"),
+    }
+}
+
+/// A whole number in groups of three digits.
+pub(super) fn count(value: u64) -> String {
+    grouped(&value.to_string())
+}
+
+/// A count short enough for an axis: 20k, 1.5M.
+pub(super) fn short(value: f64) -> String {
+    let steps = [(1e9, "G"), (1e6, "M"), (1e3, "k")];
+    match steps.iter().find(|(step, _)| value >= *step) {
+        _ if !value.is_finite() => NONE.to_owned(),
+        Some((step, unit)) => format!("{}{unit}", at_most_three(value / step)),
+        None => at_most_three(value),
+    }
+}
+
+/// Up to three digits, none of them a zero at the end.
+fn at_most_three(value: f64) -> String {
+    let text = match value.abs() {
+        100.0.. => return format!("{value:.0}"),
+        10.0.. => format!("{value:.1}"),
+        1.0.. => format!("{value:.2}"),
+        _ => return format!("{value}"),
+    };
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    text.to_owned()
+}
+
+/// A duration.
+pub(super) fn seconds(value: f64) -> String {
+    let (number, unit) = match value.abs() {
+        60.0.. => (value / 60.0, "min"),
+        1.0.. => (value, "s"),
+        0.001.. => (value * 1e3, "ms"),
+        _ => (value * 1e6, "µs"),
+    };
+    with_unit(value, &measured(number), unit)
+}
+
+/// A size, in powers of 1000, as memory bandwidths are.
+pub(super) fn bytes(value: u64) -> String {
+    scaled_bytes(value, 1000, ["B", "kB", "MB", "GB", "TB"])
+}
+
+/// A size, in powers of 1024, as caches and memory are.
+pub(super) fn binary_bytes(value: u64) -> String {
+    scaled_bytes(value, 1024, ["B", "KiB", "MiB", "GiB", "TiB"])
+}
+
+fn scaled_bytes(value: u64, step: u64, units: [&str; 5]) -> String {
+    let mut unit = 0;
+    let mut number = value as f64;
+    while number >= step as f64 && unit + 1 < units.len() {
+        number /= step as f64;
+        unit += 1;
+    }
+    format!("{}{THIN}{}", short(number), units[unit])
+}
+
+/// How many times as much.
+pub(super) fn times(value: f64) -> String {
+    with_unit(value, &measured(value), "×")
+}
+
+/// A share, as per cent.
+pub(super) fn percent(share: f64) -> String {
+    let value = share * 100.0;
+    match value.abs() {
+        _ if !value.is_finite() => NONE.to_owned(),
+        10.0.. => format!("{value:.0}{THIN}%"),
+        0.1.. => format!("{value:.1}{THIN}%"),
+        _ if value == 0.0 => format!("0{THIN}%"),
+        _ => format!("{value:.3}{THIN}%"),
+    }
+}
+
+/// Words with commas, and "and" before the last.
+pub(super) fn listed(words: &[String]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => one.clone(),
+        [most @ .., last] => format!("{} and {last}", most.join(", ")),
+    }
+}
+
+/// "1 scene", "2 scenes".
+pub(super) fn plural(number: usize, word: &str) -> String {
+    let end = if number == 1 { "" } else { "s" };
+    format!("{}{THIN}{word}{end}", count(number as u64))
+}
+
+/// The end of a text too long for its place, since the ends of paths tell them apart.
+pub(super) fn shortened(text: &str, most: usize) -> String {
+    let length = text.chars().count();
+    if length <= most {
+        return text.to_owned();
+    }
+    let kept = most.saturating_sub(1);
+    let tail: String = text.chars().skip(length - kept).collect();
+    format!("…{tail}")
+}
+
+fn with_unit(value: f64, number: &str, unit: &str) -> String {
+    match value.is_finite() {
+        true => format!("{number}{THIN}{unit}"),
+        false => NONE.to_owned(),
+    }
+}
+
+/// Digits in threes from the right; a sign stays where it is.
+fn grouped(digits: &str) -> String {
+    let (sign, digits) = match digits.strip_prefix('-') {
+        Some(rest) => ("-", rest),
+        None => ("", digits),
+    };
+    let mut text = String::from(sign);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(THIN);
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plain(text: String) -> String {
+        text.replace(THIN, " ")
+    }
+
+    #[test]
+    fn numbers_have_the_digits_they_are_worth() {
+        for (value, want) in [
+            (12345.6, "12 346"),
+            (-1234.0, "-1 234"),
+            (123.4, "123"),
+            (12.34, "12.3"),
+            (1.234, "1.23"),
+            (0.1234, "0.12"),
+            (0.0123, "0.0123"),
+            (0.0, "0"),
+            (1.5e-7, "1.5e-7"),
+            (f64::NAN, "–"),
+            (f64::INFINITY, "–"),
+        ] {
+            assert_eq!(plain(measured(value)), want);
+        }
+        assert_eq!(plain(count(1_234_567)), "1 234 567");
+        assert_eq!(
+            [
+                short(1_500_000.0),
+                short(20_000.0),
+                short(0.05),
+                short(f64::NAN)
+            ],
+            ["1.5M", "20k", "0.05", "–"]
+        );
+        assert_eq!(plain(binary_bytes(48 << 10)), "48 KiB");
+        assert_eq!(plain(bytes(0)), "0 B");
+        assert_eq!(plain(seconds(0.0123)), "12.3 ms");
+        assert_eq!(plain(seconds(f64::NAN)), "–");
+        assert_eq!(plain(percent(0.000_123)), "0.012 %");
+        assert_eq!(shortened("a/long/path", 6), "…/path");
+    }
+}

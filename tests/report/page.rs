@@ -1,0 +1,188 @@
+//! What stands on the page.
+
+use crate::fixture::{self, FAMILIES};
+use crate::parsed::{Parsed, parse};
+use phalanx::report::Record;
+use phalanx::report::html::{ScenePictures, page};
+
+fn parsed(record: &Record) -> Parsed {
+    parse(&page(record, &fixture::pictures(record)))
+}
+
+#[test]
+fn a_suite_has_every_section_scene_and_picture() {
+    let record = fixture::suite();
+    let page = parsed(&record);
+    for scene in &record.scenes {
+        assert!(page.text.contains(&scene.name), "{} is missing", scene.name);
+    }
+    let ids: Vec<&str> = page.values("id").collect();
+    for link in page.named("a") {
+        let target = link.attributes["href"].trim_start_matches('#');
+        assert!(ids.contains(&target), "{target} leads nowhere");
+    }
+    let heats = record.scenes.len() - record.scenes.len() / 5;
+    assert_eq!(page.named("img").count(), record.scenes.len() + heats);
+    // In short 2; rates of 7 kinds on 2 thread counts; threads 1; sizes and rooflines of 7 kinds each.
+    let charts = page.named("svg").filter(|svg| {
+        let width = &svg.attributes["width"];
+        width == "360"
+    });
+    assert_eq!(charts.count(), 2 + 7 * 2 + 1 + 7 + 7);
+    for family in FAMILIES {
+        assert!(page.text.contains(family));
+    }
+    assert_eq!(page.named("script").count(), 0);
+}
+
+/// Everything is in the file: nothing is fetched from anywhere.
+#[test]
+fn nothing_comes_from_elsewhere() {
+    let record = fixture::suite();
+    let text = page(&record, &fixture::pictures(&record));
+    assert!(!text.contains("http"), "an address");
+    let page = parse(&text);
+    for source in page.values("src") {
+        assert!(source.starts_with("data:image/png;base64,"));
+    }
+    for link in page.values("href") {
+        assert!(link.starts_with('#') || link == "data:,", "{link}");
+    }
+    for word in ["url(", "@import"] {
+        assert!(!page.style.contains(word), "{word}");
+    }
+}
+
+#[test]
+fn charts_take_their_colours_from_the_style_sheet() {
+    let page = parsed(&fixture::suite());
+    let mut colours = 0;
+    for tint in page.values("fill").chain(page.values("stroke")) {
+        let property = tint.strip_prefix("var(").and_then(|t| t.strip_suffix(')'));
+        match property {
+            // Once for light and once for dark.
+            Some(property) => assert_eq!(page.style.matches(&format!("{property}:")).count(), 2),
+            None => assert_eq!(tint, "none"),
+        }
+        colours += usize::from(property.is_some());
+    }
+    assert!(colours > 1000, "{colours} coloured elements");
+}
+
+#[test]
+fn those_who_do_not_see_it_are_told() {
+    let page = parsed(&fixture::suite());
+    for svg in page.named("svg") {
+        assert_eq!(svg.attributes["role"], "img");
+        assert!(!svg.attributes["aria-label"].is_empty());
+    }
+    for image in page.named("img") {
+        assert!(image.attributes["alt"].len() > 10);
+    }
+    assert_eq!(page.named("table").count(), page.named("caption").count());
+    assert_eq!(page.named("h1").count(), 1);
+}
+
+#[test]
+fn what_the_record_lacks_is_said_in_a_line() {
+    let text = parsed(&fixture::minimal()).text;
+    for line in [
+        "Rates were taken on 1\u{202f}thread alone",
+        "No family of scenes was measured in two sizes",
+        "Work was not counted in this run",
+    ] {
+        assert!(text.contains(line), "{line}");
+    }
+    assert!(!text.contains("Beware"));
+    let text = parsed(&fixture::empty()).text;
+    assert!(text.contains("The record has no rates."));
+    assert!(text.contains("The record has no scenes."));
+}
+
+#[test]
+fn what_to_beware_of_is_said_at_the_top() {
+    let text = parsed(&fixture::suite()).text;
+    for words in [
+        "differed from the commit",
+        "governor was powersave",
+        "(KVM)",
+        "embree packet16 coherent is inexact in",
+        "0.4\u{202f}%",
+    ] {
+        assert!(text.contains(words), "{words}");
+    }
+    assert!(!text.contains("embree single is inexact"));
+}
+
+/// The headline is the geometric mean of ours over the best exact peer: an inexact mode is no peer's best.
+#[test]
+fn an_inexact_mode_is_not_the_best() {
+    let mut record = fixture::minimal();
+    let ours = record.rows[0].clone();
+    for (kernel, factor, exact) in [("single", 0.5, true), ("packet16", 2.0, false)] {
+        let mut row = ours.clone();
+        (row.engine, row.kernel, row.exact) = ("embree".to_owned(), kernel.to_owned(), exact);
+        row.mrays_per_s.median = ours.mrays_per_s.median * factor;
+        record.rows.push(row);
+    }
+    let text = parsed(&record).text;
+    let headline =
+        "Against the best exact peer of each scene, on 1\u{202f}thread: 2.00\u{202f}× for primary.";
+    assert!(text.contains(headline), "{text}");
+}
+
+#[test]
+fn odd_records_make_pages_too() {
+    let record = fixture::odd();
+    let page = parsed(&record);
+    for words in ["NaN", "inf"] {
+        assert!(!page.text.contains(words), "{words}");
+    }
+    for attribute in [
+        "points", "x", "y", "x1", "x2", "y1", "y2", "cx", "cy", "width", "height",
+    ] {
+        for value in page.values(attribute) {
+            assert!(!value.contains("NaN") && !value.contains("inf"), "{value}");
+        }
+    }
+}
+
+#[test]
+fn names_are_text_whatever_they_say() {
+    let evil = "<script>alert(1)</script>\"'&\u{0}\u{1b}.test";
+    let mut record = fixture::suite();
+    let rename = |name: &mut String| {
+        if *name == "standard:balls:small" {
+            *name = evil.to_owned();
+        }
+    };
+    record.scenes.iter_mut().for_each(|s| rename(&mut s.name));
+    record.rows.iter_mut().for_each(|r| rename(&mut r.scene));
+    record
+        .counters
+        .iter_mut()
+        .for_each(|c| rename(&mut c.scene));
+    record.scenes[0].family = None;
+    record.scenes[1].family = Some("\"#010200\" opacity=\"1\" <b>".to_owned());
+    record.rows[0].engine = "<i onload=x>".to_owned();
+    record.machine.cpu = "<script src=//x>".to_owned();
+    record
+        .run
+        .arguments
+        .push("</style></title><script>".to_owned());
+    let pictures = [ScenePictures {
+        scene: evil.to_owned(),
+        thumbnail_png: b"no picture".to_vec(),
+        heat_png: Some(Vec::new()),
+        heat_legend: "<script>".to_owned(),
+    }];
+    let page = parse(&page(&record, &pictures));
+    assert_eq!(page.named("script").count(), 0);
+    assert_eq!(page.named("b").count() + page.named("i").count(), 0);
+    assert_eq!(page.named("img").count(), 0);
+    assert!(
+        page.text
+            .contains("<script>alert(1)</script>\"'&\u{fffd}\u{fffd}.test")
+    );
+    assert_eq!(page.values("onload").count(), 0);
+}
