@@ -1,6 +1,6 @@
 //! How Chromium shows the page: nothing complained of, nothing cut off, narrow and wide, light and dark.
 //!
-//! `PHALANX_SHOTS=FOLDER` keeps the screenshots there, to be looked at.
+//! `PHALANX_SHOTS=FOLDER` keeps pages and screenshots there, to be looked at.
 
 use crate::devtools::Browser;
 use crate::fixture;
@@ -86,14 +86,17 @@ fn complaints(browser: &mut Browser) -> Vec<String> {
         .collect()
 }
 
+/// Where to keep what is to be looked at, if anybody wants to.
+fn kept() -> Option<PathBuf> {
+    std::env::var_os("PHALANX_SHOTS").map(PathBuf::from)
+}
+
 fn keep_shot(browser: &mut Browser, name: &str) {
-    let Some(folder) = std::env::var_os("PHALANX_SHOTS") else {
-        return;
-    };
+    let Some(folder) = kept() else { return };
     let parameters = json!({ "format": "png", "captureBeyondViewport": true });
     let shot = browser.call("Page.captureScreenshot", parameters);
     let bytes = STANDARD.decode(shot["data"].as_str().expect("a picture"));
-    let file = PathBuf::from(folder).join(format!("{name}.png"));
+    let file = folder.join(format!("{name}.png"));
     fs::write(file, bytes.expect("base64")).expect("a screenshot");
 }
 
@@ -101,7 +104,11 @@ fn keep_shot(browser: &mut Browser, name: &str) {
 fn look(browser: &mut Browser, name: &str, record: &Record) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("report.html");
-    fs::write(&file, page(record, &fixture::pictures(record))).expect("a page");
+    let text = page(record, &fixture::pictures(record));
+    fs::write(&file, &text).expect("a page");
+    if let Some(folder) = kept() {
+        fs::write(folder.join(format!("{name}.html")), &text).expect("a page");
+    }
     for window in WINDOWS {
         for scheme in SCHEMES {
             let place = format!("{name} {} {scheme}", window.0);

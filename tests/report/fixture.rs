@@ -194,6 +194,7 @@ fn counter_row(
     let depth =
         (primitives as f64).log2() * if scattered { 4.0 } else { 1.8 } * (1.0 + 0.3 * noise.next());
     let visits = (packets as f64 * depth) as u64;
+    let blocks = (visits as f64 * (0.5 + 0.45 * noise.next())) as u64;
     CounterRow {
         scene: scene.to_owned(),
         rays: kind.to_owned(),
@@ -205,8 +206,8 @@ fn counter_row(
             node_visits: visits,
             box_tests: visits * 16,
             leaf_visits: visits / 6,
-            prim_tests: visits / 2 * 8,
-            bytes: visits * 64 + visits / 2 * 48,
+            prim_tests: blocks * 8,
+            bytes: visits * 64 + blocks * (48 + if scattered { 64 } else { 0 }),
         },
     }
 }
@@ -368,10 +369,10 @@ pub fn pictures(record: &Record) -> Vec<ScenePictures> {
 
 fn png(seed: u32, color: impl Fn(u8) -> [u8; 3]) -> Vec<u8> {
     let hill = |x: u32, y: u32| {
-        let wave = f64::from(x * (3 + seed % 5)) * 0.02 + f64::from(y * (2 + seed % 7)) * 0.03;
+        let wave = f64::from(x * (3 + seed % 5)) * 0.01 + f64::from(y * (2 + seed % 7)) * 0.015;
         (127.0 + 120.0 * wave.sin()) as u8
     };
-    let image = RgbImage::from_fn(320, 240, |x, y| Rgb(color(hill(x, y))));
+    let image = RgbImage::from_fn(160, 120, |x, y| Rgb(color(hill(x, y))));
     let mut bytes = Cursor::new(Vec::new());
     image
         .write_to(&mut bytes, ImageFormat::Png)

@@ -1,5 +1,6 @@
 //! Axes: numbers to places, and the round numbers along them.
 
+use super::svg::{Anchor, Canvas, Failure, Tint};
 use super::words;
 
 /// A logarithmic axis from one place to another, in pixels.
@@ -87,6 +88,80 @@ impl LogAxis {
     }
 }
 
+/// A linear axis from one place to another, in pixels.
+#[derive(Clone, Debug)]
+pub(super) struct LinearAxis {
+    low: f64,
+    high: f64,
+    from: f64,
+    to: f64,
+}
+
+impl LinearAxis {
+    /// An axis that shows every finite value, with some room at both ends. None where there is no such value.
+    pub(super) fn over(
+        values: impl IntoIterator<Item = f64>,
+        from: f64,
+        to: f64,
+    ) -> Option<LinearAxis> {
+        let good = values.into_iter().filter(|v| v.is_finite());
+        let (low, high) = good.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
+            (v.min(low), v.max(high))
+        });
+        let room = 0.05 * (high - low).max(1e-3);
+        (low <= high).then_some(LinearAxis {
+            low: low - room,
+            high: high + room,
+            from,
+            to,
+        })
+    }
+
+    /// The place of a value; one that has none stands at the nearer end.
+    pub(super) fn at(&self, value: f64) -> f64 {
+        let share = (value - self.low) / (self.high - self.low);
+        let share = if share.is_nan() { 0.0 } else { share };
+        self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
+    }
+
+    /// Some six round numbers along it, and their texts.
+    pub(super) fn ticks(&self) -> Vec<(f64, String)> {
+        const MOST: f64 = 6.0;
+        let numbers = (-6..=15).flat_map(|power| [1, 2, 5].map(|d| format!("{d}e{power}")));
+        let mut steps = numbers.filter_map(|text| text.parse::<f64>().ok());
+        let span = self.high - self.low;
+        let Some(step) = steps.find(|step| span / step <= MOST) else {
+            return Vec::new();
+        };
+        let first = (self.low / step).ceil();
+        let numbers = (0..=MOST as u32).map(|i| (first + f64::from(i)) * step);
+        let inside = numbers.filter(|n| *n <= self.high);
+        inside.map(|n| (self.at(n), words::step(n, step))).collect()
+    }
+}
+
+/// Grid and labels of two logarithmic axes.
+pub(super) fn paint_axes(
+    canvas: &Canvas<'_>,
+    (x, y): (&LogAxis, &LogAxis),
+    below: &str,
+    floor: f64,
+) -> Result<(), Failure> {
+    let (left, right) = (x.at(x.ends().0), x.at(x.ends().1));
+    let top = y.at(y.ends().1);
+    let small = (Tint::Muted, 10.5);
+    for (place, text) in x.ticks(30.0) {
+        canvas.line(&[(place, top), (place, floor)], Tint::Grid, 1.0)?;
+        canvas.text((place, floor + 10.0), Anchor::Middle, small, &text)?;
+    }
+    for (place, text) in y.ticks(18.0) {
+        canvas.line(&[(left, place), (right, place)], Tint::Grid, 1.0)?;
+        canvas.text((left - 5.0, place), Anchor::End, small, &text)?;
+    }
+    let middle = (0.5 * (left + right), floor + 27.0);
+    canvas.text(middle, Anchor::Middle, (Tint::Muted, 11.0), below)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,5 +178,21 @@ mod tests {
         let wide = LogAxis::over([1e-12, 1e15], 0.0, 100.0).unwrap();
         assert!(wide.ticks(30.0).len() <= 4);
         assert!(LogAxis::over([f64::NAN, 0.0, -3.0], 0.0, 1.0).is_none());
+    }
+
+    #[test]
+    fn linear_axes_have_few_round_numbers() {
+        let texts = |low, high| {
+            let axis = LinearAxis::over([low, high, f64::NAN], 0.0, 100.0).unwrap();
+            let ticks = axis.ticks().into_iter();
+            ticks.map(|t| t.1).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(texts(1.0, 2.0), "1.0 1.2 1.4 1.6 1.8 2.0");
+        assert_eq!(texts(1.0, 64.0), "0 20 40 60");
+        assert_eq!(
+            texts(1.0, 4e9),
+            "0 1000000000 2000000000 3000000000 4000000000"
+        );
+        assert!(LinearAxis::over([f64::INFINITY], 0.0, 1.0).is_none());
     }
 }

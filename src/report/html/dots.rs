@@ -37,9 +37,11 @@ pub(super) struct Dots<'a> {
 
 /// Sizes in pixels. The width is that of a narrow page, so that text has its own size there.
 pub(super) const WIDTH: f64 = 360.0;
-const LABELS: f64 = 108.0;
+const LABELS: f64 = 114.0;
 const RIGHT: f64 = WIDTH - 14.0;
-const TOP: f64 = 24.0;
+/// Room for the labels of the upper axis, which only long plots have.
+const TOP: [f64; 2] = [8.0, 24.0];
+const LONG: usize = 20;
 const STEP: f64 = 15.0;
 const BOTTOM: f64 = 40.0;
 /// Engines of one line stand so far apart, so that none hides another.
@@ -64,24 +66,33 @@ impl Dots<'_> {
         })
     }
 
+    fn is_long(&self) -> bool {
+        self.lines.len() > LONG
+    }
+
+    /// Where the lines begin.
+    fn top(&self) -> f64 {
+        TOP[usize::from(self.is_long())]
+    }
+
     /// Where the axis below stands.
     fn floor(&self) -> f64 {
-        TOP + STEP * self.lines.len() as f64 + 4.0
+        self.top() + STEP * self.lines.len() as f64 + 4.0
     }
 
     fn paint_axis(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), Failure> {
-        let floor = self.floor();
+        let (top, floor) = (self.top(), self.floor());
         for (x, text) in axis.ticks(26.0) {
-            canvas.line(&[(x, TOP - 4.0), (x, floor)], Tint::Grid, 1.0)?;
+            canvas.line(&[(x, top - 4.0), (x, floor)], Tint::Grid, 1.0)?;
             let small = (Tint::Muted, 10.5);
             canvas.text((x, floor + 10.0), Anchor::Middle, small, &text)?;
-            if self.lines.len() > 20 {
-                canvas.text((x, TOP - 12.0), Anchor::Middle, small, &text)?;
+            if self.is_long() {
+                canvas.text((x, top - 12.0), Anchor::Middle, small, &text)?;
             }
         }
         if let Some(mark) = self.mark {
             let x = axis.at(mark);
-            canvas.line(&[(x, TOP - 4.0), (x, floor)], Tint::Ink, 1.0)?;
+            canvas.line(&[(x, top - 4.0), (x, floor)], Tint::Ink, 1.0)?;
         }
         let middle = 0.5 * (LABELS + RIGHT);
         canvas.text(
@@ -95,7 +106,7 @@ impl Dots<'_> {
     fn paint_lines(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), Failure> {
         let mut before: Option<&str> = None;
         for (i, line) in self.lines.iter().enumerate() {
-            let top = TOP + STEP * i as f64;
+            let top = self.top() + STEP * i as f64;
             if before.is_some_and(|group| group != line.group) {
                 canvas.line(&[(4.0, top), (RIGHT, top)], Tint::Grid, 1.0)?;
             }

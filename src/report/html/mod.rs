@@ -6,11 +6,12 @@ mod axis;
 mod dots;
 mod rates;
 mod roofline;
-mod scaling;
 mod scenes;
+mod sizes;
 mod summary;
 mod svg;
 mod tables;
+mod threads;
 mod view;
 mod words;
 mod work;
@@ -57,7 +58,7 @@ pub fn page(record: &Record, pictures: &[ScenePictures]) -> String {
 fn body(view: &View<'_>, pictures: &[ScenePictures]) -> Markup {
     html! {
         header {
-            h1 { (title(view.record)) }
+            h1 { "phalanx bench " span.day { (day(view.record)) } }
             (summary::facts(view.record))
             nav aria-label="Sections" {
                 @for (id, name) in [
@@ -76,7 +77,8 @@ fn body(view: &View<'_>, pictures: &[ScenePictures]) -> Markup {
             (summary::warnings(view))
             (summary::headline(view))
             (rates::section(view))
-            (scaling::sections(view))
+            (threads::section(view))
+            (sizes::section(view))
             (roofline::section(view))
             (scenes::section(view, pictures))
         }
@@ -84,8 +86,11 @@ fn body(view: &View<'_>, pictures: &[ScenePictures]) -> Markup {
 }
 
 fn title(record: &Record) -> String {
-    let day = record.run.started.split('T').next().unwrap_or_default();
-    format!("phalanx bench, {day}")
+    format!("phalanx bench {}", day(record))
+}
+
+fn day(record: &Record) -> &str {
+    record.run.started.split('T').next().unwrap_or_default()
 }
 
 /// Control characters, which HTML forbids, replaced.

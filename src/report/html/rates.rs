@@ -3,44 +3,47 @@
 use super::dots::{Dot, Dots, Line};
 use super::svg::{Shape, Tint, key};
 use super::tables::{Table, cell, folded};
-use super::view::{OURS, View, has_rate, is_peer, threads_text};
+use super::view::{OURS, View, has_rate, is_peer, kind_text, threads_text};
 use super::words;
 use crate::report::Row;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
-/// The section, or nothing where no row has a rate.
+/// The section; says so in a line where no row has a rate.
 pub(super) fn section(view: &View<'_>) -> Markup {
-    if !view.record.rows.iter().any(has_rate) {
-        return html! {};
-    }
-    let (most, fewer) = match view.threads.split_last() {
-        Some((most, fewer)) => (*most, fewer),
-        None => return html! {},
-    };
     html! {
         section #rates {
             h2 { "Rates" }
-            p {
-                "Millions of rays a second, median and its 95" "\u{202f}" "% interval, on "
-                (threads_text(most)) ". The axis is logarithmic: equal distances are equal factors. "
-                "Ours is the kernel " code { "auto" } ", which is what " code { "render" } " would use; "
-                "a peer is shown by its best exact mode for each scene."
+            @match view.threads.split_last() {
+                Some((most, fewer)) if view.record.rows.iter().any(has_rate) => (inside(view, *most, fewer)),
+                _ => p.note { "The record has no rates." },
             }
-            (legend(view))
-            (charts(view, most))
-            @for threads in fewer.iter().rev() {
-                (folded(&format!("Charts on {}", threads_text(*threads)), charts(view, *threads)))
-            }
-            h3 { "All rates" }
-            p.note {
-                "Median in Mrays/s, below it the 95" "\u{202f}" "% interval. "
-                "† marks a mode that answers too many rays otherwise to count as exact."
-            }
-            @for kind in &view.kinds {
-                @for threads in view.threads_from_most() {
-                    (table(view, kind, threads))
-                }
+        }
+    }
+}
+
+fn inside(view: &View<'_>, most: u32, fewer: &[u32]) -> Markup {
+    html! {
+        p {
+            "Millions of rays a second, median and its 95" "\u{202f}" "% interval, on "
+            (threads_text(most)) ". The axis is logarithmic: equal distances are equal factors. "
+            "Ours is the kernel " code { "auto" } ", which is what " code { "render" } " would use"
+            @if view.has_peers() { "; a peer is shown by its best exact mode for each scene" }
+            "."
+        }
+        (legend(view))
+        (charts(view, most))
+        @for threads in fewer.iter().rev() {
+            (folded(&format!("Charts on {}", threads_text(*threads)), charts(view, *threads)))
+        }
+        h3 { "All rates" }
+        p.note {
+            "Median in Mrays/s, below it the 95" "\u{202f}" "% interval. "
+            @if view.has_peers() { "† marks a mode that answers too many rays otherwise to count as exact." }
+        }
+        @for kind in &view.kinds {
+            @for threads in view.threads_from_most() {
+                (table(view, kind, threads))
             }
         }
     }
@@ -62,42 +65,50 @@ pub(super) fn legend(view: &View<'_>) -> Markup {
     }
 }
 
+/// A chart for each kind with a line for each scene, or the other way round where there are few scenes: few tall charts
+/// are read more easily than many flat ones.
 fn charts(view: &View<'_>, threads: u32) -> Markup {
+    let by_scene = view.scenes.len() < view.kinds.len();
+    let (charts, lines) = match by_scene {
+        true => (&view.scenes, &view.kinds),
+        false => (&view.kinds, &view.scenes),
+    };
     html! {
         div.grid {
-            @for kind in &view.kinds { (chart(view, kind, threads)) }
+            @for outer in charts {
+                @let lines = lines.iter().map(|inner| match by_scene {
+                    true => line(view, outer, inner, threads, inner),
+                    false => line(view, inner, outer, threads, &view.short_name(inner)),
+                });
+                (chart(outer, &lines.collect::<Vec<_>>(), threads))
+            }
         }
     }
 }
 
-fn chart(view: &View<'_>, kind: &str, threads: u32) -> Markup {
-    let lines = view
-        .scenes
-        .iter()
-        .map(|scene| line(view, scene, kind, threads));
-    let lines: Vec<Line> = lines.filter(|l| !l.dots.is_empty()).collect();
-    if lines.is_empty() {
+fn chart(name: &str, lines: &[Line], threads: u32) -> Markup {
+    if lines.iter().all(|l| l.dots.is_empty()) {
         return html! {};
     }
     let label = format!(
-        "Dot plot: {kind} rays on {}, Mrays/s by scene and engine; the tables below hold the numbers.",
+        "Dot plot: {name} on {}, Mrays/s by engine; the tables below hold the numbers.",
         threads_text(threads)
     );
     let dots = Dots {
         label: &label,
         axis: "Mrays/s",
-        lines: &lines,
+        lines,
         mark: None,
     };
     html! {
         figure {
-            figcaption { strong { (kind) } ", " (threads_text(threads)) }
+            figcaption { strong { (name) } ", " (threads_text(threads)) }
             (dots.markup())
         }
     }
 }
 
-fn line(view: &View<'_>, scene: &str, kind: &str, threads: u32) -> Line {
+fn line(view: &View<'_>, scene: &str, kind: &str, threads: u32, label: &str) -> Line {
     let engines = view.engines.iter().enumerate();
     let dots = engines.filter_map(|(style, engine)| {
         let row = view.stands_for(engine, scene, kind, threads)?;
@@ -111,7 +122,7 @@ fn line(view: &View<'_>, scene: &str, kind: &str, threads: u32) -> Line {
     });
     let family = view.scene(scene).and_then(|s| s.family.clone());
     Line {
-        label: view.short_name(scene),
+        label: label.to_owned(),
         group: family.unwrap_or_default(),
         dots: dots.collect(),
     }
@@ -125,10 +136,12 @@ fn table(view: &View<'_>, kind: &str, threads: u32) -> Markup {
         for row in view.rows(scene, kind, threads) {
             of_scene.insert((&row.engine, &row.kernel), row);
         }
-        let any = of_scene.values().next()?;
-        let mut cells = vec![cell(scene), cell(words::count(any.rays_timed))];
+        let timed = of_scene.values().map(|row| row.rays_timed).max()?;
+        let mut cells = vec![cell(scene), cell(words::count(timed))];
         let rates = columns.iter().map(|column| of_scene.get(column));
-        cells.extend(rates.map(|row| row.map_or_else(|| cell(words::NONE), |row| rate_cell(row))));
+        cells.extend(
+            rates.map(|row| row.map_or_else(|| cell(words::NONE), |row| rate_cell(row, timed))),
+        );
         Some(cells)
     });
     let rows: Vec<_> = rows.collect();
@@ -139,7 +152,7 @@ fn table(view: &View<'_>, kind: &str, threads: u32) -> Markup {
             .map(|(engine, kernel)| format!("{engine} {kernel}")),
     );
     let table = Table {
-        caption: format!("{kind} rays, {}, Mrays/s", threads_text(threads)),
+        caption: format!("{}, {}, Mrays/s", kind_text(kind), threads_text(threads)),
         head,
         texts: 1,
         rows,
@@ -165,12 +178,14 @@ fn columns<'a>(view: &View<'a>, kind: &str, threads: u32) -> Vec<(&'a str, &'a s
     columns
 }
 
-fn rate_cell(row: &Row) -> Markup {
+/// A rate with its interval, and what is not as in the other columns: another kernel's samples, fewer rays.
+fn rate_cell(row: &Row, timed: u64) -> Markup {
     let rate = row.mrays_per_s;
     let inexact = is_peer(&row.engine) && !row.exact;
     html! {
         (words::measured(rate.median))
         @if inexact { "†" }
+        @if row.rays_timed < timed { small { "of " (words::short(row.rays_timed as f64)) " rays" } }
         @if let Some(other) = &row.same_as { small { "= " (other) } }
         small { (words::measured(rate.low)) "–" (words::measured(rate.high)) }
     }

@@ -1,12 +1,11 @@
 //! The roofline (Williams, Waterman and Patterson, CACM 2009): operations a second against operations per byte, below
 //! what the machine's arithmetic and each level of its memory can give.
 
-use super::axis::LogAxis;
+use super::axis::{LogAxis, paint_axes};
 use super::dots::WIDTH;
-use super::scaling::paint_frame;
 use super::svg::{Anchor, Canvas, Failure, Shape, Tint, draw, key};
 use super::tables::{Table, cell};
-use super::view::{View, threads_text};
+use super::view::{View, kind_text, threads_text};
 use super::{words, work};
 use crate::report::{CounterRow, ThreadLimits};
 use maud::{Markup, html};
@@ -186,10 +185,11 @@ fn chart(kind: &str, all: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f
         return html! {};
     }
     let label = format!(
-        "Roofline of {kind} rays, a marker for each scene; the table below holds the numbers."
+        "Roofline of {}, a marker for each scene; the table below holds the numbers.",
+        kind_text(kind)
     );
     let paint = |canvas: &Canvas<'_>| {
-        paint_frame(canvas, (&x, &y), "operations per byte", FLOOR)?;
+        paint_axes(canvas, (&x, &y), "operations per byte", FLOOR)?;
         paint_roofs(canvas, (&x, &y), limits.gflops, levels)?;
         for spot in &spots {
             let place = (x.at(spot.intensity), y.at(spot.rate));
@@ -231,7 +231,7 @@ fn paint_roofs(
         }
         let from = (x.at(start), y.at(start * bandwidth));
         canvas.line(&[from, (x.at(ridge), y.at(peak))], Tint::Ink, 1.0)?;
-        canvas.text((from.0 + 4.0, from.1 - 9.0), Anchor::Start, small, name)?;
+        canvas.text((from.0 + 9.0, from.1 + 4.0), Anchor::Start, small, name)?;
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::ScenePictures;
 use super::tables::{Table, cell};
-use super::view::View;
+use super::view::{View, kind_text};
 use super::words;
 use crate::report::SceneRecord;
 use base64::Engine;
@@ -172,7 +172,7 @@ fn work_table(view: &View<'_>, kind: &str) -> Table {
         "bytes/ray",
     ];
     Table {
-        caption: format!("Work of {kind} rays"),
+        caption: format!("Work of {}", kind_text(kind)),
         head: head.map(str::to_owned).to_vec(),
         texts: 2,
         rows: rows.collect(),

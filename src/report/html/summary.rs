@@ -3,7 +3,7 @@
 use super::dots::{Dot, Dots, Line};
 use super::svg::{Shape, Tint, key};
 use super::tables::{Table, cell};
-use super::view::{ORACLE, OURS, View, geometric_mean, has_rate, is_peer, threads_text};
+use super::view::{ORACLE, OURS, View, geometric_mean, has_rate, is_peer, kind_text, threads_text};
 use super::words;
 use crate::report::{Record, Row};
 use maud::{Markup, html};
@@ -205,39 +205,54 @@ fn over_best(view: &View<'_>, kind: &str, threads: u32) -> Option<Ratio> {
     })
 }
 
-/// The headline: a sentence, a chart and a table.
+/// The headline: two sentences, charts and a table.
 pub(super) fn headline(view: &View<'_>) -> Markup {
-    let Some(most) = view.most_threads() else {
-        return html! { p.note { "The record has no rates." } };
-    };
     html! {
         section #headline {
             h2 { "In short" }
-            @for sentence in sentences(view, most) { p.lead { (sentence) } }
+            @match view.threads.split_last() {
+                Some((most, fewer)) => (compared(view, *most, fewer)),
+                None => p.note { "The record has no rates." },
+            }
+        }
+    }
+}
+
+fn compared(view: &View<'_>, most: u32, fewer: &[u32]) -> Markup {
+    let sentences = sentences(view, most);
+    html! {
+        @for sentence in &sentences { p.lead { (sentence) } }
+        @if sentences.is_empty() {
+            p.note { "Neither the oracle nor a peer took part, so there is nothing to compare with." }
+        } @else {
             div.grid {
                 @for threads in view.threads_from_most() { (chart(view, threads)) }
+                (table(view, most).markup())
             }
             (legend(view))
-            (table(view).markup())
+            @for threads in fewer.iter().rev() { (table(view, *threads).folded()) }
         }
     }
 }
 
 fn sentences(view: &View<'_>, threads: u32) -> Vec<String> {
     let said = |other: &str, of: &dyn Fn(&str) -> Option<Ratio>| {
-        let kinds = view
-            .kinds
-            .iter()
-            .filter_map(|kind| Some(format!("{} for {kind}", words::times(of(kind)?.mean))));
-        let kinds: Vec<String> = kinds.collect();
-        let speeds = words::listed(&kinds);
-        (!kinds.is_empty())
-            .then(|| format!("Against {other}, on {}: {speeds}.", threads_text(threads)))
+        let ratios = view.kinds.iter();
+        let ratios =
+            ratios.filter_map(|kind| Some((kind_text(kind), words::times(of(kind)?.mean))));
+        let parts = ratios.enumerate().map(|(i, (kind, times))| match i {
+            0 => format!("{times} as fast as {other} for {kind}"),
+            _ => format!("{times} for {kind}"),
+        });
+        let parts: Vec<String> = parts.collect();
+        let (on, speeds) = (threads_text(threads), words::listed(&parts));
+        (!parts.is_empty())
+            .then(|| format!("On {on}, phalanx is {speeds} (geometric means over scenes)."))
     };
-    let best = said("the best exact peer of each scene", &|kind| {
+    let best = said("the best exact peer", &|kind| {
         over_best(view, kind, threads)
     });
-    let oracle = said("the scalar oracle", &|kind| {
+    let oracle = said("its scalar oracle", &|kind| {
         over_engine(view, ORACLE, kind, threads)
     });
     best.into_iter().chain(oracle).collect()
@@ -300,36 +315,29 @@ fn legend(view: &View<'_>) -> Markup {
     }
 }
 
-fn table(view: &View<'_>) -> Table {
-    let peers = view.engines.iter().any(|e| is_peer(e));
-    let mut rows = Vec::new();
-    for threads in view.threads_from_most() {
-        for kind in &view.kinds {
-            let best = over_best(view, kind, threads);
-            let oracle = over_engine(view, ORACLE, kind, threads);
-            if best.is_none() && oracle.is_none() {
-                continue;
-            }
-            let scenes = best.iter().chain(&oracle).map(|r| r.scenes).max();
-            let mut cells = vec![cell(kind), cell(threads.to_string())];
-            cells.push(cell(words::count(scenes.unwrap_or(0) as u64)));
-            if peers {
-                cells.push(ratio_cell(best));
-            }
-            cells.push(ratio_cell(oracle));
-            rows.push(cells);
+fn table(view: &View<'_>, threads: u32) -> Table {
+    let peers = view.has_peers();
+    let row = |kind: &&str| {
+        let best = over_best(view, kind, threads);
+        let oracle = over_engine(view, ORACLE, kind, threads);
+        let scenes = best.iter().chain(&oracle).map(|r| r.scenes).max()?;
+        let mut cells = vec![cell(kind)];
+        if peers {
+            cells.push(ratio_cell(best));
         }
-    }
-    let mut head = vec!["rays", "threads", "scenes"];
+        cells.push(ratio_cell(oracle));
+        cells.push(cell(words::count(scenes as u64)));
+        Some(cells)
+    };
+    let mut head = vec!["rays"];
     head.extend(peers.then_some("over best exact peer"));
-    head.push("over oracle");
+    head.extend(["over oracle", "scenes"]);
+    let on = threads_text(threads);
     Table {
-        caption:
-            "How many times as fast auto is: geometric mean over scenes, least and greatest below"
-                .to_owned(),
+        caption: format!("phalanx auto on {on}: mean over scenes, least and greatest"),
         head: head.into_iter().map(str::to_owned).collect(),
         texts: 1,
-        rows,
+        rows: view.kinds.iter().filter_map(row).collect(),
     }
 }
 

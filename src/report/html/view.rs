@@ -101,6 +101,11 @@ impl<'a> View<'a> {
         fastest(rows.filter(|r| r.exact && is_peer(&r.engine)))
     }
 
+    /// Whether any other project's tracer took part.
+    pub(super) fn has_peers(&self) -> bool {
+        self.engines.iter().any(|engine| is_peer(engine))
+    }
+
     /// The most threads of any row.
     pub(super) fn most_threads(&self) -> Option<u32> {
         self.threads.last().copied()
@@ -138,6 +143,14 @@ pub(super) fn is_peer(engine: &str) -> bool {
 pub(super) fn has_rate(row: &Row) -> bool {
     let median = row.mrays_per_s.median;
     median.is_finite() && median > 0.0
+}
+
+/// A kind of rays in words; `frame` is everything that a picture takes.
+pub(super) fn kind_text(kind: &str) -> String {
+    match kind {
+        "frame" => "whole frames".to_owned(),
+        _ => format!("{kind} rays"),
+    }
 }
 
 /// `2 threads` or `1 thread`.

@@ -36,6 +36,19 @@ pub(super) fn short(value: f64) -> String {
     }
 }
 
+/// A number along an axis, with as many decimals as its steps have.
+pub(super) fn step(value: f64, step: f64) -> String {
+    let decimals = match step {
+        1.0.. => 0,
+        0.1.. => 1,
+        0.01.. => 2,
+        _ => 3,
+    };
+    // Never a negative zero.
+    let value = value + 0.0;
+    format!("{value:.decimals$}")
+}
+
 /// Up to three digits, none of them a zero at the end.
 fn at_most_three(value: f64) -> String {
     let text = match value.abs() {
@@ -81,7 +94,10 @@ fn scaled_bytes(value: u64, step: u64, units: [&str; 5]) -> String {
 
 /// How many times as much.
 pub(super) fn times(value: f64) -> String {
-    with_unit(value, &measured(value), "×")
+    match value.is_finite() {
+        true => format!("{}×", measured(value)),
+        false => NONE.to_owned(),
+    }
 }
 
 /// A share, as per cent.
