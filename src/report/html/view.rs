@@ -2,6 +2,7 @@
 
 use super::words;
 use crate::report::{Record, Row, SceneRecord};
+use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Kinds of rays in the order in which a reader expects them; others follow by name.
@@ -132,6 +133,13 @@ impl<'a> View<'a> {
         let plain = name.strip_prefix("standard:").unwrap_or(name);
         words::shortened(&plain.replace(':', " "), 18)
     }
+}
+
+/// A scene's name for the first column of a table: its own, but for what goes without saying or is too long.
+pub(super) fn row_name(name: &str) -> Markup {
+    let plain = name.strip_prefix("standard:").unwrap_or(name);
+    let short = words::shortened(plain, 24);
+    html! { span title=[(short != name).then_some(name)] { (short) } }
 }
 
 /// Whether it is another project's tracer.
