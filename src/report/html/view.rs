@@ -1,7 +1,7 @@
 //! A record arranged for reading: which scenes, kinds and thread counts there are, and the rows that belong together.
 
 use super::words;
-use crate::report::{Record, Row, SceneRecord};
+use crate::report::{self, Record, Row, SceneRecord};
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -169,8 +169,9 @@ pub(super) fn threads_text(threads: u32) -> String {
 /// The geometric mean of what is positive and finite, and of how many that is.
 pub(super) fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<(f64, usize)> {
     let good = values.into_iter().filter(|v| v.is_finite() && *v > 0.0);
-    let (sum, number) = good.fold((0.0, 0), |(sum, number), v| (sum + v.ln(), number + 1));
-    (number > 0).then(|| ((sum / number as f64).exp(), number))
+    let good: Vec<f64> = good.collect();
+    let number = good.len();
+    report::geometric_mean(good).map(|mean| (mean, number))
 }
 
 fn fastest<'a>(rows: impl Iterator<Item = &'a Row>) -> Option<&'a Row> {
