@@ -142,6 +142,7 @@ fn the_page_is_readable_narrow_and_wide_light_and_dark() {
         return;
     };
     look(&mut browser, "suite", &fixture::suite());
+    look(&mut browser, "few", &fixture::few());
     look(&mut browser, "minimal", &fixture::minimal());
     look(&mut browser, "odd", &fixture::odd());
 }

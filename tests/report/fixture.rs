@@ -303,6 +303,16 @@ pub fn minimal() -> Record {
     }
 }
 
+/// One family in three sizes: fewer scenes than kinds of rays.
+pub fn few() -> Record {
+    let mut record = suite();
+    let kept = |scene: &str| scene.starts_with("standard:terrain:");
+    record.scenes.retain(|s| kept(&s.name));
+    record.rows.retain(|r| kept(&r.scene));
+    record.counters.retain(|c| kept(&c.scene));
+    record
+}
+
 /// Nothing at all.
 pub fn empty() -> Record {
     Record {

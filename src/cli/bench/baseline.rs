@@ -7,7 +7,7 @@ use super::bar::Bar;
 use super::{Course, one, record};
 use phalanx::bench::{Kind, Plan};
 use phalanx::report::{
-    CounterChange, Difference, Record, RecordError, RowKey, changes_table, counters,
+    CounterChange, Difference, RETAKES, Record, RecordError, RowKey, changes_table, counters,
     counters_table, regressions_table,
 };
 use std::path::Path;
@@ -55,14 +55,16 @@ impl Baseline {
         let Some(threshold) = args.fail_above else {
             return Ok(());
         };
-        let suspects = changes.suspects(threshold);
-        let again = if suspects.is_empty() {
-            None
-        } else {
-            let again = self.again(args, plan, courses, &suspects, now)?;
-            Some(phalanx::report::compare(&self.0, &again, args.force).map_err(refused)?)
-        };
-        let regressions = changes.regressions(again.as_ref(), threshold);
+        let mut again = Vec::new();
+        while again.len() < RETAKES {
+            let suspects = changes.suspects(&again, threshold);
+            if suspects.is_empty() {
+                break;
+            }
+            let retake = self.again(args, plan, courses, &suspects, now)?;
+            again.push(phalanx::report::compare(&self.0, &retake, args.force).map_err(refused)?);
+        }
+        let regressions = changes.regressions(&again, threshold);
         output::print(&regressions_table(&regressions))?;
         match regressions.is_empty() {
             true => Ok(()),

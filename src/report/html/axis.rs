@@ -53,7 +53,15 @@ impl LogAxis {
 
     /// Round numbers along it, no two labels closer than `gap` pixels, and their texts.
     pub(super) fn ticks(&self, gap: f64) -> Vec<(f64, String)> {
-        let wanted: [&[u32]; 4] = [&[1, 2, 3, 4, 5, 6, 7, 8, 9], &[1, 2, 5], &[1, 3], &[1]];
+        let wanted: [&[u32]; 5] = [
+            &[
+                10, 12, 14, 16, 18, 20, 25, 30, 35, 40, 45, 50, 60, 70, 80, 90,
+            ],
+            &[10, 15, 20, 30, 40, 50, 60, 80],
+            &[10, 20, 50],
+            &[10, 30],
+            &[10],
+        ];
         let fits = |ticks: &Vec<(f64, String)>| {
             let far = |pair: &[(f64, String)]| (pair[1].0 - pair[0].0).abs() >= gap;
             ticks.windows(2).all(far)
@@ -69,7 +77,7 @@ impl LogAxis {
     /// Every n-th power of ten.
     fn sparse(&self, gap: f64) -> Vec<(f64, String)> {
         let mut kept: Vec<(f64, String)> = Vec::new();
-        for tick in self.ticks_of(&[1]) {
+        for tick in self.ticks_of(&[10]) {
             let far = |last: &(f64, String)| (tick.0 - last.0).abs() >= gap;
             if kept.last().is_none_or(far) {
                 kept.push(tick);
@@ -78,9 +86,10 @@ impl LogAxis {
         kept
     }
 
+    /// Multiples of powers of ten, by their first two digits.
     fn ticks_of(&self, digits: &[u32]) -> Vec<(f64, String)> {
         let (low, high) = self.ends();
-        let numbers = (-12..=15).flat_map(|power| digits.iter().map(move |d| (*d, power)));
+        let numbers = (-13..=14).flat_map(|power| digits.iter().map(move |d| (*d, power)));
         // Parsed, because a product of tens is not the number that it prints as.
         let numbers = numbers.filter_map(|(d, power)| format!("{d}e{power}").parse::<f64>().ok());
         let inside = numbers.filter(|n| (low..=high).contains(n));
@@ -172,6 +181,9 @@ mod tests {
         let ticks = axis.ticks(24.0);
         let texts: Vec<&str> = ticks.iter().map(|t| t.1.as_str()).collect();
         assert_eq!(texts, ["0.5", "1", "2", "5", "10", "20", "50"]);
+        let narrow = LogAxis::over([12.5], 0.0, 240.0).unwrap();
+        let texts: Vec<String> = narrow.ticks(24.0).into_iter().map(|t| t.1).collect();
+        assert_eq!(texts, ["9", "10", "12", "14", "16"]);
         assert!(axis.at(0.5) > 0.0 && axis.at(60.0) < 240.0);
         assert_eq!(axis.at(f64::NAN), 0.0);
         assert_eq!(axis.at(1e300), 240.0);

@@ -3,7 +3,7 @@
 use super::dots::{Dot, Dots, Line};
 use super::svg::{Shape, Tint, key};
 use super::tables::{Table, cell, folded};
-use super::view::{OURS, View, has_rate, is_peer, kind_text, threads_text};
+use super::view::{OURS, View, has_rate, is_peer, kind_text, row_name, threads_text};
 use super::words;
 use crate::report::Row;
 use maud::{Markup, html};
@@ -137,7 +137,7 @@ fn table(view: &View<'_>, kind: &str, threads: u32) -> Markup {
             of_scene.insert((&row.engine, &row.kernel), row);
         }
         let timed = of_scene.values().map(|row| row.rays_timed).max()?;
-        let mut cells = vec![cell(scene), cell(words::count(timed))];
+        let mut cells = vec![row_name(scene), cell(words::count(timed))];
         let rates = columns.iter().map(|column| of_scene.get(column));
         cells.extend(
             rates.map(|row| row.map_or_else(|| cell(words::NONE), |row| rate_cell(row, timed))),

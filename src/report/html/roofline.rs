@@ -5,7 +5,7 @@ use super::axis::{LogAxis, paint_axes};
 use super::dots::WIDTH;
 use super::svg::{Anchor, Canvas, Failure, Shape, Tint, draw, key};
 use super::tables::{Table, cell};
-use super::view::{View, kind_text, threads_text};
+use super::view::{View, kind_text, row_name, threads_text};
 use super::{words, work};
 use crate::report::{CounterRow, ThreadLimits};
 use maud::{Markup, html};
@@ -248,9 +248,13 @@ fn table(spots: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> T
     .map(str::to_owned)
     .to_vec();
     head.push("of peak".to_owned());
-    head.extend(levels.iter().map(|(name, _)| format!("bytes, of {name}'s")));
+    head.extend(
+        levels
+            .iter()
+            .map(|(name, _)| format!("of {name} bandwidth")),
+    );
     let rows = spots.iter().map(|spot| {
-        let mut cells = vec![cell(spot.scene), cell(spot.kind)];
+        let mut cells = vec![row_name(spot.scene), cell(spot.kind)];
         let numbers = [spot.operations, spot.bytes, spot.intensity, spot.rate];
         cells.extend(numbers.map(|n| cell(words::measured(n))));
         cells.push(cell(words::percent(spot.rate / limits.gflops)));

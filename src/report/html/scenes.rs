@@ -2,7 +2,7 @@
 
 use super::ScenePictures;
 use super::tables::{Table, cell};
-use super::view::{View, kind_text};
+use super::view::{View, kind_text, row_name};
 use super::words;
 use crate::report::SceneRecord;
 use base64::Engine;
@@ -108,7 +108,7 @@ fn answers(view: &View<'_>) -> Markup {
     for scene in &view.record.scenes {
         for (kind, set) in &scene.rays {
             rows.push(vec![
-                cell(&scene.name),
+                row_name(&scene.name),
                 cell(kind),
                 html! { code { (set.checksum) } },
                 cell(words::count(set.rays)),
@@ -147,7 +147,7 @@ fn work_table(view: &View<'_>, kind: &str) -> Table {
         let per_ray = |count: u64| cell(words::measured(count as f64 / counter.ray_count as f64));
         let lanes = work.packets as f64 * 8.0;
         vec![
-            cell(&counter.scene),
+            row_name(&counter.scene),
             cell(&counter.kernel),
             cell(words::count(counter.ray_count)),
             cell(words::count(work.packets)),

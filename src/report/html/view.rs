@@ -1,7 +1,8 @@
 //! A record arranged for reading: which scenes, kinds and thread counts there are, and the rows that belong together.
 
 use super::words;
-use crate::report::{Record, Row, SceneRecord};
+use crate::report::{self, Record, Row, SceneRecord};
+use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Kinds of rays in the order in which a reader expects them; others follow by name.
@@ -134,6 +135,13 @@ impl<'a> View<'a> {
     }
 }
 
+/// A scene's name for the first column of a table: its own, but for what goes without saying or is too long.
+pub(super) fn row_name(name: &str) -> Markup {
+    let plain = name.strip_prefix("standard:").unwrap_or(name);
+    let short = words::shortened(plain, 24);
+    html! { span title=[(short != name).then_some(name)] { (short) } }
+}
+
 /// Whether it is another project's tracer.
 pub(super) fn is_peer(engine: &str) -> bool {
     engine != OURS && engine != ORACLE
@@ -161,8 +169,9 @@ pub(super) fn threads_text(threads: u32) -> String {
 /// The geometric mean of what is positive and finite, and of how many that is.
 pub(super) fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<(f64, usize)> {
     let good = values.into_iter().filter(|v| v.is_finite() && *v > 0.0);
-    let (sum, number) = good.fold((0.0, 0), |(sum, number), v| (sum + v.ln(), number + 1));
-    (number > 0).then(|| ((sum / number as f64).exp(), number))
+    let good: Vec<f64> = good.collect();
+    let number = good.len();
+    report::geometric_mean(good).map(|mean| (mean, number))
 }
 
 fn fastest<'a>(rows: impl Iterator<Item = &'a Row>) -> Option<&'a Row> {
