@@ -277,7 +277,7 @@ pub fn minimal() -> Record {
             ..Machine::default()
         },
         run: Run {
-            started: "2026-11-21T17:30:00Z".to_owned(),
+            started: "2026-11-21T17:30:04.272635803Z".to_owned(),
             arguments: vec![
                 "bench".to_owned(),
                 "--html".to_owned(),
@@ -366,23 +366,24 @@ pub fn odd() -> Record {
     record
 }
 
-/// Pictures for every scene of a record: hills, and how dear they are.
+/// Pictures for every scene of a record: hills, and how dear they are, which is higher by the scale below.
 pub fn pictures(record: &Record) -> Vec<ScenePictures> {
     let of_scene = |(i, scene): (usize, &SceneRecord)| ScenePictures {
         scene: scene.name.clone(),
-        thumbnail_png: png(i as u32, |v| [v, v / 2 + 60, 150 - v / 3]),
-        heat_png: (i % 5 != 4).then(|| png(i as u32, |v| [v, v.saturating_sub(120), 255 - v])),
+        thumbnail_png: png((i as u32, 135), |v| [v, v / 2 + 60, 150 - v / 3]),
+        heat_png: (i % 5 != 4)
+            .then(|| png((i as u32, 155), |v| [v, v.saturating_sub(120), 255 - v])),
         heat_legend: "node visits a ray: 0 (dark) to 64 (bright)".to_owned(),
     };
     record.scenes.iter().enumerate().map(of_scene).collect()
 }
 
-fn png(seed: u32, color: impl Fn(u8) -> [u8; 3]) -> Vec<u8> {
+fn png((seed, height): (u32, u32), color: impl Fn(u8) -> [u8; 3]) -> Vec<u8> {
     let hill = |x: u32, y: u32| {
         let wave = f64::from(x * (3 + seed % 5)) * 0.01 + f64::from(y * (2 + seed % 7)) * 0.015;
         (127.0 + 120.0 * wave.sin()) as u8
     };
-    let image = RgbImage::from_fn(160, 120, |x, y| Rgb(color(hill(x, y))));
+    let image = RgbImage::from_fn(180, height, |x, y| Rgb(color(hill(x, y))));
     let mut bytes = Cursor::new(Vec::new());
     image
         .write_to(&mut bytes, ImageFormat::Png)

@@ -116,6 +116,7 @@ fn what_the_record_lacks_is_said_in_a_line() {
 fn what_to_beware_of_is_said_at_the_top() {
     let text = &SUITE.text;
     for words in [
+        "2026-11-21 17:30:04 UTC, in 11.9",
         "differed from the commit",
         "governor was powersave",
         "(KVM)",

@@ -51,8 +51,9 @@ impl LogAxis {
         (self.low.exp(), self.high.exp())
     }
 
-    /// Round numbers along it, no two labels closer than `gap` pixels, and their texts.
-    pub(super) fn ticks(&self, gap: f64) -> Vec<(f64, String)> {
+    /// Round numbers along it and their texts, whose middles are at least `gap` pixels apart, and `letter` pixels more for
+    /// each letter of the longer one.
+    pub(super) fn ticks(&self, gap: f64, letter: f64) -> Vec<(f64, String)> {
         let wanted: [&[u32]; 5] = [
             &[
                 10, 12, 14, 16, 18, 20, 25, 30, 35, 40, 45, 50, 60, 70, 80, 90,
@@ -63,23 +64,23 @@ impl LogAxis {
             &[10],
         ];
         let fits = |ticks: &Vec<(f64, String)>| {
-            let far = |pair: &[(f64, String)]| (pair[1].0 - pair[0].0).abs() >= gap;
-            ticks.windows(2).all(far)
+            let mut pairs = ticks.windows(2);
+            pairs.all(|pair| are_apart(&pair[0], &pair[1], gap, letter))
         };
         let series = wanted.iter().map(|digits| self.ticks_of(digits));
         let mut series = series.filter(fits);
         match series.next() {
             Some(ticks) => ticks,
-            None => self.sparse(gap),
+            None => self.sparse(gap, letter),
         }
     }
 
     /// Every n-th power of ten.
-    fn sparse(&self, gap: f64) -> Vec<(f64, String)> {
+    fn sparse(&self, gap: f64, letter: f64) -> Vec<(f64, String)> {
         let mut kept: Vec<(f64, String)> = Vec::new();
         for tick in self.ticks_of(&[10]) {
-            let far = |last: &(f64, String)| (tick.0 - last.0).abs() >= gap;
-            if kept.last().is_none_or(far) {
+            let last = kept.last();
+            if last.is_none_or(|last| are_apart(last, &tick, gap, letter)) {
                 kept.push(tick);
             }
         }
@@ -95,6 +96,12 @@ impl LogAxis {
         let inside = numbers.filter(|n| (low..=high).contains(n));
         inside.map(|n| (self.at(n), words::short(n))).collect()
     }
+}
+
+/// Whether there is room between two labels.
+fn are_apart(a: &(f64, String), b: &(f64, String), gap: f64, letter: f64) -> bool {
+    let letters = a.1.chars().count().max(b.1.chars().count());
+    (a.0 - b.0).abs() >= gap + letter * letters as f64
 }
 
 /// A linear axis from one place to another, in pixels.
@@ -159,11 +166,11 @@ pub(super) fn paint_axes(
     let (left, right) = (x.at(x.ends().0), x.at(x.ends().1));
     let top = y.at(y.ends().1);
     let small = (Tint::Muted, 10.5);
-    for (place, text) in x.ticks(30.0) {
+    for (place, text) in x.ticks(9.0, 6.0) {
         canvas.line(&[(place, top), (place, floor)], Tint::Grid, 1.0)?;
         canvas.text((place, floor + 10.0), Anchor::Middle, small, &text)?;
     }
-    for (place, text) in y.ticks(18.0) {
+    for (place, text) in y.ticks(18.0, 0.0) {
         canvas.line(&[(left, place), (right, place)], Tint::Grid, 1.0)?;
         canvas.text((left - 5.0, place), Anchor::End, small, &text)?;
     }
@@ -178,17 +185,17 @@ mod tests {
     #[test]
     fn ticks_are_round_and_apart() {
         let axis = LogAxis::over([0.5, 60.0, f64::NAN, -1.0], 0.0, 240.0).unwrap();
-        let ticks = axis.ticks(24.0);
+        let ticks = axis.ticks(6.0, 6.0);
         let texts: Vec<&str> = ticks.iter().map(|t| t.1.as_str()).collect();
         assert_eq!(texts, ["0.5", "1", "2", "5", "10", "20", "50"]);
         let narrow = LogAxis::over([12.5], 0.0, 240.0).unwrap();
-        let texts: Vec<String> = narrow.ticks(24.0).into_iter().map(|t| t.1).collect();
+        let texts: Vec<String> = narrow.ticks(6.0, 6.0).into_iter().map(|t| t.1).collect();
         assert_eq!(texts, ["9", "10", "12", "14", "16"]);
         assert!(axis.at(0.5) > 0.0 && axis.at(60.0) < 240.0);
         assert_eq!(axis.at(f64::NAN), 0.0);
         assert_eq!(axis.at(1e300), 240.0);
         let wide = LogAxis::over([1e-12, 1e15], 0.0, 100.0).unwrap();
-        assert!(wide.ticks(30.0).len() <= 4);
+        assert!(wide.ticks(30.0, 0.0).len() <= 4);
         assert!(LogAxis::over([f64::NAN, 0.0, -3.0], 0.0, 1.0).is_none());
     }
 

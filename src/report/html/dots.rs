@@ -82,7 +82,7 @@ impl Dots<'_> {
 
     fn paint_axis(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), Failure> {
         let (top, floor) = (self.top(), self.floor());
-        for (x, text) in axis.ticks(26.0) {
+        for (x, text) in axis.ticks(8.0, 6.0) {
             canvas.line(&[(x, top - 4.0), (x, floor)], Tint::Grid, 1.0)?;
             let small = (Tint::Muted, 10.5);
             canvas.text((x, floor + 10.0), Anchor::Middle, small, &text)?;

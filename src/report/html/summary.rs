@@ -39,13 +39,24 @@ pub(super) fn facts(record: &Record) -> Markup {
             @if !run.peers.is_empty() { dt { "Peers" } dd { (words::listed(&run.peers)) } }
             dt { "Taken" }
             dd {
-                (run.started) ", in " (words::seconds(run.seconds)) "; " (run.size[0]) "×" (run.size[1]) " rays, "
+                (moment(&run.started)) ", in " (words::seconds(run.seconds)) "; " (run.size[0]) "×" (run.size[1]) " rays, "
                 (words::plural(run.repeat as usize, "sample")) " a row, at least " (words::seconds(run.min_time)) " each"
                 @if run.pinned { ", workers bound to cores" }
             }
             dt { "Command" } dd { code { "phalanx " (run.arguments.join(" ")) } }
         }
     }
+}
+
+/// A time as people write it; what is none stays as it is.
+fn moment(started: &str) -> String {
+    let parts = started
+        .split_once('T')
+        .filter(|(_, time)| time.ends_with('Z'));
+    parts.map_or(started.to_owned(), |(day, time)| {
+        let seconds: String = time.trim_end_matches('Z').chars().take(8).collect();
+        format!("{day} {seconds} UTC")
+    })
 }
 
 fn machine_text(record: &Record) -> String {
@@ -59,7 +70,9 @@ fn machine_text(record: &Record) -> String {
     if let Some(cores) = machine.cores {
         parts.push(words::plural(cores as usize, "core"));
     }
-    parts.push(threads_text(machine.threads));
+    if machine.threads > 0 {
+        parts.push(threads_text(machine.threads));
+    }
     let mut caches: Vec<_> = machine
         .caches
         .iter()
@@ -109,7 +122,7 @@ fn about_the_run(record: &Record) -> Vec<String> {
             program.profile
         ));
     }
-    if program.isa_compiled != program.isa_available {
+    if !program.isa_available.is_empty() && program.isa_compiled != program.isa_available {
         let (has, asked) = (&program.isa_available, &program.isa_compiled);
         warnings.push(format!(
             "The CPU has {has}, but the program was compiled for {asked}."
