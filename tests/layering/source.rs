@@ -4,6 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// Files of `src` that are no Rust source.
+const OTHERS: [&str; 1] = ["report/html/style.css"];
+
 /// Files of the crate's root, which belong to no room.
 const ROOTS: [&str; 2] = ["lib.rs", "main.rs"];
 
@@ -134,6 +137,9 @@ pub fn sources() -> Vec<Source> {
             }
             let name = path.strip_prefix(&root).expect("below src");
             let name = name.to_string_lossy().replace('\\', "/");
+            if OTHERS.contains(&name.as_str()) {
+                continue;
+            }
             assert!(name.ends_with(".rs"), "{name} is no Rust source");
             let text = fs::read_to_string(&path).expect("UTF-8");
             let code = code_of(&text);
