@@ -3,6 +3,7 @@
 mod baseline;
 mod files;
 pub mod html;
+mod machine;
 mod record;
 mod side_by_side;
 mod statistics;
