@@ -3,9 +3,11 @@
 mod baseline;
 mod files;
 pub mod html;
+mod machine;
 mod record;
 mod side_by_side;
 mod statistics;
+mod table;
 mod text;
 
 pub use baseline::{
@@ -17,3 +19,4 @@ pub use files::{RecordError, load, to_csv, to_json};
 pub use record::*;
 pub use side_by_side::side_by_side;
 pub use statistics::{geometric_mean, median};
+pub use table::readme_table;

@@ -89,7 +89,7 @@ const TABLE: [Row; 21] = [
     ),
     row(
         "report",
-        &[],
+        &["isa"],
         "numbers to files and pages, whoever measured them",
     ),
     row(
@@ -104,7 +104,7 @@ const TABLE: [Row; 21] = [
 ];
 
 /// Crates that only some rooms (or files) may name.
-const OWNERS: [(&str, &[&str], &str); 12] = [
+const OWNERS: [(&str, &[&str], &str); 14] = [
     (
         "memmap2",
         &["cache/mapping.rs"],
@@ -160,6 +160,16 @@ const OWNERS: [(&str, &[&str], &str); 12] = [
         "core_affinity",
         &["render/workers.rs"],
         "threads are pinned in one place",
+    ),
+    (
+        "raw_cpuid",
+        &["isa.rs", "report/machine.rs"],
+        "what the CPU has, and what it is",
+    ),
+    (
+        "sysinfo",
+        &["report/machine.rs"],
+        "the system is asked in one place",
     ),
 ];
 

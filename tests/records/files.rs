@@ -82,13 +82,14 @@ fn rows_as_csv() {
     let mut record = fixture::record(1);
     record.rows.truncate(1);
     let row = &mut record.rows[0];
-    row.scene = "a \"fine\", odd.test".into();
+    row.scene = "a \"fine\" one.test".into();
+    row.kernel = "scalar, plain".into();
     row.samples = vec![1.5, 2.5];
     let text = to_csv(&record);
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.len(), 2);
     assert!(lines[0].starts_with("scene,rays,engine,kernel,threads,mrays_per_s,"));
-    let start = "\"a \"\"fine\"\", odd.test\",primary,oracle,scalar,1,";
+    let start = "\"a \"\"fine\"\" one.test\",primary,oracle,\"scalar, plain\",1,";
     assert!(lines[1].starts_with(start), "{}", lines[1]);
     assert!(
         lines[1].ends_with(",1000,700,,true,,1.5 2.5"),

@@ -3,4 +3,5 @@
 mod baseline;
 mod files;
 mod fixture;
+mod readme_table;
 mod schema;

@@ -1,0 +1,88 @@
+//! What the program says of itself in records: compiler, profile, revision. None of it is needed to build.
+
+use std::env;
+use std::path::Path;
+use std::process::Command;
+
+/// What the program is built from. A change to anything else makes it no other program.
+const SOURCES: [&str; 5] = ["src", "build.rs", "Cargo.toml", "Cargo.lock", ".cargo"];
+
+fn main() {
+    for source in SOURCES
+        .into_iter()
+        .filter(|source| Path::new(source).exists())
+    {
+        println!("cargo::rerun-if-changed={source}");
+    }
+    // Of a profile of one's own, the one it inherits from.
+    tell("PROFILE", &env::var("PROFILE").unwrap_or_default());
+    if let Some(version) =
+        env::var_os("RUSTC").and_then(|rustc| said(Command::new(rustc).arg("--version")))
+    {
+        tell("RUSTC", &version);
+    }
+    // Not whatever repository the package may have been unpacked in: only its own.
+    if Path::new(".git").exists() {
+        from_git();
+    } else if let Ok(info) = std::fs::read_to_string(".cargo_vcs_info.json") {
+        from_package(&info);
+    }
+}
+
+fn tell(name: &str, value: &str) {
+    println!("cargo::rustc-env=PHALANX_{name}={value}");
+}
+
+/// What a command writes, or `None` where it fails or is not there.
+fn said(command: &mut Command) -> Option<String> {
+    let output = command
+        .output()
+        .ok()
+        .filter(|output| output.status.success())?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    Some(text.trim().to_owned())
+}
+
+fn git(arguments: &[&str]) -> Option<String> {
+    let mut command = Command::new("git");
+    // A hook's settings are those of the repository it runs in; and looking must not lock the index.
+    for name in ["GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"] {
+        command.env_remove(name);
+    }
+    said(command.arg("--no-optional-locks").args(arguments))
+}
+
+fn from_git() {
+    let Some(revision) = git(&["rev-parse", "HEAD"]) else {
+        return;
+    };
+    tell("GIT_REVISION", &revision);
+    let changes = ["status", "--porcelain", "--untracked-files=normal", "--"];
+    if let Some(changes) = git(&[&changes[..], &SOURCES].concat()) {
+        tell("GIT_DIRTY", &(!changes.is_empty()).to_string());
+    }
+    // HEAD, the branch it names, and where that may be packed away. A file that is not there would make Cargo run this
+    // every time.
+    let branch = git(&["symbolic-ref", "--quiet", "HEAD"]);
+    for name in ["HEAD", "logs/HEAD", "packed-refs"]
+        .into_iter()
+        .chain(branch.as_deref())
+    {
+        if let Some(path) = git(&["rev-parse", "--git-path", name])
+            && Path::new(&path).exists()
+        {
+            println!("cargo::rerun-if-changed={path}");
+        }
+    }
+}
+
+/// The revision that `cargo package` put into the package. Two fields of a format that does not change are not worth a
+/// JSON reader for every build.
+fn from_package(info: &str) {
+    let mut words = info.split('"').skip_while(|word| *word != "sha1").skip(2);
+    if let Some(revision) = words.next() {
+        tell("GIT_REVISION", revision);
+        let dirty = info.contains("\"dirty\": true");
+        tell("GIT_DIRTY", &dirty.to_string());
+    }
+}
