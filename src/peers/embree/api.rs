@@ -10,6 +10,7 @@
 //! more levels also move a field of the context; instances are then missed, and nothing else happens.
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
+use std::marker::PhantomData;
 use std::mem::ManuallyDrop;
 use std::ptr::{NonNull, null, null_mut};
 use std::sync::Arc;
@@ -391,7 +392,7 @@ impl<const N: usize> RayHit<N> {
 pub(super) struct Valid<const N: usize>(pub(super) [i32; N]);
 
 /// How to search, for either version: what must be alike is written twice, what is not asked for stays zero.
-pub(super) struct Query {
+struct Query {
     arguments: Arguments4,
     context: Context3,
 }
@@ -423,7 +424,7 @@ struct Context3 {
 
 impl Query {
     /// For rays that go the same way, or for any.
-    pub(super) fn new(coherent: bool) -> Query {
+    fn new(coherent: bool) -> Query {
         Query {
             arguments: Arguments4 {
                 flags: u32::from(coherent) << 16,
@@ -444,53 +445,74 @@ impl Query {
     }
 }
 
+/// One thread's way to ask a scene about one ray, eight or sixteen: all that a call needs lies side by side here, because
+/// with single rays it counts how many addresses are looked up before.
+pub(super) struct Caller<'a, const N: usize> {
+    scene: Handle,
+    intersect: Entry,
+    occluded: Entry,
+    /// Whether the library is of version 4, where the query comes last.
+    query_last: bool,
+    query: Query,
+    built: PhantomData<&'a Built>,
+}
+
+/// A question's functions for single rays, and for packets of the caller's width.
+#[derive(Clone, Copy)]
+struct Entry {
+    one: Single,
+    many: Packet,
+}
+
 impl Built {
-    /// Finds the closest hits of one, eight or sixteen rays. A single ray is always valid.
-    #[inline]
-    pub(super) fn intersect<const N: usize>(
-        &self,
-        query: &mut Query,
-        valid: &Valid<N>,
-        rays: &mut RayHit<N>,
-    ) {
-        self.ask(&self.0.device.api.intersect, query, valid, rays);
+    /// A way to ask, for rays that go the same way or for any.
+    pub(super) fn caller<const N: usize>(&self, coherent: bool) -> Caller<'_, N> {
+        const { assert!(N == 1 || N == 8 || N == 16, "Embree's packets") };
+        let device = &self.0.device;
+        let entry = |ask: &Ask| Entry {
+            one: ask.one,
+            many: if N == 16 { ask.sixteen } else { ask.eight },
+        };
+        Caller {
+            scene: self.0.handle.as_ptr(),
+            intersect: entry(&device.api.intersect),
+            occluded: entry(&device.api.occluded),
+            query_last: device.version[0] >= 4,
+            query: Query::new(coherent),
+            built: PhantomData,
+        }
+    }
+}
+
+impl<const N: usize> Caller<'_, N> {
+    /// Finds the closest hits. A single ray is always valid.
+    #[inline(always)]
+    pub(super) fn intersect(&mut self, valid: &Valid<N>, rays: &mut RayHit<N>) {
+        self.ask(self.intersect, valid, rays);
     }
 
-    /// Finds whether one, eight or sixteen rays hit anything. A single ray is always valid.
-    #[inline]
-    pub(super) fn occluded<const N: usize>(
-        &self,
-        query: &mut Query,
-        valid: &Valid<N>,
-        rays: &mut RayHit<N>,
-    ) {
-        self.ask(&self.0.device.api.occluded, query, valid, rays);
+    /// Finds whether anything is hit. A single ray is always valid.
+    #[inline(always)]
+    pub(super) fn occluded(&mut self, valid: &Valid<N>, rays: &mut RayHit<N>) {
+        self.ask(self.occluded, valid, rays);
     }
 
     #[inline(always)]
-    fn ask<const N: usize>(
-        &self,
-        ask: &Ask,
-        query: &mut Query,
-        valid: &Valid<N>,
-        rays: &mut RayHit<N>,
-    ) {
-        const { assert!(N == 1 || N == 8 || N == 16, "Embree's packets") };
-        let scene = self.0.handle.as_ptr();
+    fn ask(&mut self, entry: Entry, valid: &Valid<N>, rays: &mut RayHit<N>) {
         let rays: *mut c_void = std::ptr::from_mut(rays).cast();
-        let (first, second) = if self.0.device.version[0] >= 4 {
-            (rays, std::ptr::from_mut(&mut query.arguments).cast())
+        let (first, second) = if self.query_last {
+            (rays, std::ptr::from_mut(&mut self.query.arguments).cast())
         } else {
-            (std::ptr::from_mut(&mut query.context).cast(), rays)
+            (std::ptr::from_mut(&mut self.query.context).cast(), rays)
         };
-        let valid = valid.0.as_ptr();
-        // SAFETY: the scene is committed; rays, mask and query have the layout, the alignment and the width that the
-        // function takes, in the order of the library's version, and are borrowed for the call.
+        // SAFETY: the scene is committed, and borrowed for the life of this caller. Rays, mask and query have the layout,
+        // the alignment and the width that the function takes, in the order of the library's version, and are borrowed
+        // for the call.
         unsafe {
-            match N {
-                1 => (ask.one)(scene, first, second),
-                8 => (ask.eight)(valid, scene, first, second),
-                _ => (ask.sixteen)(valid, scene, first, second),
+            if N == 1 {
+                (entry.one)(self.scene, first, second);
+            } else {
+                (entry.many)(valid.0.as_ptr(), self.scene, first, second);
             }
         }
     }

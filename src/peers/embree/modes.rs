@@ -1,8 +1,9 @@
 //! The ways to ask Embree: one ray a call, eight or sixteen, told that they go the same way or not.
 
 use super::Inner;
-use super::api::{Front, INVALID, Query, RayHit, Valid};
+use super::api::{Caller, Front, INVALID, RayHit, Valid};
 use super::mxcsr::Restore;
+use super::scene::Numbers;
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, U32x8};
 use crate::packet::HitPacket;
 use crate::peers::{Contender, Rays, Runner};
@@ -54,101 +55,72 @@ impl<const N: usize> Mode<N> {
             coherent,
         }
     }
-
-    fn asker(&self) -> Asker<'_, N> {
-        Asker {
-            scene: &self.scene,
-            laid: &self.laid,
-            query: Query::new(self.coherent),
-            valid: Valid([-1; N]),
-            active: N,
-            rays: RayHit::new(),
-        }
-    }
 }
 
 impl Contender for Mode<1> {
     fn runner(&self) -> Box<dyn Runner + '_> {
-        Box::new(self.asker())
+        Box::new(Singles {
+            numbers: &self.scene.numbers,
+            laid: &self.laid,
+            caller: self.scene.built.caller(self.coherent),
+            ray: RayHit::new(),
+        })
     }
 }
 
 impl Contender for Mode<8> {
     fn runner(&self) -> Box<dyn Runner + '_> {
-        Box::new(Packets(self.asker()))
+        Box::new(Packets::new(self))
     }
 }
 
 impl Contender for Mode<16> {
     fn runner(&self) -> Box<dyn Runner + '_> {
-        Box::new(Packets(self.asker()))
+        Box::new(Packets::new(self))
     }
 }
 
-/// What one thread needs to ask: a packet of N, used again and again.
-struct Asker<'a, const N: usize> {
-    scene: &'a Inner,
-    laid: &'a Laid<N>,
-    query: Query,
-    valid: Valid<N>,
-    /// Rays that `valid` lets through.
-    active: usize,
-    rays: RayHit<N>,
-}
-
-impl<const N: usize> Asker<'_, N> {
-    /// Takes a packet, as if nobody had asked yet; of no more than `most` rays.
+impl<const N: usize> RayHit<N> {
+    /// Takes rays, as if nobody had asked about them yet.
     #[inline(always)]
-    fn load(&mut self, packet: usize, most: usize) {
-        self.rays.front = self.laid.fronts[packet];
-        self.rays.tfar = [self.laid.tmax; N];
-        self.rays.prim = [INVALID; N];
-        self.rays.geometry = [INVALID; N];
-        let active = (self.laid.rays - packet * N).min(most).min(N);
-        if active != self.active {
-            self.valid = Valid(std::array::from_fn(|lane| -i32::from(lane < active)));
-            self.active = active;
-        }
-    }
-
-    #[inline(always)]
-    fn intersect(&mut self) {
-        let scene = &self.scene.built;
-        scene.intersect(&mut self.query, &self.valid, &mut self.rays);
-    }
-
-    #[inline(always)]
-    fn occluded(&mut self) {
-        let scene = &self.scene.built;
-        scene.occluded(&mut self.query, &self.valid, &mut self.rays);
-    }
-
-    /// The `prim_id` of one lane's hit.
-    #[inline(always)]
-    fn prim_id(&self, lane: usize) -> u32 {
-        let rays = &self.rays;
-        if self.scene.numbers.same {
-            // Embree leaves INVALID where nothing is hit, which is our NO_PRIM.
-            return rays.prim[lane];
-        }
-        let numbers = &self.scene.numbers;
-        numbers.of(rays.prim[lane], rays.geometry[lane], rays.instance[lane])
+    fn load(&mut self, front: &Front<N>, tmax: f32) {
+        self.front = *front;
+        self.tfar = [tmax; N];
+        self.prim = [INVALID; N];
+        self.geometry = [INVALID; N];
     }
 }
 
 /// Single rays, eight calls for each of our packets.
-impl Runner for Asker<'_, 1> {
+struct Singles<'a> {
+    numbers: &'a Numbers,
+    laid: &'a Laid<1>,
+    caller: Caller<'a, 1>,
+    ray: RayHit<1>,
+}
+
+const SINGLE: Valid<1> = Valid([-1]);
+
+impl<'a> Singles<'a> {
+    /// The rays of one of our packets; the last may have fewer.
+    fn fronts(&self, packet: usize) -> &'a [Front<1>] {
+        let fronts = &self.laid.fronts[packet * LANES..];
+        &fronts[..fronts.len().min(LANES)]
+    }
+}
+
+impl Runner for Singles<'_> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
         let _restore = Restore::flushing();
+        let (tmax, mut prim_id) = (self.laid.tmax, [INVALID; LANES]);
+        let (mut t, mut u, mut v) = ([tmax; LANES], [0.0; LANES], [0.0; LANES]);
         for (packet, hit) in packets.zip(hits) {
-            let (mut t, mut u, mut v) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-            let mut prim_id = [INVALID; LANES];
-            let first = packet * LANES;
-            for lane in 0..LANES.min(self.laid.rays - first) {
-                self.load(first + lane, 1);
-                self.intersect();
-                (t[lane], u[lane], v[lane]) = (self.rays.tfar[0], self.rays.u[0], self.rays.v[0]);
-                prim_id[lane] = self.prim_id(0);
+            for (lane, front) in self.fronts(packet).iter().enumerate() {
+                let ray = &mut self.ray;
+                ray.load(front, tmax);
+                self.caller.intersect(&SINGLE, ray);
+                (t[lane], u[lane], v[lane]) = (ray.tfar[0], ray.u[0], ray.v[0]);
+                prim_id[lane] = ray.prim_id(self.numbers, 0);
             }
             *hit = HitPacket {
                 t: F32x8::new(t),
@@ -161,32 +133,63 @@ impl Runner for Asker<'_, 1> {
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
         let _restore = Restore::flushing();
+        let tmax = self.laid.tmax;
         for (packet, blocked) in packets.zip(blocked) {
-            let first = packet * LANES;
             *blocked = 0;
-            for lane in 0..LANES.min(self.laid.rays - first) {
-                self.load(first + lane, 1);
-                Asker::occluded(self);
-                *blocked |= u8::from(self.rays.tfar[0] < 0.0) << lane;
+            for (lane, front) in self.fronts(packet).iter().enumerate() {
+                self.ray.load(front, tmax);
+                self.caller.occluded(&SINGLE, &mut self.ray);
+                *blocked |= u8::from(self.ray.tfar[0] < 0.0) << lane;
             }
         }
     }
 }
 
 /// Packets of eight, or of two eights.
-struct Packets<'a, const N: usize>(Asker<'a, N>);
+struct Packets<'a, const N: usize> {
+    numbers: &'a Numbers,
+    laid: &'a Laid<N>,
+    caller: Caller<'a, N>,
+    rays: RayHit<N>,
+    valid: Valid<N>,
+    /// Rays that `valid` lets through.
+    active: usize,
+}
 
-impl<const N: usize> Packets<'_, N> {
+impl<'a, const N: usize> Packets<'a, N> {
     const EIGHTS: usize = N / LANES;
+
+    fn new(mode: &'a Mode<N>) -> Packets<'a, N> {
+        Packets {
+            numbers: &mode.scene.numbers,
+            laid: &mode.laid,
+            caller: mode.scene.built.caller(mode.coherent),
+            rays: RayHit::new(),
+            valid: Valid([-1; N]),
+            active: N,
+        }
+    }
+
+    /// Takes a packet, of no more than `most` rays.
+    #[inline(always)]
+    fn load(&mut self, packet: usize, most: usize) {
+        self.rays.load(&self.laid.fronts[packet], self.laid.tmax);
+        let active = (self.laid.rays - packet * N).min(most).min(N);
+        if active != self.active {
+            self.valid = Valid(std::array::from_fn(|lane| -i32::from(lane < active)));
+            self.active = active;
+        }
+    }
 
     /// The answer to the k-th eight.
     #[inline(always)]
     fn hits(&self, k: usize) -> HitPacket {
-        let rays = &self.0.rays;
-        let prim_id = if self.0.scene.numbers.same {
+        let rays = &self.rays;
+        let prim_id = if self.numbers.same {
+            // Embree leaves INVALID where nothing is hit, which is our NO_PRIM.
             rays.prim.as_chunks().0[k]
         } else {
-            std::array::from_fn(|lane| self.0.prim_id(k * LANES + lane))
+            std::array::from_fn(|lane| rays.prim_id(self.numbers, k * LANES + lane))
         };
         HitPacket {
             t: F32x8::new(rays.tfar.as_chunks().0[k]),
@@ -197,13 +200,24 @@ impl<const N: usize> Packets<'_, N> {
     }
 }
 
+impl<const N: usize> RayHit<N> {
+    /// The `prim_id` of one lane's hit.
+    #[inline(always)]
+    fn prim_id(&self, numbers: &Numbers, lane: usize) -> u32 {
+        if numbers.same {
+            return self.prim[lane];
+        }
+        numbers.of(self.prim[lane], self.geometry[lane], self.instance[lane])
+    }
+}
+
 impl<const N: usize> Runner for Packets<'_, N> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
         let _restore = Restore::flushing();
         let first = packets.start / Self::EIGHTS;
         for (k, hits) in hits[..packets.len()].chunks_mut(Self::EIGHTS).enumerate() {
-            self.0.load(first + k, hits.len() * LANES);
-            self.0.intersect();
+            self.load(first + k, hits.len() * LANES);
+            self.caller.intersect(&self.valid, &mut self.rays);
             for (k, hit) in hits.iter_mut().enumerate() {
                 *hit = self.hits(k);
             }
@@ -217,10 +231,10 @@ impl<const N: usize> Runner for Packets<'_, N> {
             .chunks_mut(Self::EIGHTS)
             .enumerate()
         {
-            self.0.load(first + k, blocked.len() * LANES);
-            self.0.occluded();
+            self.load(first + k, blocked.len() * LANES);
+            self.caller.occluded(&self.valid, &mut self.rays);
             for (k, blocked) in blocked.iter_mut().enumerate() {
-                let tfar = F32x8::new(self.0.rays.tfar.as_chunks().0[k]);
+                let tfar = F32x8::new(self.rays.tfar.as_chunks().0[k]);
                 *blocked = tfar.lt(F32x8::ZERO).bits() as u8;
             }
         }
