@@ -6,7 +6,8 @@
 mod common;
 
 use bumpalo::Bump;
-use common::{Peer, SIZE, primary_rays, scenes};
+use common::{Peer, SIZE, scenes};
+use phalanx::bench::primary;
 use phalanx::bvh::Bvh;
 use phalanx::frame::{Control, Engine, Prepared, Settings, render};
 use phalanx::oracle::{Forest, Oracle, Ray, Search};
@@ -100,8 +101,8 @@ impl<'a> Side<'a> {
             scene,
             prepared: Prepared::build(scene, engine),
             settings: Settings {
-                width: SIZE.0,
-                height: SIZE.1,
+                width: SIZE[0],
+                height: SIZE[1],
                 threads,
                 engine,
                 ..Settings::of(scene)
@@ -157,7 +158,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 /// Camera rays by every kernel; their hits must agree.
 fn primary_rates(name: &str, scene: &Scene) -> Vec<Rate> {
     let arena = Bump::new();
-    let rays = primary_rays(&arena, scene);
+    let rays = primary(&arena, scene, SIZE).expect("a valid scene").queue;
     let bvh = Bvh::build(scene);
     let mut hits = vec![HitPacket::miss(); rays.packets()];
     let rates = Kernel::ALL.map(|(kernel_name, kernel)| {
@@ -200,7 +201,7 @@ fn cpu() -> String {
 /// The oracle is no straw man: primary rays against obvhs's own `ray_traverse`.
 fn oracle_against_obvhs(name: &str, scene: &Scene) -> Ratio {
     let arena = Bump::new();
-    let rays = primary_rays(&arena, scene);
+    let rays = primary(&arena, scene, SIZE).expect("a valid scene").queue;
     let (tree, peer) = (Forest::build(scene), Peer::build(scene));
     let oracle = Oracle::new(scene, Search::Tree(&tree), 0);
     let ray = |i: usize| rays.ray(i / 8, i % 8);

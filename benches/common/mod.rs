@@ -1,20 +1,38 @@
-//! What the benchmarks share: scenes, and the same primary rays for every engine.
+//! What the benchmarks share: scenes, the same rays for every engine, and criterion's settings.
+#![allow(dead_code, reason = "every benchmark uses its own part")]
 
-use phalanx::camera::Camera;
-use phalanx::formats::{Options, load};
-use phalanx::packet::RayQueue;
-use phalanx::scene::Scene;
-use std::path::{Path, PathBuf};
+pub mod alone;
+#[path = "../../tests/common/rng.rs"]
+pub mod rng;
+pub mod traced;
 
-use bumpalo::Bump;
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2_from_tris};
 use obvhs::ray::{Ray, RayHit};
 use obvhs::triangle::Triangle;
-use phalanx::lanes::{F32x8, LaneMask, Mask8, Vec3x8};
+use phalanx::formats::{Options, load};
+use phalanx::scene::Scene;
+use phalanx::standard;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-/// Image size of every benchmark.
-pub const SIZE: (u32, u32) = (1280, 960);
+/// Image size of the promises in `ratios`.
+pub const SIZE: [u32; 2] = [1280, 960];
+
+/// Image size where criterion repeats it many times.
+pub const SMALL: [u32; 2] = [512, 384];
+
+/// A group that takes a second or two for each function: enough to compare, not enough to wait for.
+pub fn brief<'c>(c: &'c mut Criterion, name: &str) -> BenchmarkGroup<'c, WallTime> {
+    let mut group = c.benchmark_group(name);
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_millis(600));
+    group
+}
 
 /// The course's dragon (100,000 triangles) if it is at hand, and our thousand spheres.
 pub fn scenes() -> Vec<(String, Scene)> {
@@ -36,30 +54,17 @@ pub fn scenes() -> Vec<(String, Scene)> {
     scenes
 }
 
-/// Camera rays of a whole picture, packet by packet in 8×8 blocks, as tiles have them.
-pub fn primary_rays<'a>(arena: &'a Bump, scene: &Scene) -> RayQueue<'a> {
-    let (width, height) = SIZE;
-    let camera = Camera::new(&scene.view, width, height).expect("a validated scene");
-    let mut rays = RayQueue::with_capacity(arena, (width * height) as usize);
-    let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
-    for block_y in (0..height).step_by(8) {
-        for block_x in (0..width).step_by(8) {
-            for packet in 0..8 {
-                let (x, y) = (block_x + packet % 2 * 4, block_y + packet / 2 * 2);
-                let columns = std::array::from_fn(|k| (x + k as u32 % 4) as f32 + 0.5);
-                let rows = std::array::from_fn(|k| (y + k as u32 / 4) as f32 + 0.5);
-                let dir = camera.directions(F32x8::new(rows), F32x8::new(columns));
-                rays.push(
-                    Mask8::first(8),
-                    eye,
-                    dir,
-                    Vec3x8::splat(0.0, 0.0, 0.0),
-                    &[0; 8],
-                );
-            }
-        }
-    }
-    rays
+/// Standard scenes, which are everywhere the same: triangles only, spheres nearly only, cones and spheres.
+pub const STANDARD: [&str; 3] = [
+    "standard:terrain:64k",
+    "standard:balls:4",
+    "standard:tree:8",
+];
+
+/// A standard scene by its whole name.
+pub fn standard_scene(name: &str) -> Scene {
+    let spec = standard::parse_spec(name).expect("a standard scene");
+    standard::scene(spec).expect("a valid scene")
 }
 
 /// obvhs's own tree and triangles, as its examples use them.

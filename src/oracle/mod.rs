@@ -4,6 +4,7 @@
 //! It shares with the packet engine only the scene, the camera's scalar half and the definitions in `sampling`; it uses none
 //! of the rooms lanes, packet, bvh, trace and shade.
 
+pub mod alone;
 mod cone;
 mod instance;
 mod intersect;

@@ -3,6 +3,7 @@
 //! `wave` is the one place where the order of the stages can be read: rays are traced, hits shaded, shadow rays
 //! answered, and what bounces becomes the next wave, folded back when it returns.
 
+pub mod alone;
 mod cost;
 mod film;
 mod packets;

@@ -150,7 +150,7 @@ fn key_batch(key: Key) -> BatchWord {
 ///
 /// The second list holds the texture colour of each surface; it is empty where the scene has no textures, so that such
 /// a scene pays nothing for them.
-fn surfaces<'arena>(
+pub(super) fn surfaces<'arena>(
     arena: &'arena Bump,
     scene: &Scene,
     rays: &RayView,

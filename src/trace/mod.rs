@@ -9,6 +9,7 @@
 //! | `packet` | a packet of rays together down the binary tree |
 //! | `tally` | work, counted |
 //! | `traversal` | queues in, hits out: which kernel traces what |
+//! | `alone` | each test without a tree, for benchmarks |
 //!
 //! The choice between kernels stands in one place, [`Kernel`].
 //!
@@ -27,6 +28,7 @@
 //! Ties in distance go to the smaller `prim_id`.
 
 mod aabb;
+pub mod alone;
 mod cone;
 mod goal;
 mod instance;

@@ -1,0 +1,404 @@
+//! How many instructions the kernels take, held against `perf/instructions.json`: unlike times, these are the same every
+//! time, so that a slowdown of a few percent is seen on any machine.
+//!
+//! ```sh
+//! RUSTFLAGS="-C target-cpu=x86-64-v3" CARGO_TARGET_DIR=target/v3 cargo bench --bench instructions
+//! ```
+//!
+//! Takes itself under valgrind's callgrind, one workload a run, and counts within one function only. `-- --bless` writes a
+//! new baseline. Exits 0 where every count is within [`TOLERANCE`] or below, or nothing can be said (no valgrind, another
+//! compiler); 1 where one is above or has no baseline; 2 where this build is not one to count.
+//!
+//! Nothing else may come in: a workload is prepared before counting begins, and allocates nothing afterwards; it runs on one
+//! thread, without environment, and valgrind places memory always alike.
+
+mod common;
+
+use bumpalo::Bump;
+use common::alone::{Order, Test, Trial, eight, one_by_one};
+use common::traced::{Traced, answer, room, trace};
+use phalanx::bench::{Kind, RaySet};
+use phalanx::isa::compiled_level;
+use phalanx::peers::Contender;
+use phalanx::trace::Kernel;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+/// What a count may exceed its baseline by. The same sources and compiler give the same count to the instruction; this much is
+/// left for another system's linker and C library, and for what a change elsewhere in the crate does to the compiler's
+/// choices. Slowdowns worth a look are larger.
+const TOLERANCE: f64 = 0.01;
+
+/// The level that counts are taken at: valgrind knows no AVX-512.
+const LEVEL: &str = "x86-64-v3";
+
+/// Says to the program that it is the one that is counted, and what to do.
+const WORKLOAD: &str = "--workload";
+
+/// Committed counts.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Baseline {
+    schema_version: u32,
+    /// `rustc --version`.
+    rustc: String,
+    /// [`LEVEL`].
+    level: String,
+    /// Instructions by workload.
+    instructions: BTreeMap<String, u64>,
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().collect();
+    if let Some(at) = arguments.iter().position(|a| a == WORKLOAD) {
+        return counted_run(arguments.get(at + 1).map_or("", |name| name));
+    }
+    let bless = arguments.iter().any(|a| a == "--bless");
+    if let Some(reason) = not_countable() {
+        eprintln!("instruction counts: {reason}; count with");
+        eprintln!("  {}", command(bless));
+        return ExitCode::from(2);
+    }
+    let Some(valgrind) = valgrind() else {
+        println!("skipped: instruction counts: no valgrind in the PATH");
+        return ExitCode::SUCCESS;
+    };
+    let counts: BTreeMap<String, u64> = Workload::all()
+        .into_iter()
+        .map(|w| (w.name(), w.count(&valgrind)))
+        .collect();
+    let now = Baseline {
+        schema_version: 1,
+        rustc: rustc(),
+        level: LEVEL.into(),
+        instructions: counts,
+    };
+    if bless {
+        let text = serde_json::to_string_pretty(&now).expect("plain numbers");
+        std::fs::write(baseline_path(), text + "\n").expect("a place for the baseline");
+        println!(
+            "{} counts written to {}",
+            now.instructions.len(),
+            baseline_path().display()
+        );
+        return ExitCode::SUCCESS;
+    }
+    match std::fs::read_to_string(baseline_path()) {
+        Ok(text) => compare(&serde_json::from_str(&text).expect("a baseline"), &now),
+        Err(error) => {
+            eprintln!("{}: {error}", baseline_path().display());
+            eprintln!("a new baseline: {}", command(true));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn baseline_path() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("perf/instructions.json")
+}
+
+/// Why counts of this build would say nothing, if they would not.
+fn not_countable() -> Option<String> {
+    if compiled_level() != LEVEL {
+        return Some(format!(
+            "this is a build for {}, not {LEVEL}",
+            compiled_level()
+        ));
+    }
+    // Every CPU of the level has it and the level has it not: this was target-cpu=native, tuned for the machine at hand.
+    if cfg!(target_feature = "pclmulqdq") {
+        return Some(format!(
+            "this is a build for one CPU and not for {LEVEL} at large"
+        ));
+    }
+    let profile = |name: &str| {
+        name.starts_with("CARGO_PROFILE_RELEASE_") || name.starts_with("CARGO_PROFILE_BENCH_")
+    };
+    let harmless = |name: &str| name.ends_with("_DEBUG");
+    let set = std::env::vars().find_map(|(name, value)| {
+        let changes =
+            profile(&name) && !harmless(&name) || name == "CARGO_INCREMENTAL" && value != "0";
+        changes.then_some(name)
+    });
+    set.map(|name| format!("{name} is set, so this is not the profile of Cargo.toml"))
+}
+
+fn command(bless: bool) -> String {
+    let bless = if bless { " -- --bless" } else { "" };
+    format!(
+        "RUSTFLAGS=\"-C target-cpu={LEVEL}\" CARGO_TARGET_DIR=target/v3 cargo bench --bench instructions{bless}"
+    )
+}
+
+/// Valgrind's program. It is looked for here because it starts without an environment, and so without a PATH.
+fn valgrind() -> Option<PathBuf> {
+    let folders = std::env::var_os("PATH")?;
+    std::env::split_paths(&folders)
+        .map(|folder| folder.join("valgrind"))
+        .find(|file| file.is_file())
+}
+
+/// Of the compiler that cargo would take here, which made this program.
+fn rustc() -> String {
+    let name = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let output = Command::new(name).arg("--version").output();
+    let text = output.map(|o| o.stdout).unwrap_or_default();
+    String::from_utf8_lossy(&text).trim().to_owned()
+}
+
+/// A fixed amount of work.
+#[derive(Clone, Copy)]
+enum Workload {
+    /// One test, by the packet engine or the oracle.
+    Alone {
+        engine: &'static str,
+        trial: fn(Test, Order) -> Box<dyn Trial>,
+        test: (&'static str, Test),
+        order: (&'static str, Order),
+    },
+    /// The rays of a picture of 64×64 through a whole tree.
+    Tree { scene: &'static str, kind: Kind },
+}
+
+/// Small ones: one of triangles only, one of spheres over a floor.
+const SCENES: [&str; 2] = ["standard:balls:2", "standard:terrain:4k"];
+
+/// Closest hits of rays that belong together and of rays that do not, and any hit.
+const KINDS: [Kind; 3] = [Kind::Primary, Kind::Diffuse, Kind::Shadow];
+
+impl Workload {
+    fn all() -> Vec<Workload> {
+        let mut all = Vec::new();
+        for test in Test::ALL {
+            for order in Order::ALL {
+                let (engine, trial) = ("8 lanes", eight as fn(Test, Order) -> Box<dyn Trial>);
+                all.push(Workload::Alone {
+                    engine,
+                    trial,
+                    test,
+                    order,
+                });
+            }
+            // One ray at a time there is no order to speak of.
+            let (engine, trial) = ("oracle", one_by_one as fn(Test, Order) -> Box<dyn Trial>);
+            all.push(Workload::Alone {
+                engine,
+                trial,
+                test,
+                order: Order::ALL[1],
+            });
+        }
+        for scene in SCENES {
+            for kind in KINDS {
+                all.push(Workload::Tree { scene, kind });
+            }
+        }
+        all
+    }
+
+    fn name(&self) -> String {
+        match self {
+            Workload::Alone {
+                engine,
+                test,
+                order,
+                ..
+            } => {
+                format!("{}, {}, {engine}", test.0, order.0)
+            }
+            Workload::Tree { scene, kind } => format!("{scene}, {}, 8 lanes", kind.name()),
+        }
+    }
+
+    /// Does the work, and gives a checksum of the answer.
+    fn run(&self) -> u64 {
+        match *self {
+            Workload::Alone {
+                trial, test, order, ..
+            } => {
+                let mut trial = trial(test.1, order.1);
+                counted_work(&mut || trial.run());
+                trial.answer().checksum()
+            }
+            Workload::Tree { scene, kind } => Tree::new(scene, kind).run(),
+        }
+    }
+
+    /// The checksum of the right answer, from the oracle.
+    fn truth(&self) -> u64 {
+        match *self {
+            Workload::Alone { test, order, .. } => {
+                let mut oracle = one_by_one(test.1, order.1);
+                oracle.run();
+                oracle.answer().checksum()
+            }
+            Workload::Tree { scene, kind } => Tree::new(scene, kind).truth(),
+        }
+    }
+
+    /// Instructions of the work, after the answer was found right.
+    fn count(&self, valgrind: &Path) -> u64 {
+        let name = self.name();
+        let truth = self.truth();
+        assert_eq!(
+            self.run(),
+            truth,
+            "{name}: another answer than the oracle's"
+        );
+        let folder = tempfile::tempdir().expect("a folder for temporary files");
+        let out = folder.path().join("callgrind.out");
+        let output = Command::new(valgrind)
+            .args([
+                "--tool=callgrind",
+                "--collect-atstart=no",
+                "--toggle-collect=*counted_work*",
+            ])
+            .arg(format!("--callgrind-out-file={}", out.display()))
+            .arg(std::env::current_exe().expect("a program"))
+            .args([WORKLOAD, &name])
+            .env_clear()
+            .output()
+            .expect("valgrind starts");
+        let said = String::from_utf8_lossy(&output.stdout);
+        let complaint = String::from_utf8_lossy(&output.stderr);
+        assert!(
+            output.status.success(),
+            "{name} under valgrind: {complaint}"
+        );
+        assert_eq!(
+            said.trim(),
+            truth.to_string(),
+            "{name}: another answer under valgrind"
+        );
+        let text = std::fs::read_to_string(out).expect("what callgrind wrote");
+        total(&text).unwrap_or_else(|| panic!("{name}: no total in callgrind's file: {complaint}"))
+    }
+}
+
+/// The sum of callgrind's file.
+fn total(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("totals:"))?;
+    line.trim().parse().ok().filter(|&count| count > 0)
+}
+
+/// What is counted: callgrind collects between this function's beginning and its end. Its name must be in no other
+/// symbol's, or the counting would be switched twice.
+#[inline(never)]
+fn counted_work(work: &mut dyn FnMut()) {
+    work();
+}
+
+/// The program under valgrind: one workload, and its answer on stdout.
+fn counted_run(name: &str) -> ExitCode {
+    let workload = Workload::all().into_iter().find(|w| w.name() == name);
+    let Some(workload) = workload else {
+        eprintln!("no workload is called `{name}`");
+        return ExitCode::from(2);
+    };
+    println!("{}", workload.run());
+    ExitCode::SUCCESS
+}
+
+/// Rays through a whole tree.
+struct Tree {
+    traced: Traced,
+    kind: Kind,
+    arena: Bump,
+}
+
+impl Tree {
+    fn new(scene: &str, kind: Kind) -> Tree {
+        Tree {
+            traced: Traced::new(scene),
+            kind,
+            arena: Bump::new(),
+        }
+    }
+
+    fn rays(&self) -> RaySet<'_> {
+        self.traced.rays(&self.arena, self.kind, [64, 64])
+    }
+
+    fn run(&self) -> u64 {
+        let set = self.rays();
+        let packets = self.traced.packets(Kernel::Packet8, set.rays());
+        let (mut runner, mut answer) = (packets.runner(), room(&set));
+        counted_work(&mut || trace(&mut *runner, &mut answer));
+        answer.checksum(set.queue.len()).into()
+    }
+
+    fn truth(&self) -> u64 {
+        let set = self.rays();
+        let answer = answer(&self.traced.oracle(set.rays()), &set);
+        answer.checksum(set.queue.len()).into()
+    }
+}
+
+/// Prints what changed, and judges.
+fn compare(old: &Baseline, new: &Baseline) -> ExitCode {
+    let names: Vec<&String> = old
+        .instructions
+        .keys()
+        .chain(new.instructions.keys())
+        .collect();
+    let names = std::collections::BTreeSet::from_iter(names);
+    let (mut worse, mut better) = (0, 0);
+    println!(
+        "{:<44} {:>12} {:>12} {:>9}",
+        "instructions", "baseline", "now", "change"
+    );
+    for name in names {
+        let (before, now) = (old.instructions.get(name), new.instructions.get(name));
+        let (Some(&before), Some(&now)) = (before, now) else {
+            let which = if now.is_some() {
+                "not in the baseline"
+            } else {
+                "no longer counted"
+            };
+            println!("{name:<44} {which}");
+            worse += 1;
+            continue;
+        };
+        let change = now as f64 / before as f64 - 1.0;
+        let verdict = if change > TOLERANCE {
+            worse += 1;
+            "  more"
+        } else if change < -TOLERANCE {
+            better += 1;
+            "  fewer"
+        } else {
+            ""
+        };
+        println!(
+            "{name:<44} {before:>12} {now:>12} {:>+8.2} %{verdict}",
+            change * 100.0
+        );
+    }
+    judge(old, new, worse, better)
+}
+
+fn judge(old: &Baseline, new: &Baseline, worse: usize, better: usize) -> ExitCode {
+    let tolerance = TOLERANCE * 100.0;
+    if (&old.rustc, &old.level) != (&new.rustc, &new.level) {
+        println!(
+            "the baseline is of {} and this is {}: nothing can be said",
+            old.rustc, new.rustc
+        );
+        println!("a new baseline: {}", command(true));
+        return ExitCode::SUCCESS;
+    }
+    if worse > 0 {
+        println!("{worse} above the baseline by more than {tolerance} %, or not to be compared");
+        println!("where that is meant, bless it: {}", command(true));
+        return ExitCode::FAILURE;
+    }
+    if better > 0 {
+        println!(
+            "{better} below the baseline by more than {tolerance} %: bless that, so that it stays so"
+        );
+        println!("  {}", command(true));
+    } else {
+        println!("all within {tolerance} % of the baseline");
+    }
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,35 @@
+//! Each test alone, by the packet engine at both widths and by the oracle: boxes, triangles, spheres, ellipsoids and
+//! cones, closest hit and any, rays that belong together and rays that do not.
+//!
+//! `cargo bench --bench kernels`. An element is a ray, tested against [`TARGETS`] boxes or primitives.
+
+mod common;
+
+use common::alone::{Order, RAYS, TARGETS, Test, trials};
+use common::brief;
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+
+fn kernels(c: &mut Criterion) {
+    for (test_name, test) in Test::ALL {
+        for (order_name, order) in Order::ALL {
+            let mut trials = trials(test, order);
+            let answers = trials.each_mut().map(|(_, trial)| {
+                trial.run();
+                trial.answer()
+            });
+            let what = format!("{test_name} x{TARGETS}, {order_name}");
+            // A rate counts only for the same answer, and only where there is something to be found.
+            assert!(answers[0].met() > RAYS / 20, "{what}: {}", answers[0].met());
+            assert!(answers.iter().all(|a| *a == answers[0]), "{what}");
+            let mut group = brief(c, &what);
+            group.throughput(Throughput::Elements(RAYS as u64));
+            for (engine, trial) in &mut trials {
+                group.bench_function(*engine, |b| b.iter(|| trial.run()));
+            }
+            group.finish();
+        }
+    }
+}
+
+criterion_group!(benches, kernels);
+criterion_main!(benches);

@@ -1,0 +1,82 @@
+//! Whole traversals by kind of ray: every kernel, the oracle and obvhs on the same rays.
+//!
+//! `cargo bench --bench traversal`. An element is a ray. For pass or fail see the ratios (`cargo bench --bench ratios`), for
+//! more scenes, threads and peers `phalanx bench`.
+
+mod common;
+
+use bumpalo::Bump;
+use common::traced::{Traced, answer, room, same, trace};
+use common::{SMALL, STANDARD, brief};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use phalanx::bench::{Answer, EXACT_SHARE, Kind, RaySet};
+use phalanx::peers::Contender;
+use phalanx::peers::obvhs::ObvhsScene;
+use phalanx::trace::Kernel;
+
+fn traversal(c: &mut Criterion) {
+    for name in STANDARD {
+        let traced = Traced::new(name);
+        let peer = ObvhsScene::build(&traced.scene);
+        if let Err(reason) = &peer {
+            println!("skipped on {name}: {reason}");
+        }
+        for kind in Kind::ALL {
+            let arena = Bump::new();
+            let set = traced.rays(&arena, kind, SMALL);
+            let truth = answer(&traced.oracle(set.rays()), &set);
+            let what = format!("{name}, {}", kind.name());
+            let mut group = brief(c, &what);
+            group.throughput(Throughput::Elements(set.queue.len() as u64));
+            for (kernel_name, kernel) in Kernel::ALL {
+                let packets = traced.packets(kernel, set.rays());
+                let right = |ours: &Answer| same(ours, &truth, &set);
+                time(&mut group, kernel_name, &packets, &set, right);
+            }
+            let right = |ours: &Answer| same(ours, &truth, &set);
+            time(
+                &mut group,
+                "oracle",
+                &traced.oracle(set.rays()),
+                &set,
+                right,
+            );
+            let modes = peer.as_ref().map(|p| p.contenders(set.rays()));
+            for (mode, contender) in modes.into_iter().flatten() {
+                // A peer rounds otherwise.
+                let differs = |theirs: &Answer| truth.share_of_differences(theirs, set.queue.len());
+                let right = |theirs: &Answer| differs(theirs) <= EXACT_SHARE;
+                time(
+                    &mut group,
+                    &format!("obvhs {mode}"),
+                    &*contender,
+                    &set,
+                    right,
+                );
+            }
+            group.finish();
+        }
+    }
+}
+
+/// Times a contender whose answer is `right`.
+fn time(
+    group: &mut BenchmarkGroup<WallTime>,
+    who: &str,
+    contender: &dyn Contender,
+    set: &RaySet,
+    right: impl Fn(&Answer) -> bool,
+) {
+    let (mut runner, mut answer) = (contender.runner(), room(set));
+    trace(&mut *runner, &mut answer);
+    assert!(
+        right(&answer),
+        "{who}: another answer to {} rays",
+        set.kind.name()
+    );
+    group.bench_function(who, |b| b.iter(|| trace(&mut *runner, &mut answer)));
+}
+
+criterion_group!(benches, traversal);
+criterion_main!(benches);
