@@ -150,17 +150,7 @@ fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
         .scene
         .rays
         .iter()
-        .map(|(kind, set)| {
-            let (rays, hits, checksum) = (set.rays, set.hits, set.checksum.clone());
-            (
-                kind.clone(),
-                Expected {
-                    rays,
-                    hits,
-                    checksum,
-                },
-            )
-        })
+        .map(|(kind, set)| (kind.clone(), Expected::of(set)))
         .collect();
     assert!(run(expected.clone()).is_ok());
     for kind in ["primary", "shadow", "diffuse"] {

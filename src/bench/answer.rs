@@ -65,9 +65,13 @@ impl Answer {
         crc.finalize()
     }
 
-    /// The first of `rays` rays that has not the same answer, bit by bit.
-    pub fn first_difference(&self, other: &Answer, rays: usize) -> Option<usize> {
-        (0..rays).find(|&ray| {
+    /// The first of some rays that has not the same answer, bit by bit.
+    pub fn first_difference(
+        &self,
+        other: &Answer,
+        rays: impl IntoIterator<Item = usize>,
+    ) -> Option<usize> {
+        rays.into_iter().find(|&ray| {
             let (packet, lane) = (ray / LANES, ray % LANES);
             match (self, other) {
                 (Answer::Closest(a), Answer::Closest(b)) => {
@@ -144,7 +148,7 @@ fn same_place(a: &HitPacket, b: &HitPacket, lane: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{F32x8, U32x8};
+    use crate::lanes::{F32x8, Lanes, U32x8};
 
     fn answer(ids: [u32; 8], t: [f32; 8]) -> Answer {
         Answer::Closest(vec![HitPacket {
@@ -167,15 +171,15 @@ mod tests {
         let mut t = T;
         t[5] = f32::from_bits(t[5].to_bits() + 1);
         for (wrong, ray) in [(answer(ids, T), 3), (answer(IDS, t), 5)] {
-            assert_eq!(right.first_difference(&wrong, 8), Some(ray));
-            assert_eq!(right.first_difference(&wrong, ray), None);
+            assert_eq!(right.first_difference(&wrong, 0..8), Some(ray));
+            assert_eq!(right.first_difference(&wrong, 0..ray), None);
             assert_ne!(right.checksum(8), wrong.checksum(8));
             assert_eq!(right.checksum(ray), wrong.checksum(ray));
         }
         // What t holds where nothing was hit is nobody's business.
         t = T;
         t[2] = 99.0;
-        assert_eq!(right.first_difference(&answer(IDS, t), 8), None);
+        assert_eq!(right.first_difference(&answer(IDS, t), 0..8), None);
         assert_eq!(right.checksum(8), answer(IDS, t).checksum(8));
     }
 
@@ -198,8 +202,8 @@ mod tests {
     fn occlusion_is_compared_in_the_lanes_that_carry_rays() {
         let [a, b] = [0b0000_0101, 0b1000_0101].map(|bits| Answer::Occluded(vec![bits]));
         assert_eq!((a.hits(8), b.hits(8), b.hits(7)), (2, 3, 2));
-        assert_eq!(a.first_difference(&b, 7), None);
-        assert_eq!(a.first_difference(&b, 8), Some(7));
+        assert_eq!(a.first_difference(&b, 0..7), None);
+        assert_eq!(a.first_difference(&b, 0..8), Some(7));
         assert_eq!(a.checksum(7), b.checksum(7));
         assert_ne!(a.checksum(8), b.checksum(8));
         assert_eq!(a.describe(0), "occluded");

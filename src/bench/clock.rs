@@ -22,7 +22,12 @@ pub struct Chunks {
 }
 
 impl Chunks {
-    /// About `share` of the chunks of so many packets, evenly spread; all of them for 1 and above.
+    /// All chunks of so many packets.
+    pub fn all(packets: usize) -> Chunks {
+        Chunks { packets, stride: 1 }
+    }
+
+    /// About `share` of the chunks of so many packets, evenly spread.
     pub fn some(packets: usize, share: f64) -> Chunks {
         let most = packets.div_ceil(CHUNK).max(1);
         let stride = ((1.0 / share).ceil().max(1.0) as usize).min(most);
@@ -38,6 +43,12 @@ impl Chunks {
     pub fn range(&self, k: usize) -> Range<usize> {
         let first = k * self.stride * CHUNK;
         first..self.packets.min(first + CHUNK)
+    }
+
+    /// Numbers of the rays in them, of a set of so many.
+    pub fn ray_numbers(&self, rays: usize) -> impl Iterator<Item = usize> {
+        let of = move |r: Range<usize>| r.start * 8..rays.min(r.end * 8);
+        (0..self.count()).flat_map(move |k| of(self.range(k)))
     }
 
     /// Rays in them, of a set of so many.
@@ -109,26 +120,27 @@ fn ask(runner: &mut dyn Runner, packets: Range<usize>, scratch: &mut Answer) {
     }
 }
 
-/// The whole answer of a contender, without a clock.
+/// The answer of a contender to the rays of some chunks, without a clock; to others it says that nothing is hit.
 pub fn answer(
     contender: &dyn Contender,
     question: Question,
-    packets: usize,
+    chunks: &Chunks,
     threads: usize,
 ) -> Answer {
-    let mut answer = Answer::room(question, packets);
+    let mut answer = Answer::room(question, chunks.packets);
     let pieces: Vec<Piece> = match &mut answer {
         Answer::Closest(hits) => hits.chunks_mut(CHUNK).map(Piece::Closest).collect(),
         Answer::Occluded(blocked) => blocked.chunks_mut(CHUNK).map(Piece::Occluded).collect(),
     };
-    let pieces = Mutex::new(pieces.into_iter().enumerate());
+    let pieces = pieces.into_iter().step_by(chunks.stride);
+    let pieces = Mutex::new(pieces.enumerate());
     let work = || {
         let mut runner = contender.runner();
         while let Some((k, piece)) = take(&pieces) {
-            let first = k * CHUNK;
+            let packets = chunks.range(k);
             match piece {
-                Piece::Closest(hits) => runner.closest(first..first + hits.len(), hits),
-                Piece::Occluded(blocked) => runner.occluded(first..first + blocked.len(), blocked),
+                Piece::Closest(hits) => runner.closest(packets, hits),
+                Piece::Occluded(blocked) => runner.occluded(packets, blocked),
             }
         }
     };

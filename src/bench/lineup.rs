@@ -69,7 +69,8 @@ pub(super) fn lineup<'a>(
     let (kind, packets) = (question.kind().question(), question.packets());
     for (engine, rival) in rivals {
         for (kernel, contender) in rival.contenders(rays) {
-            let answer = clock::answer(&*contender, kind, packets, plan.all_threads());
+            let all = Chunks::all(packets);
+            let answer = clock::answer(&*contender, kind, &all, plan.all_threads());
             let difference = question
                 .truth
                 .share_of_differences(&answer, question.rays());
@@ -85,17 +86,13 @@ pub(super) fn lineup<'a>(
     members
 }
 
-/// Rays of a set that the oracle is timed on: it is many times slower than the kernels, and would take most of a run. The same ones in every run, so that its rate is a yardstick.
-const ORACLE_RAYS: usize = 1 << 15;
-
 impl Member<'_> {
     /// The part of the rays that is timed.
     pub(super) fn chunks(&self, question: &Question) -> Chunks {
-        let share = match self.engine {
-            "oracle" => ORACLE_RAYS as f64 / question.rays() as f64,
-            _ => 1.0,
-        };
-        Chunks::some(question.packets(), share)
+        match self.engine {
+            "oracle" => question.oracle_chunks(),
+            _ => Chunks::all(question.packets()),
+        }
     }
 
     /// Its row, yet without samples.

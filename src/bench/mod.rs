@@ -9,6 +9,7 @@
 //! | `ours`, `lineup`, `frames` | who is measured |
 //! | `work` | what is counted |
 //! | `clock`, `race` | what is timed: one sample, and all of them in rounds |
+//! | `limits` | what the machine can do at most |
 //! | `run` | the order of all that for one scene |
 //!
 //! [`measure`] is the door.
@@ -19,6 +20,7 @@ mod dump;
 mod fingerprint;
 mod frames;
 mod kind;
+mod limits;
 mod lineup;
 mod ours;
 mod plan;
@@ -33,6 +35,7 @@ mod wrong;
 pub use answer::{Answer, EXACT_SHARE, SAME_PLACE};
 pub use dump::{DumpError, MAGIC, dump};
 pub use kind::{Kind, Question};
+pub use limits::limits;
 pub use ours::{KernelContender, OracleContender};
 pub use plan::{Expected, Heading, Listener, Plan};
 pub use rays::{RaySet, primary, secondary};

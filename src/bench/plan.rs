@@ -3,6 +3,7 @@
 use super::kind::Kind;
 use crate::frame::Pin;
 use crate::peers::Peer;
+use crate::report::RaySetRecord;
 use crate::trace::Kernel;
 use std::collections::BTreeMap;
 
@@ -75,6 +76,33 @@ pub struct Expected {
     pub hits: u64,
     /// As in [`RaySetRecord`](crate::report::RaySetRecord).
     pub checksum: String,
+}
+
+impl Expected {
+    /// What a record says.
+    pub fn of(found: &RaySetRecord) -> Expected {
+        Expected {
+            rays: found.rays,
+            hits: found.hits,
+            checksum: found.checksum.clone(),
+        }
+    }
+
+    /// Whether that is what a record says.
+    pub fn is(&self, found: &RaySetRecord) -> bool {
+        *self == Expected::of(found)
+    }
+}
+
+impl std::fmt::Display for Expected {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let Expected {
+            rays,
+            hits,
+            checksum,
+        } = self;
+        write!(f, "{hits} hits of {rays} rays (checksum {checksum})")
+    }
 }
 
 /// Hears how far a run is.

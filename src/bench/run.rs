@@ -41,7 +41,7 @@ pub fn measure(
     let arena = Bump::new();
     let questions = subject::questions(&arena, scene, &trees, plan, heading)?;
     for question in &questions {
-        subject::check(&trees.bvh, question, plan, heading)?;
+        subject::check(scene, &trees, question, plan, heading)?;
     }
     let frames = Frames::of(scene, &trees, plan);
     let frame_hits = frames.check(heading)?;

@@ -5,44 +5,33 @@ use crate::scene::ViewError;
 /// Why a scene was not measured.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Wrong {
-    /// A kernel of ours does not answer as the oracle does.
-    #[error("{scene}: {kind} ray {ray}: kernel {kernel} says {found}, the oracle {expected}")]
+    /// A kernel of ours, or the oracle, does not give the right answer.
+    #[error("{scene}: {kind} ray {ray}: {kernel} says {found}, and it should be {expected}")]
     Kernel {
         /// The scene.
         scene: String,
         /// Kind of rays.
         kind: &'static str,
-        /// The kernel.
+        /// The kernel, or `oracle`.
         kernel: String,
         /// Number of the first such ray in its set.
         ray: usize,
-        /// The kernel's answer.
+        /// Its answer.
         found: String,
-        /// The oracle's.
+        /// The oracle's, or the suite's.
         expected: String,
     },
     /// Kernels and oracle agree, but the suite expects something else.
-    #[error(
-        "{scene}: {kind} rays: the suite expects {expected_hits} hits of {expected_rays} rays (checksum {expected_checksum}), but there are \
-         {hits} of {rays} ({checksum})"
-    )]
+    #[error("{scene}: {kind} rays: the suite expects {expected}, but there are {found}")]
     Suite {
         /// The scene.
         scene: String,
         /// Kind of rays.
         kind: &'static str,
         /// As the suite says.
-        expected_hits: u64,
-        /// As the suite says.
-        expected_rays: u64,
-        /// As the suite says.
-        expected_checksum: String,
+        expected: String,
         /// As found.
-        hits: u64,
-        /// As found.
-        rays: u64,
-        /// As found.
-        checksum: String,
+        found: String,
     },
     /// The frames of packet engine and oracle differ.
     #[error("{scene}: the frame of kernel {kernel} differs from the oracle's in pixel {x}, {y}")]

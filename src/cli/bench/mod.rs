@@ -15,7 +15,7 @@ use args::{BenchCommand, PeerArg, RunArgs};
 use bar::Bar;
 use baseline::Baseline;
 use phalanx::bench::{
-    DumpError, Expected, Heading, Measured, Plan, Suite, SuiteScene, dump, measure,
+    DumpError, Expected, Heading, Measured, Plan, Suite, SuiteScene, dump, limits, measure,
 };
 use phalanx::frame::Pin;
 use phalanx::image::replace_file;
@@ -25,7 +25,6 @@ use phalanx::report::html::{ScenePictures, page};
 use phalanx::report::{
     Machine, Program, Record, Run, SCHEMA_VERSION, side_by_side, to_csv, to_json,
 };
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -261,14 +260,8 @@ fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), F
     for scene in &mut suite.scene {
         let found = all.iter().find(|m| m.scene.name == scene.name);
         let Some(found) = found else { continue };
-        let expected = found.scene.rays.iter().map(|(kind, set)| {
-            let expected = Expected {
-                rays: set.rays,
-                hits: set.hits,
-                checksum: set.checksum.clone(),
-            };
-            (kind.clone(), expected)
-        });
+        let rays = found.scene.rays.iter();
+        let expected = rays.map(|(kind, set)| (kind.clone(), Expected::of(set)));
         scene.expected = expected.collect();
     }
     let text = suite
@@ -290,10 +283,15 @@ fn record(
         rows.extend(measured.rows);
         counters.extend(measured.counters);
     }
+    let machine = Machine::here();
+    // They take seconds, and are read in files only.
+    let wanted = plan.timed && (args.json.is_some() || args.html.is_some());
+    let most = plan.threads.iter().copied().max().unwrap_or(1);
+    let limits = wanted.then(|| limits(most, &machine.caches));
     Record {
         schema_version: SCHEMA_VERSION,
-        program: program(),
-        machine: Machine::default(),
+        program: Program::this(),
+        machine,
         run: Run {
             started,
             arguments: std::env::args().skip(1).collect(),
@@ -307,18 +305,6 @@ fn record(
         scenes,
         rows,
         counters,
-        limits: None,
-    }
-}
-
-fn program() -> Program {
-    Program {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        git_revision: None,
-        git_dirty: None,
-        rustc: None,
-        profile: "release".to_owned(),
-        isa_compiled: phalanx::isa::compiled_level().to_string(),
-        isa_available: String::new(),
+        limits,
     }
 }
