@@ -13,7 +13,7 @@ pub(super) const ENOUGH: usize = 6;
 impl Estimate {
     /// Median, deviation and 95 % interval of some samples; zeros where there are none.
     ///
-    /// The interval is the percentile bootstrap's, with the percentiles moved outwards for small samples ([`tail`]).
+    /// The interval is the percentile bootstrap's, with the percentiles moved outwards for small samples.
     /// Of five samples and fewer it is the extremes: those of 5 hold the true median 94 times in a hundred, of 3 75
     /// times, and one sample alone says nothing about its spread.
     pub fn of(samples: &[f64]) -> Estimate {

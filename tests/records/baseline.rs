@@ -155,7 +155,8 @@ fn few_samples_say_little() {
 /// What is refused, why, and whether force helps.
 #[test]
 fn other_machines_and_other_rays_are_refused() {
-    let cases: [(&str, bool, fn(&mut Record)); 11] = [
+    type Case = (&'static str, bool, fn(&mut Record));
+    let cases: [Case; 11] = [
         ("another CPU", true, |r| r.machine.cpu = "Other".into()),
         ("hardware threads", true, |r| r.machine.threads = 4),
         ("other caches", true, |r| r.machine.caches[0].bytes *= 2),
