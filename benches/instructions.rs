@@ -20,6 +20,7 @@ use common::traced::{Traced, answer, room, trace};
 use phalanx::bench::{Kind, RaySet};
 use phalanx::isa::compiled_level;
 use phalanx::peers::Contender;
+use phalanx::report::Program;
 use phalanx::trace::Kernel;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -40,7 +41,7 @@ const WORKLOAD: &str = "--workload";
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Baseline {
     schema_version: u32,
-    /// `rustc --version`.
+    /// `rustc --version` of the compiler that made the program.
     rustc: String,
     /// [`LEVEL`].
     level: String,
@@ -69,7 +70,7 @@ fn main() -> ExitCode {
         .collect();
     let now = Baseline {
         schema_version: 1,
-        rustc: rustc(),
+        rustc: Program::this().rustc.unwrap_or_default(),
         level: LEVEL.into(),
         instructions: counts,
     };
@@ -136,14 +137,6 @@ fn valgrind() -> Option<PathBuf> {
     std::env::split_paths(&folders)
         .map(|folder| folder.join("valgrind"))
         .find(|file| file.is_file())
-}
-
-/// Of the compiler that cargo would take here, which made this program.
-fn rustc() -> String {
-    let name = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let output = Command::new(name).arg("--version").output();
-    let text = output.map(|o| o.stdout).unwrap_or_default();
-    String::from_utf8_lossy(&text).trim().to_owned()
 }
 
 /// A fixed amount of work.
