@@ -83,5 +83,5 @@ pub fn trace(runner: &mut dyn Runner, answer: &mut Answer) {
 
 /// Whether two answers to a set of rays are the same bits.
 pub fn same(a: &Answer, b: &Answer, set: &RaySet) -> bool {
-    a.first_difference(b, set.queue.len()).is_none()
+    a.first_difference(b, 0..set.queue.len()).is_none()
 }
