@@ -34,7 +34,7 @@ pub const MAGIC: [u8; 8] = *b"PHXRAYS1";
 pub enum DumpError {
     /// The scene gives no rays.
     #[error(transparent)]
-    Scene(#[from] Wrong),
+    Scene(#[from] Box<Wrong>),
     /// The file could not be written.
     #[error("{0}")]
     Io(#[from] io::Error),
@@ -51,7 +51,7 @@ pub fn dump(
     out: &mut dyn Write,
 ) -> Result<Vec<(&'static str, usize)>, DumpError> {
     let (arena, trees) = (Bump::new(), Trees::build(scene, plan));
-    let questions = subject::questions(&arena, scene, &trees, plan, heading)?;
+    let questions = subject::questions(&arena, scene, &trees, plan, heading).map_err(Box::new)?;
     out.write_all(&MAGIC)?;
     out.write_all(&(questions.len() as u32).to_le_bytes())?;
     for question in &questions {

@@ -74,7 +74,7 @@ pub struct Expected {
     pub rays: u64,
     /// Those that hit.
     pub hits: u64,
-    /// As in [`RaySetRecord`](crate::report::RaySetRecord).
+    /// As in [`RaySetRecord`].
     pub checksum: String,
 }
 

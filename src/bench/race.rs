@@ -119,6 +119,8 @@ pub(super) fn race(mut entries: Vec<Entry>, plan: &Plan, listener: &mut dyn List
         }
         round += 1;
     }
+    // A clock too coarse to see a sample gives no rate.
+    entries.retain(|entry| entry.row.samples.iter().all(|rate| rate.is_finite()));
     let finished = entries.into_iter().map(|mut entry| {
         entry.row.mrays_per_s = Estimate::of(&entry.row.samples);
         entry.row
