@@ -121,7 +121,7 @@ fn not_countable() -> Option<String> {
             profile(&name) && !harmless(&name) || name == "CARGO_INCREMENTAL" && value != "0";
         changes.then_some(name)
     });
-    set.map(|name| format!("{name} is set, so this is not the profile of Cargo.toml"))
+    set.map(|name| format!("{name} is set, so this is not the profile of Cargo.toml: unset it"))
 }
 
 fn command(bless: bool) -> String {
