@@ -10,7 +10,7 @@ use common::rng::Rng;
 use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
-use phalanx::lanes::{LANES, LaneMask, Lanes, Mask8, Vec3x8};
+use phalanx::lanes::{LANES, LaneMask, Mask8, Vec3x8};
 use phalanx::oracle::Ray;
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
 use phalanx::peers::embree::{EmbreeError, EmbreeScene, Library};

@@ -27,6 +27,7 @@ const UINT3: c_int = 0x5003;
 const FLOAT3: c_int = 0x9003;
 const FLOAT4: c_int = 0x9004;
 const FLOAT3X4_COLUMN_MAJOR: c_int = 0x9234;
+const HIGH_QUALITY: c_int = 2;
 const VERSION_PARTS: [c_int; 3] = [1, 2, 3];
 const NATIVE_RAY16_SUPPORTED: c_int = 34;
 
@@ -191,16 +192,6 @@ impl Drop for Device {
     }
 }
 
-/// Build quality of a scene: `RTCBuildQuality`.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum BuildQuality {
-    /// Surface area heuristic over bins.
-    #[allow(dead_code, reason = "what HIGH is measured against")]
-    Medium = 1,
-    /// The same, with spatial splits.
-    High = 2,
-}
-
 /// A scene that is being put together.
 pub(super) struct Draft {
     device: Arc<Device>,
@@ -208,14 +199,15 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    pub(super) fn new(device: &Arc<Device>, quality: BuildQuality) -> Result<Draft, Fault> {
+    /// A scene of high build quality, without flags.
+    pub(super) fn new(device: &Arc<Device>) -> Result<Draft, Fault> {
         // SAFETY: the device exists; a scene that was made is one to set a quality of.
         let handle = unsafe { (device.api.new_scene)(device.handle.as_ptr()) };
         let Some(handle) = NonNull::new(handle) else {
             return Err(device.check().err().unwrap_or(Fault(1)));
         };
         // SAFETY: the scene exists and is not committed yet.
-        unsafe { (device.api.set_quality)(handle.as_ptr(), quality as c_int) };
+        unsafe { (device.api.set_quality)(handle.as_ptr(), HIGH_QUALITY) };
         Ok(Draft {
             device: Arc::clone(device),
             handle,

@@ -3,8 +3,11 @@
 //! The primitives of the world, and those of each mesh, become two geometries of a scene of Embree's: triangles are
 //! number 0, spheres number 1. An instance of a mesh is an instance of the mesh's scene; in the world's, instance k is
 //! number k + 2.
+//!
+//! Build quality is high, which adds spatial splits to medium: over twice the time to build, and 15 to 24 % more primary
+//! rays on the terrain (1 to 6 % in the room; shadow and diffuse rays −5 to 9 %; Embree 4.4.0, one thread).
 
-use super::api::{BuildQuality, Built, Device, Draft, Fault, INVALID};
+use super::api::{Built, Device, Draft, Fault, INVALID};
 use crate::packet::NO_PRIM;
 use crate::scene::{PrimKind, Scene};
 use std::ops::Range;
@@ -14,14 +17,11 @@ const TRIANGLES: u32 = 0;
 const SPHERES: u32 = 1;
 const FIRST_INSTANCE: u32 = 2;
 
-/// Spatial splits included: where boxes fit badly they bring a fifth, elsewhere they cost only the time to build.
-const QUALITY: BuildQuality = BuildQuality::High;
-
 /// Builds the world's scene.
 pub(super) fn build(device: &Arc<Device>, scene: &Scene) -> Result<(Built, Numbers), Fault> {
     let meshes: Result<Vec<(Built, Kinds)>, Fault> = (0..scene.meshes.len())
         .map(|mesh| {
-            let mut draft = Draft::new(device, QUALITY)?;
+            let mut draft = Draft::new(device)?;
             let run = scene.meshes.prims(mesh);
             let first = run.start;
             let kinds = Kinds::add(&mut draft, scene, &[run], first)?;
@@ -29,7 +29,7 @@ pub(super) fn build(device: &Arc<Device>, scene: &Scene) -> Result<(Built, Numbe
         })
         .collect();
     let meshes = meshes?;
-    let mut draft = Draft::new(device, QUALITY)?;
+    let mut draft = Draft::new(device)?;
     let world = Kinds::add(&mut draft, scene, &scene.world_runs(), 0)?;
     let mut instances = Vec::with_capacity(scene.instances.len());
     for k in 0..scene.instances.len() {
