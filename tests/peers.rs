@@ -116,7 +116,9 @@ impl Answers {
         let mut hits = vec![HitPacket::miss(); rays.packets()];
         traversal.closest(rays, 0..rays.packets(), &mut hits);
         let mut blocked = vec![0; rays.packets()];
-        traversal.unoccluded(rays, tmax, |packet, seen| blocked[packet] = !seen);
+        traversal.unoccluded(rays, 0..rays.packets(), tmax, |packet, seen| {
+            blocked[packet] = !seen
+        });
         Answers::of(&hits, &blocked)
     }
 
