@@ -82,7 +82,9 @@ fn work_is_the_same_twice_and_more_of_it_than_the_baseline_exits_with_5() {
 #[test]
 fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
     let room = Room::new();
-    let run = format!("bench standard:balls:2 {FAST} --rays primary,shadow");
+    // Of fewer samples nothing can be said.
+    let run = format!("bench standard:balls:2 {FAST} --rays primary,shadow")
+        .replace("--repeat 2", "--repeat 7");
     assert_eq!(room.run(&format!("{run} --json a.json")).code, Some(0));
     // Ten times as fast as any machine's mood explains: this run must look slower.
     let mut faster = record(&room, "a.json");
@@ -193,7 +195,9 @@ fn dumped_rays_can_be_read_by_their_documentation() {
 fn heat_is_a_second_picture_with_a_legend() {
     let room = Room::new();
     for kind in ["nodes", "prims", "time"] {
-        let ran = room.run(&format!("render a.test --heat {kind} {kind}.png -o a.png"));
+        let ran = room.run(&format!(
+            "render standard:balls:2 --size 40x24 --heat {kind} {kind}.png -o a.png"
+        ));
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
         let heat = phalanx::image::load(&room.path().join(format!("{kind}.png"))).unwrap();
         assert_eq!(heat.width, 40);
@@ -201,14 +205,14 @@ fn heat_is_a_second_picture_with_a_legend() {
         let distinct: std::collections::BTreeSet<_> = heat.pixels[..40 * 24].iter().collect();
         assert!(distinct.len() > 1, "{kind} is of one colour");
     }
-    let wrong = room.run("render a.test --heat sideways b.png -o b2.png");
+    let wrong = room.run("render a.test --heat sideways b.png -o c.png");
     assert_eq!(wrong.code, Some(2));
     assert!(
         wrong.stderr.contains("nodes, prims or time"),
         "{}",
         wrong.stderr
     );
-    let scalar = room.run("render a.test --heat nodes b.png -o b2.png --engine scalar");
+    let scalar = room.run("render a.test --heat nodes b.png -o c.png --engine scalar");
     assert_eq!(scalar.code, Some(2));
     assert_eq!(
         room.names(),

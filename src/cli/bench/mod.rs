@@ -267,8 +267,19 @@ fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), F
     let text = suite
         .to_text()
         .map_err(|e| Failure::Runtime(e.to_string()))?;
-    save(path, &text)
+    save(path, &format!("{SUITE_HEAD}\n{text}"))
 }
+
+/// What a suite's file says about itself.
+const SUITE_HEAD: &str = "\
+# The standard suite of `phalanx bench`: scenes by family and size, and the right answers to their rays at this size.
+#
+# Scenes, sizes and `quick` are written by hand; what is expected was written by
+#
+#   phalanx bench --update-suite perf/suite.toml
+#
+# which takes it from the scalar oracle. A change of a scene or of the rays needs that again.
+";
 
 fn record(
     args: &RunArgs,
