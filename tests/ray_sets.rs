@@ -6,7 +6,6 @@ use phalanx::bench::{
     Expected, Heading, Kind, Listener, OracleContender, Plan, RaySet, Wrong, measure, primary,
     secondary,
 };
-use phalanx::frame::Pin;
 use phalanx::lanes::{LANES, LaneMask};
 use phalanx::oracle::Forest;
 use phalanx::packet::NO_PRIM;
@@ -126,7 +125,7 @@ fn plan(timed: bool) -> Plan<'static> {
         size: [40, 32],
         repeat: 1,
         min_time: 0.0,
-        pin: Pin::None,
+        pin: false,
         peers: &[],
         timed,
     }

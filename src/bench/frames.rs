@@ -28,7 +28,6 @@ impl<'a> Frames<'a> {
         let settings = Settings {
             width: plan.size[0].div_ceil(SHRINK),
             height: plan.size[1].div_ceil(SHRINK),
-            pin: plan.pin,
             ..Settings::of(scene)
         };
         let mut all = Vec::new();

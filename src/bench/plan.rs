@@ -24,8 +24,8 @@ pub struct Plan<'p> {
     pub repeat: usize,
     /// Seconds that the samples of a row take together at least.
     pub min_time: f64,
-    /// Binding of workers to cores.
-    pub pin: Pin,
+    /// Whether workers are bound to cores even where there are fewer of them than cores.
+    pub pin: bool,
     /// Other tracers.
     pub peers: &'p [Peer],
     /// Whether to time anything, or to count work only.
@@ -42,6 +42,15 @@ impl Plan<'_> {
             threads: self.threads.clone(),
             peers: &[],
             ..*self
+        }
+    }
+
+    /// Binding of so many workers to cores. With a worker for each core they are bound always: a sample is over before a
+    /// system that has put two on one core would move one.
+    pub fn pin(&self, threads: usize) -> Pin {
+        match self.pin || threads >= self.all_threads() && threads > 1 {
+            true => Pin::Cores,
+            false => Pin::None,
         }
     }
 

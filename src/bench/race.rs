@@ -3,7 +3,7 @@
 use super::clock::{self, Chunks};
 use super::kind::Question;
 use super::plan::{Listener, Plan};
-use crate::frame::{Control, Settings, Tree, render_tree};
+use crate::frame::{Control, Pin, Settings, Tree, render_tree};
 use crate::peers::Contender;
 use crate::render::Cores;
 use crate::report::{Estimate, Row};
@@ -31,7 +31,7 @@ pub(super) enum Task<'a> {
 
 impl Task<'_> {
     /// Seconds and rays of some passes.
-    fn sample(&self, passes: usize, threads: usize, cores: &Cores) -> (f64, u64) {
+    fn sample(&self, passes: usize, threads: usize, pin: Pin) -> (f64, u64) {
         match self {
             Task::Rays {
                 contender,
@@ -39,7 +39,8 @@ impl Task<'_> {
                 chunks,
                 rays,
             } => {
-                let seconds = clock::sample(*contender, *question, chunks, passes, threads, cores);
+                let cores = Cores::here(pin);
+                let seconds = clock::sample(*contender, *question, chunks, passes, threads, &cores);
                 (seconds, (chunks.rays(*rays) * passes) as u64)
             }
             Task::Frame {
@@ -49,6 +50,7 @@ impl Task<'_> {
             } => {
                 let settings = Settings {
                     threads,
+                    pin,
                     ..settings.clone()
                 };
                 let frames = (0..passes).filter_map(|_| {
@@ -81,9 +83,9 @@ impl<'a> Entry<'a> {
     }
 
     /// Unmeasured, to fill caches and page tables; says how many passes a sample needs.
-    fn warm_up(&mut self, cores: &Cores) {
+    fn warm_up(&mut self, plan: &Plan) {
         let threads = self.row.threads as usize;
-        let (seconds, rays) = self.task.sample(1, threads, cores);
+        let (seconds, rays) = self.task.sample(1, threads, plan.pin(threads));
         if seconds > 0.0 {
             self.passes = (SAMPLE / seconds).ceil() as usize;
         }
@@ -94,10 +96,11 @@ impl<'a> Entry<'a> {
         self.row.samples.len() < plan.repeat || self.seconds < plan.min_time
     }
 
-    fn take(&mut self, cores: &Cores) {
-        let (seconds, rays) =
-            self.task
-                .sample(self.passes.max(1), self.row.threads as usize, cores);
+    fn take(&mut self, plan: &Plan) {
+        let threads = self.row.threads as usize;
+        let (seconds, rays) = self
+            .task
+            .sample(self.passes.max(1), threads, plan.pin(threads));
         self.seconds += seconds;
         self.row.samples.push(rays as f64 / 1e6 / seconds);
     }
@@ -105,16 +108,15 @@ impl<'a> Entry<'a> {
 
 /// Measures all entries, round by round; all take as many samples, so that the k-th of one belongs to the k-th of another.
 pub(super) fn race(mut entries: Vec<Entry>, plan: &Plan, listener: &mut dyn Listener) -> Vec<Row> {
-    let cores = Cores::here(plan.pin);
     for entry in &mut entries {
-        entry.warm_up(&cores);
+        entry.warm_up(plan);
     }
     let mut round = 0;
     while entries.iter().any(|entry| entry.wants_more(plan)) {
         let total = entries.len() * plan.repeat.max(round + 1);
         let count = entries.len();
         for (k, entry) in entries.iter_mut().enumerate() {
-            entry.take(&cores);
+            entry.take(plan);
             listener.progress((round * count + k + 1) as f64 / total as f64);
         }
         round += 1;

@@ -52,7 +52,7 @@ pub struct RunArgs {
     /// Seconds that the samples of a row take together at least [default: the suite's, 0.1]
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub min_time: Option<f64>,
-    /// Bind workers to cores
+    /// Bind workers to cores even where there are fewer of them than cores
     #[arg(long)]
     pub pin: bool,
     /// Traversal kernels to measure beside `auto`

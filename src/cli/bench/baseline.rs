@@ -113,6 +113,9 @@ impl Baseline {
             .into_iter()
             .filter(|change| scene(&change.scene))
             .collect();
+        if changes.is_empty() {
+            return output::print("work: the baseline's, count by count\n");
+        }
         output::print(&counters_table(&changes))?;
         let allowed = |old: u64| old as f64 * (1.0 + args.fail_above.unwrap_or(f64::INFINITY));
         let more = changes.iter().any(|change| match change.difference {

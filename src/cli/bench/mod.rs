@@ -17,7 +17,6 @@ use baseline::Baseline;
 use phalanx::bench::{
     DumpError, Expected, Heading, Measured, Plan, Suite, SuiteScene, dump, limits, measure,
 };
-use phalanx::frame::Pin;
 use phalanx::image::replace_file;
 use phalanx::peers::Peer;
 use phalanx::peers::embree::Library;
@@ -168,7 +167,7 @@ fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> Plan<'p> {
         size,
         repeat: args.repeat.map_or(repeat, |n| n as usize),
         min_time: args.min_time.unwrap_or(suite.min_time),
-        pin: if args.pin { Pin::Cores } else { Pin::None },
+        pin: args.pin,
         peers,
         timed: !args.counters_only && args.update_suite.is_none(),
     }
