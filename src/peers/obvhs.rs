@@ -21,7 +21,9 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The preset that its trees are built with.
+/// The preset that its trees are built with, the slowest there is: 3.7 s a tree for a million triangles, seven times medium's
+/// time, for 7 to 23 % more rays on the terrain. In the room medium's trees are 20 to 40 times slower than these, and those
+/// of `slow_build` no better.
 const PRESET: BvhBuildParams = BvhBuildParams::very_slow_build();
 
 /// A scene in obvhs's trees.

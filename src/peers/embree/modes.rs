@@ -150,7 +150,8 @@ struct Packets<'a, const N: usize> {
     numbers: &'a Numbers,
     laid: &'a Laid<N>,
     caller: Caller<'a, N>,
-    rays: RayHit<N>,
+    /// The packet that is asked about, and the next.
+    rays: [RayHit<N>; 2],
     valid: Valid<N>,
     /// Rays that `valid` lets through.
     active: usize,
@@ -164,38 +165,51 @@ impl<'a, const N: usize> Packets<'a, N> {
             numbers: &mode.scene.numbers,
             laid: &mode.laid,
             caller: mode.scene.built.caller(mode.coherent),
-            rays: RayHit::new(),
+            rays: [RayHit::new(), RayHit::new()],
             valid: Valid([-1; N]),
             active: N,
         }
     }
 
-    /// Takes a packet, of no more than `most` rays.
+    /// Asks about some of our packets, and hands on what Embree says of every N rays, and which call that was.
+    ///
+    /// Each packet is copied while the one before it waits to be asked about. Embree reads a row at once that was copied
+    /// in halves, which takes the row through memory; right behind the copy, and behind the answers before it, that was
+    /// 6 % of the time of incoherent packets of sixteen.
     #[inline(always)]
-    fn load(&mut self, packet: usize, most: usize) {
-        self.rays.load(&self.laid.fronts[packet], self.laid.tmax);
-        let active = (self.laid.rays - packet * N).min(most).min(N);
-        if active != self.active {
-            self.valid = Valid(std::array::from_fn(|lane| -i32::from(lane < active)));
-            self.active = active;
+    fn ask(
+        &mut self,
+        packets: Range<usize>,
+        ask: impl Fn(&mut Caller<N>, &Valid<N>, &mut RayHit<N>),
+        mut answer: impl FnMut(usize, &mut RayHit<N>),
+    ) {
+        let first = packets.start / Self::EIGHTS;
+        self.load(first, 0);
+        for call in 0..packets.len().div_ceil(Self::EIGHTS) {
+            self.load(first + call + 1, (call + 1) % 2);
+            let asked = (packets.len() - call * Self::EIGHTS) * LANES;
+            self.admit(asked.min(self.laid.rays - (first + call) * N));
+            let rays = &mut self.rays[call % 2];
+            ask(&mut self.caller, &self.valid, rays);
+            answer(call, rays);
         }
     }
 
-    /// The answer to the k-th eight.
+    /// Takes a packet, if it is there.
     #[inline(always)]
-    fn hits(&self, k: usize) -> HitPacket {
-        let rays = &self.rays;
-        let prim_id = if self.numbers.same {
-            // Embree leaves INVALID where nothing is hit, which is our NO_PRIM.
-            rays.prim.as_chunks().0[k]
-        } else {
-            std::array::from_fn(|lane| rays.prim_id(self.numbers, k * LANES + lane))
-        };
-        HitPacket {
-            t: F32x8::new(rays.tfar.as_chunks().0[k]),
-            u: F32x8::new(rays.u.as_chunks().0[k]),
-            v: F32x8::new(rays.v.as_chunks().0[k]),
-            prim_id: U32x8::new(prim_id),
+    fn load(&mut self, packet: usize, place: usize) {
+        if let Some(front) = self.laid.fronts.get(packet) {
+            self.rays[place].load(front, self.laid.tmax);
+        }
+    }
+
+    /// Lets through so many rays of the packet.
+    #[inline(always)]
+    fn admit(&mut self, most: usize) {
+        let active = most.min(N);
+        if active != self.active {
+            self.valid = Valid(std::array::from_fn(|lane| -i32::from(lane < active)));
+            self.active = active;
         }
     }
 }
@@ -205,38 +219,49 @@ impl<const N: usize> RayHit<N> {
     #[inline(always)]
     fn prim_id(&self, numbers: &Numbers, lane: usize) -> u32 {
         if numbers.same {
+            // Embree leaves INVALID where nothing is hit, which is our NO_PRIM.
             return self.prim[lane];
         }
         numbers.of(self.prim[lane], self.geometry[lane], self.instance[lane])
+    }
+
+    /// The answer to the k-th eight.
+    #[inline(always)]
+    fn hits(&self, k: usize) -> HitPacket {
+        HitPacket {
+            t: F32x8::new(self.tfar.as_chunks().0[k]),
+            u: F32x8::new(self.u.as_chunks().0[k]),
+            v: F32x8::new(self.v.as_chunks().0[k]),
+            prim_id: U32x8::new(self.prim.as_chunks().0[k]),
+        }
     }
 }
 
 impl<const N: usize> Runner for Packets<'_, N> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
         let _restore = Restore::flushing();
-        let first = packets.start / Self::EIGHTS;
-        for (k, hits) in hits[..packets.len()].chunks_mut(Self::EIGHTS).enumerate() {
-            self.load(first + k, hits.len() * LANES);
-            self.caller.intersect(&self.valid, &mut self.rays);
-            for (k, hit) in hits.iter_mut().enumerate() {
-                *hit = self.hits(k);
+        let numbers = self.numbers;
+        let ask = |caller: &mut Caller<N>, valid: &_, rays: &mut _| caller.intersect(valid, rays);
+        self.ask(packets, ask, |call, rays| {
+            if !numbers.same {
+                rays.prim = std::array::from_fn(|lane| rays.prim_id(numbers, lane));
             }
-        }
+            let hits = hits.iter_mut().skip(call * Self::EIGHTS);
+            for (k, hit) in hits.take(Self::EIGHTS).enumerate() {
+                *hit = rays.hits(k);
+            }
+        });
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
         let _restore = Restore::flushing();
-        let first = packets.start / Self::EIGHTS;
-        for (k, blocked) in blocked[..packets.len()]
-            .chunks_mut(Self::EIGHTS)
-            .enumerate()
-        {
-            self.load(first + k, blocked.len() * LANES);
-            self.caller.occluded(&self.valid, &mut self.rays);
-            for (k, blocked) in blocked.iter_mut().enumerate() {
-                let tfar = F32x8::new(self.rays.tfar.as_chunks().0[k]);
+        let ask = |caller: &mut Caller<N>, valid: &_, rays: &mut _| caller.occluded(valid, rays);
+        self.ask(packets, ask, |call, rays| {
+            let blocked = blocked.iter_mut().skip(call * Self::EIGHTS);
+            for (k, blocked) in blocked.take(Self::EIGHTS).enumerate() {
+                let tfar = F32x8::new(rays.tfar.as_chunks().0[k]);
                 *blocked = tfar.lt(F32x8::ZERO).bits() as u8;
             }
-        }
+        });
     }
 }
