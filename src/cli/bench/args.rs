@@ -49,7 +49,7 @@ pub struct RunArgs {
     /// Samples of every row [default: the suite's, 7; with --quick 5]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub repeat: Option<u32>,
-    /// Seconds that the samples of a row take together at least [default: the suite's, 0.1]
+    /// Seconds that the samples of a row take together at least [default: the suite's, 0.1; with --quick 0.05]
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub min_time: Option<f64>,
     /// Bind workers to cores even where there are fewer of them than cores

@@ -154,10 +154,9 @@ fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> Plan<'p> {
     let size = args
         .size
         .map_or(suite.size, |(width, height)| [width, height]);
-    let repeat = if args.quick {
-        QUICK_REPEAT
-    } else {
-        suite.repeat
+    let (repeat, min_time) = match args.quick {
+        true => QUICK,
+        false => (suite.repeat, suite.min_time),
     };
     Plan {
         kinds: args.kinds(),
@@ -166,7 +165,7 @@ fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> Plan<'p> {
         threads: args.thread_counts(),
         size,
         repeat: args.repeat.map_or(repeat, |n| n as usize),
-        min_time: args.min_time.unwrap_or(suite.min_time),
+        min_time: args.min_time.unwrap_or(min_time),
         pin: args.pin,
         peers,
         timed: !args.counters_only && args.update_suite.is_none(),
@@ -197,8 +196,8 @@ fn peers(args: &RunArgs) -> Result<Vec<Peer>, Failure> {
     Ok(peers)
 }
 
-/// Samples of each row with `--quick`.
-const QUICK_REPEAT: usize = 5;
+/// Samples of each row with `--quick`, and the seconds that they take together at least.
+const QUICK: (usize, f64) = (5, 0.05);
 
 /// The scenes asked for, or those of the suite. A scene of the suite has its answers checked even where it was named.
 fn courses(args: &RunArgs, suite: &Suite, plan: &Plan) -> Result<Vec<Course>, Failure> {
