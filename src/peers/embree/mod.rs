@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `find` | where its library may be |
 //! | `api` | its C interface, versions 3 and 4 |
+//! | `layout` | what goes through that, as it lies in memory |
 //! | `mxcsr` | the floating-point modes that it wants, and ours again |
 //! | `scene` | our scenes as its |
 //! | `modes` | the ways to ask it |
@@ -18,6 +19,7 @@
 )]
 mod api;
 mod find;
+mod layout;
 mod modes;
 #[allow(
     unsafe_code,

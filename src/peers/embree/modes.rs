@@ -1,7 +1,8 @@
 //! The ways to ask Embree: one ray a call, eight or sixteen, told that they go the same way or not.
 
 use super::Inner;
-use super::api::{Caller, Front, INVALID, RayHit, Valid};
+use super::api::Caller;
+use super::layout::{Front, INVALID, RayHit, Valid};
 use super::mxcsr::Restore;
 use super::scene::Numbers;
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, U32x8};

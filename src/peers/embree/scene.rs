@@ -7,7 +7,8 @@
 //! Build quality is high, which adds spatial splits to medium: over twice the time to build, and 15 to 24 % more primary
 //! rays on the terrain (1 to 6 % in the room; shadow and diffuse rays −5 to 9 %; Embree 4.4.0, one thread).
 
-use super::api::{Built, Device, Draft, Fault, INVALID};
+use super::api::{Built, Device, Draft, Fault};
+use super::layout::INVALID;
 use crate::packet::NO_PRIM;
 use crate::scene::{PrimKind, Scene};
 use std::ops::Range;

@@ -1,0 +1,147 @@
+//! What is passed to Embree and back, as it lies in memory.
+//!
+//! Layouts were read from `rtcore_ray.h`, `rtcore_common.h` and `rtcore_scene.h` of 3.13.5 and 4.4.0. Rays and hits are
+//! alike in both. Both can be compiled with more than one level of instances, which lengthens `RTCHit`, and version 4 with
+//! arrays of instances, which adds a row to it. Either only appends, so that some room after the hit makes it fit. In
+//! version 3 more levels also move a field of the context; instances are then missed, and nothing else happens.
+
+use std::ffi::c_void;
+use std::ptr::{null, null_mut};
+
+/// `RTC_INVALID_GEOMETRY_ID`.
+pub(super) const INVALID: u32 = u32::MAX;
+
+/// The first half of `RTCRay`, `RTCRay8` or `RTCRay16`: rows of origin x y z, tnear, direction x y z, time.
+#[derive(Clone, Copy)]
+#[repr(C, align(32))]
+pub(super) struct Front<const N: usize>(pub(super) [[f32; N]; 8]);
+
+/// `RTCRayHit`, `RTCRayHit8` or `RTCRayHit16`; an `RTCRay` of the width is its beginning.
+#[repr(C, align(64))]
+pub(super) struct RayHit<const N: usize> {
+    pub(super) front: Front<N>,
+    /// In: hits count up to here. Out: the distance of the hit, or −∞ where it was only asked whether there is one.
+    pub(super) tfar: [f32; N],
+    mask: [u32; N],
+    id: [u32; N],
+    flags: [u32; N],
+    ng: [[f32; N]; 3],
+    pub(super) u: [f32; N],
+    pub(super) v: [f32; N],
+    /// In and, where nothing is hit, out: [`INVALID`].
+    pub(super) prim: [u32; N],
+    /// In and, where nothing is hit, out: [`INVALID`].
+    pub(super) geometry: [u32; N],
+    /// The instance that was hit, or [`INVALID`]; anything where nothing is hit.
+    pub(super) instance: [u32; N],
+    /// Further levels of instances, and what version 4 keeps of arrays of them, in libraries compiled for that.
+    room: [[u32; N]; 17],
+}
+
+impl<const N: usize> RayHit<N> {
+    pub(super) fn new() -> RayHit<N> {
+        RayHit {
+            front: Front([[0.0; N]; 8]),
+            tfar: [0.0; N],
+            mask: [u32::MAX; N],
+            id: [0; N],
+            flags: [0; N],
+            ng: [[0.0; N]; 3],
+            u: [0.0; N],
+            v: [0.0; N],
+            prim: [INVALID; N],
+            geometry: [INVALID; N],
+            instance: [INVALID; N],
+            room: [[INVALID; N]; 17],
+        }
+    }
+}
+
+/// Which rays of a packet are there: −1 or 0.
+#[repr(C, align(64))]
+pub(super) struct Valid<const N: usize>(pub(super) [i32; N]);
+
+/// How to search, for either version: what must be alike is written twice, what is not asked for stays zero.
+pub(super) struct Query {
+    pub(super) arguments: Arguments4,
+    pub(super) context: Context3,
+}
+
+/// `RTCIntersectArguments` and `RTCOccludedArguments` of version 4.
+#[repr(C)]
+pub(super) struct Arguments4 {
+    flags: u32,
+    features: u32,
+    /// None: the library makes one.
+    context: *mut c_void,
+    filter: *const c_void,
+    callback: *const c_void,
+    /// Only read where the library is compiled for curves of least width.
+    min_width_distance_factor: f32,
+}
+
+/// `RTCIntersectContext` of version 3, for one level of instances.
+#[repr(C)]
+pub(super) struct Context3 {
+    flags: u32,
+    filter: *const c_void,
+    instance: u32,
+    /// Only read where the library is compiled for curves of least width.
+    min_width_distance_factor: f32,
+    /// Further levels of instances, in libraries compiled for that.
+    room: [u32; 16],
+}
+
+impl Query {
+    /// For rays that go the same way, or for any.
+    pub(super) fn new(coherent: bool) -> Query {
+        Query {
+            arguments: Arguments4 {
+                flags: u32::from(coherent) << 16,
+                features: u32::MAX,
+                context: null_mut(),
+                filter: null(),
+                callback: null(),
+                min_width_distance_factor: 0.0,
+            },
+            context: Context3 {
+                flags: u32::from(coherent),
+                filter: null(),
+                instance: INVALID,
+                min_width_distance_factor: 0.0,
+                room: [0; 16],
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::offset_of;
+
+    /// Offsets as the headers have them, in rows of N words.
+    fn check_layout<const N: usize>() {
+        let row = 4 * N;
+        assert_eq!(offset_of!(RayHit<N>, tfar), 8 * row);
+        assert_eq!(offset_of!(RayHit<N>, flags), 11 * row);
+        assert_eq!(offset_of!(RayHit<N>, ng), 12 * row);
+        assert_eq!(offset_of!(RayHit<N>, u), 15 * row);
+        assert_eq!(offset_of!(RayHit<N>, prim), 17 * row);
+        assert_eq!(offset_of!(RayHit<N>, geometry), 18 * row);
+        assert_eq!(offset_of!(RayHit<N>, instance), 19 * row);
+        assert!(size_of::<RayHit<N>>() >= (20 + 16) * row);
+    }
+
+    #[test]
+    fn layouts_are_those_of_the_headers() {
+        check_layout::<1>();
+        check_layout::<8>();
+        check_layout::<16>();
+        assert_eq!(size_of::<Front<1>>(), 32);
+        assert_eq!(offset_of!(Arguments4, context), 8);
+        assert_eq!(offset_of!(Arguments4, callback), 24);
+        assert_eq!(offset_of!(Context3, filter), 8);
+        assert_eq!(offset_of!(Context3, instance), 16);
+    }
+}
