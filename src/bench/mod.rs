@@ -37,7 +37,7 @@ pub use dump::{DumpError, MAGIC, dump};
 pub use kind::{Kind, Question};
 pub use limits::limits;
 pub use ours::{KernelContender, OracleContender};
-pub use plan::{Expected, Heading, Listener, Plan};
+pub use plan::{Heading, Listener, Plan};
 pub use rays::{RaySet, primary, secondary};
 pub use run::{Measured, measure};
 pub use suite::{Suite, SuiteError, SuiteScene};

@@ -72,46 +72,7 @@ pub struct Heading {
     /// Seconds to read or generate it.
     pub load_seconds: f64,
     /// The answers that the suite expects at this size, by kind, where it says any.
-    pub expected: BTreeMap<String, Expected>,
-}
-
-/// The answer that a suite expects.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Expected {
-    /// Rays of the set.
-    pub rays: u64,
-    /// Those that hit.
-    pub hits: u64,
-    /// As in [`RaySetRecord`].
-    pub checksum: String,
-}
-
-impl Expected {
-    /// What a record says.
-    pub fn of(found: &RaySetRecord) -> Expected {
-        Expected {
-            rays: found.rays,
-            hits: found.hits,
-            checksum: found.checksum.clone(),
-        }
-    }
-
-    /// Whether that is what a record says.
-    pub fn is(&self, found: &RaySetRecord) -> bool {
-        *self == Expected::of(found)
-    }
-}
-
-impl std::fmt::Display for Expected {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let Expected {
-            rays,
-            hits,
-            checksum,
-        } = self;
-        write!(f, "{hits} hits of {rays} rays (checksum {checksum})")
-    }
+    pub expected: BTreeMap<String, RaySetRecord>,
 }
 
 /// Hears how far a run is.

@@ -5,7 +5,7 @@ use super::clock::{self, Chunks};
 use super::fingerprint::fingerprint;
 use super::kind::Kind;
 use super::ours::{KernelContender, OracleContender};
-use super::plan::{Expected, Heading, Plan};
+use super::plan::{Heading, Plan};
 use super::rays::{RaySet, primary, secondary};
 use super::wrong::Wrong;
 use crate::bvh::{BuildSettings, Bvh};
@@ -124,7 +124,7 @@ fn truth(scene: &Scene, trees: &Trees, plan: &Plan, heading: &Heading, set: &Ray
             rays: set.rays(),
         };
         let answer = clock::answer(&contender, kind.question(), &all, threads);
-        if expected.is(&record(&answer, rays)) {
+        if *expected == record(&answer, rays) {
             return answer;
         }
     }
@@ -199,11 +199,11 @@ fn check_expected(question: &Question, heading: &Heading) -> Result<(), Wrong> {
     let kind = question.kind().name();
     let (found, expected) = (question.record(), heading.expected.get(kind));
     match expected {
-        Some(expected) if !expected.is(&found) => Err(Wrong::Suite {
+        Some(expected) if *expected != found => Err(Wrong::Suite {
             scene: heading.name.clone(),
             kind,
             expected: expected.to_string(),
-            found: Expected::of(&found).to_string(),
+            found: found.to_string(),
         }),
         _ => Ok(()),
     }

@@ -1,6 +1,7 @@
 //! The standard suite: which scenes are measured where none is named, and what their rays must hit.
 
-use super::plan::{Expected, Heading};
+use super::plan::Heading;
+use crate::report::RaySetRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -33,7 +34,7 @@ pub struct SuiteScene {
     pub quick: bool,
     /// The right answers at the suite's size, by kind of rays.
     #[serde(default)]
-    pub expected: BTreeMap<String, Expected>,
+    pub expected: BTreeMap<String, RaySetRecord>,
 }
 
 /// Why a suite cannot be used.

@@ -31,7 +31,7 @@ pub struct Hit {
     pub u: f32,
     /// Barycentric weight of a triangle's third corner, else 0.
     pub v: f32,
-    /// Primitive in file order.
+    /// Primitive, or primitive of an instance: see [`Scene::placed`].
     pub prim_id: u32,
 }
 

@@ -29,7 +29,7 @@ pub struct HitPacket<L: Lanes = F32x8> {
     pub u: L,
     /// Barycentric weight of a triangle's third corner, else 0.
     pub v: L,
-    /// Primitive in file order, or [`NO_PRIM`].
+    /// Primitive as the scene numbers it, instances' included, or [`NO_PRIM`].
     pub prim_id: L::Ids,
 }
 

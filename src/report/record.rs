@@ -9,6 +9,17 @@ use std::collections::BTreeMap;
 /// Version of this layout; a change of meaning changes it.
 pub const SCHEMA_VERSION: u32 = 1;
 
+/// Kinds of rays in the order in which a reader expects them.
+pub const KINDS: [&str; 7] = [
+    "primary",
+    "shadow",
+    "reflection",
+    "refraction",
+    "diffuse",
+    "ao",
+    "frame",
+];
+
 /// A benchmark run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
@@ -142,6 +153,17 @@ pub struct RaySetRecord {
     pub hits: u64,
     /// CRC-32 over every answer, 8 hexadecimal digits: `prim_id`, `t`, `u`, `v` bits, or the occlusion bit.
     pub checksum: String,
+}
+
+impl std::fmt::Display for RaySetRecord {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let RaySetRecord {
+            rays,
+            hits,
+            checksum,
+        } = self;
+        write!(f, "{hits} hits of {rays} rays (checksum {checksum})")
+    }
 }
 
 /// The rate of one engine on one set of rays.

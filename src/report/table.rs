@@ -1,19 +1,8 @@
 //! The table of rates in the README, as Markdown.
 
 use super::text::{counted, rate};
-use super::{Record, Row, geometric_mean};
+use super::{KINDS, Record, Row, geometric_mean};
 use std::collections::BTreeSet;
-
-/// Kinds of rays in the order of their columns.
-const KINDS: [&str; 7] = [
-    "primary",
-    "shadow",
-    "reflection",
-    "refraction",
-    "diffuse",
-    "ao",
-    "frame",
-];
 
 /// More scenes than this are folded away.
 const IN_SIGHT: usize = 6;

@@ -15,7 +15,7 @@ use args::{BenchCommand, PeerArg, RunArgs};
 use bar::Bar;
 use baseline::Baseline;
 use phalanx::bench::{
-    DumpError, Expected, Heading, Measured, Plan, Suite, SuiteScene, dump, limits, measure,
+    DumpError, Heading, Measured, Plan, Suite, SuiteScene, dump, limits, measure,
 };
 use phalanx::image::replace_file;
 use phalanx::peers::Peer;
@@ -258,9 +258,7 @@ fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), F
     for scene in &mut suite.scene {
         let found = all.iter().find(|m| m.scene.name == scene.name);
         let Some(found) = found else { continue };
-        let rays = found.scene.rays.iter();
-        let expected = rays.map(|(kind, set)| (kind.clone(), Expected::of(set)));
-        scene.expected = expected.collect();
+        scene.expected = found.scene.rays.clone();
     }
     let text = suite
         .to_text()

@@ -1,20 +1,9 @@
 //! A record arranged for reading: which scenes, kinds and thread counts there are, and the rows that belong together.
 
 use super::words;
-use crate::report::{self, Record, Row, SceneRecord};
+use crate::report::{self, KINDS, Record, Row, SceneRecord};
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Kinds of rays in the order in which a reader expects them; others follow by name.
-const KINDS: [&str; 7] = [
-    "primary",
-    "shadow",
-    "reflection",
-    "refraction",
-    "diffuse",
-    "ao",
-    "frame",
-];
 
 /// The engine that is measured, and its proof. All others are peers.
 pub(super) const OURS: &str = "phalanx";
