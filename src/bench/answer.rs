@@ -71,36 +71,30 @@ impl Answer {
         other: &Answer,
         rays: impl IntoIterator<Item = usize>,
     ) -> Option<usize> {
-        rays.into_iter().find(|&ray| {
-            let (packet, lane) = (ray / LANES, ray % LANES);
-            match (self, other) {
-                (Answer::Closest(a), Answer::Closest(b)) => {
-                    bits(&a[packet], lane) != bits(&b[packet], lane)
-                }
-                (Answer::Occluded(a), Answer::Occluded(b)) => {
-                    (a[packet] ^ b[packet]) >> lane & 1 == 1
-                }
-                _ => true,
-            }
-        })
+        let same = |a: &HitPacket, b: &HitPacket, lane| bits(a, lane) == bits(b, lane);
+        rays.into_iter().find(|&ray| self.differs(other, ray, same))
     }
 
     /// Share of `rays` rays that a peer answers otherwise: one of the two hits and the other does not, or they hit different
     /// primitives in different places ([`SAME_PLACE`]).
     pub fn share_of_differences(&self, peer: &Answer, rays: usize) -> f64 {
-        let differs = |ray: &usize| {
-            let (packet, lane) = (ray / LANES, ray % LANES);
-            match (self, peer) {
-                (Answer::Closest(a), Answer::Closest(b)) => {
-                    !same_place(&a[packet], &b[packet], lane)
-                }
-                (Answer::Occluded(a), Answer::Occluded(b)) => {
-                    (a[packet] ^ b[packet]) >> lane & 1 == 1
-                }
-                _ => true,
-            }
-        };
+        let differs = |ray: &usize| self.differs(peer, *ray, same_place);
         (0..rays).filter(differs).count() as f64 / rays.max(1) as f64
+    }
+
+    /// Whether a ray has another answer there, two closest hits being held against each other by `same`.
+    fn differs(
+        &self,
+        other: &Answer,
+        ray: usize,
+        same: impl Fn(&HitPacket, &HitPacket, usize) -> bool,
+    ) -> bool {
+        let (packet, lane) = (ray / LANES, ray % LANES);
+        match (self, other) {
+            (Answer::Closest(a), Answer::Closest(b)) => !same(&a[packet], &b[packet], lane),
+            (Answer::Occluded(a), Answer::Occluded(b)) => (a[packet] ^ b[packet]) >> lane & 1 == 1,
+            _ => true,
+        }
     }
 
     /// What a ray hit, in words.

@@ -53,8 +53,7 @@ impl Chunks {
 
     /// Rays in them, of a set of so many.
     pub fn rays(&self, rays: usize) -> usize {
-        let of = |r: Range<usize>| rays.min(r.end * 8) - r.start * 8;
-        (0..self.count()).map(|k| of(self.range(k))).sum()
+        self.ray_numbers(rays).count()
     }
 }
 

@@ -54,6 +54,11 @@ impl Plan<'_> {
         }
     }
 
+    /// The largest number of threads: trees are built on so many.
+    pub fn most_threads(&self) -> usize {
+        self.threads.iter().copied().max().unwrap_or(1)
+    }
+
     /// Threads that what is not measured may take.
     pub fn all_threads(&self) -> usize {
         std::thread::available_parallelism().map_or(1, |n| n.get())

@@ -74,7 +74,7 @@ fn rivals(
     trees: &mut Trees,
 ) -> (Vec<Rival>, Vec<String>) {
     let (mut rivals, mut notes) = (Vec::new(), Vec::new());
-    let threads = plan.threads.iter().copied().max().unwrap_or(1);
+    let threads = plan.most_threads();
     for peer in plan.peers.iter().filter(|_| plan.timed) {
         let (built, seconds) = timed(|| peer.build(scene, threads));
         match built {

@@ -27,7 +27,7 @@ pub(super) struct Trees {
 
 impl Trees {
     pub(super) fn build(scene: &Scene, plan: &Plan) -> Trees {
-        let threads = plan.threads.iter().copied().max().unwrap_or(1);
+        let threads = plan.most_threads();
         let settings = BuildSettings {
             threads,
             ..BuildSettings::default()

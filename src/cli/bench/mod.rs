@@ -293,7 +293,7 @@ fn record(
     let machine = Machine::here();
     // They take seconds, and are read in files only.
     let wanted = plan.timed && (args.json.is_some() || args.html.is_some());
-    let most = plan.threads.iter().copied().max().unwrap_or(1);
+    let most = plan.most_threads();
     let limits = wanted.then(|| limits(most, &machine.caches));
     Record {
         schema_version: SCHEMA_VERSION,
