@@ -73,6 +73,8 @@ pub struct Frame {
     pub stats: RenderStats,
     /// Wall seconds from the first tile to the last.
     pub seconds: f64,
+    /// Seconds that each tile took the thread that painted it.
+    pub tile_seconds: Vec<f64>,
     /// Threads that worked.
     pub threads: usize,
 }
@@ -208,7 +210,7 @@ pub fn render_tree(
     );
     let (threads, pin) = (settings.threads.max(1), settings.pin);
     let start = Instant::now();
-    let stats = match tree {
+    let painted = match tree {
         Tree::Packets(bvh) => run(&tiles, &film, threads, pin, control, || {
             PacketPainter::new(scene, bvh, &camera, settings.max_depth, settings.kernel)
         }),
@@ -220,8 +222,9 @@ pub fn render_tree(
     let seconds = start.elapsed().as_secs_f64();
     Ok(Frame {
         film: film.finish(),
-        stats,
+        stats: painted.stats,
         seconds,
+        tile_seconds: painted.tile_seconds,
         threads,
     })
 }

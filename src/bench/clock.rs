@@ -17,32 +17,46 @@ pub const CHUNK: usize = 128;
 /// What a thread takes next, of the chunks of a set.
 pub struct Chunks {
     packets: usize,
+    /// Packets of a chunk.
+    size: usize,
     /// Every so many chunks are taken.
     stride: usize,
 }
 
 impl Chunks {
-    /// All chunks of so many packets.
+    /// All of so many packets.
     pub fn all(packets: usize) -> Chunks {
-        Chunks { packets, stride: 1 }
+        Chunks {
+            packets,
+            size: CHUNK,
+            stride: 1,
+        }
     }
 
-    /// About `share` of the chunks of so many packets, evenly spread.
-    pub fn some(packets: usize, share: f64) -> Chunks {
-        let most = packets.div_ceil(CHUNK).max(1);
-        let stride = ((1.0 / share).ceil().max(1.0) as usize).min(most);
-        Chunks { packets, stride }
+    /// About `rays` rays of so many packets, evenly spread, in chunks of `size` packets; all where there are no more.
+    ///
+    /// Every so many chunks one is taken, an odd number of them: rows of tiles are powers of two long, and an even one
+    /// would stay in the same columns of a picture.
+    pub fn some(packets: usize, size: usize, rays: usize) -> Chunks {
+        let stride = packets.div_ceil((rays / 8).max(1)).max(1);
+        let most = packets.div_ceil(size).max(1);
+        let stride = if stride > 1 { stride | 1 } else { 1 };
+        Chunks {
+            packets,
+            size,
+            stride: stride.min(most),
+        }
     }
 
     /// How many there are.
     pub fn count(&self) -> usize {
-        self.packets.div_ceil(CHUNK).div_ceil(self.stride)
+        self.packets.div_ceil(self.size).div_ceil(self.stride)
     }
 
     /// Packets of the k-th.
     pub fn range(&self, k: usize) -> Range<usize> {
-        let first = k * self.stride * CHUNK;
-        first..self.packets.min(first + CHUNK)
+        let first = k * self.stride * self.size;
+        first..self.packets.min(first + self.size)
     }
 
     /// Numbers of the rays in them, of a set of so many.
@@ -57,8 +71,53 @@ impl Chunks {
     }
 }
 
-/// Seconds from the first thread's start to the last one's end of `passes` passes over the chunks. Threads, and what the
-/// contender needs on each, are there before the clock starts.
+/// What the clock said of a sample: of one pass or more.
+#[derive(Default)]
+pub struct Timing {
+    /// Seconds from the first thread's start to the last one's end.
+    pub wall: f64,
+    /// What each piece of a pass took when it was fastest, as its share of a pass on all threads: their sum is the
+    /// seconds of a pass that nothing disturbs.
+    pub fastest: Vec<f64>,
+}
+
+impl Timing {
+    /// Adds a frame: its tiles are the pieces, and what else there is to do.
+    pub fn add_frame(&mut self, wall: f64, tiles: &[f64], threads: usize) {
+        self.wall += wall;
+        if crowded(threads) {
+            return self.keep_fastest(&[wall]);
+        }
+        let mut pieces: Vec<f64> = tiles
+            .iter()
+            .map(|seconds| seconds / threads as f64)
+            .collect();
+        let rest = wall - pieces.iter().sum::<f64>();
+        pieces.push(rest.max(0.0));
+        self.keep_fastest(&pieces);
+    }
+
+    fn keep_fastest(&mut self, pieces: &[f64]) {
+        self.fastest.resize(pieces.len(), f64::INFINITY);
+        for (fastest, seconds) in self.fastest.iter_mut().zip(pieces) {
+            *fastest = fastest.min(*seconds);
+        }
+    }
+
+    /// Seconds of a pass that nothing disturbs.
+    pub fn pass(&self) -> f64 {
+        self.fastest.iter().sum()
+    }
+}
+
+/// Whether so many threads share cores. A piece of work that is done between two switches of threads says nothing of the
+/// time that the others had, so that then only whole passes count.
+fn crowded(threads: usize) -> bool {
+    std::thread::available_parallelism().is_ok_and(|cores| threads > cores.get())
+}
+
+/// Times `passes` passes over the chunks, which are the pieces. Threads, and what the contender needs on each, are there
+/// before the clock starts.
 pub fn sample(
     contender: &dyn Contender,
     question: Question,
@@ -66,27 +125,36 @@ pub fn sample(
     passes: usize,
     threads: usize,
     cores: &Cores,
-) -> f64 {
+) -> Timing {
     let (next, barrier) = (AtomicUsize::new(0), Barrier::new(threads));
     let work = |worker: usize| {
         cores.bind(worker);
         let mut runner = contender.runner();
-        let mut scratch = Answer::room(question, CHUNK);
+        let mut scratch = Answer::room(question, chunks.size);
+        let mut fastest = vec![f64::INFINITY; chunks.count()];
         barrier.wait();
         let start = Instant::now();
+        let mut now = start;
         // Passes follow each other without a pause, so that threads wait for each other only once.
         loop {
             let k = next.fetch_add(1, Relaxed);
             if k >= passes * chunks.count() {
                 break;
             }
-            let packets = chunks.range(k % chunks.count());
-            ask(&mut *runner, packets, &mut scratch);
+            let k = k % chunks.count();
+            ask(&mut *runner, chunks.range(k), &mut scratch);
+            let before = std::mem::replace(&mut now, Instant::now());
+            fastest[k] = fastest[k].min((now - before).as_secs_f64());
         }
-        (start, Instant::now())
+        let share = |seconds: f64| seconds / threads as f64;
+        Span {
+            start,
+            end: now,
+            shares: fastest.into_iter().map(share).collect(),
+        }
     };
     let work = &work;
-    let spans: Vec<(Instant, Instant)> = std::thread::scope(|scope| {
+    let spans: Vec<Span> = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|k| scope.spawn(move || work(k))).collect();
         workers
             .into_iter()
@@ -97,12 +165,32 @@ pub fn sample(
             })
             .collect()
     });
-    let start = spans.iter().map(|span| span.0).min();
-    let end = spans.iter().map(|span| span.1).max();
-    match (start, end) {
+    let start = spans.iter().map(|span| span.start).min();
+    let end = spans.iter().map(|span| span.end).max();
+    let wall = match (start, end) {
         (Some(start), Some(end)) => (end - start).as_secs_f64(),
         _ => 0.0,
+    };
+    let mut timing = Timing {
+        wall,
+        ..Timing::default()
+    };
+    if crowded(threads) {
+        timing.keep_fastest(&[wall / passes as f64]);
+    } else {
+        for span in &spans {
+            timing.keep_fastest(&span.shares);
+        }
     }
+    timing
+}
+
+/// A thread's part of a sample.
+struct Span {
+    start: Instant,
+    end: Instant,
+    /// Of each chunk when it was fastest; infinite where others took it.
+    shares: Vec<f64>,
 }
 
 fn ask(runner: &mut dyn Runner, packets: Range<usize>, scratch: &mut Answer) {
@@ -128,8 +216,11 @@ pub fn answer(
 ) -> Answer {
     let mut answer = Answer::room(question, chunks.packets);
     let pieces: Vec<Piece> = match &mut answer {
-        Answer::Closest(hits) => hits.chunks_mut(CHUNK).map(Piece::Closest).collect(),
-        Answer::Occluded(blocked) => blocked.chunks_mut(CHUNK).map(Piece::Occluded).collect(),
+        Answer::Closest(hits) => hits.chunks_mut(chunks.size).map(Piece::Closest).collect(),
+        Answer::Occluded(blocked) => blocked
+            .chunks_mut(chunks.size)
+            .map(Piece::Occluded)
+            .collect(),
     };
     let pieces = pieces.into_iter().step_by(chunks.stride);
     let pieces = Mutex::new(pieces.enumerate());
@@ -169,15 +260,16 @@ mod tests {
 
     #[test]
     fn chunks_cover_a_set_or_an_even_share_of_it() {
-        let all = Chunks::some(1000, 1.0);
+        let all = Chunks::some(1000, CHUNK, 8000);
         let covered: Vec<_> = (0..all.count()).flat_map(|k| all.range(k)).collect();
         assert_eq!(covered, (0..1000).collect::<Vec<_>>());
         assert_eq!(all.rays(7997), 7997);
-        let some = Chunks::some(1000, 0.3);
-        assert_eq!(some.count(), 2);
-        assert_eq!(some.range(1), 512..640);
-        // However small the share, there is a chunk; an empty set has none.
-        assert_eq!(Chunks::some(1000, 1e-9).count(), 1);
-        assert_eq!(Chunks::some(0, 1.0).count(), 0);
+        // A quarter would be every fourth; the next odd number is taken.
+        let some = Chunks::some(1000, 16, 2000);
+        assert_eq!(some.count(), 13);
+        assert_eq!(some.range(1), 80..96);
+        // However few rays are asked for, there is a chunk; an empty set has none.
+        assert_eq!(Chunks::some(1000, CHUNK, 0).count(), 1);
+        assert_eq!(Chunks::some(0, CHUNK, 8).count(), 0);
     }
 }

@@ -90,8 +90,8 @@ impl Member<'_> {
     /// The part of the rays that is timed.
     pub(super) fn chunks(&self, question: &Question) -> Chunks {
         match self.engine {
-            "oracle" => question.oracle_chunks(),
-            _ => Chunks::all(question.packets()),
+            "oracle" => question.oracle_timed(),
+            _ => question.timed(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The timed part: every entry takes a sample in every round, so that the machine's mood falls on all of them alike.
 
-use super::clock::{self, Chunks};
+use super::clock::{self, Chunks, Timing};
 use super::kind::Question;
 use super::plan::{Listener, Plan};
 use crate::frame::{Control, Pin, Settings, Tree, render_tree};
@@ -9,8 +9,10 @@ use crate::render::Cores;
 use crate::report::{Estimate, Row};
 use crate::scene::Scene;
 
-/// Seconds that a sample takes at least: long beside the clock's and the threads' own costs.
-const SAMPLE: f64 = 0.02;
+/// Seconds that a sample takes at least: long beside what it costs to start threads, and short, because what disturbs a
+/// shared machine lasts for milliseconds to seconds: the same time spent in more rounds, further apart, finds more
+/// moments in which it is quiet.
+const SAMPLE: f64 = 0.005;
 
 /// What an entry does in a sample.
 pub(super) enum Task<'a> {
@@ -30,8 +32,8 @@ pub(super) enum Task<'a> {
 }
 
 impl Task<'_> {
-    /// Seconds and rays of some passes.
-    fn sample(&self, passes: usize, threads: usize, pin: Pin) -> (f64, u64) {
+    /// Some passes, and the rays of each.
+    fn sample(&self, passes: usize, threads: usize, pin: Pin) -> (Timing, u64) {
         match self {
             Task::Rays {
                 contender,
@@ -40,8 +42,8 @@ impl Task<'_> {
                 rays,
             } => {
                 let cores = Cores::here(pin);
-                let seconds = clock::sample(*contender, *question, chunks, passes, threads, &cores);
-                (seconds, (chunks.rays(*rays) * passes) as u64)
+                let timing = clock::sample(*contender, *question, chunks, passes, threads, &cores);
+                (timing, chunks.rays(*rays) as u64)
             }
             Task::Frame {
                 scene,
@@ -53,12 +55,15 @@ impl Task<'_> {
                     pin,
                     ..settings.clone()
                 };
-                let frames = (0..passes).filter_map(|_| {
-                    let frame = render_tree(scene, *tree, &settings, &Control::default());
-                    // It was rendered before, to be compared.
-                    frame.ok().map(|f| (f.seconds, f.stats.rays.total()))
-                });
-                frames.fold((0.0, 0), |sum, f| (sum.0 + f.0, sum.1 + f.1))
+                let (mut timing, mut rays) = (Timing::default(), 0);
+                for _ in 0..passes {
+                    // Nothing can go wrong: it was rendered before, to be compared.
+                    if let Ok(frame) = render_tree(scene, *tree, &settings, &Control::default()) {
+                        rays = frame.stats.rays.total();
+                        timing.add_frame(frame.seconds, &frame.tile_seconds, threads);
+                    }
+                }
+                (timing, rays)
             }
         }
     }
@@ -70,6 +75,8 @@ pub(super) struct Entry<'a> {
     pub(super) task: Task<'a>,
     passes: usize,
     seconds: f64,
+    /// By round, what each piece of a pass took when it was fastest.
+    rounds: Vec<Vec<f64>>,
 }
 
 impl<'a> Entry<'a> {
@@ -79,38 +86,41 @@ impl<'a> Entry<'a> {
             task,
             passes: 1,
             seconds: 0.0,
+            rounds: Vec::new(),
         }
-    }
-
-    /// Unmeasured, to fill caches and page tables; says how many passes a sample needs.
-    fn warm_up(&mut self, plan: &Plan) {
-        let threads = self.row.threads as usize;
-        let (seconds, rays) = self.task.sample(1, threads, plan.pin(threads));
-        if seconds > 0.0 {
-            self.passes = (SAMPLE / seconds).ceil() as usize;
-        }
-        self.row.rays_timed = rays;
     }
 
     fn wants_more(&self, plan: &Plan) -> bool {
-        self.row.samples.len() < plan.repeat || self.seconds < plan.min_time
+        self.rounds.len() < plan.repeat || self.seconds < plan.min_time
     }
 
+    /// The first sample is a single pass. It fills caches and page tables, which does no harm where the fastest visit
+    /// counts, and says how many passes the others need.
     fn take(&mut self, plan: &Plan) {
         let threads = self.row.threads as usize;
-        let (seconds, rays) = self
-            .task
-            .sample(self.passes.max(1), threads, plan.pin(threads));
-        self.seconds += seconds;
-        self.row.samples.push(rays as f64 / 1e6 / seconds);
+        let (timing, rays) = self.task.sample(self.passes, threads, plan.pin(threads));
+        let rate = rays as f64 * self.passes as f64 / 1e6 / timing.wall;
+        self.passes = ((SAMPLE / timing.pass()).ceil() as usize).clamp(1, MOST_PASSES);
+        self.seconds += timing.wall;
+        self.row.samples.push(rate);
+        self.row.rays_timed = rays;
+        self.rounds.push(timing.fastest);
+    }
+
+    /// A clock too coarse to see a sample gives no rate.
+    fn finish(mut self) -> Option<Row> {
+        self.row.mrays_per_s = Estimate::of_fastest(&self.rounds, self.row.rays_timed as f64 / 1e6);
+        let rate = self.row.mrays_per_s.median;
+        let seen = self.row.samples.iter().all(|rate| rate.is_finite());
+        (seen && rate.is_finite()).then_some(self.row)
     }
 }
 
-/// Measures all entries, round by round; all take as many samples, so that the k-th of one belongs to the k-th of another.
+/// Passes of a sample, where one is too short for the clock.
+const MOST_PASSES: usize = 10_000;
+
+/// Measures all entries, round by round, so that what disturbs the machine for a while falls on all of them.
 pub(super) fn race(mut entries: Vec<Entry>, plan: &Plan, listener: &mut dyn Listener) -> Vec<Row> {
-    for entry in &mut entries {
-        entry.warm_up(plan);
-    }
     let mut round = 0;
     while entries.iter().any(|entry| entry.wants_more(plan)) {
         let total = entries.len() * plan.repeat.max(round + 1);
@@ -121,11 +131,5 @@ pub(super) fn race(mut entries: Vec<Entry>, plan: &Plan, listener: &mut dyn List
         }
         round += 1;
     }
-    // A clock too coarse to see a sample gives no rate.
-    entries.retain(|entry| entry.row.samples.iter().all(|rate| rate.is_finite()));
-    let finished = entries.into_iter().map(|mut entry| {
-        entry.row.mrays_per_s = Estimate::of(&entry.row.samples);
-        entry.row
-    });
-    finished.collect()
+    entries.into_iter().filter_map(Entry::finish).collect()
 }

@@ -221,6 +221,7 @@ mod tests {
                 packets: 500_000,
             },
             seconds: 0.5,
+            tile_seconds: Vec::new(),
             threads: 2,
         };
         let stats = TreeStats {

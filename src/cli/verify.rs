@@ -256,6 +256,7 @@ mod tests {
             },
             stats: RenderStats::default(),
             seconds: 1.0,
+            tile_seconds: Vec::new(),
             threads: 1,
         }
     }

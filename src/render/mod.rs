@@ -17,4 +17,4 @@ pub use film::{Film, Hits, NO_HIT, SharedFilm};
 pub use packets::{PacketPainter, push_camera_rays};
 pub use stats::{RayCounts, RenderStats};
 pub use tiles::{Tile, tiles};
-pub use workers::{Control, Cores, Interrupted, Painter, Pin, run};
+pub use workers::{Control, Cores, Interrupted, Painted, Painter, Pin, run};

@@ -4,6 +4,7 @@ use super::film::SharedFilm;
 use super::stats::RenderStats;
 use super::tiles::Tile;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
+use std::time::Instant;
 
 /// Whether workers are bound to cores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +60,15 @@ pub trait Painter {
     fn stats(&self) -> RenderStats;
 }
 
+/// What painting all tiles came to.
+#[derive(Clone, Debug, Default)]
+pub struct Painted {
+    /// What was done.
+    pub stats: RenderStats,
+    /// Seconds that each tile took the worker that painted it.
+    pub tile_seconds: Vec<f64>,
+}
+
 /// Paints all tiles on `threads` workers, each with a painter of its own made by `painter`.
 ///
 /// # Errors
@@ -70,7 +80,7 @@ pub fn run<P: Painter>(
     pin: Pin,
     control: &Control,
     painter: impl Fn() -> P + Sync,
-) -> Result<RenderStats, Interrupted> {
+) -> Result<Painted, Interrupted> {
     let cores = Cores::here(pin);
     let next = AtomicUsize::new(0);
     let work = |worker: Option<usize>| {
@@ -79,30 +89,43 @@ pub fn run<P: Painter>(
         }
         let mut painter = painter();
         let mut counted = 0;
+        let mut took = Vec::new();
         while !control.stop.load(Relaxed) {
-            let Some(&tile) = tiles.get(next.fetch_add(1, Relaxed)) else {
+            let k = next.fetch_add(1, Relaxed);
+            let Some(&tile) = tiles.get(k) else {
                 break;
             };
+            let start = Instant::now();
             painter.paint(tile, film);
+            took.push((k, start.elapsed().as_secs_f64()));
             let rays = painter.stats().rays.total();
             control.rays.fetch_add(rays - counted, Relaxed);
             control.pixels.fetch_add(tile.pixels(), Relaxed);
             counted = rays;
         }
-        painter.stats()
+        (painter.stats(), took)
     };
     let work = &work;
-    let mut stats = RenderStats::default();
+    let mut painted = Painted {
+        tile_seconds: vec![0.0; tiles.len()],
+        ..Painted::default()
+    };
+    let mut add = |(stats, took): (RenderStats, Vec<(usize, f64)>)| {
+        painted.stats.add(&stats);
+        for (k, seconds) in took {
+            painted.tile_seconds[k] = seconds;
+        }
+    };
     std::thread::scope(|scope| {
         let spawn = |k| std::thread::Builder::new().spawn_scoped(scope, move || work(Some(k)));
         // Where the system has no more threads, those that there are do the rest; at worst this one alone.
         let handles: Vec<_> = (0..threads.max(1)).map_while(|k| spawn(k).ok()).collect();
         if handles.is_empty() {
-            stats.add(&work(None));
+            add(work(None));
         }
         for handle in handles {
             match handle.join() {
-                Ok(done) => stats.add(&done),
+                Ok(done) => add(done),
                 Err(panic) => std::panic::resume_unwind(panic),
             }
         }
@@ -110,5 +133,5 @@ pub fn run<P: Painter>(
     if control.stop.load(Relaxed) && next.load(Relaxed) < tiles.len() {
         return Err(Interrupted);
     }
-    Ok(stats)
+    Ok(painted)
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Version of this layout; a change of meaning changes it.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Kinds of rays in the order in which a reader expects them.
 pub const KINDS: [&str; 7] = [
@@ -191,18 +191,19 @@ pub struct Row {
     pub exact: bool,
     /// The kernel whose samples these are, where this one does the same on this build.
     pub same_as: Option<String>,
-    /// Every sample's rate, in the order of the rounds.
+    /// The rate of every sample, in the order of the rounds, as the clock saw it: with all that disturbed it.
     pub samples: Vec<f64>,
 }
 
-/// A rate, and how sure it is.
+/// A rate, and how sure it is, by a bootstrap of the rounds; each piece of the work counts with its fastest visit
+/// ([`Estimate::of_fastest`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Median of the samples.
+    /// Median of the resampled rates.
     pub median: f64,
     /// Median absolute deviation from it.
     pub mad: f64,
-    /// Lower end of the 95 % interval of the median.
+    /// Lower end of the interval in which another run's median would be, 9 times in 10.
     pub low: f64,
     /// Upper end.
     pub high: f64,

@@ -1,6 +1,6 @@
 //! One record against another.
 
-use super::fixture::{record, scale};
+use super::fixture::{estimate, record, scale};
 use phalanx::report::*;
 
 const THRESHOLD: f64 = 0.08;
@@ -132,7 +132,7 @@ fn few_samples_say_little() {
         let mut record = record(1);
         for row in &mut record.rows {
             row.samples.truncate(count);
-            row.mrays_per_s = Estimate::of(&row.samples);
+            row.mrays_per_s = estimate(&row.samples);
         }
         scale(&mut record, by, |row| row.engine == "phalanx");
         record

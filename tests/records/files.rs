@@ -49,7 +49,11 @@ fn bad_files_are_told_apart() {
     assert!(matches!(load_text(half), Err(RecordError::NotJson { .. })));
     assert!(matches!(load_text(""), Err(RecordError::NotJson { .. })));
 
-    let newer = text.replacen("\"schema_version\": 1", "\"schema_version\": 7", 1);
+    let newer = text.replacen(
+        &format!("\"schema_version\": {SCHEMA_VERSION}"),
+        "\"schema_version\": 7",
+        1,
+    );
     let error = load_text(&newer).expect_err("another version");
     assert!(matches!(
         error,

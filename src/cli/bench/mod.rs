@@ -197,7 +197,7 @@ fn peers(args: &RunArgs) -> Result<Vec<Peer>, Failure> {
 }
 
 /// Samples of each row with `--quick`, and the seconds that they take together at least.
-const QUICK: (usize, f64) = (5, 0.05);
+const QUICK: (usize, f64) = (11, 0.03);
 
 /// The scenes asked for, or those of the suite. A scene of the suite has its answers checked even where it was named.
 fn courses(args: &RunArgs, suite: &Suite, plan: &Plan) -> Result<Vec<Course>, Failure> {

@@ -48,7 +48,7 @@ impl Changes {
     /// The tests in `noise.rs` simulate this: anything at all is reported of a thousand unchanged rows in fewer than one
     /// suite of a hundred, and a kernel slower by 15 %, on one kind of rays or in one scene, is missed in fewer than one
     /// of a hundred. What slows one row alone must be gross to be seen: that a thousand rows raise no false alarm
-    /// and one of them tells of 15 % cannot both be had with seven noisy samples.
+    /// and one of them tells of 15 % cannot both be had on a noisy machine.
     pub fn regressions(&self, again: &[Changes], threshold: f64) -> Vec<Regression> {
         let decides = |group: &&GroupChange| {
             let counts = group.normalised && group.rows >= ROWS_TO_DECIDE;

@@ -1,28 +1,28 @@
 //! A run against an earlier one, its baseline: what changed, by how much, and how sure that is.
 //!
-//! Rates are taken in units of the oracle's of the same rays in the same run, so that a machine that is slower today
-//! makes no regression. (A faster oracle does: it is the yardstick, and a change to it needs a new baseline.)
+//! Rates are taken in units of the oracle's of the same scene in the same run (their geometric mean over all kinds of
+//! rays, which one rate's noise moves little), so that a machine that is slower today makes no regression. (A faster
+//! oracle does: it is the yardstick, and a change to it needs a new baseline.)
 //!
 //! What decides is explained at [`Changes::regressions`].
 
+mod change;
 mod counters;
 mod judge;
 #[cfg(test)]
 mod noise;
-mod rounds;
 mod same;
 mod text;
 
+pub use change::Change;
 pub use counters::{CounterChange, Difference, counters};
 pub use judge::{RETAKES, Regression};
-pub use rounds::Change;
 pub(super) use same::of_rays;
 pub use same::{Mismatch, Refusal};
 pub use text::{changes_table, counters_table, regressions_table};
 
-use super::statistics::{self, ENOUGH, interval};
 use super::{Record, Row};
-use rounds::Rounds;
+use change::{Log, mean_change};
 use std::collections::BTreeMap;
 
 /// Names a rate of ours in a record.
@@ -49,12 +49,12 @@ impl RowKey {
     }
 }
 
-/// In units of which rate of the oracle's a row is taken, in both runs alike.
+/// In units of which rates of the oracle's a row is taken, in both runs alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Normalised {
-    /// Of the same rays on as many threads.
+    /// Of the same scene on as many threads.
     SameThreads,
-    /// Of the same rays on one thread.
+    /// Of the same scene on one thread.
     OneThread,
     /// None that both runs have: the machine's own ups and downs are in the change.
     No,
@@ -90,6 +90,13 @@ pub enum Over {
         /// Name of the scene.
         scene: String,
     },
+}
+
+impl Over {
+    /// Whether the rows of a group are in units of the same rates of the oracle's.
+    fn shares_yardsticks(&self) -> bool {
+        matches!(self, Over::Rays { .. })
+    }
 }
 
 /// How the rates of one kernel changed together: their geometric mean.
@@ -158,20 +165,20 @@ pub fn compare(old: &Record, new: &Record, force: bool) -> Result<Changes, Refus
         let reasons = changes.forced;
         return Err(Refusal { reasons });
     }
-    let mut ratios = Vec::new();
+    let mut logs = Vec::new();
     for (key, old, new) in both {
         if before.repeats(key) && now.repeats(key) && old.same_as == new.same_as {
             continue;
         }
         match row_change(key, (&before, old), (&now, new)) {
             None => changes.empty.push(key.clone()),
-            Some((change, resampled)) => {
+            Some((change, log)) => {
                 changes.rows.push(change);
-                ratios.push(resampled);
+                logs.push(log);
             }
         }
     }
-    changes.groups = groups(&changes.rows, &ratios);
+    changes.groups = groups(&changes.rows, &logs);
     Ok(changes)
 }
 
@@ -206,40 +213,51 @@ impl<'a> Index<'a> {
     }
 }
 
-/// The change of one row, and the ratios of its resamples.
+/// A row's change in units of its yardstick's, and the yardstick's change by itself.
+#[derive(Clone, Copy)]
+struct Logs {
+    row: Log,
+    yardstick: Log,
+}
+
 fn row_change(
     key: &RowKey,
     (before, old): (&Index, &Row),
     (now, new): (&Index, &Row),
-) -> Option<(RowChange, Vec<f64>)> {
-    let oracles = |threads| {
-        let key = (key.scene.as_str(), key.rays.as_str(), threads);
-        let (old, new) = (*before.oracle.get(&key)?, *now.oracle.get(&key)?);
-        // The rate of another part of the rays is another yardstick.
-        (old.rays_timed == new.rays_timed).then_some((old, new))
-    };
-    let rounds = |oracles: Option<(&Row, &Row)>| {
-        let (old_oracle, new_oracle) = oracles.unzip();
-        Some((Rounds::of(old, old_oracle)?, Rounds::of(new, new_oracle)?))
-    };
-    let by_threads = |threads| rounds(Some(oracles(threads)?));
-    let same = by_threads(key.threads).map(|r| (r, Normalised::SameThreads));
-    let one = || by_threads(1).map(|r| (r, Normalised::OneThread));
-    let none = || rounds(None).map(|r| (r, Normalised::No));
-    let ((old_rounds, new_rounds), normalised) = same.or_else(one).or_else(none)?;
-    let (change, ratios) = rounds::change(&old_rounds, &new_rounds);
-    let row = RowChange {
+) -> Option<(RowChange, Logs)> {
+    let row = Log::of(new)?.over(Log::of(old)?);
+    let of = |threads| yardstick(&key.scene, threads, before, now);
+    let same = of(key.threads).map(|log| (log, Normalised::SameThreads));
+    let one = || of(1).map(|log| (log, Normalised::OneThread));
+    let (yardstick, normalised) = same.or_else(one).unwrap_or((Log::ONE, Normalised::No));
+    let change = RowChange {
         key: key.clone(),
         old: old.mrays_per_s.median,
         new: new.mrays_per_s.median,
-        change,
+        change: row.over(yardstick).change(),
         normalised,
     };
-    Some((row, ratios))
+    let row = row.over(yardstick.exactly());
+    Some((change, Logs { row, yardstick }))
+}
+
+/// How the oracle's rates of a scene changed, all kinds of rays together that both runs timed alike.
+fn yardstick(scene: &str, threads: u32, before: &Index, now: &Index) -> Option<Log> {
+    let of_scene = now
+        .oracle
+        .iter()
+        .filter(|((of, _, on), _)| (*of, *on) == (scene, threads));
+    let ratios = of_scene.filter_map(|(key, new)| {
+        let old = before.oracle.get(key)?;
+        // The rate of another part of the rays is another yardstick.
+        let alike = old.rays_timed == new.rays_timed;
+        alike.then_some(Log::of(new)?.over(Log::of(old)?))
+    });
+    Log::mean(&ratios.collect::<Vec<_>>())
 }
 
 /// The rows of each kernel by kind of rays and threads, and by scene.
-fn groups(rows: &[RowChange], ratios: &[Vec<f64>]) -> Vec<GroupChange> {
+fn groups(rows: &[RowChange], logs: &[Logs]) -> Vec<GroupChange> {
     let mut members: BTreeMap<(Over, &str), Vec<usize>> = BTreeMap::new();
     for (i, RowChange { key, .. }) in rows.iter().enumerate() {
         let (rays, scene, threads) = (key.rays.clone(), key.scene.clone(), key.threads);
@@ -247,46 +265,17 @@ fn groups(rows: &[RowChange], ratios: &[Vec<f64>]) -> Vec<GroupChange> {
             members.entry((over, &key.kernel)).or_default().push(i);
         }
     }
-    let group = |((over, kernel), members): ((Over, &str), Vec<usize>)| GroupChange {
-        kernel: kernel.to_owned(),
-        over,
-        rows: members.len(),
-        change: mean_change(&members, rows, ratios),
-        normalised: members
-            .iter()
-            .all(|&i| rows[i].normalised != Normalised::No),
+    let group = |((over, kernel), members): ((Over, &str), Vec<usize>)| {
+        let changes: Vec<Log> = members.iter().map(|&i| logs[i].row).collect();
+        let yardsticks: Vec<Log> = members.iter().map(|&i| logs[i].yardstick).collect();
+        let normalised = |&i: &usize| rows[i].normalised != Normalised::No;
+        GroupChange {
+            kernel: kernel.to_owned(),
+            change: mean_change(&changes, &yardsticks, over.shares_yardsticks()),
+            over,
+            rows: members.len(),
+            normalised: members.iter().all(normalised),
+        }
     };
     members.into_iter().map(group).collect()
-}
-
-/// The geometric mean's change. Both rows and rounds are resampled, so that the interval also knows how much rows
-/// scatter from run to run (where their memory lies, for one), which the rounds of a single run do not show.
-fn mean_change(members: &[usize], rows: &[RowChange], ratios: &[Vec<f64>]) -> Change {
-    let of_logs = |sum: f64| libm::exp(sum / members.len() as f64) - 1.0;
-    let points = members.iter().map(|&i| libm::log(1.0 + rows[i].change.by));
-    let by = of_logs(points.clone().sum());
-    if members.len() < ENOUGH {
-        let ends = members
-            .iter()
-            .map(|&i| (rows[i].change.low, rows[i].change.high));
-        let (low, high) = ends.fold((f64::INFINITY, -1.0), |(low, high), (l, h)| {
-            (f64::min(low, l), f64::max(high, h))
-        });
-        return Change { by, low, high };
-    }
-    let logs: Vec<Vec<f64>> = members
-        .iter()
-        .map(|&i| ratios[i].iter().map(|&r| libm::log(r)).collect())
-        .collect();
-    let seed = statistics::seed(&points.collect::<Vec<_>>());
-    let resampled = statistics::resamples(seed, |draw| {
-        let of_row = |_| {
-            let of_rounds = &logs[draw.below(logs.len())];
-            of_rounds[draw.below(of_rounds.len())]
-        };
-        (0..logs.len()).map(of_row).sum()
-    });
-    let (low, high) = interval(&resampled, members.len());
-    let (low, high) = (of_logs(low), of_logs(high));
-    Change { by, low, high }
 }

@@ -25,7 +25,7 @@ pub(super) fn section(view: &View<'_>) -> Markup {
 fn inside(view: &View<'_>, most: u32, fewer: &[u32]) -> Markup {
     html! {
         p {
-            "Millions of rays a second, median and its 95" "\u{202f}" "% interval, on "
+            "Millions of rays a second, with the interval in which another run would be 9 times in 10, on "
             (threads_text(most)) ". The axis is logarithmic: equal distances are equal factors. "
             "Ours is the kernel " code { "auto" } ", which is what " code { "render" } " would use"
             @if view.has_peers() { "; a peer is shown by its best exact mode for each scene" }
@@ -38,7 +38,7 @@ fn inside(view: &View<'_>, most: u32, fewer: &[u32]) -> Markup {
         }
         h3 { "All rates" }
         p.note {
-            "Median in Mrays/s, below it the 95" "\u{202f}" "% interval. "
+            "Mrays/s, below them where another run would be 9 times in 10. "
             @if view.has_peers() { "† marks a mode that answers too many rays otherwise to count as exact." }
         }
         @for kind in &view.kinds {

@@ -10,7 +10,7 @@ use maud::{Markup, html};
 use std::collections::BTreeMap;
 
 /// Intervals wider than this share of the median are worth a warning.
-const WIDE: f64 = 0.1;
+const WIDE: f64 = 0.15;
 
 /// Where it was measured, by whom, when.
 pub(super) fn facts(record: &Record) -> Markup {
