@@ -31,7 +31,7 @@ pub struct RunArgs {
     /// Scene files, caches (.phx), or standard:NAME[:SIZE] [default: the standard suite]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
-    /// A minute: six scenes of the suite, fewer samples
+    /// A minute: six scenes of the suite
     #[arg(long)]
     pub quick: bool,
     /// Only scenes of the suite whose name contains this
@@ -46,10 +46,10 @@ pub struct RunArgs {
     /// Thread counts, separated by commas; `all` is one per CPU this process may use
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,all", value_parser = parse_threads)]
     pub threads: Vec<Threads>,
-    /// Samples of every row [default: the suite's, 16; with --quick 11]
+    /// Samples of every row [default: the suite's, 11]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub repeat: Option<u32>,
-    /// Seconds that the samples of a row take together at least [default: the suite's, 0.04; with --quick 0.03]
+    /// Seconds that the samples of a row take together at least [default: the suite's, 0.03]
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     pub min_time: Option<f64>,
     /// Bind workers to cores even where there are fewer of them than cores

@@ -154,18 +154,14 @@ fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> Plan<'p> {
     let size = args
         .size
         .map_or(suite.size, |(width, height)| [width, height]);
-    let (repeat, min_time) = match args.quick {
-        true => QUICK,
-        false => (suite.repeat, suite.min_time),
-    };
     Plan {
         kinds: args.kinds(),
         frames: args.frames(),
         kernels: args.kernel.0.iter().map(|(_, kernel)| *kernel).collect(),
         threads: args.thread_counts(),
         size,
-        repeat: args.repeat.map_or(repeat, |n| n as usize),
-        min_time: args.min_time.unwrap_or(min_time),
+        repeat: args.repeat.map_or(suite.repeat, |n| n as usize),
+        min_time: args.min_time.unwrap_or(suite.min_time),
         pin: args.pin,
         peers,
         timed: !args.counters_only && args.update_suite.is_none(),
@@ -195,9 +191,6 @@ fn peers(args: &RunArgs) -> Result<Vec<Peer>, Failure> {
     }
     Ok(peers)
 }
-
-/// Samples of each row with `--quick`, and the seconds that they take together at least.
-const QUICK: (usize, f64) = (11, 0.03);
 
 /// The scenes asked for, or those of the suite. A scene of the suite has its answers checked even where it was named.
 fn courses(args: &RunArgs, suite: &Suite, plan: &Plan) -> Result<Vec<Course>, Failure> {

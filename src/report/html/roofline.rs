@@ -231,7 +231,8 @@ fn paint_roofs(
         }
         let from = (x.at(start), y.at(start * bandwidth));
         canvas.line(&[from, (x.at(ridge), y.at(peak))], Tint::Ink, 1.0)?;
-        canvas.text((from.0 + 9.0, from.1 + 4.0), Anchor::Start, small, name)?;
+        // Clear of the numbers below the axis.
+        canvas.text((from.0 + 16.0, from.1 - 5.0), Anchor::Start, small, name)?;
     }
     Ok(())
 }
