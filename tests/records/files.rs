@@ -1,7 +1,7 @@
 //! Records to files and back, and what is said of files that are none.
 
 use super::fixture;
-use phalanx::report::{Record, RecordError, load, to_csv, to_json};
+use phalanx::report::{Record, RecordError, SCHEMA_VERSION, load, to_csv, to_json};
 
 fn load_text(text: &str) -> Result<Record, RecordError> {
     let folder = tempfile::tempdir().expect("a folder");
