@@ -26,7 +26,8 @@ impl Estimate {
     /// Which round was how quiet is chance, so rounds are drawn with replacement (Efron's bootstrap). Median and deviation are
     /// those of the rates of many draws. The interval says where the median of another run would be, 9 times in 10:
     /// from the 2.5th percentile, mirrored at the median, since a draw cannot be quieter than all rounds but
-    /// another run can; and wider by [`BETWEEN_RUNS`]. One round says nothing of chance.
+    /// another run can; and 2.5 % wider at both ends, for what all rounds of a run have in common. One round says nothing of
+    /// chance.
     pub fn of_fastest(rounds: &[Vec<f64>], work: f64) -> Estimate {
         if rounds.is_empty() {
             return Estimate::default();
