@@ -2,6 +2,7 @@
 
 use super::answer::Answer;
 use super::kind::Question;
+use super::plan::Plan;
 use crate::packet::HitPacket;
 use crate::peers::{Contender, Runner};
 use crate::render::Cores;
@@ -38,9 +39,8 @@ impl Chunks {
     /// Every so many chunks one is taken, an odd number of them: rows of tiles are powers of two long, and an even one
     /// would stay in the same columns of a picture.
     pub fn some(packets: usize, size: usize, rays: usize) -> Chunks {
-        let stride = packets.div_ceil((rays / 8).max(1)).max(1);
+        let stride = packets.div_ceil((rays / 8).max(1)) | 1;
         let most = packets.div_ceil(size).max(1);
-        let stride = if stride > 1 { stride | 1 } else { 1 };
         Chunks {
             packets,
             size,
@@ -113,7 +113,7 @@ impl Timing {
 /// Whether so many threads share cores. A piece of work that is done between two switches of threads says nothing of the
 /// time that the others had, so that then only whole passes count.
 fn crowded(threads: usize) -> bool {
-    std::thread::available_parallelism().is_ok_and(|cores| threads > cores.get())
+    threads > Plan::all_threads()
 }
 
 /// Times `passes` passes over the chunks, which are the pieces. Threads, and what the contender needs on each, are there

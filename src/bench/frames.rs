@@ -21,7 +21,6 @@ pub(super) struct Frames<'a> {
     scene: &'a Scene,
     trees: &'a Trees,
     threads: Vec<usize>,
-    all_threads: usize,
     settings: Vec<(&'static str, &'static str, Settings)>,
 }
 
@@ -47,7 +46,6 @@ impl<'a> Frames<'a> {
             scene,
             trees,
             threads: plan.threads.clone(),
-            all_threads: plan.all_threads(),
             settings: all,
         }
     }
@@ -64,7 +62,7 @@ impl<'a> Frames<'a> {
         let mut oracle: Option<Frame> = None;
         for (engine, kernel, settings) in &self.settings {
             let settings = Settings {
-                threads: self.all_threads,
+                threads: Plan::all_threads(),
                 record_hits: true,
                 ..settings.clone()
             };

@@ -70,7 +70,7 @@ pub(super) fn lineup<'a>(
     for (engine, rival) in rivals {
         for (kernel, contender) in rival.contenders(rays) {
             let all = Chunks::all(packets);
-            let answer = clock::answer(&*contender, kind, &all, plan.all_threads());
+            let answer = clock::answer(&*contender, kind, &all, Plan::all_threads());
             let difference = question
                 .truth
                 .share_of_differences(&answer, question.rays());

@@ -48,7 +48,7 @@ impl Plan<'_> {
     /// Binding of so many workers to cores. With a worker for each core they are bound always: a sample is over before a
     /// system that has put two on one core would move one.
     pub fn pin(&self, threads: usize) -> Pin {
-        match self.pin || threads >= self.all_threads() && threads > 1 {
+        match self.pin || threads >= Plan::all_threads() && threads > 1 {
             true => Pin::Cores,
             false => Pin::None,
         }
@@ -60,7 +60,7 @@ impl Plan<'_> {
     }
 
     /// Threads that what is not measured may take.
-    pub fn all_threads(&self) -> usize {
+    pub fn all_threads() -> usize {
         std::thread::available_parallelism().map_or(1, |n| n.get())
     }
 }

@@ -107,7 +107,7 @@ pub(super) fn questions<'a>(
     heading: &Heading,
 ) -> Result<Vec<Question<'a>>, Wrong> {
     let ask = |set: RaySet<'a>| {
-        let truth = truth(scene, trees, plan, heading, &set);
+        let truth = truth(scene, trees, heading, &set);
         Question { set, truth }
     };
     let first = primary(arena, scene, plan.size).map_err(|source| Wrong::View {
@@ -127,8 +127,8 @@ pub(super) fn questions<'a>(
 }
 
 /// The right answer to a set of rays: the oracle's, or, to save its time, a kernel's that is the expected one to the bit.
-fn truth(scene: &Scene, trees: &Trees, plan: &Plan, heading: &Heading, set: &RaySet) -> Answer {
-    let (kind, rays, threads) = (set.kind, set.queue.len(), plan.all_threads());
+fn truth(scene: &Scene, trees: &Trees, heading: &Heading, set: &RaySet) -> Answer {
+    let (kind, rays, threads) = (set.kind, set.queue.len(), Plan::all_threads());
     let all = Chunks::all(set.queue.packets());
     if let Some(expected) = heading.expected.get(kind.name()) {
         let contender = KernelContender {
@@ -171,7 +171,7 @@ pub(super) fn check(
     for kernel in plan.kernels.iter().copied().chain([Kernel::Auto]) {
         let bvh = &trees.bvh;
         let contender = KernelContender { bvh, kernel, rays };
-        check_one(&contender, kernel.name(), all(), question, plan, heading)?;
+        check_one(&contender, kernel.name(), all(), question, heading)?;
     }
     let forest = &trees.forest;
     let oracle = OracleContender {
@@ -180,7 +180,7 @@ pub(super) fn check(
         rays,
     };
     let chunks = Chunks::some(question.packets(), CHUNK, ORACLE_CHECKED_RAYS);
-    check_one(&oracle, "oracle", chunks, question, plan, heading)?;
+    check_one(&oracle, "oracle", chunks, question, heading)?;
     check_expected(question, heading)
 }
 
@@ -189,11 +189,10 @@ fn check_one(
     name: &str,
     chunks: Chunks,
     question: &Question,
-    plan: &Plan,
     heading: &Heading,
 ) -> Result<(), Wrong> {
     let kind = question.kind();
-    let answer = clock::answer(contender, kind.question(), &chunks, plan.all_threads());
+    let answer = clock::answer(contender, kind.question(), &chunks, Plan::all_threads());
     let numbers = chunks.ray_numbers(question.rays());
     match question.truth.first_difference(&answer, numbers) {
         None => Ok(()),
