@@ -120,7 +120,7 @@ fn plan(timed: bool) -> Plan<'static> {
     Plan {
         kinds: Kind::ALL.to_vec(),
         frames: true,
-        kernels: vec![Kernel::Packet8, Kernel::Packet16],
+        kernels: vec![Kernel::Packet8, Kernel::Packet16, Kernel::Single],
         threads: vec![1],
         size: [40, 32],
         repeat: 1,

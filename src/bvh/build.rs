@@ -18,6 +18,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 use rayon::prelude::*;
+use std::sync::OnceLock;
 use std::time::Duration;
 
 /// How much time a tree is worth. Figures stand in `perf/notes/tree-preset.md`.
@@ -94,6 +95,7 @@ fn build(scene: &Scene, quality: Quality) -> Bvh {
         nodes: world.nodes.into(),
         slots: world.slots,
         sah,
+        wide: OnceLock::new(),
     };
     let meshes = (0..scene.meshes.len()).into_par_iter();
     let meshes: Vec<Option<Piece>> = meshes

@@ -11,6 +11,7 @@
 use super::{Bvh, Child, LeafKind, Node, Slots};
 use crate::scene::{Column, Scene};
 use std::ops::Range;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU64, Ordering::Relaxed};
 
 /// Set in the levels of nodes of meshes.
@@ -280,6 +281,7 @@ impl Claim {
             slots: self.parts.slots,
             depth: world + meshes,
             sah: self.parts.sah,
+            wide: OnceLock::new(),
         })
     }
 

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `node`, `slots` | what is traced: nodes, and primitives in leaf order |
 //! | `tree` | both, whole |
+//! | `wide` | the tree once more, eight children a node |
 //! | `objects` | what a tree is built over |
 //! | `chunks` | neighbourhoods that are built side by side |
 //! | `piece` | one subtree of obvhs's, made ours |
@@ -24,9 +25,11 @@ mod objects;
 mod piece;
 mod slots;
 mod tree;
+mod wide;
 
 pub use build::{BuildSettings, Quality};
 pub use claim::{Array, BvhError, Claim, Parts};
 pub use node::{Child, LeafKind, Node};
 pub use slots::{ConeSlot, EllipsoidSlot, InstanceSlot, Slots, SphereSlot, TriangleSlot};
 pub use tree::Bvh;
+pub use wide::{OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};

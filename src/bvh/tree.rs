@@ -1,7 +1,10 @@
 //! The tree of a scene: nodes and primitives in leaf order, the world's and those of every mesh.
 
-use super::{Child, ConeSlot, EllipsoidSlot, InstanceSlot, Node, Slots, SphereSlot, TriangleSlot};
+use super::{
+    Child, ConeSlot, EllipsoidSlot, InstanceSlot, Node, Slots, SphereSlot, TriangleSlot, Wide,
+};
 use crate::scene::{Bounds, Column};
+use std::sync::OnceLock;
 
 /// The trees of a scene: the world's, whose root is node 0 and always exists, and one for every mesh, at whose root the
 /// instances of the mesh go on.
@@ -11,6 +14,7 @@ pub struct Bvh {
     pub(super) slots: Slots,
     pub(super) depth: usize,
     pub(super) sah: f64,
+    pub(super) wide: OnceLock<Wide>,
 }
 
 impl Default for Bvh {
@@ -28,6 +32,7 @@ impl Bvh {
             slots: Slots::default(),
             depth: 1,
             sah: 0.0,
+            wide: OnceLock::new(),
         }
     }
 
@@ -71,6 +76,11 @@ impl Bvh {
     /// tested by a random ray that meets the root box, both at cost 1.
     pub fn sah(&self) -> f64 {
         self.sah
+    }
+
+    /// The world's tree with eight children a node; made when it is first asked for.
+    pub fn wide(&self) -> &Wide {
+        self.wide.get_or_init(|| Wide::of(self))
     }
 
     /// Bytes of the nodes.

@@ -19,6 +19,9 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// Lanes in a packet: part of the contract, whatever the machine's registers hold.
 pub const LANES: usize = 8;
 
+/// Floats in a column that is read by runs of lanes: see [`Lanes::of_column`].
+pub const COLUMN: usize = 64;
+
 /// Floats in lanes.
 pub trait Lanes:
     Copy
@@ -45,6 +48,12 @@ pub trait Lanes:
     fn from_eights(eight: impl Fn(usize) -> [f32; LANES]) -> Self;
     /// The k-th eight.
     fn eight(self, k: usize) -> F32x8;
+    /// The k-th run of lanes of a column.
+    fn of_column(column: &[f32; COLUMN], k: usize) -> Self;
+    /// The smallest lane; a NaN among them makes it any of them.
+    fn least(self) -> f32;
+    /// The largest lane; a NaN among them makes it any of them.
+    fn greatest(self) -> f32;
     /// `if self < other { self } else { other }`: the other's NaN comes through, one's own does not.
     fn min(self, other: Self) -> Self;
     /// `if self > other { self } else { other }`.

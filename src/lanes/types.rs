@@ -1,8 +1,21 @@
 //! The lane types over `wide`'s, eight and sixteen.
 
-use super::{LANES, LaneIds, LaneMask, Lanes};
+use super::{COLUMN, LANES, LaneIds, LaneMask, Lanes};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wide::{f32x8, f32x16, u32x8, u32x16};
+
+/// All lanes by halves: the compiler does it in registers.
+#[inline(always)]
+fn fold<const N: usize>(mut lanes: [f32; N], pick: impl Fn(f32, f32) -> f32) -> f32 {
+    let mut half = N / 2;
+    while half > 0 {
+        for k in 0..half {
+            lanes[k] = pick(lanes[k], lanes[k + half]);
+        }
+        half /= 2;
+    }
+    lanes[0]
+}
 
 /// The types of one lane count. A macro and not a generic, because `wide`'s types share no trait.
 macro_rules! lane_types {
@@ -119,6 +132,22 @@ macro_rules! lane_types {
             #[inline(always)]
             fn eight(self, k: usize) -> F32x8 {
                 F32x8::new(self.0.as_array().as_chunks::<LANES>().0[k])
+            }
+
+            #[inline(always)]
+            fn of_column(column: &[f32; COLUMN], k: usize) -> $F {
+                let runs = column.as_chunks::<$count>().0;
+                $F($f::new(runs[k % (COLUMN / $count)]))
+            }
+
+            #[inline(always)]
+            fn least(self) -> f32 {
+                fold(self.to_array(), |a, b| if a < b { a } else { b })
+            }
+
+            #[inline(always)]
+            fn greatest(self) -> f32 {
+                fold(self.to_array(), |a, b| if a > b { a } else { b })
             }
 
             #[inline(always)]

@@ -30,10 +30,24 @@ pub(super) struct Meeting<L: Lanes> {
     pub(super) det: L,
 }
 
+impl<L: Lanes> Meeting<L> {
+    /// A hit without barycentric weights.
+    #[inline(always)]
+    pub(super) fn bare(valid: L::Mask, t: L) -> Meeting<L> {
+        Meeting {
+            valid,
+            t,
+            v: L::ZERO,
+            w: L::ZERO,
+            det: L::ONE,
+        }
+    }
+}
+
 impl<L: Lanes> Best<L> {
     /// Takes a hit where it is closer, or as close with a smaller number.
     #[inline(always)]
-    pub(super) fn take(&mut self, hit: &Meeting<L>, id: L::Ids) {
+    pub(super) fn take(&mut self, hit: &Meeting<L>, id: L::Ids) -> L::Mask {
         let closer = hit.t.lt(self.t) | (hit.t.eq(self.t) & id.lt(self.prim_id));
         let take = hit.valid & closer;
         self.t = take.select(hit.t, self.t);
@@ -41,23 +55,13 @@ impl<L: Lanes> Best<L> {
         self.w = take.select(hit.w, self.w);
         self.det = take.select(hit.det, self.det);
         self.prim_id = take.select_ids(id, self.prim_id);
+        take
     }
 
     /// Takes a hit without barycentric weights.
     #[inline(always)]
     pub(super) fn take_bare(&mut self, valid: L::Mask, t: L, prim_id: u32) {
-        let (v, w, det) = (L::ZERO, L::ZERO, L::ONE);
-        let id = L::Ids::splat(prim_id);
-        self.take(
-            &Meeting {
-                valid,
-                t,
-                v,
-                w,
-                det,
-            },
-            id,
-        );
+        self.take(&Meeting::bare(valid, t), L::Ids::splat(prim_id));
     }
 }
 
@@ -77,6 +81,8 @@ pub(super) trait Goal<L: Lanes>: Copy {
     fn within(&self, stay: &Stay<L>) -> Option<Self>
     where
         Self: Sized;
+    /// Takes a hit, where it counts; true if it does in any lane.
+    fn take(&mut self, hit: &Meeting<L>, id: u32) -> bool;
     /// Takes over what was found within an instance; true ends the traversal.
     fn leave(&mut self, inner: Self, stay: &Stay<L>, id_offset: u32) -> bool;
     /// Tests the primitives of a leaf; true ends the traversal.
@@ -91,7 +97,7 @@ pub(super) trait Goal<L: Lanes>: Copy {
 
 #[derive(Clone, Copy)]
 pub(super) struct Closest<L: Lanes> {
-    best: Best<L>,
+    pub(super) best: Best<L>,
 }
 
 #[derive(Clone, Copy)]
@@ -149,6 +155,11 @@ impl<L: Lanes> Goal<L> for Closest<L> {
                 ..self.best
             },
         })
+    }
+
+    #[inline(always)]
+    fn take(&mut self, hit: &Meeting<L>, id: u32) -> bool {
+        self.best.take(hit, L::Ids::splat(id)).any()
     }
 
     #[inline(always)]
@@ -221,6 +232,13 @@ impl<L: Lanes> Goal<L> for AnyHit<L> {
             blocked: L::Mask::none(),
             all: live,
         })
+    }
+
+    #[inline(always)]
+    fn take(&mut self, hit: &Meeting<L>, _: u32) -> bool {
+        let hits = hit.valid & hit.t.lt(self.limit);
+        self.block(hits);
+        hits.any()
     }
 
     #[inline(always)]

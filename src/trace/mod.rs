@@ -7,6 +7,8 @@
 //! | `instance` | rays into the space of a mesh, hits back out of it |
 //! | `goal` | the closest hit or any: what a leaf means for either |
 //! | `packet` | a packet of rays together down the binary tree |
+//! | `beam` | rays that share a point together down the wide tree |
+//! | `single` | rays on their own down the wide tree |
 //! | `tally` | work, counted |
 //! | `traversal` | queues in, hits out: which kernel traces what |
 //! | `alone` | each test without a tree, for benchmarks |
@@ -29,6 +31,7 @@
 
 mod aabb;
 pub mod alone;
+mod beam;
 mod cone;
 mod goal;
 mod instance;
@@ -37,6 +40,13 @@ mod instance;
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
 mod packet;
+#[allow(unsafe_code, reason = "the one instruction that has no safe name")]
+mod prefetch;
+#[allow(
+    unsafe_code,
+    reason = "the inner loop has no bounds checks; each block says why it may"
+)]
+mod single;
 mod sphere;
 mod tally;
 mod traversal;

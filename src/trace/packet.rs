@@ -185,6 +185,21 @@ impl<'a, L: Lanes, T: Tally> Tracer<'a, L, T> {
         }
     }
 
+    /// A leaf by itself, for rays that came there on other ways; true ends their traversal.
+    #[inline(always)]
+    pub(super) fn leaf_alone<G: Goal<L>>(
+        &mut self,
+        rays: &Prepared<L>,
+        goal: &mut G,
+        kind: LeafKind,
+        slots: Range<usize>,
+    ) -> bool {
+        match kind {
+            LeafKind::Instance => self.instances(rays, goal, slots, 0),
+            _ => goal.leaf::<false>(self.bvh, rays, kind, slots),
+        }
+    }
+
     /// Goes on in the trees of instances, with the rays moved into their space: see [`instance`].
     #[inline(never)]
     fn instances<G: Goal<L>>(

@@ -19,7 +19,7 @@ pub(super) fn closest<L: Lanes>(
     slot: &SphereSlot,
     best: &mut Best<L>,
 ) {
-    if let Some((meets, t)) = sphere(org, dir, slabs, slot) {
+    if let Some((meets, t)) = sphere(org, dir, slabs, &ball(slot)) {
         best.take_bare(meets, t, slot.prim_id);
     }
 }
@@ -47,7 +47,7 @@ pub(super) fn occluded<L: Lanes>(
     slot: &SphereSlot,
     tmax: L,
 ) -> L::Mask {
-    sphere(org, dir, slabs, slot).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
+    sphere(org, dir, slabs, &ball(slot)).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
 }
 
 /// Lanes that the ellipsoid stops before `tmax`.
@@ -62,17 +62,34 @@ pub(super) fn occluded_ellipsoid<L: Lanes>(
     ellipsoid(org, dir, slabs, slot).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
 }
 
+/// A sphere, wherever it stands.
+pub(super) struct Ball {
+    pub(super) center: [f32; 3],
+    pub(super) radius: f32,
+    pub(super) own_box: [[f32; 3]; 2],
+}
+
 #[inline(always)]
-fn sphere<L: Lanes>(
+fn ball(slot: &SphereSlot) -> Ball {
+    Ball {
+        center: slot.center,
+        radius: slot.radius,
+        own_box: slot.own_box,
+    }
+}
+
+/// Lanes that meet the sphere at a positive distance, and where.
+#[inline(always)]
+pub(super) fn sphere<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
-    slot: &SphereSlot,
+    ball: &Ball,
 ) -> Option<(L::Mask, L)> {
-    let [x, y, z] = slot.center;
+    let [x, y, z] = ball.center;
     let from_center = org - Vec3Lanes::splat(x, y, z);
-    let roots = roots(from_center, dir, L::splat(slot.radius))?;
-    Some(nearest(roots, slabs.stay(&slot.own_box)))
+    let roots = roots(from_center, dir, L::splat(ball.radius))?;
+    Some(nearest(roots, slabs.stay(&ball.own_box)))
 }
 
 #[inline(always)]
@@ -90,7 +107,7 @@ fn ellipsoid<L: Lanes>(
 
 /// Both roots, smaller first, and the lanes that have any. `from_center` is origin − centre.
 #[inline(always)]
-fn roots<L: Lanes>(
+pub(super) fn roots<L: Lanes>(
     from_center: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     radius: L,
@@ -115,7 +132,7 @@ fn roots<L: Lanes>(
 
 /// The smallest root above zero, clamped to the stay in the own box.
 #[inline(always)]
-fn nearest<L: Lanes>((meets, near, far): (L::Mask, L, L), stay: Stay<L>) -> (L::Mask, L) {
+pub(super) fn nearest<L: Lanes>((meets, near, far): (L::Mask, L, L), stay: Stay<L>) -> (L::Mask, L) {
     let raw = near.gt(L::ZERO).select(near, far);
     let t = raw.max(stay.enter).min(stay.leave);
     let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);

@@ -4,7 +4,10 @@
 //! [`Work`] counts everything. Counts do not depend on the machine or its instruction set, so kernels can be compared, and
 //! held against yesterday's, on any.
 
-use crate::bvh::{ConeSlot, EllipsoidSlot, InstanceSlot, LeafKind, Node, SphereSlot, TriangleSlot};
+use crate::bvh::{
+    ConeSlot, EllipsoidSlot, InstanceSlot, LeafKind, Node, SphereBlock, SphereSlot, TriangleBlock,
+    TriangleSlot, WideNode,
+};
 use std::mem::size_of;
 
 /// Counts what a traversal does, or part of it.
@@ -15,6 +18,10 @@ pub trait Tally: Copy + Default {
     fn node(&mut self, lanes: u64);
     /// A leaf is visited: `lanes` lanes are tested against `prims` primitives.
     fn leaf(&mut self, kind: LeafKind, lanes: u64, prims: usize);
+    /// A wide node is visited, and `tests` boxes are tested against a ray or a cell of a beam.
+    fn wide_node(&mut self, tests: u64);
+    /// A block is visited, and `tests` primitives are tested against a ray.
+    fn block(&mut self, kind: LeafKind, tests: u64);
     /// Adds what another counted.
     fn add(&mut self, other: &Self);
 }
@@ -35,6 +42,10 @@ impl Tally for Packets {
     fn node(&mut self, _: u64) {}
     #[inline(always)]
     fn leaf(&mut self, _: LeafKind, _: u64, _: usize) {}
+    #[inline(always)]
+    fn wide_node(&mut self, _: u64) {}
+    #[inline(always)]
+    fn block(&mut self, _: LeafKind, _: u64) {}
     #[inline(always)]
     fn add(&mut self, other: &Packets) {
         self.packets += other.packets;
@@ -84,6 +95,21 @@ impl Tally for Work {
         self.leaf_visits += 1;
         self.prim_tests += lanes * prims as u64;
         self.bytes += (slot_bytes(kind) * prims) as u64;
+    }
+
+    fn wide_node(&mut self, tests: u64) {
+        self.node_visits += 1;
+        self.box_tests += tests;
+        self.bytes += size_of::<WideNode>() as u64;
+    }
+
+    fn block(&mut self, kind: LeafKind, tests: u64) {
+        self.leaf_visits += 1;
+        self.prim_tests += tests;
+        self.bytes += match kind {
+            LeafKind::Sphere => size_of::<SphereBlock>() as u64,
+            _ => size_of::<TriangleBlock>() as u64,
+        };
     }
 
     fn add(&mut self, other: &Work) {

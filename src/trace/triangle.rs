@@ -12,11 +12,11 @@
 //! vertex shared by n triangles their n rounding errors are independent and all can fall on the same side: of 20,000 rays
 //! aimed at the vertices of a sphere mesh that form lost 521, this one none.
 
-use super::aabb::Slabs;
+use super::aabb::{Slabs, Stay};
 use super::goal::{Best, Meeting};
 use crate::bvh::TriangleSlot;
-use crate::lanes::{LaneIds, LaneMask, Lanes, Vec3Lanes};
-use crate::scene::Bounds;
+use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Vec3Lanes, Vec3x8};
+use crate::scene::{Bounds, PAD};
 use glam::Vec3;
 
 /// The frame in which the rays are the z axis: the dominant axis of the direction, and the slopes against it.
@@ -27,6 +27,8 @@ pub(super) struct Shear<L: Lanes> {
     y_major: L::Mask,
     /// The dominant axis if all lanes share it, else [`MIXED`].
     pub(super) axis: usize,
+    /// The axes in the order of the frame, if all lanes share it.
+    order: [usize; 3],
     /// Origin with its components in the order of the frame.
     org: Vec3Lanes<L>,
     /// d_kx/d_kz, d_ky/d_kz and 1/d_kz.
@@ -34,6 +36,20 @@ pub(super) struct Shear<L: Lanes> {
     slope_y: L,
     scale: L,
 }
+
+/// Eight triangles by corner, by axis; the fourth is for the sake of an index that needs no check.
+pub(super) type Columns = [[F32x8; 4]; 3];
+
+/// A triangle of a block in every lane, with its axes in this order.
+#[inline(always)]
+fn in_frame<L: Lanes>(block: &Columns, lane: usize, [x, y, z]: [usize; 3]) -> [Vec3Lanes<L>; 3] {
+    let one = |corner: usize, axis: usize| L::splat(block[corner][axis & 3].lane(lane % LANES));
+    let corner = |k: usize| Vec3Lanes::new(one(k, x), one(k, y), one(k, z));
+    [corner(0), corner(1), corner(2)]
+}
+
+/// (kx, ky, kz) by dominant axis; as they are where axes differ.
+pub(super) const FRAMES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// Stands for "the lanes' dominant axes differ" in [`Shear::axis`].
 pub(super) const MIXED: usize = 3;
@@ -60,11 +76,63 @@ impl<L: Lanes> Shear<L> {
             x_major,
             y_major,
             axis,
+            order: FRAMES[axis & 3],
             org: frame(org),
             slope_x: d.x / d.z,
             slope_y: d.y / d.z,
             scale: L::ONE / d.z,
         }
+    }
+
+    /// By lane the dominant axis; and the origins in the frame's order, with slopes and scale.
+    #[inline(always)]
+    pub(super) fn columns(&self) -> ([usize; LANES], [Vec3Lanes<L>; 2]) {
+        let (x, y) = (self.x_major.bits(), self.y_major.bits());
+        let axis = |lane: usize| match (x >> lane & 1, y >> lane & 1) {
+            (1, _) => 0,
+            (_, 1) => 1,
+            _ => 2,
+        };
+        let slopes = Vec3Lanes::new(self.slope_x, self.slope_y, self.scale);
+        (std::array::from_fn(axis), [self.org, slopes])
+    }
+
+    /// A triangle's corners relative to the rays' origins, their components in the order of the frames.
+    #[inline(always)]
+    pub(super) fn from_origins(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
+        let [a, b, c] = self.in_order(block, lane);
+        [a - self.org, b - self.org, c - self.org]
+    }
+
+    /// A triangle's corners, their components in the order of the frames.
+    #[inline(always)]
+    pub(super) fn in_order(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
+        in_frame(block, lane, self.order)
+    }
+
+    /// The same where the rays' dominant axes differ.
+    #[inline(always)]
+    pub(super) fn from_origins_mixed(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
+        let [a, b, c] = self.in_mixed_order(block, lane);
+        [a - self.org, b - self.org, c - self.org]
+    }
+
+    /// The same where the rays' dominant axes differ.
+    #[inline(always)]
+    pub(super) fn in_mixed_order(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
+        let [a, b, c] = in_frame(block, lane, [0, 1, 2]);
+        [self.turn(a), self.turn(b), self.turn(c)]
+    }
+
+    #[inline(always)]
+    fn turn(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        permute(self.x_major, self.y_major, v)
+    }
+
+    /// Slopes and scale, as [`meet`] takes them.
+    #[inline(always)]
+    pub(super) fn slopes(&self) -> [L; 3] {
+        [self.slope_x, self.slope_y, self.scale]
     }
 
     /// A corner relative to the origin, its components in the order of the frame whose z is `AXIS`.
@@ -132,6 +200,28 @@ fn own_box(slot: &TriangleSlot) -> [[f32; 3]; 2] {
     [own.lo.to_array(), own.hi.to_array()]
 }
 
+/// The padded boxes of eight triangles: the arithmetic of [`crate::scene::Bounds::padded`].
+#[inline(always)]
+pub(super) fn own_boxes([a, b, c]: [Vec3x8; 3]) -> [Vec3x8; 2] {
+    let least = |a: F32x8, b: F32x8, c: F32x8| a.min(b).min(c);
+    let most = |a: F32x8, b: F32x8, c: F32x8| a.max(b).max(c);
+    let lo = Vec3x8::new(
+        least(a.x, b.x, c.x),
+        least(a.y, b.y, c.y),
+        least(a.z, b.z, c.z),
+    );
+    let hi = Vec3x8::new(
+        most(a.x, b.x, c.x),
+        most(a.y, b.y, c.y),
+        most(a.z, b.z, c.z),
+    );
+    let size = |lo: F32x8, hi: F32x8| lo.abs().max(hi.abs());
+    let largest = size(lo.x, hi.x).max(size(lo.y, hi.y)).max(size(lo.z, hi.z));
+    let pad = F32x8::splat(PAD) * largest;
+    let pad = Vec3x8::new(pad, pad, pad);
+    [lo - pad, hi + pad]
+}
+
 /// Lanes that meet the triangle at a positive distance, and where.
 #[inline(always)]
 fn intersect<L: Lanes, const AXIS: usize>(
@@ -140,12 +230,46 @@ fn intersect<L: Lanes, const AXIS: usize>(
     slot: &TriangleSlot,
 ) -> Option<Meeting<L>> {
     let [a, b, c] = &slot.corners;
-    let a = shear.relative::<AXIS>(a);
-    let b = shear.relative::<AXIS>(b);
-    let c = shear.relative::<AXIS>(c);
-    let (ax, ay) = (a.x - shear.slope_x * a.z, a.y - shear.slope_y * a.z);
-    let (bx, by) = (b.x - shear.slope_x * b.z, b.y - shear.slope_y * b.z);
-    let (cx, cy) = (c.x - shear.slope_x * c.z, c.y - shear.slope_y * c.z);
+    let corners = [
+        shear.relative::<AXIS>(a),
+        shear.relative::<AXIS>(b),
+        shear.relative::<AXIS>(c),
+    ];
+    meet(corners, shear.slopes(), &SlotBox { slabs, slot })
+}
+
+/// Where rays are in the own box of what they may hit, made when it is asked for. A trait and no closure, which would not be
+/// inlined.
+pub(super) trait OwnBox<L: Lanes> {
+    /// Entry and exit distances.
+    fn stay(&self) -> Stay<L>;
+}
+
+/// Of a triangle in leaf order.
+struct SlotBox<'a, L: Lanes> {
+    slabs: &'a Slabs<L>,
+    slot: &'a TriangleSlot,
+}
+
+impl<L: Lanes> OwnBox<L> for SlotBox<'_, L> {
+    #[inline(always)]
+    fn stay(&self) -> Stay<L> {
+        self.slabs.stay(&own_box(self.slot))
+    }
+}
+
+/// Lanes in which a ray meets a triangle at a positive distance, and where: the corners relative to the origin in the order
+/// of the ray's frame, its slopes and scale, and its stay in the triangle's own box. A lane may be a ray against one
+/// triangle or a triangle against one ray.
+#[inline(always)]
+pub(super) fn meet<L: Lanes>(
+    [a, b, c]: [Vec3Lanes<L>; 3],
+    [slope_x, slope_y, scale]: [L; 3],
+    own_box: &impl OwnBox<L>,
+) -> Option<Meeting<L>> {
+    let (ax, ay) = (a.x - slope_x * a.z, a.y - slope_y * a.z);
+    let (bx, by) = (b.x - slope_x * b.z, b.y - slope_y * b.z);
+    let (cx, cy) = (c.x - slope_x * c.z, c.y - slope_y * c.z);
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
@@ -154,8 +278,8 @@ fn intersect<L: Lanes, const AXIS: usize>(
         return None;
     }
     let det = (u + v) + w;
-    let raw = (((u * a.z + v * b.z) + w * c.z) * shear.scale) / det;
-    let stay = slabs.stay(&own_box(slot));
+    let raw = (((u * a.z + v * b.z) + w * c.z) * scale) / det;
+    let stay = own_box.stay();
     let t = raw.max(stay.enter).min(stay.leave);
     // A NaN anywhere above leaves `raw` NaN and fails here; so does det = 0.
     let solid = det.lt(L::ZERO) | det.gt(L::ZERO);

@@ -118,7 +118,7 @@ fn rendered(cached: Cached) {
     scene.max_depth = scene.max_depth.min(4);
     (scene.width, scene.height) = (16, 8);
     let prepared = Prepared::with_tree(cached.bvh);
-    for kernel in [Kernel::Packet8, Kernel::Packet16] {
+    for kernel in [Kernel::Packet8, Kernel::Packet16, Kernel::Single] {
         frame(&scene, &prepared, Engine::Simd, kernel);
     }
 }

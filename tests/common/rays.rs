@@ -1,12 +1,13 @@
 //! Rays in packets, and answers of both engines in one form.
 
+use bumpalo::Bump;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{F32x8, LANES, LaneMask, Mask8, Vec3x8};
 use phalanx::oracle::{Forest, Hit, Oracle, Ray, Search};
-use phalanx::packet::{HitPacket, NO_PRIM, RayPacket};
+use phalanx::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use phalanx::scene::Scene;
-use phalanx::trace::Tracer;
+use phalanx::trace::{Kernel, Tracer, Traversal};
 
 /// The bits of a hit: t, u, v and the primitive.
 pub type HitBits = (u32, u32, u32, u32);
@@ -51,6 +52,7 @@ pub struct Engines<'a> {
     pub oracle: Oracle<'a>,
     pub brute: Oracle<'a>,
     pub tracer: Tracer<'a>,
+    pub singles: Traversal<'a>,
 }
 
 impl<'a> Engines<'a> {
@@ -59,6 +61,7 @@ impl<'a> Engines<'a> {
             oracle: Oracle::new(scene, Search::Tree(tree), 0),
             brute: Oracle::new(scene, Search::BruteForce, 0),
             tracer: Tracer::new(bvh),
+            singles: Traversal::new(bvh, Kernel::Single),
         }
     }
 
@@ -91,6 +94,13 @@ impl<'a> Engines<'a> {
                 rays.get(lane)
             );
         }
+        let arena = Bump::new();
+        let mut alone = [HitPacket::miss()];
+        self.singles.closest(&queue(&arena, rays), 0..1, &mut alone);
+        for (lane, want) in truth.iter().enumerate() {
+            let want = want.as_ref().map(hit_bits);
+            assert_eq!(lane_bits(&alone[0], lane), want, "alone, {:?}", rays[lane]);
+        }
         truth
     }
 
@@ -107,8 +117,24 @@ impl<'a> Engines<'a> {
             .tracer
             .occluded(&pack(rays, |_| tmax), Mask8::first(rays.len()));
         assert_eq!(blocked.bits(), truth, "{rays:?} before {tmax}");
+        let (arena, mut seen) = (Bump::new(), 0);
+        self.singles
+            .unoccluded(&queue(&arena, rays), 0..1, tmax, |_, lanes| {
+                seen = u32::from(lanes)
+            });
+        let all = Mask8::first(rays.len()).bits();
+        assert_eq!(all & !seen, truth, "alone, {rays:?} before {tmax}");
         truth
     }
+}
+
+/// Up to eight rays, waiting.
+fn queue<'a>(arena: &'a Bump, rays: &[Ray]) -> RayQueue<'a> {
+    let mut queue = RayQueue::with_capacity(arena, LANES);
+    for ray in rays {
+        queue.push_ray(ray.org.to_array(), ray.dir.to_array());
+    }
+    queue
 }
 
 /// A ray from `org` toward `target`, direction not normalised.

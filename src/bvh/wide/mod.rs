@@ -1,0 +1,200 @@
+//! The tree once more with up to eight children a node, for beams and for rays that go down alone: a node's boxes are
+//! columns, so that one ray, or one beam, is tested against all of them at once, and triangles and spheres stand in blocks
+//! of eight.
+//!
+//! `plan` chooses which nodes of the binary tree become children of one wide node, `grow` makes the tree.
+
+mod grow;
+mod plan;
+
+use super::{Bvh, LeafKind, SphereSlot, TriangleSlot};
+use crate::lanes::LANES;
+use grow::Growing;
+
+/// Up to eight children: four cache lines.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct WideNode {
+    /// Lower corners by axis, then upper corners: a column for each child. Where there is no child, the box is empty:
+    /// from +∞ to −∞.
+    pub boxes: [[[f32; LANES]; 3]; 2],
+    /// What the children are: [`Target`] codes.
+    pub children: [u32; LANES],
+    /// By axis, where each child comes when they are sorted by the middle of their boxes along it: byte k has bit r set, and
+    /// no other, if child k comes r-th.
+    pub rank_bits: [u64; 3],
+}
+
+/// Eight triangles as columns. Unused lanes are NaN, which no ray meets.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct TriangleBlock {
+    /// The corners: by corner, by axis.
+    pub corners: [[[f32; LANES]; 3]; 3],
+    /// Their numbers in the file.
+    pub prim_id: [u32; LANES],
+}
+
+/// Eight spheres as columns. Unused lanes are NaN, which no ray meets.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct SphereBlock {
+    /// Centres by axis.
+    pub center: [[f32; LANES]; 3],
+    /// Radii.
+    pub radius: [f32; LANES],
+    /// The spheres' own padded boxes.
+    pub own_box: [[[f32; LANES]; 3]; 2],
+    /// Their numbers in the file.
+    pub prim_id: [u32; LANES],
+}
+
+/// What a child of a wide node leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// A wide node.
+    Node(u32),
+    /// A block of triangles.
+    Triangles(u32),
+    /// A block of spheres.
+    Spheres(u32),
+    /// A leaf of another kind.
+    Other(u32),
+}
+
+const KIND_SHIFT: u32 = 30;
+const INDEX: u32 = (1 << KIND_SHIFT) - 1;
+
+impl Target {
+    /// As one word.
+    fn code(self) -> u32 {
+        let (kind, index) = match self {
+            Target::Node(index) => (0, index),
+            Target::Triangles(index) => (1, index),
+            Target::Spheres(index) => (2, index),
+            Target::Other(index) => (3, index),
+        };
+        assert!(index <= INDEX, "more than 2^30 rows of a wide tree");
+        kind << KIND_SHIFT | index
+    }
+
+    /// From the word.
+    #[inline(always)]
+    pub fn of_code(code: u32) -> Target {
+        let index = code & INDEX;
+        match code >> KIND_SHIFT {
+            0 => Target::Node(index),
+            1 => Target::Triangles(index),
+            2 => Target::Spheres(index),
+            _ => Target::Other(index),
+        }
+    }
+}
+
+/// A leaf of ellipsoids, cones or instances, as the binary tree has it.
+#[derive(Clone, Copy, Debug)]
+pub struct OtherLeaf {
+    /// What they are.
+    pub kind: LeafKind,
+    /// First slot.
+    pub first: u32,
+    /// How many.
+    pub count: u32,
+}
+
+/// The wide tree of the world. Instances lead back to the binary trees of their meshes.
+#[derive(Clone, Debug, Default)]
+pub struct Wide {
+    nodes: Vec<WideNode>,
+    triangles: Vec<TriangleBlock>,
+    spheres: Vec<SphereBlock>,
+    others: Vec<OtherLeaf>,
+    depth: usize,
+}
+
+impl Wide {
+    /// Nodes; the root is the first. Every code in them is of a row that exists.
+    pub fn nodes(&self) -> &[WideNode] {
+        &self.nodes
+    }
+
+    /// Blocks of triangles.
+    pub fn triangles(&self) -> &[TriangleBlock] {
+        &self.triangles
+    }
+
+    /// Blocks of spheres.
+    pub fn spheres(&self) -> &[SphereBlock] {
+        &self.spheres
+    }
+
+    /// Leaves of other kinds.
+    pub fn others(&self) -> &[OtherLeaf] {
+        &self.others
+    }
+
+    /// The largest absolute coordinate of any box.
+    pub fn extent(&self) -> f32 {
+        let root = self.nodes.first();
+        let planes = root.iter().flat_map(|node| node.boxes.as_flattened().as_flattened());
+        let finite = planes.filter(|x| x.is_finite());
+        finite.fold(0.0, |most: f32, x| most.max(x.abs()))
+    }
+
+    /// Most nodes on a path from the root.
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// Bytes of everything.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.spheres[..])
+    }
+
+    /// The binary tree, widened.
+    pub(super) fn of(bvh: &Bvh) -> Wide {
+        Growing::of(bvh)
+    }
+}
+
+impl TriangleBlock {
+    fn of<'a>(slots: impl Iterator<Item = &'a TriangleSlot>) -> TriangleBlock {
+        let mut block = TriangleBlock {
+            corners: [[[f32::NAN; LANES]; 3]; 3],
+            prim_id: [u32::MAX; LANES],
+        };
+        for (lane, slot) in slots.enumerate() {
+            for (corner, place) in block.corners.iter_mut().zip(&slot.corners) {
+                for (column, x) in corner.iter_mut().zip(place) {
+                    column[lane] = *x;
+                }
+            }
+            block.prim_id[lane] = slot.prim_id;
+        }
+        block
+    }
+}
+
+impl SphereBlock {
+    fn of<'a>(slots: impl Iterator<Item = &'a SphereSlot>) -> SphereBlock {
+        let mut block = SphereBlock {
+            center: [[f32::NAN; LANES]; 3],
+            radius: [f32::NAN; LANES],
+            own_box: [[[f32::NAN; LANES]; 3]; 2],
+            prim_id: [u32::MAX; LANES],
+        };
+        for (lane, slot) in slots.enumerate() {
+            for axis in 0..3 {
+                block.center[axis][lane] = slot.center[axis];
+                for side in 0..2 {
+                    block.own_box[side][axis][lane] = slot.own_box[side][axis];
+                }
+            }
+            block.radius[lane] = slot.radius;
+            block.prim_id[lane] = slot.prim_id;
+        }
+        block
+    }
+}

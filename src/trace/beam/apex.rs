@@ -1,0 +1,95 @@
+//! Where rays meet: the eye that they start from, the light that they end at, or nowhere, because they are parallel.
+
+use crate::lanes::{F32x8, LaneIds, LaneMask, Lanes, Mask8, Vec3x8};
+use crate::packet::RayQueue;
+use std::ops::Range;
+
+/// What the rays of a beam have in common.
+#[derive(Clone, Copy)]
+pub(super) enum Apex {
+    /// The origin of all.
+    Eye([f32; 3]),
+    /// A point that all end at.
+    Light { place: [f32; 3], rays: Spread },
+    /// The direction of all.
+    Sun { dir: [f32; 3], rays: Spread },
+}
+
+/// How far rays that end in one point, or nearly, are from each other and from it; all along any axis.
+#[derive(Clone, Copy)]
+pub(super) struct Spread {
+    /// The first origin.
+    pub(super) center: [f32; 3],
+    /// How far others are from it, at most.
+    pub(super) around: f32,
+    /// The largest absolute coordinate of any origin.
+    pub(super) farthest: f32,
+    /// The longest and the shortest way from an origin to the apex.
+    pub(super) longest: f32,
+    pub(super) shortest: f32,
+    /// How far rays pass from the apex, at most.
+    pub(super) blur: f32,
+}
+
+/// Rays end in one point if they miss it by less than this share of the shortest way to it: 2⁻¹⁰. Shadow rays start off
+/// the surface by a few units in the last place, and miss their light by as much.
+const BLUR: f32 = 1.0 / 1024.0;
+
+/// The bits of a vector in every lane.
+fn same_bits(v: Vec3x8, w: Vec3x8) -> Mask8 {
+    let same = |a: F32x8, b: F32x8| a.to_bits().eq(b.to_bits());
+    same(v.x, w.x) & same(v.y, w.y) & same(v.z, w.z)
+}
+
+impl Apex {
+    /// The origin of all rays, if they have the same to the bit.
+    #[inline(never)]
+    pub(super) fn behind(rays: &RayQueue, packets: Range<usize>) -> Option<Apex> {
+        let (org, _) = rays.ray(packets.start, 0);
+        let first = Vec3x8::splat(org[0], org[1], org[2]);
+        for packet in packets {
+            let (rays, active) = rays.packet::<F32x8>(packet, 0.0);
+            if (active & !same_bits(rays.org, first)).any() {
+                return None;
+            }
+        }
+        Some(Apex::Eye(org))
+    }
+
+    /// The point that all rays come to at `tmax`, if they come to one; or their direction, if it is the same to the bit.
+    #[inline(never)]
+    pub(super) fn ahead(rays: &RayQueue, packets: Range<usize>, tmax: f32) -> Option<Apex> {
+        let (org, dir) = rays.ray(packets.start, 0);
+        let place: [f32; 3] = std::array::from_fn(|k| org[k] + dir[k] * tmax);
+        let [center, apex, first] = [org, place, dir].map(|v| Vec3x8::splat(v[0], v[1], v[2]));
+        let far = F32x8::splat(f32::INFINITY);
+        let (mut blur, mut farthest, mut longest) = (F32x8::ZERO, F32x8::ZERO, F32x8::ZERO);
+        let (mut around, mut shortest, mut parallel) = (F32x8::ZERO, far, true);
+        for packet in packets {
+            let (rays, active) = rays.packet::<F32x8>(packet, tmax);
+            let most = |of: F32x8, x: F32x8| of.max(active.select(x, F32x8::ZERO));
+            let way = rays.dir.scale(rays.tmax);
+            let miss = (rays.org + way - apex).largest();
+            // A ray whose end is no number meets nobody's.
+            blur = most(blur, miss.lt(far).select(miss, far));
+            farthest = most(farthest, rays.org.largest());
+            around = most(around, (rays.org - center).largest());
+            longest = most(longest, way.largest());
+            shortest = shortest.min(active.select(way.largest(), far));
+            parallel &= !(active & !same_bits(rays.dir, first)).any();
+        }
+        let rays = Spread {
+            center: org,
+            around: around.greatest(),
+            farthest: farthest.greatest(),
+            longest: longest.greatest(),
+            shortest: shortest.least(),
+            // Four roundings of sums and products as long as the way.
+            blur: blur.greatest() + (longest.greatest() + farthest.greatest()) * f32::EPSILON * 2.0,
+        };
+        if rays.blur <= BLUR * rays.shortest {
+            return Some(Apex::Light { place, rays });
+        }
+        parallel.then_some(Apex::Sun { dir, rays })
+    }
+}

@@ -1,0 +1,465 @@
+//! Cells down the wide tree: a mask of them on the stack, the nearest child first.
+
+use super::cells::{CELLS, Cells};
+use super::frame::Frame;
+use crate::bvh::{LeafKind, OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
+use crate::trace::aabb::{Slabs, Stay};
+use crate::trace::goal::{Goal, Meeting, Prepared};
+use crate::trace::packet::Tracer;
+use crate::trace::prefetch::prefetch;
+use crate::trace::tally::Tally;
+use crate::trace::sphere::{self, Ball};
+use crate::trace::triangle::{self, Columns, MIXED, OwnBox};
+
+/// A child that some cells may still meet.
+#[derive(Clone, Copy)]
+struct Entry {
+    cells: u64,
+    /// Depth at which its box begins.
+    near: f32,
+    code: u32,
+}
+
+/// Children waiting.
+pub(super) struct Stack(Vec<Entry>);
+
+impl Stack {
+    pub(super) fn new(wide: &Wide) -> Stack {
+        let empty = Entry {
+            cells: 0,
+            near: 0.0,
+            code: 0,
+        };
+        // A node takes one entry away and leaves eight at most.
+        Stack(vec![empty; wide.depth() * (LANES - 1) + 1])
+    }
+}
+
+/// What a beam needs on its way.
+pub(super) struct Descent<'d, 'a, L: Lanes, G, T> {
+    pub(super) wide: &'a Wide,
+    pub(super) frame: &'d Frame,
+    pub(super) cells: &'d mut Cells,
+    pub(super) groups: &'d [Prepared<L>],
+    pub(super) goals: &'d mut [G],
+    pub(super) packets: &'d mut Tracer<'a, L, T>,
+    pub(super) work: &'d mut T,
+}
+
+/// Pairs of a cell and a primitive of a block that have to be tested.
+struct Pairs {
+    cells: [u8; CELLS * LANES + LANES],
+    lanes: [u8; CELLS * LANES + LANES],
+    count: usize,
+}
+
+/// By set of lanes: the lanes in it, one a byte, first those of the lower bytes.
+static LANES_OF: [[u8; LANES]; 256] = {
+    let mut table = [[0; LANES]; 256];
+    let mut set = 0;
+    while set < 256 {
+        let (mut lane, mut at) = (0, 0);
+        while lane < LANES {
+            if set >> lane & 1 == 1 {
+                table[set][at] = lane as u8;
+                at += 1;
+            }
+            lane += 1;
+        }
+        set += 1;
+    }
+    table
+};
+
+impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
+    /// Visits what the cells meet, front to back. `SHARED` says that all rays start at the apex.
+    #[inline(never)]
+    pub(super) fn run<const SHARED: bool>(mut self, stack: &mut Stack) {
+        let entries = &mut stack.0[..];
+        let all = self.cells.all();
+        if all == 0 {
+            return;
+        }
+        entries[0] = Entry {
+            cells: all,
+            near: f32::NEG_INFINITY,
+            code: 0,
+        };
+        let (mut top, mut pairs) = (1, Pairs::none());
+        while top > 0 {
+            top -= 1;
+            // SAFETY: `top` entries were written.
+            let entry = *unsafe { entries.get_unchecked(top) };
+            let cells = self.cells.reaching::<L>(entry.cells, entry.near);
+            if cells == 0 {
+                continue;
+            }
+            match Target::of_code(entry.code) {
+                Target::Node(index) => {
+                    // SAFETY: a code of the tree is of a row that exists; node 0 exists.
+                    let node = unsafe { self.wide.nodes().get_unchecked(index as usize) };
+                    // SAFETY: each level of a path leaves at most seven entries beside the one that is followed, and the
+                    // stack is as long as that; so there is room for eight more.
+                    top += self.node(node, cells, unsafe { entries.get_unchecked_mut(top..) });
+                }
+                Target::Triangles(index) => {
+                    // SAFETY: as above.
+                    let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
+                    self.triangles::<SHARED>(block, cells, &mut pairs);
+                }
+                Target::Spheres(index) => {
+                    // SAFETY: as above.
+                    let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
+                    self.spheres(block, cells);
+                }
+                Target::Other(index) => self.other(self.wide.others()[index as usize], cells),
+            }
+        }
+    }
+
+    /// Writes the children that cells may meet, the nearest last, and tells how many.
+    #[inline(always)]
+    fn node(&mut self, node: &WideNode, cells: u64, above: &mut [Entry]) -> usize {
+        let seen = self.frame.boxes(&node.boxes);
+        let mut left = self.cells.any_meets(&seen);
+        self.work.wide_node(u64::from(left.count_ones() + 1) * LANES as u64);
+        let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
+        let columns = columns.map(F32x8::to_array);
+        let ranks = node.rank_bits[self.frame.axes[0] % 3];
+        let mut order = in_order(ranks, left);
+        let mut count = 0;
+        while left != 0 {
+            let rank = if self.frame.sign > 0.0 {
+                31 - order.leading_zeros()
+            } else {
+                order.trailing_zeros()
+            };
+            order ^= 1 << (rank % 8);
+            let lane = child_at(ranks, rank);
+            left &= left - 1;
+            let met = self.cells.meeting::<L>(cells, &columns, lane);
+            if met != 0 {
+                let code = node.children[lane % LANES];
+                // SAFETY: at most eight children, and there is room for eight: see `run`.
+                *unsafe { above.get_unchecked_mut(count) } = Entry {
+                    cells: met,
+                    near: columns[4][lane % LANES],
+                    code,
+                };
+                count += 1;
+                self.fetch(code);
+            }
+        }
+        count
+    }
+
+    /// Asks for a child, which is looked at when those before it are done.
+    #[inline(always)]
+    fn fetch(&self, code: u32) {
+        match Target::of_code(code) {
+            Target::Node(index) => prefetch(self.wide.nodes(), index),
+            Target::Triangles(index) => prefetch(self.wide.triangles(), index),
+            Target::Spheres(index) => prefetch(self.wide.spheres(), index),
+            Target::Other(_) => {}
+        }
+    }
+
+    #[inline(always)]
+    fn triangles<const SHARED: bool>(
+        &mut self,
+        block: &TriangleBlock,
+        cells: u64,
+        pairs: &mut Pairs,
+    ) {
+        let [x, y, z] = self.frame.center;
+        let center = Vec3x8::splat(x, y, z);
+        let place = |c: &[[f32; LANES]; 3]| {
+            let [x, y, z] = c.map(F32x8::new);
+            Vec3x8::new(x, y, z)
+        };
+        let [a, b, c] = &block.corners;
+        let places = [place(a), place(b), place(c)];
+        let relative = [places[0] - center, places[1] - center, places[2] - center];
+        let seen = self.frame.triangles(&relative);
+        pairs.count = 0;
+        let mut left = cells;
+        while left != 0 {
+            let cell = left.trailing_zeros() as usize;
+            left &= left - 1;
+            pairs.add(cell, self.cells.hits(cell, &seen));
+        }
+        let own = self.own_boxes::<SHARED>(places);
+        let corners = columns(if SHARED { &relative } else { &places });
+        let mut touched = 0u64;
+        for k in 0..pairs.count {
+            let (cell, lane) = pairs.get(k);
+            let group = self.cells.group(cell);
+            // SAFETY: a cell is of a packet of this beam, each of which has its place in both.
+            let rays = unsafe { self.groups.get_unchecked(group) };
+            // SAFETY: as above.
+            let goal = unsafe { self.goals.get_unchecked_mut(group) };
+            let triangle = BlockLane::<SHARED> {
+                corners: &corners,
+                planes: &own,
+                lane,
+                prim_id: block.prim_id[lane],
+            };
+            let met = match rays.shear.axis {
+                MIXED => triangle.test_mixed(rays, goal),
+                _ => triangle.test(rays, goal),
+            };
+            touched |= u64::from(met) << cell;
+        }
+        self.work.block(
+            LeafKind::Triangle,
+            (pairs.count * L::PACKETS * LANES) as u64,
+        );
+        self.touch(touched);
+    }
+
+    /// The own boxes of a block; where all rays start at the apex, relative to it as [`Slabs::stay_from`] wants it.
+    #[inline(always)]
+    fn own_boxes<const SHARED: bool>(&self, corners: [Vec3x8; 3]) -> [[F32x8; 4]; 2] {
+        let [lo, hi] = triangle::own_boxes(corners);
+        // Lower planes from the origin moved up: away from the box.
+        let [for_hi, for_lo] = if SHARED {
+            let [x, y, z] = self.frame.center;
+            Slabs::moved(Vec3x8::splat(x, y, z))
+        } else {
+            [Vec3x8::ZERO; 2]
+        };
+        let (lo, hi) = if SHARED { (lo - for_lo, hi - for_hi) } else { (lo, hi) };
+        columns(&[lo, hi])
+    }
+
+    #[inline(always)]
+    fn spheres(&mut self, block: &SphereBlock, cells: u64) {
+        let seen = self.frame.boxes(&block.own_box);
+        let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
+        let columns = columns.map(F32x8::to_array);
+        let mut touched = 0u64;
+        let mut tests = 0;
+        for lane in Mask8::from_bits(self.cells.any_meets(&seen)).lanes() {
+            let column = |c: &[[f32; LANES]; 3]| c.each_ref().map(|axis| axis[lane]);
+            let ball = Ball {
+                center: column(&block.center),
+                radius: block.radius[lane],
+                own_box: block.own_box.each_ref().map(column),
+            };
+            let mut met = self.cells.meeting::<L>(cells, &columns, lane);
+            tests += met.count_ones();
+            while met != 0 {
+                let cell = met.trailing_zeros() as usize;
+                met &= met - 1;
+                let group = self.cells.group(cell);
+                // SAFETY: a cell is of a packet of this beam, each of which has its place in both.
+                let rays = unsafe { self.groups.get_unchecked(group) };
+                // SAFETY: as above.
+                let goal = unsafe { self.goals.get_unchecked_mut(group) };
+                let found = sphere::sphere(rays.rays.org, rays.rays.dir, &rays.slabs, &ball);
+                if let Some((valid, t)) = found {
+                    goal.take(&Meeting::bare(valid, t), block.prim_id[lane]);
+                    touched |= 1 << cell;
+                }
+            }
+        }
+        self.work.block(
+            LeafKind::Sphere,
+            u64::from(tests) * (L::PACKETS * LANES) as u64,
+        );
+        self.touch(touched);
+    }
+
+    /// What has no blocks, packet by packet.
+    #[inline(never)]
+    fn other(&mut self, leaf: OtherLeaf, cells: u64) {
+        let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
+        let (mut left, mut done) = (cells, 0u64);
+        while left != 0 {
+            let group = self.cells.group(left.trailing_zeros() as usize);
+            left &= left - 1;
+            if done >> group & 1 == 0 {
+                done |= 1 << group;
+                let (rays, goal) = (&self.groups[group], &mut self.goals[group]);
+                self.packets.leaf_alone(rays, goal, leaf.kind, slots.clone());
+            }
+        }
+        self.touch(cells);
+    }
+
+    /// Cells of which a ray met something need not look as far any more.
+    #[inline(always)]
+    fn touch(&mut self, mut touched: u64) {
+        while touched != 0 {
+            let cell = touched.trailing_zeros() as usize;
+            touched &= touched - 1;
+            // SAFETY: as for the tests.
+            let goal = unsafe { self.goals.get_unchecked(self.cells.group(cell)) };
+            self.cells.set_far(self.frame, cell, goal.limit());
+        }
+    }
+}
+
+/// A triangle of a block.
+#[derive(Clone, Copy)]
+struct BlockLane<'a, const SHARED: bool> {
+    corners: &'a Columns,
+    planes: &'a [[F32x8; 4]; 2],
+    lane: usize,
+    prim_id: u32,
+}
+
+impl<const SHARED: bool> BlockLane<'_, SHARED> {
+    /// Whether any ray of a packet meets it; if so, the goal is told.
+    #[inline(always)]
+    fn test<L: Lanes>(self, rays: &Prepared<L>, goal: &mut impl Goal<L>) -> bool {
+        let corners = if SHARED {
+            rays.shear.in_order(self.corners, self.lane)
+        } else {
+            rays.shear.from_origins(self.corners, self.lane)
+        };
+        self.meet(corners, rays, goal)
+    }
+
+    /// The same for rays whose dominant axes differ. Apart, because it is rare and wants many registers.
+    #[cold]
+    #[inline(never)]
+    fn test_mixed<L: Lanes>(self, rays: &Prepared<L>, goal: &mut impl Goal<L>) -> bool {
+        let corners = if SHARED {
+            rays.shear.in_mixed_order(self.corners, self.lane)
+        } else {
+            rays.shear.from_origins_mixed(self.corners, self.lane)
+        };
+        self.meet(corners, rays, goal)
+    }
+
+    #[inline(always)]
+    fn meet<L: Lanes>(
+        self,
+        corners: [Vec3Lanes<L>; 3],
+        rays: &Prepared<L>,
+        goal: &mut impl Goal<L>,
+    ) -> bool {
+        let own = LaneBox::<_, SHARED> {
+            slabs: &rays.slabs,
+            planes: self.planes,
+            lane: self.lane,
+        };
+        match triangle::meet(corners, rays.shear.slopes(), &own) {
+            Some(hit) => {
+                goal.take(&hit, self.prim_id);
+                true
+            }
+            None => false,
+        }
+    }
+}
+
+/// The own box of one triangle of a block.
+struct LaneBox<'a, L: Lanes, const SHARED: bool> {
+    slabs: &'a Slabs<L>,
+    planes: &'a [[F32x8; 4]; 2],
+    lane: usize,
+}
+
+impl<L: Lanes, const SHARED: bool> OwnBox<L> for LaneBox<'_, L, SHARED> {
+    #[inline(always)]
+    fn stay(&self) -> Stay<L> {
+        if SHARED {
+            return self.slabs.stay_from(self.planes, self.lane);
+        }
+        let plane = |side: usize, axis: usize| self.planes[side][axis].lane(self.lane % LANES);
+        let corner = |side: usize| [plane(side, 0), plane(side, 1), plane(side, 2)];
+        self.slabs.stay(&[corner(0), corner(1)])
+    }
+}
+
+/// In memory, to be read lane by lane.
+#[inline(always)]
+fn columns<const N: usize>(vectors: &[Vec3x8; N]) -> [[F32x8; 4]; N] {
+    vectors.map(|v| [v.x, v.y, v.z, F32x8::ZERO])
+}
+
+/// Of some children, as bits by lane, which ranks they have: see [`WideNode::rank_bits`].
+#[inline(always)]
+fn in_order(ranks: u64, children: u32) -> u32 {
+    const EACH: u64 = 0x0101_0101_0101_0101;
+    // Byte k: bit k, if child k is there; then one; then all bits.
+    let apart = u64::from(children).wrapping_mul(EACH) & 0x8040_2010_0804_0201;
+    let ones = (apart + 0x7f * EACH) >> 7 & EACH;
+    let bytes = ones * 0xff;
+    // Each rank occurs once, so the sum of all bytes has no carry.
+    ((ranks & bytes).wrapping_mul(EACH) >> 56) as u32
+}
+
+/// The child of a rank.
+#[inline(always)]
+fn child_at(ranks: u64, rank: u32) -> usize {
+    const EACH: u64 = 0x0101_0101_0101_0101;
+    ((ranks & EACH << (rank % 8)).trailing_zeros() / 8) as usize % LANES
+}
+
+impl Pairs {
+    #[inline(always)]
+    fn none() -> Pairs {
+        Pairs {
+            cells: [0; CELLS * LANES + LANES],
+            lanes: [0; CELLS * LANES + LANES],
+            count: 0,
+        }
+    }
+
+    /// Adds a cell with each of some lanes: eight are written, and as many kept as there are.
+    #[inline(always)]
+    fn add(&mut self, cell: usize, lanes: u32) {
+        let at = self.count;
+        let lanes = lanes as u8;
+        // SAFETY: each cell is added once with eight lanes at most, so there are eight places left.
+        let (cells, places) = unsafe {
+            (
+                self.cells.get_unchecked_mut(at..at + LANES),
+                self.lanes.get_unchecked_mut(at..at + LANES),
+            )
+        };
+        cells.copy_from_slice(&[cell as u8; LANES]);
+        places.copy_from_slice(&LANES_OF[lanes as usize]);
+        self.count += lanes.count_ones() as usize;
+    }
+
+    #[inline(always)]
+    fn get(&self, k: usize) -> (usize, usize) {
+        // SAFETY: `k` is below `count`, which is within both.
+        let (cell, lane) = unsafe { (*self.cells.get_unchecked(k), *self.lanes.get_unchecked(k)) };
+        (cell as usize % CELLS, lane as usize % LANES)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn children_come_by_rank() {
+        // Child 0 is third, child 1 first, and so on.
+        let rank = [2u32, 0, 7, 5, 1, 6, 3, 4];
+        let ranks = rank.iter().enumerate();
+        let ranks: u64 = ranks.map(|(lane, r)| 1u64 << (8 * lane as u32 + r)).sum();
+        for set in 0..256u32 {
+            let want = (0..8).filter(|lane| set >> lane & 1 == 1);
+            let want: u32 = want.map(|lane| 1 << rank[lane]).sum();
+            assert_eq!(in_order(ranks, set), want, "{set:08b}");
+        }
+        for (lane, r) in rank.iter().enumerate() {
+            assert_eq!(child_at(ranks, *r), lane);
+        }
+    }
+
+    #[test]
+    fn lanes_of_a_set_come_in_order() {
+        for set in 0..256usize {
+            let want: Vec<u8> = (0..8).filter(|lane| set >> lane & 1 == 1).collect();
+            assert_eq!(LANES_OF[set][..want.len()], want);
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! The tree with eight children a node holds what the binary tree holds, each primitive once, within the boxes above it.
+
+mod common;
+
+use common::rng::Rng;
+use common::scenes;
+use glam::Vec3;
+use phalanx::bvh::{Bvh, LeafKind, Target, WideNode};
+use phalanx::lanes::LANES;
+use phalanx::scene::{Bounds, Scene};
+use phalanx::standard;
+
+/// Walks the whole tree, and returns the slots of every kind that were met, by number in the file.
+fn check(bvh: &Bvh) -> Vec<u32> {
+    let wide = bvh.wide();
+    let mut met = Vec::new();
+    let mut waiting = vec![(0u32, everything(), 1)];
+    let mut deepest = 0;
+    while let Some((index, around, level)) = waiting.pop() {
+        deepest = deepest.max(level);
+        let node = &wide.nodes()[index as usize];
+        for lane in 0..LANES {
+            let bounds = column(&node.boxes, lane);
+            if bounds.lo.x > bounds.hi.x {
+                continue;
+            }
+            assert!(
+                holds(around, bounds),
+                "a box of node {index} is beyond its parent's"
+            );
+            match Target::of_code(node.children[lane]) {
+                Target::Node(child) => waiting.push((child, bounds, level + 1)),
+                Target::Triangles(block) => {
+                    let block = &wide.triangles()[block as usize];
+                    for k in (0..LANES).filter(|&k| !block.corners[0][0][k].is_nan()) {
+                        let corner =
+                            |c: usize| Vec3::from_array(block.corners[c].map(|axis| axis[k]));
+                        let [a, b, c] = [corner(0), corner(1), corner(2)];
+                        let own = Bounds::new(a.min(b).min(c), a.max(b).max(c)).padded();
+                        assert!(holds(bounds, own), "triangle {}", block.prim_id[k]);
+                        met.push(block.prim_id[k]);
+                    }
+                }
+                Target::Spheres(block) => {
+                    let block = &wide.spheres()[block as usize];
+                    for k in (0..LANES).filter(|&k| !block.radius[k].is_nan()) {
+                        assert!(
+                            holds(bounds, column(&block.own_box, k)),
+                            "sphere {}",
+                            block.prim_id[k]
+                        );
+                        met.push(block.prim_id[k]);
+                    }
+                }
+                Target::Other(leaf) => {
+                    let leaf = wide.others()[leaf as usize];
+                    for slot in leaf.first..leaf.first + leaf.count {
+                        let slot = slot as usize;
+                        met.push(match leaf.kind {
+                            LeafKind::Cone => bvh.cones()[slot].prim_id,
+                            LeafKind::Ellipsoid => bvh.ellipsoids()[slot].prim_id,
+                            LeafKind::Instance => bvh.instances()[slot].id_offset,
+                            kind => panic!("{kind:?} has blocks"),
+                        });
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(deepest, wide.depth(), "the longest path");
+    met.sort_unstable();
+    met
+}
+
+fn everything() -> Bounds {
+    Bounds::new(Vec3::NEG_INFINITY, Vec3::INFINITY)
+}
+
+fn holds(outer: Bounds, inner: Bounds) -> bool {
+    outer.lo.cmple(inner.lo).all() && outer.hi.cmpge(inner.hi).all()
+}
+
+fn column(boxes: &[[[f32; LANES]; 3]; 2], lane: usize) -> Bounds {
+    let [lo, hi] = boxes.map(|corner| Vec3::from_array(corner.map(|axis| axis[lane])));
+    Bounds::new(lo, hi)
+}
+
+/// The numbers of all slots that the world's own primitives have.
+fn all(scene: &Scene) -> Vec<u32> {
+    (0..scene.prim_count() as u32).collect()
+}
+
+#[test]
+fn every_primitive_is_there_once() {
+    for seed in 0..40 {
+        let mut rng = Rng::new(seed);
+        let count = 1 + rng.below(600);
+        let scene = scenes::random(&mut rng, count, 3.0);
+        assert_eq!(check(&Bvh::build(&scene)), all(&scene), "seed {seed}");
+    }
+}
+
+#[test]
+fn a_scene_without_primitives_has_an_empty_root() {
+    let bvh = Bvh::build(&scenes::bare());
+    assert!(check(&bvh).is_empty());
+    assert_eq!(bvh.wide().nodes().len(), 1);
+}
+
+/// What no box can part comes as one leaf, which is made a tree of blocks.
+#[test]
+fn a_leaf_of_many_is_parted() {
+    for count in [1, 8, 9, 64, 65, 1000] {
+        let mut scene = scenes::bare();
+        for _ in 0..count {
+            scene.add_triangle([Vec3::ZERO, Vec3::X, Vec3::Y], None, 0);
+        }
+        assert_eq!(
+            check(&Bvh::build(&scene)),
+            all(&scene),
+            "{count} of the same"
+        );
+    }
+}
+
+/// Most lanes have a child: a wide tree whose nodes are half empty is a slow one.
+#[test]
+fn nodes_and_blocks_are_well_filled() {
+    let spec = standard::parse_spec("standard:terrain:20k").expect("a standard scene");
+    let scene = standard::scene(spec).expect("a standard scene");
+    let bvh = Bvh::build(&scene);
+    let wide = bvh.wide();
+    let filled = |node: &WideNode| {
+        (0..LANES)
+            .filter(|&k| node.boxes[0][0][k].is_finite())
+            .count()
+    };
+    let children: usize = wide.nodes().iter().map(filled).sum();
+    let per_node = children as f64 / wide.nodes().len() as f64;
+    let per_block = bvh.triangles().len() as f64 / wide.triangles().len() as f64;
+    assert!(
+        per_node > 6.0 && per_block > 4.0,
+        "{per_node:.2} a node, {per_block:.2} a block"
+    );
+}
