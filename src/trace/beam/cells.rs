@@ -297,7 +297,11 @@ impl Cells {
         };
         let [u, v, w] = seen.edges.map(range);
         let inside = u[1].min(v[1]).min(w[1]).ge(F32x8::ZERO) | u[0].max(v[0]).max(w[0]).le(F32x8::ZERO);
-        (inside & seen.near.le(F32x8::splat(self.far[k]))).bits()
+        let edge = |column: &[Column; 2], axis: usize| F32x8::splat(column[axis][k]);
+        let own = &seen.own;
+        let beside = own.low_p.le(edge(&self.high, 0)) & own.high_p.ge(edge(&self.low, 0))
+            & own.low_q.le(edge(&self.high, 1)) & own.high_q.ge(edge(&self.low, 1));
+        (inside & beside & own.ahead & own.near.le(F32x8::splat(self.far[k]))).bits()
     }
 }
 

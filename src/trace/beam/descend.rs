@@ -121,7 +121,7 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
     /// Writes the children that cells may meet, the nearest last, and tells how many.
     #[inline(always)]
     fn node(&mut self, node: &WideNode, cells: u64, above: &mut [Entry]) -> usize {
-        let seen = self.frame.boxes(&node.boxes);
+       let seen = self.frame.boxes(&node.boxes.map(|c| c.map(F32x8::new)));
         let mut left = self.cells.any_meets(&seen);
         self.work.wide_node(u64::from(left.count_ones() + 1) * LANES as u64);
         let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
@@ -181,7 +181,8 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
         let [a, b, c] = &block.corners;
         let places = [place(a), place(b), place(c)];
         let relative = [places[0] - center, places[1] - center, places[2] - center];
-        let seen = self.frame.triangles(&relative);
+        let own = triangle::own_boxes(places);
+        let seen = self.frame.triangles(&relative, &own.map(|v| [v.x, v.y, v.z]));
         pairs.count = 0;
         let mut left = cells;
         while left != 0 {
@@ -189,7 +190,7 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
             left &= left - 1;
             pairs.add(cell, self.cells.hits(cell, &seen));
         }
-        let own = self.own_boxes::<SHARED>(places);
+        let own = self.own_planes::<SHARED>(own);
         let corners = columns(if SHARED { &relative } else { &places });
         let mut touched = 0u64;
         for k in 0..pairs.count {
@@ -211,7 +212,7 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
             };
             touched |= u64::from(met) << cell;
         }
-        self.work.block(
+       self.work.block(
             LeafKind::Triangle,
             (pairs.count * L::PACKETS * LANES) as u64,
         );
@@ -220,8 +221,7 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
 
     /// The own boxes of a block; where all rays start at the apex, relative to it as [`Slabs::stay_from`] wants it.
     #[inline(always)]
-    fn own_boxes<const SHARED: bool>(&self, corners: [Vec3x8; 3]) -> [[F32x8; 4]; 2] {
-        let [lo, hi] = triangle::own_boxes(corners);
+    fn own_planes<const SHARED: bool>(&self, [lo, hi]: [Vec3x8; 2]) -> [[F32x8; 4]; 2] {
         // Lower planes from the origin moved up: away from the box.
         let [for_hi, for_lo] = if SHARED {
             let [x, y, z] = self.frame.center;
@@ -235,7 +235,7 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
 
     #[inline(always)]
     fn spheres(&mut self, block: &SphereBlock, cells: u64) {
-        let seen = self.frame.boxes(&block.own_box);
+        let seen = self.frame.boxes(&block.own_box.map(|c| c.map(F32x8::new)));
         let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
         let columns = columns.map(F32x8::to_array);
         let mut touched = 0u64;
@@ -463,3 +463,4 @@ mod tests {
         }
     }
 }
+

@@ -98,8 +98,8 @@ pub(super) struct TriangleView {
     pub(super) edges: [[F32x8; 3]; 3],
     /// By how much an edge function may be wrong.
     pub(super) margin: F32x8,
-    /// Depth at which each begins.
-    pub(super) near: F32x8,
+    /// Their own boxes.
+    pub(super) own: BoxView,
 }
 
 impl Frame {
@@ -190,14 +190,14 @@ impl Frame {
 
     /// Boxes by corner, by axis. Empty ones are not ahead.
     #[inline(always)]
-    pub(super) fn boxes(&self, corners: &[[[f32; LANES]; 3]; 2]) -> BoxView {
+    pub(super) fn boxes(&self, corners: &[[F32x8; 3]; 2]) -> BoxView {
         let [axis, p, q] = self.axes.map(|axis| axis % 3);
         let (first, last) = if self.sign > 0.0 { (0, 1) } else { (1, 0) };
         let along = F32x8::splat(self.sign);
         let at = self.sign * self.center[axis];
         let tiny = F32x8::splat(self.tiny);
-        let near = F32x8::new(corners[first][axis]) * along - F32x8::splat(at + self.slack);
-        let far = F32x8::new(corners[last][axis]) * along - F32x8::splat(at - self.slack);
+        let near = corners[first][axis] * along - F32x8::splat(at + self.slack);
+        let far = corners[last][axis] * along - F32x8::splat(at - self.slack);
         let near = near.max(tiny);
         let depth = |z: F32x8| F32x8::ONE / (F32x8::splat(self.w[0]) + F32x8::splat(self.w[1]) * z);
         let (by_near, by_far) = (depth(near), depth(far));
@@ -205,7 +205,7 @@ impl Frame {
             let shear = F32x8::splat(shear);
             let (at_near, at_far) = (shear * near, shear * far);
             let side = |side: usize, slack: f32| {
-                F32x8::new(corners[side][axis]) - F32x8::splat(self.center[axis] + slack)
+                corners[side][axis] - F32x8::splat(self.center[axis] + slack)
             };
             let (low, high) = (side(0, self.slack), side(1, -self.slack));
             (
@@ -225,9 +225,9 @@ impl Frame {
         }
     }
 
-    /// Triangles by corner, by axis, relative to the centre. Lanes of NaN are within no edge.
+    /// Triangles by their corners relative to the centre, and their own boxes. Lanes of NaN are within no edge.
     #[inline(always)]
-    pub(super) fn triangles(&self, corners: &[Vec3x8; 3]) -> TriangleView {
+    pub(super) fn triangles(&self, corners: &[Vec3x8; 3], own: &[[F32x8; 3]; 2]) -> TriangleView {
         let [a, b, c] = *corners;
         let (ab, bc, ca) = (b - a, c - b, a - c);
         let reach = a.largest().max(b.largest()).max(c.largest());
@@ -237,7 +237,6 @@ impl Frame {
         let margin = (reach * F32x8::splat(256.0 * ULP) + F32x8::splat(self.blur)) * size;
         let (a, b, c) = (self.seen(a), self.seen(b), self.seen(c));
         let (ab, bc, ca) = (self.seen(ab), self.seen(bc), self.seen(ca));
-        let near = a.z.min(b.z).min(c.z) - F32x8::splat(self.slack);
         let (a, b, c) = (self.weighed(a), self.weighed(b), self.weighed(c));
         let weigh = |v: Vec3x8| Vec3x8::new(v.x, v.y, v.z * F32x8::splat(self.w[1]));
         let edge = |corner: Vec3x8, way: Vec3x8| {
@@ -247,7 +246,7 @@ impl Frame {
         TriangleView {
             edges: [edge(b, bc), edge(c, ca), edge(a, ab)],
             margin,
-            near,
+            own: self.boxes(own),
         }
     }
 
