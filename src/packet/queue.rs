@@ -113,8 +113,17 @@ impl<'arena> RayQueue<'arena> {
     /// the same for all.
     #[inline(always)]
     pub fn packet<L: Lanes>(&self, index: usize, tmax: f32) -> (RayPacket<L>, L::Mask) {
-        // Past the end the last packet is repeated, in lanes that are not active.
-        let slot = |k: usize| &self.slots[(index + k).min(self.slots.len() - 1)];
+        let left = self.len.saturating_sub(index * LANES);
+        (
+            self.packets_at(|k| index + k, tmax),
+            L::Mask::first(left.min(L::PACKETS * LANES)),
+        )
+    }
+
+    /// Packets side by side, as many as `L` holds: `index` tells which is the k-th. Past the end the last is repeated.
+    #[inline(always)]
+    pub fn packets_at<L: Lanes>(&self, index: impl Fn(usize) -> usize, tmax: f32) -> RayPacket<L> {
+        let slot = |k: usize| &self.slots[index(k).min(self.slots.len() - 1)];
         let vec = |pick: fn(&Slot, usize) -> [f32; LANES]| {
             Vec3Lanes::new(
                 L::from_eights(|k| pick(slot(k), 0)),
@@ -122,19 +131,11 @@ impl<'arena> RayQueue<'arena> {
                 L::from_eights(|k| pick(slot(k), 2)),
             )
         };
-        let rays = RayPacket {
+        RayPacket {
             org: vec(|slot, axis| slot.org[axis]),
             dir: vec(|slot, axis| slot.dir[axis]),
             tmax: L::splat(tmax),
-        };
-        (
-            rays,
-            L::Mask::first(
-                self.len
-                    .saturating_sub(index * LANES)
-                    .min(L::PACKETS * LANES),
-            ),
-        )
+        }
     }
 
     /// Which lanes of packet `index` carry rays.

@@ -2,7 +2,7 @@
 
 use super::frame::{BoxView, Frame, TriangleView, WIDEST};
 use crate::lanes::{COLUMN, F32x8, LANES, LaneMask, Lanes};
-use crate::trace::goal::Prepared;
+use crate::packet::RayPacket;
 
 /// Cells of a beam at most: a bit each.
 pub(super) const CELLS: usize = COLUMN;
@@ -318,20 +318,15 @@ fn range<L: Lanes>(lanes: L) -> [f32; 2] {
 /// Near: directions along a beam's dominant axis, and over that along p and q; where rays end at the apex, they are followed
 /// backward. Far: how deep rays start, and where.
 #[inline(always)]
-pub(super) fn projected<L: Lanes>(frame: &Frame, rays: &Prepared<L>) -> [L; 3] {
+pub(super) fn directions<L: Lanes>(frame: &Frame, rays: &RayPacket<L>) -> [L; 3] {
     if !frame.near {
-        return frame.starts(&rays.rays);
+        return frame.starts(rays);
     }
-    let dir = [rays.rays.dir.x, rays.rays.dir.y, rays.rays.dir.z];
+    let dir = [rays.dir.x, rays.dir.y, rays.dir.z];
     let [forward, p, q] = frame.axes.map(|axis| dir[axis % 3]);
     let along = L::splat(frame.sign);
     let pace = forward * if frame.ahead { -along } else { along };
-    // A quotient's bits do not depend on signs, and going backward turns both parts of it.
-    let [slope_p, slope_q] = if rays.shear.axis == frame.axes[0] {
-        let [slope_p, slope_q, _] = rays.shear.slopes();
-        [slope_p, slope_q]
-    } else {
-        [p / forward, q / forward]
-    };
-    [pace, slope_p * along, slope_q * along]
+    // Going backward turns both parts of a quotient.
+    let by = along / forward;
+    [pace, p * by, q * by]
 }

@@ -13,6 +13,7 @@
 //! |---|---|
 //! | `apex` | whether rays share a point |
 //! | `frame` | boxes and triangles seen from it, and why nothing is lost |
+//! | `sorted` | rays in the order in which they are seen |
 //! | `cells` | the rays, in rectangles |
 //! | `descend` | cells down the tree |
 
@@ -24,6 +25,7 @@ mod cells;
 )]
 mod descend;
 mod frame;
+mod sorted;
 
 use super::goal::{AnyHit, Closest, Goal, Prepared, nowhere};
 use super::packet::Tracer;
@@ -32,9 +34,10 @@ use crate::bvh::{Bvh, Wide};
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes};
 use crate::packet::{HitPacket, RayPacket, RayQueue};
 use apex::Apex;
-use cells::{CELLS, Cells, projected};
+use cells::{CELLS, Cells, directions};
 use descend::Stack;
 use frame::Frame;
+use sorted::Sorted;
 use std::ops::Range;
 
 /// Packets of eight that go as one beam. More share more of the nodes, and less of the caches (`perf/notes/beams.md`).
@@ -54,6 +57,8 @@ pub(super) struct Beams<'a, L: Lanes = F32x8, T = Packets> {
     projected: Vec<[L; 3]>,
     closest: Vec<Closest<L>>,
     any: Vec<AnyHit<L>>,
+    /// Room for the rays of one that ends at a light; out of its place while there is one.
+    sorted: Option<Box<Sorted>>,
     stack: Stack,
     work: T,
 }
@@ -70,19 +75,28 @@ impl Batch<'_, '_> {
         self.packets.len().div_ceil(L::PACKETS)
     }
 
-    /// The k-th packet of as many lanes as `L` has.
+    /// Which packet of the queue is the j-th of the k-th group. Of camera rays, the packet after the next lies below and not
+    /// beside: two of 4×2 pixels make a square.
     #[inline(always)]
-    fn group<L: Lanes>(&self, k: usize) -> (RayPacket<L>, L::Mask) {
-        let first = self.packets.start + k * L::PACKETS;
-        (self.rays.packet::<L>(first, self.tmax).0, self.active::<L>(k))
+    fn packet<L: Lanes>(&self, k: usize, j: usize) -> usize {
+        let (at, whole) = (k * L::PACKETS + j, self.packets.len() & !3);
+        let turned = L::PACKETS == 2 && at < whole;
+        let place = if turned { at & !3 | (at & 1) << 1 | (at >> 1 & 1) } else { at };
+        self.packets.start + place
     }
 
-    /// Which of its lanes carry rays of this beam.
+    /// The k-th group, and which of its lanes carry rays.
     #[inline(always)]
-    fn active<L: Lanes>(&self, k: usize) -> L::Mask {
-        let first = (self.packets.start + k * L::PACKETS) * LANES;
-        let end = self.rays.len().min(self.packets.end * LANES);
-        L::Mask::first((end - first).min(L::PACKETS * LANES))
+    fn group<L: Lanes>(&self, k: usize) -> (RayPacket<L>, L::Mask) {
+        let mut lanes = 0;
+        for j in 0..L::PACKETS {
+            let packet = self.packet::<L>(k, j);
+            if packet < self.packets.end {
+                lanes |= self.rays.active(packet).bits() << (j * LANES);
+            }
+        }
+        let rays = self.rays.packets_at(|j| self.packet::<L>(k, j), self.tmax);
+        (rays, L::Mask::from_bits(lanes))
     }
 }
 
@@ -98,6 +112,7 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             projected: Vec::with_capacity(SIZE),
             closest: Vec::with_capacity(SIZE),
             any: Vec::with_capacity(SIZE),
+            sorted: None,
             stack: Stack::new(wide),
             work: T::default(),
         }
@@ -126,17 +141,22 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         let Some(apex) = Apex::behind(rays, batch.packets.clone()) else {
             return false;
         };
+        let frame = Frame::new(&apex, toward(&batch), self.extent);
         let mut goals = std::mem::take(&mut self.closest);
-        let alone = self.trace::<_, true>(&batch, &apex, &mut goals, |limit, _| Closest::new(limit));
-        let places = hits.chunks_mut(L::PACKETS);
-        for (k, (goal, hits)) in goals.iter().zip(places).enumerate() {
+        let count = batch.groups::<L>();
+        let alone = self.trace::<_, true>(&frame, count, |k| batch.group(k), &mut goals, |limit, _| {
+            Closest::new(limit)
+        });
+        for (k, goal) in goals.iter().enumerate() {
             let (rays, active) = batch.group::<L>(k);
             let found = match alone >> k & 1 {
                 0 => goal.hits(rays.tmax, active),
                 _ => self.packets.closest(&rays, active),
             };
-            for (k, hit) in hits.iter_mut().enumerate() {
-                *hit = found.eight(k);
+            for j in 0..L::PACKETS {
+                if let Some(hit) = hits.get_mut(batch.packet::<L>(k, j) - batch.packets.start) {
+                    *hit = found.eight(j);
+                }
             }
         }
         self.closest = goals;
@@ -157,68 +177,92 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             packets,
             tmax,
         };
-        let mut goals = std::mem::take(&mut self.any);
-        let alone = if let Some(apex) = Apex::ahead(rays, batch.packets.clone(), tmax) {
-            self.trace::<_, false>(&batch, &apex, &mut goals, AnyHit::new)
+        let mut seen = [0; SIZE];
+        if let Some(apex) = Apex::ahead(rays, batch.packets.clone(), tmax) {
+            let frame = Frame::new(&apex, toward(&batch), self.extent);
+            let mut sorted = self.sorted.take().unwrap_or_default();
+            sorted.take(&frame, rays, batch.packets.clone());
+            let (count, load) = (sorted.groups::<L>(), |k| sorted.group(k, tmax));
+            self.shadows::<false>(&frame, count, load, |k, lanes| {
+                sorted.put_back::<L>(k, lanes, &mut seen);
+            });
+            self.sorted = Some(sorted);
         } else if let Some(apex) = Apex::behind(rays, batch.packets.clone()) {
-            self.trace::<_, true>(&batch, &apex, &mut goals, AnyHit::new)
+            let frame = Frame::new(&apex, toward(&batch), self.extent);
+            let (count, load) = (batch.groups::<L>(), |k| batch.group(k));
+            self.shadows::<true>(&frame, count, load, |k, lanes| {
+                for j in 0..L::PACKETS {
+                    let at = batch.packet::<L>(k, j) - batch.packets.start;
+                    seen[at % SIZE] |= (lanes >> (j * LANES)) as u8;
+                }
+            });
         } else {
-            self.any = goals;
             return false;
-        };
+        }
+        for (packet, seen) in batch.packets.zip(seen) {
+            answer(packet, seen);
+        }
+        true
+    }
+
+    /// Tells `seen`, for some packets, which lanes (as bits) meet nothing.
+    #[inline(always)]
+    fn shadows<const SHARED: bool>(
+        &mut self,
+        frame: &Frame,
+        count: usize,
+        load: impl Fn(usize) -> (RayPacket<L>, L::Mask),
+        mut seen: impl FnMut(usize, u32),
+    ) {
+        let mut goals = std::mem::take(&mut self.any);
+        let alone = self.trace::<_, SHARED>(frame, count, &load, &mut goals, AnyHit::new);
         for (k, goal) in goals.iter().enumerate() {
-            let (rays, active) = batch.group::<L>(k);
+            let (rays, active) = load(k);
             let blocked = match alone >> k & 1 {
                 0 => goal.blocked(),
                 _ => self.packets.occluded(&rays, active),
             };
-            let seen = (active & !blocked).bits();
-            let first = batch.packets.start + k * L::PACKETS;
-            for (k, packet) in (first..batch.packets.end).take(L::PACKETS).enumerate() {
-                answer(packet, (seen >> (k * LANES)) as u8);
-            }
+            seen(k, (active & !blocked).bits());
         }
         self.any = goals;
-        true
     }
 
     /// Traces a beam, and tells which of its packets, as bits, are left because they part too much.
     #[inline(always)]
     fn trace<G: Goal<L>, const SHARED: bool>(
         &mut self,
-        batch: &Batch,
-        apex: &Apex,
+        frame: &Frame,
+        count: usize,
+        load: impl Fn(usize) -> (RayPacket<L>, L::Mask),
         goals: &mut Vec<G>,
         goal: impl Fn(L, L::Mask) -> G,
     ) -> u64 {
-        let count = batch.groups::<L>();
-        let frame = Frame::new(apex, toward(batch), self.extent);
         self.cells.clear();
         self.groups.clear();
-        goals.clear();
         self.projected.clear();
+        goals.clear();
         for k in 0..count {
-            let (rays, active) = batch.group::<L>(k);
-            let prepared = Prepared::new(&rays, active);
-            self.projected.push(projected(&frame, &prepared));
-            self.groups.push(prepared);
+            let (rays, active) = load(k);
+            self.projected.push(directions(frame, &rays));
+            self.groups.push(Prepared::new(&rays, active));
             goals.push(goal(active.select(rays.tmax, nowhere()), active));
         }
-        self.cells.look_at(&frame, &self.projected);
+        self.cells.look_at(frame, &self.projected);
         let mut alone = 0;
         for (k, (goal, projected)) in goals.iter().zip(&self.projected).enumerate() {
-            let active = batch.active::<L>(k);
-            if self.cells.add(frame.near, *projected, goal.limit(), active, k, count - k - 1) {
+            let limit = goal.limit();
+            let active = limit.gt(nowhere());
+            if self.cells.add(frame.near, *projected, limit, active, k, count - k - 1) {
                 self.work
                     .begin(L::PACKETS as u64, active.bits().count_ones());
             } else {
                 alone |= 1 << k;
             }
         }
-        self.cells.finish(&frame);
+        self.cells.finish(frame);
         descend::Descent::<L, G, T> {
             wide: self.wide,
-            frame: &frame,
+            frame,
             cells: &mut self.cells,
             groups: &self.groups,
             goals,
