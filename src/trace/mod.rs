@@ -8,6 +8,7 @@
 //! | `goal` | the closest hit or any: what a leaf means for either |
 //! | `packet` | a packet of rays together down the binary tree |
 //! | `beam` | rays that share a point together down the wide tree |
+//! | `order` | eight children by distance |
 //! | `single` | rays on their own down the wide tree |
 //! | `tally` | work, counted |
 //! | `traversal` | queues in, hits out: which kernel traces what |
@@ -40,6 +41,8 @@ mod instance;
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
 mod packet;
+#[allow(unsafe_code, reason = "a sorting network has no safe name")]
+mod order;
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
 #[allow(

@@ -4,10 +4,11 @@
 //! node are always there. What a ray on its own waits for is memory and the outcome of its last comparison; so a dozen
 //! and more go side by side in steps, all at their nodes, then all at their blocks, then all to what is next, and while
 //! one waits another's numbers are there. Nothing branches on what a box test says: all eight children are written
-//! above the stack's top, each at a place found by counting which are farther, and the top moves by how many are met.
+//! above the stack's top in the order of their distances, and the top moves by how many are met.
 
 use super::aabb::{Slabs, Stay};
 use super::goal::{AnyHit, Best, Closest, Prepared};
+use super::order::{self, Entry};
 use super::packet::Tracer;
 use super::prefetch::prefetch;
 use super::tally::{Packets, Tally};
@@ -23,9 +24,6 @@ const CONTEXTS: usize = 16;
 
 /// Packets whose occlusion is asked at once.
 const BATCH: usize = 256;
-
-/// A child waiting to be visited: the bits of its entry distance, rounded down, above its [`Target`] code.
-type Entry = u64;
 
 /// One ray under way.
 #[derive(Clone, Copy)]
@@ -189,22 +187,13 @@ impl<'a, T: Tally> Singles<'a, T> {
         let stay = context.stay(&node.boxes);
         let met = stay.within(F32x8::splat(context.best.t));
         let count = met.bits().count_ones() as usize;
-        let lane = U32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
-        let bits = stay.enter.to_bits().shift_right(3).shift_left(3).or(lane);
-        // Below zero, and all different: what is not met is written last, above the new top.
-        let missed = F32x8::new([-1.0, -2.0, -3.0, -4.0, -5.0, -6.0, -7.0, -8.0]);
-        let keys = met.select(F32x8::from_bits(bits), missed);
-        let key_bits = keys.to_bits().to_array();
         // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so `top` is at most 7
         // for each level above this node's, and there is room for eight more.
-        let above = unsafe { self.stacks.get_unchecked_mut(k * self.room + context.top..) };
-        for child in 0..LANES {
-            let farther = keys.gt(F32x8::splat(f32::from_bits(key_bits[child])));
-            let place = farther.bits().count_ones() as usize;
-            // SAFETY: at most seven of eight are farther; see above.
-            *unsafe { above.get_unchecked_mut(place) } =
-                u64::from(key_bits[child]) << 32 | u64::from(node.children[child]);
-        }
+        let above = unsafe {
+            let first = self.stacks.as_mut_ptr().add(k * self.room + context.top);
+            &mut *first.cast::<[Entry; LANES]>()
+        };
+        order::write(met, stay.enter, &node.children, above);
         context.top += count;
     }
 

@@ -1,0 +1,102 @@
+//! Eight children in the order of their entry distances, farthest first, without a branch.
+
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, U32x8};
+
+/// A child waiting to be visited: the bits of its entry distance above its code.
+pub(super) type Entry = u64;
+
+/// Writes the entries of the children that are met, the farthest first, and others behind them.
+///
+/// Distances are rounded down to 21 bits where the build has no AVX-512: which child comes first among nearly equal ones matters
+/// to no answer.
+#[inline(always)]
+pub(super) fn write(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]) {
+    #[cfg(all(target_arch = "x86_64", target_feature = "avx512f", target_feature = "avx512vl"))]
+    network(met, enter, codes, to);
+    #[cfg(not(all(target_arch = "x86_64", target_feature = "avx512f", target_feature = "avx512vl")))]
+    count(met, enter, codes, to);
+}
+
+/// Each at a place found by counting which are farther.
+#[cfg_attr(
+    all(target_feature = "avx512f", target_feature = "avx512vl"),
+    allow(dead_code, reason = "the network replaces it, and is tested against it")
+)]
+#[inline(always)]
+fn count(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]) {
+    let lane = U32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
+    let bits = enter.to_bits().shift_right(3).shift_left(3).or(lane);
+    // Below zero, and all different: what is not met comes last.
+    let missed = F32x8::new([-1.0, -2.0, -3.0, -4.0, -5.0, -6.0, -7.0, -8.0]);
+    let keys = met.select(F32x8::from_bits(bits), missed);
+    let key_bits = keys.to_bits().to_array();
+    for child in 0..LANES {
+        let farther = keys.gt(F32x8::splat(f32::from_bits(key_bits[child])));
+        let place = farther.bits().count_ones() as usize;
+        to[place % LANES] = u64::from(key_bits[child]) << 32 | u64::from(codes[child]);
+    }
+}
+
+/// A bitonic network over eight entries in one register (Batcher, "Sorting Networks and Their Applications", 1968): entry
+/// distances are not negative, so their bits order as they do.
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f", target_feature = "avx512vl"))]
+#[inline(always)]
+fn network(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]) {
+    use std::arch::x86_64::*;
+    let enter = enter.to_array();
+    // SAFETY: the build has the instructions, see the attribute; and the arrays are eight long.
+    unsafe {
+        let high = _mm512_slli_epi64::<32>(_mm512_cvtepu32_epi64(_mm256_loadu_si256(enter.as_ptr().cast())));
+        let low = _mm512_cvtepu32_epi64(_mm256_loadu_si256(codes.as_ptr().cast()));
+        let v = _mm512_maskz_or_epi64(met.bits() as u8, high, low);
+        // Each step: every entry against its partner; the mask tells which keep the larger.
+        let step = |v: __m512i, partner: __m512i, larger: u8| {
+            _mm512_mask_max_epu64(_mm512_min_epu64(v, partner), larger, v, partner)
+        };
+        let v = step(v, _mm512_permutex_epi64::<0b10_11_00_01>(v), 0b1001_1001);
+        let v = step(v, _mm512_permutex_epi64::<0b01_00_11_10>(v), 0b1100_0011);
+        let v = step(v, _mm512_permutex_epi64::<0b10_11_00_01>(v), 0b1010_0101);
+        let v = step(v, _mm512_shuffle_i64x2::<0b01_00_11_10>(v, v), 0b0000_1111);
+        let v = step(v, _mm512_permutex_epi64::<0b01_00_11_10>(v), 0b0011_0011);
+        let v = step(v, _mm512_permutex_epi64::<0b10_11_00_01>(v), 0b0101_0101);
+        _mm512_storeu_si512(to.as_mut_ptr().cast(), v);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_farthest_comes_first_and_what_is_not_met_last() {
+        let mut state = 1u32;
+        for _ in 0..20_000 {
+            let mut next = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                state >> 8
+            };
+            let enter: [f32; LANES] = std::array::from_fn(|_| (next() % 7) as f32 * 0.5);
+            let codes: [u32; LANES] = std::array::from_fn(|k| k as u32 * 1000 + 5);
+            let met = next() & 0xff;
+            let count = met.count_ones() as usize;
+            for which in [write, super::count] {
+                let mut to = [u64::MAX; LANES];
+                which(Mask8::from_bits(met), F32x8::new(enter), &codes, &mut to);
+                let found = to[..count].iter();
+                let mut found: Vec<(f32, u32)> = found
+                    .map(|e| (f32::from_bits((e >> 32) as u32), *e as u32))
+                    .collect();
+                assert!(found.is_sorted_by(|a, b| a.0 >= b.0), "{found:?}");
+                for (distance, code) in &mut found {
+                    let lane = (*code as usize - 5) / 1000;
+                    assert!(met >> lane & 1 == 1, "{lane} is not met: {met:08b}");
+                    assert!(*distance <= enter[lane] + 1e-6 && *distance >= enter[lane] - 1e-5);
+                }
+                let mut lanes: Vec<u32> = found.iter().map(|f| f.1).collect();
+                lanes.sort_unstable();
+                lanes.dedup();
+                assert_eq!(lanes.len(), count, "each once");
+            }
+        }
+    }
+}
