@@ -211,9 +211,13 @@ pub fn render_tree(
     let (threads, pin) = (settings.threads.max(1), settings.pin);
     let start = Instant::now();
     let painted = match tree {
-        Tree::Packets(bvh) => run(&tiles, &film, threads, pin, control, || {
-            PacketPainter::new(scene, bvh, &camera, settings.max_depth, settings.kernel)
-        }),
+        Tree::Packets(bvh) => {
+            let pixels = u64::from(settings.width) * u64::from(settings.height);
+            let kernel = settings.kernel.for_frame(bvh, pixels, threads);
+            run(&tiles, &film, threads, pin, control, || {
+                PacketPainter::new(scene, bvh, &camera, settings.max_depth, kernel)
+            })
+        }
         Tree::Oracle(forest) => run(&tiles, &film, threads, pin, control, || ScalarPainter {
             camera: &camera,
             oracle: Oracle::new(scene, Search::Tree(forest), settings.max_depth),

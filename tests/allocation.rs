@@ -109,6 +109,10 @@ fn painting_allocates_nothing_once_warm() {
         (32, true, Kernel::Packet16),
         (8, false, Kernel::Packet16),
         (64, true, Kernel::Packet8),
+        (32, true, Kernel::Auto),
+        (32, false, Kernel::Beam8),
+        (32, false, Kernel::Beam16),
+        (32, false, Kernel::Single),
     ] {
         let film = SharedFilm::new(scene.width, scene.height, record_hits);
         let all = tiles(scene.width, scene.height, side);

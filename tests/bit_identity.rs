@@ -260,7 +260,7 @@ fn compare(scene: &Scene, cuts: &[(usize, u32)], sizes: &[(u32, u32)]) -> Result
         };
         let want = frame_of(scene, &oracle, scalar);
         for &(threads, tile) in cuts {
-            for kernel in [Kernel::Packet8, Kernel::Packet16, Kernel::Single] {
+            for kernel in Kernel::ALL.map(|(_, kernel)| kernel) {
                 let cut = Settings {
                     threads,
                     tile,

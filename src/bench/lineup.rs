@@ -22,17 +22,15 @@ pub(super) struct Member<'a> {
 /// A peer's name, and the scene in its form.
 pub(super) type Rival = (&'static str, PeerScene);
 
-/// The kernels to be timed: `auto` only where it is none of the others on this build.
+/// The kernels to be timed, `auto` among them. Work is counted without it: which kernels it is made of depends on the build, and
+/// counts must not.
 pub(super) fn kernels(plan: &Plan) -> Vec<Kernel> {
-    let mut kernels: Vec<Kernel> = plan
-        .kernels
-        .iter()
-        .map(|kernel| kernel.resolved())
-        .collect();
-    kernels.push(Kernel::Auto.resolved());
-    // In the order of the list of kernels, each once.
     let all = Kernel::ALL.iter().map(|&(_, kernel)| kernel);
-    all.filter(|kernel| kernels.contains(kernel)).collect()
+    let wanted = |kernel: &Kernel| match kernel {
+        Kernel::Auto => plan.timed,
+        kernel => plan.kernels.contains(kernel),
+    };
+    all.filter(wanted).collect()
 }
 
 /// Everybody who is to trace a set of rays. Ours have been checked before; peers are asked here.

@@ -9,7 +9,6 @@ use super::work;
 use super::wrong::Wrong;
 use crate::report::{CounterRow, Row, SceneRecord};
 use crate::scene::Scene;
-use crate::trace::Kernel;
 use bumpalo::Bump;
 
 /// What came of a scene.
@@ -56,7 +55,7 @@ pub fn measure(
         let mut entries = entries(&questions, &lineups, plan, heading);
         entries.extend(frames.entries(heading, frame_hits));
         listener.doing("measuring");
-        rows = with_auto(race(entries, plan, listener));
+        rows = race(entries, plan, listener);
     }
     Ok(Measured {
         scene: scene_record,
@@ -123,21 +122,4 @@ fn entries<'a>(
         }
     }
     entries
-}
-
-/// Adds the rows of `auto`, which are those of the kernel that it is on this build.
-fn with_auto(rows: Vec<Row>) -> Vec<Row> {
-    let resolved = Kernel::Auto.resolved();
-    let mut all = Vec::with_capacity(rows.len());
-    for row in rows {
-        if resolved != Kernel::Auto && row.engine == "phalanx" && row.kernel == resolved.name() {
-            all.push(Row {
-                kernel: Kernel::Auto.name().to_owned(),
-                same_as: Some(row.kernel.clone()),
-                ..row.clone()
-            });
-        }
-        all.push(row);
-    }
-    all
 }

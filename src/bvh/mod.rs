@@ -27,9 +27,9 @@ mod slots;
 mod tree;
 mod wide;
 
+pub use self::wide::{OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
 pub use build::{BuildSettings, Quality};
 pub use claim::{Array, BvhError, Claim, Parts};
 pub use node::{Child, LeafKind, Node};
 pub use slots::{ConeSlot, EllipsoidSlot, InstanceSlot, Slots, SphereSlot, TriangleSlot};
 pub use tree::Bvh;
-pub use wide::{OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};

@@ -14,7 +14,7 @@ pub struct Bvh {
     pub(super) slots: Slots,
     pub(super) depth: usize,
     pub(super) sah: f64,
-    pub(super) wide: OnceLock<Wide>,
+    pub(super) wide: OnceLock<Box<Wide>>,
 }
 
 impl Default for Bvh {
@@ -80,7 +80,12 @@ impl Bvh {
 
     /// The world's tree with eight children a node; made when it is first asked for.
     pub fn wide(&self) -> &Wide {
-        self.wide.get_or_init(|| Wide::of(self))
+        self.wide.get_or_init(|| Box::new(Wide::of(self)))
+    }
+
+    /// Whether [`Bvh::wide`] has been made.
+    pub fn has_wide(&self) -> bool {
+        self.wide.get().is_some()
     }
 
     /// Bytes of the nodes.

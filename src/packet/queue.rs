@@ -140,7 +140,7 @@ impl<'arena> RayQueue<'arena> {
 
     /// Which lanes of packet `index` carry rays.
     pub fn active(&self, index: usize) -> Mask8 {
-        Mask8::first((self.len - index * LANES).min(LANES))
+        Mask8::first(self.len.saturating_sub(index * LANES).min(LANES))
     }
 
     /// Origin and direction of one ray.

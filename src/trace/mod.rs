@@ -36,13 +36,13 @@ mod beam;
 mod cone;
 mod goal;
 mod instance;
+#[allow(unsafe_code, reason = "a sorting network has no safe name")]
+mod order;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
 mod packet;
-#[allow(unsafe_code, reason = "a sorting network has no safe name")]
-mod order;
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
 #[allow(

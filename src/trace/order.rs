@@ -7,20 +7,30 @@ pub(super) type Entry = u64;
 
 /// Writes the entries of the children that are met, the farthest first, and others behind them.
 ///
-/// Distances are rounded down to 21 bits where the build has no AVX-512: which child comes first among nearly equal ones matters
-/// to no answer.
+/// Distances are rounded down to 21 bits, and never up: which child comes first among nearly equal ones matters to no answer.
 #[inline(always)]
 pub(super) fn write(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]) {
-    #[cfg(all(target_arch = "x86_64", target_feature = "avx512f", target_feature = "avx512vl"))]
+    #[cfg(all(
+        target_arch = "x86_64",
+        target_feature = "avx512f",
+        target_feature = "avx512vl"
+    ))]
     network(met, enter, codes, to);
-    #[cfg(not(all(target_arch = "x86_64", target_feature = "avx512f", target_feature = "avx512vl")))]
+    #[cfg(not(all(
+        target_arch = "x86_64",
+        target_feature = "avx512f",
+        target_feature = "avx512vl"
+    )))]
     count(met, enter, codes, to);
 }
 
 /// Each at a place found by counting which are farther.
 #[cfg_attr(
     all(target_feature = "avx512f", target_feature = "avx512vl"),
-    allow(dead_code, reason = "the network replaces it, and is tested against it")
+    allow(
+        dead_code,
+        reason = "the network replaces it, and is tested against it"
+    )
 )]
 #[inline(always)]
 fn count(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]) {
@@ -33,20 +43,29 @@ fn count(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]
     for child in 0..LANES {
         let farther = keys.gt(F32x8::splat(f32::from_bits(key_bits[child])));
         let place = farther.bits().count_ones() as usize;
-        to[place % LANES] = u64::from(key_bits[child]) << 32 | u64::from(codes[child]);
+        // Without the lane: a distance that is too large would keep a child from being visited.
+        to[place % LANES] = u64::from(key_bits[child] & !7) << 32 | u64::from(codes[child]);
     }
 }
 
 /// A bitonic network over eight entries in one register (Batcher, "Sorting Networks and Their Applications", 1968): entry
 /// distances are not negative, so their bits order as they do.
-#[cfg(all(target_arch = "x86_64", target_feature = "avx512f", target_feature = "avx512vl"))]
+#[cfg(all(
+    target_arch = "x86_64",
+    target_feature = "avx512f",
+    target_feature = "avx512vl"
+))]
 #[inline(always)]
 fn network(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]) {
     use std::arch::x86_64::*;
     let enter = enter.to_array();
     // SAFETY: the build has the instructions, see the attribute; and the arrays are eight long.
     unsafe {
-        let high = _mm512_slli_epi64::<32>(_mm512_cvtepu32_epi64(_mm256_loadu_si256(enter.as_ptr().cast())));
+        // The lane below the distance, as in `count`: so that both order alike, and work is counted alike.
+        let distance = _mm256_loadu_si256(enter.as_ptr().cast());
+        let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+        let key = _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(7), distance), lanes);
+        let high = _mm512_slli_epi64::<32>(_mm512_cvtepu32_epi64(key));
         let low = _mm512_cvtepu32_epi64(_mm256_loadu_si256(codes.as_ptr().cast()));
         let v = _mm512_maskz_or_epi64(met.bits() as u8, high, low);
         // Each step: every entry against its partner; the mask tells which keep the larger.
@@ -59,6 +78,7 @@ fn network(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANE
         let v = step(v, _mm512_shuffle_i64x2::<0b01_00_11_10>(v, v), 0b0000_1111);
         let v = step(v, _mm512_permutex_epi64::<0b01_00_11_10>(v), 0b0011_0011);
         let v = step(v, _mm512_permutex_epi64::<0b10_11_00_01>(v), 0b0101_0101);
+        let v = _mm512_andnot_si512(_mm512_set1_epi64(7 << 32), v);
         _mm512_storeu_si512(to.as_mut_ptr().cast(), v);
     }
 }
@@ -79,9 +99,9 @@ mod tests {
             let codes: [u32; LANES] = std::array::from_fn(|k| k as u32 * 1000 + 5);
             let met = next() & 0xff;
             let count = met.count_ones() as usize;
-            for which in [write, super::count] {
-                let mut to = [u64::MAX; LANES];
-                which(Mask8::from_bits(met), F32x8::new(enter), &codes, &mut to);
+            let mut both = [[u64::MAX; LANES]; 2];
+            for (which, to) in [write, super::count].into_iter().zip(&mut both) {
+                which(Mask8::from_bits(met), F32x8::new(enter), &codes, to);
                 let found = to[..count].iter();
                 let mut found: Vec<(f32, u32)> = found
                     .map(|e| (f32::from_bits((e >> 32) as u32), *e as u32))
@@ -90,13 +110,14 @@ mod tests {
                 for (distance, code) in &mut found {
                     let lane = (*code as usize - 5) / 1000;
                     assert!(met >> lane & 1 == 1, "{lane} is not met: {met:08b}");
-                    assert!(*distance <= enter[lane] + 1e-6 && *distance >= enter[lane] - 1e-5);
+                    assert!(*distance <= enter[lane] && *distance >= enter[lane] * 0.999_999);
                 }
                 let mut lanes: Vec<u32> = found.iter().map(|f| f.1).collect();
                 lanes.sort_unstable();
                 lanes.dedup();
                 assert_eq!(lanes.len(), count, "each once");
             }
+            assert_eq!(both[0][..count], both[1][..count], "both alike");
         }
     }
 }

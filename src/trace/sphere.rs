@@ -132,7 +132,10 @@ pub(super) fn roots<L: Lanes>(
 
 /// The smallest root above zero, clamped to the stay in the own box.
 #[inline(always)]
-pub(super) fn nearest<L: Lanes>((meets, near, far): (L::Mask, L, L), stay: Stay<L>) -> (L::Mask, L) {
+pub(super) fn nearest<L: Lanes>(
+    (meets, near, far): (L::Mask, L, L),
+    stay: Stay<L>,
+) -> (L::Mask, L) {
     let raw = near.gt(L::ZERO).select(near, far);
     let t = raw.max(stay.enter).min(stay.leave);
     let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);

@@ -5,15 +5,16 @@ use super::packet::Tracer;
 use super::single::Singles;
 use super::tally::{Packets, Tally};
 use crate::bvh::Bvh;
-use crate::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes};
+use crate::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, Vec3x8};
 use crate::packet::{HitPacket, RayQueue};
 use std::ops::Range;
 
 /// Traversal kernel of the packet engine. Every kernel gives the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// What pays on this build for these rays: beams where they share a point, else packets, of sixteen where the build has
-    /// AVX-512 and of eight where not; see `perf/notes/beams.md` and `perf/notes/packets-of-sixteen.md`.
+    /// What pays for these rays, sixty-four packets at a time: beams for rays of one origin, rays on their own where they part
+    /// and the tree is large, else packets; of sixteen where the build has AVX-512 and of eight where not. Figures stand in
+    /// `perf/notes/beams.md`, `perf/notes/single-rays.md` and `perf/notes/packets-of-sixteen.md`.
     Auto,
     /// Packets of eight rays against the binary tree.
     Packet8,
@@ -44,18 +45,47 @@ impl Kernel {
         known.map_or("", |(name, _)| name)
     }
 
-    /// The kernel that this one is on this build: for [`Kernel::Auto`] another one.
-    pub fn resolved(self) -> Kernel {
+    /// What pays for one frame of so many pixels. Making the wide tree takes one thread as long as beams save with about four
+    /// pixels for each primitive (`perf/notes/beams.md`), and the other threads wait; so where [`Kernel::Auto`] would have to
+    /// make it for less, it is packets.
+    pub fn for_frame(self, bvh: &Bvh, pixels: u64, threads: usize) -> Kernel {
+        let prims = bvh.triangles().len() + bvh.spheres().len();
+        let pays = bvh.has_wide() || pixels >= 4 * prims as u64 * threads as u64;
         match self {
-            Kernel::Auto if cfg!(target_feature = "avx512f") => Kernel::Beam16,
-            Kernel::Auto => Kernel::Beam8,
-            fixed => fixed,
+            Kernel::Auto if !pays => Kernel::packets(),
+            kernel => kernel,
+        }
+    }
+
+    /// The packets that pay on this build.
+    pub const fn packets() -> Kernel {
+        if cfg!(target_feature = "avx512f") {
+            Kernel::Packet16
+        } else {
+            Kernel::Packet8
+        }
+    }
+
+    /// Beams of them.
+    const fn beams() -> Kernel {
+        if cfg!(target_feature = "avx512f") {
+            Kernel::Beam16
+        } else {
+            Kernel::Beam8
         }
     }
 }
 
+/// Nodes of a wide tree from which on rays that part go on their own. A smaller one stays in the nearest caches, and packets
+/// are as fast.
+const LARGE: usize = 512;
+
+/// Packets of a batch of which at least one in so many must hold together for all to go as packets.
+const TOGETHER: usize = 4;
+
 /// Traces queues of rays against one tree, and counts by `T`.
 pub struct Traversal<'a, T = Packets> {
+    kernel: Kernel,
     eight: Tracer<'a, F32x8, T>,
     sixteen: Tracer<'a, F32x16, T>,
     beams: Beamers<'a, T>,
@@ -70,6 +100,49 @@ enum Beamers<'a, T> {
     Sixteen(Box<Beams<'a, F32x16, T>>),
 }
 
+impl<'a, T: Tally> Beamers<'a, T> {
+    fn new(bvh: &'a Bvh, kernel: Kernel) -> Beamers<'a, T> {
+        match kernel {
+            Kernel::Auto => Beamers::new(bvh, Kernel::beams()),
+            Kernel::Beam8 => Beamers::Eight(Box::new(Beams::new(bvh))),
+            Kernel::Beam16 => Beamers::Sixteen(Box::new(Beams::new(bvh))),
+            _ => Beamers::None,
+        }
+    }
+
+    /// See [`Beams::closest`].
+    fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) -> bool {
+        match self {
+            Beamers::None => false,
+            Beamers::Eight(beams) => beams.closest(rays, packets, hits),
+            Beamers::Sixteen(beams) => beams.closest(rays, packets, hits),
+        }
+    }
+
+    /// See [`Beams::unoccluded`].
+    fn unoccluded(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: f32,
+        answer: &mut impl FnMut(usize, u8),
+    ) -> bool {
+        match self {
+            Beamers::None => false,
+            Beamers::Eight(beams) => beams.unoccluded(rays, packets, tmax, answer),
+            Beamers::Sixteen(beams) => beams.unoccluded(rays, packets, tmax, answer),
+        }
+    }
+
+    fn work(&self) -> T {
+        match self {
+            Beamers::None => T::default(),
+            Beamers::Eight(beams) => beams.work(),
+            Beamers::Sixteen(beams) => beams.work(),
+        }
+    }
+}
+
 impl<'a> Traversal<'a> {
     /// A traversal of a tree with one kernel.
     pub fn new(bvh: &'a Bvh, kernel: Kernel) -> Traversal<'a> {
@@ -80,17 +153,23 @@ impl<'a> Traversal<'a> {
 impl<'a, T: Tally> Traversal<'a, T> {
     /// A traversal that counts what `T` counts.
     pub fn counting(bvh: &'a Bvh, kernel: Kernel) -> Traversal<'a, T> {
-        let kernel = kernel.resolved();
+        let singles = match kernel {
+            Kernel::Single => true,
+            // Within instances, and against cones, a ray on its own is a packet of one.
+            Kernel::Auto => bvh.wide().nodes().len() >= LARGE && bvh.wide().is_blocks(),
+            _ => false,
+        };
+        let packets = match kernel {
+            Kernel::Auto => Kernel::packets(),
+            fixed => fixed,
+        };
         Traversal {
+            kernel,
             eight: Tracer::counting(bvh),
             sixteen: Tracer::counting(bvh),
-            beams: match kernel {
-                Kernel::Beam8 => Beamers::Eight(Box::new(Beams::new(bvh))),
-                Kernel::Beam16 => Beamers::Sixteen(Box::new(Beams::new(bvh))),
-                _ => Beamers::None,
-            },
-            singles: (kernel == Kernel::Single).then(|| Singles::new(bvh)),
-            pairs: matches!(kernel, Kernel::Packet16 | Kernel::Beam16),
+            beams: Beamers::new(bvh, kernel),
+            singles: singles.then(|| Singles::new(bvh)),
+            pairs: matches!(packets, Kernel::Packet16 | Kernel::Beam16),
         }
     }
 
@@ -98,11 +177,7 @@ impl<'a, T: Tally> Traversal<'a, T> {
     pub fn work(&self) -> T {
         let mut work = self.eight.work;
         work.add(&self.sixteen.work);
-        match &self.beams {
-            Beamers::None => {}
-            Beamers::Eight(beams) => work.add(&beams.work()),
-            Beamers::Sixteen(beams) => work.add(&beams.work()),
-        }
+        work.add(&self.beams.work());
         if let Some(singles) = &self.singles {
             work.add(&singles.work());
         }
@@ -111,19 +186,17 @@ impl<'a, T: Tally> Traversal<'a, T> {
 
     /// The closest hits of some packets of a queue, one [`HitPacket`] each.
     pub fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
-        if let Some(singles) = &mut self.singles {
-            return singles.closest(rays, packets, hits);
-        }
         let batches = hits.chunks_mut(beam::SIZE);
         for (first, hits) in packets.step_by(beam::SIZE).zip(batches) {
             let batch = first..first + hits.len();
-            let done = match &mut self.beams {
-                Beamers::None => false,
-                Beamers::Eight(beams) => beams.closest(rays, batch, hits),
-                Beamers::Sixteen(beams) => beams.closest(rays, batch, hits),
-            };
-            if !done {
-                self.closest_by_packet(rays, first, hits);
+            if self.beams.closest(rays, batch.clone(), hits) {
+                continue;
+            }
+            match &mut self.singles {
+                Some(singles) if self.kernel == Kernel::Single || part(rays, batch.clone()) => {
+                    singles.closest(rays, batch, hits);
+                }
+                _ => self.closest_by_packet(rays, first, hits),
             }
         }
     }
@@ -147,22 +220,19 @@ impl<'a, T: Tally> Traversal<'a, T> {
         tmax: f32,
         mut answer: impl FnMut(usize, u8),
     ) {
-        if let Some(singles) = &mut self.singles {
+        if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
             return singles.unoccluded(rays, packets, tmax, answer);
         }
         let end = packets.end;
         for first in packets.step_by(beam::SIZE) {
             let batch = first..end.min(first + beam::SIZE);
-            let done = match &mut self.beams {
-                Beamers::None => false,
-                Beamers::Eight(beams) => {
-                    beams.unoccluded(rays, batch.clone(), tmax, &mut answer)
-                }
-                Beamers::Sixteen(beams) => {
-                    beams.unoccluded(rays, batch.clone(), tmax, &mut answer)
-                }
-            };
-            if !done {
+            // Packets of shadow rays are as fast as beams yet.
+            let beams = self.kernel != Kernel::Auto;
+            if !(beams
+                && self
+                    .beams
+                    .unoccluded(rays, batch.clone(), tmax, &mut answer))
+            {
                 self.unoccluded_by_packet(rays, batch, tmax, &mut answer);
             }
         }
@@ -186,6 +256,21 @@ impl<'a, T: Tally> Traversal<'a, T> {
             answer(k, unoccluded(&mut self.eight, rays, k, tmax) as u8);
         }
     }
+}
+
+/// Whether most packets are of rays that go different ways: more than 60 degrees from the first.
+fn part(rays: &RayQueue, packets: Range<usize>) -> bool {
+    let count = packets.len();
+    let together = packets.filter(|&packet| {
+        let (rays, active) = rays.packet::<F32x8>(packet, 0.0);
+        let dir = rays.dir;
+        let first = Vec3x8::splat(dir.x.lane(0), dir.y.lane(0), dir.z.lane(0));
+        let along = dir.dot(first);
+        let lengths = dir.dot(dir) * first.dot(first);
+        let near = along.gt(F32x8::ZERO) & (along * along).gt(lengths * F32x8::splat(0.25));
+        !(active & !near).any()
+    });
+    together.count() * TOGETHER < count
 }
 
 fn closest<L: Lanes, T: Tally>(

@@ -99,7 +99,7 @@ impl<L: Lanes> Shear<L> {
 
     /// A triangle's corners relative to the rays' origins, their components in the order of the frames.
     #[inline(always)]
-    pub(super) fn from_origins(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
+    pub(super) fn less_origins(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
         let [a, b, c] = self.in_order(block, lane);
         [a - self.org, b - self.org, c - self.org]
     }
@@ -112,7 +112,7 @@ impl<L: Lanes> Shear<L> {
 
     /// The same where the rays' dominant axes differ.
     #[inline(always)]
-    pub(super) fn from_origins_mixed(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
+    pub(super) fn less_origins_mixed(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
         let [a, b, c] = self.in_mixed_order(block, lane);
         [a - self.org, b - self.org, c - self.org]
     }

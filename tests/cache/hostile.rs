@@ -118,7 +118,7 @@ fn rendered(cached: Cached) {
     scene.max_depth = scene.max_depth.min(4);
     (scene.width, scene.height) = (16, 8);
     let prepared = Prepared::with_tree(cached.bvh);
-    for kernel in [Kernel::Packet8, Kernel::Packet16, Kernel::Single] {
+    for kernel in Kernel::ALL.map(|(_, kernel)| kernel) {
         frame(&scene, &prepared, Engine::Simd, kernel);
     }
 }

@@ -32,8 +32,7 @@ fn every_engine_has_a_row_for_every_kind_and_number_of_threads() {
     // Two scenes, six kinds and the frame, two numbers of threads.
     for (engine, kernel) in [
         ("phalanx", "auto"),
-        ("phalanx", "packet8"),
-        ("phalanx", "packet16"),
+        ("phalanx", phalanx::trace::Kernel::packets().name()),
         ("oracle", "scalar"),
     ] {
         let rows = rows(&record, engine, kernel);

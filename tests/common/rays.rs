@@ -52,7 +52,8 @@ pub struct Engines<'a> {
     pub oracle: Oracle<'a>,
     pub brute: Oracle<'a>,
     pub tracer: Tracer<'a>,
-    pub singles: Traversal<'a>,
+    /// Every kernel that is not the tracer's.
+    pub others: Vec<(&'static str, Traversal<'a>)>,
 }
 
 impl<'a> Engines<'a> {
@@ -61,7 +62,9 @@ impl<'a> Engines<'a> {
             oracle: Oracle::new(scene, Search::Tree(tree), 0),
             brute: Oracle::new(scene, Search::BruteForce, 0),
             tracer: Tracer::new(bvh),
-            singles: Traversal::new(bvh, Kernel::Single),
+            others: Kernel::ALL
+                .map(|(name, kernel)| (name, Traversal::new(bvh, kernel)))
+                .into(),
         }
     }
 
@@ -95,11 +98,14 @@ impl<'a> Engines<'a> {
             );
         }
         let arena = Bump::new();
-        let mut alone = [HitPacket::miss()];
-        self.singles.closest(&queue(&arena, rays), 0..1, &mut alone);
-        for (lane, want) in truth.iter().enumerate() {
-            let want = want.as_ref().map(hit_bits);
-            assert_eq!(lane_bits(&alone[0], lane), want, "alone, {:?}", rays[lane]);
+        let queue = queue(&arena, rays);
+        for (name, traversal) in &mut self.others {
+            let mut found = [HitPacket::miss()];
+            traversal.closest(&queue, 0..1, &mut found);
+            for (lane, want) in truth.iter().enumerate() {
+                let want = want.as_ref().map(hit_bits);
+                assert_eq!(lane_bits(&found[0], lane), want, "{name}, {:?}", rays[lane]);
+            }
         }
         truth
     }
@@ -117,13 +123,14 @@ impl<'a> Engines<'a> {
             .tracer
             .occluded(&pack(rays, |_| tmax), Mask8::first(rays.len()));
         assert_eq!(blocked.bits(), truth, "{rays:?} before {tmax}");
-        let (arena, mut seen) = (Bump::new(), 0);
-        self.singles
-            .unoccluded(&queue(&arena, rays), 0..1, tmax, |_, lanes| {
-                seen = u32::from(lanes)
-            });
+        let arena = Bump::new();
+        let queue = queue(&arena, rays);
         let all = Mask8::first(rays.len()).bits();
-        assert_eq!(all & !seen, truth, "alone, {rays:?} before {tmax}");
+        for (name, traversal) in &mut self.others {
+            let mut seen = 0;
+            traversal.unoccluded(&queue, 0..1, tmax, |_, lanes| seen = u32::from(lanes));
+            assert_eq!(all & !seen, truth, "{name}, {rays:?} before {tmax}");
+        }
         truth
     }
 }

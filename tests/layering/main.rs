@@ -28,7 +28,11 @@ const TABLE: [Row; 21] = [
         &["scene"],
         "a generator is a reader without a file",
     ),
-    row("bvh", &["scene"], "a tree of boxes, whoever walks it"),
+    row(
+        "bvh",
+        &["scene", "lanes"],
+        "a tree of boxes, whoever walks it; its blocks are as wide as lanes",
+    ),
     row(
         "cache",
         &["scene", "bvh"],
@@ -192,10 +196,14 @@ const BANNED: [(&str, &str); 11] = [
 ];
 
 /// Files that may hold `unsafe`.
-const UNSAFE_FILES: [&str; 5] = [
+const UNSAFE_FILES: [&str; 9] = [
     "cache/mapping.rs",
+    "trace/beam/descend.rs",
+    "trace/beam/pairs.rs",
+    "trace/order.rs",
     "trace/packet.rs",
-    "trace/single.rs",
+    "trace/prefetch.rs",
+    "trace/single/mod.rs",
     // A C interface, and the control register that it wants otherwise.
     "peers/embree/api.rs",
     "peers/embree/mxcsr.rs",

@@ -32,7 +32,10 @@ impl<'a> Growing<'a> {
         let mut growing = Growing {
             bvh,
             plan: Plan::of(bvh),
-            wide: Wide::default(),
+            wide: Wide {
+                others: vec![OtherLeaf::EMPTY],
+                ..Wide::default()
+            },
         };
         growing.grow();
         growing.wide
@@ -63,7 +66,7 @@ impl Growing<'_> {
         let (lo, hi) = ([[f32::INFINITY; LANES]; 3], [[f32::NEG_INFINITY; LANES]; 3]);
         self.wide.nodes.push(WideNode {
             boxes: [lo, hi],
-            children: [0; LANES],
+            children: [Target::NOTHING.code(); LANES],
             rank_bits: [0; 3],
         });
         Open {
@@ -191,7 +194,6 @@ impl Growing<'_> {
         }
     }
 }
-
 
 /// [`WideNode::rank_bits`] of these children. Lanes without a child come last.
 fn rank_bits(items: &[Item]) -> [u64; 3] {

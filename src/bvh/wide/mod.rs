@@ -18,7 +18,8 @@ pub struct WideNode {
     /// Lower corners by axis, then upper corners: a column for each child. Where there is no child, the box is empty:
     /// from +∞ to −∞.
     pub boxes: [[[f32; LANES]; 3]; 2],
-    /// What the children are: [`Target`] codes.
+    /// What the children are: [`Target`] codes. Where there is no child, [`Target::NOTHING`]: a ray that is no number passes
+    /// every box, and must come to an end.
     pub children: [u32; LANES],
     /// By axis, where each child comes when they are sorted by the middle of their boxes along it: byte k has bit r set, and
     /// no other, if child k comes r-th.
@@ -66,6 +67,9 @@ const KIND_SHIFT: u32 = 30;
 const INDEX: u32 = (1 << KIND_SHIFT) - 1;
 
 impl Target {
+    /// A leaf of nothing.
+    pub const NOTHING: Target = Target::Other(0);
+
     /// As one word.
     fn code(self) -> u32 {
         let (kind, index) = match self {
@@ -112,6 +116,14 @@ pub struct Wide {
     depth: usize,
 }
 
+impl OtherLeaf {
+    const EMPTY: OtherLeaf = OtherLeaf {
+        kind: LeafKind::Triangle,
+        first: 0,
+        count: 0,
+    };
+}
+
 impl Wide {
     /// Nodes; the root is the first. Every code in them is of a row that exists.
     pub fn nodes(&self) -> &[WideNode] {
@@ -128,7 +140,7 @@ impl Wide {
         &self.spheres
     }
 
-    /// Leaves of other kinds.
+    /// Leaves of other kinds; the first is empty.
     pub fn others(&self) -> &[OtherLeaf] {
         &self.others
     }
@@ -136,9 +148,16 @@ impl Wide {
     /// The largest absolute coordinate of any box.
     pub fn extent(&self) -> f32 {
         let root = self.nodes.first();
-        let planes = root.iter().flat_map(|node| node.boxes.as_flattened().as_flattened());
+        let planes = root
+            .iter()
+            .flat_map(|node| node.boxes.as_flattened().as_flattened());
         let finite = planes.filter(|x| x.is_finite());
         finite.fold(0.0, |most: f32, x| most.max(x.abs()))
+    }
+
+    /// Whether it holds nothing but triangles and spheres.
+    pub fn is_blocks(&self) -> bool {
+        self.others.len() <= 1
     }
 
     /// Most nodes on a path from the root.

@@ -137,4 +137,3 @@ pub(super) fn bounds(corners: &[[f32; 3]; 2]) -> Bounds {
 fn area(bounds: Bounds) -> f32 {
     bounds.half_area()
 }
-

@@ -55,9 +55,9 @@ pub struct RunArgs {
     /// Bind workers to cores even where there are fewer of them than cores
     #[arg(long)]
     pub pin: bool,
-    /// Traversal kernels to measure beside `auto`
-    #[arg(long, value_name = "NAME", default_value = "all", value_parser = kernels_parser())]
-    pub kernel: Kernels,
+    /// Traversal kernels to measure beside `auto` [default: packets as wide as this build's; all with --counters-only]
+    #[arg(long, value_name = "NAME", value_parser = kernels_parser())]
+    pub kernel: Option<Kernels>,
     /// Other tracers to measure on the same rays, separated by commas
     #[arg(long, value_enum, value_name = "PEER,…", value_delimiter = ',')]
     pub against: Vec<PeerArg>,

@@ -24,6 +24,7 @@ use phalanx::report::html::{ScenePictures, page};
 use phalanx::report::{
     Machine, Program, Record, Run, SCHEMA_VERSION, side_by_side, to_csv, to_json,
 };
+use phalanx::trace::Kernel;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -157,7 +158,7 @@ fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> Plan<'p> {
     Plan {
         kinds: args.kinds(),
         frames: args.frames(),
-        kernels: args.kernel.0.iter().map(|(_, kernel)| *kernel).collect(),
+        kernels: kernels(args),
         threads: args.thread_counts(),
         size,
         repeat: args.repeat.map_or(suite.repeat, |n| n as usize),
@@ -165,6 +166,15 @@ fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> Plan<'p> {
         pin: args.pin,
         peers,
         timed: !args.counters_only && args.update_suite.is_none(),
+    }
+}
+
+fn kernels(args: &RunArgs) -> Vec<Kernel> {
+    let all = |kernels: &[(&str, Kernel)]| kernels.iter().map(|(_, kernel)| *kernel).collect();
+    match &args.kernel {
+        Some(kernels) => all(&kernels.0),
+        None if args.counters_only => all(&Kernel::ALL),
+        None => vec![Kernel::packets()],
     }
 }
 

@@ -1,6 +1,6 @@
 //! Where rays meet: the eye that they start from, the light that they end at, or nowhere, because they are parallel.
 
-use crate::lanes::{F32x8, LaneIds, LaneMask, Lanes, Mask8, Vec3x8};
+use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, Vec3x8};
 use crate::packet::RayQueue;
 use std::ops::Range;
 
@@ -45,6 +45,9 @@ impl Apex {
     /// The origin of all rays, if they have the same to the bit.
     #[inline(never)]
     pub(super) fn behind(rays: &RayQueue, packets: Range<usize>) -> Option<Apex> {
+        if rays.len() <= packets.start * LANES {
+            return None;
+        }
         let (org, _) = rays.ray(packets.start, 0);
         let first = Vec3x8::splat(org[0], org[1], org[2]);
         for packet in packets {
@@ -59,6 +62,9 @@ impl Apex {
     /// The point that all rays come to at `tmax`, if they come to one; or their direction, if it is the same to the bit.
     #[inline(never)]
     pub(super) fn ahead(rays: &RayQueue, packets: Range<usize>, tmax: f32) -> Option<Apex> {
+        if rays.len() <= packets.start * LANES {
+            return None;
+        }
         let (org, dir) = rays.ray(packets.start, 0);
         let place: [f32; 3] = std::array::from_fn(|k| org[k] + dir[k] * tmax);
         let [center, apex, first] = [org, place, dir].map(|v| Vec3x8::splat(v[0], v[1], v[2]));

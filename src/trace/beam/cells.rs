@@ -183,9 +183,8 @@ impl Cells {
     /// Whether a cell of this size is one. One of a NaN is not.
     #[inline(always)]
     fn is_narrow(&self, ranges: [[f32; 2]; 2]) -> bool {
-        let fits = |[low, high]: [f32; 2]| {
-            high - low <= self.widest && low > -self.end && high < self.end
-        };
+        let fits =
+            |[low, high]: [f32; 2]| high - low <= self.widest && low > -self.end && high < self.end;
         fits(ranges[0]) && fits(ranges[1])
     }
 
@@ -212,7 +211,8 @@ impl Cells {
             }
         }
         for axis in 0..2 {
-            let (mut least, mut most) = (F32x8::splat(f32::INFINITY), F32x8::splat(f32::NEG_INFINITY));
+            let (mut least, mut most) =
+                (F32x8::splat(f32::INFINITY), F32x8::splat(f32::NEG_INFINITY));
             for run in 0..runs {
                 let low = F32x8::of_column(&self.low[axis], run);
                 let high = F32x8::of_column(&self.high[axis], run);
@@ -255,7 +255,8 @@ impl Cells {
     /// Which cells, of these, may meet a box.
     #[inline(always)]
     pub(super) fn meeting<L: Lanes>(&self, of: u64, seen: &[[f32; LANES]; 5], lane: usize) -> u64 {
-        let [low_p, high_p, low_q, high_q, near] = [0, 1, 2, 3, 4].map(|k| L::splat(seen[k][lane % LANES]));
+        let [low_p, high_p, low_q, high_q, near] =
+            [0, 1, 2, 3, 4].map(|k| L::splat(seen[k][lane % LANES]));
         let mut met = 0;
         for run in 0..self.runs::<L>() {
             let column = |column: &Column| L::of_column(column, run);
@@ -296,11 +297,14 @@ impl Cells {
             [middle - more, middle + more]
         };
         let [u, v, w] = seen.edges.map(range);
-        let inside = u[1].min(v[1]).min(w[1]).ge(F32x8::ZERO) | u[0].max(v[0]).max(w[0]).le(F32x8::ZERO);
+        let inside =
+            u[1].min(v[1]).min(w[1]).ge(F32x8::ZERO) | u[0].max(v[0]).max(w[0]).le(F32x8::ZERO);
         let edge = |column: &[Column; 2], axis: usize| F32x8::splat(column[axis][k]);
         let own = &seen.own;
-        let beside = own.low_p.le(edge(&self.high, 0)) & own.high_p.ge(edge(&self.low, 0))
-            & own.low_q.le(edge(&self.high, 1)) & own.high_q.ge(edge(&self.low, 1));
+        let beside = own.low_p.le(edge(&self.high, 0))
+            & own.high_p.ge(edge(&self.low, 0))
+            & own.low_q.le(edge(&self.high, 1))
+            & own.high_q.ge(edge(&self.low, 1));
         (inside & beside & own.ahead & own.near.le(F32x8::splat(self.far[k]))).bits()
     }
 }

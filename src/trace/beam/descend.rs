@@ -1,16 +1,17 @@
 //! Cells down the wide tree: a mask of them on the stack, the nearest child first.
 
-use super::cells::{CELLS, Cells};
+use super::block::Triangles;
+use super::cells::Cells;
 use super::frame::Frame;
+use super::pairs::Pairs;
 use crate::bvh::{LeafKind, OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
-use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
-use crate::trace::aabb::{Slabs, Stay};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8};
 use crate::trace::goal::{Goal, Meeting, Prepared};
 use crate::trace::packet::Tracer;
 use crate::trace::prefetch::prefetch;
-use crate::trace::tally::Tally;
 use crate::trace::sphere::{self, Ball};
-use crate::trace::triangle::{self, Columns, MIXED, OwnBox};
+use crate::trace::tally::Tally;
+use crate::trace::triangle::MIXED;
 
 /// A child that some cells may still meet.
 #[derive(Clone, Copy)]
@@ -46,31 +47,6 @@ pub(super) struct Descent<'d, 'a, L: Lanes, G, T> {
     pub(super) packets: &'d mut Tracer<'a, L, T>,
     pub(super) work: &'d mut T,
 }
-
-/// Pairs of a cell and a primitive of a block that have to be tested.
-struct Pairs {
-    cells: [u8; CELLS * LANES + LANES],
-    lanes: [u8; CELLS * LANES + LANES],
-    count: usize,
-}
-
-/// By set of lanes: the lanes in it, one a byte, first those of the lower bytes.
-static LANES_OF: [[u8; LANES]; 256] = {
-    let mut table = [[0; LANES]; 256];
-    let mut set = 0;
-    while set < 256 {
-        let (mut lane, mut at) = (0, 0);
-        while lane < LANES {
-            if set >> lane & 1 == 1 {
-                table[set][at] = lane as u8;
-                at += 1;
-            }
-            lane += 1;
-        }
-        set += 1;
-    }
-    table
-};
 
 impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
     /// Visits what the cells meet, front to back. `SHARED` says that all rays start at the apex.
@@ -121,9 +97,10 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
     /// Writes the children that cells may meet, the nearest last, and tells how many.
     #[inline(always)]
     fn node(&mut self, node: &WideNode, cells: u64, above: &mut [Entry]) -> usize {
-       let seen = self.frame.boxes(&node.boxes.map(|c| c.map(F32x8::new)));
+        let seen = self.frame.boxes(&node.boxes.map(|c| c.map(F32x8::new)));
         let mut left = self.cells.any_meets(&seen);
-        self.work.wide_node(u64::from(left.count_ones() + 1) * LANES as u64);
+        self.work
+            .wide_node(u64::from(left.count_ones() + 1) * LANES as u64);
         let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
         let columns = columns.map(F32x8::to_array);
         let ranks = node.rank_bits[self.frame.axes[0] % 3];
@@ -172,26 +149,14 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
         cells: u64,
         pairs: &mut Pairs,
     ) {
-        let [x, y, z] = self.frame.center;
-        let center = Vec3x8::splat(x, y, z);
-        let place = |c: &[[f32; LANES]; 3]| {
-            let [x, y, z] = c.map(F32x8::new);
-            Vec3x8::new(x, y, z)
-        };
-        let [a, b, c] = &block.corners;
-        let places = [place(a), place(b), place(c)];
-        let relative = [places[0] - center, places[1] - center, places[2] - center];
-        let own = triangle::own_boxes(places);
-        let seen = self.frame.triangles(&relative, &own.map(|v| [v.x, v.y, v.z]));
+        let triangles = Triangles::<SHARED>::new(self.frame, block);
         pairs.count = 0;
         let mut left = cells;
         while left != 0 {
             let cell = left.trailing_zeros() as usize;
             left &= left - 1;
-            pairs.add(cell, self.cells.hits(cell, &seen));
+            pairs.add(cell, self.cells.hits(cell, &triangles.seen));
         }
-        let own = self.own_planes::<SHARED>(own);
-        let corners = columns(if SHARED { &relative } else { &places });
         let mut touched = 0u64;
         for k in 0..pairs.count {
             let (cell, lane) = pairs.get(k);
@@ -200,37 +165,17 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
             let rays = unsafe { self.groups.get_unchecked(group) };
             // SAFETY: as above.
             let goal = unsafe { self.goals.get_unchecked_mut(group) };
-            let triangle = BlockLane::<SHARED> {
-                corners: &corners,
-                planes: &own,
-                lane,
-                prim_id: block.prim_id[lane],
-            };
             let met = match rays.shear.axis {
-                MIXED => triangle.test_mixed(rays, goal),
-                _ => triangle.test(rays, goal),
+                MIXED => triangles.test_mixed(lane, rays, goal),
+                _ => triangles.test(lane, rays, goal),
             };
             touched |= u64::from(met) << cell;
         }
-       self.work.block(
+        self.work.block(
             LeafKind::Triangle,
             (pairs.count * L::PACKETS * LANES) as u64,
         );
         self.touch(touched);
-    }
-
-    /// The own boxes of a block; where all rays start at the apex, relative to it as [`Slabs::stay_from`] wants it.
-    #[inline(always)]
-    fn own_planes<const SHARED: bool>(&self, [lo, hi]: [Vec3x8; 2]) -> [[F32x8; 4]; 2] {
-        // Lower planes from the origin moved up: away from the box.
-        let [for_hi, for_lo] = if SHARED {
-            let [x, y, z] = self.frame.center;
-            Slabs::moved(Vec3x8::splat(x, y, z))
-        } else {
-            [Vec3x8::ZERO; 2]
-        };
-        let (lo, hi) = if SHARED { (lo - for_lo, hi - for_hi) } else { (lo, hi) };
-        columns(&[lo, hi])
     }
 
     #[inline(always)]
@@ -282,7 +227,8 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
             if done >> group & 1 == 0 {
                 done |= 1 << group;
                 let (rays, goal) = (&self.groups[group], &mut self.goals[group]);
-                self.packets.leaf_alone(rays, goal, leaf.kind, slots.clone());
+                self.packets
+                    .leaf_alone(rays, goal, leaf.kind, slots.clone());
             }
         }
         self.touch(cells);
@@ -299,86 +245,6 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
             self.cells.set_far(self.frame, cell, goal.limit());
         }
     }
-}
-
-/// A triangle of a block.
-#[derive(Clone, Copy)]
-struct BlockLane<'a, const SHARED: bool> {
-    corners: &'a Columns,
-    planes: &'a [[F32x8; 4]; 2],
-    lane: usize,
-    prim_id: u32,
-}
-
-impl<const SHARED: bool> BlockLane<'_, SHARED> {
-    /// Whether any ray of a packet meets it; if so, the goal is told.
-    #[inline(always)]
-    fn test<L: Lanes>(self, rays: &Prepared<L>, goal: &mut impl Goal<L>) -> bool {
-        let corners = if SHARED {
-            rays.shear.in_order(self.corners, self.lane)
-        } else {
-            rays.shear.from_origins(self.corners, self.lane)
-        };
-        self.meet(corners, rays, goal)
-    }
-
-    /// The same for rays whose dominant axes differ. Apart, because it is rare and wants many registers.
-    #[cold]
-    #[inline(never)]
-    fn test_mixed<L: Lanes>(self, rays: &Prepared<L>, goal: &mut impl Goal<L>) -> bool {
-        let corners = if SHARED {
-            rays.shear.in_mixed_order(self.corners, self.lane)
-        } else {
-            rays.shear.from_origins_mixed(self.corners, self.lane)
-        };
-        self.meet(corners, rays, goal)
-    }
-
-    #[inline(always)]
-    fn meet<L: Lanes>(
-        self,
-        corners: [Vec3Lanes<L>; 3],
-        rays: &Prepared<L>,
-        goal: &mut impl Goal<L>,
-    ) -> bool {
-        let own = LaneBox::<_, SHARED> {
-            slabs: &rays.slabs,
-            planes: self.planes,
-            lane: self.lane,
-        };
-        match triangle::meet(corners, rays.shear.slopes(), &own) {
-            Some(hit) => {
-                goal.take(&hit, self.prim_id);
-                true
-            }
-            None => false,
-        }
-    }
-}
-
-/// The own box of one triangle of a block.
-struct LaneBox<'a, L: Lanes, const SHARED: bool> {
-    slabs: &'a Slabs<L>,
-    planes: &'a [[F32x8; 4]; 2],
-    lane: usize,
-}
-
-impl<L: Lanes, const SHARED: bool> OwnBox<L> for LaneBox<'_, L, SHARED> {
-    #[inline(always)]
-    fn stay(&self) -> Stay<L> {
-        if SHARED {
-            return self.slabs.stay_from(self.planes, self.lane);
-        }
-        let plane = |side: usize, axis: usize| self.planes[side][axis].lane(self.lane % LANES);
-        let corner = |side: usize| [plane(side, 0), plane(side, 1), plane(side, 2)];
-        self.slabs.stay(&[corner(0), corner(1)])
-    }
-}
-
-/// In memory, to be read lane by lane.
-#[inline(always)]
-fn columns<const N: usize>(vectors: &[Vec3x8; N]) -> [[F32x8; 4]; N] {
-    vectors.map(|v| [v.x, v.y, v.z, F32x8::ZERO])
 }
 
 /// Of some children, as bits by lane, which ranks they have: see [`WideNode::rank_bits`].
@@ -400,41 +266,6 @@ fn child_at(ranks: u64, rank: u32) -> usize {
     ((ranks & EACH << (rank % 8)).trailing_zeros() / 8) as usize % LANES
 }
 
-impl Pairs {
-    #[inline(always)]
-    fn none() -> Pairs {
-        Pairs {
-            cells: [0; CELLS * LANES + LANES],
-            lanes: [0; CELLS * LANES + LANES],
-            count: 0,
-        }
-    }
-
-    /// Adds a cell with each of some lanes: eight are written, and as many kept as there are.
-    #[inline(always)]
-    fn add(&mut self, cell: usize, lanes: u32) {
-        let at = self.count;
-        let lanes = lanes as u8;
-        // SAFETY: each cell is added once with eight lanes at most, so there are eight places left.
-        let (cells, places) = unsafe {
-            (
-                self.cells.get_unchecked_mut(at..at + LANES),
-                self.lanes.get_unchecked_mut(at..at + LANES),
-            )
-        };
-        cells.copy_from_slice(&[cell as u8; LANES]);
-        places.copy_from_slice(&LANES_OF[lanes as usize]);
-        self.count += lanes.count_ones() as usize;
-    }
-
-    #[inline(always)]
-    fn get(&self, k: usize) -> (usize, usize) {
-        // SAFETY: `k` is below `count`, which is within both.
-        let (cell, lane) = unsafe { (*self.cells.get_unchecked(k), *self.lanes.get_unchecked(k)) };
-        (cell as usize % CELLS, lane as usize % LANES)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -454,13 +285,4 @@ mod tests {
             assert_eq!(child_at(ranks, *r), lane);
         }
     }
-
-    #[test]
-    fn lanes_of_a_set_come_in_order() {
-        for set in 0..256usize {
-            let want: Vec<u8> = (0..8).filter(|lane| set >> lane & 1 == 1).collect();
-            assert_eq!(LANES_OF[set][..want.len()], want);
-        }
-    }
 }
-

@@ -40,7 +40,7 @@
 //! for a cell if either can be so anywhere in its rectangle.
 
 use super::apex::{Apex, Spread};
-use crate::lanes::{F32x8, LANES, Lanes, Mask8, Vec3Lanes, Vec3x8};
+use crate::lanes::{F32x8, Lanes, Mask8, Vec3Lanes, Vec3x8};
 use crate::packet::RayPacket;
 use crate::scene::PAD;
 
@@ -158,13 +158,7 @@ impl Frame {
     }
 
     /// For rays that go to a light at `way` from the centre, `distance` away along the dominant axis or endlessly far.
-    fn far(
-        rays: &Spread,
-        way: [f32; 3],
-        distance: Option<f32>,
-        blur: f32,
-        extent: f32,
-    ) -> Frame {
+    fn far(rays: &Spread, way: [f32; 3], distance: Option<f32>, blur: f32, extent: f32) -> Frame {
         let axis = dominant(way);
         let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
         let sign = -1f32.copysign(way[axis]);

@@ -15,9 +15,11 @@
 //! | `frame` | boxes and triangles seen from it, and why nothing is lost |
 //! | `sorted` | rays in the order in which they are seen |
 //! | `cells` | the rays, in rectangles |
+//! | `block`, `pairs` | eight triangles, and which cells each is tested against |
 //! | `descend` | cells down the tree |
 
 mod apex;
+mod block;
 mod cells;
 #[allow(
     unsafe_code,
@@ -25,6 +27,11 @@ mod cells;
 )]
 mod descend;
 mod frame;
+#[allow(
+    unsafe_code,
+    reason = "the list has no bounds checks; each block says why it may"
+)]
+mod pairs;
 mod sorted;
 
 use super::goal::{AnyHit, Closest, Goal, Prepared, nowhere};
@@ -81,7 +88,11 @@ impl Batch<'_, '_> {
     fn packet<L: Lanes>(&self, k: usize, j: usize) -> usize {
         let (at, whole) = (k * L::PACKETS + j, self.packets.len() & !3);
         let turned = L::PACKETS == 2 && at < whole;
-        let place = if turned { at & !3 | (at & 1) << 1 | (at >> 1 & 1) } else { at };
+        let place = if turned {
+            at & !3 | (at & 1) << 1 | (at >> 1 & 1)
+        } else {
+            at
+        };
         self.packets.start + place
     }
 
@@ -144,9 +155,13 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         let frame = Frame::new(&apex, toward(&batch), self.extent);
         let mut goals = std::mem::take(&mut self.closest);
         let count = batch.groups::<L>();
-        let alone = self.trace::<_, true>(&frame, count, |k| batch.group(k), &mut goals, |limit, _| {
-            Closest::new(limit)
-        });
+        let alone = self.trace::<_, true>(
+            &frame,
+            count,
+            |k| batch.group(k),
+            &mut goals,
+            |limit, _| Closest::new(limit),
+        );
         for (k, goal) in goals.iter().enumerate() {
             let (rays, active) = batch.group::<L>(k);
             let found = match alone >> k & 1 {
@@ -252,9 +267,13 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         for (k, (goal, projected)) in goals.iter().zip(&self.projected).enumerate() {
             let limit = goal.limit();
             let active = limit.gt(nowhere());
-            if self.cells.add(frame.near, *projected, limit, active, k, count - k - 1) {
+            if self
+                .cells
+                .add(frame.near, *projected, limit, active, k, count - k - 1)
+            {
+                let lanes = active.bits().count_ones();
                 self.work
-                    .begin(L::PACKETS as u64, active.bits().count_ones());
+                    .begin(u64::from(lanes.div_ceil(LANES as u32)), lanes);
             } else {
                 alone |= 1 << k;
             }

@@ -92,7 +92,10 @@ impl Sorted {
         let first = k * L::PACKETS * LANES;
         let numbers = &self.number[first..self.count.min(first + L::PACKETS * LANES)];
         for (lane, &number) in numbers.iter().enumerate() {
-            let (packet, at) = (usize::from(number) / LANES % SIZE, usize::from(number) % LANES);
+            let (packet, at) = (
+                usize::from(number) / LANES % SIZE,
+                usize::from(number) % LANES,
+            );
             packets[packet] |= ((lanes >> lane & 1) as u8) << at;
         }
     }
@@ -115,7 +118,8 @@ fn keys(frame: &Frame, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
     }
     let low = ends[0].map(F32x8::least);
     let high = ends[1].map(F32x8::greatest);
-    let scale: [f32; 2] = std::array::from_fn(|axis| (GRID as f32 - 0.01) / (high[axis] - low[axis]));
+    let scale: [f32; 2] =
+        std::array::from_fn(|axis| (GRID as f32 - 0.01) / (high[axis] - low[axis]));
     let mut keys = [0; RAYS];
     for (keys, place) in keys.as_chunks_mut::<LANES>().0.iter_mut().zip(&places) {
         let square = |axis: usize| {

@@ -1,0 +1,80 @@
+//! Pairs of a cell and a triangle of a block, listed without a branch.
+
+use super::cells::CELLS;
+use crate::lanes::LANES;
+
+/// All pairs there can be, and eight places more, because eight are written at once.
+const ROOM: usize = CELLS * LANES + LANES;
+
+/// Pairs that have to be tested.
+pub(super) struct Pairs {
+    cells: [u8; ROOM],
+    lanes: [u8; ROOM],
+    pub(super) count: usize,
+}
+
+/// By set of lanes: the lanes in it, one a byte, first those of the lower bytes.
+static LANES_OF: [[u8; LANES]; 256] = {
+    let mut table = [[0; LANES]; 256];
+    let mut set = 0;
+    while set < 256 {
+        let (mut lane, mut at) = (0, 0);
+        while lane < LANES {
+            if set >> lane & 1 == 1 {
+                table[set][at] = lane as u8;
+                at += 1;
+            }
+            lane += 1;
+        }
+        set += 1;
+    }
+    table
+};
+
+impl Pairs {
+    #[inline(always)]
+    pub(super) fn none() -> Pairs {
+        Pairs {
+            cells: [0; ROOM],
+            lanes: [0; ROOM],
+            count: 0,
+        }
+    }
+
+    /// Adds a cell with each of some lanes: eight are written, and as many kept as there are.
+    #[inline(always)]
+    pub(super) fn add(&mut self, cell: usize, lanes: u32) {
+        let at = self.count;
+        let lanes = lanes as u8;
+        // SAFETY: each cell is added once with eight lanes at most, so there are eight places left.
+        let (cells, places) = unsafe {
+            (
+                self.cells.get_unchecked_mut(at..at + LANES),
+                self.lanes.get_unchecked_mut(at..at + LANES),
+            )
+        };
+        cells.copy_from_slice(&[cell as u8; LANES]);
+        places.copy_from_slice(&LANES_OF[lanes as usize]);
+        self.count += lanes.count_ones() as usize;
+    }
+
+    #[inline(always)]
+    pub(super) fn get(&self, k: usize) -> (usize, usize) {
+        // SAFETY: `k` is below `count`, which is within both.
+        let (cell, lane) = unsafe { (*self.cells.get_unchecked(k), *self.lanes.get_unchecked(k)) };
+        (cell as usize % CELLS, lane as usize % LANES)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lanes_of_a_set_come_in_order() {
+        for (set, lanes) in LANES_OF.iter().enumerate() {
+            let want: Vec<u8> = (0..8).filter(|lane| set >> lane & 1 == 1).collect();
+            assert_eq!(lanes[..want.len()], want);
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! One ray under way, against eight boxes or eight primitives at a time.
+
+use crate::bvh::{SphereBlock, TriangleBlock};
+use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
+use crate::packet::NO_PRIM;
+use crate::trace::aabb::Stay;
+use crate::trace::goal::Best;
+use crate::trace::sphere;
+use crate::trace::triangle::{self, OwnBox};
+
+/// One ray under way.
+#[derive(Clone, Copy)]
+pub(super) struct Context {
+    /// What the slab test needs: see [`Slabs`].
+    pub(super) rdir: [f32; 3],
+    pub(super) first: [f32; 3],
+    pub(super) last: [f32; 3],
+    pub(super) near: [usize; 3],
+    /// The axes in the order of the ray's frame, the origin in that order, slopes and scale: see [`Shear`].
+    pub(super) axes: [usize; 3],
+    pub(super) frame_org: [f32; 3],
+    pub(super) slopes: [f32; 3],
+    pub(super) org: [f32; 3],
+    pub(super) dir: [f32; 3],
+    pub(super) best: Hit,
+    /// Entries on its stack.
+    pub(super) top: usize,
+    /// Where it is.
+    pub(super) current: u32,
+    /// Which ray of the queue it is.
+    pub(super) ray: usize,
+}
+
+/// The closest hit so far of one ray, as in [`Best`].
+#[derive(Clone, Copy)]
+pub(super) struct Hit {
+    pub(super) t: f32,
+    pub(super) v: f32,
+    pub(super) w: f32,
+    pub(super) det: f32,
+    pub(super) prim_id: u32,
+}
+
+impl Context {
+    pub(super) const IDLE: Context = Context {
+        rdir: [0.0; 3],
+        first: [0.0; 3],
+        last: [0.0; 3],
+        near: [0; 3],
+        axes: [0; 3],
+        frame_org: [0.0; 3],
+        slopes: [0.0; 3],
+        org: [0.0; 3],
+        dir: [0.0; 3],
+        best: Hit {
+            t: 0.0,
+            v: 0.0,
+            w: 0.0,
+            det: 1.0,
+            prim_id: NO_PRIM,
+        },
+        top: 0,
+        current: 0,
+        ray: 0,
+    };
+
+    /// The ray's stays in eight boxes: the arithmetic of [`Slabs::stay_ordered`], with the lanes' parts exchanged.
+    #[inline(always)]
+    pub(super) fn stay(&self, boxes: &[[[f32; LANES]; 3]; 2]) -> Stay<F32x8> {
+        let enter = |axis: usize| {
+            let plane = F32x8::new(boxes[self.near[axis] & 1][axis]);
+            (plane - F32x8::splat(self.first[axis])) * F32x8::splat(self.rdir[axis])
+        };
+        let leave = |axis: usize| {
+            let plane = F32x8::new(boxes[(self.near[axis] & 1) ^ 1][axis]);
+            (plane - F32x8::splat(self.last[axis])) * F32x8::splat(self.rdir[axis])
+        };
+        Stay {
+            enter: enter(0).max(enter(1)).max(enter(2)).max(F32x8::ZERO),
+            leave: leave(0).min(leave(1)).min(leave(2)),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn triangles<const ANY: bool>(&mut self, block: &TriangleBlock) {
+        let [kx, ky, kz] = self.axes.map(|axis| axis % 3);
+        let column = |corner: usize, axis: usize| F32x8::new(block.corners[corner][axis]);
+        let corner = |c: usize| {
+            Vec3x8::new(
+                column(c, kx) - F32x8::splat(self.frame_org[0]),
+                column(c, ky) - F32x8::splat(self.frame_org[1]),
+                column(c, kz) - F32x8::splat(self.frame_org[2]),
+            )
+        };
+        let corners = [corner(0), corner(1), corner(2)];
+        let slopes = self.slopes.map(F32x8::splat);
+        let own = BlockBox {
+            context: self,
+            block,
+        };
+        let found = triangle::meet(corners, slopes, &own);
+        if let Some(hit) = found {
+            self.take::<ANY>(hit.valid, hit.t, [hit.v, hit.w, hit.det], &block.prim_id);
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn spheres<const ANY: bool>(&mut self, block: &SphereBlock) {
+        let column = |axis: usize| F32x8::splat(self.org[axis]) - F32x8::new(block.center[axis]);
+        let from_center = Vec3x8::new(column(0), column(1), column(2));
+        let dir = Vec3x8::splat(self.dir[0], self.dir[1], self.dir[2]);
+        if let Some(roots) = sphere::roots(from_center, dir, F32x8::new(block.radius)) {
+            let (valid, t) = sphere::nearest(roots, self.stay(&block.own_box));
+            let bare = [F32x8::ZERO, F32x8::ZERO, F32x8::ONE];
+            self.take::<ANY>(valid, t, bare, &block.prim_id);
+        }
+    }
+
+    /// [`Context::stay`], for boxes that are in registers.
+    #[inline(always)]
+    fn stay_in(&self, [lo, hi]: [Vec3x8; 2]) -> Stay<F32x8> {
+        let enter = |axis: usize, lo: F32x8, hi: F32x8| {
+            let near = if self.near[axis] == 0 { lo } else { hi };
+            (near - F32x8::splat(self.first[axis])) * F32x8::splat(self.rdir[axis])
+        };
+        let leave = |axis: usize, lo: F32x8, hi: F32x8| {
+            let far = if self.near[axis] == 0 { hi } else { lo };
+            (far - F32x8::splat(self.last[axis])) * F32x8::splat(self.rdir[axis])
+        };
+        let (x, y, z) = ((0, lo.x, hi.x), (1, lo.y, hi.y), (2, lo.z, hi.z));
+        let first = enter(x.0, x.1, x.2).max(enter(y.0, y.1, y.2));
+        let last = leave(x.0, x.1, x.2).min(leave(y.0, y.1, y.2));
+        Stay {
+            enter: first.max(enter(z.0, z.1, z.2)).max(F32x8::ZERO),
+            leave: last.min(leave(z.0, z.1, z.2)),
+        }
+    }
+
+    /// Takes what is closer than the best, or as close with a smaller number.
+    #[inline(always)]
+    fn take<const ANY: bool>(
+        &mut self,
+        valid: Mask8,
+        t: F32x8,
+        weights: [F32x8; 3],
+        ids: &[u32; LANES],
+    ) {
+        let limit = F32x8::splat(self.best.t);
+        if ANY {
+            if (valid & t.lt(limit)).any() {
+                self.block();
+            }
+            return;
+        }
+        let near = valid & t.le(limit);
+        if !near.any() {
+            return;
+        }
+        let (t, [v, w, det]) = (t.to_array(), weights.map(F32x8::to_array));
+        for lane in near.lanes() {
+            let id = ids[lane];
+            if t[lane] < self.best.t || (t[lane] == self.best.t && id < self.best.prim_id) {
+                self.best = Hit {
+                    t: t[lane],
+                    v: v[lane],
+                    w: w[lane],
+                    det: det[lane],
+                    prim_id: id,
+                };
+            }
+        }
+    }
+
+    /// Something is in the way: nothing is left to visit.
+    pub(super) fn block(&mut self) {
+        self.best.prim_id = 0;
+        self.top = 0;
+    }
+}
+
+/// The own boxes of a block's triangles.
+struct BlockBox<'a> {
+    context: &'a Context,
+    block: &'a TriangleBlock,
+}
+
+impl OwnBox<F32x8> for BlockBox<'_> {
+    #[inline(always)]
+    fn stay(&self) -> Stay<F32x8> {
+        let [a, b, c] = &self.block.corners;
+        let all = |corner: &[[f32; LANES]; 3]| {
+            Vec3x8::new(
+                F32x8::new(corner[0]),
+                F32x8::new(corner[1]),
+                F32x8::new(corner[2]),
+            )
+        };
+        self.context
+            .stay_in(triangle::own_boxes([all(a), all(b), all(c)]))
+    }
+}
+
+impl Hit {
+    /// In every lane, `limit` being its distance.
+    pub(super) fn spread(&self, limit: F32x8) -> Best<F32x8> {
+        Best {
+            t: limit,
+            v: F32x8::splat(self.v),
+            w: F32x8::splat(self.w),
+            det: F32x8::splat(self.det),
+            prim_id: U32x8::splat(self.prim_id),
+        }
+    }
+
+    /// Of the first lane.
+    pub(super) fn of(best: &Best<F32x8>) -> Hit {
+        Hit {
+            t: best.t.lane(0),
+            v: best.v.lane(0),
+            w: best.w.lane(0),
+            det: best.det.lane(0),
+            prim_id: best.prim_id.lane(0),
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! Rays on their own down the wide tree, several at a time: a lane is a child of a node, or a primitive of a block.
+//!
+//! Rays that have parted share neither nodes nor leaves, and most lanes of a packet would idle. Eight children of one
+//! node are always there. What a ray on its own waits for is memory and the outcome of its last comparison; so a dozen
+//! and more go side by side in steps, all at their nodes, then all at their blocks, then all to what is next, and while
+//! one waits another's numbers are there. Nothing branches on what a box test says: all eight children are written
+//! above the stack's top in the order of their distances, and the top moves by how many are met.
+
+mod context;
+mod source;
+
+use super::goal::{AnyHit, Closest, Prepared};
+use super::order::{self, Entry};
+use super::packet::Tracer;
+use super::prefetch::prefetch;
+use super::tally::{Packets, Tally};
+use crate::bvh::{Bvh, LeafKind, Target, Wide};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
+use context::{Context, Hit};
+use source::Source;
+use std::ops::Range;
+
+/// Rays side by side.
+const CONTEXTS: usize = 32;
+
+/// Packets whose occlusion is asked at once.
+const BATCH: usize = 256;
+
+/// Traces rays of a queue on their own, and counts by `T`.
+pub(super) struct Singles<'a, T = Packets> {
+    wide: &'a Wide,
+    /// For what has no blocks.
+    packets: Tracer<'a, F32x8, T>,
+    contexts: [Context; CONTEXTS],
+    /// A stack for each context, `room` entries long.
+    stacks: Vec<Entry>,
+    room: usize,
+    work: T,
+}
+
+impl<'a, T: Tally> Singles<'a, T> {
+    pub(super) fn new(bvh: &'a Bvh) -> Singles<'a, T> {
+        let wide = bvh.wide();
+        // A node takes one entry and writes eight.
+        let room = wide.depth() * (LANES - 1) + LANES + 1;
+        Singles {
+            wide,
+            packets: Tracer::counting(bvh),
+            contexts: [Context::IDLE; CONTEXTS],
+            stacks: vec![0; room * CONTEXTS],
+            room,
+            work: T::default(),
+        }
+    }
+
+    /// The closest hits of some packets of a queue, one [`HitPacket`] each.
+    pub(super) fn closest(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        hits: &mut [HitPacket],
+    ) {
+        let start = packets.start * LANES;
+        for hit in hits.iter_mut() {
+            *hit = HitPacket::miss();
+        }
+        self.trace::<false>(rays, packets, f32::INFINITY, |context| {
+            let found = &context.best;
+            if found.t < f32::INFINITY {
+                let at = context.ray - start;
+                hits[at / LANES].set(
+                    at % LANES,
+                    [found.t, found.v / found.det, found.w / found.det],
+                    found.prim_id,
+                );
+            }
+        });
+    }
+
+    /// Tells `answer`, for some packets of a queue, which lanes (as bits) of each meet nothing before `tmax`.
+    pub(super) fn unoccluded(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: f32,
+        mut answer: impl FnMut(usize, u8),
+    ) {
+        // As many at once as there is room for on the stack.
+        for first in packets.clone().step_by(BATCH) {
+            let batch = first..packets.end.min(first + BATCH);
+            let mut seen = [0u8; BATCH];
+            self.trace::<true>(rays, batch.clone(), tmax, |context| {
+                let at = context.ray - first * LANES;
+                seen[at / LANES % BATCH] |=
+                    u8::from(context.best.prim_id == NO_PRIM) << (at % LANES);
+            });
+            for (packet, seen) in batch.zip(seen) {
+                answer(packet, seen);
+            }
+        }
+    }
+
+    /// Counters since it was made.
+    pub(super) fn work(&self) -> T {
+        let mut work = self.work;
+        work.add(&self.packets.work);
+        work
+    }
+
+    #[inline(always)]
+    fn trace<const ANY: bool>(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: f32,
+        mut done: impl FnMut(&Context),
+    ) {
+        let mut source = Source::new(rays, packets, tmax);
+        let (mut at_nodes, mut at_leaves) = (List::EMPTY, List::EMPTY);
+        for k in 0..CONTEXTS {
+            if source.next(&mut self.contexts[k], &mut self.work) {
+                at_nodes.push(k);
+            }
+        }
+        while at_nodes.len + at_leaves.len > 0 {
+            for k in at_nodes.all() {
+                self.open(k);
+            }
+            for k in at_leaves.all() {
+                self.leaf::<ANY>(k);
+            }
+            let (nodes, leaves) = (at_nodes, at_leaves);
+            (at_nodes, at_leaves) = (List::EMPTY, List::EMPTY);
+            for k in nodes.all().chain(leaves.all()) {
+                if !self.pop(k) {
+                    done(&self.contexts[k]);
+                    if !source.next(&mut self.contexts[k], &mut self.work) {
+                        continue;
+                    }
+                }
+                let leaf = !matches!(Target::of_code(self.contexts[k].current), Target::Node(_));
+                at_nodes.push_if(k, !leaf);
+                at_leaves.push_if(k, leaf);
+            }
+        }
+    }
+
+    /// Writes the children of the node that a ray is at above its stack's top, farthest first.
+    #[inline(always)]
+    fn open(&mut self, k: usize) {
+        let context = &mut self.contexts[k];
+        self.work.wide_node(LANES as u64);
+        // SAFETY: a code of the tree is of a row that exists, and this one says node; node 0 exists.
+        let node = unsafe { self.wide.nodes().get_unchecked(context.current as usize) };
+        let stay = context.stay(&node.boxes);
+        let met = stay.within(F32x8::splat(context.best.t));
+        let count = met.bits().count_ones() as usize;
+        // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so `top` is at most 7
+        // for each level above this node's, and there is room for eight more.
+        let above = unsafe {
+            let first = self.stacks.as_mut_ptr().add(k * self.room + context.top);
+            &mut *first.cast::<[Entry; LANES]>()
+        };
+        order::write(met, stay.enter, &node.children, above);
+        context.top += count;
+    }
+
+    /// The next entry that the ray still reaches; false if there is none.
+    #[inline(always)]
+    fn pop(&mut self, k: usize) -> bool {
+        let context = &mut self.contexts[k];
+        while context.top > 0 {
+            context.top -= 1;
+            // SAFETY: `top` entries were written.
+            let entry = *unsafe { self.stacks.get_unchecked(k * self.room + context.top) };
+            if f32::from_bits((entry >> 32) as u32) <= context.best.t {
+                context.current = entry as u32;
+                self.fetch(k);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Asks for what a ray comes to next, which is looked at when all the others have moved, too.
+    #[inline(always)]
+    fn fetch(&self, k: usize) {
+        match Target::of_code(self.contexts[k].current) {
+            Target::Node(index) => prefetch(self.wide.nodes(), index),
+            Target::Triangles(index) => prefetch(self.wide.triangles(), index),
+            Target::Spheres(index) => prefetch(self.wide.spheres(), index),
+            Target::Other(_) => {}
+        }
+    }
+
+    #[inline(always)]
+    fn leaf<const ANY: bool>(&mut self, k: usize) {
+        let context = &mut self.contexts[k];
+        match Target::of_code(context.current) {
+            Target::Triangles(index) => {
+                self.work.block(LeafKind::Triangle, LANES as u64);
+                // SAFETY: a code of the tree is of a row that exists.
+                let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
+                context.triangles::<ANY>(block);
+            }
+            Target::Spheres(index) => {
+                self.work.block(LeafKind::Sphere, LANES as u64);
+                // SAFETY: as above.
+                let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
+                context.spheres::<ANY>(block);
+            }
+            Target::Other(index) => self.other::<ANY>(k, index),
+            Target::Node(_) => {}
+        }
+    }
+
+    /// A leaf of what has no blocks, by the packet's tests, in one lane.
+    #[inline(never)]
+    fn other<const ANY: bool>(&mut self, k: usize, index: u32) {
+        let leaf = self.wide.others()[index as usize];
+        let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
+        let context = &mut self.contexts[k];
+        let ray = RayPacket {
+            org: Vec3x8::splat(context.org[0], context.org[1], context.org[2]),
+            dir: Vec3x8::splat(context.dir[0], context.dir[1], context.dir[2]),
+            tmax: F32x8::splat(f32::INFINITY),
+        };
+        let active = Mask8::first(1);
+        let prepared = Prepared::new(&ray, active);
+        let limit = active.select(
+            F32x8::splat(context.best.t),
+            F32x8::splat(f32::NEG_INFINITY),
+        );
+        if ANY {
+            let mut goal = AnyHit::new(limit, active);
+            self.packets
+                .leaf_alone(&prepared, &mut goal, leaf.kind, slots);
+            if goal.blocked().any() {
+                context.block();
+            }
+        } else {
+            let mut goal = Closest {
+                best: context.best.spread(limit),
+            };
+            self.packets
+                .leaf_alone(&prepared, &mut goal, leaf.kind, slots);
+            context.best = Hit::of(&goal.best);
+        }
+    }
+}
+
+/// Numbers of contexts.
+#[derive(Clone, Copy)]
+struct List {
+    numbers: [u8; CONTEXTS],
+    len: usize,
+}
+
+impl List {
+    const EMPTY: List = List {
+        numbers: [0; CONTEXTS],
+        len: 0,
+    };
+
+    #[inline(always)]
+    fn push(&mut self, number: usize) {
+        self.push_if(number, true);
+    }
+
+    /// Written always, kept where it holds: no branch.
+    #[inline(always)]
+    fn push_if(&mut self, number: usize, holds: bool) {
+        // Each context is in one list only, so it is never full before.
+        self.numbers[self.len % CONTEXTS] = number as u8;
+        self.len += usize::from(holds);
+    }
+
+    #[inline(always)]
+    fn all(&self) -> impl Iterator<Item = usize> {
+        let List { numbers, len } = *self;
+        (0..len).map(move |k| usize::from(numbers[k % CONTEXTS]) % CONTEXTS)
+    }
+}
