@@ -12,7 +12,7 @@ use phalanx::lanes::{LANES, LaneMask};
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue};
 use phalanx::scene::Scene;
 use phalanx::standard;
-use phalanx::trace::{Kernel, Traversal};
+use phalanx::trace::{Kernel, Traversal, Work};
 
 /// Pixels of a side: more than one beam, and not a whole number of them.
 const SIDE: usize = 41;
@@ -222,6 +222,25 @@ fn other_places_and_sizes() {
         let hits = try_scene(&scene, &mut rng, &about);
         assert!(hits > 500, "{about}: {hits}");
     }
+}
+
+/// A beam visits a node once for all its rays: if it did not, these would not be beams.
+#[test]
+fn many_rays_share_a_visit() {
+    let spec = standard::parse_spec("standard:terrain:20k").expect("a name");
+    let bvh = Bvh::build(&standard::scene(spec).expect("a scene"));
+    let rays = picture(Vec3::new(0.0, 9.0, 20.0), Vec3::ZERO, 0.2);
+    let arena = Bump::new();
+    let queue = queue(&arena, &rays);
+    let visits = |kernel| {
+        let mut hits = vec![HitPacket::miss(); queue.packets()];
+        let mut traversal = Traversal::<Work>::counting(&bvh, kernel);
+        traversal.closest(&queue, 0..queue.packets(), &mut hits);
+        assert_eq!(traversal.work().active_lanes as usize, rays.len());
+        traversal.work().node_visits
+    };
+    let (beams, packets) = (visits(Kernel::Beam16), visits(Kernel::Packet16));
+    assert!(10 * beams < packets, "{beams} of {packets}");
 }
 
 /// Rays that are no numbers hit nothing, and end; those beside them hit what they hit.
