@@ -229,7 +229,7 @@ fn other_places_and_sizes() {
 fn many_rays_share_a_visit() {
     let spec = standard::parse_spec("standard:terrain:20k").expect("a name");
     let bvh = Bvh::build(&standard::scene(spec).expect("a scene"));
-    let rays = picture(Vec3::new(0.0, 9.0, 20.0), Vec3::ZERO, 0.2);
+    let rays = picture(Vec3::new(0.0, 9.0, 20.0), Vec3::ZERO, 0.03);
     let arena = Bump::new();
     let queue = queue(&arena, &rays);
     let visits = |kernel| {
