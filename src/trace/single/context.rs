@@ -11,12 +11,12 @@ use crate::trace::triangle::{self, OwnBox};
 /// One ray under way.
 #[derive(Clone, Copy)]
 pub(super) struct Context {
-    /// What the slab test needs: see [`Slabs`].
+    /// What the slab test needs: see [`crate::trace::aabb`].
     pub(super) rdir: [f32; 3],
     pub(super) first: [f32; 3],
     pub(super) last: [f32; 3],
     pub(super) near: [usize; 3],
-    /// The axes in the order of the ray's frame, the origin in that order, slopes and scale: see [`Shear`].
+    /// The axes in the order of the ray's frame, the origin in that order, slopes and scale: see [`crate::trace::triangle`].
     pub(super) axes: [usize; 3],
     pub(super) frame_org: [f32; 3],
     pub(super) slopes: [f32; 3],
@@ -64,7 +64,7 @@ impl Context {
         ray: 0,
     };
 
-    /// The ray's stays in eight boxes: the arithmetic of [`Slabs::stay_ordered`], with the lanes' parts exchanged.
+    /// The ray's stays in eight boxes: the arithmetic of `Slabs::stay_ordered`, with the lanes' parts exchanged.
     #[inline(always)]
     pub(super) fn stay(&self, boxes: &[[[f32; LANES]; 3]; 2]) -> Stay<F32x8> {
         let enter = |axis: usize| {
