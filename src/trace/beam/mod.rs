@@ -47,7 +47,7 @@ use frame::Frame;
 use sorted::Sorted;
 use std::ops::Range;
 
-/// Packets of eight that go as one beam. More share more of the nodes, and less of the caches (`perf/notes/beams.md`).
+/// Packets of eight that go as one beam. More share more of the nodes, and less of the caches.
 pub(super) const SIZE: usize = 64;
 
 const _: () = assert!(SIZE <= CELLS, "a cell for every packet, at least");
