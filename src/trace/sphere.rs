@@ -19,7 +19,7 @@ pub(super) fn closest<L: Lanes>(
     slot: &SphereSlot,
     best: &mut Best<L>,
 ) {
-    if let Some((meets, t)) = sphere(org, dir, slabs, &ball(slot)) {
+    if let Some((meets, t)) = sphere(org, dir, slabs, (&slot.center, slot.radius), &slot.own_box) {
         best.take_bare(meets, t, slot.prim_id);
     }
 }
@@ -47,7 +47,8 @@ pub(super) fn occluded<L: Lanes>(
     slot: &SphereSlot,
     tmax: L,
 ) -> L::Mask {
-    sphere(org, dir, slabs, &ball(slot)).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
+    sphere(org, dir, slabs, (&slot.center, slot.radius), &slot.own_box)
+        .map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
 }
 
 /// Lanes that the ellipsoid stops before `tmax`.
@@ -62,34 +63,19 @@ pub(super) fn occluded_ellipsoid<L: Lanes>(
     ellipsoid(org, dir, slabs, slot).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
 }
 
-/// A sphere, wherever it stands.
-pub(super) struct Ball {
-    pub(super) center: [f32; 3],
-    pub(super) radius: f32,
-    pub(super) own_box: [[f32; 3]; 2],
-}
-
-#[inline(always)]
-fn ball(slot: &SphereSlot) -> Ball {
-    Ball {
-        center: slot.center,
-        radius: slot.radius,
-        own_box: slot.own_box,
-    }
-}
-
 /// Lanes that meet the sphere at a positive distance, and where.
 #[inline(always)]
 pub(super) fn sphere<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
-    ball: &Ball,
+    (center, radius): (&[f32; 3], f32),
+    own_box: &[[f32; 3]; 2],
 ) -> Option<(L::Mask, L)> {
-    let [x, y, z] = ball.center;
+    let [x, y, z] = *center;
     let from_center = org - Vec3Lanes::splat(x, y, z);
-    let roots = roots(from_center, dir, L::splat(ball.radius))?;
-    Some(nearest(roots, slabs.stay(&ball.own_box)))
+    let roots = roots(from_center, dir, L::splat(radius))?;
+    Some(nearest(roots, slabs.stay(own_box)))
 }
 
 #[inline(always)]

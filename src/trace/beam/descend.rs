@@ -9,7 +9,7 @@ use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8};
 use crate::trace::goal::{Goal, Meeting, Prepared};
 use crate::trace::packet::Tracer;
 use crate::trace::prefetch::prefetch;
-use crate::trace::sphere::{self, Ball};
+use crate::trace::sphere;
 use crate::trace::tally::Tally;
 use crate::trace::triangle::MIXED;
 
@@ -187,11 +187,8 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
         let mut tests = 0;
         for lane in Mask8::from_bits(self.cells.any_meets(&seen)).lanes() {
             let column = |c: &[[f32; LANES]; 3]| c.each_ref().map(|axis| axis[lane]);
-            let ball = Ball {
-                center: column(&block.center),
-                radius: block.radius[lane],
-                own_box: block.own_box.each_ref().map(column),
-            };
+            let (center, radius) = (column(&block.center), block.radius[lane]);
+            let own_box = block.own_box.each_ref().map(column);
             let mut met = self.cells.meeting::<L>(cells, &columns, lane);
             tests += met.count_ones();
             while met != 0 {
@@ -202,7 +199,8 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
                 let rays = unsafe { self.groups.get_unchecked(group) };
                 // SAFETY: as above.
                 let goal = unsafe { self.goals.get_unchecked_mut(group) };
-                let found = sphere::sphere(rays.rays.org, rays.rays.dir, &rays.slabs, &ball);
+                let (org, dir) = (rays.rays.org, rays.rays.dir);
+                let found = sphere::sphere(org, dir, &rays.slabs, (&center, radius), &own_box);
                 if let Some((valid, t)) = found {
                     goal.take(&Meeting::bare(valid, t), block.prim_id[lane]);
                     touched |= 1 << cell;
