@@ -10,6 +10,7 @@
 //! | `chunks` | neighbourhoods that are built side by side |
 //! | `piece` | one subtree of obvhs's, made ours |
 //! | `join` | pieces put together |
+//! | `pages` | where rows lie in memory |
 //! | `claim` | arrays from elsewhere, proven to be a tree |
 //! | `build` | the order of all that, on all threads |
 //!
@@ -22,6 +23,8 @@ mod claim;
 mod join;
 mod node;
 mod objects;
+#[allow(unsafe_code, reason = "the system takes advice by address alone")]
+mod pages;
 mod piece;
 mod slots;
 mod tree;

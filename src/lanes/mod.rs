@@ -72,6 +72,8 @@ pub trait Lanes:
     fn ge(self, other: Self) -> Self::Mask;
     /// self = other
     fn eq(self, other: Self) -> Self::Mask;
+    /// Whether both have the same bits: unlike zeros are not the same, like NaNs are.
+    fn same(self, other: Self) -> Self::Mask;
 }
 
 /// Unsigned integers in lanes.

@@ -2,19 +2,22 @@
 
 use super::{COLUMN, LANES, LaneIds, LaneMask, Lanes};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
-use wide::{f32x8, f32x16, u32x8, u32x16};
+use wide::{f32x4, f32x8, f32x16, u32x8, u32x16};
 
-/// All lanes by halves: the compiler does it in registers.
+/// All lanes, four by four and then those four by halves. Left to itself, the compiler makes masks and blends of it.
 #[inline(always)]
-fn fold<const N: usize>(mut lanes: [f32; N], pick: impl Fn(f32, f32) -> f32) -> f32 {
-    let mut half = N / 2;
-    while half > 0 {
-        for k in 0..half {
-            lanes[k] = pick(lanes[k], lanes[k + half]);
-        }
-        half /= 2;
+fn fold<const N: usize>(
+    lanes: [f32; N],
+    fours: impl Fn(f32x4, f32x4) -> f32x4,
+    pick: impl Fn(f32, f32) -> f32,
+) -> f32 {
+    let chunks = lanes.as_chunks::<4>().0;
+    let mut best = f32x4::new(chunks[0]);
+    for chunk in &chunks[1..] {
+        best = fours(best, f32x4::new(*chunk));
     }
-    lanes[0]
+    let [a, b, c, d] = best.to_array();
+    pick(pick(a, c), pick(b, d))
 }
 
 /// The types of one lane count. A macro and not a generic, because `wide`'s types share no trait.
@@ -95,6 +98,12 @@ macro_rules! lane_types {
                 self.0.as_array()[k]
             }
 
+            /// One lane is this from now on, written where it lies.
+            #[inline(always)]
+            pub fn set_lane(&mut self, k: usize, value: f32) {
+                self.0.as_mut_array()[k] = value;
+            }
+
             /// The bit patterns.
             #[inline(always)]
             pub fn to_bits(self) -> $U {
@@ -142,12 +151,20 @@ macro_rules! lane_types {
 
             #[inline(always)]
             fn least(self) -> f32 {
-                fold(self.to_array(), |a, b| if a < b { a } else { b })
+                fold(
+                    self.to_array(),
+                    f32x4::fast_min,
+                    |a, b| if a < b { a } else { b },
+                )
             }
 
             #[inline(always)]
             fn greatest(self) -> f32 {
-                fold(self.to_array(), |a, b| if a > b { a } else { b })
+                fold(
+                    self.to_array(),
+                    f32x4::fast_max,
+                    |a, b| if a > b { a } else { b },
+                )
             }
 
             #[inline(always)]
@@ -194,6 +211,11 @@ macro_rules! lane_types {
             fn eq(self, other: $F) -> $M {
                 $M(self.0.simd_eq(other.0))
             }
+
+            #[inline(always)]
+            fn same(self, other: $F) -> $M {
+                $M($f::from_bits(self.0.to_bits().simd_eq(other.0.to_bits())))
+            }
         }
 
         impl $U {
@@ -213,6 +235,12 @@ macro_rules! lane_types {
             #[inline(always)]
             pub fn lane(&self, k: usize) -> u32 {
                 self.0.as_array()[k]
+            }
+
+            /// One lane is this from now on, written where it lies.
+            #[inline(always)]
+            pub fn set_lane(&mut self, k: usize, value: u32) {
+                self.0.as_mut_array()[k] = value;
             }
 
             /// Wrapping difference.

@@ -111,6 +111,7 @@ impl Probe {
             [0, 1, 2]
         };
         let d = axes.map(|k| dir[k]);
+        let scale = 1.0 / d[2];
         Probe {
             ray: *ray,
             rdir: Vec3::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z)),
@@ -118,9 +119,9 @@ impl Probe {
             org_hi: org + pad,
             axes,
             sheared_org: Vec3::from_array(axes.map(|k| org[k])),
-            slope_x: d[0] / d[2],
-            slope_y: d[1] / d[2],
-            scale: 1.0 / d[2],
+            slope_x: d[0] * scale,
+            slope_y: d[1] * scale,
+            scale,
         }
     }
 

@@ -4,7 +4,7 @@ use super::instance::moved;
 use super::intersect::{Hit, Ray, largest, max, min};
 use super::texture::tint;
 use crate::sampling::pow;
-use crate::scene::{PAD, PrimKind, Scene};
+use crate::scene::{OFFSET, PAD, PrimKind, Scene};
 use glam::Vec3;
 
 /// One row of the material columns.
@@ -141,7 +141,7 @@ fn triangle(scene: &Scene, i: usize, back: Vec3, hit: &Hit) -> Place {
         None => ng,
     };
     let size = max(max(largest(a), largest(b)), largest(c));
-    (point, ng, ns, size * PAD)
+    (point, ng, ns, size * OFFSET)
 }
 
 fn sphere(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {

@@ -36,15 +36,10 @@ pub struct HitPacket<L: Lanes = F32x8> {
 impl HitPacket {
     /// One lane is this from now on: distance, weights, number.
     pub fn set(&mut self, lane: usize, [t, u, v]: [f32; 3], prim_id: u32) {
-        let put = |lanes: F32x8, x: f32| {
-            let mut all = lanes.to_array();
-            all[lane] = x;
-            F32x8::new(all)
-        };
-        (self.t, self.u, self.v) = (put(self.t, t), put(self.u, u), put(self.v, v));
-        let mut all = self.prim_id.to_array();
-        all[lane] = prim_id;
-        self.prim_id = U32x8::new(all);
+        self.t.set_lane(lane, t);
+        self.u.set_lane(lane, u);
+        self.v.set_lane(lane, v);
+        self.prim_id.set_lane(lane, prim_id);
     }
 
     /// Nothing hit.

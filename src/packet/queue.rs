@@ -5,12 +5,18 @@ use super::{RayPacket, packets_for};
 use crate::lanes::{LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
 use bumpalo::Bump;
 
-/// Eight rays and what they are for, in memory order.
+/// Eight rays, in memory order: three whole cache lines.
 #[derive(Clone, Copy)]
-#[repr(C, align(32))]
-struct Slot {
+#[repr(C, align(64))]
+pub(crate) struct Slot {
     org: [[f32; LANES]; 3],
     dir: [[f32; LANES]; 3],
+}
+
+/// What eight rays are for. Apart from them, because traversal does not look at it.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Purpose {
     weight: [[f32; LANES]; 3],
     parent: [u32; LANES],
 }
@@ -19,20 +25,25 @@ struct Slot {
 /// (`weight`, RGB).
 pub struct RayQueue<'arena> {
     slots: &'arena mut [Slot],
+    purposes: &'arena mut [Purpose],
     len: usize,
 }
 
 impl<'arena> RayQueue<'arena> {
     /// An empty queue with room for `capacity` rays.
     pub fn with_capacity(arena: &'arena Bump, capacity: usize) -> RayQueue<'arena> {
-        let empty = Slot {
+        let slot = Slot {
             org: [[0.0; LANES]; 3],
             dir: [[0.0; LANES]; 3],
+        };
+        let purpose = Purpose {
             weight: [[0.0; LANES]; 3],
             parent: [0; LANES],
         };
+        let packets = packets_for(capacity);
         RayQueue {
-            slots: arena.alloc_slice_fill_copy(packets_for(capacity), empty),
+            slots: arena.alloc_slice_fill_copy(packets, slot),
+            purposes: arena.alloc_slice_fill_copy(packets, purpose),
             len: 0,
         }
     }
@@ -78,6 +89,8 @@ impl<'arena> RayQueue<'arena> {
             self.slots[self.len / LANES] = Slot {
                 org: rows(org),
                 dir: rows(dir),
+            };
+            self.purposes[self.len / LANES] = Purpose {
                 weight: rows(weight),
                 parent: *parent,
             };
@@ -86,12 +99,13 @@ impl<'arena> RayQueue<'arena> {
         }
         let (org, dir, weight) = (rows(org), rows(dir), rows(weight));
         for lane in mask.lanes() {
-            let slot = &mut self.slots[self.len / LANES];
-            let at = self.len % LANES;
+            let (packet, at) = (self.len / LANES, self.len % LANES);
+            let slot = &mut self.slots[packet];
             copy_lane(&org, lane, &mut slot.org, at);
             copy_lane(&dir, lane, &mut slot.dir, at);
-            copy_lane(&weight, lane, &mut slot.weight, at);
-            slot.parent[at] = parent[lane];
+            let purpose = &mut self.purposes[packet];
+            copy_lane(&weight, lane, &mut purpose.weight, at);
+            purpose.parent[at] = parent[lane];
             self.len += 1;
         }
     }
@@ -138,6 +152,11 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
+    /// The rays as they lie in memory, to be asked for before they are needed.
+    pub(crate) fn slots(&self) -> &[Slot] {
+        &self.slots[..self.packets()]
+    }
+
     /// Which lanes of packet `index` carry rays.
     pub fn active(&self, index: usize) -> Mask8 {
         Mask8::first(self.len.saturating_sub(index * LANES).min(LANES))
@@ -151,8 +170,8 @@ impl<'arena> RayQueue<'arena> {
 
     /// Weights and parents of packet `index`.
     pub fn purpose(&self, index: usize) -> (&[[f32; LANES]; 3], &[u32; LANES]) {
-        let slot = &self.slots[index];
-        (&slot.weight, &slot.parent)
+        let purpose = &self.purposes[index];
+        (&purpose.weight, &purpose.parent)
     }
 }
 

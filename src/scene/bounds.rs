@@ -54,6 +54,11 @@ impl Bounds {
 
 /// Relative outward padding of boxes and of ray origins in the slab test: 2⁻¹⁹ ≈ 1.9e-6, 32 units in the last place.
 ///
-/// A hit's computed place is within about 8 units in the last place of |vertex − origin| of the primitive; the box
-/// carries 32 of its own largest coordinate and the origin 32 of its own.
+/// A ray that passes a triangle's edges as computed is within some 8 units in the last place of |vertex − origin| of it; the
+/// box carries 32 of its own largest coordinate and the origin 32 of its own.
 pub const PAD: f32 = 1.0 / 524_288.0;
+
+/// How far along a triangle's normal secondary rays start, as a share of its largest coordinate: beyond the point's own
+/// rounding error, and beyond the paddings of the triangle's box and of the next ray's origin, so that a ray that leaves a
+/// wall along an axis begins outside the wall's boxes and need not look into them (`perf/notes/leaving-surfaces.md`).
+pub const OFFSET: f32 = 4.0 * PAD;

@@ -23,7 +23,7 @@ mod validate;
 mod vectors;
 mod view;
 
-pub use bounds::{Bounds, PAD};
+pub use bounds::{Bounds, OFFSET, PAD};
 pub use column::Column;
 pub use instances::{Instances, Meshes, NotInvertible};
 pub use lights::Lights;

@@ -3,7 +3,7 @@
 use super::instance::Maps;
 use crate::lanes::{F32x8, LANES, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, RayPacket};
-use crate::scene::{ConeProfile, PAD, PrimKind, Scene, Vec3s};
+use crate::scene::{ConeProfile, OFFSET, PAD, PrimKind, Scene, Vec3s};
 use glam::Vec3;
 
 /// Eight points on surfaces of one material.
@@ -155,7 +155,8 @@ pub(super) fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
 
 /// The point comes from the barycentric weights, not from the ray, so that its error does not grow with the distance
 /// (Pharr, Jakob and Humphreys, "Managing Rounding Error"): per axis at most 6 ulp of the largest coordinate, plus 2
-/// for adding the offset and 10 for the next ray's test, times √3 for a slanted normal. [`PAD`] is 32 ulp.
+/// for adding the offset and 10 for the next ray's test, times √3 for a slanted normal: 32. [`OFFSET`] is 128 ulp,
+/// because it leads out of padded boxes, too.
 fn triangle(scene: &Scene, rows: &[usize; LANES], back: Vec3x8, hits: &HitPacket) -> Place {
     let t = &scene.triangles;
     let corner = |k: usize| gather(&t.vertices, &rows.map(|i| t.corners[i][k] as usize));
@@ -177,7 +178,7 @@ fn triangle(scene: &Scene, rows: &[usize; LANES], back: Vec3x8, hits: &HitPacket
         point,
         ng,
         ns,
-        offset: size * F32x8::splat(PAD),
+        offset: size * F32x8::splat(OFFSET),
     }
 }
 

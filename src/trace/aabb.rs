@@ -5,7 +5,7 @@
 //! 0 · ∞; and each ray's origin is an interval, grown by [`PAD`] of its largest coordinate, because the rounding of
 //! vertex − origin depends on the origin's size. Both keep the test monotone in the box (see [`crate::trace`]).
 
-use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Vec3Lanes};
+use crate::lanes::{LaneMask, Lanes, Vec3Lanes};
 use crate::scene::PAD;
 
 /// Components smaller than this count as this when inverted: 2⁻⁸⁰. With coordinates below 2²⁹ no product overflows.
@@ -64,7 +64,7 @@ impl<L: Lanes> Slabs<L> {
 
     /// An origin moved down and up.
     #[inline(always)]
-    pub(super) fn moved(org: Vec3Lanes<L>) -> [Vec3Lanes<L>; 2] {
+    fn moved(org: Vec3Lanes<L>) -> [Vec3Lanes<L>; 2] {
         let pad = org.largest() * L::splat(PAD);
         let pad = Vec3Lanes::new(pad, pad, pad);
         [org - pad, org + pad]
@@ -97,34 +97,6 @@ impl<L: Lanes> Slabs<L> {
         }
     }
 
-    /// Planes of a box from which the origins' own sides were taken already: the lower ones less the origins moved up, the
-    /// upper ones less those moved down. For rays of one origin only.
-    #[inline(always)]
-    pub(super) fn stay_from(&self, planes: &[[F32x8; 4]; 2], lane: usize) -> Stay<L> {
-        let plane = |side: usize, axis: usize| L::splat(planes[side & 1][axis].lane(lane % LANES));
-        let Some([i, j, k]) = self.near else {
-            return self.stay_either(plane);
-        };
-        let (x0, x1) = (plane(i, 0) * self.rdir.x, plane(i ^ 1, 0) * self.rdir.x);
-        let (y0, y1) = (plane(j, 1) * self.rdir.y, plane(j ^ 1, 1) * self.rdir.y);
-        let (z0, z1) = (plane(k, 2) * self.rdir.z, plane(k ^ 1, 2) * self.rdir.z);
-        Stay {
-            enter: x0.max(y0).max(z0).max(L::ZERO),
-            leave: x1.min(y1).min(z1),
-        }
-    }
-
-    #[inline(always)]
-    fn stay_either(&self, plane: impl Fn(usize, usize) -> L) -> Stay<L> {
-        let (x0, x1) = (plane(0, 0) * self.rdir.x, plane(1, 0) * self.rdir.x);
-        let (y0, y1) = (plane(0, 1) * self.rdir.y, plane(1, 1) * self.rdir.y);
-        let (z0, z1) = (plane(0, 2) * self.rdir.z, plane(1, 2) * self.rdir.z);
-        Stay {
-            enter: x0.min(x1).max(y0.min(y1)).max(z0.min(z1)).max(L::ZERO),
-            leave: x0.max(x1).min(y0.max(y1)).min(z0.max(z1)),
-        }
-    }
-
     /// For rays that go either way along an axis.
     #[inline(always)]
     pub(super) fn stay_mixed(&self, corners: &[[f32; 3]; 2]) -> Stay<L> {
@@ -144,6 +116,14 @@ impl<L: Lanes> Slabs<L> {
 }
 
 impl<L: Lanes> Stay<L> {
+    /// Distances, clamped to this stay in the primitive's own box, and lanes where they are ahead of the origin.
+    #[inline(always)]
+    pub(super) fn clamp(&self, raw: L) -> (L::Mask, L) {
+        let t = raw.max(self.enter).min(self.leave);
+        let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);
+        (ahead & self.enter.le(self.leave), t)
+    }
+
     /// Lanes whose ray is in the box somewhere between 0 and `best`.
     #[inline(always)]
     pub(super) fn within(&self, best: L) -> L::Mask {

@@ -301,6 +301,12 @@ impl<L: Lanes> AnyHit<L> {
         self.blocked
     }
 
+    /// Lanes that met nothing.
+    #[inline(always)]
+    pub(super) fn unblocked(&self) -> L::Mask {
+        L::Mask::from_bits(self.all) & !self.blocked
+    }
+
     /// A blocked lane is done: like a lane without a ray. True when all are.
     #[inline(always)]
     fn block(&mut self, hits: L::Mask) -> bool {

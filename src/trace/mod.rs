@@ -10,6 +10,7 @@
 //! | `beam` | rays that share a point together down the wide tree |
 //! | `order` | eight children by distance |
 //! | `single` | rays on their own down the wide tree |
+//! | `choice` | which of two kernels is faster |
 //! | `tally` | work, counted |
 //! | `traversal` | queues in, hits out: which kernel traces what |
 //! | `alone` | each test without a tree, for benchmarks |
@@ -33,6 +34,7 @@
 mod aabb;
 pub mod alone;
 mod beam;
+mod choice;
 mod cone;
 mod goal;
 mod instance;

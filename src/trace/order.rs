@@ -10,23 +10,15 @@ pub(super) type Entry = u64;
 /// Distances are rounded down to 21 bits, and never up: which child comes first among nearly equal ones matters to no answer.
 #[inline(always)]
 pub(super) fn write(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]) {
-    #[cfg(all(
-        target_arch = "x86_64",
-        target_feature = "avx512f",
-        target_feature = "avx512vl"
-    ))]
+    #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
     network(met, enter, codes, to);
-    #[cfg(not(all(
-        target_arch = "x86_64",
-        target_feature = "avx512f",
-        target_feature = "avx512vl"
-    )))]
+    #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
     count(met, enter, codes, to);
 }
 
 /// Each at a place found by counting which are farther.
 #[cfg_attr(
-    all(target_feature = "avx512f", target_feature = "avx512vl"),
+    target_feature = "avx2",
     allow(
         dead_code,
         reason = "the network replaces it, and is tested against it"
@@ -48,38 +40,60 @@ fn count(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]
     }
 }
 
-/// A bitonic network over eight entries in one register (Batcher, "Sorting Networks and Their Applications", 1968): entry
-/// distances are not negative, so their bits order as they do.
-#[cfg(all(
-    target_arch = "x86_64",
-    target_feature = "avx512f",
-    target_feature = "avx512vl"
-))]
+/// A bitonic network over eight distances in one register (Batcher, "Sorting Networks and Their Applications", 1968): they are
+/// not negative, so their bits order as they do. A lane's number stands below its distance, as in [`count`], so that both
+/// order alike, and tells in the end which code goes with it.
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
 #[inline(always)]
 fn network(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]) {
     use std::arch::x86_64::*;
-    let enter = enter.to_array();
+    let enter = enter.to_bits().to_array();
+    let met = met.select(F32x8::from_bits(U32x8::new([u32::MAX; LANES])), F32x8::ZERO);
+    let met = met.to_bits().to_array();
     // SAFETY: the build has the instructions, see the attribute; and the arrays are eight long.
     unsafe {
-        // The lane below the distance, as in `count`: so that both order alike, and work is counted alike.
-        let distance = _mm256_loadu_si256(enter.as_ptr().cast());
-        let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-        let key = _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(7), distance), lanes);
-        let high = _mm512_slli_epi64::<32>(_mm512_cvtepu32_epi64(key));
-        let low = _mm512_cvtepu32_epi64(_mm256_loadu_si256(codes.as_ptr().cast()));
-        let v = _mm512_maskz_or_epi64(met.bits() as u8, high, low);
+        let load = |lanes: &[u32; LANES]| _mm256_loadu_si256(lanes.as_ptr().cast());
+        let (low, lanes) = (
+            _mm256_set1_epi32(7),
+            _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7),
+        );
+        let eight = _mm256_set1_epi32(8);
+        // One more than the distance, so that a child that is met at 0 is not like one that is not met.
+        let above = _mm256_add_epi32(_mm256_andnot_si256(low, load(&enter)), eight);
+        let v = _mm256_and_si256(_mm256_or_si256(above, lanes), load(&met));
         // Each step: every entry against its partner; the mask tells which keep the larger.
-        let step = |v: __m512i, partner: __m512i, larger: u8| {
-            _mm512_mask_max_epu64(_mm512_min_epu64(v, partner), larger, v, partner)
-        };
-        let v = step(v, _mm512_permutex_epi64::<0b10_11_00_01>(v), 0b1001_1001);
-        let v = step(v, _mm512_permutex_epi64::<0b01_00_11_10>(v), 0b1100_0011);
-        let v = step(v, _mm512_permutex_epi64::<0b10_11_00_01>(v), 0b1010_0101);
-        let v = step(v, _mm512_shuffle_i64x2::<0b01_00_11_10>(v, v), 0b0000_1111);
-        let v = step(v, _mm512_permutex_epi64::<0b01_00_11_10>(v), 0b0011_0011);
-        let v = step(v, _mm512_permutex_epi64::<0b10_11_00_01>(v), 0b0101_0101);
-        let v = _mm512_andnot_si512(_mm512_set1_epi64(7 << 32), v);
-        _mm512_storeu_si512(to.as_mut_ptr().cast(), v);
+        let v = step::<0b1001_1001>(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v));
+        let v = step::<0b1100_0011>(v, _mm256_shuffle_epi32::<0b01_00_11_10>(v));
+        let v = step::<0b1010_0101>(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v));
+        let v = step::<0b0000_1111>(v, _mm256_permute2x128_si256::<1>(v, v));
+        let v = step::<0b0011_0011>(v, _mm256_shuffle_epi32::<0b01_00_11_10>(v));
+        let v = step::<0b0101_0101>(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v));
+        let distance = _mm256_sub_epi32(_mm256_andnot_si256(low, v), eight);
+        let code = _mm256_permutevar8x32_epi32(load(codes), v);
+        let even = _mm256_unpacklo_epi32(code, distance);
+        let odd = _mm256_unpackhi_epi32(code, distance);
+        let near = _mm256_permute2x128_si256::<0x20>(even, odd);
+        let far = _mm256_permute2x128_si256::<0x31>(even, odd);
+        _mm256_storeu_si256(to.as_mut_ptr().cast(), near);
+        _mm256_storeu_si256(to.as_mut_ptr().add(4).cast(), far);
+    }
+}
+
+/// The larger of each two where `LARGER` has a bit, else the smaller.
+///
+/// # Safety
+/// The build has AVX2.
+#[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
+#[inline(always)]
+unsafe fn step<const LARGER: i32>(
+    v: std::arch::x86_64::__m256i,
+    partner: std::arch::x86_64::__m256i,
+) -> std::arch::x86_64::__m256i {
+    use std::arch::x86_64::*;
+    // SAFETY: as the caller says.
+    unsafe {
+        let (least, most) = (_mm256_min_epu32(v, partner), _mm256_max_epu32(v, partner));
+        _mm256_blend_epi32::<LARGER>(least, most)
     }
 }
 

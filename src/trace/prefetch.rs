@@ -1,5 +1,18 @@
 //! Rows of memory asked for before they are needed.
 
+use crate::bvh::{Target, Wide};
+
+/// Asks for what a child of a wide node leads to.
+#[inline(always)]
+pub(super) fn prefetch_target(wide: &Wide, code: u32) {
+    match Target::of_code(code) {
+        Target::Node(index) => prefetch(wide.nodes(), index),
+        Target::Triangles(index) => prefetch(wide.triangles(), index),
+        Target::Spheres(index) => prefetch(wide.spheres(), index),
+        Target::Other(_) => {}
+    }
+}
+
 /// Has the lines of a row brought to the first cache. Does nothing where the architecture is not x86-64.
 #[inline(always)]
 pub(super) fn prefetch<T>(rows: &[T], index: u32) {

@@ -123,7 +123,6 @@ pub(super) fn nearest<L: Lanes>(
     stay: Stay<L>,
 ) -> (L::Mask, L) {
     let raw = near.gt(L::ZERO).select(near, far);
-    let t = raw.max(stay.enter).min(stay.leave);
-    let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);
-    (meets & ahead & stay.enter.le(stay.leave), t)
+    let (ahead, t) = stay.clamp(raw);
+    (meets & ahead, t)
 }

@@ -1,6 +1,7 @@
 //! Queues in, hits out: the one place that chooses which kernel traces what.
 
 use super::beam::{self, Beams};
+use super::choice::Choice;
 use super::packet::Tracer;
 use super::single::Singles;
 use super::tally::{Packets, Tally};
@@ -8,13 +9,15 @@ use crate::bvh::Bvh;
 use crate::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, Vec3x8};
 use crate::packet::{HitPacket, RayQueue};
 use std::ops::Range;
+use std::time::Instant;
 
 /// Traversal kernel of the packet engine. Every kernel gives the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// What pays for these rays, sixty-four packets at a time: beams for rays of one origin, rays on their own where they part
-    /// and the tree is large, else packets; of sixteen where the build has AVX-512 and of eight where not. Figures stand in
-    /// `perf/notes/beams.md`, `perf/notes/single-rays.md` and `perf/notes/packets-of-sixteen.md`.
+    /// What pays for these rays, sixty-four packets at a time: beams for rays of one origin; for shadow rays, and for rays that
+    /// part in a large tree, what was faster lately (packets or beams, packets or single rays); else packets; of sixteen
+    /// where the build has AVX-512 and of eight where not. Figures stand in `perf/notes/beams.md`,
+    /// `perf/notes/single-rays.md` and `perf/notes/packets-of-sixteen.md`.
     Auto,
     /// Packets of eight rays against the binary tree.
     Packet8,
@@ -59,7 +62,7 @@ impl Kernel {
 
     /// The packets that pay on this build.
     pub const fn packets() -> Kernel {
-        if cfg!(target_feature = "avx512f") {
+        if SIXTEEN {
             Kernel::Packet16
         } else {
             Kernel::Packet8
@@ -68,13 +71,16 @@ impl Kernel {
 
     /// Beams of them.
     const fn beams() -> Kernel {
-        if cfg!(target_feature = "avx512f") {
+        if SIXTEEN {
             Kernel::Beam16
         } else {
             Kernel::Beam8
         }
     }
 }
+
+/// Whether sixteen lanes pay on this build.
+const SIXTEEN: bool = cfg!(target_feature = "avx512f");
 
 /// Nodes of a wide tree from which on rays that part go on their own. A smaller one stays in the nearest caches, and packets
 /// are as fast.
@@ -91,6 +97,9 @@ pub struct Traversal<'a, T = Packets> {
     beams: Beamers<'a, T>,
     singles: Option<Singles<'a, T>>,
     pairs: bool,
+    /// Packets or single rays, for rays that part; packets or beams, for shadow rays.
+    parted: Choice,
+    shadows: Choice,
 }
 
 /// Beams, or none.
@@ -170,6 +179,9 @@ impl<'a, T: Tally> Traversal<'a, T> {
             beams: Beamers::new(bvh, kernel),
             singles: singles.then(|| Singles::new(bvh)),
             pairs: matches!(packets, Kernel::Packet16 | Kernel::Beam16),
+            // What is usual, until it is known.
+            parted: Choice::new(0.2),
+            shadows: Choice::new(-0.2),
         }
     }
 
@@ -192,11 +204,20 @@ impl<'a, T: Tally> Traversal<'a, T> {
             if self.beams.closest(rays, batch.clone(), hits) {
                 continue;
             }
+            let auto = self.kernel == Kernel::Auto;
+            let chosen = auto && self.singles.is_some() && part(rays, batch.clone());
+            let (single, timed) = match chosen {
+                true => self.parted.next(),
+                false => (!auto, false),
+            };
+            let start = timed.then(Instant::now);
             match &mut self.singles {
-                Some(singles) if self.kernel == Kernel::Single || part(rays, batch.clone()) => {
-                    singles.closest(rays, batch, hits);
-                }
+                Some(singles) if single => singles.closest(rays, batch, hits),
                 _ => self.closest_by_packet(rays, first, hits),
+            }
+            if chosen {
+                let took = start.map(|start| start.elapsed());
+                self.parted.done(hits.len() * LANES, took);
             }
         }
     }
@@ -226,14 +247,19 @@ impl<'a, T: Tally> Traversal<'a, T> {
         let end = packets.end;
         for first in packets.step_by(beam::SIZE) {
             let batch = first..end.min(first + beam::SIZE);
-            // Packets of shadow rays are as fast as beams yet.
-            let beams = self.kernel != Kernel::Auto;
-            if !(beams
-                && self
-                    .beams
-                    .unoccluded(rays, batch.clone(), tmax, &mut answer))
-            {
+            let auto = self.kernel == Kernel::Auto;
+            let (beam, timed) = match auto {
+                true => self.shadows.next(),
+                false => (true, false),
+            };
+            let start = timed.then(Instant::now);
+            let count = batch.len() * LANES;
+            let beams = &mut self.beams;
+            if !(beam && beams.unoccluded(rays, batch.clone(), tmax, &mut answer)) {
                 self.unoccluded_by_packet(rays, batch, tmax, &mut answer);
+            }
+            if auto {
+                self.shadows.done(count, start.map(|start| start.elapsed()));
             }
         }
     }
@@ -258,10 +284,11 @@ impl<'a, T: Tally> Traversal<'a, T> {
     }
 }
 
-/// Whether most packets are of rays that go different ways: more than 60 degrees from the first.
+/// Whether most packets are of rays that go different ways: more than 60 degrees from the first. One in four is looked at.
 fn part(rays: &RayQueue, packets: Range<usize>) -> bool {
-    let count = packets.len();
-    let together = packets.filter(|&packet| {
+    let looked_at = packets.step_by(4);
+    let count = looked_at.len();
+    let together = looked_at.filter(|&packet| {
         let (rays, active) = rays.packet::<F32x8>(packet, 0.0);
         let dir = rays.dir;
         let first = Vec3x8::splat(dir.x.lane(0), dir.y.lane(0), dir.z.lane(0));

@@ -6,7 +6,8 @@
 //! wrong, at worst zero. Zeros are accepted, so a closed mesh has no gap, vertices included.
 //!
 //! Departures: no double precision fallback (zeros are accepted on both sides instead); no culling, no swap of axes for
-//! winding; the distance is clamped to the ray's stay in the triangle's own box (see [`crate::trace`]).
+//! winding; slopes are products with the reciprocal that the distance needs anyway; the distance is clamped to the ray's
+//! stay in the triangle's own box (see [`crate::trace`]), where that may change it.
 //!
 //! The design notes asked for edge functions (a − o) × (b − o) · d. Those have exact signs along an edge, but at a
 //! vertex shared by n triangles their n rounding errors are independent and all can fall on the same side: of 20,000 rays
@@ -27,11 +28,11 @@ pub(super) struct Shear<L: Lanes> {
     y_major: L::Mask,
     /// The dominant axis if all lanes share it, else [`MIXED`].
     pub(super) axis: usize,
-    /// The axes in the order of the frame, if all lanes share it.
-    order: [usize; 3],
+    /// Whether every ray is [`USUAL`]: else none is ever [`settled`].
+    pub(super) usual: bool,
     /// Origin with its components in the order of the frame.
     org: Vec3Lanes<L>,
-    /// d_kx/d_kz, d_ky/d_kz and 1/d_kz.
+    /// d_kx · scale, d_ky · scale and scale = 1/d_kz.
     slope_x: L,
     slope_y: L,
     scale: L,
@@ -70,17 +71,23 @@ impl<L: Lanes> Shear<L> {
         } else {
             MIXED
         };
-        let frame = |v: Vec3Lanes<L>| permute(x_major, y_major, v);
+        let frame = |v: Vec3Lanes<L>| match axis {
+            0 => Vec3Lanes::new(v.y, v.z, v.x),
+            1 => Vec3Lanes::new(v.z, v.x, v.y),
+            2 => v,
+            _ => permute(x_major, y_major, v),
+        };
         let d = frame(dir);
+        let scale = L::ONE / d.z;
         Shear {
             x_major,
             y_major,
             axis,
-            order: FRAMES[axis & 3],
+            usual: usual(org, d.z).bits() & live == live,
             org: frame(org),
-            slope_x: d.x / d.z,
-            slope_y: d.y / d.z,
-            scale: L::ONE / d.z,
+            slope_x: d.x * scale,
+            slope_y: d.y * scale,
+            scale,
         }
     }
 
@@ -97,31 +104,29 @@ impl<L: Lanes> Shear<L> {
         (std::array::from_fn(axis), [self.org, slopes])
     }
 
-    /// A triangle's corners relative to the rays' origins, their components in the order of the frames.
+    /// A triangle's corners, their components in the order of the frames. `APART` says that the rays' dominant axes differ.
     #[inline(always)]
-    pub(super) fn less_origins(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
-        let [a, b, c] = self.in_order(block, lane);
+    pub(super) fn in_order<const APART: bool>(
+        &self,
+        block: &Columns,
+        lane: usize,
+    ) -> [Vec3Lanes<L>; 3] {
+        if APART {
+            in_frame(block, lane, [0, 1, 2]).map(|corner| self.turn(corner))
+        } else {
+            in_frame(block, lane, FRAMES[self.axis & 3])
+        }
+    }
+
+    /// The same, relative to the rays' origins.
+    #[inline(always)]
+    pub(super) fn less_origins<const APART: bool>(
+        &self,
+        block: &Columns,
+        lane: usize,
+    ) -> [Vec3Lanes<L>; 3] {
+        let [a, b, c] = self.in_order::<APART>(block, lane);
         [a - self.org, b - self.org, c - self.org]
-    }
-
-    /// A triangle's corners, their components in the order of the frames.
-    #[inline(always)]
-    pub(super) fn in_order(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
-        in_frame(block, lane, self.order)
-    }
-
-    /// The same where the rays' dominant axes differ.
-    #[inline(always)]
-    pub(super) fn less_origins_mixed(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
-        let [a, b, c] = self.in_mixed_order(block, lane);
-        [a - self.org, b - self.org, c - self.org]
-    }
-
-    /// The same where the rays' dominant axes differ.
-    #[inline(always)]
-    pub(super) fn in_mixed_order(&self, block: &Columns, lane: usize) -> [Vec3Lanes<L>; 3] {
-        let [a, b, c] = in_frame(block, lane, [0, 1, 2]);
-        [self.turn(a), self.turn(b), self.turn(c)]
     }
 
     #[inline(always)]
@@ -235,18 +240,56 @@ fn intersect<L: Lanes, const AXIS: usize>(
         shear.relative::<AXIS>(b),
         shear.relative::<AXIS>(c),
     ];
-    meet(corners, shear.slopes(), &SlotBox { slabs, slot })
+    let own = SlotBox { shear, slabs, slot };
+    meet(corners, shear.slopes(), &own)
 }
 
-/// Where rays are in the own box of what they may hit, made when it is asked for. A trait and no closure, which would not be
-/// inlined.
+/// Where rays are in the own box of the triangle they may hit, made when it is asked for. A trait and no closure, which would
+/// not be inlined.
 pub(super) trait OwnBox<L: Lanes> {
     /// Entry and exit distances.
     fn stay(&self) -> Stay<L>;
+    /// Whether every ray is [`USUAL`].
+    fn usual(&self) -> bool;
+}
+
+/// What an origin's coordinates may be, a direction's largest part, and one over that: 2⁴⁰. Beyond that, numbers on the way
+/// to a distance may overflow or vanish, and the reciprocals of the slab test are not those of the directions.
+const USUAL: f32 = (1u64 << 40) as f32;
+
+#[inline(always)]
+fn usual<L: Lanes>(org: Vec3Lanes<L>, along: L) -> L::Mask {
+    let (most, least) = (L::splat(USUAL), L::splat(1.0 / USUAL));
+    let size = along.abs();
+    org.largest().le(most) & size.le(most) & size.ge(least)
+}
+
+/// Added to what an area times a depth must be larger than, so that what is lost below the smallest numbers does not matter:
+/// 2⁻⁸⁰.
+const TINY: f32 = f32::from_bits((127 - 80) << 23);
+
+/// Lanes whose distance is known to be within the ray's stay in the triangle's own box, if the ray is [`USUAL`] and hits and the
+/// distance is finite: clamping it would leave it as it is. `depth` is the first corner's along the ray's axis, `det` the sum
+/// of the edge functions.
+///
+/// Let u = 2⁻²⁴, R the largest component of a corner less the origin, S the largest of the places beside the ray, and K the
+/// sum of the largest coordinates of the own box and of the origin. Padding leaves 27uK between the box as it is and what the
+/// slab test takes it for. The weights w_i, as computed, are of one sign, so P = Σ w_i corner_i / Σ w_i is in the triangle;
+/// what is computed as the distance t is that of P along the dominant axis, within 10uR. Along another axis the ray at t and
+/// P are apart by 18uR from rounding, and by Σ w_i x_i / Σ w_i, which would be 0 for weights without error. Theirs are below
+/// 4uS², so it is at most 12uS³ / |det|. That is below 9uR ≤ 9uK where 1.34 S³ < R |det|; for R stands the first corner's
+/// depth, which is not larger.
+#[inline(always)]
+fn settled<L: Lanes>(edges: &Edges<L>, depth: L, det: L) -> L::Mask {
+    let most = |[a, b, c]: [L; 3]| a.abs().max(b.abs()).max(c.abs());
+    let size = most(edges.x).max(most(edges.y));
+    let cube = (size * size) * (size * L::splat(1.5)) + L::splat(TINY);
+    cube.lt(depth.abs() * det.abs())
 }
 
 /// Of a triangle in leaf order.
 struct SlotBox<'a, L: Lanes> {
+    shear: &'a Shear<L>,
     slabs: &'a Slabs<L>,
     slot: &'a TriangleSlot,
 }
@@ -256,17 +299,29 @@ impl<L: Lanes> OwnBox<L> for SlotBox<'_, L> {
     fn stay(&self) -> Stay<L> {
         self.slabs.stay(&own_box(self.slot))
     }
+
+    #[inline(always)]
+    fn usual(&self) -> bool {
+        self.shear.usual
+    }
 }
 
-/// Lanes in which a ray meets a triangle at a positive distance, and where: the corners relative to the origin in the order
-/// of the ray's frame, its slopes and scale, and its stay in the triangle's own box. A lane may be a ray against one
-/// triangle or a triangle against one ray.
+/// A triangle seen in the frames of rays: the places of its corners beside the rays, and the edge functions, which weigh the
+/// corners.
+struct Edges<L: Lanes> {
+    x: [L; 3],
+    y: [L; 3],
+    u: L,
+    v: L,
+    w: L,
+    /// Lanes whose ray is within all edges.
+    inside: L::Mask,
+}
+
+/// The corners are relative to the origin, in the order of the ray's frame. A lane may be a ray against one triangle or a
+/// triangle against one ray.
 #[inline(always)]
-pub(super) fn meet<L: Lanes>(
-    [a, b, c]: [Vec3Lanes<L>; 3],
-    [slope_x, slope_y, scale]: [L; 3],
-    own_box: &impl OwnBox<L>,
-) -> Option<Meeting<L>> {
+fn edges<L: Lanes>([a, b, c]: &[Vec3Lanes<L>; 3], [slope_x, slope_y, _]: [L; 3]) -> Edges<L> {
     let (ax, ay) = (a.x - slope_x * a.z, a.y - slope_y * a.z);
     let (bx, by) = (b.x - slope_x * b.z, b.y - slope_y * b.z);
     let (cx, cy) = (c.x - slope_x * c.z, c.y - slope_y * c.z);
@@ -274,22 +329,58 @@ pub(super) fn meet<L: Lanes>(
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
     let inside = u.min(v).min(w).ge(L::ZERO) | u.max(v).max(w).le(L::ZERO);
-    if !inside.any() {
+    Edges {
+        x: [ax, bx, cx],
+        y: [ay, by, cy],
+        u,
+        v,
+        w,
+        inside,
+    }
+}
+
+/// What the edge functions sum up to, and the distance before it is clamped, by the corners' depths.
+#[inline(always)]
+fn distance<L: Lanes>([u, v, w]: [L; 3], depths: [L; 3], scale: L) -> (L, L) {
+    let det = (u + v) + w;
+    let sum = (u * depths[0] + v * depths[1]) + w * depths[2];
+    ((sum * scale) / det, det)
+}
+
+/// Lanes in which a ray meets a triangle at a positive distance, and where: the corners relative to the origin in the order
+/// of the ray's frame, its slopes and scale, and its stay in the triangle's own box.
+#[inline(always)]
+pub(super) fn meet<L: Lanes>(
+    corners: [Vec3Lanes<L>; 3],
+    slopes: [L; 3],
+    own_box: &impl OwnBox<L>,
+) -> Option<Meeting<L>> {
+    let edges = edges(&corners, slopes);
+    if !edges.inside.any() {
         return None;
     }
-    let det = (u + v) + w;
-    let raw = (((u * a.z + v * b.z) + w * c.z) * scale) / det;
-    let stay = own_box.stay();
-    let t = raw.max(stay.enter).min(stay.leave);
+    let Edges { u, v, w, .. } = edges;
+    let [a, b, c] = corners;
+    let (raw, det) = distance([u, v, w], [a.z, b.z, c.z], slopes[2]);
     // A NaN anywhere above leaves `raw` NaN and fails here; so does det = 0.
     let solid = det.lt(L::ZERO) | det.gt(L::ZERO);
-    let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);
-    let valid = inside & solid & ahead & stay.enter.le(stay.leave);
-    Some(Meeting {
-        valid,
-        t,
+    let within = edges.inside & solid;
+    let found = Meeting {
+        valid: within & raw.gt(L::ZERO),
+        t: raw,
         v,
         w,
         det,
-    })
+    };
+    // A product that overflowed is no distance yet: only the clamp makes one of it.
+    let settled = settled(&edges, a.z, det) & raw.lt(L::splat(f32::INFINITY));
+    if own_box.usual() && !(found.valid & !settled).any() {
+        return Some(found);
+    }
+    let (ahead, t) = own_box.stay().clamp(raw);
+    let valid = within & ahead;
+    Some(Meeting { valid, t, ..found })
 }
+
+#[cfg(test)]
+mod tests;

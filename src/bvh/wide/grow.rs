@@ -2,6 +2,7 @@
 
 use super::plan::{MOST_ROOTS, Plan, bounds};
 use super::{OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
+use crate::bvh::pages::onto_large_pages;
 use crate::bvh::{Bvh, Child, LeafKind};
 use crate::lanes::LANES;
 use crate::scene::Bounds;
@@ -38,7 +39,11 @@ impl<'a> Growing<'a> {
             },
         };
         growing.grow();
-        growing.wide
+        let mut wide = growing.wide;
+        onto_large_pages(&mut wide.nodes);
+        onto_large_pages(&mut wide.triangles);
+        onto_large_pages(&mut wide.spheres);
+        wide
     }
 }
 

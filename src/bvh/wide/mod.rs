@@ -155,6 +155,11 @@ impl Wide {
         finite.fold(0.0, |most: f32, x| most.max(x.abs()))
     }
 
+    /// Whether it holds nothing but triangles.
+    pub fn has_triangles_only(&self) -> bool {
+        self.is_blocks() && self.spheres.is_empty()
+    }
+
     /// Whether it holds nothing but triangles and spheres.
     pub fn is_blocks(&self) -> bool {
         self.others.len() <= 1

@@ -1,6 +1,6 @@
 //! Where rays meet: the eye that they start from, the light that they end at, or nowhere, because they are parallel.
 
-use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, Vec3x8};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Vec3Lanes, Vec3x8};
 use crate::packet::RayQueue;
 use std::ops::Range;
 
@@ -35,28 +35,24 @@ pub(super) struct Spread {
 /// the surface by a few units in the last place, and miss their light by as much.
 const BLUR: f32 = 1.0 / 1024.0;
 
-/// The bits of a vector in every lane.
-fn same_bits(v: Vec3x8, w: Vec3x8) -> Mask8 {
-    let same = |a: F32x8, b: F32x8| a.to_bits().eq(b.to_bits());
-    same(v.x, w.x) & same(v.y, w.y) & same(v.z, w.z)
+/// Lanes that hold the same bits in both.
+#[inline(always)]
+pub(super) fn same<L: Lanes>(v: Vec3Lanes<L>, w: Vec3Lanes<L>) -> L::Mask {
+    v.x.same(w.x) & v.y.same(w.y) & v.z.same(w.z)
 }
 
 impl Apex {
-    /// The origin of all rays, if they have the same to the bit.
-    #[inline(never)]
-    pub(super) fn behind(rays: &RayQueue, packets: Range<usize>) -> Option<Apex> {
+    /// The origin of the first ray, if all of its packet have the same to the bit. Whether others have, too, is looked at
+    /// when they are loaded.
+    #[inline(always)]
+    pub(super) fn behind(rays: &RayQueue, packets: &Range<usize>) -> Option<Apex> {
         if rays.len() <= packets.start * LANES {
             return None;
         }
         let (org, _) = rays.ray(packets.start, 0);
-        let first = Vec3x8::splat(org[0], org[1], org[2]);
-        for packet in packets {
-            let (rays, active) = rays.packet::<F32x8>(packet, 0.0);
-            if (active & !same_bits(rays.org, first)).any() {
-                return None;
-            }
-        }
-        Some(Apex::Eye(org))
+        let (rays, active) = rays.packet::<F32x8>(packets.start, 0.0);
+        let apart = active & !same(rays.org, Vec3x8::splat(org[0], org[1], org[2]));
+        (!apart.any()).then_some(Apex::Eye(org))
     }
 
     /// The point that all rays come to at `tmax`, if they come to one; or their direction, if it is the same to the bit.
@@ -82,7 +78,7 @@ impl Apex {
             around = most(around, (rays.org - center).largest());
             longest = most(longest, way.largest());
             shortest = shortest.min(active.select(way.largest(), far));
-            parallel &= !(active & !same_bits(rays.dir, first)).any();
+            parallel &= !(active & !same(rays.dir, first)).any();
         }
         let rays = Spread {
             center: org,

@@ -3,6 +3,7 @@
 use super::frame::{BoxView, Frame, TriangleView, WIDEST};
 use crate::lanes::{COLUMN, F32x8, LANES, LaneMask, Lanes};
 use crate::packet::RayPacket;
+use crate::trace::triangle::Shear;
 
 /// Cells of a beam at most: a bit each.
 pub(super) const CELLS: usize = COLUMN;
@@ -39,6 +40,8 @@ pub(super) struct Cells {
     lanes: [u32; CELLS],
     group: [u8; CELLS],
     count: usize,
+    /// The rectangles of whole packets, along p and along q.
+    ranges: [[[f32; 2]; 2]; CELLS],
     /// The rectangle around all: along p and along q, lower and upper end.
     around: [[f32; 2]; 2],
     /// What is too wide, and what is too far aside.
@@ -59,6 +62,7 @@ impl Cells {
             lanes: [0; CELLS],
             group: [0; CELLS],
             count: 0,
+            ranges: [[[0.0; 2]; 2]; CELLS],
             around: [[0.0; 2]; 2],
             widest: WIDE,
             end: WIDEST,
@@ -100,7 +104,7 @@ impl Cells {
             return false;
         }
         if live == L::Mask::splat(true).bits() {
-            let ranges = [range(p), range(q)];
+            let ranges = self.ranges[group % CELLS];
             if self.is_narrow(ranges) {
                 self.put(ranges, [pace, limit].map(L::greatest), live, group);
                 return true;
@@ -166,9 +170,9 @@ impl Cells {
     #[inline(always)]
     pub(super) fn look_at<L: Lanes>(&mut self, frame: &Frame, all: &[[L; 3]]) {
         let mut widths = [0.0; CELLS];
-        for (width, [_, p, q]) in widths.iter_mut().zip(all) {
-            let [[p0, p1], [q0, q1]] = [range(*p), range(*q)];
-            let [p, q] = [p1 - p0, q1 - q0];
+        for ((width, ranges), [_, p, q]) in widths.iter_mut().zip(&mut self.ranges).zip(all) {
+            *ranges = [range(*p), range(*q)];
+            let [p, q] = ranges.map(|[low, high]| high - low);
             *width = if p > q { p } else { q };
         }
         let count = all.len().min(CELLS);
@@ -329,8 +333,24 @@ pub(super) fn directions<L: Lanes>(frame: &Frame, rays: &RayPacket<L>) -> [L; 3]
     let dir = [rays.dir.x, rays.dir.y, rays.dir.z];
     let [forward, p, q] = frame.axes.map(|axis| dir[axis % 3]);
     let along = L::splat(frame.sign);
-    let pace = forward * if frame.ahead { -along } else { along };
     // Going backward turns both parts of a quotient.
     let by = along / forward;
-    [pace, p * by, q * by]
+    [forward * L::splat(frame.pace()), p * by, q * by]
+}
+
+/// [`directions`], where the frame of the rays is known: its slopes are p and q, if its axis is the beam's.
+#[inline(always)]
+pub(super) fn directions_by<L: Lanes>(
+    frame: &Frame,
+    rays: &RayPacket<L>,
+    shear: &Shear<L>,
+) -> [L; 3] {
+    let axis = frame.axes[0] % 3;
+    if !frame.near || shear.axis != axis {
+        return directions(frame, rays);
+    }
+    let dir = [rays.dir.x, rays.dir.y, rays.dir.z];
+    let [p, q, _] = shear.slopes();
+    let along = L::splat(frame.sign);
+    [dir[axis] * L::splat(frame.pace()), p * along, q * along]
 }

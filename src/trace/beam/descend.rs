@@ -1,14 +1,16 @@
 //! Cells down the wide tree: a mask of them on the stack, the nearest child first.
 
+use super::Group;
 use super::block::Triangles;
 use super::cells::Cells;
 use super::frame::Frame;
 use super::pairs::Pairs;
 use crate::bvh::{LeafKind, OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8};
-use crate::trace::goal::{Goal, Meeting, Prepared};
+use crate::trace::aabb::Slabs;
+use crate::trace::goal::{Goal, Meeting};
 use crate::trace::packet::Tracer;
-use crate::trace::prefetch::prefetch;
+use crate::trace::prefetch::prefetch_target;
 use crate::trace::sphere;
 use crate::trace::tally::Tally;
 use crate::trace::triangle::MIXED;
@@ -42,7 +44,8 @@ pub(super) struct Descent<'d, 'a, L: Lanes, G, T> {
     pub(super) wide: &'a Wide,
     pub(super) frame: &'d Frame,
     pub(super) cells: &'d mut Cells,
-    pub(super) groups: &'d [Prepared<L>],
+    pub(super) groups: &'d [Group<L>],
+    pub(super) slabs: &'d [Slabs<L>],
     pub(super) goals: &'d mut [G],
     pub(super) packets: &'d mut Tracer<'a, L, T>,
     pub(super) work: &'d mut T,
@@ -125,21 +128,11 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
                     code,
                 };
                 count += 1;
-                self.fetch(code);
+                // It is looked at when those before it are done.
+                prefetch_target(self.wide, code);
             }
         }
         count
-    }
-
-    /// Asks for a child, which is looked at when those before it are done.
-    #[inline(always)]
-    fn fetch(&self, code: u32) {
-        match Target::of_code(code) {
-            Target::Node(index) => prefetch(self.wide.nodes(), index),
-            Target::Triangles(index) => prefetch(self.wide.triangles(), index),
-            Target::Spheres(index) => prefetch(self.wide.spheres(), index),
-            Target::Other(_) => {}
-        }
     }
 
     #[inline(always)]
@@ -166,7 +159,7 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
             // SAFETY: as above.
             let goal = unsafe { self.goals.get_unchecked_mut(group) };
             let met = match rays.shear.axis {
-                MIXED => triangles.test_mixed(lane, rays, goal),
+                MIXED => triangles.test_apart(lane, rays, goal),
                 _ => triangles.test(lane, rays, goal),
             };
             touched |= u64::from(met) << cell;
@@ -196,11 +189,13 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
                 met &= met - 1;
                 let group = self.cells.group(cell);
                 // SAFETY: a cell is of a packet of this beam, each of which has its place in both.
-                let rays = unsafe { self.groups.get_unchecked(group) };
+                let rays = unsafe { &self.groups.get_unchecked(group).rays };
+                // SAFETY: as above; and slabs were made because the tree has spheres.
+                let slabs = unsafe { self.slabs.get_unchecked(group) };
                 // SAFETY: as above.
                 let goal = unsafe { self.goals.get_unchecked_mut(group) };
-                let (org, dir) = (rays.rays.org, rays.rays.dir);
-                let found = sphere::sphere(org, dir, &rays.slabs, (&center, radius), &own_box);
+                let (org, dir) = (rays.org, rays.dir);
+                let found = sphere::sphere(org, dir, slabs, (&center, radius), &own_box);
                 if let Some((valid, t)) = found {
                     goal.take(&Meeting::bare(valid, t), block.prim_id[lane]);
                     touched |= 1 << cell;
@@ -224,9 +219,10 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
             left &= left - 1;
             if done >> group & 1 == 0 {
                 done |= 1 << group;
-                let (rays, goal) = (&self.groups[group], &mut self.goals[group]);
+                let rays = self.groups[group].prepared(&self.slabs[group]);
+                let goal = &mut self.goals[group];
                 self.packets
-                    .leaf_alone(rays, goal, leaf.kind, slots.clone());
+                    .leaf_alone(&rays, goal, leaf.kind, slots.clone());
             }
         }
         self.touch(cells);
@@ -245,10 +241,12 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
     }
 }
 
+/// One in each byte.
+const EACH: u64 = 0x0101_0101_0101_0101;
+
 /// Of some children, as bits by lane, which ranks they have: see [`WideNode::rank_bits`].
 #[inline(always)]
 fn in_order(ranks: u64, children: u32) -> u32 {
-    const EACH: u64 = 0x0101_0101_0101_0101;
     // Byte k: bit k, if child k is there; then one; then all bits.
     let apart = u64::from(children).wrapping_mul(EACH) & 0x8040_2010_0804_0201;
     let ones = (apart + 0x7f * EACH) >> 7 & EACH;
@@ -260,7 +258,6 @@ fn in_order(ranks: u64, children: u32) -> u32 {
 /// The child of a rank.
 #[inline(always)]
 fn child_at(ranks: u64, rank: u32) -> usize {
-    const EACH: u64 = 0x0101_0101_0101_0101;
     ((ranks & EACH << (rank % 8)).trailing_zeros() / 8) as usize % LANES
 }
 

@@ -29,15 +29,15 @@
 //! that as well, and depths below `tiny` count as it. For a given z, p grows with x, and along an edge of constant x it
 //! goes one way only; so a box is seen between the four values that its faces have at its two depths.
 //!
-//! **Triangles.** In a ray's own frame (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", 2013) corners are moved
-//! by slopes of at most 1, each with an error of 6uR, R being the largest component of a corner relative to a ray's origin.
-//! Since the ray passes the own box, whose size is H with all its padding, those corners are within 2H of it. So an
-//! edge function comes out with an error below 4·2H·6uR + 24uH² ≤ 72uRH. Here it is ((b × (c − b))·(p, q, 1) of corners (x − shear_p·z,
-//! y − shear_q·z, W), which is theirs times a number: near, at most 2, because a depth of one stands here where a
-//! largest component of one stands there; far, at most W² < 2. The errors of edges (u of their length ≤ H), corners
-//! (4uR) and sums here are below 112uRH, and `blur` changes it by less than 20 · blur · H. Together less than 256uRH + 20 · blur · H, the
-//! `margin`. If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin; a triangle is kept
-//! for a cell if either can be so anywhere in its rectangle.
+//! **Triangles.** In a ray's own frame (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", 2013) corners are
+//! moved by slopes of at most 1, each with an error of 7uR, R being the largest component of a corner relative to a ray's
+//! origin. Since the ray passes the own box, whose size is H with all its padding, those corners are within 2H of it. So an
+//! edge function comes out with an error below 4·2H·7uR + 24uH² ≤ 80uRH. Here it is ((b × (c − b))·(p, q, 1) of corners
+//! (x − shear_p·z, y − shear_q·z, W), which is theirs times a number: near, at most 2, because a depth of one stands here
+//! where a largest component of one stands there; far, at most W² < 2. The errors of edges (u of their length ≤ H), corners
+//! (4uR) and sums here are below 112uRH, and `blur` changes it by less than 20 · blur · H. Together less than
+//! 272uRH + 20 · blur · H, the `margin`. If three computed signs agree, all three functions here are ≥ −margin or all are
+//! ≤ margin; a triangle is kept for a cell if either can be so anywhere in its rectangle.
 
 use super::apex::{Apex, Spread};
 use crate::lanes::{F32x8, Lanes, Mask8, Vec3Lanes, Vec3x8};
@@ -182,6 +182,12 @@ impl Frame {
         }
     }
 
+    /// What a direction's part along the dominant axis is multiplied with to point away from the apex.
+    #[inline(always)]
+    pub(super) fn pace(&self) -> f32 {
+        if self.ahead { -self.sign } else { self.sign }
+    }
+
     /// Boxes by corner, by axis. Empty ones are not ahead.
     #[inline(always)]
     pub(super) fn boxes(&self, corners: &[[F32x8; 3]; 2]) -> BoxView {
@@ -221,14 +227,14 @@ impl Frame {
 
     /// Triangles by their corners relative to the centre, and their own boxes. Lanes of NaN are within no edge.
     #[inline(always)]
-    pub(super) fn triangles(&self, corners: &[Vec3x8; 3], own: &[[F32x8; 3]; 2]) -> TriangleView {
+    pub(super) fn triangles(&self, corners: &[Vec3x8; 3], own: &[Vec3x8; 2]) -> TriangleView {
         let [a, b, c] = *corners;
         let (ab, bc, ca) = (b - a, c - b, a - c);
         let reach = a.largest().max(b.largest()).max(c.largest());
         let size = ab.largest().max(bc.largest()).max(ca.largest());
         let reach = reach + F32x8::splat(self.more_reach);
         let size = size + F32x8::splat(self.more_size);
-        let margin = (reach * F32x8::splat(256.0 * ULP) + F32x8::splat(self.blur)) * size;
+        let margin = (reach * F32x8::splat(272.0 * ULP) + F32x8::splat(self.blur)) * size;
         let (a, b, c) = (self.seen(a), self.seen(b), self.seen(c));
         let (ab, bc, ca) = (self.seen(ab), self.seen(bc), self.seen(ca));
         let (a, b, c) = (self.weighed(a), self.weighed(b), self.weighed(c));
@@ -240,7 +246,7 @@ impl Frame {
         TriangleView {
             edges: [edge(b, bc), edge(c, ca), edge(a, ab)],
             margin,
-            own: self.boxes(own),
+            own: self.boxes(&own.map(|v| [v.x, v.y, v.z])),
         }
     }
 

@@ -34,14 +34,17 @@ mod frame;
 mod pairs;
 mod sorted;
 
+use super::aabb::Slabs;
 use super::goal::{AnyHit, Closest, Goal, Prepared, nowhere};
 use super::packet::Tracer;
+use super::prefetch::prefetch;
 use super::tally::{Packets, Tally};
+use super::triangle::Shear;
 use crate::bvh::{Bvh, Wide};
-use crate::lanes::{F32x8, LANES, LaneMask, Lanes};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Vec3Lanes};
 use crate::packet::{HitPacket, RayPacket, RayQueue};
-use apex::Apex;
-use cells::{CELLS, Cells, directions};
+use apex::{Apex, same};
+use cells::{CELLS, Cells, directions_by};
 use descend::Stack;
 use frame::Frame;
 use sorted::Sorted;
@@ -58,8 +61,10 @@ pub(super) struct Beams<'a, L: Lanes = F32x8, T = Packets> {
     extent: f32,
     packets: Tracer<'a, L, T>,
     cells: Box<Cells>,
-    /// Packets of the beam, ready for tests.
-    groups: Vec<Prepared<L>>,
+    /// Packets of the beam, ready for tests of triangles.
+    groups: Vec<Group<L>>,
+    /// And of boxes, where the tree holds anything but triangles.
+    slabs: Vec<Slabs<L>>,
     /// Where they go.
     projected: Vec<[L; 3]>,
     closest: Vec<Closest<L>>,
@@ -68,6 +73,29 @@ pub(super) struct Beams<'a, L: Lanes = F32x8, T = Packets> {
     sorted: Option<Box<Sorted>>,
     stack: Stack,
     work: T,
+}
+
+/// The rays of a packet, and what tests of triangles need of them.
+struct Group<L: Lanes> {
+    rays: RayPacket<L>,
+    shear: Shear<L>,
+}
+
+impl<L: Lanes> Group<L> {
+    /// What tests of boxes need.
+    #[inline(always)]
+    fn slabs(&self) -> Slabs<L> {
+        Slabs::new(self.rays.org, self.rays.dir, L::Mask::splat(true))
+    }
+
+    /// With them, what a packet's tests need.
+    fn prepared(&self, slabs: &Slabs<L>) -> Prepared<L> {
+        Prepared {
+            rays: self.rays,
+            slabs: *slabs,
+            shear: self.shear,
+        }
+    }
 }
 
 /// The packets of a beam, of a queue.
@@ -80,6 +108,15 @@ struct Batch<'q, 'a> {
 impl Batch<'_, '_> {
     fn groups<L: Lanes>(&self) -> usize {
         self.packets.len().div_ceil(L::PACKETS)
+    }
+
+    /// Asks for the rays that come after these: when a beam's are wanted, all at once, there is nothing else to do.
+    fn fetch_next(&self) {
+        let slots = self.rays.slots();
+        let end = self.packets.end;
+        for packet in end..slots.len().min(end + self.packets.len()) {
+            prefetch(slots, packet as u32);
+        }
     }
 
     /// Which packet of the queue is the j-th of the k-th group. Of camera rays, the packet after the next lies below and not
@@ -99,6 +136,12 @@ impl Batch<'_, '_> {
     /// The k-th group, and which of its lanes carry rays.
     #[inline(always)]
     fn group<L: Lanes>(&self, k: usize) -> (RayPacket<L>, L::Mask) {
+        let rays = self.rays.packets_at(|j| self.packet::<L>(k, j), self.tmax);
+        (rays, self.active::<L>(k))
+    }
+
+    #[inline(always)]
+    fn active<L: Lanes>(&self, k: usize) -> L::Mask {
         let mut lanes = 0;
         for j in 0..L::PACKETS {
             let packet = self.packet::<L>(k, j);
@@ -106,8 +149,7 @@ impl Batch<'_, '_> {
                 lanes |= self.rays.active(packet).bits() << (j * LANES);
             }
         }
-        let rays = self.rays.packets_at(|j| self.packet::<L>(k, j), self.tmax);
-        (rays, L::Mask::from_bits(lanes))
+        L::Mask::from_bits(lanes)
     }
 }
 
@@ -120,6 +162,7 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             packets: Tracer::counting(bvh),
             cells: Box::new(Cells::new()),
             groups: Vec::with_capacity(SIZE),
+            slabs: Vec::with_capacity(SIZE),
             projected: Vec::with_capacity(SIZE),
             closest: Vec::with_capacity(SIZE),
             any: Vec::with_capacity(SIZE),
@@ -149,33 +192,36 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             packets,
             tmax: f32::INFINITY,
         };
-        let Some(apex) = Apex::behind(rays, batch.packets.clone()) else {
+        let Some(apex) = Apex::behind(rays, &batch.packets) else {
             return false;
         };
         let frame = Frame::new(&apex, toward(&batch), self.extent);
+        batch.fetch_next();
         let mut goals = std::mem::take(&mut self.closest);
         let count = batch.groups::<L>();
-        let alone = self.trace::<_, true>(
+        let traced = self.trace::<_, true>(
             &frame,
             count,
             |k| batch.group(k),
             &mut goals,
             |limit, _| Closest::new(limit),
         );
-        for (k, goal) in goals.iter().enumerate() {
-            let (rays, active) = batch.group::<L>(k);
-            let found = match alone >> k & 1 {
-                0 => goal.hits(rays.tmax, active),
-                _ => self.packets.closest(&rays, active),
-            };
-            for j in 0..L::PACKETS {
-                if let Some(hit) = hits.get_mut(batch.packet::<L>(k, j) - batch.packets.start) {
-                    *hit = found.eight(j);
+        if let Some(alone) = traced {
+            for (k, goal) in goals.iter().enumerate() {
+                let (rays, active) = (&self.groups[k].rays, batch.active::<L>(k));
+                let found = match alone >> k & 1 {
+                    0 => goal.hits(rays.tmax, active),
+                    _ => self.packets.closest(rays, active),
+                };
+                for j in 0..L::PACKETS {
+                    if let Some(hit) = hits.get_mut(batch.packet::<L>(k, j) - batch.packets.start) {
+                        *hit = found.eight(j);
+                    }
                 }
             }
         }
         self.closest = goals;
-        true
+        traced.is_some()
     }
 
     /// Tells `answer`, for some packets of a queue that all end or all start in one point, which lanes (as bits) of each meet
@@ -195,6 +241,7 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         let mut seen = [0; SIZE];
         if let Some(apex) = Apex::ahead(rays, batch.packets.clone(), tmax) {
             let frame = Frame::new(&apex, toward(&batch), self.extent);
+            batch.fetch_next();
             let mut sorted = self.sorted.take().unwrap_or_default();
             sorted.take(&frame, rays, batch.packets.clone());
             let (count, load) = (sorted.groups::<L>(), |k| sorted.group(k, tmax));
@@ -202,15 +249,19 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
                 sorted.put_back::<L>(k, lanes, &mut seen);
             });
             self.sorted = Some(sorted);
-        } else if let Some(apex) = Apex::behind(rays, batch.packets.clone()) {
+        } else if let Some(apex) = Apex::behind(rays, &batch.packets) {
             let frame = Frame::new(&apex, toward(&batch), self.extent);
+            batch.fetch_next();
             let (count, load) = (batch.groups::<L>(), |k| batch.group(k));
-            self.shadows::<true>(&frame, count, load, |k, lanes| {
+            let traced = self.shadows::<true>(&frame, count, load, |k, lanes| {
                 for j in 0..L::PACKETS {
                     let at = batch.packet::<L>(k, j) - batch.packets.start;
                     seen[at % SIZE] |= (lanes >> (j * LANES)) as u8;
                 }
             });
+            if !traced {
+                return false;
+            }
         } else {
             return false;
         }
@@ -220,7 +271,7 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         true
     }
 
-    /// Tells `seen`, for some packets, which lanes (as bits) meet nothing.
+    /// Tells `seen`, for some packets, which lanes (as bits) meet nothing; false, and nothing told, as [`Beams::trace`].
     #[inline(always)]
     fn shadows<const SHARED: bool>(
         &mut self,
@@ -228,21 +279,26 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         count: usize,
         load: impl Fn(usize) -> (RayPacket<L>, L::Mask),
         mut seen: impl FnMut(usize, u32),
-    ) {
+    ) -> bool {
         let mut goals = std::mem::take(&mut self.any);
-        let alone = self.trace::<_, SHARED>(frame, count, &load, &mut goals, AnyHit::new);
-        for (k, goal) in goals.iter().enumerate() {
-            let (rays, active) = load(k);
-            let blocked = match alone >> k & 1 {
-                0 => goal.blocked(),
-                _ => self.packets.occluded(&rays, active),
-            };
-            seen(k, (active & !blocked).bits());
+        let traced = self.trace::<_, SHARED>(frame, count, load, &mut goals, AnyHit::new);
+        if let Some(alone) = traced {
+            for (k, goal) in goals.iter().enumerate() {
+                // Of one that was left alone, nothing is blocked yet.
+                let mut unblocked = goal.unblocked();
+                if alone >> k & 1 == 1 {
+                    let rays = &self.groups[k].rays;
+                    unblocked = unblocked & !self.packets.occluded(rays, unblocked);
+                }
+                seen(k, unblocked.bits());
+            }
         }
         self.any = goals;
+        traced.is_some()
     }
 
-    /// Traces a beam, and tells which of its packets, as bits, are left because they part too much.
+    /// Traces a beam, and tells which of its packets, as bits, are left because they part too much; none, and nothing done,
+    /// if rays that are to start at the apex (`SHARED`) do not.
     #[inline(always)]
     fn trace<G: Goal<L>, const SHARED: bool>(
         &mut self,
@@ -251,16 +307,26 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         load: impl Fn(usize) -> (RayPacket<L>, L::Mask),
         goals: &mut Vec<G>,
         goal: impl Fn(L, L::Mask) -> G,
-    ) -> u64 {
+    ) -> Option<u64> {
         self.cells.clear();
         self.groups.clear();
+        self.slabs.clear();
         self.projected.clear();
         goals.clear();
+        let [x, y, z] = frame.center;
+        let center = Vec3Lanes::splat(x, y, z);
         for k in 0..count {
             let (rays, active) = load(k);
-            self.projected.push(directions(frame, &rays));
-            self.groups.push(Prepared::new(&rays, active));
+            if SHARED && (active & !same(rays.org, center)).any() {
+                return None;
+            }
+            let shear = Shear::new(rays.org, rays.dir, active);
+            self.projected.push(directions_by(frame, &rays, &shear));
+            self.groups.push(Group { rays, shear });
             goals.push(goal(active.select(rays.tmax, nowhere()), active));
+        }
+        if !self.wide.has_triangles_only() {
+            self.slabs.extend(self.groups.iter().map(Group::slabs));
         }
         self.cells.look_at(frame, &self.projected);
         let mut alone = 0;
@@ -284,12 +350,13 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             frame,
             cells: &mut self.cells,
             groups: &self.groups,
+            slabs: &self.slabs,
             goals,
             packets: &mut self.packets,
             work: &mut self.work,
         }
         .run::<SHARED>(&mut self.stack);
-        alone
+        Some(alone)
     }
 }
 

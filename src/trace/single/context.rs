@@ -20,6 +20,7 @@ pub(super) struct Context {
     pub(super) axes: [usize; 3],
     pub(super) frame_org: [f32; 3],
     pub(super) slopes: [f32; 3],
+    pub(super) usual: bool,
     pub(super) org: [f32; 3],
     pub(super) dir: [f32; 3],
     pub(super) best: Hit,
@@ -50,6 +51,7 @@ impl Context {
         axes: [0; 3],
         frame_org: [0.0; 3],
         slopes: [0.0; 3],
+        usual: false,
         org: [0.0; 3],
         dir: [0.0; 3],
         best: Hit {
@@ -64,16 +66,17 @@ impl Context {
         ray: 0,
     };
 
-    /// The ray's stays in eight boxes: the arithmetic of `Slabs::stay_ordered`, with the lanes' parts exchanged.
+    /// The ray's stays in eight boxes, whose lower and upper planes along an axis `plane` gives: the arithmetic of
+    /// `Slabs::stay_ordered`, with the lanes' parts exchanged.
     #[inline(always)]
-    pub(super) fn stay(&self, boxes: &[[[f32; LANES]; 3]; 2]) -> Stay<F32x8> {
+    pub(super) fn stay(&self, plane: impl Fn(usize, usize) -> F32x8) -> Stay<F32x8> {
         let enter = |axis: usize| {
-            let plane = F32x8::new(boxes[self.near[axis] & 1][axis]);
-            (plane - F32x8::splat(self.first[axis])) * F32x8::splat(self.rdir[axis])
+            (plane(self.near[axis] & 1, axis) - F32x8::splat(self.first[axis]))
+                * F32x8::splat(self.rdir[axis])
         };
         let leave = |axis: usize| {
-            let plane = F32x8::new(boxes[(self.near[axis] & 1) ^ 1][axis]);
-            (plane - F32x8::splat(self.last[axis])) * F32x8::splat(self.rdir[axis])
+            (plane((self.near[axis] & 1) ^ 1, axis) - F32x8::splat(self.last[axis]))
+                * F32x8::splat(self.rdir[axis])
         };
         Stay {
             enter: enter(0).max(enter(1)).max(enter(2)).max(F32x8::ZERO),
@@ -110,29 +113,12 @@ impl Context {
         let from_center = Vec3x8::new(column(0), column(1), column(2));
         let dir = Vec3x8::splat(self.dir[0], self.dir[1], self.dir[2]);
         if let Some(roots) = sphere::roots(from_center, dir, F32x8::new(block.radius)) {
-            let (valid, t) = sphere::nearest(roots, self.stay(&block.own_box));
+            let (valid, t) = sphere::nearest(
+                roots,
+                self.stay(|side, axis| F32x8::new(block.own_box[side][axis])),
+            );
             let bare = [F32x8::ZERO, F32x8::ZERO, F32x8::ONE];
             self.take::<ANY>(valid, t, bare, &block.prim_id);
-        }
-    }
-
-    /// [`Context::stay`], for boxes that are in registers.
-    #[inline(always)]
-    fn stay_in(&self, [lo, hi]: [Vec3x8; 2]) -> Stay<F32x8> {
-        let enter = |axis: usize, lo: F32x8, hi: F32x8| {
-            let near = if self.near[axis] == 0 { lo } else { hi };
-            (near - F32x8::splat(self.first[axis])) * F32x8::splat(self.rdir[axis])
-        };
-        let leave = |axis: usize, lo: F32x8, hi: F32x8| {
-            let far = if self.near[axis] == 0 { hi } else { lo };
-            (far - F32x8::splat(self.last[axis])) * F32x8::splat(self.rdir[axis])
-        };
-        let (x, y, z) = ((0, lo.x, hi.x), (1, lo.y, hi.y), (2, lo.z, hi.z));
-        let first = enter(x.0, x.1, x.2).max(enter(y.0, y.1, y.2));
-        let last = leave(x.0, x.1, x.2).min(leave(y.0, y.1, y.2));
-        Stay {
-            enter: first.max(enter(z.0, z.1, z.2)).max(F32x8::ZERO),
-            leave: last.min(leave(z.0, z.1, z.2)),
         }
     }
 
@@ -195,8 +181,15 @@ impl OwnBox<F32x8> for BlockBox<'_> {
                 F32x8::new(corner[2]),
             )
         };
+        let [lo, hi] = triangle::own_boxes([all(a), all(b), all(c)]);
+        let (lo, hi) = ([lo.x, lo.y, lo.z], [hi.x, hi.y, hi.z]);
         self.context
-            .stay_in(triangle::own_boxes([all(a), all(b), all(c)]))
+            .stay(|side, axis| if side == 0 { lo[axis] } else { hi[axis] })
+    }
+
+    #[inline(always)]
+    fn usual(&self) -> bool {
+        self.context.usual
     }
 }
 

@@ -12,7 +12,7 @@ mod source;
 use super::goal::{AnyHit, Closest, Prepared};
 use super::order::{self, Entry};
 use super::packet::Tracer;
-use super::prefetch::prefetch;
+use super::prefetch::prefetch_target;
 use super::tally::{Packets, Tally};
 use crate::bvh::{Bvh, LeafKind, Target, Wide};
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
@@ -124,14 +124,14 @@ impl<'a, T: Tally> Singles<'a, T> {
             }
         }
         while at_nodes.len + at_leaves.len > 0 {
-            for k in at_nodes.all() {
-                self.open(k);
-            }
-            for k in at_leaves.all() {
-                self.leaf::<ANY>(k);
-            }
             let (nodes, leaves) = (at_nodes, at_leaves);
             (at_nodes, at_leaves) = (List::EMPTY, List::EMPTY);
+            for k in nodes.all() {
+                self.open(k);
+            }
+            for k in leaves.all() {
+                self.leaf::<ANY>(k);
+            }
             for k in nodes.all().chain(leaves.all()) {
                 if !self.pop(k) {
                     done(&self.contexts[k]);
@@ -153,7 +153,7 @@ impl<'a, T: Tally> Singles<'a, T> {
         self.work.wide_node(LANES as u64);
         // SAFETY: a code of the tree is of a row that exists, and this one says node; node 0 exists.
         let node = unsafe { self.wide.nodes().get_unchecked(context.current as usize) };
-        let stay = context.stay(&node.boxes);
+        let stay = context.stay(|side, axis| F32x8::new(node.boxes[side & 1][axis]));
         let met = stay.within(F32x8::splat(context.best.t));
         let count = met.bits().count_ones() as usize;
         // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so `top` is at most 7
@@ -176,22 +176,12 @@ impl<'a, T: Tally> Singles<'a, T> {
             let entry = *unsafe { self.stacks.get_unchecked(k * self.room + context.top) };
             if f32::from_bits((entry >> 32) as u32) <= context.best.t {
                 context.current = entry as u32;
-                self.fetch(k);
+                // It is looked at when all the others have moved, too.
+                prefetch_target(self.wide, context.current);
                 return true;
             }
         }
         false
-    }
-
-    /// Asks for what a ray comes to next, which is looked at when all the others have moved, too.
-    #[inline(always)]
-    fn fetch(&self, k: usize) {
-        match Target::of_code(self.contexts[k].current) {
-            Target::Node(index) => prefetch(self.wide.nodes(), index),
-            Target::Triangles(index) => prefetch(self.wide.triangles(), index),
-            Target::Spheres(index) => prefetch(self.wide.spheres(), index),
-            Target::Other(_) => {}
-        }
     }
 
     #[inline(always)]

@@ -19,6 +19,7 @@ pub(super) struct Source<'q, 'a> {
     org: [[f32; LANES]; 3],
     dir: [[f32; LANES]; 3],
     axis: [usize; LANES],
+    usual: bool,
     /// Lanes of it that are left.
     left: u32,
     packet: usize,
@@ -35,6 +36,7 @@ impl<'q, 'a> Source<'q, 'a> {
             org: [[0.0; LANES]; 3],
             dir: [[0.0; LANES]; 3],
             axis: [0; LANES],
+            usual: false,
             left: 0,
             packet: 0,
         }
@@ -69,6 +71,7 @@ impl<'q, 'a> Source<'q, 'a> {
             axes: FRAMES[self.axis[lane] & 3],
             frame_org: of(&self.shear[0]),
             slopes: of(&self.shear[1]),
+            usual: self.usual,
             org: of(&self.org),
             dir,
             best: Hit {
@@ -98,6 +101,7 @@ impl<'q, 'a> Source<'q, 'a> {
         self.slabs = Slabs::columns(rays.org, rays.dir).map(rows);
         let shear = Shear::new(rays.org, rays.dir, active);
         let (axis, columns) = shear.columns();
+        self.usual = shear.usual;
         self.axis = axis;
         self.shear = columns.map(rows);
         (self.org, self.dir) = (rows(rays.org), rows(rays.dir));

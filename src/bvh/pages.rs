@@ -1,0 +1,50 @@
+//! Rows on large pages, where the system gives them: rays that part look at rows all over a tree, and each page of four
+//! kibibytes wants a look-up of its own.
+
+/// Less is not worth it: two large pages of x86-64.
+const WORTH: usize = 4 << 20;
+
+/// Moves rows onto large pages, if they are many; for a moment they are there twice. What they are does not change, nor is it
+/// known whether the system did it.
+pub(super) fn onto_large_pages<T: Copy>(rows: &mut Vec<T>) {
+    if size_of_val(&rows[..]) < WORTH {
+        return;
+    }
+    let mut moved = Vec::with_capacity(rows.len());
+    ask_for_large_pages(&mut moved);
+    moved.extend_from_slice(rows);
+    *rows = moved;
+}
+
+/// Before its room is written to for the first time: pages that are there stay as they are.
+#[cfg(target_os = "linux")]
+fn ask_for_large_pages<T>(empty: &mut Vec<T>) {
+    const PAGE: usize = 4096;
+    let room = empty.spare_capacity_mut();
+    let start = room.as_mut_ptr().addr().next_multiple_of(PAGE);
+    let end = (room.as_mut_ptr().addr() + size_of_val(room)) / PAGE * PAGE;
+    if start < end {
+        // SAFETY: the whole pages of this range are the vector's own room, and the advice changes nothing that can be read.
+        unsafe { libc::madvise(start as *mut libc::c_void, end - start, libc::MADV_HUGEPAGE) };
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn ask_for_large_pages<T>(_: &mut Vec<T>) {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_stay_what_they_are() {
+        for count in [0, 1, WORTH / 8 - 1, WORTH / 8, WORTH / 8 * 3 + 77] {
+            let rows: Vec<u64> = (0..count as u64)
+                .map(|k| k.wrapping_mul(0x9e37_79b9))
+                .collect();
+            let mut moved = rows.clone();
+            onto_large_pages(&mut moved);
+            assert_eq!(moved, rows);
+        }
+    }
+}
