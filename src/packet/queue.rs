@@ -153,11 +153,13 @@ impl<'arena> RayQueue<'arena> {
     }
 
     /// The rays as they lie in memory, to be asked for before they are needed.
+    #[inline(always)]
     pub(crate) fn slots(&self) -> &[Slot] {
         &self.slots[..self.packets()]
     }
 
     /// Which lanes of packet `index` carry rays.
+    #[inline(always)]
     pub fn active(&self, index: usize) -> Mask8 {
         Mask8::first(self.len.saturating_sub(index * LANES).min(LANES))
     }

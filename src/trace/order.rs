@@ -16,6 +16,20 @@ pub(super) fn write(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [En
     count(met, enter, codes, to);
 }
 
+/// Leaves those entries that begin at a distance of `limit` at most, and tells how many they are.
+#[inline(always)]
+pub(super) fn keep(entries: &mut [Entry], limit: f32) -> usize {
+    // Distances are not negative, so their bits order as they do.
+    let most = u64::from(limit.to_bits()) << 32 | u64::from(u32::MAX);
+    let mut count = 0;
+    for k in 0..entries.len() {
+        let entry = entries[k];
+        entries[count] = entry;
+        count += usize::from(entry <= most);
+    }
+    count
+}
+
 /// Each at a place found by counting which are farther.
 #[cfg_attr(
     target_feature = "avx2",
@@ -57,10 +71,10 @@ fn network(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANE
             _mm256_set1_epi32(7),
             _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7),
         );
-        let eight = _mm256_set1_epi32(8);
-        // One more than the distance, so that a child that is met at 0 is not like one that is not met.
-        let above = _mm256_add_epi32(_mm256_andnot_si256(low, load(&enter)), eight);
-        let v = _mm256_and_si256(_mm256_or_si256(above, lanes), load(&met));
+        // What is not met is like lane 0 at distance 0. That does no harm: if this one is met, it is the last of those that are,
+        // and if not, none like it is.
+        let kept = _mm256_andnot_si256(low, load(&enter));
+        let v = _mm256_and_si256(_mm256_or_si256(kept, lanes), load(&met));
         // Each step: every entry against its partner; the mask tells which keep the larger.
         let v = step::<0b1001_1001>(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v));
         let v = step::<0b1100_0011>(v, _mm256_shuffle_epi32::<0b01_00_11_10>(v));
@@ -68,7 +82,7 @@ fn network(met: Mask8, enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANE
         let v = step::<0b0000_1111>(v, _mm256_permute2x128_si256::<1>(v, v));
         let v = step::<0b0011_0011>(v, _mm256_shuffle_epi32::<0b01_00_11_10>(v));
         let v = step::<0b0101_0101>(v, _mm256_shuffle_epi32::<0b10_11_00_01>(v));
-        let distance = _mm256_sub_epi32(_mm256_andnot_si256(low, v), eight);
+        let distance = _mm256_andnot_si256(low, v);
         let code = _mm256_permutevar8x32_epi32(load(codes), v);
         let even = _mm256_unpacklo_epi32(code, distance);
         let odd = _mm256_unpackhi_epi32(code, distance);
@@ -100,6 +114,30 @@ unsafe fn step<const LARGER: i32>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_begins_behind_the_limit_is_left_out() {
+        let mut state = 7u32;
+        for _ in 0..5_000 {
+            let mut next = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                state >> 16
+            };
+            let distances = [0.0, 0.5, 1.0, 1.0 + f32::EPSILON, 3e30, f32::INFINITY];
+            let mut pick = || distances[next() as usize % distances.len()];
+            let limit = pick();
+            let count = 1 + pick().to_bits() as usize % 19;
+            let entries: Vec<(f32, u32)> = (0..count).map(|k| (pick(), !(k as u32))).collect();
+            let packed = |&(distance, code): &(f32, u32)| {
+                u64::from(distance.to_bits()) << 32 | u64::from(code)
+            };
+            let mut kept: Vec<Entry> = entries.iter().map(packed).collect();
+            let left = keep(&mut kept, limit);
+            let want = entries.iter().filter(|entry| entry.0 <= limit);
+            let want: Vec<Entry> = want.map(packed).collect();
+            assert_eq!(kept[..left], want, "limit {limit}: {entries:?}");
+        }
+    }
 
     #[test]
     fn the_farthest_comes_first_and_what_is_not_met_last() {

@@ -1,28 +1,77 @@
 //! Rows of memory asked for before they are needed.
 
-use crate::bvh::{Target, Wide};
+use crate::bvh::{SphereBlock, Target, TriangleBlock, Wide, WideNode};
 
-/// Asks for what a child of a wide node leads to.
-#[inline(always)]
-pub(super) fn prefetch_target(wide: &Wide, code: u32) {
-    match Target::of_code(code) {
-        Target::Node(index) => prefetch(wide.nodes(), index),
-        Target::Triangles(index) => prefetch(wide.triangles(), index),
-        Target::Spheres(index) => prefetch(wide.spheres(), index),
-        Target::Other(_) => {}
+const LINE: usize = 64;
+
+const _: () = assert!(
+    size_of::<WideNode>() == 4 * LINE
+        && size_of::<TriangleBlock>() == 5 * LINE
+        && size_of::<SphereBlock>() == 6 * LINE,
+    "four lines and the last two are all of a row"
+);
+
+/// Where a tree's rows are, by kind of target. A table and no match: which kind comes next cannot be foretold, and a branch
+/// that goes wrong costs more than the row.
+#[derive(Clone, Copy)]
+pub(super) struct Rows {
+    start: [usize; 4],
+    size: [usize; 4],
+}
+
+impl Rows {
+    pub(super) fn of(wide: &Wide) -> Rows {
+        Rows {
+            start: [
+                wide.nodes().as_ptr().addr(),
+                wide.triangles().as_ptr().addr(),
+                wide.spheres().as_ptr().addr(),
+                wide.others().as_ptr().addr(),
+            ],
+            size: [
+                size_of::<WideNode>(),
+                size_of::<TriangleBlock>(),
+                size_of::<SphereBlock>(),
+                // The first of them will do: there are few, and what they lead to is elsewhere.
+                0,
+            ],
+        }
+    }
+
+    /// Asks for what a child of a wide node leads to.
+    #[inline(always)]
+    pub(super) fn prefetch(&self, code: u32) {
+        let (kind, index) = Target::parts(code);
+        let size = self.size[kind];
+        let row = self.start[kind].wrapping_add(index * size);
+        for line in 0..4 {
+            line_at(row.wrapping_add(line * LINE));
+        }
+        // The last two, which are among the others where a row is short: cheaper than to ask whether it is.
+        let end = row.wrapping_add(size);
+        line_at(end.wrapping_sub(2 * LINE));
+        line_at(end.wrapping_sub(LINE));
     }
 }
 
 /// Has the lines of a row brought to the first cache. Does nothing where the architecture is not x86-64.
 #[inline(always)]
 pub(super) fn prefetch<T>(rows: &[T], index: u32) {
+    let row = rows.as_ptr().wrapping_add(index as usize).addr();
+    for line in 0..size_of::<T>().div_ceil(LINE) {
+        line_at(row.wrapping_add(LINE * line));
+    }
+}
+
+#[inline(always)]
+fn line_at(address: usize) {
     #[cfg(target_arch = "x86_64")]
-    for line in 0..size_of::<T>().div_ceil(64) {
+    {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let row = rows.as_ptr().wrapping_add(index as usize).cast::<i8>();
+        let line = std::ptr::without_provenance::<i8>(address);
         // SAFETY: every x86-64 has the instruction, and it has no effect but on caches, whatever the address.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(row.wrapping_add(64 * line)) };
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(line) };
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = (rows, index);
+    let _ = address;
 }

@@ -97,8 +97,8 @@ pub struct Traversal<'a, T = Packets> {
     beams: Beamers<'a, T>,
     singles: Option<Singles<'a, T>>,
     pairs: bool,
-    /// Packets or single rays, for rays that part; packets or beams, for shadow rays.
-    parted: Choice,
+    /// Packets or single rays, for rays that hold together and for rays that part; packets or beams, for shadow rays.
+    alone: [Choice; 2],
     shadows: Choice,
 }
 
@@ -180,7 +180,7 @@ impl<'a, T: Tally> Traversal<'a, T> {
             singles: singles.then(|| Singles::new(bvh)),
             pairs: matches!(packets, Kernel::Packet16 | Kernel::Beam16),
             // What is usual, until it is known.
-            parted: Choice::new(0.2),
+            alone: [-0.2, 0.2].map(Choice::new),
             shadows: Choice::new(-0.2),
         }
     }
@@ -198,27 +198,28 @@ impl<'a, T: Tally> Traversal<'a, T> {
 
     /// The closest hits of some packets of a queue, one [`HitPacket`] each.
     pub fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
+        if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
+            // As many at once as there are: towards the end of a batch few are left to go side by side.
+            return singles.closest(rays, packets, hits);
+        }
         let batches = hits.chunks_mut(beam::SIZE);
         for (first, hits) in packets.step_by(beam::SIZE).zip(batches) {
             let batch = first..first + hits.len();
             if self.beams.closest(rays, batch.clone(), hits) {
                 continue;
             }
-            let auto = self.kernel == Kernel::Auto;
-            let chosen = auto && self.singles.is_some() && part(rays, batch.clone());
-            let (single, timed) = match chosen {
-                true => self.parted.next(),
-                false => (!auto, false),
+            let Some(singles) = &mut self.singles else {
+                self.closest_by_packet(rays, first, hits);
+                continue;
             };
-            let start = timed.then(Instant::now);
-            match &mut self.singles {
-                Some(singles) if single => singles.closest(rays, batch, hits),
-                _ => self.closest_by_packet(rays, first, hits),
+            let start = Instant::now();
+            let kind = usize::from(part(rays, batch.clone()));
+            if self.alone[kind].second() {
+                singles.closest(rays, batch, hits);
+            } else {
+                self.closest_by_packet(rays, first, hits);
             }
-            if chosen {
-                let took = start.map(|start| start.elapsed());
-                self.parted.done(hits.len() * LANES, took);
-            }
+            self.alone[kind].done(hits.len() * LANES, start.elapsed());
         }
     }
 
@@ -248,18 +249,15 @@ impl<'a, T: Tally> Traversal<'a, T> {
         for first in packets.step_by(beam::SIZE) {
             let batch = first..end.min(first + beam::SIZE);
             let auto = self.kernel == Kernel::Auto;
-            let (beam, timed) = match auto {
-                true => self.shadows.next(),
-                false => (true, false),
-            };
-            let start = timed.then(Instant::now);
+            let beam = !auto || self.shadows.second();
+            let start = auto.then(Instant::now);
             let count = batch.len() * LANES;
             let beams = &mut self.beams;
             if !(beam && beams.unoccluded(rays, batch.clone(), tmax, &mut answer)) {
                 self.unoccluded_by_packet(rays, batch, tmax, &mut answer);
             }
-            if auto {
-                self.shadows.done(count, start.map(|start| start.elapsed()));
+            if let Some(start) = start {
+                self.shadows.done(count, start.elapsed());
             }
         }
     }

@@ -82,6 +82,12 @@ impl Target {
         kind << KIND_SHIFT | index
     }
 
+    /// Of a word, which kind it says, 0 to 3 in the order above, and which row.
+    #[inline(always)]
+    pub fn parts(code: u32) -> (usize, usize) {
+        ((code >> KIND_SHIFT) as usize, (code & INDEX) as usize)
+    }
+
     /// From the word.
     #[inline(always)]
     pub fn of_code(code: u32) -> Target {

@@ -166,9 +166,16 @@ impl Cells {
         self.count += 1;
     }
 
-    /// Takes a look at all packets of a beam first, to see what is wide among them.
+    /// Takes a look at all packets of a beam first, to see what is wide among them: of rays to a light, not of camera rays.
     #[inline(always)]
     pub(super) fn look_at<L: Lanes>(&mut self, frame: &Frame, all: &[[L; 3]]) {
+        if !frame.ahead {
+            for (ranges, [_, p, q]) in self.ranges.iter_mut().zip(all) {
+                *ranges = [range(*p), range(*q)];
+            }
+            (self.widest, self.end) = (WIDE, WIDEST);
+            return;
+        }
         let mut widths = [0.0; CELLS];
         for ((width, ranges), [_, p, q]) in widths.iter_mut().zip(&mut self.ranges).zip(all) {
             *ranges = [range(*p), range(*q)];

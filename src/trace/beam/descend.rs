@@ -10,7 +10,7 @@ use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8};
 use crate::trace::aabb::Slabs;
 use crate::trace::goal::{Goal, Meeting};
 use crate::trace::packet::Tracer;
-use crate::trace::prefetch::prefetch_target;
+use crate::trace::prefetch::Rows;
 use crate::trace::sphere;
 use crate::trace::tally::Tally;
 use crate::trace::triangle::MIXED;
@@ -42,6 +42,7 @@ impl Stack {
 /// What a beam needs on its way.
 pub(super) struct Descent<'d, 'a, L: Lanes, G, T> {
     pub(super) wide: &'a Wide,
+    pub(super) rows: Rows,
     pub(super) frame: &'d Frame,
     pub(super) cells: &'d mut Cells,
     pub(super) groups: &'d [Group<L>],
@@ -129,7 +130,7 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
                 };
                 count += 1;
                 // It is looked at when those before it are done.
-                prefetch_target(self.wide, code);
+                self.rows.prefetch(code);
             }
         }
         count

@@ -37,7 +37,7 @@ mod sorted;
 use super::aabb::Slabs;
 use super::goal::{AnyHit, Closest, Goal, Prepared, nowhere};
 use super::packet::Tracer;
-use super::prefetch::prefetch;
+use super::prefetch::{Rows, prefetch};
 use super::tally::{Packets, Tally};
 use super::triangle::Shear;
 use crate::bvh::{Bvh, Wide};
@@ -119,6 +119,17 @@ impl Batch<'_, '_> {
         }
     }
 
+    /// The k-th group, while those of the next beam are asked for.
+    #[inline(always)]
+    fn group_and_next<L: Lanes>(&self, k: usize) -> (RayPacket<L>, L::Mask) {
+        let slots = self.rays.slots();
+        for j in 0..L::PACKETS {
+            let packet = self.packets.end + k * L::PACKETS + j;
+            prefetch(slots, packet as u32);
+        }
+        self.group(k)
+    }
+
     /// Which packet of the queue is the j-th of the k-th group. Of camera rays, the packet after the next lies below and not
     /// beside: two of 4×2 pixels make a square.
     #[inline(always)]
@@ -196,13 +207,12 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             return false;
         };
         let frame = Frame::new(&apex, toward(&batch), self.extent);
-        batch.fetch_next();
         let mut goals = std::mem::take(&mut self.closest);
         let count = batch.groups::<L>();
         let traced = self.trace::<_, true>(
             &frame,
             count,
-            |k| batch.group(k),
+            |k| batch.group_and_next(k),
             &mut goals,
             |limit, _| Closest::new(limit),
         );
@@ -347,6 +357,7 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         self.cells.finish(frame);
         descend::Descent::<L, G, T> {
             wide: self.wide,
+            rows: Rows::of(self.wide),
             frame,
             cells: &mut self.cells,
             groups: &self.groups,

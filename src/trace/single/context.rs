@@ -15,7 +15,9 @@ pub(super) struct Context {
     pub(super) rdir: [f32; 3],
     pub(super) first: [f32; 3],
     pub(super) last: [f32; 3],
+    /// Which planes of a box are met first and last, by axis: rows, as a node has them one after the other.
     pub(super) near: [usize; 3],
+    pub(super) far: [usize; 3],
     /// The axes in the order of the ray's frame, the origin in that order, slopes and scale: see [`crate::trace::triangle`].
     pub(super) axes: [usize; 3],
     pub(super) frame_org: [f32; 3],
@@ -24,7 +26,8 @@ pub(super) struct Context {
     pub(super) org: [f32; 3],
     pub(super) dir: [f32; 3],
     pub(super) best: Hit,
-    /// Entries on its stack.
+    /// Where its stack begins among all, and where it ends.
+    pub(super) bottom: usize,
     pub(super) top: usize,
     /// Where it is.
     pub(super) current: u32,
@@ -47,7 +50,8 @@ impl Context {
         rdir: [0.0; 3],
         first: [0.0; 3],
         last: [0.0; 3],
-        near: [0; 3],
+        near: [0, 1, 2],
+        far: [3, 4, 5],
         axes: [0; 3],
         frame_org: [0.0; 3],
         slopes: [0.0; 3],
@@ -61,22 +65,21 @@ impl Context {
             det: 1.0,
             prim_id: NO_PRIM,
         },
+        bottom: 0,
         top: 0,
         current: 0,
         ray: 0,
     };
 
-    /// The ray's stays in eight boxes, whose lower and upper planes along an axis `plane` gives: the arithmetic of
-    /// `Slabs::stay_ordered`, with the lanes' parts exchanged.
+    /// The ray's stays in eight boxes, whose planes `row` gives: first the lower ones by axis, then the upper ones. The
+    /// arithmetic of `Slabs::stay_ordered`, with the lanes' parts exchanged.
     #[inline(always)]
-    pub(super) fn stay(&self, plane: impl Fn(usize, usize) -> F32x8) -> Stay<F32x8> {
+    pub(super) fn stay(&self, row: impl Fn(usize) -> F32x8) -> Stay<F32x8> {
         let enter = |axis: usize| {
-            (plane(self.near[axis] & 1, axis) - F32x8::splat(self.first[axis]))
-                * F32x8::splat(self.rdir[axis])
+            (row(self.near[axis]) - F32x8::splat(self.first[axis])) * F32x8::splat(self.rdir[axis])
         };
         let leave = |axis: usize| {
-            (plane((self.near[axis] & 1) ^ 1, axis) - F32x8::splat(self.last[axis]))
-                * F32x8::splat(self.rdir[axis])
+            (row(self.far[axis]) - F32x8::splat(self.last[axis])) * F32x8::splat(self.rdir[axis])
         };
         Stay {
             enter: enter(0).max(enter(1)).max(enter(2)).max(F32x8::ZERO),
@@ -85,8 +88,9 @@ impl Context {
     }
 
     #[inline(always)]
-    pub(super) fn triangles<const ANY: bool>(&mut self, block: &TriangleBlock) {
-        let [kx, ky, kz] = self.axes.map(|axis| axis % 3);
+    pub(super) fn triangles<const ANY: bool>(&mut self, block: &TriangleBlock) -> bool {
+        // No larger than that; said so that nothing is checked.
+        let [kx, ky, kz] = self.axes.map(|axis| axis.min(2));
         let column = |corner: usize, axis: usize| F32x8::new(block.corners[corner][axis]);
         let corner = |c: usize| {
             Vec3x8::new(
@@ -102,27 +106,31 @@ impl Context {
             block,
         };
         let found = triangle::meet(corners, slopes, &own);
-        if let Some(hit) = found {
-            self.take::<ANY>(hit.valid, hit.t, [hit.v, hit.w, hit.det], &block.prim_id);
+        match found {
+            Some(hit) => {
+                self.take::<ANY>(hit.valid, hit.t, [hit.v, hit.w, hit.det], &block.prim_id)
+            }
+            None => false,
         }
     }
 
     #[inline(always)]
-    pub(super) fn spheres<const ANY: bool>(&mut self, block: &SphereBlock) {
+    pub(super) fn spheres<const ANY: bool>(&mut self, block: &SphereBlock) -> bool {
         let column = |axis: usize| F32x8::splat(self.org[axis]) - F32x8::new(block.center[axis]);
         let from_center = Vec3x8::new(column(0), column(1), column(2));
         let dir = Vec3x8::splat(self.dir[0], self.dir[1], self.dir[2]);
-        if let Some(roots) = sphere::roots(from_center, dir, F32x8::new(block.radius)) {
-            let (valid, t) = sphere::nearest(
-                roots,
-                self.stay(|side, axis| F32x8::new(block.own_box[side][axis])),
-            );
-            let bare = [F32x8::ZERO, F32x8::ZERO, F32x8::ONE];
-            self.take::<ANY>(valid, t, bare, &block.prim_id);
-        }
+        let Some(roots) = sphere::roots(from_center, dir, F32x8::new(block.radius)) else {
+            return false;
+        };
+        let (valid, t) = sphere::nearest(
+            roots,
+            self.stay(|row| F32x8::new(block.own_box.as_flattened()[row])),
+        );
+        let bare = [F32x8::ZERO, F32x8::ZERO, F32x8::ONE];
+        self.take::<ANY>(valid, t, bare, &block.prim_id)
     }
 
-    /// Takes what is closer than the best, or as close with a smaller number.
+    /// Takes what is closer than the best, or as close with a smaller number; true if anything is.
     #[inline(always)]
     fn take<const ANY: bool>(
         &mut self,
@@ -130,17 +138,17 @@ impl Context {
         t: F32x8,
         weights: [F32x8; 3],
         ids: &[u32; LANES],
-    ) {
+    ) -> bool {
         let limit = F32x8::splat(self.best.t);
         if ANY {
             if (valid & t.lt(limit)).any() {
                 self.block();
             }
-            return;
+            return false;
         }
         let near = valid & t.le(limit);
         if !near.any() {
-            return;
+            return false;
         }
         let (t, [v, w, det]) = (t.to_array(), weights.map(F32x8::to_array));
         for lane in near.lanes() {
@@ -155,12 +163,13 @@ impl Context {
                 };
             }
         }
+        true
     }
 
     /// Something is in the way: nothing is left to visit.
     pub(super) fn block(&mut self) {
         self.best.prim_id = 0;
-        self.top = 0;
+        self.top = self.bottom;
     }
 }
 
@@ -182,9 +191,8 @@ impl OwnBox<F32x8> for BlockBox<'_> {
             )
         };
         let [lo, hi] = triangle::own_boxes([all(a), all(b), all(c)]);
-        let (lo, hi) = ([lo.x, lo.y, lo.z], [hi.x, hi.y, hi.z]);
-        self.context
-            .stay(|side, axis| if side == 0 { lo[axis] } else { hi[axis] })
+        let rows = [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z];
+        self.context.stay(|row| rows[row % 6])
     }
 
     #[inline(always)]

@@ -12,7 +12,7 @@ mod source;
 use super::goal::{AnyHit, Closest, Prepared};
 use super::order::{self, Entry};
 use super::packet::Tracer;
-use super::prefetch::prefetch_target;
+use super::prefetch::Rows;
 use super::tally::{Packets, Tally};
 use crate::bvh::{Bvh, LeafKind, Target, Wide};
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
@@ -30,12 +30,12 @@ const BATCH: usize = 256;
 /// Traces rays of a queue on their own, and counts by `T`.
 pub(super) struct Singles<'a, T = Packets> {
     wide: &'a Wide,
+    rows: Rows,
     /// For what has no blocks.
     packets: Tracer<'a, F32x8, T>,
     contexts: [Context; CONTEXTS],
-    /// A stack for each context, `room` entries long.
+    /// A stack for each context, one after the other.
     stacks: Vec<Entry>,
-    room: usize,
     work: T,
 }
 
@@ -44,12 +44,16 @@ impl<'a, T: Tally> Singles<'a, T> {
         let wide = bvh.wide();
         // A node takes one entry and writes eight.
         let room = wide.depth() * (LANES - 1) + LANES + 1;
+        let context = |k: usize| Context {
+            bottom: k * room,
+            ..Context::IDLE
+        };
         Singles {
             wide,
+            rows: Rows::of(wide),
             packets: Tracer::counting(bvh),
-            contexts: [Context::IDLE; CONTEXTS],
+            contexts: std::array::from_fn(context),
             stacks: vec![0; room * CONTEXTS],
-            room,
             work: T::default(),
         }
     }
@@ -132,7 +136,11 @@ impl<'a, T: Tally> Singles<'a, T> {
             for k in leaves.all() {
                 self.leaf::<ANY>(k);
             }
-            for k in nodes.all().chain(leaves.all()) {
+            let mut all = nodes;
+            for k in leaves.all() {
+                all.push(k);
+            }
+            for k in all.all() {
                 if !self.pop(k) {
                     done(&self.contexts[k]);
                     if !source.next(&mut self.contexts[k], &mut self.work) {
@@ -153,13 +161,15 @@ impl<'a, T: Tally> Singles<'a, T> {
         self.work.wide_node(LANES as u64);
         // SAFETY: a code of the tree is of a row that exists, and this one says node; node 0 exists.
         let node = unsafe { self.wide.nodes().get_unchecked(context.current as usize) };
-        let stay = context.stay(|side, axis| F32x8::new(node.boxes[side & 1][axis]));
+        let rows = node.boxes.as_flattened();
+        // SAFETY: a context's rows are three times a side, which is 0 or 1, and an axis.
+        let stay = context.stay(|row| F32x8::new(*unsafe { rows.get_unchecked(row) }));
         let met = stay.within(F32x8::splat(context.best.t));
         let count = met.bits().count_ones() as usize;
         // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so `top` is at most 7
         // for each level above this node's, and there is room for eight more.
         let above = unsafe {
-            let first = self.stacks.as_mut_ptr().add(k * self.room + context.top);
+            let first = self.stacks.as_mut_ptr().add(context.top);
             &mut *first.cast::<[Entry; LANES]>()
         };
         order::write(met, stay.enter, &node.children, above);
@@ -170,38 +180,44 @@ impl<'a, T: Tally> Singles<'a, T> {
     #[inline(always)]
     fn pop(&mut self, k: usize) -> bool {
         let context = &mut self.contexts[k];
-        while context.top > 0 {
-            context.top -= 1;
-            // SAFETY: `top` entries were written.
-            let entry = *unsafe { self.stacks.get_unchecked(k * self.room + context.top) };
-            if f32::from_bits((entry >> 32) as u32) <= context.best.t {
-                context.current = entry as u32;
-                // It is looked at when all the others have moved, too.
-                prefetch_target(self.wide, context.current);
-                return true;
-            }
+        if context.top == context.bottom {
+            return false;
         }
-        false
+        context.top -= 1;
+        // SAFETY: `top` entries were written.
+        let entry = *unsafe { self.stacks.get_unchecked(context.top) };
+        context.current = entry as u32;
+        // It is looked at when all the others have moved, too.
+        self.rows.prefetch(context.current);
+        true
     }
 
     #[inline(always)]
     fn leaf<const ANY: bool>(&mut self, k: usize) {
         let context = &mut self.contexts[k];
-        match Target::of_code(context.current) {
+        let closer = match Target::of_code(context.current) {
             Target::Triangles(index) => {
                 self.work.block(LeafKind::Triangle, LANES as u64);
                 // SAFETY: a code of the tree is of a row that exists.
                 let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
-                context.triangles::<ANY>(block);
+                context.triangles::<ANY>(block)
             }
             Target::Spheres(index) => {
                 self.work.block(LeafKind::Sphere, LANES as u64);
                 // SAFETY: as above.
                 let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
-                context.spheres::<ANY>(block);
+                context.spheres::<ANY>(block)
             }
-            Target::Other(index) => self.other::<ANY>(k, index),
-            Target::Node(_) => {}
+            Target::Other(index) => {
+                self.other::<ANY>(k, index);
+                !ANY
+            }
+            Target::Node(_) => false,
+        };
+        if closer {
+            let context = &mut self.contexts[k];
+            let waiting = &mut self.stacks[context.bottom..context.top];
+            context.top = context.bottom + order::keep(waiting, context.best.t);
         }
     }
 

@@ -52,12 +52,13 @@ impl<'q, 'a> Source<'q, 'a> {
         }
         let lane = self.left.trailing_zeros() as usize % LANES;
         self.left &= self.left - 1;
-        let of = |columns: &[[f32; LANES]; 3]| columns.map(|column| column[lane]);
+        // By reference: copies would be made of whole columns, and read before they are written.
+        let of = |columns: &[[f32; LANES]; 3]| columns.each_ref().map(|column| column[lane]);
         let [rdir, lo, hi] = [&self.slabs[0], &self.slabs[1], &self.slabs[2]].map(of);
         let dir = of(&self.dir);
-        let near = dir.map(|d| usize::from(d < 0.0));
+        let side_of = dir.map(|d| usize::from(d < 0.0));
         let pick = |axis: usize, side: usize| {
-            if near[axis] == side {
+            if side_of[axis] == side {
                 lo[axis]
             } else {
                 hi[axis]
@@ -67,7 +68,8 @@ impl<'q, 'a> Source<'q, 'a> {
             rdir,
             first: [pick(0, 1), pick(1, 1), pick(2, 1)],
             last: [pick(0, 0), pick(1, 0), pick(2, 0)],
-            near,
+            near: std::array::from_fn(|axis| side_of[axis] * 3 + axis),
+            far: std::array::from_fn(|axis| (1 - side_of[axis]) * 3 + axis),
             axes: FRAMES[self.axis[lane] & 3],
             frame_org: of(&self.shear[0]),
             slopes: of(&self.shear[1]),
@@ -81,7 +83,8 @@ impl<'q, 'a> Source<'q, 'a> {
                 det: 1.0,
                 prim_id: NO_PRIM,
             },
-            top: 0,
+            top: context.bottom,
+            bottom: context.bottom,
             current: 0,
             ray: self.packet * LANES + lane,
         };
