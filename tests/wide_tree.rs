@@ -19,6 +19,7 @@ fn check(bvh: &Bvh) -> Vec<u32> {
     while let Some((index, around, level)) = waiting.pop() {
         deepest = deepest.max(level);
         let node = &wide.nodes()[index as usize];
+        assert!(lie_in_order(node), "children of node {index}");
         for lane in 0..LANES {
             let bounds = column(&node.boxes, lane);
             if bounds.lo.x > bounds.hi.x {
@@ -70,6 +71,19 @@ fn check(bvh: &Bvh) -> Vec<u32> {
     assert_eq!(deepest, wide.depth(), "the longest path");
     met.sort_unstable();
     met
+}
+
+/// Whether the children lie along the node's axis, and no other axis parts them more.
+fn lie_in_order(node: &WideNode) -> bool {
+    let boxes = (0..LANES).map(|lane| column(&node.boxes, lane));
+    let boxes: Vec<Bounds> = boxes.filter(|b| b.lo.x <= b.hi.x).collect();
+    let middles = |axis: usize| boxes.iter().map(move |b| b.lo[axis] + b.hi[axis]);
+    let spread = |axis: usize| {
+        let (low, high) = (f32::INFINITY, f32::NEG_INFINITY);
+        middles(axis).fold(high, f32::max) - middles(axis).fold(low, f32::min)
+    };
+    let axis = node.axis as usize;
+    middles(axis).is_sorted() && (0..3).all(|other| spread(axis) >= spread(other))
 }
 
 fn everything() -> Bounds {

@@ -67,12 +67,15 @@ impl Growing<'_> {
     }
 
     /// A place for a node of these children.
-    fn open(&mut self, items: Vec<Item>, level: usize) -> Open {
+    fn open(&mut self, mut items: Vec<Item>, level: usize) -> Open {
+        let axis = widest(&items);
+        items.sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)));
         let (lo, hi) = ([[f32::INFINITY; LANES]; 3], [[f32::NEG_INFINITY; LANES]; 3]);
         self.wide.nodes.push(WideNode {
             boxes: [lo, hi],
             children: [Target::NOTHING.code(); LANES],
             rank_bits: [0; 3],
+            axis: axis as u32,
         });
         Open {
             place: self.wide.nodes.len() - 1,
@@ -200,10 +203,28 @@ impl Growing<'_> {
     }
 }
 
+impl Item {
+    /// Twice the middle of its box.
+    fn middle(&self, axis: usize) -> f32 {
+        self.bounds.lo[axis] + self.bounds.hi[axis]
+    }
+}
+
+/// The axis along which the middles of boxes are farthest apart.
+fn widest(items: &[Item]) -> usize {
+    let spread = |axis: usize| {
+        let all = items.iter().map(|item| item.middle(axis));
+        all.clone().fold(f32::NEG_INFINITY, f32::max) - all.fold(f32::INFINITY, f32::min)
+    };
+    let axes = [0, 1, 2].into_iter();
+    axes.max_by(|&a, &b| spread(a).total_cmp(&spread(b)))
+        .unwrap_or(0)
+}
+
 /// [`WideNode::rank_bits`] of these children. Lanes without a child come last.
 fn rank_bits(items: &[Item]) -> [u64; 3] {
     let middle = |lane: usize, axis: usize| match items.get(lane) {
-        Some(item) => item.bounds.lo[axis] + item.bounds.hi[axis],
+        Some(item) => item.middle(axis),
         None => f32::INFINITY,
     };
     [0, 1, 2].map(|axis| {

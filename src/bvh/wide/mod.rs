@@ -24,6 +24,8 @@ pub struct WideNode {
     /// By axis, where each child comes when they are sorted by the middle of their boxes along it: byte k has bit r set, and
     /// no other, if child k comes r-th.
     pub rank_bits: [u64; 3],
+    /// The axis along which the children lie in order, those with the lowest middle of a box first: 0 to 2.
+    pub axis: u32,
 }
 
 /// Eight triangles as columns. Unused lanes are NaN, which no ray meets.

@@ -2,6 +2,7 @@
 
 use super::cells::CELLS;
 use crate::lanes::LANES;
+use crate::trace::order::LANES_OF;
 
 /// All pairs there can be, and eight places more, because eight are written at once.
 const ROOM: usize = CELLS * LANES + LANES;
@@ -12,24 +13,6 @@ pub(super) struct Pairs {
     lanes: [u8; ROOM],
     pub(super) count: usize,
 }
-
-/// By set of lanes: the lanes in it, one a byte, first those of the lower bytes.
-static LANES_OF: [[u8; LANES]; 256] = {
-    let mut table = [[0; LANES]; 256];
-    let mut set = 0;
-    while set < 256 {
-        let (mut lane, mut at) = (0, 0);
-        while lane < LANES {
-            if set >> lane & 1 == 1 {
-                table[set][at] = lane as u8;
-                at += 1;
-            }
-            lane += 1;
-        }
-        set += 1;
-    }
-    table
-};
 
 impl Pairs {
     #[inline(always)]
@@ -54,7 +37,7 @@ impl Pairs {
             )
         };
         cells.copy_from_slice(&[cell as u8; LANES]);
-        places.copy_from_slice(&LANES_OF[lanes as usize]);
+        places.copy_from_slice(&LANES_OF[0][lanes as usize]);
         self.count += lanes.count_ones() as usize;
     }
 
@@ -63,18 +46,5 @@ impl Pairs {
         // SAFETY: `k` is below `count`, which is within both.
         let (cell, lane) = unsafe { (*self.cells.get_unchecked(k), *self.lanes.get_unchecked(k)) };
         (cell as usize % CELLS, lane as usize % LANES)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lanes_of_a_set_come_in_order() {
-        for (set, lanes) in LANES_OF.iter().enumerate() {
-            let want: Vec<u8> = (0..8).filter(|lane| set >> lane & 1 == 1).collect();
-            assert_eq!(lanes[..want.len()], want);
-        }
     }
 }

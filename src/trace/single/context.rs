@@ -18,6 +18,8 @@ pub(super) struct Context {
     /// Which planes of a box are met first and last, by axis: rows, as a node has them one after the other.
     pub(super) near: [usize; 3],
     pub(super) far: [usize; 3],
+    /// By axis, whether it goes toward larger coordinates; the fourth is for the sake of an index that needs no check.
+    pub(super) up: [bool; 4],
     /// The axes in the order of the ray's frame, the origin in that order, slopes and scale: see [`crate::trace::triangle`].
     pub(super) axes: [usize; 3],
     pub(super) frame_org: [f32; 3],
@@ -51,6 +53,7 @@ impl Context {
         first: [0.0; 3],
         last: [0.0; 3],
         near: [0, 1, 2],
+        up: [true; 4],
         far: [3, 4, 5],
         axes: [0; 3],
         frame_org: [0.0; 3],
@@ -70,6 +73,12 @@ impl Context {
         current: 0,
         ray: 0,
     };
+
+    /// Whether it goes toward larger coordinates along an axis.
+    #[inline(always)]
+    pub(super) fn goes_up(&self, axis: u32) -> bool {
+        self.up[axis as usize % 4]
+    }
 
     /// The ray's stays in eight boxes, whose planes `row` gives: first the lower ones by axis, then the upper ones. The
     /// arithmetic of `Slabs::stay_ordered`, with the lanes' parts exchanged.

@@ -4,7 +4,7 @@
 //! node are always there. What a ray on its own waits for is memory and the outcome of its last comparison; so a dozen
 //! and more go side by side in steps, all at their nodes, then all at their blocks, then all to what is next, and while
 //! one waits another's numbers are there. Nothing branches on what a box test says: all eight children are written
-//! above the stack's top in the order of their distances, and the top moves by how many are met.
+//! above the stack's top, those that are met first, and the top moves by how many these are.
 
 mod context;
 mod source;
@@ -165,14 +165,15 @@ impl<'a, T: Tally> Singles<'a, T> {
         // SAFETY: a context's rows are three times a side, which is 0 or 1, and an axis.
         let stay = context.stay(|row| F32x8::new(*unsafe { rows.get_unchecked(row) }));
         let met = stay.within(F32x8::splat(context.best.t));
-        let count = met.bits().count_ones() as usize;
         // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so `top` is at most 7
         // for each level above this node's, and there is room for eight more.
         let above = unsafe {
             let first = self.stacks.as_mut_ptr().add(context.top);
             &mut *first.cast::<[Entry; LANES]>()
         };
-        order::write(met, stay.enter, &node.children, above);
+        // The last is visited first: the nearest, which is the first if the ray goes up.
+        let up = context.goes_up(node.axis);
+        let count = order::write(met, up, stay.enter, &node.children, above);
         context.top += count;
     }
 

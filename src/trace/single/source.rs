@@ -70,6 +70,7 @@ impl<'q, 'a> Source<'q, 'a> {
             last: [pick(0, 0), pick(1, 0), pick(2, 0)],
             near: std::array::from_fn(|axis| side_of[axis] * 3 + axis),
             far: std::array::from_fn(|axis| (1 - side_of[axis]) * 3 + axis),
+            up: std::array::from_fn(|axis| axis == 3 || side_of[axis] == 0),
             axes: FRAMES[self.axis[lane] & 3],
             frame_org: of(&self.shear[0]),
             slopes: of(&self.shear[1]),
