@@ -8,14 +8,14 @@
 //! | `goal` | the closest hit or any: what a leaf means for either |
 //! | `packet` | a packet of rays together down the binary tree |
 //! | `beam` | rays that share a point together down the wide tree |
-//! | `order` | eight children by distance |
+//! | `order` | eight children onto a stack |
 //! | `single` | rays on their own down the wide tree |
 //! | `choice` | which of two kernels is faster |
 //! | `tally` | work, counted |
 //! | `traversal` | queues in, hits out: which kernel traces what |
 //! | `alone` | each test without a tree, for benchmarks |
 //!
-//! The choice between kernels stands in one place, [`Kernel`].
+//! The choice between kernels stands in one place, [`Kernel`] with [`Traversal`].
 //!
 //! # Why no tree can lose a hit
 //!
@@ -38,7 +38,7 @@ mod choice;
 mod cone;
 mod goal;
 mod instance;
-#[allow(unsafe_code, reason = "a sorting network has no safe name")]
+#[allow(unsafe_code, reason = "shuffles by a table have no safe name")]
 mod order;
 #[allow(
     unsafe_code,

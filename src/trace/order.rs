@@ -1,13 +1,11 @@
 //! Children of a wide node onto the stack of a ray on its own, without a branch.
 //!
 //! Children lie along an axis, see [`crate::bvh::WideNode::axis`], so that the way a ray goes along it tells which comes first. That
-//! is not the order of their entry distances; but a network that sorts these takes twice as long as all else that
-//! there is to do for a node, and saves few visits.
+//! is not the order of their entry distances; but a network that sorts these is half of the instructions of a node, and
+//! saves no more than 4 % of the nodes (`perf/notes/single-rays.md`).
 
 use crate::lanes::{F32x8, LANES, LaneMask, Mask8};
-
-/// A child waiting to be visited: the bits of its entry distance above its code.
-pub(super) type Entry = u64;
+use std::ops::Range;
 
 /// By set of lanes, as bits: the lanes in it, one a byte, first those of the lower bits; and those of the higher bits first.
 pub(super) static LANES_OF: [[[u8; LANES]; 256]; 2] = {
@@ -29,23 +27,75 @@ pub(super) static LANES_OF: [[[u8; LANES]; 256]; 2] = {
     tables
 };
 
-/// Writes the entries of the children that are met, in the order in which they lie or `reversed`, and others behind them; tells
-/// how many are met.
-#[inline(always)]
-pub(super) fn write(
-    met: Mask8,
-    reversed: bool,
-    enter: F32x8,
-    codes: &[u32; LANES],
-    to: &mut [Entry; LANES],
-) -> usize {
-    let met = met.bits();
-    let lanes = &LANES_OF[usize::from(reversed)][met as usize % 256];
-    #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
-    at_once(lanes, enter, codes, to);
-    #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
-    one_by_one(lanes, enter, codes, to);
-    met.count_ones() as usize
+/// Children waiting to be visited, as columns: where each begins, and its code.
+pub(super) struct Waiting {
+    enter: Vec<f32>,
+    code: Vec<u32>,
+}
+
+impl Waiting {
+    /// Room for so many, in as many stacks as one likes.
+    pub(super) fn with_room(room: usize) -> Waiting {
+        Waiting {
+            enter: vec![0.0; room],
+            code: vec![0; room],
+        }
+    }
+
+    /// Writes the children that are met from `at` on, in the order in which they lie or `reversed`, and others behind them; tells
+    /// how many are met.
+    ///
+    /// # Safety
+    /// There is room for eight from `at` on.
+    #[inline(always)]
+    pub(super) unsafe fn write(
+        &mut self,
+        at: usize,
+        met: Mask8,
+        reversed: bool,
+        enter: F32x8,
+        codes: &[u32; LANES],
+    ) -> usize {
+        debug_assert!(at + LANES <= self.code.len());
+        let met = met.bits();
+        let lanes = &LANES_OF[usize::from(reversed)][met as usize % 256];
+        // SAFETY: both columns are as long, and have eight places from `at` on, as the caller says.
+        let (to_enter, to_code) = unsafe {
+            (
+                &mut *self.enter.as_mut_ptr().add(at).cast::<[f32; LANES]>(),
+                &mut *self.code.as_mut_ptr().add(at).cast::<[u32; LANES]>(),
+            )
+        };
+        #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
+        at_once(lanes, enter, codes, to_enter, to_code);
+        #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
+        one_by_one(lanes, enter, codes, to_enter, to_code);
+        met.count_ones() as usize
+    }
+
+    /// The code of one.
+    ///
+    /// # Safety
+    /// `at` is below what there is room for.
+    #[inline(always)]
+    pub(super) unsafe fn code(&self, at: usize) -> u32 {
+        // SAFETY: as the caller says.
+        unsafe { *self.code.get_unchecked(at) }
+    }
+
+    /// Leaves those of a stack that begin at a distance of `limit` at most, and tells where it ends then.
+    #[inline(always)]
+    pub(super) fn keep(&mut self, stack: Range<usize>, limit: f32) -> usize {
+        let start = stack.start;
+        let (enter, code) = (&mut self.enter[stack.clone()], &mut self.code[stack]);
+        let mut count = 0;
+        for k in 0..enter.len().min(code.len()) {
+            let one = (enter[k], code[k]);
+            (enter[count], code[count]) = one;
+            count += usize::from(one.0 <= limit);
+        }
+        start + count
+    }
 }
 
 #[cfg_attr(
@@ -53,46 +103,43 @@ pub(super) fn write(
     allow(dead_code, reason = "the other replaces it, and is tested against it")
 )]
 #[inline(always)]
-fn one_by_one(lanes: &[u8; LANES], enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]) {
-    let distances = enter.to_bits().to_array();
-    for (entry, &lane) in to.iter_mut().zip(lanes) {
+fn one_by_one(
+    lanes: &[u8; LANES],
+    enter: F32x8,
+    codes: &[u32; LANES],
+    to_enter: &mut [f32; LANES],
+    to_code: &mut [u32; LANES],
+) {
+    let enter = enter.to_array();
+    for (k, &lane) in lanes.iter().enumerate() {
         let lane = usize::from(lane) % LANES;
-        *entry = u64::from(distances[lane]) << 32 | u64::from(codes[lane]);
+        (to_enter[k], to_code[k]) = (enter[lane], codes[lane]);
     }
 }
 
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
 #[inline(always)]
-fn at_once(lanes: &[u8; LANES], enter: F32x8, codes: &[u32; LANES], to: &mut [Entry; LANES]) {
+fn at_once(
+    lanes: &[u8; LANES],
+    enter: F32x8,
+    codes: &[u32; LANES],
+    to_enter: &mut [f32; LANES],
+    to_code: &mut [u32; LANES],
+) {
     use std::arch::x86_64::*;
-    let distances = enter.to_bits().to_array();
+    let enter = enter.to_array();
     // SAFETY: the build has the instructions, see the attribute; and the arrays are eight long.
     unsafe {
-        let load = |lanes: &[u32; LANES]| _mm256_loadu_si256(lanes.as_ptr().cast());
         let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(lanes.as_ptr().cast()));
-        let distance = _mm256_permutevar8x32_epi32(load(&distances), order);
-        let code = _mm256_permutevar8x32_epi32(load(codes), order);
-        let even = _mm256_unpacklo_epi32(code, distance);
-        let odd = _mm256_unpackhi_epi32(code, distance);
-        let first = _mm256_permute2x128_si256::<0x20>(even, odd);
-        let last = _mm256_permute2x128_si256::<0x31>(even, odd);
-        _mm256_storeu_si256(to.as_mut_ptr().cast(), first);
-        _mm256_storeu_si256(to.as_mut_ptr().add(4).cast(), last);
+        let enter = _mm256_loadu_ps(enter.as_ptr());
+        let codes = _mm256_loadu_si256(codes.as_ptr().cast());
+        let (enter, codes) = (
+            _mm256_permutevar8x32_ps(enter, order),
+            _mm256_permutevar8x32_epi32(codes, order),
+        );
+        _mm256_storeu_ps(to_enter.as_mut_ptr(), enter);
+        _mm256_storeu_si256(to_code.as_mut_ptr().cast(), codes);
     }
-}
-
-/// Leaves those entries that begin at a distance of `limit` at most, and tells how many they are.
-#[inline(always)]
-pub(super) fn keep(entries: &mut [Entry], limit: f32) -> usize {
-    // Distances are not negative, so their bits order as they do.
-    let most = u64::from(limit.to_bits()) << 32 | u64::from(u32::MAX);
-    let mut count = 0;
-    for k in 0..entries.len() {
-        let entry = entries[k];
-        entries[count] = entry;
-        count += usize::from(entry <= most);
-    }
-    count
 }
 
 #[cfg(test)]
@@ -105,10 +152,6 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             state >> 8
         }
-    }
-
-    fn packed(distance: f32, code: u32) -> Entry {
-        u64::from(distance.to_bits()) << 32 | u64::from(code)
     }
 
     #[test]
@@ -124,24 +167,27 @@ mod tests {
     #[test]
     fn what_is_met_comes_first_and_as_it_lies() {
         let mut next = random(1);
+        let mut waiting = Waiting::with_room(30);
         for round in 0..20_000 {
             let enter: [f32; LANES] = std::array::from_fn(|_| (next() % 1000) as f32 * 0.37);
             let codes: [u32; LANES] = std::array::from_fn(|_| next());
-            let (met, reversed) = (next() & 0xff, round % 2 == 1);
-            let mut want: Vec<Entry> = (0..LANES)
-                .filter(|lane| met >> lane & 1 == 1)
-                .map(|lane| packed(enter[lane], codes[lane]))
-                .collect();
+            let (met, reversed, at) = (next() & 0xff, round % 2 == 1, round % 22);
+            let of_met = (0..LANES).filter(|lane| met >> lane & 1 == 1);
+            let mut want: Vec<(f32, u32)> = of_met.map(|lane| (enter[lane], codes[lane])).collect();
             if reversed {
                 want.reverse();
             }
-            let mut found = [u64::MAX; LANES];
-            let enter = F32x8::new(enter);
-            let count = write(Mask8::from_bits(met), reversed, enter, &codes, &mut found);
-            assert_eq!(found[..count], want);
+            let all = F32x8::new(enter);
+            // SAFETY: from 22 on there are eight places.
+            let count = unsafe { waiting.write(at, Mask8::from_bits(met), reversed, all, &codes) };
+            let places = at..at + count;
+            let found = places.map(|k| (waiting.enter[k], waiting.code[k]));
+            assert_eq!(found.collect::<Vec<_>>(), want);
             let lanes = &LANES_OF[usize::from(reversed)][met as usize];
-            one_by_one(lanes, enter, &codes, &mut found);
-            assert_eq!(found[..count], want);
+            let (mut enters, mut found) = ([0.0; LANES], [0; LANES]);
+            one_by_one(lanes, all, &codes, &mut enters, &mut found);
+            let found = enters.into_iter().zip(found).take(count);
+            assert_eq!(found.collect::<Vec<_>>(), want);
         }
     }
 
@@ -152,12 +198,24 @@ mod tests {
         for _ in 0..5_000 {
             let mut pick = || distances[next() as usize % distances.len()];
             let limit = pick();
-            let entries: Vec<(f32, u32)> = (0..20).map(|k| (pick(), !k)).collect();
-            let mut kept: Vec<Entry> = entries.iter().map(|e| packed(e.0, e.1)).collect();
-            let left = keep(&mut kept, limit);
-            let want = entries.iter().filter(|entry| entry.0 <= limit);
-            let want: Vec<Entry> = want.map(|e| packed(e.0, e.1)).collect();
-            assert_eq!(kept[..left], want, "limit {limit}: {entries:?}");
+            let mut waiting = Waiting {
+                enter: (0..20).map(|_| pick()).collect(),
+                code: (0..20).collect(),
+            };
+            let all: Vec<(f32, u32)> = waiting.enter.iter().copied().zip(0..).collect();
+            let end = waiting.keep(3..17, limit);
+            let want = all[3..17].iter().filter(|one| one.0 <= limit).copied();
+            let found = (3..end).map(|k| (waiting.enter[k], waiting.code[k]));
+            assert_eq!(
+                found.collect::<Vec<_>>(),
+                want.collect::<Vec<_>>(),
+                "{all:?}"
+            );
+            let beside = |k: &usize| (waiting.enter[*k], waiting.code[*k]) == all[*k];
+            assert!(
+                (0..3).chain(17..20).all(|k| beside(&k)),
+                "others are left alone"
+            );
         }
     }
 }

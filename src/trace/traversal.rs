@@ -1,7 +1,7 @@
 //! Queues in, hits out: the one place that chooses which kernel traces what.
 
 use super::beam::{self, Beams};
-use super::choice::Choice;
+use super::choice::{Choice, Next, each};
 use super::packet::Tracer;
 use super::single::Singles;
 use super::tally::{Packets, Tally};
@@ -14,9 +14,9 @@ use std::time::Instant;
 /// Traversal kernel of the packet engine. Every kernel gives the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// What pays for these rays, sixty-four packets at a time: beams for rays of one origin; for shadow rays, and for rays that
-    /// part in a large tree, what was faster lately (packets or beams, packets or single rays); else packets; of sixteen
-    /// where the build has AVX-512 and of eight where not. Figures stand in `perf/notes/beams.md`,
+    /// What pays for these rays, sixty-four packets at a time: beams for rays of one origin; for shadow rays packets or beams, and
+    /// for others in a large tree packets or single rays, whatever was faster lately, for rays that hold together and for
+    /// rays that part each; else packets; of sixteen where the build has AVX-512 and of eight where not. Figures stand in `perf/notes/beams.md`,
     /// `perf/notes/single-rays.md` and `perf/notes/packets-of-sixteen.md`.
     Auto,
     /// Packets of eight rays against the binary tree.
@@ -82,11 +82,11 @@ impl Kernel {
 /// Whether sixteen lanes pay on this build.
 const SIXTEEN: bool = cfg!(target_feature = "avx512f");
 
-/// Nodes of a wide tree from which on rays that part go on their own. A smaller one stays in the nearest caches, and packets
+/// Nodes of a wide tree from which on rays may go on their own. A smaller one stays in the nearest caches, and packets
 /// are as fast.
 const LARGE: usize = 512;
 
-/// Packets of a batch of which at least one in so many must hold together for all to go as packets.
+/// Packets of a batch of which at least one in so many must hold together for all to count as rays that do.
 const TOGETHER: usize = 4;
 
 /// Traces queues of rays against one tree, and counts by `T`.
@@ -208,18 +208,35 @@ impl<'a, T: Tally> Traversal<'a, T> {
             if self.beams.closest(rays, batch.clone(), hits) {
                 continue;
             }
-            let Some(singles) = &mut self.singles else {
+            if self.singles.is_none() {
                 self.closest_by_packet(rays, first, hits);
                 continue;
-            };
-            let start = Instant::now();
-            let kind = usize::from(part(rays, batch.clone()));
-            if self.alone[kind].second() {
-                singles.closest(rays, batch, hits);
-            } else {
-                self.closest_by_packet(rays, first, hits);
             }
-            self.alone[kind].done(hits.len() * LANES, start.elapsed());
+            let kind = usize::from(part(rays, batch));
+            match self.alone[kind].next(hits.len()) {
+                Next::One(single) => self.closest_by(single, rays, first, hits),
+                Next::Trial(single_leads) => {
+                    let (left, right) = hits.split_at_mut(hits.len() / 2 & !1);
+                    let middle = first + left.len();
+                    let mut took = [0.0; 2];
+                    for (single, first, hits) in
+                        [(single_leads, first, left), (!single_leads, middle, right)]
+                    {
+                        let start = Instant::now();
+                        self.closest_by(single, rays, first, hits);
+                        took[usize::from(single)] = each(start.elapsed(), hits.len());
+                    }
+                    self.alone[kind].learn(took);
+                }
+            }
+        }
+    }
+
+    /// As single rays or as packets.
+    fn closest_by(&mut self, single: bool, rays: &RayQueue, first: usize, hits: &mut [HitPacket]) {
+        match &mut self.singles {
+            Some(singles) if single => singles.closest(rays, first..first + hits.len(), hits),
+            _ => self.closest_by_packet(rays, first, hits),
         }
     }
 
@@ -248,17 +265,41 @@ impl<'a, T: Tally> Traversal<'a, T> {
         let end = packets.end;
         for first in packets.step_by(beam::SIZE) {
             let batch = first..end.min(first + beam::SIZE);
-            let auto = self.kernel == Kernel::Auto;
-            let beam = !auto || self.shadows.second();
-            let start = auto.then(Instant::now);
-            let count = batch.len() * LANES;
-            let beams = &mut self.beams;
-            if !(beam && beams.unoccluded(rays, batch.clone(), tmax, &mut answer)) {
-                self.unoccluded_by_packet(rays, batch, tmax, &mut answer);
+            let next = match self.kernel {
+                Kernel::Auto => self.shadows.next(batch.len()),
+                _ => Next::One(true),
+            };
+            match next {
+                Next::One(beam) => self.unoccluded_by(beam, rays, batch, tmax, &mut answer),
+                Next::Trial(beam_leads) => {
+                    let middle = first + (batch.len() / 2 & !1);
+                    let mut took = [0.0; 2];
+                    for (beam, half) in [
+                        (beam_leads, first..middle),
+                        (!beam_leads, middle..batch.end),
+                    ] {
+                        let (start, packets) = (Instant::now(), half.len());
+                        self.unoccluded_by(beam, rays, half, tmax, &mut answer);
+                        took[usize::from(beam)] = each(start.elapsed(), packets);
+                    }
+                    self.shadows.learn(took);
+                }
             }
-            if let Some(start) = start {
-                self.shadows.done(count, start.elapsed());
-            }
+        }
+    }
+
+    /// As a beam, if there are beams and the rays are one, or as packets.
+    fn unoccluded_by(
+        &mut self,
+        beam: bool,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: f32,
+        answer: &mut impl FnMut(usize, u8),
+    ) {
+        let beams = &mut self.beams;
+        if !(beam && beams.unoccluded(rays, packets.clone(), tmax, answer)) {
+            self.unoccluded_by_packet(rays, packets, tmax, answer);
         }
     }
 

@@ -10,7 +10,7 @@ mod context;
 mod source;
 
 use super::goal::{AnyHit, Closest, Prepared};
-use super::order::{self, Entry};
+use super::order::Waiting;
 use super::packet::Tracer;
 use super::prefetch::Rows;
 use super::tally::{Packets, Tally};
@@ -35,7 +35,7 @@ pub(super) struct Singles<'a, T = Packets> {
     packets: Tracer<'a, F32x8, T>,
     contexts: [Context; CONTEXTS],
     /// A stack for each context, one after the other.
-    stacks: Vec<Entry>,
+    stacks: Waiting,
     work: T,
 }
 
@@ -53,7 +53,7 @@ impl<'a, T: Tally> Singles<'a, T> {
             rows: Rows::of(wide),
             packets: Tracer::counting(bvh),
             contexts: std::array::from_fn(context),
-            stacks: vec![0; room * CONTEXTS],
+            stacks: Waiting::with_room(room * CONTEXTS),
             work: T::default(),
         }
     }
@@ -165,16 +165,14 @@ impl<'a, T: Tally> Singles<'a, T> {
         // SAFETY: a context's rows are three times a side, which is 0 or 1, and an axis.
         let stay = context.stay(|row| F32x8::new(*unsafe { rows.get_unchecked(row) }));
         let met = stay.within(F32x8::splat(context.best.t));
-        // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so `top` is at most 7
-        // for each level above this node's, and there is room for eight more.
-        let above = unsafe {
-            let first = self.stacks.as_mut_ptr().add(context.top);
-            &mut *first.cast::<[Entry; LANES]>()
-        };
         // The last is visited first: the nearest, which is the first if the ray goes up.
         let up = context.goes_up(node.axis);
-        let count = order::write(met, up, stay.enter, &node.children, above);
-        context.top += count;
+        // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so `top` is at most 7
+        // for each level above this node's, and there is room for eight more.
+        context.top += unsafe {
+            let (enter, codes) = (stay.enter, &node.children);
+            self.stacks.write(context.top, met, up, enter, codes)
+        };
     }
 
     /// The next entry that the ray still reaches; false if there is none.
@@ -186,8 +184,7 @@ impl<'a, T: Tally> Singles<'a, T> {
         }
         context.top -= 1;
         // SAFETY: `top` entries were written.
-        let entry = *unsafe { self.stacks.get_unchecked(context.top) };
-        context.current = entry as u32;
+        context.current = unsafe { self.stacks.code(context.top) };
         // It is looked at when all the others have moved, too.
         self.rows.prefetch(context.current);
         true
@@ -217,8 +214,8 @@ impl<'a, T: Tally> Singles<'a, T> {
         };
         if closer {
             let context = &mut self.contexts[k];
-            let waiting = &mut self.stacks[context.bottom..context.top];
-            context.top = context.bottom + order::keep(waiting, context.best.t);
+            let stack = context.bottom..context.top;
+            context.top = self.stacks.keep(stack, context.best.t);
         }
     }
 
