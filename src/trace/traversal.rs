@@ -216,7 +216,7 @@ impl<'a, T: Tally> Traversal<'a, T> {
             match self.alone[kind].next(hits.len()) {
                 Next::One(single) => self.closest_by(single, rays, first, hits),
                 Next::Trial(single_leads) => {
-                    let (left, right) = hits.split_at_mut(hits.len() / 2 & !1);
+                    let (left, right) = hits.split_at_mut(even_half(hits.len()));
                     let middle = first + left.len();
                     let mut took = [0.0; 2];
                     for (single, first, hits) in
@@ -272,7 +272,7 @@ impl<'a, T: Tally> Traversal<'a, T> {
             match next {
                 Next::One(beam) => self.unoccluded_by(beam, rays, batch, tmax, &mut answer),
                 Next::Trial(beam_leads) => {
-                    let middle = first + (batch.len() / 2 & !1);
+                    let middle = first + even_half(batch.len());
                     let mut took = [0.0; 2];
                     for (beam, half) in [
                         (beam_leads, first..middle),
@@ -321,6 +321,11 @@ impl<'a, T: Tally> Traversal<'a, T> {
             answer(k, unoccluded(&mut self.eight, rays, k, tmax) as u8);
         }
     }
+}
+
+/// Half of so many packets, even, so that two of them still go side by side.
+fn even_half(packets: usize) -> usize {
+    packets / 4 * 2
 }
 
 /// Whether most packets are of rays that go different ways: more than 60 degrees from the first. One in four is looked at.
