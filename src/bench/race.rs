@@ -32,6 +32,15 @@ pub(super) enum Task<'a> {
 }
 
 impl Task<'_> {
+    /// Rays are traced twice at least in a sample: who comes after another contender finds the caches full of his tree, and who
+    /// comes after a kernel of the same tree finds them full of his own. A frame takes long enough not to mind.
+    fn least_passes(&self) -> usize {
+        match self {
+            Task::Rays { .. } => 2,
+            Task::Frame { .. } => 1,
+        }
+    }
+
     /// Some passes, and the rays of each.
     fn sample(&self, passes: usize, threads: usize, pin: Pin) -> (Timing, u64) {
         match self {
@@ -100,7 +109,8 @@ impl<'a> Entry<'a> {
         let threads = self.row.threads as usize;
         let (timing, rays) = self.task.sample(self.passes, threads, plan.pin(threads));
         let rate = rays as f64 * self.passes as f64 / 1e6 / timing.wall;
-        self.passes = ((SAMPLE / timing.pass()).ceil() as usize).clamp(1, MOST_PASSES);
+        let enough = (SAMPLE / timing.pass()).ceil() as usize;
+        self.passes = enough.clamp(self.task.least_passes(), MOST_PASSES);
         self.seconds += timing.wall;
         self.row.samples.push(rate);
         self.row.rays_timed = rays;

@@ -2,90 +2,163 @@
 //!
 //! Rays that have parted go faster as packets in an open scene and on their own in a closed one; shadow rays as a beam or as
 //! packets. Nothing that can be seen of the rays tells, and the answer is the machine's, too. So now and then each kernel has
-//! one half of a batch, and what took less time for a ray has those that follow. Halves of one batch and no whole ones: rays
-//! that are far from each other may differ more than kernels do. Either gives the same bits.
+//! a part of a batch, and what took less time for a ray has those that follow. Parts of one batch and no whole ones: rays
+//! that are far from each other may differ more than kernels do. Rays are of classes, see [`super::coherence`], that learn apart,
+//! but from each other, too. Either kernel gives the same bits.
 
 use std::time::Duration;
 
-/// Batches before the first trial: memory is cold.
-const FIRST: u32 = 1;
-
-/// Batches from one trial to the next: this times the logarithm of how many times as fast the faster kernel is. What is much
-/// slower is tried seldom, what is nearly as fast costs nothing to try.
+/// Time from one trial to the next, in times of a trial: this times the logarithm of how many times as fast the faster kernel is.
+/// What is much slower is tried seldom, what is nearly as fast costs nothing to try. Time and not batches: where rays begin
+/// to take longer, there is more to be won, and a trial is due sooner.
 const PATIENCE: f32 = 64.0;
 
 /// At least so many, and at most so many times the square of the trials so far: the first ones may mislead.
-const OFTEN: u32 = 2;
-const EARLY: u32 = 2;
+const OFTEN: f32 = 2.0;
+const EARLY: f32 = 2.0;
 
 /// Trials that count, about: older ones are forgotten.
 const MEMORY: u32 = 8;
 
-/// No trial says more than this, natural logarithm: a thread that had to wait is not slow.
-const MOST: f32 = 1.0;
+/// No trial says more than this beyond what is believed, natural logarithm: a thread that had to wait is not slow.
+const MOST: f32 = 0.5;
 
-/// Packets of a batch that are worth a trial: the halves of fewer say little.
-const WORTH: usize = 16;
+/// Packets of a batch that are worth a trial: parts of fewer say little.
+const WORTH: usize = 32;
 
 /// A choice between two kernels, the first and the second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Choice {
-    /// Batches until the next trial.
-    wait: u32,
+    /// Seconds of tracing until the next trial.
+    wait: f32,
     /// Trials so far, up to [`MEMORY`], what is believed from the beginning being one.
     trials: u32,
     /// Logarithm of how many times as long the first takes as the second.
     lead: f32,
-    /// Whether the second kernel had the first half of the last trial: what comes first finds memory cold.
+    /// What a packet took each in trials so far, about. Times are averaged and not their quotients: rays that take long matter
+    /// more.
+    took: [f32; 2],
+    /// Whether the second kernel was timed first in the last trial: what comes first finds memory cold.
     second_led: bool,
 }
 
 /// Who traces a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
-    /// One of the two; true for the second.
+    /// One of the two; true for the second. [`Choice::spend`] is told what it took.
     One(bool),
-    /// Each one half, the second kernel the first half if true; [`Choice::learn`] is told what they took.
-    Trial(bool),
+    /// Each some; [`Choice::learn`] is told what they took.
+    Trial(Trial),
+}
+
+/// How a trial goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Trial {
+    /// Who had nothing to do lately: true for the second. It gets some rays that are not timed, because the nodes it needs have
+    /// left the nearest caches, and the few rays of a trial take no longer than to fetch them.
+    pub(super) cold: bool,
+    /// Who is timed first.
+    pub(super) leads: bool,
 }
 
 impl Choice {
     /// A choice that believes this of the logarithm of how many times as long the first takes as the second.
     pub(super) fn new(lead: f32) -> Choice {
         Choice {
-            wait: FIRST,
+            // One batch: memory is cold.
+            wait: f32::MIN_POSITIVE,
             trials: 1,
             lead,
+            took: [0.0; 2],
             second_led: false,
         }
     }
 
     /// Who traces the next batch, of so many packets.
     pub(super) fn next(&mut self, packets: usize) -> Next {
-        if self.wait > 0 || packets < WORTH {
-            self.wait = self.wait.saturating_sub(1);
+        if self.wait > 0.0 || packets < WORTH {
             return Next::One(self.lead > 0.0);
         }
         self.second_led = !self.second_led;
-        Next::Trial(self.second_led)
+        Next::Trial(Trial {
+            cold: self.lead <= 0.0,
+            leads: self.second_led,
+        })
     }
 
-    /// What a ray took the first and the second kernel in a trial.
-    pub(super) fn learn(&mut self, [first, second]: [f32; 2]) {
-        self.trials = (self.trials + 1).min(MEMORY);
+    /// What a batch took that was no trial, in seconds.
+    pub(super) fn spend(&mut self, seconds: f32) {
+        self.wait -= seconds;
+    }
+
+    /// What a packet took the first and the second kernel in a trial of so many, in seconds.
+    pub(super) fn learn(&mut self, [first, second]: [f32; 2], packets: usize) {
         // A clock that stands still says nothing.
         if first > 0.0 && second > 0.0 {
-            let seen = (first / second).ln().clamp(-MOST, MOST);
-            self.lead += (seen - self.lead) / self.trials as f32;
+            let (low, high) = ((self.lead - MOST).exp(), (self.lead + MOST).exp());
+            let seen = [first.min(second * high), second.min(first / low)];
+            if self.trials == 1 {
+                let (middle, lead) = ((seen[0] * seen[1]).sqrt(), (self.lead / 2.0).exp());
+                self.took = [middle * lead, middle / lead];
+            }
+            self.trials = (self.trials + 1).min(MEMORY);
+            for (took, seen) in self.took.iter_mut().zip(seen) {
+                *took += (seen - *took) / self.trials as f32;
+            }
+            self.lead = (self.took[0] / self.took[1]).ln();
         }
-        let most = EARLY * self.trials * self.trials;
-        self.wait = ((PATIENCE * self.lead.abs()) as u32).clamp(OFTEN, most);
+        let most = EARLY * (self.trials * self.trials) as f32;
+        // Not of this trial, in which a thread may have had to wait.
+        let trial = (self.took[0] + self.took[1]) * 0.5 * packets as f32;
+        self.wait = trial * (PATIENCE * self.lead.abs()).clamp(OFTEN, most);
+    }
+
+    /// Something else says that the lead is larger by this.
+    fn hear(&mut self, more: f32) {
+        self.lead += more;
+        self.took[0] *= more.exp();
     }
 }
 
-/// Seconds for each of so many rays.
-pub(super) fn each(took: Duration, rays: usize) -> f32 {
-    took.as_secs_f32() / rays.max(1) as f32
+/// A choice for each of some classes of rays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Choices<const N: usize>([Choice; N]);
+
+/// How much of what is learned of one class is believed of a class that had no trial yet; of others the less, the more they had.
+const SHARE: f32 = 0.5;
+
+impl<const N: usize> Choices<N> {
+    /// See [`Choice::new`].
+    pub(super) fn new(leads: [f32; N]) -> Choices<N> {
+        Choices(leads.map(Choice::new))
+    }
+
+    /// See [`Choice::next`].
+    pub(super) fn next(&mut self, class: usize, packets: usize) -> Next {
+        self.0[class].next(packets)
+    }
+
+    /// See [`Choice::spend`].
+    pub(super) fn spend(&mut self, class: usize, seconds: f32) {
+        self.0[class].spend(seconds);
+    }
+
+    /// See [`Choice::learn`].
+    pub(super) fn learn(&mut self, class: usize, took: [f32; 2], packets: usize) {
+        let before = self.0[class].lead;
+        self.0[class].learn(took, packets);
+        let more = self.0[class].lead - before;
+        for (k, other) in self.0.iter_mut().enumerate() {
+            if k != class {
+                other.hear(more * SHARE / other.trials as f32);
+            }
+        }
+    }
+}
+
+/// Seconds for each of so many packets.
+pub(super) fn each(took: Duration, packets: usize) -> f32 {
+    took.as_secs_f32() / packets.max(1) as f32
 }
 
 #[cfg(test)]
@@ -97,14 +170,17 @@ mod tests {
         let (mut choice, mut shares) = (Choice::new(0.0), [0, 0]);
         for batch in 0..batches {
             match choice.next(64) {
-                Next::One(second) => shares[usize::from(second)] += 2,
-                Next::Trial(second_leads) => {
+                Next::One(second) => {
+                    shares[usize::from(second)] += 2;
+                    choice.spend([0, 1].map(|half| time(batch, half, second)).iter().sum());
+                }
+                Next::Trial(Trial { leads, .. }) => {
                     let mut took = [0.0; 2];
-                    for (half, second) in [second_leads, !second_leads].into_iter().enumerate() {
+                    for (half, second) in [leads, !leads].into_iter().enumerate() {
                         took[usize::from(second)] = time(batch, half, second);
                         shares[usize::from(second)] += 1;
                     }
-                    choice.learn(took);
+                    choice.learn(took, 2);
                 }
             }
         }
@@ -122,12 +198,36 @@ mod tests {
     }
 
     #[test]
+    fn classes_learn_from_each_other_until_they_know_better() {
+        let mut choices = Choices::new([-0.2, -0.9, -0.1]);
+        let second = |choices: &Choices<3>| choices.0.map(|choice| choice.lead > 0.0);
+        assert_eq!(second(&choices), [false; 3]);
+        // The second kernel is three times as fast for the first class, and so it may be for the third.
+        choices.learn(0, [3.0, 1.0], 64);
+        choices.learn(0, [3.0, 1.0], 64);
+        assert_eq!(second(&choices), [true, false, true]);
+        // It is not, and the first does not mind.
+        choices.learn(2, [1.0, 3.0], 64);
+        choices.learn(2, [1.0, 3.0], 64);
+        assert_eq!(second(&choices), [true, false, false]);
+        // Each waits for its own trial.
+        choices.spend(0, 1e9);
+        assert!(matches!(choices.next(0, 64), Next::Trial(_)));
+        assert_eq!(choices.next(2, 64), Next::One(false));
+    }
+
+    #[test]
     fn small_batches_are_not_parted() {
         let mut choice = Choice::new(-0.2);
         for _ in 0..100 {
             assert_eq!(choice.next(WORTH - 1), Next::One(false));
+            choice.spend(1.0);
         }
-        assert_eq!(choice.next(WORTH), Next::Trial(true));
+        let trial = Trial {
+            cold: true,
+            leads: true,
+        };
+        assert_eq!(choice.next(WORTH), Next::Trial(trial));
     }
 
     #[test]
@@ -135,6 +235,20 @@ mod tests {
         let turns = |batch: u32, _, second: bool| if second == (batch < 3200) { 0.8 } else { 1.0 };
         let [first, second] = shares(6400, turns);
         assert!(first > 5400 && second > 5400, "{first} {second}");
+    }
+
+    /// Rays that take no time do not matter: here most batches are of such, and the first kernel is faster for them.
+    #[test]
+    fn what_takes_long_decides() {
+        let cheap = |batch: u32| batch / 64 % 4 != 3;
+        let time = |batch, _, second| match (cheap(batch), second) {
+            (true, false) => 0.01,
+            (true, true) => 0.02,
+            (false, false) => 1.5,
+            (false, true) => 1.0,
+        };
+        let [first, second] = shares(3200, time);
+        assert!(second > 8 * first, "{first} {second}");
     }
 
     /// One wait is not believed for long, whenever it is.

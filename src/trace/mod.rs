@@ -10,6 +10,8 @@
 //! | `beam` | rays that share a point together down the wide tree |
 //! | `order` | eight children onto a stack |
 //! | `single` | rays on their own down the wide tree |
+//! | `coherence` | how far rays part |
+//! | `part` | packets of a batch, for each of two kernels |
 //! | `choice` | which of two kernels is faster |
 //! | `tally` | work, counted |
 //! | `traversal` | queues in, hits out: which kernel traces what |
@@ -35,6 +37,7 @@ mod aabb;
 pub mod alone;
 mod beam;
 mod choice;
+mod coherence;
 mod cone;
 mod goal;
 mod instance;
@@ -45,6 +48,7 @@ mod order;
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
 mod packet;
+mod part;
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
 #[allow(

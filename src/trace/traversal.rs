@@ -1,12 +1,14 @@
 //! Queues in, hits out: the one place that chooses which kernel traces what.
 
 use super::beam::{self, Beams};
-use super::choice::{Choice, Next, each};
+use super::choice::{Choice, Choices, Next, Trial, each};
+use super::coherence::{self, CLASSES};
 use super::packet::Tracer;
+use super::part::Part;
 use super::single::Singles;
 use super::tally::{Packets, Tally};
 use crate::bvh::Bvh;
-use crate::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, Vec3x8};
+use crate::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes};
 use crate::packet::{HitPacket, RayQueue};
 use std::ops::Range;
 use std::time::Instant;
@@ -15,8 +17,8 @@ use std::time::Instant;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
     /// What pays for these rays, sixty-four packets at a time: beams for rays of one origin; for shadow rays packets or beams, and
-    /// for others in a large tree packets or single rays, whatever was faster lately, for rays that hold together and for
-    /// rays that part each; else packets; of sixteen where the build has AVX-512 and of eight where not. Figures stand in `perf/notes/beams.md`,
+    /// for others in a large tree packets or single rays, whatever was faster lately for rays that part as far; else packets;
+    /// of sixteen where the build has AVX-512 and of eight where not. Figures stand in `perf/notes/coherence.md`, `perf/notes/beams.md`,
     /// `perf/notes/single-rays.md` and `perf/notes/packets-of-sixteen.md`.
     Auto,
     /// Packets of eight rays against the binary tree.
@@ -86,9 +88,6 @@ const SIXTEEN: bool = cfg!(target_feature = "avx512f");
 /// are as fast.
 const LARGE: usize = 512;
 
-/// Packets of a batch of which at least one in so many must hold together for all to count as rays that do.
-const TOGETHER: usize = 4;
-
 /// Traces queues of rays against one tree, and counts by `T`.
 pub struct Traversal<'a, T = Packets> {
     kernel: Kernel,
@@ -97,8 +96,8 @@ pub struct Traversal<'a, T = Packets> {
     beams: Beamers<'a, T>,
     singles: Option<Singles<'a, T>>,
     pairs: bool,
-    /// Packets or single rays, for rays that hold together and for rays that part; packets or beams, for shadow rays.
-    alone: [Choice; 2],
+    /// Packets or single rays, for each class of rays; packets or beams, for shadow rays.
+    alone: Choices<CLASSES>,
     shadows: Choice,
 }
 
@@ -180,7 +179,7 @@ impl<'a, T: Tally> Traversal<'a, T> {
             singles: singles.then(|| Singles::new(bvh)),
             pairs: matches!(packets, Kernel::Packet16 | Kernel::Beam16),
             // What is usual, until it is known.
-            alone: [-0.2, 0.2].map(Choice::new),
+            alone: Choices::new([-0.8, -0.4, -0.1, 0.15, 0.25]),
             shadows: Choice::new(-0.2),
         }
     }
@@ -200,7 +199,7 @@ impl<'a, T: Tally> Traversal<'a, T> {
     pub fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
         if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
             // As many at once as there are: towards the end of a batch few are left to go side by side.
-            return singles.closest(rays, packets, hits);
+            return singles.closest(rays, &Part::all(packets), hits);
         }
         let batches = hits.chunks_mut(beam::SIZE);
         for (first, hits) in packets.step_by(beam::SIZE).zip(batches) {
@@ -209,45 +208,58 @@ impl<'a, T: Tally> Traversal<'a, T> {
                 continue;
             }
             if self.singles.is_none() {
-                self.closest_by_packet(rays, first, hits);
-                continue;
+                self.closest_by_packet(rays, &Part::all(batch), hits);
+            } else {
+                self.closest_by_choice(rays, batch, hits);
             }
-            let kind = usize::from(part(rays, batch));
-            match self.alone[kind].next(hits.len()) {
-                Next::One(single) => self.closest_by(single, rays, first, hits),
-                Next::Trial(single_leads) => {
-                    let (left, right) = hits.split_at_mut(even_half(hits.len()));
-                    let middle = first + left.len();
-                    let mut took = [0.0; 2];
-                    for (single, first, hits) in
-                        [(single_leads, first, left), (!single_leads, middle, right)]
-                    {
-                        let start = Instant::now();
-                        self.closest_by(single, rays, first, hits);
-                        took[usize::from(single)] = each(start.elapsed(), hits.len());
-                    }
-                    self.alone[kind].learn(took);
+        }
+    }
+
+    /// As single rays or as packets, or in a trial of both.
+    fn closest_by_choice(&mut self, rays: &RayQueue, batch: Range<usize>, hits: &mut [HitPacket]) {
+        let class = coherence::class(rays, batch.clone());
+        let next = self.alone.next(class, batch.len());
+        let start = Instant::now();
+        match next {
+            Next::One(single) => {
+                self.closest_by(single, rays, &Part::all(batch), hits);
+                self.alone.spend(class, start.elapsed().as_secs_f32());
+            }
+            Next::Trial(Trial { cold, leads }) => {
+                let packets = batch.len();
+                let [untimed, first, second] = Part::trial(batch);
+                self.closest_by(cold, rays, &untimed, hits);
+                let mut took = [0.0; 2];
+                for (single, part) in [(leads, first), (!leads, second)] {
+                    let start = Instant::now();
+                    self.closest_by(single, rays, &part, hits);
+                    took[usize::from(single)] = each(start.elapsed(), part.count());
                 }
+                self.alone.learn(class, took, packets);
             }
         }
     }
 
-    /// As single rays or as packets.
-    fn closest_by(&mut self, single: bool, rays: &RayQueue, first: usize, hits: &mut [HitPacket]) {
+    /// As single rays or as packets; `hits` are those of the part's whole range.
+    fn closest_by(&mut self, single: bool, rays: &RayQueue, part: &Part, hits: &mut [HitPacket]) {
         match &mut self.singles {
-            Some(singles) if single => singles.closest(rays, first..first + hits.len(), hits),
-            _ => self.closest_by_packet(rays, first, hits),
+            Some(singles) if single => singles.closest(rays, part, hits),
+            _ => self.closest_by_packet(rays, part, hits),
         }
     }
 
-    fn closest_by_packet(&mut self, rays: &RayQueue, first: usize, hits: &mut [HitPacket]) {
-        let mut k = 0;
-        while self.pairs && k + 1 < hits.len() {
-            closest(&mut self.sixteen, rays, first + k, &mut hits[k..k + 2]);
-            k += 2;
-        }
-        for k in k..hits.len() {
-            closest(&mut self.eight, rays, first + k, &mut hits[k..k + 1]);
+    fn closest_by_packet(&mut self, rays: &RayQueue, part: &Part, hits: &mut [HitPacket]) {
+        let first = part.packets.start;
+        let mut packets = part.each();
+        while let Some(packet) = packets.next() {
+            let k = packet - first;
+            // Fours are whole, so that a pair is one.
+            if self.pairs && packet + 1 < part.packets.end {
+                closest(&mut self.sixteen, rays, packet, &mut hits[k..k + 2]);
+                packets.next();
+            } else {
+                closest(&mut self.eight, rays, packet, &mut hits[k..k + 1]);
+            }
         }
     }
 
@@ -265,25 +277,41 @@ impl<'a, T: Tally> Traversal<'a, T> {
         let end = packets.end;
         for first in packets.step_by(beam::SIZE) {
             let batch = first..end.min(first + beam::SIZE);
-            let next = match self.kernel {
-                Kernel::Auto => self.shadows.next(batch.len()),
-                _ => Next::One(true),
-            };
-            match next {
-                Next::One(beam) => self.unoccluded_by(beam, rays, batch, tmax, &mut answer),
-                Next::Trial(beam_leads) => {
-                    let middle = first + even_half(batch.len());
-                    let mut took = [0.0; 2];
-                    for (beam, half) in [
-                        (beam_leads, first..middle),
-                        (!beam_leads, middle..batch.end),
-                    ] {
-                        let (start, packets) = (Instant::now(), half.len());
-                        self.unoccluded_by(beam, rays, half, tmax, &mut answer);
-                        took[usize::from(beam)] = each(start.elapsed(), packets);
-                    }
-                    self.shadows.learn(took);
+            if self.kernel == Kernel::Auto {
+                self.unoccluded_by_choice(rays, batch, tmax, &mut answer);
+            } else {
+                self.unoccluded_by(true, rays, batch, tmax, &mut answer);
+            }
+        }
+    }
+
+    /// As a beam or as packets, or in a trial of both.
+    fn unoccluded_by_choice(
+        &mut self,
+        rays: &RayQueue,
+        batch: Range<usize>,
+        tmax: f32,
+        answer: &mut impl FnMut(usize, u8),
+    ) {
+        let next = self.shadows.next(batch.len());
+        let start = Instant::now();
+        match next {
+            Next::One(beam) => {
+                self.unoccluded_by(beam, rays, batch, tmax, answer);
+                self.shadows.spend(start.elapsed().as_secs_f32());
+            }
+            Next::Trial(Trial { cold, leads }) => {
+                // Beams want rays that lie together.
+                let eighth = batch.len() / 16 * 2;
+                let [from, middle] = [2, 5].map(|eighths| batch.start + eighths * eighth);
+                self.unoccluded_by(cold, rays, batch.start..from, tmax, answer);
+                let mut took = [0.0; 2];
+                for (beam, part) in [(leads, from..middle), (!leads, middle..batch.end)] {
+                    let (start, packets) = (Instant::now(), part.len());
+                    self.unoccluded_by(beam, rays, part, tmax, answer);
+                    took[usize::from(beam)] = each(start.elapsed(), packets);
                 }
+                self.shadows.learn(took, batch.len());
             }
         }
     }
@@ -321,27 +349,6 @@ impl<'a, T: Tally> Traversal<'a, T> {
             answer(k, unoccluded(&mut self.eight, rays, k, tmax) as u8);
         }
     }
-}
-
-/// Half of so many packets, even, so that two of them still go side by side.
-fn even_half(packets: usize) -> usize {
-    packets / 4 * 2
-}
-
-/// Whether most packets are of rays that go different ways: more than 60 degrees from the first. One in four is looked at.
-fn part(rays: &RayQueue, packets: Range<usize>) -> bool {
-    let looked_at = packets.step_by(4);
-    let count = looked_at.len();
-    let together = looked_at.filter(|&packet| {
-        let (rays, active) = rays.packet::<F32x8>(packet, 0.0);
-        let dir = rays.dir;
-        let first = Vec3x8::splat(dir.x.lane(0), dir.y.lane(0), dir.z.lane(0));
-        let along = dir.dot(first);
-        let lengths = dir.dot(dir) * first.dot(first);
-        let near = along.gt(F32x8::ZERO) & (along * along).gt(lengths * F32x8::splat(0.25));
-        !(active & !near).any()
-    });
-    together.count() * TOGETHER < count
 }
 
 fn closest<L: Lanes, T: Tally>(

@@ -2,17 +2,21 @@
 //!
 //! `quick KERNEL,… SCENE.phx RAYS [SCENE.phx RAYS]…`; `PASSES=7` says how many. Kernels take turns; each 1,024 rays count with their
 //! fastest pass, in millions of rays a second on one thread. A kernel whose answers are not those of the file is told on.
+//! `WORK=1` counts instead: nodes, boxes, leaves and primitives for sixteen rays.
 
 use bumpalo::Bump;
 use phalanx::bvh::Bvh;
 use phalanx::cache;
 use phalanx::lanes::LANES;
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue};
-use phalanx::trace::{Kernel, Traversal};
+use phalanx::trace::{Kernel, Tally, Traversal, Work};
 use std::error::Error;
 use std::ops::Range;
 use std::path::Path;
 use std::time::Instant;
+
+/// Rays that are timed, about.
+const TIMED: usize = 1 << 16;
 
 /// Packets that are timed together.
 const CHUNK: usize = 128;
@@ -66,8 +70,8 @@ fn set(bytes: &mut Bytes) -> Result<Set, String> {
 }
 
 /// Traces some packets, and counts rays whose answer is wrong, if it is asked to look.
-fn trace(
-    kernel: &mut Traversal,
+fn trace<T: Tally>(
+    kernel: &mut Traversal<T>,
     set: &Set,
     rays: &RayQueue,
     packets: Range<usize>,
@@ -97,39 +101,87 @@ fn trace(
     (seconds, if look { wrong.count() } else { 0 })
 }
 
-fn measure(bvh: &Bvh, set: &Set, kernels: &[(&'static str, Kernel)], passes: usize) -> String {
-    let arena = Bump::new();
-    let mut rays = RayQueue::with_capacity(&arena, set.prim_id.len());
+fn queue<'a>(arena: &'a Bump, set: &Set) -> RayQueue<'a> {
+    let mut rays = RayQueue::with_capacity(arena, set.prim_id.len());
     for ray in set.rays.as_chunks::<6>().0 {
         let [a, b, c, d, e, f] = ray.map(f32::from_bits);
         rays.push_ray([a, b, c], [d, e, f]);
     }
-    let chunks = rays.packets().div_ceil(CHUNK);
+    rays
+}
+
+fn count(bvh: &Bvh, set: &Set, kernels: &[(&'static str, Kernel)]) -> String {
+    let arena = Bump::new();
+    let rays = queue(&arena, set);
+    let counts = kernels.iter().map(|(name, kernel)| {
+        let mut kernel = Traversal::<Work>::counting(bvh, *kernel);
+        for first in (0..rays.packets()).step_by(CHUNK) {
+            let packets = first..rays.packets().min(first + CHUNK);
+            trace(&mut kernel, set, &rays, packets, false);
+        }
+        let work = kernel.work();
+        let [nodes, boxes, leaves, prims] =
+            [work.node_visits, work.box_tests, work.leaf_visits, work.prim_tests]
+                .map(|n| n as f64 / rays.len() as f64 * 16.0);
+        format!(
+            "\n    {name:9} nodes {nodes:6.2}  boxes {:6.2}x16  leaves {leaves:6.2}  tests {:6.2}x16",
+            boxes / 16.0,
+            prims / 16.0
+        )
+    });
+    counts.collect()
+}
+
+fn measure(bvh: &Bvh, set: &Set, kernels: &[(&'static str, Kernel)], passes: usize) -> String {
+    let arena = Bump::new();
+    let rays = queue(&arena, set);
+    // As `bench` does: chunks that are far from each other, because neighbours would leave each other the caches full.
+    let stride = rays.len().div_ceil(TIMED) | 1;
+    let chunks = rays.packets().div_ceil(CHUNK).div_ceil(stride);
     let mut rows: Vec<_> = kernels
         .iter()
-        .map(|(_, kernel)| (Traversal::new(bvh, *kernel), vec![f64::INFINITY; chunks], 0))
+        .map(|(_, kernel)| (*kernel, vec![f64::INFINITY; chunks], 0))
         .collect();
+    let mut timed = 0;
     for pass in 0..passes {
         for (kernel, best, wrong) in &mut rows {
+            // What it learns it learns in each pass anew, as in a frame.
+            let kernel = &mut Traversal::new(bvh, *kernel);
             for (chunk, best) in best.iter_mut().enumerate() {
-                let packets = chunk * CHUNK..rays.packets().min((chunk + 1) * CHUNK);
+                let first = chunk * stride * CHUNK;
+                let packets = first..rays.packets().min(first + CHUNK);
+                timed += if pass == 0 {
+                    rays.len().min(packets.end * LANES) - first * LANES
+                } else {
+                    0
+                };
                 let (seconds, differ) = trace(kernel, set, &rays, packets, pass == 0);
                 *best = best.min(seconds);
                 *wrong += differ;
             }
         }
     }
+    // What a choice that is always right would reach.
+    let least = |chunk: usize| {
+        rows.iter()
+            .map(|(_, best, _)| best[chunk])
+            .fold(f64::INFINITY, f64::min)
+    };
+    let least: f64 = (0..chunks).map(least).sum();
+    let best = timed as f64 / kernels.len() as f64 / least / 1e6;
     let rates = rows
         .iter()
         .zip(kernels)
         .map(|((_, best, wrong), (name, _))| {
-            let rate = rays.len() as f64 / best.iter().sum::<f64>() / 1e6;
+            let rate = timed as f64 / kernels.len() as f64 / best.iter().sum::<f64>() / 1e6;
             match wrong {
                 0 => format!("  {name} {rate:7.2}"),
                 _ => format!("  {name} {rate:7.2} ({wrong} WRONG)"),
             }
         });
-    rates.collect()
+    rates
+        .chain([format!("  best of each {best:7.2}")])
+        .collect()
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -155,7 +207,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             .display();
         for _ in 0..bytes.word()? {
             let set = set(&mut bytes)?;
-            let rates = measure(&bvh, &set, &kernels, passes);
+            let rates = match std::env::var_os("WORK") {
+                Some(_) => count(&bvh, &set, &kernels),
+                None => measure(&bvh, &set, &kernels, passes),
+            };
             println!("{name:16} {:10}{rates}", set.kind);
         }
     }

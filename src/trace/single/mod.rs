@@ -12,6 +12,7 @@ mod source;
 use super::goal::{AnyHit, Closest, Prepared};
 use super::order::Waiting;
 use super::packet::Tracer;
+use super::part::Part;
 use super::prefetch::Rows;
 use super::tally::{Packets, Tally};
 use crate::bvh::{Bvh, LeafKind, Target, Wide};
@@ -58,18 +59,14 @@ impl<'a, T: Tally> Singles<'a, T> {
         }
     }
 
-    /// The closest hits of some packets of a queue, one [`HitPacket`] each.
-    pub(super) fn closest(
-        &mut self,
-        rays: &RayQueue,
-        packets: Range<usize>,
-        hits: &mut [HitPacket],
-    ) {
-        let start = packets.start * LANES;
-        for hit in hits.iter_mut() {
-            *hit = HitPacket::miss();
+    /// The closest hits of some packets of a queue, one [`HitPacket`] for each of their range; those of others stay as they are.
+    pub(super) fn closest(&mut self, rays: &RayQueue, part: &Part, hits: &mut [HitPacket]) {
+        let first = part.packets.start;
+        for packet in part.each() {
+            hits[packet - first] = HitPacket::miss();
         }
-        self.trace::<false>(rays, packets, f32::INFINITY, |context| {
+        let start = first * LANES;
+        self.trace::<false>(rays, part.each(), f32::INFINITY, |context| {
             let found = &context.best;
             if found.t < f32::INFINITY {
                 let at = context.ray - start;
@@ -116,7 +113,7 @@ impl<'a, T: Tally> Singles<'a, T> {
     fn trace<const ANY: bool>(
         &mut self,
         rays: &RayQueue,
-        packets: Range<usize>,
+        packets: impl Iterator<Item = usize>,
         tmax: f32,
         mut done: impl FnMut(&Context),
     ) {

@@ -6,12 +6,11 @@ use crate::packet::{NO_PRIM, RayQueue};
 use crate::trace::aabb::Slabs;
 use crate::trace::tally::Tally;
 use crate::trace::triangle::{FRAMES, Shear};
-use std::ops::Range;
 
 /// Rays of a queue one after the other, what tests need of them made packet by packet.
-pub(super) struct Source<'q, 'a> {
+pub(super) struct Source<'q, 'a, I> {
     rays: &'q RayQueue<'a>,
-    packets: Range<usize>,
+    packets: I,
     tmax: f32,
     /// Of the packet at hand, by lane.
     slabs: [[[f32; LANES]; 3]; 3],
@@ -25,8 +24,8 @@ pub(super) struct Source<'q, 'a> {
     packet: usize,
 }
 
-impl<'q, 'a> Source<'q, 'a> {
-    pub(super) fn new(rays: &'q RayQueue<'a>, packets: Range<usize>, tmax: f32) -> Source<'q, 'a> {
+impl<'q, 'a, I: Iterator<Item = usize>> Source<'q, 'a, I> {
+    pub(super) fn new(rays: &'q RayQueue<'a>, packets: I, tmax: f32) -> Source<'q, 'a, I> {
         Source {
             rays,
             packets,

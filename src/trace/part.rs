@@ -1,0 +1,66 @@
+//! Packets of a batch: all, or some of every eight fours, so that two kernels can be timed on rays that are alike.
+
+use std::ops::Range;
+
+/// Packets that go to the same kernel: rays of one picture's square.
+const FOUR: usize = 4;
+
+/// Which fours of every eight each part of a trial has: two to bring the memory that a kernel needs, three to time one
+/// kernel, three to time the other.
+const PARTS: [usize; 8] = [0, 1, 2, 1, 0, 2, 1, 2];
+
+/// Some packets of a queue.
+#[derive(Clone)]
+pub(super) struct Part {
+    pub(super) packets: Range<usize>,
+    /// Which of [`PARTS`]; all if none.
+    part: Option<usize>,
+}
+
+impl Part {
+    pub(super) fn all(packets: Range<usize>) -> Part {
+        Part {
+            packets,
+            part: None,
+        }
+    }
+
+    /// The parts of a trial: a quarter, and twice three eighths that lie between each other.
+    pub(super) fn trial(packets: Range<usize>) -> [Part; 3] {
+        [0, 1, 2].map(|part| Part {
+            packets: packets.clone(),
+            part: Some(part),
+        })
+    }
+
+    /// The packets, in order. A four is whole, but for the last.
+    pub(super) fn each(&self) -> impl Iterator<Item = usize> + Clone + use<> {
+        let Part { packets, part } = self.clone();
+        let start = packets.start;
+        packets.filter(move |packet| match part {
+            None => true,
+            Some(part) => PARTS[(packet - start) / FOUR % PARTS.len()] == part,
+        })
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.each().count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trial_has_all_packets_in_fours() {
+        let parts = Part::trial(3..67);
+        assert_eq!(parts.each_ref().map(Part::count), [16, 24, 24]);
+        assert!(parts[0].each().take(5).eq([3, 4, 5, 6, 19]));
+        assert!(parts[1].each().take(5).eq([7, 8, 9, 10, 15]));
+        assert!(parts[2].each().take(5).eq([11, 12, 13, 14, 23]));
+        let mut all: Vec<usize> = parts.iter().flat_map(Part::each).collect();
+        all.sort_unstable();
+        assert!(Part::all(3..67).each().eq(all));
+    }
+}
