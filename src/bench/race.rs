@@ -129,14 +129,16 @@ impl<'a> Entry<'a> {
 /// Passes of a sample, where one is too short for the clock.
 const MOST_PASSES: usize = 10_000;
 
-/// Measures all entries, round by round, so that what disturbs the machine for a while falls on all of them.
+/// Measures all entries, round by round, so that what disturbs the machine for a while falls on all of them; every other round
+/// the other way round, so that nobody always comes after the same contender, whose tree fills the caches.
 pub(super) fn race(mut entries: Vec<Entry>, plan: &Plan, listener: &mut dyn Listener) -> Vec<Row> {
     let mut round = 0;
     while entries.iter().any(|entry| entry.wants_more(plan)) {
         let total = entries.len() * plan.repeat.max(round + 1);
         let count = entries.len();
-        for (k, entry) in entries.iter_mut().enumerate() {
-            entry.take(plan);
+        for k in 0..count {
+            let turn = if round % 2 == 1 { count - 1 - k } else { k };
+            entries[turn].take(plan);
             listener.progress((round * count + k + 1) as f64 / total as f64);
         }
         round += 1;

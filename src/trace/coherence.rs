@@ -49,14 +49,14 @@ mod tests {
     use bumpalo::Bump;
 
     /// Every other ray goes at this angle to the rest.
-    fn class_at(degrees: f32) -> usize {
+    fn class_at(degrees: f64) -> usize {
         let arena = Bump::new();
         let mut rays = RayQueue::with_capacity(&arena, 512);
         for k in 0..512 {
-            let (y, x) = (degrees.to_radians() * (k % 2) as f32).sin_cos();
+            let (y, x) = libm::sincos((degrees * (k % 2) as f64).to_radians());
             // Lengths do not matter.
-            let length = 1.0 + (k % 7) as f32;
-            rays.push_ray([k as f32, 0.0, 0.0], [x * length, y * length, 0.0]);
+            let [x, y] = [x, y].map(|part| part as f32 * (1 + k % 7) as f32);
+            rays.push_ray([k as f32, 0.0, 0.0], [x, y, 0.0]);
         }
         class(&rays, 0..64)
     }
