@@ -6,7 +6,9 @@
 //! that are far from each other may differ more than kernels do. Rays are of classes, see [`super::coherence`], that learn apart,
 //! but from each other, too. Either kernel gives the same bits.
 
-use std::time::Duration;
+use super::part::Part;
+use std::ops::Range;
+use std::time::Instant;
 
 /// Time from one trial to the next, in times of a trial: this times the logarithm of how many times as fast the faster kernel is.
 /// What is much slower is tried seldom, what is nearly as fast costs nothing to try. Time and not batches: where rays begin
@@ -33,10 +35,8 @@ pub(super) struct Choice {
     wait: f32,
     /// Trials so far, up to [`MEMORY`], what is believed from the beginning being one.
     trials: u32,
-    /// Logarithm of how many times as long the first takes as the second.
-    lead: f32,
-    /// What a packet took each in trials so far, about. Times are averaged and not their quotients: rays that take long matter
-    /// more.
+    /// What a packet took each in trials so far, about; before the first, in any unit. Times are averaged and not their
+    /// quotients: rays that take long matter more.
     took: [f32; 2],
     /// Whether the second kernel was timed first in the last trial: what comes first finds memory cold.
     second_led: bool,
@@ -44,7 +44,7 @@ pub(super) struct Choice {
 
 /// Who traces a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Next {
+enum Next {
     /// One of the two; true for the second. [`Choice::spend`] is told what it took.
     One(bool),
     /// Each some; [`Choice::learn`] is told what they took.
@@ -53,12 +53,12 @@ pub(super) enum Next {
 
 /// How a trial goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Trial {
+struct Trial {
     /// Who had nothing to do lately: true for the second. It gets some rays that are not timed, because the nodes it needs have
     /// left the nearest caches, and the few rays of a trial take no longer than to fetch them.
-    pub(super) cold: bool,
+    cold: bool,
     /// Who is timed first.
-    pub(super) leads: bool,
+    leads: bool,
 }
 
 impl Choice {
@@ -68,54 +68,93 @@ impl Choice {
             // One batch: memory is cold.
             wait: f32::MIN_POSITIVE,
             trials: 1,
-            lead,
-            took: [0.0; 2],
+            took: [0.5, -0.5].map(|half| (lead * half).exp()),
             second_led: false,
         }
     }
 
+    /// Has a batch traced by one of the two, or in a trial by both: `by` is told who, true for the second, and what. `parts`
+    /// makes the parts of a trial: one that is not timed, and one for each kernel.
+    pub(super) fn trace(
+        &mut self,
+        batch: Range<usize>,
+        parts: impl Fn(Range<usize>) -> [Part; 3],
+        mut by: impl FnMut(bool, &Part),
+    ) {
+        let packets = batch.len();
+        let mut timed = |second: bool, part: &Part| {
+            let start = Instant::now();
+            by(second, part);
+            start.elapsed().as_secs_f32()
+        };
+        match self.next(packets) {
+            Next::One(second) => {
+                let seconds = timed(second, &Part::all(batch));
+                self.spend(seconds);
+            }
+            Next::Trial(Trial { cold, leads }) => {
+                let [untimed, first, last] = parts(batch);
+                timed(cold, &untimed);
+                let mut took = [0.0; 2];
+                for (second, part) in [(leads, first), (!leads, last)] {
+                    took[usize::from(second)] = timed(second, &part) / part.count() as f32;
+                }
+                self.learn(took, packets);
+            }
+        }
+    }
+
+    /// Logarithm of how many times as long the first takes as the second.
+    fn lead(&self) -> f32 {
+        (self.took[0] / self.took[1]).ln()
+    }
+
     /// Who traces the next batch, of so many packets.
-    pub(super) fn next(&mut self, packets: usize) -> Next {
+    fn next(&mut self, packets: usize) -> Next {
         if self.wait > 0.0 || packets < WORTH {
-            return Next::One(self.lead > 0.0);
+            return Next::One(self.lead() > 0.0);
         }
         self.second_led = !self.second_led;
         Next::Trial(Trial {
-            cold: self.lead <= 0.0,
+            cold: self.lead() <= 0.0,
             leads: self.second_led,
         })
     }
 
     /// What a batch took that was no trial, in seconds.
-    pub(super) fn spend(&mut self, seconds: f32) {
+    fn spend(&mut self, seconds: f32) {
         self.wait -= seconds;
     }
 
     /// What a packet took the first and the second kernel in a trial of so many, in seconds.
-    pub(super) fn learn(&mut self, [first, second]: [f32; 2], packets: usize) {
+    fn learn(&mut self, [first, second]: [f32; 2], packets: usize) {
         // A clock that stands still says nothing.
         if first > 0.0 && second > 0.0 {
-            let (low, high) = ((self.lead - MOST).exp(), (self.lead + MOST).exp());
+            let [low, high] = [-MOST, MOST].map(|more| (self.lead() + more).exp());
             let seen = [first.min(second * high), second.min(first / low)];
             if self.trials == 1 {
-                let (middle, lead) = ((seen[0] * seen[1]).sqrt(), (self.lead / 2.0).exp());
-                self.took = [middle * lead, middle / lead];
+                // What was believed, at the pace of this trial.
+                let middle = (seen[0] * seen[1]).sqrt();
+                self.took = self.took.map(|took| took * middle);
             }
             self.trials = (self.trials + 1).min(MEMORY);
             for (took, seen) in self.took.iter_mut().zip(seen) {
                 *took += (seen - *took) / self.trials as f32;
             }
-            self.lead = (self.took[0] / self.took[1]).ln();
+        }
+        if self.trials == 1 {
+            // Nothing is known yet of how long that would be.
+            self.wait = 0.0;
+            return;
         }
         let most = EARLY * (self.trials * self.trials) as f32;
         // Not of this trial, in which a thread may have had to wait.
         let trial = (self.took[0] + self.took[1]) * 0.5 * packets as f32;
-        self.wait = trial * (PATIENCE * self.lead.abs()).clamp(OFTEN, most);
+        self.wait = trial * (PATIENCE * self.lead().abs()).clamp(OFTEN, most);
     }
 
     /// Something else says that the lead is larger by this.
     fn hear(&mut self, more: f32) {
-        self.lead += more;
         self.took[0] *= more.exp();
     }
 }
@@ -133,32 +172,31 @@ impl<const N: usize> Choices<N> {
         Choices(leads.map(Choice::new))
     }
 
-    /// See [`Choice::next`].
-    pub(super) fn next(&mut self, class: usize, packets: usize) -> Next {
-        self.0[class].next(packets)
+    /// See [`Choice::trace`].
+    pub(super) fn trace(
+        &mut self,
+        class: usize,
+        batch: Range<usize>,
+        parts: impl Fn(Range<usize>) -> [Part; 3],
+        by: impl FnMut(bool, &Part),
+    ) {
+        self.shared(class, |choice| choice.trace(batch, parts, by));
     }
 
-    /// See [`Choice::spend`].
-    pub(super) fn spend(&mut self, class: usize, seconds: f32) {
-        self.0[class].spend(seconds);
-    }
-
-    /// See [`Choice::learn`].
-    pub(super) fn learn(&mut self, class: usize, took: [f32; 2], packets: usize) {
-        let before = self.0[class].lead;
-        self.0[class].learn(took, packets);
-        let more = self.0[class].lead - before;
+    /// What one class learns by this, the others hear.
+    fn shared(&mut self, class: usize, learns: impl FnOnce(&mut Choice)) {
+        let before = self.0[class].took;
+        learns(&mut self.0[class]);
+        if self.0[class].took == before {
+            return;
+        }
+        let more = self.0[class].lead() - (before[0] / before[1]).ln();
         for (k, other) in self.0.iter_mut().enumerate() {
             if k != class {
                 other.hear(more * SHARE / other.trials as f32);
             }
         }
     }
-}
-
-/// Seconds for each of so many packets.
-pub(super) fn each(took: Duration, packets: usize) -> f32 {
-    took.as_secs_f32() / packets.max(1) as f32
 }
 
 #[cfg(test)]
@@ -200,20 +238,20 @@ mod tests {
     #[test]
     fn classes_learn_from_each_other_until_they_know_better() {
         let mut choices = Choices::new([-0.2, -0.9, -0.1]);
-        let second = |choices: &Choices<3>| choices.0.map(|choice| choice.lead > 0.0);
+        let second = |choices: &Choices<3>| choices.0.map(|choice| choice.lead() > 0.0);
         assert_eq!(second(&choices), [false; 3]);
         // The second kernel is three times as fast for the first class, and so it may be for the third.
-        choices.learn(0, [3.0, 1.0], 64);
-        choices.learn(0, [3.0, 1.0], 64);
+        choices.shared(0, |choice| choice.learn([3.0, 1.0], 64));
+        choices.shared(0, |choice| choice.learn([3.0, 1.0], 64));
         assert_eq!(second(&choices), [true, false, true]);
         // It is not, and the first does not mind.
-        choices.learn(2, [1.0, 3.0], 64);
-        choices.learn(2, [1.0, 3.0], 64);
+        choices.shared(2, |choice| choice.learn([1.0, 3.0], 64));
+        choices.shared(2, |choice| choice.learn([1.0, 3.0], 64));
         assert_eq!(second(&choices), [true, false, false]);
         // Each waits for its own trial.
-        choices.spend(0, 1e9);
-        assert!(matches!(choices.next(0, 64), Next::Trial(_)));
-        assert_eq!(choices.next(2, 64), Next::One(false));
+        choices.0[0].spend(1e9);
+        assert!(matches!(choices.0[0].next(64), Next::Trial(_)));
+        assert_eq!(choices.0[2].next(64), Next::One(false));
     }
 
     #[test]

@@ -33,6 +33,14 @@ impl Part {
         })
     }
 
+    /// The same, each in one piece.
+    pub(super) fn trial_in_pieces(packets: Range<usize>) -> [Part; 3] {
+        let Range { start, end } = packets;
+        let eighth = packets.len() / 16 * 2;
+        let [from, middle] = [2, 5].map(|eighths| start + eighths * eighth);
+        [start..from, from..middle, middle..end].map(Part::all)
+    }
+
     /// The packets, in order. A four is whole, but for the last.
     pub(super) fn each(&self) -> impl Iterator<Item = usize> + Clone + use<> {
         let Part { packets, part } = self.clone();
@@ -59,6 +67,8 @@ mod tests {
         assert!(parts[0].each().take(5).eq([3, 4, 5, 6, 19]));
         assert!(parts[1].each().take(5).eq([7, 8, 9, 10, 15]));
         assert!(parts[2].each().take(5).eq([11, 12, 13, 14, 23]));
+        let pieces = Part::trial_in_pieces(3..67).map(|part| part.packets);
+        assert_eq!(pieces, [3..19, 19..43, 43..67]);
         let mut all: Vec<usize> = parts.iter().flat_map(Part::each).collect();
         all.sort_unstable();
         assert!(Part::all(3..67).each().eq(all));

@@ -1,7 +1,7 @@
 //! Queues in, hits out: the one place that chooses which kernel traces what.
 
 use super::beam::{self, Beams};
-use super::choice::{Choice, Choices, Next, Trial, each};
+use super::choice::{Choice, Choices};
 use super::coherence::{self, CLASSES};
 use super::packet::Tracer;
 use super::part::Part;
@@ -11,7 +11,6 @@ use crate::bvh::Bvh;
 use crate::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes};
 use crate::packet::{HitPacket, RayQueue};
 use std::ops::Range;
-use std::time::Instant;
 
 /// Traversal kernel of the packet engine. Every kernel gives the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -209,34 +208,14 @@ impl<'a, T: Tally> Traversal<'a, T> {
             }
             if self.singles.is_none() {
                 self.closest_by_packet(rays, &Part::all(batch), hits);
-            } else {
-                self.closest_by_choice(rays, batch, hits);
+                continue;
             }
-        }
-    }
-
-    /// As single rays or as packets, or in a trial of both.
-    fn closest_by_choice(&mut self, rays: &RayQueue, batch: Range<usize>, hits: &mut [HitPacket]) {
-        let class = coherence::class(rays, batch.clone());
-        let next = self.alone.next(class, batch.len());
-        let start = Instant::now();
-        match next {
-            Next::One(single) => {
-                self.closest_by(single, rays, &Part::all(batch), hits);
-                self.alone.spend(class, start.elapsed().as_secs_f32());
-            }
-            Next::Trial(Trial { cold, leads }) => {
-                let packets = batch.len();
-                let [untimed, first, second] = Part::trial(batch);
-                self.closest_by(cold, rays, &untimed, hits);
-                let mut took = [0.0; 2];
-                for (single, part) in [(leads, first), (!leads, second)] {
-                    let start = Instant::now();
-                    self.closest_by(single, rays, &part, hits);
-                    took[usize::from(single)] = each(start.elapsed(), part.count());
-                }
-                self.alone.learn(class, took, packets);
-            }
+            let class = coherence::class(rays, batch.clone());
+            let mut alone = self.alone;
+            alone.trace(class, batch, Part::trial, |single, part| {
+                self.closest_by(single, rays, part, hits)
+            });
+            self.alone = alone;
         }
     }
 
@@ -277,42 +256,16 @@ impl<'a, T: Tally> Traversal<'a, T> {
         let end = packets.end;
         for first in packets.step_by(beam::SIZE) {
             let batch = first..end.min(first + beam::SIZE);
-            if self.kernel == Kernel::Auto {
-                self.unoccluded_by_choice(rays, batch, tmax, &mut answer);
-            } else {
+            if self.kernel != Kernel::Auto {
                 self.unoccluded_by(true, rays, batch, tmax, &mut answer);
+                continue;
             }
-        }
-    }
-
-    /// As a beam or as packets, or in a trial of both.
-    fn unoccluded_by_choice(
-        &mut self,
-        rays: &RayQueue,
-        batch: Range<usize>,
-        tmax: f32,
-        answer: &mut impl FnMut(usize, u8),
-    ) {
-        let next = self.shadows.next(batch.len());
-        let start = Instant::now();
-        match next {
-            Next::One(beam) => {
-                self.unoccluded_by(beam, rays, batch, tmax, answer);
-                self.shadows.spend(start.elapsed().as_secs_f32());
-            }
-            Next::Trial(Trial { cold, leads }) => {
-                // Beams want rays that lie together.
-                let eighth = batch.len() / 16 * 2;
-                let [from, middle] = [2, 5].map(|eighths| batch.start + eighths * eighth);
-                self.unoccluded_by(cold, rays, batch.start..from, tmax, answer);
-                let mut took = [0.0; 2];
-                for (beam, part) in [(leads, from..middle), (!leads, middle..batch.end)] {
-                    let (start, packets) = (Instant::now(), part.len());
-                    self.unoccluded_by(beam, rays, part, tmax, answer);
-                    took[usize::from(beam)] = each(start.elapsed(), packets);
-                }
-                self.shadows.learn(took, batch.len());
-            }
+            // Beams want rays that lie together.
+            let mut shadows = self.shadows;
+            shadows.trace(batch, Part::trial_in_pieces, |beam, part| {
+                self.unoccluded_by(beam, rays, part.packets.clone(), tmax, &mut answer)
+            });
+            self.shadows = shadows;
         }
     }
 

@@ -138,24 +138,24 @@ fn measure(bvh: &Bvh, set: &Set, kernels: &[(&'static str, Kernel)], passes: usi
     // As `bench` does: chunks that are far from each other, because neighbours would leave each other the caches full.
     let stride = rays.len().div_ceil(TIMED) | 1;
     let chunks = rays.packets().div_ceil(CHUNK).div_ceil(stride);
+    let packets = |chunk: usize| {
+        let first = chunk * stride * CHUNK;
+        first..rays.packets().min(first + CHUNK)
+    };
+    let rays_in =
+        |packets: Range<usize>| rays.len().min(packets.end * LANES) - packets.start * LANES;
+    let timed: usize = (0..chunks).map(|chunk| rays_in(packets(chunk))).sum();
+    let rate = |seconds: f64| timed as f64 / seconds / 1e6;
     let mut rows: Vec<_> = kernels
         .iter()
         .map(|(_, kernel)| (*kernel, vec![f64::INFINITY; chunks], 0))
         .collect();
-    let mut timed = 0;
     for pass in 0..passes {
         for (kernel, best, wrong) in &mut rows {
             // What it learns it learns in each pass anew, as in a frame.
             let kernel = &mut Traversal::new(bvh, *kernel);
             for (chunk, best) in best.iter_mut().enumerate() {
-                let first = chunk * stride * CHUNK;
-                let packets = first..rays.packets().min(first + CHUNK);
-                timed += if pass == 0 {
-                    rays.len().min(packets.end * LANES) - first * LANES
-                } else {
-                    0
-                };
-                let (seconds, differ) = trace(kernel, set, &rays, packets, pass == 0);
+                let (seconds, differ) = trace(kernel, set, &rays, packets(chunk), pass == 0);
                 *best = best.min(seconds);
                 *wrong += differ;
             }
@@ -167,13 +167,12 @@ fn measure(bvh: &Bvh, set: &Set, kernels: &[(&'static str, Kernel)], passes: usi
             .map(|(_, best, _)| best[chunk])
             .fold(f64::INFINITY, f64::min)
     };
-    let least: f64 = (0..chunks).map(least).sum();
-    let best = timed as f64 / kernels.len() as f64 / least / 1e6;
+    let best = rate((0..chunks).map(least).sum());
     let rates = rows
         .iter()
         .zip(kernels)
         .map(|((_, best, wrong), (name, _))| {
-            let rate = timed as f64 / kernels.len() as f64 / best.iter().sum::<f64>() / 1e6;
+            let rate = rate(best.iter().sum());
             match wrong {
                 0 => format!("  {name} {rate:7.2}"),
                 _ => format!("  {name} {rate:7.2} ({wrong} WRONG)"),
