@@ -2,7 +2,7 @@
 //!
 //! Every operation here is one IEEE operation per lane, so a lane's bits do not depend on its neighbours, on the number
 //! of lanes or on the instruction set. What would break that is left out: `mul_add` (fuses or not by build), `recip`
-//! and `recip_sqrt` (12-bit approximations), library functions. [`Lanes::min`] and [`Lanes::max`] are
+//! and `recip_sqrt` (12-bit approximations), library functions. One exception, for bounds: [`Lanes::times_less`]. [`Lanes::min`] and [`Lanes::max`] are
 //! `if a < b { a } else { b }`, the bits of `minps`; the scalar oracle writes them out the same way.
 //!
 //! Eight lanes are the packet: queues, shading and the camera use [`F32x8`]. The traversal is written over [`Lanes`],
@@ -62,6 +62,8 @@ pub trait Lanes:
     fn abs(self) -> Self;
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
+    /// self · by − less, rounded once or twice, by build: for bounds that have room for it, never for what an answer holds.
+    fn times_less(self, by: Self, less: Self) -> Self;
     /// self < other
     fn lt(self, other: Self) -> Self::Mask;
     /// self ≤ other

@@ -188,6 +188,11 @@ macro_rules! lane_types {
             }
 
             #[inline(always)]
+            fn times_less(self, by: $F, less: $F) -> $F {
+                $F(self.0.mul_sub(by.0, less.0))
+            }
+
+            #[inline(always)]
             fn lt(self, other: $F) -> $M {
                 $M(self.0.simd_lt(other.0))
             }

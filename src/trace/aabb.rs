@@ -57,15 +57,20 @@ impl<L: Lanes> Slabs<L> {
     /// Reciprocal directions, and origins moved down and up: what [`Slabs::new`] picks from.
     #[inline(always)]
     pub(super) fn columns(org: Vec3Lanes<L>, dir: Vec3Lanes<L>) -> [Vec3Lanes<L>; 3] {
-        let rdir = Vec3Lanes::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z));
-        let [lo, hi] = Slabs::moved(org);
-        [rdir, lo, hi]
+        let [lo, hi] = Slabs::moved(org, 1.0);
+        [Slabs::reciprocals(dir), lo, hi]
     }
 
-    /// An origin moved down and up.
+    /// One over each component of a direction.
     #[inline(always)]
-    fn moved(org: Vec3Lanes<L>) -> [Vec3Lanes<L>; 2] {
-        let pad = org.largest() * L::splat(PAD);
+    pub(super) fn reciprocals(dir: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        Vec3Lanes::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z))
+    }
+
+    /// An origin moved down and up, by so many paddings.
+    #[inline(always)]
+    pub(super) fn moved(org: Vec3Lanes<L>, pads: f32) -> [Vec3Lanes<L>; 2] {
+        let pad = org.largest() * L::splat(pads * PAD);
         let pad = Vec3Lanes::new(pad, pad, pad);
         [org - pad, org + pad]
     }

@@ -4,6 +4,7 @@
 //! same functions, but over all boxes, or all primitives of a kind as if they stood in one leaf. Every lane carries a ray.
 //! `benches/kernels.rs` holds the answers against the oracle's (`oracle::alone`).
 
+use super::cull::Cull;
 use super::goal::{AnyHit, Closest, Goal, Prepared};
 use crate::bvh::{Bvh, LeafKind};
 use crate::lanes::{LaneMask, Lanes};
@@ -17,10 +18,11 @@ use std::ops::Range;
 pub fn boxes<L: Lanes>(rays: &[RayPacket<L>], boxes: &[[[f32; 3]; 2]]) -> u64 {
     let mut met = 0;
     for rays in rays {
-        let slabs = Prepared::new(rays, everyone::<L>()).slabs;
-        met += match slabs.near {
-            Some(near) => meeting::<L>(boxes, |b| slabs.stay_ordered(b, near).within(rays.tmax)),
-            None => meeting::<L>(boxes, |b| slabs.stay_mixed(b).within(rays.tmax)),
+        let near = Prepared::new(rays, everyone::<L>()).slabs.near;
+        let cull = Cull::new(rays, near);
+        met += match near {
+            Some(near) => meeting::<L>(boxes, |b| cull.stay_ordered(b, near).within(rays.tmax)),
+            None => meeting::<L>(boxes, |b| cull.stay_mixed(b).within(rays.tmax)),
         };
     }
     met

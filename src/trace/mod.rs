@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `aabb` | the slab test of a ray against a padded box |
+//! | `cull` | the same for boxes of nodes, with less arithmetic and a little slack |
 //! | `triangle`, `sphere`, `cone` | one test per primitive: what a hit is |
 //! | `instance` | rays into the space of a mesh, hits back out of it |
 //! | `goal` | the closest hit or any: what a leaf means for either |
@@ -39,6 +40,7 @@ mod beam;
 mod choice;
 mod coherence;
 mod cone;
+mod cull;
 mod goal;
 mod instance;
 #[allow(unsafe_code, reason = "shuffles by a table have no safe name")]

@@ -4,6 +4,7 @@
 //! hit so far. Lanes without a ray have a closest hit of −∞ and so never pass a comparison: there is no mask to carry.
 
 use super::aabb::Stay;
+use super::cull::Cull;
 use super::goal::{AnyHit, Closest, Goal, Prepared, nowhere};
 use super::instance;
 use super::tally::{Packets, Tally};
@@ -95,12 +96,12 @@ impl<'a, L: Lanes, T: Tally> Tracer<'a, L, T> {
         goal: &mut G,
         tree: Subtree,
     ) {
-        let slabs = &rays.slabs;
-        match slabs.near {
+        let cull = &Cull::new(&rays.rays, rays.slabs.near);
+        match rays.slabs.near {
             Some(near) => {
-                self.traverse::<G, PLAIN>(rays, goal, tree, |b| slabs.stay_ordered(b, near))
+                self.traverse::<G, PLAIN>(rays, goal, tree, |b| cull.stay_ordered(b, near))
             }
-            None => self.traverse::<G, PLAIN>(rays, goal, tree, |b| slabs.stay_mixed(b)),
+            None => self.traverse::<G, PLAIN>(rays, goal, tree, |b| cull.stay_mixed(b)),
         }
     }
 
