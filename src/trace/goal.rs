@@ -123,6 +123,13 @@ impl<L: Lanes> Closest<L> {
         }
     }
 
+    /// Whether anything was found, without a limit.
+    #[inline(always)]
+    pub(super) fn found(&self) -> bool {
+        let t = self.best.t;
+        (t.gt(nowhere()) & t.lt(L::splat(f32::INFINITY))).any()
+    }
+
     /// What was found below `tmax`.
     #[inline(always)]
     pub(super) fn hits(&self, tmax: L, active: L::Mask) -> HitPacket<L> {

@@ -359,6 +359,27 @@ pub(super) fn meet<L: Lanes>(
     if !edges.inside.any() {
         return None;
     }
+    Some(at_plane(edges, corners, slopes, own_box))
+}
+
+/// The same without a branch on whether any ray is within all edges, for triangles that most likely are met.
+#[inline(always)]
+pub(super) fn meet_likely<L: Lanes>(
+    corners: [Vec3Lanes<L>; 3],
+    slopes: [L; 3],
+    own_box: &impl OwnBox<L>,
+) -> Meeting<L> {
+    at_plane(edges(&corners, slopes), corners, slopes, own_box)
+}
+
+/// What is left to do for rays within all edges.
+#[inline(always)]
+fn at_plane<L: Lanes>(
+    edges: Edges<L>,
+    corners: [Vec3Lanes<L>; 3],
+    slopes: [L; 3],
+    own_box: &impl OwnBox<L>,
+) -> Meeting<L> {
     let Edges { u, v, w, .. } = edges;
     let [a, b, c] = corners;
     let (raw, det) = distance([u, v, w], [a.z, b.z, c.z], slopes[2]);
@@ -375,11 +396,11 @@ pub(super) fn meet<L: Lanes>(
     // A product that overflowed is no distance yet: only the clamp makes one of it.
     let settled = settled(&edges, a.z, det) & raw.lt(L::splat(f32::INFINITY));
     if own_box.usual() && !(found.valid & !settled).any() {
-        return Some(found);
+        return found;
     }
     let (ahead, t) = own_box.stay().clamp(raw);
     let valid = within & ahead;
-    Some(Meeting { valid, t, ..found })
+    Meeting { valid, t, ..found }
 }
 
 #[cfg(test)]

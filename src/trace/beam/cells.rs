@@ -257,10 +257,7 @@ impl Cells {
     /// Which of eight boxes any cell may meet.
     #[inline(always)]
     pub(super) fn any_meets(&self, seen: &BoxView) -> u32 {
-        let [p, q] = self.around.map(|range| range.map(F32x8::splat));
-        let p = seen.low_p.le(p[1]) & seen.high_p.ge(p[0]);
-        let q = seen.low_q.le(q[1]) & seen.high_q.ge(q[0]);
-        (seen.ahead & p & q).bits()
+        meets(seen, &self.around)
     }
 
     /// Which cells, of these, may meet a box.
@@ -325,9 +322,67 @@ fn put(column: &mut Column, run: usize, lanes: F32x8) {
     column.as_chunks_mut::<LANES>().0[run % (CELLS / LANES)] = lanes.to_array();
 }
 
+/// Which of eight boxes meet a rectangle.
+#[inline(always)]
+fn meets(seen: &BoxView, around: &[[f32; 2]; 2]) -> u32 {
+    let [p, q] = around.map(|range| range.map(F32x8::splat));
+    let p = seen.low_p.le(p[1]) & seen.high_p.ge(p[0]);
+    let q = seen.low_q.le(q[1]) & seen.high_q.ge(q[0]);
+    (seen.ahead & p & q).bits()
+}
+
 #[inline(always)]
 fn range<L: Lanes>(lanes: L) -> [f32; 2] {
     [lanes.least(), lanes.greatest()]
+}
+
+/// What all rays of a beam are within, lane by lane, in a near frame.
+pub(super) struct Extent<L> {
+    low: [L; 2],
+    high: [L; 2],
+    /// The least depth that any goes per unit of distance.
+    pace: L,
+}
+
+impl<L: Lanes> Extent<L> {
+    pub(super) fn none() -> Extent<L> {
+        let far = L::splat(f32::INFINITY);
+        Extent {
+            low: [far; 2],
+            high: [-far; 2],
+            pace: far,
+        }
+    }
+
+    /// Adds the active lanes of a packet.
+    #[inline(always)]
+    pub(super) fn add(&mut self, [pace, p, q]: [L; 3], active: L::Mask) {
+        for (axis, x) in [p, q].into_iter().enumerate() {
+            // What is no number gets lost here, and meets nothing anyway.
+            let (low, high) = (self.low[axis], self.high[axis]);
+            self.low[axis] = active.select(low.min(x), low);
+            self.high[axis] = active.select(high.max(x), high);
+        }
+        self.pace = active.select(self.pace.min(pace), self.pace);
+    }
+
+    /// Whether it is known that no ray meets any of eight boxes.
+    #[inline(always)]
+    pub(super) fn misses(&self, frame: &Frame, seen: &BoxView) -> bool {
+        let deep = self.pace.ge(L::splat(SHALLOW));
+        let ends = [0, 1].map(|axis| [self.low[axis], self.high[axis]]);
+        let within = ends.iter().all(|[low, high]| {
+            let inside = low.gt(L::splat(-WIDEST)) & high.lt(L::splat(WIDEST));
+            inside.bits() == L::Mask::splat(true).bits()
+        });
+        let [more, share] = frame.wider;
+        let around = ends.map(|[low, high]| {
+            let [low, high] = [low.least(), high.greatest()];
+            let more = more + low.abs().max(high.abs()) * share;
+            [low - more, high + more]
+        });
+        within && deep.bits() == L::Mask::splat(true).bits() && meets(seen, &around) == 0
+    }
 }
 
 /// Near: directions along a beam's dominant axis, and over that along p and q; where rays end at the apex, they are followed
