@@ -14,7 +14,8 @@ const SMALLEST: f32 = f32::from_bits((127 - 80) << 23);
 /// What the slab test needs of the rays.
 #[derive(Clone, Copy)]
 pub(super) struct Slabs<L> {
-    rdir: Vec3Lanes<L>,
+    /// One over each component of the directions.
+    pub(super) rdir: Vec3Lanes<L>,
     /// Origin for the planes a ray meets first, and for those it meets last: moved by the padding, away from the box
     /// in both cases. Where the rays' signs differ, for the lower and for the upper planes instead.
     org: [Vec3Lanes<L>; 2],
@@ -57,14 +58,9 @@ impl<L: Lanes> Slabs<L> {
     /// Reciprocal directions, and origins moved down and up: what [`Slabs::new`] picks from.
     #[inline(always)]
     pub(super) fn columns(org: Vec3Lanes<L>, dir: Vec3Lanes<L>) -> [Vec3Lanes<L>; 3] {
+        let rdir = Vec3Lanes::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z));
         let [lo, hi] = Slabs::moved(org, 1.0);
-        [Slabs::reciprocals(dir), lo, hi]
-    }
-
-    /// One over each component of a direction.
-    #[inline(always)]
-    pub(super) fn reciprocals(dir: Vec3Lanes<L>) -> Vec3Lanes<L> {
-        Vec3Lanes::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z))
+        [rdir, lo, hi]
     }
 
     /// An origin moved down and up, by so many paddings.

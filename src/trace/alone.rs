@@ -18,9 +18,9 @@ use std::ops::Range;
 pub fn boxes<L: Lanes>(rays: &[RayPacket<L>], boxes: &[[[f32; 3]; 2]]) -> u64 {
     let mut met = 0;
     for rays in rays {
-        let near = Prepared::new(rays, everyone::<L>()).slabs.near;
-        let cull = Cull::new(rays, near);
-        met += match near {
+        let slabs = Prepared::new(rays, everyone::<L>()).slabs;
+        let cull = Cull::new(rays, &slabs);
+        met += match slabs.near {
             Some(near) => meeting::<L>(boxes, |b| cull.stay_ordered(b, near).within(rays.tmax)),
             None => meeting::<L>(boxes, |b| cull.stay_mixed(b).within(rays.tmax)),
         };

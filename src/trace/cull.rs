@@ -16,7 +16,7 @@
 //! the one for entering. [`TINY`] stands for what gets lost below the smallest numbers.
 
 use super::aabb::{Slabs, Stay};
-use crate::lanes::{Lanes, Vec3Lanes};
+use crate::lanes::{LaneMask, Lanes, Vec3Lanes};
 use crate::packet::RayPacket;
 
 /// By how much of itself a reciprocal is made smaller and larger: 8u.
@@ -41,8 +41,8 @@ pub(super) struct Cull<L> {
 
 /// For lower and for upper planes, whatever the rays' signs.
 #[inline(always)]
-fn sides<L: Lanes>(rays: &RayPacket<L>) -> [Side<L>; 2] {
-    let (rdir, [lo, hi]) = (Slabs::reciprocals(rays.dir), Slabs::moved(rays.org, 2.0));
+fn sides<L: Lanes>(rays: &RayPacket<L>, slabs: &Slabs<L>) -> [Side<L>; 2] {
+    let (rdir, [lo, hi]) = (slabs.rdir, Slabs::moved(rays.org, 2.0));
     let share = rdir.abs().scale(L::splat(SHARE));
     let tiny = L::splat(TINY);
     let side = |by: Vec3Lanes<L>, org: Vec3Lanes<L>, tiny: L| Side {
@@ -59,24 +59,31 @@ fn sides<L: Lanes>(rays: &RayPacket<L>) -> [Side<L>; 2] {
 }
 
 impl<L: Lanes> Cull<L> {
-    /// `near` says, by axis, which side of boxes (0 lower, 1 upper) all rays meet first, if they agree: [`Slabs::near`].
+    /// For rays, by their slabs.
     #[inline(always)]
-    pub(super) fn new(rays: &RayPacket<L>, near: Option<[usize; 3]>) -> Cull<L> {
-        let near = near.unwrap_or([0; 3]);
-        let [lower, upper] = sides(rays);
-        let pick = |lo: Vec3Lanes<L>, hi: Vec3Lanes<L>, side: usize| {
-            let one = |axis: usize, lo: L, hi: L| if near[axis] == side { lo } else { hi };
-            Vec3Lanes::new(one(0, lo.x, hi.x), one(1, lo.y, hi.y), one(2, lo.z, hi.z))
+    pub(super) fn new(rays: &RayPacket<L>, slabs: &Slabs<L>) -> Cull<L> {
+        let [lower, upper] = sides(rays, slabs);
+        // Blended, not branched on: no packet's signs tell the next one's.
+        let down = slabs.near.unwrap_or([0; 3]).map(|n| L::Mask::splat(n == 1));
+        let pick = |up: &Side<L>, other: &Side<L>| {
+            let each = |a: &Vec3Lanes<L>, b: &Vec3Lanes<L>| {
+                Vec3Lanes::new(
+                    down[0].select(b.x, a.x),
+                    down[1].select(b.y, a.y),
+                    down[2].select(b.z, a.z),
+                )
+            };
+            Side {
+                by: each(&up.by, &other.by),
+                less: each(&up.less, &other.less),
+            }
         };
         Cull {
-            sides: [0, 1].map(|side| Side {
-                by: pick(lower.by, upper.by, side),
-                less: pick(lower.less, upper.less, side),
-            }),
+            sides: [pick(&lower, &upper), pick(&upper, &lower)],
         }
     }
 
-    /// For rays whose direction signs agree: `near` as they were made with.
+    /// For rays whose direction signs agree: `near` is that of their slabs.
     #[inline(always)]
     pub(super) fn stay_ordered(&self, corners: &[[f32; 3]; 2], near: [usize; 3]) -> Stay<L> {
         let [i, j, k] = near.map(|n| n & 1);
@@ -113,7 +120,7 @@ impl<L: Lanes> Cull<L> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{F32x8, LANES, LaneMask, Mask8, Vec3x8};
+    use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
 
     /// Numbers from −1 to 1 that look random.
     fn source(seed: u64) -> impl FnMut() -> f32 {
@@ -167,7 +174,7 @@ mod tests {
         for round in 0..200_000 {
             let (corners, rays) = box_and_rays(&mut next, round % 2 == 0);
             let slabs = Slabs::new(rays.org, rays.dir, everyone);
-            let (must, cull) = (slabs.stay(&corners), Cull::new(&rays, slabs.near));
+            let (must, cull) = (slabs.stay(&corners), Cull::new(&rays, &slabs));
             let may = match slabs.near {
                 Some(near) => cull.stay_ordered(&corners, near),
                 None => cull.stay_mixed(&corners),

@@ -96,7 +96,7 @@ impl<'a, L: Lanes, T: Tally> Tracer<'a, L, T> {
         goal: &mut G,
         tree: Subtree,
     ) {
-        let cull = &Cull::new(&rays.rays, rays.slabs.near);
+        let cull = &Cull::new(&rays.rays, &rays.slabs);
         match rays.slabs.near {
             Some(near) => {
                 self.traverse::<G, PLAIN>(rays, goal, tree, |b| cull.stay_ordered(b, near))
