@@ -14,13 +14,14 @@ const WITHIN: [f32; 4] = [0.997_26, 0.956_77, 0.75, 0.25];
 /// Classes: most packets within the first angle, within the next, and so on; and beyond the last.
 pub(super) const CLASSES: usize = WITHIN.len() + 1;
 
-/// One packet in so many is looked at.
-const STRIDE: usize = 4;
+/// Classes from this one on, 30 degrees and more, are of rays that come together nowhere: of ambient occlusion, say, and not shadow
+/// rays.
+pub(super) const PARTED: usize = 3;
 
 /// The class of some packets of a queue: by the largest angle between the first ray of a packet and any other, in at least half
-/// of them.
-pub(super) fn class(rays: &RayQueue, packets: Range<usize>) -> usize {
-    let looked_at = packets.step_by(STRIDE);
+/// of those that are looked at, one in `stride`.
+pub(super) fn class(rays: &RayQueue, packets: Range<usize>, stride: usize) -> usize {
+    let looked_at = packets.step_by(stride);
     let count = looked_at.len();
     let mut within = [0; WITHIN.len()];
     for packet in looked_at {
@@ -58,7 +59,7 @@ mod tests {
             let [x, y] = [x, y].map(|part| part as f32 * (1 + k % 7) as f32);
             rays.push_ray([k as f32, 0.0, 0.0], [x, y, 0.0]);
         }
-        class(&rays, 0..64)
+        class(&rays, 0..64, 4)
     }
 
     #[test]
@@ -79,8 +80,8 @@ mod tests {
             let x = if apart { -1.0 } else { 1.0 };
             rays.push_ray([0.0; 3], [x, 0.0, 0.0]);
         }
-        assert_eq!(class(&rays, 0..64), 0);
-        assert_eq!(class(&rays, 0..56), 4);
-        assert_eq!(class(&rays, 32..64), 0);
+        assert_eq!(class(&rays, 0..64, 4), 0);
+        assert_eq!(class(&rays, 0..56, 4), 4);
+        assert_eq!(class(&rays, 32..64, 4), 0);
     }
 }

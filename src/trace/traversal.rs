@@ -2,7 +2,7 @@
 
 use super::beam::{self, Beams};
 use super::choice::{Choice, Choices};
-use super::coherence::{self, CLASSES};
+use super::coherence::{self, CLASSES, PARTED};
 use super::packet::Tracer;
 use super::part::Part;
 use super::single::Singles;
@@ -87,6 +87,12 @@ const SIXTEEN: bool = cfg!(target_feature = "avx512f");
 /// are as fast.
 const LARGE: usize = 512;
 
+/// Of a batch, one packet in so many is looked at.
+const STRIDE: usize = 4;
+
+/// How much slower packets are believed to be than single rays, class by class, before the first trial: logarithms.
+const USUAL: [f32; CLASSES] = [-0.8, -0.4, -0.1, 0.15, 0.25];
+
 /// Traces queues of rays against one tree, and counts by `T`.
 pub struct Traversal<'a, T = Packets> {
     kernel: Kernel,
@@ -95,8 +101,10 @@ pub struct Traversal<'a, T = Packets> {
     beams: Beamers<'a, T>,
     singles: Option<Singles<'a, T>>,
     pairs: bool,
-    /// Packets or single rays, for each class of rays; packets or beams, for shadow rays.
+    /// Packets or single rays, for each class of rays: for the closest hit, and for any of rays that part; packets or beams, for
+    /// shadow rays.
     alone: Choices<CLASSES>,
+    parted: Choices<CLASSES>,
     shadows: Choice,
 }
 
@@ -178,7 +186,8 @@ impl<'a, T: Tally> Traversal<'a, T> {
             singles: singles.then(|| Singles::new(bvh)),
             pairs: matches!(packets, Kernel::Packet16 | Kernel::Beam16),
             // What is usual, until it is known.
-            alone: Choices::new([-0.8, -0.4, -0.1, 0.15, 0.25]),
+            alone: Choices::new(USUAL),
+            parted: Choices::new(USUAL),
             shadows: Choice::new(-0.2),
         }
     }
@@ -210,7 +219,7 @@ impl<'a, T: Tally> Traversal<'a, T> {
                 self.closest_by_packet(rays, &Part::all(batch), hits);
                 continue;
             }
-            let class = coherence::class(rays, batch.clone());
+            let class = coherence::class(rays, batch.clone(), STRIDE);
             let mut alone = self.alone;
             alone.trace(class, batch, Part::trial, |single, part| {
                 self.closest_by(single, rays, part, hits)
@@ -258,6 +267,22 @@ impl<'a, T: Tally> Traversal<'a, T> {
             let batch = first..end.min(first + beam::SIZE);
             if self.kernel != Kernel::Auto {
                 self.unoccluded_by(true, rays, batch, tmax, &mut answer);
+                continue;
+            }
+            // A rougher look: most of what comes here are shadow rays, which take little more than it does.
+            let class = coherence::class(rays, batch.clone(), 4 * STRIDE);
+            if self.singles.is_some() && class >= PARTED {
+                let mut parted = self.parted;
+                parted.trace(class, batch, Part::trial_in_pieces, |single, part| {
+                    let packets = part.packets.clone();
+                    match &mut self.singles {
+                        Some(singles) if single => {
+                            singles.unoccluded(rays, packets, tmax, &mut answer);
+                        }
+                        _ => self.unoccluded_by_packet(rays, packets, tmax, &mut answer),
+                    }
+                });
+                self.parted = parted;
                 continue;
             }
             // Beams want rays that lie together.
