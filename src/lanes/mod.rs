@@ -2,8 +2,9 @@
 //!
 //! Every operation here is one IEEE operation per lane, so a lane's bits do not depend on its neighbours, on the number
 //! of lanes or on the instruction set. What would break that is left out: `mul_add` (fuses or not by build), `recip`
-//! and `recip_sqrt` (12-bit approximations), library functions. One exception, for bounds: [`Lanes::times_less`]. [`Lanes::min`] and [`Lanes::max`] are
-//! `if a < b { a } else { b }`, the bits of `minps`; the scalar oracle writes them out the same way.
+//! and `recip_sqrt` (12-bit approximations), library functions. One exception, for bounds: [`Lanes::times_less`].
+//! [`Lanes::min`] and [`Lanes::max`] are `if a < b { a } else { b }`, the bits of `minps`; the scalar oracle writes them out
+//! the same way.
 //!
 //! Eight lanes are the packet: queues, shading and the camera use [`F32x8`]. The traversal is written over [`Lanes`],
 //! so that two packets can go down the tree as one [`F32x16`].

@@ -18,7 +18,7 @@ pub(super) struct Slabs<L> {
     pub(super) rdir: Vec3Lanes<L>,
     /// Origin for the planes a ray meets first, and for those it meets last: moved by the padding, away from the box
     /// in both cases. Where the rays' signs differ, for the lower and for the upper planes instead.
-    org: [Vec3Lanes<L>; 2],
+    pub(super) org: [Vec3Lanes<L>; 2],
     /// Per axis, which corner of a box (0 lower, 1 upper) is met first, if all rays agree.
     pub(super) near: Option<[usize; 3]>,
 }

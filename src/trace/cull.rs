@@ -2,8 +2,8 @@
 //!
 //! What a primitive's own box decides must be the same bits everywhere; what the boxes around it decide must only lose nothing.
 //! So the distance of a plane at c is c·r − o·r here, with o·r made once for a ray: a product and a difference that are fused where
-//! the build has an instruction for it. (Fused, plain or with another rounding, the answers are the same; only how many boxes are
-//! visited may differ between builds, by a few in a million.)
+//! the build has an instruction for it. Fused or not, the answers are the same; only how many boxes are visited may differ between
+//! builds, by very few.
 //!
 //! # Why nothing is lost
 //!
@@ -39,47 +39,30 @@ pub(super) struct Cull<L> {
     sides: [Side<L>; 2],
 }
 
-/// For lower and for upper planes, whatever the rays' signs.
-#[inline(always)]
-fn sides<L: Lanes>(rays: &RayPacket<L>, slabs: &Slabs<L>) -> [Side<L>; 2] {
-    let (rdir, [lo, hi]) = (slabs.rdir, Slabs::moved(rays.org, 2.0));
-    let share = rdir.abs().scale(L::splat(SHARE));
-    let tiny = L::splat(TINY);
-    let side = |by: Vec3Lanes<L>, org: Vec3Lanes<L>, tiny: L| Side {
-        by,
-        less: Vec3Lanes::new(
-            org.x * by.x + tiny,
-            org.y * by.y + tiny,
-            org.z * by.z + tiny,
-        ),
-    };
-    // A lower plane is entered by, if the way goes up: earlier from an origin farther up. If it goes down it is left by, and
-    // later from there.
-    [side(rdir - share, hi, tiny), side(rdir + share, lo, -tiny)]
-}
-
 impl<L: Lanes> Cull<L> {
     /// For rays, by their slabs.
     #[inline(always)]
     pub(super) fn new(rays: &RayPacket<L>, slabs: &Slabs<L>) -> Cull<L> {
-        let [lower, upper] = sides(rays, slabs);
-        // Blended, not branched on: no packet's signs tell the next one's.
-        let down = slabs.near.unwrap_or([0; 3]).map(|n| L::Mask::splat(n == 1));
-        let pick = |up: &Side<L>, other: &Side<L>| {
-            let each = |a: &Vec3Lanes<L>, b: &Vec3Lanes<L>| {
-                Vec3Lanes::new(
-                    down[0].select(b.x, a.x),
-                    down[1].select(b.y, a.y),
-                    down[2].select(b.z, a.z),
-                )
-            };
-            Side {
-                by: each(&up.by, &other.by),
-                less: each(&up.less, &other.less),
-            }
+        let (rdir, tiny) = (slabs.rdir, L::splat(TINY));
+        let tiny = Vec3Lanes::new(tiny, tiny, tiny);
+        // What is taken off the factors of planes that rays meet first. A lower plane is met last where a ray goes down, and a
+        // share of the size is the right one for either.
+        let (share, tiny) = match slabs.near {
+            Some(_) => (rdir, tiny),
+            None => (rdir.abs(), signed(tiny, rdir)),
+        };
+        let share = share.scale(L::splat(SHARE));
+        // Slabs have the origins moved by the padding, and here it is twice that.
+        let [first, last] = slabs.org.map(|moved| moved + (moved - rays.org));
+        let side = |by: Vec3Lanes<L>, org: Vec3Lanes<L>, tiny: Vec3Lanes<L>| Side {
+            by,
+            less: org.times(by) + tiny,
         };
         Cull {
-            sides: [pick(&lower, &upper), pick(&upper, &lower)],
+            sides: [
+                side(rdir - share, first, tiny),
+                side(rdir + share, last, -tiny),
+            ],
         }
     }
 
@@ -117,6 +100,17 @@ impl<L: Lanes> Cull<L> {
     }
 }
 
+/// Sizes with the signs of others.
+#[inline(always)]
+fn signed<L: Lanes>(size: Vec3Lanes<L>, like: Vec3Lanes<L>) -> Vec3Lanes<L> {
+    let one = |size: L, like: L| like.lt(L::ZERO).select(-size, size);
+    Vec3Lanes::new(
+        one(size.x, like.x),
+        one(size.y, like.y),
+        one(size.z, like.z),
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,7 +137,7 @@ mod tests {
         let (mut org, mut dir) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
         for lane in 0..LANES {
             let length = if next() > 0.8 {
-                (next() * 60.0).exp2()
+                (next() * 96.0).exp2()
             } else {
                 1.0
             };
