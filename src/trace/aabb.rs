@@ -59,14 +59,14 @@ impl<L: Lanes> Slabs<L> {
     #[inline(always)]
     pub(super) fn columns(org: Vec3Lanes<L>, dir: Vec3Lanes<L>) -> [Vec3Lanes<L>; 3] {
         let rdir = Vec3Lanes::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z));
-        let [lo, hi] = Slabs::moved(org, 1.0);
+        let [lo, hi] = Slabs::moved(org);
         [rdir, lo, hi]
     }
 
-    /// An origin moved down and up, by so many paddings.
+    /// An origin moved down and up.
     #[inline(always)]
-    pub(super) fn moved(org: Vec3Lanes<L>, pads: f32) -> [Vec3Lanes<L>; 2] {
-        let pad = org.largest() * L::splat(pads * PAD);
+    fn moved(org: Vec3Lanes<L>) -> [Vec3Lanes<L>; 2] {
+        let pad = org.largest() * L::splat(PAD);
         let pad = Vec3Lanes::new(pad, pad, pad);
         [org - pad, org + pad]
     }
@@ -79,36 +79,44 @@ impl<L: Lanes> Slabs<L> {
             None => self.stay_mixed(corners),
         }
     }
+}
 
-    /// For rays whose direction signs agree: no min and max of plane distances, and the same numbers, because
-    /// rounding keeps their order.
+impl<L: Lanes> Planes<L> for Slabs<L> {
     #[inline(always)]
-    pub(super) fn stay_ordered(&self, corners: &[[f32; 3]; 2], near: [usize; 3]) -> Stay<L> {
-        let [first, last] = &self.org;
+    fn distances(&self, side: usize, [x, y, z]: [f32; 3]) -> [L; 3] {
+        let org = &self.org[side];
+        [
+            (L::splat(x) - org.x) * self.rdir.x,
+            (L::splat(y) - org.y) * self.rdir.y,
+            (L::splat(z) - org.z) * self.rdir.z,
+        ]
+    }
+}
+
+/// How far along rays planes are, and with that where rays are in a box. A trait and no closures, which would not be inlined.
+pub(super) trait Planes<L: Lanes> {
+    /// Distances of three planes, one across each axis, on the side of a box that rays meet first (0) or last (1); of lower and of
+    /// upper planes, where the rays' signs differ.
+    fn distances(&self, side: usize, planes: [f32; 3]) -> [L; 3];
+
+    /// Entry (not before 0) and exit distances, for rays whose direction signs agree: no min and max of plane distances, and the
+    /// same numbers, because rounding keeps their order. `near` is [`Slabs::near`].
+    #[inline(always)]
+    fn stay_ordered(&self, corners: &[[f32; 3]; 2], near: [usize; 3]) -> Stay<L> {
         let [i, j, k] = near.map(|n| n & 1);
-        let x0 = (L::splat(corners[i][0]) - first.x) * self.rdir.x;
-        let x1 = (L::splat(corners[1 - i][0]) - last.x) * self.rdir.x;
-        let y0 = (L::splat(corners[j][1]) - first.y) * self.rdir.y;
-        let y1 = (L::splat(corners[1 - j][1]) - last.y) * self.rdir.y;
-        let z0 = (L::splat(corners[k][2]) - first.z) * self.rdir.z;
-        let z1 = (L::splat(corners[1 - k][2]) - last.z) * self.rdir.z;
+        let first = [corners[i][0], corners[j][1], corners[k][2]];
+        let last = [corners[1 - i][0], corners[1 - j][1], corners[1 - k][2]];
+        let ([x0, y0, z0], [x1, y1, z1]) = (self.distances(0, first), self.distances(1, last));
         Stay {
             enter: x0.max(y0).max(z0).max(L::ZERO),
             leave: x1.min(y1).min(z1),
         }
     }
 
-    /// For rays that go either way along an axis.
+    /// The same for rays that go either way along an axis.
     #[inline(always)]
-    pub(super) fn stay_mixed(&self, corners: &[[f32; 3]; 2]) -> Stay<L> {
-        let [lo, hi] = corners;
-        let [for_lo, for_hi] = &self.org;
-        let x0 = (L::splat(lo[0]) - for_lo.x) * self.rdir.x;
-        let x1 = (L::splat(hi[0]) - for_hi.x) * self.rdir.x;
-        let y0 = (L::splat(lo[1]) - for_lo.y) * self.rdir.y;
-        let y1 = (L::splat(hi[1]) - for_hi.y) * self.rdir.y;
-        let z0 = (L::splat(lo[2]) - for_lo.z) * self.rdir.z;
-        let z1 = (L::splat(hi[2]) - for_hi.z) * self.rdir.z;
+    fn stay_mixed(&self, [lo, hi]: &[[f32; 3]; 2]) -> Stay<L> {
+        let ([x0, y0, z0], [x1, y1, z1]) = (self.distances(0, *lo), self.distances(1, *hi));
         Stay {
             enter: x0.min(x1).max(y0.min(y1)).max(z0.min(z1)).max(L::ZERO),
             leave: x0.max(x1).min(y0.max(y1)).min(z0.max(z1)),

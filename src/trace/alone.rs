@@ -4,6 +4,7 @@
 //! same functions, but over all boxes, or all primitives of a kind as if they stood in one leaf. Every lane carries a ray.
 //! `benches/kernels.rs` holds the answers against the oracle's (`oracle::alone`).
 
+use super::aabb::Planes;
 use super::cull::Cull;
 use super::goal::{AnyHit, Closest, Goal, Prepared};
 use crate::bvh::{Bvh, LeafKind};

@@ -15,7 +15,7 @@
 //! sign, and r larger by 8u. For r < 0 lower and upper planes change places, and a factor that is smaller by a share of |r| is again
 //! the one for entering. [`TINY`] stands for what gets lost below the smallest numbers.
 
-use super::aabb::{Slabs, Stay};
+use super::aabb::{Planes, Slabs};
 use crate::lanes::{LaneMask, Lanes, Vec3Lanes};
 use crate::packet::RayPacket;
 
@@ -45,8 +45,8 @@ impl<L: Lanes> Cull<L> {
     pub(super) fn new(rays: &RayPacket<L>, slabs: &Slabs<L>) -> Cull<L> {
         let (rdir, tiny) = (slabs.rdir, L::splat(TINY));
         let tiny = Vec3Lanes::new(tiny, tiny, tiny);
-        // What is taken off the factors of planes that rays meet first. A lower plane is met last where a ray goes down, and a
-        // share of the size is the right one for either.
+        // To enter sooner, a reciprocal loses a share of itself; where signs differ, one for lower planes loses a share of its
+        // size, because where a ray goes down they are those to leave by, later.
         let (share, tiny) = match slabs.near {
             Some(_) => (rdir, tiny),
             None => (rdir.abs(), signed(tiny, rdir)),
@@ -65,38 +65,17 @@ impl<L: Lanes> Cull<L> {
             ],
         }
     }
+}
 
-    /// For rays whose direction signs agree: `near` is that of their slabs.
+impl<L: Lanes> Planes<L> for Cull<L> {
     #[inline(always)]
-    pub(super) fn stay_ordered(&self, corners: &[[f32; 3]; 2], near: [usize; 3]) -> Stay<L> {
-        let [i, j, k] = near.map(|n| n & 1);
-        let [first, last] = &self.sides;
-        let x0 = L::splat(corners[i][0]).times_less(first.by.x, first.less.x);
-        let x1 = L::splat(corners[1 - i][0]).times_less(last.by.x, last.less.x);
-        let y0 = L::splat(corners[j][1]).times_less(first.by.y, first.less.y);
-        let y1 = L::splat(corners[1 - j][1]).times_less(last.by.y, last.less.y);
-        let z0 = L::splat(corners[k][2]).times_less(first.by.z, first.less.z);
-        let z1 = L::splat(corners[1 - k][2]).times_less(last.by.z, last.less.z);
-        Stay {
-            enter: x0.max(y0).max(z0).max(L::ZERO),
-            leave: x1.min(y1).min(z1),
-        }
-    }
-
-    /// For rays that go either way along an axis.
-    #[inline(always)]
-    pub(super) fn stay_mixed(&self, [lo, hi]: &[[f32; 3]; 2]) -> Stay<L> {
-        let [lower, upper] = &self.sides;
-        let x0 = L::splat(lo[0]).times_less(lower.by.x, lower.less.x);
-        let x1 = L::splat(hi[0]).times_less(upper.by.x, upper.less.x);
-        let y0 = L::splat(lo[1]).times_less(lower.by.y, lower.less.y);
-        let y1 = L::splat(hi[1]).times_less(upper.by.y, upper.less.y);
-        let z0 = L::splat(lo[2]).times_less(lower.by.z, lower.less.z);
-        let z1 = L::splat(hi[2]).times_less(upper.by.z, upper.less.z);
-        Stay {
-            enter: x0.min(x1).max(y0.min(y1)).max(z0.min(z1)).max(L::ZERO),
-            leave: x0.max(x1).min(y0.max(y1)).min(z0.max(z1)),
-        }
+    fn distances(&self, side: usize, [x, y, z]: [f32; 3]) -> [L; 3] {
+        let Side { by, less } = &self.sides[side];
+        [
+            L::splat(x).times_less(by.x, less.x),
+            L::splat(y).times_less(by.y, less.y),
+            L::splat(z).times_less(by.z, less.z),
+        ]
     }
 }
 
@@ -115,19 +94,11 @@ fn signed<L: Lanes>(size: Vec3Lanes<L>, like: Vec3Lanes<L>) -> Vec3Lanes<L> {
 mod tests {
     use super::*;
     use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
-
-    /// Numbers from −1 to 1 that look random.
-    fn source(seed: u64) -> impl FnMut() -> f32 {
-        let mut state = seed;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005);
-            state = state.wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
-        }
-    }
+    use crate::trace::random::Source;
 
     /// A box somewhere, and rays of which most touch a corner of it, from near and far, some along an axis.
-    fn box_and_rays(next: &mut impl FnMut() -> f32, together: bool) -> ([[f32; 3]; 2], RayPacket) {
+    fn box_and_rays(from: &mut Source, together: bool) -> ([[f32; 3]; 2], RayPacket) {
+        let mut next = || from.unit();
         let scale = (next() * 20.0).exp2();
         let size = (next() * 10.0).exp2() * scale;
         let lo = [0; 3].map(|_| next() * scale);
@@ -162,11 +133,11 @@ mod tests {
 
     #[test]
     fn what_passes_the_slab_test_is_visited_as_early_and_as_long() {
-        let mut next = source(5);
+        let mut from = Source(5);
         let everyone = Mask8::splat(true);
         let (mut passed, mut tight, mut ordered) = (0, 0, 0);
         for round in 0..200_000 {
-            let (corners, rays) = box_and_rays(&mut next, round % 2 == 0);
+            let (corners, rays) = box_and_rays(&mut from, round % 2 == 0);
             let slabs = Slabs::new(rays.org, rays.dir, everyone);
             let (must, cull) = (slabs.stay(&corners), Cull::new(&rays, &slabs));
             let may = match slabs.near {

@@ -53,6 +53,8 @@ mod packet;
 mod part;
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
+#[cfg(test)]
+mod random;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"

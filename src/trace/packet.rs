@@ -3,7 +3,7 @@
 //! A node is visited once for all rays of a packet; a child is entered if any ray meets its box before the ray's closest
 //! hit so far. Lanes without a ray have a closest hit of −∞ and so never pass a comparison: there is no mask to carry.
 
-use super::aabb::Stay;
+use super::aabb::{Planes, Stay};
 use super::cull::Cull;
 use super::goal::{AnyHit, Closest, Goal, Prepared, nowhere};
 use super::instance;

@@ -270,17 +270,12 @@ impl<'a, T: Tally> Traversal<'a, T> {
                 continue;
             }
             // A rougher look: most of what comes here are shadow rays, which take little more than it does.
-            let class = coherence::class(rays, batch.clone(), 4 * STRIDE);
-            if self.singles.is_some() && class >= PARTED {
+            let class = || coherence::class(rays, batch.clone(), 4 * STRIDE);
+            let apart = self.singles.is_some().then(class);
+            if let Some(class) = apart.filter(|&class| class >= PARTED) {
                 let mut parted = self.parted;
                 parted.trace(class, batch, Part::trial_in_pieces, |single, part| {
-                    let packets = part.packets.clone();
-                    match &mut self.singles {
-                        Some(singles) if single => {
-                            singles.unoccluded(rays, packets, tmax, &mut answer);
-                        }
-                        _ => self.unoccluded_by_packet(rays, packets, tmax, &mut answer),
-                    }
+                    self.unoccluded_apart(single, rays, part.packets.clone(), tmax, &mut answer);
                 });
                 self.parted = parted;
                 continue;
@@ -306,6 +301,21 @@ impl<'a, T: Tally> Traversal<'a, T> {
         let beams = &mut self.beams;
         if !(beam && beams.unoccluded(rays, packets.clone(), tmax, answer)) {
             self.unoccluded_by_packet(rays, packets, tmax, answer);
+        }
+    }
+
+    /// As single rays or as packets.
+    fn unoccluded_apart(
+        &mut self,
+        single: bool,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: f32,
+        answer: &mut impl FnMut(usize, u8),
+    ) {
+        match &mut self.singles {
+            Some(singles) if single => singles.unoccluded(rays, packets, tmax, answer),
+            _ => self.unoccluded_by_packet(rays, packets, tmax, answer),
         }
     }
 

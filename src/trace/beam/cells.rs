@@ -369,19 +369,17 @@ impl<L: Lanes> Extent<L> {
     /// Whether it is known that no ray meets any of eight boxes.
     #[inline(always)]
     pub(super) fn misses(&self, frame: &Frame, seen: &BoxView) -> bool {
-        let deep = self.pace.ge(L::splat(SHALLOW));
-        let ends = [0, 1].map(|axis| [self.low[axis], self.high[axis]]);
-        let within = ends.iter().all(|[low, high]| {
-            let inside = low.gt(L::splat(-WIDEST)) & high.lt(L::splat(WIDEST));
-            inside.bits() == L::Mask::splat(true).bits()
-        });
-        let [more, share] = frame.wider;
-        let around = ends.map(|[low, high]| {
-            let [low, high] = [low.least(), high.greatest()];
-            let more = more + low.abs().max(high.abs()) * share;
+        let end = L::splat(WIDEST);
+        let within = |axis: usize| self.low[axis].gt(-end) & self.high[axis].lt(end);
+        let usual = within(0) & within(1) & self.pace.ge(L::splat(SHALLOW));
+        // The ends of all first, then wider: those of lanes without a ray are infinite.
+        let [wider, share] = frame.wider;
+        let around = [0, 1].map(|axis| {
+            let (low, high) = (self.low[axis].least(), self.high[axis].greatest());
+            let more = wider + low.abs().max(high.abs()) * share;
             [low - more, high + more]
         });
-        within && deep.bits() == L::Mask::splat(true).bits() && meets(seen, &around) == 0
+        !(!usual).any() && meets(seen, &around) == 0
     }
 }
 

@@ -3,6 +3,7 @@
 use super::*;
 use crate::lanes::Mask8;
 use crate::packet::RayPacket;
+use crate::trace::random::Source;
 
 /// [`SlotBox`], but nothing is ever settled.
 struct Unsettled<'a>(SlotBox<'a, F32x8>);
@@ -17,26 +18,7 @@ impl OwnBox<F32x8> for Unsettled<'_> {
     }
 }
 
-/// Numbers that look random.
-struct Source(u64);
-
 impl Source {
-    /// From −1 to 1.
-    fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005);
-        self.0 = self.0.wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1u64 << 23) as f32 - 1.0
-    }
-
-    fn place(&mut self) -> Vec3 {
-        Vec3::new(self.unit(), self.unit(), self.unit())
-    }
-
-    /// A power of two, with exponents up to `most`.
-    fn scale(&mut self, most: f32) -> f32 {
-        (self.unit() * most).round().exp2()
-    }
-
     /// A triangle, as wide as `size` or a needle.
     fn corners(&mut self, size: f32) -> [Vec3; 3] {
         let far = if self.unit() > 0.9 { 29.0 } else { 10.0 };
