@@ -5,7 +5,7 @@ use phalanx::bench::Answer;
 use phalanx::bench::{
     Heading, Kind, Listener, OracleContender, Plan, RaySet, Wrong, measure, primary, secondary,
 };
-use phalanx::lanes::{LANES, LaneMask};
+use phalanx::lanes::{LANES, LaneMask, NATIVE};
 use phalanx::oracle::Forest;
 use phalanx::packet::NO_PRIM;
 use phalanx::peers::Contender;
@@ -181,7 +181,7 @@ fn work_adds_up() {
             // The last packet of an odd number is traced eight wide.
             "packet16" => assert!(each > 30.0 && each <= 32.0, "{row:?}"),
             "packet8" => assert_eq!(each, 16.0, "{row:?}"),
-            "single" => assert_eq!(each, 8.0, "{row:?}"),
+            "single" => assert_eq!(each, NATIVE as f64, "{row:?}"),
             // Those of a node, and of each child that is met as many as there are cells at least.
             _ => assert!(each >= 8.0, "{row:?}"),
         }

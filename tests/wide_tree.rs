@@ -1,4 +1,4 @@
-//! The tree with eight children a node holds what the binary tree holds, each primitive once, within the boxes above it.
+//! The tree with as many children a node as there are lanes holds what the binary tree holds, each primitive once, within the boxes above it.
 
 mod common;
 
@@ -6,7 +6,7 @@ use common::rng::Rng;
 use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::{Bvh, LeafKind, Target, WideNode};
-use phalanx::lanes::LANES;
+use phalanx::lanes::NATIVE;
 use phalanx::scene::{Bounds, Scene};
 use phalanx::standard;
 
@@ -20,7 +20,7 @@ fn check(bvh: &Bvh) -> Vec<u32> {
         deepest = deepest.max(level);
         let node = &wide.nodes()[index as usize];
         assert!(lie_in_order(node), "children of node {index}");
-        for lane in 0..LANES {
+        for lane in 0..NATIVE {
             let bounds = column(&node.boxes, lane);
             if bounds.lo.x > bounds.hi.x {
                 continue;
@@ -33,7 +33,7 @@ fn check(bvh: &Bvh) -> Vec<u32> {
                 Target::Node(child) => waiting.push((child, bounds, level + 1)),
                 Target::Triangles(block) => {
                     let block = &wide.triangles()[block as usize];
-                    for k in (0..LANES).filter(|&k| !block.corners[0][0][k].is_nan()) {
+                    for k in (0..NATIVE).filter(|&k| !block.corners[0][0][k].is_nan()) {
                         let corner =
                             |c: usize| Vec3::from_array(block.corners[c].map(|axis| axis[k]));
                         let [a, b, c] = [corner(0), corner(1), corner(2)];
@@ -44,7 +44,7 @@ fn check(bvh: &Bvh) -> Vec<u32> {
                 }
                 Target::Spheres(block) => {
                     let block = &wide.spheres()[block as usize];
-                    for k in (0..LANES).filter(|&k| !block.radius[k].is_nan()) {
+                    for k in (0..NATIVE).filter(|&k| !block.radius[k].is_nan()) {
                         assert!(
                             holds(bounds, column(&block.own_box, k)),
                             "sphere {}",
@@ -75,15 +75,27 @@ fn check(bvh: &Bvh) -> Vec<u32> {
 
 /// Whether the children lie along the node's axis, and no other axis parts them more.
 fn lie_in_order(node: &WideNode) -> bool {
-    let boxes = (0..LANES).map(|lane| column(&node.boxes, lane));
+    let boxes = (0..NATIVE).map(|lane| column(&node.boxes, lane));
     let boxes: Vec<Bounds> = boxes.filter(|b| b.lo.x <= b.hi.x).collect();
     let middles = |axis: usize| boxes.iter().map(move |b| b.lo[axis] + b.hi[axis]);
     let spread = |axis: usize| {
         let (low, high) = (f32::INFINITY, f32::NEG_INFINITY);
         middles(axis).fold(high, f32::max) - middles(axis).fold(low, f32::min)
     };
-    let axis = node.axis as usize;
-    middles(axis).is_sorted() && (0..3).all(|other| spread(axis) >= spread(other))
+    let axis = usize::from(node.axis);
+    let ranked = |axis: usize| {
+        let lanes = node.order[axis].map(usize::from);
+        let ranks = lanes.iter().filter(|&&lane| lane < boxes.len());
+        let mut seen = lanes;
+        seen.sort_unstable();
+        seen.is_sorted_by(|a, b| a < b)
+            && ranks
+                .map(|&lane| boxes[lane].lo[axis] + boxes[lane].hi[axis])
+                .is_sorted()
+    };
+    (0..3).all(ranked)
+        && middles(axis).is_sorted()
+        && (0..3).all(|other| spread(axis) >= spread(other))
 }
 
 fn everything() -> Bounds {
@@ -94,7 +106,7 @@ fn holds(outer: Bounds, inner: Bounds) -> bool {
     outer.lo.cmple(inner.lo).all() && outer.hi.cmpge(inner.hi).all()
 }
 
-fn column(boxes: &[[[f32; LANES]; 3]; 2], lane: usize) -> Bounds {
+fn column(boxes: &[[[f32; NATIVE]; 3]; 2], lane: usize) -> Bounds {
     let [lo, hi] = boxes.map(|corner| Vec3::from_array(corner.map(|axis| axis[lane])));
     Bounds::new(lo, hi)
 }
@@ -124,7 +136,7 @@ fn a_scene_without_primitives_has_an_empty_root() {
 /// What no box can part comes as one leaf, which is made a tree of blocks.
 #[test]
 fn a_leaf_of_many_is_parted() {
-    for count in [1, 8, 9, 64, 65, 1000] {
+    for count in [1, 8, 9, 16, 17, 64, 65, 256, 257, 1000] {
         let mut scene = scenes::bare();
         for _ in 0..count {
             scene.add_triangle([Vec3::ZERO, Vec3::X, Vec3::Y], None, 0);
@@ -145,15 +157,16 @@ fn nodes_and_blocks_are_well_filled() {
     let bvh = Bvh::build(&scene);
     let wide = bvh.wide();
     let filled = |node: &WideNode| {
-        (0..LANES)
+        (0..NATIVE)
             .filter(|&k| node.boxes[0][0][k].is_finite())
             .count()
     };
     let children: usize = wide.nodes().iter().map(filled).sum();
     let per_node = children as f64 / wide.nodes().len() as f64;
     let per_block = bvh.triangles().len() as f64 / wide.triangles().len() as f64;
+    let lanes = NATIVE as f64;
     assert!(
-        per_node > 6.0 && per_block > 4.0,
+        per_node > 0.75 * lanes && per_block > 0.5 * lanes,
         "{per_node:.2} a node, {per_block:.2} a block"
     );
 }

@@ -20,6 +20,22 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// Lanes in a packet: part of the contract, whatever the machine's registers hold.
 pub const LANES: usize = 8;
 
+/// As many lanes as the widest registers that the build is for: children of a wide node, and primitives of a block. Which
+/// number that is matters to no answer.
+#[cfg(target_feature = "avx512f")]
+pub type Native = F32x16;
+#[cfg(not(target_feature = "avx512f"))]
+pub type Native = F32x8;
+
+/// Lanes of [`Native`].
+pub const NATIVE: usize = <Native as Lanes>::PACKETS * LANES;
+
+/// Booleans of [`Native`].
+pub type NativeMask = <Native as Lanes>::Mask;
+
+/// Vectors of [`Native`].
+pub type Vec3Native = Vec3Lanes<Native>;
+
 /// Floats in a column that is read by runs of lanes: see [`Lanes::of_column`].
 pub const COLUMN: usize = 64;
 

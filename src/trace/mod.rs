@@ -9,7 +9,7 @@
 //! | `goal` | the closest hit or any: what a leaf means for either |
 //! | `packet` | a packet of rays together down the binary tree |
 //! | `beam` | rays that share a point together down the wide tree |
-//! | `order` | eight children onto a stack |
+//! | `order` | the children of a wide node onto a stack |
 //! | `single` | rays on their own down the wide tree |
 //! | `coherence` | how far rays part |
 //! | `part` | packets of a batch, for each of two kernels |

@@ -4,7 +4,7 @@
 //! is not the order of their entry distances; but a network that sorts these is half of the instructions of a node, and
 //! saves no more than 4 % of the nodes (`perf/notes/single-rays.md`).
 
-use crate::lanes::{F32x8, LANES, LaneMask, Mask8};
+use crate::lanes::{LANES, LaneMask, Lanes, NATIVE, Native};
 use std::ops::Range;
 
 /// By set of lanes, as bits: the lanes in it, one a byte, first those of the lower bits; and those of the higher bits first.
@@ -42,35 +42,28 @@ impl Waiting {
         }
     }
 
-    /// Writes the children that are met from `at` on, in the order in which they lie or `reversed`, and others behind them; tells
-    /// how many are met.
+    /// Writes the children whose way in is no farther than the limit from `at` on, in the order in which they lie or
+    /// `reversed`, and others behind them; tells how many are met.
     ///
     /// # Safety
-    /// There is room for eight from `at` on.
+    /// There is room for [`NATIVE`] from `at` on.
     #[inline(always)]
     pub(super) unsafe fn write(
         &mut self,
         at: usize,
-        met: Mask8,
         reversed: bool,
-        enter: F32x8,
-        codes: &[u32; LANES],
+        [enter, limit]: [Native; 2],
+        codes: &[u32; NATIVE],
     ) -> usize {
-        debug_assert!(at + LANES <= self.code.len());
-        let met = met.bits();
-        let lanes = &LANES_OF[usize::from(reversed)][met as usize % 256];
-        // SAFETY: both columns are as long, and have eight places from `at` on, as the caller says.
-        let (to_enter, to_code) = unsafe {
+        debug_assert!(at + NATIVE <= self.code.len());
+        // SAFETY: both columns are as long, and have as many places from `at` on, as the caller says.
+        let to = unsafe {
             (
-                &mut *self.enter.as_mut_ptr().add(at).cast::<[f32; LANES]>(),
-                &mut *self.code.as_mut_ptr().add(at).cast::<[u32; LANES]>(),
+                &mut *self.enter.as_mut_ptr().add(at).cast::<[f32; NATIVE]>(),
+                &mut *self.code.as_mut_ptr().add(at).cast::<[u32; NATIVE]>(),
             )
         };
-        #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
-        at_once(lanes, enter, codes, to_enter, to_code);
-        #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
-        one_by_one(lanes, enter, codes, to_enter, to_code);
-        met.count_ones() as usize
+        at_once(reversed, [enter, limit], codes, to)
     }
 
     /// The code of one.
@@ -100,33 +93,44 @@ impl Waiting {
 
 #[cfg_attr(
     all(target_arch = "x86_64", target_feature = "avx2"),
-    allow(dead_code, reason = "the other replaces it, and is tested against it")
+    allow(dead_code, reason = "another replaces it, and is tested against it")
 )]
 #[inline(always)]
 fn one_by_one(
-    lanes: &[u8; LANES],
-    enter: F32x8,
-    codes: &[u32; LANES],
-    to_enter: &mut [f32; LANES],
-    to_code: &mut [u32; LANES],
-) {
-    let enter = enter.to_array();
-    for (k, &lane) in lanes.iter().enumerate() {
-        let lane = usize::from(lane) % LANES;
-        (to_enter[k], to_code[k]) = (enter[lane], codes[lane]);
+    reversed: bool,
+    [enter, limit]: [Native; 2],
+    codes: &[u32; NATIVE],
+    (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
+) -> usize {
+    let (met, enter) = (enter.le(limit).bits(), enter.to_array());
+    let mut count = 0;
+    for k in 0..NATIVE {
+        let lane = if reversed { NATIVE - 1 - k } else { k };
+        // Written always, kept where it is met: no branch. No more than so many were written before.
+        (to_enter[count % NATIVE], to_code[count % NATIVE]) = (enter[lane], codes[lane]);
+        count += (met >> lane & 1) as usize;
     }
+    count
 }
 
-#[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
+use one_by_one as at_once;
+
+#[cfg(all(
+    target_arch = "x86_64",
+    target_feature = "avx2",
+    not(target_feature = "avx512f")
+))]
 #[inline(always)]
 fn at_once(
-    lanes: &[u8; LANES],
-    enter: F32x8,
-    codes: &[u32; LANES],
-    to_enter: &mut [f32; LANES],
-    to_code: &mut [u32; LANES],
-) {
+    reversed: bool,
+    [enter, limit]: [Native; 2],
+    codes: &[u32; NATIVE],
+    (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
+) -> usize {
     use std::arch::x86_64::*;
+    let met = enter.le(limit).bits();
+    let lanes = &LANES_OF[usize::from(reversed)][met as usize % 256];
     let enter = enter.to_array();
     // SAFETY: the build has the instructions, see the attribute; and the arrays are eight long.
     unsafe {
@@ -139,6 +143,45 @@ fn at_once(
         );
         _mm256_storeu_ps(to_enter.as_mut_ptr(), enter);
         _mm256_storeu_si256(to_code.as_mut_ptr().cast(), codes);
+    }
+    met.count_ones() as usize
+}
+
+/// Places in order, and in reverse.
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
+static TURNED: [[u32; NATIVE]; 2] = {
+    let mut turned = [[0; NATIVE]; 2];
+    let mut k = 0;
+    while k < NATIVE {
+        turned[0][k] = k as u32;
+        turned[1][k] = (NATIVE - 1 - k) as u32;
+        k += 1;
+    }
+    turned
+};
+
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
+#[inline(always)]
+fn at_once(
+    reversed: bool,
+    ends: [Native; 2],
+    codes: &[u32; NATIVE],
+    (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
+) -> usize {
+    use std::arch::x86_64::*;
+    let [enter, limit] = ends.map(Native::to_array);
+    // SAFETY: the build has the instructions, see the attribute; and the arrays are sixteen long.
+    unsafe {
+        let order = _mm512_loadu_si512(TURNED[usize::from(reversed)].as_ptr().cast());
+        let enter = _mm512_permutexvar_ps(order, _mm512_loadu_ps(enter.as_ptr()));
+        let limit = _mm512_permutexvar_ps(order, _mm512_loadu_ps(limit.as_ptr()));
+        let codes = _mm512_permutexvar_epi32(order, _mm512_loadu_si512(codes.as_ptr().cast()));
+        let met = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(enter, limit);
+        // Compressed in a register and stored whole: to memory, some processors take a hundred cycles.
+        _mm512_storeu_ps(to_enter.as_mut_ptr(), _mm512_maskz_compress_ps(met, enter));
+        let codes = _mm512_maskz_compress_epi32(met, codes);
+        _mm512_storeu_si512(to_code.as_mut_ptr().cast(), codes);
+        met.count_ones() as usize
     }
 }
 
@@ -167,25 +210,28 @@ mod tests {
     #[test]
     fn what_is_met_comes_first_and_as_it_lies() {
         let mut next = random(1);
-        let mut waiting = Waiting::with_room(30);
+        let mut waiting = Waiting::with_room(24 + NATIVE);
         for round in 0..20_000 {
-            let enter: [f32; LANES] = std::array::from_fn(|_| (next() % 1000) as f32 * 0.37);
-            let codes: [u32; LANES] = std::array::from_fn(|_| next());
-            let (met, reversed, at) = (next() & 0xff, round % 2 == 1, round % 22);
-            let of_met = (0..LANES).filter(|lane| met >> lane & 1 == 1);
+            let enter: [f32; NATIVE] = std::array::from_fn(|_| (next() % 1000) as f32 * 0.37);
+            // Among the limits are some that are met exactly, and one that is no number.
+            let limit =
+                |enter: &f32| [*enter, enter - 0.1, enter + 0.1, f32::NAN][next() as usize % 4];
+            let limit = enter.each_ref().map(limit);
+            let codes: [u32; NATIVE] = std::array::from_fn(|_| next());
+            let (reversed, at) = (round % 2 == 1, round % 22);
+            let of_met = (0..NATIVE).filter(|&lane| enter[lane] <= limit[lane]);
             let mut want: Vec<(f32, u32)> = of_met.map(|lane| (enter[lane], codes[lane])).collect();
             if reversed {
                 want.reverse();
             }
-            let all = F32x8::new(enter);
-            // SAFETY: from 22 on there are eight places.
-            let count = unsafe { waiting.write(at, Mask8::from_bits(met), reversed, all, &codes) };
+            let ends = [enter, limit].map(Native::new);
+            // SAFETY: from 22 on there are as many places.
+            let count = unsafe { waiting.write(at, reversed, ends, &codes) };
             let places = at..at + count;
             let found = places.map(|k| (waiting.enter[k], waiting.code[k]));
             assert_eq!(found.collect::<Vec<_>>(), want);
-            let lanes = &LANES_OF[usize::from(reversed)][met as usize];
-            let (mut enters, mut found) = ([0.0; LANES], [0; LANES]);
-            one_by_one(lanes, all, &codes, &mut enters, &mut found);
+            let (mut enters, mut found) = ([0.0; NATIVE], [0; NATIVE]);
+            let count = one_by_one(reversed, ends, &codes, (&mut enters, &mut found));
             let found = enters.into_iter().zip(found).take(count);
             assert_eq!(found.collect::<Vec<_>>(), want);
         }

@@ -16,7 +16,7 @@
 use super::aabb::{Slabs, Stay};
 use super::goal::{Best, Meeting};
 use crate::bvh::TriangleSlot;
-use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Vec3Lanes, Vec3x8};
+use crate::lanes::{LANES, LaneIds, LaneMask, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
 use crate::scene::{Bounds, PAD};
 use glam::Vec3;
 
@@ -38,13 +38,13 @@ pub(super) struct Shear<L: Lanes> {
     scale: L,
 }
 
-/// Eight triangles by corner, by axis; the fourth is for the sake of an index that needs no check.
-pub(super) type Columns = [[F32x8; 4]; 3];
+/// The triangles of a block by corner, by axis; the fourth is for the sake of an index that needs no check.
+pub(super) type Columns = [[Native; 4]; 3];
 
 /// A triangle of a block in every lane, with its axes in this order.
 #[inline(always)]
 fn in_frame<L: Lanes>(block: &Columns, lane: usize, [x, y, z]: [usize; 3]) -> [Vec3Lanes<L>; 3] {
-    let one = |corner: usize, axis: usize| L::splat(block[corner][axis & 3].lane(lane % LANES));
+    let one = |corner: usize, axis: usize| L::splat(block[corner][axis & 3].lane(lane % NATIVE));
     let corner = |k: usize| Vec3Lanes::new(one(k, x), one(k, y), one(k, z));
     [corner(0), corner(1), corner(2)]
 }
@@ -205,25 +205,25 @@ fn own_box(slot: &TriangleSlot) -> [[f32; 3]; 2] {
     [own.lo.to_array(), own.hi.to_array()]
 }
 
-/// The padded boxes of eight triangles: the arithmetic of [`crate::scene::Bounds::padded`].
+/// The padded boxes of the triangles of a block: the arithmetic of [`crate::scene::Bounds::padded`].
 #[inline(always)]
-pub(super) fn own_boxes([a, b, c]: [Vec3x8; 3]) -> [Vec3x8; 2] {
-    let least = |a: F32x8, b: F32x8, c: F32x8| a.min(b).min(c);
-    let most = |a: F32x8, b: F32x8, c: F32x8| a.max(b).max(c);
-    let lo = Vec3x8::new(
+pub(super) fn own_boxes([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
+    let least = |a: Native, b: Native, c: Native| a.min(b).min(c);
+    let most = |a: Native, b: Native, c: Native| a.max(b).max(c);
+    let lo = Vec3Native::new(
         least(a.x, b.x, c.x),
         least(a.y, b.y, c.y),
         least(a.z, b.z, c.z),
     );
-    let hi = Vec3x8::new(
+    let hi = Vec3Native::new(
         most(a.x, b.x, c.x),
         most(a.y, b.y, c.y),
         most(a.z, b.z, c.z),
     );
-    let size = |lo: F32x8, hi: F32x8| lo.abs().max(hi.abs());
+    let size = |lo: Native, hi: Native| lo.abs().max(hi.abs());
     let largest = size(lo.x, hi.x).max(size(lo.y, hi.y)).max(size(lo.z, hi.z));
-    let pad = F32x8::splat(PAD) * largest;
-    let pad = Vec3x8::new(pad, pad, pad);
+    let pad = Native::splat(PAD) * largest;
+    let pad = Vec3Native::new(pad, pad, pad);
     [lo - pad, hi + pad]
 }
 

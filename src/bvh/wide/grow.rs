@@ -4,7 +4,7 @@ use super::plan::{MOST_ROOTS, Plan, bounds};
 use super::{OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
 use crate::bvh::pages::onto_large_pages;
 use crate::bvh::{Bvh, Child, LeafKind};
-use crate::lanes::LANES;
+use crate::lanes::NATIVE;
 use crate::scene::Bounds;
 
 /// A child of a wide node in the making.
@@ -52,7 +52,7 @@ impl Growing<'_> {
         let mut waiting = vec![self.open(self.children(0), 1)];
         while let Some(open) = waiting.pop() {
             self.wide.depth = self.wide.depth.max(open.level);
-            self.wide.nodes[open.place].rank_bits = rank_bits(&open.items);
+            self.wide.nodes[open.place].order = order(&open.items);
             for (lane, item) in open.items.iter().enumerate() {
                 let (target, below) = self.target(*item, open.level + 1);
                 waiting.extend(below);
@@ -70,12 +70,15 @@ impl Growing<'_> {
     fn open(&mut self, mut items: Vec<Item>, level: usize) -> Open {
         let axis = widest(&items);
         items.sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)));
-        let (lo, hi) = ([[f32::INFINITY; LANES]; 3], [[f32::NEG_INFINITY; LANES]; 3]);
+        let (lo, hi) = (
+            [[f32::INFINITY; NATIVE]; 3],
+            [[f32::NEG_INFINITY; NATIVE]; 3],
+        );
         self.wide.nodes.push(WideNode {
             boxes: [lo, hi],
-            children: [Target::NOTHING.code(); LANES],
-            rank_bits: [0; 3],
-            axis: axis as u32,
+            children: [Target::NOTHING.code(); NATIVE],
+            order: [[0; NATIVE]; 3],
+            axis: axis as u8,
         });
         Open {
             place: self.wide.nodes.len() - 1,
@@ -86,10 +89,10 @@ impl Growing<'_> {
 
     /// The children of the wide node that stands for a binary one.
     fn children(&self, index: u32) -> Vec<Item> {
-        let mut items = Vec::with_capacity(LANES);
+        let mut items = Vec::with_capacity(NATIVE);
         let first = self.plan.at(index).first[MOST_ROOTS - 1];
-        let mut waiting = Vec::with_capacity(LANES);
-        self.part(index, first as usize, LANES, &mut waiting);
+        let mut waiting = Vec::with_capacity(NATIVE);
+        self.part(index, first as usize, NATIVE, &mut waiting);
         while let Some((item, roots)) = waiting.pop() {
             let Child::Node(index) = item.child else {
                 let empty = matches!(item.child, Child::Leaf { count: 0, .. });
@@ -139,12 +142,12 @@ impl Growing<'_> {
                 first,
                 count,
             } => {
-                if count <= LANES as u32 {
+                if count <= NATIVE as u32 {
                     let slots: Vec<u32> = (first..first + count).collect();
                     return (self.block(kind, &slots), None);
                 }
-                // A leaf that is too large is a node of up to eight parts of it.
-                let part = count.div_ceil(LANES as u32).max(LANES as u32);
+                // A leaf that is too large is a node of parts of it.
+                let part = count.div_ceil(NATIVE as u32).max(NATIVE as u32);
                 let parts = (0..count).step_by(part as usize).map(|start| Item {
                     child: Child::Leaf {
                         kind,
@@ -170,7 +173,7 @@ impl Growing<'_> {
 
     /// The slots of all leaves below a node.
     fn slots_below(&self, index: u32) -> Vec<u32> {
-        let (mut slots, mut waiting) = (Vec::with_capacity(LANES), vec![index]);
+        let (mut slots, mut waiting) = (Vec::with_capacity(NATIVE), vec![index]);
         while let Some(index) = waiting.pop() {
             let node = &self.bvh.nodes()[index as usize];
             for k in [1, 0] {
@@ -221,16 +224,15 @@ fn widest(items: &[Item]) -> usize {
         .unwrap_or(0)
 }
 
-/// [`WideNode::rank_bits`] of these children. Lanes without a child come last.
-fn rank_bits(items: &[Item]) -> [u64; 3] {
-    let middle = |lane: usize, axis: usize| match items.get(lane) {
+/// [`WideNode::order`] of these children.
+fn order(items: &[Item]) -> [[u8; NATIVE]; 3] {
+    let middle = |lane: u8, axis: usize| match items.get(usize::from(lane)) {
         Some(item) => item.middle(axis),
         None => f32::INFINITY,
     };
     [0, 1, 2].map(|axis| {
-        let mut lanes: [usize; LANES] = std::array::from_fn(|lane| lane);
+        let mut lanes = std::array::from_fn(|lane| lane as u8);
         lanes.sort_by(|&a, &b| middle(a, axis).total_cmp(&middle(b, axis)));
-        let bits = |(rank, lane): (usize, &usize)| 1u64 << (8 * lane + rank);
-        lanes.iter().enumerate().map(bits).sum()
+        lanes
     })
 }

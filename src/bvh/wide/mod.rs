@@ -1,6 +1,7 @@
-//! The tree once more with up to eight children a node, for beams and for rays that go down alone: a node's boxes are
-//! columns, so that one ray, or one beam, is tested against all of them at once, and triangles and spheres stand in blocks
-//! of eight.
+//! The tree once more with as many children a node as the build has lanes ([`NATIVE`]: sixteen or eight), for beams and for
+//! rays that go down alone: a node's boxes are columns, so that one ray, or one beam, is tested against all of them at once,
+//! and triangles and spheres stand in blocks of as many. What is met, and where, does not depend on how many that is
+//! (`perf/notes/sixteen-children.md` has what it saves).
 //!
 //! `plan` chooses which nodes of the binary tree become children of one wide node, `grow` makes the tree.
 
@@ -8,48 +9,47 @@ mod grow;
 mod plan;
 
 use super::{Bvh, LeafKind, SphereSlot, TriangleSlot};
-use crate::lanes::LANES;
+use crate::lanes::NATIVE;
 use grow::Growing;
 
-/// Up to eight children: four cache lines.
+/// Up to [`NATIVE`] children: half as many cache lines.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct WideNode {
     /// Lower corners by axis, then upper corners: a column for each child. Where there is no child, the box is empty:
     /// from +∞ to −∞.
-    pub boxes: [[[f32; LANES]; 3]; 2],
+    pub boxes: [[[f32; NATIVE]; 3]; 2],
     /// What the children are: [`Target`] codes. Where there is no child, [`Target::NOTHING`]: a ray that is no number passes
     /// every box, and must come to an end.
-    pub children: [u32; LANES],
-    /// By axis, where each child comes when they are sorted by the middle of their boxes along it: byte k has bit r set, and
-    /// no other, if child k comes r-th.
-    pub rank_bits: [u64; 3],
+    pub children: [u32; NATIVE],
+    /// By axis, the children in the order of the middles of their boxes along it; where there is no child comes last.
+    pub order: [[u8; NATIVE]; 3],
     /// The axis along which the children lie in order, those with the lowest middle of a box first: 0 to 2.
-    pub axis: u32,
+    pub axis: u8,
 }
 
-/// Eight triangles as columns. Unused lanes are NaN, which no ray meets.
+/// As many triangles as there are lanes, as columns. Unused lanes are NaN, which no ray meets.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
     /// The corners: by corner, by axis.
-    pub corners: [[[f32; LANES]; 3]; 3],
+    pub corners: [[[f32; NATIVE]; 3]; 3],
     /// Their numbers in the file.
-    pub prim_id: [u32; LANES],
+    pub prim_id: [u32; NATIVE],
 }
 
-/// Eight spheres as columns. Unused lanes are NaN, which no ray meets.
+/// As many spheres as there are lanes, as columns. Unused lanes are NaN, which no ray meets.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct SphereBlock {
     /// Centres by axis.
-    pub center: [[f32; LANES]; 3],
+    pub center: [[f32; NATIVE]; 3],
     /// Radii.
-    pub radius: [f32; LANES],
+    pub radius: [f32; NATIVE],
     /// The spheres' own padded boxes.
-    pub own_box: [[[f32; LANES]; 3]; 2],
+    pub own_box: [[[f32; NATIVE]; 3]; 2],
     /// Their numbers in the file.
-    pub prim_id: [u32; LANES],
+    pub prim_id: [u32; NATIVE],
 }
 
 /// What a child of a wide node leads to.
@@ -194,8 +194,8 @@ impl Wide {
 impl TriangleBlock {
     fn of<'a>(slots: impl Iterator<Item = &'a TriangleSlot>) -> TriangleBlock {
         let mut block = TriangleBlock {
-            corners: [[[f32::NAN; LANES]; 3]; 3],
-            prim_id: [u32::MAX; LANES],
+            corners: [[[f32::NAN; NATIVE]; 3]; 3],
+            prim_id: [u32::MAX; NATIVE],
         };
         for (lane, slot) in slots.enumerate() {
             for (corner, place) in block.corners.iter_mut().zip(&slot.corners) {
@@ -212,10 +212,10 @@ impl TriangleBlock {
 impl SphereBlock {
     fn of<'a>(slots: impl Iterator<Item = &'a SphereSlot>) -> SphereBlock {
         let mut block = SphereBlock {
-            center: [[f32::NAN; LANES]; 3],
-            radius: [f32::NAN; LANES],
-            own_box: [[[f32::NAN; LANES]; 3]; 2],
-            prim_id: [u32::MAX; LANES],
+            center: [[f32::NAN; NATIVE]; 3],
+            radius: [f32::NAN; NATIVE],
+            own_box: [[[f32::NAN; NATIVE]; 3]; 2],
+            prim_id: [u32::MAX; NATIVE],
         };
         for (lane, slot) in slots.enumerate() {
             for axis in 0..3 {

@@ -4,16 +4,16 @@
 //! We depart from it in what a leaf is: neighbouring leaves of one kind are merged into a block while they fit.
 
 use crate::bvh::{Bvh, Child, LeafKind};
-use crate::lanes::LANES;
+use crate::lanes::{LANES, NATIVE};
 use crate::scene::Bounds;
 use glam::Vec3;
 
-/// Cost of visiting a node, and of a block, whose tests are fewer.
+/// Cost of visiting a node, and of a block; by measurement (`perf/notes/sixteen-children.md`).
 const NODE_COST: f32 = 1.0;
-const BLOCK_COST: f32 = 0.7;
+const BLOCK_COST: f32 = if NATIVE > LANES { 1.0 } else { 0.7 };
 
 /// Subtrees of the binary tree are seen as at most so many roots within their parent; one more makes a node full.
-pub(super) const MOST_ROOTS: usize = LANES - 1;
+pub(super) const MOST_ROOTS: usize = NATIVE - 1;
 
 /// What is best done with the subtree below a node.
 #[derive(Clone, Copy)]
@@ -86,7 +86,7 @@ impl Plan {
         let (full, first_of_full) = split(MOST_ROOTS - 1);
         let [a, b] = &children;
         let count = match a.count > 0 && b.count > 0 && a.kind == b.kind {
-            true if a.count + b.count <= LANES as u8 => a.count + b.count,
+            true if a.count + b.count <= NATIVE as u8 => a.count + b.count,
             _ => 0,
         };
         let as_node = full + NODE_COST * area;
@@ -116,9 +116,9 @@ impl Plan {
             Child::Node(index) => self.0[index as usize],
             Child::Leaf { kind, count, .. } => {
                 let blocks = matches!(kind, LeafKind::Triangle | LeafKind::Sphere);
-                let fits = blocks && count <= LANES as u32;
+                let fits = blocks && count <= NATIVE as u32;
                 Choice {
-                    cost: [BLOCK_COST * area * count.div_ceil(LANES as u32) as f32; MOST_ROOTS],
+                    cost: [BLOCK_COST * area * count.div_ceil(NATIVE as u32) as f32; MOST_ROOTS],
                     first: [0; MOST_ROOTS],
                     count: if fits { count as u8 } else { 0 },
                     kind,

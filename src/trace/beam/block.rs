@@ -1,15 +1,15 @@
-//! Eight triangles, ready to be tested one by one against packets of a beam.
+//! The triangles of a block, ready to be tested one by one against packets of a beam.
 
 use super::Group;
 use super::frame::{Frame, TriangleView};
 use crate::bvh::TriangleBlock;
-use crate::lanes::{F32x8, LANES, Lanes, Vec3x8};
+use crate::lanes::{Lanes, NATIVE, Native, Vec3Native};
 use crate::trace::aabb::Stay;
 use crate::trace::goal::Goal;
 use crate::trace::triangle::{self, Columns, OwnBox};
 
-/// Boxes of eight, by corner, by axis; see [`Columns`].
-type Planes = [[F32x8; 4]; 2];
+/// Their boxes, by corner, by axis; see [`Columns`].
+type Planes = [[Native; 4]; 2];
 
 /// The triangles of a block. `SHARED` says that all rays start at the apex: then corners less the origin are made once.
 pub(super) struct Triangles<'a, const SHARED: bool> {
@@ -18,23 +18,23 @@ pub(super) struct Triangles<'a, const SHARED: bool> {
     corners: Columns,
     /// The own boxes.
     own: Planes,
-    prim_id: &'a [u32; LANES],
+    prim_id: &'a [u32; NATIVE],
 }
 
 impl<'a, const SHARED: bool> Triangles<'a, SHARED> {
     #[inline(always)]
     pub(super) fn new(frame: &Frame, block: &'a TriangleBlock) -> Triangles<'a, SHARED> {
         let [x, y, z] = frame.center;
-        let center = Vec3x8::splat(x, y, z);
-        let place = |c: &[[f32; LANES]; 3]| {
-            let [x, y, z] = c.map(F32x8::new);
-            Vec3x8::new(x, y, z)
+        let center = Vec3Native::splat(x, y, z);
+        let place = |c: &[[f32; NATIVE]; 3]| {
+            let [x, y, z] = c.map(Native::new);
+            Vec3Native::new(x, y, z)
         };
         let [a, b, c] = &block.corners;
         let places = [place(a), place(b), place(c)];
         let relative = [places[0] - center, places[1] - center, places[2] - center];
         let own = triangle::own_boxes(places);
-        let columns = |v: Vec3x8| [v.x, v.y, v.z, F32x8::ZERO];
+        let columns = |v: Vec3Native| [v.x, v.y, v.z, Native::ZERO];
         Triangles {
             seen: frame.triangles(&relative, &own),
             corners: if SHARED { relative } else { places }.map(columns),
@@ -85,7 +85,7 @@ impl<'a, const SHARED: bool> Triangles<'a, SHARED> {
         };
         // Most of what is left by now is met, and which is not nobody can foretell.
         let hit = triangle::meet_likely(corners, rays.shear.slopes(), &own);
-        goal.take(&hit, self.prim_id[lane % LANES])
+        goal.take(&hit, self.prim_id[lane % NATIVE])
     }
 }
 
@@ -99,7 +99,7 @@ struct LaneBox<'a, L: Lanes> {
 impl<L: Lanes> OwnBox<L> for LaneBox<'_, L> {
     #[inline(always)]
     fn stay(&self) -> Stay<L> {
-        let plane = |side: usize, axis: usize| self.own[side][axis].lane(self.lane % LANES);
+        let plane = |side: usize, axis: usize| self.own[side][axis].lane(self.lane % NATIVE);
         let corner = |side: usize| [plane(side, 0), plane(side, 1), plane(side, 2)];
         self.rays.slabs().stay(&[corner(0), corner(1)])
     }

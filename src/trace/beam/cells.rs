@@ -1,7 +1,7 @@
 //! The cells of a beam: rays of one packet, or some of them, within a small rectangle of the beam's projective coordinates.
 
 use super::frame::{BoxView, Frame, TriangleView, WIDEST};
-use crate::lanes::{COLUMN, F32x8, LANES, LaneMask, Lanes};
+use crate::lanes::{COLUMN, F32x8, LANES, LaneMask, Lanes, NATIVE, Native};
 use crate::packet::RayPacket;
 use crate::trace::triangle::Shear;
 
@@ -254,7 +254,7 @@ impl Cells {
         }
     }
 
-    /// Which of eight boxes any cell may meet.
+    /// Which boxes any cell may meet.
     #[inline(always)]
     pub(super) fn any_meets(&self, seen: &BoxView) -> u32 {
         meets(seen, &self.around)
@@ -262,9 +262,9 @@ impl Cells {
 
     /// Which cells, of these, may meet a box.
     #[inline(always)]
-    pub(super) fn meeting<L: Lanes>(&self, of: u64, seen: &[[f32; LANES]; 5], lane: usize) -> u64 {
+    pub(super) fn meeting<L: Lanes>(&self, of: u64, seen: &[[f32; NATIVE]; 5], lane: usize) -> u64 {
         let [low_p, high_p, low_q, high_q, near] =
-            [0, 1, 2, 3, 4].map(|k| L::splat(seen[k][lane % LANES]));
+            [0, 1, 2, 3, 4].map(|k| L::splat(seen[k][lane % NATIVE]));
         let mut met = 0;
         for run in 0..self.runs::<L>() {
             let column = |column: &Column| L::of_column(column, run);
@@ -293,27 +293,27 @@ impl Cells {
         self.count.div_ceil(L::PACKETS * LANES)
     }
 
-    /// Which of eight triangles a cell's rays may hit.
+    /// Which triangles a cell's rays may hit.
     #[inline(always)]
     pub(super) fn hits(&self, cell: usize, seen: &TriangleView) -> u32 {
         let k = cell % CELLS;
-        let [p, q] = [0, 1].map(|axis| F32x8::splat(self.mid[axis][k]));
-        let [half_p, half_q] = [0, 1].map(|axis| F32x8::splat(self.half[axis][k]));
-        let range = |[constant, slope_p, slope_q]: [F32x8; 3]| {
+        let [p, q] = [0, 1].map(|axis| Native::splat(self.mid[axis][k]));
+        let [half_p, half_q] = [0, 1].map(|axis| Native::splat(self.half[axis][k]));
+        let range = |[constant, slope_p, slope_q]: [Native; 3]| {
             let middle = constant + (slope_p * p + slope_q * q);
             let more = seen.margin + (slope_p.abs() * half_p + slope_q.abs() * half_q);
             [middle - more, middle + more]
         };
         let [u, v, w] = seen.edges.map(range);
         let inside =
-            u[1].min(v[1]).min(w[1]).ge(F32x8::ZERO) | u[0].max(v[0]).max(w[0]).le(F32x8::ZERO);
-        let edge = |column: &[Column; 2], axis: usize| F32x8::splat(column[axis][k]);
+            u[1].min(v[1]).min(w[1]).ge(Native::ZERO) | u[0].max(v[0]).max(w[0]).le(Native::ZERO);
+        let edge = |column: &[Column; 2], axis: usize| Native::splat(column[axis][k]);
         let own = &seen.own;
         let beside = own.low_p.le(edge(&self.high, 0))
             & own.high_p.ge(edge(&self.low, 0))
             & own.low_q.le(edge(&self.high, 1))
             & own.high_q.ge(edge(&self.low, 1));
-        (inside & beside & own.ahead & own.near.le(F32x8::splat(self.far[k]))).bits()
+        (inside & beside & own.ahead & own.near.le(Native::splat(self.far[k]))).bits()
     }
 }
 
@@ -322,10 +322,10 @@ fn put(column: &mut Column, run: usize, lanes: F32x8) {
     column.as_chunks_mut::<LANES>().0[run % (CELLS / LANES)] = lanes.to_array();
 }
 
-/// Which of eight boxes meet a rectangle.
+/// Which boxes meet a rectangle.
 #[inline(always)]
 fn meets(seen: &BoxView, around: &[[f32; 2]; 2]) -> u32 {
-    let [p, q] = around.map(|range| range.map(F32x8::splat));
+    let [p, q] = around.map(|range| range.map(Native::splat));
     let p = seen.low_p.le(p[1]) & seen.high_p.ge(p[0]);
     let q = seen.low_q.le(q[1]) & seen.high_q.ge(q[0]);
     (seen.ahead & p & q).bits()
@@ -366,7 +366,7 @@ impl<L: Lanes> Extent<L> {
         self.pace = active.select(self.pace.min(pace), self.pace);
     }
 
-    /// Whether it is known that no ray meets any of eight boxes.
+    /// Whether it is known that no ray meets any of some boxes.
     #[inline(always)]
     pub(super) fn misses(&self, frame: &Frame, seen: &BoxView) -> bool {
         let end = L::splat(WIDEST);

@@ -6,7 +6,7 @@ use super::cells::Cells;
 use super::frame::Frame;
 use super::pairs::Pairs;
 use crate::bvh::{LeafKind, OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
-use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8};
+use crate::lanes::{LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 use crate::trace::aabb::Slabs;
 use crate::trace::goal::{Goal, Meeting};
 use crate::trace::packet::Tracer;
@@ -34,8 +34,8 @@ impl Stack {
             near: 0.0,
             code: 0,
         };
-        // A node takes one entry away and leaves eight at most.
-        Stack(vec![empty; wide.depth() * (LANES - 1) + 1])
+        // A node takes one entry away and leaves `NATIVE` at most.
+        Stack(vec![empty; wide.depth() * (NATIVE - 1) + 1])
     }
 }
 
@@ -80,7 +80,7 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
                     // SAFETY: a code of the tree is of a row that exists; node 0 exists.
                     let node = unsafe { self.wide.nodes().get_unchecked(index as usize) };
                     // SAFETY: each level of a path leaves at most seven entries beside the one that is followed, and the
-                    // stack is as long as that; so there is room for eight more.
+                    // stack is as long as that; so there is room for `NATIVE` more.
                     top += self.node(node, cells, unsafe { entries.get_unchecked_mut(top..) });
                 }
                 Target::Triangles(index) => {
@@ -101,14 +101,14 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
     /// Writes the children that cells may meet, the nearest last, and tells how many.
     #[inline(always)]
     fn node(&mut self, node: &WideNode, cells: u64, above: &mut [Entry]) -> usize {
-        let seen = self.frame.boxes(&node.boxes.map(|c| c.map(F32x8::new)));
+        let seen = self.frame.boxes(&node.boxes.map(|c| c.map(Native::new)));
         let mut left = self.cells.any_meets(&seen);
         self.work
-            .wide_node(u64::from(left.count_ones() + 1) * LANES as u64);
+            .wide_node(u64::from(left.count_ones()) * LANES as u64 + NATIVE as u64);
         let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
-        let columns = columns.map(F32x8::to_array);
-        let ranks = node.rank_bits[self.frame.axes[0] % 3];
-        let mut order = in_order(ranks, left);
+        let columns = columns.map(Native::to_array);
+        let children = &node.order[self.frame.axes[0] % 3];
+        let mut order = in_order(children, left);
         let mut count = 0;
         while left != 0 {
             let rank = if self.frame.sign > 0.0 {
@@ -116,16 +116,16 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
             } else {
                 order.trailing_zeros()
             };
-            order ^= 1 << (rank % 8);
-            let lane = child_at(ranks, rank);
+            order ^= 1 << (rank % NATIVE as u32);
+            let lane = usize::from(children[rank as usize % NATIVE]) % NATIVE;
             left &= left - 1;
             let met = self.cells.meeting::<L>(cells, &columns, lane);
             if met != 0 {
-                let code = node.children[lane % LANES];
-                // SAFETY: at most eight children, and there is room for eight: see `run`.
+                let code = node.children[lane % NATIVE];
+                // SAFETY: at most `NATIVE` children, and there is room for them: see `run`.
                 *unsafe { above.get_unchecked_mut(count) } = Entry {
                     cells: met,
-                    near: columns[4][lane % LANES],
+                    near: columns[4][lane % NATIVE],
                     code,
                 };
                 count += 1;
@@ -174,13 +174,13 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
 
     #[inline(always)]
     fn spheres(&mut self, block: &SphereBlock, cells: u64) {
-        let seen = self.frame.boxes(&block.own_box.map(|c| c.map(F32x8::new)));
+        let seen = self.frame.boxes(&block.own_box.map(|c| c.map(Native::new)));
         let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
-        let columns = columns.map(F32x8::to_array);
+        let columns = columns.map(Native::to_array);
         let mut touched = 0u64;
         let mut tests = 0;
-        for lane in Mask8::from_bits(self.cells.any_meets(&seen)).lanes() {
-            let column = |c: &[[f32; LANES]; 3]| c.each_ref().map(|axis| axis[lane]);
+        for lane in NativeMask::from_bits(self.cells.any_meets(&seen)).lanes() {
+            let column = |c: &[[f32; NATIVE]; 3]| c.each_ref().map(|axis| axis[lane]);
             let (center, radius) = (column(&block.center), block.radius[lane]);
             let own_box = block.own_box.each_ref().map(column);
             let mut met = self.cells.meeting::<L>(cells, &columns, lane);
@@ -242,24 +242,14 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
     }
 }
 
-/// One in each byte.
-const EACH: u64 = 0x0101_0101_0101_0101;
-
-/// Of some children, as bits by lane, which ranks they have: see [`WideNode::rank_bits`].
+/// Which children of an order, as bits by place in it, are among some, as bits by lane.
 #[inline(always)]
-fn in_order(ranks: u64, children: u32) -> u32 {
-    // Byte k: bit k, if child k is there; then one; then all bits.
-    let apart = u64::from(children).wrapping_mul(EACH) & 0x8040_2010_0804_0201;
-    let ones = (apart + 0x7f * EACH) >> 7 & EACH;
-    let bytes = ones * 0xff;
-    // Each rank occurs once, so the sum of all bytes has no carry.
-    ((ranks & bytes).wrapping_mul(EACH) >> 56) as u32
-}
-
-/// The child of a rank.
-#[inline(always)]
-fn child_at(ranks: u64, rank: u32) -> usize {
-    ((ranks & EACH << (rank % 8)).trailing_zeros() / 8) as usize % LANES
+fn in_order(children: &[u8; NATIVE], some: u32) -> u32 {
+    let mut places = 0;
+    for (place, &child) in children.iter().enumerate() {
+        places |= (some >> (child % NATIVE as u8) & 1) << place;
+    }
+    places
 }
 
 #[cfg(test)]
@@ -267,18 +257,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn children_come_by_rank() {
-        // Child 0 is third, child 1 first, and so on.
-        let rank = [2u32, 0, 7, 5, 1, 6, 3, 4];
-        let ranks = rank.iter().enumerate();
-        let ranks: u64 = ranks.map(|(lane, r)| 1u64 << (8 * lane as u32 + r)).sum();
-        for set in 0..256u32 {
-            let want = (0..8).filter(|lane| set >> lane & 1 == 1);
-            let want: u32 = want.map(|lane| 1 << rank[lane]).sum();
-            assert_eq!(in_order(ranks, set), want, "{set:08b}");
-        }
-        for (lane, r) in rank.iter().enumerate() {
-            assert_eq!(child_at(ranks, *r), lane);
+    fn children_come_in_order() {
+        // The first is the last but two, and so on.
+        let children: [u8; NATIVE] = std::array::from_fn(|k| ((5 * k + NATIVE - 3) % NATIVE) as u8);
+        for set in 0..1u32 << NATIVE {
+            let some = in_order(&children, set);
+            for (place, &child) in children.iter().enumerate() {
+                assert_eq!(some >> place & 1, set >> child & 1, "{set:b}");
+            }
+            assert_eq!(some >> NATIVE, 0);
         }
     }
 }

@@ -40,7 +40,7 @@
 //! ≤ margin; a triangle is kept for a cell if either can be so anywhere in its rectangle.
 
 use super::apex::{Apex, Spread};
-use crate::lanes::{F32x8, Lanes, Mask8, Vec3Lanes, Vec3x8};
+use crate::lanes::{Lanes, Native, NativeMask, Vec3Lanes, Vec3Native};
 use crate::packet::RayPacket;
 use crate::scene::PAD;
 
@@ -79,25 +79,25 @@ pub(super) struct Frame {
     blur: f32,
 }
 
-/// Eight boxes seen along a beam.
+/// The boxes of a node seen along a beam.
 #[derive(Clone, Copy)]
 pub(super) struct BoxView {
-    pub(super) low_p: F32x8,
-    pub(super) high_p: F32x8,
-    pub(super) low_q: F32x8,
-    pub(super) high_q: F32x8,
+    pub(super) low_p: Native,
+    pub(super) high_p: Native,
+    pub(super) low_q: Native,
+    pub(super) high_q: Native,
     /// Depth at which each begins.
-    pub(super) near: F32x8,
+    pub(super) near: Native,
     /// Which have anything ahead of the apex.
-    pub(super) ahead: Mask8,
+    pub(super) ahead: NativeMask,
 }
 
-/// Eight triangles seen along a beam.
+/// The triangles of a block seen along a beam.
 pub(super) struct TriangleView {
     /// The edge functions: constant, slope along p, slope along q.
-    pub(super) edges: [[F32x8; 3]; 3],
+    pub(super) edges: [[Native; 3]; 3],
     /// By how much an edge function may be wrong.
-    pub(super) margin: F32x8,
+    pub(super) margin: Native,
     /// Their own boxes.
     pub(super) own: BoxView,
 }
@@ -190,22 +190,23 @@ impl Frame {
 
     /// Boxes by corner, by axis. Empty ones are not ahead.
     #[inline(always)]
-    pub(super) fn boxes(&self, corners: &[[F32x8; 3]; 2]) -> BoxView {
+    pub(super) fn boxes(&self, corners: &[[Native; 3]; 2]) -> BoxView {
         let [axis, p, q] = self.axes.map(|axis| axis % 3);
         let (first, last) = if self.sign > 0.0 { (0, 1) } else { (1, 0) };
-        let along = F32x8::splat(self.sign);
+        let along = Native::splat(self.sign);
         let at = self.sign * self.center[axis];
-        let tiny = F32x8::splat(self.tiny);
-        let near = corners[first][axis] * along - F32x8::splat(at + self.slack);
-        let far = corners[last][axis] * along - F32x8::splat(at - self.slack);
+        let tiny = Native::splat(self.tiny);
+        let near = corners[first][axis] * along - Native::splat(at + self.slack);
+        let far = corners[last][axis] * along - Native::splat(at - self.slack);
         let near = near.max(tiny);
-        let depth = |z: F32x8| F32x8::ONE / (F32x8::splat(self.w[0]) + F32x8::splat(self.w[1]) * z);
+        let depth =
+            |z: Native| Native::ONE / (Native::splat(self.w[0]) + Native::splat(self.w[1]) * z);
         let (by_near, by_far) = (depth(near), depth(far));
         let seen = |axis: usize, shear: f32| {
-            let shear = F32x8::splat(shear);
+            let shear = Native::splat(shear);
             let (at_near, at_far) = (shear * near, shear * far);
             let side = |side: usize, slack: f32| {
-                corners[side][axis] - F32x8::splat(self.center[axis] + slack)
+                corners[side][axis] - Native::splat(self.center[axis] + slack)
             };
             let (low, high) = (side(0, self.slack), side(1, -self.slack));
             (
@@ -227,19 +228,23 @@ impl Frame {
 
     /// Triangles by their corners relative to the centre, and their own boxes. Lanes of NaN are within no edge.
     #[inline(always)]
-    pub(super) fn triangles(&self, corners: &[Vec3x8; 3], own: &[Vec3x8; 2]) -> TriangleView {
+    pub(super) fn triangles(
+        &self,
+        corners: &[Vec3Native; 3],
+        own: &[Vec3Native; 2],
+    ) -> TriangleView {
         let [a, b, c] = *corners;
         let (ab, bc, ca) = (b - a, c - b, a - c);
         let reach = a.largest().max(b.largest()).max(c.largest());
         let size = ab.largest().max(bc.largest()).max(ca.largest());
-        let reach = reach + F32x8::splat(self.more_reach);
-        let size = size + F32x8::splat(self.more_size);
-        let margin = (reach * F32x8::splat(272.0 * ULP) + F32x8::splat(self.blur)) * size;
+        let reach = reach + Native::splat(self.more_reach);
+        let size = size + Native::splat(self.more_size);
+        let margin = (reach * Native::splat(272.0 * ULP) + Native::splat(self.blur)) * size;
         let (a, b, c) = (self.seen(a), self.seen(b), self.seen(c));
         let (ab, bc, ca) = (self.seen(ab), self.seen(bc), self.seen(ca));
         let (a, b, c) = (self.weighed(a), self.weighed(b), self.weighed(c));
-        let weigh = |v: Vec3x8| Vec3x8::new(v.x, v.y, v.z * F32x8::splat(self.w[1]));
-        let edge = |corner: Vec3x8, way: Vec3x8| {
+        let weigh = |v: Vec3Native| Vec3Native::new(v.x, v.y, v.z * Native::splat(self.w[1]));
+        let edge = |corner: Vec3Native, way: Vec3Native| {
             let f = corner.cross(weigh(way));
             [f.z, f.x, f.y]
         };

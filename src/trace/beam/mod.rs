@@ -1,8 +1,8 @@
 //! Beams: hundreds of rays that share a point, the eye or a light, together down the wide tree.
 //!
 //! What belongs to such rays is a point and a rectangle in projective coordinates, and so is what belongs to boxes and
-//! triangles: a node's eight children are seen from the apex once for all rays, then each against all cells, a lane being a
-//! cell of up to sixteen rays; a leaf's eight triangles are seen once, then against each cell, a lane being a triangle.
+//! triangles: a node's children are seen from the apex once for all rays, then each against all cells, a lane being a
+//! cell of up to sixteen rays; a leaf's triangles are seen once, then against each cell, a lane being a triangle.
 //! Only what is left is tested ray by ray, by the same test that every kernel has.
 //!
 //! The idea is that of beam and frustum tracing (Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing Algorithm", 2005;
@@ -15,7 +15,7 @@
 //! | `frame` | boxes and triangles seen from it, and why nothing is lost |
 //! | `sorted` | rays in the order in which they are seen |
 //! | `cells` | the rays, in rectangles |
-//! | `block`, `pairs` | eight triangles, and which cells each is tested against |
+//! | `block`, `pairs` | the triangles of a block, and which cells each is tested against |
 //! | `descend` | cells down the tree |
 
 mod apex;
@@ -41,7 +41,7 @@ use super::prefetch::{Rows, prefetch};
 use super::tally::{Packets, Tally};
 use super::triangle::Shear;
 use crate::bvh::{Bvh, Wide};
-use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Vec3Lanes};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use crate::packet::{HitPacket, RayPacket, RayQueue};
 use apex::{Apex, same};
 use cells::{CELLS, Cells, Extent, directions, directions_by};
@@ -255,9 +255,9 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             extent.add(directions(frame, &rays), active);
             lanes += active.bits().count_ones();
         }
-        let root = self.wide.nodes()[0].boxes.map(|c| c.map(F32x8::new));
+        let root = self.wide.nodes()[0].boxes.map(|c| c.map(Native::new));
         let clear = !apart.any() && extent.misses(frame, &frame.boxes(&root));
-        self.work.wide_node(LANES as u64);
+        self.work.wide_node(NATIVE as u64);
         if clear {
             self.work.begin(batch.packets.len() as u64, lanes);
         }

@@ -1,7 +1,9 @@
-//! One ray under way, against eight boxes or eight primitives at a time.
+//! One ray under way, against all boxes of a node or all primitives of a block at once.
 
 use crate::bvh::{SphereBlock, TriangleBlock};
-use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
+use crate::lanes::{
+    F32x8, LaneIds, LaneMask, Lanes, NATIVE, Native, NativeMask, U32x8, Vec3Native,
+};
 use crate::packet::NO_PRIM;
 use crate::trace::aabb::Stay;
 use crate::trace::goal::Best;
@@ -76,22 +78,23 @@ impl Context {
 
     /// Whether it goes toward larger coordinates along an axis.
     #[inline(always)]
-    pub(super) fn goes_up(&self, axis: u32) -> bool {
-        self.up[axis as usize % 4]
+    pub(super) fn goes_up(&self, axis: u8) -> bool {
+        self.up[usize::from(axis) % 4]
     }
 
-    /// The ray's stays in eight boxes, whose planes `row` gives: first the lower ones by axis, then the upper ones. The
+    /// The ray's stays in the boxes of a node, whose planes `row` gives: first the lower ones by axis, then the upper ones. The
     /// arithmetic of `Slabs::stay_ordered`, with the lanes' parts exchanged.
     #[inline(always)]
-    pub(super) fn stay(&self, row: impl Fn(usize) -> F32x8) -> Stay<F32x8> {
+    pub(super) fn stay(&self, row: impl Fn(usize) -> Native) -> Stay<Native> {
         let enter = |axis: usize| {
-            (row(self.near[axis]) - F32x8::splat(self.first[axis])) * F32x8::splat(self.rdir[axis])
+            (row(self.near[axis]) - Native::splat(self.first[axis]))
+                * Native::splat(self.rdir[axis])
         };
         let leave = |axis: usize| {
-            (row(self.far[axis]) - F32x8::splat(self.last[axis])) * F32x8::splat(self.rdir[axis])
+            (row(self.far[axis]) - Native::splat(self.last[axis])) * Native::splat(self.rdir[axis])
         };
         Stay {
-            enter: enter(0).max(enter(1)).max(enter(2)).max(F32x8::ZERO),
+            enter: enter(0).max(enter(1)).max(enter(2)).max(Native::ZERO),
             leave: leave(0).min(leave(1)).min(leave(2)),
         }
     }
@@ -100,16 +103,16 @@ impl Context {
     pub(super) fn triangles<const ANY: bool>(&mut self, block: &TriangleBlock) -> bool {
         // No larger than that; said so that nothing is checked.
         let [kx, ky, kz] = self.axes.map(|axis| axis.min(2));
-        let column = |corner: usize, axis: usize| F32x8::new(block.corners[corner][axis]);
+        let column = |corner: usize, axis: usize| Native::new(block.corners[corner][axis]);
         let corner = |c: usize| {
-            Vec3x8::new(
-                column(c, kx) - F32x8::splat(self.frame_org[0]),
-                column(c, ky) - F32x8::splat(self.frame_org[1]),
-                column(c, kz) - F32x8::splat(self.frame_org[2]),
+            Vec3Native::new(
+                column(c, kx) - Native::splat(self.frame_org[0]),
+                column(c, ky) - Native::splat(self.frame_org[1]),
+                column(c, kz) - Native::splat(self.frame_org[2]),
             )
         };
         let corners = [corner(0), corner(1), corner(2)];
-        let slopes = self.slopes.map(F32x8::splat);
+        let slopes = self.slopes.map(Native::splat);
         let own = BlockBox {
             context: self,
             block,
@@ -125,17 +128,17 @@ impl Context {
 
     #[inline(always)]
     pub(super) fn spheres<const ANY: bool>(&mut self, block: &SphereBlock) -> bool {
-        let column = |axis: usize| F32x8::splat(self.org[axis]) - F32x8::new(block.center[axis]);
-        let from_center = Vec3x8::new(column(0), column(1), column(2));
-        let dir = Vec3x8::splat(self.dir[0], self.dir[1], self.dir[2]);
-        let Some(roots) = sphere::roots(from_center, dir, F32x8::new(block.radius)) else {
+        let column = |axis: usize| Native::splat(self.org[axis]) - Native::new(block.center[axis]);
+        let from_center = Vec3Native::new(column(0), column(1), column(2));
+        let dir = Vec3Native::splat(self.dir[0], self.dir[1], self.dir[2]);
+        let Some(roots) = sphere::roots(from_center, dir, Native::new(block.radius)) else {
             return false;
         };
         let (valid, t) = sphere::nearest(
             roots,
-            self.stay(|row| F32x8::new(block.own_box.as_flattened()[row])),
+            self.stay(|row| Native::new(block.own_box.as_flattened()[row])),
         );
-        let bare = [F32x8::ZERO, F32x8::ZERO, F32x8::ONE];
+        let bare = [Native::ZERO, Native::ZERO, Native::ONE];
         self.take::<ANY>(valid, t, bare, &block.prim_id)
     }
 
@@ -143,12 +146,12 @@ impl Context {
     #[inline(always)]
     fn take<const ANY: bool>(
         &mut self,
-        valid: Mask8,
-        t: F32x8,
-        weights: [F32x8; 3],
-        ids: &[u32; LANES],
+        valid: NativeMask,
+        t: Native,
+        weights: [Native; 3],
+        ids: &[u32; NATIVE],
     ) -> bool {
-        let limit = F32x8::splat(self.best.t);
+        let limit = Native::splat(self.best.t);
         if ANY {
             if (valid & t.lt(limit)).any() {
                 self.block();
@@ -159,7 +162,7 @@ impl Context {
         if !near.any() {
             return false;
         }
-        let (t, [v, w, det]) = (t.to_array(), weights.map(F32x8::to_array));
+        let (t, [v, w, det]) = (t.to_array(), weights.map(Native::to_array));
         for lane in near.lanes() {
             let id = ids[lane];
             if t[lane] < self.best.t || (t[lane] == self.best.t && id < self.best.prim_id) {
@@ -188,15 +191,15 @@ struct BlockBox<'a> {
     block: &'a TriangleBlock,
 }
 
-impl OwnBox<F32x8> for BlockBox<'_> {
+impl OwnBox<Native> for BlockBox<'_> {
     #[inline(always)]
-    fn stay(&self) -> Stay<F32x8> {
+    fn stay(&self) -> Stay<Native> {
         let [a, b, c] = &self.block.corners;
-        let all = |corner: &[[f32; LANES]; 3]| {
-            Vec3x8::new(
-                F32x8::new(corner[0]),
-                F32x8::new(corner[1]),
-                F32x8::new(corner[2]),
+        let all = |corner: &[[f32; NATIVE]; 3]| {
+            Vec3Native::new(
+                Native::new(corner[0]),
+                Native::new(corner[1]),
+                Native::new(corner[2]),
             )
         };
         let [lo, hi] = triangle::own_boxes([all(a), all(b), all(c)]);

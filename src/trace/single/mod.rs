@@ -1,9 +1,9 @@
 //! Rays on their own down the wide tree, several at a time: a lane is a child of a node, or a primitive of a block.
 //!
-//! Rays that have parted share neither nodes nor leaves, and most lanes of a packet would idle. Eight children of one
+//! Rays that have parted share neither nodes nor leaves, and most lanes of a packet would idle. The children of one
 //! node are always there. What a ray on its own waits for is memory and the outcome of its last comparison; so a dozen
 //! and more go side by side in steps, all at their nodes, then all at their blocks, then all to what is next, and while
-//! one waits another's numbers are there. Nothing branches on what a box test says: all eight children are written
+//! one waits another's numbers are there. Nothing branches on what a box test says: all children are written
 //! above the stack's top, those that are met first, and the top moves by how many these are.
 
 mod context;
@@ -16,7 +16,7 @@ use super::part::Part;
 use super::prefetch::Rows;
 use super::tally::{Packets, Tally};
 use crate::bvh::{Bvh, LeafKind, Target, Wide};
-use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use context::{Context, Hit};
 use source::Source;
@@ -43,8 +43,8 @@ pub(super) struct Singles<'a, T = Packets> {
 impl<'a, T: Tally> Singles<'a, T> {
     pub(super) fn new(bvh: &'a Bvh) -> Singles<'a, T> {
         let wide = bvh.wide();
-        // A node takes one entry and writes eight.
-        let room = wide.depth() * (LANES - 1) + LANES + 1;
+        // A node takes one entry and writes as many as it has children.
+        let room = wide.depth() * (NATIVE - 1) + NATIVE + 1;
         let context = |k: usize| Context {
             bottom: k * room,
             ..Context::IDLE
@@ -155,20 +155,20 @@ impl<'a, T: Tally> Singles<'a, T> {
     #[inline(always)]
     fn open(&mut self, k: usize) {
         let context = &mut self.contexts[k];
-        self.work.wide_node(LANES as u64);
+        self.work.wide_node(NATIVE as u64);
         // SAFETY: a code of the tree is of a row that exists, and this one says node; node 0 exists.
         let node = unsafe { self.wide.nodes().get_unchecked(context.current as usize) };
         let rows = node.boxes.as_flattened();
         // SAFETY: a context's rows are three times a side, which is 0 or 1, and an axis.
-        let stay = context.stay(|row| F32x8::new(*unsafe { rows.get_unchecked(row) }));
-        let met = stay.within(F32x8::splat(context.best.t));
+        let stay = context.stay(|row| Native::new(*unsafe { rows.get_unchecked(row) }));
+        let limit = stay.leave.min(Native::splat(context.best.t));
         // The last is visited first: the nearest, which is the first if the ray goes up.
         let up = context.goes_up(node.axis);
-        // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so `top` is at most 7
-        // for each level above this node's, and there is room for eight more.
+        // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so each level above this
+        // node's left at most `NATIVE - 1` entries, and there is room for `NATIVE` more.
         context.top += unsafe {
             let (enter, codes) = (stay.enter, &node.children);
-            self.stacks.write(context.top, met, up, enter, codes)
+            self.stacks.write(context.top, up, [enter, limit], codes)
         };
     }
 
@@ -192,13 +192,13 @@ impl<'a, T: Tally> Singles<'a, T> {
         let context = &mut self.contexts[k];
         let closer = match Target::of_code(context.current) {
             Target::Triangles(index) => {
-                self.work.block(LeafKind::Triangle, LANES as u64);
+                self.work.block(LeafKind::Triangle, NATIVE as u64);
                 // SAFETY: a code of the tree is of a row that exists.
                 let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
                 context.triangles::<ANY>(block)
             }
             Target::Spheres(index) => {
-                self.work.block(LeafKind::Sphere, LANES as u64);
+                self.work.block(LeafKind::Sphere, NATIVE as u64);
                 // SAFETY: as above.
                 let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
                 context.spheres::<ANY>(block)
