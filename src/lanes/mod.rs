@@ -24,6 +24,8 @@ pub const LANES: usize = 8;
 /// number that is matters to no answer.
 #[cfg(target_feature = "avx512f")]
 pub type Native = F32x16;
+/// As many lanes as the widest registers that the build is for: children of a wide node, and primitives of a block. Which
+/// number that is matters to no answer.
 #[cfg(not(target_feature = "avx512f"))]
 pub type Native = F32x8;
 

@@ -38,6 +38,8 @@ pub(super) struct Choice {
     /// What a packet took each in trials so far, about; before the first, in any unit. Times are averaged and not their
     /// quotients: rays that take long matter more.
     took: [f32; 2],
+    /// How many times as long the second kernel takes for a packet of a part of a batch as for one of a whole batch.
+    apart: f32,
     /// Whether the second kernel was timed first in the last trial: what comes first finds memory cold.
     second_led: bool,
 }
@@ -69,8 +71,14 @@ impl Choice {
             wait: f32::MIN_POSITIVE,
             trials: 1,
             took: [0.5, -0.5].map(|half| (lead * half).exp()),
+            apart: 1.0,
             second_led: false,
         }
+    }
+
+    /// The same, where the second kernel's packets take so many times as long in a trial as in a whole batch.
+    pub(super) fn apart(self, apart: f32) -> Choice {
+        Choice { apart, ..self }
     }
 
     /// Has a batch traced by one of the two, or in a trial by both: `by` is told who, true for the second, and what. `parts`
@@ -128,6 +136,7 @@ impl Choice {
 
     /// What a packet took the first and the second kernel in a trial of so many, in seconds.
     fn learn(&mut self, [first, second]: [f32; 2], packets: usize) {
+        let second = second / self.apart;
         // A clock that stands still says nothing.
         if first > 0.0 && second > 0.0 {
             let [low, high] = [-MOST, MOST].map(|more| (self.lead() + more).exp());
@@ -232,6 +241,18 @@ mod tests {
             assert!(first < 120 && first > 5, "{first} {second}");
             let [first, second] = shares(1024, |_, _, second| if second { slow } else { 1.0 });
             assert!(second < 120 && second > 5, "{first} {second}");
+        }
+    }
+
+    /// A beam of few rays is no measure of one of many.
+    #[test]
+    fn a_part_is_not_held_against_the_second() {
+        for (apart, most) in [(1.25, 1), (1.0, 0)] {
+            let mut choice = Choice::new(0.0).apart(apart);
+            for _ in 0..10 {
+                choice.learn([1.0, 1.15], 64);
+            }
+            assert_eq!(choice.next(64), Next::One(most == 1));
         }
     }
 
