@@ -247,12 +247,12 @@ mod tests {
     /// A beam of few rays is no measure of one of many.
     #[test]
     fn a_part_is_not_held_against_the_second() {
-        for (apart, most) in [(1.25, 1), (1.0, 0)] {
+        for (apart, second) in [(1.25, true), (1.0, false)] {
             let mut choice = Choice::new(0.0).apart(apart);
             for _ in 0..10 {
                 choice.learn([1.0, 1.15], 64);
             }
-            assert_eq!(choice.next(64), Next::One(most == 1));
+            assert_eq!(choice.next(64), Next::One(second));
         }
     }
 
