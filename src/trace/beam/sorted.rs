@@ -16,6 +16,29 @@ const RAYS: usize = SIZE * LANES;
 /// Squares along each side of the grid by which rays are sorted.
 const GRID: usize = 16;
 
+/// The squares in the order of Hilbert's curve, which goes from neighbour to neighbour and never jumps, by their keys.
+static HILBERT: [u8; GRID * GRID] = {
+    let mut squares = [0; GRID * GRID];
+    let mut k = 0;
+    while k < GRID * GRID {
+        let (mut x, mut y, mut rest, mut side) = (0, 0, k, 1);
+        while side < GRID {
+            let (right, up) = (rest / 2 & 1, (rest ^ rest / 2) & 1);
+            if up == 0 {
+                if right == 1 {
+                    (x, y) = (side - 1 - x, side - 1 - y);
+                }
+                (x, y) = (y, x);
+            }
+            (x, y) = (x + side * right, y + side * up);
+            (rest, side) = (rest / 4, side * 2);
+        }
+        squares[k] = apart(x as u8) | apart(y as u8) << 1;
+        k += 1;
+    }
+    squares
+};
+
 /// Up to [`RAYS`] rays as columns.
 pub(super) struct Sorted {
     org: [[f32; RAYS]; 3],
@@ -43,12 +66,14 @@ impl Sorted {
         let first = packets.start * LANES;
         self.count = rays.len().min(packets.end * LANES) - first;
         let keys = keys(frame, rays, packets);
-        let mut place = [0u16; GRID * GRID + 1];
+        let mut place = [0u16; GRID * GRID];
         for &key in &keys[..self.count] {
-            place[key as usize + 1] += 1;
+            place[key as usize] += 1;
         }
-        for k in 1..GRID * GRID {
-            place[k] += place[k - 1];
+        let mut before = 0;
+        for square in HILBERT {
+            let here = &mut place[usize::from(square)];
+            (*here, before) = (before, before + *here);
         }
         for (number, &key) in keys[..self.count].iter().enumerate() {
             let at = &mut place[key as usize];
@@ -101,7 +126,7 @@ impl Sorted {
     }
 }
 
-/// Of each ray the square in which it is seen, in Morton order.
+/// Of each ray the square in which it is seen: the bits of its number along p and along q, by turns.
 #[inline(always)]
 fn keys(frame: &Frame, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
     const ZERO: F32x8 = F32x8::ZERO;
@@ -136,8 +161,31 @@ fn keys(frame: &Frame, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
 
 /// Four bits with a place between each two.
 #[inline(always)]
-fn apart(bits: u8) -> u8 {
+const fn apart(bits: u8) -> u8 {
     let x = bits & 15;
     let x = (x | x << 2) & 0x33;
     (x | x << 1) & 0x55
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curve_passes_every_square_and_never_jumps() {
+        let keys: Vec<(u8, u8)> = (0..GRID * GRID)
+            .map(|k| ((k % GRID) as u8, (k / GRID) as u8))
+            .collect();
+        let place = HILBERT.map(|square| {
+            let is = |&&(x, y): &&(u8, u8)| apart(x) | apart(y) << 1 == square;
+            *keys.iter().find(is).expect("every number is a square's")
+        });
+        for step in place.windows(2) {
+            let far = step[0].0.abs_diff(step[1].0) + step[0].1.abs_diff(step[1].1);
+            assert_eq!(far, 1, "{step:?}");
+        }
+        let mut squares = HILBERT;
+        squares.sort_unstable();
+        assert!(squares.is_sorted_by(|a, b| a < b));
+    }
 }
