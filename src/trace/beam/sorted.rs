@@ -23,7 +23,7 @@ static HILBERT: [u8; GRID * GRID] = {
     while k < GRID * GRID {
         let (mut x, mut y, mut rest, mut side) = (0, 0, k, 1);
         while side < GRID {
-            let (right, up) = (rest / 2 & 1, (rest ^ rest / 2) & 1);
+            let (right, up) = ((rest / 2) & 1, (rest ^ (rest / 2)) & 1);
             if up == 0 {
                 if right == 1 {
                     (x, y) = (side - 1 - x, side - 1 - y);
