@@ -4,7 +4,7 @@ use crate::bvh::{SphereBlock, Target, TriangleBlock, Wide, WideNode};
 
 const LINE: usize = 64;
 
-/// Lines of a node; blocks have two or three more.
+/// Lines of a node; blocks have up to three more.
 const NODE: usize = size_of::<WideNode>() / LINE;
 
 const _: () = assert!(

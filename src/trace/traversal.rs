@@ -8,7 +8,7 @@ use super::part::Part;
 use super::single::Singles;
 use super::tally::{Packets, Tally};
 use crate::bvh::Bvh;
-use crate::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes};
+use crate::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, NATIVE};
 use crate::packet::{HitPacket, RayQueue};
 use std::ops::Range;
 
@@ -81,7 +81,7 @@ impl Kernel {
 }
 
 /// Whether sixteen lanes pay on this build.
-const SIXTEEN: bool = cfg!(target_feature = "avx512f");
+const SIXTEEN: bool = NATIVE > LANES;
 
 /// Nodes of a wide tree from which on rays may go on their own. A smaller one stays in the nearest caches, and packets
 /// are as fast.
