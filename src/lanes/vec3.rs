@@ -27,6 +27,17 @@ impl<L: Lanes> Vec3Lanes<L> {
         Vec3Lanes { x, y, z }
     }
 
+    /// The components from an axis on: its own, the next one's and the last one's. An index would take them through memory,
+    /// where halves that were written are waited for before the whole can be read.
+    #[inline(always)]
+    pub fn from_axis(self, axis: usize) -> [L; 3] {
+        match axis {
+            0 => [self.x, self.y, self.z],
+            1 => [self.y, self.z, self.x],
+            _ => [self.z, self.x, self.y],
+        }
+    }
+
     /// Lanes of `yes` where the mask is set, of `no` elsewhere.
     #[inline(always)]
     pub fn select(mask: L::Mask, yes: Vec3Lanes<L>, no: Vec3Lanes<L>) -> Vec3Lanes<L> {

@@ -9,8 +9,8 @@ use bumpalo::Bump;
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Slot {
-    org: [[f32; LANES]; 3],
-    dir: [[f32; LANES]; 3],
+    pub(crate) org: [[f32; LANES]; 3],
+    pub(crate) dir: [[f32; LANES]; 3],
 }
 
 /// What eight rays are for. Apart from them, because traversal does not look at it.

@@ -1,6 +1,6 @@
 //! Where rays meet: the eye that they start from, the light that they end at, or nowhere, because they are parallel.
 
-use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Vec3Lanes, Vec3x8};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Native, Vec3Lanes, Vec3Native, Vec3x8};
 use crate::packet::RayQueue;
 use std::ops::Range;
 
@@ -63,13 +63,13 @@ impl Apex {
         }
         let (org, dir) = rays.ray(packets.start, 0);
         let place: [f32; 3] = std::array::from_fn(|k| org[k] + dir[k] * tmax);
-        let [center, apex, first] = [org, place, dir].map(|v| Vec3x8::splat(v[0], v[1], v[2]));
-        let far = F32x8::splat(f32::INFINITY);
-        let (mut blur, mut farthest, mut longest) = (F32x8::ZERO, F32x8::ZERO, F32x8::ZERO);
-        let (mut around, mut shortest, mut parallel) = (F32x8::ZERO, far, true);
-        for packet in packets {
-            let (rays, active) = rays.packet::<F32x8>(packet, tmax);
-            let most = |of: F32x8, x: F32x8| of.max(active.select(x, F32x8::ZERO));
+        let [center, apex, first] = [org, place, dir].map(|v| Vec3Native::splat(v[0], v[1], v[2]));
+        let far = Native::splat(f32::INFINITY);
+        let (mut blur, mut farthest, mut longest) = (Native::ZERO, Native::ZERO, Native::ZERO);
+        let (mut around, mut shortest, mut parallel) = (Native::ZERO, far, true);
+        for packet in packets.step_by(Native::PACKETS) {
+            let (rays, active) = rays.packet::<Native>(packet, tmax);
+            let most = |of: Native, x: Native| of.max(active.select(x, Native::ZERO));
             let way = rays.dir.scale(rays.tmax);
             let miss = (rays.org + way - apex).largest();
             // A ray whose end is no number meets nobody's.

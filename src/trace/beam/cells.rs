@@ -390,8 +390,7 @@ pub(super) fn directions<L: Lanes>(frame: &Frame, rays: &RayPacket<L>) -> [L; 3]
     if !frame.near {
         return frame.starts(rays);
     }
-    let dir = [rays.dir.x, rays.dir.y, rays.dir.z];
-    let [forward, p, q] = frame.axes.map(|axis| dir[axis % 3]);
+    let [forward, p, q] = rays.dir.from_axis(frame.axes[0]);
     let along = L::splat(frame.sign);
     // Going backward turns both parts of a quotient.
     let by = along / forward;
@@ -409,8 +408,8 @@ pub(super) fn directions_by<L: Lanes>(
     if !frame.near || shear.axis != axis {
         return directions(frame, rays);
     }
-    let dir = [rays.dir.x, rays.dir.y, rays.dir.z];
+    let [forward, _, _] = rays.dir.from_axis(axis);
     let [p, q, _] = shear.slopes();
     let along = L::splat(frame.sign);
-    [dir[axis] * L::splat(frame.pace()), p * along, q * along]
+    [forward * L::splat(frame.pace()), p * along, q * along]
 }

@@ -258,8 +258,7 @@ impl Frame {
     /// A place relative to the centre, or a way: beside the axis, less the shear, and depth.
     #[inline(always)]
     fn seen<L: Lanes>(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
-        let v = [v.x, v.y, v.z];
-        let [axis, p, q] = self.axes.map(|axis| v[axis % 3]);
+        let [axis, p, q] = v.from_axis(self.axes[0]);
         let z = axis * L::splat(self.sign);
         let [shear_p, shear_q] = self.shear.map(L::splat);
         Vec3Lanes::new(p - shear_p * z, q - shear_q * z, z)

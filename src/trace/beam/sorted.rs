@@ -6,7 +6,7 @@
 use super::SIZE;
 use super::cells::directions;
 use super::frame::Frame;
-use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Vec3Lanes};
+use crate::lanes::{COLUMN, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use crate::packet::{RayPacket, RayQueue};
 use std::ops::Range;
 
@@ -15,12 +15,13 @@ const RAYS: usize = SIZE * LANES;
 
 /// Squares along each side of the grid by which rays are sorted.
 const GRID: usize = 16;
+const SQUARES: usize = GRID * GRID;
 
 /// The squares in the order of Hilbert's curve, which goes from neighbour to neighbour and never jumps, by their keys.
-static HILBERT: [u8; GRID * GRID] = {
-    let mut squares = [0; GRID * GRID];
+static HILBERT: [u8; SQUARES] = {
+    let mut squares = [0; SQUARES];
     let mut k = 0;
-    while k < GRID * GRID {
+    while k < SQUARES {
         let (mut x, mut y, mut rest, mut side) = (0, 0, k, 1);
         while side < GRID {
             let (right, up) = ((rest / 2) & 1, (rest ^ (rest / 2)) & 1);
@@ -33,16 +34,18 @@ static HILBERT: [u8; GRID * GRID] = {
             (x, y) = (x + side * right, y + side * up);
             (rest, side) = (rest / 4, side * 2);
         }
-        squares[k] = apart(x as u8) | apart(y as u8) << 1;
+        squares[k] = (x * GRID + y) as u8;
         k += 1;
     }
     squares
 };
 
+type Column = [[f32; COLUMN]; RAYS / COLUMN];
+
 /// Up to [`RAYS`] rays as columns.
 pub(super) struct Sorted {
-    org: [[f32; RAYS]; 3],
-    dir: [[f32; RAYS]; 3],
+    org: [Column; 3],
+    dir: [Column; 3],
     /// Their numbers, counted from the beam's first.
     number: [u16; RAYS],
     count: usize,
@@ -50,9 +53,10 @@ pub(super) struct Sorted {
 
 impl Default for Sorted {
     fn default() -> Sorted {
+        const ZERO: Column = [[0.0; COLUMN]; RAYS / COLUMN];
         Sorted {
-            org: [[0.0; RAYS]; 3],
-            dir: [[0.0; RAYS]; 3],
+            org: [ZERO; 3],
+            dir: [ZERO; 3],
             number: [0; RAYS],
             count: 0,
         }
@@ -65,26 +69,30 @@ impl Sorted {
     pub(super) fn take(&mut self, frame: &Frame, rays: &RayQueue, packets: Range<usize>) {
         let first = packets.start * LANES;
         self.count = rays.len().min(packets.end * LANES) - first;
-        let keys = keys(frame, rays, packets);
-        let mut place = [0u16; GRID * GRID];
+        let keys = keys(frame, rays, packets.clone());
+        let mut place = [0u16; SQUARES];
         for &key in &keys[..self.count] {
-            place[key as usize] += 1;
+            place[usize::from(key)] += 1;
         }
         let mut before = 0;
         for square in HILBERT {
             let here = &mut place[usize::from(square)];
             (*here, before) = (before, before + *here);
         }
-        for (number, &key) in keys[..self.count].iter().enumerate() {
-            let at = &mut place[key as usize];
-            let (org, dir) = rays.ray(first / LANES + number / LANES, number % LANES);
-            let k = usize::from(*at) % RAYS;
-            for axis in 0..3 {
-                self.org[axis][k] = org[axis];
-                self.dir[axis][k] = dir[axis];
+        let (keys, _) = keys[..self.count.next_multiple_of(LANES)].as_chunks::<LANES>();
+        let mut left = self.count;
+        for (number, (keys, slot)) in keys.iter().zip(&rays.slots()[packets.start..]).enumerate() {
+            for lane in 0..LANES.min(left) {
+                let at = &mut place[usize::from(keys[lane])];
+                let k = usize::from(*at) % RAYS;
+                *at += 1;
+                for axis in 0..3 {
+                    self.org[axis].as_flattened_mut()[k] = slot.org[axis][lane];
+                    self.dir[axis].as_flattened_mut()[k] = slot.dir[axis][lane];
+                }
+                self.number[k] = (number * LANES + lane) as u16;
             }
-            self.number[k] = number as u16;
-            *at += 1;
+            left -= LANES.min(left);
         }
     }
 
@@ -95,10 +103,11 @@ impl Sorted {
     /// The k-th packet of as many lanes as `L` has.
     #[inline(always)]
     pub(super) fn group<L: Lanes>(&self, k: usize, tmax: f32) -> (RayPacket<L>, L::Mask) {
-        let vec = |columns: &[[f32; RAYS]; 3]| {
-            let lanes = |column: &[f32; RAYS]| {
-                let eights = column.as_chunks::<LANES>().0;
-                L::from_eights(|j| eights[(k * L::PACKETS + j) % SIZE])
+        let first = k * L::PACKETS * LANES;
+        let vec = |columns: &[Column; 3]| {
+            let lanes = |column: &Column| {
+                let run = first % COLUMN / (L::PACKETS * LANES);
+                L::of_column(&column[first / COLUMN % (RAYS / COLUMN)], run)
             };
             Vec3Lanes::new(lanes(&columns[0]), lanes(&columns[1]), lanes(&columns[2]))
         };
@@ -107,7 +116,7 @@ impl Sorted {
             dir: vec(&self.dir),
             tmax: L::splat(tmax),
         };
-        let left = self.count - k * L::PACKETS * LANES;
+        let left = self.count - first;
         (rays, L::Mask::first(left.min(L::PACKETS * LANES)))
     }
 
@@ -126,14 +135,14 @@ impl Sorted {
     }
 }
 
-/// Of each ray the square in which it is seen: the bits of its number along p and along q, by turns.
+/// Of each ray the number of the square in which it is seen: sixteen times that along p, and that along q.
 #[inline(always)]
 fn keys(frame: &Frame, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
-    const ZERO: F32x8 = F32x8::ZERO;
-    let mut places = [[ZERO; 2]; SIZE];
-    let mut ends = [f32::INFINITY, f32::NEG_INFINITY].map(|end| [F32x8::splat(end); 2]);
-    for (place, packet) in places.iter_mut().zip(packets) {
-        let (rays, active) = rays.packet::<F32x8>(packet, 0.0);
+    const ZERO: Native = Native::ZERO;
+    let mut places = [[ZERO; 2]; RAYS / NATIVE];
+    let mut ends = [f32::INFINITY, f32::NEG_INFINITY].map(|end| [Native::splat(end); 2]);
+    for (place, packet) in places.iter_mut().zip(packets.step_by(Native::PACKETS)) {
+        let (rays, active) = rays.packet::<Native>(packet, 0.0);
         let [_, p, q] = directions(frame, &rays);
         *place = [p, q];
         for (axis, x) in place.iter().enumerate() {
@@ -141,30 +150,21 @@ fn keys(frame: &Frame, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
             ends[1][axis] = ends[1][axis].max(active.select(*x, ends[1][axis]));
         }
     }
-    let low = ends[0].map(F32x8::least);
-    let high = ends[1].map(F32x8::greatest);
-    let scale: [f32; 2] =
-        std::array::from_fn(|axis| (GRID as f32 - 0.01) / (high[axis] - low[axis]));
+    let low = ends[0].map(Native::least);
+    let high = ends[1].map(Native::greatest);
+    let low_lanes = low.map(Native::splat);
+    let scale: [Native; 2] =
+        std::array::from_fn(|axis| Native::splat((GRID as f32 - 1.0) / (high[axis] - low[axis])));
+    // Adding it rounds to a whole number, which then stands in the last bits.
+    let whole = Native::splat((1 << 23) as f32);
     let mut keys = [0; RAYS];
-    for (keys, place) in keys.as_chunks_mut::<LANES>().0.iter_mut().zip(&places) {
-        let square = |axis: usize| {
-            let x = (place[axis] - F32x8::splat(low[axis])) * F32x8::splat(scale[axis]);
-            x.to_array()
-        };
-        let (p, q) = (square(0), square(1));
-        for lane in 0..LANES {
-            keys[lane] = apart(p[lane] as u8) | apart(q[lane] as u8) << 1;
-        }
+    for (keys, place) in keys.as_chunks_mut::<NATIVE>().0.iter_mut().zip(&places) {
+        let [p, q] = [0, 1].map(|axis| (place[axis] - low_lanes[axis]) * scale[axis]);
+        let row = (p + whole) - whole;
+        let square = (row * Native::splat(GRID as f32) + q) + whole;
+        *keys = square.to_array().map(|x| x.to_bits() as u8);
     }
     keys
-}
-
-/// Four bits with a place between each two.
-#[inline(always)]
-const fn apart(bits: u8) -> u8 {
-    let x = bits & 15;
-    let x = (x | x << 2) & 0x33;
-    (x | x << 1) & 0x55
 }
 
 #[cfg(test)]
@@ -177,7 +177,7 @@ mod tests {
             .map(|k| ((k % GRID) as u8, (k / GRID) as u8))
             .collect();
         let place = HILBERT.map(|square| {
-            let is = |&&(x, y): &&(u8, u8)| apart(x) | apart(y) << 1 == square;
+            let is = |&&(x, y): &&(u8, u8)| x * GRID as u8 + y == square;
             *keys.iter().find(is).expect("every number is a square's")
         });
         for step in place.windows(2) {
