@@ -22,6 +22,8 @@ pub trait Tally: Copy + Default {
     fn wide_node(&mut self, tests: u64);
     /// A block is visited, and `tests` primitives are tested against a ray.
     fn block(&mut self, kind: LeafKind, tests: u64);
+    /// So many primitives, of blocks that were visited before, are tested against a ray.
+    fn tests(&mut self, tests: u64);
     /// Adds what another counted.
     fn add(&mut self, other: &Self);
 }
@@ -46,6 +48,8 @@ impl Tally for Packets {
     fn wide_node(&mut self, _: u64) {}
     #[inline(always)]
     fn block(&mut self, _: LeafKind, _: u64) {}
+    #[inline(always)]
+    fn tests(&mut self, _: u64) {}
     #[inline(always)]
     fn add(&mut self, other: &Packets) {
         self.packets += other.packets;
@@ -110,6 +114,10 @@ impl Tally for Work {
             LeafKind::Sphere => size_of::<SphereBlock>() as u64,
             _ => size_of::<TriangleBlock>() as u64,
         };
+    }
+
+    fn tests(&mut self, tests: u64) {
+        self.prim_tests += tests;
     }
 
     fn add(&mut self, other: &Work) {

@@ -15,7 +15,7 @@
 
 use super::aabb::{Slabs, Stay};
 use super::goal::{Best, Meeting};
-use crate::bvh::TriangleSlot;
+use crate::bvh::{TriangleBlock, TriangleSlot};
 use crate::lanes::{LANES, LaneIds, LaneMask, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
 use crate::scene::{Bounds, PAD};
 use glam::Vec3;
@@ -41,10 +41,34 @@ pub(super) struct Shear<L: Lanes> {
 /// The triangles of a block by corner, by axis; the fourth is for the sake of an index that needs no check.
 pub(super) type Columns = [[Native; 4]; 3];
 
+/// Triangles of which one can be had.
+pub(super) trait Corners {
+    /// A coordinate of a corner of the triangle in a lane.
+    fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32;
+}
+
+impl Corners for Columns {
+    #[inline(always)]
+    fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32 {
+        self[corner][axis & 3].lane(lane % NATIVE)
+    }
+}
+
+impl Corners for TriangleBlock {
+    #[inline(always)]
+    fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32 {
+        self.corners[corner][axis.min(2)][lane % NATIVE]
+    }
+}
+
 /// A triangle of a block in every lane, with its axes in this order.
 #[inline(always)]
-fn in_frame<L: Lanes>(block: &Columns, lane: usize, [x, y, z]: [usize; 3]) -> [Vec3Lanes<L>; 3] {
-    let one = |corner: usize, axis: usize| L::splat(block[corner][axis & 3].lane(lane % NATIVE));
+fn in_frame<L: Lanes>(
+    block: &impl Corners,
+    lane: usize,
+    [x, y, z]: [usize; 3],
+) -> [Vec3Lanes<L>; 3] {
+    let one = |corner: usize, axis: usize| L::splat(block.coordinate(corner, axis, lane));
     let corner = |k: usize| Vec3Lanes::new(one(k, x), one(k, y), one(k, z));
     [corner(0), corner(1), corner(2)]
 }
@@ -108,7 +132,7 @@ impl<L: Lanes> Shear<L> {
     #[inline(always)]
     pub(super) fn in_order<const APART: bool>(
         &self,
-        block: &Columns,
+        block: &impl Corners,
         lane: usize,
     ) -> [Vec3Lanes<L>; 3] {
         if APART {
@@ -122,7 +146,7 @@ impl<L: Lanes> Shear<L> {
     #[inline(always)]
     pub(super) fn less_origins<const APART: bool>(
         &self,
-        block: &Columns,
+        block: &impl Corners,
         lane: usize,
     ) -> [Vec3Lanes<L>; 3] {
         let [a, b, c] = self.in_order::<APART>(block, lane);
@@ -199,8 +223,8 @@ pub(super) fn occluded<L: Lanes, const AXIS: usize>(
 
 /// The triangle's own padded box.
 #[inline(always)]
-fn own_box(slot: &TriangleSlot) -> [[f32; 3]; 2] {
-    let [a, b, c] = slot.corners.map(Vec3::from_array);
+pub(super) fn own_box(corners: &[[f32; 3]; 3]) -> [[f32; 3]; 2] {
+    let [a, b, c] = corners.map(Vec3::from_array);
     let own = Bounds::new(a.min(b).min(c), a.max(b).max(c)).padded();
     [own.lo.to_array(), own.hi.to_array()]
 }
@@ -297,7 +321,7 @@ struct SlotBox<'a, L: Lanes> {
 impl<L: Lanes> OwnBox<L> for SlotBox<'_, L> {
     #[inline(always)]
     fn stay(&self) -> Stay<L> {
-        self.slabs.stay(&own_box(self.slot))
+        self.slabs.stay(&own_box(&self.slot.corners))
     }
 
     #[inline(always)]

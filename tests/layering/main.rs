@@ -212,14 +212,20 @@ const BANNED: [(&str, &[&str], &str); 13] = [
 ];
 
 /// The lanes, and what only bounds where hits are.
-const BOUNDS: [&str; 3] = ["lanes/mod.rs", "lanes/types.rs", "trace/cull.rs"];
+const BOUNDS: [&str; 4] = [
+    "lanes/mod.rs",
+    "lanes/types.rs",
+    "trace/beam/look.rs",
+    "trace/cull.rs",
+];
 
 /// Files that may hold `unsafe`.
-const UNSAFE_FILES: [&str; 10] = [
+const UNSAFE_FILES: [&str; 11] = [
     "bvh/pages.rs",
     "cache/mapping.rs",
     "trace/beam/descend.rs",
     "trace/beam/pairs.rs",
+    "trace/beam/waiting.rs",
     "trace/order.rs",
     "trace/packet.rs",
     "trace/prefetch.rs",

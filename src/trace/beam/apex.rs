@@ -89,7 +89,8 @@ impl Apex {
             // Four roundings of sums and products as long as the way.
             blur: blur.greatest() + (longest.greatest() + farthest.greatest()) * f32::EPSILON * 2.0,
         };
-        if rays.blur <= BLUR * rays.shortest {
+        // Ways without end are no ways to a point.
+        if rays.blur <= BLUR * rays.shortest && rays.shortest < f32::INFINITY {
             return Some(Apex::Light { place, rays });
         }
         parallel.then_some(Apex::Sun { dir, rays })

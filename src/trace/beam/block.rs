@@ -11,33 +11,28 @@ use crate::trace::triangle::{self, Columns, OwnBox};
 /// Their boxes, by corner, by axis; see [`Columns`].
 type Planes = [[Native; 4]; 2];
 
-/// The triangles of a block. `SHARED` says that all rays start at the apex: then corners less the origin are made once.
-pub(super) struct Triangles<'a, const SHARED: bool> {
+/// The triangles of a block, for rays that all start at the apex.
+pub(super) struct Triangles<'a> {
     pub(super) seen: TriangleView,
-    /// Less the origin, where it is shared.
+    /// Less the origin.
     corners: Columns,
     /// The own boxes.
     own: Planes,
     prim_id: &'a [u32; NATIVE],
 }
 
-impl<'a, const SHARED: bool> Triangles<'a, SHARED> {
+impl<'a> Triangles<'a> {
     #[inline(always)]
-    pub(super) fn new(frame: &Frame, block: &'a TriangleBlock) -> Triangles<'a, SHARED> {
+    pub(super) fn new(frame: &Frame, block: &'a TriangleBlock) -> Triangles<'a> {
         let [x, y, z] = frame.center;
         let center = Vec3Native::splat(x, y, z);
-        let place = |c: &[[f32; NATIVE]; 3]| {
-            let [x, y, z] = c.map(Native::new);
-            Vec3Native::new(x, y, z)
-        };
-        let [a, b, c] = &block.corners;
-        let places = [place(a), place(b), place(c)];
+        let places = places(block);
         let relative = [places[0] - center, places[1] - center, places[2] - center];
         let own = triangle::own_boxes(places);
         let columns = |v: Vec3Native| [v.x, v.y, v.z, Native::ZERO];
         Triangles {
             seen: frame.triangles(&relative, &own),
-            corners: if SHARED { relative } else { places }.map(columns),
+            corners: relative.map(columns),
             own: own.map(columns),
             prim_id: &block.prim_id,
         }
@@ -73,11 +68,7 @@ impl<'a, const SHARED: bool> Triangles<'a, SHARED> {
         rays: &Group<L>,
         goal: &mut impl Goal<L>,
     ) -> bool {
-        let corners = if SHARED {
-            rays.shear.in_order::<APART>(&self.corners, lane)
-        } else {
-            rays.shear.less_origins::<APART>(&self.corners, lane)
-        };
+        let corners = rays.shear.in_order::<APART>(&self.corners, lane);
         let own = LaneBox {
             rays,
             own: &self.own,
@@ -87,6 +78,17 @@ impl<'a, const SHARED: bool> Triangles<'a, SHARED> {
         let hit = triangle::meet_likely(corners, rays.shear.slopes(), &own);
         goal.take(&hit, self.prim_id[lane % NATIVE])
     }
+}
+
+/// The corners of a block's triangles.
+#[inline(always)]
+pub(super) fn places(block: &TriangleBlock) -> [Vec3Native; 3] {
+    let place = |c: &[[f32; NATIVE]; 3]| {
+        let [x, y, z] = c.map(Native::new);
+        Vec3Native::new(x, y, z)
+    };
+    let [a, b, c] = &block.corners;
+    [place(a), place(b), place(c)]
 }
 
 /// The own box of one triangle of a block.

@@ -1,6 +1,7 @@
 //! The cells of a beam: rays of one packet, or some of them, within a small rectangle of the beam's projective coordinates.
 
 use super::frame::{BoxView, Frame, TriangleView, WIDEST};
+use super::look::Look;
 use crate::lanes::{COLUMN, F32x8, LANES, LaneMask, Lanes, NATIVE, Native};
 use crate::packet::RayPacket;
 use crate::trace::triangle::Shear;
@@ -185,10 +186,9 @@ impl Cells {
         let count = all.len().min(CELLS);
         let (_, usual, _) = widths[..count].select_nth_unstable_by(count / 2, f32::total_cmp);
         let widest = UNUSUAL * *usual;
-        (self.widest, self.end) = match frame.near {
-            true => (if widest < WIDE { widest } else { WIDE }, WIDEST),
-            false => (widest, f32::INFINITY),
-        };
+        let wide = WIDE * frame.distance;
+        self.widest = if widest < wide { widest } else { wide };
+        self.end = if frame.near { WIDEST } else { f32::INFINITY };
     }
 
     /// Whether a cell of this size is one. One of a NaN is not.
@@ -254,6 +254,12 @@ impl Cells {
         }
     }
 
+    /// The rectangle around all: along p and along q, lower and upper end.
+    #[inline(always)]
+    pub(super) fn around(&self) -> &[[f32; 2]; 2] {
+        &self.around
+    }
+
     /// Which boxes any cell may meet.
     #[inline(always)]
     pub(super) fn any_meets(&self, seen: &BoxView) -> u32 {
@@ -309,6 +315,21 @@ impl Cells {
             u[1].min(v[1]).min(w[1]).ge(Native::ZERO) | u[0].max(v[0]).max(w[0]).le(Native::ZERO);
         let edge = |column: &[Column; 2], axis: usize| Native::splat(column[axis][k]);
         let own = &seen.own;
+        let beside = own.low_p.le(edge(&self.high, 0))
+            & own.high_p.ge(edge(&self.low, 0))
+            & own.low_q.le(edge(&self.high, 1))
+            & own.high_q.ge(edge(&self.low, 1));
+        (inside & beside & own.ahead & own.near.le(Native::splat(self.far[k]))).bits()
+    }
+
+    /// Which triangles any of a cell's rays may hit, as far as a look can tell.
+    #[inline(always)]
+    pub(super) fn sees(&self, cell: usize, look: &Look, own: &BoxView) -> u32 {
+        let k = cell % CELLS;
+        let [p, q] = [0, 1].map(|axis| Native::splat(self.mid[axis][k]));
+        let [half_p, half_q] = [0, 1].map(|axis| Native::splat(self.half[axis][k]));
+        let inside = look.within([p, q], [half_p, half_q]);
+        let edge = |column: &[Column; 2], axis: usize| Native::splat(column[axis][k]);
         let beside = own.low_p.le(edge(&self.high, 0))
             & own.high_p.ge(edge(&self.low, 0))
             & own.low_q.le(edge(&self.high, 1))

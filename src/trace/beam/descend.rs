@@ -5,6 +5,7 @@ use super::block::Triangles;
 use super::cells::Cells;
 use super::frame::Frame;
 use super::pairs::Pairs;
+use super::waiting::Waiting;
 use crate::bvh::{LeafKind, OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
 use crate::lanes::{LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 use crate::trace::aabb::Slabs;
@@ -46,16 +47,17 @@ pub(super) struct Descent<'d, 'a, L: Lanes, G, T> {
     pub(super) frame: &'d Frame,
     pub(super) cells: &'d mut Cells,
     pub(super) groups: &'d [Group<L>],
+    pub(super) projected: &'d [[L; 3]],
     pub(super) slabs: &'d [Slabs<L>],
     pub(super) goals: &'d mut [G],
     pub(super) packets: &'d mut Tracer<'a, L, T>,
     pub(super) work: &'d mut T,
 }
 
-impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
-    /// Visits what the cells meet, front to back. `SHARED` says that all rays start at the apex.
+impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
+    /// Visits what the cells meet, front to back.
     #[inline(never)]
-    pub(super) fn run<const SHARED: bool>(mut self, stack: &mut Stack) {
+    pub(super) fn run(mut self, stack: &mut Stack, waiting: &mut Waiting<'a>) {
         let entries = &mut stack.0[..];
         let all = self.cells.all();
         if all == 0 {
@@ -66,7 +68,7 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
             near: f32::NEG_INFINITY,
             code: 0,
         };
-        let (mut top, mut pairs) = (1, Pairs::none());
+        let mut top = 1;
         while top > 0 {
             top -= 1;
             // SAFETY: `top` entries were written.
@@ -86,7 +88,11 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
                 Target::Triangles(index) => {
                     // SAFETY: as above.
                     let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
-                    self.triangles::<SHARED>(block, cells, &mut pairs);
+                    if G::ORDERED {
+                        self.triangles(block, cells, &mut waiting.pairs);
+                    } else {
+                        self.await_test(block, cells, waiting);
+                    }
                 }
                 Target::Spheres(index) => {
                     // SAFETY: as above.
@@ -95,6 +101,9 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
                 }
                 Target::Other(index) => self.other(self.wide.others()[index as usize], cells),
             }
+        }
+        if !G::ORDERED {
+            self.test_waiting(waiting);
         }
     }
 
@@ -137,19 +146,14 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
     }
 
     #[inline(always)]
-    fn triangles<const SHARED: bool>(
-        &mut self,
-        block: &TriangleBlock,
-        cells: u64,
-        pairs: &mut Pairs,
-    ) {
-        let triangles = Triangles::<SHARED>::new(self.frame, block);
+    fn triangles(&mut self, block: &TriangleBlock, cells: u64, pairs: &mut Pairs) {
+        let triangles = Triangles::new(self.frame, block);
         pairs.count = 0;
         let mut left = cells;
         while left != 0 {
             let cell = left.trailing_zeros() as usize;
             left &= left - 1;
-            pairs.add(cell, self.cells.hits(cell, &triangles.seen));
+            pairs.add(cell, 0, self.cells.hits(cell, &triangles.seen));
         }
         let mut touched = 0u64;
         for k in 0..pairs.count {
@@ -231,7 +235,7 @@ impl<L: Lanes, G: Goal<L>, T: Tally> Descent<'_, '_, L, G, T> {
 
     /// Cells of which a ray met something need not look as far any more.
     #[inline(always)]
-    fn touch(&mut self, mut touched: u64) {
+    pub(super) fn touch(&mut self, mut touched: u64) {
         while touched != 0 {
             let cell = touched.trailing_zeros() as usize;
             touched &= touched - 1;

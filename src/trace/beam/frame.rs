@@ -4,28 +4,35 @@
 //! A place (x, y) beside the dominant axis, at depth z, is seen at p = (x − shear_p·z)/W, q = (y − shear_q·z)/W, where
 //! W = w_0 + w_z·z. Two kinds of frame differ in nothing but these numbers:
 //!
-//! - **Near.** The apex is the centre: shear 0, W = z, and p and q are slopes. For an eye, and for lights among the things
-//!   they shine on.
-//! - **Far.** The centre is the origin of a shadow ray; with the light A away from it, p and q are where a ray's line passes
-//!   the plane through the centre: shear A_p/A_z, W = 1 − z/A_z, near 1 everywhere. What a light far away hits is small
-//!   against the way to it, and would drown in the rounding of coordinates that begin there. With W = 1 the rays are
-//!   parallel.
+//! - **Near.** The apex is the centre: shear 0, W = z, and p and q are slopes. For an eye, and for lights among the origins of
+//!   the rays that go to them.
+//! - **Local.** The centre is the origin of a shadow ray; with the light A away from it, and D the way to it along the dominant
+//!   axis, p and q are where a ray's line passes the plane through the centre: shear A_p/A_z, W = 1 + z/D, which is 0 at the light.
+//!   Most of what shadow rays have to be tested against lies where they start, and would drown in the rounding of
+//!   coordinates that begin at the light. With W = 1 the rays are parallel. A local frame is for origins within D/4 around
+//!   the centre, so that W is within 1/4 of 1 there, p and q are below 2/3 · D, and slopes below 5/3.
 //!
 //! # What is left out cannot be hit
 //!
 //! A hit needs two things (see [`crate::trace`]): its ray passes the slab test of the primitive's own box, and with that of
 //! every box around it; and a triangle's three edge functions, as computed, do not differ in sign. Everything here errs
-//! to the other side. Let u = 2⁻²⁴, and O be the largest coordinate of any origin.
+//! to the other side. Let u = 2⁻²⁴, O be the largest coordinate of any origin, and `around` how far origins are from the centre.
 //!
 //! **Lines.** Near: a ray passes the apex within ρ along any axis (0 for an eye), and so is within ρ of a line through it all
-//! along. Far: a ray and the line from its origin to the light are, at a place within the scene, apart by ρ times the share of
-//! the way to the light that this place is at most. Call either `blur`.
+//! along. Local: p and q of a ray are those of its origin; from there to the light it leaves its line by ρ, so that at
+//! depth z it is beside it by less than `aside` = 4ρ/D for each unit of z and of `around`.
 //!
 //! **Boxes.** A ray that passes the slab test has a point within the box grown by its origin's padding, PAD·O, and by the
-//! rounding of (plane − origin) · (1/d), 4u of their distance. Moved by `blur` it is on a line of the beam. `slack` covers
-//! these and as much again; where distances are those from the centre, near, their share is in the rectangles instead, which
-//! are made wider by more than 32u of what 1 is in p. Near, the point's depth may be next to nothing, but moving it to the
-//! depth `tiny` along its line moves it by no more than 2·`tiny`, because cells lie within ±[`WIDEST`]; so boxes are grown by
+//! rounding of (plane − origin) · (1/d), 4u of their distance. `slack` covers these and what follows. Near: moved by ρ it is on a
+//! line of the beam; distances are those from the centre, and their share is in the rectangles instead, which
+//! are made wider by more than 32u of what 1 is in p. Local: let S be the largest of scene, centre and `around` together. Planes less
+//! centre and slack are rounded by 3u·S, what the shear takes from them by 4u·S more, the shear itself by 3u, which is 3u·S
+//! there; depths by 3u·S, times a slope; together below 22u·S with the 4u above. `aside` is taken off and added with the shear, and twice
+//! `aside` · `around` is in the slack, because below the centre it goes the other way. W is wrong by 2u: of p, 2u/W, and times W
+//! that is 2u·p in space, less than 24u · `around` for what is seen within four times the cells' p; what is seen farther
+//! aside is not brought back by it, because W is 3u at least. That is where depths end that count, before the light: `tiny` is
+//! slack/8, or 4u·S. A point's depth may be less, but moving it to the depth `tiny` along its line moves it by no
+//! more than 2·`tiny`, because slopes are below 2; so boxes are grown by
 //! that as well, and depths below `tiny` count as it. For a given z, p grows with x, and along an edge of constant x it
 //! goes one way only; so a box is seen between the four values that its faces have at its two depths.
 //!
@@ -33,25 +40,28 @@
 //! moved by slopes of at most 1, each with an error of 7uR, R being the largest component of a corner relative to a ray's
 //! origin. Since the ray passes the own box, whose size is H with all its padding, those corners are within 2H of it. So an
 //! edge function comes out with an error below 4·2H·7uR + 24uH² ≤ 80uRH. Here it is ((b × (c − b))·(p, q, 1) of corners
-//! (x − shear_p·z, y − shear_q·z, W), which is theirs times a number: near, at most 2, because a depth of one stands here
-//! where a largest component of one stands there; far, at most W² < 2. The errors of edges (u of their length ≤ H), corners
-//! (4uR) and sums here are below 112uRH, and `blur` changes it by less than 20 · blur · H. Together less than
-//! 272uRH + 20 · blur · H, the `margin`. If three computed signs agree, all three functions here are ≥ −margin or all are
+//! (x − shear_p·z, y − shear_q·z, W), which is theirs times a number of at most 2, because a depth of one stands here
+//! where a largest component of one stands there. Near, the errors of edges (u of their length ≤ H), corners
+//! (4uR) and sums here are below 112uRH, and ρ changes it by less than 20ρH: together less than 272uRH + 20ρH. Local, R is that
+//! relative to the centre and `around` together; edges and corners give 2 · (7 + 33) + 32, W 32, and the rounded shear 24uRH, which with
+//! 160 are below 384uRH; and the line that is left on the way to the light changes it by 12 · 5/3 · RH · ρ over the shortest way. This is
+//! the `margin`. If three computed signs agree, all three functions here are ≥ −margin or all are
 //! ≤ margin; a triangle is kept for a cell if either can be so anywhere in its rectangle.
 
 use super::apex::{Apex, Spread};
 use crate::lanes::{Lanes, Native, NativeMask, Vec3Lanes, Vec3Native};
 use crate::packet::RayPacket;
 use crate::scene::PAD;
+use crate::trace::triangle::own_boxes;
 
-/// Cells of near frames lie within ±this.
+/// Cells of near frames lie within ±this, and slopes of local ones.
 pub(super) const WIDEST: f32 = 2.0;
 
 /// 2⁻²⁴: half a unit in the last place of one.
-const ULP: f32 = 1.0 / 16_777_216.0;
+pub(super) const ULP: f32 = 1.0 / 16_777_216.0;
 
-/// A light is far if it is so many times as far as anything of the scene.
-const FAR: f32 = 4.0;
+/// Rays have a local frame if they start within this share of the way to their light around the first.
+const ASIDE: f32 = 0.25;
 
 /// Axes, centre and margins of a beam.
 #[derive(Clone, Copy)]
@@ -61,22 +71,31 @@ pub(super) struct Frame {
     /// 1 if the beam goes up the dominant axis on its way from the apex, −1 if down.
     pub(super) sign: f32,
     pub(super) center: [f32; 3],
+    /// The largest coordinates of scene and origins together.
+    pub(super) scale: f32,
+    /// How far away the apex is along the axis, as p and q have it.
+    pub(super) distance: f32,
     /// Whether it is a near frame, and whether the rays end at its apex.
     pub(super) near: bool,
     pub(super) ahead: bool,
     shear: [f32; 2],
+    /// How far aside rays may be of their lines, by unit of depth.
+    aside: f32,
     /// W at depth 0, and how it grows.
     w: [f32; 2],
     /// By how much boxes are grown.
     slack: f32,
     /// The smallest depth.
     pub(super) tiny: f32,
+    /// What is added to depths at which rays start.
+    start: f32,
     /// By how much rectangles are made wider: in p, and as a share of it.
     pub(super) wider: [f32; 2],
-    /// What there is beyond corner minus centre in R, and beyond edges in H; and 20 · blur.
+    /// What there is beyond corner minus centre in R, and beyond edges in H.
     more_reach: f32,
     more_size: f32,
-    blur: f32,
+    /// The margin over RH, and over H.
+    doubt: [f32; 2],
 }
 
 /// The boxes of a node seen along a beam.
@@ -98,6 +117,8 @@ pub(super) struct TriangleView {
     pub(super) edges: [[Native; 3]; 3],
     /// By how much an edge function may be wrong.
     pub(super) margin: Native,
+    /// H of the bounds above.
+    pub(super) size: Native,
     /// Their own boxes.
     pub(super) own: BoxView,
 }
@@ -109,25 +130,26 @@ impl Frame {
             Apex::Eye(place) => {
                 let farthest = largest(*place);
                 let slack = 2.0 * PAD * farthest;
-                Frame::near(*place, toward, slack, [0.0; 2], extent)
+                let scale = extent + farthest;
+                Frame::near(*place, toward, slack, [0.0; 2], [extent, scale])
             }
             Apex::Light { place, rays } => {
-                let outward = toward.map(|d| -d);
-                let scene = extent + largest(rays.center);
-                if rays.shortest > FAR * scene {
-                    let way = std::array::from_fn(|k| place[k] - rays.center[k]);
-                    let blur = 2.0 * rays.blur * (scene + rays.around) / rays.shortest;
-                    return Frame::far(rays, way, Some(largest(way)), blur, extent);
+                let way = std::array::from_fn(|k| place[k] - rays.center[k]);
+                let distance = largest(way);
+                if rays.around <= ASIDE * distance {
+                    return Frame::local(rays, way, Some(distance), extent);
                 }
+                let outward = toward.map(|d| -d);
                 let slack = 2.0 * (PAD * rays.farthest + 8.0 * ULP * rays.longest);
                 let slack = slack + 1.01 * rays.blur;
-                let frame = Frame::near(*place, outward, slack, [rays.longest, rays.blur], extent);
+                let (along, sizes) = ([rays.longest, rays.blur], [extent, extent + rays.farthest]);
+                let frame = Frame::near(*place, outward, slack, along, sizes);
                 Frame {
                     ahead: true,
                     ..frame
                 }
             }
-            Apex::Sun { dir, rays } => Frame::far(rays, *dir, None, 0.0, extent),
+            Apex::Sun { dir, rays } => Frame::local(rays, *dir, None, extent),
         }
     }
 
@@ -136,7 +158,7 @@ impl Frame {
         toward: [f32; 3],
         slack: f32,
         [reach, blur]: [f32; 2],
-        extent: f32,
+        [extent, scale]: [f32; 2],
     ) -> Frame {
         let axis = dominant(toward);
         let tiny = slack / 8.0 + f32::MIN_POSITIVE;
@@ -144,41 +166,54 @@ impl Frame {
             axes: [axis, (axis + 1) % 3, (axis + 2) % 3],
             sign: 1f32.copysign(toward[axis]),
             center,
+            scale,
+            distance: 1.0,
             near: true,
             ahead: false,
             shear: [0.0; 2],
+            aside: 0.0,
             w: [0.0, 1.0],
             slack: slack + 2.0 * tiny,
             tiny,
+            start: 0.0,
             wider: [64.0 * ULP; 2],
             more_reach: reach + slack,
             more_size: 4.0 * (slack + PAD * extent),
-            blur: 20.0 * blur,
+            doubt: [272.0 * ULP, 20.0 * blur],
         }
     }
 
     /// For rays that go to a light at `way` from the centre, `distance` away along the dominant axis or endlessly far.
-    fn far(rays: &Spread, way: [f32; 3], distance: Option<f32>, blur: f32, extent: f32) -> Frame {
+    fn local(rays: &Spread, way: [f32; 3], distance: Option<f32>, extent: f32) -> Frame {
         let axis = dominant(way);
         let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
         let sign = -1f32.copysign(way[axis]);
-        let scene = extent + largest(rays.center);
-        let slack = 2.0 * (PAD * rays.farthest + 16.0 * ULP * (scene + rays.around)) + 1.01 * blur;
+        let scene = extent + largest(rays.center) + rays.around;
+        let [aside, bent] = distance.map_or([0.0; 2], |distance| {
+            [4.0 * rays.blur / distance, 22.0 * rays.blur / rays.shortest]
+        });
+        let slack = 1.02 * PAD * rays.farthest
+            + (30.0 * scene + 24.0 * rays.around) * ULP
+            + 2.0 * aside * rays.around;
         Frame {
             axes: [axis, p, q],
             sign,
             center: rays.center,
+            scale: extent + rays.farthest,
+            distance: distance.unwrap_or(f32::INFINITY),
             near: false,
             ahead: true,
             // Along z, which goes away from the light.
             shear: [p, q].map(|k| way[k] / (sign * way[axis])),
+            aside,
             w: [1.0, distance.map_or(0.0, |distance| 1.0 / distance)],
             slack,
-            tiny: f32::MIN,
+            start: 8.0 * ULP * rays.around + f32::MIN_POSITIVE,
+            tiny: distance.map_or(f32::MIN, |distance| 4.0 * ULP * scene - distance),
             wider: [32.0 * ULP * rays.around + f32::MIN_POSITIVE, 32.0 * ULP],
             more_reach: rays.around + slack,
             more_size: 4.0 * (slack + PAD * extent),
-            blur: 20.0 * blur,
+            doubt: [384.0 * ULP + bent, 0.0],
         }
     }
 
@@ -203,15 +238,14 @@ impl Frame {
             |z: Native| Native::ONE / (Native::splat(self.w[0]) + Native::splat(self.w[1]) * z);
         let (by_near, by_far) = (depth(near), depth(far));
         let seen = |axis: usize, shear: f32| {
-            let shear = Native::splat(shear);
-            let (at_near, at_far) = (shear * near, shear * far);
             let side = |side: usize, slack: f32| {
                 corners[side][axis] - Native::splat(self.center[axis] + slack)
             };
             let (low, high) = (side(0, self.slack), side(1, -self.slack));
+            let [to_low, to_high] = [-self.aside, self.aside].map(|x| Native::splat(shear + x));
             (
-                ((low - at_near) * by_near).min((low - at_far) * by_far),
-                ((high - at_near) * by_near).max((high - at_far) * by_far),
+                ((low - to_low * near) * by_near).min((low - to_low * far) * by_far),
+                ((high - to_high * near) * by_near).max((high - to_high * far) * by_far),
             )
         };
         let (low_p, high_p) = seen(p, self.shear[0]);
@@ -224,6 +258,15 @@ impl Frame {
             near,
             ahead: far.ge(tiny),
         }
+    }
+
+    /// Triangles by their corners.
+    #[inline(always)]
+    pub(super) fn block(&self, places: &[Vec3Native; 3]) -> TriangleView {
+        let [x, y, z] = self.center;
+        let center = Vec3Native::splat(x, y, z);
+        let [a, b, c] = *places;
+        self.triangles(&[a - center, b - center, c - center], &own_boxes(*places))
     }
 
     /// Triangles by their corners relative to the centre, and their own boxes. Lanes of NaN are within no edge.
@@ -239,7 +282,8 @@ impl Frame {
         let size = ab.largest().max(bc.largest()).max(ca.largest());
         let reach = reach + Native::splat(self.more_reach);
         let size = size + Native::splat(self.more_size);
-        let margin = (reach * Native::splat(272.0 * ULP) + Native::splat(self.blur)) * size;
+        let [by_reach, always] = self.doubt.map(Native::splat);
+        let margin = (reach * by_reach + always) * size;
         let (a, b, c) = (self.seen(a), self.seen(b), self.seen(c));
         let (ab, bc, ca) = (self.seen(ab), self.seen(bc), self.seen(ca));
         let (a, b, c) = (self.weighed(a), self.weighed(b), self.weighed(c));
@@ -251,6 +295,7 @@ impl Frame {
         TriangleView {
             edges: [edge(b, bc), edge(c, ca), edge(a, ab)],
             margin,
+            size,
             own: self.boxes(&own.map(|v| [v.x, v.y, v.z])),
         }
     }
@@ -277,7 +322,7 @@ impl Frame {
         let [x, y, z] = self.center;
         let at = self.seen(rays.org - Vec3Lanes::splat(x, y, z));
         let w = self.weighed(at).z;
-        [at.z + L::splat(self.slack), at.x / w, at.y / w]
+        [at.z + L::splat(self.start), at.x / w, at.y / w]
     }
 }
 

@@ -16,6 +16,7 @@
 //! | `sorted` | rays in the order in which they are seen |
 //! | `cells` | the rays, in rectangles |
 //! | `block`, `pairs` | the triangles of a block, and which cells each is tested against |
+//! | `look`, `waiting` | for shadow rays: what can be ruled out before a test, for several blocks at a time |
 //! | `descend` | cells down the tree |
 
 mod apex;
@@ -27,12 +28,18 @@ mod cells;
 )]
 mod descend;
 mod frame;
+mod look;
 #[allow(
     unsafe_code,
     reason = "the list has no bounds checks; each block says why it may"
 )]
 mod pairs;
 mod sorted;
+#[allow(
+    unsafe_code,
+    reason = "the inner loop has no bounds checks; each block says why it may"
+)]
+mod waiting;
 
 use super::aabb::Slabs;
 use super::goal::{AnyHit, Closest, Goal, Prepared, nowhere};
@@ -49,6 +56,7 @@ use descend::Stack;
 use frame::Frame;
 use sorted::Sorted;
 use std::ops::Range;
+use waiting::Waiting;
 
 /// Packets of eight that go as one beam. More share more of the nodes, and less of the caches.
 pub(super) const SIZE: usize = 64;
@@ -72,6 +80,7 @@ pub(super) struct Beams<'a, L: Lanes = F32x8, T = Packets> {
     /// Room for the rays of one that ends at a light; out of its place while there is one.
     sorted: Option<Box<Sorted>>,
     stack: Stack,
+    waiting: Box<Waiting<'a>>,
     /// Whether the last beam of [`Beams::closest`] met nothing.
     clear: bool,
     work: T,
@@ -181,6 +190,7 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             any: Vec::with_capacity(SIZE),
             sorted: None,
             stack: Stack::new(wide),
+            waiting: Box::new(Waiting::none()),
             clear: false,
             work: T::default(),
         }
@@ -391,12 +401,13 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             frame,
             cells: &mut self.cells,
             groups: &self.groups,
+            projected: &self.projected,
             slabs: &self.slabs,
             goals,
             packets: &mut self.packets,
             work: &mut self.work,
         }
-        .run::<SHARED>(&mut self.stack);
+        .run(&mut self.stack, &mut self.waiting);
         Some(alone)
     }
 }
