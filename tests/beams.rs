@@ -206,6 +206,8 @@ fn other_places_and_sizes() {
         (Vec3::splat(900.0), 1.0),
         (Vec3::ZERO, 1e-6),
         (Vec3::ZERO, 1e6),
+        // Products of three coordinates are below the smallest numbers here.
+        (Vec3::ZERO, 3e-13),
     ] {
         let mut rng = Rng::new(11);
         let mut scene = scenes::bare();

@@ -83,8 +83,9 @@ impl Look {
         let cube = size * size * size;
         let rounding = sized * (Native::splat(10.0 * frame.scale) + size * Native::splat(80.0))
             + (sized * Native::splat(240.0) / least + Native::splat(40.0)) * cube;
-        let beyond =
-            (normal[0] * a.x + normal[1] * a.y) + normal[2] * a.z + rounding * Native::splat(ULP);
+        // What is lost below the smallest numbers, in scenes of 10⁻¹² and less, is less than the smallest of the others.
+        let more = rounding * Native::splat(ULP) + Native::splat(f32::MIN_POSITIVE);
+        let beyond = (normal[0] * a.x + normal[1] * a.y) + normal[2] * a.z + more;
         // A NaN is no number that is larger, so these are tested.
         let clear = least.gt(sized * Native::splat(256.0 * ULP));
         let always = Native::splat(f32::INFINITY);
