@@ -3,38 +3,28 @@
 use super::Group;
 use super::frame::{Frame, TriangleView};
 use crate::bvh::TriangleBlock;
-use crate::lanes::{Lanes, NATIVE, Native, Vec3Native};
+use crate::lanes::{Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
 use crate::trace::aabb::Stay;
 use crate::trace::goal::Goal;
 use crate::trace::triangle::{self, Columns, OwnBox};
-
-/// Their boxes, by corner, by axis; see [`Columns`].
-type Planes = [[Native; 4]; 2];
 
 /// The triangles of a block, for rays that all start at the apex.
 pub(super) struct Triangles<'a> {
     pub(super) seen: TriangleView,
     /// Less the origin.
     corners: Columns,
-    /// The own boxes.
-    own: Planes,
-    prim_id: &'a [u32; NATIVE],
+    block: &'a TriangleBlock,
 }
 
 impl<'a> Triangles<'a> {
     #[inline(always)]
     pub(super) fn new(frame: &Frame, block: &'a TriangleBlock) -> Triangles<'a> {
-        let [x, y, z] = frame.center;
-        let center = Vec3Native::splat(x, y, z);
         let places = places(block);
-        let relative = [places[0] - center, places[1] - center, places[2] - center];
-        let own = triangle::own_boxes(places);
-        let columns = |v: Vec3Native| [v.x, v.y, v.z, Native::ZERO];
+        let relative = frame.relative(&places);
         Triangles {
-            seen: frame.triangles(&relative, &own),
-            corners: relative.map(columns),
-            own: own.map(columns),
-            prim_id: &block.prim_id,
+            seen: frame.triangles(&places, &relative),
+            corners: relative.map(|v| [v.x, v.y, v.z, Native::ZERO]),
+            block,
         }
     }
 
@@ -69,14 +59,8 @@ impl<'a> Triangles<'a> {
         goal: &mut impl Goal<L>,
     ) -> bool {
         let corners = rays.shear.in_order::<APART>(&self.corners, lane);
-        let own = LaneBox {
-            rays,
-            own: &self.own,
-            lane,
-        };
-        // Most of what is left by now is met, and which is not nobody can foretell.
-        let hit = triangle::meet_likely(corners, rays.shear.slopes(), &own);
-        goal.take(&hit, self.prim_id[lane % NATIVE])
+        let block = self.block;
+        Pair { rays, block, lane }.meet(corners, goal)
     }
 }
 
@@ -91,19 +75,30 @@ pub(super) fn places(block: &TriangleBlock) -> [Vec3Native; 3] {
     [place(a), place(b), place(c)]
 }
 
-/// The own box of one triangle of a block.
-struct LaneBox<'a, L: Lanes> {
-    rays: &'a Group<L>,
-    own: &'a Planes,
-    lane: usize,
+/// A packet of a beam, and the triangle of a block that it is tested against.
+pub(super) struct Pair<'a, L: Lanes> {
+    pub(super) rays: &'a Group<L>,
+    pub(super) block: &'a TriangleBlock,
+    pub(super) lane: usize,
 }
 
-impl<L: Lanes> OwnBox<L> for LaneBox<'_, L> {
+impl<L: Lanes> Pair<'_, L> {
+    /// Whether any ray meets the triangle, so that the goal took it; its corners are those less the rays' origins.
+    #[inline(always)]
+    pub(super) fn meet(&self, corners: [Vec3Lanes<L>; 3], goal: &mut impl Goal<L>) -> bool {
+        // Most of what is left by now is met, and which is not nobody can foretell.
+        let hit = triangle::meet_likely(corners, self.rays.shear.slopes(), self);
+        goal.take(&hit, self.block.prim_id[self.lane % NATIVE])
+    }
+}
+
+impl<L: Lanes> OwnBox<L> for Pair<'_, L> {
     #[inline(always)]
     fn stay(&self) -> Stay<L> {
-        let plane = |side: usize, axis: usize| self.own[side][axis].lane(self.lane % NATIVE);
-        let corner = |side: usize| [plane(side, 0), plane(side, 1), plane(side, 2)];
-        self.rays.slabs().stay(&[corner(0), corner(1)])
+        let lane = |axis: &[f32; NATIVE]| axis[self.lane % NATIVE];
+        let corners = self.block.corners.each_ref();
+        let corners = corners.map(|corner| corner.each_ref().map(lane));
+        self.rays.slabs().stay(&triangle::own_box(&corners))
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use super::frame::{BoxView, Frame, TriangleView, WIDEST};
 use super::look::Look;
-use crate::lanes::{COLUMN, F32x8, LANES, LaneMask, Lanes, NATIVE, Native};
+use crate::lanes::{COLUMN, F32x8, LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 use crate::packet::RayPacket;
 use crate::trace::triangle::Shear;
 
@@ -313,13 +313,7 @@ impl Cells {
         let [u, v, w] = seen.edges.map(range);
         let inside =
             u[1].min(v[1]).min(w[1]).ge(Native::ZERO) | u[0].max(v[0]).max(w[0]).le(Native::ZERO);
-        let edge = |column: &[Column; 2], axis: usize| Native::splat(column[axis][k]);
-        let own = &seen.own;
-        let beside = own.low_p.le(edge(&self.high, 0))
-            & own.high_p.ge(edge(&self.low, 0))
-            & own.low_q.le(edge(&self.high, 1))
-            & own.high_q.ge(edge(&self.low, 1));
-        (inside & beside & own.ahead & own.near.le(Native::splat(self.far[k]))).bits()
+        (inside & self.reaches(k, &seen.own)).bits()
     }
 
     /// Which triangles any of a cell's rays may hit, as far as a look can tell.
@@ -329,12 +323,18 @@ impl Cells {
         let [p, q] = [0, 1].map(|axis| Native::splat(self.mid[axis][k]));
         let [half_p, half_q] = [0, 1].map(|axis| Native::splat(self.half[axis][k]));
         let inside = look.within([p, q], [half_p, half_q]);
-        let edge = |column: &[Column; 2], axis: usize| Native::splat(column[axis][k]);
-        let beside = own.low_p.le(edge(&self.high, 0))
-            & own.high_p.ge(edge(&self.low, 0))
-            & own.low_q.le(edge(&self.high, 1))
-            & own.high_q.ge(edge(&self.low, 1));
-        (inside & beside & own.ahead & own.near.le(Native::splat(self.far[k]))).bits()
+        (inside & self.reaches(k, own)).bits()
+    }
+
+    /// Which boxes the k-th cell's rays come to, as far as they look.
+    #[inline(always)]
+    fn reaches(&self, k: usize, seen: &BoxView) -> NativeMask {
+        let edge = |column: &[Column; 2], axis: usize| Native::splat(column[axis][k % CELLS]);
+        let beside = seen.low_p.le(edge(&self.high, 0))
+            & seen.high_p.ge(edge(&self.low, 0))
+            & seen.low_q.le(edge(&self.high, 1))
+            & seen.high_q.ge(edge(&self.low, 1));
+        beside & seen.ahead & seen.near.le(Native::splat(self.far[k % CELLS]))
     }
 }
 

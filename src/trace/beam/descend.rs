@@ -81,8 +81,8 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
                 Target::Node(index) => {
                     // SAFETY: a code of the tree is of a row that exists; node 0 exists.
                     let node = unsafe { self.wide.nodes().get_unchecked(index as usize) };
-                    // SAFETY: each level of a path leaves at most seven entries beside the one that is followed, and the
-                    // stack is as long as that; so there is room for `NATIVE` more.
+                    // SAFETY: each level of a path leaves at most `NATIVE` − 1 entries beside the one that is followed, and
+                    // the stack is as long as that; so there is room for `NATIVE` more.
                     top += self.node(node, cells, unsafe { entries.get_unchecked_mut(top..) });
                 }
                 Target::Triangles(index) => {

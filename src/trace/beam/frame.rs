@@ -260,23 +260,23 @@ impl Frame {
         }
     }
 
-    /// Triangles by their corners.
+    /// Places relative to the centre.
     #[inline(always)]
-    pub(super) fn block(&self, places: &[Vec3Native; 3]) -> TriangleView {
+    pub(super) fn relative(&self, places: &[Vec3Native; 3]) -> [Vec3Native; 3] {
         let [x, y, z] = self.center;
         let center = Vec3Native::splat(x, y, z);
         let [a, b, c] = *places;
-        self.triangles(&[a - center, b - center, c - center], &own_boxes(*places))
+        [a - center, b - center, c - center]
     }
 
-    /// Triangles by their corners relative to the centre, and their own boxes. Lanes of NaN are within no edge.
+    /// Triangles by their corners, as they are and relative to the centre. Lanes of NaN are within no edge.
     #[inline(always)]
     pub(super) fn triangles(
         &self,
-        corners: &[Vec3Native; 3],
-        own: &[Vec3Native; 2],
+        places: &[Vec3Native; 3],
+        relative: &[Vec3Native; 3],
     ) -> TriangleView {
-        let [a, b, c] = *corners;
+        let [a, b, c] = *relative;
         let (ab, bc, ca) = (b - a, c - b, a - c);
         let reach = a.largest().max(b.largest()).max(c.largest());
         let size = ab.largest().max(bc.largest()).max(ca.largest());
@@ -296,7 +296,7 @@ impl Frame {
             edges: [edge(b, bc), edge(c, ca), edge(a, ab)],
             margin,
             size,
-            own: self.boxes(&own.map(|v| [v.x, v.y, v.z])),
+            own: self.boxes(&own_boxes(*places).map(|v| [v.x, v.y, v.z])),
         }
     }
 

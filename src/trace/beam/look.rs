@@ -263,7 +263,7 @@ mod tests {
             }
             cells.finish(&frame);
             let places = places(&block);
-            let view = frame.block(&places);
+            let view = frame.triangles(&places, &frame.relative(&places));
             let look = Look::new(&frame, cells.around(), &view, &places);
             for (k, (rays, _)) in packets.iter().enumerate() {
                 let everyone = Mask8::splat(true);

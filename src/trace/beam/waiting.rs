@@ -1,19 +1,18 @@
 //! Triangles that shadow rays may hit: looked at, and then tested, those of several blocks at a time.
 //!
-//! For any hit the order does not matter, so pairs of a cell and a triangle wait until there are enough of them. How many a block
-//! leaves cannot be foretold, and a loop that ends where nobody expects it takes as long as three looks.
+//! For any hit the order does not matter, so blocks wait until there are [`BLOCKS`] of them. How many pairs of a cell and a
+//! triangle one leaves cannot be foretold, and a loop that ends where nobody expects it takes as long as three looks.
 
 use super::Group;
-use super::block::places;
+use super::block::{Pair, places};
 use super::descend::Descent;
 use super::look::{Look, Seen};
 use super::pairs::{BLOCKS, Pairs};
 use crate::bvh::{LeafKind, TriangleBlock};
 use crate::lanes::{LANES, LaneMask, Lanes, NATIVE};
-use crate::trace::aabb::Stay;
 use crate::trace::goal::Goal;
 use crate::trace::tally::Tally;
-use crate::trace::triangle::{self, MIXED, OwnBox};
+use crate::trace::triangle::MIXED;
 
 /// What waits.
 pub(super) struct Waiting<'a> {
@@ -63,7 +62,7 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
             let Some(block) = block else { continue };
             self.work.block(LeafKind::Triangle, 0);
             let places = places(block);
-            let seen = self.frame.block(&places);
+            let seen = self.frame.triangles(&places, &self.frame.relative(&places));
             let look = &mut waiting.looks[slot];
             *look = Look::new(self.frame, self.cells.around(), &seen, &places);
             let mut left = cells;
@@ -138,30 +137,5 @@ fn test<L: Lanes, const APART: bool>(
     goal: &mut impl Goal<L>,
 ) -> bool {
     let corners = rays.shear.less_origins::<APART>(block, lane);
-    let hit = triangle::meet_likely(corners, rays.shear.slopes(), &OfBlock { rays, block, lane });
-    goal.take(&hit, block.prim_id[lane % NATIVE])
-}
-
-/// The own box of a triangle of a block.
-struct OfBlock<'a, L: Lanes> {
-    rays: &'a Group<L>,
-    block: &'a TriangleBlock,
-    lane: usize,
-}
-
-impl<L: Lanes> OwnBox<L> for OfBlock<'_, L> {
-    #[inline(always)]
-    fn stay(&self) -> Stay<L> {
-        let corners = self
-            .block
-            .corners
-            .each_ref()
-            .map(|corner| corner.each_ref().map(|axis| axis[self.lane % NATIVE]));
-        self.rays.slabs().stay(&triangle::own_box(&corners))
-    }
-
-    #[inline(always)]
-    fn usual(&self) -> bool {
-        self.rays.shear.usual
-    }
+    Pair { rays, block, lane }.meet(corners, goal)
 }
