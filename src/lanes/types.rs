@@ -377,3 +377,11 @@ macro_rules! lane_types {
 
 lane_types!(8, F32x8(f32x8), U32x8(u32x8), Mask8);
 lane_types!(16, F32x16(f32x16), U32x16(u32x16), Mask16);
+
+impl F32x8 {
+    /// Eight columns as eight rows, bits as they are.
+    #[inline(always)]
+    pub fn transposed(columns: [F32x8; LANES]) -> [[f32; LANES]; LANES] {
+        f32x8::transpose(columns.map(|column| column.0)).map(f32x8::to_array)
+    }
+}

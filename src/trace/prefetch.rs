@@ -7,11 +7,13 @@ const LINE: usize = 64;
 /// Lines of a node; blocks have up to three more.
 const NODE: usize = size_of::<WideNode>() / LINE;
 
+/// Lines that a block of triangles has more.
+const MORE: usize = size_of::<TriangleBlock>() / LINE - NODE;
+
 const _: () = assert!(
-    size_of::<TriangleBlock>() > NODE * LINE
-        && size_of::<TriangleBlock>() <= (NODE + 2) * LINE
-        && size_of::<SphereBlock>() <= (NODE + 3) * LINE,
-    "the first lines and the last two are almost all of a row"
+    size_of::<TriangleBlock>() == (NODE + MORE) * LINE
+        && size_of::<SphereBlock>() <= (NODE + MORE + 1) * LINE,
+    "the first lines and the last ones are almost all of a row"
 );
 
 /// Where a tree's rows are, by kind of target. A table and no match: which kind comes next cannot be foretold, and a branch
@@ -50,10 +52,11 @@ impl Rows {
         for line in 0..NODE {
             line_at(row.wrapping_add(line * LINE));
         }
-        // The last two, which are among the others where a row is short: cheaper than to ask whether it is.
+        // The last ones, which are among the others where a row is short: cheaper than to ask whether it is.
         let end = row.wrapping_add(size);
-        line_at(end.wrapping_sub(2 * LINE));
-        line_at(end.wrapping_sub(LINE));
+        for line in 1..=MORE {
+            line_at(end.wrapping_sub(line * LINE));
+        }
     }
 }
 

@@ -16,7 +16,7 @@
 use super::aabb::{Slabs, Stay};
 use super::goal::{Best, Meeting};
 use crate::bvh::{TriangleBlock, TriangleSlot};
-use crate::lanes::{LANES, LaneIds, LaneMask, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
+use crate::lanes::{LaneIds, LaneMask, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
 use crate::scene::{Bounds, PAD};
 use glam::Vec3;
 
@@ -74,7 +74,7 @@ fn in_frame<L: Lanes>(
 }
 
 /// (kx, ky, kz) by dominant axis; as they are where axes differ.
-pub(super) const FRAMES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+const FRAMES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// Stands for "the lanes' dominant axes differ" in [`Shear::axis`].
 pub(super) const MIXED: usize = 3;
@@ -115,17 +115,16 @@ impl<L: Lanes> Shear<L> {
         }
     }
 
-    /// By lane the dominant axis; and the origins in the frame's order, with slopes and scale.
+    /// By lane the axes in the order of the frame; and the origins in that order, with slopes and scale.
     #[inline(always)]
-    pub(super) fn columns(&self) -> ([usize; LANES], [Vec3Lanes<L>; 2]) {
-        let (x, y) = (self.x_major.bits(), self.y_major.bits());
-        let axis = |lane: usize| match (x >> lane & 1, y >> lane & 1) {
-            (1, _) => 0,
-            (_, 1) => 1,
-            _ => 2,
+    pub(super) fn columns(&self) -> ([L::Ids; 3], [Vec3Lanes<L>; 2]) {
+        let [by_x, by_y, by_z] = [0, 1, 2].map(|major| FRAMES[major]);
+        let axis = |k: usize| {
+            let [x, y, z] = [by_x[k], by_y[k], by_z[k]].map(|axis| L::Ids::splat(axis as u32));
+            self.x_major.select_ids(x, self.y_major.select_ids(y, z))
         };
         let slopes = Vec3Lanes::new(self.slope_x, self.slope_y, self.scale);
-        (std::array::from_fn(axis), [self.org, slopes])
+        ([axis(0), axis(1), axis(2)], [self.org, slopes])
     }
 
     /// A triangle's corners, their components in the order of the frames. `APART` says that the rays' dominant axes differ.

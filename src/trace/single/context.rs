@@ -9,26 +9,36 @@ use crate::trace::aabb::Stay;
 use crate::trace::goal::Best;
 use crate::trace::sphere;
 use crate::trace::triangle::{self, OwnBox};
+use bytemuck::{Pod, Zeroable};
 
-/// One ray under way.
-#[derive(Clone, Copy)]
-pub(super) struct Context {
+/// What tests need of a ray, in words of four bytes: a packet's are made by turning columns of lanes into rows. Two lines of the
+/// cache, and no word across their end.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(super) struct Ray {
     /// What the slab test needs: see [`crate::trace::aabb`].
     pub(super) rdir: [f32; 3],
     pub(super) first: [f32; 3],
     pub(super) last: [f32; 3],
     /// Which planes of a box are met first and last, by axis: rows, as a node has them one after the other.
-    pub(super) near: [usize; 3],
-    pub(super) far: [usize; 3],
-    /// By axis, whether it goes toward larger coordinates; the fourth is for the sake of an index that needs no check.
-    pub(super) up: [bool; 4],
+    pub(super) near: [u32; 3],
+    pub(super) far: [u32; 3],
     /// The axes in the order of the ray's frame, the origin in that order, slopes and scale: see [`crate::trace::triangle`].
-    pub(super) axes: [usize; 3],
+    pub(super) axes: [u32; 3],
     pub(super) frame_org: [f32; 3],
     pub(super) slopes: [f32; 3],
-    pub(super) usual: bool,
     pub(super) org: [f32; 3],
     pub(super) dir: [f32; 3],
+    /// 1 if its packet is [`usual`](crate::trace::triangle::Shear::usual), else 0.
+    pub(super) usual: u32,
+    /// By axis, as bits, whether it goes toward larger coordinates; and the fourth always, for what has no axis.
+    pub(super) up: u32,
+}
+
+/// One ray under way.
+#[derive(Clone, Copy)]
+pub(super) struct Context {
+    pub(super) ray: Ray,
     pub(super) best: Hit,
     /// Where its stack begins among all, and where it ends.
     pub(super) bottom: usize,
@@ -36,7 +46,7 @@ pub(super) struct Context {
     /// Where it is.
     pub(super) current: u32,
     /// Which ray of the queue it is.
-    pub(super) ray: usize,
+    pub(super) number: usize,
 }
 
 /// The closest hit so far of one ray, as in [`Best`].
@@ -50,48 +60,36 @@ pub(super) struct Hit {
 }
 
 impl Context {
-    pub(super) const IDLE: Context = Context {
-        rdir: [0.0; 3],
-        first: [0.0; 3],
-        last: [0.0; 3],
-        near: [0, 1, 2],
-        far: [3, 4, 5],
-        up: [true; 4],
-        axes: [0; 3],
-        frame_org: [0.0; 3],
-        slopes: [0.0; 3],
-        usual: false,
-        org: [0.0; 3],
-        dir: [0.0; 3],
-        best: Hit {
-            t: 0.0,
-            v: 0.0,
-            w: 0.0,
-            det: 1.0,
-            prim_id: NO_PRIM,
-        },
-        bottom: 0,
-        top: 0,
-        current: 0,
-        ray: 0,
-    };
+    /// None, its stack beginning there.
+    pub(super) fn idle(bottom: usize) -> Context {
+        Context {
+            ray: Ray::zeroed(),
+            best: Hit::none_before(0.0),
+            bottom,
+            top: bottom,
+            current: 0,
+            number: 0,
+        }
+    }
 
     /// Whether it goes toward larger coordinates along an axis.
     #[inline(always)]
     pub(super) fn goes_up(&self, axis: u8) -> bool {
-        self.up[usize::from(axis) % 4]
+        self.ray.up >> (axis & 3) & 1 == 1
     }
 
     /// The ray's stays in the boxes of a node, whose planes `row` gives: first the lower ones by axis, then the upper ones. The
     /// arithmetic of `Slabs::stay_ordered`, with the lanes' parts exchanged.
     #[inline(always)]
     pub(super) fn stay(&self, row: impl Fn(usize) -> Native) -> Stay<Native> {
+        let ray = &self.ray;
         let enter = |axis: usize| {
-            (row(self.near[axis]) - Native::splat(self.first[axis]))
-                * Native::splat(self.rdir[axis])
+            (row(ray.near[axis] as usize) - Native::splat(ray.first[axis]))
+                * Native::splat(ray.rdir[axis])
         };
         let leave = |axis: usize| {
-            (row(self.far[axis]) - Native::splat(self.last[axis])) * Native::splat(self.rdir[axis])
+            (row(ray.far[axis] as usize) - Native::splat(ray.last[axis]))
+                * Native::splat(ray.rdir[axis])
         };
         Stay {
             enter: enter(0).max(enter(1)).max(enter(2)).max(Native::ZERO),
@@ -102,17 +100,17 @@ impl Context {
     #[inline(always)]
     pub(super) fn triangles<const ANY: bool>(&mut self, block: &TriangleBlock) -> bool {
         // No larger than that; said so that nothing is checked.
-        let [kx, ky, kz] = self.axes.map(|axis| axis.min(2));
+        let [kx, ky, kz] = self.ray.axes.map(|axis| (axis as usize).min(2));
         let column = |corner: usize, axis: usize| Native::new(block.corners[corner][axis]);
         let corner = |c: usize| {
             Vec3Native::new(
-                column(c, kx) - Native::splat(self.frame_org[0]),
-                column(c, ky) - Native::splat(self.frame_org[1]),
-                column(c, kz) - Native::splat(self.frame_org[2]),
+                column(c, kx) - Native::splat(self.ray.frame_org[0]),
+                column(c, ky) - Native::splat(self.ray.frame_org[1]),
+                column(c, kz) - Native::splat(self.ray.frame_org[2]),
             )
         };
         let corners = [corner(0), corner(1), corner(2)];
-        let slopes = self.slopes.map(Native::splat);
+        let slopes = self.ray.slopes.map(Native::splat);
         let own = BlockBox {
             context: self,
             block,
@@ -128,9 +126,10 @@ impl Context {
 
     #[inline(always)]
     pub(super) fn spheres<const ANY: bool>(&mut self, block: &SphereBlock) -> bool {
-        let column = |axis: usize| Native::splat(self.org[axis]) - Native::new(block.center[axis]);
+        let column =
+            |axis: usize| Native::splat(self.ray.org[axis]) - Native::new(block.center[axis]);
         let from_center = Vec3Native::new(column(0), column(1), column(2));
-        let dir = Vec3Native::splat(self.dir[0], self.dir[1], self.dir[2]);
+        let dir = Vec3Native::splat(self.ray.dir[0], self.ray.dir[1], self.ray.dir[2]);
         let Some(roots) = sphere::roots(from_center, dir, Native::new(block.radius)) else {
             return false;
         };
@@ -209,11 +208,22 @@ impl OwnBox<Native> for BlockBox<'_> {
 
     #[inline(always)]
     fn usual(&self) -> bool {
-        self.context.usual
+        self.context.ray.usual != 0
     }
 }
 
 impl Hit {
+    /// Nothing yet, and only what is nearer than that will do.
+    pub(super) const fn none_before(limit: f32) -> Hit {
+        Hit {
+            t: limit,
+            v: 0.0,
+            w: 0.0,
+            det: 1.0,
+            prim_id: NO_PRIM,
+        }
+    }
+
     /// In every lane, `limit` being its distance.
     pub(super) fn spread(&self, limit: F32x8) -> Best<F32x8> {
         Best {

@@ -2,8 +2,8 @@
 //!
 //! Rays that have parted share neither nodes nor leaves, and most lanes of a packet would idle. The children of one
 //! node are always there. What a ray on its own waits for is memory and the outcome of its last comparison; so a dozen
-//! and more go side by side in steps, all at their nodes, then all at their blocks, then all to what is next, and while
-//! one waits another's numbers are there. Nothing branches on what a box test says: all children are written
+//! and more go side by side in rounds, first those at nodes, then those at blocks, each a little later to what is next; and
+//! while one waits another's numbers are there. Nothing branches on what a box test says: all children are written
 //! above the stack's top, those that are met first, and the top moves by how many these are.
 
 mod context;
@@ -28,6 +28,10 @@ const CONTEXTS: usize = 32;
 /// Packets whose occlusion is asked at once.
 const BATCH: usize = 256;
 
+/// Turns after which a ray goes on to what is next. At once, it would wait for what its turn has just written; after all have
+/// had theirs, they would ask for all their rows at once, more than a core has buffers for.
+const DELAY: usize = 2;
+
 /// Traces rays of a queue on their own, and counts by `T`.
 pub(super) struct Singles<'a, T = Packets> {
     wide: &'a Wide,
@@ -45,10 +49,7 @@ impl<'a, T: Tally> Singles<'a, T> {
         let wide = bvh.wide();
         // A node takes one entry and writes as many as it has children.
         let room = wide.depth() * (NATIVE - 1) + NATIVE + 1;
-        let context = |k: usize| Context {
-            bottom: k * room,
-            ..Context::IDLE
-        };
+        let context = |k: usize| Context::idle(k * room);
         Singles {
             wide,
             rows: Rows::of(wide),
@@ -69,7 +70,7 @@ impl<'a, T: Tally> Singles<'a, T> {
         self.trace::<false>(rays, part.each(), f32::INFINITY, |context| {
             let found = &context.best;
             if found.t < f32::INFINITY {
-                let at = context.ray - start;
+                let at = context.number - start;
                 hits[at / LANES].set(
                     at % LANES,
                     [found.t, found.v / found.det, found.w / found.det],
@@ -92,7 +93,7 @@ impl<'a, T: Tally> Singles<'a, T> {
             let batch = first..packets.end.min(first + BATCH);
             let mut seen = [0u8; BATCH];
             self.trace::<true>(rays, batch.clone(), tmax, |context| {
-                let at = context.ray - first * LANES;
+                let at = context.number - first * LANES;
                 seen[at / LANES % BATCH] |=
                     u8::from(context.best.prim_id == NO_PRIM) << (at % LANES);
             });
@@ -125,19 +126,19 @@ impl<'a, T: Tally> Singles<'a, T> {
             }
         }
         while at_nodes.len + at_leaves.len > 0 {
-            let (nodes, leaves) = (at_nodes, at_leaves);
+            let nodes = at_nodes.len;
+            let round = at_nodes.and(&at_leaves);
             (at_nodes, at_leaves) = (List::EMPTY, List::EMPTY);
-            for k in nodes.all() {
-                self.open(k);
-            }
-            for k in leaves.all() {
-                self.leaf::<ANY>(k);
-            }
-            let mut all = nodes;
-            for k in leaves.all() {
-                all.push(k);
-            }
-            for k in all.all() {
+            for turn in 0..round.len + DELAY {
+                if turn < nodes {
+                    self.open(round.at(turn));
+                } else if turn < round.len {
+                    self.leaf::<ANY>(round.at(turn));
+                }
+                if turn < DELAY {
+                    continue;
+                }
+                let k = round.at(turn - DELAY);
                 if !self.pop(k) {
                     done(&self.contexts[k]);
                     if !source.next(&mut self.contexts[k], &mut self.work) {
@@ -222,9 +223,10 @@ impl<'a, T: Tally> Singles<'a, T> {
         let leaf = self.wide.others()[index as usize];
         let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
         let context = &mut self.contexts[k];
+        let splat = |[x, y, z]: [f32; 3]| Vec3x8::splat(x, y, z);
         let ray = RayPacket {
-            org: Vec3x8::splat(context.org[0], context.org[1], context.org[2]),
-            dir: Vec3x8::splat(context.dir[0], context.dir[1], context.dir[2]),
+            org: splat(context.ray.org),
+            dir: splat(context.ray.dir),
             tmax: F32x8::splat(f32::INFINITY),
         };
         let active = Mask8::first(1);
@@ -278,8 +280,17 @@ impl List {
     }
 
     #[inline(always)]
-    fn all(&self) -> impl Iterator<Item = usize> {
-        let List { numbers, len } = *self;
-        (0..len).map(move |k| usize::from(numbers[k % CONTEXTS]) % CONTEXTS)
+    fn at(&self, k: usize) -> usize {
+        usize::from(self.numbers[k % CONTEXTS]) % CONTEXTS
+    }
+
+    /// These, and then others.
+    #[inline(always)]
+    fn and(&self, others: &List) -> List {
+        let mut all = *self;
+        for k in 0..others.len {
+            all.push(others.at(k));
+        }
+        all
     }
 }

@@ -1,24 +1,20 @@
 //! Rays of a queue, one after the other.
 
-use super::context::{Context, Hit};
-use crate::lanes::{F32x8, LANES, LaneMask, Vec3x8};
-use crate::packet::{NO_PRIM, RayQueue};
+use super::context::{Context, Hit, Ray};
+use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
+use crate::packet::{RayPacket, RayQueue};
 use crate::trace::aabb::Slabs;
 use crate::trace::tally::Tally;
-use crate::trace::triangle::{FRAMES, Shear};
+use crate::trace::triangle::Shear;
+use bytemuck::Zeroable;
 
 /// Rays of a queue one after the other, what tests need of them made packet by packet.
 pub(super) struct Source<'q, 'a, I> {
     rays: &'q RayQueue<'a>,
     packets: I,
     tmax: f32,
-    /// Of the packet at hand, by lane.
-    slabs: [[[f32; LANES]; 3]; 3],
-    shear: [[[f32; LANES]; 3]; 2],
-    org: [[f32; LANES]; 3],
-    dir: [[f32; LANES]; 3],
-    axis: [usize; LANES],
-    usual: bool,
+    /// Those of the packet at hand, by lane.
+    ready: [Ray; LANES],
     /// Lanes of it that are left.
     left: u32,
     packet: usize,
@@ -30,12 +26,7 @@ impl<'q, 'a, I: Iterator<Item = usize>> Source<'q, 'a, I> {
             rays,
             packets,
             tmax,
-            slabs: [[[0.0; LANES]; 3]; 3],
-            shear: [[[0.0; LANES]; 3]; 2],
-            org: [[0.0; LANES]; 3],
-            dir: [[0.0; LANES]; 3],
-            axis: [0; LANES],
-            usual: false,
+            ready: [Ray::zeroed(); LANES],
             left: 0,
             packet: 0,
         }
@@ -51,42 +42,13 @@ impl<'q, 'a, I: Iterator<Item = usize>> Source<'q, 'a, I> {
         }
         let lane = self.left.trailing_zeros() as usize % LANES;
         self.left &= self.left - 1;
-        // By reference: copies would be made of whole columns, and read before they are written.
-        let of = |columns: &[[f32; LANES]; 3]| columns.each_ref().map(|column| column[lane]);
-        let [rdir, lo, hi] = [&self.slabs[0], &self.slabs[1], &self.slabs[2]].map(of);
-        let dir = of(&self.dir);
-        let side_of = dir.map(|d| usize::from(d < 0.0));
-        let pick = |axis: usize, side: usize| {
-            if side_of[axis] == side {
-                lo[axis]
-            } else {
-                hi[axis]
-            }
-        };
         *context = Context {
-            rdir,
-            first: [pick(0, 1), pick(1, 1), pick(2, 1)],
-            last: [pick(0, 0), pick(1, 0), pick(2, 0)],
-            near: std::array::from_fn(|axis| side_of[axis] * 3 + axis),
-            far: std::array::from_fn(|axis| (1 - side_of[axis]) * 3 + axis),
-            up: std::array::from_fn(|axis| axis == 3 || side_of[axis] == 0),
-            axes: FRAMES[self.axis[lane] & 3],
-            frame_org: of(&self.shear[0]),
-            slopes: of(&self.shear[1]),
-            usual: self.usual,
-            org: of(&self.org),
-            dir,
-            best: Hit {
-                t: self.tmax,
-                v: 0.0,
-                w: 0.0,
-                det: 1.0,
-                prim_id: NO_PRIM,
-            },
-            top: context.bottom,
+            ray: self.ready[lane],
+            best: Hit::none_before(self.tmax),
             bottom: context.bottom,
+            top: context.bottom,
             current: 0,
-            ray: self.packet * LANES + lane,
+            number: self.packet * LANES + lane,
         };
         true
     }
@@ -98,16 +60,66 @@ impl<'q, 'a, I: Iterator<Item = usize>> Source<'q, 'a, I> {
         };
         let (rays, active) = self.rays.packet::<F32x8>(packet, self.tmax);
         work.begin(1, active.bits().count_ones());
-        let rows = |v: Vec3x8| [v.x.to_array(), v.y.to_array(), v.z.to_array()];
         self.packet = packet;
         self.left = active.bits();
-        self.slabs = Slabs::columns(rays.org, rays.dir).map(rows);
-        let shear = Shear::new(rays.org, rays.dir, active);
-        let (axis, columns) = shear.columns();
-        self.usual = shear.usual;
-        self.axis = axis;
-        self.shear = columns.map(rows);
-        (self.org, self.dir) = (rows(rays.org), rows(rays.dir));
+        self.ready = ready(&rays, active);
         true
     }
+}
+
+/// What tests need of a packet's rays: their columns, turned into rows.
+#[inline(always)]
+fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [Ray; LANES] {
+    let (org, dir) = (rays.org, rays.dir);
+    let [rdir, lo, hi] = Slabs::columns(org, dir);
+    let down = [dir.x, dir.y, dir.z].map(|d| d.lt(F32x8::ZERO));
+    let [first, last] = [[lo, hi], [hi, lo]].map(|[down_side, up_side]| {
+        Vec3x8::new(
+            down[0].select(down_side.x, up_side.x),
+            down[1].select(down_side.y, up_side.y),
+            down[2].select(down_side.z, up_side.z),
+        )
+    });
+    let by_way = |axis: usize, [down_one, up_one]: [u32; 2]| {
+        down[axis].select_ids(U32x8::splat(down_one), U32x8::splat(up_one))
+    };
+    let row = |axis: usize, sides: [u32; 2]| {
+        F32x8::from_bits(by_way(axis, sides.map(|side| 3 * side + axis as u32)))
+    };
+    let (near, far) = (|axis| row(axis, [1, 0]), |axis| row(axis, [0, 1]));
+    let up = |axis: usize| by_way(axis, [0, 1 << axis]);
+    let up = F32x8::from_bits(up(0).or(up(1)).or(up(2)).or(U32x8::splat(1 << 3)));
+    let shear = Shear::new(org, dir, active);
+    let (axes, [frame_org, slopes]) = shear.columns();
+    let [kx, ky, kz] = axes.map(F32x8::from_bits);
+    let usual = F32x8::from_bits(U32x8::splat(u32::from(shear.usual)));
+    // In the order of the fields of a `Ray`.
+    let columns = [
+        [
+            rdir.x, rdir.y, rdir.z, first.x, first.y, first.z, last.x, last.y,
+        ],
+        [
+            last.z,
+            near(0),
+            near(1),
+            near(2),
+            far(0),
+            far(1),
+            far(2),
+            kx,
+        ],
+        [
+            ky,
+            kz,
+            frame_org.x,
+            frame_org.y,
+            frame_org.z,
+            slopes.x,
+            slopes.y,
+            slopes.z,
+        ],
+        [org.x, org.y, org.z, dir.x, dir.y, dir.z, usual, up],
+    ];
+    let rows = columns.map(F32x8::transposed);
+    std::array::from_fn(|lane| bytemuck::cast(rows.each_ref().map(|run| run[lane])))
 }

@@ -1,7 +1,7 @@
 //! What `settled` claims, against what the clamp does.
 
 use super::*;
-use crate::lanes::{F32x8, Mask8, Vec3x8};
+use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
 use crate::packet::RayPacket;
 use crate::trace::random::Source;
 
