@@ -24,6 +24,17 @@ const SHALLOW: f32 = 1.0 / ((1u64 << 50) as f32);
 
 type Column = [f32; CELLS];
 
+/// What became of a packet that was to be added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Added {
+    /// It is in cells.
+    All,
+    /// Its rays part too much to be within a beam, and none is in a cell.
+    TooWide,
+    /// None is in a cell, because there are not enough; there are for any packet if no other is there.
+    NoRoom,
+}
+
 /// The cells, in columns.
 #[repr(C, align(64))]
 pub(super) struct Cells {
@@ -88,8 +99,7 @@ impl Cells {
         self.group[cell % CELLS] as usize % CELLS
     }
 
-    /// Adds the active lanes of a packet, which look as far as `limit`; false, and adds none, if they part too much to be
-    /// within a beam. `later` packets more need a cell each. [`Cells::finish`] must follow the last.
+    /// Adds the active lanes of a packet, which look as far as `limit`. [`Cells::finish`] must follow the last.
     #[inline(always)]
     pub(super) fn add<L: Lanes>(
         &mut self,
@@ -98,20 +108,22 @@ impl Cells {
         limit: L,
         active: L::Mask,
         group: usize,
-        later: usize,
-    ) -> bool {
+    ) -> Added {
         let live = active.bits();
         if near && pace.ge(L::splat(SHALLOW)).bits() & live != live {
-            return false;
+            return Added::TooWide;
+        }
+        if self.count == CELLS {
+            return Added::NoRoom;
         }
         if live == L::Mask::splat(true).bits() {
             let ranges = self.ranges[group % CELLS];
             if self.is_narrow(ranges) {
                 self.put(ranges, [pace, limit].map(L::greatest), live, group);
-                return true;
+                return Added::All;
             }
         }
-        self.add_parts([pace, p, q], limit, live, group, later)
+        self.add_parts([pace, p, q], limit, live, group)
     }
 
     /// The same, in as many parts as it takes.
@@ -122,8 +134,7 @@ impl Cells {
         limit: L,
         live: u32,
         group: usize,
-        later: usize,
-    ) -> bool {
+    ) -> Added {
         let mut waiting = [live; PARTS];
         let (mut top, mut parts, first) = (1, 0, self.count);
         while top > 0 {
@@ -145,15 +156,19 @@ impl Cells {
             let axis = usize::from(width[1] > width[0]);
             let middle = 0.5 * (ranges[axis][0] + ranges[axis][1]);
             let lower = [p, q][axis].lt(L::splat(middle)).bits() & lanes;
-            let room = parts + top + 2 <= PARTS && self.count + top + 2 + later <= CELLS;
-            if !room || lower == 0 || lower == lanes {
+            let too_many = parts + top + 2 > PARTS;
+            if too_many || lower == 0 || lower == lanes {
                 self.count = first;
-                return false;
+                return Added::TooWide;
+            }
+            if self.count + top + 2 > CELLS {
+                self.count = first;
+                return Added::NoRoom;
             }
             (waiting[top % PARTS], waiting[(top + 1) % PARTS]) = (lower, lanes & !lower);
             top += 2;
         }
-        true
+        Added::All
     }
 
     #[inline(always)]

@@ -145,7 +145,7 @@ mod tests {
     use crate::trace::aabb::Slabs;
     use crate::trace::beam::apex::Apex;
     use crate::trace::beam::block::places;
-    use crate::trace::beam::cells::{Cells, directions};
+    use crate::trace::beam::cells::{Added, Cells, directions};
     use crate::trace::random::Source;
     use crate::trace::triangle::{self, Shear};
     use bumpalo::Bump;
@@ -246,14 +246,8 @@ mod tests {
             for (k, projected) in projected.iter().enumerate() {
                 // One that is not parted is one cell.
                 let before = cells.all().count_ones();
-                let added = cells.add(
-                    frame.near,
-                    *projected,
-                    limit,
-                    Mask8::splat(true),
-                    k,
-                    PACKETS - k - 1,
-                );
+                let everyone = Mask8::splat(true);
+                let added = cells.add(frame.near, *projected, limit, everyone, k) == Added::All;
                 let after = cells.all().count_ones();
                 cell[k] = (added && after == before + 1).then_some(before as usize);
                 count += usize::from(added);

@@ -51,7 +51,7 @@ use crate::bvh::{Bvh, Wide};
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use crate::packet::{HitPacket, RayPacket, RayQueue};
 use apex::{Apex, same};
-use cells::{CELLS, Cells, Extent, directions, directions_by};
+use cells::{Added, CELLS, Cells, Extent, directions, directions_by};
 use descend::Stack;
 use frame::Frame;
 use sorted::Sorted;
@@ -358,7 +358,6 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         goals: &mut Vec<G>,
         goal: impl Fn(L, L::Mask) -> G,
     ) -> Option<u64> {
-        self.cells.clear();
         self.groups.clear();
         self.slabs.clear();
         self.projected.clear();
@@ -379,22 +378,46 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             self.slabs.extend(self.groups.iter().map(Group::slabs));
         }
         self.cells.look_at(frame, &self.projected);
-        let mut alone = 0;
-        for (k, (goal, projected)) in goals.iter().zip(&self.projected).enumerate() {
+        let (mut alone, mut next) = (0, 0);
+        while next < count {
+            next = self.fill_cells(frame, goals, next, &mut alone);
+            self.descend(frame, goals);
+        }
+        Some(alone)
+    }
+
+    /// Makes cells of packets from the `next`-th on, as many as there is room for, and tells which is the first that has none.
+    /// Packets that part too much are told as bits.
+    #[inline(always)]
+    fn fill_cells<G: Goal<L>>(
+        &mut self,
+        frame: &Frame,
+        goals: &[G],
+        mut next: usize,
+        alone: &mut u64,
+    ) -> usize {
+        self.cells.clear();
+        for (goal, projected) in goals.iter().zip(&self.projected).skip(next) {
             let limit = goal.limit();
             let active = limit.gt(nowhere());
-            if self
-                .cells
-                .add(frame.near, *projected, limit, active, k, count - k - 1)
-            {
-                let lanes = active.bits().count_ones();
-                self.work
-                    .begin(u64::from(lanes.div_ceil(LANES as u32)), lanes);
-            } else {
-                alone |= 1 << k;
+            match self.cells.add(frame.near, *projected, limit, active, next) {
+                Added::NoRoom => break,
+                Added::TooWide => *alone |= 1 << next,
+                Added::All => {
+                    let lanes = active.bits().count_ones();
+                    self.work
+                        .begin(u64::from(lanes.div_ceil(LANES as u32)), lanes);
+                }
             }
+            next += 1;
         }
         self.cells.finish(frame);
+        next
+    }
+
+    /// Takes the cells down the tree.
+    #[inline(always)]
+    fn descend<G: Goal<L>>(&mut self, frame: &Frame, goals: &mut [G]) {
         descend::Descent::<L, G, T> {
             wide: self.wide,
             rows: Rows::of(self.wide),
@@ -408,7 +431,6 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             work: &mut self.work,
         }
         .run(&mut self.stack, &mut self.waiting);
-        Some(alone)
     }
 }
 
