@@ -449,3 +449,41 @@ pub(super) fn directions_by<L: Lanes>(
     let along = L::splat(frame.sign);
     [forward * L::splat(frame.pace()), p * along, q * along]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::Mask8;
+    use Added::{All, NoRoom, TooWide};
+
+    /// Adds a packet whose rays are seen there along p.
+    fn add(cells: &mut Cells, group: usize, p: F32x8) -> Added {
+        cells.ranges[group % CELLS] = [range(p), range(F32x8::ZERO)];
+        let packet = [F32x8::ONE, p, F32x8::ZERO];
+        cells.add(true, packet, F32x8::ONE, Mask8::splat(true), group)
+    }
+
+    #[test]
+    fn what_finds_no_room_leaves_no_part_behind() {
+        let narrow = F32x8::splat(0.5);
+        let two_bunches = F32x8::new([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
+        let apart = F32x8::new([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]);
+        let mut cells = Box::new(Cells::new());
+        let count = |cells: &Cells| cells.all().count_ones() as usize;
+        for group in 0..CELLS - 1 {
+            assert_eq!(add(&mut cells, group, narrow), All);
+        }
+        assert_eq!(add(&mut cells, CELLS - 1, two_bunches), NoRoom);
+        assert_eq!(count(&cells), CELLS - 1);
+        assert_eq!(add(&mut cells, CELLS - 1, narrow), All);
+        assert_eq!(add(&mut cells, CELLS - 1, narrow), NoRoom);
+        // In a beam of its own there is room for each packet but those that part too much.
+        cells.clear();
+        assert_eq!(add(&mut cells, 7, two_bunches), All);
+        assert_eq!(count(&cells), 2);
+        assert_eq!((cells.group(0), cells.group(1)), (7, 7));
+        assert_eq!(cells.lanes[0] | cells.lanes[1], 0xff);
+        assert_eq!(add(&mut cells, 8, apart), TooWide);
+        assert_eq!(count(&cells), 2);
+    }
+}
