@@ -467,12 +467,17 @@ mod tests {
     fn what_finds_no_room_leaves_no_part_behind() {
         let narrow = F32x8::splat(0.5);
         let two_bunches = F32x8::new([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
+        let three_bunches = F32x8::new([0.0, 0.0, 0.3, 0.3, 1.0, 1.0, 1.0, 1.0]);
         let apart = F32x8::new([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]);
         let mut cells = Box::new(Cells::new());
         let count = |cells: &Cells| cells.all().count_ones() as usize;
-        for group in 0..CELLS - 1 {
+        for group in 0..CELLS - 2 {
             assert_eq!(add(&mut cells, group, narrow), All);
         }
+        // One part of it is added before the others are found to be too many.
+        assert_eq!(add(&mut cells, CELLS - 2, three_bunches), NoRoom);
+        assert_eq!(count(&cells), CELLS - 2);
+        assert_eq!(add(&mut cells, CELLS - 2, narrow), All);
         assert_eq!(add(&mut cells, CELLS - 1, two_bunches), NoRoom);
         assert_eq!(count(&cells), CELLS - 1);
         assert_eq!(add(&mut cells, CELLS - 1, narrow), All);
