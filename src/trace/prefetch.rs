@@ -49,14 +49,27 @@ impl Rows {
         let (kind, index) = Target::parts(code);
         let size = self.size[kind];
         let row = self.start[kind].wrapping_add(index * size);
-        for line in 0..NODE {
-            line_at(row.wrapping_add(line * LINE));
-        }
+        node_at(row);
         // The last ones, which are among the others where a row is short: cheaper than to ask whether it is.
         let end = row.wrapping_add(size);
         for line in 1..=MORE {
             line_at(end.wrapping_sub(line * LINE));
         }
+    }
+
+    /// The same where it leads to a node. Where it does not, asks for the root, which is near anyway: no branch.
+    #[inline(always)]
+    pub(super) fn prefetch_node(&self, code: u32) {
+        let (kind, index) = Target::parts(code);
+        let index = if kind == 0 { index } else { 0 };
+        node_at(self.start[0].wrapping_add(index * size_of::<WideNode>()));
+    }
+}
+
+#[inline(always)]
+fn node_at(row: usize) {
+    for line in 0..NODE {
+        line_at(row.wrapping_add(line * LINE));
     }
 }
 

@@ -91,6 +91,7 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
                     if G::ORDERED {
                         self.triangles(block, cells, &mut waiting.pairs);
                     } else {
+                        self.rows.prefetch(entry.code);
                         self.await_test(block, cells, waiting);
                     }
                 }
@@ -118,13 +119,19 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
         let columns = columns.map(Native::to_array);
         let children = &node.order[self.frame.axes[0] % 3];
         let mut order = in_order(children, left);
+        let last = |order: u32, up: bool| match up {
+            true => 31 - order.leading_zeros(),
+            false => order.trailing_zeros(),
+        };
+        let up = self.frame.sign > 0.0;
+        if left != 0 {
+            // It is looked at first, and at once: by the time that it is written, it may be there.
+            let nearest = children[last(order, !up) as usize % NATIVE];
+            self.ask_for(node.children[usize::from(nearest) % NATIVE]);
+        }
         let mut count = 0;
         while left != 0 {
-            let rank = if self.frame.sign > 0.0 {
-                31 - order.leading_zeros()
-            } else {
-                order.trailing_zeros()
-            };
+            let rank = last(order, up);
             order ^= 1 << (rank % NATIVE as u32);
             let lane = usize::from(children[rank as usize % NATIVE]) % NATIVE;
             left &= left - 1;
@@ -138,11 +145,22 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
                     code,
                 };
                 count += 1;
-                // It is looked at when those before it are done.
-                self.rows.prefetch(code);
+                if left != 0 {
+                    self.ask_for(code);
+                }
             }
         }
         count
+    }
+
+    /// Asks for what a child leads to. A block that waits for others is asked for when it begins to.
+    #[inline(always)]
+    fn ask_for(&self, code: u32) {
+        if G::ORDERED {
+            self.rows.prefetch(code);
+        } else {
+            self.rows.prefetch_node(code);
+        }
     }
 
     #[inline(always)]
