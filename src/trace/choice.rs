@@ -181,6 +181,11 @@ impl<const N: usize> Choices<N> {
         Choices(leads.map(Choice::new))
     }
 
+    /// See [`Choice::apart`].
+    pub(super) fn apart(self, apart: f32) -> Choices<N> {
+        Choices(self.0.map(|choice| choice.apart(apart)))
+    }
+
     /// See [`Choice::trace`].
     pub(super) fn trace(
         &mut self,

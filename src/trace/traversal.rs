@@ -1,8 +1,8 @@
 //! Queues in, hits out: the one place that chooses which kernel traces what.
 
 use super::beam::{self, Beams};
-use super::choice::{Choice, Choices};
-use super::coherence::{self, CLASSES, PARTED};
+use super::choice::Choices;
+use super::coherence::{self, CLASSES, PARTED, SHADOWS, Starts};
 use super::packet::Tracer;
 use super::part::Part;
 use super::single::Singles;
@@ -109,7 +109,8 @@ pub struct Traversal<'a, T = Packets> {
     /// shadow rays.
     alone: Choices<CLASSES>,
     parted: Choices<CLASSES>,
-    shadows: Choice,
+    shadows: Choices<SHADOWS>,
+    starts: Starts,
 }
 
 /// Beams, or none.
@@ -192,7 +193,8 @@ impl<'a, T: Tally> Traversal<'a, T> {
             // What is usual, until it is known.
             alone: Choices::new(USUAL),
             parted: Choices::new(USUAL),
-            shadows: Choice::new(-0.2).apart(PIECE),
+            shadows: Choices::new([-0.2; SHADOWS]).apart(PIECE),
+            starts: Starts::UNKNOWN,
         }
     }
 
@@ -285,8 +287,9 @@ impl<'a, T: Tally> Traversal<'a, T> {
                 continue;
             }
             // Beams want rays that lie together.
+            let class = self.starts.class(rays, batch.clone(), 2 * STRIDE);
             let mut shadows = self.shadows;
-            shadows.trace(batch, Part::trial_in_pieces, |beam, part| {
+            shadows.trace(class, batch, Part::trial_in_pieces, |beam, part| {
                 self.unoccluded_by(beam, rays, part.packets.clone(), tmax, &mut answer)
             });
             self.shadows = shadows;
