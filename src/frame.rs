@@ -6,7 +6,8 @@ use crate::camera::Camera;
 use crate::oracle::{Cast, Forest, Oracle, Search};
 pub use crate::render::{Control, Cost, Interrupted, Pin};
 use crate::render::{
-    CostPainter, Film, PacketPainter, Painter, RayCounts, RenderStats, SharedFilm, Tile, run, tiles,
+    CostPainter, Film, PacketPainter, Painter, Pixels, RayCounts, RenderStats, SharedFilm, Tile,
+    run, tiles,
 };
 use crate::scene::{Scene, ViewError};
 pub use crate::trace::Kernel;
@@ -61,6 +62,11 @@ impl Settings {
             kernel: Kernel::Auto,
             record_hits: false,
         }
+    }
+
+    /// Pixels of the picture.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
     }
 }
 
@@ -120,6 +126,8 @@ pub struct TreeStats {
     pub node_bytes: usize,
     /// Bytes held by the primitives in leaf order.
     pub prim_bytes: usize,
+    /// Bytes of the same tree with more children a node; 0 where it has not been made.
+    pub wide_bytes: usize,
 }
 
 impl TreeStats {
@@ -131,6 +139,7 @@ impl TreeStats {
             sah: bvh.sah(),
             node_bytes: bvh.node_bytes(),
             prim_bytes: bvh.prim_bytes(),
+            wide_bytes: bvh.wide_bytes(),
         }
     }
 }
@@ -162,6 +171,25 @@ impl Prepared {
         }
     }
 
+    /// Whether [`Prepared::make_ready`] has nothing left to make for a frame.
+    pub fn is_ready(&self, settings: &Settings) -> bool {
+        match &self.0 {
+            Either::Packets(bvh) => {
+                let kernel = settings.kernel.for_frame(bvh, settings.pixels());
+                bvh.has_wide() || !kernel.is_wide()
+            }
+            Either::Oracle(_) => true,
+        }
+    }
+
+    /// Makes what the kernel of a frame needs beside the binary tree. [`render`] does so itself where it has not been done, and
+    /// then the frame's seconds have it.
+    pub fn make_ready(&self, settings: &Settings) {
+        if let Either::Packets(bvh) = &self.0 {
+            make_ready(bvh, settings);
+        }
+    }
+
     /// Figures of the tree.
     pub fn tree_stats(&self) -> TreeStats {
         match &self.0 {
@@ -172,9 +200,19 @@ impl Prepared {
                 sah: forest.world().sah(),
                 node_bytes: forest.memory_bytes(),
                 prim_bytes: 0,
+                wide_bytes: 0,
             },
         }
     }
+}
+
+/// Chooses the kernel for a frame, and makes what it needs.
+fn make_ready(bvh: &Bvh, settings: &Settings) -> Kernel {
+    let kernel = settings.kernel.for_frame(bvh, settings.pixels());
+    if kernel.is_wide() {
+        bvh.make_wide(settings.threads.max(1));
+    }
+    kernel
 }
 
 /// Renders one frame with the engine that `prepared` was built for.
@@ -202,30 +240,27 @@ pub fn render_tree(
     control: &Control,
 ) -> Result<Frame, FrameError> {
     let camera = Camera::new(&scene.view, settings.width, settings.height)?;
-    let film = SharedFilm::new(settings.width, settings.height, settings.record_hits);
-    let tiles = tiles(
-        settings.width,
-        settings.height,
-        settings.tile.clamp(8, 1024),
-    );
+    let mut film = Film::new(settings.width, settings.height, settings.record_hits);
+    let side = settings.tile.clamp(8, 1024);
+    let shared = SharedFilm::of(&mut film, side);
+    let tiles = tiles(settings.width, settings.height, side);
     let (threads, pin) = (settings.threads.max(1), settings.pin);
     let start = Instant::now();
     let painted = match tree {
         Tree::Packets(bvh) => {
-            let pixels = u64::from(settings.width) * u64::from(settings.height);
-            let kernel = settings.kernel.for_frame(bvh, pixels, threads);
-            run(&tiles, &film, threads, pin, control, || {
+            let kernel = make_ready(bvh, settings);
+            run(&tiles, &shared, threads, pin, control, || {
                 PacketPainter::new(scene, bvh, &camera, settings.max_depth, kernel)
             })
         }
-        Tree::Oracle(forest) => run(&tiles, &film, threads, pin, control, || ScalarPainter {
+        Tree::Oracle(forest) => run(&tiles, &shared, threads, pin, control, || ScalarPainter {
             camera: &camera,
             oracle: Oracle::new(scene, Search::Tree(forest), settings.max_depth),
         }),
     }?;
     let seconds = start.elapsed().as_secs_f64();
     Ok(Frame {
-        film: film.finish(),
+        film,
         stats: painted.stats,
         seconds,
         tile_seconds: painted.tile_seconds,
@@ -245,14 +280,15 @@ pub fn costs(
     control: &Control,
 ) -> Result<Vec<f32>, FrameError> {
     let camera = Camera::new(&scene.view, settings.width, settings.height)?;
-    let film = SharedFilm::new(settings.width, settings.height, false);
+    let mut film = Film::new(settings.width, settings.height, false);
     let side = settings.tile.clamp(8, 1024);
+    let shared = SharedFilm::of(&mut film, side);
     let tiles = tiles(settings.width, settings.height, side);
     let (threads, pin) = (settings.threads.max(1), settings.pin);
-    run(&tiles, &film, threads, pin, control, || {
+    run(&tiles, &shared, threads, pin, control, || {
         CostPainter::new(bvh, &camera, cost, settings.kernel)
     })?;
-    let [red, _, _] = film.finish().planes;
+    let [red, _, _] = film.planes;
     Ok(red)
 }
 
@@ -263,13 +299,13 @@ struct ScalarPainter<'a> {
 }
 
 impl Painter for ScalarPainter<'_> {
-    fn paint(&mut self, tile: Tile, film: &SharedFilm) {
-        for y in tile.y..tile.y + tile.height {
-            for x in tile.x..tile.x + tile.width {
-                let (radiance, hit) = self.oracle.pixel(self.camera, x, y);
-                film.set(x, y, radiance.to_array());
+    fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
+        for y in 0..tile.height {
+            for x in 0..tile.width {
+                let (radiance, hit) = self.oracle.pixel(self.camera, tile.x + x, tile.y + y);
+                pixels.set(x, y, radiance.to_array());
                 if let Some(hit) = hit {
-                    film.set_hit(x, y, [hit.t, hit.u, hit.v], hit.prim_id);
+                    pixels.set_hit(x, y, [hit.t, hit.u, hit.v], hit.prim_id);
                 }
             }
         }

@@ -8,7 +8,7 @@ use common::scenes::{self, Paint};
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::camera::Camera;
-use phalanx::render::{PacketPainter, Painter, SharedFilm, Tile, tiles};
+use phalanx::render::{PacketPainter, Painter, Pixels, Tile, tiles};
 use phalanx::scene::Scene;
 use phalanx::trace::Kernel;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -114,20 +114,26 @@ fn painting_allocates_nothing_once_warm() {
         (32, false, Kernel::Beam16),
         (32, false, Kernel::Single),
     ] {
-        let film = SharedFilm::new(scene.width, scene.height, record_hits);
+        let mut pixels = Pixels::new(record_hits);
         let all = tiles(scene.width, scene.height, side);
         // From all over the picture.
         let step = all.len().div_ceil(50);
         let some: Vec<Tile> = all.into_iter().step_by(step).collect();
         let mut painter = PacketPainter::new(&scene, &bvh, &camera, scene.max_depth, kernel);
+        let mut paint_all = |painter: &mut PacketPainter| {
+            for &tile in &some {
+                pixels.fit(tile);
+                painter.paint(tile, &mut pixels);
+            }
+        };
         let before = asked();
-        some.iter().for_each(|&tile| painter.paint(tile, &film));
+        paint_all(&mut painter);
         let warming = asked() - before;
         let rays = painter.stats().rays;
         assert!(warming > 0, "the counter counts nothing");
         assert!(rays.reflection > 1000 && rays.refraction > 1000, "{rays:?}");
         let before = asked();
-        some.iter().for_each(|&tile| painter.paint(tile, &film));
+        paint_all(&mut painter);
         let again = asked() - before;
         println!("tiles of {side}: {warming} allocations while warming up, {again} after");
         assert_eq!(again, 0, "tiles of {side}, hits kept: {record_hits}");

@@ -77,16 +77,26 @@ impl Bvh {
 
     /// Builds the tree of a scene.
     pub fn build_with(scene: &Scene, settings: &BuildSettings) -> Bvh {
-        let build = || build(scene, settings.quality);
-        if settings.threads == 0 {
-            return build();
+        on_threads(settings.threads, || build(scene, settings.quality))
+    }
+
+    /// Makes [`Bvh::wide`], if it has not been made, on so many threads; 0 for one per CPU. They change the time alone.
+    pub fn make_wide(&self, threads: usize) {
+        if !self.has_wide() {
+            on_threads(threads, || self.wide());
         }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads);
-        match pool.build() {
-            Ok(pool) => pool.install(build),
-            // Without threads of its own the build goes on in those that there are.
-            Err(_) => build(),
-        }
+    }
+}
+
+fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+    if threads == 0 {
+        return work();
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    match pool.build() {
+        Ok(pool) => pool.install(work),
+        // Without threads of its own the work goes on in those that there are.
+        Err(_) => work(),
     }
 }
 

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `node`, `slots` | what is traced: nodes, and primitives in leaf order |
 //! | `tree` | both, whole |
-//! | `wide` | the tree once more, eight children a node |
+//! | `wide` | the tree once more, with as many children a node as there are lanes |
 //! | `objects` | what a tree is built over |
 //! | `chunks` | neighbourhoods that are built side by side |
 //! | `piece` | one subtree of obvhs's, made ours |

@@ -1,8 +1,21 @@
 //! Rows on large pages, where the system gives them: rays that part look at rows all over a tree, and each page of four
 //! kibibytes wants a look-up of its own.
 
+use rayon::prelude::*;
+
 /// Less is not worth it: two large pages of x86-64.
 const WORTH: usize = 4 << 20;
+
+/// New rows, on large pages if they are many.
+pub(super) fn on_large_pages<T: Send>(rows: impl IndexedParallelIterator<Item = T>) -> Vec<T> {
+    let mut all = Vec::with_capacity(rows.len());
+    if rows.len() * size_of::<T>() >= WORTH {
+        ask_for_large_pages(&mut all);
+    }
+    // Within the room that there is: it does not move.
+    rows.collect_into_vec(&mut all);
+    all
+}
 
 /// Moves rows onto large pages, if they are many; for a moment they are there twice. What they are does not change, nor is it
 /// known whether the system did it.
@@ -45,6 +58,9 @@ mod tests {
             let mut moved = rows.clone();
             onto_large_pages(&mut moved);
             assert_eq!(moved, rows);
+            let new = on_large_pages(rows.par_iter().map(|x| x + 1));
+            assert!(new.iter().zip(&rows).all(|(new, x)| *new == x + 1));
+            assert_eq!(new.len(), rows.len());
         }
     }
 }

@@ -78,14 +78,25 @@ impl Bvh {
         self.sah
     }
 
-    /// The world's tree with eight children a node; made when it is first asked for.
+    /// The world's tree with as many children a node as there are lanes; made when it is first asked for, unless
+    /// [`Bvh::make_wide`] was asked before.
     pub fn wide(&self) -> &Wide {
-        self.wide.get_or_init(|| Box::new(Wide::of(self)))
+        if let Some(wide) = self.wide.get() {
+            return wide;
+        }
+        // Not within the lock: the threads that make it may meanwhile take up other work that asks for it, too.
+        let made = Box::new(Wide::of(self));
+        self.wide.get_or_init(|| made)
     }
 
     /// Whether [`Bvh::wide`] has been made.
     pub fn has_wide(&self) -> bool {
         self.wide.get().is_some()
+    }
+
+    /// Bytes of [`Bvh::wide`]; 0 where it has not been made.
+    pub fn wide_bytes(&self) -> usize {
+        self.wide.get().map_or(0, |wide| wide.bytes())
     }
 
     /// Bytes of the nodes.

@@ -6,14 +6,14 @@
 //! | opening a cache | the size of the file, all of which is mapped |
 //! | generating a standard scene | [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and cone |
 //! | building a tree | the scene's columns; for each triangle [`TRIANGLE_BYTES`], for anything else [`OTHER_BYTES`], and for the oracle's tree [`ORACLE_BYTES`] for each |
-//! | rendering | columns and tree as they are; the film, and the picture of it; for each thread [`THREAD_BYTES`], and [`PIXEL_BYTES`] for each pixel of a tile |
+//! | rendering | columns and tree as they are, and for each primitive [`WIDE_BYTES`] where the wide tree is still to be made; the film, and the picture of it; for each thread [`THREAD_BYTES`], and [`PIXEL_BYTES`] for each pixel of a tile |
 //!
 //! To each comes [`PROGRAM_BYTES`] for the program. Estimates are meant to err on the upper side; `perf/notes/memory.md`
 //! holds them against peaks. Of a file that names others (buffers, pictures, materials) only its own size is known here.
 
 use super::failure::Failure;
 use super::output::{bytes, grouped};
-use phalanx::frame::{Engine, Settings, TreeStats};
+use phalanx::frame::{Engine, Prepared, Settings};
 use phalanx::open::is_cache;
 use phalanx::scene::Scene;
 use phalanx::standard::{self, Spec};
@@ -33,6 +33,8 @@ const TRIANGLE_BYTES: u64 = 150;
 const OTHER_BYTES: u64 = 270;
 /// While the oracle's tree is built.
 const ORACLE_BYTES: u64 = 100;
+/// While the wide tree is made.
+const WIDE_BYTES: u64 = 120;
 /// Of the rays of a tile: its waves are kept until they are folded back.
 const PIXEL_BYTES: u64 = 1000;
 /// Stack and buffers.
@@ -93,11 +95,16 @@ impl Budget {
     pub fn for_render(
         self,
         scene: &Scene,
-        tree: &TreeStats,
+        prepared: &Prepared,
         settings: &Settings,
         films: u64,
     ) -> Result<(), Failure> {
-        let tree = (tree.node_bytes + tree.prim_bytes) as u64;
+        let tree = prepared.tree_stats();
+        let wide = match prepared.is_ready(settings) {
+            true => tree.wide_bytes as u64,
+            false => scene.prim_count() as u64 * WIDE_BYTES,
+        };
+        let tree = (tree.node_bytes + tree.prim_bytes) as u64 + wide;
         let (width, height) = (settings.width, settings.height);
         let side = |pixels: u32| u64::from(pixels.min(settings.tile));
         let tile = side(width) * side(height) * PIXEL_BYTES;

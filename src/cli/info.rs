@@ -180,6 +180,7 @@ mod tests {
         sah: 7.25,
         node_bytes: 160,
         prim_bytes: 96,
+        wide_bytes: 32,
     };
 
     #[test]
@@ -207,7 +208,7 @@ mod tests {
         let memory = &json["memory"];
         assert_eq!(memory["bvh_node_bytes"], 160);
         let scene_bytes = memory["scene_bytes"].as_u64().unwrap();
-        assert_eq!(memory["total_bytes"], scene_bytes + 256);
+        assert_eq!(memory["total_bytes"], scene_bytes + 288);
     }
 
     #[test]

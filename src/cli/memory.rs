@@ -15,6 +15,8 @@ pub struct Memory {
     scene_parts: BTreeMap<&'static str, u64>,
     bvh_node_bytes: u64,
     bvh_primitive_bytes: u64,
+    /// The tree with more children a node; 0 where none was made.
+    bvh_wide_bytes: u64,
     /// The film and the picture made of it; 0 where none is made.
     film_bytes: u64,
     /// All of the above.
@@ -33,7 +35,9 @@ impl Memory {
     /// Of a scene and its tree, of a film of so many bytes, and of a mapped file.
     pub fn of(scene: &Scene, tree: &TreeStats, film_bytes: u64, mapped_bytes: u64) -> Memory {
         let scene_bytes = scene.memory_bytes() as u64;
-        let (nodes, prims) = (tree.node_bytes as u64, tree.prim_bytes as u64);
+        let trees = [tree.node_bytes, tree.prim_bytes, tree.wide_bytes];
+        let [nodes, prims, wide] = trees.map(|bytes| bytes as u64);
+        let at_rest = scene_bytes + nodes + prims + wide;
         let parts = scene.memory_parts().into_iter();
         let parts = parts.map(|(name, bytes)| (name, bytes as u64));
         let count = scene.prim_count();
@@ -44,9 +48,10 @@ impl Memory {
             scene_parts: parts.filter(|(_, bytes)| *bytes > 0).collect(),
             bvh_node_bytes: nodes,
             bvh_primitive_bytes: prims,
+            bvh_wide_bytes: wide,
             film_bytes,
-            total_bytes: scene_bytes + nodes + prims + film_bytes,
-            bytes_per_primitive: each(scene_bytes + nodes + prims),
+            total_bytes: at_rest + film_bytes,
+            bytes_per_primitive: each(at_rest),
             peak_bytes_per_primitive: peak.and_then(each),
             mapped_bytes,
             peak_rss_bytes: peak,
@@ -60,6 +65,9 @@ impl Memory {
             ("tree nodes", self.bvh_node_bytes),
             ("tree primitives", self.bvh_primitive_bytes),
         ];
+        if self.bvh_wide_bytes > 0 {
+            all.push(("wide tree", self.bvh_wide_bytes));
+        }
         if self.film_bytes > 0 {
             all.push(("film", self.film_bytes));
         }

@@ -30,9 +30,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let heat = heat::asked(args.heat.as_deref(), &settings)?;
     let start = Instant::now();
     let prepared = input.prepare(settings.engine, &args.tree, settings.threads)?;
-    let build = start.elapsed().as_secs_f64();
-    let (scene, tree) = (&input.scene, prepared.tree_stats());
-    input.budget.for_render(scene, &tree, &settings, 1)?;
+    let scene = &input.scene;
+    input.budget.for_render(scene, &prepared, &settings, 1)?;
+    prepared.make_ready(&settings);
+    let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
     let frame = progress::render(scene, &prepared, &settings)?;
     let picture = encode(&frame.film, args.picture.tone(scene));
     interrupt::undisturbed(|| save_png(&path, &picture))??;

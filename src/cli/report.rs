@@ -230,6 +230,7 @@ mod tests {
             sah: 33.5,
             node_bytes: 1,
             prim_bytes: 2,
+            wide_bytes: 3,
         };
         let image = Image::new(&settings, Path::new("out.png"));
         let report = Report::new(Path::new("a.test"), &scene, &settings, image);

@@ -191,9 +191,9 @@ fn runs(
 }
 
 fn render(input: &Input, prepared: &Prepared, settings: &Settings) -> Result<Frame, Failure> {
-    let (scene, tree) = (&input.scene, prepared.tree_stats());
+    let scene = &input.scene;
     // The scalar engine's film is kept to compare with.
-    input.budget.for_render(scene, &tree, settings, 2)?;
+    input.budget.for_render(scene, prepared, settings, 2)?;
     let frame = progress::render(scene, prepared, settings)?;
     if frame.film.hits.is_none() {
         // Without them half of the promise would go untested, and nobody would know.

@@ -24,8 +24,8 @@ pub fn encode(film: &Film, tone: Tone) -> Picture {
     let rgb = match tone.transfer {
         Transfer::None => interleave(film, |c| linear_sample(c, tone.quantize)),
         Transfer::Srgb => {
-            let thresholds = srgb_thresholds(tone.quantize);
-            interleave(film, |c| srgb_sample(c, &thresholds))
+            let table = SrgbTable::new(&srgb_thresholds(tone.quantize));
+            interleave(film, |c| table.sample(c))
         }
     };
     Picture {
@@ -37,9 +37,10 @@ pub fn encode(film: &Film, tone: Tone) -> Picture {
 
 fn interleave(film: &Film, sample: impl Fn(f32) -> u8) -> Vec<u8> {
     let [red, green, blue] = &film.planes;
-    let mut rgb = Vec::with_capacity(3 * red.len());
-    for ((&r, &g), &b) in red.iter().zip(green).zip(blue) {
-        rgb.extend([sample(r), sample(g), sample(b)]);
+    let mut rgb = vec![0; 3 * red.len()];
+    let pixels = rgb.as_chunks_mut::<3>().0.iter_mut();
+    for (((pixel, &r), &g), &b) in pixels.zip(red).zip(green).zip(blue) {
+        *pixel = [sample(r), sample(g), sample(b)];
     }
     rgb
 }
@@ -58,9 +59,39 @@ fn linear_sample(c: f32, quantize: Quantize) -> u8 {
     }
 }
 
-fn srgb_sample(c: f32, thresholds: &[f64; 255]) -> u8 {
-    let c = f64::from(unit(c));
-    thresholds.partition_point(|&least| least <= c) as u8
+/// The number of thresholds at or below a value, without a search: thresholds are more than a cell apart, so that what is below
+/// the value's cell is known, and within it is one at most.
+struct SrgbTable {
+    /// By cell, the sample of its lower end.
+    lowest: [u8; CELLS + 1],
+    /// By sample, the least value of the next, rounded up: a value of 32 bits reaches it if and only if it reaches the threshold.
+    /// The last has none.
+    next: [f32; 256],
+}
+
+/// The steepest part of the curve, its straight one, has a threshold every 1/3295.
+const CELLS: usize = 4096;
+
+impl SrgbTable {
+    fn new(thresholds: &[f64; 255]) -> SrgbTable {
+        let at_or_below = |c: f64| thresholds.partition_point(|&least| least <= c) as u8;
+        let up = |least: f64| match least as f32 {
+            near if f64::from(near) < least => near.next_up(),
+            near => near,
+        };
+        SrgbTable {
+            // A cell's end is a number of 32 bits, and a value times the number of cells is rounded nowhere.
+            lowest: std::array::from_fn(|cell| at_or_below(cell as f64 / CELLS as f64)),
+            next: std::array::from_fn(|k| thresholds.get(k).map_or(f32::INFINITY, |t| up(*t))),
+        }
+    }
+
+    fn sample(&self, c: f32) -> u8 {
+        let c = unit(c);
+        // From 0 to CELLS; the bound says so to the compiler, too.
+        let low = self.lowest[((c * CELLS as f32) as usize).min(CELLS)];
+        low + u8::from(c >= self.next[usize::from(low)])
+    }
 }
 
 /// `thresholds[k - 1]` is the least linear value whose sample is `k`.
@@ -176,6 +207,25 @@ mod tests {
                 let at = forward(least) + offset;
                 // The two published constants of the joint differ in the eighth digit.
                 assert!((at - (i + 1) as f64).abs() < 1e-3, "{quantize:?} {i}: {at}");
+            }
+        }
+    }
+
+    /// Beside every threshold, at every cell's ends, and all over.
+    #[test]
+    fn the_table_counts_thresholds() {
+        for quantize in [Quantize::Floor, Quantize::Round] {
+            let thresholds = srgb_thresholds(quantize);
+            let table = SrgbTable::new(&thresholds);
+            let cells = (0..=CELLS).map(|cell| cell as f32 / CELLS as f32);
+            let near = thresholds.map(|t| t as f32).into_iter().chain(cells);
+            let near =
+                near.flat_map(|c| [c.next_down().next_down(), c.next_down(), c, c.next_up()]);
+            let all = (0..3_000_000).map(|k| k as f32 / 2_900_000.0);
+            for c in near.chain(all).chain(ODD) {
+                let value = f64::from(unit(c));
+                let want = thresholds.partition_point(|&least| least <= value);
+                assert_eq!(usize::from(table.sample(c)), want, "{quantize:?} {c:e}");
             }
         }
     }

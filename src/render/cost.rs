@@ -1,6 +1,6 @@
 //! What each pixel's camera ray costs the packet engine to trace, for pictures of it.
 
-use super::film::SharedFilm;
+use super::film::Pixels;
 use super::packets::push_camera_rays;
 use super::stats::{RayCounts, RenderStats};
 use super::tiles::Tile;
@@ -52,7 +52,7 @@ impl<'a> CostPainter<'a> {
 }
 
 impl Painter for CostPainter<'_> {
-    fn paint(&mut self, tile: Tile, film: &SharedFilm) {
+    fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
         self.arena.reset();
         let mut rays = RayQueue::with_capacity(&self.arena, tile.pixels() as usize);
         push_camera_rays(&mut rays, self.camera, tile);
@@ -71,8 +71,7 @@ impl Painter for CostPainter<'_> {
                         cost => count(&mut self.alone, &rays, packet, lane, cost),
                     };
                     let place = rays.purpose(packet).1[lane];
-                    let (x, y) = (tile.x + (place & 0xffff), tile.y + (place >> 16));
-                    film.set(x, y, [cost; 3]);
+                    pixels.set(place & 0xffff, place >> 16, [cost; 3]);
                 }
             }
         }

@@ -1,6 +1,9 @@
 //! The picture while it is made: linear radiance in planes, and the primary hits where they are asked for.
+//!
+//! A painter fills the [`Pixels`] of its tile, which are its own; the worker puts them onto the film when they are done.
 
-use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use super::tiles::Tile;
+use std::sync::{Mutex, PoisonError};
 
 /// `prim_id` of a pixel whose primary ray hit nothing.
 pub const NO_HIT: u32 = crate::packet::NO_PRIM;
@@ -31,7 +34,30 @@ pub struct Hits {
     pub v: Vec<f32>,
 }
 
+impl Hits {
+    fn none(pixels: usize) -> Hits {
+        Hits {
+            prim_id: vec![NO_HIT; pixels],
+            t: vec![0.0; pixels],
+            u: vec![0.0; pixels],
+            v: vec![0.0; pixels],
+        }
+    }
+}
+
 impl Film {
+    /// A black film.
+    pub fn new(width: u32, height: u32, record_hits: bool) -> Film {
+        let pixels = width as usize * height as usize;
+        // Zeroed by the system where they are first written to: by all workers, and not by one beforehand.
+        Film {
+            width,
+            height,
+            planes: [0, 1, 2].map(|_| vec![0.0; pixels]),
+            hits: record_hits.then(|| Hits::none(pixels)),
+        }
+    }
+
     /// Radiance of the pixel in column `x`, row `y`.
     pub fn pixel(&self, x: u32, y: u32) -> [f32; 3] {
         let i = y as usize * self.width as usize + x as usize;
@@ -39,90 +65,219 @@ impl Film {
     }
 }
 
-/// A film that workers fill at the same time. No two tiles share a pixel, so the order of the (relaxed) stores does
-/// not matter; joining the workers makes them visible.
-pub struct SharedFilm {
-    width: u32,
-    height: u32,
-    /// Red, green, blue; then t, u, v if hits are recorded.
-    planes: Vec<Vec<AtomicU32>>,
-    prim_id: Vec<AtomicU32>,
+/// The pixels of one tile, row by row from its top left, and their primary hits if the film keeps them.
+#[derive(Debug)]
+pub struct Pixels {
+    width: usize,
+    planes: [Vec<f32>; 3],
+    hits: Option<Hits>,
 }
 
-impl SharedFilm {
-    /// A black film.
-    pub fn new(width: u32, height: u32, record_hits: bool) -> SharedFilm {
-        let pixels = width as usize * height as usize;
-        let plane = |fill: u32| {
-            let mut plane = Vec::new();
-            plane.resize_with(pixels, || AtomicU32::new(fill));
-            plane
+impl Pixels {
+    /// Of no tile yet.
+    pub fn new(record_hits: bool) -> Pixels {
+        Pixels {
+            width: 0,
+            planes: Default::default(),
+            hits: record_hits.then(Hits::default),
+        }
+    }
+
+    /// Makes them black, of the size of a tile, and without hits.
+    pub fn fit(&mut self, tile: Tile) {
+        let count = tile.pixels() as usize;
+        self.width = tile.width as usize;
+        let refill = |plane: &mut Vec<f32>| {
+            plane.clear();
+            plane.resize(count, 0.0);
         };
+        self.planes.iter_mut().for_each(refill);
+        if let Some(hits) = &mut self.hits {
+            hits.prim_id.clear();
+            hits.prim_id.resize(count, NO_HIT);
+            [&mut hits.t, &mut hits.u, &mut hits.v]
+                .into_iter()
+                .for_each(refill);
+        }
+    }
+
+    /// Whether the film keeps hits.
+    pub fn record_hits(&self) -> bool {
+        self.hits.is_some()
+    }
+
+    /// The radiance of a pixel of the tile.
+    pub fn set(&mut self, x: u32, y: u32, rgb: [f32; 3]) {
+        let at = self.index(x, y);
+        for (plane, value) in self.planes.iter_mut().zip(rgb) {
+            plane[at] = value;
+        }
+    }
+
+    /// The radiance of pixels of the tile that are side by side, from (`x`, `y`) on.
+    #[inline]
+    pub fn set_run<const N: usize>(&mut self, x: u32, y: u32, rgb: [&[f32; N]; 3]) {
+        let at = self.index(x, y);
+        for (plane, values) in self.planes.iter_mut().zip(rgb) {
+            plane[at..at + N].copy_from_slice(values);
+        }
+    }
+
+    /// The primary hit of a pixel of the tile as (t, u, v) and primitive, if the film keeps hits.
+    pub fn set_hit(&mut self, x: u32, y: u32, [t, u, v]: [f32; 3], prim_id: u32) {
+        let at = self.index(x, y);
+        if let Some(hits) = &mut self.hits {
+            hits.prim_id[at] = prim_id;
+            (hits.t[at], hits.u[at], hits.v[at]) = (t, u, v);
+        }
+    }
+
+    fn index(&self, x: u32, y: u32) -> usize {
+        y as usize * self.width + x as usize
+    }
+}
+
+/// A film that workers fill at the same time, in bands as high as a tile.
+pub struct SharedFilm<'a> {
+    width: usize,
+    side: u32,
+    record_hits: bool,
+    bands: Vec<Mutex<Band<'a>>>,
+}
+
+/// Some rows of a film.
+#[derive(Default)]
+struct Band<'a> {
+    planes: [&'a mut [f32]; 3],
+    /// Empty where the film keeps no hits.
+    prim_id: &'a mut [u32],
+    tuv: [&'a mut [f32]; 3],
+}
+
+impl<'a> SharedFilm<'a> {
+    /// For tiles of a side.
+    pub fn of(film: &'a mut Film, side: u32) -> SharedFilm<'a> {
+        let (width, record_hits) = (film.width as usize, film.hits.is_some());
+        let mut bands: Vec<Band> = Vec::new();
+        bands.resize_with(film.height.div_ceil(side) as usize, Band::default);
+        let rows = (width * side as usize).max(1);
+        for (k, plane) in film.planes.iter_mut().enumerate() {
+            for (band, part) in bands.iter_mut().zip(plane.chunks_mut(rows)) {
+                band.planes[k] = part;
+            }
+        }
+        if let Some(Hits { prim_id, t, u, v }) = &mut film.hits {
+            for (band, part) in bands.iter_mut().zip(prim_id.chunks_mut(rows)) {
+                band.prim_id = part;
+            }
+            for (k, column) in [t, u, v].into_iter().enumerate() {
+                for (band, part) in bands.iter_mut().zip(column.chunks_mut(rows)) {
+                    band.tuv[k] = part;
+                }
+            }
+        }
         SharedFilm {
             width,
-            height,
-            planes: (0..if record_hits { 6 } else { 3 })
-                .map(|_| plane(0))
-                .collect(),
-            prim_id: if record_hits {
-                plane(NO_HIT)
-            } else {
-                Vec::new()
-            },
+            side,
+            record_hits,
+            bands: bands.into_iter().map(Mutex::new).collect(),
         }
     }
 
     /// Whether the film keeps hits.
     pub fn records_hits(&self) -> bool {
-        !self.prim_id.is_empty()
+        self.record_hits
     }
 
-    /// Stores a pixel's radiance.
-    pub fn set(&self, x: u32, y: u32, rgb: [f32; 3]) {
-        self.store(0, x, y, rgb);
+    /// Puts the pixels of a tile in their place. The tile is one of those that the film was parted for.
+    pub fn put(&self, tile: Tile, pixels: &Pixels) {
+        let band = &self.bands[(tile.y / self.side) as usize];
+        // Nobody leaves a band in a state that is wrong: pixels are numbers.
+        let mut band = band.lock().unwrap_or_else(PoisonError::into_inner);
+        let first = (tile.y % self.side) as usize * self.width + tile.x as usize;
+        let place = (first, self.width, pixels.width);
+        for (to, from) in band.planes.iter_mut().zip(&pixels.planes) {
+            put(to, from, place);
+        }
+        if let Some(Hits { prim_id, t, u, v }) = &pixels.hits {
+            put(band.prim_id, prim_id, place);
+            for (to, from) in band.tuv.iter_mut().zip([t, u, v]) {
+                put(to, from, place);
+            }
+        }
     }
+}
 
-    /// Stores a pixel's primary hit as (t, u, v) and primitive, if the film keeps hits.
-    pub fn set_hit(&self, x: u32, y: u32, tuv: [f32; 3], prim_id: u32) {
-        if self.records_hits() {
-            self.store(3, x, y, tuv);
-            self.prim_id[self.index(x, y)].store(prim_id, Relaxed);
+/// Copies rows of `width` values to where rows are `pitch` apart, from `first` on.
+fn put<T: Copy>(to: &mut [T], from: &[T], (first, pitch, width): (usize, usize, usize)) {
+    let rows = to[first..].chunks_mut(pitch);
+    for (to, from) in rows.zip(from.chunks(width)) {
+        to[..width].copy_from_slice(from);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tiles::tiles;
+    use super::*;
+
+    /// Every tile's pixels get the numbers that they have on the film.
+    #[test]
+    fn pixels_land_where_their_tile_lies() {
+        for (width, height, side) in [(1, 1, 8), (40, 24, 8), (33, 17, 16), (7, 100, 64)] {
+            let mut film = Film::new(width, height, true);
+            let shared = SharedFilm::of(&mut film, side);
+            let mut pixels = Pixels::new(shared.records_hits());
+            for tile in tiles(width, height, side) {
+                pixels.fit(tile);
+                for (x, y) in (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y))) {
+                    let number = (tile.y + y) * width + tile.x + x;
+                    let value = number as f32;
+                    pixels.set(x, y, [value, -value, 0.5 * value]);
+                    if number % 3 > 0 {
+                        pixels.set_hit(x, y, [value + 1.0, value + 2.0, value + 3.0], number);
+                    }
+                }
+                shared.put(tile, &pixels);
+            }
+            let hits = film.hits.expect("they were asked for");
+            for number in 0..width * height {
+                let (at, value) = (number as usize, number as f32);
+                let rgb = [0, 1, 2].map(|k: usize| film.planes[k][at]);
+                assert_eq!(rgb, [value, -value, 0.5 * value], "{width}x{height}");
+                let hit = (hits.prim_id[at], [hits.t[at], hits.u[at], hits.v[at]]);
+                let want = match number % 3 {
+                    0 => (NO_HIT, [0.0; 3]),
+                    _ => (number, [1.0, 2.0, 3.0].map(|k| value + k)),
+                };
+                assert_eq!(hit, want, "{width}x{height}");
+            }
         }
     }
 
-    fn index(&self, x: u32, y: u32) -> usize {
-        y as usize * self.width as usize + x as usize
-    }
-
-    fn store(&self, first_plane: usize, x: u32, y: u32, values: [f32; 3]) {
-        let i = self.index(x, y);
-        for (plane, value) in self.planes[first_plane..].iter().zip(values) {
-            plane[i].store(value.to_bits(), Relaxed);
-        }
-    }
-
-    /// The finished film.
-    pub fn finish(self) -> Film {
-        let floats = |plane: Vec<AtomicU32>| -> Vec<f32> {
-            plane
-                .into_iter()
-                .map(|v| f32::from_bits(v.into_inner()))
-                .collect()
+    #[test]
+    fn a_run_is_its_pixels_one_by_one() {
+        let tile = Tile {
+            x: 8,
+            y: 16,
+            width: 8,
+            height: 3,
         };
-        let prim_id: Vec<u32> = self
-            .prim_id
-            .into_iter()
-            .map(AtomicU32::into_inner)
-            .collect();
-        let mut planes = self.planes.into_iter().map(floats);
-        let mut next = || planes.next().unwrap_or_default();
-        let colors = [next(), next(), next()];
-        let (t, u, v) = (next(), next(), next());
-        Film {
-            width: self.width,
-            height: self.height,
-            planes: colors,
-            hits: (!prim_id.is_empty()).then_some(Hits { prim_id, t, u, v }),
+        let [mut runs, mut single] = [0, 1].map(|_| Pixels::new(false));
+        for pixels in [&mut runs, &mut single] {
+            pixels.fit(tile);
         }
+        let [r, g, b] = [0.0f32, 10.0, 20.0].map(|from| [1.0, 2.0, 3.0, 4.0].map(|k| from + k));
+        runs.set_run(4, 1, [&r, &g, &b]);
+        for k in 0..4 {
+            single.set(4 + k as u32, 1, [r[k], g[k], b[k]]);
+        }
+        assert_eq!(runs.planes, single.planes);
+        assert_eq!(
+            runs.planes[1][12..],
+            [
+                11.0, 12.0, 13.0, 14.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            ]
+        );
     }
 }

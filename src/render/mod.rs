@@ -13,7 +13,7 @@ mod wave;
 mod workers;
 
 pub use cost::{Cost, CostPainter};
-pub use film::{Film, Hits, NO_HIT, SharedFilm};
+pub use film::{Film, Hits, NO_HIT, Pixels, SharedFilm};
 pub use packets::{PacketPainter, push_camera_rays};
 pub use stats::{RayCounts, RenderStats};
 pub use tiles::{Tile, tiles};

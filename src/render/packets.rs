@@ -1,13 +1,13 @@
 //! The packet engine's painter: a tile's camera rays, its waves, its pixels.
 
-use super::film::SharedFilm;
+use super::film::Pixels;
 use super::stats::RenderStats;
 use super::tiles::Tile;
 use super::wave::{Colors, Engine, RayView, wave};
 use super::workers::Painter;
 use crate::bvh::Bvh;
 use crate::camera::Camera;
-use crate::lanes::{F32x8, LaneMask, Lanes, Mask8, Vec3x8};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
 use crate::scene::Scene;
 use crate::trace::{Kernel, Traversal};
@@ -45,7 +45,7 @@ impl<'a> PacketPainter<'a> {
 }
 
 impl Painter for PacketPainter<'_> {
-    fn paint(&mut self, tile: Tile, film: &SharedFilm) {
+    fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
         self.tile_arena.reset();
         let arena = &self.tile_arena;
         let mut rays = RayQueue::with_capacity(arena, tile.pixels() as usize);
@@ -53,8 +53,8 @@ impl Painter for PacketPainter<'_> {
         self.engine.stats.rays.primary += rays.len() as u64;
         let packets = packets_for(rays.len());
         let colors = arena.alloc_slice_fill_copy(packets, Colors::BLACK);
-        let mut hits = film
-            .records_hits()
+        let mut hits = pixels
+            .record_hits()
             .then(|| &mut *arena.alloc_slice_fill_copy(packets, HitPacket::miss()));
         let view = RayView {
             queue: &rays,
@@ -67,7 +67,7 @@ impl Painter for PacketPainter<'_> {
             colors,
             hits.as_deref_mut(),
         );
-        develop(&rays, tile, colors, hits.as_deref(), film);
+        develop(&rays, colors, hits.as_deref(), pixels);
     }
 
     fn stats(&self) -> RenderStats {
@@ -94,11 +94,20 @@ pub fn push_camera_rays(rays: &mut RayQueue, camera: &Camera, tile: Tile) {
                     F32x8::splat((tile.y + y) as f32) + ROW_CENTRES,
                     F32x8::splat((tile.x + x) as f32) + COLUMN_CENTRES,
                 );
-                let pixel = std::array::from_fn(|k| (y + k as u32 / 4) << 16 | (x + k as u32 % 4));
-                rays.push(inside, eye, dir, Vec3x8::ZERO, &pixel);
+                rays.push(inside, eye, dir, Vec3x8::ZERO, &block_of(x, y));
             }
         }
     }
+}
+
+/// The places in the tile of a packet's 4×2 pixels, the first of which is at (`x`, `y`).
+fn block_of(x: u32, y: u32) -> [u32; LANES] {
+    std::array::from_fn(|k| (y + k as u32 / 4) << 16 | (x + k as u32 % 4))
+}
+
+/// Column and row of a place.
+fn place(place: u32) -> (u32, u32) {
+    (place & 0xffff, place >> 16)
 }
 
 /// Centres of a packet's 4×2 pixels, relative to its first pixel.
@@ -115,31 +124,36 @@ fn inside(tile: Tile, x: u32, y: u32) -> Mask8 {
     })
 }
 
-/// Puts the tile's pixels onto the film.
-fn develop(
-    rays: &RayQueue,
-    tile: Tile,
-    colors: &[Colors],
-    hits: Option<&[HitPacket]>,
-    film: &SharedFilm,
-) {
+/// Gives the tile's pixels their radiance, and their hits where they are kept.
+fn develop(rays: &RayQueue, colors: &[Colors], hits: Option<&[HitPacket]>, pixels: &mut Pixels) {
     for (packet, color) in colors.iter().enumerate() {
-        let pixels = rays.purpose(packet).1;
-        for lane in rays.active(packet).lanes() {
-            let (x, y) = (
-                tile.x + (pixels[lane] & 0xffff),
-                tile.y + (pixels[lane] >> 16),
-            );
-            film.set(x, y, color.lane(lane));
-            let Some(hits) = hits else { continue };
-            let hit = &hits[packet];
-            let prim_id = hit.prim_id.lane(lane);
-            let t = if prim_id == NO_PRIM {
-                0.0
-            } else {
-                hit.t.lane(lane)
-            };
-            film.set_hit(x, y, [t, hit.u.lane(lane), hit.v.lane(lane)], prim_id);
+        let (active, places) = (rays.active(packet), rays.purpose(packet).1);
+        let (x, y) = place(places[0]);
+        if active.bits() == 0xff && *places == block_of(x, y) {
+            let row = |k: usize| color.plane_halves().map(|plane| plane[k]);
+            pixels.set_run(x, y, row(0));
+            pixels.set_run(x, y + 1, row(1));
+        } else {
+            for lane in active.lanes() {
+                let (x, y) = place(places[lane]);
+                pixels.set(x, y, color.lane(lane));
+            }
         }
+        if let Some(hits) = hits {
+            keep(&hits[packet], active, places, pixels);
+        }
+    }
+}
+
+/// Keeps the hits of a packet.
+fn keep(hit: &HitPacket, active: Mask8, places: &[u32; LANES], pixels: &mut Pixels) {
+    for lane in active.lanes() {
+        let (x, y) = place(places[lane]);
+        let prim_id = hit.prim_id.lane(lane);
+        let t = match prim_id {
+            NO_PRIM => 0.0,
+            _ => hit.t.lane(lane),
+        };
+        pixels.set_hit(x, y, [t, hit.u.lane(lane), hit.v.lane(lane)], prim_id);
     }
 }

@@ -29,6 +29,14 @@ pub(super) struct Colors([[f32; LANES]; 3]);
 impl Colors {
     pub(super) const BLACK: Colors = Colors([[0.0; LANES]; 3]);
 
+    /// Of each plane, the lower four lanes and the upper four.
+    pub(super) fn plane_halves(&self) -> [[&[f32; LANES / 2]; 2]; 3] {
+        self.0.each_ref().map(|plane| match plane.as_chunks().0 {
+            [lower, upper] => [lower, upper],
+            _ => unreachable!("eight lanes are two times four"),
+        })
+    }
+
     pub(super) fn lane(&self, lane: usize) -> [f32; 3] {
         [self.0[0][lane], self.0[1][lane], self.0[2][lane]]
     }
@@ -172,8 +180,14 @@ pub(super) fn surfaces<'arena>(
         for lane in missed.lanes() {
             colors[packet].set(lane, scene.background.to_array());
         }
+        let met = active & !missed;
+        if let (Some(batch), 0xff) = (only, met.bits()) {
+            whole[wholes] = (packet as u32, batch);
+            wholes += 1;
+            continue;
+        }
         let start = looses;
-        for lane in (active & !missed).lanes() {
+        for lane in met.lanes() {
             let batch = only.unwrap_or_else(|| batch_of(scene, hit.prim_id.lane(lane))) as Key;
             loose[looses] = batch << 32 | (packet * LANES + lane) as Key;
             looses += 1;
@@ -293,6 +307,10 @@ fn emit_own(scene: &Scene, surfaces: &[Surface], tints: &[Vec3x8], colors: &mut 
     for (k, at) in surfaces.iter().enumerate() {
         let Material { ka, ke, .. } = Material::of(scene, at.material);
         let own = (ka + ke).to_array();
+        if let (None, Some(packet)) = (tints.get(k), at.whole_packet()) {
+            colors[packet] = Colors(own.map(|c| [c; LANES]));
+            continue;
+        }
         for lane in at.active.lanes() {
             let own = match tints.get(k) {
                 Some(t) => {

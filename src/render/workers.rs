@@ -1,6 +1,6 @@
 //! Workers that take tiles until none is left; the only place that names core_affinity.
 
-use super::film::SharedFilm;
+use super::film::{Pixels, SharedFilm};
 use super::stats::RenderStats;
 use super::tiles::Tile;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
@@ -54,8 +54,8 @@ pub struct Interrupted;
 
 /// An engine's share of one worker: it paints tiles and counts what it does.
 pub trait Painter {
-    /// Paints every pixel of a tile.
-    fn paint(&mut self, tile: Tile, film: &SharedFilm);
+    /// Paints every pixel of a tile; `pixels` are of its size, black and without hits.
+    fn paint(&mut self, tile: Tile, pixels: &mut Pixels);
     /// What it has done since it was made.
     fn stats(&self) -> RenderStats;
 }
@@ -87,7 +87,7 @@ pub fn run<P: Painter>(
         if let Some(worker) = worker {
             cores.bind(worker);
         }
-        let mut painter = painter();
+        let (mut painter, mut pixels) = (painter(), Pixels::new(film.records_hits()));
         let mut counted = 0;
         let mut took = Vec::new();
         while !control.stop.load(Relaxed) {
@@ -96,7 +96,9 @@ pub fn run<P: Painter>(
                 break;
             };
             let start = Instant::now();
-            painter.paint(tile, film);
+            pixels.fit(tile);
+            painter.paint(tile, &mut pixels);
+            film.put(tile, &pixels);
             took.push((k, start.elapsed().as_secs_f64()));
             let rays = painter.stats().rays.total();
             control.rays.fetch_add(rays - counted, Relaxed);

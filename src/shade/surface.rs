@@ -1,7 +1,7 @@
 //! Eight hits of one kind and one material: where they are and which way the surface faces.
 
 use super::instance::Maps;
-use crate::lanes::{F32x8, LANES, Lanes, Mask8, Vec3x8};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, RayPacket};
 use crate::scene::{ConeProfile, OFFSET, PAD, PrimKind, Scene, Vec3s};
 use glam::Vec3;
@@ -29,6 +29,16 @@ pub struct Surface {
     pub material: u32,
 }
 
+impl Surface {
+    /// The packet of the wave that it is, if it is one as it stands.
+    pub fn whole_packet(&self) -> Option<usize> {
+        let first = self.ray[0];
+        let in_turn = self.ray == std::array::from_fn(|lane| first.wrapping_add(lane as u32));
+        let whole = in_turn && self.active.bits() == 0xff && first.is_multiple_of(LANES as u32);
+        whole.then_some(first as usize / LANES)
+    }
+}
+
 /// One material, its colours ready to be multiplied.
 #[derive(Clone, Copy, Debug)]
 pub struct Material {
@@ -49,7 +59,8 @@ pub struct Material {
 }
 
 impl Material {
-    /// Reads one row of the columns.
+    /// Reads one row of the columns. Whoever asks wants a few of them, and the rest is not read where this is inlined.
+    #[inline(always)]
     pub fn of(scene: &Scene, index: u32) -> Material {
         let (m, i) = (&scene.materials, index as usize);
         Material {
@@ -159,7 +170,8 @@ pub(super) fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
 /// because it leads out of padded boxes, too.
 fn triangle(scene: &Scene, rows: &[usize; LANES], back: Vec3x8, hits: &HitPacket) -> Place {
     let t = &scene.triangles;
-    let corner = |k: usize| gather(&t.vertices, &rows.map(|i| t.corners[i][k] as usize));
+    let corners = rows.map(|i| t.corners[i]);
+    let corner = |k: usize| gather(&t.vertices, &corners.map(|of| of[k] as usize));
     let (a, b, c) = (corner(0), corner(1), corner(2));
     let (beta, gamma) = (hits.u, hits.v);
     let alpha = (F32x8::ONE - beta) - gamma;

@@ -49,15 +49,22 @@ impl Kernel {
         known.map_or("", |(name, _)| name)
     }
 
-    /// What pays for one frame of so many pixels. Making the wide tree takes one thread as long as beams save with about four
-    /// pixels for each primitive (`perf/notes/beams.md`), and the other threads wait; so where [`Kernel::Auto`] would have to
-    /// make it for less, it is packets.
-    pub fn for_frame(self, bvh: &Bvh, pixels: u64, threads: usize) -> Kernel {
+    /// What pays for one frame of so many pixels. Making the wide tree takes as long as beams save with about four pixels for
+    /// each primitive; so where [`Kernel::Auto`] would have to make it for less, it is packets.
+    pub fn for_frame(self, bvh: &Bvh, pixels: u64) -> Kernel {
         let prims = bvh.triangles().len() + bvh.spheres().len();
-        let pays = bvh.has_wide() || pixels >= 4 * prims as u64 * threads as u64;
+        let pays = bvh.has_wide() || pixels >= PAYS * prims as u64;
         match self {
             Kernel::Auto if !pays => Kernel::packets(),
             kernel => kernel,
+        }
+    }
+
+    /// Whether it goes down the wide tree.
+    pub fn is_wide(self) -> bool {
+        match self {
+            Kernel::Auto | Kernel::Beam8 | Kernel::Beam16 | Kernel::Single => true,
+            Kernel::Packet8 | Kernel::Packet16 => false,
         }
     }
 
@@ -79,6 +86,13 @@ impl Kernel {
         }
     }
 }
+
+/// Fewer packets of shadow rays are no beam. Where mirrors or silhouettes leave a few rays that start far from each other, a cell of
+/// theirs sees half of the scene: up to ten thousand times what packets take (`perf/notes/whole-frames.md`).
+const FEW: usize = beam::SIZE / 2;
+
+/// Pixels for each primitive from which on a wide tree pays that is made for one frame (`perf/notes/whole-frames.md`).
+const PAYS: u64 = 4;
 
 /// Whether sixteen lanes pay on this build.
 const SIXTEEN: bool = NATIVE > LANES;
@@ -286,6 +300,10 @@ impl<'a, T: Tally> Traversal<'a, T> {
                 self.parted = parted;
                 continue;
             }
+            if batch.len() < FEW {
+                self.unoccluded_by_packet(rays, batch, tmax, &mut answer);
+                continue;
+            }
             // Beams want rays that lie together.
             let class = self.starts.class(rays, batch.clone(), 2 * STRIDE);
             let mut shadows = self.shadows;
@@ -367,4 +385,55 @@ fn unoccluded<L: Lanes, T: Tally>(
 ) -> u32 {
     let (rays, active) = rays.packet(packet, tmax);
     (active & !tracer.occluded(&rays, active)).bits()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+    use crate::trace::Work;
+    use bumpalo::Bump;
+    use glam::Vec3;
+
+    /// Squares of two triangles that rise and fall, from −1 to 1.
+    fn hills() -> Scene {
+        const SIDE: u32 = 64;
+        let mut scene = Scene::default();
+        let corner = |x: u32, z: u32| {
+            let [x, z] = [x, z].map(|k| 2.0 * k as f32 / SIDE as f32 - 1.0);
+            Vec3::new(x, 0.1 * (x * x - z * z), z)
+        };
+        for (x, z) in (0..SIDE).flat_map(|x| (0..SIDE).map(move |z| (x, z))) {
+            let [a, b] = [corner(x, z), corner(x + 1, z)];
+            let [c, d] = [corner(x, z + 1), corner(x + 1, z + 1)];
+            scene.add_triangle([a, b, c], None, 0);
+            scene.add_triangle([b, d, c], None, 0);
+        }
+        scene
+    }
+
+    /// What mirrors leave of a wave: a few shadow rays, half of them at one end of the scene and half at the other. Together
+    /// they would be one cell, which sees all that lies between.
+    #[test]
+    fn a_few_rays_from_far_apart_are_no_beam() {
+        let bvh = Bvh::build(&hills());
+        let light = Vec3::new(6000.0, 100.0, 5000.0);
+        let arena = Bump::new();
+        let mut rays = RayQueue::with_capacity(&arena, 16);
+        for k in 0..16 {
+            let side = if k < 8 { 0.9 } else { -0.9 };
+            let org = Vec3::new(side, 0.02 + 0.001 * k as f32, -side);
+            rays.push_ray(org.to_array(), (light - org).to_array());
+        }
+        let leaves = |kernel| {
+            let mut traversal = Traversal::<Work>::counting(&bvh, kernel);
+            // Beams were far faster lately.
+            traversal.shadows = Choices::new([4.0; SHADOWS]);
+            traversal.unoccluded(&rays, 0..rays.packets(), 1.0, |_, _| ());
+            traversal.work().leaf_visits
+        };
+        let [auto, beams, packets] = [Kernel::Auto, Kernel::Beam16, Kernel::Packet16].map(leaves);
+        assert!(beams > 4 * packets, "{beams} of {packets}: this is no case");
+        assert_eq!(auto, packets);
+    }
 }

@@ -3,14 +3,15 @@
 //! and triangles and spheres stand in blocks of as many. What is met, and where, does not depend on how many that is
 //! (`perf/notes/sixteen-children.md` has what it saves).
 //!
-//! `plan` chooses which nodes of the binary tree become children of one wide node, `grow` makes the tree.
+//! `plan` chooses which nodes of the binary tree become children of one wide node, `sketch` makes the nodes, and `grow` gives
+//! everything its place. The tree does not depend on the number of threads.
 
 mod grow;
 mod plan;
+mod sketch;
 
 use super::{Bvh, LeafKind, SphereSlot, TriangleSlot};
 use crate::lanes::NATIVE;
-use grow::Growing;
 
 /// Up to [`NATIVE`] children: half as many cache lines.
 #[derive(Clone, Copy, Debug)]
@@ -187,7 +188,7 @@ impl Wide {
 
     /// The binary tree, widened.
     pub(super) fn of(bvh: &Bvh) -> Wide {
-        Growing::of(bvh)
+        grow::grow(bvh)
     }
 }
 
