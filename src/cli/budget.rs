@@ -34,7 +34,7 @@ const OTHER_BYTES: u64 = 270;
 /// While the oracle's tree is built.
 const ORACLE_BYTES: u64 = 100;
 /// While the wide tree is made.
-const WIDE_BYTES: u64 = 120;
+const WIDE_BYTES: u64 = 140;
 /// Of the rays of a tile: its waves are kept until they are folded back.
 const PIXEL_BYTES: u64 = 1000;
 /// Stack and buffers.
