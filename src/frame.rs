@@ -285,8 +285,9 @@ pub fn costs(
     let shared = SharedFilm::of(&mut film, side);
     let tiles = tiles(settings.width, settings.height, side);
     let (threads, pin) = (settings.threads.max(1), settings.pin);
+    let kernel = make_ready(bvh, settings);
     run(&tiles, &shared, threads, pin, control, || {
-        CostPainter::new(bvh, &camera, cost, settings.kernel)
+        CostPainter::new(bvh, &camera, cost, kernel)
     })?;
     let [red, _, _] = film.planes;
     Ok(red)

@@ -12,13 +12,14 @@ use super::join::join;
 use super::objects::{Object, Objects};
 use super::pages::onto_large_pages;
 use super::piece::{Base, Piece, Theirs, weighted_cost};
-use super::{Bvh, Child, Node};
+use super::{Bvh, Child, Node, Wide};
 use crate::scene::{Bounds, Scene};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 use rayon::prelude::*;
+use std::panic::resume_unwind;
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -80,11 +81,32 @@ impl Bvh {
         on_threads(settings.threads, || build(scene, settings.quality))
     }
 
+    /// The world's tree with as many children a node as there are lanes; made when it is first asked for, on one thread per CPU.
+    pub fn wide(&self) -> &Wide {
+        self.wide_on(0)
+    }
+
     /// Makes [`Bvh::wide`], if it has not been made, on so many threads; 0 for one per CPU. They change the time alone.
     pub fn make_wide(&self, threads: usize) {
-        if !self.has_wide() {
-            on_threads(threads, || self.wide());
-        }
+        self.wide_on(threads);
+    }
+
+    /// Whoever asks while it is made waits, and may be a thread of rayon's: one that waited for work of its own pool would take up
+    /// other work meanwhile, which may ask for the tree, too. So it is made in threads of its own.
+    fn wide_on(&self, threads: usize) -> &Wide {
+        self.wide.get_or_init(|| {
+            let threads = match threads {
+                0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+                some => some,
+            };
+            let make = || on_threads(threads, || Box::new(Wide::of(self)));
+            std::thread::scope(|scope| {
+                match std::thread::Builder::new().spawn_scoped(scope, make) {
+                    Ok(maker) => maker.join().unwrap_or_else(|panic| resume_unwind(panic)),
+                    Err(_) => make(),
+                }
+            })
+        })
     }
 }
 

@@ -78,17 +78,6 @@ impl Bvh {
         self.sah
     }
 
-    /// The world's tree with as many children a node as there are lanes; made when it is first asked for, unless
-    /// [`Bvh::make_wide`] was asked before.
-    pub fn wide(&self) -> &Wide {
-        if let Some(wide) = self.wide.get() {
-            return wide;
-        }
-        // Not within the lock: the threads that make it may meanwhile take up other work that asks for it, too.
-        let made = Box::new(Wide::of(self));
-        self.wide.get_or_init(|| made)
-    }
-
     /// Whether [`Bvh::wide`] has been made.
     pub fn has_wide(&self) -> bool {
         self.wide.get().is_some()
