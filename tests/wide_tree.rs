@@ -5,11 +5,10 @@ mod common;
 use common::rng::Rng;
 use common::scenes;
 use glam::Vec3;
-use phalanx::bvh::{Bvh, LeafKind, Target, Wide, WideNode};
+use phalanx::bvh::{Bvh, LeafKind, Target, WideNode};
 use phalanx::lanes::NATIVE;
 use phalanx::scene::{Bounds, Scene};
 use phalanx::standard;
-use rayon::prelude::*;
 
 /// Walks the whole tree, and returns the slots of every kind that were met, by number in the file.
 fn check(bvh: &Bvh) -> Vec<u32> {
@@ -170,16 +169,4 @@ fn nodes_and_blocks_are_well_filled() {
         per_node > 0.75 * lanes && per_block > 0.5 * lanes,
         "{per_node:.2} a node, {per_block:.2} a block"
     );
-}
-
-/// Threads of rayon's among them, which take up other work while they wait for theirs.
-#[test]
-fn whoever_asks_at_once_gets_the_same_tree() {
-    let spec = standard::parse_spec("standard:terrain:20k").expect("a standard scene");
-    let scene = standard::scene(spec).expect("a standard scene");
-    for _ in 0..20 {
-        let bvh = Bvh::build(&scene);
-        let found: Vec<&Wide> = (0..64).into_par_iter().map(|_| bvh.wide()).collect();
-        assert!(found.iter().all(|wide| std::ptr::eq(*wide, bvh.wide())));
-    }
 }
