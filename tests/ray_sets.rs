@@ -5,6 +5,7 @@ use phalanx::bench::Answer;
 use phalanx::bench::{
     Heading, Kind, Listener, OracleContender, Plan, RaySet, Wrong, measure, primary, secondary,
 };
+use phalanx::bvh::Quality;
 use phalanx::lanes::{LANES, LaneMask, NATIVE};
 use phalanx::oracle::Forest;
 use phalanx::packet::NO_PRIM;
@@ -121,6 +122,7 @@ fn plan(timed: bool) -> Plan<'static> {
         kinds: Kind::ALL.to_vec(),
         frames: true,
         kernels: Kernel::ALL.map(|(_, kernel)| kernel).to_vec(),
+        quality: Quality::default(),
         threads: vec![1],
         size: [40, 32],
         repeat: 1,

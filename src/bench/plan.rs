@@ -1,6 +1,7 @@
 //! What a run is to measure, and how long.
 
 use super::kind::Kind;
+use crate::bvh::Quality;
 use crate::frame::Pin;
 use crate::peers::Peer;
 use crate::report::RaySetRecord;
@@ -16,6 +17,8 @@ pub struct Plan<'p> {
     pub frames: bool,
     /// Kernels; `auto` is always measured.
     pub kernels: Vec<Kernel>,
+    /// What our tree is worth.
+    pub quality: Quality,
     /// Numbers of threads.
     pub threads: Vec<usize>,
     /// Picture size that the rays are of.

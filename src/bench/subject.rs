@@ -27,10 +27,9 @@ pub(super) struct Trees {
 
 impl Trees {
     pub(super) fn build(scene: &Scene, plan: &Plan) -> Trees {
-        let threads = plan.most_threads();
         let settings = BuildSettings {
-            threads,
-            ..BuildSettings::default()
+            quality: plan.quality,
+            threads: plan.most_threads(),
         };
         let (bvh, ours) = timed(|| Bvh::build_with(scene, &settings));
         let (forest, theirs) = timed(|| Forest::build(scene));

@@ -348,7 +348,7 @@ pub fn kernels_parser() -> impl TypedValueParser<Value = Kernels> {
     })
 }
 
-fn quality_parser() -> impl TypedValueParser<Value = Quality> {
+pub fn quality_parser() -> impl TypedValueParser<Value = Quality> {
     PossibleValuesParser::new(Quality::ALL.map(|(name, _)| name)).map(|name| {
         let named = Quality::ALL.iter().find(|(n, _)| *n == name);
         named.map_or_else(Quality::default, |(_, quality)| *quality)

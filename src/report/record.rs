@@ -113,8 +113,16 @@ pub struct Run {
     pub min_time: f64,
     /// Whether workers were bound to cores.
     pub pinned: bool,
+    /// What our trees were worth, as `--quality` names it.
+    #[serde(default = "medium")]
+    pub quality: String,
     /// Libraries of peers that took part, such as `embree 4.4.0`.
     pub peers: Vec<String>,
+}
+
+/// The quality in records from before one could say.
+fn medium() -> String {
+    "medium".to_owned()
 }
 
 /// A scene, and what a run had to do before it could trace rays.

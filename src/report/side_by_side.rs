@@ -86,6 +86,9 @@ fn remarks(name: &str, first: &Record, other: &Record) -> String {
     if first.program.isa_compiled != other.program.isa_compiled {
         text += &format!("{name}: compiled for {}\n", other.program.isa_compiled);
     }
+    if first.run.quality != other.run.quality {
+        text += &format!("{name}: trees of quality {}\n", other.run.quality);
+    }
     let differ = of_rays(first, other);
     if let Some(one) = differ.first() {
         text += &format!("{name}: not the same rays: {one}");

@@ -78,6 +78,35 @@ fn work_is_the_same_twice_and_more_of_it_than_the_baseline_exits_with_5() {
     assert_eq!(allowed.code, Some(0), "{}", allowed.stdout);
 }
 
+/// Peers build the best trees that they can, and so do we, unless it is said.
+#[test]
+fn trees_are_the_best_unless_said_otherwise() {
+    let room = Room::new();
+    let count = "bench standard:terrain:20k --size 48x32 --counters-only --kernel packet8";
+    let visits = |name: &str| {
+        let record = record(&room, name);
+        let nodes = record["counters"][0]["work"]["node_visits"].as_u64();
+        (record["run"]["quality"].clone(), nodes.unwrap())
+    };
+    assert_eq!(room.run(&format!("{count} --json best.json")).code, Some(0));
+    let fastest = format!("{count} --quality fastest --json fastest.json");
+    assert_eq!(room.run(&fastest).code, Some(0));
+    let (best, fastest) = (visits("best.json"), visits("fastest.json"));
+    assert_eq!((&best.0, &fastest.0), (&"best".into(), &"fastest".into()));
+    assert!(
+        best.1 < fastest.1,
+        "{} nodes, {} of the fastest",
+        best.1,
+        fastest.1
+    );
+    let told = room.run(&format!("{count} --baseline fastest.json"));
+    assert!(
+        told.stderr.contains("trees of quality fastest"),
+        "{}",
+        told.stderr
+    );
+}
+
 #[test]
 fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
     let room = Room::new();

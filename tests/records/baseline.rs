@@ -156,7 +156,7 @@ fn few_samples_say_little() {
 #[test]
 fn other_machines_and_other_rays_are_refused() {
     type Case = (&'static str, bool, fn(&mut Record));
-    let cases: [Case; 11] = [
+    let cases: [Case; 12] = [
         ("another CPU", true, |r| r.machine.cpu = "Other".into()),
         ("hardware threads", true, |r| r.machine.threads = 4),
         ("other caches", true, |r| r.machine.caches[0].bytes *= 2),
@@ -165,6 +165,9 @@ fn other_machines_and_other_rays_are_refused() {
         }),
         ("instruction set", true, |r| {
             r.program.isa_compiled = "x86-64".into()
+        }),
+        ("trees of another quality: fast in", true, |r| {
+            r.run.quality = "fast".into()
         }),
         ("another scene", false, |r| {
             r.scenes[0].hash = "00000000".into()
@@ -246,6 +249,7 @@ fn several_side_by_side() {
     let (first, mut second) = (record(2), record(2));
     scale(&mut second, 1.25, |row| row.kernel == "packet8");
     second.machine.cpu = "Other".into();
+    second.run.quality = "fast".into();
     second
         .rows
         .retain(|row| row.rays != "ao" && row.rays != "shadow");
@@ -263,6 +267,7 @@ fn several_side_by_side() {
         .count();
     assert_eq!(faster, 2, "{table}");
     assert!(table.contains("b.json: another CPU, Other\n"), "{table}");
+    assert!(table.contains("b.json: trees of quality fast\n"), "{table}");
     assert!(table.contains("left out"), "{table}");
     assert_eq!(side_by_side(&[]), "");
 }

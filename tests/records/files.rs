@@ -21,6 +21,15 @@ fn a_record_survives_its_file() {
     assert_eq!(load_text(&text).expect("a record"), record);
 }
 
+/// Trees were medium before one could say.
+#[test]
+fn an_older_record_is_of_medium_trees() {
+    let text = to_json(&fixture::record(1));
+    let older = text.replacen("\n    \"quality\": \"best\",", "", 1);
+    assert_ne!(older, text);
+    assert_eq!(load_text(&older).expect("a record").run.quality, "medium");
+}
+
 #[test]
 fn bad_files_are_told_apart() {
     let folder = tempfile::tempdir().expect("a folder");

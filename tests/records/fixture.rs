@@ -142,6 +142,7 @@ fn run() -> Run {
         repeat: 9,
         min_time: 0.5,
         pinned: false,
+        quality: "best".into(),
         peers: vec!["embree 4.4.0".into()],
     }
 }

@@ -288,6 +288,7 @@ pub fn minimal() -> Record {
             repeat: 7,
             min_time: 0.5,
             pinned: true,
+            quality: "best".to_owned(),
             peers: Vec::new(),
         },
         scenes: vec![scene_record("one.test", None, 12)],

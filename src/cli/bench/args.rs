@@ -1,10 +1,11 @@
 //! What `phalanx bench` is asked for.
 
-use super::super::args::{Kernels, kernels_parser, parse_size, parse_thread_count};
+use super::super::args::{Kernels, kernels_parser, parse_size, parse_thread_count, quality_parser};
 use super::super::scene_args::SceneArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
 use phalanx::bench::Kind;
+use phalanx::bvh::Quality;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -58,6 +59,9 @@ pub struct RunArgs {
     /// Traversal kernels to measure beside `auto` [default: packets as wide as this build's; all with --counters-only]
     #[arg(long, value_name = "NAME", value_parser = kernels_parser())]
     pub kernel: Option<Kernels>,
+    /// What our tree is worth; peers build the best that they can
+    #[arg(long, value_name = "NAME", default_value = "best", value_parser = quality_parser())]
+    pub quality: Quality,
     /// Other tracers to measure on the same rays, separated by commas
     #[arg(long, value_enum, value_name = "PEER,…", value_delimiter = ',')]
     pub against: Vec<PeerArg>,

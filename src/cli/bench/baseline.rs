@@ -106,6 +106,12 @@ impl Baseline {
     }
 
     fn judge_counters(&self, args: &RunArgs, now: &Record) -> Result<(), Failure> {
+        let [old, new] = [&self.0, now].map(|record| &record.run.quality);
+        if old != new {
+            output::note(&format!(
+                "note: the baseline counts trees of quality {old}, this run of {new}: see --quality"
+            ));
+        }
         let changes = counters(&self.0, now);
         let scene = |name: &str| now.scenes.iter().any(|scene| scene.name == name);
         // A part of the suite is compared with that part of the baseline.

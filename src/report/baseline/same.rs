@@ -47,6 +47,14 @@ pub enum Mismatch {
         /// This one's.
         new: String,
     },
+    /// Trees that are worth more or less.
+    #[error("trees of another quality: {old} in the baseline, {new} here")]
+    Quality {
+        /// The baseline's.
+        old: String,
+        /// This one's.
+        new: String,
+    },
     /// A scene of one name that is not the same scene.
     #[error("{scene}: another scene of this name (hash {old} in the baseline, {new} here)")]
     Scene {
@@ -110,7 +118,7 @@ impl Mismatch {
         use Mismatch::*;
         match self {
             Cpu { .. } | Threads { .. } | Caches { .. } => true,
-            Hypervisor { .. } | InstructionSet { .. } => true,
+            Hypervisor { .. } | InstructionSet { .. } | Quality { .. } => true,
             Scene { .. } | Size { .. } | RayCount { .. } | Answers { .. } => false,
             NothingInCommon => false,
         }
@@ -149,7 +157,7 @@ impl Display for Refusal {
 
 impl std::error::Error for Refusal {}
 
-/// What differs in machine and build. A fact that one record does not know differs from nothing.
+/// What differs in machine, build and trees. A fact that one record does not know differs from nothing.
 pub fn of_machine(old: &Record, new: &Record) -> Vec<Mismatch> {
     let (a, b) = (&old.machine, &new.machine);
     let mut found = Vec::new();
@@ -179,6 +187,10 @@ pub fn of_machine(old: &Record, new: &Record) -> Vec<Mismatch> {
         let (old, new) = (&old.program.isa_compiled, &new.program.isa_compiled);
         let (old, new) = (old.clone(), new.clone());
         found.push(Mismatch::InstructionSet { old, new });
+    }
+    if old.run.quality != new.run.quality {
+        let [old, new] = [old, new].map(|record| record.run.quality.clone());
+        found.push(Mismatch::Quality { old, new });
     }
     found
 }

@@ -42,6 +42,7 @@ pub(super) fn facts(record: &Record) -> Markup {
                 (moment(&run.started)) ", in " (words::seconds(run.seconds)) "; " (run.size[0]) "×" (run.size[1]) " rays, "
                 (words::plural(run.repeat as usize, "sample")) " a row, at least " (words::seconds(run.min_time)) " each"
                 @if run.pinned { ", workers bound to cores" }
+                ", trees of quality " (run.quality)
             }
             dt { "Command" } dd { code { "phalanx " (run.arguments.join(" ")) } }
         }
