@@ -149,6 +149,11 @@ pub fn extensions() -> Vec<Extension> {
     known.iter().map(stand).collect()
 }
 
+/// Bytes of the data cache nearest to a core; none where the processor does not say.
+pub fn nearest_cache() -> Option<usize> {
+    cpu::nearest_cache()
+}
+
 /// Ends the process, with one line on stderr and exit code 1, if this CPU lacks what this build uses.
 ///
 /// To be called before anything else, from a `main` that does nothing itself. Does nothing on other architectures.
@@ -182,12 +187,22 @@ fn say(text: &str) {
 #[cfg(target_arch = "x86_64")]
 mod cpu {
     use super::{FEATURES, Feature, Word};
+    use raw_cpuid::{CacheType, CpuId};
     use std::hint::black_box;
 
     /// Whether this CPU has a feature.
     #[inline(never)]
     pub fn has(feature: &Feature) -> bool {
         black_box(word(feature.word)) & feature.mask != 0
+    }
+
+    /// See [`super::nearest_cache`].
+    pub fn nearest_cache() -> Option<usize> {
+        let caches = CpuId::new().get_cache_parameters()?;
+        let mut nearest = caches.filter(|c| c.level() == 1 && c.cache_type() == CacheType::Data);
+        nearest.next().map(|c| {
+            c.sets() * c.associativity() * c.physical_line_partitions() * c.coherency_line_size()
+        })
     }
 
     /// Level of this CPU: one below the first that includes something it lacks.
@@ -263,6 +278,10 @@ mod cpu {
         true
     }
 
+    pub fn nearest_cache() -> Option<usize> {
+        None
+    }
+
     pub fn level() -> u8 {
         0
     }
@@ -278,6 +297,22 @@ mod tests {
             assert!(extension.present || !extension.compiled, "{extension:?}");
         }
         guard();
+    }
+
+    /// As Linux says it, where there is Linux and it does.
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn the_nearest_cache_is_as_large_as_the_system_says() {
+        let cache = std::path::Path::new("/sys/devices/system/cpu/cpu0/cache/index0");
+        let said = ["type", "level", "size"].map(|name| std::fs::read_to_string(cache.join(name)));
+        let [Ok(kind), Ok(level), Ok(size)] = said else {
+            return;
+        };
+        if (kind.trim(), level.trim()) != ("Data", "1") {
+            return;
+        }
+        let size: usize = size.trim().trim_end_matches('K').parse().unwrap();
+        assert_eq!(nearest_cache(), Some(size << 10));
     }
 
     #[cfg(target_arch = "x86_64")]

@@ -55,7 +55,7 @@ const TABLE: [Row; 21] = [
     ),
     row(
         "trace",
-        &["bvh", "scene", "packet", "lanes"],
+        &["bvh", "scene", "packet", "lanes", "isa"],
         "finds hits; what they look like is not its business",
     ),
     row(

@@ -6,6 +6,8 @@
 pub mod bvh;
 #[path = "../../../src/cache/mod.rs"]
 pub mod cache;
+#[path = "../../../src/isa.rs"]
+pub mod isa;
 #[path = "../../../src/lanes/mod.rs"]
 pub mod lanes;
 #[path = "../../../src/packet/mod.rs"]

@@ -15,16 +15,31 @@ use super::packet::Tracer;
 use super::part::Part;
 use super::prefetch::Rows;
 use super::tally::{Packets, Tally};
-use crate::bvh::{Bvh, LeafKind, Target, Wide};
+use crate::bvh::{Bvh, LeafKind, Target, Wide, WideNode};
+use crate::isa;
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use context::{Context, Hit};
 use source::Source;
 use std::ops::Range;
+use std::sync::OnceLock;
 
-/// Rays side by side. Rows of sixteen children are eight lines long, and those of 32 rays leave no room for anything else in a
-/// nearest cache of 32 KiB.
-const CONTEXTS: usize = if NATIVE == 16 { 16 } else { 32 };
+/// Most rays side by side.
+const CONTEXTS: usize = 32;
+
+/// Rays side by side on this machine. The rows that 32 rays look at, and as many that were asked for, want as many bytes as a row of
+/// sixteen children has lines: 32 KiB, a whole nearest cache on some processors (`perf/notes/single-rays.md`, fifth and
+/// sixth round).
+fn abreast() -> usize {
+    static ABREAST: OnceLock<usize> = OnceLock::new();
+    *ABREAST.get_or_init(|| {
+        let rows = 2 * CONTEXTS * size_of::<WideNode>();
+        match isa::nearest_cache() {
+            Some(bytes) if bytes <= rows => CONTEXTS / 2,
+            _ => CONTEXTS,
+        }
+    })
+}
 
 /// Packets whose occlusion is asked at once.
 const BATCH: usize = 256;
@@ -40,6 +55,8 @@ pub(super) struct Singles<'a, T = Packets> {
     /// For what has no blocks.
     packets: Tracer<'a, F32x8, T>,
     contexts: [Context; CONTEXTS],
+    /// How many of them go side by side.
+    abreast: usize,
     /// A stack for each context, one after the other.
     stacks: Waiting,
     work: T,
@@ -56,6 +73,7 @@ impl<'a, T: Tally> Singles<'a, T> {
             rows: Rows::of(wide),
             packets: Tracer::counting(bvh),
             contexts: std::array::from_fn(context),
+            abreast: abreast(),
             stacks: Waiting::with_room(room * CONTEXTS),
             work: T::default(),
         }
@@ -121,7 +139,7 @@ impl<'a, T: Tally> Singles<'a, T> {
     ) {
         let mut source = Source::new(rays, packets, tmax);
         let (mut at_nodes, mut at_leaves) = (List::EMPTY, List::EMPTY);
-        for k in 0..CONTEXTS {
+        for k in 0..self.abreast {
             if source.next(&mut self.contexts[k], &mut self.work) {
                 at_nodes.push(k);
             }
