@@ -5,7 +5,7 @@
 //! `WORK=1` counts instead: nodes, boxes, leaves and primitives for sixteen rays.
 
 use bumpalo::Bump;
-use phalanx::bvh::Bvh;
+use phalanx::bvh::{BuildSettings, Bvh, Quality};
 use phalanx::cache;
 use phalanx::lanes::LANES;
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue};
@@ -194,7 +194,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         .filter(|(name, _)| names.split(',').any(|n| n == *name))
         .collect();
     for pair in files.chunks_exact(2) {
-        let bvh = Bvh::build(&cache::open(Path::new(&pair[0]))?.scene);
+        // The tree that `bench` has.
+        let settings = BuildSettings {
+            quality: Quality::Best,
+            threads: 0,
+        };
+        let bvh = Bvh::build_with(&cache::open(Path::new(&pair[0]))?.scene, &settings);
         let file = std::fs::read(&pair[1])?;
         let mut bytes = Bytes(&file);
         if bytes.take(8)? != b"PHXRAYS1" {

@@ -27,9 +27,9 @@ use std::sync::OnceLock;
 /// Most rays side by side.
 const CONTEXTS: usize = 32;
 
-/// Rays side by side on this machine. The rows that 32 rays look at, and as many that were asked for, want as many bytes as a row of
-/// sixteen children has lines: 32 KiB, a whole nearest cache on some processors (`perf/notes/single-rays.md`, fifth and
-/// sixth round).
+/// Rays side by side on this machine: all, or half of them where the rows that all look at, and as many that they have asked for,
+/// would fill the nearest cache. With sixteen children a row these are 32 KiB (`perf/notes/single-rays.md`, fifth and sixth
+/// round).
 fn abreast() -> usize {
     static ABREAST: OnceLock<usize> = OnceLock::new();
     *ABREAST.get_or_init(|| {
