@@ -107,6 +107,10 @@ const STRIDE: usize = 4;
 /// How much slower packets are believed to be than single rays, class by class, before the first trial: logarithms.
 const USUAL: [f32; CLASSES] = [-0.8, -0.4, -0.1, 0.15, 0.25];
 
+/// How much slower packets are believed to be than beams for shadow rays, before the first trial: a logarithm. Of seven scenes one
+/// has the faster packets (`perf/notes/coherence.md`).
+const BEAMS_USUAL: f32 = 0.1;
+
 /// How many times as long a packet takes in a beam of 24, as trials have them, as in one of 64: shadow rays, 1.1 to 1.5 in seven
 /// scenes (`perf/notes/sixteen-children.md`).
 const PIECE: f32 = 1.2;
@@ -207,7 +211,7 @@ impl<'a, T: Tally> Traversal<'a, T> {
             // What is usual, until it is known.
             alone: Choices::new(USUAL),
             parted: Choices::new(USUAL),
-            shadows: Choices::new([-0.2; SHADOWS]).apart(PIECE),
+            shadows: Choices::new([BEAMS_USUAL; SHADOWS]).apart(PIECE),
             starts: Starts::UNKNOWN,
         }
     }
