@@ -154,6 +154,13 @@ pub fn nearest_cache() -> Option<usize> {
     cpu::nearest_cache()
 }
 
+/// Bytes of a cache that the processor describes.
+#[cfg(target_arch = "x86_64")]
+pub(crate) fn cache_bytes(cache: &raw_cpuid::CacheParameter) -> usize {
+    let lines = cache.sets() * cache.associativity() * cache.physical_line_partitions();
+    lines * cache.coherency_line_size()
+}
+
 /// Ends the process, with one line on stderr and exit code 1, if this CPU lacks what this build uses.
 ///
 /// To be called before anything else, from a `main` that does nothing itself. Does nothing on other architectures.
@@ -200,9 +207,7 @@ mod cpu {
     pub fn nearest_cache() -> Option<usize> {
         let caches = CpuId::new().get_cache_parameters()?;
         let mut nearest = caches.filter(|c| c.level() == 1 && c.cache_type() == CacheType::Data);
-        nearest.next().map(|c| {
-            c.sets() * c.associativity() * c.physical_line_partitions() * c.coherency_line_size()
-        })
+        nearest.next().map(|c| super::cache_bytes(&c))
     }
 
     /// Level of this CPU: one below the first that includes something it lacks.

@@ -58,6 +58,7 @@ fn kernel() -> Option<String> {
 #[cfg(target_arch = "x86_64")]
 mod cpu {
     use super::Cache;
+    use crate::isa;
     use raw_cpuid::{CacheType, CpuId, Hypervisor, TopologyType};
 
     pub fn model() -> Option<String> {
@@ -86,11 +87,10 @@ mod cpu {
                     CacheType::Unified => "unified",
                     CacheType::Null | CacheType::Reserved => return None,
                 };
-                let lines = c.sets() * c.associativity() * c.physical_line_partitions();
                 Some(Cache {
                     level: c.level(),
                     kind: kind.to_owned(),
-                    bytes: (lines * c.coherency_line_size()) as u64,
+                    bytes: isa::cache_bytes(&c) as u64,
                     shared_by: (c.max_cores_for_cache() as u32).min(threads),
                 })
             })
