@@ -4,6 +4,7 @@
 //! is not the order of their entry distances; but a network that sorts these is half of the instructions of a node, and
 //! saves no more than 4 % of the nodes (`perf/notes/single-rays.md`).
 
+use super::aabb::Stay;
 use crate::lanes::{LANES, LaneMask, Lanes, NATIVE, Native};
 use std::ops::Range;
 
@@ -42,8 +43,8 @@ impl Waiting {
         }
     }
 
-    /// Writes the children whose way in is no farther than the limit from `at` on, in the order in which they lie or
-    /// `reversed`, and others behind them; tells how many are met.
+    /// Writes the children that a ray meets between 0 and `best` from `at` on, in the order in which they lie or `reversed`, and
+    /// others behind them; tells how many are met. It crosses their boxes as `crossing` says, which may begin behind it.
     ///
     /// # Safety
     /// There is room for [`NATIVE`] from `at` on.
@@ -52,7 +53,8 @@ impl Waiting {
         &mut self,
         at: usize,
         reversed: bool,
-        [enter, limit]: [Native; 2],
+        crossing: &Stay<Native>,
+        best: f32,
         codes: &[u32; NATIVE],
     ) -> usize {
         debug_assert!(at + NATIVE <= self.code.len());
@@ -63,7 +65,7 @@ impl Waiting {
                 &mut *self.code.as_mut_ptr().add(at).cast::<[u32; NATIVE]>(),
             )
         };
-        at_once(reversed, [enter, limit], codes, to)
+        at_once(reversed, crossing, best, codes, to)
     }
 
     /// The code of one.
@@ -98,10 +100,13 @@ impl Waiting {
 #[inline(always)]
 fn one_by_one(
     reversed: bool,
-    [enter, limit]: [Native; 2],
+    crossing: &Stay<Native>,
+    best: f32,
     codes: &[u32; NATIVE],
     (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
 ) -> usize {
+    let enter = crossing.enter.max(Native::ZERO);
+    let limit = crossing.leave.min(Native::splat(best));
     let (met, enter) = (enter.le(limit).bits(), enter.to_array());
     let mut count = 0;
     for k in 0..NATIVE {
@@ -124,11 +129,14 @@ use one_by_one as at_once;
 #[inline(always)]
 fn at_once(
     reversed: bool,
-    [enter, limit]: [Native; 2],
+    crossing: &Stay<Native>,
+    best: f32,
     codes: &[u32; NATIVE],
     (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
 ) -> usize {
     use std::arch::x86_64::*;
+    let enter = crossing.enter.max(Native::ZERO);
+    let limit = crossing.leave.min(Native::splat(best));
     let met = enter.le(limit).bits();
     let lanes = &LANES_OF[usize::from(reversed)][met as usize % 256];
     let enter = enter.to_array();
@@ -164,17 +172,21 @@ static TURNED: [[u32; NATIVE]; 2] = {
 #[inline(always)]
 fn at_once(
     reversed: bool,
-    ends: [Native; 2],
+    crossing: &Stay<Native>,
+    best: f32,
     codes: &[u32; NATIVE],
     (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
 ) -> usize {
     use std::arch::x86_64::*;
-    let [enter, limit] = ends.map(Native::to_array);
+    let (enter, leave) = (crossing.enter.to_array(), crossing.leave.to_array());
     // SAFETY: the build has the instructions, see the attribute; and the arrays are sixteen long.
     unsafe {
         let order = _mm512_loadu_si512(TURNED[usize::from(reversed)].as_ptr().cast());
         let enter = _mm512_permutexvar_ps(order, _mm512_loadu_ps(enter.as_ptr()));
-        let limit = _mm512_permutexvar_ps(order, _mm512_loadu_ps(limit.as_ptr()));
+        let leave = _mm512_permutexvar_ps(order, _mm512_loadu_ps(leave.as_ptr()));
+        // What is the same in all lanes comes in after their turn: before, the compiler would turn it, too.
+        let enter = _mm512_max_ps(enter, _mm512_setzero_ps());
+        let limit = _mm512_min_ps(leave, _mm512_set1_ps(best));
         let codes = _mm512_permutexvar_epi32(order, _mm512_loadu_si512(codes.as_ptr().cast()));
         let met = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(enter, limit);
         // Compressed in a register and stored whole: to memory, some processors take a hundred cycles.
@@ -212,26 +224,35 @@ mod tests {
         let mut next = random(1);
         let mut waiting = Waiting::with_room(24 + NATIVE);
         for round in 0..20_000 {
-            let enter: [f32; NATIVE] = std::array::from_fn(|_| (next() % 1000) as f32 * 0.37);
-            // Among the limits are some that are met exactly, and one that is no number.
-            let limit =
-                |enter: &f32| [*enter, enter - 0.1, enter + 0.1, f32::NAN][next() as usize % 4];
-            let limit = enter.each_ref().map(limit);
+            let best = (next() % 1000) as f32 * 0.37;
+            let enter: [f32; NATIVE] =
+                std::array::from_fn(|_| (next() % 1200) as f32 * 0.37 - 60.0);
+            // Among the ways out are some that are met exactly, one at the best, some behind the ray, and one that is no number.
+            let leave = |enter: &f32| {
+                [*enter, enter - 0.1, enter + 90.0, best, f32::NAN][next() as usize % 5]
+            };
+            let leave = enter.each_ref().map(leave);
             let codes: [u32; NATIVE] = std::array::from_fn(|_| next());
             let (reversed, at) = (round % 2 == 1, round % 22);
-            let of_met = (0..NATIVE).filter(|&lane| enter[lane] <= limit[lane]);
-            let mut want: Vec<(f32, u32)> = of_met.map(|lane| (enter[lane], codes[lane])).collect();
+            let begin = |lane: usize| enter[lane].max(0.0);
+            // A way out that is no number counts as the best.
+            let of_met = (0..NATIVE).filter(|&lane| begin(lane) <= leave[lane].min(best));
+            let mut want: Vec<(f32, u32)> = of_met.map(|lane| (begin(lane), codes[lane])).collect();
             if reversed {
                 want.reverse();
             }
-            let ends = [enter, limit].map(Native::new);
+            let crossing = Stay {
+                enter: Native::new(enter),
+                leave: Native::new(leave),
+            };
             // SAFETY: from 22 on there are as many places.
-            let count = unsafe { waiting.write(at, reversed, ends, &codes) };
+            let count = unsafe { waiting.write(at, reversed, &crossing, best, &codes) };
             let places = at..at + count;
             let found = places.map(|k| (waiting.enter[k], waiting.code[k]));
             assert_eq!(found.collect::<Vec<_>>(), want);
             let (mut enters, mut found) = ([0.0; NATIVE], [0; NATIVE]);
-            let count = one_by_one(reversed, ends, &codes, (&mut enters, &mut found));
+            let to = (&mut enters, &mut found);
+            let count = one_by_one(reversed, &crossing, best, &codes, to);
             let found = enters.into_iter().zip(found).take(count);
             assert_eq!(found.collect::<Vec<_>>(), want);
         }

@@ -78,10 +78,18 @@ impl Context {
         self.ray.up >> (axis & 3) & 1 == 1
     }
 
-    /// The ray's stays in the boxes of a node, whose planes `row` gives: first the lower ones by axis, then the upper ones. The
-    /// arithmetic of `Slabs::stay_ordered`, with the lanes' parts exchanged.
+    /// The ray's stays in boxes, whose planes `row` gives: first the lower ones by axis, then the upper ones. The arithmetic of
+    /// `Slabs::stay_ordered`, with the lanes' parts exchanged.
     #[inline(always)]
     pub(super) fn stay(&self, row: impl Fn(usize) -> Native) -> Stay<Native> {
+        let Stay { enter, leave } = self.crossing(row);
+        let enter = enter.max(Native::ZERO);
+        Stay { enter, leave }
+    }
+
+    /// Where the ray's line, which goes on behind its origin, enters and leaves boxes; as [`Context::stay`].
+    #[inline(always)]
+    pub(super) fn crossing(&self, row: impl Fn(usize) -> Native) -> Stay<Native> {
         let ray = &self.ray;
         let enter = |axis: usize| {
             (row(ray.near[axis] as usize) - Native::splat(ray.first[axis]))
@@ -92,7 +100,7 @@ impl Context {
                 * Native::splat(ray.rdir[axis])
         };
         Stay {
-            enter: enter(0).max(enter(1)).max(enter(2)).max(Native::ZERO),
+            enter: enter(0).max(enter(1)).max(enter(2)),
             leave: leave(0).min(leave(1)).min(leave(2)),
         }
     }

@@ -180,15 +180,15 @@ impl<'a, T: Tally> Singles<'a, T> {
         let node = unsafe { self.wide.nodes().get_unchecked(context.current as usize) };
         let rows = node.boxes.as_flattened();
         // SAFETY: a context's rows are three times a side, which is 0 or 1, and an axis.
-        let stay = context.stay(|row| Native::new(*unsafe { rows.get_unchecked(row) }));
-        let limit = stay.leave.min(Native::splat(context.best.t));
+        let crossing = context.crossing(|row| Native::new(*unsafe { rows.get_unchecked(row) }));
+        let best = context.best.t;
         // The last is visited first: the nearest, which is the first if the ray goes up.
         let up = context.goes_up(node.axis);
         // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so each level above this
         // node's left at most `NATIVE - 1` entries, and there is room for `NATIVE` more.
         context.top += unsafe {
-            let (enter, codes) = (stay.enter, &node.children);
-            self.stacks.write(context.top, up, [enter, limit], codes)
+            self.stacks
+                .write(context.top, up, &crossing, best, &node.children)
         };
     }
 
