@@ -9,6 +9,7 @@ use crate::render::{
     CostPainter, Film, PacketPainter, Painter, Pixels, RayCounts, RenderStats, SharedFilm, Tile,
     run, tiles,
 };
+pub use crate::sampling::{Filter, MAX_SPP, Sampling};
 use crate::scene::{Scene, ViewError};
 pub use crate::trace::Kernel;
 use std::time::Instant;
@@ -31,6 +32,8 @@ pub struct Settings {
     pub height: u32,
     /// Bounces after the primary ray.
     pub max_depth: u32,
+    /// Camera rays of a pixel.
+    pub sampling: Sampling,
     /// Worker threads, at least 1.
     pub threads: usize,
     /// Binding of workers to cores.
@@ -41,7 +44,7 @@ pub struct Settings {
     pub engine: Engine,
     /// Kernel of the packet engine.
     pub kernel: Kernel,
-    /// Whether the film keeps primary hits.
+    /// Whether the film keeps primary hits: of each pixel's first camera ray.
     pub record_hits: bool,
 }
 
@@ -49,12 +52,13 @@ pub struct Settings {
 pub const DEFAULT_TILE: u32 = 32;
 
 impl Settings {
-    /// The scene's own size and depth, one thread, the packet engine.
+    /// The scene's own size and depth, one ray through the centre of each pixel, one thread, the packet engine.
     pub fn of(scene: &Scene) -> Settings {
         Settings {
             width: scene.width,
             height: scene.height,
             max_depth: scene.max_depth,
+            sampling: Sampling::CENTER,
             threads: 1,
             pin: Pin::None,
             tile: DEFAULT_TILE,
@@ -67,6 +71,11 @@ impl Settings {
     /// Pixels of the picture.
     pub fn pixels(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// Camera rays of the picture.
+    pub fn camera_rays(&self) -> u64 {
+        self.pixels() * u64::from(self.sampling.spp)
     }
 }
 
@@ -175,7 +184,7 @@ impl Prepared {
     pub fn is_ready(&self, settings: &Settings) -> bool {
         match &self.0 {
             Either::Packets(bvh) => {
-                let kernel = settings.kernel.for_frame(bvh, settings.pixels());
+                let kernel = settings.kernel.for_frame(bvh, settings.camera_rays());
                 bvh.has_wide() || !kernel.is_wide()
             }
             Either::Oracle(_) => true,
@@ -208,7 +217,7 @@ impl Prepared {
 
 /// Chooses the kernel for a frame, and makes what it needs.
 fn make_ready(bvh: &Bvh, settings: &Settings) -> Kernel {
-    let kernel = settings.kernel.for_frame(bvh, settings.pixels());
+    let kernel = settings.kernel.for_frame(bvh, settings.camera_rays());
     if kernel.is_wide() {
         bvh.make_wide(settings.threads.max(1));
     }
@@ -251,10 +260,12 @@ pub fn render_tree(
             let kernel = make_ready(bvh, settings);
             run(&tiles, &shared, threads, pin, control, || {
                 PacketPainter::new(scene, bvh, &camera, settings.max_depth, kernel)
+                    .with_sampling(settings.sampling)
             })
         }
         Tree::Oracle(forest) => run(&tiles, &shared, threads, pin, control, || ScalarPainter {
             camera: &camera,
+            sampling: settings.sampling,
             oracle: Oracle::new(scene, Search::Tree(forest), settings.max_depth),
         }),
     }?;
@@ -296,6 +307,7 @@ pub fn costs(
 /// Paints tiles with the oracle, pixel by pixel.
 struct ScalarPainter<'a> {
     camera: &'a Camera,
+    sampling: Sampling,
     oracle: Oracle<'a>,
 }
 
@@ -303,7 +315,8 @@ impl Painter for ScalarPainter<'_> {
     fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
         for y in 0..tile.height {
             for x in 0..tile.width {
-                let (radiance, hit) = self.oracle.pixel(self.camera, tile.x + x, tile.y + y);
+                let (column, row) = (tile.x + x, tile.y + y);
+                let (radiance, hit) = self.oracle.pixel(self.camera, &self.sampling, column, row);
                 pixels.set(x, y, radiance.to_array());
                 if let Some(hit) = hit {
                     pixels.set_hit(x, y, [hit.t, hit.u, hit.v], hit.prim_id);

@@ -5,7 +5,9 @@ mod common;
 use common::rng::Rng;
 use common::scenes::{self, Paint};
 use glam::Vec3;
-use phalanx::frame::{Control, Engine, Frame, Kernel, Prepared, Settings, render};
+use phalanx::frame::{
+    Control, Engine, Filter, Frame, Kernel, Prepared, Sampling, Settings, render,
+};
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
 use proptest::prelude::*;
@@ -245,12 +247,22 @@ const CUTS: [(usize, u32); 12] = [
 const SIZES: [(u32, u32); 4] = [(1, 1), (7, 3), (33, 65), (64, 48)];
 
 fn compare(scene: &Scene, cuts: &[(usize, u32)], sizes: &[(u32, u32)]) -> Result<(), String> {
+    compare_sampled(scene, cuts, sizes, Sampling::CENTER)
+}
+
+fn compare_sampled(
+    scene: &Scene,
+    cuts: &[(usize, u32)],
+    sizes: &[(u32, u32)],
+    sampling: Sampling,
+) -> Result<(), String> {
     let packets = Prepared::build(scene, Engine::Simd);
     let oracle = Prepared::build(scene, Engine::Scalar);
     for &(width, height) in sizes {
         let settings = Settings {
             width,
             height,
+            sampling,
             record_hits: true,
             ..Settings::of(scene)
         };
@@ -300,6 +312,23 @@ fn random_scenes() {
         let k = turn.replace(turn.get() + 1);
         let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12]];
         compare(&scene, &cuts, &[(64, 48)]).map_err(TestCaseError::fail)
+    });
+    if let Err(failure) = outcome {
+        panic!("{failure}");
+    }
+}
+
+#[test]
+fn several_samples() {
+    let turn = Cell::new(0);
+    let outcome = runner(24, 4).run(&recipes(), |recipe| {
+        let k = turn.replace(turn.get() + 1);
+        let sampling = Sampling {
+            spp: [2, 3, 4, 7][k % 4],
+            filter: Filter::ALL[k % 3].1,
+        };
+        let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12]];
+        compare_sampled(&cook(&recipe), &cuts, &[(33, 25)], sampling).map_err(TestCaseError::fail)
     });
     if let Err(failure) = outcome {
         panic!("{failure}");

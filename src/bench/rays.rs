@@ -12,6 +12,7 @@ use crate::oracle::{Hit, Ray, Surface};
 use crate::packet::{NO_PRIM, RayQueue};
 use crate::peers::Rays;
 use crate::render::{push_camera_rays, tiles};
+use crate::sampling::Sampling;
 use crate::scene::{Scene, ViewError};
 use bumpalo::Bump;
 use glam::{DVec3, Vec3};
@@ -48,7 +49,7 @@ pub fn primary<'a>(
     let camera = Camera::new(&scene.view, width, height)?;
     let mut queue = RayQueue::with_capacity(arena, width as usize * height as usize);
     for tile in tiles(width, height, DEFAULT_TILE) {
-        push_camera_rays(&mut queue, &camera, tile);
+        push_camera_rays(&mut queue, &camera, tile, &Sampling::CENTER, 0);
     }
     Ok(RaySet {
         kind: Kind::Primary,

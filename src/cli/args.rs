@@ -1,10 +1,13 @@
 //! The arguments, and what they mean in the library's terms.
 
 use super::bench::BenchArgs;
+use super::picture_file::GradeArgs;
 use super::scene_args::SceneArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
-use phalanx::frame::{BuildSettings, DEFAULT_TILE, Engine, Kernel, Pin, Quality, Settings};
+use phalanx::frame::{
+    BuildSettings, DEFAULT_TILE, Engine, Filter, Kernel, MAX_SPP, Pin, Quality, Sampling, Settings,
+};
 use phalanx::isa;
 use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
 use std::path::PathBuf;
@@ -31,7 +34,7 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Render a scene to a PNG picture
+    /// Render a scene to a picture
     #[command(
         after_help = "Mrays/s of a kind are the rays of that kind divided by the wall seconds of the whole render, \
                       so that the kinds add up to the total.\n\n\
@@ -83,6 +86,13 @@ pub struct PictureArgs {
     /// Bounces after the primary ray [default: the scene's]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
     pub max_depth: Option<u32>,
+    /// Camera rays a pixel, 1 to 65536: one goes through the pixel's centre, more are spread over the filter
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
+    pub spp: u32,
+    /// What a pixel gathers, where it has several camera rays: its square, a tent over its neighbours, or Mitchell's cubic, which is
+    /// sharper
+    #[arg(long, value_name = "NAME", default_value = "box", value_parser = filter_parser())]
+    pub filter: Filter,
     /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
     #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
     pub tile: u32,
@@ -102,6 +112,10 @@ impl PictureArgs {
             width,
             height,
             max_depth: self.max_depth.unwrap_or(scene.max_depth),
+            sampling: Sampling {
+                spp: self.spp,
+                filter: self.filter,
+            },
             tile: self.tile,
             ..Settings::of(scene)
         }
@@ -165,11 +179,14 @@ pub struct BuildArgs {
 pub struct RenderArgs {
     /// Scene file, cache (.phx), or standard:NAME[:SIZE]
     pub scene: PathBuf,
-    /// Picture to write [default: the scene's `output`, else its stem + .png, in the current folder]
+    /// Picture to write, a PNG, JPEG, OpenEXR, Radiance HDR or PFM file by its ending [default: the scene's `output`, else its
+    /// stem + .png, in the current folder]
     #[arg(short, long, value_name = "OUT.png")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub picture: PictureArgs,
+    #[command(flatten)]
+    pub grade: GradeArgs,
     #[command(flatten)]
     pub beside: SceneArgs,
     #[command(flatten)]
@@ -355,6 +372,13 @@ pub fn quality_parser() -> impl TypedValueParser<Value = Quality> {
     })
 }
 
+fn filter_parser() -> impl TypedValueParser<Value = Filter> {
+    PossibleValuesParser::new(Filter::ALL.map(|(name, _)| name)).map(|name| {
+        let named = Filter::ALL.iter().find(|(n, _)| *n == name);
+        named.map_or_else(Filter::default, |(_, filter)| *filter)
+    })
+}
+
 pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let sides = text.split_once(['x', 'X']);
     let sides = sides.and_then(|(w, h)| Some((side(w)?, side(h)?)));
@@ -433,11 +457,16 @@ mod tests {
         );
         assert_eq!(default.tone(&scene), scene.tone);
         let asked = parse(
-            "phalanx render a.test --size 8x9 --max-depth 0 --tile 64 --transfer srgb --quantize round",
+            "phalanx render a.test --size 8x9 --max-depth 0 --spp 5 --filter tent --tile 64 --transfer srgb --quantize round",
         );
         let settings = asked.settings(&scene);
         assert_eq!((settings.width, settings.height), (8, 9));
         assert_eq!((settings.max_depth, settings.tile), (0, 64));
+        let sampling = Sampling {
+            spp: 5,
+            filter: Filter::Tent,
+        };
+        assert_eq!(settings.sampling, sampling);
         let tone = asked.tone(&scene);
         assert_eq!(
             (tone.transfer, tone.quantize),

@@ -126,7 +126,7 @@ impl Budget {
     }
 }
 
-/// Three floats a pixel, four more where hits are kept, and the picture's samples, once and once more encoded.
+/// Three floats a pixel, four more where hits are kept, and the picture's samples of 8 bits, once and once more encoded.
 pub fn film_bytes(settings: &Settings) -> u64 {
     let floats = if settings.record_hits { 7 } else { 3 };
     u64::from(settings.width) * u64::from(settings.height) * (4 * floats + 6)

@@ -1,6 +1,7 @@
 //! Where two films first differ, and what both engines say of that pixel.
 
 use phalanx::camera::Camera;
+use phalanx::frame::Sampling;
 use phalanx::render::{Film, NO_HIT};
 use phalanx::scene::Scene;
 use serde::Serialize;
@@ -13,7 +14,7 @@ pub struct Difference {
     y: u32,
     /// How many pixels differ.
     pixels: usize,
-    /// The pixel's camera ray; a scene that was rendered has one.
+    /// The pixel's first camera ray; a scene that was rendered has one.
     ray: Option<Ray>,
     scalar: Pixel,
     simd: Pixel,
@@ -58,7 +59,12 @@ impl Pixel {
 }
 
 /// Compares two films of one size, hits and radiance, bit by bit.
-pub fn first_difference(scene: &Scene, scalar: &Film, simd: &Film) -> Option<Difference> {
+pub fn first_difference(
+    scene: &Scene,
+    sampling: &Sampling,
+    scalar: &Film,
+    simd: &Film,
+) -> Option<Difference> {
     let count = scalar.width as usize * scalar.height as usize;
     let mut differing = (0..count).filter(|&i| Pixel::of(scalar, i) != Pixel::of(simd, i));
     let first = differing.next()?;
@@ -68,16 +74,17 @@ pub fn first_difference(scene: &Scene, scalar: &Film, simd: &Film) -> Option<Dif
         x,
         y,
         pixels: 1 + differing.count(),
-        ray: camera_ray(scene, scalar, x, y),
+        ray: camera_ray(scene, sampling, scalar, x, y),
         scalar: Pixel::of(scalar, first),
         simd: Pixel::of(simd, first),
     })
 }
 
-/// The ray through the centre of a pixel, in the file's units.
-fn camera_ray(scene: &Scene, film: &Film, x: u32, y: u32) -> Option<Ray> {
+/// The first camera ray of a pixel, in the file's units.
+fn camera_ray(scene: &Scene, sampling: &Sampling, film: &Film, x: u32, y: u32) -> Option<Ray> {
     let camera = Camera::new(&scene.view, film.width, film.height).ok()?;
-    let dir = camera.direction(y as f32 + 0.5, x as f32 + 0.5);
+    let place = sampling.places([x], [y], 0);
+    let dir = camera.direction(place.row[0], place.column[0]);
     Some(Ray {
         org: (camera.eye / scene.unit).to_array(),
         dir: dir.to_array(),
@@ -182,7 +189,10 @@ mod tests {
 
     #[test]
     fn equal_bits_are_equal_nan_included() {
-        assert_eq!(first_difference(&Scene::default(), &film(), &film()), None);
+        assert_eq!(
+            first_difference(&Scene::default(), &Sampling::CENTER, &film(), &film()),
+            None
+        );
     }
 
     #[test]
@@ -201,7 +211,8 @@ mod tests {
         for (i, change) in changes.iter().enumerate() {
             let mut other = film();
             change(&mut other);
-            let found = first_difference(&Scene::default(), &film(), &other).unwrap();
+            let found =
+                first_difference(&Scene::default(), &Sampling::CENTER, &film(), &other).unwrap();
             let x = if i < 7 { 1 } else { 2 };
             assert_eq!((found.x, found.y, found.pixels), (x, 1, 1), "change {i}");
         }
@@ -213,7 +224,8 @@ mod tests {
         other.planes[0][5] = 1.0;
         hits(&mut other).prim_id[2] = 7;
         hits(&mut other).t[2] = 2.0;
-        let found = first_difference(&Scene::default(), &film(), &other).unwrap();
+        let found =
+            first_difference(&Scene::default(), &Sampling::CENTER, &film(), &other).unwrap();
         let text = found.to_string();
         for part in [
             "2 pixels, first at (2, 0)",
@@ -237,9 +249,9 @@ mod tests {
             height: 3,
             ..film()
         };
-        let ray = camera_ray(&Scene::default(), &film, 1, 1).unwrap();
+        let ray = camera_ray(&Scene::default(), &Sampling::CENTER, &film, 1, 1).unwrap();
         assert!(ray.dir[0].abs() < 1e-6 && ray.dir[1].abs() < 1e-6 && ray.dir[2] < -0.999);
-        let corner = camera_ray(&Scene::default(), &film, 0, 0).unwrap();
+        let corner = camera_ray(&Scene::default(), &Sampling::CENTER, &film, 0, 0).unwrap();
         assert!(corner.dir[0] < 0.0 && corner.dir[1] > 0.0);
     }
 }

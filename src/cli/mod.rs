@@ -18,6 +18,7 @@ mod input;
 mod interrupt;
 mod memory;
 mod output;
+mod picture_file;
 mod progress;
 mod record;
 mod render;

@@ -5,7 +5,7 @@
 
 use super::differ::Pixel;
 use super::failure::Failure;
-use phalanx::frame::Settings;
+use phalanx::frame::{Sampling, Settings};
 use phalanx::image::replace_file;
 use phalanx::render::Film;
 use phalanx::scene::{Quantize, Tone, Transfer};
@@ -31,10 +31,23 @@ pub struct Kept {
     width: u32,
     height: u32,
     max_depth: u32,
+    /// Older records, which do not say, are of one sample.
+    #[serde(default = "one")]
+    spp: u32,
+    #[serde(default = "of_one")]
+    filter: String,
     transfer: String,
     quantize: String,
     hits: Vec<String>,
     radiance: Vec<String>,
+}
+
+fn one() -> u32 {
+    Sampling::CENTER.spp
+}
+
+fn of_one() -> String {
+    Sampling::CENTER.filter.name().to_owned()
 }
 
 impl Record {
@@ -133,6 +146,8 @@ impl Kept {
             width: settings.width,
             height: settings.height,
             max_depth: settings.max_depth,
+            spp: settings.sampling.spp,
+            filter: settings.sampling.filter.name().to_owned(),
             transfer: transfer.to_owned(),
             quantize: quantize.to_owned(),
             hits: Vec::new(),
@@ -160,8 +175,12 @@ impl Kept {
     }
 
     fn describe(&self) -> String {
+        let samples = match self.spp {
+            1 => "one sample a pixel".to_owned(),
+            more => format!("{more} samples a pixel, filter {}", self.filter),
+        };
         format!(
-            "{}x{} pixels, max depth {}, transfer {}, quantize {}",
+            "{}x{} pixels, max depth {}, {samples}, transfer {}, quantize {}",
             self.width, self.height, self.max_depth, self.transfer, self.quantize
         )
     }
@@ -195,6 +214,7 @@ fn fnv1a(words: &[u32]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use phalanx::frame::Filter;
     use phalanx::render::Hits;
     use phalanx::scene::Scene;
 
@@ -276,6 +296,10 @@ mod tests {
             width: 4,
             ..settings()
         };
+        let sampled = |spp, filter| Settings {
+            sampling: Sampling { spp, filter },
+            ..settings()
+        };
         let srgb = Tone {
             transfer: Transfer::Srgb,
             ..tone
@@ -284,11 +308,21 @@ mod tests {
             ("b.test", settings(), tone),
             (PATH, deeper, tone),
             (PATH, wider, tone),
+            (PATH, sampled(4, Filter::Box), tone),
             (PATH, settings(), srgb),
         ] {
             let refused = record.find(Path::new(path), &settings, tone).unwrap_err();
             assert_eq!(refused.code(), 2, "{refused:?}");
         }
+    }
+
+    #[test]
+    fn a_record_that_does_not_say_is_of_one_sample() {
+        let mut json = serde_json::to_value(kept(&film())).unwrap();
+        let object = json.as_object_mut().unwrap();
+        assert!(object.remove("spp").is_some() && object.remove("filter").is_some());
+        let older: Kept = serde_json::from_value(json).unwrap();
+        assert_eq!(older, kept(&film()));
     }
 
     #[test]

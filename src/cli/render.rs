@@ -5,10 +5,11 @@ use super::budget::film_bytes;
 use super::failure::Failure;
 use super::input::Input;
 use super::memory::Memory;
+use super::picture_file::{PictureFile, format_of};
 use super::report::{Image, Report};
 use super::{advise, heat, input, interrupt, output, progress};
 use phalanx::frame::{Pin, Settings};
-use phalanx::image::{encode, save_png};
+use phalanx::image::Format;
 use phalanx::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -16,17 +17,19 @@ use std::time::Instant;
 /// Renders a scene to a picture and says what it took.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if let Some(path) = &args.output {
-        output::check_png_name(path, "--output")?;
+        format_of(path, "--output")?;
     }
     interrupt::listen()?;
     advise();
     let start = Instant::now();
     let mut input = Input::load(&args.scene, &args.beside, args.threads.unwrap_or(0))?;
     let load = start.elapsed().as_secs_f64();
-    let path = output_path(args, &input.scene)?;
+    let (path, format) = output_path(args, &input.scene)?;
     output::check_place(&path)?;
 
     let settings = settings(args, &input.scene);
+    let (grade, picture) = (&args.grade, &args.picture);
+    let file = PictureFile::new(path, format, grade, picture, &input.scene, &settings)?;
     let heat = heat::asked(args.heat.as_deref(), &settings)?;
     let start = Instant::now();
     let prepared = input.prepare(settings.engine, &args.tree, settings.threads)?;
@@ -35,13 +38,12 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     prepared.make_ready(&settings);
     let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
     let frame = progress::render(scene, &prepared, &settings)?;
-    let picture = encode(&frame.film, args.picture.tone(scene));
-    interrupt::undisturbed(|| save_png(&path, &picture))??;
+    file.write(&frame.film)?;
     if let Some(heat) = heat {
         heat::write(&heat, scene, &prepared, &settings)?;
     }
 
-    let image = Image::new(&settings, &path);
+    let image = Image::new(&settings, &file.path);
     let report = Report::new(&args.scene, scene, &settings, image)
         .with_tree(tree)
         .with_memory(Memory::of(
@@ -79,9 +81,9 @@ fn settings(args: &RenderArgs, scene: &Scene) -> Settings {
 
 /// Where the picture goes: as asked, else as the scene says, else named like the scene; the latter two in the current
 /// folder, whatever folders the scene names.
-fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Failure> {
+fn output_path(args: &RenderArgs, scene: &Scene) -> Result<(PathBuf, Format), Failure> {
     if let Some(path) = &args.output {
-        return Ok(path.clone());
+        return Ok((path.clone(), format_of(path, "--output")?));
     }
     let named = scene
         .output
@@ -91,14 +93,14 @@ fn output_path(args: &RenderArgs, scene: &Scene) -> Result<PathBuf, Failure> {
     match named {
         Some(name) => {
             let path = PathBuf::from(name);
-            output::check_png_name(&path, "the scene asks for the output")
+            let format = format_of(&path, "the scene asks for the output")
                 .map_err(|failure| failure.and("choose another with -o"))?;
-            Ok(path)
+            Ok((path, format))
         }
         None => {
             let mut name = input::stem(&args.scene).to_os_string();
             name.push(".png");
-            Ok(PathBuf::from(name))
+            Ok((PathBuf::from(name), Format::Png))
         }
     }
 }
@@ -115,7 +117,7 @@ mod tests {
             ..Scene::default()
         };
         match Arguments::try_parse_from(line.split(' ')).unwrap().command {
-            Command::Render(args) => output_path(&args, &scene),
+            Command::Render(args) => output_path(&args, &scene).map(|(path, _)| path),
             other => panic!("{other:?}"),
         }
     }

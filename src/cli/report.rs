@@ -24,6 +24,8 @@ pub struct Report {
     threads: usize,
     image: Image,
     max_depth: u32,
+    spp: u32,
+    filter: &'static str,
     primitives: Primitives,
     bvh: Tree,
     seconds: Seconds,
@@ -73,6 +75,8 @@ impl Report {
             threads: settings.threads,
             image,
             max_depth: settings.max_depth,
+            spp: settings.sampling.spp,
+            filter: settings.sampling.filter.name(),
             primitives: Primitives::of(scene),
             bvh: Tree::default(),
             seconds: Seconds::default(),
@@ -123,10 +127,14 @@ impl Report {
         } = self;
         let kernel = self.kernel.map_or(String::new(), |k| format!("/{k}"));
         let plural = if self.threads == 1 { "" } else { "s" };
+        let samples = match self.spp {
+            1 => String::new(),
+            more => format!(", {more} samples a pixel ({})", self.filter),
+        };
         let rows = [
             (
                 "scene",
-                format!("{}, {}x{}", self.scene, image.width, image.height),
+                format!("{}, {}x{}{samples}", self.scene, image.width, image.height),
             ),
             (
                 "engine",

@@ -8,7 +8,7 @@ use super::input::Input;
 use super::record::{Kept, Record};
 use super::report::SCHEMA_VERSION;
 use super::{advise, interrupt, output, progress};
-use phalanx::frame::{Engine, Frame, Kernel, Prepared, Settings};
+use phalanx::frame::{Engine, Frame, Prepared, Settings};
 use phalanx::isa;
 use phalanx::scene::Scene;
 use serde::Serialize;
@@ -28,6 +28,8 @@ struct SceneOutcome {
     width: u32,
     height: u32,
     max_depth: u32,
+    spp: u32,
+    filter: &'static str,
     /// Rays of the scalar engine.
     rays: Kinds<u64>,
     runs: Vec<Run>,
@@ -128,6 +130,8 @@ fn verify(
         width: settings.width,
         height: settings.height,
         max_depth: settings.max_depth,
+        spp: settings.sampling.spp,
+        filter: settings.sampling.filter.name(),
         rays: Kinds::of(&reference.stats.rays),
         runs: runs(args, path, input, &settings, &reference)?,
         against,
@@ -180,7 +184,7 @@ fn runs(
                 ..settings.clone()
             };
             let frame = render(input, &prepared, &settings)?;
-            let run = Run::of(&input.scene, kernel, threads, reference, &frame);
+            let run = Run::of(&input.scene, &settings, reference, &frame);
             if !args.json {
                 output::print(&run.line(path, reference))?;
             }
@@ -205,11 +209,12 @@ fn render(input: &Input, prepared: &Prepared, settings: &Settings) -> Result<Fra
 }
 
 impl Run {
-    fn of(scene: &Scene, kernel: Kernel, threads: usize, reference: &Frame, frame: &Frame) -> Run {
-        let first_difference = first_difference(scene, &reference.film, &frame.film);
+    fn of(scene: &Scene, settings: &Settings, reference: &Frame, frame: &Frame) -> Run {
+        let sampling = &settings.sampling;
+        let first_difference = first_difference(scene, sampling, &reference.film, &frame.film);
         Run {
-            kernel: kernel.name(),
-            threads,
+            kernel: settings.kernel.name(),
+            threads: settings.threads,
             identical: first_difference.is_none() && reference.stats.rays == frame.stats.rays,
             rays: Kinds::of(&frame.stats.rays),
             first_difference,
@@ -239,6 +244,7 @@ impl Run {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use phalanx::frame::Kernel;
     use phalanx::render::{Film, Hits, RenderStats};
 
     fn frame() -> Frame {
@@ -261,19 +267,27 @@ mod tests {
         }
     }
 
+    fn settings(kernel: Kernel, threads: usize) -> Settings {
+        Settings {
+            kernel,
+            threads,
+            ..Settings::of(&Scene::default())
+        }
+    }
+
     #[test]
     fn ray_counts_must_agree_even_where_the_pictures_do() {
         let (scene, reference) = (Scene::default(), frame());
         let mut other = frame();
         let path = Path::new("a.test");
-        let same = Run::of(&scene, Kernel::Auto, 1, &reference, &other);
+        let same = Run::of(&scene, &settings(Kernel::Auto, 1), &reference, &other);
         assert!(same.identical);
         assert_eq!(
             same.line(path, &reference),
             "a.test: 1 thread, kernel auto: identical\n"
         );
         other.stats.rays.shadow = 7;
-        let more = Run::of(&scene, Kernel::Packet8, 2, &reference, &other);
+        let more = Run::of(&scene, &settings(Kernel::Packet8, 2), &reference, &other);
         assert!(!more.identical);
         let line = more.line(path, &reference);
         assert!(
@@ -287,7 +301,7 @@ mod tests {
         let (scene, reference) = (Scene::default(), frame());
         let mut other = frame();
         other.film.planes[1][0] = 0.25;
-        let run = Run::of(&scene, Kernel::Auto, 3, &reference, &other);
+        let run = Run::of(&scene, &settings(Kernel::Auto, 3), &reference, &other);
         assert!(!run.identical);
         let line = run.line(Path::new("a.test"), &reference);
         assert!(

@@ -65,18 +65,35 @@ pub fn png_bytes(picture: &Picture) -> Vec<u8> {
     }
 }
 
-fn write_png(writer: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
+pub(super) fn write_png(writer: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
+    let size = (picture.width, picture.height);
+    write_samples(writer, &picture.rgb, size, ExtendedColorType::Rgb8)
+}
+
+pub(super) fn write_png_16(writer: &mut dyn io::Write, picture: &Picture<u16>) -> io::Result<()> {
+    let size = (picture.width, picture.height);
+    // The encoder takes them in the machine's own order.
+    let bytes = bytemuck::cast_slice(&picture.rgb);
+    write_samples(writer, bytes, size, ExtendedColorType::Rgb16)
+}
+
+fn write_samples(
+    writer: &mut dyn io::Write,
+    bytes: &[u8],
+    (width, height): (u32, u32),
+    samples: ExtendedColorType,
+) -> io::Result<()> {
     PngEncoder::new_with_quality(writer, CompressionType::Fast, FilterType::Paeth)
-        .write_image(
-            &picture.rgb,
-            picture.width,
-            picture.height,
-            ExtendedColorType::Rgb8,
-        )
-        .map_err(|error| match error {
-            ::image::ImageError::IoError(error) => error,
-            other => io::Error::other(other),
-        })
+        .write_image(bytes, width, height, samples)
+        .map_err(io_error)
+}
+
+/// What went wrong when a picture was encoded.
+pub(super) fn io_error(error: ::image::ImageError) -> io::Error {
+    match error {
+        ::image::ImageError::IoError(error) => error,
+        other => io::Error::other(other),
+    }
 }
 
 /// A picture as it is compared: RGBA, 16 bits a sample (an 8-bit sample s stands as 257 s, missing alpha as opaque).

@@ -1,48 +1,91 @@
-//! Linear radiance to 8-bit samples.
+//! Linear radiance to samples of 8 or 16 bits.
 //!
-//! clamp to \[0, 1\] (NaN counts as 0), transfer, quantise. No step calls a power function per sample or one whose
+//! Exposure, clamp to \[0, 1\] (NaN counts as 0), transfer, quantise. No step calls a power function per sample or one whose
 //! bits depend on the build: without a transfer the sample is `floor(255 c)` or `floor(255 c + 0.5)` in f32, each
-//! operation rounded on its own; with sRGB it is the number of thresholds at or below `c`, and the 255 thresholds are
-//! the inverse curve in f64 from the `libm` crate, whose results are the same everywhere.
+//! operation rounded on its own (65535 with 16 bits); with sRGB it is the number of thresholds at or below `c`, and the thresholds
+//! are the inverse curve in f64 from the `libm` crate, whose results are the same everywhere.
 
 use crate::render::Film;
 use crate::scene::{Quantize, Tone, Transfer};
 
-/// An 8-bit RGB picture.
+/// An RGB picture, of 8-bit samples if nothing else is said.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
+pub struct Picture<S = u8> {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
     /// Red, green and blue of each pixel in turn, row by row from the top left.
-    pub rgb: Vec<u8>,
+    pub rgb: Vec<S>,
 }
 
-/// The picture of a film under a tone.
-pub fn encode(film: &Film, tone: Tone) -> Picture {
-    let rgb = match tone.transfer {
-        Transfer::None => interleave(film, |c| linear_sample(c, tone.quantize)),
-        Transfer::Srgb => {
-            let table = SrgbTable::new(&srgb_thresholds(tone.quantize));
-            interleave(film, |c| table.sample(c))
+/// A tone after an exposure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grade {
+    /// In stops: radiance is multiplied by two to the power of it, rounded to f32.
+    pub exposure: f32,
+    /// What then becomes of it.
+    pub tone: Tone,
+}
+
+impl From<Tone> for Grade {
+    fn from(tone: Tone) -> Grade {
+        Grade {
+            exposure: 0.0,
+            tone,
         }
-    };
+    }
+}
+
+impl Grade {
+    fn gain(self) -> f32 {
+        libm::exp2(self.exposure.into()) as f32
+    }
+}
+
+/// The picture of a film under a grade.
+pub fn encode(film: &Film, grade: impl Into<Grade>) -> Picture {
+    let grade = grade.into();
+    let Tone { transfer, quantize } = grade.tone;
+    match transfer {
+        Transfer::None => interleave(film, grade, |c| linear_sample(c, quantize)),
+        Transfer::Srgb => {
+            let table = SrgbTable::new(&srgb_thresholds(quantize));
+            interleave(film, grade, |c| table.sample(c))
+        }
+    }
+}
+
+/// The same with 16 bits a sample.
+pub fn encode_16(film: &Film, grade: impl Into<Grade>) -> Picture<u16> {
+    let grade = grade.into();
+    let Tone { transfer, quantize } = grade.tone;
+    match transfer {
+        Transfer::None => interleave(film, grade, |c| linear_sample_16(c, quantize)),
+        Transfer::Srgb => {
+            let table = DeepTable::new(quantize);
+            interleave(film, grade, |c| table.sample(c))
+        }
+    }
+}
+
+fn interleave<S: Copy + Default>(
+    film: &Film,
+    grade: Grade,
+    sample: impl Fn(f32) -> S,
+) -> Picture<S> {
+    let gain = grade.gain();
+    let [red, green, blue] = &film.planes;
+    let mut rgb = vec![S::default(); 3 * red.len()];
+    let pixels = rgb.as_chunks_mut::<3>().0.iter_mut();
+    for (((pixel, &r), &g), &b) in pixels.zip(red).zip(green).zip(blue) {
+        *pixel = [r, g, b].map(|c| sample(c * gain));
+    }
     Picture {
         width: film.width,
         height: film.height,
         rgb,
     }
-}
-
-fn interleave(film: &Film, sample: impl Fn(f32) -> u8) -> Vec<u8> {
-    let [red, green, blue] = &film.planes;
-    let mut rgb = vec![0; 3 * red.len()];
-    let pixels = rgb.as_chunks_mut::<3>().0.iter_mut();
-    for (((pixel, &r), &g), &b) in pixels.zip(red).zip(green).zip(blue) {
-        *pixel = [sample(r), sample(g), sample(b)];
-    }
-    rgb
 }
 
 /// Clamped to \[0, 1\]; NaN gives 0, which `f32::clamp` would pass on.
@@ -56,6 +99,44 @@ fn linear_sample(c: f32, quantize: Quantize) -> u8 {
     match quantize {
         Quantize::Floor => scaled as u8,
         Quantize::Round => (scaled + 0.5) as u8,
+    }
+}
+
+fn linear_sample_16(c: f32, quantize: Quantize) -> u16 {
+    let scaled = 65_535.0 * unit(c);
+    match quantize {
+        Quantize::Floor => scaled as u16,
+        Quantize::Round => (scaled + 0.5) as u16,
+    }
+}
+
+/// The number of thresholds of 16-bit samples at or below a value: those of its cell are searched.
+struct DeepTable {
+    /// By sample, the least value of the next, rounded up as in [`SrgbTable`].
+    next: Vec<f32>,
+    /// By cell, the sample of its lower end; and that of the end of all.
+    lowest: Vec<u16>,
+}
+
+impl DeepTable {
+    fn new(quantize: Quantize) -> DeepTable {
+        let next: Vec<f32> = (1..=u16::MAX)
+            .map(|sample| round_up(threshold(sample.into(), u16::MAX.into(), quantize)))
+            .collect();
+        let at_or_below = |c: f32| next.partition_point(|&least| least <= c) as u16;
+        let ends = (0..=CELLS).map(|cell| at_or_below(cell as f32 / CELLS as f32));
+        DeepTable {
+            lowest: ends.collect(),
+            next,
+        }
+    }
+
+    fn sample(&self, c: f32) -> u16 {
+        let c = unit(c);
+        let cell = ((c * CELLS as f32) as usize).min(CELLS - 1);
+        let [low, high] = [self.lowest[cell], self.lowest[cell + 1]];
+        let within = &self.next[low.into()..high.into()];
+        low + within.partition_point(|&least| least <= c) as u16
     }
 }
 
@@ -75,14 +156,12 @@ const CELLS: usize = 4096;
 impl SrgbTable {
     fn new(thresholds: &[f64; 255]) -> SrgbTable {
         let at_or_below = |c: f64| thresholds.partition_point(|&least| least <= c) as u8;
-        let up = |least: f64| match least as f32 {
-            near if f64::from(near) < least => near.next_up(),
-            near => near,
-        };
         SrgbTable {
             // A cell's end is a number of 32 bits, and a value times the number of cells is rounded nowhere.
             lowest: std::array::from_fn(|cell| at_or_below(cell as f64 / CELLS as f64)),
-            next: std::array::from_fn(|k| thresholds.get(k).map_or(f32::INFINITY, |t| up(*t))),
+            next: std::array::from_fn(|k| {
+                thresholds.get(k).map_or(f32::INFINITY, |t| round_up(*t))
+            }),
         }
     }
 
@@ -94,14 +173,27 @@ impl SrgbTable {
     }
 }
 
+/// The least f32 that is not below.
+fn round_up(least: f64) -> f32 {
+    match least as f32 {
+        near if f64::from(near) < least => near.next_up(),
+        near => near,
+    }
+}
+
 /// `thresholds[k - 1]` is the least linear value whose sample is `k`.
 fn srgb_thresholds(quantize: Quantize) -> [f64; 255] {
+    std::array::from_fn(|i| threshold((i + 1) as f64, 255.0, quantize))
+}
+
+/// The least linear value whose sample is so much of `most`.
+fn threshold(sample: f64, most: f64, quantize: Quantize) -> f64 {
     let back = match quantize {
         Quantize::Floor => 0.0,
         Quantize::Round => 0.5,
     };
-    // 1.0 is the largest clamped value: a threshold an ulp above it would make 255 unreachable.
-    std::array::from_fn(|i| srgb_inverse(((i + 1) as f64 - back) / 255.0).min(1.0))
+    // 1.0 is the largest clamped value: a threshold an ulp above it would make the last sample unreachable.
+    srgb_inverse((sample - back) / most).min(1.0)
 }
 
 /// IEC 61966-2-1, from the encoded to the linear value.
@@ -228,6 +320,72 @@ mod tests {
                 assert_eq!(usize::from(table.sample(c)), want, "{quantize:?} {c:e}");
             }
         }
+    }
+
+    #[test]
+    fn sixteen_bits_are_thresholds_at_or_below() {
+        for quantize in [Quantize::Floor, Quantize::Round] {
+            let table = DeepTable::new(quantize);
+            assert!(table.next.windows(2).all(|w| w[0] < w[1]));
+            let near = table
+                .next
+                .iter()
+                .flat_map(|&t| [t.next_down(), t, t.next_up()]);
+            let ends = (0..=CELLS).map(|cell| cell as f32 / CELLS as f32);
+            let all = (0..300_000).map(|k| k as f32 / 290_000.0);
+            for c in near.chain(ends).chain(all).chain(ODD) {
+                let value = f64::from(unit(c));
+                let want = match value {
+                    v if v <= 0.003_130_8 => 12.92 * v,
+                    v => 1.055 * libm::pow(v, 1.0 / 2.4) - 0.055,
+                };
+                let want = 65_535.0 * want + f64::from(u8::from(quantize == Quantize::Round)) * 0.5;
+                let got = f64::from(table.sample(c));
+                // Beside a threshold, the forward curve is off by what the published constants differ by.
+                assert!(
+                    got <= want + 0.02 && got > want - 1.02,
+                    "{quantize:?} {c:e}: {got} {want}"
+                );
+            }
+        }
+        let film = |value: f32| Film {
+            width: 1,
+            height: 1,
+            planes: [vec![value], vec![1.0], vec![f32::NAN]],
+            hits: None,
+        };
+        let srgb = Tone {
+            transfer: Transfer::Srgb,
+            quantize: Quantize::Round,
+        };
+        // 0.5 encodes to 0.735356983.
+        assert_eq!(encode_16(&film(0.5), srgb).rgb, [48_192, 65_535, 0]);
+        assert_eq!(encode_16(&film(0.5), NONE_FLOOR).rgb, [32_767, 65_535, 0]);
+    }
+
+    #[test]
+    fn a_stop_is_a_factor_of_two() {
+        let film = Film {
+            width: 3,
+            height: 1,
+            planes: [vec![0.1, 0.2, 0.4], vec![1e38; 3], vec![f32::NAN; 3]],
+            hits: None,
+        };
+        let red = |exposure| {
+            let grade = Grade {
+                exposure,
+                tone: NONE_FLOOR,
+            };
+            let rgb = encode(&film, grade).rgb;
+            assert_eq!(rgb[1..3], [255, 0]);
+            [rgb[0], rgb[3], rgb[6]]
+        };
+        assert_eq!(red(0.0), [25, 51, 102]);
+        assert_eq!(red(1.0), [51, 102, 204]);
+        assert_eq!(red(-1.0), [12, 25, 51]);
+        // The root of two times 51.
+        assert_eq!(red(0.5)[1], 72);
+        assert_eq!(red(30.0), [255; 3]);
     }
 
     /// The contract "same bytes on every build": these are the bits of the table, written down once.

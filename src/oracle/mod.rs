@@ -17,6 +17,7 @@ pub use shading::Surface;
 pub use tree::{Forest, Tree};
 
 use crate::camera::Camera;
+use crate::sampling::{Gathered, Places, Sampling};
 use crate::scene::{Bounds, Scene};
 use glam::Vec3;
 use intersect::Probe;
@@ -71,13 +72,45 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// Radiance of a pixel (through its centre) and what its camera ray hit.
-    pub fn pixel(&mut self, camera: &Camera, x: u32, y: u32) -> (Vec3, Option<Hit>) {
+    /// Radiance of a pixel, and what its first camera ray hit.
+    pub fn pixel(
+        &mut self,
+        camera: &Camera,
+        sampling: &Sampling,
+        x: u32,
+        y: u32,
+    ) -> (Vec3, Option<Hit>) {
+        let (first, hit, weight) = self.sample(camera, sampling, x, y, 0);
+        if sampling.spp == 1 {
+            return (first, hit);
+        }
+        let mut gathered = Gathered::default();
+        gathered.add(first.to_array(), weight);
+        for sample in 1..sampling.spp {
+            let (radiance, _, weight) = self.sample(camera, sampling, x, y, sample);
+            gathered.add(radiance.to_array(), weight);
+        }
+        (gathered.mean().into(), hit)
+    }
+
+    /// Radiance of one camera ray of a pixel, what it hit, and what it counts.
+    fn sample(
+        &mut self,
+        camera: &Camera,
+        sampling: &Sampling,
+        x: u32,
+        y: u32,
+        sample: u32,
+    ) -> (Vec3, Option<Hit>, f32) {
         self.cast.primary += 1;
-        let dir = camera.direction(y as f32 + 0.5, x as f32 + 0.5);
-        let ray = Ray::new(camera.eye, dir);
+        let Places {
+            row: [row],
+            column: [column],
+            weight: [weight],
+        } = sampling.places([x], [y], sample);
+        let ray = Ray::new(camera.eye, camera.direction(row, column));
         let hit = self.closest(&ray);
-        (self.radiance(&ray, hit, self.max_depth), hit)
+        (self.radiance(&ray, hit, self.max_depth), hit, weight)
     }
 
     /// The closest hit with 0 < t, ties going to the smaller prim_id.

@@ -9,6 +9,7 @@ use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::lanes::{F32x8, LaneMask, Mask8};
 use crate::packet::{HitPacket, RayQueue};
+use crate::sampling::Sampling;
 use crate::trace::{Kernel, Tracer, Traversal, Work};
 use bumpalo::Bump;
 use std::time::Instant;
@@ -55,7 +56,7 @@ impl Painter for CostPainter<'_> {
     fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
         self.arena.reset();
         let mut rays = RayQueue::with_capacity(&self.arena, tile.pixels() as usize);
-        push_camera_rays(&mut rays, self.camera, tile);
+        push_camera_rays(&mut rays, self.camera, tile, &Sampling::CENTER, 0);
         self.primary += rays.len() as u64;
         // Two at a time, as the widest kernel takes them.
         for first in (0..rays.packets()).step_by(2) {

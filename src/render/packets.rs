@@ -9,6 +9,7 @@ use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
+use crate::sampling::{Gathered, Places, Sampling};
 use crate::scene::Scene;
 use crate::trace::{Kernel, Traversal};
 use bumpalo::Bump;
@@ -16,6 +17,9 @@ use bumpalo::Bump;
 /// Paints tiles with packets of eight rays.
 pub struct PacketPainter<'a> {
     camera: &'a Camera,
+    sampling: Sampling,
+    /// Of each pixel of a tile, where it has several samples.
+    gathered: Vec<Gathered>,
     engine: Engine<'a>,
     /// The tile's own arena, then one for every depth of wave.
     tile_arena: Bump,
@@ -23,7 +27,7 @@ pub struct PacketPainter<'a> {
 }
 
 impl<'a> PacketPainter<'a> {
-    /// A painter for one worker. `max_depth` counts bounces after the primary ray.
+    /// A painter for one worker, with one ray through the centre of each pixel. `max_depth` counts bounces after the primary ray.
     pub fn new(
         scene: &'a Scene,
         bvh: &'a Bvh,
@@ -33,6 +37,8 @@ impl<'a> PacketPainter<'a> {
     ) -> Self {
         PacketPainter {
             camera,
+            sampling: Sampling::CENTER,
+            gathered: Vec::new(),
             engine: Engine {
                 scene,
                 traversal: Traversal::new(bvh, kernel),
@@ -42,20 +48,29 @@ impl<'a> PacketPainter<'a> {
             arenas: (0..=max_depth).map(|_| Bump::new()).collect(),
         }
     }
-}
 
-impl Painter for PacketPainter<'_> {
-    fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
+    /// With other camera rays.
+    pub fn with_sampling(self, sampling: Sampling) -> Self {
+        PacketPainter { sampling, ..self }
+    }
+
+    /// Traces the `sample`-th camera ray of each pixel of a tile, and tells `take` rays, radiance and hits.
+    fn sample(
+        &mut self,
+        tile: Tile,
+        sample: u32,
+        keep_hits: bool,
+        take: impl FnOnce(&mut Vec<Gathered>, &RayQueue, &[Colors], Option<&[HitPacket]>),
+    ) {
         self.tile_arena.reset();
         let arena = &self.tile_arena;
         let mut rays = RayQueue::with_capacity(arena, tile.pixels() as usize);
-        push_camera_rays(&mut rays, self.camera, tile);
+        push_camera_rays(&mut rays, self.camera, tile, &self.sampling, sample);
         self.engine.stats.rays.primary += rays.len() as u64;
         let packets = packets_for(rays.len());
         let colors = arena.alloc_slice_fill_copy(packets, Colors::BLACK);
-        let mut hits = pixels
-            .record_hits()
-            .then(|| &mut *arena.alloc_slice_fill_copy(packets, HitPacket::miss()));
+        let mut hits =
+            keep_hits.then(|| &mut *arena.alloc_slice_fill_copy(packets, HitPacket::miss()));
         let view = RayView {
             queue: &rays,
             packets: 0..packets,
@@ -67,7 +82,32 @@ impl Painter for PacketPainter<'_> {
             colors,
             hits.as_deref_mut(),
         );
-        develop(&rays, colors, hits.as_deref(), pixels);
+        take(&mut self.gathered, &rays, colors, hits.as_deref());
+    }
+}
+
+impl Painter for PacketPainter<'_> {
+    fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
+        let keep_hits = pixels.record_hits();
+        if self.sampling.spp == 1 {
+            return self.sample(tile, 0, keep_hits, |_, rays, colors, hits| {
+                develop(rays, colors, pixels);
+                keep(rays, hits, pixels);
+            });
+        }
+        self.gathered.clear();
+        let count = tile.pixels() as usize;
+        self.gathered.resize(count, Gathered::default());
+        for sample in 0..self.sampling.spp {
+            let first = keep_hits && sample == 0;
+            self.sample(tile, sample, first, |gathered, rays, colors, hits| {
+                gather(rays, colors, tile, gathered);
+                keep(rays, hits, pixels);
+            });
+        }
+        for (at, gathered) in (0..).zip(&self.gathered) {
+            pixels.set(at % tile.width, at / tile.width, gathered.mean());
+        }
     }
 
     fn stats(&self) -> RenderStats {
@@ -78,23 +118,34 @@ impl Painter for PacketPainter<'_> {
     }
 }
 
-/// Appends the camera rays of a tile through the pixel centres, in 8×8 blocks of 4×2 pixels a packet. Their parent is the
-/// pixel's place in the tile, row and column in sixteen bits each.
+/// Appends the `sample`-th camera ray of each pixel of a tile, in 8×8 blocks of 4×2 pixels a packet. Their parent is the pixel's
+/// place in the tile, row and column in sixteen bits each, and the first number of their weight what they count.
 ///
 /// # Panics
 /// If the queue has no room for them.
-pub fn push_camera_rays(rays: &mut RayQueue, camera: &Camera, tile: Tile) {
+pub fn push_camera_rays(
+    rays: &mut RayQueue,
+    camera: &Camera,
+    tile: Tile,
+    sampling: &Sampling,
+    sample: u32,
+) {
     let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
     for block_y in (0..tile.height).step_by(8) {
         for block_x in (0..tile.width).step_by(8) {
             for packet in 0..8 {
                 let (x, y) = (block_x + packet % 2 * 4, block_y + packet / 2 * 2);
                 let inside = inside(tile, x, y);
-                let dir = camera.directions(
-                    F32x8::splat((tile.y + y) as f32) + ROW_CENTRES,
-                    F32x8::splat((tile.x + x) as f32) + COLUMN_CENTRES,
-                );
-                rays.push(inside, eye, dir, Vec3x8::ZERO, &block_of(x, y));
+                let columns = std::array::from_fn(|k| tile.x + x + k as u32 % 4);
+                let rows = std::array::from_fn(|k| tile.y + y + k as u32 / 4);
+                let Places {
+                    row,
+                    column,
+                    weight,
+                } = sampling.places::<LANES>(columns, rows, sample);
+                let dir = camera.directions(F32x8::new(row), F32x8::new(column));
+                let counts = Vec3x8::new(F32x8::new(weight), F32x8::ZERO, F32x8::ZERO);
+                rays.push(inside, eye, dir, counts, &block_of(x, y));
             }
         }
     }
@@ -110,10 +161,6 @@ fn place(place: u32) -> (u32, u32) {
     (place & 0xffff, place >> 16)
 }
 
-/// Centres of a packet's 4×2 pixels, relative to its first pixel.
-const ROW_CENTRES: F32x8 = F32x8::new([0.5, 0.5, 0.5, 0.5, 1.5, 1.5, 1.5, 1.5]);
-const COLUMN_CENTRES: F32x8 = F32x8::new([0.5, 1.5, 2.5, 3.5, 0.5, 1.5, 2.5, 3.5]);
-
 /// Which of the 4×2 pixels from (`x`, `y`) on lie in the tile.
 fn inside(tile: Tile, x: u32, y: u32) -> Mask8 {
     let row = (1u32 << tile.width.saturating_sub(x).min(4)) - 1;
@@ -124,8 +171,19 @@ fn inside(tile: Tile, x: u32, y: u32) -> Mask8 {
     })
 }
 
-/// Gives the tile's pixels their radiance, and their hits where they are kept.
-fn develop(rays: &RayQueue, colors: &[Colors], hits: Option<&[HitPacket]>, pixels: &mut Pixels) {
+/// Adds the tile's samples to what its pixels have gathered.
+fn gather(rays: &RayQueue, colors: &[Colors], tile: Tile, gathered: &mut [Gathered]) {
+    for (packet, color) in colors.iter().enumerate() {
+        let (counts, places) = rays.purpose(packet);
+        for lane in rays.active(packet).lanes() {
+            let (x, y) = place(places[lane]);
+            gathered[(y * tile.width + x) as usize].add(color.lane(lane), counts[0][lane]);
+        }
+    }
+}
+
+/// Gives the tile's pixels their radiance.
+fn develop(rays: &RayQueue, colors: &[Colors], pixels: &mut Pixels) {
     for (packet, color) in colors.iter().enumerate() {
         let (active, places) = (rays.active(packet), rays.purpose(packet).1);
         let (x, y) = place(places[0]);
@@ -139,21 +197,21 @@ fn develop(rays: &RayQueue, colors: &[Colors], hits: Option<&[HitPacket]>, pixel
                 pixels.set(x, y, color.lane(lane));
             }
         }
-        if let Some(hits) = hits {
-            keep(&hits[packet], active, places, pixels);
-        }
     }
 }
 
-/// Keeps the hits of a packet.
-fn keep(hit: &HitPacket, active: Mask8, places: &[u32; LANES], pixels: &mut Pixels) {
-    for lane in active.lanes() {
-        let (x, y) = place(places[lane]);
-        let prim_id = hit.prim_id.lane(lane);
-        let t = match prim_id {
-            NO_PRIM => 0.0,
-            _ => hit.t.lane(lane),
-        };
-        pixels.set_hit(x, y, [t, hit.u.lane(lane), hit.v.lane(lane)], prim_id);
+/// Keeps hits, if there are any.
+fn keep(rays: &RayQueue, hits: Option<&[HitPacket]>, pixels: &mut Pixels) {
+    for (packet, hit) in hits.unwrap_or_default().iter().enumerate() {
+        let places = rays.purpose(packet).1;
+        for lane in rays.active(packet).lanes() {
+            let (x, y) = place(places[lane]);
+            let prim_id = hit.prim_id.lane(lane);
+            let t = match prim_id {
+                NO_PRIM => 0.0,
+                _ => hit.t.lane(lane),
+            };
+            pixels.set_hit(x, y, [t, hit.u.lane(lane), hit.v.lane(lane)], prim_id);
+        }
     }
 }

@@ -2,6 +2,7 @@
 #![cfg(unix)]
 
 mod bench;
+mod formats;
 mod pictures;
 mod refusals;
 mod scenes;

@@ -34,8 +34,8 @@ fn the_picture_is_named_by_the_user_or_the_scene_or_after_the_scene() {
     room.ok("render named.test -o sub/other.PNG");
     assert_eq!(room.names(), ["named.test", "own.png", "sub"]);
     assert!(room.path().join("sub/other.PNG").is_file());
-    room.write("jpeg.test", &format!("{SCENE}output own.jpg\n"));
-    room.refused("render jpeg.test", 2, &["own.jpg", ".png", "-o"]);
+    room.write("bitmap.test", &format!("{SCENE}output own.bmp\n"));
+    room.refused("render bitmap.test", 2, &["own.bmp", ".png", "-o"]);
 }
 
 #[test]

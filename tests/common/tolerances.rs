@@ -33,6 +33,14 @@ pub const FAR_SPHERE: f64 = 8.0 * EPSILON;
 /// A place on a plane one away, made from a camera direction; a distance of about 1.
 pub const PLACE: f32 = 1e-6;
 
+/// A pixel of 1,024 samples across an edge along a column, against the filter's integral: the samples stand in 1,024 columns of
+/// equal parts of the filter, one in each, so the edge parts one of them; twice that for what weights differ within a part.
+pub const SAMPLED_EDGE: f64 = 2.0 / 1024.0;
+
+/// As [`SAMPLED_EDGE`] for Mitchell's filter, whose weights jump from 1.1 to -1.1 twice along each axis: there, too, a part of 1/1024
+/// may be on the wrong side.
+pub const SAMPLED_LOBES: f64 = SAMPLED_EDGE + 4.0 * 2.2 / 1024.0;
+
 /// A specular term against its closed form, relative, per unit of shininess: x^s turns a relative error e of x into
 /// s·e, and x carries those of two normalised vectors.
 pub const SPECULAR_PER_SHININESS: f64 = 16.0 * EPSILON;

@@ -66,7 +66,7 @@ const TABLE: [Row; 21] = [
     row(
         "render",
         &[
-            "scene", "camera", "bvh", "packet", "trace", "shade", "lanes",
+            "scene", "camera", "bvh", "packet", "trace", "shade", "lanes", "sampling",
         ],
         "the one place where the stages meet; reads no files, knows no oracle",
     ),
@@ -77,7 +77,9 @@ const TABLE: [Row; 21] = [
     ),
     row(
         "frame",
-        &["scene", "camera", "bvh", "render", "oracle", "trace"],
+        &[
+            "scene", "camera", "bvh", "render", "oracle", "trace", "sampling",
+        ],
         "chooses an engine and runs it",
     ),
     row(
@@ -100,7 +102,7 @@ const TABLE: [Row; 21] = [
         "bench",
         &[
             "scene", "camera", "bvh", "lanes", "packet", "trace", "render", "oracle", "frame",
-            "peers", "report",
+            "peers", "report", "sampling",
         ],
         "runs everything beside everything else, on the same rays",
     ),
@@ -108,7 +110,7 @@ const TABLE: [Row; 21] = [
 ];
 
 /// Crates that only some rooms (or files) may name.
-const OWNERS: [(&str, &[&str], &str); 15] = [
+const OWNERS: [(&str, &[&str], &str); 16] = [
     (
         "libc",
         &["bvh/pages.rs"],
@@ -143,6 +145,11 @@ const OWNERS: [(&str, &[&str], &str); 15] = [
         "image",
         &["image.rs", "image/", "formats/texture.rs"],
         "encoders can be exchanged in one room, the decoder of textures in one file",
+    ),
+    (
+        "exr",
+        &["image/linear.rs"],
+        "files of linear radiance are written in one file",
     ),
     (
         "zune_jpeg",

@@ -1,0 +1,124 @@
+//! Pixels of several samples against closed forms, in both engines.
+
+mod common;
+
+use common::tolerances::{SAMPLED_EDGE, SAMPLED_LOBES};
+use phalanx::formats::read_test;
+use phalanx::frame::{Control, Engine, Filter, Prepared, Sampling, Settings, render};
+use phalanx::render::Film;
+use phalanx::scene::Scene;
+
+const SPP: u32 = 1024;
+
+/// Twelve pixels across the edge of a shining wall that ends `right` pixels from the middle, seen at a right angle.
+fn edge(right: f64) -> Scene {
+    // 2 tan(45°)/1 is a pixel's width at distance 1.
+    let at = 2.0 * right;
+    let text = format!(
+        "size 12 1\ncamera 0 0 1 0 0 0 0 1 0 90\nambient 0 0 0\nemission 1 .5 2\n\
+         vertex -60 -30 0\nvertex {at} -30 0\nvertex {at} 30 0\nvertex -60 30 0\ntri 0 1 2\ntri 0 2 3\n"
+    );
+    match read_test(&text) {
+        Ok(loaded) => loaded.scene,
+        Err(errors) => panic!("{text}\n{errors:#?}"),
+    }
+}
+
+/// The picture of both engines, after asserting that they are the same bits.
+fn film(scene: &Scene, sampling: Sampling) -> Film {
+    let [simd, scalar] = [Engine::Simd, Engine::Scalar].map(|engine| {
+        let settings = Settings {
+            engine,
+            sampling,
+            record_hits: true,
+            ..Settings::of(scene)
+        };
+        let prepared = Prepared::build(scene, engine);
+        let frame = render(scene, &prepared, &settings, &Control::default()).expect("a frame");
+        assert_eq!(frame.stats.rays.primary, settings.camera_rays());
+        frame.film
+    });
+    assert_eq!(simd, scalar);
+    simd
+}
+
+/// How much of a filter lies left of `x`, by its closed form.
+fn left_of(filter: Filter, x: f64) -> f64 {
+    match filter {
+        Filter::Box => (x + 0.5).clamp(0.0, 1.0),
+        Filter::Tent => match x.clamp(-1.0, 1.0) {
+            x if x < 0.0 => 0.5 * (x + 1.0) * (x + 1.0),
+            x => 1.0 - 0.5 * (1.0 - x) * (1.0 - x),
+        },
+        Filter::Mitchell => {
+            let size = x.abs().min(2.0);
+            let near = |x: f64| (7.0 / 4.0 * x.powi(4) - 4.0 * x.powi(3) + 16.0 / 3.0 * x) / 6.0;
+            let far = |x: f64| {
+                (-7.0 / 12.0 * x.powi(4) + 4.0 * x.powi(3) - 10.0 * x * x + 32.0 / 3.0 * x) / 6.0
+            };
+            let half = match size < 1.0 {
+                true => near(size),
+                false => near(1.0) + far(size) - far(1.0),
+            };
+            0.5 + half * x.signum()
+        }
+    }
+}
+
+#[test]
+fn an_edge_is_as_soft_as_its_filter() {
+    for (name, filter) in Filter::ALL {
+        let most = match filter {
+            Filter::Mitchell => SAMPLED_LOBES,
+            _ => SAMPLED_EDGE,
+        };
+        for right in [0.0, 0.3, -0.45] {
+            let film = film(&edge(right), Sampling { spp: SPP, filter });
+            for x in 0..12 {
+                let centre = f64::from(x) + 0.5 - 6.0;
+                let want = left_of(filter, right - centre);
+                let got = film.pixel(x, 0).map(f64::from);
+                for (got, shine) in got.into_iter().zip([1.0, 0.5, 2.0]) {
+                    assert!(
+                        (got - want * shine).abs() <= most * shine,
+                        "{name}, edge at {right}, pixel {x}: {got}, not {want} times {shine}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// What has no edges is the same whatever the filter and the number of samples.
+#[test]
+fn a_plain_wall_stays_plain() {
+    let scene = edge(20.0);
+    for (name, filter) in Filter::ALL {
+        for spp in [1, 2, 3, 5, 16] {
+            let film = film(&scene, Sampling { spp, filter });
+            for x in 0..12 {
+                assert_eq!(film.pixel(x, 0), [1.0, 0.5, 2.0], "{name}, {spp} samples");
+            }
+        }
+    }
+}
+
+/// One sample is the picture that it has always been, whatever the filter.
+#[test]
+fn one_sample_has_no_filter() {
+    let scene = edge(0.3);
+    let plain = film(&scene, Sampling::CENTER);
+    for (_, filter) in Filter::ALL {
+        assert_eq!(film(&scene, Sampling { spp: 1, filter }), plain);
+    }
+    assert_ne!(
+        film(
+            &scene,
+            Sampling {
+                spp: 2,
+                ..Sampling::CENTER
+            }
+        ),
+        plain
+    );
+}
