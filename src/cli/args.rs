@@ -1,15 +1,13 @@
 //! The arguments, and what they mean in the library's terms.
 
 use super::bench::BenchArgs;
+use super::picture_args::PictureArgs;
 use super::picture_file::GradeArgs;
 use super::scene_args::SceneArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
-use phalanx::frame::{
-    BuildSettings, DEFAULT_TILE, Engine, Filter, Kernel, MAX_SPP, Pin, Quality, Sampling, Settings,
-};
+use phalanx::frame::{BuildSettings, Engine, Kernel, Pin, Quality};
 use phalanx::isa;
-use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -75,67 +73,6 @@ pub enum Command {
                       Example: phalanx bench --quick --against embree --html report.html"
     )]
     Bench(Box<BenchArgs>),
-}
-
-/// What changes the picture, or the order in which it is made.
-#[derive(Debug, Args)]
-pub struct PictureArgs {
-    /// Image size in pixels [default: the scene's]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<(u32, u32)>,
-    /// Bounces after the primary ray [default: the scene's]
-    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
-    pub max_depth: Option<u32>,
-    /// Camera rays a pixel, 1 to 65536: one goes through the pixel's centre, more are spread over the filter
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
-    pub spp: u32,
-    /// What a pixel gathers, where it has several camera rays: its square, a tent over its neighbours, or Mitchell's cubic, which is
-    /// sharper
-    #[arg(long, value_name = "NAME", default_value = "box", value_parser = filter_parser())]
-    pub filter: Filter,
-    /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
-    pub tile: u32,
-    /// Transfer curve of the written samples [default: the scene format's]
-    #[arg(long, value_enum)]
-    pub transfer: Option<TransferArg>,
-    /// Quantisation of the written samples [default: the scene format's]
-    #[arg(long, value_enum)]
-    pub quantize: Option<QuantizeArg>,
-}
-
-impl PictureArgs {
-    /// The scene's settings with what was asked for instead, one thread, the packet engine.
-    pub fn settings(&self, scene: &Scene) -> Settings {
-        let (width, height) = self.size.unwrap_or((scene.width, scene.height));
-        Settings {
-            width,
-            height,
-            max_depth: self.max_depth.unwrap_or(scene.max_depth),
-            sampling: Sampling {
-                spp: self.spp,
-                filter: self.filter,
-            },
-            tile: self.tile,
-            ..Settings::of(scene)
-        }
-    }
-
-    /// The scene's tone with what was asked for instead.
-    pub fn tone(&self, scene: &Scene) -> Tone {
-        let transfer = self.transfer.map(|t| match t {
-            TransferArg::None => Transfer::None,
-            TransferArg::Srgb => Transfer::Srgb,
-        });
-        let quantize = self.quantize.map(|q| match q {
-            QuantizeArg::Floor => Quantize::Floor,
-            QuantizeArg::Round => Quantize::Round,
-        });
-        Tone {
-            transfer: transfer.unwrap_or(scene.tone.transfer),
-            quantize: quantize.unwrap_or(scene.tone.quantize),
-        }
-    }
 }
 
 /// How the packet engine's tree is built.
@@ -292,22 +229,6 @@ pub struct GenerateArgs {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum TransferArg {
-    /// Linear values as they are
-    None,
-    /// The sRGB curve
-    Srgb,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum QuantizeArg {
-    /// floor(255 c)
-    Floor,
-    /// Nearest
-    Round,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum PinArg {
     /// The system places them
     None,
@@ -372,28 +293,6 @@ pub fn quality_parser() -> impl TypedValueParser<Value = Quality> {
     })
 }
 
-fn filter_parser() -> impl TypedValueParser<Value = Filter> {
-    PossibleValuesParser::new(Filter::ALL.map(|(name, _)| name)).map(|name| {
-        let named = Filter::ALL.iter().find(|(n, _)| *n == name);
-        named.map_or_else(Filter::default, |(_, filter)| *filter)
-    })
-}
-
-pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let sides = text.split_once(['x', 'X']);
-    let sides = sides.and_then(|(w, h)| Some((side(w)?, side(h)?)));
-    let (width, height) = sides.ok_or("expected WIDTHxHEIGHT in pixels, as in 640x480")?;
-    check_image_size(width, height).map_err(|e| e.to_string())?;
-    // Both are within the limits just checked.
-    Ok((width as u32, height as u32))
-}
-
-/// A side of any number of digits; one beyond u64 is as out of range as the largest u64.
-fn side(digits: &str) -> Option<u64> {
-    let all_digits = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
-    all_digits.then(|| digits.parse().unwrap_or(u64::MAX))
-}
-
 /// Most worker threads: beyond this it is a typing error.
 const MAX_THREADS: usize = 4096;
 
@@ -410,68 +309,6 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Arguments::command().debug_assert();
-    }
-
-    #[test]
-    fn sizes_are_two_numbers_in_range() {
-        assert_eq!(parse_size("640x480"), Ok((640, 480)));
-        assert_eq!(parse_size("1X65536"), Ok((1, 65_536)));
-        for bad in [
-            "", "x", "640", "640x", "x480", "-1x5", "+1x5", "1.5x2", "4x4x4", " 4x4", "4*4",
-        ] {
-            assert!(
-                parse_size(bad).unwrap_err().contains("WIDTHxHEIGHT"),
-                "{bad}"
-            );
-        }
-        let huge = [
-            "0x4",
-            "4x0",
-            "65537x1",
-            "65536x65536",
-            "1000000x1000000",
-            "99999999999999999999999x1",
-        ];
-        for bad in huge {
-            assert!(
-                parse_size(bad).unwrap_err().contains("out of range"),
-                "{bad}"
-            );
-        }
-    }
-
-    #[test]
-    fn picture_options_override_the_scene() {
-        let scene = Scene::default();
-        let parse = |line: &str| match Arguments::try_parse_from(line.split(' ')).unwrap().command {
-            Command::Render(args) => args.picture,
-            other => panic!("{other:?}"),
-        };
-        let default = parse("phalanx render a.test");
-        assert_eq!(
-            default.settings(&scene),
-            Settings {
-                tile: DEFAULT_TILE,
-                ..Settings::of(&scene)
-            }
-        );
-        assert_eq!(default.tone(&scene), scene.tone);
-        let asked = parse(
-            "phalanx render a.test --size 8x9 --max-depth 0 --spp 5 --filter tent --tile 64 --transfer srgb --quantize round",
-        );
-        let settings = asked.settings(&scene);
-        assert_eq!((settings.width, settings.height), (8, 9));
-        assert_eq!((settings.max_depth, settings.tile), (0, 64));
-        let sampling = Sampling {
-            spp: 5,
-            filter: Filter::Tent,
-        };
-        assert_eq!(settings.sampling, sampling);
-        let tone = asked.tone(&scene);
-        assert_eq!(
-            (tone.transfer, tone.quantize),
-            (Transfer::Srgb, Quantize::Round)
-        );
     }
 
     #[test]

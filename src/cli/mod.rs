@@ -18,6 +18,7 @@ mod input;
 mod interrupt;
 mod memory;
 mod output;
+mod picture_args;
 mod picture_file;
 mod progress;
 mod record;

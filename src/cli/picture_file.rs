@@ -1,8 +1,8 @@
 //! The file that a picture is written to: its format by its name, and what may be asked of that.
 
-use super::args::PictureArgs;
 use super::failure::Failure;
 use super::interrupt;
+use super::picture_args::PictureArgs;
 use clap::Args;
 use phalanx::frame::Settings;
 use phalanx::image::{Depth, Format, Grade, save};

@@ -1,6 +1,7 @@
 //! What `phalanx bench` is asked for.
 
-use super::super::args::{Kernels, kernels_parser, parse_size, parse_thread_count, quality_parser};
+use super::super::args::{Kernels, kernels_parser, parse_thread_count, quality_parser};
+use super::super::picture_args::parse_size;
 use super::super::scene_args::SceneArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
