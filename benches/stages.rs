@@ -16,7 +16,7 @@ use phalanx::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue};
 use phalanx::render::{RayCounts, alone};
 use phalanx::scene::Scene;
-use phalanx::shade::{Material, Surface, bounces, sample_light};
+use phalanx::shade::{Material, Surface, bounces, light_places, sample_light};
 use phalanx::trace::{Kernel, Traversal};
 use std::hint::black_box;
 use std::ops::Range;
@@ -116,9 +116,10 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
     let mut rays = 0;
     for light in 0..scene.lights.len() {
         queue.clear();
+        let place = light_places(scene, light, [0; LANES], 0);
         for at in surfaces {
             let material = Material::of(scene, at.material);
-            let s = sample_light(scene, light, &material, None, at);
+            let s = sample_light(scene, light, place, &material, None, at);
             queue.push(s.needed, s.org, s.dir, s.radiance, &at.ray);
         }
         rays += black_box(&*queue).len() as u64;

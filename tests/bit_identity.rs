@@ -247,14 +247,15 @@ const CUTS: [(usize, u32); 12] = [
 const SIZES: [(u32, u32); 4] = [(1, 1), (7, 3), (33, 65), (64, 48)];
 
 fn compare(scene: &Scene, cuts: &[(usize, u32)], sizes: &[(u32, u32)]) -> Result<(), String> {
-    compare_sampled(scene, cuts, sizes, Sampling::CENTER)
+    compare_as(scene, cuts, sizes, &Settings::of(scene))
 }
 
-fn compare_sampled(
+/// But for what `asked` says of size, cuts and engine.
+fn compare_as(
     scene: &Scene,
     cuts: &[(usize, u32)],
     sizes: &[(u32, u32)],
-    sampling: Sampling,
+    asked: &Settings,
 ) -> Result<(), String> {
     let packets = Prepared::build(scene, Engine::Simd);
     let oracle = Prepared::build(scene, Engine::Scalar);
@@ -262,9 +263,8 @@ fn compare_sampled(
         let settings = Settings {
             width,
             height,
-            sampling,
             record_hits: true,
-            ..Settings::of(scene)
+            ..asked.clone()
         };
         let scalar = Settings {
             engine: Engine::Scalar,
@@ -323,15 +323,63 @@ fn several_samples() {
     let turn = Cell::new(0);
     let outcome = runner(24, 4).run(&recipes(), |recipe| {
         let k = turn.replace(turn.get() + 1);
-        let sampling = Sampling {
-            spp: [2, 3, 4, 7][k % 4],
-            filter: Filter::ALL[k % 3].1,
-        };
+        let scene = cook(&recipe);
         let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12]];
-        compare_sampled(&cook(&recipe), &cuts, &[(33, 25)], sampling).map_err(TestCaseError::fail)
+        compare_as(&scene, &cuts, &[(33, 25)], &sampled(&scene, k)).map_err(TestCaseError::fail)
     });
     if let Err(failure) = outcome {
         panic!("{failure}");
+    }
+}
+
+/// The k-th way to take several samples.
+fn sampled(scene: &Scene, k: usize) -> Settings {
+    let sampling = Sampling {
+        spp: [2, 3, 4, 7][k % 4],
+        filter: Filter::ALL[k % 3].1,
+    };
+    Settings {
+        sampling,
+        ..Settings::of(scene)
+    }
+}
+
+/// One sample as well: its decisions are left to chance, too.
+#[test]
+fn area_lights() {
+    let turn = Cell::new(0);
+    let outcome = runner(24, 5).run(&recipes(), |recipe| {
+        let k = turn.replace(turn.get() + 1);
+        let mut scene = cook(&recipe);
+        let (mut rng, scale) = (Rng::new(recipe.seed), 10f32.powf(recipe.magnitude));
+        for _ in 0..3 {
+            add_area_light(&mut scene, &mut rng, scale);
+        }
+        scene.validate().expect("a valid recipe");
+        let asked = match k % 5 {
+            0 => Settings::of(&scene),
+            more => sampled(&scene, more),
+        };
+        let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12], (2, 16)];
+        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
+    });
+    if let Err(failure) = outcome {
+        panic!("{failure}");
+    }
+}
+
+/// From next to nothing, which shadow rays reach as a beam, to larger than the scene.
+fn add_area_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
+    let place = rng.point(2.0 * scale);
+    let color = rng.color() * rng.magnitude(-1.0, 1.0);
+    let size = scale * rng.pick(&[1e-30, 1e-5, 0.01, 0.3, 4.0]);
+    let attenuation = rng.pick(&[Vec3::X, Vec3::new(0.0, 0.0, 1.0 / (scale * scale))]);
+    if rng.once_in(2) {
+        scene.lights.add_sphere(place, size, color, attenuation);
+    } else {
+        let edges = [rng.direction() * size, rng.direction() * size];
+        let lights = &mut scene.lights;
+        lights.add_rectangle(place, edges, color, attenuation);
     }
 }
 

@@ -31,7 +31,8 @@ pub fn fingerprint(scene: &Scene) -> u32 {
         vectors(&mut take, &scene.instances.object_columns(i));
     }
     for i in 0..scene.lights.len() {
-        take(&scene.lights.place.get(i).to_array());
+        // Of one with an area, as of a point, the place that shadow rays go to.
+        take(&scene.lights.middle(i).to_array());
     }
     vectors(
         &mut take,

@@ -134,7 +134,7 @@ fn light(scene: &Scene) -> Option<usize> {
 
 /// The shadow ray toward a light, if the surface faces it.
 fn toward(scene: &Scene, light: usize, at: &Surface) -> Option<Ray> {
-    let place = scene.lights.place.get(light);
+    let place = scene.lights.middle(light);
     let dir = if scene.lights.directional[light] {
         place
     } else {

@@ -99,6 +99,8 @@ pub(super) fn columns(scene: &Scene) -> Vec<Rows<'_>> {
     all.push(rows("materials", &m.texture, Any));
     let l = &scene.lights;
     push_vectors(&mut all, "lights", &[&l.place, &l.color, &l.attenuation]);
+    push_vectors(&mut all, "light edges", &l.edges.each_ref());
+    all.push(rows("light radii", &l.radius, Any));
     all
 }
 
@@ -154,6 +156,8 @@ pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn Map> {
     all.push(&mut m.ior);
     all.push(&mut m.texture);
     push_maps(&mut all, [&mut l.place, &mut l.color, &mut l.attenuation]);
+    push_maps(&mut all, l.edges.each_mut());
+    all.push(&mut l.radius);
     all
 }
 

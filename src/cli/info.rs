@@ -9,7 +9,7 @@ use super::report::{SCHEMA_VERSION, lines};
 use super::{interrupt, output};
 use output::grouped;
 use phalanx::frame::{Engine, TreeStats};
-use phalanx::scene::Scene;
+use phalanx::scene::{LightShape, Scene};
 use serde::Serialize;
 use std::path::Path;
 
@@ -44,10 +44,39 @@ struct Instances {
     visible_primitives: u64,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 struct Lights {
     point: usize,
     directional: usize,
+    sphere: usize,
+    rectangle: usize,
+}
+
+impl Lights {
+    fn of(scene: &Scene) -> Lights {
+        let shapes = (0..scene.lights.len()).map(|i| scene.lights.shape(i));
+        let mut count = Lights::default();
+        for shape in shapes {
+            match shape {
+                LightShape::Point => count.point += 1,
+                LightShape::Directional => count.directional += 1,
+                LightShape::Sphere(_) => count.sphere += 1,
+                LightShape::Rectangle(_) => count.rectangle += 1,
+            }
+        }
+        count
+    }
+
+    /// Those with an area only where there are any.
+    fn words(&self) -> String {
+        let mut words = format!("{} point, {} directional", self.point, self.directional);
+        for (count, name) in [(self.sphere, "sphere"), (self.rectangle, "rectangle")] {
+            if count > 0 {
+                words.push_str(&format!(", {count} {name}"));
+            }
+        }
+        words
+    }
 }
 
 #[derive(Debug, PartialEq, Serialize)]
@@ -71,7 +100,6 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
 
 impl Document {
     fn new(path: &Path, scene: &Scene, tree: TreeStats, mapped_bytes: u64) -> Document {
-        let directional = scene.lights.directional.iter().filter(|d| **d).count();
         Document {
             schema_version: SCHEMA_VERSION,
             scene: path.to_string_lossy().into_owned(),
@@ -86,10 +114,7 @@ impl Document {
                 instances: scene.instances.len(),
                 visible_primitives: scene.visible_count(),
             },
-            lights: Lights {
-                point: scene.lights.len() - directional,
-                directional,
-            },
+            lights: Lights::of(scene),
             materials: scene.materials.len(),
             bounds: bounds(scene),
             bvh: tree.into(),
@@ -114,13 +139,7 @@ impl Document {
                 ),
             ),
             ("primitives", self.primitives.words()),
-            (
-                "lights",
-                format!(
-                    "{} point, {} directional",
-                    self.lights.point, self.lights.directional
-                ),
-            ),
+            ("lights", self.lights.words()),
             ("materials", grouped(self.materials as u64)),
             ("bounds", bounds),
             (
@@ -171,6 +190,8 @@ mod tests {
         scene.lights.add_point(Vec3::ONE, Vec3::ONE, Vec3::X);
         scene.lights.add_point(Vec3::ONE, Vec3::ONE, Vec3::X);
         scene.lights.add_directional(Vec3::Y, Vec3::ONE);
+        let (corner, edges) = (Vec3::ZERO, [Vec3::X, Vec3::Z]);
+        (scene.lights).add_rectangle(corner, edges, Vec3::ONE, Vec3::X);
         scene
     }
 
@@ -194,8 +215,10 @@ mod tests {
         );
         assert_eq!(
             json["lights"],
-            serde_json::json!({"point": 2, "directional": 1})
+            serde_json::json!({"point": 2, "directional": 1, "sphere": 0, "rectangle": 1})
         );
+        let words = "2 point, 1 directional, 1 rectangle";
+        assert_eq!(Lights::of(&scene()).words(), words);
         assert_eq!(json["materials"], 0);
         assert_eq!(
             json["bounds"],

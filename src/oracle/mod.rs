@@ -17,11 +17,11 @@ pub use shading::Surface;
 pub use tree::{Forest, Tree};
 
 use crate::camera::Camera;
-use crate::sampling::{Gathered, Places, Sampling};
+use crate::sampling::{Gathered, Places, Sampling, Way, seeds};
 use crate::scene::{Bounds, Scene};
 use glam::Vec3;
 use intersect::Probe;
-use shading::{Bounce, Material};
+use shading::{Bounce, Chance, Material};
 use std::borrow::Cow;
 
 /// Rays cast by the oracle, by kind.
@@ -110,7 +110,10 @@ impl<'a> Oracle<'a> {
         } = sampling.places([x], [y], sample);
         let ray = Ray::new(camera.eye, camera.direction(row, column));
         let hit = self.closest(&ray);
-        (self.radiance(&ray, hit, self.max_depth), hit, weight)
+        let [seed] = seeds([x], [y]);
+        let chance = Chance { seed, sample };
+        let radiance = self.radiance(&ray, hit, chance, self.max_depth);
+        (radiance, hit, weight)
     }
 
     /// The closest hit with 0 < t, ties going to the smaller prim_id.
@@ -144,7 +147,7 @@ impl<'a> Oracle<'a> {
     }
 
     /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T.
-    fn radiance(&mut self, ray: &Ray, hit: Option<Hit>, bounces_left: u32) -> Vec3 {
+    fn radiance(&mut self, ray: &Ray, hit: Option<Hit>, chance: Chance, bounces_left: u32) -> Vec3 {
         let Some(hit) = hit else {
             return self.scene.background;
         };
@@ -153,7 +156,8 @@ impl<'a> Oracle<'a> {
         let material = Material::of(self.scene, prim, &hit);
         let mut sum = material.own;
         for light in 0..self.scene.lights.len() {
-            let Some(sample) = shading::sample_light(self.scene, light, &material, &at) else {
+            let sample = shading::sample_light(self.scene, light, chance, &material, &at);
+            let Some(sample) = sample else {
                 continue;
             };
             self.cast.shadow += 1;
@@ -168,12 +172,14 @@ impl<'a> Oracle<'a> {
         if let Some(Bounce { ray, weight }) = mirror {
             self.cast.reflection += 1;
             let hit = self.closest(&ray);
-            sum += weight * self.radiance(&ray, hit, bounces_left - 1);
+            let chance = chance.onward(Way::Mirror);
+            sum += weight * self.radiance(&ray, hit, chance, bounces_left - 1);
         }
         if let Some(Bounce { ray, weight }) = refracted {
             self.cast.refraction += 1;
             let hit = self.closest(&ray);
-            sum += weight * self.radiance(&ray, hit, bounces_left - 1);
+            let chance = chance.onward(Way::Refracted);
+            sum += weight * self.radiance(&ray, hit, chance, bounces_left - 1);
         }
         sum
     }

@@ -3,8 +3,8 @@
 use super::instance::moved;
 use super::intersect::{Hit, Ray, largest, max, min};
 use super::texture::tint;
-use crate::sampling::pow;
-use crate::scene::{OFFSET, PAD, PrimKind, Scene};
+use crate::sampling::{Purpose, Way, onward, points, pow, sphere as sphere_point};
+use crate::scene::{LightShape, OFFSET, PAD, PrimKind, Scene};
 use glam::Vec3;
 
 /// One row of the material columns.
@@ -189,6 +189,43 @@ fn cone(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
     (point, ng, ng, size * PAD)
 }
 
+/// What is left to chance where a ray hits, told by its seed and its pixel's sample.
+#[derive(Clone, Copy)]
+pub(super) struct Chance {
+    pub(super) seed: u32,
+    pub(super) sample: u32,
+}
+
+impl Chance {
+    /// Where the ray goes on.
+    pub(super) fn onward(self, way: Way) -> Chance {
+        let [seed] = onward([self.seed], way);
+        Chance { seed, ..self }
+    }
+
+    /// A point of the unit square.
+    fn point(self, purpose: Purpose) -> [[f32; 1]; 2] {
+        points([self.seed], self.sample, purpose)
+    }
+}
+
+/// Where a light is: one place of those it has, if it has several.
+fn light_place(scene: &Scene, light: usize, chance: Chance) -> Vec3 {
+    let place = scene.lights.place.get(light);
+    let square = || chance.point(Purpose::Light(light as u32));
+    match scene.lights.shape(light) {
+        LightShape::Point | LightShape::Directional => place,
+        LightShape::Sphere(radius) => {
+            let [[x], [y], [z]] = sphere_point(square());
+            place + Vec3::new(x, y, z) * radius
+        }
+        LightShape::Rectangle([e, f]) => {
+            let [[u], [v]] = square();
+            (place + e * u) + f * v
+        }
+    }
+}
+
 /// What a light adds if nothing stands between, and the ray that finds out.
 pub(super) struct LightSample {
     pub(super) ray: Ray,
@@ -200,11 +237,12 @@ pub(super) struct LightSample {
 pub(super) fn sample_light(
     scene: &Scene,
     light: usize,
+    chance: Chance,
     material: &Material,
     at: &Surface,
 ) -> Option<LightSample> {
     let lights = &scene.lights;
-    let place = lights.place.get(light);
+    let place = light_place(scene, light, chance);
     let color = lights.color.get(light);
     let (dir, to_light, seen, tmax) = if lights.directional[light] {
         (place, place, color, f32::INFINITY)

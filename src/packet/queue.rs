@@ -22,10 +22,12 @@ struct Purpose {
 }
 
 /// Rays waiting to be traced, each with the hit that sent it (`parent`) and what its answer is multiplied with
-/// (`weight`, RGB).
+/// (`weight`, RGB); and, where something about them is left to chance, with the seeds of that.
 pub struct RayQueue<'arena> {
     slots: &'arena mut [Slot],
     purposes: &'arena mut [Purpose],
+    /// Empty where nothing is left to chance.
+    seeds: &'arena mut [[u32; LANES]],
     len: usize,
 }
 
@@ -44,8 +46,24 @@ impl<'arena> RayQueue<'arena> {
         RayQueue {
             slots: arena.alloc_slice_fill_copy(packets, slot),
             purposes: arena.alloc_slice_fill_copy(packets, purpose),
+            seeds: &mut [],
             len: 0,
         }
+    }
+
+    /// An empty queue that has room for seeds, too, if it is to have them.
+    pub fn seeded(arena: &'arena Bump, capacity: usize, seeded: bool) -> RayQueue<'arena> {
+        let queue = RayQueue::with_capacity(arena, capacity);
+        if !seeded {
+            return queue;
+        }
+        let seeds = arena.alloc_slice_fill_copy(packets_for(capacity), [0; LANES]);
+        RayQueue { seeds, ..queue }
+    }
+
+    /// Whether its rays have seeds.
+    pub fn has_seeds(&self) -> bool {
+        !self.seeds.is_empty()
     }
 
     /// Rays waiting.
@@ -110,6 +128,16 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
+    /// Gives the rays that the next [`RayQueue::push`] of the same `mask` appends these seeds.
+    ///
+    /// # Panics
+    /// If there is no room for them, or none for seeds.
+    pub fn push_seeds(&mut self, mask: Mask8, seeds: &[u32; LANES]) {
+        for (at, lane) in (self.len..).zip(mask.lanes()) {
+            self.seeds[at / LANES][at % LANES] = seeds[lane];
+        }
+    }
+
     /// Appends one ray, without purpose.
     ///
     /// # Panics
@@ -168,6 +196,11 @@ impl<'arena> RayQueue<'arena> {
     pub fn ray(&self, packet: usize, lane: usize) -> ([f32; 3], [f32; 3]) {
         let slot = &self.slots[packet];
         (slot.org.map(|c| c[lane]), slot.dir.map(|c| c[lane]))
+    }
+
+    /// The seed of one ray; 0 where rays have none.
+    pub fn seed(&self, packet: usize, lane: usize) -> u32 {
+        self.seeds.get(packet).map_or(0, |seeds| seeds[lane])
     }
 
     /// Weights and parents of packet `index`.

@@ -9,7 +9,7 @@ use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
-use crate::sampling::{Gathered, Places, Sampling};
+use crate::sampling::{Gathered, Places, Sampling, seeds};
 use crate::scene::Scene;
 use crate::trace::{Kernel, Traversal};
 use bumpalo::Bump;
@@ -21,6 +21,8 @@ pub struct PacketPainter<'a> {
     /// Of each pixel of a tile, where it has several samples.
     gathered: Vec<Gathered>,
     engine: Engine<'a>,
+    /// Whether rays have seeds.
+    seeded: bool,
     /// The tile's own arena, then one for every depth of wave.
     tile_arena: Bump,
     arenas: Vec<Bump>,
@@ -43,7 +45,9 @@ impl<'a> PacketPainter<'a> {
                 scene,
                 traversal: Traversal::new(bvh, kernel),
                 stats: RenderStats::default(),
+                sample: 0,
             },
+            seeded: seeded(scene),
             tile_arena: Bump::new(),
             arenas: (0..=max_depth).map(|_| Bump::new()).collect(),
         }
@@ -64,8 +68,9 @@ impl<'a> PacketPainter<'a> {
     ) {
         self.tile_arena.reset();
         let arena = &self.tile_arena;
-        let mut rays = RayQueue::with_capacity(arena, tile.pixels() as usize);
+        let mut rays = RayQueue::seeded(arena, tile.pixels() as usize, self.seeded);
         push_camera_rays(&mut rays, self.camera, tile, &self.sampling, sample);
+        self.engine.sample = sample;
         self.engine.stats.rays.primary += rays.len() as u64;
         let packets = packets_for(rays.len());
         let colors = arena.alloc_slice_fill_copy(packets, Colors::BLACK);
@@ -118,8 +123,14 @@ impl Painter for PacketPainter<'_> {
     }
 }
 
+/// Whether anything in a scene is left to chance.
+fn seeded(scene: &Scene) -> bool {
+    (0..scene.lights.len()).any(|light| scene.lights.has_area(light))
+}
+
 /// Appends the `sample`-th camera ray of each pixel of a tile, in 8×8 blocks of 4×2 pixels a packet. Their parent is the pixel's
-/// place in the tile, row and column in sixteen bits each, and the first number of their weight what they count.
+/// place in the tile, row and column in sixteen bits each, and the first number of their weight what they count. If the queue has
+/// seeds, theirs are the pixels'.
 ///
 /// # Panics
 /// If the queue has no room for them.
@@ -144,6 +155,9 @@ pub fn push_camera_rays(
                     weight,
                 } = sampling.places::<LANES>(columns, rows, sample);
                 let dir = camera.directions(F32x8::new(row), F32x8::new(column));
+                if rays.has_seeds() {
+                    rays.push_seeds(inside, &seeds(columns, rows));
+                }
                 let counts = Vec3x8::new(F32x8::new(weight), F32x8::ZERO, F32x8::ZERO);
                 rays.push(inside, eye, dir, counts, &block_of(x, y));
             }

@@ -8,8 +8,11 @@
 use super::stats::RenderStats;
 use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
+use crate::sampling::{Way, onward};
 use crate::scene::{PrimKind, Scene};
-use crate::shade::{Batch, Material, Surface, UNTINTED, bounces, sample_light, surface, tint};
+use crate::shade::{
+    Batch, Material, Surface, UNTINTED, bounces, light_places, sample_light, surface, tint,
+};
 use crate::trace::Traversal;
 use bumpalo::Bump;
 use std::ops::Range;
@@ -19,6 +22,8 @@ pub(super) struct Engine<'a> {
     pub(super) scene: &'a Scene,
     pub(super) traversal: Traversal<'a>,
     pub(super) stats: RenderStats,
+    /// Which of a pixel's camera rays the wave follows.
+    pub(super) sample: u32,
 }
 
 /// Radiance of eight rays.
@@ -68,6 +73,14 @@ impl RayView<'_, '_> {
     fn active(&self, index: usize) -> Mask8 {
         self.queue.active(self.packets.start + index)
     }
+
+    /// Seeds of some rays of the wave.
+    fn seeds(&self, rays: &[u32; LANES]) -> [u32; LANES] {
+        rays.map(|ray| {
+            let (packet, lane) = (ray as usize / LANES, ray as usize % LANES);
+            self.queue.seed(self.packets.start + packet, lane)
+        })
+    }
 }
 
 /// Traces a wave and writes the radiance of its rays, packet by packet, to `colors`. `arenas` holds one arena for this
@@ -95,12 +108,12 @@ pub(super) fn wave(
     let (surfaces, tints) = surfaces(arena, engine.scene, &rays, hits, colors);
     emit_own(engine.scene, surfaces, tints, colors);
     // Ask the lights, in the order of the file.
-    ask_lights(engine, arena, surfaces, tints, colors);
+    ask_lights(engine, arena, &rays, surfaces, tints, colors);
     // Bounce and fold.
     if deeper.is_empty() {
         return;
     }
-    let queue = bounce(engine, arena, surfaces);
+    let queue = bounce(engine, arena, &rays, surfaces);
     let piece = rays.packets.len();
     let answers = arena.alloc_slice_fill_copy(piece.min(queue.packets()), Colors::BLACK);
     for first in (0..queue.packets()).step_by(piece) {
@@ -329,6 +342,7 @@ fn emit_own(scene: &Scene, surfaces: &[Surface], tints: &[Vec3x8], colors: &mut 
 fn ask_lights(
     engine: &mut Engine,
     arena: &Bump,
+    rays: &RayView,
     surfaces: &[Surface],
     tints: &[Vec3x8],
     colors: &mut [Colors],
@@ -336,9 +350,16 @@ fn ask_lights(
     let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
     for light in 0..engine.scene.lights.len() {
         queue.clear();
+        let places = |seeds| light_places(engine.scene, light, seeds, engine.sample);
+        let (area, one) = (engine.scene.lights.has_area(light), places([0; LANES]));
         for (k, at) in surfaces.iter().enumerate() {
             let material = Material::of(engine.scene, at.material);
-            let sample = sample_light(engine.scene, light, &material, tints.get(k), at);
+            let place = if area {
+                places(rays.seeds(&at.ray))
+            } else {
+                one
+            };
+            let sample = sample_light(engine.scene, light, place, &material, tints.get(k), at);
             queue.push(
                 sample.needed,
                 sample.org,
@@ -370,6 +391,7 @@ fn ask_lights(
 fn bounce<'arena>(
     engine: &mut Engine,
     arena: &'arena Bump,
+    rays: &RayView,
     surfaces: &[Surface],
 ) -> RayQueue<'arena> {
     let room = surfaces.iter().map(|at| {
@@ -378,7 +400,8 @@ fn bounce<'arena>(
         ways * at.active.bits().count_ones() as usize
     });
     let room = room.sum();
-    let mut queue = RayQueue::with_capacity(arena, room);
+    let seeded = rays.queue.has_seeds();
+    let mut queue = RayQueue::seeded(arena, room, seeded);
     if room == 0 {
         return queue;
     }
@@ -388,6 +411,9 @@ fn bounce<'arena>(
     });
     for (at, (out, _)) in surfaces.iter().zip(&*outgoing) {
         let weight = out.reflect_weight;
+        if seeded {
+            queue.push_seeds(out.reflect, &onward(rays.seeds(&at.ray), Way::Mirror));
+        }
         queue.push(
             out.reflect,
             out.reflect_org,
@@ -399,6 +425,9 @@ fn bounce<'arena>(
     let reflected = queue.len() as u64;
     for (at, (out, kt)) in surfaces.iter().zip(&*outgoing) {
         let weight = Vec3x8::splat(kt.x, kt.y, kt.z);
+        if seeded {
+            queue.push_seeds(out.refract, &onward(rays.seeds(&at.ray), Way::Refracted));
+        }
         queue.push(
             out.refract,
             out.refract_org,

@@ -1,21 +1,25 @@
-//! Arithmetic that both engines share as a definition: samples, and one polynomial, evaluated in one order, and one table.
+//! Arithmetic that both engines share as a definition: samples, and two polynomials, evaluated in one order, and one table.
 //!
 //! | file | what |
 //! |---|---|
-//! | `points` | points of the unit square, by pixel and sample |
+//! | `points` | points of the unit square, by pixel or ray, and sample |
+//! | `maps` | from the unit square to what is sampled |
 //! | `filter` | what a pixel gathers |
 //! | `pixel` | where a pixel's camera rays go through |
 //! | `pow` | x^s for highlights |
 //! | `srgb` | the bytes of textures |
 
 mod filter;
+mod maps;
 mod pixel;
 mod points;
 mod pow;
 mod srgb;
 
 pub use filter::Filter;
+pub use maps::sphere;
 pub use pixel::{Gathered, MAX_SPP, Places, Sampling};
+pub use points::{Purpose, Way, onward, points, seeds};
 pub use srgb::linear_of_srgb;
 
 pub use pow::{EXP2_COEFFICIENTS, LOG2_COEFFICIENTS, ROUND_MAGIC, SQRT_HALF_BITS, pow};

@@ -1,7 +1,7 @@
 //! Where the camera rays of a pixel go through.
 
 use super::filter::Filter;
-use super::points::{Purpose, points};
+use super::points::{Purpose, points, seeds};
 
 /// How pixels are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ impl Sampling {
             weight: [1.0; N],
         };
         if self.spp > 1 {
-            let [u, v] = points(x, y, sample, Purpose::Pixel);
+            let [u, v] = points(seeds(x, y), sample, Purpose::Pixel);
             for lane in 0..N {
                 let (right, wx) = self.filter.draw(u[lane]);
                 let (down, wy) = self.filter.draw(v[lane]);

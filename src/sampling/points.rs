@@ -3,27 +3,59 @@
 //! Hash", 2021). A point is a function of pixel, dimension and sample, so that the order in which they are asked for is
 //! nobody's business; the first 2^k points of a pixel are one in each rectangle of area 2^-k whose sides are powers of two.
 //!
+//! Away from the camera a ray's seed stands for the pixel: the camera ray's is the pixel's own, that of a mirror or refracted ray
+//! follows from the ray's that it comes from. All samples of a pixel that took the same way have the same seed, so that each
+//! decision on each way is spread as evenly over the samples as those at the camera.
+//!
 //! Whole numbers only, for any number of lanes at a time: one for the oracle, eight for packets.
 
-/// Which of a pixel's decisions a point is for; those of different purposes know nothing of each other.
+/// Which of a ray's decisions a point is for; those of different purposes know nothing of each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
 pub enum Purpose {
     /// Where in the pixel's filter a camera ray goes through.
-    Pixel = 0,
+    Pixel,
+    /// Where on a light, of this number, a shadow ray ends.
+    Light(u32),
 }
 
-/// The points of so many pixels for one sample each: both coordinates in \[0, 1), multiples of 2^-24.
+impl Purpose {
+    /// Lights come after all that there is one of.
+    fn number(self) -> u32 {
+        match self {
+            Purpose::Pixel => 0,
+            Purpose::Light(light) => light.wrapping_add(16),
+        }
+    }
+}
+
+/// How a ray came out of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Way {
+    /// As a mirror ray.
+    Mirror = 0xb529_7a4d,
+    /// As a refracted ray.
+    Refracted = 0x68e3_1da4,
+}
+
+/// The seeds of the camera rays of some pixels, in columns `x` and rows `y`.
 #[inline(always)]
-pub fn points<const N: usize>(
-    x: [u32; N],
-    y: [u32; N],
-    sample: u32,
-    purpose: Purpose,
-) -> [[f32; N]; 2] {
+pub fn seeds<const N: usize>(x: [u32; N], y: [u32; N]) -> [u32; N] {
+    std::array::from_fn(|lane| mix(mix(x[lane]).wrapping_add(y[lane])))
+}
+
+/// The seeds of the rays that come out of surfaces where rays of these seeds went in.
+#[inline(always)]
+pub fn onward<const N: usize>(seeds: [u32; N], way: Way) -> [u32; N] {
+    seeds.map(|seed| mix(seed ^ way as u32))
+}
+
+/// The points of so many rays for one sample each: both coordinates in \[0, 1), multiples of 2^-24.
+#[inline(always)]
+pub fn points<const N: usize>(seeds: [u32; N], sample: u32, purpose: Purpose) -> [[f32; N]; 2] {
     let mut all = [[0.0; N]; 2];
     for lane in 0..N {
-        let [u, v] = bits(x[lane], y[lane], sample, purpose);
+        let [u, v] = bits(seeds[lane], sample, purpose);
         // The upper 24 bits: what an f32 holds.
         (all[0][lane], all[1][lane]) = (unit(u), unit(v));
     }
@@ -36,9 +68,8 @@ fn unit(bits: u32) -> f32 {
 }
 
 #[inline(always)]
-fn bits(x: u32, y: u32, sample: u32, purpose: Purpose) -> [u32; 2] {
-    let pixel = mix(mix(x).wrapping_add(y));
-    let seed = mix(pixel.wrapping_add(purpose as u32));
+fn bits(seed: u32, sample: u32, purpose: Purpose) -> [u32; 2] {
+    let seed = mix(seed.wrapping_add(purpose.number()));
     // Shuffled within blocks of powers of two, so that a prefix of the samples is again a block of the sequence.
     let index = scrambled(sample.reverse_bits(), mix(seed ^ 0x9e37_79b9)).reverse_bits();
     [
@@ -82,7 +113,8 @@ mod tests {
     use super::*;
 
     fn point(x: u32, y: u32, sample: u32) -> [u32; 2] {
-        bits(x, y, sample, Purpose::Pixel)
+        let [seed] = seeds([x], [y]);
+        bits(seed, sample, Purpose::Pixel)
     }
 
     /// Against the direction numbers of Joe and Kuo, 2008.
@@ -151,13 +183,43 @@ mod tests {
         );
     }
 
+    /// As above, for the decisions of one ray, and of the rays that follow from it.
+    #[test]
+    fn decisions_and_ways_know_nothing_of_each_other() {
+        let side = 128u32;
+        let phase = |seed: u32, purpose| f64::from(bits(seed, 0, purpose)[0]) / 4_294_967_296.0;
+        let mut sums = [0.0; 5];
+        for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
+            let here = seeds([x], [y]);
+            let [[seed], [mirror], [refracted], [twice]] = [
+                here,
+                onward(here, Way::Mirror),
+                onward(here, Way::Refracted),
+                onward(onward(here, Way::Mirror), Way::Mirror),
+            ];
+            let own = phase(seed, Purpose::Light(0));
+            let others = [
+                phase(seed, Purpose::Pixel),
+                phase(seed, Purpose::Light(1)),
+                phase(mirror, Purpose::Light(0)),
+                phase(refracted, Purpose::Light(0)),
+                phase(twice, Purpose::Light(0)),
+            ];
+            for (sum, other) in sums.iter_mut().zip(others) {
+                *sum += libm::cos(std::f64::consts::TAU * (own - other));
+            }
+        }
+        let most = 5.0 * libm::sqrt(f64::from(side * side) / 2.0);
+        assert!(sums.iter().all(|sum| sum.abs() < most), "{sums:?}");
+    }
+
     #[test]
     fn eight_at_a_time_are_those_one_by_one() {
         let (x, y) = ([3, 4, 5, 6, 3, 4, 5, 6], [9, 9, 9, 9, 10, 10, 10, 10]);
         for sample in 0..100 {
-            let [us, vs] = points(x, y, sample, Purpose::Pixel);
+            let [us, vs] = points(seeds(x, y), sample, Purpose::Pixel);
             for lane in 0..8 {
-                let [[u], [v]] = points([x[lane]], [y[lane]], sample, Purpose::Pixel);
+                let [[u], [v]] = points(seeds([x[lane]], [y[lane]]), sample, Purpose::Pixel);
                 assert_eq!((us[lane], vs[lane]), (u, v));
                 assert!((0.0..1.0).contains(&u) && (0.0..1.0).contains(&v));
             }

@@ -26,7 +26,7 @@ mod view;
 pub use bounds::{Bounds, OFFSET, PAD};
 pub use column::Column;
 pub use instances::{Instances, Meshes, NotInvertible};
-pub use lights::Lights;
+pub use lights::{LightShape, Lights};
 pub use materials::{Materials, Palette, Surface};
 pub use polygon::triangulate;
 pub use prim::{Prim, PrimKind};

@@ -50,7 +50,7 @@ impl Scene {
         let view = self.view.eye.abs().max(self.view.center.abs());
         let lights = (0..self.lights.len())
             .filter(|&i| !self.lights.directional[i])
-            .map(|i| f64::from(self.lights.place.get(i).abs().max_element()));
+            .map(|i| self.reach_of_light(i));
         lights.fold(f64::from(view.max_element()), f64::max)
     }
 
@@ -120,6 +120,14 @@ impl Scene {
         (center.abs() + squares.map(f64::sqrt)).max_element()
     }
 
+    /// Not of directional ones.
+    fn reach_of_light(&self, i: usize) -> f64 {
+        let lights = &self.lights;
+        let [place, e, f] = [&lights.place, &lights.edges[0], &lights.edges[1]]
+            .map(|column| column.get(i).as_dvec3().abs());
+        (place + e + f).max_element() + f64::from(lights.radius[i])
+    }
+
     fn scale_by(&mut self, scale: Scale) {
         let world = scale.world;
         self.unit *= world;
@@ -127,16 +135,20 @@ impl Scene {
         self.view.center *= world;
         self.scale_shapes(scale);
         self.scale_instances(scale);
-        for i in (0..self.lights.len()).filter(|&i| !self.lights.directional[i]) {
-            let place = self.lights.place.get(i) * world;
-            self.lights.place.set(i, place);
-            let (attenuation, color) = scaled_attenuation(
-                self.lights.attenuation.get(i),
-                self.lights.color.get(i),
-                world,
-            );
-            self.lights.attenuation.set(i, attenuation);
-            self.lights.color.set(i, color);
+        let lights = &mut self.lights;
+        for i in 0..lights.len() {
+            if lights.directional[i] {
+                continue;
+            }
+            lights.radius[i] *= world;
+            for column in lights.edges.iter_mut().chain([&mut lights.place]) {
+                let scaled = column.get(i) * world;
+                column.set(i, scaled);
+            }
+            let (attenuation, color) =
+                scaled_attenuation(lights.attenuation.get(i), lights.color.get(i), world);
+            lights.attenuation.set(i, attenuation);
+            lights.color.set(i, color);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::ViewError;
 use super::{Bounds, MAX_TEXTURE_SIDE, NO_NORMALS, NO_TEXTURE, NO_UVS, Prim, Scene, Vec3s};
+use glam::Vec3;
 
 /// Longest side of an image, in pixels.
 pub const MAX_SIDE: u32 = 65_536;
@@ -298,7 +299,24 @@ impl Scene {
         finite("light", "place", &l.place, l.len())?;
         finite("light", "color", &l.color, l.len())?;
         finite("light", "attenuation", &l.attenuation, l.len())?;
+        same_length("light", "radius", l.radius.len(), l.len())?;
+        let radius = |r: &f32| r.is_finite() && *r >= 0.0;
+        all(
+            "light",
+            "radius",
+            &l.radius,
+            radius,
+            "negative or not finite",
+        )?;
+        for edges in &l.edges {
+            finite("light", "edge", edges, l.len())?;
+        }
         for i in 0..l.len() {
+            let flat = l.edges.iter().any(|edge| edge.get(i) != Vec3::ZERO);
+            let shapes = [l.directional[i], l.radius[i] > 0.0, flat];
+            if shapes.into_iter().filter(|&is| is).count() > 1 {
+                return Err(column("light", "shape", i, "not one of those there are"));
+            }
             let a = l.attenuation.get(i);
             if a.min_element() < 0.0 || a.max_element() == 0.0 {
                 return Err(column("light", "attenuation", i, "negative or all zero"));

@@ -1,11 +1,12 @@
 //! One light on eight surface points: attenuation (design document, "Lighting model") and the Blinn-Phong terms
-//! ("Shading model"), before visibility.
+//! ("Shading model"), before visibility. Each point may see a place of its own of a light with an area.
 
 use super::pow::pow;
 use super::surface::{Material, Surface};
 use super::wide;
-use crate::lanes::{F32x8, Lanes, Mask8, Vec3x8};
-use crate::scene::Scene;
+use crate::lanes::{F32x8, LANES, Lanes, Mask8, Vec3x8};
+use crate::sampling::{self, Purpose};
+use crate::scene::{LightShape, Scene};
 use glam::Vec3;
 
 /// What one light would add to eight points if nothing stood between, and the shadow rays that find out.
@@ -21,16 +22,34 @@ pub struct LightSample {
     pub dir: Vec3x8,
 }
 
-/// Evaluates light `light` for a batch; `tint` is its texture's colour, if it has a texture.
+/// Where a light is, for points reached by rays of these seeds: all see the same place but of a light with an area.
+pub fn light_places(scene: &Scene, light: usize, seeds: [u32; LANES], sample: u32) -> Vec3x8 {
+    let lights = &scene.lights;
+    let place = wide(lights.place.get(light));
+    let square = || sampling::points(seeds, sample, Purpose::Light(light as u32));
+    match lights.shape(light) {
+        LightShape::Point | LightShape::Directional => place,
+        LightShape::Sphere(radius) => {
+            let [x, y, z] = sampling::sphere(square()).map(F32x8::new);
+            place + Vec3x8::new(x, y, z).scale(F32x8::splat(radius))
+        }
+        LightShape::Rectangle([e, f]) => {
+            let [u, v] = square().map(F32x8::new);
+            (place + wide(e).scale(u)) + wide(f).scale(v)
+        }
+    }
+}
+
+/// Evaluates light `light`, which is at `place`, for a batch; `tint` is its texture's colour, if it has a texture.
 pub fn sample_light(
     scene: &Scene,
     light: usize,
+    place: Vec3x8,
     material: &Material,
     tint: Option<&Vec3x8>,
     at: &Surface,
 ) -> LightSample {
     let lights = &scene.lights;
-    let place = wide(lights.place.get(light));
     let color = wide(lights.color.get(light));
     let (dir, to_light, radiance, lit) = if lights.directional[light] {
         (place, place, color, at.active)

@@ -19,7 +19,7 @@ mod surface;
 mod texture;
 
 pub use bounce::{Bounces, bounces};
-pub use light::{LightSample, sample_light};
+pub use light::{LightSample, light_places, sample_light};
 pub use pow::pow;
 pub use surface::{Batch, Material, Surface, surface};
 pub use texture::{UNTINTED, tint};

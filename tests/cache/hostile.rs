@@ -210,6 +210,14 @@ fn each_kind_of_nonsense_is_named() {
     let materials = place(&words(&triangles.material));
     let heights: Vec<u32> = triangles.vertices.y.iter().map(|c| c.to_bits()).collect();
     let heights = place(&words(&heights));
+    let radii = place(&words(
+        &scene
+            .lights
+            .radius
+            .iter()
+            .map(|r| r.to_bits())
+            .collect::<Vec<_>>(),
+    ));
     let levels = place(
         &(bvh.levels().unwrap().iter())
             .flat_map(|l| l.to_le_bytes())
@@ -247,6 +255,16 @@ fn each_kind_of_nonsense_is_named() {
             "triangle materials",
         ),
         ("a NaN among vertices", vec![(heights, &beyond)], "vertices"),
+        (
+            "a light's radius that is no number",
+            vec![(radii, &beyond)],
+            "radius of light 0 is negative or not finite",
+        ),
+        (
+            "a sphere's radius for a directional light",
+            vec![(radii + 4, &1.0f32.to_le_bytes())],
+            "shape of light 1",
+        ),
         (
             "a child out of range",
             vec![(first, &beyond)],

@@ -61,6 +61,12 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
     }
     scene.lights.add_point(Vec3::splat(6.0), Vec3::ONE, Vec3::X);
     scene.lights.add_directional(Vec3::Y, Vec3::splat(0.3));
+    let (dim, fading) = (Vec3::splat(0.2), Vec3::new(0.5, 0.1, 0.0));
+    scene.lights.add_sphere(Vec3::splat(-5.0), 0.5, dim, fading);
+    let edges = [Vec3::new(1.0, 2.0, 0.0), Vec3::new(0.0, -1.0, 3.0)];
+    scene
+        .lights
+        .add_rectangle(Vec3::Z * 7.0, edges, dim, fading);
     scene.view = View {
         eye: Vec3::new(1.0, 2.0, 11.0),
         center: Vec3::ZERO,

@@ -220,7 +220,7 @@ fn info_tells_what_is_in_a_scene() {
     );
     assert_eq!(
         json["lights"],
-        serde_json::json!({"point": 1, "directional": 1})
+        serde_json::json!({"point": 1, "directional": 1, "sphere": 0, "rectangle": 0})
     );
     assert_eq!(
         json["bounds"],

@@ -41,6 +41,14 @@ pub const SAMPLED_EDGE: f64 = 2.0 / 1024.0;
 /// may be on the wrong side.
 pub const SAMPLED_LOBES: f64 = SAMPLED_EDGE + 4.0 * 2.2 / 1024.0;
 
+/// A mean over a light of 1,024 samples, one in each of as many equal parts, where an edge hides some of it: on a curved map the
+/// edge passes through some 64 parts, and each is off by half at most, to either side.
+pub const HIDDEN_SHARE: f64 = 0.25 * 64.0 / 1024.0;
+
+/// A mean of 4,096 samples, one in each of as many equal parts, of something that changes by a factor of about ten over all of
+/// them and is nowhere steep: relative.
+pub const SMOOTH_MEAN: f64 = 1e-3;
+
 /// A specular term against its closed form, relative, per unit of shininess: x^s turns a relative error e of x into
 /// s·e, and x carries those of two normalised vectors.
 pub const SPECULAR_PER_SHININESS: f64 = 16.0 * EPSILON;

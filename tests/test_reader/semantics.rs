@@ -3,7 +3,7 @@
 use super::{HEAD, read, scene};
 use glam::Vec3;
 use phalanx::formats::read_test;
-use phalanx::scene::{PrimKind, Quantize, Scene, Transfer};
+use phalanx::scene::{LightShape, PrimKind, Quantize, Scene, Transfer};
 
 fn center(scene: &Scene, sphere: usize) -> Vec3 {
     scene.spheres.center.get(sphere)
@@ -49,6 +49,27 @@ fn line_ends_comments_tabs_and_signs_do_not_matter() {
     let (plain, fancy) = (read_test(plain).unwrap(), read_test(fancy).unwrap());
     assert_eq!(format!("{:?}", plain.scene), format!("{:?}", fancy.scene));
     assert!(fancy.warnings.is_empty());
+}
+
+#[test]
+fn lights_with_an_area_take_transform_and_attenuation() {
+    let scene = scene(
+        "attenuation 0 1 2\ntranslate 1 2 3\nrotate 0 0 1 90\nscale -2 2 2\nspherelight 1 0 0 0.5 1 2 3\n\
+         scale 1 3 1\nrectlight 0 0 1 1 0 0 0 1 0 4 5 6\npoint 0 0 0 1 1 1\n",
+    );
+    let lights = &scene.lights;
+    assert_eq!(lights.shape(0), LightShape::Sphere(1.0));
+    assert_eq!(lights.place.get(0), Vec3::new(1.0, 0.0, 3.0));
+    assert_eq!(lights.color.get(0), Vec3::new(1.0, 2.0, 3.0));
+    let edges = [Vec3::new(0.0, -2.0, 0.0), Vec3::new(-6.0, 0.0, 0.0)];
+    assert_eq!(lights.shape(1), LightShape::Rectangle(edges));
+    assert_eq!(lights.place.get(1), Vec3::new(1.0, 2.0, 5.0));
+    assert_eq!(lights.middle(1), Vec3::new(-2.0, 1.0, 5.0));
+    assert_eq!(lights.color.get(1), Vec3::new(4.0, 5.0, 6.0));
+    assert_eq!(lights.shape(2), LightShape::Point);
+    for light in 0..3 {
+        assert_eq!(lights.attenuation.get(light), Vec3::new(0.0, 1.0, 2.0));
+    }
 }
 
 #[test]

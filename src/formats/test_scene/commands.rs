@@ -24,7 +24,7 @@ const fn command(
 }
 
 /// Every command there is. The first are those that large files consist of.
-static COMMANDS: [Command; 26] = [
+static COMMANDS: [Command; 28] = [
     command("tri", "a b c", |r, s| r.tri(s)),
     command("vertex", "x y z", |r, s| r.vertex(s)),
     command("trinormal", "a b c", |r, s| r.trinormal(s)),
@@ -44,6 +44,12 @@ static COMMANDS: [Command; 26] = [
     command("ior", "index", |r, s| r.ior(s)),
     command("directional", "x y z r g b", |r, s| r.directional(s)),
     command("point", "x y z r g b", |r, s| r.point(s)),
+    command("spherelight", "x y z radius r g b", |r, s| r.spherelight(s)),
+    command(
+        "rectlight",
+        "cornerx cornery cornerz edgex edgey edgez edgex edgey edgez r g b",
+        |r, s| r.rectlight(s),
+    ),
     command("attenuation", "constant linear quadratic", |r, s| {
         r.attenuation(s)
     }),

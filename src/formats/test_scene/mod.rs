@@ -7,6 +7,7 @@
 mod commands;
 mod geometry;
 mod lexer;
+mod lights;
 mod settings;
 mod state;
 mod transform;

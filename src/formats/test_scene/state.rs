@@ -1,4 +1,4 @@
-//! Commands that change what later primitives and lights capture, and the lights.
+//! Commands that change what later primitives and lights capture.
 
 use super::commands::Statement;
 use super::transform::{rotation, rounded};
@@ -112,59 +112,6 @@ impl Reader<'_> {
                 "the index of refraction must be positive",
             ),
             None => {}
-        }
-    }
-
-    pub(super) fn attenuation(&mut self, statement: &Statement<'_>) {
-        let Some(factors) = self.numbers::<3>(statement) else {
-            return;
-        };
-        if let Some(negative) = factors.iter().position(|&factor| factor < 0.0) {
-            self.report.error(
-                statement.operand_place(negative),
-                "an attenuation must not be negative",
-            );
-        } else if factors == [0.0; 3] {
-            self.report.error_with_help(
-                statement.operand_place(0),
-                "an attenuation of zero makes light without bound",
-                "use `attenuation 1 0 0` for light that does not fade",
-            );
-        } else {
-            self.attenuation = Vec3::from_array(factors);
-        }
-    }
-
-    pub(super) fn point(&mut self, statement: &Statement<'_>) {
-        let Some([x, y, z, r, g, b]) = self.numbers(statement) else {
-            return;
-        };
-        let position = Vec3::new(x, y, z).as_dvec3();
-        let position = self.transforms.current().transform_point3(position);
-        if let Some(position) = self.in_range(statement, position) {
-            let lights = &mut self.scene.lights;
-            lights.add_point(position, Vec3::new(r, g, b), self.attenuation);
-        }
-    }
-
-    pub(super) fn directional(&mut self, statement: &Statement<'_>) {
-        let Some([x, y, z, r, g, b]) = self.numbers(statement) else {
-            return;
-        };
-        let toward = Vec3::new(x, y, z).as_dvec3();
-        if toward == DVec3::ZERO {
-            return self.report.error(
-                statement.operand_place(0),
-                "the vector toward a directional light must not be zero",
-            );
-        }
-        let toward = self.transforms.current().transform_vector3(toward);
-        match toward.try_normalize() {
-            Some(toward) => {
-                let lights = &mut self.scene.lights;
-                lights.add_directional(toward.as_vec3(), Vec3::new(r, g, b));
-            }
-            None => self.out_of_range(statement),
         }
     }
 

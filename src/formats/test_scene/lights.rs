@@ -1,0 +1,120 @@
+//! Lights, and what fades them.
+
+use super::Reader;
+use super::commands::Statement;
+use super::transform::{rounded, similarity};
+use glam::{DVec3, Vec3};
+
+impl Reader<'_> {
+    pub(super) fn attenuation(&mut self, statement: &Statement<'_>) {
+        let Some(factors) = self.numbers::<3>(statement) else {
+            return;
+        };
+        if let Some(negative) = factors.iter().position(|&factor| factor < 0.0) {
+            self.report.error(
+                statement.operand_place(negative),
+                "an attenuation must not be negative",
+            );
+        } else if factors == [0.0; 3] {
+            self.report.error_with_help(
+                statement.operand_place(0),
+                "an attenuation of zero makes light without bound",
+                "use `attenuation 1 0 0` for light that does not fade",
+            );
+        } else {
+            self.attenuation = Vec3::from_array(factors);
+        }
+    }
+
+    pub(super) fn point(&mut self, statement: &Statement<'_>) {
+        let Some([x, y, z, r, g, b]) = self.numbers(statement) else {
+            return;
+        };
+        let position = Vec3::new(x, y, z).as_dvec3();
+        let position = self.transforms.current().transform_point3(position);
+        if let Some(position) = self.in_range(statement, position) {
+            let lights = &mut self.scene.lights;
+            lights.add_point(position, Vec3::new(r, g, b), self.attenuation);
+        }
+    }
+
+    pub(super) fn directional(&mut self, statement: &Statement<'_>) {
+        let Some([x, y, z, r, g, b]) = self.numbers(statement) else {
+            return;
+        };
+        let toward = Vec3::new(x, y, z).as_dvec3();
+        if toward == DVec3::ZERO {
+            return self.report.error(
+                statement.operand_place(0),
+                "the vector toward a directional light must not be zero",
+            );
+        }
+        let toward = self.transforms.current().transform_vector3(toward);
+        match toward.try_normalize() {
+            Some(toward) => {
+                let lights = &mut self.scene.lights;
+                lights.add_directional(toward.as_vec3(), Vec3::new(r, g, b));
+            }
+            None => self.out_of_range(statement),
+        }
+    }
+
+    /// Stays a sphere: a light is not stretched.
+    pub(super) fn spherelight(&mut self, statement: &Statement<'_>) {
+        let Some([x, y, z, radius, r, g, b]) = self.numbers(statement) else {
+            return;
+        };
+        if radius <= 0.0 {
+            return self.report.error_with_help(
+                statement.operand_place(3),
+                "the radius of a light must be positive",
+                "a light without extent is a `point`",
+            );
+        }
+        let transform = self.transforms.current();
+        let Some(factor) = similarity(transform.matrix3) else {
+            return self.report.error_with_help(
+                statement.place(),
+                "the current transform would make an ellipsoid of this light, and only spheres can shine",
+                "scale x, y and z alike, or declare the light outside of the `scale`",
+            );
+        };
+        let center = transform.transform_point3(Vec3::new(x, y, z).as_dvec3());
+        let radius = (f64::from(radius) * factor) as f32;
+        match rounded(center).filter(|_| radius.is_finite() && radius > 0.0) {
+            Some(center) => {
+                let lights = &mut self.scene.lights;
+                lights.add_sphere(center, radius, Vec3::new(r, g, b), self.attenuation);
+            }
+            None => self.out_of_range(statement),
+        }
+    }
+
+    /// A parallelogram under transforms that slant it, or if its edges are not upright on each other.
+    pub(super) fn rectlight(&mut self, statement: &Statement<'_>) {
+        let Some([cx, cy, cz, ex, ey, ez, fx, fy, fz, r, g, b]) = self.numbers(statement) else {
+            return;
+        };
+        let [corner, e, f] =
+            [[cx, cy, cz], [ex, ey, ez], [fx, fy, fz]].map(|v| Vec3::from_array(v).as_dvec3());
+        let directions = [e, f].map(DVec3::normalize_or_zero);
+        if directions[0].cross(directions[1]) == DVec3::ZERO {
+            return self.report.error_with_help(
+                statement.operand_place(3),
+                "the edges of this light enclose no area",
+                "give two edges that lead from the corner in different directions",
+            );
+        }
+        let transform = self.transforms.current();
+        let corner = rounded(transform.transform_point3(corner));
+        let [e, f] = [e, f].map(|edge| rounded(transform.transform_vector3(edge)));
+        let edge = |edge: Option<Vec3>| edge.filter(|&edge| edge != Vec3::ZERO);
+        match (corner, edge(e), edge(f)) {
+            (Some(corner), Some(e), Some(f)) => {
+                let lights = &mut self.scene.lights;
+                lights.add_rectangle(corner, [e, f], Vec3::new(r, g, b), self.attenuation);
+            }
+            _ => self.out_of_range(statement),
+        }
+    }
+}
