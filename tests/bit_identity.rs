@@ -368,6 +368,29 @@ fn area_lights() {
     }
 }
 
+#[test]
+fn gloss() {
+    let turn = Cell::new(0);
+    let outcome = runner(24, 6).run(&recipes(), |recipe| {
+        let k = turn.replace(turn.get() + 1);
+        let mut scene = cook(&recipe);
+        let mut rng = Rng::new(recipe.seed);
+        for material in 0..scene.materials.len() {
+            scene.materials.gloss[material] = rng.pick(&[0.0, 0.0, 0.3, 1.0, 20.0, 1e4, 1e30]);
+        }
+        scene.validate().expect("a valid recipe");
+        let asked = match k % 5 {
+            0 => Settings::of(&scene),
+            more => sampled(&scene, more),
+        };
+        let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12], (2, 16)];
+        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
+    });
+    if let Err(failure) = outcome {
+        panic!("{failure}");
+    }
+}
+
 /// From next to nothing, which shadow rays reach as a beam, to larger than the scene.
 fn add_area_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
     let place = rng.point(2.0 * scale);

@@ -97,6 +97,7 @@ pub(super) fn columns(scene: &Scene) -> Vec<Rows<'_>> {
     all.push(rows("materials", &m.shininess, Any));
     all.push(rows("materials", &m.ior, Any));
     all.push(rows("materials", &m.texture, Any));
+    all.push(rows("material gloss", &m.gloss, Any));
     let l = &scene.lights;
     push_vectors(&mut all, "lights", &[&l.place, &l.color, &l.attenuation]);
     push_vectors(&mut all, "light edges", &l.edges.each_ref());
@@ -155,6 +156,7 @@ pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn Map> {
     all.push(&mut m.shininess);
     all.push(&mut m.ior);
     all.push(&mut m.texture);
+    all.push(&mut m.gloss);
     push_maps(&mut all, [&mut l.place, &mut l.color, &mut l.attenuation]);
     push_maps(&mut all, l.edges.each_mut());
     all.push(&mut l.radius);

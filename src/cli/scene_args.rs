@@ -20,7 +20,7 @@ pub struct SceneArgs {
     /// Background instead of the file's: linear red, green and blue, or one number for a grey
     #[arg(long, value_name = "R,G,B", value_parser = parse_color)]
     pub background: Option<Vec3>,
-    /// Material of triangles whose file names none: any of ka, kd, ks, ke, kt (colours), shininess, ior, as in
+    /// Material of triangles whose file names none: any of ka, kd, ks, ke, kt (colours), shininess, ior, gloss, as in
     /// --material "kd=.8,.2,.1 ks=.3 shininess=80". What is not given is 0, but ka a fifth of kd, and shininess and ior 1
     #[arg(long, value_name = "KEY=VALUE …", value_parser = parse_material)]
     pub material: Option<Surface>,
@@ -109,7 +109,7 @@ fn color_of(color: [f32; 3]) -> Result<Vec3, String> {
     }
 }
 
-const KEYS: &str = "ka, kd, ks, ke, kt, shininess or ior";
+const KEYS: &str = "ka, kd, ks, ke, kt, shininess, ior or gloss";
 
 fn parse_material(text: &str) -> Result<Surface, String> {
     let mut surface = Surface {
@@ -129,6 +129,7 @@ fn parse_material(text: &str) -> Result<Surface, String> {
             "kt" => surface.kt = parse_color(value)?,
             "shininess" => surface.shininess = at_least(key, value, |s| s >= 0.0)?,
             "ior" => surface.ior = at_least(key, value, |n| n > 0.0)?,
+            "gloss" => surface.gloss = at_least(key, value, |n| n >= 0.0)?,
             _ => return Err(format!("no material has `{key}`: expected {KEYS}")),
         }
     }
@@ -194,10 +195,11 @@ mod tests {
 
     #[test]
     fn a_material_is_what_is_named_and_little_else() {
-        let surface = parse_material("kd=.5,.25,0 ks=.3; shininess=80").unwrap();
+        let surface = parse_material("kd=.5,.25,0 ks=.3; shininess=80 gloss=9").unwrap();
         assert_eq!(surface.kd, Vec3::new(0.5, 0.25, 0.0));
         assert_eq!(surface.ka, surface.kd * 0.2);
         assert_eq!((surface.ks, surface.shininess), (Vec3::splat(0.3), 80.0));
+        assert_eq!(surface.gloss, 9.0);
         assert_eq!((surface.kt, surface.ior), (Vec3::ZERO, 1.0));
         assert_eq!(parse_material("ka=0 kd=1").unwrap().ka, Vec3::ZERO);
         for bad in [
@@ -208,6 +210,7 @@ mod tests {
             "colour=1",
             "ior=0",
             "shininess=-1",
+            "gloss=-1",
             "kd=.1,.2,.3,.4",
         ] {
             assert!(parse_material(bad).is_err(), "{bad}");

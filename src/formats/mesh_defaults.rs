@@ -14,6 +14,7 @@ pub(super) const GREY: Surface = Surface {
     shininess: 1.0,
     ior: 1.0,
     texture: crate::scene::NO_TEXTURE,
+    gloss: 0.0,
 };
 
 /// What formats of nothing but triangles do not say.

@@ -168,7 +168,7 @@ impl<'a> Oracle<'a> {
         if bounces_left == 0 {
             return sum;
         }
-        let (mirror, refracted) = shading::bounces(&material, &at);
+        let (mirror, refracted) = shading::bounces(&material, chance, &at);
         if let Some(Bounce { ray, weight }) = mirror {
             self.cast.reflection += 1;
             let hit = self.closest(&ray);

@@ -3,7 +3,7 @@
 use super::instance::moved;
 use super::intersect::{Hit, Ray, largest, max, min};
 use super::texture::tint;
-use crate::sampling::{Purpose, Way, onward, points, pow, sphere as sphere_point};
+use crate::sampling::{Purpose, Way, around, lobe, onward, points, pow, sphere as sphere_point};
 use crate::scene::{LightShape, OFFSET, PAD, PrimKind, Scene};
 use glam::Vec3;
 
@@ -16,6 +16,7 @@ pub(super) struct Material {
     kt: Vec3,
     shininess: f32,
     ior: f32,
+    gloss: f32,
 }
 
 impl Material {
@@ -30,6 +31,7 @@ impl Material {
             kt: m.kt.get(i),
             shininess: m.shininess[i],
             ior: m.ior[i],
+            gloss: m.gloss[i],
         }
     }
 }
@@ -275,6 +277,27 @@ pub(super) fn sample_light(
     })
 }
 
+/// One direction of those that a mirror direction is spread over.
+fn spread(gloss: f32, chance: Chance, at: &Surface, mirror: Vec3) -> Vec3 {
+    let local = lobe(chance.point(Purpose::Gloss), gloss);
+    unit(beside(at, about(local, mirror), mirror))
+}
+
+/// A vector given about z, about a unit vector.
+fn about(local: [[f32; 1]; 3], axis: Vec3) -> Vec3 {
+    let [[x], [y], [z]] = around(local, axis.to_array().map(|c| [c]));
+    Vec3::new(x, y, z)
+}
+
+/// Reflected by the geometric surface, unless it lies on the side of it where `inner` does.
+fn beside(at: &Surface, dir: Vec3, inner: Vec3) -> Vec3 {
+    let along = dir.dot(at.ng);
+    match (along >= 0.0) == (inner.dot(at.ng) >= 0.0) {
+        true => dir,
+        false => dir - at.ng * (2.0 * along),
+    }
+}
+
 /// A secondary ray and what its answer is multiplied with.
 pub(super) struct Bounce {
     pub(super) ray: Ray,
@@ -282,7 +305,11 @@ pub(super) struct Bounce {
 }
 
 /// The mirror ray and the refracted ray, where their weights are not zero.
-pub(super) fn bounces(material: &Material, at: &Surface) -> (Option<Bounce>, Option<Bounce>) {
+pub(super) fn bounces(
+    material: &Material,
+    chance: Chance,
+    at: &Surface,
+) -> (Option<Bounce>, Option<Bounce>) {
     let (d, n) = (at.dir, at.ns);
     let along = d.dot(n);
     let cos = -along;
@@ -299,9 +326,16 @@ pub(super) fn bounces(material: &Material, at: &Surface) -> (Option<Bounce>, Opt
     } else {
         material.ks
     };
-    let mirror = (weight != Vec3::ZERO).then(|| Bounce {
-        ray: at.leave(unit(d - n * (2.0 * along))),
-        weight,
+    let mirror = (weight != Vec3::ZERO).then(|| {
+        let straight = unit(d - n * (2.0 * along));
+        let dir = match material.gloss > 0.0 {
+            true => spread(material.gloss, chance, at, straight),
+            false => straight,
+        };
+        Bounce {
+            ray: at.leave(dir),
+            weight,
+        }
     });
     let refracted = (transmits && !total).then(|| Bounce {
         ray: at.leave(unit(d * eta + n * (eta * cos - k.sqrt()))),

@@ -125,7 +125,9 @@ impl Painter for PacketPainter<'_> {
 
 /// Whether anything in a scene is left to chance.
 fn seeded(scene: &Scene) -> bool {
-    (0..scene.lights.len()).any(|light| scene.lights.has_area(light))
+    let mut lights = 0..scene.lights.len();
+    lights.any(|light| scene.lights.has_area(light))
+        || scene.materials.gloss.iter().any(|&gloss| gloss > 0.0)
 }
 
 /// Appends the `sample`-th camera ray of each pixel of a tile, in 8×8 blocks of 4×2 pixels a packet. Their parent is the pixel's

@@ -11,7 +11,7 @@ use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
 use crate::sampling::{Way, onward};
 use crate::scene::{PrimKind, Scene};
 use crate::shade::{
-    Batch, Material, Surface, UNTINTED, bounces, light_places, sample_light, surface, tint,
+    Batch, Material, Surface, UNTINTED, bounces, light_places, sample_light, spread, surface, tint,
 };
 use crate::trace::Traversal;
 use bumpalo::Bump;
@@ -406,8 +406,16 @@ fn bounce<'arena>(
         return queue;
     }
     let outgoing = arena.alloc_slice_fill_with(surfaces.len(), |k| {
-        let material = Material::of(engine.scene, surfaces[k].material);
-        (bounces(&material, &surfaces[k]), material.kt)
+        let at = &surfaces[k];
+        let material = Material::of(engine.scene, at.material);
+        let mut out = bounces(&material, at);
+        if seeded {
+            let gloss = engine.scene.materials.gloss[at.material as usize];
+            if gloss > 0.0 {
+                spread(&mut out, at, gloss, rays.seeds(&at.ray), engine.sample);
+            }
+        }
+        (out, material.kt)
     });
     for (at, (out, _)) in surfaces.iter().zip(&*outgoing) {
         let weight = out.reflect_weight;

@@ -14,6 +14,8 @@
 pub enum Purpose {
     /// Where in the pixel's filter a camera ray goes through.
     Pixel,
+    /// Which way a spread mirror ray goes.
+    Gloss,
     /// Where on a light, of this number, a shadow ray ends.
     Light(u32),
 }
@@ -23,6 +25,7 @@ impl Purpose {
     fn number(self) -> u32 {
         match self {
             Purpose::Pixel => 0,
+            Purpose::Gloss => 1,
             Purpose::Light(light) => light.wrapping_add(16),
         }
     }
@@ -188,7 +191,7 @@ mod tests {
     fn decisions_and_ways_know_nothing_of_each_other() {
         let side = 128u32;
         let phase = |seed: u32, purpose| f64::from(bits(seed, 0, purpose)[0]) / 4_294_967_296.0;
-        let mut sums = [0.0; 5];
+        let mut sums = [0.0; 6];
         for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
             let here = seeds([x], [y]);
             let [[seed], [mirror], [refracted], [twice]] = [
@@ -200,6 +203,7 @@ mod tests {
             let own = phase(seed, Purpose::Light(0));
             let others = [
                 phase(seed, Purpose::Pixel),
+                phase(seed, Purpose::Gloss),
                 phase(seed, Purpose::Light(1)),
                 phase(mirror, Purpose::Light(0)),
                 phase(refracted, Purpose::Light(0)),

@@ -23,6 +23,11 @@ pub struct Surface {
     pub ior: f32,
     /// Index of the texture that Ka and Kd are multiplied with, or [`NO_TEXTURE`].
     pub texture: u32,
+    /// Exponent n of the lobe cosⁿ, about the mirror direction, that mirror rays are spread over; 0 for a perfect mirror, which sends
+    /// them all one way.
+    ///
+    /// Each ray weighs Ks, wherever it goes. One that the lobe would send through the surface is reflected back by it.
+    pub gloss: f32,
 }
 
 impl Default for Surface {
@@ -37,6 +42,7 @@ impl Default for Surface {
             shininess: 1.0,
             ior: 1.0,
             texture: NO_TEXTURE,
+            gloss: 0.0,
         }
     }
 }
@@ -60,6 +66,8 @@ pub struct Materials {
     pub ior: Column<f32>,
     /// Index of a texture, or [`NO_TEXTURE`].
     pub texture: Column<u32>,
+    /// Exponent of the mirror lobe, or 0.
+    pub gloss: Column<f32>,
 }
 
 impl Materials {
@@ -84,6 +92,7 @@ impl Materials {
         self.shininess.push(surface.shininess);
         self.ior.push(surface.ior);
         self.texture.push(surface.texture);
+        self.gloss.push(surface.gloss);
         row
     }
 
@@ -98,12 +107,13 @@ impl Materials {
             shininess: self.shininess[i],
             ior: self.ior[i],
             texture: self.texture[i],
+            gloss: self.gloss[i],
         }
     }
 }
 
 /// Numbers in a surface.
-const NUMBERS: usize = 18;
+const NUMBERS: usize = 19;
 
 impl Surface {
     /// Equal surfaces have equal bits; bits, unlike floats, can be hashed.
@@ -111,10 +121,8 @@ impl Surface {
         let mut bits = [self.texture; NUMBERS];
         let colors = [self.ka, self.ke, self.kd, self.ks, self.kt];
         let numbers = colors.iter().flat_map(Vec3::as_ref);
-        for (bits, number) in bits
-            .iter_mut()
-            .zip(numbers.chain([&self.shininess, &self.ior]))
-        {
+        let numbers = numbers.chain([&self.shininess, &self.ior, &self.gloss]);
+        for (bits, number) in bits.iter_mut().zip(numbers) {
             *bits = number.to_bits();
         }
         bits

@@ -55,6 +55,7 @@ impl Scene {
                     + m.shininess.row_bytes()
                     + m.ior.row_bytes()
                     + m.texture.row_bytes()
+                    + m.gloss.row_bytes()
                     + vectors(&[&l.place, &l.color, &l.attenuation])
                     + vectors(&l.edges.each_ref())
                     + l.radius.row_bytes()

@@ -285,6 +285,14 @@ impl Scene {
             exponent,
             "negative or not finite",
         )?;
+        same_length("material", "gloss", m.gloss.len(), m.len())?;
+        all(
+            "material",
+            "gloss",
+            &m.gloss,
+            exponent,
+            "negative or not finite",
+        )?;
         if m.len() > MAX_MATERIALS {
             return Err(column("material", "row", MAX_MATERIALS, "one too many"));
         }

@@ -1,8 +1,9 @@
-//! Mirror and refracted rays (design document, "Recursive shading model": … + Ks I_R + K_T I_T).
+//! Mirror and refracted rays (design document, "Recursive shading model": … + Ks I_R + K_T I_T), and mirror rays that are spread.
 
 use super::surface::{Material, Surface};
 use super::wide;
-use crate::lanes::{F32x8, LaneMask, Lanes, Mask8, Vec3x8};
+use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+use crate::sampling::{self, Purpose};
 use glam::Vec3;
 
 /// The secondary rays of eight points. A ray whose weight is exactly zero is not among them.
@@ -67,6 +68,31 @@ pub fn bounces(material: &Material, at: &Surface) -> Bounces {
         refract_org: leave(at, refract_dir),
         refract_dir,
     }
+}
+
+/// Spreads the mirror rays of eight points, reached by rays of these seeds, over the lobe of a gloss above 0: one ray stands for all of
+/// them, and weighs as much. On the side of the geometric surface where the mirror ray is, it stays.
+pub fn spread(rays: &mut Bounces, at: &Surface, gloss: f32, seeds: [u32; LANES], sample: u32) {
+    let mirror = rays.reflect_dir;
+    let lobe = sampling::lobe(sampling::points(seeds, sample, Purpose::Gloss), gloss);
+    let dir = beside(at, about(lobe, mirror), mirror).normalized();
+    rays.reflect_dir = dir;
+    rays.reflect_org = leave(at, dir);
+}
+
+/// Vectors given about z, about unit vectors.
+fn about(local: [[f32; LANES]; 3], axis: Vec3x8) -> Vec3x8 {
+    let axis = [axis.x, axis.y, axis.z].map(F32x8::to_array);
+    let [x, y, z] = sampling::around(local, axis).map(F32x8::new);
+    Vec3x8::new(x, y, z)
+}
+
+/// Directions as they are, if they lie on the side of the geometric surface where `inner` does, and else reflected by it.
+fn beside(at: &Surface, dir: Vec3x8, inner: Vec3x8) -> Vec3x8 {
+    let along = dir.dot(at.ng);
+    let (out, right) = (along.ge(F32x8::ZERO), inner.dot(at.ng).ge(F32x8::ZERO));
+    let turned = dir - at.ng.scale(F32x8::splat(2.0) * along);
+    Vec3x8::select((out & right) | (!out & !right), dir, turned)
 }
 
 /// The offset origin, on the side of the surface the direction points to.

@@ -40,6 +40,7 @@ fn surface_of(look: &DocumentLook) -> Surface {
         shininess: look.shininess as f32,
         ior: look.ior as f32,
         texture: NO_TEXTURE,
+        gloss: 0.0,
     }
 }
 

@@ -218,6 +218,14 @@ fn each_kind_of_nonsense_is_named() {
             .map(|r| r.to_bits())
             .collect::<Vec<_>>(),
     ));
+    let gloss = place(&words(
+        &scene
+            .materials
+            .gloss
+            .iter()
+            .map(|n| n.to_bits())
+            .collect::<Vec<_>>(),
+    ));
     let levels = place(
         &(bvh.levels().unwrap().iter())
             .flat_map(|l| l.to_le_bytes())
@@ -255,6 +263,11 @@ fn each_kind_of_nonsense_is_named() {
             "triangle materials",
         ),
         ("a NaN among vertices", vec![(heights, &beyond)], "vertices"),
+        (
+            "a gloss below zero",
+            vec![(gloss, &(-1.0f32).to_le_bytes())],
+            "gloss of material 0 is negative or not finite",
+        ),
         (
             "a light's radius that is no number",
             vec![(radii, &beyond)],

@@ -31,6 +31,7 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
         kt: Vec3::splat(0.3),
         ior: 1.4,
         texture: 0,
+        gloss: 50.0,
         ..Surface::default()
     });
     let mut mesh = Mesh {

@@ -114,7 +114,7 @@ fn nonsense_beside_a_scene_is_2() {
             ("--background red", "`red` is not a number"),
             ("--background -1,0,0", ""),
             ("--material kd", "KEY=VALUE"),
-            ("--material gloss=1", "no material has `gloss`"),
+            ("--material sheen=1", "no material has `sheen`"),
             ("--max-memory lots", "500M"),
             ("--quality good", "medium"),
         ] {

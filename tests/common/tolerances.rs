@@ -49,6 +49,9 @@ pub const HIDDEN_SHARE: f64 = 0.25 * 64.0 / 1024.0;
 /// them and is nowhere steep: relative.
 pub const SMOOTH_MEAN: f64 = 1e-3;
 
+/// As [`HIDDEN_SHARE`], of 4,096 samples: the edge, a circle, passes through some 200 parts at most.
+pub const SAMPLED_CAP: f64 = 0.25 * 200.0 / 4096.0;
+
 /// A specular term against its closed form, relative, per unit of shininess: x^s turns a relative error e of x into
 /// s·e, and x carries those of two normalised vectors.
 pub const SPECULAR_PER_SHININESS: f64 = 16.0 * EPSILON;

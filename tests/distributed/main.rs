@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod gloss;
 mod lights;
 
 use phalanx::formats::read_test;

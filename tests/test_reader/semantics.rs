@@ -225,6 +225,7 @@ fn materials_that_differ_in_one_number_are_two() {
         "transmission 0 1 0",
         "shininess 2",
         "ior 2",
+        "gloss 2",
     ] {
         let scene = scene(&format!("sphere 0 0 0 1\n{change}\nsphere 0 0 0 1\n"));
         assert_eq!(scene.materials.len(), 2, "{change}");

@@ -329,6 +329,7 @@ fn surface(material: &Material, paint: &Paint) -> Surface {
             false => 1.0,
         },
         texture: NO_TEXTURE,
+        gloss: 0.0,
     }
 }
 

@@ -74,5 +74,6 @@ fn surface_of(&[r, g, b, kd, ks, shine, t, ior]: &Look, level: f64) -> Surface {
         shininess: shine,
         ior: if ior > 0.0 { ior } else { 1.0 },
         texture: NO_TEXTURE,
+        gloss: 0.0,
     }
 }

@@ -98,6 +98,7 @@ impl Material {
                 1.0
             },
             texture,
+            gloss: 0.0,
         }
     }
 }

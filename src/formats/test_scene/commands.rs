@@ -24,7 +24,7 @@ const fn command(
 }
 
 /// Every command there is. The first are those that large files consist of.
-static COMMANDS: [Command; 28] = [
+static COMMANDS: [Command; 29] = [
     command("tri", "a b c", |r, s| r.tri(s)),
     command("vertex", "x y z", |r, s| r.vertex(s)),
     command("trinormal", "a b c", |r, s| r.trinormal(s)),
@@ -42,6 +42,7 @@ static COMMANDS: [Command; 28] = [
     command("transmission", "r g b", |r, s| r.transmission(s)),
     command("shininess", "exponent", |r, s| r.shininess(s)),
     command("ior", "index", |r, s| r.ior(s)),
+    command("gloss", "exponent", |r, s| r.gloss(s)),
     command("directional", "x y z r g b", |r, s| r.directional(s)),
     command("point", "x y z r g b", |r, s| r.point(s)),
     command("spherelight", "x y z radius r g b", |r, s| r.spherelight(s)),

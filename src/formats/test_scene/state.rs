@@ -104,6 +104,18 @@ impl Reader<'_> {
         }
     }
 
+    pub(super) fn gloss(&mut self, statement: &Statement<'_>) {
+        match self.numbers(statement) {
+            Some([exponent]) if exponent >= 0.0 => self.surface.gloss = exponent,
+            Some(_) => self.report.error_with_help(
+                statement.operand_place(0),
+                "the gloss must not be negative",
+                "the larger it is, the sharper the mirror; 0 is a perfect one",
+            ),
+            None => {}
+        }
+    }
+
     pub(super) fn ior(&mut self, statement: &Statement<'_>) {
         match self.numbers(statement) {
             Some([index]) if index > 0.0 => self.surface.ior = index,
