@@ -3,15 +3,48 @@
 //! α = tan(fov_x/2)·(j − W/2)/(W/2), β = tan(fov_y/2)·(H/2 − i)/(H/2), dir = (αu + βv − w)/|αu + βv − w|. With
 //! fov_x = 2·atan(tan(fov_y/2)·W/H) the two slopes per pixel are one number, 2·tan(fov_y/2)/H: pixels are square. It
 //! is computed in f64 with `libm`, so that every build starts from the same bits.
+//!
+//! With a lens, rays start on it and meet in the plane of focus (Cook, Porter and Carpenter, "Distributed Ray Tracing", 1984).
 
 use crate::lanes::{F32x8, Lanes, Vec3x8};
 use crate::scene::{View, ViewError};
 use glam::Vec3;
 
+/// A thin lens in the place of the eye: what lies in the plane of focus is sharp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Diameter; with 0, the lens is a pinhole.
+    pub aperture: f32,
+    /// How far away the plane of focus is, along the direction of view.
+    pub focus: f32,
+}
+
+/// Why there is no such lens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LensError {
+    /// Negative, or not finite.
+    #[error("the aperture must be a number of at least 0")]
+    Aperture,
+    /// Zero, negative, or not finite.
+    #[error("the distance of focus must be a positive number")]
+    Focus,
+    /// Rays would leave the range of single precision.
+    #[error(
+        "the aperture is too wide: at most a thousand times the distance of focus, and no wider than the largest scene"
+    )]
+    TooWide,
+}
+
+/// Widest aperture, in distances of focus: beyond, rays through the rim are parallel to the picture.
+const WIDEST: f32 = 1000.0;
+
+/// Widest aperture in units of the scene: as far as a scene's coordinates reach.
+const LARGEST: f32 = 268_435_456.0; // 2^28
+
 /// A camera ready to make rays.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
-    /// Origin of every ray.
+    /// Origin of every ray, or the middle of the lens that they come through.
     pub eye: Vec3,
     right: Vec3,
     up: Vec3,
@@ -20,6 +53,22 @@ pub struct Camera {
     slope: f32,
     half_width: f32,
     half_height: f32,
+    lens: Option<Disc>,
+}
+
+/// A lens as its rays need it.
+#[derive(Clone, Copy, Debug)]
+struct Disc {
+    radius: f32,
+    /// The radius divided by the distance of focus: how much flatter a ray through the rim is.
+    spread: f32,
+}
+
+impl Disc {
+    const PINHOLE: Disc = Disc {
+        radius: 0.0,
+        spread: 0.0,
+    };
 }
 
 impl Camera {
@@ -38,7 +87,67 @@ impl Camera {
             slope: (2.0 * libm::tan(half_angle) / height as f64) as f32,
             half_width: width as f32 / 2.0,
             half_height: height as f32 / 2.0,
+            lens: None,
         })
+    }
+
+    /// The same camera with a lens, in units of the scene.
+    ///
+    /// # Errors
+    /// [`LensError`] if there is no such lens.
+    pub fn with_lens(self, Lens { aperture, focus }: Lens) -> Result<Camera, LensError> {
+        if !(aperture.is_finite() && aperture >= 0.0) {
+            return Err(LensError::Aperture);
+        }
+        if !(focus.is_finite() && focus > 0.0) {
+            return Err(LensError::Focus);
+        }
+        if f64::from(aperture) > f64::from(WIDEST) * f64::from(focus) || aperture > LARGEST {
+            return Err(LensError::TooWide);
+        }
+        let lens = (aperture > 0.0).then(|| Disc {
+            radius: 0.5 * aperture,
+            spread: (0.5 * f64::from(aperture) / f64::from(focus)) as f32,
+        });
+        Ok(Camera { lens, ..self })
+    }
+
+    /// Whether rays come from all over a lens, and not from the eye alone.
+    pub fn has_lens(&self) -> bool {
+        self.lens.is_some()
+    }
+
+    /// Origin and unit direction of the ray through a pixel position, as in [`Camera::direction`], and a point of the lens, which is
+    /// given on the unit disc.
+    ///
+    /// All rays of a pixel position meet in one point of the plane of focus. What is `x` radii further right on the lens goes by
+    /// `x` times radius over distance of focus less to the right.
+    pub fn through_lens(&self, row: f32, column: f32, [x, y]: [f32; 2]) -> (Vec3, Vec3) {
+        let Disc { radius, spread } = self.lens.unwrap_or(Disc::PINHOLE);
+        let alpha = (column - self.half_width) * self.slope - x * spread;
+        let beta = (self.half_height - row) * self.slope - y * spread;
+        let d = (self.right * alpha + self.up * beta) - self.back;
+        let org = (self.eye + self.right * (x * radius)) + self.up * (y * radius);
+        (org, d * (1.0 / d.dot(d).sqrt()))
+    }
+
+    /// Eight rays through the lens at once: the same operations in the same order.
+    #[inline]
+    pub fn through_lens_wide(
+        &self,
+        row: F32x8,
+        column: F32x8,
+        [x, y]: [F32x8; 2],
+    ) -> (Vec3x8, Vec3x8) {
+        let Disc { radius, spread } = self.lens.unwrap_or(Disc::PINHOLE);
+        let [slope, radius, spread] = [self.slope, radius, spread].map(F32x8::splat);
+        let alpha = (column - F32x8::splat(self.half_width)) * slope - x * spread;
+        let beta = (F32x8::splat(self.half_height) - row) * slope - y * spread;
+        let wide = |v: Vec3| Vec3x8::splat(v.x, v.y, v.z);
+        let (right, up) = (wide(self.right), wide(self.up));
+        let d = (right.scale(alpha) + up.scale(beta)) - wide(self.back);
+        let org = (wide(self.eye) + right.scale(x * radius)) + up.scale(y * radius);
+        (org, d.normalized())
     }
 
     /// Unit direction through the continuous pixel position (`row` down, `column` right); a pixel's centre is at + 0.5.

@@ -3,7 +3,8 @@
 use crate::bvh::Bvh;
 pub use crate::bvh::{BuildSettings, Quality};
 use crate::camera::Camera;
-use crate::oracle::{Cast, Forest, Oracle, Search};
+pub use crate::camera::{Lens, LensError};
+use crate::oracle::{Cast, Forest, Oracle, Search, camera_ray};
 pub use crate::render::{Control, Cost, Interrupted, Pin};
 use crate::render::{
     CostPainter, Film, PacketPainter, Painter, Pixels, RayCounts, RenderStats, SharedFilm, Tile,
@@ -24,7 +25,7 @@ pub enum Engine {
 }
 
 /// How to render; what to render stands in the [`Scene`].
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Image width in pixels.
     pub width: u32,
@@ -34,6 +35,9 @@ pub struct Settings {
     pub max_depth: u32,
     /// Camera rays of a pixel.
     pub sampling: Sampling,
+    /// What camera rays come through, in units of the scene's file; a pinhole if there is none. Where through the lens a ray goes is
+    /// left to chance even with one ray a pixel.
+    pub lens: Option<Lens>,
     /// Worker threads, at least 1.
     pub threads: usize,
     /// Binding of workers to cores.
@@ -59,6 +63,7 @@ impl Settings {
             height: scene.height,
             max_depth: scene.max_depth,
             sampling: Sampling::CENTER,
+            lens: None,
             threads: 1,
             pin: Pin::None,
             tile: DEFAULT_TILE,
@@ -71,6 +76,30 @@ impl Settings {
     /// Pixels of the picture.
     pub fn pixels(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// The camera that takes the picture.
+    ///
+    /// # Errors
+    /// [`FrameError`], but for interruption.
+    pub fn camera(&self, scene: &Scene) -> Result<Camera, FrameError> {
+        let camera = Camera::new(&scene.view, self.width, self.height)?;
+        Ok(match self.lens {
+            Some(Lens { aperture, focus }) => camera.with_lens(Lens {
+                aperture: aperture * scene.unit,
+                focus: focus * scene.unit,
+            })?,
+            None => camera,
+        })
+    }
+
+    /// Origin and direction of a pixel's first camera ray, in units of the scene.
+    ///
+    /// # Errors
+    /// Those of [`Settings::camera`].
+    pub fn first_ray(&self, scene: &Scene, x: u32, y: u32) -> Result<[[f32; 3]; 2], FrameError> {
+        let (ray, _) = camera_ray(&self.camera(scene)?, &self.sampling, x, y, 0);
+        Ok([ray.org, ray.dir].map(|v| v.to_array()))
     }
 
     /// Camera rays of the picture.
@@ -103,6 +132,9 @@ pub enum FrameError {
     /// The scene was not validated.
     #[error(transparent)]
     View(#[from] ViewError),
+    /// The settings ask for no possible lens.
+    #[error(transparent)]
+    Lens(#[from] LensError),
 }
 
 /// What an engine needs beside the scene: its tree.
@@ -228,7 +260,7 @@ fn make_ready(bvh: &Bvh, settings: &Settings) -> Kernel {
 ///
 /// # Errors
 /// [`FrameError::Interrupted`] if `control.stop` was set before the last tile was taken, [`FrameError::View`] if the
-/// scene has no camera frame, which [`Scene::validate`] would have said.
+/// scene has no camera frame, which [`Scene::validate`] would have said, [`FrameError::Lens`] if the lens asked for is none.
 pub fn render(
     scene: &Scene,
     prepared: &Prepared,
@@ -248,7 +280,7 @@ pub fn render_tree(
     settings: &Settings,
     control: &Control,
 ) -> Result<Frame, FrameError> {
-    let camera = Camera::new(&scene.view, settings.width, settings.height)?;
+    let camera = settings.camera(scene)?;
     let mut film = Film::new(settings.width, settings.height, settings.record_hits);
     let side = settings.tile.clamp(8, 1024);
     let shared = SharedFilm::of(&mut film, side);
@@ -290,7 +322,7 @@ pub fn costs(
     cost: Cost,
     control: &Control,
 ) -> Result<Vec<f32>, FrameError> {
-    let camera = Camera::new(&scene.view, settings.width, settings.height)?;
+    let camera = settings.camera(scene)?;
     let mut film = Film::new(settings.width, settings.height, false);
     let side = settings.tile.clamp(8, 1024);
     let shared = SharedFilm::of(&mut film, side);

@@ -6,7 +6,7 @@ use common::rng::Rng;
 use common::scenes::{self, Paint};
 use glam::Vec3;
 use phalanx::frame::{
-    Control, Engine, Filter, Frame, Kernel, Prepared, Sampling, Settings, render,
+    Control, Engine, Filter, Frame, Kernel, Lens, Prepared, Sampling, Settings, render,
 };
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
@@ -382,6 +382,33 @@ fn gloss() {
         let asked = match k % 5 {
             0 => Settings::of(&scene),
             more => sampled(&scene, more),
+        };
+        let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12], (2, 16)];
+        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
+    });
+    if let Err(failure) = outcome {
+        panic!("{failure}");
+    }
+}
+
+/// From none, and one whose rays all start in the eye, to one as large as the scene.
+#[test]
+fn lenses() {
+    let turn = Cell::new(0);
+    let outcome = runner(24, 7).run(&recipes(), |recipe| {
+        let k = turn.replace(turn.get() + 1);
+        let scene = cook(&recipe);
+        let scale = 10f32.powf(recipe.magnitude);
+        let lens = Lens {
+            aperture: [0.0, 1e-30, 1e-3, 0.3, 3.0][k % 5] * scale,
+            focus: [0.5, 2.0, 100.0][k % 3] * scale,
+        };
+        let asked = Settings {
+            lens: Some(lens),
+            ..match k % 4 {
+                0 => Settings::of(&scene),
+                more => sampled(&scene, more),
+            }
         };
         let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12], (2, 16)];
         compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)

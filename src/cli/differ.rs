@@ -1,7 +1,6 @@
 //! Where two films first differ, and what both engines say of that pixel.
 
-use phalanx::camera::Camera;
-use phalanx::frame::Sampling;
+use phalanx::frame::Settings;
 use phalanx::render::{Film, NO_HIT};
 use phalanx::scene::Scene;
 use serde::Serialize;
@@ -61,7 +60,7 @@ impl Pixel {
 /// Compares two films of one size, hits and radiance, bit by bit.
 pub fn first_difference(
     scene: &Scene,
-    sampling: &Sampling,
+    settings: &Settings,
     scalar: &Film,
     simd: &Film,
 ) -> Option<Difference> {
@@ -74,21 +73,17 @@ pub fn first_difference(
         x,
         y,
         pixels: 1 + differing.count(),
-        ray: camera_ray(scene, sampling, scalar, x, y),
+        ray: camera_ray(scene, settings, x, y),
         scalar: Pixel::of(scalar, first),
         simd: Pixel::of(simd, first),
     })
 }
 
 /// The first camera ray of a pixel, in the file's units.
-fn camera_ray(scene: &Scene, sampling: &Sampling, film: &Film, x: u32, y: u32) -> Option<Ray> {
-    let camera = Camera::new(&scene.view, film.width, film.height).ok()?;
-    let place = sampling.places([x], [y], 0);
-    let dir = camera.direction(place.row[0], place.column[0]);
-    Some(Ray {
-        org: (camera.eye / scene.unit).to_array(),
-        dir: dir.to_array(),
-    })
+fn camera_ray(scene: &Scene, settings: &Settings, x: u32, y: u32) -> Option<Ray> {
+    let [org, dir] = settings.first_ray(scene, x, y).ok()?;
+    let org = org.map(|c| c / scene.unit);
+    Some(Ray { org, dir })
 }
 
 impl fmt::Display for Difference {
@@ -183,6 +178,14 @@ mod tests {
         }
     }
 
+    fn settings() -> Settings {
+        Settings {
+            width: 3,
+            height: 2,
+            ..Settings::of(&Scene::default())
+        }
+    }
+
     fn hits(film: &mut Film) -> &mut Hits {
         film.hits.as_mut().unwrap()
     }
@@ -190,7 +193,7 @@ mod tests {
     #[test]
     fn equal_bits_are_equal_nan_included() {
         assert_eq!(
-            first_difference(&Scene::default(), &Sampling::CENTER, &film(), &film()),
+            first_difference(&Scene::default(), &settings(), &film(), &film()),
             None
         );
     }
@@ -211,8 +214,7 @@ mod tests {
         for (i, change) in changes.iter().enumerate() {
             let mut other = film();
             change(&mut other);
-            let found =
-                first_difference(&Scene::default(), &Sampling::CENTER, &film(), &other).unwrap();
+            let found = first_difference(&Scene::default(), &settings(), &film(), &other).unwrap();
             let x = if i < 7 { 1 } else { 2 };
             assert_eq!((found.x, found.y, found.pixels), (x, 1, 1), "change {i}");
         }
@@ -224,8 +226,7 @@ mod tests {
         other.planes[0][5] = 1.0;
         hits(&mut other).prim_id[2] = 7;
         hits(&mut other).t[2] = 2.0;
-        let found =
-            first_difference(&Scene::default(), &Sampling::CENTER, &film(), &other).unwrap();
+        let found = first_difference(&Scene::default(), &settings(), &film(), &other).unwrap();
         let text = found.to_string();
         for part in [
             "2 pixels, first at (2, 0)",
@@ -244,14 +245,13 @@ mod tests {
 
     #[test]
     fn the_ray_goes_through_the_middle_of_the_pixel() {
-        let film = Film {
-            width: 3,
+        let settings = Settings {
             height: 3,
-            ..film()
+            ..settings()
         };
-        let ray = camera_ray(&Scene::default(), &Sampling::CENTER, &film, 1, 1).unwrap();
+        let ray = camera_ray(&Scene::default(), &settings, 1, 1).unwrap();
         assert!(ray.dir[0].abs() < 1e-6 && ray.dir[1].abs() < 1e-6 && ray.dir[2] < -0.999);
-        let corner = camera_ray(&Scene::default(), &Sampling::CENTER, &film, 0, 0).unwrap();
+        let corner = camera_ray(&Scene::default(), &settings, 0, 0).unwrap();
         assert!(corner.dir[0] < 0.0 && corner.dir[1] > 0.0);
     }
 }

@@ -132,6 +132,9 @@ impl From<phalanx::frame::FrameError> for Failure {
     fn from(error: phalanx::frame::FrameError) -> Failure {
         match error {
             phalanx::frame::FrameError::Interrupted(_) => Failure::Interrupted,
+            phalanx::frame::FrameError::Lens(error) => {
+                Failure::Usage(format!("--aperture and --focus: {error}"))
+            }
             other => Failure::Runtime(other.to_string()),
         }
     }

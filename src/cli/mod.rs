@@ -3,6 +3,7 @@
 //! Results go to stdout, progress and warnings and errors to stderr; exit codes stand in [`failure`].
 
 mod args;
+mod asked;
 mod bench;
 mod budget;
 mod build;

@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
-use phalanx::frame::{DEFAULT_TILE, Filter, MAX_SPP, Sampling, Settings};
+use phalanx::frame::{DEFAULT_TILE, Filter, Lens, MAX_SPP, Sampling, Settings};
 use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
 
 /// What changes the picture, or the order in which it is made.
@@ -21,6 +21,13 @@ pub struct PictureArgs {
     /// sharper
     #[arg(long, value_name = "NAME", default_value = "box", value_parser = filter_parser())]
     pub filter: Filter,
+    /// Diameter of the lens that camera rays come through, in the scene's units: what is not in focus is blurred, the better the more
+    /// --spp [default: a pinhole]
+    #[arg(long, value_name = "DIAMETER", requires = "focus", value_parser = parse_aperture)]
+    pub aperture: Option<f32>,
+    /// Distance of the plane that is in focus, along the direction of view
+    #[arg(long, value_name = "DISTANCE", requires = "aperture", value_parser = parse_distance)]
+    pub focus: Option<f32>,
     /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
     #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
     pub tile: u32,
@@ -44,6 +51,10 @@ impl PictureArgs {
                 spp: self.spp,
                 filter: self.filter,
             },
+            lens: self
+                .aperture
+                .zip(self.focus)
+                .map(|(aperture, focus)| Lens { aperture, focus }),
             tile: self.tile,
             ..Settings::of(scene)
         }
@@ -104,6 +115,22 @@ fn side(digits: &str) -> Option<u64> {
     all_digits.then(|| digits.parse().unwrap_or(u64::MAX))
 }
 
+fn parse_aperture(text: &str) -> Result<f32, String> {
+    let diameter: Option<f32> = text.parse().ok();
+    let fine = |d: &f32| d.is_finite() && *d >= 0.0;
+    diameter
+        .filter(fine)
+        .ok_or_else(|| "expected a diameter of at least 0, as in 0.05".to_owned())
+}
+
+fn parse_distance(text: &str) -> Result<f32, String> {
+    let distance: Option<f32> = text.parse().ok();
+    let fine = |d: &f32| d.is_finite() && *d > 0.0;
+    distance
+        .filter(fine)
+        .ok_or_else(|| "expected a distance greater than 0, as in 2.5".to_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -155,7 +182,7 @@ mod tests {
         );
         assert_eq!(default.tone(&scene), scene.tone);
         let asked = parse(
-            "phalanx render a.test --size 8x9 --max-depth 0 --spp 5 --filter tent --tile 64 --transfer srgb --quantize round",
+            "phalanx render a.test --size 8x9 --max-depth 0 --spp 5 --filter tent --aperture .5 --focus 2 --tile 64 --transfer srgb --quantize round",
         );
         let settings = asked.settings(&scene);
         assert_eq!((settings.width, settings.height), (8, 9));
@@ -165,6 +192,11 @@ mod tests {
             filter: Filter::Tent,
         };
         assert_eq!(settings.sampling, sampling);
+        let lens = Lens {
+            aperture: 0.5,
+            focus: 2.0,
+        };
+        assert_eq!(settings.lens, Some(lens));
         let tone = asked.tone(&scene);
         assert_eq!(
             (tone.transfer, tone.quantize),

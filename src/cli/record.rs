@@ -3,9 +3,10 @@
 //! Of every pixel two 64-bit FNV-1a hashes: one of its primary hit (prim_id, t, u, v), one of its radiance, little-endian
 //! bits in that order. A row of the picture is one string of 16 hexadecimal digits a pixel.
 
+use super::asked::Asked;
 use super::differ::Pixel;
 use super::failure::Failure;
-use phalanx::frame::{Sampling, Settings};
+use phalanx::frame::Settings;
 use phalanx::image::replace_file;
 use phalanx::render::Film;
 use phalanx::scene::{Quantize, Tone, Transfer};
@@ -31,23 +32,12 @@ pub struct Kept {
     width: u32,
     height: u32,
     max_depth: u32,
-    /// Older records, which do not say, are of one sample.
-    #[serde(default = "one")]
-    spp: u32,
-    #[serde(default = "of_one")]
-    filter: String,
+    #[serde(flatten)]
+    asked: Asked,
     transfer: String,
     quantize: String,
     hits: Vec<String>,
     radiance: Vec<String>,
-}
-
-fn one() -> u32 {
-    Sampling::CENTER.spp
-}
-
-fn of_one() -> String {
-    Sampling::CENTER.filter.name().to_owned()
 }
 
 impl Record {
@@ -146,8 +136,7 @@ impl Kept {
             width: settings.width,
             height: settings.height,
             max_depth: settings.max_depth,
-            spp: settings.sampling.spp,
-            filter: settings.sampling.filter.name().to_owned(),
+            asked: Asked::of(settings),
             transfer: transfer.to_owned(),
             quantize: quantize.to_owned(),
             hits: Vec::new(),
@@ -175,12 +164,9 @@ impl Kept {
     }
 
     fn describe(&self) -> String {
-        let samples = match self.spp {
-            1 => "one sample a pixel".to_owned(),
-            more => format!("{more} samples a pixel, filter {}", self.filter),
-        };
+        let asked = self.asked.words();
         format!(
-            "{}x{} pixels, max depth {}, {samples}, transfer {}, quantize {}",
+            "{}x{} pixels, max depth {}, {asked}, transfer {}, quantize {}",
             self.width, self.height, self.max_depth, self.transfer, self.quantize
         )
     }
@@ -214,7 +200,7 @@ fn fnv1a(words: &[u32]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phalanx::frame::Filter;
+    use phalanx::frame::{Filter, Lens, Sampling};
     use phalanx::render::Hits;
     use phalanx::scene::Scene;
 
@@ -300,6 +286,13 @@ mod tests {
             sampling: Sampling { spp, filter },
             ..settings()
         };
+        let blurred = Settings {
+            lens: Some(Lens {
+                aperture: 0.1,
+                focus: 1.0,
+            }),
+            ..settings()
+        };
         let srgb = Tone {
             transfer: Transfer::Srgb,
             ..tone
@@ -309,6 +302,7 @@ mod tests {
             (PATH, deeper, tone),
             (PATH, wider, tone),
             (PATH, sampled(4, Filter::Box), tone),
+            (PATH, blurred, tone),
             (PATH, settings(), srgb),
         ] {
             let refused = record.find(Path::new(path), &settings, tone).unwrap_err();
@@ -317,10 +311,12 @@ mod tests {
     }
 
     #[test]
-    fn a_record_that_does_not_say_is_of_one_sample() {
+    fn a_record_that_does_not_say_is_of_the_defaults() {
         let mut json = serde_json::to_value(kept(&film())).unwrap();
         let object = json.as_object_mut().unwrap();
-        assert!(object.remove("spp").is_some() && object.remove("filter").is_some());
+        for key in ["spp", "filter", "aperture", "focus"] {
+            assert!(object.remove(key).is_some(), "{key}");
+        }
         let older: Kept = serde_json::from_value(json).unwrap();
         assert_eq!(older, kept(&film()));
     }

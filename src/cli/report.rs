@@ -1,5 +1,6 @@
 //! What a render did, as a table and as a JSON document.
 
+use super::asked::Asked;
 use super::counts::{Kinds, Primitives, Tree};
 use super::memory::Memory;
 use super::output::grouped;
@@ -24,8 +25,8 @@ pub struct Report {
     threads: usize,
     image: Image,
     max_depth: u32,
-    spp: u32,
-    filter: &'static str,
+    #[serde(flatten)]
+    asked: Asked,
     primitives: Primitives,
     bvh: Tree,
     seconds: Seconds,
@@ -75,8 +76,7 @@ impl Report {
             threads: settings.threads,
             image,
             max_depth: settings.max_depth,
-            spp: settings.sampling.spp,
-            filter: settings.sampling.filter.name(),
+            asked: Asked::of(settings),
             primitives: Primitives::of(scene),
             bvh: Tree::default(),
             seconds: Seconds::default(),
@@ -127,14 +127,11 @@ impl Report {
         } = self;
         let kernel = self.kernel.map_or(String::new(), |k| format!("/{k}"));
         let plural = if self.threads == 1 { "" } else { "s" };
-        let samples = match self.spp {
-            1 => String::new(),
-            more => format!(", {more} samples a pixel ({})", self.filter),
-        };
+        let asked = self.asked.words();
         let rows = [
             (
                 "scene",
-                format!("{}, {}x{}{samples}", self.scene, image.width, image.height),
+                format!("{}, {}x{}, {asked}", self.scene, image.width, image.height),
             ),
             (
                 "engine",
@@ -278,7 +275,7 @@ mod tests {
     fn the_table_says_the_same() {
         let table = report().table();
         for part in [
-            "scene        a.test, 640x480\n",
+            "scene        a.test, 640x480, one sample a pixel\n",
             "simd/auto on ",
             ", 2 threads\n",
             "4,711 nodes, depth 17",

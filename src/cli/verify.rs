@@ -1,6 +1,7 @@
 //! `phalanx verify`: the scalar tracer's picture, and every other one held against it bit by bit.
 
 use super::args::VerifyArgs;
+use super::asked::Asked;
 use super::counts::Kinds;
 use super::differ::{Difference, first_difference};
 use super::failure::Failure;
@@ -28,8 +29,8 @@ struct SceneOutcome {
     width: u32,
     height: u32,
     max_depth: u32,
-    spp: u32,
-    filter: &'static str,
+    #[serde(flatten)]
+    asked: Asked,
     /// Rays of the scalar engine.
     rays: Kinds<u64>,
     runs: Vec<Run>,
@@ -130,8 +131,7 @@ fn verify(
         width: settings.width,
         height: settings.height,
         max_depth: settings.max_depth,
-        spp: settings.sampling.spp,
-        filter: settings.sampling.filter.name(),
+        asked: Asked::of(&settings),
         rays: Kinds::of(&reference.stats.rays),
         runs: runs(args, path, input, &settings, &reference)?,
         against,
@@ -210,8 +210,7 @@ fn render(input: &Input, prepared: &Prepared, settings: &Settings) -> Result<Fra
 
 impl Run {
     fn of(scene: &Scene, settings: &Settings, reference: &Frame, frame: &Frame) -> Run {
-        let sampling = &settings.sampling;
-        let first_difference = first_difference(scene, sampling, &reference.film, &frame.film);
+        let first_difference = first_difference(scene, settings, &reference.film, &frame.film);
         Run {
             kernel: settings.kernel.name(),
             threads: settings.threads,

@@ -17,7 +17,7 @@ pub use shading::Surface;
 pub use tree::{Forest, Tree};
 
 use crate::camera::Camera;
-use crate::sampling::{Gathered, Places, Sampling, Way, seeds};
+use crate::sampling::{Gathered, Places, Purpose, Sampling, Way, disc};
 use crate::scene::{Bounds, Scene};
 use glam::Vec3;
 use intersect::Probe;
@@ -55,6 +55,24 @@ pub struct Oracle<'a> {
     max_depth: u32,
     /// Rays cast since it was made.
     pub cast: Cast,
+}
+
+/// A camera ray of a pixel, and what it counts.
+pub fn camera_ray(camera: &Camera, sampling: &Sampling, x: u32, y: u32, sample: u32) -> (Ray, f32) {
+    let Places {
+        row: [row],
+        column: [column],
+        weight: [weight],
+    } = sampling.places([x], [y], sample);
+    let ray = match camera.has_lens() {
+        true => {
+            let [[u], [v]] = disc(Chance::of(x, y, sample).point(Purpose::Lens));
+            let (org, dir) = camera.through_lens(row, column, [u, v]);
+            Ray::new(org, dir)
+        }
+        false => Ray::new(camera.eye, camera.direction(row, column)),
+    };
+    (ray, weight)
 }
 
 impl<'a> Oracle<'a> {
@@ -103,15 +121,9 @@ impl<'a> Oracle<'a> {
         sample: u32,
     ) -> (Vec3, Option<Hit>, f32) {
         self.cast.primary += 1;
-        let Places {
-            row: [row],
-            column: [column],
-            weight: [weight],
-        } = sampling.places([x], [y], sample);
-        let ray = Ray::new(camera.eye, camera.direction(row, column));
+        let (ray, weight) = camera_ray(camera, sampling, x, y, sample);
         let hit = self.closest(&ray);
-        let [seed] = seeds([x], [y]);
-        let chance = Chance { seed, sample };
+        let chance = Chance::of(x, y, sample);
         let radiance = self.radiance(&ray, hit, chance, self.max_depth);
         (radiance, hit, weight)
     }

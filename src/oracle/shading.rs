@@ -3,7 +3,9 @@
 use super::instance::moved;
 use super::intersect::{Hit, Ray, largest, max, min};
 use super::texture::tint;
-use crate::sampling::{Purpose, Way, around, lobe, onward, points, pow, sphere as sphere_point};
+use crate::sampling::{
+    Purpose, Way, around, lobe, onward, points, pow, seeds, sphere as sphere_point,
+};
 use crate::scene::{LightShape, OFFSET, PAD, PrimKind, Scene};
 use glam::Vec3;
 
@@ -194,11 +196,17 @@ fn cone(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
 /// What is left to chance where a ray hits, told by its seed and its pixel's sample.
 #[derive(Clone, Copy)]
 pub(super) struct Chance {
-    pub(super) seed: u32,
-    pub(super) sample: u32,
+    seed: u32,
+    sample: u32,
 }
 
 impl Chance {
+    /// Of a pixel's camera ray.
+    pub(super) fn of(x: u32, y: u32, sample: u32) -> Chance {
+        let [seed] = seeds([x], [y]);
+        Chance { seed, sample }
+    }
+
     /// Where the ray goes on.
     pub(super) fn onward(self, way: Way) -> Chance {
         let [seed] = onward([self.seed], way);
@@ -206,7 +214,7 @@ impl Chance {
     }
 
     /// A point of the unit square.
-    fn point(self, purpose: Purpose) -> [[f32; 1]; 2] {
+    pub(super) fn point(self, purpose: Purpose) -> [[f32; 1]; 2] {
         points([self.seed], self.sample, purpose)
     }
 }

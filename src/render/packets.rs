@@ -9,7 +9,7 @@ use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
-use crate::sampling::{Gathered, Places, Sampling, seeds};
+use crate::sampling::{Gathered, Places, Purpose, Sampling, disc, points, seeds};
 use crate::scene::Scene;
 use crate::trace::{Kernel, Traversal};
 use bumpalo::Bump;
@@ -156,12 +156,19 @@ pub fn push_camera_rays(
                     column,
                     weight,
                 } = sampling.places::<LANES>(columns, rows, sample);
-                let dir = camera.directions(F32x8::new(row), F32x8::new(column));
+                let (row, column) = (F32x8::new(row), F32x8::new(column));
+                let (org, dir) = if camera.has_lens() {
+                    let seeds = seeds(columns, rows);
+                    let at = disc(points(seeds, sample, Purpose::Lens)).map(F32x8::new);
+                    camera.through_lens_wide(row, column, at)
+                } else {
+                    (eye, camera.directions(row, column))
+                };
                 if rays.has_seeds() {
                     rays.push_seeds(inside, &seeds(columns, rows));
                 }
                 let counts = Vec3x8::new(F32x8::new(weight), F32x8::ZERO, F32x8::ZERO);
-                rays.push(inside, eye, dir, counts, &block_of(x, y));
+                rays.push(inside, org, dir, counts, &block_of(x, y));
             }
         }
     }

@@ -64,6 +64,12 @@ fn each<const N: usize, const M: usize>(
     all
 }
 
+/// Points of the unit disc.
+#[inline(always)]
+pub fn disc<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 2] {
+    each(points, |Polar { radius, x, y }| [radius * x, radius * y])
+}
+
 /// Points of the unit sphere's surface.
 #[inline(always)]
 pub fn sphere<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 3] {
@@ -188,6 +194,26 @@ mod tests {
                 .all(|&n| (f64::from(n) / even - 1.0).abs() < 0.15),
             "{heights:?}"
         );
+    }
+
+    /// Second moments of the uniform disc: x̄² = ȳ² = 1/4, and the mean distance from the centre is 2/3.
+    #[test]
+    fn the_disc_is_even() {
+        let side = 256;
+        let count = f64::from(side * side);
+        let mut moments = [0.0; 6];
+        for point in grid(side) {
+            let [x, y] = disc(point).map(|[c]| f64::from(c));
+            let away = libm::sqrt(x * x + y * y);
+            for (moment, value) in moments.iter_mut().zip([x, y, x * y, x * x, y * y, away]) {
+                *moment += value / count;
+            }
+        }
+        let want = [0.0, 0.0, 0.0, 0.25, 0.25, 2.0 / 3.0];
+        for (k, (got, want)) in moments.into_iter().zip(want).enumerate() {
+            // A grid's error falls with the square of its step.
+            assert!((got - want).abs() < 1e-4, "{k}: {got} {want}");
+        }
     }
 
     /// The mean of the cosine is (n + 1)/(n + 2), that of its square (n + 1)/(n + 3), and that of what lies across, nothing.

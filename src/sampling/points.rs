@@ -16,6 +16,8 @@ pub enum Purpose {
     Pixel,
     /// Which way a spread mirror ray goes.
     Gloss,
+    /// Where through the lens a camera ray goes.
+    Lens,
     /// Where on a light, of this number, a shadow ray ends.
     Light(u32),
 }
@@ -26,6 +28,7 @@ impl Purpose {
         match self {
             Purpose::Pixel => 0,
             Purpose::Gloss => 1,
+            Purpose::Lens => 2,
             Purpose::Light(light) => light.wrapping_add(16),
         }
     }
@@ -191,7 +194,7 @@ mod tests {
     fn decisions_and_ways_know_nothing_of_each_other() {
         let side = 128u32;
         let phase = |seed: u32, purpose| f64::from(bits(seed, 0, purpose)[0]) / 4_294_967_296.0;
-        let mut sums = [0.0; 6];
+        let mut sums = [0.0; 7];
         for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
             let here = seeds([x], [y]);
             let [[seed], [mirror], [refracted], [twice]] = [
@@ -204,6 +207,7 @@ mod tests {
             let others = [
                 phase(seed, Purpose::Pixel),
                 phase(seed, Purpose::Gloss),
+                phase(seed, Purpose::Lens),
                 phase(seed, Purpose::Light(1)),
                 phase(mirror, Purpose::Light(0)),
                 phase(refracted, Purpose::Light(0)),

@@ -68,4 +68,6 @@ fn a_gloss_of_zero_is_a_perfect_mirror() {
     assert_eq!(with(""), with("gloss 0"));
     assert_eq!(with(""), with("gloss 5\ngloss 0"));
     assert_ne!(with(""), with("gloss 5"));
+    // As narrow as a lobe can be.
+    assert_eq!(with(""), with("gloss 1e30"));
 }

@@ -5,6 +5,7 @@
 mod common;
 
 mod gloss;
+mod lens;
 mod lights;
 
 use phalanx::formats::read_test;

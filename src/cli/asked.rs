@@ -1,0 +1,92 @@
+//! What was asked of a picture beyond its size and depth, as reports and records say it.
+
+use phalanx::frame::{Sampling, Settings};
+use serde::{Deserialize, Serialize};
+
+/// The settings that change the picture. A record that does not have one is older than it, and of the default.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Asked {
+    #[serde(default = "one")]
+    spp: u32,
+    #[serde(default = "of_one")]
+    filter: String,
+    /// 0 for a pinhole, which has no focus.
+    #[serde(default)]
+    aperture: f32,
+    #[serde(default)]
+    focus: Option<f32>,
+}
+
+fn one() -> u32 {
+    Sampling::CENTER.spp
+}
+
+fn of_one() -> String {
+    Sampling::CENTER.filter.name().to_owned()
+}
+
+impl Asked {
+    /// Of these settings.
+    pub fn of(settings: &Settings) -> Asked {
+        // A lens of diameter 0 is a pinhole.
+        let lens = settings.lens.filter(|lens| lens.aperture > 0.0);
+        Asked {
+            spp: settings.sampling.spp,
+            filter: settings.sampling.filter.name().to_owned(),
+            aperture: lens.map_or(0.0, |lens| lens.aperture),
+            focus: lens.map(|lens| lens.focus),
+        }
+    }
+
+    /// In words; the filter only where it matters.
+    pub fn words(&self) -> String {
+        let mut words = match self.spp {
+            1 => "one sample a pixel".to_owned(),
+            more => format!("{more} samples a pixel ({})", self.filter),
+        };
+        if let Some(focus) = self.focus {
+            words.push_str(&format!(", aperture {} focused at {focus}", self.aperture));
+        }
+        words
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use phalanx::frame::{Filter, Lens};
+    use phalanx::scene::Scene;
+
+    #[test]
+    fn what_is_not_said_is_the_default() {
+        let of = |settings: &Settings| Asked::of(settings);
+        let default = Settings::of(&Scene::default());
+        assert_eq!(serde_json::from_str::<Asked>("{}").unwrap(), of(&default));
+        assert_eq!(of(&default).words(), "one sample a pixel");
+        let pinhole = Lens {
+            aperture: 0.0,
+            focus: 3.0,
+        };
+        let settings = Settings {
+            lens: Some(pinhole),
+            ..default
+        };
+        assert_eq!(of(&settings).words(), "one sample a pixel");
+        let settings = Settings {
+            sampling: Sampling {
+                spp: 4,
+                filter: Filter::Tent,
+            },
+            lens: Some(Lens {
+                aperture: 0.1,
+                ..pinhole
+            }),
+            ..settings
+        };
+        let words = "4 samples a pixel (tent), aperture 0.1 focused at 3";
+        assert_eq!(of(&settings).words(), words);
+        let json = serde_json::to_value(of(&settings)).unwrap();
+        let again: Asked = serde_json::from_value(json).unwrap();
+        assert_eq!(again, of(&settings));
+    }
+}
