@@ -24,6 +24,20 @@ pub enum Engine {
     Scalar,
 }
 
+/// What is seen of a hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Integrator {
+    /// Light that falls on it from lights, and by mirror and refracted rays.
+    #[default]
+    Whitted,
+    /// Ambient occlusion: how much of the sky is open above it, by the cosine. One ray a camera ray, so that only the mean over many is
+    /// between black and white. Colours, lights and bounces are left out; rays that hit nothing have the background.
+    Occlusion {
+        /// What is farther away stops no ray: in units of the scene's file, or infinite.
+        distance: f32,
+    },
+}
+
 /// How to render; what to render stands in the [`Scene`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -38,6 +52,8 @@ pub struct Settings {
     /// What camera rays come through, in units of the scene's file; a pinhole if there is none. Where through the lens a ray goes is
     /// left to chance even with one ray a pixel.
     pub lens: Option<Lens>,
+    /// What is seen of what camera rays hit.
+    pub integrator: Integrator,
     /// Worker threads, at least 1.
     pub threads: usize,
     /// Binding of workers to cores.
@@ -64,6 +80,7 @@ impl Settings {
             max_depth: scene.max_depth,
             sampling: Sampling::CENTER,
             lens: None,
+            integrator: Integrator::default(),
             threads: 1,
             pin: Pin::None,
             tile: DEFAULT_TILE,
@@ -100,6 +117,14 @@ impl Settings {
     pub fn first_ray(&self, scene: &Scene, x: u32, y: u32) -> Result<[[f32; 3]; 2], FrameError> {
         let (ray, _) = camera_ray(&self.camera(scene)?, &self.sampling, x, y, 0);
         Ok([ray.org, ray.dir].map(|v| v.to_array()))
+    }
+
+    /// How far the sky is, in units of the scene, if it is all that is to be seen.
+    fn sky(&self, scene: &Scene) -> Option<f32> {
+        match self.integrator {
+            Integrator::Whitted => None,
+            Integrator::Occlusion { distance } => Some(distance * scene.unit),
+        }
     }
 
     /// Camera rays of the picture.
@@ -286,19 +311,30 @@ pub fn render_tree(
     let shared = SharedFilm::of(&mut film, side);
     let tiles = tiles(settings.width, settings.height, side);
     let (threads, pin) = (settings.threads.max(1), settings.pin);
+    let sky = settings.sky(scene);
     let start = Instant::now();
     let painted = match tree {
         Tree::Packets(bvh) => {
             let kernel = make_ready(bvh, settings);
             run(&tiles, &shared, threads, pin, control, || {
-                PacketPainter::new(scene, bvh, &camera, settings.max_depth, kernel)
-                    .with_sampling(settings.sampling)
+                let painter = PacketPainter::new(scene, bvh, &camera, settings.max_depth, kernel)
+                    .with_sampling(settings.sampling);
+                match sky {
+                    Some(reach) => painter.with_occlusion(reach),
+                    None => painter,
+                }
             })
         }
-        Tree::Oracle(forest) => run(&tiles, &shared, threads, pin, control, || ScalarPainter {
-            camera: &camera,
-            sampling: settings.sampling,
-            oracle: Oracle::new(scene, Search::Tree(forest), settings.max_depth),
+        Tree::Oracle(forest) => run(&tiles, &shared, threads, pin, control, || {
+            let oracle = Oracle::new(scene, Search::Tree(forest), settings.max_depth);
+            ScalarPainter {
+                camera: &camera,
+                sampling: settings.sampling,
+                oracle: match sky {
+                    Some(reach) => oracle.with_occlusion(reach),
+                    None => oracle,
+                },
+            }
         }),
     }?;
     let seconds = start.elapsed().as_secs_f64();

@@ -6,7 +6,7 @@ use common::rng::Rng;
 use common::scenes::{self, Paint};
 use glam::Vec3;
 use phalanx::frame::{
-    Control, Engine, Filter, Frame, Kernel, Lens, Prepared, Sampling, Settings, render,
+    Control, Engine, Filter, Frame, Integrator, Kernel, Lens, Prepared, Sampling, Settings, render,
 };
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
@@ -406,6 +406,29 @@ fn lenses() {
         let asked = Settings {
             lens: Some(lens),
             ..match k % 4 {
+                0 => Settings::of(&scene),
+                more => sampled(&scene, more),
+            }
+        };
+        let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12], (2, 16)];
+        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
+    });
+    if let Err(failure) = outcome {
+        panic!("{failure}");
+    }
+}
+
+#[test]
+fn ambient_occlusion() {
+    let turn = Cell::new(0);
+    let outcome = runner(24, 8).run(&recipes(), |recipe| {
+        let k = turn.replace(turn.get() + 1);
+        let scene = cook(&recipe);
+        let scale = 10f32.powf(recipe.magnitude);
+        let distance = [f32::INFINITY, 0.01, 0.3, 2.0][k % 4] * scale;
+        let asked = Settings {
+            integrator: Integrator::Occlusion { distance },
+            ..match k % 5 {
                 0 => Settings::of(&scene),
                 more => sampled(&scene, more),
             }

@@ -1,6 +1,6 @@
 //! What was asked of a picture beyond its size and depth, as reports and records say it.
 
-use phalanx::frame::{Sampling, Settings};
+use phalanx::frame::{Integrator, Sampling, Settings};
 use serde::{Deserialize, Serialize};
 
 /// The settings that change the picture. A record that does not have one is older than it, and of the default.
@@ -15,7 +15,18 @@ pub struct Asked {
     aperture: f32,
     #[serde(default)]
     focus: Option<f32>,
+    #[serde(default = "whitted")]
+    integrator: String,
+    /// How far ambient occlusion looks, if not all the way.
+    #[serde(default)]
+    ao_distance: Option<f32>,
 }
+
+fn whitted() -> String {
+    WHITTED.to_owned()
+}
+
+const WHITTED: &str = "whitted";
 
 fn one() -> u32 {
     Sampling::CENTER.spp
@@ -30,11 +41,17 @@ impl Asked {
     pub fn of(settings: &Settings) -> Asked {
         // A lens of diameter 0 is a pinhole.
         let lens = settings.lens.filter(|lens| lens.aperture > 0.0);
+        let (integrator, distance) = match settings.integrator {
+            Integrator::Whitted => (WHITTED, None),
+            Integrator::Occlusion { distance } => ("ao", Some(distance)),
+        };
         Asked {
             spp: settings.sampling.spp,
             filter: settings.sampling.filter.name().to_owned(),
             aperture: lens.map_or(0.0, |lens| lens.aperture),
             focus: lens.map(|lens| lens.focus),
+            integrator: integrator.to_owned(),
+            ao_distance: distance.filter(|distance| distance.is_finite()),
         }
     }
 
@@ -46,6 +63,12 @@ impl Asked {
         };
         if let Some(focus) = self.focus {
             words.push_str(&format!(", aperture {} focused at {focus}", self.aperture));
+        }
+        if self.integrator != WHITTED {
+            words.push_str(", ambient occlusion");
+        }
+        if let Some(distance) = self.ao_distance {
+            words.push_str(&format!(" within {distance}"));
         }
         words
     }
@@ -81,10 +104,19 @@ mod tests {
                 aperture: 0.1,
                 ..pinhole
             }),
+            integrator: Integrator::Occlusion { distance: 2.5 },
             ..settings
         };
-        let words = "4 samples a pixel (tent), aperture 0.1 focused at 3";
+        let words =
+            "4 samples a pixel (tent), aperture 0.1 focused at 3, ambient occlusion within 2.5";
         assert_eq!(of(&settings).words(), words);
+        let endless = Settings {
+            integrator: Integrator::Occlusion {
+                distance: f32::INFINITY,
+            },
+            ..settings.clone()
+        };
+        assert!(of(&endless).words().ends_with(", ambient occlusion"));
         let json = serde_json::to_value(of(&settings)).unwrap();
         let again: Asked = serde_json::from_value(json).unwrap();
         assert_eq!(again, of(&settings));

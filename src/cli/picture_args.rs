@@ -1,8 +1,9 @@
 //! The options that change the picture: of `render` and, because all of them are verified, of `verify`.
 
+use super::failure::Failure;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
-use phalanx::frame::{DEFAULT_TILE, Filter, Lens, MAX_SPP, Sampling, Settings};
+use phalanx::frame::{DEFAULT_TILE, Filter, Integrator, Lens, MAX_SPP, Sampling, Settings};
 use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
 
 /// What changes the picture, or the order in which it is made.
@@ -28,6 +29,13 @@ pub struct PictureArgs {
     /// Distance of the plane that is in focus, along the direction of view
     #[arg(long, value_name = "DISTANCE", requires = "aperture", value_parser = parse_distance)]
     pub focus: Option<f32>,
+    /// What is seen of what camera rays hit: whitted, the light that falls on it; ao (ambient occlusion), how much of the sky is open
+    /// above it, for which --spp 64 and more is meant
+    #[arg(long, value_enum, default_value_t = IntegratorArg::Whitted)]
+    pub integrator: IntegratorArg,
+    /// What is farther away than this does not count for --integrator ao, in the scene's units [default: everything counts]
+    #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]
+    pub ao_distance: Option<f32>,
     /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
     #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
     pub tile: u32,
@@ -40,6 +48,18 @@ pub struct PictureArgs {
 }
 
 impl PictureArgs {
+    /// Refuses what is asked for in vain.
+    pub fn check(&self) -> Result<(), Failure> {
+        let ao = matches!(self.integrator, IntegratorArg::Ao);
+        match self.ao_distance {
+            Some(_) if !ao => Err(Failure::Usage(
+                "--ao-distance says how far --integrator ao looks: add that, or leave it out"
+                    .to_owned(),
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// The scene's settings with what was asked for instead, one thread, the packet engine.
     pub fn settings(&self, scene: &Scene) -> Settings {
         let (width, height) = self.size.unwrap_or((scene.width, scene.height));
@@ -55,6 +75,12 @@ impl PictureArgs {
                 .aperture
                 .zip(self.focus)
                 .map(|(aperture, focus)| Lens { aperture, focus }),
+            integrator: match self.integrator {
+                IntegratorArg::Whitted => Integrator::Whitted,
+                IntegratorArg::Ao => Integrator::Occlusion {
+                    distance: self.ao_distance.unwrap_or(f32::INFINITY),
+                },
+            },
             tile: self.tile,
             ..Settings::of(scene)
         }
@@ -83,6 +109,14 @@ pub enum TransferArg {
     None,
     /// The sRGB curve
     Srgb,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum IntegratorArg {
+    /// Shading, shadows, mirror and refracted rays
+    Whitted,
+    /// Ambient occlusion
+    Ao,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -182,7 +216,7 @@ mod tests {
         );
         assert_eq!(default.tone(&scene), scene.tone);
         let asked = parse(
-            "phalanx render a.test --size 8x9 --max-depth 0 --spp 5 --filter tent --aperture .5 --focus 2 --tile 64 --transfer srgb --quantize round",
+            "phalanx render a.test --size 8x9 --max-depth 0 --spp 5 --filter tent --aperture .5 --focus 2 --integrator ao --ao-distance 7 --tile 64 --transfer srgb --quantize round",
         );
         let settings = asked.settings(&scene);
         assert_eq!((settings.width, settings.height), (8, 9));
@@ -197,6 +231,8 @@ mod tests {
             focus: 2.0,
         };
         assert_eq!(settings.lens, Some(lens));
+        let occlusion = Integrator::Occlusion { distance: 7.0 };
+        assert_eq!(settings.integrator, occlusion);
         let tone = asked.tone(&scene);
         assert_eq!(
             (tone.transfer, tone.quantize),

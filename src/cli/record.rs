@@ -200,7 +200,7 @@ fn fnv1a(words: &[u32]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phalanx::frame::{Filter, Lens, Sampling};
+    use phalanx::frame::{Filter, Integrator, Lens, Sampling};
     use phalanx::render::Hits;
     use phalanx::scene::Scene;
 
@@ -293,6 +293,10 @@ mod tests {
             }),
             ..settings()
         };
+        let open = Settings {
+            integrator: Integrator::Occlusion { distance: 1.0 },
+            ..settings()
+        };
         let srgb = Tone {
             transfer: Transfer::Srgb,
             ..tone
@@ -303,6 +307,7 @@ mod tests {
             (PATH, wider, tone),
             (PATH, sampled(4, Filter::Box), tone),
             (PATH, blurred, tone),
+            (PATH, open, tone),
             (PATH, settings(), srgb),
         ] {
             let refused = record.find(Path::new(path), &settings, tone).unwrap_err();
@@ -314,7 +319,14 @@ mod tests {
     fn a_record_that_does_not_say_is_of_the_defaults() {
         let mut json = serde_json::to_value(kept(&film())).unwrap();
         let object = json.as_object_mut().unwrap();
-        for key in ["spp", "filter", "aperture", "focus"] {
+        for key in [
+            "spp",
+            "filter",
+            "aperture",
+            "focus",
+            "integrator",
+            "ao_distance",
+        ] {
             assert!(object.remove(key).is_some(), "{key}");
         }
         let older: Kept = serde_json::from_value(json).unwrap();

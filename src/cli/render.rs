@@ -16,6 +16,7 @@ use std::time::Instant;
 
 /// Renders a scene to a picture and says what it took.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    args.picture.check()?;
     if let Some(path) = &args.output {
         format_of(path, "--output")?;
     }

@@ -58,6 +58,7 @@ struct Against {
 
 /// Verifies every scene; exit code 4 if any picture differs.
 pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
+    args.picture.check()?;
     let record = args.against.as_deref().map(Record::load).transpose()?;
     if let Some(path) = &args.record {
         output::check_place(path)?;

@@ -53,6 +53,8 @@ pub struct Oracle<'a> {
     /// Own boxes of the instances, padded.
     instance_boxes: Cow<'a, [Bounds]>,
     max_depth: u32,
+    /// How far the sky is, where nothing but that is to be seen.
+    sky: Option<f32>,
     /// Rays cast since it was made.
     pub cast: Cast,
 }
@@ -86,7 +88,16 @@ impl<'a> Oracle<'a> {
                 Search::BruteForce => Cow::Owned(instance::boxes(scene)),
             },
             max_depth,
+            sky: None,
             cast: Cast::default(),
+        }
+    }
+
+    /// With ambient occlusion in place of shading: a hit is white if one ray from it meets nothing within `reach`, and else black.
+    pub fn with_occlusion(self, reach: f32) -> Oracle<'a> {
+        Oracle {
+            sky: Some(reach),
+            ..self
         }
     }
 
@@ -124,8 +135,24 @@ impl<'a> Oracle<'a> {
         let (ray, weight) = camera_ray(camera, sampling, x, y, sample);
         let hit = self.closest(&ray);
         let chance = Chance::of(x, y, sample);
-        let radiance = self.radiance(&ray, hit, chance, self.max_depth);
+        let radiance = match self.sky {
+            Some(reach) => self.openness(&ray, hit, chance, reach),
+            None => self.radiance(&ray, hit, chance, self.max_depth),
+        };
         (radiance, hit, weight)
+    }
+
+    /// White where one ray from what was hit meets nothing within `reach`.
+    fn openness(&mut self, ray: &Ray, hit: Option<Hit>, chance: Chance, reach: f32) -> Vec3 {
+        let Some(hit) = hit else {
+            return self.scene.background;
+        };
+        let at = Surface::new(self.scene, ray, &hit);
+        self.cast.shadow += 1;
+        match self.occluded(&shading::skyward(chance, &at), reach) {
+            true => Vec3::ZERO,
+            false => Vec3::ONE,
+        }
     }
 
     /// The closest hit with 0 < t, ties going to the smaller prim_id.

@@ -4,7 +4,7 @@ use super::instance::moved;
 use super::intersect::{Hit, Ray, largest, max, min};
 use super::texture::tint;
 use crate::sampling::{
-    Purpose, Way, around, lobe, onward, points, pow, seeds, sphere as sphere_point,
+    Purpose, Way, around, hemisphere, lobe, onward, points, pow, seeds, sphere as sphere_point,
 };
 use crate::scene::{LightShape, OFFSET, PAD, PrimKind, Scene};
 use glam::Vec3;
@@ -289,6 +289,12 @@ pub(super) fn sample_light(
 fn spread(gloss: f32, chance: Chance, at: &Surface, mirror: Vec3) -> Vec3 {
     let local = lobe(chance.point(Purpose::Gloss), gloss);
     unit(beside(at, about(local, mirror), mirror))
+}
+
+/// One ray to where it may be open.
+pub(super) fn skyward(chance: Chance, at: &Surface) -> Ray {
+    let local = hemisphere(chance.point(Purpose::Sky));
+    at.leave(unit(beside(at, about(local, at.ns), at.ng)))
 }
 
 /// A vector given about z, about a unit vector.

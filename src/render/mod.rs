@@ -6,6 +6,7 @@
 pub mod alone;
 mod cost;
 mod film;
+mod occlusion;
 mod packets;
 mod stats;
 mod tiles;

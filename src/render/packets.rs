@@ -1,6 +1,7 @@
 //! The packet engine's painter: a tile's camera rays, its waves, its pixels.
 
 use super::film::Pixels;
+use super::occlusion::occlusion;
 use super::stats::RenderStats;
 use super::tiles::Tile;
 use super::wave::{Colors, Engine, RayView, wave};
@@ -23,6 +24,8 @@ pub struct PacketPainter<'a> {
     engine: Engine<'a>,
     /// Whether rays have seeds.
     seeded: bool,
+    /// How far the sky is, where nothing but that is to be seen.
+    sky: Option<f32>,
     /// The tile's own arena, then one for every depth of wave.
     tile_arena: Bump,
     arenas: Vec<Bump>,
@@ -48,6 +51,7 @@ impl<'a> PacketPainter<'a> {
                 sample: 0,
             },
             seeded: seeded(scene),
+            sky: None,
             tile_arena: Bump::new(),
             arenas: (0..=max_depth).map(|_| Bump::new()).collect(),
         }
@@ -56,6 +60,15 @@ impl<'a> PacketPainter<'a> {
     /// With other camera rays.
     pub fn with_sampling(self, sampling: Sampling) -> Self {
         PacketPainter { sampling, ..self }
+    }
+
+    /// With ambient occlusion in place of shading: a hit is white if one ray from it meets nothing within `reach`, and else black.
+    pub fn with_occlusion(self, reach: f32) -> Self {
+        PacketPainter {
+            sky: Some(reach),
+            seeded: true,
+            ..self
+        }
     }
 
     /// Traces the `sample`-th camera ray of each pixel of a tile, and tells `take` rays, radiance and hits.
@@ -80,13 +93,11 @@ impl<'a> PacketPainter<'a> {
             queue: &rays,
             packets: 0..packets,
         };
-        wave(
-            &mut self.engine,
-            &mut self.arenas,
-            view,
-            colors,
-            hits.as_deref_mut(),
-        );
+        let (engine, keep) = (&mut self.engine, hits.as_deref_mut());
+        match self.sky {
+            Some(reach) => occlusion(engine, &mut self.arenas[0], view, reach, colors, keep),
+            None => wave(engine, &mut self.arenas, view, colors, keep),
+        }
         take(&mut self.gathered, &rays, colors, hits.as_deref());
     }
 }

@@ -52,7 +52,7 @@ impl Colors {
         }
     }
 
-    fn add(&mut self, lane: usize, rgb: [f32; 3]) {
+    pub(super) fn add(&mut self, lane: usize, rgb: [f32; 3]) {
         for (plane, value) in self.0.iter_mut().zip(rgb) {
             plane[lane] += value;
         }
@@ -75,7 +75,7 @@ impl RayView<'_, '_> {
     }
 
     /// Seeds of some rays of the wave.
-    fn seeds(&self, rays: &[u32; LANES]) -> [u32; LANES] {
+    pub(super) fn seeds(&self, rays: &[u32; LANES]) -> [u32; LANES] {
         rays.map(|ray| {
             let (packet, lane) = (ray as usize / LANES, ray as usize % LANES);
             self.queue.seed(self.packets.start + packet, lane)

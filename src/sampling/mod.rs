@@ -17,7 +17,7 @@ mod pow;
 mod srgb;
 
 pub use filter::Filter;
-pub use maps::{around, disc, lobe, sphere};
+pub use maps::{around, disc, hemisphere, lobe, sphere};
 pub use pixel::{Gathered, MAX_SPP, Places, Sampling};
 pub use points::{Purpose, Way, onward, points, seeds};
 pub use srgb::linear_of_srgb;

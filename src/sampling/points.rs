@@ -18,6 +18,8 @@ pub enum Purpose {
     Gloss,
     /// Where through the lens a camera ray goes.
     Lens,
+    /// Which way it is open to the sky.
+    Sky,
     /// Where on a light, of this number, a shadow ray ends.
     Light(u32),
 }
@@ -29,6 +31,7 @@ impl Purpose {
             Purpose::Pixel => 0,
             Purpose::Gloss => 1,
             Purpose::Lens => 2,
+            Purpose::Sky => 3,
             Purpose::Light(light) => light.wrapping_add(16),
         }
     }
@@ -194,7 +197,7 @@ mod tests {
     fn decisions_and_ways_know_nothing_of_each_other() {
         let side = 128u32;
         let phase = |seed: u32, purpose| f64::from(bits(seed, 0, purpose)[0]) / 4_294_967_296.0;
-        let mut sums = [0.0; 7];
+        let mut sums = [0.0; 8];
         for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
             let here = seeds([x], [y]);
             let [[seed], [mirror], [refracted], [twice]] = [
@@ -208,6 +211,7 @@ mod tests {
                 phase(seed, Purpose::Pixel),
                 phase(seed, Purpose::Gloss),
                 phase(seed, Purpose::Lens),
+                phase(seed, Purpose::Sky),
                 phase(seed, Purpose::Light(1)),
                 phase(mirror, Purpose::Light(0)),
                 phase(refracted, Purpose::Light(0)),

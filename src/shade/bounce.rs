@@ -80,6 +80,14 @@ pub fn spread(rays: &mut Bounces, at: &Surface, gloss: f32, seeds: [u32; LANES],
     rays.reflect_org = leave(at, dir);
 }
 
+/// Origins and unit directions of rays, one from each of eight points that rays of these seeds reached, to where it may be open: about
+/// the shading normal by the cosine, and on the outside of the geometric surface.
+pub fn skyward(at: &Surface, seeds: [u32; LANES], sample: u32) -> (Vec3x8, Vec3x8) {
+    let local = sampling::hemisphere(sampling::points(seeds, sample, Purpose::Sky));
+    let dir = beside(at, about(local, at.ns), at.ng).normalized();
+    (leave(at, dir), dir)
+}
+
 /// Vectors given about z, about unit vectors.
 fn about(local: [[f32; LANES]; 3], axis: Vec3x8) -> Vec3x8 {
     let axis = [axis.x, axis.y, axis.z].map(F32x8::to_array);

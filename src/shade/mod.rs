@@ -18,7 +18,7 @@ mod pow;
 mod surface;
 mod texture;
 
-pub use bounce::{Bounces, bounces, spread};
+pub use bounce::{Bounces, bounces, skyward, spread};
 pub use light::{LightSample, light_places, sample_light};
 pub use pow::pow;
 pub use surface::{Batch, Material, Surface, surface};

@@ -94,6 +94,13 @@ fn usage_errors_are_2() {
             "verify a.test --aperture 1e30 --focus 1e30",
             "no wider than the largest scene",
         ),
+        ("render a.test --integrator path", "ao"),
+        ("render a.test --ao-distance 2", "--integrator ao"),
+        ("verify a.test --ao-distance 2", "--integrator ao"),
+        (
+            "verify a.test --integrator ao --ao-distance 0",
+            "a distance",
+        ),
         ("verify", "<SCENE>"),
         ("verify a.test --threads 1,0", "number of threads"),
         ("compare a.png", "<B>"),

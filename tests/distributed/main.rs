@@ -7,6 +7,7 @@ mod common;
 mod gloss;
 mod lens;
 mod lights;
+mod occlusion;
 
 use phalanx::formats::read_test;
 use phalanx::frame::{Control, Engine, Prepared, Sampling, Settings, render};

@@ -1,0 +1,44 @@
+//! A wave of camera rays whose hits are as bright as the sky above them is open: trace, find the surfaces, send one ray from each.
+
+use super::wave::{Colors, Engine, RayView, surfaces};
+use crate::lanes::{LANES, LaneMask, Mask8, Vec3x8};
+use crate::packet::{HitPacket, RayQueue};
+use crate::shade::skyward;
+use bumpalo::Bump;
+
+/// Traces a wave and writes to `colors`, which are black, 1 for rays whose hit sends a ray that meets nothing within `reach`, and the
+/// background for those that hit nothing. `keep` receives the hits where they are wanted.
+pub(super) fn occlusion(
+    engine: &mut Engine,
+    arena: &mut Bump,
+    rays: RayView,
+    reach: f32,
+    colors: &mut [Colors],
+    keep: Option<&mut [HitPacket]>,
+) {
+    arena.reset();
+    let arena = &*arena;
+    let hits = arena.alloc_slice_fill_copy(rays.packets.len(), HitPacket::miss());
+    let packets = rays.packets.clone();
+    engine.traversal.closest(rays.queue, packets, hits);
+    if let Some(keep) = keep {
+        keep.copy_from_slice(hits);
+    }
+    let (surfaces, _) = surfaces(arena, engine.scene, &rays, hits, colors);
+    let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
+    for at in surfaces {
+        let (org, dir) = skyward(at, rays.seeds(&at.ray), engine.sample);
+        queue.push(at.active, org, dir, Vec3x8::splat(1.0, 1.0, 1.0), &at.ray);
+    }
+    engine.stats.rays.shadow += queue.len() as u64;
+    let all = 0..queue.packets();
+    engine
+        .traversal
+        .unoccluded(&queue, all, reach, |packet, open| {
+            let (white, hit) = queue.purpose(packet);
+            for lane in Mask8::from_bits(open as u32).lanes() {
+                let ray = hit[lane] as usize;
+                colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| white[c][lane]));
+            }
+        });
+}
