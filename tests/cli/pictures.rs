@@ -97,6 +97,9 @@ fn pictures_do_not_depend_on_engine_threads_or_tiles_but_on_tone() {
         "--quantize round",
         "--max-depth 0",
         "--size 41x24",
+        "--aperture 0.3 --focus 4",
+        "--integrator ao",
+        "--integrator ao --ao-distance 0.2",
     ] {
         assert_ne!(bytes(other), plain, "{other}");
     }
@@ -127,6 +130,35 @@ fn verify_holds_both_engines_together() {
     assert_eq!(json["scenes"][0]["rays"]["primary"], 24 * 16);
 }
 
+/// Whatever is left to chance: by options, and by the scene.
+#[test]
+fn verify_knows_every_option_and_command() {
+    let room = Room::new();
+    let lights =
+        "gloss 20\nspherelight 0 3 3 .5 .2 .2 .2\nrectlight -1 4 2 2 0 0 0 0 1 .2 .2 .2\npoint ";
+    room.write("soft.test", &SCENE.replacen("point ", lights, 1));
+    for options in [
+        "--spp 2",
+        "--spp 2 --aperture 0.3 --focus 4",
+        "--integrator ao --ao-distance 0.2",
+    ] {
+        let line = format!("verify soft.test --size 24x16 --kernel all --threads 2 {options}");
+        let lines = room.ok(&line);
+        assert!(lines.lines().all(|l| l.ends_with(": identical")), "{lines}");
+    }
+    let json =
+        room.json("verify soft.test --size 8x8 --aperture 0.5 --focus 4 --integrator ao --json");
+    let scene = &json["scenes"][0];
+    assert_eq!(
+        (&scene["aperture"], &scene["focus"], &scene["integrator"]),
+        (&Value::from(0.5), &Value::from(4.0), &Value::from("ao"))
+    );
+    assert_eq!(
+        (&scene["spp"], &scene["ao_distance"]),
+        (&Value::from(1), &Value::Null)
+    );
+}
+
 #[test]
 fn a_record_holds_later_runs_to_it() {
     let room = Room::new();
@@ -142,6 +174,9 @@ fn a_record_holds_later_runs_to_it() {
         "a.test --size 41x24",
         "a.test --max-depth 1",
         "a.test --transfer srgb",
+        "a.test --spp 2",
+        "a.test --aperture 0.3 --focus 4",
+        "a.test --integrator ao",
     ] {
         room.refused(
             &format!("verify {other} --against r.json"),
