@@ -28,6 +28,12 @@ struct Recipe {
     nested_glass: bool,
 }
 
+impl Recipe {
+    fn scale(&self) -> f32 {
+        10f32.powf(self.magnitude)
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 enum EyePlace {
     Outside,
@@ -106,7 +112,7 @@ fn glass() -> Paint {
 
 fn cook(recipe: &Recipe) -> Scene {
     let mut rng = Rng::new(recipe.seed);
-    let scale = 10f32.powf(recipe.magnitude);
+    let scale = recipe.scale();
     let mut scene = Scene::default();
     let paints: Vec<u32> = (0..recipe.materials)
         .map(|_| scenes::add_paint(&mut scene, random_paint(&mut rng)))
@@ -344,100 +350,79 @@ fn sampled(scene: &Scene, k: usize) -> Settings {
     }
 }
 
-/// One sample as well: its decisions are left to chance, too.
-#[test]
-fn area_lights() {
+/// Holds both engines together where something is left to chance: `with` changes scene and settings, and is told the turn. One in five
+/// takes one sample a pixel, whose decisions are left to chance, too.
+fn by_chance(seed: u8, with: impl Fn(&Recipe, usize, &mut Scene, &mut Settings)) {
     let turn = Cell::new(0);
-    let outcome = runner(24, 5).run(&recipes(), |recipe| {
+    let outcome = runner(24, seed).run(&recipes(), |recipe| {
         let k = turn.replace(turn.get() + 1);
         let mut scene = cook(&recipe);
-        let (mut rng, scale) = (Rng::new(recipe.seed), 10f32.powf(recipe.magnitude));
-        for _ in 0..3 {
-            add_area_light(&mut scene, &mut rng, scale);
-        }
-        scene.validate().expect("a valid recipe");
-        let asked = match k % 5 {
+        let mut asked = match k % 5 {
             0 => Settings::of(&scene),
             more => sampled(&scene, more),
         };
+        with(&recipe, k, &mut scene, &mut asked);
+        scene.validate().expect("a valid recipe");
         let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12], (2, 16)];
         compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
     });
     if let Err(failure) = outcome {
         panic!("{failure}");
     }
+}
+
+#[test]
+fn area_lights() {
+    by_chance(5, |recipe, _, scene, _| add_area_lights(recipe, scene));
 }
 
 #[test]
 fn gloss() {
-    let turn = Cell::new(0);
-    let outcome = runner(24, 6).run(&recipes(), |recipe| {
-        let k = turn.replace(turn.get() + 1);
-        let mut scene = cook(&recipe);
-        let mut rng = Rng::new(recipe.seed);
-        for material in 0..scene.materials.len() {
-            scene.materials.gloss[material] = rng.pick(&[0.0, 0.0, 0.3, 1.0, 20.0, 1e4, 1e30]);
-        }
-        scene.validate().expect("a valid recipe");
-        let asked = match k % 5 {
-            0 => Settings::of(&scene),
-            more => sampled(&scene, more),
-        };
-        let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12], (2, 16)];
-        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
-    });
-    if let Err(failure) = outcome {
-        panic!("{failure}");
-    }
+    by_chance(6, |recipe, _, scene, _| add_gloss(recipe, scene));
 }
 
-/// From none, and one whose rays all start in the eye, to one as large as the scene.
 #[test]
 fn lenses() {
-    let turn = Cell::new(0);
-    let outcome = runner(24, 7).run(&recipes(), |recipe| {
-        let k = turn.replace(turn.get() + 1);
-        let scene = cook(&recipe);
-        let scale = 10f32.powf(recipe.magnitude);
-        let lens = Lens {
-            aperture: [0.0, 1e-30, 1e-3, 0.3, 3.0][k % 5] * scale,
-            focus: [0.5, 2.0, 100.0][k % 3] * scale,
-        };
-        let asked = Settings {
-            lens: Some(lens),
-            ..match k % 4 {
-                0 => Settings::of(&scene),
-                more => sampled(&scene, more),
-            }
-        };
-        let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12], (2, 16)];
-        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
-    });
-    if let Err(failure) = outcome {
-        panic!("{failure}");
-    }
+    by_chance(7, |recipe, k, _, asked| asked.lens = Some(lens(recipe, k)));
 }
 
 #[test]
 fn ambient_occlusion() {
-    let turn = Cell::new(0);
-    let outcome = runner(24, 8).run(&recipes(), |recipe| {
-        let k = turn.replace(turn.get() + 1);
-        let scene = cook(&recipe);
-        let scale = 10f32.powf(recipe.magnitude);
-        let distance = [f32::INFINITY, 0.01, 0.3, 2.0][k % 4] * scale;
-        let asked = Settings {
-            integrator: Integrator::Occlusion { distance },
-            ..match k % 5 {
-                0 => Settings::of(&scene),
-                more => sampled(&scene, more),
-            }
-        };
-        let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12], (2, 16)];
-        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
+    by_chance(8, |recipe, k, _, asked| {
+        let distance = [f32::INFINITY, 0.01, 0.3, 2.0][k % 4] * recipe.scale();
+        asked.integrator = Integrator::Occlusion { distance };
+        asked.lens = (k % 3 == 0).then(|| lens(recipe, k));
     });
-    if let Err(failure) = outcome {
-        panic!("{failure}");
+}
+
+#[test]
+fn everything_by_chance() {
+    by_chance(9, |recipe, k, scene, asked| {
+        add_area_lights(recipe, scene);
+        add_gloss(recipe, scene);
+        asked.lens = Some(lens(recipe, k));
+    });
+}
+
+/// From none, and one whose rays all start in the eye, to one as large as the scene.
+fn lens(recipe: &Recipe, k: usize) -> Lens {
+    Lens {
+        aperture: [0.0, 1e-30, 1e-3, 0.3, 3.0][k % 5] * recipe.scale(),
+        focus: [0.5, 2.0, 100.0][k % 3] * recipe.scale(),
+    }
+}
+
+fn add_gloss(recipe: &Recipe, scene: &mut Scene) {
+    let mut rng = Rng::new(recipe.seed);
+    for gloss in scene.materials.gloss.iter_mut() {
+        *gloss = rng.pick(&[0.0, 0.0, 0.3, 1.0, 20.0, 1e4, 1e30]);
+    }
+}
+
+fn add_area_lights(recipe: &Recipe, scene: &mut Scene) {
+    let mut rng = Rng::new(recipe.seed);
+    for _ in 0..3 {
+        add_area_light(scene, &mut rng, recipe.scale());
     }
 }
 
