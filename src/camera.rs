@@ -91,6 +91,15 @@ impl Camera {
         })
     }
 
+    /// Width and height of the image in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        // Whole numbers, and halves of them, are what they are in f32.
+        (
+            (2.0 * self.half_width) as u32,
+            (2.0 * self.half_height) as u32,
+        )
+    }
+
     /// The same camera with a lens, in units of the scene.
     ///
     /// # Errors

@@ -4,15 +4,17 @@ use crate::bvh::Bvh;
 pub use crate::bvh::{BuildSettings, Quality};
 use crate::camera::Camera;
 pub use crate::camera::{Lens, LensError};
-use crate::oracle::{Cast, Forest, Oracle, Search, camera_ray};
-pub use crate::render::{Control, Cost, Interrupted, Pin};
+use crate::oracle::{self, Cast, Forest, Oracle, Search, camera_ray};
+pub use crate::render::{Aov, Aovs, Control, Cost, Interrupted, Pin, Tile};
 use crate::render::{
-    CostPainter, Film, PacketPainter, Painter, Pixels, RayCounts, RenderStats, SharedFilm, Tile,
-    run, tiles,
+    CostPainter, Film, Light, Look, PacketPainter, Painted, Painter, Pixels, RayCounts,
+    RenderStats, SharedFilm, Sink, run, tiles,
 };
-pub use crate::sampling::{Filter, MAX_SPP, Sampling};
+use crate::sampling::BLOCK;
+pub use crate::sampling::{Adaptive, Filter, MAX_SPP, Sampling};
 use crate::scene::{Scene, ViewError};
 pub use crate::trace::Kernel;
+use glam::Vec3;
 use std::time::Instant;
 
 /// Which tracer makes the picture. Both give the same bits.
@@ -45,6 +47,8 @@ pub struct Settings {
     pub width: u32,
     /// Image height in pixels.
     pub height: u32,
+    /// The part of the picture that is rendered; all of it if nothing is said.
+    pub region: Option<Tile>,
     /// Bounces after the primary ray.
     pub max_depth: u32,
     /// Camera rays of a pixel.
@@ -64,6 +68,8 @@ pub struct Settings {
     pub engine: Engine,
     /// Kernel of the packet engine.
     pub kernel: Kernel,
+    /// What else the film tells of each pixel.
+    pub aovs: Aovs,
     /// Whether the film keeps primary hits: of each pixel's first camera ray.
     pub record_hits: bool,
 }
@@ -77,6 +83,7 @@ impl Settings {
         Settings {
             width: scene.width,
             height: scene.height,
+            region: None,
             max_depth: scene.max_depth,
             sampling: Sampling::CENTER,
             lens: None,
@@ -86,13 +93,20 @@ impl Settings {
             tile: DEFAULT_TILE,
             engine: Engine::Simd,
             kernel: Kernel::Auto,
+            aovs: Aovs::default(),
             record_hits: false,
         }
     }
 
-    /// Pixels of the picture.
-    pub fn pixels(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.height)
+    /// What is rendered: the region, as far as it lies in the picture, or all.
+    pub fn window(&self) -> Tile {
+        let whole = Tile::whole(self.width, self.height);
+        self.region.map_or(whole, |region| region.within(whole))
+    }
+
+    /// Side of the tiles: from 8 to 1024, a multiple of 8.
+    pub fn tile_side(&self) -> u32 {
+        self.tile.clamp(8, 1024).next_multiple_of(8)
     }
 
     /// The camera that takes the picture.
@@ -127,7 +141,12 @@ impl Settings {
         }
     }
 
-    /// Camera rays of the picture.
+    /// Pixels that are rendered.
+    pub fn pixels(&self) -> u64 {
+        self.window().pixels()
+    }
+
+    /// Camera rays of them.
     pub fn camera_rays(&self) -> u64 {
         self.pixels() * u64::from(self.sampling.spp)
     }
@@ -305,30 +324,56 @@ pub fn render_tree(
     settings: &Settings,
     control: &Control,
 ) -> Result<Frame, FrameError> {
+    let (window, side) = (settings.window(), settings.tile_side());
+    let film = Film::new(window.width, window.height, settings.record_hits);
+    let mut film = film.with_layers(settings.aovs);
+    let shared = SharedFilm::of(&mut film, window, side);
+    let tiles = tiles(window, side);
+    let start = Instant::now();
+    let painted = paint(scene, tree, settings, control, &tiles, &shared)?;
+    let seconds = start.elapsed().as_secs_f64();
+    Ok(Frame {
+        film,
+        stats: painted.stats,
+        seconds,
+        tile_seconds: painted.tile_seconds,
+        threads: settings.threads.max(1),
+    })
+}
+
+/// Renders these tiles of the picture, and puts them into the sink. The region of the settings says nothing here.
+///
+/// # Errors
+/// Those of [`render`].
+pub fn paint(
+    scene: &Scene,
+    tree: Tree,
+    settings: &Settings,
+    control: &Control,
+    tiles: &[Tile],
+    sink: &dyn Sink,
+) -> Result<Painted, FrameError> {
     let camera = settings.camera(scene)?;
-    let mut film = Film::new(settings.width, settings.height, settings.record_hits);
-    let side = settings.tile.clamp(8, 1024);
-    let shared = SharedFilm::of(&mut film, side);
-    let tiles = tiles(settings.width, settings.height, side);
     let (threads, pin) = (settings.threads.max(1), settings.pin);
     let sky = settings.sky(scene);
-    let start = Instant::now();
-    let painted = match tree {
+    Ok(match tree {
         Tree::Packets(bvh) => {
             let kernel = make_ready(bvh, settings);
-            run(&tiles, &shared, threads, pin, control, || {
+            run(tiles, sink, threads, pin, control, || {
                 let painter = PacketPainter::new(scene, bvh, &camera, settings.max_depth, kernel)
-                    .with_sampling(settings.sampling);
+                    .with_sampling(settings.sampling)
+                    .with_layers(settings.aovs);
                 match sky {
                     Some(reach) => painter.with_occlusion(reach),
                     None => painter,
                 }
             })
         }
-        Tree::Oracle(forest) => run(&tiles, &shared, threads, pin, control, || {
+        Tree::Oracle(forest) => run(tiles, sink, threads, pin, control, || {
             let oracle = Oracle::new(scene, Search::Tree(forest), settings.max_depth);
             ScalarPainter {
                 camera: &camera,
+                unit: scene.unit,
                 sampling: settings.sampling,
                 oracle: match sky {
                     Some(reach) => oracle.with_occlusion(reach),
@@ -336,18 +381,10 @@ pub fn render_tree(
                 },
             }
         }),
-    }?;
-    let seconds = start.elapsed().as_secs_f64();
-    Ok(Frame {
-        film,
-        stats: painted.stats,
-        seconds,
-        tile_seconds: painted.tile_seconds,
-        threads,
-    })
+    }?)
 }
 
-/// What the camera ray of each pixel costs the packet engine, row by row from the top left.
+/// What the camera ray of each pixel of the window costs the packet engine, row by row from the top left.
 ///
 /// # Errors
 /// Those of [`render`].
@@ -359,10 +396,10 @@ pub fn costs(
     control: &Control,
 ) -> Result<Vec<f32>, FrameError> {
     let camera = settings.camera(scene)?;
-    let mut film = Film::new(settings.width, settings.height, false);
-    let side = settings.tile.clamp(8, 1024);
-    let shared = SharedFilm::of(&mut film, side);
-    let tiles = tiles(settings.width, settings.height, side);
+    let (window, side) = (settings.window(), settings.tile_side());
+    let mut film = Film::new(window.width, window.height, false);
+    let shared = SharedFilm::of(&mut film, window, side);
+    let tiles = tiles(window, side);
     let (threads, pin) = (settings.threads.max(1), settings.pin);
     let kernel = make_ready(bvh, settings);
     run(&tiles, &shared, threads, pin, control, || {
@@ -375,20 +412,74 @@ pub fn costs(
 /// Paints tiles with the oracle, pixel by pixel.
 struct ScalarPainter<'a> {
     camera: &'a Camera,
+    /// Of the scene's lengths in the file's.
+    unit: f32,
     sampling: Sampling,
     oracle: Oracle<'a>,
 }
 
+impl ScalarPainter<'_> {
+    /// Sets a pixel of a tile, whole.
+    fn set(&self, pixels: &mut Pixels, (x, y): (u32, u32), pixel: &oracle::Pixel) {
+        pixels.set(x, y, pixel.radiance.to_array());
+        let first = pixel.first.and_then(|(ray, hit)| Some((ray, hit?)));
+        if let Some((_, hit)) = first {
+            pixels.set_hit(x, y, [hit.t, hit.u, hit.v], hit.prim_id);
+        }
+        let aovs = pixels.aovs();
+        if aovs.is_empty() {
+            return;
+        }
+        let look = first.map_or(Look::NONE, |(ray, hit)| self.look(&ray, &hit));
+        pixels.set_look(x, y, &look);
+        pixels.set_light(x, y, &Light(pixel.light.map(Vec3::into)));
+        if aovs.has(Aov::Samples) {
+            pixels.set_layer(x, y, Aov::Samples, &[f32::from_bits(pixel.samples)]);
+        }
+    }
+
+    fn look(&self, ray: &oracle::Ray, hit: &oracle::Hit) -> Look {
+        let (surface, kd, material) = self.oracle.look(ray, hit);
+        Look {
+            depth: hit.t / self.unit,
+            position: (surface.point / self.unit).to_array(),
+            ng: surface.ng.to_array(),
+            ns: surface.ns.to_array(),
+            albedo: kd.to_array(),
+            material,
+            primitive: hit.prim_id,
+        }
+    }
+
+    /// Paints the blocks that a tile touches, and keeps what lies in the tile.
+    fn paint_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut Pixels) {
+        let whole = tile.outward(BLOCK, self.camera.size());
+        for cell in tiles(whole, BLOCK) {
+            let size = (cell.width, cell.height);
+            let corner = (cell.x, cell.y);
+            let (camera, sampling) = (self.camera, &self.sampling);
+            let block = self.oracle.block(camera, sampling, &adaptive, corner, size);
+            for (at, pixel) in (0..).zip(block) {
+                let (x, y) = (cell.x + at % size.0, cell.y + at / size.0);
+                let inside = x >= tile.x && y >= tile.y;
+                if inside && x - tile.x < tile.width && y - tile.y < tile.height {
+                    self.set(pixels, (x - tile.x, y - tile.y), &pixel);
+                }
+            }
+        }
+    }
+}
+
 impl Painter for ScalarPainter<'_> {
     fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
+        if let Some(adaptive) = self.sampling.adaptively() {
+            return self.paint_adaptively(adaptive, tile, pixels);
+        }
         for y in 0..tile.height {
             for x in 0..tile.width {
                 let (column, row) = (tile.x + x, tile.y + y);
-                let (radiance, hit) = self.oracle.pixel(self.camera, &self.sampling, column, row);
-                pixels.set(x, y, radiance.to_array());
-                if let Some(hit) = hit {
-                    pixels.set_hit(x, y, [hit.t, hit.u, hit.v], hit.prim_id);
-                }
+                let pixel = self.oracle.pixel(self.camera, &self.sampling, column, row);
+                self.set(pixels, (x, y), &pixel);
             }
         }
     }

@@ -8,7 +8,8 @@
 //!                    │        shade ──> radiance
 //!                    └─ queues ─┘ shadow, mirror and refracted rays, compacted into packets again
 //!
-//!                       Film ── image ──> PNG
+//!                       Film ── image ──> PNG, JPEG, OpenEXR, HDR, PFM
+//!                         └── jobs ──> tiles kept, resumed, merged
 //! ```
 //!
 //! [`frame::render`] is the front door. Both engines give the same bits:
@@ -69,6 +70,9 @@ pub mod oracle;
 // One frame by either, and the picture of it.
 pub mod frame;
 pub mod image;
+
+// Large ones: piece by piece, and on many machines.
+pub mod jobs;
 
 // How fast all that is, beside others, and the record of it.
 pub mod peers;

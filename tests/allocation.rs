@@ -115,7 +115,7 @@ fn painting_allocates_nothing_once_warm() {
         (32, false, Kernel::Single),
     ] {
         let mut pixels = Pixels::new(record_hits);
-        let all = tiles(scene.width, scene.height, side);
+        let all = tiles(Tile::whole(scene.width, scene.height), side);
         // From all over the picture.
         let step = all.len().div_ceil(50);
         let some: Vec<Tile> = all.into_iter().step_by(step).collect();

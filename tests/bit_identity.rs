@@ -6,7 +6,8 @@ use common::rng::Rng;
 use common::scenes::{self, Paint};
 use glam::Vec3;
 use phalanx::frame::{
-    Control, Engine, Filter, Frame, Integrator, Kernel, Lens, Prepared, Sampling, Settings, render,
+    Adaptive, Control, Engine, Filter, Frame, Integrator, Kernel, Lens, Prepared, Sampling,
+    Settings, render,
 };
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
@@ -340,9 +341,13 @@ fn several_samples() {
 
 /// The k-th way to take several samples.
 fn sampled(scene: &Scene, k: usize) -> Settings {
+    let adaptive = Adaptive {
+        threshold: [0.02, 0.002][k / 2 % 2],
+    };
     let sampling = Sampling {
-        spp: [2, 3, 4, 7][k % 4],
+        spp: [2, 3, 4, 7, 20][k % 5],
         filter: Filter::ALL[k % 3].1,
+        adaptive: (k % 2 == 1).then_some(adaptive),
     };
     Settings {
         sampling,

@@ -4,8 +4,9 @@ mod common;
 
 use common::tolerances::{SAMPLED_EDGE, SAMPLED_LOBES};
 use phalanx::formats::read_test;
-use phalanx::frame::{Control, Engine, Filter, Prepared, Sampling, Settings, render};
-use phalanx::render::Film;
+use phalanx::frame::{Adaptive, Control, Engine, Filter, Prepared, Sampling, Settings, render};
+use phalanx::render::{Film, RayCounts};
+use phalanx::sampling::FIRST;
 use phalanx::scene::Scene;
 
 const SPP: u32 = 1024;
@@ -24,8 +25,20 @@ fn edge(right: f64) -> Scene {
     }
 }
 
+fn uniform(spp: u32, filter: Filter) -> Sampling {
+    Sampling {
+        spp,
+        filter,
+        adaptive: None,
+    }
+}
+
 /// The picture of both engines, after asserting that they are the same bits.
 fn film(scene: &Scene, sampling: Sampling) -> Film {
+    traced(scene, sampling).0
+}
+
+fn traced(scene: &Scene, sampling: Sampling) -> (Film, RayCounts) {
     let [simd, scalar] = [Engine::Simd, Engine::Scalar].map(|engine| {
         let settings = Settings {
             engine,
@@ -35,8 +48,10 @@ fn film(scene: &Scene, sampling: Sampling) -> Film {
         };
         let prepared = Prepared::build(scene, engine);
         let frame = render(scene, &prepared, &settings, &Control::default()).expect("a frame");
-        assert_eq!(frame.stats.rays.primary, settings.camera_rays());
-        frame.film
+        if sampling.adaptive.is_none() {
+            assert_eq!(frame.stats.rays.primary, settings.camera_rays());
+        }
+        (frame.film, frame.stats.rays)
     });
     assert_eq!(simd, scalar);
     simd
@@ -73,7 +88,7 @@ fn an_edge_is_as_soft_as_its_filter() {
             _ => SAMPLED_EDGE,
         };
         for right in [0.0, 0.3, -0.45] {
-            let film = film(&edge(right), Sampling { spp: SPP, filter });
+            let film = film(&edge(right), uniform(SPP, filter));
             for x in 0..12 {
                 let centre = f64::from(x) + 0.5 - 6.0;
                 let want = left_of(filter, right - centre);
@@ -95,7 +110,7 @@ fn a_plain_wall_stays_plain() {
     let scene = edge(20.0);
     for (name, filter) in Filter::ALL {
         for spp in [1, 2, 3, 5, 16] {
-            let film = film(&scene, Sampling { spp, filter });
+            let film = film(&scene, uniform(spp, filter));
             for x in 0..12 {
                 assert_eq!(film.pixel(x, 0), [1.0, 0.5, 2.0], "{name}, {spp} samples");
             }
@@ -109,7 +124,7 @@ fn one_sample_has_no_filter() {
     let scene = edge(0.3);
     let plain = film(&scene, Sampling::CENTER);
     for (_, filter) in Filter::ALL {
-        assert_eq!(film(&scene, Sampling { spp: 1, filter }), plain);
+        assert_eq!(film(&scene, uniform(1, filter)), plain);
     }
     assert_ne!(
         film(
@@ -121,4 +136,42 @@ fn one_sample_has_no_filter() {
         ),
         plain
     );
+}
+
+/// Only what an edge goes through, and what lies beside it, gets more than the first samples; and then it is as good as with all.
+#[test]
+fn adaptive_samples_go_where_the_edge_is() {
+    for right in [0.3, -0.45] {
+        let scene = edge(right);
+        let sampling = Sampling {
+            spp: SPP,
+            filter: Filter::Box,
+            adaptive: Some(Adaptive { threshold: 1e-4 }),
+        };
+        let (film, rays) = traced(&scene, sampling);
+        // All of 12 pixels have 8 samples; one has an edge in it, and its two neighbours follow it, if they are of its block.
+        let most = 9 * u64::from(FIRST) + 3 * u64::from(SPP);
+        let least = 10 * u64::from(FIRST) + 2 * u64::from(SPP);
+        assert!((least..=most).contains(&rays.primary), "{}", rays.primary);
+        for x in 0..12 {
+            let want = left_of(Filter::Box, right - (f64::from(x) + 0.5 - 6.0));
+            let got = f64::from(film.pixel(x, 0)[0]);
+            assert!(
+                (got - want).abs() <= SAMPLED_EDGE,
+                "{right}, {x}: {got}, not {want}"
+            );
+        }
+    }
+    // With a threshold that nothing reaches, or no more samples than the first, all pixels have as many.
+    for (spp, threshold) in [(SPP, 1e3), (FIRST, 1e-9)] {
+        let sampling = |adaptive| Sampling {
+            spp,
+            filter: Filter::Tent,
+            adaptive,
+        };
+        let (film, rays) = traced(&edge(0.3), sampling(Some(Adaptive { threshold })));
+        assert_eq!(rays.primary, 12 * u64::from(FIRST));
+        let first = uniform(FIRST, Filter::Tent);
+        assert_eq!(film.planes, traced(&edge(0.3), first).0.planes);
+    }
 }

@@ -11,7 +11,7 @@ use crate::frame::DEFAULT_TILE;
 use crate::oracle::{Hit, Ray, Surface};
 use crate::packet::{NO_PRIM, RayQueue};
 use crate::peers::Rays;
-use crate::render::{push_camera_rays, tiles};
+use crate::render::{Tile, push_camera_rays, tiles};
 use crate::sampling::Sampling;
 use crate::scene::{Scene, ViewError};
 use bumpalo::Bump;
@@ -48,7 +48,7 @@ pub fn primary<'a>(
 ) -> Result<RaySet<'a>, ViewError> {
     let camera = Camera::new(&scene.view, width, height)?;
     let mut queue = RayQueue::with_capacity(arena, width as usize * height as usize);
-    for tile in tiles(width, height, DEFAULT_TILE) {
+    for tile in tiles(Tile::whole(width, height), DEFAULT_TILE) {
         push_camera_rays(&mut queue, &camera, tile, &Sampling::CENTER, 0);
     }
     Ok(RaySet {

@@ -22,7 +22,7 @@ mod settings;
 mod write;
 
 pub use read::{Cached, open};
-pub use write::{WriteError, write};
+pub use write::{WriteError, fingerprint, write};
 
 use crate::bvh::BvhError;
 use crate::scene::SceneError;

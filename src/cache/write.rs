@@ -87,6 +87,21 @@ pub(super) fn shapes() -> Vec<Shape> {
     sections.iter().map(|s| (s.name, s.row_bytes)).collect()
 }
 
+/// A number that tells scenes apart: of every column, texel and setting, and of no tree. Equal scenes have equal ones, wherever they
+/// were read from.
+pub fn fingerprint(scene: &Scene) -> u64 {
+    let settings = settings::write(scene, Extra { sah: 0.0 });
+    let tree = Bvh::default();
+    let sections = sections(scene, &tree, &settings, &[]);
+    // FNV-1a, 64 bits, of sizes and checksums.
+    let words = sections
+        .iter()
+        .flat_map(|s| [s.bytes() as u64, s.checksum().into()]);
+    words.fold(0xcbf2_9ce4_8422_2325, |hash, word| {
+        (hash ^ word).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
 /// Writes a scene, which must be valid, and its tree; returns the bytes written.
 ///
 /// The same scene and tree give the same bytes on every machine of the same byte order.

@@ -1,12 +1,17 @@
 //! The arguments, and what they mean in the library's terms.
 
 use super::bench::BenchArgs;
+use super::frames::FrameArgs;
+use super::guide::{CompletionsArgs, ManArgs};
+use super::job_args::{KeepArgs, MergeArgs, PlanArgs, SubmitTo};
 use super::picture_args::PictureArgs;
 use super::picture_file::GradeArgs;
+use super::progress::ProgressMode;
 use super::scene_args::SceneArgs;
+use super::sight::SightArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
-use phalanx::frame::{BuildSettings, Engine, Kernel, Pin, Quality};
+use phalanx::frame::{BuildSettings, Engine, Kernel, Pin, Quality, Settings};
 use phalanx::isa;
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -22,7 +27,8 @@ static VERSION: LazyLock<String> =
     version = VERSION.as_str(),
     arg_required_else_help = true,
     max_term_width = 100,
-    after_help = "Exit codes: 0 done, 1 files or runtime, 2 usage, 3 scene error, 4 mismatch, 5 slower, 130 interrupted.\n\n\
+    after_help = "Exit codes: 0 done, 1 files or runtime, 2 usage, 3 scene error, 4 mismatch, 5 slower,\n\
+                  6 shards missing, 130 and 143 interrupted.\n\n\
                   Example: phalanx render scenes/first.test -o first.png"
 )]
 pub struct Arguments {
@@ -44,6 +50,21 @@ pub enum Command {
         after_help = "Example: phalanx verify scene1.test scene2.test --threads 1,2,3 --kernel all"
     )]
     Verify(VerifyArgs),
+    /// Cut a picture into shards, which many machines render
+    #[command(
+        after_help = "Every machine has to see the scene and the plan's folder under the same names.\n\n\
+                      Example: phalanx plan scene.test --shards 8 -o poster.png --plan poster.json --size 40000x30000"
+    )]
+    Plan(PlanArgs),
+    /// Hand a plan to a scheduler
+    #[command(subcommand, after_help = "Example: phalanx submit slurm poster.json")]
+    Submit(SubmitTo),
+    /// Put the shards of a plan together
+    #[command(
+        after_help = "The picture is that of phalanx render to the last byte. Exit code 6 if there are shards missing, which are named.\n\n\
+                      Example: phalanx merge poster.json"
+    )]
+    Merge(MergeArgs),
     /// Compare two PNG pictures
     #[command(after_help = "Example: phalanx compare before.png after.png --heat difference.png")]
     Compare(CompareArgs),
@@ -73,6 +94,14 @@ pub enum Command {
                       Example: phalanx bench --quick --against embree --html report.html"
     )]
     Bench(Box<BenchArgs>),
+    /// Print a script with which a shell completes arguments
+    #[command(
+        after_help = "Example: phalanx completions bash > ~/.local/share/bash-completion/completions/phalanx"
+    )]
+    Completions(CompletionsArgs),
+    /// Print the manual's page, or write those of all commands
+    #[command(after_help = "Example: phalanx man | man -l -")]
+    Man(ManArgs),
 }
 
 /// How the packet engine's tree is built.
@@ -115,7 +144,8 @@ pub struct BuildArgs {
 #[derive(Debug, Args)]
 pub struct RenderArgs {
     /// Scene file, cache (.phx), or standard:NAME[:SIZE]
-    pub scene: PathBuf,
+    #[arg(required_unless_present = "plan")]
+    pub scene: Option<PathBuf>,
     /// Picture to write, a PNG, JPEG, OpenEXR, Radiance HDR or PFM file by its ending [default: the scene's `output`, else its
     /// stem + .png, in the current folder]
     #[arg(short, long, value_name = "OUT.png")]
@@ -128,6 +158,28 @@ pub struct RenderArgs {
     pub beside: SceneArgs,
     #[command(flatten)]
     pub tree: TreeArgs,
+    #[command(flatten)]
+    pub work: WorkArgs,
+    #[command(flatten)]
+    pub keep: KeepArgs,
+    #[command(flatten)]
+    pub frames: FrameArgs,
+    #[command(flatten)]
+    pub sight: SightArgs,
+    /// How progress is told
+    #[arg(long, value_enum, value_name = "MODE", default_value_t = ProgressMode::Auto)]
+    pub progress: ProgressMode,
+    /// Write a second picture, of what each pixel's camera ray costs to trace: nodes (visited), prims (tested), or time
+    #[arg(long, num_args = 2, value_names = ["nodes|prims|time", "OUT.png"], conflicts_with = "frames")]
+    pub heat: Option<Vec<String>>,
+    /// Print one JSON document instead of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Who does the work.
+#[derive(Debug, Args)]
+pub struct WorkArgs {
     /// Worker threads [default: one per CPU this process may use]
     #[arg(long, value_name = "N", value_parser = parse_thread_count)]
     pub threads: Option<usize>,
@@ -140,12 +192,28 @@ pub struct RenderArgs {
     /// Traversal kernel of the packet engine
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = kernel_parser())]
     pub kernel: Kernel,
-    /// Write a second picture, of what each pixel's camera ray costs to trace: nodes (visited), prims (tested), or time
-    #[arg(long, num_args = 2, value_names = ["nodes|prims|time", "OUT.png"])]
-    pub heat: Option<Vec<String>>,
-    /// Print one JSON document instead of the table
-    #[arg(long)]
-    pub json: bool,
+}
+
+impl WorkArgs {
+    /// Settings with these workers.
+    pub fn apply(&self, settings: Settings) -> Settings {
+        // Counts the CPUs of the process's affinity mask, not those of the machine.
+        let available = std::thread::available_parallelism().map_or(1, |n| n.get());
+        let threads = self.threads.unwrap_or(available);
+        // With fewer workers than cores, runs side by side would all sit on the first ones.
+        let pin = match self.pin {
+            Some(pin) => pin.into(),
+            None if threads >= available => Pin::Cores,
+            None => Pin::None,
+        };
+        Settings {
+            threads,
+            pin,
+            engine: self.engine.into(),
+            kernel: self.kernel,
+            ..settings
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -159,6 +227,8 @@ pub struct VerifyArgs {
     pub beside: SceneArgs,
     #[command(flatten)]
     pub tree: TreeArgs,
+    #[command(flatten)]
+    pub frames: FrameArgs,
     /// Thread counts to render with, separated by commas
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,2,3", value_parser = parse_thread_count)]
     pub threads: Vec<usize>,
@@ -166,11 +236,14 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = kernels_parser())]
     pub kernel: Kernels,
     /// Keep per-pixel hashes of hits and radiance in this file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "frames")]
     pub record: Option<PathBuf>,
     /// Compare with the hashes kept in this file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "frames")]
     pub against: Option<PathBuf>,
+    /// How progress is told
+    #[arg(long, value_enum, value_name = "MODE", default_value_t = ProgressMode::Auto)]
+    pub progress: ProgressMode,
     /// Print one JSON document instead of lines
     #[arg(long)]
     pub json: bool,
@@ -316,7 +389,7 @@ mod tests {
         for (name, kernel) in Kernel::ALL {
             let line = ["phalanx", "render", "a.test", "--kernel", name];
             match Arguments::try_parse_from(line).unwrap().command {
-                Command::Render(args) => assert_eq!(args.kernel, kernel),
+                Command::Render(args) => assert_eq!(args.work.kernel, kernel),
                 other => panic!("{other:?}"),
             }
             assert_eq!(kernel.name(), name);

@@ -10,6 +10,9 @@ pub struct Asked {
     spp: u32,
     #[serde(default = "of_one")]
     filter: String,
+    /// When a pixel has enough samples; `None` where all have as many.
+    #[serde(default)]
+    aa_threshold: Option<f32>,
     /// 0 for a pinhole, which has no focus.
     #[serde(default)]
     aperture: f32,
@@ -48,6 +51,7 @@ impl Asked {
         Asked {
             spp: settings.sampling.spp,
             filter: settings.sampling.filter.name().to_owned(),
+            aa_threshold: settings.sampling.adaptively().map(|aa| aa.threshold),
             aperture: lens.map_or(0.0, |lens| lens.aperture),
             focus: lens.map(|lens| lens.focus),
             integrator: integrator.to_owned(),
@@ -61,6 +65,9 @@ impl Asked {
             1 => "one sample a pixel".to_owned(),
             more => format!("{more} samples a pixel ({})", self.filter),
         };
+        if let Some(threshold) = self.aa_threshold {
+            words = format!("up to {words}, adaptive to {threshold}");
+        }
         if let Some(focus) = self.focus {
             words.push_str(&format!(", aperture {} focused at {focus}", self.aperture));
         }
@@ -99,6 +106,7 @@ mod tests {
             sampling: Sampling {
                 spp: 4,
                 filter: Filter::Tent,
+                adaptive: None,
             },
             lens: Some(Lens {
                 aperture: 0.1,

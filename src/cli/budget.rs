@@ -6,14 +6,15 @@
 //! | opening a cache | the size of the file, all of which is mapped |
 //! | generating a standard scene | [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and cone |
 //! | building a tree | the scene's columns; for each triangle [`TRIANGLE_BYTES`], for anything else [`OTHER_BYTES`], and for the oracle's tree [`ORACLE_BYTES`] for each |
-//! | rendering | columns and tree as they are, and for each primitive [`WIDE_BYTES`] where the wide tree is still to be made; the film, and the picture of it; for each thread [`THREAD_BYTES`], and [`PIXEL_BYTES`] for each pixel of a tile |
+//! | rendering | columns and tree as they are, and for each primitive [`WIDE_BYTES`] where the wide tree is still to be made; the films, of one band of the picture each, and the picture of it; for each thread [`THREAD_BYTES`], and [`PIXEL_BYTES`] for each pixel of a tile |
 //!
 //! To each comes [`PROGRAM_BYTES`] for the program. Estimates are meant to err on the upper side; `perf/notes/memory.md`
 //! holds them against peaks. Of a file that names others (buffers, pictures, materials) only its own size is known here.
 
 use super::failure::Failure;
 use super::output::{bytes, grouped};
-use phalanx::frame::{Engine, Prepared, Settings};
+use phalanx::frame::{Engine, Prepared, Settings, Tile};
+use phalanx::jobs::bands;
 use phalanx::open::is_cache;
 use phalanx::scene::Scene;
 use phalanx::standard::{self, Spec};
@@ -105,7 +106,7 @@ impl Budget {
             false => scene.prim_count() as u64 * WIDE_BYTES,
         };
         let tree = (tree.node_bytes + tree.prim_bytes) as u64 + wide;
-        let (width, height) = (settings.width, settings.height);
+        let Tile { width, height, .. } = settings.window();
         let side = |pixels: u32| u64::from(pixels.min(settings.tile));
         let tile = side(width) * side(height) * PIXEL_BYTES;
         let threads = settings.threads as u64 * (THREAD_BYTES + tile);
@@ -126,10 +127,15 @@ impl Budget {
     }
 }
 
-/// Three floats a pixel, four more where hits are kept, and the picture's samples of 8 bits, once and once more encoded.
+/// Of one film in memory, which is a band of the picture where none of its hits are kept: three floats a pixel, four more with hits,
+/// and the picture's samples, of 16 bits at most, once and once more encoded.
 pub fn film_bytes(settings: &Settings) -> u64 {
-    let floats = if settings.record_hits { 7 } else { 3 };
-    u64::from(settings.width) * u64::from(settings.height) * (4 * floats + 6)
+    let window = settings.window();
+    let (pixels, floats) = match settings.record_hits {
+        true => (window.pixels(), 7),
+        false => (bands(window).first().map_or(0, Tile::pixels), 3),
+    };
+    pixels * (4 * (floats + settings.aovs.channels().count() as u64) + 12)
 }
 
 #[cfg(test)]

@@ -32,6 +32,8 @@ pub struct Pixel {
     pub hit: Option<HitBits>,
     /// Radiance.
     pub radiance: [u32; 3],
+    /// A hash of what the layers tell of it; 0 without any.
+    pub layers: u64,
 }
 
 /// A primary hit as bits.
@@ -53,6 +55,9 @@ impl Pixel {
         Pixel {
             hit,
             radiance: [0, 1, 2].map(|c| film.planes[c][i].to_bits()),
+            layers: film.layers.iter().fold(0, |hash, layer| {
+                (hash ^ u64::from(layer[i].to_bits()) ^ 1 << 32).wrapping_mul(0x0100_0000_01b3)
+            }),
         }
     }
 }
@@ -68,7 +73,11 @@ pub fn first_difference(
     let mut differing = (0..count).filter(|&i| Pixel::of(scalar, i) != Pixel::of(simd, i));
     let first = differing.next()?;
     let width = scalar.width as usize;
-    let (x, y) = ((first % width) as u32, (first / width) as u32);
+    let window = settings.window();
+    let (x, y) = (
+        window.x + (first % width) as u32,
+        window.y + (first / width) as u32,
+    );
     Some(Difference {
         x,
         y,
@@ -79,7 +88,7 @@ pub fn first_difference(
     })
 }
 
-/// The first camera ray of a pixel, in the file's units.
+/// The first camera ray of a pixel of the whole picture, in the file's units.
 fn camera_ray(scene: &Scene, settings: &Settings, x: u32, y: u32) -> Option<Ray> {
     let [org, dir] = settings.first_ray(scene, x, y).ok()?;
     let org = org.map(|c| c / scene.unit);
@@ -169,6 +178,8 @@ mod tests {
             width: 3,
             height: 2,
             planes: [vec![0.0; 6], vec![0.5; 6], vec![f32::NAN; 6]],
+            aovs: Default::default(),
+            layers: Vec::new(),
             hits: Some(Hits {
                 prim_id: vec![NO_HIT, 1, 2, 3, 4, 5],
                 t: vec![1.0; 6],
@@ -178,12 +189,16 @@ mod tests {
         }
     }
 
-    fn settings() -> Settings {
+    fn settings(width: u32, height: u32) -> Settings {
         Settings {
-            width: 3,
-            height: 2,
+            width,
+            height,
             ..Settings::of(&Scene::default())
         }
+    }
+
+    fn difference(other: &Film) -> Option<Difference> {
+        first_difference(&Scene::default(), &settings(3, 2), &film(), other)
     }
 
     fn hits(film: &mut Film) -> &mut Hits {
@@ -192,10 +207,7 @@ mod tests {
 
     #[test]
     fn equal_bits_are_equal_nan_included() {
-        assert_eq!(
-            first_difference(&Scene::default(), &settings(), &film(), &film()),
-            None
-        );
+        assert_eq!(difference(&film()), None);
     }
 
     #[test]
@@ -214,7 +226,7 @@ mod tests {
         for (i, change) in changes.iter().enumerate() {
             let mut other = film();
             change(&mut other);
-            let found = first_difference(&Scene::default(), &settings(), &film(), &other).unwrap();
+            let found = difference(&other).unwrap();
             let x = if i < 7 { 1 } else { 2 };
             assert_eq!((found.x, found.y, found.pixels), (x, 1, 1), "change {i}");
         }
@@ -226,7 +238,7 @@ mod tests {
         other.planes[0][5] = 1.0;
         hits(&mut other).prim_id[2] = 7;
         hits(&mut other).t[2] = 2.0;
-        let found = first_difference(&Scene::default(), &settings(), &film(), &other).unwrap();
+        let found = difference(&other).unwrap();
         let text = found.to_string();
         for part in [
             "2 pixels, first at (2, 0)",
@@ -245,13 +257,30 @@ mod tests {
 
     #[test]
     fn the_ray_goes_through_the_middle_of_the_pixel() {
-        let settings = Settings {
-            height: 3,
-            ..settings()
-        };
-        let ray = camera_ray(&Scene::default(), &settings, 1, 1).unwrap();
-        assert!(ray.dir[0].abs() < 1e-6 && ray.dir[1].abs() < 1e-6 && ray.dir[2] < -0.999);
-        let corner = camera_ray(&Scene::default(), &settings, 0, 0).unwrap();
+        let ray = |x, y| camera_ray(&Scene::default(), &settings(3, 3), x, y).unwrap();
+        let (middle, corner) = (ray(1, 1), ray(0, 0));
+        assert!(middle.dir[0].abs() < 1e-6 && middle.dir[1].abs() < 1e-6 && middle.dir[2] < -0.999);
         assert!(corner.dir[0] < 0.0 && corner.dir[1] > 0.0);
+    }
+
+    /// In a region, pixels have the numbers that they have in the whole picture.
+    #[test]
+    fn a_regions_pixels_are_those_of_the_picture() {
+        let region = phalanx::frame::Tile {
+            x: 10,
+            y: 20,
+            width: 3,
+            height: 2,
+        };
+        let settings = Settings {
+            region: Some(region),
+            ..settings(40, 30)
+        };
+        let mut other = film();
+        other.planes[0][4] = 7.0;
+        let found = first_difference(&Scene::default(), &settings, &film(), &other).unwrap();
+        assert_eq!((found.x, found.y), (11, 21));
+        let ray = camera_ray(&Scene::default(), &settings, 11, 21).unwrap();
+        assert_eq!(found.ray.map(|r| r.dir), Some(ray.dir));
     }
 }

@@ -1,11 +1,13 @@
 //! Why a command did not succeed, and the exit code that says so.
 
-use super::{diagnose, output};
+use super::{diagnose, interrupt, output};
 use phalanx::bench::Wrong;
 use phalanx::cache::CacheError;
 use phalanx::formats::LoadError;
+use phalanx::jobs::{BandsError, PlanError, TileFileError};
 use phalanx::open::OpenError;
 use phalanx::standard::StandardError;
+use std::io::ErrorKind;
 
 /// Why a command did not succeed.
 #[derive(Debug)]
@@ -26,8 +28,12 @@ pub enum Failure {
     Wrong(Wrong),
     /// Slower than a baseline, as reported on stdout already. Exit code 5.
     Slower,
-    /// SIGINT or SIGTERM. Exit code 130.
+    /// Shards of a plan are missing. Exit code 6.
+    Missing(String),
+    /// SIGINT or SIGTERM. Exit code 130 or 143.
     Interrupted,
+    /// The same, but what was finished has been kept: where, and how much.
+    Kept(String),
 }
 
 impl Failure {
@@ -48,7 +54,8 @@ impl Failure {
             Failure::Wrong(Wrong::View { .. }) => 3,
             Failure::Wrong(_) => 4,
             Failure::Slower => 5,
-            Failure::Interrupted => 130,
+            Failure::Missing(_) => 6,
+            Failure::Interrupted | Failure::Kept(_) => interrupt::exit_code(),
         }
     }
 
@@ -64,7 +71,7 @@ impl Failure {
     /// Says it on stderr.
     pub fn tell(&self) {
         match self {
-            Failure::Runtime(message) | Failure::Scene(message) => {
+            Failure::Runtime(message) | Failure::Scene(message) | Failure::Missing(message) => {
                 output::note(&format!("error: {message}"));
             }
             Failure::Usage(message) => {
@@ -79,6 +86,7 @@ impl Failure {
                 "error: {wrong}\n  help: no rate is given for a wrong answer"
             )),
             Failure::Interrupted => output::note("interrupted"),
+            Failure::Kept(what) => output::note(&format!("interrupted: {what}")),
         }
     }
 }
@@ -136,6 +144,44 @@ impl From<phalanx::frame::FrameError> for Failure {
                 Failure::Usage(format!("--aperture and --focus: {error}"))
             }
             other => Failure::Runtime(other.to_string()),
+        }
+    }
+}
+
+impl From<BandsError> for Failure {
+    fn from(error: BandsError) -> Failure {
+        match error {
+            BandsError::Frame(error) => error.into(),
+            BandsError::Tiles(error) => error.into(),
+            other => Failure::Runtime(other.to_string()),
+        }
+    }
+}
+
+impl From<TileFileError> for Failure {
+    fn from(error: TileFileError) -> Failure {
+        let failure = match error {
+            TileFileError::Io { .. } | TileFileError::InUse { .. } => Failure::Runtime,
+            _ => Failure::Usage,
+        };
+        let failure = failure(error.to_string());
+        match error {
+            TileFileError::Io { source, .. } if source.kind() == ErrorKind::StorageFull => {
+                failure.and("what is finished is kept: make room, and give the same command again")
+            }
+            TileFileError::Different { .. } | TileFileError::Other { .. } => {
+                failure.and("name another file, or remove this one")
+            }
+            _ => failure,
+        }
+    }
+}
+
+impl From<PlanError> for Failure {
+    fn from(error: PlanError) -> Failure {
+        match error {
+            PlanError::NoShard { .. } => Failure::Usage(error.to_string()),
+            _ => Failure::Runtime(error.to_string()),
         }
     }
 }

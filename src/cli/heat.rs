@@ -1,7 +1,8 @@
 //! `render --heat`: a picture of what the picture cost.
 
 use super::failure::Failure;
-use super::{interrupt, output, progress};
+use super::progress::{self, Watch};
+use super::{interrupt, output};
 use phalanx::frame::{Cost, Prepared, Settings, Tree, costs};
 use phalanx::image::{false_color, save_png};
 use phalanx::scene::Scene;
@@ -12,6 +13,9 @@ pub struct Heat {
     cost: Cost,
     path: PathBuf,
 }
+
+/// Most pixels of the picture.
+const PIXELS: u64 = 1 << 28;
 
 /// Names of what can be counted, and what the legend says.
 const COSTS: [(&str, Cost, &str); 3] = [
@@ -35,6 +39,12 @@ pub fn asked(heat: Option<&[String]>, settings: &Settings) -> Result<Option<Heat
             "--heat shows the packet engine's work: leave out --engine scalar".to_owned(),
         ));
     }
+    if settings.pixels() > PIXELS {
+        return Err(Failure::Usage(format!(
+            "--heat holds a whole picture in memory: {} pixels are more than {PIXELS}; take a part, with --region",
+            settings.pixels()
+        )));
+    }
     let path = PathBuf::from(path);
     output::check_png_name(&path, "--heat")?;
     output::check_place(&path)?;
@@ -51,10 +61,10 @@ pub fn write(
     let Tree::Packets(bvh) = prepared.tree() else {
         return Ok(());
     };
-    let costs = progress::watched(settings, |control| {
+    let costs = progress::watched(Watch::of(settings.pixels()), |control| {
         costs(scene, bvh, settings, heat.cost, control)
     })?;
-    let picture = false_color(&costs, settings.width, title(heat.cost));
+    let picture = false_color(&costs, settings.window().width, title(heat.cost));
     Ok(interrupt::undisturbed(|| save_png(&heat.path, &picture))??)
 }
 

@@ -3,7 +3,7 @@
 //! While a render runs, a signal asks it to stop, so that workers leave in order; a second one, or one while nothing
 //! stoppable runs (a scene is loading, a tree is being built), ends the process at once. While a file is being written
 //! no signal does, because an exit there would leave a temporary file behind: the signal waits, or asks the writing to
-//! stop. The exit code is 130 in every case.
+//! stop. The exit code is 130 for SIGINT and 143 for SIGTERM, as shells count them, and schedulers.
 
 use super::failure::Failure;
 use phalanx::frame::Control;
@@ -21,9 +21,40 @@ const STOP_WRITING: u8 = 4;
 static ANSWER: AtomicU8 = AtomicU8::new(EXIT_AT_ONCE);
 static RUNNING: Mutex<Option<Arc<Control>>> = Mutex::new(None);
 
+/// What a process that a signal has ended exits with: this, and the signal's number.
+const BY_SIGNAL: u8 = 128;
+const SIGINT: u8 = 2;
+
+/// The exit code that the last signal asks for.
+static EXIT_CODE: AtomicU8 = AtomicU8::new(BY_SIGNAL + SIGINT);
+
+/// The exit code of what a signal has stopped.
+pub fn exit_code() -> u8 {
+    EXIT_CODE.load(Ordering::SeqCst)
+}
+
 /// Takes over SIGINT and SIGTERM.
 pub fn listen() -> Result<(), Failure> {
-    ctrlc::set_handler(|| match ANSWER.load(Ordering::SeqCst) {
+    watch_signals().map_err(|e| Failure::Runtime(format!("cannot listen for signals: {e}")))
+}
+
+#[cfg(unix)]
+fn watch_signals() -> std::io::Result<()> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+    let watch = move || signals.forever().for_each(|number| came(number as u8));
+    std::thread::Builder::new().spawn(watch).map(drop)
+}
+
+#[cfg(not(unix))]
+fn watch_signals() -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(|| came(SIGINT))
+}
+
+/// Answers a signal of this number.
+fn came(number: u8) {
+    EXIT_CODE.store(BY_SIGNAL + number, Ordering::SeqCst);
+    match ANSWER.load(Ordering::SeqCst) {
         answer @ (STOP | STOP_WRITING) => {
             let next = if answer == STOP { EXIT_AT_ONCE } else { CAME };
             ANSWER.store(next, Ordering::SeqCst);
@@ -35,10 +66,9 @@ pub fn listen() -> Result<(), Failure> {
         WAIT | CAME => ANSWER.store(CAME, Ordering::SeqCst),
         _ => {
             super::output::note("interrupted");
-            std::process::exit(130);
+            std::process::exit(exit_code().into());
         }
-    })
-    .map_err(|e| Failure::Runtime(format!("cannot listen for signals: {e}")))
+    }
 }
 
 /// Runs `work`, which heeds the control's `stop`.

@@ -12,25 +12,36 @@ mod counts;
 mod diagnose;
 mod differ;
 mod failure;
+mod frames;
 mod generate;
+mod guide;
 mod heat;
 mod info;
 mod input;
 mod interrupt;
+mod job_args;
 mod memory;
+mod merge;
 mod output;
 mod picture_args;
 mod picture_file;
+mod plan;
+mod preview;
 mod progress;
 mod record;
 mod render;
 mod report;
 mod scene_args;
 mod scenes;
+mod shard;
+mod shard_index;
+mod sight;
+mod submit;
 mod verify;
 
 use args::{Arguments, Command};
 use clap::Parser;
+use job_args::SubmitTo;
 use std::process::ExitCode;
 
 /// Does what the arguments say. Not inlined into `main`, which must stay free of what the guard checks for.
@@ -47,6 +58,11 @@ pub fn run() -> ExitCode {
         Command::Generate(args) => generate::run(&args),
         Command::Build(args) => build::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::Plan(args) => plan::run(&args),
+        Command::Merge(args) => merge::run(&args),
+        Command::Completions(args) => guide::completions(&args),
+        Command::Man(args) => guide::man(&args),
+        Command::Submit(SubmitTo::Slurm(args)) => submit::slurm(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

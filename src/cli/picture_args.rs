@@ -3,8 +3,16 @@
 use super::failure::Failure;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
-use phalanx::frame::{DEFAULT_TILE, Filter, Integrator, Lens, MAX_SPP, Sampling, Settings};
+use phalanx::frame::{
+    Adaptive, Aov, Aovs, DEFAULT_TILE, Filter, Integrator, Lens, MAX_SPP, Sampling, Settings, Tile,
+};
 use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
+
+/// Most camera rays a pixel with `--aa adaptive`, if nothing is said.
+const ADAPTIVE_SPP: u32 = 256;
+
+/// What `--threshold` is if nothing is said.
+const THRESHOLD: f32 = 0.002;
 
 /// What changes the picture, or the order in which it is made.
 #[derive(Debug, Args)]
@@ -12,12 +20,22 @@ pub struct PictureArgs {
     /// Image size in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
+    /// Render only this part of the picture: column and row of its upper left pixel, width and height
+    #[arg(long, num_args = 4, value_names = ["X", "Y", "W", "H"])]
+    pub region: Option<Vec<u32>>,
     /// Bounces after the primary ray [default: the scene's]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
     pub max_depth: Option<u32>,
-    /// Camera rays a pixel, 1 to 65536: one goes through the pixel's centre, more are spread over the filter
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
-    pub spp: u32,
+    /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive: one goes through the pixel's centre, more are spread
+    /// over the filter [default: 1; with --aa adaptive 256]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
+    pub spp: Option<u32>,
+    /// Which pixels get them
+    #[arg(long, value_enum, default_value_t = AntiAliasing::Uniform)]
+    pub aa: AntiAliasing,
+    /// With --aa adaptive, when a pixel has enough: d n^(-5/4) below this, d the standard deviation of its n samples
+    #[arg(long, value_name = "T", default_value_t = THRESHOLD, value_parser = parse_threshold)]
+    pub threshold: f32,
     /// What a pixel gathers, where it has several camera rays: its square, a tent over its neighbours, or Mitchell's cubic, which is
     /// sharper
     #[arg(long, value_name = "NAME", default_value = "box", value_parser = filter_parser())]
@@ -39,6 +57,10 @@ pub struct PictureArgs {
     /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
     #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
     pub tile: u32,
+    /// What else is told of each pixel, in an OpenEXR file, names separated by commas: depth, position, ng, ns (normals), albedo, material,
+    /// primitive, direct, reflection, refraction, samples; or all of these; or cost (nodes that the first camera ray visits, by the build)
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = aov_parser())]
+    pub aov: Vec<Aovs>,
     /// Transfer curve of the written samples [default: the scene format's]
     #[arg(long, value_enum)]
     pub transfer: Option<TransferArg>,
@@ -63,13 +85,18 @@ impl PictureArgs {
     /// The scene's settings with what was asked for instead, one thread, the packet engine.
     pub fn settings(&self, scene: &Scene) -> Settings {
         let (width, height) = self.size.unwrap_or((scene.width, scene.height));
+        let adaptive = self.aa == AntiAliasing::Adaptive;
         Settings {
             width,
             height,
+            region: self.region.as_deref().and_then(window_of),
             max_depth: self.max_depth.unwrap_or(scene.max_depth),
             sampling: Sampling {
-                spp: self.spp,
+                spp: self.spp.unwrap_or(if adaptive { ADAPTIVE_SPP } else { 1 }),
                 filter: self.filter,
+                adaptive: adaptive.then_some(Adaptive {
+                    threshold: self.threshold,
+                }),
             },
             lens: self
                 .aperture
@@ -82,8 +109,26 @@ impl PictureArgs {
                 },
             },
             tile: self.tile,
+            aovs: self
+                .aov
+                .iter()
+                .fold(Aovs::default(), |set, asked| set.and(*asked)),
             ..Settings::of(scene)
         }
+    }
+
+    /// Refuses a region that does not lie in the picture.
+    pub fn check_region(&self, settings: &Settings) -> Result<(), Failure> {
+        let Some(asked) = self.region.as_deref().and_then(window_of) else {
+            return Ok(());
+        };
+        if asked.pixels() > 0 && settings.window() == asked {
+            return Ok(());
+        }
+        Err(Failure::Usage(format!(
+            "--region {} {} {} {} does not lie in the picture, which is {}x{} pixels: columns and rows count from 0",
+            asked.x, asked.y, asked.width, asked.height, settings.width, settings.height
+        )))
     }
 
     /// The scene's tone with what was asked for instead.
@@ -132,6 +177,42 @@ fn filter_parser() -> impl TypedValueParser<Value = Filter> {
         let named = Filter::ALL.iter().find(|(n, _)| *n == name);
         named.map_or_else(Filter::default, |(_, filter)| *filter)
     })
+}
+
+/// Which pixels get many samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AntiAliasing {
+    /// All pixels alike
+    Uniform,
+    /// Those where more help most: edges, highlights, reflections
+    Adaptive,
+}
+
+fn aov_parser() -> impl TypedValueParser<Value = Aovs> {
+    let names = Aov::ALL.iter().map(|(name, _)| *name);
+    PossibleValuesParser::new(names.chain(["all"])).map(|name| {
+        let named = Aov::ALL.iter().find(|(n, _)| *n == name);
+        named.map_or(Aovs::all(), |(_, aov)| Aovs::default().with(*aov))
+    })
+}
+
+fn parse_threshold(text: &str) -> Result<f32, String> {
+    let threshold: Option<f32> = text.parse().ok();
+    threshold
+        .filter(|t| (1e-9..=1e3).contains(t))
+        .ok_or_else(|| "expected a number above 0, as in 0.002".to_owned())
+}
+
+fn window_of(numbers: &[u32]) -> Option<Tile> {
+    match *numbers {
+        [x, y, width, height] => Some(Tile {
+            x,
+            y,
+            width,
+            height,
+        }),
+        _ => None,
+    }
 }
 
 pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
@@ -187,7 +268,6 @@ mod tests {
             "0x4",
             "4x0",
             "65537x1",
-            "65536x65536",
             "1000000x1000000",
             "99999999999999999999999x1",
         ];
@@ -224,6 +304,7 @@ mod tests {
         let sampling = Sampling {
             spp: 5,
             filter: Filter::Tent,
+            adaptive: None,
         };
         assert_eq!(settings.sampling, sampling);
         let lens = Lens {

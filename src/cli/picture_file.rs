@@ -1,14 +1,16 @@
 //! The file that a picture is written to: its format by its name, and what may be asked of that.
 
 use super::failure::Failure;
-use super::interrupt;
 use super::picture_args::PictureArgs;
 use clap::Args;
-use phalanx::frame::Settings;
-use phalanx::image::{Depth, Format, Grade, save};
+use phalanx::frame::{Aovs, Settings, Tile};
+use phalanx::image::{Depth, Format, Grade, PictureFile, save_bands};
+use phalanx::jobs::BandsError;
 use phalanx::render::Film;
 use phalanx::scene::Scene;
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::sync_channel;
 
 /// How samples for a screen are made of radiance.
 #[derive(Debug, Args)]
@@ -52,15 +54,13 @@ pub fn format_of(path: &Path, origin: &str) -> Result<Format, Failure> {
 }
 
 /// A picture file to be.
-#[derive(Debug)]
-pub struct PictureFile {
+#[derive(Clone, Debug)]
+pub struct Target {
     pub path: PathBuf,
-    format: Format,
-    grade: Grade,
-    depth: Depth,
+    pub file: PictureFile,
 }
 
-impl PictureFile {
+impl Target {
     /// Refuses what the format has no use for: nobody should wonder why it did nothing.
     pub fn new(
         path: PathBuf,
@@ -69,7 +69,7 @@ impl PictureFile {
         picture: &PictureArgs,
         scene: &Scene,
         settings: &Settings,
-    ) -> Result<PictureFile, Failure> {
+    ) -> Result<Target, Failure> {
         let name = path.display();
         let asked = [
             ("--exposure", args.exposure.is_some()),
@@ -86,33 +86,78 @@ impl PictureFile {
                 "--bits is for PNG, and {name} is none: leave it out"
             )));
         }
-        let longest = settings.width.max(settings.height);
-        if format == Format::Jpeg && longest > JPEG_SIDE {
-            return Err(Failure::Usage(format!(
-                "{name}: the sides of a JPEG are {JPEG_SIDE} pixels at most, not {longest}: write a PNG"
-            )));
-        }
-        Ok(PictureFile {
-            format,
-            grade: Grade {
-                exposure: args.exposure.unwrap_or(0.0),
-                tone: picture.tone(scene),
-            },
-            depth: args.bits.unwrap_or_default(),
-            path,
-        })
-    }
-
-    /// Writes a finished film.
-    pub fn write(&self, film: &Film) -> Result<(), Failure> {
-        let PictureFile {
+        let grade = Grade {
+            exposure: args.exposure.unwrap_or(0.0),
+            tone: picture.tone(scene),
+        };
+        Target::fitting(
             path,
             format,
             grade,
+            args.bits.unwrap_or_default(),
+            settings.window(),
+            settings.aovs,
+        )
+    }
+
+    /// A file of a window, which the format must be able to hold.
+    pub fn fitting(
+        path: PathBuf,
+        format: Format,
+        grade: Grade,
+        depth: Depth,
+        window: Tile,
+        aovs: Aovs,
+    ) -> Result<Target, Failure> {
+        if !aovs.is_empty() && format != Format::Exr {
+            return Err(Failure::Usage(format!(
+                "--aov is for OpenEXR, and {} is none: name it .exr",
+                path.display()
+            )));
+        }
+        let Tile { width, height, .. } = window;
+        let longest = width.max(height);
+        if format == Format::Jpeg && longest > JPEG_SIDE {
+            return Err(Failure::Usage(format!(
+                "{}: the sides of a JPEG are {JPEG_SIDE} pixels at most, not {longest}: write a PNG",
+                path.display()
+            )));
+        }
+        let file = PictureFile {
+            width,
+            height,
+            format,
+            aovs,
+            grade,
             depth,
-        } = self;
-        Ok(interrupt::undisturbed(|| {
-            save(path, film, *format, *grade, *depth)
-        })??)
+        };
+        Ok(Target { path, file })
+    }
+
+    /// Writes bands as they are made, on a thread of its own; `make` is given what takes them.
+    pub fn write_while<T>(
+        &self,
+        make: impl FnOnce(&mut dyn FnMut(Film) -> bool) -> Result<T, BandsError>,
+    ) -> Result<T, Failure> {
+        // No band waits: one is being made, one is being written.
+        let (send, receive) = sync_channel::<io::Result<Film>>(0);
+        std::thread::scope(|scope| {
+            let write = || save_bands(&self.path, &self.file, receive);
+            let writer = std::thread::Builder::new()
+                .spawn_scoped(scope, write)
+                .map_err(|e| Failure::Runtime(format!("cannot start a thread: {e}")))?;
+            let made = make(&mut |film| send.send(Ok(film)).is_ok());
+            drop(send);
+            let written = writer
+                .join()
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            match (made, written) {
+                // Nobody took the bands, and that is why.
+                (Err(BandsError::Unwanted), Err(error)) => Err(error.into()),
+                (Err(error), _) => Err(error.into()),
+                (Ok(_), Err(error)) => Err(error.into()),
+                (Ok(done), Ok(())) => Ok(done),
+            }
+        })
     }
 }

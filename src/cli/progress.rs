@@ -1,48 +1,108 @@
-//! The progress bar: drawn on stderr, from a polling loop beside the render, where stderr is a terminal.
+//! How far a render is: a bar, lines of JSON, or the picture so far, from a polling loop beside the render.
 
 use super::failure::Failure;
 use super::interrupt;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use phalanx::frame::{self, Control, Frame, FrameError, Prepared, Settings};
+use super::sight::{Sight, Viewer};
+use clap::ValueEnum;
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use phalanx::frame::{self, Control, Frame, Prepared, Settings};
 use phalanx::scene::Scene;
+use serde::Serialize;
 use std::io::IsTerminal;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 /// The scalar tracer recurses once per bounce, up to 1000 deep, on the thread that renders.
 const STACK_BYTES: usize = 64 << 20;
 
+/// What is to be seen of a render while it runs.
+#[derive(Clone, Copy, Default)]
+pub struct Watch<'a> {
+    /// Pixels of the picture.
+    pub pixels: u64,
+    pub mode: ProgressMode,
+    /// The picture so far, if that is to be seen.
+    pub sight: Option<&'a Sight<'a>>,
+}
+
+impl Watch<'_> {
+    /// As if nothing had been said.
+    pub fn of(pixels: u64) -> Watch<'static> {
+        Watch {
+            pixels,
+            ..Watch::default()
+        }
+    }
+}
+
+/// How progress is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ProgressMode {
+    /// A bar where stderr is a terminal
+    #[default]
+    Auto,
+    /// A bar
+    Bar,
+    /// A line of JSON a second, on stderr
+    Json,
+    /// Not at all
+    None,
+}
+
 /// Renders, heeding signals and showing progress.
-pub fn render(scene: &Scene, prepared: &Prepared, settings: &Settings) -> Result<Frame, Failure> {
-    watched(settings, |control| {
+pub fn render(
+    scene: &Scene,
+    prepared: &Prepared,
+    settings: &Settings,
+    mode: ProgressMode,
+) -> Result<Frame, Failure> {
+    let watch = Watch {
+        mode,
+        ..Watch::of(settings.pixels())
+    };
+    watched(watch, |control| {
         frame::render(scene, prepared, settings, control)
     })
 }
 
-/// Does what fills a picture of these settings, heeding signals and showing progress.
-pub fn watched<T: Send>(
-    settings: &Settings,
-    fill: impl FnOnce(&Control) -> Result<T, FrameError> + Send,
+/// Does what fills a picture, heeding signals and showing progress.
+pub fn watched<T: Send, E: Into<Failure> + Send>(
+    watch: Watch,
+    fill: impl FnOnce(&Control) -> Result<T, E> + Send,
 ) -> Result<T, Failure> {
-    interrupt::stoppable(|control| {
-        std::thread::scope(|scope| {
-            let (done, finished) = channel::<()>();
-            let work = move || {
-                // Dropped when this thread ends, however it ends: that is what the loop waits for.
-                let _done = done;
-                fill(control)
-            };
-            let thread = std::thread::Builder::new()
-                .stack_size(STACK_BYTES)
-                .spawn_scoped(scope, work)
-                .map_err(|e| Failure::Runtime(format!("cannot start a thread: {e}")))?;
-            watch(control, settings, &finished);
-            let filled = thread
-                .join()
-                .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            filled.map_err(Failure::from)
-        })
+    interrupt::stoppable(|control| on_large_stack(control, watch, fill))
+}
+
+/// The same for what also writes a file, which a signal must not leave half written.
+pub fn watched_writing<T: Send, E: Into<Failure> + Send>(
+    watch: Watch,
+    fill: impl FnOnce(&Control) -> Result<T, E> + Send,
+) -> Result<T, Failure> {
+    interrupt::stoppable_writing(|control| on_large_stack(control, watch, fill))
+}
+
+fn on_large_stack<T: Send, E: Into<Failure> + Send>(
+    control: &Control,
+    watch: Watch,
+    fill: impl FnOnce(&Control) -> Result<T, E> + Send,
+) -> Result<T, Failure> {
+    std::thread::scope(|scope| {
+        let (done, finished) = channel::<()>();
+        let work = move || {
+            // Dropped when this thread ends, however it ends: that is what the loop waits for.
+            let _done = done;
+            fill(control)
+        };
+        let thread = std::thread::Builder::new()
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, work)
+            .map_err(|e| Failure::Runtime(format!("cannot start a thread: {e}")))?;
+        watch.run(control, &finished);
+        let filled = thread
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        filled.map_err(Into::into)
     })
 }
 
@@ -56,25 +116,170 @@ pub fn bytes() -> ProgressBar {
     bar
 }
 
-/// Draws until the render ends.
-fn watch(control: &Control, settings: &Settings, finished: &Receiver<()>) {
-    if !std::io::stderr().is_terminal() {
-        // The only message is the sender's end.
-        let _ = finished.recv();
-        return;
+/// How often whoever watches is told something.
+const TICK: Duration = Duration::from_millis(100);
+/// How often by lines and pictures.
+const SECOND: Duration = Duration::from_secs(1);
+
+impl Watch<'_> {
+    /// Tells until the render ends.
+    fn run(self, control: &Control, finished: &Receiver<()>) {
+        let start = Instant::now();
+        let mut teller = Teller::of(self);
+        let (mut told, mut ended) = (None, false);
+        while !ended {
+            let due = told.is_none_or(|at: Instant| at.elapsed() >= SECOND);
+            teller.tick(&Far::of(self.pixels, control, start), due);
+            if due {
+                told = Some(Instant::now());
+            }
+            ended = finished.recv_timeout(TICK) != Err(RecvTimeoutError::Timeout);
+        }
+        teller.end(&Far::of(self.pixels, control, start));
     }
-    let pixels = u64::from(settings.width) * u64::from(settings.height);
-    let bar = ProgressBar::with_draw_target(Some(pixels), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}  {eta} left")
-    {
+}
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Far {
+    event: &'static str,
+    /// Pixels finished, those that an earlier try had finished included.
+    pixels: u64,
+    of: u64,
+    fraction: f64,
+    rays: u64,
+    mrays_per_s: f64,
+    seconds: f64,
+    /// As if what is left were like what has been rendered; `None` where nothing has.
+    seconds_left: Option<f64>,
+}
+
+impl Far {
+    fn of(of: u64, control: &Control, start: Instant) -> Far {
+        let load = |number: &AtomicU64| number.load(Ordering::Relaxed);
+        let (pixels, kept, rays) = (
+            load(&control.pixels).min(of),
+            load(&control.kept),
+            load(&control.rays),
+        );
+        let seconds = start.elapsed().as_secs_f64();
+        let rendered = pixels.saturating_sub(kept);
+        let left = seconds * (of - pixels) as f64 / rendered as f64;
+        Far {
+            event: "progress",
+            pixels,
+            of,
+            fraction: pixels as f64 / of.max(1) as f64,
+            rays,
+            mrays_per_s: rays as f64 / 1e6 / seconds.max(1e-9),
+            seconds,
+            seconds_left: (rendered > 0).then_some(left),
+        }
+    }
+
+    fn words(&self) -> String {
+        let left = self.seconds_left.map_or(String::new(), |left| {
+            format!(", {} left", HumanDuration(Duration::from_secs_f64(left)))
+        });
+        let Far {
+            fraction,
+            mrays_per_s,
+            ..
+        } = self;
+        format!("{:.1} %, {mrays_per_s:.2} Mrays/s{left}", 100.0 * fraction)
+    }
+}
+
+/// Who is told.
+struct Teller<'a> {
+    bar: Option<ProgressBar>,
+    json: bool,
+    sight: Option<Viewer<'a>>,
+}
+
+impl<'a> Teller<'a> {
+    fn of(watch: Watch<'a>) -> Teller<'a> {
+        let terminal = std::io::stderr().is_terminal();
+        let sight = watch.sight.map(Viewer::of);
+        let covered = sight.as_ref().is_some_and(Viewer::draws);
+        let bar = match watch.mode {
+            ProgressMode::Auto => terminal && !covered,
+            ProgressMode::Bar => !covered,
+            ProgressMode::Json | ProgressMode::None => false,
+        };
+        Teller {
+            bar: bar.then(|| drawn_bar(watch.pixels)),
+            json: watch.mode == ProgressMode::Json,
+            sight,
+        }
+    }
+
+    fn tick(&mut self, far: &Far, due: bool) {
+        if let Some(bar) = &self.bar {
+            let left = far.seconds_left.map(Duration::from_secs_f64);
+            let left = left.map_or(String::new(), |left| {
+                format!("  {} left", HumanDuration(left))
+            });
+            bar.set_message(format!("{:.2} Mrays/s{left}", far.mrays_per_s));
+            bar.set_position(far.pixels);
+        }
+        if due && self.json {
+            tell_json(far);
+        }
+        if let Some(sight) = self.sight.as_mut().filter(|_| due) {
+            sight.show(&far.words(), false);
+        }
+    }
+
+    fn end(mut self, far: &Far) {
+        if let Some(bar) = self.bar {
+            bar.finish_and_clear();
+        }
+        if self.json {
+            tell_json(&Far {
+                event: "end",
+                ..*far
+            });
+        }
+        if let Some(sight) = &mut self.sight {
+            sight.show(&far.words(), true);
+        }
+    }
+}
+
+fn drawn_bar(pixels: u64) -> ProgressBar {
+    let target = ProgressDrawTarget::stderr();
+    let bar = ProgressBar::with_draw_target(Some(pixels), target);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}") {
         bar.set_style(style);
     }
-    let start = Instant::now();
-    while finished.recv_timeout(Duration::from_millis(100)) == Err(RecvTimeoutError::Timeout) {
-        let rays = control.rays.load(Ordering::Relaxed) as f64;
-        let speed = rays / 1e6 / start.elapsed().as_secs_f64();
-        bar.set_message(format!("{speed:.2} Mrays/s"));
-        bar.set_position(control.pixels.load(Ordering::Relaxed));
+    bar
+}
+
+fn tell_json(far: &Far) {
+    if let Ok(line) = serde_json::to_string(far) {
+        super::output::note(&line);
     }
-    bar.finish_and_clear();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_is_like_what_was_rendered_now() {
+        let control = Control::default();
+        let start = Instant::now() - Duration::from_secs(10);
+        let far = Far::of(1000, &control, start);
+        assert_eq!((far.pixels, far.fraction, far.seconds_left), (0, 0.0, None));
+        // 500 were there, 100 took ten seconds: 400 take forty.
+        control.kept.store(500, Ordering::Relaxed);
+        control.pixels.store(600, Ordering::Relaxed);
+        control.rays.store(20_000_000, Ordering::Relaxed);
+        let far = Far::of(1000, &control, start);
+        let left = far.seconds_left.unwrap();
+        assert!((left / 40.0 - 1.0).abs() < 0.05, "{left}");
+        assert!((far.mrays_per_s / 2.0 - 1.0).abs() < 0.05);
+        assert_eq!(far.fraction, 0.6);
+    }
 }

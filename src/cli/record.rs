@@ -31,6 +31,9 @@ pub struct Kept {
     scene: String,
     width: u32,
     height: u32,
+    /// Where a region lies: column and row of its upper left pixel, and the size of the whole picture. Older records are of no region.
+    #[serde(default)]
+    region: Option<[u32; 4]>,
     max_depth: u32,
     #[serde(flatten)]
     asked: Asked,
@@ -133,8 +136,11 @@ impl Kept {
         };
         Kept {
             scene: name_of(path),
-            width: settings.width,
-            height: settings.height,
+            width: settings.window().width,
+            height: settings.window().height,
+            region: settings
+                .region
+                .map(|r| [r.x, r.y, settings.width, settings.height]),
             max_depth: settings.max_depth,
             asked: Asked::of(settings),
             transfer: transfer.to_owned(),
@@ -165,8 +171,11 @@ impl Kept {
 
     fn describe(&self) -> String {
         let asked = self.asked.words();
+        let region = self.region.map_or(String::new(), |[x, y, width, height]| {
+            format!(" from ({x}, {y}) of {width}x{height}")
+        });
         format!(
-            "{}x{} pixels, max depth {}, {asked}, transfer {}, quantize {}",
+            "{}x{} pixels{region}, max depth {}, {asked}, transfer {}, quantize {}",
             self.width, self.height, self.max_depth, self.transfer, self.quantize
         )
     }
@@ -219,6 +228,8 @@ mod tests {
             width: 3,
             height: 2,
             planes: [vec![0.0; 6], vec![0.5; 6], vec![1.0; 6]],
+            aovs: Default::default(),
+            layers: Vec::new(),
             hits: Some(Hits {
                 prim_id: (0..6).collect(),
                 t: vec![1.0; 6],
@@ -283,7 +294,11 @@ mod tests {
             ..settings()
         };
         let sampled = |spp, filter| Settings {
-            sampling: Sampling { spp, filter },
+            sampling: Sampling {
+                spp,
+                filter,
+                ..Sampling::CENTER
+            },
             ..settings()
         };
         let blurred = Settings {

@@ -3,19 +3,33 @@
 use super::args::RenderArgs;
 use super::budget::film_bytes;
 use super::failure::Failure;
+use super::frames::Sequence;
 use super::input::Input;
 use super::memory::Memory;
-use super::picture_file::{PictureFile, format_of};
-use super::report::{Image, Report};
-use super::{advise, heat, input, interrupt, output, progress};
-use phalanx::frame::{Pin, Settings};
+use super::picture_file::{Target, format_of};
+use super::progress::{self, Watch};
+use super::report::{Image, Report, Seconds};
+use super::sight::Sight;
+use super::{advise, heat, input, interrupt, output, shard};
+use phalanx::frame::{Aov, Engine, Prepared, Settings};
 use phalanx::image::Format;
+use phalanx::jobs::{Banded, Beside, Identity, TileFile, bands, render_bands};
+use phalanx::render::RenderStats;
 use phalanx::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Renders a scene to a picture and says what it took.
+/// Renders a scene to a picture and says what it took; or a shard of one.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    match (&args.keep.plan, &args.scene) {
+        (Some(plan), _) => shard::run(args, plan),
+        (None, Some(scene)) => picture(args, scene),
+        // The arguments' definition asks for one of them.
+        (None, None) => Err(Failure::Usage("name a scene".to_owned())),
+    }
+}
+
+fn picture(args: &RenderArgs, name: &Path) -> Result<(), Failure> {
     args.picture.check()?;
     if let Some(path) = &args.output {
         format_of(path, "--output")?;
@@ -23,37 +37,55 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     interrupt::listen()?;
     advise();
     let start = Instant::now();
-    let mut input = Input::load(&args.scene, &args.beside, args.threads.unwrap_or(0))?;
+    let mut input = Input::load(name, &args.beside, args.work.threads.unwrap_or(0))?;
     let load = start.elapsed().as_secs_f64();
-    let (path, format) = output_path(args, &input.scene)?;
+    let (path, format) = output_path(args, name, &input.scene)?;
     output::check_place(&path)?;
 
-    let settings = settings(args, &input.scene);
+    let settings = args.work.apply(args.picture.settings(&input.scene));
+    args.picture.check_region(&settings)?;
+    if settings.engine == Engine::Scalar && settings.aovs.has(Aov::Cost) {
+        return Err(Failure::Usage(
+            "--aov cost counts the packet engine's work: leave out --engine scalar".to_owned(),
+        ));
+    }
     let (grade, picture) = (&args.grade, &args.picture);
-    let file = PictureFile::new(path, format, grade, picture, &input.scene, &settings)?;
+    let target = Target::new(path, format, grade, picture, &input.scene, &settings)?;
     let heat = heat::asked(args.heat.as_deref(), &settings)?;
+    let sequence = args.frames.sequence(&input.scene)?;
     let start = Instant::now();
     let prepared = input.prepare(settings.engine, &args.tree, settings.threads)?;
-    let scene = &input.scene;
-    input.budget.for_render(scene, &prepared, &settings, 1)?;
+    input
+        .budget
+        .for_render(&input.scene, &prepared, &settings, held(&settings))?;
     prepared.make_ready(&settings);
     let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
-    let frame = progress::render(scene, &prepared, &settings)?;
-    file.write(&frame.film)?;
+    let job = Job {
+        args,
+        prepared: &prepared,
+        settings: &settings,
+    };
+    let work = match &sequence {
+        None => job.render(&input.scene, &target, args.keep.checkpoint.as_deref())?,
+        Some(sequence) => job.sequence(sequence, &mut input.scene, &target)?,
+    };
+    let scene = &input.scene;
     if let Some(heat) = heat {
         heat::write(&heat, scene, &prepared, &settings)?;
     }
 
-    let image = Image::new(&settings, &file.path);
-    let report = Report::new(&args.scene, scene, &settings, image)
+    let seconds = Seconds {
+        load,
+        build,
+        render: work.render,
+        write: work.write,
+    };
+    let film = held(&settings) * film_bytes(&settings);
+    let image = Image::new(&settings, &target.path, sequence.map(|s| s.frames));
+    let report = Report::new(name, scene, &settings, image)
         .with_tree(tree)
-        .with_memory(Memory::of(
-            scene,
-            &tree,
-            film_bytes(&settings),
-            input.mapped_bytes,
-        ))
-        .with_frame(&frame, load, build);
+        .with_memory(Memory::of(scene, &tree, film, input.mapped_bytes))
+        .with_work(&work.stats, seconds);
     if args.json {
         output::print_json(&report)
     } else {
@@ -61,28 +93,151 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
 }
 
-fn settings(args: &RenderArgs, scene: &Scene) -> Settings {
-    // Counts the CPUs of the process's affinity mask, not those of the machine.
-    let available = std::thread::available_parallelism().map_or(1, |n| n.get());
-    let threads = args.threads.unwrap_or(available);
-    // With fewer workers than cores, runs side by side would all sit on the first ones.
-    let pin = match args.pin {
-        Some(pin) => pin.into(),
-        None if threads >= available => Pin::Cores,
-        None => Pin::None,
+/// What is the same for all frames of a sequence.
+struct Job<'a> {
+    args: &'a RenderArgs,
+    prepared: &'a Prepared,
+    settings: &'a Settings,
+}
+
+/// What rendering came to, and how long it and the rest of writing took.
+#[derive(Default)]
+struct Work {
+    stats: RenderStats,
+    render: f64,
+    write: f64,
+}
+
+impl Job<'_> {
+    /// Renders one frame after the other; each is finished before the next begins.
+    fn sequence(
+        &self,
+        sequence: &Sequence,
+        scene: &mut Scene,
+        target: &Target,
+    ) -> Result<Work, Failure> {
+        let start = scene.view;
+        let mut all = Work::default();
+        for frame in sequence.frames.clone() {
+            scene.view = sequence.view(frame, &start)?;
+            let path = sequence.name(&target.path, frame);
+            let target = Target {
+                path,
+                ..target.clone()
+            };
+            let checkpoint = self.args.keep.checkpoint.as_deref();
+            let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
+            let work = self.render(scene, &target, checkpoint.as_deref())?;
+            if !self.args.json {
+                let speed = work.stats.rays.total() as f64 / 1e6 / work.render.max(1e-9);
+                output::print(&format!(
+                    "frame {frame}: {:.3} seconds, {speed:.3} Mrays/s, {}\n",
+                    work.render,
+                    target.path.display()
+                ))?;
+            }
+            all.stats.add(&work.stats);
+            all.render += work.render;
+            all.write += work.write;
+        }
+        Ok(all)
+    }
+
+    /// Renders a picture, and writes it as it is made.
+    fn render(
+        &self,
+        scene: &Scene,
+        target: &Target,
+        checkpoint: Option<&Path>,
+    ) -> Result<Work, Failure> {
+        let Job { args, settings, .. } = self;
+        let sight = Sight::of(&args.sight, target, settings.window())?;
+        let tiles = checkpoint
+            .map(|path| tiles(path, scene, settings))
+            .transpose()?;
+        let watch = Watch {
+            pixels: settings.pixels(),
+            mode: args.progress,
+            sight: sight.as_ref(),
+        };
+        let start = Instant::now();
+        let banded = write(
+            scene,
+            self.prepared,
+            settings,
+            target,
+            tiles.as_ref(),
+            watch,
+        )?;
+        Ok(Work {
+            stats: banded.stats,
+            render: banded.seconds,
+            write: start.elapsed().as_secs_f64() - banded.seconds,
+        })
+    }
+}
+
+/// The file of finished tiles.
+fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, Failure> {
+    let file = TileFile::open(path, &Identity::of(scene, settings))?;
+    shard::tell_damaged(&file, path);
+    if file.pixels() > 0 {
+        let share = 100.0 * file.pixels() as f64 / settings.pixels() as f64;
+        output::note(&format!(
+            "going on: {} has {share:.1} % of the picture",
+            path.display()
+        ));
+    }
+    Ok(file)
+}
+
+/// Renders band by band, and writes each while the next is made.
+fn write(
+    scene: &Scene,
+    prepared: &Prepared,
+    settings: &Settings,
+    target: &Target,
+    tiles: Option<&TileFile>,
+    watch: Watch,
+) -> Result<Banded, Failure> {
+    let beside = Beside {
+        file: tiles,
+        overview: watch.sight.map(|sight| &sight.overview),
     };
-    Settings {
-        threads,
-        pin,
-        engine: args.engine.into(),
-        kernel: args.kernel,
-        ..args.picture.settings(scene)
+    let written = progress::watched_writing(watch, |control| {
+        let tree = prepared.tree();
+        target.write_while(|take| render_bands(scene, tree, settings, control, beside, take))
+    });
+    let Some(tiles) = tiles else {
+        return written;
+    };
+    // Even where it was interrupted: what is finished is not to be lost.
+    tiles.sync()?;
+    written.map_err(|failure| match failure {
+        Failure::Interrupted => Failure::Kept(format!(
+            "finished tiles are kept in {}; the same command goes on from there",
+            tiles.path().display()
+        )),
+        other => other,
+    })
+}
+
+/// Films in memory at a time: one that is rendered, and one that is written.
+fn held(settings: &Settings) -> u64 {
+    if bands(settings.window()).len() > 1 {
+        2
+    } else {
+        1
     }
 }
 
 /// Where the picture goes: as asked, else as the scene says, else named like the scene; the latter two in the current
 /// folder, whatever folders the scene names.
-fn output_path(args: &RenderArgs, scene: &Scene) -> Result<(PathBuf, Format), Failure> {
+fn output_path(
+    args: &RenderArgs,
+    name: &Path,
+    scene: &Scene,
+) -> Result<(PathBuf, Format), Failure> {
     if let Some(path) = &args.output {
         return Ok((path.clone(), format_of(path, "--output")?));
     }
@@ -99,9 +254,9 @@ fn output_path(args: &RenderArgs, scene: &Scene) -> Result<(PathBuf, Format), Fa
             Ok((path, format))
         }
         None => {
-            let mut name = input::stem(&args.scene).to_os_string();
-            name.push(".png");
-            Ok((PathBuf::from(name), Format::Png))
+            let mut stem = input::stem(name).to_os_string();
+            stem.push(".png");
+            Ok((PathBuf::from(stem), Format::Png))
         }
     }
 }
@@ -118,7 +273,10 @@ mod tests {
             ..Scene::default()
         };
         match Arguments::try_parse_from(line.split(' ')).unwrap().command {
-            Command::Render(args) => output_path(&args, &scene).map(|(path, _)| path),
+            Command::Render(args) => {
+                let name = args.scene.clone().unwrap();
+                output_path(&args, &name, &scene).map(|(path, _)| path)
+            }
             other => panic!("{other:?}"),
         }
     }

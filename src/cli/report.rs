@@ -4,10 +4,12 @@ use super::asked::Asked;
 use super::counts::{Kinds, Primitives, Tree};
 use super::memory::Memory;
 use super::output::grouped;
-use phalanx::frame::{Engine, Frame, Settings, TreeStats};
+use phalanx::frame::{Engine, Settings, TreeStats};
 use phalanx::isa;
+use phalanx::render::RenderStats;
 use phalanx::scene::Scene;
 use serde::Serialize;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// Version of every JSON document of the command line; it rises when a key changes its meaning or goes.
@@ -42,25 +44,35 @@ pub struct Report {
 pub struct Image {
     width: u32,
     height: u32,
+    /// Where a region lies: column and row of its upper left pixel, and the size of the whole picture.
+    region: Option<[u32; 4]>,
+    /// The first and the last frame of a sequence.
+    frames: Option<[u32; 2]>,
     path: String,
 }
 
 impl Image {
     /// The picture of these settings at this path.
-    pub fn new(settings: &Settings, path: &Path) -> Image {
+    pub fn new(settings: &Settings, path: &Path, frames: Option<RangeInclusive<u32>>) -> Image {
         Image {
-            width: settings.width,
-            height: settings.height,
+            width: settings.window().width,
+            height: settings.window().height,
+            region: settings
+                .region
+                .map(|r| [r.x, r.y, settings.width, settings.height]),
+            frames: frames.map(|frames| [*frames.start(), *frames.end()]),
             path: path.to_string_lossy().into_owned(),
         }
     }
 }
 
 #[derive(Clone, Copy, Debug, Default, Serialize)]
-struct Seconds {
-    load: f64,
-    build: f64,
-    render: f64,
+pub struct Seconds {
+    pub load: f64,
+    pub build: f64,
+    pub render: f64,
+    /// Beyond rendering, which goes on while what is finished is written.
+    pub write: f64,
 }
 
 impl Report {
@@ -100,19 +112,14 @@ impl Report {
         Report { memory, ..self }
     }
 
-    /// Adds the render's figures, and the seconds of what went before it.
-    pub fn with_frame(self, frame: &Frame, load: f64, build: f64) -> Report {
-        let rays = Kinds::of(&frame.stats.rays);
+    /// Adds the render's figures, and the seconds of each part.
+    pub fn with_work(self, stats: &RenderStats, seconds: Seconds) -> Report {
+        let rays = Kinds::of(&stats.rays);
         Report {
-            threads: frame.threads,
-            seconds: Seconds {
-                load,
-                build,
-                render: frame.seconds,
-            },
+            seconds,
             rays,
-            mrays_per_s: rays.mrays_per_s(frame.seconds),
-            occupancy: frame.stats.occupancy(),
+            mrays_per_s: rays.mrays_per_s(seconds.render),
+            occupancy: stats.occupancy(),
             ..self
         }
     }
@@ -128,10 +135,16 @@ impl Report {
         let kernel = self.kernel.map_or(String::new(), |k| format!("/{k}"));
         let plural = if self.threads == 1 { "" } else { "s" };
         let asked = self.asked.words();
+        let region = image.region.map_or(String::new(), |[x, y, width, height]| {
+            format!(" from ({x}, {y}) of {width}x{height}")
+        });
         let rows = [
             (
                 "scene",
-                format!("{}, {}x{}, {asked}", self.scene, image.width, image.height),
+                format!(
+                    "{}, {}x{}{region}, {asked}",
+                    self.scene, image.width, image.height
+                ),
             ),
             (
                 "engine",
@@ -148,8 +161,8 @@ impl Report {
             (
                 "seconds",
                 format!(
-                    "load {:.3}, build {:.3}, render {:.3}",
-                    seconds.load, seconds.build, seconds.render
+                    "load {:.3}, build {:.3}, render {:.3}, write {:.3}",
+                    seconds.load, seconds.build, seconds.render, seconds.write
                 ),
             ),
         ];
@@ -200,7 +213,7 @@ pub fn lines(rows: &[(&str, String)]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phalanx::render::{Film, RayCounts, RenderStats};
+    use phalanx::render::RayCounts;
 
     fn report() -> Report {
         let scene = Scene::default();
@@ -214,20 +227,15 @@ mod tests {
             reflection: 0,
             refraction: 200_000,
         };
-        let frame = Frame {
-            film: Film {
-                width: 0,
-                height: 0,
-                planes: Default::default(),
-                hits: None,
-            },
-            stats: RenderStats {
-                rays,
-                packets: 500_000,
-            },
-            seconds: 0.5,
-            tile_seconds: Vec::new(),
-            threads: 2,
+        let work = RenderStats {
+            rays,
+            packets: 500_000,
+        };
+        let seconds = Seconds {
+            load: 0.25,
+            build: 0.125,
+            render: 0.5,
+            write: 0.0625,
         };
         let stats = TreeStats {
             nodes: 4711,
@@ -237,11 +245,11 @@ mod tests {
             prim_bytes: 2,
             wide_bytes: 3,
         };
-        let image = Image::new(&settings, Path::new("out.png"));
+        let image = Image::new(&settings, Path::new("out.png"), None);
         let report = Report::new(Path::new("a.test"), &scene, &settings, image);
         let memory = Memory::of(&scene, &stats, 1 << 20, 0);
         let report = report.with_tree(stats).with_memory(memory);
-        report.with_frame(&frame, 0.25, 0.125)
+        report.with_work(&work, seconds)
     }
 
     #[test]
@@ -251,9 +259,10 @@ mod tests {
         assert_eq!(json["engine"], "simd");
         assert_eq!(json["isa"], isa::compiled_level());
         assert_eq!(json["threads"], 2);
-        let image = serde_json::json!({"width": 640, "height": 480, "path": "out.png"});
+        let image = serde_json::json!({"width": 640, "height": 480, "region": null, "frames": null, "path": "out.png"});
         assert_eq!(json["image"], image);
-        let seconds = serde_json::json!({"load": 0.25, "build": 0.125, "render": 0.5});
+        let seconds =
+            serde_json::json!({"load": 0.25, "build": 0.125, "render": 0.5, "write": 0.0625});
         assert_eq!(json["seconds"], seconds);
         let rays = serde_json::json!({
             "primary": 1_500_000, "shadow": 300_000, "reflection": 0, "refraction": 200_000, "total": 2_000_000
@@ -279,7 +288,7 @@ mod tests {
             "simd/auto on ",
             ", 2 threads\n",
             "4,711 nodes, depth 17",
-            "load 0.250, build 0.125, render 0.500",
+            "load 0.250, build 0.125, render 0.500, write 0.062",
             "  primary             1,500,000      3.000\n",
             "  total               2,000,000      4.000\n",
             "50.0 % of packet lanes",

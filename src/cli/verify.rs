@@ -9,11 +9,14 @@ use super::input::Input;
 use super::record::{Kept, Record};
 use super::report::SCHEMA_VERSION;
 use super::{advise, interrupt, output, progress};
-use phalanx::frame::{Engine, Frame, Prepared, Settings};
+use phalanx::frame::{Aov, Engine, Frame, Prepared, Settings};
 use phalanx::isa;
 use phalanx::scene::Scene;
 use serde::Serialize;
 use std::path::Path;
+
+/// Most pixels of a picture that is verified: 7 GiB a film, with its hits.
+const FILM_PIXELS: u64 = 1 << 28;
 
 #[derive(Debug, Serialize)]
 struct Document {
@@ -28,6 +31,8 @@ struct SceneOutcome {
     scene: String,
     width: u32,
     height: u32,
+    /// Where a region lies: column and row of its upper left pixel, and the size of the whole picture.
+    region: Option<[u32; 4]>,
     max_depth: u32,
     #[serde(flatten)]
     asked: Asked,
@@ -70,10 +75,18 @@ pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
     let mut scenes = Vec::new();
     for path in &args.scenes {
         let mut input = Input::load(path, &args.beside, 0)?;
-        let (outcome, reference) = verify(args, path, &mut input, record.as_ref())?;
-        scenes.push(outcome);
-        if args.record.is_some() {
-            kept.push(reference);
+        let start = input.scene.view;
+        let sequence = args.frames.sequence(&input.scene)?;
+        let frames = sequence.as_ref().map(|sequence| sequence.frames.clone());
+        for frame in frames.unwrap_or(0..=0) {
+            if let Some(sequence) = &sequence {
+                input.scene.view = sequence.view(frame, &start)?;
+            }
+            let (outcome, reference) = verify(args, path, &mut input, record.as_ref())?;
+            scenes.push(outcome);
+            if args.record.is_some() {
+                kept.push(reference);
+            }
         }
     }
     if let Some(path) = &args.record {
@@ -110,17 +123,27 @@ fn verify(
     record: Option<&Record>,
 ) -> Result<(SceneOutcome, Kept), Failure> {
     let scene = &input.scene;
+    let asked = args.picture.settings(scene);
     let settings = Settings {
         threads: 1,
         engine: Engine::Scalar,
         record_hits: true,
-        ..args.picture.settings(scene)
+        // What a ray costs is the engine's own affair.
+        aovs: asked.aovs.without(Aov::Cost),
+        ..asked
     };
+    args.picture.check_region(&settings)?;
+    if settings.pixels() > FILM_PIXELS {
+        return Err(Failure::Usage(format!(
+            "verify holds two whole pictures in memory: {} pixels are more than {FILM_PIXELS}; take a part, with --region",
+            settings.pixels()
+        )));
+    }
     let tone = args.picture.tone(scene);
     // A record that does not fit is refused before anything is rendered.
     let expected = record.map(|r| r.find(path, &settings, tone)).transpose()?;
     let prepared = input.prepare(Engine::Scalar, &args.tree, 0)?;
-    let reference = render(input, &prepared, &settings)?;
+    let reference = render(args, input, &prepared, &settings)?;
     drop(prepared);
     let kept = Kept::of(path, &settings, tone, &reference.film);
     let against = match (&args.against, expected) {
@@ -129,8 +152,11 @@ fn verify(
     };
     let outcome = SceneOutcome {
         scene: path.to_string_lossy().into_owned(),
-        width: settings.width,
-        height: settings.height,
+        width: settings.window().width,
+        height: settings.window().height,
+        region: settings
+            .region
+            .map(|r| [r.x, r.y, settings.width, settings.height]),
         max_depth: settings.max_depth,
         asked: Asked::of(&settings),
         rays: Kinds::of(&reference.stats.rays),
@@ -184,7 +210,7 @@ fn runs(
                 engine: Engine::Simd,
                 ..settings.clone()
             };
-            let frame = render(input, &prepared, &settings)?;
+            let frame = render(args, input, &prepared, &settings)?;
             let run = Run::of(&input.scene, &settings, reference, &frame);
             if !args.json {
                 output::print(&run.line(path, reference))?;
@@ -195,11 +221,16 @@ fn runs(
     Ok(runs)
 }
 
-fn render(input: &Input, prepared: &Prepared, settings: &Settings) -> Result<Frame, Failure> {
+fn render(
+    args: &VerifyArgs,
+    input: &Input,
+    prepared: &Prepared,
+    settings: &Settings,
+) -> Result<Frame, Failure> {
     let scene = &input.scene;
     // The scalar engine's film is kept to compare with.
     input.budget.for_render(scene, prepared, settings, 2)?;
-    let frame = progress::render(scene, prepared, settings)?;
+    let frame = progress::render(scene, prepared, settings, args.progress)?;
     if frame.film.hits.is_none() {
         // Without them half of the promise would go untested, and nobody would know.
         return Err(Failure::Runtime(
@@ -253,6 +284,8 @@ mod tests {
                 width: 1,
                 height: 1,
                 planes: [vec![0.0], vec![0.5], vec![1.0]],
+                aovs: Default::default(),
+                layers: Vec::new(),
                 hits: Some(Hits {
                     prim_id: vec![3],
                     t: vec![2.0],

@@ -1,9 +1,14 @@
 //! Files that appear whole or not at all.
 
 use std::fs::{File, Permissions};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile};
+
+/// What a file is written through: some formats go back to say what they could not know before.
+pub trait Out: Write + Seek {}
+
+impl<T: Write + Seek> Out for T {}
 
 /// Writes a file through `fill` into a temporary one in the same folder, syncs it, and renames it over `path`.
 ///
@@ -11,7 +16,7 @@ use tempfile::{Builder, NamedTempFile};
 /// The first error of any step. Then there is no temporary file left, and what stood at `path` stands there still.
 pub fn replace_file(
     path: &Path,
-    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    fill: impl FnOnce(&mut dyn Out) -> io::Result<()>,
 ) -> io::Result<()> {
     // A link keeps pointing where it did: the file behind it is what gets replaced.
     let path = &path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
@@ -137,7 +142,7 @@ mod tests {
         let missing = folder.path().join("nowhere/a.png");
         for path in [folder.path(), &missing] {
             assert!(check_writable(path).is_err(), "{path:?}");
-            let fill = |_: &mut dyn Write| panic!("must not be reached");
+            let fill = |_: &mut dyn Out| panic!("must not be reached");
             assert!(replace_file(path, fill).is_err(), "{path:?}");
         }
         check_writable(&folder.path().join("a.png")).unwrap();

@@ -2,16 +2,88 @@
 
 use super::png::io_error;
 use super::tone::Picture;
-use ::image::ExtendedColorType;
 use ::image::codecs::jpeg::JpegEncoder;
+use ::image::{GenericImageView, Rgb};
+use std::cell::RefCell;
 use std::io;
 
 /// Of 100: differences can be measured, and hardly seen.
 const QUALITY: u8 = 95;
 
-pub(super) fn write_jpeg(writer: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
-    let Picture { width, height, rgb } = picture;
-    let mut encoder = JpegEncoder::new_with_quality(writer, QUALITY);
-    let written = encoder.encode(rgb, *width, *height, ExtendedColorType::Rgb8);
-    written.map_err(io_error)
+/// Writes pictures of whole blocks of eight rows, one below the other, as they come.
+pub(super) fn write_jpeg(
+    out: &mut dyn io::Write,
+    width: u32,
+    height: u32,
+    bands: impl Iterator<Item = io::Result<Picture>>,
+) -> io::Result<()> {
+    let view = Bands {
+        width,
+        height,
+        present: RefCell::new(Present {
+            bands,
+            first: 0,
+            rgb: Vec::new(),
+            failed: None,
+        }),
+    };
+    let written = JpegEncoder::new_with_quality(out, QUALITY).encode_image(&view);
+    match view.present.into_inner().failed {
+        Some(error) => Err(error),
+        None => written.map_err(io_error),
+    }
+}
+
+/// Bands as the encoder wants to see them: it asks for pixels, eight rows at a time, from the top.
+struct Bands<I> {
+    width: u32,
+    height: u32,
+    present: RefCell<Present<I>>,
+}
+
+/// The band that is being looked at.
+struct Present<I> {
+    bands: I,
+    /// Its first row in the picture.
+    first: u32,
+    rgb: Vec<u8>,
+    /// Why there are no more: the rest of the file is black, and is thrown away.
+    failed: Option<io::Error>,
+}
+
+impl<I: Iterator<Item = io::Result<Picture>>> GenericImageView for Bands<I> {
+    type Pixel = Rgb<u8>;
+
+    fn dimensions(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    fn get_pixel(&self, x: u32, y: u32) -> Rgb<u8> {
+        let mut present = self.present.borrow_mut();
+        let pitch = 3 * self.width as usize;
+        loop {
+            let at = (y - present.first) as usize * pitch + 3 * x as usize;
+            if let Some([r, g, b]) = present.rgb.get(at..).and_then(<[u8]>::first_chunk) {
+                return Rgb([*r, *g, *b]);
+            }
+            if present.failed.is_some() {
+                return Rgb([0; 3]);
+            }
+            present.advance(pitch);
+        }
+    }
+}
+
+impl<I: Iterator<Item = io::Result<Picture>>> Present<I> {
+    fn advance(&mut self, pitch: usize) {
+        let rows = self.rgb.len() / pitch;
+        match self.bands.next() {
+            Some(Ok(band)) => {
+                self.first += rows as u32;
+                self.rgb = band.rgb;
+            }
+            Some(Err(error)) => self.failed = Some(error),
+            None => self.failed = Some(io::Error::other("rows are missing")),
+        }
+    }
 }

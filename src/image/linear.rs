@@ -1,61 +1,41 @@
-//! Files of linear radiance: OpenEXR, Radiance RGBE, portable float maps. What is no number is written as it is where the format
-//! can say so.
+//! Files of linear radiance: Radiance RGBE and portable float maps.
 
+use super::bands::Films;
+use super::file::Out;
 use super::png::io_error;
-use crate::render::Film;
 use ::image::Rgb;
 use ::image::codecs::hdr::HdrEncoder;
-use exr::image::{Encoding, Image, Layer, SpecificChannels};
-use exr::math::Vec2;
-use exr::meta::attribute::{LineOrder, Text};
-use exr::meta::header::LayerAttributes;
-use exr::prelude::{Blocks, Compression, WritableImage};
-use std::io::{self, Cursor, Write};
+use std::io::{self, SeekFrom};
 
-/// Side of an OpenEXR file's tiles in pixels.
-const TILE: usize = 64;
-
-/// A film as OpenEXR: 32-bit floats, tiled, losslessly compressed; the bytes depend on the film alone.
-pub(super) fn write_exr(writer: &mut dyn Write, film: &Film) -> io::Result<()> {
-    let size = Vec2(film.width as usize, film.height as usize);
-    let [r, g, b] = &film.planes;
-    let pixel = |at: Vec2<usize>| {
-        let i = at.1 * size.0 + at.0;
-        (r[i], g[i], b[i])
-    };
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::Tiles(Vec2(TILE, TILE)),
-        // Else blocks come as threads finish them.
-        line_order: LineOrder::Increasing,
-    };
-    let attributes = LayerAttributes {
-        software_name: Text::new_or_none("phalanx"),
-        ..LayerAttributes::default()
-    };
-    let layer = Layer::new(size, attributes, encoding, SpecificChannels::rgb(pixel));
-    // The crate goes back in the file to write where tiles are.
-    let mut bytes = Cursor::new(Vec::new());
-    let written = Image::from_layer(layer).write().to_buffered(&mut bytes);
-    written.map_err(|error| match error {
-        exr::error::Error::Io(error) => error,
-        other => io::Error::other(other),
-    })?;
-    writer.write_all(bytes.get_ref())
-}
-
-/// A film as Radiance RGBE, 8 bits of each sample beside the largest of the three. What is negative, or no number, is 0.
-pub(super) fn write_hdr(writer: &mut dyn Write, film: &Film) -> io::Result<()> {
-    let [r, g, b] = &film.planes;
-    let pixels = r
-        .iter()
-        .zip(g)
-        .zip(b)
-        .map(|((&r, &g), &b)| Rgb(shared([r, g, b])));
-    let pixels: Vec<Rgb<f32>> = pixels.collect();
-    let (width, height) = (film.width as usize, film.height as usize);
-    let written = HdrEncoder::new(writer).encode(&pixels, width, height);
-    written.map_err(io_error)
+/// Films as Radiance RGBE, 8 bits of each sample beside the largest of the three. What is negative, or no number, is 0.
+pub(super) fn write_hdr(
+    out: &mut dyn Out,
+    width: u32,
+    height: u32,
+    bands: Films,
+) -> io::Result<()> {
+    write!(
+        out,
+        "#?RADIANCE\n# phalanx\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n"
+    )?;
+    for film in bands {
+        let film = film?;
+        let [r, g, b] = &film.planes;
+        let pixels = r.iter().zip(g).zip(b);
+        let pixels = pixels.map(|((&r, &g), &b)| Rgb(shared([r, g, b])));
+        let pixels: Vec<Rgb<f32>> = pixels.collect();
+        // The encoder writes whole files, but rows know nothing of each other: those of its file without the head are what is wanted.
+        let mut file = Vec::new();
+        let (width, height) = (film.width as usize, film.height as usize);
+        HdrEncoder::new(&mut file)
+            .encode(&pixels, width, height)
+            .map_err(io_error)?;
+        let size = format!("\n-Y {height} +X {width}\n");
+        let head = memchr::memmem::find(&file, size.as_bytes());
+        let head = head.ok_or_else(|| io::Error::other("the encoder writes another head"))?;
+        out.write_all(&file[head + size.len()..])?;
+    }
+    Ok(())
 }
 
 /// Cut to what RGBE can say, by bits. The encoder takes a logarithm for it, of which libraries differ in the last place; of numbers
@@ -79,14 +59,28 @@ const LARGEST: f32 = f32::from_bits(0x7eff_0000);
 /// Below it, steps would not be normal numbers.
 const SMALLEST: f32 = f32::from_bits(8 << 23);
 
-/// A film as a portable float map, whose rows go upward.
-pub(super) fn write_pfm(writer: &mut dyn Write, film: &Film) -> io::Result<()> {
+/// Films as a portable float map, whose rows go upward: each band is written before the one above it. What is no number is written
+/// as it is.
+pub(super) fn write_pfm(
+    out: &mut dyn Out,
+    width: u32,
+    height: u32,
+    bands: Films,
+) -> io::Result<()> {
     // The negative number says that floats are little-endian.
-    write!(writer, "PF\n{} {}\n-1.0\n", film.width, film.height)?;
-    for y in (0..film.height).rev() {
-        for x in 0..film.width {
-            for c in film.pixel(x, y) {
-                writer.write_all(&c.to_le_bytes())?;
+    write!(out, "PF\n{width} {height}\n-1.0\n")?;
+    let head = out.stream_position()?;
+    let row = 12 * u64::from(width);
+    let mut below = u64::from(height);
+    for film in bands {
+        let film = film?;
+        below -= u64::from(film.height);
+        out.seek(SeekFrom::Start(head + below * row))?;
+        for y in (0..film.height).rev() {
+            for x in 0..film.width {
+                for c in film.pixel(x, y) {
+                    out.write_all(&c.to_le_bytes())?;
+                }
             }
         }
     }
@@ -96,9 +90,10 @@ pub(super) fn write_pfm(writer: &mut dyn Write, film: &Film) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::Film;
     use ::image::codecs::hdr::HdrDecoder;
     use ::image::{DynamicImage, ImageDecoder};
-    use exr::prelude::{ReadChannels, ReadLayers};
+    use std::io::Cursor;
 
     /// Wider and higher than a tile, by no round number; small and large, negative, none.
     fn film() -> Film {
@@ -112,6 +107,8 @@ mod tests {
             width,
             height,
             planes: [plane(0), plane(1), plane(2)],
+            aovs: Default::default(),
+            layers: Vec::new(),
             hits: None,
         };
         film.planes[0][5] = f32::INFINITY;
@@ -124,38 +121,11 @@ mod tests {
     }
 
     #[test]
-    fn exr_keeps_every_bit() {
-        let film = film();
-        let mut bytes = Vec::new();
-        write_exr(&mut bytes, &film).unwrap();
-        let read = exr::image::read::read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .rgba_channels(
-                |size, _| vec![[0.0f32; 3]; size.area()],
-                |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| {
-                    pixels[at.1 * 70 + at.0] = [r, g, b];
-                },
-            )
-            .first_valid_layer()
-            .all_attributes()
-            .from_buffered(Cursor::new(&bytes))
-            .unwrap();
-        let pixels = &read.layer_data.channel_data.pixels;
-        for (x, y) in (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y))) {
-            let got = pixels[(y * film.width + x) as usize].map(f32::to_bits);
-            assert_eq!(got, bits(&film, x, y), "{x},{y}");
-        }
-        let mut again = Vec::new();
-        write_exr(&mut again, &film).unwrap();
-        assert!(bytes == again, "two times the same bytes");
-    }
-
-    #[test]
     fn pfm_keeps_every_bit_from_the_lowest_row_on() {
         let film = film();
-        let mut bytes = Vec::new();
-        write_pfm(&mut bytes, &film).unwrap();
+        let mut bytes = Cursor::new(Vec::new());
+        write_pfm(&mut bytes, 70, 67, &mut [Ok(film.clone())].into_iter()).unwrap();
+        let bytes = bytes.into_inner();
         let header = b"PF\n70 67\n-1.0\n";
         assert_eq!(bytes[..header.len()], *header);
         let words = bytes[header.len()..].as_chunks::<4>().0;
@@ -170,9 +140,9 @@ mod tests {
     #[test]
     fn hdr_is_within_a_step_of_the_largest_sample() {
         let film = film();
-        let mut bytes = Vec::new();
-        write_hdr(&mut bytes, &film).unwrap();
-        let decoder = HdrDecoder::new(Cursor::new(&bytes)).unwrap();
+        let mut bytes = Cursor::new(Vec::new());
+        write_hdr(&mut bytes, 70, 67, &mut [Ok(film.clone())].into_iter()).unwrap();
+        let decoder = HdrDecoder::new(Cursor::new(bytes.into_inner())).unwrap();
         assert_eq!(decoder.dimensions(), (70, 67));
         let read = DynamicImage::from_decoder(decoder).unwrap().into_rgb32f();
         for (x, y, pixel) in read.enumerate_pixels() {

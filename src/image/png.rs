@@ -2,12 +2,9 @@
 
 use super::file::replace_file;
 use super::tone::Picture;
-use crate::scene::{MAX_PIXELS, check_image_size};
-use ::image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use ::image::{
-    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits,
-};
-use std::io;
+use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use ::png::{BitDepth, ColorType, DeflateCompression, EncodingError, Filter};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Why a picture could not be read or written.
@@ -48,7 +45,7 @@ pub enum PictureError {
 /// # Errors
 /// [`PictureError::Write`].
 pub fn save_png(path: &Path, picture: &Picture) -> Result<(), PictureError> {
-    let written = replace_file(path, |writer| write_png(writer, picture));
+    let written = replace_file(path, |out| write_picture(out, picture));
     written.map_err(|source| PictureError::Write {
         path: path.to_path_buf(),
         source,
@@ -59,33 +56,66 @@ pub fn save_png(path: &Path, picture: &Picture) -> Result<(), PictureError> {
 pub fn png_bytes(picture: &Picture) -> Vec<u8> {
     let mut bytes = Vec::new();
     // Writing to memory does not fail; if it did, there would be no picture.
-    match write_png(&mut bytes, picture) {
+    match write_picture(&mut bytes, picture) {
         Ok(()) => bytes,
         Err(_) => Vec::new(),
     }
 }
 
-pub(super) fn write_png(writer: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
-    let size = (picture.width, picture.height);
-    write_samples(writer, &picture.rgb, size, ExtendedColorType::Rgb8)
+fn write_picture(out: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
+    let Picture { width, height, rgb } = picture;
+    write_png(out, *width, *height, [Ok(rgb.clone())].into_iter())
 }
 
-pub(super) fn write_png_16(writer: &mut dyn io::Write, picture: &Picture<u16>) -> io::Result<()> {
-    let size = (picture.width, picture.height);
-    // The encoder takes them in the machine's own order.
-    let bytes = bytemuck::cast_slice(&picture.rgb);
-    write_samples(writer, bytes, size, ExtendedColorType::Rgb16)
+/// Writes samples as they come, in pieces of whole rows.
+pub(super) fn write_png(
+    out: &mut dyn io::Write,
+    width: u32,
+    height: u32,
+    bands: impl Iterator<Item = io::Result<Vec<u8>>>,
+) -> io::Result<()> {
+    write_samples(out, (width, height), BitDepth::Eight, bands)
 }
+
+/// The same with 16 bits a sample.
+pub(super) fn write_png_16(
+    out: &mut dyn io::Write,
+    width: u32,
+    height: u32,
+    bands: impl Iterator<Item = io::Result<Vec<u16>>>,
+) -> io::Result<()> {
+    let bytes = bands.map(|band| Ok(band?.iter().flat_map(|s| s.to_be_bytes()).collect()));
+    write_samples(out, (width, height), BitDepth::Sixteen, bytes)
+}
+
+/// Bytes of a chunk of the file.
+const CHUNK: usize = 1 << 20;
 
 fn write_samples(
-    writer: &mut dyn io::Write,
-    bytes: &[u8],
+    out: &mut dyn io::Write,
     (width, height): (u32, u32),
-    samples: ExtendedColorType,
+    depth: BitDepth,
+    bands: impl Iterator<Item = io::Result<Vec<u8>>>,
 ) -> io::Result<()> {
-    PngEncoder::new_with_quality(writer, CompressionType::Fast, FilterType::Paeth)
-        .write_image(bytes, width, height, samples)
-        .map_err(io_error)
+    let mut encoder = ::png::Encoder::new(out, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(depth);
+    encoder.set_deflate_compression(DeflateCompression::FdeflateUltraFast);
+    encoder.set_filter(Filter::Paeth);
+    let mut writer = encoder.write_header().map_err(png_error)?;
+    let mut rows = writer.stream_writer_with_size(CHUNK).map_err(png_error)?;
+    for band in bands {
+        rows.write_all(&band?)?;
+    }
+    rows.finish().map_err(png_error)?;
+    writer.finish().map_err(png_error)
+}
+
+fn png_error(error: EncodingError) -> io::Error {
+    match error {
+        EncodingError::IoError(error) => error,
+        other => io::Error::other(other),
+    }
 }
 
 /// What went wrong when a picture was encoded.
@@ -126,7 +156,11 @@ pub fn load(path: &Path) -> Result<Raster, PictureError> {
     let decoder = reader.into_decoder().map_err(|e| broken(e.to_string()))?;
     let (width, height) = decoder.dimensions();
     // Before anything is allocated by that size.
-    check_image_size(width.into(), height.into()).map_err(|e| broken(e.to_string()))?;
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(broken(format!(
+            "{width}x{height} pixels are more than {MAX_PIXELS}"
+        )));
+    }
     let picture = DynamicImage::from_decoder(decoder).map_err(|e| broken(e.to_string()))?;
     let pixels = picture.into_rgba16().pixels().map(|p| p.0).collect();
     Ok(Raster {
@@ -136,7 +170,10 @@ pub fn load(path: &Path) -> Result<Raster, PictureError> {
     })
 }
 
-/// Room for the largest image, RGBA of 16 bits.
+/// Most pixels of a picture that is read: all of it is held in memory.
+const MAX_PIXELS: u64 = 1 << 28;
+
+/// Room for the largest picture, RGBA of 16 bits.
 fn limits() -> Limits {
     let mut limits = Limits::default();
     limits.max_alloc = Some(MAX_PIXELS * 8);
@@ -184,7 +221,7 @@ mod tests {
         assert_eq!(hash, PIN);
     }
 
-    const PIN: u64 = 2_778_268_355_428_818_179;
+    const PIN: u64 = 17_519_977_720_008_669_062;
 
     #[test]
     fn sixteen_bits_and_grey_are_read() {

@@ -7,6 +7,7 @@
 
 use crate::render::Film;
 use crate::scene::{Quantize, Tone, Transfer};
+use std::cell::LazyCell;
 
 /// An RGB picture, of 8-bit samples if nothing else is said.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -45,26 +46,44 @@ impl Grade {
 
 /// The picture of a film under a grade.
 pub fn encode(film: &Film, grade: impl Into<Grade>) -> Picture {
-    let grade = grade.into();
-    let Tone { transfer, quantize } = grade.tone;
-    match transfer {
-        Transfer::None => interleave(film, grade, |c| linear_sample(c, quantize)),
-        Transfer::Srgb => {
-            let table = SrgbTable::new(&srgb_thresholds(quantize));
-            interleave(film, grade, |c| table.sample(c))
-        }
-    }
+    Encoder::new(grade.into()).encode(film)
 }
 
-/// The same with 16 bits a sample.
-pub fn encode_16(film: &Film, grade: impl Into<Grade>) -> Picture<u16> {
-    let grade = grade.into();
-    let Tone { transfer, quantize } = grade.tone;
-    match transfer {
-        Transfer::None => interleave(film, grade, |c| linear_sample_16(c, quantize)),
-        Transfer::Srgb => {
-            let table = DeepTable::new(quantize);
-            interleave(film, grade, |c| table.sample(c))
+/// Makes pictures of films under one grade.
+pub(super) struct Encoder {
+    grade: Grade,
+    eight: SrgbTable,
+    /// Made when it is first asked for: it is large.
+    sixteen: LazyCell<DeepTable, Box<dyn FnOnce() -> DeepTable>>,
+}
+
+impl Encoder {
+    pub(super) fn new(grade: Grade) -> Encoder {
+        let quantize = grade.tone.quantize;
+        Encoder {
+            grade,
+            eight: SrgbTable::new(&srgb_thresholds(quantize)),
+            sixteen: LazyCell::new(Box::new(move || DeepTable::new(quantize))),
+        }
+    }
+
+    pub(super) fn encode(&self, film: &Film) -> Picture {
+        let Tone { transfer, quantize } = self.grade.tone;
+        match transfer {
+            Transfer::None => interleave(film, self.grade, |c| linear_sample(c, quantize)),
+            Transfer::Srgb => interleave(film, self.grade, |c| self.eight.sample(c)),
+        }
+    }
+
+    /// With 16 bits a sample.
+    pub(super) fn encode_16(&self, film: &Film) -> Picture<u16> {
+        let Tone { transfer, quantize } = self.grade.tone;
+        match transfer {
+            Transfer::None => interleave(film, self.grade, |c| linear_sample_16(c, quantize)),
+            Transfer::Srgb => {
+                let table = &*self.sixteen;
+                interleave(film, self.grade, |c| table.sample(c))
+            }
         }
     }
 }
@@ -224,6 +243,8 @@ mod tests {
                 vec![0.0; values.len()],
                 vec![1.0; values.len()],
             ],
+            aovs: Default::default(),
+            layers: Vec::new(),
             hits: None,
         };
         let picture = encode(&film, Tone { transfer, quantize });
@@ -352,6 +373,8 @@ mod tests {
             width: 1,
             height: 1,
             planes: [vec![value], vec![1.0], vec![f32::NAN]],
+            aovs: Default::default(),
+            layers: Vec::new(),
             hits: None,
         };
         let srgb = Tone {
@@ -359,8 +382,9 @@ mod tests {
             quantize: Quantize::Round,
         };
         // 0.5 encodes to 0.735356983.
-        assert_eq!(encode_16(&film(0.5), srgb).rgb, [48_192, 65_535, 0]);
-        assert_eq!(encode_16(&film(0.5), NONE_FLOOR).rgb, [32_767, 65_535, 0]);
+        let encode_16 = |film, tone: Tone| Encoder::new(tone.into()).encode_16(&film);
+        assert_eq!(encode_16(film(0.5), srgb).rgb, [48_192, 65_535, 0]);
+        assert_eq!(encode_16(film(0.5), NONE_FLOOR).rgb, [32_767, 65_535, 0]);
     }
 
     #[test]
@@ -369,6 +393,8 @@ mod tests {
             width: 3,
             height: 1,
             planes: [vec![0.1, 0.2, 0.4], vec![1e38; 3], vec![f32::NAN; 3]],
+            aovs: Default::default(),
+            layers: Vec::new(),
             hits: None,
         };
         let red = |exposure| {
@@ -413,6 +439,8 @@ mod tests {
             width: 2,
             height: 1,
             planes: [vec![0.1, 0.4], vec![0.2, 0.5], vec![0.3, 0.6]],
+            aovs: Default::default(),
+            layers: Vec::new(),
             hits: None,
         };
         assert_eq!(encode(&film, NONE_FLOOR).rgb, [25, 51, 76, 102, 127, 153]);

@@ -8,19 +8,22 @@ pub mod alone;
 mod cone;
 mod instance;
 mod intersect;
+mod pixel;
 mod shading;
 mod texture;
 mod tree;
 
 pub use intersect::{Hit, Ray};
+pub use pixel::Pixel;
 pub use shading::Surface;
 pub use tree::{Forest, Tree};
 
 use crate::camera::Camera;
-use crate::sampling::{Gathered, Places, Purpose, Sampling, Way, disc};
+use crate::sampling::{Adaptive, BLOCK, Places, Purpose, Sampling, Way, disc};
 use crate::scene::{Bounds, Scene};
 use glam::Vec3;
 use intersect::Probe;
+use pixel::{Gathering, Parts, Sample};
 use shading::{Bounce, Chance, Material};
 use std::borrow::Cow;
 
@@ -101,28 +104,49 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// Radiance of a pixel, and what its first camera ray hit.
-    pub fn pixel(
+    /// A pixel, with all of its camera rays.
+    pub fn pixel(&mut self, camera: &Camera, sampling: &Sampling, x: u32, y: u32) -> Pixel {
+        let mut pixel = Gathering::default();
+        for sample in 0..sampling.spp {
+            pixel.add(self.sample(camera, sampling, x, y, sample));
+        }
+        pixel.finish()
+    }
+
+    /// The pixels of a block that get as many samples as they need, row by row. The block begins in column `x` and row `y`, and has so
+    /// many columns and rows in the picture, 8 at most.
+    pub fn block(
         &mut self,
         camera: &Camera,
         sampling: &Sampling,
-        x: u32,
-        y: u32,
-    ) -> (Vec3, Option<Hit>) {
-        let (first, hit, weight) = self.sample(camera, sampling, x, y, 0);
-        if sampling.spp == 1 {
-            return (first, hit);
+        adaptive: &Adaptive,
+        (x, y): (u32, u32),
+        size: (u32, u32),
+    ) -> Vec<Pixel> {
+        let mut block = [[Gathering::default(); BLOCK as usize]; BLOCK as usize];
+        let places = || (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
+        let (mut open, mut samples) = (!0, 0);
+        while open != 0 && samples < sampling.spp {
+            let next = adaptive.next(samples, sampling.spp);
+            for (column, row) in places() {
+                if open >> (row * BLOCK + column) & 1 == 0 {
+                    continue;
+                }
+                for sample in samples..next {
+                    let traced = self.sample(camera, sampling, x + column, y + row, sample);
+                    block[row as usize][column as usize].add(traced);
+                }
+            }
+            samples = next;
+            let gathered = block.map(|row| row.map(|pixel| pixel.radiance()));
+            open = adaptive.stay_open(open, samples, &gathered, size);
         }
-        let mut gathered = Gathered::default();
-        gathered.add(first.to_array(), weight);
-        for sample in 1..sampling.spp {
-            let (radiance, _, weight) = self.sample(camera, sampling, x, y, sample);
-            gathered.add(radiance.to_array(), weight);
-        }
-        (gathered.mean().into(), hit)
+        places()
+            .map(|(x, y)| block[y as usize][x as usize].finish())
+            .collect()
     }
 
-    /// Radiance of one camera ray of a pixel, what it hit, and what it counts.
+    /// One camera ray of a pixel.
     fn sample(
         &mut self,
         camera: &Camera,
@@ -130,16 +154,33 @@ impl<'a> Oracle<'a> {
         x: u32,
         y: u32,
         sample: u32,
-    ) -> (Vec3, Option<Hit>, f32) {
+    ) -> Sample {
         self.cast.primary += 1;
         let (ray, weight) = camera_ray(camera, sampling, x, y, sample);
         let hit = self.closest(&ray);
         let chance = Chance::of(x, y, sample);
-        let radiance = match self.sky {
-            Some(reach) => self.openness(&ray, hit, chance, reach),
-            None => self.radiance(&ray, hit, chance, self.max_depth),
+        let light = match self.sky {
+            Some(reach) => Parts {
+                direct: self.openness(&ray, hit, chance, reach),
+                ..Parts::default()
+            },
+            None => self.light(&ray, hit, chance, self.max_depth),
         };
-        (radiance, hit, weight)
+        Sample {
+            ray,
+            hit,
+            light,
+            weight,
+        }
+    }
+
+    /// What a ray hit, for whoever wants to know more of it than its light: its place, and the diffuse reflectance and the number of
+    /// its material.
+    pub fn look(&self, ray: &Ray, hit: &Hit) -> (Surface, Vec3, u32) {
+        let prim = self.scene.placed(hit.prim_id).prim;
+        let material = Material::of(self.scene, prim, hit);
+        let surface = Surface::new(self.scene, ray, hit);
+        (surface, material.kd, self.scene.prim_material(prim))
     }
 
     /// White where one ray from what was hit meets nothing within `reach`.
@@ -186,14 +227,16 @@ impl<'a> Oracle<'a> {
     }
 
     /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T.
-    fn radiance(&mut self, ray: &Ray, hit: Option<Hit>, chance: Chance, bounces_left: u32) -> Vec3 {
+    fn light(&mut self, ray: &Ray, hit: Option<Hit>, chance: Chance, bounces_left: u32) -> Parts {
+        let mut parts = Parts::default();
         let Some(hit) = hit else {
-            return self.scene.background;
+            parts.direct = self.scene.background;
+            return parts;
         };
         let at = Surface::new(self.scene, ray, &hit);
         let prim = self.scene.placed(hit.prim_id).prim;
         let material = Material::of(self.scene, prim, &hit);
-        let mut sum = material.own;
+        parts.direct = material.own;
         for light in 0..self.scene.lights.len() {
             let sample = shading::sample_light(self.scene, light, chance, &material, &at);
             let Some(sample) = sample else {
@@ -201,25 +244,27 @@ impl<'a> Oracle<'a> {
             };
             self.cast.shadow += 1;
             if !self.occluded(&sample.ray, sample.tmax) {
-                sum += sample.radiance;
+                parts.direct += sample.radiance;
             }
         }
         if bounces_left == 0 {
-            return sum;
+            return parts;
         }
         let (mirror, refracted) = shading::bounces(&material, chance, &at);
         if let Some(Bounce { ray, weight }) = mirror {
             self.cast.reflection += 1;
             let hit = self.closest(&ray);
             let chance = chance.onward(Way::Mirror);
-            sum += weight * self.radiance(&ray, hit, chance, bounces_left - 1);
+            let light = self.light(&ray, hit, chance, bounces_left - 1);
+            parts.reflection = Some(weight * light.sum());
         }
         if let Some(Bounce { ray, weight }) = refracted {
             self.cast.refraction += 1;
             let hit = self.closest(&ray);
             let chance = chance.onward(Way::Refracted);
-            sum += weight * self.radiance(&ray, hit, chance, bounces_left - 1);
+            let light = self.light(&ray, hit, chance, bounces_left - 1);
+            parts.refraction = Some(weight * light.sum());
         }
-        sum
+        parts
     }
 }

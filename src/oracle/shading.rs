@@ -13,7 +13,7 @@ use glam::Vec3;
 pub(super) struct Material {
     /// Ka + Ke, Ka times the texture's colour.
     pub(super) own: Vec3,
-    kd: Vec3,
+    pub(super) kd: Vec3,
     ks: Vec3,
     kt: Vec3,
     shininess: f32,

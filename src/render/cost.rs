@@ -104,7 +104,7 @@ fn time(tracer: &mut Traversal, rays: &RayQueue, packets: std::ops::Range<usize>
 }
 
 /// What one lane costs in a packet of its own.
-fn count(
+pub(super) fn count(
     tracer: &mut Tracer<F32x8, Work>,
     rays: &RayQueue,
     packet: usize,

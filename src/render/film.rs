@@ -2,6 +2,7 @@
 //!
 //! A painter fills the [`Pixels`] of its tile, which are its own; the worker puts them onto the film when they are done.
 
+use super::layers::{Aov, Aovs, Light, Look};
 use super::tiles::Tile;
 use std::sync::{Mutex, PoisonError};
 
@@ -17,6 +18,10 @@ pub struct Film {
     pub height: u32,
     /// Red, green and blue planes, each of width · height values.
     pub planes: [Vec<f32>; 3],
+    /// What else is told of every pixel.
+    pub aovs: Aovs,
+    /// The channels of that, each of width · height values.
+    pub layers: Vec<Vec<f32>>,
     /// Primary hits, if the render recorded them.
     pub hits: Option<Hits>,
 }
@@ -54,8 +59,30 @@ impl Film {
             width,
             height,
             planes: [0, 1, 2].map(|_| vec![0.0; pixels]),
+            aovs: Aovs::default(),
+            layers: Vec::new(),
             hits: record_hits.then(|| Hits::none(pixels)),
         }
+    }
+
+    /// With these layers, which are 0.
+    pub fn with_layers(mut self, aovs: Aovs) -> Film {
+        let pixels = self.planes[0].len();
+        self.aovs = aovs;
+        self.layers = aovs.channels().map(|_| vec![0.0; pixels]).collect();
+        self
+    }
+
+    /// What a pixel is made of, but for its hit, in planes of one size: red, green, blue, and the channels of the layers.
+    pub fn all_planes(&self) -> Vec<&[f32]> {
+        let all = self.planes.iter().chain(&self.layers);
+        all.map(Vec::as_slice).collect()
+    }
+
+    /// The same to be written to.
+    pub fn planes_mut(&mut self) -> Vec<&mut [f32]> {
+        let all = self.planes.iter_mut().chain(&mut self.layers);
+        all.map(Vec::as_mut_slice).collect()
     }
 
     /// Radiance of the pixel in column `x`, row `y`.
@@ -70,6 +97,8 @@ impl Film {
 pub struct Pixels {
     width: usize,
     planes: [Vec<f32>; 3],
+    aovs: Aovs,
+    layers: Vec<Vec<f32>>,
     hits: Option<Hits>,
 }
 
@@ -79,8 +108,17 @@ impl Pixels {
         Pixels {
             width: 0,
             planes: Default::default(),
+            aovs: Aovs::default(),
+            layers: Vec::new(),
             hits: record_hits.then(Hits::default),
         }
+    }
+
+    /// With these layers.
+    pub fn with_layers(mut self, aovs: Aovs) -> Pixels {
+        self.aovs = aovs;
+        self.layers = aovs.channels().map(|_| Vec::new()).collect();
+        self
     }
 
     /// Makes them black, of the size of a tile, and without hits.
@@ -92,12 +130,54 @@ impl Pixels {
             plane.resize(count, 0.0);
         };
         self.planes.iter_mut().for_each(refill);
+        self.layers.iter_mut().for_each(refill);
         if let Some(hits) = &mut self.hits {
             hits.prim_id.clear();
             hits.prim_id.resize(count, NO_HIT);
             [&mut hits.t, &mut hits.u, &mut hits.v]
                 .into_iter()
                 .for_each(refill);
+        }
+    }
+
+    /// What the pixels are made of, but for their hits, in planes of the tile's size, as in [`Film::all_planes`].
+    pub fn planes(&self) -> Vec<&[f32]> {
+        let all = self.planes.iter().chain(&self.layers);
+        all.map(Vec::as_slice).collect()
+    }
+
+    /// Red, green and blue, row by row.
+    pub fn radiance(&self) -> &[Vec<f32>; 3] {
+        &self.planes
+    }
+
+    /// The layers that are wanted.
+    pub fn aovs(&self) -> Aovs {
+        self.aovs
+    }
+
+    /// What a pixel's first camera ray hit, for the layers that tell of it.
+    pub fn set_look(&mut self, x: u32, y: u32, look: &Look) {
+        for aov in self.aovs.iter() {
+            let (values, count) = look.channels(aov);
+            self.set_layer(x, y, aov, &values[..count]);
+        }
+    }
+
+    /// Which way a pixel's radiance came, for the layers that tell of it.
+    pub fn set_light(&mut self, x: u32, y: u32, light: &Light) {
+        for (aov, rgb) in Light::AOVS.into_iter().zip(&light.0) {
+            if self.aovs.has(aov) {
+                self.set_layer(x, y, aov, rgb);
+            }
+        }
+    }
+
+    /// The first channels of a layer, which is one of those that are wanted.
+    pub fn set_layer(&mut self, x: u32, y: u32, aov: Aov, values: &[f32]) {
+        let at = self.index(x, y);
+        for (channel, value) in self.layers[self.aovs.before(aov)..].iter_mut().zip(values) {
+            channel[at] = *value;
         }
     }
 
@@ -137,10 +217,21 @@ impl Pixels {
     }
 }
 
-/// A film that workers fill at the same time, in bands as high as a tile.
+/// Where workers put the tiles that they have finished.
+pub trait Sink: Sync {
+    /// Whether primary hits are wanted.
+    fn records_hits(&self) -> bool;
+    /// Which layers are.
+    fn aovs(&self) -> Aovs;
+    /// Takes the pixels of a tile.
+    fn put(&self, tile: Tile, pixels: &Pixels);
+}
+
+/// A film of a window of the picture that workers fill at the same time, in bands as high as a tile.
 pub struct SharedFilm<'a> {
-    width: usize,
+    window: Tile,
     side: u32,
+    aovs: Aovs,
     record_hits: bool,
     bands: Vec<Mutex<Band<'a>>>,
 }
@@ -148,55 +239,89 @@ pub struct SharedFilm<'a> {
 /// Some rows of a film.
 #[derive(Default)]
 struct Band<'a> {
-    planes: [&'a mut [f32]; 3],
+    /// Radiance and layers.
+    planes: Vec<&'a mut [f32]>,
     /// Empty where the film keeps no hits.
     prim_id: &'a mut [u32],
     tuv: [&'a mut [f32]; 3],
 }
 
 impl<'a> SharedFilm<'a> {
-    /// For tiles of a side.
-    pub fn of(film: &'a mut Film, side: u32) -> SharedFilm<'a> {
+    /// Of a window as large as the film, for the window's tiles of a side.
+    pub fn of(film: &'a mut Film, window: Tile, side: u32) -> SharedFilm<'a> {
         let (width, record_hits) = (film.width as usize, film.hits.is_some());
+        let aovs = film.aovs;
+        let cells = window.y / side..(window.y + window.height).div_ceil(side);
+        let values = cells.map(|row| {
+            let cell = Tile {
+                y: row * side,
+                height: side,
+                ..window
+            };
+            width * cell.within(window).height as usize
+        });
+        let values: Vec<usize> = values.collect();
         let mut bands: Vec<Band> = Vec::new();
-        bands.resize_with(film.height.div_ceil(side) as usize, Band::default);
-        let rows = (width * side as usize).max(1);
-        for (k, plane) in film.planes.iter_mut().enumerate() {
-            for (band, part) in bands.iter_mut().zip(plane.chunks_mut(rows)) {
-                band.planes[k] = part;
-            }
+        bands.resize_with(values.len(), Band::default);
+        for plane in film.planes.iter_mut().chain(&mut film.layers) {
+            part(plane, &values, &mut bands, |band, mine| {
+                band.planes.push(mine)
+            });
         }
         if let Some(Hits { prim_id, t, u, v }) = &mut film.hits {
-            for (band, part) in bands.iter_mut().zip(prim_id.chunks_mut(rows)) {
-                band.prim_id = part;
-            }
+            part(prim_id, &values, &mut bands, |band, mine| {
+                band.prim_id = mine
+            });
             for (k, column) in [t, u, v].into_iter().enumerate() {
-                for (band, part) in bands.iter_mut().zip(column.chunks_mut(rows)) {
-                    band.tuv[k] = part;
-                }
+                part(column, &values, &mut bands, |band, mine| band.tuv[k] = mine);
             }
         }
         SharedFilm {
-            width,
+            window,
             side,
+            aovs,
             record_hits,
             bands: bands.into_iter().map(Mutex::new).collect(),
         }
     }
+}
 
-    /// Whether the film keeps hits.
-    pub fn records_hits(&self) -> bool {
+/// Gives each band its rows of a plane.
+fn part<'a, T>(
+    mut plane: &'a mut [T],
+    values: &[usize],
+    bands: &mut [Band<'a>],
+    give: impl Fn(&mut Band<'a>, &'a mut [T]),
+) {
+    for (band, &count) in bands.iter_mut().zip(values) {
+        let (mine, rest) = plane.split_at_mut(count);
+        give(band, mine);
+        plane = rest;
+    }
+}
+
+impl Sink for SharedFilm<'_> {
+    fn records_hits(&self) -> bool {
         self.record_hits
     }
 
-    /// Puts the pixels of a tile in their place. The tile is one of those that the film was parted for.
-    pub fn put(&self, tile: Tile, pixels: &Pixels) {
-        let band = &self.bands[(tile.y / self.side) as usize];
+    fn aovs(&self) -> Aovs {
+        self.aovs
+    }
+
+    /// The tile is one of those that the film was parted for.
+    fn put(&self, tile: Tile, pixels: &Pixels) {
+        let row = (tile.y / self.side - self.window.y / self.side) as usize;
+        let top = (tile.y - tile.y % self.side).max(self.window.y);
         // Nobody leaves a band in a state that is wrong: pixels are numbers.
-        let mut band = band.lock().unwrap_or_else(PoisonError::into_inner);
-        let first = (tile.y % self.side) as usize * self.width + tile.x as usize;
-        let place = (first, self.width, pixels.width);
-        for (to, from) in band.planes.iter_mut().zip(&pixels.planes) {
+        let mut band = self.bands[row]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let pitch = self.window.width as usize;
+        let first = (tile.y - top) as usize * pitch + (tile.x - self.window.x) as usize;
+        let place = (first, pitch, pixels.width);
+        let planes = pixels.planes.iter().chain(&pixels.layers);
+        for (to, from) in band.planes.iter_mut().zip(planes) {
             put(to, from, place);
         }
         if let Some(Hits { prim_id, t, u, v }) = &pixels.hits {
@@ -224,14 +349,24 @@ mod tests {
     /// Every tile's pixels get the numbers that they have on the film.
     #[test]
     fn pixels_land_where_their_tile_lies() {
-        for (width, height, side) in [(1, 1, 8), (40, 24, 8), (33, 17, 16), (7, 100, 64)] {
+        let sizes = [(1, 1, 8), (40, 24, 8), (33, 17, 16), (7, 100, 64)];
+        let corners = [(0, 0), (8, 16), (13, 5)];
+        for ((width, height, side), (left, top)) in
+            sizes.into_iter().flat_map(|s| corners.map(|c| (s, c)))
+        {
+            let window = Tile {
+                x: left,
+                y: top,
+                width,
+                height,
+            };
             let mut film = Film::new(width, height, true);
-            let shared = SharedFilm::of(&mut film, side);
+            let shared = SharedFilm::of(&mut film, window, side);
             let mut pixels = Pixels::new(shared.records_hits());
-            for tile in tiles(width, height, side) {
+            for tile in tiles(window, side) {
                 pixels.fit(tile);
                 for (x, y) in (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y))) {
-                    let number = (tile.y + y) * width + tile.x + x;
+                    let number = (tile.y - top + y) * width + tile.x - left + x;
                     let value = number as f32;
                     pixels.set(x, y, [value, -value, 0.5 * value]);
                     if number % 3 > 0 {

@@ -3,9 +3,12 @@
 //! `wave` is the one place where the order of the stages can be read: rays are traced, hits shaded, shadow rays
 //! answered, and what bounces becomes the next wave, folded back when it returns.
 
+mod adaptive;
 pub mod alone;
 mod cost;
 mod film;
+mod kept;
+mod layers;
 mod occlusion;
 mod packets;
 mod stats;
@@ -14,7 +17,8 @@ mod wave;
 mod workers;
 
 pub use cost::{Cost, CostPainter};
-pub use film::{Film, Hits, NO_HIT, Pixels, SharedFilm};
+pub use film::{Film, Hits, NO_HIT, Pixels, SharedFilm, Sink};
+pub use layers::{Aov, Aovs, Channel, Light, Look, NOTHING};
 pub use packets::{PacketPainter, push_camera_rays};
 pub use stats::{RayCounts, RenderStats};
 pub use tiles::{Tile, tiles};

@@ -1,5 +1,6 @@
 //! A wave of camera rays whose hits are as bright as the sky above them is open: trace, find the surfaces, send one ray from each.
 
+use super::kept::Kept;
 use super::wave::{Colors, Engine, RayView, surfaces};
 use crate::lanes::{LANES, LaneMask, Mask8, Vec3x8};
 use crate::packet::{HitPacket, RayQueue};
@@ -7,24 +8,24 @@ use crate::shade::skyward;
 use bumpalo::Bump;
 
 /// Traces a wave and writes to `colors`, which are black, 1 for rays whose hit sends a ray that meets nothing within `reach`, and the
-/// background for those that hit nothing. `keep` receives the hits where they are wanted.
+/// background for those that hit nothing. `kept` receives what is to be known of them beside that.
 pub(super) fn occlusion(
     engine: &mut Engine,
     arena: &mut Bump,
     rays: RayView,
     reach: f32,
     colors: &mut [Colors],
-    keep: Option<&mut [HitPacket]>,
+    mut kept: Option<&mut Kept>,
 ) {
     arena.reset();
     let arena = &*arena;
     let hits = arena.alloc_slice_fill_copy(rays.packets.len(), HitPacket::miss());
     let packets = rays.packets.clone();
     engine.traversal.closest(rays.queue, packets, hits);
-    if let Some(keep) = keep {
-        keep.copy_from_slice(hits);
+    if let Some(kept) = &mut kept {
+        kept.hits.copy_from_slice(hits);
     }
-    let (surfaces, _) = surfaces(arena, engine.scene, &rays, hits, colors);
+    let (surfaces, tints) = surfaces(arena, engine.scene, &rays, hits, colors);
     let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
     for at in surfaces {
         let (org, dir) = skyward(at, rays.seeds(&at.ray), engine.sample);
@@ -41,4 +42,7 @@ pub(super) fn occlusion(
                 colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| white[c][lane]));
             }
         });
+    if let Some(kept) = kept {
+        kept.take(engine.scene, surfaces, tints, colors);
+    }
 }

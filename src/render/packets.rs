@@ -1,6 +1,9 @@
 //! The packet engine's painter: a tile's camera rays, its waves, its pixels.
 
+use super::cost::{Cost, count};
 use super::film::Pixels;
+use super::kept::Kept;
+use super::layers::{Aov, Aovs, Light};
 use super::occlusion::occlusion;
 use super::stats::RenderStats;
 use super::tiles::Tile;
@@ -9,21 +12,27 @@ use super::workers::Painter;
 use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
-use crate::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
-use crate::sampling::{Gathered, Places, Purpose, Sampling, disc, points, seeds};
+use crate::packet::{NO_PRIM, RayQueue, packets_for};
+use crate::sampling::{BlockPixels, Gathered, Places, Purpose, Sampling, disc, points, seeds};
 use crate::scene::Scene;
-use crate::trace::{Kernel, Traversal};
+use crate::trace::{Kernel, Tracer, Traversal, Work};
 use bumpalo::Bump;
 
 /// Paints tiles with packets of eight rays.
 pub struct PacketPainter<'a> {
-    camera: &'a Camera,
-    sampling: Sampling,
+    pub(super) camera: &'a Camera,
+    pub(super) sampling: Sampling,
+    aovs: Aovs,
+    bvh: &'a Bvh,
+    /// What counts nodes, if they are to be told.
+    alone: Counter<'a>,
     /// Of each pixel of a tile, where it has several samples.
-    gathered: Vec<Gathered>,
+    pub(super) sums: Sums,
+    /// Of each block of a tile, the pixels that get more samples.
+    pub(super) open: Vec<BlockPixels>,
     engine: Engine<'a>,
     /// Whether rays have seeds.
-    seeded: bool,
+    pub(super) seeded: bool,
     /// How far the sky is, where nothing but that is to be seen.
     sky: Option<f32>,
     /// The tile's own arena, then one for every depth of wave.
@@ -43,7 +52,11 @@ impl<'a> PacketPainter<'a> {
         PacketPainter {
             camera,
             sampling: Sampling::CENTER,
-            gathered: Vec::new(),
+            aovs: Aovs::default(),
+            bvh,
+            alone: None,
+            sums: Sums::default(),
+            open: Vec::new(),
             engine: Engine {
                 scene,
                 traversal: Traversal::new(bvh, kernel),
@@ -62,6 +75,16 @@ impl<'a> PacketPainter<'a> {
         PacketPainter { sampling, ..self }
     }
 
+    /// With what else is to be told of each pixel.
+    pub fn with_layers(self, aovs: Aovs) -> Self {
+        let alone = aovs.has(Aov::Cost).then(|| Tracer::counting(self.bvh));
+        PacketPainter {
+            aovs,
+            alone,
+            ..self
+        }
+    }
+
     /// With ambient occlusion in place of shading: a hit is white if one ray from it meets nothing within `reach`, and else black.
     pub fn with_occlusion(self, reach: f32) -> Self {
         PacketPainter {
@@ -71,58 +94,85 @@ impl<'a> PacketPainter<'a> {
         }
     }
 
-    /// Traces the `sample`-th camera ray of each pixel of a tile, and tells `take` rays, radiance and hits.
+    /// Traces camera rays, room for so many of which is in the queue that `push` fills, and tells `take` what came of them. Where rays
+    /// have seeds, all are the `sample`-th of their pixels; with the first of them come hits, if they are wanted.
+    pub(super) fn trace(
+        &mut self,
+        room: usize,
+        sample: u32,
+        keep_hits: bool,
+        push: impl FnOnce(&mut RayQueue, &Camera, &Sampling),
+        take: impl FnOnce(&mut Sums, &Traced, &mut Counter),
+    ) {
+        self.tile_arena.reset();
+        let arena = &self.tile_arena;
+        let mut rays = RayQueue::seeded(arena, room, self.seeded);
+        push(&mut rays, self.camera, &self.sampling);
+        self.engine.sample = sample;
+        self.engine.stats.rays.primary += rays.len() as u64;
+        let packets = packets_for(rays.len());
+        let colors = arena.alloc_slice_fill_copy(packets, Colors::BLACK);
+        let surface = sample == 0 && (keep_hits || self.aovs.of_surface());
+        let mut kept =
+            (surface || self.aovs.of_light()).then(|| Kept::of(arena, packets, self.aovs));
+        let view = RayView {
+            queue: &rays,
+            packets: 0..packets,
+        };
+        let engine = &mut self.engine;
+        match self.sky {
+            Some(reach) => {
+                let arena = &mut self.arenas[0];
+                occlusion(engine, arena, view, reach, colors, kept.as_mut());
+            }
+            None => wave(engine, &mut self.arenas, view, colors, kept.as_mut()),
+        }
+        let traced = Traced {
+            rays: &rays,
+            colors,
+            first: surface,
+            kept: kept.as_ref(),
+        };
+        take(&mut self.sums, &traced, &mut self.alone);
+    }
+
+    /// Traces the `sample`-th camera ray of each pixel of a tile.
     fn sample(
         &mut self,
         tile: Tile,
         sample: u32,
         keep_hits: bool,
-        take: impl FnOnce(&mut Vec<Gathered>, &RayQueue, &[Colors], Option<&[HitPacket]>),
+        take: impl FnOnce(&mut Sums, &Traced, &mut Counter),
     ) {
-        self.tile_arena.reset();
-        let arena = &self.tile_arena;
-        let mut rays = RayQueue::seeded(arena, tile.pixels() as usize, self.seeded);
-        push_camera_rays(&mut rays, self.camera, tile, &self.sampling, sample);
-        self.engine.sample = sample;
-        self.engine.stats.rays.primary += rays.len() as u64;
-        let packets = packets_for(rays.len());
-        let colors = arena.alloc_slice_fill_copy(packets, Colors::BLACK);
-        let mut hits =
-            keep_hits.then(|| &mut *arena.alloc_slice_fill_copy(packets, HitPacket::miss()));
-        let view = RayView {
-            queue: &rays,
-            packets: 0..packets,
+        let push = |rays: &mut RayQueue, camera: &Camera, sampling: &Sampling| {
+            push_camera_rays(rays, camera, tile, sampling, sample);
         };
-        let (engine, keep) = (&mut self.engine, hits.as_deref_mut());
-        match self.sky {
-            Some(reach) => occlusion(engine, &mut self.arenas[0], view, reach, colors, keep),
-            None => wave(engine, &mut self.arenas, view, colors, keep),
-        }
-        take(&mut self.gathered, &rays, colors, hits.as_deref());
+        self.trace(tile.pixels() as usize, sample, keep_hits, push, take);
     }
 }
 
 impl Painter for PacketPainter<'_> {
     fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
         let keep_hits = pixels.record_hits();
+        if let Some(adaptive) = self.sampling.adaptively() {
+            return self.paint_adaptively(adaptive, tile, pixels);
+        }
         if self.sampling.spp == 1 {
-            return self.sample(tile, 0, keep_hits, |_, rays, colors, hits| {
-                develop(rays, colors, pixels);
-                keep(rays, hits, pixels);
+            return self.sample(tile, 0, keep_hits, |_, traced, counter| {
+                develop(traced, pixels);
+                traced.keep(pixels, counter, Some);
             });
         }
-        self.gathered.clear();
-        let count = tile.pixels() as usize;
-        self.gathered.resize(count, Gathered::default());
+        self.sums.fit(tile.pixels() as usize, self.aovs);
         for sample in 0..self.sampling.spp {
-            let first = keep_hits && sample == 0;
-            self.sample(tile, sample, first, |gathered, rays, colors, hits| {
-                gather(rays, colors, tile, gathered);
-                keep(rays, hits, pixels);
+            self.sample(tile, sample, keep_hits, |sums, traced, counter| {
+                sums.gather(traced, tile.width);
+                traced.keep(pixels, counter, Some);
             });
         }
-        for (at, gathered) in (0..).zip(&self.gathered) {
-            pixels.set(at % tile.width, at / tile.width, gathered.mean());
+        for at in 0..tile.pixels() as u32 {
+            let (x, y) = (at % tile.width, at / tile.width);
+            self.sums.finish(at as usize, pixels, (x, y));
         }
     }
 
@@ -154,34 +204,51 @@ pub fn push_camera_rays(
     sampling: &Sampling,
     sample: u32,
 ) {
-    let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
     for block_y in (0..tile.height).step_by(8) {
         for block_x in (0..tile.width).step_by(8) {
-            for packet in 0..8 {
-                let (x, y) = (block_x + packet % 2 * 4, block_y + packet / 2 * 2);
-                let inside = inside(tile, x, y);
-                let columns = std::array::from_fn(|k| tile.x + x + k as u32 % 4);
-                let rows = std::array::from_fn(|k| tile.y + y + k as u32 / 4);
-                let Places {
-                    row,
-                    column,
-                    weight,
-                } = sampling.places::<LANES>(columns, rows, sample);
-                let (row, column) = (F32x8::new(row), F32x8::new(column));
-                let (org, dir) = if camera.has_lens() {
-                    let seeds = seeds(columns, rows);
-                    let at = disc(points(seeds, sample, Purpose::Lens)).map(F32x8::new);
-                    camera.through_lens_wide(row, column, at)
-                } else {
-                    (eye, camera.directions(row, column))
-                };
-                if rays.has_seeds() {
-                    rays.push_seeds(inside, &seeds(columns, rows));
-                }
-                let counts = Vec3x8::new(F32x8::new(weight), F32x8::ZERO, F32x8::ZERO);
-                rays.push(inside, org, dir, counts, &block_of(x, y));
-            }
+            let corner = (block_x, block_y);
+            push_block(rays, camera, tile, corner, !0, sampling, sample);
         }
+    }
+}
+
+/// Those of the `open` pixels of one 8×8 block, whose upper left corner is there in the tile.
+pub(super) fn push_block(
+    rays: &mut RayQueue,
+    camera: &Camera,
+    tile: Tile,
+    (block_x, block_y): (u32, u32),
+    open: BlockPixels,
+    sampling: &Sampling,
+    sample: u32,
+) {
+    let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
+    for packet in 0..8 {
+        let (right, down) = (packet % 2 * 4, packet / 2 * 2);
+        let (x, y) = (block_x + right, block_y + down);
+        // Two rows of four.
+        let asked = open >> (8 * down + right);
+        let asked = Mask8::from_bits((asked & 0xf | asked >> 4 & 0xf0) as u32);
+        let inside = inside(tile, x, y) & asked;
+        let columns = std::array::from_fn(|k| tile.x + x + k as u32 % 4);
+        let rows = std::array::from_fn(|k| tile.y + y + k as u32 / 4);
+        let Places {
+            row,
+            column,
+            weight,
+        } = sampling.places::<LANES>(columns, rows, sample);
+        let (row, column) = (F32x8::new(row), F32x8::new(column));
+        let (org, dir) = if camera.has_lens() {
+            let at = disc(points(seeds(columns, rows), sample, Purpose::Lens));
+            camera.through_lens_wide(row, column, at.map(F32x8::new))
+        } else {
+            (eye, camera.directions(row, column))
+        };
+        if rays.has_seeds() {
+            rays.push_seeds(inside, &seeds(columns, rows));
+        }
+        let counts = Vec3x8::new(F32x8::new(weight), F32x8::ZERO, F32x8::ZERO);
+        rays.push(inside, org, dir, counts, &block_of(x, y));
     }
 }
 
@@ -205,21 +272,116 @@ fn inside(tile: Tile, x: u32, y: u32) -> Mask8 {
     })
 }
 
-/// Adds the tile's samples to what its pixels have gathered.
-fn gather(rays: &RayQueue, colors: &[Colors], tile: Tile, gathered: &mut [Gathered]) {
-    for (packet, color) in colors.iter().enumerate() {
-        let (counts, places) = rays.purpose(packet);
-        for lane in rays.active(packet).lanes() {
-            let (x, y) = place(places[lane]);
-            gathered[(y * tile.width + x) as usize].add(color.lane(lane), counts[0][lane]);
+/// What counts nodes, where they are to be told.
+type Counter<'a> = Option<Tracer<'a, F32x8, Work>>;
+
+/// What came of some camera rays.
+pub(super) struct Traced<'a> {
+    rays: &'a RayQueue<'a>,
+    colors: &'a [Colors],
+    /// Whether they are the first of their pixels, and something about that is wanted.
+    first: bool,
+    kept: Option<&'a Kept<'a>>,
+}
+
+impl Traced<'_> {
+    /// The rays with their places, packet by packet.
+    fn lanes(&self) -> impl Iterator<Item = (usize, usize, (u32, u32))> {
+        (0..self.colors.len()).flat_map(|packet| {
+            let places = self.rays.purpose(packet).1;
+            let lanes = self.rays.active(packet).lanes();
+            lanes.map(move |lane| (packet, lane, place(places[lane])))
+        })
+    }
+
+    /// Keeps hits and surfaces of first rays, where `pixel` gives a place in the tile for a place of the rays.
+    pub(super) fn keep(
+        &self,
+        pixels: &mut Pixels,
+        counter: &mut Counter,
+        pixel: impl Fn((u32, u32)) -> Option<(u32, u32)>,
+    ) {
+        let Some(kept) = self.kept.filter(|_| self.first) else {
+            return;
+        };
+        for (packet, lane, place) in self.lanes() {
+            let Some((x, y)) = pixel(place) else {
+                continue;
+            };
+            let hit = &kept.hits[packet];
+            let prim_id = hit.prim_id.lane(lane);
+            let t = match prim_id {
+                NO_PRIM => 0.0,
+                _ => hit.t.lane(lane),
+            };
+            pixels.set_hit(x, y, [t, hit.u.lane(lane), hit.v.lane(lane)], prim_id);
+            if let Some(look) = kept.looks.get(packet * LANES + lane) {
+                pixels.set_look(x, y, look);
+            }
+            if let Some(alone) = counter {
+                let nodes = count(alone, self.rays, packet, lane, Cost::Nodes);
+                pixels.set_layer(x, y, Aov::Cost, &[nodes]);
+            }
         }
     }
 }
 
-/// Gives the tile's pixels their radiance.
-fn develop(rays: &RayQueue, colors: &[Colors], pixels: &mut Pixels) {
-    for (packet, color) in colors.iter().enumerate() {
-        let (active, places) = (rays.active(packet), rays.purpose(packet).1);
+/// What the pixels of a tile have gathered, row by row.
+#[derive(Default)]
+pub(super) struct Sums {
+    pub(super) radiance: Vec<Gathered>,
+    /// By the way it came; empty where nobody wants to know.
+    light: [Vec<Gathered>; 3],
+}
+
+impl Sums {
+    /// Nothing, for so many pixels.
+    pub(super) fn fit(&mut self, count: usize, aovs: Aovs) {
+        let clear = |all: &mut Vec<Gathered>, count: usize| {
+            all.clear();
+            all.resize(count, Gathered::default());
+        };
+        clear(&mut self.radiance, count);
+        let count = if aovs.of_light() { count } else { 0 };
+        self.light.iter_mut().for_each(|all| clear(all, count));
+    }
+
+    /// Adds samples of pixels, rows of which are so wide.
+    pub(super) fn gather(&mut self, traced: &Traced, width: u32) {
+        for (packet, lane, (x, y)) in traced.lanes() {
+            let at = (y * width + x) as usize;
+            let counts = traced.rays.purpose(packet).0[0][lane];
+            self.radiance[at].add(traced.colors[packet].lane(lane), counts);
+            if let (Some(kept), false) = (traced.kept, self.light[0].is_empty()) {
+                for (gathered, colors) in self.light.iter_mut().zip(&kept.light) {
+                    gathered[at].add(colors[packet].lane(lane), counts);
+                }
+            }
+        }
+    }
+
+    /// Gives a pixel of the tile what one of these has gathered.
+    pub(super) fn finish(&self, at: usize, pixels: &mut Pixels, (x, y): (u32, u32)) {
+        pixels.set(x, y, self.radiance[at].mean());
+        let aovs = pixels.aovs();
+        if aovs.is_empty() {
+            return;
+        }
+        if aovs.of_light() {
+            let light = self.light.each_ref().map(|all| all[at].mean());
+            pixels.set_light(x, y, &Light(light));
+        }
+        if aovs.has(Aov::Samples) {
+            let count = self.radiance[at].count() as u32;
+            pixels.set_layer(x, y, Aov::Samples, &[f32::from_bits(count)]);
+        }
+    }
+}
+
+/// Gives the tile's pixels what their only camera rays gave.
+fn develop(traced: &Traced, pixels: &mut Pixels) {
+    for (packet, color) in traced.colors.iter().enumerate() {
+        let (active, places) = (traced.rays.active(packet), traced.rays.purpose(packet).1);
         let (x, y) = place(places[0]);
         if active.bits() == 0xff && *places == block_of(x, y) {
             let row = |k: usize| color.plane_halves().map(|plane| plane[k]);
@@ -232,20 +394,17 @@ fn develop(rays: &RayQueue, colors: &[Colors], pixels: &mut Pixels) {
             }
         }
     }
-}
-
-/// Keeps hits, if there are any.
-fn keep(rays: &RayQueue, hits: Option<&[HitPacket]>, pixels: &mut Pixels) {
-    for (packet, hit) in hits.unwrap_or_default().iter().enumerate() {
-        let places = rays.purpose(packet).1;
-        for lane in rays.active(packet).lanes() {
-            let (x, y) = place(places[lane]);
-            let prim_id = hit.prim_id.lane(lane);
-            let t = match prim_id {
-                NO_PRIM => 0.0,
-                _ => hit.t.lane(lane),
-            };
-            pixels.set_hit(x, y, [t, hit.u.lane(lane), hit.v.lane(lane)], prim_id);
+    let aovs = pixels.aovs();
+    if !aovs.of_light() && !aovs.has(Aov::Samples) {
+        return;
+    }
+    for (packet, lane, (x, y)) in traced.lanes() {
+        if let (Some(kept), true) = (traced.kept, aovs.of_light()) {
+            let light = kept.light.each_ref().map(|way| way[packet].lane(lane));
+            pixels.set_light(x, y, &Light(light));
+        }
+        if aovs.has(Aov::Samples) {
+            pixels.set_layer(x, y, Aov::Samples, &[f32::from_bits(1)]);
         }
     }
 }

@@ -1,6 +1,6 @@
-//! Tiles of the image, in Morton order, so that workers that follow each other touch the same part of the tree.
+//! Tiles of the picture, in Morton order, so that workers that follow each other touch the same part of the tree.
 
-/// A rectangle of pixels; at the right and lower border it may be smaller than the tile side.
+/// A rectangle of pixels of the whole picture; at borders it may be smaller than the tile side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tile {
     /// Leftmost column.
@@ -14,24 +14,63 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// A whole picture.
+    pub fn whole(width: u32, height: u32) -> Tile {
+        Tile {
+            x: 0,
+            y: 0,
+            width,
+            height,
+        }
+    }
+
     /// Number of pixels.
     pub fn pixels(&self) -> u64 {
         self.width as u64 * self.height as u64
     }
+
+    /// The cells of a grid of this side that it touches, as far as they lie in a picture of this size.
+    pub fn outward(&self, side: u32, (width, height): (u32, u32)) -> Tile {
+        let (x, y) = (self.x - self.x % side, self.y - self.y % side);
+        let right = (self.x + self.width).next_multiple_of(side);
+        let bottom = (self.y + self.height).next_multiple_of(side);
+        Tile {
+            x,
+            y,
+            width: right.min(width) - x,
+            height: bottom.min(height) - y,
+        }
+    }
+
+    /// The part of it that lies in another; of no pixels where none does.
+    pub fn within(&self, other: Tile) -> Tile {
+        let (x, y) = (self.x.max(other.x), self.y.max(other.y));
+        let end = |from: u32, size: u32| from.saturating_add(size);
+        let right = end(self.x, self.width).min(end(other.x, other.width));
+        let bottom = end(self.y, self.height).min(end(other.y, other.height));
+        Tile {
+            x,
+            y,
+            width: right.saturating_sub(x),
+            height: bottom.saturating_sub(y),
+        }
+    }
 }
 
-/// All tiles of side `side` of an image, in Morton order. Every pixel is in exactly one.
-pub fn tiles(width: u32, height: u32, side: u32) -> Vec<Tile> {
+/// All tiles of side `side` of a window of the picture, in Morton order. Every pixel is in exactly one. They are cells of one grid
+/// over the whole picture, whatever the window, and cut by its borders.
+pub fn tiles(window: Tile, side: u32) -> Vec<Tile> {
     let mut all: Vec<(u64, Tile)> = Vec::new();
-    for (row, y) in (0..height).step_by(side as usize).enumerate() {
-        for (column, x) in (0..width).step_by(side as usize).enumerate() {
-            let tile = Tile {
-                x,
-                y,
-                width: side.min(width - x),
-                height: side.min(height - y),
+    let cells = |from: u32, size: u32| from / side..(from + size).div_ceil(side);
+    for row in cells(window.y, window.height) {
+        for column in cells(window.x, window.width) {
+            let cell = Tile {
+                x: column * side,
+                y: row * side,
+                width: side,
+                height: side,
             };
-            all.push((spread(column as u32) | spread(row as u32) << 1, tile));
+            all.push((spread(column) | spread(row) << 1, cell.within(window)));
         }
     }
     all.sort_by_key(|&(code, _)| code);
@@ -55,20 +94,32 @@ fn spread(v: u32) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::tiles;
+    use super::*;
 
     #[test]
     fn every_pixel_is_in_exactly_one_tile() {
         for (w, h, side) in [(1, 1, 8), (640, 480, 32), (33, 17, 16), (7, 100, 64)] {
-            let mut seen = vec![0u8; (w * h) as usize];
-            for t in tiles(w, h, side) {
-                for y in t.y..t.y + t.height {
-                    for x in t.x..t.x + t.width {
-                        seen[(y * w + x) as usize] += 1;
+            for (x, y) in [(0, 0), (8, 16), (13, 5)] {
+                let window = Tile {
+                    x,
+                    y,
+                    width: w,
+                    height: h,
+                };
+                let mut seen = vec![0u8; (w * h) as usize];
+                for t in tiles(window, side) {
+                    assert!(t.pixels() > 0 && (t.x % side == 0 || t.x == x), "{t:?}");
+                    for row in t.y..t.y + t.height {
+                        for column in t.x..t.x + t.width {
+                            seen[((row - y) * w + column - x) as usize] += 1;
+                        }
                     }
                 }
+                assert!(
+                    seen.iter().all(|&n| n == 1),
+                    "{window:?} in tiles of {side}"
+                );
             }
-            assert!(seen.iter().all(|&n| n == 1), "{w}x{h} in tiles of {side}");
         }
     }
 }

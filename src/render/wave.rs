@@ -5,6 +5,7 @@
 //! next is traced, mirror rays before refracted ones, which gives the sum the order of the recursion:
 //! (local + Ks I_R) + Kt I_T.
 
+use super::kept::Kept;
 use super::stats::RenderStats;
 use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
@@ -29,7 +30,7 @@ pub(super) struct Engine<'a> {
 /// Radiance of eight rays.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
-pub(super) struct Colors([[f32; LANES]; 3]);
+pub(super) struct Colors(pub(super) [[f32; LANES]; 3]);
 
 impl Colors {
     pub(super) const BLACK: Colors = Colors([[0.0; LANES]; 3]);
@@ -84,13 +85,13 @@ impl RayView<'_, '_> {
 }
 
 /// Traces a wave and writes the radiance of its rays, packet by packet, to `colors`. `arenas` holds one arena for this
-/// wave and one for each bounce that is still allowed. `keep` receives the hits where they are wanted.
+/// wave and one for each bounce that is still allowed. `kept` receives what is to be known of them beside that.
 pub(super) fn wave(
     engine: &mut Engine,
     arenas: &mut [Bump],
     rays: RayView,
     colors: &mut [Colors],
-    keep: Option<&mut [HitPacket]>,
+    mut kept: Option<&mut Kept>,
 ) {
     let Some((arena, deeper)) = arenas.split_first_mut() else {
         return;
@@ -101,19 +102,22 @@ pub(super) fn wave(
     let hits = arena.alloc_slice_fill_copy(rays.packets.len(), HitPacket::miss());
     let packets = rays.packets.clone();
     engine.traversal.closest(rays.queue, packets, hits);
-    if let Some(keep) = keep {
-        keep.copy_from_slice(hits);
+    if let Some(kept) = &mut kept {
+        kept.hits.copy_from_slice(hits);
     }
     // Shade.
     let (surfaces, tints) = surfaces(arena, engine.scene, &rays, hits, colors);
     emit_own(engine.scene, surfaces, tints, colors);
     // Ask the lights, in the order of the file.
     ask_lights(engine, arena, &rays, surfaces, tints, colors);
+    if let Some(kept) = &mut kept {
+        kept.take(engine.scene, surfaces, tints, colors);
+    }
     // Bounce and fold.
     if deeper.is_empty() {
         return;
     }
-    let queue = bounce(engine, arena, &rays, surfaces);
+    let (queue, mirrored) = bounce(engine, arena, &rays, surfaces);
     let piece = rays.packets.len();
     let answers = arena.alloc_slice_fill_copy(piece.min(queue.packets()), Colors::BLACK);
     for first in (0..queue.packets()).step_by(piece) {
@@ -124,6 +128,9 @@ pub(super) fn wave(
             packets: packets.clone(),
         };
         wave(engine, deeper, view, answers, None);
+        if let Some(kept) = &mut kept {
+            kept.fold(&queue, packets.clone(), mirrored, answers);
+        }
         fold(&queue, packets, answers, colors);
     }
 }
@@ -387,13 +394,13 @@ fn ask_lights(
     }
 }
 
-/// Queues the mirror rays of all hits, then the refracted ones.
+/// Queues the mirror rays of all hits, then the refracted ones; and how many come before those.
 fn bounce<'arena>(
     engine: &mut Engine,
     arena: &'arena Bump,
     rays: &RayView,
     surfaces: &[Surface],
-) -> RayQueue<'arena> {
+) -> (RayQueue<'arena>, usize) {
     let room = surfaces.iter().map(|at| {
         let m = Material::of(engine.scene, at.material);
         let ways = usize::from(m.ks != glam::Vec3::ZERO) + usize::from(m.kt != glam::Vec3::ZERO);
@@ -403,7 +410,7 @@ fn bounce<'arena>(
     let seeded = rays.queue.has_seeds();
     let mut queue = RayQueue::seeded(arena, room, seeded);
     if room == 0 {
-        return queue;
+        return (queue, 0);
     }
     let outgoing = arena.alloc_slice_fill_with(surfaces.len(), |k| {
         let at = &surfaces[k];
@@ -446,7 +453,7 @@ fn bounce<'arena>(
     }
     engine.stats.rays.reflection += reflected;
     engine.stats.rays.refraction += queue.len() as u64 - reflected;
-    queue
+    (queue, reflected as usize)
 }
 
 /// Adds the weighted answers of some packets of bounces to the hits that sent them.

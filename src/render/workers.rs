@@ -1,6 +1,6 @@
 //! Workers that take tiles until none is left; the only place that names core_affinity.
 
-use super::film::{Pixels, SharedFilm};
+use super::film::{Pixels, Sink};
 use super::stats::RenderStats;
 use super::tiles::Tile;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
@@ -43,6 +43,8 @@ pub struct Control {
     pub stop: AtomicBool,
     /// Pixels finished.
     pub pixels: AtomicU64,
+    /// Those of them that were finished before the render began.
+    pub kept: AtomicU64,
     /// Rays traced so far, all kinds.
     pub rays: AtomicU64,
 }
@@ -69,13 +71,13 @@ pub struct Painted {
     pub tile_seconds: Vec<f64>,
 }
 
-/// Paints all tiles on `threads` workers, each with a painter of its own made by `painter`.
+/// Paints all tiles on `threads` workers, each with a painter of its own made by `painter`, and puts them into the sink.
 ///
 /// # Errors
 /// [`Interrupted`] if `control.stop` was set before the last tile was taken.
 pub fn run<P: Painter>(
     tiles: &[Tile],
-    film: &SharedFilm,
+    sink: &dyn Sink,
     threads: usize,
     pin: Pin,
     control: &Control,
@@ -87,7 +89,10 @@ pub fn run<P: Painter>(
         if let Some(worker) = worker {
             cores.bind(worker);
         }
-        let (mut painter, mut pixels) = (painter(), Pixels::new(film.records_hits()));
+        let (mut painter, mut pixels) = (
+            painter(),
+            Pixels::new(sink.records_hits()).with_layers(sink.aovs()),
+        );
         let mut counted = 0;
         let mut took = Vec::new();
         while !control.stop.load(Relaxed) {
@@ -98,7 +103,7 @@ pub fn run<P: Painter>(
             let start = Instant::now();
             pixels.fit(tile);
             painter.paint(tile, &mut pixels);
-            film.put(tile, &pixels);
+            sink.put(tile, &pixels);
             took.push((k, start.elapsed().as_secs_f64()));
             let rays = painter.stats().rays.total();
             control.rays.fetch_add(rays - counted, Relaxed);

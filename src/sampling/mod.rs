@@ -6,9 +6,11 @@
 //! | `maps` | from the unit square to what is sampled |
 //! | `filter` | what a pixel gathers |
 //! | `pixel` | where a pixel's camera rays go through |
+//! | `adaptive` | which pixels get more camera rays |
 //! | `pow` | x^s for highlights |
 //! | `srgb` | the bytes of textures |
 
+mod adaptive;
 mod filter;
 mod maps;
 mod pixel;
@@ -16,6 +18,7 @@ mod points;
 mod pow;
 mod srgb;
 
+pub use adaptive::{Adaptive, BLOCK, FIRST, Pixels as BlockPixels};
 pub use filter::Filter;
 pub use maps::{around, disc, hemisphere, lobe, sphere};
 pub use pixel::{Gathered, MAX_SPP, Places, Sampling};

@@ -1,15 +1,18 @@
 //! Where the camera rays of a pixel go through.
 
+use super::adaptive::Adaptive;
 use super::filter::Filter;
 use super::points::{Purpose, points, seeds};
 
 /// How pixels are sampled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
-    /// Camera rays a pixel, 1 to [`MAX_SPP`]. One goes through the pixel's centre; more are spread over the filter.
+    /// Camera rays a pixel, 1 to [`MAX_SPP`], or the most of them. One goes through the pixel's centre; more are spread over the filter.
     pub spp: u32,
     /// What the pixel gathers.
     pub filter: Filter,
+    /// When a pixel has enough of them, if not all pixels get as many.
+    pub adaptive: Option<Adaptive>,
 }
 
 /// Most samples a pixel.
@@ -31,7 +34,13 @@ impl Sampling {
     pub const CENTER: Sampling = Sampling {
         spp: 1,
         filter: Filter::Box,
+        adaptive: None,
     };
+
+    /// When a pixel has enough camera rays, if that is asked: not of a single one.
+    pub fn adaptively(&self) -> Option<Adaptive> {
+        self.adaptive.filter(|_| self.spp > 1)
+    }
 
     /// Places of the `sample`-th camera ray of some pixels, in columns `x` and rows `y`.
     #[inline(always)]
@@ -61,6 +70,7 @@ pub struct Gathered {
     weighted: [f64; 3],
     weights: f64,
     plain: [f64; 3],
+    squares: f64,
     count: f64,
 }
 
@@ -72,9 +82,21 @@ impl Gathered {
         for (k, c) in rgb.map(f64::from).into_iter().enumerate() {
             self.weighted[k] += weight * c;
             self.plain[k] += c;
+            self.squares += c * c;
         }
         self.weights += weight;
         self.count += 1.0;
+    }
+
+    /// How many samples it has.
+    pub fn count(&self) -> f64 {
+        self.count
+    }
+
+    /// The variance of the samples, whatever they count, all channels together.
+    pub fn variance(&self) -> f64 {
+        let [r, g, b] = self.plain.map(|sum| sum / self.count);
+        (self.squares / self.count - ((r * r + g * g) + b * b)).max(0.0)
     }
 
     /// The mean. Where negative weights leave next to nothing to divide by, as they may with a few samples, all count alike.
@@ -95,7 +117,11 @@ mod tests {
     #[test]
     fn one_sample_goes_through_the_centre() {
         for (_, filter) in Filter::ALL {
-            let one = Sampling { spp: 1, filter };
+            let one = Sampling {
+                spp: 1,
+                filter,
+                adaptive: None,
+            };
             let places = one.places([3, 65_535], [0, 9], 0);
             assert_eq!(places.column, [3.5, 65_535.5]);
             assert_eq!(places.row, [0.5, 9.5]);
@@ -106,7 +132,11 @@ mod tests {
     #[test]
     fn samples_surround_the_centre() {
         for (_, filter) in Filter::ALL {
-            let many = Sampling { spp: 1024, filter };
+            let many = Sampling {
+                spp: 1024,
+                filter,
+                ..Sampling::CENTER
+            };
             let (mut sum, mut weights) = ([0.0; 2], 0.0);
             for sample in 0..many.spp {
                 let at = many.places([7], [5], sample);

@@ -3,6 +3,8 @@
 
 mod bench;
 mod formats;
+mod guide;
+mod jobs;
 mod pictures;
 mod refusals;
 mod scenes;

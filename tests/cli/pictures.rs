@@ -48,7 +48,7 @@ fn render_json_is_one_document_with_the_promised_keys() {
         (Some("simd"), Some(2))
     );
     assert_eq!(json["isa"], phalanx::isa::compiled_level());
-    let image = serde_json::json!({"width": 33, "height": 17, "path": "a.png"});
+    let image = serde_json::json!({"width": 33, "height": 17, "region": null, "frames": null, "path": "a.png"});
     assert_eq!(json["image"], image);
     assert_eq!(json["scene"], "a.test");
     assert_eq!(json["rays"]["primary"], 33 * 17);
@@ -63,7 +63,7 @@ fn render_json_is_one_document_with_the_promised_keys() {
         .map(|k| json["mrays_per_s"][k].as_f64().unwrap())
         .sum();
     assert!((speeds / json["mrays_per_s"]["total"].as_f64().unwrap() - 1.0).abs() < 1e-9);
-    for key in ["load", "build", "render"] {
+    for key in ["load", "build", "render", "write"] {
         assert!(json["seconds"][key].as_f64().unwrap() >= 0.0);
     }
     let occupancy = json["occupancy"].as_f64().unwrap();

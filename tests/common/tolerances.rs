@@ -91,3 +91,7 @@ pub const REFERENCE_LEVELS: i32 = 1;
 
 /// Reference pixels whose renderings spread by more levels than this say nothing.
 pub const REFERENCE_SPREAD: u8 = 2;
+
+/// Light by three ways, added up, against the radiance: the ways are means of their own, each rounded to f32 once, and so is the
+/// radiance of every sample.
+pub const LAYER_SUM: f32 = 4.0 * f32::EPSILON;

@@ -1,0 +1,111 @@
+//! The arguments of renders that are interrupted, and of those that many machines share.
+
+use super::picture_args::PictureArgs;
+use super::picture_file::GradeArgs;
+use super::scene_args::SceneArgs;
+use clap::{Args, Subcommand, value_parser};
+use phalanx::jobs::MAX_SHARDS;
+use std::path::PathBuf;
+
+/// What `render` keeps, and for whom.
+#[derive(Debug, Args)]
+pub struct KeepArgs {
+    /// Keep finished tiles in this file: after an interruption, the same command goes on where it was
+    #[arg(long, value_name = "FILE", conflicts_with = "plan")]
+    pub checkpoint: Option<PathBuf>,
+    /// Render one shard of a plan, as `phalanx plan` has written it, into a file beside it
+    #[arg(
+        long,
+        value_name = "PLAN.json",
+        requires = "shard",
+        conflicts_with_all = ["scene", "output", "heat", "preview", "snapshot", "FrameArgs", "PictureArgs", "GradeArgs", "SceneArgs"]
+    )]
+    pub plan: Option<PathBuf>,
+    /// Which shard: a number from 0, or auto, which asks Slurm, Kubernetes, AWS Batch or MPI
+    #[arg(long, value_name = "I|auto", requires = "plan", value_parser = parse_shard)]
+    pub shard: Option<Shard>,
+}
+
+/// A shard of a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shard {
+    /// That which the scheduler has given to this process.
+    Auto,
+    Number(u32),
+}
+
+fn parse_shard(text: &str) -> Result<Shard, String> {
+    match (text, text.parse()) {
+        ("auto", _) => Ok(Shard::Auto),
+        (_, Ok(number)) => Ok(Shard::Number(number)),
+        _ => Err("expected a number from 0, or auto".to_owned()),
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// Scene file, cache (.phx), or standard:NAME[:SIZE]
+    pub scene: PathBuf,
+    /// How many shards to cut the picture into
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SHARDS)))]
+    pub shards: u32,
+    /// Picture that the shards will be merged into; its ending says what is written
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// Plan to write; shards are rendered into files beside it
+    #[arg(long, value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    #[command(flatten)]
+    pub grade: GradeArgs,
+    #[command(flatten)]
+    pub beside: SceneArgs,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// Plan whose shards have been rendered
+    pub plan: PathBuf,
+    /// Picture to write, of the plan's format [default: the plan's]
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Whom a plan is handed to.
+#[derive(Debug, Subcommand)]
+pub enum SubmitTo {
+    /// Slurm: a job array of the shards that are missing, and a job that merges them
+    #[command(
+        after_help = "Two scripts are written beside the plan. What stands after -- is for sbatch, in both jobs.\n\n\
+                      Example: phalanx submit slurm poster.json --time 2:00:00 --cpus-per-task 16 -- --partition=long"
+    )]
+    Slurm(SubmitArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct SubmitArgs {
+    /// Plan to render and to merge
+    pub plan: PathBuf,
+    /// Time limit of a shard, as sbatch takes it; a shard that needs longer saves what it has and goes back into the queue
+    #[arg(long, value_name = "TIME")]
+    pub time: Option<String>,
+    /// CPUs of a shard [default: those that Slurm gives it]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
+    pub cpus_per_task: Option<u32>,
+    /// Write the scripts, and print what would be called
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+    /// What else sbatch is to know
+    #[arg(last = true, value_name = "SBATCH OPTIONS")]
+    pub sbatch: Vec<String>,
+}

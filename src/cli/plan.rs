@@ -1,0 +1,188 @@
+//! `phalanx plan`: a picture cut into shards, for many machines.
+
+use super::args::{Arguments, Command};
+use super::failure::Failure;
+use super::input::Input;
+use super::job_args::PlanArgs;
+use super::picture_file::{Target, format_of};
+use super::report::{SCHEMA_VERSION, lines};
+use super::{interrupt, output};
+use clap::Parser;
+use phalanx::frame::Settings;
+use phalanx::image::{Depth, Format, Grade, replace_file};
+use phalanx::jobs::{Developing, Identity, Plan};
+use phalanx::open::standard_name;
+use phalanx::scene::{Quantize, Tone, Transfer};
+use serde::Serialize;
+use std::io;
+use std::path::{Path, PathBuf, absolute};
+
+#[derive(Debug, Serialize)]
+struct Document<'a> {
+    schema_version: u32,
+    plan: &'a Path,
+    shards: u32,
+    tile: u32,
+    output: &'a Path,
+    scene_hash: &'a str,
+    /// Slurm's way to say all of them.
+    array: String,
+}
+
+/// Writes a plan.
+pub fn run(args: &PlanArgs) -> Result<(), Failure> {
+    let format = format_of(&args.output, "--output")?;
+    output::check_place(&args.plan)?;
+    output::check_place(&args.output)?;
+    interrupt::listen()?;
+    let input = Input::load(&args.scene, &args.beside, 0)?;
+    let scene = &input.scene;
+    let settings = args.picture.settings(scene);
+    args.picture.check_region(&settings)?;
+    let here = |path: &Path| {
+        absolute(path)
+            .map_err(|e| Failure::Runtime(format!("cannot tell where {} is: {e}", path.display())))
+    };
+    let output = here(&args.output)?;
+    let (grade, picture) = (&args.grade, &args.picture);
+    let target = Target::new(output.clone(), format, grade, picture, scene, &settings)?;
+    let name = match standard_name(&args.scene) {
+        Some(name) => name.to_owned(),
+        None => text(&here(&args.scene)?)?,
+    };
+    let plan = Plan::new(
+        name,
+        arguments()?,
+        output,
+        developing(&target),
+        Identity::of(scene, &settings),
+        args.shards,
+    );
+    interrupt::undisturbed(|| write(&args.plan, &plan))??;
+    tell(args, &plan)
+}
+
+fn write(path: &Path, plan: &Plan) -> Result<(), Failure> {
+    let written = replace_file(path, |out| {
+        serde_json::to_writer_pretty(out, plan).map_err(io::Error::other)
+    });
+    written.map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
+}
+
+fn tell(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
+    let array = format!("0-{}", plan.shards - 1);
+    if args.json {
+        return output::print_json(&Document {
+            schema_version: SCHEMA_VERSION,
+            plan: &args.plan,
+            shards: plan.shards,
+            tile: plan.tile,
+            output: &plan.output,
+            scene_hash: &plan.picture.scene,
+            array,
+        });
+    }
+    let path = args.plan.display();
+    let rows = [
+        ("plan", format!("{path}, {} shards", plan.shards)),
+        (
+            "render",
+            format!("phalanx render --plan {path} --shard I, I from {array}"),
+        ),
+        ("merge", format!("phalanx merge {path}")),
+    ];
+    output::print(&lines(&rows))
+}
+
+/// What this process was asked for, as it is kept in the plan.
+fn arguments() -> Result<Vec<String>, Failure> {
+    let all = std::env::args_os().skip(1);
+    all.map(|argument| {
+        argument.into_string().map_err(|argument| {
+            Failure::Usage(format!(
+                "a plan is a text, and this argument is none: {}",
+                argument.to_string_lossy()
+            ))
+        })
+    })
+    .collect()
+}
+
+fn text(path: &Path) -> Result<String, Failure> {
+    let text = path.to_str().map(str::to_owned);
+    text.ok_or_else(|| {
+        Failure::Usage(format!(
+            "a plan is a text, and this name is none: {}",
+            path.display()
+        ))
+    })
+}
+
+/// A plan's picture once more: its scene, and its settings, which must still be those of the plan.
+pub fn reopen(path: &Path, plan: &Plan, threads: usize) -> Result<(Input, Settings), Failure> {
+    let words = ["phalanx".to_owned()]
+        .into_iter()
+        .chain(plan.arguments.clone());
+    let asked = match Arguments::try_parse_from(words).map(|parsed| parsed.command) {
+        Ok(Command::Plan(asked)) => asked,
+        _ => {
+            return Err(Failure::Runtime(format!(
+                "{}: its arguments are not those of phalanx plan",
+                path.display()
+            )));
+        }
+    };
+    let input = Input::load(&PathBuf::from(&plan.scene), &asked.beside, threads)?;
+    let settings = asked.picture.settings(&input.scene);
+    let now = Identity::of(&input.scene, &settings);
+    match plan.picture.difference(&now) {
+        None => Ok((input, settings)),
+        Some((what, there, here)) => Err(Failure::Usage(format!(
+            "{}: the plan is of another picture: {what} {there} there, {here} here; make the plan again",
+            path.display()
+        ))),
+    }
+}
+
+fn developing(target: &Target) -> Developing {
+    let Grade { exposure, tone } = target.file.grade;
+    Developing {
+        exposure,
+        srgb: tone.transfer == Transfer::Srgb,
+        round: tone.quantize == Quantize::Round,
+        bits: match target.file.depth {
+            Depth::Eight => 8,
+            Depth::Sixteen => 16,
+        },
+    }
+}
+
+/// The picture of a plan as a file of this name.
+pub fn target(plan: &Plan, path: PathBuf, format: Format) -> Result<Target, Failure> {
+    let Developing {
+        exposure,
+        srgb,
+        round,
+        bits,
+    } = plan.developing;
+    let transfer = if srgb { Transfer::Srgb } else { Transfer::None };
+    let quantize = if round {
+        Quantize::Round
+    } else {
+        Quantize::Floor
+    };
+    let depth = if bits == 16 {
+        Depth::Sixteen
+    } else {
+        Depth::Eight
+    };
+    let tone = Tone { transfer, quantize };
+    Target::fitting(
+        path,
+        format,
+        Grade { exposure, tone },
+        depth,
+        plan.picture.window(),
+        plan.aovs(),
+    )
+}

@@ -1,0 +1,121 @@
+//! `phalanx render --plan --shard`: one shard of a plan, into a file beside it.
+
+use super::args::RenderArgs;
+use super::failure::Failure;
+use super::job_args::Shard;
+use super::output::{self, grouped};
+use super::progress::{self, Watch};
+use super::report::{SCHEMA_VERSION, lines};
+use super::{advise, interrupt, plan, shard_index};
+use phalanx::jobs::{Banded, Plan, TileFile, render_tiles};
+use serde::Serialize;
+use std::path::Path;
+
+#[derive(Debug, Serialize)]
+struct Document<'a> {
+    schema_version: u32,
+    shard: u32,
+    shards: u32,
+    /// Tiles of the shard.
+    tiles: usize,
+    /// Those of them that had been rendered before.
+    kept: usize,
+    rays: u64,
+    seconds: f64,
+    mrays_per_s: f64,
+    path: &'a Path,
+}
+
+/// Renders a shard of a plan. What an earlier try has finished is not rendered again.
+pub fn run(args: &RenderArgs, path: &Path) -> Result<(), Failure> {
+    let plan = Plan::read(path)?;
+    let asked = args.keep.shard.unwrap_or(Shard::Auto);
+    let (shard, found) = shard_index::resolve(asked, |name| std::env::var(name).ok())?;
+    let share = plan.share(shard)?;
+    if let Some(name) = found {
+        output::note(&format!("shard {shard} of {}, by {name}", plan.shards));
+    }
+    interrupt::listen()?;
+    advise();
+    let (mut input, settings) = plan::reopen(path, &plan, args.work.threads.unwrap_or(0))?;
+    let settings = args.work.apply(settings);
+    let name = plan.shard_file(path, shard);
+    let file = TileFile::open(&name, &plan.picture)?;
+    tell_damaged(&file, &name);
+    let prepared = input.prepare(settings.engine, &args.tree, settings.threads)?;
+    let scene = &input.scene;
+    input.budget.for_render(scene, &prepared, &settings, 0)?;
+    prepared.make_ready(&settings);
+    let tiles = share.len();
+    let kept = share.iter().filter(|tile| file.has(**tile)).count();
+    let pixels = share.iter().map(|tile| tile.pixels()).sum();
+    let watch = Watch {
+        mode: args.progress,
+        ..Watch::of(pixels)
+    };
+    let done = progress::watched(watch, |control| {
+        let tree = prepared.tree();
+        render_tiles(scene, tree, &settings, control, share, &file)
+    });
+    // Even where it was interrupted: what is finished is not to be lost.
+    file.sync()?;
+    let Banded { stats, seconds } = done.map_err(|failure| match failure {
+        Failure::Interrupted => Failure::Kept(format!(
+            "finished tiles are kept in {}; the same command goes on from there",
+            name.display()
+        )),
+        other => other,
+    })?;
+    let rays = stats.rays.total();
+    let speed = if seconds > 0.0 {
+        rays as f64 / 1e6 / seconds
+    } else {
+        0.0
+    };
+    if args.json {
+        return output::print_json(&Document {
+            schema_version: SCHEMA_VERSION,
+            shard,
+            shards: plan.shards,
+            tiles,
+            kept,
+            rays,
+            seconds,
+            mrays_per_s: speed,
+            path: &name,
+        });
+    }
+    let before = match kept {
+        0 => String::new(),
+        kept => format!(", {} of them earlier", grouped(kept as u64)),
+    };
+    output::print(&lines(&[
+        (
+            "shard",
+            format!(
+                "{shard} of {}: {} tiles{before}",
+                plan.shards,
+                grouped(tiles as u64)
+            ),
+        ),
+        (
+            "rays",
+            format!(
+                "{}, {speed:.3} Mrays/s, {seconds:.3} seconds",
+                grouped(rays)
+            ),
+        ),
+        ("written", name.display().to_string()),
+    ]))
+}
+
+/// Says on stderr what of a file of tiles has to be rendered again.
+pub fn tell_damaged(file: &TileFile, name: &Path) {
+    if file.damaged() > 0 {
+        output::note(&format!(
+            "warning: {}: {} tiles are damaged, and are rendered again",
+            name.display(),
+            grouped(file.damaged() as u64)
+        ));
+    }
+}

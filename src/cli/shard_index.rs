@@ -1,0 +1,69 @@
+//! Which shard a process is to render, by what schedulers say in its environment.
+//!
+//! How many there are always comes from the plan: an array of a few tasks that are submitted once more reports another number.
+
+use super::failure::Failure;
+use super::job_args::Shard;
+
+/// Variables that hold a task's index, from 0, and whose they are. The first that is set counts: an array's index says more than a
+/// rank within one of its tasks.
+const VARIABLES: [(&str, &str); 7] = [
+    ("SLURM_ARRAY_TASK_ID", "Slurm, --array"),
+    ("JOB_COMPLETION_INDEX", "Kubernetes, indexed jobs"),
+    ("AWS_BATCH_JOB_ARRAY_INDEX", "AWS Batch, array jobs"),
+    ("OMPI_COMM_WORLD_RANK", "Open MPI"),
+    ("PMIX_RANK", "PMIx"),
+    ("PMI_RANK", "MPICH and Intel MPI"),
+    ("SLURM_PROCID", "Slurm, srun"),
+];
+
+/// The number of a shard, and where it comes from if it was looked for.
+pub fn resolve(
+    shard: Shard,
+    variable: impl Fn(&str) -> Option<String>,
+) -> Result<(u32, Option<&'static str>), Failure> {
+    if let Shard::Number(number) = shard {
+        return Ok((number, None));
+    }
+    let set = VARIABLES
+        .iter()
+        .find_map(|(name, _)| Some((*name, variable(name)?)));
+    let Some((name, value)) = set else {
+        let names = VARIABLES.map(|(name, whose)| format!("  {name} ({whose})"));
+        return Err(Failure::Usage(format!(
+            "--shard auto: none of the variables is set that tell a task's index:\n{}\nGive the number: --shard 0",
+            names.join("\n")
+        )));
+    };
+    let number = value.trim().parse().map_err(|_| {
+        Failure::Usage(format!(
+            "--shard auto: {name} is {value:?}, which is no index"
+        ))
+    })?;
+    Ok((number, Some(name)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_variable_that_is_set_counts() {
+        let of = |set: &[(&str, &str)]| {
+            let value = |name: &str| {
+                let found = set.iter().find(|(known, _)| *known == name);
+                found.map(|(_, value)| (*value).to_owned())
+            };
+            resolve(Shard::Auto, value)
+        };
+        for (name, _) in VARIABLES {
+            assert_eq!(of(&[(name, "12")]).unwrap(), (12, Some(name)));
+        }
+        let both = [("SLURM_PROCID", "0"), ("SLURM_ARRAY_TASK_ID", "5")];
+        assert_eq!(of(&both).unwrap().0, 5);
+        for bad in [&[][..], &[("PMI_RANK", "x")], &[("PMI_RANK", "-1")]] {
+            assert_eq!(of(bad).unwrap_err().code(), 2);
+        }
+        assert_eq!(resolve(Shard::Number(3), |_| None).unwrap(), (3, None));
+    }
+}

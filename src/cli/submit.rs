@@ -1,0 +1,251 @@
+//! `phalanx submit slurm`: a job array of the shards that a plan still lacks, and a job that merges them when all are done.
+//!
+//! What Slurm does where is not in its manual; it was tried out on one (`tests/slurm`):
+//! - A signal of `scancel`, of the time limit and of `scontrol requeue` reaches every process of a task. A shell that has no trap for
+//!   it dies, and Slurm then kills what is left at once. So the script outlives it, and phalanx has the time to save.
+//! - Before the time limit only the script hears of it (`--signal=B:…`), passes it on, and goes back into the queue; the exit code
+//!   alone would not do, because a task that the user cancelled has the same.
+//! - A task must be named by array and index to be requeued; by its job number, the last one is the whole array.
+//! - A merge that waits for tasks to end well (`afterok`) is lost where one ever failed, though it was done again; `afterany`
+//!   waits as well, and `phalanx merge` says itself what is missing.
+
+use super::failure::Failure;
+use super::job_args::SubmitArgs;
+use super::report::{SCHEMA_VERSION, lines};
+use super::{interrupt, merge, output};
+use phalanx::image::replace_file;
+use phalanx::jobs::Plan;
+use serde::Serialize;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf, absolute};
+use std::process::{Command, Stdio};
+
+#[derive(Debug, Serialize)]
+struct Document<'a> {
+    schema_version: u32,
+    /// The shards that were submitted, as Slurm writes them; `None` where none was missing.
+    array: Option<&'a str>,
+    array_job: Option<String>,
+    merge_job: Option<String>,
+    scripts: [PathBuf; 2],
+}
+
+/// Two calls of `sbatch`: the array, if there is anything left to render, and the merge.
+struct Calls {
+    array: Option<Vec<OsString>>,
+    merge: Vec<OsString>,
+}
+
+/// Submits what a plan lacks.
+pub fn slurm(args: &SubmitArgs) -> Result<(), Failure> {
+    let plan = Plan::read(&args.plan)?;
+    let path = absolute(&args.plan).map_err(|e| {
+        Failure::Runtime(format!("cannot tell where {} is: {e}", args.plan.display()))
+    })?;
+    interrupt::listen()?;
+    let missing = merge::missing(&path, &plan)?;
+    let array = (!missing.is_empty()).then(|| merge::ranges(&missing));
+    let scripts = ["shards.sh", "merge.sh"].map(|ending| path.with_extension(ending));
+    let program = std::env::current_exe()
+        .map_err(|e| Failure::Runtime(format!("cannot tell where this program is: {e}")))?;
+    let texts = [
+        shards_script(&program, &path, &plan),
+        merge_script(&program, &path),
+    ];
+    for (script, text) in scripts.iter().zip(&texts) {
+        write(script, text)?;
+    }
+    let calls = calls(args, &path, &scripts, array.as_deref());
+    if args.dry_run {
+        return tell_dry(&calls);
+    }
+    let array_job = calls.array.as_deref().map(sbatch).transpose()?;
+    let mut merge_call = calls.merge;
+    if let Some(job) = &array_job {
+        merge_call.insert(0, format!("--dependency=afterany:{job}").into());
+    }
+    let merge_job = sbatch(&merge_call).map_err(|failure| match &array_job {
+        Some(job) => failure.and(&format!(
+            "the array is submitted, as job {job}: when it is done, phalanx merge {}",
+            path.display()
+        )),
+        None => failure,
+    })?;
+    if args.json {
+        return output::print_json(&Document {
+            schema_version: SCHEMA_VERSION,
+            array: array.as_deref(),
+            array_job,
+            merge_job: Some(merge_job),
+            scripts,
+        });
+    }
+    let shards = match (&array, &array_job) {
+        (Some(array), Some(job)) => {
+            format!(
+                "job {job}, {} of {} shards: {array}",
+                missing.len(),
+                plan.shards
+            )
+        }
+        _ => format!("all {} are rendered", plan.shards),
+    };
+    output::print(&lines(&[
+        ("shards", shards),
+        (
+            "merge",
+            format!("job {merge_job}, into {}", plan.output.display()),
+        ),
+        ("watch", "squeue --me".to_owned()),
+    ]))
+}
+
+/// What both calls are made with.
+fn calls(args: &SubmitArgs, plan: &Path, scripts: &[PathBuf; 2], array: Option<&str>) -> Calls {
+    let stem = plan.file_stem().unwrap_or(plan.as_os_str());
+    let stem = stem.to_string_lossy();
+    // A percent sign begins what Slurm puts in.
+    let log = |ending: &str| {
+        let path = plan.with_extension(ending);
+        path.to_string_lossy()
+            .replace('%', "%%")
+            .replace("%%a", "%a")
+    };
+    let common = |name: String, log: String| {
+        [
+            "--parsable".to_owned(),
+            format!("--job-name={name}"),
+            "--requeue".to_owned(),
+            "--open-mode=append".to_owned(),
+            format!("--output={log}"),
+        ]
+    };
+    let shards = array.map(|array| {
+        let mut call = common(format!("phalanx-{stem}"), log("shard-%a.log")).to_vec();
+        call.push(format!("--array={array}"));
+        if let Some(cpus) = args.cpus_per_task {
+            call.push(format!("--cpus-per-task={cpus}"));
+        }
+        if let Some(time) = &args.time {
+            call.push(format!("--time={time}"));
+            // Slurm looks every half a minute or so, and may be a minute early.
+            call.push("--signal=B:USR1@120".to_owned());
+        }
+        call.extend(args.sbatch.iter().cloned());
+        let mut call: Vec<OsString> = call.into_iter().map(OsString::from).collect();
+        call.push(scripts[0].clone().into());
+        call
+    });
+    let mut merge: Vec<OsString> = common(format!("phalanx-{stem}-merge"), log("merge.log"))
+        .into_iter()
+        .chain(args.sbatch.iter().cloned())
+        .map(OsString::from)
+        .collect();
+    merge.push(scripts[1].clone().into());
+    Calls {
+        array: shards,
+        merge,
+    }
+}
+
+fn shards_script(program: &Path, plan: &Path, of: &Plan) -> String {
+    let digits = (of.shards - 1).to_string().len();
+    let [program, plan_text] = [program, plan].map(quoted);
+    let stem = quoted(&plan.with_extension(""));
+    format!(
+        r#"#!/bin/bash
+# One shard of {plan_text}, by phalanx submit.
+#
+# SIGTERM (scancel, the time limit, requeue) reaches every process of the task: phalanx saves and exits with 143, and this script
+# only has to outlive it. SIGUSR1 comes to this script alone, before the time limit: save, and back into the queue, if that led anywhere.
+requeue=
+renderer=
+trap : TERM
+trap 'requeue=yes; [[ -z $renderer ]] || kill -TERM "$renderer"' USR1
+tiles={stem}.shard-$(printf %0{digits}d "$SLURM_ARRAY_TASK_ID").tiles
+bytes() {{ stat -c %s "$tiles" 2>/dev/null || echo 0; }}
+before=$(bytes)
+{program} render --plan {plan_text} --shard auto --pin none --threads "${{SLURM_CPUS_PER_TASK:-$SLURM_CPUS_ON_NODE}}" &
+renderer=$!
+# A signal ends wait before the renderer ends.
+while kill -0 "$renderer" 2>/dev/null; do
+    wait "$renderer"
+done
+wait "$renderer"
+code=$?
+if [[ $requeue && $code == 143 && $(bytes) -gt $before ]]; then
+    scontrol requeue "${{SLURM_ARRAY_JOB_ID}}_$SLURM_ARRAY_TASK_ID"
+fi
+exit "$code"
+"#
+    )
+}
+
+fn merge_script(program: &Path, plan: &Path) -> String {
+    let [program, plan] = [program, plan].map(quoted);
+    format!(
+        "#!/bin/bash\n# The picture of {plan}, by phalanx submit.\nexec {program} merge {plan}\n"
+    )
+}
+
+/// A name as a word of the shell, whatever is in it.
+fn quoted(path: &Path) -> String {
+    format!("'{}'", path.to_string_lossy().replace('\'', r"'\''"))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    let write = || replace_file(path, |out| out.write_all(text.as_bytes()));
+    interrupt::undisturbed(write)?
+        .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
+}
+
+/// Submits a job; its number.
+fn sbatch(arguments: &[OsString]) -> Result<String, Failure> {
+    let mut command = Command::new("sbatch");
+    command.args(arguments).stdin(Stdio::null());
+    // What a task of another array passes on to jobs that it submits.
+    for (name, _) in std::env::vars_os() {
+        if name.to_string_lossy().starts_with("SLURM_ARRAY_") {
+            command.env_remove(name);
+        }
+    }
+    let output = command.output().map_err(|e| {
+        Failure::Runtime(format!(
+            "cannot start sbatch: {e}; this is done where Slurm's commands are"
+        ))
+    })?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    // In a federation the cluster's name follows.
+    let job = said.trim().split(';').next().unwrap_or_default();
+    if output.status.success() && !job.is_empty() {
+        return Ok(job.to_owned());
+    }
+    let reason = String::from_utf8_lossy(&output.stderr);
+    Err(Failure::Runtime(format!(
+        "sbatch did not take the job: {}",
+        reason.trim()
+    )))
+}
+
+/// The calls, as they could be made by hand.
+fn tell_dry(calls: &Calls) -> Result<(), Failure> {
+    let line = |call: &[OsString]| {
+        let words = call.iter().map(|word| quoted(Path::new(word)));
+        format!("sbatch {}\n", words.collect::<Vec<_>>().join(" "))
+    };
+    let array = calls.array.as_deref().map_or(String::new(), line);
+    output::print(&format!("{array}{}", line(&calls.merge)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_words_of_the_shell_whatever_is_in_them() {
+        let odd = Path::new("/a b/it's $HOME/50%");
+        let text = format!("printf %s {}", quoted(odd));
+        let output = Command::new("sh").args(["-c", &text]).output().unwrap();
+        assert_eq!(output.stdout, odd.to_str().unwrap().as_bytes());
+    }
+}

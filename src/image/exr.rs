@@ -1,0 +1,213 @@
+//! OpenEXR files: radiance as it is, in 32-bit floats, in tiles of 64x64 pixels, losslessly compressed.
+
+use super::bands::{BAND_ROWS, Films};
+use super::file::Out;
+use crate::render::{Aovs, Film};
+use exr::block::writer::ChunksWriter;
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::math::{RoundingMode, Vec2};
+use exr::meta::attribute::{
+    ChannelDescription, LevelMode, LineOrder, SampleType, Text, TileDescription,
+};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
+use exr::prelude::{Compression, SmallVec};
+use rayon::prelude::*;
+use std::io::{self, BufWriter};
+
+/// Side of a tile in pixels: bands are as high, so that a tile is never in two.
+const TILE: usize = BAND_ROWS as usize;
+
+/// Writes films, one below the other, as they come. Their tiles are compressed by all threads, and written in order.
+pub(super) fn write_exr(
+    out: &mut dyn Out,
+    width: u32,
+    height: u32,
+    aovs: Aovs,
+    bands: Films,
+) -> io::Result<()> {
+    let channels = channels(aovs);
+    let header = header(width, height, &channels);
+    // What the bands say is not lost among what the crate says.
+    let mut failed = None;
+    let written = exr::block::write(
+        BufWriter::new(out),
+        SmallVec::from_iter([header]),
+        true,
+        |meta, chunks| {
+            let mut top = 0;
+            for film in bands {
+                match film {
+                    Ok(film) => top += write_band(chunks, &meta, &channels, &film, top)?,
+                    Err(error) => {
+                        failed = Some(error);
+                        return Err(exr::error::Error::Aborted);
+                    }
+                }
+            }
+            Ok(())
+        },
+    );
+    match (failed, written) {
+        (Some(error), _) => Err(error),
+        (None, Err(exr::error::Error::Io(error))) => Err(error),
+        (None, other) => other.map_err(io::Error::other),
+    }
+}
+
+/// A channel of the file: its name, whether it holds whole numbers, and which of a film's planes it is.
+type Channel = (&'static str, bool, usize);
+
+/// Radiance, and the layers, as OpenEXR names those of one part; in the order of their names, which the format asks for.
+fn channels(aovs: Aovs) -> Vec<Channel> {
+    let radiance = ["R", "G", "B"].map(|name| (name, false));
+    let all = radiance.into_iter().chain(aovs.channels());
+    let mut all: Vec<Channel> = (0..)
+        .zip(all)
+        .map(|(k, (name, id))| (name, id, k))
+        .collect();
+    all.sort_unstable();
+    all
+}
+
+fn header(width: u32, height: u32, channels: &[Channel]) -> Header {
+    let channels = channels.iter().map(|&(name, id, _)| ChannelDescription {
+        name: Text::from(name),
+        sample_type: if id { SampleType::U32 } else { SampleType::F32 },
+        quantize_linearly: false,
+        sampling: Vec2(1, 1),
+    });
+    let blocks = BlockDescription::Tiles(TileDescription {
+        tile_size: Vec2(TILE, TILE),
+        level_mode: LevelMode::Singular,
+        rounding_mode: RoundingMode::Down,
+    });
+    let size = Vec2(width as usize, height as usize);
+    let name = Text::default();
+    let mut header = Header::new(name, size, channels.collect()).with_encoding(
+        Compression::ZIP16,
+        blocks,
+        LineOrder::Increasing,
+    );
+    header.own_attributes.layer_name = None;
+    header.own_attributes.software_name = Text::new_or_none("phalanx");
+    header
+}
+
+/// Writes the tiles of a film that begins in this row of the picture; its height.
+fn write_band(
+    chunks: &mut impl ChunksWriter,
+    meta: &MetaData,
+    channels: &[Channel],
+    film: &Film,
+    top: usize,
+) -> exr::error::Result<usize> {
+    let (width, height) = (film.width as usize, film.height as usize);
+    let across = width.div_ceil(TILE);
+    for row in 0..height.div_ceil(TILE) {
+        let compressed: exr::error::Result<Vec<_>> = (0..across)
+            .into_par_iter()
+            .map(|column| {
+                let corner = Vec2(column * TILE, row * TILE);
+                tile(channels, film, corner, top).compress_to_chunk(&meta.headers)
+            })
+            .collect();
+        let first = (top / TILE + row) * across;
+        for (chunk, index) in compressed?.into_iter().zip(first..) {
+            chunks.write_chunk(index, chunk)?;
+        }
+    }
+    Ok(height)
+}
+
+/// The tile of a film whose upper left pixel is there: of each of its rows all samples of the first channel, then all of the second.
+fn tile(channels: &[Channel], film: &Film, corner: Vec2<usize>, top: usize) -> UncompressedBlock {
+    let (width, height) = (film.width as usize, film.height as usize);
+    let size = Vec2(TILE.min(width - corner.0), TILE.min(height - corner.1));
+    let planes: Vec<&[f32]> = film.all_planes();
+    let mut data = Vec::with_capacity(size.area() * 4 * channels.len());
+    for y in corner.1..corner.1 + size.1 {
+        let row = y * width + corner.0..y * width + corner.0 + size.0;
+        for (.., plane) in channels {
+            data.extend_from_slice(bytemuck::cast_slice(&planes[*plane][row.clone()]));
+        }
+    }
+    UncompressedBlock {
+        index: BlockIndex {
+            layer: 0,
+            pixel_position: Vec2(corner.0, top + corner.1),
+            pixel_size: size,
+            level: Vec2(0, 0),
+        },
+        data,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use exr::prelude::{ReadChannels, ReadLayers};
+    use std::io::Cursor;
+
+    /// Wider and higher than a tile, by no round number; small and large, negative, none.
+    fn film() -> Film {
+        let (width, height) = (70u32, 67u32);
+        let value = |k: u32| {
+            let size = (k.wrapping_mul(0x9e37_79b9) >> 20) as f32 / 64.0;
+            size * [1.0, 1e-6, 300.0, -1.0][k as usize % 4]
+        };
+        let plane = |c: u32| (0..width * height).map(|i| value(3 * i + c)).collect();
+        let mut film = Film {
+            width,
+            height,
+            planes: [plane(0), plane(1), plane(2)],
+            aovs: Default::default(),
+            layers: Vec::new(),
+            hits: None,
+        };
+        film.planes[0][5] = f32::INFINITY;
+        film.planes[1][6] = f32::NAN;
+        film
+    }
+
+    fn bits(film: &Film, x: u32, y: u32) -> [u32; 3] {
+        film.pixel(x, y).map(f32::to_bits)
+    }
+
+    #[test]
+    fn exr_keeps_every_bit() {
+        let film = film();
+        let write = || {
+            let mut bytes = Cursor::new(Vec::new());
+            write_exr(
+                &mut bytes,
+                70,
+                67,
+                Aovs::default(),
+                &mut [Ok(film.clone())].into_iter(),
+            )
+            .unwrap();
+            bytes.into_inner()
+        };
+        let bytes = write();
+        let read = exr::image::read::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgba_channels(
+                |size, _| vec![[0.0f32; 3]; size.area()],
+                |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| {
+                    pixels[at.1 * 70 + at.0] = [r, g, b];
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(&bytes))
+            .unwrap();
+        let pixels = &read.layer_data.channel_data.pixels;
+        for (x, y) in (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y))) {
+            let got = pixels[(y * film.width + x) as usize].map(f32::to_bits);
+            assert_eq!(got, bits(&film, x, y), "{x},{y}");
+        }
+        assert!(bytes == write(), "two times the same bytes");
+    }
+}

@@ -1,0 +1,99 @@
+//! Tiles whose pixels get as many samples as they need: rounds of the packet engine, each of which asks again who needs more.
+
+use super::film::Pixels;
+use super::packets::{PacketPainter, push_block};
+use super::tiles::Tile;
+use crate::camera::Camera;
+use crate::packet::RayQueue;
+use crate::sampling::{Adaptive, BLOCK, Gathered, Sampling};
+use std::ops::Range;
+
+impl PacketPainter<'_> {
+    /// Paints a tile, and with it whatever else there is of its blocks: pixels beyond a region's border have a say in who needs more.
+    pub(super) fn paint_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut Pixels) {
+        let whole = tile.outward(BLOCK, self.camera.size());
+        self.sums.fit(whole.pixels() as usize, pixels.aovs());
+        self.open.clear();
+        self.open.resize(corners(whole).count(), !0);
+        let (mut samples, most) = (0, self.sampling.spp);
+        while self.open.iter().any(|open| *open != 0) {
+            let next = adaptive.next(samples, most);
+            self.round(whole, samples..next, tile, pixels);
+            samples = next;
+            if samples == most {
+                break;
+            }
+            for (open, corner) in self.open.iter_mut().zip(corners(whole)) {
+                if *open != 0 {
+                    let (block, size) = block(&self.sums.radiance, whole, corner);
+                    *open = adaptive.stay_open(*open, samples, &block, size);
+                }
+            }
+        }
+        let (right, down) = (tile.x - whole.x, tile.y - whole.y);
+        for y in 0..tile.height {
+            for x in 0..tile.width {
+                let at = (y + down) * whole.width + x + right;
+                self.sums.finish(at as usize, pixels, (x, y));
+            }
+        }
+    }
+
+    /// Gives all open pixels these samples. So that packets are full where few pixels are open, several samples of them are traced
+    /// together, as many as one of all pixels would be; where rays have seeds, one sample at a time, because that is what they are for.
+    fn round(&mut self, whole: Tile, samples: Range<u32>, tile: Tile, pixels: &mut Pixels) {
+        let open = std::mem::take(&mut self.open);
+        let count: u64 = open.iter().map(|open| u64::from(open.count_ones())).sum();
+        let together = match self.seeded {
+            true => 1,
+            false => (whole.pixels() / count.max(1)).max(1) as u32,
+        };
+        let mut first = samples.start;
+        while first < samples.end {
+            let part = first..samples.end.min(first + together);
+            let room = count as usize * part.len();
+            let push = |rays: &mut RayQueue, camera: &Camera, sampling: &Sampling| {
+                for sample in part.clone() {
+                    for (&open, corner) in open.iter().zip(corners(whole)) {
+                        if open != 0 {
+                            push_block(rays, camera, whole, corner, open, sampling, sample);
+                        }
+                    }
+                }
+            };
+            let keep_hits = pixels.record_hits();
+            self.trace(room, first, keep_hits, push, |sums, traced, counter| {
+                sums.gather(traced, whole.width);
+                traced.keep(pixels, counter, |(x, y)| {
+                    let x = (whole.x + x).checked_sub(tile.x)?;
+                    let y = (whole.y + y).checked_sub(tile.y)?;
+                    (x < tile.width && y < tile.height).then_some((x, y))
+                });
+            });
+            first = part.end;
+        }
+        self.open = open;
+    }
+}
+
+/// The upper left corners of a tile's blocks, in the tile.
+fn corners(tile: Tile) -> impl Iterator<Item = (u32, u32)> {
+    let across = (0..tile.width).step_by(BLOCK as usize);
+    let down = (0..tile.height).step_by(BLOCK as usize);
+    down.flat_map(move |y| across.clone().map(move |x| (x, y)))
+}
+
+/// What the pixels of a block have gathered, and how many columns and rows of it lie in the picture.
+fn block(
+    gathered: &[Gathered],
+    tile: Tile,
+    (x, y): (u32, u32),
+) -> ([[Gathered; BLOCK as usize]; BLOCK as usize], (u32, u32)) {
+    let size = (BLOCK.min(tile.width - x), BLOCK.min(tile.height - y));
+    let mut block = [[Gathered::default(); BLOCK as usize]; BLOCK as usize];
+    for (row, pixels) in block.iter_mut().enumerate().take(size.1 as usize) {
+        let at = ((y + row as u32) * tile.width + x) as usize;
+        pixels[..size.0 as usize].copy_from_slice(&gathered[at..at + size.0 as usize]);
+    }
+    (block, size)
+}

@@ -1,0 +1,143 @@
+//! Where the camera goes, frame by frame.
+//!
+//! Everything is computed in f64 with `libm`, once a frame, so that every build takes the same pictures.
+
+use super::View;
+use glam::{DVec3, Vec3};
+
+/// A way for the camera.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraPath {
+    /// Around the axis through what the scene's view looks at, along its up vector: a full turn in so many frames, counter-clockwise
+    /// as seen from above. Frame 0 is the scene's view.
+    Turntable {
+        /// Frames of a full turn.
+        frames: u32,
+    },
+    /// Through views at given frames; before the first and after the last it stands still.
+    Keys(Vec<Key>),
+}
+
+/// A view at a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Key {
+    /// Which frame.
+    pub frame: u32,
+    /// The view there.
+    pub view: View,
+}
+
+impl CameraPath {
+    /// The view of a frame, of a scene with this view. Whether it has a frame of axes is for [`View::basis`] to say.
+    pub fn view(&self, frame: u32, scene: &View) -> View {
+        match self {
+            CameraPath::Turntable { frames } => turned(scene, frame % frames.max(&1), *frames),
+            CameraPath::Keys(keys) => between(keys, frame).unwrap_or(*scene),
+        }
+    }
+}
+
+/// Rodrigues' formula: v cos a + (k × v) sin a + k (k · v)(1 − cos a).
+fn turned(view: &View, frame: u32, frames: u32) -> View {
+    let axis = view.up.as_dvec3().try_normalize();
+    let (Some(axis), 1..) = (axis, frame) else {
+        return *view;
+    };
+    let angle = std::f64::consts::TAU * f64::from(frame) / f64::from(frames);
+    let (sin, cos) = libm::sincos(angle);
+    let center = view.center.as_dvec3();
+    let arm = view.eye.as_dvec3() - center;
+    let arm = arm * cos + axis.cross(arm) * sin + axis * (axis.dot(arm) * (1.0 - cos));
+    View {
+        eye: (center + arm).as_vec3(),
+        ..*view
+    }
+}
+
+/// Cubic Hermite curves through the keys, the tangent at each being the slope between its neighbours (Catmull and Rom, "A Class of
+/// Local Interpolating Splines", 1974, with frames for the knots); none without keys. Keys are in the order of their frames.
+fn between(keys: &[Key], frame: u32) -> Option<View> {
+    let next = keys.partition_point(|key| key.frame <= frame);
+    let (Some(from), Some(to)) = (next.checked_sub(1).map(|k| keys[k]), keys.get(next)) else {
+        return keys.get(next.saturating_sub(1)).map(|key| key.view);
+    };
+    let at = |k: usize| keys[k.min(keys.len() - 1)];
+    let (before, after) = (at(next.saturating_sub(2)), at(next + 1));
+    let span = f64::from(to.frame - from.frame);
+    let t = f64::from(frame - from.frame) / span;
+    let slope = |a: Key, b: Key, of: &dyn Fn(&View) -> DVec3| {
+        (of(&b.view) - of(&a.view)) / f64::from(b.frame - a.frame).max(1.0)
+    };
+    let curve = |of: &dyn Fn(&View) -> DVec3| -> Vec3 {
+        let (p, q) = (of(&from.view), of(&to.view));
+        let (m, n) = (slope(before, *to, of) * span, slope(from, after, of) * span);
+        let (tt, ttt) = (t * t, t * t * t);
+        let value = p * (2.0 * ttt - 3.0 * tt + 1.0)
+            + m * (ttt - 2.0 * tt + t)
+            + q * (3.0 * tt - 2.0 * ttt)
+            + n * (ttt - tt);
+        value.as_vec3()
+    };
+    let fovy = curve(&|view| DVec3::splat(view.fovy.into())).x;
+    Some(View {
+        eye: curve(&|view| view.eye.as_dvec3()),
+        center: curve(&|view| view.center.as_dvec3()),
+        up: curve(&|view| view.up.as_dvec3()),
+        fovy,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(x: f32) -> View {
+        View {
+            eye: Vec3::new(x, 1.0, 4.0),
+            center: Vec3::new(0.0, 1.0, 0.0),
+            up: Vec3::Y,
+            fovy: 30.0 + x,
+        }
+    }
+
+    #[test]
+    fn a_turntable_goes_around_at_one_distance_and_comes_back() {
+        let start = view(0.0);
+        let path = CameraPath::Turntable { frames: 8 };
+        assert_eq!(path.view(0, &start), start);
+        assert_eq!(path.view(8, &start), start);
+        let quarter = path.view(2, &start).eye;
+        assert!(
+            (quarter - Vec3::new(4.0, 1.0, 0.0)).length() < 1e-6,
+            "{quarter}"
+        );
+        let half = path.view(4, &start).eye;
+        assert!((half - Vec3::new(0.0, 1.0, -4.0)).length() < 1e-6, "{half}");
+        for frame in 0..8 {
+            let eye = path.view(frame, &start).eye;
+            assert!(((eye - start.center).length() - 4.0).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn keys_are_met_and_what_is_even_stays_even() {
+        let key = |frame, x| Key {
+            frame,
+            view: view(x),
+        };
+        let path = CameraPath::Keys(vec![key(10, 0.0), key(20, 1.0), key(40, 3.0)]);
+        let eye = |frame| path.view(frame, &view(9.0)).eye.x;
+        assert_eq!([eye(10), eye(20), eye(40)], [0.0, 1.0, 3.0]);
+        // Before and after, it stands still.
+        assert_eq!([eye(0), eye(41), eye(1000)], [0.0, 3.0, 3.0]);
+        // A straight way of one speed: 0.1 a frame.
+        for frame in 10..=40 {
+            let want = (frame - 10) as f32 * 0.1;
+            assert!((eye(frame) - want).abs() < 1e-6, "{frame}: {}", eye(frame));
+        }
+        assert_eq!(path.view(20, &view(9.0)).fovy, 31.0);
+        assert_eq!(CameraPath::Keys(Vec::new()).view(3, &view(9.0)), view(9.0));
+        let one = CameraPath::Keys(vec![key(5, 2.0)]);
+        assert_eq!([0, 5, 9].map(|f| one.view(f, &view(9.0)).eye.x), [2.0; 3]);
+    }
+}
