@@ -13,6 +13,8 @@ mod file;
 mod format;
 mod jpeg;
 mod linear;
+#[cfg(test)]
+mod odd_film;
 mod png;
 mod tone;
 

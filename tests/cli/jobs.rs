@@ -21,7 +21,8 @@ fn rows(file: &[u8], width: usize) -> Vec<Vec<&[u8]>> {
 #[test]
 fn a_region_is_a_part_of_the_picture() {
     let room = Room::new();
-    for options in ["", "--spp 3 --filter mitchell", "--engine scalar"] {
+    let adaptive = "--aa adaptive --spp 20 --threshold .01";
+    for options in ["", "--spp 3 --filter mitchell", "--engine scalar", adaptive] {
         room.ok(&format!("render a.test -o whole.pfm {options}"));
         let whole = bytes(&room, "whole.pfm");
         let whole = rows(&whole, 40);
@@ -206,7 +207,7 @@ fn a_checkpoint_of_another_picture_is_refused() {
 #[test]
 fn merged_shards_are_the_picture_to_the_last_byte() {
     let room = Room::new();
-    let options = "--size 200x150 --spp 2 --transfer srgb --quantize round --bits 16 --exposure .5";
+    let options = "--size 200x150 --spp 20 --aa adaptive --threshold .02 --transfer srgb --quantize round --bits 16 --exposure .5";
     room.ok(&format!("render a.test -o whole.png {options}"));
     let whole = bytes(&room, "whole.png");
     for shards in [1u32, 2, 7, 64] {
@@ -231,7 +232,8 @@ fn merged_shards_are_the_picture_to_the_last_byte() {
         fs::remove_file(room.path().join("merged.png")).unwrap();
     }
     // Of a region, into another format, from somewhere else.
-    let region = "--size 200x150 --region 13 9 101 77";
+    let region =
+        "--size 200x150 --region 13 9 101 77 --aov all --spp 20 --aa adaptive --threshold .02";
     room.ok(&format!("render a.test -o whole.exr {region}"));
     room.ok(&format!(
         "plan a.test --shards 3 -o merged.exr --plan r.json {region}"
