@@ -113,9 +113,16 @@ mod tests {
         );
         let half = path.view(4, &start).eye;
         assert!((half - Vec3::new(0.0, 1.0, -4.0)).length() < 1e-6, "{half}");
+        // From above, about an axis of any length: the height stays.
+        let high = View {
+            eye: Vec3::new(0.0, 3.0, 4.0),
+            up: Vec3::new(0.0, 2.0, 0.0),
+            ..start
+        };
         for frame in 0..8 {
-            let eye = path.view(frame, &start).eye;
-            assert!(((eye - start.center).length() - 4.0).abs() < 1e-5);
+            let eye = path.view(frame, &high).eye;
+            assert!((eye.y - 3.0).abs() < 1e-6, "{eye}");
+            assert!((eye.x * eye.x + eye.z * eye.z - 16.0).abs() < 1e-4, "{eye}");
         }
     }
 
