@@ -50,6 +50,30 @@ fn a_region_is_a_part_of_the_picture() {
     assert_eq!(json["rays"]["primary"], 140);
 }
 
+/// Who gets more samples is decided in blocks of the whole picture, whatever part of them is wanted.
+#[test]
+fn adaptive_samples_of_a_region_look_beyond_its_borders() {
+    let room = Room::new();
+    for engine in ["simd", "scalar"] {
+        let options =
+            format!("--size 160x96 --aa adaptive --spp 64 --threshold .004 --engine {engine}");
+        room.ok(&format!("render a.test -o whole.pfm {options}"));
+        let whole = bytes(&room, "whole.pfm");
+        let whole = rows(&whole, 160);
+        for [x, y, w, h] in [[45, 27, 70, 50], [60, 40, 1, 1], [61, 37, 13, 3]] {
+            room.ok(&format!(
+                "render a.test -o part.pfm --region {x} {y} {w} {h} {options}"
+            ));
+            let part = bytes(&room, "part.pfm");
+            let cut: Vec<Vec<&[u8]>> = whole[y..y + h]
+                .iter()
+                .map(|r| r[x..x + w].to_vec())
+                .collect();
+            assert!(rows(&part, w) == cut, "{engine} {x} {y} {w} {h}");
+        }
+    }
+}
+
 #[test]
 fn regions_that_do_not_lie_in_the_picture_are_refused() {
     let room = Room::new();
