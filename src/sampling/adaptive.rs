@@ -17,10 +17,10 @@ use super::pixel::Gathered;
 pub const BLOCK: u32 = 8;
 
 /// Samples that every pixel gets.
-pub const FIRST: u32 = 8;
+pub const FIRST: u32 = 4;
 
 /// The share of a neighbour's variance that counts as a pixel's own.
-const NEIGHBOUR: f64 = 0.5;
+const NEIGHBOUR: f64 = 0.25;
 
 /// When a pixel is finished.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,9 +125,9 @@ mod tests {
             columns(&[3])
         );
         assert_eq!(ADAPTIVE.stay_open(!0, 8, &edge, (4, 2)), all & 0x0f0f);
-        // A variance of 3/4 (three channels): n^(5/4) > 86.6, from n = 36 on; of half of it, from 27 on.
-        assert_eq!(ADAPTIVE.stay_open(!0, 26, &edge, (8, 8)), all);
-        assert_eq!(ADAPTIVE.stay_open(!0, 28, &edge, (8, 8)), columns(&[3]));
+        // A variance of 3/4 (three channels): n^(5/4) > 86.6, from n = 36 on; of a quarter of it, from 21 on.
+        assert_eq!(ADAPTIVE.stay_open(!0, 20, &edge, (8, 8)), all);
+        assert_eq!(ADAPTIVE.stay_open(!0, 21, &edge, (8, 8)), columns(&[3]));
         assert_eq!(ADAPTIVE.stay_open(!0, 37, &edge, (8, 8)), 0);
     }
 
@@ -139,7 +139,7 @@ mod tests {
             samples = ADAPTIVE.next(samples, 50);
             all.push(samples);
         }
-        assert_eq!(all, [8, 16, 32, 50]);
+        assert_eq!(all, [4, 8, 16, 32, 50]);
         assert_eq!(ADAPTIVE.next(0, 3), 3);
     }
 }
