@@ -46,8 +46,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), Failure> {
     let missing = merge::missing(&path, &plan)?;
     let array = (!missing.is_empty()).then(|| merge::ranges(&missing));
     let scripts = ["shards.sh", "merge.sh"].map(|ending| path.with_extension(ending));
-    let program = std::env::current_exe()
-        .map_err(|e| Failure::Runtime(format!("cannot tell where this program is: {e}")))?;
+    let program = program()?;
     let texts = [
         shards_script(&program, &path, &plan),
         merge_script(&program, &path),
@@ -98,6 +97,15 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), Failure> {
         ),
         ("watch", "squeue --me".to_owned()),
     ]))
+}
+
+/// What nodes are to start: a release's launcher (.ci/launcher.rs), which picks the build for each of them, or this very program.
+fn program() -> Result<PathBuf, Failure> {
+    if let Some(launcher) = std::env::var_os("PHALANX_LAUNCHER") {
+        return Ok(launcher.into());
+    }
+    std::env::current_exe()
+        .map_err(|e| Failure::Runtime(format!("cannot tell where this program is: {e}")))
 }
 
 /// What both calls are made with.
