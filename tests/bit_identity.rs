@@ -339,6 +339,32 @@ fn several_samples() {
     }
 }
 
+/// Samples that halve cells, and believe each other about lights: many of them, some in tiles whose blocks do not fit in memory at once.
+#[test]
+fn halved_cells() {
+    let turn = Cell::new(0);
+    let outcome = runner(16, 11).run(&recipes(), |recipe| {
+        let k = turn.replace(turn.get() + 1);
+        let scene = cook(&recipe);
+        let sampling = Sampling {
+            spp: [64, 9, 1024, 256][k % 4],
+            filter: Filter::ALL[k % 3].1,
+            adaptive: Some(Adaptive {
+                threshold: [0.003, 1e-4, 0.02, 0.01][k % 4],
+            }),
+        };
+        let asked = Settings {
+            sampling,
+            ..Settings::of(&scene)
+        };
+        let cuts = [CUTS[k % 12], CUTS[(k + 7) % 12]];
+        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)
+    });
+    if let Err(failure) = outcome {
+        panic!("{failure}");
+    }
+}
+
 /// The k-th way to take several samples.
 fn sampled(scene: &Scene, k: usize) -> Settings {
     let adaptive = Adaptive {

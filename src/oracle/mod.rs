@@ -12,6 +12,7 @@ mod pixel;
 mod shading;
 mod texture;
 mod tree;
+mod watch;
 
 pub use intersect::{Hit, Ray};
 pub use pixel::Pixel;
@@ -19,13 +20,14 @@ pub use shading::Surface;
 pub use tree::{Forest, Tree};
 
 use crate::camera::Camera;
-use crate::sampling::{Adaptive, BLOCK, Places, Purpose, Sampling, Way, disc};
+use crate::sampling::{Adaptive, Answer, BLOCK, Cells, Places, Purpose, Sampling, Way, disc};
 use crate::scene::{Bounds, Scene};
 use glam::Vec3;
 use intersect::Probe;
 use pixel::{Gathering, Parts, Sample};
 use shading::{Bounce, Chance, Material};
 use std::borrow::Cow;
+use watch::{Sights, Watch};
 
 /// Rays cast by the oracle, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -108,7 +110,7 @@ impl<'a> Oracle<'a> {
     pub fn pixel(&mut self, camera: &Camera, sampling: &Sampling, x: u32, y: u32) -> Pixel {
         let mut pixel = Gathering::default();
         for sample in 0..sampling.spp {
-            pixel.add(self.sample(camera, sampling, x, y, sample));
+            pixel.add(self.sample(camera, sampling, (x, y), sample, None));
         }
         pixel.finish()
     }
@@ -116,6 +118,70 @@ impl<'a> Oracle<'a> {
     /// The pixels of a block that get as many samples as they need, row by row. The block begins in column `x` and row `y`, and has so
     /// many columns and rows in the picture, 8 at most.
     pub fn block(
+        &mut self,
+        camera: &Camera,
+        sampling: &Sampling,
+        adaptive: &Adaptive,
+        corner: (u32, u32),
+        size: (u32, u32),
+    ) -> Vec<Pixel> {
+        let by_chance = self.scene.has_chance() || camera.has_lens() || self.sky.is_some();
+        match by_chance {
+            true => self.block_by_pixels(camera, sampling, adaptive, corner, size),
+            false => self.block_by_cells(camera, sampling, adaptive, corner, size),
+        }
+    }
+
+    /// Where a pixel's square says all: as many samples as its parts need.
+    fn block_by_cells(
+        &mut self,
+        camera: &Camera,
+        sampling: &Sampling,
+        adaptive: &Adaptive,
+        (x, y): (u32, u32),
+        size: (u32, u32),
+    ) -> Vec<Pixel> {
+        let mut first = [[None; BLOCK as usize]; BLOCK as usize];
+        let mut cells = Cells::default();
+        cells.begin(*adaptive, sampling.spp, ((x, y), size), true);
+        loop {
+            for k in 0..cells.asks().len() {
+                let asked = &cells.asks()[k];
+                let ((column, row), number) = (asked.pixel, asked.number);
+                let mut sights = Sights::of(&cells, k);
+                let place = (x + column, y + row);
+                let traced = self.sample(camera, sampling, place, number, Some(sights.watch()));
+                let answer = Answer {
+                    radiance: traced.light.sum().to_array(),
+                    light: traced.light.all().map(Vec3::into),
+                    weight: traced.weight,
+                    sights: sights.all,
+                };
+                if number == 0 {
+                    first[row as usize][column as usize] = Some((traced.ray, traced.hit));
+                }
+                cells.answer(k, &answer);
+            }
+            if !cells.go_on() {
+                break;
+            }
+        }
+        let sums = cells.sums();
+        let places = (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
+        let pixel = |(column, row): (u32, u32)| {
+            let sum = &sums[(row * BLOCK + column) as usize];
+            Pixel {
+                radiance: sum.radiance.mean().into(),
+                light: sum.light.map(|way| way.mean().into()),
+                first: first[row as usize][column as usize],
+                samples: sum.samples,
+            }
+        };
+        places.map(pixel).collect()
+    }
+
+    /// Where more is left to chance than where a camera ray goes through its pixel: as many samples as each pixel needs.
+    fn block_by_pixels(
         &mut self,
         camera: &Camera,
         sampling: &Sampling,
@@ -133,7 +199,8 @@ impl<'a> Oracle<'a> {
                     continue;
                 }
                 for sample in samples..next {
-                    let traced = self.sample(camera, sampling, x + column, y + row, sample);
+                    let place = (x + column, y + row);
+                    let traced = self.sample(camera, sampling, place, sample, None);
                     block[row as usize][column as usize].add(traced);
                 }
             }
@@ -151,9 +218,9 @@ impl<'a> Oracle<'a> {
         &mut self,
         camera: &Camera,
         sampling: &Sampling,
-        x: u32,
-        y: u32,
+        (x, y): (u32, u32),
         sample: u32,
+        watch: Option<Watch>,
     ) -> Sample {
         self.cast.primary += 1;
         let (ray, weight) = camera_ray(camera, sampling, x, y, sample);
@@ -164,7 +231,7 @@ impl<'a> Oracle<'a> {
                 direct: self.openness(&ray, hit, chance, reach),
                 ..Parts::default()
             },
-            None => self.light(&ray, hit, chance, self.max_depth),
+            None => self.light(&ray, hit, chance, self.max_depth, watch),
         };
         Sample {
             ray,
@@ -227,7 +294,14 @@ impl<'a> Oracle<'a> {
     }
 
     /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T.
-    fn light(&mut self, ray: &Ray, hit: Option<Hit>, chance: Chance, bounces_left: u32) -> Parts {
+    fn light(
+        &mut self,
+        ray: &Ray,
+        hit: Option<Hit>,
+        chance: Chance,
+        bounces_left: u32,
+        mut watch: Option<Watch>,
+    ) -> Parts {
         let mut parts = Parts::default();
         let Some(hit) = hit else {
             parts.direct = self.scene.background;
@@ -237,13 +311,23 @@ impl<'a> Oracle<'a> {
         let prim = self.scene.placed(hit.prim_id).prim;
         let material = Material::of(self.scene, prim, &hit);
         parts.direct = material.own;
+        if let Some(watch) = &mut watch {
+            watch.met(hit.prim_id);
+        }
         for light in 0..self.scene.lights.len() {
             let sample = shading::sample_light(self.scene, light, chance, &material, &at);
             let Some(sample) = sample else {
                 continue;
             };
-            self.cast.shadow += 1;
-            if !self.occluded(&sample.ray, sample.tmax) {
+            let known = watch.as_ref().and_then(|watch| watch.knows(light));
+            let seen = known.unwrap_or_else(|| {
+                self.cast.shadow += 1;
+                !self.occluded(&sample.ray, sample.tmax)
+            });
+            if let Some(watch) = &mut watch {
+                watch.saw(light, seen);
+            }
+            if seen {
                 parts.direct += sample.radiance;
             }
         }
@@ -255,14 +339,16 @@ impl<'a> Oracle<'a> {
             self.cast.reflection += 1;
             let hit = self.closest(&ray);
             let chance = chance.onward(Way::Mirror);
-            let light = self.light(&ray, hit, chance, bounces_left - 1);
+            let watch = watch.as_mut().and_then(|watch| watch.onward(true));
+            let light = self.light(&ray, hit, chance, bounces_left - 1, watch);
             parts.reflection = Some(weight * light.sum());
         }
         if let Some(Bounce { ray, weight }) = refracted {
             self.cast.refraction += 1;
             let hit = self.closest(&ray);
             let chance = chance.onward(Way::Refracted);
-            let light = self.light(&ray, hit, chance, bounces_left - 1);
+            let watch = watch.as_mut().and_then(|watch| watch.onward(false));
+            let light = self.light(&ray, hit, chance, bounces_left - 1, watch);
             parts.refraction = Some(weight * light.sum());
         }
         parts

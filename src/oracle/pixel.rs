@@ -18,6 +18,15 @@ impl Parts {
         let bounced = self.reflection.into_iter().chain(self.refraction);
         bounced.fold(self.direct, |sum, part| sum + part)
     }
+
+    /// Black where there is none.
+    pub(super) fn all(&self) -> [Vec3; 3] {
+        [
+            self.direct,
+            self.reflection.unwrap_or_default(),
+            self.refraction.unwrap_or_default(),
+        ]
+    }
 }
 
 /// What came of a camera ray.
@@ -60,11 +69,7 @@ impl Gathering {
             light,
             weight,
         } = sample;
-        let parts = [
-            light.direct,
-            light.reflection.unwrap_or_default(),
-            light.refraction.unwrap_or_default(),
-        ];
+        let parts = light.all();
         self.radiance.add(light.sum().to_array(), weight);
         for (gathered, part) in self.light.iter_mut().zip(parts) {
             gathered.add(part.to_array(), weight);

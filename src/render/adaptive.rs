@@ -1,5 +1,7 @@
-//! Tiles whose pixels get as many samples as they need: rounds of the packet engine, each of which asks again who needs more.
+//! Tiles whose pixels get as many samples as they need, where more is left to chance than where a camera ray goes through its pixel:
+//! rounds of the packet engine, each of which asks again who needs more.
 
+use super::cells::within;
 use super::film::Pixels;
 use super::packets::{PacketPainter, push_block};
 use super::tiles::Tile;
@@ -62,14 +64,17 @@ impl PacketPainter<'_> {
                 }
             };
             let keep_hits = pixels.record_hits();
-            self.trace(room, first, keep_hits, push, |sums, traced, counter| {
-                sums.gather(traced, whole.width);
-                traced.keep(pixels, counter, |(x, y)| {
-                    let x = (whole.x + x).checked_sub(tile.x)?;
-                    let y = (whole.y + y).checked_sub(tile.y)?;
-                    (x < tile.width && y < tile.height).then_some((x, y))
-                });
-            });
+            self.trace(
+                room,
+                first,
+                keep_hits,
+                None,
+                push,
+                |sums, traced, counter| {
+                    sums.gather(traced, whole.width);
+                    traced.keep(pixels, counter, within(whole, tile));
+                },
+            );
             first = part.end;
         }
         self.open = open;
@@ -77,19 +82,24 @@ impl PacketPainter<'_> {
 }
 
 /// The upper left corners of a tile's blocks, in the tile.
-fn corners(tile: Tile) -> impl Iterator<Item = (u32, u32)> {
+pub(super) fn corners(tile: Tile) -> impl Iterator<Item = (u32, u32)> {
     let across = (0..tile.width).step_by(BLOCK as usize);
     let down = (0..tile.height).step_by(BLOCK as usize);
     down.flat_map(move |y| across.clone().map(move |x| (x, y)))
+}
+
+/// How many columns and rows the block in this corner of a tile has there.
+pub(super) fn size_of(tile: Tile, (x, y): (u32, u32)) -> (u32, u32) {
+    (BLOCK.min(tile.width - x), BLOCK.min(tile.height - y))
 }
 
 /// What the pixels of a block have gathered, and how many columns and rows of it lie in the picture.
 fn block(
     gathered: &[Gathered],
     tile: Tile,
-    (x, y): (u32, u32),
+    corner: (u32, u32),
 ) -> ([[Gathered; BLOCK as usize]; BLOCK as usize], (u32, u32)) {
-    let size = (BLOCK.min(tile.width - x), BLOCK.min(tile.height - y));
+    let ((x, y), size) = (corner, size_of(tile, corner));
     let mut block = [[Gathered::default(); BLOCK as usize]; BLOCK as usize];
     for (row, pixels) in block.iter_mut().enumerate().take(size.1 as usize) {
         let at = ((y + row as u32) * tile.width + x) as usize;

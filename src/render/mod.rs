@@ -5,12 +5,14 @@
 
 mod adaptive;
 pub mod alone;
+mod cells;
 mod cost;
 mod film;
 mod kept;
 mod layers;
 mod occlusion;
 mod packets;
+mod sights;
 mod stats;
 mod tiles;
 mod wave;

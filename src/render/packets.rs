@@ -1,10 +1,12 @@
 //! The packet engine's painter: a tile's camera rays, its waves, its pixels.
 
+use super::cells::Room;
 use super::cost::{Cost, count};
 use super::film::Pixels;
 use super::kept::Kept;
 use super::layers::{Aov, Aovs, Light};
 use super::occlusion::occlusion;
+use super::sights::Sights;
 use super::stats::RenderStats;
 use super::tiles::Tile;
 use super::wave::{Colors, Engine, RayView, wave};
@@ -30,6 +32,8 @@ pub struct PacketPainter<'a> {
     pub(super) sums: Sums,
     /// Of each block of a tile, the pixels that get more samples.
     pub(super) open: Vec<BlockPixels>,
+    /// Of samples that halve cells.
+    pub(super) room: Room,
     engine: Engine<'a>,
     /// Whether rays have seeds.
     pub(super) seeded: bool,
@@ -57,13 +61,14 @@ impl<'a> PacketPainter<'a> {
             alone: None,
             sums: Sums::default(),
             open: Vec::new(),
+            room: Room::default(),
             engine: Engine {
                 scene,
                 traversal: Traversal::new(bvh, kernel),
                 stats: RenderStats::default(),
                 sample: 0,
             },
-            seeded: seeded(scene),
+            seeded: scene.has_chance(),
             sky: None,
             tile_arena: Bump::new(),
             arenas: (0..=max_depth).map(|_| Bump::new()).collect(),
@@ -101,6 +106,7 @@ impl<'a> PacketPainter<'a> {
         room: usize,
         sample: u32,
         keep_hits: bool,
+        mut sights: Option<Sights>,
         push: impl FnOnce(&mut RayQueue, &Camera, &Sampling),
         take: impl FnOnce(&mut Sums, &Traced, &mut Counter),
     ) {
@@ -125,7 +131,10 @@ impl<'a> PacketPainter<'a> {
                 let arena = &mut self.arenas[0];
                 occlusion(engine, arena, view, reach, colors, kept.as_mut());
             }
-            None => wave(engine, &mut self.arenas, view, colors, kept.as_mut()),
+            None => {
+                let (arenas, kept) = (&mut self.arenas, kept.as_mut());
+                wave(engine, arenas, view, colors, kept, sights.as_mut());
+            }
         }
         let traced = Traced {
             rays: &rays,
@@ -147,7 +156,7 @@ impl<'a> PacketPainter<'a> {
         let push = |rays: &mut RayQueue, camera: &Camera, sampling: &Sampling| {
             push_camera_rays(rays, camera, tile, sampling, sample);
         };
-        self.trace(tile.pixels() as usize, sample, keep_hits, push, take);
+        self.trace(tile.pixels() as usize, sample, keep_hits, None, push, take);
     }
 }
 
@@ -155,7 +164,10 @@ impl Painter for PacketPainter<'_> {
     fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
         let keep_hits = pixels.record_hits();
         if let Some(adaptive) = self.sampling.adaptively() {
-            return self.paint_adaptively(adaptive, tile, pixels);
+            return match self.seeded || self.camera.has_lens() {
+                true => self.paint_adaptively(adaptive, tile, pixels),
+                false => self.paint_by_cells(adaptive, tile, pixels),
+            };
         }
         if self.sampling.spp == 1 {
             return self.sample(tile, 0, keep_hits, |_, traced, counter| {
@@ -182,13 +194,6 @@ impl Painter for PacketPainter<'_> {
             ..self.engine.stats
         }
     }
-}
-
-/// Whether anything in a scene is left to chance.
-fn seeded(scene: &Scene) -> bool {
-    let mut lights = 0..scene.lights.len();
-    lights.any(|light| scene.lights.has_area(light))
-        || scene.materials.gloss.iter().any(|&gloss| gloss > 0.0)
 }
 
 /// Appends the `sample`-th camera ray of each pixel of a tile, in 8×8 blocks of 4×2 pixels a packet. Their parent is the pixel's
@@ -252,6 +257,20 @@ pub(super) fn push_block(
     }
 }
 
+/// Appends the camera rays of the first `count` of these places, all through one eye. Their parents are `pixels`.
+pub(super) fn push_places(
+    rays: &mut RayQueue,
+    camera: &Camera,
+    places: Places<LANES>,
+    count: usize,
+    pixels: &[u32; LANES],
+) {
+    let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
+    let dir = camera.directions(F32x8::new(places.row), F32x8::new(places.column));
+    let counts = Vec3x8::new(F32x8::new(places.weight), F32x8::ZERO, F32x8::ZERO);
+    rays.push(Mask8::first(count), eye, dir, counts, pixels);
+}
+
 /// The places in the tile of a packet's 4×2 pixels, the first of which is at (`x`, `y`).
 fn block_of(x: u32, y: u32) -> [u32; LANES] {
     std::array::from_fn(|k| (y + k as u32 / 4) << 16 | (x + k as u32 % 4))
@@ -291,6 +310,17 @@ impl Traced<'_> {
             let places = self.rays.purpose(packet).1;
             let lanes = self.rays.active(packet).lanes();
             lanes.map(move |lane| (packet, lane, place(places[lane])))
+        })
+    }
+
+    /// Of each ray, its radiance, the same by the way it came, if that is wanted, and what it counts.
+    pub(super) fn outcomes(&self) -> impl Iterator<Item = ([f32; 3], [[f32; 3]; 3], f32)> {
+        let kept = self.kept.filter(|kept| !kept.light[0].is_empty());
+        self.lanes().map(move |(packet, lane, _)| {
+            let light = |kept: &Kept| kept.light.each_ref().map(|way| way[packet].lane(lane));
+            let counts = self.rays.purpose(packet).0[0][lane];
+            let radiance = self.colors[packet].lane(lane);
+            (radiance, kept.map_or([[0.0; 3]; 3], light), counts)
         })
     }
 

@@ -6,6 +6,7 @@
 //! (local + Ks I_R) + Kt I_T.
 
 use super::kept::Kept;
+use super::sights::{Known, Sights};
 use super::stats::RenderStats;
 use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
@@ -85,13 +86,15 @@ impl RayView<'_, '_> {
 }
 
 /// Traces a wave and writes the radiance of its rays, packet by packet, to `colors`. `arenas` holds one arena for this
-/// wave and one for each bounce that is still allowed. `kept` receives what is to be known of them beside that.
+/// wave and one for each bounce that is still allowed. `kept` receives what is to be known of them beside that, and `sights` what they see
+/// of the lights, where they know some of it.
 pub(super) fn wave(
     engine: &mut Engine,
     arenas: &mut [Bump],
     rays: RayView,
     colors: &mut [Colors],
     mut kept: Option<&mut Kept>,
+    mut sights: Option<&mut Sights>,
 ) {
     let Some((arena, deeper)) = arenas.split_first_mut() else {
         return;
@@ -109,7 +112,10 @@ pub(super) fn wave(
     let (surfaces, tints) = surfaces(arena, engine.scene, &rays, hits, colors);
     emit_own(engine.scene, surfaces, tints, colors);
     // Ask the lights, in the order of the file.
-    ask_lights(engine, arena, &rays, surfaces, tints, colors);
+    let known = sights
+        .as_mut()
+        .map(|sights| sights.met(arena, surfaces, hits));
+    ask_lights(engine, arena, &rays, (surfaces, tints), known, colors);
     if let Some(kept) = &mut kept {
         kept.take(engine.scene, surfaces, tints, colors);
     }
@@ -127,7 +133,9 @@ pub(super) fn wave(
             queue: &queue,
             packets: packets.clone(),
         };
-        wave(engine, deeper, view, answers, None);
+        let sights = sights.as_mut();
+        let mut onward = sights.and_then(|s| s.onward(arena, &queue, packets.clone(), mirrored));
+        wave(engine, deeper, view, answers, None, onward.as_mut());
         if let Some(kept) = &mut kept {
             kept.fold(&queue, packets.clone(), mirrored, answers);
         }
@@ -350,8 +358,8 @@ fn ask_lights(
     engine: &mut Engine,
     arena: &Bump,
     rays: &RayView,
-    surfaces: &[Surface],
-    tints: &[Vec3x8],
+    (surfaces, tints): (&[Surface], &[Vec3x8]),
+    mut known: Option<Known>,
     colors: &mut [Colors],
 ) {
     let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
@@ -367,13 +375,13 @@ fn ask_lights(
                 one
             };
             let sample = sample_light(engine.scene, light, place, &material, tints.get(k), at);
-            queue.push(
-                sample.needed,
-                sample.org,
-                sample.dir,
-                sample.radiance,
-                &at.ray,
-            );
+            let asked = match &mut known {
+                Some(known) => {
+                    known.answer(light, (k, at), sample.needed, &sample.radiance, colors)
+                }
+                None => sample.needed,
+            };
+            queue.push(asked, sample.org, sample.dir, sample.radiance, &at.ray);
         }
         engine.stats.rays.shadow += queue.len() as u64;
         let tmax = if engine.scene.lights.directional[light] {
@@ -389,6 +397,9 @@ fn ask_lights(
                 for lane in Mask8::from_bits(seen as u32).lanes() {
                     let ray = hit[lane] as usize;
                     colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| radiance[c][lane]));
+                    if let Some(known) = &mut known {
+                        known.saw(light, hit[lane]);
+                    }
                 }
             });
     }

@@ -2,7 +2,7 @@
 
 use super::adaptive::Adaptive;
 use super::filter::Filter;
-use super::points::{Purpose, points, seeds};
+use super::points::{Purpose, points_of, seeds};
 
 /// How pixels are sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,13 +45,24 @@ impl Sampling {
     /// Places of the `sample`-th camera ray of some pixels, in columns `x` and rows `y`.
     #[inline(always)]
     pub fn places<const N: usize>(&self, x: [u32; N], y: [u32; N], sample: u32) -> Places<N> {
+        self.places_of(x, y, [sample; N])
+    }
+
+    /// Places of camera rays of some pixels, one of each, of these numbers.
+    #[inline(always)]
+    pub fn places_of<const N: usize>(
+        &self,
+        x: [u32; N],
+        y: [u32; N],
+        samples: [u32; N],
+    ) -> Places<N> {
         let mut places = Places {
             row: y.map(|y| y as f32 + 0.5),
             column: x.map(|x| x as f32 + 0.5),
             weight: [1.0; N],
         };
         if self.spp > 1 {
-            let [u, v] = points(seeds(x, y), sample, Purpose::Pixel);
+            let [u, v] = points_of(seeds(x, y), samples, Purpose::Pixel);
             for lane in 0..N {
                 let (right, wx) = self.filter.draw(u[lane]);
                 let (down, wy) = self.filter.draw(v[lane]);
@@ -78,14 +89,20 @@ impl Gathered {
     /// Adds a sample's radiance, and what it counts.
     #[inline]
     pub fn add(&mut self, rgb: [f32; 3], weight: f32) {
-        let weight = f64::from(weight);
+        self.add_share(rgb, weight, 1.0);
+    }
+
+    /// Adds a sample that stands for so much of the pixel: with all of them, shares instead of samples are counted.
+    #[inline]
+    pub fn add_share(&mut self, rgb: [f32; 3], weight: f32, share: f64) {
+        let weight = share * f64::from(weight);
         for (k, c) in rgb.map(f64::from).into_iter().enumerate() {
             self.weighted[k] += weight * c;
-            self.plain[k] += c;
-            self.squares += c * c;
+            self.plain[k] += share * c;
+            self.squares += share * (c * c);
         }
         self.weights += weight;
-        self.count += 1.0;
+        self.count += share;
     }
 
     /// How many samples it has.

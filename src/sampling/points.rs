@@ -62,9 +62,19 @@ pub fn onward<const N: usize>(seeds: [u32; N], way: Way) -> [u32; N] {
 /// The points of so many rays for one sample each: both coordinates in \[0, 1), multiples of 2^-24.
 #[inline(always)]
 pub fn points<const N: usize>(seeds: [u32; N], sample: u32, purpose: Purpose) -> [[f32; N]; 2] {
+    points_of(seeds, [sample; N], purpose)
+}
+
+/// The points of so many rays for a sample of each.
+#[inline(always)]
+pub fn points_of<const N: usize>(
+    seeds: [u32; N],
+    samples: [u32; N],
+    purpose: Purpose,
+) -> [[f32; N]; 2] {
     let mut all = [[0.0; N]; 2];
     for lane in 0..N {
-        let [u, v] = bits(seeds[lane], sample, purpose);
+        let [u, v] = bits(seeds[lane], samples[lane], purpose);
         // The upper 24 bits: what an f32 holds.
         (all[0][lane], all[1][lane]) = (unit(u), unit(v));
     }

@@ -167,6 +167,13 @@ impl Scene {
         self.prims.len()
     }
 
+    /// Whether anything about what a ray sees is left to chance: where on a light, where in a glossy reflection.
+    pub fn has_chance(&self) -> bool {
+        let mut lights = 0..self.lights.len();
+        lights.any(|light| self.lights.has_area(light))
+            || self.materials.gloss.iter().any(|&gloss| gloss > 0.0)
+    }
+
     /// Number of primitives to be seen: those of a mesh count for each of its instances, and not for themselves.
     pub fn visible_count(&self) -> u64 {
         let in_meshes: u64 = self.meshes.count.iter().map(|&n| u64::from(n)).sum();
