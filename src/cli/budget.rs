@@ -6,7 +6,7 @@
 //! | opening a cache | the size of the file, all of which is mapped |
 //! | generating a standard scene | [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and cone |
 //! | building a tree | the scene's columns; for each triangle [`TRIANGLE_BYTES`], for anything else [`OTHER_BYTES`], and for the oracle's tree [`ORACLE_BYTES`] for each |
-//! | rendering | columns and tree as they are, and for each primitive [`WIDE_BYTES`] where the wide tree is still to be made; the films, of one band of the picture each, and the picture of it; for each thread [`THREAD_BYTES`], and [`PIXEL_BYTES`] for each pixel of a tile |
+//! | rendering | columns and tree as they are, and for each primitive [`WIDE_BYTES`] where the wide tree is still to be made; the films, of one band of the picture each, and the picture of it; for each thread [`THREAD_BYTES`], and [`PIXEL_BYTES`] for each pixel of a tile; with adaptive samples [`SAMPLE_BYTES`] for each that a block of 8x8 pixels may get |
 //!
 //! To each comes [`PROGRAM_BYTES`] for the program. Estimates are meant to err on the upper side; `perf/notes/memory.md`
 //! holds them against peaks. Of a file that names others (buffers, pictures, materials) only its own size is known here.
@@ -38,6 +38,10 @@ const ORACLE_BYTES: u64 = 100;
 const WIDE_BYTES: u64 = 140;
 /// Of the rays of a tile: its waves are kept until they are folded back.
 const PIXEL_BYTES: u64 = 1000;
+/// Of a sample that halves a cell, while its block is not finished: 110 measured, layers of light beside it.
+const SAMPLE_BYTES: u64 = 160;
+/// Of those, as many are kept of several blocks.
+const SAMPLES: u64 = 1 << 16;
 /// Stack and buffers.
 const THREAD_BYTES: u64 = 4 << 20;
 /// Code, stacks, buffers.
@@ -109,7 +113,12 @@ impl Budget {
         let Tile { width, height, .. } = settings.window();
         let side = |pixels: u32| u64::from(pixels.min(settings.tile));
         let tile = side(width) * side(height) * PIXEL_BYTES;
-        let threads = settings.threads as u64 * (THREAD_BYTES + tile);
+        let samples = match settings.sampling.adaptively() {
+            Some(_) => SAMPLES.max(64 * u64::from(settings.sampling.spp)),
+            None => 0,
+        };
+        let each = THREAD_BYTES + tile + samples * SAMPLE_BYTES;
+        let threads = settings.threads as u64 * each;
         let needed = scene.memory_bytes() as u64 + tree + films * film_bytes(settings) + threads;
         self.ask(needed, &format!("to render {width}x{height} pixels"))
     }

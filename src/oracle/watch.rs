@@ -64,12 +64,13 @@ impl<'c> Watch<'_, 'c> {
 
     /// Where the mirror ray, or else the refracted ray, of a camera ray's hit will hit.
     pub(super) fn onward(&mut self, mirror: bool) -> Option<Watch<'_, 'c>> {
-        (self.sight == 0).then(|| Watch {
+        let onward = Watch {
             sights: self.sights,
             sight: if mirror { 1 } else { 2 },
             trail: self.trail,
             known: (0, 0),
-        })
+        };
+        (self.sight == 0).then_some(onward)
     }
 }
 

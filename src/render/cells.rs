@@ -12,17 +12,20 @@ use crate::lanes::LANES;
 use crate::packet::RayQueue;
 use crate::sampling::{Adaptive, Answer, BLOCK, Cells, SIGHTS, Sampling, Sight};
 
-/// Samples that are kept at once, if all that may come do: about a hundred bytes each.
-const SAMPLES: u32 = 1 << 18;
+/// Samples that are kept at once, of a block or more, if all come that may: about 90 bytes each, 130 with layers of light.
+const SAMPLES: u32 = 1 << 16;
 
-/// Rays that are traced together, at most.
-const TOGETHER: usize = 4096;
+/// Rays that are traced together, at most: as many as a tile of the default side has pixels, for the same reason.
+const TOGETHER: usize = 1024;
+
+/// A block of a group, and which of its asks.
+pub(super) type Asked = (u32, u32);
 
 /// Where one round's samples and what came of them are kept from round to round, so that memory is asked for once.
 #[derive(Default)]
 pub(super) struct Room {
     cells: Vec<Cells>,
-    asks: Vec<(u32, u32)>,
+    asks: Vec<Asked>,
     sights: Vec<[Sight; SIGHTS]>,
     answers: Vec<Answer>,
 }
@@ -43,18 +46,15 @@ impl PacketPainter<'_> {
             }
             let mut first = true;
             loop {
-                self.halve(&mut room, (whole, group), first, tile, pixels);
+                self.halve(&mut room, whole, first, tile, pixels);
                 first = false;
-                if !room
-                    .cells
-                    .iter_mut()
-                    .fold(false, |more, cells| cells.go_on() | more)
-                {
+                let ask = |more, cells: &mut Cells| cells.go_on() | more;
+                if !room.cells.iter_mut().fold(false, ask) {
                     break;
                 }
             }
-            for (cells, &corner) in room.cells.iter().zip(group) {
-                finish(cells, (whole, corner), tile, pixels);
+            for cells in &room.cells {
+                finish(cells, tile, pixels);
             }
         }
         self.room = room;
@@ -64,7 +64,7 @@ impl PacketPainter<'_> {
     fn halve(
         &mut self,
         room: &mut Room,
-        (whole, group): (Tile, &[(u32, u32)]),
+        whole: Tile,
         first: bool,
         tile: Tile,
         pixels: &mut Pixels,
@@ -80,7 +80,7 @@ impl PacketPainter<'_> {
             room.sights.resize(asks.len(), Default::default());
             let cells = &room.cells;
             let push = |rays: &mut RayQueue, camera: &Camera, sampling: &Sampling| {
-                push_asks(rays, camera, sampling, whole, (cells, group, asks));
+                push_asks(rays, camera, sampling, whole, cells, asks);
             };
             let sights = Sights {
                 cells,
@@ -119,26 +119,28 @@ pub(super) fn within(whole: Tile, tile: Tile) -> impl Fn((u32, u32)) -> Option<(
     }
 }
 
-/// Appends the camera rays that blocks of a tile, with these corners there, ask for.
+/// Appends the camera rays that blocks of a tile ask for.
 fn push_asks(
     rays: &mut RayQueue,
     camera: &Camera,
     sampling: &Sampling,
     whole: Tile,
-    (cells, corners, asks): (&[Cells], &[(u32, u32)], &[(u32, u32)]),
+    cells: &[Cells],
+    asks: &[Asked],
 ) {
     for eight in asks.chunks(LANES) {
         // Past the end the last is repeated.
         let asked: [_; LANES] = std::array::from_fn(|k| {
             let (block, ask) = eight[k.min(eight.len() - 1)];
-            let ask = &cells[block as usize].asks()[ask as usize];
-            let (x, y) = corners[block as usize];
+            let cells = &cells[block as usize];
+            let ask = &cells.asks()[ask as usize];
+            let (x, y) = cells.corner();
             (x + ask.pixel.0, y + ask.pixel.1, ask.number)
         });
-        let places = asked.map(|(x, y, _)| y << 16 | x);
-        let columns = asked.map(|(x, _, _)| whole.x + x);
-        let rows = asked.map(|(_, y, _)| whole.y + y);
+        let columns = asked.map(|(x, _, _)| x);
+        let rows = asked.map(|(_, y, _)| y);
         let numbers = asked.map(|(_, _, number)| number);
+        let places = asked.map(|(x, y, _)| (y - whole.y) << 16 | (x - whole.x));
         push_places(
             rays,
             camera,
@@ -150,13 +152,12 @@ fn push_asks(
 }
 
 /// Gives the pixels of a tile what those of a block have gathered.
-fn finish(cells: &Cells, (whole, corner): (Tile, (u32, u32)), tile: Tile, pixels: &mut Pixels) {
-    let within = within(whole, tile);
-    let aovs = pixels.aovs();
+fn finish(cells: &Cells, tile: Tile, pixels: &mut Pixels) {
+    let ((right, down), aovs) = (cells.corner(), pixels.aovs());
     for (at, sum) in (0..).zip(&cells.sums()) {
-        let (x, y) = (corner.0 + at % BLOCK, corner.1 + at / BLOCK);
-        let inside = x < whole.width && y < whole.height;
-        let Some((x, y)) = within((x, y)).filter(|_| inside) else {
+        let x = (right + at % BLOCK).checked_sub(tile.x);
+        let y = (down + at / BLOCK).checked_sub(tile.y);
+        let Some((x, y)) = x.zip(y).filter(|p| p.0 < tile.width && p.1 < tile.height) else {
             continue;
         };
         pixels.set(x, y, sum.radiance.mean());

@@ -1,6 +1,7 @@
 //! What the rays of a wave know of the lights from samples around theirs, and what they see: for samples that halve cells
 //! (`sampling::cells`).
 
+use super::cells::Asked;
 use super::wave::Colors;
 use crate::lanes::{LANES, LaneMask, Mask8, Vec3x8};
 use crate::packet::{HitPacket, RayQueue};
@@ -13,8 +14,8 @@ use std::ops::Range;
 pub(super) struct Sights<'a> {
     /// By block.
     pub(super) cells: &'a [Cells],
-    /// Block and ask, by camera ray.
-    pub(super) asks: &'a [(u32, u32)],
+    /// By camera ray.
+    pub(super) asks: &'a [Asked],
     /// By camera ray.
     pub(super) all: &'a mut [[Sight; SIGHTS]],
     /// Camera ray and sight, by ray of the wave; empty where those are the camera rays themselves.

@@ -141,6 +141,11 @@ impl Cells {
         self.ask_all(0..1);
     }
 
+    /// Column and row of its upper left pixel in the whole picture.
+    pub fn corner(&self) -> (u32, u32) {
+        self.corner
+    }
+
     /// The samples that are asked for.
     pub fn asks(&self) -> &[Ask] {
         &self.asks
@@ -290,10 +295,15 @@ impl Cells {
                 beside.clear();
                 self.beside(here, axis, upper, &mut beside);
                 for &there in &beside {
+                    // A pair of fresh cells is compared when the second has its turn.
+                    if self.samples[there as usize].fresh {
+                        continue;
+                    }
                     let both = if upper { [here, there] } else { [there, here] };
                     let too_different = self.too_different(both, axis);
-                    for (sample, _) in both.into_iter().zip(too_different).filter(|b| b.1) {
-                        if !std::mem::replace(&mut self.samples[sample as usize].open, true) {
+                    for (sample, too_different) in both.into_iter().zip(too_different) {
+                        let is_open = &mut self.samples[sample as usize].open;
+                        if too_different && !std::mem::replace(is_open, true) {
                             open.push(sample);
                         }
                     }
@@ -352,12 +362,13 @@ impl Cells {
     #[inline]
     fn too_different(&self, samples: [u32; 2], axis: usize) -> [bool; 2] {
         let [low, high] = samples.map(|sample| &self.samples[sample as usize]);
-        if low.radiance == high.radiance {
-            return [false; 2];
-        }
         let [ours, theirs] = [low, high].map(|s| s.radiance.map(f64::from));
         let [r, g, b] = [0, 1, 2].map(|c| ours[c] - theirs[c]);
         let squared = (r * r + g * g) + b * b;
+        // Most pairs: not even the larger cell would be halved, if all of the way lay in it.
+        if squared <= self.most[usize::from(low.level.min(high.level))] {
+            return [false; 2];
+        }
         let [from, to] = [low, high].map(|s| f64::from(s.across_block(axis)));
         let border = f64::from(high.across_block(axis) & !(high.side(axis) - 1));
         // Shares times the way, so that nothing is divided.
