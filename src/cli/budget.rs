@@ -13,7 +13,7 @@
 
 use super::failure::Failure;
 use super::output::{bytes, grouped};
-use phalanx::frame::{Engine, Prepared, Settings, Tile};
+use phalanx::frame::{Engine, Integrator, Prepared, Settings, Tile};
 use phalanx::jobs::bands;
 use phalanx::open::is_cache;
 use phalanx::scene::Scene;
@@ -113,9 +113,12 @@ impl Budget {
         let Tile { width, height, .. } = settings.window();
         let side = |pixels: u32| u64::from(pixels.min(settings.tile));
         let tile = side(width) * side(height) * PIXEL_BYTES;
+        let by_pixels = scene.has_chance()
+            || settings.lens.is_some()
+            || settings.integrator != Integrator::Whitted;
         let samples = match settings.sampling.adaptively() {
-            Some(_) => SAMPLES.max(64 * u64::from(settings.sampling.spp)),
-            None => 0,
+            Some(_) if !by_pixels => SAMPLES.max(64 * u64::from(settings.sampling.spp)),
+            _ => 0,
         };
         let each = THREAD_BYTES + tile + samples * SAMPLE_BYTES;
         let threads = settings.threads as u64 * each;

@@ -26,7 +26,7 @@ pub struct PictureArgs {
     /// Bounces after the primary ray [default: the scene's]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
     pub max_depth: Option<u32>,
-    /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive: one goes through the pixel's centre, more are spread
+    /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive (best a power of two): one goes through the pixel's centre, more are spread
     /// over the filter [default: 1; with --aa adaptive 256]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
     pub spp: Option<u32>,

@@ -51,15 +51,15 @@ impl<'c> Watch<'_, 'c> {
     /// Whether a light is seen from there, if that is known.
     pub(super) fn knows(&self, light: usize) -> Option<bool> {
         let (known, seen) = self.known;
-        let bit = bit(light);
+        let bit = Sight::bit(light);
         (known & bit != 0).then_some(seen & bit != 0)
     }
 
     /// Tells whether a light that was asked for is seen.
     pub(super) fn saw(&mut self, light: usize, seen: bool) {
         let sight = &mut self.sights.all[self.sight];
-        sight.asked |= bit(light);
-        sight.seen |= if seen { bit(light) } else { 0 };
+        sight.asked |= Sight::bit(light);
+        sight.seen |= if seen { Sight::bit(light) } else { 0 };
     }
 
     /// Where the mirror ray, or else the refracted ray, of a camera ray's hit will hit.
@@ -72,9 +72,4 @@ impl<'c> Watch<'_, 'c> {
         };
         (self.sight == 0).then_some(onward)
     }
-}
-
-/// No bit where there is none left.
-fn bit(light: usize) -> u32 {
-    1u32.checked_shl(light as u32).unwrap_or(0)
 }

@@ -12,7 +12,7 @@ use crate::lanes::LANES;
 use crate::packet::RayQueue;
 use crate::sampling::{Adaptive, Answer, BLOCK, Cells, SIGHTS, Sampling, Sight};
 
-/// Samples that are kept at once, of a block or more, if all come that may: about 90 bytes each, 130 with layers of light.
+/// Samples that are kept at once, of a block or more, if all come that may: with what belongs to them about 110 bytes each.
 const SAMPLES: u32 = 1 << 16;
 
 /// Rays that are traced together, at most: as many as a tile of the default side has pixels, for the same reason.
@@ -21,7 +21,7 @@ const TOGETHER: usize = 1024;
 /// A block of a group, and which of its asks.
 pub(super) type Asked = (u32, u32);
 
-/// Where one round's samples and what came of them are kept from round to round, so that memory is asked for once.
+/// Room for the samples of a group, and for what came of those of a round.
 #[derive(Default)]
 pub(super) struct Room {
     cells: Vec<Cells>,

@@ -104,7 +104,7 @@ impl Known<'_, '_, '_> {
         radiance: &Vec3x8,
         colors: &mut [Colors],
     ) -> Mask8 {
-        let bit = bit(light);
+        let bit = Sight::bit(light);
         let mut left = needed.bits();
         for lane in needed.lanes() {
             let ray = at.ray[lane] as usize;
@@ -128,11 +128,6 @@ impl Known<'_, '_, '_> {
     /// Tells that a light is seen from where a ray hit.
     pub(super) fn saw(&mut self, light: usize, ray: u32) {
         let (camera_ray, sight) = self.sights.of(ray);
-        self.sights.all[camera_ray][sight].seen |= bit(light);
+        self.sights.all[camera_ray][sight].seen |= Sight::bit(light);
     }
-}
-
-/// No bit where there is none left.
-fn bit(light: usize) -> u32 {
-    1u32.checked_shl(light as u32).unwrap_or(0)
 }

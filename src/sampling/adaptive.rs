@@ -17,7 +17,7 @@ use super::pixel::Gathered;
 /// Side of the blocks that pixels are compared in.
 pub const BLOCK: u32 = 8;
 
-/// Samples that every pixel gets.
+/// Samples that every pixel gets, unless fewer are the most.
 pub const FIRST: u32 = 4;
 
 /// The share of a neighbour's variance that counts as a pixel's own.

@@ -2,9 +2,10 @@
 //!
 //! A pixel's square is halved again and again, across and down in turn, and each cell holds one sample. So the first 2^k points of
 //! a pixel fall, one each, into its cells of level k (`points`), and a cell of level k is halved by the one sample of numbers 2^k to
-//! 2^(k+1) that falls into its empty half. A pixel is the mean of its samples by the areas of their cells.
+//! 2^(k+1) that falls into its empty half: 2^k samples a pixel at most, the largest power of two within those that were asked for. A pixel
+//! is the mean of its samples by the areas of their cells, in the unit square from which its filter draws.
 //!
-//! Cells that meet at a side are compared, across pixels, too. Where their samples differ by d, an edge lies between: in one cell
+//! Cells that meet at a side are compared, across pixels, too. Where their samples differ by d, the length over three channels, an edge lies between: in one cell
 //! or in the other, as the border divides the way from sample to sample. A cell of area a which holds the share s of that way is
 //! wrong by about a d √(s/6), because one sample of a step somewhere in it is (E\[p (1 - p)\] = 1/6). It is halved while a^1.1 d √(s/6) is
 //! above the threshold: halving takes a constant part of the error's square, so that equal errors in all cells are the least for as
@@ -12,7 +13,10 @@
 //! with n^(-3/2) so, where samples spread over the whole pixel leave n^(-3/4) (Mitchell, "Consequences of Stratified Sampling in Graphics", 1996).
 //!
 //! And a shadow ray whose answer is known is not asked for: where [`AGREE`] of the samples in the cell and around it met the same primitive,
-//! on the same way, and all saw a light there, or none did, then a new sample there that meets it sees as they do.
+//! on the same way, and all saw a light there, or none did, then a new sample there that meets it sees as they do; and it has a say in its turn.
+//!
+//! Filters wider than a pixel's square draw from beyond it, so that cells beside each other in two pixels are not beside each other in the
+//! picture; that they are compared all the same is what finds what a pixel's own samples miss (perf/notes/large-pictures.md).
 //!
 //! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile asks another one. All decisions are
 //! made in f64 and whole numbers, in one order; both engines share them, as they share the points.
@@ -22,7 +26,7 @@ mod pixel;
 mod tests;
 
 use super::adaptive::{Adaptive, BLOCK, FIRST};
-use super::pixel::Gathered;
+use super::pixel::{Gathered, MAX_SPP};
 use super::points::{Purpose, points_of, seeds};
 use libm::exp2;
 use pixel::{BITS, Pixel, SIDE, Sample, column_and_row, halvings, in_packets, index};
@@ -30,6 +34,9 @@ use std::ops::Range;
 
 /// Samples that must agree about a light before others believe them.
 pub const AGREE: usize = 6;
+
+/// [`Cells::known`] counts so far.
+const _: () = assert!(AGREE == 6);
 
 /// Hits of a sample that are remembered: the camera ray's, its mirror ray's, its refracted ray's.
 pub const SIGHTS: usize = 3;
@@ -40,15 +47,23 @@ const LEVELS: usize = 17;
 /// Halving goes on while a^1.1 d is large.
 const POWER: f64 = 1.1;
 
-/// Which lights were asked for at a hit, and which of them are seen: one bit a light, of the first 32.
+/// Which lights would add something at a hit, and which of them are seen, as far as it was asked or believed: one bit a light, of the first
+/// 32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sight {
     /// How the sample came there, see [`trail`].
     pub trail: u32,
-    /// Lights that would add something.
+    /// Those that would add something.
     pub asked: u32,
     /// Those of them that do.
     pub seen: u32,
+}
+
+impl Sight {
+    /// A light's; none where there is none left.
+    pub fn bit(light: usize) -> u32 {
+        1u32.checked_shl(light as u32).unwrap_or(0)
+    }
 }
 
 /// The way to a hit on a primitive, by that of the hit before and the kind of ray from there, told by the place among [`SIGHTS`].
@@ -125,7 +140,7 @@ impl Cells {
         let threshold = f64::from(adaptive.threshold);
         self.corner = corner;
         self.size = size;
-        self.limit = spp.max(1).ilog2() as u8;
+        self.limit = spp.clamp(1, MAX_SPP).ilog2() as u8;
         self.most = std::array::from_fn(|level| {
             6.0 * threshold * threshold * exp2(2.0 * POWER * level as f64)
         });
@@ -178,7 +193,7 @@ impl Cells {
             fours |= twos & carry;
             twos ^= carry;
             ones ^= theirs.asked;
-            // AGREE is four, and two more.
+            // Six: four, and two more.
             enough |= fours & twos;
         }
         let known = enough & !(yes & no);

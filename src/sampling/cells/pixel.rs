@@ -116,7 +116,7 @@ pub(super) fn column_and_row(pixel: usize) -> (u32, u32) {
 
 /// The k-th pixel where a block is taken in packets of 4x2; and, because that is its own inverse, the other way round.
 pub(super) fn in_packets(k: usize) -> usize {
-    // Bits yyyxxx of a pixel, pypxyxx of its place in packets: the bit of x that tells which half, and the lowest bit of y, change places.
+    // Bits yyyxxx of a pixel, yyxyxx of its place in packets: the bit of x that tells which half, and the lowest bit of y, change places.
     let (half, row) = (k >> 2 & 1, k >> 3 & 1);
     k & !0b1100 | row << 2 | half << 3
 }
