@@ -5,15 +5,17 @@
 //! 2^(k+1) that falls into its empty half: 2^k samples a pixel at most, the largest power of two within those that were asked for. A pixel
 //! is the mean of its samples by the areas of their cells, in the unit square from which its filter draws.
 //!
-//! Cells that meet at a side are compared, across pixels, too. Where their samples differ by d, the length over three channels, an edge lies between: in one cell
-//! or in the other, as the border divides the way from sample to sample. A cell of area a which holds the share s of that way is
-//! wrong by about a d √(s/6), because one sample of a step somewhere in it is (E\[p (1 - p)\] = 1/6). It is halved while a^1.1 d √(s/6) is
-//! above the threshold: halving takes a constant part of the error's square, so that equal errors in all cells are the least for as
-//! many samples; and small cells have a little less to say, because of what larger ones may hide. On an edge the error of n samples falls
-//! with n^(-3/2) so, where samples spread over the whole pixel leave n^(-3/4) (Mitchell, "Consequences of Stratified Sampling in Graphics", 1996).
+//! Cells that meet at a side are compared, across pixels, too. Where their samples differ by d, the length over three channels, an edge
+//! lies between: in one cell or in the other, as the border divides the way from sample to sample. A cell of area a which holds the share
+//! s of that way is wrong by about a d √(s/6), because one sample of a step somewhere in it is (E\[p (1 - p)\] = 1/6). It is halved while
+//! a^1.1 d √(s/6) is above the threshold: halving takes a constant part of the error's square, so that equal errors in all cells are the
+//! least for as many samples; and small cells have a little less to say, because of what larger ones may hide. On an edge the error of n
+//! samples falls with n^(-3/2) so, where samples spread over the whole pixel leave n^(-3/4) (Mitchell, "Consequences of Stratified Sampling
+//! in Graphics", 1996).
 //!
-//! And a shadow ray whose answer is known is not asked for: where [`AGREE`] of the samples in the cell and around it met the same primitive,
-//! on the same way, and all saw a light there, or none did, then a new sample there that meets it sees as they do; and it has a say in its turn.
+//! And a shadow ray whose answer is known is not asked for: where [`AGREE`] of the samples in the cell and around it met the same
+//! primitive, on the same way, and all saw a light there, or none did, then a new sample there that meets it sees as they do; and it has
+//! a say in its turn. Unlike all else here that is a guess which more samples do not mend: a shadow smaller than they are apart may be lost.
 //!
 //! Filters wider than a pixel's square draw from beyond it, so that cells beside each other in two pixels are not beside each other in the
 //! picture; that they are compared all the same is what finds what a pixel's own samples miss (perf/notes/large-pictures.md).
