@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::tolerances::{SAMPLED_EDGE, SAMPLED_LOBES};
+use common::tolerances::{ALL_SAMPLES, SAMPLED_EDGE, SAMPLED_LOBES};
 use phalanx::formats::read_test;
 use phalanx::frame::{Adaptive, Control, Engine, Filter, Prepared, Sampling, Settings, render};
 use phalanx::render::{Film, RayCounts};
@@ -195,22 +195,26 @@ fn adaptive_samples_are_worth_three_uniform_ones() {
         };
         render(&scene, &prepared, &settings, &Control::default()).expect("a frame")
     };
-    let reference = rendered(1024, None).film;
-    let error = |film: &Film| {
-        let pairs = film
+    let apart = |one: &Film, other: &Film| {
+        let pairs = one
             .planes
             .iter()
             .flatten()
-            .zip(reference.planes.iter().flatten());
+            .zip(other.planes.iter().flatten());
         let squares: f64 = pairs
             .map(|(a, b)| f64::from(a - b) * f64::from(a - b))
             .sum();
         (squares / (3.0 * 96.0 * 96.0)).sqrt()
     };
+    let reference = rendered(1024, None).film;
     let (uniform, adaptive) = (rendered(64, None), rendered(256, Some(0.001)));
-    let errors = [&uniform, &adaptive].map(|frame| error(&frame.film));
+    let errors = [&uniform, &adaptive].map(|frame| apart(&frame.film, &reference));
     let rays = [&uniform, &adaptive].map(|frame| frame.stats.rays.total());
     println!("{errors:?} {rays:?}");
     assert!(errors[1] < errors[0], "{errors:?}");
     assert!(3 * rays[1] < rays[0], "{rays:?}");
+    // Where the threshold asks for all samples, none believes another, and they are the uniform ones.
+    let all = rendered(64, Some(1e-9));
+    let apart = apart(&all.film, &uniform.film);
+    assert!(apart < ALL_SAMPLES, "{apart}");
 }

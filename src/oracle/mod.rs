@@ -319,7 +319,8 @@ impl<'a> Oracle<'a> {
             let Some(sample) = sample else {
                 continue;
             };
-            let known = watch.as_ref().and_then(|watch| watch.knows(light));
+            let known = watch.as_ref();
+            let known = known.and_then(|watch| watch.knows(light, sample.radiance));
             let seen = known.unwrap_or_else(|| {
                 self.cast.shadow += 1;
                 !self.occluded(&sample.ray, sample.tmax)

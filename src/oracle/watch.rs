@@ -1,6 +1,7 @@
 //! What a sample that halves a cell knows of the lights from the samples around it, and what it sees of them.
 
 use crate::sampling::{Cells, SIGHTS, Sight, trail};
+use glam::Vec3;
 
 /// The hits of a sample that others ask about.
 pub(super) struct Sights<'c> {
@@ -48,11 +49,13 @@ impl<'c> Watch<'_, 'c> {
         all[self.sight].trail = self.trail;
     }
 
-    /// Whether a light is seen from there, if that is known.
-    pub(super) fn knows(&self, light: usize) -> Option<bool> {
+    /// Whether a light that would add `radiance` is seen from there, if that is known.
+    pub(super) fn knows(&self, light: usize, radiance: Vec3) -> Option<bool> {
         let (known, seen) = self.known;
         let bit = Sight::bit(light);
-        (known & bit != 0).then_some(seen & bit != 0)
+        let Sights { cells, ask, .. } = &*self.sights;
+        let known = known & bit != 0 && cells.may_believe(*ask, radiance.to_array());
+        known.then_some(seen & bit != 0)
     }
 
     /// Tells whether a light that was asked for is seen.

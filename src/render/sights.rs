@@ -112,13 +112,15 @@ impl Known<'_, '_, '_> {
             let sight = &mut self.sights.all[camera_ray][sight];
             sight.asked |= bit;
             let (known, seen) = self.lights[surface][lane];
-            if known & bit == 0 {
+            let rgb = [&radiance.x, &radiance.y, &radiance.z].map(|c| c.lane(lane));
+            let (block, ask) = self.sights.asks[camera_ray];
+            let cells = &self.sights.cells[block as usize];
+            if known & bit == 0 || !cells.may_believe(ask as usize, rgb) {
                 continue;
             }
             left &= !(1 << lane);
             if seen & bit != 0 {
                 sight.seen |= bit;
-                let rgb = [&radiance.x, &radiance.y, &radiance.z].map(|c| c.lane(lane));
                 colors[ray / LANES].add(ray % LANES, rgb);
             }
         }

@@ -15,7 +15,8 @@
 //!
 //! And a shadow ray whose answer is known is not asked for: where [`AGREE`] of the samples in the cell and around it met the same
 //! primitive, on the same way, and all saw a light there, or none did, then a new sample there that meets it sees as they do; and it has
-//! a say in its turn. Unlike all else here that is a guess which more samples do not mend: a shadow smaller than they are apart may be lost.
+//! a say in its turn. But only where little is at stake: where the light's term times the cell's area is below [`STAKE`] thresholds, so that
+//! a lower threshold mends this, too.
 //!
 //! Filters wider than a pixel's square draw from beyond it, so that cells beside each other in two pixels are not beside each other in the
 //! picture; that they are compared all the same is what finds what a pixel's own samples miss (perf/notes/large-pictures.md).
@@ -36,6 +37,10 @@ use std::ops::Range;
 
 /// Samples that must agree about a light before others believe them.
 pub const AGREE: usize = 6;
+
+/// What may be believed: so many times the threshold. A larger one saves no more rays at the error of 64 uniform samples, and leaves more
+/// error where the threshold is lower.
+const STAKE: f64 = 64.0;
 
 /// [`Cells::known`] counts so far.
 const _: () = assert!(AGREE == 6);
@@ -118,6 +123,8 @@ pub struct Cells {
     limit: u8,
     /// By level, what the square of a difference must exceed.
     most: [f64; LEVELS],
+    /// Below this, times its cell's area, a light's term may be believed.
+    stake: f64,
     pixels: Vec<Pixel>,
     samples: Vec<Sample>,
     /// By sample.
@@ -146,6 +153,7 @@ impl Cells {
         self.most = std::array::from_fn(|level| {
             6.0 * threshold * threshold * exp2(2.0 * POWER * level as f64)
         });
+        self.stake = STAKE * threshold;
         self.pixels.iter_mut().for_each(Pixel::clear);
         self.pixels
             .resize_with((BLOCK * BLOCK) as usize, Pixel::default);
@@ -200,6 +208,14 @@ impl Cells {
         }
         let known = enough & !(yes & no);
         (known, known & yes)
+    }
+
+    /// Whether a sample that is asked for may believe others about a light that would add this much.
+    pub fn may_believe(&self, ask: usize, radiance: [f32; 3]) -> bool {
+        let sample = &self.samples[self.samples.len() - self.asks.len() + ask];
+        let [r, g, b] = radiance.map(f64::from);
+        let most = self.stake * f64::from(1u32 << sample.level);
+        (r * r + g * g) + b * b < most * most
     }
 
     /// When all that was asked for is answered: asks for more. Whether there is more to ask.

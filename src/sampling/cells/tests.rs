@@ -173,6 +173,22 @@ fn six_must_agree_about_a_light() {
 }
 
 #[test]
+fn what_may_be_believed_shrinks_with_the_threshold_and_grows_with_halving() {
+    let mut cells = Cells::default();
+    let sizes = |cells: &Cells| {
+        let believed = |most: &f32| cells.may_believe(0, [0.0, *most, 0.0]);
+        let sizes = (-24..24).map(|k| libm::exp2f(k as f32));
+        sizes.take_while(believed).count()
+    };
+    for (halvings, threshold, count) in [(0, 1.0, 30), (0, 0.25, 28), (5, 0.25, 33)] {
+        cells.begin(Adaptive { threshold }, 256, ((0, 0), (1, 1)), false);
+        cells.samples[0].level = halvings;
+        assert_eq!(sizes(&cells), count);
+    }
+    assert!(!cells.may_believe(0, [f32::NAN, 0.0, 0.0]));
+}
+
+#[test]
 fn trails_differ_by_what_was_hit_on_which_way() {
     let mut all: Vec<u32> = Vec::new();
     for prim in 0..100 {
