@@ -1,6 +1,7 @@
 //! What several integration tests share: random numbers, random scenes, packets, and the tolerances.
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
+pub mod frames;
 pub mod rays;
 pub mod rng;
 pub mod scenes;

@@ -9,44 +9,75 @@
 //! - **Local.** The centre is the origin of a shadow ray; with the light A away from it, and D the way to it along the dominant
 //!   axis, p and q are where a ray's line passes the plane through the centre: shear A_p/A_z, W = 1 + z/D, which is 0 at the light.
 //!   Most of what shadow rays have to be tested against lies where they start, and would drown in the rounding of
-//!   coordinates that begin at the light. With W = 1 the rays are parallel. A local frame is for origins within D/4 around
-//!   the centre, so that W is within 1/4 of 1 there, p and q are below 2/3 · D, and slopes below 5/3.
+//!   coordinates that begin at the light. With W = 1 the rays are parallel.
 //!
-//! # What is left out cannot be hit
+//! # Culled boxes and triangles cannot be hit
 //!
 //! A hit needs two things (see [`crate::trace`]): its ray passes the slab test of the primitive's own box, and with that of
-//! every box around it; and a triangle's three edge functions, as computed, do not differ in sign. Everything here errs
-//! to the other side. Let u = 2⁻²⁴, O be the largest coordinate of any origin, and `around` how far origins are from the centre.
+//! every box around it; and a triangle's three edge functions, as computed, do not differ in sign. All bounds err to
+//! the other side.
 //!
-//! **Lines.** Near: a ray passes the apex within ρ along any axis (0 for an eye), and so is within ρ of a line through it all
-//! along. Local: p and q of a ray are those of its origin; from there to the light it leaves its line by ρ, so that at
-//! depth z it is beside it by less than `aside` = 4ρ/D for each unit of z and of `around`.
+//! | symbol | meaning |
+//! |---|---|
+//! | u | 2⁻²⁴ |
+//! | O | largest coordinate of any origin |
+//! | S | `scale`: largest coordinates of scene, centre and `around`, added up |
+//! | a | `around`: distance of origins from the centre, along any axis |
+//! | D | distance of the light from the centre along the dominant axis, or infinite |
+//! | ρ | `blur`: distance at which rays pass the apex, along any axis; 0 for an eye |
+//! | R | `reach`: largest component of a corner less the centre, and what rays are beside it |
+//! | H | `size`: longest edge along any axis, and four paddings |
+//! | h | size of the own box with the paddings of box and origin: h ≤ H, h ≤ 2R |
 //!
-//! **Boxes.** A ray that passes the slab test has a point within the box grown by its origin's padding, PAD·O, and by the
-//! rounding of (plane − origin) · (1/d), 4u of their distance. `slack` covers these and what follows. Near: moved by ρ it is on a
-//! line of the beam; distances are those from the centre, and their share is in the rectangles instead, which
-//! are made wider by more than 32u of what 1 is in p. Local: let S be the largest of scene, centre and `around` together. Planes less
-//! centre and slack are rounded by 3u·S, what the shear takes from them by 4u·S more, the shear itself by 3u, which is 3u·S
-//! there; depths by 3u·S, times a slope; together below 22u·S with the 4u above. `aside` is taken off and added with the shear, and twice
-//! `aside` · `around` is in the slack, because below the centre it goes the other way. W is wrong by 2u: of p, 2u/W, and times W
-//! that is 2u·p in space, less than 24u · `around` for what is seen within four times the cells' p; what is seen farther
-//! aside is not brought back by it, because W is 3u at least. That is where depths end that count, before the light: `tiny` is
-//! slack/8, or 4u·S. A point's depth may be less, but moving it to the depth `tiny` along its line moves it by no
-//! more than 2·`tiny`, because slopes are below 2; so boxes are grown by
-//! that as well, and depths below `tiny` count as it. For a given z, p grows with x, and along an edge of constant x it
-//! goes one way only; so a box is seen between the four values that its faces have at its two depths.
+//! **Ratios.** A local frame needs depths from 4uS − D on, and boxes grown by more than 30uS. Both mean nothing where
+//! S is as large as D/u: then depths would begin behind the origins of the rays, and rays would lose what is between. So:
+//!
+//! | frame | taken where | hence |
+//! |---|---|---|
+//! | local | a ≤ D/4 and `slack` ≤ D/[`USEFUL`] | 4uS ≤ D/100: depths begin before all origins; W of origins is within 1/4 of 1; p, q ≤ 2/3·D; slopes < 5/3 |
+//! | near, of a light | else, `slack` ≤ (longest way)/[`USEFUL`] | a near frame has no term in S: ratios of scene and way do not matter |
+//! | none | else | packets take the rays |
+//!
+//! **Lines.** Near: a ray passes the apex within ρ along any axis, and so is within ρ of a line through it all along. Local:
+//! p and q of a ray are those of its origin; from there to the light it leaves its line by ρ, so at depth z it is beside
+//! it by less than `aside` = 4ρ/D for each unit of z and of a.
+//!
+//! **Boxes.** A ray that passes the slab test has a point within the box, but for:
+//!
+//! | source | near | local |
+//! |---|---|---|
+//! | padding of the origin | PAD·O | PAD·O |
+//! | slab test, 4u of (plane − origin) | 8u·(longest way); 4u in p | 4uS |
+//! | line | ρ | `aside`·(\|z\| + a) |
+//! | planes less centre and slack | 4uO; 3u in p | 3uS |
+//! | shear and its product | 0 | 4uS + 3uS |
+//! | depth, times a slope | 2·`tiny` | 3uS·5/3 + 8uS |
+//! | W, wrong by 2u | 2u in p | 24u·a |
+//! | covered by | `slack`, `wider` = 64u | `slack` ≥ 1.02·PAD·O + (30S + 24a)u + 2·`aside`·a |
+//!
+//! Depths count from `tiny` on: slack/8, or 4uS − D, before the light. Moving a point to that depth along its line moves it by
+//! no more than 2·`tiny`, because slopes are below 2, so boxes are grown by that as well, and smaller depths count as it.
+//! W is 3u at least there, because 4uS/D ≥ 3u wherever a box reaches it. For a given z, p grows with x, and along an edge of
+//! constant x it goes one way only; so a box is seen between the four values that its faces have at its two depths.
 //!
 //! **Triangles.** In a ray's own frame (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", 2013) corners are
-//! moved by slopes of at most 1, each with an error of 7uR, R being the largest component of a corner relative to a ray's
-//! origin. Since the ray passes the own box, whose size is H with all its padding, those corners are within 2H of it. So an
-//! edge function comes out with an error below 4·2H·7uR + 24uH² ≤ 80uRH. Here it is ((b × (c − b))·(p, q, 1) of corners
-//! (x − shear_p·z, y − shear_q·z, W), which is theirs times a number of at most 2, because a depth of one stands here
-//! where a largest component of one stands there. Near, the errors of edges (u of their length ≤ H), corners
-//! (4uR) and sums here are below 112uRH, and ρ changes it by less than 20ρH: together less than 272uRH + 20ρH. Local, R is that
-//! relative to the centre and `around` together; edges and corners give 2 · (7 + 33) + 32, W 32, and the rounded shear 24uRH, which with
-//! 160 are below 384uRH; and the line that is left on the way to the light changes it by 12 · 5/3 · RH · ρ over the shortest way. This is
-//! the `margin`. If three computed signs agree, all three functions here are ≥ −margin or all are
-//! ≤ margin; a triangle is kept for a cell if either can be so anywhere in its rectangle.
+//! moved by slopes of at most 1. Signs of differences of two computed products are never wrong, at worst zero. Here an edge
+//! function is ((b × (c − b))·(p, q, 1) of corners (x − shear_p·z, y − shear_q·z, W), which is theirs times the quotient k
+//! of the two dominant components of the direction.
+//!
+//! | error of an edge function | near, k ≤ 2 | local, k ≤ 5/3 |
+//! |---|---|---|
+//! | theirs: 7uR a place, of 4·2h; 8uh² of two products | 72uRH·k = 144uRH | 120uRH |
+//! | corner less centre and shear, times edges | 10uRH | 32uRH |
+//! | W of corners, 3u·W, times p, q ≤ 3.4R/W | 0 | 41uRH |
+//! | edges as differences of rounded corners, times the distance of line and corner | 72uRH | 114uRH |
+//! | products and differences of the cross product | 20uRH | 120uRH |
+//! | sum over p and q | 26uRH | (above) |
+//! | line | 10ρH ≤ 20ρH | 12·5/3·RHρ/(shortest way) ≤ 22·RHρ/(shortest way) |
+//! | **margin** | 288uRH + 20ρH | (448u + 22ρ/(shortest way))·RH |
+//!
+//! If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin; a triangle is kept for a cell if
+//! either can be so anywhere in its rectangle.
 
 use super::apex::{Apex, Spread};
 use crate::lanes::{Lanes, Native, NativeMask, Vec3Lanes, Vec3Native};
@@ -62,6 +93,14 @@ pub(super) const ULP: f32 = 1.0 / 16_777_216.0;
 
 /// Rays have a local frame if they start within this share of the way to their light around the first.
 const ASIDE: f32 = 0.25;
+
+/// Boxes may be grown by this share of the way to the light at most, 1/16: beyond it, a frame culls too little to be of
+/// use, and beyond D/8 a local one is wrong.
+const USEFUL: f32 = 16.0;
+
+/// Margins of edge functions in units of uRH, near and local: see the table above.
+const NEAR_MARGIN: f32 = 288.0;
+const LOCAL_MARGIN: f32 = 448.0;
 
 /// Axes, centre and margins of a beam.
 #[derive(Clone, Copy)]
@@ -124,32 +163,38 @@ pub(super) struct TriangleView {
 }
 
 impl Frame {
-    /// The frame of a beam that goes about `toward`, in a tree whose largest coordinate is `extent`.
-    pub(super) fn new(apex: &Apex, toward: [f32; 3], extent: f32) -> Frame {
+    /// The frame of a beam that goes about `toward`, in a tree whose largest coordinate is `extent`; none if rounding
+    /// leaves no useful one.
+    pub(super) fn new(apex: &Apex, toward: [f32; 3], extent: f32) -> Option<Frame> {
         match apex {
             Apex::Eye(place) => {
                 let farthest = largest(*place);
                 let slack = 2.0 * PAD * farthest;
                 let scale = extent + farthest;
-                Frame::near(*place, toward, slack, [0.0; 2], [extent, scale])
+                let sizes = [extent, scale];
+                Some(Frame::near(*place, toward, slack, [0.0; 2], sizes))
             }
             Apex::Light { place, rays } => {
                 let way = std::array::from_fn(|k| place[k] - rays.center[k]);
                 let distance = largest(way);
+                let useful = |slack: f32, way: f32| slack * USEFUL <= way;
                 if rays.around <= ASIDE * distance {
-                    return Frame::local(rays, way, Some(distance), extent);
+                    let local = Frame::local(rays, way, Some(distance), extent);
+                    if useful(local.slack, distance) {
+                        return Some(local);
+                    }
                 }
                 let outward = toward.map(|d| -d);
                 let slack = 2.0 * (PAD * rays.farthest + 8.0 * ULP * rays.longest);
                 let slack = slack + 1.01 * rays.blur;
                 let (along, sizes) = ([rays.longest, rays.blur], [extent, extent + rays.farthest]);
                 let frame = Frame::near(*place, outward, slack, along, sizes);
-                Frame {
+                useful(frame.slack, rays.longest).then_some(Frame {
                     ahead: true,
                     ..frame
-                }
+                })
             }
-            Apex::Sun { dir, rays } => Frame::local(rays, *dir, None, extent),
+            Apex::Sun { dir, rays } => Some(Frame::local(rays, *dir, None, extent)),
         }
     }
 
@@ -179,7 +224,7 @@ impl Frame {
             wider: [64.0 * ULP; 2],
             more_reach: reach + slack,
             more_size: 4.0 * (slack + PAD * extent),
-            doubt: [272.0 * ULP, 20.0 * blur],
+            doubt: [NEAR_MARGIN * ULP, 20.0 * blur],
         }
     }
 
@@ -213,7 +258,7 @@ impl Frame {
             wider: [32.0 * ULP * rays.around + f32::MIN_POSITIVE, 32.0 * ULP],
             more_reach: rays.around + slack,
             more_size: 4.0 * (slack + PAD * extent),
-            doubt: [384.0 * ULP + bent, 0.0],
+            doubt: [LOCAL_MARGIN * ULP + bent, 0.0],
         }
     }
 

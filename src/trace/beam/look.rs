@@ -2,24 +2,39 @@
 //! go no further. A ray is left out if it passes beside the triangle, or if it starts on that side of it to which it goes, as it
 //! does with the surface that it leaves.
 //!
-//! # What is left out cannot be hit
+//! # Culled rays cannot hit
 //!
-//! Notation and bounds are those of [`super::frame`].
+//! Symbols and bounds are those of [`super::frame`], and:
 //!
-//! **Which way it faces.** D, the sum of the edge functions, is linear in p and q. If it is beyond ±3 · `margin` in all of the
-//! rectangle around the beam's cells, with one sign, then three computed signs that agree have that sign: else D would be within
-//! ±3 · `margin`. So one side of each edge function has to be looked at. Triangles without such a sign are not looked at.
+//! | symbol | meaning |
+//! |---|---|
+//! | D | sum of the edge functions, linear in p and q |
+//! | N | normal (b − a) × (c − a), turned toward the light; \|N\|₁ the sum of its components' sizes |
+//! | o, d | a ray's origin, and its direction over its largest component |
+//! | z, e | a computed hit's place along d, and how far P = o + z·d + e of the triangle is beside it |
+//! | least | a bound below \|D\| in all of the rectangle around the beam's cells |
 //!
-//! **Edges.** As in [`super::frame`], with p and q of a ray instead of a rectangle; what rounding does to these is what rectangles
+//! **Side.** If |D| > 3 · `margin` in all of the rectangle, with one sign, then three computed signs that agree have that sign:
+//! else |D| ≤ 3 · `margin`. So one side of each edge function has to be looked at. Triangles without such a sign, or with
+//! N·d ≤ 64u|N|₁, are not culled here.
+//!
+//! **Edges.** As in [`super::frame`], with p and q of a ray instead of a rectangle; their rounding is what rectangles
 //! are made wider by, times the slopes.
 //!
-//! **Plane.** Let N be the normal, (b − a) × (c − a), turned toward the light, o a ray's origin, d its direction over its largest
-//! component, and a hit be computed. The weights of the corners as they were computed are of one sign, so they stand for a point
-//! P = o + z·d + e of the triangle, with e ≤ 18uR + 12uS³/|det| (see `settled` in `crate::trace::triangle`), S ≤ 2H and
-//! |det| = |N·d| ≥ D/2; the distance is computed as positive, so z ≥ −10uR. N·(P − a) = 0, so N·(o − a) = −z N·d − N·e. R is below
-//! |z| + 2H + e. What grows with z > 0 on the right is below zero, because N·d > 64u|N|₁ is asked for; the rest is less than
-//! |N|₁ · (62uH + 192uH³/D). Computed from N rounded (5uH² each) as N·o − N·a, it differs by 8u|N|₁ times the coordinates'
-//! size, and by 15uH²R, of which what grows with z is again below z N·d. So no ray with N·(o − a) above these together has a hit.
+//! **Plane.** The weights of the corners, as computed, are of one sign, so they stand for a point P of the triangle. N·(P − a) = 0,
+//! so N·(o − a) = −z N·d − N·e:
+//!
+//! | inequality | because |
+//! |---|---|
+//! | e ≤ 18uR + 12u(2H)³/\|det\| | `settled` in `crate::trace::triangle`; corners are within 2H of the ray |
+//! | \|det\| ≥ D/2 | the frames' scales |
+//! | z ≥ −10uR | the distance is computed as positive |
+//! | R ≤ \|z\| + 2H + e | the ray passes the own box |
+//! | N·(o − a) ≤ \|N\|₁(62uH + 192uH³/D) | the three above; terms in z > 0 are below z N·d |
+//! | N as computed: 8uH² each, so 24uH²R ≤ 48uH³ | D > 3 · 448uRH, so terms in z > 0 are again below z N·d |
+//! | N·o − N·a as computed: 10u\|N\|₁ · `scale` | three products and their sums, twice |
+//!
+//! No ray with N·(o − a) above the sum of these has a hit.
 
 use super::frame::{Frame, TriangleView, ULP};
 use crate::lanes::{LaneMask, Lanes, NATIVE, Native, NativeMask, Vec3Lanes, Vec3Native};
@@ -82,7 +97,7 @@ impl Look {
         let sized = (normal[0].abs() + normal[1].abs()) + normal[2].abs();
         let cube = size * size * size;
         let rounding = sized * (Native::splat(10.0 * frame.scale) + size * Native::splat(80.0))
-            + (sized * Native::splat(240.0) / least + Native::splat(40.0)) * cube;
+            + (sized * Native::splat(240.0) / least + Native::splat(64.0)) * cube;
         // What is lost below the smallest numbers, in scenes of 10⁻¹² and less, is less than the smallest of the others.
         let more = rounding * Native::splat(ULP) + Native::splat(f32::MIN_POSITIVE);
         let beyond = (normal[0] * a.x + normal[1] * a.y) + normal[2] * a.z + more;
@@ -225,11 +240,10 @@ mod tests {
                 continue;
             };
             assert_eq!(sun, matches!(apex, Apex::Sun { .. }));
-            let frame = Frame::new(
-                &apex,
-                (middle - light).to_array(),
-                middle.abs().max_element() + 3.0 * size,
-            );
+            let extent = middle.abs().max_element() + 3.0 * size;
+            let Some(frame) = Frame::new(&apex, (middle - light).to_array(), extent) else {
+                continue;
+            };
             local += usize::from(!frame.near);
             let packets: Vec<_> = (0..PACKETS)
                 .map(|k| rays.packet::<F32x8>(k, tmax))

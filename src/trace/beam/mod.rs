@@ -204,7 +204,7 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
     }
 
     /// The closest hits of some packets of a queue that all start in one point, one [`HitPacket`] each; false, and nothing
-    /// done, if they do not.
+    /// done, if they do not or rounding leaves no useful [`Frame`].
     pub(super) fn closest(
         &mut self,
         rays: &RayQueue,
@@ -219,7 +219,9 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         let Some(apex) = Apex::behind(rays, &batch.packets) else {
             return false;
         };
-        let frame = Frame::new(&apex, toward(&batch), self.extent);
+        let Some(frame) = Frame::new(&apex, toward(&batch), self.extent) else {
+            return false;
+        };
         if self.clear && self.is_clear(&frame, &batch) {
             hits.fill(HitPacket::miss());
             return true;
@@ -275,7 +277,7 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
     }
 
     /// Tells `answer`, for some packets of a queue that all end or all start in one point, which lanes (as bits) of each meet
-    /// nothing before `tmax`; false, and nothing done, if they do not.
+    /// nothing before `tmax`; false, and nothing done, if they do not or rounding leaves no useful [`Frame`].
     pub(super) fn unoccluded(
         &mut self,
         rays: &RayQueue,
@@ -290,7 +292,9 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         };
         let mut seen = [0; SIZE];
         if let Some(apex) = Apex::ahead(rays, batch.packets.clone(), tmax) {
-            let frame = Frame::new(&apex, toward(&batch), self.extent);
+            let Some(frame) = Frame::new(&apex, toward(&batch), self.extent) else {
+                return false;
+            };
             batch.fetch_next();
             let mut sorted = self.sorted.take().unwrap_or_default();
             sorted.take(&frame, rays, batch.packets.clone());
@@ -300,7 +304,9 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             });
             self.sorted = Some(sorted);
         } else if let Some(apex) = Apex::behind(rays, &batch.packets) {
-            let frame = Frame::new(&apex, toward(&batch), self.extent);
+            let Some(frame) = Frame::new(&apex, toward(&batch), self.extent) else {
+                return false;
+            };
             batch.fetch_next();
             let (count, load) = (batch.groups::<L>(), |k| batch.group(k));
             let traced = self.shadows::<true>(&frame, count, load, |k, lanes| {
