@@ -8,7 +8,7 @@ use crate::oracle::{self, Cast, Forest, Oracle, Search, camera_ray};
 pub use crate::render::{Aov, Aovs, Control, Cost, Interrupted, Pin, Tile};
 use crate::render::{
     CostPainter, Film, Light, Look, PacketPainter, Painted, Painter, Pixels, RayCounts,
-    RenderStats, SharedFilm, Sink, run, tiles,
+    RenderStats, SharedFilm, Sink, WaveSizes, run, tiles,
 };
 use crate::sampling::BLOCK;
 pub use crate::sampling::{Adaptive, Filter, MAX_SPP, Sampling};
@@ -51,6 +51,9 @@ pub struct Settings {
     pub region: Option<Tile>,
     /// Bounces after the primary ray.
     pub max_depth: u32,
+    /// A bounce is traced only where the product of the weights along its way (Ks of mirror rays, Kt of refracted ones, Ks + Kt where
+    /// reflection is total) is at least this in some component; 0 has all traced. See [`MIN_WEIGHT`].
+    pub min_weight: f32,
     /// Camera rays of a pixel.
     pub sampling: Sampling,
     /// What camera rays come through, in units of the scene's file; a pinhole if there is none. Where through the lens a ray goes is
@@ -77,14 +80,18 @@ pub struct Settings {
 /// Tile side of [`Settings::of`]: 1024 rays fill the packets of their bounces and stay within the level 2 cache.
 pub const DEFAULT_TILE: u32 = 32;
 
+/// Least weight of [`Settings::of`].
+pub const MIN_WEIGHT: f32 = 1.0 / 4096.0;
+
 impl Settings {
-    /// The scene's own size and depth, one ray through the centre of each pixel, one thread, the packet engine.
+    /// The scene's own size and depth, the default least weight, one ray through the centre of each pixel, one thread, the packet engine.
     pub fn of(scene: &Scene) -> Settings {
         Settings {
             width: scene.width,
             height: scene.height,
             region: None,
             max_depth: scene.max_depth,
+            min_weight: MIN_WEIGHT,
             sampling: Sampling::CENTER,
             lens: None,
             integrator: Integrator::default(),
@@ -139,6 +146,15 @@ impl Settings {
             Integrator::Whitted => None,
             Integrator::Occlusion { distance } => Some(distance * scene.unit),
         }
+    }
+
+    /// How many rays the packet engine traces together.
+    pub fn wave_sizes(&self, scene: &Scene) -> WaveSizes {
+        let max_depth = match self.integrator {
+            Integrator::Whitted => self.max_depth,
+            Integrator::Occlusion { .. } => 0,
+        };
+        WaveSizes::of(scene, max_depth, self.min_weight)
     }
 
     /// Pixels that are rendered.
@@ -361,6 +377,7 @@ pub fn paint(
             let kernel = make_ready(bvh, settings);
             run(tiles, sink, threads, pin, control, || {
                 let painter = PacketPainter::new(scene, bvh, &camera, settings.max_depth, kernel)
+                    .with_min_weight(settings.min_weight)
                     .with_sampling(settings.sampling)
                     .with_layers(settings.aovs);
                 match sky {
@@ -370,7 +387,8 @@ pub fn paint(
             })
         }
         Tree::Oracle(forest) => run(tiles, sink, threads, pin, control, || {
-            let oracle = Oracle::new(scene, Search::Tree(forest), settings.max_depth);
+            let oracle = Oracle::new(scene, Search::Tree(forest), settings.max_depth)
+                .with_min_weight(settings.min_weight);
             ScalarPainter {
                 camera: &camera,
                 unit: scene.unit,

@@ -1,4 +1,4 @@
-//! A painter that has warmed up paints without asking for memory. A test binary of its own, because it replaces the
+//! A painter that has warmed up paints without asking for memory, and how much it asks for does not grow with the depth. A test binary of its own, because it replaces the
 //! allocator.
 
 mod common;
@@ -8,7 +8,7 @@ use common::scenes::{self, Paint};
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::camera::Camera;
-use phalanx::render::{PacketPainter, Painter, Pixels, Tile, tiles};
+use phalanx::render::{PacketPainter, Painter, Pixels, Tile, WaveSizes, tiles};
 use phalanx::scene::Scene;
 use phalanx::trace::Kernel;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -20,35 +20,47 @@ struct Counting;
 thread_local! {
     /// Allocations and reallocations of this thread. Const, without a destructor: reading it allocates nothing.
     static ASKED: Cell<u64> = const { Cell::new(0) };
+    /// Bytes that this thread holds, and the most it has held.
+    static HELD: Cell<(i64, i64)> = const { Cell::new((0, 0)) };
 }
 
-fn count() {
-    // While a thread is torn down its counter may be gone; nobody asks for it then.
+/// Counts an allocation by which the thread holds so many bytes more. While a thread is torn down its counters may be
+/// gone; nobody asks for them then.
+fn count(more: i64) {
     let _ = ASKED.try_with(|asked| asked.set(asked.get() + 1));
+    hold(more);
+}
+
+fn hold(more: i64) {
+    let _ = HELD.try_with(|held| {
+        let (now, most) = held.get();
+        held.set((now + more, most.max(now + more)));
+    });
 }
 
 // SAFETY: every method hands its arguments, unchanged, to `System`, which upholds the contract of `GlobalAlloc`;
 // counting neither allocates nor unwinds.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
+        count(layout.size() as i64);
         // SAFETY: the caller's promises are those that `System` wants.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count();
+        count(layout.size() as i64);
         // SAFETY: as above.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
+        count(size as i64 - layout.size() as i64);
         // SAFETY: as above; `old` came from `System`, since all memory does.
         unsafe { System.realloc(old, layout, size) }
     }
 
     unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
+        hold(-(layout.size() as i64));
         // SAFETY: as above.
         unsafe { System.dealloc(old, layout) }
     }
@@ -137,5 +149,67 @@ fn painting_allocates_nothing_once_warm() {
         let again = asked() - before;
         println!("tiles of {side}: {warming} allocations while warming up, {again} after");
         assert_eq!(again, 0, "tiles of {side}, hits kept: {record_hits}");
+    }
+}
+
+/// A room whose walls are perfect mirrors, and a ball that is one; the walls of the other room send two rays for each.
+fn mirror_rooms() -> [Scene; 2] {
+    [
+        (Vec3::ONE, Vec3::ZERO),
+        (Vec3::splat(0.9), Vec3::splat(0.02)),
+    ]
+    .map(|(ks, kt)| {
+        let mut scene = Scene::default();
+        let paint = Paint {
+            ks,
+            kt,
+            ior: 1.0,
+            ..scenes::GREY
+        };
+        let walls = scenes::add_paint(&mut scene, paint);
+        scene.add_sphere(Vec3::ZERO, 10.0, walls);
+        scene.add_sphere(Vec3::X, 1.0, walls);
+        scene
+            .lights
+            .add_point(Vec3::new(0.0, 0.0, 4.0), Vec3::ONE, Vec3::X);
+        scene.view.eye = Vec3::new(0.0, 0.0, 5.0);
+        (scene.width, scene.height) = (128, 128);
+        scene.validate().expect("a valid scene");
+        scene
+    })
+}
+
+#[test]
+fn memory_does_not_grow_with_the_depth() {
+    for scene in mirror_rooms() {
+        let bvh = Bvh::build(&scene);
+        let camera = Camera::new(&scene.view, scene.width, scene.height).expect("a camera");
+        for (side, depth, min_weight) in [
+            (32, 30, 0.0),
+            (32, 1000, 0.01),
+            (128, 1000, 0.01),
+            (128, 60, 0.01),
+        ] {
+            if depth == 30 && scene.materials.kt.get(0) != Vec3::ZERO {
+                continue;
+            }
+            let tile = tiles(Tile::whole(scene.width, scene.height), side)[0];
+            let mut pixels = Pixels::new(false);
+            pixels.fit(tile);
+            let (before, _) = HELD.get();
+            HELD.set((before, before));
+            let mut painter = PacketPainter::new(&scene, &bvh, &camera, depth, Kernel::Packet8)
+                .with_min_weight(min_weight);
+            painter.paint(tile, &mut pixels);
+            let peak = HELD.get().1 - before;
+            let sizes = WaveSizes::of(&scene, depth, min_weight);
+            let bounces = sizes.bounce_bytes(tile.pixels() as usize) as i64;
+            println!("tile {side}, depth {depth}: {peak} bytes, bounces {bounces}");
+            assert!(bounces < 8 << 20, "{bounces}");
+            let shading = 800 * (tile.pixels() as usize).min(sizes.rays()) as i64;
+            let allowed = bounces + shading + 400 * tile.pixels() as i64;
+            assert!(peak < allowed, "{peak} of {allowed}");
+            assert!(painter.stats().rays.reflection > 10_000);
+        }
     }
 }

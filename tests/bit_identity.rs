@@ -7,7 +7,7 @@ use common::rng::Rng;
 use common::scenes::{self, Paint};
 use glam::Vec3;
 use phalanx::frame::{
-    Adaptive, Engine, Filter, Integrator, Kernel, Lens, Prepared, Sampling, Settings,
+    Adaptive, Aovs, Engine, Filter, Frame, Integrator, Kernel, Lens, Prepared, Sampling, Settings,
 };
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
@@ -299,6 +299,87 @@ fn several_samples() {
     });
     if let Err(failure) = outcome {
         panic!("{failure}");
+    }
+}
+
+/// Rays of little weight, and of none: both engines leave out the same ones.
+#[test]
+fn least_weights() {
+    let turn = Cell::new(0);
+    let (all, fewer) = (Cell::new(0), Cell::new(0));
+    let outcome = runner(48, 17).run(&recipes(), |recipe| {
+        let k = turn.replace(turn.get() + 1);
+        let mut scene = cook(&recipe);
+        scene.max_depth = [3, 8, 15, 60][k % 4];
+        let min_weight = [0.3, 1e-3, 0.05, 0.01, 0.6][k % 5];
+        let asked = match k % 3 {
+            0 => Settings::of(&scene),
+            _ => sampled(&scene, k),
+        };
+        let asked = Settings {
+            min_weight,
+            ..asked
+        };
+        let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12]];
+        compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)?;
+        if scene.max_depth == 8 {
+            let prepared = Prepared::build(&scene, Engine::Simd);
+            let rays = |min_weight| {
+                let asked = Settings {
+                    min_weight,
+                    ..Settings::of(&scene)
+                };
+                let rays = frame_of(&scene, &prepared, asked).stats.rays;
+                rays.reflection + rays.refraction
+            };
+            all.set(all.get() + rays(0.0));
+            fewer.set(fewer.get() + rays(min_weight));
+        }
+        Ok(())
+    });
+    if let Err(failure) = outcome {
+        panic!("{failure}");
+    }
+    let (all, fewer) = (all.get(), fewer.get());
+    assert!(fewer > 0 && fewer < all / 2, "{fewer} bounces of {all}");
+}
+
+/// Depths at which waves of bounces are smaller than those of camera rays, in tiles of any size.
+#[test]
+fn split_waves() {
+    let mut rng = Rng::new(5);
+    let mut scene = Scene::default();
+    let paint = |ks: Vec3, kt: Vec3| Paint {
+        ks,
+        kt,
+        ior: 1.5,
+        ..scenes::GREY
+    };
+    let mirror = scenes::add_paint(&mut scene, paint(Vec3::ONE, Vec3::ZERO));
+    let tinted = scenes::add_paint(&mut scene, paint(Vec3::new(1.0, 0.9, 0.5), Vec3::ZERO));
+    let clear = scenes::add_paint(&mut scene, paint(Vec3::splat(0.1), Vec3::splat(0.9)));
+    scene.add_sphere(Vec3::ZERO, 9.0, mirror);
+    for k in 0..12 {
+        let paint = [mirror, tinted, clear][k % 3];
+        scene.add_sphere(rng.point(4.0), 0.7, paint);
+    }
+    scene
+        .lights
+        .add_point(Vec3::new(0.0, 5.0, 0.0), Vec3::ONE, Vec3::X);
+    scene.view.eye = Vec3::new(0.0, 0.0, 6.0);
+    for (max_depth, size) in [(300, (24, 16)), (1000, (9, 5)), (8, (150, 140))] {
+        let asked = Settings {
+            max_depth,
+            min_weight: 0.02,
+            aovs: Aovs::all(),
+            ..Settings::of(&scene)
+        };
+        scene.validate().expect("a valid scene");
+        for cuts in [[(2, 32), (1, 8)], [(1, 1024), (3, 128)]] {
+            if let Err(what) = compare_as(&scene, &cuts, &[size], &asked) {
+                panic!("depth {max_depth}: {what}");
+            }
+        }
     }
 }
 

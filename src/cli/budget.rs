@@ -6,14 +6,14 @@
 //! | opening a cache | the size of the file, all of which is mapped |
 //! | generating a standard scene | [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and cone |
 //! | building a tree | the scene's columns; for each triangle [`TRIANGLE_BYTES`], for anything else [`OTHER_BYTES`], and for the oracle's tree [`ORACLE_BYTES`] for each |
-//! | rendering | columns and tree as they are, and for each primitive [`WIDE_BYTES`] where the wide tree is still to be made; the films, of one band of the picture each, and the picture of it; for each thread [`THREAD_BYTES`], and [`PIXEL_BYTES`] for each pixel of a tile; with adaptive samples [`SAMPLE_BYTES`] for each that a block of 8x8 pixels may get |
+//! | rendering | columns and tree as they are, and for each primitive [`WIDE_BYTES`] where the wide tree is still to be made; the films, of one band of the picture each, and the picture of it; for each thread [`THREAD_BYTES`], [`PIXEL_BYTES`] for each pixel of a tile, [`RAY_BYTES`] for each ray that is traced with others, and the bounces that wait (`WaveSizes`; for the oracle, [`PATH_BYTES`] for each bounce of a path); with adaptive samples [`SAMPLE_BYTES`] for each that a block of 8x8 pixels may get |
 //!
 //! To each comes [`PROGRAM_BYTES`] for the program. Estimates are meant to err on the upper side; `perf/notes/memory.md`
 //! holds them against peaks. Of a file that names others (buffers, pictures, materials) only its own size is known here.
 
 use super::failure::Failure;
 use super::output::{bytes, grouped};
-use phalanx::frame::{Engine, Integrator, Prepared, Settings, Tile};
+use phalanx::frame::{Engine, Integrator, Prepared, Settings, Tile, Tree};
 use phalanx::jobs::bands;
 use phalanx::open::is_cache;
 use phalanx::scene::Scene;
@@ -36,8 +36,12 @@ const OTHER_BYTES: u64 = 270;
 const ORACLE_BYTES: u64 = 100;
 /// While the wide tree is made.
 const WIDE_BYTES: u64 = 140;
-/// Of the rays of a tile: its waves are kept until they are folded back.
-const PIXEL_BYTES: u64 = 1000;
+/// Of the camera rays of a tile, and of its pixels.
+const PIXEL_BYTES: u64 = 400;
+/// Of the rays of one wave, while it is shaded.
+const RAY_BYTES: u64 = 800;
+/// Of a bounce of the oracle's, while those after it are traced.
+const PATH_BYTES: u64 = 256;
 /// Of a sample that halves a cell, while its block is not finished: 110 measured, layers of light beside it.
 const SAMPLE_BYTES: u64 = 160;
 /// Of those, as many are kept of several blocks.
@@ -112,7 +116,15 @@ impl Budget {
         let tree = (tree.node_bytes + tree.prim_bytes) as u64 + wide;
         let Tile { width, height, .. } = settings.window();
         let side = |pixels: u32| u64::from(pixels.min(settings.tile));
-        let tile = side(width) * side(height) * PIXEL_BYTES;
+        let tile = side(width) * side(height);
+        let rays = match prepared.tree() {
+            Tree::Packets(_) => {
+                let sizes = settings.wave_sizes(scene);
+                let together = tile.min(sizes.rays() as u64);
+                together * RAY_BYTES + sizes.bounce_bytes(together as usize) as u64
+            }
+            Tree::Oracle(_) => u64::from(settings.max_depth) * PATH_BYTES,
+        };
         let by_pixels = scene.has_chance()
             || settings.lens.is_some()
             || settings.integrator != Integrator::Whitted;
@@ -120,7 +132,7 @@ impl Budget {
             Some(_) if !by_pixels => SAMPLES.max(64 * u64::from(settings.sampling.spp)),
             _ => 0,
         };
-        let each = THREAD_BYTES + tile + samples * SAMPLE_BYTES;
+        let each = THREAD_BYTES + tile * PIXEL_BYTES + rays + samples * SAMPLE_BYTES;
         let threads = settings.threads as u64 * each;
         let needed = scene.memory_bytes() as u64 + tree + films * film_bytes(settings) + threads;
         self.ask(needed, &format!("to render {width}x{height} pixels"))

@@ -4,7 +4,8 @@ use super::failure::Failure;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
 use phalanx::frame::{
-    Adaptive, Aov, Aovs, DEFAULT_TILE, Filter, Integrator, Lens, MAX_SPP, Sampling, Settings, Tile,
+    Adaptive, Aov, Aovs, DEFAULT_TILE, Filter, Integrator, Lens, MAX_SPP, MIN_WEIGHT, Sampling,
+    Settings, Tile,
 };
 use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
 
@@ -26,6 +27,10 @@ pub struct PictureArgs {
     /// Bounces after the primary ray [default: the scene's]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
     pub max_depth: Option<u32>,
+    /// Mirror and refracted rays of less weight than this are not traced: the product of Ks and Kt along the way, in its largest component.
+    /// 0 traces all; where Ks + Kt is more than 1, only --max-depth bounds how many rays there are
+    #[arg(long, value_name = "W", default_value_t = MIN_WEIGHT, value_parser = parse_weight)]
+    pub min_weight: f32,
     /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive (best a power of two): one goes through the pixel's centre, more are spread
     /// over the filter [default: 1; with --aa adaptive 256]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
@@ -92,6 +97,7 @@ impl PictureArgs {
             height,
             region: self.region.as_deref().and_then(window_of),
             max_depth: self.max_depth.unwrap_or(scene.max_depth),
+            min_weight: self.min_weight,
             sampling: Sampling {
                 spp: self.spp.unwrap_or(if adaptive { ADAPTIVE_SPP } else { 1 }),
                 filter: self.filter,
@@ -204,6 +210,15 @@ fn parse_threshold(text: &str) -> Result<f32, String> {
         .ok_or_else(|| "expected a number above 0, as in 0.002".to_owned())
 }
 
+fn parse_weight(text: &str) -> Result<f32, String> {
+    let weight: Option<f32> = text.parse().ok();
+    let weight = weight.filter(|w| (0.0..1.0).contains(w));
+    // −0 is 0, and is shown as that.
+    weight
+        .map(|w| w + 0.0)
+        .ok_or_else(|| "expected a number from 0 to less than 1, as in 0.001".to_owned())
+}
+
 fn window_of(numbers: &[u32]) -> Option<Tile> {
     match *numbers {
         [x, y, width, height] => Some(Tile {
@@ -281,6 +296,18 @@ mod tests {
     }
 
     #[test]
+    fn weights_are_from_0_to_less_than_1() {
+        let good = [("0", 0.0), ("-0", 0.0), ("1e-9", 1e-9), (".999", 0.999)];
+        for (text, weight) in good {
+            let parsed = parse_weight(text).map(f32::to_bits);
+            assert_eq!(parsed, Ok(f32::to_bits(weight)), "{text}");
+        }
+        for bad in ["", "1", "-0.1", "nan", "inf", "1%", "0,5"] {
+            assert!(parse_weight(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
     fn picture_options_override_the_scene() {
         let scene = Scene::default();
         let parse = |line: &str| match Arguments::try_parse_from(line.split(' ')).unwrap().command {
@@ -297,11 +324,12 @@ mod tests {
         );
         assert_eq!(default.tone(&scene), scene.tone);
         let asked = parse(
-            "phalanx render a.test --size 8x9 --max-depth 0 --spp 5 --filter tent --aperture .5 --focus 2 --integrator ao --ao-distance 7 --tile 64 --transfer srgb --quantize round",
+            "phalanx render a.test --size 8x9 --max-depth 0 --min-weight 0.25 --spp 5 --filter tent --aperture .5 --focus 2 --integrator ao --ao-distance 7 --tile 64 --transfer srgb --quantize round",
         );
         let settings = asked.settings(&scene);
         assert_eq!((settings.width, settings.height), (8, 9));
         assert_eq!((settings.max_depth, settings.tile), (0, 64));
+        assert_eq!(settings.min_weight, 0.25);
         let sampling = Sampling {
             spp: 5,
             filter: Filter::Tent,

@@ -8,6 +8,7 @@ pub mod alone;
 mod cone;
 mod instance;
 mod intersect;
+mod path;
 mod pixel;
 mod shading;
 mod texture;
@@ -20,12 +21,13 @@ pub use shading::Surface;
 pub use tree::{Forest, Tree};
 
 use crate::camera::Camera;
-use crate::sampling::{Adaptive, Answer, BLOCK, Cells, Places, Purpose, Sampling, Way, disc};
+use crate::sampling::{Adaptive, Answer, BLOCK, Cells, Places, Purpose, Sampling, disc};
 use crate::scene::{Bounds, Scene};
 use glam::Vec3;
 use intersect::Probe;
+use path::{Level, Onward};
 use pixel::{Gathering, Parts, Sample};
-use shading::{Bounce, Chance, Material};
+use shading::{Chance, Material};
 use std::borrow::Cow;
 use watch::{Sights, Watch};
 
@@ -58,6 +60,10 @@ pub struct Oracle<'a> {
     /// Own boxes of the instances, padded.
     instance_boxes: Cow<'a, [Bounds]>,
     max_depth: u32,
+    /// Rays whose throughput is less than this in every component are not traced.
+    min_weight: f32,
+    /// The bounces between a camera ray and the ray that is traced.
+    path: Vec<Level>,
     /// How far the sky is, where nothing but that is to be seen.
     sky: Option<f32>,
     /// Rays cast since it was made.
@@ -93,6 +99,8 @@ impl<'a> Oracle<'a> {
                 Search::BruteForce => Cow::Owned(instance::boxes(scene)),
             },
             max_depth,
+            min_weight: 0.0,
+            path: Vec::new(),
             sky: None,
             cast: Cast::default(),
         }
@@ -104,6 +112,11 @@ impl<'a> Oracle<'a> {
             sky: Some(reach),
             ..self
         }
+    }
+
+    /// With bounces only where the product of the weights along the way is at least this in some component.
+    pub fn with_min_weight(self, min_weight: f32) -> Oracle<'a> {
+        Oracle { min_weight, ..self }
     }
 
     /// A pixel, with all of its camera rays.
@@ -231,7 +244,7 @@ impl<'a> Oracle<'a> {
                 direct: self.openness(&ray, hit, chance, reach),
                 ..Parts::default()
             },
-            None => self.light(&ray, hit, chance, self.max_depth, watch),
+            None => self.light(&Onward::from_camera(ray, chance), hit, watch),
         };
         Sample {
             ray,
@@ -291,67 +304,5 @@ impl<'a> Oracle<'a> {
             Search::Tree(forest) => forest.world().any(&probe, tmax, blocks),
             Search::BruteForce => instance::world(self.scene).any(blocks),
         }
-    }
-
-    /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T.
-    fn light(
-        &mut self,
-        ray: &Ray,
-        hit: Option<Hit>,
-        chance: Chance,
-        bounces_left: u32,
-        mut watch: Option<Watch>,
-    ) -> Parts {
-        let mut parts = Parts::default();
-        let Some(hit) = hit else {
-            parts.direct = self.scene.background;
-            return parts;
-        };
-        let at = Surface::new(self.scene, ray, &hit);
-        let prim = self.scene.placed(hit.prim_id).prim;
-        let material = Material::of(self.scene, prim, &hit);
-        parts.direct = material.own;
-        if let Some(watch) = &mut watch {
-            watch.met(hit.prim_id);
-        }
-        for light in 0..self.scene.lights.len() {
-            let sample = shading::sample_light(self.scene, light, chance, &material, &at);
-            let Some(sample) = sample else {
-                continue;
-            };
-            let known = watch.as_ref();
-            let known = known.and_then(|watch| watch.knows(light, sample.radiance));
-            let seen = known.unwrap_or_else(|| {
-                self.cast.shadow += 1;
-                !self.occluded(&sample.ray, sample.tmax)
-            });
-            if let Some(watch) = &mut watch {
-                watch.saw(light, seen);
-            }
-            if seen {
-                parts.direct += sample.radiance;
-            }
-        }
-        if bounces_left == 0 {
-            return parts;
-        }
-        let (mirror, refracted) = shading::bounces(&material, chance, &at);
-        if let Some(Bounce { ray, weight }) = mirror {
-            self.cast.reflection += 1;
-            let hit = self.closest(&ray);
-            let chance = chance.onward(Way::Mirror);
-            let watch = watch.as_mut().and_then(|watch| watch.onward(true));
-            let light = self.light(&ray, hit, chance, bounces_left - 1, watch);
-            parts.reflection = Some(weight * light.sum());
-        }
-        if let Some(Bounce { ray, weight }) = refracted {
-            self.cast.refraction += 1;
-            let hit = self.closest(&ray);
-            let chance = chance.onward(Way::Refracted);
-            let watch = watch.as_mut().and_then(|watch| watch.onward(false));
-            let light = self.light(&ray, hit, chance, bounces_left - 1, watch);
-            parts.refraction = Some(weight * light.sum());
-        }
-        parts
     }
 }

@@ -2,7 +2,7 @@
 
 mod queue;
 
-pub use queue::RayQueue;
+pub use queue::{Columns, QueueRoom, RayQueue};
 
 use crate::lanes::{F32x8, LANES, LaneIds, Lanes, U32x8, Vec3Lanes};
 

@@ -17,36 +17,114 @@ pub(crate) struct Slot {
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct Purpose {
-    weight: [[f32; LANES]; 3],
+    weight: Rgb,
     parent: [u32; LANES],
 }
 
 /// Rays waiting to be traced, each with the hit that sent it (`parent`) and what its answer is multiplied with
-/// (`weight`, RGB); and, where something about them is left to chance, with the seeds of that.
+/// (`weight`, RGB); where something about them is left to chance, with the seeds of that; and, where rays of little
+/// weight are not traced, with the product of all weights since the camera (`throughput`, RGB).
 pub struct RayQueue<'arena> {
     slots: &'arena mut [Slot],
     purposes: &'arena mut [Purpose],
     /// Empty where nothing is left to chance.
     seeds: &'arena mut [[u32; LANES]],
+    /// Empty where nobody asks; then every throughput is 1.
+    throughputs: &'arena mut [Rgb],
     len: usize,
+}
+
+/// Colours of eight rays, by component.
+type Rgb = [[f32; LANES]; 3];
+
+const EMPTY_SLOT: Slot = Slot {
+    org: [[0.0; LANES]; 3],
+    dir: [[0.0; LANES]; 3],
+};
+
+const EMPTY_PURPOSE: Purpose = Purpose {
+    weight: [[0.0; LANES]; 3],
+    parent: [0; LANES],
+};
+
+/// The optional columns of a queue.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Columns {
+    /// Seeds.
+    pub seeds: bool,
+    /// Throughputs.
+    pub throughputs: bool,
+}
+
+/// Memory of a queue, kept and filled again and again: for rays that wait while others are traced.
+#[derive(Default)]
+pub struct QueueRoom {
+    slots: Vec<Slot>,
+    purposes: Vec<Purpose>,
+    seeds: Vec<[u32; LANES]>,
+    throughputs: Vec<Rgb>,
+    len: usize,
+}
+
+impl QueueRoom {
+    /// Bytes of eight rays with all columns.
+    pub const PACKET_BYTES: usize =
+        size_of::<Slot>() + size_of::<Purpose>() + size_of::<[u32; LANES]>() + size_of::<Rgb>();
+
+    /// Forgets the rays.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Forgets the rays, and has `push` fill the queue with up to `packets` packets of others.
+    pub fn fill<T>(
+        &mut self,
+        packets: usize,
+        columns: Columns,
+        push: impl FnOnce(&mut RayQueue) -> T,
+    ) -> T {
+        let packets_if = |wanted: bool| if wanted { packets } else { 0 };
+        grow(&mut self.slots, packets, EMPTY_SLOT);
+        grow(&mut self.purposes, packets, EMPTY_PURPOSE);
+        grow(&mut self.seeds, packets_if(columns.seeds), [0; LANES]);
+        let throughputs = packets_if(columns.throughputs);
+        grow(&mut self.throughputs, throughputs, [[0.0; LANES]; 3]);
+        self.len = 0;
+        let mut queue = self.queue();
+        let done = push(&mut queue);
+        self.len = queue.len;
+        done
+    }
+
+    /// The queue that was filled last.
+    pub fn queue(&mut self) -> RayQueue<'_> {
+        RayQueue {
+            slots: &mut self.slots,
+            purposes: &mut self.purposes,
+            seeds: &mut self.seeds,
+            throughputs: &mut self.throughputs,
+            len: self.len,
+        }
+    }
+}
+
+/// Lengthens a column to `packets`, if it is shorter, and takes no more memory than that.
+fn grow<T: Clone>(column: &mut Vec<T>, packets: usize, empty: T) {
+    if column.len() < packets {
+        column.reserve_exact(packets - column.len());
+        column.resize(packets, empty);
+    }
 }
 
 impl<'arena> RayQueue<'arena> {
     /// An empty queue with room for `capacity` rays.
     pub fn with_capacity(arena: &'arena Bump, capacity: usize) -> RayQueue<'arena> {
-        let slot = Slot {
-            org: [[0.0; LANES]; 3],
-            dir: [[0.0; LANES]; 3],
-        };
-        let purpose = Purpose {
-            weight: [[0.0; LANES]; 3],
-            parent: [0; LANES],
-        };
         let packets = packets_for(capacity);
         RayQueue {
-            slots: arena.alloc_slice_fill_copy(packets, slot),
-            purposes: arena.alloc_slice_fill_copy(packets, purpose),
+            slots: arena.alloc_slice_fill_copy(packets, EMPTY_SLOT),
+            purposes: arena.alloc_slice_fill_copy(packets, EMPTY_PURPOSE),
             seeds: &mut [],
+            throughputs: &mut [],
             len: 0,
         }
     }
@@ -138,6 +216,22 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
+    /// Gives the rays that the next [`RayQueue::push`] of the same `mask` appends these throughputs.
+    ///
+    /// # Panics
+    /// If there is no room for them, or none for throughputs.
+    pub fn push_throughputs(&mut self, mask: Mask8, throughput: &Vec3x8) {
+        let throughput = rows(*throughput);
+        for (at, lane) in (self.len..).zip(mask.lanes()) {
+            copy_lane(
+                &throughput,
+                lane,
+                &mut self.throughputs[at / LANES],
+                at % LANES,
+            );
+        }
+    }
+
     /// Appends one ray, without purpose.
     ///
     /// # Panics
@@ -203,8 +297,14 @@ impl<'arena> RayQueue<'arena> {
         self.seeds.get(packet).map_or(0, |seeds| seeds[lane])
     }
 
+    /// The throughput of one ray.
+    pub fn throughput(&self, packet: usize, lane: usize) -> [f32; 3] {
+        let one = self.throughputs.get(packet);
+        one.map_or([1.0; 3], |rgb| rgb.map(|c| c[lane]))
+    }
+
     /// Weights and parents of packet `index`.
-    pub fn purpose(&self, index: usize) -> (&[[f32; LANES]; 3], &[u32; LANES]) {
+    pub fn purpose(&self, index: usize) -> (&Rgb, &[u32; LANES]) {
         let purpose = &self.purposes[index];
         (&purpose.weight, &purpose.parent)
     }

@@ -4,6 +4,7 @@
 use super::adaptive::{corners, size_of};
 use super::film::Pixels;
 use super::layers::{Aov, Light};
+use super::levels::CAMERA_RAYS;
 use super::packets::{PacketPainter, Traced, push_places};
 use super::sights::Sights;
 use super::tiles::Tile;
@@ -17,6 +18,9 @@ const SAMPLES: u32 = 1 << 16;
 
 /// Rays that are traced together, at most: as many as a tile of the default side has pixels, for the same reason.
 const TOGETHER: usize = 1024;
+
+/// What they see of the lights is kept by ray of the wave.
+const _: () = assert!(TOGETHER <= CAMERA_RAYS, "they would be several waves");
 
 /// A block of a group, and which of its asks.
 pub(super) type Asked = (u32, u32);

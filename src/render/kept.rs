@@ -34,6 +34,20 @@ impl<'arena> Kept<'arena> {
         }
     }
 
+    /// Those of some packets.
+    pub(super) fn part(&mut self, packets: Range<usize>) -> Kept<'_> {
+        let rays = packets.start * LANES..packets.end * LANES;
+        Kept {
+            hits: &mut self.hits[packets.clone()],
+            // What is not wanted stays empty.
+            looks: self.looks.get_mut(rays).unwrap_or_default(),
+            light: self
+                .light
+                .each_mut()
+                .map(|way| way.get_mut(packets.clone()).unwrap_or_default()),
+        }
+    }
+
     /// Takes what is known when all lights have answered.
     pub(super) fn take(
         &mut self,

@@ -1,7 +1,7 @@
 //! A tile's life in order; tiles, workers, film, statistics.
 //!
 //! `wave` is the one place where the order of the stages can be read: rays are traced, hits shaded, shadow rays
-//! answered, and what bounces becomes the next wave, folded back when it returns.
+//! answered, bounces queued. In `levels`, what bounces becomes the next wave, folded back when it is done.
 
 mod adaptive;
 pub mod alone;
@@ -10,6 +10,7 @@ mod cost;
 mod film;
 mod kept;
 mod layers;
+mod levels;
 mod occlusion;
 mod packets;
 mod sights;
@@ -21,6 +22,7 @@ mod workers;
 pub use cost::{Cost, CostPainter};
 pub use film::{Film, Hits, NO_HIT, Pixels, SharedFilm, Sink};
 pub use layers::{Aov, Aovs, Channel, Light, Look, NOTHING};
+pub use levels::WaveSizes;
 pub use packets::{PacketPainter, push_camera_rays};
 pub use stats::{RayCounts, RenderStats};
 pub use tiles::{Tile, tiles};

@@ -5,16 +5,17 @@ use super::cost::{Cost, count};
 use super::film::Pixels;
 use super::kept::Kept;
 use super::layers::{Aov, Aovs, Light};
+use super::levels::{Levels, waves};
 use super::occlusion::occlusion;
 use super::sights::Sights;
 use super::stats::RenderStats;
 use super::tiles::Tile;
-use super::wave::{Colors, Engine, RayView, wave};
+use super::wave::{Colors, Engine, RayView};
 use super::workers::Painter;
 use crate::bvh::Bvh;
 use crate::camera::Camera;
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
-use crate::packet::{NO_PRIM, RayQueue, packets_for};
+use crate::packet::{Columns, NO_PRIM, RayQueue, packets_for};
 use crate::sampling::{BlockPixels, Gathered, Places, Purpose, Sampling, disc, points, seeds};
 use crate::scene::Scene;
 use crate::trace::{Kernel, Tracer, Traversal, Work};
@@ -39,9 +40,10 @@ pub struct PacketPainter<'a> {
     pub(super) seeded: bool,
     /// How far the sky is, where nothing but that is to be seen.
     sky: Option<f32>,
-    /// The tile's own arena, then one for every depth of wave.
+    /// What lives as long as camera rays that are traced together, and what as long as one wave of them.
     tile_arena: Bump,
-    arenas: Vec<Bump>,
+    scratch: Bump,
+    levels: Levels,
 }
 
 impl<'a> PacketPainter<'a> {
@@ -67,11 +69,30 @@ impl<'a> PacketPainter<'a> {
                 traversal: Traversal::new(bvh, kernel),
                 stats: RenderStats::default(),
                 sample: 0,
+                min_weight: 0.0,
+                columns: Columns::default(),
             },
             seeded: scene.has_chance(),
             sky: None,
             tile_arena: Bump::new(),
-            arenas: (0..=max_depth).map(|_| Bump::new()).collect(),
+            scratch: Bump::new(),
+            levels: Levels::new(scene, max_depth, 0.0),
+        }
+        .with_min_weight(0.0)
+    }
+
+    /// With bounces only where the product of the weights along the way is at least this in some component.
+    pub fn with_min_weight(self, min_weight: f32) -> Self {
+        let scene = self.engine.scene;
+        let levels = Levels::new(scene, self.levels.max_depth(), min_weight);
+        PacketPainter {
+            engine: Engine {
+                min_weight,
+                columns: levels.columns(),
+                ..self.engine
+            },
+            levels,
+            ..self
         }
     }
 
@@ -121,19 +142,22 @@ impl<'a> PacketPainter<'a> {
         let surface = sample == 0 && (keep_hits || self.aovs.of_surface());
         let mut kept =
             (surface || self.aovs.of_light()).then(|| Kept::of(arena, packets, self.aovs));
-        let view = RayView {
-            queue: &rays,
-            packets: 0..packets,
-        };
-        let engine = &mut self.engine;
-        match self.sky {
-            Some(reach) => {
-                let arena = &mut self.arenas[0];
-                occlusion(engine, arena, view, reach, colors, kept.as_mut());
-            }
-            None => {
-                let (arenas, kept) = (&mut self.arenas, kept.as_mut());
-                wave(engine, arenas, view, colors, kept, sights.as_mut());
+        let most = self.levels.camera_packets();
+        for first in (0..packets).step_by(most) {
+            let part = first..packets.min(first + most);
+            let colors = &mut colors[part.clone()];
+            let mut kept = kept.as_mut().map(|kept| kept.part(part.clone()));
+            let view = RayView {
+                queue: &rays,
+                packets: part,
+            };
+            let (engine, kept) = (&mut self.engine, kept.as_mut());
+            match self.sky {
+                Some(reach) => occlusion(engine, &mut self.scratch, view, reach, colors, kept),
+                None => {
+                    let room = (&mut self.scratch, &mut self.levels);
+                    waves(engine, room, view, colors, kept, sights.as_mut());
+                }
             }
         }
         let traced = Traced {

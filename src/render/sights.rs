@@ -69,28 +69,25 @@ impl<'a> Sights<'a> {
         }
     }
 
-    /// For some packets of bounces, of which the first `mirrored` rays are mirror rays; `None` for the bounces of bounces.
+    /// For some packets of bounces of the camera rays, of which the first `mirrored` rays are mirror rays.
     pub(super) fn onward<'s>(
         &'s mut self,
         arena: &'s Bump,
         queue: &RayQueue,
         packets: Range<usize>,
         mirrored: usize,
-    ) -> Option<Sights<'s>> {
-        if !self.bounced.is_empty() {
-            return None;
-        }
+    ) -> Sights<'s> {
         let bounced = arena.alloc_slice_fill_with(packets.len() * LANES, |k| {
             let ray = packets.start * LANES + k;
             let camera_ray = queue.purpose(ray / LANES).1[ray % LANES];
             (camera_ray, if ray < mirrored { 1 } else { 2 })
         });
-        Some(Sights {
+        Sights {
             cells: self.cells,
             asks: self.asks,
             all: self.all,
             bounced,
-        })
+        }
     }
 }
 

@@ -1,19 +1,17 @@
-//! One wave of rays, whole: trace, shade, ask the lights, bounce, fold.
-//!
-//! A wave lives in the arena of its depth. Its bounces are traced as waves of the next depth, in pieces no larger
-//! than itself, so that memory grows with the depth and not with 2^depth; each piece is folded into this wave before the
-//! next is traced, mirror rays before refracted ones, which gives the sum the order of the recursion:
-//! (local + Ks I_R) + Kt I_T.
+//! One wave of rays, whole: trace, shade, ask the lights, bounce. What becomes of the bounces, and when they are folded, is
+//! told in `levels`.
 
 use super::kept::Kept;
+use super::levels::Bounces;
 use super::sights::{Known, Sights};
 use super::stats::RenderStats;
 use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
-use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
+use crate::packet::{Columns, HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
 use crate::sampling::{Way, onward};
 use crate::scene::{PrimKind, Scene};
 use crate::shade::{
-    Batch, Material, Surface, UNTINTED, bounces, light_places, sample_light, spread, surface, tint,
+    Batch, Bounces as Outgoing, Material, Surface, UNTINTED, bounces, light_places, sample_light,
+    spread, surface, tint,
 };
 use crate::trace::Traversal;
 use bumpalo::Bump;
@@ -26,6 +24,10 @@ pub(super) struct Engine<'a> {
     pub(super) stats: RenderStats,
     /// Which of a pixel's camera rays the wave follows.
     pub(super) sample: u32,
+    /// Rays whose throughput is less than this in every component are not traced.
+    pub(super) min_weight: f32,
+    /// The columns of the queues of bounces.
+    pub(super) columns: Columns,
 }
 
 /// Radiance of eight rays.
@@ -83,24 +85,34 @@ impl RayView<'_, '_> {
             self.queue.seed(self.packets.start + packet, lane)
         })
     }
+
+    /// Throughputs of the rays that hit eight points.
+    fn throughputs(&self, at: &Surface) -> Vec3x8 {
+        let mut rgb = [[0.0; LANES]; 3];
+        for (lane, &ray) in at.ray.iter().enumerate() {
+            let (packet, at) = (ray as usize / LANES, ray as usize % LANES);
+            let one = self.queue.throughput(self.packets.start + packet, at);
+            for (column, value) in rgb.iter_mut().zip(one) {
+                column[lane] = value;
+            }
+        }
+        let [x, y, z] = rgb.map(F32x8::new);
+        Vec3x8::new(x, y, z)
+    }
 }
 
-/// Traces a wave and writes the radiance of its rays, packet by packet, to `colors`. `arenas` holds one arena for this
-/// wave and one for each bounce that is still allowed. `kept` receives what is to be known of them beside that, and `sights` what they see
-/// of the lights, where they know some of it.
+/// Traces a wave, writes what its rays gather without bounces to `colors`, packet by packet, and queues their bounces, where
+/// any are allowed. `kept` receives what is to be known of the rays beside that, and `sights` what they see of the lights,
+/// where they know some of it.
 pub(super) fn wave(
     engine: &mut Engine,
-    arenas: &mut [Bump],
+    arena: &Bump,
     rays: RayView,
     colors: &mut [Colors],
     mut kept: Option<&mut Kept>,
-    mut sights: Option<&mut Sights>,
+    sights: Option<&mut Sights>,
+    bounces: Option<&mut Bounces>,
 ) {
-    let Some((arena, deeper)) = arenas.split_first_mut() else {
-        return;
-    };
-    arena.reset();
-    let arena = &*arena;
     // Trace.
     let hits = arena.alloc_slice_fill_copy(rays.packets.len(), HitPacket::miss());
     let packets = rays.packets.clone();
@@ -112,34 +124,13 @@ pub(super) fn wave(
     let (surfaces, tints) = surfaces(arena, engine.scene, &rays, hits, colors);
     emit_own(engine.scene, surfaces, tints, colors);
     // Ask the lights, in the order of the file.
-    let known = sights
-        .as_mut()
-        .map(|sights| sights.met(arena, surfaces, hits));
+    let known = sights.map(|sights| sights.met(arena, surfaces, hits));
     ask_lights(engine, arena, &rays, (surfaces, tints), known, colors);
-    if let Some(kept) = &mut kept {
+    if let Some(kept) = kept {
         kept.take(engine.scene, surfaces, tints, colors);
     }
-    // Bounce and fold.
-    if deeper.is_empty() {
-        return;
-    }
-    let (queue, mirrored) = bounce(engine, arena, &rays, surfaces);
-    let piece = rays.packets.len();
-    let answers = arena.alloc_slice_fill_copy(piece.min(queue.packets()), Colors::BLACK);
-    for first in (0..queue.packets()).step_by(piece) {
-        let packets = first..queue.packets().min(first + piece);
-        let answers = &mut answers[..packets.len()];
-        let view = RayView {
-            queue: &queue,
-            packets: packets.clone(),
-        };
-        let sights = sights.as_mut();
-        let mut onward = sights.and_then(|s| s.onward(arena, &queue, packets.clone(), mirrored));
-        wave(engine, deeper, view, answers, None, onward.as_mut());
-        if let Some(kept) = &mut kept {
-            kept.fold(&queue, packets.clone(), mirrored, answers);
-        }
-        fold(&queue, packets, answers, colors);
+    if let Some(bounces) = bounces {
+        bounce(engine, arena, &rays, surfaces, bounces);
     }
 }
 
@@ -405,70 +396,95 @@ fn ask_lights(
     }
 }
 
-/// Queues the mirror rays of all hits, then the refracted ones; and how many come before those.
-fn bounce<'arena>(
+/// Queues the mirror rays of all hits, then the refracted ones, but for those that are not worth tracing.
+fn bounce(
     engine: &mut Engine,
-    arena: &'arena Bump,
+    arena: &Bump,
     rays: &RayView,
     surfaces: &[Surface],
-) -> (RayQueue<'arena>, usize) {
-    let room = surfaces.iter().map(|at| {
+    bounces: &mut Bounces,
+) {
+    let ways = surfaces.iter().map(|at| {
         let m = Material::of(engine.scene, at.material);
-        let ways = usize::from(m.ks != glam::Vec3::ZERO) + usize::from(m.kt != glam::Vec3::ZERO);
-        ways * at.active.bits().count_ones() as usize
+        usize::from(m.ks != glam::Vec3::ZERO) + usize::from(m.kt != glam::Vec3::ZERO)
     });
-    let room = room.sum();
-    let seeded = rays.queue.has_seeds();
-    let mut queue = RayQueue::seeded(arena, room, seeded);
-    if room == 0 {
-        return (queue, 0);
+    let ways = ways.max().unwrap_or(0);
+    if ways == 0 {
+        return bounces.clear();
     }
-    let outgoing = arena.alloc_slice_fill_with(surfaces.len(), |k| {
-        let at = &surfaces[k];
-        let material = Material::of(engine.scene, at.material);
-        let mut out = bounces(&material, at);
-        if seeded {
-            let gloss = engine.scene.materials.gloss[at.material as usize];
-            if gloss > 0.0 {
-                spread(&mut out, at, gloss, rays.seeds(&at.ray), engine.sample);
+    let columns = engine.columns;
+    let outgoing =
+        arena.alloc_slice_fill_with(surfaces.len(), |k| outgoing(engine, rays, &surfaces[k]));
+    let throughputs = columns.throughputs.then(|| {
+        let outgoing = surfaces.iter().zip(&mut *outgoing);
+        let kept = outgoing.map(|(at, out)| keep(engine.min_weight, rays.throughputs(at), out));
+        &*arena.alloc_slice_fill_iter(kept)
+    });
+    bounces.fill(rays.packets.len(), ways, columns, |queue| {
+        for (k, (at, (out, _))) in surfaces.iter().zip(&*outgoing).enumerate() {
+            let (mask, weight) = (out.reflect, out.reflect_weight);
+            if columns.seeds {
+                queue.push_seeds(mask, &onward(rays.seeds(&at.ray), Way::Mirror));
             }
+            if let Some(throughputs) = throughputs {
+                queue.push_throughputs(mask, &throughputs[k][0]);
+            }
+            queue.push(mask, out.reflect_org, out.reflect_dir, weight, &at.ray);
         }
-        (out, material.kt)
+        let mirrored = queue.len();
+        for (k, (at, (out, kt))) in surfaces.iter().zip(&*outgoing).enumerate() {
+            let (mask, weight) = (out.refract, Vec3x8::splat(kt.x, kt.y, kt.z));
+            if columns.seeds {
+                queue.push_seeds(mask, &onward(rays.seeds(&at.ray), Way::Refracted));
+            }
+            if let Some(throughputs) = throughputs {
+                queue.push_throughputs(mask, &throughputs[k][1]);
+            }
+            queue.push(mask, out.refract_org, out.refract_dir, weight, &at.ray);
+        }
+        engine.stats.rays.reflection += mirrored as u64;
+        engine.stats.rays.refraction += (queue.len() - mirrored) as u64;
+        mirrored
     });
-    for (at, (out, _)) in surfaces.iter().zip(&*outgoing) {
-        let weight = out.reflect_weight;
-        if seeded {
-            queue.push_seeds(out.reflect, &onward(rays.seeds(&at.ray), Way::Mirror));
+}
+
+/// The bounces of eight hits, and the weight of those that are refracted.
+fn outgoing(engine: &Engine, rays: &RayView, at: &Surface) -> (Outgoing, glam::Vec3) {
+    let material = Material::of(engine.scene, at.material);
+    let mut out = bounces(&material, at);
+    if engine.columns.seeds {
+        let gloss = engine.scene.materials.gloss[at.material as usize];
+        if gloss > 0.0 {
+            spread(&mut out, at, gloss, rays.seeds(&at.ray), engine.sample);
         }
-        queue.push(
-            out.reflect,
-            out.reflect_org,
-            out.reflect_dir,
-            weight,
-            &at.ray,
-        );
     }
-    let reflected = queue.len() as u64;
-    for (at, (out, kt)) in surfaces.iter().zip(&*outgoing) {
-        let weight = Vec3x8::splat(kt.x, kt.y, kt.z);
-        if seeded {
-            queue.push_seeds(out.refract, &onward(rays.seeds(&at.ray), Way::Refracted));
-        }
-        queue.push(
-            out.refract,
-            out.refract_org,
-            out.refract_dir,
-            weight,
-            &at.ray,
-        );
-    }
-    engine.stats.rays.reflection += reflected;
-    engine.stats.rays.refraction += queue.len() as u64 - reflected;
-    (queue, reflected as usize)
+    (out, material.kt)
+}
+
+/// Throughputs of mirror rays and of refracted ones, and off with rays whose throughput is less than `min_weight` in every
+/// component.
+fn keep(
+    min_weight: f32,
+    throughput: Vec3x8,
+    (out, kt): &mut (Outgoing, glam::Vec3),
+) -> [Vec3x8; 2] {
+    let least = F32x8::splat(min_weight);
+    let slight = |c: F32x8| c.abs().lt(least);
+    let slight = |rgb: &Vec3x8| slight(rgb.x) & slight(rgb.y) & slight(rgb.z);
+    let reflected = throughput.times(out.reflect_weight);
+    let refracted = throughput.times(Vec3x8::splat(kt.x, kt.y, kt.z));
+    out.reflect = out.reflect & !slight(&reflected);
+    out.refract = out.refract & !slight(&refracted);
+    [reflected, refracted]
 }
 
 /// Adds the weighted answers of some packets of bounces to the hits that sent them.
-fn fold(queue: &RayQueue, packets: Range<usize>, answers: &[Colors], colors: &mut [Colors]) {
+pub(super) fn fold(
+    queue: &RayQueue,
+    packets: Range<usize>,
+    answers: &[Colors],
+    colors: &mut [Colors],
+) {
     for (packet, answer) in packets.zip(answers) {
         let active = queue.active(packet);
         let (weight, parent) = queue.purpose(packet);

@@ -24,11 +24,17 @@ fn scene(eye: &str, at: &str, body: &str) -> Scene {
     }
 }
 
-/// The pixel's radiance and the rays it took, after asserting that both engines say the same.
+/// The pixel's radiance and the rays it took, all of them, after asserting that both engines say the same.
 fn shot(scene: &Scene) -> (Vec3, RayCounts) {
+    shot_of_weight(scene, 0.0)
+}
+
+/// The same, with no rays of less weight than this.
+fn shot_of_weight(scene: &Scene, min_weight: f32) -> (Vec3, RayCounts) {
     let by = |engine: Engine| {
         let settings = Settings {
             engine,
+            min_weight,
             ..Settings::of(scene)
         };
         let prepared = Prepared::build(scene, engine);

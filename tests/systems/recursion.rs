@@ -1,6 +1,6 @@
 //! "Recursive shading model": mirrors, refraction, and which rays are traced at all.
 
-use crate::{floor, scene, shot};
+use crate::{floor, scene, shot, shot_of_weight};
 use glam::{DVec3, Vec3};
 use phalanx::scene::Scene;
 
@@ -25,6 +25,80 @@ fn recursion_reflection_refraction() {
     total_reflection();
     rays_without_weight();
     the_background();
+}
+
+/// The body of two mirrors that face each other above and below the eye.
+fn facing_mirrors(depth: u32, material: &str) -> String {
+    let (below, above) = (floor(-1.0, true), floor(1.0, false));
+    format!("maxdepth {depth}\nambient 0.25 0.5 1\n{material}\n{below}{above}")
+}
+
+#[test]
+fn rays_of_less_than_the_least_weight_are_not_traced() {
+    let bounces = |material: &str, least: f32| {
+        let body = facing_mirrors(100, material);
+        let (radiance, rays) = shot_of_weight(&scene("0 0 0", "0 0 -1", &body), least);
+        (radiance, rays.reflection)
+    };
+    // Weights of exactly the least are traced: 2⁻⁴ after four bounces.
+    let halves = "specular 0.5 0.5 0.5";
+    for (least, count) in [
+        (0.0625, 4),
+        (0.062_500_01, 3),
+        (0.6, 0),
+        (0.5, 1),
+        (0.0, 100),
+    ] {
+        let (radiance, rays) = bounces(halves, least);
+        assert_eq!(rays, count, "{least}");
+        let sum = (0..=count).fold(0.0f32, |deeper, _| 1.0 + 0.5 * deeper);
+        assert_eq!(radiance, Vec3::new(0.25, 0.5, 1.0) * sum, "{least}");
+    }
+    // The largest component counts.
+    assert_eq!(bounces("specular 0.125 0.5 0.25", 0.0625).1, 4);
+    assert_eq!(bounces("specular 1 0 0", 0.999).1, 100);
+    // A product of nothing, although neither factor is that.
+    let (red, green) = ("specular 1 0 0\n", "specular 0 1 0\n");
+    let body = format!(
+        "maxdepth 9\n{red}{}{green}{}",
+        floor(-1.0, true),
+        floor(1.0, false)
+    );
+    for (least, count) in [(0.0, 9), (1e-30, 1)] {
+        let (_, rays) = shot_of_weight(&scene("0 0 0", "0 0 -1", &body), least);
+        assert_eq!(rays.reflection, count, "{least}");
+    }
+    // Light goes in, is reflected totally, and its weight is then Ks + Kt.
+    let glass = "ambient 0 0 0\nspecular 0.25 0.25 0.25\ntransmission 0.5 0.5 0.5\nior 1.5\n";
+    let body =
+        glass.to_owned() + &floor(0.0, true) + &glowing_ball(DVec3::new(3.0, 0.0, -3.0), 1.0);
+    for (least, count) in [(0.75, 1), (0.76, 0)] {
+        let (_, rays) = shot_of_weight(&scene("-2 0 -2", "0 0 0", &body), least);
+        assert_eq!(rays.reflection, count, "{least}");
+    }
+}
+
+/// Glass that mirrors half of the light and lets through the other half sends two rays for each: without a least weight 2¹⁰⁰ of them.
+#[test]
+fn glass_and_mirrors_of_great_depth_take_bounded_time() {
+    let body = facing_mirrors(100, "specular 0.5 0.5 0.5\ntransmission 0.5 0.5 0.5");
+    let (radiance, rays) = shot_of_weight(&scene("0 0 0", "0 0 -1", &body), 1.0 / 4096.0);
+    assert!(radiance.is_finite() && radiance.x > 0.25);
+    assert!((12..8192).contains(&rays.total()), "{rays:?}");
+}
+
+/// Deeper than any thread's stack. Every bounce adds Ka.
+#[test]
+fn perfect_mirrors_may_be_of_any_depth() {
+    let body = facing_mirrors(1000, "specular 1 1 1");
+    let mut scene = scene("0 0 0", "0 0 -1", &body);
+    scene.materials.ka.set(0, Vec3::new(1.0, 0.5, 0.25));
+    for depth in [1000, 100_000] {
+        scene.max_depth = depth;
+        let (radiance, rays) = shot_of_weight(&scene, 1.0 / 4096.0);
+        assert_eq!(radiance, Vec3::new(1.0, 0.5, 0.25) * (depth + 1) as f32);
+        assert_eq!(rays.reflection, u64::from(depth));
+    }
 }
 
 fn a_mirror() {

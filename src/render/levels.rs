@@ -1,0 +1,294 @@
+//! Bounces of bounces: which wave is traced when, and how large waves may be.
+//!
+//! The bounces of a wave wait in the queue of its level. They are traced piece by piece as waves of the next level, and
+//! each piece is folded into the wave before the next is traced, mirror rays before refracted ones. That gives the sum the
+//! order of the recursion: (local + Ks I_R) + Kt I_T. The levels are a stack of their own, so that no depth overflows the
+//! thread's.
+//!
+//! | memory of a thread | at most |
+//! |---|---|
+//! | what a wave needs while it is shaded | that of [`WAVE_RAYS`] rays; all waves share it |
+//! | bounces and radiance of all levels | [`BOUNCE_BYTES`] beside those of the first level; at least one packet a level |
+//!
+//! No level's wave is larger than the wave above it. Where all levels would not fit at that size, waves below the first are
+//! smaller: every level gets the same share of [`BOUNCE_BYTES`].
+
+use super::kept::Kept;
+use super::sights::Sights;
+use super::wave::{Colors, Engine, RayView, fold, wave};
+use crate::lanes::LANES;
+use crate::packet::{Columns, QueueRoom};
+use crate::scene::Scene;
+use bumpalo::Bump;
+use std::ops::Range;
+
+/// Bytes of all levels but the first, unless one packet a level needs more. The rays of a tile of the default side are
+/// traced together down to a depth of 40.
+const BOUNCE_BYTES: usize = 5 << 20;
+
+/// Most rays of a wave.
+const WAVE_RAYS: usize = 4096;
+
+/// Camera rays that are traced together whatever the depth: a tile of the default side.
+pub(super) const CAMERA_RAYS: usize = 1024;
+
+/// How large waves may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WaveSizes {
+    /// Most packets of a wave of camera rays.
+    camera: usize,
+    /// Most packets of a wave of bounces.
+    bounced: usize,
+    /// Bounces that a ray may take, by the settings and by its weight.
+    depth: usize,
+    /// Bounces that a hit may send.
+    ways: usize,
+    columns: Columns,
+}
+
+/// Bounds on the factors that throughputs are multiplied with.
+struct Weights {
+    /// The smallest component.
+    least: f64,
+    /// The largest component.
+    most: f64,
+    /// Bounces that a hit may send.
+    ways: usize,
+}
+
+impl Weights {
+    fn of(scene: &Scene) -> Weights {
+        let m = &scene.materials;
+        let mut all = Weights {
+            least: f64::INFINITY,
+            most: 0.0,
+            ways: 0,
+        };
+        for i in 0..m.len() {
+            let (ks, kt) = (m.ks.get(i), m.kt.get(i));
+            let black = |c: &glam::Vec3| *c == glam::Vec3::ZERO;
+            let ways = [ks, kt].iter().filter(|c| !black(c)).count();
+            all.ways = all.ways.max(ways);
+            let total = if black(&kt) { kt } else { ks + kt };
+            for weight in [ks, kt, total].into_iter().filter(|c| !black(c)) {
+                all.least = all.least.min(f64::from(weight.abs().min_element()));
+                all.most = all.most.max(f64::from(weight.abs().max_element()));
+            }
+        }
+        all
+    }
+
+    /// Whether a throughput may be less than `min_weight` after `depth` bounces or fewer. Errs on the side of yes.
+    fn may_fall_below(&self, min_weight: f32, depth: u32) -> bool {
+        let (least, depth) = (self.least.min(1.0), f64::from(depth));
+        let rounding = 1.0 - 1e-6 * depth;
+        let normal = min_weight >= 1e-30;
+        min_weight > 0.0 && !(normal && least.powf(depth) * rounding >= f64::from(min_weight))
+    }
+
+    /// Bounces after which every throughput is less than `min_weight`, about; no more than `depth`.
+    fn reach(&self, min_weight: f32, depth: u32) -> u32 {
+        if self.ways == 0 {
+            return 0;
+        }
+        if min_weight <= 0.0 || self.most >= 1.0 {
+            return depth;
+        }
+        let bounces = f64::from(min_weight).ln() / self.most.ln();
+        (bounces.max(0.0) as u32).saturating_add(1).min(depth)
+    }
+}
+
+impl WaveSizes {
+    /// Of renders of a scene with these settings.
+    pub fn of(scene: &Scene, max_depth: u32, min_weight: f32) -> WaveSizes {
+        let weights = Weights::of(scene);
+        let depth = weights.reach(min_weight, max_depth) as usize;
+        let ways = weights.ways;
+        let fit = BOUNCE_BYTES / (depth.max(1) * level_bytes(ways));
+        let bounced = fit.clamp(1, WAVE_RAYS / LANES);
+        WaveSizes {
+            camera: bounced.max(CAMERA_RAYS / LANES),
+            bounced,
+            depth,
+            ways,
+            columns: Columns {
+                seeds: true,
+                throughputs: weights.may_fall_below(min_weight, max_depth),
+            },
+        }
+    }
+
+    /// Most rays of a wave.
+    pub fn rays(&self) -> usize {
+        self.camera * LANES
+    }
+
+    /// Bytes that bounces of up to `rays` camera rays take at most, while they wait.
+    pub fn bounce_bytes(&self, rays: usize) -> usize {
+        let camera = self.camera.min(rays.div_ceil(LANES));
+        let below = self.bounced.min(camera).saturating_mul(self.depth);
+        let levels = if self.depth > 0 { camera + below } else { 0 };
+        levels.saturating_mul(level_bytes(self.ways)) + self.depth * size_of::<Level>()
+    }
+}
+
+/// Bytes that a packet of a wave takes in its level: of bounces, and of radiance.
+fn level_bytes(ways: usize) -> usize {
+    ways * QueueRoom::PACKET_BYTES + size_of::<Colors>()
+}
+
+/// The levels of a painter, each with the bounces of one wave.
+pub(super) struct Levels {
+    sizes: WaveSizes,
+    max_depth: usize,
+    levels: Vec<Level>,
+}
+
+#[derive(Default)]
+struct Level {
+    /// Radiance of the wave's rays. That of camera rays is elsewhere.
+    colors: Vec<Colors>,
+    bounces: Bounces,
+}
+
+/// The bounces of a wave, mirror rays first.
+#[derive(Default)]
+pub(super) struct Bounces {
+    room: QueueRoom,
+    /// Mirror rays.
+    mirrored: usize,
+    /// Packets of the wave that sent them.
+    wave: usize,
+    /// Those that are being traced; before it all are done.
+    piece: Range<usize>,
+}
+
+impl Bounces {
+    /// Those of no ray.
+    pub(super) fn clear(&mut self) {
+        self.room.clear();
+        self.piece = 0..0;
+    }
+
+    /// Those of a wave of `wave` packets, with room for `ways` of each ray: `push` queues them, and tells how many are
+    /// mirror rays.
+    pub(super) fn fill(
+        &mut self,
+        wave: usize,
+        ways: usize,
+        columns: Columns,
+        push: impl FnOnce(&mut crate::packet::RayQueue) -> usize,
+    ) {
+        self.mirrored = self.room.fill(wave * ways, columns, push);
+        self.wave = wave;
+        self.piece = 0..0;
+    }
+
+    /// Takes the next piece, if there is one.
+    fn next(&mut self, most: usize) -> Option<Range<usize>> {
+        let (first, all) = (self.piece.end, self.room.queue().packets());
+        let end = all.min(first + self.wave.min(most));
+        self.piece = first..end;
+        (first < all).then_some(first..end)
+    }
+}
+
+impl Levels {
+    pub(super) fn new(scene: &Scene, max_depth: u32, min_weight: f32) -> Levels {
+        Levels {
+            sizes: WaveSizes::of(scene, max_depth, min_weight),
+            max_depth: max_depth as usize,
+            levels: Vec::new(),
+        }
+    }
+
+    /// Bounces after the primary ray.
+    pub(super) fn max_depth(&self) -> u32 {
+        self.max_depth as u32
+    }
+
+    /// The columns of the queues of bounces.
+    pub(super) fn columns(&self) -> Columns {
+        self.sizes.columns
+    }
+
+    /// Most packets of a wave of camera rays.
+    pub(super) fn camera_packets(&self) -> usize {
+        self.sizes.camera
+    }
+
+    /// What a wave of some depth is traced with: what is above it, and its own level.
+    fn around(&mut self, depth: usize) -> (Option<&mut Level>, &mut Level) {
+        if self.levels.len() <= depth {
+            self.levels.resize_with(depth + 1, Level::default);
+        }
+        let (above, from) = self.levels.split_at_mut(depth);
+        (above.last_mut(), &mut from[0])
+    }
+}
+
+/// Traces a wave of camera rays and all their bounces, and adds up the radiance of the camera rays in `colors`. `kept`
+/// receives what is to be known of them beside that, and `sights` what they see of the lights, where they know some of
+/// it.
+pub(super) fn waves(
+    engine: &mut Engine,
+    (scratch, levels): (&mut Bump, &mut Levels),
+    rays: RayView,
+    colors: &mut [Colors],
+    mut kept: Option<&mut Kept>,
+    mut sights: Option<&mut Sights>,
+) {
+    let (bounced, max_depth) = (levels.sizes.bounced, levels.max_depth);
+    let (_, first) = levels.around(0);
+    let bounces = (max_depth > 0).then_some(&mut first.bounces);
+    scratch.reset();
+    let (of_lights, of_rays) = (sights.as_deref_mut(), kept.as_deref_mut());
+    wave(engine, scratch, rays, colors, of_rays, of_lights, bounces);
+    let mut depth = 0;
+    loop {
+        let (_, level) = levels.around(depth);
+        if let Some(packets) = level.bounces.next(bounced) {
+            depth += 1;
+            let (above, level) = levels.around(depth);
+            let Some(Bounces { room, mirrored, .. }) = above.map(|above| &mut above.bounces) else {
+                return;
+            };
+            let queue = room.queue();
+            level.colors.clear();
+            level.colors.resize(packets.len(), Colors::BLACK);
+            scratch.reset();
+            let arena = &*scratch;
+            // Only of the camera rays' own bounces.
+            let sights = sights.as_deref_mut().filter(|_| depth == 1);
+            let mut onward = sights.map(|s| s.onward(arena, &queue, packets.clone(), *mirrored));
+            let rays = RayView {
+                queue: &queue,
+                packets,
+            };
+            let bounces = (depth < max_depth).then_some(&mut level.bounces);
+            let colors = &mut level.colors;
+            wave(engine, arena, rays, colors, None, onward.as_mut(), bounces);
+            continue;
+        }
+        let (Some(above), level) = levels.around(depth) else {
+            return;
+        };
+        depth -= 1;
+        let Bounces {
+            room,
+            mirrored,
+            piece,
+            ..
+        } = &mut above.bounces;
+        let (queue, answers) = (room.queue(), &level.colors);
+        if depth > 0 {
+            fold(&queue, piece.clone(), answers, &mut above.colors);
+            continue;
+        }
+        if let Some(kept) = &mut kept {
+            kept.fold(&queue, piece.clone(), *mirrored, answers);
+        }
+        fold(&queue, piece.clone(), answers, colors);
+    }
+}
