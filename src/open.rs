@@ -22,6 +22,18 @@ pub struct Opened {
     pub notes: Vec<String>,
 }
 
+impl From<Loaded> for Opened {
+    fn from(loaded: Loaded) -> Opened {
+        Opened {
+            scene: loaded.scene,
+            bvh: None,
+            mapped_bytes: 0,
+            warnings: loaded.warnings,
+            notes: loaded.notes,
+        }
+    }
+}
+
 /// Why a scene could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
@@ -51,6 +63,28 @@ pub fn standard_name(name: &Path) -> Option<&str> {
     text.filter(|text| text.starts_with(standard::PREFIX))
 }
 
+/// Opens a scene file of the format with this ending (one of [`formats::endings`]), whatever its name ends in.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn open_as(path: &Path, ending: &str, options: &Options) -> Result<Opened, OpenError> {
+    Ok(formats::load_as(path, ending, options)?.into())
+}
+
+/// Opens a scene from bytes that came from elsewhere, a pipe for example, as from a file of this name and of the format with this
+/// ending.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn open_bytes(
+    name: &Path,
+    ending: &str,
+    bytes: &[u8],
+    options: &Options,
+) -> Result<Opened, OpenError> {
+    Ok(formats::load_bytes(name, ending, bytes, options)?.into())
+}
+
 /// Opens a scene file, a scene cache, or a standard scene.
 ///
 /// # Errors
@@ -61,18 +95,7 @@ pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
         return amended(scene, None, 0, options);
     }
     if !is_cache(path) {
-        let Loaded {
-            scene,
-            warnings,
-            notes,
-        } = formats::load(path, options)?;
-        return Ok(Opened {
-            scene,
-            bvh: None,
-            mapped_bytes: 0,
-            warnings,
-            notes,
-        });
+        return Ok(formats::load(path, options)?.into());
     }
     let Cached {
         scene,

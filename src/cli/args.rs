@@ -124,7 +124,7 @@ impl TreeArgs {
 
 #[derive(Debug, Args)]
 pub struct BuildArgs {
-    /// Scene file, or standard:NAME[:SIZE]
+    /// Scene file, standard:NAME[:SIZE], or - for stdin
     pub scene: PathBuf,
     /// Cache to write
     #[arg(short, long, value_name = "OUT.phx")]
@@ -143,11 +143,11 @@ pub struct BuildArgs {
 
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// Scene file, cache (.phx), or standard:NAME[:SIZE]
+    /// Scene file, cache (.phx), standard:NAME[:SIZE], or - for stdin (see --format)
     #[arg(required_unless_present = "plan")]
     pub scene: Option<PathBuf>,
-    /// Picture to write, a PNG, JPEG, OpenEXR, Radiance HDR or PFM file by its ending [default: the scene's `output`, else its
-    /// stem + .png, in the current folder]
+    /// Picture to write, a PNG, JPEG, OpenEXR, Radiance HDR or PFM file by its ending, or - for stdout (a PNG, if --format does not say
+    /// otherwise; the table then goes to stderr) [default: the scene's `output`, else its stem + .png, in the current folder]
     #[arg(short, long, value_name = "OUT.png")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
@@ -218,7 +218,7 @@ impl WorkArgs {
 
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// Scene files, caches (.phx), or standard:NAME[:SIZE]
+    /// Scene files, caches (.phx), standard:NAME[:SIZE], or - for stdin
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     #[command(flatten)]
@@ -265,7 +265,7 @@ pub struct CompareArgs {
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Scene file, cache (.phx), or standard:NAME[:SIZE]
+    /// Scene file, cache (.phx), standard:NAME[:SIZE], or - for stdin
     pub scene: PathBuf,
     #[command(flatten)]
     pub beside: SceneArgs,

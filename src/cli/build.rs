@@ -47,6 +47,7 @@ pub fn run(args: &BuildArgs) -> Result<(), Failure> {
         )));
     }
     output::check_place(path)?;
+    args.beside.no_picture()?;
     interrupt::listen()?;
     let threads = args.threads.unwrap_or(0);
     let start = Instant::now();
@@ -57,7 +58,7 @@ pub fn run(args: &BuildArgs) -> Result<(), Failure> {
     let build = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let mut file_bytes = 0;
-    let written = interrupt::undisturbed(|| {
+    let written = interrupt::undisturbed(path, || {
         replace_file(path, |out| {
             let written = cache::write(out, &input.scene, &bvh);
             file_bytes = written.map_err(|error| match error {

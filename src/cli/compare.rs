@@ -25,7 +25,7 @@ struct Document {
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.heat {
         output::check_png_name(path, "--heat")?;
-        output::check_place(path)?;
+        output::check_picture_place(path)?;
     }
     let (a, b) = (load(&args.a)?, load(&args.b)?);
     let found = compare(&a, &b).map_err(|sizes| {

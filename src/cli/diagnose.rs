@@ -19,7 +19,10 @@ pub fn tell_error(error: &LoadError) {
         LoadError::Io { .. } => note(&format!("error: {error}")),
         LoadError::UnknownFormat { .. } => {
             let known: Vec<String> = endings().map(|e| format!(".{e}")).collect();
-            note(&format!("error: {error} (known: {})", known.join(", ")));
+            note(&format!(
+                "error: {error} (known: {}; --format says which)",
+                known.join(", ")
+            ));
         }
         LoadError::Scene {
             path,

@@ -36,8 +36,13 @@ pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
     })?;
     output::check_place(&args.output)?;
     interrupt::listen()?;
-    let (losses, written) =
-        interrupt::stoppable_writing(|control| write(args, spec, format, control))?;
+    let (losses, written) = match output::is_replaced(&args.output) {
+        true => interrupt::stoppable_writing(&args.output, |control| {
+            write(args, spec, format, control)
+        })?,
+        // A pipe that nobody reads could not be stopped otherwise than by ending the process, which leaves nothing behind.
+        false => write(args, spec, format, &Control::default())?,
+    };
     for loss in &losses {
         output::note(&format!("note: {}: {loss}", args.output.display()));
     }

@@ -24,7 +24,16 @@ const COSTS: [(&str, Cost, &str); 3] = [
     ("time", Cost::Time, "nanoseconds a camera ray"),
 ];
 
-/// What `--heat` asks for; the place is checked before any work is done.
+/// Refuses a place that `--heat` cannot write to.
+pub fn check_place(heat: Option<&[String]>) -> Result<(), Failure> {
+    let Some([_, path]) = heat else {
+        return Ok(());
+    };
+    output::check_png_name(path.as_ref(), "--heat")?;
+    output::check_picture_place(path.as_ref())
+}
+
+/// What `--heat` asks for.
 pub fn asked(heat: Option<&[String]>, settings: &Settings) -> Result<Option<Heat>, Failure> {
     let Some([name, path]) = heat else {
         return Ok(None);
@@ -46,8 +55,6 @@ pub fn asked(heat: Option<&[String]>, settings: &Settings) -> Result<Option<Heat
         )));
     }
     let path = PathBuf::from(path);
-    output::check_png_name(&path, "--heat")?;
-    output::check_place(&path)?;
     Ok(Some(Heat { cost: *cost, path }))
 }
 
@@ -65,7 +72,9 @@ pub fn write(
         costs(scene, bvh, settings, heat.cost, control)
     })?;
     let picture = false_color(&costs, settings.window().width, title(heat.cost));
-    Ok(interrupt::undisturbed(|| save_png(&heat.path, &picture))??)
+    Ok(interrupt::undisturbed(&heat.path, || {
+        save_png(&heat.path, &picture)
+    })??)
 }
 
 /// What the legend says.

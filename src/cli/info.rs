@@ -87,6 +87,7 @@ struct Bounds {
 
 /// Tells what is in a scene.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
+    args.beside.no_picture()?;
     interrupt::listen()?;
     let mut input = Input::load(&args.scene, &args.beside, 0)?;
     let tree = input.prepare(Engine::Simd, &args.tree, 0)?.tree_stats();

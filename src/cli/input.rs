@@ -3,15 +3,19 @@
 use super::args::TreeArgs;
 use super::budget::Budget;
 use super::failure::Failure;
+use super::output::is_dash;
 use super::scene_args::SceneArgs;
 use super::{diagnose, output};
 use phalanx::bvh::Bvh;
+use phalanx::formats::endings;
 use phalanx::frame::{Engine, Prepared};
-use phalanx::open::{OpenError, open, standard_name};
+use phalanx::open::{OpenError, open, open_as, open_bytes, standard_name};
 use phalanx::scene::Scene;
 use phalanx::standard;
 use std::ffi::OsStr;
+use std::io::{self, Read};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A scene, with its tree if it came with one.
 pub struct Input {
@@ -33,10 +37,28 @@ impl Input {
             budget.for_standard(standard::parse_spec(name).map_err(OpenError::from)?)?;
         }
         // A file that cannot be asked for its size cannot be read either, which its reader will say.
-        if let Ok(file) = std::fs::metadata(name) {
-            budget.for_file(name, file.len())?;
+        let format = args.scene_format()?;
+        let of_format = |ending: &str| name.with_extension(ending);
+        let file = (!is_dash(name)).then(|| std::fs::metadata(name));
+        if let Some(Ok(file)) = file {
+            let like = format.map_or_else(|| name.to_path_buf(), of_format);
+            budget.for_file(&like, file.len())?;
         }
-        let opened = open(name, &options)?;
+        let opened = match format {
+            Some(ending) if is_dash(name) => {
+                let bytes = stdin(budget)?;
+                budget.for_file(&of_format(ending), bytes.len() as u64)?;
+                open_bytes(name, ending, &bytes, &options)?
+            }
+            Some(ending) if standard_name(name).is_none() => open_as(name, ending, &options)?,
+            None if is_dash(name) => {
+                return Err(Failure::Usage(format!(
+                    "a scene from stdin needs its format: --format {}",
+                    endings().collect::<Vec<_>>().join("|")
+                )));
+            }
+            _ => open(name, &options)?,
+        };
         diagnose::tell_warnings(name, &opened.warnings);
         diagnose::tell_notes(&opened.notes);
         Ok(Input {
@@ -79,10 +101,26 @@ impl Input {
     }
 }
 
+/// All of stdin, or as much as shows that it is more than may be used. It can be read once.
+fn stdin(budget: Budget) -> Result<Vec<u8>, Failure> {
+    static READ: AtomicBool = AtomicBool::new(false);
+    if READ.swap(true, Ordering::Relaxed) {
+        return Err(Failure::Usage(
+            "stdin can be read once: name it once, as -".to_owned(),
+        ));
+    }
+    let mut bytes = Vec::new();
+    let most = budget.0.unwrap_or(u64::MAX);
+    let read = io::stdin().lock().take(most).read_to_end(&mut bytes);
+    read.map_err(|e| Failure::Runtime(format!("cannot read stdin: {e}")))?;
+    Ok(bytes)
+}
+
 /// What files made from a scene are called, without an ending.
 pub fn stem(name: &Path) -> &OsStr {
     let standard = standard_name(name).and_then(|text| text.split(':').nth(1));
     match standard {
+        _ if is_dash(name) => OsStr::new("picture"),
         Some(stem) => OsStr::new(stem),
         None => name.file_stem().unwrap_or("picture".as_ref()),
     }

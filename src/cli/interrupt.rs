@@ -3,10 +3,12 @@
 //! While a render runs, a signal asks it to stop, so that workers leave in order; a second one, or one while nothing
 //! stoppable runs (a scene is loading, a tree is being built), ends the process at once. While a file is being written
 //! no signal does, because an exit there would leave a temporary file behind: the signal waits, or asks the writing to
-//! stop. The exit code is 130 for SIGINT and 143 for SIGTERM, as shells count them, and schedulers.
+//! stop. (What is written into a pipe or a device has no temporary file.) The exit code is 130 for SIGINT and 143 for SIGTERM, as shells count them, and schedulers.
 
 use super::failure::Failure;
+use super::output;
 use phalanx::frame::Control;
+use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -65,7 +67,7 @@ fn came(number: u8) {
         }
         WAIT | CAME => ANSWER.store(CAME, Ordering::SeqCst),
         _ => {
-            super::output::note("interrupted");
+            output::note("interrupted");
             std::process::exit(exit_code().into());
         }
     }
@@ -76,9 +78,12 @@ pub fn stoppable<T>(work: impl FnOnce(&Control) -> T) -> T {
     heeding(STOP, work)
 }
 
-/// Runs `work`, which writes a file and heeds the control's `stop`; further signals wait until it has.
-pub fn stoppable_writing<T>(work: impl FnOnce(&Control) -> T) -> T {
-    heeding(STOP_WRITING, work)
+/// Runs `work`, which writes to `path` and heeds the control's `stop`; further signals wait until a file is whole.
+pub fn stoppable_writing<T>(path: &Path, work: impl FnOnce(&Control) -> T) -> T {
+    match output::is_replaced(path) {
+        true => heeding(STOP_WRITING, work),
+        false => heeding(STOP, work),
+    }
 }
 
 fn heeding<T>(answer: u8, work: impl FnOnce(&Control) -> T) -> T {
@@ -90,8 +95,12 @@ fn heeding<T>(answer: u8, work: impl FnOnce(&Control) -> T) -> T {
     result
 }
 
-/// Runs `work`, which writes a file, to its end whatever signal comes.
-pub fn undisturbed<T>(work: impl FnOnce() -> T) -> Result<T, Failure> {
+/// Runs `work`, which writes to `path`: a file to its end, whatever signal comes. A pipe may wait for its reader for ever, and there is no
+/// temporary file to be left behind, so that a signal ends the process at once.
+pub fn undisturbed<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, Failure> {
+    if !output::is_replaced(path) {
+        return Ok(work());
+    }
     ANSWER.store(WAIT, Ordering::SeqCst);
     let result = work();
     match ANSWER.swap(EXIT_AT_ONCE, Ordering::SeqCst) {

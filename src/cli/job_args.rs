@@ -1,9 +1,11 @@
 //! The arguments of renders that are interrupted, and of those that many machines share.
 
+use super::format_args::picture_parser;
 use super::picture_args::PictureArgs;
 use super::picture_file::GradeArgs;
 use super::scene_args::SceneArgs;
 use clap::{Args, Subcommand, value_parser};
+use phalanx::image::Format;
 use phalanx::jobs::MAX_SHARDS;
 use std::path::PathBuf;
 
@@ -70,9 +72,12 @@ pub struct PlanArgs {
 pub struct MergeArgs {
     /// Plan whose shards have been rendered
     pub plan: PathBuf,
-    /// Picture to write, of the plan's format [default: the plan's]
+    /// Picture to write, by its ending, or - for stdout [default: the plan's]
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
+    /// Format of the picture, whatever its name ends in [default for stdout: png]
+    #[arg(long, value_name = "NAME", value_parser = picture_parser())]
+    pub format: Option<Format>,
     /// Print one JSON document instead of lines
     #[arg(long)]
     pub json: bool,

@@ -24,14 +24,16 @@ struct Document<'a> {
 pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let plan = Plan::read(&args.plan)?;
     let path = args.output.clone().unwrap_or_else(|| plan.output.clone());
-    let format = format_of(&path, "the picture")?;
-    output::check_place(&path)?;
+    let format = format_of(&path, args.format, "the picture")?;
+    output::check_picture_place(&path)?;
     interrupt::listen()?;
     let target = plan::target(&plan, path, format)?;
     let files = files(&args.plan, &plan)?;
     let window = plan.picture.window();
-    progress::watched_writing(Watch::of(window.pixels()), |control| {
-        target.write_while(|take| merge_bands(window, plan.aovs(), &files, control, take))
+    progress::watched_writing(&target.path, Watch::of(window.pixels()), |control| {
+        target.write_while(control, |take| {
+            merge_bands(window, plan.aovs(), &files, control, take)
+        })
     })?;
     if args.json {
         return output::print_json(&Document {

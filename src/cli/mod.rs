@@ -12,6 +12,7 @@ mod counts;
 mod diagnose;
 mod differ;
 mod failure;
+mod format_args;
 mod frames;
 mod generate;
 mod guide;

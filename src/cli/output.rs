@@ -1,14 +1,26 @@
 //! Writing to stdout and stderr, and checking the files that results go to.
 
 use super::failure::Failure;
-use phalanx::image::check_writable;
+use phalanx::image::{Place, check_writable};
 use serde::Serialize;
 use std::ffi::OsStr;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Writes results to stdout. A reader that has gone away (`phalanx info … | head -1`) is no error.
+/// The name that stands for stdin and stdout.
+pub const DASH: &str = "-";
+
+/// Set when a file's bytes go to stdout: what is told there otherwise would get among them.
+static STDOUT_TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// Writes results to stdout, or to stderr where stdout is one of the files that were asked for. A reader that has gone away
+/// (`phalanx info … | head -1`) is no error.
 pub fn print(text: &str) -> Result<(), Failure> {
+    if STDOUT_TAKEN.load(Ordering::Relaxed) {
+        let _ = io::stderr().lock().write_all(text.as_bytes());
+        return Ok(());
+    }
     let mut stdout = io::stdout().lock();
     match stdout
         .write_all(text.as_bytes())
@@ -21,7 +33,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes one JSON document to stdout.
+/// Writes one JSON document to where results go.
 pub fn print_json(document: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(document)
         .map_err(|e| Failure::Runtime(format!("cannot write JSON: {e}")))?;
@@ -33,10 +45,10 @@ pub fn note(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
-/// Refuses a picture's name that is not `*.png`, for the given reason of asking.
+/// Refuses a picture's name that is not `*.png`, for the given reason of asking. Pipes and devices are called anything.
 pub fn check_png_name(path: &Path, origin: &str) -> Result<(), Failure> {
     let ending = path.extension().and_then(OsStr::to_str);
-    if ending.is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+    if ending.is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_stream(path) {
         return Ok(());
     }
     Err(Failure::Usage(format!(
@@ -47,8 +59,70 @@ pub fn check_png_name(path: &Path, origin: &str) -> Result<(), Failure> {
 
 /// Refuses a place that cannot be written, before any work is done.
 pub fn check_place(path: &Path) -> Result<(), Failure> {
-    check_writable(path)
-        .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
+    place(path).map(drop)
+}
+
+fn place(path: &Path) -> Result<Place, Failure> {
+    let place = check_writable(path)
+        .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))?;
+    if place.is_stdout() {
+        STDOUT_TAKEN.store(true, Ordering::Relaxed);
+    }
+    Ok(place)
+}
+
+/// Refuses a place that a picture cannot be written to, and a terminal, before any work is done.
+pub fn check_picture_place(path: &Path) -> Result<(), Failure> {
+    let terminal = match is_dash(path) {
+        true => {
+            STDOUT_TAKEN.store(true, Ordering::Relaxed);
+            io::stdout().is_terminal()
+        }
+        false => place(path)?.is_terminal(),
+    };
+    match terminal {
+        false => Ok(()),
+        true => Err(Failure::Usage(format!(
+            "{}: a picture means nothing to a terminal: name a file, or send it on with > or |",
+            path.display()
+        ))),
+    }
+}
+
+/// Refuses two results in one file, of which the later would replace the earlier; each has the option that asks for it.
+pub fn check_distinct(places: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
+    let mut seen: Vec<(&str, Place)> = Vec::new();
+    for (origin, path) in places {
+        let Some(path) = path.filter(|path| !is_dash(path)) else {
+            continue;
+        };
+        let Ok(place @ Place::File(_)) = Place::of(path) else {
+            continue;
+        };
+        if let Some((first, _)) = seen.iter().find(|(_, other)| *other == place) {
+            return Err(Failure::Usage(format!(
+                "{first} and {origin} are the same file, {}: name another one",
+                path.display()
+            )));
+        }
+        seen.push((origin, place));
+    }
+    Ok(())
+}
+
+/// Tells whether a name stands for stdin, or for stdout.
+pub fn is_dash(path: &Path) -> bool {
+    path == Path::new(DASH)
+}
+
+/// Tells whether a file of this name is written anew and renamed, and not written into.
+pub fn is_replaced(path: &Path) -> bool {
+    !is_dash(path) && !is_stream(path)
+}
+
+/// Tells whether a name is that of something to be written into.
+pub fn is_stream(path: &Path) -> bool {
+    matches!(Place::of(path), Ok(Place::Stream(_) | Place::Open(_)))
 }
 
 /// 1234567 as 1,234,567.

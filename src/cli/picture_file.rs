@@ -1,16 +1,19 @@
 //! The file that a picture is written to: its format by its name, and what may be asked of that.
 
 use super::failure::Failure;
+use super::output::{is_dash, is_replaced};
 use super::picture_args::PictureArgs;
 use clap::Args;
-use phalanx::frame::{Aovs, Settings, Tile};
-use phalanx::image::{Depth, Format, Grade, PictureFile, save_bands};
+use phalanx::frame::{Aovs, Control, Settings, Tile};
+use phalanx::image::{Depth, Format, Grade, PictureFile, save_bands, write_bands};
 use phalanx::jobs::BandsError;
 use phalanx::render::Film;
 use phalanx::scene::Scene;
-use std::io;
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::sync_channel;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::time::Duration;
 
 /// How samples for a screen are made of radiance.
 #[derive(Debug, Args)]
@@ -41,12 +44,15 @@ fn parse_depth(text: &str) -> Result<Depth, String> {
 /// Longest side of a JPEG.
 const JPEG_SIDE: u32 = 65_535;
 
-/// What a picture's name says of it; refuses one whose ending no format has, for the given reason of asking.
-pub fn format_of(path: &Path, origin: &str) -> Result<Format, Failure> {
-    Format::of(path).ok_or_else(|| {
+/// The format that was asked for, or what a picture's name says of it; refuses one whose ending no format has, for the given reason of
+/// asking. Stdout and pipes and devices without an ending get a PNG.
+pub fn format_of(path: &Path, asked: Option<Format>, origin: &str) -> Result<Format, Failure> {
+    let plain = || path.extension().is_none() && !is_replaced(path);
+    let format = asked.or_else(|| Format::of(path));
+    format.or_else(|| plain().then_some(Format::Png)).ok_or_else(|| {
         let endings = Format::ENDINGS.map(|(ending, _)| format!(".{ending}"));
         Failure::Usage(format!(
-            "{origin} {}: the name must end in one of {}, which says what is written",
+            "{origin} {}: the name must end in one of {}, which says what is written, or --format must",
             path.display(),
             endings.join(", ")
         ))
@@ -134,30 +140,72 @@ impl Target {
         Ok(Target { path, file })
     }
 
-    /// Writes bands as they are made, on a thread of its own; `make` is given what takes them.
+    /// Tells whether the whole file is in memory before it is written: where it is not replaced, nothing can be sought in it.
+    pub fn is_in_memory(&self) -> bool {
+        self.file.format.seeks() && !is_replaced(&self.path)
+    }
+
+    /// Writes bands as they are made, on a thread of its own; `make` is given what takes them. A pipe whose reader does not come, or
+    /// reads no more, is given up when the control says stop.
     pub fn write_while<T>(
         &self,
+        control: &Control,
         make: impl FnOnce(&mut dyn FnMut(Film) -> bool) -> Result<T, BandsError>,
     ) -> Result<T, Failure> {
         // No band waits: one is being made, one is being written.
         let (send, receive) = sync_channel::<io::Result<Film>>(0);
-        std::thread::scope(|scope| {
-            let write = || save_bands(&self.path, &self.file, receive);
-            let writer = std::thread::Builder::new()
-                .spawn_scoped(scope, write)
-                .map_err(|e| Failure::Runtime(format!("cannot start a thread: {e}")))?;
-            let made = make(&mut |film| send.send(Ok(film)).is_ok());
-            drop(send);
-            let written = writer
-                .join()
-                .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            match (made, written) {
-                // Nobody took the bands, and that is why.
-                (Err(BandsError::Unwanted), Err(error)) => Err(error.into()),
-                (Err(error), _) => Err(error.into()),
-                (Ok(_), Err(error)) => Err(error.into()),
-                (Ok(done), Ok(())) => Ok(done),
+        let target = self.clone();
+        let writer = std::thread::Builder::new()
+            .spawn(move || target.save(receive))
+            .map_err(|e| Failure::Runtime(format!("cannot start a thread: {e}")))?;
+        let stopped = || control.stop.load(Ordering::SeqCst);
+        let made = make(&mut |film| hand(&send, film, stopped));
+        drop(send);
+        // A thread that waits for a pipe's reader ends with the process, and has no file to finish.
+        while !writer.is_finished() && !is_replaced(&self.path) {
+            match made {
+                Ok(_) | Err(BandsError::Unwanted) if !stopped() => std::thread::sleep(POLL),
+                Ok(_) | Err(BandsError::Unwanted) => return Err(Failure::Interrupted),
+                Err(error) => return Err(error.into()),
             }
-        })
+        }
+        let written = writer
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        match (made, written) {
+            (Err(BandsError::Unwanted), _) if stopped() => Err(Failure::Interrupted),
+            // Nobody took the bands, and that is why.
+            (Err(BandsError::Unwanted), Err(failure)) => Err(failure),
+            (Err(error), _) => Err(error.into()),
+            (Ok(_), Err(failure)) => Err(failure),
+            (Ok(done), Ok(())) => Ok(done),
+        }
+    }
+
+    fn save(&self, bands: Receiver<io::Result<Film>>) -> Result<(), Failure> {
+        if !is_dash(&self.path) {
+            return Ok(save_bands(&self.path, &self.file, bands)?);
+        }
+        // Standard output looks for ends of lines, which samples do not have.
+        let mut out = BufWriter::new(io::stdout().lock());
+        write_bands(&mut out, &self.file, bands)
+            .map_err(|e| Failure::Runtime(format!("cannot write the picture to stdout: {e}")))
+    }
+}
+
+/// How often a thread that waits looks for a signal.
+const POLL: Duration = Duration::from_millis(1);
+
+/// Hands a band to the thread that writes; `false` where that has ended, or where nobody is to wait for it any more.
+fn hand(send: &SyncSender<io::Result<Film>>, film: Film, stopped: impl Fn() -> bool) -> bool {
+    let mut waiting = Ok(film);
+    loop {
+        waiting = match send.try_send(waiting) {
+            Ok(()) => return true,
+            Err(TrySendError::Disconnected(_)) => return false,
+            Err(TrySendError::Full(_)) if stopped() => return false,
+            Err(TrySendError::Full(back)) => back,
+        };
+        std::thread::sleep(POLL);
     }
 }

@@ -31,9 +31,19 @@ struct Document<'a> {
 
 /// Writes a plan.
 pub fn run(args: &PlanArgs) -> Result<(), Failure> {
-    let format = format_of(&args.output, "--output")?;
+    if output::is_dash(&args.scene) || output::is_dash(&args.output) {
+        return Err(Failure::Usage(
+            "a plan is carried out later, elsewhere: stdin and stdout will not be there, name files".to_owned(),
+        ));
+    }
+    args.beside.no_picture()?;
+    let format = format_of(&args.output, None, "--output")?;
     output::check_place(&args.plan)?;
     output::check_place(&args.output)?;
+    output::check_distinct(&[
+        ("--output", Some(&args.output)),
+        ("--plan", Some(&args.plan)),
+    ])?;
     interrupt::listen()?;
     let input = Input::load(&args.scene, &args.beside, 0)?;
     let scene = &input.scene;
@@ -58,7 +68,7 @@ pub fn run(args: &PlanArgs) -> Result<(), Failure> {
         Identity::of(scene, &settings),
         args.shards,
     );
-    interrupt::undisturbed(|| write(&args.plan, &plan))??;
+    interrupt::undisturbed(&args.plan, || write(&args.plan, &plan))??;
     tell(args, &plan)
 }
 

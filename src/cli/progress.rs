@@ -9,7 +9,8 @@ use phalanx::frame::{self, Control, Frame, Prepared, Settings};
 use phalanx::scene::Scene;
 use serde::Serialize;
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -74,12 +75,13 @@ pub fn watched<T: Send, E: Into<Failure> + Send>(
     interrupt::stoppable(|control| on_large_stack(control, watch, fill))
 }
 
-/// The same for what also writes a file, which a signal must not leave half written.
+/// The same for what also writes to `path`: a signal must not leave a file half written.
 pub fn watched_writing<T: Send, E: Into<Failure> + Send>(
+    path: &Path,
     watch: Watch,
     fill: impl FnOnce(&Control) -> Result<T, E> + Send,
 ) -> Result<T, Failure> {
-    interrupt::stoppable_writing(|control| on_large_stack(control, watch, fill))
+    interrupt::stoppable_writing(path, |control| on_large_stack(control, watch, fill))
 }
 
 fn on_large_stack<T: Send, E: Into<Failure> + Send>(
@@ -129,13 +131,13 @@ impl Watch<'_> {
         let (mut told, mut ended) = (None, false);
         while !ended {
             let due = told.is_none_or(|at: Instant| at.elapsed() >= SECOND);
-            teller.tick(&Far::of(self.pixels, control, start), due);
+            teller.tick(&Far::of(self.pixels, control, start), due, &control.stop);
             if due {
                 told = Some(Instant::now());
             }
             ended = finished.recv_timeout(TICK) != Err(RecvTimeoutError::Timeout);
         }
-        teller.end(&Far::of(self.pixels, control, start));
+        teller.end(&Far::of(self.pixels, control, start), &control.stop);
     }
 }
 
@@ -214,7 +216,7 @@ impl<'a> Teller<'a> {
         }
     }
 
-    fn tick(&mut self, far: &Far, due: bool) {
+    fn tick(&mut self, far: &Far, due: bool, stop: &AtomicBool) {
         if let Some(bar) = &self.bar {
             let left = far.seconds_left.map(Duration::from_secs_f64);
             let left = left.map_or(String::new(), |left| {
@@ -227,11 +229,11 @@ impl<'a> Teller<'a> {
             tell_json(far);
         }
         if let Some(sight) = self.sight.as_mut().filter(|_| due) {
-            sight.show(&far.words(), false);
+            sight.show(&far.words(), false, stop);
         }
     }
 
-    fn end(mut self, far: &Far) {
+    fn end(mut self, far: &Far, stop: &AtomicBool) {
         if let Some(bar) = self.bar {
             bar.finish_and_clear();
         }
@@ -242,7 +244,7 @@ impl<'a> Teller<'a> {
             });
         }
         if let Some(sight) = &mut self.sight {
-            sight.show(&far.words(), true);
+            sight.show(&far.words(), true, stop);
         }
     }
 }

@@ -9,7 +9,7 @@ use super::memory::Memory;
 use super::picture_file::{Target, format_of};
 use super::progress::{self, Watch};
 use super::report::{Image, Report, Seconds};
-use super::sight::Sight;
+use super::sight::{self, Sight};
 use super::{advise, heat, input, interrupt, output, shard};
 use phalanx::frame::{Aov, Engine, Prepared, Settings};
 use phalanx::image::Format;
@@ -31,16 +31,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
 
 fn picture(args: &RenderArgs, name: &Path) -> Result<(), Failure> {
     args.picture.check()?;
-    if let Some(path) = &args.output {
-        format_of(path, "--output")?;
-    }
+    check_places(args)?;
     interrupt::listen()?;
     advise();
     let start = Instant::now();
     let mut input = Input::load(name, &args.beside, args.work.threads.unwrap_or(0))?;
     let load = start.elapsed().as_secs_f64();
     let (path, format) = output_path(args, name, &input.scene)?;
-    output::check_place(&path)?;
+    check_output(args, &path)?;
 
     let settings = args.work.apply(args.picture.settings(&input.scene));
     args.picture.check_region(&settings)?;
@@ -53,11 +51,12 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), Failure> {
     let target = Target::new(path, format, grade, picture, &input.scene, &settings)?;
     let heat = heat::asked(args.heat.as_deref(), &settings)?;
     let sequence = args.frames.sequence(&input.scene)?;
+    let films = held(&settings, &target);
     let start = Instant::now();
     let prepared = input.prepare(settings.engine, &args.tree, settings.threads)?;
     input
         .budget
-        .for_render(&input.scene, &prepared, &settings, held(&settings))?;
+        .for_render(&input.scene, &prepared, &settings, films)?;
     prepared.make_ready(&settings);
     let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
     let job = Job {
@@ -80,7 +79,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), Failure> {
         render: work.render,
         write: work.write,
     };
-    let film = held(&settings) * film_bytes(&settings);
+    let film = films * film_bytes(&settings);
     let image = Image::new(&settings, &target.path, sequence.map(|s| s.frames));
     let report = Report::new(name, scene, &settings, image)
         .with_tree(tree)
@@ -91,6 +90,37 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), Failure> {
     } else {
         output::print(&report.table())
     }
+}
+
+/// Refuses places that cannot be written, before the scene is read.
+fn check_places(args: &RenderArgs) -> Result<(), Failure> {
+    heat::check_place(args.heat.as_deref())?;
+    sight::check_place(&args.sight)?;
+    if let Some(path) = &args.keep.checkpoint {
+        TileFile::check_place(path)?;
+    }
+    let Some(path) = &args.output else {
+        return Ok(());
+    };
+    format_of(path, args.beside.picture_format()?, "--output")?;
+    if args.frames.frames.is_some() && output::is_dash(path) {
+        return Err(Failure::Usage(
+            "--frames writes a file for each frame, and stdout is one: name files".to_owned(),
+        ));
+    }
+    check_output(args, path)
+}
+
+/// Refuses a place that the picture cannot be written to, or that is another result's.
+fn check_output(args: &RenderArgs, path: &Path) -> Result<(), Failure> {
+    output::check_picture_place(path)?;
+    let heat = args.heat.as_ref().and_then(|words| words.get(1));
+    output::check_distinct(&[
+        ("the picture", Some(path)),
+        ("--checkpoint", args.keep.checkpoint.as_deref()),
+        ("--heat", heat.map(Path::new)),
+        ("--snapshot", args.sight.snapshot.as_deref()),
+    ])
 }
 
 /// What is the same for all frames of a sequence.
@@ -204,9 +234,11 @@ fn write(
         file: tiles,
         overview: watch.sight.map(|sight| &sight.overview),
     };
-    let written = progress::watched_writing(watch, |control| {
+    let written = progress::watched_writing(&target.path, watch, |control| {
         let tree = prepared.tree();
-        target.write_while(|take| render_bands(scene, tree, settings, control, beside, take))
+        target.write_while(control, |take| {
+            render_bands(scene, tree, settings, control, beside, take)
+        })
     });
     let Some(tiles) = tiles else {
         return written;
@@ -222,13 +254,12 @@ fn write(
     })
 }
 
-/// Films in memory at a time: one that is rendered, and one that is written.
-fn held(settings: &Settings) -> u64 {
-    if bands(settings.window()).len() > 1 {
-        2
-    } else {
-        1
-    }
+/// Films in memory at a time: one that is rendered, and one that is written; and as many as a file that is put together in memory
+/// takes the place of.
+fn held(settings: &Settings, target: &Target) -> u64 {
+    let bands = bands(settings.window()).len() as u64;
+    let file = if target.is_in_memory() { bands } else { 0 };
+    bands.min(2) + file
 }
 
 /// Where the picture goes: as asked, else as the scene says, else named like the scene; the latter two in the current
@@ -238,8 +269,9 @@ fn output_path(
     name: &Path,
     scene: &Scene,
 ) -> Result<(PathBuf, Format), Failure> {
+    let asked = args.beside.picture_format()?;
     if let Some(path) = &args.output {
-        return Ok((path.clone(), format_of(path, "--output")?));
+        return Ok((path.clone(), format_of(path, asked, "--output")?));
     }
     let named = scene
         .output
@@ -249,14 +281,15 @@ fn output_path(
     match named {
         Some(name) => {
             let path = PathBuf::from(name);
-            let format = format_of(&path, "the scene asks for the output")
+            let format = format_of(&path, asked, "the scene asks for the output")
                 .map_err(|failure| failure.and("choose another with -o"))?;
             Ok((path, format))
         }
         None => {
+            let format = asked.unwrap_or(Format::Png);
             let mut stem = input::stem(name).to_os_string();
-            stem.push(".png");
-            Ok((PathBuf::from(stem), Format::Png))
+            stem.push(format!(".{}", format.ending()));
+            Ok((PathBuf::from(stem), format))
         }
     }
 }

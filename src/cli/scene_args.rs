@@ -1,9 +1,11 @@
 //! What is given beside a scene: for what a mesh lacks, or instead of what its file says.
 
 use super::failure::Failure;
+use super::format_args::{FormatName, format_parser, picture_format, scene_format};
 use clap::Args;
 use glam::Vec3;
 use phalanx::formats::{Light, Options};
+use phalanx::image::Format;
 use phalanx::scene::{Surface, View};
 
 /// Options of every command that opens a scene.
@@ -28,9 +30,35 @@ pub struct SceneArgs {
     /// an estimate from the sizes of the named file (not of those it refers to), the scene and the picture, no limit
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
     pub max_memory: Option<u64>,
+    /// Format of the scene, whatever its name ends in; a scene from stdin, called -, needs it. Where a picture is written, the name of a
+    /// picture format says what is written, whatever the picture's name ends in: one of each may be given, as in
+    /// --format obj --format exr
+    #[arg(long, value_name = "NAME", value_parser = format_parser())]
+    pub format: Vec<FormatName>,
 }
 
 impl SceneArgs {
+    /// The format that the scene is said to be of.
+    pub fn scene_format(&self) -> Result<Option<&'static str>, Failure> {
+        scene_format(&self.format)
+    }
+
+    /// The format that the picture is to be of.
+    pub fn picture_format(&self) -> Result<Option<Format>, Failure> {
+        picture_format(&self.format)
+    }
+
+    /// Refuses a picture's format where no picture is written, or not now.
+    pub fn no_picture(&self) -> Result<(), Failure> {
+        match self.picture_format()? {
+            None => Ok(()),
+            Some(_) => Err(Failure::Usage(
+                "--format names a format of pictures, and no picture is written here: leave it out"
+                    .to_owned(),
+            )),
+        }
+    }
+
     /// What readers are told.
     pub fn options(&self, threads: usize) -> Result<Options, Failure> {
         let view = self.camera.as_deref().map(view).transpose();

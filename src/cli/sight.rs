@@ -6,9 +6,11 @@ use super::picture_file::Target;
 use super::preview::Preview;
 use clap::Args;
 use phalanx::frame::Tile;
-use phalanx::image::{Grade, encode, save_png};
+use phalanx::image::{Grade, Picture, encode, save_png};
 use phalanx::jobs::Overview;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 #[derive(Debug, Args)]
@@ -35,6 +37,15 @@ pub struct Sight<'a> {
     snapshot: Option<&'a Path>,
 }
 
+/// Refuses a place that snapshots cannot be written to.
+pub fn check_place(args: &SightArgs) -> Result<(), Failure> {
+    let Some(path) = &args.snapshot else {
+        return Ok(());
+    };
+    output::check_png_name(path, "--snapshot")?;
+    output::check_picture_place(path)
+}
+
 impl<'a> Sight<'a> {
     /// What was asked for, if anything was.
     pub fn of(
@@ -44,10 +55,6 @@ impl<'a> Sight<'a> {
     ) -> Result<Option<Sight<'a>>, Failure> {
         if args.preview {
             Preview::check()?;
-        }
-        if let Some(path) = &args.snapshot {
-            output::check_png_name(path, "--snapshot")?;
-            output::check_place(path)?;
         }
         if !args.preview && args.snapshot.is_none() {
             return Ok(None);
@@ -70,6 +77,8 @@ pub struct Viewer<'a> {
     sight: &'a Sight<'a>,
     preview: Option<Preview>,
     written: Instant,
+    /// Writes the last snapshot to where that may wait for a reader.
+    sent: Option<JoinHandle<()>>,
 }
 
 impl<'a> Viewer<'a> {
@@ -78,6 +87,7 @@ impl<'a> Viewer<'a> {
             sight,
             preview: sight.preview.then(Preview::default),
             written: Instant::now(),
+            sent: None,
         }
     }
 
@@ -86,8 +96,9 @@ impl<'a> Viewer<'a> {
         self.preview.is_some()
     }
 
-    /// Shows the picture so far, with these words; a file is written when it is time to, or at the end.
-    pub fn show(&mut self, words: &str, end: bool) {
+    /// Shows the picture so far, with these words; a file is written when it is time to, or at the end. A pipe whose reader does not
+    /// come holds nothing up, but at the end until `stop` is set.
+    pub fn show(&mut self, words: &str, end: bool, stop: &AtomicBool) {
         let due = end || self.written.elapsed() >= EVERY;
         if self.preview.is_none() && !due {
             return;
@@ -98,10 +109,34 @@ impl<'a> Viewer<'a> {
         }
         if let Some(path) = self.sight.snapshot.filter(|_| due) {
             self.written = Instant::now();
-            // A disk that is full for a moment is no reason to give up a picture that takes hours.
-            if let Err(error) = save_png(path, &picture) {
-                output::note(&format!("warning: {error}"));
-            }
+            self.save(path, picture, end, stop);
         }
+    }
+
+    fn save(&mut self, path: &Path, picture: Picture, end: bool, stop: &AtomicBool) {
+        if output::is_replaced(path) {
+            save(path, &picture);
+            return;
+        }
+        let waits = |sent: &Option<JoinHandle<()>>| sent.as_ref().is_some_and(|s| !s.is_finished());
+        let wait = |sent: &Option<JoinHandle<()>>| {
+            while end && waits(sent) && !stop.load(Ordering::SeqCst) {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        };
+        wait(&self.sent);
+        if waits(&self.sent) {
+            return;
+        }
+        let path = path.to_path_buf();
+        self.sent = Some(std::thread::spawn(move || save(&path, &picture)));
+        wait(&self.sent);
+    }
+}
+
+/// Writes a snapshot. A disk that is full for a moment is no reason to give up a picture that takes hours.
+fn save(path: &Path, picture: &Picture) {
+    if let Err(error) = save_png(path, picture) {
+        output::note(&format!("warning: {error}"));
     }
 }

@@ -203,7 +203,7 @@ fn quoted(path: &Path) -> String {
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
     let write = || replace_file(path, |out| out.write_all(text.as_bytes()));
-    interrupt::undisturbed(write)?
+    interrupt::undisturbed(path, write)?
         .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
 }
 

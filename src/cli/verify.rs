@@ -64,6 +64,7 @@ struct Against {
 /// Verifies every scene; exit code 4 if any picture differs.
 pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
     args.picture.check()?;
+    args.beside.no_picture()?;
     let record = args.against.as_deref().map(Record::load).transpose()?;
     if let Some(path) = &args.record {
         output::check_place(path)?;
@@ -90,7 +91,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
         }
     }
     if let Some(path) = &args.record {
-        interrupt::undisturbed(|| Record::new(kept).save(path))??;
+        interrupt::undisturbed(path, || Record::new(kept).save(path))??;
     }
     let identical = scenes.iter().all(SceneOutcome::identical);
     if args.json {

@@ -184,21 +184,64 @@ pub fn endings() -> impl Iterator<Item = &'static str> {
 /// # Errors
 /// [`LoadError`], with every problem found up to [`MAX_DIAGNOSTICS`].
 pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
+    load_format(path, path.extension(), options)
+}
+
+/// Reads a scene file of the format with this ending (one of [`endings`]), whatever its name ends in.
+///
+/// # Errors
+/// As of [`load`].
+pub fn load_as(path: &Path, ending: &str, options: &Options) -> Result<Loaded, LoadError> {
+    load_format(path, Some(OsStr::new(ending)), options)
+}
+
+fn load_format(
+    path: &Path,
+    ending: Option<&OsStr>,
+    options: &Options,
+) -> Result<Loaded, LoadError> {
     let io = |source| LoadError::Io {
         path: path.to_path_buf(),
         source,
     };
     // Opened before the ending is looked at: that a file is not there is the better answer to a mistyped name.
     let file = open(path).map_err(io)?;
-    let Some(format) = path.extension().and_then(Format::of) else {
-        return Err(LoadError::UnknownFormat {
-            path: path.to_path_buf(),
-        });
-    };
+    let format = known_format(path, ending)?;
     let bytes = bytes::read(file, path, options.threads).map_err(io)?;
-    read(format, &bytes, &Folder::of(path), options).map_err(|diagnostics| LoadError::Scene {
+    load_read(path, format, &bytes, options)
+}
+
+/// Reads a scene from bytes that came from elsewhere, a pipe for example, as from a file of this path and of the format with this ending
+/// (one of [`endings`]): files that the scene names are looked for in the path's folder.
+///
+/// # Errors
+/// As of [`load`].
+pub fn load_bytes(
+    path: &Path,
+    ending: &str,
+    bytes: &[u8],
+    options: &Options,
+) -> Result<Loaded, LoadError> {
+    let format = known_format(path, Some(OsStr::new(ending)))?;
+    load_read(path, format, bytes, options)
+}
+
+fn known_format(path: &Path, ending: Option<&OsStr>) -> Result<Format, LoadError> {
+    let known = ending.and_then(Format::of);
+    known.ok_or_else(|| LoadError::UnknownFormat {
         path: path.to_path_buf(),
-        text: format.text(&bytes),
+    })
+}
+
+fn load_read(
+    path: &Path,
+    format: Format,
+    bytes: &[u8],
+    options: &Options,
+) -> Result<Loaded, LoadError> {
+    read(format, bytes, &Folder::of(path), options).map_err(|diagnostics| LoadError::Scene {
+        path: path.to_path_buf(),
+        text: format.text(bytes),
         diagnostics,
     })
 }

@@ -2,14 +2,14 @@
 //! being written of it, need be in memory at a time.
 
 use super::exr::write_exr;
-use super::file::{Out, replace_file};
+use super::file::{Out, in_memory, replace_file, replace_file_seeking};
 use super::format::Format;
 use super::jpeg::write_jpeg;
 use super::linear::{write_hdr, write_pfm};
 use super::png::{PictureError, write_png, write_png_16};
 use super::tone::{Encoder, Grade};
 use crate::render::{Aovs, Film};
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
 
 /// The height of every band but the last is a multiple of this: of the rows of a JPEG's blocks, and of an OpenEXR file's tiles.
@@ -54,35 +54,31 @@ pub fn save_bands(
     bands: impl IntoIterator<Item = io::Result<Film>>,
 ) -> Result<(), PictureError> {
     let mut bands = Bands::new(file, bands.into_iter());
-    let written = replace_file(path, |out| {
-        write(out, file, &mut bands)?;
-        bands.end()
-    });
+    let written = match file.format.seeks() {
+        true => replace_file_seeking(path, |out| bands.write_seeking(out, file)),
+        false => replace_file(path, |out| bands.write(out, file)),
+    };
     written.map_err(|source| PictureError::Write {
         path: path.to_path_buf(),
         source,
     })
 }
 
-fn write(out: &mut dyn Out, file: &PictureFile, bands: Films) -> io::Result<()> {
-    let encoder = Encoder::new(file.grade);
-    match (file.format, file.depth) {
-        (Format::Png, Depth::Eight) => {
-            let rows = bands.map(|film| Ok(encoder.encode(&film?).rgb));
-            write_png(out, file.width, file.height, rows)
-        }
-        (Format::Png, Depth::Sixteen) => {
-            let rows = bands.map(|film| Ok(encoder.encode_16(&film?).rgb));
-            write_png_16(out, file.width, file.height, rows)
-        }
-        (Format::Jpeg, _) => {
-            let rows = bands.map(|film| Ok(encoder.encode(&film?)));
-            write_jpeg(out, file.width, file.height, rows)
-        }
-        (Format::Exr, _) => write_exr(out, file.width, file.height, file.aovs, bands),
-        (Format::Hdr, _) => write_hdr(out, file.width, file.height, bands),
-        (Format::Pfm, _) => write_pfm(out, file.width, file.height, bands),
+/// Writes a picture to wherever bytes go, as [`save_bands`] does to a file; those of a format that seeks when they are complete.
+///
+/// # Errors
+/// As of [`save_bands`].
+pub fn write_bands(
+    out: &mut dyn Write,
+    file: &PictureFile,
+    bands: impl IntoIterator<Item = io::Result<Film>>,
+) -> io::Result<()> {
+    let mut bands = Bands::new(file, bands.into_iter());
+    match file.format.seeks() {
+        true => out.write_all(&in_memory(|out| bands.write_seeking(out, file))?)?,
+        false => bands.write(out, file)?,
     }
+    out.flush()
 }
 
 /// Films as writers take them.
@@ -106,6 +102,38 @@ impl<I: Iterator<Item = io::Result<Film>>> Bands<I> {
             aovs: file.aovs,
             rows: file.height,
         }
+    }
+
+    /// Writes a format that needs no seeking.
+    fn write(&mut self, out: &mut dyn Write, file: &PictureFile) -> io::Result<()> {
+        let encoder = Encoder::new(file.grade);
+        let (width, height) = (file.width, file.height);
+        let bands = self.by_ref();
+        match (file.format, file.depth) {
+            (Format::Jpeg, _) => {
+                let rows = bands.map(|film| Ok(encoder.encode(&film?)));
+                write_jpeg(out, width, height, rows)?;
+            }
+            (Format::Hdr, _) => write_hdr(out, width, height, bands)?,
+            (_, Depth::Eight) => {
+                let rows = bands.map(|film| Ok(encoder.encode(&film?).rgb));
+                write_png(out, width, height, rows)?;
+            }
+            (_, Depth::Sixteen) => {
+                let rows = bands.map(|film| Ok(encoder.encode_16(&film?).rgb));
+                write_png_16(out, width, height, rows)?;
+            }
+        }
+        self.end()
+    }
+
+    /// Writes one that does.
+    fn write_seeking(&mut self, out: &mut dyn Out, file: &PictureFile) -> io::Result<()> {
+        match file.format {
+            Format::Exr => write_exr(out, file.width, file.height, file.aovs, self)?,
+            _ => write_pfm(out, file.width, file.height, self)?,
+        }
+        self.end()
     }
 
     fn check(&mut self, film: Film) -> io::Result<Film> {

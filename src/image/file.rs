@@ -1,79 +1,116 @@
-//! Files that appear whole or not at all.
+//! The one place through which files are written: regular ones appear whole or not at all, everything else is written into.
 
-use std::fs::{File, Permissions};
-use std::io::{self, BufWriter, Seek, Write};
-use std::path::{Path, PathBuf};
+use super::place::{Place, folder_of};
+use std::fs::{self, File, Permissions};
+use std::io::{self, BufWriter, Cursor, Seek, Write};
+use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
 
-/// What a file is written through: some formats go back to say what they could not know before.
-pub trait Out: Write + Seek {}
+/// A file for formats that go back to say what they could not know before.
+pub(super) trait Out: Write + Seek {}
 
 impl<T: Write + Seek> Out for T {}
 
-/// Writes a file through `fill` into a temporary one in the same folder, syncs it, and renames it over `path`.
+/// Writes what is to stand at `path` through `fill`, by what stands there now (see [`Place`]).
+///
+/// A regular file, or none yet: written as a temporary file in the same folder, which is synced and renamed over it, and has its
+/// permissions. A link's target is treated so, the link stays. Pipes, devices and open files of this process (`/dev/stdout`) are
+/// written into as the bytes come, and are never renamed over.
 ///
 /// # Errors
-/// The first error of any step. Then there is no temporary file left, and what stood at `path` stands there still.
+/// The first error of any step. Then there is no temporary file left, and a regular file that stood at `path` stands there still.
 pub fn replace_file(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let place = Place::of(path)?;
+    match (&place, place.open_stream()?) {
+        (_, Some(stream)) => write_through(stream, |out| fill(out)).map(drop),
+        (Place::File(path), None) => replace(path, |out| fill(out)),
+        (_, None) => Ok(()),
+    }
+}
+
+/// The same for formats that seek: for what is written into, the bytes are put together in memory.
+pub(super) fn replace_file_seeking(
     path: &Path,
     fill: impl FnOnce(&mut dyn Out) -> io::Result<()>,
 ) -> io::Result<()> {
-    // A link keeps pointing where it did: the file behind it is what gets replaced.
-    let path = &path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    refuse_folder(path)?;
-    // Dropping it on an early return removes it.
-    let mut temporary = temporary_beside(path)?;
-    let mut writer = BufWriter::new(temporary.as_file_mut());
-    fill(&mut writer)?;
-    writer.flush()?;
-    drop(writer);
-    temporary.as_file().sync_all()?;
-    temporary.persist(path).map_err(|e| e.error)?;
-    sync_folder(&folder_of(path));
-    Ok(())
+    match Place::of(path)? {
+        Place::File(path) => replace(&path, fill),
+        Place::Stream(_) | Place::Open(_) => {
+            let bytes = in_memory(fill)?;
+            replace_file(path, |out| out.write_all(&bytes))
+        }
+    }
 }
 
-/// Whether [`replace_file`] could write there now: to be asked before hours of work, not after.
+/// The bytes that `fill` writes.
+pub(super) fn in_memory(fill: impl FnOnce(&mut dyn Out) -> io::Result<()>) -> io::Result<Vec<u8>> {
+    let mut bytes = Cursor::new(Vec::new());
+    fill(&mut bytes)?;
+    Ok(bytes.into_inner())
+}
+
+/// Tells what [`replace_file`] would find there and refuses where it could not write: to be asked before hours of work, not after.
+/// Nothing is opened, waited for, or left behind.
 ///
 /// # Errors
 /// The system's reason why not.
-pub fn check_writable(path: &Path) -> io::Result<()> {
-    let path = &path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    refuse_folder(path)?;
-    temporary_beside(path)?.close()
+pub fn check_writable(path: &Path) -> io::Result<Place> {
+    let place = Place::of(path)?;
+    match &place {
+        Place::File(path) => temporary_beside(path)?.close()?,
+        Place::Stream(_) | Place::Open(_) => place.check_stream()?,
+    }
+    Ok(place)
 }
 
-fn refuse_folder(path: &Path) -> io::Result<()> {
-    if path.is_dir() {
-        return Err(io::Error::new(
-            io::ErrorKind::IsADirectory,
-            "there is a folder of that name",
-        ));
-    }
+fn replace(path: &Path, fill: impl FnOnce(&mut dyn Out) -> io::Result<()>) -> io::Result<()> {
+    // Dropping it on an early return removes it.
+    let mut temporary = temporary_beside(path)?;
+    let file = write_through(temporary.as_file_mut(), |out| fill(out))?;
+    file.sync_all()?;
+    temporary.persist(path).map_err(|e| e.error)?;
+    sync_folder(folder_of(path));
     Ok(())
 }
 
-fn folder_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(folder) if folder != Path::new("") => folder.to_path_buf(),
-        _ => PathBuf::from("."),
-    }
+/// Writes through a buffer, to its last byte.
+fn write_through<W: Write>(
+    file: W,
+    fill: impl FnOnce(&mut BufWriter<W>) -> io::Result<()>,
+) -> io::Result<W> {
+    let mut writer = BufWriter::new(file);
+    fill(&mut writer)?;
+    writer.into_inner().map_err(|e| e.into_error())
 }
 
 fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(io::Error::new(
-            io::ErrorKind::NotFound,
-            format!("there is no folder {}", folder.display()),
-        ));
-    }
     let mut builder = Builder::new();
     builder.prefix(".phalanx-").suffix(".part");
-    if let Some(permissions) = ordinary_permissions() {
+    // Of a file that others may not read, no other part of its bytes may be read either.
+    let there = fs::metadata(path).ok().map(|there| there.permissions());
+    if let Some(permissions) = there.clone().or_else(ordinary_permissions) {
         builder.permissions(permissions);
     }
-    builder.tempfile_in(folder)
+    let temporary = builder.tempfile_in(folder_of(path))?;
+    if let Some(permissions) = there {
+        // Those of a new file are less the umask.
+        keep_permissions(temporary.as_file(), permissions)?;
+    }
+    Ok(temporary)
+}
+
+#[cfg(unix)]
+fn keep_permissions(file: &File, permissions: Permissions) -> io::Result<()> {
+    file.set_permissions(permissions)
+}
+
+/// Nothing is kept where the one permission is to be read only: such a file could not be renamed.
+#[cfg(not(unix))]
+fn keep_permissions(_: &File, _: Permissions) -> io::Result<()> {
+    Ok(())
 }
 
 /// What a file made with `File::create` would get (less the umask), not the 0600 of temporary files.
@@ -142,7 +179,7 @@ mod tests {
         let missing = folder.path().join("nowhere/a.png");
         for path in [folder.path(), &missing] {
             assert!(check_writable(path).is_err(), "{path:?}");
-            let fill = |_: &mut dyn Out| panic!("must not be reached");
+            let fill = |_: &mut dyn Write| panic!("must not be reached");
             assert!(replace_file(path, fill).is_err(), "{path:?}");
         }
         check_writable(&folder.path().join("a.png")).unwrap();

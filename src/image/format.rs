@@ -37,9 +37,25 @@ impl Format {
         named.map(|(_, format)| *format)
     }
 
+    /// The ending of its files.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Format::Png => "png",
+            Format::Jpeg => "jpg",
+            Format::Exr => "exr",
+            Format::Hdr => "hdr",
+            Format::Pfm => "pfm",
+        }
+    }
+
     /// Whether it holds linear radiance rather than samples for a screen.
     pub fn is_linear(self) -> bool {
         matches!(self, Format::Exr | Format::Hdr | Format::Pfm)
+    }
+
+    /// Tells whether its writer goes back in the file, so that into a pipe it is written when it is whole.
+    pub fn seeks(self) -> bool {
+        matches!(self, Format::Exr | Format::Pfm)
     }
 }
 

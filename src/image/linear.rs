@@ -5,11 +5,11 @@ use super::file::Out;
 use super::png::io_error;
 use ::image::Rgb;
 use ::image::codecs::hdr::HdrEncoder;
-use std::io::{self, SeekFrom};
+use std::io::{self, SeekFrom, Write};
 
 /// Films as Radiance RGBE, 8 bits of each sample beside the largest of the three. What is negative, or no number, is 0.
 pub(super) fn write_hdr(
-    out: &mut dyn Out,
+    out: &mut dyn Write,
     width: u32,
     height: u32,
     bands: Films,

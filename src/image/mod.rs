@@ -7,6 +7,11 @@
 
 mod bands;
 mod compare;
+#[cfg_attr(
+    unix,
+    allow(unsafe_code, reason = "an open file is known by its number alone")
+)]
+mod descriptor;
 mod exr;
 mod false_color;
 mod file;
@@ -15,13 +20,15 @@ mod jpeg;
 mod linear;
 #[cfg(test)]
 mod odd_film;
+mod place;
 mod png;
 mod tone;
 
-pub use bands::{BAND_ROWS, Depth, PictureFile, save_bands};
+pub use bands::{BAND_ROWS, Depth, PictureFile, save_bands, write_bands};
 pub use compare::{Comparison, DifferentSizes, compare, heat};
 pub use false_color::false_color;
-pub use file::{Out, check_writable, replace_file};
+pub use file::{check_writable, replace_file};
 pub use format::Format;
+pub use place::Place;
 pub use png::{PictureError, Raster, load, png_bytes, save_png};
 pub use tone::{Grade, Picture, encode};

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Why a picture could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The file could not be written; what stood there stands there still.
+    /// The file could not be written; a regular file that stood there stands there still.
     #[error("cannot write {}: {source}", path.display())]
     Write {
         /// The file.

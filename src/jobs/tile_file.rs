@@ -9,6 +9,7 @@ use super::identity::Identity;
 use super::record::{self, HEAD, Head};
 use super::scan::{Owner, Scan};
 use crate::frame::Tile;
+use crate::image::Place;
 use crate::render::{Film, Pixels};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -93,6 +94,7 @@ impl TileFile {
     /// [`TileFileError`]: also where the file is another picture's, and where another process adds to it.
     pub fn open(path: &Path, identity: &Identity) -> Result<TileFile, TileFileError> {
         let io = |source| io_error(path, source);
+        TileFile::check_place(path)?;
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create(true).truncate(false);
         let file = file.open(path).map_err(io)?;
@@ -116,8 +118,23 @@ impl TileFile {
     /// # Errors
     /// [`TileFileError`].
     pub fn read(path: &Path, identity: &Identity) -> Result<TileFile, TileFileError> {
+        TileFile::check_place(path)?;
         let file = File::open(path).map_err(|source| io_error(path, source))?;
         TileFile::scan(path, file, identity)
+    }
+
+    /// Refuses a place that no tile file can be at, without opening it: tiles are read again from anywhere in the file, so that pipes,
+    /// devices and `/dev/stdout` will not do.
+    ///
+    /// # Errors
+    /// [`TileFileError::Io`].
+    pub fn check_place(path: &Path) -> Result<(), TileFileError> {
+        let refused = || io::Error::other("finished tiles are kept in a regular file only");
+        match Place::of(path) {
+            Ok(Place::File(_)) => Ok(()),
+            Ok(Place::Stream(_) | Place::Open(_)) => Err(io_error(path, refused())),
+            Err(error) => Err(io_error(path, error)),
+        }
     }
 
     /// Where it is.

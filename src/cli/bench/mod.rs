@@ -46,16 +46,7 @@ fn measure_all(args: &RunArgs) -> Result<(), Failure> {
     interrupt::listen()?;
     super::advise();
     let suite = Suite::standard().map_err(|e| Failure::Runtime(format!("perf/suite.toml: {e}")))?;
-    let places = [
-        &args.json,
-        &args.csv,
-        &args.html,
-        &args.dump_rays,
-        &args.update_suite,
-    ];
-    for place in places.into_iter().flatten() {
-        output::check_place(place)?;
-    }
+    check_places(args)?;
     let baseline = args.baseline.as_deref().map(Baseline::load).transpose()?;
     let peers = peers(args)?;
     let plan = plan(args, &suite, &peers);
@@ -86,6 +77,30 @@ fn measure_all(args: &RunArgs) -> Result<(), Failure> {
     }
 }
 
+/// Refuses places that cannot be written, and scenes that cannot be read as often as they have to be.
+fn check_places(args: &RunArgs) -> Result<(), Failure> {
+    let places = [
+        ("--json", &args.json),
+        ("--csv", &args.csv),
+        ("--html", &args.html),
+        ("--dump-rays", &args.dump_rays),
+        ("--update-suite", &args.update_suite),
+    ];
+    for place in places.iter().filter_map(|(_, place)| place.as_ref()) {
+        output::check_place(place)?;
+    }
+    output::check_distinct(&places.map(|(origin, place)| (origin, place.as_deref())))?;
+    args.beside.no_picture()?;
+    let stdin = args.scenes.iter().any(|scene| output::is_dash(scene));
+    match stdin && args.fail_above.is_some() {
+        false => Ok(()),
+        true => Err(Failure::Usage(
+            "--fail-above may measure a scene again, and stdin can be read once: name a file"
+                .to_owned(),
+        )),
+    }
+}
+
 /// What was asked for beside the tables.
 fn write_files(args: &RunArgs, record: &Record, pictures: &[ScenePictures]) -> Result<(), Failure> {
     if let Some(path) = &args.json {
@@ -109,9 +124,9 @@ fn dump_rays(path: &Path, args: &RunArgs, plan: &Plan, courses: &[Course]) -> Re
     };
     let input = Input::load(&course.path, &args.beside, 0)?;
     let mut counts = Vec::new();
-    let written = interrupt::undisturbed(|| {
-        replace_file(path, |mut file| {
-            let dumped = dump(&input.scene, &course.heading, plan, &mut file);
+    let written = interrupt::undisturbed(path, || {
+        replace_file(path, |file| {
+            let dumped = dump(&input.scene, &course.heading, plan, file);
             counts = dumped.map_err(|error| match error {
                 DumpError::Io(error) => error,
                 other => std::io::Error::other(other),
@@ -253,8 +268,10 @@ fn compare(paths: &[PathBuf]) -> Result<(), Failure> {
 }
 
 fn save(path: &Path, text: &str) -> Result<(), Failure> {
-    interrupt::undisturbed(|| replace_file(path, |file| file.write_all(text.as_bytes())))?
-        .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
+    interrupt::undisturbed(path, || {
+        replace_file(path, |file| file.write_all(text.as_bytes()))
+    })?
+    .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
 }
 
 /// The suite with what was found in place of what was expected.

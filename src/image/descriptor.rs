@@ -1,0 +1,72 @@
+//! Open files by their number: what `/dev/stdout`, `/dev/fd/3` and `/proc/self/fd/3` name. The only place of `image` with `unsafe`.
+
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+/// The number of this process's open file that a path names, links in its last part not followed.
+#[cfg(unix)]
+pub(super) fn named(path: &Path) -> Option<i32> {
+    let number = number(path)?;
+    let folder = folder(path)?;
+    let same = |other: &str| {
+        Path::new(other)
+            .canonicalize()
+            .is_ok_and(|own| own == folder)
+    };
+    // A thread's files are those of its process.
+    let own = Path::new("/proc/self").canonicalize();
+    let own = own.is_ok_and(|own| folder.starts_with(own) && folder.ends_with("fd"));
+    (own || same("/dev/fd")).then_some(number)
+}
+
+/// Tells whether a path names an open file of another process. Its link's text is not always a path.
+#[cfg(unix)]
+pub(super) fn of_another_process(path: &Path) -> bool {
+    let folder = number(path).and_then(|_| folder(path));
+    folder.is_some_and(|folder| folder.starts_with("/proc") && folder.ends_with("fd"))
+}
+
+#[cfg(unix)]
+fn number(path: &Path) -> Option<i32> {
+    let name = path.file_name()?.to_str()?;
+    let digits = name.bytes().all(|b| b.is_ascii_digit());
+    digits.then(|| name.parse().ok())?
+}
+
+#[cfg(unix)]
+fn folder(path: &Path) -> Option<std::path::PathBuf> {
+    super::place::folder_of(path).canonicalize().ok()
+}
+
+/// A second handle of an open file, which has one position with the first.
+///
+/// # Errors
+/// The system's reason: that there is no open file of this number, most likely.
+#[cfg(unix)]
+pub(super) fn duplicate(number: i32) -> io::Result<File> {
+    use std::os::fd::BorrowedFd;
+    if number < 0 {
+        return Err(io::ErrorKind::InvalidInput.into());
+    }
+    // SAFETY: the number is not -1, as `BorrowedFd` wants it. It is borrowed for this one call, which asks the system to duplicate it:
+    // of a number that is not open the system says so, and nothing is read, written or closed through it. Who asks is named by the
+    // user, by path, so that no other part's handle is guessed at.
+    let borrowed = unsafe { BorrowedFd::borrow_raw(number) };
+    borrowed.try_clone_to_owned().map(File::from)
+}
+
+#[cfg(not(unix))]
+pub(super) fn named(_: &Path) -> Option<i32> {
+    None
+}
+
+#[cfg(not(unix))]
+pub(super) fn of_another_process(_: &Path) -> bool {
+    false
+}
+
+#[cfg(not(unix))]
+pub(super) fn duplicate(_: i32) -> io::Result<File> {
+    Err(io::ErrorKind::Unsupported.into())
+}
