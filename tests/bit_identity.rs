@@ -7,7 +7,7 @@ use common::rng::Rng;
 use common::scenes::{self, Paint};
 use glam::Vec3;
 use phalanx::frame::{
-    Adaptive, Aovs, Engine, Filter, Frame, Integrator, Kernel, Lens, Prepared, Sampling, Settings,
+    Adaptive, Aovs, Engine, Filter, Integrator, Kernel, Lens, Prepared, Sampling, Settings,
 };
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;

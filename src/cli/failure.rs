@@ -169,9 +169,9 @@ impl From<TileFileError> for Failure {
             TileFileError::Io { source, .. } if source.kind() == ErrorKind::StorageFull => {
                 failure.and("what is finished is kept: make room, and give the same command again")
             }
-            TileFileError::Different { .. } | TileFileError::Other { .. } => {
-                failure.and("name another file, or remove this one")
-            }
+            TileFileError::Different { .. }
+            | TileFileError::Other { .. }
+            | TileFileError::Layout { .. } => failure.and("name another file, or remove this one"),
             _ => failure,
         }
     }
@@ -181,6 +181,11 @@ impl From<PlanError> for Failure {
     fn from(error: PlanError) -> Failure {
         match error {
             PlanError::NoShard { .. } => Failure::Usage(error.to_string()),
+            PlanError::Output { .. } => Failure::Usage(error.to_string())
+                .and("where it goes is for you to say: name it with -o"),
+            PlanError::Version { .. } => {
+                Failure::Runtime(error.to_string()).and("make the plan again")
+            }
             _ => Failure::Runtime(error.to_string()),
         }
     }

@@ -51,7 +51,8 @@ pub struct PlanArgs {
     /// How many shards to cut the picture into
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SHARDS)))]
     pub shards: u32,
-    /// Picture that the shards will be merged into; its ending says what is written
+    /// Picture that the shards will be merged into; its ending says what is written. If it lies outside the plan's folder, merge wants
+    /// to be told again
     #[arg(short, long, value_name = "OUT.png")]
     pub output: PathBuf,
     /// Plan to write; shards are rendered into files beside it
@@ -72,7 +73,7 @@ pub struct PlanArgs {
 pub struct MergeArgs {
     /// Plan whose shards have been rendered
     pub plan: PathBuf,
-    /// Picture to write, by its ending, or - for stdout [default: the plan's]
+    /// Picture to write, anywhere, by its ending, or - for stdout [default: the plan's, which has to lie in the plan's folder]
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
     /// Format of the picture, whatever its name ends in [default for stdout: png]
@@ -101,6 +102,9 @@ pub struct SubmitArgs {
     /// Time limit of a shard, as sbatch takes it; a shard that needs longer saves what it has and goes back into the queue
     #[arg(long, value_name = "TIME")]
     pub time: Option<String>,
+    /// Picture that the merge writes, anywhere [default: the plan's, which has to lie in the plan's folder]
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
     /// CPUs of a shard [default: those that Slurm gives it]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
     pub cpus_per_task: Option<u32>,

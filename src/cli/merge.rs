@@ -6,6 +6,7 @@ use super::picture_file::format_of;
 use super::progress::{self, Watch};
 use super::report::{SCHEMA_VERSION, lines};
 use super::{interrupt, output, plan};
+use phalanx::frame::Tile;
 use phalanx::jobs::{BandsError, Plan, TileFile, TileFileError, merge_bands};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,10 @@ struct Document<'a> {
 /// Merges what the shards of a plan have rendered; exit code 6 if there is something missing.
 pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let plan = Plan::read(&args.plan)?;
-    let path = args.output.clone().unwrap_or_else(|| plan.output.clone());
+    let path = match &args.output {
+        Some(path) => path.clone(),
+        None => plan.picture_path(&args.plan)?,
+    };
     let format = format_of(&path, args.format, "the picture")?;
     output::check_picture_place(&path)?;
     interrupt::listen()?;
@@ -64,8 +68,9 @@ struct Missing {
 /// The files of all shards, each of which has all of its tiles.
 fn files(path: &Path, plan: &Plan) -> Result<Vec<TileFile>, Failure> {
     let (mut files, mut missing) = (Vec::new(), Vec::new());
+    let tiles = plan.tiles();
     for shard in 0..plan.shards {
-        match whole(path, plan, shard)? {
+        match whole(path, plan, &tiles, shard)? {
             Ok(file) => files.push(file),
             Err(why) => missing.push(Missing { shard, why }),
         }
@@ -79,16 +84,22 @@ fn files(path: &Path, plan: &Plan) -> Result<Vec<TileFile>, Failure> {
 /// The numbers of the shards that cannot be merged yet.
 pub fn missing(path: &Path, plan: &Plan) -> Result<Vec<u32>, Failure> {
     let mut missing = Vec::new();
+    let tiles = plan.tiles();
     for shard in 0..plan.shards {
-        if whole(path, plan, shard)?.is_err() {
+        if whole(path, plan, &tiles, shard)?.is_err() {
             missing.push(shard);
         }
     }
     Ok(missing)
 }
 
-/// The file of a shard, or why it cannot be merged yet.
-fn whole(path: &Path, plan: &Plan, shard: u32) -> Result<Result<TileFile, String>, Failure> {
+/// The file of a shard, or why it cannot be merged yet; `tiles` are those of all shards.
+fn whole(
+    path: &Path,
+    plan: &Plan,
+    tiles: &[Tile],
+    shard: u32,
+) -> Result<Result<TileFile, String>, Failure> {
     let name: PathBuf = plan.shard_file(path, shard);
     let file = match TileFile::read(&name, &plan.picture) {
         Ok(file) => file,
@@ -100,17 +111,14 @@ fn whole(path: &Path, plan: &Plan, shard: u32) -> Result<Result<TileFile, String
         }
         Err(error) => return Err(BandsError::from(error).into()),
     };
-    let share = plan.share(shard)?;
-    let lacks = share.iter().filter(|tile| !file.has(**tile)).count();
+    let share = plan.share_of(tiles, shard).count();
+    let lacks = plan.share_of(tiles, shard);
+    let lacks = lacks.filter(|tile| !file.has(*tile)).count();
     Ok(match (lacks, file.damaged()) {
         (0, _) => Ok(file),
-        (_, 0) => Err(format!(
-            "{lacks} of {} tiles are not rendered yet",
-            share.len()
-        )),
+        (_, 0) => Err(format!("{lacks} of {share} tiles are not rendered yet")),
         (_, damaged) => Err(format!(
-            "{lacks} of {} tiles are missing, {damaged} of them damaged",
-            share.len()
+            "{lacks} of {share} tiles are missing, {damaged} of them damaged"
         )),
     })
 }

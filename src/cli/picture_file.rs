@@ -5,7 +5,7 @@ use super::output::{is_dash, is_replaced};
 use super::picture_args::PictureArgs;
 use clap::Args;
 use phalanx::frame::{Aovs, Control, Settings, Tile};
-use phalanx::image::{Depth, Format, Grade, PictureFile, save_bands, write_bands};
+use phalanx::image::{Depth, Format, Grade, MAX_EXPOSURE, PictureFile, save_bands, write_bands};
 use phalanx::jobs::BandsError;
 use phalanx::render::Film;
 use phalanx::scene::Scene;
@@ -29,8 +29,8 @@ pub struct GradeArgs {
 fn parse_exposure(text: &str) -> Result<f32, String> {
     let stops: Option<f32> = text.parse().ok();
     stops
-        .filter(|stops| stops.abs() <= 100.0)
-        .ok_or_else(|| "expected stops from -100 to 100, as in 0.5".to_owned())
+        .filter(|stops| stops.abs() <= MAX_EXPOSURE)
+        .ok_or_else(|| format!("expected stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}, as in 0.5"))
 }
 
 fn parse_depth(text: &str) -> Result<Depth, String> {

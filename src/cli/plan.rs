@@ -10,7 +10,7 @@ use super::{interrupt, output};
 use clap::Parser;
 use phalanx::frame::Settings;
 use phalanx::image::{Depth, Format, Grade, replace_file};
-use phalanx::jobs::{Developing, Identity, Plan};
+use phalanx::jobs::{Developing, Difference, Identity, Plan, kept_output};
 use phalanx::open::standard_name;
 use phalanx::scene::{Quantize, Tone, Transfer};
 use serde::Serialize;
@@ -45,6 +45,7 @@ pub fn run(args: &PlanArgs) -> Result<(), Failure> {
         ("--plan", Some(&args.plan)),
     ])?;
     interrupt::listen()?;
+    refuse_special(&args.scene)?;
     let input = Input::load(&args.scene, &args.beside, 0)?;
     let scene = &input.scene;
     let settings = args.picture.settings(scene);
@@ -53,23 +54,43 @@ pub fn run(args: &PlanArgs) -> Result<(), Failure> {
         absolute(path)
             .map_err(|e| Failure::Runtime(format!("cannot tell where {} is: {e}", path.display())))
     };
-    let output = here(&args.output)?;
+    let output = text(&here(&args.output)?)?;
     let (grade, picture) = (&args.grade, &args.picture);
-    let target = Target::new(output.clone(), format, grade, picture, scene, &settings)?;
+    let target = Target::new(output.into(), format, grade, picture, scene, &settings)?;
     let name = match standard_name(&args.scene) {
         Some(name) => name.to_owned(),
         None => text(&here(&args.scene)?)?,
     };
+    let kept = kept_output(&args.plan, &args.output).map_err(|e| {
+        Failure::Runtime(format!(
+            "cannot tell where {} is: {e}",
+            args.output.display()
+        ))
+    })?;
     let plan = Plan::new(
         name,
         arguments()?,
-        output,
+        kept,
         developing(&target),
         Identity::of(scene, &settings),
         args.shards,
     );
+    plan.check()
+        .map_err(|error| Failure::Usage(format!("the plan's {error}")))?;
     interrupt::undisturbed(&args.plan, || write(&args.plan, &plan))??;
-    tell(args, &plan)
+    tell(args, &plan, &target.path)
+}
+
+/// Refuses a scene that every shard could not read again.
+fn refuse_special(scene: &Path) -> Result<(), Failure> {
+    let file = standard_name(scene).is_none();
+    match std::fs::metadata(scene) {
+        Ok(found) if file && !found.is_file() && !found.is_dir() => Err(Failure::Usage(format!(
+            "{} is no regular file: every shard has to read the scene again",
+            scene.display()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn write(path: &Path, plan: &Plan) -> Result<(), Failure> {
@@ -79,15 +100,23 @@ fn write(path: &Path, plan: &Plan) -> Result<(), Failure> {
     written.map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
 }
 
-fn tell(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
+fn tell(args: &PlanArgs, plan: &Plan, picture: &Path) -> Result<(), Failure> {
     let array = format!("0-{}", plan.shards - 1);
+    let mut merge = format!("phalanx merge {}", args.plan.display());
+    if plan.picture_path(&args.plan).is_err() {
+        let picture = args.output.display();
+        output::note(&format!(
+            "note: {picture} lies outside the plan's folder, where no plan writes: name it again for the merge, with -o"
+        ));
+        merge.push_str(&format!(" -o {picture}"));
+    }
     if args.json {
         return output::print_json(&Document {
             schema_version: SCHEMA_VERSION,
             plan: &args.plan,
             shards: plan.shards,
             tile: plan.tile,
-            output: &plan.output,
+            output: picture,
             scene_hash: &plan.picture.scene,
             array,
         });
@@ -99,7 +128,7 @@ fn tell(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
             "render",
             format!("phalanx render --plan {path} --shard I, I from {array}"),
         ),
-        ("merge", format!("phalanx merge {path}")),
+        ("merge", merge),
     ];
     output::print(&lines(&rows))
 }
@@ -142,16 +171,21 @@ pub fn reopen(path: &Path, plan: &Plan, threads: usize) -> Result<(Input, Settin
             )));
         }
     };
-    let input = Input::load(&PathBuf::from(&plan.scene), &asked.beside, threads)?;
+    let scene = PathBuf::from(&plan.scene);
+    refuse_special(&scene)?;
+    let input = Input::load(&scene, &asked.beside, threads)?;
     let settings = asked.picture.settings(&input.scene);
     let now = Identity::of(&input.scene, &settings);
-    match plan.picture.difference(&now) {
-        None => Ok((input, settings)),
-        Some((what, there, here)) => Err(Failure::Usage(format!(
-            "{}: the plan is of another picture: {what} {there} there, {here} here; make the plan again",
-            path.display()
-        ))),
+    if plan.picture == now {
+        return Ok((input, settings));
     }
+    let differences = plan.picture.differences(&now);
+    let differences: Vec<String> = differences.iter().map(Difference::to_string).collect();
+    Err(Failure::Usage(format!(
+        "{}: the plan is of another picture: {}; make the plan again",
+        path.display(),
+        differences.join(", ")
+    )))
 }
 
 fn developing(target: &Target) -> Developing {

@@ -11,6 +11,7 @@
 
 use super::failure::Failure;
 use super::job_args::SubmitArgs;
+use super::picture_file::format_of;
 use super::report::{SCHEMA_VERSION, lines};
 use super::{interrupt, merge, output};
 use phalanx::image::replace_file;
@@ -39,22 +40,27 @@ struct Calls {
 /// Submits what a plan lacks.
 pub fn slurm(args: &SubmitArgs) -> Result<(), Failure> {
     let plan = Plan::read(&args.plan)?;
-    let path = absolute(&args.plan).map_err(|e| {
-        Failure::Runtime(format!("cannot tell where {} is: {e}", args.plan.display()))
-    })?;
+    let path = here(&args.plan)?;
+    let names = Names {
+        program: text(&program()?)?,
+        plan: text(&path)?,
+        output: output(args, &plan)?,
+    };
     interrupt::listen()?;
     let missing = merge::missing(&path, &plan)?;
     let array = (!missing.is_empty()).then(|| merge::ranges(&missing));
     let scripts = ["shards.sh", "merge.sh"].map(|ending| path.with_extension(ending));
-    let program = program()?;
+    let calls = calls(args, &path, &scripts, array.as_deref());
+    for word in calls.array.iter().flatten().chain(&calls.merge) {
+        text(Path::new(word))?;
+    }
     let texts = [
-        shards_script(&program, &path, &plan),
-        merge_script(&program, &path),
+        shards_script(&names, &path.with_extension(""), &plan),
+        merge_script(&names),
     ];
     for (script, text) in scripts.iter().zip(&texts) {
         write(script, text)?;
     }
-    let calls = calls(args, &path, &scripts, array.as_deref());
     if args.dry_run {
         return tell_dry(&calls);
     }
@@ -79,6 +85,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), Failure> {
             scripts,
         });
     }
+    let into = args.output.as_ref().unwrap_or(&plan.output);
     let shards = match (&array, &array_job) {
         (Some(array), Some(job)) => {
             format!(
@@ -91,12 +98,43 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), Failure> {
     };
     output::print(&lines(&[
         ("shards", shards),
-        (
-            "merge",
-            format!("job {merge_job}, into {}", plan.output.display()),
-        ),
+        ("merge", format!("job {merge_job}, into {}", into.display())),
         ("watch", "squeue --me".to_owned()),
     ]))
+}
+
+/// The names that scripts are made with.
+struct Names {
+    program: String,
+    plan: String,
+    /// The picture, where the plan's own is not meant.
+    output: Option<String>,
+}
+
+/// The picture that the merge is told to write, if it is; a plan's own must be one that the merge will write untold.
+fn output(args: &SubmitArgs, plan: &Plan) -> Result<Option<String>, Failure> {
+    let Some(path) = &args.output else {
+        plan.picture_path(&args.plan)?;
+        return Ok(None);
+    };
+    format_of(path, None, "--output")?;
+    output::check_place(path)?;
+    text(&here(path)?).map(Some)
+}
+
+fn here(path: &Path) -> Result<PathBuf, Failure> {
+    absolute(path)
+        .map_err(|e| Failure::Runtime(format!("cannot tell where {} is: {e}", path.display())))
+}
+
+/// A word as it stands in a script. Control characters are refused: a line break would end a comment, and begin a command.
+fn text(word: &Path) -> Result<String, Failure> {
+    match word.to_str() {
+        Some(text) if !text.contains(char::is_control) => Ok(text.to_owned()),
+        _ => Err(Failure::Usage(format!(
+            "{word:?} cannot stand in a script: it has control characters, or is no text; rename it"
+        ))),
+    }
 }
 
 /// What nodes are to start: a release's launcher (.ci/launcher.rs), which picks the build for each of them, or this very program.
@@ -112,12 +150,10 @@ fn program() -> Result<PathBuf, Failure> {
 fn calls(args: &SubmitArgs, plan: &Path, scripts: &[PathBuf; 2], array: Option<&str>) -> Calls {
     let stem = plan.file_stem().unwrap_or(plan.as_os_str());
     let stem = stem.to_string_lossy();
-    // A percent sign begins what Slurm puts in.
+    // A percent sign begins what Slurm puts in: an array's index, and nothing that a name has by itself.
     let log = |ending: &str| {
-        let path = plan.with_extension(ending);
-        path.to_string_lossy()
-            .replace('%', "%%")
-            .replace("%%a", "%a")
+        let stem = plan.with_extension("");
+        format!("{}.{ending}", stem.to_string_lossy().replace('%', "%%"))
     };
     let common = |name: String, log: String| {
         [
@@ -156,10 +192,10 @@ fn calls(args: &SubmitArgs, plan: &Path, scripts: &[PathBuf; 2], array: Option<&
     }
 }
 
-fn shards_script(program: &Path, plan: &Path, of: &Plan) -> String {
+fn shards_script(names: &Names, stem: &Path, of: &Plan) -> String {
     let digits = (of.shards - 1).to_string().len();
-    let [program, plan_text] = [program, plan].map(quoted);
-    let stem = quoted(&plan.with_extension(""));
+    let [program, plan_text] = [&names.program, &names.plan].map(|name| quoted(name));
+    let stem = quoted(&stem.to_string_lossy());
     format!(
         r#"#!/bin/bash
 # One shard of {plan_text}, by phalanx submit.
@@ -189,16 +225,18 @@ exit "$code"
     )
 }
 
-fn merge_script(program: &Path, plan: &Path) -> String {
-    let [program, plan] = [program, plan].map(quoted);
+fn merge_script(names: &Names) -> String {
+    let [program, plan] = [&names.program, &names.plan].map(|name| quoted(name));
+    let output = names.output.as_deref().map(quoted);
+    let output = output.map_or(String::new(), |name| format!(" -o {name}"));
     format!(
-        "#!/bin/bash\n# The picture of {plan}, by phalanx submit.\nexec {program} merge {plan}\n"
+        "#!/bin/bash\n# The picture of {plan}, by phalanx submit.\nexec {program} merge {plan}{output}\n"
     )
 }
 
-/// A name as a word of the shell, whatever is in it.
-fn quoted(path: &Path) -> String {
-    format!("'{}'", path.to_string_lossy().replace('\'', r"'\''"))
+/// A name as a word of the shell. [`text`] has refused those that could end the line that it stands in.
+fn quoted(name: &str) -> String {
+    format!("'{}'", name.replace('\'', r"'\''"))
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
@@ -238,7 +276,7 @@ fn sbatch(arguments: &[OsString]) -> Result<String, Failure> {
 /// The calls, as they could be made by hand.
 fn tell_dry(calls: &Calls) -> Result<(), Failure> {
     let line = |call: &[OsString]| {
-        let words = call.iter().map(|word| quoted(Path::new(word)));
+        let words = call.iter().map(|word| quoted(&word.to_string_lossy()));
         format!("sbatch {}\n", words.collect::<Vec<_>>().join(" "))
     };
     let array = calls.array.as_deref().map_or(String::new(), line);
@@ -251,9 +289,23 @@ mod tests {
 
     #[test]
     fn names_are_words_of_the_shell_whatever_is_in_them() {
-        let odd = Path::new("/a b/it's $HOME/50%");
+        let odd = "/a b/it's $HOME/50%;`id`\"\\!*?#";
         let text = format!("printf %s {}", quoted(odd));
         let output = Command::new("sh").args(["-c", &text]).output().unwrap();
-        assert_eq!(output.stdout, odd.to_str().unwrap().as_bytes());
+        assert_eq!(output.stdout, odd.as_bytes());
+    }
+
+    #[test]
+    fn names_that_could_end_a_line_are_refused() {
+        for bad in ["a\nb", "a\rb", "\u{1b}[2J", "a\tb", "\u{85}", "\u{7f}"] {
+            assert_eq!(text(Path::new(bad)).unwrap_err().code(), 2, "{bad:?}");
+        }
+        #[cfg(unix)]
+        {
+            use std::os::unix::ffi::OsStrExt;
+            let bytes = std::ffi::OsStr::from_bytes(b"a\xff.json");
+            assert_eq!(text(Path::new(bytes)).unwrap_err().code(), 2);
+        }
+        assert_eq!(text(Path::new("ä $x'.json")).unwrap(), "ä $x'.json");
     }
 }

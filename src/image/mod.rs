@@ -31,4 +31,4 @@ pub use file::{check_writable, replace_file};
 pub use format::Format;
 pub use place::Place;
 pub use png::{PictureError, Raster, load, png_bytes, save_png};
-pub use tone::{Grade, Picture, encode};
+pub use tone::{Grade, MAX_EXPOSURE, Picture, encode};

@@ -20,6 +20,9 @@ pub struct Picture<S = u8> {
     pub rgb: Vec<S>,
 }
 
+/// Most stops of an exposure, up or down: beyond them every sample of a common picture is black or white.
+pub const MAX_EXPOSURE: f32 = 100.0;
+
 /// A tone after an exposure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grade {

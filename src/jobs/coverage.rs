@@ -1,41 +1,52 @@
-//! Which pixels of a window are finished, in blocks of 8x8: tiles are made of whole ones, whatever their size.
+//! The finished pixels of a window, in blocks of 8x8: tiles are made of whole ones, whatever their size.
 
 use crate::frame::Tile;
+use std::collections::HashMap;
 
 /// Side of a block. Every tile's sides are multiples of it, but where the window cuts them.
 const BLOCK: u32 = 8;
 
+/// Side of a square of blocks, in blocks: as many as a word has bits.
+const SQUARE: u32 = 8;
+
 /// A set of blocks of one grid over the whole picture; of a block that the window cuts, what lies in the window counts.
+///
+/// Only squares that have finished blocks take memory, so that a file of few tiles takes little, however large it says that its
+/// picture is.
 #[derive(Clone, Debug)]
 pub(super) struct Coverage {
     window: Tile,
-    /// Column and row of the first block.
-    first: (u32, u32),
-    across: u32,
-    finished: Vec<bool>,
+    /// Finished blocks of a square, by its column and row.
+    finished: HashMap<(u32, u32), u64>,
+}
+
+/// A block, by the square that it lies in and its bit there.
+struct Block {
+    square: (u32, u32),
+    bit: u64,
+    pixels: Tile,
 }
 
 impl Coverage {
     /// Of a window, none of it finished.
     pub(super) fn new(window: Tile) -> Coverage {
-        let first = (window.x / BLOCK, window.y / BLOCK);
-        let across = (window.x + window.width).div_ceil(BLOCK) - first.0;
-        let down = (window.y + window.height).div_ceil(BLOCK) - first.1;
         Coverage {
             window,
-            first,
-            across,
-            finished: vec![false; across as usize * down as usize],
+            finished: HashMap::new(),
         }
     }
 
     /// Marks all blocks that lie in a tile as finished; the number of pixels that were not before.
     pub(super) fn add(&mut self, tile: Tile) -> u64 {
         let mut new = 0;
-        for (at, block) in self.blocks(tile) {
-            if block.within(tile) == block && !self.finished[at] {
-                self.finished[at] = true;
-                new += block.pixels();
+        for block in self.blocks(tile) {
+            if block.pixels.within(tile) != block.pixels {
+                continue;
+            }
+            let square = self.finished.entry(block.square).or_default();
+            if *square & block.bit == 0 {
+                *square |= block.bit;
+                new += block.pixels.pixels();
             }
         }
         new
@@ -43,12 +54,15 @@ impl Coverage {
 
     /// Whether every pixel of a tile is finished.
     pub(super) fn has(&self, tile: Tile) -> bool {
-        self.blocks(tile).all(|(at, _)| self.finished[at])
+        self.blocks(tile).all(|block| {
+            let square = self.finished.get(&block.square);
+            square.is_some_and(|square| square & block.bit != 0)
+        })
     }
 
-    /// The blocks that a tile touches, by place in the set.
-    fn blocks(&self, tile: Tile) -> impl Iterator<Item = (usize, Tile)> + use<> {
-        let (window, (left, top), across) = (self.window, self.first, self.across);
+    /// The blocks that a tile touches.
+    fn blocks(&self, tile: Tile) -> impl Iterator<Item = Block> + use<> {
+        let window = self.window;
         let tile = tile.within(window);
         let columns = tile.x / BLOCK..(tile.x + tile.width).div_ceil(BLOCK);
         let rows = tile.y / BLOCK..(tile.y + tile.height).div_ceil(BLOCK);
@@ -62,8 +76,11 @@ impl Coverage {
                     width: BLOCK,
                     height: BLOCK,
                 };
-                let at = (row - top) as usize * across as usize + (column - left) as usize;
-                (at, block.within(window))
+                Block {
+                    square: (column / SQUARE, row / SQUARE),
+                    bit: 1 << (row % SQUARE * SQUARE + column % SQUARE),
+                    pixels: block.within(window),
+                }
             })
         })
     }
@@ -101,5 +118,18 @@ mod tests {
         assert_eq!(coverage.add(tile(48, 32, 5, 3)), 15);
         assert!(coverage.has(tile(48, 32, 100, 100)));
         assert_eq!(coverage.add(tile(100, 100, 8, 8)), 0);
+    }
+
+    #[test]
+    fn a_large_window_takes_memory_for_what_is_finished_alone() {
+        let end = u32::MAX - 100;
+        let mut coverage = Coverage::new(tile(0, 0, u32::MAX, u32::MAX));
+        assert_eq!(coverage.add(tile(end - end % 8, 64, 80, 16)), 80 * 16);
+        assert!(coverage.has(tile(end - end % 8 + 8, 64, 72, 8)));
+        assert!(coverage.finished.len() <= 3);
+        // Wherever a window says it is, and however large.
+        let mut far = Coverage::new(tile(u32::MAX - 5, u32::MAX - 5, 400, 300));
+        assert_eq!(far.add(tile(u32::MAX - 7, u32::MAX - 7, 1024, 1024)), 25);
+        assert_eq!(far.add(tile(0, 0, 1024, 1024)), 0);
     }
 }

@@ -9,6 +9,7 @@
 //! | 32 to 36 | checksum of the planes |
 //! | 36 to 40 | checksum of all that stands before |
 
+use super::identity::Identity;
 use crate::frame::Tile;
 
 /// What a record begins with: in a damaged file, the next record is found by it.
@@ -18,10 +19,15 @@ pub(super) const MAGIC: [u8; 8] = *b"\xf7PHXTILE";
 pub(super) const HEAD: usize = 40;
 
 /// The longest side of a tile: a head that says more is none.
-const MAX_SIDE: u32 = 1024;
+pub(super) const MAX_SIDE: u32 = 1024;
 
-/// Most planes of a tile.
+/// Most planes of a tile: more than there are channels.
 const MAX_PLANES: u32 = 64;
+
+/// Planes of every tile of a picture: red, green, blue, and the channels of its layers.
+pub(super) fn planes(identity: &Identity) -> u32 {
+    3 + identity.aovs().channels().count() as u32
+}
 
 /// The head of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,22 +1,19 @@
-//! Reads a tile file from its beginning to its end, whatever has become of it.
+//! Reads a tile file from its beginning to its end, whatever has become of it, and whoever made it.
+//!
+//! The time is in proportion to the file's length, and no memory is asked for that the file does not fill: a head's numbers are
+//! held against the picture and the file before they are used, and bytes that damaged tiles claim are read again a bounded number
+//! of times.
 
+use super::beginning::{self, Owner};
 use super::identity::Identity;
 use super::record::{self, HEAD, Head};
-use super::tile_file::{BEFORE, MAGIC, head};
 use crate::frame::Tile;
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Read};
 
-/// Whose tiles a file holds.
-pub(super) enum Owner {
-    /// It is empty.
-    Nobody,
-    Ours,
-    /// Another picture's.
-    Other(Identity),
-    /// It is no tile file.
-    Unknown,
-}
+/// Bytes of damaged tiles that are searched for other records, in lengths of the file: heads that overlap could claim the same bytes
+/// again and again. After that, a damaged tile is skipped whole.
+const SEARCHED: u64 = 4;
 
 /// What a file holds.
 pub(super) struct Scan {
@@ -25,26 +22,28 @@ pub(super) struct Scan {
     pub(super) tiles: Vec<(Tile, u64)>,
     /// Tiles that are there, but not as they were written.
     pub(super) damaged: usize,
-    /// The end of the last record whose head is sound, and which is as long as that says.
+    /// The end of the last whole record.
     pub(super) end: u64,
 }
 
 impl Scan {
     pub(super) fn run(file: &File, identity: &Identity) -> io::Result<Scan> {
         let length = file.metadata()?.len();
-        let mut reader = BufReader::with_capacity(1 << 20, file);
-        reader.seek(SeekFrom::Start(0))?;
+        let mut places = Places::new(file)?;
+        let (owner, start) = beginning::read(&mut places, length, identity)?;
         let mut scan = Scan {
-            owner: Owner::Nobody,
+            owner,
             tiles: Vec::new(),
             damaged: 0,
-            end: 0,
+            end: start,
         };
-        let start = scan.head(&mut reader, length, identity)?;
-        if matches!(scan.owner, Owner::Other(_)) || length == 0 {
+        if matches!(scan.owner, Owner::Other(_) | Owner::Layout(_)) || length == 0 {
             return Ok(scan);
         }
-        scan.records(&mut reader, start, length, identity)?;
+        if !matches!(scan.owner, Owner::Ours) {
+            scan.end = 0;
+        }
+        scan.records(&mut places, start, length, identity)?;
         if scan.tiles.is_empty() && scan.damaged == 0 && matches!(scan.owner, Owner::Unknown) {
             return Ok(scan);
         }
@@ -52,117 +51,122 @@ impl Scan {
         Ok(scan)
     }
 
-    /// Reads the beginning; where the records may begin.
-    fn head(
-        &mut self,
-        reader: &mut BufReader<&File>,
-        length: u64,
-        identity: &Identity,
-    ) -> io::Result<u64> {
-        let mut before = [0; BEFORE];
-        self.owner = Owner::Unknown;
-        if length < BEFORE as u64 {
-            // A file of which not even this was written; anything else of that size is somebody's.
-            let mut all = Vec::new();
-            reader.read_to_end(&mut all)?;
-            if head(identity).starts_with(&all) {
-                self.owner = Owner::Nobody;
-            }
-            return Ok(length);
-        }
-        reader.read_exact(&mut before)?;
-        let [bytes, checksum] = [8, 12].map(|at: usize| {
-            let four = before[at..at + 4].first_chunk();
-            four.map_or(0, |four| u32::from_le_bytes(*four))
-        });
-        let end = BEFORE as u64 + u64::from(bytes);
-        if before[..8] != MAGIC || end > length {
-            if before[..8] == MAGIC && length < head(identity).len() as u64 {
-                self.owner = Owner::Nobody;
-            }
-            return Ok(0);
-        }
-        let mut text = vec![0; bytes as usize];
-        reader.read_exact(&mut text)?;
-        if crc32fast::hash(&text) != checksum {
-            return Ok(0);
-        }
-        if let Ok(theirs) = serde_json::from_slice::<Identity>(&text) {
-            self.owner = match theirs == *identity {
-                true => Owner::Ours,
-                false => Owner::Other(theirs),
-            };
-            self.end = end;
-            return Ok(end);
-        }
-        Ok(0)
-    }
-
     /// Reads records from a place on; where there is none, looks for the next.
     fn records(
         &mut self,
-        reader: &mut BufReader<&File>,
+        places: &mut Places,
         mut at: u64,
         length: u64,
         identity: &Identity,
     ) -> io::Result<()> {
-        let ours = identity.checksum();
+        let ours = Ours::of(identity);
+        let mut left = length.saturating_mul(SEARCHED);
         let mut bytes = Vec::new();
         while at + HEAD as u64 <= length {
-            go_to(reader, at)?;
+            places.go_to(at)?;
             bytes.resize(HEAD, 0);
-            reader.read_exact(&mut bytes)?;
-            let head = Head::read(&bytes);
-            let Some(head) = head.filter(|head| head.identity == ours) else {
-                at = next_magic(reader, at + 1)?.unwrap_or(length);
+            places.read_exact(&mut bytes)?;
+            let head = Head::read(&bytes).filter(|head| ours.holds(head));
+            // A tile that was cut off may have other records after it.
+            let record = head.map(|head| (head, at + (HEAD + head.content_bytes()) as u64));
+            let Some((head, end)) = record.filter(|(_, end)| *end <= length) else {
+                at = places.next_magic(at + 1)?.unwrap_or(length);
                 continue;
             };
-            let end = at + (HEAD + head.content_bytes()) as u64;
-            if end > length {
-                // Cut off; or its content was, and other records came after it.
-                at += 1;
-                continue;
-            }
+            // No more than the file has.
             bytes.resize(head.content_bytes(), 0);
-            reader.read_exact(&mut bytes)?;
-            let whole = crc32fast::hash(&bytes) == head.content;
-            if whole {
+            places.read_exact(&mut bytes)?;
+            if crc32fast::hash(&bytes) == head.content {
                 self.tiles.push((head.tile, at));
                 (at, self.end) = (end, end);
-            } else {
-                // Its content may have been cut off, with another record where it went on: only as much as is known is skipped.
-                self.damaged += 1;
-                at = next_magic(reader, at + HEAD as u64)?.unwrap_or(length);
+                continue;
             }
+            // Its content may have been cut off, with another record where it went on: only as much as is known is skipped.
+            self.damaged += 1;
+            at = match left.checked_sub(bytes.len() as u64) {
+                Some(rest) => {
+                    left = rest;
+                    places.next_magic(at + HEAD as u64)?.unwrap_or(length)
+                }
+                None => end,
+            };
         }
         Ok(())
     }
 }
 
-/// Moves without throwing away what has been read ahead.
-fn go_to(reader: &mut BufReader<&File>, at: u64) -> io::Result<()> {
-    let from = reader.stream_position()?;
-    reader.seek_relative(at as i64 - from as i64)
+/// What every record of a picture's file has.
+struct Ours {
+    identity: u32,
+    window: Tile,
+    planes: u32,
 }
 
-/// The first place from `from` on where a record may begin.
-fn next_magic(reader: &mut BufReader<&File>, from: u64) -> io::Result<Option<u64>> {
-    let finder = memchr::memmem::Finder::new(&record::MAGIC);
-    go_to(reader, from)?;
-    let (mut at, mut bytes) = (from, Vec::new());
-    loop {
-        let kept = bytes.len();
-        let got = reader.by_ref().take(1 << 20).read_to_end(&mut bytes)?;
-        if let Some(found) = finder.find(&bytes) {
-            return Ok(Some(at + found as u64));
+impl Ours {
+    fn of(identity: &Identity) -> Ours {
+        Ours {
+            identity: identity.checksum(),
+            window: identity.window(),
+            planes: record::planes(identity),
         }
-        if got == 0 {
-            return Ok(None);
+    }
+
+    fn holds(&self, head: &Head) -> bool {
+        head.identity == self.identity
+            && head.planes == self.planes
+            && head.tile.within(self.window) == head.tile
+    }
+}
+
+/// A file that is read here and there, mostly onward.
+struct Places<'a> {
+    reader: BufReader<&'a File>,
+    at: u64,
+}
+
+impl Places<'_> {
+    fn new(file: &File) -> io::Result<Places<'_>> {
+        let mut reader = BufReader::with_capacity(1 << 20, file);
+        io::Seek::rewind(&mut reader)?;
+        Ok(Places { reader, at: 0 })
+    }
+
+    /// Moves without throwing away what has been read ahead.
+    fn go_to(&mut self, at: u64) -> io::Result<()> {
+        self.reader.seek_relative(at as i64 - self.at as i64)?;
+        self.at = at;
+        Ok(())
+    }
+
+    /// The first place from `from` on where a record may begin.
+    fn next_magic(&mut self, from: u64) -> io::Result<Option<u64>> {
+        let finder = memchr::memmem::Finder::new(&record::MAGIC);
+        self.go_to(from)?;
+        loop {
+            let bytes = self.reader.fill_buf()?;
+            if bytes.is_empty() {
+                return Ok(None);
+            }
+            // The last bytes that are there may be the first of a magic.
+            let cut_off = || {
+                let lengths = (1..record::MAGIC.len()).rev();
+                let mut cut = lengths.filter(|&n| bytes.ends_with(&record::MAGIC[..n]));
+                Some(bytes.len() - cut.next()?)
+            };
+            if let Some(found) = finder.find(bytes).or_else(cut_off) {
+                return Ok(Some(self.at + found as u64));
+            }
+            let all = bytes.len();
+            self.reader.consume(all);
+            self.at += all as u64;
         }
-        // The last bytes may be the first ones of a magic.
-        let keep = (record::MAGIC.len() - 1).min(kept + got);
-        let gone = bytes.len() - keep;
-        bytes.drain(..gone);
-        at += gone as u64;
+    }
+}
+
+impl Read for Places<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let got = self.reader.read(bytes)?;
+        self.at += got as u64;
+        Ok(got)
     }
 }

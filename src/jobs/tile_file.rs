@@ -1,13 +1,14 @@
 //! Finished tiles in a file that only ever grows: it may be cut off anywhere, by a crash or a full disk, and what is whole still counts.
 //!
-//! The file begins with [`MAGIC`], the length and the checksum of the picture's [`Identity`] as JSON, and that; then come records
-//! (see `record`), in the order in which tiles were finished. Every tile names the identity's checksum, too, so that a file with a
-//! damaged beginning is still known. A byte that has changed costs the tile that it belongs to, which is rendered again.
+//! The file begins with the picture's [`Identity`] (see `beginning`); then come records (see `record`), in the order in which tiles
+//! were finished. Every tile names the identity's checksum, too, so that a file with a damaged beginning is still known. A byte that
+//! has changed costs the tile that it belongs to, which is rendered again.
 
+use super::beginning::{self, LAYOUT, Owner};
 use super::coverage::Coverage;
-use super::identity::Identity;
-use super::record::{self, HEAD, Head};
-use super::scan::{Owner, Scan};
+use super::identity::{Difference, Identity, told};
+use super::record::{self, HEAD, Head, MAX_SIDE};
+use super::scan::Scan;
 use crate::frame::Tile;
 use crate::image::Place;
 use crate::render::{Film, Pixels};
@@ -16,12 +17,6 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
-
-/// What a tile file begins with.
-pub(super) const MAGIC: [u8; 8] = *b"PHXTILES";
-
-/// Before the identity: magic, length, checksum.
-pub(super) const BEFORE: usize = 16;
 
 /// How often what was written is asked to be on the disk, and not on its way there: what a power failure may cost.
 const SYNC: Duration = Duration::from_secs(5);
@@ -49,17 +44,24 @@ pub enum TileFileError {
         /// The file.
         path: PathBuf,
     },
+    /// A program with another layout made it.
+    #[error(
+        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {LAYOUT}",
+        path.display()
+    )]
+    Layout {
+        /// The file.
+        path: PathBuf,
+        /// Version of the file's layout.
+        found: u32,
+    },
     /// It holds tiles of another picture.
-    #[error("{}: holds tiles of another picture: {what} {there} there, {here} here", path.display())]
+    #[error("{}: holds tiles of another picture: {}", path.display(), told(differences))]
     Different {
         /// The file.
         path: PathBuf,
-        /// What differs.
-        what: &'static str,
-        /// Its value in the file.
-        there: String,
-        /// Its value now.
-        here: String,
+        /// What differs: one at least.
+        differences: Vec<Difference>,
     },
 }
 
@@ -68,6 +70,7 @@ pub enum TileFileError {
 pub struct TileFile {
     path: PathBuf,
     identity: u32,
+    planes: u32,
     /// Tiles that were there when the file was opened, by row of their upper border.
     tiles: Vec<(Tile, u64)>,
     coverage: Coverage,
@@ -102,7 +105,7 @@ impl TileFile {
         let mut opened = TileFile::scan(path, file, identity)?;
         let End { file, at, .. } = opened.end.get_mut().unwrap_or_else(PoisonError::into_inner);
         if *at == 0 {
-            let head = head(identity);
+            let head = beginning::bytes(identity);
             file.seek(SeekFrom::Start(0)).map_err(io)?;
             file.write_all(&head).map_err(io)?;
             *at = head.len() as u64;
@@ -118,8 +121,9 @@ impl TileFile {
     /// # Errors
     /// [`TileFileError`].
     pub fn read(path: &Path, identity: &Identity) -> Result<TileFile, TileFileError> {
+        let io = |source| io_error(path, source);
         TileFile::check_place(path)?;
-        let file = File::open(path).map_err(|source| io_error(path, source))?;
+        let file = File::open(path).map_err(io)?;
         TileFile::scan(path, file, identity)
     }
 
@@ -166,9 +170,12 @@ impl TileFile {
         let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
         let mut bytes = Vec::new();
         let bottom = window.y + window.height;
+        // They stand in the order of their first rows, and none has more rows than a tile may have.
+        let from = |(tile, _): &(Tile, u64)| tile.y.saturating_add(MAX_SIDE) <= window.y;
+        let from = self.tiles.partition_point(from);
         let until = self.tiles.partition_point(|(tile, _)| tile.y < bottom);
         let mut moved = false;
-        for &(tile, at) in &self.tiles[..until] {
+        for &(tile, at) in &self.tiles[from..until] {
             if tile.within(window).pixels() == 0 {
                 continue;
             }
@@ -177,7 +184,8 @@ impl TileFile {
             end.file.seek(SeekFrom::Start(at)).map_err(io)?;
             end.file.read_exact(&mut bytes).map_err(io)?;
             let changed = || io(io::Error::other("it has changed since it was opened"));
-            let head = Head::read(&bytes).filter(|head| head.tile == tile);
+            let same = |head: &Head| head.tile == tile && head.planes == self.planes;
+            let head = Head::read(&bytes).filter(same);
             let head = head.ok_or_else(changed)?;
             bytes.resize(head.content_bytes(), 0);
             end.file.read_exact(&mut bytes).map_err(io)?;
@@ -240,14 +248,16 @@ impl TileFile {
         match found.owner {
             Owner::Ours | Owner::Nobody => {}
             Owner::Unknown => return Err(TileFileError::Other { path: path.into() }),
+            Owner::Layout(found) => {
+                return Err(TileFileError::Layout {
+                    path: path.into(),
+                    found,
+                });
+            }
             Owner::Other(theirs) => {
-                // Of the same text there is no difference, and the checksum is the text's.
-                let (what, there, here) = theirs.difference(identity).unwrap_or_default();
                 return Err(TileFileError::Different {
                     path: path.into(),
-                    what,
-                    there,
-                    here,
+                    differences: theirs.differences(identity),
                 });
             }
         }
@@ -262,6 +272,7 @@ impl TileFile {
         Ok(TileFile {
             path: path.into(),
             identity: identity.checksum(),
+            planes: record::planes(identity),
             tiles,
             coverage,
             pixels,
@@ -291,16 +302,6 @@ fn lock(file: &File, path: &Path) -> Result<(), TileFileError> {
     }
 }
 
-/// The beginning of a file.
-pub(super) fn head(identity: &Identity) -> Vec<u8> {
-    let text = serde_json::to_string(identity).unwrap_or_default();
-    let mut head = MAGIC.to_vec();
-    head.extend((text.len() as u32).to_le_bytes());
-    head.extend(crc32fast::hash(text.as_bytes()).to_le_bytes());
-    head.extend(text.as_bytes());
-    head
-}
-
 /// Puts the part of a tile that lies in a window onto its film.
 fn put(film: &mut Film, window: Tile, tile: Tile, bytes: &[u8]) {
     let part = tile.within(window);
@@ -324,190 +325,4 @@ fn put(film: &mut Film, window: Tile, tile: Tile, bytes: &[u8]) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::frame::Settings;
-    use crate::render::tiles;
-    use crate::scene::Scene;
-    use std::fs;
-
-    const SIDE: u32 = 16;
-
-    fn identity(width: u32) -> Identity {
-        let scene = Scene::default();
-        let region = Tile {
-            x: 5,
-            y: 3,
-            width: 60,
-            height: 50,
-        };
-        let settings = Settings {
-            width,
-            height: 70,
-            region: Some(region),
-            ..Settings::of(&scene)
-        };
-        Identity::of(&scene, &settings)
-    }
-
-    fn ours() -> Identity {
-        identity(80)
-    }
-
-    /// A pixel's radiance says where it is.
-    fn color(x: u32, y: u32) -> [f32; 3] {
-        [x as f32, y as f32, (x * y) as f32]
-    }
-
-    fn add(file: &TileFile, tile: Tile) {
-        let mut pixels = Pixels::new(false);
-        pixels.fit(tile);
-        for y in 0..tile.height {
-            for x in 0..tile.width {
-                pixels.set(x, y, color(tile.x + x, tile.y + y));
-            }
-        }
-        file.append(tile, &pixels).unwrap();
-    }
-
-    fn all() -> Vec<Tile> {
-        tiles(ours().window(), SIDE)
-    }
-
-    /// A file of these tiles.
-    fn write(path: &Path, tiles: &[Tile]) {
-        let file = TileFile::open(path, &ours()).unwrap();
-        tiles.iter().for_each(|tile| add(&file, *tile));
-        file.sync().unwrap();
-    }
-
-    /// The tiles that a file has, after asserting that all of their pixels are what they were.
-    fn held(file: &TileFile) -> Vec<Tile> {
-        let window = ours().window();
-        let mut film = Film::new(window.width, window.height, false);
-        file.restore(window, &mut film).unwrap();
-        let (has, hasnt): (Vec<Tile>, Vec<Tile>) = all().iter().partition(|t| file.has(**t));
-        let pixel = |x, y| film.pixel(x - window.x, y - window.y);
-        for (tile, there) in has
-            .iter()
-            .map(|t| (t, true))
-            .chain(hasnt.iter().map(|t| (t, false)))
-        {
-            for y in tile.y..tile.y + tile.height {
-                for x in tile.x..tile.x + tile.width {
-                    let want = if there { color(x, y) } else { [0.0; 3] };
-                    assert_eq!(pixel(x, y), want, "({x}, {y})");
-                }
-            }
-        }
-        assert_eq!(file.pixels(), has.iter().map(Tile::pixels).sum::<u64>());
-        has
-    }
-
-    #[test]
-    fn what_was_added_is_there_when_it_is_opened_again() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a");
-        let all = all();
-        write(&path, &all[..3]);
-        let again = TileFile::open(&path, &ours()).unwrap();
-        assert_eq!(held(&again), all[..3]);
-        // And after taking some back, adding goes on at the end.
-        add(&again, all[3]);
-        drop(again);
-        let file = TileFile::read(&path, &ours()).unwrap();
-        assert_eq!((held(&file), file.damaged()), (all[..4].to_vec(), 0));
-    }
-
-    #[test]
-    fn a_file_that_is_cut_off_has_what_is_whole_and_goes_on_from_there() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a");
-        let all = all();
-        write(&path, &all[..3]);
-        let bytes = fs::read(&path).unwrap();
-        let beginning = head(&ours()).len();
-        let mut ends = vec![beginning];
-        for tile in &all[..3] {
-            ends.push(ends[ends.len() - 1] + HEAD + 12 * tile.pixels() as usize);
-        }
-        assert_eq!(ends[3], bytes.len());
-        let around = |end: &usize| [end - 1, *end, end + 1, end + HEAD - 1, end + HEAD + 7];
-        let cuts = ends.iter().flat_map(around).chain([0, 1, 7, 8, 15, 16, 17]);
-        for cut in cuts.filter(|cut| *cut <= bytes.len()) {
-            fs::write(&path, &bytes[..cut]).unwrap();
-            let file = TileFile::open(&path, &ours()).unwrap();
-            let whole = ends[1..].iter().filter(|end| **end <= cut).count();
-            assert_eq!(held(&file), all[..whole], "cut at {cut}");
-            add(&file, all[4]);
-            drop(file);
-            let file = TileFile::read(&path, &ours()).unwrap();
-            assert_eq!(held(&file).len(), whole + 1, "cut at {cut}");
-            assert!(file.has(all[4]));
-        }
-    }
-
-    #[test]
-    fn a_byte_that_has_changed_costs_its_tile_and_no_other() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a");
-        let all = all();
-        write(&path, &all[..4]);
-        let bytes = fs::read(&path).unwrap();
-        let beginning = head(&ours()).len();
-        let mut ends = vec![beginning];
-        for tile in &all[..4] {
-            ends.push(ends[ends.len() - 1] + HEAD + 12 * tile.pixels() as usize);
-        }
-        for at in (0..bytes.len())
-            .step_by(97)
-            .chain(0..40)
-            .chain(ends[1]..ends[1] + HEAD)
-        {
-            let mut changed = bytes.clone();
-            changed[at] ^= 0x10;
-            fs::write(&path, &changed).unwrap();
-            let file = TileFile::open(&path, &ours()).unwrap();
-            let hurt = ends.windows(2).position(|e| (e[0]..e[1]).contains(&at));
-            let left: Vec<Tile> = (0..4)
-                .filter(|k| Some(*k) != hurt)
-                .map(|k| all[k])
-                .collect();
-            assert_eq!(held(&file), left, "byte {at}");
-            // It is rendered again, and then all are there.
-            if let Some(hurt) = hurt {
-                add(&file, all[hurt]);
-            }
-            drop(file);
-            let file = TileFile::read(&path, &ours()).unwrap();
-            assert_eq!(held(&file), all[..4], "byte {at}");
-        }
-    }
-
-    #[test]
-    fn other_files_are_refused_and_left_alone() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a");
-        let long = "my notes, and what else I wanted to say ".repeat(20);
-        for text in ["x", "my notes", &long] {
-            fs::write(&path, text).unwrap();
-            let refused = TileFile::open(&path, &ours()).unwrap_err();
-            assert!(matches!(refused, TileFileError::Other { .. }), "{refused}");
-            assert_eq!(fs::read_to_string(&path).unwrap(), text);
-        }
-        fs::remove_file(&path).unwrap();
-        write(&path, &all()[..2]);
-        let before = fs::read(&path).unwrap();
-        let refused = TileFile::open(&path, &identity(81)).unwrap_err();
-        assert!(
-            refused.to_string().contains("size 80x70 there, 81x70 here"),
-            "{refused}"
-        );
-        assert_eq!(fs::read(&path).unwrap(), before);
-        let held = TileFile::open(&path, &ours()).unwrap();
-        let refused = TileFile::open(&path, &ours()).unwrap_err();
-        assert!(matches!(refused, TileFileError::InUse { .. }), "{refused}");
-        drop(held);
-        TileFile::open(&path, &ours()).unwrap();
-    }
-}
+mod tests;

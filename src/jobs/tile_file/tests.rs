@@ -1,0 +1,187 @@
+use super::*;
+use crate::frame::Settings;
+use crate::render::tiles;
+use crate::scene::Scene;
+use std::fs;
+
+const SIDE: u32 = 16;
+
+fn identity(width: u32) -> Identity {
+    let scene = Scene::default();
+    let region = Tile {
+        x: 5,
+        y: 3,
+        width: 60,
+        height: 50,
+    };
+    let settings = Settings {
+        width,
+        height: 70,
+        region: Some(region),
+        ..Settings::of(&scene)
+    };
+    Identity::of(&scene, &settings)
+}
+
+fn ours() -> Identity {
+    identity(80)
+}
+
+/// A pixel's radiance says where it is.
+fn color(x: u32, y: u32) -> [f32; 3] {
+    [x as f32, y as f32, (x * y) as f32]
+}
+
+fn add(file: &TileFile, tile: Tile) {
+    let mut pixels = Pixels::new(false);
+    pixels.fit(tile);
+    for y in 0..tile.height {
+        for x in 0..tile.width {
+            pixels.set(x, y, color(tile.x + x, tile.y + y));
+        }
+    }
+    file.append(tile, &pixels).unwrap();
+}
+
+fn all() -> Vec<Tile> {
+    tiles(ours().window(), SIDE)
+}
+
+/// A file of these tiles.
+fn write(path: &Path, tiles: &[Tile]) {
+    let file = TileFile::open(path, &ours()).unwrap();
+    tiles.iter().for_each(|tile| add(&file, *tile));
+    file.sync().unwrap();
+}
+
+/// The tiles that a file has, after asserting that all of their pixels are what they were.
+fn held(file: &TileFile) -> Vec<Tile> {
+    let window = ours().window();
+    let mut film = Film::new(window.width, window.height, false);
+    file.restore(window, &mut film).unwrap();
+    let (has, hasnt): (Vec<Tile>, Vec<Tile>) = all().iter().partition(|t| file.has(**t));
+    let pixel = |x, y| film.pixel(x - window.x, y - window.y);
+    for (tile, there) in has
+        .iter()
+        .map(|t| (t, true))
+        .chain(hasnt.iter().map(|t| (t, false)))
+    {
+        for y in tile.y..tile.y + tile.height {
+            for x in tile.x..tile.x + tile.width {
+                let want = if there { color(x, y) } else { [0.0; 3] };
+                assert_eq!(pixel(x, y), want, "({x}, {y})");
+            }
+        }
+    }
+    assert_eq!(file.pixels(), has.iter().map(Tile::pixels).sum::<u64>());
+    has
+}
+
+#[test]
+fn what_was_added_is_there_when_it_is_opened_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    let all = all();
+    write(&path, &all[..3]);
+    let again = TileFile::open(&path, &ours()).unwrap();
+    assert_eq!(held(&again), all[..3]);
+    // And after taking some back, adding goes on at the end.
+    add(&again, all[3]);
+    drop(again);
+    let file = TileFile::read(&path, &ours()).unwrap();
+    assert_eq!((held(&file), file.damaged()), (all[..4].to_vec(), 0));
+}
+
+#[test]
+fn a_file_that_is_cut_off_has_what_is_whole_and_goes_on_from_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    let all = all();
+    write(&path, &all[..3]);
+    let bytes = fs::read(&path).unwrap();
+    let beginning = beginning::bytes(&ours()).len();
+    let mut ends = vec![beginning];
+    for tile in &all[..3] {
+        ends.push(ends[ends.len() - 1] + HEAD + 12 * tile.pixels() as usize);
+    }
+    assert_eq!(ends[3], bytes.len());
+    let around = |end: &usize| [end - 1, *end, end + 1, end + HEAD - 1, end + HEAD + 7];
+    let cuts = ends.iter().flat_map(around).chain([0, 1, 7, 8, 15, 16, 17]);
+    for cut in cuts.filter(|cut| *cut <= bytes.len()) {
+        fs::write(&path, &bytes[..cut]).unwrap();
+        let file = TileFile::open(&path, &ours()).unwrap();
+        let whole = ends[1..].iter().filter(|end| **end <= cut).count();
+        assert_eq!(held(&file), all[..whole], "cut at {cut}");
+        add(&file, all[4]);
+        drop(file);
+        let file = TileFile::read(&path, &ours()).unwrap();
+        assert_eq!(held(&file).len(), whole + 1, "cut at {cut}");
+        assert!(file.has(all[4]));
+    }
+}
+
+#[test]
+fn a_byte_that_has_changed_costs_its_tile_and_no_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    let all = all();
+    write(&path, &all[..4]);
+    let bytes = fs::read(&path).unwrap();
+    let beginning = beginning::bytes(&ours()).len();
+    let mut ends = vec![beginning];
+    for tile in &all[..4] {
+        ends.push(ends[ends.len() - 1] + HEAD + 12 * tile.pixels() as usize);
+    }
+    for at in (0..bytes.len())
+        .step_by(97)
+        .chain(0..40)
+        .chain(ends[1]..ends[1] + HEAD)
+    {
+        let mut changed = bytes.clone();
+        changed[at] ^= 0x10;
+        fs::write(&path, &changed).unwrap();
+        let file = TileFile::open(&path, &ours()).unwrap();
+        let hurt = ends.windows(2).position(|e| (e[0]..e[1]).contains(&at));
+        let left: Vec<Tile> = (0..4)
+            .filter(|k| Some(*k) != hurt)
+            .map(|k| all[k])
+            .collect();
+        assert_eq!(held(&file), left, "byte {at}");
+        // It is rendered again, and then all are there.
+        if let Some(hurt) = hurt {
+            add(&file, all[hurt]);
+        }
+        drop(file);
+        let file = TileFile::read(&path, &ours()).unwrap();
+        assert_eq!(held(&file), all[..4], "byte {at}");
+    }
+}
+
+#[test]
+fn other_files_are_refused_and_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    let long = "my notes, and what else I wanted to say ".repeat(20);
+    for text in ["x", "my notes", &long] {
+        fs::write(&path, text).unwrap();
+        let refused = TileFile::open(&path, &ours()).unwrap_err();
+        assert!(matches!(refused, TileFileError::Other { .. }), "{refused}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), text);
+    }
+    fs::remove_file(&path).unwrap();
+    write(&path, &all()[..2]);
+    let before = fs::read(&path).unwrap();
+    let refused = TileFile::open(&path, &identity(81)).unwrap_err();
+    assert!(
+        refused
+            .to_string()
+            .contains("--size is 80x70 there and 81x70 here"),
+        "{refused}"
+    );
+    assert_eq!(fs::read(&path).unwrap(), before);
+    let held = TileFile::open(&path, &ours()).unwrap();
+    let refused = TileFile::open(&path, &ours()).unwrap_err();
+    assert!(matches!(refused, TileFileError::InUse { .. }), "{refused}");
+    drop(held);
+    TileFile::open(&path, &ours()).unwrap();
+}
