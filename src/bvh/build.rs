@@ -12,16 +12,13 @@ use super::join::join;
 use super::objects::{Object, Objects};
 use super::pages::onto_large_pages;
 use super::piece::{Base, Piece, Theirs, weighted_cost};
-use super::{Bvh, Child, Node, Wide};
+use super::{Bvh, Child, Node, Wide, ploc};
 use crate::scene::{Bounds, Scene};
+use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
-use obvhs::{Boundable, BvhBuildParams};
 use rayon::prelude::*;
 use std::panic::resume_unwind;
 use std::sync::OnceLock;
-use std::time::Duration;
 
 /// How much time a tree is worth. Figures stand in `perf/notes/tree-preset.md`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,7 +49,7 @@ impl Quality {
         known.map_or("", |(name, _)| name)
     }
 
-    fn preset(self) -> BvhBuildParams {
+    pub(super) fn preset(self) -> BvhBuildParams {
         match self {
             Quality::Fastest => BvhBuildParams::very_fast_build(),
             Quality::Fast => BvhBuildParams::fast_build(),
@@ -182,12 +179,9 @@ fn grow(objects: &Objects, all: Vec<Object>, quality: Quality) -> Option<Piece> 
     let mut all = boxed(objects, all);
     let chunks = chunks(&mut all);
     let pieces = chunks.into_par_iter().filter_map(|chunk| {
-        let boxes: Vec<PaddedBox> = chunk
-            .iter()
-            .map(|item| PaddedBox::new(item.bounds))
-            .collect();
+        let boxes: Vec<Aabb> = chunk.iter().map(|item| aabb(item.bounds)).collect();
         let theirs = Theirs {
-            tree: &build_theirs(&boxes, quality.preset())?,
+            tree: &ploc::build(&boxes, &quality.preset())?,
             chunk,
             objects,
         };
@@ -198,12 +192,12 @@ fn grow(objects: &Objects, all: Vec<Object>, quality: Quality) -> Option<Piece> 
     let whole = match pieces.len() {
         0 | 1 => pieces.pop()?,
         _ => {
-            let boxes: Vec<PaddedBox> = pieces.iter().map(|p| PaddedBox::new(p.bounds)).collect();
+            let boxes: Vec<Aabb> = pieces.iter().map(|p| aabb(p.bounds)).collect();
             let preset = BvhBuildParams {
                 max_prims_per_leaf: 1,
                 ..quality.preset()
             };
-            join(pieces, &build_theirs(&boxes, preset)?)
+            join(pieces, &ploc::build(&boxes, &preset)?)
         }
     };
     Some(rooted(whole))
@@ -223,23 +217,7 @@ fn rooted(mut piece: Piece) -> Piece {
     piece
 }
 
-struct PaddedBox(Aabb);
-
-impl PaddedBox {
-    fn new(b: Bounds) -> PaddedBox {
-        PaddedBox(Aabb::new(b.lo.into(), b.hi.into()))
-    }
-}
-
-impl Boundable for PaddedBox {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
-/// None over no boxes.
-fn build_theirs(boxes: &[PaddedBox], preset: BvhBuildParams) -> Option<Bvh2> {
-    // obvhs measures its own build; we time the whole load path instead.
-    let mut unused = Duration::ZERO;
-    (!boxes.is_empty()).then(|| build_bvh2(boxes, preset, &mut unused))
+/// A box as obvhs has it.
+fn aabb(b: Bounds) -> Aabb {
+    Aabb::new(b.lo.into(), b.hi.into())
 }

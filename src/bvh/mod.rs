@@ -8,6 +8,7 @@
 //! | `wide` | the tree once more, with as many children a node as there are lanes |
 //! | `objects` | what a tree is built over |
 //! | `chunks` | neighbourhoods that are built side by side |
+//! | `ploc` | a binary tree over the boxes of one, as obvhs builds it, in bounded time |
 //! | `piece` | one subtree of obvhs's, made ours |
 //! | `join` | pieces put together |
 //! | `pages` | where rows lie in memory |
@@ -26,6 +27,7 @@ mod objects;
 #[allow(unsafe_code, reason = "the system takes advice by address alone")]
 mod pages;
 mod piece;
+mod ploc;
 mod slots;
 mod tree;
 mod wide;

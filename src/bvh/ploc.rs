@@ -1,0 +1,323 @@
+//! obvhs's clustering of a chunk (PLOC: Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume
+//! Hierarchy Construction", 2018), with a bound on its work.
+//!
+//! In each round two clusters merge where each is the other's cheapest neighbour. A third of them does so in ordinary
+//! scenes, and all rounds together look at three to five times as many clusters as there are boxes. Among equal costs
+//! the neighbour farthest to the right is taken, so that of boxes in one place, of equal boxes in a row and of nested
+//! boxes only the last two agree: every round merges one pair, and the time is quadratic. So the rounds are ours: up to
+//! [`MOST_LOOKS`] they do what obvhs's own do, to the bit, and from there on neighbours merge in pairs.
+
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::node::Bvh2Node;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
+use obvhs::ploc::morton::{morton_encode_u64_unorm, morton_encode_u128_unorm};
+use obvhs::ploc::{PlocSearchDistance, SortPrecision};
+
+/// Clusters that all rounds together may look at, for each box. Grids of equal boxes need up to 12.
+const MOST_LOOKS: usize = 32;
+
+/// The tree over these boxes; none over nothing.
+pub(super) fn build(boxes: &[Aabb], preset: &BvhBuildParams) -> Option<Bvh2> {
+    if boxes.is_empty() {
+        return None;
+    }
+    let Clustered { mut tree, stalled } = cluster(boxes, preset);
+    let mut optimizer = ReinsertionOptimizer::default();
+    // Where boxes cannot be told apart, or lie within each other, no other place is better, and looking for one takes
+    // as long as merging did.
+    let mut reinsert = |tree: &mut Bvh2, ratio: f32| {
+        if !stalled {
+            optimizer.run(tree, ratio, None);
+        }
+    };
+    let ratio = preset.reinsertion_batch_ratio;
+    reinsert(&mut tree, ratio);
+    collapse(
+        &mut tree,
+        preset.max_prims_per_leaf.clamp(1, 255),
+        preset.collapse_traversal_cost,
+    );
+    let after = preset.post_collapse_reinsertion_batch_ratio_multiplier;
+    reinsert(&mut tree, ratio * after);
+    Some(tree)
+}
+
+/// A tree with one box a leaf.
+struct Clustered {
+    tree: Bvh2,
+    /// Whether merging by cost came to no end.
+    stalled: bool,
+}
+
+fn cluster(boxes: &[Aabb], preset: &BvhBuildParams) -> Clustered {
+    let with = match preset.ploc_search_distance {
+        PlocSearchDistance::Minimum => merge_all::<1>,
+        PlocSearchDistance::VeryLow => merge_all::<2>,
+        PlocSearchDistance::Low => merge_all::<6>,
+        PlocSearchDistance::Medium => merge_all::<14>,
+        PlocSearchDistance::High => merge_all::<24>,
+        PlocSearchDistance::VeryHigh => merge_all::<32>,
+    };
+    let leaves = sorted(boxes, preset.sort_precision);
+    with(leaves, preset.search_depth_threshold)
+}
+
+/// Leaves along the Morton curve.
+fn sorted(boxes: &[Aabb], precision: SortPrecision) -> Vec<Bvh2Node> {
+    let mut all = Aabb::empty();
+    for b in boxes {
+        all.extend(b.min);
+        all.extend(b.max);
+    }
+    let scale = 1.0 / all.diagonal().as_dvec3();
+    let offset = -all.min.as_dvec3() * scale;
+    let place = |b: &Aabb| b.center().as_dvec3() * scale + offset;
+    match precision {
+        SortPrecision::U64 => by_key(boxes, |b| morton_encode_u64_unorm(place(b))),
+        SortPrecision::U128 => by_key(boxes, |b| morton_encode_u128_unorm(place(b))),
+    }
+}
+
+/// A place along the curve and the box that is there; rows are as long as obvhs's own, on which the order of equal keys
+/// depends.
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct Row<K> {
+    key: K,
+    index: K,
+}
+
+fn by_key<K>(boxes: &[Aabb], key: impl Fn(&Aabb) -> K) -> Vec<Bvh2Node>
+where
+    K: Ord + Copy + TryFrom<usize> + TryInto<usize>,
+{
+    let rows = boxes.iter().enumerate().filter_map(|(k, b)| {
+        let index = K::try_from(k).ok()?;
+        Some(Row { key: key(b), index })
+    });
+    let mut rows: Vec<Row<K>> = rows.collect();
+    rows.sort_unstable_by_key(|row| row.key);
+    let leaves = rows.into_iter().filter_map(|row| {
+        let k: usize = row.index.try_into().ok()?;
+        Some(Bvh2Node::new(boxes[k], 1, k as u32))
+    });
+    leaves.collect()
+}
+
+/// Merges clusters until one is left. In the first `near_rounds` rounds only next neighbours are looked at.
+fn merge_all<const REACH: usize>(leaves: Vec<Bvh2Node>, near_rounds: usize) -> Clustered {
+    let boxes = leaves.len();
+    let mut tree = Bvh2::zeroed(boxes);
+    tree.primitive_indices = (0..boxes as u32).collect();
+    let mut clusters = leaves;
+    let mut merged = Vec::with_capacity(boxes);
+    let mut partners = vec![0i8; boxes];
+    let mut costs = Costs::<REACH>([[0.0; REACH]; REACH]);
+    let mut free = tree.nodes.len();
+    let mut looks_left = MOST_LOOKS * boxes;
+    let mut rounds = 0;
+    while clusters.len() > 1 {
+        let partners = &mut partners[..clusters.len()];
+        if looks_left == 0 {
+            pair_up(partners);
+        } else if REACH == 1 || rounds < near_rounds {
+            choose_near(&clusters, partners);
+        } else {
+            costs.choose(&clusters, partners);
+        }
+        looks_left = looks_left.saturating_sub(clusters.len());
+        merge(&clusters, partners, &mut merged, &mut tree, &mut free);
+        std::mem::swap(&mut clusters, &mut merged);
+        merged.clear();
+        rounds += 1;
+    }
+    tree.nodes[0] = clusters[0];
+    tree.max_depth = DEFAULT_MAX_STACK_DEPTH.max(rounds + 1);
+    tree.children_are_ordered_after_parents = true;
+    Clustered {
+        tree,
+        stalled: looks_left == 0,
+    }
+}
+
+/// Merges those that have chosen each other, from the end of the tree's free nodes.
+fn merge(
+    clusters: &[Bvh2Node],
+    partners: &[i8],
+    merged: &mut Vec<Bvh2Node>,
+    tree: &mut Bvh2,
+    free: &mut usize,
+) {
+    let partner = |k: usize| k.wrapping_add_signed(isize::from(partners[k]));
+    for (k, &cluster) in clusters.iter().enumerate() {
+        let other = partner(k);
+        if partner(other) != k {
+            merged.push(cluster);
+        } else if other < k {
+            *free -= 2;
+            tree.nodes[*free] = cluster;
+            tree.nodes[*free + 1] = clusters[other];
+            let bounds = cluster.aabb().union(clusters[other].aabb());
+            merged.push(Bvh2Node::new(bounds, 0, *free as u32));
+        }
+    }
+}
+
+/// The cheaper of the two next neighbours, for each cluster as an offset.
+fn choose_near(clusters: &[Bvh2Node], partners: &mut [i8]) {
+    let mut before = f32::INFINITY;
+    for (pair, partner) in clusters.windows(2).zip(partners.iter_mut()) {
+        let cost = pair[0].aabb().union(pair[1].aabb()).half_area();
+        *partner = if before < cost { -1 } else { 1 };
+        before = cost;
+    }
+    partners[clusters.len() - 1] = -1;
+}
+
+/// Each cluster with its next neighbour, whatever that costs. Of an odd number the last keeps its place: its neighbour
+/// has chosen another.
+fn pair_up(partners: &mut [i8]) {
+    let last = partners.len() - 1;
+    for (k, partner) in partners.iter_mut().enumerate() {
+        let first = k.is_multiple_of(2) && k < last;
+        *partner = if first { 1 } else { -1 };
+    }
+}
+
+/// What unions of the last `REACH` clusters with those behind them cost: each is asked for from both sides.
+struct Costs<const REACH: usize>([[f32; REACH]; REACH]);
+
+impl<const REACH: usize> Costs<REACH> {
+    /// The cheapest neighbour within `REACH`, for each cluster as an offset; of equal ones the last.
+    fn choose(&mut self, clusters: &[Bvh2Node], partners: &mut [i8]) {
+        for (k, partner) in partners.iter_mut().enumerate() {
+            let mut best = (f32::INFINITY, k);
+            for other in k.saturating_sub(REACH)..k {
+                let cost = self.0[other % REACH][k % REACH];
+                if cost <= best.0 {
+                    best = (cost, other);
+                }
+            }
+            let own = clusters[k].aabb();
+            let end = (k + REACH + 1).min(clusters.len());
+            for (other, cluster) in clusters[..end].iter().enumerate().skip(k + 1) {
+                let cost = own.union(cluster.aabb()).half_area();
+                self.0[k % REACH][other % REACH] = cost;
+                if cost <= best.0 {
+                    best = (cost, other);
+                }
+            }
+            *partner = (best.1 as isize - k as isize) as i8;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::Quality;
+    use glam::Vec3A;
+    use obvhs::Boundable;
+    use obvhs::bvh2::builder::build_bvh2;
+    use std::time::Duration;
+
+    struct Boxed(Aabb);
+
+    impl Boundable for Boxed {
+        fn aabb(&self) -> Aabb {
+            self.0
+        }
+    }
+
+    /// Numbers from 0 to 1.
+    fn numbers(mut seed: u32) -> impl FnMut() -> f32 {
+        move || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) as f32 / (1 << 24) as f32
+        }
+    }
+
+    fn rows(tree: &Bvh2) -> Vec<([f32; 6], u32, u32)> {
+        let row = |node: &Bvh2Node| {
+            let (lo, hi) = (node.aabb().min, node.aabb().max);
+            let planes = [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z];
+            (planes, node.prim_count, node.first_index)
+        };
+        tree.nodes.iter().map(row).collect()
+    }
+
+    #[test]
+    fn trees_are_those_of_obvhs() {
+        let mut unit = numbers(7);
+        for (_, quality) in Quality::ALL {
+            let preset = quality.preset();
+            for count in [1, 2, 3, 9, 100, 3000] {
+                // Many of one centre, of which the order must not differ either.
+                let mut place = || Vec3A::new(unit(), unit(), (unit() * 9.0).floor());
+                let boxes: Vec<Aabb> = (0..count)
+                    .flat_map(|_| {
+                        let (at, size) = (place(), place() * 0.01);
+                        let twice = Aabb::new(at - size, at + size);
+                        [twice, twice, Aabb::new(at, at + place() * 0.02)]
+                    })
+                    .collect();
+                let theirs: Vec<Boxed> = boxes.iter().copied().map(Boxed).collect();
+                let expected = build_bvh2(&theirs, preset, &mut Duration::default());
+                let tree = build(&boxes, &preset).expect("a tree");
+                assert_eq!(rows(&tree), rows(&expected), "{count} by {quality:?}");
+                assert_eq!(tree.primitive_indices, expected.primitive_indices);
+                assert_eq!(tree.max_depth, expected.max_depth);
+            }
+        }
+    }
+
+    /// The tree holds every box once, within the boxes of all nodes above.
+    fn check(tree: &Bvh2, boxes: &[Aabb]) {
+        let mut seen = vec![false; boxes.len()];
+        let mut waiting = vec![0];
+        while let Some(at) = waiting.pop() {
+            let node = &tree.nodes[at];
+            let holds = |inner: &Aabb| node.aabb().union(inner) == *node.aabb();
+            let first = node.first_index as usize;
+            if node.prim_count == 0 {
+                assert!((first..first + 2).all(|child| holds(tree.nodes[child].aabb())));
+                waiting.extend([first, first + 1]);
+            }
+            for slot in first..first + node.prim_count as usize {
+                let k = tree.primitive_indices[slot] as usize;
+                assert!(holds(&boxes[k]) && !std::mem::replace(&mut seen[k], true));
+            }
+        }
+        assert!(seen.into_iter().all(|seen| seen));
+    }
+
+    /// Without the bound each of these takes 10^9 looks for every quality.
+    #[test]
+    fn boxes_that_cannot_be_told_apart_are_merged_in_time() {
+        const COUNT: usize = 1 << 15;
+        let cube = |at: Vec3A, size: f32| Aabb::new(at - size, at + size);
+        let shapes: [(&str, fn(f32) -> (Vec3A, f32)); 6] = [
+            ("one place", |_| (Vec3A::ONE, 1.0)),
+            ("one point", |_| (Vec3A::ONE, 0.0)),
+            ("a row", |k| (Vec3A::X * k, 0.5)),
+            ("nested", |k| (Vec3A::ONE, 1.0 + k)),
+            ("two places", |k| (Vec3A::X * (k % 2.0) * 99.0, 1.0)),
+            ("ever farther", |k| (Vec3A::X * k * k, 0.5)),
+        ];
+        for (name, shape) in shapes {
+            let place = |k: usize| {
+                let (at, size) = shape(k as f32);
+                cube(at, size)
+            };
+            let boxes: Vec<Aabb> = (0..COUNT).map(place).collect();
+            for (_, quality) in Quality::ALL {
+                let tree = build(&boxes, &quality.preset()).expect("a tree");
+                check(&tree, &boxes);
+                assert!(tree.max_depth < 2000, "{name}: {}", tree.max_depth);
+            }
+        }
+    }
+}
