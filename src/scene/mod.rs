@@ -10,6 +10,7 @@
 mod bounds;
 mod column;
 mod instances;
+mod large_polygon;
 mod lights;
 mod materials;
 mod memory;

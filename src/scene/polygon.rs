@@ -1,11 +1,16 @@
 //! Polygons to triangles.
 
+use super::large_polygon;
 use earcut::Earcut;
 use earcut::utils3d::project3d_to_2d;
 use glam::Vec3;
 
+/// Corners beyond which a polygon is not cut by ears, which may take a time quadratic in their number.
+const MOST_EARS: usize = 256;
+
 /// Triangles of a polygon, as indices into its corners, in its own winding. Concave and slightly non-planar polygons
-/// are cut by ears; what has no area at all is fanned out, so that degenerate faces stay the file's own.
+/// are cut by ears, and those of more than 256 corners by a Delaunay triangulation; what has no area at all is fanned
+/// out, so that degenerate faces stay the file's own.
 pub fn triangulate(points: &[Vec3]) -> Vec<[u32; 3]> {
     match points.len() {
         0..=2 => return Vec::new(),
@@ -13,24 +18,40 @@ pub fn triangulate(points: &[Vec3]) -> Vec<[u32; 3]> {
         4 if is_convex_quad(points) => return vec![[0, 1, 2], [0, 2, 3]],
         _ => {}
     }
+    let mut triangles = match points.len() > MOST_EARS {
+        true => large_polygon::triangulate(&flattened(points)).unwrap_or_default(),
+        false => ears(points),
+    };
+    if triangles.is_empty() {
+        return (2..points.len() as u32).map(|k| [0, k - 1, k]).collect();
+    }
+    // The cutter has a winding of its own.
+    if area(points, &triangles).dot(newell(points)) < 0.0 {
+        triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    triangles
+}
+
+/// Triangles by cutting ears.
+fn ears(points: &[Vec3]) -> Vec<[u32; 3]> {
     let corners: Vec<[f64; 3]> = points.iter().map(|p| p.as_dvec3().to_array()).collect();
     let mut flat = Vec::with_capacity(points.len());
     let mut indices: Vec<u32> = Vec::with_capacity((points.len() - 2) * 3);
     if project3d_to_2d(&corners, corners.len(), &mut flat) {
         Earcut::new().earcut(flat, &[], &mut indices);
     }
-    if indices.is_empty() {
-        return (2..points.len() as u32).map(|k| [0, k - 1, k]).collect();
-    }
-    let mut triangles: Vec<[u32; 3]> = indices
-        .chunks_exact(3)
-        .map(|t| [t[0], t[1], t[2]])
-        .collect();
-    // The cutter has a winding of its own.
-    if area(points, &triangles).dot(newell(points)) < 0.0 {
-        triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    }
-    triangles
+    let triangles = indices.chunks_exact(3);
+    triangles.map(|t| [t[0], t[1], t[2]]).collect()
+}
+
+/// The polygon without the axis that it faces most. Unlike turning it, that rounds nothing: what lies in a row stays
+/// there.
+fn flattened(points: &[Vec3]) -> Vec<[f64; 2]> {
+    let facing = newell(points).abs();
+    let axis = facing.max_position();
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    let flat = |p: &Vec3| [f64::from(p[u]), f64::from(p[v])];
+    points.iter().map(flat).collect()
 }
 
 /// Whether the quad may be cut from its first corner: its two halves face the same way, and so do the other two.
@@ -80,7 +101,9 @@ mod tests {
         let mut sum = 0.0;
         for t in &triangles {
             let part = area(points, std::slice::from_ref(t));
-            assert!(part.dot(whole) >= 0.0, "{t:?} faces away");
+            // Slivers face anywhere once their corners are rounded.
+            let facing = part.dot(whole) / whole.length_squared();
+            assert!(facing > -1e-9, "{t:?} faces away");
             sum += part.length();
         }
         assert!(
@@ -106,6 +129,101 @@ mod tests {
             .collect();
         check(&lifted(&star));
         check(&lifted(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)]));
+    }
+
+    fn ring(corners: usize, radius: impl Fn(usize) -> f64) -> Vec<(f32, f32)> {
+        let place = |k: usize| {
+            let angle = k as f64 * std::f64::consts::TAU / corners as f64;
+            let r = radius(k);
+            ((libm::cos(angle) * r) as f32, (libm::sin(angle) * r) as f32)
+        };
+        (0..corners).map(place).collect()
+    }
+
+    /// Cut by ears, most of these take minutes.
+    #[test]
+    fn polygons_of_many_corners_are_cut_in_time() {
+        const MANY: usize = 60_000;
+        let all = |place: fn(usize) -> (f32, f32)| (0..MANY).map(place);
+        let circle = ring(MANY, |_| 1.0);
+        let star = ring(MANY, |k| if k % 2 == 0 { 1.0 } else { 0.4 });
+        let turns = |r: f64| {
+            move |k: usize| {
+                (
+                    libm::sin(k as f64 / 50.0),
+                    libm::cos(k as f64 / 50.0),
+                    r + k as f64,
+                )
+            }
+        };
+        let arm = |r: f64| {
+            let place = turns(r);
+            (0..MANY / 2).map(move |k| {
+                let (x, y, r) = place(k);
+                ((x * r) as f32, (y * r) as f32)
+            })
+        };
+        let spiral: Vec<_> = arm(100.0).chain(arm(200.0).rev()).collect();
+        let comb = all(|k| (k as f32, if k % 4 < 2 { 0.0 } else { 9.0 }));
+        let comb: Vec<_> = comb.chain([(6e4, -1.0), (0.0, -1.0)]).collect();
+        let teeth = all(|k| (k as f32, (k % 2) as f32 / 64.0));
+        let teeth: Vec<_> = teeth.chain([(3e4, 6e4)]).collect();
+        let row: Vec<_> = all(|k| (k as f32, 0.0)).chain([(0.0, 6e4)]).collect();
+        let twice = [
+            &circle[..],
+            &circle[..1],
+            &ring(MANY, |_| 0.5)[..],
+            &[(0.5, 0.0)],
+        ]
+        .concat();
+        let stacked = all(|k| ((k / 20_000) as f32, (k / 40_000) as f32)).collect();
+        for polygon in [circle, star, spiral, comb, teeth, row, stacked] {
+            check(&lifted(&polygon));
+            let backward: Vec<_> = polygon.into_iter().rev().collect();
+            check(&lifted(&backward));
+        }
+        // A ring, cut open: the inner circle runs backward.
+        let (outside, inside) = twice.split_at(MANY + 1);
+        let inside = inside.iter().rev().copied();
+        let open: Vec<_> = outside.iter().copied().chain(inside).collect();
+        check(&lifted(&open));
+    }
+
+    #[test]
+    fn many_corners_without_area_or_in_a_tangle_come_to_an_end() {
+        let mut seed = 1u32;
+        let mut unit = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) as f32 / (1 << 24) as f32
+        };
+        let many = 60_000;
+        let tangle: Vec<(f32, f32)> = (0..many).map(|_| (unit(), unit())).collect();
+        let line: Vec<_> = (0..many).map(|_| (unit(), 0.0)).collect();
+        let few: Vec<_> = (0..many)
+            .map(|_| ((unit() * 2.0).floor(), (unit() * 2.0).floor()))
+            .collect();
+        let one = vec![(1.0, 1.0); many];
+        let spokes: Vec<_> = ring(many, |k| if k % 2 == 0 { 1.0 } else { 0.0 });
+        for polygon in [tangle, line, few, one, spokes] {
+            let triangles = triangulate(&lifted(&polygon));
+            assert!((1..=many - 2).contains(&triangles.len()));
+        }
+    }
+
+    /// Each crossing costs a little of the outline and nothing else.
+    #[test]
+    fn small_crossings_of_a_large_outline_stay_small() {
+        let mut coast = ring(20_000, |k| 1.0 + 0.1 * libm::sin(k as f64 * 0.01));
+        for k in (100..20_000).step_by(400) {
+            coast.swap(k, k + 1);
+        }
+        let points = lifted(&coast);
+        let triangles = triangulate(&points);
+        let parts = triangles
+            .iter()
+            .map(|t| area(&points, std::slice::from_ref(t)).length());
+        let (sum, whole) = (parts.sum::<f64>(), newell(&points).length());
+        assert!((sum / whole - 1.0).abs() < 1e-2, "{sum} of {whole}");
     }
 
     #[test]
