@@ -2,20 +2,22 @@
 //!
 //! | before | what is taken to be needed |
 //! |---|---|
-//! | reading a file | [`FILE_TIMES`] the size of the file that is named, and [`PLY_TIMES`] that of a PLY file: the bytes themselves, and the columns and tables made of them |
+//! | reading a file | [`FILE_TIMES`] the size of the file that is named, and [`PLY_TIMES`] that of a PLY file: the bytes themselves, and the columns and tables made of them; of glTF the file, and what its reader counts |
+//! | what a file names | while it is read, before each: other files, materials, textures as they are decoded, with glTF the document and the columns of meshes |
 //! | opening a cache | the size of the file, all of which is mapped |
 //! | generating a standard scene | [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and cone |
 //! | building a tree | the scene's columns; for each triangle [`TRIANGLE_BYTES`], for anything else [`OTHER_BYTES`], and for the oracle's tree [`ORACLE_BYTES`] for each |
 //! | rendering | columns and tree as they are, and for each primitive [`WIDE_BYTES`] where the wide tree is still to be made; the films, of one band of the picture each, and the picture of it; for each thread [`THREAD_BYTES`], [`PIXEL_BYTES`] for each pixel of a tile, [`RAY_BYTES`] for each ray that is traced with others, and the bounces that wait (`WaveSizes`; for the oracle, [`PATH_BYTES`] for each bounce of a path); with adaptive samples [`SAMPLE_BYTES`] for each that a block of 8x8 pixels may get |
 //!
 //! To each comes [`PROGRAM_BYTES`] for the program. Estimates are meant to err on the upper side; `perf/notes/memory.md`
-//! holds them against peaks. Of a file that names others (buffers, pictures, materials) only its own size is known here.
+//! holds them against peaks.
 
 use super::failure::Failure;
 use super::output::{bytes, grouped};
+use phalanx::formats::LoadError;
 use phalanx::frame::{Engine, Integrator, Prepared, Settings, Tile, Tree};
 use phalanx::jobs::bands;
-use phalanx::open::is_cache;
+use phalanx::open::{OpenError, is_cache};
 use phalanx::scene::Scene;
 use phalanx::standard::{self, Spec};
 use std::path::Path;
@@ -56,18 +58,43 @@ const PROGRAM_BYTES: u64 = 24 << 20;
 pub struct Budget(pub Option<u64>);
 
 impl Budget {
-    /// Before a scene file is read, or a cache mapped.
-    pub fn for_file(self, name: &Path, file_bytes: u64) -> Result<(), Failure> {
-        let ply = name
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("ply"));
-        let times = match (is_cache(name), ply) {
-            (true, _) => 1,
-            (false, true) => PLY_TIMES,
-            (false, false) => FILE_TIMES,
+    /// Before a scene file is read, or a cache mapped. What is left then is for what the file names and makes beyond
+    /// itself, which its reader counts.
+    pub fn beside_file(self, name: &Path, file_bytes: u64) -> Result<Option<u64>, Failure> {
+        let ends = |ending: &str| {
+            name.extension()
+                .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+        };
+        let times = if is_cache(name) || ends("gltf") || ends("glb") {
+            1
+        } else if ends("ply") {
+            PLY_TIMES
+        } else {
+            FILE_TIMES
         };
         let what = format!("to read a file of {}", bytes(file_bytes));
-        self.ask(file_bytes.saturating_mul(times), &what)
+        let needed = file_bytes.saturating_mul(times);
+        self.ask(needed, &what)?;
+        Ok(self
+            .0
+            .map(|allowed| allowed.saturating_sub(needed + PROGRAM_BYTES)))
+    }
+
+    /// Why a scene was not opened; if it was for want of memory, with what would have been enough.
+    pub fn explained(self, error: OpenError) -> Failure {
+        let OpenError::Load(LoadError::Memory {
+            what,
+            needed,
+            allowed,
+            ..
+        }) = &error
+        else {
+            return error.into();
+        };
+        let all = self.0.unwrap_or(*allowed);
+        let before = all.saturating_sub(allowed.saturating_add(PROGRAM_BYTES));
+        let refused = self.ask(before.saturating_add(*needed), what);
+        refused.err().unwrap_or_else(|| error.into())
     }
 
     /// Before a standard scene is generated.
@@ -170,7 +197,7 @@ mod tests {
     fn a_refusal_names_what_is_needed_and_what_is_allowed() {
         let budget = Budget(Some(100 << 20));
         let (text, ply, cache) = ("a.test", "a.PLY", "a.phx");
-        let refused = budget.for_file(text.as_ref(), 50 << 20).unwrap_err();
+        let refused = budget.beside_file(text.as_ref(), 50 << 20).unwrap_err();
         assert_eq!(refused.code(), 1);
         let Failure::Runtime(message) = refused else {
             panic!("{refused:?}")
@@ -178,9 +205,9 @@ mod tests {
         for part in ["174.0 MiB", "100.0 MiB", "--max-memory", "50.0 MiB"] {
             assert!(message.contains(part), "{part} in {message}");
         }
-        budget.for_file(cache.as_ref(), 50 << 20).unwrap();
-        budget.for_file(text.as_ref(), 20 << 20).unwrap();
-        budget.for_file(ply.as_ref(), 20 << 20).unwrap_err();
-        Budget(None).for_file(ply.as_ref(), u64::MAX).unwrap();
+        budget.beside_file(cache.as_ref(), 50 << 20).unwrap();
+        budget.beside_file(text.as_ref(), 20 << 20).unwrap();
+        budget.beside_file(ply.as_ref(), 20 << 20).unwrap_err();
+        Budget(None).beside_file(ply.as_ref(), u64::MAX).unwrap();
     }
 }

@@ -16,7 +16,7 @@ use std::path::Path;
 /// Says why no scene came out of a file.
 pub fn tell_error(error: &LoadError) {
     match error {
-        LoadError::Io { .. } => note(&format!("error: {error}")),
+        LoadError::Io { .. } | LoadError::Memory { .. } => note(&format!("error: {error}")),
         LoadError::UnknownFormat { .. } => {
             let known: Vec<String> = endings().map(|e| format!(".{e}")).collect();
             note(&format!(

@@ -43,7 +43,7 @@ impl Failure {
             Failure::Runtime(_) => 1,
             Failure::Usage(_) => 2,
             Failure::Load(error) => match **error {
-                LoadError::Io { .. } => 1,
+                LoadError::Io { .. } | LoadError::Memory { .. } => 1,
                 LoadError::UnknownFormat { .. } => 2,
                 LoadError::Scene { .. } => 3,
             },

@@ -31,7 +31,7 @@ pub struct Input {
 impl Input {
     /// Opens the scene of this name on so many threads (0: all); what its reader has to say goes to stderr.
     pub fn load(name: &Path, args: &SceneArgs, threads: usize) -> Result<Input, Failure> {
-        let options = args.options(threads)?;
+        let mut options = args.options(threads)?;
         let budget = Budget(args.max_memory);
         if let Some(name) = standard_name(name) {
             budget.for_standard(standard::parse_spec(name).map_err(OpenError::from)?)?;
@@ -42,23 +42,24 @@ impl Input {
         let file = (!is_dash(name)).then(|| std::fs::metadata(name));
         if let Some(Ok(file)) = file {
             let like = format.map_or_else(|| name.to_path_buf(), of_format);
-            budget.for_file(&like, file.len())?;
+            options.max_memory = budget.beside_file(&like, file.len())?;
         }
         let opened = match format {
             Some(ending) if is_dash(name) => {
                 let bytes = stdin(budget)?;
-                budget.for_file(&of_format(ending), bytes.len() as u64)?;
-                open_bytes(name, ending, &bytes, &options)?
+                options.max_memory = budget.beside_file(&of_format(ending), bytes.len() as u64)?;
+                open_bytes(name, ending, &bytes, &options)
             }
-            Some(ending) if standard_name(name).is_none() => open_as(name, ending, &options)?,
+            Some(ending) if standard_name(name).is_none() => open_as(name, ending, &options),
             None if is_dash(name) => {
                 return Err(Failure::Usage(format!(
                     "a scene from stdin needs its format: --format {}",
                     endings().collect::<Vec<_>>().join("|")
                 )));
             }
-            _ => open(name, &options)?,
+            _ => open(name, &options),
         };
+        let opened = opened.map_err(|error| budget.explained(error))?;
         diagnose::tell_warnings(name, &opened.warnings);
         diagnose::tell_notes(&opened.notes);
         Ok(Input {

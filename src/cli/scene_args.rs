@@ -27,7 +27,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "KEY=VALUE …", value_parser = parse_material)]
     pub material: Option<Surface>,
     /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or 2GiB (powers of 1024):
-    /// an estimate from the sizes of the named file (not of those it refers to), the scene and the picture, no limit
+    /// an estimate from the sizes of the named file and those it refers to, the scene and the picture, no limit
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
     pub max_memory: Option<u64>,
     /// Format of the scene, whatever its name ends in; a scene from stdin, called -, needs it. Where a picture is written, the name of a
@@ -68,6 +68,7 @@ impl SceneArgs {
             background: self.background,
             material: self.material,
             threads,
+            max_memory: None,
         })
     }
 }

@@ -1,11 +1,14 @@
 //! The folder of a scene file: the only place from which files that it names are read.
 
+use super::allowance::Allowance;
+use super::report::quoted;
 use std::path::{Component, Path, PathBuf};
 
 /// Where files beside the scene file are looked for.
 pub(super) struct Folder {
     /// `None` for a scene without a file.
     path: Option<PathBuf>,
+    allowance: Allowance,
 }
 
 impl Folder {
@@ -14,12 +17,39 @@ impl Folder {
         let parent = file.parent().filter(|p| !p.as_os_str().is_empty());
         Folder {
             path: Some(parent.unwrap_or(Path::new(".")).to_path_buf()),
+            allowance: Allowance::of(None),
         }
     }
 
     /// No folder: nothing is found.
     pub(super) fn nowhere() -> Folder {
-        Folder { path: None }
+        Folder {
+            path: None,
+            allowance: Allowance::of(None),
+        }
+    }
+
+    /// The same folder, with so much memory for what the scene file names.
+    pub(super) fn within(self, most: Option<u64>) -> Folder {
+        Folder {
+            allowance: Allowance::of(most),
+            ..self
+        }
+    }
+
+    /// The memory for what the scene file names.
+    pub(super) fn allowance(&self) -> &Allowance {
+        &self.allowance
+    }
+
+    /// The bytes of a file, if there is memory for them while they are looked through. The error is that of
+    /// [`Folder::find`].
+    pub(super) fn read(&self, file: &Found) -> Result<Vec<u8>, String> {
+        let name = || file.0.file_name().unwrap_or_default().display().to_string();
+        let size = std::fs::metadata(&file.0).map_or(0, |m| m.len());
+        self.allowance
+            .lend(size, || format!("to read {}", quoted(&name())))?;
+        std::fs::read(&file.0).map_err(|e| e.to_string())
     }
 
     /// The file that a name in the scene file means, with `/` or `\` between folders. The error says why there is none,
@@ -51,13 +81,6 @@ impl Folder {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Found(PathBuf);
 
-impl Found {
-    /// Its bytes. The error is that of [`Folder::find`].
-    pub(super) fn read(&self) -> Result<Vec<u8>, String> {
-        std::fs::read(&self.0).map_err(|e| e.to_string())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -71,7 +94,7 @@ mod tests {
         std::fs::write(folder.join("maps/wood.png"), "yes").unwrap();
         let beside = Folder::of(&folder.join("a.obj"));
         let wood = beside.find("maps/wood.png").unwrap();
-        assert_eq!(wood.read().unwrap(), b"yes");
+        assert_eq!(beside.read(&wood).unwrap(), b"yes");
         assert_eq!(beside.find(".\\maps\\wood.png").unwrap(), wood);
         let absolute = outer.path().join("secret");
         for outside in [

@@ -1,5 +1,6 @@
 //! Bytes to [`Scene`]: the only place where a scene file can be wrong.
 
+mod allowance;
 mod bytes;
 mod complete;
 mod decimal;
@@ -11,6 +12,7 @@ mod mesh_defaults;
 mod nff;
 mod number;
 mod obj;
+mod picture;
 mod ply;
 mod report;
 mod stl;
@@ -69,6 +71,18 @@ pub enum LoadError {
         /// What is wrong: at least one, at most [`MAX_DIAGNOSTICS`], in file order.
         diagnostics: Vec<Diagnostic>,
     },
+    /// What the file names or makes would take more than [`Options::max_memory`].
+    #[error("{}: about {needed} bytes would be needed {what}, and {allowed} are allowed", path.display())]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// Its purpose, as in "to decode the texture `a.png`".
+        what: String,
+        /// Bytes that would be used with it.
+        needed: u64,
+        /// Bytes that may be used.
+        allowed: u64,
+    },
     /// The file's ending names no format that is read here.
     #[error("{}: not a scene format that is read here", path.display())]
     UnknownFormat {
@@ -109,6 +123,9 @@ pub struct Options {
     pub material: Option<Surface>,
     /// Threads that a reader may use; 0 for one per CPU.
     pub threads: usize,
+    /// Bytes that may be used for what the file names or makes beyond itself: other files, pictures decoded, meshes copied
+    /// into place. They are counted before they are used; none for as many as there are.
+    pub max_memory: Option<u64>,
 }
 
 /// A light of [`Options`].
@@ -239,10 +256,22 @@ fn load_read(
     bytes: &[u8],
     options: &Options,
 ) -> Result<Loaded, LoadError> {
-    read(format, bytes, &Folder::of(path), options).map_err(|diagnostics| LoadError::Scene {
-        path: path.to_path_buf(),
-        text: format.text(bytes),
-        diagnostics,
+    let beside = Folder::of(path).within(options.max_memory);
+    read(format, bytes, &beside, options).map_err(|diagnostics| {
+        let path = path.to_path_buf();
+        match beside.allowance().refusal() {
+            Some(refused) => LoadError::Memory {
+                path,
+                what: refused.what,
+                needed: refused.needed,
+                allowed: refused.allowed,
+            },
+            None => LoadError::Scene {
+                path,
+                text: format.text(bytes),
+                diagnostics,
+            },
+        }
     })
 }
 
@@ -274,7 +303,8 @@ pub fn read_bytes(
     options: &Options,
 ) -> Option<Result<Loaded, Vec<Diagnostic>>> {
     let format = Format::of(OsStr::new(ending))?;
-    Some(read(format, bytes, &Folder::nowhere(), options))
+    let beside = Folder::nowhere().within(options.max_memory);
+    Some(read(format, bytes, &beside, options))
 }
 
 fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {

@@ -1,17 +1,11 @@
 //! Pictures that a scene file names or carries: each is decoded once, and one that cannot be had is a warning.
 
 use super::folder::{Folder, Found};
+use super::picture::Picture;
 use super::report::{Place, Report, quoted};
-use crate::scene::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};
-use ::image::codecs::png::PngDecoder;
-use ::image::{DynamicImage, ImageDecoder, Limits};
+use crate::scene::{NO_TEXTURE, Texture, Wrap};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
-use std::io::Cursor;
-use zune_core::bytestream::ZCursor;
-use zune_core::colorspace::ColorSpace;
-use zune_core::options::DecoderOptions;
-use zune_jpeg::JpegDecoder;
 
 /// The textures of a scene while it is read.
 pub(super) struct TextureShelf<'a> {
@@ -83,7 +77,8 @@ impl<'a> TextureShelf<'a> {
             Ok(file) => Origin::File(file.clone()),
             Err(_) => Origin::Missing(name.to_owned()),
         };
-        let bytes = || found?.read().map(Cow::Owned);
+        let beside = self.beside;
+        let bytes = || beside.read(&found?).map(Cow::Owned);
         self.picture(origin, &quoted(name), bytes, wrap, place, report)
     }
 
@@ -114,15 +109,19 @@ impl<'a> TextureShelf<'a> {
         place: impl FnOnce() -> Place,
         report: &mut Report,
     ) -> u32 {
+        let beside = self.beside;
         let told = |reason: String| {
             let message = format!("the texture {name} is left out: {reason}");
-            report.warning(place(), message);
+            match beside.allowance().refusal() {
+                Some(_) => report.error(place(), message),
+                None => report.warning(place(), message),
+            }
             NO_TEXTURE
         };
         let first = match self.pictures.get(&origin) {
             Some(&first) => first,
             None => {
-                let decoded = bytes().and_then(|bytes| decode(&bytes, self.texels_left));
+                let decoded = bytes().and_then(|bytes| self.decode(name, &bytes));
                 let (first, reason) = match decoded {
                     Ok(texture) => (self.push(texture), None),
                     Err(reason) => (NO_TEXTURE, Some(reason)),
@@ -140,7 +139,7 @@ impl<'a> TextureShelf<'a> {
         if let Some(&row) = self.wrapped.get(&(first, wrap)) {
             return row;
         }
-        let (row, reason) = match self.copy_for(first, wrap) {
+        let (row, reason) = match self.copy_for(name, first, wrap) {
             Ok(row) => (row, None),
             Err(reason) => (NO_TEXTURE, Some(reason)),
         };
@@ -148,13 +147,35 @@ impl<'a> TextureShelf<'a> {
         reason.map_or(row, told)
     }
 
+    /// A picture in sRGB bytes, for which there is room.
+    fn decode(&self, name: &str, bytes: &[u8]) -> Result<Texture, String> {
+        let picture = Picture::open(bytes)?;
+        let (width, height) = (picture.width, picture.height);
+        checked_budget(width, height, self.texels_left)?;
+        let what = || format!("to decode the texture {name} of {width}×{height} texels");
+        let texels = picture.pixels() * 3;
+        let allowance = self.beside.allowance();
+        allowance.lend(texels + picture.scratch + bytes.len() as u64, what)?;
+        allowance.take(texels, what)?;
+        Ok(Texture {
+            width,
+            height,
+            wrap: [Wrap::Repeat; 2],
+            texels: picture.decode()?.into(),
+        })
+    }
+
     /// Where a picture may stand with another wrapping: the first use gives it one, and only another needs a copy.
-    fn copy_for(&mut self, first: u32, wrap: [Wrap; 2]) -> Result<u32, String> {
+    fn copy_for(&mut self, name: &str, first: u32, wrap: [Wrap; 2]) -> Result<u32, String> {
         let row = match self.worn.insert(first) {
             true => first,
             false => {
                 let texture = &self.textures[first as usize];
-                checked_budget(texture.width, texture.height, self.texels_left)?;
+                let (width, height) = (texture.width, texture.height);
+                let texels = checked_budget(width, height, self.texels_left)?;
+                self.beside.allowance().take(texels * 3, || {
+                    format!("for the texture {name} with another wrapping")
+                })?;
                 let copy = texture.clone();
                 self.push(copy)
             }
@@ -171,72 +192,6 @@ impl<'a> TextureShelf<'a> {
     }
 }
 
-const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
-const JPEG: &[u8] = b"\xff\xd8\xff";
-
-/// A picture in sRGB bytes, whatever its file's name says it is. Grey becomes equal parts, 16 bits the nearest of 8,
-/// alpha and colour profiles are ignored. One of more than `most` texels is refused before room is made for it.
-fn decode(bytes: &[u8], most: u64) -> Result<Texture, String> {
-    if bytes.starts_with(PNG) {
-        decode_png(bytes, most)
-    } else if bytes.starts_with(JPEG) {
-        decode_jpeg(bytes, most)
-    } else {
-        Err("it is neither a PNG nor a JPEG picture".into())
-    }
-}
-
-/// More than deflate can make of a byte (1032), so that a picture's size is believed only as far as its bytes reach.
-const MOST_PER_BYTE: u64 = 1040;
-/// A JPEG spends at least a bit on the mean of 8×8 pixels.
-const MOST_PIXELS_PER_BYTE: u64 = 8 * 64;
-
-/// Room for the largest texture, RGBA of 16 bits.
-const MOST_MEMORY: u64 = MAX_TEXTURE_SIDE as u64 * MAX_TEXTURE_SIDE as u64 * 8;
-
-fn decode_png(bytes: &[u8], most: u64) -> Result<Texture, String> {
-    let broken = |error: ::image::ImageError| error.to_string();
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(MOST_MEMORY);
-    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(broken)?;
-    let (width, height) = decoder.dimensions();
-    let bits = u64::from(decoder.original_color_type().bits_per_pixel());
-    let pixels = checked_pixels(width, height, most)?;
-    if pixels * bits / 8 > bytes.len() as u64 * MOST_PER_BYTE {
-        return Err(short(width, height));
-    }
-    let picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
-    texture(width, height, picture.into_rgb8().into_raw())
-}
-
-/// The decoder's SIMD variants are neither built nor asked for: its plain integer code gives the same bytes everywhere.
-fn decode_jpeg(bytes: &[u8], most: u64) -> Result<Texture, String> {
-    let broken = |error: zune_jpeg::errors::DecodeErrors| error.to_string();
-    let options = DecoderOptions::new_safe()
-        .set_strict_mode(false)
-        .set_max_width(MAX_TEXTURE_SIDE as usize)
-        .set_max_height(MAX_TEXTURE_SIDE as usize)
-        .jpeg_set_out_colorspace(ColorSpace::RGB);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    decoder.decode_headers().map_err(broken)?;
-    let (width, height) = decoder.dimensions().ok_or("it has no size")?;
-    let (width, height) = (width as u32, height as u32);
-    if checked_pixels(width, height, most)? > bytes.len() as u64 * MOST_PIXELS_PER_BYTE {
-        return Err(short(width, height));
-    }
-    texture(width, height, decoder.decode().map_err(broken)?)
-}
-
-fn checked_pixels(width: u32, height: u32, most: u64) -> Result<u64, String> {
-    let side = 1..=MAX_TEXTURE_SIDE;
-    match side.contains(&width) && side.contains(&height) {
-        true => checked_budget(width, height, most),
-        false => Err(format!(
-            "its size is {width}×{height}, but a side may have 1 to {MAX_TEXTURE_SIDE} texels"
-        )),
-    }
-}
-
 fn checked_budget(width: u32, height: u32, most: u64) -> Result<u64, String> {
     let texels = u64::from(width) * u64::from(height);
     match texels <= most {
@@ -247,113 +202,17 @@ fn checked_budget(width: u32, height: u32, most: u64) -> Result<u64, String> {
     }
 }
 
-fn short(width: u32, height: u32) -> String {
-    format!("it is too short for its {width}×{height} texels")
-}
-
-fn texture(width: u32, height: u32, rgb: Vec<u8>) -> Result<Texture, String> {
-    let (texels, rest) = rgb.as_chunks::<3>();
-    if !rest.is_empty() || texels.len() as u64 != u64::from(width) * u64::from(height) {
-        return Err("it decodes to another size than it claims".into());
-    }
-    Ok(Texture {
-        width,
-        height,
-        wrap: [Wrap::Repeat; 2],
-        texels: texels.to_vec().into(),
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ::image::codecs::png::PngEncoder;
-    use ::image::{ExtendedColorType, ImageEncoder};
+    use crate::formats::picture::tests::encoded;
+    use png::{BitDepth::Eight, ColorType};
     use std::path::Path;
-
-    const HALVED: &[u8] = include_bytes!("../../tests/pictures/halved.jpg");
-    const PROGRESSIVE: &[u8] = include_bytes!("../../tests/pictures/progressive.jpg");
-    const GREY: &[u8] = include_bytes!("../../tests/pictures/grey.jpg");
-
-    fn whole(bytes: &[u8]) -> Result<Texture, String> {
-        decode(bytes, MOST_TEXELS)
-    }
-
-    fn png(width: u32, height: u32, kind: ExtendedColorType, samples: &[u8]) -> Vec<u8> {
-        let mut out = Vec::new();
-        let written = PngEncoder::new(&mut out).write_image(samples, width, height, kind);
-        written.expect("a picture");
-        out
-    }
-
-    /// FNV-1a.
-    fn hash(texture: &Texture) -> u64 {
-        texture
-            .texels
-            .iter()
-            .flatten()
-            .fold(0xcbf2_9ce4_8422_2325, |h, &b| {
-                (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3)
-            })
-    }
-
-    #[test]
-    fn a_jpeg_decodes_to_the_same_bytes_on_every_build() {
-        for (bytes, expected) in [
-            (HALVED, 0x38a6_379d_341c_816a),
-            (PROGRESSIVE, 0xfaa5_6fa3_5769_1093),
-            (GREY, 0x19e5_6f92_a072_6fd6),
-        ] {
-            let texture = whole(bytes).expect("a picture");
-            assert_eq!((texture.width, texture.height), (21, 13));
-            assert_eq!(hash(&texture), expected, "{:#x}", hash(&texture));
-        }
-        // A ramp to the right, a ramp downward, and a chequer, as they were painted.
-        let texels = whole(PROGRESSIVE).expect("a picture").texels;
-        for (i, &[red, green, _]) in texels.iter().enumerate() {
-            assert!(red.abs_diff((i % 21 * 12) as u8) < 48, "{i}: {red}");
-            assert!(green.abs_diff((i / 21 * 19) as u8) < 48, "{i}: {green}");
-        }
-        let grey = whole(GREY).expect("a picture").texels;
-        assert!(grey.iter().all(|[r, g, b]| r == g && g == b));
-    }
-
-    #[test]
-    fn every_png_becomes_srgb_bytes() {
-        let two = |kind, samples: &[u8]| whole(&png(2, 1, kind, samples)).expect("a picture");
-        let expected = [[0, 0, 0], [200, 200, 200]];
-        assert_eq!(two(ExtendedColorType::L8, &[0, 200]).texels, expected);
-        let alpha = two(ExtendedColorType::La8, &[0, 9, 200, 0]);
-        assert_eq!(alpha.texels, expected);
-        let samples: Vec<u8> = [0u16, 200 * 257]
-            .iter()
-            .flat_map(|s| s.to_ne_bytes())
-            .collect();
-        assert_eq!(two(ExtendedColorType::L16, &samples).texels, expected);
-        let color = two(ExtendedColorType::Rgba8, &[1, 2, 3, 0, 4, 5, 6, 255]);
-        assert_eq!(color.texels, [[1, 2, 3], [4, 5, 6]]);
-    }
-
-    #[test]
-    fn a_size_is_believed_as_far_as_the_bytes_reach() {
-        let mut huge = png(4, 4, ExtendedColorType::L8, &[7; 16]);
-        let side = huge.windows(4).position(|w| w == b"IHDR").unwrap() + 4;
-        huge[side..side + 4].copy_from_slice(&16_000u32.to_be_bytes());
-        huge[side + 4..side + 8].copy_from_slice(&16_000u32.to_be_bytes());
-        assert!(whole(&huge).is_err());
-        huge[side..side + 4].copy_from_slice(&16_385u32.to_be_bytes());
-        assert!(whole(&huge).is_err());
-        let mut jpeg = HALVED.to_vec();
-        let frame = jpeg.windows(2).position(|w| w == [0xff, 0xc0]).unwrap() + 5;
-        jpeg[frame..frame + 4].copy_from_slice(&[0x3f, 0xff, 0x3f, 0xff]);
-        let refused = whole(&jpeg).map(|_| "a picture");
-        assert!(refused.unwrap_err().contains("too short"));
-    }
 
     #[test]
     fn a_picture_stands_once_for_each_wrapping() {
         let folder = tempfile::tempdir().unwrap();
-        let dot = png(1, 1, ExtendedColorType::Rgb8, &[1, 2, 3]);
+        let dot = encoded([1, 1], ColorType::Rgb, Eight, &[1, 2, 3]);
         std::fs::write(folder.path().join("dot.png"), &dot).unwrap();
         std::fs::write(folder.path().join("text.png"), "no picture").unwrap();
         let beside = Folder::of(Path::new(&folder.path().join("scene")));
@@ -388,11 +247,41 @@ mod tests {
     }
 
     #[test]
+    fn textures_count_before_they_are_decoded() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.png", "b.png"] {
+            // A megabyte of pixels in a kilobyte.
+            let bytes = encoded([1024, 1024], ColorType::Grayscale, Eight, &[7; 1 << 20]);
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+        }
+        let place = || Place::START;
+        let repeat = [Wrap::Repeat; 2];
+        let named = |most: u64, names: &[&str]| {
+            let beside = Folder::of(&folder.path().join("scene")).within(Some(most));
+            let mut report = Report::binary();
+            let mut shelf = TextureShelf::new(&beside);
+            for name in names {
+                shelf.named(name, repeat, place, &mut report);
+            }
+            (beside.allowance().refusal(), report.finish().is_ok())
+        };
+        const EACH: u64 = 3 << 20;
+        const ROOM: u64 = 2 << 20;
+        assert_eq!(named(EACH + ROOM, &["a.png", "a.png"]), (None, true));
+        assert_eq!(named(2 * EACH + ROOM, &["a.png", "b.png"]), (None, true));
+        let (refused, read) = named(EACH + ROOM, &["a.png", "b.png"]);
+        let refused = refused.expect("the second");
+        assert!(refused.what.contains("`b.png`"), "{refused:?}");
+        assert!(!read && refused.needed >= 2 * EACH && refused.allowed == EACH + ROOM);
+        assert!(named(EACH, &["a.png"]).0.is_some());
+    }
+
+    #[test]
     fn all_textures_together_are_bounded() {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str, width: u32| {
             let samples = vec![7; width as usize];
-            let bytes = png(width, 1, ExtendedColorType::L8, &samples);
+            let bytes = encoded([width, 1], ColorType::Grayscale, Eight, &samples);
             std::fs::write(folder.path().join(name), bytes).unwrap();
         };
         file("two.png", 2);

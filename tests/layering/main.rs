@@ -148,8 +148,8 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "image",
-        &["image.rs", "image/", "formats/texture.rs"],
-        "encoders can be exchanged in one room, the decoder of textures in one file",
+        &["image.rs", "image/"],
+        "encoders can be exchanged in one room",
     ),
     (
         "exr",
@@ -158,8 +158,14 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "png",
-        &["image/png.rs", "image/mod.rs"],
-        "pictures are written row by row in one file",
+        &[
+            "image/png.rs",
+            "image/mod.rs",
+            "formats/picture.rs",
+            "formats/picture_tests.rs",
+            "formats/texture.rs",
+        ],
+        "pictures are written row by row in one file, and textures read so in another",
     ),
     (
         "signal_hook",
@@ -168,10 +174,10 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "zune_jpeg",
-        &["formats/texture.rs"],
+        &["formats/picture.rs"],
         "one decoder, with its SIMD off, gives every build the same texels",
     ),
-    ("zune_core", &["formats/texture.rs"], "zune_jpeg's options"),
+    ("zune_core", &["formats/picture.rs"], "zune_jpeg's options"),
     (
         "base64",
         &["formats/gltf/", "report/html/"],

@@ -78,6 +78,17 @@ impl<'a> Shape<'a> {
         self.corners.len()
     }
 
+    /// Bytes that its columns take at most: they grow by doubling.
+    pub(super) fn mesh_bytes(&self) -> u64 {
+        let per = |column: bool, bytes: u64| if column { bytes } else { 0 };
+        let (normals, uvs) = (self.normals.is_some(), self.uvs.is_some());
+        let triangle = 32 + per(normals, 12) + per(uvs, 12);
+        let vertex = 12 + per(normals, 12) + per(uvs, 8);
+        let triangles = self.len() as u64;
+        let vertices = (self.positions.count as u64).min(3 * triangles);
+        2 * (triangles * triangle + vertices * vertex)
+    }
+
     /// Largest coordinate of a corner, in the mesh's own space.
     pub(super) fn extent(&self) -> f32 {
         let corners = self.corners.iter().flatten();

@@ -8,12 +8,15 @@
 //! | `accessor` | typed rows, sparse or not |
 //! | `nodes` | the hierarchy, flattened |
 //! | `geometry` | primitives: triangles, strips and fans |
+//! | `copies` | which meshes and primitives are the same |
 //! | `materials` | what surfaces look like |
 //! | `lights` | cameras and lights |
 //!
 //! # What is shown
 //! The default scene; without one the first; without any, all root nodes. A mesh that one node shows is baked into the
 //! world; one that several show is stored once and placed (baked where single precision could not go there and back).
+//! Copies of more than 262,144 triangles are stored once and placed, too: of meshes that have the same accessors and
+//! materials, of such primitives of one mesh, and of meshes too large or small to be placed as they are.
 //! Skins and morph targets stay in their rest pose, points and lines are left out, animations are not played.
 //!
 //! # Materials
@@ -44,6 +47,7 @@
 
 mod accessor;
 mod container;
+mod copies;
 mod document;
 mod geometry;
 mod lights;
@@ -51,6 +55,7 @@ mod materials;
 mod nodes;
 mod source;
 
+use super::allowance::Allowance;
 use super::complete::{Missing, complete};
 use super::folder::Folder;
 use super::mesh_defaults::{BARE, empty_scene};
@@ -58,8 +63,9 @@ use super::report::{Place, Report, quoted};
 use super::texture::TextureShelf;
 use super::{Diagnostic, Loaded, Options};
 use crate::scene::{Bounds, Scene};
+use copies::{Copies, MOST_COPIED, Part};
 use geometry::{Bad, Shape, is_surface};
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use materials::Looks;
 use nodes::Placed;
 use source::Source;
@@ -105,7 +111,13 @@ pub(super) fn read(
     let mut scene = empty_scene();
     let mut missing = BARE;
     let opened = container::open(bytes);
-    let parsed = opened.and_then(|parts| Ok((Source::parse(bytes, &parts)?, parts)));
+    let parsed = opened.and_then(|parts| {
+        let rows = memchr::memchr_iter(b'{', &bytes[parts.json.clone()]).count() as u64;
+        let what = || "for the rows of the document".to_owned();
+        let allowed = beside.allowance().take(rows * ROW_BYTES, what);
+        allowed.map_err(|message| (Place::START, message))?;
+        Ok((Source::parse(bytes, &parts)?, parts))
+    });
     match parsed {
         Err((place, message)) => report.error(place, message),
         Ok((mut source, parts)) => {
@@ -120,6 +132,9 @@ pub(super) fn read(
     }
     complete(scene, &missing, options, report)
 }
+
+/// Memory for an object of the document, such as a node, and what becomes of it.
+const ROW_BYTES: u64 = 1024;
 
 fn extensions_are_known(source: &Source, report: &mut Report) -> bool {
     let required = &source.document.extensions_required;
@@ -143,6 +158,8 @@ struct Reader<'a, 't> {
     scene: Scene,
     report: Report<'t>,
     looks: Option<Looks<'a>>,
+    allowance: &'a Allowance,
+    copies: Copies<'a>,
     /// Triangles that may still be made: as many as the file has bytes, and a few million. Accessors may be shared,
     /// and nothing else bounds how often.
     triangles_left: u64,
@@ -167,19 +184,26 @@ impl<'a, 't> Reader<'a, 't> {
             scene,
             report,
             looks: Some(Looks::new(source, TextureShelf::new(beside))),
+            allowance: beside.allowance(),
+            copies: Copies::of(&source.document),
             triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
         }
     }
 
     fn run(&mut self, missing: &mut Missing) {
         let nodes = nodes::flatten(self.source, &mut self.report);
-        for (mesh, places) in self.placements(&nodes) {
-            if self.report.is_full() {
-                return;
-            }
-            if let Err(message) = self.mesh(mesh, &places) {
-                self.source
-                    .error(&mut self.report, "meshes", mesh, &message);
+        let placements = self.placements(&nodes);
+        for (mesh, places) in self.copies.joined(placements) {
+            for part in self.copies.parts(mesh, places.len()) {
+                if self.report.is_full() {
+                    return;
+                }
+                let times = |map: DAffine3| std::iter::repeat_n(map, part.times);
+                let places: Vec<DAffine3> = places.iter().copied().flat_map(times).collect();
+                if let Err(message) = self.mesh(mesh, &part, &places) {
+                    self.source
+                        .error(&mut self.report, "meshes", mesh, &message);
+                }
             }
         }
         if !self.report.is_clean() {
@@ -229,10 +253,17 @@ impl<'a, 't> Reader<'a, 't> {
             .collect()
     }
 
-    fn mesh(&mut self, mesh: usize, places: &[DAffine3]) -> Result<(), String> {
-        let shapes = self.shapes(mesh)?;
+    fn mesh(&mut self, mesh: usize, part: &Part, places: &[DAffine3]) -> Result<(), String> {
+        let shapes = self.shapes(mesh, part)?;
         let extent = shapes.iter().map(Shape::extent).fold(0.0, f32::max);
-        if places.len() == 1 || !COMFORT.contains(&extent) {
+        let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
+        let copied = triangles.saturating_mul(places.len() as u64 - 1);
+        let size = match COMFORT.contains(&extent) {
+            true => Some(1.0),
+            false if copied > MOST_COPIED => Some(into_comfort(extent)),
+            false => None,
+        };
+        let (true, Some(size)) = (places.len() > 1, size) else {
             // The same in each place.
             let mut bad = Bad::default();
             for map in places {
@@ -240,14 +271,17 @@ impl<'a, 't> Reader<'a, 't> {
             }
             self.tell_bad(mesh, bad);
             return Ok(());
-        }
+        };
         let stored = self.scene.begin_mesh();
-        let bad = self.bake(&shapes, &DAffine3::IDENTITY)?;
+        let bad = self.bake(&shapes, &DAffine3::from_scale(DVec3::splat(size)))?;
         self.scene.end_mesh(stored);
         self.tell_bad(mesh, bad);
+        let back = DAffine3::from_scale(DVec3::splat(1.0 / size));
         let mut baked = 0;
         for map in places {
-            if self.scene.add_instance(stored, *map).is_err() {
+            // Zeros keep their signs where there is nothing to undo.
+            let to_world = if size == 1.0 { *map } else { *map * back };
+            if self.scene.add_instance(stored, to_world).is_err() {
                 baked += 1;
                 self.bake(&shapes, map)?;
             }
@@ -269,6 +303,8 @@ impl<'a, 't> Reader<'a, 't> {
         for shape in shapes {
             let left = self.triangles_left.checked_sub(shape.len() as u64);
             self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
+            let what = || format!("for {} more triangles", shape.len());
+            self.allowance.take(shape.mesh_bytes(), what)?;
             let (mesh, bad) = shape.mesh(map)?;
             self.scene.add_mesh(mesh);
             all.normals += bad.normals;
@@ -299,13 +335,14 @@ impl<'a, 't> Reader<'a, 't> {
         }
     }
 
-    fn shapes(&mut self, mesh: usize) -> Result<Vec<Shape<'a>>, String> {
+    fn shapes(&mut self, mesh: usize, part: &Part) -> Result<Vec<Shape<'a>>, String> {
         let source = self.source;
         let mut shapes = Vec::new();
         let mut skipped = 0;
         // All primitives of a mesh are open at once.
         let mut left = self.triangles_left;
-        for (k, primitive) in source.document.meshes[mesh].primitives.iter().enumerate() {
+        for &k in &part.primitives {
+            let primitive = &source.document.meshes[mesh].primitives[k];
             if primitive.mode > 6 {
                 return Err(format!(
                     "primitives[{k}]: there is no mode {}",
@@ -362,6 +399,18 @@ impl<'a, 't> Reader<'a, 't> {
             self.report.warning(Place::START, message);
         }
         self.scene.textures = looks.into_textures();
+    }
+}
+
+/// The power of two that brings an extent to the nearer end of [`COMFORT`], so that nothing is rounded.
+fn into_comfort(extent: f32) -> f64 {
+    let nearest = extent.clamp(*COMFORT.start(), *COMFORT.end());
+    match extent > 0.0 && extent.is_finite() {
+        true => libm::ldexp(
+            1.0,
+            libm::ilogb(f64::from(nearest)) - libm::ilogb(f64::from(extent)),
+        ),
+        false => 1.0,
     }
 }
 

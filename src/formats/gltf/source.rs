@@ -202,7 +202,10 @@ fn fetch(
     beside: &Folder,
     files: &mut HashMap<Found, Rc<[u8]>>,
 ) -> Result<Rc<[u8]>, String> {
+    let allowance = beside.allowance();
     if let Some(data) = data_of(uri) {
+        let what = || "for the buffers in the text".to_owned();
+        allowance.take(data.most_bytes(), what)?;
         return data.bytes().map(Rc::from);
     }
     let name = file_name(uri);
@@ -211,7 +214,10 @@ fn fetch(
     if let Some(bytes) = files.get(&file) {
         return Ok(Rc::clone(bytes));
     }
-    let bytes: Rc<[u8]> = file.read().map_err(unread)?.into();
+    let bytes = beside.read(&file).map_err(unread)?;
+    let size = bytes.len() as u64;
+    allowance.take(size, || format!("to read {}", quoted(&name)))?;
+    let bytes: Rc<[u8]> = bytes.into();
     files.insert(file, Rc::clone(&bytes));
     Ok(bytes)
 }
@@ -233,6 +239,11 @@ pub(super) fn data_of(uri: &str) -> Option<Data<'_>> {
 }
 
 impl Data<'_> {
+    /// Bytes that it may decode to, at most.
+    pub(super) fn most_bytes(&self) -> u64 {
+        self.text.map_or(0, |text| text.len() as u64)
+    }
+
     /// Its bytes, or why there are none.
     pub(super) fn bytes(&self) -> Result<Vec<u8>, String> {
         let text = self.text.ok_or("a data URI that is not base64")?;

@@ -11,6 +11,9 @@ use std::collections::{HashMap, HashSet};
 /// Most names of material files of one scene.
 const MAX_LIBRARIES: usize = 1000;
 
+/// Memory for a material, its name, its row and the tables that lead there.
+const MATERIAL_BYTES: u64 = 1024;
+
 /// All materials of the files that a scene names, and its textures so far.
 pub(super) struct Shelf<'a> {
     text: Cursor<'a>,
@@ -65,16 +68,17 @@ impl<'a> Shelf<'a> {
             return report.warning(place, "a file name is missing");
         }
         if whole.is_ok() || names.clone().nth(1).is_none() {
-            return self.add_file(operands, whole, place, report);
+            return self.add_file(beside, operands, whole, place, report);
         }
         for name in names.by_ref().take(self.names_left) {
             self.names_left -= 1;
-            self.add_file(name, beside.find(name), place, report);
+            self.add_file(beside, name, beside.find(name), place, report);
         }
     }
 
     fn add_file(
         &mut self,
+        beside: &Folder,
         name: &str,
         file: Result<Found, String>,
         place: Place,
@@ -85,11 +89,21 @@ impl<'a> Shelf<'a> {
         {
             return;
         }
-        let bytes = match file.and_then(|file| file.read()) {
+        let allowance = beside.allowance();
+        let read = file.and_then(|file| beside.read(&file)).and_then(|bytes| {
+            let materials = memchr::memmem::find_iter(&bytes, b"newmtl").count() as u64;
+            let what = || format!("for the materials of {}", quoted(name));
+            allowance.take(bytes.len() as u64 + materials * MATERIAL_BYTES, what)?;
+            Ok(bytes)
+        });
+        let bytes = match read {
             Ok(bytes) => bytes,
             Err(reason) => {
                 let message = format!("the material file {} is left out: {reason}", quoted(name));
-                return report.warning(place, message);
+                return match allowance.refusal() {
+                    Some(_) => report.error(place, message),
+                    None => report.warning(place, message),
+                };
             }
         };
         let library = mtl::read(&bytes);
