@@ -391,7 +391,7 @@ pub fn paint(
                 .with_min_weight(settings.min_weight);
             ScalarPainter {
                 camera: &camera,
-                unit: scene.unit,
+                scene,
                 sampling: settings.sampling,
                 oracle: match sky {
                     Some(reach) => oracle.with_occlusion(reach),
@@ -430,8 +430,7 @@ pub fn costs(
 /// Paints tiles with the oracle, pixel by pixel.
 struct ScalarPainter<'a> {
     camera: &'a Camera,
-    /// Of the scene's lengths in the file's.
-    unit: f32,
+    scene: &'a Scene,
     sampling: Sampling,
     oracle: Oracle<'a>,
 }
@@ -459,8 +458,8 @@ impl ScalarPainter<'_> {
     fn look(&self, ray: &oracle::Ray, hit: &oracle::Hit) -> Look {
         let (surface, kd, material) = self.oracle.look(ray, hit);
         Look {
-            depth: hit.t / self.unit,
-            position: (surface.point / self.unit).to_array(),
+            depth: hit.t / self.scene.unit,
+            position: self.scene.file_place(surface.point).as_vec3().to_array(),
             ng: surface.ng.to_array(),
             ns: surface.ns.to_array(),
             albedo: kd.to_array(),

@@ -2,7 +2,7 @@
 
 use crate::bvh::Bvh;
 use crate::cache::{self, CacheError, Cached};
-use crate::formats::{self, Diagnostic, LoadError, Loaded, Options};
+use crate::formats::{self, Diagnostic, LoadError, Loaded, Options, Origin};
 use crate::scene::{Scene, SceneError};
 use crate::standard::{self, StandardError};
 use std::path::Path;
@@ -114,6 +114,10 @@ fn amended(
 ) -> Result<Opened, OpenError> {
     formats::amend(&mut scene, options)?;
     let mut notes = Vec::new();
+    notes.extend(formats::origin_note(&scene));
+    if options.origin != Origin::Auto {
+        notes.push("the scene has its origin: --origin changes nothing".to_owned());
+    }
     if options.material.is_some() {
         notes.push("the scene has all its materials: --material changes nothing".to_owned());
     }

@@ -164,6 +164,7 @@ fn the_file_has_them_by_name() {
         height: 48,
         format: Format::Exr,
         aovs: Aovs::all(),
+        origin: [0.0; 3],
         grade: Grade::from(scene().tone),
         depth: Depth::Eight,
     };

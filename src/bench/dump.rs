@@ -1,10 +1,11 @@
 //! The rays in a file, with the right answers, for others to replay in their own tracer.
 //!
-//! All numbers are little-endian; f32 and u32 take four bytes, u64 eight.
+//! All numbers are little-endian; f32 and u32 take four bytes, u64 and f64 eight.
 //!
 //! | bytes | what |
 //! |---|---|
-//! | 8 | `PHXRAYS1` |
+//! | 8 | `PHXRAYS2` |
+//! | 3 f64 | the scene's origin: rays are in coordinates that begin there, in those of the scene's file |
 //! | u32 | number of sets |
 //! | | then for each set: |
 //! | 16 | its kind, ASCII, filled up with zeros |
@@ -27,7 +28,7 @@ use bumpalo::Bump;
 use std::io::{self, Write};
 
 /// What the file starts with.
-pub const MAGIC: [u8; 8] = *b"PHXRAYS1";
+pub const MAGIC: [u8; 8] = *b"PHXRAYS2";
 
 /// Why there is no ray file.
 #[derive(Debug, thiserror::Error)]
@@ -53,6 +54,9 @@ pub fn dump(
     let (arena, trees) = (Bump::new(), Trees::build(scene, plan));
     let questions = subject::questions(&arena, scene, &trees, plan, heading).map_err(Box::new)?;
     out.write_all(&MAGIC)?;
+    for axis in scene.origin {
+        out.write_all(&axis.to_le_bytes())?;
+    }
     out.write_all(&(questions.len() as u32).to_le_bytes())?;
     for question in &questions {
         write_set(question, out)?;

@@ -39,6 +39,11 @@ pub fn fingerprint(scene: &Scene) -> u32 {
         &[scene.view.eye, scene.view.center, scene.view.up],
     );
     take(&[scene.view.fovy]);
+    // The scene of older records had none, and keeps its number.
+    if scene.is_moved() {
+        let origin = scene.origin.map(f64::to_le_bytes);
+        crc.update(origin.as_flattened());
+    }
     crc.finalize()
 }
 

@@ -242,6 +242,7 @@ pub(super) fn scene_record(
         family: heading.family.clone(),
         step: heading.step.clone(),
         hash: format!("{:08x}", fingerprint(scene)),
+        origin: scene.is_moved().then_some(scene.origin),
         primitives: kinds
             .map(|(kind, count)| (kind.to_owned(), count as u64))
             .collect(),

@@ -22,7 +22,7 @@ pub(super) const MAGIC: [u8; 8] = *b"\x93PHX\r\n\x1a\n";
 /// Reads differently on a machine of another byte order.
 const ORDER: u32 = 0x0a0b_0c0d;
 /// Rises whenever a section changes its meaning; what changes names or sizes shows in the layout by itself.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 /// A cache line, to which the rows of some columns are aligned.
 pub(super) const ALIGN: u64 = 64;
 

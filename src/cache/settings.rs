@@ -18,6 +18,9 @@ pub(super) fn write(scene: &Scene, extra: Extra) -> Vec<u8> {
     }
     out.vec3(scene.background);
     out.float(scene.unit);
+    for axis in scene.origin {
+        out.double(axis);
+    }
     out.word(scene.tone.transfer as u32);
     out.word(scene.tone.quantize as u32);
     let view = &scene.view;
@@ -38,7 +41,7 @@ pub(super) fn write(scene: &Scene, extra: Extra) -> Vec<u8> {
             out.word(wrap as u32);
         }
     }
-    out.0.extend(extra.sah.to_bits().to_le_bytes());
+    out.double(extra.sah);
     out.0
 }
 
@@ -51,6 +54,7 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
         max_depth: input.word()?,
         background: input.vec3()?,
         unit: input.float()?,
+        origin: [input.double()?, input.double()?, input.double()?],
         tone: Tone {
             transfer: input.one_of([Transfer::None, Transfer::Srgb])?,
             quantize: input.one_of([Quantize::Floor, Quantize::Round])?,
@@ -82,10 +86,11 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     }
     // Of what tracing multiplies with, nothing that is no number; and a unit as `Scene::fit_range` makes it.
     let power = scene.unit > 0.0 && scene.unit.is_normal() && scene.unit.to_bits() & 0x7f_ffff == 0;
-    if !scene.background.is_finite() || !power {
+    let places = scene.origin.iter().all(|axis| axis.is_finite());
+    if !scene.background.is_finite() || !power || !places {
         return None;
     }
-    let sah = f64::from_bits(u64::from(input.word()?) | u64::from(input.word()?) << 32);
+    let sah = input.double()?;
     input.0.is_empty().then_some((scene, Extra { sah }))
 }
 
@@ -98,6 +103,10 @@ impl Writer {
 
     fn float(&mut self, number: f32) {
         self.word(number.to_bits());
+    }
+
+    fn double(&mut self, number: f64) {
+        self.0.extend(number.to_bits().to_le_bytes());
     }
 
     fn vec3(&mut self, v: Vec3) {
@@ -126,6 +135,11 @@ impl Reader<'_> {
 
     fn float(&mut self) -> Option<f32> {
         self.word().map(f32::from_bits)
+    }
+
+    fn double(&mut self) -> Option<f64> {
+        let bits = u64::from(self.word()?) | u64::from(self.word()?) << 32;
+        Some(f64::from_bits(bits))
     }
 
     fn vec3(&mut self) -> Option<Vec3> {
@@ -162,6 +176,7 @@ mod tests {
             output: Some("bild-ä.png".into()),
             tone: Tone::SRGB,
             unit: 0.25,
+            origin: [500_000.1, -0.0, -4e6],
             background: Vec3::new(0.1, -0.0, 3.0),
             ..Scene::default()
         };
@@ -178,6 +193,7 @@ mod tests {
         assert_eq!(write(&back, extra), bytes);
         assert_eq!((back.width, back.output), (7, scene.output));
         assert_eq!(back.textures, scene.textures);
+        assert_eq!(back.origin, scene.origin);
         assert_eq!(*back.lights.directional, [true, false]);
         for length in 0..bytes.len() {
             assert!(read(&bytes[..length]).is_none(), "{length}");
@@ -188,6 +204,8 @@ mod tests {
             |s: &mut Scene| s.unit = 0.75,
             |s: &mut Scene| s.unit = 0.0,
             |s: &mut Scene| s.unit = -1.0,
+            |s: &mut Scene| s.origin[1] = f64::NAN,
+            |s: &mut Scene| s.origin[2] = f64::INFINITY,
             |s: &mut Scene| s.textures[0].width = 0,
             |s: &mut Scene| s.textures[0].height = u32::MAX,
         ];

@@ -1,5 +1,6 @@
 //! Where two films first differ, and what both engines say of that pixel.
 
+use super::places::in_file;
 use phalanx::frame::Settings;
 use phalanx::render::{Film, NO_HIT};
 use phalanx::scene::Scene;
@@ -21,7 +22,7 @@ pub struct Difference {
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Ray {
-    org: [f32; 3],
+    org: [f64; 3],
     dir: [f32; 3],
 }
 
@@ -88,10 +89,10 @@ pub fn first_difference(
     })
 }
 
-/// The first camera ray of a pixel of the whole picture, in the file's units.
+/// The first camera ray of a pixel of the whole picture, in the file's coordinates.
 fn camera_ray(scene: &Scene, settings: &Settings, x: u32, y: u32) -> Option<Ray> {
     let [org, dir] = settings.first_ray(scene, x, y).ok()?;
-    let org = org.map(|c| c / scene.unit);
+    let org = in_file(scene, org.into());
     Some(Ray { org, dir })
 }
 
@@ -108,8 +109,8 @@ impl fmt::Display for Difference {
         let plural = if *pixels == 1 { "pixel" } else { "pixels" };
         writeln!(f, "{pixels} {plural}, first at ({x}, {y})")?;
         if let Some(Ray { org, dir }) = ray {
-            let triple = |[x, y, z]: [f32; 3]| format!("({x}, {y}, {z})");
-            writeln!(f, "  ray    from {} toward {}", triple(*org), triple(*dir))?;
+            let ([ox, oy, oz], [x, y, z]) = (org, dir);
+            writeln!(f, "  ray    from ({ox}, {oy}, {oz}) toward ({x}, {y}, {z})")?;
         }
         writeln!(f, "  scalar {scalar}")?;
         write!(f, "  simd   {simd}")

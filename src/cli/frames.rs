@@ -2,7 +2,8 @@
 
 use super::failure::Failure;
 use clap::{Args, value_parser};
-use phalanx::scene::{CameraPath, Key, Scene, View};
+use glam::DVec3;
+use phalanx::scene::{CameraPath, FileView, Key, Scene, View};
 use std::ffi::OsString;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -42,13 +43,13 @@ pub struct Sequence {
 }
 
 impl FrameArgs {
-    /// What was asked for, if anything was. Places of key frames are in the file's units, as the scene's own are.
+    /// What was asked for, if anything was. Places of key frames are in the file's coordinates.
     pub fn sequence(&self, scene: &Scene) -> Result<Option<Sequence>, Failure> {
         let Some(frames) = self.frames.clone() else {
             return Ok(None);
         };
         let path = match (&self.keyframes, self.turntable) {
-            (Some(file), _) => CameraPath::Keys(read_keys(file, scene.unit)?),
+            (Some(file), _) => CameraPath::Keys(read_keys(file, scene)?),
             (None, turn) => CameraPath::Turntable {
                 frames: turn.unwrap_or(1),
             },
@@ -91,11 +92,11 @@ impl Sequence {
     }
 }
 
-fn read_keys(path: &Path, unit: f32) -> Result<Vec<Key>, Failure> {
+fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<Key>, Failure> {
     let name = path.display();
     let text = std::fs::read_to_string(path)
         .map_err(|e| Failure::Runtime(format!("cannot read {name}: {e}")))?;
-    parse_keys(&text, unit).map_err(|(line, what)| {
+    parse_keys(&text, scene).map_err(|(line, what)| {
         Failure::Usage(format!(
             "{name}:{line}: {what}; a line has a frame, from X Y Z, at X Y Z, up X Y Z, and the field of view: \
              24 0 1 5 0 0 0 0 1 0 45"
@@ -104,7 +105,7 @@ fn read_keys(path: &Path, unit: f32) -> Result<Vec<Key>, Failure> {
 }
 
 /// Lines of eleven numbers; what follows a `#` is a remark. An error has the line's number.
-fn parse_keys(text: &str, unit: f32) -> Result<Vec<Key>, (usize, String)> {
+fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<Key>, (usize, String)> {
     let mut keys: Vec<Key> = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
         let line = line.split('#').next().unwrap_or_default();
@@ -116,7 +117,7 @@ fn parse_keys(text: &str, unit: f32) -> Result<Vec<Key>, (usize, String)> {
         let frame = first
             .parse()
             .map_err(|_| wrong(&format!("{first} is no number of a frame")))?;
-        let numbers: Result<Vec<f32>, _> = words.map(str::parse).collect();
+        let numbers: Result<Vec<f64>, _> = words.map(str::parse).collect();
         let numbers = numbers.map_err(|_| wrong("there is something that is no number"))?;
         let &[ex, ey, ez, cx, cy, cz, ux, uy, uz, fovy] = &numbers[..] else {
             return Err(wrong(&format!(
@@ -124,12 +125,12 @@ fn parse_keys(text: &str, unit: f32) -> Result<Vec<Key>, (usize, String)> {
                 numbers.len()
             )));
         };
-        let view = View {
-            eye: glam::Vec3::new(ex, ey, ez) * unit,
-            center: glam::Vec3::new(cx, cy, cz) * unit,
-            up: glam::Vec3::new(ux, uy, uz),
-            fovy,
-        };
+        let view = scene.view_of(&FileView {
+            eye: DVec3::new(ex, ey, ez),
+            center: DVec3::new(cx, cy, cz),
+            up: DVec3::new(ux, uy, uz).as_vec3(),
+            fovy: fovy as f32,
+        });
         view.basis().map_err(|e| wrong(&e.to_string()))?;
         if keys.last().is_some_and(|last| last.frame >= frame) {
             return Err(wrong("frames have to rise"));
@@ -176,7 +177,10 @@ mod tests {
     fn keys_are_lines_of_eleven_numbers() {
         let keys = parse_keys(
             "# a way\n0 0 1 5 0 0 0 0 1 0 45\n\n24 1 1 5 0 0 0 0 1 0 30 # closer\n",
-            2.0,
+            &Scene {
+                unit: 2.0,
+                ..Scene::default()
+            },
         )
         .unwrap();
         assert_eq!(keys.len(), 2);
@@ -184,6 +188,12 @@ mod tests {
             (keys[1].frame, keys[1].view.eye.x, keys[1].view.fovy),
             (24, 2.0, 30.0)
         );
+        let far = Scene {
+            origin: [500_000.0, 0.0, 0.0],
+            ..Scene::default()
+        };
+        let keys = parse_keys("0 500000.31 1 5 500000 0 0 0 1 0 45", &far).unwrap();
+        assert_eq!((keys[0].view.eye.x, keys[0].view.center.x), (0.31, 0.0));
         for (bad, line, part) in [
             ("", 1, "no views"),
             ("0 1 2 3", 1, "3 numbers"),
@@ -193,7 +203,7 @@ mod tests {
             ("0 0 1 5 0 0 0 0 1 0 nan", 1, "not finite"),
             ("0 0 1 5 0 0 0 0 1 0 x", 1, "no number"),
         ] {
-            let (at, what) = parse_keys(bad, 1.0).unwrap_err();
+            let (at, what) = parse_keys(bad, &Scene::default()).unwrap_err();
             assert!(at == line && what.contains(part), "{bad}: {at}: {what}");
         }
     }

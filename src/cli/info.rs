@@ -5,6 +5,7 @@ use super::counts::{Primitives, Tree};
 use super::failure::Failure;
 use super::input::Input;
 use super::memory::Memory;
+use super::places::{in_file, origin_row};
 use super::report::{SCHEMA_VERSION, lines};
 use super::{interrupt, output};
 use output::grouped;
@@ -23,8 +24,10 @@ struct Document {
     instances: Instances,
     lights: Lights,
     materials: usize,
-    /// In the file's own units; `None` for a scene without primitives.
+    /// In the file's own coordinates; `None` for a scene without primitives.
     bounds: Option<Bounds>,
+    /// Where the scene's coordinates begin, in the file's; zero where they are the same.
+    origin: [f64; 3],
     bvh: Tree,
     memory: Memory,
 }
@@ -81,8 +84,8 @@ impl Lights {
 
 #[derive(Debug, PartialEq, Serialize)]
 struct Bounds {
-    lo: [f32; 3],
-    hi: [f32; 3],
+    lo: [f64; 3],
+    hi: [f64; 3],
 }
 
 /// Tells what is in a scene.
@@ -118,13 +121,14 @@ impl Document {
             lights: Lights::of(scene),
             materials: scene.materials.len(),
             bounds: bounds(scene),
+            origin: scene.origin,
             bvh: tree.into(),
             memory: Memory::of(scene, &tree, 0, mapped_bytes),
         }
     }
 
     fn table(&self) -> String {
-        let corner = |c: [f32; 3]| format!("({}, {}, {})", c[0], c[1], c[2]);
+        let corner = |c: [f64; 3]| format!("({}, {}, {})", c[0], c[1], c[2]);
         let bounds = match &self.bounds {
             Some(b) => format!("{} to {}", corner(b.lo), corner(b.hi)),
             None => "empty".to_owned(),
@@ -163,18 +167,21 @@ impl Document {
             );
             rows.insert(3, ("instances", words));
         }
+        let bounds = rows.iter().position(|(name, _)| *name == "bounds");
+        if let (Some(at), Some(row)) = (bounds, origin_row(self.origin)) {
+            rows.insert(at + 1, row);
+        }
         rows.extend(self.memory.rows());
         lines(&rows)
     }
 }
 
-/// Bounds in the file's own units: [`Scene::unit`] is a power of two, so that dividing by it is exact.
+/// Bounds in the file's own coordinates.
 fn bounds(scene: &Scene) -> Option<Bounds> {
     let bounds = scene.bounds();
-    let back = |v: glam::Vec3| v.to_array().map(|c| c / scene.unit);
     (!bounds.is_empty()).then(|| Bounds {
-        lo: back(bounds.lo),
-        hi: back(bounds.hi),
+        lo: in_file(scene, bounds.lo),
+        hi: in_file(scene, bounds.hi),
     })
 }
 

@@ -26,6 +26,7 @@ mod merge;
 mod output;
 mod picture_args;
 mod picture_file;
+mod places;
 mod plan;
 mod preview;
 mod progress;

@@ -102,18 +102,18 @@ impl Target {
             grade,
             args.bits.unwrap_or_default(),
             settings.window(),
-            settings.aovs,
+            (settings.aovs, scene.origin),
         )
     }
 
-    /// A file of a window, which the format must be able to hold.
+    /// A file of a window with layers of a scene that has this origin, which the format must be able to hold.
     pub fn fitting(
         path: PathBuf,
         format: Format,
         grade: Grade,
         depth: Depth,
         window: Tile,
-        aovs: Aovs,
+        (aovs, origin): (Aovs, [f64; 3]),
     ) -> Result<Target, Failure> {
         if !aovs.is_empty() && format != Format::Exr {
             return Err(Failure::Usage(format!(
@@ -134,6 +134,7 @@ impl Target {
             height,
             format,
             aovs,
+            origin,
             grade,
             depth,
         };

@@ -227,6 +227,6 @@ pub fn target(plan: &Plan, path: PathBuf, format: Format) -> Result<Target, Fail
         Grade { exposure, tone },
         depth,
         plan.picture.window(),
-        plan.aovs(),
+        (plan.aovs(), plan.picture.origin),
     )
 }

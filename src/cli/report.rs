@@ -4,6 +4,7 @@ use super::asked::Asked;
 use super::counts::{Kinds, Primitives, Tree};
 use super::memory::Memory;
 use super::output::grouped;
+use super::places::origin_row;
 use phalanx::frame::{Engine, Settings, TreeStats};
 use phalanx::isa;
 use phalanx::render::RenderStats;
@@ -30,6 +31,8 @@ pub struct Report {
     #[serde(flatten)]
     asked: Asked,
     primitives: Primitives,
+    /// Where the scene's coordinates begin, in the file's; zero where they are the same.
+    origin: [f64; 3],
     bvh: Tree,
     seconds: Seconds,
     rays: Kinds<u64>,
@@ -90,6 +93,7 @@ impl Report {
             max_depth: settings.max_depth,
             asked: Asked::of(settings),
             primitives: Primitives::of(scene),
+            origin: scene.origin,
             bvh: Tree::default(),
             seconds: Seconds::default(),
             rays: Kinds::default(),
@@ -138,7 +142,7 @@ impl Report {
         let region = image.region.map_or(String::new(), |[x, y, width, height]| {
             format!(" from ({x}, {y}) of {width}x{height}")
         });
-        let rows = [
+        let mut rows = vec![
             (
                 "scene",
                 format!(
@@ -166,6 +170,9 @@ impl Report {
                 ),
             ),
         ];
+        if let Some(row) = origin_row(self.origin) {
+            rows.insert(1, row);
+        }
         let mut after = Vec::new();
         if let Some(share) = self.occupancy {
             after.push((

@@ -3,10 +3,10 @@
 use super::failure::Failure;
 use super::format_args::{FormatName, format_parser, picture_format, scene_format};
 use clap::Args;
-use glam::Vec3;
-use phalanx::formats::{Light, Options};
+use glam::{DVec3, Vec3};
+use phalanx::formats::{Light, Options, Origin};
 use phalanx::image::Format;
-use phalanx::scene::{Surface, View};
+use phalanx::scene::{FileView, Surface};
 
 /// Options of every command that opens a scene.
 #[derive(Clone, Debug, Default, Args)]
@@ -26,6 +26,10 @@ pub struct SceneArgs {
     /// --material "kd=.8,.2,.1 ks=.3 shininess=80". What is not given is 0, but ka a fifth of kd, and shininess and ior 1
     #[arg(long, value_name = "KEY=VALUE …", value_parser = parse_material)]
     pub material: Option<Surface>,
+    /// Where the scene's own coordinates begin, in the file's: near its geometry if that lies far away (auto), where the
+    /// file's do (none), or at X,Y,Z. All places that are given or told are in the file's coordinates whatever this is
+    #[arg(long, value_name = "auto|none|X,Y,Z", default_value = "auto", hide_default_value = true, value_parser = parse_origin, allow_hyphen_values = true)]
+    pub origin: Origin,
     /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or 2GiB (powers of 1024):
     /// an estimate from the sizes of the named file and those it refers to, the scene and the picture, no limit
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
@@ -67,31 +71,32 @@ impl SceneArgs {
             lights: self.light.clone(),
             background: self.background,
             material: self.material,
+            origin: self.origin,
             threads,
             max_memory: None,
         })
     }
 }
 
-fn view(parts: &[String]) -> Result<View, String> {
+fn view(parts: &[String]) -> Result<FileView, String> {
     let [from, at, up, fov] = parts else {
         return Err("expected FROM AT UP FOV".to_owned());
     };
     let place = |name: &str, text: &str| {
-        let [x, y, z] = numbers(text)?[..] else {
+        let [x, y, z] = doubles(text)?[..] else {
             return Err(format!(
                 "expected three numbers for {name}, as in 0,1,5, not `{text}`"
             ));
         };
-        Ok(Vec3::new(x, y, z))
+        Ok(DVec3::new(x, y, z))
     };
-    let view = View {
+    let view = FileView {
         eye: place("FROM", from)?,
         center: place("AT", at)?,
-        up: place("UP", up)?,
+        up: place("UP", up)?.as_vec3(),
         fovy: number(fov)?,
     };
-    view.basis().map_err(|error| error.to_string())?;
+    view.check().map_err(|error| error.to_string())?;
     Ok(view)
 }
 
@@ -100,10 +105,13 @@ fn parse_light(text: &str) -> Result<Light, String> {
         Some(rest) => (true, rest),
         None => (false, text),
     };
-    let all = numbers(rest)?;
+    let all = doubles(rest)?;
     let (place, color) = match all[..] {
-        [x, y, z] => (Vec3::new(x, y, z), Vec3::ONE),
-        [x, y, z, r, g, b] => (Vec3::new(x, y, z), color_of([r, g, b])?),
+        [x, y, z] => (DVec3::new(x, y, z), Vec3::ONE),
+        [x, y, z, r, g, b] => {
+            let color = [r, g, b].map(|part| part as f32);
+            (DVec3::new(x, y, z), color_of(color)?)
+        }
         _ => {
             return Err(
                 "expected X,Y,Z or X,Y,Z,R,G,B, with `dir:` before it for a direction".into(),
@@ -111,9 +119,11 @@ fn parse_light(text: &str) -> Result<Light, String> {
         }
     };
     match directional {
-        true if place == Vec3::ZERO => Err("the direction toward a light cannot be 0,0,0".into()),
+        true if place.as_vec3() == Vec3::ZERO => {
+            Err("the direction toward a light cannot be 0,0,0".into())
+        }
         true => Ok(Light::Directional {
-            toward: place,
+            toward: place.as_vec3(),
             color,
         }),
         false => Ok(Light::Point {
@@ -174,6 +184,27 @@ fn at_least(key: &str, text: &str, good: impl Fn(f32) -> bool) -> Result<f32, St
     }
 }
 
+fn parse_origin(text: &str) -> Result<Origin, String> {
+    match text {
+        "auto" => Ok(Origin::Auto),
+        "none" => Ok(Origin::File),
+        _ => match doubles(text).as_deref() {
+            Ok(&[x, y, z]) => Ok(Origin::At([x, y, z])),
+            _ => Err("expected auto, none, or three numbers X,Y,Z".to_owned()),
+        },
+    }
+}
+
+/// Numbers that single precision reaches, in double precision.
+fn doubles(text: &str) -> Result<Vec<f64>, String> {
+    let double = |text: &str| {
+        number(text)?;
+        let parsed = text.trim().parse();
+        parsed.map_err(|_| format!("`{text}` is not a number"))
+    };
+    text.split(',').map(double).collect()
+}
+
 fn numbers(text: &str) -> Result<Vec<f32>, String> {
     text.split(',').map(number).collect()
 }
@@ -197,11 +228,11 @@ mod tests {
         let point = |position, color| Ok(Light::Point { position, color });
         assert_eq!(
             parse_light("1,-2,.5"),
-            point(Vec3::new(1.0, -2.0, 0.5), Vec3::ONE)
+            point(DVec3::new(1.0, -2.0, 0.5), Vec3::ONE)
         );
         assert_eq!(
             parse_light("1,2,3,.5,0,1"),
-            point(Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, 1.0))
+            point(DVec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, 1.0))
         );
         let toward = Light::Directional {
             toward: Vec3::NEG_X,
@@ -250,7 +281,7 @@ mod tests {
     fn a_camera_is_three_places_and_an_angle() {
         let of = |text: &str| view(&text.split(' ').map(str::to_owned).collect::<Vec<_>>());
         let found = of("0,1,-5 0,0,0 0,1,0 45").unwrap();
-        assert_eq!((found.eye, found.fovy), (Vec3::new(0.0, 1.0, -5.0), 45.0));
+        assert_eq!((found.eye, found.fovy), (DVec3::new(0.0, 1.0, -5.0), 45.0));
         for (bad, part) in [
             ("0,1 0,0,0 0,1,0 45", "FROM"),
             ("0,1,5 0,0,0 0,1,0 --json", "--json"),
@@ -259,6 +290,26 @@ mod tests {
             ("0,1,0 0,0,0 0,1,0 45", "parallel"),
         ] {
             assert!(of(bad).unwrap_err().contains(part), "{bad}: {:?}", of(bad));
+        }
+    }
+
+    #[test]
+    fn places_keep_what_single_precision_would_round() {
+        let parts = ["500000.31,8,12", "500000.3,8,12", "0,1,0", "45"];
+        let view = view(&parts.map(str::to_owned)).unwrap();
+        assert_eq!(view.eye.x, 500_000.31);
+        let light = parse_light("-4012345.1,0,0");
+        assert!(matches!(light, Ok(Light::Point { position, .. }) if position.x == -4_012_345.1));
+    }
+
+    #[test]
+    fn an_origin_is_a_word_or_a_place() {
+        assert_eq!(parse_origin("auto"), Ok(Origin::Auto));
+        assert_eq!(parse_origin("none"), Ok(Origin::File));
+        let place = parse_origin("500000.1,0,-4e6");
+        assert_eq!(place, Ok(Origin::At([500_000.1, 0.0, -4e6])));
+        for bad in ["", "Auto", "1,2", "1,2,3,4", "1,2,x", "1,2,inf"] {
+            assert!(parse_origin(bad).is_err(), "{bad}");
         }
     }
 

@@ -1,8 +1,9 @@
 //! The end of every reader: what the user gives instead, what the file lacks, and the check that a scene can be traced.
 
+use super::origin::{self, Origin, Stop};
 use super::report::{Place, Report};
 use super::workers;
-use super::{Diagnostic, Light, Loaded, Options};
+use super::{Light, Loaded, Options};
 use crate::scene::{Bounds, Scene, SceneError, View};
 use glam::{DVec3, Vec3};
 
@@ -44,7 +45,15 @@ pub(super) fn complete(
     missing: &Missing,
     options: &Options,
     mut report: Report,
-) -> Result<Loaded, Vec<Diagnostic>> {
+) -> Result<Loaded, Stop> {
+    // Even where something is wrong: a camera may stand on the point it looks at only by rounding.
+    if options.origin == Origin::Auto
+        && scene.meshes.is_empty()
+        && let Some(far) = origin::of_scene(&scene)
+    {
+        return Err(Stop::Far(far));
+    }
+    scene.origin = options.origin.place().into();
     let mut notes = Vec::new();
     if report.is_clean() {
         furnish(&mut scene, missing, options, &mut notes);
@@ -115,12 +124,8 @@ pub fn amend(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
 }
 
 fn instead(scene: &mut Scene, options: &Options) {
-    if let Some(view) = options.view {
-        scene.view = View {
-            eye: view.eye * scene.unit,
-            center: view.center * scene.unit,
-            ..view
-        };
+    if let Some(view) = &options.view {
+        scene.view = scene.view_of(view);
     }
     if !options.lights.is_empty() {
         scene.lights = Default::default();
@@ -163,7 +168,7 @@ fn bounds_of(scene: &Scene, options: &Options) -> Bounds {
 fn add_light(scene: &mut Scene, light: &Light) {
     match *light {
         Light::Point { position, color } => {
-            let position = position * scene.unit;
+            let position = scene.place_of(position);
             scene.lights.add_point(position, color, Vec3::X);
         }
         Light::Directional { toward, color } => {

@@ -40,6 +40,24 @@ pub(super) fn float(text: &[u8], at: usize) -> (f32, usize) {
     (if negative { -value } else { value }, i)
 }
 
+/// As [`float`], in double precision.
+#[inline]
+pub(super) fn double(text: &[u8], at: usize) -> (f64, usize) {
+    let start = at + usize::from(matches!(text.get(at), Some(b'+' | b'-')));
+    // A second sign is none.
+    if matches!(text.get(start), Some(b'+' | b'-')) {
+        return (0.0, at);
+    }
+    let rest = text.get(start..).unwrap_or_default();
+    match fast_float2::parse_partial::<f64, _>(rest) {
+        Ok((value, length)) if length > 0 => {
+            let negative = text.get(at) == Some(&b'-');
+            (if negative { -value } else { value }, start + length)
+        }
+        _ => (0.0, at),
+    }
+}
+
 /// Continues `value` with the digits from `at`. It wraps where there are too many.
 #[inline(always)]
 fn digits(text: &[u8], at: usize, mut value: u64) -> (u64, usize) {
@@ -179,6 +197,37 @@ mod tests {
         assert_eq!(float(b"-inf", 0), (f32::NEG_INFINITY, 4));
         assert_eq!(float(b"1e39 ", 0), (f32::INFINITY, 4));
         assert_eq!(float(b"1.5x", 0), (1.5, 3));
+    }
+
+    #[test]
+    fn doubles_end_where_floats_do() {
+        for text in [
+            "500000.31",
+            "-4012345.125",
+            "+1.",
+            ".5",
+            "1e-5x",
+            "nan",
+            "-inf",
+            "1e39 ",
+            "",
+            "x",
+            "-",
+            "+",
+            ".",
+            "--1",
+            "+-1",
+            "e5",
+            "/",
+            "0.1\\",
+            "12#",
+        ] {
+            let (single, end) = float(text.as_bytes(), 0);
+            let (double, double_end) = double(text.as_bytes(), 0);
+            assert_eq!(end, double_end, "{text}");
+            assert_eq!((double as f32).to_bits(), single.to_bits(), "{text}");
+        }
+        assert_eq!(double(b"v 500000.31", 2), (500_000.31, 11));
     }
 
     #[test]

@@ -3,9 +3,10 @@
 use super::complete::complete;
 use super::faces::{Faces, NORMAL, TEXTURE_PLACE, VERTEX};
 use super::mesh_defaults::{BARE, GREY, empty_scene};
+use super::origin::{self, Stop};
 use super::report::{MAX_DIAGNOSTICS, Place, Report};
 use super::workers;
-use super::{Diagnostic, Loaded, Options};
+use super::{Loaded, Options};
 use crate::scene::{Column, Mesh, MeshMaterial, Palette, Prim, Scene, Surface, Vec2s, Vec3s};
 
 /// Something wrong in a piece of the file.
@@ -165,6 +166,8 @@ pub(super) struct Joined {
     pub(super) vertex_uvs: Vec2s,
     pub(super) faces: [Vec<[u32; 3]>; 3],
     pub(super) material: MeshMaterial,
+    /// Axes of `vertices` that are the file's own single-precision numbers, and still as they stand there.
+    pub(super) single: [bool; 3],
 }
 
 /// Joins columns of floats, each of which is given in pieces, on several threads.
@@ -208,10 +211,14 @@ pub(super) fn bare_scene(options: &Options, palette: &mut Palette) -> Scene {
 /// Puts a mesh into its scene, adds what is missing, and checks all of it.
 pub(super) fn finish(
     mut scene: Scene,
-    joined: Joined,
+    mut joined: Joined,
     options: &Options,
     mut report: Report,
-) -> Result<Loaded, Vec<Diagnostic>> {
+) -> Result<Loaded, Stop> {
+    if let Some(origin) = options.origin.moved() {
+        let (vertices, corners) = (&mut joined.vertices, &joined.faces[VERTEX]);
+        origin::move_exactly(vertices, corners, joined.single, origin)?;
+    }
     let [corners, uvs, normals] = joined.faces;
     let end = report.end_of_content();
     let most = Prim::MAX_INDEX as usize;

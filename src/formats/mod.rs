@@ -12,6 +12,7 @@ mod mesh_defaults;
 mod nff;
 mod number;
 mod obj;
+mod origin;
 mod picture;
 mod ply;
 mod report;
@@ -21,11 +22,14 @@ mod texture;
 mod workers;
 
 pub use complete::amend;
+pub use origin::Origin;
+pub(crate) use origin::note as origin_note;
 pub use report::MAX_DIAGNOSTICS;
 
-use crate::scene::{Scene, Surface, View};
+use crate::scene::{FileView, Scene, Surface};
 use folder::Folder;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+use origin::Stop;
 use report::{Place, Report};
 use std::ffi::OsStr;
 use std::fs::File;
@@ -114,13 +118,15 @@ pub struct Loaded {
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Instead of the file's camera.
-    pub view: Option<View>,
+    pub view: Option<FileView>,
     /// Instead of the file's lights, unless empty.
     pub lights: Vec<Light>,
     /// Instead of the file's background.
     pub background: Option<Vec3>,
     /// For triangles whose file names no material.
     pub material: Option<Surface>,
+    /// Where the scene's origin is put.
+    pub origin: Origin,
     /// Threads that a reader may use; 0 for one per CPU.
     pub threads: usize,
     /// Bytes that may be used for what the file names or makes beyond itself: other files, pictures decoded, meshes copied
@@ -133,8 +139,8 @@ pub struct Options {
 pub enum Light {
     /// A point light that does not fade.
     Point {
-        /// Where it is, in the file's units.
-        position: Vec3,
+        /// Where it is, in the file's coordinates.
+        position: DVec3,
         /// Colour.
         color: Vec3,
     },
@@ -275,12 +281,52 @@ fn load_read(
     })
 }
 
+/// Reads a file as it stands, and once more where its geometry turns out to be far away: see [`origin`].
 fn read(
     format: Format,
     bytes: &[u8],
     beside: &Folder,
     options: &Options,
 ) -> Result<Loaded, Vec<Diagnostic>> {
+    let mut options = options.clone();
+    let chosen = options.origin != Origin::Auto;
+    let mut notes = Vec::new();
+    let mut readings = 0;
+    loop {
+        readings += 1;
+        let origin = options.origin.place();
+        match read_once(format, bytes, beside, &options) {
+            Ok(mut loaded) => {
+                let again = !chosen && loaded.scene.is_moved() && readings < origin::READINGS;
+                match origin::of_scene(&loaded.scene).filter(|_| again) {
+                    Some(farther) => options.origin = Origin::At((origin + farther).into()),
+                    None => {
+                        notes.extend(origin::note(&loaded.scene));
+                        notes.append(&mut loaded.notes);
+                        return Ok(Loaded { notes, ..loaded });
+                    }
+                }
+            }
+            Err(Stop::Wrong(diagnostics)) => return Err(diagnostics),
+            Err(Stop::Far(place)) => options.origin = Origin::At(place.into()),
+            Err(Stop::Inexact) => {
+                options.origin = Origin::File;
+                notes.push(
+                    "the scene keeps the origin of its file: its coordinates are single precision, and moving them \
+                     would round them"
+                        .to_owned(),
+                );
+            }
+        }
+    }
+}
+
+fn read_once(
+    format: Format,
+    bytes: &[u8],
+    beside: &Folder,
+    options: &Options,
+) -> Result<Loaded, Stop> {
     match format {
         Format::Test => test_scene::read(text_of(bytes)?, options),
         Format::Nff => nff::read(text_of(bytes)?, options),
@@ -316,7 +362,7 @@ fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
 /// # Errors
 /// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
 pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
-    test_scene::read(text, &Options::default())
+    read_text(Format::Test, text)
 }
 
 /// Reads a scene from the text of an NFF file (Eric Haines' neutral file format).
@@ -324,7 +370,12 @@ pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
 /// # Errors
 /// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
 pub fn read_nff(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
-    nff::read(text, &Options::default())
+    read_text(Format::Nff, text)
+}
+
+fn read_text(format: Format, text: &str) -> Result<Loaded, Vec<Diagnostic>> {
+    let options = Options::default();
+    read(format, text.as_bytes(), &Folder::nowhere(), &options)
 }
 
 fn open(path: &Path) -> io::Result<File> {

@@ -16,6 +16,18 @@ pub(super) fn number(text: &str) -> Result<f32, String> {
     }
 }
 
+/// A number of [`number`] in double precision, and not rounded to single precision first.
+pub(super) fn double(text: &str) -> Result<f64, String> {
+    number(text)?;
+    text.parse()
+        .map_err(|_| format!("{} is not a number", quoted(text)))
+}
+
+/// A number of [`number`], widened.
+pub(super) fn widened(text: &str) -> Result<f64, String> {
+    number(text).map(f64::from)
+}
+
 /// A count or an index; the error says what the text is instead.
 pub(super) fn count(text: &str) -> Result<u64, String> {
     text.parse::<u64>().map_err(|error| match error.kind() {

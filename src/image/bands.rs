@@ -37,6 +37,10 @@ pub struct PictureFile {
     pub format: Format,
     /// Layers that an OpenEXR file has beside radiance; the films must have them.
     pub aovs: Aovs,
+    /// Origin of the scene in its file's coordinates, for the header of a file with positions: see [`Scene::origin`].
+    ///
+    /// [`Scene::origin`]: crate::scene::Scene::origin
+    pub origin: [f64; 3],
     /// Exposure and tone.
     pub grade: Grade,
     /// Bits a sample.
@@ -130,7 +134,7 @@ impl<I: Iterator<Item = io::Result<Film>>> Bands<I> {
     /// Writes one that does.
     fn write_seeking(&mut self, out: &mut dyn Out, file: &PictureFile) -> io::Result<()> {
         match file.format {
-            Format::Exr => write_exr(out, file.width, file.height, file.aovs, self)?,
+            Format::Exr => write_exr(out, file, self)?,
             _ => write_pfm(out, file.width, file.height, self)?,
         }
         self.end()
@@ -209,6 +213,7 @@ mod tests {
             height: HEIGHT,
             format,
             aovs: Aovs::default(),
+            origin: [0.0; 3],
             grade: Grade {
                 exposure: 0.5,
                 tone: Tone {

@@ -1,13 +1,13 @@
 //! OpenEXR files: radiance as it is, in 32-bit floats, in tiles of 64x64 pixels, losslessly compressed.
 
-use super::bands::{BAND_ROWS, Films};
+use super::bands::{BAND_ROWS, Films, PictureFile};
 use super::file::Out;
-use crate::render::{Aovs, Film};
+use crate::render::{Aov, Aovs, Film};
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::{RoundingMode, Vec2};
 use exr::meta::attribute::{
-    ChannelDescription, LevelMode, LineOrder, SampleType, Text, TileDescription,
+    AttributeValue, ChannelDescription, LevelMode, LineOrder, SampleType, Text, TileDescription,
 };
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
@@ -19,15 +19,9 @@ use std::io::{self, BufWriter};
 const TILE: usize = BAND_ROWS as usize;
 
 /// Writes films, one below the other, as they come. Their tiles are compressed by all threads, and written in order.
-pub(super) fn write_exr(
-    out: &mut dyn Out,
-    width: u32,
-    height: u32,
-    aovs: Aovs,
-    bands: Films,
-) -> io::Result<()> {
-    let channels = channels(aovs);
-    let header = header(width, height, &channels);
+pub(super) fn write_exr(out: &mut dyn Out, file: &PictureFile, bands: Films) -> io::Result<()> {
+    let channels = channels(file.aovs);
+    let header = header(file, &channels);
     // What the bands say is not lost among what the crate says.
     let mut failed = None;
     let written = exr::block::write(
@@ -70,7 +64,11 @@ fn channels(aovs: Aovs) -> Vec<Channel> {
     all
 }
 
-fn header(width: u32, height: u32, channels: &[Channel]) -> Header {
+/// Name of the attribute that says where the scene of a file with positions has its origin, as three decimals: far from
+/// it, positions in the file's coordinates are rounded to single precision, and those of the scene were not.
+const ORIGIN: &str = "phalanx.origin";
+
+fn header(file: &PictureFile, channels: &[Channel]) -> Header {
     let channels = channels.iter().map(|&(name, id, _)| ChannelDescription {
         name: Text::from(name),
         sample_type: if id { SampleType::U32 } else { SampleType::F32 },
@@ -82,7 +80,7 @@ fn header(width: u32, height: u32, channels: &[Channel]) -> Header {
         level_mode: LevelMode::Singular,
         rounding_mode: RoundingMode::Down,
     });
-    let size = Vec2(width as usize, height as usize);
+    let size = Vec2(file.width as usize, file.height as usize);
     let name = Text::default();
     let mut header = Header::new(name, size, channels.collect()).with_encoding(
         Compression::ZIP16,
@@ -91,6 +89,12 @@ fn header(width: u32, height: u32, channels: &[Channel]) -> Header {
     );
     header.own_attributes.layer_name = None;
     header.own_attributes.software_name = Text::new_or_none("phalanx");
+    if file.aovs.has(Aov::Position) && file.origin != [0.0; 3] {
+        let [x, y, z] = file.origin;
+        let origin = AttributeValue::Text(Text::from(&format!("{x} {y} {z}")[..]));
+        let others = &mut header.own_attributes.other;
+        others.insert(Text::from(ORIGIN), origin);
+    }
     header
 }
 
@@ -147,22 +151,63 @@ fn tile(channels: &[Channel], film: &Film, corner: Vec2<usize>, top: usize) -> U
 mod tests {
     use super::super::odd_film::{bits, film};
     use super::*;
+    use crate::image::{Depth, Format, Grade};
+    use crate::scene::Tone;
     use exr::prelude::{ReadChannels, ReadLayers};
     use std::io::Cursor;
+
+    const PLAIN: PictureFile = PictureFile {
+        width: 2,
+        height: 2,
+        format: Format::Exr,
+        aovs: Aovs::NONE,
+        origin: [0.0; 3],
+        grade: Grade {
+            exposure: 0.0,
+            tone: Tone::LINEAR,
+        },
+        depth: Depth::Eight,
+    };
+
+    #[test]
+    fn only_a_moved_scene_with_positions_has_its_origin_in_the_header() {
+        let far = PictureFile {
+            aovs: Aovs::NONE.with(Aov::Position),
+            origin: [500_000.5, 0.0, -4e6],
+            ..PLAIN
+        };
+        let told = |file: &PictureFile| {
+            let header = header(file, &channels(file.aovs));
+            let value = header
+                .own_attributes
+                .other
+                .get(&Text::from(ORIGIN))
+                .cloned();
+            value.map(|value| value.into_text().unwrap().to_string())
+        };
+        assert_eq!(told(&far).as_deref(), Some("500000.5 0 -4000000"));
+        let without = PictureFile {
+            aovs: Aovs::NONE,
+            ..far
+        };
+        let near = PictureFile {
+            origin: [0.0; 3],
+            ..far
+        };
+        assert_eq!([told(&without), told(&near)], [None, None]);
+    }
 
     #[test]
     fn exr_keeps_every_bit() {
         let film = film();
         let write = || {
             let mut bytes = Cursor::new(Vec::new());
-            write_exr(
-                &mut bytes,
-                70,
-                67,
-                Aovs::default(),
-                &mut [Ok(film.clone())].into_iter(),
-            )
-            .unwrap();
+            let file = PictureFile {
+                width: 70,
+                height: 67,
+                ..PLAIN
+            };
+            write_exr(&mut bytes, &file, &mut [Ok(film.clone())].into_iter()).unwrap();
             bytes.into_inner()
         };
         let bytes = write();

@@ -16,6 +16,8 @@ pub struct Identity {
     pub version: String,
     /// [`fingerprint`] of the scene, hexadecimal.
     pub scene: String,
+    /// The scene's origin, in its file's coordinates.
+    pub origin: [f64; 3],
     /// Width of the whole picture in pixels.
     pub width: u32,
     /// Height of the whole picture in pixels.
@@ -77,6 +79,7 @@ impl Identity {
         Identity {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: format!("{:016x}", fingerprint(scene)),
+            origin: scene.origin,
             width: settings.width,
             height: settings.height,
             region: [x, y, width, height],
@@ -171,6 +174,7 @@ impl Identity {
     fn words(&self) -> Vec<(&'static str, String)> {
         let Identity {
             version,
+            origin,
             scene,
             width,
             height,
@@ -189,6 +193,10 @@ impl Identity {
         };
         let mut words = vec![
             ("the version of phalanx", version.clone()),
+            (
+                "the scene's local origin",
+                origin.map(|x| x.to_string()).join(","),
+            ),
             ("the scene's fingerprint", scene.clone()),
             ("--size", format!("{width}x{height}")),
             ("--region", region),
@@ -274,6 +282,17 @@ mod tests {
         };
         let other = Identity::of(&lit, &settings);
         assert_eq!(differing(&plain, &other), ["the scene's fingerprint"]);
+        let moved = Scene {
+            origin: [500_000.0, 0.0, 0.1],
+            ..Scene::default()
+        };
+        let other = Identity::of(&moved, &settings);
+        assert_eq!(differing(&plain, &other), ["the scene's local origin"]);
+        assert_ne!(plain.checksum(), other.checksum());
+        let json = serde_json::to_string(&other).unwrap();
+        assert_eq!(serde_json::from_str::<Identity>(&json).unwrap(), other);
+        let without = json.replace("origin", "other");
+        serde_json::from_str::<Identity>(&without).unwrap_err();
         let mut ball = Scene::default();
         ball.add_sphere(Vec3::ZERO, 1.0, 0);
         assert_ne!(Identity::of(&ball, &settings).scene, plain.scene);

@@ -70,7 +70,7 @@ impl<'arena> Kept<'arena> {
                 let tint = tints.get(k).map_or(glam::Vec3::ONE, |t| vec3(t, lane));
                 self.looks[ray] = Look {
                     depth: hit.t.lane(ray % LANES) / scene.unit,
-                    position: (vec3(&at.point, lane) / scene.unit).to_array(),
+                    position: scene.file_place(vec3(&at.point, lane)).as_vec3().to_array(),
                     ng: vec3(&at.ng, lane).to_array(),
                     ns: vec3(&at.ns, lane).to_array(),
                     albedo: (kd * tint).to_array(),

@@ -7,7 +7,8 @@
 pub enum Aov {
     /// Distance from the camera ray's origin, in the file's units; infinite where nothing was hit.
     Depth,
-    /// Where it was hit, in the file's units.
+    /// Where it was hit, in the file's coordinates: the scene's origin is added in double precision before rounding, so
+    /// that far from the file's origin neighbouring pixels may have the same place.
     Position,
     /// Geometric normal, toward the viewer.
     Ng,
@@ -101,6 +102,9 @@ impl Aov {
 pub struct Aovs(u16);
 
 impl Aovs {
+    /// None.
+    pub const NONE: Aovs = Aovs(0);
+
     /// With one more.
     pub fn with(self, aov: Aov) -> Aovs {
         Aovs(self.0 | 1 << aov as u8)

@@ -136,6 +136,9 @@ pub struct SceneRecord {
     pub step: Option<String>,
     /// CRC-32 over the scene's primitives, 8 hexadecimal digits.
     pub hash: String,
+    /// Its origin in the file's coordinates; `None` of a scene that is not moved, and in older records.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<[f64; 3]>,
     /// Spheres, ellipsoids, triangles, cones, instances.
     pub primitives: BTreeMap<String, u64>,
     /// Primitives in all.

@@ -14,6 +14,7 @@ mod large_polygon;
 mod lights;
 mod materials;
 mod memory;
+mod origin;
 mod path;
 mod polygon;
 mod prim;
@@ -30,6 +31,7 @@ pub use column::Column;
 pub use instances::{Instances, Meshes, NotInvertible};
 pub use lights::{LightShape, Lights};
 pub use materials::{Materials, Palette, Surface};
+pub use origin::FileView;
 pub use path::{CameraPath, Key};
 pub use polygon::triangulate;
 pub use prim::{Prim, PrimKind};
@@ -121,6 +123,9 @@ pub struct Scene {
     pub lights: Lights,
     /// Scene units per file unit: a power of two, 1 unless the file's extent left f32's comfortable range.
     pub unit: f32,
+    /// Where the scene's coordinates begin, in those of the file: a place p of the file is `(p − origin) · unit` here
+    /// (see [`Scene::place_of`]). Zero unless a reader moved the scene; nothing that is added to a scene moves it.
+    pub origin: [f64; 3],
 }
 
 impl Default for Scene {
@@ -149,6 +154,7 @@ impl Default for Scene {
             textures: Vec::new(),
             lights: Lights::default(),
             unit: 1.0,
+            origin: [0.0; 3],
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The view and its orthonormal frame (design document, "Creating an orthonormal coordinate frame").
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Where the picture is taken from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,27 +53,28 @@ const PARALLEL: f64 = 1.0 / 1_048_576.0;
 impl View {
     /// The frame: w = a/|a| with a = eye − center, u = (b × w)/|b × w|, v = w × u; computed in f64, once.
     pub fn basis(&self) -> Result<Basis, ViewError> {
-        let parts = [self.eye, self.center, self.up];
-        if parts.iter().any(|p| !p.is_finite()) || !self.fovy.is_finite() {
-            return Err(ViewError::NotFinite);
-        }
-        if !(self.fovy > 0.0 && self.fovy < 180.0) {
-            return Err(ViewError::FieldOfView);
-        }
-        let a = self.eye.as_dvec3() - self.center.as_dvec3();
-        let b = self.up.as_dvec3();
-        let w = a.try_normalize().ok_or(ViewError::NoDirection)?;
-        let b = b.try_normalize().ok_or(ViewError::NoUp)?;
-        let side = b.cross(w);
-        if side.length() < PARALLEL {
-            return Err(ViewError::UpParallel);
-        }
-        let u = side.normalize();
-        let v = w.cross(u);
-        Ok(Basis {
-            u: u.as_vec3(),
-            v: v.as_vec3(),
-            w: w.as_vec3(),
-        })
+        let places = [self.eye, self.center, self.up].map(Vec3::as_dvec3);
+        let [u, v, w] = axes(places, self.fovy)?.map(|axis| axis.as_vec3());
+        Ok(Basis { u, v, w })
     }
+}
+
+/// The frame u, v, w of a view with this eye, center and up vector.
+pub(super) fn axes([eye, center, up]: [DVec3; 3], fovy: f32) -> Result<[DVec3; 3], ViewError> {
+    let finite = eye.is_finite() && center.is_finite() && up.is_finite() && fovy.is_finite();
+    if !finite {
+        return Err(ViewError::NotFinite);
+    }
+    if !(fovy > 0.0 && fovy < 180.0) {
+        return Err(ViewError::FieldOfView);
+    }
+    let w = (eye - center).try_normalize();
+    let w = w.ok_or(ViewError::NoDirection)?;
+    let b = up.try_normalize().ok_or(ViewError::NoUp)?;
+    let side = b.cross(w);
+    if side.length() < PARALLEL {
+        return Err(ViewError::UpParallel);
+    }
+    let u = side.normalize();
+    Ok([u, w.cross(u), w])
 }

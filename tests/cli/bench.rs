@@ -184,11 +184,12 @@ fn dumped_rays_can_be_read_by_their_documentation() {
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     assert!(ran.stdout.contains("200 primary"), "{}", ran.stdout);
     let bytes = fs::read(room.path().join("a.rays")).unwrap();
-    assert_eq!(&bytes[..8], b"PHXRAYS1");
+    assert_eq!(&bytes[..8], b"PHXRAYS2");
+    assert_eq!(bytes[8..32], [0; 24], "the scene is not moved");
     let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
     let number = |at: usize| f32::from_bits(word(at));
-    assert_eq!(word(8), 2);
-    let mut at = 12;
+    assert_eq!(word(32), 2);
+    let mut at = 36;
     for (name, asked, tmax) in [("primary", 0, f32::INFINITY), ("shadow", 1, 1.0)] {
         assert_eq!(
             bytes[at..at + 16]

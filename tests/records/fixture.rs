@@ -161,6 +161,7 @@ fn scene(name: &str) -> SceneRecord {
         family: Some("scene".into()),
         step: None,
         hash: "12345678".into(),
+        origin: Some([500_000.0, 0.0, -4_012_344.0]),
         primitives: BTreeMap::from([("triangles".into(), 1000)]),
         primitive_count: 1000,
         size: [1280, 960],

@@ -170,6 +170,7 @@ fn scene_record(name: &str, family: Option<(&str, &str)>, primitives: u64) -> Sc
         family: family.map(|f| f.0.to_owned()),
         step: family.map(|f| f.1.to_owned()),
         hash: "0badf00d".to_owned(),
+        origin: None,
         primitives: parts.map(|(kind, count)| (kind.to_owned(), count)).into(),
         primitive_count: primitives,
         size: [1024, 1024],

@@ -202,9 +202,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let bvh = Bvh::build_with(&cache::open(Path::new(&pair[0]))?.scene, &settings);
         let file = std::fs::read(&pair[1])?;
         let mut bytes = Bytes(&file);
-        if bytes.take(8)? != b"PHXRAYS1" {
+        if bytes.take(8)? != b"PHXRAYS2" {
             return Err(format!("{} is no ray file", pair[1]).into());
         }
+        // The origin: the cache's scene has the same one.
+        bytes.take(24)?;
         let name = Path::new(&pair[0])
             .file_stem()
             .unwrap_or_default()

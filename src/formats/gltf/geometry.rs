@@ -4,7 +4,8 @@ use super::accessor::Accessor;
 use super::document::Primitive;
 use super::materials::{Look, UvMap};
 use super::source::Source;
-use crate::scene::{Mesh, MeshMaterial, NO_NORMALS, NO_UVS};
+use crate::formats::origin::{self, Origin};
+use crate::scene::{Bounds, Mesh, MeshMaterial, NO_NORMALS, NO_UVS};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -22,6 +23,8 @@ pub(super) struct Shape<'a> {
 pub(super) struct Bad {
     pub(super) normals: usize,
     pub(super) uvs: usize,
+    /// Whether places that are single precision in the file were rounded.
+    pub(super) inexact: bool,
 }
 
 /// Topologies of triangles, by their numbers in the file.
@@ -89,19 +92,23 @@ impl<'a> Shape<'a> {
         2 * (triangles * triangle + vertices * vertex)
     }
 
-    /// Largest coordinate of a corner, in the mesh's own space.
-    pub(super) fn extent(&self) -> f32 {
+    /// Bounds of the corners, in the mesh's own space.
+    pub(super) fn bounds(&self) -> Bounds {
         let corners = self.corners.iter().flatten();
-        corners.fold(0.0, |most, &corner| {
+        corners.fold(Bounds::EMPTY, |all, &corner| {
             let place = Vec3::from_array(self.positions.get(corner as usize));
-            place.abs().max_element().max(most)
+            all.union(Bounds::new(place, place))
         })
     }
 
     /// The triangles under a map, with only the vertices that they use. A map that mirrors turns them round, so that
     /// their fronts stay in front.
-    pub(super) fn mesh(&self, map: &DAffine3) -> Result<(Mesh, Bad), String> {
+    ///
+    /// Where the map does nothing but take away the scene's origin, places have to be single precision as before.
+    pub(super) fn mesh(&self, map: &DAffine3, origin: Origin) -> Result<(Mesh, Bad), String> {
         let mut out = Placing::new(self, map);
+        let taken = DAffine3::from_translation(-origin.place());
+        let as_it_stands = origin.moved().is_some() && *map == taken;
         let mut corners = Vec::with_capacity(self.corners.len());
         for &[a, b, c] in &self.corners {
             let row = match out.mirrored {
@@ -114,8 +121,20 @@ impl<'a> Shape<'a> {
         let bad = Bad {
             normals: out.nothing_said,
             uvs: out.bad_uvs.len(),
+            inexact: as_it_stands && !self.is_exact_at(origin.place()),
         };
         Ok((out.finish(corners), bad))
+    }
+}
+
+impl Shape<'_> {
+    /// Whether taking an origin away rounds no corner.
+    fn is_exact_at(&self, place: DVec3) -> bool {
+        let exact = |&corner: &u32| {
+            let at = self.positions.get::<3>(corner as usize);
+            (0..3).all(|axis| origin::is_exact(at[axis], place[axis]))
+        };
+        self.corners.iter().flatten().all(exact)
     }
 }
 

@@ -59,9 +59,10 @@ use super::allowance::Allowance;
 use super::complete::{Missing, complete};
 use super::folder::Folder;
 use super::mesh_defaults::{BARE, empty_scene};
+use super::origin::{self, Origin, Stop};
 use super::report::{Place, Report, quoted};
 use super::texture::TextureShelf;
-use super::{Diagnostic, Loaded, Options};
+use super::{Loaded, Options};
 use crate::scene::{Bounds, Scene};
 use copies::{Copies, MOST_COPIED, Part};
 use geometry::{Bad, Shape, is_surface};
@@ -99,11 +100,7 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// What is wrong with it: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
-pub(super) fn read(
-    bytes: &[u8],
-    beside: &Folder,
-    options: &Options,
-) -> Result<Loaded, Vec<Diagnostic>> {
+pub(super) fn read(bytes: &[u8], beside: &Folder, options: &Options) -> Result<Loaded, Stop> {
     let mut report = match is_binary(bytes) {
         true => Report::binary(),
         false => Report::new(bytes),
@@ -125,7 +122,7 @@ pub(super) fn read(
             source.load_buffers(binary, beside, &mut report);
             if extensions_are_known(&source, &mut report) && report.is_clean() {
                 let mut reader = Reader::new(&source, beside, options, scene, report);
-                reader.run(&mut missing);
+                reader.run(&mut missing)?;
                 (scene, report) = (reader.scene, reader.report);
             }
         }
@@ -163,12 +160,24 @@ struct Reader<'a, 't> {
     /// Triangles that may still be made: as many as the file has bytes, and a few million. Accessors may be shared,
     /// and nothing else bounds how often.
     triangles_left: u64,
+    /// Whether the scene's origin rounds coordinates that are single precision in the file.
+    inexact: bool,
 }
 
 /// Triangles that a file of any size may have.
 const FREE_TRIANGLES: u64 = 1 << 24;
 /// Extents of meshes that are placed as they are: beyond, what is stored could not be intersected in single precision.
 const COMFORT: std::ops::RangeInclusive<f32> = 1.0 / 268_435_456.0..=268_435_456.0;
+
+/// The map into the space where a mesh is stored, from its own, and the map back: moved to an origin, and then scaled.
+fn stored_space(origin: Option<DVec3>, scale: f64) -> [DAffine3; 2] {
+    let origin = origin.unwrap_or_default();
+    let scaled = |by: f64| DAffine3::from_scale(DVec3::splat(by));
+    [
+        scaled(scale) * DAffine3::from_translation(-origin),
+        DAffine3::from_translation(origin) * scaled(1.0 / scale),
+    ]
+}
 
 impl<'a, 't> Reader<'a, 't> {
     fn new(
@@ -187,16 +196,17 @@ impl<'a, 't> Reader<'a, 't> {
             allowance: beside.allowance(),
             copies: Copies::of(&source.document),
             triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
+            inexact: false,
         }
     }
 
-    fn run(&mut self, missing: &mut Missing) {
-        let nodes = nodes::flatten(self.source, &mut self.report);
+    fn run(&mut self, missing: &mut Missing) -> Result<(), Stop> {
+        let nodes = nodes::flatten(self.source, self.options.origin, &mut self.report);
         let placements = self.placements(&nodes);
         for (mesh, places) in self.copies.joined(placements) {
             for part in self.copies.parts(mesh, places.len()) {
                 if self.report.is_full() {
-                    return;
+                    return Ok(());
                 }
                 let times = |map: DAffine3| std::iter::repeat_n(map, part.times);
                 let places: Vec<DAffine3> = places.iter().copied().flat_map(times).collect();
@@ -207,7 +217,10 @@ impl<'a, 't> Reader<'a, 't> {
             }
         }
         if !self.report.is_clean() {
-            return;
+            return Ok(());
+        }
+        if self.inexact {
+            return Err(Stop::Inexact);
         }
         if self.scene.prims.is_empty() {
             self.report.warning(
@@ -216,8 +229,14 @@ impl<'a, 't> Reader<'a, 't> {
             );
         }
         let bounds = self.scene.bounds();
+        if self.options.origin == Origin::Auto
+            && let Some(far) = origin::of_bounds(bounds)
+        {
+            return Err(Stop::Far(far));
+        }
         self.surroundings(&nodes, bounds, missing);
         self.tell_unused(&nodes);
+        Ok(())
     }
 
     fn surroundings(&mut self, nodes: &[Placed], bounds: Bounds, missing: &mut Missing) {
@@ -255,7 +274,9 @@ impl<'a, 't> Reader<'a, 't> {
 
     fn mesh(&mut self, mesh: usize, part: &Part, places: &[DAffine3]) -> Result<(), String> {
         let shapes = self.shapes(mesh, part)?;
-        let extent = shapes.iter().map(Shape::extent).fold(0.0, f32::max);
+        let bounds = shapes.iter().map(Shape::bounds);
+        let bounds = bounds.fold(Bounds::EMPTY, Bounds::union);
+        let extent = bounds.lo.abs().max(bounds.hi.abs()).max_element();
         let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
         let copied = triangles.saturating_mul(places.len() as u64 - 1);
         let size = match COMFORT.contains(&extent) {
@@ -273,14 +294,18 @@ impl<'a, 't> Reader<'a, 't> {
             return Ok(());
         };
         let stored = self.scene.begin_mesh();
-        let bad = self.bake(&shapes, &DAffine3::from_scale(DVec3::splat(size)))?;
+        // Near the geometry where that is far away in the mesh's own space, too: files have accessors that hold a map's
+        // coordinates, and nodes that take them back.
+        let own = origin::of_bounds(bounds);
+        let [taken, back] = stored_space(own, size);
+        let bad = self.bake(&shapes, &taken)?;
         self.scene.end_mesh(stored);
         self.tell_bad(mesh, bad);
-        let back = DAffine3::from_scale(DVec3::splat(1.0 / size));
         let mut baked = 0;
         for map in places {
             // Zeros keep their signs where there is nothing to undo.
-            let to_world = if size == 1.0 { *map } else { *map * back };
+            let undone = own.is_none() && size == 1.0;
+            let to_world = if undone { *map } else { *map * back };
             if self.scene.add_instance(stored, to_world).is_err() {
                 baked += 1;
                 self.bake(&shapes, map)?;
@@ -305,10 +330,11 @@ impl<'a, 't> Reader<'a, 't> {
             self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
             let what = || format!("for {} more triangles", shape.len());
             self.allowance.take(shape.mesh_bytes(), what)?;
-            let (mesh, bad) = shape.mesh(map)?;
+            let (mesh, bad) = shape.mesh(map, self.options.origin)?;
             self.scene.add_mesh(mesh);
             all.normals += bad.normals;
             all.uvs += bad.uvs;
+            self.inexact |= bad.inexact;
         }
         Ok(all)
     }

@@ -2,6 +2,7 @@
 
 use super::document::{Document, Node};
 use super::source::Source;
+use crate::formats::origin::Origin;
 use crate::formats::report::Report;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -14,8 +15,8 @@ pub(super) struct Placed {
 /// The nodes of the default scene (or the first one, or of all roots), parents before their children, in file order.
 ///
 /// Every node is visited once, so that neither a cycle nor a node with two parents takes more time than the file has
-/// nodes; both are errors.
-pub(super) fn flatten(source: &Source, report: &mut Report) -> Vec<Placed> {
+/// nodes; both are errors. The world begins at the origin: all maps lead to places less that.
+pub(super) fn flatten(source: &Source, origin: Origin, report: &mut Report) -> Vec<Placed> {
     let document = &source.document;
     let mut placed = Vec::new();
     let roots = match roots(document) {
@@ -30,7 +31,8 @@ pub(super) fn flatten(source: &Source, report: &mut Report) -> Vec<Placed> {
     let push = |waiting: &mut Vec<_>, nodes: &[usize], map: DAffine3| {
         waiting.extend(nodes.iter().rev().map(|&node| (node, map)));
     };
-    push(&mut waiting, &roots, DAffine3::IDENTITY);
+    let world = DAffine3::from_translation(DVec3::ZERO - origin.place());
+    push(&mut waiting, &roots, world);
     while let Some((row, parent)) = waiting.pop() {
         let Some(node) = document.nodes.get(row) else {
             source.error(

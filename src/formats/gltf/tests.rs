@@ -23,7 +23,7 @@ fn read_within(primitives: usize, nodes: usize, most: u64) -> Result<u64, String
     source.load_buffers(None, &folder, &mut report);
     let mut reader = Reader::new(&source, &folder, &options, empty_scene(), report);
     reader.triangles_left = most;
-    reader.run(&mut BARE.clone());
+    reader.run(&mut BARE.clone()).unwrap();
     let left = reader.triangles_left;
     match reader.report.finish() {
         Ok(_) => Ok(left),

@@ -11,10 +11,11 @@ mod shapes;
 mod view;
 
 use super::complete::{Missing, complete};
+use super::origin::Stop;
 use super::report::{Place, Report};
-use super::{Diagnostic, Loaded, Options};
+use super::{Loaded, Options};
 use crate::scene::Scene;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use lexer::Tokens;
 use looks::Looks;
 
@@ -26,6 +27,8 @@ struct Reader<'a> {
     tokens: Tokens<'a>,
     report: Report<'a>,
     scene: Scene,
+    /// What is taken from places before they are rounded.
+    origin: DVec3,
     lights: Vec<Light>,
     looks: Looks,
     seen: Seen,
@@ -49,7 +52,7 @@ struct Seen {
 ///
 /// # Errors
 /// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
-pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Vec<Diagnostic>> {
+pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Stop> {
     let mut reader = Reader {
         tokens: Tokens::new(text),
         report: Report::new(text.as_bytes()),
@@ -57,6 +60,7 @@ pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Vec<Diagnost
             max_depth: MAX_DEPTH,
             ..Scene::default()
         },
+        origin: options.origin.place(),
         lights: Vec::new(),
         looks: Looks::new(options.material),
         seen: Seen::default(),
@@ -84,7 +88,7 @@ impl Reader<'_> {
         sense8.is_some()
     }
 
-    fn finish(mut self, options: &Options) -> Result<Loaded, Vec<Diagnostic>> {
+    fn finish(mut self, options: &Options) -> Result<Loaded, Stop> {
         if !self.seen.shape && self.report.is_clean() {
             let end = self.report.end_of_content();
             self.report

@@ -2,9 +2,9 @@
 
 use super::Reader;
 use super::lexer::Token;
-use crate::formats::number::number;
+use crate::formats::number::{double, number, widened};
 use crate::formats::report::{Place, quoted};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// A kind of record, the names of its operands, and what it does.
 struct Kind {
@@ -124,14 +124,22 @@ impl<'a> Reader<'a> {
 
     /// The next `N` operands as finite numbers, or an error for each fault.
     pub(super) fn numbers<const N: usize>(&mut self, record: &Record<'_>) -> Option<[f32; N]> {
-        let mut values = [0.0; N];
+        self.operands(record, number)
+    }
+
+    fn operands<T: Copy + Default, const N: usize>(
+        &mut self,
+        record: &Record<'_>,
+        parse: fn(&str) -> Result<T, String>,
+    ) -> Option<[T; N]> {
+        let mut values = [T::default(); N];
         let mut good = true;
         for (k, value) in values.iter_mut().enumerate() {
             let Some(token) = self.operand() else {
                 self.breaks_off(record, k, N);
                 return None;
             };
-            match number(token.text) {
+            match parse(token.text) {
                 Ok(number) => *value = number,
                 Err(message) => {
                     self.report.error(token.place(), message);
@@ -140,6 +148,26 @@ impl<'a> Reader<'a> {
             }
         }
         good.then_some(values)
+    }
+
+    /// The next `N` operands, which begin with a place; as [`Reader::numbers`], but in double precision where the scene
+    /// is moved.
+    pub(super) fn places<const N: usize>(&mut self, record: &Record<'_>) -> Option<[f64; N]> {
+        match self.origin == DVec3::ZERO {
+            true => self.operands(record, widened),
+            false => self.operands(record, double),
+        }
+    }
+
+    /// The next three operands as a place in the scene.
+    pub(super) fn place(&mut self, record: &Record<'_>) -> Option<Vec3> {
+        let [x, y, z] = self.places(record)?;
+        Some(self.to_scene([x, y, z]))
+    }
+
+    /// Place in the scene of a place in the file.
+    pub(super) fn to_scene(&self, place: [f64; 3]) -> Vec3 {
+        (DVec3::from_array(place) - self.origin).as_vec3()
     }
 
     /// The next three operands as a vector.

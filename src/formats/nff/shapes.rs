@@ -5,7 +5,7 @@ use super::records::Record;
 use crate::formats::faces::MAX_CORNERS;
 use crate::formats::number::count;
 use crate::scene::{Cone, triangulate};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Bytes that a number takes at least: a digit and what parts it from the next.
 const BYTES_PER_NUMBER: u64 = 2;
@@ -47,9 +47,10 @@ impl Reader<'_> {
 
     pub(super) fn sphere(&mut self, record: &Record<'_>) {
         self.seen.shape = true;
-        let Some([x, y, z, radius]) = self.numbers(record) else {
+        let Some([x, y, z, radius]) = self.places(record) else {
             return;
         };
+        let radius = radius as f32;
         if radius == 0.0 {
             let message = "the radius of a sphere must not be zero";
             return self.report.error(record.place(), message);
@@ -59,16 +60,18 @@ impl Reader<'_> {
                 "a negative radius shows only a sphere's inside: here both sides are seen";
             self.report.warning(record.place(), message);
         }
+        let center = self.to_scene([x, y, z]);
         self.scene
-            .add_sphere(Vec3::new(x, y, z), radius.abs(), self.looks.current());
+            .add_sphere(center, radius.abs(), self.looks.current());
     }
 
     pub(super) fn cone(&mut self, record: &Record<'_>) {
         self.seen.shape = true;
-        let Some([bx, by, bz, br, ax, ay, az, ar]) = self.numbers(record) else {
+        let Some([bx, by, bz, br, ax, ay, az, ar]) = self.places(record) else {
             return;
         };
-        let (base, apex) = (Vec3::new(bx, by, bz), Vec3::new(ax, ay, az));
+        let (base, apex) = (self.to_scene([bx, by, bz]), self.to_scene([ax, ay, az]));
+        let (br, ar) = (br as f32, ar as f32);
         let wrong = if base == apex {
             "the ends of a cone must not be at the same place"
         } else if br == 0.0 && ar == 0.0 {
@@ -93,7 +96,8 @@ impl Reader<'_> {
         let Some(corners) = self.corners::<3>(record) else {
             return;
         };
-        let points: Vec<Vec3> = corners.into_iter().map(Vec3::from_array).collect();
+        let points = corners.into_iter().map(|place| self.to_scene(place));
+        let points: Vec<Vec3> = points.collect();
         for triangle in triangulate(&points) {
             let corners = triangle.map(|k| points[k as usize]);
             self.scene.add_triangle(corners, None, self.looks.current());
@@ -104,11 +108,10 @@ impl Reader<'_> {
         let Some(corners) = self.corners::<6>(record) else {
             return;
         };
-        let part = |from: usize| {
-            let of = move |c: &[f32; 6]| Vec3::new(c[from], c[from + 1], c[from + 2]);
-            corners.iter().map(of).collect::<Vec<Vec3>>()
-        };
-        let (points, normals) = (part(0), part(3));
+        let place = |&[x, y, z, ..]: &[f64; 6]| self.to_scene([x, y, z]);
+        let normal = |&[.., x, y, z]: &[f64; 6]| DVec3::new(x, y, z).as_vec3();
+        let points: Vec<Vec3> = corners.iter().map(place).collect();
+        let normals: Vec<Vec3> = corners.iter().map(normal).collect();
         if normals.contains(&Vec3::ZERO) {
             let message = "the normal of a corner must not be zero";
             return self.report.error(record.place(), message);
@@ -122,7 +125,7 @@ impl Reader<'_> {
     }
 
     /// A count, and as many corners of `N` numbers each; after the first fault the rest is passed over.
-    fn corners<const N: usize>(&mut self, record: &Record<'_>) -> Option<Vec<[f32; N]>> {
+    fn corners<const N: usize>(&mut self, record: &Record<'_>) -> Option<Vec<[f64; N]>> {
         self.seen.shape = true;
         let corners = self.checked_corners(record);
         if corners.is_none() {
@@ -131,7 +134,7 @@ impl Reader<'_> {
         corners
     }
 
-    fn checked_corners<const N: usize>(&mut self, record: &Record<'_>) -> Option<Vec<[f32; N]>> {
+    fn checked_corners<const N: usize>(&mut self, record: &Record<'_>) -> Option<Vec<[f64; N]>> {
         let count = self.corner_count(record, N as u64)?;
         let mut corners = Vec::with_capacity(count);
         for k in 0..count {
@@ -140,7 +143,7 @@ impl Reader<'_> {
                 self.report.error(record.place(), message);
                 return None;
             }
-            corners.push(self.numbers::<N>(record)?);
+            corners.push(self.places::<N>(record)?);
         }
         Some(corners)
     }

@@ -59,8 +59,8 @@ impl Reader<'_> {
     /// Reads a part's operands; none after an error.
     fn part(&mut self, record: &Record<'_>, parts: &mut Parts, part: usize) -> Option<()> {
         match part {
-            0 => parts.from = self.vector(record)?,
-            1 => parts.at = self.vector(record)?,
+            0 => parts.from = self.place(record)?,
+            1 => parts.at = self.place(record)?,
             2 => parts.up = self.vector(record)?,
             3 => parts.angle = self.angle(record)?,
             4 => parts.resolution = self.resolution(record)?,
@@ -140,7 +140,7 @@ impl Reader<'_> {
     }
 
     pub(super) fn light(&mut self, record: &Record<'_>) {
-        let position = self.vector(record);
+        let position = self.place(record);
         let colored = self.tokens.peek().is_some_and(|token| token.is_numeric());
         let color = match colored {
             true => self.vector(record).map(Some),

@@ -129,8 +129,19 @@ impl<'a> Cursor<'a> {
     /// The next operand as a number, which may be no finite one.
     #[inline]
     pub(super) fn float(&mut self) -> Result<f32, Fault> {
+        self.number(decimal::float)
+    }
+
+    /// The same in double precision.
+    #[inline]
+    pub(super) fn double(&mut self) -> Result<f64, Fault> {
+        self.number(decimal::double)
+    }
+
+    #[inline(always)]
+    fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, Fault> {
         self.skip_blanks();
-        let (value, end) = decimal::float(self.text, self.at);
+        let (value, end) = parse(self.text, self.at);
         let delimited = self
             .text
             .get(end)

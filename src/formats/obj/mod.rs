@@ -12,21 +12,19 @@ mod piece;
 use super::faces::{Faces, NORMAL, VERTEX};
 use super::folder::Folder;
 use super::mesh::{self, Joined, NotFinite, Tally};
+use super::origin::{self, Origin, Stop};
 use super::report::{Place, Report};
 use super::workers;
-use super::{Diagnostic, Loaded, Options};
+use super::{Loaded, Options};
 use crate::scene::{Palette, Vec2s, Vec3s};
+use glam::DVec3;
 use piece::{Limits, Piece, Skipped};
 
 /// Bytes of a piece: enough to be worth a thread's while, few enough to keep all threads busy to the end.
 const PIECE: usize = 1 << 18;
 
 /// Reads an OBJ file; the material files and textures that it names are looked for beside it.
-pub(super) fn read(
-    bytes: &[u8],
-    beside: &Folder,
-    options: &Options,
-) -> Result<Loaded, Vec<Diagnostic>> {
+pub(super) fn read(bytes: &[u8], beside: &Folder, options: &Options) -> Result<Loaded, Stop> {
     read_in_pieces(bytes, beside, options, PIECE)
 }
 
@@ -35,21 +33,28 @@ fn read_in_pieces(
     beside: &Folder,
     options: &Options,
     piece_bytes: usize,
-) -> Result<Loaded, Vec<Diagnostic>> {
+) -> Result<Loaded, Stop> {
     let threads = workers::thread_count(options.threads);
     let mut report = Report::new(bytes);
     if bytes.trim_ascii().is_empty() {
         report.error(Place::START, "the file is empty");
-        return Err(report.finish().err().unwrap_or_default());
+        return Err(Stop::of(report));
     }
-    let pieces = read_pieces(bytes, threads, piece_bytes, &mut report);
+    let moved = options.origin.moved();
+    let pieces = read_pieces(bytes, threads, (piece_bytes, moved), &mut report);
     let mut palette = Palette::default();
     let mut scene = mesh::bare_scene(options, &mut palette);
     if !report.is_clean() {
-        return Err(report.finish().err().unwrap_or_default());
+        return Err(Stop::of(report));
     }
     tell_skipped(&pieces, &mut report);
     let (mut joined, runs, libraries) = join(pieces, threads, &mut report);
+    // Before materials and textures are read in vain.
+    if options.origin == Origin::Auto
+        && let Some(far) = origin::of_triangles(&joined.vertices, &joined.faces[VERTEX])
+    {
+        return Err(Stop::Far(far));
+    }
     if report.is_clean() {
         let triangles = joined.faces[VERTEX].len();
         let mut shelf = materials::Shelf::new(bytes, beside, &libraries, &mut report);
@@ -60,11 +65,16 @@ fn read_in_pieces(
 }
 
 /// All pieces, and in the report what is wrong with them.
-fn read_pieces(bytes: &[u8], threads: usize, size: usize, report: &mut Report) -> Vec<Piece> {
+fn read_pieces(
+    bytes: &[u8],
+    threads: usize,
+    (size, moved): (usize, Option<DVec3>),
+    report: &mut Report,
+) -> Vec<Piece> {
     let ranges = workers::cut(0..bytes.len(), size, |at| line_start(bytes, at));
     let first = ranges.iter().map(|range| (range.clone(), Limits::UNKNOWN));
     let read = |(range, limits): (std::ops::Range<usize>, Limits)| {
-        piece::read(&bytes[..range.end], range.start, limits)
+        piece::read(&bytes[..range.end], range.start, limits, moved)
     };
     let pieces = workers::map(threads, first.collect(), read);
     let limits = limits_of(&pieces);

@@ -7,6 +7,7 @@ use crate::formats::faces::{
 };
 use crate::formats::mesh::{Fault, Faults, NotFinite, Tally};
 use crate::formats::report::Place;
+use glam::DVec3;
 
 /// What a piece may refer to.
 #[derive(Clone, Copy, Debug)]
@@ -81,10 +82,12 @@ impl Piece {
 }
 
 /// Reads the piece of `text` that begins at `start` and ends with it.
-pub(super) fn read(text: &[u8], start: usize, limits: Limits) -> Piece {
+/// Vertices are taken from `origin`, where there is one.
+pub(super) fn read(text: &[u8], start: usize, limits: Limits, origin: Option<DVec3>) -> Piece {
     let mut reader = Reader {
         cursor: Cursor { text, at: start },
         limits,
+        origin,
         piece: Piece::default(),
         corners: Vec::new(),
     };
@@ -104,6 +107,8 @@ pub(super) fn read(text: &[u8], start: usize, limits: Limits) -> Piece {
 struct Reader<'a> {
     cursor: Cursor<'a>,
     limits: Limits,
+    /// What vertices are taken from, if the scene is moved.
+    origin: Option<DVec3>,
     piece: Piece,
     /// Those of the face at hand.
     corners: Vec<Corner>,
@@ -179,7 +184,10 @@ impl Reader<'_> {
     fn vertex(&mut self) -> Result<(), Fault> {
         self.cursor.skip_blanks();
         let start = self.cursor.at;
-        let place = self.vector::<3>();
+        let place = match self.origin {
+            None => self.vector::<3>(),
+            Some(origin) => self.moved(origin),
+        };
         // Takes the number of a faulty one, so that no face is blamed for it.
         let [x, y, z] = *place.as_ref().unwrap_or(&[0.0; 3]);
         let finite = x.is_finite() && y.is_finite() && z.is_finite();
@@ -280,6 +288,15 @@ impl Reader<'_> {
             self.cursor.float()?;
         }
         Ok([u, v])
+    }
+
+    /// The place of a vertex, taken from an origin before it is rounded.
+    fn moved(&mut self, origin: DVec3) -> Result<[f32; 3], Fault> {
+        let mut place = DVec3::ZERO;
+        for axis in 0..3 {
+            place[axis] = self.cursor.double()? - origin[axis];
+        }
+        Ok(place.as_vec3().to_array())
     }
 
     #[inline]

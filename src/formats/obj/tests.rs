@@ -79,7 +79,9 @@ fn errors_come_in_file_order_from_every_piece() {
             threads: 3,
             ..Options::default()
         };
-        read_in_pieces(text.as_bytes(), &Folder::nowhere(), &options, piece).unwrap_err()
+        read_in_pieces(text.as_bytes(), &Folder::nowhere(), &options, piece)
+            .unwrap_err()
+            .diagnostics()
     };
     let whole = read(PIECE);
     assert_eq!(whole.len(), crate::formats::MAX_DIAGNOSTICS);
@@ -103,7 +105,9 @@ fn a_material_file_is_read_once_by_whatever_names() {
     let (_scratch, folder) = folder_with(&[("a.mtl", mtl)]);
     let text =
         "mtllib a.mtl\nmtllib ./a.mtl\nmtllib .//a.mtl a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    let errors = read(text.as_bytes(), &folder, &Options::default()).unwrap_err();
+    let errors = read(text.as_bytes(), &folder, &Options::default())
+        .unwrap_err()
+        .diagnostics();
     assert_eq!(errors.len(), 1, "its fault is told once: {errors:?}");
 }
 

@@ -286,7 +286,7 @@ impl<'a> Reader<'a> {
     ) -> Result<(), Fault> {
         for (index, property) in element.properties.iter().enumerate() {
             match self.slots[index] {
-                Slot::Place(axis) => place[axis] = self.float()?,
+                Slot::Place(axis) => place[axis] = self.coordinate(axis)?,
                 Slot::Normal(axis) => normal[axis] = self.float()?,
                 Slot::Unused => self.pass(property)?,
             }
@@ -374,6 +374,18 @@ impl<'a> Reader<'a> {
         self.skip_blanks();
         let (value, end) = decimal::float(self.text, self.at);
         self.ended(value, end, "a number")
+    }
+
+    /// A coordinate of a vertex, taken from the origin.
+    #[inline]
+    fn coordinate(&mut self, axis: usize) -> Result<f32, Fault> {
+        let origin = self.plan.vertices.origin[axis];
+        if origin == 0.0 {
+            return self.float();
+        }
+        self.skip_blanks();
+        let (value, end) = decimal::double(self.text, self.at);
+        self.ended((value - origin) as f32, end, "a number")
     }
 
     #[inline]

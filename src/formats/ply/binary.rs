@@ -6,12 +6,13 @@
 use super::columns::{Layout, fill};
 use super::header::{Element, Encoding, Kind, Type};
 use super::rows::{FaceSink, checked_normal, checked_place, too_short};
-use super::{Body, Plan, Purpose};
+use super::{Body, Plan, Purpose, VertexPlan};
 use crate::formats::faces::{Faces, VERTEX};
 use crate::formats::mesh::{Fault, Faults, NotFinite};
 use crate::formats::report::{Place, Report};
 use crate::formats::workers;
 use crate::scene::Vec3s;
+use glam::DVec3;
 
 /// Reads the rows of all elements; what is wrong stands in the report.
 pub(super) fn read(
@@ -117,22 +118,24 @@ impl<'a> Reader<'a> {
 
     /// Vertices of a fixed length, for which there is room.
     fn vertices(&mut self, element: &Element, count: usize) {
-        let (columns, bad) = self.vectors(element, count, self.plan.vertices.place, checked_place);
+        let VertexPlan { place, origin, .. } = self.plan.vertices;
+        let (columns, bad) = self.vectors(element, count, (place, origin), checked_place);
         self.body.vertices = columns;
         self.body.not_finite = bad;
         if let Some(normal) = self.plan.vertices.normal {
-            let (columns, bad) = self.vectors(element, count, normal, checked_normal);
+            let (columns, bad) =
+                self.vectors(element, count, (normal, DVec3::ZERO), checked_normal);
             self.body.normals = Some(columns);
             self.body.bad_normals = bad;
         }
     }
 
-    /// Three properties of each row, brought to something usable by `check`.
+    /// Three properties of each row, less an origin, brought to something usable by `check`.
     fn vectors(
         &self,
         element: &Element,
         count: usize,
-        properties: [usize; 3],
+        (properties, origin): ([usize; 3], DVec3),
         check: impl Fn([f32; 3], u32, Place, &mut Vec<NotFinite>) -> [f32; 3] + Sync,
     ) -> (Vec3s, Vec<NotFinite>) {
         let stride = element.least_bytes();
@@ -156,7 +159,9 @@ impl<'a> Reader<'a> {
             rows,
         });
         let bad = workers::map(self.threads, blocks.collect(), |mut block| {
-            for (out, (offset, kind)) in block.out.iter_mut().zip(sources) {
+            let sources = sources.into_iter().zip(origin.to_array());
+            for (out, ((offset, kind), origin)) in block.out.iter_mut().zip(sources) {
+                let kind = (kind, origin);
                 fill(out, block.rows, stride, offset, kind, self.big_endian);
             }
             let place = |row: usize| Place {
@@ -313,8 +318,12 @@ impl<'a> Reader<'a> {
 
     /// Vertices with lists among their properties.
     fn walk_vertices(&mut self, element: &Element) -> Result<(), Fault> {
-        let place = self.plan.vertices.place;
-        let normal = self.plan.vertices.normal;
+        let VertexPlan {
+            place,
+            origin,
+            normal,
+            ..
+        } = self.plan.vertices;
         let wanted = place.into_iter().chain(normal.into_iter().flatten());
         let wanted: Vec<usize> = wanted.collect();
         let mut columns = vec![Vec::new(); wanted.len()];
@@ -323,10 +332,11 @@ impl<'a> Reader<'a> {
             if index == 0 {
                 starts.push(reader.at);
             }
-            for (column, _) in columns
+            let wanted = wanted.iter().enumerate();
+            for (column, (k, _)) in columns
                 .iter_mut()
-                .zip(&wanted)
-                .filter(|(_, w)| **w == index)
+                .zip(wanted)
+                .filter(|(_, (_, w))| **w == index)
             {
                 if let Field::One(at) = field {
                     let kind = type_of_number(element.properties[index].kind);
@@ -336,7 +346,7 @@ impl<'a> Reader<'a> {
                         &reader.bytes[at..],
                         kind.size(),
                         0,
-                        kind,
+                        (kind, origin.to_array().get(k).copied().unwrap_or(0.0)),
                         reader.big_endian,
                     );
                     column.push(value[0]);

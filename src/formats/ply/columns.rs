@@ -2,13 +2,13 @@
 
 use super::header::Type;
 
-/// Takes one number out of each row.
+/// Takes one number out of each row, less `origin`, which is 0 of numbers that single precision holds.
 pub(super) fn fill(
     out: &mut [f32],
     rows: &[u8],
     stride: usize,
     offset: usize,
-    kind: Type,
+    (kind, origin): (Type, f64),
     big: bool,
 ) {
     let of = Column {
@@ -16,21 +16,22 @@ pub(super) fn fill(
         stride,
         offset,
     };
+    let less = |number: f64| (number - origin) as f32;
     match (kind, big) {
         (Type::F32, false) => of.take(out, f32::from_le_bytes),
         (Type::F32, true) => of.take(out, f32::from_be_bytes),
-        (Type::F64, false) => of.take(out, |b| f64::from_le_bytes(b) as f32),
-        (Type::F64, true) => of.take(out, |b| f64::from_be_bytes(b) as f32),
+        (Type::F64, false) => of.take(out, |b| less(f64::from_le_bytes(b))),
+        (Type::F64, true) => of.take(out, |b| less(f64::from_be_bytes(b))),
         (Type::I8, _) => of.take(out, |b| f32::from(i8::from_le_bytes(b))),
         (Type::U8, _) => of.take(out, |b| f32::from(u8::from_le_bytes(b))),
         (Type::I16, false) => of.take(out, |b| f32::from(i16::from_le_bytes(b))),
         (Type::I16, true) => of.take(out, |b| f32::from(i16::from_be_bytes(b))),
         (Type::U16, false) => of.take(out, |b| f32::from(u16::from_le_bytes(b))),
         (Type::U16, true) => of.take(out, |b| f32::from(u16::from_be_bytes(b))),
-        (Type::I32, false) => of.take(out, |b| i32::from_le_bytes(b) as f32),
-        (Type::I32, true) => of.take(out, |b| i32::from_be_bytes(b) as f32),
-        (Type::U32, false) => of.take(out, |b| u32::from_le_bytes(b) as f32),
-        (Type::U32, true) => of.take(out, |b| u32::from_be_bytes(b) as f32),
+        (Type::I32, false) => of.take(out, |b| less(i32::from_le_bytes(b).into())),
+        (Type::I32, true) => of.take(out, |b| less(i32::from_be_bytes(b).into())),
+        (Type::U32, false) => of.take(out, |b| less(u32::from_le_bytes(b).into())),
+        (Type::U32, true) => of.take(out, |b| less(u32::from_be_bytes(b).into())),
     }
 }
 

@@ -61,6 +61,14 @@ pub(super) enum Kind {
     List { count: Type, item: Type },
 }
 
+impl Kind {
+    /// Whether it is one number, which single precision holds without rounding.
+    pub(super) fn is_single(self) -> bool {
+        let double = matches!(self, Kind::One(Type::F64 | Type::I32 | Type::U32));
+        !double && !matches!(self, Kind::List { .. })
+    }
+}
+
 #[derive(Clone, Debug)]
 pub(super) struct Property {
     pub(super) name: Vec<u8>,

@@ -12,10 +12,12 @@ mod rows;
 
 use super::faces::{Faces, NONE, NORMAL, VERTEX};
 use super::mesh::{self, Joined, NotFinite, Tally};
+use super::origin::Stop;
 use super::report::{Place, Report};
 use super::workers;
-use super::{Diagnostic, Loaded, Options};
+use super::{Loaded, Options};
 use crate::scene::{Palette, Vec3s};
+use glam::DVec3;
 use header::{Encoding, Header};
 
 /// The part of a file that is text.
@@ -30,26 +32,22 @@ pub(super) fn text_part(bytes: &[u8]) -> &[u8] {
 const PIECE: usize = 1 << 20;
 
 /// Reads a PLY file.
-pub(super) fn read(bytes: &[u8], options: &Options) -> Result<Loaded, Vec<Diagnostic>> {
+pub(super) fn read(bytes: &[u8], options: &Options) -> Result<Loaded, Stop> {
     read_in_pieces(bytes, options, PIECE)
 }
 
-fn read_in_pieces(
-    bytes: &[u8],
-    options: &Options,
-    piece: usize,
-) -> Result<Loaded, Vec<Diagnostic>> {
+fn read_in_pieces(bytes: &[u8], options: &Options, piece: usize) -> Result<Loaded, Stop> {
     let threads = workers::thread_count(options.threads);
     let mut report = Report::new(&bytes[..header::length(bytes)]);
     let plan = match header::read(bytes) {
-        Ok(header) => Plan::new(header, &mut report),
+        Ok(header) => Plan::new(header, options.origin.place(), &mut report),
         Err(faults) => {
             faults.tell(&mut report);
             None
         }
     };
     let Some(plan) = plan else {
-        return Err(report.finish().err().unwrap_or_default());
+        return Err(Stop::of(report));
     };
     let (body, mut report) = match plan.header.encoding {
         Encoding::Ascii => {
@@ -68,9 +66,9 @@ fn read_in_pieces(
         mesh::tell_not_finite(&body.not_finite, corners, &mut report);
     }
     if !report.is_clean() {
-        return Err(report.finish().err().unwrap_or_default());
+        return Err(Stop::of(report));
     }
-    let mut loaded = finish(body, threads, options, report)?;
+    let mut loaded = finish(body, plan.vertices.single, threads, options, report)?;
     if plan.colors {
         let note = "the file's colours are not used (see --material)";
         loaded.notes.push(note.into());
@@ -92,6 +90,10 @@ struct VertexPlan {
     element: usize,
     count: u64,
     place: [usize; 3],
+    /// What places are taken from before they are rounded; 0 where they are single precision anyway.
+    origin: DVec3,
+    /// Which of `place` are single precision, or less.
+    single: [bool; 3],
     normal: Option<[usize; 3]>,
 }
 
@@ -107,7 +109,7 @@ enum Purpose {
 
 impl Plan {
     /// `None`, and errors in the report, where the header lacks what a mesh needs.
-    fn new(header: Header, report: &mut Report) -> Option<Plan> {
+    fn new(header: Header, origin: DVec3, report: &mut Report) -> Option<Plan> {
         let Some(element) = header.elements.iter().position(|e| e.name == b"vertex") else {
             let start = Place {
                 offset: 0,
@@ -129,10 +131,17 @@ impl Plan {
             report.error(vertex.place, "more than 2^32 - 2 vertices");
             return None;
         }
+        // Decimals are what they say, whatever type the header promises.
+        let single = place.map(|property| {
+            let kind = vertex.properties[property].kind;
+            header.encoding != Encoding::Ascii && kind.is_single()
+        });
         let vertices = VertexPlan {
             element,
             count: vertex.count,
             place,
+            origin: DVec3::from_array([0, 1, 2].map(|k| if single[k] { 0.0 } else { origin[k] })),
+            single,
             normal: three([b"nx", b"ny", b"nz"]),
         };
         for faces in header.elements.iter().filter(|e| e.name == b"face") {
@@ -177,10 +186,11 @@ struct Body {
 
 fn finish(
     body: Body,
+    single: [bool; 3],
     threads: usize,
     options: &Options,
     mut report: Report,
-) -> Result<Loaded, Vec<Diagnostic>> {
+) -> Result<Loaded, Stop> {
     body.skipped.warn(&mut report, |count| match count {
         1 => "this face of fewer than three corners is skipped".into(),
         _ => format!("{count} faces of fewer than three corners are skipped, this one first"),
@@ -198,6 +208,7 @@ fn finish(
     }
     let joined = Joined {
         vertices,
+        single,
         vertex_normals: body.normals.unwrap_or_default(),
         faces,
         ..Joined::default()

@@ -53,7 +53,11 @@ fn errors_come_in_file_order_from_every_piece() {
     let text = everything()
         .replace("4 1 2 12 11", "4 1 2 99 11")
         .replace("3 1 2 13", "3 1 x 13");
-    let read = |piece| read_in_pieces(text.as_bytes(), &options(3), piece).unwrap_err();
+    let read = |piece| {
+        read_in_pieces(text.as_bytes(), &options(3), piece)
+            .unwrap_err()
+            .diagnostics()
+    };
     let whole = read(PIECE);
     assert_eq!(whole.len(), 20);
     assert!(whole.is_sorted_by_key(|d| d.line));

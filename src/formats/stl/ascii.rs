@@ -5,12 +5,21 @@ use crate::formats::decimal;
 use crate::formats::mesh::{Fault, Faults};
 use crate::formats::report::{Place, Report, quoted};
 use crate::formats::workers;
+use glam::DVec3;
 
 /// What a facet ends with, and where pieces of the text end.
 const END: &[u8] = b"endfacet";
 
 /// The corners of all facets; what is wrong stands in the report.
-pub(super) fn read(bytes: &[u8], threads: usize, piece: usize, report: &mut Report) -> Soup {
+///
+/// Corners are taken from `origin` before they are rounded.
+pub(super) fn read(
+    bytes: &[u8],
+    threads: usize,
+    piece: usize,
+    origin: DVec3,
+    report: &mut Report,
+) -> Soup {
     let finder = memchr::memmem::Finder::new(END);
     let start = mark_length(bytes);
     let blank = |at: usize| bytes.get(at).is_none_or(|&byte| byte <= b' ');
@@ -24,6 +33,7 @@ pub(super) fn read(bytes: &[u8], threads: usize, piece: usize, report: &mut Repo
         let mut reader = Reader {
             text: &bytes[..range.end],
             at: range.start,
+            origin,
             soup: Soup::new(),
             faults: Faults::default(),
         };
@@ -52,6 +62,7 @@ pub(super) fn place(bytes: &[u8], corner: usize) -> Place {
     let mut reader = Reader {
         text: bytes,
         at: mark_length(bytes),
+        origin: DVec3::ZERO,
         soup: Soup::new(),
         faults: Faults::default(),
     };
@@ -74,6 +85,7 @@ struct Reader<'a> {
     /// The file up to the end of the piece.
     text: &'a [u8],
     at: usize,
+    origin: DVec3,
     soup: Soup,
     faults: Faults,
 }
@@ -111,14 +123,17 @@ impl Reader<'_> {
     fn facet(&mut self) -> Result<(), Fault> {
         self.keyword(b"normal")?;
         // Whatever it is: it is not used, and real files have NaN here.
-        (0..3).try_for_each(|_| self.float().map(|_| ()))?;
+        (0..3).try_for_each(|_| self.number(decimal::float).map(|_| ()))?;
         self.keyword(b"outer")?;
         self.keyword(b"loop")?;
         let mut corners = [[0.0; 3]; 3];
         for corner in &mut corners {
             self.keyword(b"vertex")?;
-            for number in corner {
-                *number = self.float()?;
+            for (axis, number) in corner.iter_mut().enumerate() {
+                *number = match self.origin[axis] {
+                    0.0 => self.number(decimal::float)?,
+                    origin => (self.number(decimal::double)? - origin) as f32,
+                };
             }
         }
         self.keyword(b"endloop")?;
@@ -156,9 +171,9 @@ impl Reader<'_> {
         Fault::new(word, format!("{found} stands where {expected} is expected"))
     }
 
-    fn float(&mut self) -> Result<f32, Fault> {
+    fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, Fault> {
         self.skip_blanks();
-        let (value, end) = decimal::float(self.text, self.at);
+        let (value, end) = parse(self.text, self.at);
         if end > self.at && self.text.get(end).is_none_or(|&byte| byte <= b' ') {
             self.at = end;
             return Ok(value);

@@ -8,9 +8,10 @@ mod weld;
 
 use super::faces::VERTEX;
 use super::mesh::{self, Fault, Joined, NotFinite};
+use super::origin::Stop;
 use super::report::{Place, Report};
 use super::workers;
-use super::{Diagnostic, Loaded, Options};
+use super::{Loaded, Options};
 use crate::scene::Palette;
 
 /// Bytes before the first facet of a binary file: a remark and the number of facets.
@@ -56,20 +57,17 @@ fn mark_length(bytes: &[u8]) -> usize {
 type Soup = Vec<[[f32; 3]; 3]>;
 
 /// Reads an STL file.
-pub(super) fn read(bytes: &[u8], options: &Options) -> Result<Loaded, Vec<Diagnostic>> {
+pub(super) fn read(bytes: &[u8], options: &Options) -> Result<Loaded, Stop> {
     read_in_pieces(bytes, options, PIECE)
 }
 
 /// Bytes that a thread takes at a time.
 const PIECE: usize = 1 << 20;
 
-fn read_in_pieces(
-    bytes: &[u8],
-    options: &Options,
-    piece: usize,
-) -> Result<Loaded, Vec<Diagnostic>> {
+fn read_in_pieces(bytes: &[u8], options: &Options, piece: usize) -> Result<Loaded, Stop> {
     let threads = workers::thread_count(options.threads);
-    let (welded, not_finite, report) = if is_binary(bytes) {
+    let binary = is_binary(bytes);
+    let (welded, not_finite, report) = if binary {
         let mut report = Report::binary();
         let facets = binary::facets(bytes, &mut report);
         let welded = weld::weld(facets.len() / FACET, threads, |k| binary::corner(facets, k));
@@ -77,30 +75,32 @@ fn read_in_pieces(
         (welded, not_finite, report)
     } else {
         let mut report = Report::new(bytes);
-        let soup = ascii::read(bytes, threads, piece, &mut report);
+        let soup = ascii::read(bytes, threads, piece, options.origin.place(), &mut report);
         let facets = soup.len();
         let welded = weld::weld(facets, threads, |k| soup[k / 3][k % 3].map(f32::to_bits));
         let not_finite = welded.not_finite(|corner| ascii::place(bytes, corner));
         (welded, not_finite, report)
     };
-    finish(welded, not_finite, options, report)
+    finish(welded, not_finite, binary, options, report)
 }
 
 fn finish(
     mut welded: weld::Welded,
     not_finite: Vec<NotFinite>,
+    binary: bool,
     options: &Options,
     mut report: Report,
-) -> Result<Loaded, Vec<Diagnostic>> {
+) -> Result<Loaded, Stop> {
     if report.is_clean() {
         let corners = [&welded.corners[..]];
         mesh::tell_not_finite(&not_finite, corners.into_iter(), &mut report);
     }
     if !report.is_clean() {
-        return Err(report.finish().err().unwrap_or_default());
+        return Err(Stop::of(report));
     }
     let mut joined = Joined {
         vertices: std::mem::take(&mut welded.vertices),
+        single: [binary; 3],
         ..Joined::default()
     };
     joined.faces[VERTEX] = welded.corners;

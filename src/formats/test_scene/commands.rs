@@ -1,8 +1,9 @@
 //! The table of commands, and how a statement's operands are taken and checked.
 
 use super::Reader;
-use super::lexer::{Token, Tokens, count, number};
+use super::lexer::{Token, Tokens, count, double, number, widened};
 use crate::formats::report::{Place, quoted};
+use glam::DVec3;
 
 /// A command: its name, a word for each operand, and what it does.
 pub(super) struct Command {
@@ -133,6 +134,16 @@ impl Reader<'_> {
         self.operands(statement, number)
     }
 
+    /// The operands as finite numbers of places and transforms, or an error for each fault: in double precision where
+    /// the scene is moved, and else rounded to single precision.
+    pub(super) fn places<const N: usize>(&mut self, statement: &Statement<'_>) -> Option<[f64; N]> {
+        let parse = match self.origin == DVec3::ZERO {
+            true => widened,
+            false => double,
+        };
+        self.operands(statement, parse)
+    }
+
     /// The operands as counts or indices, or an error for each fault.
     pub(super) fn counts<const N: usize>(&mut self, statement: &Statement<'_>) -> Option<[u64; N]> {
         self.operands(statement, count)
@@ -223,7 +234,7 @@ mod tests {
         for command in &COMMANDS {
             let text = command.name;
             let (name, operands) = super::super::lexer::statements(text).next().unwrap();
-            let mut reader = Reader::new(text);
+            let mut reader = Reader::new(text, DVec3::ZERO);
             reader.run(name, operands);
             let wanted = command.operands.split_whitespace().count();
             let errors = reader.report.finish().err().unwrap_or_default();

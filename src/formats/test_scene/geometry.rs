@@ -10,7 +10,7 @@ use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 impl Reader<'_> {
     pub(super) fn vertex(&mut self, statement: &Statement<'_>) {
         // A faulty vertex still takes its number, so that indices to those after it keep their meaning.
-        let position = self.numbers(statement).map(Vec3::from_array);
+        let position = self.places(statement).map(DVec3::from_array);
         self.vertices.items.push(position.unwrap_or_default());
         let count = self.vertices.items.len();
         if let Some(promised) = exceeded(&mut self.vertices.promised, count) {
@@ -20,9 +20,9 @@ impl Reader<'_> {
 
     pub(super) fn vertexnormal(&mut self, statement: &Statement<'_>) {
         let mut vertex = NormalVertex::STAND_IN;
-        if let Some([x, y, z, nx, ny, nz]) = self.numbers(statement) {
-            vertex.position = Vec3::new(x, y, z);
-            match Vec3::new(nx, ny, nz) {
+        if let Some([x, y, z, nx, ny, nz]) = self.places(statement) {
+            vertex.position = DVec3::new(x, y, z);
+            match DVec3::new(nx, ny, nz).as_vec3() {
                 Vec3::ZERO => self
                     .report
                     .error(statement.operand_place(3), "a normal must not be zero"),
@@ -111,10 +111,9 @@ impl Reader<'_> {
     fn world_corners(
         &mut self,
         statement: &Statement<'_>,
-        corners: [Vec3; 3],
+        corners: [DVec3; 3],
     ) -> Option<[Vec3; 3]> {
-        let to_world = self.transforms.current();
-        let corners = corners.map(|p| rounded(to_world.transform_point3(p.as_dvec3())));
+        let corners = corners.map(|p| rounded(self.to_scene(p)));
         let [Some(a), Some(b), Some(c)] = corners else {
             self.out_of_range(statement);
             return None;
@@ -122,8 +121,13 @@ impl Reader<'_> {
         Some([a, b, c])
     }
 
+    /// Place in the scene, not rounded yet, of a place under the current transform.
+    pub(super) fn to_scene(&self, place: DVec3) -> DVec3 {
+        self.transforms.current().transform_point3(place) - self.origin
+    }
+
     pub(super) fn sphere(&mut self, statement: &Statement<'_>) {
-        let Some([x, y, z, radius]) = self.numbers(statement) else {
+        let Some([x, y, z, radius]) = self.places(statement) else {
             return;
         };
         if radius <= 0.0 {
@@ -132,12 +136,8 @@ impl Reader<'_> {
                 "the radius of a sphere must be positive",
             );
         }
-        let center = Vec3::new(x, y, z).as_dvec3();
-        let radius = f64::from(radius);
-        let Some(world_center) = self.in_range(
-            statement,
-            self.transforms.current().transform_point3(center),
-        ) else {
+        let center = DVec3::new(x, y, z);
+        let Some(world_center) = self.in_range(statement, self.to_scene(center)) else {
             return;
         };
         match similarity(self.transforms.current().matrix3) {
@@ -167,7 +167,7 @@ impl Reader<'_> {
         let current = self.transforms.current();
         let to_world = DAffine3 {
             matrix3: current.matrix3 * radius,
-            translation: current.transform_point3(center),
+            translation: self.to_scene(center),
         };
         let Some(back) = inverse(to_world.matrix3) else {
             return self.flattened(statement, "sphere");

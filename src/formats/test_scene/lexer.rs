@@ -2,7 +2,7 @@
 
 use crate::formats::report::Place;
 
-pub(super) use crate::formats::number::{count, number};
+pub(super) use crate::formats::number::{count, double, number, widened};
 
 /// A run of characters without white space, and where it stands.
 #[derive(Clone, Copy, Debug)]

@@ -27,14 +27,14 @@ impl Reader<'_> {
     }
 
     pub(super) fn point(&mut self, statement: &Statement<'_>) {
-        let Some([x, y, z, r, g, b]) = self.numbers(statement) else {
+        let Some([x, y, z, r, g, b]) = self.places(statement) else {
             return;
         };
-        let position = Vec3::new(x, y, z).as_dvec3();
-        let position = self.transforms.current().transform_point3(position);
+        let position = self.to_scene(DVec3::new(x, y, z));
         if let Some(position) = self.in_range(statement, position) {
             let lights = &mut self.scene.lights;
-            lights.add_point(position, Vec3::new(r, g, b), self.attenuation);
+            let color = DVec3::new(r, g, b).as_vec3();
+            lights.add_point(position, color, self.attenuation);
         }
     }
 
@@ -61,7 +61,7 @@ impl Reader<'_> {
 
     /// Stays a sphere: a light is not stretched.
     pub(super) fn spherelight(&mut self, statement: &Statement<'_>) {
-        let Some([x, y, z, radius, r, g, b]) = self.numbers(statement) else {
+        let Some([x, y, z, radius, r, g, b]) = self.places(statement) else {
             return;
         };
         if radius <= 0.0 {
@@ -79,12 +79,13 @@ impl Reader<'_> {
                 "scale x, y and z alike, or declare the light outside of the `scale`",
             );
         };
-        let center = transform.transform_point3(Vec3::new(x, y, z).as_dvec3());
-        let radius = (f64::from(radius) * factor) as f32;
+        let center = self.to_scene(DVec3::new(x, y, z));
+        let radius = (radius * factor) as f32;
         match rounded(center).filter(|_| radius.is_finite() && radius > 0.0) {
             Some(center) => {
                 let lights = &mut self.scene.lights;
-                lights.add_sphere(center, radius, Vec3::new(r, g, b), self.attenuation);
+                let color = DVec3::new(r, g, b).as_vec3();
+                lights.add_sphere(center, radius, color, self.attenuation);
             }
             None => self.out_of_range(statement),
         }
@@ -92,11 +93,10 @@ impl Reader<'_> {
 
     /// A parallelogram under transforms that slant it, or if its edges are not upright on each other.
     pub(super) fn rectlight(&mut self, statement: &Statement<'_>) {
-        let Some([cx, cy, cz, ex, ey, ez, fx, fy, fz, r, g, b]) = self.numbers(statement) else {
+        let Some([cx, cy, cz, ex, ey, ez, fx, fy, fz, r, g, b]) = self.places(statement) else {
             return;
         };
-        let [corner, e, f] =
-            [[cx, cy, cz], [ex, ey, ez], [fx, fy, fz]].map(|v| Vec3::from_array(v).as_dvec3());
+        let [corner, e, f] = [[cx, cy, cz], [ex, ey, ez], [fx, fy, fz]].map(DVec3::from_array);
         let directions = [e, f].map(DVec3::normalize_or_zero);
         if directions[0].cross(directions[1]) == DVec3::ZERO {
             return self.report.error_with_help(
@@ -106,13 +106,14 @@ impl Reader<'_> {
             );
         }
         let transform = self.transforms.current();
-        let corner = rounded(transform.transform_point3(corner));
+        let corner = rounded(self.to_scene(corner));
         let [e, f] = [e, f].map(|edge| rounded(transform.transform_vector3(edge)));
         let edge = |edge: Option<Vec3>| edge.filter(|&edge| edge != Vec3::ZERO);
         match (corner, edge(e), edge(f)) {
             (Some(corner), Some(e), Some(f)) => {
                 let lights = &mut self.scene.lights;
-                lights.add_rectangle(corner, [e, f], Vec3::new(r, g, b), self.attenuation);
+                let color = DVec3::new(r, g, b).as_vec3();
+                lights.add_rectangle(corner, [e, f], color, self.attenuation);
             }
             _ => self.out_of_range(statement),
         }

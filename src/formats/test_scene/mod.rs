@@ -13,10 +13,11 @@ mod state;
 mod transform;
 
 use super::complete::{Missing, complete};
+use super::origin::Stop;
 use super::report::{Place, Report};
-use super::{Diagnostic, Loaded, Options};
+use super::{Loaded, Options};
 use crate::scene::{Palette, Scene, Surface};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use transform::Transforms;
 
 /// What the statements so far amount to.
@@ -24,7 +25,9 @@ struct Reader<'a> {
     report: Report<'a>,
     scene: Scene,
     seen: Seen,
-    vertices: Pile<Vec3>,
+    /// What is taken from transformed places before they are rounded.
+    origin: DVec3,
+    vertices: Pile<DVec3>,
     normal_vertices: Pile<NormalVertex>,
     transforms: Transforms,
     surface: Surface,
@@ -57,14 +60,14 @@ impl<T> Pile<T> {
 
 #[derive(Clone, Copy)]
 struct NormalVertex {
-    position: Vec3,
+    position: DVec3,
     normal: Vec3,
 }
 
 impl NormalVertex {
     /// Takes the number of a faulty one, so that no triangle is blamed for it.
     const STAND_IN: NormalVertex = NormalVertex {
-        position: Vec3::ZERO,
+        position: DVec3::ZERO,
         normal: Vec3::Z,
     };
 }
@@ -73,8 +76,8 @@ impl NormalVertex {
 ///
 /// # Errors
 /// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
-pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Vec<Diagnostic>> {
-    let mut reader = Reader::new(text);
+pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Stop> {
+    let mut reader = Reader::new(text, options.origin.place());
     if text.trim_start_matches('\u{feff}').trim().is_empty() {
         reader.report.error(Place::START, "the file is empty");
     } else {
@@ -90,11 +93,12 @@ pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Vec<Diagnost
 }
 
 impl<'a> Reader<'a> {
-    fn new(text: &'a str) -> Self {
+    fn new(text: &'a str, origin: DVec3) -> Self {
         Reader {
             report: Report::new(text.as_bytes()),
             scene: Scene::default(),
             seen: Seen::default(),
+            origin,
             vertices: Pile::EMPTY,
             normal_vertices: Pile::EMPTY,
             transforms: Transforms::new(),
@@ -134,7 +138,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn finish(self, options: &Options) -> Result<Loaded, Vec<Diagnostic>> {
+    fn finish(self, options: &Options) -> Result<Loaded, Stop> {
         complete(self.scene, &Missing::NOTHING, options, self.report)
     }
 }

@@ -4,7 +4,7 @@ use super::Reader;
 use super::commands::Statement;
 use crate::formats::report::quoted;
 use crate::scene::{MAX_DEPTH_LIMIT, View, check_image_size};
-use glam::Vec3;
+use glam::DVec3;
 
 impl Reader<'_> {
     pub(super) fn size(&mut self, statement: &Statement<'_>) {
@@ -38,14 +38,14 @@ impl Reader<'_> {
             );
         }
         self.seen.camera = true;
-        let Some([ex, ey, ez, cx, cy, cz, ux, uy, uz, fovy]) = self.numbers(statement) else {
+        let Some([ex, ey, ez, cx, cy, cz, ux, uy, uz, fovy]) = self.places(statement) else {
             return;
         };
         self.scene.view = View {
-            eye: Vec3::new(ex, ey, ez),
-            center: Vec3::new(cx, cy, cz),
-            up: Vec3::new(ux, uy, uz),
-            fovy,
+            eye: (DVec3::new(ex, ey, ez) - self.origin).as_vec3(),
+            center: (DVec3::new(cx, cy, cz) - self.origin).as_vec3(),
+            up: DVec3::new(ux, uy, uz).as_vec3(),
+            fovy: fovy as f32,
         };
         if let Err(error) = self.scene.view.basis() {
             self.report.error(statement.place(), error.to_string());

@@ -7,17 +7,17 @@ use glam::{DAffine3, DVec3, Vec3};
 
 impl Reader<'_> {
     pub(super) fn translate(&mut self, statement: &Statement<'_>) {
-        if let Some(by) = self.numbers(statement) {
-            let by = Vec3::from_array(by).as_dvec3();
+        if let Some(by) = self.places(statement) {
+            let by = DVec3::from_array(by);
             self.transform(statement, DAffine3::from_translation(by));
         }
     }
 
     pub(super) fn rotate(&mut self, statement: &Statement<'_>) {
-        let Some([x, y, z, degrees]) = self.numbers(statement) else {
+        let Some([x, y, z, degrees]) = self.places(statement) else {
             return;
         };
-        match rotation(Vec3::new(x, y, z).as_dvec3(), degrees) {
+        match rotation(DVec3::new(x, y, z), degrees) {
             Some(turn) => self.transform(statement, turn),
             None => self.report.error(
                 statement.operand_place(0),
@@ -27,17 +27,17 @@ impl Reader<'_> {
     }
 
     pub(super) fn scale(&mut self, statement: &Statement<'_>) {
-        let Some(by) = self.numbers::<3>(statement) else {
+        let Some(by) = self.places::<3>(statement) else {
             return;
         };
-        match by.iter().position(|&factor| factor == 0.0) {
+        match by.iter().position(|&factor| factor as f32 == 0.0) {
             Some(zero) => self.report.error_with_help(
                 statement.operand_place(zero),
                 "a scale of zero flattens everything it applies to",
                 "use 1 to leave an axis as it is",
             ),
             None => {
-                let by = Vec3::from_array(by).as_dvec3();
+                let by = DVec3::from_array(by);
                 self.transform(statement, DAffine3::from_scale(by));
             }
         }

@@ -64,7 +64,7 @@ impl Transforms {
 
 /// Counter-clockwise rotation about an axis of any length but zero, by Rodrigues' formula:
 /// R = cos·I + (1 − cos)·a·aᵀ + sin·\[a\]ₓ.
-pub(super) fn rotation(axis: DVec3, degrees: f32) -> Option<DAffine3> {
+pub(super) fn rotation(axis: DVec3, degrees: f64) -> Option<DAffine3> {
     let a = axis.try_normalize()?;
     let (sin, cos) = sin_cos(degrees);
     let column = |e: DVec3| e * cos + a * ((1.0 - cos) * a.dot(e)) + a.cross(e) * sin;
@@ -78,8 +78,8 @@ pub(super) fn rotation(axis: DVec3, degrees: f32) -> Option<DAffine3> {
 
 /// Sine and cosine by libm, whose bits, unlike those of the system's, are the same everywhere. Whole quarter turns
 /// are taken off first (exactly: both remainders are), so that 90 degrees turn x into y and not nearly so.
-fn sin_cos(degrees: f32) -> (f64, f64) {
-    let degrees = f64::from(degrees) % 360.0;
+fn sin_cos(degrees: f64) -> (f64, f64) {
+    let degrees = degrees % 360.0;
     let quarters = (degrees / 90.0).round();
     let rest = (degrees - 90.0 * quarters).to_radians();
     let (sin, cos) = (libm::sin(rest), libm::cos(rest));

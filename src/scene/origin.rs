@@ -1,0 +1,128 @@
+//! Local origin: where the scene's coordinates begin, in those of its file.
+//!
+//! Single precision resolves 2⁻²⁴ of a coordinate. A building of 20 m at a map's coordinate of 5·10⁵ m would be known
+//! to 3 cm. So readers subtract an origin near the geometry in double precision, and round what is left.
+
+use super::{Scene, View, ViewError};
+use glam::{DVec3, Vec3};
+
+/// View in the coordinates of a file, before an origin is subtracted from its places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FileView {
+    /// Eye position.
+    pub eye: DVec3,
+    /// The point looked at; must differ from `eye`.
+    pub center: DVec3,
+    /// Up vector, not parallel to `eye - center`.
+    pub up: Vec3,
+    /// Vertical field of view in degrees, in (0, 180).
+    pub fovy: f32,
+}
+
+impl FileView {
+    /// Checks that the view has a frame of axes, in double precision.
+    ///
+    /// # Errors
+    /// [`ViewError`].
+    pub fn check(&self) -> Result<(), ViewError> {
+        super::view::axes([self.eye, self.center, self.up.as_dvec3()], self.fovy).map(drop)
+    }
+}
+
+impl From<View> for FileView {
+    fn from(view: View) -> FileView {
+        FileView {
+            eye: view.eye.as_dvec3(),
+            center: view.center.as_dvec3(),
+            up: view.up,
+            fovy: view.fovy,
+        }
+    }
+}
+
+impl Scene {
+    /// Place in the scene of a place in the file: `(place − origin) · unit`, rounded once.
+    pub fn place_of(&self, place: DVec3) -> Vec3 {
+        ((place - DVec3::from_array(self.origin)) * f64::from(self.unit)).as_vec3()
+    }
+
+    /// Place in the file of a place in the scene: `place / unit + origin`.
+    pub fn file_place(&self, place: Vec3) -> DVec3 {
+        let place = place.as_dvec3() / f64::from(self.unit);
+        let moved = |c: f64, origin: f64| {
+            // Adding 0 would make 0 of −0.
+            if origin == 0.0 { c } else { c + origin }
+        };
+        DVec3::new(
+            moved(place.x, self.origin[0]),
+            moved(place.y, self.origin[1]),
+            moved(place.z, self.origin[2]),
+        )
+    }
+
+    /// View in the scene of a view in the file's coordinates.
+    pub fn view_of(&self, view: &FileView) -> View {
+        View {
+            eye: self.place_of(view.eye),
+            center: self.place_of(view.center),
+            up: view.up,
+            fovy: view.fovy,
+        }
+    }
+
+    /// Whether the scene has an origin of its own: its coordinates are not those of the file.
+    pub fn is_moved(&self) -> bool {
+        self.origin != [0.0; 3]
+    }
+
+    /// The origin as text, as in `500000, 0, -4012344`; none for a scene that is not moved.
+    pub fn origin_words(&self) -> Option<String> {
+        let [x, y, z] = self.origin;
+        self.is_moved().then(|| format!("{x}, {y}, {z}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_go_to_the_scene_and_back() {
+        let scene = Scene {
+            origin: [500_000.0, 0.0, -4_012_352.0],
+            unit: 0.25,
+            ..Scene::default()
+        };
+        let file = DVec3::new(500_123.25, -3.5, -4_012_345.125);
+        let place = scene.place_of(file);
+        assert_eq!(place, Vec3::new(30.8125, -0.875, 1.71875));
+        assert_eq!(scene.file_place(place), file);
+    }
+
+    #[test]
+    fn without_an_origin_every_bit_stays() {
+        let scene = Scene::default();
+        for c in [-0.0, 0.0, 1e-45, -3.402_823_5e38, 0.1] {
+            let back = scene.file_place(Vec3::splat(c)).as_vec3();
+            assert_eq!(back.x.to_bits(), c.to_bits());
+            let placed = scene.place_of(DVec3::splat(f64::from(c)));
+            assert_eq!(placed.x.to_bits(), c.to_bits());
+        }
+    }
+
+    #[test]
+    fn a_far_view_is_checked_in_double_precision() {
+        let view = FileView {
+            eye: DVec3::new(6_400_000.125, 0.0, 0.0),
+            center: DVec3::new(6_400_000.0, 0.0, 0.0),
+            up: Vec3::Y,
+            fovy: 40.0,
+        };
+        assert_eq!(view.check(), Ok(()));
+        let on_the_point = FileView {
+            eye: view.center,
+            ..view
+        };
+        assert_eq!(on_the_point.check(), Err(ViewError::NoDirection));
+    }
+}
