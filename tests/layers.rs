@@ -195,3 +195,41 @@ fn the_file_has_them_by_name() {
         assert!(bits == want, "{name}");
     }
 }
+
+/// Positions are those of the file: the scene's origin is added in double precision, in both engines alike.
+#[test]
+fn positions_are_in_the_files_coordinates() {
+    let place = [500_000.5, 0.0, -4_012_345.0];
+    let far = Scene {
+        origin: place,
+        unit: 0.25,
+        ..scene()
+    };
+    let near = scene();
+    let films = [Engine::Simd, Engine::Scalar].map(|engine| {
+        let film = |scene: &Scene| {
+            let settings = Settings {
+                engine,
+                aovs: Aovs::NONE.with(Aov::Position),
+                ..Settings::of(scene)
+            };
+            let prepared = Prepared::build(scene, engine);
+            render(scene, &prepared, &settings, &Control::default())
+                .unwrap()
+                .film
+        };
+        [film(&near), film(&far)]
+    });
+    assert_eq!(films[0][1].layers, films[1][1].layers, "both engines");
+    let [near, far] = &films[0];
+    let mut hit = 0;
+    for (axis, place) in place.into_iter().enumerate() {
+        for (near, far) in near.layers[axis].iter().zip(&far.layers[axis]) {
+            let want = (f64::from(*near) / 0.25 + place) as f32;
+            let missed = *near == 0.0 && *far == 0.0;
+            assert!(missed || *far == want, "{far}, not {want}");
+            hit += usize::from(!missed);
+        }
+    }
+    assert!(hit > 3000, "{hit} coordinates of hits");
+}

@@ -5,6 +5,7 @@ mod bench;
 mod formats;
 mod guide;
 mod jobs;
+mod origin;
 mod pictures;
 mod refusals;
 mod scenes;

@@ -6,6 +6,7 @@ mod files;
 mod geometry;
 mod look;
 mod mangled;
+mod origin;
 
 use phalanx::formats::{Diagnostic, Loaded, Options, read_bytes};
 use serde_json::{Value, json};

@@ -2,6 +2,7 @@
 
 mod bad;
 mod obj;
+mod origin;
 mod ply;
 mod real;
 mod stl;

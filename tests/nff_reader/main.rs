@@ -2,6 +2,7 @@
 
 mod bad;
 mod mangled;
+mod origin;
 mod others;
 mod semantics;
 

@@ -3,6 +3,7 @@
 mod bad;
 mod course;
 mod mangled;
+mod origin;
 mod range;
 mod semantics;
 
