@@ -212,7 +212,7 @@ fn plans_and_checkpoints_tell_scenes_of_another_origin_apart() {
     room.write("older.json", &plan.replace("\"origin\"", "\"other\""));
     room.refused(
         "render --plan older.json --shard 0",
-        2,
+        1,
         &["not a plan", "origin"],
     );
 }

@@ -178,7 +178,7 @@ fn concave_polygons_keep_their_area() {
 
 #[test]
 fn a_file_without_view_and_lights_is_framed_and_lit() {
-    let loaded = read("s 10 20 30 1\n");
+    let loaded = read("s 10 20 30 3\n");
     assert_eq!(loaded.notes.len(), 2, "{:?}", loaded.notes);
     assert_eq!(loaded.scene.lights.len(), 1);
     assert_eq!(
