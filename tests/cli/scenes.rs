@@ -241,6 +241,79 @@ fn memory_beyond_what_is_allowed_is_refused_with_both_numbers() {
     room.refused("build many.test -o c.phx --max-memory 48MiB", 1, &parts);
 }
 
+/// A PNG of white pixels, a bit each.
+fn white_png(side: u32) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, side, side);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::One);
+    let mut writer = encoder.write_header().unwrap();
+    let bytes = side as usize / 8 * side as usize;
+    writer.write_image_data(&vec![0xff; bytes]).unwrap();
+    drop(writer);
+    out
+}
+
+/// A few kilobytes of PNG are hundreds of megabytes of texels.
+#[test]
+fn textures_and_copies_count_before_they_are_made() {
+    let room = Room::new();
+    let quad = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n";
+    let mtl = |k: u32| format!("newmtl m{k}\nmap_Kd t{k}.png\n");
+    let face = |k: u32| format!("usemtl m{k}\nf 1/1 2/2 3/3\n");
+    let of = |count: u32, part: &dyn Fn(u32) -> String| (0..count).map(part).collect::<String>();
+    room.write("a.mtl", &of(9, &mtl));
+    room.write("one.obj", &format!("{quad}{}", face(0)));
+    room.write("nine.obj", &format!("{quad}{}", of(9, &face)));
+    for k in 0..9 {
+        fs::write(room.path().join(format!("t{k}.png")), white_png(2048)).unwrap();
+    }
+    let small = "--size 8x8 --max-memory 50MiB";
+    room.ok(&format!("render one.obj -o a.png {small}"));
+    let parts = ["to decode the texture `t2.png`", "allows 50.0 MiB"];
+    room.refused(&format!("render nine.obj -o a.png {small}"), 1, &parts);
+    room.ok("render nine.obj -o a.png --size 8x8 --max-memory 250MiB");
+
+    let huge = white_png(8192);
+    fs::write(room.path().join("t0.png"), &huge).unwrap();
+    let image = serde_json::json!({"bufferView": 1});
+    let gltf = |image: &serde_json::Value| {
+        serde_json::json!({
+            "asset": {"version": "2.0"},
+            "buffers": [{"byteLength": 60 + huge.len(), "uri": "a.bin"}],
+            "bufferViews": [
+                {"buffer": 0, "byteLength": 60},
+                {"buffer": 0, "byteOffset": 60, "byteLength": huge.len()}
+            ],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3},
+                {"bufferView": 0, "byteOffset": 36, "componentType": 5126, "type": "VEC2", "count": 3}
+            ],
+            "images": [image],
+            "textures": [{"source": 0}],
+            "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}],
+            "nodes": [{"mesh": 0}]
+        })
+    };
+    let corners = [
+        0.0f32, 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 1.,
+    ];
+    let mut buffer: Vec<u8> = corners.iter().flat_map(|x| x.to_le_bytes()).collect();
+    buffer.extend(&huge);
+    fs::write(room.path().join("a.bin"), buffer).unwrap();
+    room.write("view.gltf", &gltf(&image).to_string());
+    let named = serde_json::json!({"uri": "t0.png"});
+    room.write("named.gltf", &gltf(&named).to_string());
+    for scene in ["one.obj", "view.gltf", "named.gltf"] {
+        let ran = room.run_in_400_mb(&format!("info {scene} --max-memory 100M"));
+        assert_eq!(ran.code, Some(1), "{scene}: {}", ran.stderr);
+        for part in ["to decode the texture", "8192×8192", "allows 95.4 MiB"] {
+            assert!(ran.stderr.contains(part), "{scene}: {}", ran.stderr);
+        }
+    }
+}
+
 #[test]
 fn standard_scenes_are_opened_like_files() {
     let room = Room::new();
