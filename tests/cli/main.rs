@@ -7,6 +7,7 @@ mod guide;
 mod jobs;
 mod origin;
 mod pictures;
+mod places;
 mod refusals;
 mod scenes;
 mod signals;

@@ -1,0 +1,555 @@
+//! Where results are written: files are replaced, everything else is written into and stays what it is.
+
+use super::signals::signal;
+use super::{Ran, Room, ran};
+use std::fs::{self, File, Permissions};
+use std::io::{Read, Write};
+use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
+use std::os::unix::net::UnixListener;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const BENCH: &str = "bench a.test --rays primary --threads 1 --size 16x16 --repeat 1 --min-time 0";
+
+/// Every writer, with `@` where its file's name goes, and the ending that it wants.
+fn writers() -> Vec<(String, &'static str)> {
+    let mut all = vec![
+        ("render a.test -o @".to_owned(), "png"),
+        ("render a.test -o @".to_owned(), "jpg"),
+        ("render a.test -o @".to_owned(), "exr"),
+        ("render a.test -o @".to_owned(), "hdr"),
+        ("render a.test -o @".to_owned(), "pfm"),
+        ("render a.test -o x.png --heat prims @".to_owned(), "png"),
+        ("render a.test -o x.png --snapshot @".to_owned(), "png"),
+        ("generate balls --size 1 -o @".to_owned(), "nff"),
+        ("generate tetra --size 1 -o @".to_owned(), "ply"),
+        ("build a.test -o @".to_owned(), "phx"),
+        (
+            "plan a.test --shards 2 -o x.png --plan @".to_owned(),
+            "json",
+        ),
+        ("merge plan.json -o @".to_owned(), "png"),
+        ("verify a.test --threads 1 --record @".to_owned(), "json"),
+        ("compare one.png other.png --heat @".to_owned(), "png"),
+    ];
+    for option in ["json", "csv", "html", "dump-rays"] {
+        all.push((format!("{BENCH} --{option} @"), "out"));
+    }
+    all
+}
+
+/// What those commands read.
+fn furnished() -> Room {
+    let room = Room::new();
+    room.ok("render a.test -o one.png");
+    room.ok("render a.test -o other.png --exposure 1");
+    room.ok("plan a.test --shards 1 -o whole.png --plan plan.json");
+    room.ok("render --plan plan.json --shard 0");
+    room
+}
+
+fn at(room: &Room, name: &str) -> PathBuf {
+    room.path().join(name)
+}
+
+fn make_fifo(room: &Room, name: &str) {
+    let made = Command::new("mkfifo").arg(at(room, name)).status();
+    assert!(made.unwrap().success());
+}
+
+/// A device node, where this user may make one.
+fn make_device(room: &Room, name: &str) -> bool {
+    let null = ["c", "1", "3"];
+    let mut command = Command::new("mknod");
+    let made = command.arg(at(room, name)).args(null).output();
+    let made = cfg!(target_os = "linux") && made.is_ok_and(|output| output.status.success());
+    // A folder may be of a file system without devices.
+    let made = made && File::options().write(true).open(at(room, name)).is_ok();
+    if !made {
+        println!("skipped: this user cannot make a device node");
+    }
+    made
+}
+
+/// The rest of a run that somebody reads the pipe of; and what has come out of the pipe.
+fn read_by_cat(room: &Room, line: &str, fifo: &str) -> (Ran, Vec<u8>) {
+    let mut cat = Command::new("cat");
+    let mut cat = cat
+        .arg(at(room, fifo))
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut out = cat.stdout.take().unwrap();
+    let reader = std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        out.read_to_end(&mut bytes).unwrap();
+        bytes
+    });
+    let ran = room.run(line);
+    let still = fs::symlink_metadata(at(room, fifo)).unwrap().file_type();
+    if ran.code != Some(0) || !still.is_fifo() {
+        // Its writer has not come, and will not.
+        cat.kill().unwrap();
+    }
+    cat.wait().unwrap();
+    (ran, reader.join().unwrap())
+}
+
+#[test]
+fn every_writer_writes_into_a_pipe() {
+    let room = furnished();
+    for (number, (line, ending)) in writers().iter().enumerate() {
+        let fifo = format!("{number}.pipe.{ending}");
+        make_fifo(&room, &fifo);
+        let (ran, bytes) = read_by_cat(&room, &line.replace('@', &fifo), &fifo);
+        let still = fs::symlink_metadata(at(&room, &fifo)).unwrap().file_type();
+        assert!(still.is_fifo(), "{line}: replaced");
+        assert!(matches!(ran.code, Some(0 | 4)), "{line}: {}", ran.stderr);
+        let file = format!("{number}.file.{ending}");
+        room.run(&line.replace('@', &file));
+        let wanted = fs::read(at(&room, &file)).unwrap();
+        assert!(!bytes.is_empty(), "{line}: nothing came");
+        // A record has its time in it, a plan its arguments.
+        if ending != &"json" && !line.starts_with("bench") {
+            assert!(bytes == wanted, "{line}: other bytes than the file's");
+        }
+    }
+}
+
+#[test]
+fn every_writer_writes_into_a_device() {
+    let room = furnished();
+    if !make_device(&room, "null") {
+        return;
+    }
+    for (number, (line, ending)) in writers().iter().enumerate() {
+        let link = format!("{number}.{ending}");
+        symlink("null", at(&room, &link)).unwrap();
+        let ran = room.run(&line.replace('@', &link));
+        assert!(matches!(ran.code, Some(0 | 4)), "{line}: {}", ran.stderr);
+        let node = fs::symlink_metadata(at(&room, "null")).unwrap();
+        assert!(node.file_type().is_char_device(), "{line}: replaced");
+        assert!(at(&room, &link).is_symlink(), "{line}: the link is gone");
+    }
+    // Of no ending: what else than a PNG.
+    room.ok("render a.test -o null");
+    room.ok("render a.test -o x.png --heat time null --snapshot null");
+}
+
+#[test]
+fn every_writer_keeps_links_and_permissions() {
+    let room = furnished();
+    for (number, (line, ending)) in writers().iter().enumerate() {
+        let [old, link, loose] = ["old", "link", "loose"].map(|n| format!("{number}.{n}.{ending}"));
+        fs::write(at(&room, &old), "old").unwrap();
+        fs::set_permissions(at(&room, &old), Permissions::from_mode(0o604)).unwrap();
+        symlink(&old, at(&room, &link)).unwrap();
+        let made = format!("{number}.made.{ending}");
+        symlink(&made, at(&room, &loose)).unwrap();
+        for (link, target) in [(&link, &old), (&loose, &made)] {
+            let ran = room.run(&line.replace('@', link));
+            assert!(matches!(ran.code, Some(0 | 4)), "{line}: {}", ran.stderr);
+            assert!(at(&room, link).is_symlink(), "{line}: the link is gone");
+            assert_ne!(fs::read(at(&room, target)).unwrap(), b"old", "{line}");
+        }
+        let mode = |name: &str| fs::metadata(at(&room, name)).unwrap().permissions().mode();
+        assert_eq!(mode(&old) & 0o7777, 0o604, "{line}");
+        assert_eq!(mode(&made), mode("a.test"), "{line}");
+    }
+    let parts = room.names();
+    assert!(parts.iter().all(|n| !n.ends_with(".part")), "{parts:?}");
+}
+
+/// The scene is not there, which nobody gets to know: the place is looked at first.
+#[test]
+fn folders_sockets_and_circles_are_refused_before_any_work() {
+    let room = furnished();
+    fs::remove_file(at(&room, "a.test")).unwrap();
+    fs::remove_file(at(&room, "one.png")).unwrap();
+    for ending in [
+        "png", "jpg", "exr", "hdr", "pfm", "nff", "ply", "phx", "json", "out",
+    ] {
+        fs::create_dir(at(&room, &format!("folder.{ending}"))).unwrap();
+        symlink(
+            format!("circle.{ending}"),
+            at(&room, &format!("circle.{ending}")),
+        )
+        .unwrap();
+        symlink("no/where", at(&room, &format!("lost.{ending}"))).unwrap();
+        UnixListener::bind(at(&room, &format!("socket.{ending}"))).unwrap();
+    }
+    for (line, ending) in writers() {
+        for (name, part) in [
+            ("folder", "there is a folder of that name"),
+            ("circle", "circle"),
+            ("lost", "there is no folder"),
+            ("socket", "it is a socket"),
+        ] {
+            let line = line.replace('@', &format!("{name}.{ending}"));
+            room.refused(&line, 1, &["error: cannot write ", part]);
+        }
+    }
+}
+
+/// Runs `sh` with `$PHALANX`.
+fn shell(room: &Room, script: &str) -> Ran {
+    let mut command = Command::new("sh");
+    command.env("PHALANX", env!("CARGO_BIN_EXE_phalanx"));
+    ran(command.current_dir(room.path()).args(["-c", script]))
+}
+
+/// What a script has before and after the picture stays there.
+#[test]
+fn open_files_are_written_where_they_stand() {
+    let room = Room::new();
+    room.ok("render a.test -o a.png");
+    let picture = fs::read(at(&room, "a.png")).unwrap();
+    let wanted = [b"before\n", &picture[..], b"after\n"].concat();
+    symlink("/dev/stdout", at(&room, "link")).unwrap();
+    for name in ["-", "/dev/stdout", "/dev/fd/1", "link", "/dev/fd/3"] {
+        let third = name == "/dev/fd/3";
+        let to = if third { ">&3" } else { "" };
+        let script = format!(
+            "echo before {to}; \"$PHALANX\" render a.test -o {name} 2> told; echo after {to}"
+        );
+        let redirected = match third {
+            true => format!("exec 3> out; {script}"),
+            false => format!("{{ {script}; }} > out"),
+        };
+        fs::remove_file(at(&room, "out")).ok();
+        let ran = shell(&room, &redirected);
+        assert_eq!(ran.code, Some(0), "{name}: {}", ran.stderr);
+        let out = fs::read(at(&room, "out")).unwrap();
+        assert!(out == wanted, "{name}: {}", String::from_utf8_lossy(&out));
+        let told = fs::read_to_string(at(&room, "told")).unwrap();
+        // Elsewhere the table would be among the picture's bytes.
+        let table = if third { &ran.stdout } else { &told };
+        assert!(table.contains("Mrays/s"), "{name}: {table}");
+        if !third {
+            shell(&room, &format!("{{ {script}; }} | cat > out"));
+            assert!(
+                fs::read(at(&room, "out")).unwrap() == wanted,
+                "{name}, piped"
+            );
+        }
+    }
+    assert!(at(&room, "link").is_symlink());
+    let json = shell(
+        &room,
+        &format!("\"$PHALANX\" {BENCH} --json /dev/stdout 2> told"),
+    );
+    assert!(serde_json::from_str::<serde_json::Value>(&json.stdout).is_ok());
+    let told = fs::read_to_string(at(&room, "told")).unwrap();
+    assert!(told.contains("a.test: "), "{told}");
+}
+
+#[test]
+fn open_files_that_cannot_be_written_are_refused_before_any_work() {
+    let room = Room::new();
+    for (name, script) in [
+        ("/dev/fd/0", "< /dev/null"),
+        ("/dev/fd/7", "7< a.test"),
+        ("/dev/fd/77", ""),
+    ] {
+        let script = format!("\"$PHALANX\" render none.test -o {name} --format png {script}");
+        let ran = shell(&room, &script);
+        assert_eq!(ran.code, Some(1), "{name}: {}", ran.stderr);
+        let part = format!("error: cannot write {name}: ");
+        assert!(ran.stderr.contains(&part), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn a_pipe_whose_reader_goes_away_is_an_error() {
+    let room = Room::new();
+    for ending in ["png", "pfm"] {
+        let fifo = format!("f.{ending}");
+        make_fifo(&room, &fifo);
+        let line = format!("render a.test -o {fifo} --size 700x700");
+        let script = format!("head -c 5 {fifo} > got & \"$PHALANX\" {line}");
+        let ran = shell(&room, &script);
+        assert_eq!(ran.code, Some(1), "{}", ran.stderr);
+        let part = format!("error: cannot write {fifo}: Broken pipe");
+        assert!(ran.stderr.contains(&part), "{}", ran.stderr);
+        assert!(!ran.stderr.contains("panicked"), "{}", ran.stderr);
+    }
+}
+
+/// Nobody reads the pipe: opening it waits, and a signal ends that.
+#[test]
+fn a_signal_ends_the_waiting_for_a_reader() {
+    let room = Room::new();
+    let endings = ["png", "pfm", "nff", "json"];
+    endings
+        .iter()
+        .for_each(|ending| make_fifo(&room, &format!("f.{ending}")));
+    let before = room.names();
+    for line in [
+        "render a.test -o f.png",
+        "render a.test -o f.pfm --size 200x200",
+        "render a.test -o f.png --heat nodes f.png",
+        "render a.test -o g.png --snapshot f.png",
+        "generate balls -o f.nff",
+        &format!("{BENCH} --json f.json"),
+    ] {
+        let mut command = room.command(line);
+        let mut child = command
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(1500));
+        signal(&child, "TERM");
+        let start = Instant::now();
+        while child.try_wait().unwrap().is_none() {
+            let waited = start.elapsed() > Duration::from_secs(20);
+            if waited {
+                child.kill().unwrap();
+            }
+            assert!(!waited, "{line}: it goes on waiting");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        let snapshot = line.contains("--snapshot");
+        // There the picture is whole, and only nobody has looked at it.
+        let codes = if snapshot { vec![0, 143] } else { vec![143] };
+        let code = output.status.code().unwrap_or(-1);
+        assert!(codes.contains(&code), "{line}: {code}: {said}");
+        fs::remove_file(at(&room, "g.png")).ok();
+        assert_eq!(room.names(), before, "{line}");
+    }
+}
+
+#[test]
+fn finished_tiles_are_kept_in_regular_files_only() {
+    let room = furnished();
+    make_fifo(&room, "fifo");
+    fs::create_dir(at(&room, "folder")).unwrap();
+    for (name, part) in [
+        ("fifo", "in a regular file only"),
+        ("/dev/null", "in a regular file only"),
+        ("/dev/stdout", "in a regular file only"),
+        ("folder", "there is a folder of that name"),
+    ] {
+        let line = format!("render none.test -o x.png --checkpoint {name}");
+        room.refused(&line, 1, &["error: cannot use ", part]);
+    }
+    fs::remove_file(at(&room, "plan.shard-0.tiles")).unwrap();
+    make_fifo(&room, "plan.shard-0.tiles");
+    for line in ["render --plan plan.json --shard 0", "merge plan.json"] {
+        room.refused(line, 1, &["shard-0.tiles", "in a regular file only"]);
+    }
+}
+
+#[test]
+fn two_results_do_not_go_to_one_file() {
+    let room = Room::new();
+    symlink("x.png", at(&room, "y.png")).unwrap();
+    for line in [
+        "render none.test -o x.png --checkpoint x.png",
+        "render none.test -o x.png --checkpoint ./y.png",
+        "render none.test -o x.png --snapshot y.png",
+        "render none.test -o x.png --heat nodes x.png",
+        "bench none.test --json x.png --csv x.png",
+        "plan none.test --shards 2 -o x.png --plan x.png",
+        "render a.test --checkpoint a.png",
+    ] {
+        room.refused(line, 2, &["are the same file"]);
+    }
+}
+
+#[test]
+fn a_picture_to_stdout_is_that_of_the_file() {
+    let room = furnished();
+    let bytes = |line: &str| {
+        let mut command = room.command(line);
+        let output = command.output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{line}: {told}");
+        (output.stdout, told)
+    };
+    for (options, ending) in [
+        ("", "png"),
+        ("--format png --bits 16", "png"),
+        ("--format jpg", "jpg"),
+        ("--format exr", "exr"),
+        ("--format hdr", "hdr"),
+        ("--format pfm", "pfm"),
+    ] {
+        let bits = options.trim_start_matches(&format!("--format {ending}"));
+        room.ok(&format!("render a.test -o b.{ending} {bits}"));
+        let (out, told) = bytes(&format!("render a.test -o - {options}"));
+        assert!(
+            out == fs::read(at(&room, &format!("b.{ending}"))).unwrap(),
+            "{options}"
+        );
+        assert!(told.contains("Mrays/s"), "{told}");
+    }
+    let (_, told) = bytes("render a.test -o - --json");
+    let report: serde_json::Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(report["image"]["path"], "-");
+    let (out, _) = bytes("merge plan.json -o -");
+    assert!(out == fs::read(at(&room, "one.png")).unwrap());
+    // An option says more than an ending.
+    room.ok("render a.test -o odd.name --format png");
+    assert_eq!(
+        fs::read(at(&room, "odd.name")).unwrap(),
+        fs::read(at(&room, "one.png")).unwrap()
+    );
+    room.ok("render a.test --format exr");
+    assert!(at(&room, "a.exr").is_file());
+}
+
+#[test]
+fn pictures_to_stdout_are_refused_where_they_make_no_sense() {
+    let room = furnished();
+    let frames = "render a.test -o - --frames 0..1 --turntable 2";
+    room.refused(frames, 2, &["a file for each frame"]);
+    let twice = "render a.test -o - --format png --format exr";
+    room.refused(twice, 2, &["two formats of pictures"]);
+    room.refused(
+        "info a.test --format png",
+        2,
+        &["no picture is written here"],
+    );
+    room.refused(
+        "verify a.test --format exr",
+        2,
+        &["no picture is written here"],
+    );
+    let plan = "plan a.test --shards 2 -o - --plan p.json";
+    room.refused(plan, 2, &["name files"]);
+    room.refused(
+        "merge plan.json -o - --format obj",
+        2,
+        &["possible values: png"],
+    );
+    // Its other end is a terminal.
+    let Ok(terminal) = File::options().read(true).write(true).open("/dev/ptmx") else {
+        return println!("skipped: there are no terminals here");
+    };
+    for name in ["-", "/dev/stdout"] {
+        let mut command = room.command(&format!("render none.test -o {name}"));
+        let mut child = command
+            .stdout(terminal.try_clone().unwrap())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut told = String::new();
+        child
+            .stderr
+            .take()
+            .unwrap()
+            .read_to_string(&mut told)
+            .unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(2), "{told}");
+        assert!(told.contains("means nothing to a terminal"), "{told}");
+    }
+}
+
+/// Runs with this on stdin.
+fn fed(room: &Room, line: &str, stdin: &[u8]) -> (Option<i32>, Vec<u8>, String) {
+    let mut command = room.command(line);
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // One that refuses does not read it.
+    child.stdin.take().unwrap().write_all(stdin).ok();
+    let output = child.wait_with_output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    (output.status.code(), output.stdout, told)
+}
+
+#[test]
+fn a_scene_from_stdin_is_that_of_the_file() {
+    let room = Room::new();
+    let files = ["balls", "tetra"].map(|name| (name, if name == "balls" { "nff" } else { "ply" }));
+    for (name, ending) in files {
+        room.ok(&format!("generate {name} --size 2 -o {name}.{ending}"));
+    }
+    room.write("quad.mtl", "newmtl red\nKd 1 0 0\n");
+    room.write(
+        "quad.obj",
+        "mtllib quad.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n",
+    );
+    for name in ["a.test", "balls.nff", "tetra.ply", "quad.obj"] {
+        let ending = name.split('.').nth(1).unwrap();
+        let scene = fs::read(at(&room, name)).unwrap();
+        let size = "--size 40x30";
+        room.ok(&format!("render {name} -o wanted.pfm {size}"));
+        let wanted = fs::read(at(&room, "wanted.pfm")).unwrap();
+        let line = format!("render - --format pfm -o - --format {ending} {size}");
+        let (code, out, told) = fed(&room, &line, &scene);
+        assert_eq!(code, Some(0), "{name}: {told}");
+        assert!(out == wanted, "{name}");
+        for line in [
+            format!("verify - --format {ending} --threads 1 {size}"),
+            format!("info - --format {ending} --json"),
+            format!("build - --format {ending} -o b.phx"),
+            format!(
+                "bench - --format {ending} --rays primary --threads 1 --size 16x16 --repeat 1 --min-time 0"
+            ),
+        ] {
+            let (code, _, told) = fed(&room, &line, &scene);
+            assert_eq!(code, Some(0), "{line}: {told}");
+        }
+        room.ok(&format!("render b.phx -o again.pfm {size}"));
+        assert!(
+            fs::read(at(&room, "again.pfm")).unwrap() == wanted,
+            "{name}"
+        );
+    }
+    // A file whose name does not say what it is.
+    fs::copy(at(&room, "quad.obj"), at(&room, "quad.txt")).unwrap();
+    room.ok("render quad.txt --format obj -o again.pfm --size 40x30");
+    assert_eq!(
+        fs::read(at(&room, "again.pfm")).unwrap(),
+        fs::read(at(&room, "wanted.pfm")).unwrap()
+    );
+    let (code, _, told) = fed(&room, "render - --format test", super::SCENE.as_bytes());
+    assert_eq!(code, Some(0), "{told}");
+    assert!(at(&room, "picture.png").is_file());
+}
+
+#[test]
+fn scenes_from_stdin_are_refused_where_they_make_no_sense() {
+    let room = Room::new();
+    for (line, code, part) in [
+        ("render -", 2, "--format test|nff|gltf|glb|obj|ply|stl"),
+        (
+            "info - --format obj --format ply",
+            2,
+            "two formats of scenes",
+        ),
+        ("render - --format bmp", 2, "possible values"),
+        (
+            "verify - - --format test --threads 1",
+            2,
+            "stdin can be read once",
+        ),
+        (
+            "plan - --format test --shards 2 -o x.png --plan p.json",
+            2,
+            "name files",
+        ),
+        ("info - --format test --max-memory 1", 1, "--max-memory"),
+        (
+            "bench - --format test --baseline a.test --fail-above 3%",
+            2,
+            "stdin can be read once",
+        ),
+        ("info - --format stl", 3, "error: -"),
+    ] {
+        let (got, _, told) = fed(&room, line, super::SCENE.as_bytes());
+        assert_eq!(got, Some(code), "{line}: {told}");
+        assert!(
+            told.contains(part) && !told.contains("panicked"),
+            "{line}: {told}"
+        );
+    }
+}
