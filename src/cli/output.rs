@@ -62,9 +62,19 @@ pub fn check_place(path: &Path) -> Result<(), Failure> {
     place(path).map(drop)
 }
 
+/// Refuses a folder, and whatever else cannot be written by what it is. Quick enough to be asked of every frame.
+pub fn check_kind(path: &Path) -> Result<(), Failure> {
+    Place::of(path)
+        .map(drop)
+        .map_err(|e| cannot_write(path, &e))
+}
+
+fn cannot_write(path: &Path, error: &io::Error) -> Failure {
+    Failure::Runtime(format!("cannot write {}: {error}", path.display()))
+}
+
 fn place(path: &Path) -> Result<Place, Failure> {
-    let place = check_writable(path)
-        .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))?;
+    let place = check_writable(path).map_err(|e| cannot_write(path, &e))?;
     if place.is_stdout() {
         STDOUT_TAKEN.store(true, Ordering::Relaxed);
     }

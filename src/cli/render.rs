@@ -51,6 +51,9 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), Failure> {
     let target = Target::new(path, format, grade, picture, &input.scene, &settings)?;
     let heat = heat::asked(args.heat.as_deref(), &settings)?;
     let sequence = args.frames.sequence(&input.scene)?;
+    if let Some(sequence) = &sequence {
+        check_frames(args, sequence, &target.path)?;
+    }
     let films = held(&settings, &target);
     let start = Instant::now();
     let prepared = input.prepare(settings.engine, &args.tree, settings.threads)?;
@@ -121,6 +124,17 @@ fn check_output(args: &RenderArgs, path: &Path) -> Result<(), Failure> {
         ("--heat", heat.map(Path::new)),
         ("--snapshot", args.sight.snapshot.as_deref()),
     ])
+}
+
+/// Refuses names of frames at which no file can be written, before the first is rendered.
+fn check_frames(args: &RenderArgs, sequence: &Sequence, path: &Path) -> Result<(), Failure> {
+    for frame in sequence.frames.clone() {
+        output::check_kind(&sequence.name(path, frame))?;
+        if let Some(path) = &args.keep.checkpoint {
+            TileFile::check_place(&sequence.name(path, frame))?;
+        }
+    }
+    Ok(())
 }
 
 /// What is the same for all frames of a sequence.

@@ -269,4 +269,19 @@ mod tests {
         let narrow = Film::new(WIDTH - 1, HEIGHT, false);
         assert!(failed(vec![Ok(narrow)]).contains("picture's size"));
     }
+
+    #[test]
+    fn what_goes_to_any_writer_is_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        for (_, format) in Format::ENDINGS {
+            let file = file(format, Depth::Sixteen);
+            save_bands(&path, &file, cut(&[64, HEIGHT])).unwrap();
+            let mut bytes = Vec::new();
+            write_bands(&mut bytes, &file, cut(&[128, HEIGHT])).unwrap();
+            assert!(bytes == fs::read(&path).unwrap(), "{format:?}");
+            let short = write_bands(&mut bytes, &file, cut(&[64]));
+            assert!(short.is_err(), "{format:?}: a part of the picture");
+        }
+    }
 }

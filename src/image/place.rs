@@ -142,3 +142,44 @@ fn is_socket(found: &fs::Metadata) -> bool {
 fn is_socket(_: &fs::Metadata) -> bool {
     false
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::symlink;
+
+    #[test]
+    fn links_are_followed_to_what_there_is_or_is_to_be() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().canonicalize().unwrap();
+        let at = |name: &str| folder.join(name);
+        fs::create_dir(at("sub")).unwrap();
+        symlink("sub/link", at("first")).unwrap();
+        symlink("../made", at("sub/link")).unwrap();
+        symlink("/dev/null", at("null")).unwrap();
+        symlink("/dev/stdout", at("out")).unwrap();
+        symlink("circle", at("circle")).unwrap();
+        let of = |name: &str| Place::of(&at(name));
+        assert_eq!(of("first").unwrap(), Place::File(at("made")));
+        assert_eq!(of("sub/../new").unwrap(), Place::File(at("new")));
+        assert_eq!(of("null").unwrap(), Place::Stream("/dev/null".into()));
+        assert!(of("out").unwrap().is_stdout());
+        assert!(of("circle").unwrap_err().to_string().contains("circle"));
+        let folder = of("sub").unwrap_err();
+        assert_eq!(folder.kind(), io::ErrorKind::IsADirectory);
+        let missing = of("no/where").unwrap_err();
+        assert_eq!(missing.kind(), io::ErrorKind::NotFound);
+        assert!(of("first/where").is_err());
+    }
+
+    #[test]
+    fn open_files_are_known_by_whatever_name_they_have() {
+        for name in ["/dev/fd/2", "/proc/self/fd/2", "/proc/thread-self/fd/2"] {
+            if Path::new(name).exists() {
+                assert_eq!(Place::of(name.as_ref()).unwrap(), Place::Open(2), "{name}");
+            }
+        }
+        let closed = Place::Open(i32::MAX);
+        assert!(closed.check_stream().is_err() && closed.open_stream().is_err());
+    }
+}

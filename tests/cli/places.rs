@@ -192,6 +192,24 @@ fn folders_sockets_and_circles_are_refused_before_any_work() {
     }
 }
 
+#[test]
+fn no_frame_is_rendered_where_a_later_one_cannot_be_written() {
+    let room = Room::new();
+    fs::create_dir(at(&room, "f.0002.png")).unwrap();
+    make_fifo(&room, "c.0001.ckpt");
+    let line = "render a.test --frames 0..2 --turntable 3 -o";
+    room.refused(
+        &format!("{line} f.png"),
+        1,
+        &["cannot write f.0002.png: there is a folder"],
+    );
+    room.refused(
+        &format!("{line} g.png --checkpoint c.ckpt"),
+        1,
+        &["cannot use c.0001.ckpt", "in a regular file only"],
+    );
+}
+
 /// Runs `sh` with `$PHALANX`.
 fn shell(room: &Room, script: &str) -> Ran {
     let mut command = Command::new("sh");
