@@ -17,7 +17,7 @@ use super::kept::Kept;
 use super::sights::Sights;
 use super::wave::{Colors, Engine, RayView, fold, wave};
 use crate::lanes::LANES;
-use crate::packet::{Columns, QueueRoom};
+use crate::packet::{Columns, QueueRoom, RayQueue};
 use crate::scene::Scene;
 use bumpalo::Bump;
 use std::ops::Range;
@@ -80,23 +80,31 @@ impl Weights {
 
     /// Whether a throughput may be less than `min_weight` after `depth` bounces or fewer. Errs on the side of yes.
     fn may_fall_below(&self, min_weight: f32, depth: u32) -> bool {
-        let (least, depth) = (self.least.min(1.0), f64::from(depth));
-        let rounding = 1.0 - 1e-6 * depth;
-        let normal = min_weight >= 1e-30;
-        min_weight > 0.0 && !(normal && least.powf(depth) * rounding >= f64::from(min_weight))
+        // More than the rounding of so many products.
+        let least = self.least.min(1.0) * (1.0 - 1e-6);
+        let sure = min_weight >= f32::MIN_POSITIVE && depth <= TRIED;
+        min_weight > 0.0 && !(sure && bounces_until_below(least, min_weight, depth).is_none())
     }
 
     /// Bounces after which every throughput is less than `min_weight`, about; no more than `depth`.
     fn reach(&self, min_weight: f32, depth: u32) -> u32 {
-        if self.ways == 0 {
-            return 0;
+        match self.ways {
+            0 => 0,
+            _ => bounces_until_below(self.most, min_weight, depth).unwrap_or(depth),
         }
-        if min_weight <= 0.0 || self.most >= 1.0 {
-            return depth;
-        }
-        let bounces = f64::from(min_weight).ln() / self.most.ln();
-        (bounces.max(0.0) as u32).saturating_add(1).min(depth)
     }
+}
+
+/// Bounces that are looked at one by one.
+const TRIED: u32 = 10_000;
+
+/// How often 1 is multiplied by a factor until it is less than `least`; `None` if that takes more than `most` or [`TRIED`].
+fn bounces_until_below(factor: f64, least: f32, most: u32) -> Option<u32> {
+    let mut product = 1.0;
+    (1..=most.min(TRIED)).find(|_| {
+        product *= factor;
+        product < f64::from(least)
+    })
 }
 
 impl WaveSizes {
@@ -113,7 +121,7 @@ impl WaveSizes {
             depth,
             ways,
             columns: Columns {
-                seeds: true,
+                seeds: scene.has_chance(),
                 throughputs: weights.may_fall_below(min_weight, max_depth),
             },
         }
@@ -178,7 +186,7 @@ impl Bounces {
         wave: usize,
         ways: usize,
         columns: Columns,
-        push: impl FnOnce(&mut crate::packet::RayQueue) -> usize,
+        push: impl FnOnce(&mut RayQueue) -> usize,
     ) {
         self.mirrored = self.room.fill(wave * ways, columns, push);
         self.wave = wave;
@@ -290,5 +298,61 @@ pub(super) fn waves(
             kept.fold(&queue, piece.clone(), *mirrored, answers);
         }
         fold(&queue, piece.clone(), answers, colors);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn scene(ks: Vec3, kt: Vec3) -> Scene {
+        let mut scene = Scene::default();
+        let surface = crate::scene::Surface {
+            ks,
+            kt,
+            ..Default::default()
+        };
+        scene.materials.push(&surface);
+        scene
+    }
+
+    #[test]
+    fn throughputs_are_carried_only_where_one_may_fall_below_the_least() {
+        let carried = |ks: Vec3, depth, least| {
+            let sizes = WaveSizes::of(&scene(ks, Vec3::ZERO), depth, least);
+            sizes.columns.throughputs
+        };
+        let halves = Vec3::splat(0.5);
+        assert!(!carried(halves, 3, 0.124) && carried(halves, 3, 0.126));
+        assert!(!carried(Vec3::ONE, 1000, 0.9) && carried(Vec3::ONE, 1 << 20, 0.9));
+        assert!(carried(Vec3::X, 2, 1e-30) && !carried(Vec3::X, 2, 0.0));
+        assert!(!carried(Vec3::splat(2.0), 100, 0.5));
+    }
+
+    #[test]
+    fn all_levels_fit_whatever_the_depth() {
+        let two = [Vec3::splat(0.9), Vec3::splat(0.2)];
+        for [ks, kt] in [[Vec3::ONE, Vec3::ZERO], two] {
+            for depth in [1, 5, 40, 100, 1000] {
+                let sizes = WaveSizes::of(&scene(ks, kt), depth, 0.0);
+                assert!(sizes.bounce_bytes(1 << 20) < 2 * BOUNCE_BYTES, "{depth}");
+                assert_eq!(sizes.camera * LANES, sizes.rays());
+                assert!(sizes.rays() >= CAMERA_RAYS && sizes.rays() <= WAVE_RAYS);
+                // Tiles of the default side are not split at usual depths.
+                assert!(
+                    depth > 40 || sizes.bounced * LANES >= CAMERA_RAYS,
+                    "{depth}"
+                );
+            }
+        }
+        // Rays of little weight go no deeper, and leave room for wide waves.
+        let fading = scene(Vec3::splat(0.5), Vec3::ZERO);
+        assert_eq!(WaveSizes::of(&fading, 1000, 0.01).depth, 7);
+        assert_eq!(WaveSizes::of(&fading, 1000, 0.0).depth, 1000);
+        assert_eq!(
+            WaveSizes::of(&scene(Vec3::ZERO, Vec3::ZERO), 1000, 0.0).depth,
+            0
+        );
     }
 }

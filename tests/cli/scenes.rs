@@ -314,6 +314,77 @@ fn textures_and_copies_count_before_they_are_made() {
     }
 }
 
+/// A room of mirrors or glass, and a ball in it, of great depth.
+fn deep_room(specular: &str, transmission: &str) -> String {
+    format!(
+        "size 64 64\ncamera 0 0 5 0 0 0 0 1 0 45\nmaxdepth 1000\nspecular {specular}\ntransmission {transmission}\n\
+         ior 1.2\nsphere 0 0 0 9\nsphere 1 0 0 1\npoint 0 0 4 1 1 1\n"
+    )
+}
+
+/// Whatever depth, tile and engine.
+#[test]
+fn what_is_rendered_stays_below_what_is_allowed() {
+    let room = Room::new();
+    room.write("mirrors.test", &deep_room("1 1 1", "0 0 0"));
+    room.write("glass.test", &deep_room("0.8 0.7 0.9", "0.1 0.1 0.1"));
+    let mut rendered = 0;
+    for options in [
+        "",
+        "--tile 64",
+        "--size 8x8 --engine scalar",
+        "--spp 4 --size 32x32",
+    ] {
+        for scene in ["mirrors", "glass"] {
+            for allowed in [40_000_000, 50_000_000, 80_000_000] {
+                let line = format!(
+                    "render {scene}.test -o b.png --threads 2 {options} --max-memory {allowed} --json"
+                );
+                let ran = room.run(&line);
+                if ran.code == Some(1) {
+                    assert!(ran.stderr.contains("would be needed"), "{}", ran.stderr);
+                    continue;
+                }
+                assert_eq!(ran.code, Some(0), "{line}: {}", ran.stderr);
+                let report: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
+                let peak = report["memory"]["peak_rss_bytes"].as_u64().unwrap();
+                assert!(peak < allowed, "{line}: {peak}");
+                rendered += 1;
+            }
+        }
+    }
+    assert!(
+        rendered >= 16,
+        "{rendered} were rendered, the others refused"
+    );
+}
+
+#[test]
+fn rays_of_little_weight_are_left_out_where_depth_does_not_bound_them() {
+    let room = Room::new();
+    room.write("glass.test", &deep_room("0.5 0.5 0.5", "0.5 0.5 0.5"));
+    let bounces = |options: &str| {
+        let report = room.json(&format!(
+            "render glass.test -o b.png --size 8x8 --json {options}"
+        ));
+        let kinds = ["reflection", "refraction"].map(|k| report["rays"][k].as_u64().unwrap());
+        kinds[0] + kinds[1]
+    };
+    let all = bounces("--max-depth 10");
+    assert_eq!(bounces("--max-depth 10 --min-weight 0"), all);
+    assert!(bounces("--max-depth 10 --min-weight 0.1") < all / 4);
+    assert_eq!(bounces(""), bounces("--min-weight 0.000244140625"));
+    room.ok("verify glass.test --size 16x12 --min-weight 0.01 --threads 1,2 --aov all");
+    for weight in ["1", "-0.5", "nan", "little"] {
+        let line = format!("render a.test -o c.png --min-weight {weight}");
+        room.refused(
+            &line.replace("--min-weight -", "--min-weight=-"),
+            2,
+            &["0.001"],
+        );
+    }
+}
+
 #[test]
 fn standard_scenes_are_opened_like_files() {
     let room = Room::new();
