@@ -2,7 +2,8 @@
 //!
 //! The file is taken not to change while it is mapped. Whoever writes into it or shortens it while it is rendered from
 //! gets a wrong picture or a bus error, as with any mapped file; `phalanx build` therefore never writes into an existing
-//! file but puts a new one in its place, and a mapping goes on showing the old one.
+//! file but puts a new one in its place, and a mapping goes on showing the old one. A library answers no signals; the
+//! program makes an error message of that one (`cli/bus_error`).
 
 use crate::scene::Column;
 use bytemuck::Pod;

@@ -5,11 +5,11 @@ use super::budget::Budget;
 use super::failure::Failure;
 use super::output::is_dash;
 use super::scene_args::SceneArgs;
-use super::{diagnose, output};
+use super::{bus_error, diagnose, output};
 use phalanx::bvh::Bvh;
 use phalanx::formats::endings;
 use phalanx::frame::{Engine, Prepared};
-use phalanx::open::{OpenError, open, open_as, open_bytes, standard_name};
+use phalanx::open::{OpenError, is_cache, open, open_as, open_bytes, standard_name};
 use phalanx::scene::Scene;
 use phalanx::standard;
 use std::ffi::OsStr;
@@ -43,6 +43,9 @@ impl Input {
         if let Some(Ok(file)) = file {
             let like = format.map_or_else(|| name.to_path_buf(), of_format);
             options.max_memory = budget.beside_file(&like, file.len())?;
+        }
+        if is_cache(name) {
+            bus_error::watch(name);
         }
         let opened = match format {
             Some(ending) if is_dash(name) => {

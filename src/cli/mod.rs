@@ -7,6 +7,7 @@ mod asked;
 mod bench;
 mod budget;
 mod build;
+mod bus_error;
 mod compare;
 mod counts;
 mod diagnose;

@@ -44,7 +44,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), Failure> {
     let names = Names {
         program: text(&program()?)?,
         plan: text(&path)?,
-        output: output(args, &plan)?,
+        output: merge_output(args, &plan)?,
     };
     interrupt::listen()?;
     let missing = merge::missing(&path, &plan)?;
@@ -112,7 +112,7 @@ struct Names {
 }
 
 /// The picture that the merge is told to write, if it is; a plan's own must be one that the merge will write untold.
-fn output(args: &SubmitArgs, plan: &Plan) -> Result<Option<String>, Failure> {
+fn merge_output(args: &SubmitArgs, plan: &Plan) -> Result<Option<String>, Failure> {
     let Some(path) = &args.output else {
         plan.picture_path(&args.plan)?;
         return Ok(None);

@@ -212,12 +212,22 @@ fn a_checkpoint_of_another_picture_is_refused() {
     refused(
         "--size 41x24",
         &[
-            "another picture: size 40x24 there, 41x24 here",
+            "another picture: --size is 40x24 there and 41x24 here; ",
             "name another file",
         ],
     );
-    refused("--spp 2", &["settings"]);
-    refused("--background .1,.2,.3", &["scene"]);
+    refused(
+        "--spp 2",
+        &["another picture: --spp is 1 there and 2 here; "],
+    );
+    refused(
+        "--aperture .1 --focus 2 --filter tent",
+        &[
+            "--filter is box there and tent here, --aperture is not given there and 0.1 here, \
+             --focus is not given there and 2.0 here; ",
+        ],
+    );
+    refused("--background .1,.2,.3", &["the scene's fingerprint is "]);
     room.write("notes", "my notes");
     room.refused(
         "render a.test --checkpoint notes",
@@ -354,7 +364,7 @@ fn plans_that_do_not_fit_are_refused() {
     room.refused(
         "render --plan p.json --shard 0",
         2,
-        &["another picture: scene", "again"],
+        &["another picture: the scene's fingerprint", "again"],
     );
 }
 

@@ -2,12 +2,14 @@
 #![cfg(unix)]
 
 mod bench;
+mod caches;
 mod formats;
 mod guide;
 mod jobs;
 mod origin;
 mod pictures;
 mod places;
+mod plans;
 mod refusals;
 mod scenes;
 mod signals;

@@ -1,0 +1,391 @@
+//! Plans and tiles of somebody who means no good, and names that scripts are made of.
+
+use super::{Ran, Room, ran};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// A room with a plan of two shards, whose picture is `m.png`, and both shards rendered.
+fn rendered(room: &Room) -> Value {
+    room.ok("plan a.test --shards 2 -o m.png --plan p.json");
+    for shard in 0..2 {
+        room.ok(&format!("render --plan p.json --shard {shard}"));
+    }
+    serde_json::from_slice(&fs::read(room.path().join("p.json")).unwrap()).unwrap()
+}
+
+/// The plan with something else at a place.
+fn forged(room: &Room, plan: &Value, pointer: &str, value: Value) {
+    let mut plan = plan.clone();
+    *plan.pointer_mut(pointer).unwrap() = value;
+    room.write("p.json", &plan.to_string());
+}
+
+/// The head of a tile file, and where its records begin.
+fn beginning(file: &[u8]) -> (Value, usize) {
+    let length = u32::from_le_bytes(file[8..12].try_into().unwrap()) as usize;
+    let text = serde_json::from_slice(&file[16..16 + length]).unwrap();
+    (text, 16 + length)
+}
+
+/// A tile file with this beginning, its checksum right.
+fn tile_file(text: &str, records: &[u8]) -> Vec<u8> {
+    let mut file = b"PHXTILES".to_vec();
+    file.extend((text.len() as u32).to_le_bytes());
+    file.extend(crc32fast::hash(text.as_bytes()).to_le_bytes());
+    file.extend(text.as_bytes());
+    file.extend(records);
+    file
+}
+
+#[test]
+fn numbers_that_no_plan_has_are_refused_by_name_whatever_the_tiles_say() {
+    let room = Room::new();
+    let plan = rendered(&room);
+    let tiles = fs::read(room.path().join("p.shard-0.tiles")).unwrap();
+    let (head, records) = beginning(&tiles);
+    for (pointer, value, name) in [
+        (
+            "/picture/region",
+            json!([4294967290u32, 4294967290u32, 400, 300]),
+            "picture.region",
+        ),
+        (
+            "/picture/region",
+            json!([0, 0, 4294967295u32, 4294967295u32]),
+            "picture.region",
+        ),
+        (
+            "/picture/region",
+            json!([4294967295u32, 0, 4294967295u32, 1]),
+            "picture.region",
+        ),
+        ("/picture/region", json!([0, 0, 0, 0]), "picture.region"),
+        ("/picture/width", json!(4294967295u32), "picture.width"),
+        ("/picture/height", json!(0), "picture.width or height"),
+        ("/picture/layers", json!(["nothing"]), "picture.layers"),
+        ("/shards", json!(4294967295u32), "shards"),
+        ("/tile", json!(1), "tile"),
+        ("/developing/bits", json!(7), "developing.bits"),
+        ("/developing/exposure", json!(1e38), "developing.exposure"),
+    ] {
+        forged(&room, &plan, pointer, value.clone());
+        // Tiles that claim the same.
+        if let Some(field) = pointer.strip_prefix("/picture") {
+            let mut head = head.clone();
+            *head["picture"].pointer_mut(field).unwrap() = value;
+            let tiles = tile_file(&head.to_string(), &tiles[records..]);
+            fs::write(room.path().join("p.shard-0.tiles"), tiles).unwrap();
+        }
+        for command in [
+            "merge p.json",
+            "render --plan p.json --shard 0",
+            "submit slurm p.json --dry-run",
+        ] {
+            room.refused(command, 1, &[name, ": expected "]);
+        }
+    }
+}
+
+#[test]
+fn a_large_picture_that_is_claimed_takes_no_memory() {
+    let room = Room::new();
+    room.ok("plan a.test --shards 400 -o m.png --plan p.json --size 65536x65536");
+    for shard in 0..400 {
+        let tiles = room.path().join(format!("p.shard-{shard:03}.tiles"));
+        let plan = fs::read(room.path().join("p.json")).unwrap();
+        let plan: Value = serde_json::from_slice(&plan).unwrap();
+        let head = json!({"layout_version": 2, "picture": plan["picture"]});
+        fs::write(tiles, tile_file(&head.to_string(), &[])).unwrap();
+    }
+    let ran = room.run_in_400_mb("merge p.json");
+    assert_eq!(ran.code, Some(6), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("400 of 400 shards are missing"),
+        "{}",
+        ran.stderr
+    );
+}
+
+#[test]
+fn a_merge_writes_into_the_plans_folder_unless_it_is_told_otherwise() {
+    let room = Room::new();
+    fs::create_dir_all(room.path().join("job/in")).unwrap();
+    fs::create_dir(room.path().join("else")).unwrap();
+    room.ok("plan a.test --shards 1 -o job/m.png --plan job/p.json");
+    room.ok("render --plan job/p.json --shard 0");
+    let text = fs::read(room.path().join("job/p.json")).unwrap();
+    let plan: Value = serde_json::from_slice(&text).unwrap();
+    assert_eq!(plan["output"], "m.png");
+    // From wherever it is merged.
+    room.ok("merge job/p.json");
+    let whole = fs::read(room.path().join("job/m.png")).unwrap();
+    std::os::unix::fs::symlink("../else", room.path().join("job/link")).unwrap();
+    std::os::unix::fs::symlink("../else/y.png", room.path().join("job/y.png")).unwrap();
+    let elsewhere = room.path().join("else/x.png");
+    for output in [
+        elsewhere.to_str().unwrap(),
+        "../else/x.png",
+        "../x.png",
+        "in/../../else/x.png",
+        "link/x.png",
+        "y.png",
+        "/x.png",
+        "/nowhere/x.png",
+    ] {
+        let mut forged = plan.clone();
+        forged["output"] = json!(output);
+        room.write("job/p.json", &forged.to_string());
+        let before = files(room.path());
+        for command in ["merge job/p.json", "submit slurm job/p.json --dry-run"] {
+            room.refused(command, 2, &["outside the plan's folder", "-o"]);
+        }
+        assert_eq!(files(room.path()), before, "{output}");
+        // Who says where it goes is obeyed, and shards are rendered whatever the picture's name is.
+        room.ok("render --plan job/p.json --shard 0");
+        room.ok("merge job/p.json -o else/told.png");
+        assert!(fs::read(room.path().join("else/told.png")).unwrap() == whole);
+        fs::remove_file(room.path().join("else/told.png")).unwrap();
+    }
+}
+
+/// Names of all files beneath a folder, sorted.
+fn files(folder: &Path) -> Vec<String> {
+    let mut all = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let entry = entry.unwrap();
+        all.push(entry.path().display().to_string());
+        if entry.file_type().unwrap().is_dir() {
+            all.extend(files(&entry.path()));
+        }
+    }
+    all.sort();
+    all
+}
+
+#[test]
+fn a_plan_whose_picture_lies_elsewhere_says_so_at_once() {
+    let room = Room::new();
+    for folder in ["job", "pictures"] {
+        fs::create_dir(room.path().join(folder)).unwrap();
+    }
+    let line = "plan a.test --shards 1 -o pictures/m.png --plan job/p.json";
+    let ran = room.run(line);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(
+        ran.stderr
+            .contains("note: pictures/m.png lies outside the plan's folder"),
+        "{}",
+        ran.stderr
+    );
+    assert!(
+        ran.stdout
+            .contains("phalanx merge job/p.json -o pictures/m.png"),
+        "{}",
+        ran.stdout
+    );
+    room.ok("render --plan job/p.json --shard 0");
+    room.refused(
+        "merge job/p.json",
+        2,
+        &["pictures/m.png lies outside", "-o"],
+    );
+    room.refused("submit slurm job/p.json --dry-run", 2, &["-o"]);
+    room.ok("merge job/p.json -o pictures/m.png");
+    room.ok("render a.test -o whole.png");
+    let read = |name: &str| fs::read(room.path().join(name)).unwrap();
+    assert!(read("pictures/m.png") == read("whole.png"));
+    room.ok("submit slurm job/p.json -o pictures/it's.png --dry-run");
+    let script = fs::read_to_string(room.path().join("job/p.merge.sh")).unwrap();
+    assert!(script.contains(r"/pictures/it'\''s.png'"), "{script}");
+}
+
+#[test]
+fn files_of_other_layouts_are_refused_by_version() {
+    let room = Room::new();
+    let plan = rendered(&room);
+    // As this program's predecessor wrote them.
+    let old = json!({
+        "schema_version": 1, "scene": "a.test", "arguments": ["plan"], "output": "/m.png", "shards": 1, "tile": 8,
+        "developing": {"exposure": 0.0, "srgb": false, "round": false, "bits": 8},
+        "picture": {"version": "0.1.0", "scene": "0", "width": 4, "height": 3, "region": [0, 0, 4, 3], "layers": [], "settings": "Settings { width: 0 }"},
+    });
+    room.write("old.json", &old.to_string());
+    let parts = [
+        "old.json: made by another version of phalanx",
+        "version 1, this program reads version 2",
+    ];
+    room.refused("merge old.json", 1, &parts);
+    let tiles = fs::read(room.path().join("p.shard-0.tiles")).unwrap();
+    let (_, records) = beginning(&tiles);
+    for (name, head) in [
+        ("1", old["picture"].to_string()),
+        ("3", json!({"layout_version": 3, "colours": 7}).to_string()),
+    ] {
+        let old = tile_file(&head, &tiles[records..]);
+        for file in ["c.tiles", "p.shard-0.tiles"] {
+            fs::write(room.path().join(file), &old).unwrap();
+        }
+        let version = format!("version {name}, this program reads version 2");
+        room.refused(
+            "render a.test -o a.png --checkpoint c.tiles",
+            2,
+            &["c.tiles: made by another version", &version],
+        );
+        room.refused("render --plan p.json --shard 0", 2, &[&version]);
+        room.refused("merge p.json", 2, &[&version]);
+        assert_eq!(fs::read(room.path().join("c.tiles")).unwrap(), old);
+    }
+    assert_eq!(plan["picture"]["settings"]["spp"], 1);
+}
+
+#[test]
+fn a_pipe_in_the_place_of_tiles_is_no_file_to_wait_for() {
+    let room = Room::new();
+    rendered(&room);
+    fs::remove_file(room.path().join("p.shard-1.tiles")).unwrap();
+    let made = Command::new("mkfifo")
+        .arg(room.path().join("p.shard-1.tiles"))
+        .status();
+    assert!(made.unwrap().success());
+    room.refused(
+        "merge p.json",
+        1,
+        &["p.shard-1.tiles", "not a regular file"],
+    );
+    room.refused("render --plan p.json --shard 1", 1, &["not a regular file"]);
+    room.refused(
+        "render a.test -o a.png --checkpoint p.shard-1.tiles",
+        1,
+        &["not a regular file"],
+    );
+    let made = Command::new("mkfifo")
+        .arg(room.path().join("b.test"))
+        .status();
+    assert!(made.unwrap().success());
+    room.refused(
+        "plan b.test --shards 1 -o a.png --plan q.json",
+        2,
+        &["b.test is no regular file"],
+    );
+}
+
+fn run(room: &Room, arguments: &[&str]) -> Ran {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_phalanx"));
+    ran(command.current_dir(room.path()).args(arguments))
+}
+
+#[test]
+fn names_with_control_characters_stand_in_no_script() {
+    let room = Room::new();
+    room.ok("plan a.test --shards 2 -o m.png --plan good.json");
+    let text = fs::read_to_string(room.path().join("good.json")).unwrap();
+    for bad in [
+        "x\ntouch here #",
+        "x\rtouch here #",
+        "a\u{1b}[2J",
+        "\n",
+        "tab\t",
+        "\u{85}",
+    ] {
+        let name = format!("{bad}.json");
+        // Whether this program made the plan or somebody renamed it.
+        let made = run(
+            &room,
+            &[
+                "plan", "a.test", "--shards", "2", "-o", "m.png", "--plan", &name,
+            ],
+        );
+        assert_eq!(made.code, Some(2), "{bad:?}: {}", made.stderr);
+        assert!(
+            made.stderr.contains("control characters"),
+            "{}",
+            made.stderr
+        );
+        room.write(&name, &text);
+        let before = room.names();
+        let submitted = run(&room, &["submit", "slurm", &name, "--dry-run"]);
+        assert_eq!(submitted.code, Some(2), "{bad:?}: {}", submitted.stderr);
+        assert!(
+            submitted.stderr.contains("control characters"),
+            "{}",
+            submitted.stderr
+        );
+        assert_eq!(room.names(), before, "{bad:?}");
+        fs::remove_file(room.path().join(&name)).unwrap();
+        // Nor in what a user adds.
+        let picture = format!("{bad}.png");
+        for more in [&["-o", &picture][..], &["--time", bad], &["--", bad]] {
+            let arguments = [&["submit", "slurm", "good.json", "--dry-run"], more].concat();
+            assert_eq!(run(&room, &arguments).code, Some(2), "{more:?}");
+        }
+        assert_eq!(room.names(), ["good.json"]);
+    }
+    // A folder's name stands in the script, too.
+    let folder = room.path().join("f\ntouch here #");
+    fs::create_dir(&folder).unwrap();
+    fs::write(folder.join("p.json"), &text).unwrap();
+    let mut inside = Command::new(env!("CARGO_BIN_EXE_phalanx"));
+    let inside = inside
+        .current_dir(&folder)
+        .args(["submit", "slurm", "p.json"]);
+    assert_eq!(ran(inside).code, Some(2));
+}
+
+#[test]
+fn other_names_are_words_of_the_scripts_whatever_is_in_them() {
+    let room = Room::new();
+    let odd = "it's \"$(touch here)\" `touch here`; touch here & #SBATCH --x %a \\ *? ä";
+    let name = format!("{odd}.json");
+    let picture = format!("{odd}.png");
+    let planned = run(
+        &room,
+        &[
+            "plan", "a.test", "--shards", "2", "-o", &picture, "--plan", &name,
+        ],
+    );
+    assert_eq!(planned.code, Some(0), "{}", planned.stderr);
+    let submitted = run(&room, &["submit", "slurm", &name, "--dry-run"]);
+    assert_eq!(submitted.code, Some(0), "{}", submitted.stderr);
+    let script = |script: &str, index: &str| {
+        let path = room.path().join(format!("{odd}.{script}.sh"));
+        let mut shell = Command::new("bash");
+        let shell = shell.arg(path).current_dir(room.path());
+        let done = ran(shell
+            .env("SLURM_ARRAY_TASK_ID", index)
+            .env("SLURM_CPUS_ON_NODE", "1"));
+        assert_eq!(done.code, Some(0), "{}", done.stderr);
+    };
+    script("shards", "0");
+    script("shards", "1");
+    script("merge", "");
+    assert!(!room.names().iter().any(|name| name == "here"));
+    room.ok("render a.test -o whole.png");
+    let read = |name: &str| fs::read(room.path().join(name)).unwrap();
+    assert!(read(&picture) == read("whole.png"));
+    // The line that would submit it: a percent sign of the name is none of Slurm's.
+    assert!(
+        submitted.stdout.contains("--x %%a "),
+        "{}",
+        submitted.stdout
+    );
+    assert!(
+        submitted.stdout.contains(".shard-%a.log"),
+        "{}",
+        submitted.stdout
+    );
+    let line = format!(
+        "sbatch() {{ printf '%s\\n' \"$@\"; }}\n{}",
+        submitted.stdout
+    );
+    let words = ran(Command::new("bash").args(["-c", &line]));
+    assert!(
+        words
+            .stdout
+            .lines()
+            .any(|word| word == format!("--job-name=phalanx-{odd}")),
+        "{}",
+        words.stdout
+    );
+}
