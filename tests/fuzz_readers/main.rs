@@ -9,52 +9,18 @@ mod mutate;
 
 use mutate::mutated;
 use phalanx::formats::{Diagnostic, Loaded, MAX_DIAGNOSTICS, Options, endings, read_bytes};
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 #[path = "../common/rng.rs"]
 #[allow(dead_code, reason = "shared with tests that need more of it")]
 mod rng;
 
-/// The system's allocator, keeping the largest single request in mind.
-struct Watching;
-
-static LARGEST: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every method hands its arguments, unchanged, to `System`, which upholds the contract of `GlobalAlloc`;
-// keeping a maximum neither allocates nor unwinds.
-unsafe impl GlobalAlloc for Watching {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
-        // SAFETY: the caller's promises are those that `System` wants.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        LARGEST.fetch_max(layout.size(), Ordering::Relaxed);
-        // SAFETY: as above.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        LARGEST.fetch_max(size, Ordering::Relaxed);
-        // SAFETY: as above; `old` came from `System`, since all memory does.
-        unsafe { System.realloc(old, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
-        // SAFETY: as above.
-        unsafe { System.dealloc(old, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Watching = Watching;
+#[path = "../common/watching.rs"]
+mod watching;
 
 /// Largest single request for a file of some length: what its columns may grow to, and room for small tables.
 fn most_memory(length: usize) -> usize {
@@ -123,11 +89,11 @@ fn checked(ending: &str, input: &[u8]) -> u64 {
         threads: 1 + input.len() % 2,
         ..Options::default()
     };
-    LARGEST.store(0, Ordering::Relaxed);
+    watching::forget();
     let start = Instant::now();
     let read = catch_unwind(AssertUnwindSafe(|| {
         let read = read_bytes(ending, input, &options).expect("a known ending");
-        let largest = LARGEST.load(Ordering::Relaxed);
+        let largest = watching::largest();
         let most = most_memory(input.len());
         assert!(
             largest <= most,

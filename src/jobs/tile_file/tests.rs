@@ -185,3 +185,115 @@ fn other_files_are_refused_and_left_alone() {
     drop(held);
     TileFile::open(&path, &ours()).unwrap();
 }
+
+/// A picture whose tiles may be as large as any.
+fn large() -> Identity {
+    let scene = Scene::default();
+    let settings = Settings {
+        width: 2048,
+        height: 2048,
+        ..Settings::of(&scene)
+    };
+    Identity::of(&scene, &settings)
+}
+
+fn seconds_to_read(path: &Path, bytes: &[u8], identity: &Identity) -> (f64, TileFile) {
+    fs::write(path, bytes).unwrap();
+    let start = Instant::now();
+    let file = TileFile::read(path, identity).unwrap();
+    (start.elapsed().as_secs_f64(), file)
+}
+
+/// A head without its content, or with another.
+fn claim(identity: &Identity, tile: Tile, planes: usize) -> Vec<u8> {
+    let plane = vec![0.5; tile.pixels() as usize];
+    let mut bytes = Vec::new();
+    record::write(
+        &mut bytes,
+        tile,
+        identity.checksum(),
+        &vec![&plane[..]; planes],
+    );
+    bytes.truncate(HEAD);
+    bytes
+}
+
+/// Read once for each head, the claimed bytes would be terabytes.
+#[test]
+fn heads_that_claim_the_same_bytes_cost_no_more_than_their_file_is_long() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    let identity = large();
+    let head = claim(&identity, Tile::whole(1024, 1024), 3);
+    let mut bytes = beginning::bytes(&identity);
+    bytes.extend(head.repeat(700_000));
+    let (seconds, file) = seconds_to_read(&path, &bytes, &identity);
+    assert!(seconds < 20.0, "{seconds} seconds");
+    assert_eq!(file.pixels(), 0);
+    assert!(file.damaged() > 0);
+}
+
+#[test]
+fn beginnings_of_heads_cost_no_more_than_their_file_is_long() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    let identity = large();
+    for ending in [&b""[..], b"\xf7PHX"] {
+        let mut bytes = beginning::bytes(&identity);
+        bytes.extend(record::MAGIC.repeat(1 << 20));
+        bytes.extend(ending);
+        let (seconds, file) = seconds_to_read(&path, &bytes, &identity);
+        assert!(seconds < 20.0, "{seconds} seconds");
+        assert_eq!((file.pixels(), file.damaged()), (0, 0));
+    }
+}
+
+#[test]
+fn records_that_the_picture_cannot_have_count_for_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    let tile = |x, y, width, height| Tile {
+        x,
+        y,
+        width,
+        height,
+    };
+    for (tile, planes) in [
+        // Ours have three planes, and lie in 60x50 pixels from (5, 3).
+        (tile(8, 8, 8, 8), 2),
+        (tile(8, 8, 8, 8), 4),
+        (tile(0, 0, 8, 8), 3),
+        (tile(64, 8, 8, 8), 3),
+        (tile(8, 8, 8, 1000), 3),
+        (tile(u32::MAX, u32::MAX, 8, 8), 3),
+        (tile(u32::MAX - 4, 8, 8, 8), 3),
+    ] {
+        let plane = vec![0.5; tile.pixels() as usize];
+        let mut record = Vec::new();
+        record::write(
+            &mut record,
+            tile,
+            ours().checksum(),
+            &vec![&plane[..]; planes],
+        );
+        write(&path, &all()[..2]);
+        let mut bytes = fs::read(&path).unwrap();
+        let first = beginning::bytes(&ours()).len();
+        bytes.splice(first..first, record);
+        fs::write(&path, &bytes).unwrap();
+        let file = TileFile::open(&path, &ours()).unwrap();
+        assert_eq!(held(&file), all()[..2], "{tile:?} {planes}");
+        drop(file);
+        fs::remove_file(&path).unwrap();
+    }
+}
+
+#[test]
+fn a_tile_that_is_there_twice_counts_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a");
+    let all = all();
+    write(&path, &[all[0], all[1], all[0], all[0]]);
+    let file = TileFile::open(&path, &ours()).unwrap();
+    assert_eq!((held(&file), file.damaged()), (all[..2].to_vec(), 0));
+}

@@ -1,0 +1,174 @@
+//! Mutated plans and tile files: nothing panics, hangs, or asks for memory by a number that was not checked; what a file says is
+//! either refused or leads to the right picture, because tiles that are damaged are rendered again. A test binary of its own,
+//! because it replaces the allocator.
+//!
+//! Some thousands of each by default; `PHALANX_FUZZ_MUTANTS=30000 cargo test --release --test fuzz_jobs` for more. A mutant that
+//! fails is written to the system's folder for temporary files, and its path is in the message.
+
+#[path = "../fuzz_readers/mutate.rs"]
+mod mutate;
+
+#[path = "../common/rng.rs"]
+#[allow(dead_code, reason = "shared with tests that need more of it")]
+mod rng;
+
+#[path = "../common/watching.rs"]
+mod watching;
+
+mod forge;
+mod picture;
+
+use phalanx::frame::Tile;
+use phalanx::jobs::{Plan, TileFile};
+use picture::Picture;
+use rng::Rng;
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Longest time for one mutant, on a machine that does other things too.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Largest single request for a file of some length: its own bytes, and what rendering the small picture takes.
+fn most_memory(length: usize) -> usize {
+    length * 64 + (16 << 20)
+}
+
+fn mutants(usual: usize) -> usize {
+    let given = std::env::var("PHALANX_FUZZ_MUTANTS").ok();
+    given.and_then(|n| n.parse().ok()).unwrap_or(usual)
+}
+
+/// Looks at a mutant, and at how long it took and what it asked for; its answer is a word for the table.
+fn watched(mutant: &[u8], look: impl FnOnce() -> &'static str) -> &'static str {
+    watching::forget();
+    let start = Instant::now();
+    let looked = catch_unwind(AssertUnwindSafe(|| {
+        let word = look();
+        let (largest, most) = (watching::largest(), most_memory(mutant.len()));
+        assert!(
+            largest <= most,
+            "{largest} bytes were asked for at once: at most {most}"
+        );
+        word
+    }));
+    let time = start.elapsed();
+    match looked {
+        Ok(word) if time < PATIENCE => word,
+        _ => {
+            let path =
+                std::env::temp_dir().join(format!("finding-{:08x}", crc32fast::hash(mutant)));
+            std::fs::write(&path, mutant).unwrap();
+            panic!("{} took {time:?} or failed", path.display());
+        }
+    }
+}
+
+fn tell(what: &str, count: usize, start: Instant, words: &BTreeMap<&str, usize>) {
+    let seconds = start.elapsed().as_secs_f64();
+    println!("{what}: {count} mutants in {seconds:.1} s, no finding: {words:?}");
+}
+
+/// A file of tiles that was damaged, or that an enemy made.
+fn tiles(picture: &Picture, folder: &Path) {
+    let path = folder.join("mutant.tiles");
+    let seeds = picture.tile_files(folder);
+    let count = mutants(4000);
+    let mut rng = Rng::new(count as u64);
+    let (start, mut words) = (Instant::now(), BTreeMap::new());
+    for _ in 0..count {
+        let forged = rng.once_in(2);
+        let mutant = match forged {
+            true => forge::tiles(&seeds, &mut rng),
+            false => mutate::mutated(&seeds, &mut rng),
+        };
+        let word = watched(&mutant, || {
+            std::fs::write(&path, &mutant).unwrap();
+            let merged = picture.merged(&path);
+            std::fs::write(&path, &mutant).unwrap();
+            let resumed = picture.resumed(&path);
+            for film in [&merged, &resumed].into_iter().flatten() {
+                // Whoever makes checksums fit chooses pixels, but no others than those of the picture's.
+                assert!(forged || *film == picture.film, "another picture");
+                assert_eq!((film.width, film.height), picture.size());
+            }
+            if resumed.is_some() {
+                let whole = picture.merged(&path);
+                assert!(whole.is_some_and(|film| forged || film == picture.film));
+            }
+            match (merged, resumed) {
+                (Some(_), _) => "merged",
+                (None, Some(_)) => "resumed",
+                (None, None) => "refused",
+            }
+        });
+        *words.entry(word).or_default() += 1;
+    }
+    tell("tile files", count, start, &words);
+}
+
+/// A plan that was damaged, or that an enemy made, with good tiles.
+fn plans(picture: &Picture, folder: &Path) {
+    let path = folder.join("mutant.json");
+    let good: PathBuf = folder.join("good.tiles");
+    std::fs::write(&good, &picture.tile_files(folder)[0]).unwrap();
+    let seeds = [picture.plan(1), picture.plan(3)];
+    let seeds = seeds.map(|plan| serde_json::to_vec(&plan).unwrap());
+    let count = mutants(10_000);
+    let mut rng = Rng::new(!(count as u64));
+    let (start, mut words) = (Instant::now(), BTreeMap::new());
+    for _ in 0..count {
+        let mutant = match rng.once_in(3) {
+            true => mutate::mutated(&seeds, &mut rng),
+            false => forge::json(&seeds, &mut rng),
+        };
+        let word = watched(&mutant, || {
+            std::fs::write(&path, &mutant).unwrap();
+            let Ok(plan) = Plan::read(&path) else {
+                return "refused";
+            };
+            used(picture, &plan, &path, &good)
+        });
+        *words.entry(word).or_default() += 1;
+    }
+    tell("plans", count, start, &words);
+}
+
+/// Does with a plan what `render --plan` and `merge` do.
+fn used(picture: &Picture, plan: &Plan, path: &Path, good: &Path) -> &'static str {
+    if let Ok(output) = plan.picture_path(path) {
+        let folder = path.parent().unwrap().canonicalize().unwrap();
+        let place = output.parent().unwrap().canonicalize().ok();
+        // Into a folder that is not there nothing is written.
+        assert!(
+            place.is_none_or(|place| place.starts_with(folder)),
+            "{output:?}"
+        );
+    }
+    let window = plan.picture.window();
+    assert!(window.pixels() > 0 && window.within(Tile::whole(65_536, 65_536)) == window);
+    assert!(plan.share(plan.shards).is_err());
+    if window.pixels() < 1 << 16 {
+        let tiles = plan.tiles();
+        let dealt = (0..plan.shards).map(|shard| plan.share_of(&tiles, shard).count());
+        assert_eq!(dealt.sum::<usize>(), tiles.len());
+    }
+    match TileFile::read(good, &plan.picture) {
+        Ok(file) => {
+            let film = picture::merge(plan, file);
+            assert!(film.is_none_or(|film| film == picture.film));
+            "merged"
+        }
+        Err(_) => "of another picture",
+    }
+}
+
+/// One after the other: the largest request is watched for the whole process.
+#[test]
+fn mutants_of_plans_and_of_tiles() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = Picture::new();
+    tiles(&picture, folder.path());
+    plans(&picture, folder.path());
+}

@@ -1,0 +1,129 @@
+//! A picture of a few hundred pixels, its tiles, and what merging and resuming make of a file of them.
+
+use phalanx::frame::{Aovs, Control, Engine, Prepared, Settings};
+use phalanx::jobs::{
+    Beside, Developing, Identity, Plan, TileFile, merge_bands, render_bands, render_tiles,
+};
+use phalanx::render::Film;
+use phalanx::scene::Scene;
+use std::path::Path;
+
+const SCENE: &str =
+    "size 40 24\ncamera 0 0 4 0 0 0 0 1 0 45\npoint 4 4 4 1 1 1\ndiffuse 1 0.5 0\nsphere 0 0 0 1\n";
+
+pub struct Picture {
+    scene: Scene,
+    prepared: Prepared,
+    settings: Settings,
+    identity: Identity,
+    /// As it is rendered without a file.
+    pub film: Film,
+}
+
+impl Picture {
+    pub fn new() -> Picture {
+        let scene = phalanx::formats::read_test(SCENE).unwrap().scene;
+        let prepared = Prepared::build(&scene, Engine::Simd);
+        let settings = Settings {
+            tile: 8,
+            ..Settings::of(&scene)
+        };
+        let identity = Identity::of(&scene, &settings);
+        let mut picture = Picture {
+            scene,
+            prepared,
+            settings,
+            identity,
+            film: Film::new(0, 0, false),
+        };
+        picture.film = picture.rendered(&picture.settings, None).unwrap();
+        picture
+    }
+
+    pub fn size(&self) -> (u32, u32) {
+        (self.settings.width, self.settings.height)
+    }
+
+    fn rendered(&self, settings: &Settings, file: Option<&TileFile>) -> Option<Film> {
+        let beside = Beside {
+            file,
+            overview: None,
+        };
+        let mut all = None;
+        let take = |film| {
+            assert!(all.replace(film).is_none(), "one band is enough");
+            true
+        };
+        let (tree, control) = (self.prepared.tree(), Control::default());
+        render_bands(&self.scene, tree, settings, &control, beside, take).unwrap();
+        all
+    }
+
+    /// Resumes a render from a file of tiles, if it is one of this picture's.
+    pub fn resumed(&self, path: &Path) -> Option<Film> {
+        let file = TileFile::open(path, &self.identity).ok()?;
+        assert!(file.pixels() <= self.settings.pixels());
+        self.rendered(&self.settings, Some(&file))
+    }
+
+    /// Merges a file of tiles, if all of the picture is in it.
+    pub fn merged(&self, path: &Path) -> Option<Film> {
+        let file = TileFile::read(path, &self.identity).ok()?;
+        merge(&self.plan(1), file)
+    }
+
+    pub fn plan(&self, shards: u32) -> Plan {
+        let developing = Developing {
+            exposure: 0.5,
+            srgb: true,
+            round: false,
+            bits: 8,
+        };
+        let words = "plan a.test --shards 1 -o a.png --plan a.json";
+        let arguments = words.split(' ').map(str::to_owned).collect();
+        let identity = self.identity.clone();
+        let (scene, output) = ("a.test".to_owned(), "a.png".into());
+        Plan::new(scene, arguments, output, developing, identity, shards)
+    }
+
+    /// Seeds: a whole file, half of one, and one of the picture with layers.
+    pub fn tile_files(&self, folder: &Path) -> Vec<Vec<u8>> {
+        let layers = Settings {
+            aovs: Aovs::all(),
+            ..self.settings.clone()
+        };
+        let plan = self.plan(1);
+        let all = plan.tiles();
+        let half = all[..all.len() / 2].to_vec();
+        let kinds = [
+            (&self.settings, all.clone()),
+            (&self.settings, half),
+            (&layers, all),
+        ];
+        let file = |(settings, tiles): (&Settings, _)| {
+            let path = folder.join("seed.tiles");
+            let _ = std::fs::remove_file(&path);
+            let file = TileFile::open(&path, &Identity::of(&self.scene, settings)).unwrap();
+            let (tree, control) = (self.prepared.tree(), Control::default());
+            render_tiles(&self.scene, tree, settings, &control, tiles, &file).unwrap();
+            drop(file);
+            std::fs::read(&path).unwrap()
+        };
+        kinds.map(file).to_vec()
+    }
+}
+
+/// The picture of a plan whose tiles are all in one file; `None` where some are missing.
+pub fn merge(plan: &Plan, file: TileFile) -> Option<Film> {
+    if !plan.tiles().iter().all(|tile| file.has(*tile)) {
+        return None;
+    }
+    let window = plan.picture.window();
+    let mut all = None;
+    let take = |film| {
+        assert!(all.replace(film).is_none(), "one band is enough");
+        true
+    };
+    merge_bands(window, plan.aovs(), &[file], &Control::default(), take).unwrap();
+    all
+}
