@@ -287,7 +287,11 @@ mod tests {
             ..Scene::default()
         };
         let other = Identity::of(&moved, &settings);
-        assert_eq!(differing(&plain, &other), ["the scene's local origin"]);
+        let names = differing(&plain, &other);
+        assert_eq!(
+            names,
+            ["the scene's local origin", "the scene's fingerprint"]
+        );
         assert_ne!(plain.checksum(), other.checksum());
         let json = serde_json::to_string(&other).unwrap();
         assert_eq!(serde_json::from_str::<Identity>(&json).unwrap(), other);

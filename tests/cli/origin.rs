@@ -190,7 +190,7 @@ fn plans_and_checkpoints_tell_scenes_of_another_origin_apart() {
     room.refused(
         &format!("{line} --origin none"),
         2,
-        &["local origin [500000.0, 0.0, -4012344.0] there, [0.0, 0.0, 0.0] here"],
+        &["the scene's local origin is 500000,0,-4012344 there and 0,0,0 here"],
     );
     // An exact place in which decimals end late survives the plan's text.
     let origin = "--origin 500000.1,0,-4012345.700000001";
