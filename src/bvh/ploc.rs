@@ -299,7 +299,8 @@ mod tests {
     fn boxes_that_cannot_be_told_apart_are_merged_in_time() {
         const COUNT: usize = 1 << 15;
         let cube = |at: Vec3A, size: f32| Aabb::new(at - size, at + size);
-        let shapes: [(&str, fn(f32) -> (Vec3A, f32)); 6] = [
+        type Shape = fn(f32) -> (Vec3A, f32);
+        let shapes: [(&str, Shape); 6] = [
             ("one place", |_| (Vec3A::ONE, 1.0)),
             ("one point", |_| (Vec3A::ONE, 0.0)),
             ("a row", |k| (Vec3A::X * k, 0.5)),

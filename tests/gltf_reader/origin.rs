@@ -49,7 +49,7 @@ fn a_nodes_translation_is_taken_from_the_origin_in_double_precision() {
     assert_eq!(corners(&scene), [own.map(want)]);
     // Without it a quarter of a metre is all that is left.
     let rounded = at(&file, Origin::File).scene;
-    assert_eq!(corners(&rounded)[0][1].z, -4_012_344.75);
+    assert_eq!(corners(&rounded)[0][1].z, -4_012_344.8);
 }
 
 /// Each coordinate of the file and its difference from the chosen origin is single precision.

@@ -74,7 +74,10 @@
 //! | products and differences of the cross product | 20uRH | 120uRH |
 //! | sum over p and q | 26uRH | (above) |
 //! | line | 10ρH ≤ 20ρH | 12·5/3·RHρ/(shortest way) ≤ 22·RHρ/(shortest way) |
-//! | **margin** | 288uRH + 20ρH | (448u + 22ρ/(shortest way))·RH |
+//! | **margin** | 272uRH + 20ρH | (384u + 22ρ/(shortest way))·RH |
+//!
+//! The local sum of these is 427uRH: its rows are worst cases that exclude each other (h = 2R is a triangle around the
+//! origin, with p and q at their ends), and the margin is smaller.
 //!
 //! If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin; a triangle is kept for a cell if
 //! either can be so anywhere in its rectangle.
@@ -99,8 +102,8 @@ const ASIDE: f32 = 0.25;
 const USEFUL: f32 = 16.0;
 
 /// Margins of edge functions in units of uRH, near and local: see the table above.
-const NEAR_MARGIN: f32 = 288.0;
-const LOCAL_MARGIN: f32 = 448.0;
+const NEAR_MARGIN: f32 = 272.0;
+const LOCAL_MARGIN: f32 = 384.0;
 
 /// Axes, centre and margins of a beam.
 #[derive(Clone, Copy)]

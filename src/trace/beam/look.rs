@@ -31,7 +31,7 @@
 //! | z ≥ −10uR | the distance is computed as positive |
 //! | R ≤ \|z\| + 2H + e | the ray passes the own box |
 //! | N·(o − a) ≤ \|N\|₁(62uH + 192uH³/D) | the three above; terms in z > 0 are below z N·d |
-//! | N as computed: 8uH² each, so 24uH²R ≤ 48uH³ | D > 3 · 448uRH, so terms in z > 0 are again below z N·d |
+//! | N as computed: 5uH² each, so 15uH²R ≤ 30uH³ | D > 3 · 384uRH, so terms in z > 0 are again below z N·d |
 //! | N·o − N·a as computed: 10u\|N\|₁ · `scale` | three products and their sums, twice |
 //!
 //! No ray with N·(o − a) above the sum of these has a hit.
@@ -97,7 +97,7 @@ impl Look {
         let sized = (normal[0].abs() + normal[1].abs()) + normal[2].abs();
         let cube = size * size * size;
         let rounding = sized * (Native::splat(10.0 * frame.scale) + size * Native::splat(80.0))
-            + (sized * Native::splat(240.0) / least + Native::splat(64.0)) * cube;
+            + (sized * Native::splat(240.0) / least + Native::splat(40.0)) * cube;
         // What is lost below the smallest numbers, in scenes of 10⁻¹² and less, is less than the smallest of the others.
         let more = rounding * Native::splat(ULP) + Native::splat(f32::MIN_POSITIVE);
         let beyond = (normal[0] * a.x + normal[1] * a.y) + normal[2] * a.z + more;
