@@ -317,7 +317,7 @@ fn least_weights() {
             _ => sampled(&scene, k),
         };
         let asked = Settings {
-            min_weight,
+            min_weight: Some(min_weight),
             ..asked
         };
         let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12]];
@@ -326,7 +326,7 @@ fn least_weights() {
             let prepared = Prepared::build(&scene, Engine::Simd);
             let rays = |min_weight| {
                 let asked = Settings {
-                    min_weight,
+                    min_weight: Some(min_weight),
                     ..Settings::of(&scene)
                 };
                 let rays = frame_of(&scene, &prepared, asked).stats.rays;
@@ -370,7 +370,7 @@ fn split_waves() {
     for (max_depth, size) in [(300, (24, 16)), (1000, (9, 5)), (8, (150, 140))] {
         let asked = Settings {
             max_depth,
-            min_weight: 0.02,
+            min_weight: Some(0.02),
             aovs: Aovs::all(),
             ..Settings::of(&scene)
         };

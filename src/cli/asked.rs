@@ -1,6 +1,6 @@
 //! What was asked of a picture beyond its size and depth, as reports and records say it.
 
-use phalanx::frame::{Integrator, MIN_WEIGHT, Sampling, Settings};
+use phalanx::frame::{Integrator, Sampling, Settings};
 use serde::{Deserialize, Serialize};
 
 /// The settings that change the picture. A record that does not have one is older than it, and of what was then the only way.
@@ -52,7 +52,7 @@ impl Asked {
             Integrator::Occlusion { distance } => ("ao", Some(distance)),
         };
         Asked {
-            min_weight: settings.min_weight,
+            min_weight: settings.least_weight(),
             spp: settings.sampling.spp,
             filter: settings.sampling.filter.name().to_owned(),
             aa_threshold: settings.sampling.adaptively().map(|aa| aa.threshold),
@@ -63,7 +63,7 @@ impl Asked {
         }
     }
 
-    /// In words; the filter only where it matters, and the least weight unless it is the default.
+    /// In words; the filter only where it matters, and the least weight where there is one.
     pub fn words(&self) -> String {
         let mut words = match self.spp {
             1 => "one sample a pixel".to_owned(),
@@ -81,7 +81,7 @@ impl Asked {
         if let Some(distance) = self.ao_distance {
             words.push_str(&format!(" within {distance}"));
         }
-        if self.min_weight != MIN_WEIGHT {
+        if self.min_weight > 0.0 {
             words.push_str(&format!(", rays of weight {} and more", self.min_weight));
         }
         words
@@ -98,13 +98,13 @@ mod tests {
     fn what_is_not_said_is_the_default() {
         let of = |settings: &Settings| Asked::of(settings);
         let default = Settings::of(&Scene::default());
-        let older = Settings {
-            min_weight: 0.0,
+        assert_eq!(serde_json::from_str::<Asked>("{}").unwrap(), of(&default));
+        let deep = Settings {
+            max_depth: 11,
             ..default.clone()
         };
-        assert_eq!(serde_json::from_str::<Asked>("{}").unwrap(), of(&older));
-        let words = "one sample a pixel, rays of weight 0 and more";
-        assert_eq!(of(&older).words(), words);
+        let words = "one sample a pixel, rays of weight 0.00024414063 and more";
+        assert_eq!(of(&deep).words(), words);
         assert_eq!(of(&default).words(), "one sample a pixel");
         let pinhole = Lens {
             aperture: 0.0,

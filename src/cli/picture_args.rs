@@ -4,8 +4,7 @@ use super::failure::Failure;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
 use phalanx::frame::{
-    Adaptive, Aov, Aovs, DEFAULT_TILE, Filter, Integrator, Lens, MAX_SPP, MIN_WEIGHT, Sampling,
-    Settings, Tile,
+    Adaptive, Aov, Aovs, DEFAULT_TILE, Filter, Integrator, Lens, MAX_SPP, Sampling, Settings, Tile,
 };
 use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
 
@@ -28,9 +27,10 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
     pub max_depth: Option<u32>,
     /// Mirror and refracted rays of less weight than this are not traced: the product of Ks and Kt along the way, in its largest component.
-    /// 0 traces all; where Ks + Kt is more than 1, only --max-depth bounds how many rays there are
-    #[arg(long, value_name = "W", default_value_t = MIN_WEIGHT, value_parser = parse_weight)]
-    pub min_weight: f32,
+    /// 0 has all traced; where Ks + Kt is more than 1, their number may still double with each bounce [default: 0 for up to 10 bounces,
+    /// 1/4096 for more]
+    #[arg(long, value_name = "W", value_parser = parse_weight)]
+    pub min_weight: Option<f32>,
     /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive (best a power of two): one goes through the pixel's centre, more are spread
     /// over the filter [default: 1; with --aa adaptive 256]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
@@ -329,7 +329,10 @@ mod tests {
         let settings = asked.settings(&scene);
         assert_eq!((settings.width, settings.height), (8, 9));
         assert_eq!((settings.max_depth, settings.tile), (0, 64));
-        assert_eq!(settings.min_weight, 0.25);
+        assert_eq!(
+            (default.settings(&scene).min_weight, settings.min_weight),
+            (None, Some(0.25))
+        );
         let sampling = Sampling {
             spp: 5,
             filter: Filter::Tent,

@@ -229,6 +229,7 @@ mod tests {
             engine: Engine::Scalar,
             kernel: Kernel::Packet8,
             record_hits: true,
+            min_weight: Some(0.0),
             ..settings.clone()
         };
         assert_eq!(Identity::of(&scene, &same), plain);
@@ -252,7 +253,7 @@ mod tests {
             change(&mut settings);
             settings
         };
-        let others: [(&[&str], Settings); 7] = [
+        let others: [(&[&str], Settings); 8] = [
             (&["--size"], change(&|s| s.width = 7)),
             (&["--region"], change(&|s| s.region = Some(region))),
             (&["--aov"], change(&|s| s.aovs = Aovs::all())),
@@ -269,6 +270,7 @@ mod tests {
                     s.integrator = Integrator::Occlusion { distance: 3.0 };
                 }),
             ),
+            (&["--min-weight"], change(&|s| s.min_weight = Some(0.1))),
         ];
         for (names, other) in others {
             let other = Identity::of(&scene, &other);

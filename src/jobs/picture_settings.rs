@@ -41,7 +41,8 @@ impl PictureSettings {
             region: _,
             aovs: _,
             max_depth,
-            min_weight,
+            // The same weight is the same picture, said or not.
+            min_weight: _,
             sampling:
                 Sampling {
                     spp,
@@ -64,7 +65,7 @@ impl PictureSettings {
         };
         PictureSettings {
             max_depth: *max_depth,
-            min_weight: *min_weight,
+            min_weight: settings.least_weight(),
             spp: *spp,
             filter: filter.name().to_owned(),
             threshold: adaptive.map(|adaptive| adaptive.threshold),
@@ -121,7 +122,7 @@ mod tests {
     fn odd() -> Settings {
         Settings {
             max_depth: 3,
-            min_weight: 0.01,
+            min_weight: Some(0.01),
             sampling: Sampling {
                 spp: 7,
                 filter: Filter::Mitchell,

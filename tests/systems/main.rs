@@ -34,7 +34,7 @@ fn shot_of_weight(scene: &Scene, min_weight: f32) -> (Vec3, RayCounts) {
     let by = |engine: Engine| {
         let settings = Settings {
             engine,
-            min_weight,
+            min_weight: Some(min_weight),
             ..Settings::of(scene)
         };
         let prepared = Prepared::build(scene, engine);
