@@ -63,7 +63,8 @@ pub fn standard_name(name: &Path) -> Option<&str> {
     text.filter(|text| text.starts_with(standard::PREFIX))
 }
 
-/// Opens a scene file of the format with this ending (one of [`formats::endings`]), whatever its name ends in.
+/// Opens a scene file of the format with this ending (one of [`formats::endings`]), whatever its
+/// name ends in.
 ///
 /// # Errors
 /// [`OpenError`].
@@ -71,8 +72,8 @@ pub fn open_as(path: &Path, ending: &str, options: &Options) -> Result<Opened, O
     Ok(formats::load_as(path, ending, options)?.into())
 }
 
-/// Opens a scene from bytes that came from elsewhere, a pipe for example, as from a file of this name and of the format with this
-/// ending.
+/// Opens a scene from bytes that came from elsewhere, a pipe for example, as from a file of this
+/// name and of the format with this ending.
 ///
 /// # Errors
 /// [`OpenError`].

@@ -146,8 +146,9 @@ pub struct RenderArgs {
     /// Scene file, cache (.phx), standard:NAME[:SIZE], or - for stdin (see --format)
     #[arg(required_unless_present = "plan")]
     pub scene: Option<PathBuf>,
-    /// Picture to write, a PNG, JPEG, OpenEXR, Radiance HDR or PFM file by its ending, or - for stdout (a PNG, if --format does not say
-    /// otherwise; the table then goes to stderr) [default: the scene's `output`, else its stem + .png, in the current folder]
+    /// Picture to write, a PNG, JPEG, OpenEXR, Radiance HDR or PFM file by its ending, or - for
+    /// stdout (a PNG, if --format does not say otherwise; the table then goes to stderr) [default:
+    /// the scene's `output`, else its stem + .png, in the current folder]
     #[arg(short, long, value_name = "OUT.png")]
     pub output: Option<PathBuf>,
     #[command(flatten)]

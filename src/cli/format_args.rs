@@ -5,7 +5,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use phalanx::formats::endings;
 use phalanx::image::Format;
 
-/// A format by its name. No scene format is called as a picture format is, so that one option takes both.
+/// A format by its name. No scene format is called as a picture format is, so that one option takes
+/// both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FormatName {
     /// A scene format, by the ending of its files.

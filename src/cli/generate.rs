@@ -40,7 +40,8 @@ pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
         true => interrupt::stoppable_writing(&args.output, |control| {
             write(args, spec, format, control)
         })?,
-        // A pipe that nobody reads could not be stopped otherwise than by ending the process, which leaves nothing behind.
+        // A pipe that nobody reads could not be stopped otherwise than by ending the process, which
+        // leaves nothing behind.
         false => write(args, spec, format, &Control::default())?,
     };
     for loss in &losses {

@@ -3,7 +3,8 @@
 //! While a render runs, a signal asks it to stop, so that workers leave in order; a second one, or one while nothing
 //! stoppable runs (a scene is loading, a tree is being built), ends the process at once. While a file is being written
 //! no signal does, because an exit there would leave a temporary file behind: the signal waits, or asks the writing to
-//! stop. (What is written into a pipe or a device has no temporary file.) The exit code is 130 for SIGINT and 143 for SIGTERM, as shells count them, and schedulers.
+//! stop. (What is written into a pipe or a device has no temporary file.) The exit code is 130 for
+//! SIGINT and 143 for SIGTERM, as shells count them, and schedulers.
 
 use super::failure::Failure;
 use super::output;
@@ -78,7 +79,8 @@ pub fn stoppable<T>(work: impl FnOnce(&Control) -> T) -> T {
     heeding(STOP, work)
 }
 
-/// Runs `work`, which writes to `path` and heeds the control's `stop`; further signals wait until a file is whole.
+/// Runs `work`, which writes to `path` and heeds the control's `stop`; further signals wait until a
+/// file is whole.
 pub fn stoppable_writing<T>(path: &Path, work: impl FnOnce(&Control) -> T) -> T {
     match output::is_replaced(path) {
         true => heeding(STOP_WRITING, work),
@@ -95,8 +97,9 @@ fn heeding<T>(answer: u8, work: impl FnOnce(&Control) -> T) -> T {
     result
 }
 
-/// Runs `work`, which writes to `path`: a file to its end, whatever signal comes. A pipe may wait for its reader for ever, and there is no
-/// temporary file to be left behind, so that a signal ends the process at once.
+/// Runs `work`, which writes to `path`: a file to its end, whatever signal comes. A pipe may wait
+/// for its reader for ever, and there is no temporary file to be left behind, so that a signal ends
+/// the process at once.
 pub fn undisturbed<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, Failure> {
     if !output::is_replaced(path) {
         return Ok(work());

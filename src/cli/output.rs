@@ -14,8 +14,8 @@ pub const DASH: &str = "-";
 /// Set when a file's bytes go to stdout: what is told there otherwise would get among them.
 static STDOUT_TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Writes results to stdout, or to stderr where stdout is one of the files that were asked for. A reader that has gone away
-/// (`phalanx info … | head -1`) is no error.
+/// Writes results to stdout, or to stderr where stdout is one of the files that were asked for. A
+/// reader that has gone away (`phalanx info … | head -1`) is no error.
 pub fn print(text: &str) -> Result<(), Failure> {
     if STDOUT_TAKEN.load(Ordering::Relaxed) {
         let _ = io::stderr().lock().write_all(text.as_bytes());
@@ -45,7 +45,8 @@ pub fn note(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
-/// Refuses a picture's name that is not `*.png`, for the given reason of asking. Pipes and devices are called anything.
+/// Refuses a picture's name that is not `*.png`, for the given reason of asking. Pipes and devices
+/// are called anything.
 pub fn check_png_name(path: &Path, origin: &str) -> Result<(), Failure> {
     let ending = path.extension().and_then(OsStr::to_str);
     if ending.is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_stream(path) {
@@ -62,7 +63,8 @@ pub fn check_place(path: &Path) -> Result<(), Failure> {
     place(path).map(drop)
 }
 
-/// Refuses a folder, and whatever else cannot be written by what it is. Quick enough to be asked of every frame.
+/// Refuses a folder, and whatever else cannot be written by what it is. Quick enough to be asked of
+/// every frame.
 pub fn check_kind(path: &Path) -> Result<(), Failure> {
     Place::of(path)
         .map(drop)
@@ -99,7 +101,8 @@ pub fn check_picture_place(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Refuses two results in one file, of which the later would replace the earlier; each has the option that asks for it.
+/// Refuses two results in one file, of which the later would replace the earlier; each has the
+/// option that asks for it.
 pub fn check_distinct(places: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
     let mut seen: Vec<(&str, Place)> = Vec::new();
     for (origin, path) in places {

@@ -44,8 +44,9 @@ fn parse_depth(text: &str) -> Result<Depth, String> {
 /// Longest side of a JPEG.
 const JPEG_SIDE: u32 = 65_535;
 
-/// The format that was asked for, or what a picture's name says of it; refuses one whose ending no format has, for the given reason of
-/// asking. Stdout and pipes and devices without an ending get a PNG.
+/// The format that was asked for, or what a picture's name says of it; refuses one whose ending no
+/// format has, for the given reason of asking. Stdout and pipes and devices without an ending get a
+/// PNG.
 pub fn format_of(path: &Path, asked: Option<Format>, origin: &str) -> Result<Format, Failure> {
     let plain = || path.extension().is_none() && !is_replaced(path);
     let format = asked.or_else(|| Format::of(path));
@@ -141,13 +142,14 @@ impl Target {
         Ok(Target { path, file })
     }
 
-    /// Tells whether the whole file is in memory before it is written: where it is not replaced, nothing can be sought in it.
+    /// Tells whether the whole file is in memory before it is written: where it is not replaced,
+    /// nothing can be sought in it.
     pub fn is_in_memory(&self) -> bool {
         self.file.format.seeks() && !is_replaced(&self.path)
     }
 
-    /// Writes bands as they are made, on a thread of its own; `make` is given what takes them. A pipe whose reader does not come, or
-    /// reads no more, is given up when the control says stop.
+    /// Writes bands as they are made, on a thread of its own; `make` is given what takes them. A
+    /// pipe whose reader does not come, or reads no more, is given up when the control says stop.
     pub fn write_while<T>(
         &self,
         control: &Control,
@@ -197,7 +199,8 @@ impl Target {
 /// How often a thread that waits looks for a signal.
 const POLL: Duration = Duration::from_millis(1);
 
-/// Hands a band to the thread that writes; `false` where that has ended, or where nobody is to wait for it any more.
+/// Hands a band to the thread that writes; `false` where that has ended, or where nobody is to wait
+/// for it any more.
 fn hand(send: &SyncSender<io::Result<Film>>, film: Film, stopped: impl Fn() -> bool) -> bool {
     let mut waiting = Ok(film);
     loop {

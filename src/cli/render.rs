@@ -268,8 +268,8 @@ fn write(
     })
 }
 
-/// Films in memory at a time: one that is rendered, and one that is written; and as many as a file that is put together in memory
-/// takes the place of.
+/// Films in memory at a time: one that is rendered, and one that is written; and as many as a file
+/// that is put together in memory takes the place of.
 fn held(settings: &Settings, target: &Target) -> u64 {
     let bands = bands(settings.window()).len() as u64;
     let file = if target.is_in_memory() { bands } else { 0 };

@@ -34,9 +34,9 @@ pub struct SceneArgs {
     /// an estimate from the sizes of the named file and those it refers to, the scene and the picture, no limit
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
     pub max_memory: Option<u64>,
-    /// Format of the scene, whatever its name ends in; a scene from stdin, called -, needs it. Where a picture is written, the name of a
-    /// picture format says what is written, whatever the picture's name ends in: one of each may be given, as in
-    /// --format obj --format exr
+    /// Format of the scene, whatever its name ends in; a scene from stdin, called -, needs it.
+    /// Where a picture is written, the name of a picture format says what is written, whatever the
+    /// picture's name ends in: one of each may be given, as in --format obj --format exr
     #[arg(long, value_name = "NAME", value_parser = format_parser())]
     pub format: Vec<FormatName>,
 }

@@ -96,8 +96,8 @@ impl<'a> Viewer<'a> {
         self.preview.is_some()
     }
 
-    /// Shows the picture so far, with these words; a file is written when it is time to, or at the end. A pipe whose reader does not
-    /// come holds nothing up, but at the end until `stop` is set.
+    /// Shows the picture so far, with these words; a file is written when it is time to, or at the
+    /// end. A pipe whose reader does not come holds nothing up, but at the end until `stop` is set.
     pub fn show(&mut self, words: &str, end: bool, stop: &AtomicBool) {
         let due = end || self.written.elapsed() >= EVERY;
         if self.preview.is_none() && !due {
@@ -134,7 +134,8 @@ impl<'a> Viewer<'a> {
     }
 }
 
-/// Writes a snapshot. A disk that is full for a moment is no reason to give up a picture that takes hours.
+/// Writes a snapshot. A disk that is full for a moment is no reason to give up a picture that takes
+/// hours.
 fn save(path: &Path, picture: &Picture) {
     if let Err(error) = save_png(path, picture) {
         output::note(&format!("warning: {error}"));

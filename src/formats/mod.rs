@@ -210,7 +210,8 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
     load_format(path, path.extension(), options)
 }
 
-/// Reads a scene file of the format with this ending (one of [`endings`]), whatever its name ends in.
+/// Reads a scene file of the format with this ending (one of [`endings`]), whatever its name ends
+/// in.
 ///
 /// # Errors
 /// As of [`load`].
@@ -234,8 +235,9 @@ fn load_format(
     load_read(path, format, &bytes, options)
 }
 
-/// Reads a scene from bytes that came from elsewhere, a pipe for example, as from a file of this path and of the format with this ending
-/// (one of [`endings`]): files that the scene names are looked for in the path's folder.
+/// Reads a scene from bytes that came from elsewhere, a pipe for example, as from a file of this
+/// path and of the format with this ending (one of [`endings`]): files that the scene names are
+/// looked for in the path's folder.
 ///
 /// # Errors
 /// As of [`load`].

@@ -68,7 +68,8 @@ pub fn save_bands(
     })
 }
 
-/// Writes a picture to wherever bytes go, as [`save_bands`] does to a file; those of a format that seeks when they are complete.
+/// Writes a picture to wherever bytes go, as [`save_bands`] does to a file; those of a format that
+/// seeks when they are complete.
 ///
 /// # Errors
 /// As of [`save_bands`].

@@ -1,4 +1,5 @@
-//! Open files by their number: what `/dev/stdout`, `/dev/fd/3` and `/proc/self/fd/3` name. The only place of `image` with `unsafe`.
+//! Open files by their number: what `/dev/stdout`, `/dev/fd/3` and `/proc/self/fd/3` name. The only
+//! place of `image` with `unsafe`.
 
 use std::fs::File;
 use std::io;
@@ -20,7 +21,8 @@ pub(super) fn named(path: &Path) -> Option<i32> {
     (own || same("/dev/fd")).then_some(number)
 }
 
-/// Tells whether a path names an open file of another process. Its link's text is not always a path.
+/// Tells whether a path names an open file of another process. Its link's text is not always a
+/// path.
 #[cfg(unix)]
 pub(super) fn of_another_process(path: &Path) -> bool {
     let folder = number(path).and_then(|_| folder(path));
@@ -49,9 +51,10 @@ pub(super) fn duplicate(number: i32) -> io::Result<File> {
     if number < 0 {
         return Err(io::ErrorKind::InvalidInput.into());
     }
-    // SAFETY: the number is not -1, as `BorrowedFd` wants it. It is borrowed for this one call, which asks the system to duplicate it:
-    // of a number that is not open the system says so, and nothing is read, written or closed through it. Who asks is named by the
-    // user, by path, so that no other part's handle is guessed at.
+    // SAFETY: the number is not -1, as `BorrowedFd` wants it. It is borrowed for this one call,
+    // which asks the system to duplicate it: of a number that is not open the system says so, and
+    // nothing is read, written or closed through it. Who asks is named by the user, by path, so
+    // that no other part's handle is guessed at.
     let borrowed = unsafe { BorrowedFd::borrow_raw(number) };
     borrowed.try_clone_to_owned().map(File::from)
 }

@@ -1,4 +1,5 @@
-//! The one place through which files are written: regular ones appear whole or not at all, everything else is written into.
+//! The one place through which files are written: regular ones appear whole or not at all,
+//! everything else is written into.
 
 use super::place::{Place, folder_of};
 use std::fs::{self, File, Permissions};
@@ -13,12 +14,14 @@ impl<T: Write + Seek> Out for T {}
 
 /// Writes what is to stand at `path` through `fill`, by what stands there now (see [`Place`]).
 ///
-/// A regular file, or none yet: written as a temporary file in the same folder, which is synced and renamed over it, and has its
-/// permissions. A link's target is treated so, the link stays. Pipes, devices and open files of this process (`/dev/stdout`) are
-/// written into as the bytes come, and are never renamed over.
+/// A regular file, or none yet: written as a temporary file in the same folder, which is synced and
+/// renamed over it, and has its permissions. A link's target is treated so, the link stays. Pipes,
+/// devices and open files of this process (`/dev/stdout`) are written into as the bytes come, and
+/// are never renamed over.
 ///
 /// # Errors
-/// The first error of any step. Then there is no temporary file left, and a regular file that stood at `path` stands there still.
+/// The first error of any step. Then there is no temporary file left, and a regular file that stood
+/// at `path` stands there still.
 pub fn replace_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -52,8 +55,8 @@ pub(super) fn in_memory(fill: impl FnOnce(&mut dyn Out) -> io::Result<()>) -> io
     Ok(bytes.into_inner())
 }
 
-/// Tells what [`replace_file`] would find there and refuses where it could not write: to be asked before hours of work, not after.
-/// Nothing is opened, waited for, or left behind.
+/// Tells what [`replace_file`] would find there and refuses where it could not write: to be asked
+/// before hours of work, not after. Nothing is opened, waited for, or left behind.
 ///
 /// # Errors
 /// The system's reason why not.

@@ -53,7 +53,8 @@ impl Format {
         matches!(self, Format::Exr | Format::Hdr | Format::Pfm)
     }
 
-    /// Tells whether its writer goes back in the file, so that into a pipe it is written when it is whole.
+    /// Tells whether its writer goes back in the file, so that into a pipe it is written when it is
+    /// whole.
     pub fn seeks(self) -> bool {
         matches!(self, Format::Exr | Format::Pfm)
     }

@@ -1,5 +1,5 @@
-//! What stands at a path that is to be written, which decides how it is written: a regular file is replaced, everything else is
-//! written into.
+//! What stands at a path that is to be written, which decides how it is written: a regular file is
+//! replaced, everything else is written into.
 
 use super::descriptor;
 use std::fs::{self, File, OpenOptions};
@@ -13,8 +13,8 @@ pub enum Place {
     File(PathBuf),
     /// A pipe or a device: it is opened and written into.
     Stream(PathBuf),
-    /// An open file of this process by its number, as `/dev/stdout` names one: it is written into where it stands, so that whoever
-    /// else writes to it goes on behind.
+    /// An open file of this process by its number, as `/dev/stdout` names one: it is written into
+    /// where it stands, so that whoever else writes to it goes on behind.
     Open(i32),
 }
 
@@ -24,7 +24,8 @@ const MAX_LINKS: usize = 40;
 const STDOUT: i32 = 1;
 
 impl Place {
-    /// Asks what stands at a path. Nothing is opened: opening a pipe waits for its reader, and opening a device may be heard.
+    /// Asks what stands at a path. Nothing is opened: opening a pipe waits for its reader, and
+    /// opening a device may be heard.
     ///
     /// # Errors
     /// A folder, a socket, links in a circle, or the system's reason why it cannot be told.
@@ -74,7 +75,8 @@ impl Place {
         }
     }
 
-    /// Refuses what cannot be written into, as far as can be told without writing. Of a file this says nothing.
+    /// Refuses what cannot be written into, as far as can be told without writing. Of a file this
+    /// says nothing.
     pub(super) fn check_stream(&self) -> io::Result<()> {
         match self {
             Place::File(_) => Ok(()),

@@ -127,8 +127,8 @@ impl TileFile {
         TileFile::scan(path, file, identity)
     }
 
-    /// Refuses a place that no tile file can be at, without opening it: tiles are read again from anywhere in the file, so that pipes,
-    /// devices and `/dev/stdout` will not do.
+    /// Refuses a place that no tile file can be at, without opening it: tiles are read again from
+    /// anywhere in the file, so that pipes, devices and `/dev/stdout` will not do.
     ///
     /// # Errors
     /// [`TileFileError::Io`].

@@ -1,4 +1,5 @@
-//! Where results are written: files are replaced, everything else is written into and stays what it is.
+//! Where results are written: files are replaced, everything else is written into and stays what it
+//! is.
 
 use super::signals::signal;
 use super::{Ran, Room, ran};

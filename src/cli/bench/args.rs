@@ -30,7 +30,8 @@ pub enum BenchCommand {
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Scene files, caches (.phx), standard:NAME[:SIZE], or - for stdin [default: the standard suite]
+    /// Scene files, caches (.phx), standard:NAME[:SIZE], or - for stdin [default: the standard
+    /// suite]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// A minute: six scenes of the suite

@@ -77,7 +77,8 @@ fn measure_all(args: &RunArgs) -> Result<(), Failure> {
     }
 }
 
-/// Refuses places that cannot be written, and scenes that cannot be read as often as they have to be.
+/// Refuses places that cannot be written, and scenes that cannot be read as often as they have to
+/// be.
 fn check_places(args: &RunArgs) -> Result<(), Failure> {
     let places = [
         ("--json", &args.json),
