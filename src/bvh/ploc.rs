@@ -48,7 +48,7 @@ pub(super) fn build(boxes: &[Aabb], preset: &BvhBuildParams) -> Option<Bvh2> {
 /// A tree with one box a leaf.
 struct Clustered {
     tree: Bvh2,
-    /// Whether merging by cost came to no end.
+    /// Set where merging by cost came to no end.
     stalled: bool,
 }
 
@@ -187,7 +187,7 @@ fn pair_up(partners: &mut [i8]) {
     }
 }
 
-/// What unions of the last `REACH` clusters with those behind them cost: each is asked for from both sides.
+/// Costs of unions of the last `REACH` clusters with those behind them: each is read from both sides.
 struct Costs<const REACH: usize>([[f32; REACH]; REACH]);
 
 impl<const REACH: usize> Costs<REACH> {

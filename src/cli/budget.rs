@@ -38,11 +38,11 @@ const OTHER_BYTES: u64 = 270;
 const ORACLE_BYTES: u64 = 100;
 /// While the wide tree is made.
 const WIDE_BYTES: u64 = 140;
-/// Of the camera rays of a tile, and of its pixels.
+/// Bytes of a tile's pixel and its camera rays.
 const PIXEL_BYTES: u64 = 400;
-/// Of the rays of one wave, while it is shaded.
+/// Bytes of a ray of one wave, while it is shaded.
 const RAY_BYTES: u64 = 800;
-/// Of a bounce of the oracle's, while those after it are traced.
+/// Bytes of a bounce of the oracle's, while those after it are traced.
 const PATH_BYTES: u64 = 256;
 /// Of a sample that halves a cell, while its block is not finished: 110 measured, layers of light beside it.
 const SAMPLE_BYTES: u64 = 160;

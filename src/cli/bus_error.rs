@@ -25,7 +25,7 @@ mod linux {
     /// Messages for one mapped file, two, and so on; the last that is set names them all. Read by the handler, which takes no lock.
     static MESSAGES: [OnceLock<String>; 16] = [const { OnceLock::new() }; 16];
 
-    /// What answered SIGBUS before.
+    /// The action for SIGBUS before.
     static BEFORE: OnceLock<libc::sigaction> = OnceLock::new();
 
     /// The first thread tells.

@@ -43,7 +43,7 @@ pub struct Sequence {
 }
 
 impl FrameArgs {
-    /// What was asked for, if anything was. Places of key frames are in the file's coordinates.
+    /// The sequence that was asked for, if one was. Places of key frames are in the file's coordinates.
     pub fn sequence(&self, scene: &Scene) -> Result<Option<Sequence>, Failure> {
         let Some(frames) = self.frames.clone() else {
             return Ok(None);

@@ -33,7 +33,7 @@ pub fn check_place(heat: Option<&[String]>) -> Result<(), Failure> {
     output::check_picture_place(path.as_ref())
 }
 
-/// What `--heat` asks for.
+/// The picture that `--heat` asks for.
 pub fn asked(heat: Option<&[String]>, settings: &Settings) -> Result<Option<Heat>, Failure> {
     let Some([name, path]) = heat else {
         return Ok(None);

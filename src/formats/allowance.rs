@@ -3,7 +3,7 @@
 
 use std::cell::{Cell, RefCell};
 
-/// What may be used, and what is.
+/// Bytes that may be used, and those that are.
 #[derive(Debug)]
 pub(super) struct Allowance {
     most: u64,
@@ -11,7 +11,7 @@ pub(super) struct Allowance {
     refused: RefCell<Option<Refusal>>,
 }
 
-/// What there was no memory for.
+/// A use that there was no memory for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Refusal {
     /// Its purpose, as in "to decode the texture `a.png`".
@@ -54,7 +54,7 @@ impl Allowance {
         Err(refusal.message())
     }
 
-    /// What was refused first.
+    /// The use that was refused first.
     pub(super) fn refusal(&self) -> Option<Refusal> {
         self.refused.borrow().clone()
     }

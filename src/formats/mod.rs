@@ -75,7 +75,7 @@ pub enum LoadError {
         /// What is wrong: at least one, at most [`MAX_DIAGNOSTICS`], in file order.
         diagnostics: Vec<Diagnostic>,
     },
-    /// What the file names or makes would take more than [`Options::max_memory`].
+    /// Files that the scene names, or data that it makes, would take more than [`Options::max_memory`].
     #[error("{}: about {needed} bytes would be needed {what}, and {allowed} are allowed", path.display())]
     Memory {
         /// The file.

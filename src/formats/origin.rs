@@ -45,7 +45,7 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// What a reader subtracts; `None` where it reads the file as it stands.
+    /// The origin that a reader subtracts; `None` where it reads the file as it stands.
     pub(super) fn moved(self) -> Option<DVec3> {
         match self {
             Origin::At(place) if place != [0.0; 3] => Some(place.into()),
@@ -53,7 +53,7 @@ impl Origin {
         }
     }
 
-    /// What a reader subtracts.
+    /// The origin that a reader subtracts.
     pub(super) fn place(self) -> DVec3 {
         self.moved().unwrap_or(DVec3::ZERO)
     }
@@ -115,7 +115,7 @@ impl Look {
         (self.lo.as_dvec3(), self.hi.as_dvec3())
     }
 
-    /// Whether no more geometry can make it far away. As the bounds grow to a half extent H, c grows by at most 2H; so
+    /// Tells whether no more geometry can make it far away. As the bounds grow to a half extent H, c grows by at most 2H; so
     /// nothing is far away in the end where c ≤ (FAR − 2) · h now, as h ≤ H.
     fn is_near(&self) -> bool {
         let (lo, hi) = self.corners();
@@ -223,7 +223,7 @@ pub(super) fn move_exactly(
     Ok(())
 }
 
-/// Whether a single-precision coordinate is one, too, after the move.
+/// Tells whether a single-precision coordinate is one, too, after the move.
 pub(super) fn is_exact(c: f32, origin: f64) -> bool {
     let moved = (f64::from(c) - origin) as f32;
     f64::from(moved) + origin == f64::from(c)

@@ -30,5 +30,6 @@ pub use false_color::false_color;
 pub use file::{check_writable, replace_file};
 pub use format::Format;
 pub use place::Place;
+pub(crate) use place::folder_of;
 pub use png::{PictureError, Raster, load, png_bytes, save_png};
 pub use tone::{Grade, MAX_EXPOSURE, Picture, encode};

@@ -1,4 +1,4 @@
-//! What stands at a path that is to be written, which decides how it is written: a regular file is
+//! The kind of file at a path that is to be written decides how it is written: a regular file is
 //! replaced, everything else is written into.
 
 use super::descriptor;
@@ -6,7 +6,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-/// What stands at a path, links followed.
+/// The kind of file at a path, links followed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A regular file, or none yet, by its folder's real name: it is replaced as a whole.
@@ -95,7 +95,7 @@ impl Place {
         }
     }
 
-    /// What is written into, opened; a pipe waits for its reader. `None` for a file.
+    /// The pipe, device or open file, opened to be written into; a pipe waits for its reader. `None` for a file.
     pub(super) fn open_stream(&self) -> io::Result<Option<File>> {
         match self {
             Place::File(_) => Ok(None),
@@ -128,7 +128,7 @@ fn file_at(path: &Path) -> io::Result<Place> {
 }
 
 /// The folder that a path names something in.
-pub(super) fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),

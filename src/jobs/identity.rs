@@ -36,9 +36,9 @@ pub struct Identity {
 pub struct FieldError {
     /// Name of the field, with those that it stands in.
     pub field: &'static str,
-    /// What it holds, without control characters.
+    /// Its value, without control characters.
     pub value: String,
-    /// What it may hold.
+    /// Values that it may have.
     pub expected: String,
 }
 

@@ -1,6 +1,7 @@
 //! The places that a plan may send its picture to: those in its own folder. A plan may be anybody's, and who merges it has not
 //! chosen where it writes.
 
+use crate::image::folder_of;
 use std::fs;
 use std::io;
 use std::path::{Component, Path, PathBuf, absolute};
@@ -67,13 +68,6 @@ fn real(path: &Path) -> io::Result<PathBuf> {
 fn descends(path: &Path) -> bool {
     let normal = |part| matches!(part, Component::Normal(_) | Component::CurDir);
     path.components().all(normal)
-}
-
-fn folder_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(folder) if folder != Path::new("") => folder.to_path_buf(),
-        _ => PathBuf::from("."),
-    }
 }
 
 #[cfg(all(test, unix))]

@@ -95,7 +95,7 @@ impl Scan {
     }
 }
 
-/// What every record of a picture's file has.
+/// Properties of every record of a picture's file.
 struct Ours {
     identity: u32,
     window: Tile,

@@ -60,7 +60,7 @@ pub enum TileFileError {
     Different {
         /// The file.
         path: PathBuf,
-        /// What differs: one at least.
+        /// Differences, at least one.
         differences: Vec<Difference>,
     },
 }

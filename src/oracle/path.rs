@@ -14,7 +14,7 @@ pub(super) struct Onward {
     ray: Ray,
     way: Way,
     chance: Chance,
-    /// By the hit that sends it.
+    /// Weight given by the hit that sends it.
     weight: Vec3,
     /// The product of all weights since the camera.
     throughput: Vec3,
@@ -41,7 +41,7 @@ type Ways = [Option<Onward>; 2];
 
 /// A hit whose bounces are being traced.
 pub(super) struct Level {
-    /// What is known of its light.
+    /// Its light as far as it is known.
     parts: Parts,
     /// The way of the bounce that is being traced, and its weight.
     traced: (Way, Vec3),

@@ -19,7 +19,7 @@ const SAMPLES: u32 = 1 << 16;
 /// Rays that are traced together, at most: as many as a tile of the default side has pixels, for the same reason.
 const TOGETHER: usize = 1024;
 
-/// What they see of the lights is kept by ray of the wave.
+/// Their visibility of the lights is kept by ray of one wave.
 const _: () = assert!(TOGETHER <= CAMERA_RAYS, "they would be several waves");
 
 /// A block of a group, and which of its asks.

@@ -78,7 +78,7 @@ impl Weights {
         all
     }
 
-    /// Whether a throughput may be less than `min_weight` after `depth` bounces or fewer. Errs on the side of yes.
+    /// Tells whether a throughput may be less than `min_weight` after `depth` bounces or fewer. Errs on the side of yes.
     fn may_fall_below(&self, min_weight: f32, depth: u32) -> bool {
         // More than the rounding of so many products.
         let least = self.least.min(1.0) * (1.0 - 1e-6);
@@ -108,7 +108,7 @@ fn bounces_until_below(factor: f64, least: f32, most: u32) -> Option<u32> {
 }
 
 impl WaveSizes {
-    /// Of renders of a scene with these settings.
+    /// Sizes for renders of a scene with these settings.
     pub fn of(scene: &Scene, max_depth: u32, min_weight: f32) -> WaveSizes {
         let weights = Weights::of(scene);
         let depth = weights.reach(min_weight, max_depth) as usize;
@@ -226,7 +226,7 @@ impl Levels {
         self.sizes.camera
     }
 
-    /// What a wave of some depth is traced with: what is above it, and its own level.
+    /// The level above a wave of some depth, and its own.
     fn around(&mut self, depth: usize) -> (Option<&mut Level>, &mut Level) {
         if self.levels.len() <= depth {
             self.levels.resize_with(depth + 1, Level::default);

@@ -40,7 +40,7 @@ pub struct PacketPainter<'a> {
     pub(super) seeded: bool,
     /// How far the sky is, where nothing but that is to be seen.
     sky: Option<f32>,
-    /// What lives as long as camera rays that are traced together, and what as long as one wave of them.
+    /// Memory that lives as long as camera rays that are traced together, and as long as one wave of them.
     tile_arena: Bump,
     scratch: Bump,
     levels: Levels,

@@ -1,7 +1,7 @@
 //! Polygons of many corners, by a constrained Delaunay triangulation (the crate spade): n log n for outlines of any
 //! shape, where cutting ears is quadratic as soon as corners coincide or lie in rows.
 //!
-//! What an outline encloses is what an odd number of its edges separates from the outside. An edge that crosses one
+//! An outline encloses all that an odd number of its edges separates from the outside. An edge that crosses one
 //! before it is led along the sides of the triangles that it meets, so that the outline stays closed whatever it does.
 
 use spade::{
@@ -169,7 +169,7 @@ impl Steps {
         Some(())
     }
 
-    /// Whether an edge of the outline is in the way of another one.
+    /// Set where an edge of the outline is in the way of another one.
     fn is_blocked(&mut self, delaunay: &Delaunay, from: Vertex, to: Vertex) -> Option<bool> {
         for met in LineIntersectionIterator::new_from_handles(delaunay, from, to) {
             self.take()?;

@@ -70,7 +70,7 @@ impl Scene {
         }
     }
 
-    /// Whether the scene has an origin of its own: its coordinates are not those of the file.
+    /// Tells whether the scene has an origin of its own: its coordinates are not those of the file.
     pub fn is_moved(&self) -> bool {
         self.origin != [0.0; 3]
     }

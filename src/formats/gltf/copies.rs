@@ -1,4 +1,4 @@
-//! What a file shows several times: the same primitives in several meshes, or several times in one. Where that comes to
+//! Geometry that a file shows several times: the same primitives in several meshes, or several times in one. Where that comes to
 //! many triangles they are stored once and placed, as a mesh of several nodes is.
 
 use super::document::{AccessorRow, Document, MeshRow, Primitive, Sparse};

@@ -23,7 +23,7 @@ pub(super) struct Shape<'a> {
 pub(super) struct Bad {
     pub(super) normals: usize,
     pub(super) uvs: usize,
-    /// Whether places that are single precision in the file were rounded.
+    /// Set where places that are single precision in the file were rounded.
     pub(super) inexact: bool,
 }
 
@@ -128,7 +128,7 @@ impl<'a> Shape<'a> {
 }
 
 impl Shape<'_> {
-    /// Whether taking an origin away rounds no corner.
+    /// Tells whether taking an origin away rounds no corner.
     fn is_exact_at(&self, place: DVec3) -> bool {
         let exact = |&corner: &u32| {
             let at = self.positions.get::<3>(corner as usize);

@@ -160,7 +160,7 @@ struct Reader<'a, 't> {
     /// Triangles that may still be made: as many as the file has bytes, and a few million. Accessors may be shared,
     /// and nothing else bounds how often.
     triangles_left: u64,
-    /// Whether the scene's origin rounds coordinates that are single precision in the file.
+    /// Set where the scene's origin rounds coordinates that are single precision in the file.
     inexact: bool,
 }
 

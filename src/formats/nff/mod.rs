@@ -27,7 +27,7 @@ struct Reader<'a> {
     tokens: Tokens<'a>,
     report: Report<'a>,
     scene: Scene,
-    /// What is taken from places before they are rounded.
+    /// The origin, taken from places before they are rounded.
     origin: DVec3,
     lights: Vec<Light>,
     looks: Looks,

@@ -107,7 +107,7 @@ pub(super) fn read(text: &[u8], start: usize, limits: Limits, origin: Option<DVe
 struct Reader<'a> {
     cursor: Cursor<'a>,
     limits: Limits,
-    /// What vertices are taken from, if the scene is moved.
+    /// The origin that is taken from vertices, if the scene is moved.
     origin: Option<DVec3>,
     piece: Piece,
     /// Those of the face at hand.

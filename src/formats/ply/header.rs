@@ -62,7 +62,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// Whether it is one number, which single precision holds without rounding.
+    /// Tells whether it is one number, which single precision holds without rounding.
     pub(super) fn is_single(self) -> bool {
         let double = matches!(self, Kind::One(Type::F64 | Type::I32 | Type::U32));
         !double && !matches!(self, Kind::List { .. })

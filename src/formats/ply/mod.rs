@@ -90,7 +90,7 @@ struct VertexPlan {
     element: usize,
     count: u64,
     place: [usize; 3],
-    /// What places are taken from before they are rounded; 0 where they are single precision anyway.
+    /// The origin, taken from places before they are rounded; 0 where they are single precision anyway.
     origin: DVec3,
     /// Which of `place` are single precision, or less.
     single: [bool; 3],

@@ -25,7 +25,7 @@ struct Reader<'a> {
     report: Report<'a>,
     scene: Scene,
     seen: Seen,
-    /// What is taken from transformed places before they are rounded.
+    /// The origin, taken from transformed places before they are rounded.
     origin: DVec3,
     vertices: Pile<DVec3>,
     normal_vertices: Pile<NormalVertex>,

@@ -11,7 +11,7 @@
 //!   Most of what shadow rays have to be tested against lies where they start, and would drown in the rounding of
 //!   coordinates that begin at the light. With W = 1 the rays are parallel.
 //!
-//! # Culled boxes and triangles cannot be hit
+//! # Why culled boxes and triangles are not hit
 //!
 //! A hit needs two things (see [`crate::trace`]): its ray passes the slab test of the primitive's own box, and with that of
 //! every box around it; and a triangle's three edge functions, as computed, do not differ in sign. All bounds err to
@@ -76,8 +76,9 @@
 //! | line | 10ρH ≤ 20ρH | 12·5/3·RHρ/(shortest way) ≤ 22·RHρ/(shortest way) |
 //! | **margin** | 272uRH + 20ρH | (384u + 22ρ/(shortest way))·RH |
 //!
-//! The local sum of these is 427uRH: its rows are worst cases that exclude each other (h = 2R is a triangle around the
-//! origin, with p and q at their ends), and the margin is smaller.
+//! The near rows add up to their margin. The local ones add up to 427uRH, which is more than the margin of 384: whether all
+//! can be at their worst at once is not shown, so this table does not prove local frames; `tests/random_scenes` has found no
+//! ray that they lose (`perf/notes/beams.md` has the price of a margin of 448).
 //!
 //! If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin; a triangle is kept for a cell if
 //! either can be so anywhere in its rectangle.
@@ -97,8 +98,8 @@ pub(super) const ULP: f32 = 1.0 / 16_777_216.0;
 /// Rays have a local frame if they start within this share of the way to their light around the first.
 const ASIDE: f32 = 0.25;
 
-/// Boxes may be grown by this share of the way to the light at most, 1/16: beyond it, a frame culls too little to be of
-/// use, and beyond D/8 a local one is wrong.
+/// Boxes may be grown by the way to the light over this at most. Beyond that a frame culls too little to be of use; a local
+/// one is wrong where 4uS, some eighth of it, comes near 3/4 of D.
 const USEFUL: f32 = 16.0;
 
 /// Margins of edge functions in units of uRH, near and local: see the table above.
@@ -174,8 +175,8 @@ impl Frame {
                 let farthest = largest(*place);
                 let slack = 2.0 * PAD * farthest;
                 let scale = extent + farthest;
-                let sizes = [extent, scale];
-                Some(Frame::near(*place, toward, slack, [0.0; 2], sizes))
+                let frame = Frame::near(*place, toward, slack, [0.0; 2], [extent, scale]);
+                Some(frame)
             }
             Apex::Light { place, rays } => {
                 let way = std::array::from_fn(|k| place[k] - rays.center[k]);

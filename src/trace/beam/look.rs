@@ -2,7 +2,7 @@
 //! go no further. A ray is left out if it passes beside the triangle, or if it starts on that side of it to which it goes, as it
 //! does with the surface that it leaves.
 //!
-//! # Culled rays cannot hit
+//! # Why culled rays do not hit
 //!
 //! Symbols and bounds are those of [`super::frame`], and:
 //!
@@ -31,10 +31,11 @@
 //! | z ≥ −10uR | the distance is computed as positive |
 //! | R ≤ \|z\| + 2H + e | the ray passes the own box |
 //! | N·(o − a) ≤ \|N\|₁(62uH + 192uH³/D) | the three above; terms in z > 0 are below z N·d |
-//! | N as computed: 5uH² each, so 15uH²R ≤ 30uH³ | D > 3 · 384uRH, so terms in z > 0 are again below z N·d |
+//! | N as computed: 8uH² each, so 24uH²R ≤ 48uH³, of which the code has 40 | D > 3 · 384uRH, so terms in z > 0 are again below z N·d |
 //! | N·o − N·a as computed: 10u\|N\|₁ · `scale` | three products and their sums, twice |
 //!
-//! No ray with N·(o − a) above the sum of these has a hit.
+//! No ray with N·(o − a) above the sum of these has a hit. The next to last bound is more than the code's, as the margin of local
+//! frames is less than its table's sum.
 
 use super::frame::{Frame, TriangleView, ULP};
 use crate::lanes::{LaneMask, Lanes, NATIVE, Native, NativeMask, Vec3Lanes, Vec3Native};
