@@ -1,6 +1,7 @@
 //! Vectors in lanes.
 
-use super::{F32x8, LaneMask, Lanes};
+use super::{F32x8, LANES, LaneMask, Lanes};
+use glam::Vec3;
 use std::ops::{Add, Neg, Sub};
 
 /// Eight vectors.
@@ -36,6 +37,13 @@ impl<L: Lanes> Vec3Lanes<L> {
             1 => [self.y, self.z, self.x],
             _ => [self.z, self.x, self.y],
         }
+    }
+
+    /// The vector in a lane, read from memory: for what is rare.
+    #[inline(never)]
+    pub fn lane(&self, k: usize) -> Vec3 {
+        let one = |column: &L| column.eight(k / LANES).lane(k % LANES);
+        Vec3::new(one(&self.x), one(&self.y), one(&self.z))
     }
 
     /// Lanes of `yes` where the mask is set, of `no` elsewhere.

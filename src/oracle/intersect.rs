@@ -89,6 +89,9 @@ impl Stay {
 /// Components smaller than this count as this when inverted.
 const SMALLEST: f32 = f32::from_bits((127 - 80) << 23);
 
+/// What a bound on a distance's error must be larger than.
+const TINY: f32 = f32::from_bits((127 - 75) << 23);
+
 fn reciprocal(x: f32) -> f32 {
     let safe = if x.abs() < SMALLEST {
         if x < 0.0 { -SMALLEST } else { SMALLEST }
@@ -184,9 +187,9 @@ impl Probe {
         }
     }
 
-    fn triangle(&self, corners: [Vec3; 3], scene: &Scene, prim_id: u32) -> Option<Hit> {
+    fn triangle(&self, stored: [Vec3; 3], scene: &Scene, prim_id: u32) -> Option<Hit> {
         let [a, b, c] =
-            corners.map(|corner| Vec3::from_array(self.axes.map(|k| corner[k])) - self.sheared_org);
+            stored.map(|corner| Vec3::from_array(self.axes.map(|k| corner[k])) - self.sheared_org);
         let (ax, ay) = (a.x - self.slope_x * a.z, a.y - self.slope_y * a.z);
         let (bx, by) = (b.x - self.slope_x * b.z, b.y - self.slope_y * b.z);
         let (cx, cy) = (c.x - self.slope_x * c.z, c.y - self.slope_y * c.z);
@@ -198,10 +201,24 @@ impl Probe {
             return None;
         }
         let det = (u + v) + w;
-        let raw = (((u * a.z + v * b.z) + w * c.z) * self.scale) / det;
-        if det == 0.0 {
+        if det.is_nan() || det == 0.0 {
             return None;
         }
+        let sum = (u * a.z + v * b.z) + w * c.z;
+        let by_edges = (sum * self.scale) / det;
+        let size = [ax, ay, bx, by, cx, cy]
+            .map(f32::abs)
+            .into_iter()
+            .fold(0.0, max);
+        let (far, near) = (max(max(a.z, b.z), c.z), min(min(a.z, b.z), c.z));
+        let (depth, spread) = (max(far.abs(), near.abs()), far - near);
+        let bound = size * (size * spread + depth * spread) + depth * det.abs();
+        let times = if by_edges > 0.0 { 24.0 } else { 131_072.0 };
+        let accurate = bound + TINY < times * sum.abs() && by_edges < f32::INFINITY;
+        let raw = match accurate {
+            true => by_edges,
+            false => self.to_plane(stored, by_edges),
+        };
         let t = self.clamp(raw, scene, prim_id)?;
         Some(Hit {
             t,
@@ -209,6 +226,22 @@ impl Probe {
             v: w / det,
             prim_id,
         })
+    }
+
+    /// The distance to the plane of a triangle, in f64.
+    fn to_plane(&self, corners: [Vec3; 3], otherwise: f32) -> f32 {
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3() - self.ray.org.as_dvec3());
+        let (ab, bc, ca) = (b - a, c - b, a - c);
+        let (ab2, bc2, ca2) = (ab.dot(ab), bc.dot(bc), ca.dot(ca));
+        let (place, normal) = if bc2 >= ab2 && bc2 >= ca2 {
+            (a, ca.cross(ab))
+        } else if ca2 >= ab2 {
+            (b, ab.cross(bc))
+        } else {
+            (c, bc.cross(ca))
+        };
+        let t = normal.dot(place) / normal.dot(self.ray.dir.as_dvec3());
+        if t.is_finite() { t as f32 } else { otherwise }
     }
 
     fn sphere(

@@ -350,7 +350,7 @@ fn triangles_closest<L: Lanes, const AXIS: usize>(
     best: &mut Best<L>,
 ) {
     for slot in slots_of(bvh.triangles(), slots) {
-        triangle::closest::<L, AXIS>(&rays.shear, &rays.slabs, slot, best);
+        triangle::closest::<L, AXIS>(rays, slot, best);
     }
 }
 
@@ -363,7 +363,7 @@ fn triangles_occluded<L: Lanes, const AXIS: usize>(
 ) -> L::Mask {
     let mut hits = L::Mask::none();
     for slot in slots_of(bvh.triangles(), slots) {
-        hits = hits | triangle::occluded::<L, AXIS>(&rays.shear, &rays.slabs, slot, tmax);
+        hits = hits | triangle::occluded::<L, AXIS>(rays, slot, tmax);
     }
     hits
 }

@@ -6,18 +6,22 @@
 //! wrong, at worst zero. Zeros are accepted, so a closed mesh has no gap, vertices included.
 //!
 //! Departures: no double precision fallback (zeros are accepted on both sides instead); no culling, no swap of axes for
-//! winding; slopes are products with the reciprocal that the distance needs anyway; the distance is clamped to the ray's
-//! stay in the triangle's own box (see [`crate::trace`]), where that may change it.
+//! winding; slopes are products with the reciprocal that the distance needs anyway; the distance is that to the plane where
+//! the edge functions give no accurate one (see [`distance`]), and is clamped to the ray's stay in the triangle's own box
+//! (see [`crate::trace`]), where that may change it.
 //!
 //! The design notes asked for edge functions (a − o) × (b − o) · d. Those have exact signs along an edge, but at a
 //! vertex shared by n triangles their n rounding errors are independent and all can fall on the same side: of 20,000 rays
 //! aimed at the vertices of a sphere mesh that form lost 521, this one none.
 
-use super::aabb::{Slabs, Stay};
-use super::goal::{Best, Meeting};
+mod distance;
+
+use super::aabb::Stay;
+use super::goal::{Best, Meeting, Prepared};
 use crate::bvh::{TriangleBlock, TriangleSlot};
 use crate::lanes::{LaneIds, LaneMask, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
 use crate::scene::{Bounds, PAD};
+use distance::ByEdges;
 use glam::Vec3;
 
 /// The frame in which the rays are the z axis: the dominant axis of the direction, and the slopes against it.
@@ -195,12 +199,11 @@ fn permute<L: Lanes>(x_major: L::Mask, y_major: L::Mask, v: Vec3Lanes<L>) -> Vec
 /// Tests one triangle and keeps what is closer than `best`.
 #[inline(always)]
 pub(super) fn closest<L: Lanes, const AXIS: usize>(
-    shear: &Shear<L>,
-    slabs: &Slabs<L>,
+    rays: &Prepared<L>,
     slot: &TriangleSlot,
     best: &mut Best<L>,
 ) {
-    let Some(hit) = intersect::<L, AXIS>(shear, slabs, slot) else {
+    let Some(hit) = intersect::<L, AXIS>(rays, slot) else {
         return;
     };
     best.take(&hit, L::Ids::splat(slot.prim_id));
@@ -209,12 +212,11 @@ pub(super) fn closest<L: Lanes, const AXIS: usize>(
 /// Lanes that the triangle stops before `tmax`.
 #[inline(always)]
 pub(super) fn occluded<L: Lanes, const AXIS: usize>(
-    shear: &Shear<L>,
-    slabs: &Slabs<L>,
+    rays: &Prepared<L>,
     slot: &TriangleSlot,
     tmax: L,
 ) -> L::Mask {
-    match intersect::<L, AXIS>(shear, slabs, slot) {
+    match intersect::<L, AXIS>(rays, slot) {
         Some(hit) => hit.valid & hit.t.lt(tmax),
         None => L::Mask::none(),
     }
@@ -253,27 +255,29 @@ pub(super) fn own_boxes([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
 /// Lanes that meet the triangle at a positive distance, and where.
 #[inline(always)]
 fn intersect<L: Lanes, const AXIS: usize>(
-    shear: &Shear<L>,
-    slabs: &Slabs<L>,
+    rays: &Prepared<L>,
     slot: &TriangleSlot,
 ) -> Option<Meeting<L>> {
     let [a, b, c] = &slot.corners;
     let corners = [
-        shear.relative::<AXIS>(a),
-        shear.relative::<AXIS>(b),
-        shear.relative::<AXIS>(c),
+        rays.shear.relative::<AXIS>(a),
+        rays.shear.relative::<AXIS>(b),
+        rays.shear.relative::<AXIS>(c),
     ];
-    let own = SlotBox { shear, slabs, slot };
-    meet(corners, shear.slopes(), &own)
+    meet(corners, rays.shear.slopes(), &RaysAndSlot { rays, slot })
 }
 
-/// Where rays are in the own box of the triangle they may hit, made when it is asked for. A trait and no closure, which would
-/// not be inlined.
-pub(super) trait OwnBox<L: Lanes> {
-    /// Entry and exit distances.
+/// A ray and the triangle that it is tested against, in every lane: what is asked where the edge functions do not suffice. A
+/// trait and no closure, which would not be inlined.
+pub(super) trait Pairing<L: Lanes> {
+    /// Entry into and exit from the triangle's own box.
     fn stay(&self) -> Stay<L>;
     /// Whether every ray is [`USUAL`].
     fn usual(&self) -> bool;
+    /// The corners of the triangle of a lane.
+    fn corners(&self, lane: usize) -> [Vec3; 3];
+    /// Origin and direction of the ray of a lane.
+    fn ray(&self, lane: usize) -> [Vec3; 2];
 }
 
 /// What an origin's coordinates may be, a direction's largest part, and one over that: 2⁴⁰. Beyond that, numbers on the way
@@ -287,45 +291,30 @@ fn usual<L: Lanes>(org: Vec3Lanes<L>, along: L) -> L::Mask {
     org.largest().le(most) & size.le(most) & size.ge(least)
 }
 
-/// Added to what an area times a depth must be larger than, so that what is lost below the smallest numbers does not matter:
-/// 2⁻⁸⁰.
-const TINY: f32 = f32::from_bits((127 - 80) << 23);
-
-/// Lanes whose distance is known to be within the ray's stay in the triangle's own box, if the ray is [`USUAL`] and hits and the
-/// distance is finite: clamping it would leave it as it is. `depth` is the first corner's along the ray's axis, `det` the sum
-/// of the edge functions.
-///
-/// Let u = 2⁻²⁴, R the largest component of a corner less the origin, S the largest of the places beside the ray, and K the
-/// sum of the largest coordinates of the own box and of the origin. Padding leaves 27uK between the box as it is and what the
-/// slab test takes it for. The weights w_i, as computed, are of one sign, so P = Σ w_i corner_i / Σ w_i is in the triangle;
-/// what is computed as the distance t is that of P along the dominant axis, within 10uR. Along another axis the ray at t and
-/// P are apart by 18uR from rounding, and by Σ w_i x_i / Σ w_i, which would be 0 for weights without error. Theirs are below
-/// 4uS², so it is at most 12uS³ / |det|. That is below 9uR ≤ 9uK where 1.34 S³ < R |det|; for R stands the first corner's
-/// depth, which is not larger.
-#[inline(always)]
-fn settled<L: Lanes>(edges: &Edges<L>, depth: L, det: L) -> L::Mask {
-    let most = |[a, b, c]: [L; 3]| a.abs().max(b.abs()).max(c.abs());
-    let size = most(edges.x).max(most(edges.y));
-    let cube = (size * size) * (size * L::splat(1.5)) + L::splat(TINY);
-    cube.lt(depth.abs() * det.abs())
-}
-
-/// Of a triangle in leaf order.
-struct SlotBox<'a, L: Lanes> {
-    shear: &'a Shear<L>,
-    slabs: &'a Slabs<L>,
+/// A packet and a triangle in leaf order.
+struct RaysAndSlot<'a, L: Lanes> {
+    rays: &'a Prepared<L>,
     slot: &'a TriangleSlot,
 }
 
-impl<L: Lanes> OwnBox<L> for SlotBox<'_, L> {
+impl<L: Lanes> Pairing<L> for RaysAndSlot<'_, L> {
     #[inline(always)]
     fn stay(&self) -> Stay<L> {
-        self.slabs.stay(&own_box(&self.slot.corners))
+        self.rays.slabs.stay(&own_box(&self.slot.corners))
     }
 
     #[inline(always)]
     fn usual(&self) -> bool {
-        self.shear.usual
+        self.rays.shear.usual
+    }
+
+    fn corners(&self, _: usize) -> [Vec3; 3] {
+        self.slot.corners.map(Vec3::from_array)
+    }
+
+    fn ray(&self, lane: usize) -> [Vec3; 2] {
+        let rays = &self.rays.rays;
+        [rays.org.lane(lane), rays.dir.lane(lane)]
     }
 }
 
@@ -362,27 +351,19 @@ fn edges<L: Lanes>([a, b, c]: &[Vec3Lanes<L>; 3], [slope_x, slope_y, _]: [L; 3])
     }
 }
 
-/// What the edge functions sum up to, and the distance before it is clamped, by the corners' depths.
-#[inline(always)]
-fn distance<L: Lanes>([u, v, w]: [L; 3], depths: [L; 3], scale: L) -> (L, L) {
-    let det = (u + v) + w;
-    let sum = (u * depths[0] + v * depths[1]) + w * depths[2];
-    ((sum * scale) / det, det)
-}
-
 /// Lanes in which a ray meets a triangle at a positive distance, and where: the corners relative to the origin in the order
-/// of the ray's frame, its slopes and scale, and its stay in the triangle's own box.
+/// of the ray's frame, and its slopes and scale.
 #[inline(always)]
 pub(super) fn meet<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
     slopes: [L; 3],
-    own_box: &impl OwnBox<L>,
+    pairs: &impl Pairing<L>,
 ) -> Option<Meeting<L>> {
     let edges = edges(&corners, slopes);
     if !edges.inside.any() {
         return None;
     }
-    Some(at_plane(edges, corners, slopes, own_box))
+    Some(at_plane(edges, corners, slopes, pairs))
 }
 
 /// The same without a branch on whether any ray is within all edges, for triangles that most likely are met.
@@ -390,9 +371,9 @@ pub(super) fn meet<L: Lanes>(
 pub(super) fn meet_likely<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
     slopes: [L; 3],
-    own_box: &impl OwnBox<L>,
+    pairs: &impl Pairing<L>,
 ) -> Meeting<L> {
-    at_plane(edges(&corners, slopes), corners, slopes, own_box)
+    at_plane(edges(&corners, slopes), corners, slopes, pairs)
 }
 
 /// What is left to do for rays within all edges.
@@ -401,27 +382,25 @@ fn at_plane<L: Lanes>(
     edges: Edges<L>,
     corners: [Vec3Lanes<L>; 3],
     slopes: [L; 3],
-    own_box: &impl OwnBox<L>,
+    pairs: &impl Pairing<L>,
 ) -> Meeting<L> {
-    let Edges { u, v, w, .. } = edges;
     let [a, b, c] = corners;
-    let (raw, det) = distance([u, v, w], [a.z, b.z, c.z], slopes[2]);
-    // A NaN anywhere above leaves `raw` NaN and fails here; so does det = 0.
+    let by_edges = ByEdges::new(&edges, [a.z, b.z, c.z], slopes[2]);
+    let (raw, det) = (by_edges.t, by_edges.det);
+    // A NaN anywhere above leaves the sum NaN and fails here; so does a triangle on edge.
     let solid = det.lt(L::ZERO) | det.gt(L::ZERO);
     let within = edges.inside & solid;
     let found = Meeting {
         valid: within & raw.gt(L::ZERO),
         t: raw,
-        v,
-        w,
+        v: edges.v,
+        w: edges.w,
         det,
     };
-    // A product that overflowed is no distance yet: only the clamp makes one of it.
-    let settled = settled(&edges, a.z, det) & raw.lt(L::splat(f32::INFINITY));
-    if own_box.usual() && !(found.valid & !settled).any() {
+    if pairs.usual() && !(within & !by_edges.settled()).any() {
         return found;
     }
-    let (ahead, t) = own_box.stay().clamp(raw);
+    let (ahead, t) = pairs.stay().clamp(by_edges.refined(within, pairs));
     let valid = within & ahead;
     Meeting { valid, t, ..found }
 }

@@ -6,7 +6,8 @@ use crate::bvh::TriangleBlock;
 use crate::lanes::{Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
 use crate::trace::aabb::Stay;
 use crate::trace::goal::Goal;
-use crate::trace::triangle::{self, Columns, OwnBox};
+use crate::trace::triangle::{self, Columns, Pairing};
+use glam::Vec3;
 
 /// The triangles of a block, for rays that all start at the apex.
 pub(super) struct Triangles<'a> {
@@ -92,17 +93,33 @@ impl<L: Lanes> Pair<'_, L> {
     }
 }
 
-impl<L: Lanes> OwnBox<L> for Pair<'_, L> {
+impl<L: Lanes> Pair<'_, L> {
+    /// A corner of the triangle.
+    #[inline(always)]
+    fn corner(&self, k: usize) -> [f32; 3] {
+        let axes = self.block.corners[k].each_ref();
+        axes.map(|axis| axis[self.lane % NATIVE])
+    }
+}
+
+impl<L: Lanes> Pairing<L> for Pair<'_, L> {
     #[inline(always)]
     fn stay(&self) -> Stay<L> {
-        let lane = |axis: &[f32; NATIVE]| axis[self.lane % NATIVE];
-        let corners = self.block.corners.each_ref();
-        let corners = corners.map(|corner| corner.each_ref().map(lane));
+        let corners = [0, 1, 2].map(|k| self.corner(k));
         self.rays.slabs().stay(&triangle::own_box(&corners))
     }
 
     #[inline(always)]
     fn usual(&self) -> bool {
         self.rays.shear.usual
+    }
+
+    fn corners(&self, _: usize) -> [Vec3; 3] {
+        [0, 1, 2].map(|k| Vec3::from_array(self.corner(k)))
+    }
+
+    fn ray(&self, lane: usize) -> [Vec3; 2] {
+        let rays = &self.rays.rays;
+        [rays.org.lane(lane), rays.dir.lane(lane)]
     }
 }

@@ -158,12 +158,12 @@ mod tests {
     use crate::lanes::{F32x8, LANES, Mask8};
     use crate::packet::RayQueue;
     use crate::scene::OFFSET;
-    use crate::trace::aabb::Slabs;
     use crate::trace::beam::apex::Apex;
     use crate::trace::beam::block::places;
     use crate::trace::beam::cells::{Added, Cells, directions};
+    use crate::trace::goal::Prepared;
     use crate::trace::random::Source;
-    use crate::trace::triangle::{self, Shear};
+    use crate::trace::triangle;
     use bumpalo::Bump;
     use glam::Vec3;
 
@@ -276,15 +276,11 @@ mod tests {
             let look = Look::new(&frame, cells.around(), &view, &places);
             for (k, (rays, _)) in packets.iter().enumerate() {
                 let everyone = Mask8::splat(true);
-                let (shear, slabs) = (
-                    Shear::new(rays.org, rays.dir, everyone),
-                    Slabs::new(rays.org, rays.dir, everyone),
-                );
+                let prepared = Prepared::new(rays, everyone);
                 let sees = cell[k].map(|cell| cells.sees(cell, &look, &view.own));
                 for lane in 0..NATIVE {
                     let hit = triangle::occluded::<F32x8, { triangle::MIXED }>(
-                        &shear,
-                        &slabs,
+                        &prepared,
                         &slot(&block, lane),
                         limit,
                     );

@@ -8,8 +8,9 @@ use crate::packet::NO_PRIM;
 use crate::trace::aabb::Stay;
 use crate::trace::goal::Best;
 use crate::trace::sphere;
-use crate::trace::triangle::{self, OwnBox};
+use crate::trace::triangle::{self, Pairing};
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 
 /// What tests need of a ray, in words of four bytes: a packet's are made by turning columns of lanes into rows. Two lines of the
 /// cache, and no word across their end.
@@ -119,11 +120,11 @@ impl Context {
         };
         let corners = [corner(0), corner(1), corner(2)];
         let slopes = self.ray.slopes.map(Native::splat);
-        let own = BlockBox {
+        let pairs = RayAndBlock {
             context: self,
             block,
         };
-        let found = triangle::meet(corners, slopes, &own);
+        let found = triangle::meet(corners, slopes, &pairs);
         match found {
             Some(hit) => {
                 self.take::<ANY>(hit.valid, hit.t, [hit.v, hit.w, hit.det], &block.prim_id)
@@ -192,13 +193,13 @@ impl Context {
     }
 }
 
-/// The own boxes of a block's triangles.
-struct BlockBox<'a> {
+/// A ray and the triangles of a block, one a lane.
+struct RayAndBlock<'a> {
     context: &'a Context,
     block: &'a TriangleBlock,
 }
 
-impl OwnBox<Native> for BlockBox<'_> {
+impl Pairing<Native> for RayAndBlock<'_> {
     #[inline(always)]
     fn stay(&self) -> Stay<Native> {
         let [a, b, c] = &self.block.corners;
@@ -217,6 +218,16 @@ impl OwnBox<Native> for BlockBox<'_> {
     #[inline(always)]
     fn usual(&self) -> bool {
         self.context.ray.usual != 0
+    }
+
+    fn corners(&self, lane: usize) -> [Vec3; 3] {
+        let corner = |corner: &[[f32; NATIVE]; 3]| corner.each_ref().map(|axis| axis[lane]);
+        let corners = self.block.corners.each_ref();
+        corners.map(|of| Vec3::from_array(corner(of)))
+    }
+
+    fn ray(&self, _: usize) -> [Vec3; 2] {
+        [self.context.ray.org, self.context.ray.dir].map(Vec3::from_array)
     }
 }
 

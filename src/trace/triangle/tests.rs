@@ -5,16 +5,24 @@ use crate::lanes::{F32x8, LANES, Mask8, Vec3x8};
 use crate::packet::RayPacket;
 use crate::trace::random::Source;
 
-/// [`SlotBox`], but nothing is ever settled.
-struct Unsettled<'a>(SlotBox<'a, F32x8>);
+/// [`RaysAndSlot`], but nothing is ever settled.
+struct Unsettled<'a>(RaysAndSlot<'a, F32x8>);
 
-impl OwnBox<F32x8> for Unsettled<'_> {
+impl Pairing<F32x8> for Unsettled<'_> {
     fn stay(&self) -> Stay<F32x8> {
         self.0.stay()
     }
 
     fn usual(&self) -> bool {
         false
+    }
+
+    fn corners(&self, lane: usize) -> [Vec3; 3] {
+        self.0.corners(lane)
+    }
+
+    fn ray(&self, lane: usize) -> [Vec3; 2] {
+        self.0.ray(lane)
     }
 }
 
@@ -101,18 +109,15 @@ fn what_is_settled_need_not_be_clamped() {
             _ => (corners, rays(corners, &mut from)),
         };
         let all = Mask8::splat(true);
-        let (shear, slabs) = (
-            Shear::new(rays.org, rays.dir, all),
-            Slabs::new(rays.org, rays.dir, all),
-        );
+        let prepared = Prepared::new(&rays, all);
+        let shear = &prepared.shear;
         let slot = TriangleSlot {
             corners: corners.map(|corner| corner.to_array()),
             prim_id: 0,
         };
         let places = slot.corners.map(|c| shear.relative::<MIXED>(&c));
-        let own = || SlotBox {
-            shear: &shear,
-            slabs: &slabs,
+        let own = || RaysAndSlot {
+            rays: &prepared,
             slot: &slot,
         };
         let slopes = shear.slopes();
@@ -124,12 +129,9 @@ fn what_is_settled_need_not_be_clamped() {
         assert_eq!(found.valid.bits(), always.valid.bits(), "round {round}");
         assert!(!(!same).any(), "round {round}: {corners:?} {rays:?}");
         let seen = edges(&places, slopes);
-        let sure = settled(&seen, places[0].z, always.det) & Mask8::splat(shear.usual);
-        let (raw, _) = distance(
-            [seen.u, seen.v, seen.w],
-            places.map(|corner| corner.z),
-            slopes[2],
-        );
+        let by_edges = ByEdges::new(&seen, places.map(|corner| corner.z), slopes[2]);
+        let (raw, sure) = (by_edges.t, by_edges.settled());
+        let sure = sure & Mask8::splat(shear.usual);
         let ahead = seen.inside & raw.gt(F32x8::ZERO);
         hits += always.valid.bits().count_ones();
         sures += (always.valid & sure).bits().count_ones();
