@@ -39,8 +39,8 @@ impl<L: Lanes> Vec3Lanes<L> {
         }
     }
 
-    /// The vector in a lane, read from memory: for what is rare.
-    #[inline(never)]
+    /// The vector in a lane.
+    #[inline]
     pub fn lane(&self, k: usize) -> Vec3 {
         let one = |column: &L| column.eight(k / LANES).lane(k % LANES);
         Vec3::new(one(&self.x), one(&self.y), one(&self.z))

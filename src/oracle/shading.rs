@@ -6,7 +6,9 @@ use super::texture::tint;
 use crate::sampling::{
     Purpose, Way, around, hemisphere, lobe, onward, points, pow, seeds, sphere as sphere_point,
 };
-use crate::scene::{LightShape, OFFSET, PAD, PrimKind, Scene};
+use crate::scene::{
+    BEYOND_BOXES, IN_DOUBLE, LightShape, OF_EDGES, PAD, PrimKind, ROUNDING, SMALL, Scene,
+};
 use glam::Vec3;
 
 /// One row of the material columns.
@@ -110,7 +112,7 @@ fn place(scene: &Scene, prim: u32, ray: &Ray, back: Vec3, hit: &Hit) -> Place {
     match prim.kind() {
         PrimKind::Sphere => sphere(scene, i, ray, back, hit.t),
         PrimKind::Ellipsoid => ellipsoid(scene, i, ray, back, hit.t),
-        PrimKind::Triangle => triangle(scene, i, back, hit),
+        PrimKind::Triangle => triangle(scene, i, ray, back, hit),
         PrimKind::Cone => cone(scene, i, ray, back, hit.t),
     }
 }
@@ -132,26 +134,50 @@ fn outside(scene: &Scene, instance: usize, inside: Place, ray: &Ray) -> Place {
     (point, ng, ns, reach + largest(point) * PAD)
 }
 
-fn triangle(scene: &Scene, i: usize, back: Vec3, hit: &Hit) -> Place {
-    let [a, b, c] = scene.triangles.corners(i);
-    let (beta, gamma) = (hit.u, hit.v);
-    let alpha = (1.0 - beta) - gamma;
-    let point = (a * alpha + b * beta) + c * gamma;
+fn triangle(scene: &Scene, i: usize, ray: &Ray, back: Vec3, hit: &Hit) -> Place {
+    let [a, b, c] = scene.triangles.corners(i).map(Vec3::as_dvec3);
     let (e1, e2) = (b - a, c - a);
-    let shrink = 1.0 / max(largest(e1), largest(e2));
-    let ng = unit_or((e1 * shrink).cross(e2 * shrink), back);
+    let normal = e1.cross(e2);
+    let (org, dir, t) = (ray.org.as_dvec3(), ray.dir.as_dvec3(), f64::from(hit.t));
+    let (beta, gamma) = (f64::from(hit.u), f64::from(hit.v));
+    let edges = e1.abs().max(e2.abs()).max_element();
+    let along = normal.dot(a - org) / normal.dot(dir);
+    let by_ray = edges > 64.0 * (t * dir.abs().max_element()) && (along - t).abs() <= t / 4096.0;
+    let point = if by_ray {
+        org + dir * along
+    } else {
+        (a * ((1.0 - beta) - gamma) + b * beta) + c * gamma
+    };
+    let point = point.as_vec3();
+    let length = normal.dot(normal).sqrt();
+    let unit = (normal * (1.0 / length)).as_vec3();
+    let ng = if length > 0.0 && unit != Vec3::ZERO {
+        unit
+    } else {
+        back
+    };
+    let alpha = (1.0 - hit.u) - hit.v;
     let ns = match scene.triangles.corner_normals(i) {
-        Some([na, nb, nc]) => unit_or((na * alpha + nb * beta) + nc * gamma, ng),
+        Some([na, nb, nc]) => unit_or((na * alpha + nb * hit.u) + nc * hit.v, ng),
         None => ng,
     };
-    let size = max(max(largest(a), largest(b)), largest(c));
-    (point, ng, ns, size * OFFSET)
+    let edges = edges as f32;
+    let rounding = ng.abs().dot(point.abs()) * ROUNDING + edges * IN_DOUBLE;
+    let beyond = min(largest(point) * BEYOND_BOXES, edges * OF_EDGES);
+    let offset = if edges <= largest(point) * SMALL {
+        max(rounding, beyond)
+    } else {
+        rounding
+    };
+    (point, ng, ns, offset)
 }
 
 fn sphere(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
     let (center, radius) = (scene.spheres.center.get(i), scene.spheres.radius[i]);
     let n = unit_or((ray.org - center) + ray.dir * t, back);
-    (center + n * radius, n, n, (largest(center) + radius) * PAD)
+    let point = center + n * radius;
+    let offset = (radius + radius + n.abs().dot(point.abs())) * ROUNDING;
+    (point, n, n, offset)
 }
 
 fn ellipsoid(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
@@ -189,8 +215,9 @@ fn cone(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
     } else {
         back
     };
-    let size = max(largest(c.base), largest(c.apex)) + max(radius, c.apex_radius);
-    (point, ng, ng, size * PAD)
+    let size = largest(c.apex - c.base) + max(radius, c.apex_radius);
+    let offset = size * PAD + ng.abs().dot(point.abs()) * ROUNDING;
+    (point, ng, ng, offset)
 }
 
 /// What is left to chance where a ray hits, told by its seed and its pixel's sample.

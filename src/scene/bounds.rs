@@ -58,7 +58,23 @@ impl Bounds {
 /// box carries 32 of its own largest coordinate and the origin 32 of its own.
 pub const PAD: f32 = 1.0 / 524_288.0;
 
-/// How far along a triangle's normal secondary rays start, as a share of its largest coordinate: beyond the point's own
-/// rounding error, and beyond the paddings of the triangle's box and of the next ray's origin, so that a ray that leaves a
-/// wall along an axis begins outside the wall's boxes and need not look into them (`perf/notes/leaving-surfaces.md`).
-pub const OFFSET: f32 = 4.0 * PAD;
+/// How far along its normal a point is moved off a plane, as a share of |n|·|p|, the sizes of the products of normal and point:
+/// 4u with u = 2⁻²⁴. Rounding the point to `f32` costs u of that, adding the offset another (pbrt's γ₁, Pharr, Jakob and
+/// Humphreys, "Managing Rounding Error"), so a point of the plane is off it by 2u at least.
+pub const ROUNDING: f32 = 1.0 / 4_194_304.0;
+
+/// And as a share of the triangle's edges, for what is lost before that, in `f64`, where the plane passes near the origin and
+/// |n|·|p| says nothing: 2⁻⁴⁰, some 4,000 roundings, which is as much as a needle turns one into.
+pub const IN_DOUBLE: f32 = 1.0 / 1_099_511_627_776.0;
+
+/// What leads out of the padded boxes of a triangle that is small where it is, as a share of the point's largest coordinate:
+/// beyond the paddings of the triangle's box and of the next ray's origin, so that a ray that leaves a wall along an axis begins
+/// outside the wall's boxes and need not look into them (`perf/notes/leaving-surfaces.md`).
+pub const BEYOND_BOXES: f32 = 4.0 * PAD;
+
+/// What is small there: edges as a share of the point's largest coordinate. Paddings are shares of the box's largest
+/// coordinate; of a triangle that is larger nothing leads out of them, and what stands on it may be as small as it likes.
+pub const SMALL: f32 = 1.0 / 8.0;
+
+/// And how far that may be at most, as a share of the triangle's edges: nothing that one sees.
+pub const OF_EDGES: f32 = 1.0 / 1024.0;

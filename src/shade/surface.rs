@@ -3,7 +3,9 @@
 use super::instance::Maps;
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, RayPacket};
-use crate::scene::{ConeProfile, OFFSET, PAD, PrimKind, Scene, Vec3s};
+use crate::scene::{
+    BEYOND_BOXES, ConeProfile, IN_DOUBLE, OF_EDGES, PAD, PrimKind, ROUNDING, SMALL, Scene, Vec3s,
+};
 use glam::Vec3;
 
 /// Eight points on surfaces of one material.
@@ -144,7 +146,7 @@ fn place(
     match kind {
         PrimKind::Sphere => sphere(scene, rows, rays, back, hits.t),
         PrimKind::Ellipsoid => ellipsoid(scene, rows, rays, back, hits.t),
-        PrimKind::Triangle => triangle(scene, rows, back, hits),
+        PrimKind::Triangle => triangle(scene, rows, rays, back, hits),
         PrimKind::Cone => cone(scene, rows, rays, back, hits.t),
     }
 }
@@ -164,35 +166,101 @@ pub(super) fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
     Vec3x8::select(squared.gt(F32x8::ZERO), unit, otherwise)
 }
 
-/// The point comes from the barycentric weights, not from the ray, so that its error does not grow with the distance
-/// (Pharr, Jakob and Humphreys, "Managing Rounding Error"): per axis at most 6 ulp of the largest coordinate, plus 2
-/// for adding the offset and 10 for the next ray's test, times √3 for a slanted normal: 32. [`OFFSET`] is 128 ulp,
-/// because it leads out of padded boxes, too.
-fn triangle(scene: &Scene, rows: &[usize; LANES], back: Vec3x8, hits: &HitPacket) -> Place {
+/// Where each ray meets its triangle, on its plane.
+fn triangle(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    hits: &HitPacket,
+) -> Place {
     let t = &scene.triangles;
-    let corners = rows.map(|i| t.corners[i]);
-    let corner = |k: usize| gather(&t.vertices, &corners.map(|of| of[k] as usize));
-    let (a, b, c) = (corner(0), corner(1), corner(2));
-    let (beta, gamma) = (hits.u, hits.v);
-    let alpha = (F32x8::ONE - beta) - gamma;
-    let point = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
-    // (B − A) × (C − A): counter-clockwise is the front, as in every format; the document's order points the other way.
-    // Edges are brought to unit size first, so that the length of the product neither over- nor underflows.
-    let (e1, e2) = (b - a, c - a);
-    let shrink = F32x8::ONE / e1.largest().max(e2.largest());
-    let ng = unit_or(e1.scale(shrink).cross(e2.scale(shrink)), back);
+    let feet: [Foot; LANES] = std::array::from_fn(|lane| {
+        let weights = [hits.u.lane(lane), hits.v.lane(lane)];
+        let ray = [rays.org.lane(lane), rays.dir.lane(lane)];
+        Foot::of(&t.corners(rows[lane]), ray, hits.t.lane(lane), weights)
+    });
+    let column = |of: fn(&Foot) -> f32| F32x8::new(feet.each_ref().map(of));
+    let point = Vec3x8::new(
+        column(|f| f.point.x),
+        column(|f| f.point.y),
+        column(|f| f.point.z),
+    );
+    let normal = Vec3x8::new(
+        column(|f| f.normal.x),
+        column(|f| f.normal.y),
+        column(|f| f.normal.z),
+    );
+    let flat = normal.largest().gt(F32x8::ZERO);
+    let ng = Vec3x8::select(flat, normal, back);
     let ns = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
-        true => shading_normal(scene, rows, [alpha, beta, gamma], ng),
+        true => {
+            let alpha = (F32x8::ONE - hits.u) - hits.v;
+            shading_normal(scene, rows, [alpha, hits.u, hits.v], ng)
+        }
         false => ng,
     };
-    let size = a.largest().max(b.largest()).max(c.largest());
+    let (p, n) = (point.abs(), ng.abs());
+    let (edges, largest) = (column(|f| f.edges), point.largest());
+    let rounding = n.dot(p) * F32x8::splat(ROUNDING) + edges * F32x8::splat(IN_DOUBLE);
+    let beyond = largest * F32x8::splat(BEYOND_BOXES);
+    let beyond = beyond.min(edges * F32x8::splat(OF_EDGES));
+    let small = edges.le(largest * F32x8::splat(SMALL));
     Place {
         point,
         ng,
         ns,
-        offset: size * F32x8::splat(OFFSET),
+        offset: small.select(rounding.max(beyond), rounding),
     }
 }
+
+/// Where a ray meets a triangle, in `f64` until it is known: so the point is on the triangle's plane to within its own rounding
+/// wherever that is and however large the triangle, and its error is nobody else's.
+struct Foot {
+    point: Vec3,
+    /// Of unit length, or zero.
+    normal: Vec3,
+    /// Largest component of two of them.
+    edges: f32,
+}
+
+impl Foot {
+    /// Of a triangle that is large where it is met, the point is the ray's in the plane; of others it is that of the
+    /// barycentric weights, which is within the triangle: an `f32` weight is as good as the triangle is small.
+    fn of(corners: &[Vec3; 3], [org, dir]: [Vec3; 2], t: f32, [beta, gamma]: [f32; 2]) -> Foot {
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let (org, dir, t) = (org.as_dvec3(), dir.as_dvec3(), f64::from(t));
+        // (B − A) × (C − A): counter-clockwise is the front, as in every format; the document's order points the other way.
+        let (e1, e2) = (b - a, c - a);
+        let normal = e1.cross(e2);
+        let edges = e1.abs().max(e2.abs()).max_element();
+        let along = normal.dot(a - org) / normal.dot(dir);
+        let large = edges > LARGE * (t * dir.abs().max_element());
+        let point = if large && (along - t).abs() <= ALIKE * t {
+            org + dir * along
+        } else {
+            let (beta, gamma) = (f64::from(beta), f64::from(gamma));
+            (a * ((1.0 - beta) - gamma) + b * beta) + c * gamma
+        };
+        let length = normal.dot(normal).sqrt();
+        let solid = length > 0.0;
+        Foot {
+            point: point.as_vec3(),
+            normal: if solid {
+                (normal * (1.0 / length)).as_vec3()
+            } else {
+                Vec3::ZERO
+            },
+            edges: edges as f32,
+        }
+    }
+}
+
+/// A triangle is large that is so many times as long as its hit is far: there, what weights lose could be seen.
+const LARGE: f64 = 64.0;
+
+/// How far, relatively, the distance to the plane may be from the hit's: farther apart they are where the ray is in the plane.
+const ALIKE: f64 = 1.0 / 4096.0;
 
 /// Interpolated vertex normals; lanes of triangles without them keep `ng`.
 fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng: Vec3x8) -> Vec3x8 {
@@ -210,17 +278,19 @@ fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng:
     unit_or(sum, ng)
 }
 
-/// The point is put back onto the sphere along the normal, so its error is a few ulp of centre and radius.
+/// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the radius, for the normal's length
+/// and the product, and by u|n|·|p| for its own rounding; the offset's rounding is as much, and the next ray's test loses
+/// 3u of the radius: in f·f − r², and in r².
 fn sphere(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
     let center = gather(&scene.spheres.center, rows);
     let radius = F32x8::new(rows.map(|i| scene.spheres.radius[i]));
     let n = unit_or((rays.org - center) + rays.dir.scale(t), back);
-    let offset = (center.largest() + radius) * F32x8::splat(PAD);
+    let point = center + n.scale(radius);
     Place {
-        point: center + n.scale(radius),
+        point,
         ng: n,
         ns: n,
-        offset,
+        offset: (radius + radius + n.abs().dot(point.abs())) * F32x8::splat(ROUNDING),
     }
 }
 
@@ -259,9 +329,9 @@ fn ellipsoid(
 
 /// Distance from the axis and height of the ray's point are put back onto the line of the cone's profile, across it,
 /// so that the point moves no farther than it has to, whatever the slope. Its error is then, per axis, some 6 ulp of the
-/// coordinates and the radius together; the next test's way into the cone's own coordinates adds some 8, of lengths
-/// within the cone's box, times √3 for a slanted normal. [`PAD`] is 32. At the very tip there is no way away from the
-/// axis: the normal points back along the ray.
+/// lengths within the cone's box; the next test's way into the cone's own coordinates adds some 8 of those, times √3 for a
+/// slanted normal. [`PAD`] is 32. Its place in the world is rounded twice, as a plane's: [`ROUNDING`]. At the very tip there
+/// is no way away from the axis: the normal points back along the ray.
 fn cone(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
     let (base, apex) = (
         gather(&scene.cones.base, rows),
@@ -288,11 +358,13 @@ fn cone(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t:
     let slanted = radial.scale(cos) - axis.scale(sin);
     let at_tip = !away.dot(away).gt(F32x8::ZERO);
     let ng = Vec3x8::select(at_tip, back, unit_or(slanted, back));
-    let size = base.largest().max(apex.largest()) + radius.max(other);
+    let size = (apex - base).largest() + radius.max(other);
+    let point = base + (radial.scale(x) + axis.scale(z));
+    let rounding = ng.abs().dot(point.abs()) * F32x8::splat(ROUNDING);
     Place {
-        point: base + (radial.scale(x) + axis.scale(z)),
+        point,
         ng,
         ns: ng,
-        offset: size * F32x8::splat(PAD),
+        offset: size * F32x8::splat(PAD) + rounding,
     }
 }

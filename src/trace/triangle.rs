@@ -65,6 +65,13 @@ impl Corners for TriangleBlock {
     }
 }
 
+impl Corners for TriangleSlot {
+    #[inline(always)]
+    fn coordinate(&self, corner: usize, axis: usize, _: usize) -> f32 {
+        self.corners[corner][axis.min(2)]
+    }
+}
+
 /// A triangle of a block in every lane, with its axes in this order.
 #[inline(always)]
 fn in_frame<L: Lanes>(
@@ -267,17 +274,17 @@ fn intersect<L: Lanes, const AXIS: usize>(
     meet(corners, rays.shear.slopes(), &RaysAndSlot { rays, slot })
 }
 
-/// A ray and the triangle that it is tested against, in every lane: what is asked where the edge functions do not suffice. A
-/// trait and no closure, which would not be inlined.
+/// Rays and the triangles that they are tested against, a pair in every lane: what is asked where the edge functions do not
+/// suffice. A trait and no closures, which would not be inlined.
 pub(super) trait Pairing<L: Lanes> {
     /// Entry into and exit from the triangle's own box.
     fn stay(&self) -> Stay<L>;
     /// Whether every ray is [`USUAL`].
     fn usual(&self) -> bool;
-    /// The corners of the triangle of a lane.
-    fn corners(&self, lane: usize) -> [Vec3; 3];
-    /// Origin and direction of the ray of a lane.
-    fn ray(&self, lane: usize) -> [Vec3; 2];
+    /// Origins and directions.
+    fn rays(&self) -> [Vec3Lanes<L>; 2];
+    /// The triangles, as they are stored; and which it is, where it is one for all lanes.
+    fn stored(&self) -> (&impl Corners, Option<usize>);
 }
 
 /// What an origin's coordinates may be, a direction's largest part, and one over that: 2⁴⁰. Beyond that, numbers on the way
@@ -308,13 +315,14 @@ impl<L: Lanes> Pairing<L> for RaysAndSlot<'_, L> {
         self.rays.shear.usual
     }
 
-    fn corners(&self, _: usize) -> [Vec3; 3] {
-        self.slot.corners.map(Vec3::from_array)
+    #[inline(always)]
+    fn rays(&self) -> [Vec3Lanes<L>; 2] {
+        [self.rays.rays.org, self.rays.rays.dir]
     }
 
-    fn ray(&self, lane: usize) -> [Vec3; 2] {
-        let rays = &self.rays.rays;
-        [rays.org.lane(lane), rays.dir.lane(lane)]
+    #[inline(always)]
+    fn stored(&self) -> (&impl Corners, Option<usize>) {
+        (self.slot, Some(0))
     }
 }
 
@@ -397,10 +405,13 @@ fn at_plane<L: Lanes>(
         w: edges.w,
         det,
     };
-    if pairs.usual() && !(within & !by_edges.settled()).any() {
+    let vague = within & !by_edges.settled;
+    if pairs.usual() && !vague.any() {
         return found;
     }
-    let (ahead, t) = pairs.stay().clamp(by_edges.refined(within, pairs));
+    let (stored, only) = pairs.stored();
+    let t = distance::refined(raw, vague, pairs.rays(), stored, only);
+    let (ahead, t) = pairs.stay().clamp(t);
     let valid = within & ahead;
     Meeting { valid, t, ..found }
 }

@@ -6,8 +6,7 @@ use crate::bvh::TriangleBlock;
 use crate::lanes::{Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
 use crate::trace::aabb::Stay;
 use crate::trace::goal::Goal;
-use crate::trace::triangle::{self, Columns, Pairing};
-use glam::Vec3;
+use crate::trace::triangle::{self, Columns, Corners, Pairing};
 
 /// The triangles of a block, for rays that all start at the apex.
 pub(super) struct Triangles<'a> {
@@ -93,19 +92,12 @@ impl<L: Lanes> Pair<'_, L> {
     }
 }
 
-impl<L: Lanes> Pair<'_, L> {
-    /// A corner of the triangle.
-    #[inline(always)]
-    fn corner(&self, k: usize) -> [f32; 3] {
-        let axes = self.block.corners[k].each_ref();
-        axes.map(|axis| axis[self.lane % NATIVE])
-    }
-}
-
 impl<L: Lanes> Pairing<L> for Pair<'_, L> {
     #[inline(always)]
     fn stay(&self) -> Stay<L> {
-        let corners = [0, 1, 2].map(|k| self.corner(k));
+        let lane = |axis: &[f32; NATIVE]| axis[self.lane % NATIVE];
+        let corners = self.block.corners.each_ref();
+        let corners = corners.map(|corner| corner.each_ref().map(lane));
         self.rays.slabs().stay(&triangle::own_box(&corners))
     }
 
@@ -114,12 +106,13 @@ impl<L: Lanes> Pairing<L> for Pair<'_, L> {
         self.rays.shear.usual
     }
 
-    fn corners(&self, _: usize) -> [Vec3; 3] {
-        [0, 1, 2].map(|k| Vec3::from_array(self.corner(k)))
+    #[inline(always)]
+    fn rays(&self) -> [Vec3Lanes<L>; 2] {
+        [self.rays.rays.org, self.rays.rays.dir]
     }
 
-    fn ray(&self, lane: usize) -> [Vec3; 2] {
-        let rays = &self.rays.rays;
-        [rays.org.lane(lane), rays.dir.lane(lane)]
+    #[inline(always)]
+    fn stored(&self) -> (&impl Corners, Option<usize>) {
+        (self.block, Some(self.lane))
     }
 }

@@ -157,7 +157,7 @@ mod tests {
     use crate::bvh::{TriangleBlock, TriangleSlot};
     use crate::lanes::{F32x8, LANES, Mask8};
     use crate::packet::RayQueue;
-    use crate::scene::OFFSET;
+    use crate::scene::BEYOND_BOXES;
     use crate::trace::beam::apex::Apex;
     use crate::trace::beam::block::places;
     use crate::trace::beam::cells::{Added, Cells, directions};
@@ -207,7 +207,7 @@ mod tests {
             x if x > 0.0 => 1.0,
             _ => -1.0,
         };
-        let off = OFFSET * a.abs().max_element() * side;
+        let off = BEYOND_BOXES * a.abs().max_element() * side;
         let place = a + (b - a) * v + (c - a) * w + normal * off;
         match from.unit() {
             x if x > 0.8 => place + from.place() * size,

@@ -8,9 +8,8 @@ use crate::packet::NO_PRIM;
 use crate::trace::aabb::Stay;
 use crate::trace::goal::Best;
 use crate::trace::sphere;
-use crate::trace::triangle::{self, Pairing};
+use crate::trace::triangle::{self, Corners, Pairing};
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
 
 /// What tests need of a ray, in words of four bytes: a packet's are made by turning columns of lanes into rows. Two lines of the
 /// cache, and no word across their end.
@@ -220,14 +219,15 @@ impl Pairing<Native> for RayAndBlock<'_> {
         self.context.ray.usual != 0
     }
 
-    fn corners(&self, lane: usize) -> [Vec3; 3] {
-        let corner = |corner: &[[f32; NATIVE]; 3]| corner.each_ref().map(|axis| axis[lane]);
-        let corners = self.block.corners.each_ref();
-        corners.map(|of| Vec3::from_array(corner(of)))
+    #[inline(always)]
+    fn rays(&self) -> [Vec3Native; 2] {
+        let ray = &self.context.ray;
+        [ray.org, ray.dir].map(|[x, y, z]| Vec3Native::splat(x, y, z))
     }
 
-    fn ray(&self, _: usize) -> [Vec3; 2] {
-        [self.context.ray.org, self.context.ray.dir].map(Vec3::from_array)
+    #[inline(always)]
+    fn stored(&self) -> (&impl Corners, Option<usize>) {
+        (self.block, None)
     }
 }
 

@@ -17,12 +17,12 @@ impl Pairing<F32x8> for Unsettled<'_> {
         false
     }
 
-    fn corners(&self, lane: usize) -> [Vec3; 3] {
-        self.0.corners(lane)
+    fn rays(&self) -> [Vec3x8; 2] {
+        self.0.rays()
     }
 
-    fn ray(&self, lane: usize) -> [Vec3; 2] {
-        self.0.ray(lane)
+    fn stored(&self) -> (&impl Corners, Option<usize>) {
+        self.0.stored()
     }
 }
 
@@ -130,7 +130,7 @@ fn what_is_settled_need_not_be_clamped() {
         assert!(!(!same).any(), "round {round}: {corners:?} {rays:?}");
         let seen = edges(&places, slopes);
         let by_edges = ByEdges::new(&seen, places.map(|corner| corner.z), slopes[2]);
-        let (raw, sure) = (by_edges.t, by_edges.settled());
+        let (raw, sure) = (by_edges.t, by_edges.settled);
         let sure = sure & Mask8::splat(shear.usual);
         let ahead = seen.inside & raw.gt(F32x8::ZERO);
         hits += always.valid.bits().count_ones();

@@ -1,29 +1,22 @@
-//! No ray escapes a closed mesh: ten million rays from inside, aimed at vertices, edges and anywhere, all hit.
+//! Closed meshes.
 
-mod common;
-
-use common::rays::{lane_bits, pack};
-use common::rng::Rng;
-use common::scenes;
+use crate::common::rng::Rng;
+use crate::common::scenes;
 use glam::Vec3;
-use phalanx::bvh::Bvh;
-use phalanx::lanes::{LANES, LaneMask, Mask8};
-use phalanx::oracle::{Forest, Oracle, Ray, Search};
 use phalanx::scene::Scene;
-use phalanx::trace::Tracer;
 use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};
 
 /// A closed mesh: shared vertices, triangles, and how to find a point inside.
-struct Mesh {
-    vertices: Vec<Vec3>,
-    triangles: Vec<[usize; 3]>,
-    inside: fn(&mut Rng) -> Vec3,
+pub struct Mesh {
+    pub vertices: Vec<Vec3>,
+    pub triangles: Vec<[usize; 3]>,
+    pub inside: fn(&mut Rng) -> Vec3,
 }
 
 impl Mesh {
     /// Every edge belongs to two triangles, which run along it in opposite directions.
-    fn assert_closed(&self) {
+    pub fn assert_closed(&self) {
         let mut edges = HashMap::new();
         for t in &self.triangles {
             for k in 0..3 {
@@ -40,7 +33,7 @@ impl Mesh {
     }
 
     /// The mesh scaled, then moved.
-    fn scene(&self, scale: f32, offset: Vec3) -> (Scene, Vec<Vec3>) {
+    pub fn scene(&self, scale: f32, offset: Vec3) -> (Scene, Vec<Vec3>) {
         let mut scene = scenes::bare();
         let placed: Vec<Vec3> = self.vertices.iter().map(|v| *v * scale + offset).collect();
         for t in &self.triangles {
@@ -56,7 +49,7 @@ fn in_ball(rng: &mut Rng) -> Vec3 {
 }
 
 /// By latitude and longitude, with slivers at the poles: at latitude steps of π/`rings`.
-fn globe(rings: usize, segments: usize) -> Mesh {
+pub fn globe(rings: usize, segments: usize) -> Mesh {
     let mut vertices = vec![Vec3::Z, -Vec3::Z];
     for ring in 1..rings {
         let polar = PI * ring as f32 / rings as f32;
@@ -86,7 +79,7 @@ fn globe(rings: usize, segments: usize) -> Mesh {
 }
 
 /// An octahedron whose triangles are quartered `times` times and pushed onto the sphere.
-fn geodesic(times: usize) -> Mesh {
+pub fn geodesic(times: usize) -> Mesh {
     let axes = [Vec3::X, Vec3::Y, -Vec3::X, -Vec3::Y];
     let mut vertices = vec![Vec3::Z, -Vec3::Z];
     vertices.extend(axes);
@@ -119,7 +112,7 @@ fn geodesic(times: usize) -> Mesh {
 }
 
 /// A torus of radii 1 and 0.4.
-fn torus(around: usize, across: usize) -> Mesh {
+pub fn torus(around: usize, across: usize) -> Mesh {
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
     for i in 0..around {
@@ -149,7 +142,7 @@ fn torus(around: usize, across: usize) -> Mesh {
 }
 
 /// A cube of twelve triangles.
-fn cube() -> Mesh {
+pub fn cube() -> Mesh {
     let vertices = (0..8)
         .map(|k| Vec3::from_array([0, 1, 2].map(|bit| if k >> bit & 1 == 1 { 1.0 } else { -1.0 })))
         .collect();
@@ -167,83 +160,4 @@ fn cube() -> Mesh {
         triangles: faces.into_iter().flat_map(halves).collect(),
         inside: |rng| rng.point(0.9),
     }
-}
-
-/// A ray from inside at a vertex, an edge, or anywhere.
-fn ray(mesh: &Mesh, placed: &[Vec3], scale: f32, offset: Vec3, rng: &mut Rng) -> Ray {
-    let org = (mesh.inside)(rng) * scale + offset;
-    let triangle = mesh.triangles[rng.below(mesh.triangles.len())];
-    let [a, b, _] = triangle.map(|k| placed[k]);
-    let dir = match rng.below(4) {
-        0 => a - org,
-        1 => a + (b - a) * rng.unit() - org,
-        2 => (a - org) * rng.magnitude(-3.0, 3.0),
-        _ => rng.direction(),
-    };
-    Ray::new(org, dir)
-}
-
-/// Shoots packets of rays, one in `CHECKED` packets through the oracle, too; returns how many were shot.
-fn shoot(mesh: &Mesh, scale: f32, offset: Vec3, packets: usize, rng: &mut Rng) -> usize {
-    const CHECKED: usize = 40;
-    let (scene, placed) = mesh.scene(scale, offset);
-    let bvh = Bvh::build(&scene);
-    let tree = Forest::build(&scene);
-    let oracle = Oracle::new(&scene, Search::Tree(&tree), 0);
-    let mut tracer = Tracer::new(&bvh);
-    for n in 0..packets {
-        let rays = [0; LANES].map(|_| ray(mesh, &placed, scale, offset, rng));
-        let packet = pack(&rays, |_| f32::INFINITY);
-        let hits = tracer.closest(&packet, Mask8::from_bits(0xff));
-        let blocked = tracer.occluded(&packet, Mask8::from_bits(0xff));
-        for (lane, ray) in rays.iter().enumerate() {
-            let hit = lane_bits(&hits, lane);
-            assert!(hit.is_some(), "{ray:?} escapes, scale {scale}, at {offset}");
-            if n % CHECKED == 0 {
-                let alone = oracle.closest(ray).map(|hit| hit.prim_id);
-                assert_eq!(alone, hit.map(|hit| hit.3), "{ray:?}");
-            }
-        }
-        assert_eq!(
-            blocked.bits(),
-            0xff,
-            "{rays:?} pass, scale {scale}, at {offset}"
-        );
-    }
-    packets * LANES
-}
-
-#[test]
-fn ten_million_rays_stay_inside() {
-    let meshes = [
-        ("globe", globe(40, 80)),
-        ("globe of slivers", globe(8, 1500)),
-        ("geodesic sphere", geodesic(4)),
-        ("torus", torus(60, 30)),
-        ("cube", cube()),
-    ];
-    let near = Vec3::ZERO;
-    let places = [
-        (1.0, near),
-        (1e-3, near),
-        (1e6, near),
-        (1.0, Vec3::new(100.0, -70.0, 30.0)),
-        (1e-3, Vec3::new(0.3, 0.2, -0.5)),
-        (1e6, Vec3::new(1e7, 1e7, -1e7)),
-        (1e3, Vec3::new(-5e5, 0.0, 1e5)),
-        (1.0, Vec3::new(0.0, 2000.0, 0.0)),
-    ];
-    const PACKETS: usize = 31_250;
-    let mut rng = Rng::new(31);
-    let mut rays = 0;
-    for (name, mesh) in &meshes {
-        mesh.assert_closed();
-        for (scale, offset) in places {
-            let start = std::time::Instant::now();
-            rays += shoot(mesh, scale, offset, PACKETS, &mut rng);
-            let seconds = start.elapsed().as_secs_f64();
-            println!("{name}, scale {scale}, at {offset}: {seconds:.2} s");
-        }
-    }
-    assert_eq!(rays, 10_000_000);
 }

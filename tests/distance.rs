@@ -1,0 +1,133 @@
+//! How far along its ray a triangle is hit, against f64: needles, long triangles and grazing rays, by how much longer the
+//! triangle's longest edge is than the distance. `PHALANX_DISTANCE_RAYS=10000000` for more rays than usual,
+//! `-- --nocapture` for the table.
+
+mod common;
+
+use common::rng::Rng;
+use common::scenes;
+use common::tolerances::{DISTANCE, FARTHEST_RATIO};
+use glam::{DVec3, Vec3};
+use phalanx::oracle::{Oracle, Ray, Search};
+use phalanx::scene::Scene;
+
+const RAYS_A_TRIANGLE: usize = 64;
+const DECADES: usize = 9;
+
+/// What rays of a decade of longest edge / distance had as errors.
+#[derive(Clone, Copy, Default)]
+struct Decade {
+    hits: usize,
+    missed: usize,
+    worst: f64,
+    sum: f64,
+}
+
+/// A triangle about the origin or beside it: as wide as long, or a needle, or two corners next to each other.
+fn triangle(rng: &mut Rng) -> [Vec3; 3] {
+    let length = rng.magnitude(-3.0, 5.0);
+    let at = rng.point(length) * rng.pick(&[0.0, 1.0, 3.0]);
+    let (a, b) = (at + rng.point(length), at + rng.point(length));
+    let c = match rng.below(3) {
+        0 => at + rng.point(length),
+        1 => a + (b - a) * rng.unit() + rng.direction() * length * rng.magnitude(-4.0, 0.0),
+        _ => b + rng.direction() * length * rng.magnitude(-4.0, 0.0),
+    };
+    [a, b, c]
+}
+
+/// At a point of a triangle from `distance` before it: from anywhere, or along its surface, with a direction of any length.
+fn ray_at([a, b, c]: [Vec3; 3], distance: f32, rng: &mut Rng) -> Ray {
+    let (v, w) = (rng.unit(), rng.unit());
+    let (v, w) = if v + w > 1.0 {
+        (1.0 - v, 1.0 - w)
+    } else {
+        (v, w)
+    };
+    let point = a + (b - a) * v + (c - a) * w;
+    let dir = match rng.below(3) {
+        0 => (b - a) * rng.range(-1.0, 1.0) + (c - a) * rng.range(-1.0, 1.0),
+        _ => rng.direction(),
+    };
+    let slant = rng.magnitude(-2.0, 0.0);
+    let dir = (dir.normalize_or(Vec3::X) + rng.direction() * slant).normalize_or(Vec3::X);
+    Ray::new(point - dir * distance, dir * rng.magnitude(-1.0, 1.0))
+}
+
+/// The distance in f64, and how far it may be off: products of three lengths, each rounded.
+fn truth(corners: [Vec3; 3], ray: &Ray) -> (f64, f64) {
+    let [a, b, c] = corners.map(|corner| corner.as_dvec3() - ray.org.as_dvec3());
+    let dir = ray.dir.as_dvec3();
+    let volume = |a: DVec3, b: DVec3, c: DVec3| a.dot(b.cross(c));
+    let size = a.length().max(b.length()).max(c.length());
+    // The smallest of the four that the determinant can be made of by moving the origin to a corner would be no better
+    // where the ray's origin is within the triangle's size of it.
+    let height = volume(a, b - a, c - a);
+    let facing = dir.dot((b - a).cross(c - a));
+    let off = 8.0 * f64::EPSILON * size * (b - a).length() * (c - a).length();
+    (height / facing, off / height.abs().min(facing.abs() * size))
+}
+
+/// One triangle.
+fn scene(corners: [Vec3; 3]) -> Option<Scene> {
+    let mut scene = scenes::bare();
+    scene.add_triangle(corners, None, 0);
+    scene.validate().ok().map(|()| scene)
+}
+
+#[test]
+fn distances_are_those_of_f64() {
+    let given = std::env::var("PHALANX_DISTANCE_RAYS").ok();
+    let rays: usize = given.map_or(1_000_000, |n| n.parse().expect("a number of rays"));
+    let mut rng = Rng::new(29);
+    let mut decades = [Decade::default(); DECADES];
+    let mut traced = 0;
+    while traced < rays {
+        let corners = triangle(&mut rng);
+        let Some(scene) = scene(corners) else {
+            continue;
+        };
+        let oracle = Oracle::new(&scene, Search::BruteForce, 0);
+        let [a, b, c] = corners;
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        for _ in 0..RAYS_A_TRIANGLE {
+            traced += 1;
+            let wanted = longest / rng.magnitude(-1.0, DECADES as f32 - 1.0);
+            let ray = ray_at(corners, wanted, &mut rng);
+            let (t, off) = truth(corners, &ray);
+            if off > 0.1 * DISTANCE || t <= 0.0 {
+                continue;
+            }
+            let ratio = f64::from(longest) / (t * ray.dir.as_dvec3().length());
+            let decade = (ratio.log10().floor() + 1.0).clamp(0.0, DECADES as f64 - 1.0) as usize;
+            let decade = &mut decades[decade];
+            let Some(hit) = oracle.closest(&ray) else {
+                decade.missed += 1;
+                continue;
+            };
+            let error = (f64::from(hit.t) / t - 1.0).abs();
+            decade.hits += 1;
+            decade.sum += error;
+            decade.worst = decade.worst.max(error);
+            if ratio <= FARTHEST_RATIO {
+                assert!(
+                    error <= DISTANCE,
+                    "{error:e} at {ratio:e}: {corners:?} {ray:?}: {} for {t}",
+                    hit.t
+                );
+            }
+        }
+    }
+    println!("longest edge / distance: hits, misses, worst and mean relative error");
+    for (k, decade) in decades.iter().enumerate() {
+        let mean = decade.sum / decade.hits as f64;
+        let Decade {
+            hits,
+            missed,
+            worst,
+            ..
+        } = decade;
+        println!("< 10^{k}: {hits:9} {missed:8} {worst:9.1e} {mean:9.1e}");
+        assert!(*hits > rays / 100, "{hits} hits in decade {k}");
+    }
+}

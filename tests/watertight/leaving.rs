@@ -1,0 +1,190 @@
+//! Rays that leave a face on its lit side do not hit it: neither shadow rays, mirrored ones nor those of ambient occlusion,
+//! whatever the coordinates. `PHALANX_LEAVING_RAYS=100000000` for more than usual, `-- --nocapture` for the table.
+
+use crate::common::rays::pack;
+use crate::common::rng::Rng;
+use crate::common::scenes;
+use crate::meshes::{Mesh, cube, geodesic, globe};
+use glam::Vec3;
+use phalanx::bvh::Bvh;
+use phalanx::lanes::{LANES, LaneMask, Mask8};
+use phalanx::oracle::{Forest, Oracle, Ray, Search, Surface};
+use phalanx::packet::NO_PRIM;
+use phalanx::scene::{Cone, PrimKind, Scene};
+use phalanx::trace::Tracer;
+
+/// Where rays end up: in their own face, in another one, or nowhere.
+#[derive(Default, Debug, PartialEq)]
+struct Ends {
+    own: usize,
+    other: usize,
+    none: usize,
+}
+
+fn rays_given(usual: usize) -> usize {
+    let given = std::env::var("PHALANX_LEAVING_RAYS").ok();
+    given.map_or(usual, |n| n.parse().expect("a number of rays"))
+}
+
+/// What is seen near a place from outside, at any angle, from near or far.
+fn seen(oracle: &Oracle, at: Vec3, size: f32, rng: &mut Rng) -> Option<(u32, Surface)> {
+    let from = at + rng.direction() * size * rng.magnitude(-2.0, 3.0);
+    let ray = Ray::new(from, (at - from).normalize_or(Vec3::X));
+    let hit = oracle.closest(&ray)?;
+    let (surface, _, _) = oracle.look(&ray, &hit);
+    surface.entering.then_some((hit.prim_id, surface))
+}
+
+/// A ray that leaves a surface on the side it was seen from, now and then as near to it as can be.
+fn leaving(surface: &Surface, rng: &mut Rng) -> Ray {
+    let up = surface.ng.as_dvec3();
+    loop {
+        let dir = rng.direction();
+        let along = dir - surface.ng * dir.dot(surface.ng);
+        let dir = match rng.below(3) {
+            0 => along + surface.ng * rng.magnitude(-7.0, -1.0),
+            _ => dir,
+        };
+        let dir = if dir.dot(surface.ng) < 0.0 { -dir } else { dir };
+        if dir.as_dvec3().dot(up) > 1e-7 {
+            return surface.leave(dir * rng.magnitude(-2.0, 2.0));
+        }
+    }
+}
+
+/// Lets rays leave a scene's surfaces near the points that `at` gives.
+fn leave(scene: &Scene, size: f32, mut at: impl FnMut(&mut Rng) -> Vec3, rays: usize) -> Ends {
+    let (bvh, tree) = (Bvh::build(scene), Forest::build(scene));
+    let oracle = Oracle::new(scene, Search::Tree(&tree), 0);
+    let mut tracer = Tracer::new(&bvh);
+    let mut rng = Rng::new(37);
+    let mut ends = Ends::default();
+    let mut left = 0;
+    while left < rays {
+        let place = at(&mut rng);
+        let Some((own, surface)) = seen(&oracle, place, size, &mut rng) else {
+            continue;
+        };
+        let eight = [0; LANES].map(|_| leaving(&surface, &mut rng));
+        let packet = pack(&eight, |_| f32::INFINITY);
+        let hits = tracer.closest(&packet, Mask8::from_bits(0xff));
+        for (ray, id) in eight.iter().zip(hits.prim_id.to_array()) {
+            match id {
+                NO_PRIM => ends.none += 1,
+                id if id == own => {
+                    ends.own += 1;
+                    println!("{ray:?} hits {own}, which it left");
+                }
+                _ => ends.other += 1,
+            }
+        }
+        left += LANES;
+    }
+    ends
+}
+
+/// A cube whose corners are next to each other and whose edges are not along axes.
+fn turned(mesh: Mesh) -> Mesh {
+    let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, 1.1);
+    Mesh {
+        vertices: mesh.vertices.iter().map(|v| turn * *v).collect(),
+        ..mesh
+    }
+}
+
+#[test]
+fn rays_that_leave_a_face_do_not_hit_it() {
+    let meshes = [
+        ("globe", globe(40, 80)),
+        ("globe of slivers", globe(8, 300)),
+        ("geodesic sphere", geodesic(4)),
+        ("cube", cube()),
+        ("turned cube", turned(cube())),
+    ];
+    let places = [
+        (1.0, Vec3::ZERO),
+        (1e6, Vec3::ZERO),
+        (1.0, Vec3::new(100.0, -70.0, 30.0)),
+        (1.0, Vec3::new(3e4, 1.0, -2e4)),
+        (1.0, Vec3::new(5e5, 4e6, 12.0)),
+        (1e3, Vec3::new(-5e5, 0.0, 1e5)),
+    ];
+    let each = rays_given(1_000_000) / (meshes.len() * places.len());
+    for (name, mesh) in &meshes {
+        for (scale, offset) in places {
+            let (scene, placed) = mesh.scene(scale, offset);
+            let at = |rng: &mut Rng| {
+                let [a, b, c] = rng.pick(&mesh.triangles).map(|k| placed[k]);
+                let (v, w) = (rng.unit(), rng.unit());
+                a + (b - a) * v + (c - a) * (w * (1.0 - v))
+            };
+            let ends = leave(&scene, scale, at, each);
+            println!("{name}, scale {scale}, at {offset}: {ends:?}");
+            assert_eq!(ends.own, 0, "{name}, scale {scale}, at {offset}");
+        }
+    }
+}
+
+/// A floor of ten million, seen and left near its middle, where its plane passes through the origin or beside it.
+#[test]
+fn rays_that_leave_a_large_floor_do_not_hit_it() {
+    for (slope, height) in [(0.0, 0.0), (0.0, 3.0), (0.25, 0.0), (-0.31, 0.7)] {
+        let mut scene = scenes::bare();
+        let corner = |x: f32, z: f32| Vec3::new(x * 1e7, x * 1e7 * slope + height, z * 1e7);
+        let [a, b, c, d] =
+            [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, z)| corner(x, z));
+        scene.add_triangle([a, b, c], None, 0);
+        scene.add_triangle([a, c, d], None, 0);
+        scene.validate().expect("a valid scene");
+        let at = |rng: &mut Rng| {
+            let place = rng.direction() * rng.magnitude(-2.0, 6.0);
+            Vec3::new(place.x, place.x * slope + height, place.z)
+        };
+        let ends = leave(&scene, 10.0, at, rays_given(1_000_000) / 4);
+        println!("floor, slope {slope}, height {height}: {ends:?}");
+        assert_eq!(
+            (ends.own, ends.other),
+            (0, 0),
+            "slope {slope}, height {height}"
+        );
+    }
+}
+
+/// Spheres, stretched ones and cones have no plane: a ray that leaves the bulge outward does not come back.
+#[test]
+fn rays_that_leave_a_bulge_do_not_hit_it() {
+    for kind in [PrimKind::Sphere, PrimKind::Ellipsoid, PrimKind::Cone] {
+        for (size, center) in [
+            (1.0, Vec3::ZERO),
+            (1e3, Vec3::new(1.0, 2.0, 3.0)),
+            (1.0, Vec3::new(3e4, 1.0, -2e4)),
+            (10.0, Vec3::new(-5e5, 70.0, 1e5)),
+        ] {
+            let mut scene = scenes::bare();
+            match kind {
+                PrimKind::Sphere => {
+                    scene.add_sphere(center, size, 0);
+                }
+                PrimKind::Ellipsoid => {
+                    let (axes, turn) = (Vec3::new(1.0, 0.5, 2.0), Vec3::new(0.3, 0.2, 0.9));
+                    scenes::add_ellipsoid(&mut scene, center, axes * size, turn, 0);
+                }
+                _ => {
+                    let cone = Cone {
+                        base: center,
+                        apex: center + Vec3::new(1.0, 2.0, 0.5) * size,
+                        base_radius: size,
+                        apex_radius: 0.3 * size,
+                        inside: false,
+                    };
+                    scene.add_cone(cone, 0);
+                }
+            }
+            scene.validate().expect("a valid scene");
+            let at = |rng: &mut Rng| center + rng.point(size);
+            let ends = leave(&scene, size, at, rays_given(1_000_000) / 12);
+            println!("{kind:?} of {size} at {center}: {ends:?}");
+            assert_eq!(ends.own, 0, "{kind:?} of {size} at {center}");
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! No ray escapes a closed mesh: ten million rays from inside, aimed at vertices, edges and anywhere, all hit. And none that
+//! leaves a surface hits it: see `leaving`.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod leaving;
+mod meshes;
+
+use common::rays::{lane_bits, pack};
+use common::rng::Rng;
+use glam::Vec3;
+use meshes::{Mesh, cube, geodesic, globe, torus};
+use phalanx::bvh::Bvh;
+use phalanx::lanes::{LANES, LaneMask, Mask8};
+use phalanx::oracle::{Forest, Oracle, Ray, Search};
+use phalanx::trace::Tracer;
+
+/// A ray from inside at a vertex, an edge, or anywhere.
+fn ray(mesh: &Mesh, placed: &[Vec3], scale: f32, offset: Vec3, rng: &mut Rng) -> Ray {
+    let org = (mesh.inside)(rng) * scale + offset;
+    let triangle = mesh.triangles[rng.below(mesh.triangles.len())];
+    let [a, b, _] = triangle.map(|k| placed[k]);
+    let dir = match rng.below(4) {
+        0 => a - org,
+        1 => a + (b - a) * rng.unit() - org,
+        2 => (a - org) * rng.magnitude(-3.0, 3.0),
+        _ => rng.direction(),
+    };
+    Ray::new(org, dir)
+}
+
+/// Shoots packets of rays, one in `CHECKED` packets through the oracle, too; returns how many were shot.
+fn shoot(mesh: &Mesh, scale: f32, offset: Vec3, packets: usize, rng: &mut Rng) -> usize {
+    const CHECKED: usize = 40;
+    let (scene, placed) = mesh.scene(scale, offset);
+    let bvh = Bvh::build(&scene);
+    let tree = Forest::build(&scene);
+    let oracle = Oracle::new(&scene, Search::Tree(&tree), 0);
+    let mut tracer = Tracer::new(&bvh);
+    for n in 0..packets {
+        let rays = [0; LANES].map(|_| ray(mesh, &placed, scale, offset, rng));
+        let packet = pack(&rays, |_| f32::INFINITY);
+        let hits = tracer.closest(&packet, Mask8::from_bits(0xff));
+        let blocked = tracer.occluded(&packet, Mask8::from_bits(0xff));
+        for (lane, ray) in rays.iter().enumerate() {
+            let hit = lane_bits(&hits, lane);
+            assert!(hit.is_some(), "{ray:?} escapes, scale {scale}, at {offset}");
+            if n % CHECKED == 0 {
+                let alone = oracle.closest(ray).map(|hit| hit.prim_id);
+                assert_eq!(alone, hit.map(|hit| hit.3), "{ray:?}");
+            }
+        }
+        assert_eq!(
+            blocked.bits(),
+            0xff,
+            "{rays:?} pass, scale {scale}, at {offset}"
+        );
+    }
+    packets * LANES
+}
+
+#[test]
+fn ten_million_rays_stay_inside() {
+    let meshes = [
+        ("globe", globe(40, 80)),
+        ("globe of slivers", globe(8, 1500)),
+        ("geodesic sphere", geodesic(4)),
+        ("torus", torus(60, 30)),
+        ("cube", cube()),
+    ];
+    let near = Vec3::ZERO;
+    let places = [
+        (1.0, near),
+        (1e-3, near),
+        (1e6, near),
+        (1.0, Vec3::new(100.0, -70.0, 30.0)),
+        (1e-3, Vec3::new(0.3, 0.2, -0.5)),
+        (1e6, Vec3::new(1e7, 1e7, -1e7)),
+        (1e3, Vec3::new(-5e5, 0.0, 1e5)),
+        (1.0, Vec3::new(0.0, 2000.0, 0.0)),
+    ];
+    const PACKETS: usize = 31_250;
+    let mut rng = Rng::new(31);
+    let mut rays = 0;
+    for (name, mesh) in &meshes {
+        mesh.assert_closed();
+        for (scale, offset) in places {
+            let start = std::time::Instant::now();
+            rays += shoot(mesh, scale, offset, PACKETS, &mut rng);
+            let seconds = start.elapsed().as_secs_f64();
+            println!("{name}, scale {scale}, at {offset}: {seconds:.2} s");
+        }
+    }
+    assert_eq!(rays, 10_000_000);
+}
