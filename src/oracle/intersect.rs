@@ -230,17 +230,18 @@ impl Probe {
 
     /// The distance to the plane of a triangle, in f64.
     fn to_plane(&self, corners: [Vec3; 3], otherwise: f32) -> f32 {
-        let [a, b, c] = corners.map(|corner| corner.as_dvec3() - self.ray.org.as_dvec3());
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
         let (ab, bc, ca) = (b - a, c - b, a - c);
         let (ab2, bc2, ca2) = (ab.dot(ab), bc.dot(bc), ca.dot(ca));
-        let (place, normal) = if bc2 >= ab2 && bc2 >= ca2 {
+        let (corner, normal) = if bc2 >= ab2 && bc2 >= ca2 {
             (a, ca.cross(ab))
         } else if ca2 >= ab2 {
             (b, ab.cross(bc))
         } else {
             (c, bc.cross(ca))
         };
-        let t = normal.dot(place) / normal.dot(self.ray.dir.as_dvec3());
+        let height = normal.dot(corner - self.ray.org.as_dvec3());
+        let t = height / normal.dot(self.ray.dir.as_dvec3());
         if t.is_finite() { t as f32 } else { otherwise }
     }
 

@@ -405,12 +405,17 @@ fn at_plane<L: Lanes>(
         w: edges.w,
         det,
     };
-    let vague = within & !by_edges.settled;
-    if pairs.usual() && !vague.any() {
+    if pairs.usual() && !(within & !by_edges.settled()).any() {
         return found;
     }
-    let (stored, only) = pairs.stored();
-    let t = distance::refined(raw, vague, pairs.rays(), stored, only);
+    let vague = within & !by_edges.accurate();
+    let t = if vague.any() {
+        let (stored, only) = pairs.stored();
+        let planes = distance::to_planes(raw, vague, pairs.rays(), stored, only);
+        vague.select(planes, raw)
+    } else {
+        raw
+    };
     let (ahead, t) = pairs.stay().clamp(t);
     let valid = within & ahead;
     Meeting { valid, t, ..found }

@@ -19,7 +19,7 @@
 //! is below 24 · 60u = 9·10⁻⁵ where F < 24|s|. The bound is for errors that all add up: the worst that is measured there is
 //! 3·10⁻⁶ (tests/distance.rs, `perf/notes/distances.md`).
 
-use super::{Corners, Edges, FRAMES};
+use super::{Corners, Edges};
 use crate::lanes::{LANES, LaneMask, Lanes, Vec3Lanes};
 use glam::{DVec3, Vec3};
 
@@ -30,20 +30,51 @@ const BEHIND: f32 = 131_072.0;
 /// Added to what |s| must be larger than, so that what is lost below the smallest numbers does not matter: 2⁻⁷⁵.
 const TINY: f32 = f32::from_bits((127 - 75) << 23);
 
-/// A distance by the edge functions.
+/// A distance by the edge functions, and what tells how accurate it is.
 pub(super) struct ByEdges<L: Lanes> {
     pub(super) t: L,
     /// The sum of the edge functions.
     pub(super) det: L,
-    /// Lanes whose distance is accurate or behind the origin for certain; and, if it is ahead and the ray is
-    /// [`usual`](super::usual), known to be within the ray's stay in the triangle's own box: clamping it would leave it as it is.
-    pub(super) settled: L::Mask,
+    /// |s|, times what F may be of it.
+    reach: L,
+    /// S, H, Z · H and Z · D.
+    size: L,
+    spread: L,
+    depth_by_spread: L,
+    depth_by_det: L,
 }
 
 impl<L: Lanes> ByEdges<L> {
     /// By the corners' depths; `scale` is one over the direction's largest component.
-    ///
-    /// # Why what is settled need not be clamped
+    #[inline(always)]
+    pub(super) fn new(edges: &Edges<L>, [a, b, c]: [L; 3], scale: L) -> ByEdges<L> {
+        let Edges { u, v, w, .. } = *edges;
+        let det = (u + v) + w;
+        let sum = (u * a + v * b) + w * c;
+        let t = (sum * scale) / det;
+        let most = |[a, b, c]: [L; 3]| a.abs().max(b.abs()).max(c.abs());
+        let (far, near) = (a.max(b).max(c), a.min(b).min(c));
+        let (depth, spread) = (far.abs().max(near.abs()), far - near);
+        let times = t.gt(L::ZERO).select(L::splat(AHEAD), L::splat(BEHIND));
+        ByEdges {
+            t,
+            det,
+            reach: times * sum.abs(),
+            size: most(edges.x).max(most(edges.y)),
+            spread,
+            depth_by_spread: depth * spread,
+            depth_by_det: depth * det.abs(),
+        }
+    }
+
+    /// Lanes whose distance is accurate, or behind the origin for certain.
+    #[inline(always)]
+    pub(super) fn accurate(&self) -> L::Mask {
+        self.within_reach(self.spread)
+    }
+
+    /// Lanes that are [`ByEdges::accurate`], and whose distance, if it is ahead and the ray is [`usual`](super::usual), is known
+    /// to be within the ray's stay in the triangle's own box: clamping it would leave it as it is.
     ///
     /// Let R be the largest component of a corner less the origin, and K the sum of the largest coordinates of the own box
     /// and of the origin. Padding leaves 27uK between the box as it is and what the slab test takes it for. The weights w_i,
@@ -52,101 +83,95 @@ impl<L: Lanes> ByEdges<L> {
     /// and by Σ w_i x_i / Σ w_i, which would be 0 for weights without error. Theirs are below 4uS², so it is at most
     /// 12uS³ / D. That is below 9uR ≤ 9uK where 1.34 S³ < RD, so where 36 S³ < 24|s|, as |s| ≤ RD.
     #[inline(always)]
-    pub(super) fn new(edges: &Edges<L>, [a, b, c]: [L; 3], scale: L) -> ByEdges<L> {
-        let Edges { u, v, w, .. } = *edges;
-        let det = (u + v) + w;
-        let sum = (u * a + v * b) + w * c;
-        let t = (sum * scale) / det;
-        let most = |[a, b, c]: [L; 3]| a.abs().max(b.abs()).max(c.abs());
-        let size = most(edges.x).max(most(edges.y));
-        let (far, near) = (a.max(b).max(c), a.min(b).min(c));
-        let (depth, spread) = (far.abs().max(near.abs()), far - near);
-        // As in `accurate`, with a larger spread: so it gives no smaller number, whatever is rounded.
-        let more = spread + size * L::splat(36.0);
-        let bound = size * (size * more + depth * spread) + depth * det.abs();
-        let times = t.gt(L::ZERO).select(L::splat(AHEAD), L::splat(BEHIND));
+    pub(super) fn settled(&self) -> L::Mask {
+        self.within_reach(self.spread + self.size * L::splat(36.0))
+    }
+
+    /// Whether S(S · `spread` + ZH) + ZD is within reach. One expression for both, in which a larger spread gives no smaller
+    /// number, so that what is settled is accurate whatever is rounded.
+    #[inline(always)]
+    fn within_reach(&self, spread: L) -> L::Mask {
+        let bound = self.size * (self.size * spread + self.depth_by_spread) + self.depth_by_det;
         // A NaN is not less; a product that overflowed is no distance yet.
-        let settled = (bound + L::splat(TINY)).lt(times * sum.abs());
-        let settled = settled & t.lt(L::splat(f32::INFINITY));
-        ByEdges { t, det, settled }
+        (bound + L::splat(TINY)).lt(self.reach) & self.t.lt(L::splat(f32::INFINITY))
     }
 }
 
-/// The same distances, but those in `vague` lanes by the plane if they are not accurate. `only` is the one triangle of `stored`
-/// that all rays are tested against; without, a lane's is the lane's. Everything is taken by value: what a call is given the
-/// address of would stay in memory where it is rarely asked for, too.
+/// The distances to the planes of triangles, in place of those by the edges where a ray is in the plane. `only` is the one
+/// triangle of `stored` that all rays are tested against; without, a lane's is the lane's, and only those in `asked` lanes are
+/// looked at. Everything is taken by value: what a call is given the address of would stay in memory elsewhere, too.
 #[cold]
 #[inline(never)]
-pub(super) fn refined<L: Lanes>(
-    t: L,
-    vague: L::Mask,
+pub(super) fn to_planes<L: Lanes>(
+    by_edges: L,
+    asked: L::Mask,
     [org, dir]: [Vec3Lanes<L>; 2],
     stored: &impl Corners,
     only: Option<usize>,
 ) -> L {
-    let mut refined = [0, 1].map(|k| t.eight(k % L::PACKETS).to_array());
-    for lane in vague.lanes() {
-        let triangle = only.unwrap_or(lane);
-        let coordinate = |corner| [0, 1, 2].map(|axis| stored.coordinate(corner, axis, triangle));
-        let corners = [0, 1, 2].map(|corner| Vec3::from_array(coordinate(corner)));
-        let t = &mut refined[lane / LANES % 2][lane % LANES];
-        *t = distance(&corners, [org.lane(lane), dir.lane(lane)], *t);
-    }
-    L::from_eights(|k| refined[k % 2])
-}
-
-/// How far along a ray, given by origin and direction, a triangle is hit: by its edges, if that is accurate.
-fn distance(corners: &[Vec3; 3], ray: [Vec3; 2], by_edges: f32) -> f32 {
-    if accurate(corners, ray, by_edges) {
-        by_edges
-    } else {
-        to_plane(corners, ray, by_edges)
-    }
-}
-
-/// Whether F is within the reach of |s|.
-fn accurate(corners: &[Vec3; 3], [org, dir]: [Vec3; 2], by_edges: f32) -> bool {
-    let most = |[a, b, c]: [f32; 3]| a.abs().max(b.abs()).max(c.abs());
-    let size = dir.abs();
-    let axes = if size.x >= size.y && size.x >= size.z {
-        FRAMES[0]
-    } else if size.y >= size.z {
-        FRAMES[1]
-    } else {
-        FRAMES[2]
+    let triangle = |triangle: usize| {
+        let corner = |k: usize| {
+            let coordinate = |axis: usize| stored.coordinate(k, axis, triangle);
+            Vec3::new(coordinate(0), coordinate(1), coordinate(2))
+        };
+        Plane::of([corner(0), corner(1), corner(2)])
     };
-    let in_frame = |v: Vec3| Vec3::from_array(axes.map(|axis| v[axis]));
-    let (org, dir) = (in_frame(org), in_frame(dir));
-    let scale = 1.0 / dir.z;
-    let slope = [dir.x * scale, dir.y * scale];
-    let [a, b, c] = corners.map(|corner| in_frame(corner) - org);
-    let [x, y] = [0, 1].map(|k| [a, b, c].map(|corner| corner[k] - slope[k] * corner.z));
-    let u = x[2] * y[1] - y[2] * x[1];
-    let v = x[0] * y[2] - y[0] * x[2];
-    let w = x[1] * y[0] - y[1] * x[0];
-    let det = (u + v) + w;
-    let sum = (u * a.z + v * b.z) + w * c.z;
-    let size = most(x).max(most(y));
-    let (far, near) = (a.z.max(b.z).max(c.z), a.z.min(b.z).min(c.z));
-    let (depth, spread) = (far.abs().max(near.abs()), far - near);
-    let bound = size * (size * spread + depth * spread) + depth * det.abs();
-    let times = if by_edges > 0.0 { AHEAD } else { BEHIND };
-    bound + TINY < times * sum.abs() && by_edges < f32::INFINITY
+    let mut distances = [0, 1].map(|k| by_edges.eight(k % L::PACKETS).to_array());
+    match only {
+        Some(one) => {
+            let plane = triangle(one);
+            for (k, t) in distances.iter_mut().enumerate().take(L::PACKETS) {
+                let columns = |v: Vec3Lanes<L>| [v.x, v.y, v.z].map(|c| c.eight(k).to_array());
+                plane.distances(columns(org), columns(dir), t);
+            }
+        }
+        None => {
+            for lane in asked.lanes() {
+                let t = &mut distances[lane / LANES % 2][lane % LANES];
+                *t = triangle(lane).distance(org.lane(lane), dir.lane(lane), *t);
+            }
+        }
+    }
+    L::from_eights(|k| distances[k % 2])
 }
 
-/// The distance to the plane of a triangle. The normal is the product of the two shorter edges, whose error is least.
-/// `otherwise` where the ray is in the plane.
-fn to_plane(corners: &[Vec3; 3], [org, dir]: [Vec3; 2], otherwise: f32) -> f32 {
-    let [a, b, c] = corners.map(|corner| corner.as_dvec3() - org.as_dvec3());
-    let (ab, bc, ca) = (b - a, c - b, a - c);
-    let [across_ab, across_bc, across_ca] = [ab, bc, ca].map(DVec3::length_squared);
-    let (place, normal) = if across_bc >= across_ab && across_bc >= across_ca {
-        (a, ca.cross(ab))
-    } else if across_ca >= across_ab {
-        (b, ab.cross(bc))
-    } else {
-        (c, bc.cross(ca))
-    };
-    let t = normal.dot(place) / normal.dot(dir.as_dvec3());
-    if t.is_finite() { t as f32 } else { otherwise }
+/// The plane of a triangle: a corner, and the product of the two shorter edges, whose error is least.
+struct Plane {
+    corner: DVec3,
+    normal: DVec3,
+}
+
+impl Plane {
+    #[inline(always)]
+    fn of(corners: [Vec3; 3]) -> Plane {
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let (ab, bc, ca) = (b - a, c - b, a - c);
+        let [across_ab, across_bc, across_ca] = [ab, bc, ca].map(DVec3::length_squared);
+        let (corner, normal) = if across_bc >= across_ab && across_bc >= across_ca {
+            (a, ca.cross(ab))
+        } else if across_ca >= across_ab {
+            (b, ab.cross(bc))
+        } else {
+            (c, bc.cross(ca))
+        };
+        Plane { corner, normal }
+    }
+
+    /// From where a ray starts, in units of its direction; `otherwise` where the ray is in the plane.
+    #[inline(always)]
+    fn distance(&self, org: Vec3, dir: Vec3, otherwise: f32) -> f32 {
+        let height = self.normal.dot(self.corner - org.as_dvec3());
+        let t = height / self.normal.dot(dir.as_dvec3());
+        if t.is_finite() { t as f32 } else { otherwise }
+    }
+
+    /// The same for eight rays by columns. Arrays, of which the compiler makes lanes.
+    #[inline(always)]
+    fn distances(&self, org: [[f32; LANES]; 3], dir: [[f32; LANES]; 3], t: &mut [f32; LANES]) {
+        for lane in 0..LANES {
+            let org = Vec3::new(org[0][lane], org[1][lane], org[2][lane]);
+            let dir = Vec3::new(dir[0][lane], dir[1][lane], dir[2][lane]);
+            t[lane] = self.distance(org, dir, t[lane]);
+        }
+    }
 }

@@ -130,7 +130,7 @@ fn what_is_settled_need_not_be_clamped() {
         assert!(!(!same).any(), "round {round}: {corners:?} {rays:?}");
         let seen = edges(&places, slopes);
         let by_edges = ByEdges::new(&seen, places.map(|corner| corner.z), slopes[2]);
-        let (raw, sure) = (by_edges.t, by_edges.settled);
+        let (raw, sure) = (by_edges.t, by_edges.settled());
         let sure = sure & Mask8::splat(shear.usual);
         let ahead = seen.inside & raw.gt(F32x8::ZERO);
         hits += always.valid.bits().count_ones();
