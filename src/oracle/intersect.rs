@@ -213,7 +213,7 @@ impl Probe {
         let (far, near) = (max(max(a.z, b.z), c.z), min(min(a.z, b.z), c.z));
         let (depth, spread) = (max(far.abs(), near.abs()), far - near);
         let bound = size * (size * spread + depth * spread) + depth * det.abs();
-        let times = if by_edges > 0.0 { 24.0 } else { 131_072.0 };
+        let times = if by_edges > 0.0 { 24.0 } else { 262_144.0 };
         let accurate = bound + TINY < times * sum.abs() && by_edges < f32::INFINITY;
         let raw = match accurate {
             true => by_edges,

@@ -7,7 +7,7 @@ use crate::sampling::{
     Purpose, Way, around, hemisphere, lobe, onward, points, pow, seeds, sphere as sphere_point,
 };
 use crate::scene::{
-    BEYOND_BOXES, IN_DOUBLE, LightShape, OF_EDGES, PAD, PrimKind, ROUNDING, SMALL, Scene,
+    BEYOND_BOXES, IN_DOUBLE, LightShape, OF_EDGES, OF_WAY, PAD, PrimKind, ROUNDING, Scene,
 };
 use glam::Vec3;
 
@@ -142,7 +142,8 @@ fn triangle(scene: &Scene, i: usize, ray: &Ray, back: Vec3, hit: &Hit) -> Place 
     let (beta, gamma) = (f64::from(hit.u), f64::from(hit.v));
     let edges = e1.abs().max(e2.abs()).max_element();
     let along = normal.dot(a - org) / normal.dot(dir);
-    let by_ray = edges > 64.0 * (t * dir.abs().max_element()) && (along - t).abs() <= t / 4096.0;
+    let way = t * dir.abs().max_element();
+    let by_ray = edges > 64.0 * way && (along - t).abs() <= t / 4096.0;
     let point = if by_ray {
         org + dir * along
     } else {
@@ -161,14 +162,11 @@ fn triangle(scene: &Scene, i: usize, ray: &Ray, back: Vec3, hit: &Hit) -> Place 
         Some([na, nb, nc]) => unit_or((na * alpha + nb * hit.u) + nc * hit.v, ng),
         None => ng,
     };
-    let edges = edges as f32;
+    let (edges, way) = (edges as f32, way as f32);
     let rounding = ng.abs().dot(point.abs()) * ROUNDING + edges * IN_DOUBLE;
-    let beyond = min(largest(point) * BEYOND_BOXES, edges * OF_EDGES);
-    let offset = if edges <= largest(point) * SMALL {
-        max(rounding, beyond)
-    } else {
-        rounding
-    };
+    let [least, most] = OF_EDGES.map(|share| edges * share);
+    let beyond = min(max(largest(point) * BEYOND_BOXES, least), most);
+    let offset = max(rounding, min(beyond, way * OF_WAY));
     (point, ng, ns, offset)
 }
 

@@ -67,14 +67,15 @@ pub const ROUNDING: f32 = 1.0 / 4_194_304.0;
 /// |n|·|p| says nothing: 2⁻⁴⁰, some 4,000 roundings, which is as much as a needle turns one into.
 pub const IN_DOUBLE: f32 = 1.0 / 1_099_511_627_776.0;
 
-/// What leads out of the padded boxes of a triangle that is small where it is, as a share of the point's largest coordinate:
-/// beyond the paddings of the triangle's box and of the next ray's origin, so that a ray that leaves a wall along an axis begins
-/// outside the wall's boxes and need not look into them (`perf/notes/leaving-surfaces.md`).
+/// How far a ray that leaves a triangle likes to start off it, as a share of the point's largest coordinate: beyond the paddings
+/// of the triangle's box and of the next ray's origin, so that a ray that leaves a wall along an axis begins outside the wall's
+/// boxes and need not look into them (`perf/notes/leaving-surfaces.md`).
 pub const BEYOND_BOXES: f32 = 4.0 * PAD;
 
-/// What is small there: edges as a share of the point's largest coordinate. Paddings are shares of the box's largest
-/// coordinate; of a triangle that is larger nothing leads out of them, and what stands on it may be as small as it likes.
-pub const SMALL: f32 = 1.0 / 8.0;
+/// And as shares of the triangle's edges, at least and at most: from the first on, `f32` tells most rays that the triangle is
+/// behind them (`crate::trace`, distances); the second is nothing that one sees.
+pub const OF_EDGES: [f32; 2] = [1.0 / 16_384.0, 1.0 / 1024.0];
 
-/// And how far that may be at most, as a share of the triangle's edges: nothing that one sees.
-pub const OF_EDGES: f32 = 1.0 / 1024.0;
+/// But no farther than this share of the way to where the ray came from, whatever the coordinates and the triangle's size: a
+/// quarter of a pixel's width in a picture of 4,000 pixels across 40 degrees.
+pub const OF_WAY: f32 = 1.0 / 16_384.0;

@@ -26,7 +26,7 @@ mod validate;
 mod vectors;
 mod view;
 
-pub use bounds::{BEYOND_BOXES, Bounds, IN_DOUBLE, OF_EDGES, PAD, ROUNDING, SMALL};
+pub use bounds::{BEYOND_BOXES, Bounds, IN_DOUBLE, OF_EDGES, OF_WAY, PAD, ROUNDING};
 pub use column::Column;
 pub use instances::{Instances, Meshes, NotInvertible};
 pub use lights::{LightShape, Lights};

@@ -4,7 +4,7 @@ use super::instance::Maps;
 use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use crate::packet::{HitPacket, RayPacket};
 use crate::scene::{
-    BEYOND_BOXES, ConeProfile, IN_DOUBLE, OF_EDGES, PAD, PrimKind, ROUNDING, SMALL, Scene, Vec3s,
+    BEYOND_BOXES, ConeProfile, IN_DOUBLE, OF_EDGES, OF_WAY, PAD, PrimKind, ROUNDING, Scene, Vec3s,
 };
 use glam::Vec3;
 
@@ -203,14 +203,15 @@ fn triangle(
     let (p, n) = (point.abs(), ng.abs());
     let (edges, largest) = (column(|f| f.edges), point.largest());
     let rounding = n.dot(p) * F32x8::splat(ROUNDING) + edges * F32x8::splat(IN_DOUBLE);
+    let [least, most] = OF_EDGES.map(|share| edges * F32x8::splat(share));
     let beyond = largest * F32x8::splat(BEYOND_BOXES);
-    let beyond = beyond.min(edges * F32x8::splat(OF_EDGES));
-    let small = edges.le(largest * F32x8::splat(SMALL));
+    let way = column(|f| f.way) * F32x8::splat(OF_WAY);
+    let offset = rounding.max(beyond.max(least).min(most).min(way));
     Place {
         point,
         ng,
         ns,
-        offset: small.select(rounding.max(beyond), rounding),
+        offset,
     }
 }
 
@@ -220,8 +221,10 @@ struct Foot {
     point: Vec3,
     /// Of unit length, or zero.
     normal: Vec3,
-    /// Largest component of two of them.
+    /// Largest component of two edges.
     edges: f32,
+    /// Largest component of the ray's way to it.
+    way: f32,
 }
 
 impl Foot {
@@ -235,7 +238,8 @@ impl Foot {
         let normal = e1.cross(e2);
         let edges = e1.abs().max(e2.abs()).max_element();
         let along = normal.dot(a - org) / normal.dot(dir);
-        let large = edges > LARGE * (t * dir.abs().max_element());
+        let way = t * dir.abs().max_element();
+        let large = edges > LARGE * way;
         let point = if large && (along - t).abs() <= ALIKE * t {
             org + dir * along
         } else {
@@ -252,6 +256,7 @@ impl Foot {
                 Vec3::ZERO
             },
             edges: edges as f32,
+            way: way as f32,
         }
     }
 }

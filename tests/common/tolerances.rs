@@ -100,10 +100,5 @@ pub const REFERENCE_SPREAD: u8 = 2;
 /// radiance of every sample.
 pub const LAYER_SUM: f32 = 4.0 * f32::EPSILON;
 
-/// A distance to a triangle, relative: what a reader may rely on, and what Embree's robust mode does not reach. Up to triangles
-/// that are [`FARTHEST_RATIO`] as long as they are far.
+/// A distance to a triangle, relative, whatever the triangle: what is asked, three times the worst of ten million rays.
 pub const DISTANCE: f64 = 1e-5;
-
-/// Longest edge over distance up to which [`DISTANCE`] holds: beyond, a ray that passes an edge within its rounding error may
-/// be clamped by the triangle's own box.
-pub const FARTHEST_RATIO: f64 = 1e4;

@@ -15,7 +15,7 @@
 //! | of the depth from these, times D | 60u(S + Z)SH | what moves all depths alike divides out |
 //! | of the depth from its own rounding, times D | 6uZD | weights are of one sign |
 //!
-//! With F = (S + Z)SH + ZD it is at most 60uF, or 2⁻¹⁸F. So s < −2⁻¹⁷F is behind the origin for certain, and the relative error
+//! With F = (S + Z)SH + ZD it is at most 60uF, or 2⁻¹⁸F. So s < −2⁻¹⁸F is behind the origin for certain, and the relative error
 //! is below 24 · 60u = 9·10⁻⁵ where F < 24|s|. The bound is for errors that all add up: the worst that is measured there is
 //! 3·10⁻⁶ (tests/distance.rs, `perf/notes/distances.md`).
 
@@ -25,7 +25,7 @@ use glam::{DVec3, Vec3};
 
 /// F may be this many times |s| where the depth is ahead of the origin, and this many where it is behind.
 const AHEAD: f32 = 24.0;
-const BEHIND: f32 = 131_072.0;
+const BEHIND: f32 = 262_144.0;
 
 /// Added to what |s| must be larger than, so that what is lost below the smallest numbers does not matter: 2⁻⁷⁵.
 const TINY: f32 = f32::from_bits((127 - 75) << 23);
@@ -84,7 +84,8 @@ impl<L: Lanes> ByEdges<L> {
     /// 12uS³ / D. That is below 9uR ≤ 9uK where 1.34 S³ < RD, so where 36 S³ < 24|s|, as |s| ≤ RD.
     #[inline(always)]
     pub(super) fn settled(&self) -> L::Mask {
-        self.within_reach(self.spread + self.size * L::splat(36.0))
+        let more = self.spread + self.size * L::splat(36.0);
+        self.within_reach(self.t.gt(L::ZERO).select(more, self.spread))
     }
 
     /// Whether S(S · `spread` + ZH) + ZD is within reach. One expression for both, in which a larger spread gives no smaller
