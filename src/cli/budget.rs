@@ -2,15 +2,16 @@
 //!
 //! | before | what is taken to be needed |
 //! |---|---|
-//! | reading a file | [`FILE_TIMES`] the size of the file that is named, and [`PLY_TIMES`] that of a PLY file: the bytes themselves, and the columns and tables made of them; of glTF the file, and what its reader counts |
-//! | what a file names | while it is read, before each: other files, materials, textures as they are decoded, with glTF the document and the columns of meshes |
+//! | reading a file | [`FILE_TIMES`] the size of the file that is named, and [`PLY_TIMES`] that of a PLY file: the bytes themselves, and the columns and tables made of them; of glTF the file, and what its reader counts. A pipe or device has no size: no more of it is read than these allow |
+//! | what a file names | while it is read, before each: other files, materials, textures as they are decoded, with glTF the document, the triangles of a mesh and its columns |
+//! | faces of an OBJ or PLY | while they are read: 20 bytes a triangle, and 12 for texture places and normals each, less what the size of the face in the file stands for; 300 bytes for each corner of the largest polygon on each thread, while it is cut |
 //! | opening a cache | the size of the file, all of which is mapped |
 //! | generating a standard scene | [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and cone |
 //! | building a tree | the scene's columns; for each triangle [`TRIANGLE_BYTES`], for anything else [`OTHER_BYTES`], and for the oracle's tree [`ORACLE_BYTES`] for each |
 //! | rendering | columns and tree as they are, and for each primitive [`WIDE_BYTES`] where the wide tree is still to be made; the films, of one band of the picture each, and the picture of it; for each thread [`THREAD_BYTES`], [`PIXEL_BYTES`] for each pixel of a tile, [`RAY_BYTES`] for each ray that is traced with others, and the bounces that wait (`WaveSizes`; for the oracle, [`PATH_BYTES`] for each bounce of a path); with adaptive samples [`SAMPLE_BYTES`] for each that a block of 8x8 pixels may get |
 //!
-//! To each comes [`PROGRAM_BYTES`] for the program. Estimates are meant to err on the upper side; `perf/notes/memory.md`
-//! holds them against peaks.
+//! To each comes [`PROGRAM_BYTES`] for the program. What has been freed counts as free: see `heap`.
+//! Estimates are meant to err on the upper side; `perf/notes/memory.md` holds them against peaks.
 
 use super::failure::Failure;
 use super::output::{bytes, grouped};
@@ -24,7 +25,7 @@ use std::path::Path;
 
 /// Of text and binary meshes, whose columns are about as large as the file, and held twice while they are put together.
 const FILE_TIMES: u64 = 3;
-/// Of binary PLY, whose rows may be half as large as what is made of them.
+/// Of PLY, binary or not, whose rows may be half as large as what is made of them.
 const PLY_TIMES: u64 = 6;
 /// Of a generated triangle: its corners, a vertex or more, a material; columns grow by doubling.
 const COLUMN_BYTES: u64 = 100;
@@ -61,23 +62,18 @@ impl Budget {
     /// Before a scene file is read, or a cache mapped. What is left then is for what the file names and makes beyond
     /// itself, which its reader counts.
     pub fn beside_file(self, name: &Path, file_bytes: u64) -> Result<Option<u64>, Failure> {
-        let ends = |ending: &str| {
-            name.extension()
-                .is_some_and(|e| e.eq_ignore_ascii_case(ending))
-        };
-        let times = if is_cache(name) || ends("gltf") || ends("glb") {
-            1
-        } else if ends("ply") {
-            PLY_TIMES
-        } else {
-            FILE_TIMES
-        };
         let what = format!("to read a file of {}", bytes(file_bytes));
-        let needed = file_bytes.saturating_mul(times);
+        let needed = file_bytes.saturating_mul(times(name));
         self.ask(needed, &what)?;
         Ok(self
             .0
             .map(|allowed| allowed.saturating_sub(needed + PROGRAM_BYTES)))
+    }
+
+    /// Most bytes of a file that [`Budget::beside_file`] lets pass.
+    pub fn most_bytes(self, name: &Path) -> u64 {
+        let left = |allowed: u64| allowed.saturating_sub(PROGRAM_BYTES) / times(name);
+        self.0.map_or(u64::MAX, left)
     }
 
     /// Why a scene was not opened; if it was for want of memory, with what would have been enough.
@@ -175,6 +171,21 @@ impl Budget {
             ))),
             _ => Ok(()),
         }
+    }
+}
+
+/// How many times the size of a scene file is needed to read it.
+fn times(name: &Path) -> u64 {
+    let ends = |ending: &str| {
+        name.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    };
+    if is_cache(name) || ends("gltf") || ends("glb") {
+        1
+    } else if ends("ply") {
+        PLY_TIMES
+    } else {
+        FILE_TIMES
     }
 }
 

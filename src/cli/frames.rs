@@ -1,10 +1,13 @@
 //! Sequences: which frames, where the camera goes, and what the files are called.
 
 use super::failure::Failure;
+use super::output::bytes;
 use clap::{Args, value_parser};
 use glam::DVec3;
 use phalanx::scene::{CameraPath, FileView, Key, Scene, View};
 use std::ffi::OsString;
+use std::fs::File;
+use std::io::Read;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
@@ -92,10 +95,19 @@ impl Sequence {
     }
 }
 
+/// Bytes of keyframes that are read, which are a hundred each: a device never ends.
+const MAX_KEYS: u64 = 16 << 20;
+
 fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<Key>, Failure> {
     let name = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| Failure::Runtime(format!("cannot read {name}: {e}")))?;
+    let mut text = String::new();
+    let file = File::open(path);
+    let read = file.and_then(|file| file.take(MAX_KEYS + 1).read_to_string(&mut text));
+    read.map_err(|e| Failure::Runtime(format!("cannot read {name}: {e}")))?;
+    if text.len() as u64 > MAX_KEYS {
+        let message = format!("{name}: no keyframes: more than {}", bytes(MAX_KEYS));
+        return Err(Failure::Usage(message));
+    }
     parse_keys(&text, scene).map_err(|(line, what)| {
         Failure::Usage(format!(
             "{name}:{line}: {what}; a line has a frame, from X Y Z, at X Y Z, up X Y Z, and the field of view: \

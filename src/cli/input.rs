@@ -5,7 +5,7 @@ use super::budget::Budget;
 use super::failure::Failure;
 use super::output::is_dash;
 use super::scene_args::SceneArgs;
-use super::{bus_error, diagnose, output};
+use super::{bus_error, diagnose, heap, output};
 use phalanx::bvh::Bvh;
 use phalanx::formats::endings;
 use phalanx::frame::{Engine, Prepared};
@@ -13,6 +13,7 @@ use phalanx::open::{OpenError, is_cache, open, open_as, open_bytes, standard_nam
 use phalanx::scene::Scene;
 use phalanx::standard;
 use std::ffi::OsStr;
+use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -33,6 +34,9 @@ impl Input {
     pub fn load(name: &Path, args: &SceneArgs, threads: usize) -> Result<Input, Failure> {
         let mut options = args.options(threads)?;
         let budget = Budget(args.max_memory);
+        if budget.0.is_some() {
+            heap::give_back();
+        }
         if let Some(name) = standard_name(name) {
             budget.for_standard(standard::parse_spec(name).map_err(OpenError::from)?)?;
         }
@@ -40,21 +44,31 @@ impl Input {
         let format = args.scene_format()?;
         let of_format = |ending: &str| name.with_extension(ending);
         let file = (!is_dash(name)).then(|| std::fs::metadata(name));
+        let mut piped = None;
         if let Some(Ok(file)) = file {
             let like = format.map_or_else(|| name.to_path_buf(), of_format);
             options.max_memory = budget.beside_file(&like, file.len())?;
+            // A pipe or device tells no size: where a size is to be kept to, it is known when all
+            // has been read.
+            if budget.0.is_some() && !file.is_file() && !file.is_dir() && !is_cache(&like) {
+                piped = format.or_else(|| ending_of(name));
+            }
         }
         if is_cache(name) {
             bus_error::watch(name);
         }
-        let opened = match format {
-            Some(ending) if is_dash(name) => {
-                let bytes = stdin(budget)?;
-                options.max_memory = budget.beside_file(&of_format(ending), bytes.len() as u64)?;
+        if is_dash(name) {
+            piped = format;
+        }
+        let opened = match (piped, format) {
+            (Some(ending), _) => {
+                let like = of_format(ending);
+                let bytes = read_piped(name, budget.most_bytes(&like))?;
+                options.max_memory = budget.beside_file(&like, bytes.len() as u64)?;
                 open_bytes(name, ending, &bytes, &options)
             }
-            Some(ending) if standard_name(name).is_none() => open_as(name, ending, &options),
-            None if is_dash(name) => {
+            (_, Some(ending)) if standard_name(name).is_none() => open_as(name, ending, &options),
+            _ if is_dash(name) => {
                 return Err(Failure::Usage(format!(
                     "a scene from stdin needs its format: --format {}",
                     endings().collect::<Vec<_>>().join("|")
@@ -105,19 +119,41 @@ impl Input {
     }
 }
 
-/// All of stdin, or as much as shows that it is more than may be used. It can be read once.
-fn stdin(budget: Budget) -> Result<Vec<u8>, Failure> {
+/// The scene format that a name's ending stands for.
+fn ending_of(name: &Path) -> Option<&'static str> {
+    let ending = name.extension()?;
+    endings().find(|known| ending.eq_ignore_ascii_case(known))
+}
+
+/// All bytes of stdin, a pipe or a device, or one more than may be read.
+fn read_piped(name: &Path, most: u64) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    let most = most.saturating_add(1);
+    let (read, named) = match is_dash(name) {
+        true => {
+            take_stdin()?;
+            let read = io::stdin().lock().take(most).read_to_end(&mut bytes);
+            (read, "stdin".into())
+        }
+        false => {
+            let file = File::open(name);
+            let read = file.and_then(|file| file.take(most).read_to_end(&mut bytes));
+            (read, name.display().to_string())
+        }
+    };
+    read.map_err(|e| Failure::Runtime(format!("cannot read {named}: {e}")))?;
+    Ok(bytes)
+}
+
+/// Refuses to read stdin a second time.
+fn take_stdin() -> Result<(), Failure> {
     static READ: AtomicBool = AtomicBool::new(false);
     if READ.swap(true, Ordering::Relaxed) {
         return Err(Failure::Usage(
             "stdin can be read once: name it once, as -".to_owned(),
         ));
     }
-    let mut bytes = Vec::new();
-    let most = budget.0.unwrap_or(u64::MAX);
-    let read = io::stdin().lock().take(most).read_to_end(&mut bytes);
-    read.map_err(|e| Failure::Runtime(format!("cannot read stdin: {e}")))?;
-    Ok(bytes)
+    Ok(())
 }
 
 /// What files made from a scene are called, without an ending.

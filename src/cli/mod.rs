@@ -17,6 +17,7 @@ mod format_args;
 mod frames;
 mod generate;
 mod guide;
+mod heap;
 mod heat;
 mod info;
 mod input;

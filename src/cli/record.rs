@@ -11,11 +11,17 @@ use phalanx::image::replace_file;
 use phalanx::render::Film;
 use phalanx::scene::{Quantize, Tone, Transfer};
 use serde::{Deserialize, Serialize};
-use std::io::{self, BufWriter};
+use std::fmt::Display;
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 /// Version of the record's layout and of what is hashed.
 const SCHEMA_VERSION: u32 = 1;
+
+/// Bytes of a record that are read out of a pipe or device: 32 digits for each of 30 million
+/// pixels.
+const MAX_PIPED: u64 = 1 << 30;
 
 /// A record file.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -63,10 +69,19 @@ impl Record {
     /// Reads a record.
     pub fn load(path: &Path) -> Result<Record, Failure> {
         let name = path.display();
-        let bytes = std::fs::read(path)
-            .map_err(|e| Failure::Runtime(format!("cannot read {name}: {e}")))?;
-        let record: Record = serde_json::from_slice(&bytes)
-            .map_err(|e| Failure::Runtime(format!("{name}: not a record of verify: {e}")))?;
+        let unreadable = |e: &dyn Display| Failure::Runtime(format!("cannot read {name}: {e}"));
+        let file = File::open(path).map_err(|e| unreadable(&e))?;
+        // A regular file ends; a device may not, and is left at the first byte that is wrong, or
+        // too many.
+        let most = match file.metadata().is_ok_and(|file| file.is_file()) {
+            true => u64::MAX,
+            false => MAX_PIPED,
+        };
+        let reader = BufReader::with_capacity(1 << 16, file.take(most));
+        let record: Record = serde_json::from_reader(reader).map_err(|e| match e.is_io() {
+            true => unreadable(&e),
+            false => Failure::Runtime(format!("{name}: not a record of verify: {e}")),
+        })?;
         if record.schema_version != SCHEMA_VERSION {
             return Err(Failure::Usage(format!(
                 "{name}: a record of version {}, but this program reads version {SCHEMA_VERSION}",

@@ -2,6 +2,7 @@
 //! before it is used.
 
 use std::cell::{Cell, RefCell};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Bytes that may be used, and those that are.
 #[derive(Debug)]
@@ -54,9 +55,83 @@ impl Allowance {
         Err(refusal.message())
     }
 
+    /// What is left, for threads that take of it together.
+    pub(super) fn shared(&self) -> Shared {
+        Shared {
+            most: self.most.saturating_sub(self.used.get()),
+            used: AtomicU64::new(0),
+        }
+    }
+
     /// The use that was refused first.
     pub(super) fn refusal(&self) -> Option<Refusal> {
         self.refused.borrow().clone()
+    }
+}
+
+/// Bytes that several threads take at once. Whoever has been refused goes on counting without
+/// making anything, so that in the end it is known what would have been needed.
+#[derive(Debug)]
+pub(super) struct Shared {
+    most: u64,
+    used: AtomicU64,
+}
+
+impl Shared {
+    /// A thread's share.
+    pub(super) fn share(&self) -> Share<'_> {
+        Share {
+            of: self,
+            taken: 0,
+            refused: false,
+        }
+    }
+
+    /// Whether more would have been taken than there is.
+    pub(super) fn is_over(&self) -> bool {
+        self.used() > self.most
+    }
+
+    /// Bytes that all have taken, or would have.
+    pub(super) fn used(&self) -> u64 {
+        self.used.load(Ordering::Relaxed)
+    }
+}
+
+/// What one thread has taken.
+#[derive(Debug)]
+pub(super) struct Share<'a> {
+    of: &'a Shared,
+    /// Not told to the others yet.
+    taken: u64,
+    refused: bool,
+}
+
+/// Bytes after which a thread tells the others, so that they seldom wait for each other.
+const STEP: u64 = 1 << 16;
+
+impl Share<'_> {
+    /// Takes bytes; false, from then on, if there were none left.
+    #[inline]
+    pub(super) fn take(&mut self, bytes: u64) -> bool {
+        self.taken = self.taken.saturating_add(bytes);
+        if self.taken >= STEP {
+            self.tell();
+        }
+        !self.refused
+    }
+
+    #[cold]
+    fn tell(&mut self) {
+        let taken = std::mem::take(&mut self.taken);
+        let before = self.of.used.fetch_add(taken, Ordering::Relaxed);
+        self.refused |= before.saturating_add(taken) > self.of.most;
+    }
+}
+
+impl Drop for Share<'_> {
+    fn drop(&mut self) {
+        self.tell();
     }
 }
 
@@ -82,5 +157,21 @@ mod tests {
         let refused = allowance.refusal().expect("one");
         assert_eq!((refused.needed, refused.allowed), (101, 100));
         assert_eq!(Allowance::of(None).take(u64::MAX, what), Ok(()));
+    }
+
+    #[test]
+    fn threads_are_refused_together_and_all_is_counted() {
+        let allowance = Allowance::of(Some(4 * STEP));
+        let shared = allowance.shared();
+        let (mut one, mut other) = (shared.share(), shared.share());
+        assert!(one.take(3 * STEP) && other.take(STEP / 2) && one.take(7));
+        assert!(!other.take(STEP) && !other.take(1));
+        drop((one, other));
+        assert_eq!(shared.used(), 4 * STEP + STEP / 2 + 8);
+        assert!(
+            allowance
+                .lend(shared.used(), || "for a test".into())
+                .is_err()
+        );
     }
 }

@@ -12,6 +12,37 @@ pub(super) const NONE: u32 = NO_NORMALS;
 /// Corners beyond which a face is taken for a fault: cutting it could take for ever.
 pub(super) const MAX_CORNERS: usize = 1 << 16;
 
+/// Bytes of a triangle of a polygon, while the pieces of a file are joined: its corners, marks, and
+/// room to grow.
+const TRIANGLE_BYTES: u64 = 20;
+/// Of each attribute more.
+const ATTRIBUTE_BYTES: u64 = 12;
+
+/// Bytes that a face of so many corners takes beyond `paid`, which the size of its text stands for:
+/// of a polygon with short numbers, two bytes of file are a triangle.
+#[inline]
+pub(super) fn bytes_beyond(corners: usize, attributes: u64, paid: u64) -> u64 {
+    let triangles = corners.saturating_sub(2) as u64;
+    (triangles * (TRIANGLE_BYTES + attributes * ATTRIBUTE_BYTES)).saturating_sub(paid)
+}
+
+/// What the bytes of triangles are needed for.
+pub(super) fn purpose() -> String {
+    "for the triangles of the file's faces".into()
+}
+
+/// Bytes for each corner of a polygon while it is cut (`perf/notes/memory.md`).
+const CUT_BYTES: u64 = 300;
+
+/// Bytes that are used while the polygons of all pieces are cut on so many threads.
+pub(super) fn cutting_bytes<'a>(pieces: impl Iterator<Item = &'a Faces>, threads: usize) -> u64 {
+    let polygons = pieces.flat_map(|faces| &faces.polygons);
+    let (count, largest) = polygons.fold((0, 0), |(count, largest), polygon| {
+        (count + 1, polygon.corners.max(largest))
+    });
+    u64::from(largest) * CUT_BYTES * threads.min(count) as u64
+}
+
 /// Attributes of a corner: which column a number belongs to.
 pub(super) const VERTEX: usize = 0;
 pub(super) const TEXTURE_PLACE: usize = 1;

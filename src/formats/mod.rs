@@ -129,8 +129,9 @@ pub struct Options {
     pub origin: Origin,
     /// Threads that a reader may use; 0 for one per CPU.
     pub threads: usize,
-    /// Bytes that may be used for what the file names or makes beyond itself: other files, pictures decoded, meshes copied
-    /// into place. They are counted before they are used; none for as many as there are.
+    /// Bytes that may be used for what the file names or makes beyond itself and columns of its
+    /// size: other files, pictures decoded, meshes copied into place, polygons of few bytes a
+    /// triangle. They are counted before they are used; none for as many as there are.
     pub max_memory: Option<u64>,
 }
 
@@ -335,7 +336,7 @@ fn read_once(
         Format::Gltf if gltf::is_binary(bytes) => gltf::read(bytes, beside, options),
         Format::Gltf => gltf::read(text_of(bytes)?.as_bytes(), beside, options),
         Format::Obj => obj::read(bytes, beside, options),
-        Format::Ply => ply::read(bytes, options),
+        Format::Ply => ply::read(bytes, beside.allowance(), options),
         Format::Stl => stl::read(bytes, options),
     }
 }

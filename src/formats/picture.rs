@@ -96,12 +96,23 @@ fn open_png(bytes: &[u8]) -> Result<Picture<'_>, String> {
         return Err(short(width, height));
     }
     let reader = decoder.read_info().map_err(broken)?;
+    // The crate takes a palette's length to be right.
+    let (info, indexed) = (reader.info(), png::ColorType::Indexed);
+    let palette = info.palette.as_deref().unwrap_or_default();
+    if info.color_type == indexed && !is_palette(palette) {
+        return Err("its palette (PLTE) does not hold whole colours, 1 to 256".into());
+    }
     Ok(Picture {
         width,
         height,
         scratch: TABLES,
         decoder: Decoder::Png(Box::new(reader)),
     })
+}
+
+/// Tells whether these are 1 to 256 colours of three bytes each.
+fn is_palette(bytes: &[u8]) -> bool {
+    (3..=3 * 256).contains(&bytes.len()) && bytes.len().is_multiple_of(3)
 }
 
 /// Where a PNG's passes begin and how far apart their pixels are: columns, then rows.
@@ -196,10 +207,13 @@ fn open_jpeg(bytes: &[u8]) -> Result<Picture<'_>, String> {
     if pixels > bytes.len() as u64 * MOST_PIXELS_PER_BYTE {
         return Err(short(width, height));
     }
-    // Of several scans all coefficients are kept, two bytes each, in whole blocks.
-    let components = decoder.info().map_or(4, |info| u64::from(info.components));
+    // Of several scans, and of a progressive picture however few it has, all coefficients are kept:
+    // two bytes each, in whole blocks.
+    let info = decoder.info();
+    let progressive = info.as_ref().is_none_or(|info| info.sof.is_progressive());
+    let components = info.map_or(4, |info| u64::from(info.components));
     let blocks = u64::from(width.next_multiple_of(32)) * u64::from(height.next_multiple_of(32));
-    let kept = match scans(bytes) > 1 {
+    let kept = match progressive || scans(bytes) > 1 {
         true => blocks * components * 2,
         false => 0,
     };

@@ -4,7 +4,8 @@ use super::file::replace_file;
 use super::tone::Picture;
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use ::png::{BitDepth, ColorType, DeflateCompression, EncodingError, Filter};
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Why a picture could not be read or written.
@@ -150,7 +151,8 @@ pub fn load(path: &Path) -> Result<Raster, PictureError> {
         path: path.to_path_buf(),
         reason,
     };
-    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let bytes = read(path).map_err(unreadable)?;
+    check_palette(&bytes).map_err(broken)?;
     let mut reader = ImageReader::with_format(io::Cursor::new(&bytes), ImageFormat::Png);
     reader.limits(limits());
     let decoder = reader.into_decoder().map_err(|e| broken(e.to_string()))?;
@@ -168,6 +170,42 @@ pub fn load(path: &Path) -> Result<Raster, PictureError> {
         height,
         pixels,
     })
+}
+
+/// The bytes of a file as long as it may be a PNG: a device that never ends is left after its first
+/// bytes.
+fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let mut file = File::open(path)?;
+    let mut bytes = Vec::new();
+    (&mut file)
+        .take(SIGNATURE.len() as u64)
+        .read_to_end(&mut bytes)?;
+    if bytes == SIGNATURE {
+        file.take(MAX_BYTES).read_to_end(&mut bytes)?;
+    }
+    Ok(bytes)
+}
+
+/// What every PNG begins with.
+const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
+
+/// More than the largest picture takes, even where nothing can be compressed.
+const MAX_BYTES: u64 = MAX_PIXELS * 9;
+
+/// Refuses a palette that is not whole colours, 1 to 256, whose length the decoder takes to be
+/// right. What else is wrong the decoder says.
+fn check_palette(bytes: &[u8]) -> Result<(), String> {
+    let mut decoder = ::png::Decoder::new(io::Cursor::new(bytes));
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let reader = decoder.read_info().ok();
+    let info = reader.as_ref().map(|reader| reader.info());
+    let indexed = info.filter(|info| info.color_type == ColorType::Indexed);
+    let bytes = indexed.map_or(3, |info| info.palette.as_ref().map_or(0, |p| p.len()));
+    match (3..=3 * 256).contains(&bytes) && bytes.is_multiple_of(3) {
+        true => Ok(()),
+        false => Err("its palette (PLTE) does not hold whole colours, 1 to 256".into()),
+    }
 }
 
 /// Most pixels of a picture that is read: all of it is held in memory.

@@ -241,3 +241,65 @@ fn warnings_are_one_line_each_and_do_not_stop_a_render() {
         "{warnings:?}"
     );
 }
+
+/// A PNG of one black pixel, which is a number in a palette of so many bytes.
+fn png_with_palette(color: u8, palette: usize) -> Vec<u8> {
+    let chunk = |name: &[u8], data: &[u8]| {
+        let body = [name, data].concat();
+        let length = (data.len() as u32).to_be_bytes();
+        let sum = crc32fast::hash(&body).to_be_bytes();
+        [&length[..], &body, &sum].concat()
+    };
+    let samples = vec![0; if color == 3 { 2 } else { 4 }];
+    let length = samples.len() as u16;
+    // A zlib stream of one stored block.
+    let mut stream = vec![0x78, 0x01, 0x01];
+    stream.extend(length.to_le_bytes());
+    stream.extend((!length).to_le_bytes());
+    stream.extend(&samples);
+    stream.extend([0, length as u8, 0, 1]);
+    [
+        b"\x89PNG\r\n\x1a\n".to_vec(),
+        chunk(b"IHDR", &[0, 0, 0, 1, 0, 0, 0, 1, 8, color, 0, 0, 0]),
+        chunk(b"PLTE", &vec![0; palette]),
+        chunk(b"IDAT", &stream),
+        chunk(b"IEND", &[]),
+    ]
+    .concat()
+}
+
+/// The decoder takes the length of a palette to be right.
+#[test]
+fn palettes_that_are_not_whole_colours_are_refused() {
+    let room = Room::new();
+    room.write("a.mtl", "newmtl a\nmap_Kd a.png\n");
+    let quad = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n";
+    room.write("a.obj", quad);
+    let picture = |color, palette| {
+        let bytes = png_with_palette(color, palette);
+        fs::write(room.path().join("a.png"), bytes).unwrap();
+    };
+    // A palette is only a hint where pixels are colours themselves.
+    for (color, palette) in [(3, 3), (3, 768), (2, 3), (2, 4)] {
+        picture(color, palette);
+        room.ok("info a.obj");
+        room.ok("compare a.png a.png");
+    }
+    for palette in [0, 1, 4, 5, 767, 769, 771] {
+        picture(3, palette);
+        // Of no colour, and of more than 256, the decoder says so itself.
+        let what = match palette {
+            0 | 1 | 769 | 771 => "PLTE",
+            _ => "its palette (PLTE) does not hold whole colours, 1 to 256",
+        };
+        // A scene does without a texture that is broken.
+        let ran = room.run("info a.obj");
+        assert_eq!(ran.code, Some(0), "{palette}: {}", ran.stderr);
+        let left_out = "the texture `a.png` is left out: ";
+        for part in [left_out, what] {
+            assert!(ran.stderr.contains(part), "{palette}: {}", ran.stderr);
+        }
+        let named = ["a.png: not a PNG picture that can be read: ", what];
+        room.refused("compare a.png a.png", 1, &named);
+    }
+}

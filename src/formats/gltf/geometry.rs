@@ -38,12 +38,14 @@ pub(super) fn is_surface(mode: u32) -> bool {
 }
 
 impl<'a> Shape<'a> {
-    /// Opens a primitive's accessors and reads its indices; no more than `most` triangles.
+    /// Opens a primitive's accessors and reads its indices: no more than `most` triangles, and only
+    /// if `room` has been found for them, and for the columns that are to be made of them.
     pub(super) fn open(
         source: &'a Source,
         primitive: &Primitive,
         look: &Look,
         most: u64,
+        room: impl FnOnce(u64, u64) -> Result<(), String>,
     ) -> Result<Shape<'a>, String> {
         let attribute = |name: &str, width: usize| {
             let row = primitive.attributes.get(name);
@@ -67,13 +69,17 @@ impl<'a> Shape<'a> {
         if normals.as_ref().is_some_and(short) || uvs.as_ref().is_some_and(|(uvs, _)| short(uvs)) {
             return Err("an attribute has fewer rows than POSITION".into());
         }
-        Ok(Shape {
+        let mut shape = Shape {
             positions,
             normals,
             uvs,
-            corners: corners(source, primitive, positions.count, most)?,
+            corners: Vec::new(),
             material: look.material,
-        })
+        };
+        let corners = Corners::of(source, primitive, positions.count, most)?;
+        room(corners.count as u64, shape.bytes_of(corners.count as u64))?;
+        shape.corners = corners.collect()?;
+        Ok(shape)
     }
 
     /// Number of triangles.
@@ -81,13 +87,17 @@ impl<'a> Shape<'a> {
         self.corners.len()
     }
 
-    /// Bytes that its columns take at most: they grow by doubling.
+    /// Bytes that its columns take at most.
     pub(super) fn mesh_bytes(&self) -> u64 {
+        self.bytes_of(self.len() as u64)
+    }
+
+    /// Bytes of the columns of so many of its triangles, at most: they grow by doubling.
+    fn bytes_of(&self, triangles: u64) -> u64 {
         let per = |column: bool, bytes: u64| if column { bytes } else { 0 };
         let (normals, uvs) = (self.normals.is_some(), self.uvs.is_some());
         let triangle = 32 + per(normals, 12) + per(uvs, 12);
         let vertex = 12 + per(normals, 12) + per(uvs, 8);
-        let triangles = self.len() as u64;
         let vertices = (self.positions.count as u64).min(3 * triangles);
         2 * (triangles * triangle + vertices * vertex)
     }
@@ -138,50 +148,73 @@ impl Shape<'_> {
     }
 }
 
-/// Triangles of indices below `vertices`.
-fn corners(
-    source: &Source,
-    primitive: &Primitive,
+/// Bytes of a triangle of a shape.
+pub(super) const CORNERS_BYTES: u64 = 12;
+
+/// Triangles of indices below `vertices`, counted before they are collected.
+struct Corners<'a> {
+    indices: Option<Accessor<'a>>,
+    mode: u32,
     vertices: usize,
-    most: u64,
-) -> Result<Vec<[u32; 3]>, String> {
-    let indices = primitive.indices;
-    let indices = indices
-        .map(|row| Accessor::open(source, row, 1))
-        .transpose()?;
-    if indices.is_some_and(|indices| !indices.holds_indices()) {
-        return Err("its indices are not unsigned integers".into());
-    }
-    let steps = indices.map_or(vertices, |indices| indices.count);
-    let count = match primitive.mode {
-        TRIANGLES => steps / 3,
-        _ => steps.saturating_sub(2),
-    };
-    if count as u64 > most || vertices as u64 > u64::from(u32::MAX) {
-        return Err(format!(
-            "{count} more triangles are too many for a file of this size"
-        ));
-    }
-    let corner = |step: usize| match indices {
-        Some(indices) => indices.index(step),
-        None => step as u32,
-    };
-    let mut corners = Vec::with_capacity(count);
-    for k in 0..count {
-        let steps = match primitive.mode {
-            TRIANGLES => [3 * k, 3 * k + 1, 3 * k + 2],
-            // Every other triangle of a strip runs the other way round.
-            STRIP => [k, k + 1 + k % 2, k + 2 - k % 2],
-            _ => [k + 1, k + 2, 0],
+    count: usize,
+}
+
+impl<'a> Corners<'a> {
+    /// Those of a primitive: no more than `most`.
+    fn of(
+        source: &'a Source,
+        primitive: &Primitive,
+        vertices: usize,
+        most: u64,
+    ) -> Result<Corners<'a>, String> {
+        let indices = primitive.indices;
+        let indices = indices
+            .map(|row| Accessor::open(source, row, 1))
+            .transpose()?;
+        if indices.is_some_and(|indices| !indices.holds_indices()) {
+            return Err("its indices are not unsigned integers".into());
+        }
+        let steps = indices.map_or(vertices, |indices| indices.count);
+        let count = match primitive.mode {
+            TRIANGLES => steps / 3,
+            _ => steps.saturating_sub(2),
         };
-        corners.push(steps.map(corner));
+        if count as u64 > most || vertices as u64 > u64::from(u32::MAX) {
+            return Err(format!(
+                "{count} more triangles are too many for a file of this size"
+            ));
+        }
+        Ok(Corners {
+            indices,
+            mode: primitive.mode,
+            vertices,
+            count,
+        })
     }
-    let outside = |&&corner: &&u32| corner as usize >= vertices;
-    match corners.iter().flatten().find(outside) {
-        Some(corner) => Err(format!(
-            "its index {corner} is not below its {vertices} vertices"
-        )),
-        None => Ok(corners),
+
+    fn collect(&self) -> Result<Vec<[u32; 3]>, String> {
+        let corner = |step: usize| match self.indices {
+            Some(indices) => indices.index(step),
+            None => step as u32,
+        };
+        let mut corners = Vec::with_capacity(self.count);
+        for k in 0..self.count {
+            let steps = match self.mode {
+                TRIANGLES => [3 * k, 3 * k + 1, 3 * k + 2],
+                // Every other triangle of a strip runs the other way round.
+                STRIP => [k, k + 1 + k % 2, k + 2 - k % 2],
+                _ => [k + 1, k + 2, 0],
+            };
+            corners.push(steps.map(corner));
+        }
+        let outside = |&&corner: &&u32| corner as usize >= self.vertices;
+        match corners.iter().flatten().find(outside) {
+            Some(corner) => Err(format!(
+                "its index {corner} is not below its {} vertices",
+                self.vertices
+            )),
+            None => Ok(corners),
+        }
     }
 }
 

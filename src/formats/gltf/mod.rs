@@ -65,7 +65,7 @@ use super::texture::TextureShelf;
 use super::{Loaded, Options};
 use crate::scene::{Bounds, Scene};
 use copies::{Copies, MOST_COPIED, Part};
-use geometry::{Bad, Shape, is_surface};
+use geometry::{Bad, CORNERS_BYTES, Shape, is_surface};
 use glam::{DAffine3, DVec3};
 use materials::Looks;
 use nodes::Placed;
@@ -111,7 +111,9 @@ pub(super) fn read(bytes: &[u8], beside: &Folder, options: &Options) -> Result<L
     let parsed = opened.and_then(|parts| {
         let rows = memchr::memchr_iter(b'{', &bytes[parts.json.clone()]).count() as u64;
         let what = || "for the rows of the document".to_owned();
-        let allowed = beside.allowance().take(rows * ROW_BYTES, what);
+        // Names and data in the text are kept as they stand there.
+        let text = parts.json.len() as u64;
+        let allowed = beside.allowance().take(rows * ROW_BYTES + text, what);
         allowed.map_err(|message| (Place::START, message))?;
         Ok((Source::parse(bytes, &parts)?, parts))
     });
@@ -325,11 +327,15 @@ impl<'a, 't> Reader<'a, 't> {
     /// Adds shapes under a map to the scene, and takes their triangles out of what may still be made.
     fn bake(&mut self, shapes: &[Shape], map: &DAffine3) -> Result<Bad, String> {
         let mut all = Bad::default();
+        let open: usize = shapes.iter().map(Shape::len).sum();
+        let open = open as u64 * CORNERS_BYTES;
         for shape in shapes {
             let left = self.triangles_left.checked_sub(shape.len() as u64);
             self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
             let what = || format!("for {} more triangles", shape.len());
-            self.allowance.take(shape.mesh_bytes(), what)?;
+            let bytes = shape.mesh_bytes();
+            self.allowance.lend(open.saturating_add(bytes), what)?;
+            self.allowance.take(bytes, what)?;
             let (mesh, bad) = shape.mesh(map, self.options.origin)?;
             self.scene.add_mesh(mesh);
             all.normals += bad.normals;
@@ -367,6 +373,7 @@ impl<'a, 't> Reader<'a, 't> {
         let mut skipped = 0;
         // All primitives of a mesh are open at once.
         let mut left = self.triangles_left;
+        let mut open = 0;
         for &k in &part.primitives {
             let primitive = &source.document.meshes[mesh].primitives[k];
             if primitive.mode > 6 {
@@ -389,7 +396,13 @@ impl<'a, 't> Reader<'a, 't> {
             let (materials, report) = (&mut self.scene.materials, &mut self.report);
             let look = looks.of(primitive.material, self.options, materials, report);
             let look = look.map_err(named)?;
-            let shape = Shape::open(source, primitive, &look, left).map_err(named)?;
+            let allowance = self.allowance;
+            let room = |triangles: u64, columns: u64| {
+                let what = || format!("for {triangles} more triangles");
+                open += triangles * CORNERS_BYTES;
+                allowance.lend(open.saturating_add(columns), what)
+            };
+            let shape = Shape::open(source, primitive, &look, left, room).map_err(named)?;
             left -= shape.len() as u64;
             if shape.len() > 0 {
                 shapes.push(shape);

@@ -27,7 +27,7 @@ pub(super) struct Source<'a> {
 #[derive(Clone)]
 enum Bytes<'a> {
     Own(&'a [u8]),
-    Other(Rc<[u8]>),
+    Other(Rc<Vec<u8>>),
 }
 
 impl std::ops::Deref for Bytes<'_> {
@@ -200,13 +200,13 @@ fn row_offsets(json: &[u8]) -> BTreeMap<String, Vec<usize>> {
 fn fetch(
     uri: &str,
     beside: &Folder,
-    files: &mut HashMap<Found, Rc<[u8]>>,
-) -> Result<Rc<[u8]>, String> {
+    files: &mut HashMap<Found, Rc<Vec<u8>>>,
+) -> Result<Rc<Vec<u8>>, String> {
     let allowance = beside.allowance();
     if let Some(data) = data_of(uri) {
         let what = || "for the buffers in the text".to_owned();
         allowance.take(data.most_bytes(), what)?;
-        return data.bytes().map(Rc::from);
+        return data.bytes().map(Rc::new);
     }
     let name = file_name(uri);
     let unread = |reason: String| format!("cannot read {}: {reason}", quoted(&name));
@@ -217,7 +217,8 @@ fn fetch(
     let bytes = beside.read(&file).map_err(unread)?;
     let size = bytes.len() as u64;
     allowance.take(size, || format!("to read {}", quoted(&name)))?;
-    let bytes: Rc<[u8]> = bytes.into();
+    // No copy: the vector itself is shared.
+    let bytes = Rc::new(bytes);
     files.insert(file, Rc::clone(&bytes));
     Ok(bytes)
 }

@@ -9,7 +9,8 @@ mod materials;
 mod mtl;
 mod piece;
 
-use super::faces::{Faces, NORMAL, VERTEX};
+use super::allowance::{Allowance, Shared};
+use super::faces::{self, Faces, NORMAL, VERTEX};
 use super::folder::Folder;
 use super::mesh::{self, Joined, NotFinite, Tally};
 use super::origin::{self, Origin, Stop};
@@ -41,7 +42,13 @@ fn read_in_pieces(
         return Err(Stop::of(report));
     }
     let moved = options.origin.moved();
-    let pieces = read_pieces(bytes, threads, (piece_bytes, moved), &mut report);
+    let made = beside.allowance().shared();
+    let pieces = read_pieces(bytes, threads, (piece_bytes, moved), &made, &mut report);
+    let cutting = faces::cutting_bytes(pieces.iter().map(|piece| &piece.faces), threads);
+    let needed = made.used().saturating_add(cutting);
+    if let Err(message) = beside.allowance().lend(needed, faces::purpose) {
+        report.error(Place::START, message);
+    }
     let mut palette = Palette::default();
     let mut scene = mesh::bare_scene(options, &mut palette);
     if !report.is_clean() {
@@ -55,6 +62,9 @@ fn read_in_pieces(
     {
         return Err(Stop::Far(far));
     }
+    if let Err(message) = beside.allowance().take(made.used(), faces::purpose) {
+        report.error(Place::START, message);
+    }
     if report.is_clean() {
         let triangles = joined.faces[VERTEX].len();
         let mut shelf = materials::Shelf::new(bytes, beside, &libraries, &mut report);
@@ -64,17 +74,25 @@ fn read_in_pieces(
     mesh::finish(scene, joined, options, report)
 }
 
-/// All pieces, and in the report what is wrong with them.
+/// All pieces, and in the report what is wrong with them; without faces for which there is no
+/// memory.
 fn read_pieces(
     bytes: &[u8],
     threads: usize,
     (size, moved): (usize, Option<DVec3>),
+    made: &Shared,
     report: &mut Report,
 ) -> Vec<Piece> {
     let ranges = workers::cut(0..bytes.len(), size, |at| line_start(bytes, at));
     let first = ranges.iter().map(|range| (range.clone(), Limits::UNKNOWN));
     let read = |(range, limits): (std::ops::Range<usize>, Limits)| {
-        piece::read(&bytes[..range.end], range.start, limits, moved)
+        piece::read(
+            &bytes[..range.end],
+            range.start,
+            limits,
+            moved,
+            made.share(),
+        )
     };
     let pieces = workers::map(threads, first.collect(), read);
     let limits = limits_of(&pieces);
@@ -83,10 +101,16 @@ fn read_pieces(
         let begins = |k: usize| limits.before[k] + piece.lowest[k] >= 0;
         piece.faults.is_empty() && (0..3).all(|k| ends(k) && begins(k))
     };
-    if pieces.iter().zip(&limits).all(within) {
+    // Nor is it read again what there is no memory for.
+    if made.is_over() || pieces.iter().zip(&limits).all(within) {
         return pieces;
     }
     drop(pieces);
+    let made = Allowance::of(None).shared();
+    let read = |(range, limits): (std::ops::Range<usize>, Limits)| {
+        let text = &bytes[..range.end];
+        piece::read(text, range.start, limits, moved, made.share())
+    };
     let again = workers::map(threads, ranges.into_iter().zip(limits).collect(), read);
     again
         .into_iter()

@@ -1,9 +1,10 @@
 //! One piece of an OBJ file, read without knowing the others.
 
 use super::cursor::Cursor;
+use crate::formats::allowance::Share;
 use crate::formats::decimal;
 use crate::formats::faces::{
-    Corner, Faces, MAX_CORNERS, NONE, NORMAL, RELATIVE_ZERO, TEXTURE_PLACE, VERTEX,
+    Corner, Faces, MAX_CORNERS, NONE, NORMAL, RELATIVE_ZERO, TEXTURE_PLACE, VERTEX, bytes_beyond,
 };
 use crate::formats::mesh::{Fault, Faults, NotFinite, Tally};
 use crate::formats::report::Place;
@@ -81,13 +82,20 @@ impl Piece {
     }
 }
 
-/// Reads the piece of `text` that begins at `start` and ends with it.
-/// Vertices are taken from `origin`, where there is one.
-pub(super) fn read(text: &[u8], start: usize, limits: Limits, origin: Option<DVec3>) -> Piece {
+/// Reads the piece of `text` that begins at `start` and ends with it. Vertices are taken from
+/// `origin`, where there is one. Faces are made as long as there is memory for them in `share`.
+pub(super) fn read<'a>(
+    text: &'a [u8],
+    start: usize,
+    limits: Limits,
+    origin: Option<DVec3>,
+    share: Share<'a>,
+) -> Piece {
     let mut reader = Reader {
         cursor: Cursor { text, at: start },
         limits,
         origin,
+        share,
         piece: Piece::default(),
         corners: Vec::new(),
     };
@@ -109,6 +117,7 @@ struct Reader<'a> {
     limits: Limits,
     /// The origin that is taken from vertices, if the scene is moved.
     origin: Option<DVec3>,
+    share: Share<'a>,
     piece: Piece,
     /// Those of the face at hand.
     corners: Vec<Corner>,
@@ -323,9 +332,14 @@ impl Reader<'_> {
         self.corners.clear();
         self.cursor.skip_blanks();
         let start = self.cursor.at;
+        // Those beyond are counted for the message.
+        let mut count = 0;
         while !self.cursor.at_statement_end() {
             let corner = self.corner()?;
-            self.corners.push(corner);
+            count += 1;
+            if count <= MAX_CORNERS {
+                self.corners.push(corner);
+            }
         }
         let first = self.corners.first().map_or([0; 3], |c| c.numbers);
         let alike = |k: usize| {
@@ -337,7 +351,7 @@ impl Reader<'_> {
             offset: start,
             length: self.cursor.at - start,
         };
-        match self.corners.len() {
+        match count {
             0 => Err(self.cursor.missing("a corner")),
             _ if !alike(TEXTURE_PLACE) || !alike(NORMAL) => Err(Fault::new(
                 place,
@@ -352,7 +366,13 @@ impl Reader<'_> {
                 format!("a face of {count} corners: at most {MAX_CORNERS}"),
             )),
             _ => {
-                self.piece.faces.add(&self.corners);
+                // A file counts three times, once for itself: see `--max-memory`.
+                let attributes = first[1..].iter().filter(|&&number| number != NONE).count();
+                let paid = 2 * place.length as u64;
+                let bytes = bytes_beyond(count, attributes as u64, paid);
+                if self.share.take(bytes) {
+                    self.piece.faces.add(&self.corners);
+                }
                 Ok(())
             }
         }

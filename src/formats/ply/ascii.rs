@@ -4,8 +4,9 @@
 //! pieces.
 
 use super::header::{Element, Kind, Property};
-use super::rows::{FaceSink, checked_normal, checked_place, too_short};
+use super::rows::{FaceSink, check_corners, checked_normal, checked_place, too_short};
 use super::{Body, Plan, Purpose};
+use crate::formats::allowance::Share;
 use crate::formats::decimal;
 use crate::formats::mesh::{Fault, Faults, NotFinite, Tally, join_floats};
 use crate::formats::report::{Place, Report, quoted};
@@ -144,6 +145,7 @@ struct Reader<'a> {
     /// For each property of a vertex.
     slots: Vec<Slot>,
     corners: Vec<i64>,
+    share: Share<'a>,
     piece: Piece,
 }
 
@@ -169,6 +171,7 @@ impl<'a> Reader<'a> {
             eol: plan.header.line_end,
             slots: (0..count).map(slot).collect(),
             corners: Vec::new(),
+            share: plan.made.share(),
             piece: Piece::default(),
         }
     }
@@ -224,18 +227,20 @@ impl<'a> Reader<'a> {
         match purpose {
             Purpose::Vertices => self.vertex(element, row as u32)?,
             Purpose::Faces(list) => {
-                self.row_with_list(element, list)?;
+                self.row_with_list(element, list, true)?;
                 let place = self.since(start);
-                self.piece
-                    .sink
-                    .add(&self.corners, self.plan.vertices.count, place)?;
+                if self.has_room(place) {
+                    let vertices = self.plan.vertices.count;
+                    self.piece.sink.add(&self.corners, vertices, place)?;
+                }
             }
             Purpose::Strips(list) => {
-                self.row_with_list(element, list)?;
+                self.row_with_list(element, list, false)?;
                 let place = self.since(start);
-                self.piece
-                    .sink
-                    .add_strips(&self.corners, self.plan.vertices.count, place)?;
+                if self.has_room(place) {
+                    let vertices = self.plan.vertices.count;
+                    self.piece.sink.add_strips(&self.corners, vertices, place)?;
+                }
             }
             Purpose::Nothing => {
                 for property in &element.properties {
@@ -252,6 +257,13 @@ impl<'a> Reader<'a> {
         let length = self.text[offset..self.at].trim_ascii_end().len();
         self.piece.surplus_operands.add(Place { offset, length });
         Ok(())
+    }
+
+    /// Takes memory for the face of the corners at hand, which stand here.
+    #[inline]
+    fn has_room(&mut self, place: Place) -> bool {
+        let bytes = self.plan.bytes_beyond(self.corners.len(), place.length);
+        self.share.take(bytes)
     }
 
     fn since(&self, start: usize) -> Place {
@@ -294,16 +306,21 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads the list of corners and passes the rest.
+    /// Reads the list of corners, which may be those of one face, and passes the rest.
     #[inline]
-    fn row_with_list(&mut self, element: &Element, list: usize) -> Result<(), Fault> {
+    fn row_with_list(&mut self, element: &Element, list: usize, face: bool) -> Result<(), Fault> {
         self.corners.clear();
         for (index, property) in element.properties.iter().enumerate() {
             if index != list {
                 self.pass(property)?;
                 continue;
             }
-            for _ in 0..self.list_count()? {
+            let start = self.at;
+            let count = self.list_count()?;
+            if face {
+                check_corners(count as usize, self.since(start))?;
+            }
+            for _ in 0..count {
                 let corner = self.integer()?;
                 self.corners.push(corner);
             }

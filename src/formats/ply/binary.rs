@@ -5,7 +5,7 @@
 
 use super::columns::{Layout, fill};
 use super::header::{Element, Encoding, Kind, Type};
-use super::rows::{FaceSink, checked_normal, checked_place, too_short};
+use super::rows::{FaceSink, check_corners, checked_normal, checked_place, too_short};
 use super::{Body, Plan, Purpose, VertexPlan};
 use crate::formats::faces::{Faces, VERTEX};
 use crate::formats::mesh::{Fault, Faults, NotFinite};
@@ -288,6 +288,7 @@ impl<'a> Reader<'a> {
         };
         let vertices = self.plan.vertices.count;
         let mut sink = FaceSink::default();
+        let mut share = self.plan.made.share();
         let mut corners = Vec::new();
         self.walk(element, |reader, _, index, field| {
             let Field::List(first, count) = field else {
@@ -296,13 +297,24 @@ impl<'a> Reader<'a> {
             if index != list {
                 return;
             }
-            corners.clear();
-            let at = |k: usize| reader.integer(first + k * item.size(), item);
-            corners.extend((0..count).map_while(at));
             let place = Place {
                 offset: first,
                 length: count * item.size(),
             };
+            // Strips may be long; their corners are numbers of eight bytes for a while.
+            let (checked, held) = match strips {
+                true => (Ok(()), 8 * count as u64),
+                false => (check_corners(count, place), 0),
+            };
+            if let Err(fault) = checked {
+                return reader.faults.push(fault);
+            }
+            if !share.take(reader.plan.bytes_beyond(count, place.length) + held) {
+                return;
+            }
+            corners.clear();
+            let at = |k: usize| reader.integer(first + k * item.size(), item);
+            corners.extend((0..count).map_while(at));
             let added = match strips {
                 true => sink.add_strips(&corners, vertices, place),
                 false => sink.add(&corners, vertices, place),

@@ -10,7 +10,8 @@ mod columns;
 mod header;
 mod rows;
 
-use super::faces::{Faces, NONE, NORMAL, VERTEX};
+use super::allowance::{Allowance, Shared};
+use super::faces::{self, Faces, NONE, NORMAL, VERTEX};
 use super::mesh::{self, Joined, NotFinite, Tally};
 use super::origin::Stop;
 use super::report::{Place, Report};
@@ -32,15 +33,23 @@ pub(super) fn text_part(bytes: &[u8]) -> &[u8] {
 const PIECE: usize = 1 << 20;
 
 /// Reads a PLY file.
-pub(super) fn read(bytes: &[u8], options: &Options) -> Result<Loaded, Stop> {
-    read_in_pieces(bytes, options, PIECE)
+pub(super) fn read(bytes: &[u8], allowance: &Allowance, options: &Options) -> Result<Loaded, Stop> {
+    read_in_pieces(bytes, allowance, options, PIECE)
 }
 
-fn read_in_pieces(bytes: &[u8], options: &Options, piece: usize) -> Result<Loaded, Stop> {
+fn read_in_pieces(
+    bytes: &[u8],
+    allowance: &Allowance,
+    options: &Options,
+    piece: usize,
+) -> Result<Loaded, Stop> {
     let threads = workers::thread_count(options.threads);
     let mut report = Report::new(&bytes[..header::length(bytes)]);
     let plan = match header::read(bytes) {
-        Ok(header) => Plan::new(header, options.origin.place(), &mut report),
+        Ok(header) => {
+            let made = allowance.shared();
+            Plan::new(header, options.origin.place(), made, &mut report)
+        }
         Err(faults) => {
             faults.tell(&mut report);
             None
@@ -61,6 +70,11 @@ fn read_in_pieces(bytes: &[u8], options: &Options, piece: usize) -> Result<Loade
             (body, report)
         }
     };
+    let cutting = faces::cutting_bytes(body.faces.iter(), threads);
+    let needed = plan.made.used().saturating_add(cutting);
+    if let Err(message) = allowance.lend(needed, faces::purpose) {
+        report.error(Place::START, message);
+    }
     if report.is_clean() {
         let corners = body.faces.iter().map(|f| &f.columns[VERTEX][..]);
         mesh::tell_not_finite(&body.not_finite, corners, &mut report);
@@ -82,6 +96,8 @@ struct Plan {
     vertices: VertexPlan,
     /// Whether vertices have colours.
     colors: bool,
+    /// Memory for faces that take more than their rows stand for.
+    made: Shared,
 }
 
 /// Where the numbers of a vertex stand among its properties.
@@ -109,7 +125,7 @@ enum Purpose {
 
 impl Plan {
     /// `None`, and errors in the report, where the header lacks what a mesh needs.
-    fn new(header: Header, origin: DVec3, report: &mut Report) -> Option<Plan> {
+    fn new(header: Header, origin: DVec3, made: Shared, report: &mut Report) -> Option<Plan> {
         let Some(element) = header.elements.iter().position(|e| e.name == b"vertex") else {
             let start = Place {
                 offset: 0,
@@ -155,7 +171,15 @@ impl Plan {
             colors: vertex.number(b"red").is_some(),
             vertices,
             header,
+            made,
         })
+    }
+
+    /// Bytes that a face of so many corners takes beyond what its list of `length` bytes stands
+    /// for: a file counts six times, once for itself (see `--max-memory`).
+    fn bytes_beyond(&self, corners: usize, length: usize) -> u64 {
+        let attributes = u64::from(self.vertices.normal.is_some());
+        faces::bytes_beyond(corners, attributes, 5 * length as u64)
     }
 
     fn purpose(&self, index: usize) -> Purpose {

@@ -15,7 +15,8 @@ pub(super) struct FaceSink {
 }
 
 impl FaceSink {
-    /// Adds a face of `vertices` vertices; an error where a corner is none of them.
+    /// Adds a face of `vertices` vertices, which has no more than [`MAX_CORNERS`]; an error where a
+    /// corner is none of them.
     pub(super) fn add(
         &mut self,
         corners: &[i64],
@@ -26,10 +27,6 @@ impl FaceSink {
         match *corners {
             [] | [_] | [_, _] => self.skipped.add(place),
             [a, b, c] => self.faces.add_plain([a as u32, b as u32, c as u32]),
-            _ if corners.len() > MAX_CORNERS => {
-                let message = format!("a face of {} corners: at most {MAX_CORNERS}", corners.len());
-                return Err(Fault::new(place, message));
-            }
             _ => {
                 self.scratch.clear();
                 self.scratch.extend(corners.iter().map(|&c| c as u32));
@@ -75,6 +72,17 @@ fn check_range(
 pub(super) fn out_of_range(corner: i64, vertices: u64, place: Place) -> Fault {
     let message = format!("vertex {corner} is out of range: there are {vertices}, numbered from 0");
     Fault::new(place, message)
+}
+
+/// Refuses a face of too many corners, before they are collected.
+pub(super) fn check_corners(count: usize, place: Place) -> Result<(), Fault> {
+    match count > MAX_CORNERS {
+        true => {
+            let message = format!("a face of {count} corners: at most {MAX_CORNERS}");
+            Err(Fault::new(place, message))
+        }
+        false => Ok(()),
+    }
 }
 
 /// That fewer rows are there than the header promises; `row` counts from 0.

@@ -31,7 +31,13 @@ fn everything() -> String {
 fn neither_threads_nor_pieces_change_the_scene() {
     let text = everything();
     let read = |threads, piece| {
-        let loaded = read_in_pieces(text.as_bytes(), &options(threads), piece).unwrap();
+        let loaded = read_in_pieces(
+            text.as_bytes(),
+            &Allowance::of(None),
+            &options(threads),
+            piece,
+        )
+        .unwrap();
         let scene = format!("{:?} {:?}", loaded.scene.triangles, loaded.scene.view);
         (loaded.scene.prim_count(), scene, loaded.warnings)
     };
@@ -54,7 +60,7 @@ fn errors_come_in_file_order_from_every_piece() {
         .replace("4 1 2 12 11", "4 1 2 99 11")
         .replace("3 1 2 13", "3 1 x 13");
     let read = |piece| {
-        read_in_pieces(text.as_bytes(), &options(3), piece)
+        read_in_pieces(text.as_bytes(), &Allowance::of(None), &options(3), piece)
             .unwrap_err()
             .diagnostics()
     };

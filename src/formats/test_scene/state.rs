@@ -1,7 +1,7 @@
 //! Commands that change what later primitives and lights capture.
 
 use super::commands::Statement;
-use super::transform::{rotation, rounded};
+use super::transform::{MOST_SAVED, rotation, rounded};
 use super::{Reader, Surface};
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -54,7 +54,13 @@ impl Reader<'_> {
 
     pub(super) fn push_transform(&mut self, statement: &Statement<'_>) {
         self.nothing(statement);
-        self.transforms.push(statement.place());
+        if !self.transforms.push(statement.place()) {
+            self.report.error_with_help(
+                statement.place(),
+                format!("more than {MOST_SAVED} `pushTransform` without their `popTransform`"),
+                "close each `pushTransform` with a `popTransform`",
+            );
+        }
     }
 
     pub(super) fn pop_transform(&mut self, statement: &Statement<'_>) {

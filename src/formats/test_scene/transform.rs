@@ -11,10 +11,16 @@ const SIMILARITY: f64 = 1e-12;
 /// coordinate in world space is as large as the whole object in object space.
 const WORST_CONDITION: f64 = 16_777_216.0; // 2^24
 
+/// Transforms that may be saved at a time. Each takes eight times the memory of its statement, and
+/// scenes have tens.
+pub(super) const MOST_SAVED: usize = 1 << 16;
+
 /// The current transform, and those to return to.
 pub(super) struct Transforms {
     current: DAffine3,
     saved: Vec<(DAffine3, Place)>,
+    /// Pushes for which there was no room, and which are not popped.
+    beyond: usize,
 }
 
 impl Transforms {
@@ -22,6 +28,7 @@ impl Transforms {
         Transforms {
             current: DAffine3::IDENTITY,
             saved: Vec::new(),
+            beyond: 0,
         }
     }
 
@@ -40,12 +47,23 @@ impl Transforms {
         fits
     }
 
-    pub(super) fn push(&mut self, place: Place) {
-        self.saved.push((self.current, place));
+    /// False where one more than [`MOST_SAVED`] would be saved. It and those beyond are only
+    /// counted, so that each pop meets its own push.
+    pub(super) fn push(&mut self, place: Place) -> bool {
+        if self.saved.len() < MOST_SAVED {
+            self.saved.push((self.current, place));
+            return true;
+        }
+        self.beyond += 1;
+        self.beyond > 1
     }
 
     /// False if there is nothing to return to.
     pub(super) fn pop(&mut self) -> bool {
+        if self.beyond > 0 {
+            self.beyond -= 1;
+            return true;
+        }
         match self.saved.pop() {
             Some((saved, _)) => {
                 self.current = saved;
