@@ -51,8 +51,12 @@ pub struct Settings {
     pub region: Option<Tile>,
     /// Bounces after the primary ray.
     pub max_depth: u32,
-    /// A bounce is traced only where the product of the weights along its way (Ks of mirror rays, Kt of refracted ones, Ks + Kt where
-    /// reflection is total) is at least this in some component; 0 has all traced. If nothing is said, [`Settings::least_weight`].
+    /// A bounce is traced only where the product of the weights along its way (Ks of mirror rays,
+    /// Kt of refracted ones, Ks + Kt where reflection is total) is at least this in some component.
+    /// For this product, not for the light, weights are divided by |Ks| + |Kt| where that is more
+    /// than 1: the rays of one depth weigh no more than their camera ray, so that no more than
+    /// 3/`min_weight` of them are traced whatever the materials. 0 has all traced. If nothing is
+    /// said, [`Settings::least_weight`].
     pub min_weight: Option<f32>,
     /// Camera rays of a pixel.
     pub sampling: Sampling,
@@ -84,8 +88,9 @@ pub const DEFAULT_TILE: u32 = 32;
 ///
 /// Chosen so that the usual pictures stay as they are, and deep ones end. Weights of 2⁻¹² and less still change some samples of 8 bits:
 /// where a sum lies at the edge of two values, one unit in the last place decides, and only from 2⁻²⁴ on no picture of the project
-/// changed. At that weight a closed room of Ks = Kt = 0.5 takes 2²⁵ rays a camera ray, at 2⁻¹² it takes 2¹³ at most. So rays that
-/// depth alone bounds are all traced, and those of deeper pictures down to this weight.
+/// changed. At that weight a closed room of Ks = Kt = 0.5 takes 2²⁵ rays a camera ray, at 2⁻¹² it
+/// takes 2¹³ at most, and so do rooms of greater Ks and Kt. So rays that depth alone bounds are all
+/// traced, and those of deeper pictures down to this weight.
 pub const MIN_WEIGHT: f32 = 1.0 / 4096.0;
 
 /// Bounces up to which all are traced, if nothing is said: no more than 2¹¹ rays a camera ray.

@@ -221,4 +221,27 @@ mod tests {
         budget.beside_file(ply.as_ref(), 20 << 20).unwrap_err();
         Budget(None).beside_file(ply.as_ref(), u64::MAX).unwrap();
     }
+
+    #[test]
+    fn every_threads_rays_and_their_bounces_count() {
+        let text = "size 64 64\ncamera 0 0 5 0 0 0 0 1 0 45\nmaxdepth 300\nspecular 1 1 1\nsphere 0 0 0 9\n";
+        let scene = phalanx::formats::read_test(text).unwrap().scene;
+        let prepared = Prepared::build(&scene, Engine::Simd);
+        let needed = |threads: usize| {
+            let settings = Settings {
+                threads,
+                ..Settings::of(&scene)
+            };
+            let enough = |mib: &u64| {
+                let budget = Budget(Some(mib << 20));
+                budget.for_render(&scene, &prepared, &settings, 1).is_ok()
+            };
+            (0..4096).find(enough).expect("a few MiB")
+        };
+        let sizes = Settings::of(&scene).wave_sizes(&scene);
+        let rays = sizes.rays().min(32 * 32);
+        let each = THREAD_BYTES + rays as u64 * RAY_BYTES + sizes.bounce_bytes(rays) as u64;
+        assert!(each > THREAD_BYTES + (5 << 20));
+        assert!(needed(65) - needed(1) >= (64 * each) >> 20);
+    }
 }

@@ -5,6 +5,8 @@
 //! It stands in for the default action alone: whatever else raises SIGBUS is left to the handler that was there before.
 
 #[cfg(target_os = "linux")]
+use super::output::printable;
+#[cfg(target_os = "linux")]
 pub use linux::watch;
 
 /// Nothing is done: the addresses that other systems report are not told apart from those of a stack that has overflown.
@@ -13,6 +15,7 @@ pub fn watch(_: &std::path::Path) {}
 
 #[cfg(target_os = "linux")]
 mod linux {
+    use super::printable;
     use std::ffi::c_int;
     use std::mem::MaybeUninit;
     use std::path::Path;
@@ -35,7 +38,7 @@ mod linux {
     pub fn watch(path: &Path) {
         static NAMES: Mutex<Vec<String>> = Mutex::new(Vec::new());
         let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
-        let name = path.display().to_string();
+        let name = printable(&path.display().to_string()).into_owned();
         if names.contains(&name) {
             return;
         }

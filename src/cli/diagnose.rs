@@ -3,7 +3,7 @@
 //! Each error is one line, `error: file:line:column: message`, that tools can read, followed by the place in the
 //! source as miette draws it. Warnings are one line each.
 
-use super::output::note;
+use super::output::{note, note_raw};
 use miette::{
     Diagnostic as Drawable, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError,
     MietteSpanContents, Severity, SourceCode, SourceSpan, SpanContents,
@@ -28,7 +28,7 @@ pub fn tell_error(error: &LoadError) {
             path,
             text,
             diagnostics,
-        } => note(draw(path, text, diagnostics, theme()).trim_end()),
+        } => note_raw(draw(path, text, diagnostics, theme()).trim_end()),
     }
 }
 

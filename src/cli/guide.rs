@@ -33,7 +33,7 @@ pub fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
         "phalanx",
         &mut script,
     );
-    output::print(&String::from_utf8_lossy(&script))
+    output::print_raw(&String::from_utf8_lossy(&script))
 }
 
 /// Prints the program's page, or writes all pages.
@@ -42,7 +42,7 @@ pub fn man(args: &ManArgs) -> Result<(), Failure> {
     let Some(folder) = &args.dir else {
         let page =
             page(&program).map_err(|e| Failure::Runtime(format!("cannot make the page: {e}")))?;
-        return output::print(&String::from_utf8_lossy(&page));
+        return output::print_raw(&String::from_utf8_lossy(&page));
     };
     write(folder, &program)?;
     let mut written = 1;

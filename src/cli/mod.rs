@@ -46,13 +46,14 @@ mod verify;
 use args::{Arguments, Command};
 use clap::Parser;
 use job_args::SubmitTo;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Does what the arguments say. Not inlined into `main`, which must stay free of what the guard checks for.
 #[inline(never)]
 pub fn run() -> ExitCode {
     // On a usage error, and after --help and --version, this ends the process: 2, and 0.
-    let arguments = Arguments::parse();
+    let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
     let done = match arguments.command {
         Command::Render(args) => render::run(&args),
         Command::Verify(args) => verify::run(&args),
@@ -75,6 +76,16 @@ pub fn run() -> ExitCode {
             ExitCode::from(failure.code())
         }
     }
+}
+
+/// Ends the process with what clap says, without colours where an argument could bring its own.
+fn refuse(error: &clap::Error) -> ! {
+    let steers = |text: OsString| text.to_string_lossy().contains(char::is_control);
+    if error.use_stderr() && std::env::args_os().any(steers) {
+        output::note(error.render().to_string().trim_end());
+        std::process::exit(error.exit_code());
+    }
+    error.exit()
 }
 
 /// One line on stderr where this build leaves instructions of this CPU unused.

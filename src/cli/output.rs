@@ -3,6 +3,7 @@
 use super::failure::Failure;
 use phalanx::image::{Place, check_writable};
 use serde::Serialize;
+use std::borrow::Cow;
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -14,9 +15,14 @@ pub const DASH: &str = "-";
 /// Set when a file's bytes go to stdout: what is told there otherwise would get among them.
 static STDOUT_TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Writes results to stdout, or to stderr where stdout is one of the files that were asked for. A
-/// reader that has gone away (`phalanx info … | head -1`) is no error.
+/// Writes results for people to stdout, or to stderr where stdout is one of the files that were
+/// asked for. A reader that has gone away (`phalanx info … | head -1`) is no error.
 pub fn print(text: &str) -> Result<(), Failure> {
+    print_raw(&printable(text))
+}
+
+/// Writes text that is not for people, or that is meant to steer a terminal, to where results go.
+pub fn print_raw(text: &str) -> Result<(), Failure> {
     if STDOUT_TAKEN.load(Ordering::Relaxed) {
         let _ = io::stderr().lock().write_all(text.as_bytes());
         return Ok(());
@@ -37,12 +43,35 @@ pub fn print(text: &str) -> Result<(), Failure> {
 pub fn print_json(document: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(document)
         .map_err(|e| Failure::Runtime(format!("cannot write JSON: {e}")))?;
-    print(&(text + "\n"))
+    // Its texts are escaped already, in JSON's own way.
+    print_raw(&(text + "\n"))
 }
 
 /// Writes a line to stderr. With stderr closed there is nobody to tell.
 pub fn note(line: &str) {
+    note_raw(&printable(line));
+}
+
+/// Writes a line that may steer a terminal to stderr, as drawings in colour do.
+pub fn note_raw(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");
+}
+
+/// A text for people, in which names of files and what else others have chosen do not steer the
+/// terminal. All that is told goes through here, so that no message has to think of it.
+pub fn printable(text: &str) -> Cow<'_, str> {
+    let steers = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if !text.contains(steers) {
+        return text.into();
+    }
+    let mut shown = String::with_capacity(text.len() + 8);
+    for c in text.chars() {
+        match steers(c) {
+            true => shown.extend(c.escape_default()),
+            false => shown.push(c),
+        }
+    }
+    shown.into()
 }
 
 /// Refuses a picture's name that is not `*.png`, for the given reason of asking. Pipes and devices
@@ -178,6 +207,15 @@ mod tests {
         for (number, text) in cases {
             assert_eq!(grouped(number), text);
         }
+    }
+
+    #[test]
+    fn what_steers_terminals_is_shown_and_the_rest_kept() {
+        let kept = "a\tb\nä…▀";
+        assert!(matches!(printable(kept), Cow::Borrowed(text) if text == kept));
+        let steering = "\u{1b}[2J\r\u{7}\u{9b}\u{7f}é\n";
+        let shown = "\\u{1b}[2J\\r\\u{7}\\u{9b}\\u{7f}é\n";
+        assert_eq!(printable(steering), shown);
     }
 
     #[test]

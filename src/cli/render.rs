@@ -294,7 +294,11 @@ fn output_path(
         .and_then(Path::file_name);
     match named {
         Some(name) => {
-            let path = PathBuf::from(name);
+            // Whether a picture goes to stdout is chosen on the command line: this is a file.
+            let path = match output::is_dash(Path::new(name)) {
+                true => Path::new(".").join(name),
+                false => PathBuf::from(name),
+            };
             let format = format_of(&path, asked, "the scene asks for the output")
                 .map_err(|failure| failure.and("choose another with -o"))?;
             Ok((path, format))

@@ -3,7 +3,7 @@
 use super::picture_settings::PictureSettings;
 use crate::cache::fingerprint;
 use crate::frame::{Aov, Aovs, Settings, Tile};
-use crate::scene::{Scene, check_image_size};
+use crate::scene::{MAX_SIDE, Scene, check_image_size};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -101,22 +101,27 @@ impl Identity {
         let number = |c: char| c.is_ascii_alphanumeric() || ".-+".contains(c);
         if self.version.is_empty() || self.version.len() > 64 || !self.version.chars().all(number) {
             let value = format!("{:?}", self.version);
-            return Err(wrong("picture.version", value, "a number of a version"));
+            return Err(wrong("picture.version", value, "the number of a version"));
         }
         let digit = |c: char| matches!(c, '0'..='9' | 'a'..='f');
         if self.scene.len() != 16 || !self.scene.chars().all(digit) {
             let value = format!("{:?}", self.scene);
             return Err(wrong("picture.scene", value, "16 hexadecimal digits"));
         }
-        check_image_size(self.width.into(), self.height.into()).map_err(|error| {
-            let size = format!("{}x{}", self.width, self.height);
-            wrong("picture.width or height", size, &error.to_string())
-        })?;
+        for (field, side) in [
+            ("picture.width", self.width),
+            ("picture.height", self.height),
+        ] {
+            if check_image_size(side.into(), 1).is_err() {
+                let sides = format!("1 to {MAX_SIDE} pixels");
+                return Err(wrong(field, side.to_string(), &sides));
+            }
+        }
         let whole = Tile::whole(self.width, self.height);
         let window = self.window();
         if window.pixels() == 0 || window.within(whole) != window {
             let inside = format!(
-                "a part of the picture, {}x{} pixels",
+                "column, row, width and height of a part of {}x{} pixels",
                 self.width, self.height
             );
             let value = format!("{:?}", self.region);
@@ -129,7 +134,7 @@ impl Identity {
             return Err(wrong(
                 "picture.layers",
                 value,
-                "layers that there are, in order",
+                "names of layers, each once and in their order",
             ));
         }
         Ok(())
@@ -342,8 +347,8 @@ mod tests {
             refused("picture.region", &|i| i.region = region);
         }
         for side in [0, 65_537, u32::MAX] {
-            refused("picture.width or height", &|i| i.width = side);
-            refused("picture.width or height", &|i| i.height = side);
+            refused("picture.width", &|i| i.width = side);
+            refused("picture.height", &|i| i.height = side);
         }
         for layers in [&["colour"][..], &["depth", "depth"], &["ng", "depth"]] {
             let layers: Vec<String> = layers.iter().map(|l| (*l).to_owned()).collect();

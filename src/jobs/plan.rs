@@ -206,7 +206,7 @@ impl Plan {
             // Plans are quoted in scripts and messages.
             if text.contains(char::is_control) || text.is_empty() && field != "arguments" {
                 let value = format!("{text:?}");
-                return wrong(field, value, "a text, and no control characters in it");
+                return wrong(field, value, "a text without control characters");
             }
         }
         let Developing { exposure, bits, .. } = self.developing;
@@ -224,7 +224,7 @@ impl Plan {
         // As few tiles as this program would have dealt: smaller ones could be more than memory has room for.
         let side = side(self.picture.window(), self.shards);
         if self.tile != side {
-            let picture = format!("{side}, for this picture and so many shards");
+            let picture = format!("{side} for a picture of this size in so many shards");
             return wrong("tile", self.tile.to_string(), &picture);
         }
         Ok(())
@@ -410,8 +410,8 @@ mod tests {
             ("/developing/bits", json!(0), "developing.bits"),
             ("/developing/exposure", json!(1e38), "developing.exposure"),
             ("/developing/exposure", json!(-100.5), "developing.exposure"),
-            ("/picture/width", json!(0), "picture.width or height"),
-            ("/picture/height", json!(70_000), "picture.width or height"),
+            ("/picture/width", json!(0), "picture.width"),
+            ("/picture/height", json!(70_000), "picture.height"),
             ("/picture/region", json!([0, 0, 641, 480]), "picture.region"),
             ("/picture/region", json!([far, far, 9, 9]), "picture.region"),
             ("/picture/region", json!([9, 9, 0, 9]), "picture.region"),

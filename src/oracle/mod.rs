@@ -60,7 +60,8 @@ pub struct Oracle<'a> {
     /// Own boxes of the instances, padded.
     instance_boxes: Cow<'a, [Bounds]>,
     max_depth: u32,
-    /// Rays whose throughput is less than this in every component are not traced.
+    /// Rays whose share of their camera ray is less than this in every component are not traced;
+    /// if 0, all are.
     min_weight: f32,
     /// The bounces between a camera ray and the ray that is traced.
     path: Vec<Level>,

@@ -16,8 +16,9 @@ pub(super) struct Onward {
     chance: Chance,
     /// Weight given by the hit that sends it.
     weight: Vec3,
-    /// The product of all weights since the camera.
-    throughput: Vec3,
+    /// What it carries of its camera ray: the product of all weights since the camera, each as a
+    /// part of what its hit sends.
+    share: Vec3,
     /// Bounces before this ray.
     depth: u32,
 }
@@ -30,7 +31,7 @@ impl Onward {
             way: Way::Mirror,
             chance,
             weight: Vec3::ONE,
-            throughput: Vec3::ONE,
+            share: Vec3::ONE,
             depth: 0,
         }
     }
@@ -167,21 +168,24 @@ impl Oracle<'_> {
             return (parts, [None, None]);
         }
         let (mirror, refracted) = shading::bounces(&material, onward.chance, &at);
-        let mirror = mirror.and_then(|bounce| self.bounced(onward, bounce, Way::Mirror));
-        let refracted = refracted.and_then(|bounce| self.bounced(onward, bounce, Way::Refracted));
+        let whole = material.sent();
+        let mirror = mirror.and_then(|bounce| self.bounced(onward, whole, bounce, Way::Mirror));
+        let refracted =
+            refracted.and_then(|bounce| self.bounced(onward, whole, bounce, Way::Refracted));
         (parts, [mirror, refracted])
     }
 
-    /// A bounce of a ray; `None` where its throughput is less than the least in every component.
-    fn bounced(&self, from: &Onward, bounce: Bounce, way: Way) -> Option<Onward> {
-        let throughput = from.throughput * bounce.weight;
-        let slight = throughput.abs().cmplt(Vec3::splat(self.min_weight)).all();
-        (!slight).then(|| Onward {
+    /// A bounce of a ray, one of those that share `whole`; `None` where its own share is less than
+    /// the least in every component.
+    fn bounced(&self, from: &Onward, whole: Vec3, bounce: Bounce, way: Way) -> Option<Onward> {
+        let share = from.share * (bounce.weight / whole);
+        let counts = share.abs().cmpge(Vec3::splat(self.min_weight)).any();
+        (counts || self.min_weight == 0.0).then(|| Onward {
             ray: bounce.ray,
             way,
             chance: from.chance.onward(way),
             weight: bounce.weight,
-            throughput,
+            share,
             depth: from.depth + 1,
         })
     }

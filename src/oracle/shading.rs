@@ -38,6 +38,12 @@ impl Material {
             gloss: m.gloss[i],
         }
     }
+
+    /// What Ks and Kt are parts of where it is told how much of its camera ray a bounce carries.
+    pub(super) fn sent(&self) -> Vec3 {
+        let both = self.ks.abs() + self.kt.abs();
+        Vec3::new(max(both.x, 1.0), max(both.y, 1.0), max(both.z, 1.0))
+    }
 }
 
 /// A hit point with its normals turned toward the viewer.

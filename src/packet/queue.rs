@@ -23,14 +23,14 @@ struct Purpose {
 
 /// Rays waiting to be traced, each with the hit that sent it (`parent`) and what its answer is multiplied with
 /// (`weight`, RGB); where something about them is left to chance, with the seeds of that; and, where rays of little
-/// weight are not traced, with the product of all weights since the camera (`throughput`, RGB).
+/// weight are not traced, with the share of the camera ray that they carry (`share`, RGB).
 pub struct RayQueue<'arena> {
     slots: &'arena mut [Slot],
     purposes: &'arena mut [Purpose],
     /// Empty where nothing is left to chance.
     seeds: &'arena mut [[u32; LANES]],
-    /// Empty where nobody asks; then every throughput is 1.
-    throughputs: &'arena mut [Rgb],
+    /// Empty where nobody asks; then every share is 1.
+    shares: &'arena mut [Rgb],
     len: usize,
 }
 
@@ -52,8 +52,8 @@ const EMPTY_PURPOSE: Purpose = Purpose {
 pub struct Columns {
     /// Seeds.
     pub seeds: bool,
-    /// Throughputs.
-    pub throughputs: bool,
+    /// Shares.
+    pub shares: bool,
 }
 
 /// Memory of a queue, kept and filled again and again: for rays that wait while others are traced.
@@ -62,7 +62,7 @@ pub struct QueueRoom {
     slots: Vec<Slot>,
     purposes: Vec<Purpose>,
     seeds: Vec<[u32; LANES]>,
-    throughputs: Vec<Rgb>,
+    shares: Vec<Rgb>,
     len: usize,
 }
 
@@ -87,8 +87,8 @@ impl QueueRoom {
         grow(&mut self.slots, packets, EMPTY_SLOT);
         grow(&mut self.purposes, packets, EMPTY_PURPOSE);
         grow(&mut self.seeds, packets_if(columns.seeds), [0; LANES]);
-        let throughputs = packets_if(columns.throughputs);
-        grow(&mut self.throughputs, throughputs, [[0.0; LANES]; 3]);
+        let shares = packets_if(columns.shares);
+        grow(&mut self.shares, shares, [[0.0; LANES]; 3]);
         self.len = 0;
         let mut queue = self.queue();
         let done = push(&mut queue);
@@ -102,7 +102,7 @@ impl QueueRoom {
             slots: &mut self.slots,
             purposes: &mut self.purposes,
             seeds: &mut self.seeds,
-            throughputs: &mut self.throughputs,
+            shares: &mut self.shares,
             len: self.len,
         }
     }
@@ -124,7 +124,7 @@ impl<'arena> RayQueue<'arena> {
             slots: arena.alloc_slice_fill_copy(packets, EMPTY_SLOT),
             purposes: arena.alloc_slice_fill_copy(packets, EMPTY_PURPOSE),
             seeds: &mut [],
-            throughputs: &mut [],
+            shares: &mut [],
             len: 0,
         }
     }
@@ -216,19 +216,14 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
-    /// Gives the rays that the next [`RayQueue::push`] of the same `mask` appends these throughputs.
+    /// Gives the rays that the next [`RayQueue::push`] of the same `mask` appends these shares.
     ///
     /// # Panics
-    /// If there is no room for them, or none for throughputs.
-    pub fn push_throughputs(&mut self, mask: Mask8, throughput: &Vec3x8) {
-        let throughput = rows(*throughput);
+    /// If there is no room for them, or none for shares.
+    pub fn push_shares(&mut self, mask: Mask8, share: &Vec3x8) {
+        let share = rows(*share);
         for (at, lane) in (self.len..).zip(mask.lanes()) {
-            copy_lane(
-                &throughput,
-                lane,
-                &mut self.throughputs[at / LANES],
-                at % LANES,
-            );
+            copy_lane(&share, lane, &mut self.shares[at / LANES], at % LANES);
         }
     }
 
@@ -297,9 +292,9 @@ impl<'arena> RayQueue<'arena> {
         self.seeds.get(packet).map_or(0, |seeds| seeds[lane])
     }
 
-    /// The throughput of one ray.
-    pub fn throughput(&self, packet: usize, lane: usize) -> [f32; 3] {
-        let one = self.throughputs.get(packet);
+    /// The share of one ray.
+    pub fn share(&self, packet: usize, lane: usize) -> [f32; 3] {
+        let one = self.shares.get(packet);
         one.map_or([1.0; 3], |rgb| rgb.map(|c| c[lane]))
     }
 

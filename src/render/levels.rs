@@ -19,6 +19,7 @@ use super::wave::{Colors, Engine, RayView, fold, wave};
 use crate::lanes::LANES;
 use crate::packet::{Columns, QueueRoom, RayQueue};
 use crate::scene::Scene;
+use crate::shade::Material;
 use bumpalo::Bump;
 use std::ops::Range;
 
@@ -46,7 +47,7 @@ pub struct WaveSizes {
     columns: Columns,
 }
 
-/// Bounds on the factors that throughputs are multiplied with.
+/// Bounds on the factors that shares of camera rays are multiplied with.
 struct Weights {
     /// The smallest component.
     least: f64,
@@ -70,7 +71,9 @@ impl Weights {
             let ways = [ks, kt].iter().filter(|c| !black(c)).count();
             all.ways = all.ways.max(ways);
             let total = if black(&kt) { kt } else { ks + kt };
+            let whole = Material::of(scene, i as u32).sent();
             for weight in [ks, kt, total].into_iter().filter(|c| !black(c)) {
+                let weight = weight / whole;
                 all.least = all.least.min(f64::from(weight.abs().min_element()));
                 all.most = all.most.max(f64::from(weight.abs().max_element()));
             }
@@ -78,7 +81,7 @@ impl Weights {
         all
     }
 
-    /// Tells whether a throughput may be less than `min_weight` after `depth` bounces or fewer. Errs on the side of yes.
+    /// Tells whether a share may be less than `min_weight` after `depth` bounces or fewer. Errs on the side of yes.
     fn may_fall_below(&self, min_weight: f32, depth: u32) -> bool {
         // More than the rounding of so many products.
         let least = self.least.min(1.0) * (1.0 - 1e-6);
@@ -86,7 +89,7 @@ impl Weights {
         min_weight > 0.0 && !(sure && bounces_until_below(least, min_weight, depth).is_none())
     }
 
-    /// Bounces after which every throughput is less than `min_weight`, about; no more than `depth`.
+    /// Bounces after which every share is less than `min_weight`, about; no more than `depth`.
     fn reach(&self, min_weight: f32, depth: u32) -> u32 {
         match self.ways {
             0 => 0,
@@ -122,7 +125,7 @@ impl WaveSizes {
             ways,
             columns: Columns {
                 seeds: scene.has_chance(),
-                throughputs: weights.may_fall_below(min_weight, max_depth),
+                shares: weights.may_fall_below(min_weight, max_depth),
             },
         }
     }
@@ -318,16 +321,19 @@ mod tests {
     }
 
     #[test]
-    fn throughputs_are_carried_only_where_one_may_fall_below_the_least() {
+    fn shares_are_carried_only_where_one_may_fall_below_the_least() {
         let carried = |ks: Vec3, depth, least| {
             let sizes = WaveSizes::of(&scene(ks, Vec3::ZERO), depth, least);
-            sizes.columns.throughputs
+            sizes.columns.shares
         };
         let halves = Vec3::splat(0.5);
         assert!(!carried(halves, 3, 0.124) && carried(halves, 3, 0.126));
         assert!(!carried(Vec3::ONE, 1000, 0.9) && carried(Vec3::ONE, 1 << 20, 0.9));
         assert!(carried(Vec3::X, 2, 1e-30) && !carried(Vec3::X, 2, 0.0));
         assert!(!carried(Vec3::splat(2.0), 100, 0.5));
+        // Materials that send more than they get send halves of it.
+        let sizes = |depth, least| WaveSizes::of(&scene(Vec3::ONE, Vec3::ONE), depth, least);
+        assert!(sizes(3, 0.126).columns.shares && !sizes(3, 0.124).columns.shares);
     }
 
     #[test]

@@ -1,18 +1,15 @@
 //! One wave of rays, whole: trace, shade, ask the lights, bounce. What becomes of the bounces, and when they are folded, is
 //! told in `levels`.
 
+use super::bounce::bounce;
 use super::kept::Kept;
 use super::levels::Bounces;
 use super::sights::{Known, Sights};
 use super::stats::RenderStats;
 use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
 use crate::packet::{Columns, HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
-use crate::sampling::{Way, onward};
 use crate::scene::{PrimKind, Scene};
-use crate::shade::{
-    Batch, Bounces as Outgoing, Material, Surface, UNTINTED, bounces, light_places, sample_light,
-    spread, surface, tint,
-};
+use crate::shade::{Batch, Material, Surface, UNTINTED, light_places, sample_light, surface, tint};
 use crate::trace::Traversal;
 use bumpalo::Bump;
 use std::ops::Range;
@@ -24,7 +21,7 @@ pub(super) struct Engine<'a> {
     pub(super) stats: RenderStats,
     /// Which of a pixel's camera rays the wave follows.
     pub(super) sample: u32,
-    /// Rays whose throughput is less than this in every component are not traced.
+    /// Rays whose share of their camera ray is less than this in every component are not traced.
     pub(super) min_weight: f32,
     /// The columns of the queues of bounces.
     pub(super) columns: Columns,
@@ -86,12 +83,12 @@ impl RayView<'_, '_> {
         })
     }
 
-    /// Throughputs of the rays that hit eight points.
-    fn throughputs(&self, at: &Surface) -> Vec3x8 {
+    /// Shares of the rays that hit eight points.
+    pub(super) fn shares(&self, at: &Surface) -> Vec3x8 {
         let mut rgb = [[0.0; LANES]; 3];
         for (lane, &ray) in at.ray.iter().enumerate() {
             let (packet, at) = (ray as usize / LANES, ray as usize % LANES);
-            let one = self.queue.throughput(self.packets.start + packet, at);
+            let one = self.queue.share(self.packets.start + packet, at);
             for (column, value) in rgb.iter_mut().zip(one) {
                 column[lane] = value;
             }
@@ -394,88 +391,6 @@ fn ask_lights(
                 }
             });
     }
-}
-
-/// Queues the mirror rays of all hits, then the refracted ones, but for those that are not worth tracing.
-fn bounce(
-    engine: &mut Engine,
-    arena: &Bump,
-    rays: &RayView,
-    surfaces: &[Surface],
-    bounces: &mut Bounces,
-) {
-    let ways = surfaces.iter().map(|at| {
-        let m = Material::of(engine.scene, at.material);
-        usize::from(m.ks != glam::Vec3::ZERO) + usize::from(m.kt != glam::Vec3::ZERO)
-    });
-    let ways = ways.max().unwrap_or(0);
-    if ways == 0 {
-        return bounces.clear();
-    }
-    let columns = engine.columns;
-    let outgoing =
-        arena.alloc_slice_fill_with(surfaces.len(), |k| outgoing(engine, rays, &surfaces[k]));
-    let throughputs = columns.throughputs.then(|| {
-        let outgoing = surfaces.iter().zip(&mut *outgoing);
-        let kept = outgoing.map(|(at, out)| keep(engine.min_weight, rays.throughputs(at), out));
-        &*arena.alloc_slice_fill_iter(kept)
-    });
-    bounces.fill(rays.packets.len(), ways, columns, |queue| {
-        for (k, (at, (out, _))) in surfaces.iter().zip(&*outgoing).enumerate() {
-            let (mask, weight) = (out.reflect, out.reflect_weight);
-            if columns.seeds {
-                queue.push_seeds(mask, &onward(rays.seeds(&at.ray), Way::Mirror));
-            }
-            if let Some(throughputs) = throughputs {
-                queue.push_throughputs(mask, &throughputs[k][0]);
-            }
-            queue.push(mask, out.reflect_org, out.reflect_dir, weight, &at.ray);
-        }
-        let mirrored = queue.len();
-        for (k, (at, (out, kt))) in surfaces.iter().zip(&*outgoing).enumerate() {
-            let (mask, weight) = (out.refract, Vec3x8::splat(kt.x, kt.y, kt.z));
-            if columns.seeds {
-                queue.push_seeds(mask, &onward(rays.seeds(&at.ray), Way::Refracted));
-            }
-            if let Some(throughputs) = throughputs {
-                queue.push_throughputs(mask, &throughputs[k][1]);
-            }
-            queue.push(mask, out.refract_org, out.refract_dir, weight, &at.ray);
-        }
-        engine.stats.rays.reflection += mirrored as u64;
-        engine.stats.rays.refraction += (queue.len() - mirrored) as u64;
-        mirrored
-    });
-}
-
-/// The bounces of eight hits, and the weight of those that are refracted.
-fn outgoing(engine: &Engine, rays: &RayView, at: &Surface) -> (Outgoing, glam::Vec3) {
-    let material = Material::of(engine.scene, at.material);
-    let mut out = bounces(&material, at);
-    if engine.columns.seeds {
-        let gloss = engine.scene.materials.gloss[at.material as usize];
-        if gloss > 0.0 {
-            spread(&mut out, at, gloss, rays.seeds(&at.ray), engine.sample);
-        }
-    }
-    (out, material.kt)
-}
-
-/// Throughputs of mirror rays and of refracted ones, and off with rays whose throughput is less than `min_weight` in every
-/// component.
-fn keep(
-    min_weight: f32,
-    throughput: Vec3x8,
-    (out, kt): &mut (Outgoing, glam::Vec3),
-) -> [Vec3x8; 2] {
-    let least = F32x8::splat(min_weight);
-    let slight = |c: F32x8| c.abs().lt(least);
-    let slight = |rgb: &Vec3x8| slight(rgb.x) & slight(rgb.y) & slight(rgb.z);
-    let reflected = throughput.times(out.reflect_weight);
-    let refracted = throughput.times(Vec3x8::splat(kt.x, kt.y, kt.z));
-    out.reflect = out.reflect & !slight(&reflected);
-    out.refract = out.refract & !slight(&refracted);
-    [reflected, refracted]
 }
 
 /// Adds the weighted answers of some packets of bounces to the hits that sent them.

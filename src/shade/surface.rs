@@ -75,6 +75,14 @@ impl Material {
             ior: m.ior[i],
         }
     }
+
+    /// What Ks and Kt are parts of where it is told how much of its camera ray a bounce carries:
+    /// what they add up to, but no less than 1. Divided by it, the weights of all that a hit sends
+    /// add up to 1 at most, and so do the shares of a camera ray's bounces at every depth, whatever
+    /// the materials: no more than 1/w of them in each component are w or more.
+    pub fn sent(&self) -> Vec3 {
+        (self.ks.abs() + self.kt.abs()).max(Vec3::ONE)
+    }
 }
 
 /// What eight hits must share to be shaded together.

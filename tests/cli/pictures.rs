@@ -272,3 +272,27 @@ fn info_tells_what_is_in_a_scene() {
         "{table}"
     );
 }
+
+/// Stdout is chosen on the command line: what a scene names is a file.
+#[test]
+fn a_scene_does_not_send_its_picture_to_stdout() {
+    let room = Room::new();
+    room.write("dash.test", &SCENE.replace("camera", "output -\ncamera"));
+    room.refused(
+        "render dash.test",
+        2,
+        &["the scene asks for the output ./-", "with -o"],
+    );
+    room.ok("build dash.test -o dash.phx");
+    room.refused(
+        "render dash.phx",
+        2,
+        &["the scene asks for the output ./-", "with -o"],
+    );
+    assert!(room.ok("render dash.test --format png").contains("./-"));
+    assert!(
+        fs::read(room.path().join("-"))
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
+}

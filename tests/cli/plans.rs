@@ -63,7 +63,11 @@ fn numbers_that_no_plan_has_are_refused_by_name_whatever_the_tiles_say() {
         ),
         ("/picture/region", json!([0, 0, 0, 0]), "picture.region"),
         ("/picture/width", json!(4294967295u32), "picture.width"),
-        ("/picture/height", json!(0), "picture.width or height"),
+        (
+            "/picture/height",
+            json!(0),
+            "picture.height is 0: expected 1 to 65536 pixels",
+        ),
         ("/picture/layers", json!(["nothing"]), "picture.layers"),
         ("/shards", json!(4294967295u32), "shards"),
         ("/tile", json!(1), "tile"),

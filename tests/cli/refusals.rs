@@ -303,3 +303,39 @@ fn palettes_that_are_not_whole_colours_are_refused() {
         room.refused("compare a.png a.png", 1, &named);
     }
 }
+
+/// Whatever says it: readers, writers, tables, the argument parser, and lists of what there is.
+#[test]
+fn names_on_the_command_line_do_not_steer_the_terminal() {
+    let room = Room::new();
+    let name = "\u{1b}[2J\u{7}\u{9b}";
+    fs::copy(
+        room.path().join("a.test"),
+        room.path().join(format!("{name}.test")),
+    )
+    .unwrap();
+    for (line, code) in [
+        (format!("render none{name}.test"), 1),
+        (format!("render none{name}.phx"), 1),
+        (format!("render a.{name}"), 1),
+        (format!("render a.test -o none{name}/b.png"), 1),
+        (format!("render a.test -o {name}"), 2),
+        (format!("render a.test --size {name}"), 2),
+        (format!("render standard:{name}"), 2),
+        (format!("{name} a.test"), 2),
+        (format!("merge {name}.json"), 1),
+        (format!("compare {name}.png b.png"), 1),
+        (format!("info {name}.test"), 0),
+        (format!("render {name}.test -o {name}.png"), 0),
+    ] {
+        let ran = room.run(&line);
+        assert_eq!(ran.code, Some(code), "{line:?}: {}", ran.stderr);
+        let said = ran.stdout + &ran.stderr;
+        let steers = |c: char| c.is_control() && c != '\n';
+        assert!(!said.contains(steers), "{line:?}: {said:?}");
+        assert!(
+            said.contains("u{1b}[2J") || said.contains("?[2J"),
+            "{line:?}: {said}"
+        );
+    }
+}

@@ -87,6 +87,41 @@ fn glass_and_mirrors_of_great_depth_take_bounded_time() {
     assert!((12..8192).contains(&rays.total()), "{rays:?}");
 }
 
+/// Weights that add up to more than 1 are parts of their sum, each component by itself.
+#[test]
+fn materials_that_send_more_than_they_get_end_as_soon() {
+    let sent = |material: &str, depth: u32, least: f32| {
+        let body = facing_mirrors(depth, material);
+        let (_, rays) = shot_of_weight(&scene("0 0 0", "0 0 -1", &body), least);
+        rays.reflection + rays.refraction
+    };
+    // A mirror ray and a refracted one, which is lost, of each; as if the weights were halves.
+    for w in [0.5, 0.6, 0.75, 1.0, 1e3] {
+        let both = format!("specular {w} {w} {w}\ntransmission {w} {w} {w}");
+        assert_eq!(sent(&both, 3, 0.0), 6, "{w}");
+        assert_eq!(sent(&both, 9, 0.2), 4, "{w}");
+        assert_eq!(sent(&both, 20, 1.0 / 4096.0), 24, "{w}");
+    }
+    // Nothing is a part of what is no number.
+    let both = "specular 3e38 3e38 3e38\ntransmission 3e38 3e38 3e38";
+    assert_eq!((sent(both, 3, 0.0), sent(both, 3, 1e-30)), (6, 0));
+    // What only mirrors does not fade, and nor does one component that another lets through.
+    assert_eq!(sent("specular 3 3 3", 50, 0.99), 50);
+    assert_eq!(sent("specular 3 0 0\ntransmission 0 3 0", 50, 0.99), 51);
+    // Total reflection is all that the first hit sends, and the mirror below it sends halves.
+    let glass = "specular 1 1 1\ntransmission 1 1 1\nior 1.5\n";
+    let below = floor(-4.0, true).replace("tri 0 1 2\ntri 0 2 3", "tri 4 5 6\ntri 4 6 7");
+    let body = glass.to_owned() + &floor(0.0, true) + &below;
+    for (least, count) in [(0.9, 1), (0.4, 3)] {
+        let (_, rays) = shot_of_weight(&scene("-2 0 -2", "0 0 0", &body), least);
+        assert_eq!(
+            (rays.reflection, rays.refraction),
+            (count, count / 3),
+            "{least}"
+        );
+    }
+}
+
 /// Deeper than any thread's stack. Every bounce adds Ka.
 #[test]
 fn perfect_mirrors_may_be_of_any_depth() {

@@ -1,6 +1,7 @@
 //! The progress bar of a run: scenes done, what is being done, time left.
 
 use super::super::failure::Failure;
+use super::super::output::printable;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use phalanx::bench::Listener;
 use std::io::IsTerminal;
@@ -39,7 +40,7 @@ impl Bar {
     pub fn scene(&mut self, name: &str) {
         self.bar.set_position(self.scenes * STEPS);
         self.scenes += 1;
-        self.name = name.to_owned();
+        self.name = printable(name).into_owned();
         self.doing("loading");
     }
 
