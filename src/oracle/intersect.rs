@@ -217,7 +217,7 @@ impl Probe {
         let accurate = bound + TINY < times * sum.abs() && by_edges < f32::INFINITY;
         let raw = match accurate {
             true => by_edges,
-            false => self.to_plane(stored, by_edges),
+            false => self.plane_distance(stored, by_edges),
         };
         let t = self.clamp(raw, scene, prim_id)?;
         Some(Hit {
@@ -229,7 +229,7 @@ impl Probe {
     }
 
     /// The distance to the plane of a triangle, in f64.
-    fn to_plane(&self, corners: [Vec3; 3], otherwise: f32) -> f32 {
+    fn plane_distance(&self, corners: [Vec3; 3], otherwise: f32) -> f32 {
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let (ab, bc, ca) = (b - a, c - b, a - c);
         let (ab2, bc2, ca2) = (ab.dot(ab), bc.dot(bc), ca.dot(ca));

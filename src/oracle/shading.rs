@@ -180,7 +180,7 @@ fn sphere(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
     let (center, radius) = (scene.spheres.center.get(i), scene.spheres.radius[i]);
     let n = unit_or((ray.org - center) + ray.dir * t, back);
     let point = center + n * radius;
-    let offset = (radius + radius + n.abs().dot(point.abs())) * ROUNDING;
+    let offset = radius * PAD + n.abs().dot(point.abs()) * ROUNDING;
     (point, n, n, offset)
 }
 

@@ -293,7 +293,8 @@ fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng:
 
 /// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the radius, for the normal's length
 /// and the product, and by u|n|·|p| for its own rounding; the offset's rounding is as much, and the next ray's test loses
-/// 3u of the radius: in f·f − r², and in r².
+/// 3u of the radius: in f·f − r², and in r². [`PAD`] is 32u of it, so that a point where spheres pass through each other is
+/// beyond the other one, too.
 fn sphere(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
     let center = gather(&scene.spheres.center, rows);
     let radius = F32x8::new(rows.map(|i| scene.spheres.radius[i]));
@@ -303,7 +304,7 @@ fn sphere(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, 
         point,
         ng: n,
         ns: n,
-        offset: (radius + radius + n.abs().dot(point.abs())) * F32x8::splat(ROUNDING),
+        offset: radius * F32x8::splat(PAD) + n.abs().dot(point.abs()) * F32x8::splat(ROUNDING),
     }
 }
 
