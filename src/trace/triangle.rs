@@ -33,7 +33,7 @@ pub(super) struct Shear<L: Lanes> {
     y_major: L::Mask,
     /// The dominant axis if all lanes share it, else [`MIXED`].
     pub(super) axis: usize,
-    /// Whether every ray is [`USUAL`]: else none is ever [`settled`].
+    /// Whether every ray is [`USUAL`]: else no distance is settled.
     pub(super) usual: bool,
     /// Origin with its components in the order of the frame.
     org: Vec3Lanes<L>,
