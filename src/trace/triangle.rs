@@ -21,8 +21,7 @@ use super::goal::{Best, Meeting, Prepared};
 use crate::bvh::{TriangleBlock, TriangleSlot};
 use crate::lanes::{LaneIds, LaneMask, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
 use crate::scene::{Bounds, PAD};
-pub(super) use distance::bounds;
-use distance::{ByEdges, Doubt};
+use distance::ByEdges;
 use glam::Vec3;
 
 /// The frame in which the rays are the z axis: the dominant axis of the direction, and the slopes against it.
@@ -282,10 +281,6 @@ pub(super) trait Pairing<L: Lanes> {
     fn stay(&self) -> Stay<L>;
     /// Whether every ray is [`USUAL`].
     fn usual(&self) -> bool;
-    /// The triangle's [`bounds`], where all rays start at one place.
-    fn bounds(&self) -> Option<[L; 2]> {
-        None
-    }
     /// Origins and directions.
     fn rays(&self) -> [Vec3Lanes<L>; 2];
     /// The triangles, as they are stored; and which it is, where it is one for all lanes.
@@ -410,17 +405,10 @@ fn at_plane<L: Lanes>(
         w: edges.w,
         det,
     };
-    if let Some(bounds) = pairs.bounds()
-        && pairs.usual()
-        && !(within & !by_edges.surely_settled(bounds)).any()
-    {
+    if pairs.usual() && !(within & !by_edges.settled()).any() {
         return found;
     }
-    let doubt = Doubt::new(&by_edges, &edges, [a.z, b.z, c.z]);
-    if pairs.usual() && !(within & !doubt.settled()).any() {
-        return found;
-    }
-    let vague = within & !doubt.accurate();
+    let vague = within & !by_edges.accurate();
     let t = if vague.any() {
         let (stored, only) = pairs.stored();
         let planes = distance::to_planes(raw, vague, pairs.rays(), stored, only);

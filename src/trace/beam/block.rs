@@ -13,8 +13,6 @@ pub(super) struct Triangles<'a> {
     pub(super) seen: TriangleView,
     /// Less the origin.
     corners: Columns,
-    /// See [`triangle::bounds`].
-    bounds: [Native; 2],
     block: &'a TriangleBlock,
 }
 
@@ -23,10 +21,8 @@ impl<'a> Triangles<'a> {
     pub(super) fn new(frame: &Frame, block: &'a TriangleBlock) -> Triangles<'a> {
         let places = places(block);
         let relative = frame.relative(&places);
-        let seen = frame.triangles(&places, &relative);
         Triangles {
-            bounds: triangle::bounds(seen.reach, seen.size),
-            seen,
+            seen: frame.triangles(&places, &relative),
             corners: relative.map(|v| [v.x, v.y, v.z, Native::ZERO]),
             block,
         }
@@ -63,14 +59,8 @@ impl<'a> Triangles<'a> {
         goal: &mut impl Goal<L>,
     ) -> bool {
         let corners = rays.shear.in_order::<APART>(&self.corners, lane);
-        let bounds = self.bounds.each_ref().map(|of| of.lane(lane % NATIVE));
-        let pair = Pair {
-            rays,
-            block: self.block,
-            lane,
-            bounds: Some(bounds),
-        };
-        pair.meet(corners, goal)
+        let block = self.block;
+        Pair { rays, block, lane }.meet(corners, goal)
     }
 }
 
@@ -90,8 +80,6 @@ pub(super) struct Pair<'a, L: Lanes> {
     pub(super) rays: &'a Group<L>,
     pub(super) block: &'a TriangleBlock,
     pub(super) lane: usize,
-    /// The triangle's, where all rays start at one place.
-    pub(super) bounds: Option<[f32; 2]>,
 }
 
 impl<L: Lanes> Pair<'_, L> {
@@ -116,11 +104,6 @@ impl<L: Lanes> Pairing<L> for Pair<'_, L> {
     #[inline(always)]
     fn usual(&self) -> bool {
         self.rays.shear.usual
-    }
-
-    #[inline(always)]
-    fn bounds(&self) -> Option<[L; 2]> {
-        self.bounds.map(|bounds| bounds.map(L::splat))
     }
 
     #[inline(always)]

@@ -160,8 +160,7 @@ pub(super) struct TriangleView {
     pub(super) edges: [[Native; 3]; 3],
     /// By how much an edge function may be wrong.
     pub(super) margin: Native,
-    /// R and H of the bounds above.
-    pub(super) reach: Native,
+    /// H of the bounds above.
     pub(super) size: Native,
     /// Their own boxes.
     pub(super) own: BoxView,
@@ -345,7 +344,6 @@ impl Frame {
         TriangleView {
             edges: [edge(b, bc), edge(c, ca), edge(a, ab)],
             margin,
-            reach,
             size,
             own: self.boxes(&own_boxes(*places).map(|v| [v.x, v.y, v.z])),
         }

@@ -137,11 +137,5 @@ fn test<L: Lanes, const APART: bool>(
     goal: &mut impl Goal<L>,
 ) -> bool {
     let corners = rays.shear.less_origins::<APART>(block, lane);
-    let pair = Pair {
-        rays,
-        block,
-        lane,
-        bounds: None,
-    };
-    pair.meet(corners, goal)
+    Pair { rays, block, lane }.meet(corners, goal)
 }

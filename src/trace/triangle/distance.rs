@@ -30,13 +30,18 @@ const BEHIND: f32 = 262_144.0;
 /// Added to what |s| must be larger than, so that what is lost below the smallest numbers does not matter: 2⁻⁷⁵.
 const TINY: f32 = f32::from_bits((127 - 75) << 23);
 
-/// A distance by the edge functions.
+/// A distance by the edge functions, and what tells how accurate it is.
 pub(super) struct ByEdges<L: Lanes> {
     pub(super) t: L,
     /// The sum of the edge functions.
     pub(super) det: L,
-    /// s.
-    sum: L,
+    /// |s|, times what F may be of it.
+    reach: L,
+    /// S, H, Z · H and Z · D.
+    size: L,
+    spread: L,
+    depth_by_spread: L,
+    depth_by_det: L,
 }
 
 impl<L: Lanes> ByEdges<L> {
@@ -47,52 +52,13 @@ impl<L: Lanes> ByEdges<L> {
         let det = (u + v) + w;
         let sum = (u * a + v * b) + w * c;
         let t = (sum * scale) / det;
-        ByEdges { t, det, sum }
-    }
-
-    /// Lanes that are [`Doubt::settled`] for certain, by what [`bounds`] says of the triangle.
-    #[inline(always)]
-    pub(super) fn surely_settled(&self, [least, by_det]: [L; 2]) -> L::Mask {
-        let reach = self.det.abs() * by_det + least;
-        reach.lt(self.sum.abs()) & self.t.gt(L::ZERO) & self.t.lt(L::splat(f32::INFINITY))
-    }
-}
-
-/// Bounds that hold for all rays from a place: where |s| is larger than the first and D times the second, the distance is
-/// settled. `reach` is the largest component of a corner less that place, R, and `size` that of the edges, E.
-///
-/// A ray that is within the edges is within what they enclose, so S < 2.1E + 16uR, and H ≤ E, Z ≤ R. So F + 36 S³ is less than
-/// E²(420E + 2.2R) + RD, where 2⁻¹⁸R is added to E.
-#[inline(always)]
-pub(in crate::trace) fn bounds<L: Lanes>(reach: L, size: L) -> [L; 2] {
-    const PART: f32 = 1.01 / AHEAD;
-    let size = size + reach * L::splat(1.0 / 262_144.0);
-    let cube = (size * size) * (size * L::splat(420.0 * PART) + reach * L::splat(2.2 * PART));
-    [cube + L::splat(TINY), reach * L::splat(PART)]
-}
-
-/// What tells how accurate a distance by the edge functions is.
-pub(super) struct Doubt<L: Lanes> {
-    t: L,
-    /// |s|, times what F may be of it.
-    reach: L,
-    /// S, H, Z · H and Z · D.
-    size: L,
-    spread: L,
-    depth_by_spread: L,
-    depth_by_det: L,
-}
-
-impl<L: Lanes> Doubt<L> {
-    #[inline(always)]
-    pub(super) fn new(by_edges: &ByEdges<L>, edges: &Edges<L>, [a, b, c]: [L; 3]) -> Doubt<L> {
-        let ByEdges { t, det, sum } = *by_edges;
         let most = |[a, b, c]: [L; 3]| a.abs().max(b.abs()).max(c.abs());
         let (far, near) = (a.max(b).max(c), a.min(b).min(c));
         let (depth, spread) = (far.abs().max(near.abs()), far - near);
         let times = t.gt(L::ZERO).select(L::splat(AHEAD), L::splat(BEHIND));
-        Doubt {
+        ByEdges {
             t,
+            det,
             reach: times * sum.abs(),
             size: most(edges.x).max(most(edges.y)),
             spread,
@@ -107,7 +73,7 @@ impl<L: Lanes> Doubt<L> {
         self.within_reach(self.spread)
     }
 
-    /// Lanes that are [`Doubt::accurate`], and whose distance, if it is ahead and the ray is [`usual`](super::usual), is known
+    /// Lanes that are [`ByEdges::accurate`], and whose distance, if it is ahead and the ray is [`usual`](super::usual), is known
     /// to be within the ray's stay in the triangle's own box: clamping it would leave it as it is.
     ///
     /// Let R be the largest component of a corner less the origin, and K the sum of the largest coordinates of the own box

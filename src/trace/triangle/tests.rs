@@ -100,7 +100,7 @@ fn overflowing() -> ([Vec3; 3], RayPacket) {
 #[test]
 fn what_is_settled_need_not_be_clamped() {
     let mut from = Source(1);
-    let (mut hits, mut sures, mut surely_settled, mut clamped) = (0, 0, 0, 0);
+    let (mut hits, mut sures, mut clamped) = (0, 0, 0);
     for round in 0..400_000 {
         let size = from.scale(10.0);
         let corners = from.corners(size);
@@ -130,17 +130,7 @@ fn what_is_settled_need_not_be_clamped() {
         assert!(!(!same).any(), "round {round}: {corners:?} {rays:?}");
         let seen = edges(&places, slopes);
         let by_edges = ByEdges::new(&seen, places.map(|corner| corner.z), slopes[2]);
-        let doubt = Doubt::new(&by_edges, &seen, places.map(|corner| corner.z));
-        let (raw, sure) = (by_edges.t, doubt.settled());
-        let largest = |[a, b, c]: [Vec3x8; 3]| a.largest().max(b.largest()).max(c.largest());
-        let [a, b, c] = places;
-        let bounds = bounds(largest(places), largest([b - a, c - b, a - c]));
-        let surely = by_edges.surely_settled(bounds) & seen.inside;
-        assert!(
-            !(surely & !sure).any(),
-            "round {round}: {corners:?} {rays:?}"
-        );
-        surely_settled += surely.bits().count_ones();
+        let (raw, sure) = (by_edges.t, by_edges.settled());
         let sure = sure & Mask8::splat(shear.usual);
         let ahead = seen.inside & raw.gt(F32x8::ZERO);
         hits += always.valid.bits().count_ones();
@@ -149,7 +139,6 @@ fn what_is_settled_need_not_be_clamped() {
             .bits()
             .count_ones();
     }
-    assert!(surely_settled * 20 > hits, "{surely_settled} of {hits}");
     assert!(sures * 5 > hits, "{sures} of {hits} were settled");
     assert!(clamped > 1000, "only {clamped} were clamped or refused");
 }
