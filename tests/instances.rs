@@ -209,20 +209,8 @@ fn closed_meshes_stay_closed() {
     for _ in 0..200 {
         let mut scene = scenes::bare();
         let mesh = scene.begin_mesh();
-        let corner = |k: usize| {
-            let side = |bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
-            Vec3::new(side(0), side(1), side(2))
-        };
-        for [a, b, c, d] in [
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-        ] {
-            scene.add_triangle([corner(a), corner(b), corner(c)], None, 0);
-            scene.add_triangle([corner(a), corner(c), corner(d)], None, 0);
+        for triangle in scenes::cube_triangles() {
+            scene.add_triangle(triangle.map(scenes::cube_corner), None, 0);
         }
         scene.end_mesh(mesh);
         let reach = rng.magnitude(-1.0, 4.0);

@@ -29,22 +29,9 @@ fn boxes() -> Scene {
 }
 
 fn add_box(scene: &mut Scene, center: Vec3, half: f32) {
-    let corner = |k: usize| {
-        let side = |bit: usize| if k >> bit & 1 == 1 { half } else { -half };
-        center + Vec3::new(side(0), side(1), side(2))
-    };
-    // Counter-clockwise from outside.
-    let faces = [
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-    ];
-    for [a, b, c, d] in faces {
-        scene.add_triangle([corner(a), corner(b), corner(c)], None, 0);
-        scene.add_triangle([corner(a), corner(c), corner(d)], None, 0);
+    for triangle in scenes::cube_triangles() {
+        let corners = triangle.map(|k| center + scenes::cube_corner(k) * half);
+        scene.add_triangle(corners, None, 0);
     }
 }
 

@@ -158,11 +158,7 @@ fn triangle(scene: &Scene, i: usize, ray: &Ray, back: Vec3, hit: &Hit) -> Place 
     let point = point.as_vec3();
     let length = normal.dot(normal).sqrt();
     let unit = (normal * (1.0 / length)).as_vec3();
-    let ng = if length > 0.0 && unit != Vec3::ZERO {
-        unit
-    } else {
-        back
-    };
+    let ng = if length > 0.0 { unit } else { back };
     let alpha = (1.0 - hit.u) - hit.v;
     let ns = match scene.triangles.corner_normals(i) {
         Some([na, nb, nc]) => unit_or((na * alpha + nb * hit.u) + nc * hit.v, ng),

@@ -46,6 +46,25 @@ pub fn bare() -> Scene {
     scene
 }
 
+/// A corner of the cube of half side 1, by bits: which side it is on, axis by axis.
+pub fn cube_corner(k: usize) -> Vec3 {
+    Vec3::from_array([0, 1, 2].map(|bit| if k >> bit & 1 == 1 { 1.0 } else { -1.0 }))
+}
+
+/// The cube's twelve triangles by corners, counter-clockwise from outside.
+pub fn cube_triangles() -> impl Iterator<Item = [usize; 3]> {
+    let faces = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    let halves = |[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]];
+    faces.into_iter().flat_map(halves)
+}
+
 /// Adds the unit sphere stretched along three turned axes, as the reader would: maps in f64, then rounded.
 pub fn add_ellipsoid(scene: &mut Scene, center: Vec3, axes: Vec3, turn: Vec3, paint: u32) {
     let turn = turn.as_dvec3();

@@ -143,21 +143,9 @@ pub fn torus(around: usize, across: usize) -> Mesh {
 
 /// A cube of twelve triangles.
 pub fn cube() -> Mesh {
-    let vertices = (0..8)
-        .map(|k| Vec3::from_array([0, 1, 2].map(|bit| if k >> bit & 1 == 1 { 1.0 } else { -1.0 })))
-        .collect();
-    let faces = [
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-    ];
-    let halves = |[a, b, c, d]: [usize; 4]| [[a, b, c], [a, c, d]];
     Mesh {
-        vertices,
-        triangles: faces.into_iter().flat_map(halves).collect(),
+        vertices: (0..8).map(scenes::cube_corner).collect(),
+        triangles: scenes::cube_triangles().collect(),
         inside: |rng| rng.point(0.9),
     }
 }

@@ -20,6 +20,7 @@ use super::{Loaded, Options};
 use crate::scene::{Palette, Vec2s, Vec3s};
 use glam::DVec3;
 use piece::{Limits, Piece, Skipped};
+use std::ops::Range;
 
 /// Bytes of a piece: enough to be worth a thread's while, few enough to keep all threads busy to the end.
 const PIECE: usize = 1 << 18;
@@ -85,16 +86,11 @@ fn read_pieces(
 ) -> Vec<Piece> {
     let ranges = workers::cut(0..bytes.len(), size, |at| line_start(bytes, at));
     let first = ranges.iter().map(|range| (range.clone(), Limits::UNKNOWN));
-    let read = |(range, limits): (std::ops::Range<usize>, Limits)| {
-        piece::read(
-            &bytes[..range.end],
-            range.start,
-            limits,
-            moved,
-            made.share(),
-        )
+    let read = |made: &Shared, (range, limits): (Range<usize>, Limits)| {
+        let text = &bytes[..range.end];
+        piece::read(text, range.start, limits, moved, made.share())
     };
-    let pieces = workers::map(threads, first.collect(), read);
+    let pieces = workers::map(threads, first.collect(), |part| read(made, part));
     let limits = limits_of(&pieces);
     let within = |(piece, limits): (&Piece, &Limits)| {
         let ends = |k: usize| i64::from(piece.highest[k]) <= limits.total[k];
@@ -106,12 +102,10 @@ fn read_pieces(
         return pieces;
     }
     drop(pieces);
-    let made = Allowance::of(None).shared();
-    let read = |(range, limits): (std::ops::Range<usize>, Limits)| {
-        let text = &bytes[..range.end];
-        piece::read(text, range.start, limits, moved, made.share())
-    };
-    let again = workers::map(threads, ranges.into_iter().zip(limits).collect(), read);
+    // Room for these has been found.
+    let found = Allowance::of(None).shared();
+    let parts = ranges.into_iter().zip(limits).collect();
+    let again = workers::map(threads, parts, |part| read(&found, part));
     again
         .into_iter()
         .map(|mut piece| {
