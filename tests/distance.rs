@@ -1,6 +1,6 @@
-//! How far along its ray a triangle is hit, against f64: needles, long triangles and grazing rays, by how much longer the
-//! triangle's longest edge is than the distance. `PHALANX_DISTANCE_RAYS=10000000` for more rays than usual,
-//! `-- --nocapture` for the table.
+//! How far along its ray a triangle is hit, against f64: needles, long triangles and grazing rays,
+//! by how much longer the triangle's longest edge is than the distance.
+//! `PHALANX_DISTANCE_RAYS=10000000` for more rays than usual, `-- --nocapture` for the table.
 
 mod common;
 
@@ -23,7 +23,8 @@ struct Decade {
     sum: f64,
 }
 
-/// A triangle about the origin or beside it: as wide as long, or a needle, or two corners next to each other.
+/// A triangle about the origin or beside it: as wide as long, or a needle, or two corners next to
+/// each other.
 fn triangle(rng: &mut Rng) -> [Vec3; 3] {
     let length = rng.magnitude(-3.0, 5.0);
     let at = rng.point(length) * rng.pick(&[0.0, 1.0, 3.0]);
@@ -36,7 +37,8 @@ fn triangle(rng: &mut Rng) -> [Vec3; 3] {
     [a, b, c]
 }
 
-/// At a point of a triangle from `distance` before it: from anywhere, or along its surface, with a direction of any length.
+/// At a point of a triangle from `distance` before it: from anywhere, or along its surface, with a
+/// direction of any length.
 fn ray_at([a, b, c]: [Vec3; 3], distance: f32, rng: &mut Rng) -> Ray {
     let (v, w) = (rng.unit(), rng.unit());
     let (v, w) = if v + w > 1.0 {

@@ -25,7 +25,7 @@ use std::path::Path;
 
 /// Of text and binary meshes, whose columns are about as large as the file, and held twice while they are put together.
 const FILE_TIMES: u64 = 3;
-/// Of PLY, binary or not, whose rows may be half as large as what is made of them.
+/// Of PLY, text or binary: its columns may be twice as large as the rows of the file.
 const PLY_TIMES: u64 = 6;
 /// Of a generated triangle: its corners, a vertex or more, a material; columns grow by doubling.
 const COLUMN_BYTES: u64 = 100;

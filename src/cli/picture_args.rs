@@ -27,8 +27,8 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
     pub max_depth: Option<u32>,
     /// Mirror and refracted rays of less weight than this are not traced: the product of Ks and Kt
-    /// along the way, each divided by Ks + Kt where that is more than 1, in its largest component. 0
-    /// has all traced [default: 0 for up to 10 bounces, 1/4096 for more]
+    /// along the way, each divided by Ks + Kt where that is more than 1, in its largest component.
+    /// 0 has all traced [default: 0 for up to 10 bounces, 1/4096 for more]
     #[arg(long, value_name = "W", value_parser = parse_weight)]
     pub min_weight: Option<f32>,
     /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive (best a power of two): one goes through the pixel's centre, more are spread

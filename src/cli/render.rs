@@ -294,7 +294,7 @@ fn output_path(
         .and_then(Path::file_name);
     match named {
         Some(name) => {
-            // Whether a picture goes to stdout is chosen on the command line: this is a file.
+            // Only the command line may choose stdout: a scene's `-` is the file `./-`.
             let path = match output::is_dash(Path::new(name)) {
                 true => Path::new(".").join(name),
                 false => PathBuf::from(name),

@@ -55,7 +55,7 @@ impl Allowance {
         Err(refusal.message())
     }
 
-    /// What is left, for threads that take of it together.
+    /// What is left, as a count that several threads take from.
     pub(super) fn shared(&self) -> Shared {
         Shared {
             most: self.most.saturating_sub(self.used.get()),
@@ -87,7 +87,7 @@ impl Shared {
         }
     }
 
-    /// Whether more would have been taken than there is.
+    /// Tells whether the threads asked for more than there is.
     pub(super) fn is_over(&self) -> bool {
         self.used() > self.most
     }

@@ -7,7 +7,8 @@ use crate::sampling::{Way, onward};
 use crate::shade::{Bounces as Outgoing, Material, Surface, bounces, spread};
 use bumpalo::Bump;
 
-/// Queues the mirror rays of all hits, then the refracted ones, but for those that are not worth tracing.
+/// Queues the mirror rays of all hits, then the refracted ones, but for those that are not worth
+/// tracing.
 pub(super) fn bounce(
     engine: &mut Engine,
     arena: &Bump,
@@ -75,8 +76,9 @@ fn outgoing(engine: &Engine, rays: &RayView, at: &Surface) -> (Outgoing, glam::V
     (out, material.kt)
 }
 
-/// Shares of mirror rays and of refracted ones, and off with rays whose share is less than `min_weight` in every
-/// component. `whole` is what the weights of all that a hit sends are a part of.
+/// Shares of mirror rays and of refracted ones, and off with rays whose share is less than
+/// `min_weight` in every component. `whole` is what the weights of all that a hit sends are a part
+/// of.
 fn keep(
     min_weight: f32,
     share: Vec3x8,

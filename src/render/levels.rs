@@ -81,7 +81,8 @@ impl Weights {
         all
     }
 
-    /// Tells whether a share may be less than `min_weight` after `depth` bounces or fewer. Errs on the side of yes.
+    /// Tells whether a share may be less than `min_weight` after `depth` bounces or fewer. Errs on
+    /// the side of yes.
     fn may_fall_below(&self, min_weight: f32, depth: u32) -> bool {
         // More than the rounding of so many products.
         let least = self.least.min(1.0) * (1.0 - 1e-6);

@@ -1,7 +1,8 @@
 //! A tile's life in order; tiles, workers, film, statistics.
 //!
-//! `wave` is the one place where the order of the stages can be read: rays are traced, hits shaded, shadow rays
-//! answered, bounces queued (`bounce`). In `levels`, what bounces becomes the next wave, folded back when it is done.
+//! `wave` is the one place where the order of the stages can be read: rays are traced, hits shaded,
+//! shadow rays answered, bounces queued (`bounce`). In `levels`, what bounces becomes the next
+//! wave, folded back when it is done.
 
 mod adaptive;
 pub mod alone;

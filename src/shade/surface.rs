@@ -199,8 +199,8 @@ fn triangle(
         column(|f| f.normal.y),
         column(|f| f.normal.z),
     );
-    let flat = normal.largest().gt(F32x8::ZERO);
-    let ng = Vec3x8::select(flat, normal, back);
+    let solid = normal.largest().gt(F32x8::ZERO);
+    let ng = Vec3x8::select(solid, normal, back);
     let ns = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
         true => {
             let alpha = (F32x8::ONE - hits.u) - hits.v;
@@ -223,8 +223,9 @@ fn triangle(
     }
 }
 
-/// Where a ray meets a triangle, in `f64` until it is known: so the point is on the triangle's plane to within its own rounding
-/// wherever that is and however large the triangle, and its error is nobody else's.
+/// Where a ray meets a triangle, in `f64` until it is known: so the point is on the triangle's
+/// plane to within its own rounding wherever that is and however large the triangle, and its error
+/// is nobody else's.
 struct Foot {
     point: Vec3,
     /// Of unit length, or zero.
@@ -236,12 +237,14 @@ struct Foot {
 }
 
 impl Foot {
-    /// Of a triangle that is large where it is met, the point is the ray's in the plane; of others it is that of the
-    /// barycentric weights, which is within the triangle: an `f32` weight is as good as the triangle is small.
+    /// Of a triangle that is large where it is met, the point is the ray's in the plane; of others
+    /// it is that of the barycentric weights, which is within the triangle: an `f32` weight is as
+    /// good as the triangle is small.
     fn of(corners: &[Vec3; 3], [org, dir]: [Vec3; 2], t: f32, [beta, gamma]: [f32; 2]) -> Foot {
         let [a, b, c] = corners.map(Vec3::as_dvec3);
         let (org, dir, t) = (org.as_dvec3(), dir.as_dvec3(), f64::from(t));
-        // (B − A) × (C − A): counter-clockwise is the front, as in every format; the document's order points the other way.
+        // (B − A) × (C − A): counter-clockwise is the front, as in every format; the document's
+        // order points the other way.
         let (e1, e2) = (b - a, c - a);
         let normal = e1.cross(e2);
         let edges = e1.abs().max(e2.abs()).max_element();
@@ -269,10 +272,12 @@ impl Foot {
     }
 }
 
-/// A triangle is large that is so many times as long as its hit is far: there, what weights lose could be seen.
+/// A triangle is large that is so many times as long as its hit is far: there, what weights lose
+/// could be seen.
 const LARGE: f64 = 64.0;
 
-/// How far, relatively, the distance to the plane may be from the hit's: farther apart they are where the ray is in the plane.
+/// How far, relatively, the distance to the plane may be from the hit's: farther apart they are
+/// where the ray is in the plane.
 const ALIKE: f64 = 1.0 / 4096.0;
 
 /// Interpolated vertex normals; lanes of triangles without them keep `ng`.
@@ -291,10 +296,11 @@ fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng:
     unit_or(sum, ng)
 }
 
-/// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the radius, for the normal's length
-/// and the product, and by u|n|·|p| for its own rounding; the offset's rounding is as much, and the next ray's test loses
-/// 3u of the radius: in f·f − r², and in r². [`PAD`] is 32u of it, so that a point where spheres pass through each other is
-/// beyond the other one, too.
+/// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the
+/// radius, for the normal's length and the product, and by u|n|·|p| for its own rounding; the
+/// offset's rounding is as much, and the next ray's test loses 3u of the radius: in f·f − r², and
+/// in r². [`PAD`] is 32u of it, so that a point where spheres pass through each other is beyond the
+/// other one, too.
 fn sphere(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
     let center = gather(&scene.spheres.center, rows);
     let radius = F32x8::new(rows.map(|i| scene.spheres.radius[i]));
@@ -341,10 +347,11 @@ fn ellipsoid(
     }
 }
 
-/// Distance from the axis and height of the ray's point are put back onto the line of the cone's profile, across it,
-/// so that the point moves no farther than it has to, whatever the slope. Its error is then, per axis, some 6 ulp of the
-/// lengths within the cone's box; the next test's way into the cone's own coordinates adds some 8 of those, times √3 for a
-/// slanted normal. [`PAD`] is 32. Its place in the world is rounded twice, as a plane's: [`ROUNDING`]. At the very tip there
+/// Distance from the axis and height of the ray's point are put back onto the line of the cone's
+/// profile, across it, so that the point moves no farther than it has to, whatever the slope. Its
+/// error is then, per axis, some 6 ulp of the lengths within the cone's box; the next test's way
+/// into the cone's own coordinates adds some 8 of those, times √3 for a slanted normal; [`PAD`] is
+/// 32 ulp. Its place in the world is rounded twice, as a plane's: [`ROUNDING`]. At the very tip there
 /// is no way away from the axis: the normal points back along the ray.
 fn cone(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
     let (base, apex) = (

@@ -5,10 +5,11 @@
 //! place depends on the ray and the corner alone, and the sign of a difference of two rounded products is never
 //! wrong, at worst zero. Zeros are accepted, so a closed mesh has no gap, vertices included.
 //!
-//! Departures: no double precision fallback (zeros are accepted on both sides instead); no culling, no swap of axes for
-//! winding; slopes are products with the reciprocal that the distance needs anyway; the distance is that to the plane where
-//! the edge functions give no accurate one (see [`distance`]), and is clamped to the ray's stay in the triangle's own box
-//! (see [`crate::trace`]), where that may change it.
+//! Departures: no double precision fallback of the edge functions (zeros are accepted on both sides
+//! instead); no culling, no swap of axes for winding; slopes are products with the reciprocal that
+//! the distance needs anyway; the distance is that to the plane where the edge functions give no accurate one (see
+//! [`distance`]), and is clamped to the ray's stay in the triangle's own box (see
+//! [`crate::trace`]), where that may change it.
 //!
 //! The design notes asked for edge functions (a − o) × (b − o) · d. Those have exact signs along an edge, but at a
 //! vertex shared by n triangles their n rounding errors are independent and all can fall on the same side: of 20,000 rays
@@ -274,8 +275,8 @@ fn intersect<L: Lanes, const AXIS: usize>(
     meet(corners, rays.shear.slopes(), &RaysAndSlot { rays, slot })
 }
 
-/// Rays and the triangles that they are tested against, a pair in every lane: what is asked where the edge functions do not
-/// suffice. A trait and no closures, which would not be inlined.
+/// Rays and the triangles that they are tested against, a pair in every lane: what is asked where
+/// the edge functions do not suffice. A trait and no closures, which would not be inlined.
 pub(super) trait Pairing<L: Lanes> {
     /// Entry into and exit from the triangle's own box.
     fn stay(&self) -> Stay<L>;

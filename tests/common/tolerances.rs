@@ -100,5 +100,6 @@ pub const REFERENCE_SPREAD: u8 = 2;
 /// radiance of every sample.
 pub const LAYER_SUM: f32 = 4.0 * f32::EPSILON;
 
-/// A distance to a triangle, relative, whatever the triangle: what is asked, three times the worst of ten million rays.
+/// A distance to a triangle, relative, whatever the triangle: what is asked, three times the worst
+/// of ten million rays.
 pub const DISTANCE: f64 = 1e-5;

@@ -1,5 +1,6 @@
-//! Rays that leave a face on its lit side do not hit it: neither shadow rays, mirrored ones nor those of ambient occlusion,
-//! whatever the coordinates. `PHALANX_LEAVING_RAYS=100000000` for more than usual, `-- --nocapture` for the table.
+//! Rays that leave a face on its lit side do not hit it: neither shadow rays, mirrored ones nor
+//! those of ambient occlusion, whatever the coordinates. `PHALANX_LEAVING_RAYS=100000000` for more
+//! than usual, `-- --nocapture` for the table.
 
 use crate::common::rays::pack;
 use crate::common::rng::Rng;
@@ -125,7 +126,8 @@ fn rays_that_leave_a_face_do_not_hit_it() {
     }
 }
 
-/// A floor of ten million, seen and left near its middle, where its plane passes through the origin or beside it.
+/// A floor of ten million, seen and left near its middle, where its plane passes through the origin
+/// or beside it.
 #[test]
 fn rays_that_leave_a_large_floor_do_not_hit_it() {
     for (slope, height) in [(0.0, 0.0), (0.0, 3.0), (0.25, 0.0), (-0.31, 0.7)] {
@@ -150,7 +152,8 @@ fn rays_that_leave_a_large_floor_do_not_hit_it() {
     }
 }
 
-/// Spheres, stretched ones and cones have no plane: a ray that leaves the bulge outward does not come back.
+/// Spheres, stretched ones and cones have no plane: a ray that leaves the bulge outward does not
+/// come back.
 #[test]
 fn rays_that_leave_a_bulge_do_not_hit_it() {
     for kind in [PrimKind::Sphere, PrimKind::Ellipsoid, PrimKind::Cone] {

@@ -1,5 +1,5 @@
-//! No ray escapes a closed mesh: ten million rays from inside, aimed at vertices, edges and anywhere, all hit. And none that
-//! leaves a surface hits it: see `leaving`.
+//! No ray escapes a closed mesh: ten million rays from inside, aimed at vertices, edges and
+//! anywhere, all hit. And none that leaves a surface hits it: see `leaving`.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -29,7 +29,8 @@ fn ray(mesh: &Mesh, placed: &[Vec3], scale: f32, offset: Vec3, rng: &mut Rng) ->
     Ray::new(org, dir)
 }
 
-/// Shoots packets of rays, one in `CHECKED` packets through the oracle, too; returns how many were shot.
+/// Shoots packets of rays, one in `CHECKED` packets through the oracle, too; returns how many were
+/// shot.
 fn shoot(mesh: &Mesh, scale: f32, offset: Vec3, packets: usize, rng: &mut Rng) -> usize {
     const CHECKED: usize = 40;
     let (scene, placed) = mesh.scene(scale, offset);

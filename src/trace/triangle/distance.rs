@@ -1,11 +1,13 @@
 //! How far along its ray a hit lies, within 10⁻⁵ of the truth.
 //!
-//! The edge functions weigh the corners' depths, as in Woop's test. That is as accurate as anything in `f32` where a triangle
-//! is about as large as it is far; where it is long and near, what the weights lose is multiplied by its length. Where that may
-//! matter, the distance is that to the triangle's plane, in `f64` and from the corners as they are stored.
+//! The edge functions weigh the corners' depths, as in Woop's test. That is as accurate as anything
+//! in `f32` where a triangle is about as large as it is far; where it is long and near, what the
+//! weights lose is multiplied by its length. Where that may matter, the distance is that to the
+//! triangle's plane, in `f64` and from the corners as they are stored.
 //!
-//! Let u = 2⁻²⁴, S the largest of the places beside the ray, Z the largest depth, H what the depths differ by, D the size of
-//! the sum of the edge functions, and s the sum of the depths so weighed: the depth is s/D.
+//! Let u = 2⁻²⁴, S the largest of the places beside the ray, Z the largest depth, H what the depths
+//! differ by, D the size of the sum of the edge functions, and s the sum of the depths so weighed:
+//! the depth is s/D.
 //!
 //! | error | at most | because |
 //! |---|---|---|
@@ -15,19 +17,22 @@
 //! | of the depth from these, times D | 60u(S + Z)SH | what moves all depths alike divides out |
 //! | of the depth from its own rounding, times D | 6uZD | weights are of one sign |
 //!
-//! With F = (S + Z)SH + ZD it is at most 60uF, or 2⁻¹⁸F. So s < −2⁻¹⁸F is behind the origin for certain, and the relative error
-//! is below 24 · 60u = 9·10⁻⁵ where F < 24|s|. The bound is for errors that all add up: the worst that is measured there is
-//! 3·10⁻⁶ (tests/distance.rs, `perf/notes/distances.md`).
+//! With F = (S + Z)SH + ZD it is at most 60uF, or 2⁻¹⁸F. So s < −2⁻¹⁸F is behind the origin for
+//! certain, and the relative error is below 24 · 60u = 9·10⁻⁵ where F < 24|s|. The bound is for
+//! errors that all add up: the worst that is measured there is 4·10⁻⁶ (tests/distance.rs,
+//! `perf/notes/distances.md`).
 
 use super::{Corners, Edges};
 use crate::lanes::{LANES, LaneMask, Lanes, Vec3Lanes};
 use glam::{DVec3, Vec3};
 
-/// F may be this many times |s| where the depth is ahead of the origin, and this many where it is behind.
+/// F may be this many times |s| where the depth is ahead of the origin, and this many where it is
+/// behind.
 const AHEAD: f32 = 24.0;
 const BEHIND: f32 = 262_144.0;
 
-/// Added to what |s| must be larger than, so that what is lost below the smallest numbers does not matter: 2⁻⁷⁵.
+/// Added to what |s| must be larger than, so that what is lost below the smallest numbers does not
+/// matter: 2⁻⁷⁵.
 const TINY: f32 = f32::from_bits((127 - 75) << 23);
 
 /// A distance by the edge functions, and what tells how accurate it is.
@@ -73,23 +78,27 @@ impl<L: Lanes> ByEdges<L> {
         self.within_reach(self.spread)
     }
 
-    /// Lanes that are [`ByEdges::accurate`], and whose distance, if it is ahead and the ray is [`usual`](super::usual), is known
-    /// to be within the ray's stay in the triangle's own box: clamping it would leave it as it is.
+    /// Lanes that are [`ByEdges::accurate`], and whose distance, if it is ahead and the ray is
+    /// [`usual`](super::usual), is known to be within the ray's stay in the triangle's own box:
+    /// clamping it would leave it as it is.
     ///
-    /// Let R be the largest component of a corner less the origin, and K the sum of the largest coordinates of the own box
-    /// and of the origin. Padding leaves 27uK between the box as it is and what the slab test takes it for. The weights w_i,
-    /// as computed, are of one sign, so P = Σ w_i corner_i / Σ w_i is in the triangle; what is computed as the distance t is
-    /// that of P along the dominant axis, within 10uR. Along another axis the ray at t and P are apart by 18uR from rounding,
-    /// and by Σ w_i x_i / Σ w_i, which would be 0 for weights without error. Theirs are below 4uS², so it is at most
-    /// 12uS³ / D. That is below 9uR ≤ 9uK where 1.34 S³ < RD, so where 36 S³ < 24|s|, as |s| ≤ RD.
+    /// Let R be the largest component of a corner less the origin, and K the sum of the largest
+    /// coordinates of the own box and of the origin. Padding leaves 27uK between the box as it is
+    /// and what the slab test takes it for. The weights w_i, as computed, are of one sign, so P = Σ
+    /// w_i corner_i / Σ w_i is in the triangle; what is computed as the distance t is that of P
+    /// along the dominant axis, within 10uR. Along another axis the ray at t and P are apart by
+    /// 18uR from rounding, and by Σ w_i x_i / Σ w_i, which would be 0 for weights without error.
+    /// Theirs are below 4uS², so it is at most 12uS³ / D. That is below 9uR ≤ 9uK where 1.34 S³ <
+    /// RD, so where 36 S³ < 24|s|, as |s| ≤ RD.
     #[inline(always)]
     pub(super) fn settled(&self) -> L::Mask {
         let more = self.spread + self.size * L::splat(36.0);
         self.within_reach(self.t.gt(L::ZERO).select(more, self.spread))
     }
 
-    /// Whether S(S · `spread` + ZH) + ZD is within reach. One expression for both, in which a larger spread gives no smaller
-    /// number, so that what is settled is accurate whatever is rounded.
+    /// Whether S(S · `spread` + ZH) + ZD is within reach. One expression for both, in which a
+    /// larger spread gives no smaller number, so that what is settled is accurate whatever is
+    /// rounded.
     #[inline(always)]
     fn within_reach(&self, spread: L) -> L::Mask {
         let bound = self.size * (self.size * spread + self.depth_by_spread) + self.depth_by_det;
@@ -98,9 +107,10 @@ impl<L: Lanes> ByEdges<L> {
     }
 }
 
-/// The distances to the planes of triangles, in place of those by the edges where a ray is in the plane. `only` is the one
-/// triangle of `stored` that all rays are tested against; without, a lane's is the lane's, and only those in `asked` lanes are
-/// looked at. Everything is taken by value: what a call is given the address of would stay in memory elsewhere, too.
+/// The distances to the planes of triangles, in place of those by the edges where a ray is in the
+/// plane. `only` is the one triangle of `stored` that all rays are tested against; without, a
+/// lane's is the lane's, and only those in `asked` lanes are looked at. Everything is taken by
+/// value: what a call is given the address of would stay in memory elsewhere, too.
 #[cold]
 #[inline(never)]
 pub(super) fn to_planes<L: Lanes>(
@@ -136,7 +146,8 @@ pub(super) fn to_planes<L: Lanes>(
     L::from_eights(|k| distances[k % 2])
 }
 
-/// The plane of a triangle: a corner, and the product of the two shorter edges, whose error is least.
+/// The plane of a triangle: a corner, and the product of the two shorter edges, whose error is
+/// least.
 struct Plane {
     corner: DVec3,
     normal: DVec3,
@@ -158,7 +169,8 @@ impl Plane {
         Plane { corner, normal }
     }
 
-    /// From where a ray starts, in units of its direction; `otherwise` where the ray is in the plane.
+    /// From where a ray starts, in units of its direction; `otherwise` where the ray is in the
+    /// plane.
     #[inline(always)]
     fn distance(&self, org: Vec3, dir: Vec3, otherwise: f32) -> f32 {
         let height = self.normal.dot(self.corner - org.as_dvec3());
