@@ -12,7 +12,7 @@
 mod types;
 mod vec3;
 
-pub use types::{F32x8, F32x16, Mask8, Mask16, U32x8, U32x16};
+pub use types::{F32x8, F32x16, F64x8, Mask8, Mask16, U32x8, U32x16};
 pub use vec3::{Vec3Lanes, Vec3x8};
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

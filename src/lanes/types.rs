@@ -2,7 +2,7 @@
 
 use super::{COLUMN, LANES, LaneIds, LaneMask, Lanes};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
-use wide::{f32x4, f32x8, f32x16, u32x8, u32x16};
+use wide::{f32x4, f32x8, f32x16, f64x8, u32x8, u32x16};
 
 /// All lanes, four by four and then those four by halves. Left to itself, the compiler makes masks and blends of it.
 #[inline(always)]
@@ -383,5 +383,96 @@ impl F32x8 {
     #[inline(always)]
     pub fn transposed(columns: [F32x8; LANES]) -> [[f32; LANES]; LANES] {
         f32x8::transpose(columns.map(|column| column.0)).map(f32x8::to_array)
+    }
+}
+
+/// Eight doubles, for what is rounded to `f32` once it is known.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub struct F64x8(f64x8);
+
+impl F64x8 {
+    /// All lanes one.
+    pub const ONE: F64x8 = F64x8(f64x8::ONE);
+
+    /// The same value in every lane.
+    #[inline(always)]
+    pub fn splat(value: f64) -> F64x8 {
+        F64x8(f64x8::splat(value))
+    }
+
+    /// Every lane rounded to `f32`, to the nearest, ties to even.
+    #[inline(always)]
+    pub fn rounded(self) -> F32x8 {
+        F32x8::new(self.0.to_array().map(|lane| lane as f32))
+    }
+
+    /// `if self > other { self } else { other }`.
+    #[inline(always)]
+    pub fn max(self, other: F64x8) -> F64x8 {
+        F64x8(self.0.fast_max(other.0))
+    }
+
+    /// Clears the sign bit.
+    #[inline(always)]
+    pub fn abs(self) -> F64x8 {
+        F64x8(self.0.abs())
+    }
+
+    /// Correctly rounded square root.
+    #[inline(always)]
+    pub fn sqrt(self) -> F64x8 {
+        F64x8(self.0.sqrt())
+    }
+
+    /// self > other
+    #[inline(always)]
+    pub fn gt(self, other: F64x8) -> Mask8 {
+        Mask8::from_bits(self.0.simd_gt(other.0).to_bitmask())
+    }
+
+    /// self ≤ other
+    #[inline(always)]
+    pub fn le(self, other: F64x8) -> Mask8 {
+        Mask8::from_bits(self.0.simd_le(other.0).to_bitmask())
+    }
+}
+
+impl From<F32x8> for F64x8 {
+    #[inline(always)]
+    fn from(lanes: F32x8) -> F64x8 {
+        F64x8(f64x8::new(lanes.to_array().map(f64::from)))
+    }
+}
+
+impl Add for F64x8 {
+    type Output = F64x8;
+    #[inline(always)]
+    fn add(self, other: F64x8) -> F64x8 {
+        F64x8(self.0 + other.0)
+    }
+}
+
+impl Sub for F64x8 {
+    type Output = F64x8;
+    #[inline(always)]
+    fn sub(self, other: F64x8) -> F64x8 {
+        F64x8(self.0 - other.0)
+    }
+}
+
+impl Mul for F64x8 {
+    type Output = F64x8;
+    #[inline(always)]
+    fn mul(self, other: F64x8) -> F64x8 {
+        F64x8(self.0 * other.0)
+    }
+}
+
+impl Div for F64x8 {
+    type Output = F64x8;
+    #[inline(always)]
+    fn div(self, other: F64x8) -> F64x8 {
+        F64x8(self.0 / other.0)
     }
 }

@@ -1,8 +1,8 @@
 //! Vectors in lanes.
 
-use super::{F32x8, LANES, LaneMask, Lanes};
+use super::{F32x8, F64x8, LANES, LaneMask, Lanes};
 use glam::Vec3;
-use std::ops::{Add, Neg, Sub};
+use std::ops::{Add, Mul, Neg, Sub};
 
 /// Eight vectors.
 pub type Vec3x8 = Vec3Lanes<F32x8>;
@@ -18,15 +18,42 @@ pub struct Vec3Lanes<L> {
     pub z: L,
 }
 
-impl<L: Lanes> Vec3Lanes<L> {
-    /// All zero.
-    pub const ZERO: Vec3Lanes<L> = Vec3Lanes::new(L::ZERO, L::ZERO, L::ZERO);
-
+impl<L> Vec3Lanes<L> {
     /// From three columns.
     #[inline(always)]
     pub const fn new(x: L, y: L, z: L) -> Vec3Lanes<L> {
         Vec3Lanes { x, y, z }
     }
+}
+
+/// What single and double precision have in common.
+impl<L: Copy + Add<Output = L> + Sub<Output = L> + Mul<Output = L>> Vec3Lanes<L> {
+    /// (x·x' + y·y') + z·z', in the order of glam's `Vec3::dot`.
+    #[inline(always)]
+    pub fn dot(self, o: Vec3Lanes<L>) -> L {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    /// The cross product, in the order of glam's `Vec3::cross`.
+    #[inline(always)]
+    pub fn cross(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        Vec3Lanes::new(
+            self.y * o.z - o.y * self.z,
+            self.z * o.x - o.z * self.x,
+            self.x * o.y - o.x * self.y,
+        )
+    }
+
+    /// Every component times `s`.
+    #[inline(always)]
+    pub fn scale(self, s: L) -> Vec3Lanes<L> {
+        Vec3Lanes::new(self.x * s, self.y * s, self.z * s)
+    }
+}
+
+impl<L: Lanes> Vec3Lanes<L> {
+    /// All zero.
+    pub const ZERO: Vec3Lanes<L> = Vec3Lanes::new(L::ZERO, L::ZERO, L::ZERO);
 
     /// The components from an axis on: its own, the next one's and the last one's. An index would take them through memory,
     /// where halves that were written are waited for before the whole can be read.
@@ -69,28 +96,6 @@ impl<L: Lanes> Vec3Lanes<L> {
         Vec3Lanes::new(L::splat(x), L::splat(y), L::splat(z))
     }
 
-    /// (x·x' + y·y') + z·z', in the order of glam's `Vec3::dot`.
-    #[inline(always)]
-    pub fn dot(self, o: Vec3Lanes<L>) -> L {
-        self.x * o.x + self.y * o.y + self.z * o.z
-    }
-
-    /// The cross product, in the order of glam's `Vec3::cross`.
-    #[inline(always)]
-    pub fn cross(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
-        Vec3Lanes::new(
-            self.y * o.z - o.y * self.z,
-            self.z * o.x - o.z * self.x,
-            self.x * o.y - o.x * self.y,
-        )
-    }
-
-    /// Every component times `s`.
-    #[inline(always)]
-    pub fn scale(self, s: L) -> Vec3Lanes<L> {
-        Vec3Lanes::new(self.x * s, self.y * s, self.z * s)
-    }
-
     /// Componentwise product.
     #[inline(always)]
     pub fn times(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
@@ -110,7 +115,22 @@ impl<L: Lanes> Vec3Lanes<L> {
     }
 }
 
-impl<L: Lanes> Add for Vec3Lanes<L> {
+impl Vec3Lanes<F64x8> {
+    /// Every component rounded to `f32`.
+    #[inline(always)]
+    pub fn rounded(self) -> Vec3x8 {
+        Vec3x8::new(self.x.rounded(), self.y.rounded(), self.z.rounded())
+    }
+}
+
+impl From<Vec3x8> for Vec3Lanes<F64x8> {
+    #[inline(always)]
+    fn from(v: Vec3x8) -> Vec3Lanes<F64x8> {
+        Vec3Lanes::new(v.x.into(), v.y.into(), v.z.into())
+    }
+}
+
+impl<L: Add<Output = L>> Add for Vec3Lanes<L> {
     type Output = Vec3Lanes<L>;
     #[inline(always)]
     fn add(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
@@ -118,7 +138,7 @@ impl<L: Lanes> Add for Vec3Lanes<L> {
     }
 }
 
-impl<L: Lanes> Sub for Vec3Lanes<L> {
+impl<L: Sub<Output = L>> Sub for Vec3Lanes<L> {
     type Output = Vec3Lanes<L>;
     #[inline(always)]
     fn sub(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {

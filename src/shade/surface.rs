@@ -1,7 +1,7 @@
 //! Eight hits of one kind and one material: where they are and which way the surface faces.
 
 use super::instance::Maps;
-use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+use crate::lanes::{F32x8, F64x8, LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
 use crate::packet::{HitPacket, RayPacket};
 use crate::scene::{
     BEYOND_BOXES, ConeProfile, IN_DOUBLE, OF_EDGES, OF_WAY, PAD, PrimKind, ROUNDING, Scene, Vec3s,
@@ -183,24 +183,11 @@ fn triangle(
     hits: &HitPacket,
 ) -> Place {
     let t = &scene.triangles;
-    let feet: [Foot; LANES] = std::array::from_fn(|lane| {
-        let weights = [hits.u.lane(lane), hits.v.lane(lane)];
-        let ray = [rays.org.lane(lane), rays.dir.lane(lane)];
-        Foot::of(&t.corners(rows[lane]), ray, hits.t.lane(lane), weights)
-    });
-    let column = |of: fn(&Foot) -> f32| F32x8::new(feet.each_ref().map(of));
-    let point = Vec3x8::new(
-        column(|f| f.point.x),
-        column(|f| f.point.y),
-        column(|f| f.point.z),
-    );
-    let normal = Vec3x8::new(
-        column(|f| f.normal.x),
-        column(|f| f.normal.y),
-        column(|f| f.normal.z),
-    );
-    let solid = normal.largest().gt(F32x8::ZERO);
-    let ng = Vec3x8::select(solid, normal, back);
+    let corners = rows.map(|i| t.corners[i]);
+    let corner = |k: usize| gather(&t.vertices, &corners.map(|of| of[k] as usize));
+    let feet = Feet::of([corner(0), corner(1), corner(2)], rays, hits);
+    let point = feet.point;
+    let ng = Vec3x8::select(feet.solid, feet.normal, back);
     let ns = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
         true => {
             let alpha = (F32x8::ONE - hits.u) - hits.v;
@@ -208,12 +195,11 @@ fn triangle(
         }
         false => ng,
     };
-    let (p, n) = (point.abs(), ng.abs());
-    let (edges, largest) = (column(|f| f.edges), point.largest());
-    let rounding = n.dot(p) * F32x8::splat(ROUNDING) + edges * F32x8::splat(IN_DOUBLE);
-    let [least, most] = OF_EDGES.map(|share| edges * F32x8::splat(share));
-    let beyond = largest * F32x8::splat(BEYOND_BOXES);
-    let way = column(|f| f.way) * F32x8::splat(OF_WAY);
+    let rounding =
+        ng.abs().dot(point.abs()) * F32x8::splat(ROUNDING) + feet.edges * F32x8::splat(IN_DOUBLE);
+    let [least, most] = OF_EDGES.map(|share| feet.edges * F32x8::splat(share));
+    let beyond = point.largest() * F32x8::splat(BEYOND_BOXES);
+    let way = feet.way * F32x8::splat(OF_WAY);
     let offset = rounding.max(beyond.max(least).min(most).min(way));
     Place {
         point,
@@ -223,53 +209,63 @@ fn triangle(
     }
 }
 
-/// Where a ray meets a triangle, in `f64` until it is known: so the point is on the triangle's
-/// plane to within its own rounding wherever that is and however large the triangle, and its error
-/// is nobody else's.
-struct Foot {
-    point: Vec3,
-    /// Of unit length, or zero.
-    normal: Vec3,
+/// Where rays meet triangles, in `f64` until it is known: so a point is on its triangle's plane to
+/// within its own rounding wherever that is and however large the triangle, and its error is nobody
+/// else's.
+struct Feet {
+    point: Vec3x8,
+    /// Of unit length where `solid`.
+    normal: Vec3x8,
+    /// Lanes whose triangle has an area.
+    solid: Mask8,
     /// Largest component of two edges.
-    edges: f32,
+    edges: F32x8,
     /// Largest component of the ray's way to it.
-    way: f32,
+    way: F32x8,
 }
 
-impl Foot {
+impl Feet {
     /// Of a triangle that is large where it is met, the point is the ray's in the plane; of others
     /// it is that of the barycentric weights, which is within the triangle: an `f32` weight is as
     /// good as the triangle is small.
-    fn of(corners: &[Vec3; 3], [org, dir]: [Vec3; 2], t: f32, [beta, gamma]: [f32; 2]) -> Foot {
-        let [a, b, c] = corners.map(Vec3::as_dvec3);
-        let (org, dir, t) = (org.as_dvec3(), dir.as_dvec3(), f64::from(t));
+    #[inline(always)]
+    fn of(corners: [Vec3x8; 3], rays: &RayPacket, hits: &HitPacket) -> Feet {
+        let [a, b, c] = corners.map(Vec3Lanes::from);
+        let dir = Vec3Lanes::from(rays.dir);
+        let [t, beta, gamma] = [hits.t, hits.u, hits.v].map(F64x8::from);
         // (B − A) × (C − A): counter-clockwise is the front, as in every format; the document's
         // order points the other way.
         let (e1, e2) = (b - a, c - a);
         let normal = e1.cross(e2);
-        let edges = e1.abs().max(e2.abs()).max_element();
-        let along = normal.dot(a - org) / normal.dot(dir);
-        let way = t * dir.abs().max_element();
-        let large = edges > LARGE * way;
-        let point = if large && (along - t).abs() <= ALIKE * t {
-            org + dir * along
-        } else {
-            let (beta, gamma) = (f64::from(beta), f64::from(gamma));
-            (a * ((1.0 - beta) - gamma) + b * beta) + c * gamma
-        };
-        let length = normal.dot(normal).sqrt();
-        let solid = length > 0.0;
-        Foot {
-            point: point.as_vec3(),
-            normal: if solid {
-                (normal * (1.0 / length)).as_vec3()
-            } else {
-                Vec3::ZERO
-            },
-            edges: edges as f32,
-            way: way as f32,
+        let edges = largest(e1).max(largest(e2));
+        let way = t * largest(dir);
+        let alpha = (F64x8::ONE - beta) - gamma;
+        let weighed = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
+        let mut point = weighed.rounded();
+        let large = edges.gt(F64x8::splat(LARGE) * way);
+        if large.any() {
+            let org = Vec3Lanes::from(rays.org);
+            let along = normal.dot(a - org) / normal.dot(dir);
+            let alike = (along - t).abs().le(F64x8::splat(ALIKE) * t);
+            let met = (org + dir.scale(along)).rounded();
+            point = Vec3x8::select(large & alike, met, point);
+        }
+        let squared = normal.dot(normal);
+        let normal = normal.scale(F64x8::ONE / squared.sqrt()).rounded();
+        Feet {
+            point,
+            normal,
+            solid: squared.gt(F64x8::splat(0.0)),
+            edges: edges.rounded(),
+            way: way.rounded(),
         }
     }
+}
+
+/// Largest absolute component.
+#[inline(always)]
+fn largest(v: Vec3Lanes<F64x8>) -> F64x8 {
+    v.x.abs().max(v.y.abs()).max(v.z.abs())
 }
 
 /// A triangle is large that is so many times as long as its hit is far: there, what weights lose
