@@ -20,7 +20,6 @@ use common::traced::{Traced, answer, room, trace};
 use phalanx::bench::{Kind, RaySet};
 use phalanx::isa::compiled_level;
 use phalanx::peers::Contender;
-use phalanx::report::Program;
 use phalanx::trace::Kernel;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -70,7 +69,7 @@ fn main() -> ExitCode {
         .collect();
     let now = Baseline {
         schema_version: 1,
-        rustc: Program::this().rustc.unwrap_or_default(),
+        rustc: option_env!("PHALANX_RUSTC").unwrap_or_default().to_owned(),
         level: LEVEL.into(),
         instructions: counts,
     };

@@ -30,55 +30,25 @@
 //! ```
 //!
 //! The rooms below stand in the order in which data flows.
-#![deny(unsafe_code)]
-#![warn(missing_docs)]
 
-// What there is to see.
-pub mod scene;
+// What there is to see, and the arithmetic both tracers share as a definition.
+pub use phalanx_scene as scene;
+pub use phalanx_scene::{camera, sampling};
 
-// Bytes to a scene, or a scene without any.
-pub mod formats;
-pub mod standard;
-
-// The tree over it.
-pub mod bvh;
-
-// Both in a file, as they lie in memory.
-pub mod cache;
-
-// Whatever it came from.
-pub mod open;
-
-// Numbers side by side, and the arithmetic both engines share as a definition.
-pub mod lanes;
-pub mod sampling;
-
-// Rays, where they come from, and how they wait.
-pub mod camera;
-pub mod packet;
-
-// What they hit, what that looks like, and the order of it all.
-pub mod trace;
-
-pub mod shade;
-
-pub mod render;
+// Everything a ray meets.
+pub use phalanx_trace as trace;
+pub use phalanx_trace::{bvh, isa, packet, simd as lanes};
 
 // The second, plainer tracer.
-pub mod oracle;
+pub use phalanx_oracle as oracle;
 
-// One frame by either, and the picture of it.
-pub mod frame;
-pub mod image;
+// Scenes and pictures as files.
+pub use phalanx_io::{cache, formats, image, open, standard};
 
-// Large ones: piece by piece, and on many machines.
-pub mod jobs;
+// A tile's life, one frame by either tracer, and large ones piece by piece.
+pub use phalanx_render as render;
+pub use phalanx_render::{frame, jobs, shade};
 
 // How fast all that is, beside others, and the record of it.
-pub mod peers;
-pub mod report;
-
-pub mod bench;
-
-// What the build may ask of the CPU.
-pub mod isa;
+pub use phalanx_bench as bench;
+pub use phalanx_bench::{peers, report};

@@ -1,5 +1,6 @@
 //! A painter that has warmed up paints without asking for memory, and how much it asks for does not grow with the depth. A test binary of its own, because it replaces the
 //! allocator.
+#![allow(unsafe_code, reason = "an allocator that counts")]
 
 mod common;
 

@@ -8,11 +8,11 @@ use common::rng::Rng;
 use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
-use phalanx::lanes::{LANES, LaneMask};
+use phalanx::lanes::LANES;
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue};
 use phalanx::scene::Scene;
 use phalanx::standard;
-use phalanx::trace::{Kernel, Traversal, Work};
+use phalanx::trace::{Kernel, Traversal};
 
 /// Pixels of a side: more than one beam, and not a whole number of them.
 const SIDE: usize = 41;
@@ -51,14 +51,10 @@ fn closest(bvh: &Bvh, kernel: Kernel, rays: &Lines) -> Vec<[u32; 4]> {
 fn seen(bvh: &Bvh, kernel: Kernel, rays: &Lines, tmax: f32) -> Vec<bool> {
     let arena = Bump::new();
     let queue = queue(&arena, rays);
-    let mut seen = vec![false; rays.len()];
-    let all = 0..queue.packets();
-    Traversal::new(bvh, kernel).unoccluded(&queue, all, tmax, |packet, lanes| {
-        for lane in queue.active(packet).lanes() {
-            seen[packet * LANES + lane] = lanes >> lane & 1 == 1;
-        }
-    });
-    seen
+    let mut blocked = vec![0; queue.packets()];
+    Traversal::new(bvh, kernel).occluded(&queue, 0..queue.packets(), tmax, &mut blocked);
+    let bit = |k: usize| blocked[k / LANES] >> (k % LANES) & 1 == 0;
+    (0..rays.len()).map(bit).collect()
 }
 
 const OTHERS: [Kernel; 4] = [Kernel::Beam8, Kernel::Beam16, Kernel::Auto, Kernel::Single];
@@ -236,7 +232,7 @@ fn many_rays_share_a_visit() {
     let queue = queue(&arena, &rays);
     let visits = |kernel| {
         let mut hits = vec![HitPacket::miss(); queue.packets()];
-        let mut traversal = Traversal::<Work>::counting(&bvh, kernel);
+        let mut traversal = Traversal::counting(&bvh, kernel);
         traversal.closest(&queue, 0..queue.packets(), &mut hits);
         assert_eq!(traversal.work().active_lanes as usize, rays.len());
         traversal.work().node_visits

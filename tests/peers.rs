@@ -116,9 +116,7 @@ impl Answers {
         let mut hits = vec![HitPacket::miss(); rays.packets()];
         traversal.closest(rays, 0..rays.packets(), &mut hits);
         let mut blocked = vec![0; rays.packets()];
-        traversal.unoccluded(rays, 0..rays.packets(), tmax, |packet, seen| {
-            blocked[packet] = !seen
-        });
+        traversal.occluded(rays, 0..rays.packets(), tmax, &mut blocked);
         Answers::of(&hits, &blocked)
     }
 

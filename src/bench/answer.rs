@@ -1,8 +1,8 @@
 //! What rays hit, kept to be compared: a rate only counts for the right answer.
 
 use super::kind::Question;
-use crate::lanes::{LANES, LaneIds, LaneMask, Mask8};
-use crate::packet::{HitPacket, NO_PRIM};
+use phalanx_trace::packet::{HitPacket, NO_PRIM};
+use phalanx_trace::simd::{LANES, LaneIds, LaneMask, Mask8};
 
 /// The answer to a set of rays, packet by packet.
 pub enum Answer {
@@ -117,7 +117,7 @@ fn live(packet: usize, rays: usize) -> Mask8 {
 }
 
 fn found(hit: &HitPacket) -> Mask8 {
-    !hit.prim_id.eq(crate::lanes::U32x8::splat(NO_PRIM))
+    !hit.prim_id.eq(phalanx_trace::simd::U32x8::splat(NO_PRIM))
 }
 
 fn bits(hit: &HitPacket, lane: usize) -> [u32; 4] {
@@ -142,7 +142,7 @@ fn same_place(a: &HitPacket, b: &HitPacket, lane: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{F32x8, Lanes, U32x8};
+    use phalanx_trace::simd::{F32x8, Lanes, U32x8};
 
     fn answer(ids: [u32; 8], t: [f32; 8]) -> Answer {
         Answer::Closest(vec![HitPacket {

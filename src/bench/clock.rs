@@ -3,9 +3,9 @@
 use super::answer::Answer;
 use super::kind::Question;
 use super::plan::Plan;
-use crate::packet::HitPacket;
 use crate::peers::{Contender, Runner};
-use crate::render::Cores;
+use phalanx_render::Cores;
+use phalanx_trace::packet::HitPacket;
 use std::hint::black_box;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};

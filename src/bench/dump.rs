@@ -21,10 +21,10 @@ use super::kind::Question as Asked;
 use super::plan::{Heading, Plan};
 use super::subject::{self, Question, Trees};
 use super::wrong::Wrong;
-use crate::lanes::LANES;
-use crate::packet::NO_PRIM;
-use crate::scene::Scene;
 use bumpalo::Bump;
+use phalanx_scene::Scene;
+use phalanx_trace::packet::NO_PRIM;
+use phalanx_trace::simd::LANES;
 use std::io::{self, Write};
 
 /// What the file starts with.

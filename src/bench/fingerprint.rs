@@ -1,7 +1,7 @@
 //! What tells one scene from another: a checksum over everything that rays can meet.
 
-use crate::scene::{PrimKind, Scene};
 use glam::Vec3;
+use phalanx_scene::{PrimKind, Scene};
 
 /// CRC-32 over the geometry in the order of its numbers, and over the view and the lights' places, little-endian.
 pub fn fingerprint(scene: &Scene) -> u32 {

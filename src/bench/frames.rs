@@ -5,10 +5,10 @@ use super::plan::{Heading, Plan};
 use super::race::{Entry, Task};
 use super::subject::Trees;
 use super::wrong::Wrong;
-use crate::frame::{Control, Frame, FrameError, Settings, Tree, render_tree};
-use crate::render::NO_HIT;
-use crate::scene::Scene;
-use crate::trace::Kernel;
+use phalanx_render::NO_HIT;
+use phalanx_render::frame::{Control, Frame, FrameError, Settings, Tree, render_tree};
+use phalanx_scene::Scene;
+use phalanx_trace::Kernel;
 
 /// Frames have half the width and half the height of the ray sets' picture: they trace many more rays a pixel.
 const SHRINK: u32 = 2;
@@ -132,7 +132,7 @@ fn first_difference(a: &Frame, b: &Frame) -> Option<[u32; 2]> {
     let differs = |i: &usize| {
         let planes = ours.planes.iter().zip(&theirs.planes);
         let mut radiance = planes.map(|(a, b)| a[*i].to_bits() != b[*i].to_bits());
-        let hit = |film: &crate::render::Film| {
+        let hit = |film: &phalanx_render::Film| {
             let hits = film.hits.as_ref()?;
             let [t, u, v] = [hits.t[*i], hits.u[*i], hits.v[*i]].map(f32::to_bits);
             Some((hits.prim_id[*i], t, u, v))

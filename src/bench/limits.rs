@@ -3,8 +3,8 @@
 //! All threads do the same at the same time, each with memory of its own. Of many short attempts the best counts: a peak
 //! is what nothing disturbed, and on a busy machine only a short time is undisturbed.
 
-use crate::lanes::{F32x8, F32x16, Lanes};
 use crate::report::{Cache, Limits, ThreadLimits};
+use phalanx_trace::simd::{F32x8, F32x16, Lanes};
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::sync::Barrier;

@@ -7,8 +7,8 @@ use super::plan::{Heading, Plan};
 use super::subject::{Question, Trees};
 use crate::peers::{Contender, PeerScene};
 use crate::report::{Estimate, Row};
-use crate::scene::Scene;
-use crate::trace::Kernel;
+use phalanx_scene::Scene;
+use phalanx_trace::Kernel;
 
 /// One way to trace a set of rays, its answer known.
 pub(super) struct Member<'a> {

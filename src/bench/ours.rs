@@ -1,12 +1,12 @@
 //! Our own kernels and the oracle as contenders.
 
-use crate::bvh::Bvh;
-use crate::lanes::{F32x8, LANES, LaneMask, U32x8};
-use crate::oracle::{Forest, Oracle, Ray, Search};
-use crate::packet::{HitPacket, NO_PRIM};
 use crate::peers::{Contender, Rays, Runner};
-use crate::scene::Scene;
-use crate::trace::{Kernel, Traversal};
+use phalanx_oracle::{Forest, Oracle, Ray, Search};
+use phalanx_scene::Scene;
+use phalanx_trace::bvh::Bvh;
+use phalanx_trace::packet::{HitPacket, NO_PRIM};
+use phalanx_trace::simd::{F32x8, LANES, LaneMask, U32x8};
+use phalanx_trace::{Kernel, Traversal};
 use std::ops::Range;
 
 /// A kernel of the packet engine on a set of rays.
@@ -39,12 +39,8 @@ impl Runner for KernelRunner<'_> {
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
-        let first = packets.start;
         let Rays { queue, tmax } = self.rays;
-        self.traversal
-            .unoccluded(queue, packets, tmax, |packet, seen| {
-                blocked[packet - first] = !seen
-            });
+        self.traversal.occluded(queue, packets, tmax, blocked);
     }
 }
 

@@ -1,11 +1,11 @@
 //! What a run is to measure, and how long.
 
 use super::kind::Kind;
-use crate::bvh::Quality;
-use crate::frame::Pin;
 use crate::peers::Peer;
 use crate::report::RaySetRecord;
-use crate::trace::Kernel;
+use phalanx_render::frame::Pin;
+use phalanx_trace::Kernel;
+use phalanx_trace::bvh::Quality;
 use std::collections::BTreeMap;
 
 /// What to measure on every scene.

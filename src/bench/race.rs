@@ -3,11 +3,11 @@
 use super::clock::{self, Chunks, Timing};
 use super::kind::Question;
 use super::plan::{Listener, Plan};
-use crate::frame::{Control, Pin, Settings, Tree, render_tree};
 use crate::peers::Contender;
-use crate::render::Cores;
 use crate::report::{Estimate, Row};
-use crate::scene::Scene;
+use phalanx_render::Cores;
+use phalanx_render::frame::{Control, Pin, Settings, Tree, render_tree};
+use phalanx_scene::Scene;
 
 /// Seconds that a sample takes at least: long beside what it costs to start threads, and short, because what disturbs a
 /// shared machine lasts for milliseconds to seconds: the same time spent in more rounds, further apart, finds more

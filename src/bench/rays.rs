@@ -6,16 +6,16 @@
 
 use super::answer::Answer;
 use super::kind::Kind;
-use crate::camera::Camera;
-use crate::frame::DEFAULT_TILE;
-use crate::oracle::{Hit, Ray, Surface};
-use crate::packet::{NO_PRIM, RayQueue};
 use crate::peers::Rays;
-use crate::render::{Tile, push_camera_rays, tiles};
-use crate::sampling::Sampling;
-use crate::scene::{Scene, ViewError};
 use bumpalo::Bump;
 use glam::{DVec3, Vec3};
+use phalanx_oracle::{Hit, Ray, Surface};
+use phalanx_render::frame::DEFAULT_TILE;
+use phalanx_render::{Tile, push_camera_rays, tiles};
+use phalanx_scene::camera::Camera;
+use phalanx_scene::sampling::Sampling;
+use phalanx_scene::{Scene, ViewError};
+use phalanx_trace::packet::{NO_PRIM, RayQueue};
 
 /// Rays of one kind, in the order in which a renderer would send them.
 pub struct RaySet<'a> {

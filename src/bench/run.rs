@@ -8,8 +8,8 @@ use super::subject::{self, Question, Trees, timed};
 use super::work;
 use super::wrong::Wrong;
 use crate::report::{CounterRow, Row, SceneRecord};
-use crate::scene::Scene;
 use bumpalo::Bump;
+use phalanx_scene::Scene;
 
 /// What came of a scene.
 pub struct Measured {

@@ -8,13 +8,13 @@ use super::ours::{KernelContender, OracleContender};
 use super::plan::{Heading, Plan};
 use super::rays::{RaySet, primary, secondary};
 use super::wrong::Wrong;
-use crate::bvh::{BuildSettings, Bvh};
-use crate::oracle::Forest;
 use crate::peers::Contender;
 use crate::report::{RaySetRecord, SceneRecord};
-use crate::scene::Scene;
-use crate::trace::Kernel;
 use bumpalo::Bump;
+use phalanx_oracle::Forest;
+use phalanx_scene::Scene;
+use phalanx_trace::Kernel;
+use phalanx_trace::bvh::{BuildSettings, Bvh};
 use std::collections::BTreeMap;
 use std::time::Instant;
 

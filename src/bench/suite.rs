@@ -94,7 +94,7 @@ mod tests {
         assert!(suite.scene.iter().any(|scene| scene.quick));
         for scene in &suite.scene {
             assert!(
-                crate::bench::Kind::ALL
+                crate::Kind::ALL
                     .iter()
                     .any(|kind| scene.expected.contains_key(kind.name())),
                 "{}",

@@ -2,14 +2,14 @@
 
 use super::kind;
 use super::subject::Question;
-use crate::bvh::Bvh;
-use crate::packet::HitPacket;
 use crate::report::{CounterRow, WorkRecord};
-use crate::trace::{Kernel, Traversal, Work};
+use phalanx_trace::bvh::Bvh;
+use phalanx_trace::packet::HitPacket;
+use phalanx_trace::{Kernel, Traversal};
 
 /// What a kernel does for a set of rays.
 pub(super) fn count(scene: &str, bvh: &Bvh, kernel: Kernel, question: &Question) -> CounterRow {
-    let mut traversal = Traversal::<Work>::counting(bvh, kernel);
+    let mut traversal = Traversal::counting(bvh, kernel);
     let (queue, all) = (&question.set.queue, 0..question.packets());
     match question.kind().question() {
         kind::Question::Closest => {
@@ -17,7 +17,8 @@ pub(super) fn count(scene: &str, bvh: &Bvh, kernel: Kernel, question: &Question)
             traversal.closest(queue, all, &mut hits);
         }
         kind::Question::Occluded => {
-            traversal.unoccluded(queue, all, question.set.tmax, |_, _| {});
+            let mut blocked = vec![0; all.len()];
+            traversal.occluded(queue, all, question.set.tmax, &mut blocked);
         }
     }
     let work = traversal.work();

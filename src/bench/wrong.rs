@@ -1,6 +1,6 @@
 //! Why there are no rates: a wrong answer, or a scene that gives no rays.
 
-use crate::scene::ViewError;
+use phalanx_scene::ViewError;
 
 /// Why a scene was not measured.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

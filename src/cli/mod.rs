@@ -7,6 +7,7 @@ mod asked;
 mod bench;
 mod budget;
 mod build;
+#[allow(unsafe_code, reason = "a signal handler has no safe name")]
 mod bus_error;
 mod compare;
 mod counts;
@@ -17,6 +18,7 @@ mod format_args;
 mod frames;
 mod generate;
 mod guide;
+#[allow(unsafe_code, reason = "the allocator's settings have no safe name")]
 mod heap;
 mod heat;
 mod info;

@@ -2,7 +2,7 @@
 //! else. The counterpart of `trace::alone`, and what its answers are held against.
 
 use super::intersect::{Hit, Probe, Ray};
-use crate::scene::{Bounds, Scene};
+use phalanx_scene::{Bounds, Scene};
 
 /// How many pairs of a ray and a box meet.
 pub fn boxes(rays: &[Ray], boxes: &[Bounds]) -> u64 {

@@ -1,7 +1,7 @@
 //! One ray against one truncated cone: the formula is explained in `trace::cone`.
 
 use super::intersect::{Hit, Probe, min};
-use crate::scene::Scene;
+use phalanx_scene::Scene;
 
 impl Probe {
     /// Where the ray meets the cone at `i`, if it does at t > 0.

@@ -2,8 +2,8 @@
 
 use super::intersect::{Hit, Probe, Ray, max, min};
 use super::{Oracle, Search};
-use crate::scene::{Bounds, Scene};
 use glam::Vec3;
+use phalanx_scene::{Bounds, Scene};
 
 /// The objects of the world by number: primitives that no mesh claims, then instances, from the number of primitives on.
 pub(super) fn world(scene: &Scene) -> impl Iterator<Item = u32> {

@@ -3,8 +3,8 @@
 //! Each formula stands, with its source, in the file of the same test in `trace`; here it is written out once more in
 //! scalar form, operation for operation in the same order.
 
-use crate::scene::{Bounds, PAD, PrimKind, Scene};
 use glam::Vec3;
+use phalanx_scene::{Bounds, PAD, PrimKind, Scene};
 
 /// A ray: hits count for t > 0 in units of `dir`.
 #[derive(Clone, Copy, Debug)]

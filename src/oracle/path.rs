@@ -6,8 +6,8 @@ use super::intersect::{Hit, Ray};
 use super::pixel::Parts;
 use super::shading::{self, Bounce, Chance, Material, Surface};
 use super::watch::Watch;
-use crate::sampling::Way;
 use glam::Vec3;
+use phalanx_scene::sampling::Way;
 
 /// A ray to be traced, and what its light is multiplied with.
 pub(super) struct Onward {

@@ -1,8 +1,8 @@
 //! A pixel while its camera rays come in, and when they are all there.
 
 use super::intersect::{Hit, Ray};
-use crate::sampling::Gathered;
 use glam::Vec3;
+use phalanx_scene::sampling::Gathered;
 
 /// Light by the way it came.
 #[derive(Clone, Copy, Debug, Default)]

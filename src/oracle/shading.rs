@@ -3,13 +3,13 @@
 use super::instance::moved;
 use super::intersect::{Hit, Ray, largest, max, min};
 use super::texture::tint;
-use crate::sampling::{
+use glam::Vec3;
+use phalanx_scene::sampling::{
     Purpose, Way, around, hemisphere, lobe, onward, points, pow, seeds, sphere as sphere_point,
 };
-use crate::scene::{
+use phalanx_scene::{
     BEYOND_BOXES, IN_DOUBLE, LightShape, OF_EDGES, OF_WAY, PAD, PrimKind, ROUNDING, Scene,
 };
-use glam::Vec3;
 
 /// One row of the material columns.
 pub(super) struct Material {

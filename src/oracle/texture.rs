@@ -1,9 +1,9 @@
 //! The texture's colour at one hit; explained in `shade`, where it is written for eight.
 
 use super::intersect::{Hit, max, min};
-use crate::sampling::linear_of_srgb;
-use crate::scene::{NO_TEXTURE, PrimKind, Scene, Texture, Wrap};
 use glam::Vec3;
+use phalanx_scene::sampling::linear_of_srgb;
+use phalanx_scene::{NO_TEXTURE, PrimKind, Scene, Texture, Wrap};
 
 /// What Ka and Kd are multiplied with, on a stored primitive.
 pub(super) fn tint(scene: &Scene, texture: u32, prim: u32, hit: &Hit) -> Vec3 {

@@ -3,8 +3,8 @@
 //! engine's tree is part of the proof: no picture may depend on the tree.
 
 use super::intersect::{Hit, Probe, min};
-use crate::scene::{Bounds, Scene};
 use glam::Vec3;
+use phalanx_scene::{Bounds, Scene};
 
 /// Buckets per axis of the builder.
 const BINS: usize = 16;

@@ -1,7 +1,7 @@
 //! What a sample that halves a cell knows of the lights from the samples around it, and what it sees of them.
 
-use crate::sampling::{Cells, SIGHTS, Sight, trail};
 use glam::Vec3;
+use phalanx_scene::sampling::{Cells, SIGHTS, Sight, trail};
 
 /// The hits of a sample that others ask about.
 pub(super) struct Sights<'c> {

@@ -2,12 +2,12 @@
 //! rounds of the packet engine, each of which asks again who needs more.
 
 use super::cells::within;
-use super::film::Pixels;
 use super::packets::{PacketPainter, push_block};
-use super::tiles::Tile;
-use crate::camera::Camera;
-use crate::packet::RayQueue;
-use crate::sampling::{Adaptive, BLOCK, Gathered, Sampling};
+use phalanx_scene::camera::Camera;
+use phalanx_scene::film::Pixels;
+use phalanx_scene::film::Tile;
+use phalanx_scene::sampling::{Adaptive, BLOCK, Gathered, Sampling};
+use phalanx_trace::packet::RayQueue;
 use std::ops::Range;
 
 impl PacketPainter<'_> {

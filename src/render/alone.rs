@@ -2,10 +2,10 @@
 //! calls of `shade`, and pushes into queues.
 
 use super::wave::{Colors, RayView, surfaces};
-use crate::packet::{HitPacket, RayQueue};
-use crate::scene::Scene;
 use crate::shade::Surface;
 use bumpalo::Bump;
+use phalanx_scene::Scene;
+use phalanx_trace::packet::{HitPacket, RayQueue};
 use std::ops::Range;
 
 /// The surfaces of hits, grouped by kind and material into batches of eight, as a wave of some packets of a queue makes

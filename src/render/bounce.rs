@@ -2,10 +2,10 @@
 
 use super::levels::Bounces;
 use super::wave::{Engine, RayView};
-use crate::lanes::{F32x8, Lanes, Vec3x8};
-use crate::sampling::{Way, onward};
 use crate::shade::{Bounces as Outgoing, Material, Surface, bounces, spread};
 use bumpalo::Bump;
+use phalanx_scene::sampling::{Way, onward};
+use phalanx_trace::simd::{F32x8, Lanes, Vec3x8};
 
 /// Queues the mirror rays of all hits, then the refracted ones, but for those that are not worth
 /// tracing.

@@ -2,16 +2,16 @@
 //! those before have left open.
 
 use super::adaptive::{corners, size_of};
-use super::film::Pixels;
-use super::layers::{Aov, Light};
 use super::levels::CAMERA_RAYS;
 use super::packets::{PacketPainter, Traced, push_places};
 use super::sights::Sights;
-use super::tiles::Tile;
-use crate::camera::Camera;
-use crate::lanes::LANES;
-use crate::packet::RayQueue;
-use crate::sampling::{Adaptive, Answer, BLOCK, Cells, SIGHTS, Sampling, Sight};
+use phalanx_scene::camera::Camera;
+use phalanx_scene::film::Pixels;
+use phalanx_scene::film::Tile;
+use phalanx_scene::film::{Aov, Light};
+use phalanx_scene::sampling::{Adaptive, Answer, BLOCK, Cells, SIGHTS, Sampling, Sight};
+use phalanx_trace::packet::RayQueue;
+use phalanx_trace::simd::LANES;
 
 /// Samples that are kept at once, of a block or more, if all come that may: with what belongs to them about 110 bytes each.
 const SAMPLES: u32 = 1 << 16;

@@ -1,17 +1,17 @@
 //! What each pixel's camera ray costs the packet engine to trace, for pictures of it.
 
-use super::film::Pixels;
 use super::packets::push_camera_rays;
 use super::stats::{RayCounts, RenderStats};
-use super::tiles::Tile;
 use super::workers::Painter;
-use crate::bvh::Bvh;
-use crate::camera::Camera;
-use crate::lanes::{F32x8, LaneMask, Mask8};
-use crate::packet::{HitPacket, RayQueue};
-use crate::sampling::Sampling;
-use crate::trace::{Kernel, Tracer, Traversal, Work};
 use bumpalo::Bump;
+use phalanx_scene::camera::Camera;
+use phalanx_scene::film::Pixels;
+use phalanx_scene::film::Tile;
+use phalanx_scene::sampling::Sampling;
+use phalanx_trace::bvh::Bvh;
+use phalanx_trace::packet::{HitPacket, RayQueue};
+use phalanx_trace::simd::{LaneMask, Mask8};
+use phalanx_trace::{Kernel, Tracer, Traversal};
 use std::time::Instant;
 
 /// What is counted of a camera ray.
@@ -32,7 +32,7 @@ const REPEATS: usize = 3;
 pub struct CostPainter<'a> {
     camera: &'a Camera,
     cost: Cost,
-    alone: Tracer<'a, F32x8, Work>,
+    alone: Tracer<'a>,
     together: Traversal<'a>,
     arena: Bump,
     primary: u64,
@@ -44,7 +44,7 @@ impl<'a> CostPainter<'a> {
         CostPainter {
             camera,
             cost,
-            alone: Tracer::counting(bvh),
+            alone: Tracer::new(bvh),
             together: Traversal::new(bvh, kernel),
             arena: Bump::new(),
             primary: 0,
@@ -105,18 +105,19 @@ fn time(tracer: &mut Traversal, rays: &RayQueue, packets: std::ops::Range<usize>
 
 /// What one lane costs in a packet of its own.
 pub(super) fn count(
-    tracer: &mut Tracer<F32x8, Work>,
+    tracer: &mut Tracer,
     rays: &RayQueue,
     packet: usize,
     lane: usize,
     cost: Cost,
 ) -> f32 {
     let (packet, _) = rays.packet(packet, f32::INFINITY);
-    tracer.work = Work::default();
+    tracer.take_work();
     tracer.closest(&packet, Mask8::from_bits(1 << lane));
-    let lanes = crate::lanes::LANES as u64;
+    let work = tracer.take_work();
+    let lanes = phalanx_trace::simd::LANES as u64;
     match cost {
-        Cost::Prims => (tracer.work.prim_tests / lanes) as f32,
-        _ => tracer.work.node_visits as f32,
+        Cost::Prims => (work.prim_tests / lanes) as f32,
+        _ => work.node_visits as f32,
     }
 }

@@ -1,12 +1,12 @@
 //! What is to be known of the rays of a wave beside their radiance: hits, and what the layers tell.
 
-use super::layers::{Aovs, Look};
 use super::wave::Colors;
-use crate::lanes::{LANES, LaneMask, Vec3x8};
-use crate::packet::{HitPacket, RayQueue};
-use crate::scene::Scene;
 use crate::shade::{Material, Surface};
 use bumpalo::Bump;
+use phalanx_scene::Scene;
+use phalanx_scene::film::{Aovs, Look};
+use phalanx_trace::packet::{HitPacket, RayQueue};
+use phalanx_trace::simd::{LANES, LaneMask, Vec3x8};
 use std::ops::Range;
 
 /// By ray of the wave.

@@ -16,11 +16,11 @@
 use super::kept::Kept;
 use super::sights::Sights;
 use super::wave::{Colors, Engine, RayView, fold, wave};
-use crate::lanes::LANES;
-use crate::packet::{Columns, QueueRoom, RayQueue};
-use crate::scene::Scene;
 use crate::shade::Material;
 use bumpalo::Bump;
+use phalanx_scene::Scene;
+use phalanx_trace::packet::{Columns, QueueRoom, RayQueue};
+use phalanx_trace::simd::LANES;
 use std::ops::Range;
 
 /// Bytes of all levels but the first, unless one packet a level needs more. The rays of a tile of the default side are
@@ -312,7 +312,7 @@ mod tests {
 
     fn scene(ks: Vec3, kt: Vec3) -> Scene {
         let mut scene = Scene::default();
-        let surface = crate::scene::Surface {
+        let surface = phalanx_scene::Surface {
             ks,
             kt,
             ..Default::default()

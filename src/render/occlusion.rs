@@ -2,10 +2,10 @@
 
 use super::kept::Kept;
 use super::wave::{Colors, Engine, RayView, surfaces};
-use crate::lanes::{LANES, LaneMask, Mask8, Vec3x8};
-use crate::packet::{HitPacket, RayQueue};
 use crate::shade::skyward;
 use bumpalo::Bump;
+use phalanx_trace::packet::{HitPacket, RayQueue};
+use phalanx_trace::simd::{LANES, LaneMask, Mask8, Vec3x8};
 
 /// Traces a wave and writes to `colors`, which are black, 1 for rays whose hit sends a ray that meets nothing within `reach`, and the
 /// background for those that hit nothing. `kept` receives what is to be known of them beside that.
@@ -33,15 +33,16 @@ pub(super) fn occlusion(
     }
     engine.stats.rays.shadow += queue.len() as u64;
     let all = 0..queue.packets();
-    engine
-        .traversal
-        .unoccluded(&queue, all, reach, |packet, open| {
-            let (white, hit) = queue.purpose(packet);
-            for lane in Mask8::from_bits(open as u32).lanes() {
-                let ray = hit[lane] as usize;
-                colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| white[c][lane]));
-            }
-        });
+    let blocked = arena.alloc_slice_fill_copy(all.len(), 0);
+    engine.traversal.occluded(&queue, all, reach, blocked);
+    for (packet, &blocked) in blocked.iter().enumerate() {
+        let (white, hit) = queue.purpose(packet);
+        let open = queue.active(packet) & !Mask8::from_bits(u32::from(blocked));
+        for lane in open.lanes() {
+            let ray = hit[lane] as usize;
+            colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| white[c][lane]));
+        }
+    }
     if let Some(kept) = kept {
         kept.take(engine.scene, surfaces, tints, colors);
     }

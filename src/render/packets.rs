@@ -2,24 +2,27 @@
 
 use super::cells::Room;
 use super::cost::{Cost, count};
-use super::film::Pixels;
 use super::kept::Kept;
-use super::layers::{Aov, Aovs, Light};
 use super::levels::{Levels, waves};
 use super::occlusion::occlusion;
 use super::sights::Sights;
 use super::stats::RenderStats;
-use super::tiles::Tile;
 use super::wave::{Colors, Engine, RayView};
 use super::workers::Painter;
-use crate::bvh::Bvh;
-use crate::camera::Camera;
-use crate::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
-use crate::packet::{Columns, NO_PRIM, RayQueue, packets_for};
-use crate::sampling::{BlockPixels, Gathered, Places, Purpose, Sampling, disc, points, seeds};
-use crate::scene::Scene;
-use crate::trace::{Kernel, Tracer, Traversal, Work};
 use bumpalo::Bump;
+use phalanx_scene::Scene;
+use phalanx_scene::camera::Camera;
+use phalanx_scene::film::Pixels;
+use phalanx_scene::film::Tile;
+use phalanx_scene::film::{Aov, Aovs, Light};
+use phalanx_scene::sampling::{
+    BlockPixels, Gathered, Places, Purpose, Sampling, disc, points, seeds,
+};
+use phalanx_trace::bvh::Bvh;
+use phalanx_trace::packet::camera::{directions, through_lens};
+use phalanx_trace::packet::{Columns, NO_PRIM, RayQueue, packets_for};
+use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+use phalanx_trace::{Kernel, Tracer, Traversal};
 
 /// Paints tiles with packets of eight rays.
 pub struct PacketPainter<'a> {
@@ -103,7 +106,7 @@ impl<'a> PacketPainter<'a> {
 
     /// With what else is to be told of each pixel.
     pub fn with_layers(self, aovs: Aovs) -> Self {
-        let alone = aovs.has(Aov::Cost).then(|| Tracer::counting(self.bvh));
+        let alone = aovs.has(Aov::Cost).then(|| Tracer::new(self.bvh));
         PacketPainter {
             aovs,
             alone,
@@ -269,9 +272,9 @@ pub(super) fn push_block(
         let (row, column) = (F32x8::new(row), F32x8::new(column));
         let (org, dir) = if camera.has_lens() {
             let at = disc(points(seeds(columns, rows), sample, Purpose::Lens));
-            camera.through_lens_wide(row, column, at.map(F32x8::new))
+            through_lens(camera, row, column, at.map(F32x8::new))
         } else {
-            (eye, camera.directions(row, column))
+            (eye, directions(camera, row, column))
         };
         if rays.has_seeds() {
             rays.push_seeds(inside, &seeds(columns, rows));
@@ -290,7 +293,7 @@ pub(super) fn push_places(
     pixels: &[u32; LANES],
 ) {
     let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
-    let dir = camera.directions(F32x8::new(places.row), F32x8::new(places.column));
+    let dir = directions(camera, F32x8::new(places.row), F32x8::new(places.column));
     let counts = Vec3x8::new(F32x8::new(places.weight), F32x8::ZERO, F32x8::ZERO);
     rays.push(Mask8::first(count), eye, dir, counts, pixels);
 }
@@ -316,7 +319,7 @@ fn inside(tile: Tile, x: u32, y: u32) -> Mask8 {
 }
 
 /// What counts nodes, where they are to be told.
-type Counter<'a> = Option<Tracer<'a, F32x8, Work>>;
+type Counter<'a> = Option<Tracer<'a>>;
 
 /// What came of some camera rays.
 pub(super) struct Traced<'a> {

@@ -3,11 +3,11 @@
 
 use super::cells::Asked;
 use super::wave::Colors;
-use crate::lanes::{LANES, LaneMask, Mask8, Vec3x8};
-use crate::packet::{HitPacket, RayQueue};
-use crate::sampling::{Cells, SIGHTS, Sight, trail};
 use crate::shade::Surface;
 use bumpalo::Bump;
+use phalanx_scene::sampling::{Cells, SIGHTS, Sight, trail};
+use phalanx_trace::packet::{HitPacket, RayQueue};
+use phalanx_trace::simd::{LANES, LaneMask, Mask8, Vec3x8};
 use std::ops::Range;
 
 /// Of a wave of camera rays that were asked for, or of one of their bounces.

@@ -6,12 +6,12 @@ use super::kept::Kept;
 use super::levels::Bounces;
 use super::sights::{Known, Sights};
 use super::stats::RenderStats;
-use crate::lanes::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
-use crate::packet::{Columns, HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
-use crate::scene::{PrimKind, Scene};
 use crate::shade::{Batch, Material, Surface, UNTINTED, light_places, sample_light, surface, tint};
-use crate::trace::Traversal;
 use bumpalo::Bump;
+use phalanx_scene::{PrimKind, Scene};
+use phalanx_trace::Traversal;
+use phalanx_trace::packet::{Columns, HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
+use phalanx_trace::simd::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
 use std::ops::Range;
 
 /// What every wave needs.
@@ -351,6 +351,7 @@ fn ask_lights(
     colors: &mut [Colors],
 ) {
     let mut queue = RayQueue::with_capacity(arena, surfaces.len() * LANES);
+    let room = arena.alloc_slice_fill_copy(surfaces.len(), 0);
     for light in 0..engine.scene.lights.len() {
         queue.clear();
         let places = |seeds| light_places(engine.scene, light, seeds, engine.sample);
@@ -378,18 +379,19 @@ fn ask_lights(
             1.0
         };
         let all = 0..queue.packets();
-        engine
-            .traversal
-            .unoccluded(&queue, all, tmax, |packet, seen| {
-                let (radiance, hit) = queue.purpose(packet);
-                for lane in Mask8::from_bits(seen as u32).lanes() {
-                    let ray = hit[lane] as usize;
-                    colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| radiance[c][lane]));
-                    if let Some(known) = &mut known {
-                        known.saw(light, hit[lane]);
-                    }
+        let blocked = &mut room[..all.len()];
+        engine.traversal.occluded(&queue, all, tmax, blocked);
+        for (packet, &blocked) in blocked.iter().enumerate() {
+            let (radiance, hit) = queue.purpose(packet);
+            let lit = queue.active(packet) & !Mask8::from_bits(u32::from(blocked));
+            for lane in lit.lanes() {
+                let ray = hit[lane] as usize;
+                colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| radiance[c][lane]));
+                if let Some(known) = &mut known {
+                    known.saw(light, hit[lane]);
                 }
-            });
+            }
+        }
     }
 }
 

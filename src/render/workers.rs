@@ -1,8 +1,8 @@
 //! Workers that take tiles until none is left; the only place that names core_affinity.
 
-use super::film::{Pixels, Sink};
 use super::stats::RenderStats;
-use super::tiles::Tile;
+use phalanx_scene::film::Tile;
+use phalanx_scene::film::{Pixels, Sink};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::time::Instant;
 

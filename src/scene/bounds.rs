@@ -19,21 +19,25 @@ impl Bounds {
     };
 
     /// A box from its corners.
+    #[inline]
     pub fn new(lo: Vec3, hi: Vec3) -> Self {
         Bounds { lo, hi }
     }
 
     /// Whether it holds nothing.
+    #[inline]
     pub fn is_empty(self) -> bool {
         !self.lo.cmple(self.hi).all()
     }
 
     /// The smallest box around both.
+    #[inline]
     pub fn union(self, other: Bounds) -> Bounds {
         Bounds::new(self.lo.min(other.lo), self.hi.max(other.hi))
     }
 
     /// Half the surface area, the measure of the surface area heuristic; 0 for the empty box.
+    #[inline]
     pub fn half_area(self) -> f32 {
         if self.is_empty() {
             return 0.0;
@@ -45,7 +49,8 @@ impl Bounds {
     /// The box that a hit on the boxed primitive must pass, and from which every node of every tree is made.
     ///
     /// Grown on all sides by [`PAD`] times its largest coordinate, which covers the rounding error of the hit point:
-    /// see [`crate::trace`], "Why no tree can lose a hit".
+    /// see `trace::traverse`, "Why no tree can lose a hit".
+    #[inline]
     pub fn padded(self) -> Bounds {
         let pad = Vec3::splat(PAD * self.lo.abs().max(self.hi.abs()).max_element());
         Bounds::new(self.lo - pad, self.hi + pad)
@@ -76,7 +81,7 @@ pub const IN_DOUBLE: f32 = 1.0 / 1_099_511_627_776.0;
 pub const BEYOND_BOXES: f32 = 4.0 * PAD;
 
 /// And as shares of the triangle's edges, at least and at most: from the first on, `f32` tells most
-/// rays that the triangle is behind them (`crate::trace`, distances); the second is nothing that
+/// rays that the triangle is behind them (`trace::traverse`, distances); the second is nothing that
 /// one sees.
 pub const OF_EDGES: [f32; 2] = [1.0 / 16_384.0, 1.0 / 1024.0];
 

@@ -19,16 +19,19 @@ enum Storage<T: 'static> {
 
 impl<T> Column<T> {
     /// A column without rows.
+    #[inline]
     pub const fn new() -> Column<T> {
         Column(Storage::Owned(Vec::new()))
     }
 
     /// Rows that live elsewhere, and what keeps them alive. No longer borrow than the column's own is ever given out.
+    #[inline]
     pub fn mapped(rows: &'static [T], keeper: Arc<dyn Any + Send + Sync>) -> Column<T> {
         Column(Storage::Mapped { rows, keeper })
     }
 
     /// Bytes of memory that are the column's own; mapped rows are the file's.
+    #[inline]
     pub fn memory_bytes(&self) -> usize {
         match &self.0 {
             Storage::Owned(rows) => rows.capacity() * size_of::<T>(),
@@ -37,6 +40,7 @@ impl<T> Column<T> {
     }
 
     /// Bytes of its rows, wherever they are.
+    #[inline]
     pub fn row_bytes(&self) -> usize {
         size_of_val::<[T]>(self)
     }
@@ -44,6 +48,7 @@ impl<T> Column<T> {
 
 impl<T: Clone> Column<T> {
     /// The rows as a vector to be changed.
+    #[inline]
     pub fn make_mut(&mut self) -> &mut Vec<T> {
         if let Storage::Mapped { rows, .. } = &self.0 {
             self.0 = Storage::Owned(rows.to_vec());
@@ -61,11 +66,13 @@ impl<T: Clone> Column<T> {
     }
 
     /// Makes room for more rows.
+    #[inline]
     pub fn reserve(&mut self, more: usize) {
         self.make_mut().reserve(more);
     }
 
     /// Gives back what was reserved and is not used.
+    #[inline]
     pub fn shrink_to_fit(&mut self) {
         if let Storage::Owned(rows) = &mut self.0 {
             rows.shrink_to_fit();
@@ -73,11 +80,13 @@ impl<T: Clone> Column<T> {
     }
 
     /// Appends copies of rows, within the room that was reserved.
+    #[inline]
     pub fn extend_from(&mut self, rows: &[T]) {
         self.make_mut().extend_from_slice(rows);
     }
 
     /// Appends the rows of another column, or takes it over where this one is empty.
+    #[inline]
     pub fn append(&mut self, other: Column<T>) {
         match (self.is_empty(), other.0) {
             (true, storage) => self.0 = storage,

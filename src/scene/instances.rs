@@ -14,16 +14,19 @@ pub struct Meshes {
 
 impl Meshes {
     /// Number of meshes.
+    #[inline]
     pub fn len(&self) -> usize {
         self.first.len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.first.is_empty()
     }
 
     /// The primitives of a mesh.
+    #[inline]
     pub fn prims(&self, mesh: usize) -> std::ops::Range<u32> {
         let first = self.first[mesh];
         first..first + self.count[mesh]
@@ -54,11 +57,13 @@ pub struct NotInvertible;
 
 impl Instances {
     /// Number of instances.
+    #[inline]
     pub fn len(&self) -> usize {
         self.mesh.len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.mesh.is_empty()
     }
@@ -105,12 +110,14 @@ impl Instances {
     }
 
     /// Whether both maps are such as [`super::Scene::add_instance`] takes, but for being each other's inverse.
+    #[inline]
     pub(super) fn has_moderate_maps(&self, i: usize) -> bool {
         is_moderate(&self.world_columns(i)) && is_moderate(&self.object_columns(i))
     }
 
     /// World bounds of an instance of a mesh with these bounds, grown by what the rounding of the two maps can
     /// amount to: [`PAD`] of the largest number that each of them adds up.
+    #[inline]
     pub fn bounds(&self, i: usize, mesh: Bounds) -> Bounds {
         if mesh.is_empty() {
             return Bounds::EMPTY;

@@ -40,11 +40,13 @@ pub enum LightShape {
 
 impl Lights {
     /// Number of lights.
+    #[inline]
     pub fn len(&self) -> usize {
         self.directional.len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.directional.is_empty()
     }
@@ -64,6 +66,7 @@ impl Lights {
     }
 
     /// Whether light `i` has an area.
+    #[inline]
     pub fn has_area(&self, i: usize) -> bool {
         matches!(
             self.shape(i),
@@ -72,6 +75,7 @@ impl Lights {
     }
 
     /// The middle of a light that has a place.
+    #[inline]
     pub fn middle(&self, i: usize) -> Vec3 {
         match self.shape(i) {
             LightShape::Rectangle([e, f]) => (self.place.get(i) + e * 0.5) + f * 0.5,
@@ -80,16 +84,19 @@ impl Lights {
     }
 
     /// Adds a point light with attenuation (const, lin, quad).
+    #[inline]
     pub fn add_point(&mut self, position: Vec3, color: Vec3, attenuation: Vec3) {
         self.add(false, position, color, attenuation);
     }
 
     /// Adds a directional light; `toward` is the unit vector toward it.
+    #[inline]
     pub fn add_directional(&mut self, toward: Vec3, color: Vec3) {
         self.add(true, toward, color, Vec3::X);
     }
 
     /// Adds the surface of a sphere.
+    #[inline]
     pub fn add_sphere(&mut self, center: Vec3, radius: f32, color: Vec3, attenuation: Vec3) {
         self.add(false, center, color, attenuation);
         let last = self.len() - 1;

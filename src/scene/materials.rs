@@ -72,11 +72,13 @@ pub struct Materials {
 
 impl Materials {
     /// Number of materials.
+    #[inline]
     pub fn len(&self) -> usize {
         self.ior.len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.ior.is_empty()
     }
@@ -137,6 +139,7 @@ pub struct Palette {
 
 impl Palette {
     /// The row of `surface`, appended where it is new.
+    #[inline]
     pub fn row(&mut self, surface: &Surface, materials: &mut Materials) -> u32 {
         *self
             .rows

@@ -38,6 +38,7 @@ impl Prim {
     pub const MAX_INDEX: u32 = (1 << 30) - 1;
 
     /// Packs a kind and an index.
+    #[inline]
     pub fn new(kind: PrimKind, index: u32) -> Self {
         assert!(index <= Self::MAX_INDEX, "more than 2^30 primitives");
         Prim((kind as u32) << 30 | index)

@@ -28,12 +28,12 @@ impl Scene {
     }
 
     /// Whether camera and lights lie within the comfortable range.
-    pub(crate) fn is_comfortable(&self) -> bool {
+    pub fn is_comfortable(&self) -> bool {
         self.largest_of_view_and_lights() <= f64::from(COMFORT)
     }
 
     /// Largest coordinate of the comfortable range, in the file's units.
-    pub(crate) fn comfort(&self) -> f64 {
+    pub fn comfort(&self) -> f64 {
         f64::from(COMFORT) / f64::from(self.unit)
     }
 

@@ -16,11 +16,13 @@ pub struct Spheres {
 
 impl Spheres {
     /// Number of spheres.
+    #[inline]
     pub fn len(&self) -> usize {
         self.radius.len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.radius.is_empty()
     }
@@ -39,11 +41,13 @@ pub struct Ellipsoids {
 
 impl Ellipsoids {
     /// Number of ellipsoids.
+    #[inline]
     pub fn len(&self) -> usize {
         self.material.len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.material.is_empty()
     }
@@ -74,6 +78,7 @@ impl Ellipsoids {
     }
 
     /// World bounds: centre ± the length of each row of the matrix (the support function of an ellipsoid).
+    #[inline]
     pub fn bounds(&self, i: usize) -> Bounds {
         let [x, y, z, center] = self.world_columns(i);
         let reach = Vec3::new(
@@ -119,15 +124,18 @@ pub struct Cones {
 
 impl Cones {
     /// Number of cones.
+    #[inline]
     pub fn len(&self) -> usize {
         self.material.len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.material.is_empty()
     }
 
+    #[inline]
     pub(super) fn push(&mut self, cone: Cone, material: u32) {
         self.base.push(cone.base);
         self.apex.push(cone.apex);
@@ -162,6 +170,7 @@ impl Cones {
     }
 
     /// The cone's profile, for the point and the normal of a hit.
+    #[inline]
     pub fn profile(&self, i: usize) -> ConeProfile {
         let sides = Sides::of(&self.get(i));
         ConeProfile {

@@ -66,11 +66,13 @@ impl Default for MeshMaterial {
 
 impl Triangles {
     /// Number of triangles.
+    #[inline]
     pub fn len(&self) -> usize {
         self.material.len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.material.is_empty()
     }

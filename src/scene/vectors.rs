@@ -16,16 +16,19 @@ pub struct Vec3s {
 
 impl Vec3s {
     /// Number of vectors.
+    #[inline]
     pub fn len(&self) -> usize {
         self.x.len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.x.is_empty()
     }
 
     /// Appends one vector.
+    #[inline]
     pub fn push(&mut self, v: Vec3) {
         self.x.push(v.x);
         self.y.push(v.y);
@@ -39,11 +42,13 @@ impl Vec3s {
     }
 
     /// Replaces the vector at `i`.
+    #[inline]
     pub fn set(&mut self, i: usize, v: Vec3) {
         (self.x[i], self.y[i], self.z[i]) = (v.x, v.y, v.z);
     }
 
     /// Appends another's rows, or takes it over where this one is empty.
+    #[inline]
     pub fn append(&mut self, other: Vec3s) {
         self.x.append(other.x);
         self.y.append(other.y);
@@ -51,16 +56,19 @@ impl Vec3s {
     }
 
     /// The three columns.
+    #[inline]
     pub fn parts(&self) -> [&Column<f32>; 3] {
         [&self.x, &self.y, &self.z]
     }
 
     /// The three columns, to be changed.
+    #[inline]
     pub fn parts_mut(&mut self) -> [&mut Column<f32>; 3] {
         [&mut self.x, &mut self.y, &mut self.z]
     }
 
     /// Bytes of all rows.
+    #[inline]
     pub fn row_bytes(&self) -> usize {
         self.parts().iter().map(|c| c.row_bytes()).sum()
     }
@@ -77,16 +85,19 @@ pub struct Vec2s {
 
 impl Vec2s {
     /// Number of vectors.
+    #[inline]
     pub fn len(&self) -> usize {
         self.x.len()
     }
 
     /// Whether there are none.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.x.is_empty()
     }
 
     /// Appends one vector.
+    #[inline]
     pub fn push(&mut self, v: Vec2) {
         self.x.push(v.x);
         self.y.push(v.y);
@@ -99,12 +110,14 @@ impl Vec2s {
     }
 
     /// Appends another's rows, or takes it over where this one is empty.
+    #[inline]
     pub fn append(&mut self, other: Vec2s) {
         self.x.append(other.x);
         self.y.append(other.y);
     }
 
     /// Bytes of all rows.
+    #[inline]
     pub fn row_bytes(&self) -> usize {
         self.x.row_bytes() + self.y.row_bytes()
     }

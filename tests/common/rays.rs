@@ -125,11 +125,14 @@ impl<'a> Engines<'a> {
         assert_eq!(blocked.bits(), truth, "{rays:?} before {tmax}");
         let arena = Bump::new();
         let queue = queue(&arena, rays);
-        let all = Mask8::first(rays.len()).bits();
         for (name, traversal) in &mut self.others {
-            let mut seen = 0;
-            traversal.unoccluded(&queue, 0..1, tmax, |_, lanes| seen = u32::from(lanes));
-            assert_eq!(all & !seen, truth, "{name}, {rays:?} before {tmax}");
+            let mut blocked = [0];
+            traversal.occluded(&queue, 0..1, tmax, &mut blocked);
+            assert_eq!(
+                u32::from(blocked[0]),
+                truth,
+                "{name}, {rays:?} before {tmax}"
+            );
         }
         truth
     }

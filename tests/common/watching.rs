@@ -1,4 +1,5 @@
 //! The allocator of tests that watch how much memory is asked for at once. It serves the whole binary that names this file.
+#![allow(unsafe_code, reason = "an allocator that counts")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,169 +1,152 @@
 //! Who may import whom, which file owns which crate, and what may not stand in the sources at all.
 //!
-//! Read from the text of `src`: comments and string literals are blanked out first, then every path that starts with
-//! `crate::` (or, in the binary, `phalanx::`) is looked up in the table.
+//! Cargo keeps crates apart; what stands here is who may depend on whom, and the rooms within a crate. Read from the text of
+//! `src`: comments and string literals are blanked out first, then every path that starts with `crate::` is looked up.
 
 mod source;
 
 use source::{code_of, imported, imported_crate, places, sources};
 
-/// A room, what it may import, and why no more.
-struct Row {
-    room: &'static str,
-    may: &'static [&'static str],
-    why: &'static str,
-}
-
-const fn row(room: &'static str, may: &'static [&'static str], why: &'static str) -> Row {
-    Row { room, may, why }
-}
-
-const TABLE: [Row; 22] = [
-    row("scene", &[], "what is traced does not depend on how"),
-    row("lanes", &[], "numbers know nothing of rays"),
-    row("sampling", &[], "a definition both engines share"),
-    row("formats", &["scene"], "bytes become a scene, no more"),
-    row(
-        "standard",
-        &["scene"],
-        "a generator is a reader without a file",
-    ),
-    row(
-        "bvh",
-        &["scene", "lanes"],
-        "a tree of boxes, whoever walks it; its blocks are as wide as lanes",
-    ),
-    row(
-        "cache",
-        &["scene", "bvh"],
-        "columns and tree as they are, whatever they came from",
-    ),
-    row(
-        "open",
-        &["scene", "bvh", "formats", "standard", "cache"],
-        "the one place that knows everything a scene comes from",
-    ),
-    row(
-        "camera",
-        &["scene", "lanes"],
-        "rays of a view, scalar and eight-wide",
-    ),
-    row(
-        "packet",
-        &["lanes"],
-        "columns of lanes, whatever they are for",
-    ),
-    row(
+/// Crates beneath `src`, which of the others each may depend on, and why no more.
+const CRATES: [(&str, &[&str], &str); 6] = [
+    ("scene", &[], "what is traced does not depend on how"),
+    (
         "trace",
-        &["bvh", "scene", "packet", "lanes", "isa"],
+        &["scene"],
         "finds hits; what they look like is not its business",
     ),
-    row(
-        "shade",
-        &["scene", "packet", "lanes", "sampling"],
-        "emits queues and never traces: data goes forward only",
-    ),
-    row(
-        "render",
-        &[
-            "scene", "camera", "bvh", "packet", "trace", "shade", "lanes", "sampling",
-        ],
-        "the one place where the stages meet; reads no files, knows no oracle",
-    ),
-    row(
+    (
         "oracle",
-        &["scene", "camera", "sampling"],
+        &["scene"],
         "a proof must not share what it proves",
     ),
-    row(
-        "frame",
-        &[
-            "scene", "camera", "bvh", "render", "oracle", "trace", "sampling",
-        ],
-        "chooses an engine and runs it",
+    (
+        "io",
+        &["scene", "trace"],
+        "files know scenes and trees, and no renderer",
     ),
-    row(
-        "image",
-        &["scene", "render"],
-        "writes films by the scene's tone",
+    (
+        "render",
+        &["scene", "trace", "oracle", "io"],
+        "measures nothing",
     ),
-    row(
-        "jobs",
-        &["scene", "cache", "frame", "render", "image"],
+    (
+        "bench",
+        &["scene", "trace", "oracle", "render"],
+        "opens no files: scenes are given",
+    ),
+];
+
+/// Rooms within a crate, and which of the others each may import.
+const ROOMS: [(&str, &[&str], &str); 15] = [
+    ("scene/sampling", &[], "a definition both engines share"),
+    ("scene/film", &["NO_PRIM"], "a picture, whatever is in it"),
+    ("trace/simd", &[], "numbers know nothing of rays"),
+    (
+        "trace/packet",
+        &["simd"],
+        "columns of lanes, whatever they are for",
+    ),
+    (
+        "trace/bvh",
+        &["simd"],
+        "a tree of boxes, whoever walks it; its blocks are as wide as lanes",
+    ),
+    (
+        "trace/traverse",
+        &["simd", "packet", "bvh", "isa"],
+        "asks packets and trees, and nothing above",
+    ),
+    ("io/formats", &[], "bytes become a scene, no more"),
+    ("io/standard", &[], "a generator is a reader without a file"),
+    (
+        "io/cache",
+        &[],
+        "columns and tree as they are, whatever they came from",
+    ),
+    ("io/image", &[], "writes films by the scene's tone"),
+    (
+        "render/shade",
+        &[],
+        "emits queues and never traces: data goes forward only",
+    ),
+    (
+        "render/jobs",
+        &["frame", "RenderStats"],
         "keeps what frames are made of; how a tile is painted is not its business",
     ),
-    row("isa", &[], "asks the processor"),
-    row(
-        "peers",
-        &["scene", "lanes", "packet"],
+    (
+        "bench/peers",
+        &[],
         "other tracers on our rays: they share none of our trees",
     ),
-    row(
-        "report",
-        &["isa"],
+    (
+        "bench/report",
+        &[],
         "numbers to files and pages, whoever measured them",
     ),
-    row(
-        "bench",
-        &[
-            "scene", "camera", "bvh", "lanes", "packet", "trace", "render", "oracle", "frame",
-            "peers", "report", "sampling",
-        ],
-        "runs everything beside everything else, on the same rays",
+    (
+        "cli",
+        &["cli"],
+        "sees the library from outside, as phalanx::",
     ),
-    row("cli", &[], "sees the library from outside, as phalanx::"),
 ];
 
 /// Crates that only some rooms (or files) may name.
 const OWNERS: [(&str, &[&str], &str); 18] = [
     (
         "libc",
-        &["bvh/pages.rs", "cli/bus_error.rs", "cli/heap.rs"],
+        &["trace/bvh/pages.rs", "cli/bus_error.rs", "cli/heap.rs"],
         "the system is asked for pages in one place, and told in others what answers a fault and what memory goes back",
     ),
     (
         "memmap2",
-        &["cache/mapping.rs"],
+        &["io/cache/mapping.rs"],
         "files become memory in one place",
     ),
     (
         "crc32fast",
-        &["cache/", "jobs/", "bench/answer.rs", "bench/fingerprint.rs"],
+        &[
+            "io/cache/",
+            "render/jobs/",
+            "bench/answer.rs",
+            "bench/fingerprint.rs",
+        ],
         "checksums are part of three file formats",
     ),
     (
         "wide",
-        &["lanes/types.rs"],
+        &["trace/simd/types.rs"],
         "the vector crate can be exchanged in one file",
     ),
     (
         "obvhs",
-        &["bvh/", "peers/"],
+        &["trace/bvh/", "bench/peers/"],
         "builders can be exchanged in one room",
     ),
     (
         "libloading",
-        &["peers/embree/api.rs"],
+        &["bench/peers/embree/api.rs"],
         "foreign code comes in at one place",
     ),
     (
         "image",
-        &["image.rs", "image/"],
+        &["io/image/"],
         "encoders can be exchanged in one room",
     ),
     (
         "exr",
-        &["image/exr.rs"],
+        &["io/image/exr.rs"],
         "files of linear radiance are written in one file",
     ),
     (
         "png",
         &[
-            "image/png.rs",
-            "image/mod.rs",
-            "formats/picture.rs",
-            "formats/picture_tests.rs",
-            "formats/texture.rs",
+            "io/image/png.rs",
+            "io/image/mod.rs",
+            "io/formats/picture.rs",
+            "io/formats/picture_tests.rs",
+            "io/formats/texture.rs",
         ],
         "pictures are written row by row in one file, and textures read so in another",
     ),
@@ -174,23 +157,27 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "zune_jpeg",
-        &["formats/picture.rs"],
+        &["io/formats/picture.rs"],
         "one decoder, with its SIMD off, gives every build the same texels",
     ),
-    ("zune_core", &["formats/picture.rs"], "zune_jpeg's options"),
+    (
+        "zune_core",
+        &["io/formats/picture.rs"],
+        "zune_jpeg's options",
+    ),
     (
         "base64",
-        &["formats/gltf/", "report/html/"],
+        &["io/formats/gltf/", "bench/report/html/"],
         "only glTF carries files as text, and a page its pictures",
     ),
     (
         "maud",
-        &["report/html/"],
+        &["bench/report/html/"],
         "markup that escapes what it is given, in one room",
     ),
     (
         "plotters",
-        &["report/html/svg.rs"],
+        &["bench/report/html/svg.rs"],
         "charts can be drawn by another crate, through one file",
     ),
     (
@@ -200,12 +187,12 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "raw_cpuid",
-        &["isa.rs", "report/machine.rs"],
+        &["trace/isa.rs", "bench/report/machine.rs"],
         "what the CPU has, and what it is",
     ),
     (
         "sysinfo",
-        &["report/machine.rs"],
+        &["bench/report/machine.rs"],
         "the system is asked in one place",
     ),
 ];
@@ -241,53 +228,60 @@ const BANNED: [(&str, &[&str], &str); 13] = [
 
 /// The lanes, and what only bounds where hits are.
 const BOUNDS: [&str; 4] = [
-    "lanes/mod.rs",
-    "lanes/types.rs",
-    "trace/beam/look.rs",
-    "trace/cull.rs",
+    "trace/simd/mod.rs",
+    "trace/simd/types.rs",
+    "trace/traverse/beam/look.rs",
+    "trace/traverse/cull.rs",
 ];
 
 /// Files that may hold `unsafe`.
 const UNSAFE_FILES: [&str; 14] = [
-    "bvh/pages.rs",
-    "cache/mapping.rs",
+    "trace/bvh/pages.rs",
+    "io/cache/mapping.rs",
     // Open files are known by their numbers alone.
-    "image/descriptor.rs",
+    "io/image/descriptor.rs",
     "cli/bus_error.rs",
     // The allocator takes numbers through its C interface alone.
     "cli/heap.rs",
-    "trace/beam/descend.rs",
-    "trace/beam/pairs.rs",
-    "trace/beam/waiting.rs",
-    "trace/order.rs",
-    "trace/packet.rs",
-    "trace/prefetch.rs",
-    "trace/single/mod.rs",
+    "trace/traverse/beam/descend.rs",
+    "trace/traverse/beam/pairs.rs",
+    "trace/traverse/beam/waiting.rs",
+    "trace/traverse/order.rs",
+    "trace/traverse/packet.rs",
+    "trace/traverse/prefetch.rs",
+    "trace/traverse/single/mod.rs",
     // A C interface, and the control register that it wants otherwise.
-    "peers/embree/api.rs",
-    "peers/embree/mxcsr.rs",
+    "bench/peers/embree/api.rs",
+    "bench/peers/embree/mxcsr.rs",
 ];
+
+#[test]
+fn crates_depend_on_what_the_table_allows() {
+    for (name, may, why) in CRATES {
+        let path = format!("{}/src/{name}/Cargo.toml", env!("CARGO_MANIFEST_DIR"));
+        let manifest = std::fs::read_to_string(&path).expect("a manifest");
+        let ours = manifest
+            .lines()
+            .filter_map(|line| line.strip_prefix("phalanx-"));
+        for line in ours {
+            let other = line.split(['.', ' ']).next().unwrap_or_default();
+            assert!(may.contains(&other), "{name} depends on {other}: {why}");
+        }
+    }
+}
 
 #[test]
 fn rooms_import_what_the_table_allows() {
     let mut wrong = Vec::new();
-    for source in sources().iter().filter(|s| !s.is_root()) {
-        let room = source.room();
-        let Some(row) = TABLE.iter().find(|row| row.room == room) else {
-            wrong.push(format!("{}: no room of the table", source.path));
+    for source in &sources() {
+        let Some((room, may, why)) = ROOMS.iter().find(|row| source.is_in(row.0)) else {
             continue;
         };
+        let own = room.rsplit('/').next().unwrap_or_default();
         for other in imported(&source.code, "crate") {
-            let known = TABLE.iter().any(|row| row.room == other);
-            let binary = room == "cli" && (other == "cli" || !known);
-            if other != room && !row.may.contains(&other.as_str()) && !binary {
-                let why = row.why;
+            if other != own && !may.contains(&other.as_str()) {
                 wrong.push(format!("{}: {room} imports {other} ({why})", source.path));
             }
-        }
-        let outside = !imported(&source.code, "phalanx").is_empty();
-        if outside && room != "cli" {
-            wrong.push(format!("{}: names its own crate", source.path));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -296,11 +290,14 @@ fn rooms_import_what_the_table_allows() {
 /// A room above another's cannot be reached through `super` either.
 #[test]
 fn super_stays_within_its_room() {
-    for source in sources().iter().filter(|s| !s.is_root()) {
-        let room_depth = source.path.matches('/').count();
+    for source in &sources() {
+        let Some((room, ..)) = ROOMS.iter().find(|row| source.is_in(row.0)) else {
+            continue;
+        };
+        let depth = source.path.matches('/').count() - room.matches('/').count();
         let inner = source.code.contains("mod tests {");
         let module = source.path.ends_with("mod.rs");
-        let levels = room_depth - usize::from(module) + usize::from(inner);
+        let levels = depth - usize::from(module) + usize::from(inner);
         let up = "super::".repeat(levels + 1);
         assert!(
             !source.code.contains(&up),

@@ -5,10 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Files of `src` that are no Rust source.
-const OTHERS: [&str; 1] = ["report/html/style.css"];
-
-/// Files of the crate's root, which belong to no room.
-const ROOTS: [&str; 2] = ["lib.rs", "main.rs"];
+const OTHERS: [&str; 1] = ["bench/report/html/style.css"];
 
 /// One file of `src`.
 pub struct Source {
@@ -19,14 +16,10 @@ pub struct Source {
 }
 
 impl Source {
-    /// The first component of the path, without its ending.
-    pub fn room(&self) -> &str {
-        let first = self.path.split('/').next().unwrap_or_default();
-        first.strip_suffix(".rs").unwrap_or(first)
-    }
-
-    pub fn is_root(&self) -> bool {
-        ROOTS.contains(&self.path.as_str())
+    /// Whether it stands in a room, `trace/simd` for instance.
+    pub fn is_in(&self, room: &str) -> bool {
+        let rest = self.path.strip_prefix(room);
+        rest.is_some_and(|rest| rest.starts_with('/'))
     }
 
     /// Lines (from 1) on which `word` stands with no identifier character around it.
@@ -137,7 +130,7 @@ pub fn sources() -> Vec<Source> {
             }
             let name = path.strip_prefix(&root).expect("below src");
             let name = name.to_string_lossy().replace('\\', "/");
-            if OTHERS.contains(&name.as_str()) {
+            if OTHERS.contains(&name.as_str()) || name.ends_with("/Cargo.toml") {
                 continue;
             }
             assert!(name.ends_with(".rs"), "{name} is no Rust source");

@@ -108,7 +108,11 @@ fn camera_rays() {
             for _ in 0..40 {
                 let rows = [0; LANES].map(|_| rng.below(size.1 as usize) as f32 + 0.5);
                 let columns = [0; LANES].map(|_| rng.below(size.0 as usize) as f32 + 0.5);
-                let wide = camera.directions(F32x8::new(rows), F32x8::new(columns));
+                let wide = phalanx::packet::camera::directions(
+                    &camera,
+                    F32x8::new(rows),
+                    F32x8::new(columns),
+                );
                 let wide = [wide.x, wide.y, wide.z].map(F32x8::to_array);
                 for lane in 0..LANES {
                     let (row, column) = (rows[lane], columns[lane]);

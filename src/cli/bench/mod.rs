@@ -4,6 +4,7 @@ mod args;
 mod bar;
 mod baseline;
 mod pictures;
+mod program;
 mod table;
 
 pub use args::BenchArgs;
@@ -21,10 +22,9 @@ use phalanx::image::replace_file;
 use phalanx::peers::Peer;
 use phalanx::peers::embree::Library;
 use phalanx::report::html::{ScenePictures, page};
-use phalanx::report::{
-    Machine, Program, Record, Run, SCHEMA_VERSION, side_by_side, to_csv, to_json,
-};
+use phalanx::report::{Machine, Record, Run, SCHEMA_VERSION, side_by_side, to_csv, to_json};
 use phalanx::trace::Kernel;
+use program::this_program;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -319,7 +319,7 @@ fn record(
     let limits = wanted.then(|| limits(most, &machine.caches));
     Record {
         schema_version: SCHEMA_VERSION,
-        program: Program::this(),
+        program: this_program(),
         machine,
         run: Run {
             started,

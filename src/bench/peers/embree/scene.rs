@@ -1,0 +1,174 @@
+//! Our scenes as Embree's, and the numbers of its primitives as ours.
+//!
+//! The primitives of the world, and those of each mesh, become two geometries of a scene of Embree's: triangles are
+//! number 0, spheres number 1. An instance of a mesh is an instance of the mesh's scene; in the world's, instance k is
+//! number k + 2.
+//!
+//! Build quality is high, which adds spatial splits to medium: over twice the time to build, and 15 to 24 % more primary
+//! rays on the terrain (1 to 6 % in the room; shadow and diffuse rays −5 to 9 %; Embree 4.4.0, one thread).
+
+use super::api::{Built, Device, Draft, Fault};
+use super::layout::INVALID;
+use phalanx_scene::{PrimKind, Scene};
+use phalanx_trace::packet::NO_PRIM;
+use std::ops::Range;
+use std::sync::Arc;
+
+const TRIANGLES: u32 = 0;
+const SPHERES: u32 = 1;
+const FIRST_INSTANCE: u32 = 2;
+
+/// Builds the world's scene.
+pub(super) fn build(device: &Arc<Device>, scene: &Scene) -> Result<(Built, Numbers), Fault> {
+    let meshes: Result<Vec<(Built, Kinds)>, Fault> = (0..scene.meshes.len())
+        .map(|mesh| {
+            let mut draft = Draft::new(device)?;
+            let run = scene.meshes.prims(mesh);
+            let first = run.start;
+            let kinds = Kinds::add(&mut draft, scene, &[run], first)?;
+            Ok((draft.build()?, kinds))
+        })
+        .collect();
+    let meshes = meshes?;
+    let mut draft = Draft::new(device)?;
+    let world = Kinds::add(&mut draft, scene, &scene.world_runs(), 0)?;
+    let mut instances = Vec::with_capacity(scene.instances.len());
+    for k in 0..scene.instances.len() {
+        let mesh = scene.instances.mesh[k];
+        let columns = scene.instances.world_columns(k).map(|c| c.to_array());
+        let id = FIRST_INSTANCE + k as u32;
+        draft.instance(id, &meshes[mesh as usize].0, &columns)?;
+        instances.push((mesh, scene.instance_first_id(k)));
+    }
+    let built = draft.build()?;
+    let numbers = Numbers {
+        same: instances.is_empty() && world.same(),
+        world,
+        meshes: meshes.into_iter().map(|(_, kinds)| kinds).collect(),
+        instances,
+    };
+    Ok((built, numbers))
+}
+
+/// Where Embree's numbers lead.
+pub(super) struct Numbers {
+    /// Whether every primitive has the number that it has in our scene, so that nothing need be looked up.
+    pub(super) same: bool,
+    world: Kinds,
+    meshes: Vec<Kinds>,
+    /// Mesh and first `prim_id` of each.
+    instances: Vec<(u32, u32)>,
+}
+
+impl Numbers {
+    /// The `prim_id` of a hit.
+    #[inline]
+    pub(super) fn of(&self, prim: u32, geometry: u32, instance: u32) -> u32 {
+        if geometry == INVALID {
+            return NO_PRIM;
+        }
+        if instance == INVALID {
+            return self.world.of(geometry, prim);
+        }
+        let (mesh, first) = self.instances[(instance - FIRST_INSTANCE) as usize];
+        first + self.meshes[mesh as usize].of(geometry, prim)
+    }
+}
+
+/// Numbers of the primitives of one of Embree's scenes, counted from where its mesh begins.
+struct Kinds {
+    triangles: Column,
+    spheres: Column,
+}
+
+/// Numbers of one kind's primitives.
+enum Column {
+    /// One after the other.
+    From(u32),
+    /// Mixed with others'.
+    Each(Vec<u32>),
+}
+
+impl Column {
+    fn new(numbers: Vec<u32>) -> Column {
+        let first = numbers.first().copied().unwrap_or(0);
+        let in_order = (first..)
+            .zip(&numbers)
+            .all(|(want, &number)| want == number);
+        if in_order {
+            Column::From(first)
+        } else {
+            Column::Each(numbers)
+        }
+    }
+
+    fn of(&self, prim: u32) -> u32 {
+        match self {
+            Column::From(first) => first + prim,
+            Column::Each(numbers) => numbers[prim as usize],
+        }
+    }
+
+    fn is_from_zero(&self) -> bool {
+        matches!(self, Column::From(0))
+    }
+}
+
+impl Kinds {
+    /// Adds the primitives of some runs to a draft. Kinds that Embree has not are not there: the caller has looked.
+    fn add(
+        draft: &mut Draft,
+        scene: &Scene,
+        runs: &[Range<u32>],
+        first: u32,
+    ) -> Result<Kinds, Fault> {
+        let of_kind = |kind: PrimKind| -> (Vec<usize>, Vec<u32>) {
+            let prims = runs.iter().cloned().flatten();
+            let prims = prims.map(|id| (scene.prims[id as usize], id - first));
+            let prims = prims.filter(|(prim, _)| prim.kind() == kind);
+            prims.map(|(prim, number)| (prim.index(), number)).unzip()
+        };
+        let (triangles, triangle_numbers) = of_kind(PrimKind::Triangle);
+        if !triangles.is_empty() {
+            let (vertices, corners) = indexed(scene, &triangles);
+            draft.triangles(TRIANGLES, &vertices, &corners)?;
+        }
+        let (spheres, sphere_numbers) = of_kind(PrimKind::Sphere);
+        if !spheres.is_empty() {
+            let rows = spheres.iter().map(|&i| {
+                let center = scene.spheres.center.get(i);
+                [center.x, center.y, center.z, scene.spheres.radius[i]]
+            });
+            let rows: Vec<[f32; 4]> = rows.collect();
+            draft.spheres(SPHERES, &rows)?;
+        }
+        Ok(Kinds {
+            triangles: Column::new(triangle_numbers),
+            spheres: Column::new(sphere_numbers),
+        })
+    }
+
+    #[inline]
+    fn of(&self, geometry: u32, prim: u32) -> u32 {
+        if geometry == TRIANGLES {
+            self.triangles.of(prim)
+        } else {
+            self.spheres.of(prim)
+        }
+    }
+
+    /// Whether both kinds are numbered as in the scene. That is so, too, for a kind that is not there.
+    fn same(&self) -> bool {
+        self.triangles.is_from_zero() && self.spheres.is_from_zero()
+    }
+}
+
+/// The corners of some triangles, and the vertices between the first and the last that they name.
+fn indexed(scene: &Scene, triangles: &[usize]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let all = &scene.triangles;
+    let named = || triangles.iter().flat_map(|&i| all.corners[i]);
+    let (lo, hi) = (named().min().unwrap_or(0), named().max().unwrap_or(0));
+    let vertices = (lo..=hi).map(|v| all.vertices.get(v as usize).to_array());
+    let corners = triangles.iter().map(|&i| all.corners[i].map(|v| v - lo));
+    (vertices.collect(), corners.collect())
+}

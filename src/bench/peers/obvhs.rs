@@ -1,0 +1,372 @@
+//! obvhs's own traversals, with its own triangles: what our builder's crate does when it traces, too.
+//!
+//! One ray at a time, against its binary tree and against its compressed tree of eight children. Occlusion by
+//! `ray_traverse_miss`, which stops at the first hit (its `ray_traverse_anyhit` is for transparency, and visits all).
+//! It has no spheres: they are met by the plain formula, as it is for users of the crate to bring.
+
+use super::{Contender, Rays, Runner, Unsupported};
+use glam::Vec3A;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::{build_bvh2, build_bvh2_from_tris};
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::{build_cwbvh, build_cwbvh_from_tris};
+use obvhs::ray::{INVALID_ID, Ray, RayHit};
+use obvhs::triangle::Triangle;
+use obvhs::{Boundable, BvhBuildParams};
+use phalanx_scene::{PrimKind, Scene};
+use phalanx_trace::packet::{HitPacket, NO_PRIM};
+use phalanx_trace::simd::{F32x8, LANES, U32x8};
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The preset that its trees are built with, the slowest there is: 3.7 s a tree for a million triangles, seven times medium's
+/// time, for 7 to 23 % more rays on the terrain. In the room medium's trees are 20 to 40 times slower than these, and those
+/// of `slow_build` no better.
+const PRESET: BvhBuildParams = BvhBuildParams::very_slow_build();
+
+/// A scene in obvhs's trees.
+pub struct ObvhsScene {
+    trees: Box<dyn Trees>,
+    build_seconds: [(&'static str, f64); 2],
+}
+
+impl ObvhsScene {
+    /// Copies a scene and builds both trees, on one thread. Triangles and spheres, without instances.
+    ///
+    /// # Errors
+    /// [`Unsupported`]: primitives or instances that it has not.
+    pub fn build(scene: &Scene) -> Result<ObvhsScene, Unsupported> {
+        let unsupported = |reason: &str| Unsupported {
+            peer: "obvhs",
+            reason: reason.to_owned(),
+        };
+        if !scene.ellipsoids.is_empty() || !scene.cones.is_empty() {
+            return Err(unsupported("it has neither ellipsoids nor cones"));
+        }
+        if !scene.meshes.is_empty() {
+            return Err(unsupported("its binary tree has no instances"));
+        }
+        let triangles = || scene.prims.iter().map(|prim| triangle(scene, prim.index()));
+        let spheres = || {
+            scene
+                .prims
+                .iter()
+                .map(|prim| Sphere::of(scene, prim.index()))
+        };
+        let both = || {
+            scene.prims.iter().map(|prim| match prim.kind() {
+                PrimKind::Triangle => Either::Triangle(triangle(scene, prim.index())),
+                _ => Either::Sphere(Sphere::of(scene, prim.index())),
+            })
+        };
+        Ok(if scene.spheres.is_empty() {
+            ObvhsScene::of(triangles().collect())
+        } else if scene.triangles.is_empty() {
+            ObvhsScene::of(spheres().collect())
+        } else {
+            ObvhsScene::of(both().collect())
+        })
+    }
+
+    fn of<S: Shape>(shapes: Vec<S>) -> ObvhsScene {
+        let start = Instant::now();
+        let bvh2 = Tree::new(&shapes, S::bvh2);
+        let half = Instant::now();
+        let cwbvh = Tree::new(&shapes, S::cwbvh);
+        let build_seconds = [
+            ("bvh2", (half - start).as_secs_f64()),
+            ("cwbvh", half.elapsed().as_secs_f64()),
+        ];
+        ObvhsScene {
+            trees: Box::new(Both {
+                bvh2: Arc::new(bvh2),
+                cwbvh: Arc::new(cwbvh),
+            }),
+            build_seconds,
+        }
+    }
+
+    /// Seconds that each tree took to build, by its name.
+    pub fn build_seconds(&self) -> [(&'static str, f64); 2] {
+        self.build_seconds
+    }
+
+    /// The ways to trace a set of rays, by name.
+    pub fn contenders(&self, rays: Rays) -> Vec<(String, Box<dyn Contender>)> {
+        self.trees.contenders(&Arc::new(Laid::new(rays)))
+    }
+}
+
+/// What obvhs can have in its leaves.
+trait Shape: Boundable + Copy + Send + Sync + 'static {
+    /// Distance along a ray, or infinity.
+    fn meet(&self, ray: &Ray) -> f32;
+
+    fn bvh2(shapes: &[Self]) -> Bvh2 {
+        build_bvh2(shapes, PRESET, &mut Duration::default())
+    }
+
+    fn cwbvh(shapes: &[Self]) -> CwBvh {
+        build_cwbvh(shapes, PRESET, &mut Duration::default())
+    }
+}
+
+impl Shape for Triangle {
+    #[inline(always)]
+    fn meet(&self, ray: &Ray) -> f32 {
+        self.intersect(ray)
+    }
+
+    // Only these split large triangles beforehand.
+    fn bvh2(shapes: &[Triangle]) -> Bvh2 {
+        build_bvh2_from_tris(shapes, PRESET, &mut Duration::default())
+    }
+
+    fn cwbvh(shapes: &[Triangle]) -> CwBvh {
+        build_cwbvh_from_tris(shapes, PRESET, &mut Duration::default())
+    }
+}
+
+fn triangle(scene: &Scene, index: usize) -> Triangle {
+    let [v0, v1, v2] = scene.triangles.corners(index).map(Vec3A::from);
+    Triangle { v0, v1, v2 }
+}
+
+#[derive(Clone, Copy)]
+struct Sphere {
+    center: Vec3A,
+    radius: f32,
+}
+
+impl Sphere {
+    fn of(scene: &Scene, index: usize) -> Sphere {
+        Sphere {
+            center: scene.spheres.center.get(index).into(),
+            radius: scene.spheres.radius[index],
+        }
+    }
+}
+
+impl Boundable for Sphere {
+    fn aabb(&self) -> Aabb {
+        Aabb::new(self.center - self.radius, self.center + self.radius)
+    }
+}
+
+impl Shape for Sphere {
+    #[inline(always)]
+    fn meet(&self, ray: &Ray) -> f32 {
+        let to_center = self.center - ray.origin;
+        let inv_square = 1.0 / ray.direction.dot(ray.direction);
+        let middle = to_center.dot(ray.direction) * inv_square;
+        let off = to_center - ray.direction * middle;
+        let gap = self.radius * self.radius - off.dot(off);
+        if gap < 0.0 {
+            return f32::INFINITY;
+        }
+        let half = (gap * inv_square).sqrt();
+        let (near, far) = (middle - half, middle + half);
+        let t = if near > ray.tmin { near } else { far };
+        if t > ray.tmin { t } else { f32::INFINITY }
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Either {
+    Triangle(Triangle),
+    Sphere(Sphere),
+}
+
+impl Boundable for Either {
+    fn aabb(&self) -> Aabb {
+        match self {
+            Either::Triangle(triangle) => triangle.aabb(),
+            Either::Sphere(sphere) => sphere.aabb(),
+        }
+    }
+}
+
+impl Shape for Either {
+    #[inline(always)]
+    fn meet(&self, ray: &Ray) -> f32 {
+        match self {
+            Either::Triangle(triangle) => triangle.meet(ray),
+            Either::Sphere(sphere) => sphere.meet(ray),
+        }
+    }
+}
+
+/// What both trees do.
+trait Search: Send + Sync + 'static {
+    /// The primitive of each place in leaf order; some have several.
+    fn order(&self) -> &[u32];
+    fn closest(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> RayHit;
+    fn occluded(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> bool;
+}
+
+impl Search for Bvh2 {
+    fn order(&self) -> &[u32] {
+        &self.primitive_indices
+    }
+
+    #[inline(always)]
+    fn closest(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> RayHit {
+        let mut hit = RayHit::none();
+        self.ray_traverse(ray, &mut hit, meet);
+        hit
+    }
+
+    #[inline(always)]
+    fn occluded(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> bool {
+        !self.ray_traverse_miss(ray, meet)
+    }
+}
+
+impl Search for CwBvh {
+    fn order(&self) -> &[u32] {
+        &self.primitive_indices
+    }
+
+    #[inline(always)]
+    fn closest(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> RayHit {
+        let mut hit = RayHit::none();
+        self.ray_traverse(ray, &mut hit, meet);
+        hit
+    }
+
+    #[inline(always)]
+    fn occluded(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> bool {
+        !self.ray_traverse_miss(ray, meet)
+    }
+}
+
+/// A tree and its primitives in leaf order, as its documentation advises.
+struct Tree<T, S> {
+    tree: T,
+    shapes: Vec<S>,
+    prim_ids: Vec<u32>,
+}
+
+impl<T: Search, S: Shape> Tree<T, S> {
+    /// Shapes are numbered as the scene's primitives.
+    fn new(shapes: &[S], build: fn(&[S]) -> T) -> Tree<T, S> {
+        let tree = build(shapes);
+        let prim_ids = tree.order().to_vec();
+        Tree {
+            shapes: prim_ids.iter().map(|&id| shapes[id as usize]).collect(),
+            tree,
+            prim_ids,
+        }
+    }
+}
+
+trait Trees {
+    fn contenders(&self, rays: &Arc<Laid>) -> Vec<(String, Box<dyn Contender>)>;
+}
+
+struct Both<S> {
+    bvh2: Arc<Tree<Bvh2, S>>,
+    cwbvh: Arc<Tree<CwBvh, S>>,
+}
+
+impl<S: Shape> Trees for Both<S> {
+    fn contenders(&self, rays: &Arc<Laid>) -> Vec<(String, Box<dyn Contender>)> {
+        let (bvh2, cwbvh) = (Mode::new(&self.bvh2, rays), Mode::new(&self.cwbvh, rays));
+        vec![
+            ("bvh2".to_owned(), Box::new(bvh2)),
+            ("cwbvh".to_owned(), Box::new(cwbvh)),
+        ]
+    }
+}
+
+/// A set of rays as obvhs has them, reciprocals included.
+struct Laid {
+    rays: Vec<Ray>,
+    tmax: f32,
+}
+
+impl Laid {
+    fn new(rays: Rays) -> Laid {
+        let all = 0..rays.queue.len();
+        let ray = |ray: usize| {
+            let (org, dir) = rays.queue.ray(ray / LANES, ray % LANES);
+            Ray::new(org.into(), dir.into(), 0.0, rays.tmax)
+        };
+        Laid {
+            rays: all.map(ray).collect(),
+            tmax: rays.tmax,
+        }
+    }
+
+    /// The rays of one of our packets; the last may have fewer.
+    fn packet(&self, packet: usize) -> &[Ray] {
+        let first = packet * LANES;
+        &self.rays[first..self.rays.len().min(first + LANES)]
+    }
+}
+
+struct Mode<T, S> {
+    tree: Arc<Tree<T, S>>,
+    laid: Arc<Laid>,
+}
+
+impl<T, S> Mode<T, S> {
+    fn new(tree: &Arc<Tree<T, S>>, laid: &Arc<Laid>) -> Mode<T, S> {
+        Mode {
+            tree: Arc::clone(tree),
+            laid: Arc::clone(laid),
+        }
+    }
+}
+
+impl<T: Search, S: Shape> Contender for Mode<T, S> {
+    fn runner(&self) -> Box<dyn Runner + '_> {
+        Box::new(Walker {
+            tree: &self.tree,
+            laid: &self.laid,
+        })
+    }
+}
+
+struct Walker<'a, T, S> {
+    tree: &'a Tree<T, S>,
+    laid: &'a Laid,
+}
+
+impl<T: Search, S: Shape> Runner for Walker<'_, T, S> {
+    fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
+        let Tree {
+            tree,
+            shapes,
+            prim_ids,
+        } = self.tree;
+        for (packet, hit) in packets.zip(hits) {
+            let (mut t, mut prim_id) = ([self.laid.tmax; LANES], [NO_PRIM; LANES]);
+            for (lane, &ray) in self.laid.packet(packet).iter().enumerate() {
+                let found = tree.closest(ray, |ray, i| shapes[i].meet(ray));
+                if found.primitive_id != INVALID_ID {
+                    t[lane] = found.t;
+                    prim_id[lane] = prim_ids[found.primitive_id as usize];
+                }
+            }
+            *hit = HitPacket {
+                t: F32x8::new(t),
+                prim_id: U32x8::new(prim_id),
+                ..HitPacket::miss()
+            };
+        }
+    }
+
+    fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
+        let Tree { tree, shapes, .. } = self.tree;
+        for (packet, blocked) in packets.zip(blocked) {
+            *blocked = 0;
+            for (lane, &ray) in self.laid.packet(packet).iter().enumerate() {
+                let met = tree.occluded(ray, |ray, i| shapes[i].meet(ray));
+                *blocked |= u8::from(met) << lane;
+            }
+        }
+    }
+}

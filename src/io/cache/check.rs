@@ -1,0 +1,64 @@
+//! What has to hold for every row of a column, so that no engine meets a number it does not expect.
+
+use phalanx_scene::{Prim, PrimKind};
+
+/// What a row may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Check {
+    /// Anything, or it is checked elsewhere.
+    Any,
+    /// A finite f32.
+    Finite,
+    /// A finite f32 above zero.
+    Positive,
+    /// A u32 below this.
+    Below(usize),
+    /// Three u32 below `count`, or three times `none`.
+    Corners {
+        /// How many rows they index.
+        count: usize,
+        /// What stands for no index at all.
+        none: Option<u32>,
+    },
+    /// A primitive whose column (by kind) has its row.
+    Prims([usize; 4]),
+}
+
+impl Check {
+    /// Whether it holds for all rows in these bytes; they are whole, aligned rows of the column.
+    ///
+    /// No early return within a block: a loop without one is vectorised.
+    pub(super) fn holds(self, bytes: &[u8]) -> bool {
+        match self {
+            Check::Any => true,
+            Check::Finite => every(bytes, |c: &f32| c.is_finite()),
+            Check::Positive => every(bytes, |c: &f32| c.is_finite() & (*c > 0.0)),
+            Check::Below(count) => every(bytes, |&row: &u32| (row as usize) < count),
+            Check::Corners { count, none: None } => Check::Below(count).holds(bytes),
+            Check::Corners {
+                count,
+                none: Some(none),
+            } => every(bytes, |&[a, b, c]: &[u32; 3]| {
+                let within = |row: u32| (row as usize) < count;
+                let nothing = (a == none) & (b == none) & (c == none);
+                (within(a) & within(b) & within(c)) | nothing
+            }),
+            Check::Prims(counts) => every(bytes, |prim: &Prim| {
+                let kind = match prim.kind() {
+                    PrimKind::Sphere => 0,
+                    PrimKind::Ellipsoid => 1,
+                    PrimKind::Triangle => 2,
+                    PrimKind::Cone => 3,
+                };
+                prim.index() < counts[kind]
+            }),
+        }
+    }
+}
+
+fn every<T: bytemuck::Pod>(bytes: &[u8], good: impl Fn(&T) -> bool) -> bool {
+    match bytemuck::try_cast_slice(bytes) {
+        Ok(rows) => rows.iter().fold(true, |all, row| all & good(row)),
+        Err(_) => false,
+    }
+}

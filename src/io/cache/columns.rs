@@ -1,0 +1,170 @@
+//! Every column of a scene, twice: as the sections of a file to be written or checked, and as what sections are mapped to.
+
+use super::check::Check;
+use super::mapping::Mapping;
+use bytemuck::Pod;
+use phalanx_scene::{Column, NO_NORMALS, NO_UVS, Scene, Vec3s};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A column to be written, or to be checked once it is mapped.
+pub(super) struct Rows<'a> {
+    pub(super) name: &'static str,
+    pub(super) row_bytes: usize,
+    pub(super) bytes: &'a [u8],
+    pub(super) check: Check,
+}
+
+fn rows<'a, T: Pod>(name: &'static str, column: &'a [T], check: Check) -> Rows<'a> {
+    Rows {
+        name,
+        row_bytes: size_of::<T>(),
+        bytes: bytemuck::cast_slice(column),
+        check,
+    }
+}
+
+/// A column that a section is mapped to.
+pub(super) trait Map {
+    /// Shows the rows in this part of the file; false if they are none.
+    fn map(&mut self, mapping: &Arc<Mapping>, range: Range<usize>) -> bool;
+}
+
+impl<T: Pod> Map for Column<T> {
+    fn map(&mut self, mapping: &Arc<Mapping>, range: Range<usize>) -> bool {
+        let column = mapping.column(range);
+        let found = column.is_some();
+        *self = column.unwrap_or_default();
+        found
+    }
+}
+
+/// The columns of a scene but for its texels, with what has to hold for every row of each.
+///
+/// What is checked here is what [`Scene::validate`] checks of every row, so that
+/// [`Scene::validate_settings`] is all that is left to ask.
+pub(super) fn columns(scene: &Scene) -> Vec<Rows<'_>> {
+    use Check::{Any, Below, Corners, Finite, Positive, Prims};
+    let mut all = Vec::new();
+    let (s, e, t, c) = (
+        &scene.spheres,
+        &scene.ellipsoids,
+        &scene.triangles,
+        &scene.cones,
+    );
+    let material = Below(scene.materials.len());
+    all.push(rows(
+        "primitive list",
+        &scene.prims,
+        Prims([s.len(), e.len(), t.len(), c.len()]),
+    ));
+    push_vectors(&mut all, "vertices", &[&t.vertices]);
+    let corners = |count, none| Corners { count, none };
+    all.push(rows(
+        "triangle corners",
+        &t.corners,
+        corners(t.vertices.len(), None),
+    ));
+    let normals = corners(t.vertex_normals.len(), Some(NO_NORMALS));
+    all.push(rows("triangle normals", &t.normals, normals));
+    push_vectors(&mut all, "vertex normals", &[&t.vertex_normals]);
+    let uvs = corners(t.vertex_uvs.len(), Some(NO_UVS));
+    all.push(rows("triangle texture places", &t.uvs, uvs));
+    all.push(rows("texture places", &t.vertex_uvs.x, Finite));
+    all.push(rows("texture places", &t.vertex_uvs.y, Finite));
+    all.push(rows("triangle materials", &t.material, material));
+    push_vectors(&mut all, "sphere centres", &[&s.center]);
+    all.push(rows("sphere radii", &s.radius, Positive));
+    all.push(rows("sphere materials", &s.material, material));
+    push_vectors(&mut all, "ellipsoid maps", &e.to_world.each_ref());
+    push_vectors(&mut all, "ellipsoid maps", &e.to_object.each_ref());
+    all.push(rows("ellipsoid materials", &e.material, material));
+    // Cones, instances, materials and lights are asked about in `Scene::validate_settings`.
+    push_vectors(&mut all, "cones", &[&c.base, &c.apex]);
+    all.push(rows("cone radii", &c.base_radius, Any));
+    all.push(rows("cone radii", &c.apex_radius, Any));
+    all.push(rows("cone sides", &c.inside, Any));
+    all.push(rows("cone materials", &c.material, material));
+    all.push(rows("meshes", &scene.meshes.first, Any));
+    all.push(rows("meshes", &scene.meshes.count, Any));
+    let i = &scene.instances;
+    all.push(rows("instances", &i.mesh, Below(scene.meshes.len())));
+    all.push(rows("instances", &i.first, Any));
+    push_vectors(&mut all, "instance maps", &i.to_world.each_ref());
+    push_vectors(&mut all, "instance maps", &i.to_object.each_ref());
+    let m = &scene.materials;
+    push_vectors(&mut all, "materials", &[&m.ka, &m.ke, &m.kd, &m.ks, &m.kt]);
+    all.push(rows("materials", &m.shininess, Any));
+    all.push(rows("materials", &m.ior, Any));
+    all.push(rows("materials", &m.texture, Any));
+    all.push(rows("material gloss", &m.gloss, Any));
+    let l = &scene.lights;
+    push_vectors(&mut all, "lights", &[&l.place, &l.color, &l.attenuation]);
+    push_vectors(&mut all, "light edges", &l.edges.each_ref());
+    all.push(rows("light radii", &l.radius, Any));
+    all
+}
+
+fn push_vectors<'a>(all: &mut Vec<Rows<'a>>, name: &'static str, vectors: &[&'a Vec3s]) {
+    let parts = vectors.iter().flat_map(|v| v.parts());
+    all.extend(parts.map(|part| rows(name, part, Check::Finite)));
+}
+
+/// The columns of [`columns`], in the same order, to be mapped.
+pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn Map> {
+    let (s, e, t, c) = (
+        &mut scene.spheres,
+        &mut scene.ellipsoids,
+        &mut scene.triangles,
+        &mut scene.cones,
+    );
+    let (i, m, l) = (
+        &mut scene.instances,
+        &mut scene.materials,
+        &mut scene.lights,
+    );
+    let mut all: Vec<&mut dyn Map> = vec![&mut scene.prims];
+    push_maps(&mut all, [&mut t.vertices]);
+    all.push(&mut t.corners);
+    all.push(&mut t.normals);
+    push_maps(&mut all, [&mut t.vertex_normals]);
+    all.push(&mut t.uvs);
+    all.push(&mut t.vertex_uvs.x);
+    all.push(&mut t.vertex_uvs.y);
+    all.push(&mut t.material);
+    push_maps(&mut all, [&mut s.center]);
+    all.push(&mut s.radius);
+    all.push(&mut s.material);
+    push_maps(&mut all, e.to_world.each_mut());
+    push_maps(&mut all, e.to_object.each_mut());
+    all.push(&mut e.material);
+    push_maps(&mut all, [&mut c.base, &mut c.apex]);
+    all.push(&mut c.base_radius);
+    all.push(&mut c.apex_radius);
+    all.push(&mut c.inside);
+    all.push(&mut c.material);
+    all.push(&mut scene.meshes.first);
+    all.push(&mut scene.meshes.count);
+    all.push(&mut i.mesh);
+    all.push(&mut i.first);
+    push_maps(&mut all, i.to_world.each_mut());
+    push_maps(&mut all, i.to_object.each_mut());
+    push_maps(
+        &mut all,
+        [&mut m.ka, &mut m.ke, &mut m.kd, &mut m.ks, &mut m.kt],
+    );
+    all.push(&mut m.shininess);
+    all.push(&mut m.ior);
+    all.push(&mut m.texture);
+    all.push(&mut m.gloss);
+    push_maps(&mut all, [&mut l.place, &mut l.color, &mut l.attenuation]);
+    push_maps(&mut all, l.edges.each_mut());
+    all.push(&mut l.radius);
+    all
+}
+
+fn push_maps<'a, const N: usize>(all: &mut Vec<&'a mut dyn Map>, vectors: [&'a mut Vec3s; N]) {
+    for vector in vectors {
+        all.extend(vector.parts_mut().map(|part| part as &mut dyn Map));
+    }
+}

@@ -1,0 +1,240 @@
+//! A file into a scene and its tree.
+
+use super::check::Check;
+use super::columns::{Map, columns, columns_mut};
+use super::header::{self, Section, Shape};
+use super::mapping::Mapping;
+use super::settings;
+use super::write::shapes;
+use super::{BLOCK, CacheError, Fault};
+use phalanx_scene::Scene;
+use phalanx_trace::bvh::{Bvh, Claim, Parts};
+use rayon::prelude::*;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+
+/// What a cache holds.
+#[derive(Debug)]
+pub struct Cached {
+    /// The scene, valid; its columns are the file's.
+    pub scene: Scene,
+    /// Its tree.
+    pub bvh: Bvh,
+    /// Bytes of the file, all of which are mapped.
+    pub file_bytes: u64,
+}
+
+/// Opens a cache: maps it, and checks every byte and every index on the threads of rayon's pool.
+///
+/// # Errors
+/// [`CacheError`]: the file cannot be read, or is not a whole and sound cache of this build's layout.
+pub fn open(path: &Path) -> Result<Cached, CacheError> {
+    let mapping = Mapping::open(path).map_err(|source| match source.kind() {
+        // Some systems refuse to map nothing.
+        _ if std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() == 0) => {
+            refused(path, Fault::NotACache)
+        }
+        _ => CacheError::Io {
+            path: path.to_path_buf(),
+            source,
+        },
+    })?;
+    take(&mapping).map_err(|fault| refused(path, fault))
+}
+
+fn refused(path: &Path, fault: Fault) -> CacheError {
+    CacheError::Refused {
+        path: path.to_path_buf(),
+        fault,
+    }
+}
+
+fn take(mapping: &Arc<Mapping>) -> Result<Cached, Fault> {
+    let file = mapping.bytes();
+    let shapes = shapes();
+    let table = header::read(file, &shapes)?;
+    if !header::gaps_are_zero(file, &table) {
+        return Err(Fault::Surplus("between its sections"));
+    }
+    let mut sections = Sections {
+        mapping,
+        shapes: &shapes,
+        table: &table,
+        next: 0,
+    };
+    let (mut scene, extra) = sections.settings()?;
+    sections.texels(&mut scene)?;
+    for column in columns_mut(&mut scene) {
+        sections.map(column)?;
+    }
+    let first_array = sections.next + 1;
+    let mut parts = Parts {
+        sah: extra.sah,
+        ..Parts::default()
+    };
+    sections.map(&mut parts.levels)?;
+    sections.map(&mut parts.nodes)?;
+    sections.map(&mut parts.slots.triangles)?;
+    sections.map(&mut parts.slots.spheres)?;
+    sections.map(&mut parts.slots.ellipsoids)?;
+    sections.map(&mut parts.slots.cones)?;
+    sections.map(&mut parts.slots.instances)?;
+    let claim = Claim::new(parts, &scene);
+    prove(file, &shapes, &table, &scene, &claim, first_array)?;
+    scene.validate_settings()?;
+    let bvh = claim.accept(&scene)?;
+    Ok(Cached {
+        scene,
+        bvh,
+        file_bytes: file.len() as u64,
+    })
+}
+
+/// The sections of a file, one after another.
+struct Sections<'a> {
+    mapping: &'a Arc<Mapping>,
+    shapes: &'a [Shape],
+    table: &'a [Section],
+    next: usize,
+}
+
+impl Sections<'_> {
+    fn next(&mut self) -> (&'static str, Section) {
+        let k = self.next;
+        self.next += 1;
+        (self.shapes[k].0, self.table[k])
+    }
+
+    /// The settings are small, and everything else depends on them: their checksum comes first.
+    fn settings(&mut self) -> Result<(Scene, settings::Extra), Fault> {
+        let (name, section) = self.next();
+        let bytes = &self.mapping.bytes()[section.range()];
+        if crc32fast::hash(bytes) != section.checksum {
+            return Err(Fault::Damaged(name));
+        }
+        settings::read(bytes).ok_or(Fault::Nonsense(name))
+    }
+
+    /// The texels of all textures stand behind one another.
+    fn texels(&mut self, scene: &mut Scene) -> Result<(), Fault> {
+        let (name, section) = self.next();
+        let mut range = section.range();
+        for texture in &mut scene.textures {
+            let bytes = 3 * u64::from(texture.width) * u64::from(texture.height);
+            if bytes > range.len() as u64 {
+                return Err(Fault::Nonsense(name));
+            }
+            let end = range.start + bytes as usize;
+            if !texture.texels.map(self.mapping, range.start..end) {
+                return Err(Fault::Nonsense(name));
+            }
+            range.start = end;
+        }
+        match range.is_empty() {
+            true => Ok(()),
+            false => Err(Fault::Nonsense(name)),
+        }
+    }
+
+    fn map(&mut self, column: &mut dyn Map) -> Result<(), Fault> {
+        let (name, section) = self.next();
+        match column.map(self.mapping, section.range()) {
+            true => Ok(()),
+            false => Err(Fault::Nonsense(name)),
+        }
+    }
+}
+
+/// One piece of work: bytes to be summed up, and what has to hold for the rows in them.
+struct Block<'a> {
+    section: usize,
+    bytes: &'a [u8],
+    proof: Proof,
+}
+
+#[derive(Clone, Copy)]
+enum Proof {
+    Rows(Check),
+    /// Block of the claim.
+    Tree(usize),
+}
+
+/// Checks all checksums, and all rows. Each block is read from memory once: what its rows are is asked while its bytes
+/// are still in the core's cache.
+fn prove(
+    file: &[u8],
+    shapes: &[Shape],
+    table: &[Section],
+    scene: &Scene,
+    claim: &Claim,
+    first_array: usize,
+) -> Result<(), Fault> {
+    let blocks = blocks(file, table, scene, claim, first_array);
+    let sums: Vec<AtomicU32> = blocks.iter().map(|_| AtomicU32::new(0)).collect();
+    let nonsense = AtomicUsize::new(usize::MAX);
+    blocks.par_iter().zip(&sums).for_each(|(block, sum)| {
+        sum.store(crc32fast::hash(block.bytes), Ordering::Relaxed);
+        let holds = match block.proof {
+            Proof::Rows(check) => check.holds(block.bytes),
+            Proof::Tree(k) => claim.prove(k),
+        };
+        if !holds {
+            nonsense.fetch_min(block.section, Ordering::Relaxed);
+        }
+    });
+    let mut whole: Vec<crc32fast::Hasher> =
+        table.iter().map(|_| crc32fast::Hasher::new()).collect();
+    for (block, sum) in blocks.iter().zip(&sums) {
+        let length = block.bytes.len() as u64;
+        let sum = crc32fast::Hasher::new_with_initial_len(sum.load(Ordering::Relaxed), length);
+        whole[block.section].combine(&sum);
+    }
+    for (k, (whole, section)) in whole.into_iter().zip(table).enumerate() {
+        if whole.finalize() != section.checksum {
+            return Err(Fault::Damaged(shapes[k].0));
+        }
+    }
+    // Only now, so that a flipped bit is called what it is.
+    match nonsense.into_inner() {
+        usize::MAX => Ok(()),
+        section => Err(Fault::Nonsense(shapes[section].0)),
+    }
+}
+
+/// All sections in blocks of whole rows: settings and texels, the columns, the levels, the arrays of the tree.
+fn blocks<'a>(
+    file: &'a [u8],
+    table: &[Section],
+    scene: &'a Scene,
+    claim: &'a Claim,
+    first_array: usize,
+) -> Vec<Block<'a>> {
+    let mut checks = vec![Check::Any; first_array];
+    for (check, rows) in checks[2..].iter_mut().zip(columns(scene)) {
+        *check = rows.check;
+    }
+    let mut all = Vec::new();
+    for (k, section) in table[..first_array].iter().enumerate() {
+        let row_bytes = section.row_bytes as usize;
+        let bytes = &file[section.range()];
+        all.extend(
+            bytes
+                .chunks(BLOCK / row_bytes * row_bytes)
+                .map(|bytes| Block {
+                    section: k,
+                    bytes,
+                    proof: Proof::Rows(checks[k]),
+                }),
+        );
+    }
+    all.extend((0..claim.blocks()).map(|k| {
+        let (array, bytes) = claim.block(k);
+        Block {
+            section: first_array + array,
+            bytes,
+            proof: Proof::Tree(k),
+        }
+    }));
+    all
+}

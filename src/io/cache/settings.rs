@@ -1,0 +1,218 @@
+//! What of a scene is no column, as bytes: numbers little-endian, floats by their bits, texts with their length before.
+
+use glam::Vec3;
+use phalanx_scene::{MAX_TEXTURE_SIDE, Quantize, Scene, Texture, Tone, Transfer, View, Wrap};
+
+/// What stands in the settings beside the scene's own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extra {
+    /// Of the tree: see [`phalanx_trace::bvh::Bvh::sah`].
+    pub(super) sah: f64,
+}
+
+/// The settings of a scene.
+pub(super) fn write(scene: &Scene, extra: Extra) -> Vec<u8> {
+    let mut out = Writer(Vec::new());
+    for number in [scene.width, scene.height, scene.max_depth] {
+        out.word(number);
+    }
+    out.vec3(scene.background);
+    out.float(scene.unit);
+    for axis in scene.origin {
+        out.double(axis);
+    }
+    out.word(scene.tone.transfer as u32);
+    out.word(scene.tone.quantize as u32);
+    let view = &scene.view;
+    for place in [view.eye, view.center, view.up] {
+        out.vec3(place);
+    }
+    out.float(view.fovy);
+    out.text(scene.output.as_deref());
+    out.word(scene.lights.len() as u32);
+    for &directional in scene.lights.directional.iter() {
+        out.word(u32::from(directional));
+    }
+    out.word(scene.textures.len() as u32);
+    for texture in &scene.textures {
+        out.word(texture.width);
+        out.word(texture.height);
+        for wrap in texture.wrap {
+            out.word(wrap as u32);
+        }
+    }
+    out.double(extra.sah);
+    out.0
+}
+
+/// A scene of these settings, its columns empty and its textures without texels; `None` if they are no settings.
+pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
+    let mut input = Reader(bytes);
+    let mut scene = Scene {
+        width: input.word()?,
+        height: input.word()?,
+        max_depth: input.word()?,
+        background: input.vec3()?,
+        unit: input.float()?,
+        origin: [input.double()?, input.double()?, input.double()?],
+        tone: Tone {
+            transfer: input.one_of([Transfer::None, Transfer::Srgb])?,
+            quantize: input.one_of([Quantize::Floor, Quantize::Round])?,
+        },
+        view: View {
+            eye: input.vec3()?,
+            center: input.vec3()?,
+            up: input.vec3()?,
+            fovy: input.float()?,
+        },
+        output: input.text()?,
+        ..Scene::default()
+    };
+    for _ in 0..input.word()? {
+        scene.lights.directional.push(input.one_of([false, true])?);
+    }
+    for _ in 0..input.word()? {
+        scene.textures.push(Texture {
+            width: input.word()?,
+            height: input.word()?,
+            wrap: [input.wrap()?, input.wrap()?],
+            texels: Default::default(),
+        });
+    }
+    let side = 1..=MAX_TEXTURE_SIDE;
+    let fits = |t: &Texture| side.contains(&t.width) && side.contains(&t.height);
+    if !scene.textures.iter().all(fits) {
+        return None;
+    }
+    // Of what tracing multiplies with, nothing that is no number; and a unit as `Scene::fit_range` makes it.
+    let power = scene.unit > 0.0 && scene.unit.is_normal() && scene.unit.to_bits() & 0x7f_ffff == 0;
+    let places = scene.origin.iter().all(|axis| axis.is_finite());
+    if !scene.background.is_finite() || !power || !places {
+        return None;
+    }
+    let sah = input.double()?;
+    input.0.is_empty().then_some((scene, Extra { sah }))
+}
+
+struct Writer(Vec<u8>);
+
+impl Writer {
+    fn word(&mut self, word: u32) {
+        self.0.extend(word.to_le_bytes());
+    }
+
+    fn float(&mut self, number: f32) {
+        self.word(number.to_bits());
+    }
+
+    fn double(&mut self, number: f64) {
+        self.0.extend(number.to_bits().to_le_bytes());
+    }
+
+    fn vec3(&mut self, v: Vec3) {
+        for c in v.to_array() {
+            self.float(c);
+        }
+    }
+
+    fn text(&mut self, text: Option<&str>) {
+        self.word(u32::from(text.is_some()));
+        let bytes = text.unwrap_or_default().as_bytes();
+        self.word(bytes.len() as u32);
+        self.0.extend(bytes);
+    }
+}
+
+/// Reads what [`Writer`] wrote; counts are never trusted before as many bytes are there.
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn word(&mut self) -> Option<u32> {
+        let (word, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(u32::from_le_bytes(*word))
+    }
+
+    fn float(&mut self) -> Option<f32> {
+        self.word().map(f32::from_bits)
+    }
+
+    fn double(&mut self) -> Option<f64> {
+        let bits = u64::from(self.word()?) | u64::from(self.word()?) << 32;
+        Some(f64::from_bits(bits))
+    }
+
+    fn vec3(&mut self) -> Option<Vec3> {
+        Some(Vec3::new(self.float()?, self.float()?, self.float()?))
+    }
+
+    fn one_of<T: Copy, const N: usize>(&mut self, all: [T; N]) -> Option<T> {
+        all.get(self.word()? as usize).copied()
+    }
+
+    fn wrap(&mut self) -> Option<Wrap> {
+        self.one_of([Wrap::Repeat, Wrap::Clamp, Wrap::Mirror])
+    }
+
+    fn text(&mut self) -> Option<Option<String>> {
+        let there = self.one_of([false, true])?;
+        let length = self.word()? as usize;
+        let (bytes, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        let text = std::str::from_utf8(bytes).ok()?;
+        Some(there.then(|| text.to_owned()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_survive_and_their_prefixes_do_not() {
+        let mut scene = Scene {
+            width: 7,
+            max_depth: 3,
+            output: Some("bild-ä.png".into()),
+            tone: Tone::SRGB,
+            unit: 0.25,
+            origin: [500_000.1, -0.0, -4e6],
+            background: Vec3::new(0.1, -0.0, 3.0),
+            ..Scene::default()
+        };
+        scene.lights.add_directional(Vec3::Y, Vec3::ONE);
+        scene.lights.add_point(Vec3::Y, Vec3::ONE, Vec3::X);
+        scene.textures.push(Texture {
+            width: 2,
+            height: 9,
+            wrap: [Wrap::Mirror, Wrap::Clamp],
+            texels: Default::default(),
+        });
+        let bytes = write(&scene, Extra { sah: 12.5 });
+        let (back, extra) = read(&bytes).expect("settings");
+        assert_eq!(write(&back, extra), bytes);
+        assert_eq!((back.width, back.output), (7, scene.output));
+        assert_eq!(back.textures, scene.textures);
+        assert_eq!(back.origin, scene.origin);
+        assert_eq!(*back.lights.directional, [true, false]);
+        for length in 0..bytes.len() {
+            assert!(read(&bytes[..length]).is_none(), "{length}");
+        }
+        assert!(read(&[&bytes[..], &[0]].concat()).is_none());
+        let spoiled = [
+            |s: &mut Scene| s.background.y = f32::NAN,
+            |s: &mut Scene| s.unit = 0.75,
+            |s: &mut Scene| s.unit = 0.0,
+            |s: &mut Scene| s.unit = -1.0,
+            |s: &mut Scene| s.origin[1] = f64::NAN,
+            |s: &mut Scene| s.origin[2] = f64::INFINITY,
+            |s: &mut Scene| s.textures[0].width = 0,
+            |s: &mut Scene| s.textures[0].height = u32::MAX,
+        ];
+        for (k, spoil) in spoiled.into_iter().enumerate() {
+            let (mut bad, extra) = read(&bytes).expect("settings");
+            spoil(&mut bad);
+            assert!(read(&write(&bad, extra)).is_none(), "{k}");
+        }
+    }
+}

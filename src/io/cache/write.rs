@@ -1,0 +1,132 @@
+//! A scene and its tree into a file.
+
+use super::BLOCK;
+use super::columns::columns;
+use super::header::{self, Shape};
+use super::settings::{self, Extra};
+use phalanx_scene::Scene;
+use phalanx_trace::bvh::{Bvh, BvhError};
+use rayon::prelude::*;
+use std::io::{self, Write};
+
+/// Why a cache could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The file could not be written.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// The tree is none that a cache can hold.
+    #[error(transparent)]
+    Tree(#[from] BvhError),
+}
+
+/// A section: one row after another, from one or several slices.
+pub(super) struct Section<'a> {
+    pub(super) name: &'static str,
+    pub(super) row_bytes: usize,
+    pub(super) parts: Vec<&'a [u8]>,
+}
+
+impl<'a> Section<'a> {
+    fn of(name: &'static str, row_bytes: usize, bytes: &'a [u8]) -> Section<'a> {
+        Section {
+            name,
+            row_bytes,
+            parts: vec![bytes],
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        self.parts.iter().map(|part| part.len()).sum()
+    }
+
+    fn checksum(&self) -> u32 {
+        let blocks: Vec<crc32fast::Hasher> = self
+            .parts
+            .par_iter()
+            .flat_map(|part| part.par_chunks(BLOCK))
+            .map(|block| {
+                let mut hasher = crc32fast::Hasher::new();
+                hasher.update(block);
+                hasher
+            })
+            .collect();
+        let mut whole = crc32fast::Hasher::new();
+        blocks.iter().for_each(|block| whole.combine(block));
+        whole.finalize()
+    }
+}
+
+/// All sections of a file: settings, texels, columns, arrays of the tree.
+pub(super) fn sections<'a>(
+    scene: &'a Scene,
+    bvh: &'a Bvh,
+    settings: &'a [u8],
+    levels: &'a [u16],
+) -> Vec<Section<'a>> {
+    let mut all = vec![Section::of("settings", 1, settings)];
+    let texels = scene.textures.iter();
+    all.push(Section {
+        name: "texels",
+        row_bytes: size_of::<[u8; 3]>(),
+        parts: texels.map(|t| bytemuck::cast_slice(&t.texels)).collect(),
+    });
+    let columns = columns(scene).into_iter();
+    all.extend(columns.map(|rows| Section::of(rows.name, rows.row_bytes, rows.bytes)));
+    let levels = bytemuck::cast_slice(levels);
+    all.push(Section::of("levels of the tree", size_of::<u16>(), levels));
+    let arrays = bvh.arrays().into_iter();
+    all.extend(arrays.map(|array| Section::of(array.name, array.row_bytes, array.bytes)));
+    all
+}
+
+/// Names and row sizes of all sections, in their order.
+pub(super) fn shapes() -> Vec<Shape> {
+    let (scene, bvh) = (Scene::default(), Bvh::default());
+    let sections = sections(&scene, &bvh, &[], &[]);
+    sections.iter().map(|s| (s.name, s.row_bytes)).collect()
+}
+
+/// A number that tells scenes apart: of every column, texel and setting, and of no tree. Equal scenes have equal ones, wherever they
+/// were read from.
+pub fn fingerprint(scene: &Scene) -> u64 {
+    let settings = settings::write(scene, Extra { sah: 0.0 });
+    let tree = Bvh::default();
+    let sections = sections(scene, &tree, &settings, &[]);
+    // FNV-1a, 64 bits, of sizes and checksums.
+    let words = sections
+        .iter()
+        .flat_map(|s| [s.bytes() as u64, s.checksum().into()]);
+    words.fold(0xcbf2_9ce4_8422_2325, |hash, word| {
+        (hash ^ word).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// Writes a scene, which must be valid, and its tree; returns the bytes written.
+///
+/// The same scene and tree give the same bytes on every machine of the same byte order.
+///
+/// # Errors
+/// [`WriteError`]; then half of the file may have been written.
+pub fn write(out: &mut dyn Write, scene: &Scene, bvh: &Bvh) -> Result<u64, WriteError> {
+    let settings = settings::write(scene, Extra { sah: bvh.sah() });
+    let levels = bvh.levels()?;
+    let sections = sections(scene, bvh, &settings, &levels);
+    let shapes: Vec<Shape> = sections.iter().map(|s| (s.name, s.row_bytes)).collect();
+    let table: Vec<(u64, u32)> = sections
+        .iter()
+        .map(|s| ((s.bytes() / s.row_bytes) as u64, s.checksum()))
+        .collect();
+    let (header, offsets) = header::write(&shapes, &table);
+    out.write_all(&header)?;
+    let mut end = header.len() as u64;
+    for (section, &offset) in sections.iter().zip(&offsets) {
+        // Less than a cache line.
+        out.write_all(&[0; header::ALIGN as usize][..(offset - end) as usize])?;
+        for part in &section.parts {
+            out.write_all(part)?;
+        }
+        end = offset + section.bytes() as u64;
+    }
+    Ok(end)
+}

@@ -1,0 +1,360 @@
+//! Metallic-roughness to the document's Ka, Kd, Ks, Kt and shininess: the table stands in the module above.
+
+use super::document::{Document, Material, MetallicRoughness, SpecularGlossiness, TextureInfo};
+use super::source::{Source, data_of, file_name};
+use crate::formats::Options;
+use crate::formats::mesh_defaults::GREY;
+use crate::formats::report::Report;
+use crate::formats::texture::{Embedded, TextureShelf};
+use glam::{Vec2, Vec3};
+use phalanx_scene::{Materials, NO_TEXTURE, Palette, Surface, Wrap};
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashMap};
+
+/// What a primitive needs of its material.
+#[derive(Clone)]
+pub(super) struct Look {
+    /// Row of the scene's materials.
+    pub(super) material: u32,
+    /// The attribute with its texture places, and what is done to them.
+    pub(super) uvs: Option<(String, UvMap)>,
+}
+
+/// KHR_texture_transform: u' = x · (u, v, 1), v' = y · (u, v, 1).
+#[derive(Clone, Copy)]
+pub(super) struct UvMap {
+    x: [f64; 3],
+    y: [f64; 3],
+}
+
+impl UvMap {
+    fn of(info: &TextureInfo) -> UvMap {
+        let Some(t) = &info.extensions.transform else {
+            return UvMap {
+                x: [1.0, 0.0, 0.0],
+                y: [0.0, 1.0, 0.0],
+            };
+        };
+        // Scaled, then turned counter-clockwise as seen on the picture, whose v points down.
+        let (sin, cos) = (libm::sin(t.rotation), libm::cos(t.rotation));
+        let ([sx, sy], [ox, oy]) = (t.scale, t.offset);
+        UvMap {
+            x: [cos * sx, sin * sy, ox],
+            y: [-sin * sx, cos * sy, oy],
+        }
+    }
+
+    pub(super) fn apply(&self, [u, v]: [f32; 2]) -> Vec2 {
+        let (u, v) = (f64::from(u), f64::from(v));
+        let row = |[a, b, c]: [f64; 3]| (a * u + b * v + c) as f32;
+        Vec2::new(row(self.x), row(self.y))
+    }
+}
+
+/// The scene's materials while it is read.
+pub(super) struct Looks<'a> {
+    source: &'a Source<'a>,
+    shelf: TextureShelf<'a>,
+    palette: Palette,
+    known: HashMap<Option<usize>, Look>,
+    /// What the file has and the picture does not show.
+    pub(super) unused: BTreeSet<&'static str>,
+}
+
+/// Ambient share of the diffuse colour, as of every mesh.
+const AMBIENT: f32 = 0.1;
+/// Reflectance of glass, paint and plastic seen straight on.
+const DIELECTRIC: f32 = 0.04;
+/// From this roughness on nothing is mirrored.
+const MATT: f32 = 0.5;
+/// Largest Blinn exponent.
+const SHARPEST: f32 = 10_000.0;
+
+impl<'a> Looks<'a> {
+    pub(super) fn new(source: &'a Source<'a>, shelf: TextureShelf<'a>) -> Self {
+        Looks {
+            source,
+            shelf,
+            palette: Palette::default(),
+            known: HashMap::new(),
+            unused: BTreeSet::new(),
+        }
+    }
+
+    /// The textures of all looks.
+    pub(super) fn into_textures(self) -> Vec<phalanx_scene::Texture> {
+        self.shelf.into_textures()
+    }
+
+    /// The look of a material's row; of no row, what the options say, or a matt grey.
+    pub(super) fn of(
+        &mut self,
+        row: Option<usize>,
+        options: &Options,
+        materials: &mut Materials,
+        report: &mut Report,
+    ) -> Result<Look, String> {
+        if let Some(look) = self.known.get(&row) {
+            return Ok(look.clone());
+        }
+        let document: &'a Document = &self.source.document;
+        let look = match row {
+            None => Look {
+                material: self
+                    .palette
+                    .row(&options.material.unwrap_or(GREY), materials),
+                uvs: None,
+            },
+            Some(row) => {
+                let material = document.materials.get(row);
+                let material = material.ok_or_else(|| format!("there is no materials[{row}]"))?;
+                self.note_unused(material);
+                let paint = Paint::of(material);
+                let texture = match paint.texture {
+                    Some(info) => self.texture(info, row, report)?,
+                    None => NO_TEXTURE,
+                };
+                let mut surface = surface(material, &paint);
+                surface.texture = texture;
+                let uvs = paint.texture.filter(|_| texture != NO_TEXTURE);
+                Look {
+                    material: self.palette.row(&surface, materials),
+                    uvs: uvs.map(|info| (set_of(info), UvMap::of(info))),
+                }
+            }
+        };
+        self.known.insert(row, look.clone());
+        Ok(look)
+    }
+
+    fn texture(
+        &mut self,
+        info: &TextureInfo,
+        material: usize,
+        report: &mut Report,
+    ) -> Result<u32, String> {
+        let document: &'a Document = &self.source.document;
+        let texture = document.textures.get(info.index);
+        let texture = texture.ok_or_else(|| format!("there is no textures[{}]", info.index))?;
+        let sampler = texture.sampler.and_then(|row| document.samplers.get(row));
+        let wrap = [
+            wrap_of(sampler.and_then(|s| s.wrap_s)),
+            wrap_of(sampler.and_then(|s| s.wrap_t)),
+        ];
+        let source = self.source;
+        let place = || source.place("materials", material);
+        let Some(row) = texture.source else {
+            let message = format!("textures[{}] has no PNG or JPEG picture", info.index);
+            report.warning(place(), message);
+            return Ok(NO_TEXTURE);
+        };
+        let image = document.images.get(row);
+        let image = image.ok_or_else(|| format!("there is no images[{row}]"))?;
+        if let Some(uri) = &image.uri {
+            return Ok(match data_of(uri) {
+                None => self.shelf.named(&file_name(uri), wrap, place, report),
+                Some(data) => {
+                    let bytes = || Ok(Cow::Owned(data.bytes()?));
+                    let picture = Embedded::Text(row);
+                    self.shelf.embedded(picture, bytes, wrap, place, report)
+                }
+            });
+        }
+        let view = image.buffer_view;
+        let view = view.ok_or_else(|| format!("images[{row}] has neither uri nor bufferView"))?;
+        let bytes = Cow::Borrowed(source.view(view)?);
+        let picture = Embedded::View(view);
+        let texture = self
+            .shelf
+            .embedded(picture, || Ok(bytes), wrap, place, report);
+        Ok(texture)
+    }
+
+    fn note_unused(&mut self, material: &Material) {
+        let metallic = &material.pbr_metallic_roughness;
+        let extensions = &material.extensions;
+        let transmission = extensions.transmission.as_ref();
+        let glossiness = extensions.specular_glossiness.as_ref();
+        for (name, there) in [
+            ("normal textures", material.normal_texture.is_some()),
+            ("occlusion textures", material.occlusion_texture.is_some()),
+            ("emissive textures", material.emissive_texture.is_some()),
+            (
+                "metallic-roughness textures",
+                metallic.metallic_roughness_texture.is_some(),
+            ),
+            (
+                "transmission textures",
+                transmission.is_some_and(|t| t.transmission_texture.is_some()),
+            ),
+            (
+                "specular-glossiness textures",
+                glossiness.is_some_and(|g| g.specular_glossiness_texture.is_some()),
+            ),
+            (
+                "alpha masks",
+                material.alpha_mode.as_deref() == Some("MASK"),
+            ),
+            (
+                "material extensions beyond those in the documentation",
+                !extensions.others.is_empty(),
+            ),
+        ] {
+            if there {
+                self.unused.insert(name);
+            }
+        }
+    }
+}
+
+fn set_of(info: &TextureInfo) -> String {
+    let transform = info.extensions.transform.as_ref();
+    let set = transform
+        .and_then(|t| t.tex_coord)
+        .unwrap_or(info.tex_coord);
+    format!("TEXCOORD_{set}")
+}
+
+fn wrap_of(number: Option<u32>) -> Wrap {
+    match number {
+        Some(33_071) => Wrap::Clamp,
+        Some(33_648) => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    }
+}
+
+/// What both ways of describing a material come to.
+struct Paint<'a> {
+    color: Vec3,
+    alpha: f32,
+    /// Share that reflects like a metal, in its colour.
+    metallic: f32,
+    roughness: f32,
+    /// Reflectance straight on of what is not metal.
+    specular: Vec3,
+    texture: Option<&'a TextureInfo>,
+}
+
+impl Paint<'_> {
+    fn of(material: &Material) -> Paint<'_> {
+        match &material.extensions.specular_glossiness {
+            Some(glossiness) => Paint::of_glossiness(glossiness),
+            None => Paint::of_metallic(material, &material.pbr_metallic_roughness),
+        }
+    }
+
+    fn of_metallic<'a>(material: &Material, pbr: &'a MetallicRoughness) -> Paint<'a> {
+        let [r, g, b, alpha] = pbr.base_color_factor.map(share);
+        let ior = ior(material);
+        let reflectance = (ior - 1.0) / (ior + 1.0);
+        // One number cannot stand for a texture of roughness, and one colour not for a mirror that a texture colours:
+        // both are shown as matt paint.
+        let varied = pbr.metallic_roughness_texture.is_some();
+        let metallic = share(pbr.metallic_factor);
+        let plain = !varied && (pbr.base_color_texture.is_none() || metallic == 0.0);
+        Paint {
+            color: Vec3::new(r, g, b),
+            alpha,
+            metallic: if plain { metallic } else { 0.0 },
+            roughness: if varied {
+                1.0
+            } else {
+                share(pbr.roughness_factor)
+            },
+            specular: match material.extensions.ior {
+                Some(_) => Vec3::splat(reflectance * reflectance),
+                None => Vec3::splat(DIELECTRIC),
+            },
+            texture: pbr.base_color_texture.as_ref(),
+        }
+    }
+
+    fn of_glossiness(glossiness: &SpecularGlossiness) -> Paint<'_> {
+        let [r, g, b, alpha] = glossiness.diffuse_factor.map(share);
+        let varied = glossiness.specular_glossiness_texture.is_some();
+        let gloss = share(glossiness.glossiness_factor);
+        Paint {
+            color: Vec3::new(r, g, b),
+            alpha,
+            metallic: 0.0,
+            roughness: if varied { 1.0 } else { 1.0 - gloss },
+            specular: Vec3::from_array(glossiness.specular_factor.map(share)),
+            texture: glossiness.diffuse_texture.as_ref(),
+        }
+    }
+}
+
+fn surface(material: &Material, paint: &Paint) -> Surface {
+    let extensions = &material.extensions;
+    let emitted = match (&material.emissive_texture, &extensions.emissive_strength) {
+        // Without its texture the whole surface would glow.
+        (Some(_), _) => Vec3::ZERO,
+        (None, strength) => {
+            let strength = strength.as_ref().map_or(1.0, |s| s.emissive_strength);
+            let bounded = |c: f64| (c * strength).clamp(0.0, 1e6) as f32;
+            Vec3::from_array(material.emissive_factor.map(bounded))
+        }
+    };
+    if extensions.unlit.is_some() {
+        return Surface {
+            ka: paint.color,
+            ke: emitted,
+            ..Surface::default()
+        };
+    }
+    let mirror = gloss(paint.roughness);
+    let transmission = extensions.transmission.as_ref();
+    let transmission = transmission.map_or(0.0, |t| share(t.transmission_factor));
+    let blended = material.alpha_mode.as_deref() == Some("BLEND");
+    // What is not there lets everything through; what is there and not metal may let its colour through.
+    let present = if blended { paint.alpha } else { 1.0 };
+    let through = transmission * (1.0 - paint.metallic);
+    let metal = paint.metallic * mirror;
+    let kd = paint.color * ((1.0 - metal) * (1.0 - through) * present);
+    let reflected = paint.specular * ((1.0 - paint.metallic) * mirror) + paint.color * metal;
+    Surface {
+        ka: kd * AMBIENT,
+        ke: emitted,
+        kd,
+        ks: reflected * present,
+        kt: paint.color * (through * present) + Vec3::splat(1.0 - present),
+        shininess: exponent(paint.roughness),
+        // A thin sheet, which all but those with a volume are, does not bend what it lets through.
+        ior: match extensions
+            .volume
+            .as_ref()
+            .is_some_and(|v| v.thickness_factor > 0.0)
+        {
+            true => ior(material),
+            false => 1.0,
+        },
+        texture: NO_TEXTURE,
+        gloss: 0.0,
+    }
+}
+
+/// Weight of the mirror image: 1 for a polished surface, 0 from [`MATT`] on.
+fn gloss(roughness: f32) -> f32 {
+    let left = (1.0 - roughness / MATT).max(0.0);
+    left * left
+}
+
+/// The Blinn exponent of a roughness r, 2/r⁴ − 2: its lobe is as wide as that of α = r² (Karis, "Specular BRDF
+/// Reference", 2013).
+fn exponent(roughness: f32) -> f32 {
+    let alpha = roughness * roughness;
+    (2.0 / (alpha * alpha) - 2.0).clamp(0.0, SHARPEST)
+}
+
+/// 1.5 if the file does not say, or something impossible.
+fn ior(material: &Material) -> f32 {
+    let ior = material.extensions.ior.as_ref().map_or(1.5, |i| i.ior);
+    match (1.0..=100.0).contains(&ior) {
+        true => ior as f32,
+        false => 1.5,
+    }
+}
+
+fn share(number: f64) -> f32 {
+    number.clamp(0.0, 1.0) as f32
+}

@@ -1,0 +1,457 @@
+//! glTF 2.0: a JSON document, and buffers in the file itself (GLB, `data:`) or beside it.
+//!
+//! | file | |
+//! |---|---|
+//! | `container` | the chunks of a GLB |
+//! | `document` | the JSON's structure |
+//! | `source` | buffers and buffer views, and where in the text a row stands |
+//! | `accessor` | typed rows, sparse or not |
+//! | `nodes` | the hierarchy, flattened |
+//! | `geometry` | primitives: triangles, strips and fans |
+//! | `copies` | which meshes and primitives are the same |
+//! | `materials` | what surfaces look like |
+//! | `lights` | cameras and lights |
+//!
+//! # What is shown
+//! The default scene; without one the first; without any, all root nodes. A mesh that one node shows is baked into the
+//! world; one that several show is stored once and placed (baked where single precision could not go there and back).
+//! Copies of more than 262,144 triangles are stored once and placed, too: of meshes that have the same accessors and
+//! materials, of such primitives of one mesh, and of meshes too large or small to be placed as they are.
+//! Skins and morph targets stay in their rest pose, points and lines are left out, animations are not played.
+//!
+//! # Materials
+//! With base colour c, metallic m, roughness r and gloss g = max(0, 1 − 2r)² (Ks weighs the mirror image as well as the
+//! highlight, so that nothing rough may have any):
+//!
+//! | | |
+//! |---|---|
+//! | Kd | c · (1 − m·g) · (1 − t) |
+//! | Ka | Kd / 10 |
+//! | Ks | (1 − m)·g·F0 + m·g·c, F0 = 4 %, or as KHR_materials_ior says |
+//! | shininess | 2/r⁴ − 2, at most 10000 |
+//! | Kt | c · t, t = transmission · (1 − m) |
+//! | ior | 1, as of a thin sheet; that of KHR_materials_ior where there is a volume |
+//! | Ke | emissive factor · strength; 0 where it has a texture, which would have to say where |
+//!
+//! The base colour texture multiplies Ka and Kd. A metal with a texture, and every material with a metallic-roughness
+//! texture, is shown as matt paint of its colour: one number cannot stand for a picture. `BLEND` with an alpha below 1
+//! lets 1 − alpha through, unbent; masks are ignored. KHR_materials_unlit becomes Ka = c alone.
+//! KHR_materials_pbrSpecularGlossiness: Kd its diffuse, F0 its specular colour, r = 1 − glossiness. A primitive without a
+//! material takes the user's, or the grey of all meshes.
+//!
+//! # Lights and cameras
+//! Candela and lux over π are colours, so that a white surface facing 1 lux of light has radiance 1/π; point lights fade
+//! with the square of the distance. Where the middle of the scene then gets less than 0.25 or more than 4, all lights are
+//! scaled alike to give it 1, with a warning. Spot lights shine to all sides, with a warning. The first perspective camera
+//! is the view, and its aspect ratio that of the picture; orthographic ones are left out, with a warning.
+
+mod accessor;
+mod container;
+mod copies;
+mod document;
+mod geometry;
+mod lights;
+mod materials;
+mod nodes;
+mod source;
+
+use super::allowance::Allowance;
+use super::complete::{Missing, complete};
+use super::folder::Folder;
+use super::mesh_defaults::{BARE, empty_scene};
+use super::origin::{self, Origin, Stop};
+use super::report::{Place, Report, quoted};
+use super::texture::TextureShelf;
+use super::{Loaded, Options};
+use copies::{Copies, MOST_COPIED, Part};
+use geometry::{Bad, CORNERS_BYTES, Shape, is_surface};
+use glam::{DAffine3, DVec3};
+use materials::Looks;
+use nodes::Placed;
+use phalanx_scene::{Bounds, Scene};
+use source::Source;
+
+/// Extensions that a file may require; the others are refused by name.
+const KNOWN: [&str; 16] = [
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+];
+
+/// Whether the bytes are a GLB, whose text means nothing to a person.
+pub(super) fn is_binary(bytes: &[u8]) -> bool {
+    bytes.starts_with(container::MAGIC)
+}
+
+/// Reads a scene from the bytes of a `.gltf` or `.glb` file.
+///
+/// # Errors
+/// What is wrong with it: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
+pub(super) fn read(bytes: &[u8], beside: &Folder, options: &Options) -> Result<Loaded, Stop> {
+    let mut report = match is_binary(bytes) {
+        true => Report::binary(),
+        false => Report::new(bytes),
+    };
+    let mut scene = empty_scene();
+    let mut missing = BARE;
+    let opened = container::open(bytes);
+    let parsed = opened.and_then(|parts| {
+        let rows = memchr::memchr_iter(b'{', &bytes[parts.json.clone()]).count() as u64;
+        let what = || "for the rows of the document".to_owned();
+        // Names and data in the text are kept as they stand there.
+        let text = parts.json.len() as u64;
+        let allowed = beside.allowance().take(rows * ROW_BYTES + text, what);
+        allowed.map_err(|message| (Place::START, message))?;
+        Ok((Source::parse(bytes, &parts)?, parts))
+    });
+    match parsed {
+        Err((place, message)) => report.error(place, message),
+        Ok((mut source, parts)) => {
+            let binary = parts.binary.map(|range| &bytes[range]);
+            source.load_buffers(binary, beside, &mut report);
+            if extensions_are_known(&source, &mut report) && report.is_clean() {
+                let mut reader = Reader::new(&source, beside, options, scene, report);
+                reader.run(&mut missing)?;
+                (scene, report) = (reader.scene, reader.report);
+            }
+        }
+    }
+    complete(scene, &missing, options, report)
+}
+
+/// Memory for an object of the document, such as a node, and what becomes of it.
+const ROW_BYTES: u64 = 1024;
+
+fn extensions_are_known(source: &Source, report: &mut Report) -> bool {
+    let required = &source.document.extensions_required;
+    let unknown = required.iter().filter(|n| !KNOWN.contains(&n.as_str()));
+    let before = report.is_clean();
+    for name in unknown {
+        let name = quoted(name);
+        let message = format!("the file requires the extension {name}, which is not read here");
+        report.error_with_help(
+            Place::START,
+            message,
+            "export it again without compression or that extension",
+        );
+    }
+    before && report.is_clean()
+}
+
+struct Reader<'a, 't> {
+    source: &'a Source<'a>,
+    options: &'a Options,
+    scene: Scene,
+    report: Report<'t>,
+    looks: Option<Looks<'a>>,
+    allowance: &'a Allowance,
+    copies: Copies<'a>,
+    /// Triangles that may still be made: as many as the file has bytes, and a few million. Accessors may be shared,
+    /// and nothing else bounds how often.
+    triangles_left: u64,
+    /// Set where the scene's origin rounds coordinates that are single precision in the file.
+    inexact: bool,
+}
+
+/// Triangles that a file of any size may have.
+const FREE_TRIANGLES: u64 = 1 << 24;
+/// Extents of meshes that are placed as they are: beyond, what is stored could not be intersected in single precision.
+const COMFORT: std::ops::RangeInclusive<f32> = 1.0 / 268_435_456.0..=268_435_456.0;
+
+/// The map into the space where a mesh is stored, from its own, and the map back: moved to an origin, and then scaled.
+fn stored_space(origin: Option<DVec3>, scale: f64) -> [DAffine3; 2] {
+    let origin = origin.unwrap_or_default();
+    let scaled = |by: f64| DAffine3::from_scale(DVec3::splat(by));
+    [
+        scaled(scale) * DAffine3::from_translation(-origin),
+        DAffine3::from_translation(origin) * scaled(1.0 / scale),
+    ]
+}
+
+impl<'a, 't> Reader<'a, 't> {
+    fn new(
+        source: &'a Source<'a>,
+        beside: &'a Folder,
+        options: &'a Options,
+        scene: Scene,
+        report: Report<'t>,
+    ) -> Self {
+        Reader {
+            source,
+            options,
+            scene,
+            report,
+            looks: Some(Looks::new(source, TextureShelf::new(beside))),
+            allowance: beside.allowance(),
+            copies: Copies::of(&source.document),
+            triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
+            inexact: false,
+        }
+    }
+
+    fn run(&mut self, missing: &mut Missing) -> Result<(), Stop> {
+        let nodes = nodes::flatten(self.source, self.options.origin, &mut self.report);
+        let placements = self.placements(&nodes);
+        for (mesh, places) in self.copies.joined(placements) {
+            for part in self.copies.parts(mesh, places.len()) {
+                if self.report.is_full() {
+                    return Ok(());
+                }
+                let times = |map: DAffine3| std::iter::repeat_n(map, part.times);
+                let places: Vec<DAffine3> = places.iter().copied().flat_map(times).collect();
+                if let Err(message) = self.mesh(mesh, &part, &places) {
+                    self.source
+                        .error(&mut self.report, "meshes", mesh, &message);
+                }
+            }
+        }
+        if !self.report.is_clean() {
+            return Ok(());
+        }
+        if self.inexact {
+            return Err(Stop::Inexact);
+        }
+        if self.scene.prims.is_empty() {
+            self.report.warning(
+                Place::START,
+                "the file shows no triangles: the picture will be empty",
+            );
+        }
+        let bounds = self.scene.bounds();
+        if self.options.origin == Origin::Auto
+            && let Some(far) = origin::of_bounds(bounds)
+        {
+            return Err(Stop::Far(far));
+        }
+        self.surroundings(&nodes, bounds, missing);
+        self.tell_unused(&nodes);
+        Ok(())
+    }
+
+    fn surroundings(&mut self, nodes: &[Placed], bounds: Bounds, missing: &mut Missing) {
+        let (source, scene, report) = (self.source, &mut self.scene, &mut self.report);
+        missing.view = !lights::add_camera(source, nodes, bounds, scene, report);
+        missing.lights = !lights::add_lights(source, nodes, bounds, scene, report);
+    }
+
+    /// Every mesh that is shown, in the order of its first node, and where it is shown.
+    fn placements(&mut self, nodes: &[Placed]) -> Vec<(usize, Vec<DAffine3>)> {
+        let document = &self.source.document;
+        let mut order = Vec::new();
+        let mut places: Vec<Vec<DAffine3>> = Vec::new();
+        places.resize_with(document.meshes.len(), Vec::new);
+        for placed in nodes {
+            let Some(mesh) = document.nodes[placed.node].mesh else {
+                continue;
+            };
+            let Some(maps) = places.get_mut(mesh) else {
+                let message = format!("there is no meshes[{mesh}]");
+                self.source
+                    .error(&mut self.report, "nodes", placed.node, &message);
+                continue;
+            };
+            if maps.is_empty() {
+                order.push(mesh);
+            }
+            maps.push(placed.to_world);
+        }
+        let taken = order.into_iter();
+        taken
+            .map(|mesh| (mesh, std::mem::take(&mut places[mesh])))
+            .collect()
+    }
+
+    fn mesh(&mut self, mesh: usize, part: &Part, places: &[DAffine3]) -> Result<(), String> {
+        let shapes = self.shapes(mesh, part)?;
+        let bounds = shapes.iter().map(Shape::bounds);
+        let bounds = bounds.fold(Bounds::EMPTY, Bounds::union);
+        let extent = bounds.lo.abs().max(bounds.hi.abs()).max_element();
+        let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
+        let copied = triangles.saturating_mul(places.len() as u64 - 1);
+        let size = match COMFORT.contains(&extent) {
+            true => Some(1.0),
+            false if copied > MOST_COPIED => Some(into_comfort(extent)),
+            false => None,
+        };
+        let (true, Some(size)) = (places.len() > 1, size) else {
+            // The same in each place.
+            let mut bad = Bad::default();
+            for map in places {
+                bad = self.bake(&shapes, map)?;
+            }
+            self.tell_bad(mesh, bad);
+            return Ok(());
+        };
+        let stored = self.scene.begin_mesh();
+        // Near the geometry where that is far away in the mesh's own space, too: files have accessors that hold a map's
+        // coordinates, and nodes that take them back.
+        let own = origin::of_bounds(bounds);
+        let [taken, back] = stored_space(own, size);
+        let bad = self.bake(&shapes, &taken)?;
+        self.scene.end_mesh(stored);
+        self.tell_bad(mesh, bad);
+        let mut baked = 0;
+        for map in places {
+            // Zeros keep their signs where there is nothing to undo.
+            let undone = own.is_none() && size == 1.0;
+            let to_world = if undone { *map } else { *map * back };
+            if self.scene.add_instance(stored, to_world).is_err() {
+                baked += 1;
+                self.bake(&shapes, map)?;
+            }
+        }
+        if baked > 0 {
+            let message = format!(
+                "a mesh is made flat, or too large or small, by the nodes above it: {baked} of its {} copies are stored",
+                places.len()
+            );
+            let place = self.source.place("meshes", mesh);
+            self.report.warning(place, message);
+        }
+        Ok(())
+    }
+
+    /// Adds shapes under a map to the scene, and takes their triangles out of what may still be made.
+    fn bake(&mut self, shapes: &[Shape], map: &DAffine3) -> Result<Bad, String> {
+        let mut all = Bad::default();
+        let open: usize = shapes.iter().map(Shape::len).sum();
+        let open = open as u64 * CORNERS_BYTES;
+        for shape in shapes {
+            let left = self.triangles_left.checked_sub(shape.len() as u64);
+            self.triangles_left = left.ok_or("its copies have too many triangles for this file")?;
+            let what = || format!("for {} more triangles", shape.len());
+            let bytes = shape.mesh_bytes();
+            self.allowance.lend(open.saturating_add(bytes), what)?;
+            self.allowance.take(bytes, what)?;
+            let (mesh, bad) = shape.mesh(map, self.options.origin)?;
+            self.scene.add_mesh(mesh);
+            all.normals += bad.normals;
+            all.uvs += bad.uvs;
+            self.inexact |= bad.inexact;
+        }
+        Ok(all)
+    }
+
+    fn tell_bad(&mut self, mesh: usize, bad: Bad) {
+        let normals = match bad.normals {
+            0 => None,
+            1 => Some("one normal is zero or not finite: faces that use it are shaded flat".into()),
+            count => Some(format!(
+                "{count} normals are zero or not finite: faces that use them are shaded flat"
+            )),
+        };
+        let uvs = match bad.uvs {
+            0 => None,
+            1 => Some("one texture place is not finite: faces that use it have no texture".into()),
+            count => Some(format!(
+                "{count} texture places are not finite: faces that use them have no texture"
+            )),
+        };
+        for message in [normals, uvs].into_iter().flatten() {
+            let place = self.source.place("meshes", mesh);
+            self.report
+                .warning(place, format!("meshes[{mesh}]: {message}"));
+        }
+    }
+
+    fn shapes(&mut self, mesh: usize, part: &Part) -> Result<Vec<Shape<'a>>, String> {
+        let source = self.source;
+        let mut shapes = Vec::new();
+        let mut skipped = 0;
+        // All primitives of a mesh are open at once.
+        let mut left = self.triangles_left;
+        let mut open = 0;
+        for &k in &part.primitives {
+            let primitive = &source.document.meshes[mesh].primitives[k];
+            if primitive.mode > 6 {
+                return Err(format!(
+                    "primitives[{k}]: there is no mode {}",
+                    primitive.mode
+                ));
+            }
+            if !is_surface(primitive.mode) {
+                skipped += 1;
+                continue;
+            }
+            let named = |reason: String| format!("primitives[{k}]: {reason}");
+            let Some(looks) = &mut self.looks else {
+                continue;
+            };
+            if primitive.targets.is_some() {
+                looks.unused.insert("morph targets");
+            }
+            let (materials, report) = (&mut self.scene.materials, &mut self.report);
+            let look = looks.of(primitive.material, self.options, materials, report);
+            let look = look.map_err(named)?;
+            let allowance = self.allowance;
+            let room = |triangles: u64, columns: u64| {
+                let what = || format!("for {triangles} more triangles");
+                open += triangles * CORNERS_BYTES;
+                allowance.lend(open.saturating_add(columns), what)
+            };
+            let shape = Shape::open(source, primitive, &look, left, room).map_err(named)?;
+            left -= shape.len() as u64;
+            if shape.len() > 0 {
+                shapes.push(shape);
+            }
+        }
+        if skipped > 0 {
+            let message =
+                format!("meshes[{mesh}]: {skipped} primitives of points or lines are left out");
+            self.report.warning(source.place("meshes", mesh), message);
+        }
+        Ok(shapes)
+    }
+
+    /// One warning for everything that the file has and the picture does not show; then the textures go to the scene.
+    fn tell_unused(&mut self, nodes: &[Placed]) {
+        let Some(mut looks) = self.looks.take() else {
+            return;
+        };
+        let document = &self.source.document;
+        let shown = || nodes.iter().map(|placed| &document.nodes[placed.node]);
+        if !document.animations.is_empty() {
+            looks.unused.insert("animations");
+        }
+        if shown().any(|node| node.skin.is_some()) {
+            looks.unused.insert("skins");
+        }
+        if shown().any(|node| node.extensions.instancing.is_some()) {
+            looks.unused.insert("EXT_mesh_gpu_instancing");
+        }
+        if !looks.unused.is_empty() {
+            let names: Vec<&str> = looks.unused.iter().copied().collect();
+            let message = format!("not shown: {}", names.join(", "));
+            self.report.warning(Place::START, message);
+        }
+        self.scene.textures = looks.into_textures();
+    }
+}
+
+/// The power of two that brings an extent to the nearer end of [`COMFORT`], so that nothing is rounded.
+fn into_comfort(extent: f32) -> f64 {
+    let nearest = extent.clamp(*COMFORT.start(), *COMFORT.end());
+    match extent > 0.0 && extent.is_finite() {
+        true => libm::ldexp(
+            1.0,
+            libm::ilogb(f64::from(nearest)) - libm::ilogb(f64::from(extent)),
+        ),
+        false => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests;

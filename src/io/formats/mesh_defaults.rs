@@ -1,0 +1,36 @@
+//! What a picture of a bare mesh is made with.
+
+use super::complete::Missing;
+use glam::Vec3;
+use phalanx_scene::{Scene, Surface, Tone};
+
+/// The material of a mesh that names none: a warm light grey, matt.
+pub(super) const GREY: Surface = Surface {
+    ka: Vec3::new(0.075, 0.073, 0.07),
+    ke: Vec3::ZERO,
+    kd: Vec3::new(0.75, 0.73, 0.70),
+    ks: Vec3::ZERO,
+    kt: Vec3::ZERO,
+    shininess: 1.0,
+    ior: 1.0,
+    texture: phalanx_scene::NO_TEXTURE,
+    gloss: 0.0,
+};
+
+/// What formats of nothing but triangles do not say.
+pub(super) const BARE: Missing = Missing {
+    view: true,
+    lights: true,
+    background: true,
+};
+
+/// A scene for a mesh: its picture's size and tone, and nothing in it yet.
+pub(super) fn empty_scene() -> Scene {
+    Scene {
+        width: 1280,
+        height: 960,
+        max_depth: 5,
+        tone: Tone::SRGB,
+        ..Scene::default()
+    }
+}

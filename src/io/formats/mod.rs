@@ -1,0 +1,417 @@
+//! Bytes to [`Scene`]: the only place where a scene file can be wrong.
+
+mod allowance;
+mod bytes;
+mod complete;
+mod decimal;
+mod faces;
+mod folder;
+mod gltf;
+mod mesh;
+mod mesh_defaults;
+mod nff;
+mod number;
+mod obj;
+mod origin;
+mod picture;
+mod ply;
+mod report;
+mod stl;
+mod test_scene;
+mod texture;
+mod workers;
+
+pub use complete::amend;
+pub use origin::Origin;
+pub(crate) use origin::note as origin_note;
+pub use report::MAX_DIAGNOSTICS;
+
+use folder::Folder;
+use glam::{DVec3, Vec3};
+use origin::Stop;
+use phalanx_scene::{FileView, Scene, Surface};
+use report::{Place, Report};
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// One thing to say about a place in a scene file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// Line, from 1; 0 in a binary file, where only the offset tells the place.
+    pub line: usize,
+    /// Column in characters, from 1; a byte order mark counts as none. 0 in a binary file.
+    pub column: usize,
+    /// Byte offset of the place in the file, byte order mark included.
+    pub offset: usize,
+    /// Bytes the place spans.
+    pub length: usize,
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it, where that can be said.
+    pub help: Option<String>,
+}
+
+/// Why no scene came out of a file.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// The file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The file is not a scene.
+    #[error("{}: {}", path.display(), summary(diagnostics))]
+    Scene {
+        /// The file.
+        path: PathBuf,
+        /// Its text, for showing the places; U+FFFD or `?` stands for what is not UTF-8. Of a binary file its header, if
+        /// that is text.
+        text: String,
+        /// What is wrong: at least one, at most [`MAX_DIAGNOSTICS`], in file order.
+        diagnostics: Vec<Diagnostic>,
+    },
+    /// Files that the scene names, or data that it makes, would take more than [`Options::max_memory`].
+    #[error("{}: about {needed} bytes would be needed {what}, and {allowed} are allowed", path.display())]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// Its purpose, as in "to decode the texture `a.png`".
+        what: String,
+        /// Bytes that would be used with it.
+        needed: u64,
+        /// Bytes that may be used.
+        allowed: u64,
+    },
+    /// The file's ending names no format that is read here.
+    #[error("{}: not a scene format that is read here", path.display())]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+fn summary(diagnostics: &[Diagnostic]) -> String {
+    let first = &diagnostics[0];
+    match first.line {
+        0 => format!("byte {}: {}", first.offset, first.message),
+        line => format!("{line}:{}: {}", first.column, first.message),
+    }
+}
+
+/// A scene and what its reader noticed.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The scene, validated and range-fitted.
+    pub scene: Scene,
+    /// Remarks that do not stop a render.
+    pub warnings: Vec<Diagnostic>,
+    /// What was added because the file has none, such as a camera.
+    pub notes: Vec<String>,
+}
+
+/// What the user gives beside the file: for what a mesh lacks, or instead of what a file has.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Instead of the file's camera.
+    pub view: Option<FileView>,
+    /// Instead of the file's lights, unless empty.
+    pub lights: Vec<Light>,
+    /// Instead of the file's background.
+    pub background: Option<Vec3>,
+    /// For triangles whose file names no material.
+    pub material: Option<Surface>,
+    /// Where the scene's origin is put.
+    pub origin: Origin,
+    /// Threads that a reader may use; 0 for one per CPU.
+    pub threads: usize,
+    /// Bytes that may be used for what the file names or makes beyond itself and columns of its
+    /// size: other files, pictures decoded, meshes copied into place, polygons of few bytes a
+    /// triangle. They are counted before they are used; none for as many as there are.
+    pub max_memory: Option<u64>,
+}
+
+/// A light of [`Options`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Light {
+    /// A point light that does not fade.
+    Point {
+        /// Where it is, in the file's coordinates.
+        position: DVec3,
+        /// Colour.
+        color: Vec3,
+    },
+    /// Light from infinitely far away.
+    Directional {
+        /// The vector toward it, of any length but zero.
+        toward: Vec3,
+        /// Colour.
+        color: Vec3,
+    },
+}
+
+/// A scene format, by the ending of its files.
+#[derive(Clone, Copy)]
+enum Format {
+    Test,
+    Nff,
+    Gltf,
+    Obj,
+    Ply,
+    Stl,
+}
+
+impl Format {
+    const ALL: [(&'static str, Format); 7] = [
+        ("test", Format::Test),
+        ("nff", Format::Nff),
+        ("gltf", Format::Gltf),
+        ("glb", Format::Gltf),
+        ("obj", Format::Obj),
+        ("ply", Format::Ply),
+        ("stl", Format::Stl),
+    ];
+
+    fn of(ending: &OsStr) -> Option<Format> {
+        let named = Format::ALL.iter();
+        named
+            .filter(|(name, _)| ending.eq_ignore_ascii_case(name))
+            .map(|&(_, format)| format)
+            .next()
+    }
+
+    /// The part of the file whose lines mean anything to a person.
+    fn text(self, bytes: &[u8]) -> String {
+        match self {
+            Format::Gltf if gltf::is_binary(bytes) => String::new(),
+            Format::Test | Format::Nff | Format::Gltf => {
+                String::from_utf8_lossy(bytes).into_owned()
+            }
+            Format::Obj => shown(bytes),
+            Format::Ply => shown(ply::text_part(bytes)),
+            Format::Stl => shown(stl::text_part(bytes)),
+        }
+    }
+}
+
+/// The endings of the files that [`load`] reads.
+pub fn endings() -> impl Iterator<Item = &'static str> {
+    Format::ALL.iter().map(|&(ending, _)| ending)
+}
+
+/// Reads a scene file, choosing the format by its ending.
+///
+/// # Errors
+/// [`LoadError`], with every problem found up to [`MAX_DIAGNOSTICS`].
+pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
+    load_format(path, path.extension(), options)
+}
+
+/// Reads a scene file of the format with this ending (one of [`endings`]), whatever its name ends
+/// in.
+///
+/// # Errors
+/// As of [`load`].
+pub fn load_as(path: &Path, ending: &str, options: &Options) -> Result<Loaded, LoadError> {
+    load_format(path, Some(OsStr::new(ending)), options)
+}
+
+fn load_format(
+    path: &Path,
+    ending: Option<&OsStr>,
+    options: &Options,
+) -> Result<Loaded, LoadError> {
+    let io = |source| LoadError::Io {
+        path: path.to_path_buf(),
+        source,
+    };
+    // Opened before the ending is looked at: that a file is not there is the better answer to a mistyped name.
+    let file = open(path).map_err(io)?;
+    let format = known_format(path, ending)?;
+    let bytes = bytes::read(file, path, options.threads).map_err(io)?;
+    load_read(path, format, &bytes, options)
+}
+
+/// Reads a scene from bytes that came from elsewhere, a pipe for example, as from a file of this
+/// path and of the format with this ending (one of [`endings`]): files that the scene names are
+/// looked for in the path's folder.
+///
+/// # Errors
+/// As of [`load`].
+pub fn load_bytes(
+    path: &Path,
+    ending: &str,
+    bytes: &[u8],
+    options: &Options,
+) -> Result<Loaded, LoadError> {
+    let format = known_format(path, Some(OsStr::new(ending)))?;
+    load_read(path, format, bytes, options)
+}
+
+fn known_format(path: &Path, ending: Option<&OsStr>) -> Result<Format, LoadError> {
+    let known = ending.and_then(Format::of);
+    known.ok_or_else(|| LoadError::UnknownFormat {
+        path: path.to_path_buf(),
+    })
+}
+
+fn load_read(
+    path: &Path,
+    format: Format,
+    bytes: &[u8],
+    options: &Options,
+) -> Result<Loaded, LoadError> {
+    let beside = Folder::of(path).within(options.max_memory);
+    read(format, bytes, &beside, options).map_err(|diagnostics| {
+        let path = path.to_path_buf();
+        match beside.allowance().refusal() {
+            Some(refused) => LoadError::Memory {
+                path,
+                what: refused.what,
+                needed: refused.needed,
+                allowed: refused.allowed,
+            },
+            None => LoadError::Scene {
+                path,
+                text: format.text(bytes),
+                diagnostics,
+            },
+        }
+    })
+}
+
+/// Reads a file as it stands, and once more where its geometry turns out to be far away: see [`origin`].
+fn read(
+    format: Format,
+    bytes: &[u8],
+    beside: &Folder,
+    options: &Options,
+) -> Result<Loaded, Vec<Diagnostic>> {
+    let mut options = options.clone();
+    let chosen = options.origin != Origin::Auto;
+    let mut notes = Vec::new();
+    let mut readings = 0;
+    loop {
+        readings += 1;
+        let origin = options.origin.place();
+        match read_once(format, bytes, beside, &options) {
+            Ok(mut loaded) => {
+                let again = !chosen && loaded.scene.is_moved() && readings < origin::READINGS;
+                match origin::of_scene(&loaded.scene).filter(|_| again) {
+                    Some(farther) => options.origin = Origin::At((origin + farther).into()),
+                    None => {
+                        notes.extend(origin::note(&loaded.scene));
+                        notes.append(&mut loaded.notes);
+                        return Ok(Loaded { notes, ..loaded });
+                    }
+                }
+            }
+            Err(Stop::Wrong(diagnostics)) => return Err(diagnostics),
+            Err(Stop::Far(place)) => options.origin = Origin::At(place.into()),
+            Err(Stop::Inexact) => {
+                options.origin = Origin::File;
+                notes.push(
+                    "the scene keeps the origin of its file: its coordinates are single precision, and moving them \
+                     would round them"
+                        .to_owned(),
+                );
+            }
+        }
+    }
+}
+
+fn read_once(
+    format: Format,
+    bytes: &[u8],
+    beside: &Folder,
+    options: &Options,
+) -> Result<Loaded, Stop> {
+    match format {
+        Format::Test => test_scene::read(text_of(bytes)?, options),
+        Format::Nff => nff::read(text_of(bytes)?, options),
+        Format::Gltf if gltf::is_binary(bytes) => gltf::read(bytes, beside, options),
+        Format::Gltf => gltf::read(text_of(bytes)?.as_bytes(), beside, options),
+        Format::Obj => obj::read(bytes, beside, options),
+        Format::Ply => ply::read(bytes, beside.allowance(), options),
+        Format::Stl => stl::read(bytes, options),
+    }
+}
+
+/// Reads a scene from bytes, as from a file with that ending (one of [`endings`]) but without a folder around it.
+/// `None` if the ending names no format.
+///
+/// # Errors
+/// What is wrong with the bytes, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
+pub fn read_bytes(
+    ending: &str,
+    bytes: &[u8],
+    options: &Options,
+) -> Option<Result<Loaded, Vec<Diagnostic>>> {
+    let format = Format::of(OsStr::new(ending))?;
+    let beside = Folder::nowhere().within(options.max_memory);
+    Some(read(format, bytes, &beside, options))
+}
+
+fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
+    std::str::from_utf8(bytes).map_err(|error| not_text(bytes, error.valid_up_to()))
+}
+
+/// Reads a scene from the text of a `.test` file.
+///
+/// # Errors
+/// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
+pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
+    read_text(Format::Test, text)
+}
+
+/// Reads a scene from the text of an NFF file (Eric Haines' neutral file format).
+///
+/// # Errors
+/// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
+pub fn read_nff(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
+    read_text(Format::Nff, text)
+}
+
+fn read_text(format: Format, text: &str) -> Result<Loaded, Vec<Diagnostic>> {
+    let options = Options::default();
+    read(format, text.as_bytes(), &Folder::nowhere(), &options)
+}
+
+fn open(path: &Path) -> io::Result<File> {
+    // Some systems open a directory as if it were a file and fail at the first read, others say "access denied".
+    if std::fs::metadata(path)?.is_dir() {
+        return Err(io::Error::new(
+            io::ErrorKind::IsADirectory,
+            "is a directory",
+        ));
+    }
+    File::open(path)
+}
+
+/// Text that need not be UTF-8, such as names in old encodings: what is not becomes `?`, a byte each, so that every
+/// place stays where it is.
+fn shown(bytes: &[u8]) -> String {
+    let mut out = String::with_capacity(bytes.len());
+    for chunk in bytes.utf8_chunks() {
+        out.push_str(chunk.valid());
+        out.extend(chunk.invalid().iter().map(|_| '?'));
+    }
+    out
+}
+
+/// That a text file stops to be one at `offset`.
+fn not_text(bytes: &[u8], offset: usize) -> Vec<Diagnostic> {
+    let mut report = Report::new(bytes);
+    // Nothing wide: a byte of the file is another number of bytes where the text is shown.
+    let place = Place { offset, length: 0 };
+    report.error_with_help(
+        place,
+        format!("byte 0x{:02X} is not UTF-8", bytes[offset]),
+        "save the file as UTF-8 (or plain ASCII) text",
+    );
+    report.finish().err().unwrap_or_default()
+}

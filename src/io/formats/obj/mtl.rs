@@ -1,0 +1,345 @@
+//! MTL: named materials, and what they become.
+//!
+//! The renderer's surface is the document's: Ka is added as it is, Ks weighs both the highlight and the mirror ray, Kt
+//! the refracted ray. MTL knows an ambient light of its own, highlights without mirrors, and opacity. So:
+//!
+//! | surface | from |
+//! |---|---|
+//! | Ka | 0.1 × `Ka`, the rest of the room being a tenth as bright as a lamp; 0.1 × `Kd` where `Ka` is missing or black |
+//! | Ke | `Ke` |
+//! | Kd | `Kd`, 0.8 if missing |
+//! | Ks | `Ks` for `illum` 3 and more, which ask for mirrors; 0.15 × `Ks` for 2 and none, a highlight with a faint sheen; 0 for `illum` 0 and 1 |
+//! | Kt | (1 - `d`) × `Tf`; `Tr` is 1 - `d`, and loses against a `d` |
+//! | shininess | `Ns` |
+//! | index of refraction | `Ni` for `illum` 4 and more; else 1: what is thin lets light through unbent |
+//! | texture | `map_Kd`, which is multiplied with Ka and Kd |
+//!
+//! Ka and Kd are multiplied by `d`. Other statements are ignored.
+
+use super::cursor::Cursor;
+use crate::formats::mesh::{Fault, Faults};
+use crate::formats::report::Place;
+use glam::Vec3;
+use phalanx_scene::{Surface, Wrap};
+
+/// How bright the room is beside its lamps.
+const AMBIENT: f32 = 0.1;
+/// How much of a mere highlight is a mirror.
+const SHEEN: f32 = 0.15;
+/// The diffuse colour of a material without `Kd`.
+const PLAIN: Vec3 = Vec3::splat(0.8);
+
+/// A material as the file has it.
+#[derive(Debug)]
+pub(super) struct Material {
+    /// As bytes: what is not UTF-8 would be made alike as text.
+    pub(super) name: Vec<u8>,
+    ka: Option<Vec3>,
+    kd: Option<Vec3>,
+    ks: Vec3,
+    ke: Vec3,
+    tf: Vec3,
+    ns: f32,
+    ni: f32,
+    d: Option<f32>,
+    tr: Option<f32>,
+    illum: Option<f32>,
+    /// The diffuse texture.
+    pub(super) map: Option<Map>,
+}
+
+/// A texture that a material names.
+#[derive(Clone, Debug)]
+pub(super) struct Map {
+    pub(super) file: String,
+    pub(super) wrap: [Wrap; 2],
+}
+
+impl Material {
+    fn new(name: Vec<u8>) -> Material {
+        Material {
+            name,
+            ka: None,
+            kd: None,
+            ks: Vec3::ZERO,
+            ke: Vec3::ZERO,
+            tf: Vec3::ONE,
+            ns: 1.0,
+            ni: 1.0,
+            d: None,
+            tr: None,
+            illum: None,
+            map: None,
+        }
+    }
+
+    /// As the table above says.
+    pub(super) fn surface(&self, texture: u32) -> Surface {
+        let illum = self.illum.unwrap_or(2.0);
+        let mirror = match illum {
+            i if i >= 3.0 => 1.0,
+            i if i >= 2.0 => SHEEN,
+            _ => 0.0,
+        };
+        let opacity = self.d.or(self.tr.map(|tr| 1.0 - tr));
+        let opacity = opacity.unwrap_or(1.0).clamp(0.0, 1.0);
+        let kd = self.kd.unwrap_or(PLAIN);
+        let ka = self.ka.filter(|&ka| ka != Vec3::ZERO).unwrap_or(kd);
+        Surface {
+            ka: ka * AMBIENT * opacity,
+            ke: self.ke,
+            kd: kd * opacity,
+            ks: self.ks * mirror,
+            kt: self.tf * (1.0 - opacity),
+            shininess: self.ns.max(0.0),
+            ior: if illum >= 4.0 && self.ni > 0.0 {
+                self.ni
+            } else {
+                1.0
+            },
+            texture,
+            gloss: 0.0,
+        }
+    }
+}
+
+/// A material file: what could be read of it.
+#[derive(Debug, Default)]
+pub(super) struct Library {
+    pub(super) materials: Vec<Material>,
+    pub(super) faults: Faults,
+}
+
+/// Reads an MTL file.
+pub(super) fn read(text: &[u8]) -> Library {
+    let mut library = Library::default();
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let mut cursor = Cursor { text, at: 0 };
+    loop {
+        cursor.skip_to_statement();
+        if cursor.is_at_end() || library.faults.is_full() {
+            return library;
+        }
+        if cursor.peek() != Some(b'#')
+            && let Err(fault) = statement(&mut cursor, &mut library.materials)
+        {
+            library.faults.push(fault);
+        }
+        cursor.skip_statement();
+    }
+}
+
+fn statement(cursor: &mut Cursor, materials: &mut Vec<Material>) -> Result<(), Fault> {
+    let name = cursor.word();
+    let keyword = cursor.bytes(name);
+    if keyword == b"newmtl" {
+        let name = cursor.rest_of_line();
+        materials.push(Material::new(cursor.bytes(name).to_vec()));
+        return Ok(());
+    }
+    // Before the first `newmtl` there is nothing that a statement could be about.
+    let Some(material) = materials.last_mut() else {
+        return Ok(());
+    };
+    match keyword {
+        b"Ka" => material.ka = color(cursor)?.or(material.ka),
+        b"Kd" => material.kd = color(cursor)?.or(material.kd),
+        b"Ks" => material.ks = color(cursor)?.unwrap_or(material.ks),
+        b"Ke" => material.ke = color(cursor)?.unwrap_or(material.ke),
+        b"Tf" => material.tf = color(cursor)?.unwrap_or(material.tf),
+        b"Ns" => material.ns = number(cursor)?,
+        b"Ni" => material.ni = number(cursor)?,
+        b"d" => {
+            skip_option(cursor, b"-halo", 0);
+            material.d = Some(number(cursor)?);
+        }
+        b"Tr" => material.tr = Some(number(cursor)?),
+        b"illum" => material.illum = Some(number(cursor)?),
+        b"map_Kd" => material.map = map(cursor),
+        _ => {}
+    }
+    Ok(())
+}
+
+/// One number for grey, or three; none of a colour by spectral curves or in CIE XYZ, which is left out.
+fn color(cursor: &mut Cursor) -> Result<Option<Vec3>, Fault> {
+    cursor.skip_blanks();
+    let rest = cursor.text.get(cursor.at..).unwrap_or_default();
+    if rest.starts_with(b"spectral") || rest.starts_with(b"xyz") {
+        return Ok(None);
+    }
+    let r = number(cursor)?;
+    if cursor.at_statement_end() {
+        return Ok(Some(Vec3::splat(r)));
+    }
+    let (g, b) = (number(cursor)?, number(cursor)?);
+    Ok(Some(Vec3::new(r, g, b)))
+}
+
+fn number(cursor: &mut Cursor) -> Result<f32, Fault> {
+    cursor.skip_blanks();
+    let start = cursor.at;
+    let value = cursor.float()?;
+    if value.is_finite() {
+        return Ok(value);
+    }
+    let place = Place {
+        offset: start,
+        length: cursor.at - start,
+    };
+    let message = format!("{} is not a finite number", cursor.quoted(place));
+    Err(Fault::new(place, message))
+}
+
+/// Passes an option and its operands, if it stands here.
+fn skip_option(cursor: &mut Cursor, option: &[u8], operands: usize) -> bool {
+    let mut ahead = *cursor;
+    let word = ahead.word();
+    if ahead.bytes(word) != option {
+        return false;
+    }
+    (0..operands).for_each(|_| {
+        ahead.word();
+    });
+    *cursor = ahead;
+    true
+}
+
+/// Options with a fixed number of operands, and those with up to three numbers.
+const OPTIONS: [(&[u8], usize); 10] = [
+    (b"-blendu", 1),
+    (b"-blendv", 1),
+    (b"-boost", 1),
+    (b"-bm", 1),
+    (b"-cc", 1),
+    (b"-imfchan", 1),
+    (b"-mm", 2),
+    (b"-texres", 1),
+    (b"-type", 1),
+    (b"-colorspace", 1),
+];
+const VECTORS: [&[u8]; 3] = [b"-o", b"-s", b"-t"];
+
+/// A file name behind options, of which only `-clamp` is heeded.
+fn map(cursor: &mut Cursor) -> Option<Map> {
+    let mut wrap = [Wrap::Repeat; 2];
+    loop {
+        let mut ahead = *cursor;
+        let option = ahead.word();
+        if ahead.bytes(option) == b"-clamp" {
+            let on = ahead.word();
+            if ahead.bytes(on) == b"on" {
+                wrap = [Wrap::Clamp; 2];
+            }
+            *cursor = ahead;
+        } else if VECTORS.contains(&ahead.bytes(option)) {
+            *cursor = ahead;
+            for _ in 0..3 {
+                if cursor.float().is_err() {
+                    break;
+                }
+                ahead = *cursor;
+            }
+            *cursor = ahead;
+        } else if !OPTIONS
+            .iter()
+            .any(|&(option, operands)| skip_option(cursor, option, operands))
+        {
+            break;
+        }
+    }
+    let file = cursor.rest_of_line();
+    let file = name_of(cursor, file);
+    (!file.is_empty()).then_some(Map { file, wrap })
+}
+
+/// A name as text.
+pub(super) fn name_of(cursor: &Cursor, place: Place) -> String {
+    String::from_utf8_lossy(cursor.bytes(place)).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use phalanx_scene::NO_TEXTURE;
+
+    fn one(body: &str) -> Material {
+        let mut library = read(format!("newmtl a b \r\n{body}").as_bytes());
+        assert!(library.faults.is_empty(), "{body}: {:?}", library.faults);
+        library.materials.pop().expect("a material")
+    }
+
+    fn surface(body: &str) -> Surface {
+        one(body).surface(NO_TEXTURE)
+    }
+
+    #[test]
+    fn names_may_hold_blanks() {
+        assert_eq!(one("").name, b"a b");
+    }
+
+    #[test]
+    fn the_illumination_model_decides_about_mirrors() {
+        let ks = |illum: &str| surface(&format!("Ks 1 .5 0\n{illum}\n")).ks;
+        let whole = Vec3::new(1.0, 0.5, 0.0);
+        assert_eq!(ks(""), whole * SHEEN);
+        assert_eq!(ks("illum 2"), whole * SHEEN);
+        assert_eq!(ks("illum 1"), Vec3::ZERO);
+        assert_eq!(ks("illum 0"), Vec3::ZERO);
+        assert_eq!(ks("illum 3"), whole);
+        assert_eq!(ks("illum 5"), whole);
+    }
+
+    #[test]
+    fn opacity_becomes_transmission() {
+        let glass = surface("Kd 1 1 1\nd .25\nTr 0\nTf 1 .5 0\nNi 1.5\nillum 7");
+        assert_eq!(glass.kt, Vec3::new(0.75, 0.375, 0.0));
+        assert_eq!(glass.kd, Vec3::splat(0.25));
+        assert_eq!(glass.ior, 1.5);
+        let leaf = surface("Tr .5\nNi 1.5");
+        assert_eq!((leaf.kt, leaf.ior), (Vec3::splat(0.5), 1.0));
+        assert_eq!(surface("d -halo .5").kt, Vec3::splat(0.5));
+    }
+
+    #[test]
+    fn ambient_light_is_a_tenth_of_a_lamp() {
+        assert_eq!(surface("Kd 1 .5 0").ka, Vec3::new(0.1, 0.05, 0.0));
+        assert_eq!(surface("Ka 0 0 0\nKd 1 .5 0").ka, Vec3::new(0.1, 0.05, 0.0));
+        assert_eq!(surface("Ka 1\nKd 1 .5 0").ka, Vec3::splat(0.1));
+        let lamp = surface("Ke 2 3 4\nNs 80");
+        assert_eq!((lamp.ke, lamp.shininess), (Vec3::new(2.0, 3.0, 4.0), 80.0));
+    }
+
+    #[test]
+    fn options_before_a_texture_are_passed() {
+        let file = |line: &str| one(line).map.map(|map| (map.file, map.wrap));
+        let repeated = |name: &str| Some((String::from(name), [Wrap::Repeat; 2]));
+        assert_eq!(file("map_Kd wood.png"), repeated("wood.png"));
+        assert_eq!(
+            file("map_Kd  two words.png \r\n"),
+            repeated("two words.png")
+        );
+        assert_eq!(
+            file("map_Kd -s 1 2 3 -o .5 -bm 0.2 -mm 0 1 -blendu on 2.png"),
+            repeated("2.png")
+        );
+        assert_eq!(
+            file("map_Kd -s 1 1 1 -clamp on a.png"),
+            Some(("a.png".into(), [Wrap::Clamp; 2]))
+        );
+        assert_eq!(file("map_Kd -clamp off a.png"), repeated("a.png"));
+        assert_eq!(file("map_Kd"), None);
+    }
+
+    #[test]
+    fn a_bad_number_is_a_fault_and_other_statements_are_ignored() {
+        let library =
+            read(b"Kd x\nnewmtl a\nKd 1 0\nNs nan\nKs spectral a.rfl 1\nwhat 5\nKd 1 1 1\n");
+        assert_eq!(library.materials.len(), 1);
+        let faults = format!("{:?}", library.faults);
+        assert!(
+            faults.contains("a number is missing") && faults.contains("finite"),
+            "{faults}"
+        );
+    }
+}

@@ -1,0 +1,251 @@
+//! PNG and JPEG pictures to sRGB bytes. The size is known before anything is decoded, and rows are decoded one by one to
+//! where they stay.
+
+use phalanx_scene::MAX_TEXTURE_SIDE;
+use png::{BitDepth, Transformations};
+use std::io::Cursor;
+use zune_core::bytestream::ZCursor;
+use zune_core::colorspace::ColorSpace;
+use zune_core::options::DecoderOptions;
+use zune_jpeg::JpegDecoder;
+
+/// A picture of which the header has been read.
+pub(super) struct Picture<'a> {
+    /// Pixels in a row, 1 to [`MAX_TEXTURE_SIDE`].
+    pub(super) width: u32,
+    /// Rows, 1 to [`MAX_TEXTURE_SIDE`].
+    pub(super) height: u32,
+    /// Bytes that decoding takes beyond the pixels.
+    pub(super) scratch: u64,
+    decoder: Decoder<'a>,
+}
+
+enum Decoder<'a> {
+    Png(Box<png::Reader<Cursor<&'a [u8]>>>),
+    Jpeg(Box<JpegDecoder<ZCursor<&'a [u8]>>>),
+}
+
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
+const JPEG: &[u8] = b"\xff\xd8\xff";
+
+/// More than deflate can make of a byte (1032), so that a picture's size is believed only as far as its bytes reach.
+const MOST_PER_BYTE: u64 = 1040;
+/// A JPEG spends at least a bit on the mean of 8×8 pixels.
+const MOST_PIXELS_PER_BYTE: u64 = 8 * 64;
+/// Bytes of a decoder's tables and rows.
+const TABLES: u64 = 1 << 20;
+
+impl<'a> Picture<'a> {
+    /// Reads the header of a picture, whatever its file's name says it is.
+    pub(super) fn open(bytes: &'a [u8]) -> Result<Picture<'a>, String> {
+        if bytes.starts_with(PNG) {
+            open_png(bytes)
+        } else if bytes.starts_with(JPEG) {
+            open_jpeg(bytes)
+        } else {
+            Err("it is neither a PNG nor a JPEG picture".into())
+        }
+    }
+
+    /// Number of pixels.
+    pub(super) fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// All pixels, the uppermost row first. Grey becomes equal parts, 16 bits the nearest of 8, alpha and colour profiles
+    /// are ignored.
+    pub(super) fn decode(self) -> Result<Vec<[u8; 3]>, String> {
+        let (width, height) = (self.width as usize, self.height as usize);
+        let mut pixels = Vec::new();
+        let room = pixels.try_reserve_exact(width * height);
+        room.map_err(|_| "there is no memory for it")?;
+        match self.decoder {
+            Decoder::Png(reader) if reader.info().interlaced => {
+                pixels.resize(width * height, [0; 3]);
+                decode_interlaced(*reader, width, height, &mut pixels)?;
+            }
+            Decoder::Png(mut reader) => {
+                let layout = Layout::of(&reader);
+                while let Some(row) = reader.next_row().map_err(|e| e.to_string())? {
+                    layout.each(row.data(), |pixel| pixels.push(pixel));
+                }
+            }
+            Decoder::Jpeg(mut decoder) => {
+                pixels.resize(width * height, [0; 3]);
+                let decoded = decoder.decode_into(pixels.as_flattened_mut());
+                decoded.map_err(|e| e.to_string())?;
+            }
+        }
+        match pixels.len() == width * height {
+            true => Ok(pixels),
+            false => Err("it decodes to another size than it claims".into()),
+        }
+    }
+}
+
+fn open_png(bytes: &[u8]) -> Result<Picture<'_>, String> {
+    let broken = |error: png::DecodingError| error.to_string();
+    let mut decoder = png::Decoder::new(Cursor::new(bytes));
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    decoder.set_transformations(Transformations::EXPAND);
+    let header = decoder.read_header_info().map_err(broken)?;
+    let (width, height) = checked_sides(header.width.into(), header.height.into())?;
+    let row_bits = u64::from(width) * header.bits_per_pixel() as u64;
+    if row_bits.div_ceil(8) * u64::from(height) > bytes.len() as u64 * MOST_PER_BYTE {
+        return Err(short(width, height));
+    }
+    let reader = decoder.read_info().map_err(broken)?;
+    // The crate takes a palette's length to be right.
+    let (info, indexed) = (reader.info(), png::ColorType::Indexed);
+    let palette = info.palette.as_deref().unwrap_or_default();
+    if info.color_type == indexed && !is_palette(palette) {
+        return Err("its palette (PLTE) does not hold whole colours, 1 to 256".into());
+    }
+    Ok(Picture {
+        width,
+        height,
+        scratch: TABLES,
+        decoder: Decoder::Png(Box::new(reader)),
+    })
+}
+
+/// Tells whether these are 1 to 256 colours of three bytes each.
+fn is_palette(bytes: &[u8]) -> bool {
+    (3..=3 * 256).contains(&bytes.len()) && bytes.len().is_multiple_of(3)
+}
+
+/// Where a PNG's passes begin and how far apart their pixels are: columns, then rows.
+const PASSES: [[usize; 4]; 7] = [
+    [0, 8, 0, 8],
+    [4, 8, 0, 8],
+    [0, 4, 4, 8],
+    [2, 4, 0, 4],
+    [0, 2, 2, 4],
+    [1, 2, 0, 2],
+    [0, 1, 1, 2],
+];
+
+fn decode_interlaced(
+    mut reader: png::Reader<Cursor<&[u8]>>,
+    width: usize,
+    height: usize,
+    pixels: &mut [[u8; 3]],
+) -> Result<(), String> {
+    let layout = Layout::of(&reader);
+    for [left, across, top, down] in PASSES {
+        if left >= width {
+            continue;
+        }
+        for y in (top..height).step_by(down) {
+            let row = reader.next_interlaced_row().map_err(|e| e.to_string())?;
+            let row = row.ok_or("it has too few rows")?;
+            let mut places = pixels[y * width..(y + 1) * width][left..]
+                .iter_mut()
+                .step_by(across);
+            layout.each(row.data(), |pixel| {
+                if let Some(place) = places.next() {
+                    *place = pixel;
+                }
+            });
+        }
+    }
+    Ok(())
+}
+
+/// How the decoder lays out a pixel.
+#[derive(Clone, Copy)]
+struct Layout {
+    samples: usize,
+    wide: bool,
+}
+
+impl Layout {
+    fn of(reader: &png::Reader<Cursor<&[u8]>>) -> Layout {
+        let (color, depth) = reader.output_color_type();
+        Layout {
+            samples: color.samples(),
+            wide: depth == BitDepth::Sixteen,
+        }
+    }
+
+    fn each(self, row: &[u8], mut then: impl FnMut([u8; 3])) {
+        let narrow = |p: &[u8], k: usize| p[k];
+        // The nearest: 65535 is 255 · 257.
+        let rounded = |p: &[u8], k: usize| {
+            let sample = u32::from(u16::from_be_bytes([p[2 * k], p[2 * k + 1]]));
+            ((sample + 128) / 257) as u8
+        };
+        let grey = self.samples < 3;
+        match (grey, self.wide) {
+            (true, false) => (row.chunks_exact(self.samples)).for_each(|p| then([p[0]; 3])),
+            (false, false) => {
+                (row.chunks_exact(self.samples)).for_each(|p| then([0, 1, 2].map(|k| narrow(p, k))))
+            }
+            (true, true) => {
+                (row.chunks_exact(2 * self.samples)).for_each(|p| then([rounded(p, 0); 3]))
+            }
+            (false, true) => (row.chunks_exact(2 * self.samples))
+                .for_each(|p| then([0, 1, 2].map(|k| rounded(p, k)))),
+        }
+    }
+}
+
+/// The decoder's SIMD variants are neither built nor asked for: its plain integer code gives the same bytes everywhere.
+fn open_jpeg(bytes: &[u8]) -> Result<Picture<'_>, String> {
+    let broken = |error: zune_jpeg::errors::DecodeErrors| error.to_string();
+    let options = DecoderOptions::new_safe()
+        .set_strict_mode(false)
+        .set_max_width(MAX_TEXTURE_SIDE as usize)
+        .set_max_height(MAX_TEXTURE_SIDE as usize)
+        .jpeg_set_out_colorspace(ColorSpace::RGB);
+    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
+    decoder.decode_headers().map_err(broken)?;
+    let (width, height) = decoder.dimensions().ok_or("it has no size")?;
+    let (width, height) = checked_sides(width as u64, height as u64)?;
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels > bytes.len() as u64 * MOST_PIXELS_PER_BYTE {
+        return Err(short(width, height));
+    }
+    // Of several scans, and of a progressive picture however few it has, all coefficients are kept:
+    // two bytes each, in whole blocks.
+    let info = decoder.info();
+    let progressive = info.as_ref().is_none_or(|info| info.sof.is_progressive());
+    let components = info.map_or(4, |info| u64::from(info.components));
+    let blocks = u64::from(width.next_multiple_of(32)) * u64::from(height.next_multiple_of(32));
+    let kept = match progressive || scans(bytes) > 1 {
+        true => blocks * components * 2,
+        false => 0,
+    };
+    Ok(Picture {
+        width,
+        height,
+        scratch: TABLES + kept,
+        decoder: Decoder::Jpeg(Box::new(decoder)),
+    })
+}
+
+/// Number of scans, those of a thumbnail included.
+fn scans(bytes: &[u8]) -> usize {
+    memchr::memmem::find_iter(bytes, b"\xff\xda")
+        .take(2)
+        .count()
+}
+
+fn checked_sides(width: u64, height: u64) -> Result<(u32, u32), String> {
+    let side = 1..=u64::from(MAX_TEXTURE_SIDE);
+    match side.contains(&width) && side.contains(&height) {
+        true => Ok((width as u32, height as u32)),
+        false => Err(format!(
+            "its size is {width}×{height}, but a side may have 1 to {MAX_TEXTURE_SIDE} texels"
+        )),
+    }
+}
+
+fn short(width: u32, height: u32) -> String {
+    format!("it is too short for its {width}×{height} texels")
+}
+
+#[cfg(test)]
+#[path = "picture_tests.rs"]
+pub(super) mod tests;

@@ -1,0 +1,424 @@
+//! Rows of a binary file.
+//!
+//! Rows without lists, and faces that are all triangles, have a fixed length: several threads take their numbers out
+//! at once. What is not so regular, or not right, is walked from row to row.
+
+use super::columns::{Layout, fill};
+use super::header::{Element, Encoding, Kind, Type};
+use super::rows::{FaceSink, check_corners, checked_normal, checked_place, too_short};
+use super::{Body, Plan, Purpose, VertexPlan};
+use crate::formats::faces::{Faces, VERTEX};
+use crate::formats::mesh::{Fault, Faults, NotFinite};
+use crate::formats::report::{Place, Report};
+use crate::formats::workers;
+use glam::DVec3;
+use phalanx_scene::Vec3s;
+
+/// Reads the rows of all elements; what is wrong stands in the report.
+pub(super) fn read(
+    bytes: &[u8],
+    plan: &Plan,
+    threads: usize,
+    piece: usize,
+    report: &mut Report,
+) -> Body {
+    let mut reader = Reader {
+        bytes,
+        at: plan.header.body,
+        big_endian: plan.header.encoding == Encoding::BigEndian,
+        threads,
+        piece,
+        plan,
+        body: Body::default(),
+        faults: Faults::default(),
+    };
+    for index in 0..plan.header.elements.len() {
+        if let Err(fault) = reader.element(index) {
+            reader.faults.push(fault);
+        }
+        if !reader.faults.is_empty() {
+            reader.faults.tell(report);
+            return reader.body;
+        }
+    }
+    let surplus = bytes.len() - reader.at;
+    if surplus > 0 {
+        let place = Place {
+            offset: reader.at,
+            length: surplus,
+        };
+        report.warning(
+            place,
+            format!("{surplus} bytes behind the last row are ignored"),
+        );
+    }
+    reader.body
+}
+
+struct Reader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    big_endian: bool,
+    threads: usize,
+    piece: usize,
+    plan: &'a Plan,
+    body: Body,
+    faults: Faults,
+}
+
+/// A property of a row.
+enum Field {
+    /// Where the number stands.
+    One(usize),
+    /// Where its items stand, and how many there are.
+    List(usize, usize),
+}
+
+/// Consecutive rows, and what they are to be written to.
+struct Block<'a, T> {
+    first: usize,
+    out: T,
+    rows: &'a [u8],
+}
+
+impl<'a> Reader<'a> {
+    fn element(&mut self, index: usize) -> Result<(), Fault> {
+        let element = &self.plan.header.elements[index];
+        let least = element.least_bytes();
+        if least == 0 {
+            return Ok(());
+        }
+        let room = (self.bytes.len() - self.at) / least;
+        if element.count > room as u64 {
+            return Err(too_short(element, room as u64, self.bytes.len()));
+        }
+        let count = element.count as usize;
+        match self.plan.purpose(index) {
+            Purpose::Vertices if element.has_lists() => self.walk_vertices(element),
+            Purpose::Vertices => {
+                self.vertices(element, count);
+                self.at += count * least;
+                Ok(())
+            }
+            Purpose::Faces(list) => match self.triangles(element, list, count) {
+                Some(length) => {
+                    self.at += length;
+                    Ok(())
+                }
+                None => self.walk_faces(element, list, false),
+            },
+            Purpose::Strips(list) => self.walk_faces(element, list, true),
+            Purpose::Nothing if element.has_lists() => self.walk(element, |_, _, _, _| {}),
+            Purpose::Nothing => {
+                self.at += count * least;
+                Ok(())
+            }
+        }
+    }
+
+    /// Vertices of a fixed length, for which there is room.
+    fn vertices(&mut self, element: &Element, count: usize) {
+        let VertexPlan { place, origin, .. } = self.plan.vertices;
+        let (columns, bad) = self.vectors(element, count, (place, origin), checked_place);
+        self.body.vertices = columns;
+        self.body.not_finite = bad;
+        if let Some(normal) = self.plan.vertices.normal {
+            let (columns, bad) =
+                self.vectors(element, count, (normal, DVec3::ZERO), checked_normal);
+            self.body.normals = Some(columns);
+            self.body.bad_normals = bad;
+        }
+    }
+
+    /// Three properties of each row, less an origin, brought to something usable by `check`.
+    fn vectors(
+        &self,
+        element: &Element,
+        count: usize,
+        (properties, origin): ([usize; 3], DVec3),
+        check: impl Fn([f32; 3], u32, Place, &mut Vec<NotFinite>) -> [f32; 3] + Sync,
+    ) -> (Vec3s, Vec<NotFinite>) {
+        let stride = element.least_bytes();
+        let rows = &self.bytes[self.at..self.at + count * stride];
+        let sources = properties.map(|index| {
+            let before = &element.properties[..index];
+            let offset = before.iter().map(|p| size_of_number(p.kind)).sum::<usize>();
+            (offset, type_of_number(element.properties[index].kind))
+        });
+        let mut columns = [(); 3].map(|()| vec![0.0f32; count]);
+        let size = (self.piece / stride).max(1);
+        let [x, y, z] = &mut columns;
+        let outs = x
+            .chunks_mut(size)
+            .zip(y.chunks_mut(size))
+            .zip(z.chunks_mut(size));
+        let blocks = outs.zip(rows.chunks(size * stride)).enumerate();
+        let blocks = blocks.map(|(k, (((x, y), z), rows))| Block {
+            first: k * size,
+            out: [x, y, z],
+            rows,
+        });
+        let bad = workers::map(self.threads, blocks.collect(), |mut block| {
+            let sources = sources.into_iter().zip(origin.to_array());
+            for (out, ((offset, kind), origin)) in block.out.iter_mut().zip(sources) {
+                let kind = (kind, origin);
+                fill(out, block.rows, stride, offset, kind, self.big_endian);
+            }
+            let place = |row: usize| Place {
+                offset: self.at + row * stride,
+                length: stride,
+            };
+            checked(&mut block, place, &check)
+        });
+        let [x, y, z] = columns.map(Into::into);
+        (Vec3s { x, y, z }, bad.into_iter().flatten().collect())
+    }
+
+    /// Faces all of which are right and have three corners, and their length in bytes; `None` for others.
+    fn triangles(&mut self, element: &Element, list: usize, count: usize) -> Option<usize> {
+        let Kind::List {
+            count: count_type,
+            item,
+        } = element.properties[list].kind
+        else {
+            return None;
+        };
+        let of = |index: usize| match element.properties[index].kind {
+            Kind::One(kind) => Some(kind.size()),
+            Kind::List { .. } => None,
+        };
+        let before = (0..list).map(of).sum::<Option<usize>>()?;
+        let after = (list + 1..element.properties.len())
+            .map(of)
+            .sum::<Option<usize>>()?;
+        let corners = before + count_type.size();
+        let stride = corners + 3 * item.size() + after;
+        let length = count.checked_mul(stride)?;
+        let rows = self.bytes[self.at..].get(..length)?;
+        let layout = Layout {
+            stride,
+            count: before,
+            count_type,
+            corners,
+            item,
+            big_endian: self.big_endian,
+        };
+        let mut faces = Faces::default();
+        // In pages that the system hands out zeroed, as they are written to.
+        faces.columns[VERTEX] = vec![[0; 3]; count];
+        let size = (self.piece / stride).max(1);
+        let outs = faces.columns[VERTEX].chunks_mut(size);
+        let blocks = outs.zip(rows.chunks(size * stride)).enumerate();
+        let blocks = blocks.map(|(k, (out, rows))| Block {
+            first: k * size,
+            out,
+            rows,
+        });
+        let vertices = self.plan.vertices.count;
+        let right = workers::map(self.threads, blocks.collect(), |block| {
+            layout
+                .triangles(block.out, block.rows)
+                .is_some_and(|highest| u64::from(highest) < vertices)
+        });
+        if !right.into_iter().all(|right| right) {
+            return None;
+        }
+        self.body.faces.push(faces);
+        Some(length)
+    }
+
+    /// Passes all rows, showing each property: row, index of the property, where it is.
+    fn walk(
+        &mut self,
+        element: &Element,
+        mut visit: impl FnMut(&mut Self, usize, usize, Field),
+    ) -> Result<(), Fault> {
+        for row in 0..element.count {
+            for (index, property) in element.properties.iter().enumerate() {
+                let end = || too_short(element, row, self.bytes.len());
+                let (field, next) = self.field(property.kind).ok_or_else(end)?;
+                if next > self.bytes.len() {
+                    return Err(end());
+                }
+                visit(self, row as usize, index, field);
+                self.at = next;
+            }
+            if self.faults.is_full() {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// The property that stands here, and where the next one does; `None` if it cannot end within the file.
+    fn field(&self, kind: Kind) -> Option<(Field, usize)> {
+        let (count, item) = match kind {
+            Kind::One(kind) => return Some((Field::One(self.at), self.at + kind.size())),
+            Kind::List { count, item } => (count, item),
+        };
+        let items = usize::try_from(self.integer(self.at, count)?).ok()?;
+        let first = self.at + count.size();
+        let end = items.checked_mul(item.size())?.checked_add(first)?;
+        Some((Field::List(first, items), end))
+    }
+
+    /// The whole number at a place, if there is room for it.
+    fn integer(&self, at: usize, kind: Type) -> Option<i64> {
+        let bytes = self.bytes.get(at..at + kind.size())?;
+        let mut value = 0u64;
+        for k in 0..bytes.len() {
+            let byte = if self.big_endian {
+                bytes[k]
+            } else {
+                bytes[bytes.len() - 1 - k]
+            };
+            value = value << 8 | u64::from(byte);
+        }
+        Some(match kind {
+            Type::I8 => i64::from(value as i8),
+            Type::I16 => i64::from(value as i16),
+            Type::I32 => i64::from(value as i32),
+            _ => value as i64,
+        })
+    }
+
+    fn walk_faces(&mut self, element: &Element, list: usize, strips: bool) -> Result<(), Fault> {
+        let Kind::List { item, .. } = element.properties[list].kind else {
+            return Ok(());
+        };
+        let vertices = self.plan.vertices.count;
+        let mut sink = FaceSink::default();
+        let mut share = self.plan.made.share();
+        let mut corners = Vec::new();
+        self.walk(element, |reader, _, index, field| {
+            let Field::List(first, count) = field else {
+                return;
+            };
+            if index != list {
+                return;
+            }
+            let place = Place {
+                offset: first,
+                length: count * item.size(),
+            };
+            // Strips may be long; their corners are numbers of eight bytes for a while.
+            let (checked, held) = match strips {
+                true => (Ok(()), 8 * count as u64),
+                false => (check_corners(count, place), 0),
+            };
+            if let Err(fault) = checked {
+                return reader.faults.push(fault);
+            }
+            if !share.take(reader.plan.bytes_beyond(count, place.length) + held) {
+                return;
+            }
+            corners.clear();
+            let at = |k: usize| reader.integer(first + k * item.size(), item);
+            corners.extend((0..count).map_while(at));
+            let added = match strips {
+                true => sink.add_strips(&corners, vertices, place),
+                false => sink.add(&corners, vertices, place),
+            };
+            if let Err(fault) = added {
+                reader.faults.push(fault);
+            }
+        })?;
+        self.body.faces.push(sink.faces);
+        self.body.skipped.merge(sink.skipped);
+        Ok(())
+    }
+
+    /// Vertices with lists among their properties.
+    fn walk_vertices(&mut self, element: &Element) -> Result<(), Fault> {
+        let VertexPlan {
+            place,
+            origin,
+            normal,
+            ..
+        } = self.plan.vertices;
+        let wanted = place.into_iter().chain(normal.into_iter().flatten());
+        let wanted: Vec<usize> = wanted.collect();
+        let mut columns = vec![Vec::new(); wanted.len()];
+        let mut starts = Vec::new();
+        self.walk(element, |reader, _, index, field| {
+            if index == 0 {
+                starts.push(reader.at);
+            }
+            let wanted = wanted.iter().enumerate();
+            for (column, (k, _)) in columns
+                .iter_mut()
+                .zip(wanted)
+                .filter(|(_, (_, w))| **w == index)
+            {
+                if let Field::One(at) = field {
+                    let kind = type_of_number(element.properties[index].kind);
+                    let mut value = [0.0];
+                    fill(
+                        &mut value,
+                        &reader.bytes[at..],
+                        kind.size(),
+                        0,
+                        (kind, origin.to_array().get(k).copied().unwrap_or(0.0)),
+                        reader.big_endian,
+                    );
+                    column.push(value[0]);
+                }
+            }
+        })?;
+        let at = |row: usize| Place {
+            offset: starts[row],
+            length: 0,
+        };
+        let mut columns = columns.into_iter();
+        let mut three = || std::array::from_fn(|_| columns.next().unwrap_or_default());
+        let (vertices, bad) = checked_columns(three(), at, &checked_place);
+        (self.body.vertices, self.body.not_finite) = (vertices, bad);
+        if normal.is_some() {
+            let (normals, bad) = checked_columns(three(), at, &checked_normal);
+            (self.body.normals, self.body.bad_normals) = (Some(normals), bad);
+        }
+        Ok(())
+    }
+}
+
+fn checked_columns(
+    mut columns: [Vec<f32>; 3],
+    place: impl Fn(usize) -> Place,
+    check: &impl Fn([f32; 3], u32, Place, &mut Vec<NotFinite>) -> [f32; 3],
+) -> (Vec3s, Vec<NotFinite>) {
+    let [x, y, z] = &mut columns;
+    let mut block = Block {
+        first: 0,
+        out: [&mut x[..], &mut y[..], &mut z[..]],
+        rows: &[],
+    };
+    let bad = checked(&mut block, place, check);
+    let [x, y, z] = columns.map(Into::into);
+    (Vec3s { x, y, z }, bad)
+}
+
+/// Brings the vectors of a block to something usable; those that were not.
+fn checked(
+    block: &mut Block<[&mut [f32]; 3]>,
+    place: impl Fn(usize) -> Place,
+    check: &impl Fn([f32; 3], u32, Place, &mut Vec<NotFinite>) -> [f32; 3],
+) -> Vec<NotFinite> {
+    let mut bad = Vec::new();
+    let [x, y, z] = &mut block.out;
+    for (k, ((x, y), z)) in x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut()).enumerate() {
+        let row = block.first + k;
+        [*x, *y, *z] = check([*x, *y, *z], row as u32, place(row), &mut bad);
+    }
+    bad
+}
+
+fn type_of_number(kind: Kind) -> Type {
+    match kind {
+        Kind::One(kind) => kind,
+        Kind::List { item, .. } => item,
+    }
+}
+
+fn size_of_number(kind: Kind) -> usize {
+    type_of_number(kind).size()
+}

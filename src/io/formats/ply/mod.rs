@@ -1,0 +1,257 @@
+//! PLY: a header that says what follows, then rows as text or as numbers of either byte order.
+//!
+//! Read are the vertices' `x y z` and `nx ny nz`, the faces' `vertex_indices` (or `vertex_index`) and triangle strips;
+//! everything else, colours and texture places among it, is passed. Counts of the header are believed only as far as
+//! there are bytes. Surplus operands of an ascii row are a warning, unlike elsewhere: files of a widespread program have them.
+
+mod ascii;
+mod binary;
+mod columns;
+mod header;
+mod rows;
+
+use super::allowance::{Allowance, Shared};
+use super::faces::{self, Faces, NONE, NORMAL, VERTEX};
+use super::mesh::{self, Joined, NotFinite, Tally};
+use super::origin::Stop;
+use super::report::{Place, Report};
+use super::workers;
+use super::{Loaded, Options};
+use glam::DVec3;
+use header::{Encoding, Header};
+use phalanx_scene::{Palette, Vec3s};
+
+/// The part of a file that is text.
+pub(super) fn text_part(bytes: &[u8]) -> &[u8] {
+    match header::read(bytes) {
+        Ok(header) if header.encoding == Encoding::Ascii => bytes,
+        _ => &bytes[..header::length(bytes)],
+    }
+}
+
+/// Bytes that a thread takes at a time.
+const PIECE: usize = 1 << 20;
+
+/// Reads a PLY file.
+pub(super) fn read(bytes: &[u8], allowance: &Allowance, options: &Options) -> Result<Loaded, Stop> {
+    read_in_pieces(bytes, allowance, options, PIECE)
+}
+
+fn read_in_pieces(
+    bytes: &[u8],
+    allowance: &Allowance,
+    options: &Options,
+    piece: usize,
+) -> Result<Loaded, Stop> {
+    let threads = workers::thread_count(options.threads);
+    let mut report = Report::new(&bytes[..header::length(bytes)]);
+    let plan = match header::read(bytes) {
+        Ok(header) => {
+            let made = allowance.shared();
+            Plan::new(header, options.origin.place(), made, &mut report)
+        }
+        Err(faults) => {
+            faults.tell(&mut report);
+            None
+        }
+    };
+    let Some(plan) = plan else {
+        return Err(Stop::of(report));
+    };
+    let (body, mut report) = match plan.header.encoding {
+        Encoding::Ascii => {
+            let mut report = Report::new(bytes);
+            let body = ascii::read(bytes, &plan, threads, piece, &mut report);
+            (body, report)
+        }
+        _ => {
+            let mut report = Report::binary();
+            let body = binary::read(bytes, &plan, threads, piece, &mut report);
+            (body, report)
+        }
+    };
+    let cutting = faces::cutting_bytes(body.faces.iter(), threads);
+    let needed = plan.made.used().saturating_add(cutting);
+    if let Err(message) = allowance.lend(needed, faces::purpose) {
+        report.error(Place::START, message);
+    }
+    if report.is_clean() {
+        let corners = body.faces.iter().map(|f| &f.columns[VERTEX][..]);
+        mesh::tell_not_finite(&body.not_finite, corners, &mut report);
+    }
+    if !report.is_clean() {
+        return Err(Stop::of(report));
+    }
+    let mut loaded = finish(body, plan.vertices.single, threads, options, report)?;
+    if plan.colors {
+        let note = "the file's colours are not used (see --material)";
+        loaded.notes.push(note.into());
+    }
+    Ok(loaded)
+}
+
+/// Which elements and properties are read.
+struct Plan {
+    header: Header,
+    vertices: VertexPlan,
+    /// Whether vertices have colours.
+    colors: bool,
+    /// Memory for faces that take more than their rows stand for.
+    made: Shared,
+}
+
+/// Where the numbers of a vertex stand among its properties.
+struct VertexPlan {
+    /// Index of the element.
+    element: usize,
+    count: u64,
+    place: [usize; 3],
+    /// The origin, taken from places before they are rounded; 0 where they are single precision anyway.
+    origin: DVec3,
+    /// Which of `place` are single precision, or less.
+    single: [bool; 3],
+    normal: Option<[usize; 3]>,
+}
+
+/// What an element is read for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Purpose {
+    Vertices,
+    /// With the list of corners among the properties.
+    Faces(usize),
+    Strips(usize),
+    Nothing,
+}
+
+impl Plan {
+    /// `None`, and errors in the report, where the header lacks what a mesh needs.
+    fn new(header: Header, origin: DVec3, made: Shared, report: &mut Report) -> Option<Plan> {
+        let Some(element) = header.elements.iter().position(|e| e.name == b"vertex") else {
+            let start = Place {
+                offset: 0,
+                length: 3,
+            };
+            report.error(start, "the header has no element `vertex`");
+            return None;
+        };
+        let vertex = &header.elements[element];
+        let three = |names: [&[u8]; 3]| {
+            let [x, y, z] = names.map(|name| vertex.number(name));
+            Some([x?, y?, z?])
+        };
+        let Some(place) = three([b"x", b"y", b"z"]) else {
+            report.error(vertex.place, "the vertices lack an `x`, `y` or `z`");
+            return None;
+        };
+        if vertex.count >= u64::from(NONE) {
+            report.error(vertex.place, "more than 2^32 - 2 vertices");
+            return None;
+        }
+        // Decimals are what they say, whatever type the header promises.
+        let single = place.map(|property| {
+            let kind = vertex.properties[property].kind;
+            header.encoding != Encoding::Ascii && kind.is_single()
+        });
+        let vertices = VertexPlan {
+            element,
+            count: vertex.count,
+            place,
+            origin: DVec3::from_array([0, 1, 2].map(|k| if single[k] { 0.0 } else { origin[k] })),
+            single,
+            normal: three([b"nx", b"ny", b"nz"]),
+        };
+        for faces in header.elements.iter().filter(|e| e.name == b"face") {
+            if faces.count > 0 && faces.corners().is_none() {
+                let message = "the faces have no list `vertex_indices` of whole numbers";
+                report.error(faces.place, message);
+                return None;
+            }
+        }
+        Some(Plan {
+            colors: vertex.number(b"red").is_some(),
+            vertices,
+            header,
+            made,
+        })
+    }
+
+    /// Bytes that a face of so many corners takes beyond what its list of `length` bytes stands
+    /// for: a file counts six times, once for itself (see `--max-memory`).
+    fn bytes_beyond(&self, corners: usize, length: usize) -> u64 {
+        let attributes = u64::from(self.vertices.normal.is_some());
+        faces::bytes_beyond(corners, attributes, 5 * length as u64)
+    }
+
+    fn purpose(&self, index: usize) -> Purpose {
+        let element = &self.header.elements[index];
+        match (&element.name[..], element.corners()) {
+            _ if index == self.vertices.element => Purpose::Vertices,
+            (b"face", Some(list)) => Purpose::Faces(list),
+            (b"tristrips", Some(list)) => Purpose::Strips(list),
+            _ => Purpose::Nothing,
+        }
+    }
+}
+
+/// What the rows amount to.
+#[derive(Default)]
+struct Body {
+    vertices: Vec3s,
+    normals: Option<Vec3s>,
+    /// In pieces.
+    faces: Vec<Faces>,
+    /// Vertices that are not finite, ascending; their rows are zero.
+    not_finite: Vec<NotFinite>,
+    /// Normals that are zero or not finite, ascending.
+    bad_normals: Vec<NotFinite>,
+    /// Faces of fewer than three corners.
+    skipped: Tally,
+}
+
+fn finish(
+    body: Body,
+    single: [bool; 3],
+    threads: usize,
+    options: &Options,
+    mut report: Report,
+) -> Result<Loaded, Stop> {
+    body.skipped.warn(&mut report, |count| match count {
+        1 => "this face of fewer than three corners is skipped".into(),
+        _ => format!("{count} faces of fewer than three corners are skipped, this one first"),
+    });
+    mesh::tell_bad_normals(&body.bad_normals, &mut report);
+    let vertices = body.vertices;
+    let cut = |mut faces: Faces| {
+        faces.triangulate(&vertices);
+        faces
+    };
+    let pieces = workers::map(threads, body.faces, cut);
+    let mut faces = mesh::join_faces(threads, pieces);
+    if body.normals.is_some() {
+        faces[NORMAL] = normal_rows(&faces[VERTEX], &body.bad_normals);
+    }
+    let joined = Joined {
+        vertices,
+        single,
+        vertex_normals: body.normals.unwrap_or_default(),
+        faces,
+        ..Joined::default()
+    };
+    let scene = mesh::bare_scene(options, &mut Palette::default());
+    mesh::finish(scene, joined, options, report)
+}
+
+/// Normals belong to vertices, so their rows are the corners' own; but a triangle with a bad one has none.
+fn normal_rows(corners: &[[u32; 3]], bad: &[NotFinite]) -> Vec<[u32; 3]> {
+    let mut rows = corners.to_vec();
+    if !bad.is_empty() {
+        let is_bad = |number: &u32| bad.binary_search_by_key(number, |b| b.number).is_ok();
+        for row in rows.iter_mut().filter(|row| row.iter().any(is_bad)) {
+            *row = [NONE; 3];
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,144 @@
+//! The `.test` format: one command per line, a matrix stack as in OpenGL, and state that each primitive and light
+//! captures as it is declared.
+//!
+//! [`read`] walks the statements of `lexer`, each of which runs its row of `commands::COMMANDS` on a [`Reader`]. A
+//! faulty statement leaves a diagnostic and as much of its effect as keeps later statements from being blamed for it.
+
+mod commands;
+mod geometry;
+mod lexer;
+mod lights;
+mod settings;
+mod state;
+mod transform;
+
+use super::complete::{Missing, complete};
+use super::origin::Stop;
+use super::report::{Place, Report};
+use super::{Loaded, Options};
+use glam::{DVec3, Vec3};
+use phalanx_scene::{Palette, Scene, Surface};
+use transform::Transforms;
+
+/// What the statements so far amount to.
+struct Reader<'a> {
+    report: Report<'a>,
+    scene: Scene,
+    seen: Seen,
+    /// The origin, taken from transformed places before they are rounded.
+    origin: DVec3,
+    vertices: Pile<DVec3>,
+    normal_vertices: Pile<NormalVertex>,
+    transforms: Transforms,
+    surface: Surface,
+    palette: Palette,
+    /// Constant, linear and quadratic, for the point lights to come.
+    attenuation: Vec3,
+}
+
+/// Which of the commands that count once have been there, faulty or not.
+#[derive(Default)]
+struct Seen {
+    any: bool,
+    size: bool,
+    camera: bool,
+}
+
+/// Vertices to be indexed, and how many the file said there would be. Grows with what is there: the hint alone never
+/// allocates.
+struct Pile<T> {
+    items: Vec<T>,
+    promised: Option<u64>,
+}
+
+impl<T> Pile<T> {
+    const EMPTY: Pile<T> = Pile {
+        items: Vec::new(),
+        promised: None,
+    };
+}
+
+#[derive(Clone, Copy)]
+struct NormalVertex {
+    position: DVec3,
+    normal: Vec3,
+}
+
+impl NormalVertex {
+    /// Takes the number of a faulty one, so that no triangle is blamed for it.
+    const STAND_IN: NormalVertex = NormalVertex {
+        position: DVec3::ZERO,
+        normal: Vec3::Z,
+    };
+}
+
+/// Reads a scene from the text of a `.test` file.
+///
+/// # Errors
+/// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
+pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Stop> {
+    let mut reader = Reader::new(text, options.origin.place());
+    if text.trim_start_matches('\u{feff}').trim().is_empty() {
+        reader.report.error(Place::START, "the file is empty");
+    } else {
+        for (name, operands) in lexer::statements(text) {
+            reader.run(name, operands);
+            if reader.report.is_full() {
+                break;
+            }
+        }
+        reader.check_complete();
+    }
+    reader.finish(options)
+}
+
+impl<'a> Reader<'a> {
+    fn new(text: &'a str, origin: DVec3) -> Self {
+        Reader {
+            report: Report::new(text.as_bytes()),
+            scene: Scene::default(),
+            seen: Seen::default(),
+            origin,
+            vertices: Pile::EMPTY,
+            normal_vertices: Pile::EMPTY,
+            transforms: Transforms::new(),
+            surface: Surface::default(),
+            palette: Palette::default(),
+            attenuation: Vec3::X,
+        }
+    }
+
+    /// What only the end of the file can tell.
+    fn check_complete(&mut self) {
+        let end = self.report.end_of_content();
+        if !self.seen.size {
+            self.report.error_with_help(
+                end,
+                "the file has no `size`",
+                "start it with the image's width and height: `size 640 480`",
+            );
+        }
+        if !self.seen.camera {
+            self.report.error_with_help(
+                end,
+                "the file has no `camera`",
+                "add `camera`, then where it stands, what it looks at, which way is up, and its vertical field of view",
+            );
+        }
+        if let Some((outermost, count)) = self.transforms.unclosed() {
+            let message = match count {
+                1 => String::from("this `pushTransform` is never popped"),
+                _ => format!("{count} of these are never popped, this `pushTransform` first"),
+            };
+            self.report.warning(outermost, message);
+        }
+        if self.scene.prims.is_empty() {
+            self.report
+                .warning(end, "the file has no primitives: the picture will be empty");
+        }
+    }
+
+    fn finish(self, options: &Options) -> Result<Loaded, Stop> {
+        complete(self.scene, &Missing::NOTHING, options, self.report)
+    }
+}

@@ -1,0 +1,114 @@
+//! What a file says once: the image, the camera, the depth, the output's name.
+
+use super::Reader;
+use super::commands::Statement;
+use crate::formats::report::quoted;
+use glam::DVec3;
+use phalanx_scene::{MAX_DEPTH_LIMIT, View, check_image_size};
+
+impl Reader<'_> {
+    pub(super) fn size(&mut self, statement: &Statement<'_>) {
+        if self.seen.size {
+            self.report
+                .error(statement.place(), "`size` stands here a second time");
+        } else if self.seen.any {
+            self.report.error(
+                statement.place(),
+                "`size` must be the first command of the file",
+            );
+        }
+        self.seen.size = true;
+        let Some([width, height]) = self.counts(statement) else {
+            return;
+        };
+        match check_image_size(width, height) {
+            // The check leaves sides that fit.
+            Ok(()) => (self.scene.width, self.scene.height) = (width as u32, height as u32),
+            Err(error) => self
+                .report
+                .error(statement.operand_place(0), error.to_string()),
+        }
+    }
+
+    pub(super) fn camera(&mut self, statement: &Statement<'_>) {
+        if self.seen.camera {
+            self.report.warning(
+                statement.place(),
+                "a second `camera`: the last one takes the picture",
+            );
+        }
+        self.seen.camera = true;
+        let Some([ex, ey, ez, cx, cy, cz, ux, uy, uz, fovy]) = self.places(statement) else {
+            return;
+        };
+        self.scene.view = View {
+            eye: (DVec3::new(ex, ey, ez) - self.origin).as_vec3(),
+            center: (DVec3::new(cx, cy, cz) - self.origin).as_vec3(),
+            up: DVec3::new(ux, uy, uz).as_vec3(),
+            fovy: fovy as f32,
+        };
+        if let Err(error) = self.scene.view.basis() {
+            self.report.error(statement.place(), error.to_string());
+        }
+    }
+
+    pub(super) fn maxdepth(&mut self, statement: &Statement<'_>) {
+        let Some([depth]) = self.counts(statement) else {
+            return;
+        };
+        if depth <= u64::from(MAX_DEPTH_LIMIT) {
+            self.scene.max_depth = depth as u32;
+        } else {
+            self.report.error(
+                statement.operand_place(0),
+                format!("maxdepth {depth} is out of range: at most {MAX_DEPTH_LIMIT}"),
+            );
+        }
+    }
+
+    /// A file name may hold spaces, so the operand is the rest of the line.
+    pub(super) fn output(&mut self, statement: &Statement<'_>) {
+        let Some(name) = statement.joined() else {
+            return self.missing_operands(statement, 0, 1);
+        };
+        if is_bare(name.text) {
+            self.scene.output = Some(name.text.to_owned());
+            return;
+        }
+        let last = name.text.rsplit(['/', '\\', ':']).next();
+        let help = match last.filter(|last| is_bare(last)) {
+            Some(last) => format!(
+                "write `output {last}`; the folder is chosen on the command line",
+                last = last.trim()
+            ),
+            None => String::from("write a file name; the folder is chosen on the command line"),
+        };
+        self.report.error_with_help(
+            name.place(),
+            format!(
+                "the output {} is not a bare file name: a scene does not choose the folder",
+                quoted(name.text)
+            ),
+            help,
+        );
+    }
+
+    pub(super) fn maxverts(&mut self, statement: &Statement<'_>) {
+        if let Some([count]) = self.counts(statement) {
+            self.vertices.promised = Some(count);
+        }
+    }
+
+    pub(super) fn maxvertnorms(&mut self, statement: &Statement<'_>) {
+        if let Some([count]) = self.counts(statement) {
+            self.normal_vertices.promised = Some(count);
+        }
+    }
+}
+
+/// Whether a name stays in the folder it is joined to, on every system.
+fn is_bare(name: &str) -> bool {
+    let drive = name.as_bytes().get(1) == Some(&b':');
+    let steers = |c: char| c == '/' || c == '\\' || c.is_control();
+    !name.trim().is_empty() && name != "." && name != ".." && !drive && !name.contains(steers)
+}

@@ -1,0 +1,311 @@
+//! Pictures that a scene file names or carries: each is decoded once, and one that cannot be had is a warning.
+
+use super::folder::{Folder, Found};
+use super::picture::Picture;
+use super::report::{Place, Report, quoted};
+use phalanx_scene::{NO_TEXTURE, Texture, Wrap};
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
+
+/// The textures of a scene while it is read.
+pub(super) struct TextureShelf<'a> {
+    beside: &'a Folder,
+    textures: Vec<Texture>,
+    /// Where each picture stands first; [`NO_TEXTURE`] for one that cannot be had.
+    pictures: HashMap<Origin, u32>,
+    /// Where a picture stands with a wrapping.
+    wrapped: HashMap<(u32, [Wrap; 2]), u32>,
+    /// Pictures that have got a wrapping.
+    worn: HashSet<u32>,
+    texels_left: u64,
+}
+
+/// Texels of all textures together, of three bytes each: small files may decode to a thousand times their size.
+const MOST_TEXELS: u64 = 1 << 30;
+
+/// What tells pictures apart.
+#[derive(PartialEq, Eq, Hash)]
+enum Origin {
+    File(Found),
+    /// A name that means no file.
+    Missing(String),
+    Embedded(Embedded),
+}
+
+/// Where in the scene file a picture is.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Embedded {
+    /// In the text, as the picture of this number.
+    Text(usize),
+    /// In the buffer view of this number, which several pictures may share.
+    View(usize),
+}
+
+impl Embedded {
+    fn name(self) -> String {
+        match self {
+            Embedded::Text(number) => format!("picture {number}"),
+            Embedded::View(number) => format!("in buffer view {number}"),
+        }
+    }
+}
+
+impl<'a> TextureShelf<'a> {
+    /// An empty shelf for the pictures of a folder.
+    pub(super) fn new(beside: &'a Folder) -> Self {
+        TextureShelf {
+            beside,
+            textures: Vec::new(),
+            pictures: HashMap::new(),
+            wrapped: HashMap::new(),
+            worn: HashSet::new(),
+            texels_left: MOST_TEXELS,
+        }
+    }
+
+    /// The texture in a file beside the scene file: an index for [`phalanx_scene::Surface::texture`], which is
+    /// [`NO_TEXTURE`] where the picture cannot be had; that is a warning at `place`, once for each picture.
+    pub(super) fn named(
+        &mut self,
+        name: &str,
+        wrap: [Wrap; 2],
+        place: impl FnOnce() -> Place,
+        report: &mut Report,
+    ) -> u32 {
+        let found = self.beside.find(name);
+        let origin = match &found {
+            Ok(file) => Origin::File(file.clone()),
+            Err(_) => Origin::Missing(name.to_owned()),
+        };
+        let beside = self.beside;
+        let bytes = || beside.read(&found?).map(Cow::Owned);
+        self.picture(origin, &quoted(name), bytes, wrap, place, report)
+    }
+
+    /// The texture that the scene file carries, in `bytes`, which are asked for once. As [`TextureShelf::named`].
+    pub(super) fn embedded<'b>(
+        &mut self,
+        picture: Embedded,
+        bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
+        wrap: [Wrap; 2],
+        place: impl FnOnce() -> Place,
+        report: &mut Report,
+    ) -> u32 {
+        let origin = Origin::Embedded(picture);
+        self.picture(origin, &picture.name(), bytes, wrap, place, report)
+    }
+
+    /// All textures, for [`phalanx_scene::Scene::textures`].
+    pub(super) fn into_textures(self) -> Vec<Texture> {
+        self.textures
+    }
+
+    fn picture<'b>(
+        &mut self,
+        origin: Origin,
+        name: &str,
+        bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
+        wrap: [Wrap; 2],
+        place: impl FnOnce() -> Place,
+        report: &mut Report,
+    ) -> u32 {
+        let beside = self.beside;
+        let told = |reason: String| {
+            let message = format!("the texture {name} is left out: {reason}");
+            match beside.allowance().refusal() {
+                Some(_) => report.error(place(), message),
+                None => report.warning(place(), message),
+            }
+            NO_TEXTURE
+        };
+        let first = match self.pictures.get(&origin) {
+            Some(&first) => first,
+            None => {
+                let decoded = bytes().and_then(|bytes| self.decode(name, &bytes));
+                let (first, reason) = match decoded {
+                    Ok(texture) => (self.push(texture), None),
+                    Err(reason) => (NO_TEXTURE, Some(reason)),
+                };
+                self.pictures.insert(origin, first);
+                if let Some(reason) = reason {
+                    return told(reason);
+                }
+                first
+            }
+        };
+        if first == NO_TEXTURE {
+            return first;
+        }
+        if let Some(&row) = self.wrapped.get(&(first, wrap)) {
+            return row;
+        }
+        let (row, reason) = match self.copy_for(name, first, wrap) {
+            Ok(row) => (row, None),
+            Err(reason) => (NO_TEXTURE, Some(reason)),
+        };
+        self.wrapped.insert((first, wrap), row);
+        reason.map_or(row, told)
+    }
+
+    /// A picture in sRGB bytes, for which there is room.
+    fn decode(&self, name: &str, bytes: &[u8]) -> Result<Texture, String> {
+        let picture = Picture::open(bytes)?;
+        let (width, height) = (picture.width, picture.height);
+        checked_budget(width, height, self.texels_left)?;
+        let what = || format!("to decode the texture {name} of {width}×{height} texels");
+        let texels = picture.pixels() * 3;
+        let allowance = self.beside.allowance();
+        allowance.lend(texels + picture.scratch + bytes.len() as u64, what)?;
+        allowance.take(texels, what)?;
+        Ok(Texture {
+            width,
+            height,
+            wrap: [Wrap::Repeat; 2],
+            texels: picture.decode()?.into(),
+        })
+    }
+
+    /// Where a picture may stand with another wrapping: the first use gives it one, and only another needs a copy.
+    fn copy_for(&mut self, name: &str, first: u32, wrap: [Wrap; 2]) -> Result<u32, String> {
+        let row = match self.worn.insert(first) {
+            true => first,
+            false => {
+                let texture = &self.textures[first as usize];
+                let (width, height) = (texture.width, texture.height);
+                let texels = checked_budget(width, height, self.texels_left)?;
+                self.beside.allowance().take(texels * 3, || {
+                    format!("for the texture {name} with another wrapping")
+                })?;
+                let copy = texture.clone();
+                self.push(copy)
+            }
+        };
+        self.textures[row as usize].wrap = wrap;
+        Ok(row)
+    }
+
+    /// Takes a texture for which there is room.
+    fn push(&mut self, texture: Texture) -> u32 {
+        self.texels_left -= texture.texels.len() as u64;
+        self.textures.push(texture);
+        self.textures.len() as u32 - 1
+    }
+}
+
+fn checked_budget(width: u32, height: u32, most: u64) -> Result<u64, String> {
+    let texels = u64::from(width) * u64::from(height);
+    match texels <= most {
+        true => Ok(texels),
+        false => Err(format!(
+            "with its {width}×{height} texels, all textures together would have more than {MOST_TEXELS}"
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::picture::tests::encoded;
+    use png::{BitDepth::Eight, ColorType};
+    use std::path::Path;
+
+    #[test]
+    fn a_picture_stands_once_for_each_wrapping() {
+        let folder = tempfile::tempdir().unwrap();
+        let dot = encoded([1, 1], ColorType::Rgb, Eight, &[1, 2, 3]);
+        std::fs::write(folder.path().join("dot.png"), &dot).unwrap();
+        std::fs::write(folder.path().join("text.png"), "no picture").unwrap();
+        let beside = Folder::of(Path::new(&folder.path().join("scene")));
+        let mut report = Report::binary();
+        let place = Place::START;
+        let mut shelf = TextureShelf::new(&beside);
+        let (repeat, clamp) = ([Wrap::Repeat; 2], [Wrap::Clamp; 2]);
+        let mut named = |name, wrap| shelf.named(name, wrap, || place, &mut report);
+        assert_eq!(named("dot.png", clamp), 0);
+        assert_eq!(named("dot.png", repeat), 1);
+        assert_eq!(named("dot.png", clamp), 0);
+        for missing in ["text.png", "absent.png", "text.png", "absent.png"] {
+            assert_eq!(named(missing, clamp), NO_TEXTURE);
+        }
+        let mut asked = 0;
+        for _ in 0..2 {
+            let bytes = || {
+                asked += 1;
+                Ok(Cow::Borrowed(&dot[..]))
+            };
+            let place = || unreachable!("nothing is wrong");
+            let row = shelf.embedded(Embedded::Text(7), bytes, clamp, place, &mut report);
+            assert_eq!(row, 2);
+        }
+        assert_eq!(asked, 1, "decoded once");
+        let wraps: Vec<_> = shelf.into_textures().iter().map(|t| t.wrap).collect();
+        assert_eq!(wraps, [clamp, repeat, clamp]);
+        let warnings = report.finish().expect("no errors");
+        let messages: Vec<&str> = warnings.iter().map(|w| w.message.as_str()).collect();
+        assert_eq!(messages.len(), 2, "once for each: {messages:?}");
+        assert!(messages[0].contains("`text.png`") && messages[0].contains("neither a PNG"));
+    }
+
+    #[test]
+    fn textures_count_before_they_are_decoded() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.png", "b.png"] {
+            // A megabyte of pixels in a kilobyte.
+            let bytes = encoded([1024, 1024], ColorType::Grayscale, Eight, &[7; 1 << 20]);
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+        }
+        let place = || Place::START;
+        let repeat = [Wrap::Repeat; 2];
+        let named = |most: u64, names: &[&str]| {
+            let beside = Folder::of(&folder.path().join("scene")).within(Some(most));
+            let mut report = Report::binary();
+            let mut shelf = TextureShelf::new(&beside);
+            for name in names {
+                shelf.named(name, repeat, place, &mut report);
+            }
+            (beside.allowance().refusal(), report.finish().is_ok())
+        };
+        const EACH: u64 = 3 << 20;
+        const ROOM: u64 = 2 << 20;
+        assert_eq!(named(EACH + ROOM, &["a.png", "a.png"]), (None, true));
+        assert_eq!(named(2 * EACH + ROOM, &["a.png", "b.png"]), (None, true));
+        let (refused, read) = named(EACH + ROOM, &["a.png", "b.png"]);
+        let refused = refused.expect("the second");
+        assert!(refused.what.contains("`b.png`"), "{refused:?}");
+        assert!(!read && refused.needed >= 2 * EACH && refused.allowed == EACH + ROOM);
+        assert!(named(EACH, &["a.png"]).0.is_some());
+    }
+
+    #[test]
+    fn all_textures_together_are_bounded() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, width: u32| {
+            let samples = vec![7; width as usize];
+            let bytes = encoded([width, 1], ColorType::Grayscale, Eight, &samples);
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+        };
+        file("two.png", 2);
+        file("three.png", 3);
+        let beside = Folder::of(&folder.path().join("scene"));
+        let mut report = Report::binary();
+        let place = || Place::START;
+        let mut shelf = TextureShelf::new(&beside);
+        shelf.texels_left = 4;
+        let mut named = |name, wrap| shelf.named(name, wrap, place, &mut report);
+        let [repeat, clamp, mirror] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror].map(|w| [w; 2]);
+        assert_eq!(named("two.png", repeat), 0);
+        assert_eq!(named("three.png", repeat), NO_TEXTURE);
+        assert_eq!(named("./two.png", clamp), 1, "a copy");
+        for _ in 0..2 {
+            assert_eq!(named("two.png", mirror), NO_TEXTURE, "a copy too many");
+        }
+        assert_eq!(named(".//two.png", clamp), 1);
+        let warnings = report.finish().expect("no errors");
+        assert_eq!(warnings.len(), 2, "{warnings:?}");
+        assert!(
+            warnings[0]
+                .message
+                .contains("`three.png` is left out: with its 3×1 texels")
+        );
+    }
+}

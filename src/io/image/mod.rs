@@ -1,0 +1,35 @@
+//! Pictures: tone, files, comparison. The only place that names the crates `image`, `png` and `exr`.
+//!
+//! A [`Film`](phalanx_scene::film::Film) of linear radiance becomes a [`Picture`] of 8-bit samples ([`encode`]), a picture becomes a file
+//! ([`save_png`]), and films, one below the other, a file of any [`Format`] ([`save_bands`]); files become [`Raster`]s ([`load`]) and
+//! two of them are held against each other ([`compare()`], [`heat`]). Every step gives the same bytes on every machine and in every
+//! build, however the film was cut.
+
+mod bands;
+mod compare;
+#[cfg_attr(
+    unix,
+    allow(unsafe_code, reason = "an open file is known by its number alone")
+)]
+mod descriptor;
+mod exr;
+mod false_color;
+mod file;
+mod format;
+mod jpeg;
+mod linear;
+#[cfg(test)]
+mod odd_film;
+mod place;
+mod png;
+mod tone;
+
+pub use bands::{BAND_ROWS, Depth, PictureFile, save_bands, write_bands};
+pub use compare::{Comparison, DifferentSizes, compare, heat};
+pub use false_color::false_color;
+pub use file::{check_writable, replace_file};
+pub use format::Format;
+pub use place::Place;
+pub use place::folder_of;
+pub use png::{PictureError, Raster, load, png_bytes, save_png};
+pub use tone::{Grade, MAX_EXPOSURE, Picture, encode};

@@ -1,0 +1,140 @@
+//! One front door for scenes: whatever a name stands for, a [`Scene`] comes out, with its tree where there is one already.
+
+use crate::cache::{self, CacheError, Cached};
+use crate::formats::{self, Diagnostic, LoadError, Loaded, Options, Origin};
+use crate::standard::{self, StandardError};
+use phalanx_scene::{Scene, SceneError};
+use phalanx_trace::bvh::Bvh;
+use std::path::Path;
+
+/// A scene that was opened.
+#[derive(Debug)]
+pub struct Opened {
+    /// The scene, valid.
+    pub scene: Scene,
+    /// Its tree, out of a cache.
+    pub bvh: Option<Bvh>,
+    /// Bytes of the cache that stay mapped; 0 for other files.
+    pub mapped_bytes: u64,
+    /// Remarks that do not stop a render.
+    pub warnings: Vec<Diagnostic>,
+    /// What was added because the file has none, and which options mean nothing here.
+    pub notes: Vec<String>,
+}
+
+impl From<Loaded> for Opened {
+    fn from(loaded: Loaded) -> Opened {
+        Opened {
+            scene: loaded.scene,
+            bvh: None,
+            mapped_bytes: 0,
+            warnings: loaded.warnings,
+            notes: loaded.notes,
+        }
+    }
+}
+
+/// Why a scene could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// By a reader.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// By the cache.
+    #[error(transparent)]
+    Cache(#[from] CacheError),
+    /// By the catalogue of standard scenes.
+    #[error(transparent)]
+    Standard(#[from] StandardError),
+    /// With these options it cannot be traced.
+    #[error("the scene cannot be traced with these options: {0}")]
+    Options(#[from] SceneError),
+}
+
+/// Whether a file is a scene cache, by its name's ending.
+pub fn is_cache(path: &Path) -> bool {
+    let ending = path.extension();
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case(cache::ENDING))
+}
+
+/// The name of a standard scene, if it is one. A file called so can still be meant, as `./standard:…`.
+pub fn standard_name(name: &Path) -> Option<&str> {
+    let text = name.to_str();
+    text.filter(|text| text.starts_with(standard::PREFIX))
+}
+
+/// Opens a scene file of the format with this ending (one of [`formats::endings`]), whatever its
+/// name ends in.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn open_as(path: &Path, ending: &str, options: &Options) -> Result<Opened, OpenError> {
+    Ok(formats::load_as(path, ending, options)?.into())
+}
+
+/// Opens a scene from bytes that came from elsewhere, a pipe for example, as from a file of this
+/// name and of the format with this ending.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn open_bytes(
+    name: &Path,
+    ending: &str,
+    bytes: &[u8],
+    options: &Options,
+) -> Result<Opened, OpenError> {
+    Ok(formats::load_bytes(name, ending, bytes, options)?.into())
+}
+
+/// Opens a scene file, a scene cache, or a standard scene.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
+    if let Some(name) = standard_name(path) {
+        let scene = standard::scene(standard::parse_spec(name)?)?;
+        return amended(scene, None, 0, options);
+    }
+    if !is_cache(path) {
+        return Ok(formats::load(path, options)?.into());
+    }
+    let Cached {
+        scene,
+        bvh,
+        file_bytes,
+    } = cache::open(path)?;
+    amended(scene, Some(bvh), file_bytes, options)
+}
+
+/// A scene that no reader has seen to, with the options applied to it.
+fn amended(
+    mut scene: Scene,
+    bvh: Option<Bvh>,
+    mapped_bytes: u64,
+    options: &Options,
+) -> Result<Opened, OpenError> {
+    formats::amend(&mut scene, options)?;
+    let mut notes = Vec::new();
+    notes.extend(formats::origin_note(&scene));
+    if options.origin != Origin::Auto {
+        notes.push("the scene has its origin: --origin changes nothing".to_owned());
+    }
+    if options.material.is_some() {
+        notes.push("the scene has all its materials: --material changes nothing".to_owned());
+    }
+    let lights = scene.lights.len();
+    if bvh.is_some() && options.view.is_some() && options.lights.is_empty() && lights == 1 {
+        notes.push(
+            "--camera leaves the light of a scene cache alone: one that was made up for a mesh stays beside the old \
+             camera (see --light)"
+                .to_owned(),
+        );
+    }
+    Ok(Opened {
+        scene,
+        bvh,
+        mapped_bytes,
+        warnings: Vec::new(),
+        notes,
+    })
+}

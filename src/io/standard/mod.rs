@@ -1,0 +1,185 @@
+//! The standard scenes, generated: no file is needed to trace what others trace.
+//!
+//! [`CATALOGUE`] lists them. A generator pours its scene into a [`Sink`]; which sink decides whether a [`Scene`], a
+//! file or a table of counts comes of it. Every number comes from + − × ÷ √ in f64 and the `libm` crate, so that a
+//! scene is the same, bit for bit, on every platform.
+
+mod catalogue;
+mod count;
+mod modern;
+mod scene_sink;
+mod sink;
+mod spd;
+mod tessellate;
+mod write;
+
+pub use catalogue::{CATALOGUE, Entry, Family, Generator, Params};
+pub use count::{CountSink, Counts};
+pub use scene_sink::SceneSink;
+pub use sink::{DocumentLook, Look, NffLook, Sink, StandardLight, StandardView, nff_level};
+pub use tessellate::Tessellate;
+pub use write::{FileFormat, Losses, NffSink, PlySink, TestSink, WriteError, write};
+
+use phalanx_scene::{Scene, SceneError, Tone};
+
+/// What a scene file's name starts with where a standard scene is meant: `standard:NAME` or `standard:NAME:SIZE`.
+pub const PREFIX: &str = "standard:";
+
+/// A scene of the catalogue at a size.
+#[derive(Clone, Copy, Debug)]
+pub struct Spec {
+    /// Which.
+    pub entry: &'static Entry,
+    /// Its size, within [`Entry::sizes`].
+    pub size: u32,
+}
+
+/// Why there is no such standard scene.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StandardError {
+    /// No entry of that name.
+    #[error("no standard scene is called `{name}`; did you mean `{closest}`?")]
+    Unknown {
+        /// The name asked for.
+        name: String,
+        /// The known name closest to it.
+        closest: &'static str,
+    },
+    /// The specification does not start with [`PREFIX`].
+    #[error("`{0}` is not of the form standard:NAME[:SIZE]")]
+    NotASpec(String),
+    /// The size is no whole number.
+    #[error(
+        "the size `{size}` of {name} is not a whole number (k or M may follow it, for thousands or millions)"
+    )]
+    SizeNotANumber {
+        /// The scene.
+        name: &'static str,
+        /// The text in the size's place.
+        size: String,
+    },
+    /// The size is a number that the scene does not come in.
+    #[error("{name} comes in sizes {least} to {most}, not {size}")]
+    SizeOutOfRange {
+        /// The scene.
+        name: &'static str,
+        /// The size asked for.
+        size: u64,
+        /// The smallest there is.
+        least: u32,
+        /// The largest there is.
+        most: u32,
+    },
+    /// The generated scene breaks a limit of scenes.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+/// The entry of that name.
+///
+/// # Errors
+/// [`StandardError::Unknown`] with the closest name there is.
+pub fn find(name: &str) -> Result<&'static Entry, StandardError> {
+    let found = CATALOGUE.iter().find(|entry| entry.name == name);
+    found.ok_or_else(|| StandardError::Unknown {
+        name: name.chars().take(40).collect(),
+        closest: closest(name),
+    })
+}
+
+fn closest(name: &str) -> &'static str {
+    let name = name.to_lowercase();
+    let distance = |entry: &&Entry| strsim::osa_distance(entry.name, &name);
+    let best = CATALOGUE.iter().min_by_key(distance);
+    best.map_or("", |entry| entry.name)
+}
+
+/// Reads `standard:NAME[:SIZE]`.
+///
+/// # Errors
+/// [`StandardError`]: no such form, no such scene, no such size.
+pub fn parse_spec(text: &str) -> Result<Spec, StandardError> {
+    let rest = text.strip_prefix(PREFIX);
+    let rest = rest.ok_or_else(|| StandardError::NotASpec(text.to_owned()))?;
+    let (name, size) = match rest.split_once(':') {
+        Some((name, size)) => (name, Some(size)),
+        None => (rest, None),
+    };
+    let entry = find(name)?;
+    let Some(size) = size else {
+        return Ok(Spec::of(entry));
+    };
+    Spec::sized(entry, parse_size(entry, size)?)
+}
+
+/// Reads a size: a whole number, in thousands with `k` after it, in millions with `M`.
+///
+/// # Errors
+/// [`StandardError::SizeNotANumber`], which names `entry`.
+pub fn parse_size(entry: &Entry, text: &str) -> Result<u64, StandardError> {
+    let (digits, unit) = match text.strip_suffix(['k', 'K', 'm', 'M']) {
+        None => (text, 1),
+        Some(digits) if text.ends_with(['k', 'K']) => (digits, 1_000),
+        Some(digits) => (digits, 1_000_000),
+    };
+    let whole = digits.bytes().all(|b| b.is_ascii_digit());
+    let number = digits.parse::<u64>().ok().filter(|_| whole);
+    let size = number.and_then(|n| n.checked_mul(unit));
+    size.ok_or_else(|| StandardError::SizeNotANumber {
+        name: entry.name,
+        size: text.to_owned(),
+    })
+}
+
+impl Spec {
+    /// The entry at its default size.
+    pub fn of(entry: &'static Entry) -> Spec {
+        Spec {
+            entry,
+            size: entry.default_size,
+        }
+    }
+
+    /// The entry at a size.
+    ///
+    /// # Errors
+    /// [`StandardError::SizeOutOfRange`].
+    pub fn sized(entry: &'static Entry, size: u64) -> Result<Spec, StandardError> {
+        let fitting = u32::try_from(size).ok().filter(|s| entry.sizes.contains(s));
+        let size = fitting.ok_or(StandardError::SizeOutOfRange {
+            name: entry.name,
+            size,
+            least: *entry.sizes.start(),
+            most: *entry.sizes.end(),
+        })?;
+        Ok(Spec { entry, size })
+    }
+}
+
+/// Pours a standard scene into a sink.
+pub fn generate(spec: Spec, sink: &mut dyn Sink) {
+    (spec.entry.generate)(&Params { size: spec.size }, sink);
+}
+
+/// A standard scene as a [`Scene`], validated.
+///
+/// # Errors
+/// [`StandardError::Scene`] where it breaks a limit of scenes.
+pub fn scene(spec: Spec) -> Result<Scene, StandardError> {
+    let mut sink = SceneSink::default();
+    generate(spec, &mut sink);
+    let mut scene = sink.finish();
+    scene.max_depth = spec.entry.max_depth;
+    if spec.entry.family == Family::Modern {
+        scene.tone = Tone::SRGB;
+    }
+    scene.validate()?;
+    Ok(scene)
+}
+
+/// What a standard scene is made of, counted without making it.
+pub fn counts(spec: Spec) -> Counts {
+    let mut sink = CountSink::default();
+    generate(spec, &mut sink);
+    sink.counts()
+}

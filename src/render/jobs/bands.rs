@@ -1,0 +1,272 @@
+//! A window of the picture, rendered in bands from top to bottom, of which one is in memory at a time; or some of its tiles, of which
+//! none is.
+
+use super::overview::Overview;
+use super::tile_file::{TileFile, TileFileError};
+use crate::RenderStats;
+use crate::frame::{Control, FrameError, Interrupted, Settings, Tile, Tree, paint};
+use phalanx_io::image::BAND_ROWS;
+use phalanx_scene::Scene;
+use phalanx_scene::film::{Aovs, Film, Pixels, SharedFilm, Sink, tiles};
+use std::sync::atomic::Ordering::Relaxed;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+/// Pixels of a band, nearly: a fifth of a second of work, so that a thread that finishes it early waits for next to nothing, in 48 MB.
+const BAND_PIXELS: u32 = 1 << 22;
+
+/// Why there are no more bands.
+#[derive(Debug, thiserror::Error)]
+pub enum BandsError {
+    /// The render was stopped, or cannot be.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// What was finished could not be kept, or not be taken.
+    #[error(transparent)]
+    Tiles(#[from] TileFileError),
+    /// Whoever takes the bands wants no more.
+    #[error("the picture is not wanted any more")]
+    Unwanted,
+}
+
+/// What rendering bands came to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Banded {
+    /// What was done.
+    pub stats: RenderStats,
+    /// Wall seconds of rendering: not of reading, nor of waiting for whoever takes the bands.
+    pub seconds: f64,
+}
+
+/// The bands of a window, from the top: as high as few pixels allow, and a multiple of [`BAND_ROWS`].
+pub fn bands(window: Tile) -> Vec<Tile> {
+    let rows = BAND_PIXELS / window.width.max(1) / BAND_ROWS * BAND_ROWS;
+    let rows = rows.max(BAND_ROWS);
+    let band = |top: u32| Tile {
+        y: window.y + top,
+        height: rows.min(window.height - top),
+        ..window
+    };
+    (0..window.height)
+        .step_by(rows as usize)
+        .map(band)
+        .collect()
+}
+
+/// Renders the window of the settings band by band and gives each to `take`, which says whether it wants the next. With a file of
+/// tiles beside it, those that it has are taken from it, and the others added to it as they are finished.
+///
+/// # Errors
+/// [`BandsError`].
+pub fn render_bands(
+    scene: &Scene,
+    tree: Tree,
+    settings: &Settings,
+    control: &Control,
+    beside: Beside,
+    mut take: impl FnMut(Film) -> bool,
+) -> Result<Banded, BandsError> {
+    let side = settings.tile_side();
+    let mut banded = Banded::default();
+    beside.tell(control, beside.file.map_or(0, TileFile::pixels));
+    for band in bands(settings.window()) {
+        let film = Film::new(band.width, band.height, settings.record_hits);
+        let mut film = film.with_layers(settings.aovs);
+        if let Some(file) = beside.file {
+            file.restore(band, &mut film)?;
+        }
+        let (there, missing) = parted(tiles(band, side), beside.file);
+        if let Some(overview) = beside.overview {
+            there
+                .iter()
+                .for_each(|tile| overview.add_from(&film, band, *tile));
+        }
+        let kept = Kept {
+            film: Some(SharedFilm::of(&mut film, band, side)),
+            aovs: settings.aovs,
+            beside,
+            control,
+            failed: Mutex::new(None),
+        };
+        banded.add(scene, tree, settings, &missing, &kept)?;
+        if !take(film) {
+            return Err(BandsError::Unwanted);
+        }
+    }
+    Ok(banded)
+}
+
+/// Renders tiles of the picture into a file, but for those that it has.
+///
+/// # Errors
+/// [`BandsError`].
+pub fn render_tiles(
+    scene: &Scene,
+    tree: Tree,
+    settings: &Settings,
+    control: &Control,
+    share: Vec<Tile>,
+    file: &TileFile,
+) -> Result<Banded, BandsError> {
+    let (there, missing) = parted(share, Some(file));
+    let beside = Beside {
+        file: Some(file),
+        overview: None,
+    };
+    beside.tell(control, there.iter().map(Tile::pixels).sum());
+    let kept = Kept {
+        film: None,
+        aovs: settings.aovs,
+        beside,
+        control,
+        failed: Mutex::new(None),
+    };
+    let mut banded = Banded::default();
+    banded.add(scene, tree, settings, &missing, &kept)?;
+    Ok(banded)
+}
+
+/// Puts a window together from the tiles of several files, which have all of it, and gives each band to `take`.
+///
+/// # Errors
+/// [`BandsError`].
+pub fn merge_bands(
+    window: Tile,
+    aovs: Aovs,
+    files: &[TileFile],
+    control: &Control,
+    mut take: impl FnMut(Film) -> bool,
+) -> Result<(), BandsError> {
+    for band in bands(window) {
+        let mut film = Film::new(band.width, band.height, false).with_layers(aovs);
+        for file in files {
+            if control.stop.load(Relaxed) {
+                return Err(FrameError::from(Interrupted).into());
+            }
+            file.restore(band, &mut film)?;
+        }
+        control.pixels.fetch_add(band.pixels(), Relaxed);
+        if !take(film) {
+            return Err(BandsError::Unwanted);
+        }
+    }
+    Ok(())
+}
+
+impl Banded {
+    fn add(
+        &mut self,
+        scene: &Scene,
+        tree: Tree,
+        settings: &Settings,
+        missing: &[Tile],
+        kept: &Kept,
+    ) -> Result<(), BandsError> {
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let start = Instant::now();
+        let painted = paint(scene, tree, settings, kept.control, missing, kept);
+        self.seconds += start.elapsed().as_secs_f64();
+        let mut failed = kept.failed.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(error) = failed.take() {
+            return Err(error.into());
+        }
+        self.stats.add(&painted?.stats);
+        Ok(())
+    }
+}
+
+/// Where finished tiles go, beside the picture.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Beside<'a> {
+    /// What they are kept in.
+    pub file: Option<&'a TileFile>,
+    /// What is shown of them.
+    pub overview: Option<&'a Overview>,
+}
+
+impl Beside<'_> {
+    /// Tells whoever watches what was finished before.
+    fn tell(self, control: &Control, pixels: u64) {
+        control.kept.store(pixels, Relaxed);
+        control.pixels.fetch_add(pixels, Relaxed);
+    }
+}
+
+/// The tiles that the file has, and those that it has not.
+fn parted(tiles: Vec<Tile>, file: Option<&TileFile>) -> (Vec<Tile>, Vec<Tile>) {
+    let there = |tile: &Tile| file.is_some_and(|file| file.has(*tile));
+    tiles.into_iter().partition(there)
+}
+
+/// Where finished tiles go: onto the band's film, and into the file.
+struct Kept<'a> {
+    film: Option<SharedFilm<'a>>,
+    aovs: Aovs,
+    beside: Beside<'a>,
+    control: &'a Control,
+    /// Why a tile could not be kept.
+    failed: Mutex<Option<TileFileError>>,
+}
+
+impl Sink for Kept<'_> {
+    fn records_hits(&self) -> bool {
+        self.film.as_ref().is_some_and(Sink::records_hits)
+    }
+
+    fn aovs(&self) -> Aovs {
+        self.aovs
+    }
+
+    fn put(&self, tile: Tile, pixels: &Pixels) {
+        if let Some(film) = &self.film {
+            film.put(tile, pixels);
+        }
+        if let Some(overview) = self.beside.overview {
+            overview.add(tile, pixels);
+        }
+        let file = self.beside.file;
+        let Some(Err(error)) = file.map(|file| file.append(tile, pixels)) else {
+            return;
+        };
+        let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
+        // The first is the reason; whatever comes after it follows from it.
+        failed.get_or_insert(error);
+        self.control.stop.store(true, Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_are_a_window_in_whole_tiles() {
+        for (x, y, width, height) in [
+            (0, 0, 640, 480),
+            (3, 5, 40_000, 30_000),
+            (1, 1, 1, 1),
+            (0, 100, 65_536, 65),
+            (9, 0, 5_000, 5_001),
+        ] {
+            let window = Tile {
+                x,
+                y,
+                width,
+                height,
+            };
+            let bands = bands(window);
+            let mut top = y;
+            for (k, band) in bands.iter().enumerate() {
+                assert_eq!((band.x, band.y, band.width), (x, top, width));
+                let last = k + 1 == bands.len();
+                assert!(last || band.height % BAND_ROWS == 0, "{band:?}");
+                assert!(band.pixels() <= u64::from(BAND_PIXELS.max(width * BAND_ROWS)));
+                top += band.height;
+            }
+            assert_eq!(top, y + height);
+        }
+        assert_eq!(bands(Tile::whole(640, 480)).len(), 1);
+    }
+}

@@ -1,0 +1,165 @@
+//! The places that a plan may send its picture to: those in its own folder. A plan may be anybody's, and who merges it has not
+//! chosen where it writes.
+
+use phalanx_io::image::folder_of;
+use std::fs;
+use std::io;
+use std::path::{Component, Path, PathBuf, absolute};
+
+const OUTSIDE: &str = "lies outside the plan's folder";
+
+/// The path of a picture that a plan in the file `plan` names `output`; an error says why the plan may not name it.
+pub(super) fn allowed(plan: &Path, output: &Path) -> Result<PathBuf, &'static str> {
+    let folder = folder_of(plan);
+    let path = folder.join(output);
+    if path.file_name().is_none() {
+        return Err("is no name of a file");
+    }
+    match real(&path) {
+        Ok(real) => {
+            let home = folder.canonicalize();
+            if !home.is_ok_and(|home| real.starts_with(home)) {
+                return Err(OUTSIDE);
+            }
+            // Nor may it choose a pipe, or a device, that stands there.
+            match fs::metadata(&real) {
+                Ok(found) if !found.is_file() => Err("is no regular file"),
+                _ => Ok(path),
+            }
+        }
+        // Nothing can be written there, which whoever tries will say, if it is in the folder at all.
+        Err(_) if descends(output) && !path.is_symlink() => Ok(path),
+        Err(_) => Err(OUTSIDE),
+    }
+}
+
+/// The name of the picture `output` in a plan in the file `plan`: seen from the plan's folder where it lies in that, else absolute.
+/// A plan of the latter kind is merged only by who names the picture again.
+///
+/// # Errors
+/// The system cannot tell where they are.
+pub fn kept_output(plan: &Path, output: &Path) -> io::Result<PathBuf> {
+    let output = absolute(output)?;
+    let home = folder_of(plan).canonicalize()?;
+    let inside = real(&output).ok();
+    let inside = inside.and_then(|real| Some(real.strip_prefix(&home).ok()?.to_path_buf()));
+    // A link to a picture stays the link's name: what it points to may change.
+    let name = match inside {
+        Some(_) if output.is_symlink() => {
+            let folder = folder_of(&output).canonicalize()?;
+            let seen = folder.strip_prefix(&home).ok();
+            seen.zip(output.file_name())
+                .map(|(folder, name)| folder.join(name))
+        }
+        inside => inside,
+    };
+    Ok(name.unwrap_or(output))
+}
+
+/// Where writing to a path would write, links followed.
+fn real(path: &Path) -> io::Result<PathBuf> {
+    if fs::symlink_metadata(path).is_ok() {
+        return path.canonicalize();
+    }
+    let name = path.file_name().unwrap_or_default();
+    Ok(folder_of(path).canonicalize()?.join(name))
+}
+
+fn descends(path: &Path) -> bool {
+    let normal = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    path.components().all(normal)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::symlink;
+
+    #[test]
+    fn a_plan_sends_its_picture_nowhere_but_into_its_folder() {
+        let room = tempfile::tempdir().unwrap();
+        let at = |name: &str| room.path().join(name);
+        for folder in ["job/in", "job/deep", "else"] {
+            fs::create_dir_all(at(folder)).unwrap();
+        }
+        fs::write(at("job/old.png"), "").unwrap();
+        fs::write(at("else/old.png"), "").unwrap();
+        symlink(at("else"), at("job/out")).unwrap();
+        symlink("../else/old.png", at("job/linked.png")).unwrap();
+        symlink("../else/new.png", at("job/dangling.png")).unwrap();
+        symlink("old.png", at("job/inner.png")).unwrap();
+        symlink("in", at("job/within")).unwrap();
+        let plan = at("job/p.json");
+        let inside = at("job/x.png");
+        for good in [
+            "x.png",
+            "old.png",
+            "./x.png",
+            "in/x.png",
+            "inner.png",
+            "within/x.png",
+            "in/../x.png",
+            "../job/x.png",
+            inside.to_str().unwrap(),
+            "nowhere/x.png",
+        ] {
+            let found = allowed(&plan, Path::new(good));
+            assert_eq!(found, Ok(at("job").join(good)), "{good}");
+        }
+        let outside = at("else/x.png");
+        for bad in [
+            "../x.png",
+            "../else/old.png",
+            "in/../../x.png",
+            outside.to_str().unwrap(),
+            "/x.png",
+            "/dev/null",
+            "out/x.png",
+            "out/old.png",
+            "linked.png",
+            "dangling.png",
+            "../nowhere/x.png",
+            "/nowhere/x.png",
+            "out/../../x.png",
+            "..",
+            "/",
+            "in/..",
+        ] {
+            assert!(allowed(&plan, Path::new(bad)).is_err(), "{bad}");
+        }
+        let pipe = at("job/pipe.png");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        assert!(allowed(&plan, Path::new("pipe.png")).is_err());
+    }
+
+    #[test]
+    fn pictures_in_the_folder_are_named_from_there_and_others_absolutely() {
+        let room = tempfile::tempdir().unwrap();
+        let at = |name: &str| room.path().join(name);
+        for folder in ["job/in", "else"] {
+            fs::create_dir_all(at(folder)).unwrap();
+        }
+        fs::write(at("job/old.png"), "").unwrap();
+        symlink("../else/new.png", at("job/dangling.png")).unwrap();
+        symlink("old.png", at("job/inner.png")).unwrap();
+        let plan = at("job/p.json");
+        for (name, kept) in [
+            ("job/x.png", "x.png"),
+            ("job/old.png", "old.png"),
+            ("job/in/x.png", "in/x.png"),
+            ("job/in/../x.png", "x.png"),
+            ("else/../job/x.png", "x.png"),
+            ("job/inner.png", "inner.png"),
+        ] {
+            let found = kept_output(&plan, &at(name)).unwrap();
+            assert_eq!(found, Path::new(kept), "{name}");
+            assert!(allowed(&plan, &found).is_ok(), "{name}");
+        }
+        for name in ["x.png", "else/x.png", "job/dangling.png", "nowhere/x.png"] {
+            let found = kept_output(&plan, &at(name)).unwrap();
+            assert_eq!(found, at(name));
+            assert!(allowed(&plan, &found).is_err(), "{name}");
+        }
+    }
+}

@@ -1,0 +1,463 @@
+//! Who renders which tiles of a picture, written down once for all machines.
+
+use super::identity::{FieldError, Identity};
+use super::place;
+use crate::frame::{Aovs, Tile};
+use phalanx_io::image::MAX_EXPOSURE;
+use phalanx_scene::film::tiles;
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Version of the layout of plans. Version 1 had its settings as one text, and an output of any name.
+const SCHEMA_VERSION: u32 = 2;
+
+/// Longest plan that is read: several times the longest command line that systems take.
+const MAX_BYTES: u64 = 16 << 20;
+
+/// Most shards of a plan: as many tasks as schedulers take in one array, and more.
+pub const MAX_SHARDS: u32 = 100_000;
+
+/// Side of the tiles that are dealt out, in pixels, where the picture is large enough.
+const SIDE: u32 = 64;
+
+/// As many tiles a shard make up for some of them being hard.
+const TILES_A_SHARD: u64 = 16;
+
+/// A plan: what is rendered, into how many shards it is cut, and where the picture goes.
+///
+/// The tiles of the window, cells of a grid of [`Plan::tile`] pixels, are dealt out like cards, in the order of [`tiles`]: the k-th
+/// tile is of shard k modulo [`Plan::shards`]. So every shard has some of the easy ones and some of the hard ones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    schema_version: u32,
+    /// The scene, as its file was named, or a standard scene; a file's name is absolute.
+    pub scene: String,
+    /// What `phalanx plan` was asked for.
+    pub arguments: Vec<String>,
+    /// The picture to be, seen from the plan's folder; see [`Plan::picture_path`].
+    pub output: PathBuf,
+    /// What becomes of radiance in it.
+    pub developing: Developing,
+    /// What its pixels depend on.
+    pub picture: Identity,
+    /// How many shards there are.
+    pub shards: u32,
+    /// Side in pixels of the tiles that are dealt out.
+    pub tile: u32,
+}
+
+/// How samples are made of radiance, where the picture's format has samples.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Developing {
+    /// In stops, from -[`MAX_EXPOSURE`] to [`MAX_EXPOSURE`].
+    pub exposure: f32,
+    /// Whether samples are on the sRGB curve, and not linear.
+    pub srgb: bool,
+    /// Whether they are rounded to the nearest, and not down.
+    pub round: bool,
+    /// Bits of a PNG's samples: 8 or 16.
+    pub bits: u8,
+}
+
+/// Why a plan cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// The file could not be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// It is none.
+    #[error("{}: not a plan: {reason}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A program with another layout made it.
+    #[error(
+        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {SCHEMA_VERSION}",
+        path.display()
+    )]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Version of the file's layout.
+        found: u64,
+    },
+    /// A field holds what it may not.
+    #[error("{}: {error}", path.display())]
+    Field {
+        /// The file.
+        path: PathBuf,
+        /// The field, and what it may hold.
+        error: FieldError,
+    },
+    /// The picture would go where a plan may not send it.
+    #[error("{}: the plan's picture {} {reason}", path.display(), output.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// The picture, as the plan names it.
+        output: PathBuf,
+        /// Why not.
+        reason: &'static str,
+    },
+    /// There is no such shard.
+    #[error("there is no shard {shard}: the plan has {shards}, from 0 to {}", shards - 1)]
+    NoShard {
+        /// The number that was asked for.
+        shard: u32,
+        /// How many there are.
+        shards: u32,
+    },
+}
+
+impl Plan {
+    /// A plan of so many shards.
+    pub fn new(
+        scene: String,
+        arguments: Vec<String>,
+        output: PathBuf,
+        developing: Developing,
+        picture: Identity,
+        shards: u32,
+    ) -> Plan {
+        let tile = side(picture.window(), shards);
+        Plan {
+            schema_version: SCHEMA_VERSION,
+            scene,
+            arguments,
+            output,
+            developing,
+            picture,
+            shards,
+            tile,
+        }
+    }
+
+    /// Reads one, which may be anybody's.
+    ///
+    /// # Errors
+    /// [`PlanError`]: a plan of another version of this layout is refused.
+    pub fn read(path: &Path) -> Result<Plan, PlanError> {
+        let io = |source| PlanError::Io {
+            path: path.into(),
+            source,
+        };
+        let malformed = |reason: &str| PlanError::Malformed {
+            path: path.into(),
+            reason: printable(reason),
+        };
+        let mut bytes = Vec::new();
+        let file = File::open(path).map_err(io)?;
+        let read = file.take(MAX_BYTES + 1).read_to_end(&mut bytes);
+        if read.map_err(io)? as u64 > MAX_BYTES {
+            return Err(malformed("it is longer than any"));
+        }
+        match serde_json::from_slice::<Version>(&bytes) {
+            Ok(version) if version.schema_version != u64::from(SCHEMA_VERSION) => {
+                return Err(PlanError::Version {
+                    path: path.into(),
+                    found: version.schema_version,
+                });
+            }
+            Ok(_) => {}
+            Err(error) => return Err(malformed(&error.to_string())),
+        }
+        let plan: Plan =
+            serde_json::from_slice(&bytes).map_err(|error| malformed(&error.to_string()))?;
+        match plan.check() {
+            Ok(()) => Ok(plan),
+            Err(error) => Err(PlanError::Field {
+                path: path.into(),
+                error,
+            }),
+        }
+    }
+
+    /// Checks every field that is not free to hold anything.
+    ///
+    /// # Errors
+    /// The first field that holds what it may not.
+    pub fn check(&self) -> Result<(), FieldError> {
+        let wrong = |field, value: String, expected: &str| {
+            Err(FieldError {
+                field,
+                value: printable(&value),
+                expected: expected.to_owned(),
+            })
+        };
+        self.picture.check()?;
+        let output = self.output.to_str().unwrap_or("\0");
+        let arguments = self.arguments.iter().map(|text| ("arguments", &text[..]));
+        for (field, text) in [("scene", &self.scene[..]), ("output", output)]
+            .into_iter()
+            .chain(arguments)
+        {
+            // Plans are quoted in scripts and messages.
+            if text.contains(char::is_control) || text.is_empty() && field != "arguments" {
+                let value = format!("{text:?}");
+                return wrong(field, value, "a text without control characters");
+            }
+        }
+        let Developing { exposure, bits, .. } = self.developing;
+        if !(-MAX_EXPOSURE..=MAX_EXPOSURE).contains(&exposure) {
+            let range = format!("stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}");
+            return wrong("developing.exposure", exposure.to_string(), &range);
+        }
+        if ![8, 16].contains(&bits) {
+            return wrong("developing.bits", bits.to_string(), "8 or 16");
+        }
+        if !(1..=MAX_SHARDS).contains(&self.shards) {
+            let range = format!("1 to {MAX_SHARDS}");
+            return wrong("shards", self.shards.to_string(), &range);
+        }
+        // As few tiles as this program would have dealt: smaller ones could be more than memory has room for.
+        let side = side(self.picture.window(), self.shards);
+        if self.tile != side {
+            let picture = format!("{side} for a picture of this size in so many shards");
+            return wrong("tile", self.tile.to_string(), &picture);
+        }
+        Ok(())
+    }
+
+    /// The layers of the picture.
+    pub fn aovs(&self) -> Aovs {
+        self.picture.aovs()
+    }
+
+    /// All tiles, in the order in which they are dealt out.
+    pub fn tiles(&self) -> Vec<Tile> {
+        tiles(self.picture.window(), self.tile)
+    }
+
+    /// The tiles of a shard, among all of them.
+    pub fn share_of<'a>(&self, tiles: &'a [Tile], shard: u32) -> impl Iterator<Item = Tile> + 'a {
+        let from = tiles.get(shard as usize..).unwrap_or_default();
+        from.iter().step_by(self.shards.max(1) as usize).copied()
+    }
+
+    /// The tiles of a shard.
+    ///
+    /// # Errors
+    /// [`PlanError::NoShard`].
+    pub fn share(&self, shard: u32) -> Result<Vec<Tile>, PlanError> {
+        if shard >= self.shards {
+            return Err(PlanError::NoShard {
+                shard,
+                shards: self.shards,
+            });
+        }
+        Ok(self.share_of(&self.tiles(), shard).collect())
+    }
+
+    /// The path of the picture, for a plan in the file `plan`.
+    ///
+    /// # Errors
+    /// [`PlanError::Output`] where it does not lie in the folder of that file, links followed: a plan may be anybody's, and must not
+    /// choose which files are replaced. Whoever merges it may name any path instead.
+    pub fn picture_path(&self, plan: &Path) -> Result<PathBuf, PlanError> {
+        place::allowed(plan, &self.output).map_err(|reason| PlanError::Output {
+            path: plan.into(),
+            output: self.output.clone(),
+            reason,
+        })
+    }
+
+    /// The file of a shard's tiles, beside the plan.
+    pub fn shard_file(&self, plan: &Path, shard: u32) -> PathBuf {
+        let digits = (self.shards - 1).to_string().len();
+        let mut name = plan.file_stem().unwrap_or(plan.as_os_str()).to_os_string();
+        name.push(format!(".shard-{shard:0digits$}.tiles"));
+        plan.with_file_name(name)
+    }
+}
+
+/// The version alone, of a plan whose other fields may have any names.
+#[derive(Deserialize)]
+struct Version {
+    schema_version: u64,
+}
+
+/// Side of the tiles that a window is dealt out in.
+fn side(window: Tile, shards: u32) -> u32 {
+    let enough = |side: u32| {
+        let Tile { width, height, .. } = window;
+        let cells = u64::from(width.div_ceil(side)) * u64::from(height.div_ceil(side));
+        cells >= TILES_A_SHARD * u64::from(shards)
+    };
+    let sides = [SIDE, SIDE / 2, SIDE / 4];
+    sides.into_iter().find(|&side| enough(side)).unwrap_or(8)
+}
+
+/// A text of a file as it may be shown: a terminal obeys control characters.
+fn printable(text: &str) -> String {
+    let escaped = |c: char| match c.is_control() {
+        true => c.escape_default().to_string(),
+        false => c.to_string(),
+    };
+    text.chars().map(escaped).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Settings;
+    use phalanx_scene::Scene;
+    use serde_json::json;
+
+    fn plan(width: u32, height: u32, shards: u32) -> Plan {
+        let scene = Scene::default();
+        let settings = Settings {
+            width,
+            height,
+            ..Settings::of(&scene)
+        };
+        let identity = Identity::of(&scene, &settings);
+        let developing = Developing {
+            exposure: 0.5,
+            srgb: true,
+            round: false,
+            bits: 8,
+        };
+        let (scene, output) = ("a.test".into(), "a.png".into());
+        Plan::new(scene, Vec::new(), output, developing, identity, shards)
+    }
+
+    #[test]
+    fn every_pixel_is_of_one_shard_and_shares_are_alike() {
+        for (width, height, shards, side) in [
+            (640, 480, 1, 64),
+            (640, 480, 7, 32),
+            (641, 479, 64, 16),
+            (40, 24, 64, 8),
+        ] {
+            let plan = plan(width, height, shards);
+            assert_eq!(plan.tile, side, "{width}x{height} in {shards}");
+            let mut seen = vec![0u8; (width * height) as usize];
+            let mut counts = Vec::new();
+            for shard in 0..shards {
+                let share = plan.share(shard).unwrap();
+                counts.push(share.len());
+                for tile in share {
+                    for y in tile.y..tile.y + tile.height {
+                        for x in tile.x..tile.x + tile.width {
+                            seen[(y * width + x) as usize] += 1;
+                        }
+                    }
+                }
+            }
+            assert!(seen.iter().all(|&n| n == 1));
+            let (least, most) = (counts.iter().min().unwrap(), counts.iter().max().unwrap());
+            assert!(most - least <= 1, "{counts:?}");
+            assert!(plan.share(shards).is_err());
+        }
+    }
+
+    #[test]
+    fn shard_files_stand_beside_the_plan_in_order() {
+        let plan = plan(640, 480, 64);
+        let file = |shard| plan.shard_file(Path::new("jobs/a.json"), shard);
+        assert_eq!(file(3), Path::new("jobs/a.shard-03.tiles"));
+        assert_eq!(file(63), Path::new("jobs/a.shard-63.tiles"));
+    }
+
+    #[test]
+    fn what_is_no_plan_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plan.json");
+        let good = serde_json::to_value(plan(640, 480, 4)).unwrap();
+        std::fs::write(&path, good.to_string()).unwrap();
+        assert_eq!(Plan::read(&path).unwrap(), plan(640, 480, 4));
+        let refused = |bad: &str| {
+            std::fs::write(&path, bad).unwrap();
+            let refused = Plan::read(&path).unwrap_err();
+            let said = refused.to_string();
+            assert!(!said.contains(char::is_control), "{said:?}");
+            refused
+        };
+        let field = |pointer: &str, value: serde_json::Value| {
+            let mut bad = good.clone();
+            *bad.pointer_mut(pointer).unwrap() = value;
+            match refused(&bad.to_string()) {
+                PlanError::Field { error, .. } => error.field,
+                other => panic!("{pointer}: {other}"),
+            }
+        };
+        let far = u32::MAX - 5;
+        for (pointer, value, name) in [
+            ("/shards", json!(0), "shards"),
+            ("/shards", json!(100_001), "shards"),
+            ("/tile", json!(0), "tile"),
+            ("/tile", json!(7), "tile"),
+            // A side that tiles may have, but not these: there would be more of them than anybody deals out.
+            ("/tile", json!(8), "tile"),
+            ("/scene", json!(""), "scene"),
+            ("/scene", json!("a\nb"), "scene"),
+            ("/output", json!(""), "output"),
+            ("/output", json!("a\u{7}.png"), "output"),
+            ("/arguments", json!(["plan", "a\r"]), "arguments"),
+            ("/developing/bits", json!(7), "developing.bits"),
+            ("/developing/bits", json!(0), "developing.bits"),
+            ("/developing/exposure", json!(1e38), "developing.exposure"),
+            ("/developing/exposure", json!(-100.5), "developing.exposure"),
+            ("/picture/width", json!(0), "picture.width"),
+            ("/picture/height", json!(70_000), "picture.height"),
+            ("/picture/region", json!([0, 0, 641, 480]), "picture.region"),
+            ("/picture/region", json!([far, far, 9, 9]), "picture.region"),
+            ("/picture/region", json!([9, 9, 0, 9]), "picture.region"),
+            ("/picture/layers", json!(["x"]), "picture.layers"),
+            ("/picture/scene", json!("\u{1b}[2J"), "picture.scene"),
+            ("/picture/version", json!("\n"), "picture.version"),
+        ] {
+            assert_eq!(field(pointer, value), name);
+        }
+        for (pointer, value) in [
+            ("/picture/settings", json!("Settings { width: 0 }")),
+            ("/picture/region", json!([0, 0, 0.5, 1])),
+            ("/picture/width", json!(-1)),
+            ("/developing/bits", json!(264)),
+            ("/developing/exposure", json!(null)),
+            ("/arguments", json!("plan")),
+        ] {
+            let mut bad = good.clone();
+            *bad.pointer_mut(pointer).unwrap() = value;
+            let refused = refused(&bad.to_string());
+            assert!(matches!(refused, PlanError::Malformed { .. }), "{refused}");
+        }
+        let mut more = good.clone();
+        more["picture"]["settings"]["\u{1b}[2J"] = json!(1);
+        for bad in ["{}", "", "7", "{\"schema_version\": 2}", &more.to_string()] {
+            let refused = refused(bad);
+            assert!(matches!(refused, PlanError::Malformed { .. }), "{refused}");
+        }
+        // By its version, whatever else is in it.
+        for version in [1u64, 3, u64::MAX] {
+            let refused = refused(&json!({"schema_version": version, "x": 1}).to_string());
+            let PlanError::Version { found, .. } = refused else {
+                panic!("{refused}");
+            };
+            assert_eq!(found, version);
+        }
+        assert!(Plan::read(folder.path()).is_err());
+    }
+
+    #[test]
+    fn a_file_without_end_is_no_plan() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("plan.json");
+        let file = File::create(&path).unwrap();
+        file.set_len(1 << 40).unwrap();
+        let refused = Plan::read(&path).unwrap_err();
+        assert!(refused.to_string().contains("longer than any"), "{refused}");
+    }
+}

@@ -1,0 +1,328 @@
+//! Finished tiles in a file that only ever grows: it may be cut off anywhere, by a crash or a full disk, and what is whole still counts.
+//!
+//! The file begins with the picture's [`Identity`] (see `beginning`); then come records (see `record`), in the order in which tiles
+//! were finished. Every tile names the identity's checksum, too, so that a file with a damaged beginning is still known. A byte that
+//! has changed costs the tile that it belongs to, which is rendered again.
+
+use super::beginning::{self, LAYOUT, Owner};
+use super::coverage::Coverage;
+use super::identity::{Difference, Identity, told};
+use super::record::{self, HEAD, Head, MAX_SIDE};
+use super::scan::Scan;
+use crate::frame::Tile;
+use phalanx_io::image::Place;
+use phalanx_scene::film::{Film, Pixels};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How often what was written is asked to be on the disk, and not on its way there: what a power failure may cost.
+const SYNC: Duration = Duration::from_secs(5);
+
+/// Why a tile file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum TileFileError {
+    /// It could not be read or written.
+    #[error("cannot use {}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// Another process writes to it.
+    #[error("{}: another render is using it", path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is some other file.
+    #[error("{}: not a file of finished tiles", path.display())]
+    Other {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A program with another layout made it.
+    #[error(
+        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {LAYOUT}",
+        path.display()
+    )]
+    Layout {
+        /// The file.
+        path: PathBuf,
+        /// Version of the file's layout.
+        found: u32,
+    },
+    /// It holds tiles of another picture.
+    #[error("{}: holds tiles of another picture: {}", path.display(), told(differences))]
+    Different {
+        /// The file.
+        path: PathBuf,
+        /// Differences, at least one.
+        differences: Vec<Difference>,
+    },
+}
+
+/// Finished tiles, in a file and known by place.
+#[derive(Debug)]
+pub struct TileFile {
+    path: PathBuf,
+    identity: u32,
+    planes: u32,
+    /// Tiles that were there when the file was opened, by row of their upper border.
+    tiles: Vec<(Tile, u64)>,
+    coverage: Coverage,
+    pixels: u64,
+    /// Tiles that are there, but not as they were written.
+    damaged: usize,
+    end: Mutex<End>,
+}
+
+/// Where the next tile goes.
+#[derive(Debug)]
+struct End {
+    file: File,
+    /// The end of the last whole record.
+    at: u64,
+    buffer: Vec<u8>,
+    synced: Instant,
+}
+
+impl TileFile {
+    /// Opens the file of a picture's tiles to add to it, or begins one where there is none.
+    ///
+    /// # Errors
+    /// [`TileFileError`]: also where the file is another picture's, and where another process adds to it.
+    pub fn open(path: &Path, identity: &Identity) -> Result<TileFile, TileFileError> {
+        let io = |source| io_error(path, source);
+        TileFile::check_place(path)?;
+        let mut options = OpenOptions::new();
+        let file = options.read(true).write(true).create(true).truncate(false);
+        let file = file.open(path).map_err(io)?;
+        lock(&file, path)?;
+        let mut opened = TileFile::scan(path, file, identity)?;
+        let End { file, at, .. } = opened.end.get_mut().unwrap_or_else(PoisonError::into_inner);
+        if *at == 0 {
+            let head = beginning::bytes(identity);
+            file.seek(SeekFrom::Start(0)).map_err(io)?;
+            file.write_all(&head).map_err(io)?;
+            *at = head.len() as u64;
+        }
+        // Whatever stands behind the last whole record is half of one.
+        file.set_len(*at).map_err(io)?;
+        file.seek(SeekFrom::Start(*at)).map_err(io)?;
+        Ok(opened)
+    }
+
+    /// Opens a file of a picture's tiles to take them from it.
+    ///
+    /// # Errors
+    /// [`TileFileError`].
+    pub fn read(path: &Path, identity: &Identity) -> Result<TileFile, TileFileError> {
+        let io = |source| io_error(path, source);
+        TileFile::check_place(path)?;
+        let file = File::open(path).map_err(io)?;
+        TileFile::scan(path, file, identity)
+    }
+
+    /// Refuses a place that no tile file can be at, without opening it: tiles are read again from
+    /// anywhere in the file, so that pipes, devices and `/dev/stdout` will not do.
+    ///
+    /// # Errors
+    /// [`TileFileError::Io`].
+    pub fn check_place(path: &Path) -> Result<(), TileFileError> {
+        let refused = || io::Error::other("finished tiles are kept in a regular file only");
+        match Place::of(path) {
+            Ok(Place::File(_)) => Ok(()),
+            Ok(Place::Stream(_) | Place::Open(_)) => Err(io_error(path, refused())),
+            Err(error) => Err(io_error(path, error)),
+        }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Pixels that were finished when the file was opened.
+    pub fn pixels(&self) -> u64 {
+        self.pixels
+    }
+
+    /// Tiles that were damaged, and have to be rendered again.
+    pub fn damaged(&self) -> usize {
+        self.damaged
+    }
+
+    /// Whether all of a tile was finished when the file was opened.
+    pub fn has(&self, tile: Tile) -> bool {
+        self.coverage.has(tile)
+    }
+
+    /// Puts finished pixels of a window onto its film; those that are not finished stay as they are.
+    ///
+    /// # Errors
+    /// The system's reason, or that a tile is no longer what it was.
+    pub fn restore(&self, window: Tile, film: &mut Film) -> Result<(), TileFileError> {
+        let io = |source| io_error(&self.path, source);
+        let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut bytes = Vec::new();
+        let bottom = window.y + window.height;
+        // They stand in the order of their first rows, and none has more rows than a tile may have.
+        let from = |(tile, _): &(Tile, u64)| tile.y.saturating_add(MAX_SIDE) <= window.y;
+        let from = self.tiles.partition_point(from);
+        let until = self.tiles.partition_point(|(tile, _)| tile.y < bottom);
+        let mut moved = false;
+        for &(tile, at) in &self.tiles[from..until] {
+            if tile.within(window).pixels() == 0 {
+                continue;
+            }
+            moved = true;
+            bytes.resize(HEAD, 0);
+            end.file.seek(SeekFrom::Start(at)).map_err(io)?;
+            end.file.read_exact(&mut bytes).map_err(io)?;
+            let changed = || io(io::Error::other("it has changed since it was opened"));
+            let same = |head: &Head| head.tile == tile && head.planes == self.planes;
+            let head = Head::read(&bytes).filter(same);
+            let head = head.ok_or_else(changed)?;
+            bytes.resize(head.content_bytes(), 0);
+            end.file.read_exact(&mut bytes).map_err(io)?;
+            if crc32fast::hash(&bytes) != head.content {
+                return Err(changed());
+            }
+            put(film, window, tile, &bytes);
+        }
+        if moved {
+            let at = end.at;
+            end.file.seek(SeekFrom::Start(at)).map_err(io)?;
+        }
+        Ok(())
+    }
+
+    /// Adds a finished tile. Where that fails, the file ends with the last whole one.
+    ///
+    /// # Errors
+    /// The system's reason: that the disk is full, most likely.
+    pub fn append(&self, tile: Tile, pixels: &Pixels) -> Result<(), TileFileError> {
+        let io = |source| io_error(&self.path, source);
+        let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        let End {
+            file,
+            at,
+            buffer,
+            synced,
+        } = &mut *end;
+        record::write(buffer, tile, self.identity, &pixels.planes());
+        let written = file.write_all(buffer);
+        if let Err(error) = written {
+            // As much as can be done: what is half written is found out anyway.
+            let _ = file.set_len(*at);
+            let _ = file.seek(SeekFrom::Start(*at));
+            return Err(io(error));
+        }
+        *at += buffer.len() as u64;
+        if synced.elapsed() > SYNC {
+            file.sync_data().map_err(io)?;
+            *synced = Instant::now();
+        }
+        Ok(())
+    }
+
+    /// Waits until all of it is on the disk.
+    ///
+    /// # Errors
+    /// The system's reason.
+    pub fn sync(&self) -> Result<(), TileFileError> {
+        let end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        end.file
+            .sync_all()
+            .map_err(|source| io_error(&self.path, source))
+    }
+
+    /// Looks at every record.
+    fn scan(path: &Path, file: File, identity: &Identity) -> Result<TileFile, TileFileError> {
+        let io = |source| io_error(path, source);
+        let found = Scan::run(&file, identity).map_err(io)?;
+        match found.owner {
+            Owner::Ours | Owner::Nobody => {}
+            Owner::Unknown => return Err(TileFileError::Other { path: path.into() }),
+            Owner::Layout(found) => {
+                return Err(TileFileError::Layout {
+                    path: path.into(),
+                    found,
+                });
+            }
+            Owner::Other(theirs) => {
+                return Err(TileFileError::Different {
+                    path: path.into(),
+                    differences: theirs.differences(identity),
+                });
+            }
+        }
+        let mut coverage = Coverage::new(identity.window());
+        let pixels = found
+            .tiles
+            .iter()
+            .map(|(tile, _)| coverage.add(*tile))
+            .sum();
+        let mut tiles = found.tiles;
+        tiles.sort_by_key(|(tile, at)| (tile.y, tile.x, *at));
+        Ok(TileFile {
+            path: path.into(),
+            identity: identity.checksum(),
+            planes: record::planes(identity),
+            tiles,
+            coverage,
+            pixels,
+            damaged: found.damaged,
+            end: Mutex::new(End {
+                file,
+                at: found.end,
+                buffer: Vec::new(),
+                synced: Instant::now(),
+            }),
+        })
+    }
+}
+
+fn io_error(path: &Path, source: io::Error) -> TileFileError {
+    TileFileError::Io {
+        path: path.into(),
+        source,
+    }
+}
+
+fn lock(file: &File, path: &Path) -> Result<(), TileFileError> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(TileFileError::InUse { path: path.into() }),
+        // Some network file systems have no locks; what two renders add to one file is still sound.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
+/// Puts the part of a tile that lies in a window onto its film.
+fn put(film: &mut Film, window: Tile, tile: Tile, bytes: &[u8]) {
+    let part = tile.within(window);
+    let plane_bytes = 4 * tile.pixels() as usize;
+    for (plane, bytes) in film
+        .planes_mut()
+        .into_iter()
+        .zip(bytes.chunks_exact(plane_bytes))
+    {
+        let words = bytes.as_chunks::<4>().0;
+        for y in part.y..part.y + part.height {
+            let from = ((y - tile.y) * tile.width + part.x - tile.x) as usize;
+            let to = (y - window.y) as usize * window.width as usize + (part.x - window.x) as usize;
+            let width = part.width as usize;
+            let pixels = plane[to..to + width].iter_mut();
+            for (pixel, word) in pixels.zip(&words[from..from + width]) {
+                *pixel = f32::from_le_bytes(*word);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

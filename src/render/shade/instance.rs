@@ -1,0 +1,58 @@
+//! Hits that instances show: evaluated in the space of the mesh, and moved into the world's.
+
+use super::surface::{Place, gather, unit_or};
+use phalanx_scene::{PAD, Scene};
+use phalanx_trace::packet::RayPacket;
+use phalanx_trace::simd::{F32x8, LANES, Lanes, Vec3x8};
+
+/// The maps of eight instances, both ways: three columns of the matrix and the translation each.
+pub(super) struct Maps {
+    to_object: [Vec3x8; 4],
+    to_world: [Vec3x8; 4],
+}
+
+impl Maps {
+    pub(super) fn of(scene: &Scene, instances: &[usize; LANES]) -> Maps {
+        let i = &scene.instances;
+        Maps {
+            to_object: std::array::from_fn(|k| gather(&i.to_object[k], instances)),
+            to_world: std::array::from_fn(|k| gather(&i.to_world[k], instances)),
+        }
+    }
+
+    /// The rays in the space of the meshes.
+    pub(super) fn moved(&self, rays: &RayPacket) -> RayPacket {
+        RayPacket {
+            org: linear(&self.to_object, rays.org) + self.to_object[3],
+            dir: linear(&self.to_object, rays.dir),
+            tmax: rays.tmax,
+        }
+    }
+
+    /// A place of the meshes' space in the world. Normals go back through the transpose of the map that brought the
+    /// rays. As with ellipsoids, the offset makes good the rounding of the next ray's way into the mesh's space, where a
+    /// step along the normal counts by the length of the gradient Mᵀn.
+    pub(super) fn outside(&self, inside: Place, rays: &RayPacket) -> Place {
+        let point = linear(&self.to_world, inside.point) + self.to_world[3];
+        let [mx, my, mz, shift] = self.to_object;
+        let back = |n: Vec3x8| Vec3x8::new(mx.dot(n), my.dot(n), mz.dot(n));
+        let gradient = back(inside.ng);
+        let length = gradient.dot(gradient).sqrt();
+        let ng = unit_or(gradient, -rays.dir);
+        let ns = unit_or(back(inside.ns), ng);
+        let p = point.abs();
+        let terms =
+            ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
+        let reach = (terms.largest() * F32x8::splat(PAD) + inside.offset) / length;
+        Place {
+            point,
+            ng,
+            ns,
+            offset: reach + point.largest() * F32x8::splat(PAD),
+        }
+    }
+}
+
+fn linear([x, y, z, _]: &[Vec3x8; 4], v: Vec3x8) -> Vec3x8 {
+    (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z)
+}

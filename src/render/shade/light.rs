@@ -1,0 +1,97 @@
+//! One light on eight surface points: attenuation (design document, "Lighting model") and the Blinn-Phong terms
+//! ("Shading model"), before visibility. Each point may see a place of its own of a light with an area.
+
+use super::pow::pow;
+use super::surface::{Material, Surface};
+use super::wide;
+use glam::Vec3;
+use phalanx_scene::sampling::{self, Purpose};
+use phalanx_scene::{LightShape, Scene};
+use phalanx_trace::simd::{F32x8, LANES, Lanes, Mask8, Vec3x8};
+
+/// What one light would add to eight points if nothing stood between, and the shadow rays that find out.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Lanes where the light adds something: it faces the surface and its term is not zero.
+    pub needed: Mask8,
+    /// L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s).
+    pub radiance: Vec3x8,
+    /// Shadow ray origin: the hit point, offset toward the viewer.
+    pub org: Vec3x8,
+    /// Toward the light: L − P for a point light, the unit direction for a directional one.
+    pub dir: Vec3x8,
+}
+
+/// Where a light is, for points reached by rays of these seeds: all see the same place but of a light with an area.
+pub fn light_places(scene: &Scene, light: usize, seeds: [u32; LANES], sample: u32) -> Vec3x8 {
+    let lights = &scene.lights;
+    let place = wide(lights.place.get(light));
+    let square = || sampling::points(seeds, sample, Purpose::Light(light as u32));
+    match lights.shape(light) {
+        LightShape::Point | LightShape::Directional => place,
+        LightShape::Sphere(radius) => {
+            let [x, y, z] = sampling::sphere(square()).map(F32x8::new);
+            place + Vec3x8::new(x, y, z).scale(F32x8::splat(radius))
+        }
+        LightShape::Rectangle([e, f]) => {
+            let [u, v] = square().map(F32x8::new);
+            (place + wide(e).scale(u)) + wide(f).scale(v)
+        }
+    }
+}
+
+/// Evaluates light `light`, which is at `place`, for a batch; `tint` is its texture's colour, if it has a texture.
+pub fn sample_light(
+    scene: &Scene,
+    light: usize,
+    place: Vec3x8,
+    material: &Material,
+    tint: Option<&Vec3x8>,
+    at: &Surface,
+) -> LightSample {
+    let lights = &scene.lights;
+    let color = wide(lights.color.get(light));
+    let (dir, to_light, radiance, lit) = if lights.directional[light] {
+        (place, place, color, at.active)
+    } else {
+        let to = place - at.point;
+        let squared = to.dot(to);
+        let distance = squared.sqrt();
+        let a = wide(lights.attenuation.get(light));
+        let loss = (a.x + a.y * distance) + a.z * squared;
+        let seen = Vec3x8::new(color.x / loss, color.y / loss, color.z / loss);
+        // Where the denominator is zero (d = 0, no constant term) the light adds nothing.
+        let lit = at.active & loss.gt(F32x8::ZERO);
+        (to, to.scale(F32x8::ONE / distance), seen, lit)
+    };
+    let diffuse = positive(to_light.dot(at.ns));
+    let specular = if material.ks == Vec3::ZERO {
+        F32x8::ZERO
+    } else {
+        let half = (to_light - at.dir).normalized();
+        pow(positive(half.dot(at.ns)), material.shininess)
+    };
+    let kd = wide(material.kd);
+    let kd = tint.map_or(kd, |tint| kd.times(*tint));
+    let lobe = kd.scale(diffuse) + wide(material.ks).scale(specular);
+    let radiance = radiance.times(lobe);
+    let facing = to_light.dot(at.ng).gt(F32x8::ZERO);
+    LightSample {
+        needed: lit & facing & adds(radiance),
+        radiance,
+        org: at.point + at.ng.scale(at.offset),
+        dir,
+    }
+}
+
+/// Lanes with a component that is a number other than zero, and none that is not a number.
+fn adds(v: Vec3x8) -> Mask8 {
+    let any = |c: F32x8| c.lt(F32x8::ZERO) | c.gt(F32x8::ZERO);
+    let number = v.x.eq(v.x) & v.y.eq(v.y) & v.z.eq(v.z);
+    number & (any(v.x) | any(v.y) | any(v.z))
+}
+
+/// max(x, 0), with 0 for NaN.
+fn positive(x: F32x8) -> F32x8 {
+    x.max(F32x8::ZERO)
+}

@@ -1,0 +1,33 @@
+//! Hits, grouped by material, become local radiance and outgoing rays. Emits queues; never traces.
+//!
+//! | file | design document |
+//! |---|---|
+//! | `surface` | where the ray hit: point, normals, offset |
+//! | `instance` | the same for what an instance shows |
+//! | `light` | "Lighting model" and "Shading model": attenuation, Blinn-Phong |
+//! | `bounce` | "Recursive shading model": mirror and refracted rays |
+//! | `pow` | the specular power, eight lanes at a time |
+//! | `texture` | what Ka and Kd are multiplied with |
+//!
+//! The oracle does the same operations in the same order, one ray at a time.
+
+mod bounce;
+mod instance;
+mod light;
+mod pow;
+mod surface;
+mod texture;
+
+pub use bounce::{Bounces, bounces, skyward, spread};
+pub use light::{LightSample, light_places, sample_light};
+pub use pow::pow;
+pub use surface::{Batch, Material, Surface, surface};
+pub use texture::{UNTINTED, tint};
+
+use glam::Vec3;
+use phalanx_trace::simd::Vec3x8;
+
+/// The same vector in every lane.
+fn wide(v: Vec3) -> Vec3x8 {
+    Vec3x8::splat(v.x, v.y, v.z)
+}

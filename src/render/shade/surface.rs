@@ -1,0 +1,387 @@
+//! Eight hits of one kind and one material: where they are and which way the surface faces.
+
+use super::instance::Maps;
+use glam::Vec3;
+use phalanx_scene::{
+    BEYOND_BOXES, ConeProfile, IN_DOUBLE, OF_EDGES, OF_WAY, PAD, PrimKind, ROUNDING, Scene, Vec3s,
+};
+use phalanx_trace::packet::{HitPacket, RayPacket};
+use phalanx_trace::simd::{F32x8, F64x8, LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
+
+/// Eight points on surfaces of one material.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// The lanes that hold a hit.
+    pub active: Mask8,
+    /// Hit point.
+    pub point: Vec3x8,
+    /// Unit geometric normal, turned toward the viewer.
+    pub ng: Vec3x8,
+    /// Unit shading normal, turned with `ng`.
+    pub ns: Vec3x8,
+    /// Unit direction of the ray that hit.
+    pub dir: Vec3x8,
+    /// How far along `ng` secondary rays start: a bound on the rounding error of the point and of the next test.
+    pub offset: F32x8,
+    /// Lanes whose ray came from outside, by the geometric normal.
+    pub entering: Mask8,
+    /// Index of the ray in its wave.
+    pub ray: [u32; LANES],
+    /// Material of all eight.
+    pub material: u32,
+}
+
+impl Surface {
+    /// The packet of the wave that it is, if it is one as it stands.
+    pub fn whole_packet(&self) -> Option<usize> {
+        let first = self.ray[0];
+        let in_turn = self.ray == std::array::from_fn(|lane| first.wrapping_add(lane as u32));
+        let whole = in_turn && self.active.bits() == 0xff && first.is_multiple_of(LANES as u32);
+        whole.then_some(first as usize / LANES)
+    }
+}
+
+/// One material, its colours ready to be multiplied.
+#[derive(Clone, Copy, Debug)]
+pub struct Material {
+    /// Ambient.
+    pub ka: Vec3,
+    /// Emission.
+    pub ke: Vec3,
+    /// Diffuse.
+    pub kd: Vec3,
+    /// Specular.
+    pub ks: Vec3,
+    /// Transmission.
+    pub kt: Vec3,
+    /// Blinn exponent.
+    pub shininess: f32,
+    /// Index of refraction.
+    pub ior: f32,
+}
+
+impl Material {
+    /// Reads one row of the columns. Whoever asks wants a few of them, and the rest is not read where this is inlined.
+    #[inline(always)]
+    pub fn of(scene: &Scene, index: u32) -> Material {
+        let (m, i) = (&scene.materials, index as usize);
+        Material {
+            ka: m.ka.get(i),
+            ke: m.ke.get(i),
+            kd: m.kd.get(i),
+            ks: m.ks.get(i),
+            kt: m.kt.get(i),
+            shininess: m.shininess[i],
+            ior: m.ior[i],
+        }
+    }
+
+    /// What Ks and Kt are parts of where it is told how much of its camera ray a bounce carries:
+    /// what they add up to, but no less than 1. Divided by it, the weights of all that a hit sends
+    /// add up to 1 at most, and so do the shares of a camera ray's bounces at every depth, whatever
+    /// the materials: no more than 1/w of them in each component are w or more.
+    pub fn sent(&self) -> Vec3 {
+        (self.ks.abs() + self.kt.abs()).max(Vec3::ONE)
+    }
+}
+
+/// What eight hits must share to be shaded together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batch {
+    /// Kind of primitive.
+    pub kind: PrimKind,
+    /// Whether instances show them.
+    pub instanced: bool,
+    /// Material.
+    pub material: u32,
+}
+
+/// Evaluates eight hits of one batch. Lanes outside `active` repeat an active one.
+pub fn surface(
+    scene: &Scene,
+    batch: Batch,
+    rays: &RayPacket,
+    hits: &HitPacket,
+    active: Mask8,
+    ray: [u32; LANES],
+) -> Surface {
+    let place = if batch.instanced {
+        let placed = hits.prim_id.to_array().map(|id| scene.placed(id));
+        let rows = placed.map(|p| scene.prims[p.prim as usize].index());
+        let instances = placed.map(|p| p.instance.unwrap_or_default() as usize);
+        let map = Maps::of(scene, &instances);
+        let inside = map.moved(rays);
+        let back = -inside.dir.normalized();
+        let seen = place(scene, batch.kind, &rows, &inside, back, hits);
+        map.outside(seen, rays)
+    } else {
+        let rows = hits.prim_id.to_array();
+        let rows = rows.map(|id| scene.prims[id as usize].index());
+        place(scene, batch.kind, &rows, rays, -rays.dir, hits)
+    };
+    let away = rays.dir.dot(place.ng).gt(F32x8::ZERO);
+    Surface {
+        active,
+        point: place.point,
+        ng: Vec3x8::select(away, -place.ng, place.ng),
+        ns: Vec3x8::select(away, -place.ns, place.ns),
+        dir: rays.dir,
+        offset: place.offset,
+        entering: !away,
+        ray,
+        material: batch.material,
+    }
+}
+
+/// Point, outward normals and offset, before they are turned.
+pub(super) struct Place {
+    pub(super) point: Vec3x8,
+    pub(super) ng: Vec3x8,
+    pub(super) ns: Vec3x8,
+    pub(super) offset: F32x8,
+}
+
+/// In the space where the primitives are stored. `back` is the unit vector against the rays there, the normal of what has
+/// none; a ray's own direction is no unit vector within an instance.
+fn place(
+    scene: &Scene,
+    kind: PrimKind,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    hits: &HitPacket,
+) -> Place {
+    match kind {
+        PrimKind::Sphere => sphere(scene, rows, rays, back, hits.t),
+        PrimKind::Ellipsoid => ellipsoid(scene, rows, rays, back, hits.t),
+        PrimKind::Triangle => triangle(scene, rows, rays, back, hits),
+        PrimKind::Cone => cone(scene, rows, rays, back, hits.t),
+    }
+}
+
+pub(super) fn gather(column: &Vec3s, rows: &[usize; LANES]) -> Vec3x8 {
+    Vec3x8::new(
+        F32x8::new(rows.map(|i| column.x[i])),
+        F32x8::new(rows.map(|i| column.y[i])),
+        F32x8::new(rows.map(|i| column.z[i])),
+    )
+}
+
+/// v/|v|, or `otherwise` where v has no length.
+pub(super) fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
+    let squared = v.dot(v);
+    let unit = v.scale(F32x8::ONE / squared.sqrt());
+    Vec3x8::select(squared.gt(F32x8::ZERO), unit, otherwise)
+}
+
+/// Where each ray meets its triangle, on its plane.
+fn triangle(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    hits: &HitPacket,
+) -> Place {
+    let t = &scene.triangles;
+    let corners = rows.map(|i| t.corners[i]);
+    let corner = |k: usize| gather(&t.vertices, &corners.map(|of| of[k] as usize));
+    let feet = Feet::of([corner(0), corner(1), corner(2)], rays, hits);
+    let point = feet.point;
+    let ng = Vec3x8::select(feet.solid, feet.normal, back);
+    let ns = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
+        true => {
+            let alpha = (F32x8::ONE - hits.u) - hits.v;
+            shading_normal(scene, rows, [alpha, hits.u, hits.v], ng)
+        }
+        false => ng,
+    };
+    let rounding =
+        ng.abs().dot(point.abs()) * F32x8::splat(ROUNDING) + feet.edges * F32x8::splat(IN_DOUBLE);
+    let [least, most] = OF_EDGES.map(|share| feet.edges * F32x8::splat(share));
+    let beyond = point.largest() * F32x8::splat(BEYOND_BOXES);
+    let way = feet.way * F32x8::splat(OF_WAY);
+    let offset = rounding.max(beyond.max(least).min(most).min(way));
+    Place {
+        point,
+        ng,
+        ns,
+        offset,
+    }
+}
+
+/// Where rays meet triangles, in `f64` until it is known: so a point is on its triangle's plane to
+/// within its own rounding wherever that is and however large the triangle, and its error is nobody
+/// else's.
+struct Feet {
+    point: Vec3x8,
+    /// Of unit length where `solid`.
+    normal: Vec3x8,
+    /// Lanes whose triangle has an area.
+    solid: Mask8,
+    /// Largest component of two edges.
+    edges: F32x8,
+    /// Largest component of the ray's way to it.
+    way: F32x8,
+}
+
+impl Feet {
+    /// Of a triangle that is large where it is met, the point is the ray's in the plane; of others
+    /// it is that of the barycentric weights, which is within the triangle: an `f32` weight is as
+    /// good as the triangle is small.
+    #[inline(always)]
+    fn of(corners: [Vec3x8; 3], rays: &RayPacket, hits: &HitPacket) -> Feet {
+        let [a, b, c] = corners.map(Vec3Lanes::from);
+        let dir = Vec3Lanes::from(rays.dir);
+        let [t, beta, gamma] = [hits.t, hits.u, hits.v].map(F64x8::from);
+        // (B − A) × (C − A): counter-clockwise is the front, as in every format; the document's
+        // order points the other way.
+        let (e1, e2) = (b - a, c - a);
+        let normal = e1.cross(e2);
+        let edges = largest(e1).max(largest(e2));
+        let way = t * largest(dir);
+        let alpha = (F64x8::ONE - beta) - gamma;
+        let weighed = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
+        let mut point = weighed.rounded();
+        let large = edges.gt(F64x8::splat(LARGE) * way);
+        if large.any() {
+            let org = Vec3Lanes::from(rays.org);
+            let along = normal.dot(a - org) / normal.dot(dir);
+            let alike = (along - t).abs().le(F64x8::splat(ALIKE) * t);
+            let met = (org + dir.scale(along)).rounded();
+            point = Vec3x8::select(large & alike, met, point);
+        }
+        let squared = normal.dot(normal);
+        let normal = normal.scale(F64x8::ONE / squared.sqrt()).rounded();
+        Feet {
+            point,
+            normal,
+            solid: squared.gt(F64x8::splat(0.0)),
+            edges: edges.rounded(),
+            way: way.rounded(),
+        }
+    }
+}
+
+/// Largest absolute component.
+#[inline(always)]
+fn largest(v: Vec3Lanes<F64x8>) -> F64x8 {
+    v.x.abs().max(v.y.abs()).max(v.z.abs())
+}
+
+/// A triangle is large that is so many times as long as its hit is far: there, what weights lose
+/// could be seen.
+const LARGE: f64 = 64.0;
+
+/// How far, relatively, the distance to the plane may be from the hit's: farther apart they are
+/// where the ray is in the plane.
+const ALIKE: f64 = 1.0 / 4096.0;
+
+/// Interpolated vertex normals; lanes of triangles without them keep `ng`.
+fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng: Vec3x8) -> Vec3x8 {
+    let t = &scene.triangles;
+    let corners = rows.map(|i| t.corner_normals(i).unwrap_or([Vec3::ZERO; 3]));
+    let column = |k: usize| {
+        Vec3x8::new(
+            F32x8::new(corners.map(|n| n[k].x)),
+            F32x8::new(corners.map(|n| n[k].y)),
+            F32x8::new(corners.map(|n| n[k].z)),
+        )
+    };
+    let [alpha, beta, gamma] = weights;
+    let sum = (column(0).scale(alpha) + column(1).scale(beta)) + column(2).scale(gamma);
+    unit_or(sum, ng)
+}
+
+/// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the
+/// radius, for the normal's length and the product, and by u|n|·|p| for its own rounding; the
+/// offset's rounding is as much, and the next ray's test loses 3u of the radius: in f·f − r², and
+/// in r². [`PAD`] is 32u of it, so that a point where spheres pass through each other is beyond the
+/// other one, too.
+fn sphere(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
+    let center = gather(&scene.spheres.center, rows);
+    let radius = F32x8::new(rows.map(|i| scene.spheres.radius[i]));
+    let n = unit_or((rays.org - center) + rays.dir.scale(t), back);
+    let point = center + n.scale(radius);
+    Place {
+        point,
+        ng: n,
+        ns: n,
+        offset: radius * F32x8::splat(PAD) + n.abs().dot(point.abs()) * F32x8::splat(ROUNDING),
+    }
+}
+
+/// Point and normal on the unit sphere in object space; the normal goes back through the inverse transpose. The
+/// offset makes good the rounding of the next ray's way into object space, where a step along the normal counts by
+/// the length of the gradient Mᵀn.
+fn ellipsoid(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    t: F32x8,
+) -> Place {
+    let e = &scene.ellipsoids;
+    let [mx, my, mz, shift] = [0, 1, 2, 3].map(|k| gather(&e.to_object[k], rows));
+    let [wx, wy, wz, center] = [0, 1, 2, 3].map(|k| gather(&e.to_world[k], rows));
+    let to_object = |v: Vec3x8| (mx.scale(v.x) + my.scale(v.y)) + mz.scale(v.z);
+    let org = to_object(rays.org) + shift;
+    let dir = to_object(rays.dir);
+    let n = unit_or(org + dir.scale(t), -dir.normalized());
+    let point = ((wx.scale(n.x) + wy.scale(n.y)) + wz.scale(n.z)) + center;
+    let gradient = Vec3x8::new(mx.dot(n), my.dot(n), mz.dot(n));
+    let length = gradient.dot(gradient).sqrt();
+    let ng = unit_or(gradient, back);
+    let p = point.abs();
+    let terms = ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
+    let inside = (terms.largest() + F32x8::ONE) / length;
+    let offset = (inside + point.largest()) * F32x8::splat(PAD);
+    Place {
+        point,
+        ng,
+        ns: ng,
+        offset,
+    }
+}
+
+/// Distance from the axis and height of the ray's point are put back onto the line of the cone's
+/// profile, across it, so that the point moves no farther than it has to, whatever the slope. Its
+/// error is then, per axis, some 6 ulp of the lengths within the cone's box; the next test's way
+/// into the cone's own coordinates adds some 8 of those, times √3 for a slanted normal; [`PAD`] is
+/// 32 ulp. Its place in the world is rounded twice, as a plane's: [`ROUNDING`]. At the very tip there
+/// is no way away from the axis: the normal points back along the ray.
+fn cone(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
+    let (base, apex) = (
+        gather(&scene.cones.base, rows),
+        gather(&scene.cones.apex, rows),
+    );
+    let radii = [&scene.cones.base_radius, &scene.cones.apex_radius];
+    let [radius, other] = radii.map(|column| F32x8::new(rows.map(|i| column[i])));
+    let profiles = rows.map(|i| scene.cones.profile(i));
+    let column = |of: fn(&ConeProfile) -> f32| F32x8::new(profiles.each_ref().map(of));
+    let axis = Vec3x8::new(
+        column(|p| p.axis.x),
+        column(|p| p.axis.y),
+        column(|p| p.axis.z),
+    );
+    let (cos, sin, slant) = (column(|p| p.cos), column(|p| p.sin), column(|p| p.slant));
+    let f = (rays.org - base) + rays.dir.scale(t);
+    let height = f.dot(axis);
+    let away = f - axis.scale(height);
+    let radial = unit_or(away, Vec3x8::ZERO);
+    let apart = away.dot(radial);
+    let along = (apart - radius) * sin + height * cos;
+    let along = along.max(F32x8::ZERO).min(slant);
+    let (x, z) = (radius + sin * along, cos * along);
+    let slanted = radial.scale(cos) - axis.scale(sin);
+    let at_tip = !away.dot(away).gt(F32x8::ZERO);
+    let ng = Vec3x8::select(at_tip, back, unit_or(slanted, back));
+    let size = (apex - base).largest() + radius.max(other);
+    let point = base + (radial.scale(x) + axis.scale(z));
+    let rounding = ng.abs().dot(point.abs()) * F32x8::splat(ROUNDING);
+    Place {
+        point,
+        ng,
+        ns: ng,
+        offset: size * F32x8::splat(PAD) + rounding,
+    }
+}

@@ -1,0 +1,112 @@
+//! What a texture multiplies Ka and Kd with, at eight hits: bilinear between texel centres, decoded from sRGB first.
+//!
+//! Places come out of any finite texture coordinates, however large: those beyond ±[`WHOLE`] count as whole numbers, as
+//! single precision has no fractions to speak of there, and so does what overflows on the way.
+
+use phalanx_scene::sampling::{ROUND_MAGIC, linear_of_srgb};
+use phalanx_scene::{NO_TEXTURE, Scene, Texture, Wrap};
+use phalanx_trace::packet::HitPacket;
+use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+
+/// The colour that changes nothing.
+pub const UNTINTED: Vec3x8 = Vec3x8::new(F32x8::ONE, F32x8::ONE, F32x8::ONE);
+
+/// 2²²: from here on a number counts as whole. Below it adding [`ROUND_MAGIC`] rounds.
+const WHOLE: f32 = 4_194_304.0;
+
+/// The colour of a material's texture at eight hits on triangles; 1 where the material has none or the triangle has no
+/// places on it.
+pub fn tint(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
+    let texture = scene.materials.texture[material as usize];
+    if texture == NO_TEXTURE {
+        return UNTINTED;
+    }
+    let corners = hits.prim_id.to_array().map(|id| {
+        let prim = scene.placed(id).prim;
+        scene
+            .triangles
+            .corner_uvs(scene.prims[prim as usize].index())
+    });
+    let given = corners.iter().enumerate();
+    let given = given.fold(0, |bits, (k, uvs)| bits | u32::from(uvs.is_some()) << k);
+    if given == 0 {
+        return UNTINTED;
+    }
+    let (beta, gamma) = (hits.u, hits.v);
+    let alpha = (F32x8::ONE - beta) - gamma;
+    let place = |axis: usize| {
+        let at =
+            |corner: usize| F32x8::new(corners.map(|uvs| uvs.map_or(0.0, |uvs| uvs[corner][axis])));
+        (at(0) * alpha + at(1) * beta) + at(2) * gamma
+    };
+    let color = sample(&scene.textures[texture as usize], place(0), place(1));
+    Vec3x8::select(Mask8::from_bits(given), color, UNTINTED)
+}
+
+/// Between the four texels around a place: a + (b − a)·t along the rows, then between the rows.
+fn sample(texture: &Texture, u: F32x8, v: F32x8) -> Vec3x8 {
+    let across = Cell::of(u, texture.wrap[0], texture.width);
+    let down = Cell::of(v, texture.wrap[1], texture.height);
+    let linear = linear_of_srgb();
+    let fetch = |columns: &[u32; LANES], rows: &[u32; LANES]| {
+        let texels: [[u8; 3]; LANES] = std::array::from_fn(|k| {
+            let row = rows[k] as usize * texture.width as usize;
+            texture.texels[row + columns[k] as usize]
+        });
+        let channel = |c: usize| F32x8::new(texels.map(|texel| linear[usize::from(texel[c])]));
+        Vec3x8::new(channel(0), channel(1), channel(2))
+    };
+    let along = |rows: &[u32; LANES]| {
+        let (left, right) = (fetch(&across.lower, rows), fetch(&across.upper, rows));
+        left + (right - left).scale(across.weight)
+    };
+    let (above, below) = (along(&down.lower), along(&down.upper));
+    above + (below - above).scale(down.weight)
+}
+
+/// The two texels around a place in one direction, and how far it is from the first to the second.
+struct Cell {
+    lower: [u32; LANES],
+    upper: [u32; LANES],
+    weight: F32x8,
+}
+
+impl Cell {
+    fn of(place: F32x8, wrap: Wrap, size: u32) -> Cell {
+        let two = F32x8::splat(2.0);
+        let folded = match wrap {
+            Wrap::Repeat => fraction(place),
+            Wrap::Clamp => place.max(F32x8::ZERO).min(F32x8::ONE),
+            Wrap::Mirror => {
+                let there = fraction(place * F32x8::splat(0.5)) * two;
+                there.gt(F32x8::ONE).select(two - there, there)
+            }
+        };
+        // Half a texel to the right, so that texel k begins at its own centre and ends at the next one's.
+        let x = folded * F32x8::splat(size as f32) + F32x8::splat(0.5);
+        let cell = floor(x);
+        let (before, after) = match wrap {
+            Wrap::Repeat => (size - 1, 0),
+            Wrap::Clamp | Wrap::Mirror => (0, size - 1),
+        };
+        let upper = cell.to_array().map(|c| c as u32);
+        Cell {
+            lower: upper.map(|k| if k == 0 { before } else { k.min(size) - 1 }),
+            upper: upper.map(|k| if k >= size { after } else { k }),
+            weight: x - cell,
+        }
+    }
+}
+
+/// What is left of the next smaller whole number, in \[0, 1\]; 0 for what counts as whole, or is no number.
+fn fraction(x: F32x8) -> F32x8 {
+    let fine = x.abs().lt(F32x8::splat(WHOLE));
+    fine.select(x - floor(x), F32x8::ZERO)
+}
+
+/// The next smaller whole number, for |x| < [`WHOLE`].
+fn floor(x: F32x8) -> F32x8 {
+    let magic = F32x8::splat(ROUND_MAGIC);
+    let nearest = (x + magic) - magic;
+    nearest.gt(x).select(nearest - F32x8::ONE, nearest)
+}

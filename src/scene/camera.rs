@@ -1,0 +1,166 @@
+//! Camera rays, one at a time (design document, "Creating a ray from the camera").
+//!
+//! α = tan(fov_x/2)·(j − W/2)/(W/2), β = tan(fov_y/2)·(H/2 − i)/(H/2), dir = (αu + βv − w)/|αu + βv − w|. With
+//! fov_x = 2·atan(tan(fov_y/2)·W/H) the two slopes per pixel are one number, 2·tan(fov_y/2)/H: pixels are square. It
+//! is computed in f64 with `libm`, so that every build starts from the same bits.
+//!
+//! With a lens, rays start on it and meet in the plane of focus (Cook, Porter and Carpenter, "Distributed Ray Tracing", 1984).
+
+use crate::{View, ViewError};
+use glam::Vec3;
+
+/// A thin lens in the place of the eye: what lies in the plane of focus is sharp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// Diameter; with 0, the lens is a pinhole.
+    pub aperture: f32,
+    /// How far away the plane of focus is, along the direction of view.
+    pub focus: f32,
+}
+
+/// Why there is no such lens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LensError {
+    /// Negative, or not finite.
+    #[error("the aperture must be a number of at least 0")]
+    Aperture,
+    /// Zero, negative, or not finite.
+    #[error("the distance of focus must be a positive number")]
+    Focus,
+    /// Rays would leave the range of single precision.
+    #[error(
+        "the aperture is too wide: at most a thousand times the distance of focus, and no wider than the largest scene"
+    )]
+    TooWide,
+}
+
+/// Widest aperture, in distances of focus: beyond, rays through the rim are parallel to the picture.
+const WIDEST: f32 = 1000.0;
+
+/// Widest aperture in units of the scene: as far as a scene's coordinates reach.
+const LARGEST: f32 = 268_435_456.0; // 2^28
+
+/// A camera ready to make rays.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    /// Origin of every ray, or the middle of the lens that they come through.
+    pub eye: Vec3,
+    /// Unit vector to the right of the picture.
+    pub right: Vec3,
+    /// Unit vector to the top of the picture.
+    pub up: Vec3,
+    /// Unit vector against the direction of view.
+    pub back: Vec3,
+    /// Slope from one pixel to the next, in both directions.
+    pub slope: f32,
+    /// Half the width of the image, in pixels.
+    pub half_width: f32,
+    /// Half the height of the image, in pixels.
+    pub half_height: f32,
+    lens: Option<LensDisk>,
+}
+
+/// A lens as its rays need it.
+#[derive(Clone, Copy, Debug)]
+pub struct LensDisk {
+    /// Radius, in units of the scene.
+    pub radius: f32,
+    /// The radius divided by the distance of focus: how much flatter a ray through the rim is.
+    pub spread: f32,
+}
+
+impl LensDisk {
+    /// No lens: every ray starts at the eye.
+    pub const PINHOLE: LensDisk = LensDisk {
+        radius: 0.0,
+        spread: 0.0,
+    };
+}
+
+impl Camera {
+    /// A camera for an image of `width` × `height` pixels.
+    ///
+    /// # Errors
+    /// [`ViewError`] if the view has no frame.
+    pub fn new(view: &View, width: u32, height: u32) -> Result<Camera, ViewError> {
+        let basis = view.basis()?;
+        let half_angle = (view.fovy as f64).to_radians() / 2.0;
+        Ok(Camera {
+            eye: view.eye,
+            right: basis.u,
+            up: basis.v,
+            back: basis.w,
+            slope: (2.0 * libm::tan(half_angle) / height as f64) as f32,
+            half_width: width as f32 / 2.0,
+            half_height: height as f32 / 2.0,
+            lens: None,
+        })
+    }
+
+    /// Width and height of the image in pixels.
+    #[inline]
+    pub fn size(&self) -> (u32, u32) {
+        // Whole numbers, and halves of them, are what they are in f32.
+        (
+            (2.0 * self.half_width) as u32,
+            (2.0 * self.half_height) as u32,
+        )
+    }
+
+    /// The same camera with a lens, in units of the scene.
+    ///
+    /// # Errors
+    /// [`LensError`] if there is no such lens.
+    pub fn with_lens(self, Lens { aperture, focus }: Lens) -> Result<Camera, LensError> {
+        if !(aperture.is_finite() && aperture >= 0.0) {
+            return Err(LensError::Aperture);
+        }
+        if !(focus.is_finite() && focus > 0.0) {
+            return Err(LensError::Focus);
+        }
+        if f64::from(aperture) > f64::from(WIDEST) * f64::from(focus) || aperture > LARGEST {
+            return Err(LensError::TooWide);
+        }
+        let lens = (aperture > 0.0).then(|| LensDisk {
+            radius: 0.5 * aperture,
+            spread: (0.5 * f64::from(aperture) / f64::from(focus)) as f32,
+        });
+        Ok(Camera { lens, ..self })
+    }
+
+    /// The lens; a pinhole where there is none.
+    #[inline]
+    pub fn lens(&self) -> LensDisk {
+        self.lens.unwrap_or(LensDisk::PINHOLE)
+    }
+
+    /// Whether rays come from all over a lens, and not from the eye alone.
+    #[inline]
+    pub fn has_lens(&self) -> bool {
+        self.lens.is_some()
+    }
+
+    /// Origin and unit direction of the ray through a pixel position, as in [`Camera::direction`], and a point of the lens, which is
+    /// given on the unit disc.
+    ///
+    /// All rays of a pixel position meet in one point of the plane of focus. What is `x` radii further right on the lens goes by
+    /// `x` times radius over distance of focus less to the right.
+    #[inline]
+    pub fn through_lens(&self, row: f32, column: f32, [x, y]: [f32; 2]) -> (Vec3, Vec3) {
+        let LensDisk { radius, spread } = self.lens();
+        let alpha = (column - self.half_width) * self.slope - x * spread;
+        let beta = (self.half_height - row) * self.slope - y * spread;
+        let d = (self.right * alpha + self.up * beta) - self.back;
+        let org = (self.eye + self.right * (x * radius)) + self.up * (y * radius);
+        (org, d * (1.0 / d.dot(d).sqrt()))
+    }
+
+    /// Unit direction through the continuous pixel position (`row` down, `column` right); a pixel's centre is at + 0.5.
+    #[inline]
+    pub fn direction(&self, row: f32, column: f32) -> Vec3 {
+        let alpha = (column - self.half_width) * self.slope;
+        let beta = (self.half_height - row) * self.slope;
+        let d = (self.right * alpha + self.up * beta) - self.back;
+        d * (1.0 / d.dot(d).sqrt())
+    }
+}

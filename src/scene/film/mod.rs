@@ -1,0 +1,436 @@
+//! The picture while it is made: linear radiance in planes, and the primary hits where they are asked for.
+//!
+//! A painter fills the [`Pixels`] of its tile, which are its own; the worker puts them onto the film when they are done.
+
+mod layers;
+mod tiles;
+
+pub use layers::{Aov, Aovs, Channel, Light, Look, NOTHING};
+pub use tiles::{Tile, tiles};
+
+use std::sync::{Mutex, PoisonError};
+
+/// `prim_id` of a pixel whose primary ray hit nothing.
+pub const NO_HIT: u32 = crate::NO_PRIM;
+
+/// Linear, unclamped RGB radiance of every pixel, row by row from the top left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Red, green and blue planes, each of width · height values.
+    pub planes: [Vec<f32>; 3],
+    /// What else is told of every pixel.
+    pub aovs: Aovs,
+    /// The channels of that, each of width · height values.
+    pub layers: Vec<Vec<f32>>,
+    /// Primary hits, if the render recorded them.
+    pub hits: Option<Hits>,
+}
+
+/// Primary hits of every pixel, in the film's order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Hits {
+    /// Primitive, or [`NO_HIT`].
+    pub prim_id: Vec<u32>,
+    /// Distance along the unit direction; 0 where nothing was hit.
+    pub t: Vec<f32>,
+    /// Barycentric weight of the second corner (triangles), else 0.
+    pub u: Vec<f32>,
+    /// Barycentric weight of the third corner (triangles), else 0.
+    pub v: Vec<f32>,
+}
+
+impl Hits {
+    fn none(pixels: usize) -> Hits {
+        Hits {
+            prim_id: vec![NO_HIT; pixels],
+            t: vec![0.0; pixels],
+            u: vec![0.0; pixels],
+            v: vec![0.0; pixels],
+        }
+    }
+}
+
+impl Film {
+    /// A black film.
+    pub fn new(width: u32, height: u32, record_hits: bool) -> Film {
+        let pixels = width as usize * height as usize;
+        // Zeroed by the system where they are first written to: by all workers, and not by one beforehand.
+        Film {
+            width,
+            height,
+            planes: [0, 1, 2].map(|_| vec![0.0; pixels]),
+            aovs: Aovs::default(),
+            layers: Vec::new(),
+            hits: record_hits.then(|| Hits::none(pixels)),
+        }
+    }
+
+    /// With these layers, which are 0.
+    #[inline]
+    pub fn with_layers(mut self, aovs: Aovs) -> Film {
+        let pixels = self.planes[0].len();
+        self.aovs = aovs;
+        self.layers = aovs.channels().map(|_| vec![0.0; pixels]).collect();
+        self
+    }
+
+    /// What a pixel is made of, but for its hit, in planes of one size: red, green, blue, and the channels of the layers.
+    #[inline]
+    pub fn all_planes(&self) -> Vec<&[f32]> {
+        let all = self.planes.iter().chain(&self.layers);
+        all.map(Vec::as_slice).collect()
+    }
+
+    /// The same to be written to.
+    #[inline]
+    pub fn planes_mut(&mut self) -> Vec<&mut [f32]> {
+        let all = self.planes.iter_mut().chain(&mut self.layers);
+        all.map(Vec::as_mut_slice).collect()
+    }
+
+    /// Radiance of the pixel in column `x`, row `y`.
+    #[inline]
+    pub fn pixel(&self, x: u32, y: u32) -> [f32; 3] {
+        let i = y as usize * self.width as usize + x as usize;
+        [self.planes[0][i], self.planes[1][i], self.planes[2][i]]
+    }
+}
+
+/// The pixels of one tile, row by row from its top left, and their primary hits if the film keeps them.
+#[derive(Debug)]
+pub struct Pixels {
+    width: usize,
+    planes: [Vec<f32>; 3],
+    aovs: Aovs,
+    layers: Vec<Vec<f32>>,
+    hits: Option<Hits>,
+}
+
+impl Pixels {
+    /// Of no tile yet.
+    #[inline]
+    pub fn new(record_hits: bool) -> Pixels {
+        Pixels {
+            width: 0,
+            planes: Default::default(),
+            aovs: Aovs::default(),
+            layers: Vec::new(),
+            hits: record_hits.then(Hits::default),
+        }
+    }
+
+    /// With these layers.
+    #[inline]
+    pub fn with_layers(mut self, aovs: Aovs) -> Pixels {
+        self.aovs = aovs;
+        self.layers = aovs.channels().map(|_| Vec::new()).collect();
+        self
+    }
+
+    /// Makes them black, of the size of a tile, and without hits.
+    pub fn fit(&mut self, tile: Tile) {
+        let count = tile.pixels() as usize;
+        self.width = tile.width as usize;
+        let refill = |plane: &mut Vec<f32>| {
+            plane.clear();
+            plane.resize(count, 0.0);
+        };
+        self.planes.iter_mut().for_each(refill);
+        self.layers.iter_mut().for_each(refill);
+        if let Some(hits) = &mut self.hits {
+            hits.prim_id.clear();
+            hits.prim_id.resize(count, NO_HIT);
+            [&mut hits.t, &mut hits.u, &mut hits.v]
+                .into_iter()
+                .for_each(refill);
+        }
+    }
+
+    /// What the pixels are made of, but for their hits, in planes of the tile's size, as in [`Film::all_planes`].
+    #[inline]
+    pub fn planes(&self) -> Vec<&[f32]> {
+        let all = self.planes.iter().chain(&self.layers);
+        all.map(Vec::as_slice).collect()
+    }
+
+    /// Red, green and blue, row by row.
+    #[inline]
+    pub fn radiance(&self) -> &[Vec<f32>; 3] {
+        &self.planes
+    }
+
+    /// The layers that are wanted.
+    #[inline]
+    pub fn aovs(&self) -> Aovs {
+        self.aovs
+    }
+
+    /// What a pixel's first camera ray hit, for the layers that tell of it.
+    #[inline]
+    pub fn set_look(&mut self, x: u32, y: u32, look: &Look) {
+        for aov in self.aovs.iter() {
+            let (values, count) = look.channels(aov);
+            self.set_layer(x, y, aov, &values[..count]);
+        }
+    }
+
+    /// Which way a pixel's radiance came, for the layers that tell of it.
+    #[inline]
+    pub fn set_light(&mut self, x: u32, y: u32, light: &Light) {
+        for (aov, rgb) in Light::AOVS.into_iter().zip(&light.0) {
+            if self.aovs.has(aov) {
+                self.set_layer(x, y, aov, rgb);
+            }
+        }
+    }
+
+    /// The first channels of a layer, which is one of those that are wanted.
+    #[inline]
+    pub fn set_layer(&mut self, x: u32, y: u32, aov: Aov, values: &[f32]) {
+        let at = self.index(x, y);
+        for (channel, value) in self.layers[self.aovs.before(aov)..].iter_mut().zip(values) {
+            channel[at] = *value;
+        }
+    }
+
+    /// Whether the film keeps hits.
+    #[inline]
+    pub fn record_hits(&self) -> bool {
+        self.hits.is_some()
+    }
+
+    /// The radiance of a pixel of the tile.
+    #[inline]
+    pub fn set(&mut self, x: u32, y: u32, rgb: [f32; 3]) {
+        let at = self.index(x, y);
+        for (plane, value) in self.planes.iter_mut().zip(rgb) {
+            plane[at] = value;
+        }
+    }
+
+    /// The radiance of pixels of the tile that are side by side, from (`x`, `y`) on.
+    #[inline]
+    pub fn set_run<const N: usize>(&mut self, x: u32, y: u32, rgb: [&[f32; N]; 3]) {
+        let at = self.index(x, y);
+        for (plane, values) in self.planes.iter_mut().zip(rgb) {
+            plane[at..at + N].copy_from_slice(values);
+        }
+    }
+
+    /// The primary hit of a pixel of the tile as (t, u, v) and primitive, if the film keeps hits.
+    #[inline]
+    pub fn set_hit(&mut self, x: u32, y: u32, [t, u, v]: [f32; 3], prim_id: u32) {
+        let at = self.index(x, y);
+        if let Some(hits) = &mut self.hits {
+            hits.prim_id[at] = prim_id;
+            (hits.t[at], hits.u[at], hits.v[at]) = (t, u, v);
+        }
+    }
+
+    fn index(&self, x: u32, y: u32) -> usize {
+        y as usize * self.width + x as usize
+    }
+}
+
+/// Where workers put the tiles that they have finished.
+pub trait Sink: Sync {
+    /// Whether primary hits are wanted.
+    fn records_hits(&self) -> bool;
+    /// Which layers are.
+    fn aovs(&self) -> Aovs;
+    /// Takes the pixels of a tile.
+    fn put(&self, tile: Tile, pixels: &Pixels);
+}
+
+/// A film of a window of the picture that workers fill at the same time, in bands as high as a tile.
+pub struct SharedFilm<'a> {
+    window: Tile,
+    side: u32,
+    aovs: Aovs,
+    record_hits: bool,
+    bands: Vec<Mutex<Band<'a>>>,
+}
+
+/// Some rows of a film.
+#[derive(Default)]
+struct Band<'a> {
+    /// Radiance and layers.
+    planes: Vec<&'a mut [f32]>,
+    /// Empty where the film keeps no hits.
+    prim_id: &'a mut [u32],
+    tuv: [&'a mut [f32]; 3],
+}
+
+impl<'a> SharedFilm<'a> {
+    /// Of a window as large as the film, for the window's tiles of a side.
+    pub fn of(film: &'a mut Film, window: Tile, side: u32) -> SharedFilm<'a> {
+        let (width, record_hits) = (film.width as usize, film.hits.is_some());
+        let aovs = film.aovs;
+        let cells = window.y / side..(window.y + window.height).div_ceil(side);
+        let values = cells.map(|row| {
+            let cell = Tile {
+                y: row * side,
+                height: side,
+                ..window
+            };
+            width * cell.within(window).height as usize
+        });
+        let values: Vec<usize> = values.collect();
+        let mut bands: Vec<Band> = Vec::new();
+        bands.resize_with(values.len(), Band::default);
+        for plane in film.planes.iter_mut().chain(&mut film.layers) {
+            part(plane, &values, &mut bands, |band, mine| {
+                band.planes.push(mine)
+            });
+        }
+        if let Some(Hits { prim_id, t, u, v }) = &mut film.hits {
+            part(prim_id, &values, &mut bands, |band, mine| {
+                band.prim_id = mine
+            });
+            for (k, column) in [t, u, v].into_iter().enumerate() {
+                part(column, &values, &mut bands, |band, mine| band.tuv[k] = mine);
+            }
+        }
+        SharedFilm {
+            window,
+            side,
+            aovs,
+            record_hits,
+            bands: bands.into_iter().map(Mutex::new).collect(),
+        }
+    }
+}
+
+/// Gives each band its rows of a plane.
+fn part<'a, T>(
+    mut plane: &'a mut [T],
+    values: &[usize],
+    bands: &mut [Band<'a>],
+    give: impl Fn(&mut Band<'a>, &'a mut [T]),
+) {
+    for (band, &count) in bands.iter_mut().zip(values) {
+        let (mine, rest) = plane.split_at_mut(count);
+        give(band, mine);
+        plane = rest;
+    }
+}
+
+impl Sink for SharedFilm<'_> {
+    fn records_hits(&self) -> bool {
+        self.record_hits
+    }
+
+    fn aovs(&self) -> Aovs {
+        self.aovs
+    }
+
+    /// The tile is one of those that the film was parted for.
+    fn put(&self, tile: Tile, pixels: &Pixels) {
+        let row = (tile.y / self.side - self.window.y / self.side) as usize;
+        let top = (tile.y - tile.y % self.side).max(self.window.y);
+        // Nobody leaves a band in a state that is wrong: pixels are numbers.
+        let mut band = self.bands[row]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let pitch = self.window.width as usize;
+        let first = (tile.y - top) as usize * pitch + (tile.x - self.window.x) as usize;
+        let place = (first, pitch, pixels.width);
+        let planes = pixels.planes.iter().chain(&pixels.layers);
+        for (to, from) in band.planes.iter_mut().zip(planes) {
+            put(to, from, place);
+        }
+        if let Some(Hits { prim_id, t, u, v }) = &pixels.hits {
+            put(band.prim_id, prim_id, place);
+            for (to, from) in band.tuv.iter_mut().zip([t, u, v]) {
+                put(to, from, place);
+            }
+        }
+    }
+}
+
+/// Copies rows of `width` values to where rows are `pitch` apart, from `first` on.
+fn put<T: Copy>(to: &mut [T], from: &[T], (first, pitch, width): (usize, usize, usize)) {
+    let rows = to[first..].chunks_mut(pitch);
+    for (to, from) in rows.zip(from.chunks(width)) {
+        to[..width].copy_from_slice(from);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every tile's pixels get the numbers that they have on the film.
+    #[test]
+    fn pixels_land_where_their_tile_lies() {
+        let sizes = [(1, 1, 8), (40, 24, 8), (33, 17, 16), (7, 100, 64)];
+        let corners = [(0, 0), (8, 16), (13, 5)];
+        for ((width, height, side), (left, top)) in
+            sizes.into_iter().flat_map(|s| corners.map(|c| (s, c)))
+        {
+            let window = Tile {
+                x: left,
+                y: top,
+                width,
+                height,
+            };
+            let mut film = Film::new(width, height, true);
+            let shared = SharedFilm::of(&mut film, window, side);
+            let mut pixels = Pixels::new(shared.records_hits());
+            for tile in tiles(window, side) {
+                pixels.fit(tile);
+                for (x, y) in (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y))) {
+                    let number = (tile.y - top + y) * width + tile.x - left + x;
+                    let value = number as f32;
+                    pixels.set(x, y, [value, -value, 0.5 * value]);
+                    if number % 3 > 0 {
+                        pixels.set_hit(x, y, [value + 1.0, value + 2.0, value + 3.0], number);
+                    }
+                }
+                shared.put(tile, &pixels);
+            }
+            let hits = film.hits.expect("they were asked for");
+            for number in 0..width * height {
+                let (at, value) = (number as usize, number as f32);
+                let rgb = [0, 1, 2].map(|k: usize| film.planes[k][at]);
+                assert_eq!(rgb, [value, -value, 0.5 * value], "{width}x{height}");
+                let hit = (hits.prim_id[at], [hits.t[at], hits.u[at], hits.v[at]]);
+                let want = match number % 3 {
+                    0 => (NO_HIT, [0.0; 3]),
+                    _ => (number, [1.0, 2.0, 3.0].map(|k| value + k)),
+                };
+                assert_eq!(hit, want, "{width}x{height}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_is_its_pixels_one_by_one() {
+        let tile = Tile {
+            x: 8,
+            y: 16,
+            width: 8,
+            height: 3,
+        };
+        let [mut runs, mut single] = [0, 1].map(|_| Pixels::new(false));
+        for pixels in [&mut runs, &mut single] {
+            pixels.fit(tile);
+        }
+        let [r, g, b] = [0.0f32, 10.0, 20.0].map(|from| [1.0, 2.0, 3.0, 4.0].map(|k| from + k));
+        runs.set_run(4, 1, [&r, &g, &b]);
+        for k in 0..4 {
+            single.set(4 + k as u32, 1, [r[k], g[k], b[k]]);
+        }
+        assert_eq!(runs.planes, single.planes);
+        assert_eq!(
+            runs.planes[1][12..],
+            [
+                11.0, 12.0, 13.0, 14.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            ]
+        );
+    }
+}

@@ -1,0 +1,132 @@
+//! A pixel halved again and again: which of its samples has which cell.
+
+use super::super::adaptive::BLOCK;
+
+/// A pixel's side is 2^24, because samples are known to 24 bits.
+pub(super) const BITS: u32 = 24;
+pub(super) const SIDE: u32 = 1 << BITS;
+
+/// A sample, and so its cell: the one of this level in which it lies.
+#[derive(Clone, Copy)]
+pub(super) struct Sample {
+    /// In its pixel.
+    pub(super) place: [u32; 2],
+    pub(super) radiance: [f32; 3],
+    pub(super) weight: f32,
+    pub(super) pixel: u8,
+    pub(super) level: u8,
+    /// Not compared with its neighbours yet.
+    pub(super) fresh: bool,
+    /// To be halved.
+    pub(super) open: bool,
+}
+
+impl Sample {
+    /// Side of its cell along an axis.
+    #[inline]
+    pub(super) fn side(&self, axis: usize) -> u32 {
+        SIDE >> halvings(self.level, axis)
+    }
+
+    /// Where its cell begins.
+    #[inline]
+    pub(super) fn from(&self, axis: usize) -> u32 {
+        self.place[axis] & !(self.side(axis) - 1)
+    }
+
+    /// Row by row among the cells of its level.
+    #[inline]
+    pub(super) fn index(&self) -> usize {
+        index(self.place, self.level)
+    }
+
+    /// In the block.
+    #[inline]
+    pub(super) fn across_block(&self, axis: usize) -> u32 {
+        let (x, y) = column_and_row(self.pixel.into());
+        [x, y][axis] * SIDE + self.place[axis]
+    }
+}
+
+/// How often a cell of this level has been halved along an axis: across first.
+#[inline]
+pub(super) fn halvings(level: u8, axis: usize) -> u32 {
+    (u32::from(level) + 1 - axis as u32) / 2
+}
+
+/// Row by row, the cell of this level in which a place of a pixel lies.
+#[inline]
+pub(super) fn index(place: [u32; 2], level: u8) -> usize {
+    let [column, row] = [0, 1].map(|axis| place[axis] >> (BITS - halvings(level, axis)));
+    (row << halvings(level, 0) | column) as usize
+}
+
+/// One of a block's.
+#[derive(Default)]
+pub(super) struct Pixel {
+    /// That of its smallest cells, and, by cell of this level, the sample in whose cell that lies; empty outside the picture.
+    pub(super) level: u8,
+    pub(super) samples: Vec<u32>,
+    /// From 2^k on, by cell of level k, the number of the sample that halves it, as far as has been asked.
+    pub(super) halving: Vec<u32>,
+}
+
+impl Pixel {
+    #[inline]
+    pub(super) fn clear(&mut self) {
+        self.level = 0;
+        self.samples.clear();
+        self.halving.clear();
+    }
+
+    #[inline]
+    pub(super) fn at(&self, place: [u32; 2]) -> u32 {
+        self.samples[index(place, self.level)]
+    }
+
+    /// Gives each of the smallest cells' halves a place of its own.
+    pub(super) fn refine(&mut self) {
+        let columns = 1 << halvings(self.level, 0);
+        let old = std::mem::take(&mut self.samples);
+        self.samples.reserve(2 * old.len());
+        for row in old.chunks(columns) {
+            match self.level % 2 {
+                0 => self
+                    .samples
+                    .extend(row.iter().flat_map(|&sample| [sample; 2])),
+                _ => (0..2).for_each(|_| self.samples.extend(row)),
+            }
+        }
+        self.level += 1;
+    }
+
+    /// Gives a sample its cell.
+    pub(super) fn fill(&mut self, sample: &Sample, number: u32) {
+        while self.level < sample.level {
+            self.refine();
+        }
+        let cells = |axis: usize| {
+            let shift = BITS - halvings(self.level, axis);
+            let from = sample.from(axis);
+            (from >> shift) as usize..((from + sample.side(axis)) >> shift) as usize
+        };
+        let (columns, rows) = (cells(0), cells(1));
+        for row in rows {
+            let row = row << halvings(self.level, 0);
+            self.samples[row + columns.start..row + columns.end].fill(number);
+        }
+    }
+}
+
+#[inline]
+pub(super) fn column_and_row(pixel: usize) -> (u32, u32) {
+    (pixel as u32 % BLOCK, pixel as u32 / BLOCK)
+}
+
+/// The k-th pixel where a block is taken in packets of 4x2; and, because that is its own inverse, the other way round.
+#[inline]
+pub(super) fn in_packets(k: usize) -> usize {
+    // Bits yyyxxx of a pixel, yyxyxx of its place in packets: the bit of x that tells which half, and the lowest bit of y, change places.
+    let (half, row) = (k >> 2 & 1, k >> 3 & 1);
+    k & !0b1100 | row << 2 | half << 3
+}

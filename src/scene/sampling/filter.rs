@@ -1,0 +1,182 @@
+//! How a pixel gathers: reconstruction filters, sampled by their own shape (Ernst, Stamminger and Greiner, "Filter Importance
+//! Sampling", 2006), so that each pixel has samples of its own and no tile asks its neighbours.
+//!
+//! An offset is drawn where the filter is large, and counts by what the filter is there over how often it is drawn. For a box and a
+//! tent that is always 1; Mitchell's filter has negative lobes, whose samples count less than nothing.
+
+use std::sync::LazyLock;
+
+/// A reconstruction filter, the same along both axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Filter {
+    /// All of the pixel's square alike.
+    #[default]
+    Box,
+    /// Falls linearly from the pixel's centre to those of its neighbours.
+    Tent,
+    /// Mitchell and Netravali's cubic with B = C = 1/3, two pixels to each side: sharper, and with a little overshoot
+    /// ("Reconstruction Filters in Computer Graphics", 1988).
+    Mitchell,
+}
+
+impl Filter {
+    /// All, by name.
+    pub const ALL: [(&'static str, Filter); 3] = [
+        ("box", Filter::Box),
+        ("tent", Filter::Tent),
+        ("mitchell", Filter::Mitchell),
+    ];
+
+    /// Its name.
+    #[inline]
+    pub fn name(self) -> &'static str {
+        match self {
+            Filter::Box => "box",
+            Filter::Tent => "tent",
+            Filter::Mitchell => "mitchell",
+        }
+    }
+
+    /// For `u` in \[0, 1), an offset from the pixel's centre in pixels, and what the sample there counts.
+    #[inline(always)]
+    pub(super) fn draw(self, u: f32) -> (f32, f32) {
+        match self {
+            Filter::Box => (u - 0.5, 1.0),
+            // The inverse of the sum of the tent, on either side of its middle.
+            Filter::Tent => match u < 0.5 {
+                true => ((2.0 * u).sqrt() - 1.0, 1.0),
+                false => (1.0 - (2.0 - 2.0 * u).sqrt(), 1.0),
+            },
+            Filter::Mitchell => draw_mitchell(u),
+        }
+    }
+}
+
+/// Steps from the centre to the end of Mitchell's filter. In a step it is drawn from as often as it is large there, by trapezia: by
+/// its middle alone, the step in which it crosses zero would hardly ever be drawn from, and then count a lot.
+const STEPS: usize = 128;
+
+/// How far it reaches.
+const REACH: f64 = 2.0;
+
+struct Table {
+    /// How much of the filter's size lies before each step, and all at the end: 0 to 1.
+    before: [f32; STEPS + 1],
+    /// One over how often an offset in a step is drawn, on one side.
+    over: [f32; STEPS],
+}
+
+static MITCHELL: LazyLock<Table> = LazyLock::new(|| {
+    let width = REACH / STEPS as f64;
+    let size_at = |steps: f64| mitchell(steps * width).abs();
+    let sizes: [f64; STEPS] = std::array::from_fn(|k| {
+        let k = k as f64;
+        (size_at(k) + 2.0 * size_at(k + 0.5) + size_at(k + 1.0)) * 0.25 * width
+    });
+    let all: f64 = sizes.iter().sum();
+    let mut before = [1.0; STEPS + 1];
+    let mut sum = 0.0;
+    for (k, size) in sizes.iter().enumerate() {
+        before[k] = (sum / all) as f32;
+        sum += size;
+    }
+    // Both sides are drawn alike.
+    let over = sizes.map(|size| (2.0 * width * all / size) as f32);
+    Table { before, over }
+});
+
+fn draw_mitchell(u: f32) -> (f32, f32) {
+    let table = &*MITCHELL;
+    let side = 2.0 * u - 1.0;
+    let size = side.abs();
+    // Where none lies before: `before[0]` is 0.
+    let step = (table.before.partition_point(|&b| b <= size) - 1).min(STEPS - 1);
+    let (from, to) = (table.before[step], table.before[step + 1]);
+    let within = (size - from) / (to - from);
+    let away = (step as f32 + within) * (REACH as f32 / STEPS as f32);
+    let weight = mitchell_f32(away) * table.over[step];
+    (if side < 0.0 { -away } else { away }, weight)
+}
+
+/// By distance from its centre; its integral over both sides is 1.
+fn mitchell(x: f64) -> f64 {
+    let sixfold = if x < 1.0 {
+        (7.0 * x - 12.0) * x * x + 16.0 / 3.0
+    } else {
+        // Its zeros: a single one where the negative lobe begins, and a double one at its end.
+        -7.0 / 3.0 * (x - 8.0 / 7.0) * (x - 2.0) * (x - 2.0)
+    };
+    sixfold / 6.0
+}
+
+/// The same in f32, in one order for both engines.
+fn mitchell_f32(x: f32) -> f32 {
+    let sixfold = if x < 1.0 {
+        (7.0 * x - 12.0) * x * x + 16.0 / 3.0
+    } else {
+        -7.0 / 3.0 * (x - 8.0 / 7.0) * (x - 2.0) * (x - 2.0)
+    };
+    sixfold / 6.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The filters themselves, by offset.
+    fn value(filter: Filter, x: f64) -> f64 {
+        match filter {
+            Filter::Box => f64::from(u8::from(x.abs() <= 0.5)),
+            Filter::Tent => (1.0 - x.abs()).max(0.0),
+            Filter::Mitchell if x.abs() < 2.0 => mitchell(x.abs()),
+            Filter::Mitchell => 0.0,
+        }
+    }
+
+    /// The mean of what samples count, times a function of their offset, is the filter's integral of that function.
+    #[test]
+    fn samples_are_the_filters_integral() {
+        let count = 1 << 20;
+        for (name, filter) in Filter::ALL {
+            for frequency in 0..4 {
+                let wave = |x: f64| libm::cos(f64::from(frequency) * x);
+                let mean = (0..count).map(|k| {
+                    let (offset, weight) = filter.draw((k as f32 + 0.5) / count as f32);
+                    f64::from(weight) * wave(f64::from(offset)) / f64::from(count)
+                });
+                let mean: f64 = mean.sum();
+                let steps = 100_000;
+                let width = 4.0 / f64::from(steps);
+                let want = (0..steps).map(|k| {
+                    let x = (f64::from(k) + 0.5) * width - 2.0;
+                    value(filter, x) * wave(x) * width
+                });
+                let want: f64 = want.sum();
+                // Sums of rectangles on both sides, and of f32 within them.
+                assert!(
+                    (mean - want).abs() < 2e-5,
+                    "{name}, {frequency}: {mean} {want}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn offsets_stay_within_reach_and_weights_are_few() {
+        for (filter, reach) in [
+            (Filter::Box, 0.5),
+            (Filter::Tent, 1.0),
+            (Filter::Mitchell, 2.0),
+        ] {
+            let (mut last, mut negative) = (f32::NEG_INFINITY, 0);
+            for k in 0..1 << 14 {
+                let (offset, weight) = filter.draw(k as f32 / (1 << 14) as f32);
+                assert!(offset.abs() <= reach && offset >= last, "{filter:?} {k}");
+                assert!(weight.abs() < 3.0, "{filter:?} {k} {weight}");
+                negative += u32::from(weight < 0.0);
+                last = offset;
+            }
+            assert_eq!(negative > 0, filter == Filter::Mitchell);
+        }
+    }
+}

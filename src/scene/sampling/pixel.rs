@@ -1,0 +1,197 @@
+//! Where the camera rays of a pixel go through.
+
+use super::adaptive::Adaptive;
+use super::filter::Filter;
+use super::points::{Purpose, points_of, seeds};
+
+/// How pixels are sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampling {
+    /// Camera rays a pixel, 1 to [`MAX_SPP`], or the most of them. One goes through the pixel's centre; more are spread over the filter.
+    pub spp: u32,
+    /// What the pixel gathers.
+    pub filter: Filter,
+    /// When a pixel has enough of them, if not all pixels get as many.
+    pub adaptive: Option<Adaptive>,
+}
+
+/// Most samples a pixel.
+pub const MAX_SPP: u32 = 65_536;
+
+/// Where the camera rays of so many pixels go through, and what they count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Places<const N: usize> {
+    /// Continuous positions, down.
+    pub row: [f32; N],
+    /// And to the right.
+    pub column: [f32; N],
+    /// What they count; 1 but for filters with negative lobes.
+    pub weight: [f32; N],
+}
+
+impl Sampling {
+    /// One ray through the centre of each pixel.
+    pub const CENTER: Sampling = Sampling {
+        spp: 1,
+        filter: Filter::Box,
+        adaptive: None,
+    };
+
+    /// When a pixel has enough camera rays, if that is asked: not of a single one.
+    #[inline]
+    pub fn adaptively(&self) -> Option<Adaptive> {
+        self.adaptive.filter(|_| self.spp > 1)
+    }
+
+    /// Places of the `sample`-th camera ray of some pixels, in columns `x` and rows `y`.
+    #[inline(always)]
+    pub fn places<const N: usize>(&self, x: [u32; N], y: [u32; N], sample: u32) -> Places<N> {
+        self.places_of(x, y, [sample; N])
+    }
+
+    /// Places of camera rays of some pixels, one of each, of these numbers.
+    #[inline(always)]
+    pub fn places_of<const N: usize>(
+        &self,
+        x: [u32; N],
+        y: [u32; N],
+        samples: [u32; N],
+    ) -> Places<N> {
+        let mut places = Places {
+            row: y.map(|y| y as f32 + 0.5),
+            column: x.map(|x| x as f32 + 0.5),
+            weight: [1.0; N],
+        };
+        if self.spp > 1 {
+            let [u, v] = points_of(seeds(x, y), samples, Purpose::Pixel);
+            for lane in 0..N {
+                let (right, wx) = self.filter.draw(u[lane]);
+                let (down, wy) = self.filter.draw(v[lane]);
+                places.row[lane] += down;
+                places.column[lane] += right;
+                places.weight[lane] = wx * wy;
+            }
+        }
+        places
+    }
+}
+
+/// What a pixel has gathered. Samples are added in their order; in f64, because there may be many.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Gathered {
+    weighted: [f64; 3],
+    weights: f64,
+    plain: [f64; 3],
+    squares: f64,
+    count: f64,
+}
+
+impl Gathered {
+    /// Adds a sample's radiance, and what it counts.
+    #[inline]
+    pub fn add(&mut self, rgb: [f32; 3], weight: f32) {
+        self.add_share(rgb, weight, 1.0);
+    }
+
+    /// Adds a sample that stands for so much of the pixel: with all of them, shares instead of samples are counted.
+    #[inline]
+    pub fn add_share(&mut self, rgb: [f32; 3], weight: f32, share: f64) {
+        let weight = share * f64::from(weight);
+        for (k, c) in rgb.map(f64::from).into_iter().enumerate() {
+            self.weighted[k] += weight * c;
+            self.plain[k] += share * c;
+            self.squares += share * (c * c);
+        }
+        self.weights += weight;
+        self.count += share;
+    }
+
+    /// How many samples it has.
+    #[inline]
+    pub fn count(&self) -> f64 {
+        self.count
+    }
+
+    /// The variance of the samples, whatever they count, all channels together.
+    #[inline]
+    pub fn variance(&self) -> f64 {
+        let [r, g, b] = self.plain.map(|sum| sum / self.count);
+        (self.squares / self.count - ((r * r + g * g) + b * b)).max(0.0)
+    }
+
+    /// The mean. Where negative weights leave next to nothing to divide by, as they may with a few samples, all count alike.
+    #[inline]
+    pub fn mean(&self) -> [f32; 3] {
+        if self.weights >= 0.5 * self.count {
+            self.weighted.map(|sum| (sum / self.weights) as f32)
+        } else {
+            self.plain.map(|sum| (sum / self.count) as f32)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_sample_goes_through_the_centre() {
+        for (_, filter) in Filter::ALL {
+            let one = Sampling {
+                spp: 1,
+                filter,
+                adaptive: None,
+            };
+            let places = one.places([3, 65_535], [0, 9], 0);
+            assert_eq!(places.column, [3.5, 65_535.5]);
+            assert_eq!(places.row, [0.5, 9.5]);
+            assert_eq!(places.weight, [1.0; 2]);
+        }
+    }
+
+    #[test]
+    fn samples_surround_the_centre() {
+        for (_, filter) in Filter::ALL {
+            let many = Sampling {
+                spp: 1024,
+                filter,
+                ..Sampling::CENTER
+            };
+            let (mut sum, mut weights) = ([0.0; 2], 0.0);
+            for sample in 0..many.spp {
+                let at = many.places([7], [5], sample);
+                let weight = f64::from(at.weight[0]);
+                sum[0] += weight * f64::from(at.column[0] - 7.5);
+                sum[1] += weight * f64::from(at.row[0] - 5.5);
+                weights += weight;
+            }
+            // Stratified a thousandfold along each axis: where Mitchell's weights jump from 1.1 to -1.1, twice along each axis, a
+            // part of 1/1024 may be on the wrong side.
+            let most = 9.0 / 1024.0;
+            assert!(
+                (weights / 1024.0 - 1.0).abs() < most,
+                "{filter:?} {weights}"
+            );
+            assert!(
+                sum.iter().all(|s| (s / weights).abs() < most),
+                "{filter:?} {sum:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_constant_stays_what_it_is() {
+        for weights in [
+            &[1.0; 4][..],
+            &[1.1, 0.9, -0.3, 1.2],
+            &[1.0, -1.0],
+            &[-1.2, -1.1],
+        ] {
+            let mut gathered = Gathered::default();
+            for &weight in weights {
+                gathered.add([0.25, 0.1, 1e30], weight);
+            }
+            assert_eq!(gathered.mean(), [0.25, 0.1, 1e30], "{weights:?}");
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! The bytes of textures as linear numbers.
+
+use std::sync::LazyLock;
+
+/// IEC 61966-2-1, decoded: computed once in f64 through `libm`, so that every build holds the same bits.
+static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|byte| {
+        let c = byte as f64 / 255.0;
+        let linear = match c <= 0.04045 {
+            true => c / 12.92,
+            false => libm::pow((c + 0.055) / 1.055, 2.4),
+        };
+        linear as f32
+    })
+});
+
+/// The linear value, 0 to 1, of each sRGB byte.
+#[inline]
+pub fn linear_of_srgb() -> &'static [f32; 256] {
+    &LINEAR
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_values() {
+        let table = linear_of_srgb();
+        assert_eq!((table[0], table[255]), (0.0, 1.0));
+        assert!((f64::from(table[188]) - 0.502_886_5).abs() < 1e-6);
+        assert!((f64::from(table[10]) - 10.0 / 255.0 / 12.92).abs() < 1e-9);
+        assert!(table.windows(2).all(|w| w[0] < w[1]));
+        // Held to the bit on every build.
+        let bits = table
+            .iter()
+            .fold(0u32, |h, c| h.rotate_left(5) ^ c.to_bits());
+        assert_eq!(bits, 0xa370_148c, "{bits:#x}");
+    }
+}

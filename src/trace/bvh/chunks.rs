@@ -1,0 +1,217 @@
+//! Objects into chunks, on all threads: binned surface area heuristic from the top (Wald, "On Fast Construction of
+//! SAH-based Bounding Volume Hierarchies", 2007), until a chunk is small enough for a builder that looks closer.
+//!
+//! Boxes are united and objects counted, neither of which depends on the order, so neither do the chunks on threads.
+
+use super::objects::{Object, Objects};
+use phalanx_scene::Bounds;
+use rayon::prelude::*;
+
+/// An object and its padded box.
+#[derive(Clone, Copy)]
+pub(super) struct Boxed {
+    pub(super) object: Object,
+    pub(super) bounds: Bounds,
+}
+
+impl Boxed {
+    /// Twice the centre.
+    fn center(&self) -> glam::Vec3 {
+        self.bounds.lo + self.bounds.hi
+    }
+}
+
+/// Most objects of a chunk. Smaller and larger chunks gave trees 1 to 5 % worse: see `perf/notes/parallel-build.md`.
+const CHUNK: usize = 1 << 15;
+/// Buckets an axis.
+const BINS: usize = 32;
+/// From this depth on objects are halved by count, so that no order of sizes makes the recursion deep.
+const HALVE_FROM: usize = 40;
+/// Objects that a thread takes at a time.
+const BLOCK: usize = 1 << 14;
+
+/// The objects with their boxes.
+pub(super) fn boxed(objects: &Objects, all: Vec<Object>) -> Vec<Boxed> {
+    let all = all.into_par_iter().map(|object| Boxed {
+        object,
+        bounds: objects.bounds(object),
+    });
+    all.collect()
+}
+
+/// Reorders objects so that each of the chunks returned is a neighbourhood.
+pub(super) fn chunks(all: &mut [Boxed]) -> Vec<&mut [Boxed]> {
+    split(all, 0)
+}
+
+fn split(all: &mut [Boxed], depth: usize) -> Vec<&mut [Boxed]> {
+    if all.len() <= CHUNK {
+        return vec![all];
+    }
+    let at = match cheapest(all) {
+        Some(border) if depth < HALVE_FROM => partition(all, &border),
+        _ => all.len() / 2,
+    };
+    let (left, right) = all.split_at_mut(at);
+    let (mut chunks, rest) = rayon::join(|| split(left, depth + 1), || split(right, depth + 1));
+    chunks.extend(rest);
+    chunks
+}
+
+/// A border between buckets of one axis.
+struct Border {
+    grid: Grid,
+    axis: usize,
+    bin: usize,
+}
+
+/// Where centres are put into buckets.
+#[derive(Clone, Copy)]
+struct Grid {
+    lo: glam::Vec3,
+    scale: glam::Vec3,
+}
+
+impl Grid {
+    fn over(all: &[Boxed]) -> Grid {
+        let centers = all.par_chunks(BLOCK).map(|block| {
+            block.iter().fold(Bounds::EMPTY, |extent, item| {
+                let center = item.center();
+                extent.union(Bounds::new(center, center))
+            })
+        });
+        let extent = centers.reduce(|| Bounds::EMPTY, Bounds::union);
+        let scale = |size: f32| if size > 0.0 { BINS as f32 / size } else { 0.0 };
+        Grid {
+            lo: extent.lo,
+            scale: (extent.hi - extent.lo).map(scale),
+        }
+    }
+
+    /// The conversion saturates, also for what overflow has made NaN.
+    fn bin(&self, item: &Boxed, axis: usize) -> usize {
+        let place = (item.center()[axis] - self.lo[axis]) * self.scale[axis];
+        (place as usize).min(BINS - 1)
+    }
+}
+
+/// Box and number of the objects in each bucket of each axis.
+type Bins = [[(Bounds, usize); BINS]; 3];
+
+const NO_BINS: Bins = [[(Bounds::EMPTY, 0); BINS]; 3];
+
+fn unite(a: (Bounds, usize), b: (Bounds, usize)) -> (Bounds, usize) {
+    (a.0.union(b.0), a.1 + b.1)
+}
+
+/// The border at which the two sides' areas times counts sum up to the least; none if no border parts anything.
+fn cheapest(all: &[Boxed]) -> Option<Border> {
+    let grid = Grid::over(all);
+    let filled = all.par_chunks(BLOCK).map(|block| {
+        let mut bins = Box::new(NO_BINS);
+        for item in block {
+            for (axis, bins) in bins.iter_mut().enumerate() {
+                let bin = &mut bins[grid.bin(item, axis)];
+                *bin = unite(*bin, (item.bounds, 1));
+            }
+        }
+        bins
+    });
+    let bins = filled.reduce(
+        || Box::new(NO_BINS),
+        |mut a, b| {
+            let both = a.iter_mut().flatten().zip(b.iter().flatten());
+            both.for_each(|(a, b)| *a = unite(*a, *b));
+            a
+        },
+    );
+    let mut best: Option<(f64, Border)> = None;
+    for axis in 0..3 {
+        for (bin, cost) in borders(&bins[axis]) {
+            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                best = Some((cost, Border { grid, axis, bin }));
+            }
+        }
+    }
+    best.map(|(_, border)| border)
+}
+
+/// The cost of each border of an axis that has objects on both sides.
+fn borders(bins: &[(Bounds, usize); BINS]) -> impl Iterator<Item = (usize, f64)> {
+    let cost = |side: &(Bounds, usize)| f64::from(side.0.half_area()) * side.1 as f64;
+    let mut right = [(Bounds::EMPTY, 0); BINS + 1];
+    for k in (0..BINS).rev() {
+        right[k] = unite(right[k + 1], bins[k]);
+    }
+    let mut left = (Bounds::EMPTY, 0);
+    (1..BINS).filter_map(move |border| {
+        left = unite(left, bins[border - 1]);
+        let parts = left.1 > 0 && right[border].1 > 0;
+        parts.then(|| (border, cost(&left) + cost(&right[border])))
+    })
+}
+
+/// Brings the objects below the border to the front; returns how many there are.
+fn partition(all: &mut [Boxed], border: &Border) -> usize {
+    let mut at = 0;
+    for k in 0..all.len() {
+        if border.grid.bin(&all[k], border.axis) < border.bin {
+            all.swap(k, at);
+            at += 1;
+        }
+    }
+    at
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn items(count: usize, place: impl Fn(usize) -> Vec3) -> Vec<Boxed> {
+        let item = |k: usize| Boxed {
+            object: k as Object,
+            bounds: Bounds::new(place(k), place(k) + Vec3::ONE),
+        };
+        (0..count).map(item).collect()
+    }
+
+    /// Two towns far apart are never in one chunk; all objects are in some chunk.
+    #[test]
+    fn chunks_are_neighbourhoods() {
+        let spread = |k: usize| {
+            let town = if k.is_multiple_of(3) { 1e6 } else { 0.0 };
+            Vec3::new(
+                town + (k * 7919 % 1000) as f32,
+                (k * 104_729 % 1000) as f32,
+                0.0,
+            )
+        };
+        let mut all = items(100_000, spread);
+        let chunks = chunks(&mut all);
+        assert!(chunks.len() >= 4);
+        let mut seen: Vec<Object> = Vec::new();
+        for chunk in chunks {
+            assert!(chunk.len() <= CHUNK);
+            let first = chunk[0].bounds.lo.x > 5e5;
+            assert!(chunk.iter().all(|i| (i.bounds.lo.x > 5e5) == first));
+            seen.extend(chunk.iter().map(|i| i.object));
+        }
+        seen.sort_unstable();
+        assert!(seen.iter().enumerate().all(|(k, &o)| k as Object == o) && seen.len() == 100_000);
+    }
+
+    /// Neither equal places nor sizes that shrink forever make the recursion endless.
+    #[test]
+    fn what_cannot_be_parted_is_halved() {
+        let count = 4 * CHUNK;
+        assert_eq!(chunks(&mut items(count, |_| Vec3::ONE)).len(), 4);
+        let shrinking = |k: usize| Vec3::X * libm::pow(0.5, k as f64 / 900.0) as f32 * 1e30;
+        let mut all = items(count, shrinking);
+        assert!(
+            chunks(&mut all)
+                .iter()
+                .all(|c| c.len() <= CHUNK && !c.is_empty())
+        );
+    }
+}

@@ -1,0 +1,362 @@
+//! Arrays that are said to be a tree, and the proof that they are: what a builder guarantees, checked for arrays out of a
+//! file, so that kernels without bounds checks may walk them.
+//!
+//! The proof is cut into blocks that can be done in any order on any thread, each a look at some rows of one array. What
+//! makes that possible is a level for every node, stored beside the nodes: children have larger levels than their
+//! parents, so no path comes back, and none is longer than the largest level. A level carries a mark in the trees of
+//! meshes; the mark is inherited, instances lead to marked nodes, and no marked node has instances: so trees nest once.
+//! That no node has two parents is a matter of counting. Slots are counted as a whole: two leaves may still share one
+//! where another slot has none, which makes a wrong picture but never an unsafe or endless walk.
+
+use super::{Bvh, Child, LeafKind, Node, Slots};
+use phalanx_scene::{Column, Scene};
+use std::ops::Range;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU64, Ordering::Relaxed};
+
+/// Set in the levels of nodes of meshes.
+const IN_MESH: u16 = 0x8000;
+
+/// Why arrays are no tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BvhError {
+    /// A path is too long for a level to be stored for each of its nodes.
+    #[error("a path of the tree is longer than 32,767 nodes")]
+    TooDeep,
+    /// There has to be a level for every node, and at least one node.
+    #[error("nodes and levels differ in number, or there are none")]
+    Lengths,
+    /// A row was not looked at, or is none that a builder would have made.
+    #[error("a row of the tree is out of range")]
+    Row,
+    /// A node has two parents, or there are more or fewer slots than leaves speak of, or than the scene has.
+    #[error("the tree's branches meet")]
+    Branches,
+    /// An instance leads to what is not its mesh.
+    #[error("an instance leads to another mesh than its own")]
+    Instance,
+}
+
+/// An array of a tree, as bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct Array<'a> {
+    /// What its rows are.
+    pub name: &'static str,
+    /// Bytes of a row.
+    pub row_bytes: usize,
+    /// All rows.
+    pub bytes: &'a [u8],
+}
+
+fn array<'a, T: bytemuck::Pod>(name: &'static str, rows: &'a [T]) -> Array<'a> {
+    Array {
+        name,
+        row_bytes: size_of::<T>(),
+        bytes: bytemuck::cast_slice(rows),
+    }
+}
+
+fn arrays<'a>(nodes: &'a [Node], slots: &'a Slots) -> [Array<'a>; 6] {
+    [
+        array("nodes of the tree", nodes),
+        array("triangles of the tree", &slots.triangles),
+        array("spheres of the tree", &slots.spheres),
+        array("ellipsoids of the tree", &slots.ellipsoids),
+        array("cones of the tree", &slots.cones),
+        array("instances of the tree", &slots.instances),
+    ]
+}
+
+impl Bvh {
+    /// All arrays: the nodes, then the slots of each kind.
+    pub fn arrays(&self) -> [Array<'_>; 6] {
+        arrays(&self.nodes, &self.slots)
+    }
+
+    /// The level of every node, as [`Claim`] needs them.
+    ///
+    /// # Errors
+    /// [`BvhError::TooDeep`].
+    pub fn levels(&self) -> Result<Vec<u16>, BvhError> {
+        let mut levels = vec![0; self.nodes.len()];
+        levels[0] = 1;
+        for (i, node) in self.nodes.iter().enumerate() {
+            // Parents stand before their children: what has none by now is the root of a mesh.
+            if levels[i] == 0 {
+                levels[i] = IN_MESH | 1;
+            }
+            if levels[i] & !IN_MESH == !IN_MESH {
+                return Err(BvhError::TooDeep);
+            }
+            for k in 0..2 {
+                if let Child::Node(child) = node.child(k) {
+                    levels[child as usize] = levels[i] + 1;
+                }
+            }
+        }
+        Ok(levels)
+    }
+}
+
+/// The arrays of a tree, from wherever they come.
+#[derive(Debug, Default)]
+pub struct Parts {
+    /// Nodes.
+    pub nodes: Column<Node>,
+    /// The level of each node: see [`Bvh::levels`].
+    pub levels: Column<u16>,
+    /// Primitives in leaf order.
+    pub slots: Slots,
+    /// What [`Bvh::sah`] is going to say. Nothing depends on it.
+    pub sah: f64,
+}
+
+/// Bytes of a block, at most.
+const BLOCK: usize = 1 << 18;
+
+/// Parts with a proof in progress that they are a tree.
+#[derive(Debug)]
+pub struct Claim {
+    parts: Parts,
+    prims: u32,
+    blocks: Vec<Block>,
+    /// Blocks that hold.
+    proven: Vec<AtomicBool>,
+    /// Nodes that are a child.
+    children: Vec<AtomicU8>,
+    /// References to nodes, and to slots.
+    references: AtomicU64,
+    slot_references: AtomicU64,
+    /// Largest level in the world, and in the meshes.
+    deepest: [AtomicU16; 2],
+}
+
+#[derive(Clone, Debug)]
+struct Block {
+    array: usize,
+    rows: Range<usize>,
+}
+
+impl Claim {
+    /// Parts that are said to be the tree of a scene.
+    pub fn new(parts: Parts, scene: &Scene) -> Claim {
+        let mut blocks = Vec::new();
+        for (array, all) in arrays(&parts.nodes, &parts.slots).iter().enumerate() {
+            let (rows, step) = (all.bytes.len() / all.row_bytes, BLOCK / all.row_bytes);
+            blocks.extend((0..rows).step_by(step).map(|first| Block {
+                array,
+                rows: first..(first + step).min(rows),
+            }));
+        }
+        Claim {
+            prims: scene.prim_count() as u32,
+            proven: blocks.iter().map(|_| AtomicBool::new(false)).collect(),
+            children: parts.nodes.iter().map(|_| AtomicU8::new(0)).collect(),
+            references: AtomicU64::new(0),
+            slot_references: AtomicU64::new(0),
+            deepest: Default::default(),
+            parts,
+            blocks,
+        }
+    }
+
+    /// Number of blocks of the proof.
+    pub fn blocks(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// A block: the number of its array among [`Bvh::arrays`], and its bytes. The blocks of an array follow one another
+    /// and make it up.
+    pub fn block(&self, k: usize) -> (usize, &[u8]) {
+        let block = &self.blocks[k];
+        let array = arrays(&self.parts.nodes, &self.parts.slots)[block.array];
+        let row = array.row_bytes;
+        let bytes = &array.bytes[block.rows.start * row..block.rows.end * row];
+        (block.array, bytes)
+    }
+
+    /// Does a block of the proof, once; whether its rows are in order.
+    pub fn prove(&self, k: usize) -> bool {
+        let Block { array, rows } = self.blocks[k].clone();
+        let slots = &self.parts.slots;
+        let known = |prim_id: u32| prim_id < self.prims;
+        let holds = match array {
+            0 => self.prove_nodes(rows),
+            1 => slots.triangles[rows].iter().all(|s| known(s.prim_id)),
+            2 => slots.spheres[rows].iter().all(|s| known(s.prim_id)),
+            3 => slots.ellipsoids[rows].iter().all(|s| known(s.prim_id)),
+            4 => slots.cones[rows].iter().all(|s| known(s.prim_id)),
+            _ => slots.instances[rows]
+                .iter()
+                .all(|s| self.is_mesh_node(s.root)),
+        };
+        // Counting twice would make the counts meaningless.
+        holds && !self.proven[k].swap(true, Relaxed)
+    }
+
+    fn is_mesh_node(&self, node: u32) -> bool {
+        let level = self.parts.levels.get(node as usize);
+        level.is_some_and(|level| level & IN_MESH != 0)
+    }
+
+    fn prove_nodes(&self, rows: Range<usize>) -> bool {
+        let (nodes, levels) = (&self.parts.nodes, &self.parts.levels);
+        if levels.len() != nodes.len() {
+            return false;
+        }
+        let mut deepest = [0; 2];
+        let (mut references, mut slot_references) = (0, 0);
+        for (node, &level) in nodes[rows.clone()].iter().zip(&levels[rows]) {
+            let in_mesh = level & IN_MESH != 0;
+            // Levels count from 1: the largest one is then no less than the number of nodes on any path.
+            if level & !IN_MESH == 0 {
+                return false;
+            }
+            let most = &mut deepest[usize::from(in_mesh)];
+            *most = (level & !IN_MESH).max(*most);
+            for k in 0..2 {
+                match node.child(k) {
+                    Child::Node(child) => {
+                        let below = levels.get(child as usize);
+                        // The mark is the highest bit: larger, and of the same tree.
+                        if !below.is_some_and(|&b| b > level && b & IN_MESH == level & IN_MESH) {
+                            return false;
+                        }
+                        self.children[child as usize].store(1, Relaxed);
+                        references += 1;
+                    }
+                    leaf @ Child::Leaf { kind, first, count } => {
+                        let end = u64::from(first) + u64::from(count);
+                        let nested = in_mesh && kind == LeafKind::Instance && count > 0;
+                        let there = end <= self.parts.slots.count(kind) as u64;
+                        if !there || nested || leaf.packed() != node.packed(k) {
+                            return false;
+                        }
+                        slot_references += u64::from(count);
+                    }
+                }
+            }
+        }
+        self.references.fetch_add(references, Relaxed);
+        self.slot_references.fetch_add(slot_references, Relaxed);
+        for (all, deepest) in self.deepest.iter().zip(deepest) {
+            all.fetch_max(deepest, Relaxed);
+        }
+        true
+    }
+
+    /// The tree, where every block has been proven.
+    ///
+    /// # Errors
+    /// [`BvhError`]: a block was not proven, or the counts do not fit.
+    pub fn accept(self, scene: &Scene) -> Result<Bvh, BvhError> {
+        let parts = &self.parts;
+        if parts.nodes.is_empty() || parts.nodes.len() != parts.levels.len() {
+            return Err(BvhError::Lengths);
+        }
+        let proven = self.proven.iter().all(|proven| proven.load(Relaxed));
+        // Stacks are made for paths that begin at the world's root.
+        if !proven || self.prims as usize != scene.prim_count() || self.is_mesh_node(0) {
+            return Err(BvhError::Row);
+        }
+        let children = self.children.iter().filter(|c| c.load(Relaxed) != 0);
+        let slots: u64 = LeafKind::ALL
+            .iter()
+            .map(|&kind| parts.slots.count(kind) as u64)
+            .sum();
+        let instances = parts.slots.instances.len();
+        // Every object has one slot at most: more cannot be a tree of this scene.
+        let surplus =
+            instances > scene.instances.len() || slots - instances as u64 > u64::from(self.prims);
+        if surplus
+            || children.count() as u64 != self.references.load(Relaxed)
+            || slots != self.slot_references.load(Relaxed)
+        {
+            return Err(BvhError::Branches);
+        }
+        self.check_instances(scene)?;
+        let [world, meshes] = self.deepest.map(|level| usize::from(level.into_inner()));
+        Ok(Bvh {
+            nodes: self.parts.nodes,
+            slots: self.parts.slots,
+            depth: world + meshes,
+            sah: self.parts.sah,
+            wide: OnceLock::new(),
+        })
+    }
+
+    /// Whether every instance leads to its own mesh, so that what is hit there has a number that the scene knows.
+    fn check_instances(&self, scene: &Scene) -> Result<(), BvhError> {
+        let slots = &self.parts.slots.instances;
+        // The same arithmetic as the builder's.
+        let number = |k: usize| {
+            let mesh = scene.instances.mesh[k];
+            let first = scene.meshes.first[mesh as usize];
+            (scene.instance_first_id(k).wrapping_sub(first), mesh)
+        };
+        let mut known: Vec<(u32, u32)> = (0..scene.instances.len()).map(number).collect();
+        known.sort_unstable();
+        let mut roots: Vec<u32> = slots.iter().map(|slot| slot.root).collect();
+        roots.sort_unstable();
+        roots.dedup();
+        let mut seen = vec![
+            false;
+            if roots.is_empty() {
+                0
+            } else {
+                self.children.len()
+            }
+        ];
+        let meshes = roots
+            .iter()
+            .map(|&root| self.mesh_of(root, scene, &mut seen));
+        let meshes: Vec<u32> = meshes.collect::<Result<_, _>>()?;
+        let fits = slots.iter().all(|slot| {
+            let mesh = roots.binary_search(&slot.root).map(|at| meshes[at]);
+            mesh.is_ok_and(|mesh| known.binary_search(&(slot.id_offset, mesh)).is_ok())
+        });
+        match fits {
+            true => Ok(()),
+            false => Err(BvhError::Instance),
+        }
+    }
+
+    /// The mesh whose primitives, and no others, hang below a node.
+    fn mesh_of(&self, root: u32, scene: &Scene, seen: &mut [bool]) -> Result<u32, BvhError> {
+        let mut mesh = None;
+        let mut stack = vec![root];
+        while let Some(index) = stack.pop() {
+            // Two roots in one tree: looked at again and again, it would take forever.
+            if std::mem::replace(&mut seen[index as usize], true) {
+                return Err(BvhError::Instance);
+            }
+            for k in 0..2 {
+                match self.parts.nodes[index as usize].child(k) {
+                    Child::Node(child) => stack.push(child),
+                    Child::Leaf { kind, first, count } => {
+                        for prim in self.prims_of(kind, first as usize..(first + count) as usize) {
+                            let after = scene.meshes.first.partition_point(|&f| f <= prim);
+                            let this = after.checked_sub(1).ok_or(BvhError::Instance)?;
+                            let within = scene.meshes.prims(this).contains(&prim);
+                            if !within || *mesh.get_or_insert(this) != this {
+                                return Err(BvhError::Instance);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        mesh.map(|mesh| mesh as u32).ok_or(BvhError::Instance)
+    }
+
+    fn prims_of(&self, kind: LeafKind, rows: Range<usize>) -> Vec<u32> {
+        let slots = &self.parts.slots;
+        match kind {
+            LeafKind::Triangle => slots.triangles[rows].iter().map(|s| s.prim_id).collect(),
+            LeafKind::Sphere => slots.spheres[rows].iter().map(|s| s.prim_id).collect(),
+            LeafKind::Ellipsoid => slots.ellipsoids[rows].iter().map(|s| s.prim_id).collect(),
+            LeafKind::Cone => slots.cones[rows].iter().map(|s| s.prim_id).collect(),
+            LeafKind::Instance => Vec::new(),
+        }
+    }
+}

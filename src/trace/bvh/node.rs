@@ -1,0 +1,162 @@
+//! The flat nodes.
+
+use bytemuck::{Pod, Zeroable};
+use phalanx_scene::{Bounds, PrimKind};
+
+/// What a leaf holds: one kind of primitive, or instances.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LeafKind {
+    /// Spheres.
+    Sphere = 0,
+    /// Ellipsoids.
+    Ellipsoid = 1,
+    /// Triangles.
+    Triangle = 2,
+    /// Cones.
+    Cone = 3,
+    /// Instances of meshes.
+    Instance = 4,
+}
+
+impl LeafKind {
+    /// How many kinds there are.
+    pub const COUNT: usize = 5;
+    /// Every kind.
+    pub const ALL: [LeafKind; LeafKind::COUNT] = [
+        LeafKind::Sphere,
+        LeafKind::Ellipsoid,
+        LeafKind::Triangle,
+        LeafKind::Cone,
+        LeafKind::Instance,
+    ];
+
+    #[inline(always)]
+    fn from_number(number: u32) -> LeafKind {
+        match number {
+            0 => LeafKind::Sphere,
+            1 => LeafKind::Ellipsoid,
+            2 => LeafKind::Triangle,
+            3 => LeafKind::Cone,
+            _ => LeafKind::Instance,
+        }
+    }
+}
+
+impl From<PrimKind> for LeafKind {
+    fn from(kind: PrimKind) -> LeafKind {
+        LeafKind::from_number(kind as u32)
+    }
+}
+
+/// What a child reference leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Child {
+    /// Node at this index.
+    Node(u32),
+    /// `count` primitives of a kind from slot `first` on; `count` may be 0.
+    Leaf {
+        /// Their kind.
+        kind: LeafKind,
+        /// First slot.
+        first: u32,
+        /// How many.
+        count: u32,
+    },
+}
+
+/// An interior node: the boxes of both children and where they are. One cache line.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub struct Node {
+    /// Lower and upper corner of each child's padded box.
+    pub boxes: [[[f32; 3]; 2]; 2],
+    /// Node index, or first slot of a leaf.
+    pub first: [u32; 2],
+    /// 0 for a node, else leaf flag, kind and count: see [`Node::child`].
+    tag: [u16; 2],
+    /// Fills the cache line, so that no byte of a stored node is without a value.
+    spare: u32,
+}
+
+const LEAF: u16 = 0x8000;
+const KIND_SHIFT: u32 = 12;
+/// Most primitives in a leaf.
+pub const MAX_LEAF: u32 = (1 << KIND_SHIFT) - 1;
+
+impl Node {
+    /// A node from its children and their padded boxes.
+    pub fn new(children: [(Child, Bounds); 2]) -> Node {
+        let mut node = Node {
+            boxes: [[[0.0; 3]; 2]; 2],
+            first: [0; 2],
+            tag: [0; 2],
+            spare: 0,
+        };
+        for (k, (child, bounds)) in children.into_iter().enumerate() {
+            node.set_child(k, child);
+            node.set_box(k, bounds);
+        }
+        node
+    }
+
+    /// Child `k` is this from now on.
+    pub(super) fn set_child(&mut self, k: usize, child: Child) {
+        (self.first[k], self.tag[k]) = child.packed();
+    }
+
+    /// The padded box of child `k` is this from now on.
+    pub(super) fn set_box(&mut self, k: usize, bounds: Bounds) {
+        // A child without primitives needs a box that compares like any other.
+        let b = match bounds.is_empty() {
+            true => Bounds::new(glam::Vec3::ZERO, glam::Vec3::ZERO),
+            false => bounds,
+        };
+        self.boxes[k] = [b.lo.to_array(), b.hi.to_array()];
+    }
+
+    /// Child `k` (0 or 1).
+    #[inline(always)]
+    pub fn child(&self, k: usize) -> Child {
+        Child::unpack(self.first[k], self.tag[k])
+    }
+
+    /// The child's reference as two words, for a traversal stack.
+    #[inline(always)]
+    pub fn packed(&self, k: usize) -> (u32, u16) {
+        (self.first[k], self.tag[k])
+    }
+}
+
+impl Child {
+    /// A leaf without primitives.
+    pub const EMPTY: Child = Child::Leaf {
+        kind: LeafKind::Triangle,
+        first: 0,
+        count: 0,
+    };
+
+    /// As two words, see [`Node::packed`].
+    pub(super) fn packed(self) -> (u32, u16) {
+        match self {
+            Child::Node(index) => (index, 0),
+            Child::Leaf { kind, first, count } => {
+                assert!(count <= MAX_LEAF, "a leaf of {count} primitives");
+                (first, LEAF | (kind as u16) << KIND_SHIFT | count as u16)
+            }
+        }
+    }
+
+    /// From the two words of [`Node::packed`].
+    #[inline(always)]
+    pub fn unpack(first: u32, tag: u16) -> Child {
+        if tag == 0 {
+            return Child::Node(first);
+        }
+        let kind = LeafKind::from_number(((tag & !LEAF) >> KIND_SHIFT) as u32);
+        Child::Leaf {
+            kind,
+            first,
+            count: (tag & MAX_LEAF as u16) as u32,
+        }
+    }
+}

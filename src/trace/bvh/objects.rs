@@ -1,0 +1,117 @@
+//! What a tree is built over: primitives, and in the world's tree instances beside them.
+
+use super::chunks::Boxed;
+use super::{ConeSlot, EllipsoidSlot, InstanceSlot, LeafKind, Slots, SphereSlot, TriangleSlot};
+use phalanx_scene::{Bounds, PrimKind, Scene};
+use rayon::prelude::*;
+
+/// An object by number: a stored primitive below [`Scene::prim_count`], from there on an instance.
+pub(super) type Object = u32;
+
+/// Answers questions about objects.
+pub(super) struct Objects<'a> {
+    scene: &'a Scene,
+    prims: u32,
+    /// Of every mesh, in its own space.
+    mesh_bounds: Vec<Bounds>,
+}
+
+impl<'a> Objects<'a> {
+    pub(super) fn new(scene: &'a Scene) -> Objects<'a> {
+        let meshes = (0..scene.meshes.len()).into_par_iter();
+        Objects {
+            scene,
+            prims: scene.prim_count() as u32,
+            mesh_bounds: meshes.map(|mesh| scene.mesh_bounds(mesh)).collect(),
+        }
+    }
+
+    /// The objects of the world.
+    pub(super) fn world(&self) -> Vec<Object> {
+        let direct = self.scene.world_runs().into_iter().flatten();
+        let instances = 0..self.scene.instances.len() as u32;
+        direct.chain(instances.map(|k| self.prims + k)).collect()
+    }
+
+    /// The objects of a mesh.
+    pub(super) fn mesh(&self, mesh: usize) -> Vec<Object> {
+        self.scene.meshes.prims(mesh).collect()
+    }
+
+    pub(super) fn kind(&self, object: Object) -> LeafKind {
+        match object < self.prims {
+            true => self.scene.prims[object as usize].kind().into(),
+            false => LeafKind::Instance,
+        }
+    }
+
+    /// The padded box, from which every box around it is made.
+    pub(super) fn bounds(&self, object: Object) -> Bounds {
+        if object < self.prims {
+            return self.scene.prim_bounds(object).padded();
+        }
+        let k = (object - self.prims) as usize;
+        let mesh = self.scene.instances.mesh[k] as usize;
+        let bounds = self.scene.instances.bounds(k, self.mesh_bounds[mesh]);
+        bounds.padded()
+    }
+
+    /// Copies an object to the end of its column.
+    pub(super) fn store(&self, item: &Boxed, slots: &mut Slots) {
+        let object = item.object;
+        let own_box = [item.bounds.lo.to_array(), item.bounds.hi.to_array()];
+        if object >= self.prims {
+            return slots.instances.push(self.instance(object, own_box));
+        }
+        let scene = self.scene;
+        let prim = scene.prims[object as usize];
+        let i = prim.index();
+        match prim.kind() {
+            PrimKind::Triangle => slots.triangles.push(TriangleSlot {
+                corners: scene.triangles.corners(i).map(|c| c.to_array()),
+                prim_id: object,
+            }),
+            PrimKind::Sphere => slots.spheres.push(SphereSlot {
+                center: scene.spheres.center.get(i).to_array(),
+                radius: scene.spheres.radius[i],
+                own_box,
+                prim_id: object,
+            }),
+            PrimKind::Ellipsoid => slots.ellipsoids.push(EllipsoidSlot {
+                to_object: scene.ellipsoids.object_columns(i).map(|c| c.to_array()),
+                own_box,
+                prim_id: object,
+            }),
+            PrimKind::Cone => slots.cones.push(self.cone(i, own_box, object)),
+        }
+    }
+
+    fn cone(&self, i: usize, own_box: [[f32; 3]; 2], prim_id: u32) -> ConeSlot {
+        let cones = &self.scene.cones;
+        let frame = cones.frame(i);
+        ConeSlot {
+            base: frame.base.to_array(),
+            axes: frame.axes.map(|axis| axis.to_array()),
+            length: frame.length,
+            radius: frame.radius,
+            sin: frame.sin,
+            cos_squared: frame.cos_squared,
+            own_box,
+            inside: u32::from(cones.inside[i]),
+            prim_id,
+        }
+    }
+
+    fn instance(&self, object: Object, own_box: [[f32; 3]; 2]) -> InstanceSlot {
+        let k = (object - self.prims) as usize;
+        let mesh = self.scene.instances.mesh[k] as usize;
+        let first_id = self.scene.instance_first_id(k);
+        InstanceSlot {
+            to_object: self.scene.instances.object_columns(k).map(|c| c.to_array()),
+            own_box,
+            // Where the mesh's tree begins is known once all trees are there.
+            root: mesh as u32,
+            id_offset: first_id.wrapping_sub(self.scene.meshes.first[mesh]),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Primitives in leaf order: what their tests need, and no more.
+
+use super::LeafKind;
+use super::piece::Base;
+use bytemuck::{Pod, Zeroable};
+use phalanx_scene::Column;
+
+/// A triangle in leaf order. Its own padded box is not kept: it is made from the corners where a ray meets them.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct TriangleSlot {
+    /// The corners.
+    pub corners: [[f32; 3]; 3],
+    /// Its number in the file.
+    pub prim_id: u32,
+}
+
+/// A sphere in leaf order.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct SphereSlot {
+    /// Centre.
+    pub center: [f32; 3],
+    /// Radius.
+    pub radius: f32,
+    /// The sphere's own padded box.
+    pub own_box: [[f32; 3]; 2],
+    /// Its number in the file.
+    pub prim_id: u32,
+}
+
+/// An ellipsoid in leaf order.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct EllipsoidSlot {
+    /// World to object: three columns of the matrix and the translation.
+    pub to_object: [[f32; 3]; 4],
+    /// The ellipsoid's own padded box.
+    pub own_box: [[f32; 3]; 2],
+    /// Its number in the file.
+    pub prim_id: u32,
+}
+
+/// A truncated cone in leaf order: see [`ConeFrame`](phalanx_scene::ConeFrame).
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct ConeSlot {
+    /// Centre of the first end.
+    pub base: [f32; 3],
+    /// The cone's own unit axes; the last is its axis.
+    pub axes: [[f32; 3]; 3],
+    /// Distance of the two ends.
+    pub length: f32,
+    /// The first end's radius times the slope's cosine.
+    pub radius: f32,
+    /// The slope's sine.
+    pub sin: f32,
+    /// The slope's cosine, squared.
+    pub cos_squared: f32,
+    /// The cone's own padded box.
+    pub own_box: [[f32; 3]; 2],
+    /// 1 where only its inside can be seen, else 0.
+    pub inside: u32,
+    /// Its number in the file.
+    pub prim_id: u32,
+}
+
+/// An instance in leaf order.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub struct InstanceSlot {
+    /// World to mesh: three columns of the matrix and the translation.
+    pub to_object: [[f32; 3]; 4],
+    /// The instance's own padded box.
+    pub own_box: [[f32; 3]; 2],
+    /// The node at which its mesh's tree begins.
+    pub root: u32,
+    /// What to add, wrapping, to the number of a stored primitive to get that of the instance's.
+    pub id_offset: u32,
+}
+
+/// All primitives in leaf order, a column for each kind.
+#[derive(Clone, Debug, Default)]
+pub struct Slots {
+    /// Triangles.
+    pub triangles: Column<TriangleSlot>,
+    /// Spheres.
+    pub spheres: Column<SphereSlot>,
+    /// Ellipsoids.
+    pub ellipsoids: Column<EllipsoidSlot>,
+    /// Cones.
+    pub cones: Column<ConeSlot>,
+    /// Instances.
+    pub instances: Column<InstanceSlot>,
+}
+
+impl Slots {
+    /// How many there are of a kind.
+    pub fn count(&self, kind: LeafKind) -> usize {
+        match kind {
+            LeafKind::Triangle => self.triangles.len(),
+            LeafKind::Sphere => self.spheres.len(),
+            LeafKind::Ellipsoid => self.ellipsoids.len(),
+            LeafKind::Cone => self.cones.len(),
+            LeafKind::Instance => self.instances.len(),
+        }
+    }
+
+    /// Bytes of all.
+    pub fn bytes(&self) -> usize {
+        self.triangles.row_bytes()
+            + self.spheres.row_bytes()
+            + self.ellipsoids.row_bytes()
+            + self.cones.row_bytes()
+            + self.instances.row_bytes()
+    }
+
+    /// Makes room for as many of each kind as there will be.
+    pub(super) fn reserve(&mut self, end: &Base) {
+        let room = |kind: LeafKind| end.slot[kind as usize] as usize;
+        self.triangles.reserve(room(LeafKind::Triangle));
+        self.spheres.reserve(room(LeafKind::Sphere));
+        self.ellipsoids.reserve(room(LeafKind::Ellipsoid));
+        self.cones.reserve(room(LeafKind::Cone));
+        self.instances.reserve(room(LeafKind::Instance));
+    }
+
+    /// Appends another's.
+    pub(super) fn append(&mut self, other: Slots) {
+        self.triangles.extend_from(&other.triangles);
+        self.spheres.extend_from(&other.spheres);
+        self.ellipsoids.extend_from(&other.ellipsoids);
+        self.cones.extend_from(&other.cones);
+        self.instances.extend_from(&other.instances);
+    }
+}

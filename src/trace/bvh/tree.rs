@@ -1,0 +1,113 @@
+//! The tree of a scene: nodes and primitives in leaf order, the world's and those of every mesh.
+
+use super::{
+    Child, ConeSlot, EllipsoidSlot, InstanceSlot, Node, Slots, SphereSlot, TriangleSlot, Wide,
+};
+use phalanx_scene::{Bounds, Column};
+use std::sync::OnceLock;
+
+/// The trees of a scene: the world's, whose root is node 0 and always exists, and one for every mesh, at whose root the
+/// instances of the mesh go on.
+#[derive(Clone, Debug)]
+pub struct Bvh {
+    pub(super) nodes: Column<Node>,
+    pub(super) slots: Slots,
+    pub(super) depth: usize,
+    pub(super) sah: f64,
+    pub(super) wide: OnceLock<Box<Wide>>,
+}
+
+impl Default for Bvh {
+    /// The tree of a scene without primitives.
+    fn default() -> Self {
+        Bvh::empty()
+    }
+}
+
+impl Bvh {
+    /// The tree of a scene without primitives: a root with two empty leaves.
+    #[inline]
+    pub(super) fn empty() -> Bvh {
+        Bvh {
+            nodes: vec![Node::new([(Child::EMPTY, Bounds::EMPTY); 2])].into(),
+            slots: Slots::default(),
+            depth: 1,
+            sah: 0.0,
+            wide: OnceLock::new(),
+        }
+    }
+
+    /// Nodes, depth first. Every node index in them is in range, every leaf's slots exist.
+    #[inline]
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Triangles in leaf order.
+    #[inline]
+    pub fn triangles(&self) -> &[TriangleSlot] {
+        &self.slots.triangles
+    }
+
+    /// Spheres in leaf order.
+    #[inline]
+    pub fn spheres(&self) -> &[SphereSlot] {
+        &self.slots.spheres
+    }
+
+    /// Ellipsoids in leaf order.
+    #[inline]
+    pub fn ellipsoids(&self) -> &[EllipsoidSlot] {
+        &self.slots.ellipsoids
+    }
+
+    /// Cones in leaf order.
+    #[inline]
+    pub fn cones(&self) -> &[ConeSlot] {
+        &self.slots.cones
+    }
+
+    /// Instances in leaf order.
+    #[inline]
+    pub fn instances(&self) -> &[InstanceSlot] {
+        &self.slots.instances
+    }
+
+    /// Most nodes on a path from the world's root, through an instance to the end of its mesh's tree: a traversal stack
+    /// of this many entries never overflows.
+    #[inline]
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// Cost of the world's tree by the surface area heuristic: expected nodes visited plus primitives (or instances)
+    /// tested by a random ray that meets the root box, both at cost 1.
+    #[inline]
+    pub fn sah(&self) -> f64 {
+        self.sah
+    }
+
+    /// Whether [`Bvh::wide`] has been made.
+    #[inline]
+    pub fn has_wide(&self) -> bool {
+        self.wide.get().is_some()
+    }
+
+    /// Bytes of [`Bvh::wide`]; 0 where it has not been made.
+    #[inline]
+    pub fn wide_bytes(&self) -> usize {
+        self.wide.get().map_or(0, |wide| wide.bytes())
+    }
+
+    /// Bytes of the nodes.
+    #[inline]
+    pub fn node_bytes(&self) -> usize {
+        self.nodes.row_bytes()
+    }
+
+    /// Bytes of the primitives in leaf order.
+    #[inline]
+    pub fn prim_bytes(&self) -> usize {
+        self.slots.bytes()
+    }
+}

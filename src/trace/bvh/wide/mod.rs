@@ -1,0 +1,233 @@
+//! The tree once more with as many children a node as the build has lanes ([`NATIVE`]: sixteen or eight), for beams and for
+//! rays that go down alone: a node's boxes are columns, so that one ray, or one beam, is tested against all of them at once,
+//! and triangles and spheres stand in blocks of as many. What is met, and where, does not depend on how many that is
+//! (`perf/notes/sixteen-children.md` has what it saves).
+//!
+//! `plan` chooses which nodes of the binary tree become children of one wide node, `sketch` makes the nodes, and `grow` gives
+//! everything its place. The tree does not depend on the number of threads.
+
+mod grow;
+mod plan;
+mod sketch;
+
+use super::{Bvh, LeafKind, SphereSlot, TriangleSlot};
+use crate::simd::NATIVE;
+
+/// Up to [`NATIVE`] children: half as many cache lines.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct WideNode {
+    /// Lower corners by axis, then upper corners: a column for each child. Where there is no child, the box is empty:
+    /// from +∞ to −∞.
+    pub boxes: [[[f32; NATIVE]; 3]; 2],
+    /// What the children are: [`Target`] codes. Where there is no child, [`Target::NOTHING`]: a ray that is no number passes
+    /// every box, and must come to an end.
+    pub children: [u32; NATIVE],
+    /// By axis, the children in the order of the middles of their boxes along it; where there is no child comes last.
+    pub order: [[u8; NATIVE]; 3],
+    /// The axis along which the children lie in order, those with the lowest middle of a box first: 0 to 2.
+    pub axis: u8,
+}
+
+/// As many triangles as there are lanes, as columns. Unused lanes are NaN, which no ray meets.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct TriangleBlock {
+    /// The corners: by corner, by axis.
+    pub corners: [[[f32; NATIVE]; 3]; 3],
+    /// Their numbers in the file.
+    pub prim_id: [u32; NATIVE],
+}
+
+/// As many spheres as there are lanes, as columns. Unused lanes are NaN, which no ray meets.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct SphereBlock {
+    /// Centres by axis.
+    pub center: [[f32; NATIVE]; 3],
+    /// Radii.
+    pub radius: [f32; NATIVE],
+    /// The spheres' own padded boxes.
+    pub own_box: [[[f32; NATIVE]; 3]; 2],
+    /// Their numbers in the file.
+    pub prim_id: [u32; NATIVE],
+}
+
+/// What a child of a wide node leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// A wide node.
+    Node(u32),
+    /// A block of triangles.
+    Triangles(u32),
+    /// A block of spheres.
+    Spheres(u32),
+    /// A leaf of another kind.
+    Other(u32),
+}
+
+const KIND_SHIFT: u32 = 30;
+const INDEX: u32 = (1 << KIND_SHIFT) - 1;
+
+impl Target {
+    /// A leaf of nothing.
+    pub const NOTHING: Target = Target::Other(0);
+
+    /// As one word.
+    fn code(self) -> u32 {
+        let (kind, index) = match self {
+            Target::Node(index) => (0, index),
+            Target::Triangles(index) => (1, index),
+            Target::Spheres(index) => (2, index),
+            Target::Other(index) => (3, index),
+        };
+        assert!(index <= INDEX, "more than 2^30 rows of a wide tree");
+        kind << KIND_SHIFT | index
+    }
+
+    /// Of a word, which kind it says, 0 to 3 in the order above, and which row.
+    #[inline(always)]
+    pub fn parts(code: u32) -> (usize, usize) {
+        ((code >> KIND_SHIFT) as usize, (code & INDEX) as usize)
+    }
+
+    /// From the word.
+    #[inline(always)]
+    pub fn of_code(code: u32) -> Target {
+        let index = code & INDEX;
+        match code >> KIND_SHIFT {
+            0 => Target::Node(index),
+            1 => Target::Triangles(index),
+            2 => Target::Spheres(index),
+            _ => Target::Other(index),
+        }
+    }
+}
+
+/// A leaf of ellipsoids, cones or instances, as the binary tree has it.
+#[derive(Clone, Copy, Debug)]
+pub struct OtherLeaf {
+    /// What they are.
+    pub kind: LeafKind,
+    /// First slot.
+    pub first: u32,
+    /// How many.
+    pub count: u32,
+}
+
+/// The wide tree of the world. Instances lead back to the binary trees of their meshes.
+#[derive(Clone, Debug, Default)]
+pub struct Wide {
+    nodes: Vec<WideNode>,
+    triangles: Vec<TriangleBlock>,
+    spheres: Vec<SphereBlock>,
+    others: Vec<OtherLeaf>,
+    depth: usize,
+}
+
+impl OtherLeaf {
+    const EMPTY: OtherLeaf = OtherLeaf {
+        kind: LeafKind::Triangle,
+        first: 0,
+        count: 0,
+    };
+}
+
+impl Wide {
+    /// Nodes; the root is the first. Every code in them is of a row that exists.
+    pub fn nodes(&self) -> &[WideNode] {
+        &self.nodes
+    }
+
+    /// Blocks of triangles.
+    pub fn triangles(&self) -> &[TriangleBlock] {
+        &self.triangles
+    }
+
+    /// Blocks of spheres.
+    pub fn spheres(&self) -> &[SphereBlock] {
+        &self.spheres
+    }
+
+    /// Leaves of other kinds; the first is empty.
+    pub fn others(&self) -> &[OtherLeaf] {
+        &self.others
+    }
+
+    /// The largest absolute coordinate of any box.
+    pub fn extent(&self) -> f32 {
+        let root = self.nodes.first();
+        let planes = root
+            .iter()
+            .flat_map(|node| node.boxes.as_flattened().as_flattened());
+        let finite = planes.filter(|x| x.is_finite());
+        finite.fold(0.0, |most: f32, x| most.max(x.abs()))
+    }
+
+    /// Whether it holds nothing but triangles.
+    pub fn has_triangles_only(&self) -> bool {
+        self.is_blocks() && self.spheres.is_empty()
+    }
+
+    /// Whether it holds nothing but triangles and spheres.
+    pub fn is_blocks(&self) -> bool {
+        self.others.len() <= 1
+    }
+
+    /// Most nodes on a path from the root.
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// Bytes of everything.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.spheres[..])
+    }
+
+    /// The binary tree, widened.
+    pub(super) fn of(bvh: &Bvh) -> Wide {
+        grow::grow(bvh)
+    }
+}
+
+impl TriangleBlock {
+    fn of<'a>(slots: impl Iterator<Item = &'a TriangleSlot>) -> TriangleBlock {
+        let mut block = TriangleBlock {
+            corners: [[[f32::NAN; NATIVE]; 3]; 3],
+            prim_id: [u32::MAX; NATIVE],
+        };
+        for (lane, slot) in slots.enumerate() {
+            for (corner, place) in block.corners.iter_mut().zip(&slot.corners) {
+                for (column, x) in corner.iter_mut().zip(place) {
+                    column[lane] = *x;
+                }
+            }
+            block.prim_id[lane] = slot.prim_id;
+        }
+        block
+    }
+}
+
+impl SphereBlock {
+    fn of<'a>(slots: impl Iterator<Item = &'a SphereSlot>) -> SphereBlock {
+        let mut block = SphereBlock {
+            center: [[f32::NAN; NATIVE]; 3],
+            radius: [f32::NAN; NATIVE],
+            own_box: [[[f32::NAN; NATIVE]; 3]; 2],
+            prim_id: [u32::MAX; NATIVE],
+        };
+        for (lane, slot) in slots.enumerate() {
+            for axis in 0..3 {
+                block.center[axis][lane] = slot.center[axis];
+                for side in 0..2 {
+                    block.own_box[side][axis][lane] = slot.own_box[side][axis];
+                }
+            }
+            block.radius[lane] = slot.radius;
+            block.prim_id[lane] = slot.prim_id;
+        }
+        block
+    }
+}

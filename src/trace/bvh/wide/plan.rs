@@ -1,0 +1,223 @@
+//! Which nodes of the binary tree become the children of one wide node: by cost, bottom up (Ylitie, Karras and Laine,
+//! "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 3).
+//!
+//! We depart from it in what a leaf is: neighbouring leaves of one kind are merged into a block while they fit. Nodes of a level
+//! do not depend on each other, so each level is planned on all threads.
+
+use crate::bvh::{Bvh, Child, LeafKind};
+use crate::simd::{LANES, NATIVE};
+use glam::Vec3;
+use phalanx_scene::Bounds;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Cost of visiting a node, and of a block; by measurement (`perf/notes/sixteen-children.md`).
+const NODE_COST: f32 = 1.0;
+const BLOCK_COST: f32 = if NATIVE > LANES { 1.0 } else { 0.7 };
+
+/// Subtrees of the binary tree are seen as at most so many roots within their parent; one more makes a node full.
+pub(super) const MOST_ROOTS: usize = NATIVE - 1;
+
+/// Nodes that a thread plans at a time.
+const GRAIN: usize = 256;
+
+/// What is best done with the subtree below a node.
+#[derive(Clone, Copy)]
+pub(super) struct Choice {
+    /// How many of j + 2 roots go to the first child; 0 where one root fewer is better. The last is that of a full node.
+    pub(super) first: [u8; MOST_ROOTS],
+    /// The kind of everything below, if a block of it is cheaper than a node.
+    pub(super) block: Option<LeafKind>,
+}
+
+/// What a subtree costs, as its parent's plan asks for it.
+#[derive(Clone, Copy)]
+struct Cost {
+    /// As i + 1 roots or fewer.
+    roots: [f32; MOST_ROOTS],
+    /// Primitives below, if they are all of one kind that has blocks and fit into one; else 0.
+    count: u8,
+    kind: LeafKind,
+}
+
+impl Cost {
+    const NONE: Cost = Cost {
+        roots: [0.0; MOST_ROOTS],
+        count: 0,
+        kind: LeafKind::Triangle,
+    };
+}
+
+/// What a box of the binary tree holds.
+#[derive(Clone, Copy)]
+pub(super) enum Part {
+    /// A node, by its place in the plan.
+    Node(u32),
+    /// Primitives of a kind, from a slot on.
+    Leaf {
+        kind: LeafKind,
+        first: u32,
+        count: u32,
+    },
+}
+
+/// A node of the binary tree: which it is, and where in the plan those of its children are that are nodes, side by side.
+#[derive(Clone, Copy)]
+struct Seat {
+    node: u32,
+    below: u32,
+}
+
+/// The choices for all nodes that the world's root leads to, level by level; the root has place 0.
+pub(super) struct Plan<'a> {
+    bvh: &'a Bvh,
+    seats: Vec<Seat>,
+    choices: Vec<Choice>,
+}
+
+impl<'a> Plan<'a> {
+    pub(super) fn of(bvh: &'a Bvh) -> Plan<'a> {
+        let (seats, levels) = levels(bvh);
+        let undecided = Choice {
+            first: [0; MOST_ROOTS],
+            block: None,
+        };
+        let choices = vec![undecided; seats.len()];
+        let mut plan = Plan {
+            bvh,
+            seats,
+            choices,
+        };
+        let mut below = Vec::new();
+        for level in levels.into_iter().rev() {
+            below = plan.decide(level, &below);
+        }
+        plan
+    }
+
+    /// What is best done with a node.
+    pub(super) fn at(&self, place: u32) -> &Choice {
+        &self.choices[place as usize]
+    }
+
+    /// Both children of a node.
+    pub(super) fn parts(&self, place: u32) -> [(Part, Bounds); 2] {
+        let seat = self.seats[place as usize];
+        let node = &self.bvh.nodes()[seat.node as usize];
+        let mut below = seat.below;
+        [0, 1].map(|k| {
+            let part = match node.child(k) {
+                Child::Node(_) => {
+                    below += 1;
+                    Part::Node(below - 1)
+                }
+                Child::Leaf { kind, first, count } => Part::Leaf { kind, first, count },
+            };
+            (part, bounds(&node.boxes[k]))
+        })
+    }
+
+    /// Decides for a level, by the costs of the level below, and returns its own.
+    fn decide(&mut self, level: Range<usize>, below: &[Cost]) -> Vec<Cost> {
+        let mut costs = vec![Cost::NONE; level.len()];
+        let choose = |place: usize| {
+            let sides = self.parts(place as u32).map(|(part, bounds)| {
+                let cost = match part {
+                    Part::Node(child) => below[child as usize - level.end],
+                    Part::Leaf { kind, count, .. } => of_leaf(kind, count, bounds),
+                };
+                (cost, bounds)
+            });
+            choose(&sides)
+        };
+        let mut choices = vec![self.choices[level.start]; level.len()];
+        let places = level.clone().into_par_iter().with_min_len(GRAIN);
+        let rows = choices.par_iter_mut().zip(&mut costs);
+        places.zip(rows).for_each(|(place, (choice, cost))| {
+            (*choice, *cost) = choose(place);
+        });
+        self.choices[level].copy_from_slice(&choices);
+        costs
+    }
+}
+
+/// All nodes below the world's root, parents first, and where each level lies among them.
+fn levels(bvh: &Bvh) -> (Vec<Seat>, Vec<Range<usize>>) {
+    let mut seats = vec![Seat { node: 0, below: 0 }];
+    let mut levels = vec![];
+    let mut level = 0..1;
+    while !level.is_empty() {
+        for k in level.clone() {
+            seats[k].below = seats.len() as u32;
+            let node = &bvh.nodes()[seats[k].node as usize];
+            for child in [node.child(0), node.child(1)] {
+                if let Child::Node(node) = child {
+                    seats.push(Seat { node, below: 0 });
+                }
+            }
+        }
+        let next = level.end..seats.len();
+        levels.push(std::mem::replace(&mut level, next));
+    }
+    (seats, levels)
+}
+
+/// What is best done with a node of two subtrees in their boxes, and what it costs then.
+fn choose(sides: &[(Cost, Bounds); 2]) -> (Choice, Cost) {
+    let [(a, a_box), (b, b_box)] = sides;
+    let area = a_box.union(*b_box).half_area();
+    // Into exactly j + 2 roots.
+    let split = |j: usize| {
+        let ways = (1..j + 2).map(|k| {
+            let at = |roots: usize| (roots - 1).min(MOST_ROOTS - 1);
+            (a.roots[at(k)] + b.roots[at(j + 2 - k)], k as u8)
+        });
+        ways.fold(
+            (f32::INFINITY, 0),
+            |best, way| if way.0 < best.0 { way } else { best },
+        )
+    };
+    let (full, first_of_full) = split(MOST_ROOTS - 1);
+    let count = match a.count > 0 && b.count > 0 && a.kind == b.kind {
+        true if a.count + b.count <= NATIVE as u8 => a.count + b.count,
+        _ => 0,
+    };
+    let as_node = full + NODE_COST * area;
+    let block = count > 0 && BLOCK_COST * area <= as_node;
+    let mut cost = Cost {
+        roots: [if block { BLOCK_COST * area } else { as_node }; MOST_ROOTS],
+        count,
+        kind: a.kind,
+    };
+    let mut choice = Choice {
+        first: [0; MOST_ROOTS],
+        block: block.then_some(a.kind),
+    };
+    for j in 0..MOST_ROOTS - 1 {
+        let (parted, first) = split(j);
+        let fewer = cost.roots[j];
+        (cost.roots[j + 1], choice.first[j]) = match parted < fewer {
+            true => (parted, first),
+            false => (fewer, 0),
+        };
+    }
+    choice.first[MOST_ROOTS - 1] = first_of_full;
+    (choice, cost)
+}
+
+/// What a leaf costs.
+fn of_leaf(kind: LeafKind, count: u32, bounds: Bounds) -> Cost {
+    let blocks = matches!(kind, LeafKind::Triangle | LeafKind::Sphere);
+    let fits = blocks && count <= NATIVE as u32;
+    let cost = BLOCK_COST * bounds.half_area() * count.div_ceil(NATIVE as u32) as f32;
+    Cost {
+        roots: [cost; MOST_ROOTS],
+        count: if fits { count as u8 } else { 0 },
+        kind,
+    }
+}
+
+fn bounds(corners: &[[f32; 3]; 2]) -> Bounds {
+    let [lo, hi] = corners.map(Vec3::from_array);
+    Bounds::new(lo, hi)
+}

@@ -1,0 +1,221 @@
+//! Wide nodes by the plan, before they have places: each level on all threads.
+
+use super::plan::{MOST_ROOTS, Part, Plan};
+use super::{OtherLeaf, Target, WideNode};
+use crate::bvh::LeafKind;
+use crate::simd::NATIVE;
+use phalanx_scene::Bounds;
+use rayon::prelude::*;
+
+/// A wide node: its row but for where its children are, and what these are.
+pub(super) struct Sketch {
+    pub(super) row: WideNode,
+    pub(super) below: [Below; NATIVE],
+    /// Which sketch is the first child that is a node; others follow it.
+    pub(super) first: usize,
+}
+
+/// What a child of a wide node is.
+#[derive(Clone, Copy)]
+pub(super) enum Below {
+    Nothing,
+    /// A wide node, made of this.
+    Node(Part),
+    /// A block.
+    Block(LeafKind, Slots),
+    /// A leaf of what has no blocks.
+    Other(OtherLeaf),
+}
+
+/// The slots of a block.
+#[derive(Clone, Copy)]
+pub(super) enum Slots {
+    /// All below a node of the plan.
+    Of(u32),
+    /// These.
+    Row { first: u32, count: u32 },
+}
+
+/// Something with a box.
+#[derive(Clone, Copy)]
+struct Item {
+    part: Part,
+    bounds: Bounds,
+}
+
+/// All wide nodes level by level, and how many levels there are.
+pub(super) fn sketches(plan: &Plan) -> (Vec<Sketch>, usize) {
+    let mut sketches: Vec<Sketch> = Vec::new();
+    // The root's own box is asked for by nobody.
+    let mut open = vec![Item {
+        part: Part::Node(0),
+        bounds: Bounds::EMPTY,
+    }];
+    let mut levels = 0;
+    while !open.is_empty() {
+        levels += 1;
+        let mut level: Vec<Sketch> = Vec::with_capacity(open.len());
+        let nodes = open.par_iter().map(|item| Sketch::of(plan, item));
+        nodes.collect_into_vec(&mut level);
+        open.clear();
+        let end = sketches.len() + level.len();
+        for sketch in &mut level {
+            sketch.first = end + open.len();
+            open.extend(sketch.nodes());
+        }
+        sketches.append(&mut level);
+    }
+    (sketches, levels)
+}
+
+impl Sketch {
+    fn of(plan: &Plan, item: &Item) -> Sketch {
+        let mut items = match item.part {
+            Part::Node(place) => children(plan, place),
+            Part::Leaf { kind, first, count } => parts(kind, first, count, item.bounds),
+        };
+        let axis = widest(&items);
+        items.sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)));
+        let (lo, hi) = (
+            [[f32::INFINITY; NATIVE]; 3],
+            [[f32::NEG_INFINITY; NATIVE]; 3],
+        );
+        let mut row = WideNode {
+            boxes: [lo, hi],
+            children: [Target::NOTHING.code(); NATIVE],
+            order: order(&items),
+            axis: axis as u8,
+        };
+        let mut below = [Below::Nothing; NATIVE];
+        for (lane, item) in items.iter().enumerate() {
+            below[lane] = Below::of(plan, item.part);
+            for axis in 0..3 {
+                row.boxes[0][axis][lane] = item.bounds.lo[axis];
+                row.boxes[1][axis][lane] = item.bounds.hi[axis];
+            }
+        }
+        Sketch {
+            row,
+            below,
+            first: 0,
+        }
+    }
+
+    /// The children that are nodes.
+    fn nodes(&self) -> impl Iterator<Item = Item> {
+        let lanes = self.below.iter().enumerate();
+        lanes.filter_map(|(lane, below)| match below {
+            Below::Node(part) => Some(Item {
+                part: *part,
+                bounds: self.bounds(lane),
+            }),
+            _ => None,
+        })
+    }
+
+    fn bounds(&self, lane: usize) -> Bounds {
+        let [lo, hi] = self.row.boxes.map(|corner| corner.map(|axis| axis[lane]));
+        Bounds::new(lo.into(), hi.into())
+    }
+}
+
+impl Below {
+    fn of(plan: &Plan, part: Part) -> Below {
+        match part {
+            Part::Node(place) => match plan.at(place).block {
+                Some(kind) => Below::Block(kind, Slots::Of(place)),
+                None => Below::Node(part),
+            },
+            Part::Leaf {
+                kind: kind @ (LeafKind::Triangle | LeafKind::Sphere),
+                first,
+                count,
+            } => match count <= NATIVE as u32 {
+                true => Below::Block(kind, Slots::Row { first, count }),
+                false => Below::Node(part),
+            },
+            Part::Leaf { kind, first, count } => Below::Other(OtherLeaf { kind, first, count }),
+        }
+    }
+}
+
+/// The children of the wide node that stands for a binary one.
+fn children(plan: &Plan, place: u32) -> Vec<Item> {
+    let mut items = Vec::with_capacity(NATIVE);
+    let mut waiting = Vec::with_capacity(NATIVE);
+    let first = plan.at(place).first[MOST_ROOTS - 1];
+    part(plan, place, first, NATIVE, &mut waiting);
+    while let Some((item, roots)) = waiting.pop() {
+        let Part::Node(place) = item.part else {
+            let empty = matches!(item.part, Part::Leaf { count: 0, .. });
+            items.extend((!empty).then_some(item));
+            continue;
+        };
+        let choice = plan.at(place);
+        // As many roots as pay.
+        let pays = (2..=roots).rev().find(|roots| choice.first[roots - 2] > 0);
+        match pays {
+            Some(roots) => part(plan, place, choice.first[roots - 2], roots, &mut waiting),
+            None => items.push(item),
+        }
+    }
+    items
+}
+
+/// Both children of a binary node, as `first` roots and the rest of `roots`.
+fn part(plan: &Plan, place: u32, first: u8, roots: usize, waiting: &mut Vec<(Item, usize)>) {
+    let first = usize::from(first);
+    let [a, b] = plan
+        .parts(place)
+        .map(|(part, bounds)| Item { part, bounds });
+    waiting.extend([
+        (b, (roots - first).min(MOST_ROOTS)),
+        (a, first.min(MOST_ROOTS)),
+    ]);
+}
+
+/// A leaf that is too large for a block is a node of parts of it.
+fn parts(kind: LeafKind, first: u32, count: u32, bounds: Bounds) -> Vec<Item> {
+    let part = count.div_ceil(NATIVE as u32).max(NATIVE as u32);
+    let starts = (0..count).step_by(part as usize);
+    let parts = starts.map(|start| Item {
+        part: Part::Leaf {
+            kind,
+            first: first + start,
+            count: part.min(count - start),
+        },
+        bounds,
+    });
+    parts.collect()
+}
+
+impl Item {
+    /// Twice the middle of its box.
+    fn middle(&self, axis: usize) -> f32 {
+        self.bounds.lo[axis] + self.bounds.hi[axis]
+    }
+}
+
+/// The axis along which the middles of boxes are farthest apart.
+fn widest(items: &[Item]) -> usize {
+    let spread = |axis: usize| {
+        let all = items.iter().map(|item| item.middle(axis));
+        all.clone().fold(f32::NEG_INFINITY, f32::max) - all.fold(f32::INFINITY, f32::min)
+    };
+    let axes = [0, 1, 2].into_iter();
+    axes.max_by(|&a, &b| spread(a).total_cmp(&spread(b)))
+        .unwrap_or(0)
+}
+
+/// [`WideNode::order`] of these children.
+fn order(items: &[Item]) -> [[u8; NATIVE]; 3] {
+    let middle = |lane: u8, axis: usize| match items.get(usize::from(lane)) {
+        Some(item) => item.middle(axis),
+        None => f32::INFINITY,
+    };
+    [0, 1, 2].map(|axis| {
+        let mut lanes = std::array::from_fn(|lane| lane as u8);
+        lanes.sort_by(|&a, &b| middle(a, axis).total_cmp(&middle(b, axis)));
+        lanes
+    })
+}

@@ -1,0 +1,75 @@
+//! Packets of eight rays and of eight hits, and the arena-backed queues that keep them full.
+
+pub mod camera;
+mod queue;
+
+pub use queue::{Columns, QueueRoom, RayQueue};
+
+use crate::simd::{F32x8, LANES, LaneIds, Lanes, U32x8, Vec3Lanes};
+
+pub use phalanx_scene::NO_PRIM;
+
+/// Rays as columns of lanes, eight unless said otherwise.
+#[derive(Clone, Copy, Debug)]
+pub struct RayPacket<L = F32x8> {
+    /// Origins.
+    pub org: Vec3Lanes<L>,
+    /// Directions, not necessarily of unit length.
+    pub dir: Vec3Lanes<L>,
+    /// Hits count only below this distance (in units of `dir`).
+    pub tmax: L,
+}
+
+/// What rays hit.
+#[derive(Clone, Copy, Debug)]
+pub struct HitPacket<L: Lanes = F32x8> {
+    /// Distance in units of the ray's direction; `tmax` where nothing was hit.
+    pub t: L,
+    /// Barycentric weight of a triangle's second corner, else 0.
+    pub u: L,
+    /// Barycentric weight of a triangle's third corner, else 0.
+    pub v: L,
+    /// Primitive as the scene numbers it, instances' included, or [`NO_PRIM`].
+    pub prim_id: L::Ids,
+}
+
+impl HitPacket {
+    /// One lane is this from now on: distance, weights, number.
+    #[inline]
+    pub fn set(&mut self, lane: usize, [t, u, v]: [f32; 3], prim_id: u32) {
+        self.t.set_lane(lane, t);
+        self.u.set_lane(lane, u);
+        self.v.set_lane(lane, v);
+        self.prim_id.set_lane(lane, prim_id);
+    }
+
+    /// Nothing hit.
+    #[inline]
+    pub fn miss() -> HitPacket {
+        HitPacket {
+            t: F32x8::splat(f32::INFINITY),
+            u: F32x8::ZERO,
+            v: F32x8::ZERO,
+            prim_id: U32x8::splat(NO_PRIM),
+        }
+    }
+}
+
+impl<L: Lanes> HitPacket<L> {
+    /// The k-th eight.
+    #[inline(always)]
+    pub fn eight(&self, k: usize) -> HitPacket {
+        HitPacket {
+            t: self.t.eight(k),
+            u: self.u.eight(k),
+            v: self.v.eight(k),
+            prim_id: self.prim_id.eight(k),
+        }
+    }
+}
+
+/// Number of packets that hold `rays` rays.
+#[inline]
+pub fn packets_for(rays: usize) -> usize {
+    rays.div_ceil(LANES)
+}

@@ -1,0 +1,333 @@
+//! A queue of rays in a bump arena, stored packet by packet, so that what is pushed ray by ray comes out in full
+//! packets.
+
+use super::{RayPacket, packets_for};
+use crate::simd::{LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
+use bumpalo::Bump;
+
+/// Eight rays, in memory order: three whole cache lines.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct Slot {
+    pub(crate) org: [[f32; LANES]; 3],
+    pub(crate) dir: [[f32; LANES]; 3],
+}
+
+/// What eight rays are for. Apart from them, because traversal does not look at it.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+struct Purpose {
+    weight: Rgb,
+    parent: [u32; LANES],
+}
+
+/// Rays waiting to be traced, each with the hit that sent it (`parent`) and what its answer is multiplied with
+/// (`weight`, RGB); where something about them is left to chance, with the seeds of that; and, where rays of little
+/// weight are not traced, with the share of the camera ray that they carry (`share`, RGB).
+pub struct RayQueue<'arena> {
+    slots: &'arena mut [Slot],
+    purposes: &'arena mut [Purpose],
+    /// Empty where nothing is left to chance.
+    seeds: &'arena mut [[u32; LANES]],
+    /// Empty where nobody asks; then every share is 1.
+    shares: &'arena mut [Rgb],
+    len: usize,
+}
+
+/// Colours of eight rays, by component.
+type Rgb = [[f32; LANES]; 3];
+
+const EMPTY_SLOT: Slot = Slot {
+    org: [[0.0; LANES]; 3],
+    dir: [[0.0; LANES]; 3],
+};
+
+const EMPTY_PURPOSE: Purpose = Purpose {
+    weight: [[0.0; LANES]; 3],
+    parent: [0; LANES],
+};
+
+/// The optional columns of a queue.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Columns {
+    /// Seeds.
+    pub seeds: bool,
+    /// Shares.
+    pub shares: bool,
+}
+
+/// Memory of a queue, kept and filled again and again: for rays that wait while others are traced.
+#[derive(Default)]
+pub struct QueueRoom {
+    slots: Vec<Slot>,
+    purposes: Vec<Purpose>,
+    seeds: Vec<[u32; LANES]>,
+    shares: Vec<Rgb>,
+    len: usize,
+}
+
+impl QueueRoom {
+    /// Bytes of eight rays with all columns.
+    pub const PACKET_BYTES: usize =
+        size_of::<Slot>() + size_of::<Purpose>() + size_of::<[u32; LANES]>() + size_of::<Rgb>();
+
+    /// Forgets the rays.
+    #[inline]
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Forgets the rays, and has `push` fill the queue with up to `packets` packets of others.
+    pub fn fill<T>(
+        &mut self,
+        packets: usize,
+        columns: Columns,
+        push: impl FnOnce(&mut RayQueue) -> T,
+    ) -> T {
+        let packets_if = |wanted: bool| if wanted { packets } else { 0 };
+        grow(&mut self.slots, packets, EMPTY_SLOT);
+        grow(&mut self.purposes, packets, EMPTY_PURPOSE);
+        grow(&mut self.seeds, packets_if(columns.seeds), [0; LANES]);
+        let shares = packets_if(columns.shares);
+        grow(&mut self.shares, shares, [[0.0; LANES]; 3]);
+        self.len = 0;
+        let mut queue = self.queue();
+        let done = push(&mut queue);
+        self.len = queue.len;
+        done
+    }
+
+    /// The queue that was filled last.
+    #[inline]
+    pub fn queue(&mut self) -> RayQueue<'_> {
+        RayQueue {
+            slots: &mut self.slots,
+            purposes: &mut self.purposes,
+            seeds: &mut self.seeds,
+            shares: &mut self.shares,
+            len: self.len,
+        }
+    }
+}
+
+/// Lengthens a column to `packets`, if it is shorter, and takes no more memory than that.
+fn grow<T: Clone>(column: &mut Vec<T>, packets: usize, empty: T) {
+    if column.len() < packets {
+        column.reserve_exact(packets - column.len());
+        column.resize(packets, empty);
+    }
+}
+
+impl<'arena> RayQueue<'arena> {
+    /// An empty queue with room for `capacity` rays.
+    pub fn with_capacity(arena: &'arena Bump, capacity: usize) -> RayQueue<'arena> {
+        let packets = packets_for(capacity);
+        RayQueue {
+            slots: arena.alloc_slice_fill_copy(packets, EMPTY_SLOT),
+            purposes: arena.alloc_slice_fill_copy(packets, EMPTY_PURPOSE),
+            seeds: &mut [],
+            shares: &mut [],
+            len: 0,
+        }
+    }
+
+    /// An empty queue that has room for seeds, too, if it is to have them.
+    #[inline]
+    pub fn seeded(arena: &'arena Bump, capacity: usize, seeded: bool) -> RayQueue<'arena> {
+        let queue = RayQueue::with_capacity(arena, capacity);
+        if !seeded {
+            return queue;
+        }
+        let seeds = arena.alloc_slice_fill_copy(packets_for(capacity), [0; LANES]);
+        RayQueue { seeds, ..queue }
+    }
+
+    /// Whether its rays have seeds.
+    #[inline]
+    pub fn has_seeds(&self) -> bool {
+        !self.seeds.is_empty()
+    }
+
+    /// Rays waiting.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Packets that hold them.
+    #[inline]
+    pub fn packets(&self) -> usize {
+        packets_for(self.len)
+    }
+
+    /// Whether none waits.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Forgets the rays, keeps the room.
+    #[inline]
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Appends the lanes of `mask`, in lane order.
+    ///
+    /// # Panics
+    /// If the queue is full.
+    pub fn push(
+        &mut self,
+        mask: Mask8,
+        org: Vec3x8,
+        dir: Vec3x8,
+        weight: Vec3x8,
+        parent: &[u32; LANES],
+    ) {
+        let lanes = mask.bits();
+        if lanes == 0 {
+            return;
+        }
+        if lanes == 0xff && self.len.is_multiple_of(LANES) {
+            // Eight neighbours into an empty slot: the packet as it is.
+            self.slots[self.len / LANES] = Slot {
+                org: rows(org),
+                dir: rows(dir),
+            };
+            self.purposes[self.len / LANES] = Purpose {
+                weight: rows(weight),
+                parent: *parent,
+            };
+            self.len += LANES;
+            return;
+        }
+        let (org, dir, weight) = (rows(org), rows(dir), rows(weight));
+        for lane in mask.lanes() {
+            let (packet, at) = (self.len / LANES, self.len % LANES);
+            let slot = &mut self.slots[packet];
+            copy_lane(&org, lane, &mut slot.org, at);
+            copy_lane(&dir, lane, &mut slot.dir, at);
+            let purpose = &mut self.purposes[packet];
+            copy_lane(&weight, lane, &mut purpose.weight, at);
+            purpose.parent[at] = parent[lane];
+            self.len += 1;
+        }
+    }
+
+    /// Gives the rays that the next [`RayQueue::push`] of the same `mask` appends these seeds.
+    ///
+    /// # Panics
+    /// If there is no room for them, or none for seeds.
+    #[inline]
+    pub fn push_seeds(&mut self, mask: Mask8, seeds: &[u32; LANES]) {
+        for (at, lane) in (self.len..).zip(mask.lanes()) {
+            self.seeds[at / LANES][at % LANES] = seeds[lane];
+        }
+    }
+
+    /// Gives the rays that the next [`RayQueue::push`] of the same `mask` appends these shares.
+    ///
+    /// # Panics
+    /// If there is no room for them, or none for shares.
+    #[inline]
+    pub fn push_shares(&mut self, mask: Mask8, share: &Vec3x8) {
+        let share = rows(*share);
+        for (at, lane) in (self.len..).zip(mask.lanes()) {
+            copy_lane(&share, lane, &mut self.shares[at / LANES], at % LANES);
+        }
+    }
+
+    /// Appends one ray, without purpose.
+    ///
+    /// # Panics
+    /// If the queue is full.
+    #[inline]
+    pub fn push_ray(&mut self, org: [f32; 3], dir: [f32; 3]) {
+        let (slot, at) = (&mut self.slots[self.len / LANES], self.len % LANES);
+        for axis in 0..3 {
+            slot.org[axis][at] = org[axis];
+            slot.dir[axis][at] = dir[axis];
+        }
+        self.len += 1;
+    }
+
+    /// Packet `index` (and the ones after it, where `L` holds more than one) and which lanes carry rays; `tmax` is
+    /// the same for all.
+    #[inline(always)]
+    pub fn packet<L: Lanes>(&self, index: usize, tmax: f32) -> (RayPacket<L>, L::Mask) {
+        let left = self.len.saturating_sub(index * LANES);
+        (
+            self.packets_at(|k| index + k, tmax),
+            L::Mask::first(left.min(L::PACKETS * LANES)),
+        )
+    }
+
+    /// Packets side by side, as many as `L` holds: `index` tells which is the k-th. Past the end the last is repeated.
+    #[inline(always)]
+    pub fn packets_at<L: Lanes>(&self, index: impl Fn(usize) -> usize, tmax: f32) -> RayPacket<L> {
+        let slot = |k: usize| &self.slots[index(k).min(self.slots.len() - 1)];
+        let vec = |pick: fn(&Slot, usize) -> [f32; LANES]| {
+            Vec3Lanes::new(
+                L::from_eights(|k| pick(slot(k), 0)),
+                L::from_eights(|k| pick(slot(k), 1)),
+                L::from_eights(|k| pick(slot(k), 2)),
+            )
+        };
+        RayPacket {
+            org: vec(|slot, axis| slot.org[axis]),
+            dir: vec(|slot, axis| slot.dir[axis]),
+            tmax: L::splat(tmax),
+        }
+    }
+
+    /// The rays as they lie in memory, to be asked for before they are needed.
+    #[inline(always)]
+    pub(crate) fn slots(&self) -> &[Slot] {
+        &self.slots[..self.packets()]
+    }
+
+    /// Which lanes of packet `index` carry rays.
+    #[inline(always)]
+    pub fn active(&self, index: usize) -> Mask8 {
+        Mask8::first(self.len.saturating_sub(index * LANES).min(LANES))
+    }
+
+    /// Origin and direction of one ray.
+    #[inline]
+    pub fn ray(&self, packet: usize, lane: usize) -> ([f32; 3], [f32; 3]) {
+        let slot = &self.slots[packet];
+        (slot.org.map(|c| c[lane]), slot.dir.map(|c| c[lane]))
+    }
+
+    /// The seed of one ray; 0 where rays have none.
+    #[inline]
+    pub fn seed(&self, packet: usize, lane: usize) -> u32 {
+        self.seeds.get(packet).map_or(0, |seeds| seeds[lane])
+    }
+
+    /// The share of one ray.
+    #[inline]
+    pub fn share(&self, packet: usize, lane: usize) -> [f32; 3] {
+        let one = self.shares.get(packet);
+        one.map_or([1.0; 3], |rgb| rgb.map(|c| c[lane]))
+    }
+
+    /// Weights and parents of packet `index`.
+    #[inline]
+    pub fn purpose(&self, index: usize) -> (&Rgb, &[u32; LANES]) {
+        let purpose = &self.purposes[index];
+        (&purpose.weight, &purpose.parent)
+    }
+}
+
+fn rows(v: Vec3x8) -> [[f32; LANES]; 3] {
+    [v.x.to_array(), v.y.to_array(), v.z.to_array()]
+}
+
+/// Copies one lane of three columns to another place.
+#[inline(always)]
+fn copy_lane(from: &[[f32; LANES]; 3], lane: usize, to: &mut [[f32; LANES]; 3], at: usize) {
+    for (to, from) in to.iter_mut().zip(from) {
+        to[at] = from[lane];
+    }
+}

@@ -1,0 +1,121 @@
+//! One test alone, without a tree: for benchmarks and instruction counts, and for nothing else.
+//!
+//! Each function prepares packets as a traversal does, and then does what a traversal does in a node or in a leaf: the
+//! same functions, but over all boxes, or all primitives of a kind as if they stood in one leaf. Every lane carries a ray.
+//! `benches/kernels.rs` holds the answers against the oracle's (`oracle::alone`).
+
+use super::aabb::Planes;
+use super::cull::Cull;
+use super::goal::{AnyHit, Closest, Goal, Prepared};
+use crate::bvh::{Bvh, LeafKind};
+use crate::packet::{HitPacket, RayPacket};
+use crate::simd::{LaneMask, Lanes};
+use phalanx_scene::PrimKind;
+use std::ops::Range;
+
+/// How many pairs of a ray and a box (lower and upper corner) meet before the ray's `tmax`.
+///
+/// Packets whose directions agree in sign take the ordered test and others the mixed one.
+pub fn boxes<L: Lanes>(rays: &[RayPacket<L>], boxes: &[[[f32; 3]; 2]]) -> u64 {
+    let mut met = 0;
+    for rays in rays {
+        let slabs = Prepared::new(rays, everyone::<L>()).slabs;
+        let cull = Cull::new(rays, &slabs);
+        met += match slabs.near {
+            Some(near) => meeting::<L>(boxes, |b| cull.stay_ordered(b, near).within(rays.tmax)),
+            None => meeting::<L>(boxes, |b| cull.stay_mixed(b).within(rays.tmax)),
+        };
+    }
+    met
+}
+
+/// The closest hit below `tmax` of each ray on a tree's primitives of one kind; `hits` takes a packet for each of `rays`.
+pub fn closest<L: Lanes>(
+    bvh: &Bvh,
+    kind: PrimKind,
+    rays: &[RayPacket<L>],
+    hits: &mut [HitPacket<L>],
+) {
+    match kind {
+        PrimKind::Sphere => closest_in::<L, SPHERE, true>(bvh, rays, hits),
+        PrimKind::Ellipsoid => closest_in::<L, ELLIPSOID, true>(bvh, rays, hits),
+        PrimKind::Triangle => closest_in::<L, TRIANGLE, true>(bvh, rays, hits),
+        PrimKind::Cone => closest_in::<L, CONE, false>(bvh, rays, hits),
+    }
+}
+
+/// Which rays (lanes as bits, a word for each packet) one of a tree's primitives of one kind stops before their `tmax`.
+pub fn occluded<L: Lanes>(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket<L>], blocked: &mut [u32]) {
+    match kind {
+        PrimKind::Sphere => occluded_in::<L, SPHERE, true>(bvh, rays, blocked),
+        PrimKind::Ellipsoid => occluded_in::<L, ELLIPSOID, true>(bvh, rays, blocked),
+        PrimKind::Triangle => occluded_in::<L, TRIANGLE, true>(bvh, rays, blocked),
+        PrimKind::Cone => occluded_in::<L, CONE, false>(bvh, rays, blocked),
+    }
+}
+
+const SPHERE: u32 = PrimKind::Sphere as u32;
+const ELLIPSOID: u32 = PrimKind::Ellipsoid as u32;
+const TRIANGLE: u32 = PrimKind::Triangle as u32;
+const CONE: u32 = PrimKind::Cone as u32;
+
+/// The kind is a parameter and the function is never inlined, so that every test is compiled by itself: within one function
+/// a change of one kind's test changes which registers another's get. `PLAIN` as in a traversal: no cones.
+#[inline(never)]
+fn closest_in<L: Lanes, const KIND: u32, const PLAIN: bool>(
+    bvh: &Bvh,
+    rays: &[RayPacket<L>],
+    hits: &mut [HitPacket<L>],
+) {
+    let (kind, all) = leaf_of_all::<KIND>(bvh);
+    for (rays, hits) in rays.iter().zip(hits) {
+        let prepared = Prepared::new(rays, everyone::<L>());
+        let mut goal = Closest::new(rays.tmax);
+        goal.leaf::<PLAIN>(bvh, &prepared, kind, all.clone());
+        *hits = goal.hits(rays.tmax, everyone::<L>());
+    }
+}
+
+/// As [`closest_in`].
+#[inline(never)]
+fn occluded_in<L: Lanes, const KIND: u32, const PLAIN: bool>(
+    bvh: &Bvh,
+    rays: &[RayPacket<L>],
+    blocked: &mut [u32],
+) {
+    let (kind, all) = leaf_of_all::<KIND>(bvh);
+    for (rays, blocked) in rays.iter().zip(blocked) {
+        let prepared = Prepared::new(rays, everyone::<L>());
+        let mut goal = AnyHit::new(rays.tmax, everyone::<L>());
+        goal.leaf::<PLAIN>(bvh, &prepared, kind, all.clone());
+        *blocked = goal.blocked().bits();
+    }
+}
+
+/// All primitives of a kind as one leaf.
+#[inline(always)]
+fn leaf_of_all<const KIND: u32>(bvh: &Bvh) -> (LeafKind, Range<usize>) {
+    let kind = PrimKind::from_number(KIND);
+    let count = match kind {
+        PrimKind::Sphere => bvh.spheres().len(),
+        PrimKind::Ellipsoid => bvh.ellipsoids().len(),
+        PrimKind::Triangle => bvh.triangles().len(),
+        PrimKind::Cone => bvh.cones().len(),
+    };
+    (kind.into(), 0..count)
+}
+
+/// Every lane.
+#[inline(always)]
+fn everyone<L: Lanes>() -> L::Mask {
+    L::Mask::splat(true)
+}
+
+#[inline(always)]
+fn meeting<L: Lanes>(boxes: &[[[f32; 3]; 2]], within: impl Fn(&[[f32; 3]; 2]) -> L::Mask) -> u64 {
+    let mut met = 0;
+    for corners in boxes {
+        met += u64::from(within(corners).bits().count_ones());
+    }
+    met
+}

@@ -1,0 +1,98 @@
+//! Where rays meet: the eye that they start from, the light that they end at, or nowhere, because they are parallel.
+
+use crate::packet::RayQueue;
+use crate::simd::{F32x8, LANES, LaneMask, Lanes, Native, Vec3Lanes, Vec3Native, Vec3x8};
+use std::ops::Range;
+
+/// What the rays of a beam have in common.
+#[derive(Clone, Copy)]
+pub(super) enum Apex {
+    /// The origin of all.
+    Eye([f32; 3]),
+    /// A point that all end at.
+    Light { place: [f32; 3], rays: Spread },
+    /// The direction of all.
+    Sun { dir: [f32; 3], rays: Spread },
+}
+
+/// How far rays that end in one point, or nearly, are from each other and from it; all along any axis.
+#[derive(Clone, Copy)]
+pub(super) struct Spread {
+    /// The first origin.
+    pub(super) center: [f32; 3],
+    /// How far others are from it, at most.
+    pub(super) around: f32,
+    /// The largest absolute coordinate of any origin.
+    pub(super) farthest: f32,
+    /// The longest and the shortest way from an origin to the apex.
+    pub(super) longest: f32,
+    pub(super) shortest: f32,
+    /// How far rays pass from the apex, at most.
+    pub(super) blur: f32,
+}
+
+/// Rays end in one point if they miss it by less than this share of the shortest way to it: 2⁻¹⁰. Shadow rays start off
+/// the surface by a few units in the last place, and miss their light by as much.
+const BLUR: f32 = 1.0 / 1024.0;
+
+/// Lanes that hold the same bits in both.
+#[inline(always)]
+pub(super) fn same<L: Lanes>(v: Vec3Lanes<L>, w: Vec3Lanes<L>) -> L::Mask {
+    v.x.same(w.x) & v.y.same(w.y) & v.z.same(w.z)
+}
+
+impl Apex {
+    /// The origin of the first ray, if all of its packet have the same to the bit. Whether others have, too, is looked at
+    /// when they are loaded.
+    #[inline(always)]
+    pub(super) fn behind(rays: &RayQueue, packets: &Range<usize>) -> Option<Apex> {
+        if rays.len() <= packets.start * LANES {
+            return None;
+        }
+        let (org, _) = rays.ray(packets.start, 0);
+        let (rays, active) = rays.packet::<F32x8>(packets.start, 0.0);
+        let apart = active & !same(rays.org, Vec3x8::splat(org[0], org[1], org[2]));
+        (!apart.any()).then_some(Apex::Eye(org))
+    }
+
+    /// The point that all rays come to at `tmax`, if they come to one; or their direction, if it is the same to the bit.
+    #[inline(never)]
+    pub(super) fn ahead(rays: &RayQueue, packets: Range<usize>, tmax: f32) -> Option<Apex> {
+        if rays.len() <= packets.start * LANES {
+            return None;
+        }
+        let (org, dir) = rays.ray(packets.start, 0);
+        let place: [f32; 3] = std::array::from_fn(|k| org[k] + dir[k] * tmax);
+        let [center, apex, first] = [org, place, dir].map(|v| Vec3Native::splat(v[0], v[1], v[2]));
+        let far = Native::splat(f32::INFINITY);
+        let (mut blur, mut farthest, mut longest) = (Native::ZERO, Native::ZERO, Native::ZERO);
+        let (mut around, mut shortest, mut parallel) = (Native::ZERO, far, true);
+        for packet in packets.step_by(Native::PACKETS) {
+            let (rays, active) = rays.packet::<Native>(packet, tmax);
+            let most = |of: Native, x: Native| of.max(active.select(x, Native::ZERO));
+            let way = rays.dir.scale(rays.tmax);
+            let miss = (rays.org + way - apex).largest();
+            // A ray whose end is no number meets nobody's.
+            blur = most(blur, miss.lt(far).select(miss, far));
+            farthest = most(farthest, rays.org.largest());
+            around = most(around, (rays.org - center).largest());
+            longest = most(longest, way.largest());
+            shortest = shortest.min(active.select(way.largest(), far));
+            parallel &= !(active & !same(rays.dir, first)).any();
+        }
+        let rays = Spread {
+            center: org,
+            around: around.greatest(),
+            farthest: farthest.greatest(),
+            longest: longest.greatest(),
+            shortest: shortest.least(),
+            // Four roundings of sums and products as long as the way.
+            blur: blur.greatest() + (longest.greatest() + farthest.greatest()) * f32::EPSILON * 2.0,
+        };
+        // Ways without end are no ways to a point.
+        if rays.blur <= BLUR * rays.shortest && rays.shortest < f32::INFINITY {
+            return Some(Apex::Light { place, rays });
+        }
+        parallel.then_some(Apex::Sun { dir, rays })
+    }
+}

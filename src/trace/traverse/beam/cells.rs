@@ -1,0 +1,494 @@
+//! The cells of a beam: rays of one packet, or some of them, within a small rectangle of the beam's projective coordinates.
+
+use super::frame::{BoxView, Frame, TriangleView, WIDEST};
+use super::look::Look;
+use crate::packet::RayPacket;
+use crate::simd::{COLUMN, F32x8, LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
+use crate::traverse::triangle::Shear;
+
+/// Cells of a beam at most: a bit each.
+pub(super) const CELLS: usize = COLUMN;
+
+/// A cell that is so many times as wide as most others is parted between its rays: half of them see something else, and the
+/// cell would be tested against all that is between.
+const UNUSUAL: f32 = 4.0;
+
+/// No cell is wider than this.
+const WIDE: f32 = 0.02;
+
+/// Parts that a packet is parted into at most.
+const PARTS: usize = 4;
+
+/// Depths along the beam below this share of a direction's length give no direction: 2⁻⁵⁰.
+const SHALLOW: f32 = 1.0 / ((1u64 << 50) as f32);
+
+type Column = [f32; CELLS];
+
+/// What became of a packet that was to be added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Added {
+    /// It is in cells.
+    All,
+    /// Its rays part too much to be within a beam, and none is in a cell.
+    TooWide,
+    /// None is in a cell, because there are not enough; there are for any packet if no other is there.
+    NoRoom,
+}
+
+/// The cells, in columns.
+#[repr(C, align(64))]
+pub(super) struct Cells {
+    /// Along p and along q.
+    low: [Column; 2],
+    high: [Column; 2],
+    /// Middle and half width, for triangles.
+    mid: [Column; 2],
+    half: [Column; 2],
+    /// How deep any of its rays still looks.
+    far: Column,
+    /// Depth that a ray of it goes per unit of distance, at most.
+    pace: Column,
+    /// Lanes of its packet.
+    lanes: [u32; CELLS],
+    group: [u8; CELLS],
+    count: usize,
+    /// The rectangles of whole packets, along p and along q.
+    ranges: [[[f32; 2]; 2]; CELLS],
+    /// The rectangle around all: along p and along q, lower and upper end.
+    around: [[f32; 2]; 2],
+    /// What is too wide, and what is too far aside.
+    widest: f32,
+    end: f32,
+}
+
+impl Cells {
+    pub(super) fn new() -> Cells {
+        const ZERO: Column = [0.0; CELLS];
+        Cells {
+            low: [ZERO; 2],
+            high: [ZERO; 2],
+            mid: [ZERO; 2],
+            half: [ZERO; 2],
+            far: ZERO,
+            pace: ZERO,
+            lanes: [0; CELLS],
+            group: [0; CELLS],
+            count: 0,
+            ranges: [[[0.0; 2]; 2]; CELLS],
+            around: [[0.0; 2]; 2],
+            widest: WIDE,
+            end: WIDEST,
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// All of them, as bits.
+    pub(super) fn all(&self) -> u64 {
+        match self.count {
+            0 => 0,
+            count => u64::MAX >> (CELLS - count),
+        }
+    }
+
+    /// The packet that a cell is of.
+    #[inline(always)]
+    pub(super) fn group(&self, cell: usize) -> usize {
+        self.group[cell % CELLS] as usize % CELLS
+    }
+
+    /// Adds the active lanes of a packet, which look as far as `limit`. [`Cells::finish`] must follow the last.
+    #[inline(always)]
+    pub(super) fn add<L: Lanes>(
+        &mut self,
+        near: bool,
+        [pace, p, q]: [L; 3],
+        limit: L,
+        active: L::Mask,
+        group: usize,
+    ) -> Added {
+        let live = active.bits();
+        if near && pace.ge(L::splat(SHALLOW)).bits() & live != live {
+            return Added::TooWide;
+        }
+        if self.count == CELLS {
+            return Added::NoRoom;
+        }
+        if live == L::Mask::splat(true).bits() {
+            let ranges = self.ranges[group % CELLS];
+            if self.is_narrow(ranges) {
+                self.put(ranges, [pace, limit].map(L::greatest), live, group);
+                return Added::All;
+            }
+        }
+        self.add_parts([pace, p, q], limit, live, group)
+    }
+
+    /// The same, in as many parts as it takes.
+    #[inline(never)]
+    fn add_parts<L: Lanes>(
+        &mut self,
+        [pace, p, q]: [L; 3],
+        limit: L,
+        live: u32,
+        group: usize,
+    ) -> Added {
+        let mut waiting = [live; PARTS];
+        let (mut top, mut parts, first) = (1, 0, self.count);
+        while top > 0 {
+            top -= 1;
+            let lanes = waiting[top % PARTS];
+            let mask = L::Mask::from_bits(lanes);
+            let nowhere = L::splat(f32::NEG_INFINITY);
+            let ranges = [p, q].map(|x| {
+                let low = mask.select(x, L::splat(f32::INFINITY)).least();
+                [low, mask.select(x, nowhere).greatest()]
+            });
+            if self.is_narrow(ranges) {
+                let most = [pace, limit].map(|x| mask.select(x, nowhere).greatest());
+                self.put(ranges, most, lanes, group);
+                parts += 1;
+                continue;
+            }
+            let width = ranges.map(|[low, high]| high - low);
+            let axis = usize::from(width[1] > width[0]);
+            let middle = 0.5 * (ranges[axis][0] + ranges[axis][1]);
+            let lower = [p, q][axis].lt(L::splat(middle)).bits() & lanes;
+            let too_many = parts + top + 2 > PARTS;
+            if too_many || lower == 0 || lower == lanes {
+                self.count = first;
+                return Added::TooWide;
+            }
+            if self.count + top + 2 > CELLS {
+                self.count = first;
+                return Added::NoRoom;
+            }
+            (waiting[top % PARTS], waiting[(top + 1) % PARTS]) = (lower, lanes & !lower);
+            top += 2;
+        }
+        Added::All
+    }
+
+    #[inline(always)]
+    fn put(&mut self, [p, q]: [[f32; 2]; 2], [pace, limit]: [f32; 2], lanes: u32, group: usize) {
+        let k = self.count % CELLS;
+        for (axis, [low, high]) in [p, q].into_iter().enumerate() {
+            (self.low[axis][k], self.high[axis][k]) = (low, high);
+        }
+        (self.pace[k], self.far[k]) = (pace, limit);
+        (self.lanes[k], self.group[k]) = (lanes, group as u8);
+        self.count += 1;
+    }
+
+    /// Takes a look at all packets of a beam first, to see what is wide among them: of rays to a light, not of camera rays.
+    #[inline(always)]
+    pub(super) fn look_at<L: Lanes>(&mut self, frame: &Frame, all: &[[L; 3]]) {
+        if !frame.ahead {
+            for (ranges, [_, p, q]) in self.ranges.iter_mut().zip(all) {
+                *ranges = [range(*p), range(*q)];
+            }
+            (self.widest, self.end) = (WIDE, WIDEST);
+            return;
+        }
+        let mut widths = [0.0; CELLS];
+        for ((width, ranges), [_, p, q]) in widths.iter_mut().zip(&mut self.ranges).zip(all) {
+            *ranges = [range(*p), range(*q)];
+            let [p, q] = ranges.map(|[low, high]| high - low);
+            *width = if p > q { p } else { q };
+        }
+        let count = all.len().min(CELLS);
+        let (_, usual, _) = widths[..count].select_nth_unstable_by(count / 2, f32::total_cmp);
+        let widest = UNUSUAL * *usual;
+        let wide = WIDE * frame.distance;
+        self.widest = if widest < wide { widest } else { wide };
+        self.end = if frame.near { WIDEST } else { f32::INFINITY };
+    }
+
+    /// Whether a cell of this size is one. One of a NaN is not.
+    #[inline(always)]
+    fn is_narrow(&self, ranges: [[f32; 2]; 2]) -> bool {
+        let fits =
+            |[low, high]: [f32; 2]| high - low <= self.widest && low > -self.end && high < self.end;
+        fits(ranges[0]) && fits(ranges[1])
+    }
+
+    /// Makes of what was added what is asked for: rectangles a little wider, their middles, and one around all.
+    #[inline(always)]
+    pub(super) fn finish(&mut self, frame: &Frame) {
+        let runs = self.count.div_ceil(LANES);
+        // Places that are no cells repeat one, so that they do not matter to the rectangle around all.
+        for k in self.count..runs * LANES {
+            for columns in [&mut self.low, &mut self.high] {
+                columns.iter_mut().for_each(|column| column[k] = column[0]);
+            }
+        }
+        for run in 0..runs {
+            let column = |column: &Column| F32x8::of_column(column, run);
+            let pace = column(&self.pace) * F32x8::splat(1.000_001);
+            if frame.near {
+                let far = column(&self.far) * pace + F32x8::splat(frame.tiny);
+                put(&mut self.pace, run, pace);
+                put(&mut self.far, run, far);
+            } else {
+                // What starts last ends the cell.
+                put(&mut self.far, run, column(&self.pace));
+            }
+        }
+        for axis in 0..2 {
+            let (mut least, mut most) =
+                (F32x8::splat(f32::INFINITY), F32x8::splat(f32::NEG_INFINITY));
+            for run in 0..runs {
+                let low = F32x8::of_column(&self.low[axis], run);
+                let high = F32x8::of_column(&self.high[axis], run);
+                let [wider, share] = frame.wider.map(F32x8::splat);
+                let more = wider + low.abs().max(high.abs()) * share;
+                let (low, high) = (low - more, high + more);
+                let half = F32x8::splat(0.5);
+                put(&mut self.low[axis], run, low);
+                put(&mut self.high[axis], run, high);
+                put(&mut self.mid[axis], run, (low + high) * half);
+                put(&mut self.half[axis], run, (high - low) * half);
+                (least, most) = (least.min(low), most.max(high));
+            }
+            self.around[axis] = [least.least(), most.greatest()];
+        }
+    }
+
+    /// A cell's rays look as far as `limit` from now on, which is −∞ where they do not look at all.
+    #[inline(always)]
+    pub(super) fn set_far<L: Lanes>(&mut self, frame: &Frame, cell: usize, limit: L) {
+        let k = cell % CELLS;
+        let live = L::Mask::from_bits(self.lanes[k]);
+        let most = live.select(limit, L::splat(f32::NEG_INFINITY)).greatest();
+        if frame.near {
+            self.far[k] = most * self.pace[k] + frame.tiny;
+        } else if most == f32::NEG_INFINITY {
+            self.far[k] = most;
+        }
+    }
+
+    /// The rectangle around all: along p and along q, lower and upper end.
+    #[inline(always)]
+    pub(super) fn around(&self) -> &[[f32; 2]; 2] {
+        &self.around
+    }
+
+    /// Which boxes any cell may meet.
+    #[inline(always)]
+    pub(super) fn any_meets(&self, seen: &BoxView) -> u32 {
+        meets(seen, &self.around)
+    }
+
+    /// Which cells, of these, may meet a box.
+    #[inline(always)]
+    pub(super) fn meeting<L: Lanes>(&self, of: u64, seen: &[[f32; NATIVE]; 5], lane: usize) -> u64 {
+        let [low_p, high_p, low_q, high_q, near] =
+            [0, 1, 2, 3, 4].map(|k| L::splat(seen[k][lane % NATIVE]));
+        let mut met = 0;
+        for run in 0..self.runs::<L>() {
+            let column = |column: &Column| L::of_column(column, run);
+            let p = low_p.le(column(&self.high[0])) & high_p.ge(column(&self.low[0]));
+            let q = low_q.le(column(&self.high[1])) & high_q.ge(column(&self.low[1]));
+            let depth = near.le(column(&self.far));
+            met |= u64::from((p & q & depth).bits()) << (run * L::PACKETS * LANES);
+        }
+        met & of
+    }
+
+    /// Which cells, of these, still look as deep as this.
+    #[inline(always)]
+    pub(super) fn reaching<L: Lanes>(&self, of: u64, near: f32) -> u64 {
+        let mut met = 0;
+        for run in 0..self.runs::<L>() {
+            let reach = L::splat(near).le(L::of_column(&self.far, run));
+            met |= u64::from(reach.bits()) << (run * L::PACKETS * LANES);
+        }
+        met & of
+    }
+
+    /// Runs of lanes that hold all cells. Cells beyond the last are of the past, and in no mask.
+    #[inline(always)]
+    fn runs<L: Lanes>(&self) -> usize {
+        self.count.div_ceil(L::PACKETS * LANES)
+    }
+
+    /// Which triangles a cell's rays may hit.
+    #[inline(always)]
+    pub(super) fn hits(&self, cell: usize, seen: &TriangleView) -> u32 {
+        let k = cell % CELLS;
+        let [p, q] = [0, 1].map(|axis| Native::splat(self.mid[axis][k]));
+        let [half_p, half_q] = [0, 1].map(|axis| Native::splat(self.half[axis][k]));
+        let range = |[constant, slope_p, slope_q]: [Native; 3]| {
+            let middle = constant + (slope_p * p + slope_q * q);
+            let more = seen.margin + (slope_p.abs() * half_p + slope_q.abs() * half_q);
+            [middle - more, middle + more]
+        };
+        let [u, v, w] = seen.edges.map(range);
+        let inside =
+            u[1].min(v[1]).min(w[1]).ge(Native::ZERO) | u[0].max(v[0]).max(w[0]).le(Native::ZERO);
+        (inside & self.reaches(k, &seen.own)).bits()
+    }
+
+    /// Which triangles any of a cell's rays may hit, as far as a look can tell.
+    #[inline(always)]
+    pub(super) fn sees(&self, cell: usize, look: &Look, own: &BoxView) -> u32 {
+        let k = cell % CELLS;
+        let [p, q] = [0, 1].map(|axis| Native::splat(self.mid[axis][k]));
+        let [half_p, half_q] = [0, 1].map(|axis| Native::splat(self.half[axis][k]));
+        let inside = look.within([p, q], [half_p, half_q]);
+        (inside & self.reaches(k, own)).bits()
+    }
+
+    /// Which boxes the k-th cell's rays come to, as far as they look.
+    #[inline(always)]
+    fn reaches(&self, k: usize, seen: &BoxView) -> NativeMask {
+        let edge = |column: &[Column; 2], axis: usize| Native::splat(column[axis][k % CELLS]);
+        let beside = seen.low_p.le(edge(&self.high, 0))
+            & seen.high_p.ge(edge(&self.low, 0))
+            & seen.low_q.le(edge(&self.high, 1))
+            & seen.high_q.ge(edge(&self.low, 1));
+        beside & seen.ahead & seen.near.le(Native::splat(self.far[k % CELLS]))
+    }
+}
+
+#[inline(always)]
+fn put(column: &mut Column, run: usize, lanes: F32x8) {
+    column.as_chunks_mut::<LANES>().0[run % (CELLS / LANES)] = lanes.to_array();
+}
+
+/// Which boxes meet a rectangle.
+#[inline(always)]
+fn meets(seen: &BoxView, around: &[[f32; 2]; 2]) -> u32 {
+    let [p, q] = around.map(|range| range.map(Native::splat));
+    let p = seen.low_p.le(p[1]) & seen.high_p.ge(p[0]);
+    let q = seen.low_q.le(q[1]) & seen.high_q.ge(q[0]);
+    (seen.ahead & p & q).bits()
+}
+
+#[inline(always)]
+fn range<L: Lanes>(lanes: L) -> [f32; 2] {
+    [lanes.least(), lanes.greatest()]
+}
+
+/// What all rays of a beam are within, lane by lane, in a near frame.
+pub(super) struct Extent<L> {
+    low: [L; 2],
+    high: [L; 2],
+    /// The least depth that any goes per unit of distance.
+    pace: L,
+}
+
+impl<L: Lanes> Extent<L> {
+    pub(super) fn none() -> Extent<L> {
+        let far = L::splat(f32::INFINITY);
+        Extent {
+            low: [far; 2],
+            high: [-far; 2],
+            pace: far,
+        }
+    }
+
+    /// Adds the active lanes of a packet.
+    #[inline(always)]
+    pub(super) fn add(&mut self, [pace, p, q]: [L; 3], active: L::Mask) {
+        for (axis, x) in [p, q].into_iter().enumerate() {
+            // What is no number gets lost here, and meets nothing anyway.
+            let (low, high) = (self.low[axis], self.high[axis]);
+            self.low[axis] = active.select(low.min(x), low);
+            self.high[axis] = active.select(high.max(x), high);
+        }
+        self.pace = active.select(self.pace.min(pace), self.pace);
+    }
+
+    /// Whether it is known that no ray meets any of some boxes.
+    #[inline(always)]
+    pub(super) fn misses(&self, frame: &Frame, seen: &BoxView) -> bool {
+        let end = L::splat(WIDEST);
+        let within = |axis: usize| self.low[axis].gt(-end) & self.high[axis].lt(end);
+        let usual = within(0) & within(1) & self.pace.ge(L::splat(SHALLOW));
+        // The ends of all first, then wider: those of lanes without a ray are infinite.
+        let [wider, share] = frame.wider;
+        let around = [0, 1].map(|axis| {
+            let (low, high) = (self.low[axis].least(), self.high[axis].greatest());
+            let more = wider + low.abs().max(high.abs()) * share;
+            [low - more, high + more]
+        });
+        !(!usual).any() && meets(seen, &around) == 0
+    }
+}
+
+/// Near: directions along a beam's dominant axis, and over that along p and q; where rays end at the apex, they are followed
+/// backward. Far: how deep rays start, and where.
+#[inline(always)]
+pub(super) fn directions<L: Lanes>(frame: &Frame, rays: &RayPacket<L>) -> [L; 3] {
+    if !frame.near {
+        return frame.starts(rays);
+    }
+    let [forward, p, q] = rays.dir.from_axis(frame.axes[0]);
+    let along = L::splat(frame.sign);
+    // Going backward turns both parts of a quotient.
+    let by = along / forward;
+    [forward * L::splat(frame.pace()), p * by, q * by]
+}
+
+/// [`directions`], where the frame of the rays is known: its slopes are p and q, if its axis is the beam's.
+#[inline(always)]
+pub(super) fn directions_by<L: Lanes>(
+    frame: &Frame,
+    rays: &RayPacket<L>,
+    shear: &Shear<L>,
+) -> [L; 3] {
+    let axis = frame.axes[0] % 3;
+    if !frame.near || shear.axis != axis {
+        return directions(frame, rays);
+    }
+    let [forward, _, _] = rays.dir.from_axis(axis);
+    let [p, q, _] = shear.slopes();
+    let along = L::splat(frame.sign);
+    [forward * L::splat(frame.pace()), p * along, q * along]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::Mask8;
+    use Added::{All, NoRoom, TooWide};
+
+    /// Adds a packet whose rays are seen there along p.
+    fn add(cells: &mut Cells, group: usize, p: F32x8) -> Added {
+        cells.ranges[group % CELLS] = [range(p), range(F32x8::ZERO)];
+        let packet = [F32x8::ONE, p, F32x8::ZERO];
+        cells.add(true, packet, F32x8::ONE, Mask8::splat(true), group)
+    }
+
+    #[test]
+    fn what_finds_no_room_leaves_no_part_behind() {
+        let narrow = F32x8::splat(0.5);
+        let two_bunches = F32x8::new([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
+        let three_bunches = F32x8::new([0.0, 0.0, 0.3, 0.3, 1.0, 1.0, 1.0, 1.0]);
+        let apart = F32x8::new([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]);
+        let mut cells = Box::new(Cells::new());
+        let count = |cells: &Cells| cells.all().count_ones() as usize;
+        for group in 0..CELLS - 2 {
+            assert_eq!(add(&mut cells, group, narrow), All);
+        }
+        // One part of it is added before the others are found to be too many.
+        assert_eq!(add(&mut cells, CELLS - 2, three_bunches), NoRoom);
+        assert_eq!(count(&cells), CELLS - 2);
+        assert_eq!(add(&mut cells, CELLS - 2, narrow), All);
+        assert_eq!(add(&mut cells, CELLS - 1, two_bunches), NoRoom);
+        assert_eq!(count(&cells), CELLS - 1);
+        assert_eq!(add(&mut cells, CELLS - 1, narrow), All);
+        assert_eq!(add(&mut cells, CELLS - 1, narrow), NoRoom);
+        // In a beam of its own there is room for each packet but those that part too much.
+        cells.clear();
+        assert_eq!(add(&mut cells, 7, two_bunches), All);
+        assert_eq!(count(&cells), 2);
+        assert_eq!((cells.group(0), cells.group(1)), (7, 7));
+        assert_eq!(cells.lanes[0] | cells.lanes[1], 0xff);
+        assert_eq!(add(&mut cells, 8, apart), TooWide);
+        assert_eq!(count(&cells), 2);
+    }
+}

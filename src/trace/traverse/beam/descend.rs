@@ -1,0 +1,293 @@
+//! Cells down the wide tree: a mask of them on the stack, the nearest child first.
+
+use super::Group;
+use super::block::Triangles;
+use super::cells::Cells;
+use super::frame::Frame;
+use super::pairs::Pairs;
+use super::waiting::Waiting;
+use crate::bvh::{LeafKind, OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
+use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
+use crate::traverse::aabb::Slabs;
+use crate::traverse::goal::{Goal, Meeting};
+use crate::traverse::packet::PacketKernel;
+use crate::traverse::prefetch::Rows;
+use crate::traverse::sphere;
+use crate::traverse::tally::Tally;
+use crate::traverse::triangle::MIXED;
+
+/// A child that some cells may still meet.
+#[derive(Clone, Copy)]
+struct Entry {
+    cells: u64,
+    /// Depth at which its box begins.
+    near: f32,
+    code: u32,
+}
+
+/// Children waiting.
+pub(super) struct Stack(Vec<Entry>);
+
+impl Stack {
+    pub(super) fn new(wide: &Wide) -> Stack {
+        let empty = Entry {
+            cells: 0,
+            near: 0.0,
+            code: 0,
+        };
+        // A node takes one entry away and leaves `NATIVE` at most.
+        Stack(vec![empty; wide.depth() * (NATIVE - 1) + 1])
+    }
+}
+
+/// What a beam needs on its way.
+pub(super) struct Descent<'d, 'a, L: Lanes, G, T> {
+    pub(super) wide: &'a Wide,
+    pub(super) rows: Rows,
+    pub(super) frame: &'d Frame,
+    pub(super) cells: &'d mut Cells,
+    pub(super) groups: &'d [Group<L>],
+    pub(super) projected: &'d [[L; 3]],
+    pub(super) slabs: &'d [Slabs<L>],
+    pub(super) goals: &'d mut [G],
+    pub(super) packets: &'d mut PacketKernel<'a, L, T>,
+    pub(super) work: &'d mut T,
+}
+
+impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
+    /// Visits what the cells meet, front to back.
+    #[inline(never)]
+    pub(super) fn run(mut self, stack: &mut Stack, waiting: &mut Waiting<'a>) {
+        let entries = &mut stack.0[..];
+        let all = self.cells.all();
+        if all == 0 {
+            return;
+        }
+        entries[0] = Entry {
+            cells: all,
+            near: f32::NEG_INFINITY,
+            code: 0,
+        };
+        let mut top = 1;
+        while top > 0 {
+            top -= 1;
+            // SAFETY: `top` entries were written.
+            let entry = *unsafe { entries.get_unchecked(top) };
+            let cells = self.cells.reaching::<L>(entry.cells, entry.near);
+            if cells == 0 {
+                continue;
+            }
+            match Target::of_code(entry.code) {
+                Target::Node(index) => {
+                    // SAFETY: a code of the tree is of a row that exists; node 0 exists.
+                    let node = unsafe { self.wide.nodes().get_unchecked(index as usize) };
+                    // SAFETY: each level of a path leaves at most `NATIVE` − 1 entries beside the one that is followed, and
+                    // the stack is as long as that; so there is room for `NATIVE` more.
+                    top += self.node(node, cells, unsafe { entries.get_unchecked_mut(top..) });
+                }
+                Target::Triangles(index) => {
+                    // SAFETY: as above.
+                    let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
+                    if G::ORDERED {
+                        self.triangles(block, cells, &mut waiting.pairs);
+                    } else {
+                        self.rows.prefetch(entry.code);
+                        self.await_test(block, cells, waiting);
+                    }
+                }
+                Target::Spheres(index) => {
+                    // SAFETY: as above.
+                    let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
+                    self.spheres(block, cells);
+                }
+                Target::Other(index) => self.other(self.wide.others()[index as usize], cells),
+            }
+        }
+        if !G::ORDERED {
+            self.test_waiting(waiting);
+        }
+    }
+
+    /// Writes the children that cells may meet, the nearest last, and tells how many.
+    #[inline(always)]
+    fn node(&mut self, node: &WideNode, cells: u64, above: &mut [Entry]) -> usize {
+        let seen = self.frame.boxes(&node.boxes.map(|c| c.map(Native::new)));
+        let mut left = self.cells.any_meets(&seen);
+        self.work
+            .wide_node(u64::from(left.count_ones()) * LANES as u64 + NATIVE as u64);
+        let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
+        let columns = columns.map(Native::to_array);
+        let children = &node.order[self.frame.axes[0] % 3];
+        let mut order = in_order(children, left);
+        let last = |order: u32, up: bool| match up {
+            true => 31 - order.leading_zeros(),
+            false => order.trailing_zeros(),
+        };
+        let up = self.frame.sign > 0.0;
+        if left != 0 {
+            // It is looked at first, and at once: by the time that it is written, it may be there.
+            let nearest = children[last(order, !up) as usize % NATIVE];
+            self.ask_for(node.children[usize::from(nearest) % NATIVE]);
+        }
+        let mut count = 0;
+        while left != 0 {
+            let rank = last(order, up);
+            order ^= 1 << (rank % NATIVE as u32);
+            let lane = usize::from(children[rank as usize % NATIVE]) % NATIVE;
+            left &= left - 1;
+            let met = self.cells.meeting::<L>(cells, &columns, lane);
+            if met != 0 {
+                let code = node.children[lane % NATIVE];
+                // SAFETY: at most `NATIVE` children, and there is room for them: see `run`.
+                *unsafe { above.get_unchecked_mut(count) } = Entry {
+                    cells: met,
+                    near: columns[4][lane % NATIVE],
+                    code,
+                };
+                count += 1;
+                if left != 0 {
+                    self.ask_for(code);
+                }
+            }
+        }
+        count
+    }
+
+    /// Asks for what a child leads to. A block that waits for others is asked for when it begins to.
+    #[inline(always)]
+    fn ask_for(&self, code: u32) {
+        if G::ORDERED {
+            self.rows.prefetch(code);
+        } else {
+            self.rows.prefetch_node(code);
+        }
+    }
+
+    #[inline(always)]
+    fn triangles(&mut self, block: &TriangleBlock, cells: u64, pairs: &mut Pairs) {
+        let triangles = Triangles::new(self.frame, block);
+        pairs.count = 0;
+        let mut left = cells;
+        while left != 0 {
+            let cell = left.trailing_zeros() as usize;
+            left &= left - 1;
+            pairs.add(cell, 0, self.cells.hits(cell, &triangles.seen));
+        }
+        let mut touched = 0u64;
+        for k in 0..pairs.count {
+            let (cell, lane) = pairs.get(k);
+            let group = self.cells.group(cell);
+            // SAFETY: a cell is of a packet of this beam, each of which has its place in both.
+            let rays = unsafe { self.groups.get_unchecked(group) };
+            // SAFETY: as above.
+            let goal = unsafe { self.goals.get_unchecked_mut(group) };
+            let met = match rays.shear.axis {
+                MIXED => triangles.test_apart(lane, rays, goal),
+                _ => triangles.test(lane, rays, goal),
+            };
+            touched |= u64::from(met) << cell;
+        }
+        self.work.block(
+            LeafKind::Triangle,
+            (pairs.count * L::PACKETS * LANES) as u64,
+        );
+        self.touch(touched);
+    }
+
+    #[inline(always)]
+    fn spheres(&mut self, block: &SphereBlock, cells: u64) {
+        let seen = self.frame.boxes(&block.own_box.map(|c| c.map(Native::new)));
+        let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
+        let columns = columns.map(Native::to_array);
+        let mut touched = 0u64;
+        let mut tests = 0;
+        for lane in NativeMask::from_bits(self.cells.any_meets(&seen)).lanes() {
+            let column = |c: &[[f32; NATIVE]; 3]| c.each_ref().map(|axis| axis[lane]);
+            let (center, radius) = (column(&block.center), block.radius[lane]);
+            let own_box = block.own_box.each_ref().map(column);
+            let mut met = self.cells.meeting::<L>(cells, &columns, lane);
+            tests += met.count_ones();
+            while met != 0 {
+                let cell = met.trailing_zeros() as usize;
+                met &= met - 1;
+                let group = self.cells.group(cell);
+                // SAFETY: a cell is of a packet of this beam, each of which has its place in both.
+                let rays = unsafe { &self.groups.get_unchecked(group).rays };
+                // SAFETY: as above; and slabs were made because the tree has spheres.
+                let slabs = unsafe { self.slabs.get_unchecked(group) };
+                // SAFETY: as above.
+                let goal = unsafe { self.goals.get_unchecked_mut(group) };
+                let (org, dir) = (rays.org, rays.dir);
+                let found = sphere::sphere(org, dir, slabs, (&center, radius), &own_box);
+                if let Some((valid, t)) = found {
+                    goal.take(&Meeting::bare(valid, t), block.prim_id[lane]);
+                    touched |= 1 << cell;
+                }
+            }
+        }
+        self.work.block(
+            LeafKind::Sphere,
+            u64::from(tests) * (L::PACKETS * LANES) as u64,
+        );
+        self.touch(touched);
+    }
+
+    /// What has no blocks, packet by packet.
+    #[inline(never)]
+    fn other(&mut self, leaf: OtherLeaf, cells: u64) {
+        let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
+        let (mut left, mut done) = (cells, 0u64);
+        while left != 0 {
+            let group = self.cells.group(left.trailing_zeros() as usize);
+            left &= left - 1;
+            if done >> group & 1 == 0 {
+                done |= 1 << group;
+                let rays = self.groups[group].prepared(&self.slabs[group]);
+                let goal = &mut self.goals[group];
+                self.packets
+                    .leaf_alone(&rays, goal, leaf.kind, slots.clone());
+            }
+        }
+        self.touch(cells);
+    }
+
+    /// Cells of which a ray met something need not look as far any more.
+    #[inline(always)]
+    pub(super) fn touch(&mut self, mut touched: u64) {
+        while touched != 0 {
+            let cell = touched.trailing_zeros() as usize;
+            touched &= touched - 1;
+            // SAFETY: as for the tests.
+            let goal = unsafe { self.goals.get_unchecked(self.cells.group(cell)) };
+            self.cells.set_far(self.frame, cell, goal.limit());
+        }
+    }
+}
+
+/// Which children of an order, as bits by place in it, are among some, as bits by lane.
+#[inline(always)]
+fn in_order(children: &[u8; NATIVE], some: u32) -> u32 {
+    let mut places = 0;
+    for (place, &child) in children.iter().enumerate() {
+        places |= (some >> (child % NATIVE as u8) & 1) << place;
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn children_come_in_order() {
+        // The first is the last but two, and so on.
+        let children: [u8; NATIVE] = std::array::from_fn(|k| ((5 * k + NATIVE - 3) % NATIVE) as u8);
+        for set in 0..1u32 << NATIVE {
+            let some = in_order(&children, set);
+            for (place, &child) in children.iter().enumerate() {
+                assert_eq!(some >> place & 1, set >> child & 1, "{set:b}");
+            }
+            assert_eq!(some >> NATIVE, 0);
+        }
+    }
+}

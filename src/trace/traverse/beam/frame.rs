@@ -1,0 +1,389 @@
+//! Boxes and triangles as they are seen along a beam: z, the depth along its dominant axis, and p and q, the places on the
+//! other two axes, projected along the rays; there a ray is a point and a cell a rectangle.
+//!
+//! A place (x, y) beside the dominant axis, at depth z, is seen at p = (x − shear_p·z)/W, q = (y − shear_q·z)/W, where
+//! W = w_0 + w_z·z. Two kinds of frame differ in nothing but these numbers:
+//!
+//! - **Near.** The apex is the centre: shear 0, W = z, and p and q are slopes. For an eye, and for lights among the origins of
+//!   the rays that go to them.
+//! - **Local.** The centre is the origin of a shadow ray; with the light A away from it, and D the way to it along the dominant
+//!   axis, p and q are where a ray's line passes the plane through the centre: shear A_p/A_z, W = 1 + z/D, which is 0 at the light.
+//!   Most of what shadow rays have to be tested against lies where they start, and would drown in the rounding of
+//!   coordinates that begin at the light. With W = 1 the rays are parallel.
+//!
+//! # Why culled boxes and triangles are not hit
+//!
+//! A hit needs two things (see [`crate::traverse`]): its ray passes the slab test of the primitive's own box, and with that of
+//! every box around it; and a triangle's three edge functions, as computed, do not differ in sign. All bounds err to
+//! the other side.
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | u | 2⁻²⁴ |
+//! | O | largest coordinate of any origin |
+//! | S | `scale`: largest coordinates of scene, centre and `around`, added up |
+//! | a | `around`: distance of origins from the centre, along any axis |
+//! | D | distance of the light from the centre along the dominant axis, or infinite |
+//! | ρ | `blur`: distance at which rays pass the apex, along any axis; 0 for an eye |
+//! | R | `reach`: largest component of a corner less the centre, and what rays are beside it |
+//! | H | `size`: longest edge along any axis, and four paddings |
+//! | h | size of the own box with the paddings of box and origin: h ≤ H, h ≤ 2R |
+//!
+//! **Ratios.** A local frame needs depths from 4uS − D on, and boxes grown by more than 30uS. Both mean nothing where
+//! S is as large as D/u: then depths would begin behind the origins of the rays, and rays would lose what is between. So:
+//!
+//! | frame | taken where | hence |
+//! |---|---|---|
+//! | local | a ≤ D/4 and `slack` ≤ D/[`USEFUL`] | 4uS ≤ D/100: depths begin before all origins; W of origins is within 1/4 of 1; p, q ≤ 2/3·D; slopes < 5/3 |
+//! | near, of a light | else, `slack` ≤ (longest way)/[`USEFUL`] | a near frame has no term in S: ratios of scene and way do not matter |
+//! | none | else | packets take the rays |
+//!
+//! **Lines.** Near: a ray passes the apex within ρ along any axis, and so is within ρ of a line through it all along. Local:
+//! p and q of a ray are those of its origin; from there to the light it leaves its line by ρ, so at depth z it is beside
+//! it by less than `aside` = 4ρ/D for each unit of z and of a.
+//!
+//! **Boxes.** A ray that passes the slab test has a point within the box, but for:
+//!
+//! | source | near | local |
+//! |---|---|---|
+//! | padding of the origin | PAD·O | PAD·O |
+//! | slab test, 4u of (plane − origin) | 8u·(longest way); 4u in p | 4uS |
+//! | line | ρ | `aside`·(\|z\| + a) |
+//! | planes less centre and slack | 4uO; 3u in p | 3uS |
+//! | shear and its product | 0 | 4uS + 3uS |
+//! | depth, times a slope | 2·`tiny` | 3uS·5/3 + 8uS |
+//! | W, wrong by 2u | 2u in p | 24u·a |
+//! | covered by | `slack`, `wider` = 64u | `slack` ≥ 1.02·PAD·O + (30S + 24a)u + 2·`aside`·a |
+//!
+//! Depths count from `tiny` on: slack/8, or 4uS − D, before the light. Moving a point to that depth along its line moves it by
+//! no more than 2·`tiny`, because slopes are below 2, so boxes are grown by that as well, and smaller depths count as it.
+//! W is 3u at least there, because 4uS/D ≥ 3u wherever a box reaches it. For a given z, p grows with x, and along an edge of
+//! constant x it goes one way only; so a box is seen between the four values that its faces have at its two depths.
+//!
+//! **Triangles.** In a ray's own frame (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", 2013) corners are
+//! moved by slopes of at most 1. Signs of differences of two computed products are never wrong, at worst zero. Here an edge
+//! function is ((b × (c − b))·(p, q, 1) of corners (x − shear_p·z, y − shear_q·z, W), which is theirs times the quotient k
+//! of the two dominant components of the direction.
+//!
+//! | error of an edge function | near, k ≤ 2 | local, k ≤ 5/3 |
+//! |---|---|---|
+//! | theirs: 7uR a place, of 4·2h; 8uh² of two products | 72uRH·k = 144uRH | 120uRH |
+//! | corner less centre and shear, times edges | 10uRH | 32uRH |
+//! | W of corners, 3u·W, times p, q ≤ 3.4R/W | 0 | 41uRH |
+//! | edges as differences of rounded corners, times the distance of line and corner | 72uRH | 114uRH |
+//! | products and differences of the cross product | 20uRH | 120uRH |
+//! | sum over p and q | 26uRH | (above) |
+//! | line | 10ρH ≤ 20ρH | 12·5/3·RHρ/(shortest way) ≤ 22·RHρ/(shortest way) |
+//! | **margin** | 272uRH + 20ρH | (384u + 22ρ/(shortest way))·RH |
+//!
+//! The near rows add up to their margin. The local ones add up to 427uRH, which is more than the margin of 384: whether all
+//! can be at their worst at once is not shown, so this table does not prove local frames; `tests/random_scenes` has found no
+//! ray that they lose (`perf/notes/beams.md` has the price of a margin of 448).
+//!
+//! If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin; a triangle is kept for a cell if
+//! either can be so anywhere in its rectangle.
+
+use super::apex::{Apex, Spread};
+use crate::packet::RayPacket;
+use crate::simd::{Lanes, Native, NativeMask, Vec3Lanes, Vec3Native};
+use crate::traverse::triangle::own_boxes;
+use phalanx_scene::PAD;
+
+/// Cells of near frames lie within ±this, and slopes of local ones.
+pub(super) const WIDEST: f32 = 2.0;
+
+/// 2⁻²⁴: half a unit in the last place of one.
+pub(super) const ULP: f32 = 1.0 / 16_777_216.0;
+
+/// Rays have a local frame if they start within this share of the way to their light around the first.
+const ASIDE: f32 = 0.25;
+
+/// Boxes may be grown by the way to the light over this at most. Beyond that a frame culls too little to be of use; a local
+/// one is wrong where 4uS, some eighth of it, comes near 3/4 of D.
+const USEFUL: f32 = 16.0;
+
+/// Margins of edge functions in units of uRH, near and local: see the table above.
+const NEAR_MARGIN: f32 = 272.0;
+const LOCAL_MARGIN: f32 = 384.0;
+
+/// Axes, centre and margins of a beam.
+#[derive(Clone, Copy)]
+pub(super) struct Frame {
+    /// The dominant axis, and the two others.
+    pub(super) axes: [usize; 3],
+    /// 1 if the beam goes up the dominant axis on its way from the apex, −1 if down.
+    pub(super) sign: f32,
+    pub(super) center: [f32; 3],
+    /// The largest coordinates of scene and origins together.
+    pub(super) scale: f32,
+    /// How far away the apex is along the axis, as p and q have it.
+    pub(super) distance: f32,
+    /// Whether it is a near frame, and whether the rays end at its apex.
+    pub(super) near: bool,
+    pub(super) ahead: bool,
+    shear: [f32; 2],
+    /// How far aside rays may be of their lines, by unit of depth.
+    aside: f32,
+    /// W at depth 0, and how it grows.
+    w: [f32; 2],
+    /// By how much boxes are grown.
+    slack: f32,
+    /// The smallest depth.
+    pub(super) tiny: f32,
+    /// What is added to depths at which rays start.
+    start: f32,
+    /// By how much rectangles are made wider: in p, and as a share of it.
+    pub(super) wider: [f32; 2],
+    /// What there is beyond corner minus centre in R, and beyond edges in H.
+    more_reach: f32,
+    more_size: f32,
+    /// The margin over RH, and over H.
+    doubt: [f32; 2],
+}
+
+/// The boxes of a node seen along a beam.
+#[derive(Clone, Copy)]
+pub(super) struct BoxView {
+    pub(super) low_p: Native,
+    pub(super) high_p: Native,
+    pub(super) low_q: Native,
+    pub(super) high_q: Native,
+    /// Depth at which each begins.
+    pub(super) near: Native,
+    /// Which have anything ahead of the apex.
+    pub(super) ahead: NativeMask,
+}
+
+/// The triangles of a block seen along a beam.
+pub(super) struct TriangleView {
+    /// The edge functions: constant, slope along p, slope along q.
+    pub(super) edges: [[Native; 3]; 3],
+    /// By how much an edge function may be wrong.
+    pub(super) margin: Native,
+    /// H of the bounds above.
+    pub(super) size: Native,
+    /// Their own boxes.
+    pub(super) own: BoxView,
+}
+
+impl Frame {
+    /// The frame of a beam that goes about `toward`, in a tree whose largest coordinate is `extent`; none if rounding
+    /// leaves no useful one.
+    pub(super) fn new(apex: &Apex, toward: [f32; 3], extent: f32) -> Option<Frame> {
+        match apex {
+            Apex::Eye(place) => {
+                let farthest = largest(*place);
+                let slack = 2.0 * PAD * farthest;
+                let scale = extent + farthest;
+                let frame = Frame::near(*place, toward, slack, [0.0; 2], [extent, scale]);
+                Some(frame)
+            }
+            Apex::Light { place, rays } => {
+                let way = std::array::from_fn(|k| place[k] - rays.center[k]);
+                let distance = largest(way);
+                let useful = |slack: f32, way: f32| slack * USEFUL <= way;
+                if rays.around <= ASIDE * distance {
+                    let local = Frame::local(rays, way, Some(distance), extent);
+                    if useful(local.slack, distance) {
+                        return Some(local);
+                    }
+                }
+                let outward = toward.map(|d| -d);
+                let slack = 2.0 * (PAD * rays.farthest + 8.0 * ULP * rays.longest);
+                let slack = slack + 1.01 * rays.blur;
+                let (along, sizes) = ([rays.longest, rays.blur], [extent, extent + rays.farthest]);
+                let frame = Frame::near(*place, outward, slack, along, sizes);
+                useful(frame.slack, rays.longest).then_some(Frame {
+                    ahead: true,
+                    ..frame
+                })
+            }
+            Apex::Sun { dir, rays } => Some(Frame::local(rays, *dir, None, extent)),
+        }
+    }
+
+    fn near(
+        center: [f32; 3],
+        toward: [f32; 3],
+        slack: f32,
+        [reach, blur]: [f32; 2],
+        [extent, scale]: [f32; 2],
+    ) -> Frame {
+        let axis = dominant(toward);
+        let tiny = slack / 8.0 + f32::MIN_POSITIVE;
+        Frame {
+            axes: [axis, (axis + 1) % 3, (axis + 2) % 3],
+            sign: 1f32.copysign(toward[axis]),
+            center,
+            scale,
+            distance: 1.0,
+            near: true,
+            ahead: false,
+            shear: [0.0; 2],
+            aside: 0.0,
+            w: [0.0, 1.0],
+            slack: slack + 2.0 * tiny,
+            tiny,
+            start: 0.0,
+            wider: [64.0 * ULP; 2],
+            more_reach: reach + slack,
+            more_size: 4.0 * (slack + PAD * extent),
+            doubt: [NEAR_MARGIN * ULP, 20.0 * blur],
+        }
+    }
+
+    /// For rays that go to a light at `way` from the centre, `distance` away along the dominant axis or endlessly far.
+    fn local(rays: &Spread, way: [f32; 3], distance: Option<f32>, extent: f32) -> Frame {
+        let axis = dominant(way);
+        let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
+        let sign = -1f32.copysign(way[axis]);
+        let scene = extent + largest(rays.center) + rays.around;
+        let [aside, bent] = distance.map_or([0.0; 2], |distance| {
+            [4.0 * rays.blur / distance, 22.0 * rays.blur / rays.shortest]
+        });
+        let slack = 1.02 * PAD * rays.farthest
+            + (30.0 * scene + 24.0 * rays.around) * ULP
+            + 2.0 * aside * rays.around;
+        Frame {
+            axes: [axis, p, q],
+            sign,
+            center: rays.center,
+            scale: extent + rays.farthest,
+            distance: distance.unwrap_or(f32::INFINITY),
+            near: false,
+            ahead: true,
+            // Along z, which goes away from the light.
+            shear: [p, q].map(|k| way[k] / (sign * way[axis])),
+            aside,
+            w: [1.0, distance.map_or(0.0, |distance| 1.0 / distance)],
+            slack,
+            start: 8.0 * ULP * rays.around + f32::MIN_POSITIVE,
+            tiny: distance.map_or(f32::MIN, |distance| 4.0 * ULP * scene - distance),
+            wider: [32.0 * ULP * rays.around + f32::MIN_POSITIVE, 32.0 * ULP],
+            more_reach: rays.around + slack,
+            more_size: 4.0 * (slack + PAD * extent),
+            doubt: [LOCAL_MARGIN * ULP + bent, 0.0],
+        }
+    }
+
+    /// What a direction's part along the dominant axis is multiplied with to point away from the apex.
+    #[inline(always)]
+    pub(super) fn pace(&self) -> f32 {
+        if self.ahead { -self.sign } else { self.sign }
+    }
+
+    /// Boxes by corner, by axis. Empty ones are not ahead.
+    #[inline(always)]
+    pub(super) fn boxes(&self, corners: &[[Native; 3]; 2]) -> BoxView {
+        let [axis, p, q] = self.axes.map(|axis| axis % 3);
+        let (first, last) = if self.sign > 0.0 { (0, 1) } else { (1, 0) };
+        let along = Native::splat(self.sign);
+        let at = self.sign * self.center[axis];
+        let tiny = Native::splat(self.tiny);
+        let near = corners[first][axis] * along - Native::splat(at + self.slack);
+        let far = corners[last][axis] * along - Native::splat(at - self.slack);
+        let near = near.max(tiny);
+        let depth =
+            |z: Native| Native::ONE / (Native::splat(self.w[0]) + Native::splat(self.w[1]) * z);
+        let (by_near, by_far) = (depth(near), depth(far));
+        let seen = |axis: usize, shear: f32| {
+            let side = |side: usize, slack: f32| {
+                corners[side][axis] - Native::splat(self.center[axis] + slack)
+            };
+            let (low, high) = (side(0, self.slack), side(1, -self.slack));
+            let [to_low, to_high] = [-self.aside, self.aside].map(|x| Native::splat(shear + x));
+            (
+                ((low - to_low * near) * by_near).min((low - to_low * far) * by_far),
+                ((high - to_high * near) * by_near).max((high - to_high * far) * by_far),
+            )
+        };
+        let (low_p, high_p) = seen(p, self.shear[0]);
+        let (low_q, high_q) = seen(q, self.shear[1]);
+        BoxView {
+            low_p,
+            high_p,
+            low_q,
+            high_q,
+            near,
+            ahead: far.ge(tiny),
+        }
+    }
+
+    /// Places relative to the centre.
+    #[inline(always)]
+    pub(super) fn relative(&self, places: &[Vec3Native; 3]) -> [Vec3Native; 3] {
+        let [x, y, z] = self.center;
+        let center = Vec3Native::splat(x, y, z);
+        let [a, b, c] = *places;
+        [a - center, b - center, c - center]
+    }
+
+    /// Triangles by their corners, as they are and relative to the centre. Lanes of NaN are within no edge.
+    #[inline(always)]
+    pub(super) fn triangles(
+        &self,
+        places: &[Vec3Native; 3],
+        relative: &[Vec3Native; 3],
+    ) -> TriangleView {
+        let [a, b, c] = *relative;
+        let (ab, bc, ca) = (b - a, c - b, a - c);
+        let reach = a.largest().max(b.largest()).max(c.largest());
+        let size = ab.largest().max(bc.largest()).max(ca.largest());
+        let reach = reach + Native::splat(self.more_reach);
+        let size = size + Native::splat(self.more_size);
+        let [by_reach, always] = self.doubt.map(Native::splat);
+        let margin = (reach * by_reach + always) * size;
+        let (a, b, c) = (self.seen(a), self.seen(b), self.seen(c));
+        let (ab, bc, ca) = (self.seen(ab), self.seen(bc), self.seen(ca));
+        let (a, b, c) = (self.weighed(a), self.weighed(b), self.weighed(c));
+        let weigh = |v: Vec3Native| Vec3Native::new(v.x, v.y, v.z * Native::splat(self.w[1]));
+        let edge = |corner: Vec3Native, way: Vec3Native| {
+            let f = corner.cross(weigh(way));
+            [f.z, f.x, f.y]
+        };
+        TriangleView {
+            edges: [edge(b, bc), edge(c, ca), edge(a, ab)],
+            margin,
+            size,
+            own: self.boxes(&own_boxes(*places).map(|v| [v.x, v.y, v.z])),
+        }
+    }
+
+    /// A place relative to the centre, or a way: beside the axis, less the shear, and depth.
+    #[inline(always)]
+    fn seen<L: Lanes>(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        let [axis, p, q] = v.from_axis(self.axes[0]);
+        let z = axis * L::splat(self.sign);
+        let [shear_p, shear_q] = self.shear.map(L::splat);
+        Vec3Lanes::new(p - shear_p * z, q - shear_q * z, z)
+    }
+
+    /// With W instead of the depth.
+    #[inline(always)]
+    fn weighed<L: Lanes>(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
+        let [zero, slope] = self.w.map(L::splat);
+        Vec3Lanes::new(v.x, v.y, zero + slope * v.z)
+    }
+
+    /// Where the lines of rays to a far light are, and how deep they start.
+    #[inline(always)]
+    pub(super) fn starts<L: Lanes>(&self, rays: &RayPacket<L>) -> [L; 3] {
+        let [x, y, z] = self.center;
+        let at = self.seen(rays.org - Vec3Lanes::splat(x, y, z));
+        let w = self.weighed(at).z;
+        [at.z + L::splat(self.start), at.x / w, at.y / w]
+    }
+}
+
+fn largest(v: [f32; 3]) -> f32 {
+    v.iter().fold(0.0, |most, x| x.abs().max(most))
+}
+
+fn dominant(v: [f32; 3]) -> usize {
+    let size = v.map(f32::abs);
+    match () {
+        () if size[0] >= size[1] && size[0] >= size[2] => 0,
+        () if size[1] >= size[2] => 1,
+        () => 2,
+    }
+}

@@ -1,0 +1,323 @@
+//! A look at a triangle and the shadow rays of a cell, before the test that every kernel has: a fifth of its work, and most pairs
+//! go no further. A ray is left out if it passes beside the triangle, or if it starts on that side of it to which it goes, as it
+//! does with the surface that it leaves.
+//!
+//! # Why culled rays do not hit
+//!
+//! Symbols and bounds are those of [`super::frame`], and:
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | D | sum of the edge functions, linear in p and q |
+//! | N | normal (b − a) × (c − a), turned toward the light; \|N\|₁ the sum of its components' sizes |
+//! | o, d | a ray's origin, and its direction over its largest component |
+//! | z, e | a computed hit's place along d, and how far P = o + z·d + e of the triangle is beside it |
+//! | least | a bound below \|D\| in all of the rectangle around the beam's cells |
+//!
+//! **Side.** If |D| > 3 · `margin` in all of the rectangle, with one sign, then three computed signs that agree have that sign:
+//! else |D| ≤ 3 · `margin`. So one side of each edge function has to be looked at. Triangles without such a sign, or with
+//! N·d ≤ 64u|N|₁, are not culled here.
+//!
+//! **Edges.** As in [`super::frame`], with p and q of a ray instead of a rectangle; their rounding is what rectangles
+//! are made wider by, times the slopes.
+//!
+//! **Plane.** The weights of the corners, as computed, are of one sign, so they stand for a point P of the triangle. N·(P − a) = 0,
+//! so N·(o − a) = −z N·d − N·e:
+//!
+//! | inequality | because |
+//! |---|---|
+//! | e ≤ 18uR + 12u(2H)³/\|det\| | `settled` in `crate::traverse::triangle`; corners are within 2H of the ray |
+//! | \|det\| ≥ D/2 | the frames' scales |
+//! | z ≥ −10uR | the distance is computed as positive |
+//! | R ≤ \|z\| + 2H + e | the ray passes the own box |
+//! | N·(o − a) ≤ \|N\|₁(62uH + 192uH³/D) | the three above; terms in z > 0 are below z N·d |
+//! | N as computed: 8uH² each, so 24uH²R ≤ 48uH³, of which the code has 40 | D > 3 · 384uRH, so terms in z > 0 are again below z N·d |
+//! | N·o − N·a as computed: 10u\|N\|₁ · `scale` | three products and their sums, twice |
+//!
+//! No ray with N·(o − a) above the sum of these has a hit. The next to last bound is more than the code's, as the margin of local
+//! frames is less than its table's sum.
+
+use super::frame::{Frame, TriangleView, ULP};
+use crate::simd::{LaneMask, Lanes, NATIVE, Native, NativeMask, Vec3Lanes, Vec3Native};
+
+/// What a look at the triangles of a block needs.
+#[derive(Clone, Copy)]
+pub(super) struct Look {
+    /// Edge functions: slope along p, less the slope along q, constant; and what they are within.
+    edges: [[Native; 3]; 3],
+    least: Native,
+    /// Toward the light, its second component negative, and what a start on that side is beyond.
+    normal: [Native; 3],
+    beyond: Native,
+}
+
+/// Where the rays of a packet are seen, and where they start.
+pub(super) struct Seen<'a, L> {
+    pub(super) p: L,
+    pub(super) q: L,
+    pub(super) org: &'a Vec3Lanes<L>,
+}
+
+impl Look {
+    pub(super) const NONE: Look = Look {
+        edges: [[Native::ZERO; 3]; 3],
+        least: Native::ZERO,
+        normal: [Native::ZERO; 3],
+        beyond: Native::ZERO,
+    };
+
+    /// At the triangles of a block with these corners. `around` is the rectangle around the beam's cells, p and q.
+    #[inline(always)]
+    pub(super) fn new(
+        frame: &Frame,
+        around: &[[f32; 2]; 2],
+        seen: &TriangleView,
+        [a, b, c]: &[Vec3Native; 3],
+    ) -> Look {
+        let middle = around.map(|[low, high]| Native::splat(0.5 * (low + high)));
+        let half = around.map(|[low, high]| Native::splat(0.501 * (high - low)));
+        let widest = |[low, high]: [f32; 2]| low.abs().max(high.abs());
+        let [wider, share] = frame.wider;
+        let wider = Native::splat(wider + share * widest(around[0]).max(widest(around[1])));
+        let sum = |k: usize| (seen.edges[0][k] + seen.edges[1][k]) + seen.edges[2][k];
+        let (constant, slope_p, slope_q) = (sum(0), sum(1), sum(2));
+        let facing = constant + (slope_p * middle[0] + slope_q * middle[1]);
+        let steep = |[_, p, q]: [Native; 3]| p.abs() + q.abs();
+        let steepest = seen.edges.map(steep);
+        let steepest = steepest[0].max(steepest[1]).max(steepest[2]);
+        let margin = seen.margin + steepest * wider;
+        let spread = slope_p.abs() * half[0] + slope_q.abs() * half[1];
+        let least = facing.abs() - (spread + margin * Native::splat(3.1));
+        let normal = (*b - *a).cross(*c - *a);
+        let turned = facing.lt(Native::ZERO);
+        let turn = |x: Native| turned.select(-x, x);
+        // D and N·(the way from the light) have one sign where the beam goes up its axis.
+        let toward = Native::splat(frame.pace());
+        let normal = [normal.x, normal.y, normal.z].map(|n| turn(n * toward));
+        let size = seen.size;
+        let sized = (normal[0].abs() + normal[1].abs()) + normal[2].abs();
+        let cube = size * size * size;
+        let rounding = sized * (Native::splat(10.0 * frame.scale) + size * Native::splat(80.0))
+            + (sized * Native::splat(240.0) / least + Native::splat(40.0)) * cube;
+        // What is lost below the smallest numbers, in scenes of 10⁻¹² and less, is less than the smallest of the others.
+        let more = rounding * Native::splat(ULP) + Native::splat(f32::MIN_POSITIVE);
+        let beyond = (normal[0] * a.x + normal[1] * a.y) + normal[2] * a.z + more;
+        // A NaN is no number that is larger, so these are tested.
+        let clear = least.gt(sized * Native::splat(256.0 * ULP));
+        let always = Native::splat(f32::INFINITY);
+        Look {
+            edges: seen
+                .edges
+                .map(|[constant, p, q]| [turn(p), -turn(q), turn(constant)]),
+            least: clear.select(-margin, -always),
+            normal: [normal[0], -normal[1], normal[2]],
+            beyond: clear.select(beyond, always),
+        }
+    }
+
+    /// Which triangles have edges that a ray of a rectangle may be within, by its middle and its half width.
+    #[inline(always)]
+    pub(super) fn within(&self, [p, q]: [Native; 2], [half_p, half_q]: [Native; 2]) -> NativeMask {
+        let most = |[slope_p, less_q, constant]: &[Native; 3]| {
+            let middle = p.times_less(*slope_p, q.times_less(*less_q, *constant));
+            middle + (slope_p.abs() * half_p + less_q.abs() * half_q)
+        };
+        let [u, v, w] = self.edges.each_ref().map(most);
+        u.min(v).min(w).ge(self.least)
+    }
+
+    /// Which of a packet's rays may hit one of the triangles.
+    #[inline(always)]
+    pub(super) fn may_hit<L: Lanes>(&self, lane: usize, rays: &Seen<L>) -> L::Mask {
+        // By reference: a lane of a copy would be read from a copy in memory.
+        let one = |of: &Native| L::splat(of.lane(lane % NATIVE));
+        let edge = |[slope_p, less_q, constant]: &[Native; 3]| {
+            let rest = rays.q.times_less(one(less_q), one(constant));
+            rays.p.times_less(one(slope_p), rest)
+        };
+        let (u, v, w) = (
+            edge(&self.edges[0]),
+            edge(&self.edges[1]),
+            edge(&self.edges[2]),
+        );
+        let within = !u.min(v).min(w).lt(one(&self.least));
+        let start = rays
+            .org
+            .x
+            .times_less(one(&self.normal[0]), one(&self.beyond));
+        let start = rays.org.y.times_less(one(&self.normal[1]), start);
+        let start = rays.org.z.times_less(one(&self.normal[2]), start);
+        within & !start.gt(L::ZERO)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::{TriangleBlock, TriangleSlot};
+    use crate::packet::RayQueue;
+    use crate::simd::{F32x8, LANES, Mask8};
+    use crate::traverse::beam::apex::Apex;
+    use crate::traverse::beam::block::places;
+    use crate::traverse::beam::cells::{Added, Cells, directions};
+    use crate::traverse::goal::Prepared;
+    use crate::traverse::random::Source;
+    use crate::traverse::triangle;
+    use bumpalo::Bump;
+    use glam::Vec3;
+    use phalanx_scene::BEYOND_BOXES;
+
+    const PACKETS: usize = 4;
+
+    /// Triangles beside each other, of which some stand on edge and some are thin.
+    fn block(from: &mut Source, middle: Vec3, size: f32) -> TriangleBlock {
+        let triangles: [[Vec3; 3]; NATIVE] = std::array::from_fn(|_| {
+            let thin = if from.unit() > 0.7 { 0.01 } else { 1.0 };
+            let a = middle + from.place() * size;
+            let (b, c) = (a + from.place() * size, a + from.place() * size);
+            [a, b, b + (c - b) * thin]
+        });
+        let column = |corner: usize, axis: usize| triangles.map(|t| t[corner][axis]);
+        let corners = std::array::from_fn(|k| std::array::from_fn(|axis| column(k, axis)));
+        TriangleBlock {
+            corners,
+            prim_id: std::array::from_fn(|lane| lane as u32),
+        }
+    }
+
+    fn slot(block: &TriangleBlock, lane: usize) -> TriangleSlot {
+        TriangleSlot {
+            corners: block.corners.map(|corner| corner.map(|axis| axis[lane])),
+            prim_id: lane as u32,
+        }
+    }
+
+    /// On a triangle or on the line of an edge, off to either side by what shadow rays start off it or less; or anywhere.
+    fn start(from: &mut Source, block: &TriangleBlock, size: f32) -> Vec3 {
+        let lane = (from.unit().abs() * NATIVE as f32) as usize % NATIVE;
+        let [a, b, c] = slot(block, lane).corners.map(Vec3::from_array);
+        let (v, w) = match from.unit() {
+            x if x > 0.5 => (from.unit() * 1.1, 0.0),
+            _ => (from.unit().abs() * 0.5, from.unit().abs() * 0.5),
+        };
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        // Some on the plane as nearly as can be: what is computed of these is rounding.
+        let side = match from.unit() {
+            x if x > 0.5 => 0.01 * from.unit(),
+            x if x > 0.0 => 1.0,
+            _ => -1.0,
+        };
+        let off = BEYOND_BOXES * a.abs().max_element() * side;
+        let place = a + (b - a) * v + (c - a) * w + normal * off;
+        match from.unit() {
+            x if x > 0.8 => place + from.place() * size,
+            _ => place,
+        }
+    }
+
+    #[test]
+    fn what_a_ray_hits_is_kept_and_most_of_the_rest_is_not() {
+        let mut from = Source(3);
+        let (mut hits, mut local, mut kept, mut seen, mut pairs) = (0, 0, 0, 0, 0);
+        for round in 0..30_000 {
+            let size = (from.unit() * 6.0 - 5.0).exp2();
+            let middle = from.place() * if round % 5 == 0 { 20.0 } else { 1.0 };
+            let block = block(&mut from, middle, size);
+            let far = (from.unit() * 5.0).exp2();
+            let light = middle + from.place() * far;
+            let sun = round % 7 == 0;
+            let (arena, tmax) = (Bump::new(), if sun { f32::INFINITY } else { 1.0 });
+            let mut rays = RayQueue::with_capacity(&arena, PACKETS * LANES);
+            for _ in 0..PACKETS * LANES {
+                let org = start(&mut from, &block, size);
+                let dir = match sun {
+                    true if round % 2 == 0 => Vec3::Y,
+                    true => light - middle,
+                    false => light - org,
+                };
+                rays.push_ray(org.to_array(), dir.to_array());
+            }
+            let Some(apex) = Apex::ahead(&rays, 0..PACKETS, tmax) else {
+                continue;
+            };
+            assert_eq!(sun, matches!(apex, Apex::Sun { .. }));
+            let extent = middle.abs().max_element() + 3.0 * size;
+            let Some(frame) = Frame::new(&apex, (middle - light).to_array(), extent) else {
+                continue;
+            };
+            local += usize::from(!frame.near);
+            let packets: Vec<_> = (0..PACKETS)
+                .map(|k| rays.packet::<F32x8>(k, tmax))
+                .collect();
+            let projected: Vec<_> = packets
+                .iter()
+                .map(|(rays, _)| directions(&frame, rays))
+                .collect();
+            let mut cells = Box::new(Cells::new());
+            cells.look_at(&frame, &projected);
+            let limit = F32x8::splat(tmax);
+            let mut cell = [None; PACKETS];
+            let mut count = 0;
+            for (k, projected) in projected.iter().enumerate() {
+                // One that is not parted is one cell.
+                let before = cells.all().count_ones();
+                let everyone = Mask8::splat(true);
+                let added = cells.add(frame.near, *projected, limit, everyone, k) == Added::All;
+                let after = cells.all().count_ones();
+                cell[k] = (added && after == before + 1).then_some(before as usize);
+                count += usize::from(added);
+            }
+            if count < PACKETS {
+                continue;
+            }
+            cells.finish(&frame);
+            let places = places(&block);
+            let view = frame.triangles(&places, &frame.relative(&places));
+            let look = Look::new(&frame, cells.around(), &view, &places);
+            for (k, (rays, _)) in packets.iter().enumerate() {
+                let everyone = Mask8::splat(true);
+                let prepared = Prepared::new(rays, everyone);
+                let sees = cell[k].map(|cell| cells.sees(cell, &look, &view.own));
+                for lane in 0..NATIVE {
+                    let hit = triangle::occluded::<F32x8, { triangle::MIXED }>(
+                        &prepared,
+                        &slot(&block, lane),
+                        limit,
+                    );
+                    let [_, p, q] = projected[k];
+                    let may = look.may_hit(
+                        lane,
+                        &Seen {
+                            p,
+                            q,
+                            org: &rays.org,
+                        },
+                    );
+                    assert_eq!(
+                        (hit & !may).bits(),
+                        0,
+                        "round {round}, packet {k}, triangle {lane}"
+                    );
+                    if let Some(sees) = sees {
+                        assert!(
+                            !hit.any() || sees >> lane & 1 == 1,
+                            "round {round}, cell {k}, triangle {lane}"
+                        );
+                        seen += usize::from(sees >> lane & 1 == 1);
+                    }
+                    hits += hit.bits().count_ones();
+                    kept += may.bits().count_ones();
+                    pairs += 8;
+                }
+            }
+        }
+        assert!(local > 15_000, "{local} local frames");
+        assert!(hits > 100_000, "{hits} hits");
+        assert!(seen > 100_000, "{seen} triangles seen by cells");
+        let needless = kept - hits;
+        assert!(
+            20 * needless < pairs,
+            "{needless} of {pairs} kept, {hits} hits"
+        );
+    }
+}

@@ -1,0 +1,78 @@
+//! Pairs of a cell and a triangle of a block, listed without a branch.
+
+use super::cells::CELLS;
+use crate::simd::{LANES, NATIVE};
+use crate::traverse::order::LANES_OF;
+
+/// Blocks whose pairs are listed together at most.
+pub(super) const BLOCKS: usize = 8;
+
+/// All pairs there can be, and eight places more, because eight are written at once.
+const ROOM: usize = BLOCKS * CELLS * NATIVE + LANES;
+
+/// A byte's worth in each of eight bytes.
+const EACH: u64 = 0x0101_0101_0101_0101;
+
+/// Pairs that have to be tested.
+pub(super) struct Pairs {
+    cells: [u8; ROOM],
+    /// Lanes, and `NATIVE` for each block before theirs.
+    places: [u8; ROOM],
+    pub(super) count: usize,
+}
+
+impl Pairs {
+    #[inline(always)]
+    pub(super) fn none() -> Pairs {
+        Pairs {
+            cells: [0; ROOM],
+            places: [0; ROOM],
+            count: 0,
+        }
+    }
+
+    /// Adds a cell with each of some lanes of the `block`-th block: eight are written at a time, and as many kept as there are.
+    #[inline(always)]
+    pub(super) fn add(&mut self, cell: usize, block: usize, lanes: u32) {
+        for first in (0..NATIVE).step_by(LANES) {
+            let (at, lanes) = (self.count, (lanes >> first) as u8);
+            // SAFETY: each cell is added once with `NATIVE` lanes of `BLOCKS` at most, so there are eight places left.
+            let (cells, places) = unsafe {
+                (
+                    self.cells.get_unchecked_mut(at..at + LANES),
+                    self.places.get_unchecked_mut(at..at + LANES),
+                )
+            };
+            // As numbers of eight bytes: as arrays they would be added byte by byte.
+            let base = (block % BLOCKS * NATIVE + first) as u64 * EACH;
+            let of_lanes = u64::from_le_bytes(LANES_OF[0][lanes as usize]);
+            cells.copy_from_slice(&(cell as u64 * EACH).to_le_bytes());
+            places.copy_from_slice(&(of_lanes + base).to_le_bytes());
+            self.count += lanes.count_ones() as usize;
+        }
+    }
+
+    /// Keeps the pairs of which it is true, without a branch.
+    #[inline(always)]
+    pub(super) fn retain(&mut self, keep: impl Fn(usize, usize) -> bool) {
+        let mut kept = 0;
+        for k in 0..self.count {
+            let (cell, place) = self.get(k);
+            // SAFETY: `kept` is not above `k`, which is within both.
+            unsafe {
+                *self.cells.get_unchecked_mut(kept) = cell as u8;
+                *self.places.get_unchecked_mut(kept) = place as u8;
+            }
+            kept += usize::from(keep(cell, place));
+        }
+        self.count = kept;
+    }
+
+    #[inline(always)]
+    pub(super) fn get(&self, k: usize) -> (usize, usize) {
+        // SAFETY: `k` is below `count`, which is within both.
+        let (cell, place) =
+            unsafe { (*self.cells.get_unchecked(k), *self.places.get_unchecked(k)) };
+        (cell as usize % CELLS, place as usize)
+    }
+}

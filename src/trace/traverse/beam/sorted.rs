@@ -1,0 +1,191 @@
+//! The rays of a beam in the order of where they are seen, so that those of one cell are close to each other.
+//!
+//! Shadow rays come in the order of the pixels, and neighbours there may lie far apart as the light sees them, wherever a
+//! surface ends or slants away. Which ray is in which packet matters to no answer.
+
+use super::SIZE;
+use super::cells::directions;
+use super::frame::Frame;
+use crate::packet::{RayPacket, RayQueue};
+use crate::simd::{COLUMN, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
+use std::ops::Range;
+
+/// Rays of a beam.
+const RAYS: usize = SIZE * LANES;
+
+/// Squares along each side of the grid by which rays are sorted.
+const GRID: usize = 16;
+const SQUARES: usize = GRID * GRID;
+
+/// The squares in the order of Hilbert's curve, which goes from neighbour to neighbour and never jumps, by their keys.
+static HILBERT: [u8; SQUARES] = {
+    let mut squares = [0; SQUARES];
+    let mut k = 0;
+    while k < SQUARES {
+        let (mut x, mut y, mut rest, mut side) = (0, 0, k, 1);
+        while side < GRID {
+            let (right, up) = ((rest / 2) & 1, (rest ^ (rest / 2)) & 1);
+            if up == 0 {
+                if right == 1 {
+                    (x, y) = (side - 1 - x, side - 1 - y);
+                }
+                (x, y) = (y, x);
+            }
+            (x, y) = (x + side * right, y + side * up);
+            (rest, side) = (rest / 4, side * 2);
+        }
+        squares[k] = (x * GRID + y) as u8;
+        k += 1;
+    }
+    squares
+};
+
+type Column = [[f32; COLUMN]; RAYS / COLUMN];
+
+/// Up to [`RAYS`] rays as columns.
+pub(super) struct Sorted {
+    org: [Column; 3],
+    dir: [Column; 3],
+    /// Their numbers, counted from the beam's first.
+    number: [u16; RAYS],
+    count: usize,
+}
+
+impl Default for Sorted {
+    fn default() -> Sorted {
+        const ZERO: Column = [[0.0; COLUMN]; RAYS / COLUMN];
+        Sorted {
+            org: [ZERO; 3],
+            dir: [ZERO; 3],
+            number: [0; RAYS],
+            count: 0,
+        }
+    }
+}
+
+impl Sorted {
+    /// Takes the rays of some packets.
+    #[inline(never)]
+    pub(super) fn take(&mut self, frame: &Frame, rays: &RayQueue, packets: Range<usize>) {
+        let first = packets.start * LANES;
+        self.count = rays.len().min(packets.end * LANES) - first;
+        let keys = keys(frame, rays, packets.clone());
+        let mut place = [0u16; SQUARES];
+        for &key in &keys[..self.count] {
+            place[usize::from(key)] += 1;
+        }
+        let mut before = 0;
+        for square in HILBERT {
+            let here = &mut place[usize::from(square)];
+            (*here, before) = (before, before + *here);
+        }
+        let (keys, _) = keys[..self.count.next_multiple_of(LANES)].as_chunks::<LANES>();
+        let mut left = self.count;
+        for (number, (keys, slot)) in keys.iter().zip(&rays.slots()[packets.start..]).enumerate() {
+            for lane in 0..LANES.min(left) {
+                let at = &mut place[usize::from(keys[lane])];
+                let k = usize::from(*at) % RAYS;
+                *at += 1;
+                for axis in 0..3 {
+                    self.org[axis].as_flattened_mut()[k] = slot.org[axis][lane];
+                    self.dir[axis].as_flattened_mut()[k] = slot.dir[axis][lane];
+                }
+                self.number[k] = (number * LANES + lane) as u16;
+            }
+            left -= LANES.min(left);
+        }
+    }
+
+    pub(super) fn groups<L: Lanes>(&self) -> usize {
+        self.count.div_ceil(L::PACKETS * LANES)
+    }
+
+    /// The k-th packet of as many lanes as `L` has.
+    #[inline(always)]
+    pub(super) fn group<L: Lanes>(&self, k: usize, tmax: f32) -> (RayPacket<L>, L::Mask) {
+        let first = k * L::PACKETS * LANES;
+        let vec = |columns: &[Column; 3]| {
+            let lanes = |column: &Column| {
+                let run = first % COLUMN / (L::PACKETS * LANES);
+                L::of_column(&column[first / COLUMN % (RAYS / COLUMN)], run)
+            };
+            Vec3Lanes::new(lanes(&columns[0]), lanes(&columns[1]), lanes(&columns[2]))
+        };
+        let rays = RayPacket {
+            org: vec(&self.org),
+            dir: vec(&self.dir),
+            tmax: L::splat(tmax),
+        };
+        let left = self.count - first;
+        (rays, L::Mask::first(left.min(L::PACKETS * LANES)))
+    }
+
+    /// Adds the lanes (as bits) of the k-th packet to those of the packets that rays came in.
+    #[inline(always)]
+    pub(super) fn put_back<L: Lanes>(&self, k: usize, lanes: u32, packets: &mut [u8; SIZE]) {
+        let first = k * L::PACKETS * LANES;
+        let numbers = &self.number[first..self.count.min(first + L::PACKETS * LANES)];
+        for (lane, &number) in numbers.iter().enumerate() {
+            let (packet, at) = (
+                usize::from(number) / LANES % SIZE,
+                usize::from(number) % LANES,
+            );
+            packets[packet] |= ((lanes >> lane & 1) as u8) << at;
+        }
+    }
+}
+
+/// Of each ray the number of the square in which it is seen: sixteen times that along p, and that along q.
+#[inline(always)]
+fn keys(frame: &Frame, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
+    const ZERO: Native = Native::ZERO;
+    let mut places = [[ZERO; 2]; RAYS / NATIVE];
+    let mut ends = [f32::INFINITY, f32::NEG_INFINITY].map(|end| [Native::splat(end); 2]);
+    for (place, packet) in places.iter_mut().zip(packets.step_by(Native::PACKETS)) {
+        let (rays, active) = rays.packet::<Native>(packet, 0.0);
+        let [_, p, q] = directions(frame, &rays);
+        *place = [p, q];
+        for (axis, x) in place.iter().enumerate() {
+            ends[0][axis] = ends[0][axis].min(active.select(*x, ends[0][axis]));
+            ends[1][axis] = ends[1][axis].max(active.select(*x, ends[1][axis]));
+        }
+    }
+    let low = ends[0].map(Native::least);
+    let high = ends[1].map(Native::greatest);
+    let low_lanes = low.map(Native::splat);
+    let scale: [Native; 2] =
+        std::array::from_fn(|axis| Native::splat((GRID as f32 - 1.0) / (high[axis] - low[axis])));
+    // Adding it rounds to a whole number, which then stands in the last bits.
+    let whole = Native::splat((1 << 23) as f32);
+    let mut keys = [0; RAYS];
+    for (keys, place) in keys.as_chunks_mut::<NATIVE>().0.iter_mut().zip(&places) {
+        let [p, q] = [0, 1].map(|axis| (place[axis] - low_lanes[axis]) * scale[axis]);
+        let row = (p + whole) - whole;
+        let square = (row * Native::splat(GRID as f32) + q) + whole;
+        *keys = square.to_array().map(|x| x.to_bits() as u8);
+    }
+    keys
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_curve_passes_every_square_and_never_jumps() {
+        let keys: Vec<(u8, u8)> = (0..GRID * GRID)
+            .map(|k| ((k % GRID) as u8, (k / GRID) as u8))
+            .collect();
+        let place = HILBERT.map(|square| {
+            let is = |&&(x, y): &&(u8, u8)| x * GRID as u8 + y == square;
+            *keys.iter().find(is).expect("every number is a square's")
+        });
+        for step in place.windows(2) {
+            let far = step[0].0.abs_diff(step[1].0) + step[0].1.abs_diff(step[1].1);
+            assert_eq!(far, 1, "{step:?}");
+        }
+        let mut squares = HILBERT;
+        squares.sort_unstable();
+        assert!(squares.is_sorted_by(|a, b| a < b));
+    }
+}

@@ -1,0 +1,166 @@
+//! Whether a node's box is worth a visit: the slab test of [`super::aabb`] with half its arithmetic and a little slack.
+//!
+//! What a primitive's own box decides must be the same bits everywhere; what the boxes around it decide must only lose nothing.
+//! So the distance of a plane at c is c·r − o·r here, with o·r made once for a ray: a product and a difference that are fused where
+//! the build has an instruction for it. Fused or not, the answers are the same; only how many boxes are visited may differ between
+//! builds, by very few.
+//!
+//! # Why nothing is lost
+//!
+//! Let u = 2⁻²⁴, o the origin moved by the padding p = 32u·|o| as [`super::aabb`] has it, and r the reciprocal of the direction,
+//! here positive. There a ray enters at the larger of 0 and fl((c − o)·r): with e = c − o > 0 that is e·r within 2u of it. Here the
+//! origin is moved by 2p, which takes p·r off; and r is smaller by 8u, which takes 7u of e·r off at least. Rounding of c·r, of the
+//! moved origin times r and of their difference adds at most u(|c| + 2|o| + e)·r, which is below (3u|o| + 2ue)·r, less than both
+//! together. So it enters here no later; with e ≤ 0 likewise, and both are 0 then. It leaves no earlier: the same with the other
+//! sign, and r larger by 8u. For r < 0 lower and upper planes change places, and a factor that is smaller by a share of |r| is again
+//! the one for entering. [`TINY`] stands for what gets lost below the smallest numbers.
+
+use super::aabb::{Planes, Slabs};
+use crate::packet::RayPacket;
+use crate::simd::{LaneMask, Lanes, Vec3Lanes};
+
+/// By how much of itself a reciprocal is made smaller and larger: 8u.
+const SHARE: f32 = 8.0 / 16_777_216.0;
+
+/// Taken off distances of entering and added to those of leaving: 2⁻¹⁰⁰.
+const TINY: f32 = f32::from_bits((127 - 100) << 23);
+
+/// What belongs to planes on one side of boxes: their coordinate times `by`, less `less`, is their distance.
+#[derive(Clone, Copy)]
+struct Side<L> {
+    by: Vec3Lanes<L>,
+    less: Vec3Lanes<L>,
+}
+
+/// A packet's rays, ready for the boxes of nodes: for the planes that they meet first and last if their directions agree in sign,
+/// else for lower and upper planes.
+#[derive(Clone, Copy)]
+pub(super) struct Cull<L> {
+    sides: [Side<L>; 2],
+}
+
+impl<L: Lanes> Cull<L> {
+    /// For rays, by their slabs.
+    #[inline(always)]
+    pub(super) fn new(rays: &RayPacket<L>, slabs: &Slabs<L>) -> Cull<L> {
+        let (rdir, tiny) = (slabs.rdir, L::splat(TINY));
+        let tiny = Vec3Lanes::new(tiny, tiny, tiny);
+        // To enter sooner, a reciprocal loses a share of itself; where signs differ, one for lower planes loses a share of its
+        // size, because where a ray goes down they are those to leave by, later.
+        let (share, tiny) = match slabs.near {
+            Some(_) => (rdir, tiny),
+            None => (rdir.abs(), signed(tiny, rdir)),
+        };
+        let share = share.scale(L::splat(SHARE));
+        // Slabs have the origins moved by the padding, and here it is twice that.
+        let [first, last] = slabs.org.map(|moved| moved + (moved - rays.org));
+        let side = |by: Vec3Lanes<L>, org: Vec3Lanes<L>, tiny: Vec3Lanes<L>| Side {
+            by,
+            less: org.times(by) + tiny,
+        };
+        Cull {
+            sides: [
+                side(rdir - share, first, tiny),
+                side(rdir + share, last, -tiny),
+            ],
+        }
+    }
+}
+
+impl<L: Lanes> Planes<L> for Cull<L> {
+    #[inline(always)]
+    fn distances(&self, side: usize, [x, y, z]: [f32; 3]) -> [L; 3] {
+        let Side { by, less } = &self.sides[side];
+        [
+            L::splat(x).times_less(by.x, less.x),
+            L::splat(y).times_less(by.y, less.y),
+            L::splat(z).times_less(by.z, less.z),
+        ]
+    }
+}
+
+/// Sizes with the signs of others.
+#[inline(always)]
+fn signed<L: Lanes>(size: Vec3Lanes<L>, like: Vec3Lanes<L>) -> Vec3Lanes<L> {
+    let one = |size: L, like: L| like.lt(L::ZERO).select(-size, size);
+    Vec3Lanes::new(
+        one(size.x, like.x),
+        one(size.y, like.y),
+        one(size.z, like.z),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::{F32x8, LANES, Mask8, Vec3x8};
+    use crate::traverse::random::Source;
+
+    /// A box somewhere, and rays of which most touch a corner of it, from near and far, some along an axis.
+    fn box_and_rays(from: &mut Source, together: bool) -> ([[f32; 3]; 2], RayPacket) {
+        let mut next = || from.unit();
+        let scale = (next() * 20.0).exp2();
+        let size = (next() * 10.0).exp2() * scale;
+        let lo = [0; 3].map(|_| next() * scale);
+        let hi = lo.map(|x| x + (next() + 1.0) * size);
+        let start = [0; 3].map(|_| next() * scale * (next() * 8.0).exp2());
+        let corners = [lo, hi];
+        let (mut org, mut dir) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        for lane in 0..LANES {
+            let length = if next() > 0.8 {
+                (next() * 96.0).exp2()
+            } else {
+                1.0
+            };
+            for axis in 0..3 {
+                let apart = if together { 1e-3 } else { 1.0 };
+                org[axis][lane] = start[axis] + next() * scale * apart;
+                let to = corners[usize::from(next() > 0.0)][axis];
+                dir[axis][lane] = match next() {
+                    x if x > 0.9 => 0.0,
+                    x if x > 0.8 => -0.0,
+                    _ => (to - org[axis][lane]) * length,
+                };
+            }
+        }
+        let [org, dir] = [org, dir].map(|[x, y, z]| {
+            let [x, y, z] = [x, y, z].map(F32x8::new);
+            Vec3x8::new(x, y, z)
+        });
+        let tmax = F32x8::splat(f32::INFINITY);
+        (corners, RayPacket { org, dir, tmax })
+    }
+
+    #[test]
+    fn what_passes_the_slab_test_is_visited_as_early_and_as_long() {
+        let mut from = Source(5);
+        let everyone = Mask8::splat(true);
+        let (mut passed, mut tight, mut ordered) = (0, 0, 0);
+        for round in 0..200_000 {
+            let (corners, rays) = box_and_rays(&mut from, round % 2 == 0);
+            let slabs = Slabs::new(rays.org, rays.dir, everyone);
+            let (must, cull) = (slabs.stay(&corners), Cull::new(&rays, &slabs));
+            let may = match slabs.near {
+                Some(near) => cull.stay_ordered(&corners, near),
+                None => cull.stay_mixed(&corners),
+            };
+            ordered += usize::from(slabs.near.is_some());
+            for lane in must.within(rays.tmax).lanes() {
+                let [enter, leave] = [must.enter.lane(lane), must.leave.lane(lane)];
+                let found = [may.enter.lane(lane), may.leave.lane(lane)];
+                assert!(
+                    found[0] <= enter && found[1] >= leave,
+                    "{found:?} for {enter} to {leave}: {corners:?} {rays:?} {lane}"
+                );
+                tight += usize::from(found[0] >= enter * 0.999_9);
+                passed += 1;
+            }
+        }
+        assert!(passed > 100_000, "{passed} rays met their box");
+        assert!(ordered > 20_000, "{ordered} packets with one sign");
+        assert!(
+            2 * tight > passed,
+            "{tight} of {passed} were not much earlier"
+        );
+    }
+}

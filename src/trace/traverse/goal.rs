@@ -1,0 +1,397 @@
+//! What a traversal looks for, the closest hit or any, and what it does in a leaf.
+
+use super::aabb::{Slabs, Stay};
+use super::packet::slots_of;
+use super::triangle::{MIXED, Shear};
+use super::{cone, instance, sphere, triangle};
+use crate::bvh::{Bvh, LeafKind};
+use crate::packet::{HitPacket, NO_PRIM, RayPacket};
+use crate::simd::{LaneIds, LaneMask, Lanes};
+use std::ops::Range;
+
+/// The closest hits so far. Inactive lanes hold t = −∞.
+#[derive(Clone, Copy)]
+pub(super) struct Best<L: Lanes> {
+    pub(super) t: L,
+    /// Barycentric weights of a triangle's second and third corner, times `det`: divided once, at the end.
+    pub(super) v: L,
+    pub(super) w: L,
+    pub(super) det: L,
+    pub(super) prim_id: L::Ids,
+}
+
+/// Lanes that meet a primitive, where, and with what weights: a triangle's `v` and `w` are the edge functions that weigh
+/// corners b and c, `det` their sum with the third.
+pub(super) struct Meeting<L: Lanes> {
+    pub(super) valid: L::Mask,
+    pub(super) t: L,
+    pub(super) v: L,
+    pub(super) w: L,
+    pub(super) det: L,
+}
+
+impl<L: Lanes> Meeting<L> {
+    /// A hit without barycentric weights.
+    #[inline(always)]
+    pub(super) fn bare(valid: L::Mask, t: L) -> Meeting<L> {
+        Meeting {
+            valid,
+            t,
+            v: L::ZERO,
+            w: L::ZERO,
+            det: L::ONE,
+        }
+    }
+}
+
+impl<L: Lanes> Best<L> {
+    /// Takes a hit where it is closer, or as close with a smaller number.
+    #[inline(always)]
+    pub(super) fn take(&mut self, hit: &Meeting<L>, id: L::Ids) -> L::Mask {
+        let closer = hit.t.lt(self.t) | (hit.t.eq(self.t) & id.lt(self.prim_id));
+        let take = hit.valid & closer;
+        self.t = take.select(hit.t, self.t);
+        self.v = take.select(hit.v, self.v);
+        self.w = take.select(hit.w, self.w);
+        self.det = take.select(hit.det, self.det);
+        self.prim_id = take.select_ids(id, self.prim_id);
+        take
+    }
+
+    /// Takes a hit without barycentric weights.
+    #[inline(always)]
+    pub(super) fn take_bare(&mut self, valid: L::Mask, t: L, prim_id: u32) {
+        self.take(&Meeting::bare(valid, t), L::Ids::splat(prim_id));
+    }
+}
+
+/// The limit of a lane without a ray, or with nothing left to find.
+#[inline(always)]
+pub(super) fn nowhere<L: Lanes>() -> L {
+    L::splat(f32::NEG_INFINITY)
+}
+
+/// What a traversal looks for.
+pub(super) trait Goal<L: Lanes>: Copy {
+    /// Whether it helps to meet near leaves first: it does not where any hit will do.
+    const ORDERED: bool;
+    /// How far each ray still has to look.
+    fn limit(&self) -> L;
+    /// The same goal within an instance, whose box the rays cross as `stay` says; none if nothing in there can matter.
+    fn within(&self, stay: &Stay<L>) -> Option<Self>
+    where
+        Self: Sized;
+    /// Takes a hit, where it counts; true if it does in any lane.
+    fn take(&mut self, hit: &Meeting<L>, id: u32) -> bool;
+    /// Takes over what was found within an instance; true ends the traversal.
+    fn leave(&mut self, inner: Self, stay: &Stay<L>, id_offset: u32) -> bool;
+    /// Tests the primitives of a leaf; true ends the traversal.
+    fn leaf<const PLAIN: bool>(
+        &mut self,
+        bvh: &Bvh,
+        rays: &Prepared<L>,
+        kind: LeafKind,
+        slots: Range<usize>,
+    ) -> bool;
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct Closest<L: Lanes> {
+    pub(super) best: Best<L>,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct AnyHit<L: Lanes> {
+    limit: L,
+    blocked: L::Mask,
+    all: u32,
+}
+
+impl<L: Lanes> Closest<L> {
+    /// Hits closer than `limit`.
+    #[inline(always)]
+    pub(super) fn new(limit: L) -> Closest<L> {
+        Closest {
+            best: Best {
+                t: limit,
+                v: L::ZERO,
+                w: L::ZERO,
+                det: L::ONE,
+                // Nothing is smaller, so a hit at the limit itself does not win the tie.
+                prim_id: L::Ids::splat(0),
+            },
+        }
+    }
+
+    /// Whether anything was found, without a limit.
+    #[inline(always)]
+    pub(super) fn found(&self) -> bool {
+        let t = self.best.t;
+        (t.gt(nowhere()) & t.lt(L::splat(f32::INFINITY))).any()
+    }
+
+    /// What was found below `tmax`.
+    #[inline(always)]
+    pub(super) fn hits(&self, tmax: L, active: L::Mask) -> HitPacket<L> {
+        let best = &self.best;
+        let found = active & best.t.lt(tmax);
+        HitPacket {
+            t: found.select(best.t, tmax),
+            u: best.v / best.det,
+            v: best.w / best.det,
+            prim_id: found.select_ids(best.prim_id, L::Ids::splat(NO_PRIM)),
+        }
+    }
+}
+
+impl<L: Lanes> Goal<L> for Closest<L> {
+    const ORDERED: bool = true;
+    #[inline(always)]
+    fn limit(&self) -> L {
+        self.best.t
+    }
+
+    #[inline(always)]
+    fn within(&self, stay: &Stay<L>) -> Option<Closest<L>> {
+        let limit = instance::closest_limit(self.best.t, stay);
+        limit.gt(nowhere()).any().then(|| Closest {
+            best: Best {
+                t: limit,
+                // The smallest number wins a tie, so this one loses it: a hit at the limit may win out there.
+                prim_id: L::Ids::splat(NO_PRIM),
+                ..self.best
+            },
+        })
+    }
+
+    #[inline(always)]
+    fn take(&mut self, hit: &Meeting<L>, id: u32) -> bool {
+        self.best.take(hit, L::Ids::splat(id)).any()
+    }
+
+    #[inline(always)]
+    fn leave(&mut self, inner: Closest<L>, stay: &Stay<L>, id_offset: u32) -> bool {
+        let found = inner.best;
+        let id = found.prim_id.wrapping_add(L::Ids::splat(id_offset));
+        let (met, t) = instance::outside(found.t, stay);
+        let hit = met & !found.prim_id.eq(L::Ids::splat(NO_PRIM));
+        self.best.take(
+            &Meeting {
+                valid: hit,
+                t,
+                v: found.v,
+                w: found.w,
+                det: found.det,
+            },
+            id,
+        );
+        false
+    }
+
+    #[inline(always)]
+    fn leaf<const PLAIN: bool>(
+        &mut self,
+        bvh: &Bvh,
+        rays: &Prepared<L>,
+        kind: LeafKind,
+        slots: Range<usize>,
+    ) -> bool {
+        let best = &mut self.best;
+        let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
+        match kind {
+            LeafKind::Triangle => match rays.shear.axis {
+                0 => triangles_closest::<L, 0>(bvh, rays, slots, best),
+                1 => triangles_closest::<L, 1>(bvh, rays, slots, best),
+                2 => triangles_closest::<L, 2>(bvh, rays, slots, best),
+                _ => triangles_closest::<L, MIXED>(bvh, rays, slots, best),
+            },
+            LeafKind::Sphere => {
+                for slot in slots_of(bvh.spheres(), slots) {
+                    sphere::closest(org, dir, slabs, slot, best);
+                }
+            }
+            LeafKind::Ellipsoid => {
+                for slot in slots_of(bvh.ellipsoids(), slots) {
+                    sphere::closest_ellipsoid(org, dir, slabs, slot, best);
+                }
+            }
+            LeafKind::Cone if !PLAIN => *best = cones_closest(bvh, rays, slots, *best),
+            // The traversal itself enters instances.
+            LeafKind::Cone | LeafKind::Instance => {}
+        }
+        false
+    }
+}
+
+impl<L: Lanes> Goal<L> for AnyHit<L> {
+    const ORDERED: bool = false;
+    #[inline(always)]
+    fn limit(&self) -> L {
+        self.limit
+    }
+
+    #[inline(always)]
+    fn within(&self, stay: &Stay<L>) -> Option<AnyHit<L>> {
+        let limit = instance::any_hit_limit(self.limit, stay);
+        let live = limit.gt(nowhere()).bits();
+        (live != 0).then(|| AnyHit {
+            limit,
+            blocked: L::Mask::none(),
+            all: live,
+        })
+    }
+
+    #[inline(always)]
+    fn take(&mut self, hit: &Meeting<L>, _: u32) -> bool {
+        let hits = hit.valid & hit.t.lt(self.limit);
+        self.block(hits);
+        hits.any()
+    }
+
+    #[inline(always)]
+    fn leave(&mut self, inner: AnyHit<L>, _: &Stay<L>, _: u32) -> bool {
+        self.block(inner.blocked)
+    }
+
+    #[inline(always)]
+    fn leaf<const PLAIN: bool>(
+        &mut self,
+        bvh: &Bvh,
+        rays: &Prepared<L>,
+        kind: LeafKind,
+        slots: Range<usize>,
+    ) -> bool {
+        let tmax = self.limit;
+        let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
+        let hits = match kind {
+            LeafKind::Triangle => match rays.shear.axis {
+                0 => triangles_occluded::<L, 0>(bvh, rays, slots, tmax),
+                1 => triangles_occluded::<L, 1>(bvh, rays, slots, tmax),
+                2 => triangles_occluded::<L, 2>(bvh, rays, slots, tmax),
+                _ => triangles_occluded::<L, MIXED>(bvh, rays, slots, tmax),
+            },
+            // Loops and not closures, which are not inlined here.
+            LeafKind::Sphere => {
+                let mut hits = L::Mask::none();
+                for slot in slots_of(bvh.spheres(), slots) {
+                    hits = hits | sphere::occluded(org, dir, slabs, slot, tmax);
+                }
+                hits
+            }
+            LeafKind::Ellipsoid => {
+                let mut hits = L::Mask::none();
+                for slot in slots_of(bvh.ellipsoids(), slots) {
+                    hits = hits | sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax);
+                }
+                hits
+            }
+            LeafKind::Cone if !PLAIN => cones_occluded(bvh, rays, slots, tmax),
+            LeafKind::Cone | LeafKind::Instance => L::Mask::none(),
+        };
+        self.block(hits)
+    }
+}
+
+impl<L: Lanes> AnyHit<L> {
+    #[inline(always)]
+    pub(super) fn new(limit: L, active: L::Mask) -> AnyHit<L> {
+        AnyHit {
+            limit,
+            blocked: L::Mask::none(),
+            all: active.bits(),
+        }
+    }
+
+    /// Lanes that met anything.
+    #[inline(always)]
+    pub(super) fn blocked(&self) -> L::Mask {
+        self.blocked
+    }
+
+    /// Lanes that met nothing.
+    #[inline(always)]
+    pub(super) fn unblocked(&self) -> L::Mask {
+        L::Mask::from_bits(self.all) & !self.blocked
+    }
+
+    /// A blocked lane is done: like a lane without a ray. True when all are.
+    #[inline(always)]
+    fn block(&mut self, hits: L::Mask) -> bool {
+        self.blocked = self.blocked | hits;
+        self.limit = hits.select(nowhere(), self.limit);
+        self.blocked.bits() == self.all
+    }
+}
+
+/// Rays with what the tests derive from them once.
+#[derive(Clone, Copy)]
+pub(super) struct Prepared<L: Lanes> {
+    pub(super) rays: RayPacket<L>,
+    pub(super) slabs: Slabs<L>,
+    pub(super) shear: Shear<L>,
+}
+
+impl<L: Lanes> Prepared<L> {
+    #[inline(always)]
+    pub(super) fn new(rays: &RayPacket<L>, active: L::Mask) -> Prepared<L> {
+        Prepared {
+            rays: *rays,
+            slabs: Slabs::new(rays.org, rays.dir, active),
+            shear: Shear::new(rays.org, rays.dir, active),
+        }
+    }
+}
+
+#[inline(always)]
+fn triangles_closest<L: Lanes, const AXIS: usize>(
+    bvh: &Bvh,
+    rays: &Prepared<L>,
+    slots: Range<usize>,
+    best: &mut Best<L>,
+) {
+    for slot in slots_of(bvh.triangles(), slots) {
+        triangle::closest::<L, AXIS>(rays, slot, best);
+    }
+}
+
+#[inline(always)]
+fn triangles_occluded<L: Lanes, const AXIS: usize>(
+    bvh: &Bvh,
+    rays: &Prepared<L>,
+    slots: Range<usize>,
+    tmax: L,
+) -> L::Mask {
+    let mut hits = L::Mask::none();
+    for slot in slots_of(bvh.triangles(), slots) {
+        hits = hits | triangle::occluded::<L, AXIS>(rays, slot, tmax);
+    }
+    hits
+}
+
+/// Cones stand apart, and take and give the hits by value: what a call is given the address of stays in memory.
+#[inline(never)]
+fn cones_closest<L: Lanes>(
+    bvh: &Bvh,
+    rays: &Prepared<L>,
+    slots: Range<usize>,
+    mut best: Best<L>,
+) -> Best<L> {
+    for slot in slots_of(bvh.cones(), slots) {
+        cone::closest(rays.rays.org, rays.rays.dir, &rays.slabs, slot, &mut best);
+    }
+    best
+}
+
+#[inline(never)]
+fn cones_occluded<L: Lanes>(
+    bvh: &Bvh,
+    rays: &Prepared<L>,
+    slots: Range<usize>,
+    tmax: L,
+) -> L::Mask {
+    let mut hits = L::Mask::none();
+    for slot in slots_of(bvh.cones(), slots) {
+        hits = hits | cone::occluded(rays.rays.org, rays.rays.dir, &rays.slabs, slot, tmax);
+    }
+    hits
+}

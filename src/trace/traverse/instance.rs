@@ -1,0 +1,134 @@
+//! Instances: rays into the space of a mesh, and what they hit back into the world's.
+//!
+//! Directions are moved without being made unit again, so that distances along the ray are the same inside and outside,
+//! but for rounding. What an instance shows of its mesh is the closest hit *there*, by (t, prim_id); its distance in the
+//! world is that t, clamped to the ray's stay in the instance's own box, and a ray that misses that box hits nothing of
+//! it. With the clamp, every box around the instance's own is entered no later than the hit (see [`crate::traverse`]): no
+//! tree of the world can lose it.
+//!
+//! No tree of the mesh can lose it either, if pruning inside knows about the clamp. Let `best` be the closest distance
+//! so far in the world. A hit inside at t beyond `best` comes out as max(t, enter) or, beyond the stay, as `leave`: so it
+//! cannot matter if `best` < `leave`. Otherwise everything inside still may.
+
+use super::aabb::Stay;
+use crate::bvh::InstanceSlot;
+use crate::packet::RayPacket;
+use crate::simd::{LaneMask, Lanes, Vec3Lanes};
+
+/// The rays in the space of the instance's mesh: (x·v.x + y·v.y) + z·v.z, plus the translation for the origins.
+#[inline(always)]
+pub(super) fn moved<L: Lanes>(rays: &RayPacket<L>, slot: &InstanceSlot) -> RayPacket<L> {
+    let [x, y, z, shift] = slot.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
+    let turn = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
+    RayPacket {
+        org: turn(rays.org) + shift,
+        dir: turn(rays.dir),
+        tmax: rays.tmax,
+    }
+}
+
+/// Lanes whose ray crosses the instance's own box ahead of its origin.
+#[inline(always)]
+fn crosses<L: Lanes>(stay: &Stay<L>) -> L::Mask {
+    stay.enter.le(stay.leave) & stay.leave.gt(L::ZERO)
+}
+
+/// How far hits inside may matter; −∞ in lanes where none can. Finite where hits count up to any distance, because a
+/// hit at the limit itself does.
+#[inline(always)]
+pub(super) fn closest_limit<L: Lanes>(best: L, stay: &Stay<L>) -> L {
+    let limit = best.lt(stay.leave).select(best, L::splat(f32::MAX));
+    let reaches = crosses(stay) & stay.enter.le(best);
+    reaches.select(limit, L::splat(f32::NEG_INFINITY))
+}
+
+/// The distance outside of a hit inside, and the lanes in which it counts.
+#[inline(always)]
+pub(super) fn outside<L: Lanes>(t: L, stay: &Stay<L>) -> (L::Mask, L) {
+    let clamped = t.max(stay.enter).min(stay.leave);
+    (crosses(stay) & clamped.gt(L::ZERO), clamped)
+}
+
+/// The limit inside for "any hit before `tmax`": a hit that comes out as `leave` or `enter` may count at any t.
+#[inline(always)]
+pub(super) fn any_hit_limit<L: Lanes>(tmax: L, stay: &Stay<L>) -> L {
+    let nowhere = L::splat(f32::NEG_INFINITY);
+    let everywhere = L::splat(f32::INFINITY);
+    let some = stay.enter.lt(tmax).select(tmax, nowhere);
+    let limit = stay.leave.lt(tmax).select(everywhere, some);
+    crosses(stay).select(limit, nowhere)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::F32x8;
+
+    const INF: f32 = f32::INFINITY;
+
+    fn stay(enter: f32, leave: f32) -> Stay<F32x8> {
+        Stay {
+            enter: F32x8::splat(enter),
+            leave: F32x8::splat(leave),
+        }
+    }
+
+    fn first(lanes: F32x8) -> f32 {
+        lanes.to_array()[0]
+    }
+
+    #[test]
+    fn hits_come_out_within_the_stay() {
+        for (t, enter, leave, want) in [
+            (3.0, 2.0, 4.0, Some(3.0)),
+            (1.0, 2.0, 4.0, Some(2.0)),
+            (9.0, 2.0, 4.0, Some(4.0)),
+            // Behind the origin, or beside the box.
+            (1.0, 0.0, -1.0, None),
+            (1.0, 0.0, 0.0, None),
+            (3.0, 4.0, 2.0, None),
+        ] {
+            let (counts, out) = outside(F32x8::splat(t), &stay(enter, leave));
+            let got = (counts.bits() == 0xff).then(|| first(out));
+            assert_eq!(got, want, "{t} in {enter} to {leave}");
+        }
+    }
+
+    /// Whatever lies beyond the limit inside cannot win outside, and what can win does not lie beyond it.
+    #[test]
+    fn limits_are_those_of_what_comes_out() {
+        let places = [0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, INF];
+        for (enter, leave) in [
+            (0.0, 1.0),
+            (1.0, 3.0),
+            (2.0, 2.0),
+            (2.0, INF),
+            (3.0, 1.0),
+            (0.0, -2.0),
+        ] {
+            let stay = stay(enter, leave);
+            for best in places {
+                let closest = first(closest_limit(F32x8::splat(best), &stay));
+                let any = first(any_hit_limit(F32x8::splat(best), &stay));
+                for t in [0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0] {
+                    let (counts, out) = outside(F32x8::splat(t), &stay);
+                    let (counts, out) = (counts.any(), first(out));
+                    // At the same distance the smaller number wins, whoever has it.
+                    let may_win = counts && out <= best;
+                    assert!(
+                        !may_win || t <= closest,
+                        "{t} of {enter}..{leave}, best {best}"
+                    );
+                    assert_eq!(
+                        counts && out < best,
+                        t < any,
+                        "{t} of {enter}..{leave}, before {best}"
+                    );
+                }
+                if enter > leave || leave <= 0.0 {
+                    assert_eq!((closest, any), (-INF, -INF));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Closest hit and occlusion for queues of rays.
+//!
+//! | file | what |
+//! |---|---|
+//! | `aabb` | the slab test of a ray against a padded box |
+//! | `cull` | the same for boxes of nodes, with less arithmetic and a little slack |
+//! | `triangle`, `sphere`, `cone` | one test per primitive: what a hit is |
+//! | `instance` | rays into the space of a mesh, hits back out of it |
+//! | `goal` | the closest hit or any: what a leaf means for either |
+//! | `packet` | a packet of rays together down the binary tree |
+//! | `beam` | rays that share a point together down the wide tree |
+//! | `order` | the children of a wide node onto a stack |
+//! | `single` | rays on their own down the wide tree |
+//! | `coherence` | how far rays part |
+//! | `part` | packets of a batch, for each of two kernels |
+//! | `choice` | which of two kernels is faster |
+//! | `tally` | work, counted |
+//! | `traversal` | queues in, hits out: which kernel traces what |
+//! | `alone` | each test without a tree, for benchmarks |
+//!
+//! The choice between kernels stands in one place, [`Kernel`] with [`Traversal`].
+//!
+//! # Why no tree can lose a hit
+//!
+//! A hit counts only if its ray also passes the slab test of the primitive's *own* padded box, and its distance is
+//! clamped to the ray's stay in that box. The slab test is monotone: subtraction, multiplication by a constant, min and
+//! max all preserve order under rounding, so a ray that passes a box passes every box around it, with no later entry
+//! and no earlier exit. Hence every ancestor of the primitive is visited with an entry distance not beyond the hit,
+//! whatever the tree: the closest hit is the brute-force one to the bit. This replaces an argument about error
+//! bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) by one about order; the padding only has to make sure that
+//! genuine hits pass, and the clamp only ever makes a distance more accurate.
+//!
+//! Through instances the argument holds twice, with a clamp to the stay in the instance's own box outside: see `instance`.
+//!
+//! Ties in distance go to the smaller `prim_id`.
+
+mod aabb;
+pub mod alone;
+mod beam;
+mod choice;
+mod coherence;
+mod cone;
+mod cull;
+mod goal;
+mod instance;
+#[allow(unsafe_code, reason = "shuffles by a table have no safe name")]
+mod order;
+#[allow(
+    unsafe_code,
+    reason = "the inner loop has no bounds checks; each block says why it may"
+)]
+mod packet;
+mod part;
+#[allow(unsafe_code, reason = "the one instruction that has no safe name")]
+mod prefetch;
+#[cfg(test)]
+mod random;
+#[allow(
+    unsafe_code,
+    reason = "the inner loop has no bounds checks; each block says why it may"
+)]
+mod single;
+mod sphere;
+mod tally;
+mod tracer;
+mod traversal;
+mod triangle;
+
+pub use tally::Work;
+pub use tracer::{PacketLanes, Tracer};
+pub use traversal::{Kernel, Traversal};

@@ -1,0 +1,288 @@
+//! Children of a wide node onto the stack of a ray on its own, without a branch.
+//!
+//! Children lie along an axis, see [`crate::bvh::WideNode::axis`], so that the way a ray goes along it tells which comes first. That
+//! is not the order of their entry distances; but a network that sorts these is half of the instructions of a node, and
+//! saves no more than 4 % of the nodes (`perf/notes/single-rays.md`).
+
+use super::aabb::Stay;
+use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native};
+use std::ops::Range;
+
+/// By set of lanes, as bits: the lanes in it, one a byte, first those of the lower bits; and those of the higher bits first.
+pub(super) static LANES_OF: [[[u8; LANES]; 256]; 2] = {
+    let mut tables = [[[0; LANES]; 256]; 2];
+    let mut set = 0;
+    while set < 256 {
+        let (mut lane, mut at) = (0, 0);
+        let last = (set as u32).count_ones() as usize;
+        while lane < LANES {
+            if set >> lane & 1 == 1 {
+                tables[0][set][at] = lane as u8;
+                tables[1][set][last - 1 - at] = lane as u8;
+                at += 1;
+            }
+            lane += 1;
+        }
+        set += 1;
+    }
+    tables
+};
+
+/// Children waiting to be visited, as columns: where each begins, and its code.
+pub(super) struct Waiting {
+    enter: Vec<f32>,
+    code: Vec<u32>,
+}
+
+impl Waiting {
+    /// Room for so many, in as many stacks as one likes.
+    pub(super) fn with_room(room: usize) -> Waiting {
+        Waiting {
+            enter: vec![0.0; room],
+            code: vec![0; room],
+        }
+    }
+
+    /// Writes the children that a ray meets between 0 and `best` from `at` on, in the order in which they lie or `reversed`, and
+    /// others behind them; tells how many are met. It crosses their boxes as `crossing` says, which may begin behind it.
+    ///
+    /// # Safety
+    /// There is room for [`NATIVE`] from `at` on.
+    #[inline(always)]
+    pub(super) unsafe fn write(
+        &mut self,
+        at: usize,
+        reversed: bool,
+        crossing: &Stay<Native>,
+        best: f32,
+        codes: &[u32; NATIVE],
+    ) -> usize {
+        debug_assert!(at + NATIVE <= self.code.len());
+        // SAFETY: both columns are as long, and have as many places from `at` on, as the caller says.
+        let to = unsafe {
+            (
+                &mut *self.enter.as_mut_ptr().add(at).cast::<[f32; NATIVE]>(),
+                &mut *self.code.as_mut_ptr().add(at).cast::<[u32; NATIVE]>(),
+            )
+        };
+        at_once(reversed, crossing, best, codes, to)
+    }
+
+    /// The code of one.
+    ///
+    /// # Safety
+    /// `at` is below what there is room for.
+    #[inline(always)]
+    pub(super) unsafe fn code(&self, at: usize) -> u32 {
+        // SAFETY: as the caller says.
+        unsafe { *self.code.get_unchecked(at) }
+    }
+
+    /// Leaves those of a stack that begin at a distance of `limit` at most, and tells where it ends then.
+    #[inline(always)]
+    pub(super) fn keep(&mut self, stack: Range<usize>, limit: f32) -> usize {
+        let start = stack.start;
+        let (enter, code) = (&mut self.enter[stack.clone()], &mut self.code[stack]);
+        let mut count = 0;
+        for k in 0..enter.len().min(code.len()) {
+            let one = (enter[k], code[k]);
+            (enter[count], code[count]) = one;
+            count += usize::from(one.0 <= limit);
+        }
+        start + count
+    }
+}
+
+#[cfg_attr(
+    all(target_arch = "x86_64", target_feature = "avx2"),
+    allow(dead_code, reason = "another replaces it, and is tested against it")
+)]
+#[inline(always)]
+fn one_by_one(
+    reversed: bool,
+    crossing: &Stay<Native>,
+    best: f32,
+    codes: &[u32; NATIVE],
+    (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
+) -> usize {
+    let enter = crossing.enter.max(Native::ZERO);
+    let limit = crossing.leave.min(Native::splat(best));
+    let (met, enter) = (enter.le(limit).bits(), enter.to_array());
+    let mut count = 0;
+    for k in 0..NATIVE {
+        let lane = if reversed { NATIVE - 1 - k } else { k };
+        // Written always, kept where it is met: no branch. No more than so many were written before.
+        (to_enter[count % NATIVE], to_code[count % NATIVE]) = (enter[lane], codes[lane]);
+        count += (met >> lane & 1) as usize;
+    }
+    count
+}
+
+#[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
+use one_by_one as at_once;
+
+#[cfg(all(
+    target_arch = "x86_64",
+    target_feature = "avx2",
+    not(target_feature = "avx512f")
+))]
+#[inline(always)]
+fn at_once(
+    reversed: bool,
+    crossing: &Stay<Native>,
+    best: f32,
+    codes: &[u32; NATIVE],
+    (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
+) -> usize {
+    use std::arch::x86_64::*;
+    let enter = crossing.enter.max(Native::ZERO);
+    let limit = crossing.leave.min(Native::splat(best));
+    let met = enter.le(limit).bits();
+    let lanes = &LANES_OF[usize::from(reversed)][met as usize % 256];
+    let enter = enter.to_array();
+    // SAFETY: the build has the instructions, see the attribute; and the arrays are eight long.
+    unsafe {
+        let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(lanes.as_ptr().cast()));
+        let enter = _mm256_loadu_ps(enter.as_ptr());
+        let codes = _mm256_loadu_si256(codes.as_ptr().cast());
+        let (enter, codes) = (
+            _mm256_permutevar8x32_ps(enter, order),
+            _mm256_permutevar8x32_epi32(codes, order),
+        );
+        _mm256_storeu_ps(to_enter.as_mut_ptr(), enter);
+        _mm256_storeu_si256(to_code.as_mut_ptr().cast(), codes);
+    }
+    met.count_ones() as usize
+}
+
+/// Places in order, and in reverse.
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
+static TURNED: [[u32; NATIVE]; 2] = {
+    let mut turned = [[0; NATIVE]; 2];
+    let mut k = 0;
+    while k < NATIVE {
+        turned[0][k] = k as u32;
+        turned[1][k] = (NATIVE - 1 - k) as u32;
+        k += 1;
+    }
+    turned
+};
+
+#[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
+#[inline(always)]
+fn at_once(
+    reversed: bool,
+    crossing: &Stay<Native>,
+    best: f32,
+    codes: &[u32; NATIVE],
+    (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
+) -> usize {
+    use std::arch::x86_64::*;
+    let (enter, leave) = (crossing.enter.to_array(), crossing.leave.to_array());
+    // SAFETY: the build has the instructions, see the attribute; and the arrays are sixteen long.
+    unsafe {
+        let order = _mm512_loadu_si512(TURNED[usize::from(reversed)].as_ptr().cast());
+        let enter = _mm512_permutexvar_ps(order, _mm512_loadu_ps(enter.as_ptr()));
+        let leave = _mm512_permutexvar_ps(order, _mm512_loadu_ps(leave.as_ptr()));
+        // What is the same in all lanes comes in after their turn: before, the compiler would turn it, too.
+        let enter = _mm512_max_ps(enter, _mm512_setzero_ps());
+        let limit = _mm512_min_ps(leave, _mm512_set1_ps(best));
+        let codes = _mm512_permutexvar_epi32(order, _mm512_loadu_si512(codes.as_ptr().cast()));
+        let met = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(enter, limit);
+        // Compressed in a register and stored whole: to memory, some processors take a hundred cycles.
+        _mm512_storeu_ps(to_enter.as_mut_ptr(), _mm512_maskz_compress_ps(met, enter));
+        let codes = _mm512_maskz_compress_epi32(met, codes);
+        _mm512_storeu_si512(to_code.as_mut_ptr().cast(), codes);
+        met.count_ones() as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn random(seed: u32) -> impl FnMut() -> u32 {
+        let mut state = seed;
+        move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            state >> 8
+        }
+    }
+
+    #[test]
+    fn lanes_of_a_set_come_in_order() {
+        for (set, lanes) in LANES_OF[0].iter().enumerate() {
+            let mut want: Vec<u8> = (0..8).filter(|lane| set >> lane & 1 == 1).collect();
+            assert_eq!(lanes[..want.len()], want);
+            want.reverse();
+            assert_eq!(LANES_OF[1][set][..want.len()], want);
+        }
+    }
+
+    #[test]
+    fn what_is_met_comes_first_and_as_it_lies() {
+        let mut next = random(1);
+        let mut waiting = Waiting::with_room(24 + NATIVE);
+        for round in 0..20_000 {
+            let best = (next() % 1000) as f32 * 0.37;
+            let enter: [f32; NATIVE] =
+                std::array::from_fn(|_| (next() % 1200) as f32 * 0.37 - 60.0);
+            // Among the ways out are some that are met exactly, one at the best, some behind the ray, and one that is no number.
+            let leave = |enter: &f32| {
+                [*enter, enter - 0.1, enter + 90.0, best, f32::NAN][next() as usize % 5]
+            };
+            let leave = enter.each_ref().map(leave);
+            let codes: [u32; NATIVE] = std::array::from_fn(|_| next());
+            let (reversed, at) = (round % 2 == 1, round % 22);
+            let begin = |lane: usize| enter[lane].max(0.0);
+            // A way out that is no number counts as the best.
+            let of_met = (0..NATIVE).filter(|&lane| begin(lane) <= leave[lane].min(best));
+            let mut want: Vec<(f32, u32)> = of_met.map(|lane| (begin(lane), codes[lane])).collect();
+            if reversed {
+                want.reverse();
+            }
+            let crossing = Stay {
+                enter: Native::new(enter),
+                leave: Native::new(leave),
+            };
+            // SAFETY: from 22 on there are as many places.
+            let count = unsafe { waiting.write(at, reversed, &crossing, best, &codes) };
+            let places = at..at + count;
+            let found = places.map(|k| (waiting.enter[k], waiting.code[k]));
+            assert_eq!(found.collect::<Vec<_>>(), want);
+            let (mut enters, mut found) = ([0.0; NATIVE], [0; NATIVE]);
+            let to = (&mut enters, &mut found);
+            let count = one_by_one(reversed, &crossing, best, &codes, to);
+            let found = enters.into_iter().zip(found).take(count);
+            assert_eq!(found.collect::<Vec<_>>(), want);
+        }
+    }
+
+    #[test]
+    fn what_begins_behind_the_limit_is_left_out() {
+        let mut next = random(7);
+        let distances = [0.0, 0.5, 1.0, 1.0 + f32::EPSILON, 3e30, f32::INFINITY];
+        for _ in 0..5_000 {
+            let mut pick = || distances[next() as usize % distances.len()];
+            let limit = pick();
+            let mut waiting = Waiting {
+                enter: (0..20).map(|_| pick()).collect(),
+                code: (0..20).collect(),
+            };
+            let all: Vec<(f32, u32)> = waiting.enter.iter().copied().zip(0..).collect();
+            let end = waiting.keep(3..17, limit);
+            let want = all[3..17].iter().filter(|one| one.0 <= limit).copied();
+            let found = (3..end).map(|k| (waiting.enter[k], waiting.code[k]));
+            assert_eq!(
+                found.collect::<Vec<_>>(),
+                want.collect::<Vec<_>>(),
+                "{all:?}"
+            );
+            let beside = |k: &usize| (waiting.enter[*k], waiting.code[*k]) == all[*k];
+            assert!(
+                (0..3).chain(17..20).all(|k| beside(&k)),
+                "others are left alone"
+            );
+        }
+    }
+}

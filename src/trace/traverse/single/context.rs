@@ -1,0 +1,265 @@
+//! One ray under way, against all boxes of a node or all primitives of a block at once.
+
+use crate::bvh::{SphereBlock, TriangleBlock};
+use crate::packet::NO_PRIM;
+use crate::simd::{F32x8, LaneIds, LaneMask, Lanes, NATIVE, Native, NativeMask, U32x8, Vec3Native};
+use crate::traverse::aabb::Stay;
+use crate::traverse::goal::Best;
+use crate::traverse::sphere;
+use crate::traverse::triangle::{self, Corners, Pairing};
+use bytemuck::{Pod, Zeroable};
+
+/// What tests need of a ray, in words of four bytes: a packet's are made by turning columns of lanes into rows. Two lines of the
+/// cache, and no word across their end.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(super) struct Ray {
+    /// What the slab test needs: see [`crate::traverse::aabb`].
+    pub(super) rdir: [f32; 3],
+    pub(super) first: [f32; 3],
+    pub(super) last: [f32; 3],
+    /// Which planes of a box are met first and last, by axis: rows, as a node has them one after the other.
+    pub(super) near: [u32; 3],
+    pub(super) far: [u32; 3],
+    /// The axes in the order of the ray's frame, the origin in that order, slopes and scale: see [`crate::traverse::triangle`].
+    pub(super) axes: [u32; 3],
+    pub(super) frame_org: [f32; 3],
+    pub(super) slopes: [f32; 3],
+    pub(super) org: [f32; 3],
+    pub(super) dir: [f32; 3],
+    /// 1 if its packet is [`usual`](crate::traverse::triangle::Shear::usual), else 0.
+    pub(super) usual: u32,
+    /// By axis, as bits, whether it goes toward larger coordinates; and the fourth always, for what has no axis.
+    pub(super) up: u32,
+}
+
+/// One ray under way.
+#[derive(Clone, Copy)]
+pub(super) struct Context {
+    pub(super) ray: Ray,
+    pub(super) best: Hit,
+    /// Where its stack begins among all, and where it ends.
+    pub(super) bottom: usize,
+    pub(super) top: usize,
+    /// Where it is.
+    pub(super) current: u32,
+    /// Which ray of the queue it is.
+    pub(super) number: usize,
+}
+
+/// The closest hit so far of one ray, as in [`Best`].
+#[derive(Clone, Copy)]
+pub(super) struct Hit {
+    pub(super) t: f32,
+    pub(super) v: f32,
+    pub(super) w: f32,
+    pub(super) det: f32,
+    pub(super) prim_id: u32,
+}
+
+impl Context {
+    /// None, its stack beginning there.
+    pub(super) fn idle(bottom: usize) -> Context {
+        Context {
+            ray: Ray::zeroed(),
+            best: Hit::none_before(0.0),
+            bottom,
+            top: bottom,
+            current: 0,
+            number: 0,
+        }
+    }
+
+    /// Whether it goes toward larger coordinates along an axis.
+    #[inline(always)]
+    pub(super) fn goes_up(&self, axis: u8) -> bool {
+        self.ray.up >> (axis & 3) & 1 == 1
+    }
+
+    /// The ray's stays in boxes, whose planes `row` gives: first the lower ones by axis, then the upper ones. The arithmetic of
+    /// `Slabs::stay_ordered`, with the lanes' parts exchanged.
+    #[inline(always)]
+    pub(super) fn stay(&self, row: impl Fn(usize) -> Native) -> Stay<Native> {
+        let Stay { enter, leave } = self.crossing(row);
+        let enter = enter.max(Native::ZERO);
+        Stay { enter, leave }
+    }
+
+    /// Where the ray's line, which goes on behind its origin, enters and leaves boxes; as [`Context::stay`].
+    #[inline(always)]
+    pub(super) fn crossing(&self, row: impl Fn(usize) -> Native) -> Stay<Native> {
+        let ray = &self.ray;
+        let enter = |axis: usize| {
+            (row(ray.near[axis] as usize) - Native::splat(ray.first[axis]))
+                * Native::splat(ray.rdir[axis])
+        };
+        let leave = |axis: usize| {
+            (row(ray.far[axis] as usize) - Native::splat(ray.last[axis]))
+                * Native::splat(ray.rdir[axis])
+        };
+        Stay {
+            enter: enter(0).max(enter(1)).max(enter(2)),
+            leave: leave(0).min(leave(1)).min(leave(2)),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn triangles<const ANY: bool>(&mut self, block: &TriangleBlock) -> bool {
+        // No larger than that; said so that nothing is checked.
+        let [kx, ky, kz] = self.ray.axes.map(|axis| (axis as usize).min(2));
+        let column = |corner: usize, axis: usize| Native::new(block.corners[corner][axis]);
+        let corner = |c: usize| {
+            Vec3Native::new(
+                column(c, kx) - Native::splat(self.ray.frame_org[0]),
+                column(c, ky) - Native::splat(self.ray.frame_org[1]),
+                column(c, kz) - Native::splat(self.ray.frame_org[2]),
+            )
+        };
+        let corners = [corner(0), corner(1), corner(2)];
+        let slopes = self.ray.slopes.map(Native::splat);
+        let pairs = RayAndBlock {
+            context: self,
+            block,
+        };
+        let found = triangle::meet(corners, slopes, &pairs);
+        match found {
+            Some(hit) => {
+                self.take::<ANY>(hit.valid, hit.t, [hit.v, hit.w, hit.det], &block.prim_id)
+            }
+            None => false,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn spheres<const ANY: bool>(&mut self, block: &SphereBlock) -> bool {
+        let column =
+            |axis: usize| Native::splat(self.ray.org[axis]) - Native::new(block.center[axis]);
+        let from_center = Vec3Native::new(column(0), column(1), column(2));
+        let dir = Vec3Native::splat(self.ray.dir[0], self.ray.dir[1], self.ray.dir[2]);
+        let Some(roots) = sphere::roots(from_center, dir, Native::new(block.radius)) else {
+            return false;
+        };
+        let (valid, t) = sphere::nearest(
+            roots,
+            self.stay(|row| Native::new(block.own_box.as_flattened()[row])),
+        );
+        let bare = [Native::ZERO, Native::ZERO, Native::ONE];
+        self.take::<ANY>(valid, t, bare, &block.prim_id)
+    }
+
+    /// Takes what is closer than the best, or as close with a smaller number; true if anything is.
+    #[inline(always)]
+    fn take<const ANY: bool>(
+        &mut self,
+        valid: NativeMask,
+        t: Native,
+        weights: [Native; 3],
+        ids: &[u32; NATIVE],
+    ) -> bool {
+        let limit = Native::splat(self.best.t);
+        if ANY {
+            if (valid & t.lt(limit)).any() {
+                self.block();
+            }
+            return false;
+        }
+        let near = valid & t.le(limit);
+        if !near.any() {
+            return false;
+        }
+        let (t, [v, w, det]) = (t.to_array(), weights.map(Native::to_array));
+        for lane in near.lanes() {
+            let id = ids[lane];
+            if t[lane] < self.best.t || (t[lane] == self.best.t && id < self.best.prim_id) {
+                self.best = Hit {
+                    t: t[lane],
+                    v: v[lane],
+                    w: w[lane],
+                    det: det[lane],
+                    prim_id: id,
+                };
+            }
+        }
+        true
+    }
+
+    /// Something is in the way: nothing is left to visit.
+    pub(super) fn block(&mut self) {
+        self.best.prim_id = 0;
+        self.top = self.bottom;
+    }
+}
+
+/// A ray and the triangles of a block, one a lane.
+struct RayAndBlock<'a> {
+    context: &'a Context,
+    block: &'a TriangleBlock,
+}
+
+impl Pairing<Native> for RayAndBlock<'_> {
+    #[inline(always)]
+    fn stay(&self) -> Stay<Native> {
+        let [a, b, c] = &self.block.corners;
+        let all = |corner: &[[f32; NATIVE]; 3]| {
+            Vec3Native::new(
+                Native::new(corner[0]),
+                Native::new(corner[1]),
+                Native::new(corner[2]),
+            )
+        };
+        let [lo, hi] = triangle::own_boxes([all(a), all(b), all(c)]);
+        let rows = [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z];
+        self.context.stay(|row| rows[row % 6])
+    }
+
+    #[inline(always)]
+    fn usual(&self) -> bool {
+        self.context.ray.usual != 0
+    }
+
+    #[inline(always)]
+    fn rays(&self) -> [Vec3Native; 2] {
+        let ray = &self.context.ray;
+        [ray.org, ray.dir].map(|[x, y, z]| Vec3Native::splat(x, y, z))
+    }
+
+    #[inline(always)]
+    fn stored(&self) -> (&impl Corners, Option<usize>) {
+        (self.block, None)
+    }
+}
+
+impl Hit {
+    /// Nothing yet, and only what is nearer than that will do.
+    pub(super) const fn none_before(limit: f32) -> Hit {
+        Hit {
+            t: limit,
+            v: 0.0,
+            w: 0.0,
+            det: 1.0,
+            prim_id: NO_PRIM,
+        }
+    }
+
+    /// In every lane, `limit` being its distance.
+    pub(super) fn spread(&self, limit: F32x8) -> Best<F32x8> {
+        Best {
+            t: limit,
+            v: F32x8::splat(self.v),
+            w: F32x8::splat(self.w),
+            det: F32x8::splat(self.det),
+            prim_id: U32x8::splat(self.prim_id),
+        }
+    }
+
+    /// Of the first lane.
+    pub(super) fn of(best: &Best<F32x8>) -> Hit {
+        Hit {
+            t: best.t.lane(0),
+            v: best.v.lane(0),
+            w: best.w.lane(0),
+            det: best.det.lane(0),
+            prim_id: best.prim_id.lane(0),
+        }
+    }
+}

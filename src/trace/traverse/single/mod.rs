@@ -1,0 +1,315 @@
+//! Rays on their own down the wide tree, several at a time: a lane is a child of a node, or a primitive of a block.
+//!
+//! Rays that have parted share neither nodes nor leaves, and most lanes of a packet would idle. The children of one
+//! node are always there. What a ray on its own waits for is memory and the outcome of its last comparison; so a dozen
+//! and more go side by side in rounds, first those at nodes, then those at blocks, each a little later to what is next; and
+//! while one waits another's numbers are there. Nothing branches on what a box test says: all children are written
+//! above the stack's top, those that are met first, and the top moves by how many these are.
+
+mod context;
+mod source;
+
+use super::goal::{AnyHit, Closest, Prepared};
+use super::order::Waiting;
+use super::packet::PacketKernel;
+use super::part::Part;
+use super::prefetch::Rows;
+use super::tally::{Packets, Tally};
+use crate::bvh::{Bvh, LeafKind, Target, Wide, WideNode};
+use crate::isa;
+use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
+use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
+use context::{Context, Hit};
+use source::Source;
+use std::ops::Range;
+use std::sync::OnceLock;
+
+/// Most rays side by side.
+const CONTEXTS: usize = 32;
+
+/// Rays side by side on this machine: all, or half of them where the rows that all look at, and as many that they have asked for,
+/// would fill the nearest cache. With sixteen children a row these are 32 KiB (`perf/notes/single-rays.md`, fifth and sixth
+/// round).
+fn abreast() -> usize {
+    static ABREAST: OnceLock<usize> = OnceLock::new();
+    *ABREAST.get_or_init(|| {
+        let rows = 2 * CONTEXTS * size_of::<WideNode>();
+        match isa::nearest_cache() {
+            Some(bytes) if bytes <= rows => CONTEXTS / 2,
+            _ => CONTEXTS,
+        }
+    })
+}
+
+/// Packets whose occlusion is asked at once.
+const BATCH: usize = 256;
+
+/// Turns after which a ray goes on to what is next. At once, it would wait for what its turn has just written; after all have
+/// had theirs, they would ask for all their rows at once, more than a core has buffers for.
+const DELAY: usize = 2;
+
+/// Traces rays of a queue on their own, and counts by `T`.
+pub(super) struct Singles<'a, T = Packets> {
+    wide: &'a Wide,
+    rows: Rows,
+    /// For what has no blocks.
+    packets: PacketKernel<'a, F32x8, T>,
+    contexts: [Context; CONTEXTS],
+    /// How many of them go side by side.
+    abreast: usize,
+    /// A stack for each context, one after the other.
+    stacks: Waiting,
+    work: T,
+}
+
+impl<'a, T: Tally> Singles<'a, T> {
+    pub(super) fn new(bvh: &'a Bvh) -> Singles<'a, T> {
+        let wide = bvh.wide();
+        // A node takes one entry and writes as many as it has children.
+        let room = wide.depth() * (NATIVE - 1) + NATIVE + 1;
+        let context = |k: usize| Context::idle(k * room);
+        Singles {
+            wide,
+            rows: Rows::of(wide),
+            packets: PacketKernel::counting(bvh),
+            contexts: std::array::from_fn(context),
+            abreast: abreast(),
+            stacks: Waiting::with_room(room * CONTEXTS),
+            work: T::default(),
+        }
+    }
+
+    /// The closest hits of some packets of a queue, one [`HitPacket`] for each of their range; those of others stay as they are.
+    pub(super) fn closest(&mut self, rays: &RayQueue, part: &Part, hits: &mut [HitPacket]) {
+        let first = part.packets.start;
+        for packet in part.each() {
+            hits[packet - first] = HitPacket::miss();
+        }
+        let start = first * LANES;
+        self.trace::<false>(rays, part.each(), f32::INFINITY, |context| {
+            let found = &context.best;
+            if found.t < f32::INFINITY {
+                let at = context.number - start;
+                hits[at / LANES].set(
+                    at % LANES,
+                    [found.t, found.v / found.det, found.w / found.det],
+                    found.prim_id,
+                );
+            }
+        });
+    }
+
+    /// Tells `answer`, for some packets of a queue, which lanes (as bits) of each meet nothing before `tmax`.
+    pub(super) fn unoccluded(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: f32,
+        mut answer: impl FnMut(usize, u8),
+    ) {
+        // As many at once as there is room for on the stack.
+        for first in packets.clone().step_by(BATCH) {
+            let batch = first..packets.end.min(first + BATCH);
+            let mut seen = [0u8; BATCH];
+            self.trace::<true>(rays, batch.clone(), tmax, |context| {
+                let at = context.number - first * LANES;
+                seen[at / LANES % BATCH] |=
+                    u8::from(context.best.prim_id == NO_PRIM) << (at % LANES);
+            });
+            for (packet, seen) in batch.zip(seen) {
+                answer(packet, seen);
+            }
+        }
+    }
+
+    /// Counters since it was made.
+    pub(super) fn work(&self) -> T {
+        let mut work = self.work;
+        work.add(&self.packets.work);
+        work
+    }
+
+    #[inline(always)]
+    fn trace<const ANY: bool>(
+        &mut self,
+        rays: &RayQueue,
+        packets: impl Iterator<Item = usize>,
+        tmax: f32,
+        mut done: impl FnMut(&Context),
+    ) {
+        let mut source = Source::new(rays, packets, tmax);
+        let (mut at_nodes, mut at_leaves) = (List::EMPTY, List::EMPTY);
+        for k in 0..self.abreast {
+            if source.next(&mut self.contexts[k], &mut self.work) {
+                at_nodes.push(k);
+            }
+        }
+        while at_nodes.len + at_leaves.len > 0 {
+            let nodes = at_nodes.len;
+            let round = at_nodes.and(&at_leaves);
+            (at_nodes, at_leaves) = (List::EMPTY, List::EMPTY);
+            for turn in 0..round.len + DELAY {
+                if turn < nodes {
+                    self.open(round.at(turn));
+                } else if turn < round.len {
+                    self.leaf::<ANY>(round.at(turn));
+                }
+                if turn < DELAY {
+                    continue;
+                }
+                let k = round.at(turn - DELAY);
+                if !self.pop(k) {
+                    done(&self.contexts[k]);
+                    if !source.next(&mut self.contexts[k], &mut self.work) {
+                        continue;
+                    }
+                }
+                let leaf = !matches!(Target::of_code(self.contexts[k].current), Target::Node(_));
+                at_nodes.push_if(k, !leaf);
+                at_leaves.push_if(k, leaf);
+            }
+        }
+    }
+
+    /// Writes the children of the node that a ray is at above its stack's top, farthest first.
+    #[inline(always)]
+    fn open(&mut self, k: usize) {
+        let context = &mut self.contexts[k];
+        self.work.wide_node(NATIVE as u64);
+        // SAFETY: a code of the tree is of a row that exists, and this one says node; node 0 exists.
+        let node = unsafe { self.wide.nodes().get_unchecked(context.current as usize) };
+        let rows = node.boxes.as_flattened();
+        // SAFETY: a context's rows are three times a side, which is 0 or 1, and an axis.
+        let crossing = context.crossing(|row| Native::new(*unsafe { rows.get_unchecked(row) }));
+        let best = context.best.t;
+        // The last is visited first: the nearest, which is the first if the ray goes up.
+        let up = context.goes_up(node.axis);
+        // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so each level above this
+        // node's left at most `NATIVE - 1` entries, and there is room for `NATIVE` more.
+        context.top += unsafe {
+            self.stacks
+                .write(context.top, up, &crossing, best, &node.children)
+        };
+    }
+
+    /// The next entry that the ray still reaches; false if there is none.
+    #[inline(always)]
+    fn pop(&mut self, k: usize) -> bool {
+        let context = &mut self.contexts[k];
+        if context.top == context.bottom {
+            return false;
+        }
+        context.top -= 1;
+        // SAFETY: `top` entries were written.
+        context.current = unsafe { self.stacks.code(context.top) };
+        // It is looked at when all the others have moved, too.
+        self.rows.prefetch(context.current);
+        true
+    }
+
+    #[inline(always)]
+    fn leaf<const ANY: bool>(&mut self, k: usize) {
+        let context = &mut self.contexts[k];
+        let closer = match Target::of_code(context.current) {
+            Target::Triangles(index) => {
+                self.work.block(LeafKind::Triangle, NATIVE as u64);
+                // SAFETY: a code of the tree is of a row that exists.
+                let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
+                context.triangles::<ANY>(block)
+            }
+            Target::Spheres(index) => {
+                self.work.block(LeafKind::Sphere, NATIVE as u64);
+                // SAFETY: as above.
+                let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
+                context.spheres::<ANY>(block)
+            }
+            Target::Other(index) => {
+                self.other::<ANY>(k, index);
+                !ANY
+            }
+            Target::Node(_) => false,
+        };
+        if closer {
+            let context = &mut self.contexts[k];
+            let stack = context.bottom..context.top;
+            context.top = self.stacks.keep(stack, context.best.t);
+        }
+    }
+
+    /// A leaf of what has no blocks, by the packet's tests, in one lane.
+    #[inline(never)]
+    fn other<const ANY: bool>(&mut self, k: usize, index: u32) {
+        let leaf = self.wide.others()[index as usize];
+        let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
+        let context = &mut self.contexts[k];
+        let splat = |[x, y, z]: [f32; 3]| Vec3x8::splat(x, y, z);
+        let ray = RayPacket {
+            org: splat(context.ray.org),
+            dir: splat(context.ray.dir),
+            tmax: F32x8::splat(f32::INFINITY),
+        };
+        let active = Mask8::first(1);
+        let prepared = Prepared::new(&ray, active);
+        let limit = active.select(
+            F32x8::splat(context.best.t),
+            F32x8::splat(f32::NEG_INFINITY),
+        );
+        if ANY {
+            let mut goal = AnyHit::new(limit, active);
+            self.packets
+                .leaf_alone(&prepared, &mut goal, leaf.kind, slots);
+            if goal.blocked().any() {
+                context.block();
+            }
+        } else {
+            let mut goal = Closest {
+                best: context.best.spread(limit),
+            };
+            self.packets
+                .leaf_alone(&prepared, &mut goal, leaf.kind, slots);
+            context.best = Hit::of(&goal.best);
+        }
+    }
+}
+
+/// Numbers of contexts.
+#[derive(Clone, Copy)]
+struct List {
+    numbers: [u8; CONTEXTS],
+    len: usize,
+}
+
+impl List {
+    const EMPTY: List = List {
+        numbers: [0; CONTEXTS],
+        len: 0,
+    };
+
+    #[inline(always)]
+    fn push(&mut self, number: usize) {
+        self.push_if(number, true);
+    }
+
+    /// Written always, kept where it holds: no branch.
+    #[inline(always)]
+    fn push_if(&mut self, number: usize, holds: bool) {
+        // Each context is in one list only, so it is never full before.
+        self.numbers[self.len % CONTEXTS] = number as u8;
+        self.len += usize::from(holds);
+    }
+
+    #[inline(always)]
+    fn at(&self, k: usize) -> usize {
+        usize::from(self.numbers[k % CONTEXTS]) % CONTEXTS
+    }
+
+    /// These, and then others.
+    #[inline(always)]
+    fn and(&self, others: &List) -> List {
+        let mut all = *self;
+        for k in 0..others.len {
+            all.push(others.at(k));
+        }
+        all
+    }
+}

@@ -1,0 +1,125 @@
+//! Rays of a queue, one after the other.
+
+use super::context::{Context, Hit, Ray};
+use crate::packet::{RayPacket, RayQueue};
+use crate::simd::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
+use crate::traverse::aabb::Slabs;
+use crate::traverse::tally::Tally;
+use crate::traverse::triangle::Shear;
+use bytemuck::Zeroable;
+
+/// Rays of a queue one after the other, what tests need of them made packet by packet.
+pub(super) struct Source<'q, 'a, I> {
+    rays: &'q RayQueue<'a>,
+    packets: I,
+    tmax: f32,
+    /// Those of the packet at hand, by lane.
+    ready: [Ray; LANES],
+    /// Lanes of it that are left.
+    left: u32,
+    packet: usize,
+}
+
+impl<'q, 'a, I: Iterator<Item = usize>> Source<'q, 'a, I> {
+    pub(super) fn new(rays: &'q RayQueue<'a>, packets: I, tmax: f32) -> Source<'q, 'a, I> {
+        Source {
+            rays,
+            packets,
+            tmax,
+            ready: [Ray::zeroed(); LANES],
+            left: 0,
+            packet: 0,
+        }
+    }
+
+    /// Puts the next ray at the tree's root; false if there is none.
+    #[inline(always)]
+    pub(super) fn next(&mut self, context: &mut Context, work: &mut impl Tally) -> bool {
+        while self.left == 0 {
+            if !self.advance(work) {
+                return false;
+            }
+        }
+        let lane = self.left.trailing_zeros() as usize % LANES;
+        self.left &= self.left - 1;
+        *context = Context {
+            ray: self.ready[lane],
+            best: Hit::none_before(self.tmax),
+            bottom: context.bottom,
+            top: context.bottom,
+            current: 0,
+            number: self.packet * LANES + lane,
+        };
+        true
+    }
+
+    #[inline(never)]
+    fn advance(&mut self, work: &mut impl Tally) -> bool {
+        let Some(packet) = self.packets.next() else {
+            return false;
+        };
+        let (rays, active) = self.rays.packet::<F32x8>(packet, self.tmax);
+        work.begin(1, active.bits().count_ones());
+        self.packet = packet;
+        self.left = active.bits();
+        self.ready = ready(&rays, active);
+        true
+    }
+}
+
+/// What tests need of a packet's rays: their columns, turned into rows.
+#[inline(always)]
+fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [Ray; LANES] {
+    let (org, dir) = (rays.org, rays.dir);
+    let [rdir, lo, hi] = Slabs::columns(org, dir);
+    let down = [dir.x, dir.y, dir.z].map(|d| d.lt(F32x8::ZERO));
+    let [first, last] = [[lo, hi], [hi, lo]].map(|[down_side, up_side]| {
+        Vec3x8::new(
+            down[0].select(down_side.x, up_side.x),
+            down[1].select(down_side.y, up_side.y),
+            down[2].select(down_side.z, up_side.z),
+        )
+    });
+    let by_way = |axis: usize, [down_one, up_one]: [u32; 2]| {
+        down[axis].select_ids(U32x8::splat(down_one), U32x8::splat(up_one))
+    };
+    let row = |axis: usize, sides: [u32; 2]| {
+        F32x8::from_bits(by_way(axis, sides.map(|side| 3 * side + axis as u32)))
+    };
+    let (near, far) = (|axis| row(axis, [1, 0]), |axis| row(axis, [0, 1]));
+    let up = |axis: usize| by_way(axis, [0, 1 << axis]);
+    let up = F32x8::from_bits(up(0).or(up(1)).or(up(2)).or(U32x8::splat(1 << 3)));
+    let shear = Shear::new(org, dir, active);
+    let (axes, [frame_org, slopes]) = shear.columns();
+    let [kx, ky, kz] = axes.map(F32x8::from_bits);
+    let usual = F32x8::from_bits(U32x8::splat(u32::from(shear.usual)));
+    // In the order of the fields of a `Ray`.
+    let columns = [
+        [
+            rdir.x, rdir.y, rdir.z, first.x, first.y, first.z, last.x, last.y,
+        ],
+        [
+            last.z,
+            near(0),
+            near(1),
+            near(2),
+            far(0),
+            far(1),
+            far(2),
+            kx,
+        ],
+        [
+            ky,
+            kz,
+            frame_org.x,
+            frame_org.y,
+            frame_org.z,
+            slopes.x,
+            slopes.y,
+            slopes.z,
+        ],
+        [org.x, org.y, org.z, dir.x, dir.y, dir.z, usual, up],
+    ];
+    let rows = columns.map(F32x8::transposed);
+    std::array::from_fn(|lane| bytemuck::cast(rows.each_ref().map(|run| run[lane])))
+}

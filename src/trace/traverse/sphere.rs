@@ -1,0 +1,128 @@
+//! Rays against one sphere or ellipsoid: Haines, Günther and Akenine-Möller, "Precision Improvements for
+//! Ray/Sphere Intersection", Ray Tracing Gems, 2019.
+//!
+//! The design document's quadratic, in the form that cancels neither when the sphere is small or far (the discriminant
+//! from the distance between centre and ray) nor when b² ≫ ac (the second root from c/q). An ellipsoid is the unit
+//! sphere met by the ray in object space; distances along the ray are the same there.
+
+use super::aabb::{Slabs, Stay};
+use super::goal::Best;
+use crate::bvh::{EllipsoidSlot, SphereSlot};
+use crate::simd::{LaneMask, Lanes, Vec3Lanes};
+
+/// Keeps what is closer than `best` on the sphere.
+#[inline(always)]
+pub(super) fn closest<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
+    slot: &SphereSlot,
+    best: &mut Best<L>,
+) {
+    if let Some((meets, t)) = sphere(org, dir, slabs, (&slot.center, slot.radius), &slot.own_box) {
+        best.take_bare(meets, t, slot.prim_id);
+    }
+}
+
+/// Keeps what is closer than `best` on the ellipsoid.
+#[inline(always)]
+pub(super) fn closest_ellipsoid<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
+    slot: &EllipsoidSlot,
+    best: &mut Best<L>,
+) {
+    if let Some((meets, t)) = ellipsoid(org, dir, slabs, slot) {
+        best.take_bare(meets, t, slot.prim_id);
+    }
+}
+
+/// Lanes that the sphere stops before `tmax`.
+#[inline(always)]
+pub(super) fn occluded<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
+    slot: &SphereSlot,
+    tmax: L,
+) -> L::Mask {
+    sphere(org, dir, slabs, (&slot.center, slot.radius), &slot.own_box)
+        .map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
+}
+
+/// Lanes that the ellipsoid stops before `tmax`.
+#[inline(always)]
+pub(super) fn occluded_ellipsoid<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
+    slot: &EllipsoidSlot,
+    tmax: L,
+) -> L::Mask {
+    ellipsoid(org, dir, slabs, slot).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
+}
+
+/// Lanes that meet the sphere at a positive distance, and where.
+#[inline(always)]
+pub(super) fn sphere<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
+    (center, radius): (&[f32; 3], f32),
+    own_box: &[[f32; 3]; 2],
+) -> Option<(L::Mask, L)> {
+    let [x, y, z] = *center;
+    let from_center = org - Vec3Lanes::splat(x, y, z);
+    let roots = roots(from_center, dir, L::splat(radius))?;
+    Some(nearest(roots, slabs.stay(own_box)))
+}
+
+#[inline(always)]
+fn ellipsoid<L: Lanes>(
+    org: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    slabs: &Slabs<L>,
+    slot: &EllipsoidSlot,
+) -> Option<(L::Mask, L)> {
+    let [x, y, z, shift] = slot.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
+    let rotate = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
+    let roots = roots(rotate(org) + shift, rotate(dir), L::ONE)?;
+    Some(nearest(roots, slabs.stay(&slot.own_box)))
+}
+
+/// Both roots, smaller first, and the lanes that have any. `from_center` is origin − centre.
+#[inline(always)]
+pub(super) fn roots<L: Lanes>(
+    from_center: Vec3Lanes<L>,
+    dir: Vec3Lanes<L>,
+    radius: L,
+) -> Option<(L::Mask, L, L)> {
+    let f = from_center;
+    let a = dir.dot(dir);
+    let b = -f.dot(dir);
+    let rr = radius * radius;
+    // From the centre to the point of the ray closest to it.
+    let l = f + dir.scale(b / a);
+    let gap = rr - l.dot(l);
+    let meets = gap.ge(L::ZERO);
+    if !meets.any() {
+        return None;
+    }
+    let c = f.dot(f) - rr;
+    let root = (a * gap).sqrt();
+    let q = b.lt(L::ZERO).select(b - root, b + root);
+    let (t0, t1) = (c / q, q / a);
+    Some((meets, t0.min(t1), t0.max(t1)))
+}
+
+/// The smallest root above zero, clamped to the stay in the own box.
+#[inline(always)]
+pub(super) fn nearest<L: Lanes>(
+    (meets, near, far): (L::Mask, L, L),
+    stay: Stay<L>,
+) -> (L::Mask, L) {
+    let raw = near.gt(L::ZERO).select(near, far);
+    let (ahead, t) = stay.clamp(raw);
+    (meets & ahead, t)
+}

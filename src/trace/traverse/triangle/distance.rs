@@ -1,0 +1,190 @@
+//! How far along its ray a hit lies, within 10⁻⁵ of the truth.
+//!
+//! The edge functions weigh the corners' depths, as in Woop's test. That is as accurate as anything
+//! in `f32` where a triangle is about as large as it is far; where it is long and near, what the
+//! weights lose is multiplied by its length. Where that may matter, the distance is that to the
+//! triangle's plane, in `f64` and from the corners as they are stored.
+//!
+//! Let u = 2⁻²⁴, S the largest of the places beside the ray, Z the largest depth, H what the depths
+//! differ by, D the size of the sum of the edge functions, and s the sum of the depths so weighed:
+//! the depth is s/D.
+//!
+//! | error | at most | because |
+//! |---|---|---|
+//! | of a corner relative to the origin | u(S + Z) | one subtraction; slopes are at most 1, so no component is larger |
+//! | of a place beside the ray | 4u(S + Z) | that, slope and product |
+//! | of an edge function | 20u(S + Z)S | two products of those, each other's errors included |
+//! | of the depth from these, times D | 60u(S + Z)SH | what moves all depths alike divides out |
+//! | of the depth from its own rounding, times D | 6uZD | weights are of one sign |
+//!
+//! With F = (S + Z)SH + ZD it is at most 60uF, or 2⁻¹⁸F. So s < −2⁻¹⁸F is behind the origin for
+//! certain, and the relative error is below 24 · 60u = 9·10⁻⁵ where F < 24|s|. The bound is for
+//! errors that all add up: the worst that is measured there is 4·10⁻⁶ (tests/distance.rs,
+//! `perf/notes/distances.md`).
+
+use super::{Corners, Edges};
+use crate::simd::{LANES, LaneMask, Lanes, Vec3Lanes};
+use glam::{DVec3, Vec3};
+
+/// F may be this many times |s| where the depth is ahead of the origin, and this many where it is
+/// behind.
+const AHEAD: f32 = 24.0;
+const BEHIND: f32 = 262_144.0;
+
+/// Added to what |s| must be larger than, so that what is lost below the smallest numbers does not
+/// matter: 2⁻⁷⁵.
+const TINY: f32 = f32::from_bits((127 - 75) << 23);
+
+/// A distance by the edge functions, and what tells how accurate it is.
+pub(super) struct ByEdges<L: Lanes> {
+    pub(super) t: L,
+    /// The sum of the edge functions.
+    pub(super) det: L,
+    /// |s|, times what F may be of it.
+    reach: L,
+    /// S, H, Z · H and Z · D.
+    size: L,
+    spread: L,
+    depth_by_spread: L,
+    depth_by_det: L,
+}
+
+impl<L: Lanes> ByEdges<L> {
+    /// By the corners' depths; `scale` is one over the direction's largest component.
+    #[inline(always)]
+    pub(super) fn new(edges: &Edges<L>, [a, b, c]: [L; 3], scale: L) -> ByEdges<L> {
+        let Edges { u, v, w, .. } = *edges;
+        let det = (u + v) + w;
+        let sum = (u * a + v * b) + w * c;
+        let t = (sum * scale) / det;
+        let most = |[a, b, c]: [L; 3]| a.abs().max(b.abs()).max(c.abs());
+        let (far, near) = (a.max(b).max(c), a.min(b).min(c));
+        let (depth, spread) = (far.abs().max(near.abs()), far - near);
+        let times = t.gt(L::ZERO).select(L::splat(AHEAD), L::splat(BEHIND));
+        ByEdges {
+            t,
+            det,
+            reach: times * sum.abs(),
+            size: most(edges.x).max(most(edges.y)),
+            spread,
+            depth_by_spread: depth * spread,
+            depth_by_det: depth * det.abs(),
+        }
+    }
+
+    /// Lanes whose distance is accurate, or behind the origin for certain.
+    #[inline(always)]
+    pub(super) fn accurate(&self) -> L::Mask {
+        self.within_reach(self.spread)
+    }
+
+    /// Lanes that are [`ByEdges::accurate`], and whose distance, if it is ahead and the ray is
+    /// [`usual`](super::usual), is known to be within the ray's stay in the triangle's own box:
+    /// clamping it would leave it as it is.
+    ///
+    /// Let R be the largest component of a corner less the origin, and K the sum of the largest
+    /// coordinates of the own box and of the origin. Padding leaves 27uK between the box as it is
+    /// and what the slab test takes it for. The weights w_i, as computed, are of one sign, so P = Σ
+    /// w_i corner_i / Σ w_i is in the triangle; what is computed as the distance t is that of P
+    /// along the dominant axis, within 10uR. Along another axis the ray at t and P are apart by
+    /// 18uR from rounding, and by Σ w_i x_i / Σ w_i, which would be 0 for weights without error.
+    /// Theirs are below 4uS², so it is at most 12uS³ / D. That is below 9uR ≤ 9uK where 1.34 S³ <
+    /// RD, so where 36 S³ < 24|s|, as |s| ≤ RD.
+    #[inline(always)]
+    pub(super) fn settled(&self) -> L::Mask {
+        let more = self.spread + self.size * L::splat(36.0);
+        self.within_reach(self.t.gt(L::ZERO).select(more, self.spread))
+    }
+
+    /// Whether S(S · `spread` + ZH) + ZD is within reach. One expression for both, in which a
+    /// larger spread gives no smaller number, so that what is settled is accurate whatever is
+    /// rounded.
+    #[inline(always)]
+    fn within_reach(&self, spread: L) -> L::Mask {
+        let bound = self.size * (self.size * spread + self.depth_by_spread) + self.depth_by_det;
+        // A NaN is not less; a product that overflowed is no distance yet.
+        (bound + L::splat(TINY)).lt(self.reach) & self.t.lt(L::splat(f32::INFINITY))
+    }
+}
+
+/// The distances to the planes of triangles, in place of those by the edges where a ray is in the
+/// plane. `only` is the one triangle of `stored` that all rays are tested against; without, a
+/// lane's is the lane's, and only those in `asked` lanes are looked at. Everything is taken by
+/// value: what a call is given the address of would stay in memory elsewhere, too.
+#[cold]
+#[inline(never)]
+pub(super) fn to_planes<L: Lanes>(
+    by_edges: L,
+    asked: L::Mask,
+    [org, dir]: [Vec3Lanes<L>; 2],
+    stored: &impl Corners,
+    only: Option<usize>,
+) -> L {
+    let triangle = |triangle: usize| {
+        let corner = |k: usize| {
+            let coordinate = |axis: usize| stored.coordinate(k, axis, triangle);
+            Vec3::new(coordinate(0), coordinate(1), coordinate(2))
+        };
+        Plane::of([corner(0), corner(1), corner(2)])
+    };
+    let mut distances = [0, 1].map(|k| by_edges.eight(k % L::PACKETS).to_array());
+    match only {
+        Some(one) => {
+            let plane = triangle(one);
+            for (k, t) in distances.iter_mut().enumerate().take(L::PACKETS) {
+                let columns = |v: Vec3Lanes<L>| [v.x, v.y, v.z].map(|c| c.eight(k).to_array());
+                plane.distances(columns(org), columns(dir), t);
+            }
+        }
+        None => {
+            for lane in asked.lanes() {
+                let t = &mut distances[lane / LANES % 2][lane % LANES];
+                *t = triangle(lane).distance(org.lane(lane), dir.lane(lane), *t);
+            }
+        }
+    }
+    L::from_eights(|k| distances[k % 2])
+}
+
+/// The plane of a triangle: a corner, and the product of the two shorter edges, whose error is
+/// least.
+struct Plane {
+    corner: DVec3,
+    normal: DVec3,
+}
+
+impl Plane {
+    #[inline(always)]
+    fn of(corners: [Vec3; 3]) -> Plane {
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let (ab, bc, ca) = (b - a, c - b, a - c);
+        let [across_ab, across_bc, across_ca] = [ab, bc, ca].map(DVec3::length_squared);
+        let (corner, normal) = if across_bc >= across_ab && across_bc >= across_ca {
+            (a, ca.cross(ab))
+        } else if across_ca >= across_ab {
+            (b, ab.cross(bc))
+        } else {
+            (c, bc.cross(ca))
+        };
+        Plane { corner, normal }
+    }
+
+    /// From where a ray starts, in units of its direction; `otherwise` where the ray is in the
+    /// plane.
+    #[inline(always)]
+    fn distance(&self, org: Vec3, dir: Vec3, otherwise: f32) -> f32 {
+        let height = self.normal.dot(self.corner - org.as_dvec3());
+        let t = height / self.normal.dot(dir.as_dvec3());
+        if t.is_finite() { t as f32 } else { otherwise }
+    }
+
+    /// The same for eight rays by columns. Arrays, of which the compiler makes lanes.
+    #[inline(always)]
+    fn distances(&self, org: [[f32; LANES]; 3], dir: [[f32; LANES]; 3], t: &mut [f32; LANES]) {
+        for lane in 0..LANES {
+            let org = Vec3::new(org[0][lane], org[1][lane], org[2][lane]);
+            let dir = Vec3::new(dir[0][lane], dir[1][lane], dir[2][lane]);
+            t[lane] = self.distance(org, dir, t[lane]);
+        }
+    }
+}

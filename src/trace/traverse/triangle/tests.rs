@@ -1,0 +1,144 @@
+//! What `settled` claims, against what the clamp does.
+
+use super::*;
+use crate::packet::RayPacket;
+use crate::simd::{F32x8, LANES, Mask8, Vec3x8};
+use crate::traverse::random::Source;
+
+/// [`RaysAndSlot`], but nothing is ever settled.
+struct Unsettled<'a>(RaysAndSlot<'a, F32x8>);
+
+impl Pairing<F32x8> for Unsettled<'_> {
+    fn stay(&self) -> Stay<F32x8> {
+        self.0.stay()
+    }
+
+    fn usual(&self) -> bool {
+        false
+    }
+
+    fn rays(&self) -> [Vec3x8; 2] {
+        self.0.rays()
+    }
+
+    fn stored(&self) -> (&impl Corners, Option<usize>) {
+        self.0.stored()
+    }
+}
+
+impl Source {
+    /// A triangle, as wide as `size` or a needle.
+    fn corners(&mut self, size: f32) -> [Vec3; 3] {
+        let far = if self.unit() > 0.9 { 29.0 } else { 10.0 };
+        let at = self.place() * self.scale(far);
+        let [a, b] = [0, 1].map(|_| at + self.place() * size);
+        let along = a + (b - a) * self.unit();
+        let aside = self.place() * size;
+        let narrow = (self.unit() > 0.0).then(|| self.scale(12.0).min(1.0));
+        [a, b, along + aside * narrow.unwrap_or(1.0)]
+    }
+}
+
+/// Rays at the triangle, at its edges and corners, along it, and past it on the line of an edge.
+fn rays([a, b, c]: [Vec3; 3], from: &mut Source) -> RayPacket {
+    let org = a + from.place() * from.scale(8.0);
+    // Next to nothing, now and then: what overflows then is clamped all the same.
+    let short = if from.unit() > 0.8 {
+        from.scale(42.0)
+    } else {
+        1.0
+    };
+    let rays: [[Vec3; 2]; LANES] = std::array::from_fn(|lane| {
+        let (s, t) = (from.unit().abs(), from.unit().abs());
+        let on = match lane % 4 {
+            0 => a + (b - a) * (s * 0.5) + (c - a) * (t * 0.5),
+            1 => a + (b - a) * (s * 2.0 - 0.5),
+            2 => c,
+            _ => b + (c - b) * s,
+        };
+        let [org, dir] = match lane {
+            0..4 => [org, on - org],
+            4 => [on + (b - a) * 3.0, a - b],
+            5 => [on + (c - b) * (from.unit() * 9.0), b - c],
+            _ => [on + (c - a) + (b - a) * (t * 5.0), a - b + (a - c) * s],
+        };
+        [org, dir * short]
+    });
+    let column = |of: &dyn Fn(&[Vec3; 2]) -> f32| F32x8::new(rays.each_ref().map(of));
+    RayPacket {
+        org: Vec3x8::new(
+            column(&|r| r[0].x),
+            column(&|r| r[0].y),
+            column(&|r| r[0].z),
+        ),
+        dir: Vec3x8::new(
+            column(&|r| r[1].x),
+            column(&|r| r[1].y),
+            column(&|r| r[1].z),
+        ),
+        tmax: F32x8::splat(f32::INFINITY),
+    }
+}
+
+/// A triangle so far and a direction so short that the product before the division overflows.
+fn overflowing() -> ([Vec3; 3], RayPacket) {
+    let a = 28.99f32.exp2();
+    let column = F32x8::splat;
+    let rays = RayPacket {
+        org: Vec3x8::new(F32x8::ZERO, F32x8::ZERO, column(-0.5 * a)),
+        dir: Vec3x8::new(F32x8::ZERO, F32x8::ZERO, column((-39f32).exp2())),
+        tmax: column(f32::INFINITY),
+    };
+    let corners = [
+        Vec3::new(-a, -a, a),
+        Vec3::new(a, -a, a),
+        Vec3::new(0.0, a, a),
+    ];
+    (corners, rays)
+}
+
+#[test]
+fn what_is_settled_need_not_be_clamped() {
+    let mut from = Source(1);
+    let (mut hits, mut sures, mut clamped) = (0, 0, 0);
+    for round in 0..400_000 {
+        let size = from.scale(10.0);
+        let corners = from.corners(size);
+        let (corners, rays) = match round {
+            0 => overflowing(),
+            _ => (corners, rays(corners, &mut from)),
+        };
+        let all = Mask8::splat(true);
+        let prepared = Prepared::new(&rays, all);
+        let shear = &prepared.shear;
+        let slot = TriangleSlot {
+            corners: corners.map(|corner| corner.to_array()),
+            prim_id: 0,
+        };
+        let places = slot.corners.map(|c| shear.relative::<MIXED>(&c));
+        let own = || RaysAndSlot {
+            rays: &prepared,
+            slot: &slot,
+        };
+        let slopes = shear.slopes();
+        let Some(always) = meet(places, slopes, &Unsettled(own())) else {
+            continue;
+        };
+        let found = meet(places, slopes, &own()).expect("within the edges");
+        let same = always.t.same(found.t) | !always.valid;
+        assert_eq!(found.valid.bits(), always.valid.bits(), "round {round}");
+        assert!(!(!same).any(), "round {round}: {corners:?} {rays:?}");
+        let seen = edges(&places, slopes);
+        let by_edges = ByEdges::new(&seen, places.map(|corner| corner.z), slopes[2]);
+        let (raw, sure) = (by_edges.t, by_edges.settled());
+        let sure = sure & Mask8::splat(shear.usual);
+        let ahead = seen.inside & raw.gt(F32x8::ZERO);
+        hits += always.valid.bits().count_ones();
+        sures += (always.valid & sure).bits().count_ones();
+        clamped += (ahead & !(always.valid & raw.same(always.t)))
+            .bits()
+            .count_ones();
+    }
+    assert!(sures * 5 > hits, "{sures} of {hits} were settled");
+    assert!(clamped > 1000, "only {clamped} were clamped or refused");
+}
