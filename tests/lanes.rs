@@ -53,7 +53,7 @@ fn compare_pair(bvh: &Bvh, rays: &[Ray; LANES], tmax: [f32; LANES], on: u32) {
         pack(&mirrored, |k| tmax[LANES - 1 - k]),
     ];
     let both =
-        |column: fn(&RayPacket) -> F32x8| F32x16::from_eights(|k| column(&halves[k]).to_array());
+        |column: fn(&RayPacket) -> F32x8| F32x16::from_octets(|k| column(&halves[k]).to_array());
     let pair = RayPacket {
         org: Vec3Lanes::new(both(|r| r.org.x), both(|r| r.org.y), both(|r| r.org.z)),
         dir: Vec3Lanes::new(both(|r| r.dir.x), both(|r| r.dir.y), both(|r| r.dir.z)),

@@ -250,7 +250,7 @@ fn nothing<L: Lanes>() -> HitPacket<L> {
         t: L::ZERO,
         u: L::ZERO,
         v: L::ZERO,
-        prim_id: phalanx::lanes::LaneIds::splat(NO_PRIM),
+        prim_id: phalanx::lanes::LaneU32::splat(NO_PRIM),
     }
 }
 
@@ -258,7 +258,7 @@ fn nothing<L: Lanes>() -> HitPacket<L> {
 fn packets<L: Lanes>(rays: &[Ray], tmax: f32) -> Vec<RayPacket<L>> {
     let of = |chunk: &[Ray]| {
         let column = |of: &dyn Fn(&Ray) -> f32| {
-            L::from_eights(|eight| std::array::from_fn(|k| of(&chunk[eight * LANES + k])))
+            L::from_octets(|eight| std::array::from_fn(|k| of(&chunk[eight * LANES + k])))
         };
         let vec = |of: fn(&Ray) -> Vec3| {
             Vec3Lanes::new(

@@ -2,7 +2,7 @@
 
 use super::kind::Question;
 use phalanx_trace::packet::{HitPacket, NO_PRIM};
-use phalanx_trace::simd::{LANES, LaneIds, LaneMask, Mask8};
+use phalanx_trace::simd::{LANES, LaneMask, LaneU32, Mask8};
 
 /// The answer to a set of rays, packet by packet.
 pub enum Answer {

@@ -93,8 +93,8 @@ fn keep(
         let [x, y, z] = whole.to_array().map(F32x8::splat);
         Vec3x8::new(w.x / x, w.y / y, w.z / z)
     };
-    let reflected = share.times(of_whole(out.reflect_weight));
-    let refracted = share.times(of_whole(Vec3x8::splat(kt.x, kt.y, kt.z)));
+    let reflected = share.mul_elementwise(of_whole(out.reflect_weight));
+    let refracted = share.mul_elementwise(of_whole(Vec3x8::splat(kt.x, kt.y, kt.z)));
     out.reflect = out.reflect & !slight(&reflected);
     out.refract = out.refract & !slight(&refracted);
     [reflected, refracted]

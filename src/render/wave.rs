@@ -11,7 +11,7 @@ use bumpalo::Bump;
 use phalanx_scene::{PrimKind, Scene};
 use phalanx_trace::Traversal;
 use phalanx_trace::packet::{Columns, HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
-use phalanx_trace::simd::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
+use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 use std::ops::Range;
 
 /// What every wave needs.

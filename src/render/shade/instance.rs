@@ -43,12 +43,12 @@ impl Maps {
         let p = point.abs();
         let terms =
             ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
-        let reach = (terms.largest() * F32x8::splat(PAD) + inside.offset) / length;
+        let reach = (terms.max_abs() * F32x8::splat(PAD) + inside.offset) / length;
         Place {
             point,
             ng,
             ns,
-            offset: reach + point.largest() * F32x8::splat(PAD),
+            offset: reach + point.max_abs() * F32x8::splat(PAD),
         }
     }
 }

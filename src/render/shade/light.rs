@@ -72,9 +72,9 @@ pub fn sample_light(
         pow(positive(half.dot(at.ns)), material.shininess)
     };
     let kd = wide(material.kd);
-    let kd = tint.map_or(kd, |tint| kd.times(*tint));
+    let kd = tint.map_or(kd, |tint| kd.mul_elementwise(*tint));
     let lobe = kd.scale(diffuse) + wide(material.ks).scale(specular);
-    let radiance = radiance.times(lobe);
+    let radiance = radiance.mul_elementwise(lobe);
     let facing = to_light.dot(at.ng).gt(F32x8::ZERO);
     LightSample {
         needed: lit & facing & adds(radiance),

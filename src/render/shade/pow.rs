@@ -1,7 +1,7 @@
 //! x^s, eight lanes at a time: the wide half of [`phalanx_scene::sampling::pow`], operation for operation.
 
 use phalanx_scene::sampling::{EXP2_COEFFICIENTS, LOG2_COEFFICIENTS, ROUND_MAGIC, SQRT_HALF_BITS};
-use phalanx_trace::simd::{F32x8, LaneIds, LaneMask, Lanes, U32x8};
+use phalanx_trace::simd::{F32x8, LaneMask, LaneU32, Lanes, U32x8};
 
 /// x^s with x clamped to \[0, 1\] and s ≥ 0; pow(0, 0) = 1. The bits of [`phalanx_scene::sampling::pow`].
 pub fn pow(x: F32x8, s: f32) -> F32x8 {

@@ -198,7 +198,7 @@ fn triangle(
     let rounding =
         ng.abs().dot(point.abs()) * F32x8::splat(ROUNDING) + feet.edges * F32x8::splat(IN_DOUBLE);
     let [least, most] = OF_EDGES.map(|share| feet.edges * F32x8::splat(share));
-    let beyond = point.largest() * F32x8::splat(BEYOND_BOXES);
+    let beyond = point.max_abs() * F32x8::splat(BEYOND_BOXES);
     let way = feet.way * F32x8::splat(OF_WAY);
     let offset = rounding.max(beyond.max(least).min(most).min(way));
     Place {
@@ -333,8 +333,8 @@ fn ellipsoid(
     let ng = unit_or(gradient, back);
     let p = point.abs();
     let terms = ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
-    let inside = (terms.largest() + F32x8::ONE) / length;
-    let offset = (inside + point.largest()) * F32x8::splat(PAD);
+    let inside = (terms.max_abs() + F32x8::ONE) / length;
+    let offset = (inside + point.max_abs()) * F32x8::splat(PAD);
     Place {
         point,
         ng,
@@ -375,7 +375,7 @@ fn cone(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t:
     let slanted = radial.scale(cos) - axis.scale(sin);
     let at_tip = !away.dot(away).gt(F32x8::ZERO);
     let ng = Vec3x8::select(at_tip, back, unit_or(slanted, back));
-    let size = (apex - base).largest() + radius.max(other);
+    let size = (apex - base).max_abs() + radius.max(other);
     let point = base + (radial.scale(x) + axis.scale(z));
     let rounding = ng.abs().dot(point.abs()) * F32x8::splat(ROUNDING);
     Place {

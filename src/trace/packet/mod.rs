@@ -5,7 +5,7 @@ mod queue;
 
 pub use queue::{Columns, QueueRoom, RayQueue};
 
-use crate::simd::{F32x8, LANES, LaneIds, Lanes, U32x8, Vec3Lanes};
+use crate::simd::{F32x8, LANES, LaneU32, Lanes, U32x8, Vec3Lanes};
 
 pub use phalanx_scene::NO_PRIM;
 
@@ -30,7 +30,7 @@ pub struct HitPacket<L: Lanes = F32x8> {
     /// Barycentric weight of a triangle's third corner, else 0.
     pub v: L,
     /// Primitive as the scene numbers it, instances' included, or [`NO_PRIM`].
-    pub prim_id: L::Ids,
+    pub prim_id: L::U32,
 }
 
 impl HitPacket {
@@ -60,10 +60,10 @@ impl<L: Lanes> HitPacket<L> {
     #[inline(always)]
     pub fn eight(&self, k: usize) -> HitPacket {
         HitPacket {
-            t: self.t.eight(k),
-            u: self.u.eight(k),
-            v: self.v.eight(k),
-            prim_id: self.prim_id.eight(k),
+            t: self.t.octet(k),
+            u: self.u.octet(k),
+            v: self.v.octet(k),
+            prim_id: self.prim_id.octet(k),
         }
     }
 }

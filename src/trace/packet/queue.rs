@@ -268,9 +268,9 @@ impl<'arena> RayQueue<'arena> {
         let slot = |k: usize| &self.slots[index(k).min(self.slots.len() - 1)];
         let vec = |pick: fn(&Slot, usize) -> [f32; LANES]| {
             Vec3Lanes::new(
-                L::from_eights(|k| pick(slot(k), 0)),
-                L::from_eights(|k| pick(slot(k), 1)),
-                L::from_eights(|k| pick(slot(k), 2)),
+                L::from_octets(|k| pick(slot(k), 0)),
+                L::from_octets(|k| pick(slot(k), 1)),
+                L::from_octets(|k| pick(slot(k), 2)),
             )
         };
         RayPacket {

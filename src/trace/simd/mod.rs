@@ -2,7 +2,7 @@
 //!
 //! Every operation here is one IEEE operation per lane, so a lane's bits do not depend on its neighbours, on the number
 //! of lanes or on the instruction set. What would break that is left out: `mul_add` (fuses or not by build), `recip`
-//! and `recip_sqrt` (12-bit approximations), library functions. One exception, for bounds: [`Lanes::times_less`].
+//! and `recip_sqrt` (12-bit approximations), library functions. One exception, for bounds: [`Lanes::mul_sub_any_rounding`].
 //! [`Lanes::min`] and [`Lanes::max`] are `if a < b { a } else { b }`, the bits of `minps`; the scalar oracle writes them out
 //! the same way.
 //!
@@ -38,8 +38,8 @@ pub type NativeMask = <Native as Lanes>::Mask;
 /// Vectors of [`Native`].
 pub type Vec3Native = Vec3Lanes<Native>;
 
-/// Floats in a column that is read by runs of lanes: see [`Lanes::of_column`].
-pub const COLUMN: usize = 64;
+/// Floats in a column that is read by runs of lanes: see [`Lanes::load_run`].
+pub const COLUMN_LANES: usize = 64;
 
 /// Floats in lanes.
 pub trait Lanes:
@@ -51,9 +51,9 @@ pub trait Lanes:
     + Neg<Output = Self>
 {
     /// Booleans of as many lanes.
-    type Mask: LaneMask<Self, Self::Ids>;
+    type Mask: LaneMask<Self, Self::U32>;
     /// Unsigned integers of as many lanes.
-    type Ids: LaneIds<Self::Mask>;
+    type U32: LaneU32<Self::Mask>;
     /// Packets of [`LANES`] that fit side by side.
     const PACKETS: usize;
     /// All lanes zero.
@@ -64,15 +64,15 @@ pub trait Lanes:
     /// The same value in every lane.
     fn splat(value: f32) -> Self;
     /// Side by side, [`Lanes::PACKETS`] eights; `eight(k)` gives the k-th.
-    fn from_eights(eight: impl Fn(usize) -> [f32; LANES]) -> Self;
+    fn from_octets(eight: impl Fn(usize) -> [f32; LANES]) -> Self;
     /// The k-th eight.
-    fn eight(self, k: usize) -> F32x8;
+    fn octet(self, k: usize) -> F32x8;
     /// The k-th run of lanes of a column.
-    fn of_column(column: &[f32; COLUMN], k: usize) -> Self;
+    fn load_run(column: &[f32; COLUMN_LANES], k: usize) -> Self;
     /// The smallest lane; a NaN among them makes it any of them.
-    fn least(self) -> f32;
+    fn min_element(self) -> f32;
     /// The largest lane; a NaN among them makes it any of them.
-    fn greatest(self) -> f32;
+    fn max_element(self) -> f32;
     /// `if self < other { self } else { other }`: the other's NaN comes through, one's own does not.
     fn min(self, other: Self) -> Self;
     /// `if self > other { self } else { other }`.
@@ -82,7 +82,7 @@ pub trait Lanes:
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
     /// self · by − less, rounded once or twice, by build: for bounds that have room for it, never for what an answer holds.
-    fn times_less(self, by: Self, less: Self) -> Self;
+    fn mul_sub_any_rounding(self, by: Self, less: Self) -> Self;
     /// self < other
     fn lt(self, other: Self) -> Self::Mask;
     /// self ≤ other
@@ -94,15 +94,15 @@ pub trait Lanes:
     /// self = other
     fn eq(self, other: Self) -> Self::Mask;
     /// Whether both have the same bits: unlike zeros are not the same, like NaNs are.
-    fn same(self, other: Self) -> Self::Mask;
+    fn bits_eq(self, other: Self) -> Self::Mask;
 }
 
 /// Unsigned integers in lanes.
-pub trait LaneIds<M>: Copy {
+pub trait LaneU32<M>: Copy {
     /// The same value in every lane.
     fn splat(value: u32) -> Self;
     /// The k-th eight.
-    fn eight(self, k: usize) -> U32x8;
+    fn octet(self, k: usize) -> U32x8;
     /// self + other, modulo 2³².
     fn wrapping_add(self, other: Self) -> Self;
     /// self < other, unsigned.
@@ -128,7 +128,7 @@ pub trait LaneMask<F, U>:
     /// Lanes of `yes` where set, of `no` elsewhere.
     fn select(self, yes: F, no: F) -> F;
     /// Lanes of `yes` where set, of `no` elsewhere.
-    fn select_ids(self, yes: U, no: U) -> U;
+    fn select_u32(self, yes: U, no: U) -> U;
 
     /// Lanes 0 to `count` − 1.
     #[inline(always)]

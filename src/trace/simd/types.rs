@@ -1,6 +1,6 @@
 //! The lane types over `wide`'s, eight and sixteen.
 
-use super::{COLUMN, LANES, LaneIds, LaneMask, Lanes};
+use super::{COLUMN_LANES, LANES, LaneMask, LaneU32, Lanes};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wide::{f32x4, f32x8, f32x16, f64x8, u32x8, u32x16};
 
@@ -119,7 +119,7 @@ macro_rules! lane_types {
 
         impl Lanes for $F {
             type Mask = $M;
-            type Ids = $U;
+            type U32 = $U;
             const PACKETS: usize = $count / LANES;
             const ZERO: $F = $F($f::new([0.0; $count]));
             const ONE: $F = $F($f::new([1.0; $count]));
@@ -130,7 +130,7 @@ macro_rules! lane_types {
             }
 
             #[inline(always)]
-            fn from_eights(eight: impl Fn(usize) -> [f32; LANES]) -> $F {
+            fn from_octets(eight: impl Fn(usize) -> [f32; LANES]) -> $F {
                 let mut lanes = [0.0; $count];
                 for (k, chunk) in lanes.as_chunks_mut::<LANES>().0.iter_mut().enumerate() {
                     *chunk = eight(k);
@@ -139,18 +139,18 @@ macro_rules! lane_types {
             }
 
             #[inline(always)]
-            fn eight(self, k: usize) -> F32x8 {
+            fn octet(self, k: usize) -> F32x8 {
                 F32x8::new(self.0.as_array().as_chunks::<LANES>().0[k])
             }
 
             #[inline(always)]
-            fn of_column(column: &[f32; COLUMN], k: usize) -> $F {
+            fn load_run(column: &[f32; COLUMN_LANES], k: usize) -> $F {
                 let runs = column.as_chunks::<$count>().0;
-                $F($f::new(runs[k % (COLUMN / $count)]))
+                $F($f::new(runs[k % (COLUMN_LANES / $count)]))
             }
 
             #[inline(always)]
-            fn least(self) -> f32 {
+            fn min_element(self) -> f32 {
                 fold(
                     self.to_array(),
                     f32x4::fast_min,
@@ -159,7 +159,7 @@ macro_rules! lane_types {
             }
 
             #[inline(always)]
-            fn greatest(self) -> f32 {
+            fn max_element(self) -> f32 {
                 fold(
                     self.to_array(),
                     f32x4::fast_max,
@@ -188,7 +188,7 @@ macro_rules! lane_types {
             }
 
             #[inline(always)]
-            fn times_less(self, by: $F, less: $F) -> $F {
+            fn mul_sub_any_rounding(self, by: $F, less: $F) -> $F {
                 $F(self.0.mul_sub(by.0, less.0))
             }
 
@@ -218,7 +218,7 @@ macro_rules! lane_types {
             }
 
             #[inline(always)]
-            fn same(self, other: $F) -> $M {
+            fn bits_eq(self, other: $F) -> $M {
                 $M($f::from_bits(self.0.to_bits().simd_eq(other.0.to_bits())))
             }
         }
@@ -273,14 +273,14 @@ macro_rules! lane_types {
             }
         }
 
-        impl LaneIds<$M> for $U {
+        impl LaneU32<$M> for $U {
             #[inline(always)]
             fn splat(value: u32) -> $U {
                 $U($u::splat(value))
             }
 
             #[inline(always)]
-            fn eight(self, k: usize) -> U32x8 {
+            fn octet(self, k: usize) -> U32x8 {
                 U32x8::new(self.0.as_array().as_chunks::<LANES>().0[k])
             }
 
@@ -368,7 +368,7 @@ macro_rules! lane_types {
             }
 
             #[inline(always)]
-            fn select_ids(self, yes: $U, no: $U) -> $U {
+            fn select_u32(self, yes: $U, no: $U) -> $U {
                 $U(self.0.to_bits().bitselect(yes.0, no.0))
             }
         }

@@ -69,7 +69,7 @@ impl<L: Lanes> Vec3Lanes<L> {
     /// The vector in a lane.
     #[inline]
     pub fn lane(&self, k: usize) -> Vec3 {
-        let one = |column: &L| column.eight(k / LANES).lane(k % LANES);
+        let one = |column: &L| column.octet(k / LANES).lane(k % LANES);
         Vec3::new(one(&self.x), one(&self.y), one(&self.z))
     }
 
@@ -85,7 +85,7 @@ impl<L: Lanes> Vec3Lanes<L> {
 
     /// Largest absolute component.
     #[inline(always)]
-    pub fn largest(self) -> L {
+    pub fn max_abs(self) -> L {
         let size = self.abs();
         size.x.max(size.y).max(size.z)
     }
@@ -98,7 +98,7 @@ impl<L: Lanes> Vec3Lanes<L> {
 
     /// Componentwise product.
     #[inline(always)]
-    pub fn times(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
+    pub fn mul_elementwise(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
         Vec3Lanes::new(self.x * o.x, self.y * o.y, self.z * o.z)
     }
 

@@ -66,7 +66,7 @@ impl<L: Lanes> Slabs<L> {
     /// An origin moved down and up.
     #[inline(always)]
     fn moved(org: Vec3Lanes<L>) -> [Vec3Lanes<L>; 2] {
-        let pad = org.largest() * L::splat(PAD);
+        let pad = org.max_abs() * L::splat(PAD);
         let pad = Vec3Lanes::new(pad, pad, pad);
         [org - pad, org + pad]
     }

@@ -93,10 +93,10 @@ fn apart(rays: &RayQueue, packets: impl Iterator<Item = usize>) -> f32 {
             low[axis] = low[axis].min(active.select(x, low[axis]));
             high[axis] = high[axis].max(active.select(x, high[axis]));
         }
-        way = way.max(active.select(rays.dir.largest(), way));
+        way = way.max(active.select(rays.dir.max_abs(), way));
     }
-    let along = |axis: usize| high[axis].greatest() - low[axis].least();
-    along(0).max(along(1)).max(along(2)) / way.greatest()
+    let along = |axis: usize| high[axis].max_element() - low[axis].min_element();
+    along(0).max(along(1)).max(along(2)) / way.max_element()
 }
 
 /// The least squared cosine between the first ray of a packet and any other; negative where rays go more than 90 degrees apart.
@@ -107,7 +107,7 @@ fn least_cosine(rays: &RayQueue, packet: usize) -> f32 {
     let first = Vec3x8::splat(dir.x.lane(0), dir.y.lane(0), dir.z.lane(0));
     let along = dir.dot(first);
     let square = along * along.abs() / (dir.dot(dir) * first.dot(first));
-    active.select(square, F32x8::ONE).least()
+    active.select(square, F32x8::ONE).min_element()
 }
 
 #[cfg(test)]

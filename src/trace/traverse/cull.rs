@@ -56,7 +56,7 @@ impl<L: Lanes> Cull<L> {
         let [first, last] = slabs.org.map(|moved| moved + (moved - rays.org));
         let side = |by: Vec3Lanes<L>, org: Vec3Lanes<L>, tiny: Vec3Lanes<L>| Side {
             by,
-            less: org.times(by) + tiny,
+            less: org.mul_elementwise(by) + tiny,
         };
         Cull {
             sides: [
@@ -72,9 +72,9 @@ impl<L: Lanes> Planes<L> for Cull<L> {
     fn distances(&self, side: usize, [x, y, z]: [f32; 3]) -> [L; 3] {
         let Side { by, less } = &self.sides[side];
         [
-            L::splat(x).times_less(by.x, less.x),
-            L::splat(y).times_less(by.y, less.y),
-            L::splat(z).times_less(by.z, less.z),
+            L::splat(x).mul_sub_any_rounding(by.x, less.x),
+            L::splat(y).mul_sub_any_rounding(by.y, less.y),
+            L::splat(z).mul_sub_any_rounding(by.z, less.z),
         ]
     }
 }

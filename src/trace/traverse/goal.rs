@@ -6,7 +6,7 @@ use super::triangle::{MIXED, Shear};
 use super::{cone, instance, sphere, triangle};
 use crate::bvh::{Bvh, LeafKind};
 use crate::packet::{HitPacket, NO_PRIM, RayPacket};
-use crate::simd::{LaneIds, LaneMask, Lanes};
+use crate::simd::{LaneMask, LaneU32, Lanes};
 use std::ops::Range;
 
 /// The closest hits so far. Inactive lanes hold t = −∞.
@@ -17,7 +17,7 @@ pub(super) struct Best<L: Lanes> {
     pub(super) v: L,
     pub(super) w: L,
     pub(super) det: L,
-    pub(super) prim_id: L::Ids,
+    pub(super) prim_id: L::U32,
 }
 
 /// Lanes that meet a primitive, where, and with what weights: a triangle's `v` and `w` are the edge functions that weigh
@@ -47,21 +47,21 @@ impl<L: Lanes> Meeting<L> {
 impl<L: Lanes> Best<L> {
     /// Takes a hit where it is closer, or as close with a smaller number.
     #[inline(always)]
-    pub(super) fn take(&mut self, hit: &Meeting<L>, id: L::Ids) -> L::Mask {
+    pub(super) fn take(&mut self, hit: &Meeting<L>, id: L::U32) -> L::Mask {
         let closer = hit.t.lt(self.t) | (hit.t.eq(self.t) & id.lt(self.prim_id));
         let take = hit.valid & closer;
         self.t = take.select(hit.t, self.t);
         self.v = take.select(hit.v, self.v);
         self.w = take.select(hit.w, self.w);
         self.det = take.select(hit.det, self.det);
-        self.prim_id = take.select_ids(id, self.prim_id);
+        self.prim_id = take.select_u32(id, self.prim_id);
         take
     }
 
     /// Takes a hit without barycentric weights.
     #[inline(always)]
     pub(super) fn take_bare(&mut self, valid: L::Mask, t: L, prim_id: u32) {
-        self.take(&Meeting::bare(valid, t), L::Ids::splat(prim_id));
+        self.take(&Meeting::bare(valid, t), L::U32::splat(prim_id));
     }
 }
 
@@ -118,7 +118,7 @@ impl<L: Lanes> Closest<L> {
                 w: L::ZERO,
                 det: L::ONE,
                 // Nothing is smaller, so a hit at the limit itself does not win the tie.
-                prim_id: L::Ids::splat(0),
+                prim_id: L::U32::splat(0),
             },
         }
     }
@@ -139,7 +139,7 @@ impl<L: Lanes> Closest<L> {
             t: found.select(best.t, tmax),
             u: best.v / best.det,
             v: best.w / best.det,
-            prim_id: found.select_ids(best.prim_id, L::Ids::splat(NO_PRIM)),
+            prim_id: found.select_u32(best.prim_id, L::U32::splat(NO_PRIM)),
         }
     }
 }
@@ -158,7 +158,7 @@ impl<L: Lanes> Goal<L> for Closest<L> {
             best: Best {
                 t: limit,
                 // The smallest number wins a tie, so this one loses it: a hit at the limit may win out there.
-                prim_id: L::Ids::splat(NO_PRIM),
+                prim_id: L::U32::splat(NO_PRIM),
                 ..self.best
             },
         })
@@ -166,15 +166,15 @@ impl<L: Lanes> Goal<L> for Closest<L> {
 
     #[inline(always)]
     fn take(&mut self, hit: &Meeting<L>, id: u32) -> bool {
-        self.best.take(hit, L::Ids::splat(id)).any()
+        self.best.take(hit, L::U32::splat(id)).any()
     }
 
     #[inline(always)]
     fn leave(&mut self, inner: Closest<L>, stay: &Stay<L>, id_offset: u32) -> bool {
         let found = inner.best;
-        let id = found.prim_id.wrapping_add(L::Ids::splat(id_offset));
+        let id = found.prim_id.wrapping_add(L::U32::splat(id_offset));
         let (met, t) = instance::outside(found.t, stay);
-        let hit = met & !found.prim_id.eq(L::Ids::splat(NO_PRIM));
+        let hit = met & !found.prim_id.eq(L::U32::splat(NO_PRIM));
         self.best.take(
             &Meeting {
                 valid: hit,

@@ -20,7 +20,7 @@ mod distance;
 use super::aabb::Stay;
 use super::goal::{Best, Meeting, Prepared};
 use crate::bvh::{TriangleBlock, TriangleSlot};
-use crate::simd::{LaneIds, LaneMask, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
+use crate::simd::{LaneMask, LaneU32, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
 use distance::ByEdges;
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD};
@@ -129,11 +129,11 @@ impl<L: Lanes> Shear<L> {
 
     /// By lane the axes in the order of the frame; and the origins in that order, with slopes and scale.
     #[inline(always)]
-    pub(super) fn columns(&self) -> ([L::Ids; 3], [Vec3Lanes<L>; 2]) {
+    pub(super) fn columns(&self) -> ([L::U32; 3], [Vec3Lanes<L>; 2]) {
         let [by_x, by_y, by_z] = [0, 1, 2].map(|major| FRAMES[major]);
         let axis = |k: usize| {
-            let [x, y, z] = [by_x[k], by_y[k], by_z[k]].map(|axis| L::Ids::splat(axis as u32));
-            self.x_major.select_ids(x, self.y_major.select_ids(y, z))
+            let [x, y, z] = [by_x[k], by_y[k], by_z[k]].map(|axis| L::U32::splat(axis as u32));
+            self.x_major.select_u32(x, self.y_major.select_u32(y, z))
         };
         let slopes = Vec3Lanes::new(self.slope_x, self.slope_y, self.scale);
         ([axis(0), axis(1), axis(2)], [self.org, slopes])
@@ -214,7 +214,7 @@ pub(super) fn closest<L: Lanes, const AXIS: usize>(
     let Some(hit) = intersect::<L, AXIS>(rays, slot) else {
         return;
     };
-    best.take(&hit, L::Ids::splat(slot.prim_id));
+    best.take(&hit, L::U32::splat(slot.prim_id));
 }
 
 /// Lanes that the triangle stops before `tmax`.
@@ -296,7 +296,7 @@ const USUAL: f32 = (1u64 << 40) as f32;
 fn usual<L: Lanes>(org: Vec3Lanes<L>, along: L) -> L::Mask {
     let (most, least) = (L::splat(USUAL), L::splat(1.0 / USUAL));
     let size = along.abs();
-    org.largest().le(most) & size.le(most) & size.ge(least)
+    org.max_abs().le(most) & size.le(most) & size.ge(least)
 }
 
 /// A packet and a triangle in leaf order.

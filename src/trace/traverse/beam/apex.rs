@@ -38,7 +38,7 @@ const BLUR: f32 = 1.0 / 1024.0;
 /// Lanes that hold the same bits in both.
 #[inline(always)]
 pub(super) fn same<L: Lanes>(v: Vec3Lanes<L>, w: Vec3Lanes<L>) -> L::Mask {
-    v.x.same(w.x) & v.y.same(w.y) & v.z.same(w.z)
+    v.x.bits_eq(w.x) & v.y.bits_eq(w.y) & v.z.bits_eq(w.z)
 }
 
 impl Apex {
@@ -71,23 +71,24 @@ impl Apex {
             let (rays, active) = rays.packet::<Native>(packet, tmax);
             let most = |of: Native, x: Native| of.max(active.select(x, Native::ZERO));
             let way = rays.dir.scale(rays.tmax);
-            let miss = (rays.org + way - apex).largest();
+            let miss = (rays.org + way - apex).max_abs();
             // A ray whose end is no number meets nobody's.
             blur = most(blur, miss.lt(far).select(miss, far));
-            farthest = most(farthest, rays.org.largest());
-            around = most(around, (rays.org - center).largest());
-            longest = most(longest, way.largest());
-            shortest = shortest.min(active.select(way.largest(), far));
+            farthest = most(farthest, rays.org.max_abs());
+            around = most(around, (rays.org - center).max_abs());
+            longest = most(longest, way.max_abs());
+            shortest = shortest.min(active.select(way.max_abs(), far));
             parallel &= !(active & !same(rays.dir, first)).any();
         }
         let rays = Spread {
             center: org,
-            around: around.greatest(),
-            farthest: farthest.greatest(),
-            longest: longest.greatest(),
-            shortest: shortest.least(),
+            around: around.max_element(),
+            farthest: farthest.max_element(),
+            longest: longest.max_element(),
+            shortest: shortest.min_element(),
             // Four roundings of sums and products as long as the way.
-            blur: blur.greatest() + (longest.greatest() + farthest.greatest()) * f32::EPSILON * 2.0,
+            blur: blur.max_element()
+                + (longest.max_element() + farthest.max_element()) * f32::EPSILON * 2.0,
         };
         // Ways without end are no ways to a point.
         if rays.blur <= BLUR * rays.shortest && rays.shortest < f32::INFINITY {

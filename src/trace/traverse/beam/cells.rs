@@ -3,11 +3,11 @@
 use super::frame::{BoxView, Frame, TriangleView, WIDEST};
 use super::look::Look;
 use crate::packet::RayPacket;
-use crate::simd::{COLUMN, F32x8, LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
+use crate::simd::{COLUMN_LANES, F32x8, LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 use crate::traverse::triangle::Shear;
 
 /// Cells of a beam at most: a bit each.
-pub(super) const CELLS: usize = COLUMN;
+pub(super) const CELLS: usize = COLUMN_LANES;
 
 /// A cell that is so many times as wide as most others is parted between its rays: half of them see something else, and the
 /// cell would be tested against all that is between.
@@ -119,7 +119,7 @@ impl Cells {
         if live == L::Mask::splat(true).bits() {
             let ranges = self.ranges[group % CELLS];
             if self.is_narrow(ranges) {
-                self.put(ranges, [pace, limit].map(L::greatest), live, group);
+                self.put(ranges, [pace, limit].map(L::max_element), live, group);
                 return Added::All;
             }
         }
@@ -143,11 +143,11 @@ impl Cells {
             let mask = L::Mask::from_bits(lanes);
             let nowhere = L::splat(f32::NEG_INFINITY);
             let ranges = [p, q].map(|x| {
-                let low = mask.select(x, L::splat(f32::INFINITY)).least();
-                [low, mask.select(x, nowhere).greatest()]
+                let low = mask.select(x, L::splat(f32::INFINITY)).min_element();
+                [low, mask.select(x, nowhere).max_element()]
             });
             if self.is_narrow(ranges) {
-                let most = [pace, limit].map(|x| mask.select(x, nowhere).greatest());
+                let most = [pace, limit].map(|x| mask.select(x, nowhere).max_element());
                 self.put(ranges, most, lanes, group);
                 parts += 1;
                 continue;
@@ -225,7 +225,7 @@ impl Cells {
             }
         }
         for run in 0..runs {
-            let column = |column: &Column| F32x8::of_column(column, run);
+            let column = |column: &Column| F32x8::load_run(column, run);
             let pace = column(&self.pace) * F32x8::splat(1.000_001);
             if frame.near {
                 let far = column(&self.far) * pace + F32x8::splat(frame.tiny);
@@ -240,8 +240,8 @@ impl Cells {
             let (mut least, mut most) =
                 (F32x8::splat(f32::INFINITY), F32x8::splat(f32::NEG_INFINITY));
             for run in 0..runs {
-                let low = F32x8::of_column(&self.low[axis], run);
-                let high = F32x8::of_column(&self.high[axis], run);
+                let low = F32x8::load_run(&self.low[axis], run);
+                let high = F32x8::load_run(&self.high[axis], run);
                 let [wider, share] = frame.wider.map(F32x8::splat);
                 let more = wider + low.abs().max(high.abs()) * share;
                 let (low, high) = (low - more, high + more);
@@ -252,7 +252,7 @@ impl Cells {
                 put(&mut self.half[axis], run, (high - low) * half);
                 (least, most) = (least.min(low), most.max(high));
             }
-            self.around[axis] = [least.least(), most.greatest()];
+            self.around[axis] = [least.min_element(), most.max_element()];
         }
     }
 
@@ -261,7 +261,9 @@ impl Cells {
     pub(super) fn set_far<L: Lanes>(&mut self, frame: &Frame, cell: usize, limit: L) {
         let k = cell % CELLS;
         let live = L::Mask::from_bits(self.lanes[k]);
-        let most = live.select(limit, L::splat(f32::NEG_INFINITY)).greatest();
+        let most = live
+            .select(limit, L::splat(f32::NEG_INFINITY))
+            .max_element();
         if frame.near {
             self.far[k] = most * self.pace[k] + frame.tiny;
         } else if most == f32::NEG_INFINITY {
@@ -288,7 +290,7 @@ impl Cells {
             [0, 1, 2, 3, 4].map(|k| L::splat(seen[k][lane % NATIVE]));
         let mut met = 0;
         for run in 0..self.runs::<L>() {
-            let column = |column: &Column| L::of_column(column, run);
+            let column = |column: &Column| L::load_run(column, run);
             let p = low_p.le(column(&self.high[0])) & high_p.ge(column(&self.low[0]));
             let q = low_q.le(column(&self.high[1])) & high_q.ge(column(&self.low[1]));
             let depth = near.le(column(&self.far));
@@ -302,7 +304,7 @@ impl Cells {
     pub(super) fn reaching<L: Lanes>(&self, of: u64, near: f32) -> u64 {
         let mut met = 0;
         for run in 0..self.runs::<L>() {
-            let reach = L::splat(near).le(L::of_column(&self.far, run));
+            let reach = L::splat(near).le(L::load_run(&self.far, run));
             met |= u64::from(reach.bits()) << (run * L::PACKETS * LANES);
         }
         met & of
@@ -369,7 +371,7 @@ fn meets(seen: &BoxView, around: &[[f32; 2]; 2]) -> u32 {
 
 #[inline(always)]
 fn range<L: Lanes>(lanes: L) -> [f32; 2] {
-    [lanes.least(), lanes.greatest()]
+    [lanes.min_element(), lanes.max_element()]
 }
 
 /// What all rays of a beam are within, lane by lane, in a near frame.
@@ -411,7 +413,7 @@ impl<L: Lanes> Extent<L> {
         // The ends of all first, then wider: those of lanes without a ray are infinite.
         let [wider, share] = frame.wider;
         let around = [0, 1].map(|axis| {
-            let (low, high) = (self.low[axis].least(), self.high[axis].greatest());
+            let (low, high) = (self.low[axis].min_element(), self.high[axis].max_element());
             let more = wider + low.abs().max(high.abs()) * share;
             [low - more, high + more]
         });

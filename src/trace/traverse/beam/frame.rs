@@ -327,8 +327,8 @@ impl Frame {
     ) -> TriangleView {
         let [a, b, c] = *relative;
         let (ab, bc, ca) = (b - a, c - b, a - c);
-        let reach = a.largest().max(b.largest()).max(c.largest());
-        let size = ab.largest().max(bc.largest()).max(ca.largest());
+        let reach = a.max_abs().max(b.max_abs()).max(c.max_abs());
+        let size = ab.max_abs().max(bc.max_abs()).max(ca.max_abs());
         let reach = reach + Native::splat(self.more_reach);
         let size = size + Native::splat(self.more_size);
         let [by_reach, always] = self.doubt.map(Native::splat);

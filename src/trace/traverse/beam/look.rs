@@ -119,7 +119,8 @@ impl Look {
     #[inline(always)]
     pub(super) fn within(&self, [p, q]: [Native; 2], [half_p, half_q]: [Native; 2]) -> NativeMask {
         let most = |[slope_p, less_q, constant]: &[Native; 3]| {
-            let middle = p.times_less(*slope_p, q.times_less(*less_q, *constant));
+            let middle =
+                p.mul_sub_any_rounding(*slope_p, q.mul_sub_any_rounding(*less_q, *constant));
             middle + (slope_p.abs() * half_p + less_q.abs() * half_q)
         };
         let [u, v, w] = self.edges.each_ref().map(most);
@@ -132,8 +133,8 @@ impl Look {
         // By reference: a lane of a copy would be read from a copy in memory.
         let one = |of: &Native| L::splat(of.lane(lane % NATIVE));
         let edge = |[slope_p, less_q, constant]: &[Native; 3]| {
-            let rest = rays.q.times_less(one(less_q), one(constant));
-            rays.p.times_less(one(slope_p), rest)
+            let rest = rays.q.mul_sub_any_rounding(one(less_q), one(constant));
+            rays.p.mul_sub_any_rounding(one(slope_p), rest)
         };
         let (u, v, w) = (
             edge(&self.edges[0]),
@@ -144,9 +145,9 @@ impl Look {
         let start = rays
             .org
             .x
-            .times_less(one(&self.normal[0]), one(&self.beyond));
-        let start = rays.org.y.times_less(one(&self.normal[1]), start);
-        let start = rays.org.z.times_less(one(&self.normal[2]), start);
+            .mul_sub_any_rounding(one(&self.normal[0]), one(&self.beyond));
+        let start = rays.org.y.mul_sub_any_rounding(one(&self.normal[1]), start);
+        let start = rays.org.z.mul_sub_any_rounding(one(&self.normal[2]), start);
         within & !start.gt(L::ZERO)
     }
 }

@@ -7,7 +7,7 @@ use super::SIZE;
 use super::cells::directions;
 use super::frame::Frame;
 use crate::packet::{RayPacket, RayQueue};
-use crate::simd::{COLUMN, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
+use crate::simd::{COLUMN_LANES, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use std::ops::Range;
 
 /// Rays of a beam.
@@ -40,7 +40,7 @@ static HILBERT: [u8; SQUARES] = {
     squares
 };
 
-type Column = [[f32; COLUMN]; RAYS / COLUMN];
+type Column = [[f32; COLUMN_LANES]; RAYS / COLUMN_LANES];
 
 /// Up to [`RAYS`] rays as columns.
 pub(super) struct Sorted {
@@ -53,7 +53,7 @@ pub(super) struct Sorted {
 
 impl Default for Sorted {
     fn default() -> Sorted {
-        const ZERO: Column = [[0.0; COLUMN]; RAYS / COLUMN];
+        const ZERO: Column = [[0.0; COLUMN_LANES]; RAYS / COLUMN_LANES];
         Sorted {
             org: [ZERO; 3],
             dir: [ZERO; 3],
@@ -106,8 +106,8 @@ impl Sorted {
         let first = k * L::PACKETS * LANES;
         let vec = |columns: &[Column; 3]| {
             let lanes = |column: &Column| {
-                let run = first % COLUMN / (L::PACKETS * LANES);
-                L::of_column(&column[first / COLUMN % (RAYS / COLUMN)], run)
+                let run = first % COLUMN_LANES / (L::PACKETS * LANES);
+                L::load_run(&column[first / COLUMN_LANES % (RAYS / COLUMN_LANES)], run)
             };
             Vec3Lanes::new(lanes(&columns[0]), lanes(&columns[1]), lanes(&columns[2]))
         };
@@ -150,8 +150,8 @@ fn keys(frame: &Frame, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
             ends[1][axis] = ends[1][axis].max(active.select(*x, ends[1][axis]));
         }
     }
-    let low = ends[0].map(Native::least);
-    let high = ends[1].map(Native::greatest);
+    let low = ends[0].map(Native::min_element);
+    let high = ends[1].map(Native::max_element);
     let low_lanes = low.map(Native::splat);
     let scale: [Native; 2] =
         std::array::from_fn(|axis| Native::splat((GRID as f32 - 1.0) / (high[axis] - low[axis])));

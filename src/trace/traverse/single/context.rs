@@ -2,7 +2,7 @@
 
 use crate::bvh::{SphereBlock, TriangleBlock};
 use crate::packet::NO_PRIM;
-use crate::simd::{F32x8, LaneIds, LaneMask, Lanes, NATIVE, Native, NativeMask, U32x8, Vec3Native};
+use crate::simd::{F32x8, LaneMask, LaneU32, Lanes, NATIVE, Native, NativeMask, U32x8, Vec3Native};
 use crate::traverse::aabb::Stay;
 use crate::traverse::goal::Best;
 use crate::traverse::sphere;

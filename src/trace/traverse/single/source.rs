@@ -2,7 +2,7 @@
 
 use super::context::{Context, Hit, Ray};
 use crate::packet::{RayPacket, RayQueue};
-use crate::simd::{F32x8, LANES, LaneIds, LaneMask, Lanes, Mask8, U32x8, Vec3x8};
+use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 use crate::traverse::aabb::Slabs;
 use crate::traverse::tally::Tally;
 use crate::traverse::triangle::Shear;
@@ -81,7 +81,7 @@ fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [Ray; LANES] {
         )
     });
     let by_way = |axis: usize, [down_one, up_one]: [u32; 2]| {
-        down[axis].select_ids(U32x8::splat(down_one), U32x8::splat(up_one))
+        down[axis].select_u32(U32x8::splat(down_one), U32x8::splat(up_one))
     };
     let row = |axis: usize, sides: [u32; 2]| {
         F32x8::from_bits(by_way(axis, sides.map(|side| 3 * side + axis as u32)))

@@ -127,12 +127,12 @@ pub(super) fn to_planes<L: Lanes>(
         };
         Plane::of([corner(0), corner(1), corner(2)])
     };
-    let mut distances = [0, 1].map(|k| by_edges.eight(k % L::PACKETS).to_array());
+    let mut distances = [0, 1].map(|k| by_edges.octet(k % L::PACKETS).to_array());
     match only {
         Some(one) => {
             let plane = triangle(one);
             for (k, t) in distances.iter_mut().enumerate().take(L::PACKETS) {
-                let columns = |v: Vec3Lanes<L>| [v.x, v.y, v.z].map(|c| c.eight(k).to_array());
+                let columns = |v: Vec3Lanes<L>| [v.x, v.y, v.z].map(|c| c.octet(k).to_array());
                 plane.distances(columns(org), columns(dir), t);
             }
         }
@@ -143,7 +143,7 @@ pub(super) fn to_planes<L: Lanes>(
             }
         }
     }
-    L::from_eights(|k| distances[k % 2])
+    L::from_octets(|k| distances[k % 2])
 }
 
 /// The plane of a triangle: a corner, and the product of the two shorter edges, whose error is

@@ -125,7 +125,7 @@ fn what_is_settled_need_not_be_clamped() {
             continue;
         };
         let found = meet(places, slopes, &own()).expect("within the edges");
-        let same = always.t.same(found.t) | !always.valid;
+        let same = always.t.bits_eq(found.t) | !always.valid;
         assert_eq!(found.valid.bits(), always.valid.bits(), "round {round}");
         assert!(!(!same).any(), "round {round}: {corners:?} {rays:?}");
         let seen = edges(&places, slopes);
@@ -135,7 +135,7 @@ fn what_is_settled_need_not_be_clamped() {
         let ahead = seen.inside & raw.gt(F32x8::ZERO);
         hits += always.valid.bits().count_ones();
         sures += (always.valid & sure).bits().count_ones();
-        clamped += (ahead & !(always.valid & raw.same(always.t)))
+        clamped += (ahead & !(always.valid & raw.bits_eq(always.t)))
             .bits()
             .count_ones();
     }
