@@ -181,7 +181,7 @@ fn compaction(c: &mut Criterion) {
             mask.lanes().map(|lane| packet * LANES + lane).collect()
         };
         let want: Vec<usize> = masks.iter().enumerate().flat_map(lanes).collect();
-        let parent = |i: usize| queue.purpose(i / LANES).1[i % LANES] as usize;
+        let parent = |i: usize| queue.payload(i / LANES).1[i % LANES] as usize;
         assert!((0..rays).map(parent).eq(want.iter().copied()), "{what}");
         let x = |i: usize| queue.ray(i / LANES, i % LANES).0[0] as usize;
         assert!(

@@ -69,7 +69,7 @@ fn compare_pair(bvh: &Bvh, rays: &[Ray; LANES], tmax: [f32; LANES], on: u32) {
         let alone = eight.closest(half, Mask8::from_bits(on));
         for lane in 0..LANES {
             assert_eq!(
-                lane_bits(&hits.eight(k), lane),
+                lane_bits(&hits.octet(k), lane),
                 lane_bits(&alone, lane),
                 "half {k}, {rays:?}"
             );

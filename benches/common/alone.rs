@@ -214,7 +214,7 @@ impl<L: Lanes> Trial for Packets<L> {
             Test::Closest(_) => Answer::Hits(
                 self.hits
                     .iter()
-                    .flat_map(|packet| (0..L::PACKETS).flat_map(|k| lanes(&packet.eight(k))))
+                    .flat_map(|packet| (0..L::PACKETS).flat_map(|k| lanes(&packet.octet(k))))
                     .collect(),
             ),
             Test::Occluded(_) => {

@@ -71,7 +71,7 @@ impl Painter for CostPainter<'_> {
                         Cost::Time => time,
                         cost => count(&mut self.alone, &rays, packet, lane, cost),
                     };
-                    let place = rays.purpose(packet).1[lane];
+                    let place = rays.payload(packet).1[lane];
                     pixels.set(place & 0xffff, place >> 16, [cost; 3]);
                 }
             }

@@ -94,7 +94,7 @@ impl<'arena> Kept<'arena> {
             return;
         }
         for (packet, answer) in packets.zip(answers) {
-            let (weight, parent) = queue.purpose(packet);
+            let (weight, parent) = queue.payload(packet);
             for lane in queue.active(packet).lanes() {
                 let ray = parent[lane] as usize;
                 let rgb = [0, 1, 2].map(|c| weight[c][lane] * answer.0[c][lane]);

@@ -19,7 +19,7 @@ use super::wave::{Colors, Engine, RayView, fold, wave};
 use crate::shade::Material;
 use bumpalo::Bump;
 use phalanx_scene::Scene;
-use phalanx_trace::packet::{Columns, QueueRoom, RayQueue};
+use phalanx_trace::packet::{QueueColumns, QueueStorage, RayQueue};
 use phalanx_trace::simd::LANES;
 use std::ops::Range;
 
@@ -44,7 +44,7 @@ pub struct WaveSizes {
     depth: usize,
     /// Bounces that a hit may send.
     ways: usize,
-    columns: Columns,
+    columns: QueueColumns,
 }
 
 /// Bounds on the factors that shares of camera rays are multiplied with.
@@ -124,7 +124,7 @@ impl WaveSizes {
             bounced,
             depth,
             ways,
-            columns: Columns {
+            columns: QueueColumns {
                 seeds: scene.has_chance(),
                 shares: weights.may_fall_below(min_weight, max_depth),
             },
@@ -147,7 +147,7 @@ impl WaveSizes {
 
 /// Bytes that a packet of a wave takes in its level: of bounces, and of radiance.
 fn level_bytes(ways: usize) -> usize {
-    ways * QueueRoom::PACKET_BYTES + size_of::<Colors>()
+    ways * QueueStorage::PACKET_BYTES + size_of::<Colors>()
 }
 
 /// The levels of a painter, each with the bounces of one wave.
@@ -167,7 +167,7 @@ struct Level {
 /// The bounces of a wave, mirror rays first.
 #[derive(Default)]
 pub(super) struct Bounces {
-    room: QueueRoom,
+    room: QueueStorage,
     /// Mirror rays.
     mirrored: usize,
     /// Packets of the wave that sent them.
@@ -189,7 +189,7 @@ impl Bounces {
         &mut self,
         wave: usize,
         ways: usize,
-        columns: Columns,
+        columns: QueueColumns,
         push: impl FnOnce(&mut RayQueue) -> usize,
     ) {
         self.mirrored = self.room.fill(wave * ways, columns, push);
@@ -221,7 +221,7 @@ impl Levels {
     }
 
     /// The columns of the queues of bounces.
-    pub(super) fn columns(&self) -> Columns {
+    pub(super) fn columns(&self) -> QueueColumns {
         self.sizes.columns
     }
 

@@ -36,7 +36,7 @@ pub(super) fn occlusion(
     let blocked = arena.alloc_slice_fill_copy(all.len(), 0);
     engine.traversal.occluded(&queue, all, reach, blocked);
     for (packet, &blocked) in blocked.iter().enumerate() {
-        let (white, hit) = queue.purpose(packet);
+        let (white, hit) = queue.payload(packet);
         let open = queue.active(packet) & !Mask8::from_bits(u32::from(blocked));
         for lane in open.lanes() {
             let ray = hit[lane] as usize;

@@ -20,7 +20,7 @@ use phalanx_scene::sampling::{
 };
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::camera::{directions, through_lens};
-use phalanx_trace::packet::{Columns, NO_PRIM, RayQueue, packets_for};
+use phalanx_trace::packet::{NO_PRIM, QueueColumns, RayQueue, packets_for};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use phalanx_trace::{Kernel, Tracer, Traversal};
 
@@ -73,7 +73,7 @@ impl<'a> PacketPainter<'a> {
                 stats: RenderStats::default(),
                 sample: 0,
                 min_weight: 0.0,
-                columns: Columns::default(),
+                columns: QueueColumns::default(),
             },
             seeded: scene.has_chance(),
             sky: None,
@@ -334,7 +334,7 @@ impl Traced<'_> {
     /// The rays with their places, packet by packet.
     fn lanes(&self) -> impl Iterator<Item = (usize, usize, (u32, u32))> {
         (0..self.colors.len()).flat_map(|packet| {
-            let places = self.rays.purpose(packet).1;
+            let places = self.rays.payload(packet).1;
             let lanes = self.rays.active(packet).lanes();
             lanes.map(move |lane| (packet, lane, place(places[lane])))
         })
@@ -345,7 +345,7 @@ impl Traced<'_> {
         let kept = self.kept.filter(|kept| !kept.light[0].is_empty());
         self.lanes().map(move |(packet, lane, _)| {
             let light = |kept: &Kept| kept.light.each_ref().map(|way| way[packet].lane(lane));
-            let counts = self.rays.purpose(packet).0[0][lane];
+            let counts = self.rays.payload(packet).0[0][lane];
             let radiance = self.colors[packet].lane(lane);
             (radiance, kept.map_or([[0.0; 3]; 3], light), counts)
         })
@@ -407,7 +407,7 @@ impl Sums {
     pub(super) fn gather(&mut self, traced: &Traced, width: u32) {
         for (packet, lane, (x, y)) in traced.lanes() {
             let at = (y * width + x) as usize;
-            let counts = traced.rays.purpose(packet).0[0][lane];
+            let counts = traced.rays.payload(packet).0[0][lane];
             self.radiance[at].add(traced.colors[packet].lane(lane), counts);
             if let (Some(kept), false) = (traced.kept, self.light[0].is_empty()) {
                 for (gathered, colors) in self.light.iter_mut().zip(&kept.light) {
@@ -438,7 +438,7 @@ impl Sums {
 /// Gives the tile's pixels what their only camera rays gave.
 fn develop(traced: &Traced, pixels: &mut Pixels) {
     for (packet, color) in traced.colors.iter().enumerate() {
-        let (active, places) = (traced.rays.active(packet), traced.rays.purpose(packet).1);
+        let (active, places) = (traced.rays.active(packet), traced.rays.payload(packet).1);
         let (x, y) = place(places[0]);
         if active.bits() == 0xff && *places == block_of(x, y) {
             let row = |k: usize| color.plane_halves().map(|plane| plane[k]);

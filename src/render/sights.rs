@@ -79,7 +79,7 @@ impl<'a> Sights<'a> {
     ) -> Sights<'s> {
         let bounced = arena.alloc_slice_fill_with(packets.len() * LANES, |k| {
             let ray = packets.start * LANES + k;
-            let camera_ray = queue.purpose(ray / LANES).1[ray % LANES];
+            let camera_ray = queue.payload(ray / LANES).1[ray % LANES];
             (camera_ray, if ray < mirrored { 1 } else { 2 })
         });
         Sights {

@@ -10,7 +10,7 @@ use crate::shade::{Batch, Material, Surface, UNTINTED, light_places, sample_ligh
 use bumpalo::Bump;
 use phalanx_scene::{PrimKind, Scene};
 use phalanx_trace::Traversal;
-use phalanx_trace::packet::{Columns, HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
+use phalanx_trace::packet::{HitPacket, NO_PRIM, QueueColumns, RayPacket, RayQueue, packets_for};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ pub(super) struct Engine<'a> {
     /// Rays whose share of their camera ray is less than this in every component are not traced.
     pub(super) min_weight: f32,
     /// The columns of the queues of bounces.
-    pub(super) columns: Columns,
+    pub(super) columns: QueueColumns,
 }
 
 /// Radiance of eight rays.
@@ -382,7 +382,7 @@ fn ask_lights(
         let blocked = &mut room[..all.len()];
         engine.traversal.occluded(&queue, all, tmax, blocked);
         for (packet, &blocked) in blocked.iter().enumerate() {
-            let (radiance, hit) = queue.purpose(packet);
+            let (radiance, hit) = queue.payload(packet);
             let lit = queue.active(packet) & !Mask8::from_bits(u32::from(blocked));
             for lane in lit.lanes() {
                 let ray = hit[lane] as usize;
@@ -404,7 +404,7 @@ pub(super) fn fold(
 ) {
     for (packet, answer) in packets.zip(answers) {
         let active = queue.active(packet);
-        let (weight, parent) = queue.purpose(packet);
+        let (weight, parent) = queue.payload(packet);
         for lane in active.lanes() {
             let ray = parent[lane] as usize;
             let rgb = [0, 1, 2].map(|c| weight[c][lane] * answer.0[c][lane]);

@@ -3,7 +3,7 @@
 pub mod camera;
 mod queue;
 
-pub use queue::{Columns, QueueRoom, RayQueue};
+pub use queue::{QueueColumns, QueueStorage, RayQueue};
 
 use crate::simd::{F32x8, LANES, LaneU32, Lanes, U32x8, Vec3Lanes};
 
@@ -58,7 +58,7 @@ impl HitPacket {
 impl<L: Lanes> HitPacket<L> {
     /// The k-th eight.
     #[inline(always)]
-    pub fn eight(&self, k: usize) -> HitPacket {
+    pub fn octet(&self, k: usize) -> HitPacket {
         HitPacket {
             t: self.t.octet(k),
             u: self.u.octet(k),

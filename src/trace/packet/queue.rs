@@ -8,7 +8,7 @@ use bumpalo::Bump;
 /// Eight rays, in memory order: three whole cache lines.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
-pub(crate) struct Slot {
+pub(crate) struct RaySlot {
     pub(crate) org: [[f32; LANES]; 3],
     pub(crate) dir: [[f32; LANES]; 3],
 }
@@ -16,8 +16,8 @@ pub(crate) struct Slot {
 /// What eight rays are for. Apart from them, because traversal does not look at it.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
-struct Purpose {
-    weight: Rgb,
+struct RayPayload {
+    throughput: Rgb,
     parent: [u32; LANES],
 }
 
@@ -25,8 +25,8 @@ struct Purpose {
 /// (`weight`, RGB); where something about them is left to chance, with the seeds of that; and, where rays of little
 /// weight are not traced, with the share of the camera ray that they carry (`share`, RGB).
 pub struct RayQueue<'arena> {
-    slots: &'arena mut [Slot],
-    purposes: &'arena mut [Purpose],
+    slots: &'arena mut [RaySlot],
+    payloads: &'arena mut [RayPayload],
     /// Empty where nothing is left to chance.
     seeds: &'arena mut [[u32; LANES]],
     /// Empty where nobody asks; then every share is 1.
@@ -37,19 +37,19 @@ pub struct RayQueue<'arena> {
 /// Colours of eight rays, by component.
 type Rgb = [[f32; LANES]; 3];
 
-const EMPTY_SLOT: Slot = Slot {
+const EMPTY_SLOT: RaySlot = RaySlot {
     org: [[0.0; LANES]; 3],
     dir: [[0.0; LANES]; 3],
 };
 
-const EMPTY_PURPOSE: Purpose = Purpose {
-    weight: [[0.0; LANES]; 3],
+const EMPTY_PAYLOAD: RayPayload = RayPayload {
+    throughput: [[0.0; LANES]; 3],
     parent: [0; LANES],
 };
 
 /// The optional columns of a queue.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Columns {
+pub struct QueueColumns {
     /// Seeds.
     pub seeds: bool,
     /// Shares.
@@ -58,18 +58,20 @@ pub struct Columns {
 
 /// Memory of a queue, kept and filled again and again: for rays that wait while others are traced.
 #[derive(Default)]
-pub struct QueueRoom {
-    slots: Vec<Slot>,
-    purposes: Vec<Purpose>,
+pub struct QueueStorage {
+    slots: Vec<RaySlot>,
+    payloads: Vec<RayPayload>,
     seeds: Vec<[u32; LANES]>,
     shares: Vec<Rgb>,
     len: usize,
 }
 
-impl QueueRoom {
+impl QueueStorage {
     /// Bytes of eight rays with all columns.
-    pub const PACKET_BYTES: usize =
-        size_of::<Slot>() + size_of::<Purpose>() + size_of::<[u32; LANES]>() + size_of::<Rgb>();
+    pub const PACKET_BYTES: usize = size_of::<RaySlot>()
+        + size_of::<RayPayload>()
+        + size_of::<[u32; LANES]>()
+        + size_of::<Rgb>();
 
     /// Forgets the rays.
     #[inline]
@@ -81,12 +83,12 @@ impl QueueRoom {
     pub fn fill<T>(
         &mut self,
         packets: usize,
-        columns: Columns,
+        columns: QueueColumns,
         push: impl FnOnce(&mut RayQueue) -> T,
     ) -> T {
         let packets_if = |wanted: bool| if wanted { packets } else { 0 };
         grow(&mut self.slots, packets, EMPTY_SLOT);
-        grow(&mut self.purposes, packets, EMPTY_PURPOSE);
+        grow(&mut self.payloads, packets, EMPTY_PAYLOAD);
         grow(&mut self.seeds, packets_if(columns.seeds), [0; LANES]);
         let shares = packets_if(columns.shares);
         grow(&mut self.shares, shares, [[0.0; LANES]; 3]);
@@ -102,7 +104,7 @@ impl QueueRoom {
     pub fn queue(&mut self) -> RayQueue<'_> {
         RayQueue {
             slots: &mut self.slots,
-            purposes: &mut self.purposes,
+            payloads: &mut self.payloads,
             seeds: &mut self.seeds,
             shares: &mut self.shares,
             len: self.len,
@@ -124,7 +126,7 @@ impl<'arena> RayQueue<'arena> {
         let packets = packets_for(capacity);
         RayQueue {
             slots: arena.alloc_slice_fill_copy(packets, EMPTY_SLOT),
-            purposes: arena.alloc_slice_fill_copy(packets, EMPTY_PURPOSE),
+            payloads: arena.alloc_slice_fill_copy(packets, EMPTY_PAYLOAD),
             seeds: &mut [],
             shares: &mut [],
             len: 0,
@@ -190,12 +192,12 @@ impl<'arena> RayQueue<'arena> {
         }
         if lanes == 0xff && self.len.is_multiple_of(LANES) {
             // Eight neighbours into an empty slot: the packet as it is.
-            self.slots[self.len / LANES] = Slot {
+            self.slots[self.len / LANES] = RaySlot {
                 org: rows(org),
                 dir: rows(dir),
             };
-            self.purposes[self.len / LANES] = Purpose {
-                weight: rows(weight),
+            self.payloads[self.len / LANES] = RayPayload {
+                throughput: rows(weight),
                 parent: *parent,
             };
             self.len += LANES;
@@ -207,8 +209,8 @@ impl<'arena> RayQueue<'arena> {
             let slot = &mut self.slots[packet];
             copy_lane(&org, lane, &mut slot.org, at);
             copy_lane(&dir, lane, &mut slot.dir, at);
-            let purpose = &mut self.purposes[packet];
-            copy_lane(&weight, lane, &mut purpose.weight, at);
+            let purpose = &mut self.payloads[packet];
+            copy_lane(&weight, lane, &mut purpose.throughput, at);
             purpose.parent[at] = parent[lane];
             self.len += 1;
         }
@@ -266,7 +268,7 @@ impl<'arena> RayQueue<'arena> {
     #[inline(always)]
     pub fn packets_at<L: Lanes>(&self, index: impl Fn(usize) -> usize, tmax: f32) -> RayPacket<L> {
         let slot = |k: usize| &self.slots[index(k).min(self.slots.len() - 1)];
-        let vec = |pick: fn(&Slot, usize) -> [f32; LANES]| {
+        let vec = |pick: fn(&RaySlot, usize) -> [f32; LANES]| {
             Vec3Lanes::new(
                 L::from_octets(|k| pick(slot(k), 0)),
                 L::from_octets(|k| pick(slot(k), 1)),
@@ -282,7 +284,7 @@ impl<'arena> RayQueue<'arena> {
 
     /// The rays as they lie in memory, to be asked for before they are needed.
     #[inline(always)]
-    pub(crate) fn slots(&self) -> &[Slot] {
+    pub(crate) fn slots(&self) -> &[RaySlot] {
         &self.slots[..self.packets()]
     }
 
@@ -314,9 +316,9 @@ impl<'arena> RayQueue<'arena> {
 
     /// Weights and parents of packet `index`.
     #[inline]
-    pub fn purpose(&self, index: usize) -> (&Rgb, &[u32; LANES]) {
-        let purpose = &self.purposes[index];
-        (&purpose.weight, &purpose.parent)
+    pub fn payload(&self, index: usize) -> (&Rgb, &[u32; LANES]) {
+        let purpose = &self.payloads[index];
+        (&purpose.throughput, &purpose.parent)
     }
 }
 

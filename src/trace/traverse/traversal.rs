@@ -427,7 +427,7 @@ fn closest<L: Lanes, T: Tally>(
     let (rays, active) = rays.packet(packet, f32::INFINITY);
     let found = tracer.closest(&rays, active);
     for (k, hit) in hits.iter_mut().enumerate() {
-        *hit = found.eight(k);
+        *hit = found.octet(k);
     }
 }
 

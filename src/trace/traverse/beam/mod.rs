@@ -245,7 +245,7 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
                 };
                 for j in 0..L::PACKETS {
                     if let Some(hit) = hits.get_mut(batch.packet::<L>(k, j) - batch.packets.start) {
-                        *hit = found.eight(j);
+                        *hit = found.octet(j);
                     }
                 }
             }
