@@ -5,7 +5,7 @@ mod common;
 use common::rng::Rng;
 use common::scenes;
 use glam::Vec3;
-use phalanx::bvh::{Bvh, LeafKind, Target, WideNode};
+use phalanx::bvh::{Bvh, ChildRef, LeafKind, WideNode};
 use phalanx::lanes::NATIVE;
 use phalanx::scene::{Bounds, Scene};
 use phalanx::standard;
@@ -29,31 +29,31 @@ fn check(bvh: &Bvh) -> Vec<u32> {
                 holds(around, bounds),
                 "a box of node {index} is beyond its parent's"
             );
-            match Target::of_code(node.children[lane]) {
-                Target::Node(child) => waiting.push((child, bounds, level + 1)),
-                Target::Triangles(block) => {
+            match ChildRef::of_code(node.children[lane]) {
+                ChildRef::Node(child) => waiting.push((child, bounds, level + 1)),
+                ChildRef::Triangles(block) => {
                     let block = &wide.triangles()[block as usize];
-                    for k in (0..NATIVE).filter(|&k| !block.corners[0][0][k].is_nan()) {
+                    for k in (0..NATIVE).filter(|&k| !block.vertices[0][0][k].is_nan()) {
                         let corner =
-                            |c: usize| Vec3::from_array(block.corners[c].map(|axis| axis[k]));
+                            |c: usize| Vec3::from_array(block.vertices[c].map(|axis| axis[k]));
                         let [a, b, c] = [corner(0), corner(1), corner(2)];
                         let own = Bounds::new(a.min(b).min(c), a.max(b).max(c)).padded();
                         assert!(holds(bounds, own), "triangle {}", block.prim_id[k]);
                         met.push(block.prim_id[k]);
                     }
                 }
-                Target::Spheres(block) => {
+                ChildRef::Spheres(block) => {
                     let block = &wide.spheres()[block as usize];
                     for k in (0..NATIVE).filter(|&k| !block.radius[k].is_nan()) {
                         assert!(
-                            holds(bounds, column(&block.own_box, k)),
+                            holds(bounds, column(&block.prim_aabb, k)),
                             "sphere {}",
                             block.prim_id[k]
                         );
                         met.push(block.prim_id[k]);
                     }
                 }
-                Target::Other(leaf) => {
+                ChildRef::Other(leaf) => {
                     let leaf = wide.others()[leaf as usize];
                     for slot in leaf.first..leaf.first + leaf.count {
                         let slot = slot as usize;

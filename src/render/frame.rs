@@ -333,7 +333,7 @@ impl Prepared {
 fn make_ready(bvh: &Bvh, settings: &Settings) -> Kernel {
     let kernel = settings.kernel.for_frame(bvh, settings.camera_rays());
     if kernel.is_wide() {
-        bvh.make_wide(settings.threads.max(1));
+        bvh.build_wide(settings.threads.max(1));
     }
     kernel
 }

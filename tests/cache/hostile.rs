@@ -227,12 +227,12 @@ fn each_kind_of_nonsense_is_named() {
             .collect::<Vec<_>>(),
     ));
     let levels = place(
-        &(bvh.levels().unwrap().iter())
+        &(bvh.depths().unwrap().iter())
             .flat_map(|l| l.to_le_bytes())
             .collect::<Vec<u8>>(),
     );
     let is_mesh_root = |&level: &u16| level == 0x8001;
-    let mesh_root = (bvh.levels().unwrap().iter())
+    let mesh_root = (bvh.depths().unwrap().iter())
         .position(is_mesh_root)
         .unwrap();
     let nodes = place(bvh.arrays()[0].bytes);

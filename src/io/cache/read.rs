@@ -8,7 +8,7 @@ use super::settings;
 use super::write::shapes;
 use super::{BLOCK, CacheError, Fault};
 use phalanx_scene::Scene;
-use phalanx_trace::bvh::{Bvh, Claim, Parts};
+use phalanx_trace::bvh::{Bvh, BvhArrays, UnverifiedBvh};
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
@@ -69,18 +69,18 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, Fault> {
         sections.map(column)?;
     }
     let first_array = sections.next + 1;
-    let mut parts = Parts {
+    let mut parts = BvhArrays {
         sah: extra.sah,
-        ..Parts::default()
+        ..BvhArrays::default()
     };
-    sections.map(&mut parts.levels)?;
+    sections.map(&mut parts.depths)?;
     sections.map(&mut parts.nodes)?;
     sections.map(&mut parts.slots.triangles)?;
     sections.map(&mut parts.slots.spheres)?;
     sections.map(&mut parts.slots.ellipsoids)?;
     sections.map(&mut parts.slots.cones)?;
     sections.map(&mut parts.slots.instances)?;
-    let claim = Claim::new(parts, &scene);
+    let claim = UnverifiedBvh::new(parts, &scene);
     prove(file, &shapes, &table, &scene, &claim, first_array)?;
     scene.validate_settings()?;
     let bvh = claim.accept(&scene)?;
@@ -167,7 +167,7 @@ fn prove(
     shapes: &[Shape],
     table: &[Section],
     scene: &Scene,
-    claim: &Claim,
+    claim: &UnverifiedBvh,
     first_array: usize,
 ) -> Result<(), Fault> {
     let blocks = blocks(file, table, scene, claim, first_array);
@@ -177,7 +177,7 @@ fn prove(
         sum.store(crc32fast::hash(block.bytes), Ordering::Relaxed);
         let holds = match block.proof {
             Proof::Rows(check) => check.holds(block.bytes),
-            Proof::Tree(k) => claim.prove(k),
+            Proof::Tree(k) => claim.verify(k),
         };
         if !holds {
             nonsense.fetch_min(block.section, Ordering::Relaxed);
@@ -207,7 +207,7 @@ fn blocks<'a>(
     file: &'a [u8],
     table: &[Section],
     scene: &'a Scene,
-    claim: &'a Claim,
+    claim: &'a UnverifiedBvh,
     first_array: usize,
 ) -> Vec<Block<'a>> {
     let mut checks = vec![Check::Any; first_array];

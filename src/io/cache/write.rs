@@ -110,7 +110,7 @@ pub fn fingerprint(scene: &Scene) -> u64 {
 /// [`WriteError`]; then half of the file may have been written.
 pub fn write(out: &mut dyn Write, scene: &Scene, bvh: &Bvh) -> Result<u64, WriteError> {
     let settings = settings::write(scene, Extra { sah: bvh.sah() });
-    let levels = bvh.levels()?;
+    let levels = bvh.depths()?;
     let sections = sections(scene, bvh, &settings, &levels);
     let shapes: Vec<Shape> = sections.iter().map(|s| (s.name, s.row_bytes)).collect();
     let table: Vec<(u64, u32)> = sections

@@ -7,12 +7,12 @@
 //!
 //! Nothing depends on the number of threads: the same scene gives the same tree on every machine.
 
-use super::chunks::{boxed, chunks};
-use super::join::join;
-use super::objects::{Object, Objects};
-use super::pages::onto_large_pages;
-use super::piece::{Base, Piece, Theirs, weighted_cost};
-use super::{Bvh, Child, Node, Wide, ploc};
+use super::build_input::{BuildInput, PrimIndex};
+use super::chunks::{chunks, prim_refs};
+use super::huge_pages::move_to_huge_pages;
+use super::merge::merge;
+use super::subtree::{ObvhsTree, Offsets, Subtree, weighted_cost};
+use super::{Bvh, Child, Node, WideBvh, ploc};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use phalanx_scene::{Bounds, Scene};
@@ -81,28 +81,28 @@ impl Bvh {
 
     /// Builds the tree of a scene.
     pub fn build_with(scene: &Scene, settings: &BuildSettings) -> Bvh {
-        on_threads(settings.threads, || build(scene, settings.quality))
+        run_on_threads(settings.threads, || build(scene, settings.quality))
     }
 
     /// The world's tree with as many children a node as there are lanes; made when it is first asked for, on one thread per CPU.
-    pub fn wide(&self) -> &Wide {
+    pub fn wide(&self) -> &WideBvh {
         self.wide_on(0)
     }
 
     /// Makes [`Bvh::wide`], if it has not been made, on so many threads; 0 for one per CPU. They change the time alone.
-    pub fn make_wide(&self, threads: usize) {
+    pub fn build_wide(&self, threads: usize) {
         self.wide_on(threads);
     }
 
     /// Whoever asks while it is made waits, and may be a thread of rayon's: one that waited for work of its own pool would take up
     /// other work meanwhile, which may ask for the tree, too. So it is made in threads of its own.
-    fn wide_on(&self, threads: usize) -> &Wide {
+    fn wide_on(&self, threads: usize) -> &WideBvh {
         self.wide.get_or_init(|| {
             let threads = match threads {
                 0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
                 some => some,
             };
-            let make = || on_threads(threads, || Box::new(Wide::of(self)));
+            let make = || run_on_threads(threads, || Box::new(WideBvh::of(self)));
             std::thread::scope(|scope| {
                 match std::thread::Builder::new().spawn_scoped(scope, make) {
                     Ok(maker) => maker.join().unwrap_or_else(|panic| resume_unwind(panic)),
@@ -113,7 +113,7 @@ impl Bvh {
     }
 }
 
-fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
+fn run_on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
     if threads == 0 {
         return work();
     }
@@ -126,11 +126,11 @@ fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
 }
 
 fn build(scene: &Scene, quality: Quality) -> Bvh {
-    let objects = Objects::new(scene);
-    let Some(world) = grow(&objects, objects.world(), quality) else {
+    let objects = BuildInput::new(scene);
+    let Some(world) = build_subtree(&objects, objects.world(), quality) else {
         return Bvh::empty();
     };
-    let sah = 1.0 + weight_ratio(&world);
+    let sah = 1.0 + relative_cost(&world);
     let mut bvh = Bvh {
         depth: world.depth,
         nodes: world.nodes.into(),
@@ -139,82 +139,82 @@ fn build(scene: &Scene, quality: Quality) -> Bvh {
         wide: OnceLock::new(),
     };
     let meshes = (0..scene.meshes.len()).into_par_iter();
-    let meshes: Vec<Option<Piece>> = meshes
-        .map(|mesh| grow(&objects, objects.mesh(mesh), quality))
+    let meshes: Vec<Option<Subtree>> = meshes
+        .map(|mesh| build_subtree(&objects, objects.mesh(mesh), quality))
         .collect();
     let mut deepest = 0;
     let roots: Vec<u32> = meshes
         .into_iter()
         .flatten()
         .map(|mut mesh| {
-            let base = Base::behind(bvh.nodes.len(), &bvh.slots);
-            base.move_nodes(&mut mesh.nodes);
+            let offsets = Offsets::after(bvh.nodes.len(), &bvh.slots);
+            offsets.rebase_nodes(&mut mesh.nodes);
             bvh.nodes.extend(mesh.nodes);
             bvh.slots.append(mesh.slots);
             deepest = deepest.max(mesh.depth);
-            base.node
+            offsets.node
         })
         .collect();
     for slot in bvh.slots.instances.iter_mut() {
         slot.root = roots[slot.root as usize];
     }
     bvh.depth += deepest;
-    onto_large_pages(bvh.nodes.make_mut());
-    onto_large_pages(bvh.slots.triangles.make_mut());
-    onto_large_pages(bvh.slots.spheres.make_mut());
+    move_to_huge_pages(bvh.nodes.make_mut());
+    move_to_huge_pages(bvh.slots.triangles.make_mut());
+    move_to_huge_pages(bvh.slots.spheres.make_mut());
     bvh
 }
 
-fn weight_ratio(piece: &Piece) -> f64 {
-    let area = f64::from(piece.bounds.half_area());
+fn relative_cost(subtree: &Subtree) -> f64 {
+    let area = f64::from(subtree.bounds.half_area());
     if area > 0.0 {
-        piece.weighted_cost / area
+        subtree.weighted_cost / area
     } else {
         0.0
     }
 }
 
 /// A tree whose root is its node 0; none over nothing.
-fn grow(objects: &Objects, all: Vec<Object>, quality: Quality) -> Option<Piece> {
-    let mut all = boxed(objects, all);
+fn build_subtree(objects: &BuildInput, all: Vec<PrimIndex>, quality: Quality) -> Option<Subtree> {
+    let mut all = prim_refs(objects, all);
     let chunks = chunks(&mut all);
-    let pieces = chunks.into_par_iter().filter_map(|chunk| {
+    let subtrees = chunks.into_par_iter().filter_map(|chunk| {
         let boxes: Vec<Aabb> = chunk.iter().map(|item| aabb(item.bounds)).collect();
-        let theirs = Theirs {
+        let theirs = ObvhsTree {
             tree: &ploc::build(&boxes, &quality.preset())?,
             chunk,
             objects,
         };
-        Some(theirs.piece())
+        Some(theirs.subtree())
     });
-    let mut pieces: Vec<Piece> = pieces.collect();
+    let mut subtrees: Vec<Subtree> = subtrees.collect();
     drop(all);
-    let whole = match pieces.len() {
-        0 | 1 => pieces.pop()?,
+    let whole = match subtrees.len() {
+        0 | 1 => subtrees.pop()?,
         _ => {
-            let boxes: Vec<Aabb> = pieces.iter().map(|p| aabb(p.bounds)).collect();
+            let boxes: Vec<Aabb> = subtrees.iter().map(|p| aabb(p.bounds)).collect();
             let preset = BvhBuildParams {
                 max_prims_per_leaf: 1,
                 ..quality.preset()
             };
-            join(pieces, &ploc::build(&boxes, &preset)?)
+            merge(subtrees, &ploc::build(&boxes, &preset)?)
         }
     };
     Some(rooted(whole))
 }
 
 /// The piece with a node at its root, even if all it has is one leaf.
-fn rooted(mut piece: Piece) -> Piece {
-    if let leaf @ Child::Leaf { .. } = piece.root {
-        piece.weighted_cost += weighted_cost(leaf, piece.bounds);
-        piece.nodes.push(Node::new([
-            (leaf, piece.bounds),
+fn rooted(mut subtree: Subtree) -> Subtree {
+    if let leaf @ Child::Leaf { .. } = subtree.root {
+        subtree.weighted_cost += weighted_cost(leaf, subtree.bounds);
+        subtree.nodes.push(Node::new([
+            (leaf, subtree.bounds),
             (Child::EMPTY, Bounds::EMPTY),
         ]));
-        piece.root = Child::Node(0);
-        piece.depth = 1;
+        subtree.root = Child::Node(0);
+        subtree.depth = 1;
     }
-    piece
+    subtree
 }
 
 /// A box as obvhs has it.

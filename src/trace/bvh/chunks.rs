@@ -3,18 +3,18 @@
 //!
 //! Boxes are united and objects counted, neither of which depends on the order, so neither do the chunks on threads.
 
-use super::objects::{Object, Objects};
+use super::build_input::{BuildInput, PrimIndex};
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
 
 /// An object and its padded box.
 #[derive(Clone, Copy)]
-pub(super) struct Boxed {
-    pub(super) object: Object,
+pub(super) struct PrimRef {
+    pub(super) object: PrimIndex,
     pub(super) bounds: Bounds,
 }
 
-impl Boxed {
+impl PrimRef {
     /// Twice the centre.
     fn center(&self) -> glam::Vec3 {
         self.bounds.lo + self.bounds.hi
@@ -22,17 +22,17 @@ impl Boxed {
 }
 
 /// Most objects of a chunk. Smaller and larger chunks gave trees 1 to 5 % worse: see `perf/notes/parallel-build.md`.
-const CHUNK: usize = 1 << 15;
+const CHUNK_PRIMS: usize = 1 << 15;
 /// Buckets an axis.
 const BINS: usize = 32;
 /// From this depth on objects are halved by count, so that no order of sizes makes the recursion deep.
-const HALVE_FROM: usize = 40;
+const MAX_SAH_DEPTH: usize = 40;
 /// Objects that a thread takes at a time.
 const BLOCK: usize = 1 << 14;
 
 /// The objects with their boxes.
-pub(super) fn boxed(objects: &Objects, all: Vec<Object>) -> Vec<Boxed> {
-    let all = all.into_par_iter().map(|object| Boxed {
+pub(super) fn prim_refs(objects: &BuildInput, all: Vec<PrimIndex>) -> Vec<PrimRef> {
+    let all = all.into_par_iter().map(|object| PrimRef {
         object,
         bounds: objects.bounds(object),
     });
@@ -40,16 +40,16 @@ pub(super) fn boxed(objects: &Objects, all: Vec<Object>) -> Vec<Boxed> {
 }
 
 /// Reorders objects so that each of the chunks returned is a neighbourhood.
-pub(super) fn chunks(all: &mut [Boxed]) -> Vec<&mut [Boxed]> {
+pub(super) fn chunks(all: &mut [PrimRef]) -> Vec<&mut [PrimRef]> {
     split(all, 0)
 }
 
-fn split(all: &mut [Boxed], depth: usize) -> Vec<&mut [Boxed]> {
-    if all.len() <= CHUNK {
+fn split(all: &mut [PrimRef], depth: usize) -> Vec<&mut [PrimRef]> {
+    if all.len() <= CHUNK_PRIMS {
         return vec![all];
     }
-    let at = match cheapest(all) {
-        Some(border) if depth < HALVE_FROM => partition(all, &border),
+    let at = match best_split(all) {
+        Some(border) if depth < MAX_SAH_DEPTH => partition(all, &border),
         _ => all.len() / 2,
     };
     let (left, right) = all.split_at_mut(at);
@@ -59,21 +59,21 @@ fn split(all: &mut [Boxed], depth: usize) -> Vec<&mut [Boxed]> {
 }
 
 /// A border between buckets of one axis.
-struct Border {
-    grid: Grid,
+struct Split {
+    grid: BinGrid,
     axis: usize,
     bin: usize,
 }
 
 /// Where centres are put into buckets.
 #[derive(Clone, Copy)]
-struct Grid {
+struct BinGrid {
     lo: glam::Vec3,
     scale: glam::Vec3,
 }
 
-impl Grid {
-    fn over(all: &[Boxed]) -> Grid {
+impl BinGrid {
+    fn over(all: &[PrimRef]) -> BinGrid {
         let centers = all.par_chunks(BLOCK).map(|block| {
             block.iter().fold(Bounds::EMPTY, |extent, item| {
                 let center = item.center();
@@ -82,14 +82,14 @@ impl Grid {
         });
         let extent = centers.reduce(|| Bounds::EMPTY, Bounds::union);
         let scale = |size: f32| if size > 0.0 { BINS as f32 / size } else { 0.0 };
-        Grid {
+        BinGrid {
             lo: extent.lo,
             scale: (extent.hi - extent.lo).map(scale),
         }
     }
 
     /// The conversion saturates, also for what overflow has made NaN.
-    fn bin(&self, item: &Boxed, axis: usize) -> usize {
+    fn bin(&self, item: &PrimRef, axis: usize) -> usize {
         let place = (item.center()[axis] - self.lo[axis]) * self.scale[axis];
         (place as usize).min(BINS - 1)
     }
@@ -105,8 +105,8 @@ fn unite(a: (Bounds, usize), b: (Bounds, usize)) -> (Bounds, usize) {
 }
 
 /// The border at which the two sides' areas times counts sum up to the least; none if no border parts anything.
-fn cheapest(all: &[Boxed]) -> Option<Border> {
-    let grid = Grid::over(all);
+fn best_split(all: &[PrimRef]) -> Option<Split> {
+    let grid = BinGrid::over(all);
     let filled = all.par_chunks(BLOCK).map(|block| {
         let mut bins = Box::new(NO_BINS);
         for item in block {
@@ -125,11 +125,11 @@ fn cheapest(all: &[Boxed]) -> Option<Border> {
             a
         },
     );
-    let mut best: Option<(f64, Border)> = None;
+    let mut best: Option<(f64, Split)> = None;
     for axis in 0..3 {
-        for (bin, cost) in borders(&bins[axis]) {
+        for (bin, cost) in splits(&bins[axis]) {
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                best = Some((cost, Border { grid, axis, bin }));
+                best = Some((cost, Split { grid, axis, bin }));
             }
         }
     }
@@ -137,7 +137,7 @@ fn cheapest(all: &[Boxed]) -> Option<Border> {
 }
 
 /// The cost of each border of an axis that has objects on both sides.
-fn borders(bins: &[(Bounds, usize); BINS]) -> impl Iterator<Item = (usize, f64)> {
+fn splits(bins: &[(Bounds, usize); BINS]) -> impl Iterator<Item = (usize, f64)> {
     let cost = |side: &(Bounds, usize)| f64::from(side.0.half_area()) * side.1 as f64;
     let mut right = [(Bounds::EMPTY, 0); BINS + 1];
     for k in (0..BINS).rev() {
@@ -152,7 +152,7 @@ fn borders(bins: &[(Bounds, usize); BINS]) -> impl Iterator<Item = (usize, f64)>
 }
 
 /// Brings the objects below the border to the front; returns how many there are.
-fn partition(all: &mut [Boxed], border: &Border) -> usize {
+fn partition(all: &mut [PrimRef], border: &Split) -> usize {
     let mut at = 0;
     for k in 0..all.len() {
         if border.grid.bin(&all[k], border.axis) < border.bin {
@@ -168,9 +168,9 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    fn items(count: usize, place: impl Fn(usize) -> Vec3) -> Vec<Boxed> {
-        let item = |k: usize| Boxed {
-            object: k as Object,
+    fn items(count: usize, place: impl Fn(usize) -> Vec3) -> Vec<PrimRef> {
+        let item = |k: usize| PrimRef {
+            object: k as PrimIndex,
             bounds: Bounds::new(place(k), place(k) + Vec3::ONE),
         };
         (0..count).map(item).collect()
@@ -190,28 +190,30 @@ mod tests {
         let mut all = items(100_000, spread);
         let chunks = chunks(&mut all);
         assert!(chunks.len() >= 4);
-        let mut seen: Vec<Object> = Vec::new();
+        let mut seen: Vec<PrimIndex> = Vec::new();
         for chunk in chunks {
-            assert!(chunk.len() <= CHUNK);
+            assert!(chunk.len() <= CHUNK_PRIMS);
             let first = chunk[0].bounds.lo.x > 5e5;
             assert!(chunk.iter().all(|i| (i.bounds.lo.x > 5e5) == first));
             seen.extend(chunk.iter().map(|i| i.object));
         }
         seen.sort_unstable();
-        assert!(seen.iter().enumerate().all(|(k, &o)| k as Object == o) && seen.len() == 100_000);
+        assert!(
+            seen.iter().enumerate().all(|(k, &o)| k as PrimIndex == o) && seen.len() == 100_000
+        );
     }
 
     /// Neither equal places nor sizes that shrink forever make the recursion endless.
     #[test]
     fn what_cannot_be_parted_is_halved() {
-        let count = 4 * CHUNK;
+        let count = 4 * CHUNK_PRIMS;
         assert_eq!(chunks(&mut items(count, |_| Vec3::ONE)).len(), 4);
         let shrinking = |k: usize| Vec3::X * libm::pow(0.5, k as f64 / 900.0) as f32 * 1e30;
         let mut all = items(count, shrinking);
         assert!(
             chunks(&mut all)
                 .iter()
-                .all(|c| c.len() <= CHUNK && !c.is_empty())
+                .all(|c| c.len() <= CHUNK_PRIMS && !c.is_empty())
         );
     }
 }

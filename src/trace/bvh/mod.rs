@@ -3,38 +3,38 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `node`, `slots` | what is traced: nodes, and primitives in leaf order |
+//! | `node`, `leaf` | what is traced: nodes, and primitives in leaf order |
 //! | `tree` | both, whole |
 //! | `wide` | the tree once more, with as many children a node as there are lanes |
-//! | `objects` | what a tree is built over |
+//! | `build_input` | what a tree is built over |
 //! | `chunks` | neighbourhoods that are built side by side |
 //! | `ploc` | a binary tree over the boxes of one, as obvhs builds it, in bounded time |
-//! | `piece` | one subtree of obvhs's, made ours |
-//! | `join` | pieces put together |
-//! | `pages` | where rows lie in memory |
-//! | `claim` | arrays from elsewhere, proven to be a tree |
+//! | `subtree` | one subtree of obvhs's, made ours |
+//! | `merge` | pieces put together |
+//! | `huge_pages` | where rows lie in memory |
+//! | `validate` | arrays from elsewhere, proven to be a tree |
 //! | `build` | the order of all that, on all threads |
 //!
 //! A node holds the boxes of its two children, so that one visit decides about both. A leaf holds primitives of one
 //! kind only: where obvhs mixed kinds, the leaf is split by kind, so that no kernel branches on the kind per primitive.
 
 mod build;
+mod build_input;
 mod chunks;
-mod claim;
-mod join;
-mod node;
-mod objects;
 #[allow(unsafe_code, reason = "the system takes advice by address alone")]
-mod pages;
-mod piece;
+mod huge_pages;
+mod leaf;
+mod merge;
+mod node;
 mod ploc;
-mod slots;
+mod subtree;
 mod tree;
+mod validate;
 mod wide;
 
-pub use self::wide::{OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
+pub use self::wide::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};
 pub use build::{BuildSettings, Quality};
-pub use claim::{Array, BvhError, Claim, Parts};
+pub use leaf::{LeafCone, LeafEllipsoid, LeafInstance, LeafPrims, LeafSphere, LeafTriangle};
 pub use node::{Child, LeafKind, Node};
-pub use slots::{ConeSlot, EllipsoidSlot, InstanceSlot, Slots, SphereSlot, TriangleSlot};
 pub use tree::Bvh;
+pub use validate::{Array, BvhArrays, BvhError, UnverifiedBvh};

@@ -5,7 +5,7 @@
 //! scenes, and all rounds together look at three to five times as many clusters as there are boxes. Among equal costs
 //! the neighbour farthest to the right is taken, so that of boxes in one place, of equal boxes in a row and of nested
 //! boxes only the last two agree: every round merges one pair, and the time is quadratic. So the rounds are ours: up to
-//! [`MOST_LOOKS`] they do what obvhs's own do, to the bit, and from there on neighbours merge in pairs.
+//! [`MAX_VISITS_PER_BOX`] they do what obvhs's own do, to the bit, and from there on neighbours merge in pairs.
 
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -17,7 +17,7 @@ use obvhs::ploc::morton::{morton_encode_u64_unorm, morton_encode_u128_unorm};
 use obvhs::ploc::{PlocSearchDistance, SortPrecision};
 
 /// Clusters that all rounds together may look at, for each box. Grids of equal boxes need up to 12.
-const MOST_LOOKS: usize = 32;
+const MAX_VISITS_PER_BOX: usize = 32;
 
 /// The tree over these boxes; none over nothing.
 pub(super) fn build(boxes: &[Aabb], preset: &BvhBuildParams) -> Option<Bvh2> {
@@ -85,7 +85,7 @@ fn sorted(boxes: &[Aabb], precision: SortPrecision) -> Vec<Bvh2Node> {
 /// depends.
 #[derive(Clone, Copy)]
 #[repr(C)]
-struct Row<K> {
+struct SortRow<K> {
     key: K,
     index: K,
 }
@@ -96,9 +96,9 @@ where
 {
     let rows = boxes.iter().enumerate().filter_map(|(k, b)| {
         let index = K::try_from(k).ok()?;
-        Some(Row { key: key(b), index })
+        Some(SortRow { key: key(b), index })
     });
-    let mut rows: Vec<Row<K>> = rows.collect();
+    let mut rows: Vec<SortRow<K>> = rows.collect();
     rows.sort_unstable_by_key(|row| row.key);
     let leaves = rows.into_iter().filter_map(|row| {
         let k: usize = row.index.try_into().ok()?;
@@ -117,7 +117,7 @@ fn merge_all<const REACH: usize>(leaves: Vec<Bvh2Node>, near_rounds: usize) -> C
     let mut partners = vec![0i8; boxes];
     let mut costs = Costs::<REACH>([[0.0; REACH]; REACH]);
     let mut free = tree.nodes.len();
-    let mut looks_left = MOST_LOOKS * boxes;
+    let mut looks_left = MAX_VISITS_PER_BOX * boxes;
     let mut rounds = 0;
     while clusters.len() > 1 {
         let partners = &mut partners[..clusters.len()];
@@ -224,9 +224,9 @@ mod tests {
     use obvhs::bvh2::builder::build_bvh2;
     use std::time::Duration;
 
-    struct Boxed(Aabb);
+    struct TestBox(Aabb);
 
-    impl Boundable for Boxed {
+    impl Boundable for TestBox {
         fn aabb(&self) -> Aabb {
             self.0
         }
@@ -264,7 +264,7 @@ mod tests {
                         [twice, twice, Aabb::new(at, at + place() * 0.02)]
                     })
                     .collect();
-                let theirs: Vec<Boxed> = boxes.iter().copied().map(Boxed).collect();
+                let theirs: Vec<TestBox> = boxes.iter().copied().map(TestBox).collect();
                 let expected = build_bvh2(&theirs, preset, &mut Duration::default());
                 let tree = build(&boxes, &preset).expect("a tree");
                 assert_eq!(rows(&tree), rows(&expected), "{count} by {quality:?}");
@@ -299,8 +299,8 @@ mod tests {
     fn boxes_that_cannot_be_told_apart_are_merged_in_time() {
         const COUNT: usize = 1 << 15;
         let cube = |at: Vec3A, size: f32| Aabb::new(at - size, at + size);
-        type Shape = fn(f32) -> (Vec3A, f32);
-        let shapes: [(&str, Shape); 6] = [
+        type TestShape = fn(f32) -> (Vec3A, f32);
+        let shapes: [(&str, TestShape); 6] = [
             ("one place", |_| (Vec3A::ONE, 1.0)),
             ("one point", |_| (Vec3A::ONE, 0.0)),
             ("a row", |k| (Vec3A::X * k, 0.5)),

@@ -1,7 +1,8 @@
 //! The tree of a scene: nodes and primitives in leaf order, the world's and those of every mesh.
 
 use super::{
-    Child, ConeSlot, EllipsoidSlot, InstanceSlot, Node, Slots, SphereSlot, TriangleSlot, Wide,
+    Child, LeafCone, LeafEllipsoid, LeafInstance, LeafPrims, LeafSphere, LeafTriangle, Node,
+    WideBvh,
 };
 use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
@@ -11,10 +12,10 @@ use std::sync::OnceLock;
 #[derive(Clone, Debug)]
 pub struct Bvh {
     pub(super) nodes: Column<Node>,
-    pub(super) slots: Slots,
+    pub(super) slots: LeafPrims,
     pub(super) depth: usize,
     pub(super) sah: f64,
-    pub(super) wide: OnceLock<Box<Wide>>,
+    pub(super) wide: OnceLock<Box<WideBvh>>,
 }
 
 impl Default for Bvh {
@@ -30,7 +31,7 @@ impl Bvh {
     pub(super) fn empty() -> Bvh {
         Bvh {
             nodes: vec![Node::new([(Child::EMPTY, Bounds::EMPTY); 2])].into(),
-            slots: Slots::default(),
+            slots: LeafPrims::default(),
             depth: 1,
             sah: 0.0,
             wide: OnceLock::new(),
@@ -45,31 +46,31 @@ impl Bvh {
 
     /// Triangles in leaf order.
     #[inline]
-    pub fn triangles(&self) -> &[TriangleSlot] {
+    pub fn triangles(&self) -> &[LeafTriangle] {
         &self.slots.triangles
     }
 
     /// Spheres in leaf order.
     #[inline]
-    pub fn spheres(&self) -> &[SphereSlot] {
+    pub fn spheres(&self) -> &[LeafSphere] {
         &self.slots.spheres
     }
 
     /// Ellipsoids in leaf order.
     #[inline]
-    pub fn ellipsoids(&self) -> &[EllipsoidSlot] {
+    pub fn ellipsoids(&self) -> &[LeafEllipsoid] {
         &self.slots.ellipsoids
     }
 
     /// Cones in leaf order.
     #[inline]
-    pub fn cones(&self) -> &[ConeSlot] {
+    pub fn cones(&self) -> &[LeafCone] {
         &self.slots.cones
     }
 
     /// Instances in leaf order.
     #[inline]
-    pub fn instances(&self) -> &[InstanceSlot] {
+    pub fn instances(&self) -> &[LeafInstance] {
         &self.slots.instances
     }
 

@@ -19,7 +19,7 @@
 
 use super::aabb::Slabs;
 use super::goal::Best;
-use crate::bvh::ConeSlot;
+use crate::bvh::LeafCone;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
 /// Keeps what is closer than `best` on the cone.
@@ -28,7 +28,7 @@ pub(super) fn closest<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
-    slot: &ConeSlot,
+    slot: &LeafCone,
     best: &mut Best<L>,
 ) {
     if let Some((meets, t)) = cone(org, dir, slabs, slot, best.t) {
@@ -42,7 +42,7 @@ pub(super) fn occluded<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
-    slot: &ConeSlot,
+    slot: &LeafCone,
     tmax: L,
 ) -> L::Mask {
     cone(org, dir, slabs, slot, tmax).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
@@ -55,10 +55,10 @@ fn cone<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
-    slot: &ConeSlot,
+    slot: &LeafCone,
     limit: L,
 ) -> Option<(L::Mask, L)> {
-    let stay = slabs.stay(&slot.own_box);
+    let stay = slabs.stay(&slot.prim_aabb);
     if !stay.within(limit).any() {
         return None;
     }

@@ -11,13 +11,13 @@
 //! cannot matter if `best` < `leave`. Otherwise everything inside still may.
 
 use super::aabb::Stay;
-use crate::bvh::InstanceSlot;
+use crate::bvh::LeafInstance;
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
 /// The rays in the space of the instance's mesh: (x·v.x + y·v.y) + z·v.z, plus the translation for the origins.
 #[inline(always)]
-pub(super) fn moved<L: Lanes>(rays: &RayPacket<L>, slot: &InstanceSlot) -> RayPacket<L> {
+pub(super) fn moved<L: Lanes>(rays: &RayPacket<L>, slot: &LeafInstance) -> RayPacket<L> {
     let [x, y, z, shift] = slot.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
     let turn = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
     RayPacket {

@@ -113,7 +113,7 @@ impl<'a, L: Lanes, T: Tally> PacketKernel<'a, L, T> {
         loop {
             while let Child::Node(index) = current {
                 self.work.node(lanes);
-                // SAFETY: a `Bvh` comes from its builder or was proven (`bvh::Claim`): every child node has an index
+                // SAFETY: a `Bvh` comes from its builder or was proven (`bvh::UnverifiedBvh`): every child node has an index
                 // below `nodes().len()`; node 0 exists.
                 let node = unsafe { nodes.get_unchecked(index as usize) };
                 let stays = [stay(&node.boxes[0]), stay(&node.boxes[1])];
@@ -199,7 +199,7 @@ impl<'a, L: Lanes, T: Tally> PacketKernel<'a, L, T> {
         floor: usize,
     ) -> bool {
         for slot in slots_of(self.bvh.instances(), slots) {
-            let stay = rays.slabs.stay(&slot.own_box);
+            let stay = rays.slabs.stay(&slot.prim_aabb);
             let Some(mut inner) = goal.within(&stay) else {
                 continue;
             };
@@ -244,6 +244,6 @@ fn sooner<L: Lanes>(met: [L::Mask; 2], stays: &[Stay<L>; 2]) -> usize {
 pub(super) fn slots_of<T>(all: &[T], slots: Range<usize>) -> &[T] {
     debug_assert!(slots.start <= slots.end && slots.end <= all.len());
     // SAFETY: the range comes from a leaf of a `Bvh`, whose builder pushed exactly these primitives before it wrote
-    // the leaf, or which was proven to have them (`bvh::Claim`); an empty leaf is 0..0.
+    // the leaf, or which was proven to have them (`bvh::UnverifiedBvh`); an empty leaf is 0..0.
     unsafe { all.get_unchecked(slots) }
 }

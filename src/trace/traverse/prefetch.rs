@@ -1,6 +1,6 @@
 //! Rows of memory asked for before they are needed.
 
-use crate::bvh::{SphereBlock, Target, TriangleBlock, Wide, WideNode};
+use crate::bvh::{ChildRef, SphereBlock, TriangleBlock, WideBvh, WideNode};
 
 const LINE: usize = 64;
 
@@ -25,7 +25,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    pub(super) fn of(wide: &Wide) -> Rows {
+    pub(super) fn of(wide: &WideBvh) -> Rows {
         Rows {
             start: [
                 wide.nodes().as_ptr().addr(),
@@ -46,7 +46,7 @@ impl Rows {
     /// Asks for what a child of a wide node leads to.
     #[inline(always)]
     pub(super) fn prefetch(&self, code: u32) {
-        let (kind, index) = Target::parts(code);
+        let (kind, index) = ChildRef::parts(code);
         let size = self.size[kind];
         let row = self.start[kind].wrapping_add(index * size);
         node_at(row);
@@ -60,7 +60,7 @@ impl Rows {
     /// The same where it leads to a node. Where it does not, asks for the root, which is near anyway: no branch.
     #[inline(always)]
     pub(super) fn prefetch_node(&self, code: u32) {
-        let (kind, index) = Target::parts(code);
+        let (kind, index) = ChildRef::parts(code);
         let index = if kind == 0 { index } else { 0 };
         node_at(self.start[0].wrapping_add(index * size_of::<WideNode>()));
     }

@@ -7,7 +7,7 @@
 
 use super::aabb::{Slabs, Stay};
 use super::goal::Best;
-use crate::bvh::{EllipsoidSlot, SphereSlot};
+use crate::bvh::{LeafEllipsoid, LeafSphere};
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
 /// Keeps what is closer than `best` on the sphere.
@@ -16,10 +16,16 @@ pub(super) fn closest<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
-    slot: &SphereSlot,
+    slot: &LeafSphere,
     best: &mut Best<L>,
 ) {
-    if let Some((meets, t)) = sphere(org, dir, slabs, (&slot.center, slot.radius), &slot.own_box) {
+    if let Some((meets, t)) = sphere(
+        org,
+        dir,
+        slabs,
+        (&slot.center, slot.radius),
+        &slot.prim_aabb,
+    ) {
         best.take_bare(meets, t, slot.prim_id);
     }
 }
@@ -30,7 +36,7 @@ pub(super) fn closest_ellipsoid<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
-    slot: &EllipsoidSlot,
+    slot: &LeafEllipsoid,
     best: &mut Best<L>,
 ) {
     if let Some((meets, t)) = ellipsoid(org, dir, slabs, slot) {
@@ -44,11 +50,17 @@ pub(super) fn occluded<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
-    slot: &SphereSlot,
+    slot: &LeafSphere,
     tmax: L,
 ) -> L::Mask {
-    sphere(org, dir, slabs, (&slot.center, slot.radius), &slot.own_box)
-        .map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
+    sphere(
+        org,
+        dir,
+        slabs,
+        (&slot.center, slot.radius),
+        &slot.prim_aabb,
+    )
+    .map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
 }
 
 /// Lanes that the ellipsoid stops before `tmax`.
@@ -57,7 +69,7 @@ pub(super) fn occluded_ellipsoid<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
-    slot: &EllipsoidSlot,
+    slot: &LeafEllipsoid,
     tmax: L,
 ) -> L::Mask {
     ellipsoid(org, dir, slabs, slot).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
@@ -70,12 +82,12 @@ pub(super) fn sphere<L: Lanes>(
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
     (center, radius): (&[f32; 3], f32),
-    own_box: &[[f32; 3]; 2],
+    prim_aabb: &[[f32; 3]; 2],
 ) -> Option<(L::Mask, L)> {
     let [x, y, z] = *center;
     let from_center = org - Vec3Lanes::splat(x, y, z);
     let roots = roots(from_center, dir, L::splat(radius))?;
-    Some(nearest(roots, slabs.stay(own_box)))
+    Some(nearest(roots, slabs.stay(prim_aabb)))
 }
 
 #[inline(always)]
@@ -83,12 +95,12 @@ fn ellipsoid<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &Slabs<L>,
-    slot: &EllipsoidSlot,
+    slot: &LeafEllipsoid,
 ) -> Option<(L::Mask, L)> {
     let [x, y, z, shift] = slot.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
     let rotate = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
     let roots = roots(rotate(org) + shift, rotate(dir), L::ONE)?;
-    Some(nearest(roots, slabs.stay(&slot.own_box)))
+    Some(nearest(roots, slabs.stay(&slot.prim_aabb)))
 }
 
 /// Both roots, smaller first, and the lanes that have any. `from_center` is origin − centre.

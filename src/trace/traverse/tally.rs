@@ -5,8 +5,8 @@
 //! held against yesterday's, on any.
 
 use crate::bvh::{
-    ConeSlot, EllipsoidSlot, InstanceSlot, LeafKind, Node, SphereBlock, SphereSlot, TriangleBlock,
-    TriangleSlot, WideNode,
+    LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafSphere, LeafTriangle, Node, SphereBlock,
+    TriangleBlock, WideNode,
 };
 use std::mem::size_of;
 
@@ -133,10 +133,10 @@ impl Tally for Work {
 
 fn slot_bytes(kind: LeafKind) -> usize {
     match kind {
-        LeafKind::Sphere => size_of::<SphereSlot>(),
-        LeafKind::Ellipsoid => size_of::<EllipsoidSlot>(),
-        LeafKind::Triangle => size_of::<TriangleSlot>(),
-        LeafKind::Cone => size_of::<ConeSlot>(),
-        LeafKind::Instance => size_of::<InstanceSlot>(),
+        LeafKind::Sphere => size_of::<LeafSphere>(),
+        LeafKind::Ellipsoid => size_of::<LeafEllipsoid>(),
+        LeafKind::Triangle => size_of::<LeafTriangle>(),
+        LeafKind::Cone => size_of::<LeafCone>(),
+        LeafKind::Instance => size_of::<LeafInstance>(),
     }
 }

@@ -244,7 +244,7 @@ impl<'a, T: Tally> Kernels<'a, T> {
         let singles = match kernel {
             Kernel::Single => true,
             // Within instances, and against cones, a ray on its own is a packet of one.
-            Kernel::Auto => bvh.wide().nodes().len() >= LARGE && bvh.wide().is_blocks(),
+            Kernel::Auto => bvh.wide().nodes().len() >= LARGE && bvh.wide().is_all_blocks(),
             _ => false,
         };
         let packets = match kernel {

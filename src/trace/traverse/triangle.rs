@@ -19,7 +19,7 @@ mod distance;
 
 use super::aabb::Stay;
 use super::goal::{Best, Meeting, Prepared};
-use crate::bvh::{TriangleBlock, TriangleSlot};
+use crate::bvh::{LeafTriangle, TriangleBlock};
 use crate::simd::{LaneMask, LaneU32, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
 use distance::ByEdges;
 use glam::Vec3;
@@ -62,14 +62,14 @@ impl Corners for Columns {
 impl Corners for TriangleBlock {
     #[inline(always)]
     fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32 {
-        self.corners[corner][axis.min(2)][lane % NATIVE]
+        self.vertices[corner][axis.min(2)][lane % NATIVE]
     }
 }
 
-impl Corners for TriangleSlot {
+impl Corners for LeafTriangle {
     #[inline(always)]
     fn coordinate(&self, corner: usize, axis: usize, _: usize) -> f32 {
-        self.corners[corner][axis.min(2)]
+        self.vertices[corner][axis.min(2)]
     }
 }
 
@@ -208,7 +208,7 @@ fn permute<L: Lanes>(x_major: L::Mask, y_major: L::Mask, v: Vec3Lanes<L>) -> Vec
 #[inline(always)]
 pub(super) fn closest<L: Lanes, const AXIS: usize>(
     rays: &Prepared<L>,
-    slot: &TriangleSlot,
+    slot: &LeafTriangle,
     best: &mut Best<L>,
 ) {
     let Some(hit) = intersect::<L, AXIS>(rays, slot) else {
@@ -221,7 +221,7 @@ pub(super) fn closest<L: Lanes, const AXIS: usize>(
 #[inline(always)]
 pub(super) fn occluded<L: Lanes, const AXIS: usize>(
     rays: &Prepared<L>,
-    slot: &TriangleSlot,
+    slot: &LeafTriangle,
     tmax: L,
 ) -> L::Mask {
     match intersect::<L, AXIS>(rays, slot) {
@@ -232,7 +232,7 @@ pub(super) fn occluded<L: Lanes, const AXIS: usize>(
 
 /// The triangle's own padded box.
 #[inline(always)]
-pub(super) fn own_box(corners: &[[f32; 3]; 3]) -> [[f32; 3]; 2] {
+pub(super) fn prim_aabb(corners: &[[f32; 3]; 3]) -> [[f32; 3]; 2] {
     let [a, b, c] = corners.map(Vec3::from_array);
     let own = Bounds::new(a.min(b).min(c), a.max(b).max(c)).padded();
     [own.lo.to_array(), own.hi.to_array()]
@@ -264,9 +264,9 @@ pub(super) fn own_boxes([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
 #[inline(always)]
 fn intersect<L: Lanes, const AXIS: usize>(
     rays: &Prepared<L>,
-    slot: &TriangleSlot,
+    slot: &LeafTriangle,
 ) -> Option<Meeting<L>> {
-    let [a, b, c] = &slot.corners;
+    let [a, b, c] = &slot.vertices;
     let corners = [
         rays.shear.relative::<AXIS>(a),
         rays.shear.relative::<AXIS>(b),
@@ -302,13 +302,13 @@ fn usual<L: Lanes>(org: Vec3Lanes<L>, along: L) -> L::Mask {
 /// A packet and a triangle in leaf order.
 struct RaysAndSlot<'a, L: Lanes> {
     rays: &'a Prepared<L>,
-    slot: &'a TriangleSlot,
+    slot: &'a LeafTriangle,
 }
 
 impl<L: Lanes> Pairing<L> for RaysAndSlot<'_, L> {
     #[inline(always)]
     fn stay(&self) -> Stay<L> {
-        self.rays.slabs.stay(&own_box(&self.slot.corners))
+        self.rays.slabs.stay(&prim_aabb(&self.slot.vertices))
     }
 
     #[inline(always)]

@@ -3,14 +3,14 @@
 //! and triangles and spheres stand in blocks of as many. What is met, and where, does not depend on how many that is
 //! (`perf/notes/sixteen-children.md` has what it saves).
 //!
-//! `plan` chooses which nodes of the binary tree become children of one wide node, `sketch` makes the nodes, and `grow` gives
+//! `collapse` chooses which nodes of the binary tree become children of one wide node, `emit` makes the nodes, and `layout` gives
 //! everything its place. The tree does not depend on the number of threads.
 
-mod grow;
-mod plan;
-mod sketch;
+mod collapse;
+mod emit;
+mod layout;
 
-use super::{Bvh, LeafKind, SphereSlot, TriangleSlot};
+use super::{Bvh, LeafKind, LeafSphere, LeafTriangle};
 use crate::simd::NATIVE;
 
 /// Up to [`NATIVE`] children: half as many cache lines.
@@ -20,7 +20,7 @@ pub struct WideNode {
     /// Lower corners by axis, then upper corners: a column for each child. Where there is no child, the box is empty:
     /// from +∞ to −∞.
     pub boxes: [[[f32; NATIVE]; 3]; 2],
-    /// What the children are: [`Target`] codes. Where there is no child, [`Target::NOTHING`]: a ray that is no number passes
+    /// What the children are: [`ChildRef`] codes. Where there is no child, [`ChildRef::NOTHING`]: a ray that is no number passes
     /// every box, and must come to an end.
     pub children: [u32; NATIVE],
     /// By axis, the children in the order of the middles of their boxes along it; where there is no child comes last.
@@ -34,7 +34,7 @@ pub struct WideNode {
 #[repr(C, align(64))]
 pub struct TriangleBlock {
     /// The corners: by corner, by axis.
-    pub corners: [[[f32; NATIVE]; 3]; 3],
+    pub vertices: [[[f32; NATIVE]; 3]; 3],
     /// Their numbers in the file.
     pub prim_id: [u32; NATIVE],
 }
@@ -48,14 +48,14 @@ pub struct SphereBlock {
     /// Radii.
     pub radius: [f32; NATIVE],
     /// The spheres' own padded boxes.
-    pub own_box: [[[f32; NATIVE]; 3]; 2],
+    pub prim_aabb: [[[f32; NATIVE]; 3]; 2],
     /// Their numbers in the file.
     pub prim_id: [u32; NATIVE],
 }
 
 /// What a child of a wide node leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum ChildRef {
     /// A wide node.
     Node(u32),
     /// A block of triangles.
@@ -69,17 +69,17 @@ pub enum Target {
 const KIND_SHIFT: u32 = 30;
 const INDEX: u32 = (1 << KIND_SHIFT) - 1;
 
-impl Target {
+impl ChildRef {
     /// A leaf of nothing.
-    pub const NOTHING: Target = Target::Other(0);
+    pub const NOTHING: ChildRef = ChildRef::Other(0);
 
     /// As one word.
     fn code(self) -> u32 {
         let (kind, index) = match self {
-            Target::Node(index) => (0, index),
-            Target::Triangles(index) => (1, index),
-            Target::Spheres(index) => (2, index),
-            Target::Other(index) => (3, index),
+            ChildRef::Node(index) => (0, index),
+            ChildRef::Triangles(index) => (1, index),
+            ChildRef::Spheres(index) => (2, index),
+            ChildRef::Other(index) => (3, index),
         };
         assert!(index <= INDEX, "more than 2^30 rows of a wide tree");
         kind << KIND_SHIFT | index
@@ -93,13 +93,13 @@ impl Target {
 
     /// From the word.
     #[inline(always)]
-    pub fn of_code(code: u32) -> Target {
+    pub fn of_code(code: u32) -> ChildRef {
         let index = code & INDEX;
         match code >> KIND_SHIFT {
-            0 => Target::Node(index),
-            1 => Target::Triangles(index),
-            2 => Target::Spheres(index),
-            _ => Target::Other(index),
+            0 => ChildRef::Node(index),
+            1 => ChildRef::Triangles(index),
+            2 => ChildRef::Spheres(index),
+            _ => ChildRef::Other(index),
         }
     }
 }
@@ -117,7 +117,7 @@ pub struct OtherLeaf {
 
 /// The wide tree of the world. Instances lead back to the binary trees of their meshes.
 #[derive(Clone, Debug, Default)]
-pub struct Wide {
+pub struct WideBvh {
     nodes: Vec<WideNode>,
     triangles: Vec<TriangleBlock>,
     spheres: Vec<SphereBlock>,
@@ -133,7 +133,7 @@ impl OtherLeaf {
     };
 }
 
-impl Wide {
+impl WideBvh {
     /// Nodes; the root is the first. Every code in them is of a row that exists.
     pub fn nodes(&self) -> &[WideNode] {
         &self.nodes
@@ -166,11 +166,11 @@ impl Wide {
 
     /// Whether it holds nothing but triangles.
     pub fn has_triangles_only(&self) -> bool {
-        self.is_blocks() && self.spheres.is_empty()
+        self.is_all_blocks() && self.spheres.is_empty()
     }
 
     /// Whether it holds nothing but triangles and spheres.
-    pub fn is_blocks(&self) -> bool {
+    pub fn is_all_blocks(&self) -> bool {
         self.others.len() <= 1
     }
 
@@ -187,19 +187,19 @@ impl Wide {
     }
 
     /// The binary tree, widened.
-    pub(super) fn of(bvh: &Bvh) -> Wide {
-        grow::grow(bvh)
+    pub(super) fn of(bvh: &Bvh) -> WideBvh {
+        layout::lay_out(bvh)
     }
 }
 
 impl TriangleBlock {
-    fn of<'a>(slots: impl Iterator<Item = &'a TriangleSlot>) -> TriangleBlock {
+    fn of<'a>(slots: impl Iterator<Item = &'a LeafTriangle>) -> TriangleBlock {
         let mut block = TriangleBlock {
-            corners: [[[f32::NAN; NATIVE]; 3]; 3],
+            vertices: [[[f32::NAN; NATIVE]; 3]; 3],
             prim_id: [u32::MAX; NATIVE],
         };
         for (lane, slot) in slots.enumerate() {
-            for (corner, place) in block.corners.iter_mut().zip(&slot.corners) {
+            for (corner, place) in block.vertices.iter_mut().zip(&slot.vertices) {
                 for (column, x) in corner.iter_mut().zip(place) {
                     column[lane] = *x;
                 }
@@ -211,18 +211,18 @@ impl TriangleBlock {
 }
 
 impl SphereBlock {
-    fn of<'a>(slots: impl Iterator<Item = &'a SphereSlot>) -> SphereBlock {
+    fn of<'a>(slots: impl Iterator<Item = &'a LeafSphere>) -> SphereBlock {
         let mut block = SphereBlock {
             center: [[f32::NAN; NATIVE]; 3],
             radius: [f32::NAN; NATIVE],
-            own_box: [[[f32::NAN; NATIVE]; 3]; 2],
+            prim_aabb: [[[f32::NAN; NATIVE]; 3]; 2],
             prim_id: [u32::MAX; NATIVE],
         };
         for (lane, slot) in slots.enumerate() {
             for axis in 0..3 {
                 block.center[axis][lane] = slot.center[axis];
                 for side in 0..2 {
-                    block.own_box[side][axis][lane] = slot.own_box[side][axis];
+                    block.prim_aabb[side][axis][lane] = slot.prim_aabb[side][axis];
                 }
             }
             block.radius[lane] = slot.radius;

@@ -71,7 +71,7 @@ pub(super) fn places(block: &TriangleBlock) -> [Vec3Native; 3] {
         let [x, y, z] = c.map(Native::new);
         Vec3Native::new(x, y, z)
     };
-    let [a, b, c] = &block.corners;
+    let [a, b, c] = &block.vertices;
     [place(a), place(b), place(c)]
 }
 
@@ -96,9 +96,9 @@ impl<L: Lanes> Pairing<L> for Pair<'_, L> {
     #[inline(always)]
     fn stay(&self) -> Stay<L> {
         let lane = |axis: &[f32; NATIVE]| axis[self.lane % NATIVE];
-        let corners = self.block.corners.each_ref();
+        let corners = self.block.vertices.each_ref();
         let corners = corners.map(|corner| corner.each_ref().map(lane));
-        self.rays.slabs().stay(&triangle::own_box(&corners))
+        self.rays.slabs().stay(&triangle::prim_aabb(&corners))
     }
 
     #[inline(always)]

@@ -6,7 +6,7 @@ use super::cells::Cells;
 use super::frame::Frame;
 use super::pairs::Pairs;
 use super::waiting::Waiting;
-use crate::bvh::{LeafKind, OtherLeaf, SphereBlock, Target, TriangleBlock, Wide, WideNode};
+use crate::bvh::{ChildRef, LeafKind, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 use crate::traverse::aabb::Slabs;
 use crate::traverse::goal::{Goal, Meeting};
@@ -29,7 +29,7 @@ struct Entry {
 pub(super) struct Stack(Vec<Entry>);
 
 impl Stack {
-    pub(super) fn new(wide: &Wide) -> Stack {
+    pub(super) fn new(wide: &WideBvh) -> Stack {
         let empty = Entry {
             cells: 0,
             near: 0.0,
@@ -42,7 +42,7 @@ impl Stack {
 
 /// What a beam needs on its way.
 pub(super) struct Descent<'d, 'a, L: Lanes, G, T> {
-    pub(super) wide: &'a Wide,
+    pub(super) wide: &'a WideBvh,
     pub(super) rows: Rows,
     pub(super) frame: &'d Frame,
     pub(super) cells: &'d mut Cells,
@@ -77,15 +77,15 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
             if cells == 0 {
                 continue;
             }
-            match Target::of_code(entry.code) {
-                Target::Node(index) => {
+            match ChildRef::of_code(entry.code) {
+                ChildRef::Node(index) => {
                     // SAFETY: a code of the tree is of a row that exists; node 0 exists.
                     let node = unsafe { self.wide.nodes().get_unchecked(index as usize) };
                     // SAFETY: each level of a path leaves at most `NATIVE` − 1 entries beside the one that is followed, and
                     // the stack is as long as that; so there is room for `NATIVE` more.
                     top += self.node(node, cells, unsafe { entries.get_unchecked_mut(top..) });
                 }
-                Target::Triangles(index) => {
+                ChildRef::Triangles(index) => {
                     // SAFETY: as above.
                     let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
                     if G::ORDERED {
@@ -95,12 +95,12 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
                         self.await_test(block, cells, waiting);
                     }
                 }
-                Target::Spheres(index) => {
+                ChildRef::Spheres(index) => {
                     // SAFETY: as above.
                     let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
                     self.spheres(block, cells);
                 }
-                Target::Other(index) => self.other(self.wide.others()[index as usize], cells),
+                ChildRef::Other(index) => self.other(self.wide.others()[index as usize], cells),
             }
         }
         if !G::ORDERED {
@@ -196,7 +196,9 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
 
     #[inline(always)]
     fn spheres(&mut self, block: &SphereBlock, cells: u64) {
-        let seen = self.frame.boxes(&block.own_box.map(|c| c.map(Native::new)));
+        let seen = self
+            .frame
+            .boxes(&block.prim_aabb.map(|c| c.map(Native::new)));
         let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
         let columns = columns.map(Native::to_array);
         let mut touched = 0u64;
@@ -204,7 +206,7 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
         for lane in NativeMask::from_bits(self.cells.any_meets(&seen)).lanes() {
             let column = |c: &[[f32; NATIVE]; 3]| c.each_ref().map(|axis| axis[lane]);
             let (center, radius) = (column(&block.center), block.radius[lane]);
-            let own_box = block.own_box.each_ref().map(column);
+            let prim_aabb = block.prim_aabb.each_ref().map(column);
             let mut met = self.cells.meeting::<L>(cells, &columns, lane);
             tests += met.count_ones();
             while met != 0 {
@@ -218,7 +220,7 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
                 // SAFETY: as above.
                 let goal = unsafe { self.goals.get_unchecked_mut(group) };
                 let (org, dir) = (rays.org, rays.dir);
-                let found = sphere::sphere(org, dir, slabs, (&center, radius), &own_box);
+                let found = sphere::sphere(org, dir, slabs, (&center, radius), &prim_aabb);
                 if let Some((valid, t)) = found {
                     goal.take(&Meeting::bare(valid, t), block.prim_id[lane]);
                     touched |= 1 << cell;

@@ -155,7 +155,7 @@ impl Look {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::{TriangleBlock, TriangleSlot};
+    use crate::bvh::{LeafTriangle, TriangleBlock};
     use crate::packet::RayQueue;
     use crate::simd::{F32x8, LANES, Mask8};
     use crate::traverse::beam::apex::Apex;
@@ -181,14 +181,14 @@ mod tests {
         let column = |corner: usize, axis: usize| triangles.map(|t| t[corner][axis]);
         let corners = std::array::from_fn(|k| std::array::from_fn(|axis| column(k, axis)));
         TriangleBlock {
-            corners,
+            vertices: corners,
             prim_id: std::array::from_fn(|lane| lane as u32),
         }
     }
 
-    fn slot(block: &TriangleBlock, lane: usize) -> TriangleSlot {
-        TriangleSlot {
-            corners: block.corners.map(|corner| corner.map(|axis| axis[lane])),
+    fn slot(block: &TriangleBlock, lane: usize) -> LeafTriangle {
+        LeafTriangle {
+            vertices: block.vertices.map(|corner| corner.map(|axis| axis[lane])),
             prim_id: lane as u32,
         }
     }
@@ -196,7 +196,7 @@ mod tests {
     /// On a triangle or on the line of an edge, off to either side by what shadow rays start off it or less; or anywhere.
     fn start(from: &mut Source, block: &TriangleBlock, size: f32) -> Vec3 {
         let lane = (from.unit().abs() * NATIVE as f32) as usize % NATIVE;
-        let [a, b, c] = slot(block, lane).corners.map(Vec3::from_array);
+        let [a, b, c] = slot(block, lane).vertices.map(Vec3::from_array);
         let (v, w) = match from.unit() {
             x if x > 0.5 => (from.unit() * 1.1, 0.0),
             _ => (from.unit().abs() * 0.5, from.unit().abs() * 0.5),

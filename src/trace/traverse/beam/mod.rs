@@ -47,7 +47,7 @@ use super::packet::PacketKernel;
 use super::prefetch::{Rows, prefetch};
 use super::tally::{Packets, Tally};
 use super::triangle::Shear;
-use crate::bvh::{Bvh, Wide};
+use crate::bvh::{Bvh, WideBvh};
 use crate::packet::{HitPacket, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use apex::{Apex, same};
@@ -65,7 +65,7 @@ const _: () = assert!(SIZE <= CELLS, "a cell for every packet, at least");
 
 /// Traces rays as beams where they share a point, as packets where they do not, and counts by `T`.
 pub(super) struct Beams<'a, L: Lanes = F32x8, T = Packets> {
-    wide: &'a Wide,
+    wide: &'a WideBvh,
     extent: f32,
     packets: PacketKernel<'a, L, T>,
     cells: Box<Cells>,

@@ -107,7 +107,7 @@ impl Context {
     pub(super) fn triangles<const ANY: bool>(&mut self, block: &TriangleBlock) -> bool {
         // No larger than that; said so that nothing is checked.
         let [kx, ky, kz] = self.ray.axes.map(|axis| (axis as usize).min(2));
-        let column = |corner: usize, axis: usize| Native::new(block.corners[corner][axis]);
+        let column = |corner: usize, axis: usize| Native::new(block.vertices[corner][axis]);
         let corner = |c: usize| {
             Vec3Native::new(
                 column(c, kx) - Native::splat(self.ray.frame_org[0]),
@@ -141,7 +141,7 @@ impl Context {
         };
         let (valid, t) = sphere::nearest(
             roots,
-            self.stay(|row| Native::new(block.own_box.as_flattened()[row])),
+            self.stay(|row| Native::new(block.prim_aabb.as_flattened()[row])),
         );
         let bare = [Native::ZERO, Native::ZERO, Native::ONE];
         self.take::<ANY>(valid, t, bare, &block.prim_id)
@@ -199,7 +199,7 @@ struct RayAndBlock<'a> {
 impl Pairing<Native> for RayAndBlock<'_> {
     #[inline(always)]
     fn stay(&self) -> Stay<Native> {
-        let [a, b, c] = &self.block.corners;
+        let [a, b, c] = &self.block.vertices;
         let all = |corner: &[[f32; NATIVE]; 3]| {
             Vec3Native::new(
                 Native::new(corner[0]),

@@ -15,7 +15,7 @@ use super::packet::PacketKernel;
 use super::part::Part;
 use super::prefetch::Rows;
 use super::tally::{Packets, Tally};
-use crate::bvh::{Bvh, LeafKind, Target, Wide, WideNode};
+use crate::bvh::{Bvh, ChildRef, LeafKind, WideBvh, WideNode};
 use crate::isa;
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
@@ -50,7 +50,7 @@ const DELAY: usize = 2;
 
 /// Traces rays of a queue on their own, and counts by `T`.
 pub(super) struct Singles<'a, T = Packets> {
-    wide: &'a Wide,
+    wide: &'a WideBvh,
     rows: Rows,
     /// For what has no blocks.
     packets: PacketKernel<'a, F32x8, T>,
@@ -164,7 +164,10 @@ impl<'a, T: Tally> Singles<'a, T> {
                         continue;
                     }
                 }
-                let leaf = !matches!(Target::of_code(self.contexts[k].current), Target::Node(_));
+                let leaf = !matches!(
+                    ChildRef::of_code(self.contexts[k].current),
+                    ChildRef::Node(_)
+                );
                 at_nodes.push_if(k, !leaf);
                 at_leaves.push_if(k, leaf);
             }
@@ -210,24 +213,24 @@ impl<'a, T: Tally> Singles<'a, T> {
     #[inline(always)]
     fn leaf<const ANY: bool>(&mut self, k: usize) {
         let context = &mut self.contexts[k];
-        let closer = match Target::of_code(context.current) {
-            Target::Triangles(index) => {
+        let closer = match ChildRef::of_code(context.current) {
+            ChildRef::Triangles(index) => {
                 self.work.block(LeafKind::Triangle, NATIVE as u64);
                 // SAFETY: a code of the tree is of a row that exists.
                 let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
                 context.triangles::<ANY>(block)
             }
-            Target::Spheres(index) => {
+            ChildRef::Spheres(index) => {
                 self.work.block(LeafKind::Sphere, NATIVE as u64);
                 // SAFETY: as above.
                 let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
                 context.spheres::<ANY>(block)
             }
-            Target::Other(index) => {
+            ChildRef::Other(index) => {
                 self.other::<ANY>(k, index);
                 !ANY
             }
-            Target::Node(_) => false,
+            ChildRef::Node(_) => false,
         };
         if closer {
             let context = &mut self.contexts[k];

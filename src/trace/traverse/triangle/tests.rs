@@ -111,11 +111,11 @@ fn what_is_settled_need_not_be_clamped() {
         let all = Mask8::splat(true);
         let prepared = Prepared::new(&rays, all);
         let shear = &prepared.shear;
-        let slot = TriangleSlot {
-            corners: corners.map(|corner| corner.to_array()),
+        let slot = LeafTriangle {
+            vertices: corners.map(|corner| corner.to_array()),
             prim_id: 0,
         };
-        let places = slot.corners.map(|c| shear.relative::<MIXED>(&c));
+        let places = slot.vertices.map(|c| shear.relative::<MIXED>(&c));
         let own = || RaysAndSlot {
             rays: &prepared,
             slot: &slot,

@@ -1,16 +1,16 @@
 //! Primitives in leaf order: what their tests need, and no more.
 
 use super::LeafKind;
-use super::piece::Base;
+use super::subtree::Offsets;
 use bytemuck::{Pod, Zeroable};
 use phalanx_scene::Column;
 
 /// A triangle in leaf order. Its own padded box is not kept: it is made from the corners where a ray meets them.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub struct TriangleSlot {
+pub struct LeafTriangle {
     /// The corners.
-    pub corners: [[f32; 3]; 3],
+    pub vertices: [[f32; 3]; 3],
     /// Its number in the file.
     pub prim_id: u32,
 }
@@ -18,13 +18,13 @@ pub struct TriangleSlot {
 /// A sphere in leaf order.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub struct SphereSlot {
+pub struct LeafSphere {
     /// Centre.
     pub center: [f32; 3],
     /// Radius.
     pub radius: f32,
     /// The sphere's own padded box.
-    pub own_box: [[f32; 3]; 2],
+    pub prim_aabb: [[f32; 3]; 2],
     /// Its number in the file.
     pub prim_id: u32,
 }
@@ -32,11 +32,11 @@ pub struct SphereSlot {
 /// An ellipsoid in leaf order.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub struct EllipsoidSlot {
+pub struct LeafEllipsoid {
     /// World to object: three columns of the matrix and the translation.
     pub to_object: [[f32; 3]; 4],
     /// The ellipsoid's own padded box.
-    pub own_box: [[f32; 3]; 2],
+    pub prim_aabb: [[f32; 3]; 2],
     /// Its number in the file.
     pub prim_id: u32,
 }
@@ -44,7 +44,7 @@ pub struct EllipsoidSlot {
 /// A truncated cone in leaf order: see [`ConeFrame`](phalanx_scene::ConeFrame).
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub struct ConeSlot {
+pub struct LeafCone {
     /// Centre of the first end.
     pub base: [f32; 3],
     /// The cone's own unit axes; the last is its axis.
@@ -58,7 +58,7 @@ pub struct ConeSlot {
     /// The slope's cosine, squared.
     pub cos_squared: f32,
     /// The cone's own padded box.
-    pub own_box: [[f32; 3]; 2],
+    pub prim_aabb: [[f32; 3]; 2],
     /// 1 where only its inside can be seen, else 0.
     pub inside: u32,
     /// Its number in the file.
@@ -68,11 +68,11 @@ pub struct ConeSlot {
 /// An instance in leaf order.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-pub struct InstanceSlot {
+pub struct LeafInstance {
     /// World to mesh: three columns of the matrix and the translation.
     pub to_object: [[f32; 3]; 4],
     /// The instance's own padded box.
-    pub own_box: [[f32; 3]; 2],
+    pub prim_aabb: [[f32; 3]; 2],
     /// The node at which its mesh's tree begins.
     pub root: u32,
     /// What to add, wrapping, to the number of a stored primitive to get that of the instance's.
@@ -81,20 +81,20 @@ pub struct InstanceSlot {
 
 /// All primitives in leaf order, a column for each kind.
 #[derive(Clone, Debug, Default)]
-pub struct Slots {
+pub struct LeafPrims {
     /// Triangles.
-    pub triangles: Column<TriangleSlot>,
+    pub triangles: Column<LeafTriangle>,
     /// Spheres.
-    pub spheres: Column<SphereSlot>,
+    pub spheres: Column<LeafSphere>,
     /// Ellipsoids.
-    pub ellipsoids: Column<EllipsoidSlot>,
+    pub ellipsoids: Column<LeafEllipsoid>,
     /// Cones.
-    pub cones: Column<ConeSlot>,
+    pub cones: Column<LeafCone>,
     /// Instances.
-    pub instances: Column<InstanceSlot>,
+    pub instances: Column<LeafInstance>,
 }
 
-impl Slots {
+impl LeafPrims {
     /// How many there are of a kind.
     pub fn count(&self, kind: LeafKind) -> usize {
         match kind {
@@ -116,7 +116,7 @@ impl Slots {
     }
 
     /// Makes room for as many of each kind as there will be.
-    pub(super) fn reserve(&mut self, end: &Base) {
+    pub(super) fn reserve(&mut self, end: &Offsets) {
         let room = |kind: LeafKind| end.slot[kind as usize] as usize;
         self.triangles.reserve(room(LeafKind::Triangle));
         self.spheres.reserve(room(LeafKind::Sphere));
@@ -126,7 +126,7 @@ impl Slots {
     }
 
     /// Appends another's.
-    pub(super) fn append(&mut self, other: Slots) {
+    pub(super) fn append(&mut self, other: LeafPrims) {
         self.triangles.extend_from(&other.triangles);
         self.spheres.extend_from(&other.spheres);
         self.ellipsoids.extend_from(&other.ellipsoids);

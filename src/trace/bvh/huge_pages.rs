@@ -4,13 +4,15 @@
 use rayon::prelude::*;
 
 /// Less is not worth it: two large pages of x86-64.
-const WORTH: usize = 4 << 20;
+const MIN_BYTES: usize = 4 << 20;
 
 /// New rows, on large pages if they are many.
-pub(super) fn on_large_pages<T: Send>(rows: impl IndexedParallelIterator<Item = T>) -> Vec<T> {
+pub(super) fn collect_on_huge_pages<T: Send>(
+    rows: impl IndexedParallelIterator<Item = T>,
+) -> Vec<T> {
     let mut all = Vec::with_capacity(rows.len());
-    if rows.len() * size_of::<T>() >= WORTH {
-        ask_for_large_pages(&mut all);
+    if rows.len() * size_of::<T>() >= MIN_BYTES {
+        advise_huge_pages(&mut all);
     }
     // Within the room that there is: it does not move.
     rows.collect_into_vec(&mut all);
@@ -19,19 +21,19 @@ pub(super) fn on_large_pages<T: Send>(rows: impl IndexedParallelIterator<Item = 
 
 /// Moves rows onto large pages, if they are many; for a moment they are there twice. What they are does not change, nor is it
 /// known whether the system did it.
-pub(super) fn onto_large_pages<T: Copy>(rows: &mut Vec<T>) {
-    if size_of_val(&rows[..]) < WORTH {
+pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
+    if size_of_val(&rows[..]) < MIN_BYTES {
         return;
     }
     let mut moved = Vec::with_capacity(rows.len());
-    ask_for_large_pages(&mut moved);
+    advise_huge_pages(&mut moved);
     moved.extend_from_slice(rows);
     *rows = moved;
 }
 
 /// Before its room is written to for the first time: pages that are there stay as they are.
 #[cfg(target_os = "linux")]
-fn ask_for_large_pages<T>(empty: &mut Vec<T>) {
+fn advise_huge_pages<T>(empty: &mut Vec<T>) {
     const PAGE: usize = 4096;
     let room = empty.spare_capacity_mut();
     let start = room.as_mut_ptr().addr().next_multiple_of(PAGE);
@@ -43,7 +45,7 @@ fn ask_for_large_pages<T>(empty: &mut Vec<T>) {
 }
 
 #[cfg(not(target_os = "linux"))]
-fn ask_for_large_pages<T>(_: &mut Vec<T>) {}
+fn advise_huge_pages<T>(_: &mut Vec<T>) {}
 
 #[cfg(test)]
 mod tests {
@@ -51,14 +53,20 @@ mod tests {
 
     #[test]
     fn rows_stay_what_they_are() {
-        for count in [0, 1, WORTH / 8 - 1, WORTH / 8, WORTH / 8 * 3 + 77] {
+        for count in [
+            0,
+            1,
+            MIN_BYTES / 8 - 1,
+            MIN_BYTES / 8,
+            MIN_BYTES / 8 * 3 + 77,
+        ] {
             let rows: Vec<u64> = (0..count as u64)
                 .map(|k| k.wrapping_mul(0x9e37_79b9))
                 .collect();
             let mut moved = rows.clone();
-            onto_large_pages(&mut moved);
+            move_to_huge_pages(&mut moved);
             assert_eq!(moved, rows);
-            let new = on_large_pages(rows.par_iter().map(|x| x + 1));
+            let new = collect_on_huge_pages(rows.par_iter().map(|x| x + 1));
             assert!(new.iter().zip(&rows).all(|(new, x)| *new == x + 1));
             assert_eq!(new.len(), rows.len());
         }

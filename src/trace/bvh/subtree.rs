@@ -1,21 +1,21 @@
 //! From obvhs's tree to ours: nodes depth first, leaves of one kind, objects copied into leaf order.
 //!
-//! A subtree becomes a [`Piece`] of its own, whose indices count from its own beginning, so that pieces can be made side
+//! A subtree becomes a [`Subtree`] of its own, whose indices count from its own beginning, so that pieces can be made side
 //! by side and put behind one another afterwards.
 
-use super::chunks::Boxed;
-use super::objects::Objects;
-use super::{Child, LeafKind, Node, Slots};
+use super::build_input::BuildInput;
+use super::chunks::PrimRef;
+use super::{Child, LeafKind, LeafPrims, Node};
 use obvhs::bvh2::Bvh2;
 use phalanx_scene::Bounds;
 
 /// A subtree on its own.
-pub(super) struct Piece {
+pub(super) struct Subtree {
     /// What stands for it in the node above.
     pub(super) root: Child,
     pub(super) bounds: Bounds,
     pub(super) nodes: Vec<Node>,
-    pub(super) slots: Slots,
+    pub(super) slots: LeafPrims,
     /// Most nodes on a path through it.
     pub(super) depth: usize,
     /// Σ area · cost over the children of its nodes.
@@ -23,64 +23,64 @@ pub(super) struct Piece {
 }
 
 /// A tree of obvhs over a chunk.
-pub(super) struct Theirs<'a> {
+pub(super) struct ObvhsTree<'a> {
     pub(super) tree: &'a Bvh2,
     /// In the order in which obvhs was given them.
-    pub(super) chunk: &'a [Boxed],
-    pub(super) objects: &'a Objects<'a>,
+    pub(super) chunk: &'a [PrimRef],
+    pub(super) objects: &'a BuildInput<'a>,
 }
 
 /// A child that still has to become one of ours.
 enum Pending {
     /// obvhs's node at this index.
-    Theirs(usize),
+    Obvhs(usize),
     /// Objects of a leaf, sorted by kind and number.
-    Leaf(Vec<Boxed>),
+    Leaf(Vec<PrimRef>),
 }
 
-impl Theirs<'_> {
+impl ObvhsTree<'_> {
     /// The whole tree.
-    pub(super) fn piece(&self) -> Piece {
+    pub(super) fn subtree(&self) -> Subtree {
         let whole = self.pending(0);
-        let mut piece = Piece {
+        let mut subtree = Subtree {
             root: Child::Node(0),
             bounds: self.bounds(&whole),
             nodes: Vec::with_capacity(self.tree.nodes.len() / 2),
-            slots: Slots::default(),
+            slots: LeafPrims::default(),
             depth: 0,
             weighted_cost: 0.0,
         };
-        match self.leaf(&whole, &mut piece) {
-            Some(leaf) => piece.root = leaf,
-            None => self.add_nodes(whole, &mut piece),
+        match self.leaf(&whole, &mut subtree) {
+            Some(leaf) => subtree.root = leaf,
+            None => self.add_nodes(whole, &mut subtree),
         }
-        piece
+        subtree
     }
 
     /// Depth first with an explicit stack: a tree may be deeper than the thread's stack allows.
-    fn add_nodes(&self, whole: Pending, piece: &mut Piece) {
+    fn add_nodes(&self, whole: Pending, subtree: &mut Subtree) {
         // (node to make, its place in its parent, depth)
         let mut stack = vec![(whole, None, 1usize)];
         while let Some((pending, parent, depth)) = stack.pop() {
-            let index = piece.nodes.len() as u32;
-            piece.depth = piece.depth.max(depth);
+            let index = subtree.nodes.len() as u32;
+            subtree.depth = subtree.depth.max(depth);
             let mut children = [(Child::EMPTY, Bounds::EMPTY); 2];
             let mut deferred = Vec::new();
             for (k, part) in self.split(pending).into_iter().enumerate() {
                 let bounds = self.bounds(&part);
-                let child = match self.leaf(&part, piece) {
+                let child = match self.leaf(&part, subtree) {
                     Some(leaf) => leaf,
                     None => {
                         deferred.push((part, Some((index, k)), depth + 1));
                         Child::Node(u32::MAX)
                     }
                 };
-                piece.weighted_cost += weighted_cost(child, bounds);
+                subtree.weighted_cost += weighted_cost(child, bounds);
                 children[k] = (child, bounds);
             }
-            piece.nodes.push(Node::new(children));
+            subtree.nodes.push(Node::new(children));
             if let Some((parent, k)) = parent {
-                let parent: &mut Node = &mut piece.nodes[parent as usize];
+                let parent: &mut Node = &mut subtree.nodes[parent as usize];
                 parent.set_child(k, Child::Node(index));
             }
             // The first child is popped next, so that it follows its parent in memory.
@@ -91,13 +91,13 @@ impl Theirs<'_> {
     /// The two parts of a subtree that is not a leaf of one kind.
     fn split(&self, pending: Pending) -> [Pending; 2] {
         match pending {
-            Pending::Theirs(index) => {
+            Pending::Obvhs(index) => {
                 let first = self.tree.nodes[index].first_index as usize;
                 [first, first + 1].map(|child| self.pending(child))
             }
             Pending::Leaf(mut items) => {
                 let kind = self.objects.kind(items[0].object);
-                let same = |item: &Boxed| self.objects.kind(item.object) == kind;
+                let same = |item: &PrimRef| self.objects.kind(item.object) == kind;
                 let rest = items.split_off(items.partition_point(same));
                 [Pending::Leaf(items), Pending::Leaf(rest)]
             }
@@ -107,18 +107,18 @@ impl Theirs<'_> {
     fn pending(&self, index: usize) -> Pending {
         let node = &self.tree.nodes[index];
         if node.prim_count == 0 {
-            return Pending::Theirs(index);
+            return Pending::Obvhs(index);
         }
         let first = node.first_index as usize;
         let theirs = &self.tree.primitive_indices[first..first + node.prim_count as usize];
-        let mut items: Vec<Boxed> = theirs.iter().map(|&i| self.chunk[i as usize]).collect();
+        let mut items: Vec<PrimRef> = theirs.iter().map(|&i| self.chunk[i as usize]).collect();
         items.sort_by_key(|item| (self.objects.kind(item.object), item.object));
         Pending::Leaf(items)
     }
 
     fn bounds(&self, pending: &Pending) -> Bounds {
         match pending {
-            Pending::Theirs(index) => {
+            Pending::Obvhs(index) => {
                 let b = self.tree.nodes[*index].aabb();
                 Bounds::new(b.min.into(), b.max.into())
             }
@@ -130,18 +130,18 @@ impl Theirs<'_> {
     }
 
     /// Stores a leaf of one kind; `None` if the part has to be split further.
-    fn leaf(&self, pending: &Pending, piece: &mut Piece) -> Option<Child> {
+    fn leaf(&self, pending: &Pending, subtree: &mut Subtree) -> Option<Child> {
         let Pending::Leaf(items) = pending else {
             return None;
         };
         let kind = self.objects.kind(items[0].object);
-        let other = |item: &Boxed| self.objects.kind(item.object) != kind;
+        let other = |item: &PrimRef| self.objects.kind(item.object) != kind;
         if items.iter().any(other) {
             return None;
         }
-        let first = piece.slots.count(kind) as u32;
+        let first = subtree.slots.count(kind) as u32;
         for item in items {
-            self.objects.store(item, &mut piece.slots);
+            self.objects.store(item, &mut subtree.slots);
         }
         let count = items.len() as u32;
         Some(Child::Leaf { kind, first, count })
@@ -159,26 +159,26 @@ pub(super) fn weighted_cost(child: Child, bounds: Bounds) -> f64 {
 
 /// Where the nodes and slots of a piece come to stand.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Base {
+pub(super) struct Offsets {
     pub(super) node: u32,
     pub(super) slot: [u32; LeafKind::COUNT],
 }
 
-impl Base {
+impl Offsets {
     /// Behind what is there.
-    pub(super) fn behind(nodes: usize, slots: &Slots) -> Base {
-        let mut base = Base {
+    pub(super) fn after(nodes: usize, slots: &LeafPrims) -> Offsets {
+        let mut offsets = Offsets {
             node: nodes as u32,
-            ..Base::default()
+            ..Offsets::default()
         };
         for kind in LeafKind::ALL {
-            base.slot[kind as usize] = slots.count(kind) as u32;
+            offsets.slot[kind as usize] = slots.count(kind) as u32;
         }
-        base
+        offsets
     }
 
     /// A reference within a piece, seen from outside.
-    pub(super) fn moved(&self, child: Child) -> Child {
+    pub(super) fn rebased(&self, child: Child) -> Child {
         match child {
             Child::Node(index) => Child::Node(self.node + index),
             Child::Leaf { count: 0, .. } => child,
@@ -191,19 +191,19 @@ impl Base {
     }
 
     /// Behind a piece that stands here.
-    pub(super) fn after(mut self, piece: &Piece) -> Base {
-        self.node += piece.nodes.len() as u32;
+    pub(super) fn advanced_by(mut self, subtree: &Subtree) -> Offsets {
+        self.node += subtree.nodes.len() as u32;
         for kind in LeafKind::ALL {
-            self.slot[kind as usize] += piece.slots.count(kind) as u32;
+            self.slot[kind as usize] += subtree.slots.count(kind) as u32;
         }
         self
     }
 
     /// All nodes of a piece, seen from outside.
-    pub(super) fn move_nodes(&self, nodes: &mut [Node]) {
+    pub(super) fn rebase_nodes(&self, nodes: &mut [Node]) {
         for node in nodes {
             for k in 0..2 {
-                node.set_child(k, self.moved(node.child(k)));
+                node.set_child(k, self.rebased(node.child(k)));
             }
         }
     }

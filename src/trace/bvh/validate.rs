@@ -8,7 +8,7 @@
 //! That no node has two parents is a matter of counting. Slots are counted as a whole: two leaves may still share one
 //! where another slot has none, which makes a wrong picture but never an unsafe or endless walk.
 
-use super::{Bvh, Child, LeafKind, Node, Slots};
+use super::{Bvh, Child, LeafKind, LeafPrims, Node};
 use phalanx_scene::{Column, Scene};
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -56,7 +56,7 @@ fn array<'a, T: bytemuck::Pod>(name: &'static str, rows: &'a [T]) -> Array<'a> {
     }
 }
 
-fn arrays<'a>(nodes: &'a [Node], slots: &'a Slots) -> [Array<'a>; 6] {
+fn arrays<'a>(nodes: &'a [Node], slots: &'a LeafPrims) -> [Array<'a>; 6] {
     [
         array("nodes of the tree", nodes),
         array("triangles of the tree", &slots.triangles),
@@ -73,11 +73,11 @@ impl Bvh {
         arrays(&self.nodes, &self.slots)
     }
 
-    /// The level of every node, as [`Claim`] needs them.
+    /// The level of every node, as [`UnverifiedBvh`] needs them.
     ///
     /// # Errors
     /// [`BvhError::TooDeep`].
-    pub fn levels(&self) -> Result<Vec<u16>, BvhError> {
+    pub fn depths(&self) -> Result<Vec<u16>, BvhError> {
         let mut levels = vec![0; self.nodes.len()];
         levels[0] = 1;
         for (i, node) in self.nodes.iter().enumerate() {
@@ -100,13 +100,13 @@ impl Bvh {
 
 /// The arrays of a tree, from wherever they come.
 #[derive(Debug, Default)]
-pub struct Parts {
+pub struct BvhArrays {
     /// Nodes.
     pub nodes: Column<Node>,
-    /// The level of each node: see [`Bvh::levels`].
-    pub levels: Column<u16>,
+    /// The level of each node: see [`Bvh::depths`].
+    pub depths: Column<u16>,
     /// Primitives in leaf order.
-    pub slots: Slots,
+    pub slots: LeafPrims,
     /// What [`Bvh::sah`] is going to say. Nothing depends on it.
     pub sah: f64,
 }
@@ -116,12 +116,12 @@ const BLOCK: usize = 1 << 18;
 
 /// Parts with a proof in progress that they are a tree.
 #[derive(Debug)]
-pub struct Claim {
-    parts: Parts,
+pub struct UnverifiedBvh {
+    arrays: BvhArrays,
     prims: u32,
-    blocks: Vec<Block>,
+    blocks: Vec<RowBlock>,
     /// Blocks that hold.
-    proven: Vec<AtomicBool>,
+    verified: Vec<AtomicBool>,
     /// Nodes that are a child.
     children: Vec<AtomicU8>,
     /// References to nodes, and to slots.
@@ -132,30 +132,30 @@ pub struct Claim {
 }
 
 #[derive(Clone, Debug)]
-struct Block {
+struct RowBlock {
     array: usize,
     rows: Range<usize>,
 }
 
-impl Claim {
+impl UnverifiedBvh {
     /// Parts that are said to be the tree of a scene.
-    pub fn new(parts: Parts, scene: &Scene) -> Claim {
+    pub fn new(parts: BvhArrays, scene: &Scene) -> UnverifiedBvh {
         let mut blocks = Vec::new();
         for (array, all) in arrays(&parts.nodes, &parts.slots).iter().enumerate() {
             let (rows, step) = (all.bytes.len() / all.row_bytes, BLOCK / all.row_bytes);
-            blocks.extend((0..rows).step_by(step).map(|first| Block {
+            blocks.extend((0..rows).step_by(step).map(|first| RowBlock {
                 array,
                 rows: first..(first + step).min(rows),
             }));
         }
-        Claim {
+        UnverifiedBvh {
             prims: scene.prim_count() as u32,
-            proven: blocks.iter().map(|_| AtomicBool::new(false)).collect(),
+            verified: blocks.iter().map(|_| AtomicBool::new(false)).collect(),
             children: parts.nodes.iter().map(|_| AtomicU8::new(0)).collect(),
             references: AtomicU64::new(0),
             slot_references: AtomicU64::new(0),
             deepest: Default::default(),
-            parts,
+            arrays: parts,
             blocks,
         }
     }
@@ -169,19 +169,19 @@ impl Claim {
     /// and make it up.
     pub fn block(&self, k: usize) -> (usize, &[u8]) {
         let block = &self.blocks[k];
-        let array = arrays(&self.parts.nodes, &self.parts.slots)[block.array];
+        let array = arrays(&self.arrays.nodes, &self.arrays.slots)[block.array];
         let row = array.row_bytes;
         let bytes = &array.bytes[block.rows.start * row..block.rows.end * row];
         (block.array, bytes)
     }
 
     /// Does a block of the proof, once; whether its rows are in order.
-    pub fn prove(&self, k: usize) -> bool {
-        let Block { array, rows } = self.blocks[k].clone();
-        let slots = &self.parts.slots;
+    pub fn verify(&self, k: usize) -> bool {
+        let RowBlock { array, rows } = self.blocks[k].clone();
+        let slots = &self.arrays.slots;
         let known = |prim_id: u32| prim_id < self.prims;
         let holds = match array {
-            0 => self.prove_nodes(rows),
+            0 => self.verify_nodes(rows),
             1 => slots.triangles[rows].iter().all(|s| known(s.prim_id)),
             2 => slots.spheres[rows].iter().all(|s| known(s.prim_id)),
             3 => slots.ellipsoids[rows].iter().all(|s| known(s.prim_id)),
@@ -191,16 +191,16 @@ impl Claim {
                 .all(|s| self.is_mesh_node(s.root)),
         };
         // Counting twice would make the counts meaningless.
-        holds && !self.proven[k].swap(true, Relaxed)
+        holds && !self.verified[k].swap(true, Relaxed)
     }
 
     fn is_mesh_node(&self, node: u32) -> bool {
-        let level = self.parts.levels.get(node as usize);
+        let level = self.arrays.depths.get(node as usize);
         level.is_some_and(|level| level & IN_MESH != 0)
     }
 
-    fn prove_nodes(&self, rows: Range<usize>) -> bool {
-        let (nodes, levels) = (&self.parts.nodes, &self.parts.levels);
+    fn verify_nodes(&self, rows: Range<usize>) -> bool {
+        let (nodes, levels) = (&self.arrays.nodes, &self.arrays.depths);
         if levels.len() != nodes.len() {
             return false;
         }
@@ -228,7 +228,7 @@ impl Claim {
                     leaf @ Child::Leaf { kind, first, count } => {
                         let end = u64::from(first) + u64::from(count);
                         let nested = in_mesh && kind == LeafKind::Instance && count > 0;
-                        let there = end <= self.parts.slots.count(kind) as u64;
+                        let there = end <= self.arrays.slots.count(kind) as u64;
                         if !there || nested || leaf.packed() != node.packed(k) {
                             return false;
                         }
@@ -250,11 +250,11 @@ impl Claim {
     /// # Errors
     /// [`BvhError`]: a block was not proven, or the counts do not fit.
     pub fn accept(self, scene: &Scene) -> Result<Bvh, BvhError> {
-        let parts = &self.parts;
-        if parts.nodes.is_empty() || parts.nodes.len() != parts.levels.len() {
+        let parts = &self.arrays;
+        if parts.nodes.is_empty() || parts.nodes.len() != parts.depths.len() {
             return Err(BvhError::Lengths);
         }
-        let proven = self.proven.iter().all(|proven| proven.load(Relaxed));
+        let proven = self.verified.iter().all(|proven| proven.load(Relaxed));
         // Stacks are made for paths that begin at the world's root.
         if !proven || self.prims as usize != scene.prim_count() || self.is_mesh_node(0) {
             return Err(BvhError::Row);
@@ -277,17 +277,17 @@ impl Claim {
         self.check_instances(scene)?;
         let [world, meshes] = self.deepest.map(|level| usize::from(level.into_inner()));
         Ok(Bvh {
-            nodes: self.parts.nodes,
-            slots: self.parts.slots,
+            nodes: self.arrays.nodes,
+            slots: self.arrays.slots,
             depth: world + meshes,
-            sah: self.parts.sah,
+            sah: self.arrays.sah,
             wide: OnceLock::new(),
         })
     }
 
     /// Whether every instance leads to its own mesh, so that what is hit there has a number that the scene knows.
     fn check_instances(&self, scene: &Scene) -> Result<(), BvhError> {
-        let slots = &self.parts.slots.instances;
+        let slots = &self.arrays.slots.instances;
         // The same arithmetic as the builder's.
         let number = |k: usize| {
             let mesh = scene.instances.mesh[k];
@@ -331,7 +331,7 @@ impl Claim {
                 return Err(BvhError::Instance);
             }
             for k in 0..2 {
-                match self.parts.nodes[index as usize].child(k) {
+                match self.arrays.nodes[index as usize].child(k) {
                     Child::Node(child) => stack.push(child),
                     Child::Leaf { kind, first, count } => {
                         for prim in self.prims_of(kind, first as usize..(first + count) as usize) {
@@ -350,7 +350,7 @@ impl Claim {
     }
 
     fn prims_of(&self, kind: LeafKind, rows: Range<usize>) -> Vec<u32> {
-        let slots = &self.parts.slots;
+        let slots = &self.arrays.slots;
         match kind {
             LeafKind::Triangle => slots.triangles[rows].iter().map(|s| s.prim_id).collect(),
             LeafKind::Sphere => slots.spheres[rows].iter().map(|s| s.prim_id).collect(),

@@ -16,33 +16,33 @@ const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = if NATIVE > LANES { 1.0 } else { 0.7 };
 
 /// Subtrees of the binary tree are seen as at most so many roots within their parent; one more makes a node full.
-pub(super) const MOST_ROOTS: usize = NATIVE - 1;
+pub(super) const MAX_ROOTS: usize = NATIVE - 1;
 
 /// Nodes that a thread plans at a time.
-const GRAIN: usize = 256;
+const PARALLEL_GRAIN: usize = 256;
 
 /// What is best done with the subtree below a node.
 #[derive(Clone, Copy)]
-pub(super) struct Choice {
+pub(super) struct CollapseChoice {
     /// How many of j + 2 roots go to the first child; 0 where one root fewer is better. The last is that of a full node.
-    pub(super) first: [u8; MOST_ROOTS],
+    pub(super) first: [u8; MAX_ROOTS],
     /// The kind of everything below, if a block of it is cheaper than a node.
     pub(super) block: Option<LeafKind>,
 }
 
 /// What a subtree costs, as its parent's plan asks for it.
 #[derive(Clone, Copy)]
-struct Cost {
+struct SubtreeCost {
     /// As i + 1 roots or fewer.
-    roots: [f32; MOST_ROOTS],
+    roots: [f32; MAX_ROOTS],
     /// Primitives below, if they are all of one kind that has blocks and fit into one; else 0.
     count: u8,
     kind: LeafKind,
 }
 
-impl Cost {
-    const NONE: Cost = Cost {
-        roots: [0.0; MOST_ROOTS],
+impl SubtreeCost {
+    const NONE: SubtreeCost = SubtreeCost {
+        roots: [0.0; MAX_ROOTS],
         count: 0,
         kind: LeafKind::Triangle,
     };
@@ -50,7 +50,7 @@ impl Cost {
 
 /// What a box of the binary tree holds.
 #[derive(Clone, Copy)]
-pub(super) enum Part {
+pub(super) enum BoxContents {
     /// A node, by its place in the plan.
     Node(u32),
     /// Primitives of a kind, from a slot on.
@@ -63,29 +63,29 @@ pub(super) enum Part {
 
 /// A node of the binary tree: which it is, and where in the plan those of its children are that are nodes, side by side.
 #[derive(Clone, Copy)]
-struct Seat {
+struct NodeRef {
     node: u32,
-    below: u32,
+    children: u32,
 }
 
 /// The choices for all nodes that the world's root leads to, level by level; the root has place 0.
-pub(super) struct Plan<'a> {
+pub(super) struct CollapsePlan<'a> {
     bvh: &'a Bvh,
-    seats: Vec<Seat>,
-    choices: Vec<Choice>,
+    nodes: Vec<NodeRef>,
+    choices: Vec<CollapseChoice>,
 }
 
-impl<'a> Plan<'a> {
-    pub(super) fn of(bvh: &'a Bvh) -> Plan<'a> {
+impl<'a> CollapsePlan<'a> {
+    pub(super) fn of(bvh: &'a Bvh) -> CollapsePlan<'a> {
         let (seats, levels) = levels(bvh);
-        let undecided = Choice {
-            first: [0; MOST_ROOTS],
+        let undecided = CollapseChoice {
+            first: [0; MAX_ROOTS],
             block: None,
         };
         let choices = vec![undecided; seats.len()];
-        let mut plan = Plan {
+        let mut plan = CollapsePlan {
             bvh,
-            seats,
+            nodes: seats,
             choices,
         };
         let mut below = Vec::new();
@@ -96,42 +96,42 @@ impl<'a> Plan<'a> {
     }
 
     /// What is best done with a node.
-    pub(super) fn at(&self, place: u32) -> &Choice {
+    pub(super) fn at(&self, place: u32) -> &CollapseChoice {
         &self.choices[place as usize]
     }
 
     /// Both children of a node.
-    pub(super) fn parts(&self, place: u32) -> [(Part, Bounds); 2] {
-        let seat = self.seats[place as usize];
+    pub(super) fn parts(&self, place: u32) -> [(BoxContents, Bounds); 2] {
+        let seat = self.nodes[place as usize];
         let node = &self.bvh.nodes()[seat.node as usize];
-        let mut below = seat.below;
+        let mut below = seat.children;
         [0, 1].map(|k| {
             let part = match node.child(k) {
                 Child::Node(_) => {
                     below += 1;
-                    Part::Node(below - 1)
+                    BoxContents::Node(below - 1)
                 }
-                Child::Leaf { kind, first, count } => Part::Leaf { kind, first, count },
+                Child::Leaf { kind, first, count } => BoxContents::Leaf { kind, first, count },
             };
             (part, bounds(&node.boxes[k]))
         })
     }
 
     /// Decides for a level, by the costs of the level below, and returns its own.
-    fn decide(&mut self, level: Range<usize>, below: &[Cost]) -> Vec<Cost> {
-        let mut costs = vec![Cost::NONE; level.len()];
+    fn decide(&mut self, level: Range<usize>, below: &[SubtreeCost]) -> Vec<SubtreeCost> {
+        let mut costs = vec![SubtreeCost::NONE; level.len()];
         let choose = |place: usize| {
             let sides = self.parts(place as u32).map(|(part, bounds)| {
                 let cost = match part {
-                    Part::Node(child) => below[child as usize - level.end],
-                    Part::Leaf { kind, count, .. } => of_leaf(kind, count, bounds),
+                    BoxContents::Node(child) => below[child as usize - level.end],
+                    BoxContents::Leaf { kind, count, .. } => of_leaf(kind, count, bounds),
                 };
                 (cost, bounds)
             });
             choose(&sides)
         };
         let mut choices = vec![self.choices[level.start]; level.len()];
-        let places = level.clone().into_par_iter().with_min_len(GRAIN);
+        let places = level.clone().into_par_iter().with_min_len(PARALLEL_GRAIN);
         let rows = choices.par_iter_mut().zip(&mut costs);
         places.zip(rows).for_each(|(place, (choice, cost))| {
             (*choice, *cost) = choose(place);
@@ -142,17 +142,20 @@ impl<'a> Plan<'a> {
 }
 
 /// All nodes below the world's root, parents first, and where each level lies among them.
-fn levels(bvh: &Bvh) -> (Vec<Seat>, Vec<Range<usize>>) {
-    let mut seats = vec![Seat { node: 0, below: 0 }];
+fn levels(bvh: &Bvh) -> (Vec<NodeRef>, Vec<Range<usize>>) {
+    let mut seats = vec![NodeRef {
+        node: 0,
+        children: 0,
+    }];
     let mut levels = vec![];
     let mut level = 0..1;
     while !level.is_empty() {
         for k in level.clone() {
-            seats[k].below = seats.len() as u32;
+            seats[k].children = seats.len() as u32;
             let node = &bvh.nodes()[seats[k].node as usize];
             for child in [node.child(0), node.child(1)] {
                 if let Child::Node(node) = child {
-                    seats.push(Seat { node, below: 0 });
+                    seats.push(NodeRef { node, children: 0 });
                 }
             }
         }
@@ -163,13 +166,13 @@ fn levels(bvh: &Bvh) -> (Vec<Seat>, Vec<Range<usize>>) {
 }
 
 /// What is best done with a node of two subtrees in their boxes, and what it costs then.
-fn choose(sides: &[(Cost, Bounds); 2]) -> (Choice, Cost) {
+fn choose(sides: &[(SubtreeCost, Bounds); 2]) -> (CollapseChoice, SubtreeCost) {
     let [(a, a_box), (b, b_box)] = sides;
     let area = a_box.union(*b_box).half_area();
     // Into exactly j + 2 roots.
     let split = |j: usize| {
         let ways = (1..j + 2).map(|k| {
-            let at = |roots: usize| (roots - 1).min(MOST_ROOTS - 1);
+            let at = |roots: usize| (roots - 1).min(MAX_ROOTS - 1);
             (a.roots[at(k)] + b.roots[at(j + 2 - k)], k as u8)
         });
         ways.fold(
@@ -177,23 +180,23 @@ fn choose(sides: &[(Cost, Bounds); 2]) -> (Choice, Cost) {
             |best, way| if way.0 < best.0 { way } else { best },
         )
     };
-    let (full, first_of_full) = split(MOST_ROOTS - 1);
+    let (full, first_of_full) = split(MAX_ROOTS - 1);
     let count = match a.count > 0 && b.count > 0 && a.kind == b.kind {
         true if a.count + b.count <= NATIVE as u8 => a.count + b.count,
         _ => 0,
     };
     let as_node = full + NODE_COST * area;
     let block = count > 0 && BLOCK_COST * area <= as_node;
-    let mut cost = Cost {
-        roots: [if block { BLOCK_COST * area } else { as_node }; MOST_ROOTS],
+    let mut cost = SubtreeCost {
+        roots: [if block { BLOCK_COST * area } else { as_node }; MAX_ROOTS],
         count,
         kind: a.kind,
     };
-    let mut choice = Choice {
-        first: [0; MOST_ROOTS],
+    let mut choice = CollapseChoice {
+        first: [0; MAX_ROOTS],
         block: block.then_some(a.kind),
     };
-    for j in 0..MOST_ROOTS - 1 {
+    for j in 0..MAX_ROOTS - 1 {
         let (parted, first) = split(j);
         let fewer = cost.roots[j];
         (cost.roots[j + 1], choice.first[j]) = match parted < fewer {
@@ -201,17 +204,17 @@ fn choose(sides: &[(Cost, Bounds); 2]) -> (Choice, Cost) {
             false => (fewer, 0),
         };
     }
-    choice.first[MOST_ROOTS - 1] = first_of_full;
+    choice.first[MAX_ROOTS - 1] = first_of_full;
     (choice, cost)
 }
 
 /// What a leaf costs.
-fn of_leaf(kind: LeafKind, count: u32, bounds: Bounds) -> Cost {
+fn of_leaf(kind: LeafKind, count: u32, bounds: Bounds) -> SubtreeCost {
     let blocks = matches!(kind, LeafKind::Triangle | LeafKind::Sphere);
     let fits = blocks && count <= NATIVE as u32;
     let cost = BLOCK_COST * bounds.half_area() * count.div_ceil(NATIVE as u32) as f32;
-    Cost {
-        roots: [cost; MOST_ROOTS],
+    SubtreeCost {
+        roots: [cost; MAX_ROOTS],
         count: if fits { count as u8 } else { 0 },
         kind,
     }

@@ -1,25 +1,25 @@
 //! What a tree is built over: primitives, and in the world's tree instances beside them.
 
-use super::chunks::Boxed;
-use super::{ConeSlot, EllipsoidSlot, InstanceSlot, LeafKind, Slots, SphereSlot, TriangleSlot};
+use super::chunks::PrimRef;
+use super::{LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafPrims, LeafSphere, LeafTriangle};
 use phalanx_scene::{Bounds, PrimKind, Scene};
 use rayon::prelude::*;
 
 /// An object by number: a stored primitive below [`Scene::prim_count`], from there on an instance.
-pub(super) type Object = u32;
+pub(super) type PrimIndex = u32;
 
 /// Answers questions about objects.
-pub(super) struct Objects<'a> {
+pub(super) struct BuildInput<'a> {
     scene: &'a Scene,
     prims: u32,
     /// Of every mesh, in its own space.
     mesh_bounds: Vec<Bounds>,
 }
 
-impl<'a> Objects<'a> {
-    pub(super) fn new(scene: &'a Scene) -> Objects<'a> {
+impl<'a> BuildInput<'a> {
+    pub(super) fn new(scene: &'a Scene) -> BuildInput<'a> {
         let meshes = (0..scene.meshes.len()).into_par_iter();
-        Objects {
+        BuildInput {
             scene,
             prims: scene.prim_count() as u32,
             mesh_bounds: meshes.map(|mesh| scene.mesh_bounds(mesh)).collect(),
@@ -27,18 +27,18 @@ impl<'a> Objects<'a> {
     }
 
     /// The objects of the world.
-    pub(super) fn world(&self) -> Vec<Object> {
+    pub(super) fn world(&self) -> Vec<PrimIndex> {
         let direct = self.scene.world_runs().into_iter().flatten();
         let instances = 0..self.scene.instances.len() as u32;
         direct.chain(instances.map(|k| self.prims + k)).collect()
     }
 
     /// The objects of a mesh.
-    pub(super) fn mesh(&self, mesh: usize) -> Vec<Object> {
+    pub(super) fn mesh(&self, mesh: usize) -> Vec<PrimIndex> {
         self.scene.meshes.prims(mesh).collect()
     }
 
-    pub(super) fn kind(&self, object: Object) -> LeafKind {
+    pub(super) fn kind(&self, object: PrimIndex) -> LeafKind {
         match object < self.prims {
             true => self.scene.prims[object as usize].kind().into(),
             false => LeafKind::Instance,
@@ -46,7 +46,7 @@ impl<'a> Objects<'a> {
     }
 
     /// The padded box, from which every box around it is made.
-    pub(super) fn bounds(&self, object: Object) -> Bounds {
+    pub(super) fn bounds(&self, object: PrimIndex) -> Bounds {
         if object < self.prims {
             return self.scene.prim_bounds(object).padded();
         }
@@ -57,58 +57,58 @@ impl<'a> Objects<'a> {
     }
 
     /// Copies an object to the end of its column.
-    pub(super) fn store(&self, item: &Boxed, slots: &mut Slots) {
+    pub(super) fn store(&self, item: &PrimRef, slots: &mut LeafPrims) {
         let object = item.object;
-        let own_box = [item.bounds.lo.to_array(), item.bounds.hi.to_array()];
+        let prim_aabb = [item.bounds.lo.to_array(), item.bounds.hi.to_array()];
         if object >= self.prims {
-            return slots.instances.push(self.instance(object, own_box));
+            return slots.instances.push(self.instance(object, prim_aabb));
         }
         let scene = self.scene;
         let prim = scene.prims[object as usize];
         let i = prim.index();
         match prim.kind() {
-            PrimKind::Triangle => slots.triangles.push(TriangleSlot {
-                corners: scene.triangles.corners(i).map(|c| c.to_array()),
+            PrimKind::Triangle => slots.triangles.push(LeafTriangle {
+                vertices: scene.triangles.corners(i).map(|c| c.to_array()),
                 prim_id: object,
             }),
-            PrimKind::Sphere => slots.spheres.push(SphereSlot {
+            PrimKind::Sphere => slots.spheres.push(LeafSphere {
                 center: scene.spheres.center.get(i).to_array(),
                 radius: scene.spheres.radius[i],
-                own_box,
+                prim_aabb,
                 prim_id: object,
             }),
-            PrimKind::Ellipsoid => slots.ellipsoids.push(EllipsoidSlot {
+            PrimKind::Ellipsoid => slots.ellipsoids.push(LeafEllipsoid {
                 to_object: scene.ellipsoids.object_columns(i).map(|c| c.to_array()),
-                own_box,
+                prim_aabb,
                 prim_id: object,
             }),
-            PrimKind::Cone => slots.cones.push(self.cone(i, own_box, object)),
+            PrimKind::Cone => slots.cones.push(self.cone(i, prim_aabb, object)),
         }
     }
 
-    fn cone(&self, i: usize, own_box: [[f32; 3]; 2], prim_id: u32) -> ConeSlot {
+    fn cone(&self, i: usize, prim_aabb: [[f32; 3]; 2], prim_id: u32) -> LeafCone {
         let cones = &self.scene.cones;
         let frame = cones.frame(i);
-        ConeSlot {
+        LeafCone {
             base: frame.base.to_array(),
             axes: frame.axes.map(|axis| axis.to_array()),
             length: frame.length,
             radius: frame.radius,
             sin: frame.sin,
             cos_squared: frame.cos_squared,
-            own_box,
+            prim_aabb,
             inside: u32::from(cones.inside[i]),
             prim_id,
         }
     }
 
-    fn instance(&self, object: Object, own_box: [[f32; 3]; 2]) -> InstanceSlot {
+    fn instance(&self, object: PrimIndex, prim_aabb: [[f32; 3]; 2]) -> LeafInstance {
         let k = (object - self.prims) as usize;
         let mesh = self.scene.instances.mesh[k] as usize;
         let first_id = self.scene.instance_first_id(k);
-        InstanceSlot {
+        LeafInstance {
             to_object: self.scene.instances.object_columns(k).map(|c| c.to_array()),
-            own_box,
+            prim_aabb,
             // Where the mesh's tree begins is known once all trees are there.
             root: mesh as u32,
             id_offset: first_id.wrapping_sub(self.scene.meshes.first[mesh]),

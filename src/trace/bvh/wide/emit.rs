@@ -1,35 +1,35 @@
 //! Wide nodes by the plan, before they have places: each level on all threads.
 
-use super::plan::{MOST_ROOTS, Part, Plan};
-use super::{OtherLeaf, Target, WideNode};
+use super::collapse::{BoxContents, CollapsePlan, MAX_ROOTS};
+use super::{ChildRef, OtherLeaf, WideNode};
 use crate::bvh::LeafKind;
 use crate::simd::NATIVE;
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
 
 /// A wide node: its row but for where its children are, and what these are.
-pub(super) struct Sketch {
+pub(super) struct WideNodeDraft {
     pub(super) row: WideNode,
-    pub(super) below: [Below; NATIVE],
+    pub(super) children: [ChildKind; NATIVE],
     /// Which sketch is the first child that is a node; others follow it.
     pub(super) first: usize,
 }
 
 /// What a child of a wide node is.
 #[derive(Clone, Copy)]
-pub(super) enum Below {
-    Nothing,
+pub(super) enum ChildKind {
+    Empty,
     /// A wide node, made of this.
-    Node(Part),
+    Node(BoxContents),
     /// A block.
-    Block(LeafKind, Slots),
+    Block(LeafKind, BlockSlots),
     /// A leaf of what has no blocks.
     Other(OtherLeaf),
 }
 
 /// The slots of a block.
 #[derive(Clone, Copy)]
-pub(super) enum Slots {
+pub(super) enum BlockSlots {
     /// All below a node of the plan.
     Of(u32),
     /// These.
@@ -38,41 +38,41 @@ pub(super) enum Slots {
 
 /// Something with a box.
 #[derive(Clone, Copy)]
-struct Item {
-    part: Part,
+struct BoxedContents {
+    part: BoxContents,
     bounds: Bounds,
 }
 
 /// All wide nodes level by level, and how many levels there are.
-pub(super) fn sketches(plan: &Plan) -> (Vec<Sketch>, usize) {
-    let mut sketches: Vec<Sketch> = Vec::new();
+pub(super) fn emit_nodes(plan: &CollapsePlan) -> (Vec<WideNodeDraft>, usize) {
+    let mut drafts: Vec<WideNodeDraft> = Vec::new();
     // The root's own box is asked for by nobody.
-    let mut open = vec![Item {
-        part: Part::Node(0),
+    let mut open = vec![BoxedContents {
+        part: BoxContents::Node(0),
         bounds: Bounds::EMPTY,
     }];
     let mut levels = 0;
     while !open.is_empty() {
         levels += 1;
-        let mut level: Vec<Sketch> = Vec::with_capacity(open.len());
-        let nodes = open.par_iter().map(|item| Sketch::of(plan, item));
+        let mut level: Vec<WideNodeDraft> = Vec::with_capacity(open.len());
+        let nodes = open.par_iter().map(|item| WideNodeDraft::of(plan, item));
         nodes.collect_into_vec(&mut level);
         open.clear();
-        let end = sketches.len() + level.len();
-        for sketch in &mut level {
-            sketch.first = end + open.len();
-            open.extend(sketch.nodes());
+        let end = drafts.len() + level.len();
+        for draft in &mut level {
+            draft.first = end + open.len();
+            open.extend(draft.nodes());
         }
-        sketches.append(&mut level);
+        drafts.append(&mut level);
     }
-    (sketches, levels)
+    (drafts, levels)
 }
 
-impl Sketch {
-    fn of(plan: &Plan, item: &Item) -> Sketch {
+impl WideNodeDraft {
+    fn of(plan: &CollapsePlan, item: &BoxedContents) -> WideNodeDraft {
         let mut items = match item.part {
-            Part::Node(place) => children(plan, place),
-            Part::Leaf { kind, first, count } => parts(kind, first, count, item.bounds),
+            BoxContents::Node(place) => children(plan, place),
+            BoxContents::Leaf { kind, first, count } => parts(kind, first, count, item.bounds),
         };
         let axis = widest(&items);
         items.sort_by(|a, b| a.middle(axis).total_cmp(&b.middle(axis)));
@@ -82,30 +82,30 @@ impl Sketch {
         );
         let mut row = WideNode {
             boxes: [lo, hi],
-            children: [Target::NOTHING.code(); NATIVE],
+            children: [ChildRef::NOTHING.code(); NATIVE],
             order: order(&items),
             axis: axis as u8,
         };
-        let mut below = [Below::Nothing; NATIVE];
+        let mut below = [ChildKind::Empty; NATIVE];
         for (lane, item) in items.iter().enumerate() {
-            below[lane] = Below::of(plan, item.part);
+            below[lane] = ChildKind::of(plan, item.part);
             for axis in 0..3 {
                 row.boxes[0][axis][lane] = item.bounds.lo[axis];
                 row.boxes[1][axis][lane] = item.bounds.hi[axis];
             }
         }
-        Sketch {
+        WideNodeDraft {
             row,
-            below,
+            children: below,
             first: 0,
         }
     }
 
     /// The children that are nodes.
-    fn nodes(&self) -> impl Iterator<Item = Item> {
-        let lanes = self.below.iter().enumerate();
+    fn nodes(&self) -> impl Iterator<Item = BoxedContents> {
+        let lanes = self.children.iter().enumerate();
         lanes.filter_map(|(lane, below)| match below {
-            Below::Node(part) => Some(Item {
+            ChildKind::Node(part) => Some(BoxedContents {
                 part: *part,
                 bounds: self.bounds(lane),
             }),
@@ -119,35 +119,37 @@ impl Sketch {
     }
 }
 
-impl Below {
-    fn of(plan: &Plan, part: Part) -> Below {
+impl ChildKind {
+    fn of(plan: &CollapsePlan, part: BoxContents) -> ChildKind {
         match part {
-            Part::Node(place) => match plan.at(place).block {
-                Some(kind) => Below::Block(kind, Slots::Of(place)),
-                None => Below::Node(part),
+            BoxContents::Node(place) => match plan.at(place).block {
+                Some(kind) => ChildKind::Block(kind, BlockSlots::Of(place)),
+                None => ChildKind::Node(part),
             },
-            Part::Leaf {
+            BoxContents::Leaf {
                 kind: kind @ (LeafKind::Triangle | LeafKind::Sphere),
                 first,
                 count,
             } => match count <= NATIVE as u32 {
-                true => Below::Block(kind, Slots::Row { first, count }),
-                false => Below::Node(part),
+                true => ChildKind::Block(kind, BlockSlots::Row { first, count }),
+                false => ChildKind::Node(part),
             },
-            Part::Leaf { kind, first, count } => Below::Other(OtherLeaf { kind, first, count }),
+            BoxContents::Leaf { kind, first, count } => {
+                ChildKind::Other(OtherLeaf { kind, first, count })
+            }
         }
     }
 }
 
 /// The children of the wide node that stands for a binary one.
-fn children(plan: &Plan, place: u32) -> Vec<Item> {
+fn children(plan: &CollapsePlan, place: u32) -> Vec<BoxedContents> {
     let mut items = Vec::with_capacity(NATIVE);
     let mut waiting = Vec::with_capacity(NATIVE);
-    let first = plan.at(place).first[MOST_ROOTS - 1];
+    let first = plan.at(place).first[MAX_ROOTS - 1];
     part(plan, place, first, NATIVE, &mut waiting);
     while let Some((item, roots)) = waiting.pop() {
-        let Part::Node(place) = item.part else {
-            let empty = matches!(item.part, Part::Leaf { count: 0, .. });
+        let BoxContents::Node(place) = item.part else {
+            let empty = matches!(item.part, BoxContents::Leaf { count: 0, .. });
             items.extend((!empty).then_some(item));
             continue;
         };
@@ -163,23 +165,29 @@ fn children(plan: &Plan, place: u32) -> Vec<Item> {
 }
 
 /// Both children of a binary node, as `first` roots and the rest of `roots`.
-fn part(plan: &Plan, place: u32, first: u8, roots: usize, waiting: &mut Vec<(Item, usize)>) {
+fn part(
+    plan: &CollapsePlan,
+    place: u32,
+    first: u8,
+    roots: usize,
+    waiting: &mut Vec<(BoxedContents, usize)>,
+) {
     let first = usize::from(first);
     let [a, b] = plan
         .parts(place)
-        .map(|(part, bounds)| Item { part, bounds });
+        .map(|(part, bounds)| BoxedContents { part, bounds });
     waiting.extend([
-        (b, (roots - first).min(MOST_ROOTS)),
-        (a, first.min(MOST_ROOTS)),
+        (b, (roots - first).min(MAX_ROOTS)),
+        (a, first.min(MAX_ROOTS)),
     ]);
 }
 
 /// A leaf that is too large for a block is a node of parts of it.
-fn parts(kind: LeafKind, first: u32, count: u32, bounds: Bounds) -> Vec<Item> {
+fn parts(kind: LeafKind, first: u32, count: u32, bounds: Bounds) -> Vec<BoxedContents> {
     let part = count.div_ceil(NATIVE as u32).max(NATIVE as u32);
     let starts = (0..count).step_by(part as usize);
-    let parts = starts.map(|start| Item {
-        part: Part::Leaf {
+    let parts = starts.map(|start| BoxedContents {
+        part: BoxContents::Leaf {
             kind,
             first: first + start,
             count: part.min(count - start),
@@ -189,7 +197,7 @@ fn parts(kind: LeafKind, first: u32, count: u32, bounds: Bounds) -> Vec<Item> {
     parts.collect()
 }
 
-impl Item {
+impl BoxedContents {
     /// Twice the middle of its box.
     fn middle(&self, axis: usize) -> f32 {
         self.bounds.lo[axis] + self.bounds.hi[axis]
@@ -197,7 +205,7 @@ impl Item {
 }
 
 /// The axis along which the middles of boxes are farthest apart.
-fn widest(items: &[Item]) -> usize {
+fn widest(items: &[BoxedContents]) -> usize {
     let spread = |axis: usize| {
         let all = items.iter().map(|item| item.middle(axis));
         all.clone().fold(f32::NEG_INFINITY, f32::max) - all.fold(f32::INFINITY, f32::min)
@@ -208,7 +216,7 @@ fn widest(items: &[Item]) -> usize {
 }
 
 /// [`WideNode::order`] of these children.
-fn order(items: &[Item]) -> [[u8; NATIVE]; 3] {
+fn order(items: &[BoxedContents]) -> [[u8; NATIVE]; 3] {
     let middle = |lane: u8, axis: usize| match items.get(usize::from(lane)) {
         Some(item) => item.middle(axis),
         None => f32::INFINITY,

@@ -1,38 +1,38 @@
 //! Pieces become one: the nodes above them first, then each piece in the order in which those lead there.
 
-use super::piece::{Base, Piece, weighted_cost};
-use super::{Child, Node, Slots};
+use super::subtree::{Offsets, Subtree, weighted_cost};
+use super::{Child, LeafPrims, Node};
 use obvhs::bvh2::Bvh2;
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
 
 /// One piece from several, by a tree of obvhs over them with one piece a leaf.
-pub(super) fn join(mut pieces: Vec<Piece>, above: &Bvh2) -> Piece {
+pub(super) fn merge(mut subtrees: Vec<Subtree>, above: &Bvh2) -> Subtree {
     let order = leaves(above);
     // A binary tree has one inner node less than leaves.
-    let mut end = Base {
+    let mut end = Offsets {
         node: order.len() as u32 - 1,
-        ..Base::default()
+        ..Offsets::default()
     };
-    let mut bases = vec![end; pieces.len()];
+    let mut bases = vec![end; subtrees.len()];
     for &k in &order {
         bases[k] = end;
-        end = end.after(&pieces[k]);
+        end = end.advanced_by(&subtrees[k]);
     }
-    let mut whole = top(above, &pieces, &bases);
-    whole.weighted_cost += pieces.iter().map(|p| p.weighted_cost).sum::<f64>();
-    pieces
+    let mut whole = top(above, &subtrees, &bases);
+    whole.weighted_cost += subtrees.iter().map(|p| p.weighted_cost).sum::<f64>();
+    subtrees
         .par_iter_mut()
         .zip(&bases)
-        .for_each(|(piece, base)| base.move_nodes(&mut piece.nodes));
+        .for_each(|(subtree, offsets)| offsets.rebase_nodes(&mut subtree.nodes));
     whole
         .nodes
         .reserve_exact(end.node as usize - whole.nodes.len());
     whole.slots.reserve(&end);
-    let mut pieces: Vec<Option<Piece>> = pieces.into_iter().map(Some).collect();
-    for piece in order.iter().filter_map(|&k| pieces[k].take()) {
-        whole.nodes.extend(piece.nodes);
-        whole.slots.append(piece.slots);
+    let mut subtrees: Vec<Option<Subtree>> = subtrees.into_iter().map(Some).collect();
+    for subtree in order.iter().filter_map(|&k| subtrees[k].take()) {
+        whole.nodes.extend(subtree.nodes);
+        whole.slots.append(subtree.slots);
     }
     whole
 }
@@ -53,14 +53,14 @@ fn leaves(tree: &Bvh2) -> Vec<usize> {
 }
 
 /// The nodes above the pieces.
-fn top(tree: &Bvh2, pieces: &[Piece], bases: &[Base]) -> Piece {
-    let mut whole = Piece {
+fn top(tree: &Bvh2, subtrees: &[Subtree], bases: &[Offsets]) -> Subtree {
+    let mut whole = Subtree {
         root: Child::Node(0),
-        bounds: pieces
+        bounds: subtrees
             .iter()
             .fold(Bounds::EMPTY, |all, p| all.union(p.bounds)),
-        nodes: Vec::with_capacity(pieces.len()),
-        slots: Slots::default(),
+        nodes: Vec::with_capacity(subtrees.len()),
+        slots: LeafPrims::default(),
         depth: 0,
         weighted_cost: 0.0,
     };
@@ -79,8 +79,8 @@ fn top(tree: &Bvh2, pieces: &[Piece], bases: &[Base]) -> Piece {
             Child::Node(index)
         } else {
             let piece = tree.primitive_indices[first] as usize;
-            whole.depth = whole.depth.max(depth - 1 + pieces[piece].depth);
-            bases[piece].moved(pieces[piece].root)
+            whole.depth = whole.depth.max(depth - 1 + subtrees[piece].depth);
+            bases[piece].rebased(subtrees[piece].root)
         };
         let b = theirs.aabb();
         let bounds = Bounds::new(b.min.into(), b.max.into());
