@@ -234,8 +234,8 @@ fn many_rays_share_a_visit() {
         let mut hits = vec![HitPacket::miss(); queue.packets()];
         let mut traversal = Traversal::counting(&bvh, kernel);
         traversal.closest(&queue, 0..queue.packets(), &mut hits);
-        assert_eq!(traversal.work().active_lanes as usize, rays.len());
-        traversal.work().node_visits
+        assert_eq!(traversal.stats().active_lanes as usize, rays.len());
+        traversal.stats().node_visits
     };
     let (beams, packets) = (visits(Kernel::Beam16), visits(Kernel::Packet16));
     assert!(10 * beams < packets, "{beams} of {packets}");

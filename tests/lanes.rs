@@ -13,10 +13,16 @@ use phalanx::packet::RayPacket;
 use phalanx::sampling;
 use phalanx::scene::Scene;
 use phalanx::shade;
-use phalanx::trace::Tracer;
+use phalanx::trace::PacketTracer;
 
 /// Asks for one packet's hits and occlusions and compares each lane with the oracle.
-fn compare(oracle: &Oracle, tracer: &mut Tracer, rays: &[Ray; LANES], tmax: [f32; LANES], on: u32) {
+fn compare(
+    oracle: &Oracle,
+    tracer: &mut PacketTracer,
+    rays: &[Ray; LANES],
+    tmax: [f32; LANES],
+    on: u32,
+) {
     let packet = pack(rays, |k| tmax[k]);
     let active = Mask8::from_bits(on);
     let hits = tracer.closest(&packet, active);
@@ -61,11 +67,11 @@ fn compare_pair(bvh: &Bvh, rays: &[Ray; LANES], tmax: [f32; LANES], on: u32) {
     };
     let mirrored_on = (on as u8).reverse_bits() as u32;
     let active = Mask16::from_bits(on | mirrored_on << LANES);
-    let mut sixteen = Tracer::<F32x16>::new(bvh);
+    let mut sixteen = PacketTracer::<F32x16>::new(bvh);
     let hits = sixteen.closest(&pair, active);
     let blocked = sixteen.occluded(&pair, active).bits();
     for (k, (half, on)) in halves.iter().zip([on, mirrored_on]).enumerate() {
-        let mut eight = Tracer::new(bvh);
+        let mut eight = PacketTracer::new(bvh);
         let alone = eight.closest(half, Mask8::from_bits(on));
         for lane in 0..LANES {
             assert_eq!(
@@ -84,13 +90,13 @@ fn compare_pair(bvh: &Bvh, rays: &[Ray; LANES], tmax: [f32; LANES], on: u32) {
 }
 
 /// Runs `each` over some scenes of different size and scale.
-fn over_scenes(seed: u64, mut each: impl FnMut(&Scene, &Oracle, &mut Tracer, &mut Rng, f32)) {
+fn over_scenes(seed: u64, mut each: impl FnMut(&Scene, &Oracle, &mut PacketTracer, &mut Rng, f32)) {
     let mut rng = Rng::new(seed);
     for (count, scale) in [(1, 1.0), (5, 1e-3), (60, 1.0), (300, 100.0), (60, 1e6)] {
         let scene = scenes::random(&mut rng, count, scale);
         let (tree, bvh) = (Forest::build(&scene), Bvh::build(&scene));
         let oracle = Oracle::new(&scene, Search::Tree(&tree), 0);
-        let mut tracer = Tracer::new(&bvh);
+        let mut tracer = PacketTracer::new(&bvh);
         each(&scene, &oracle, &mut tracer, &mut rng, scale);
     }
 }
@@ -266,7 +272,7 @@ fn inactive_lanes_do_not_matter() {
                 let org = rng.point(2.0 * scale);
                 Ray::new(org, scenes::point_on(scene, rng) - org)
             });
-            let ask = |tracer: &mut Tracer, packet: &RayPacket| {
+            let ask = |tracer: &mut PacketTracer, packet: &RayPacket| {
                 let hits = tracer.closest(packet, active);
                 let blocked = tracer.occluded(packet, active).bits();
                 let lanes: Vec<_> = (0..LANES)

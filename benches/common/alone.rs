@@ -7,7 +7,7 @@ use phalanx::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, Vec3Lanes};
 use phalanx::oracle::{self, Hit, Ray};
 use phalanx::packet::{HitPacket, NO_PRIM, RayPacket};
 use phalanx::scene::{Bounds, Cone, PrimKind, Scene, Surface};
-use phalanx::trace::alone;
+use phalanx::trace::isolated;
 
 /// Rays of every trial.
 pub const RAYS: usize = 1024;
@@ -202,9 +202,9 @@ impl<L: Lanes> Trial for Packets<L> {
         let (targets, rays) = (&self.targets, &self.rays);
         let (hits, blocked) = (&mut self.hits, &mut self.blocked);
         match self.test {
-            Test::Boxes => self.met = alone::boxes(rays, &self.boxes),
-            Test::Closest(kind) => alone::closest(targets, kind, rays, hits),
-            Test::Occluded(kind) => alone::occluded(targets, kind, rays, blocked),
+            Test::Boxes => self.met = isolated::boxes(rays, &self.boxes),
+            Test::Closest(kind) => isolated::closest(targets, kind, rays, hits),
+            Test::Occluded(kind) => isolated::occluded(targets, kind, rays, blocked),
         }
     }
 

@@ -21,7 +21,7 @@ pub(super) fn count(scene: &str, bvh: &Bvh, kernel: Kernel, question: &Question)
             traversal.occluded(queue, all, question.set.tmax, &mut blocked);
         }
     }
-    let work = traversal.work();
+    let work = traversal.stats();
     CounterRow {
         scene: scene.to_owned(),
         rays: question.kind().name().to_owned(),

@@ -1,5 +1,5 @@
 //! The oracle's tests alone, one ray at a time and without a tree: for benchmarks and instruction counts, and for nothing
-//! else. The counterpart of `trace::alone`, and what its answers are held against.
+//! else. The counterpart of `trace::isolated`, and what its answers are held against.
 
 use super::intersect::{Hit, Probe, Ray};
 use phalanx_scene::{Bounds, Scene};

@@ -11,7 +11,7 @@ use phalanx_scene::sampling::Sampling;
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::{HitPacket, RayQueue};
 use phalanx_trace::simd::{LaneMask, Mask8};
-use phalanx_trace::{Kernel, Tracer, Traversal};
+use phalanx_trace::{Kernel, PacketTracer, Traversal};
 use std::time::Instant;
 
 /// What is counted of a camera ray.
@@ -32,7 +32,7 @@ const REPEATS: usize = 3;
 pub struct CostPainter<'a> {
     camera: &'a Camera,
     cost: Cost,
-    alone: Tracer<'a>,
+    alone: PacketTracer<'a>,
     together: Traversal<'a>,
     arena: Bump,
     primary: u64,
@@ -44,7 +44,7 @@ impl<'a> CostPainter<'a> {
         CostPainter {
             camera,
             cost,
-            alone: Tracer::new(bvh),
+            alone: PacketTracer::new(bvh),
             together: Traversal::new(bvh, kernel),
             arena: Bump::new(),
             primary: 0,
@@ -84,7 +84,7 @@ impl Painter for CostPainter<'_> {
                 primary: self.primary,
                 ..RayCounts::default()
             },
-            packets: self.together.work().packets,
+            packets: self.together.stats().packets,
         }
     }
 }
@@ -105,7 +105,7 @@ fn time(tracer: &mut Traversal, rays: &RayQueue, packets: std::ops::Range<usize>
 
 /// What one lane costs in a packet of its own.
 pub(super) fn count(
-    tracer: &mut Tracer,
+    tracer: &mut PacketTracer,
     rays: &RayQueue,
     packet: usize,
     lane: usize,

@@ -22,7 +22,7 @@ use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::camera::{directions, through_lens};
 use phalanx_trace::packet::{NO_PRIM, QueueColumns, RayQueue, packets_for};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
-use phalanx_trace::{Kernel, Tracer, Traversal};
+use phalanx_trace::{Kernel, PacketTracer, Traversal};
 
 /// Paints tiles with packets of eight rays.
 pub struct PacketPainter<'a> {
@@ -106,7 +106,7 @@ impl<'a> PacketPainter<'a> {
 
     /// With what else is to be told of each pixel.
     pub fn with_layers(self, aovs: Aovs) -> Self {
-        let alone = aovs.has(Aov::Cost).then(|| Tracer::new(self.bvh));
+        let alone = aovs.has(Aov::Cost).then(|| PacketTracer::new(self.bvh));
         PacketPainter {
             aovs,
             alone,
@@ -217,7 +217,7 @@ impl Painter for PacketPainter<'_> {
 
     fn stats(&self) -> RenderStats {
         RenderStats {
-            packets: self.engine.traversal.work().packets,
+            packets: self.engine.traversal.stats().packets,
             ..self.engine.stats
         }
     }
@@ -319,7 +319,7 @@ fn inside(tile: Tile, x: u32, y: u32) -> Mask8 {
 }
 
 /// What counts nodes, where they are to be told.
-type Counter<'a> = Option<Tracer<'a>>;
+type Counter<'a> = Option<PacketTracer<'a>>;
 
 /// What came of some camera rays.
 pub(super) struct Traced<'a> {

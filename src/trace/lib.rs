@@ -15,4 +15,4 @@ pub mod traverse;
 // What the build may ask of the CPU.
 pub mod isa;
 
-pub use traverse::{Kernel, PacketLanes, Tracer, Traversal, Work, alone};
+pub use traverse::{Kernel, PacketLanes, PacketTracer, Traversal, TraversalStats, isolated};

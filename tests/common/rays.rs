@@ -7,7 +7,7 @@ use phalanx::lanes::{F32x8, LANES, LaneMask, Mask8, Vec3x8};
 use phalanx::oracle::{Forest, Hit, Oracle, Ray, Search};
 use phalanx::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use phalanx::scene::Scene;
-use phalanx::trace::{Kernel, Tracer, Traversal};
+use phalanx::trace::{Kernel, PacketTracer, Traversal};
 
 /// The bits of a hit: t, u, v and the primitive.
 pub type HitBits = (u32, u32, u32, u32);
@@ -51,7 +51,7 @@ pub fn lane_bits(hits: &HitPacket, lane: usize) -> Option<HitBits> {
 pub struct Engines<'a> {
     pub oracle: Oracle<'a>,
     pub brute: Oracle<'a>,
-    pub tracer: Tracer<'a>,
+    pub tracer: PacketTracer<'a>,
     /// Every kernel that is not the tracer's.
     pub others: Vec<(&'static str, Traversal<'a>)>,
 }
@@ -61,7 +61,7 @@ impl<'a> Engines<'a> {
         Engines {
             oracle: Oracle::new(scene, Search::Tree(tree), 0),
             brute: Oracle::new(scene, Search::BruteForce, 0),
-            tracer: Tracer::new(bvh),
+            tracer: PacketTracer::new(bvh),
             others: Kernel::ALL
                 .map(|(name, kernel)| (name, Traversal::new(bvh, kernel)))
                 .into(),

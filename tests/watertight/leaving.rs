@@ -12,7 +12,7 @@ use phalanx::lanes::{LANES, LaneMask, Mask8};
 use phalanx::oracle::{Forest, Oracle, Ray, Search, Surface};
 use phalanx::packet::NO_PRIM;
 use phalanx::scene::{Cone, PrimKind, Scene};
-use phalanx::trace::Tracer;
+use phalanx::trace::PacketTracer;
 
 /// Where rays end up: in their own face, in another one, or nowhere.
 #[derive(Default, Debug, PartialEq)]
@@ -57,7 +57,7 @@ fn leaving(surface: &Surface, rng: &mut Rng) -> Ray {
 fn leave(scene: &Scene, size: f32, mut at: impl FnMut(&mut Rng) -> Vec3, rays: usize) -> Ends {
     let (bvh, tree) = (Bvh::build(scene), Forest::build(scene));
     let oracle = Oracle::new(scene, Search::Tree(&tree), 0);
-    let mut tracer = Tracer::new(&bvh);
+    let mut tracer = PacketTracer::new(&bvh);
     let mut rng = Rng::new(37);
     let mut ends = Ends::default();
     let mut left = 0;

@@ -13,7 +13,7 @@ use meshes::{Mesh, cube, geodesic, globe, torus};
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{LANES, LaneMask, Mask8};
 use phalanx::oracle::{Forest, Oracle, Ray, Search};
-use phalanx::trace::Tracer;
+use phalanx::trace::PacketTracer;
 
 /// A ray from inside at a vertex, an edge, or anywhere.
 fn ray(mesh: &Mesh, placed: &[Vec3], scale: f32, offset: Vec3, rng: &mut Rng) -> Ray {
@@ -37,7 +37,7 @@ fn shoot(mesh: &Mesh, scale: f32, offset: Vec3, packets: usize, rng: &mut Rng) -
     let bvh = Bvh::build(&scene);
     let tree = Forest::build(&scene);
     let oracle = Oracle::new(&scene, Search::Tree(&tree), 0);
-    let mut tracer = Tracer::new(&bvh);
+    let mut tracer = PacketTracer::new(&bvh);
     for n in 0..packets {
         let rays = [0; LANES].map(|_| ray(mesh, &placed, scale, offset, rng));
         let packet = pack(&rays, |_| f32::INFINITY);

@@ -12,35 +12,35 @@ use crate::simd::{F32x8, LaneMask, Lanes, Vec3x8};
 use std::ops::Range;
 
 /// Squared cosines of 3, 12, 30 and 60 degrees.
-const WITHIN: [f32; 4] = [0.997_26, 0.956_77, 0.75, 0.25];
+const SQUARED_COSINES: [f32; 4] = [0.997_26, 0.956_77, 0.75, 0.25];
 
 /// Classes: most packets within the first angle, within the next, and so on; and beyond the last.
-pub(super) const CLASSES: usize = WITHIN.len() + 1;
+pub(super) const DIVERGENCE_CLASSES: usize = SQUARED_COSINES.len() + 1;
 
 /// Classes from this one on, 30 degrees and more, are of rays that come together nowhere: of ambient occlusion, say, and not shadow
 /// rays.
-pub(super) const PARTED: usize = 3;
+pub(super) const FIRST_DIVERGENT: usize = 3;
 
 /// The class of some packets of a queue: by the largest angle between the first ray of a packet and any other, in at least half
 /// of those that are looked at, one in `stride`.
-pub(super) fn class(rays: &RayQueue, packets: Range<usize>, stride: usize) -> usize {
+pub(super) fn divergence_class(rays: &RayQueue, packets: Range<usize>, stride: usize) -> usize {
     let looked_at = packets.step_by(stride);
     let count = looked_at.len();
-    let mut within = [0; WITHIN.len()];
+    let mut within = [0; SQUARED_COSINES.len()];
     for packet in looked_at {
         let least = least_cosine(rays, packet);
-        for (within, square) in within.iter_mut().zip(WITHIN) {
+        for (within, square) in within.iter_mut().zip(SQUARED_COSINES) {
             *within += usize::from(least >= square);
         }
     }
     within.iter().filter(|&&within| 2 * within < count).count()
 }
 
-/// Classes of shadow rays: see [`Starts`].
-pub(super) const SHADOWS: usize = 2;
+/// Classes of shadow rays: see [`OriginSpread`].
+pub(super) const SPREAD_CLASSES: usize = 2;
 
 /// Starts of a batch that lie so many times as far apart as is usual are not on one surface.
-const FAR: f32 = 1.5;
+const MAX_USUAL_RATIO: f32 = 1.5;
 
 /// What is usual changes with the n-th batch by two n-ths, up or down, and by no less than this: about as many batches of a
 /// picture have more as have less. With larger steps it would follow the part of the picture that is at hand.
@@ -48,31 +48,36 @@ const STEP: f32 = 0.002;
 
 /// How far apart the starts of a batch usually are.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Starts {
+pub(super) struct OriginSpread {
     /// Along an axis, as a share of the way to the light; 0 until there was one.
     usual: f32,
     step: f32,
 }
 
-impl Starts {
-    pub(super) const UNKNOWN: Starts = Starts {
+impl OriginSpread {
+    pub(super) const UNKNOWN: OriginSpread = OriginSpread {
         usual: 0.0,
         step: 2.0,
     };
 
     /// The class of some packets of a queue, 1 if their rays start farther apart than is usual and else 0; one packet in
     /// `stride` is looked at.
-    pub(super) fn class(&mut self, rays: &RayQueue, packets: Range<usize>, stride: usize) -> usize {
-        let apart = apart(rays, packets.step_by(stride));
-        if !(apart > 0.0 && apart < f32::INFINITY) {
+    pub(super) fn spread_class(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        stride: usize,
+    ) -> usize {
+        let spread = spread(rays, packets.step_by(stride));
+        if !(spread > 0.0 && spread < f32::INFINITY) {
             return 0;
         }
         if self.usual == 0.0 {
-            self.usual = apart;
+            self.usual = spread;
         }
-        let class = usize::from(apart > FAR * self.usual);
+        let class = usize::from(spread > MAX_USUAL_RATIO * self.usual);
         let factor = 1.0 + self.step;
-        self.usual *= if apart > self.usual {
+        self.usual *= if spread > self.usual {
             factor
         } else {
             1.0 / factor
@@ -84,7 +89,7 @@ impl Starts {
 }
 
 /// How far apart the origins of some packets are, along the axis where that is most, as a share of the longest direction.
-fn apart(rays: &RayQueue, packets: impl Iterator<Item = usize>) -> f32 {
+fn spread(rays: &RayQueue, packets: impl Iterator<Item = usize>) -> f32 {
     let far = F32x8::splat(f32::INFINITY);
     let (mut low, mut high, mut way) = ([far; 3], [-far; 3], F32x8::ZERO);
     for packet in packets {
@@ -125,7 +130,7 @@ mod tests {
             let [x, y] = [x, y].map(|part| part as f32 * (1 + k % 7) as f32);
             rays.push_ray([k as f32, 0.0, 0.0], [x, y, 0.0]);
         }
-        class(&rays, 0..64, 4)
+        divergence_class(&rays, 0..64, 4)
     }
 
     #[test]
@@ -138,7 +143,7 @@ mod tests {
     }
 
     /// Of batches that start on a square of this side each.
-    fn classes(starts: &mut Starts, sides: &[f32]) -> Vec<usize> {
+    fn classes(starts: &mut OriginSpread, sides: &[f32]) -> Vec<usize> {
         let class = |&side: &f32| {
             let arena = Bump::new();
             let mut rays = RayQueue::with_capacity(&arena, 512);
@@ -146,14 +151,14 @@ mod tests {
                 let [x, y] = [k % 8, k / 64].map(|part| side * part as f32 / 7.0);
                 rays.push_ray([x - 3.0, 5.0, y], [0.0, 1.0, 0.0]);
             }
-            starts.class(&rays, 0..64, 8)
+            starts.spread_class(&rays, 0..64, 8)
         };
         sides.iter().map(class).collect()
     }
 
     #[test]
     fn what_starts_on_several_surfaces_is_a_class_of_its_own() {
-        let mut starts = Starts::UNKNOWN;
+        let mut starts = OriginSpread::UNKNOWN;
         // Points, and what is no number, are no measure.
         let none = [0.0, f32::NAN, f32::INFINITY];
         assert_eq!(classes(&mut starts, &none), [0; 3]);
@@ -172,19 +177,19 @@ mod tests {
 
     #[test]
     fn how_far_the_light_is_matters() {
-        let mut starts = Starts::UNKNOWN;
+        let mut starts = OriginSpread::UNKNOWN;
         classes(&mut starts, &[1.0; 50]);
         let arena = Bump::new();
         let mut rays = RayQueue::with_capacity(&arena, 512);
         for k in 0..512 {
             rays.push_ray([0.0, 0.0, (k % 8) as f32], [0.0, -20.0, 0.0]);
         }
-        assert_eq!(starts.class(&rays, 0..64, 8), 0);
+        assert_eq!(starts.spread_class(&rays, 0..64, 8), 0);
         let mut rays = RayQueue::with_capacity(&arena, 512);
         for k in 0..512 {
             rays.push_ray([0.0, 0.0, (k % 8) as f32], [0.0, -2.0, 0.0]);
         }
-        assert_eq!(starts.class(&rays, 0..64, 8), 1);
+        assert_eq!(starts.spread_class(&rays, 0..64, 8), 1);
     }
 
     #[test]
@@ -192,12 +197,12 @@ mod tests {
         let arena = Bump::new();
         let mut rays = RayQueue::with_capacity(&arena, 512);
         for k in 0..512 {
-            let apart = k < 256 && k % 8 == 3;
-            let x = if apart { -1.0 } else { 1.0 };
+            let spread = k < 256 && k % 8 == 3;
+            let x = if spread { -1.0 } else { 1.0 };
             rays.push_ray([0.0; 3], [x, 0.0, 0.0]);
         }
-        assert_eq!(class(&rays, 0..64, 4), 0);
-        assert_eq!(class(&rays, 0..56, 4), 4);
-        assert_eq!(class(&rays, 32..64, 4), 0);
+        assert_eq!(divergence_class(&rays, 0..64, 4), 0);
+        assert_eq!(divergence_class(&rays, 0..56, 4), 4);
+        assert_eq!(divergence_class(&rays, 32..64, 4), 0);
     }
 }

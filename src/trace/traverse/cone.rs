@@ -17,8 +17,8 @@
 //! lines has a = 0 and one root at infinity, which is no height; a ray within the surface has no root that is a number.
 //! The mirrored cone beyond the tip lies above or below the two ends.
 
-use super::aabb::Slabs;
-use super::goal::Best;
+use super::aabb::RaySlabs;
+use super::query::HitRecord;
 use crate::bvh::LeafCone;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
@@ -27,12 +27,12 @@ use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 pub(super) fn closest<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
-    slabs: &Slabs<L>,
+    slabs: &RaySlabs<L>,
     slot: &LeafCone,
-    best: &mut Best<L>,
+    best: &mut HitRecord<L>,
 ) {
     if let Some((meets, t)) = cone(org, dir, slabs, slot, best.t) {
-        best.take_bare(meets, t, slot.prim_id);
+        best.update_t(meets, t, slot.prim_id);
     }
 }
 
@@ -41,7 +41,7 @@ pub(super) fn closest<L: Lanes>(
 pub(super) fn occluded<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
-    slabs: &Slabs<L>,
+    slabs: &RaySlabs<L>,
     slot: &LeafCone,
     tmax: L,
 ) -> L::Mask {
@@ -54,16 +54,16 @@ pub(super) fn occluded<L: Lanes>(
 fn cone<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
-    slabs: &Slabs<L>,
+    slabs: &RaySlabs<L>,
     slot: &LeafCone,
     limit: L,
 ) -> Option<(L::Mask, L)> {
-    let stay = slabs.stay(&slot.prim_aabb);
-    if !stay.within(limit).any() {
+    let interval = slabs.intersect_box(&slot.prim_aabb);
+    if !interval.overlaps(limit).any() {
         return None;
     }
     let [x, y, z] = slot.base;
-    let entry = (org - Vec3Lanes::splat(x, y, z)) + dir.scale(stay.enter);
+    let entry = (org - Vec3Lanes::splat(x, y, z)) + dir.scale(interval.tnear);
     let [right, up, axis] = slot.axes.map(|a| Vec3Lanes::splat(a[0], a[1], a[2]));
     let (dx, dy, dz) = (right.dot(dir), up.dot(dir), axis.dot(dir));
     let (px, py, pz) = (right.dot(entry), up.dot(entry), axis.dot(entry));
@@ -73,7 +73,7 @@ fn cone<L: Lanes>(
     let (gx, gy) = (rho * dx - drho * px, rho * dy - drho * py);
     let cross = px * dy - py * dx;
     let gap = (gx * gx + gy * gy) - cos2 * (cross * cross);
-    let meets = gap.ge(L::ZERO) & stay.within(limit);
+    let meets = gap.ge(L::ZERO) & interval.overlaps(limit);
     if !meets.any() {
         return None;
     }
@@ -89,7 +89,7 @@ fn cone<L: Lanes>(
     let from_inside = ahead.select(by_c, by_a);
     let length = L::splat(slot.length);
     let valid = |s: L| {
-        let (t, height) = (stay.enter + s, pz + dz * s);
+        let (t, height) = (interval.tnear + s, pz + dz * s);
         let between = height.ge(L::ZERO) & height.le(length);
         (between & t.gt(L::ZERO), t)
     };
@@ -98,6 +98,6 @@ fn cone<L: Lanes>(
     let outer = outer & L::Mask::splat(slot.inside == 0);
     let far = L::splat(f32::INFINITY);
     let raw = outer.select(t_outer, far).min(inner.select(t_inner, far));
-    let t = raw.max(stay.enter).min(stay.leave);
+    let t = raw.max(interval.tnear).min(interval.tfar);
     Some((meets & (outer | inner) & t.gt(L::ZERO), t))
 }

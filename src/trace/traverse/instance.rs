@@ -10,14 +10,14 @@
 //! so far in the world. A hit inside at t beyond `best` comes out as max(t, enter) or, beyond the stay, as `leave`: so it
 //! cannot matter if `best` < `leave`. Otherwise everything inside still may.
 
-use super::aabb::Stay;
+use super::aabb::TInterval;
 use crate::bvh::LeafInstance;
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
 /// The rays in the space of the instance's mesh: (x·v.x + y·v.y) + z·v.z, plus the translation for the origins.
 #[inline(always)]
-pub(super) fn moved<L: Lanes>(rays: &RayPacket<L>, slot: &LeafInstance) -> RayPacket<L> {
+pub(super) fn to_object<L: Lanes>(rays: &RayPacket<L>, slot: &LeafInstance) -> RayPacket<L> {
     let [x, y, z, shift] = slot.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
     let turn = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
     RayPacket {
@@ -29,34 +29,34 @@ pub(super) fn moved<L: Lanes>(rays: &RayPacket<L>, slot: &LeafInstance) -> RayPa
 
 /// Lanes whose ray crosses the instance's own box ahead of its origin.
 #[inline(always)]
-fn crosses<L: Lanes>(stay: &Stay<L>) -> L::Mask {
-    stay.enter.le(stay.leave) & stay.leave.gt(L::ZERO)
+fn crosses<L: Lanes>(interval: &TInterval<L>) -> L::Mask {
+    interval.tnear.le(interval.tfar) & interval.tfar.gt(L::ZERO)
 }
 
 /// How far hits inside may matter; −∞ in lanes where none can. Finite where hits count up to any distance, because a
 /// hit at the limit itself does.
 #[inline(always)]
-pub(super) fn closest_limit<L: Lanes>(best: L, stay: &Stay<L>) -> L {
-    let limit = best.lt(stay.leave).select(best, L::splat(f32::MAX));
-    let reaches = crosses(stay) & stay.enter.le(best);
+pub(super) fn closest_limit<L: Lanes>(best: L, interval: &TInterval<L>) -> L {
+    let limit = best.lt(interval.tfar).select(best, L::splat(f32::MAX));
+    let reaches = crosses(interval) & interval.tnear.le(best);
     reaches.select(limit, L::splat(f32::NEG_INFINITY))
 }
 
 /// The distance outside of a hit inside, and the lanes in which it counts.
 #[inline(always)]
-pub(super) fn outside<L: Lanes>(t: L, stay: &Stay<L>) -> (L::Mask, L) {
-    let clamped = t.max(stay.enter).min(stay.leave);
-    (crosses(stay) & clamped.gt(L::ZERO), clamped)
+pub(super) fn to_world<L: Lanes>(t: L, interval: &TInterval<L>) -> (L::Mask, L) {
+    let clamped = t.max(interval.tnear).min(interval.tfar);
+    (crosses(interval) & clamped.gt(L::ZERO), clamped)
 }
 
 /// The limit inside for "any hit before `tmax`": a hit that comes out as `leave` or `enter` may count at any t.
 #[inline(always)]
-pub(super) fn any_hit_limit<L: Lanes>(tmax: L, stay: &Stay<L>) -> L {
+pub(super) fn any_hit_limit<L: Lanes>(tmax: L, interval: &TInterval<L>) -> L {
     let nowhere = L::splat(f32::NEG_INFINITY);
     let everywhere = L::splat(f32::INFINITY);
-    let some = stay.enter.lt(tmax).select(tmax, nowhere);
-    let limit = stay.leave.lt(tmax).select(everywhere, some);
-    crosses(stay).select(limit, nowhere)
+    let some = interval.tnear.lt(tmax).select(tmax, nowhere);
+    let limit = interval.tfar.lt(tmax).select(everywhere, some);
+    crosses(interval).select(limit, nowhere)
 }
 
 #[cfg(test)]
@@ -66,10 +66,10 @@ mod tests {
 
     const INF: f32 = f32::INFINITY;
 
-    fn stay(enter: f32, leave: f32) -> Stay<F32x8> {
-        Stay {
-            enter: F32x8::splat(enter),
-            leave: F32x8::splat(leave),
+    fn stay(enter: f32, leave: f32) -> TInterval<F32x8> {
+        TInterval {
+            tnear: F32x8::splat(enter),
+            tfar: F32x8::splat(leave),
         }
     }
 
@@ -88,7 +88,7 @@ mod tests {
             (1.0, 0.0, 0.0, None),
             (3.0, 4.0, 2.0, None),
         ] {
-            let (counts, out) = outside(F32x8::splat(t), &stay(enter, leave));
+            let (counts, out) = to_world(F32x8::splat(t), &stay(enter, leave));
             let got = (counts.bits() == 0xff).then(|| first(out));
             assert_eq!(got, want, "{t} in {enter} to {leave}");
         }
@@ -106,12 +106,12 @@ mod tests {
             (3.0, 1.0),
             (0.0, -2.0),
         ] {
-            let stay = stay(enter, leave);
+            let interval = stay(enter, leave);
             for best in places {
-                let closest = first(closest_limit(F32x8::splat(best), &stay));
-                let any = first(any_hit_limit(F32x8::splat(best), &stay));
+                let closest = first(closest_limit(F32x8::splat(best), &interval));
+                let any = first(any_hit_limit(F32x8::splat(best), &interval));
                 for t in [0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0] {
-                    let (counts, out) = outside(F32x8::splat(t), &stay);
+                    let (counts, out) = to_world(F32x8::splat(t), &interval);
                     let (counts, out) = (counts.any(), first(out));
                     // At the same distance the smaller number wins, whoever has it.
                     let may_win = counts && out <= best;

@@ -3,20 +3,20 @@
 //! | file | what |
 //! |---|---|
 //! | `aabb` | the slab test of a ray against a padded box |
-//! | `cull` | the same for boxes of nodes, with less arithmetic and a little slack |
+//! | `slab_conservative` | the same for boxes of nodes, with less arithmetic and a little slack |
 //! | `triangle`, `sphere`, `cone` | one test per primitive: what a hit is |
 //! | `instance` | rays into the space of a mesh, hits back out of it |
-//! | `goal` | the closest hit or any: what a leaf means for either |
+//! | `query` | the closest hit or any: what a leaf means for either |
 //! | `packet` | a packet of rays together down the binary tree |
 //! | `beam` | rays that share a point together down the wide tree |
-//! | `order` | the children of a wide node onto a stack |
-//! | `single` | rays on their own down the wide tree |
+//! | `wide_stack` | the children of a wide node onto a stack |
+//! | `single_ray` | rays on their own down the wide tree |
 //! | `coherence` | how far rays part |
-//! | `part` | packets of a batch, for each of two kernels |
-//! | `choice` | which of two kernels is faster |
-//! | `tally` | work, counted |
+//! | `batch_slice` | packets of a batch, for each of two kernels |
+//! | `kernel_tuner` | which of two kernels is faster |
+//! | `counters` | work, counted |
 //! | `traversal` | queues in, hits out: which kernel traces what |
-//! | `alone` | each test without a tree, for benchmarks |
+//! | `isolated` | each test without a tree, for benchmarks |
 //!
 //! The choice between kernels stands in one place, [`Kernel`] with [`Traversal`].
 //!
@@ -35,37 +35,37 @@
 //! Ties in distance go to the smaller `prim_id`.
 
 mod aabb;
-pub mod alone;
+mod batch_slice;
 mod beam;
-mod choice;
 mod coherence;
 mod cone;
-mod cull;
-mod goal;
+mod counters;
 mod instance;
-#[allow(unsafe_code, reason = "shuffles by a table have no safe name")]
-mod order;
+pub mod isolated;
+mod kernel_tuner;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
 mod packet;
-mod part;
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
+mod query;
 #[cfg(test)]
 mod random;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
-mod single;
+mod single_ray;
+mod slab_conservative;
 mod sphere;
-mod tally;
 mod tracer;
 mod traversal;
 mod triangle;
+#[allow(unsafe_code, reason = "shuffles by a table have no safe name")]
+mod wide_stack;
 
-pub use tally::Work;
-pub use tracer::{PacketLanes, Tracer};
+pub use counters::TraversalStats;
+pub use tracer::{PacketLanes, PacketTracer};
 pub use traversal::{Kernel, Traversal};

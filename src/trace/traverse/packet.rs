@@ -3,11 +3,11 @@
 //! A node is visited once for all rays of a packet; a child is entered if any ray meets its box before the ray's closest
 //! hit so far. Lanes without a ray have a closest hit of −∞ and so never pass a comparison: there is no mask to carry.
 
-use super::aabb::{Planes, Stay};
-use super::cull::Cull;
-use super::goal::{AnyHit, Closest, Goal, Prepared, nowhere};
+use super::aabb::{SlabTest, TInterval};
+use super::counters::Counters;
 use super::instance;
-use super::tally::Tally;
+use super::query::{AnyHit, ClosestHit, Query, RaySetup, inactive_t};
+use super::slab_conservative::ConservativeSlabs;
 use crate::bvh::{Bvh, Child, LeafKind};
 use crate::packet::{HitPacket, RayPacket};
 use crate::simd::{LANES, LaneMask, Lanes};
@@ -15,7 +15,7 @@ use std::ops::Range;
 
 /// A child waiting to be visited.
 #[derive(Clone, Copy)]
-struct Entry<L> {
+struct StackEntry<L> {
     /// Entry distance; NaN in lanes that miss the box.
     enter: L,
     first: u32,
@@ -26,85 +26,90 @@ struct Entry<L> {
 pub(super) struct PacketKernel<'a, L, T> {
     bvh: &'a Bvh,
     /// Whether the tree holds neither cones nor instances: see [`PacketKernel::traverse`].
-    plain: bool,
-    stack: Vec<Entry<L>>,
+    no_cones_or_instances: bool,
+    stack: Vec<StackEntry<L>>,
     /// Counters since it was made.
-    pub(super) work: T,
+    pub(super) counters: T,
 }
 
-impl<'a, L: Lanes, T: Tally> PacketKernel<'a, L, T> {
+impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     /// A tracer for a tree that counts what `T` counts.
     pub(super) fn counting(bvh: &'a Bvh) -> PacketKernel<'a, L, T> {
-        let empty = Entry {
+        let empty = StackEntry {
             enter: L::ZERO,
             first: 0,
             tag: 0,
         };
         PacketKernel {
             bvh,
-            plain: bvh.cones().is_empty() && bvh.instances().is_empty(),
+            no_cones_or_instances: bvh.cones().is_empty() && bvh.instances().is_empty(),
             // Every level of a path leaves at most one child waiting.
             stack: vec![empty; bvh.depth() + 1],
-            work: T::default(),
+            counters: T::default(),
         }
     }
 
     /// The closest hit below `tmax` of each active lane; others come back as a miss.
     #[inline(never)]
     pub(super) fn closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
-        let mut goal = Closest::new(active.select(rays.tmax, nowhere()));
-        self.run(rays, active, &mut goal);
-        goal.hits(rays.tmax, active)
+        let mut query = ClosestHit::new(active.select(rays.tmax, inactive_t()));
+        self.run(rays, active, &mut query);
+        query.hits(rays.tmax, active)
     }
 
     /// Which active lanes meet anything before `tmax`.
     #[inline(never)]
     pub(super) fn occluded(&mut self, rays: &RayPacket<L>, active: L::Mask) -> L::Mask {
-        let mut goal = AnyHit::new(active.select(rays.tmax, nowhere()), active);
-        self.run(rays, active, &mut goal);
-        goal.blocked()
+        let mut query = AnyHit::new(active.select(rays.tmax, inactive_t()), active);
+        self.run(rays, active, &mut query);
+        query.occluded()
     }
 
     #[inline(always)]
-    fn run(&mut self, rays: &RayPacket<L>, active: L::Mask, goal: &mut impl Goal<L>) {
-        self.work
+    fn run(&mut self, rays: &RayPacket<L>, active: L::Mask, query: &mut impl Query<L>) {
+        self.counters
             .begin(L::PACKETS as u64, active.bits().count_ones());
-        let (rays, world) = (&Prepared::new(rays, active), Subtree { root: 0, floor: 0 });
-        if self.plain {
-            self.descend::<_, true>(rays, goal, world);
+        let (rays, world) = (
+            &RaySetup::new(rays, active),
+            TraversalRoot { root: 0, floor: 0 },
+        );
+        if self.no_cones_or_instances {
+            self.descend::<_, true>(rays, query, world);
         } else {
-            self.descend::<_, false>(rays, goal, world);
+            self.descend::<_, false>(rays, query, world);
         }
     }
 
     #[inline(always)]
-    fn descend<G: Goal<L>, const PLAIN: bool>(
+    fn descend<G: Query<L>, const NO_CONES_OR_INSTANCES: bool>(
         &mut self,
-        rays: &Prepared<L>,
-        goal: &mut G,
-        tree: Subtree,
+        rays: &RaySetup<L>,
+        query: &mut G,
+        tree: TraversalRoot,
     ) {
-        let cull = &Cull::new(&rays.rays, &rays.slabs);
-        match rays.slabs.near {
-            Some(near) => {
-                self.traverse::<G, PLAIN>(rays, goal, tree, |b| cull.stay_ordered(b, near))
-            }
-            None => self.traverse::<G, PLAIN>(rays, goal, tree, |b| cull.stay_mixed(b)),
+        let cull = &ConservativeSlabs::new(&rays.rays, &rays.slabs);
+        match rays.slabs.octant {
+            Some(near) => self.traverse::<G, NO_CONES_OR_INSTANCES>(rays, query, tree, |b| {
+                cull.intersect_box_same_octant(b, near)
+            }),
+            None => self.traverse::<G, NO_CONES_OR_INSTANCES>(rays, query, tree, |b| {
+                cull.intersect_box_mixed(b)
+            }),
         }
     }
 
     /// Visits leaves front to back until the goal is reached.
     ///
     /// Cones and instances are tested by calls, across which nothing stays in a register. That such calls exist at all cost
-    /// every other scene 10 to 25 %, so trees without either (`PLAIN`) have a traversal of their own
-    /// (`perf/notes/plain-trees.md`).
+    /// every other scene 10 to 25 %, so trees without either (`NO_CONES_OR_INSTANCES`) have a traversal of their own
+    /// (`perf/notes/no_cones_or_instances-trees.md`).
     #[inline(always)]
-    fn traverse<G: Goal<L>, const PLAIN: bool>(
+    fn traverse<G: Query<L>, const NO_CONES_OR_INSTANCES: bool>(
         &mut self,
-        rays: &Prepared<L>,
-        goal: &mut G,
-        tree: Subtree,
-        stay: impl Fn(&[[f32; 3]; 2]) -> Stay<L>,
+        rays: &RaySetup<L>,
+        query: &mut G,
+        tree: TraversalRoot,
+        interval: impl Fn(&[[f32; 3]; 2]) -> TInterval<L>,
     ) {
         let nodes = self.bvh.nodes();
         let mut top = tree.floor;
@@ -112,31 +117,31 @@ impl<'a, L: Lanes, T: Tally> PacketKernel<'a, L, T> {
         let lanes = (L::PACKETS * LANES) as u64;
         loop {
             while let Child::Node(index) = current {
-                self.work.node(lanes);
+                self.counters.node(lanes);
                 // SAFETY: a `Bvh` comes from its builder or was proven (`bvh::UnverifiedBvh`): every child node has an index
                 // below `nodes().len()`; node 0 exists.
                 let node = unsafe { nodes.get_unchecked(index as usize) };
-                let stays = [stay(&node.boxes[0]), stay(&node.boxes[1])];
-                let met = stays.each_ref().map(|s| s.within(goal.limit()));
+                let stays = [interval(&node.boxes[0]), interval(&node.boxes[1])];
+                let met = stays.each_ref().map(|s| s.overlaps(query.limit()));
                 match (met[0].any(), met[1].any()) {
                     (false, false) => current = Child::EMPTY,
                     (true, false) => current = node.child(0),
                     (false, true) => current = node.child(1),
                     (true, true) => {
-                        let near = if G::ORDERED {
-                            sooner::<L>(met, &stays)
+                        let near = if G::FRONT_TO_BACK {
+                            nearer_child::<L>(met, &stays)
                         } else {
                             0
                         };
                         let (first, tag) = node.packed(1 - near);
                         // Blended, not branched on: which child is nearer cannot be predicted.
                         let nan = L::splat(f32::NAN);
-                        let waiting = [1, 0].map(|k: usize| met[k].select(stays[k].enter, nan));
+                        let waiting = [1, 0].map(|k: usize| met[k].select(stays[k].tnear, nan));
                         let enter = L::Mask::splat(near == 1).select(waiting[1], waiting[0]);
                         // SAFETY: each level of a path leaves at most one entry, the stack is `depth() + 1`
                         // long, and `Bvh::depth` counts the longest path, through an instance if there are any.
                         let slot = unsafe { self.stack.get_unchecked_mut(top) };
-                        *slot = Entry { enter, first, tag };
+                        *slot = StackEntry { enter, first, tag };
                         top += 1;
                         current = node.child(near);
                     }
@@ -144,16 +149,16 @@ impl<'a, L: Lanes, T: Tally> PacketKernel<'a, L, T> {
             }
             if let Child::Leaf { kind, first, count } = current {
                 let slots = first as usize..(first + count) as usize;
-                self.work.leaf(kind, lanes, slots.len());
+                self.counters.leaf(kind, lanes, slots.len());
                 let done = match kind {
-                    LeafKind::Instance if !PLAIN => {
+                    LeafKind::Instance if !NO_CONES_OR_INSTANCES => {
                         // Copies: what a call is given the address of no longer stays in registers.
-                        let (copy, mut inside) = (*rays, *goal);
+                        let (copy, mut inside) = (*rays, *query);
                         let done = self.instances(&copy, &mut inside, slots, top);
-                        *goal = inside;
+                        *query = inside;
                         done
                     }
-                    _ => goal.leaf::<PLAIN>(self.bvh, rays, kind, slots),
+                    _ => query.intersect_leaf::<NO_CONES_OR_INSTANCES>(self.bvh, rays, kind, slots),
                 };
                 if done {
                     return;
@@ -167,7 +172,7 @@ impl<'a, L: Lanes, T: Tally> PacketKernel<'a, L, T> {
                 top -= 1;
                 // SAFETY: `top` entries were written above, and one was just taken off that count.
                 let entry = unsafe { self.stack.get_unchecked(top) };
-                if entry.enter.le(goal.limit()).any() {
+                if entry.enter.le(query.limit()).any() {
                     break Child::unpack(entry.first, entry.tag);
                 }
             };
@@ -176,41 +181,41 @@ impl<'a, L: Lanes, T: Tally> PacketKernel<'a, L, T> {
 
     /// A leaf by itself, for rays that came there on other ways; true ends their traversal.
     #[inline(always)]
-    pub(super) fn leaf_alone<G: Goal<L>>(
+    pub(super) fn intersect_leaf<G: Query<L>>(
         &mut self,
-        rays: &Prepared<L>,
-        goal: &mut G,
+        rays: &RaySetup<L>,
+        query: &mut G,
         kind: LeafKind,
         slots: Range<usize>,
     ) -> bool {
         match kind {
-            LeafKind::Instance => self.instances(rays, goal, slots, 0),
-            _ => goal.leaf::<false>(self.bvh, rays, kind, slots),
+            LeafKind::Instance => self.instances(rays, query, slots, 0),
+            _ => query.intersect_leaf::<false>(self.bvh, rays, kind, slots),
         }
     }
 
     /// Goes on in the trees of instances, with the rays moved into their space: see [`instance`].
     #[inline(never)]
-    fn instances<G: Goal<L>>(
+    fn instances<G: Query<L>>(
         &mut self,
-        rays: &Prepared<L>,
-        goal: &mut G,
+        rays: &RaySetup<L>,
+        query: &mut G,
         slots: Range<usize>,
         floor: usize,
     ) -> bool {
         for slot in slots_of(self.bvh.instances(), slots) {
-            let stay = rays.slabs.stay(&slot.prim_aabb);
-            let Some(mut inner) = goal.within(&stay) else {
+            let interval = rays.slabs.intersect_box(&slot.prim_aabb);
+            let Some(mut inner) = query.enter_instance(&interval) else {
                 continue;
             };
-            let active = inner.limit().gt(nowhere());
-            let moved = Prepared::new(&instance::moved(&rays.rays, slot), active);
-            let tree = Subtree {
+            let active = inner.limit().gt(inactive_t());
+            let moved = RaySetup::new(&instance::to_object(&rays.rays, slot), active);
+            let tree = TraversalRoot {
                 root: slot.root,
                 floor,
             };
             self.descend::<_, false>(&moved, &mut inner, tree);
-            if goal.leave(inner, &stay, slot.id_offset) {
+            if query.exit_instance(inner, &interval, slot.id_offset) {
                 return true;
             }
         }
@@ -220,7 +225,7 @@ impl<'a, L: Lanes, T: Tally> PacketKernel<'a, L, T> {
 
 /// A tree, and the place of the stack from which its traversal may use it.
 #[derive(Clone, Copy)]
-struct Subtree {
+struct TraversalRoot {
     root: u32,
     floor: usize,
 }
@@ -228,12 +233,12 @@ struct Subtree {
 /// The child that more of the rays that meet both enter first: for rays that have parted, a better guess than one
 /// order per octant.
 #[inline(always)]
-fn sooner<L: Lanes>(met: [L::Mask; 2], stays: &[Stay<L>; 2]) -> usize {
+fn nearer_child<L: Lanes>(met: [L::Mask; 2], stays: &[TInterval<L>; 2]) -> usize {
     let both = met[0] & met[1];
-    let first = (both & stays[0].enter.lt(stays[1].enter))
+    let first = (both & stays[0].tnear.lt(stays[1].tnear))
         .bits()
         .count_ones();
-    let second = (both & stays[1].enter.lt(stays[0].enter))
+    let second = (both & stays[1].tnear.lt(stays[0].tnear))
         .bits()
         .count_ones();
     usize::from(second > first)

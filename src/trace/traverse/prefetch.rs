@@ -19,14 +19,14 @@ const _: () = assert!(
 /// Where a tree's rows are, by kind of target. A table and no match: which kind comes next cannot be foretold, and a branch
 /// that goes wrong costs more than the row.
 #[derive(Clone, Copy)]
-pub(super) struct Rows {
+pub(super) struct PrefetchTable {
     start: [usize; 4],
     size: [usize; 4],
 }
 
-impl Rows {
-    pub(super) fn of(wide: &WideBvh) -> Rows {
-        Rows {
+impl PrefetchTable {
+    pub(super) fn of(wide: &WideBvh) -> PrefetchTable {
+        PrefetchTable {
             start: [
                 wide.nodes().as_ptr().addr(),
                 wide.triangles().as_ptr().addr(),

@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 /// Numbers that look random.
-pub(super) struct Source(pub(super) u64);
+pub(super) struct RandomSource(pub(super) u64);
 
-impl Source {
+impl RandomSource {
     /// From −1 to 1.
     pub(super) fn unit(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005);
@@ -13,7 +13,7 @@ impl Source {
         (self.0 >> 40) as f32 / (1u64 << 23) as f32 - 1.0
     }
 
-    pub(super) fn place(&mut self) -> Vec3 {
+    pub(super) fn position(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit())
     }
 

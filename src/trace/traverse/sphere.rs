@@ -5,8 +5,8 @@
 //! from the distance between centre and ray) nor when b² ≫ ac (the second root from c/q). An ellipsoid is the unit
 //! sphere met by the ray in object space; distances along the ray are the same there.
 
-use super::aabb::{Slabs, Stay};
-use super::goal::Best;
+use super::aabb::{RaySlabs, TInterval};
+use super::query::HitRecord;
 use crate::bvh::{LeafEllipsoid, LeafSphere};
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
@@ -15,9 +15,9 @@ use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 pub(super) fn closest<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
-    slabs: &Slabs<L>,
+    slabs: &RaySlabs<L>,
     slot: &LeafSphere,
-    best: &mut Best<L>,
+    best: &mut HitRecord<L>,
 ) {
     if let Some((meets, t)) = sphere(
         org,
@@ -26,7 +26,7 @@ pub(super) fn closest<L: Lanes>(
         (&slot.center, slot.radius),
         &slot.prim_aabb,
     ) {
-        best.take_bare(meets, t, slot.prim_id);
+        best.update_t(meets, t, slot.prim_id);
     }
 }
 
@@ -35,12 +35,12 @@ pub(super) fn closest<L: Lanes>(
 pub(super) fn closest_ellipsoid<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
-    slabs: &Slabs<L>,
+    slabs: &RaySlabs<L>,
     slot: &LeafEllipsoid,
-    best: &mut Best<L>,
+    best: &mut HitRecord<L>,
 ) {
     if let Some((meets, t)) = ellipsoid(org, dir, slabs, slot) {
-        best.take_bare(meets, t, slot.prim_id);
+        best.update_t(meets, t, slot.prim_id);
     }
 }
 
@@ -49,7 +49,7 @@ pub(super) fn closest_ellipsoid<L: Lanes>(
 pub(super) fn occluded<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
-    slabs: &Slabs<L>,
+    slabs: &RaySlabs<L>,
     slot: &LeafSphere,
     tmax: L,
 ) -> L::Mask {
@@ -68,7 +68,7 @@ pub(super) fn occluded<L: Lanes>(
 pub(super) fn occluded_ellipsoid<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
-    slabs: &Slabs<L>,
+    slabs: &RaySlabs<L>,
     slot: &LeafEllipsoid,
     tmax: L,
 ) -> L::Mask {
@@ -80,27 +80,27 @@ pub(super) fn occluded_ellipsoid<L: Lanes>(
 pub(super) fn sphere<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
-    slabs: &Slabs<L>,
+    slabs: &RaySlabs<L>,
     (center, radius): (&[f32; 3], f32),
     prim_aabb: &[[f32; 3]; 2],
 ) -> Option<(L::Mask, L)> {
     let [x, y, z] = *center;
     let from_center = org - Vec3Lanes::splat(x, y, z);
     let roots = roots(from_center, dir, L::splat(radius))?;
-    Some(nearest(roots, slabs.stay(prim_aabb)))
+    Some(nearest(roots, slabs.intersect_box(prim_aabb)))
 }
 
 #[inline(always)]
 fn ellipsoid<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
-    slabs: &Slabs<L>,
+    slabs: &RaySlabs<L>,
     slot: &LeafEllipsoid,
 ) -> Option<(L::Mask, L)> {
     let [x, y, z, shift] = slot.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
     let rotate = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
     let roots = roots(rotate(org) + shift, rotate(dir), L::ONE)?;
-    Some(nearest(roots, slabs.stay(&slot.prim_aabb)))
+    Some(nearest(roots, slabs.intersect_box(&slot.prim_aabb)))
 }
 
 /// Both roots, smaller first, and the lanes that have any. `from_center` is origin − centre.
@@ -132,9 +132,9 @@ pub(super) fn roots<L: Lanes>(
 #[inline(always)]
 pub(super) fn nearest<L: Lanes>(
     (meets, near, far): (L::Mask, L, L),
-    stay: Stay<L>,
+    interval: TInterval<L>,
 ) -> (L::Mask, L) {
     let raw = near.gt(L::ZERO).select(near, far);
-    let (ahead, t) = stay.clamp(raw);
+    let (ahead, t) = interval.clamp(raw);
     (meets & ahead, t)
 }

@@ -1,49 +1,57 @@
 //! Packets one by one, every step counted: for the cost of single rays, and for tests.
 
+use super::counters::TraversalStats;
 use super::packet::PacketKernel;
-use super::tally::Work;
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket};
 use crate::simd::{F32x8, F32x16, Lanes};
 
 /// Traces packets against one tree. Owns the traversal stack, so that tracing allocates nothing.
-pub struct Tracer<'a, L: PacketLanes = F32x8> {
+pub struct PacketTracer<'a, L: PacketLanes = F32x8> {
     bvh: &'a Bvh,
-    kernel: Kernel<'a, L>,
+    kernel: CountingKernel<'a, L>,
 }
 
 /// A kernel that counts.
-pub struct Kernel<'a, L>(PacketKernel<'a, L, Work>);
+pub struct CountingKernel<'a, L>(PacketKernel<'a, L, TraversalStats>);
 
 /// Lanes that packets have. Its functions are no generics, so that what they are made of is compiled here and nowhere else.
 pub trait PacketLanes: Lanes {
-    /// See [`Tracer::closest`].
+    /// See [`PacketTracer::closest`].
     fn closest(
-        kernel: &mut Kernel<Self>,
+        kernel: &mut CountingKernel<Self>,
         rays: &RayPacket<Self>,
         active: Self::Mask,
     ) -> HitPacket<Self>;
-    /// See [`Tracer::occluded`].
+    /// See [`PacketTracer::occluded`].
     fn occluded(
-        kernel: &mut Kernel<Self>,
+        kernel: &mut CountingKernel<Self>,
         rays: &RayPacket<Self>,
         active: Self::Mask,
     ) -> Self::Mask;
 }
 
 impl PacketLanes for F32x8 {
-    fn closest(kernel: &mut Kernel<F32x8>, rays: &RayPacket, active: Self::Mask) -> HitPacket {
+    fn closest(
+        kernel: &mut CountingKernel<F32x8>,
+        rays: &RayPacket,
+        active: Self::Mask,
+    ) -> HitPacket {
         kernel.0.closest(rays, active)
     }
 
-    fn occluded(kernel: &mut Kernel<F32x8>, rays: &RayPacket, active: Self::Mask) -> Self::Mask {
+    fn occluded(
+        kernel: &mut CountingKernel<F32x8>,
+        rays: &RayPacket,
+        active: Self::Mask,
+    ) -> Self::Mask {
         kernel.0.occluded(rays, active)
     }
 }
 
 impl PacketLanes for F32x16 {
     fn closest(
-        kernel: &mut Kernel<F32x16>,
+        kernel: &mut CountingKernel<F32x16>,
         rays: &RayPacket<F32x16>,
         active: Self::Mask,
     ) -> HitPacket<F32x16> {
@@ -51,7 +59,7 @@ impl PacketLanes for F32x16 {
     }
 
     fn occluded(
-        kernel: &mut Kernel<F32x16>,
+        kernel: &mut CountingKernel<F32x16>,
         rays: &RayPacket<F32x16>,
         active: Self::Mask,
     ) -> Self::Mask {
@@ -59,11 +67,11 @@ impl PacketLanes for F32x16 {
     }
 }
 
-impl<'a, L: PacketLanes> Tracer<'a, L> {
+impl<'a, L: PacketLanes> PacketTracer<'a, L> {
     /// A tracer for a tree.
-    pub fn new(bvh: &'a Bvh) -> Tracer<'a, L> {
-        let kernel = Kernel(PacketKernel::counting(bvh));
-        Tracer { bvh, kernel }
+    pub fn new(bvh: &'a Bvh) -> PacketTracer<'a, L> {
+        let kernel = CountingKernel(PacketKernel::counting(bvh));
+        PacketTracer { bvh, kernel }
     }
 
     /// The tree it traces.
@@ -82,7 +90,7 @@ impl<'a, L: PacketLanes> Tracer<'a, L> {
     }
 
     /// Takes what was counted since it was made, or since it was taken.
-    pub fn take_work(&mut self) -> Work {
-        std::mem::take(&mut self.kernel.0.work)
+    pub fn take_work(&mut self) -> TraversalStats {
+        std::mem::take(&mut self.kernel.0.counters)
     }
 }

@@ -1,12 +1,12 @@
 //! Queues in, hits out: the one place that chooses which kernel traces what.
 
+use super::batch_slice::BatchSlice;
 use super::beam::{self, Beams};
-use super::choice::Choices;
-use super::coherence::{self, CLASSES, PARTED, SHADOWS, Starts};
+use super::coherence::{self, DIVERGENCE_CLASSES, FIRST_DIVERGENT, OriginSpread, SPREAD_CLASSES};
+use super::counters::{Counters, PacketCount, TraversalStats};
+use super::kernel_tuner::PerClassTuner;
 use super::packet::PacketKernel;
-use super::part::Part;
-use super::single::Singles;
-use super::tally::{Packets, Tally, Work};
+use super::single_ray::SingleRays;
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayQueue};
 use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes, NATIVE};
@@ -53,7 +53,7 @@ impl Kernel {
     /// each primitive; so where [`Kernel::Auto`] would have to make it for less, it is packets.
     pub fn for_frame(self, bvh: &Bvh, pixels: u64) -> Kernel {
         let prims = bvh.triangles().len() + bvh.spheres().len();
-        let pays = bvh.has_wide() || pixels >= PAYS * prims as u64;
+        let pays = bvh.has_wide() || pixels >= MIN_PIXELS_PER_PRIM * prims as u64;
         match self {
             Kernel::Auto if !pays => Kernel::packets(),
             kernel => kernel,
@@ -89,39 +89,39 @@ impl Kernel {
 
 /// Fewer packets of shadow rays are no beam. Where mirrors or silhouettes leave a few rays that start far from each other, a cell of
 /// theirs sees half of the scene: up to ten thousand times what packets take (`perf/notes/whole-frames.md`).
-const FEW: usize = beam::SIZE / 2;
+const MIN_BEAM_PACKETS: usize = beam::SIZE / 2;
 
 /// Pixels for each primitive from which on a wide tree pays that is made for one frame (`perf/notes/whole-frames.md`).
-const PAYS: u64 = 4;
+const MIN_PIXELS_PER_PRIM: u64 = 4;
 
 /// Whether sixteen lanes pay on this build.
 const SIXTEEN: bool = NATIVE > LANES;
 
 /// Nodes of a wide tree from which on rays may go on their own. A smaller one stays in the nearest caches, and packets
 /// are as fast.
-const LARGE: usize = 512;
+const MIN_SINGLE_NODES: usize = 512;
 
 /// Of a batch, one packet in so many is looked at.
-const STRIDE: usize = 4;
+const SAMPLE_STRIDE: usize = 4;
 
 /// How much slower packets are believed to be than single rays, class by class, before the first trial: logarithms.
-const USUAL: [f32; CLASSES] = [-0.8, -0.4, -0.1, 0.15, 0.25];
+const INITIAL_LOG_RATIO: [f32; DIVERGENCE_CLASSES] = [-0.8, -0.4, -0.1, 0.15, 0.25];
 
 /// How much slower packets are believed to be than beams for shadow rays, before the first trial: a logarithm. Of seven scenes one
 /// has the faster packets (`perf/notes/coherence.md`).
-const BEAMS_USUAL: f32 = 0.1;
+const INITIAL_BEAM_LOG_RATIO: f32 = 0.1;
 
 /// How many times as long a packet takes in a beam of 24, as trials have them, as in one of 64: shadow rays, 1.1 to 1.5 in seven
 /// scenes (`perf/notes/sixteen-children.md`).
-const PIECE: f32 = 1.2;
+const TRIAL_BEAM_PENALTY: f32 = 1.2;
 
 /// Traces queues of rays against one tree. Its functions are no generics, so that kernels are compiled here and nowhere else.
 pub struct Traversal<'a>(Counted<'a>);
 
 /// What is counted beside.
 enum Counted<'a> {
-    Packets(Kernels<'a, Packets>),
-    Work(Kernels<'a, Work>),
+    Packets(Kernels<'a, PacketCount>),
+    Stats(Kernels<'a, TraversalStats>),
 }
 
 impl<'a> Traversal<'a> {
@@ -132,17 +132,17 @@ impl<'a> Traversal<'a> {
 
     /// A traversal that counts every step.
     pub fn counting(bvh: &'a Bvh, kernel: Kernel) -> Traversal<'a> {
-        Traversal(Counted::Work(Kernels::new(bvh, kernel)))
+        Traversal(Counted::Stats(Kernels::new(bvh, kernel)))
     }
 
     /// Counters since it was made.
-    pub fn work(&self) -> Work {
+    pub fn stats(&self) -> TraversalStats {
         match &self.0 {
-            Counted::Packets(kernels) => Work {
-                packets: kernels.work().packets,
-                ..Work::default()
+            Counted::Packets(kernels) => TraversalStats {
+                packets: kernels.counters().packets,
+                ..TraversalStats::default()
             },
-            Counted::Work(kernels) => kernels.work(),
+            Counted::Stats(kernels) => kernels.counters(),
         }
     }
 
@@ -150,7 +150,7 @@ impl<'a> Traversal<'a> {
     pub fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
         match &mut self.0 {
             Counted::Packets(kernels) => kernels.closest(rays, packets, hits),
-            Counted::Work(kernels) => kernels.closest(rays, packets, hits),
+            Counted::Stats(kernels) => kernels.closest(rays, packets, hits),
         }
     }
 
@@ -168,7 +168,7 @@ impl<'a> Traversal<'a> {
         };
         match &mut self.0 {
             Counted::Packets(kernels) => kernels.unoccluded(rays, packets, tmax, answer),
-            Counted::Work(kernels) => kernels.unoccluded(rays, packets, tmax, answer),
+            Counted::Stats(kernels) => kernels.unoccluded(rays, packets, tmax, answer),
         }
     }
 }
@@ -178,40 +178,40 @@ struct Kernels<'a, T> {
     kernel: Kernel,
     eight: PacketKernel<'a, F32x8, T>,
     sixteen: PacketKernel<'a, F32x16, T>,
-    beams: Beamers<'a, T>,
-    singles: Option<Singles<'a, T>>,
+    beams: BeamKernel<'a, T>,
+    singles: Option<SingleRays<'a, T>>,
     pairs: bool,
     /// Packets or single rays, for each class of rays: for the closest hit, and for any of rays that part; packets or beams, for
     /// shadow rays.
-    alone: Choices<CLASSES>,
-    parted: Choices<CLASSES>,
-    shadows: Choices<SHADOWS>,
-    starts: Starts,
+    closest_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
+    any_hit_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
+    shadow_tuner: PerClassTuner<SPREAD_CLASSES>,
+    origin_spread: OriginSpread,
 }
 
 /// Beams, or none.
-enum Beamers<'a, T> {
+enum BeamKernel<'a, T> {
     None,
     Eight(Box<Beams<'a, F32x8, T>>),
     Sixteen(Box<Beams<'a, F32x16, T>>),
 }
 
-impl<'a, T: Tally> Beamers<'a, T> {
-    fn new(bvh: &'a Bvh, kernel: Kernel) -> Beamers<'a, T> {
+impl<'a, T: Counters> BeamKernel<'a, T> {
+    fn new(bvh: &'a Bvh, kernel: Kernel) -> BeamKernel<'a, T> {
         match kernel {
-            Kernel::Auto => Beamers::new(bvh, Kernel::beams()),
-            Kernel::Beam8 => Beamers::Eight(Box::new(Beams::new(bvh))),
-            Kernel::Beam16 => Beamers::Sixteen(Box::new(Beams::new(bvh))),
-            _ => Beamers::None,
+            Kernel::Auto => BeamKernel::new(bvh, Kernel::beams()),
+            Kernel::Beam8 => BeamKernel::Eight(Box::new(Beams::new(bvh))),
+            Kernel::Beam16 => BeamKernel::Sixteen(Box::new(Beams::new(bvh))),
+            _ => BeamKernel::None,
         }
     }
 
     /// See [`Beams::closest`].
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) -> bool {
         match self {
-            Beamers::None => false,
-            Beamers::Eight(beams) => beams.closest(rays, packets, hits),
-            Beamers::Sixteen(beams) => beams.closest(rays, packets, hits),
+            BeamKernel::None => false,
+            BeamKernel::Eight(beams) => beams.closest(rays, packets, hits),
+            BeamKernel::Sixteen(beams) => beams.closest(rays, packets, hits),
         }
     }
 
@@ -224,27 +224,29 @@ impl<'a, T: Tally> Beamers<'a, T> {
         answer: &mut impl FnMut(usize, u8),
     ) -> bool {
         match self {
-            Beamers::None => false,
-            Beamers::Eight(beams) => beams.unoccluded(rays, packets, tmax, answer),
-            Beamers::Sixteen(beams) => beams.unoccluded(rays, packets, tmax, answer),
+            BeamKernel::None => false,
+            BeamKernel::Eight(beams) => beams.unoccluded(rays, packets, tmax, answer),
+            BeamKernel::Sixteen(beams) => beams.unoccluded(rays, packets, tmax, answer),
         }
     }
 
-    fn work(&self) -> T {
+    fn counters(&self) -> T {
         match self {
-            Beamers::None => T::default(),
-            Beamers::Eight(beams) => beams.work(),
-            Beamers::Sixteen(beams) => beams.work(),
+            BeamKernel::None => T::default(),
+            BeamKernel::Eight(beams) => beams.counters(),
+            BeamKernel::Sixteen(beams) => beams.counters(),
         }
     }
 }
 
-impl<'a, T: Tally> Kernels<'a, T> {
+impl<'a, T: Counters> Kernels<'a, T> {
     fn new(bvh: &'a Bvh, kernel: Kernel) -> Kernels<'a, T> {
         let singles = match kernel {
             Kernel::Single => true,
             // Within instances, and against cones, a ray on its own is a packet of one.
-            Kernel::Auto => bvh.wide().nodes().len() >= LARGE && bvh.wide().is_all_blocks(),
+            Kernel::Auto => {
+                bvh.wide().nodes().len() >= MIN_SINGLE_NODES && bvh.wide().is_all_blocks()
+            }
             _ => false,
         };
         let packets = match kernel {
@@ -255,24 +257,25 @@ impl<'a, T: Tally> Kernels<'a, T> {
             kernel,
             eight: PacketKernel::counting(bvh),
             sixteen: PacketKernel::counting(bvh),
-            beams: Beamers::new(bvh, kernel),
-            singles: singles.then(|| Singles::new(bvh)),
+            beams: BeamKernel::new(bvh, kernel),
+            singles: singles.then(|| SingleRays::new(bvh)),
             pairs: matches!(packets, Kernel::Packet16 | Kernel::Beam16),
             // What is usual, until it is known.
-            alone: Choices::new(USUAL),
-            parted: Choices::new(USUAL),
-            shadows: Choices::new([BEAMS_USUAL; SHADOWS]).apart(PIECE),
-            starts: Starts::UNKNOWN,
+            closest_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
+            any_hit_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
+            shadow_tuner: PerClassTuner::new([INITIAL_BEAM_LOG_RATIO; SPREAD_CLASSES])
+                .with_trial_penalty(TRIAL_BEAM_PENALTY),
+            origin_spread: OriginSpread::UNKNOWN,
         }
     }
 
     /// Counters since it was made.
-    fn work(&self) -> T {
-        let mut work = self.eight.work;
-        work.add(&self.sixteen.work);
-        work.add(&self.beams.work());
+    fn counters(&self) -> T {
+        let mut work = self.eight.counters;
+        work.add(&self.sixteen.counters);
+        work.add(&self.beams.counters());
         if let Some(singles) = &self.singles {
-            work.add(&singles.work());
+            work.add(&singles.counters());
         }
         work
     }
@@ -281,7 +284,7 @@ impl<'a, T: Tally> Kernels<'a, T> {
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
         if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
             // As many at once as there are: towards the end of a batch few are left to go side by side.
-            return singles.closest(rays, &Part::all(packets), hits);
+            return singles.closest(rays, &BatchSlice::all(packets), hits);
         }
         let batches = hits.chunks_mut(beam::SIZE);
         for (first, hits) in packets.step_by(beam::SIZE).zip(batches) {
@@ -290,27 +293,33 @@ impl<'a, T: Tally> Kernels<'a, T> {
                 continue;
             }
             if self.singles.is_none() {
-                self.closest_by_packet(rays, &Part::all(batch), hits);
+                self.closest_by_packet(rays, &BatchSlice::all(batch), hits);
                 continue;
             }
-            let class = coherence::class(rays, batch.clone(), STRIDE);
-            let mut alone = self.alone;
-            alone.trace(class, batch, Part::trial, |single, part| {
+            let class = coherence::divergence_class(rays, batch.clone(), SAMPLE_STRIDE);
+            let mut tuner = self.closest_tuner;
+            tuner.trace(class, batch, BatchSlice::trial, |single, part| {
                 self.closest_by(single, rays, part, hits)
             });
-            self.alone = alone;
+            self.closest_tuner = tuner;
         }
     }
 
     /// As single rays or as packets; `hits` are those of the part's whole range.
-    fn closest_by(&mut self, single: bool, rays: &RayQueue, part: &Part, hits: &mut [HitPacket]) {
+    fn closest_by(
+        &mut self,
+        single: bool,
+        rays: &RayQueue,
+        part: &BatchSlice,
+        hits: &mut [HitPacket],
+    ) {
         match &mut self.singles {
             Some(singles) if single => singles.closest(rays, part, hits),
             _ => self.closest_by_packet(rays, part, hits),
         }
     }
 
-    fn closest_by_packet(&mut self, rays: &RayQueue, part: &Part, hits: &mut [HitPacket]) {
+    fn closest_by_packet(&mut self, rays: &RayQueue, part: &BatchSlice, hits: &mut [HitPacket]) {
         let first = part.packets.start;
         let mut packets = part.each();
         while let Some(packet) = packets.next() {
@@ -344,27 +353,29 @@ impl<'a, T: Tally> Kernels<'a, T> {
                 continue;
             }
             // A rougher look: most of what comes here are shadow rays, which take little more than it does.
-            let class = || coherence::class(rays, batch.clone(), 4 * STRIDE);
+            let class = || coherence::divergence_class(rays, batch.clone(), 4 * SAMPLE_STRIDE);
             let apart = self.singles.is_some().then(class);
-            if let Some(class) = apart.filter(|&class| class >= PARTED) {
-                let mut parted = self.parted;
-                parted.trace(class, batch, Part::trial_in_pieces, |single, part| {
+            if let Some(class) = apart.filter(|&class| class >= FIRST_DIVERGENT) {
+                let mut tuner = self.any_hit_tuner;
+                tuner.trace(class, batch, BatchSlice::trial_in_pieces, |single, part| {
                     self.unoccluded_apart(single, rays, part.packets.clone(), tmax, &mut answer);
                 });
-                self.parted = parted;
+                self.any_hit_tuner = tuner;
                 continue;
             }
-            if batch.len() < FEW {
+            if batch.len() < MIN_BEAM_PACKETS {
                 self.unoccluded_by_packet(rays, batch, tmax, &mut answer);
                 continue;
             }
             // Beams want rays that lie together.
-            let class = self.starts.class(rays, batch.clone(), 2 * STRIDE);
-            let mut shadows = self.shadows;
-            shadows.trace(class, batch, Part::trial_in_pieces, |beam, part| {
+            let class = self
+                .origin_spread
+                .spread_class(rays, batch.clone(), 2 * SAMPLE_STRIDE);
+            let mut shadows = self.shadow_tuner;
+            shadows.trace(class, batch, BatchSlice::trial_in_pieces, |beam, part| {
                 self.unoccluded_by(beam, rays, part.packets.clone(), tmax, &mut answer)
             });
-            self.shadows = shadows;
+            self.shadow_tuner = shadows;
         }
     }
 
@@ -418,7 +429,7 @@ impl<'a, T: Tally> Kernels<'a, T> {
     }
 }
 
-fn closest<L: Lanes, T: Tally>(
+fn closest<L: Lanes, T: Counters>(
     tracer: &mut PacketKernel<L, T>,
     rays: &RayQueue,
     packet: usize,
@@ -431,7 +442,7 @@ fn closest<L: Lanes, T: Tally>(
     }
 }
 
-fn unoccluded<L: Lanes, T: Tally>(
+fn unoccluded<L: Lanes, T: Counters>(
     tracer: &mut PacketKernel<L, T>,
     rays: &RayQueue,
     packet: usize,
@@ -479,11 +490,11 @@ mod tests {
             rays.push_ray(org.to_array(), (light - org).to_array());
         }
         let leaves = |kernel| {
-            let mut traversal = Kernels::<Work>::new(&bvh, kernel);
+            let mut traversal = Kernels::<TraversalStats>::new(&bvh, kernel);
             // Beams were far faster lately.
-            traversal.shadows = Choices::new([4.0; SHADOWS]);
+            traversal.shadow_tuner = PerClassTuner::new([4.0; SPREAD_CLASSES]);
             traversal.unoccluded(&rays, 0..rays.packets(), 1.0, |_, _| ());
-            traversal.work().leaf_visits
+            traversal.counters().leaf_visits
         };
         let [auto, beams, packets] = [Kernel::Auto, Kernel::Beam16, Kernel::Packet16].map(leaves);
         assert!(beams > 4 * packets, "{beams} of {packets}: this is no case");

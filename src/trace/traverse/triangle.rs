@@ -17,11 +17,11 @@
 
 mod distance;
 
-use super::aabb::Stay;
-use super::goal::{Best, Meeting, Prepared};
+use super::aabb::TInterval;
+use super::query::{HitCandidate, HitRecord, RaySetup};
 use crate::bvh::{LeafTriangle, TriangleBlock};
 use crate::simd::{LaneMask, LaneU32, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
-use distance::ByEdges;
+use distance::EdgeDistance;
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD};
 
@@ -33,8 +33,8 @@ pub(super) struct Shear<L: Lanes> {
     y_major: L::Mask,
     /// The dominant axis if all lanes share it, else [`MIXED`].
     pub(super) axis: usize,
-    /// Whether every ray is [`USUAL`]: else no distance is settled.
-    pub(super) usual: bool,
+    /// Whether every ray is [`SAFE_RANGE`]: else no distance is settled.
+    pub(super) in_safe_range: bool,
     /// Origin with its components in the order of the frame.
     org: Vec3Lanes<L>,
     /// d_kx · scale, d_ky · scale and scale = 1/d_kz.
@@ -44,29 +44,29 @@ pub(super) struct Shear<L: Lanes> {
 }
 
 /// The triangles of a block by corner, by axis; the fourth is for the sake of an index that needs no check.
-pub(super) type Columns = [[Native; 4]; 3];
+pub(super) type VertexColumns = [[Native; 4]; 3];
 
 /// Triangles of which one can be had.
-pub(super) trait Corners {
+pub(super) trait Vertices {
     /// A coordinate of a corner of the triangle in a lane.
     fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32;
 }
 
-impl Corners for Columns {
+impl Vertices for VertexColumns {
     #[inline(always)]
     fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32 {
         self[corner][axis & 3].lane(lane % NATIVE)
     }
 }
 
-impl Corners for TriangleBlock {
+impl Vertices for TriangleBlock {
     #[inline(always)]
     fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32 {
         self.vertices[corner][axis.min(2)][lane % NATIVE]
     }
 }
 
-impl Corners for LeafTriangle {
+impl Vertices for LeafTriangle {
     #[inline(always)]
     fn coordinate(&self, corner: usize, axis: usize, _: usize) -> f32 {
         self.vertices[corner][axis.min(2)]
@@ -76,7 +76,7 @@ impl Corners for LeafTriangle {
 /// A triangle of a block in every lane, with its axes in this order.
 #[inline(always)]
 fn in_frame<L: Lanes>(
-    block: &impl Corners,
+    block: &impl Vertices,
     lane: usize,
     [x, y, z]: [usize; 3],
 ) -> [Vec3Lanes<L>; 3] {
@@ -119,7 +119,7 @@ impl<L: Lanes> Shear<L> {
             x_major,
             y_major,
             axis,
-            usual: usual(org, d.z).bits() & live == live,
+            in_safe_range: usual(org, d.z).bits() & live == live,
             org: frame(org),
             slope_x: d.x * scale,
             slope_y: d.y * scale,
@@ -143,7 +143,7 @@ impl<L: Lanes> Shear<L> {
     #[inline(always)]
     pub(super) fn in_order<const APART: bool>(
         &self,
-        block: &impl Corners,
+        block: &impl Vertices,
         lane: usize,
     ) -> [Vec3Lanes<L>; 3] {
         if APART {
@@ -157,7 +157,7 @@ impl<L: Lanes> Shear<L> {
     #[inline(always)]
     pub(super) fn less_origins<const APART: bool>(
         &self,
-        block: &impl Corners,
+        block: &impl Vertices,
         lane: usize,
     ) -> [Vec3Lanes<L>; 3] {
         let [a, b, c] = self.in_order::<APART>(block, lane);
@@ -169,7 +169,7 @@ impl<L: Lanes> Shear<L> {
         permute(self.x_major, self.y_major, v)
     }
 
-    /// Slopes and scale, as [`meet`] takes them.
+    /// Slopes and scale, as [`intersect`] takes them.
     #[inline(always)]
     pub(super) fn slopes(&self) -> [L; 3] {
         [self.slope_x, self.slope_y, self.scale]
@@ -207,24 +207,24 @@ fn permute<L: Lanes>(x_major: L::Mask, y_major: L::Mask, v: Vec3Lanes<L>) -> Vec
 /// Tests one triangle and keeps what is closer than `best`.
 #[inline(always)]
 pub(super) fn closest<L: Lanes, const AXIS: usize>(
-    rays: &Prepared<L>,
+    rays: &RaySetup<L>,
     slot: &LeafTriangle,
-    best: &mut Best<L>,
+    best: &mut HitRecord<L>,
 ) {
-    let Some(hit) = intersect::<L, AXIS>(rays, slot) else {
+    let Some(hit) = intersect_packet::<L, AXIS>(rays, slot) else {
         return;
     };
-    best.take(&hit, L::U32::splat(slot.prim_id));
+    best.update(&hit, L::U32::splat(slot.prim_id));
 }
 
 /// Lanes that the triangle stops before `tmax`.
 #[inline(always)]
 pub(super) fn occluded<L: Lanes, const AXIS: usize>(
-    rays: &Prepared<L>,
+    rays: &RaySetup<L>,
     slot: &LeafTriangle,
     tmax: L,
 ) -> L::Mask {
-    match intersect::<L, AXIS>(rays, slot) {
+    match intersect_packet::<L, AXIS>(rays, slot) {
         Some(hit) => hit.valid & hit.t.lt(tmax),
         None => L::Mask::none(),
     }
@@ -240,7 +240,7 @@ pub(super) fn prim_aabb(corners: &[[f32; 3]; 3]) -> [[f32; 3]; 2] {
 
 /// The padded boxes of the triangles of a block: the arithmetic of [`phalanx_scene::Bounds::padded`].
 #[inline(always)]
-pub(super) fn own_boxes([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
+pub(super) fn prim_aabbs([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
     let least = |a: Native, b: Native, c: Native| a.min(b).min(c);
     let most = |a: Native, b: Native, c: Native| a.max(b).max(c);
     let lo = Vec3Native::new(
@@ -262,58 +262,60 @@ pub(super) fn own_boxes([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
 
 /// Lanes that meet the triangle at a positive distance, and where.
 #[inline(always)]
-fn intersect<L: Lanes, const AXIS: usize>(
-    rays: &Prepared<L>,
+fn intersect_packet<L: Lanes, const AXIS: usize>(
+    rays: &RaySetup<L>,
     slot: &LeafTriangle,
-) -> Option<Meeting<L>> {
+) -> Option<HitCandidate<L>> {
     let [a, b, c] = &slot.vertices;
     let corners = [
         rays.shear.relative::<AXIS>(a),
         rays.shear.relative::<AXIS>(b),
         rays.shear.relative::<AXIS>(c),
     ];
-    meet(corners, rays.shear.slopes(), &RaysAndSlot { rays, slot })
+    intersect(corners, rays.shear.slopes(), &RaysAndSlot { rays, slot })
 }
 
 /// Rays and the triangles that they are tested against, a pair in every lane: what is asked where
 /// the edge functions do not suffice. A trait and no closures, which would not be inlined.
 pub(super) trait Pairing<L: Lanes> {
     /// Entry into and exit from the triangle's own box.
-    fn stay(&self) -> Stay<L>;
-    /// Whether every ray is [`USUAL`].
-    fn usual(&self) -> bool;
+    fn interval(&self) -> TInterval<L>;
+    /// Whether every ray is [`SAFE_RANGE`].
+    fn in_safe_range(&self) -> bool;
     /// Origins and directions.
     fn rays(&self) -> [Vec3Lanes<L>; 2];
     /// The triangles, as they are stored; and which it is, where it is one for all lanes.
-    fn stored(&self) -> (&impl Corners, Option<usize>);
+    fn stored(&self) -> (&impl Vertices, Option<usize>);
 }
 
 /// What an origin's coordinates may be, a direction's largest part, and one over that: 2⁴⁰. Beyond that, numbers on the way
 /// to a distance may overflow or vanish, and the reciprocals of the slab test are not those of the directions.
-const USUAL: f32 = (1u64 << 40) as f32;
+const SAFE_RANGE: f32 = (1u64 << 40) as f32;
 
 #[inline(always)]
 fn usual<L: Lanes>(org: Vec3Lanes<L>, along: L) -> L::Mask {
-    let (most, least) = (L::splat(USUAL), L::splat(1.0 / USUAL));
+    let (most, least) = (L::splat(SAFE_RANGE), L::splat(1.0 / SAFE_RANGE));
     let size = along.abs();
     org.max_abs().le(most) & size.le(most) & size.ge(least)
 }
 
 /// A packet and a triangle in leaf order.
 struct RaysAndSlot<'a, L: Lanes> {
-    rays: &'a Prepared<L>,
+    rays: &'a RaySetup<L>,
     slot: &'a LeafTriangle,
 }
 
 impl<L: Lanes> Pairing<L> for RaysAndSlot<'_, L> {
     #[inline(always)]
-    fn stay(&self) -> Stay<L> {
-        self.rays.slabs.stay(&prim_aabb(&self.slot.vertices))
+    fn interval(&self) -> TInterval<L> {
+        self.rays
+            .slabs
+            .intersect_box(&prim_aabb(&self.slot.vertices))
     }
 
     #[inline(always)]
-    fn usual(&self) -> bool {
-        self.rays.shear.usual
+    fn in_safe_range(&self) -> bool {
+        self.rays.shear.in_safe_range
     }
 
     #[inline(always)]
@@ -322,14 +324,14 @@ impl<L: Lanes> Pairing<L> for RaysAndSlot<'_, L> {
     }
 
     #[inline(always)]
-    fn stored(&self) -> (&impl Corners, Option<usize>) {
+    fn stored(&self) -> (&impl Vertices, Option<usize>) {
         (self.slot, Some(0))
     }
 }
 
 /// A triangle seen in the frames of rays: the places of its corners beside the rays, and the edge functions, which weigh the
 /// corners.
-struct Edges<L: Lanes> {
+struct EdgeFunctions<L: Lanes> {
     x: [L; 3],
     y: [L; 3],
     u: L,
@@ -342,7 +344,10 @@ struct Edges<L: Lanes> {
 /// The corners are relative to the origin, in the order of the ray's frame. A lane may be a ray against one triangle or a
 /// triangle against one ray.
 #[inline(always)]
-fn edges<L: Lanes>([a, b, c]: &[Vec3Lanes<L>; 3], [slope_x, slope_y, _]: [L; 3]) -> Edges<L> {
+fn edges<L: Lanes>(
+    [a, b, c]: &[Vec3Lanes<L>; 3],
+    [slope_x, slope_y, _]: [L; 3],
+) -> EdgeFunctions<L> {
     let (ax, ay) = (a.x - slope_x * a.z, a.y - slope_y * a.z);
     let (bx, by) = (b.x - slope_x * b.z, b.y - slope_y * b.z);
     let (cx, cy) = (c.x - slope_x * c.z, c.y - slope_y * c.z);
@@ -350,7 +355,7 @@ fn edges<L: Lanes>([a, b, c]: &[Vec3Lanes<L>; 3], [slope_x, slope_y, _]: [L; 3])
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
     let inside = u.min(v).min(w).ge(L::ZERO) | u.max(v).max(w).le(L::ZERO);
-    Edges {
+    EdgeFunctions {
         x: [ax, bx, cx],
         y: [ay, by, cy],
         u,
@@ -363,50 +368,50 @@ fn edges<L: Lanes>([a, b, c]: &[Vec3Lanes<L>; 3], [slope_x, slope_y, _]: [L; 3])
 /// Lanes in which a ray meets a triangle at a positive distance, and where: the corners relative to the origin in the order
 /// of the ray's frame, and its slopes and scale.
 #[inline(always)]
-pub(super) fn meet<L: Lanes>(
+pub(super) fn intersect<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
     slopes: [L; 3],
     pairs: &impl Pairing<L>,
-) -> Option<Meeting<L>> {
+) -> Option<HitCandidate<L>> {
     let edges = edges(&corners, slopes);
     if !edges.inside.any() {
         return None;
     }
-    Some(at_plane(edges, corners, slopes, pairs))
+    Some(resolve_hit(edges, corners, slopes, pairs))
 }
 
 /// The same without a branch on whether any ray is within all edges, for triangles that most likely are met.
 #[inline(always)]
-pub(super) fn meet_likely<L: Lanes>(
+pub(super) fn intersect_branchless<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
     slopes: [L; 3],
     pairs: &impl Pairing<L>,
-) -> Meeting<L> {
-    at_plane(edges(&corners, slopes), corners, slopes, pairs)
+) -> HitCandidate<L> {
+    resolve_hit(edges(&corners, slopes), corners, slopes, pairs)
 }
 
 /// What is left to do for rays within all edges.
 #[inline(always)]
-fn at_plane<L: Lanes>(
-    edges: Edges<L>,
+fn resolve_hit<L: Lanes>(
+    edges: EdgeFunctions<L>,
     corners: [Vec3Lanes<L>; 3],
     slopes: [L; 3],
     pairs: &impl Pairing<L>,
-) -> Meeting<L> {
+) -> HitCandidate<L> {
     let [a, b, c] = corners;
-    let by_edges = ByEdges::new(&edges, [a.z, b.z, c.z], slopes[2]);
+    let by_edges = EdgeDistance::new(&edges, [a.z, b.z, c.z], slopes[2]);
     let (raw, det) = (by_edges.t, by_edges.det);
     // A NaN anywhere above leaves the sum NaN and fails here; so does a triangle on edge.
     let solid = det.lt(L::ZERO) | det.gt(L::ZERO);
     let within = edges.inside & solid;
-    let found = Meeting {
+    let found = HitCandidate {
         valid: within & raw.gt(L::ZERO),
         t: raw,
         v: edges.v,
         w: edges.w,
         det,
     };
-    if pairs.usual() && !(within & !by_edges.settled()).any() {
+    if pairs.in_safe_range() && !(within & !by_edges.clamp_not_needed()).any() {
         return found;
     }
     let vague = within & !by_edges.accurate();
@@ -417,9 +422,9 @@ fn at_plane<L: Lanes>(
     } else {
         raw
     };
-    let (ahead, t) = pairs.stay().clamp(t);
+    let (ahead, t) = pairs.interval().clamp(t);
     let valid = within & ahead;
-    Meeting { valid, t, ..found }
+    HitCandidate { valid, t, ..found }
 }
 
 #[cfg(test)]

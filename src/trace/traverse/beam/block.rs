@@ -1,28 +1,28 @@
 //! The triangles of a block, ready to be tested one by one against packets of a beam.
 
 use super::Group;
-use super::frame::{Frame, TriangleView};
+use super::projection::{BeamSpace, TriangleView};
 use crate::bvh::TriangleBlock;
 use crate::simd::{Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
-use crate::traverse::aabb::Stay;
-use crate::traverse::goal::Goal;
-use crate::traverse::triangle::{self, Columns, Corners, Pairing};
+use crate::traverse::aabb::TInterval;
+use crate::traverse::query::Query;
+use crate::traverse::triangle::{self, Pairing, VertexColumns, Vertices};
 
 /// The triangles of a block, for rays that all start at the apex.
-pub(super) struct Triangles<'a> {
+pub(super) struct BeamTriangles<'a> {
     pub(super) seen: TriangleView,
     /// Less the origin.
-    corners: Columns,
+    corners: VertexColumns,
     block: &'a TriangleBlock,
 }
 
-impl<'a> Triangles<'a> {
+impl<'a> BeamTriangles<'a> {
     #[inline(always)]
-    pub(super) fn new(frame: &Frame, block: &'a TriangleBlock) -> Triangles<'a> {
-        let places = places(block);
-        let relative = frame.relative(&places);
-        Triangles {
-            seen: frame.triangles(&places, &relative),
+    pub(super) fn new(space: &BeamSpace, block: &'a TriangleBlock) -> BeamTriangles<'a> {
+        let places = vertices(block);
+        let relative = space.relative(&places);
+        BeamTriangles {
+            seen: space.triangles(&places, &relative),
             corners: relative.map(|v| [v.x, v.y, v.z, Native::ZERO]),
             block,
         }
@@ -34,9 +34,9 @@ impl<'a> Triangles<'a> {
         &self,
         lane: usize,
         rays: &Group<L>,
-        goal: &mut impl Goal<L>,
+        query: &mut impl Query<L>,
     ) -> bool {
-        self.meet::<L, false>(lane, rays, goal)
+        self.intersect::<L, false>(lane, rays, query)
     }
 
     /// The same for rays whose dominant axes differ. Apart, because it is rare and wants many registers.
@@ -46,27 +46,27 @@ impl<'a> Triangles<'a> {
         &self,
         lane: usize,
         rays: &Group<L>,
-        goal: &mut impl Goal<L>,
+        query: &mut impl Query<L>,
     ) -> bool {
-        self.meet::<L, true>(lane, rays, goal)
+        self.intersect::<L, true>(lane, rays, query)
     }
 
     #[inline(always)]
-    fn meet<L: Lanes, const APART: bool>(
+    fn intersect<L: Lanes, const APART: bool>(
         &self,
         lane: usize,
         rays: &Group<L>,
-        goal: &mut impl Goal<L>,
+        query: &mut impl Query<L>,
     ) -> bool {
         let corners = rays.shear.in_order::<APART>(&self.corners, lane);
         let block = self.block;
-        Pair { rays, block, lane }.meet(corners, goal)
+        RayTrianglePair { rays, block, lane }.intersect(corners, query)
     }
 }
 
 /// The corners of a block's triangles.
 #[inline(always)]
-pub(super) fn places(block: &TriangleBlock) -> [Vec3Native; 3] {
+pub(super) fn vertices(block: &TriangleBlock) -> [Vec3Native; 3] {
     let place = |c: &[[f32; NATIVE]; 3]| {
         let [x, y, z] = c.map(Native::new);
         Vec3Native::new(x, y, z)
@@ -76,34 +76,36 @@ pub(super) fn places(block: &TriangleBlock) -> [Vec3Native; 3] {
 }
 
 /// A packet of a beam, and the triangle of a block that it is tested against.
-pub(super) struct Pair<'a, L: Lanes> {
+pub(super) struct RayTrianglePair<'a, L: Lanes> {
     pub(super) rays: &'a Group<L>,
     pub(super) block: &'a TriangleBlock,
     pub(super) lane: usize,
 }
 
-impl<L: Lanes> Pair<'_, L> {
+impl<L: Lanes> RayTrianglePair<'_, L> {
     /// Whether any ray meets the triangle, so that the goal took it; its corners are those less the rays' origins.
     #[inline(always)]
-    pub(super) fn meet(&self, corners: [Vec3Lanes<L>; 3], goal: &mut impl Goal<L>) -> bool {
+    pub(super) fn intersect(&self, corners: [Vec3Lanes<L>; 3], query: &mut impl Query<L>) -> bool {
         // Most of what is left by now is met, and which is not nobody can foretell.
-        let hit = triangle::meet_likely(corners, self.rays.shear.slopes(), self);
-        goal.take(&hit, self.block.prim_id[self.lane % NATIVE])
+        let hit = triangle::intersect_branchless(corners, self.rays.shear.slopes(), self);
+        query.update(&hit, self.block.prim_id[self.lane % NATIVE])
     }
 }
 
-impl<L: Lanes> Pairing<L> for Pair<'_, L> {
+impl<L: Lanes> Pairing<L> for RayTrianglePair<'_, L> {
     #[inline(always)]
-    fn stay(&self) -> Stay<L> {
+    fn interval(&self) -> TInterval<L> {
         let lane = |axis: &[f32; NATIVE]| axis[self.lane % NATIVE];
         let corners = self.block.vertices.each_ref();
         let corners = corners.map(|corner| corner.each_ref().map(lane));
-        self.rays.slabs().stay(&triangle::prim_aabb(&corners))
+        self.rays
+            .slabs()
+            .intersect_box(&triangle::prim_aabb(&corners))
     }
 
     #[inline(always)]
-    fn usual(&self) -> bool {
-        self.rays.shear.usual
+    fn in_safe_range(&self) -> bool {
+        self.rays.shear.in_safe_range
     }
 
     #[inline(always)]
@@ -112,7 +114,7 @@ impl<L: Lanes> Pairing<L> for Pair<'_, L> {
     }
 
     #[inline(always)]
-    fn stored(&self) -> (&impl Corners, Option<usize>) {
+    fn stored(&self) -> (&impl Vertices, Option<usize>) {
         (self.block, Some(self.lane))
     }
 }

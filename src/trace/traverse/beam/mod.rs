@@ -12,78 +12,78 @@
 //! | file | what |
 //! |---|---|
 //! | `apex` | whether rays share a point |
-//! | `frame` | boxes and triangles seen from it, and why nothing is lost |
+//! | `projection` | boxes and triangles seen from it, and why nothing is lost |
 //! | `sorted` | rays in the order in which they are seen |
-//! | `cells` | the rays, in rectangles |
+//! | `sub_beams` | the rays, in rectangles |
 //! | `block`, `pairs` | the triangles of a block, and which cells each is tested against |
-//! | `look`, `waiting` | for shadow rays: what can be ruled out before a test, for several blocks at a time |
-//! | `descend` | cells down the tree |
+//! | `shadow_cull`, `deferred` | for shadow rays: what can be ruled out before a test, for several blocks at a time |
+//! | `traverse` | cells down the tree |
 
 mod apex;
 mod block;
-mod cells;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
-mod descend;
-mod frame;
-mod look;
+mod deferred;
 #[allow(
     unsafe_code,
     reason = "the list has no bounds checks; each block says why it may"
 )]
 mod pairs;
+mod projection;
+mod shadow_cull;
 mod sorted;
+mod sub_beams;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
-mod waiting;
+mod traverse;
 
-use super::aabb::Slabs;
-use super::goal::{AnyHit, Closest, Goal, Prepared, nowhere};
+use super::aabb::RaySlabs;
+use super::counters::{Counters, PacketCount};
 use super::packet::PacketKernel;
-use super::prefetch::{Rows, prefetch};
-use super::tally::{Packets, Tally};
+use super::prefetch::{PrefetchTable, prefetch};
+use super::query::{AnyHit, ClosestHit, Query, RaySetup, inactive_t};
 use super::triangle::Shear;
 use crate::bvh::{Bvh, WideBvh};
 use crate::packet::{HitPacket, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use apex::{Apex, same};
-use cells::{Added, CELLS, Cells, Extent, directions, directions_by};
-use descend::Stack;
-use frame::Frame;
+use deferred::DeferredBlocks;
+use projection::BeamSpace;
 use sorted::Sorted;
 use std::ops::Range;
-use waiting::Waiting;
+use sub_beams::{Added, Extent, MAX_SUB_BEAMS, SubBeams, directions, directions_by};
+use traverse::Stack;
 
 /// Packets of eight that go as one beam. More share more of the nodes, and less of the caches.
 pub(super) const SIZE: usize = 64;
 
-const _: () = assert!(SIZE <= CELLS, "a cell for every packet, at least");
+const _: () = assert!(SIZE <= MAX_SUB_BEAMS, "a cell for every packet, at least");
 
 /// Traces rays as beams where they share a point, as packets where they do not, and counts by `T`.
-pub(super) struct Beams<'a, L: Lanes = F32x8, T = Packets> {
+pub(super) struct Beams<'a, L: Lanes = F32x8, T = PacketCount> {
     wide: &'a WideBvh,
     extent: f32,
     packets: PacketKernel<'a, L, T>,
-    cells: Box<Cells>,
+    sub_beams: Box<SubBeams>,
     /// Packets of the beam, ready for tests of triangles.
     groups: Vec<Group<L>>,
     /// And of boxes, where the tree holds anything but triangles.
-    slabs: Vec<Slabs<L>>,
+    slabs: Vec<RaySlabs<L>>,
     /// Where they go.
     projected: Vec<[L; 3]>,
-    closest: Vec<Closest<L>>,
+    closest: Vec<ClosestHit<L>>,
     any: Vec<AnyHit<L>>,
     /// Room for the rays of one that ends at a light; out of its place while there is one.
     sorted: Option<Box<Sorted>>,
     stack: Stack,
-    waiting: Box<Waiting<'a>>,
+    deferred: Box<DeferredBlocks<'a>>,
     /// Whether the last beam of [`Beams::closest`] met nothing.
     clear: bool,
-    work: T,
+    counters: T,
 }
 
 /// The rays of a packet, and what tests of triangles need of them.
@@ -95,13 +95,13 @@ struct Group<L: Lanes> {
 impl<L: Lanes> Group<L> {
     /// What tests of boxes need.
     #[inline(always)]
-    fn slabs(&self) -> Slabs<L> {
-        Slabs::new(self.rays.org, self.rays.dir, L::Mask::splat(true))
+    fn slabs(&self) -> RaySlabs<L> {
+        RaySlabs::new(self.rays.org, self.rays.dir, L::Mask::splat(true))
     }
 
     /// With them, what a packet's tests need.
-    fn prepared(&self, slabs: &Slabs<L>) -> Prepared<L> {
-        Prepared {
+    fn prepared(&self, slabs: &RaySlabs<L>) -> RaySetup<L> {
+        RaySetup {
             rays: self.rays,
             slabs: *slabs,
             shear: self.shear,
@@ -110,13 +110,13 @@ impl<L: Lanes> Group<L> {
 }
 
 /// The packets of a beam, of a queue.
-struct Batch<'q, 'a> {
+struct BeamBatch<'q, 'a> {
     rays: &'q RayQueue<'a>,
     packets: Range<usize>,
     tmax: f32,
 }
 
-impl Batch<'_, '_> {
+impl BeamBatch<'_, '_> {
     fn groups<L: Lanes>(&self) -> usize {
         self.packets.len().div_ceil(L::PACKETS)
     }
@@ -175,14 +175,14 @@ impl Batch<'_, '_> {
     }
 }
 
-impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
+impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
     pub(super) fn new(bvh: &'a Bvh) -> Beams<'a, L, T> {
         let wide = bvh.wide();
         Beams {
             wide,
             extent: wide.extent(),
             packets: PacketKernel::counting(bvh),
-            cells: Box::new(Cells::new()),
+            sub_beams: Box::new(SubBeams::new()),
             groups: Vec::with_capacity(SIZE),
             slabs: Vec::with_capacity(SIZE),
             projected: Vec::with_capacity(SIZE),
@@ -190,28 +190,28 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
             any: Vec::with_capacity(SIZE),
             sorted: None,
             stack: Stack::new(wide),
-            waiting: Box::new(Waiting::none()),
+            deferred: Box::new(DeferredBlocks::none()),
             clear: false,
-            work: T::default(),
+            counters: T::default(),
         }
     }
 
     /// Counters since it was made.
-    pub(super) fn work(&self) -> T {
-        let mut work = self.work;
-        work.add(&self.packets.work);
+    pub(super) fn counters(&self) -> T {
+        let mut work = self.counters;
+        work.add(&self.packets.counters);
         work
     }
 
     /// The closest hits of some packets of a queue that all start in one point, one [`HitPacket`] each; false, and nothing
-    /// done, if they do not or rounding leaves no useful [`Frame`].
+    /// done, if they do not or rounding leaves no useful [`BeamSpace`].
     pub(super) fn closest(
         &mut self,
         rays: &RayQueue,
         packets: Range<usize>,
         hits: &mut [HitPacket],
     ) -> bool {
-        let batch = Batch {
+        let batch = BeamBatch {
             rays,
             packets,
             tmax: f32::INFINITY,
@@ -219,28 +219,28 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         let Some(apex) = Apex::behind(rays, &batch.packets) else {
             return false;
         };
-        let Some(frame) = Frame::new(&apex, toward(&batch), self.extent) else {
+        let Some(space) = BeamSpace::new(&apex, toward(&batch), self.extent) else {
             return false;
         };
-        if self.clear && self.is_clear(&frame, &batch) {
+        if self.clear && self.is_clear(&space, &batch) {
             hits.fill(HitPacket::miss());
             return true;
         }
         let mut goals = std::mem::take(&mut self.closest);
         let count = batch.groups::<L>();
         let traced = self.trace::<_, true>(
-            &frame,
+            &space,
             count,
             |k| batch.group_and_next(k),
             &mut goals,
-            |limit, _| Closest::new(limit),
+            |limit, _| ClosestHit::new(limit),
         );
         if let Some(alone) = traced {
-            self.clear = alone == 0 && !goals.iter().any(Closest::found);
-            for (k, goal) in goals.iter().enumerate() {
+            self.clear = alone == 0 && !goals.iter().any(ClosestHit::found);
+            for (k, query) in goals.iter().enumerate() {
                 let (rays, active) = (&self.groups[k].rays, batch.active::<L>(k));
                 let found = match alone >> k & 1 {
-                    0 => goal.hits(rays.tmax, active),
+                    0 => query.hits(rays.tmax, active),
                     _ => self.packets.closest(rays, active),
                 };
                 for j in 0..L::PACKETS {
@@ -257,27 +257,27 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
     /// Whether all rays start at the apex and none meets anything. Sky is beside sky, so this is asked where the beam before met
     /// nothing, and costs a fifth of what a beam takes to set up.
     #[inline(never)]
-    fn is_clear(&mut self, frame: &Frame, batch: &Batch) -> bool {
-        let [x, y, z] = frame.center;
+    fn is_clear(&mut self, space: &BeamSpace, batch: &BeamBatch) -> bool {
+        let [x, y, z] = space.center;
         let (center, mut extent) = (Vec3Lanes::splat(x, y, z), Extent::none());
         let (mut apart, mut lanes) = (L::Mask::none(), 0);
         for k in 0..batch.groups::<L>() {
             let (rays, active) = batch.group_and_next::<L>(k);
             apart = apart | (active & !same(rays.org, center));
-            extent.add(directions(frame, &rays), active);
+            extent.add(directions(space, &rays), active);
             lanes += active.bits().count_ones();
         }
         let root = self.wide.nodes()[0].boxes.map(|c| c.map(Native::new));
-        let clear = !apart.any() && extent.misses(frame, &frame.boxes(&root));
-        self.work.wide_node(NATIVE as u64);
+        let clear = !apart.any() && extent.misses(space, &space.boxes(&root));
+        self.counters.wide_node(NATIVE as u64);
         if clear {
-            self.work.begin(batch.packets.len() as u64, lanes);
+            self.counters.begin(batch.packets.len() as u64, lanes);
         }
         clear
     }
 
     /// Tells `answer`, for some packets of a queue that all end or all start in one point, which lanes (as bits) of each meet
-    /// nothing before `tmax`; false, and nothing done, if they do not or rounding leaves no useful [`Frame`].
+    /// nothing before `tmax`; false, and nothing done, if they do not or rounding leaves no useful [`BeamSpace`].
     pub(super) fn unoccluded(
         &mut self,
         rays: &RayQueue,
@@ -285,31 +285,31 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
         tmax: f32,
         answer: &mut impl FnMut(usize, u8),
     ) -> bool {
-        let batch = Batch {
+        let batch = BeamBatch {
             rays,
             packets,
             tmax,
         };
         let mut seen = [0; SIZE];
         if let Some(apex) = Apex::ahead(rays, batch.packets.clone(), tmax) {
-            let Some(frame) = Frame::new(&apex, toward(&batch), self.extent) else {
+            let Some(space) = BeamSpace::new(&apex, toward(&batch), self.extent) else {
                 return false;
             };
             batch.fetch_next();
             let mut sorted = self.sorted.take().unwrap_or_default();
-            sorted.take(&frame, rays, batch.packets.clone());
+            sorted.take(&space, rays, batch.packets.clone());
             let (count, load) = (sorted.groups::<L>(), |k| sorted.group(k, tmax));
-            self.shadows::<false>(&frame, count, load, |k, lanes| {
+            self.shadows::<false>(&space, count, load, |k, lanes| {
                 sorted.put_back::<L>(k, lanes, &mut seen);
             });
             self.sorted = Some(sorted);
         } else if let Some(apex) = Apex::behind(rays, &batch.packets) {
-            let Some(frame) = Frame::new(&apex, toward(&batch), self.extent) else {
+            let Some(space) = BeamSpace::new(&apex, toward(&batch), self.extent) else {
                 return false;
             };
             batch.fetch_next();
             let (count, load) = (batch.groups::<L>(), |k| batch.group(k));
-            let traced = self.shadows::<true>(&frame, count, load, |k, lanes| {
+            let traced = self.shadows::<true>(&space, count, load, |k, lanes| {
                 for j in 0..L::PACKETS {
                     let at = batch.packet::<L>(k, j) - batch.packets.start;
                     seen[at % SIZE] |= (lanes >> (j * LANES)) as u8;
@@ -331,17 +331,17 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
     #[inline(always)]
     fn shadows<const SHARED: bool>(
         &mut self,
-        frame: &Frame,
+        space: &BeamSpace,
         count: usize,
         load: impl Fn(usize) -> (RayPacket<L>, L::Mask),
         mut seen: impl FnMut(usize, u32),
     ) -> bool {
         let mut goals = std::mem::take(&mut self.any);
-        let traced = self.trace::<_, SHARED>(frame, count, load, &mut goals, AnyHit::new);
+        let traced = self.trace::<_, SHARED>(space, count, load, &mut goals, AnyHit::new);
         if let Some(alone) = traced {
-            for (k, goal) in goals.iter().enumerate() {
+            for (k, query) in goals.iter().enumerate() {
                 // Of one that was left alone, nothing is blocked yet.
-                let mut unblocked = goal.unblocked();
+                let mut unblocked = query.unoccluded();
                 if alone >> k & 1 == 1 {
                     let rays = &self.groups[k].rays;
                     unblocked = unblocked & !self.packets.occluded(rays, unblocked);
@@ -356,19 +356,19 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
     /// Traces a beam, and tells which of its packets, as bits, are left because they part too much; none, and nothing done,
     /// if rays that are to start at the apex (`SHARED`) do not.
     #[inline(always)]
-    fn trace<G: Goal<L>, const SHARED: bool>(
+    fn trace<G: Query<L>, const SHARED: bool>(
         &mut self,
-        frame: &Frame,
+        space: &BeamSpace,
         count: usize,
         load: impl Fn(usize) -> (RayPacket<L>, L::Mask),
         goals: &mut Vec<G>,
-        goal: impl Fn(L, L::Mask) -> G,
+        query: impl Fn(L, L::Mask) -> G,
     ) -> Option<u64> {
         self.groups.clear();
         self.slabs.clear();
         self.projected.clear();
         goals.clear();
-        let [x, y, z] = frame.center;
+        let [x, y, z] = space.center;
         let center = Vec3Lanes::splat(x, y, z);
         for k in 0..count {
             let (rays, active) = load(k);
@@ -376,18 +376,18 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
                 return None;
             }
             let shear = Shear::new(rays.org, rays.dir, active);
-            self.projected.push(directions_by(frame, &rays, &shear));
+            self.projected.push(directions_by(space, &rays, &shear));
             self.groups.push(Group { rays, shear });
-            goals.push(goal(active.select(rays.tmax, nowhere()), active));
+            goals.push(query(active.select(rays.tmax, inactive_t()), active));
         }
         if !self.wide.has_triangles_only() {
             self.slabs.extend(self.groups.iter().map(Group::slabs));
         }
-        self.cells.look_at(frame, &self.projected);
+        self.sub_beams.look_at(space, &self.projected);
         let (mut alone, mut next) = (0, 0);
         while next < count {
-            next = self.fill_cells(frame, goals, next, &mut alone);
-            self.descend(frame, goals);
+            next = self.fill_sub_beams(space, goals, next, &mut alone);
+            self.traverse(space, goals);
         }
         Some(alone)
     }
@@ -395,53 +395,56 @@ impl<'a, L: Lanes, T: Tally> Beams<'a, L, T> {
     /// Makes cells of packets from the `next`-th on, as many as there is room for, and tells which is the first that has none.
     /// Packets that part too much are told as bits.
     #[inline(always)]
-    fn fill_cells<G: Goal<L>>(
+    fn fill_sub_beams<G: Query<L>>(
         &mut self,
-        frame: &Frame,
+        space: &BeamSpace,
         goals: &[G],
         mut next: usize,
         alone: &mut u64,
     ) -> usize {
-        self.cells.clear();
-        for (goal, projected) in goals.iter().zip(&self.projected).skip(next) {
-            let limit = goal.limit();
-            let active = limit.gt(nowhere());
-            match self.cells.add(frame.near, *projected, limit, active, next) {
+        self.sub_beams.clear();
+        for (query, projected) in goals.iter().zip(&self.projected).skip(next) {
+            let limit = query.limit();
+            let active = limit.gt(inactive_t());
+            match self
+                .sub_beams
+                .add(space.near, *projected, limit, active, next)
+            {
                 Added::NoRoom => break,
                 Added::TooWide => *alone |= 1 << next,
                 Added::All => {
                     let lanes = active.bits().count_ones();
-                    self.work
+                    self.counters
                         .begin(u64::from(lanes.div_ceil(LANES as u32)), lanes);
                 }
             }
             next += 1;
         }
-        self.cells.finish(frame);
+        self.sub_beams.finish(space);
         next
     }
 
     /// Takes the cells down the tree.
     #[inline(always)]
-    fn descend<G: Goal<L>>(&mut self, frame: &Frame, goals: &mut [G]) {
-        descend::Descent::<L, G, T> {
+    fn traverse<G: Query<L>>(&mut self, space: &BeamSpace, goals: &mut [G]) {
+        traverse::BeamTraversal::<L, G, T> {
             wide: self.wide,
-            rows: Rows::of(self.wide),
-            frame,
-            cells: &mut self.cells,
+            rows: PrefetchTable::of(self.wide),
+            space,
+            sub_beams: &mut self.sub_beams,
             groups: &self.groups,
             projected: &self.projected,
             slabs: &self.slabs,
             goals,
             packets: &mut self.packets,
-            work: &mut self.work,
+            counters: &mut self.counters,
         }
-        .run(&mut self.stack, &mut self.waiting);
+        .traverse(&mut self.stack, &mut self.deferred);
     }
 }
 
 /// About where the rays of a beam go: the sum of one of each few packets.
-fn toward(batch: &Batch) -> [f32; 3] {
+fn toward(batch: &BeamBatch) -> [f32; 3] {
     let mut sum = [0.0; 3];
     for packet in batch.packets.clone().step_by(8) {
         let (_, dir) = batch.rays.ray(packet, 0);

@@ -1,14 +1,14 @@
 //! Pairs of a cell and a triangle of a block, listed without a branch.
 
-use super::cells::CELLS;
+use super::sub_beams::MAX_SUB_BEAMS;
 use crate::simd::{LANES, NATIVE};
-use crate::traverse::order::LANES_OF;
+use crate::traverse::wide_stack::COMPACT_LUT;
 
 /// Blocks whose pairs are listed together at most.
 pub(super) const BLOCKS: usize = 8;
 
 /// All pairs there can be, and eight places more, because eight are written at once.
-const ROOM: usize = BLOCKS * CELLS * NATIVE + LANES;
+const ROOM: usize = BLOCKS * MAX_SUB_BEAMS * NATIVE + LANES;
 
 /// A byte's worth in each of eight bytes.
 const EACH: u64 = 0x0101_0101_0101_0101;
@@ -33,7 +33,7 @@ impl Pairs {
 
     /// Adds a cell with each of some lanes of the `block`-th block: eight are written at a time, and as many kept as there are.
     #[inline(always)]
-    pub(super) fn add(&mut self, cell: usize, block: usize, lanes: u32) {
+    pub(super) fn add(&mut self, sub_beam: usize, block: usize, lanes: u32) {
         for first in (0..NATIVE).step_by(LANES) {
             let (at, lanes) = (self.count, (lanes >> first) as u8);
             // SAFETY: each cell is added once with `NATIVE` lanes of `BLOCKS` at most, so there are eight places left.
@@ -45,8 +45,8 @@ impl Pairs {
             };
             // As numbers of eight bytes: as arrays they would be added byte by byte.
             let base = (block % BLOCKS * NATIVE + first) as u64 * EACH;
-            let of_lanes = u64::from_le_bytes(LANES_OF[0][lanes as usize]);
-            cells.copy_from_slice(&(cell as u64 * EACH).to_le_bytes());
+            let of_lanes = u64::from_le_bytes(COMPACT_LUT[0][lanes as usize]);
+            cells.copy_from_slice(&(sub_beam as u64 * EACH).to_le_bytes());
             places.copy_from_slice(&(of_lanes + base).to_le_bytes());
             self.count += lanes.count_ones() as usize;
         }
@@ -57,13 +57,13 @@ impl Pairs {
     pub(super) fn retain(&mut self, keep: impl Fn(usize, usize) -> bool) {
         let mut kept = 0;
         for k in 0..self.count {
-            let (cell, place) = self.get(k);
+            let (sub_beam, place) = self.get(k);
             // SAFETY: `kept` is not above `k`, which is within both.
             unsafe {
-                *self.cells.get_unchecked_mut(kept) = cell as u8;
+                *self.cells.get_unchecked_mut(kept) = sub_beam as u8;
                 *self.places.get_unchecked_mut(kept) = place as u8;
             }
-            kept += usize::from(keep(cell, place));
+            kept += usize::from(keep(sub_beam, place));
         }
         self.count = kept;
     }
@@ -71,8 +71,8 @@ impl Pairs {
     #[inline(always)]
     pub(super) fn get(&self, k: usize) -> (usize, usize) {
         // SAFETY: `k` is below `count`, which is within both.
-        let (cell, place) =
+        let (sub_beam, place) =
             unsafe { (*self.cells.get_unchecked(k), *self.places.get_unchecked(k)) };
-        (cell as usize % CELLS, place as usize)
+        (sub_beam as usize % MAX_SUB_BEAMS, place as usize)
     }
 }

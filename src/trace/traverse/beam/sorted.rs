@@ -4,8 +4,8 @@
 //! surface ends or slants away. Which ray is in which packet matters to no answer.
 
 use super::SIZE;
-use super::cells::directions;
-use super::frame::Frame;
+use super::projection::BeamSpace;
+use super::sub_beams::directions;
 use crate::packet::{RayPacket, RayQueue};
 use crate::simd::{COLUMN_LANES, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use std::ops::Range;
@@ -40,12 +40,12 @@ static HILBERT: [u8; SQUARES] = {
     squares
 };
 
-type Column = [[f32; COLUMN_LANES]; RAYS / COLUMN_LANES];
+type RayColumn = [[f32; COLUMN_LANES]; RAYS / COLUMN_LANES];
 
 /// Up to [`RAYS`] rays as columns.
 pub(super) struct Sorted {
-    org: [Column; 3],
-    dir: [Column; 3],
+    org: [RayColumn; 3],
+    dir: [RayColumn; 3],
     /// Their numbers, counted from the beam's first.
     number: [u16; RAYS],
     count: usize,
@@ -53,7 +53,7 @@ pub(super) struct Sorted {
 
 impl Default for Sorted {
     fn default() -> Sorted {
-        const ZERO: Column = [[0.0; COLUMN_LANES]; RAYS / COLUMN_LANES];
+        const ZERO: RayColumn = [[0.0; COLUMN_LANES]; RAYS / COLUMN_LANES];
         Sorted {
             org: [ZERO; 3],
             dir: [ZERO; 3],
@@ -66,10 +66,10 @@ impl Default for Sorted {
 impl Sorted {
     /// Takes the rays of some packets.
     #[inline(never)]
-    pub(super) fn take(&mut self, frame: &Frame, rays: &RayQueue, packets: Range<usize>) {
+    pub(super) fn take(&mut self, space: &BeamSpace, rays: &RayQueue, packets: Range<usize>) {
         let first = packets.start * LANES;
         self.count = rays.len().min(packets.end * LANES) - first;
-        let keys = keys(frame, rays, packets.clone());
+        let keys = keys(space, rays, packets.clone());
         let mut place = [0u16; SQUARES];
         for &key in &keys[..self.count] {
             place[usize::from(key)] += 1;
@@ -104,8 +104,8 @@ impl Sorted {
     #[inline(always)]
     pub(super) fn group<L: Lanes>(&self, k: usize, tmax: f32) -> (RayPacket<L>, L::Mask) {
         let first = k * L::PACKETS * LANES;
-        let vec = |columns: &[Column; 3]| {
-            let lanes = |column: &Column| {
+        let vec = |columns: &[RayColumn; 3]| {
+            let lanes = |column: &RayColumn| {
                 let run = first % COLUMN_LANES / (L::PACKETS * LANES);
                 L::load_run(&column[first / COLUMN_LANES % (RAYS / COLUMN_LANES)], run)
             };
@@ -137,13 +137,13 @@ impl Sorted {
 
 /// Of each ray the number of the square in which it is seen: sixteen times that along p, and that along q.
 #[inline(always)]
-fn keys(frame: &Frame, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
+fn keys(space: &BeamSpace, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
     const ZERO: Native = Native::ZERO;
     let mut places = [[ZERO; 2]; RAYS / NATIVE];
     let mut ends = [f32::INFINITY, f32::NEG_INFINITY].map(|end| [Native::splat(end); 2]);
     for (place, packet) in places.iter_mut().zip(packets.step_by(Native::PACKETS)) {
         let (rays, active) = rays.packet::<Native>(packet, 0.0);
-        let [_, p, q] = directions(frame, &rays);
+        let [_, p, q] = directions(space, &rays);
         *place = [p, q];
         for (axis, x) in place.iter().enumerate() {
             ends[0][axis] = ends[0][axis].min(active.select(*x, ends[0][axis]));

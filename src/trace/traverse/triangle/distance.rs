@@ -22,21 +22,21 @@
 //! errors that all add up: the worst that is measured there is 4·10⁻⁶ (tests/distance.rs,
 //! `perf/notes/distances.md`).
 
-use super::{Corners, Edges};
+use super::{EdgeFunctions, Vertices};
 use crate::simd::{LANES, LaneMask, Lanes, Vec3Lanes};
 use glam::{DVec3, Vec3};
 
 /// F may be this many times |s| where the depth is ahead of the origin, and this many where it is
 /// behind.
-const AHEAD: f32 = 24.0;
-const BEHIND: f32 = 262_144.0;
+const MAX_DEPTH_RATIO_AHEAD: f32 = 24.0;
+const MAX_DEPTH_RATIO_BEHIND: f32 = 262_144.0;
 
 /// Added to what |s| must be larger than, so that what is lost below the smallest numbers does not
 /// matter: 2⁻⁷⁵.
-const TINY: f32 = f32::from_bits((127 - 75) << 23);
+const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
 
 /// A distance by the edge functions, and what tells how accurate it is.
-pub(super) struct ByEdges<L: Lanes> {
+pub(super) struct EdgeDistance<L: Lanes> {
     pub(super) t: L,
     /// The sum of the edge functions.
     pub(super) det: L,
@@ -49,19 +49,22 @@ pub(super) struct ByEdges<L: Lanes> {
     depth_by_det: L,
 }
 
-impl<L: Lanes> ByEdges<L> {
+impl<L: Lanes> EdgeDistance<L> {
     /// By the corners' depths; `scale` is one over the direction's largest component.
     #[inline(always)]
-    pub(super) fn new(edges: &Edges<L>, [a, b, c]: [L; 3], scale: L) -> ByEdges<L> {
-        let Edges { u, v, w, .. } = *edges;
+    pub(super) fn new(edges: &EdgeFunctions<L>, [a, b, c]: [L; 3], scale: L) -> EdgeDistance<L> {
+        let EdgeFunctions { u, v, w, .. } = *edges;
         let det = (u + v) + w;
         let sum = (u * a + v * b) + w * c;
         let t = (sum * scale) / det;
         let most = |[a, b, c]: [L; 3]| a.abs().max(b.abs()).max(c.abs());
         let (far, near) = (a.max(b).max(c), a.min(b).min(c));
         let (depth, spread) = (far.abs().max(near.abs()), far - near);
-        let times = t.gt(L::ZERO).select(L::splat(AHEAD), L::splat(BEHIND));
-        ByEdges {
+        let times = t.gt(L::ZERO).select(
+            L::splat(MAX_DEPTH_RATIO_AHEAD),
+            L::splat(MAX_DEPTH_RATIO_BEHIND),
+        );
+        EdgeDistance {
             t,
             det,
             reach: times * sum.abs(),
@@ -78,7 +81,7 @@ impl<L: Lanes> ByEdges<L> {
         self.within_reach(self.spread)
     }
 
-    /// Lanes that are [`ByEdges::accurate`], and whose distance, if it is ahead and the ray is
+    /// Lanes that are [`EdgeDistance::accurate`], and whose distance, if it is ahead and the ray is
     /// [`usual`](super::usual), is known to be within the ray's stay in the triangle's own box:
     /// clamping it would leave it as it is.
     ///
@@ -91,7 +94,7 @@ impl<L: Lanes> ByEdges<L> {
     /// Theirs are below 4uS², so it is at most 12uS³ / D. That is below 9uR ≤ 9uK where 1.34 S³ <
     /// RD, so where 36 S³ < 24|s|, as |s| ≤ RD.
     #[inline(always)]
-    pub(super) fn settled(&self) -> L::Mask {
+    pub(super) fn clamp_not_needed(&self) -> L::Mask {
         let more = self.spread + self.size * L::splat(36.0);
         self.within_reach(self.t.gt(L::ZERO).select(more, self.spread))
     }
@@ -103,7 +106,7 @@ impl<L: Lanes> ByEdges<L> {
     fn within_reach(&self, spread: L) -> L::Mask {
         let bound = self.size * (self.size * spread + self.depth_by_spread) + self.depth_by_det;
         // A NaN is not less; a product that overflowed is no distance yet.
-        (bound + L::splat(TINY)).lt(self.reach) & self.t.lt(L::splat(f32::INFINITY))
+        (bound + L::splat(MIN_DETERMINANT)).lt(self.reach) & self.t.lt(L::splat(f32::INFINITY))
     }
 }
 
@@ -117,7 +120,7 @@ pub(super) fn to_planes<L: Lanes>(
     by_edges: L,
     asked: L::Mask,
     [org, dir]: [Vec3Lanes<L>; 2],
-    stored: &impl Corners,
+    stored: &impl Vertices,
     only: Option<usize>,
 ) -> L {
     let triangle = |triangle: usize| {

@@ -3,17 +3,17 @@
 use super::*;
 use crate::packet::RayPacket;
 use crate::simd::{F32x8, LANES, Mask8, Vec3x8};
-use crate::traverse::random::Source;
+use crate::traverse::random::RandomSource;
 
 /// [`RaysAndSlot`], but nothing is ever settled.
 struct Unsettled<'a>(RaysAndSlot<'a, F32x8>);
 
 impl Pairing<F32x8> for Unsettled<'_> {
-    fn stay(&self) -> Stay<F32x8> {
-        self.0.stay()
+    fn interval(&self) -> TInterval<F32x8> {
+        self.0.interval()
     }
 
-    fn usual(&self) -> bool {
+    fn in_safe_range(&self) -> bool {
         false
     }
 
@@ -21,27 +21,27 @@ impl Pairing<F32x8> for Unsettled<'_> {
         self.0.rays()
     }
 
-    fn stored(&self) -> (&impl Corners, Option<usize>) {
+    fn stored(&self) -> (&impl Vertices, Option<usize>) {
         self.0.stored()
     }
 }
 
-impl Source {
+impl RandomSource {
     /// A triangle, as wide as `size` or a needle.
     fn corners(&mut self, size: f32) -> [Vec3; 3] {
         let far = if self.unit() > 0.9 { 29.0 } else { 10.0 };
-        let at = self.place() * self.scale(far);
-        let [a, b] = [0, 1].map(|_| at + self.place() * size);
+        let at = self.position() * self.scale(far);
+        let [a, b] = [0, 1].map(|_| at + self.position() * size);
         let along = a + (b - a) * self.unit();
-        let aside = self.place() * size;
+        let aside = self.position() * size;
         let narrow = (self.unit() > 0.0).then(|| self.scale(12.0).min(1.0));
         [a, b, along + aside * narrow.unwrap_or(1.0)]
     }
 }
 
 /// Rays at the triangle, at its edges and corners, along it, and past it on the line of an edge.
-fn rays([a, b, c]: [Vec3; 3], from: &mut Source) -> RayPacket {
-    let org = a + from.place() * from.scale(8.0);
+fn rays([a, b, c]: [Vec3; 3], from: &mut RandomSource) -> RayPacket {
+    let org = a + from.position() * from.scale(8.0);
     // Next to nothing, now and then: what overflows then is clamped all the same.
     let short = if from.unit() > 0.8 {
         from.scale(42.0)
@@ -99,7 +99,7 @@ fn overflowing() -> ([Vec3; 3], RayPacket) {
 
 #[test]
 fn what_is_settled_need_not_be_clamped() {
-    let mut from = Source(1);
+    let mut from = RandomSource(1);
     let (mut hits, mut sures, mut clamped) = (0, 0, 0);
     for round in 0..400_000 {
         let size = from.scale(10.0);
@@ -109,7 +109,7 @@ fn what_is_settled_need_not_be_clamped() {
             _ => (corners, rays(corners, &mut from)),
         };
         let all = Mask8::splat(true);
-        let prepared = Prepared::new(&rays, all);
+        let prepared = RaySetup::new(&rays, all);
         let shear = &prepared.shear;
         let slot = LeafTriangle {
             vertices: corners.map(|corner| corner.to_array()),
@@ -121,17 +121,17 @@ fn what_is_settled_need_not_be_clamped() {
             slot: &slot,
         };
         let slopes = shear.slopes();
-        let Some(always) = meet(places, slopes, &Unsettled(own())) else {
+        let Some(always) = intersect(places, slopes, &Unsettled(own())) else {
             continue;
         };
-        let found = meet(places, slopes, &own()).expect("within the edges");
+        let found = intersect(places, slopes, &own()).expect("within the edges");
         let same = always.t.bits_eq(found.t) | !always.valid;
         assert_eq!(found.valid.bits(), always.valid.bits(), "round {round}");
         assert!(!(!same).any(), "round {round}: {corners:?} {rays:?}");
         let seen = edges(&places, slopes);
-        let by_edges = ByEdges::new(&seen, places.map(|corner| corner.z), slopes[2]);
-        let (raw, sure) = (by_edges.t, by_edges.settled());
-        let sure = sure & Mask8::splat(shear.usual);
+        let by_edges = EdgeDistance::new(&seen, places.map(|corner| corner.z), slopes[2]);
+        let (raw, sure) = (by_edges.t, by_edges.clamp_not_needed());
+        let sure = sure & Mask8::splat(shear.in_safe_range);
         let ahead = seen.inside & raw.gt(F32x8::ZERO);
         hits += always.valid.bits().count_ones();
         sures += (always.valid & sure).bits().count_ones();

@@ -4,7 +4,7 @@
 //!
 //! # Why culled rays do not hit
 //!
-//! Symbols and bounds are those of [`super::frame`], and:
+//! Symbols and bounds are those of [`super::projection`], and:
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -18,7 +18,7 @@
 //! else |D| ≤ 3 · `margin`. So one side of each edge function has to be looked at. Triangles without such a sign, or with
 //! N·d ≤ 64u|N|₁, are not culled here.
 //!
-//! **Edges.** As in [`super::frame`], with p and q of a ray instead of a rectangle; their rounding is what rectangles
+//! **Edges.** As in [`super::projection`], with p and q of a ray instead of a rectangle; their rounding is what rectangles
 //! are made wider by, times the slopes.
 //!
 //! **Plane.** The weights of the corners, as computed, are of one sign, so they stand for a point P of the triangle. N·(P − a) = 0,
@@ -37,12 +37,12 @@
 //! No ray with N·(o − a) above the sum of these has a hit. The next to last bound is more than the code's, as the margin of local
 //! frames is less than its table's sum.
 
-use super::frame::{Frame, TriangleView, ULP};
+use super::projection::{BeamSpace, TriangleView, ULP};
 use crate::simd::{LaneMask, Lanes, NATIVE, Native, NativeMask, Vec3Lanes, Vec3Native};
 
 /// What a look at the triangles of a block needs.
 #[derive(Clone, Copy)]
-pub(super) struct Look {
+pub(super) struct ShadowCull {
     /// Edge functions: slope along p, less the slope along q, constant; and what they are within.
     edges: [[Native; 3]; 3],
     least: Native,
@@ -52,14 +52,14 @@ pub(super) struct Look {
 }
 
 /// Where the rays of a packet are seen, and where they start.
-pub(super) struct Seen<'a, L> {
+pub(super) struct ProjectedRays<'a, L> {
     pub(super) p: L,
     pub(super) q: L,
     pub(super) org: &'a Vec3Lanes<L>,
 }
 
-impl Look {
-    pub(super) const NONE: Look = Look {
+impl ShadowCull {
+    pub(super) const NONE: ShadowCull = ShadowCull {
         edges: [[Native::ZERO; 3]; 3],
         least: Native::ZERO,
         normal: [Native::ZERO; 3],
@@ -69,15 +69,15 @@ impl Look {
     /// At the triangles of a block with these corners. `around` is the rectangle around the beam's cells, p and q.
     #[inline(always)]
     pub(super) fn new(
-        frame: &Frame,
+        space: &BeamSpace,
         around: &[[f32; 2]; 2],
         seen: &TriangleView,
         [a, b, c]: &[Vec3Native; 3],
-    ) -> Look {
+    ) -> ShadowCull {
         let middle = around.map(|[low, high]| Native::splat(0.5 * (low + high)));
         let half = around.map(|[low, high]| Native::splat(0.501 * (high - low)));
         let widest = |[low, high]: [f32; 2]| low.abs().max(high.abs());
-        let [wider, share] = frame.wider;
+        let [wider, share] = space.rect_epsilon;
         let wider = Native::splat(wider + share * widest(around[0]).max(widest(around[1])));
         let sum = |k: usize| (seen.edges[0][k] + seen.edges[1][k]) + seen.edges[2][k];
         let (constant, slope_p, slope_q) = (sum(0), sum(1), sum(2));
@@ -92,12 +92,12 @@ impl Look {
         let turned = facing.lt(Native::ZERO);
         let turn = |x: Native| turned.select(-x, x);
         // D and N·(the way from the light) have one sign where the beam goes up its axis.
-        let toward = Native::splat(frame.pace());
+        let toward = Native::splat(space.depth_per_t());
         let normal = [normal.x, normal.y, normal.z].map(|n| turn(n * toward));
         let size = seen.size;
         let sized = (normal[0].abs() + normal[1].abs()) + normal[2].abs();
         let cube = size * size * size;
-        let rounding = sized * (Native::splat(10.0 * frame.scale) + size * Native::splat(80.0))
+        let rounding = sized * (Native::splat(10.0 * space.scale) + size * Native::splat(80.0))
             + (sized * Native::splat(240.0) / least + Native::splat(40.0)) * cube;
         // What is lost below the smallest numbers, in scenes of 10⁻¹² and less, is less than the smallest of the others.
         let more = rounding * Native::splat(ULP) + Native::splat(f32::MIN_POSITIVE);
@@ -105,7 +105,7 @@ impl Look {
         // A NaN is no number that is larger, so these are tested.
         let clear = least.gt(sized * Native::splat(256.0 * ULP));
         let always = Native::splat(f32::INFINITY);
-        Look {
+        ShadowCull {
             edges: seen
                 .edges
                 .map(|[constant, p, q]| [turn(p), -turn(q), turn(constant)]),
@@ -129,7 +129,7 @@ impl Look {
 
     /// Which of a packet's rays may hit one of the triangles.
     #[inline(always)]
-    pub(super) fn may_hit<L: Lanes>(&self, lane: usize, rays: &Seen<L>) -> L::Mask {
+    pub(super) fn may_hit<L: Lanes>(&self, lane: usize, rays: &ProjectedRays<L>) -> L::Mask {
         // By reference: a lane of a copy would be read from a copy in memory.
         let one = |of: &Native| L::splat(of.lane(lane % NATIVE));
         let edge = |[slope_p, less_q, constant]: &[Native; 3]| {
@@ -159,10 +159,10 @@ mod tests {
     use crate::packet::RayQueue;
     use crate::simd::{F32x8, LANES, Mask8};
     use crate::traverse::beam::apex::Apex;
-    use crate::traverse::beam::block::places;
-    use crate::traverse::beam::cells::{Added, Cells, directions};
-    use crate::traverse::goal::Prepared;
-    use crate::traverse::random::Source;
+    use crate::traverse::beam::block::vertices;
+    use crate::traverse::beam::sub_beams::{Added, SubBeams, directions};
+    use crate::traverse::query::RaySetup;
+    use crate::traverse::random::RandomSource;
     use crate::traverse::triangle;
     use bumpalo::Bump;
     use glam::Vec3;
@@ -171,11 +171,11 @@ mod tests {
     const PACKETS: usize = 4;
 
     /// Triangles beside each other, of which some stand on edge and some are thin.
-    fn block(from: &mut Source, middle: Vec3, size: f32) -> TriangleBlock {
+    fn block(from: &mut RandomSource, middle: Vec3, size: f32) -> TriangleBlock {
         let triangles: [[Vec3; 3]; NATIVE] = std::array::from_fn(|_| {
             let thin = if from.unit() > 0.7 { 0.01 } else { 1.0 };
-            let a = middle + from.place() * size;
-            let (b, c) = (a + from.place() * size, a + from.place() * size);
+            let a = middle + from.position() * size;
+            let (b, c) = (a + from.position() * size, a + from.position() * size);
             [a, b, b + (c - b) * thin]
         });
         let column = |corner: usize, axis: usize| triangles.map(|t| t[corner][axis]);
@@ -194,7 +194,7 @@ mod tests {
     }
 
     /// On a triangle or on the line of an edge, off to either side by what shadow rays start off it or less; or anywhere.
-    fn start(from: &mut Source, block: &TriangleBlock, size: f32) -> Vec3 {
+    fn start(from: &mut RandomSource, block: &TriangleBlock, size: f32) -> Vec3 {
         let lane = (from.unit().abs() * NATIVE as f32) as usize % NATIVE;
         let [a, b, c] = slot(block, lane).vertices.map(Vec3::from_array);
         let (v, w) = match from.unit() {
@@ -211,21 +211,21 @@ mod tests {
         let off = BEYOND_BOXES * a.abs().max_element() * side;
         let place = a + (b - a) * v + (c - a) * w + normal * off;
         match from.unit() {
-            x if x > 0.8 => place + from.place() * size,
+            x if x > 0.8 => place + from.position() * size,
             _ => place,
         }
     }
 
     #[test]
     fn what_a_ray_hits_is_kept_and_most_of_the_rest_is_not() {
-        let mut from = Source(3);
+        let mut from = RandomSource(3);
         let (mut hits, mut local, mut kept, mut seen, mut pairs) = (0, 0, 0, 0, 0);
         for round in 0..30_000 {
             let size = (from.unit() * 6.0 - 5.0).exp2();
-            let middle = from.place() * if round % 5 == 0 { 20.0 } else { 1.0 };
+            let middle = from.position() * if round % 5 == 0 { 20.0 } else { 1.0 };
             let block = block(&mut from, middle, size);
             let far = (from.unit() * 5.0).exp2();
-            let light = middle + from.place() * far;
+            let light = middle + from.position() * far;
             let sun = round % 7 == 0;
             let (arena, tmax) = (Bump::new(), if sun { f32::INFINITY } else { 1.0 });
             let mut rays = RayQueue::with_capacity(&arena, PACKETS * LANES);
@@ -243,42 +243,43 @@ mod tests {
             };
             assert_eq!(sun, matches!(apex, Apex::Sun { .. }));
             let extent = middle.abs().max_element() + 3.0 * size;
-            let Some(frame) = Frame::new(&apex, (middle - light).to_array(), extent) else {
+            let Some(space) = BeamSpace::new(&apex, (middle - light).to_array(), extent) else {
                 continue;
             };
-            local += usize::from(!frame.near);
+            local += usize::from(!space.near);
             let packets: Vec<_> = (0..PACKETS)
                 .map(|k| rays.packet::<F32x8>(k, tmax))
                 .collect();
             let projected: Vec<_> = packets
                 .iter()
-                .map(|(rays, _)| directions(&frame, rays))
+                .map(|(rays, _)| directions(&space, rays))
                 .collect();
-            let mut cells = Box::new(Cells::new());
-            cells.look_at(&frame, &projected);
+            let mut sub_beams = Box::new(SubBeams::new());
+            sub_beams.look_at(&space, &projected);
             let limit = F32x8::splat(tmax);
-            let mut cell = [None; PACKETS];
+            let mut sub_beam = [None; PACKETS];
             let mut count = 0;
             for (k, projected) in projected.iter().enumerate() {
                 // One that is not parted is one cell.
-                let before = cells.all().count_ones();
+                let before = sub_beams.all().count_ones();
                 let everyone = Mask8::splat(true);
-                let added = cells.add(frame.near, *projected, limit, everyone, k) == Added::All;
-                let after = cells.all().count_ones();
-                cell[k] = (added && after == before + 1).then_some(before as usize);
+                let added = sub_beams.add(space.near, *projected, limit, everyone, k) == Added::All;
+                let after = sub_beams.all().count_ones();
+                sub_beam[k] = (added && after == before + 1).then_some(before as usize);
                 count += usize::from(added);
             }
             if count < PACKETS {
                 continue;
             }
-            cells.finish(&frame);
-            let places = places(&block);
-            let view = frame.triangles(&places, &frame.relative(&places));
-            let look = Look::new(&frame, cells.around(), &view, &places);
+            sub_beams.finish(&space);
+            let places = vertices(&block);
+            let view = space.triangles(&places, &space.relative(&places));
+            let look = ShadowCull::new(&space, sub_beams.around(), &view, &places);
             for (k, (rays, _)) in packets.iter().enumerate() {
                 let everyone = Mask8::splat(true);
-                let prepared = Prepared::new(rays, everyone);
-                let sees = cell[k].map(|cell| cells.sees(cell, &look, &view.own));
+                let prepared = RaySetup::new(rays, everyone);
+                let sees =
+                    sub_beam[k].map(|sub_beam| sub_beams.may_hit(sub_beam, &look, &view.own));
                 for lane in 0..NATIVE {
                     let hit = triangle::occluded::<F32x8, { triangle::MIXED }>(
                         &prepared,
@@ -288,7 +289,7 @@ mod tests {
                     let [_, p, q] = projected[k];
                     let may = look.may_hit(
                         lane,
-                        &Seen {
+                        &ProjectedRays {
                             p,
                             q,
                             org: &rays.org,

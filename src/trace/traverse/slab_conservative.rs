@@ -13,21 +13,21 @@
 //! moved origin times r and of their difference adds at most u(|c| + 2|o| + e)·r, which is below (3u|o| + 2ue)·r, less than both
 //! together. So it enters here no later; with e ≤ 0 likewise, and both are 0 then. It leaves no earlier: the same with the other
 //! sign, and r larger by 8u. For r < 0 lower and upper planes change places, and a factor that is smaller by a share of |r| is again
-//! the one for entering. [`TINY`] stands for what gets lost below the smallest numbers.
+//! the one for entering. [`ABS_SLACK`] stands for what gets lost below the smallest numbers.
 
-use super::aabb::{Planes, Slabs};
+use super::aabb::{RaySlabs, SlabTest};
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
 /// By how much of itself a reciprocal is made smaller and larger: 8u.
-const SHARE: f32 = 8.0 / 16_777_216.0;
+const REL_SLACK: f32 = 8.0 / 16_777_216.0;
 
 /// Taken off distances of entering and added to those of leaving: 2⁻¹⁰⁰.
-const TINY: f32 = f32::from_bits((127 - 100) << 23);
+const ABS_SLACK: f32 = f32::from_bits((127 - 100) << 23);
 
 /// What belongs to planes on one side of boxes: their coordinate times `by`, less `less`, is their distance.
 #[derive(Clone, Copy)]
-struct Side<L> {
+struct SlabSide<L> {
     by: Vec3Lanes<L>,
     less: Vec3Lanes<L>,
 }
@@ -35,30 +35,30 @@ struct Side<L> {
 /// A packet's rays, ready for the boxes of nodes: for the planes that they meet first and last if their directions agree in sign,
 /// else for lower and upper planes.
 #[derive(Clone, Copy)]
-pub(super) struct Cull<L> {
-    sides: [Side<L>; 2],
+pub(super) struct ConservativeSlabs<L> {
+    sides: [SlabSide<L>; 2],
 }
 
-impl<L: Lanes> Cull<L> {
+impl<L: Lanes> ConservativeSlabs<L> {
     /// For rays, by their slabs.
     #[inline(always)]
-    pub(super) fn new(rays: &RayPacket<L>, slabs: &Slabs<L>) -> Cull<L> {
-        let (rdir, tiny) = (slabs.rdir, L::splat(TINY));
+    pub(super) fn new(rays: &RayPacket<L>, slabs: &RaySlabs<L>) -> ConservativeSlabs<L> {
+        let (rdir, tiny) = (slabs.rdir, L::splat(ABS_SLACK));
         let tiny = Vec3Lanes::new(tiny, tiny, tiny);
         // To enter sooner, a reciprocal loses a share of itself; where signs differ, one for lower planes loses a share of its
         // size, because where a ray goes down they are those to leave by, later.
-        let (share, tiny) = match slabs.near {
+        let (share, tiny) = match slabs.octant {
             Some(_) => (rdir, tiny),
             None => (rdir.abs(), signed(tiny, rdir)),
         };
-        let share = share.scale(L::splat(SHARE));
+        let share = share.scale(L::splat(REL_SLACK));
         // Slabs have the origins moved by the padding, and here it is twice that.
         let [first, last] = slabs.org.map(|moved| moved + (moved - rays.org));
-        let side = |by: Vec3Lanes<L>, org: Vec3Lanes<L>, tiny: Vec3Lanes<L>| Side {
+        let side = |by: Vec3Lanes<L>, org: Vec3Lanes<L>, tiny: Vec3Lanes<L>| SlabSide {
             by,
             less: org.mul_elementwise(by) + tiny,
         };
-        Cull {
+        ConservativeSlabs {
             sides: [
                 side(rdir - share, first, tiny),
                 side(rdir + share, last, -tiny),
@@ -67,10 +67,10 @@ impl<L: Lanes> Cull<L> {
     }
 }
 
-impl<L: Lanes> Planes<L> for Cull<L> {
+impl<L: Lanes> SlabTest<L> for ConservativeSlabs<L> {
     #[inline(always)]
     fn distances(&self, side: usize, [x, y, z]: [f32; 3]) -> [L; 3] {
-        let Side { by, less } = &self.sides[side];
+        let SlabSide { by, less } = &self.sides[side];
         [
             L::splat(x).mul_sub_any_rounding(by.x, less.x),
             L::splat(y).mul_sub_any_rounding(by.y, less.y),
@@ -94,10 +94,10 @@ fn signed<L: Lanes>(size: Vec3Lanes<L>, like: Vec3Lanes<L>) -> Vec3Lanes<L> {
 mod tests {
     use super::*;
     use crate::simd::{F32x8, LANES, Mask8, Vec3x8};
-    use crate::traverse::random::Source;
+    use crate::traverse::random::RandomSource;
 
     /// A box somewhere, and rays of which most touch a corner of it, from near and far, some along an axis.
-    fn box_and_rays(from: &mut Source, together: bool) -> ([[f32; 3]; 2], RayPacket) {
+    fn box_and_rays(from: &mut RandomSource, together: bool) -> ([[f32; 3]; 2], RayPacket) {
         let mut next = || from.unit();
         let scale = (next() * 20.0).exp2();
         let size = (next() * 10.0).exp2() * scale;
@@ -133,21 +133,24 @@ mod tests {
 
     #[test]
     fn what_passes_the_slab_test_is_visited_as_early_and_as_long() {
-        let mut from = Source(5);
+        let mut from = RandomSource(5);
         let everyone = Mask8::splat(true);
         let (mut passed, mut tight, mut ordered) = (0, 0, 0);
         for round in 0..200_000 {
             let (corners, rays) = box_and_rays(&mut from, round % 2 == 0);
-            let slabs = Slabs::new(rays.org, rays.dir, everyone);
-            let (must, cull) = (slabs.stay(&corners), Cull::new(&rays, &slabs));
-            let may = match slabs.near {
-                Some(near) => cull.stay_ordered(&corners, near),
-                None => cull.stay_mixed(&corners),
+            let slabs = RaySlabs::new(rays.org, rays.dir, everyone);
+            let (must, cull) = (
+                slabs.intersect_box(&corners),
+                ConservativeSlabs::new(&rays, &slabs),
+            );
+            let may = match slabs.octant {
+                Some(near) => cull.intersect_box_same_octant(&corners, near),
+                None => cull.intersect_box_mixed(&corners),
             };
-            ordered += usize::from(slabs.near.is_some());
-            for lane in must.within(rays.tmax).lanes() {
-                let [enter, leave] = [must.enter.lane(lane), must.leave.lane(lane)];
-                let found = [may.enter.lane(lane), may.leave.lane(lane)];
+            ordered += usize::from(slabs.octant.is_some());
+            for lane in must.overlaps(rays.tmax).lanes() {
+                let [enter, leave] = [must.tnear.lane(lane), must.tfar.lane(lane)];
+                let found = [may.tnear.lane(lane), may.tfar.lane(lane)];
                 assert!(
                     found[0] <= enter && found[1] >= leave,
                     "{found:?} for {enter} to {leave}: {corners:?} {rays:?} {lane}"

@@ -7,47 +7,50 @@ const FOUR: usize = 4;
 
 /// Which fours of every eight each part of a trial has: two to bring the memory that a kernel needs, three to time one
 /// kernel, three to time the other.
-const PARTS: [usize; 8] = [0, 1, 2, 1, 0, 2, 1, 2];
+const SHARES: [usize; 8] = [0, 1, 2, 1, 0, 2, 1, 2];
 
 /// Some packets of a queue.
 #[derive(Clone)]
-pub(super) struct Part {
+pub(super) struct BatchSlice {
     pub(super) packets: Range<usize>,
-    /// Which of [`PARTS`]; all if none.
-    part: Option<usize>,
+    /// Which of [`SHARES`]; all if none.
+    share: Option<usize>,
 }
 
-impl Part {
-    pub(super) fn all(packets: Range<usize>) -> Part {
-        Part {
+impl BatchSlice {
+    pub(super) fn all(packets: Range<usize>) -> BatchSlice {
+        BatchSlice {
             packets,
-            part: None,
+            share: None,
         }
     }
 
     /// The parts of a trial: a quarter, and twice three eighths that lie between each other.
-    pub(super) fn trial(packets: Range<usize>) -> [Part; 3] {
-        [0, 1, 2].map(|part| Part {
+    pub(super) fn trial(packets: Range<usize>) -> [BatchSlice; 3] {
+        [0, 1, 2].map(|part| BatchSlice {
             packets: packets.clone(),
-            part: Some(part),
+            share: Some(part),
         })
     }
 
     /// The same, each in one piece.
-    pub(super) fn trial_in_pieces(packets: Range<usize>) -> [Part; 3] {
+    pub(super) fn trial_in_pieces(packets: Range<usize>) -> [BatchSlice; 3] {
         let Range { start, end } = packets;
         let eighth = packets.len() / 16 * 2;
         let [from, middle] = [2, 5].map(|eighths| start + eighths * eighth);
-        [start..from, from..middle, middle..end].map(Part::all)
+        [start..from, from..middle, middle..end].map(BatchSlice::all)
     }
 
     /// The packets, in order. A four is whole, but for the last.
     pub(super) fn each(&self) -> impl Iterator<Item = usize> + Clone + use<> {
-        let Part { packets, part } = self.clone();
+        let BatchSlice {
+            packets,
+            share: part,
+        } = self.clone();
         let start = packets.start;
         packets.filter(move |packet| match part {
             None => true,
-            Some(part) => PARTS[(packet - start) / FOUR % PARTS.len()] == part,
+            Some(part) => SHARES[(packet - start) / FOUR % SHARES.len()] == part,
         })
     }
 
@@ -62,15 +65,15 @@ mod tests {
 
     #[test]
     fn a_trial_has_all_packets_in_fours() {
-        let parts = Part::trial(3..67);
-        assert_eq!(parts.each_ref().map(Part::count), [16, 24, 24]);
+        let parts = BatchSlice::trial(3..67);
+        assert_eq!(parts.each_ref().map(BatchSlice::count), [16, 24, 24]);
         assert!(parts[0].each().take(5).eq([3, 4, 5, 6, 19]));
         assert!(parts[1].each().take(5).eq([7, 8, 9, 10, 15]));
         assert!(parts[2].each().take(5).eq([11, 12, 13, 14, 23]));
-        let pieces = Part::trial_in_pieces(3..67).map(|part| part.packets);
+        let pieces = BatchSlice::trial_in_pieces(3..67).map(|part| part.packets);
         assert_eq!(pieces, [3..19, 19..43, 43..67]);
-        let mut all: Vec<usize> = parts.iter().flat_map(Part::each).collect();
+        let mut all: Vec<usize> = parts.iter().flat_map(BatchSlice::each).collect();
         all.sort_unstable();
-        assert!(Part::all(3..67).each().eq(all));
+        assert!(BatchSlice::all(3..67).each().eq(all));
     }
 }

@@ -1,6 +1,6 @@
 //! What a traversal looks for, the closest hit or any, and what it does in a leaf.
 
-use super::aabb::{Slabs, Stay};
+use super::aabb::{RaySlabs, TInterval};
 use super::packet::slots_of;
 use super::triangle::{MIXED, Shear};
 use super::{cone, instance, sphere, triangle};
@@ -11,7 +11,7 @@ use std::ops::Range;
 
 /// The closest hits so far. Inactive lanes hold t = −∞.
 #[derive(Clone, Copy)]
-pub(super) struct Best<L: Lanes> {
+pub(super) struct HitRecord<L: Lanes> {
     pub(super) t: L,
     /// Barycentric weights of a triangle's second and third corner, times `det`: divided once, at the end.
     pub(super) v: L,
@@ -22,7 +22,7 @@ pub(super) struct Best<L: Lanes> {
 
 /// Lanes that meet a primitive, where, and with what weights: a triangle's `v` and `w` are the edge functions that weigh
 /// corners b and c, `det` their sum with the third.
-pub(super) struct Meeting<L: Lanes> {
+pub(super) struct HitCandidate<L: Lanes> {
     pub(super) valid: L::Mask,
     pub(super) t: L,
     pub(super) v: L,
@@ -30,11 +30,11 @@ pub(super) struct Meeting<L: Lanes> {
     pub(super) det: L,
 }
 
-impl<L: Lanes> Meeting<L> {
+impl<L: Lanes> HitCandidate<L> {
     /// A hit without barycentric weights.
     #[inline(always)]
-    pub(super) fn bare(valid: L::Mask, t: L) -> Meeting<L> {
-        Meeting {
+    pub(super) fn without_uv(valid: L::Mask, t: L) -> HitCandidate<L> {
+        HitCandidate {
             valid,
             t,
             v: L::ZERO,
@@ -44,10 +44,10 @@ impl<L: Lanes> Meeting<L> {
     }
 }
 
-impl<L: Lanes> Best<L> {
+impl<L: Lanes> HitRecord<L> {
     /// Takes a hit where it is closer, or as close with a smaller number.
     #[inline(always)]
-    pub(super) fn take(&mut self, hit: &Meeting<L>, id: L::U32) -> L::Mask {
+    pub(super) fn update(&mut self, hit: &HitCandidate<L>, id: L::U32) -> L::Mask {
         let closer = hit.t.lt(self.t) | (hit.t.eq(self.t) & id.lt(self.prim_id));
         let take = hit.valid & closer;
         self.t = take.select(hit.t, self.t);
@@ -60,59 +60,59 @@ impl<L: Lanes> Best<L> {
 
     /// Takes a hit without barycentric weights.
     #[inline(always)]
-    pub(super) fn take_bare(&mut self, valid: L::Mask, t: L, prim_id: u32) {
-        self.take(&Meeting::bare(valid, t), L::U32::splat(prim_id));
+    pub(super) fn update_t(&mut self, valid: L::Mask, t: L, prim_id: u32) {
+        self.update(&HitCandidate::without_uv(valid, t), L::U32::splat(prim_id));
     }
 }
 
 /// The limit of a lane without a ray, or with nothing left to find.
 #[inline(always)]
-pub(super) fn nowhere<L: Lanes>() -> L {
+pub(super) fn inactive_t<L: Lanes>() -> L {
     L::splat(f32::NEG_INFINITY)
 }
 
 /// What a traversal looks for.
-pub(super) trait Goal<L: Lanes>: Copy {
+pub(super) trait Query<L: Lanes>: Copy {
     /// Whether it helps to meet near leaves first: it does not where any hit will do.
-    const ORDERED: bool;
+    const FRONT_TO_BACK: bool;
     /// How far each ray still has to look.
     fn limit(&self) -> L;
-    /// The same goal within an instance, whose box the rays cross as `stay` says; none if nothing in there can matter.
-    fn within(&self, stay: &Stay<L>) -> Option<Self>
+    /// The same goal within an instance, whose box the rays cross as `interval` says; none if nothing in there can matter.
+    fn enter_instance(&self, interval: &TInterval<L>) -> Option<Self>
     where
         Self: Sized;
     /// Takes a hit, where it counts; true if it does in any lane.
-    fn take(&mut self, hit: &Meeting<L>, id: u32) -> bool;
+    fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool;
     /// Takes over what was found within an instance; true ends the traversal.
-    fn leave(&mut self, inner: Self, stay: &Stay<L>, id_offset: u32) -> bool;
+    fn exit_instance(&mut self, inner: Self, interval: &TInterval<L>, id_offset: u32) -> bool;
     /// Tests the primitives of a leaf; true ends the traversal.
-    fn leaf<const PLAIN: bool>(
+    fn intersect_leaf<const NO_CONES_OR_INSTANCES: bool>(
         &mut self,
         bvh: &Bvh,
-        rays: &Prepared<L>,
+        rays: &RaySetup<L>,
         kind: LeafKind,
         slots: Range<usize>,
     ) -> bool;
 }
 
 #[derive(Clone, Copy)]
-pub(super) struct Closest<L: Lanes> {
-    pub(super) best: Best<L>,
+pub(super) struct ClosestHit<L: Lanes> {
+    pub(super) best: HitRecord<L>,
 }
 
 #[derive(Clone, Copy)]
 pub(super) struct AnyHit<L: Lanes> {
     limit: L,
-    blocked: L::Mask,
-    all: u32,
+    occluded: L::Mask,
+    active: u32,
 }
 
-impl<L: Lanes> Closest<L> {
+impl<L: Lanes> ClosestHit<L> {
     /// Hits closer than `limit`.
     #[inline(always)]
-    pub(super) fn new(limit: L) -> Closest<L> {
-        Closest {
-            best: Best {
+    pub(super) fn new(limit: L) -> ClosestHit<L> {
+        ClosestHit {
+            best: HitRecord {
                 t: limit,
                 v: L::ZERO,
                 w: L::ZERO,
@@ -127,7 +127,7 @@ impl<L: Lanes> Closest<L> {
     #[inline(always)]
     pub(super) fn found(&self) -> bool {
         let t = self.best.t;
-        (t.gt(nowhere()) & t.lt(L::splat(f32::INFINITY))).any()
+        (t.gt(inactive_t()) & t.lt(L::splat(f32::INFINITY))).any()
     }
 
     /// What was found below `tmax`.
@@ -144,18 +144,18 @@ impl<L: Lanes> Closest<L> {
     }
 }
 
-impl<L: Lanes> Goal<L> for Closest<L> {
-    const ORDERED: bool = true;
+impl<L: Lanes> Query<L> for ClosestHit<L> {
+    const FRONT_TO_BACK: bool = true;
     #[inline(always)]
     fn limit(&self) -> L {
         self.best.t
     }
 
     #[inline(always)]
-    fn within(&self, stay: &Stay<L>) -> Option<Closest<L>> {
-        let limit = instance::closest_limit(self.best.t, stay);
-        limit.gt(nowhere()).any().then(|| Closest {
-            best: Best {
+    fn enter_instance(&self, interval: &TInterval<L>) -> Option<ClosestHit<L>> {
+        let limit = instance::closest_limit(self.best.t, interval);
+        limit.gt(inactive_t()).any().then(|| ClosestHit {
+            best: HitRecord {
                 t: limit,
                 // The smallest number wins a tie, so this one loses it: a hit at the limit may win out there.
                 prim_id: L::U32::splat(NO_PRIM),
@@ -165,18 +165,23 @@ impl<L: Lanes> Goal<L> for Closest<L> {
     }
 
     #[inline(always)]
-    fn take(&mut self, hit: &Meeting<L>, id: u32) -> bool {
-        self.best.take(hit, L::U32::splat(id)).any()
+    fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool {
+        self.best.update(hit, L::U32::splat(id)).any()
     }
 
     #[inline(always)]
-    fn leave(&mut self, inner: Closest<L>, stay: &Stay<L>, id_offset: u32) -> bool {
+    fn exit_instance(
+        &mut self,
+        inner: ClosestHit<L>,
+        interval: &TInterval<L>,
+        id_offset: u32,
+    ) -> bool {
         let found = inner.best;
         let id = found.prim_id.wrapping_add(L::U32::splat(id_offset));
-        let (met, t) = instance::outside(found.t, stay);
+        let (met, t) = instance::to_world(found.t, interval);
         let hit = met & !found.prim_id.eq(L::U32::splat(NO_PRIM));
-        self.best.take(
-            &Meeting {
+        self.best.update(
+            &HitCandidate {
                 valid: hit,
                 t,
                 v: found.v,
@@ -189,10 +194,10 @@ impl<L: Lanes> Goal<L> for Closest<L> {
     }
 
     #[inline(always)]
-    fn leaf<const PLAIN: bool>(
+    fn intersect_leaf<const NO_CONES_OR_INSTANCES: bool>(
         &mut self,
         bvh: &Bvh,
-        rays: &Prepared<L>,
+        rays: &RaySetup<L>,
         kind: LeafKind,
         slots: Range<usize>,
     ) -> bool {
@@ -215,7 +220,9 @@ impl<L: Lanes> Goal<L> for Closest<L> {
                     sphere::closest_ellipsoid(org, dir, slabs, slot, best);
                 }
             }
-            LeafKind::Cone if !PLAIN => *best = cones_closest(bvh, rays, slots, *best),
+            LeafKind::Cone if !NO_CONES_OR_INSTANCES => {
+                *best = cones_closest(bvh, rays, slots, *best)
+            }
             // The traversal itself enters instances.
             LeafKind::Cone | LeafKind::Instance => {}
         }
@@ -223,41 +230,41 @@ impl<L: Lanes> Goal<L> for Closest<L> {
     }
 }
 
-impl<L: Lanes> Goal<L> for AnyHit<L> {
-    const ORDERED: bool = false;
+impl<L: Lanes> Query<L> for AnyHit<L> {
+    const FRONT_TO_BACK: bool = false;
     #[inline(always)]
     fn limit(&self) -> L {
         self.limit
     }
 
     #[inline(always)]
-    fn within(&self, stay: &Stay<L>) -> Option<AnyHit<L>> {
-        let limit = instance::any_hit_limit(self.limit, stay);
-        let live = limit.gt(nowhere()).bits();
+    fn enter_instance(&self, interval: &TInterval<L>) -> Option<AnyHit<L>> {
+        let limit = instance::any_hit_limit(self.limit, interval);
+        let live = limit.gt(inactive_t()).bits();
         (live != 0).then(|| AnyHit {
             limit,
-            blocked: L::Mask::none(),
-            all: live,
+            occluded: L::Mask::none(),
+            active: live,
         })
     }
 
     #[inline(always)]
-    fn take(&mut self, hit: &Meeting<L>, _: u32) -> bool {
+    fn update(&mut self, hit: &HitCandidate<L>, _: u32) -> bool {
         let hits = hit.valid & hit.t.lt(self.limit);
-        self.block(hits);
+        self.mark_occluded(hits);
         hits.any()
     }
 
     #[inline(always)]
-    fn leave(&mut self, inner: AnyHit<L>, _: &Stay<L>, _: u32) -> bool {
-        self.block(inner.blocked)
+    fn exit_instance(&mut self, inner: AnyHit<L>, _: &TInterval<L>, _: u32) -> bool {
+        self.mark_occluded(inner.occluded)
     }
 
     #[inline(always)]
-    fn leaf<const PLAIN: bool>(
+    fn intersect_leaf<const NO_CONES_OR_INSTANCES: bool>(
         &mut self,
         bvh: &Bvh,
-        rays: &Prepared<L>,
+        rays: &RaySetup<L>,
         kind: LeafKind,
         slots: Range<usize>,
     ) -> bool {
@@ -285,10 +292,10 @@ impl<L: Lanes> Goal<L> for AnyHit<L> {
                 }
                 hits
             }
-            LeafKind::Cone if !PLAIN => cones_occluded(bvh, rays, slots, tmax),
+            LeafKind::Cone if !NO_CONES_OR_INSTANCES => cones_occluded(bvh, rays, slots, tmax),
             LeafKind::Cone | LeafKind::Instance => L::Mask::none(),
         };
-        self.block(hits)
+        self.mark_occluded(hits)
     }
 }
 
@@ -297,46 +304,46 @@ impl<L: Lanes> AnyHit<L> {
     pub(super) fn new(limit: L, active: L::Mask) -> AnyHit<L> {
         AnyHit {
             limit,
-            blocked: L::Mask::none(),
-            all: active.bits(),
+            occluded: L::Mask::none(),
+            active: active.bits(),
         }
     }
 
     /// Lanes that met anything.
     #[inline(always)]
-    pub(super) fn blocked(&self) -> L::Mask {
-        self.blocked
+    pub(super) fn occluded(&self) -> L::Mask {
+        self.occluded
     }
 
     /// Lanes that met nothing.
     #[inline(always)]
-    pub(super) fn unblocked(&self) -> L::Mask {
-        L::Mask::from_bits(self.all) & !self.blocked
+    pub(super) fn unoccluded(&self) -> L::Mask {
+        L::Mask::from_bits(self.active) & !self.occluded
     }
 
     /// A blocked lane is done: like a lane without a ray. True when all are.
     #[inline(always)]
-    fn block(&mut self, hits: L::Mask) -> bool {
-        self.blocked = self.blocked | hits;
-        self.limit = hits.select(nowhere(), self.limit);
-        self.blocked.bits() == self.all
+    fn mark_occluded(&mut self, hits: L::Mask) -> bool {
+        self.occluded = self.occluded | hits;
+        self.limit = hits.select(inactive_t(), self.limit);
+        self.occluded.bits() == self.active
     }
 }
 
 /// Rays with what the tests derive from them once.
 #[derive(Clone, Copy)]
-pub(super) struct Prepared<L: Lanes> {
+pub(super) struct RaySetup<L: Lanes> {
     pub(super) rays: RayPacket<L>,
-    pub(super) slabs: Slabs<L>,
+    pub(super) slabs: RaySlabs<L>,
     pub(super) shear: Shear<L>,
 }
 
-impl<L: Lanes> Prepared<L> {
+impl<L: Lanes> RaySetup<L> {
     #[inline(always)]
-    pub(super) fn new(rays: &RayPacket<L>, active: L::Mask) -> Prepared<L> {
-        Prepared {
+    pub(super) fn new(rays: &RayPacket<L>, active: L::Mask) -> RaySetup<L> {
+        RaySetup {
             rays: *rays,
-            slabs: Slabs::new(rays.org, rays.dir, active),
+            slabs: RaySlabs::new(rays.org, rays.dir, active),
             shear: Shear::new(rays.org, rays.dir, active),
         }
     }
@@ -345,9 +352,9 @@ impl<L: Lanes> Prepared<L> {
 #[inline(always)]
 fn triangles_closest<L: Lanes, const AXIS: usize>(
     bvh: &Bvh,
-    rays: &Prepared<L>,
+    rays: &RaySetup<L>,
     slots: Range<usize>,
-    best: &mut Best<L>,
+    best: &mut HitRecord<L>,
 ) {
     for slot in slots_of(bvh.triangles(), slots) {
         triangle::closest::<L, AXIS>(rays, slot, best);
@@ -357,7 +364,7 @@ fn triangles_closest<L: Lanes, const AXIS: usize>(
 #[inline(always)]
 fn triangles_occluded<L: Lanes, const AXIS: usize>(
     bvh: &Bvh,
-    rays: &Prepared<L>,
+    rays: &RaySetup<L>,
     slots: Range<usize>,
     tmax: L,
 ) -> L::Mask {
@@ -372,10 +379,10 @@ fn triangles_occluded<L: Lanes, const AXIS: usize>(
 #[inline(never)]
 fn cones_closest<L: Lanes>(
     bvh: &Bvh,
-    rays: &Prepared<L>,
+    rays: &RaySetup<L>,
     slots: Range<usize>,
-    mut best: Best<L>,
-) -> Best<L> {
+    mut best: HitRecord<L>,
+) -> HitRecord<L> {
     for slot in slots_of(bvh.cones(), slots) {
         cone::closest(rays.rays.org, rays.rays.dir, &rays.slabs, slot, &mut best);
     }
@@ -385,7 +392,7 @@ fn cones_closest<L: Lanes>(
 #[inline(never)]
 fn cones_occluded<L: Lanes>(
     bvh: &Bvh,
-    rays: &Prepared<L>,
+    rays: &RaySetup<L>,
     slots: Range<usize>,
     tmax: L,
 ) -> L::Mask {

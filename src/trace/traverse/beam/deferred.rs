@@ -4,115 +4,120 @@
 //! triangle one leaves cannot be foretold, and a loop that ends where nobody expects it takes as long as three looks.
 
 use super::Group;
-use super::block::{Pair, places};
-use super::descend::Descent;
-use super::look::{Look, Seen};
+use super::block::{RayTrianglePair, vertices};
 use super::pairs::{BLOCKS, Pairs};
+use super::shadow_cull::{ProjectedRays, ShadowCull};
+use super::traverse::BeamTraversal;
 use crate::bvh::{LeafKind, TriangleBlock};
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE};
-use crate::traverse::goal::Goal;
-use crate::traverse::tally::Tally;
+use crate::traverse::counters::Counters;
+use crate::traverse::query::Query;
 use crate::traverse::triangle::MIXED;
 
 /// What waits.
-pub(super) struct Waiting<'a> {
+pub(super) struct DeferredBlocks<'a> {
     /// Blocks, and the cells that may meet them.
     blocks: [Option<&'a TriangleBlock>; BLOCKS],
     cells: [u64; BLOCKS],
     count: usize,
-    looks: [Look; BLOCKS],
+    looks: [ShadowCull; BLOCKS],
     pub(super) pairs: Pairs,
 }
 
-impl Waiting<'_> {
+impl DeferredBlocks<'_> {
     pub(super) fn none() -> Self {
-        Waiting {
+        DeferredBlocks {
             blocks: [None; BLOCKS],
             cells: [0; BLOCKS],
             count: 0,
-            looks: [Look::NONE; BLOCKS],
+            looks: [ShadowCull::NONE; BLOCKS],
             pairs: Pairs::none(),
         }
     }
 }
 
-impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
+impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
     /// Puts off a block that some cells may meet.
     #[inline(always)]
-    pub(super) fn await_test(
+    pub(super) fn defer(
         &mut self,
         block: &'a TriangleBlock,
         cells: u64,
-        waiting: &mut Waiting<'a>,
+        deferred: &mut DeferredBlocks<'a>,
     ) {
-        let slot = waiting.count % BLOCKS;
-        (waiting.blocks[slot], waiting.cells[slot]) = (Some(block), cells);
-        waiting.count += 1;
-        if waiting.count == BLOCKS {
-            self.test_waiting(waiting);
+        let slot = deferred.count % BLOCKS;
+        (deferred.blocks[slot], deferred.cells[slot]) = (Some(block), cells);
+        deferred.count += 1;
+        if deferred.count == BLOCKS {
+            self.test_deferred(deferred);
         }
     }
 
     /// Looks at the triangles that wait, and tests what is left of them.
     #[inline(never)]
-    pub(super) fn test_waiting(&mut self, waiting: &mut Waiting<'a>) {
-        waiting.pairs.count = 0;
-        let waits = waiting.blocks.iter().zip(waiting.cells).take(waiting.count);
+    pub(super) fn test_deferred(&mut self, deferred: &mut DeferredBlocks<'a>) {
+        deferred.pairs.count = 0;
+        let waits = deferred
+            .blocks
+            .iter()
+            .zip(deferred.cells)
+            .take(deferred.count);
         for (slot, (block, cells)) in waits.enumerate() {
             let Some(block) = block else { continue };
-            self.work.block(LeafKind::Triangle, 0);
-            let places = places(block);
-            let seen = self.frame.triangles(&places, &self.frame.relative(&places));
-            let look = &mut waiting.looks[slot];
-            *look = Look::new(self.frame, self.cells.around(), &seen, &places);
+            self.counters.block(LeafKind::Triangle, 0);
+            let places = vertices(block);
+            let seen = self.space.triangles(&places, &self.space.relative(&places));
+            let look = &mut deferred.looks[slot];
+            *look = ShadowCull::new(self.space, self.sub_beams.around(), &seen, &places);
             let mut left = cells;
             while left != 0 {
-                let cell = left.trailing_zeros() as usize;
+                let sub_beam = left.trailing_zeros() as usize;
                 left &= left - 1;
-                let lanes = self.cells.sees(cell, look, &seen.own);
-                waiting.pairs.add(cell, slot, lanes);
+                let lanes = self.sub_beams.may_hit(sub_beam, look, &seen.own);
+                deferred.pairs.add(sub_beam, slot, lanes);
             }
         }
-        let (looks, pairs) = (&waiting.looks, &mut waiting.pairs);
-        pairs.retain(|cell, place| {
-            let group = self.cells.group(cell);
+        let (looks, pairs) = (&deferred.looks, &mut deferred.pairs);
+        pairs.retain(|sub_beam, place| {
+            let group = self.sub_beams.group(sub_beam);
             // SAFETY: a cell is of a packet of this beam, each of which has its place in all three.
-            let (rays, seen, goal) = unsafe {
+            let (rays, seen, query) = unsafe {
                 (
                     self.groups.get_unchecked(group),
                     self.projected.get_unchecked(group),
                     self.goals.get_unchecked(group),
                 )
             };
-            let seen = Seen {
+            let seen = ProjectedRays {
                 p: seen[1],
                 q: seen[2],
                 org: &rays.rays.org,
             };
             let may = looks[place / NATIVE % BLOCKS].may_hit(place % NATIVE, &seen);
-            (may & goal.limit().gt(L::ZERO)).any()
+            (may & query.limit().gt(L::ZERO)).any()
         });
         let mut touched = 0u64;
         for k in 0..pairs.count {
-            let (cell, place) = pairs.get(k);
-            let group = self.cells.group(cell);
+            let (sub_beam, place) = pairs.get(k);
+            let group = self.sub_beams.group(sub_beam);
             let (slot, lane) = (place / NATIVE % BLOCKS, place % NATIVE);
-            let Some(block) = waiting.blocks[slot] else {
+            let Some(block) = deferred.blocks[slot] else {
                 continue;
             };
             // SAFETY: as above.
             let rays = unsafe { self.groups.get_unchecked(group) };
             // SAFETY: as above.
-            let goal = unsafe { self.goals.get_unchecked_mut(group) };
+            let query = unsafe { self.goals.get_unchecked_mut(group) };
             let met = match rays.shear.axis {
-                MIXED => test_apart(block, lane, rays, goal),
-                _ => test::<L, false>(block, lane, rays, goal),
+                MIXED => test_apart(block, lane, rays, query),
+                _ => test::<L, false>(block, lane, rays, query),
             };
-            touched |= u64::from(met) << cell;
+            touched |= u64::from(met) << sub_beam;
         }
-        self.work.tests((pairs.count * L::PACKETS * LANES) as u64);
-        waiting.count = 0;
-        self.touch(touched);
+        self.counters
+            .tests((pairs.count * L::PACKETS * LANES) as u64);
+        deferred.count = 0;
+        self.refresh_depths(touched);
     }
 }
 
@@ -123,9 +128,9 @@ fn test_apart<L: Lanes>(
     block: &TriangleBlock,
     lane: usize,
     rays: &Group<L>,
-    goal: &mut impl Goal<L>,
+    query: &mut impl Query<L>,
 ) -> bool {
-    test::<L, true>(block, lane, rays, goal)
+    test::<L, true>(block, lane, rays, query)
 }
 
 /// Whether any ray of a packet meets a triangle, so that the goal took it.
@@ -134,8 +139,8 @@ fn test<L: Lanes, const APART: bool>(
     block: &TriangleBlock,
     lane: usize,
     rays: &Group<L>,
-    goal: &mut impl Goal<L>,
+    query: &mut impl Query<L>,
 ) -> bool {
     let corners = rays.shear.less_origins::<APART>(block, lane);
-    Pair { rays, block, lane }.meet(corners, goal)
+    RayTrianglePair { rays, block, lane }.intersect(corners, query)
 }

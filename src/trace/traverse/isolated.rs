@@ -4,9 +4,9 @@
 //! same functions, but over all boxes, or all primitives of a kind as if they stood in one leaf. Every lane carries a ray.
 //! `benches/kernels.rs` holds the answers against the oracle's (`oracle::alone`).
 
-use super::aabb::Planes;
-use super::cull::Cull;
-use super::goal::{AnyHit, Closest, Goal, Prepared};
+use super::aabb::SlabTest;
+use super::query::{AnyHit, ClosestHit, Query, RaySetup};
+use super::slab_conservative::ConservativeSlabs;
 use crate::bvh::{Bvh, LeafKind};
 use crate::packet::{HitPacket, RayPacket};
 use crate::simd::{LaneMask, Lanes};
@@ -19,11 +19,13 @@ use std::ops::Range;
 pub fn boxes<L: Lanes>(rays: &[RayPacket<L>], boxes: &[[[f32; 3]; 2]]) -> u64 {
     let mut met = 0;
     for rays in rays {
-        let slabs = Prepared::new(rays, everyone::<L>()).slabs;
-        let cull = Cull::new(rays, &slabs);
-        met += match slabs.near {
-            Some(near) => meeting::<L>(boxes, |b| cull.stay_ordered(b, near).within(rays.tmax)),
-            None => meeting::<L>(boxes, |b| cull.stay_mixed(b).within(rays.tmax)),
+        let slabs = RaySetup::new(rays, all_lanes::<L>()).slabs;
+        let cull = ConservativeSlabs::new(rays, &slabs);
+        met += match slabs.octant {
+            Some(near) => count_hits::<L>(boxes, |b| {
+                cull.intersect_box_same_octant(b, near).overlaps(rays.tmax)
+            }),
+            None => count_hits::<L>(boxes, |b| cull.intersect_box_mixed(b).overlaps(rays.tmax)),
         };
     }
     met
@@ -60,35 +62,35 @@ const TRIANGLE: u32 = PrimKind::Triangle as u32;
 const CONE: u32 = PrimKind::Cone as u32;
 
 /// The kind is a parameter and the function is never inlined, so that every test is compiled by itself: within one function
-/// a change of one kind's test changes which registers another's get. `PLAIN` as in a traversal: no cones.
+/// a change of one kind's test changes which registers another's get. `NO_CONES_OR_INSTANCES` as in a traversal: no cones.
 #[inline(never)]
-fn closest_in<L: Lanes, const KIND: u32, const PLAIN: bool>(
+fn closest_in<L: Lanes, const KIND: u32, const NO_CONES_OR_INSTANCES: bool>(
     bvh: &Bvh,
     rays: &[RayPacket<L>],
     hits: &mut [HitPacket<L>],
 ) {
     let (kind, all) = leaf_of_all::<KIND>(bvh);
     for (rays, hits) in rays.iter().zip(hits) {
-        let prepared = Prepared::new(rays, everyone::<L>());
-        let mut goal = Closest::new(rays.tmax);
-        goal.leaf::<PLAIN>(bvh, &prepared, kind, all.clone());
-        *hits = goal.hits(rays.tmax, everyone::<L>());
+        let prepared = RaySetup::new(rays, all_lanes::<L>());
+        let mut query = ClosestHit::new(rays.tmax);
+        query.intersect_leaf::<NO_CONES_OR_INSTANCES>(bvh, &prepared, kind, all.clone());
+        *hits = query.hits(rays.tmax, all_lanes::<L>());
     }
 }
 
 /// As [`closest_in`].
 #[inline(never)]
-fn occluded_in<L: Lanes, const KIND: u32, const PLAIN: bool>(
+fn occluded_in<L: Lanes, const KIND: u32, const NO_CONES_OR_INSTANCES: bool>(
     bvh: &Bvh,
     rays: &[RayPacket<L>],
     blocked: &mut [u32],
 ) {
     let (kind, all) = leaf_of_all::<KIND>(bvh);
     for (rays, blocked) in rays.iter().zip(blocked) {
-        let prepared = Prepared::new(rays, everyone::<L>());
-        let mut goal = AnyHit::new(rays.tmax, everyone::<L>());
-        goal.leaf::<PLAIN>(bvh, &prepared, kind, all.clone());
-        *blocked = goal.blocked().bits();
+        let prepared = RaySetup::new(rays, all_lanes::<L>());
+        let mut query = AnyHit::new(rays.tmax, all_lanes::<L>());
+        query.intersect_leaf::<NO_CONES_OR_INSTANCES>(bvh, &prepared, kind, all.clone());
+        *blocked = query.occluded().bits();
     }
 }
 
@@ -107,12 +109,15 @@ fn leaf_of_all<const KIND: u32>(bvh: &Bvh) -> (LeafKind, Range<usize>) {
 
 /// Every lane.
 #[inline(always)]
-fn everyone<L: Lanes>() -> L::Mask {
+fn all_lanes<L: Lanes>() -> L::Mask {
     L::Mask::splat(true)
 }
 
 #[inline(always)]
-fn meeting<L: Lanes>(boxes: &[[[f32; 3]; 2]], within: impl Fn(&[[f32; 3]; 2]) -> L::Mask) -> u64 {
+fn count_hits<L: Lanes>(
+    boxes: &[[[f32; 3]; 2]],
+    within: impl Fn(&[[f32; 3]; 2]) -> L::Mask,
+) -> u64 {
     let mut met = 0;
     for corners in boxes {
         met += u64::from(within(corners).bits().count_ones());

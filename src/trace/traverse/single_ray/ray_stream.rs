@@ -1,32 +1,32 @@
 //! Rays of a queue, one after the other.
 
-use super::context::{Context, Hit, Ray};
+use super::ray_state::{RayState, SingleHit, SingleRaySetup};
 use crate::packet::{RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
-use crate::traverse::aabb::Slabs;
-use crate::traverse::tally::Tally;
+use crate::traverse::aabb::RaySlabs;
+use crate::traverse::counters::Counters;
 use crate::traverse::triangle::Shear;
 use bytemuck::Zeroable;
 
 /// Rays of a queue one after the other, what tests need of them made packet by packet.
-pub(super) struct Source<'q, 'a, I> {
+pub(super) struct RayStream<'q, 'a, I> {
     rays: &'q RayQueue<'a>,
     packets: I,
     tmax: f32,
     /// Those of the packet at hand, by lane.
-    ready: [Ray; LANES],
+    ready: [SingleRaySetup; LANES],
     /// Lanes of it that are left.
     left: u32,
     packet: usize,
 }
 
-impl<'q, 'a, I: Iterator<Item = usize>> Source<'q, 'a, I> {
-    pub(super) fn new(rays: &'q RayQueue<'a>, packets: I, tmax: f32) -> Source<'q, 'a, I> {
-        Source {
+impl<'q, 'a, I: Iterator<Item = usize>> RayStream<'q, 'a, I> {
+    pub(super) fn new(rays: &'q RayQueue<'a>, packets: I, tmax: f32) -> RayStream<'q, 'a, I> {
+        RayStream {
             rays,
             packets,
             tmax,
-            ready: [Ray::zeroed(); LANES],
+            ready: [SingleRaySetup::zeroed(); LANES],
             left: 0,
             packet: 0,
         }
@@ -34,7 +34,7 @@ impl<'q, 'a, I: Iterator<Item = usize>> Source<'q, 'a, I> {
 
     /// Puts the next ray at the tree's root; false if there is none.
     #[inline(always)]
-    pub(super) fn next(&mut self, context: &mut Context, work: &mut impl Tally) -> bool {
+    pub(super) fn next(&mut self, state: &mut RayState, work: &mut impl Counters) -> bool {
         while self.left == 0 {
             if !self.advance(work) {
                 return false;
@@ -42,11 +42,11 @@ impl<'q, 'a, I: Iterator<Item = usize>> Source<'q, 'a, I> {
         }
         let lane = self.left.trailing_zeros() as usize % LANES;
         self.left &= self.left - 1;
-        *context = Context {
+        *state = RayState {
             ray: self.ready[lane],
-            best: Hit::none_before(self.tmax),
-            bottom: context.bottom,
-            top: context.bottom,
+            best: SingleHit::none_before(self.tmax),
+            bottom: state.bottom,
+            top: state.bottom,
             current: 0,
             number: self.packet * LANES + lane,
         };
@@ -54,7 +54,7 @@ impl<'q, 'a, I: Iterator<Item = usize>> Source<'q, 'a, I> {
     }
 
     #[inline(never)]
-    fn advance(&mut self, work: &mut impl Tally) -> bool {
+    fn advance(&mut self, work: &mut impl Counters) -> bool {
         let Some(packet) = self.packets.next() else {
             return false;
         };
@@ -69,9 +69,9 @@ impl<'q, 'a, I: Iterator<Item = usize>> Source<'q, 'a, I> {
 
 /// What tests need of a packet's rays: their columns, turned into rows.
 #[inline(always)]
-fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [Ray; LANES] {
+fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [SingleRaySetup; LANES] {
     let (org, dir) = (rays.org, rays.dir);
-    let [rdir, lo, hi] = Slabs::columns(org, dir);
+    let [rdir, lo, hi] = RaySlabs::columns(org, dir);
     let down = [dir.x, dir.y, dir.z].map(|d| d.lt(F32x8::ZERO));
     let [first, last] = [[lo, hi], [hi, lo]].map(|[down_side, up_side]| {
         Vec3x8::new(
@@ -92,8 +92,8 @@ fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [Ray; LANES] {
     let shear = Shear::new(org, dir, active);
     let (axes, [frame_org, slopes]) = shear.columns();
     let [kx, ky, kz] = axes.map(F32x8::from_bits);
-    let usual = F32x8::from_bits(U32x8::splat(u32::from(shear.usual)));
-    // In the order of the fields of a `Ray`.
+    let usual = F32x8::from_bits(U32x8::splat(u32::from(shear.in_safe_range)));
+    // In the order of the fields of a `SingleRaySetup`.
     let columns = [
         [
             rdir.x, rdir.y, rdir.z, first.x, first.y, first.z, last.x, last.y,

@@ -34,8 +34,8 @@
 //!
 //! | frame | taken where | hence |
 //! |---|---|---|
-//! | local | a ≤ D/4 and `slack` ≤ D/[`USEFUL`] | 4uS ≤ D/100: depths begin before all origins; W of origins is within 1/4 of 1; p, q ≤ 2/3·D; slopes < 5/3 |
-//! | near, of a light | else, `slack` ≤ (longest way)/[`USEFUL`] | a near frame has no term in S: ratios of scene and way do not matter |
+//! | local | a ≤ D/4 and `slack` ≤ D/[`MIN_LIGHT_DISTANCE_RATIO`] | 4uS ≤ D/100: depths begin before all origins; W of origins is within 1/4 of 1; p, q ≤ 2/3·D; slopes < 5/3 |
+//! | near, of a light | else, `slack` ≤ (longest way)/[`MIN_LIGHT_DISTANCE_RATIO`] | a near frame has no term in S: ratios of scene and way do not matter |
 //! | none | else | packets take the rays |
 //!
 //! **Lines.** Near: a ray passes the apex within ρ along any axis, and so is within ρ of a line through it all along. Local:
@@ -53,7 +53,7 @@
 //! | shear and its product | 0 | 4uS + 3uS |
 //! | depth, times a slope | 2·`tiny` | 3uS·5/3 + 8uS |
 //! | W, wrong by 2u | 2u in p | 24u·a |
-//! | covered by | `slack`, `wider` = 64u | `slack` ≥ 1.02·PAD·O + (30S + 24a)u + 2·`aside`·a |
+//! | covered by | `slack`, `rect_epsilon` = 64u | `slack` ≥ 1.02·PAD·O + (30S + 24a)u + 2·`aside`·a |
 //!
 //! Depths count from `tiny` on: slack/8, or 4uS − D, before the light. Moving a point to that depth along its line moves it by
 //! no more than 2·`tiny`, because slopes are below 2, so boxes are grown by that as well, and smaller depths count as it.
@@ -86,21 +86,21 @@
 use super::apex::{Apex, Spread};
 use crate::packet::RayPacket;
 use crate::simd::{Lanes, Native, NativeMask, Vec3Lanes, Vec3Native};
-use crate::traverse::triangle::own_boxes;
+use crate::traverse::triangle::prim_aabbs;
 use phalanx_scene::PAD;
 
 /// Cells of near frames lie within ±this, and slopes of local ones.
-pub(super) const WIDEST: f32 = 2.0;
+pub(super) const MAX_RECT: f32 = 2.0;
 
 /// 2⁻²⁴: half a unit in the last place of one.
 pub(super) const ULP: f32 = 1.0 / 16_777_216.0;
 
 /// Rays have a local frame if they start within this share of the way to their light around the first.
-const ASIDE: f32 = 0.25;
+const MAX_LATERAL_RATIO: f32 = 0.25;
 
 /// Boxes may be grown by the way to the light over this at most. Beyond that a frame culls too little to be of use; a local
 /// one is wrong where 4uS, some eighth of it, comes near 3/4 of D.
-const USEFUL: f32 = 16.0;
+const MIN_LIGHT_DISTANCE_RATIO: f32 = 16.0;
 
 /// Margins of edge functions in units of uRH, near and local: see the table above.
 const NEAR_MARGIN: f32 = 272.0;
@@ -108,7 +108,7 @@ const LOCAL_MARGIN: f32 = 384.0;
 
 /// Axes, centre and margins of a beam.
 #[derive(Clone, Copy)]
-pub(super) struct Frame {
+pub(super) struct BeamSpace {
     /// The dominant axis, and the two others.
     pub(super) axes: [usize; 3],
     /// 1 if the beam goes up the dominant axis on its way from the apex, −1 if down.
@@ -123,22 +123,22 @@ pub(super) struct Frame {
     pub(super) ahead: bool,
     shear: [f32; 2],
     /// How far aside rays may be of their lines, by unit of depth.
-    aside: f32,
+    lateral_error: f32,
     /// W at depth 0, and how it grows.
     w: [f32; 2],
     /// By how much boxes are grown.
-    slack: f32,
+    box_epsilon: f32,
     /// The smallest depth.
-    pub(super) tiny: f32,
+    pub(super) min_depth: f32,
     /// What is added to depths at which rays start.
     start: f32,
     /// By how much rectangles are made wider: in p, and as a share of it.
-    pub(super) wider: [f32; 2],
+    pub(super) rect_epsilon: [f32; 2],
     /// What there is beyond corner minus centre in R, and beyond edges in H.
     more_reach: f32,
     more_size: f32,
     /// The margin over RH, and over H.
-    doubt: [f32; 2],
+    edge_error: [f32; 2],
 }
 
 /// The boxes of a node seen along a beam.
@@ -166,25 +166,25 @@ pub(super) struct TriangleView {
     pub(super) own: BoxView,
 }
 
-impl Frame {
+impl BeamSpace {
     /// The frame of a beam that goes about `toward`, in a tree whose largest coordinate is `extent`; none if rounding
     /// leaves no useful one.
-    pub(super) fn new(apex: &Apex, toward: [f32; 3], extent: f32) -> Option<Frame> {
+    pub(super) fn new(apex: &Apex, toward: [f32; 3], extent: f32) -> Option<BeamSpace> {
         match apex {
             Apex::Eye(place) => {
-                let farthest = largest(*place);
+                let farthest = max_abs(*place);
                 let slack = 2.0 * PAD * farthest;
                 let scale = extent + farthest;
-                let frame = Frame::near(*place, toward, slack, [0.0; 2], [extent, scale]);
-                Some(frame)
+                let space = BeamSpace::near(*place, toward, slack, [0.0; 2], [extent, scale]);
+                Some(space)
             }
             Apex::Light { place, rays } => {
                 let way = std::array::from_fn(|k| place[k] - rays.center[k]);
-                let distance = largest(way);
-                let useful = |slack: f32, way: f32| slack * USEFUL <= way;
-                if rays.around <= ASIDE * distance {
-                    let local = Frame::local(rays, way, Some(distance), extent);
-                    if useful(local.slack, distance) {
+                let distance = max_abs(way);
+                let useful = |slack: f32, way: f32| slack * MIN_LIGHT_DISTANCE_RATIO <= way;
+                if rays.around <= MAX_LATERAL_RATIO * distance {
+                    let local = BeamSpace::local(rays, way, Some(distance), extent);
+                    if useful(local.box_epsilon, distance) {
                         return Some(local);
                     }
                 }
@@ -192,13 +192,13 @@ impl Frame {
                 let slack = 2.0 * (PAD * rays.farthest + 8.0 * ULP * rays.longest);
                 let slack = slack + 1.01 * rays.blur;
                 let (along, sizes) = ([rays.longest, rays.blur], [extent, extent + rays.farthest]);
-                let frame = Frame::near(*place, outward, slack, along, sizes);
-                useful(frame.slack, rays.longest).then_some(Frame {
+                let space = BeamSpace::near(*place, outward, slack, along, sizes);
+                useful(space.box_epsilon, rays.longest).then_some(BeamSpace {
                     ahead: true,
-                    ..frame
+                    ..space
                 })
             }
-            Apex::Sun { dir, rays } => Some(Frame::local(rays, *dir, None, extent)),
+            Apex::Sun { dir, rays } => Some(BeamSpace::local(rays, *dir, None, extent)),
         }
     }
 
@@ -208,10 +208,10 @@ impl Frame {
         slack: f32,
         [reach, blur]: [f32; 2],
         [extent, scale]: [f32; 2],
-    ) -> Frame {
+    ) -> BeamSpace {
         let axis = dominant(toward);
         let tiny = slack / 8.0 + f32::MIN_POSITIVE;
-        Frame {
+        BeamSpace {
             axes: [axis, (axis + 1) % 3, (axis + 2) % 3],
             sign: 1f32.copysign(toward[axis]),
             center,
@@ -220,31 +220,31 @@ impl Frame {
             near: true,
             ahead: false,
             shear: [0.0; 2],
-            aside: 0.0,
+            lateral_error: 0.0,
             w: [0.0, 1.0],
-            slack: slack + 2.0 * tiny,
-            tiny,
+            box_epsilon: slack + 2.0 * tiny,
+            min_depth: tiny,
             start: 0.0,
-            wider: [64.0 * ULP; 2],
+            rect_epsilon: [64.0 * ULP; 2],
             more_reach: reach + slack,
             more_size: 4.0 * (slack + PAD * extent),
-            doubt: [NEAR_MARGIN * ULP, 20.0 * blur],
+            edge_error: [NEAR_MARGIN * ULP, 20.0 * blur],
         }
     }
 
     /// For rays that go to a light at `way` from the centre, `distance` away along the dominant axis or endlessly far.
-    fn local(rays: &Spread, way: [f32; 3], distance: Option<f32>, extent: f32) -> Frame {
+    fn local(rays: &Spread, way: [f32; 3], distance: Option<f32>, extent: f32) -> BeamSpace {
         let axis = dominant(way);
         let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
         let sign = -1f32.copysign(way[axis]);
-        let scene = extent + largest(rays.center) + rays.around;
+        let scene = extent + max_abs(rays.center) + rays.around;
         let [aside, bent] = distance.map_or([0.0; 2], |distance| {
             [4.0 * rays.blur / distance, 22.0 * rays.blur / rays.shortest]
         });
         let slack = 1.02 * PAD * rays.farthest
             + (30.0 * scene + 24.0 * rays.around) * ULP
             + 2.0 * aside * rays.around;
-        Frame {
+        BeamSpace {
             axes: [axis, p, q],
             sign,
             center: rays.center,
@@ -254,21 +254,21 @@ impl Frame {
             ahead: true,
             // Along z, which goes away from the light.
             shear: [p, q].map(|k| way[k] / (sign * way[axis])),
-            aside,
+            lateral_error: aside,
             w: [1.0, distance.map_or(0.0, |distance| 1.0 / distance)],
-            slack,
+            box_epsilon: slack,
             start: 8.0 * ULP * rays.around + f32::MIN_POSITIVE,
-            tiny: distance.map_or(f32::MIN, |distance| 4.0 * ULP * scene - distance),
-            wider: [32.0 * ULP * rays.around + f32::MIN_POSITIVE, 32.0 * ULP],
+            min_depth: distance.map_or(f32::MIN, |distance| 4.0 * ULP * scene - distance),
+            rect_epsilon: [32.0 * ULP * rays.around + f32::MIN_POSITIVE, 32.0 * ULP],
             more_reach: rays.around + slack,
             more_size: 4.0 * (slack + PAD * extent),
-            doubt: [LOCAL_MARGIN * ULP + bent, 0.0],
+            edge_error: [LOCAL_MARGIN * ULP + bent, 0.0],
         }
     }
 
     /// What a direction's part along the dominant axis is multiplied with to point away from the apex.
     #[inline(always)]
-    pub(super) fn pace(&self) -> f32 {
+    pub(super) fn depth_per_t(&self) -> f32 {
         if self.ahead { -self.sign } else { self.sign }
     }
 
@@ -279,9 +279,9 @@ impl Frame {
         let (first, last) = if self.sign > 0.0 { (0, 1) } else { (1, 0) };
         let along = Native::splat(self.sign);
         let at = self.sign * self.center[axis];
-        let tiny = Native::splat(self.tiny);
-        let near = corners[first][axis] * along - Native::splat(at + self.slack);
-        let far = corners[last][axis] * along - Native::splat(at - self.slack);
+        let tiny = Native::splat(self.min_depth);
+        let near = corners[first][axis] * along - Native::splat(at + self.box_epsilon);
+        let far = corners[last][axis] * along - Native::splat(at - self.box_epsilon);
         let near = near.max(tiny);
         let depth =
             |z: Native| Native::ONE / (Native::splat(self.w[0]) + Native::splat(self.w[1]) * z);
@@ -290,8 +290,9 @@ impl Frame {
             let side = |side: usize, slack: f32| {
                 corners[side][axis] - Native::splat(self.center[axis] + slack)
             };
-            let (low, high) = (side(0, self.slack), side(1, -self.slack));
-            let [to_low, to_high] = [-self.aside, self.aside].map(|x| Native::splat(shear + x));
+            let (low, high) = (side(0, self.box_epsilon), side(1, -self.box_epsilon));
+            let [to_low, to_high] =
+                [-self.lateral_error, self.lateral_error].map(|x| Native::splat(shear + x));
             (
                 ((low - to_low * near) * by_near).min((low - to_low * far) * by_far),
                 ((high - to_high * near) * by_near).max((high - to_high * far) * by_far),
@@ -331,7 +332,7 @@ impl Frame {
         let size = ab.max_abs().max(bc.max_abs()).max(ca.max_abs());
         let reach = reach + Native::splat(self.more_reach);
         let size = size + Native::splat(self.more_size);
-        let [by_reach, always] = self.doubt.map(Native::splat);
+        let [by_reach, always] = self.edge_error.map(Native::splat);
         let margin = (reach * by_reach + always) * size;
         let (a, b, c) = (self.seen(a), self.seen(b), self.seen(c));
         let (ab, bc, ca) = (self.seen(ab), self.seen(bc), self.seen(ca));
@@ -345,7 +346,7 @@ impl Frame {
             edges: [edge(b, bc), edge(c, ca), edge(a, ab)],
             margin,
             size,
-            own: self.boxes(&own_boxes(*places).map(|v| [v.x, v.y, v.z])),
+            own: self.boxes(&prim_aabbs(*places).map(|v| [v.x, v.y, v.z])),
         }
     }
 
@@ -375,7 +376,7 @@ impl Frame {
     }
 }
 
-fn largest(v: [f32; 3]) -> f32 {
+fn max_abs(v: [f32; 3]) -> f32 {
     v.iter().fold(0.0, |most, x| x.abs().max(most))
 }
 

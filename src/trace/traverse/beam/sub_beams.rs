@@ -1,28 +1,28 @@
 //! The cells of a beam: rays of one packet, or some of them, within a small rectangle of the beam's projective coordinates.
 
-use super::frame::{BoxView, Frame, TriangleView, WIDEST};
-use super::look::Look;
+use super::projection::{BeamSpace, BoxView, MAX_RECT, TriangleView};
+use super::shadow_cull::ShadowCull;
 use crate::packet::RayPacket;
 use crate::simd::{COLUMN_LANES, F32x8, LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 use crate::traverse::triangle::Shear;
 
 /// Cells of a beam at most: a bit each.
-pub(super) const CELLS: usize = COLUMN_LANES;
+pub(super) const MAX_SUB_BEAMS: usize = COLUMN_LANES;
 
 /// A cell that is so many times as wide as most others is parted between its rays: half of them see something else, and the
 /// cell would be tested against all that is between.
-const UNUSUAL: f32 = 4.0;
+const MAX_WIDTH_RATIO: f32 = 4.0;
 
 /// No cell is wider than this.
-const WIDE: f32 = 0.02;
+const MIN_SPLIT_WIDTH: f32 = 0.02;
 
 /// Parts that a packet is parted into at most.
-const PARTS: usize = 4;
+const MAX_SPLITS: usize = 4;
 
 /// Depths along the beam below this share of a direction's length give no direction: 2⁻⁵⁰.
-const SHALLOW: f32 = 1.0 / ((1u64 << 50) as f32);
+const MIN_DEPTH_PER_T: f32 = 1.0 / ((1u64 << 50) as f32);
 
-type Column = [f32; CELLS];
+type SubBeamColumn = [f32; MAX_SUB_BEAMS];
 
 /// What became of a packet that was to be added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,23 +37,23 @@ pub(super) enum Added {
 
 /// The cells, in columns.
 #[repr(C, align(64))]
-pub(super) struct Cells {
+pub(super) struct SubBeams {
     /// Along p and along q.
-    low: [Column; 2],
-    high: [Column; 2],
+    low: [SubBeamColumn; 2],
+    high: [SubBeamColumn; 2],
     /// Middle and half width, for triangles.
-    mid: [Column; 2],
-    half: [Column; 2],
+    mid: [SubBeamColumn; 2],
+    half: [SubBeamColumn; 2],
     /// How deep any of its rays still looks.
-    far: Column,
+    far: SubBeamColumn,
     /// Depth that a ray of it goes per unit of distance, at most.
-    pace: Column,
+    depth_per_t: SubBeamColumn,
     /// Lanes of its packet.
-    lanes: [u32; CELLS],
-    group: [u8; CELLS],
+    lanes: [u32; MAX_SUB_BEAMS],
+    group: [u8; MAX_SUB_BEAMS],
     count: usize,
     /// The rectangles of whole packets, along p and along q.
-    ranges: [[[f32; 2]; 2]; CELLS],
+    ranges: [[[f32; 2]; 2]; MAX_SUB_BEAMS],
     /// The rectangle around all: along p and along q, lower and upper end.
     around: [[f32; 2]; 2],
     /// What is too wide, and what is too far aside.
@@ -61,23 +61,23 @@ pub(super) struct Cells {
     end: f32,
 }
 
-impl Cells {
-    pub(super) fn new() -> Cells {
-        const ZERO: Column = [0.0; CELLS];
-        Cells {
+impl SubBeams {
+    pub(super) fn new() -> SubBeams {
+        const ZERO: SubBeamColumn = [0.0; MAX_SUB_BEAMS];
+        SubBeams {
             low: [ZERO; 2],
             high: [ZERO; 2],
             mid: [ZERO; 2],
             half: [ZERO; 2],
             far: ZERO,
-            pace: ZERO,
-            lanes: [0; CELLS],
-            group: [0; CELLS],
+            depth_per_t: ZERO,
+            lanes: [0; MAX_SUB_BEAMS],
+            group: [0; MAX_SUB_BEAMS],
             count: 0,
-            ranges: [[[0.0; 2]; 2]; CELLS],
+            ranges: [[[0.0; 2]; 2]; MAX_SUB_BEAMS],
             around: [[0.0; 2]; 2],
-            widest: WIDE,
-            end: WIDEST,
+            widest: MIN_SPLIT_WIDTH,
+            end: MAX_RECT,
         }
     }
 
@@ -89,57 +89,62 @@ impl Cells {
     pub(super) fn all(&self) -> u64 {
         match self.count {
             0 => 0,
-            count => u64::MAX >> (CELLS - count),
+            count => u64::MAX >> (MAX_SUB_BEAMS - count),
         }
     }
 
     /// The packet that a cell is of.
     #[inline(always)]
-    pub(super) fn group(&self, cell: usize) -> usize {
-        self.group[cell % CELLS] as usize % CELLS
+    pub(super) fn group(&self, sub_beam: usize) -> usize {
+        self.group[sub_beam % MAX_SUB_BEAMS] as usize % MAX_SUB_BEAMS
     }
 
-    /// Adds the active lanes of a packet, which look as far as `limit`. [`Cells::finish`] must follow the last.
+    /// Adds the active lanes of a packet, which look as far as `limit`. [`SubBeams::finish`] must follow the last.
     #[inline(always)]
     pub(super) fn add<L: Lanes>(
         &mut self,
         near: bool,
-        [pace, p, q]: [L; 3],
+        [depth_per_t, p, q]: [L; 3],
         limit: L,
         active: L::Mask,
         group: usize,
     ) -> Added {
         let live = active.bits();
-        if near && pace.ge(L::splat(SHALLOW)).bits() & live != live {
+        if near && depth_per_t.ge(L::splat(MIN_DEPTH_PER_T)).bits() & live != live {
             return Added::TooWide;
         }
-        if self.count == CELLS {
+        if self.count == MAX_SUB_BEAMS {
             return Added::NoRoom;
         }
         if live == L::Mask::splat(true).bits() {
-            let ranges = self.ranges[group % CELLS];
+            let ranges = self.ranges[group % MAX_SUB_BEAMS];
             if self.is_narrow(ranges) {
-                self.put(ranges, [pace, limit].map(L::max_element), live, group);
+                self.put(
+                    ranges,
+                    [depth_per_t, limit].map(L::max_element),
+                    live,
+                    group,
+                );
                 return Added::All;
             }
         }
-        self.add_parts([pace, p, q], limit, live, group)
+        self.add_parts([depth_per_t, p, q], limit, live, group)
     }
 
     /// The same, in as many parts as it takes.
     #[inline(never)]
     fn add_parts<L: Lanes>(
         &mut self,
-        [pace, p, q]: [L; 3],
+        [depth_per_t, p, q]: [L; 3],
         limit: L,
         live: u32,
         group: usize,
     ) -> Added {
-        let mut waiting = [live; PARTS];
+        let mut waiting = [live; MAX_SPLITS];
         let (mut top, mut parts, first) = (1, 0, self.count);
         while top > 0 {
             top -= 1;
-            let lanes = waiting[top % PARTS];
+            let lanes = waiting[top % MAX_SPLITS];
             let mask = L::Mask::from_bits(lanes);
             let nowhere = L::splat(f32::NEG_INFINITY);
             let ranges = [p, q].map(|x| {
@@ -147,7 +152,7 @@ impl Cells {
                 [low, mask.select(x, nowhere).max_element()]
             });
             if self.is_narrow(ranges) {
-                let most = [pace, limit].map(|x| mask.select(x, nowhere).max_element());
+                let most = [depth_per_t, limit].map(|x| mask.select(x, nowhere).max_element());
                 self.put(ranges, most, lanes, group);
                 parts += 1;
                 continue;
@@ -156,54 +161,60 @@ impl Cells {
             let axis = usize::from(width[1] > width[0]);
             let middle = 0.5 * (ranges[axis][0] + ranges[axis][1]);
             let lower = [p, q][axis].lt(L::splat(middle)).bits() & lanes;
-            let too_many = parts + top + 2 > PARTS;
+            let too_many = parts + top + 2 > MAX_SPLITS;
             if too_many || lower == 0 || lower == lanes {
                 self.count = first;
                 return Added::TooWide;
             }
-            if self.count + top + 2 > CELLS {
+            if self.count + top + 2 > MAX_SUB_BEAMS {
                 self.count = first;
                 return Added::NoRoom;
             }
-            (waiting[top % PARTS], waiting[(top + 1) % PARTS]) = (lower, lanes & !lower);
+            (waiting[top % MAX_SPLITS], waiting[(top + 1) % MAX_SPLITS]) = (lower, lanes & !lower);
             top += 2;
         }
         Added::All
     }
 
     #[inline(always)]
-    fn put(&mut self, [p, q]: [[f32; 2]; 2], [pace, limit]: [f32; 2], lanes: u32, group: usize) {
-        let k = self.count % CELLS;
+    fn put(
+        &mut self,
+        [p, q]: [[f32; 2]; 2],
+        [depth_per_t, limit]: [f32; 2],
+        lanes: u32,
+        group: usize,
+    ) {
+        let k = self.count % MAX_SUB_BEAMS;
         for (axis, [low, high]) in [p, q].into_iter().enumerate() {
             (self.low[axis][k], self.high[axis][k]) = (low, high);
         }
-        (self.pace[k], self.far[k]) = (pace, limit);
+        (self.depth_per_t[k], self.far[k]) = (depth_per_t, limit);
         (self.lanes[k], self.group[k]) = (lanes, group as u8);
         self.count += 1;
     }
 
     /// Takes a look at all packets of a beam first, to see what is wide among them: of rays to a light, not of camera rays.
     #[inline(always)]
-    pub(super) fn look_at<L: Lanes>(&mut self, frame: &Frame, all: &[[L; 3]]) {
-        if !frame.ahead {
+    pub(super) fn look_at<L: Lanes>(&mut self, space: &BeamSpace, all: &[[L; 3]]) {
+        if !space.ahead {
             for (ranges, [_, p, q]) in self.ranges.iter_mut().zip(all) {
                 *ranges = [range(*p), range(*q)];
             }
-            (self.widest, self.end) = (WIDE, WIDEST);
+            (self.widest, self.end) = (MIN_SPLIT_WIDTH, MAX_RECT);
             return;
         }
-        let mut widths = [0.0; CELLS];
+        let mut widths = [0.0; MAX_SUB_BEAMS];
         for ((width, ranges), [_, p, q]) in widths.iter_mut().zip(&mut self.ranges).zip(all) {
             *ranges = [range(*p), range(*q)];
             let [p, q] = ranges.map(|[low, high]| high - low);
             *width = if p > q { p } else { q };
         }
-        let count = all.len().min(CELLS);
+        let count = all.len().min(MAX_SUB_BEAMS);
         let (_, usual, _) = widths[..count].select_nth_unstable_by(count / 2, f32::total_cmp);
-        let widest = UNUSUAL * *usual;
-        let wide = WIDE * frame.distance;
+        let widest = MAX_WIDTH_RATIO * *usual;
+        let wide = MIN_SPLIT_WIDTH * space.distance;
         self.widest = if widest < wide { widest } else { wide };
-        self.end = if frame.near { WIDEST } else { f32::INFINITY };
+        self.end = if space.near { MAX_RECT } else { f32::INFINITY };
     }
 
     /// Whether a cell of this size is one. One of a NaN is not.
@@ -216,7 +227,7 @@ impl Cells {
 
     /// Makes of what was added what is asked for: rectangles a little wider, their middles, and one around all.
     #[inline(always)]
-    pub(super) fn finish(&mut self, frame: &Frame) {
+    pub(super) fn finish(&mut self, space: &BeamSpace) {
         let runs = self.count.div_ceil(LANES);
         // Places that are no cells repeat one, so that they do not matter to the rectangle around all.
         for k in self.count..runs * LANES {
@@ -225,15 +236,15 @@ impl Cells {
             }
         }
         for run in 0..runs {
-            let column = |column: &Column| F32x8::load_run(column, run);
-            let pace = column(&self.pace) * F32x8::splat(1.000_001);
-            if frame.near {
-                let far = column(&self.far) * pace + F32x8::splat(frame.tiny);
-                put(&mut self.pace, run, pace);
+            let column = |column: &SubBeamColumn| F32x8::load_run(column, run);
+            let depth_per_t = column(&self.depth_per_t) * F32x8::splat(1.000_001);
+            if space.near {
+                let far = column(&self.far) * depth_per_t + F32x8::splat(space.min_depth);
+                put(&mut self.depth_per_t, run, depth_per_t);
                 put(&mut self.far, run, far);
             } else {
                 // What starts last ends the cell.
-                put(&mut self.far, run, column(&self.pace));
+                put(&mut self.far, run, column(&self.depth_per_t));
             }
         }
         for axis in 0..2 {
@@ -242,7 +253,7 @@ impl Cells {
             for run in 0..runs {
                 let low = F32x8::load_run(&self.low[axis], run);
                 let high = F32x8::load_run(&self.high[axis], run);
-                let [wider, share] = frame.wider.map(F32x8::splat);
+                let [wider, share] = space.rect_epsilon.map(F32x8::splat);
                 let more = wider + low.abs().max(high.abs()) * share;
                 let (low, high) = (low - more, high + more);
                 let half = F32x8::splat(0.5);
@@ -258,14 +269,14 @@ impl Cells {
 
     /// A cell's rays look as far as `limit` from now on, which is −∞ where they do not look at all.
     #[inline(always)]
-    pub(super) fn set_far<L: Lanes>(&mut self, frame: &Frame, cell: usize, limit: L) {
-        let k = cell % CELLS;
+    pub(super) fn set_far<L: Lanes>(&mut self, space: &BeamSpace, sub_beam: usize, limit: L) {
+        let k = sub_beam % MAX_SUB_BEAMS;
         let live = L::Mask::from_bits(self.lanes[k]);
         let most = live
             .select(limit, L::splat(f32::NEG_INFINITY))
             .max_element();
-        if frame.near {
-            self.far[k] = most * self.pace[k] + frame.tiny;
+        if space.near {
+            self.far[k] = most * self.depth_per_t[k] + space.min_depth;
         } else if most == f32::NEG_INFINITY {
             self.far[k] = most;
         }
@@ -290,7 +301,7 @@ impl Cells {
             [0, 1, 2, 3, 4].map(|k| L::splat(seen[k][lane % NATIVE]));
         let mut met = 0;
         for run in 0..self.runs::<L>() {
-            let column = |column: &Column| L::load_run(column, run);
+            let column = |column: &SubBeamColumn| L::load_run(column, run);
             let p = low_p.le(column(&self.high[0])) & high_p.ge(column(&self.low[0]));
             let q = low_q.le(column(&self.high[1])) & high_q.ge(column(&self.low[1]));
             let depth = near.le(column(&self.far));
@@ -318,8 +329,8 @@ impl Cells {
 
     /// Which triangles a cell's rays may hit.
     #[inline(always)]
-    pub(super) fn hits(&self, cell: usize, seen: &TriangleView) -> u32 {
-        let k = cell % CELLS;
+    pub(super) fn hits(&self, sub_beam: usize, seen: &TriangleView) -> u32 {
+        let k = sub_beam % MAX_SUB_BEAMS;
         let [p, q] = [0, 1].map(|axis| Native::splat(self.mid[axis][k]));
         let [half_p, half_q] = [0, 1].map(|axis| Native::splat(self.half[axis][k]));
         let range = |[constant, slope_p, slope_q]: [Native; 3]| {
@@ -335,8 +346,8 @@ impl Cells {
 
     /// Which triangles any of a cell's rays may hit, as far as a look can tell.
     #[inline(always)]
-    pub(super) fn sees(&self, cell: usize, look: &Look, own: &BoxView) -> u32 {
-        let k = cell % CELLS;
+    pub(super) fn may_hit(&self, sub_beam: usize, look: &ShadowCull, own: &BoxView) -> u32 {
+        let k = sub_beam % MAX_SUB_BEAMS;
         let [p, q] = [0, 1].map(|axis| Native::splat(self.mid[axis][k]));
         let [half_p, half_q] = [0, 1].map(|axis| Native::splat(self.half[axis][k]));
         let inside = look.within([p, q], [half_p, half_q]);
@@ -346,18 +357,20 @@ impl Cells {
     /// Which boxes the k-th cell's rays come to, as far as they look.
     #[inline(always)]
     fn reaches(&self, k: usize, seen: &BoxView) -> NativeMask {
-        let edge = |column: &[Column; 2], axis: usize| Native::splat(column[axis][k % CELLS]);
+        let edge = |column: &[SubBeamColumn; 2], axis: usize| {
+            Native::splat(column[axis][k % MAX_SUB_BEAMS])
+        };
         let beside = seen.low_p.le(edge(&self.high, 0))
             & seen.high_p.ge(edge(&self.low, 0))
             & seen.low_q.le(edge(&self.high, 1))
             & seen.high_q.ge(edge(&self.low, 1));
-        beside & seen.ahead & seen.near.le(Native::splat(self.far[k % CELLS]))
+        beside & seen.ahead & seen.near.le(Native::splat(self.far[k % MAX_SUB_BEAMS]))
     }
 }
 
 #[inline(always)]
-fn put(column: &mut Column, run: usize, lanes: F32x8) {
-    column.as_chunks_mut::<LANES>().0[run % (CELLS / LANES)] = lanes.to_array();
+fn put(column: &mut SubBeamColumn, run: usize, lanes: F32x8) {
+    column.as_chunks_mut::<LANES>().0[run % (MAX_SUB_BEAMS / LANES)] = lanes.to_array();
 }
 
 /// Which boxes meet a rectangle.
@@ -379,7 +392,7 @@ pub(super) struct Extent<L> {
     low: [L; 2],
     high: [L; 2],
     /// The least depth that any goes per unit of distance.
-    pace: L,
+    depth_per_t: L,
 }
 
 impl<L: Lanes> Extent<L> {
@@ -388,30 +401,30 @@ impl<L: Lanes> Extent<L> {
         Extent {
             low: [far; 2],
             high: [-far; 2],
-            pace: far,
+            depth_per_t: far,
         }
     }
 
     /// Adds the active lanes of a packet.
     #[inline(always)]
-    pub(super) fn add(&mut self, [pace, p, q]: [L; 3], active: L::Mask) {
+    pub(super) fn add(&mut self, [depth_per_t, p, q]: [L; 3], active: L::Mask) {
         for (axis, x) in [p, q].into_iter().enumerate() {
             // What is no number gets lost here, and meets nothing anyway.
             let (low, high) = (self.low[axis], self.high[axis]);
             self.low[axis] = active.select(low.min(x), low);
             self.high[axis] = active.select(high.max(x), high);
         }
-        self.pace = active.select(self.pace.min(pace), self.pace);
+        self.depth_per_t = active.select(self.depth_per_t.min(depth_per_t), self.depth_per_t);
     }
 
     /// Whether it is known that no ray meets any of some boxes.
     #[inline(always)]
-    pub(super) fn misses(&self, frame: &Frame, seen: &BoxView) -> bool {
-        let end = L::splat(WIDEST);
+    pub(super) fn misses(&self, space: &BeamSpace, seen: &BoxView) -> bool {
+        let end = L::splat(MAX_RECT);
         let within = |axis: usize| self.low[axis].gt(-end) & self.high[axis].lt(end);
-        let usual = within(0) & within(1) & self.pace.ge(L::splat(SHALLOW));
+        let usual = within(0) & within(1) & self.depth_per_t.ge(L::splat(MIN_DEPTH_PER_T));
         // The ends of all first, then wider: those of lanes without a ray are infinite.
-        let [wider, share] = frame.wider;
+        let [wider, share] = space.rect_epsilon;
         let around = [0, 1].map(|axis| {
             let (low, high) = (self.low[axis].min_element(), self.high[axis].max_element());
             let more = wider + low.abs().max(high.abs()) * share;
@@ -424,32 +437,36 @@ impl<L: Lanes> Extent<L> {
 /// Near: directions along a beam's dominant axis, and over that along p and q; where rays end at the apex, they are followed
 /// backward. Far: how deep rays start, and where.
 #[inline(always)]
-pub(super) fn directions<L: Lanes>(frame: &Frame, rays: &RayPacket<L>) -> [L; 3] {
-    if !frame.near {
-        return frame.starts(rays);
+pub(super) fn directions<L: Lanes>(space: &BeamSpace, rays: &RayPacket<L>) -> [L; 3] {
+    if !space.near {
+        return space.starts(rays);
     }
-    let [forward, p, q] = rays.dir.from_axis(frame.axes[0]);
-    let along = L::splat(frame.sign);
+    let [forward, p, q] = rays.dir.from_axis(space.axes[0]);
+    let along = L::splat(space.sign);
     // Going backward turns both parts of a quotient.
     let by = along / forward;
-    [forward * L::splat(frame.pace()), p * by, q * by]
+    [forward * L::splat(space.depth_per_t()), p * by, q * by]
 }
 
 /// [`directions`], where the frame of the rays is known: its slopes are p and q, if its axis is the beam's.
 #[inline(always)]
 pub(super) fn directions_by<L: Lanes>(
-    frame: &Frame,
+    space: &BeamSpace,
     rays: &RayPacket<L>,
     shear: &Shear<L>,
 ) -> [L; 3] {
-    let axis = frame.axes[0] % 3;
-    if !frame.near || shear.axis != axis {
-        return directions(frame, rays);
+    let axis = space.axes[0] % 3;
+    if !space.near || shear.axis != axis {
+        return directions(space, rays);
     }
     let [forward, _, _] = rays.dir.from_axis(axis);
     let [p, q, _] = shear.slopes();
-    let along = L::splat(frame.sign);
-    [forward * L::splat(frame.pace()), p * along, q * along]
+    let along = L::splat(space.sign);
+    [
+        forward * L::splat(space.depth_per_t()),
+        p * along,
+        q * along,
+    ]
 }
 
 #[cfg(test)]
@@ -459,10 +476,10 @@ mod tests {
     use Added::{All, NoRoom, TooWide};
 
     /// Adds a packet whose rays are seen there along p.
-    fn add(cells: &mut Cells, group: usize, p: F32x8) -> Added {
-        cells.ranges[group % CELLS] = [range(p), range(F32x8::ZERO)];
+    fn add(sub_beams: &mut SubBeams, group: usize, p: F32x8) -> Added {
+        sub_beams.ranges[group % MAX_SUB_BEAMS] = [range(p), range(F32x8::ZERO)];
         let packet = [F32x8::ONE, p, F32x8::ZERO];
-        cells.add(true, packet, F32x8::ONE, Mask8::splat(true), group)
+        sub_beams.add(true, packet, F32x8::ONE, Mask8::splat(true), group)
     }
 
     #[test]
@@ -471,26 +488,29 @@ mod tests {
         let two_bunches = F32x8::new([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0]);
         let three_bunches = F32x8::new([0.0, 0.0, 0.3, 0.3, 1.0, 1.0, 1.0, 1.0]);
         let apart = F32x8::new([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]);
-        let mut cells = Box::new(Cells::new());
-        let count = |cells: &Cells| cells.all().count_ones() as usize;
-        for group in 0..CELLS - 2 {
-            assert_eq!(add(&mut cells, group, narrow), All);
+        let mut sub_beams = Box::new(SubBeams::new());
+        let count = |sub_beams: &SubBeams| sub_beams.all().count_ones() as usize;
+        for group in 0..MAX_SUB_BEAMS - 2 {
+            assert_eq!(add(&mut sub_beams, group, narrow), All);
         }
         // One part of it is added before the others are found to be too many.
-        assert_eq!(add(&mut cells, CELLS - 2, three_bunches), NoRoom);
-        assert_eq!(count(&cells), CELLS - 2);
-        assert_eq!(add(&mut cells, CELLS - 2, narrow), All);
-        assert_eq!(add(&mut cells, CELLS - 1, two_bunches), NoRoom);
-        assert_eq!(count(&cells), CELLS - 1);
-        assert_eq!(add(&mut cells, CELLS - 1, narrow), All);
-        assert_eq!(add(&mut cells, CELLS - 1, narrow), NoRoom);
+        assert_eq!(
+            add(&mut sub_beams, MAX_SUB_BEAMS - 2, three_bunches),
+            NoRoom
+        );
+        assert_eq!(count(&sub_beams), MAX_SUB_BEAMS - 2);
+        assert_eq!(add(&mut sub_beams, MAX_SUB_BEAMS - 2, narrow), All);
+        assert_eq!(add(&mut sub_beams, MAX_SUB_BEAMS - 1, two_bunches), NoRoom);
+        assert_eq!(count(&sub_beams), MAX_SUB_BEAMS - 1);
+        assert_eq!(add(&mut sub_beams, MAX_SUB_BEAMS - 1, narrow), All);
+        assert_eq!(add(&mut sub_beams, MAX_SUB_BEAMS - 1, narrow), NoRoom);
         // In a beam of its own there is room for each packet but those that part too much.
-        cells.clear();
-        assert_eq!(add(&mut cells, 7, two_bunches), All);
-        assert_eq!(count(&cells), 2);
-        assert_eq!((cells.group(0), cells.group(1)), (7, 7));
-        assert_eq!(cells.lanes[0] | cells.lanes[1], 0xff);
-        assert_eq!(add(&mut cells, 8, apart), TooWide);
-        assert_eq!(count(&cells), 2);
+        sub_beams.clear();
+        assert_eq!(add(&mut sub_beams, 7, two_bunches), All);
+        assert_eq!(count(&sub_beams), 2);
+        assert_eq!((sub_beams.group(0), sub_beams.group(1)), (7, 7));
+        assert_eq!(sub_beams.lanes[0] | sub_beams.lanes[1], 0xff);
+        assert_eq!(add(&mut sub_beams, 8, apart), TooWide);
+        assert_eq!(count(&sub_beams), 2);
     }
 }

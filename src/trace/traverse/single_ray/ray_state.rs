@@ -3,17 +3,17 @@
 use crate::bvh::{SphereBlock, TriangleBlock};
 use crate::packet::NO_PRIM;
 use crate::simd::{F32x8, LaneMask, LaneU32, Lanes, NATIVE, Native, NativeMask, U32x8, Vec3Native};
-use crate::traverse::aabb::Stay;
-use crate::traverse::goal::Best;
+use crate::traverse::aabb::TInterval;
+use crate::traverse::query::HitRecord;
 use crate::traverse::sphere;
-use crate::traverse::triangle::{self, Corners, Pairing};
+use crate::traverse::triangle::{self, Pairing, Vertices};
 use bytemuck::{Pod, Zeroable};
 
 /// What tests need of a ray, in words of four bytes: a packet's are made by turning columns of lanes into rows. Two lines of the
 /// cache, and no word across their end.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
-pub(super) struct Ray {
+pub(super) struct SingleRaySetup {
     /// What the slab test needs: see [`crate::traverse::aabb`].
     pub(super) rdir: [f32; 3],
     pub(super) first: [f32; 3],
@@ -27,17 +27,17 @@ pub(super) struct Ray {
     pub(super) slopes: [f32; 3],
     pub(super) org: [f32; 3],
     pub(super) dir: [f32; 3],
-    /// 1 if its packet is [`usual`](crate::traverse::triangle::Shear::usual), else 0.
-    pub(super) usual: u32,
+    /// 1 if its packet is [`in_safe_range`](crate::traverse::triangle::Shear::in_safe_range), else 0.
+    pub(super) in_safe_range: u32,
     /// By axis, as bits, whether it goes toward larger coordinates; and the fourth always, for what has no axis.
     pub(super) up: u32,
 }
 
 /// One ray under way.
 #[derive(Clone, Copy)]
-pub(super) struct Context {
-    pub(super) ray: Ray,
-    pub(super) best: Hit,
+pub(super) struct RayState {
+    pub(super) ray: SingleRaySetup,
+    pub(super) best: SingleHit,
     /// Where its stack begins among all, and where it ends.
     pub(super) bottom: usize,
     pub(super) top: usize,
@@ -47,9 +47,9 @@ pub(super) struct Context {
     pub(super) number: usize,
 }
 
-/// The closest hit so far of one ray, as in [`Best`].
+/// The closest hit so far of one ray, as in [`HitRecord`].
 #[derive(Clone, Copy)]
-pub(super) struct Hit {
+pub(super) struct SingleHit {
     pub(super) t: f32,
     pub(super) v: f32,
     pub(super) w: f32,
@@ -57,12 +57,12 @@ pub(super) struct Hit {
     pub(super) prim_id: u32,
 }
 
-impl Context {
+impl RayState {
     /// None, its stack beginning there.
-    pub(super) fn idle(bottom: usize) -> Context {
-        Context {
-            ray: Ray::zeroed(),
-            best: Hit::none_before(0.0),
+    pub(super) fn idle(bottom: usize) -> RayState {
+        RayState {
+            ray: SingleRaySetup::zeroed(),
+            best: SingleHit::none_before(0.0),
             bottom,
             top: bottom,
             current: 0,
@@ -77,17 +77,23 @@ impl Context {
     }
 
     /// The ray's stays in boxes, whose planes `row` gives: first the lower ones by axis, then the upper ones. The arithmetic of
-    /// `Slabs::stay_ordered`, with the lanes' parts exchanged.
+    /// `RaySlabs::intersect_box_same_octant`, with the lanes' parts exchanged.
     #[inline(always)]
-    pub(super) fn stay(&self, row: impl Fn(usize) -> Native) -> Stay<Native> {
-        let Stay { enter, leave } = self.crossing(row);
+    pub(super) fn intersect_box(&self, row: impl Fn(usize) -> Native) -> TInterval<Native> {
+        let TInterval {
+            tnear: enter,
+            tfar: leave,
+        } = self.intersect_children(row);
         let enter = enter.max(Native::ZERO);
-        Stay { enter, leave }
+        TInterval {
+            tnear: enter,
+            tfar: leave,
+        }
     }
 
-    /// Where the ray's line, which goes on behind its origin, enters and leaves boxes; as [`Context::stay`].
+    /// Where the ray's line, which goes on behind its origin, enters and leaves boxes; as [`RayState::intersect_box`].
     #[inline(always)]
-    pub(super) fn crossing(&self, row: impl Fn(usize) -> Native) -> Stay<Native> {
+    pub(super) fn intersect_children(&self, row: impl Fn(usize) -> Native) -> TInterval<Native> {
         let ray = &self.ray;
         let enter = |axis: usize| {
             (row(ray.near[axis] as usize) - Native::splat(ray.first[axis]))
@@ -97,9 +103,9 @@ impl Context {
             (row(ray.far[axis] as usize) - Native::splat(ray.last[axis]))
                 * Native::splat(ray.rdir[axis])
         };
-        Stay {
-            enter: enter(0).max(enter(1)).max(enter(2)),
-            leave: leave(0).min(leave(1)).min(leave(2)),
+        TInterval {
+            tnear: enter(0).max(enter(1)).max(enter(2)),
+            tfar: leave(0).min(leave(1)).min(leave(2)),
         }
     }
 
@@ -121,10 +127,10 @@ impl Context {
             context: self,
             block,
         };
-        let found = triangle::meet(corners, slopes, &pairs);
+        let found = triangle::intersect(corners, slopes, &pairs);
         match found {
             Some(hit) => {
-                self.take::<ANY>(hit.valid, hit.t, [hit.v, hit.w, hit.det], &block.prim_id)
+                self.update::<ANY>(hit.valid, hit.t, [hit.v, hit.w, hit.det], &block.prim_id)
             }
             None => false,
         }
@@ -141,15 +147,15 @@ impl Context {
         };
         let (valid, t) = sphere::nearest(
             roots,
-            self.stay(|row| Native::new(block.prim_aabb.as_flattened()[row])),
+            self.intersect_box(|row| Native::new(block.prim_aabb.as_flattened()[row])),
         );
         let bare = [Native::ZERO, Native::ZERO, Native::ONE];
-        self.take::<ANY>(valid, t, bare, &block.prim_id)
+        self.update::<ANY>(valid, t, bare, &block.prim_id)
     }
 
     /// Takes what is closer than the best, or as close with a smaller number; true if anything is.
     #[inline(always)]
-    fn take<const ANY: bool>(
+    fn update<const ANY: bool>(
         &mut self,
         valid: NativeMask,
         t: Native,
@@ -159,7 +165,7 @@ impl Context {
         let limit = Native::splat(self.best.t);
         if ANY {
             if (valid & t.lt(limit)).any() {
-                self.block();
+                self.mark_occluded();
             }
             return false;
         }
@@ -171,7 +177,7 @@ impl Context {
         for lane in near.lanes() {
             let id = ids[lane];
             if t[lane] < self.best.t || (t[lane] == self.best.t && id < self.best.prim_id) {
-                self.best = Hit {
+                self.best = SingleHit {
                     t: t[lane],
                     v: v[lane],
                     w: w[lane],
@@ -184,7 +190,7 @@ impl Context {
     }
 
     /// Something is in the way: nothing is left to visit.
-    pub(super) fn block(&mut self) {
+    pub(super) fn mark_occluded(&mut self) {
         self.best.prim_id = 0;
         self.top = self.bottom;
     }
@@ -192,13 +198,13 @@ impl Context {
 
 /// A ray and the triangles of a block, one a lane.
 struct RayAndBlock<'a> {
-    context: &'a Context,
+    context: &'a RayState,
     block: &'a TriangleBlock,
 }
 
 impl Pairing<Native> for RayAndBlock<'_> {
     #[inline(always)]
-    fn stay(&self) -> Stay<Native> {
+    fn interval(&self) -> TInterval<Native> {
         let [a, b, c] = &self.block.vertices;
         let all = |corner: &[[f32; NATIVE]; 3]| {
             Vec3Native::new(
@@ -207,14 +213,14 @@ impl Pairing<Native> for RayAndBlock<'_> {
                 Native::new(corner[2]),
             )
         };
-        let [lo, hi] = triangle::own_boxes([all(a), all(b), all(c)]);
+        let [lo, hi] = triangle::prim_aabbs([all(a), all(b), all(c)]);
         let rows = [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z];
-        self.context.stay(|row| rows[row % 6])
+        self.context.intersect_box(|row| rows[row % 6])
     }
 
     #[inline(always)]
-    fn usual(&self) -> bool {
-        self.context.ray.usual != 0
+    fn in_safe_range(&self) -> bool {
+        self.context.ray.in_safe_range != 0
     }
 
     #[inline(always)]
@@ -224,15 +230,15 @@ impl Pairing<Native> for RayAndBlock<'_> {
     }
 
     #[inline(always)]
-    fn stored(&self) -> (&impl Corners, Option<usize>) {
+    fn stored(&self) -> (&impl Vertices, Option<usize>) {
         (self.block, None)
     }
 }
 
-impl Hit {
+impl SingleHit {
     /// Nothing yet, and only what is nearer than that will do.
-    pub(super) const fn none_before(limit: f32) -> Hit {
-        Hit {
+    pub(super) const fn none_before(limit: f32) -> SingleHit {
+        SingleHit {
             t: limit,
             v: 0.0,
             w: 0.0,
@@ -242,8 +248,8 @@ impl Hit {
     }
 
     /// In every lane, `limit` being its distance.
-    pub(super) fn spread(&self, limit: F32x8) -> Best<F32x8> {
-        Best {
+    pub(super) fn spread(&self, limit: F32x8) -> HitRecord<F32x8> {
+        HitRecord {
             t: limit,
             v: F32x8::splat(self.v),
             w: F32x8::splat(self.w),
@@ -253,8 +259,8 @@ impl Hit {
     }
 
     /// Of the first lane.
-    pub(super) fn of(best: &Best<F32x8>) -> Hit {
-        Hit {
+    pub(super) fn of(best: &HitRecord<F32x8>) -> SingleHit {
+        SingleHit {
             t: best.t.lane(0),
             v: best.v.lane(0),
             w: best.w.lane(0),

@@ -1,37 +1,37 @@
 //! Cells down the wide tree: a mask of them on the stack, the nearest child first.
 
 use super::Group;
-use super::block::Triangles;
-use super::cells::Cells;
-use super::frame::Frame;
+use super::block::BeamTriangles;
+use super::deferred::DeferredBlocks;
 use super::pairs::Pairs;
-use super::waiting::Waiting;
+use super::projection::BeamSpace;
+use super::sub_beams::SubBeams;
 use crate::bvh::{ChildRef, LeafKind, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
-use crate::traverse::aabb::Slabs;
-use crate::traverse::goal::{Goal, Meeting};
+use crate::traverse::aabb::RaySlabs;
+use crate::traverse::counters::Counters;
 use crate::traverse::packet::PacketKernel;
-use crate::traverse::prefetch::Rows;
+use crate::traverse::prefetch::PrefetchTable;
+use crate::traverse::query::{HitCandidate, Query};
 use crate::traverse::sphere;
-use crate::traverse::tally::Tally;
 use crate::traverse::triangle::MIXED;
 
 /// A child that some cells may still meet.
 #[derive(Clone, Copy)]
-struct Entry {
-    cells: u64,
+struct BeamStackEntry {
+    sub_beams: u64,
     /// Depth at which its box begins.
     near: f32,
     code: u32,
 }
 
 /// Children waiting.
-pub(super) struct Stack(Vec<Entry>);
+pub(super) struct Stack(Vec<BeamStackEntry>);
 
 impl Stack {
     pub(super) fn new(wide: &WideBvh) -> Stack {
-        let empty = Entry {
-            cells: 0,
+        let empty = BeamStackEntry {
+            sub_beams: 0,
             near: 0.0,
             code: 0,
         };
@@ -41,30 +41,30 @@ impl Stack {
 }
 
 /// What a beam needs on its way.
-pub(super) struct Descent<'d, 'a, L: Lanes, G, T> {
+pub(super) struct BeamTraversal<'d, 'a, L: Lanes, G, T> {
     pub(super) wide: &'a WideBvh,
-    pub(super) rows: Rows,
-    pub(super) frame: &'d Frame,
-    pub(super) cells: &'d mut Cells,
+    pub(super) rows: PrefetchTable,
+    pub(super) space: &'d BeamSpace,
+    pub(super) sub_beams: &'d mut SubBeams,
     pub(super) groups: &'d [Group<L>],
     pub(super) projected: &'d [[L; 3]],
-    pub(super) slabs: &'d [Slabs<L>],
+    pub(super) slabs: &'d [RaySlabs<L>],
     pub(super) goals: &'d mut [G],
     pub(super) packets: &'d mut PacketKernel<'a, L, T>,
-    pub(super) work: &'d mut T,
+    pub(super) counters: &'d mut T,
 }
 
-impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
+impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
     /// Visits what the cells meet, front to back.
     #[inline(never)]
-    pub(super) fn run(mut self, stack: &mut Stack, waiting: &mut Waiting<'a>) {
+    pub(super) fn traverse(mut self, stack: &mut Stack, deferred: &mut DeferredBlocks<'a>) {
         let entries = &mut stack.0[..];
-        let all = self.cells.all();
+        let all = self.sub_beams.all();
         if all == 0 {
             return;
         }
-        entries[0] = Entry {
-            cells: all,
+        entries[0] = BeamStackEntry {
+            sub_beams: all,
             near: f32::NEG_INFINITY,
             code: 0,
         };
@@ -73,7 +73,7 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
             top -= 1;
             // SAFETY: `top` entries were written.
             let entry = *unsafe { entries.get_unchecked(top) };
-            let cells = self.cells.reaching::<L>(entry.cells, entry.near);
+            let cells = self.sub_beams.reaching::<L>(entry.sub_beams, entry.near);
             if cells == 0 {
                 continue;
             }
@@ -88,11 +88,11 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
                 ChildRef::Triangles(index) => {
                     // SAFETY: as above.
                     let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
-                    if G::ORDERED {
-                        self.triangles(block, cells, &mut waiting.pairs);
+                    if G::FRONT_TO_BACK {
+                        self.triangles(block, cells, &mut deferred.pairs);
                     } else {
                         self.rows.prefetch(entry.code);
-                        self.await_test(block, cells, waiting);
+                        self.defer(block, cells, deferred);
                     }
                 }
                 ChildRef::Spheres(index) => {
@@ -103,31 +103,31 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
                 ChildRef::Other(index) => self.other(self.wide.others()[index as usize], cells),
             }
         }
-        if !G::ORDERED {
-            self.test_waiting(waiting);
+        if !G::FRONT_TO_BACK {
+            self.test_deferred(deferred);
         }
     }
 
     /// Writes the children that cells may meet, the nearest last, and tells how many.
     #[inline(always)]
-    fn node(&mut self, node: &WideNode, cells: u64, above: &mut [Entry]) -> usize {
-        let seen = self.frame.boxes(&node.boxes.map(|c| c.map(Native::new)));
-        let mut left = self.cells.any_meets(&seen);
-        self.work
+    fn node(&mut self, node: &WideNode, cells: u64, above: &mut [BeamStackEntry]) -> usize {
+        let seen = self.space.boxes(&node.boxes.map(|c| c.map(Native::new)));
+        let mut left = self.sub_beams.any_meets(&seen);
+        self.counters
             .wide_node(u64::from(left.count_ones()) * LANES as u64 + NATIVE as u64);
         let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
         let columns = columns.map(Native::to_array);
-        let children = &node.order[self.frame.axes[0] % 3];
+        let children = &node.order[self.space.axes[0] % 3];
         let mut order = in_order(children, left);
         let last = |order: u32, up: bool| match up {
             true => 31 - order.leading_zeros(),
             false => order.trailing_zeros(),
         };
-        let up = self.frame.sign > 0.0;
+        let up = self.space.sign > 0.0;
         if left != 0 {
             // It is looked at first, and at once: by the time that it is written, it may be there.
             let nearest = children[last(order, !up) as usize % NATIVE];
-            self.ask_for(node.children[usize::from(nearest) % NATIVE]);
+            self.prefetch(node.children[usize::from(nearest) % NATIVE]);
         }
         let mut count = 0;
         while left != 0 {
@@ -135,18 +135,18 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
             order ^= 1 << (rank % NATIVE as u32);
             let lane = usize::from(children[rank as usize % NATIVE]) % NATIVE;
             left &= left - 1;
-            let met = self.cells.meeting::<L>(cells, &columns, lane);
+            let met = self.sub_beams.meeting::<L>(cells, &columns, lane);
             if met != 0 {
                 let code = node.children[lane % NATIVE];
-                // SAFETY: at most `NATIVE` children, and there is room for them: see `run`.
-                *unsafe { above.get_unchecked_mut(count) } = Entry {
-                    cells: met,
+                // SAFETY: at most `NATIVE` children, and there is room for them: see `traverse`.
+                *unsafe { above.get_unchecked_mut(count) } = BeamStackEntry {
+                    sub_beams: met,
                     near: columns[4][lane % NATIVE],
                     code,
                 };
                 count += 1;
                 if left != 0 {
-                    self.ask_for(code);
+                    self.prefetch(code);
                 }
             }
         }
@@ -155,8 +155,8 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
 
     /// Asks for what a child leads to. A block that waits for others is asked for when it begins to.
     #[inline(always)]
-    fn ask_for(&self, code: u32) {
-        if G::ORDERED {
+    fn prefetch(&self, code: u32) {
+        if G::FRONT_TO_BACK {
             self.rows.prefetch(code);
         } else {
             self.rows.prefetch_node(code);
@@ -165,73 +165,73 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
 
     #[inline(always)]
     fn triangles(&mut self, block: &TriangleBlock, cells: u64, pairs: &mut Pairs) {
-        let triangles = Triangles::new(self.frame, block);
+        let triangles = BeamTriangles::new(self.space, block);
         pairs.count = 0;
         let mut left = cells;
         while left != 0 {
-            let cell = left.trailing_zeros() as usize;
+            let sub_beam = left.trailing_zeros() as usize;
             left &= left - 1;
-            pairs.add(cell, 0, self.cells.hits(cell, &triangles.seen));
+            pairs.add(sub_beam, 0, self.sub_beams.hits(sub_beam, &triangles.seen));
         }
         let mut touched = 0u64;
         for k in 0..pairs.count {
-            let (cell, lane) = pairs.get(k);
-            let group = self.cells.group(cell);
+            let (sub_beam, lane) = pairs.get(k);
+            let group = self.sub_beams.group(sub_beam);
             // SAFETY: a cell is of a packet of this beam, each of which has its place in both.
             let rays = unsafe { self.groups.get_unchecked(group) };
             // SAFETY: as above.
-            let goal = unsafe { self.goals.get_unchecked_mut(group) };
+            let query = unsafe { self.goals.get_unchecked_mut(group) };
             let met = match rays.shear.axis {
-                MIXED => triangles.test_apart(lane, rays, goal),
-                _ => triangles.test(lane, rays, goal),
+                MIXED => triangles.test_apart(lane, rays, query),
+                _ => triangles.test(lane, rays, query),
             };
-            touched |= u64::from(met) << cell;
+            touched |= u64::from(met) << sub_beam;
         }
-        self.work.block(
+        self.counters.block(
             LeafKind::Triangle,
             (pairs.count * L::PACKETS * LANES) as u64,
         );
-        self.touch(touched);
+        self.refresh_depths(touched);
     }
 
     #[inline(always)]
     fn spheres(&mut self, block: &SphereBlock, cells: u64) {
         let seen = self
-            .frame
+            .space
             .boxes(&block.prim_aabb.map(|c| c.map(Native::new)));
         let columns = [seen.low_p, seen.high_p, seen.low_q, seen.high_q, seen.near];
         let columns = columns.map(Native::to_array);
         let mut touched = 0u64;
         let mut tests = 0;
-        for lane in NativeMask::from_bits(self.cells.any_meets(&seen)).lanes() {
+        for lane in NativeMask::from_bits(self.sub_beams.any_meets(&seen)).lanes() {
             let column = |c: &[[f32; NATIVE]; 3]| c.each_ref().map(|axis| axis[lane]);
             let (center, radius) = (column(&block.center), block.radius[lane]);
             let prim_aabb = block.prim_aabb.each_ref().map(column);
-            let mut met = self.cells.meeting::<L>(cells, &columns, lane);
+            let mut met = self.sub_beams.meeting::<L>(cells, &columns, lane);
             tests += met.count_ones();
             while met != 0 {
-                let cell = met.trailing_zeros() as usize;
+                let sub_beam = met.trailing_zeros() as usize;
                 met &= met - 1;
-                let group = self.cells.group(cell);
+                let group = self.sub_beams.group(sub_beam);
                 // SAFETY: a cell is of a packet of this beam, each of which has its place in both.
                 let rays = unsafe { &self.groups.get_unchecked(group).rays };
                 // SAFETY: as above; and slabs were made because the tree has spheres.
                 let slabs = unsafe { self.slabs.get_unchecked(group) };
                 // SAFETY: as above.
-                let goal = unsafe { self.goals.get_unchecked_mut(group) };
+                let query = unsafe { self.goals.get_unchecked_mut(group) };
                 let (org, dir) = (rays.org, rays.dir);
                 let found = sphere::sphere(org, dir, slabs, (&center, radius), &prim_aabb);
                 if let Some((valid, t)) = found {
-                    goal.take(&Meeting::bare(valid, t), block.prim_id[lane]);
-                    touched |= 1 << cell;
+                    query.update(&HitCandidate::without_uv(valid, t), block.prim_id[lane]);
+                    touched |= 1 << sub_beam;
                 }
             }
         }
-        self.work.block(
+        self.counters.block(
             LeafKind::Sphere,
             u64::from(tests) * (L::PACKETS * LANES) as u64,
         );
-        self.touch(touched);
+        self.refresh_depths(touched);
     }
 
     /// What has no blocks, packet by packet.
@@ -240,28 +240,28 @@ impl<'a, L: Lanes, G: Goal<L>, T: Tally> Descent<'_, 'a, L, G, T> {
         let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
         let (mut left, mut done) = (cells, 0u64);
         while left != 0 {
-            let group = self.cells.group(left.trailing_zeros() as usize);
+            let group = self.sub_beams.group(left.trailing_zeros() as usize);
             left &= left - 1;
             if done >> group & 1 == 0 {
                 done |= 1 << group;
                 let rays = self.groups[group].prepared(&self.slabs[group]);
-                let goal = &mut self.goals[group];
+                let query = &mut self.goals[group];
                 self.packets
-                    .leaf_alone(&rays, goal, leaf.kind, slots.clone());
+                    .intersect_leaf(&rays, query, leaf.kind, slots.clone());
             }
         }
-        self.touch(cells);
+        self.refresh_depths(cells);
     }
 
     /// Cells of which a ray met something need not look as far any more.
     #[inline(always)]
-    pub(super) fn touch(&mut self, mut touched: u64) {
+    pub(super) fn refresh_depths(&mut self, mut touched: u64) {
         while touched != 0 {
-            let cell = touched.trailing_zeros() as usize;
+            let sub_beam = touched.trailing_zeros() as usize;
             touched &= touched - 1;
             // SAFETY: as for the tests.
-            let goal = unsafe { self.goals.get_unchecked(self.cells.group(cell)) };
-            self.cells.set_far(self.frame, cell, goal.limit());
+            let query = unsafe { self.goals.get_unchecked(self.sub_beams.group(sub_beam)) };
+            self.sub_beams.set_far(self.space, sub_beam, query.limit());
         }
     }
 }

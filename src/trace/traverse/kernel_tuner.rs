@@ -6,40 +6,40 @@
 //! that are far from each other may differ more than kernels do. Rays are of classes, see [`super::coherence`], that learn apart,
 //! but from each other, too. Either kernel gives the same bits.
 
-use super::part::Part;
+use super::batch_slice::BatchSlice;
 use std::ops::Range;
 use std::time::Instant;
 
 /// Time from one trial to the next, in times of a trial: this times the logarithm of how many times as fast the faster kernel is.
 /// What is much slower is tried seldom, what is nearly as fast costs nothing to try. Time and not batches: where rays begin
 /// to take longer, there is more to be won, and a trial is due sooner.
-const PATIENCE: f32 = 64.0;
+const TRIAL_INTERVAL: f32 = 64.0;
 
 /// At least so many, and at most so many times the square of the trials so far: the first ones may mislead.
-const OFTEN: f32 = 2.0;
-const EARLY: f32 = 2.0;
+const MIN_INTERVAL: f32 = 2.0;
+const MAX_INTERVAL_GROWTH: f32 = 2.0;
 
 /// Trials that count, about: older ones are forgotten.
-const MEMORY: u32 = 8;
+const HISTORY: u32 = 8;
 
 /// No trial says more than this beyond what is believed, natural logarithm: a thread that had to wait is not slow.
-const MOST: f32 = 0.5;
+const MAX_LOG_STEP: f32 = 0.5;
 
 /// Packets of a batch that are worth a trial: parts of fewer say little.
-const WORTH: usize = 32;
+const MIN_TRIAL_PACKETS: usize = 32;
 
 /// A choice between two kernels, the first and the second.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Choice {
+pub(super) struct KernelTuner {
     /// Seconds of tracing until the next trial.
-    wait: f32,
-    /// Trials so far, up to [`MEMORY`], what is believed from the beginning being one.
+    until_trial: f32,
+    /// Trials so far, up to [`HISTORY`], what is believed from the beginning being one.
     trials: u32,
     /// What a packet took each in trials so far, about; before the first, in any unit. Times are averaged and not their
     /// quotients: rays that take long matter more.
-    took: [f32; 2],
+    mean_time: [f32; 2],
     /// How many times as long the second kernel takes for a packet of a part of a batch as for one of a whole batch.
-    apart: f32,
+    trial_penalty: f32,
     /// Whether the second kernel was timed first in the last trial: what comes first finds memory cold.
     second_led: bool,
 }
@@ -47,9 +47,9 @@ pub(super) struct Choice {
 /// Who traces a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Next {
-    /// One of the two; true for the second. [`Choice::spend`] is told what it took.
+    /// One of the two; true for the second. [`KernelTuner::record_time`] is told what it took.
     One(bool),
-    /// Each some; [`Choice::learn`] is told what they took.
+    /// Each some; [`KernelTuner::record_trial`] is told what they took.
     Trial(Trial),
 }
 
@@ -63,22 +63,25 @@ struct Trial {
     leads: bool,
 }
 
-impl Choice {
+impl KernelTuner {
     /// A choice that believes this of the logarithm of how many times as long the first takes as the second.
-    pub(super) fn new(lead: f32) -> Choice {
-        Choice {
+    pub(super) fn new(log_ratio: f32) -> KernelTuner {
+        KernelTuner {
             // One batch: memory is cold.
-            wait: f32::MIN_POSITIVE,
+            until_trial: f32::MIN_POSITIVE,
             trials: 1,
-            took: [0.5, -0.5].map(|half| (lead * half).exp()),
-            apart: 1.0,
+            mean_time: [0.5, -0.5].map(|half| (log_ratio * half).exp()),
+            trial_penalty: 1.0,
             second_led: false,
         }
     }
 
     /// The same, where the second kernel's packets take so many times as long in a trial as in a whole batch.
-    pub(super) fn apart(self, apart: f32) -> Choice {
-        Choice { apart, ..self }
+    pub(super) fn with_trial_penalty(self, trial_penalty: f32) -> KernelTuner {
+        KernelTuner {
+            trial_penalty,
+            ..self
+        }
     }
 
     /// Has a batch traced by one of the two, or in a trial by both: `by` is told who, true for the second, and what. `parts`
@@ -86,128 +89,133 @@ impl Choice {
     pub(super) fn trace(
         &mut self,
         batch: Range<usize>,
-        parts: impl Fn(Range<usize>) -> [Part; 3],
-        mut by: impl FnMut(bool, &Part),
+        parts: impl Fn(Range<usize>) -> [BatchSlice; 3],
+        mut by: impl FnMut(bool, &BatchSlice),
     ) {
         let packets = batch.len();
-        let mut timed = |second: bool, part: &Part| {
+        let mut timed = |second: bool, part: &BatchSlice| {
             let start = Instant::now();
             by(second, part);
             start.elapsed().as_secs_f32()
         };
         match self.next(packets) {
             Next::One(second) => {
-                let seconds = timed(second, &Part::all(batch));
-                self.spend(seconds);
+                let seconds = timed(second, &BatchSlice::all(batch));
+                self.record_time(seconds);
             }
             Next::Trial(Trial { cold, leads }) => {
                 let [untimed, first, last] = parts(batch);
                 timed(cold, &untimed);
-                let mut took = [0.0; 2];
+                let mut times = [0.0; 2];
                 for (second, part) in [(leads, first), (!leads, last)] {
-                    took[usize::from(second)] = timed(second, &part) / part.count() as f32;
+                    times[usize::from(second)] = timed(second, &part) / part.count() as f32;
                 }
-                self.learn(took, packets);
+                self.record_trial(times, packets);
             }
         }
     }
 
     /// Logarithm of how many times as long the first takes as the second.
-    fn lead(&self) -> f32 {
-        (self.took[0] / self.took[1]).ln()
+    fn log_ratio(&self) -> f32 {
+        (self.mean_time[0] / self.mean_time[1]).ln()
     }
 
     /// Who traces the next batch, of so many packets.
     fn next(&mut self, packets: usize) -> Next {
-        if self.wait > 0.0 || packets < WORTH {
-            return Next::One(self.lead() > 0.0);
+        if self.until_trial > 0.0 || packets < MIN_TRIAL_PACKETS {
+            return Next::One(self.log_ratio() > 0.0);
         }
         self.second_led = !self.second_led;
         Next::Trial(Trial {
-            cold: self.lead() <= 0.0,
+            cold: self.log_ratio() <= 0.0,
             leads: self.second_led,
         })
     }
 
     /// What a batch took that was no trial, in seconds.
-    fn spend(&mut self, seconds: f32) {
-        self.wait -= seconds;
+    fn record_time(&mut self, seconds: f32) {
+        self.until_trial -= seconds;
     }
 
     /// What a packet took the first and the second kernel in a trial of so many, in seconds.
-    fn learn(&mut self, [first, second]: [f32; 2], packets: usize) {
-        let second = second / self.apart;
+    fn record_trial(&mut self, [first, second]: [f32; 2], packets: usize) {
+        let second = second / self.trial_penalty;
         // A clock that stands still says nothing.
         if first > 0.0 && second > 0.0 {
-            let [low, high] = [-MOST, MOST].map(|more| (self.lead() + more).exp());
+            let [low, high] =
+                [-MAX_LOG_STEP, MAX_LOG_STEP].map(|more| (self.log_ratio() + more).exp());
             let seen = [first.min(second * high), second.min(first / low)];
             if self.trials == 1 {
                 // What was believed, at the pace of this trial.
                 let middle = (seen[0] * seen[1]).sqrt();
-                self.took = self.took.map(|took| took * middle);
+                self.mean_time = self.mean_time.map(|times| times * middle);
             }
-            self.trials = (self.trials + 1).min(MEMORY);
-            for (took, seen) in self.took.iter_mut().zip(seen) {
-                *took += (seen - *took) / self.trials as f32;
+            self.trials = (self.trials + 1).min(HISTORY);
+            for (times, seen) in self.mean_time.iter_mut().zip(seen) {
+                *times += (seen - *times) / self.trials as f32;
             }
         }
         if self.trials == 1 {
             // Nothing is known yet of how long that would be.
-            self.wait = 0.0;
+            self.until_trial = 0.0;
             return;
         }
-        let most = EARLY * (self.trials * self.trials) as f32;
+        let most = MAX_INTERVAL_GROWTH * (self.trials * self.trials) as f32;
         // Not of this trial, in which a thread may have had to wait.
-        let trial = (self.took[0] + self.took[1]) * 0.5 * packets as f32;
-        self.wait = trial * (PATIENCE * self.lead().abs()).clamp(OFTEN, most);
+        let trial = (self.mean_time[0] + self.mean_time[1]) * 0.5 * packets as f32;
+        self.until_trial =
+            trial * (TRIAL_INTERVAL * self.log_ratio().abs()).clamp(MIN_INTERVAL, most);
     }
 
     /// Something else says that the lead is larger by this.
-    fn hear(&mut self, more: f32) {
-        self.took[0] *= more.exp();
+    fn nudge(&mut self, more: f32) {
+        self.mean_time[0] *= more.exp();
     }
 }
 
 /// A choice for each of some classes of rays.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Choices<const N: usize>([Choice; N]);
+pub(super) struct PerClassTuner<const N: usize>([KernelTuner; N]);
 
 /// How much of what is learned of one class is believed of a class that had no trial yet; of others the less, the more they had.
-const SHARE: f32 = 0.5;
+const CLASS_TRANSFER: f32 = 0.5;
 
-impl<const N: usize> Choices<N> {
-    /// See [`Choice::new`].
-    pub(super) fn new(leads: [f32; N]) -> Choices<N> {
-        Choices(leads.map(Choice::new))
+impl<const N: usize> PerClassTuner<N> {
+    /// See [`KernelTuner::new`].
+    pub(super) fn new(leads: [f32; N]) -> PerClassTuner<N> {
+        PerClassTuner(leads.map(KernelTuner::new))
     }
 
-    /// See [`Choice::apart`].
-    pub(super) fn apart(self, apart: f32) -> Choices<N> {
-        Choices(self.0.map(|choice| choice.apart(apart)))
+    /// See [`KernelTuner::trial_penalty`].
+    pub(super) fn with_trial_penalty(self, trial_penalty: f32) -> PerClassTuner<N> {
+        PerClassTuner(
+            self.0
+                .map(|choice| choice.with_trial_penalty(trial_penalty)),
+        )
     }
 
-    /// See [`Choice::trace`].
+    /// See [`KernelTuner::trace`].
     pub(super) fn trace(
         &mut self,
         class: usize,
         batch: Range<usize>,
-        parts: impl Fn(Range<usize>) -> [Part; 3],
-        by: impl FnMut(bool, &Part),
+        parts: impl Fn(Range<usize>) -> [BatchSlice; 3],
+        by: impl FnMut(bool, &BatchSlice),
     ) {
         self.shared(class, |choice| choice.trace(batch, parts, by));
     }
 
     /// What one class learns by this, the others hear.
-    fn shared(&mut self, class: usize, learns: impl FnOnce(&mut Choice)) {
-        let before = self.0[class].took;
+    fn shared(&mut self, class: usize, learns: impl FnOnce(&mut KernelTuner)) {
+        let before = self.0[class].mean_time;
         learns(&mut self.0[class]);
-        if self.0[class].took == before {
+        if self.0[class].mean_time == before {
             return;
         }
-        let more = self.0[class].lead() - (before[0] / before[1]).ln();
+        let more = self.0[class].log_ratio() - (before[0] / before[1]).ln();
         for (k, other) in self.0.iter_mut().enumerate() {
             if k != class {
-                other.hear(more * SHARE / other.trials as f32);
+                other.nudge(more * CLASS_TRANSFER / other.trials as f32);
             }
         }
     }
@@ -219,20 +227,20 @@ mod tests {
 
     /// Halves of batches that each kernel gets, if a ray takes it so long in a half of a batch.
     fn shares(batches: u32, mut time: impl FnMut(u32, usize, bool) -> f32) -> [u32; 2] {
-        let (mut choice, mut shares) = (Choice::new(0.0), [0, 0]);
+        let (mut choice, mut shares) = (KernelTuner::new(0.0), [0, 0]);
         for batch in 0..batches {
             match choice.next(64) {
                 Next::One(second) => {
                     shares[usize::from(second)] += 2;
-                    choice.spend([0, 1].map(|half| time(batch, half, second)).iter().sum());
+                    choice.record_time([0, 1].map(|half| time(batch, half, second)).iter().sum());
                 }
                 Next::Trial(Trial { leads, .. }) => {
-                    let mut took = [0.0; 2];
+                    let mut times = [0.0; 2];
                     for (half, second) in [leads, !leads].into_iter().enumerate() {
-                        took[usize::from(second)] = time(batch, half, second);
+                        times[usize::from(second)] = time(batch, half, second);
                         shares[usize::from(second)] += 1;
                     }
-                    choice.learn(took, 2);
+                    choice.record_trial(times, 2);
                 }
             }
         }
@@ -252,10 +260,10 @@ mod tests {
     /// A beam of few rays is no measure of one of many.
     #[test]
     fn a_part_is_not_held_against_the_second() {
-        for (apart, second) in [(1.25, true), (1.0, false)] {
-            let mut choice = Choice::new(0.0).apart(apart);
+        for (trial_penalty, second) in [(1.25, true), (1.0, false)] {
+            let mut choice = KernelTuner::new(0.0).with_trial_penalty(trial_penalty);
             for _ in 0..10 {
-                choice.learn([1.0, 1.15], 64);
+                choice.record_trial([1.0, 1.15], 64);
             }
             assert_eq!(choice.next(64), Next::One(second));
         }
@@ -263,35 +271,35 @@ mod tests {
 
     #[test]
     fn classes_learn_from_each_other_until_they_know_better() {
-        let mut choices = Choices::new([-0.2, -0.9, -0.1]);
-        let second = |choices: &Choices<3>| choices.0.map(|choice| choice.lead() > 0.0);
+        let mut choices = PerClassTuner::new([-0.2, -0.9, -0.1]);
+        let second = |choices: &PerClassTuner<3>| choices.0.map(|choice| choice.log_ratio() > 0.0);
         assert_eq!(second(&choices), [false; 3]);
         // The second kernel is three times as fast for the first class, and so it may be for the third.
-        choices.shared(0, |choice| choice.learn([3.0, 1.0], 64));
-        choices.shared(0, |choice| choice.learn([3.0, 1.0], 64));
+        choices.shared(0, |choice| choice.record_trial([3.0, 1.0], 64));
+        choices.shared(0, |choice| choice.record_trial([3.0, 1.0], 64));
         assert_eq!(second(&choices), [true, false, true]);
         // It is not, and the first does not mind.
-        choices.shared(2, |choice| choice.learn([1.0, 3.0], 64));
-        choices.shared(2, |choice| choice.learn([1.0, 3.0], 64));
+        choices.shared(2, |choice| choice.record_trial([1.0, 3.0], 64));
+        choices.shared(2, |choice| choice.record_trial([1.0, 3.0], 64));
         assert_eq!(second(&choices), [true, false, false]);
         // Each waits for its own trial.
-        choices.0[0].spend(1e9);
+        choices.0[0].record_time(1e9);
         assert!(matches!(choices.0[0].next(64), Next::Trial(_)));
         assert_eq!(choices.0[2].next(64), Next::One(false));
     }
 
     #[test]
     fn small_batches_are_not_parted() {
-        let mut choice = Choice::new(-0.2);
+        let mut choice = KernelTuner::new(-0.2);
         for _ in 0..100 {
-            assert_eq!(choice.next(WORTH - 1), Next::One(false));
-            choice.spend(1.0);
+            assert_eq!(choice.next(MIN_TRIAL_PACKETS - 1), Next::One(false));
+            choice.record_time(1.0);
         }
         let trial = Trial {
             cold: true,
             leads: true,
         };
-        assert_eq!(choice.next(WORTH), Next::Trial(trial));
+        assert_eq!(choice.next(MIN_TRIAL_PACKETS), Next::Trial(trial));
     }
 
     #[test]

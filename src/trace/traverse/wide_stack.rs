@@ -4,12 +4,12 @@
 //! is not the order of their entry distances; but a network that sorts these is half of the instructions of a node, and
 //! saves no more than 4 % of the nodes (`perf/notes/single-rays.md`).
 
-use super::aabb::Stay;
+use super::aabb::TInterval;
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native};
 use std::ops::Range;
 
 /// By set of lanes, as bits: the lanes in it, one a byte, first those of the lower bits; and those of the higher bits first.
-pub(super) static LANES_OF: [[[u8; LANES]; 256]; 2] = {
+pub(super) static COMPACT_LUT: [[[u8; LANES]; 256]; 2] = {
     let mut tables = [[[0; LANES]; 256]; 2];
     let mut set = 0;
     while set < 256 {
@@ -29,16 +29,16 @@ pub(super) static LANES_OF: [[[u8; LANES]; 256]; 2] = {
 };
 
 /// Children waiting to be visited, as columns: where each begins, and its code.
-pub(super) struct Waiting {
-    enter: Vec<f32>,
+pub(super) struct WideStack {
+    tnear: Vec<f32>,
     code: Vec<u32>,
 }
 
-impl Waiting {
+impl WideStack {
     /// Room for so many, in as many stacks as one likes.
-    pub(super) fn with_room(room: usize) -> Waiting {
-        Waiting {
-            enter: vec![0.0; room],
+    pub(super) fn with_capacity(room: usize) -> WideStack {
+        WideStack {
+            tnear: vec![0.0; room],
             code: vec![0; room],
         }
     }
@@ -49,11 +49,11 @@ impl Waiting {
     /// # Safety
     /// There is room for [`NATIVE`] from `at` on.
     #[inline(always)]
-    pub(super) unsafe fn write(
+    pub(super) unsafe fn push_hits(
         &mut self,
         at: usize,
         reversed: bool,
-        crossing: &Stay<Native>,
+        crossing: &TInterval<Native>,
         best: f32,
         codes: &[u32; NATIVE],
     ) -> usize {
@@ -61,11 +61,11 @@ impl Waiting {
         // SAFETY: both columns are as long, and have as many places from `at` on, as the caller says.
         let to = unsafe {
             (
-                &mut *self.enter.as_mut_ptr().add(at).cast::<[f32; NATIVE]>(),
+                &mut *self.tnear.as_mut_ptr().add(at).cast::<[f32; NATIVE]>(),
                 &mut *self.code.as_mut_ptr().add(at).cast::<[u32; NATIVE]>(),
             )
         };
-        at_once(reversed, crossing, best, codes, to)
+        push_simd(reversed, crossing, best, codes, to)
     }
 
     /// The code of one.
@@ -80,9 +80,9 @@ impl Waiting {
 
     /// Leaves those of a stack that begin at a distance of `limit` at most, and tells where it ends then.
     #[inline(always)]
-    pub(super) fn keep(&mut self, stack: Range<usize>, limit: f32) -> usize {
+    pub(super) fn prune(&mut self, stack: Range<usize>, limit: f32) -> usize {
         let start = stack.start;
-        let (enter, code) = (&mut self.enter[stack.clone()], &mut self.code[stack]);
+        let (enter, code) = (&mut self.tnear[stack.clone()], &mut self.code[stack]);
         let mut count = 0;
         for k in 0..enter.len().min(code.len()) {
             let one = (enter[k], code[k]);
@@ -98,15 +98,15 @@ impl Waiting {
     allow(dead_code, reason = "another replaces it, and is tested against it")
 )]
 #[inline(always)]
-fn one_by_one(
+fn push_scalar(
     reversed: bool,
-    crossing: &Stay<Native>,
+    crossing: &TInterval<Native>,
     best: f32,
     codes: &[u32; NATIVE],
     (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
 ) -> usize {
-    let enter = crossing.enter.max(Native::ZERO);
-    let limit = crossing.leave.min(Native::splat(best));
+    let enter = crossing.tnear.max(Native::ZERO);
+    let limit = crossing.tfar.min(Native::splat(best));
     let (met, enter) = (enter.le(limit).bits(), enter.to_array());
     let mut count = 0;
     for k in 0..NATIVE {
@@ -119,7 +119,7 @@ fn one_by_one(
 }
 
 #[cfg(not(all(target_arch = "x86_64", target_feature = "avx2")))]
-use one_by_one as at_once;
+use push_scalar as push_simd;
 
 #[cfg(all(
     target_arch = "x86_64",
@@ -127,18 +127,18 @@ use one_by_one as at_once;
     not(target_feature = "avx512f")
 ))]
 #[inline(always)]
-fn at_once(
+fn push_simd(
     reversed: bool,
-    crossing: &Stay<Native>,
+    crossing: &TInterval<Native>,
     best: f32,
     codes: &[u32; NATIVE],
     (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
 ) -> usize {
     use std::arch::x86_64::*;
-    let enter = crossing.enter.max(Native::ZERO);
-    let limit = crossing.leave.min(Native::splat(best));
+    let enter = crossing.tnear.max(Native::ZERO);
+    let limit = crossing.tfar.min(Native::splat(best));
     let met = enter.le(limit).bits();
-    let lanes = &LANES_OF[usize::from(reversed)][met as usize % 256];
+    let lanes = &COMPACT_LUT[usize::from(reversed)][met as usize % 256];
     let enter = enter.to_array();
     // SAFETY: the build has the instructions, see the attribute; and the arrays are eight long.
     unsafe {
@@ -157,7 +157,7 @@ fn at_once(
 
 /// Places in order, and in reverse.
 #[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
-static TURNED: [[u32; NATIVE]; 2] = {
+static REVERSE: [[u32; NATIVE]; 2] = {
     let mut turned = [[0; NATIVE]; 2];
     let mut k = 0;
     while k < NATIVE {
@@ -170,18 +170,18 @@ static TURNED: [[u32; NATIVE]; 2] = {
 
 #[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
 #[inline(always)]
-fn at_once(
+fn push_simd(
     reversed: bool,
-    crossing: &Stay<Native>,
+    crossing: &TInterval<Native>,
     best: f32,
     codes: &[u32; NATIVE],
     (to_enter, to_code): (&mut [f32; NATIVE], &mut [u32; NATIVE]),
 ) -> usize {
     use std::arch::x86_64::*;
-    let (enter, leave) = (crossing.enter.to_array(), crossing.leave.to_array());
+    let (enter, leave) = (crossing.tnear.to_array(), crossing.tfar.to_array());
     // SAFETY: the build has the instructions, see the attribute; and the arrays are sixteen long.
     unsafe {
-        let order = _mm512_loadu_si512(TURNED[usize::from(reversed)].as_ptr().cast());
+        let order = _mm512_loadu_si512(REVERSE[usize::from(reversed)].as_ptr().cast());
         let enter = _mm512_permutexvar_ps(order, _mm512_loadu_ps(enter.as_ptr()));
         let leave = _mm512_permutexvar_ps(order, _mm512_loadu_ps(leave.as_ptr()));
         // What is the same in all lanes comes in after their turn: before, the compiler would turn it, too.
@@ -211,18 +211,18 @@ mod tests {
 
     #[test]
     fn lanes_of_a_set_come_in_order() {
-        for (set, lanes) in LANES_OF[0].iter().enumerate() {
+        for (set, lanes) in COMPACT_LUT[0].iter().enumerate() {
             let mut want: Vec<u8> = (0..8).filter(|lane| set >> lane & 1 == 1).collect();
             assert_eq!(lanes[..want.len()], want);
             want.reverse();
-            assert_eq!(LANES_OF[1][set][..want.len()], want);
+            assert_eq!(COMPACT_LUT[1][set][..want.len()], want);
         }
     }
 
     #[test]
     fn what_is_met_comes_first_and_as_it_lies() {
         let mut next = random(1);
-        let mut waiting = Waiting::with_room(24 + NATIVE);
+        let mut waiting = WideStack::with_capacity(24 + NATIVE);
         for round in 0..20_000 {
             let best = (next() % 1000) as f32 * 0.37;
             let enter: [f32; NATIVE] =
@@ -241,18 +241,18 @@ mod tests {
             if reversed {
                 want.reverse();
             }
-            let crossing = Stay {
-                enter: Native::new(enter),
-                leave: Native::new(leave),
+            let crossing = TInterval {
+                tnear: Native::new(enter),
+                tfar: Native::new(leave),
             };
             // SAFETY: from 22 on there are as many places.
-            let count = unsafe { waiting.write(at, reversed, &crossing, best, &codes) };
+            let count = unsafe { waiting.push_hits(at, reversed, &crossing, best, &codes) };
             let places = at..at + count;
-            let found = places.map(|k| (waiting.enter[k], waiting.code[k]));
+            let found = places.map(|k| (waiting.tnear[k], waiting.code[k]));
             assert_eq!(found.collect::<Vec<_>>(), want);
             let (mut enters, mut found) = ([0.0; NATIVE], [0; NATIVE]);
             let to = (&mut enters, &mut found);
-            let count = one_by_one(reversed, &crossing, best, &codes, to);
+            let count = push_scalar(reversed, &crossing, best, &codes, to);
             let found = enters.into_iter().zip(found).take(count);
             assert_eq!(found.collect::<Vec<_>>(), want);
         }
@@ -265,20 +265,20 @@ mod tests {
         for _ in 0..5_000 {
             let mut pick = || distances[next() as usize % distances.len()];
             let limit = pick();
-            let mut waiting = Waiting {
-                enter: (0..20).map(|_| pick()).collect(),
+            let mut waiting = WideStack {
+                tnear: (0..20).map(|_| pick()).collect(),
                 code: (0..20).collect(),
             };
-            let all: Vec<(f32, u32)> = waiting.enter.iter().copied().zip(0..).collect();
-            let end = waiting.keep(3..17, limit);
+            let all: Vec<(f32, u32)> = waiting.tnear.iter().copied().zip(0..).collect();
+            let end = waiting.prune(3..17, limit);
             let want = all[3..17].iter().filter(|one| one.0 <= limit).copied();
-            let found = (3..end).map(|k| (waiting.enter[k], waiting.code[k]));
+            let found = (3..end).map(|k| (waiting.tnear[k], waiting.code[k]));
             assert_eq!(
                 found.collect::<Vec<_>>(),
                 want.collect::<Vec<_>>(),
                 "{all:?}"
             );
-            let beside = |k: &usize| (waiting.enter[*k], waiting.code[*k]) == all[*k];
+            let beside = |k: &usize| (waiting.tnear[*k], waiting.code[*k]) == all[*k];
             assert!(
                 (0..3).chain(17..20).all(|k| beside(&k)),
                 "others are left alone"

@@ -6,37 +6,37 @@
 //! while one waits another's numbers are there. Nothing branches on what a box test says: all children are written
 //! above the stack's top, those that are met first, and the top moves by how many these are.
 
-mod context;
-mod source;
+mod ray_state;
+mod ray_stream;
 
-use super::goal::{AnyHit, Closest, Prepared};
-use super::order::Waiting;
+use super::batch_slice::BatchSlice;
+use super::counters::{Counters, PacketCount};
 use super::packet::PacketKernel;
-use super::part::Part;
-use super::prefetch::Rows;
-use super::tally::{Packets, Tally};
+use super::prefetch::PrefetchTable;
+use super::query::{AnyHit, ClosestHit, RaySetup};
+use super::wide_stack::WideStack;
 use crate::bvh::{Bvh, ChildRef, LeafKind, WideBvh, WideNode};
 use crate::isa;
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
-use context::{Context, Hit};
-use source::Source;
+use ray_state::{RayState, SingleHit};
+use ray_stream::RayStream;
 use std::ops::Range;
 use std::sync::OnceLock;
 
 /// Most rays side by side.
-const CONTEXTS: usize = 32;
+const MAX_IN_FLIGHT: usize = 32;
 
 /// Rays side by side on this machine: all, or half of them where the rows that all look at, and as many that they have asked for,
 /// would fill the nearest cache. With sixteen children a row these are 32 KiB (`perf/notes/single-rays.md`, fifth and sixth
 /// round).
-fn abreast() -> usize {
-    static ABREAST: OnceLock<usize> = OnceLock::new();
-    *ABREAST.get_or_init(|| {
-        let rows = 2 * CONTEXTS * size_of::<WideNode>();
+fn rays_in_flight() -> usize {
+    static RAYS_IN_FLIGHT: OnceLock<usize> = OnceLock::new();
+    *RAYS_IN_FLIGHT.get_or_init(|| {
+        let rows = 2 * MAX_IN_FLIGHT * size_of::<WideNode>();
         match isa::nearest_cache() {
-            Some(bytes) if bytes <= rows => CONTEXTS / 2,
-            _ => CONTEXTS,
+            Some(bytes) if bytes <= rows => MAX_IN_FLIGHT / 2,
+            _ => MAX_IN_FLIGHT,
         }
     })
 }
@@ -46,50 +46,50 @@ const BATCH: usize = 256;
 
 /// Turns after which a ray goes on to what is next. At once, it would wait for what its turn has just written; after all have
 /// had theirs, they would ask for all their rows at once, more than a core has buffers for.
-const DELAY: usize = 2;
+const PIPELINE_DELAY: usize = 2;
 
 /// Traces rays of a queue on their own, and counts by `T`.
-pub(super) struct Singles<'a, T = Packets> {
+pub(super) struct SingleRays<'a, T = PacketCount> {
     wide: &'a WideBvh,
-    rows: Rows,
+    rows: PrefetchTable,
     /// For what has no blocks.
     packets: PacketKernel<'a, F32x8, T>,
-    contexts: [Context; CONTEXTS],
+    states: [RayState; MAX_IN_FLIGHT],
     /// How many of them go side by side.
-    abreast: usize,
+    rays_in_flight: usize,
     /// A stack for each context, one after the other.
-    stacks: Waiting,
-    work: T,
+    stacks: WideStack,
+    counters: T,
 }
 
-impl<'a, T: Tally> Singles<'a, T> {
-    pub(super) fn new(bvh: &'a Bvh) -> Singles<'a, T> {
+impl<'a, T: Counters> SingleRays<'a, T> {
+    pub(super) fn new(bvh: &'a Bvh) -> SingleRays<'a, T> {
         let wide = bvh.wide();
         // A node takes one entry and writes as many as it has children.
         let room = wide.depth() * (NATIVE - 1) + NATIVE + 1;
-        let context = |k: usize| Context::idle(k * room);
-        Singles {
+        let state = |k: usize| RayState::idle(k * room);
+        SingleRays {
             wide,
-            rows: Rows::of(wide),
+            rows: PrefetchTable::of(wide),
             packets: PacketKernel::counting(bvh),
-            contexts: std::array::from_fn(context),
-            abreast: abreast(),
-            stacks: Waiting::with_room(room * CONTEXTS),
-            work: T::default(),
+            states: std::array::from_fn(state),
+            rays_in_flight: rays_in_flight(),
+            stacks: WideStack::with_capacity(room * MAX_IN_FLIGHT),
+            counters: T::default(),
         }
     }
 
     /// The closest hits of some packets of a queue, one [`HitPacket`] for each of their range; those of others stay as they are.
-    pub(super) fn closest(&mut self, rays: &RayQueue, part: &Part, hits: &mut [HitPacket]) {
+    pub(super) fn closest(&mut self, rays: &RayQueue, part: &BatchSlice, hits: &mut [HitPacket]) {
         let first = part.packets.start;
         for packet in part.each() {
             hits[packet - first] = HitPacket::miss();
         }
         let start = first * LANES;
-        self.trace::<false>(rays, part.each(), f32::INFINITY, |context| {
-            let found = &context.best;
+        self.trace::<false>(rays, part.each(), f32::INFINITY, |state| {
+            let found = &state.best;
             if found.t < f32::INFINITY {
-                let at = context.number - start;
+                let at = state.number - start;
                 hits[at / LANES].set(
                     at % LANES,
                     [found.t, found.v / found.det, found.w / found.det],
@@ -111,10 +111,9 @@ impl<'a, T: Tally> Singles<'a, T> {
         for first in packets.clone().step_by(BATCH) {
             let batch = first..packets.end.min(first + BATCH);
             let mut seen = [0u8; BATCH];
-            self.trace::<true>(rays, batch.clone(), tmax, |context| {
-                let at = context.number - first * LANES;
-                seen[at / LANES % BATCH] |=
-                    u8::from(context.best.prim_id == NO_PRIM) << (at % LANES);
+            self.trace::<true>(rays, batch.clone(), tmax, |state| {
+                let at = state.number - first * LANES;
+                seen[at / LANES % BATCH] |= u8::from(state.best.prim_id == NO_PRIM) << (at % LANES);
             });
             for (packet, seen) in batch.zip(seen) {
                 answer(packet, seen);
@@ -123,9 +122,9 @@ impl<'a, T: Tally> Singles<'a, T> {
     }
 
     /// Counters since it was made.
-    pub(super) fn work(&self) -> T {
-        let mut work = self.work;
-        work.add(&self.packets.work);
+    pub(super) fn counters(&self) -> T {
+        let mut work = self.counters;
+        work.add(&self.packets.counters);
         work
     }
 
@@ -135,12 +134,12 @@ impl<'a, T: Tally> Singles<'a, T> {
         rays: &RayQueue,
         packets: impl Iterator<Item = usize>,
         tmax: f32,
-        mut done: impl FnMut(&Context),
+        mut done: impl FnMut(&RayState),
     ) {
-        let mut source = Source::new(rays, packets, tmax);
+        let mut source = RayStream::new(rays, packets, tmax);
         let (mut at_nodes, mut at_leaves) = (List::EMPTY, List::EMPTY);
-        for k in 0..self.abreast {
-            if source.next(&mut self.contexts[k], &mut self.work) {
+        for k in 0..self.rays_in_flight {
+            if source.next(&mut self.states[k], &mut self.counters) {
                 at_nodes.push(k);
             }
         }
@@ -148,26 +147,23 @@ impl<'a, T: Tally> Singles<'a, T> {
             let nodes = at_nodes.len;
             let round = at_nodes.and(&at_leaves);
             (at_nodes, at_leaves) = (List::EMPTY, List::EMPTY);
-            for turn in 0..round.len + DELAY {
+            for turn in 0..round.len + PIPELINE_DELAY {
                 if turn < nodes {
-                    self.open(round.at(turn));
+                    self.visit_node(round.at(turn));
                 } else if turn < round.len {
                     self.leaf::<ANY>(round.at(turn));
                 }
-                if turn < DELAY {
+                if turn < PIPELINE_DELAY {
                     continue;
                 }
-                let k = round.at(turn - DELAY);
+                let k = round.at(turn - PIPELINE_DELAY);
                 if !self.pop(k) {
-                    done(&self.contexts[k]);
-                    if !source.next(&mut self.contexts[k], &mut self.work) {
+                    done(&self.states[k]);
+                    if !source.next(&mut self.states[k], &mut self.counters) {
                         continue;
                     }
                 }
-                let leaf = !matches!(
-                    ChildRef::of_code(self.contexts[k].current),
-                    ChildRef::Node(_)
-                );
+                let leaf = !matches!(ChildRef::of_code(self.states[k].current), ChildRef::Node(_));
                 at_nodes.push_if(k, !leaf);
                 at_leaves.push_if(k, leaf);
             }
@@ -176,55 +172,56 @@ impl<'a, T: Tally> Singles<'a, T> {
 
     /// Writes the children of the node that a ray is at above its stack's top, farthest first.
     #[inline(always)]
-    fn open(&mut self, k: usize) {
-        let context = &mut self.contexts[k];
-        self.work.wide_node(NATIVE as u64);
+    fn visit_node(&mut self, k: usize) {
+        let state = &mut self.states[k];
+        self.counters.wide_node(NATIVE as u64);
         // SAFETY: a code of the tree is of a row that exists, and this one says node; node 0 exists.
-        let node = unsafe { self.wide.nodes().get_unchecked(context.current as usize) };
+        let node = unsafe { self.wide.nodes().get_unchecked(state.current as usize) };
         let rows = node.boxes.as_flattened();
         // SAFETY: a context's rows are three times a side, which is 0 or 1, and an axis.
-        let crossing = context.crossing(|row| Native::new(*unsafe { rows.get_unchecked(row) }));
-        let best = context.best.t;
+        let crossing =
+            state.intersect_children(|row| Native::new(*unsafe { rows.get_unchecked(row) }));
+        let best = state.best.t;
         // The last is visited first: the nearest, which is the first if the ray goes up.
-        let up = context.goes_up(node.axis);
+        let up = state.goes_up(node.axis);
         // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so each level above this
         // node's left at most `NATIVE - 1` entries, and there is room for `NATIVE` more.
-        context.top += unsafe {
+        state.top += unsafe {
             self.stacks
-                .write(context.top, up, &crossing, best, &node.children)
+                .push_hits(state.top, up, &crossing, best, &node.children)
         };
     }
 
     /// The next entry that the ray still reaches; false if there is none.
     #[inline(always)]
     fn pop(&mut self, k: usize) -> bool {
-        let context = &mut self.contexts[k];
-        if context.top == context.bottom {
+        let state = &mut self.states[k];
+        if state.top == state.bottom {
             return false;
         }
-        context.top -= 1;
+        state.top -= 1;
         // SAFETY: `top` entries were written.
-        context.current = unsafe { self.stacks.code(context.top) };
+        state.current = unsafe { self.stacks.code(state.top) };
         // It is looked at when all the others have moved, too.
-        self.rows.prefetch(context.current);
+        self.rows.prefetch(state.current);
         true
     }
 
     #[inline(always)]
     fn leaf<const ANY: bool>(&mut self, k: usize) {
-        let context = &mut self.contexts[k];
-        let closer = match ChildRef::of_code(context.current) {
+        let state = &mut self.states[k];
+        let closer = match ChildRef::of_code(state.current) {
             ChildRef::Triangles(index) => {
-                self.work.block(LeafKind::Triangle, NATIVE as u64);
+                self.counters.block(LeafKind::Triangle, NATIVE as u64);
                 // SAFETY: a code of the tree is of a row that exists.
                 let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
-                context.triangles::<ANY>(block)
+                state.triangles::<ANY>(block)
             }
             ChildRef::Spheres(index) => {
-                self.work.block(LeafKind::Sphere, NATIVE as u64);
+                self.counters.block(LeafKind::Sphere, NATIVE as u64);
                 // SAFETY: as above.
                 let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
-                context.spheres::<ANY>(block)
+                state.spheres::<ANY>(block)
             }
             ChildRef::Other(index) => {
                 self.other::<ANY>(k, index);
@@ -233,9 +230,9 @@ impl<'a, T: Tally> Singles<'a, T> {
             ChildRef::Node(_) => false,
         };
         if closer {
-            let context = &mut self.contexts[k];
-            let stack = context.bottom..context.top;
-            context.top = self.stacks.keep(stack, context.best.t);
+            let state = &mut self.states[k];
+            let stack = state.bottom..state.top;
+            state.top = self.stacks.prune(stack, state.best.t);
         }
     }
 
@@ -244,33 +241,30 @@ impl<'a, T: Tally> Singles<'a, T> {
     fn other<const ANY: bool>(&mut self, k: usize, index: u32) {
         let leaf = self.wide.others()[index as usize];
         let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
-        let context = &mut self.contexts[k];
+        let state = &mut self.states[k];
         let splat = |[x, y, z]: [f32; 3]| Vec3x8::splat(x, y, z);
         let ray = RayPacket {
-            org: splat(context.ray.org),
-            dir: splat(context.ray.dir),
+            org: splat(state.ray.org),
+            dir: splat(state.ray.dir),
             tmax: F32x8::splat(f32::INFINITY),
         };
         let active = Mask8::first(1);
-        let prepared = Prepared::new(&ray, active);
-        let limit = active.select(
-            F32x8::splat(context.best.t),
-            F32x8::splat(f32::NEG_INFINITY),
-        );
+        let prepared = RaySetup::new(&ray, active);
+        let limit = active.select(F32x8::splat(state.best.t), F32x8::splat(f32::NEG_INFINITY));
         if ANY {
-            let mut goal = AnyHit::new(limit, active);
+            let mut query = AnyHit::new(limit, active);
             self.packets
-                .leaf_alone(&prepared, &mut goal, leaf.kind, slots);
-            if goal.blocked().any() {
-                context.block();
+                .intersect_leaf(&prepared, &mut query, leaf.kind, slots);
+            if query.occluded().any() {
+                state.mark_occluded();
             }
         } else {
-            let mut goal = Closest {
-                best: context.best.spread(limit),
+            let mut query = ClosestHit {
+                best: state.best.spread(limit),
             };
             self.packets
-                .leaf_alone(&prepared, &mut goal, leaf.kind, slots);
-            context.best = Hit::of(&goal.best);
+                .intersect_leaf(&prepared, &mut query, leaf.kind, slots);
+            state.best = SingleHit::of(&query.best);
         }
     }
 }
@@ -278,13 +272,13 @@ impl<'a, T: Tally> Singles<'a, T> {
 /// Numbers of contexts.
 #[derive(Clone, Copy)]
 struct List {
-    numbers: [u8; CONTEXTS],
+    numbers: [u8; MAX_IN_FLIGHT],
     len: usize,
 }
 
 impl List {
     const EMPTY: List = List {
-        numbers: [0; CONTEXTS],
+        numbers: [0; MAX_IN_FLIGHT],
         len: 0,
     };
 
@@ -297,13 +291,13 @@ impl List {
     #[inline(always)]
     fn push_if(&mut self, number: usize, holds: bool) {
         // Each context is in one list only, so it is never full before.
-        self.numbers[self.len % CONTEXTS] = number as u8;
+        self.numbers[self.len % MAX_IN_FLIGHT] = number as u8;
         self.len += usize::from(holds);
     }
 
     #[inline(always)]
     fn at(&self, k: usize) -> usize {
-        usize::from(self.numbers[k % CONTEXTS]) % CONTEXTS
+        usize::from(self.numbers[k % MAX_IN_FLIGHT]) % MAX_IN_FLIGHT
     }
 
     /// These, and then others.

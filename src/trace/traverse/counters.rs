@@ -1,7 +1,7 @@
 //! What a traversal did, counted without a clock.
 //!
-//! The counter is a type parameter of the traversal: [`Packets`] costs what it always cost, an addition a packet, and
-//! [`Work`] counts everything. Counts do not depend on the machine or its instruction set, so kernels can be compared, and
+//! The counter is a type parameter of the traversal: [`PacketCount`] costs what it always cost, an addition a packet, and
+//! [`TraversalStats`] counts everything. Counts do not depend on the machine or its instruction set, so kernels can be compared, and
 //! held against yesterday's, on any.
 
 use crate::bvh::{
@@ -11,7 +11,7 @@ use crate::bvh::{
 use std::mem::size_of;
 
 /// Counts what a traversal does, or part of it.
-pub trait Tally: Copy + Default {
+pub trait Counters: Copy + Default {
     /// Packets begin: so many of eight lanes, `active` lanes of which carry rays.
     fn begin(&mut self, packets: u64, active: u32);
     /// A node is visited: `lanes` lanes are tested against two boxes.
@@ -30,12 +30,12 @@ pub trait Tally: Copy + Default {
 
 /// Packets only: what every render counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Packets {
+pub struct PacketCount {
     /// Packets of eight lanes traced.
     pub packets: u64,
 }
 
-impl Tally for Packets {
+impl Counters for PacketCount {
     #[inline(always)]
     fn begin(&mut self, packets: u64, _: u32) {
         self.packets += packets;
@@ -51,14 +51,14 @@ impl Tally for Packets {
     #[inline(always)]
     fn tests(&mut self, _: u64) {}
     #[inline(always)]
-    fn add(&mut self, other: &Packets) {
+    fn add(&mut self, other: &PacketCount) {
         self.packets += other.packets;
     }
 }
 
 /// Everything.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
+pub struct TraversalStats {
     /// Packets of eight lanes traced.
     pub packets: u64,
     /// Lanes of them that carried a ray.
@@ -75,7 +75,7 @@ pub struct Work {
     pub bytes: u64,
 }
 
-impl Work {
+impl TraversalStats {
     /// Share of lanes that carried a ray, in \[0, 1\].
     pub fn occupancy(&self) -> Option<f64> {
         let lanes = 8 * self.packets;
@@ -83,7 +83,7 @@ impl Work {
     }
 }
 
-impl Tally for Work {
+impl Counters for TraversalStats {
     fn begin(&mut self, packets: u64, active: u32) {
         self.packets += packets;
         self.active_lanes += u64::from(active);
@@ -120,7 +120,7 @@ impl Tally for Work {
         self.prim_tests += tests;
     }
 
-    fn add(&mut self, other: &Work) {
+    fn add(&mut self, other: &TraversalStats) {
         self.packets += other.packets;
         self.active_lanes += other.active_lanes;
         self.node_visits += other.node_visits;
