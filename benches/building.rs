@@ -9,7 +9,7 @@ use common::{SMALL, STANDARD, brief, standard_scene};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use phalanx::bench::primary;
 use phalanx::bvh::{BuildSettings, Bvh, Quality};
-use phalanx::oracle::Forest;
+use phalanx::oracle::TwoLevelBvh;
 use phalanx::packet::{HitPacket, NO_PRIM};
 use phalanx::scene::Scene;
 use phalanx::trace::{Kernel, Traversal};
@@ -35,7 +35,9 @@ fn building(c: &mut Criterion) {
                 });
             }
         }
-        group.bench_function("oracle", |b| b.iter(|| black_box(Forest::build(&scene))));
+        group.bench_function("oracle", |b| {
+            b.iter(|| black_box(TwoLevelBvh::build(&scene)))
+        });
         group.finish();
     }
 }

@@ -7,15 +7,15 @@ mod common;
 
 use common::{SMALL, STANDARD, brief, standard_scene};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use phalanx::frame::{Control, Engine, Frame, Prepared, Settings, render};
+use phalanx::frame::{Accel, Control, Engine, Frame, Settings, render};
 use phalanx::scene::Scene;
 use std::hint::black_box;
 
 fn frames(c: &mut Criterion) {
     for name in STANDARD {
         let scene = standard_scene(name);
-        let packets = Prepared::build(&scene, Engine::Simd);
-        let oracle = Prepared::build(&scene, Engine::Scalar);
+        let packets = Accel::build(&scene, Engine::Simd);
+        let oracle = Accel::build(&scene, Engine::Scalar);
         let truth = frame(&scene, &oracle, Engine::Scalar, 1);
         let mut group = brief(c, &format!("{name}, frame"));
         group.throughput(Throughput::Elements(truth.stats.rays.total()));
@@ -34,7 +34,7 @@ fn frames(c: &mut Criterion) {
     }
 }
 
-fn frame(scene: &Scene, prepared: &Prepared, engine: Engine, threads: usize) -> Frame {
+fn frame(scene: &Scene, prepared: &Accel, engine: Engine, threads: usize) -> Frame {
     let settings = Settings {
         width: SMALL[0],
         height: SMALL[1],

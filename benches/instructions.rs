@@ -15,11 +15,11 @@
 mod common;
 
 use bumpalo::Bump;
-use common::alone::{Order, Test, Trial, eight, one_by_one};
-use common::traced::{Traced, answer, room, trace};
-use phalanx::bench::{Kind, RaySet};
+use common::isolated::{EngineTest, Order, Test, eight, one_by_one};
+use common::traced::{TracedScene, answer, room, trace};
+use phalanx::bench::{RayKind, RaySet};
 use phalanx::isa::compiled_level;
-use phalanx::peers::Contender;
+use phalanx::peers::BenchEngine;
 use phalanx::trace::Kernel;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ const WORKLOAD: &str = "--workload";
 
 /// Committed counts.
 #[derive(serde::Serialize, serde::Deserialize)]
-struct Baseline {
+struct CommittedCounts {
     schema_version: u32,
     /// `rustc --version` of the compiler that made the program.
     rustc: String,
@@ -63,11 +63,11 @@ fn main() -> ExitCode {
         println!("skipped: instruction counts: no valgrind in the PATH");
         return ExitCode::SUCCESS;
     };
-    let counts: BTreeMap<String, u64> = Workload::all()
+    let counts: BTreeMap<String, u64> = CountedWorkload::all()
         .into_iter()
         .map(|w| (w.name(), w.count(&valgrind)))
         .collect();
-    let now = Baseline {
+    let now = CommittedCounts {
         schema_version: 1,
         rustc: option_env!("PHALANX_RUSTC").unwrap_or_default().to_owned(),
         level: LEVEL.into(),
@@ -140,31 +140,31 @@ fn valgrind() -> Option<PathBuf> {
 
 /// A fixed amount of work.
 #[derive(Clone, Copy)]
-enum Workload {
+enum CountedWorkload {
     /// One test, by the packet engine or the oracle.
     Alone {
         engine: &'static str,
-        trial: fn(Test, Order) -> Box<dyn Trial>,
+        trial: fn(Test, Order) -> Box<dyn EngineTest>,
         test: (&'static str, Test),
         order: (&'static str, Order),
     },
     /// The rays of a picture of 64×64 through a whole tree.
-    Tree { scene: &'static str, kind: Kind },
+    Tree { scene: &'static str, kind: RayKind },
 }
 
 /// Small ones: one of triangles only, one of spheres over a floor.
 const SCENES: [&str; 2] = ["standard:balls:2", "standard:terrain:4k"];
 
 /// Closest hits of rays that belong together and of rays that do not, and any hit.
-const KINDS: [Kind; 3] = [Kind::Primary, Kind::Diffuse, Kind::Shadow];
+const KINDS: [RayKind; 3] = [RayKind::Primary, RayKind::Diffuse, RayKind::Shadow];
 
-impl Workload {
-    fn all() -> Vec<Workload> {
+impl CountedWorkload {
+    fn all() -> Vec<CountedWorkload> {
         let mut all = Vec::new();
         for test in Test::ALL {
             for order in Order::ALL {
-                let (engine, trial) = ("8 lanes", eight as fn(Test, Order) -> Box<dyn Trial>);
-                all.push(Workload::Alone {
+                let (engine, trial) = ("8 lanes", eight as fn(Test, Order) -> Box<dyn EngineTest>);
+                all.push(CountedWorkload::Alone {
                     engine,
                     trial,
                     test,
@@ -172,8 +172,11 @@ impl Workload {
                 });
             }
             // One ray at a time there is no order to speak of.
-            let (engine, trial) = ("oracle", one_by_one as fn(Test, Order) -> Box<dyn Trial>);
-            all.push(Workload::Alone {
+            let (engine, trial) = (
+                "oracle",
+                one_by_one as fn(Test, Order) -> Box<dyn EngineTest>,
+            );
+            all.push(CountedWorkload::Alone {
                 engine,
                 trial,
                 test,
@@ -182,7 +185,7 @@ impl Workload {
         }
         for scene in SCENES {
             for kind in KINDS {
-                all.push(Workload::Tree { scene, kind });
+                all.push(CountedWorkload::Tree { scene, kind });
             }
         }
         all
@@ -190,7 +193,7 @@ impl Workload {
 
     fn name(&self) -> String {
         match self {
-            Workload::Alone {
+            CountedWorkload::Alone {
                 engine,
                 test,
                 order,
@@ -198,33 +201,33 @@ impl Workload {
             } => {
                 format!("{}, {}, {engine}", test.0, order.0)
             }
-            Workload::Tree { scene, kind } => format!("{scene}, {}, 8 lanes", kind.name()),
+            CountedWorkload::Tree { scene, kind } => format!("{scene}, {}, 8 lanes", kind.name()),
         }
     }
 
     /// Does the work, and gives a checksum of the answer.
     fn run(&self) -> u64 {
         match *self {
-            Workload::Alone {
+            CountedWorkload::Alone {
                 trial, test, order, ..
             } => {
                 let mut trial = trial(test.1, order.1);
                 counted_work(&mut || trial.run());
                 trial.answer().checksum()
             }
-            Workload::Tree { scene, kind } => Tree::new(scene, kind).run(),
+            CountedWorkload::Tree { scene, kind } => TreeWorkload::new(scene, kind).run(),
         }
     }
 
     /// The checksum of the right answer, from the oracle.
     fn truth(&self) -> u64 {
         match *self {
-            Workload::Alone { test, order, .. } => {
+            CountedWorkload::Alone { test, order, .. } => {
                 let mut oracle = one_by_one(test.1, order.1);
                 oracle.run();
                 oracle.answer().checksum()
             }
-            Workload::Tree { scene, kind } => Tree::new(scene, kind).truth(),
+            CountedWorkload::Tree { scene, kind } => TreeWorkload::new(scene, kind).truth(),
         }
     }
 
@@ -282,7 +285,9 @@ fn counted_work(work: &mut dyn FnMut()) {
 
 /// The program under valgrind: one workload, and its answer on stdout.
 fn counted_run(name: &str) -> ExitCode {
-    let workload = Workload::all().into_iter().find(|w| w.name() == name);
+    let workload = CountedWorkload::all()
+        .into_iter()
+        .find(|w| w.name() == name);
     let Some(workload) = workload else {
         eprintln!("no workload is called `{name}`");
         return ExitCode::from(2);
@@ -292,16 +297,16 @@ fn counted_run(name: &str) -> ExitCode {
 }
 
 /// Rays through a whole tree.
-struct Tree {
-    traced: Traced,
-    kind: Kind,
+struct TreeWorkload {
+    traced: TracedScene,
+    kind: RayKind,
     arena: Bump,
 }
 
-impl Tree {
-    fn new(scene: &str, kind: Kind) -> Tree {
-        Tree {
-            traced: Traced::new(scene),
+impl TreeWorkload {
+    fn new(scene: &str, kind: RayKind) -> TreeWorkload {
+        TreeWorkload {
+            traced: TracedScene::new(scene),
             kind,
             arena: Bump::new(),
         }
@@ -314,8 +319,8 @@ impl Tree {
     fn run(&self) -> u64 {
         let set = self.rays();
         let packets = self.traced.packets(Kernel::Packet8, set.rays());
-        let (mut runner, mut answer) = (packets.runner(), room(&set));
-        counted_work(&mut || trace(&mut *runner, &mut answer));
+        let (mut engine_thread, mut answer) = (packets.thread(), room(&set));
+        counted_work(&mut || trace(&mut *engine_thread, &mut answer));
         answer.checksum(set.queue.len()).into()
     }
 
@@ -327,7 +332,7 @@ impl Tree {
 }
 
 /// Prints what changed, and judges.
-fn compare(old: &Baseline, new: &Baseline) -> ExitCode {
+fn compare(old: &CommittedCounts, new: &CommittedCounts) -> ExitCode {
     let names: Vec<&String> = old
         .instructions
         .keys()
@@ -369,7 +374,7 @@ fn compare(old: &Baseline, new: &Baseline) -> ExitCode {
     judge(old, new, worse, better)
 }
 
-fn judge(old: &Baseline, new: &Baseline, worse: usize, better: usize) -> ExitCode {
+fn judge(old: &CommittedCounts, new: &CommittedCounts, worse: usize, better: usize) -> ExitCode {
     let tolerance = TOLERANCE * 100.0;
     if (&old.rustc, &old.level) != (&new.rustc, &new.level) {
         println!(

@@ -5,8 +5,8 @@
 
 mod common;
 
-use common::alone::{Order, RAYS, TARGETS, Test, trials};
 use common::brief;
+use common::isolated::{Order, RAYS, TARGETS, Test, trials};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 fn kernels(c: &mut Criterion) {

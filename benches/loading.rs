@@ -18,7 +18,7 @@ const THREADS: usize = 2;
 
 /// One promise: the median over the passes of `other` seconds ÷ `ours` seconds.
 #[derive(serde::Serialize)]
-struct Ratio {
+struct LoadRatio {
     file: String,
     other: &'static str,
     triangles: usize,
@@ -93,33 +93,33 @@ fn files(scratch: &Path, small: bool) -> Vec<PathBuf> {
         let scene = load(&dragon, &Options::default())
             .expect("the dragon")
             .scene;
-        let mesh = Mesh {
+        let mesh = MeshFile {
             vertices: (0..scene.triangles.vertices.len())
                 .map(|i| scene.triangles.vertices.get(i).to_array())
                 .collect(),
             corners: scene.triangles.corners.to_vec(),
         };
-        files.push(mesh.write(&scratch.join("dragon.obj"), Mesh::write_obj));
+        files.push(mesh.write(&scratch.join("dragon.obj"), MeshFile::write_obj));
     }
     if !small {
-        let mesh = Mesh::waves(2237);
-        files.push(mesh.write(&scratch.join("waves.obj"), Mesh::write_obj));
-        files.push(mesh.write(&scratch.join("waves.ply"), Mesh::write_ply));
+        let mesh = MeshFile::waves(2237);
+        files.push(mesh.write(&scratch.join("waves.obj"), MeshFile::write_obj));
+        files.push(mesh.write(&scratch.join("waves.ply"), MeshFile::write_ply));
     }
     files
 }
 
 /// A mesh to be written.
-struct Mesh {
+struct MeshFile {
     vertices: Vec<[f32; 3]>,
     corners: Vec<[u32; 3]>,
 }
 
-impl Mesh {
+impl MeshFile {
     /// A square of 2 · side² triangles, wavy so that its numbers have as many digits as real ones.
-    fn waves(side: u32) -> Mesh {
+    fn waves(side: u32) -> MeshFile {
         let row = side + 1;
-        let place = |k: u32| {
+        let position = |k: u32| {
             let (x, z) = (f64::from(k % row), f64::from(k / row));
             let y = libm::sin(x * 0.013) * 31.0 + libm::cos(z * 0.017) * 23.0;
             [(x * 0.1) as f32, y as f32, (z * -0.1) as f32]
@@ -128,8 +128,8 @@ impl Mesh {
             let a = k / side * row + k % side;
             [[a, a + 1, a + row + 1], [a, a + row + 1, a + row]]
         };
-        Mesh {
-            vertices: (0..row * row).map(place).collect(),
+        MeshFile {
+            vertices: (0..row * row).map(position).collect(),
             corners: (0..side * side).flat_map(quad).collect(),
         }
     }
@@ -137,7 +137,7 @@ impl Mesh {
     fn write(
         &self,
         path: &Path,
-        how: impl Fn(&Mesh, &mut BufWriter<File>) -> std::io::Result<()>,
+        how: impl Fn(&MeshFile, &mut BufWriter<File>) -> std::io::Result<()>,
     ) -> PathBuf {
         let mut out = BufWriter::new(File::create(path).expect("room for a file"));
         how(self, &mut out)
@@ -198,7 +198,7 @@ fn compare(
     floor: f64,
     passes: usize,
     mut others: impl FnMut(&Path) -> (f64, usize),
-) -> Ratio {
+) -> LoadRatio {
     // Once unmeasured: the file is in the system's cache, and the answers are compared.
     let (ours, theirs) = (our_triangles(path), others(path));
     assert_eq!(ours.1, theirs.1, "{}: triangles by {other}", path.display());
@@ -210,7 +210,7 @@ fn compare(
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     };
-    Ratio {
+    LoadRatio {
         file: path
             .file_name()
             .unwrap_or_default()
@@ -240,12 +240,12 @@ fn tobj_triangles(path: &Path) -> (f64, usize) {
     )
 }
 
-struct Vertex([f32; 3]);
-struct Face(Vec<i32>);
+struct PlyVertex([f32; 3]);
+struct PlyFace(Vec<i32>);
 
-impl ply::PropertyAccess for Vertex {
+impl ply::PropertyAccess for PlyVertex {
     fn new() -> Self {
-        Vertex([0.0; 3])
+        PlyVertex([0.0; 3])
     }
 
     fn set_property(&mut self, key: &str, property: ply::Property) -> ply::PropertyAccessResult {
@@ -257,9 +257,9 @@ impl ply::PropertyAccess for Vertex {
     }
 }
 
-impl ply::PropertyAccess for Face {
+impl ply::PropertyAccess for PlyFace {
     fn new() -> Self {
-        Face(Vec::new())
+        PlyFace(Vec::new())
     }
 
     fn set_property(&mut self, _: &str, property: ply::Property) -> ply::PropertyAccessResult {
@@ -276,8 +276,8 @@ fn ply_triangles(path: &Path) -> (f64, usize) {
         let file = File::open(path).expect("the file");
         let mut reader = parser::Reader::new(BufReader::new(file));
         let (vertices, faces) = (
-            parser::Parser::<Vertex>::new(),
-            parser::Parser::<Face>::new(),
+            parser::Parser::<PlyVertex>::new(),
+            parser::Parser::<PlyFace>::new(),
         );
         let header = vertices.read_header(&mut reader).expect("a header");
         let mut columns: [Vec<f32>; 3] = Default::default();

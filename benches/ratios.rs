@@ -6,11 +6,11 @@
 mod common;
 
 use bumpalo::Bump;
-use common::{Peer, SIZE, scenes};
+use common::{ObvhsPeer, SIZE, scenes};
 use phalanx::bench::primary;
 use phalanx::bvh::Bvh;
-use phalanx::frame::{Control, Engine, Prepared, Settings, render};
-use phalanx::oracle::{Forest, Oracle, Ray, Search};
+use phalanx::frame::{Accel, Control, Engine, Settings, render};
+use phalanx::oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};
 use phalanx::packet::{HitPacket, NO_PRIM};
 use phalanx::scene::Scene;
 use phalanx::trace::{Kernel, Traversal};
@@ -21,7 +21,7 @@ const PASSES: usize = 15;
 
 /// One promise: the median over the passes of `other` seconds ÷ `ours` seconds.
 #[derive(serde::Serialize)]
-struct Ratio {
+struct RenderRatio {
     scene: String,
     what: &'static str,
     median: f64,
@@ -48,7 +48,7 @@ fn main() {
         if scene.prim_count() == scene.triangles.len() {
             ratios.push(oracle_against_obvhs(&name, &scene));
         }
-        let frame = |engine, threads| Side::new(&scene, engine, threads);
+        let frame = |engine, threads| TimedFrame::new(&scene, engine, threads);
         let simd = frame(Engine::Simd, 1);
         ratios.push(compare(
             &name,
@@ -89,17 +89,17 @@ fn main() {
 }
 
 /// A frame of one engine, ready to be rendered again and again.
-struct Side<'a> {
+struct TimedFrame<'a> {
     scene: &'a Scene,
-    prepared: Prepared,
+    prepared: Accel,
     settings: Settings,
 }
 
-impl<'a> Side<'a> {
-    fn new(scene: &'a Scene, engine: Engine, threads: usize) -> Side<'a> {
-        Side {
+impl<'a> TimedFrame<'a> {
+    fn new(scene: &'a Scene, engine: Engine, threads: usize) -> TimedFrame<'a> {
+        TimedFrame {
             scene,
-            prepared: Prepared::build(scene, engine),
+            prepared: Accel::build(scene, engine),
             settings: Settings {
                 width: SIZE[0],
                 height: SIZE[1],
@@ -123,7 +123,13 @@ impl<'a> Side<'a> {
     }
 }
 
-fn compare(scene: &str, what: &'static str, floor: f64, ours: &Side, other: &Side) -> Ratio {
+fn compare(
+    scene: &str,
+    what: &'static str,
+    floor: f64,
+    ours: &TimedFrame,
+    other: &TimedFrame,
+) -> RenderRatio {
     alternate(scene, what, floor, || ours.run(), || other.run())
 }
 
@@ -133,13 +139,13 @@ fn alternate(
     floor: f64,
     mut ours: impl FnMut() -> (f64, u64),
     mut other: impl FnMut() -> (f64, u64),
-) -> Ratio {
+) -> RenderRatio {
     // Once unmeasured: caches, arenas, page tables.
     let (a, b) = (ours(), other());
     assert_eq!(a.1, b.1, "both sides trace the same rays");
     let passes: Vec<(f64, f64)> = (0..PASSES).map(|_| (ours().0, other().0)).collect();
     let rays = a.1 as f64 / 1e6;
-    Ratio {
+    RenderRatio {
         scene: scene.to_string(),
         what,
         median: median(passes.iter().map(|(a, b)| b / a)),
@@ -199,18 +205,20 @@ fn cpu() -> String {
 }
 
 /// The oracle is no straw man: primary rays against obvhs's own `ray_traverse`.
-fn oracle_against_obvhs(name: &str, scene: &Scene) -> Ratio {
+fn oracle_against_obvhs(name: &str, scene: &Scene) -> RenderRatio {
     let arena = Bump::new();
     let rays = primary(&arena, scene, SIZE).expect("a valid scene").queue;
-    let (tree, peer) = (Forest::build(scene), Peer::build(scene));
-    let oracle = Oracle::new(scene, Search::Tree(&tree), 0);
+    let (tree, peer) = (TwoLevelBvh::build(scene), ObvhsPeer::build(scene));
+    let oracle = Oracle::new(scene, OracleSearch::Tree(&tree), 0);
     let ray = |i: usize| rays.ray(i / 8, i % 8);
     let ours = || {
         timed(rays.len(), || {
             (0..rays.len())
                 .filter(|&i| {
                     let (org, dir) = ray(i);
-                    oracle.closest(&Ray::new(org.into(), dir.into())).is_some()
+                    oracle
+                        .closest(&OracleRay::new(org.into(), dir.into()))
+                        .is_some()
                 })
                 .count()
         })

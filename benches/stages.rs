@@ -11,12 +11,12 @@ use common::{SMALL, STANDARD, brief, standard_scene};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use phalanx::bench::primary;
 use phalanx::bvh::Bvh;
-use phalanx::frame::{Control, DEFAULT_TILE, Engine, Prepared, Settings, render};
+use phalanx::frame::{Accel, Control, DEFAULT_TILE, Engine, Settings, render};
 use phalanx::lanes::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue};
-use phalanx::render::{RayCounts, alone};
+use phalanx::render::{RayCounts, isolated};
 use phalanx::scene::Scene;
-use phalanx::shade::{Material, Surface, bounces, light_places, sample_light};
+use phalanx::shade::{ShadeMaterial, Surface, bounces, sample_light, sample_light_position};
 use phalanx::trace::{Kernel, Traversal};
 use std::hint::black_box;
 use std::ops::Range;
@@ -25,20 +25,20 @@ use std::ops::Range;
 const WAVE: usize = (DEFAULT_TILE * DEFAULT_TILE) as usize / LANES;
 
 /// Primary rays of a picture and what they hit.
-struct Hits<'a> {
+struct PrimaryHits<'a> {
     scene: &'a Scene,
     rays: RayQueue<'a>,
     hits: Vec<HitPacket>,
 }
 
-impl<'a> Hits<'a> {
-    fn of(scene: &'a Scene, arena: &'a Bump) -> Hits<'a> {
+impl<'a> PrimaryHits<'a> {
+    fn of(scene: &'a Scene, arena: &'a Bump) -> PrimaryHits<'a> {
         let rays = primary(arena, scene, SMALL).expect("a valid scene").queue;
         let mut hits = vec![HitPacket::miss(); rays.packets()];
         let bvh = Bvh::build(scene);
         let mut traversal: Traversal = Traversal::new(&bvh, Kernel::Auto);
         traversal.closest(&rays, 0..rays.packets(), &mut hits);
-        Hits { scene, rays, hits }
+        PrimaryHits { scene, rays, hits }
     }
 
     fn waves(&self) -> impl Iterator<Item = Range<usize>> {
@@ -48,7 +48,7 @@ impl<'a> Hits<'a> {
     }
 
     fn group<'b>(&self, arena: &'b Bump, wave: Range<usize>) -> &'b [Surface] {
-        alone::group(
+        isolated::group_queue_hits(
             arena,
             self.scene,
             &self.rays,
@@ -62,7 +62,7 @@ fn stages(c: &mut Criterion) {
     for name in STANDARD {
         let scene = standard_scene(name);
         let (ray_arena, surface_arena) = (Bump::new(), Bump::new());
-        let hits = Hits::of(&scene, &ray_arena);
+        let hits = PrimaryHits::of(&scene, &ray_arena);
         let of_wave = |wave| hits.group(&surface_arena, wave);
         let surfaces: Vec<&[Surface]> = hits.waves().map(of_wave).collect();
         let ids = hits.hits.iter().flat_map(|h| h.prim_id.to_array());
@@ -116,10 +116,10 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
     let mut rays = 0;
     for light in 0..scene.lights.len() {
         queue.clear();
-        let place = light_places(scene, light, [0; LANES], 0);
+        let position = sample_light_position(scene, light, [0; LANES], 0);
         for at in surfaces {
-            let material = Material::of(scene, at.material);
-            let s = sample_light(scene, light, place, &material, None, at);
+            let material = ShadeMaterial::of(scene, at.material);
+            let s = sample_light(scene, light, position, &material, None, at);
             queue.push(s.needed, s.org, s.dir, s.radiance, &at.ray);
         }
         rays += black_box(&*queue).len() as u64;
@@ -131,7 +131,7 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
 fn bounced_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64 {
     queue.clear();
     for at in surfaces {
-        let material = Material::of(scene, at.material);
+        let material = ShadeMaterial::of(scene, at.material);
         let out = bounces(&material, at);
         let (weight, kt) = (out.reflect_weight, material.kt);
         queue.push(
@@ -155,7 +155,7 @@ fn bounced_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u6
 
 /// The rays that a render casts, with so many bounces.
 fn counts(scene: &Scene, max_depth: u32) -> RayCounts {
-    let prepared = Prepared::build(scene, Engine::Simd);
+    let prepared = Accel::build(scene, Engine::Simd);
     let settings = Settings {
         width: SMALL[0],
         height: SMALL[1],

@@ -6,23 +6,23 @@
 mod common;
 
 use bumpalo::Bump;
-use common::traced::{Traced, answer, room, same, trace};
+use common::traced::{TracedScene, answer, room, same, trace};
 use common::{SMALL, STANDARD, brief};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
-use phalanx::bench::{Answer, EXACT_SHARE, Kind, RaySet};
-use phalanx::peers::Contender;
+use phalanx::bench::{Answer, MAX_DIFFERING_SHARE, RayKind, RaySet};
+use phalanx::peers::BenchEngine;
 use phalanx::peers::obvhs::ObvhsScene;
 use phalanx::trace::Kernel;
 
 fn traversal(c: &mut Criterion) {
     for name in STANDARD {
-        let traced = Traced::new(name);
+        let traced = TracedScene::new(name);
         let peer = ObvhsScene::build(&traced.scene);
         if let Err(reason) = &peer {
             println!("skipped on {name}: {reason}");
         }
-        for kind in Kind::ALL {
+        for kind in RayKind::ALL {
             let arena = Bump::new();
             let set = traced.rays(&arena, kind, SMALL);
             let truth = answer(&traced.oracle(set.rays()), &set);
@@ -42,23 +42,19 @@ fn traversal(c: &mut Criterion) {
                 &set,
                 right,
             );
-            let modes = peer.as_ref().map(|p| p.contenders(set.rays()));
-            for (mode, contender) in modes.into_iter().flatten() {
+            let modes = peer.as_ref().map(|p| p.engines(set.rays()));
+            for (mode, engine) in modes.into_iter().flatten() {
                 // A peer rounds otherwise; one that does more than that is in no race.
-                let theirs = answer(&*contender, &set);
+                let theirs = answer(&*engine, &set);
                 let differs = truth.share_of_differences(&theirs, set.queue.len());
-                if differs > EXACT_SHARE {
+                if differs > MAX_DIFFERING_SHARE {
                     let percent = differs * 100.0;
                     println!("left out of {what}: obvhs {mode}, {percent:.3} % other answers");
                     continue;
                 }
-                time(
-                    &mut group,
-                    &format!("obvhs {mode}"),
-                    &*contender,
-                    &set,
-                    |_| true,
-                );
+                time(&mut group, &format!("obvhs {mode}"), &*engine, &set, |_| {
+                    true
+                });
             }
             group.finish();
         }
@@ -69,18 +65,18 @@ fn traversal(c: &mut Criterion) {
 fn time(
     group: &mut BenchmarkGroup<WallTime>,
     who: &str,
-    contender: &dyn Contender,
+    engine: &dyn BenchEngine,
     set: &RaySet,
     right: impl Fn(&Answer) -> bool,
 ) {
-    let (mut runner, mut answer) = (contender.runner(), room(set));
-    trace(&mut *runner, &mut answer);
+    let (mut engine_thread, mut answer) = (engine.thread(), room(set));
+    trace(&mut *engine_thread, &mut answer);
     assert!(
         right(&answer),
         "{who}: another answer to {} rays",
         set.kind.name()
     );
-    group.bench_function(who, |b| b.iter(|| trace(&mut *runner, &mut answer)));
+    group.bench_function(who, |b| b.iter(|| trace(&mut *engine_thread, &mut answer)));
 }
 
 criterion_group!(benches, traversal);

@@ -5,11 +5,11 @@
 mod common;
 
 use common::rng::Rng;
-use common::scenes::{self, Paint};
+use common::scenes::{self, TestMaterial};
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::camera::Camera;
-use phalanx::render::{PacketPainter, Painter, Pixels, Tile, WaveSizes, tiles};
+use phalanx::render::{Tile, TileBuffer, TileRenderer, WaveSizes, WavefrontRenderer, tiles};
 use phalanx::scene::Scene;
 use phalanx::trace::Kernel;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -81,7 +81,7 @@ fn busy_scene() -> Scene {
     let dull = scenes::add_paint(&mut scene, scenes::GREY);
     let mirror = scenes::add_paint(
         &mut scene,
-        Paint {
+        TestMaterial {
             ks: Vec3::splat(0.7),
             shininess: 40.0,
             ..scenes::GREY
@@ -89,7 +89,7 @@ fn busy_scene() -> Scene {
     );
     let glass = scenes::add_paint(
         &mut scene,
-        Paint {
+        TestMaterial {
             ks: Vec3::splat(0.3),
             kt: Vec3::splat(0.8),
             ior: 1.5,
@@ -127,16 +127,16 @@ fn painting_allocates_nothing_once_warm() {
         (32, false, Kernel::Beam16),
         (32, false, Kernel::Single),
     ] {
-        let mut pixels = Pixels::new(record_hits);
+        let mut pixels = TileBuffer::new(record_hits);
         let all = tiles(Tile::whole(scene.width, scene.height), side);
         // From all over the picture.
         let step = all.len().div_ceil(50);
         let some: Vec<Tile> = all.into_iter().step_by(step).collect();
-        let mut painter = PacketPainter::new(&scene, &bvh, &camera, scene.max_depth, kernel);
-        let mut paint_all = |painter: &mut PacketPainter| {
+        let mut painter = WavefrontRenderer::new(&scene, &bvh, &camera, scene.max_depth, kernel);
+        let mut paint_all = |painter: &mut WavefrontRenderer| {
             for &tile in &some {
                 pixels.fit(tile);
-                painter.paint(tile, &mut pixels);
+                painter.render_tile(tile, &mut pixels);
             }
         };
         let before = asked();
@@ -161,7 +161,7 @@ fn mirror_rooms() -> [Scene; 2] {
     ]
     .map(|(ks, kt)| {
         let mut scene = Scene::default();
-        let paint = Paint {
+        let paint = TestMaterial {
             ks,
             kt,
             ior: 1.0,
@@ -195,13 +195,13 @@ fn memory_does_not_grow_with_the_depth() {
                 continue;
             }
             let tile = tiles(Tile::whole(scene.width, scene.height), side)[0];
-            let mut pixels = Pixels::new(false);
+            let mut pixels = TileBuffer::new(false);
             pixels.fit(tile);
             let (before, _) = HELD.get();
             HELD.set((before, before));
-            let mut painter = PacketPainter::new(&scene, &bvh, &camera, depth, Kernel::Packet8)
+            let mut painter = WavefrontRenderer::new(&scene, &bvh, &camera, depth, Kernel::Packet8)
                 .with_min_weight(min_weight);
-            painter.paint(tile, &mut pixels);
+            painter.render_tile(tile, &mut pixels);
             let peak = HELD.get().1 - before;
             let sizes = WaveSizes::of(&scene, depth, min_weight);
             let bounces = sizes.bounce_bytes(tile.pixels() as usize) as i64;

@@ -17,9 +17,9 @@ use phalanx::trace::{Kernel, Traversal};
 /// Pixels of a side: more than one beam, and not a whole number of them.
 const SIDE: usize = 41;
 
-type Lines = Vec<(Vec3, Vec3)>;
+type Segments = Vec<(Vec3, Vec3)>;
 
-fn queue<'a>(arena: &'a Bump, rays: &Lines) -> RayQueue<'a> {
+fn queue<'a>(arena: &'a Bump, rays: &Segments) -> RayQueue<'a> {
     let mut queue = RayQueue::with_capacity(arena, rays.len());
     for (org, dir) in rays {
         queue.push_ray(org.to_array(), dir.to_array());
@@ -28,7 +28,7 @@ fn queue<'a>(arena: &'a Bump, rays: &Lines) -> RayQueue<'a> {
 }
 
 /// Bits of distance, weights and number of every ray's hit.
-fn closest(bvh: &Bvh, kernel: Kernel, rays: &Lines) -> Vec<[u32; 4]> {
+fn closest(bvh: &Bvh, kernel: Kernel, rays: &Segments) -> Vec<[u32; 4]> {
     let arena = Bump::new();
     let queue = queue(&arena, rays);
     let mut hits = vec![HitPacket::miss(); queue.packets()];
@@ -48,7 +48,7 @@ fn closest(bvh: &Bvh, kernel: Kernel, rays: &Lines) -> Vec<[u32; 4]> {
     (0..rays.len()).map(bits).collect()
 }
 
-fn seen(bvh: &Bvh, kernel: Kernel, rays: &Lines, tmax: f32) -> Vec<bool> {
+fn seen(bvh: &Bvh, kernel: Kernel, rays: &Segments, tmax: f32) -> Vec<bool> {
     let arena = Bump::new();
     let queue = queue(&arena, rays);
     let mut blocked = vec![0; queue.packets()];
@@ -59,7 +59,7 @@ fn seen(bvh: &Bvh, kernel: Kernel, rays: &Lines, tmax: f32) -> Vec<bool> {
 
 const OTHERS: [Kernel; 4] = [Kernel::Beam8, Kernel::Beam16, Kernel::Auto, Kernel::Single];
 
-fn compare(bvh: &Bvh, rays: &Lines, tmax: Option<f32>, about: &str) -> usize {
+fn compare(bvh: &Bvh, rays: &Segments, tmax: Option<f32>, about: &str) -> usize {
     let mut hits = 0;
     for kernel in OTHERS {
         let name = kernel.name();
@@ -86,7 +86,7 @@ fn compare(bvh: &Bvh, rays: &Lines, tmax: Option<f32>, about: &str) -> usize {
 }
 
 /// A picture's rays: `width` is that of the image plane at distance 1.
-fn picture(eye: Vec3, target: Vec3, width: f32) -> Lines {
+fn picture(eye: Vec3, target: Vec3, width: f32) -> Segments {
     let ahead = (target - eye).normalize();
     let right = ahead.any_orthonormal_vector();
     let up = right.cross(ahead);
@@ -96,7 +96,7 @@ fn picture(eye: Vec3, target: Vec3, width: f32) -> Lines {
 }
 
 /// Where rays hit, a little off.
-fn points(bvh: &Bvh, rays: &Lines) -> Vec<Vec3> {
+fn points(bvh: &Bvh, rays: &Segments) -> Vec<Vec3> {
     let hits = closest(bvh, Kernel::Packet8, rays);
     let hits = rays.iter().zip(hits).filter(|(_, hit)| hit[3] != NO_PRIM);
     hits.map(|((org, dir), hit)| *org + *dir * (f32::from_bits(hit[0]) * 0.9999))
@@ -198,7 +198,7 @@ fn standard_scenes() {
 /// Small things far from the origin, and everything tiny: margins must go with sizes.
 #[test]
 fn other_places_and_sizes() {
-    for (place, scale) in [
+    for (position, scale) in [
         (Vec3::splat(900.0), 1.0),
         (Vec3::ZERO, 1e-6),
         (Vec3::ZERO, 1e6),
@@ -214,9 +214,9 @@ fn other_places_and_sizes() {
             };
             let at = point();
             let corners = [at, at + point() * 0.2, at + point() * 0.05];
-            scene.add_triangle(corners.map(|c| (c * 3.0 + place) * scale), None, 0);
+            scene.add_triangle(corners.map(|c| (c * 3.0 + position) * scale), None, 0);
         }
-        let about = format!("at {place}, times {scale}");
+        let about = format!("at {position}, times {scale}");
         let hits = try_scene(&scene, &mut rng, &about);
         assert!(hits > 500, "{about}: {hits}");
     }
@@ -259,7 +259,7 @@ fn no_numbers() {
                     },
                     _ => (*org, *dir),
                 };
-                let rays: Lines = rays.iter().enumerate().map(spoil).collect();
+                let rays: Segments = rays.iter().enumerate().map(spoil).collect();
                 let about = format!("{bad}, from {first} on, part {part}");
                 assert!(compare(&bvh, &rays, None, &about) > 100);
                 compare(&bvh, &rays, Some(20.0), &about);
@@ -280,12 +280,12 @@ fn what_is_no_beam() {
         Vec3::new(x(), x(), x())
     };
     let (eye, light) = (point(), point());
-    let every_way: Lines = (0..2000).map(|_| (eye, point())).collect();
-    let apart: Lines = (0..2000).map(|_| (point(), point())).collect();
-    let nearly: Lines = (0..2000)
+    let every_way: Segments = (0..2000).map(|_| (eye, point())).collect();
+    let apart: Segments = (0..2000).map(|_| (point(), point())).collect();
+    let nearly: Segments = (0..2000)
         .map(|_| (point(), light + point() * 1e-4))
         .collect();
-    let nearly: Lines = nearly.into_iter().map(|(p, l)| (p, l - p)).collect();
+    let nearly: Segments = nearly.into_iter().map(|(p, l)| (p, l - p)).collect();
     for (rays, about) in [
         (every_way, "every way"),
         (apart, "apart"),

@@ -4,10 +4,10 @@ mod common;
 
 use common::frames::{difference, frame_of};
 use common::rng::Rng;
-use common::scenes::{self, Paint};
+use common::scenes::{self, TestMaterial};
 use glam::Vec3;
 use phalanx::frame::{
-    Adaptive, Aovs, Engine, Filter, Integrator, Kernel, Lens, Prepared, Sampling, Settings,
+    Accel, Adaptive, Aovs, Engine, Filter, Integrator, Kernel, Lens, Sampling, Settings,
 };
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
@@ -76,8 +76,8 @@ fn recipes() -> impl Strategy<Value = Recipe> {
         )
 }
 
-fn random_paint(rng: &mut Rng) -> Paint {
-    Paint {
+fn random_paint(rng: &mut Rng) -> TestMaterial {
+    TestMaterial {
         ka: rng.color(),
         ke: if rng.once_in(4) {
             rng.color()
@@ -100,8 +100,8 @@ fn random_paint(rng: &mut Rng) -> Paint {
     }
 }
 
-fn glass() -> Paint {
-    Paint {
+fn glass() -> TestMaterial {
+    TestMaterial {
         ka: Vec3::splat(0.01),
         kd: Vec3::ZERO,
         ks: Vec3::splat(0.2),
@@ -161,7 +161,7 @@ fn add_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
         };
         return scene.lights.add_directional(toward, color);
     }
-    let place = match rng.below(3) {
+    let position = match rng.below(3) {
         // Exactly on a surface.
         0 => scenes::point_on(scene, rng),
         _ => rng.point(2.0 * scale),
@@ -174,7 +174,7 @@ fn add_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
         Vec3::new(0.3, 0.2 / scale, 0.1 / (scale * scale)),
         Vec3::new(0.0, 0.0, 1e-30),
     ]);
-    scene.lights.add_point(place, color, attenuation);
+    scene.lights.add_point(position, color, attenuation);
 }
 
 fn place_eye(scene: &mut Scene, place: EyePlace, scale: f32, rng: &mut Rng) {
@@ -227,8 +227,8 @@ fn compare_as(
     sizes: &[(u32, u32)],
     asked: &Settings,
 ) -> Result<(), String> {
-    let packets = Prepared::build(scene, Engine::Simd);
-    let oracle = Prepared::build(scene, Engine::Scalar);
+    let packets = Accel::build(scene, Engine::Simd);
+    let oracle = Accel::build(scene, Engine::Scalar);
     for &(width, height) in sizes {
         let settings = Settings {
             width,
@@ -323,7 +323,7 @@ fn least_weights() {
         let cuts = [CUTS[k % 12], CUTS[(k + 5) % 12]];
         compare_as(&scene, &cuts, &[(33, 25)], &asked).map_err(TestCaseError::fail)?;
         if scene.max_depth == 8 {
-            let prepared = Prepared::build(&scene, Engine::Simd);
+            let prepared = Accel::build(&scene, Engine::Simd);
             let rays = |min_weight| {
                 let asked = Settings {
                     min_weight: Some(min_weight),
@@ -349,7 +349,7 @@ fn least_weights() {
 fn split_waves() {
     let mut rng = Rng::new(5);
     let mut scene = Scene::default();
-    let paint = |ks: Vec3, kt: Vec3| Paint {
+    let paint = |ks: Vec3, kt: Vec3| TestMaterial {
         ks,
         kt,
         ior: 1.5,
@@ -503,16 +503,16 @@ fn add_area_lights(recipe: &Recipe, scene: &mut Scene) {
 
 /// From next to nothing, which shadow rays reach as a beam, to larger than the scene.
 fn add_area_light(scene: &mut Scene, rng: &mut Rng, scale: f32) {
-    let place = rng.point(2.0 * scale);
+    let position = rng.point(2.0 * scale);
     let color = rng.color() * rng.magnitude(-1.0, 1.0);
     let size = scale * rng.pick(&[1e-30, 1e-5, 0.01, 0.3, 4.0]);
     let attenuation = rng.pick(&[Vec3::X, Vec3::new(0.0, 0.0, 1.0 / (scale * scale))]);
     if rng.once_in(2) {
-        scene.lights.add_sphere(place, size, color, attenuation);
+        scene.lights.add_sphere(position, size, color, attenuation);
     } else {
         let edges = [rng.direction() * size, rng.direction() * size];
         let lights = &mut scene.lights;
-        lights.add_rectangle(place, edges, color, attenuation);
+        lights.add_rectangle(position, edges, color, attenuation);
     }
 }
 
@@ -532,7 +532,7 @@ fn the_recipes_have_everything_in_them() {
     let (rays, kinds) = (Cell::new(RayCounts::default()), Cell::new([0; 4]));
     let outcome = runner(60, 1).run(&recipes(), |recipe| {
         let scene = cook(&recipe);
-        let prepared = Prepared::build(&scene, Engine::Simd);
+        let prepared = Accel::build(&scene, Engine::Simd);
         let frame = frame_of(&scene, &prepared, Settings::of(&scene));
         let mut sum = rays.get();
         sum.add(&frame.stats.rays);

@@ -8,7 +8,7 @@ use common::rng::Rng;
 use common::scenes;
 use common::tolerances::DISTANCE;
 use glam::{DVec3, Vec3};
-use phalanx::oracle::{Oracle, Ray, Search};
+use phalanx::oracle::{Oracle, OracleRay, OracleSearch};
 use phalanx::scene::Scene;
 
 const RAYS_A_TRIANGLE: usize = 64;
@@ -39,7 +39,7 @@ fn triangle(rng: &mut Rng) -> [Vec3; 3] {
 
 /// At a point of a triangle from `distance` before it: from anywhere, or along its surface, with a
 /// direction of any length.
-fn ray_at([a, b, c]: [Vec3; 3], distance: f32, rng: &mut Rng) -> Ray {
+fn ray_at([a, b, c]: [Vec3; 3], distance: f32, rng: &mut Rng) -> OracleRay {
     let (v, w) = (rng.unit(), rng.unit());
     let (v, w) = if v + w > 1.0 {
         (1.0 - v, 1.0 - w)
@@ -53,11 +53,11 @@ fn ray_at([a, b, c]: [Vec3; 3], distance: f32, rng: &mut Rng) -> Ray {
     };
     let slant = rng.magnitude(-2.0, 0.0);
     let dir = (dir.normalize_or(Vec3::X) + rng.direction() * slant).normalize_or(Vec3::X);
-    Ray::new(point - dir * distance, dir * rng.magnitude(-1.0, 1.0))
+    OracleRay::new(point - dir * distance, dir * rng.magnitude(-1.0, 1.0))
 }
 
 /// The distance in f64, and how far it may be off: products of three lengths, each rounded.
-fn truth(corners: [Vec3; 3], ray: &Ray) -> (f64, f64) {
+fn truth(corners: [Vec3; 3], ray: &OracleRay) -> (f64, f64) {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3() - ray.org.as_dvec3());
     let dir = ray.dir.as_dvec3();
     let volume = |a: DVec3, b: DVec3, c: DVec3| a.dot(b.cross(c));
@@ -87,7 +87,7 @@ fn distances_are_those_of_f64() {
         let Some(scene) = scene(corners) else {
             continue;
         };
-        let oracle = Oracle::new(&scene, Search::BruteForce, 0);
+        let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
         let [a, b, c] = corners;
         let longest = (b - a).length().max((c - b).length()).max((a - c).length());
         for _ in 0..RAYS_A_TRIANGLE {

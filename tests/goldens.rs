@@ -2,7 +2,7 @@
 //!
 //! `PHALANX_BLESS=1 cargo test --release --test goldens` writes the pictures anew; look at them before they are committed.
 
-use phalanx::frame::{Control, Engine, Prepared, Settings, render};
+use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::image::{Picture, encode, load, save_png};
 use phalanx::scene::Scene;
 use phalanx::standard::{self, CATALOGUE, Family};
@@ -14,7 +14,7 @@ fn golden(name: &str) -> PathBuf {
 }
 
 fn picture(scene: &Scene, engine: Engine, (width, height): (u32, u32)) -> Picture {
-    let prepared = Prepared::build(scene, engine);
+    let prepared = Accel::build(scene, engine);
     let settings = Settings {
         width,
         height,
@@ -23,7 +23,7 @@ fn picture(scene: &Scene, engine: Engine, (width, height): (u32, u32)) -> Pictur
         ..Settings::of(scene)
     };
     let frame = render(scene, &prepared, &settings, &Control::default());
-    encode(&frame.expect("nobody interrupts").film, scene.tone)
+    encode(&frame.expect("nobody interrupts").film, scene.encoding)
 }
 
 /// How many pixels differ from the golden picture, after it was written anew if that was asked for.

@@ -9,18 +9,18 @@ use common::scenes;
 use common::tolerances::PLACE;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use phalanx::bvh::{BuildSettings, Bvh, Quality};
-use phalanx::frame::{Control, Engine, Prepared, Settings, render};
-use phalanx::oracle::{Forest, Ray};
+use phalanx::frame::{Accel, Control, Engine, Settings, render};
+use phalanx::oracle::{OracleRay, TwoLevelBvh};
 use phalanx::scene::Scene;
 
 fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
     scene.validate().expect("a valid scene");
-    let (forest, bvh) = (Forest::build(scene), Bvh::build(scene));
+    let (forest, bvh) = (TwoLevelBvh::build(scene), Bvh::build(scene));
     ask(&mut Engines::new(scene, &forest, &bvh));
 }
 
 /// A ray about the scene: from anywhere, also from far away, toward some place on a primitive or anywhere.
-fn random_ray(scene: &Scene, rng: &mut Rng, scale: f32) -> Ray {
+fn random_ray(scene: &Scene, rng: &mut Rng, scale: f32) -> OracleRay {
     let reach = if rng.once_in(8) { 1000.0 } else { 2.0 };
     let org = rng.point(scale * reach);
     let target = if rng.once_in(2) {
@@ -30,7 +30,7 @@ fn random_ray(scene: &Scene, rng: &mut Rng, scale: f32) -> Ray {
     };
     match rng.below(6) {
         // Along an axis, so that boxes are met edge on.
-        0 => Ray::new(org, rng.pick(&[Vec3::X, -Vec3::Y, Vec3::Z])),
+        0 => OracleRay::new(org, rng.pick(&[Vec3::X, -Vec3::Y, Vec3::Z])),
         _ => toward(org, target),
     }
 }
@@ -82,7 +82,7 @@ fn an_unmoved_instance_is_the_mesh_itself() {
         if direct.prim_count() == 0 {
             continue;
         }
-        let rays: Vec<[Ray; 8]> = (0..40)
+        let rays: Vec<[OracleRay; 8]> = (0..40)
             .map(|_| [0; 8].map(|_| random_ray(&direct, &mut rng, 1.0)))
             .collect();
         let mut truth = Vec::new();
@@ -272,7 +272,7 @@ fn instances_look_like_what_they_place() {
     }
     assert_eq!(placed.visible_count(), direct.visible_count());
     let picture = |scene: &Scene| {
-        let prepared = Prepared::build(scene, Engine::Simd);
+        let prepared = Accel::build(scene, Engine::Simd);
         let frame = render(scene, &prepared, &Settings::of(scene), &Control::default());
         frame.expect("a frame").film
     };
@@ -300,10 +300,10 @@ fn trees_of_any_quality_on_any_threads() {
         let center = rng.point(10.0);
         scene.add_sphere(center, 0.05, 0);
     }
-    let rays: Vec<[Ray; 8]> = (0..50)
+    let rays: Vec<[OracleRay; 8]> = (0..50)
         .map(|_| [0; 8].map(|_| random_ray(&scene, &mut rng, 10.0)))
         .collect();
-    let forest = Forest::build(&scene);
+    let forest = TwoLevelBvh::build(&scene);
     let mut first: Option<Vec<_>> = None;
     for (name, quality) in Quality::ALL {
         let trees = [1, 2, 5].map(|threads| {
@@ -366,7 +366,7 @@ fn two_squares(size: f64, apart: f64, baked: bool, stored: f64) -> Scene {
     scene.add_triangle([far(-9.0, -9.0), far(9.0, -9.0), far(0.0, 9.0)], None, 0);
     scene.view.eye = DVec3::new(apart / 2.0, 0.0, apart * 2.0).as_vec3();
     scene.view.center = DVec3::new(apart / 2.0, 0.0, 0.0).as_vec3();
-    scene.fit_range();
+    scene.rescale_to_f32_range();
     scene
 }
 
@@ -387,7 +387,7 @@ fn meshes_and_maps_of_other_scales_are_seen_like_what_is_baked() {
         let counts = [false, true].map(|baked| {
             let scene = two_squares(size, size * apart, baked, stored);
             let mut seen = Vec::new();
-            let unit = f64::from(scene.unit);
+            let unit = f64::from(scene.scale);
             with_engines(&scene, |engines| {
                 for k in 0..600 {
                     let (x, y) = (

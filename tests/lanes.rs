@@ -8,7 +8,7 @@ use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, Mask16, Vec3Lanes};
-use phalanx::oracle::{Forest, Oracle, Ray, Search};
+use phalanx::oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};
 use phalanx::packet::RayPacket;
 use phalanx::sampling;
 use phalanx::scene::Scene;
@@ -19,7 +19,7 @@ use phalanx::trace::PacketTracer;
 fn compare(
     oracle: &Oracle,
     tracer: &mut PacketTracer,
-    rays: &[Ray; LANES],
+    rays: &[OracleRay; LANES],
     tmax: [f32; LANES],
     on: u32,
 ) {
@@ -51,7 +51,7 @@ fn compare(
 }
 
 /// Two packets side by side, one the other's mirror image, against each alone.
-fn compare_pair(bvh: &Bvh, rays: &[Ray; LANES], tmax: [f32; LANES], on: u32) {
+fn compare_pair(bvh: &Bvh, rays: &[OracleRay; LANES], tmax: [f32; LANES], on: u32) {
     let mut mirrored = *rays;
     mirrored.reverse();
     let halves = [
@@ -94,8 +94,8 @@ fn over_scenes(seed: u64, mut each: impl FnMut(&Scene, &Oracle, &mut PacketTrace
     let mut rng = Rng::new(seed);
     for (count, scale) in [(1, 1.0), (5, 1e-3), (60, 1.0), (300, 100.0), (60, 1e6)] {
         let scene = scenes::random(&mut rng, count, scale);
-        let (tree, bvh) = (Forest::build(&scene), Bvh::build(&scene));
-        let oracle = Oracle::new(&scene, Search::Tree(&tree), 0);
+        let (tree, bvh) = (TwoLevelBvh::build(&scene), Bvh::build(&scene));
+        let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree), 0);
         let mut tracer = PacketTracer::new(&bvh);
         each(&scene, &oracle, &mut tracer, &mut rng, scale);
     }
@@ -110,7 +110,7 @@ fn coherent_packets() {
             let eye = rng.point(3.0 * scale);
             let at = scenes::point_on(scene, rng);
             let spread = scale * rng.magnitude(-5.0, -1.0);
-            let rays = [0; LANES].map(|_| Ray::new(eye, at + rng.point(spread) - eye));
+            let rays = [0; LANES].map(|_| OracleRay::new(eye, at + rng.point(spread) - eye));
             compare(oracle, tracer, &rays, FAR, 0xff);
         }
     });
@@ -127,7 +127,7 @@ fn incoherent_packets() {
                 } else {
                     scenes::point_on(scene, rng) - org
                 };
-                Ray::new(org, dir)
+                OracleRay::new(org, dir)
             });
             compare(oracle, tracer, &rays, FAR, 0xff);
         }
@@ -152,7 +152,7 @@ fn mixed_signs_and_dominant_axes() {
                 };
                 let dir = turned * signs;
                 let back = rng.range(0.0, 2.0) * scale;
-                Ray::new(scenes::point_on(scene, rng) - dir * back, dir)
+                OracleRay::new(scenes::point_on(scene, rng) - dir * back, dir)
             });
             compare(oracle, tracer, &rays, FAR, 0xff);
         }
@@ -172,7 +172,7 @@ fn every_subset_of_lanes() {
                 } else {
                     scenes::point_on(scene, rng) - org
                 };
-                Ray::new(org, dir)
+                OracleRay::new(org, dir)
             });
             for on in 0..=0xff {
                 compare(oracle, tracer, &rays, FAR, on);
@@ -187,7 +187,7 @@ fn distance_limits() {
         for _ in 0..500 {
             let rays = [0; LANES].map(|_| {
                 let org = rng.point(2.0 * scale);
-                Ray::new(org, scenes::point_on(scene, rng) - org)
+                OracleRay::new(org, scenes::point_on(scene, rng) - org)
             });
             let tmax = std::array::from_fn(|k| {
                 let t = oracle.closest(&rays[k]).map_or(1.0, |hit| hit.t);
@@ -244,11 +244,11 @@ fn rays_that_are_not_numbers() {
                 let org = rng.point(2.0 * scale);
                 let dir = scenes::point_on(scene, rng) - org;
                 match rng.below(5) {
-                    0 => Ray::new(spoil(rng, org), dir),
-                    1 => Ray::new(org, spoil(rng, dir)),
-                    2 => Ray::new(org, Vec3::ZERO),
-                    3 => Ray::new(spoil(rng, org), spoil(rng, dir)),
-                    _ => Ray::new(org, dir),
+                    0 => OracleRay::new(spoil(rng, org), dir),
+                    1 => OracleRay::new(org, spoil(rng, dir)),
+                    2 => OracleRay::new(org, Vec3::ZERO),
+                    3 => OracleRay::new(spoil(rng, org), spoil(rng, dir)),
+                    _ => OracleRay::new(org, dir),
                 }
             });
             let on = if rng.once_in(2) {
@@ -270,7 +270,7 @@ fn inactive_lanes_do_not_matter() {
             let active = Mask8::from_bits(on);
             let rays = [0; LANES].map(|_| {
                 let org = rng.point(2.0 * scale);
-                Ray::new(org, scenes::point_on(scene, rng) - org)
+                OracleRay::new(org, scenes::point_on(scene, rng) - org)
             });
             let ask = |tracer: &mut PacketTracer, packet: &RayPacket| {
                 let hits = tracer.closest(packet, active);
@@ -287,7 +287,7 @@ fn inactive_lanes_do_not_matter() {
                     rays[k]
                 } else {
                     let (org, dir) = (rng.point(scale), rng.direction());
-                    Ray::new(spoil(rng, org), spoil(rng, dir))
+                    OracleRay::new(spoil(rng, org), spoil(rng, dir))
                 }
             });
             let packet = pack(&other, |k| {

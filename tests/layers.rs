@@ -6,9 +6,9 @@ use common::tolerances::LAYER_SUM;
 use exr::prelude::{ReadChannels, ReadLayers};
 use phalanx::formats::read_test;
 use phalanx::frame::{
-    Adaptive, Aov, Aovs, Control, Engine, Prepared, Sampling, Settings, Tile, render,
+    Accel, Adaptive, Aov, Aovs, Control, Engine, Sampling, Settings, Tile, render,
 };
-use phalanx::image::{Depth, Format, Grade, PictureFile, save_bands};
+use phalanx::image::{Depth, Exposure, ImageFormat, PictureFile, save_bands};
 use phalanx::render::Film;
 use phalanx::scene::Scene;
 
@@ -30,7 +30,7 @@ fn film(asked: &Settings) -> Film {
             aovs: Aovs::all(),
             ..asked.clone()
         };
-        let prepared = Prepared::build(&scene, engine);
+        let prepared = Accel::build(&scene, engine);
         render(&scene, &prepared, &settings, &Control::default())
             .expect("a frame")
             .film
@@ -52,7 +52,7 @@ fn layer(film: &Film, aov: Aov, x: u32, y: u32) -> Vec<f32> {
     let before = film.aovs.iter().take_while(|other| *other != aov);
     let before: usize = before.map(|other| other.channels().len()).sum();
     let at = (y * film.width + x) as usize;
-    let channels = film.layers[before..].iter().take(aov.channels().len());
+    let channels = film.aov_planes[before..].iter().take(aov.channels().len());
     channels.map(|channel| channel[at]).collect()
 }
 
@@ -162,10 +162,10 @@ fn the_file_has_them_by_name() {
     let file = PictureFile {
         width: 64,
         height: 48,
-        format: Format::Exr,
+        format: ImageFormat::Exr,
         aovs: Aovs::all(),
         origin: [0.0; 3],
-        grade: Grade::from(scene().tone),
+        exposure: Exposure::from(scene().encoding),
         depth: Depth::Eight,
     };
     save_bands(&path, &file, [Ok(film.clone())]).unwrap();
@@ -199,10 +199,10 @@ fn the_file_has_them_by_name() {
 /// Positions are those of the file: the scene's origin is added in double precision, in both engines alike.
 #[test]
 fn positions_are_in_the_files_coordinates() {
-    let place = [500_000.5, 0.0, -4_012_345.0];
+    let position = [500_000.5, 0.0, -4_012_345.0];
     let far = Scene {
-        origin: place,
-        unit: 0.25,
+        origin: position,
+        scale: 0.25,
         ..scene()
     };
     let near = scene();
@@ -213,18 +213,21 @@ fn positions_are_in_the_files_coordinates() {
                 aovs: Aovs::NONE.with(Aov::Position),
                 ..Settings::of(scene)
             };
-            let prepared = Prepared::build(scene, engine);
+            let prepared = Accel::build(scene, engine);
             render(scene, &prepared, &settings, &Control::default())
                 .unwrap()
                 .film
         };
         [film(&near), film(&far)]
     });
-    assert_eq!(films[0][1].layers, films[1][1].layers, "both engines");
+    assert_eq!(
+        films[0][1].aov_planes, films[1][1].aov_planes,
+        "both engines"
+    );
     let [near, far] = &films[0];
     let mut hit = 0;
-    for (axis, place) in place.into_iter().enumerate() {
-        for (near, far) in near.layers[axis].iter().zip(&far.layers[axis]) {
+    for (axis, place) in position.into_iter().enumerate() {
+        for (near, far) in near.aov_planes[axis].iter().zip(&far.aov_planes[axis]) {
             let want = (f64::from(*near) / 0.25 + place) as f32;
             let missed = *near == 0.0 && *far == 0.0;
             assert!(missed || *far == want, "{far}, not {want}");

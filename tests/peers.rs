@@ -11,11 +11,11 @@ use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{LANES, LaneMask, Mask8, Vec3x8};
-use phalanx::oracle::Ray;
+use phalanx::oracle::OracleRay;
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
-use phalanx::peers::embree::{EmbreeError, EmbreeScene, Library};
+use phalanx::peers::embree::{EmbreeError, EmbreeLibrary, EmbreeScene};
 use phalanx::peers::obvhs::ObvhsScene;
-use phalanx::peers::{Contender, Rays};
+use phalanx::peers::{BenchEngine, RaySetRef};
 use phalanx::scene::{Cone, Scene};
 use phalanx::trace::{Kernel, Traversal};
 use std::path::Path;
@@ -26,13 +26,13 @@ const RAYS: usize = 100_003;
 const MOST_DIFFERENT: usize = RAYS / 10_000;
 
 /// Every Embree there is.
-fn libraries() -> Vec<Library> {
+fn libraries() -> Vec<EmbreeLibrary> {
     let named = std::env::var_os("PHALANX_EMBREE").unwrap_or_default();
     let named = std::env::split_paths(&named).filter(|path| !path.as_os_str().is_empty());
-    let mut found: Vec<Library> = named
-        .map(|path| Library::open(Some(&path)).expect("a library that PHALANX_EMBREE names"))
+    let mut found: Vec<EmbreeLibrary> = named
+        .map(|path| EmbreeLibrary::open(Some(&path)).expect("a library that PHALANX_EMBREE names"))
         .collect();
-    match Library::open(None) {
+    match EmbreeLibrary::open(None) {
         Ok(library) => found.push(library),
         Err(error) => println!("skipped: {error}"),
     }
@@ -46,7 +46,7 @@ fn libraries() -> Vec<Library> {
     found
 }
 
-fn queue<'a>(arena: &'a Bump, rays: &[Ray]) -> RayQueue<'a> {
+fn queue<'a>(arena: &'a Bump, rays: &[OracleRay]) -> RayQueue<'a> {
     let mut queue = RayQueue::with_capacity(arena, rays.len());
     for rays in rays.chunks(LANES) {
         let packet = common::rays::pack(rays, |_| 0.0);
@@ -76,7 +76,7 @@ fn add_one(scene: &mut Scene, rng: &mut Rng) {
     }
 }
 
-fn random_rays(rng: &mut Rng) -> Vec<Ray> {
+fn random_rays(rng: &mut Rng) -> Vec<OracleRay> {
     let mut eye = Vec3::ZERO;
     let ray = |k: usize| {
         // Some packets have a common origin, as primary rays.
@@ -121,11 +121,11 @@ impl Answers {
     }
 
     /// In chunks, as the benchmark asks.
-    fn theirs(closest: &dyn Contender, occluded: &dyn Contender) -> Answers {
+    fn theirs(closest: &dyn BenchEngine, occluded: &dyn BenchEngine) -> Answers {
         let packets = packets_for(RAYS);
         let mut hits = vec![HitPacket::miss(); packets];
         let mut blocked = vec![0; packets];
-        let (mut closest, mut occluded) = (closest.runner(), occluded.runner());
+        let (mut closest, mut occluded) = (closest.thread(), occluded.thread());
         for first in (0..packets).step_by(128) {
             let end = packets.min(first + 128);
             // Some packets twice, so that ranges of odd length are among them.
@@ -150,10 +150,10 @@ fn differences(ours: &Answers, theirs: &Answers) -> [usize; 2] {
 }
 
 /// Ways to trace, by name.
-type Contenders = Vec<(String, Box<dyn Contender>)>;
+type NamedEngines = Vec<(String, Box<dyn BenchEngine>)>;
 
 /// Asks every contender, and prints and asserts how far it differs.
-fn compare(scene: &Scene, rng: &mut Rng, peer: &str, contenders: impl Fn(Rays) -> Contenders) {
+fn compare(scene: &Scene, rng: &mut Rng, peer: &str, engines: impl Fn(RaySetRef) -> NamedEngines) {
     scene.validate().expect("a valid scene");
     let (arena, bvh, tmax) = (Bump::new(), Bvh::build(scene), 0.9);
     let rays = random_rays(rng);
@@ -164,7 +164,7 @@ fn compare(scene: &Scene, rng: &mut Rng, peer: &str, contenders: impl Fn(Rays) -
     assert!(hits > RAYS / 10 && hits < RAYS, "{hits} hits");
     assert!(blocked > RAYS / 10 && blocked < hits, "{blocked} blocked");
     let of = |tmax| {
-        contenders(Rays {
+        engines(RaySetRef {
             queue: &queue,
             tmax,
         })
@@ -192,7 +192,7 @@ fn compare_embree(scene: &Scene, rng: &mut Rng) {
         let built = EmbreeScene::build(&library, scene, 2).expect("a scene it has all of");
         flushing_is_over();
         let peer = format!("Embree {}", library.version());
-        compare(scene, rng, &peer, |rays| built.contenders(rays));
+        compare(scene, rng, &peer, |rays| built.engines(rays));
     }
 }
 
@@ -250,7 +250,7 @@ fn obvhs_agrees() {
     }
     for scene in [mixed, triangles] {
         let built = ObvhsScene::build(&scene).expect("a scene it has all of");
-        compare(&scene, &mut rng, "obvhs", |rays| built.contenders(rays));
+        compare(&scene, &mut rng, "obvhs", |rays| built.engines(rays));
     }
 }
 
@@ -260,19 +260,19 @@ fn nothing_is_hit_where_there_is_nothing() {
     let (scene, arena) = (scenes::bare(), Bump::new());
     let rays = random_rays(&mut Rng::new(85));
     let queue = queue(&arena, &rays);
-    let rays = Rays {
+    let rays = RaySetRef {
         queue: &queue,
         tmax: 1.0,
     };
     let mut all = ObvhsScene::build(&scene)
         .expect("an empty scene")
-        .contenders(rays);
+        .engines(rays);
     for library in libraries() {
         let built = EmbreeScene::build(&library, &scene, 1).expect("an empty scene");
-        all.extend(built.contenders(rays));
+        all.extend(built.engines(rays));
     }
-    for (name, contender) in &all {
-        let theirs = Answers::theirs(&**contender, &**contender);
+    for (name, engine) in &all {
+        let theirs = Answers::theirs(&**engine, &**engine);
         let missed = theirs
             .closest
             .iter()
@@ -304,7 +304,7 @@ fn what_a_peer_has_not_is_said() {
 #[test]
 fn what_is_no_embree_is_said() {
     let folder = tempfile::tempdir().expect("a folder");
-    let nothing = Library::open(Some(folder.path())).err();
+    let nothing = EmbreeLibrary::open(Some(folder.path())).err();
     let error = nothing.expect("an empty folder");
     assert!(matches!(error, EmbreeError::NotThere(_)));
     let text = error.to_string();
@@ -314,13 +314,15 @@ fn what_is_no_embree_is_said() {
     let file = folder.path().join("libembree4.so.4");
     std::fs::write(&file, "no library").expect("a file");
     for path in [folder.path(), file.as_path()] {
-        let error = Library::open(Some(path)).err().expect("no library");
+        let error = EmbreeLibrary::open(Some(path)).err().expect("no library");
         assert!(matches!(error, EmbreeError::NotLoaded { .. }), "{error}");
     }
     // The C library is a library, but not this one.
     let other = Path::new("/lib/x86_64-linux-gnu/libc.so.6");
     if other.exists() {
-        let error = Library::open(Some(other)).err().expect("another library");
+        let error = EmbreeLibrary::open(Some(other))
+            .err()
+            .expect("another library");
         assert!(error.to_string().contains("rtcNewDevice"), "{error}");
     }
 }

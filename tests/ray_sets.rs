@@ -3,13 +3,14 @@
 use glam::Vec3;
 use phalanx::bench::Answer;
 use phalanx::bench::{
-    Heading, Kind, Listener, OracleContender, Plan, RaySet, Wrong, measure, primary, secondary,
+    BenchError, BenchPlan, OracleEngine, ProgressListener, RayKind, RaySet, SceneInfo, measure,
+    primary, secondary,
 };
 use phalanx::bvh::Quality;
 use phalanx::lanes::{LANES, LaneMask, NATIVE};
-use phalanx::oracle::Forest;
+use phalanx::oracle::TwoLevelBvh;
 use phalanx::packet::NO_PRIM;
-use phalanx::peers::Contender;
+use phalanx::peers::BenchEngine;
 use phalanx::report::RaySetRecord;
 use phalanx::scene::Scene;
 use phalanx::standard;
@@ -24,16 +25,16 @@ fn scene(name: &str) -> Scene {
 }
 
 fn answer(scene: &Scene, set: &RaySet) -> Answer {
-    let forest = Forest::build(scene);
-    let oracle = OracleContender {
+    let forest = TwoLevelBvh::build(scene);
+    let oracle = OracleEngine {
         scene,
         forest: &forest,
         rays: set.rays(),
     };
-    let mut answer = Answer::room(set.kind.question(), set.queue.packets());
+    let mut answer = Answer::with_capacity(set.kind.query(), set.queue.packets());
     match &mut answer {
-        Answer::Closest(hits) => oracle.runner().closest(0..set.queue.packets(), hits),
-        Answer::Occluded(blocked) => oracle.runner().occluded(0..set.queue.packets(), blocked),
+        Answer::Closest(hits) => oracle.thread().closest(0..set.queue.packets(), hits),
+        Answer::Occluded(blocked) => oracle.thread().occluded(0..set.queue.packets(), blocked),
     }
     answer
 }
@@ -73,18 +74,22 @@ fn secondary_rays_start_where_the_camera_sees_something() {
         .collect();
     assert_eq!(seen.len(), hits);
     let size = (scene.bounds().hi - scene.bounds().lo).length();
-    for kind in [Kind::Reflection, Kind::Diffuse, Kind::Ao] {
+    for kind in [RayKind::Reflection, RayKind::Diffuse, RayKind::Ao] {
         let set = secondary(&arena, &scene, kind, &first, &truth);
         let all = rays(&set);
         assert_eq!(all.len(), hits, "{kind:?}");
         for ((org, dir), (point, _)) in all.iter().zip(&seen) {
             assert!((*org - *point).length() < 1e-4 * size, "{kind:?}");
-            let length = if kind == Kind::Ao { 0.05 * size } else { 1.0 };
+            let length = if kind == RayKind::Ao {
+                0.05 * size
+            } else {
+                1.0
+            };
             assert!((dir.length() / length - 1.0).abs() < ROUNDING, "{kind:?}");
         }
     }
     // About half of the hemisphere's energy is within 45 degrees of the normal; the plane below looks up.
-    let diffuse = rays(&secondary(&arena, &scene, Kind::Diffuse, &first, &truth));
+    let diffuse = rays(&secondary(&arena, &scene, RayKind::Diffuse, &first, &truth));
     let steep = diffuse
         .iter()
         .filter(|(_, dir)| dir.z > 0.5f32.sqrt())
@@ -101,9 +106,9 @@ fn shadow_rays_end_at_the_light() {
     let arena = bumpalo::Bump::new();
     let first = primary(&arena, &scene, [64, 48]).unwrap();
     let truth = answer(&scene, &first);
-    let set = secondary(&arena, &scene, Kind::Shadow, &first, &truth);
+    let set = secondary(&arena, &scene, RayKind::Shadow, &first, &truth);
     assert_eq!(set.tmax, 1.0);
-    let light = scene.lights.place.get(0);
+    let light = scene.lights.position.get(0);
     assert!(!set.queue.is_empty());
     for (org, dir) in rays(&set) {
         assert!((org + dir - light).length() < 1e-3 * light.length());
@@ -112,14 +117,14 @@ fn shadow_rays_end_at_the_light() {
 
 struct Nobody;
 
-impl Listener for Nobody {
-    fn doing(&mut self, _: &str) {}
+impl ProgressListener for Nobody {
+    fn begin_step(&mut self, _: &str) {}
     fn progress(&mut self, _: f64) {}
 }
 
-fn plan(timed: bool) -> Plan<'static> {
-    Plan {
-        kinds: Kind::ALL.to_vec(),
+fn plan(timed: bool) -> BenchPlan<'static> {
+    BenchPlan {
+        kinds: RayKind::ALL.to_vec(),
         frames: true,
         kernels: Kernel::ALL.map(|(_, kernel)| kernel).to_vec(),
         quality: Quality::default(),
@@ -138,10 +143,10 @@ fn plan(timed: bool) -> Plan<'static> {
 fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
     let scene = scene("standard:tree:4");
     let run = |expected| {
-        let heading = Heading {
+        let heading = SceneInfo {
             name: "tree".to_owned(),
             expected,
-            ..Heading::default()
+            ..SceneInfo::default()
         };
         measure(&scene, &heading, &plan(true), &mut Nobody)
     };
@@ -157,7 +162,7 @@ fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
             let mut wrong = expected.clone();
             break_it(wrong.get_mut(kind).unwrap());
             match run(wrong) {
-                Err(Wrong::Suite { kind: found, .. }) => assert_eq!(found, kind),
+                Err(BenchError::Suite { kind: found, .. }) => assert_eq!(found, kind),
                 _ => panic!("{kind}: rates for a wrong answer"),
             }
         }
@@ -168,9 +173,9 @@ fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
 #[test]
 fn work_adds_up() {
     let scene = scene("standard:balls:3");
-    let heading = Heading {
+    let heading = SceneInfo {
         name: "balls".to_owned(),
-        ..Heading::default()
+        ..SceneInfo::default()
     };
     let found = measure(&scene, &heading, &plan(false), &mut Nobody).unwrap();
     assert!(found.rows.is_empty());

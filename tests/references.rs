@@ -4,7 +4,7 @@ mod common;
 
 use common::tolerances::{COVERAGE_SHARE, REFERENCE_LEVELS, REFERENCE_SHARE, REFERENCE_SPREAD};
 use phalanx::formats::{Options, load};
-use phalanx::frame::{Control, Engine, Frame, Prepared, Settings, render};
+use phalanx::frame::{Accel, Control, Engine, Frame, Settings, render};
 use phalanx::render::NO_HIT;
 use std::path::PathBuf;
 
@@ -18,18 +18,18 @@ fn folder() -> Option<PathBuf> {
     there.then_some(folder)
 }
 
-struct Picture {
+struct ReferenceImage {
     width: u32,
     height: u32,
     /// RGB, row by row.
     bytes: Vec<u8>,
 }
 
-impl Picture {
-    fn read(path: PathBuf) -> Picture {
+impl ReferenceImage {
+    fn read(path: PathBuf) -> ReferenceImage {
         let picture = image::open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let picture = picture.to_rgb8();
-        Picture {
+        ReferenceImage {
             width: picture.width(),
             height: picture.height(),
             bytes: picture.into_raw(),
@@ -50,7 +50,7 @@ fn frame_of(folder: &std::path::Path, name: &str) -> Frame {
         record_hits: true,
         ..Settings::of(&scene)
     };
-    let prepared = Prepared::build(&scene, Engine::Simd);
+    let prepared = Accel::build(&scene, Engine::Simd);
     render(&scene, &prepared, &settings, &Control::default()).expect("a frame")
 }
 
@@ -75,7 +75,7 @@ fn colours_equal_the_median_of_the_references() {
         "scene7",
     ] {
         let reference = |what: &str| {
-            Picture::read(folder.join("reference").join(format!("{name}__{what}.png")))
+            ReferenceImage::read(folder.join("reference").join(format!("{name}__{what}.png")))
         };
         let (median, spread) = (reference("consensus_median"), reference("spread"));
         let frame = frame_of(&folder, name);
@@ -126,7 +126,7 @@ fn coverage_equals_the_references() {
         ("scene3", "friidryce"),
     ] {
         let path = folder.join("reference").join(format!("{scene}__{by}.png"));
-        let picture = Picture::read(path);
+        let picture = ReferenceImage::read(path);
         let frame = frame_of(&folder, scene);
         let size = (frame.film.width, frame.film.height);
         assert_eq!(size, (picture.width, picture.height), "{scene} by {by}");

@@ -4,9 +4,9 @@ mod common;
 
 use common::tolerances::{ALL_SAMPLES, SAMPLED_EDGE, SAMPLED_LOBES};
 use phalanx::formats::read_test;
-use phalanx::frame::{Adaptive, Control, Engine, Filter, Prepared, Sampling, Settings, render};
+use phalanx::frame::{Accel, Adaptive, Control, Engine, Filter, Sampling, Settings, render};
 use phalanx::render::{Film, RayCounts};
-use phalanx::sampling::FIRST;
+use phalanx::sampling::FIRST_SAMPLES;
 use phalanx::scene::Scene;
 use phalanx::standard;
 
@@ -47,7 +47,7 @@ fn traced(scene: &Scene, sampling: Sampling) -> (Film, RayCounts) {
             record_hits: true,
             ..Settings::of(scene)
         };
-        let prepared = Prepared::build(scene, engine);
+        let prepared = Accel::build(scene, engine);
         let frame = render(scene, &prepared, &settings, &Control::default()).expect("a frame");
         if sampling.adaptive.is_none() {
             assert_eq!(frame.stats.rays.primary, settings.camera_rays());
@@ -151,7 +151,7 @@ fn adaptive_samples_go_where_the_edge_is() {
         };
         let (film, rays) = traced(&scene, sampling);
         // The edge crosses 32 of the smallest cells. Of each size, those on both sides are halved: twice (32 + 16 + 16 + 8 + 8 + …).
-        let beyond = rays.primary - 12 * u64::from(FIRST);
+        let beyond = rays.primary - 12 * u64::from(FIRST_SAMPLES);
         assert!((32..=6 * 32).contains(&beyond), "{beyond}");
         for x in 0..12 {
             let want = left_of(Filter::Box, right - (f64::from(x) + 0.5 - 6.0));
@@ -163,15 +163,15 @@ fn adaptive_samples_go_where_the_edge_is() {
         }
     }
     // With a threshold that nothing reaches, or no more samples than the first, all pixels have as many.
-    for (spp, threshold) in [(SPP, 1e3), (FIRST, 1e-9)] {
+    for (spp, threshold) in [(SPP, 1e3), (FIRST_SAMPLES, 1e-9)] {
         let sampling = |adaptive| Sampling {
             spp,
             filter: Filter::Tent,
             adaptive,
         };
         let (film, rays) = traced(&edge(0.3), sampling(Some(Adaptive { threshold })));
-        assert_eq!(rays.primary, 12 * u64::from(FIRST));
-        let first = uniform(FIRST, Filter::Tent);
+        assert_eq!(rays.primary, 12 * u64::from(FIRST_SAMPLES));
+        let first = uniform(FIRST_SAMPLES, Filter::Tent);
         assert_eq!(film.planes, traced(&edge(0.3), first).0.planes);
     }
 }
@@ -183,7 +183,7 @@ fn adaptive_samples_are_worth_three_uniform_ones() {
     let mut scene = standard::scene(standard::parse_spec("standard:balls:2").expect("a name"))
         .expect("a scene");
     (scene.width, scene.height) = (96, 96);
-    let prepared = Prepared::build(&scene, Engine::Simd);
+    let prepared = Accel::build(&scene, Engine::Simd);
     let rendered = |spp, threshold: Option<f32>| {
         let sampling = Sampling {
             adaptive: threshold.map(|threshold| Adaptive { threshold }),

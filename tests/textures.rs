@@ -5,11 +5,11 @@ mod common;
 
 use common::rng::Rng;
 use glam::{DAffine3, Vec2, Vec3};
-use phalanx::frame::{Control, Engine, Prepared, Settings, render};
+use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::render::Film;
 use phalanx::sampling::linear_of_srgb;
 use phalanx::scene::{
-    Mesh, MeshMaterial, NO_UVS, Scene, Surface, Texture, Vec2s, Vec3s, View, Wrap,
+    Material, Mesh, MeshMaterial, NO_UVS, Scene, Texture, Vec2s, Vec3s, View, Wrap,
 };
 
 /// Both engines' film, after asserting that it is the same.
@@ -20,7 +20,7 @@ fn film(scene: &Scene) -> Film {
             engine,
             ..Settings::of(scene)
         };
-        let prepared = Prepared::build(scene, engine);
+        let prepared = Accel::build(scene, engine);
         let frame = render(scene, &prepared, &settings, &Control::default()).expect("a frame");
         (frame.film, frame.stats.rays)
     };
@@ -64,10 +64,10 @@ fn square(size: [u32; 2], texture: Texture, uvs: Option<[Vec2; 4]>) -> Scene {
         ..Scene::default()
     };
     scene.textures.push(texture);
-    let material = scene.materials.push(&Surface {
+    let material = scene.materials.push(&Material {
         ka: Vec3::ONE,
         texture: 0,
-        ..Surface::default()
+        ..Material::default()
     });
     let mut mesh = Mesh {
         corners: vec![[0, 1, 2], [0, 2, 3]].into(),
@@ -203,12 +203,12 @@ fn ka_and_kd_take_the_texture_and_the_rest_does_not() {
         Some(WHOLE_PICTURE),
     );
     scene.materials = Default::default();
-    scene.materials.push(&Surface {
+    scene.materials.push(&Material {
         ka: Vec3::splat(0.25),
         ke: Vec3::new(0.0, 0.0, 0.5),
         kd: Vec3::splat(0.5),
         texture: 0,
-        ..Surface::default()
+        ..Material::default()
     });
     scene.lights.add_directional(Vec3::Z, Vec3::ONE);
     let want = linear(brown) * 0.75 + Vec3::new(0.0, 0.0, 0.5);
@@ -250,7 +250,7 @@ fn random_scene(seed: u64) -> Scene {
     }
     for k in 0..6 {
         let texture = rng.below(scene.textures.len()) as u32;
-        scene.materials.push(&Surface {
+        scene.materials.push(&Material {
             ka: rng.color(),
             kd: rng.color(),
             ks: if k == 1 { Vec3::splat(0.5) } else { Vec3::ZERO },
@@ -260,7 +260,7 @@ fn random_scene(seed: u64) -> Scene {
             } else {
                 texture
             },
-            ..Surface::default()
+            ..Material::default()
         });
     }
     let (mut vertices, mut vertex_uvs) = (Vec3s::default(), Vec2s::default());

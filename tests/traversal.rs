@@ -9,12 +9,12 @@ use common::scenes;
 use common::tolerances::PLACE;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
-use phalanx::oracle::{Forest, Ray};
+use phalanx::oracle::{OracleRay, TwoLevelBvh};
 use phalanx::scene::{Cone, Scene};
 
 fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
     scene.validate().expect("a valid scene");
-    let (tree, bvh) = (Forest::build(scene), Bvh::build(scene));
+    let (tree, bvh) = (TwoLevelBvh::build(scene), Bvh::build(scene));
     ask(&mut Engines::new(scene, &tree, &bvh));
 }
 
@@ -22,8 +22,8 @@ fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
 fn boxes() -> Scene {
     let mut scene = scenes::bare();
     for cell in 0..27 {
-        let place = [cell % 3, cell / 3 % 3, cell / 9].map(|k| 2.0 * k as f32 - 2.0);
-        add_box(&mut scene, Vec3::from_array(place), 0.5);
+        let position = [cell % 3, cell / 3 % 3, cell / 9].map(|k| 2.0 * k as f32 - 2.0);
+        add_box(&mut scene, Vec3::from_array(position), 0.5);
     }
     scene
 }
@@ -46,7 +46,7 @@ fn every_octant() {
             for _ in 0..200 {
                 let rays = [0; 8].map(|_| {
                     let dir = rng.point(1.0).abs() * signs;
-                    Ray::new(rng.point(0.4) - dir * rng.range(0.0, 8.0), dir)
+                    OracleRay::new(rng.point(0.4) - dir * rng.range(0.0, 8.0), dir)
                 });
                 let hits = engines.closest_of(&rays);
                 engines.occluded_of(&rays, 2.0);
@@ -74,18 +74,22 @@ fn axis_parallel_rays_with_zeros_of_both_signs() {
                 }
                 // From inside the middle box, to its wall.
                 let org = rng.point(0.4);
-                let hit = engines.closest(&Ray::new(org, dir));
+                let hit = engines.closest(&OracleRay::new(org, dir));
                 let t = 0.5 - org[axis] * toward;
                 let error = hit.map(|hit| (hit.t - t).abs());
                 assert!(error.is_some_and(|e| e < PLACE), "{org} {dir}: {hit:?}");
                 // Through the gaps between the boxes: nothing.
                 let mut gap = Vec3::splat(1.0);
                 gap[axis] = -10.0 * toward;
-                assert_eq!(engines.closest(&Ray::new(gap, dir)), None, "{gap} {dir}");
+                assert_eq!(
+                    engines.closest(&OracleRay::new(gap, dir)),
+                    None,
+                    "{gap} {dir}"
+                );
                 // Mixed with rays the other way.
                 let rays = std::array::from_fn::<_, 8, _>(|k| {
                     let dir = if k % 2 == 0 { dir } else { -dir };
-                    Ray::new(rng.point(3.0), dir)
+                    OracleRay::new(rng.point(3.0), dir)
                 });
                 engines.closest_of(&rays);
                 engines.occluded_of(&rays, 1.5);
@@ -102,7 +106,7 @@ fn rays_along_box_faces() {
         let grid = [-2.5, -1.5, -0.5, 0.0, 0.5, 1.5, 2.5];
         for axis in 0..3 {
             for &a in &grid {
-                let rays: Vec<Ray> = grid
+                let rays: Vec<OracleRay> = grid
                     .iter()
                     .map(|&b| {
                         let mut org = Vec3::new(a, b, a);
@@ -110,7 +114,7 @@ fn rays_along_box_faces() {
                         org[(axis + 1) % 3] = b;
                         let mut dir = Vec3::ZERO;
                         dir[axis] = 1.0;
-                        Ray::new(org, dir)
+                        OracleRay::new(org, dir)
                     })
                     .collect();
                 let hits = engines.closest_of(&rays);
@@ -129,7 +133,7 @@ fn rays_along_box_faces() {
             (Vec3::new(-5.0, -5.0, -5.0), Vec3::ONE),
             (Vec3::new(5.0, -5.0, 5.0), Vec3::new(-1.0, 1.0, -1.0)),
         ] {
-            let hit = engines.closest(&Ray::new(org, dir));
+            let hit = engines.closest(&OracleRay::new(org, dir));
             assert!(hit.is_some(), "{org} {dir}");
         }
     });
@@ -145,7 +149,7 @@ fn origins_on_geometry() {
                 let rays = [0; 8].map(|_| {
                     let org = scenes::point_on(&scene, &mut rng);
                     match rng.below(3) {
-                        0 => Ray::new(org, rng.direction()),
+                        0 => OracleRay::new(org, rng.direction()),
                         1 => toward(org, org),
                         _ => toward(org, scenes::point_on(&scene, &mut rng)),
                     }
@@ -164,7 +168,7 @@ fn partial_packets() {
     with_engines(&scene, |engines| {
         for _ in 0..500 {
             for count in 0..=8 {
-                let rays: Vec<Ray> = (0..count)
+                let rays: Vec<OracleRay> = (0..count)
                     .map(|_| toward(rng.point(3.0), rng.point(1.0)))
                     .collect();
                 engines.closest_of(&rays);
@@ -180,7 +184,7 @@ fn an_empty_scene() {
     with_engines(&scene, |engines| {
         let mut rng = Rng::new(25);
         for _ in 0..100 {
-            let rays = [0; 8].map(|_| Ray::new(rng.point(1.0), rng.direction()));
+            let rays = [0; 8].map(|_| OracleRay::new(rng.point(1.0), rng.direction()));
             assert!(engines.closest_of(&rays).iter().all(Option::is_none));
             assert_eq!(engines.occluded_of(&rays, f32::INFINITY), 0);
             // Through the origin, where an empty leaf's box may lie.
@@ -308,7 +312,7 @@ fn nested(count: usize, ratio: f32) -> Scene {
 fn deep_trees() {
     for (count, ratio) in [(40, 2.0), (80, 1.5), (300, 1.1), (1500, 1.02), (2500, 1.01)] {
         let scene = nested(count, ratio);
-        let (tree, bvh) = (Forest::build(&scene), Bvh::build(&scene));
+        let (tree, bvh) = (TwoLevelBvh::build(&scene), Bvh::build(&scene));
         println!(
             "{count} nested triangles: {} and {} deep",
             bvh.depth(),

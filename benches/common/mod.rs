@@ -1,7 +1,7 @@
 //! What the benchmarks share: scenes, the same rays for every engine, and criterion's settings.
 #![allow(dead_code, reason = "every benchmark uses its own part")]
 
-pub mod alone;
+pub mod isolated;
 #[path = "../../tests/common/rng.rs"]
 pub mod rng;
 pub mod traced;
@@ -68,14 +68,14 @@ pub fn standard_scene(name: &str) -> Scene {
 }
 
 /// obvhs's own tree and triangles, as its examples use them.
-pub struct Peer {
+pub struct ObvhsPeer {
     bvh: Bvh2,
     triangles: Vec<Triangle>,
 }
 
-impl Peer {
+impl ObvhsPeer {
     /// Builds with obvhs's medium preset.
-    pub fn build(scene: &Scene) -> Peer {
+    pub fn build(scene: &Scene) -> ObvhsPeer {
         let triangles: Vec<Triangle> = (0..scene.triangles.len())
             .map(|i| {
                 let [a, b, c] = scene.triangles.corners(i);
@@ -93,7 +93,7 @@ impl Peer {
             .iter()
             .map(|&i| triangles[i as usize])
             .collect();
-        Peer { bvh, triangles }
+        ObvhsPeer { bvh, triangles }
     }
 
     /// Whether a ray hits anything, by `ray_traverse`.

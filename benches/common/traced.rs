@@ -2,40 +2,40 @@
 
 use super::standard_scene;
 use bumpalo::Bump;
-use phalanx::bench::{Answer, KernelContender, Kind, OracleContender, RaySet};
+use phalanx::bench::{Answer, KernelEngine, OracleEngine, RayKind, RaySet};
 use phalanx::bench::{primary, secondary};
 use phalanx::bvh::{BuildSettings, Bvh};
-use phalanx::oracle::Forest;
-use phalanx::peers::{Contender, Rays, Runner};
+use phalanx::oracle::TwoLevelBvh;
+use phalanx::peers::{BenchEngine, BenchEngineThread, RaySetRef};
 use phalanx::scene::Scene;
 use phalanx::trace::Kernel;
 
 /// A standard scene and both trees.
-pub struct Traced {
+pub struct TracedScene {
     pub scene: Scene,
     pub bvh: Bvh,
-    pub forest: Forest,
+    pub forest: TwoLevelBvh,
 }
 
-impl Traced {
+impl TracedScene {
     /// By the scene's whole name.
-    pub fn new(name: &str) -> Traced {
+    pub fn new(name: &str) -> TracedScene {
         let scene = standard_scene(name);
         let settings = BuildSettings {
             threads: 1,
             ..BuildSettings::default()
         };
-        Traced {
+        TracedScene {
             bvh: Bvh::build_with(&scene, &settings),
-            forest: Forest::build(&scene),
+            forest: TwoLevelBvh::build(&scene),
             scene,
         }
     }
 
     /// The rays of a kind for a picture of some size.
-    pub fn rays<'a>(&self, arena: &'a Bump, kind: Kind, size: [u32; 2]) -> RaySet<'a> {
+    pub fn rays<'a>(&self, arena: &'a Bump, kind: RayKind, size: [u32; 2]) -> RaySet<'a> {
         let first = primary(arena, &self.scene, size).expect("a valid scene");
-        if kind == Kind::Primary {
+        if kind == RayKind::Primary {
             return first;
         }
         let seen = answer(&self.oracle(first.rays()), &first);
@@ -43,8 +43,8 @@ impl Traced {
     }
 
     /// The packet engine with one kernel.
-    pub fn packets<'a>(&'a self, kernel: Kernel, rays: Rays<'a>) -> KernelContender<'a> {
-        KernelContender {
+    pub fn packets<'a>(&'a self, kernel: Kernel, rays: RaySetRef<'a>) -> KernelEngine<'a> {
+        KernelEngine {
             bvh: &self.bvh,
             kernel,
             rays,
@@ -52,8 +52,8 @@ impl Traced {
     }
 
     /// The oracle.
-    pub fn oracle<'a>(&'a self, rays: Rays<'a>) -> OracleContender<'a> {
-        OracleContender {
+    pub fn oracle<'a>(&'a self, rays: RaySetRef<'a>) -> OracleEngine<'a> {
+        OracleEngine {
             scene: &self.scene,
             forest: &self.forest,
             rays,
@@ -63,21 +63,21 @@ impl Traced {
 
 /// Room for the answer to a set of rays.
 pub fn room(set: &RaySet) -> Answer {
-    Answer::room(set.kind.question(), set.queue.packets())
+    Answer::with_capacity(set.kind.query(), set.queue.packets())
 }
 
 /// What a contender says to a set of rays.
-pub fn answer(contender: &dyn Contender, set: &RaySet) -> Answer {
+pub fn answer(engine: &dyn BenchEngine, set: &RaySet) -> Answer {
     let mut answer = room(set);
-    trace(&mut *contender.runner(), &mut answer);
+    trace(&mut *engine.thread(), &mut answer);
     answer
 }
 
 /// Traces all packets that `answer` has room for.
-pub fn trace(runner: &mut dyn Runner, answer: &mut Answer) {
+pub fn trace(engine_thread: &mut dyn BenchEngineThread, answer: &mut Answer) {
     match answer {
-        Answer::Closest(hits) => runner.closest(0..hits.len(), hits),
-        Answer::Occluded(blocked) => runner.occluded(0..blocked.len(), blocked),
+        Answer::Closest(hits) => engine_thread.closest(0..hits.len(), hits),
+        Answer::Occluded(blocked) => engine_thread.occluded(0..blocked.len(), blocked),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What rays hit, kept to be compared: a rate only counts for the right answer.
 
-use super::kind::Question;
+use super::ray_kind::QueryKind;
 use phalanx_trace::packet::{HitPacket, NO_PRIM};
 use phalanx_trace::simd::{LANES, LaneMask, LaneU32, Mask8};
 
@@ -14,17 +14,17 @@ pub enum Answer {
 
 /// Relative difference in distance within which two hits on different primitives count as the same place: peers number
 /// coincident surfaces otherwise, and round otherwise.
-pub const SAME_PLACE: f32 = 1e-4;
+pub const MAX_DISTANCE_ERROR: f32 = 1e-4;
 
 /// Share of rays that a peer may answer otherwise and still count: 0.01 %.
-pub const EXACT_SHARE: f64 = 1e-4;
+pub const MAX_DIFFERING_SHARE: f64 = 1e-4;
 
 impl Answer {
     /// Room for the answer to a question about some packets: nothing hit.
-    pub fn room(question: Question, packets: usize) -> Answer {
-        match question {
-            Question::Closest => Answer::Closest(vec![HitPacket::miss(); packets]),
-            Question::Occluded => Answer::Occluded(vec![0; packets]),
+    pub fn with_capacity(query: QueryKind, packets: usize) -> Answer {
+        match query {
+            QueryKind::Closest => Answer::Closest(vec![HitPacket::miss(); packets]),
+            QueryKind::Occluded => Answer::Occluded(vec![0; packets]),
         }
     }
 
@@ -76,7 +76,7 @@ impl Answer {
     }
 
     /// Share of `rays` rays that a peer answers otherwise: one of the two hits and the other does not, or they hit different
-    /// primitives in different places ([`SAME_PLACE`]).
+    /// primitives in different places ([`MAX_DISTANCE_ERROR`]).
     pub fn share_of_differences(&self, peer: &Answer, rays: usize) -> f64 {
         let differs = |ray: &usize| self.differs(peer, *ray, same_place);
         (0..rays).filter(differs).count() as f64 / rays.max(1) as f64
@@ -136,7 +136,7 @@ fn same_place(a: &HitPacket, b: &HitPacket, lane: usize) -> bool {
         return true;
     }
     let (t, s) = (a.t.lane(lane), b.t.lane(lane));
-    id != NO_PRIM && other != NO_PRIM && (t - s).abs() <= SAME_PLACE * t.abs().max(s.abs())
+    id != NO_PRIM && other != NO_PRIM && (t - s).abs() <= MAX_DISTANCE_ERROR * t.abs().max(s.abs())
 }
 
 #[cfg(test)]

@@ -17,10 +17,10 @@
 //! | n × f32 | t of the closest hit, 0 where there is none; 0 for occlusion |
 
 use super::answer::Answer;
-use super::kind::Question as Asked;
-use super::plan::{Heading, Plan};
-use super::subject::{self, Question, Trees};
-use super::wrong::Wrong;
+use super::error::BenchError;
+use super::plan::{BenchPlan, SceneInfo};
+use super::ray_kind::QueryKind as Asked;
+use super::workload::{self, BenchTrees, Workload};
 use bumpalo::Bump;
 use phalanx_scene::Scene;
 use phalanx_trace::packet::NO_PRIM;
@@ -35,7 +35,7 @@ pub const MAGIC: [u8; 8] = *b"PHXRAYS2";
 pub enum DumpError {
     /// The scene gives no rays.
     #[error(transparent)]
-    Scene(#[from] Box<Wrong>),
+    Scene(#[from] Box<BenchError>),
     /// The file could not be written.
     #[error("{0}")]
     Io(#[from] io::Error),
@@ -47,40 +47,40 @@ pub enum DumpError {
 /// [`DumpError`].
 pub fn dump(
     scene: &Scene,
-    heading: &Heading,
-    plan: &Plan,
+    info: &SceneInfo,
+    plan: &BenchPlan,
     out: &mut dyn Write,
 ) -> Result<Vec<(&'static str, usize)>, DumpError> {
-    let (arena, trees) = (Bump::new(), Trees::build(scene, plan));
-    let questions = subject::questions(&arena, scene, &trees, plan, heading).map_err(Box::new)?;
+    let (arena, trees) = (Bump::new(), BenchTrees::build(scene, plan));
+    let workloads = workload::workloads(&arena, scene, &trees, plan, info).map_err(Box::new)?;
     out.write_all(&MAGIC)?;
     for axis in scene.origin {
         out.write_all(&axis.to_le_bytes())?;
     }
-    out.write_all(&(questions.len() as u32).to_le_bytes())?;
-    for question in &questions {
-        write_set(question, out)?;
+    out.write_all(&(workloads.len() as u32).to_le_bytes())?;
+    for workload in &workloads {
+        write_set(workload, out)?;
     }
-    let counts = questions.iter().map(|q| (q.kind().name(), q.rays()));
+    let counts = workloads.iter().map(|q| (q.kind().name(), q.rays()));
     Ok(counts.collect())
 }
 
-fn write_set(question: &Question, out: &mut dyn Write) -> io::Result<()> {
+fn write_set(workload: &Workload, out: &mut dyn Write) -> io::Result<()> {
     let mut name = [0; 16];
-    let kind = question.kind().name().as_bytes();
+    let kind = workload.kind().name().as_bytes();
     name[..kind.len()].copy_from_slice(kind);
     out.write_all(&name)?;
-    let asked = u32::from(question.kind().question() == Asked::Occluded);
+    let asked = u32::from(workload.kind().query() == Asked::Occluded);
     out.write_all(&asked.to_le_bytes())?;
-    out.write_all(&question.set.tmax.to_le_bytes())?;
-    out.write_all(&(question.rays() as u64).to_le_bytes())?;
-    for ray in 0..question.rays() {
-        let (org, dir) = question.set.queue.ray(ray / LANES, ray % LANES);
+    out.write_all(&workload.set.tmax.to_le_bytes())?;
+    out.write_all(&(workload.rays() as u64).to_le_bytes())?;
+    for ray in 0..workload.rays() {
+        let (org, dir) = workload.set.queue.ray(ray / LANES, ray % LANES);
         for number in org.into_iter().chain(dir) {
             out.write_all(&number.to_le_bytes())?;
         }
     }
-    let answers = || (0..question.rays()).map(|ray| answer(&question.truth, ray));
+    let answers = || (0..workload.rays()).map(|ray| answer(&workload.expected, ray));
     for (prim_id, _) in answers() {
         out.write_all(&prim_id.to_le_bytes())?;
     }
@@ -90,9 +90,9 @@ fn write_set(question: &Question, out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-fn answer(truth: &Answer, ray: usize) -> (u32, f32) {
+fn answer(expected: &Answer, ray: usize) -> (u32, f32) {
     let (packet, lane) = (ray / LANES, ray % LANES);
-    match truth {
+    match expected {
         Answer::Closest(hits) => match hits[packet].prim_id.lane(lane) {
             NO_PRIM => (NO_PRIM, 0.0),
             prim_id => (prim_id, hits[packet].t.lane(lane)),

@@ -32,7 +32,7 @@ pub fn fingerprint(scene: &Scene) -> u32 {
     }
     for i in 0..scene.lights.len() {
         // Of one with an area, as of a point, the place that shadow rays go to.
-        take(&scene.lights.middle(i).to_array());
+        take(&scene.lights.center(i).to_array());
     }
     vectors(
         &mut take,

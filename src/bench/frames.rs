@@ -1,12 +1,12 @@
 //! Whole frames: camera rays, traversal, shading, bounces and film, by each kernel and by the oracle.
 
-use super::lineup::{kernels, row};
-use super::plan::{Heading, Plan};
-use super::race::{Entry, Task};
-use super::subject::Trees;
-use super::wrong::Wrong;
+use super::entrants::{kernels, row};
+use super::error::BenchError;
+use super::plan::{BenchPlan, SceneInfo};
+use super::rounds::{Measurement, Task};
+use super::workload::BenchTrees;
 use phalanx_render::NO_HIT;
-use phalanx_render::frame::{Control, Frame, FrameError, Settings, Tree, render_tree};
+use phalanx_render::frame::{AccelRef, Control, Frame, FrameError, Settings, render_with};
 use phalanx_scene::Scene;
 use phalanx_trace::Kernel;
 
@@ -19,13 +19,13 @@ const ORACLE_SHRINK: u32 = 2;
 /// The frames that a plan asks for.
 pub(super) struct Frames<'a> {
     scene: &'a Scene,
-    trees: &'a Trees,
+    trees: &'a BenchTrees,
     threads: Vec<usize>,
     settings: Vec<(&'static str, &'static str, Settings)>,
 }
 
 impl<'a> Frames<'a> {
-    pub(super) fn of(scene: &'a Scene, trees: &'a Trees, plan: &Plan) -> Frames<'a> {
+    pub(super) fn of(scene: &'a Scene, trees: &'a BenchTrees, plan: &BenchPlan) -> Frames<'a> {
         let settings = Settings {
             width: plan.size[0].div_ceil(SHRINK),
             height: plan.size[1].div_ceil(SHRINK),
@@ -50,23 +50,23 @@ impl<'a> Frames<'a> {
         }
     }
 
-    fn tree(&self, engine: &str) -> Tree<'a> {
+    fn tree(&self, engine: &str) -> AccelRef<'a> {
         match engine {
-            "oracle" => Tree::Oracle(&self.trees.forest),
-            _ => Tree::Packets(&self.trees.bvh),
+            "oracle" => AccelRef::Oracle(&self.trees.forest),
+            _ => AccelRef::Packets(&self.trees.bvh),
         }
     }
 
     /// Whether all kernels give the oracle's frame, to the bit; the number of pixels that show anything.
-    pub(super) fn check(&self, heading: &Heading) -> Result<u64, Wrong> {
+    pub(super) fn check(&self, info: &SceneInfo) -> Result<u64, BenchError> {
         let mut oracle: Option<Frame> = None;
         for (engine, kernel, settings) in &self.settings {
             let settings = Settings {
-                threads: Plan::all_threads(),
+                threads: BenchPlan::all_threads(),
                 record_hits: true,
                 ..settings.clone()
             };
-            let frame = render_tree(
+            let frame = render_with(
                 self.scene,
                 self.tree(engine),
                 &settings,
@@ -75,8 +75,8 @@ impl<'a> Frames<'a> {
             let frame = match frame {
                 Ok(frame) => frame,
                 Err(FrameError::View(source)) => {
-                    let scene = heading.name.clone();
-                    return Err(Wrong::View { scene, source });
+                    let scene = info.name.clone();
+                    return Err(BenchError::View { scene, source });
                 }
                 // Neither can be: the control is this function's own, and frames are measured without a lens.
                 Err(FrameError::Interrupted(_) | FrameError::Lens(_)) => continue,
@@ -86,8 +86,8 @@ impl<'a> Frames<'a> {
                 continue;
             };
             if let Some([x, y]) = first_difference(expected, &frame) {
-                return Err(Wrong::Frame {
-                    scene: heading.name.clone(),
+                return Err(BenchError::Frame {
+                    scene: info.name.clone(),
                     kernel: (*kernel).to_owned(),
                     x,
                     y,
@@ -99,8 +99,8 @@ impl<'a> Frames<'a> {
         Ok(shown.unwrap_or(0) as u64)
     }
 
-    pub(super) fn entries(&self, heading: &Heading, hits: u64) -> Vec<Entry<'a>> {
-        let mut entries = Vec::new();
+    pub(super) fn measurements(&self, info: &SceneInfo, hits: u64) -> Vec<Measurement<'a>> {
+        let mut measurements = Vec::new();
         for &threads in &self.threads {
             for (engine, kernel, settings) in &self.settings {
                 let shrink = match *engine {
@@ -116,12 +116,12 @@ impl<'a> Frames<'a> {
                         ..settings.clone()
                     },
                 };
-                let mut row = row(heading, "frame", engine, kernel, threads);
+                let mut row = row(info, "frame", engine, kernel, threads);
                 row.hits = hits;
-                entries.push(Entry::new(row, task));
+                measurements.push(Measurement::new(row, task));
             }
         }
-        entries
+        measurements
     }
 }
 

@@ -1,18 +1,18 @@
 //! What a run is to measure, and how long.
 
-use super::kind::Kind;
+use super::ray_kind::RayKind;
 use crate::peers::Peer;
 use crate::report::RaySetRecord;
-use phalanx_render::frame::Pin;
+use phalanx_render::frame::CoreAffinity;
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::Quality;
 use std::collections::BTreeMap;
 
 /// What to measure on every scene.
 #[derive(Clone)]
-pub struct Plan<'p> {
+pub struct BenchPlan<'p> {
     /// Kinds of rays.
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<RayKind>,
     /// Whether whole frames are rendered, too.
     pub frames: bool,
     /// Kernels; `auto` is always measured.
@@ -35,10 +35,10 @@ pub struct Plan<'p> {
     pub timed: bool,
 }
 
-impl Plan<'_> {
+impl BenchPlan<'_> {
     /// The same for some kinds of rays only, without peers.
-    pub fn restricted(&self, kinds: impl Fn(&Kind) -> bool, frames: bool) -> Plan<'static> {
-        Plan {
+    pub fn restricted(&self, kinds: impl Fn(&RayKind) -> bool, frames: bool) -> BenchPlan<'static> {
+        BenchPlan {
             kinds: self.kinds.iter().copied().filter(kinds).collect(),
             frames,
             kernels: self.kernels.clone(),
@@ -50,15 +50,15 @@ impl Plan<'_> {
 
     /// Binding of so many workers to cores. With a worker for each core they are bound always: a sample is over before a
     /// system that has put two on one core would move one.
-    pub fn pin(&self, threads: usize) -> Pin {
-        match self.pin || threads >= Plan::all_threads() && threads > 1 {
-            true => Pin::Cores,
-            false => Pin::None,
+    pub fn pin(&self, threads: usize) -> CoreAffinity {
+        match self.pin || threads >= BenchPlan::all_threads() && threads > 1 {
+            true => CoreAffinity::Cores,
+            false => CoreAffinity::None,
         }
     }
 
     /// The largest number of threads: trees are built on so many.
-    pub fn most_threads(&self) -> usize {
+    pub fn max_threads(&self) -> usize {
         self.threads.iter().copied().max().unwrap_or(1)
     }
 
@@ -70,7 +70,7 @@ impl Plan<'_> {
 
 /// What is known of a scene beside the scene.
 #[derive(Clone, Debug, Default)]
-pub struct Heading {
+pub struct SceneInfo {
     /// As on the command line.
     pub name: String,
     /// Standard family.
@@ -84,9 +84,9 @@ pub struct Heading {
 }
 
 /// Hears how far a run is.
-pub trait Listener {
+pub trait ProgressListener {
     /// What is being done now, in a few words.
-    fn doing(&mut self, what: &str);
+    fn begin_step(&mut self, what: &str);
     /// A sample was taken; `done` of this scene's work, in \[0, 1\].
     fn progress(&mut self, done: f64);
 }

@@ -5,11 +5,11 @@
 //! every machine, and no kernel has a part in the rays that it is measured with.
 
 use super::answer::Answer;
-use super::kind::Kind;
-use crate::peers::Rays;
+use super::ray_kind::RayKind;
+use crate::peers::RaySetRef;
 use bumpalo::Bump;
 use glam::{DVec3, Vec3};
-use phalanx_oracle::{Hit, Ray, Surface};
+use phalanx_oracle::{OracleHit, OracleRay, OracleSurface};
 use phalanx_render::frame::DEFAULT_TILE;
 use phalanx_render::{Tile, push_camera_rays, tiles};
 use phalanx_scene::camera::Camera;
@@ -20,7 +20,7 @@ use phalanx_trace::packet::{NO_PRIM, RayQueue};
 /// Rays of one kind, in the order in which a renderer would send them.
 pub struct RaySet<'a> {
     /// Which kind.
-    pub kind: Kind,
+    pub kind: RayKind,
     /// The rays.
     pub queue: RayQueue<'a>,
     /// Hits count only below this distance.
@@ -29,8 +29,8 @@ pub struct RaySet<'a> {
 
 impl RaySet<'_> {
     /// As contenders take them.
-    pub fn rays(&self) -> Rays<'_> {
-        Rays {
+    pub fn rays(&self) -> RaySetRef<'_> {
+        RaySetRef {
             queue: &self.queue,
             tmax: self.tmax,
         }
@@ -52,23 +52,23 @@ pub fn primary<'a>(
         push_camera_rays(&mut queue, &camera, tile, &Sampling::CENTER, 0);
     }
     Ok(RaySet {
-        kind: Kind::Primary,
+        kind: RayKind::Primary,
         queue,
         tmax: f32::INFINITY,
     })
 }
 
-/// Index of refraction of everything, for [`Kind::Refraction`].
+/// Index of refraction of everything, for [`RayKind::Refraction`].
 const GLASS: f32 = 1.5;
 
-/// Length of [`Kind::Ao`]'s rays as a share of the diagonal of the scene's box.
+/// Length of [`RayKind::Ao`]'s rays as a share of the diagonal of the scene's box.
 const AO_REACH: f32 = 0.05;
 
 /// Rays of a kind that follow from the primary ones and their answer.
 pub fn secondary<'a>(
     arena: &'a Bump,
     scene: &Scene,
-    kind: Kind,
+    kind: RayKind,
     primary: &RaySet,
     answer: &Answer,
 ) -> RaySet<'a> {
@@ -77,21 +77,21 @@ pub fn secondary<'a>(
     let reach = (bounds.hi - bounds.lo).length() * AO_REACH;
     let mut queue = RayQueue::with_capacity(arena, answer.hits(primary.queue.len()));
     for (index, ray, hit) in hits(primary, answer) {
-        let at = Surface::new(scene, &ray, &hit);
+        let at = OracleSurface::new(scene, &ray, &hit);
         let next = match kind {
-            Kind::Primary => Some(ray),
-            Kind::Shadow => light.and_then(|light| toward(scene, light, &at)),
-            Kind::Reflection => Some(at.leave(mirrored(ray.dir, at.ns))),
-            Kind::Refraction => refracted(ray.dir, &at).map(|dir| at.leave(dir)),
-            Kind::Diffuse => Some(at.leave(hemisphere(at.ns, index))),
-            Kind::Ao => Some(at.leave(hemisphere(at.ns, index) * reach)),
+            RayKind::Primary => Some(ray),
+            RayKind::Shadow => light.and_then(|light| toward(scene, light, &at)),
+            RayKind::Reflection => Some(at.offset_origin(mirrored(ray.dir, at.ns))),
+            RayKind::Refraction => refracted(ray.dir, &at).map(|dir| at.offset_origin(dir)),
+            RayKind::Diffuse => Some(at.offset_origin(hemisphere(at.ns, index))),
+            RayKind::Ao => Some(at.offset_origin(hemisphere(at.ns, index) * reach)),
         };
         if let Some(next) = next {
             queue.push_ray(next.org.to_array(), next.dir.to_array());
         }
     }
-    let far = kind == Kind::Shadow && light.is_some_and(|light| scene.lights.directional[light]);
-    let to_one = kind == Kind::Ao || kind == Kind::Shadow && !far;
+    let far = kind == RayKind::Shadow && light.is_some_and(|light| scene.lights.directional[light]);
+    let to_one = kind == RayKind::Ao || kind == RayKind::Shadow && !far;
     RaySet {
         kind,
         queue,
@@ -103,7 +103,7 @@ pub fn secondary<'a>(
 fn hits<'s>(
     primary: &'s RaySet,
     answer: &'s Answer,
-) -> impl Iterator<Item = (usize, Ray, Hit)> + 's {
+) -> impl Iterator<Item = (usize, OracleRay, OracleHit)> + 's {
     let packets = match answer {
         Answer::Closest(packets) => packets.as_slice(),
         Answer::Occluded(_) => &[],
@@ -115,13 +115,13 @@ fn hits<'s>(
         (0..8).map(move |lane| {
             let [t, u, v] = [t[lane], u[lane], v[lane]];
             let prim_id = prim_id[lane];
-            (packet * 8 + lane, Hit { t, u, v, prim_id })
+            (packet * 8 + lane, OracleHit { t, u, v, prim_id })
         })
     });
     let rows = rows.filter(move |(index, hit)| *index < count && hit.prim_id != NO_PRIM);
     rows.map(|(index, hit)| {
         let (org, dir) = primary.queue.ray(index / 8, index % 8);
-        (index, Ray::new(org.into(), dir.into()), hit)
+        (index, OracleRay::new(org.into(), dir.into()), hit)
     })
 }
 
@@ -133,15 +133,15 @@ fn light(scene: &Scene) -> Option<usize> {
 }
 
 /// The shadow ray toward a light, if the surface faces it.
-fn toward(scene: &Scene, light: usize, at: &Surface) -> Option<Ray> {
-    let place = scene.lights.middle(light);
+fn toward(scene: &Scene, light: usize, at: &OracleSurface) -> Option<OracleRay> {
+    let position = scene.lights.center(light);
     let dir = if scene.lights.directional[light] {
-        place
+        position
     } else {
-        place - at.point
+        position - at.point
     };
     let faces = dir.dot(at.ng) > 0.0 && dir.dot(at.ns) > 0.0;
-    faces.then(|| at.leave(dir))
+    faces.then(|| at.offset_origin(dir))
 }
 
 fn mirrored(dir: Vec3, n: Vec3) -> Vec3 {
@@ -149,7 +149,7 @@ fn mirrored(dir: Vec3, n: Vec3) -> Vec3 {
 }
 
 /// By Snell's law; nothing at total reflection.
-fn refracted(dir: Vec3, at: &Surface) -> Option<Vec3> {
+fn refracted(dir: Vec3, at: &OracleSurface) -> Option<Vec3> {
     let eta = if at.entering { 1.0 / GLASS } else { GLASS };
     let cos = -dir.dot(at.ns);
     let k = 1.0 - (eta * eta) * (1.0 - cos * cos);

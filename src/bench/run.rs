@@ -1,13 +1,13 @@
 //! One scene, measured: the order of the stages.
 
+use super::counters;
+use super::entrants::{Entrant, NamedPeerScene, entrants, kernels};
+use super::error::BenchError;
 use super::frames::Frames;
-use super::lineup::{Member, Rival, kernels, lineup};
-use super::plan::{Heading, Listener, Plan};
-use super::race::{Entry, Task, race};
-use super::subject::{self, Question, Trees, timed};
-use super::work;
-use super::wrong::Wrong;
-use crate::report::{CounterRow, Row, SceneRecord};
+use super::plan::{BenchPlan, ProgressListener, SceneInfo};
+use super::rounds::{Measurement, Task, run_rounds};
+use super::workload::{self, BenchTrees, Workload, timed};
+use crate::report::{CounterRow, RateRow, SceneRecord};
 use bumpalo::Bump;
 use phalanx_scene::Scene;
 
@@ -16,7 +16,7 @@ pub struct Measured {
     /// The scene.
     pub scene: SceneRecord,
     /// Its rates; none where the plan only counts.
-    pub rows: Vec<Row>,
+    pub rows: Vec<RateRow>,
     /// Its counted work.
     pub counters: Vec<CounterRow>,
     /// What a reader should know, such as a peer that could not take part.
@@ -26,36 +26,36 @@ pub struct Measured {
 /// Measures a validated scene: trees, rays, the right answers, everybody's answers, counts, and only then times.
 ///
 /// # Errors
-/// [`Wrong`] if one of our kernels, or the oracle, does not give the right answer: then there are no rates.
+/// [`BenchError`] if one of our kernels, or the oracle, does not give the right answer: then there are no rates.
 pub fn measure(
     scene: &Scene,
-    heading: &Heading,
-    plan: &Plan,
-    listener: &mut dyn Listener,
-) -> Result<Measured, Wrong> {
-    listener.doing("building");
-    let mut trees = Trees::build(scene, plan);
-    let (rivals, notes) = rivals(scene, heading, plan, &mut trees);
-    listener.doing("checking");
+    info: &SceneInfo,
+    plan: &BenchPlan,
+    listener: &mut dyn ProgressListener,
+) -> Result<Measured, BenchError> {
+    listener.begin_step("building");
+    let mut trees = BenchTrees::build(scene, plan);
+    let (peers, notes) = build_peers(scene, info, plan, &mut trees);
+    listener.begin_step("checking");
     let arena = Bump::new();
-    let questions = subject::questions(&arena, scene, &trees, plan, heading)?;
-    for question in &questions {
-        subject::check(scene, &trees, question, plan, heading)?;
+    let workloads = workload::workloads(&arena, scene, &trees, plan, info)?;
+    for workload in &workloads {
+        workload::check(scene, &trees, workload, plan, info)?;
     }
     let frames = Frames::of(scene, &trees, plan);
-    let frame_hits = frames.check(heading)?;
-    let counters = counters(&trees, &questions, plan, heading);
-    let scene_record = subject::scene_record(scene, heading, &trees, &questions, plan.size);
+    let frame_hits = frames.check(info)?;
+    let counters = counters(&trees, &workloads, plan, info);
+    let scene_record = workload::scene_record(scene, info, &trees, &workloads, plan.size);
     let mut rows = Vec::new();
     if plan.timed {
-        let lineups: Vec<Vec<Member>> = questions
+        let lineups: Vec<Vec<Entrant>> = workloads
             .iter()
-            .map(|question| lineup(scene, &trees, &rivals, question, plan))
+            .map(|workload| entrants(scene, &trees, &peers, workload, plan))
             .collect();
-        let mut entries = entries(&questions, &lineups, plan, heading);
-        entries.extend(frames.entries(heading, frame_hits));
-        listener.doing("measuring");
-        rows = race(entries, plan, listener);
+        let mut measurements = measurements(&workloads, &lineups, plan, info);
+        measurements.extend(frames.measurements(info, frame_hits));
+        listener.begin_step("measuring");
+        rows = run_rounds(measurements, plan, listener);
     }
     Ok(Measured {
         scene: scene_record,
@@ -66,60 +66,60 @@ pub fn measure(
 }
 
 /// The peers that can trace the scene; the others are named.
-fn rivals(
+fn build_peers(
     scene: &Scene,
-    heading: &Heading,
-    plan: &Plan,
-    trees: &mut Trees,
-) -> (Vec<Rival>, Vec<String>) {
-    let (mut rivals, mut notes) = (Vec::new(), Vec::new());
-    let threads = plan.most_threads();
+    info: &SceneInfo,
+    plan: &BenchPlan,
+    trees: &mut BenchTrees,
+) -> (Vec<NamedPeerScene>, Vec<String>) {
+    let (mut peers, mut notes) = (Vec::new(), Vec::new());
+    let threads = plan.max_threads();
     for peer in plan.peers.iter().filter(|_| plan.timed) {
         let (built, seconds) = timed(|| peer.build(scene, threads));
         match built {
             Ok(rival) => {
                 trees.seconds.insert(peer.name().to_owned(), seconds);
-                rivals.push((peer.name(), rival));
+                peers.push((peer.name(), rival));
             }
-            Err(unsupported) => notes.push(format!("{}: {unsupported}", heading.name)),
+            Err(unsupported) => notes.push(format!("{}: {unsupported}", info.name)),
         }
     }
-    (rivals, notes)
+    (peers, notes)
 }
 
 fn counters(
-    trees: &Trees,
-    questions: &[Question],
-    plan: &Plan,
-    heading: &Heading,
+    trees: &BenchTrees,
+    workloads: &[Workload],
+    plan: &BenchPlan,
+    info: &SceneInfo,
 ) -> Vec<CounterRow> {
-    let rows = questions.iter().flat_map(|question| {
+    let rows = workloads.iter().flat_map(|workload| {
         let kernels = kernels(plan).into_iter();
-        kernels.map(|kernel| work::count(&heading.name, &trees.bvh, kernel, question))
+        kernels.map(|kernel| counters::count_work(&info.name, &trees.bvh, kernel, workload))
     });
     rows.collect()
 }
 
 /// Side by side what is compared: for each kind and number of threads, all engines.
-fn entries<'a>(
-    questions: &'a [Question],
-    lineups: &'a [Vec<Member>],
-    plan: &Plan,
-    heading: &Heading,
-) -> Vec<Entry<'a>> {
-    let mut entries = Vec::new();
-    for (question, lineup) in questions.iter().zip(lineups) {
+fn measurements<'a>(
+    workloads: &'a [Workload],
+    lineups: &'a [Vec<Entrant>],
+    plan: &BenchPlan,
+    info: &SceneInfo,
+) -> Vec<Measurement<'a>> {
+    let mut measurements = Vec::new();
+    for (workload, entrants) in workloads.iter().zip(lineups) {
         for &threads in &plan.threads {
-            entries.extend(lineup.iter().map(|member| {
+            measurements.extend(entrants.iter().map(|entrant| {
                 let task = Task::Rays {
-                    contender: &*member.contender,
-                    question: question.kind().question(),
-                    chunks: member.chunks(question),
-                    rays: question.rays(),
+                    contender: &*entrant.engine_impl,
+                    question: workload.kind().query(),
+                    chunks: entrant.chunks(workload),
+                    rays: workload.rays(),
                 };
-                Entry::new(member.row(heading, question, threads), task)
+                Measurement::new(entrant.row(info, workload, threads), task)
             }));
         }
     }
-    entries
+    measurements
 }

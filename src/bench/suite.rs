@@ -1,6 +1,6 @@
 //! The standard suite: which scenes are measured where none is named, and what their rays must hit.
 
-use super::plan::Heading;
+use super::plan::SceneInfo;
 use crate::report::RaySetRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -70,8 +70,8 @@ impl Suite {
 
 impl SuiteScene {
     /// As a run takes it; answers are expected only at the suite's own size.
-    pub fn heading(&self, answers: bool) -> Heading {
-        Heading {
+    pub fn heading(&self, answers: bool) -> SceneInfo {
+        SceneInfo {
             name: self.name.clone(),
             family: Some(self.family.clone()),
             step: Some(self.step.clone()),
@@ -94,7 +94,7 @@ mod tests {
         assert!(suite.scene.iter().any(|scene| scene.quick));
         for scene in &suite.scene {
             assert!(
-                crate::Kind::ALL
+                crate::RayKind::ALL
                     .iter()
                     .any(|kind| scene.expected.contains_key(kind.name())),
                 "{}",

@@ -2,16 +2,16 @@
 
 use super::bench::BenchArgs;
 use super::frames::FrameArgs;
-use super::guide::{CompletionsArgs, ManArgs};
 use super::job_args::{KeepArgs, MergeArgs, PlanArgs, SubmitTo};
+use super::live_preview::SightArgs;
+use super::manual::{CompletionsArgs, ManArgs};
+use super::output_file::GradeArgs;
 use super::picture_args::PictureArgs;
-use super::picture_file::GradeArgs;
 use super::progress::ProgressMode;
 use super::scene_args::SceneArgs;
-use super::sight::SightArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
-use phalanx::frame::{BuildSettings, Engine, Kernel, Pin, Quality, Settings};
+use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Settings};
 use phalanx::isa;
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -204,8 +204,8 @@ impl WorkArgs {
         // With fewer workers than cores, runs side by side would all sit on the first ones.
         let pin = match self.pin {
             Some(pin) => pin.into(),
-            None if threads >= available => Pin::Cores,
-            None => Pin::None,
+            None if threads >= available => CoreAffinity::Cores,
+            None => CoreAffinity::None,
         };
         Settings {
             threads,
@@ -235,7 +235,7 @@ pub struct VerifyArgs {
     pub threads: Vec<usize>,
     /// Traversal kernel of the packet engine, or all of them in turn
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = kernels_parser())]
-    pub kernel: Kernels,
+    pub kernel: KernelSet,
     /// Keep per-pixel hashes of hits and radiance in this file
     #[arg(long, value_name = "FILE", conflicts_with = "frames")]
     pub record: Option<PathBuf>,
@@ -310,11 +310,11 @@ pub enum PinArg {
     Cores,
 }
 
-impl From<PinArg> for Pin {
-    fn from(pin: PinArg) -> Pin {
+impl From<PinArg> for CoreAffinity {
+    fn from(pin: PinArg) -> CoreAffinity {
         match pin {
-            PinArg::None => Pin::None,
-            PinArg::Cores => Pin::Cores,
+            PinArg::None => CoreAffinity::None,
+            PinArg::Cores => CoreAffinity::Cores,
         }
     }
 }
@@ -338,7 +338,7 @@ impl From<EngineArg> for Engine {
 
 /// One kernel, or all of them.
 #[derive(Clone, Debug)]
-pub struct Kernels(pub Vec<(&'static str, Kernel)>);
+pub struct KernelSet(pub Vec<(&'static str, Kernel)>);
 
 fn kernel_names() -> impl Iterator<Item = &'static str> {
     Kernel::ALL.iter().map(|(name, _)| *name)
@@ -351,12 +351,12 @@ fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
     })
 }
 
-pub fn kernels_parser() -> impl TypedValueParser<Value = Kernels> {
+pub fn kernels_parser() -> impl TypedValueParser<Value = KernelSet> {
     PossibleValuesParser::new(kernel_names().chain(["all"])).map(|name| {
         let meant = Kernel::ALL
             .iter()
             .filter(|(n, _)| *n == name || name == "all");
-        Kernels(meant.copied().collect())
+        KernelSet(meant.copied().collect())
     })
 }
 

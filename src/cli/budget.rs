@@ -13,10 +13,10 @@
 //! To each comes [`PROGRAM_BYTES`] for the program. What has been freed counts as free: see `heap`.
 //! Estimates are meant to err on the upper side; `perf/notes/memory.md` holds them against peaks.
 
-use super::failure::Failure;
+use super::error::CliError;
 use super::output::{bytes, grouped};
 use phalanx::formats::LoadError;
-use phalanx::frame::{Engine, Integrator, Prepared, Settings, Tile, Tree};
+use phalanx::frame::{Accel, AccelRef, Engine, Integrator, Settings, Tile};
 use phalanx::jobs::bands;
 use phalanx::open::{OpenError, is_cache};
 use phalanx::scene::Scene;
@@ -61,10 +61,10 @@ pub struct Budget(pub Option<u64>);
 impl Budget {
     /// Before a scene file is read, or a cache mapped. What is left then is for what the file names and makes beyond
     /// itself, which its reader counts.
-    pub fn beside_file(self, name: &Path, file_bytes: u64) -> Result<Option<u64>, Failure> {
+    pub fn beside_file(self, name: &Path, file_bytes: u64) -> Result<Option<u64>, CliError> {
         let what = format!("to read a file of {}", bytes(file_bytes));
         let needed = file_bytes.saturating_mul(times(name));
-        self.ask(needed, &what)?;
+        self.check(needed, &what)?;
         Ok(self
             .0
             .map(|allowed| allowed.saturating_sub(needed + PROGRAM_BYTES)))
@@ -77,7 +77,7 @@ impl Budget {
     }
 
     /// Why a scene was not opened; if it was for want of memory, with what would have been enough.
-    pub fn explained(self, error: OpenError) -> Failure {
+    pub fn explain(self, error: OpenError) -> CliError {
         let OpenError::Load(LoadError::Memory {
             what,
             needed,
@@ -89,12 +89,12 @@ impl Budget {
         };
         let all = self.0.unwrap_or(*allowed);
         let before = all.saturating_sub(allowed.saturating_add(PROGRAM_BYTES));
-        let refused = self.ask(before.saturating_add(*needed), what);
+        let refused = self.check(before.saturating_add(*needed), what);
         refused.err().unwrap_or_else(|| error.into())
     }
 
     /// Before a standard scene is generated.
-    pub fn for_standard(self, spec: Spec) -> Result<(), Failure> {
+    pub fn for_standard(self, spec: Spec) -> Result<(), CliError> {
         // Counting walks through some scenes part by part.
         if self.0.is_none() {
             return Ok(());
@@ -103,14 +103,14 @@ impl Budget {
         let others = counts.spheres + counts.cones;
         let needed = counts.triangles * COLUMN_BYTES + others * OTHER_COLUMN_BYTES;
         let primitives = grouped(counts.triangles + others);
-        self.ask(
+        self.check(
             needed,
             &format!("for the columns of {primitives} primitives"),
         )
     }
 
     /// Before the tree of a scene is built.
-    pub fn for_tree(self, scene: &Scene, engine: Engine) -> Result<(), Failure> {
+    pub fn for_tree(self, scene: &Scene, engine: Engine) -> Result<(), CliError> {
         let objects = (scene.prim_count() + scene.instances.len()) as u64;
         let triangles = scene.triangles.len() as u64;
         let tree = match engine {
@@ -120,17 +120,17 @@ impl Budget {
             Engine::Scalar => objects * ORACLE_BYTES,
         };
         let what = format!("to build the tree of {} primitives", grouped(objects));
-        self.ask(scene.memory_bytes() as u64 + tree, &what)
+        self.check(scene.memory_bytes() as u64 + tree, &what)
     }
 
     /// Before a picture is rendered, so many `films` of it being held at once.
     pub fn for_render(
         self,
         scene: &Scene,
-        prepared: &Prepared,
+        prepared: &Accel,
         settings: &Settings,
         films: u64,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), CliError> {
         let tree = prepared.tree_stats();
         let wide = match prepared.is_ready(settings) {
             true => tree.wide_bytes as u64,
@@ -140,15 +140,15 @@ impl Budget {
         let Tile { width, height, .. } = settings.window();
         let side = |pixels: u32| u64::from(pixels.min(settings.tile));
         let tile = side(width) * side(height);
-        let rays = match prepared.tree() {
-            Tree::Packets(_) => {
+        let rays = match prepared.accel() {
+            AccelRef::Packets(_) => {
                 let sizes = settings.wave_sizes(scene);
                 let together = tile.min(sizes.rays() as u64);
                 together * RAY_BYTES + sizes.bounce_bytes(together as usize) as u64
             }
-            Tree::Oracle(_) => u64::from(settings.max_depth) * PATH_BYTES,
+            AccelRef::Oracle(_) => u64::from(settings.max_depth) * PATH_BYTES,
         };
-        let by_pixels = scene.has_chance()
+        let by_pixels = scene.is_stochastic()
             || settings.lens.is_some()
             || settings.integrator != Integrator::Whitted;
         let samples = match settings.sampling.adaptively() {
@@ -158,13 +158,13 @@ impl Budget {
         let each = THREAD_BYTES + tile * PIXEL_BYTES + rays + samples * SAMPLE_BYTES;
         let threads = settings.threads as u64 * each;
         let needed = scene.memory_bytes() as u64 + tree + films * film_bytes(settings) + threads;
-        self.ask(needed, &format!("to render {width}x{height} pixels"))
+        self.check(needed, &format!("to render {width}x{height} pixels"))
     }
 
-    fn ask(self, needed: u64, what: &str) -> Result<(), Failure> {
+    fn check(self, needed: u64, what: &str) -> Result<(), CliError> {
         let needed = needed.saturating_add(PROGRAM_BYTES);
         match self.0 {
-            Some(allowed) if needed > allowed => Err(Failure::Runtime(format!(
+            Some(allowed) if needed > allowed => Err(CliError::Runtime(format!(
                 "about {} would be needed {what}, and --max-memory allows {}",
                 bytes(needed),
                 bytes(allowed)
@@ -210,7 +210,7 @@ mod tests {
         let (text, ply, cache) = ("a.test", "a.PLY", "a.phx");
         let refused = budget.beside_file(text.as_ref(), 50 << 20).unwrap_err();
         assert_eq!(refused.code(), 1);
-        let Failure::Runtime(message) = refused else {
+        let CliError::Runtime(message) = refused else {
             panic!("{refused:?}")
         };
         for part in ["174.0 MiB", "100.0 MiB", "--max-memory", "50.0 MiB"] {
@@ -226,7 +226,7 @@ mod tests {
     fn every_threads_rays_and_their_bounces_count() {
         let text = "size 64 64\ncamera 0 0 5 0 0 0 0 1 0 45\nmaxdepth 300\nspecular 1 1 1\nsphere 0 0 0 9\n";
         let scene = phalanx::formats::read_test(text).unwrap().scene;
-        let prepared = Prepared::build(&scene, Engine::Simd);
+        let prepared = Accel::build(&scene, Engine::Simd);
         let needed = |threads: usize| {
             let settings = Settings {
                 threads,

@@ -1,14 +1,14 @@
 //! `phalanx build`.
 
 use super::args::BuildArgs;
-use super::counts::{Primitives, Tree};
-use super::failure::Failure;
-use super::input::Input;
-use super::memory::Memory;
+use super::error::CliError;
+use super::memory_stats::MemoryStats;
 use super::output::{bytes, grouped};
-use super::report::{SCHEMA_VERSION, lines};
+use super::render_report::{SCHEMA_VERSION, lines};
+use super::scene_input::SceneInput;
+use super::stats::{PrimitiveCounts, TreeFigures};
 use super::{interrupt, output};
-use phalanx::cache::{self, WriteError};
+use phalanx::cache::{self, CacheWriteError};
 use phalanx::frame::TreeStats;
 use phalanx::image::replace_file;
 use phalanx::open::is_cache;
@@ -18,29 +18,29 @@ use std::path::Path;
 use std::time::Instant;
 
 #[derive(Debug, Serialize)]
-struct Document {
+struct BuildDocument {
     schema_version: u32,
     scene: String,
     path: String,
     file_bytes: u64,
-    primitives: Primitives,
-    bvh: Tree,
-    seconds: Seconds,
-    memory: Memory,
+    primitives: PrimitiveCounts,
+    bvh: TreeFigures,
+    seconds: BuildSeconds,
+    memory: MemoryStats,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
-struct Seconds {
+struct BuildSeconds {
     load: f64,
     build: f64,
     write: f64,
 }
 
 /// Builds the tree of a scene and stores both.
-pub fn run(args: &BuildArgs) -> Result<(), Failure> {
+pub fn run(args: &BuildArgs) -> Result<(), CliError> {
     let path = &args.output;
     if !is_cache(path) {
-        return Err(Failure::Usage(format!(
+        return Err(CliError::Usage(format!(
             "--output {}: the name of a scene cache must end in .{}",
             path.display(),
             cache::ENDING
@@ -51,35 +51,35 @@ pub fn run(args: &BuildArgs) -> Result<(), Failure> {
     interrupt::listen()?;
     let threads = args.threads.unwrap_or(0);
     let start = Instant::now();
-    let mut input = Input::load(&args.scene, &args.beside, threads)?;
+    let mut scene_input = SceneInput::load(&args.scene, &args.beside, threads)?;
     let load = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let bvh = input.tree(&args.tree, threads)?;
+    let bvh = scene_input.tree(&args.tree, threads)?;
     let build = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let mut file_bytes = 0;
-    let written = interrupt::undisturbed(path, || {
+    let written = interrupt::block_signals(path, || {
         replace_file(path, |out| {
-            let written = cache::write(out, &input.scene, &bvh);
+            let written = cache::write(out, &scene_input.scene, &bvh);
             file_bytes = written.map_err(|error| match error {
-                WriteError::Io(error) => error,
+                CacheWriteError::Io(error) => error,
                 other => io::Error::other(other),
             })?;
             Ok(())
         })
     })?;
-    written.map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))?;
+    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))?;
     let write = start.elapsed().as_secs_f64();
     let tree = TreeStats::of(&bvh);
-    let document = Document {
+    let document = BuildDocument {
         schema_version: SCHEMA_VERSION,
         scene: args.scene.to_string_lossy().into_owned(),
         path: path.to_string_lossy().into_owned(),
         file_bytes,
-        primitives: Primitives::of(&input.scene),
+        primitives: PrimitiveCounts::of(&scene_input.scene),
         bvh: tree.into(),
-        seconds: Seconds { load, build, write },
-        memory: Memory::of(&input.scene, &tree, 0, input.mapped_bytes),
+        seconds: BuildSeconds { load, build, write },
+        memory: MemoryStats::of(&scene_input.scene, &tree, 0, scene_input.mapped_bytes),
     };
     match args.json {
         true => output::print_json(&document),
@@ -87,7 +87,7 @@ pub fn run(args: &BuildArgs) -> Result<(), Failure> {
     }
 }
 
-impl Document {
+impl BuildDocument {
     fn table(&self, path: &Path) -> String {
         let (bvh, seconds) = (&self.bvh, self.seconds);
         let mut rows = vec![

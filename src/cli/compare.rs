@@ -1,14 +1,14 @@
 //! `phalanx compare`.
 
 use super::args::CompareArgs;
-use super::failure::Failure;
+use super::error::CliError;
 use super::output::{self, grouped};
-use super::report::{SCHEMA_VERSION, lines};
+use super::render_report::{SCHEMA_VERSION, lines};
 use phalanx::image::{Comparison, compare, heat, load, save_png};
 use serde::Serialize;
 
 #[derive(Debug, Serialize)]
-struct Document {
+struct CompareDocument {
     schema_version: u32,
     a: String,
     b: String,
@@ -22,7 +22,7 @@ struct Document {
 }
 
 /// Compares two pictures. Pictures of different sizes differ too: exit code 4, with a message.
-pub fn run(args: &CompareArgs) -> Result<(), Failure> {
+pub fn run(args: &CompareArgs) -> Result<(), CliError> {
     if let Some(path) = &args.heat {
         output::check_png_name(path, "--heat")?;
         output::check_picture_place(path)?;
@@ -30,7 +30,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     let (a, b) = (load(&args.a)?, load(&args.b)?);
     let found = compare(&a, &b).map_err(|sizes| {
         output::note(&format!("error: {sizes}"));
-        Failure::Mismatch
+        CliError::Mismatch
     })?;
     if let Some(path) = &args.heat
         && let Ok(picture) = heat(&a, &b)
@@ -45,13 +45,13 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     if found.exact {
         Ok(())
     } else {
-        Err(Failure::Mismatch)
+        Err(CliError::Mismatch)
     }
 }
 
-fn document(args: &CompareArgs, found: &Comparison) -> Document {
+fn document(args: &CompareArgs, found: &Comparison) -> CompareDocument {
     let name = |path: &std::path::Path| path.to_string_lossy().into_owned();
-    Document {
+    CompareDocument {
         schema_version: SCHEMA_VERSION,
         a: name(&args.a),
         b: name(&args.b),

@@ -14,7 +14,7 @@ use std::io::IsTerminal;
 use std::path::Path;
 
 /// Says why no scene came out of a file.
-pub fn tell_error(error: &LoadError) {
+pub fn print_error(error: &LoadError) {
     match error {
         LoadError::Io { .. } | LoadError::Memory { .. } => note(&format!("error: {error}")),
         LoadError::UnknownFormat { .. } => {
@@ -33,7 +33,7 @@ pub fn tell_error(error: &LoadError) {
 }
 
 /// Says what a reader noticed.
-pub fn tell_warnings(path: &Path, warnings: &[Diagnostic]) {
+pub fn print_warnings(path: &Path, warnings: &[Diagnostic]) {
     for warning in warnings {
         let help = warning.help.as_deref();
         let help = help.map_or(String::new(), |h| format!(" ({h})"));
@@ -43,7 +43,7 @@ pub fn tell_warnings(path: &Path, warnings: &[Diagnostic]) {
 }
 
 /// Says what was made up because the file has none.
-pub fn tell_notes(notes: &[String]) {
+pub fn print_notes(notes: &[String]) {
     for made_up in notes {
         note(&format!("note: {}", printable(made_up)));
     }
@@ -79,8 +79,8 @@ fn draw(path: &Path, text: &str, diagnostics: &[Diagnostic], theme: GraphicalThe
     let mut out = String::new();
     for d in diagnostics {
         out.push_str(&format!("error: {}\n", printable(&headline(path, d))));
-        let problem = Problem {
-            place: Place::of(path, text, d),
+        let problem = DrawnDiagnostic {
+            place: SourceLine::of(path, text, d),
             help: d.help.as_deref().map(printable),
         };
         let mut drawn = String::new();
@@ -99,7 +99,7 @@ fn draw(path: &Path, text: &str, diagnostics: &[Diagnostic], theme: GraphicalThe
 
 /// A line of a scene file and the span on it that a diagnostic is about.
 #[derive(Debug)]
-struct Place {
+struct SourceLine {
     name: String,
     line: String,
     /// Byte offset of the line in the file.
@@ -109,10 +109,10 @@ struct Place {
     span: (usize, usize),
 }
 
-impl Place {
+impl SourceLine {
     /// `None` for a binary file, and for a line too long to show. Whatever the diagnostic says, the span is within the line, and on
     /// character boundaries.
-    fn of(path: &Path, text: &str, d: &Diagnostic) -> Option<Place> {
+    fn of(path: &Path, text: &str, d: &Diagnostic) -> Option<SourceLine> {
         if d.line == 0 {
             return None;
         }
@@ -123,7 +123,7 @@ impl Place {
         let end = boundary(text, d.offset.saturating_add(d.length).min(last), |at| {
             at + 1
         });
-        (last - first <= LONGEST_LINE).then(|| Place {
+        (last - first <= LONGEST_LINE).then(|| SourceLine {
             name: printable(&path.display().to_string()),
             line: printable(&text[first..last]),
             offset: first,
@@ -133,7 +133,7 @@ impl Place {
     }
 }
 
-impl SourceCode for Place {
+impl SourceCode for SourceLine {
     /// miette asks twice: without context, for the line and column in its heading, and with, for what it shows.
     fn read_span<'a>(
         &'a self,
@@ -176,20 +176,20 @@ const TITLE: &str = "\u{2060}";
 
 /// One diagnostic as miette draws it.
 #[derive(Debug)]
-struct Problem {
-    place: Option<Place>,
+struct DrawnDiagnostic {
+    place: Option<SourceLine>,
     help: Option<String>,
 }
 
-impl fmt::Display for Problem {
+impl fmt::Display for DrawnDiagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(TITLE)
     }
 }
 
-impl std::error::Error for Problem {}
+impl std::error::Error for DrawnDiagnostic {}
 
-impl Drawable for Problem {
+impl Drawable for DrawnDiagnostic {
     fn severity(&self) -> Option<Severity> {
         Some(Severity::Error)
     }

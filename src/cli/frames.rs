@@ -1,10 +1,10 @@
 //! Sequences: which frames, where the camera goes, and what the files are called.
 
-use super::failure::Failure;
+use super::error::CliError;
 use super::output::bytes;
 use clap::{Args, value_parser};
 use glam::DVec3;
-use phalanx::scene::{CameraPath, FileView, Key, Scene, View};
+use phalanx::scene::{CameraKey, CameraPath, FileView, Scene, View};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::Read;
@@ -26,15 +26,15 @@ pub struct FrameArgs {
 }
 
 /// Most frames of a sequence.
-const MOST: u32 = 10_000_000;
+const MAX_FRAME: u32 = 10_000_000;
 
 fn parse_frames(text: &str) -> Result<RangeInclusive<u32>, String> {
     let ends = text.split_once("..");
     let ends = ends.and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
     match ends {
-        Some((a, b)) if a <= b && b <= MOST => Ok(a..=b),
+        Some((a, b)) if a <= b && b <= MAX_FRAME => Ok(a..=b),
         _ => Err(format!(
-            "expected two frames, the first not after the second, of {MOST} at most: 0..119"
+            "expected two frames, the first not after the second, of {MAX_FRAME} at most: 0..119"
         )),
     }
 }
@@ -47,7 +47,7 @@ pub struct Sequence {
 
 impl FrameArgs {
     /// The sequence that was asked for, if one was. Places of key frames are in the file's coordinates.
-    pub fn sequence(&self, scene: &Scene) -> Result<Option<Sequence>, Failure> {
+    pub fn sequence(&self, scene: &Scene) -> Result<Option<Sequence>, CliError> {
         let Some(frames) = self.frames.clone() else {
             return Ok(None);
         };
@@ -63,11 +63,11 @@ impl FrameArgs {
 
 impl Sequence {
     /// The view of a frame, of a scene that began with this view.
-    pub fn view(&self, frame: u32, scene: &View) -> Result<View, Failure> {
+    pub fn view(&self, frame: u32, scene: &View) -> Result<View, CliError> {
         let view = self.path.view(frame, scene);
         match view.basis() {
             Ok(_) => Ok(view),
-            Err(error) => Err(Failure::Usage(format!("frame {frame}: {error}"))),
+            Err(error) => Err(CliError::Usage(format!("frame {frame}: {error}"))),
         }
     }
 
@@ -98,18 +98,18 @@ impl Sequence {
 /// Bytes of keyframes that are read, which are a hundred each: a device never ends.
 const MAX_KEYS: u64 = 16 << 20;
 
-fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<Key>, Failure> {
+fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError> {
     let name = path.display();
     let mut text = String::new();
     let file = File::open(path);
     let read = file.and_then(|file| file.take(MAX_KEYS + 1).read_to_string(&mut text));
-    read.map_err(|e| Failure::Runtime(format!("cannot read {name}: {e}")))?;
+    read.map_err(|e| CliError::Runtime(format!("cannot read {name}: {e}")))?;
     if text.len() as u64 > MAX_KEYS {
         let message = format!("{name}: no keyframes: more than {}", bytes(MAX_KEYS));
-        return Err(Failure::Usage(message));
+        return Err(CliError::Usage(message));
     }
     parse_keys(&text, scene).map_err(|(line, what)| {
-        Failure::Usage(format!(
+        CliError::Usage(format!(
             "{name}:{line}: {what}; a line has a frame, from X Y Z, at X Y Z, up X Y Z, and the field of view: \
              24 0 1 5 0 0 0 0 1 0 45"
         ))
@@ -117,8 +117,8 @@ fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<Key>, Failure> {
 }
 
 /// Lines of eleven numbers; what follows a `#` is a remark. An error has the line's number.
-fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<Key>, (usize, String)> {
-    let mut keys: Vec<Key> = Vec::new();
+fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<CameraKey>, (usize, String)> {
+    let mut keys: Vec<CameraKey> = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
         let line = line.split('#').next().unwrap_or_default();
         let mut words = line.split_whitespace();
@@ -147,7 +147,7 @@ fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<Key>, (usize, String)> {
         if keys.last().is_some_and(|last| last.frame >= frame) {
             return Err(wrong("frames have to rise"));
         }
-        keys.push(Key { frame, view });
+        keys.push(CameraKey { frame, view });
     }
     match keys.is_empty() {
         true => Err((1, "there are no views".to_owned())),
@@ -190,7 +190,7 @@ mod tests {
         let keys = parse_keys(
             "# a way\n0 0 1 5 0 0 0 0 1 0 45\n\n24 1 1 5 0 0 0 0 1 0 30 # closer\n",
             &Scene {
-                unit: 2.0,
+                scale: 2.0,
                 ..Scene::default()
             },
         )

@@ -1,34 +1,34 @@
 //! `phalanx generate`: a standard scene to a file, whole or not at all.
 
 use super::args::GenerateArgs;
-use super::failure::Failure;
+use super::error::CliError;
 use super::output::{self, bytes, grouped};
-use super::report::{SCHEMA_VERSION, lines};
+use super::render_report::{SCHEMA_VERSION, lines};
 use super::{interrupt, progress};
 use phalanx::frame::Control;
 use phalanx::image::replace_file;
-use phalanx::standard::{self, FileFormat, Losses, PREFIX, Spec, WriteError};
+use phalanx::standard::{self, DroppedFeatures, FileFormat, PREFIX, SceneWriteError, Spec};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
 #[derive(Debug, Serialize)]
-struct Document {
+struct GenerateDocument {
     schema_version: u32,
     scene: &'static str,
     size: u32,
     file: String,
     bytes: u64,
     /// What the format could not hold beside the shapes.
-    losses: Losses,
+    losses: DroppedFeatures,
 }
 
 /// Writes a standard scene to a file.
-pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
+pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
     let spec = spec_of(args)?;
     let format = FileFormat::of(&args.output).ok_or_else(|| {
-        Failure::Usage(format!(
+        CliError::Usage(format!(
             "--output {}: standard scenes are written as NFF, PLY or the course's format, so the name must end in .nff, \
              .ply or .test",
             args.output.display()
@@ -37,7 +37,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
     output::check_place(&args.output)?;
     interrupt::listen()?;
     let (losses, written) = match output::is_replaced(&args.output) {
-        true => interrupt::stoppable_writing(&args.output, |control| {
+        true => interrupt::interruptible_writing(&args.output, |control| {
             write(args, spec, format, control)
         })?,
         // A pipe that nobody reads could not be stopped otherwise than by ending the process, which
@@ -47,9 +47,9 @@ pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
     for loss in &losses {
         output::note(&format!("note: {}: {loss}", args.output.display()));
     }
-    let document = Document {
+    let document = GenerateDocument {
         schema_version: SCHEMA_VERSION,
-        scene: spec.entry.name,
+        scene: spec.scene.name,
         size: spec.size,
         file: args.output.to_string_lossy().into_owned(),
         bytes: written,
@@ -61,7 +61,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
     output::print(&lines(&[
         (
             "scene",
-            format!("{}, size {}", spec.entry.name, grouped(spec.size.into())),
+            format!("{}, size {}", spec.scene.name, grouped(spec.size.into())),
         ),
         (
             "file",
@@ -71,11 +71,11 @@ pub fn run(args: &GenerateArgs) -> Result<(), Failure> {
 }
 
 /// The scene asked for; its name may be given as other commands take it.
-fn spec_of(args: &GenerateArgs) -> Result<Spec, Failure> {
+fn spec_of(args: &GenerateArgs) -> Result<Spec, CliError> {
     let plain = args.name.strip_prefix(PREFIX).unwrap_or(&args.name);
     let name = match (&args.size, plain.contains(':')) {
         (Some(_), true) => {
-            return Err(Failure::Usage(format!(
+            return Err(CliError::Usage(format!(
                 "{} has a size already: leave --size away",
                 args.name
             )));
@@ -91,14 +91,14 @@ fn write(
     spec: Spec,
     format: FileFormat,
     control: &Control,
-) -> Result<(Losses, u64), Failure> {
+) -> Result<(DroppedFeatures, u64), CliError> {
     let path = &args.output;
-    let mut losses = Losses::new();
+    let mut losses = DroppedFeatures::new();
     let mut refused = None;
     let mut written = 0;
     let bar = progress::bytes();
     let done = replace_file(path, |out| {
-        let mut meter = Meter {
+        let mut meter = MeteredWriter {
             out,
             control,
             written: 0,
@@ -108,7 +108,7 @@ fn write(
         written = meter.written;
         match result {
             Ok(what) => losses = what,
-            Err(WriteError::Io(error)) => return Err(error),
+            Err(SceneWriteError::Io(error)) => return Err(error),
             Err(other) => {
                 refused = Some(other);
                 return Err(io::Error::other("refused"));
@@ -119,32 +119,32 @@ fn write(
     bar.finish_and_clear();
     match done {
         Ok(()) => Ok((losses, written)),
-        Err(_) if control.stop.load(Ordering::SeqCst) => Err(Failure::Interrupted),
+        Err(_) if control.stop.load(Ordering::SeqCst) => Err(CliError::Interrupted),
         Err(error) => Err(match refused {
             Some(refused) => refusal(path, &refused),
-            None => Failure::Runtime(format!("cannot write {}: {error}", path.display())),
+            None => CliError::Runtime(format!("cannot write {}: {error}", path.display())),
         }),
     }
 }
 
 /// Why the format cannot hold the scene, and what would help.
-fn refusal(path: &Path, error: &WriteError) -> Failure {
-    let failure = Failure::Usage(format!("{}: {error}", path.display()));
+fn refusal(path: &Path, error: &SceneWriteError) -> CliError {
+    let failure = CliError::Usage(format!("{}: {error}", path.display()));
     match error {
-        WriteError::CannotHold { .. } => failure.and("give --tessellate 8, for example"),
+        SceneWriteError::CannotHold { .. } => failure.with_hint("give --tessellate 8, for example"),
         _ => failure,
     }
 }
 
 /// Counts the bytes that pass, and stops when a signal came.
-struct Meter<'a, F: Fn(u64)> {
+struct MeteredWriter<'a, F: Fn(u64)> {
     out: &'a mut dyn Write,
     control: &'a Control,
     written: u64,
     seen: F,
 }
 
-impl<F: Fn(u64)> Meter<'_, F> {
+impl<F: Fn(u64)> MeteredWriter<'_, F> {
     fn check(&self) -> io::Result<()> {
         // Not of the kind `Interrupted`, which means "try again".
         match self.control.stop.load(Ordering::SeqCst) {
@@ -154,7 +154,7 @@ impl<F: Fn(u64)> Meter<'_, F> {
     }
 }
 
-impl<F: Fn(u64)> Write for Meter<'_, F> {
+impl<F: Fn(u64)> Write for MeteredWriter<'_, F> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.check()?;
         let count = self.out.write(bytes)?;

@@ -1,12 +1,12 @@
 //! `phalanx info`.
 
 use super::args::InfoArgs;
-use super::counts::{Primitives, Tree};
-use super::failure::Failure;
-use super::input::Input;
-use super::memory::Memory;
-use super::places::{in_file, origin_row};
-use super::report::{SCHEMA_VERSION, lines};
+use super::error::CliError;
+use super::file_coordinates::{origin_row, to_file_coordinates};
+use super::memory_stats::MemoryStats;
+use super::render_report::{SCHEMA_VERSION, lines};
+use super::scene_input::SceneInput;
+use super::stats::{PrimitiveCounts, TreeFigures};
 use super::{interrupt, output};
 use output::grouped;
 use phalanx::frame::{Engine, TreeStats};
@@ -15,32 +15,32 @@ use serde::Serialize;
 use std::path::Path;
 
 #[derive(Debug, Serialize)]
-struct Document {
+struct InfoDocument {
     schema_version: u32,
     scene: String,
-    image: Size,
+    image: ImageSize,
     max_depth: u32,
-    primitives: Primitives,
-    instances: Instances,
-    lights: Lights,
+    primitives: PrimitiveCounts,
+    instances: InstanceCounts,
+    lights: LightCounts,
     materials: usize,
     /// In the file's own coordinates; `None` for a scene without primitives.
-    bounds: Option<Bounds>,
+    bounds: Option<FileBounds>,
     /// Where the scene's coordinates begin, in the file's; zero where they are the same.
     origin: [f64; 3],
-    bvh: Tree,
-    memory: Memory,
+    bvh: TreeFigures,
+    memory: MemoryStats,
 }
 
 #[derive(Debug, Serialize)]
-struct Size {
+struct ImageSize {
     width: u32,
     height: u32,
 }
 
 /// What is placed, and what is to be seen of it all.
 #[derive(Debug, Serialize)]
-struct Instances {
+struct InstanceCounts {
     meshes: usize,
     instances: usize,
     /// Primitives: those of a mesh count for each of its instances.
@@ -48,17 +48,17 @@ struct Instances {
 }
 
 #[derive(Debug, Default, Serialize)]
-struct Lights {
+struct LightCounts {
     point: usize,
     directional: usize,
     sphere: usize,
     rectangle: usize,
 }
 
-impl Lights {
-    fn of(scene: &Scene) -> Lights {
+impl LightCounts {
+    fn of(scene: &Scene) -> LightCounts {
         let shapes = (0..scene.lights.len()).map(|i| scene.lights.shape(i));
-        let mut count = Lights::default();
+        let mut count = LightCounts::default();
         for shape in shapes {
             match shape {
                 LightShape::Point => count.point += 1,
@@ -83,18 +83,25 @@ impl Lights {
 }
 
 #[derive(Debug, PartialEq, Serialize)]
-struct Bounds {
+struct FileBounds {
     lo: [f64; 3],
     hi: [f64; 3],
 }
 
 /// Tells what is in a scene.
-pub fn run(args: &InfoArgs) -> Result<(), Failure> {
+pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     args.beside.no_picture()?;
     interrupt::listen()?;
-    let mut input = Input::load(&args.scene, &args.beside, 0)?;
-    let tree = input.prepare(Engine::Simd, &args.tree, 0)?.tree_stats();
-    let document = Document::new(&args.scene, &input.scene, tree, input.mapped_bytes);
+    let mut scene_input = SceneInput::load(&args.scene, &args.beside, 0)?;
+    let tree = scene_input
+        .prepare(Engine::Simd, &args.tree, 0)?
+        .tree_stats();
+    let document = InfoDocument::new(
+        &args.scene,
+        &scene_input.scene,
+        tree,
+        scene_input.mapped_bytes,
+    );
     if args.json {
         output::print_json(&document)
     } else {
@@ -102,28 +109,28 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     }
 }
 
-impl Document {
-    fn new(path: &Path, scene: &Scene, tree: TreeStats, mapped_bytes: u64) -> Document {
-        Document {
+impl InfoDocument {
+    fn new(path: &Path, scene: &Scene, tree: TreeStats, mapped_bytes: u64) -> InfoDocument {
+        InfoDocument {
             schema_version: SCHEMA_VERSION,
             scene: path.to_string_lossy().into_owned(),
-            image: Size {
+            image: ImageSize {
                 width: scene.width,
                 height: scene.height,
             },
             max_depth: scene.max_depth,
-            primitives: Primitives::of(scene),
-            instances: Instances {
+            primitives: PrimitiveCounts::of(scene),
+            instances: InstanceCounts {
                 meshes: scene.meshes.len(),
                 instances: scene.instances.len(),
                 visible_primitives: scene.visible_count(),
             },
-            lights: Lights::of(scene),
+            lights: LightCounts::of(scene),
             materials: scene.materials.len(),
             bounds: bounds(scene),
             origin: scene.origin,
             bvh: tree.into(),
-            memory: Memory::of(scene, &tree, 0, mapped_bytes),
+            memory: MemoryStats::of(scene, &tree, 0, mapped_bytes),
         }
     }
 
@@ -177,11 +184,11 @@ impl Document {
 }
 
 /// Bounds in the file's own coordinates.
-fn bounds(scene: &Scene) -> Option<Bounds> {
+fn bounds(scene: &Scene) -> Option<FileBounds> {
     let bounds = scene.bounds();
-    (!bounds.is_empty()).then(|| Bounds {
-        lo: in_file(scene, bounds.lo),
-        hi: in_file(scene, bounds.hi),
+    (!bounds.is_empty()).then(|| FileBounds {
+        lo: to_file_coordinates(scene, bounds.lo),
+        hi: to_file_coordinates(scene, bounds.hi),
     })
 }
 
@@ -214,8 +221,8 @@ mod tests {
 
     #[test]
     fn the_document_has_the_promised_keys() {
-        let json =
-            serde_json::to_value(Document::new(Path::new("a.test"), &scene(), TREE, 0)).unwrap();
+        let json = serde_json::to_value(InfoDocument::new(Path::new("a.test"), &scene(), TREE, 0))
+            .unwrap();
         assert_eq!(json["schema_version"], 1);
         assert_eq!(
             json["primitives"],
@@ -226,7 +233,7 @@ mod tests {
             serde_json::json!({"point": 2, "directional": 1, "sphere": 0, "rectangle": 1})
         );
         let words = "2 point, 1 directional, 1 rectangle";
-        assert_eq!(Lights::of(&scene()).words(), words);
+        assert_eq!(LightCounts::of(&scene()).words(), words);
         assert_eq!(json["materials"], 0);
         assert_eq!(
             json["bounds"],
@@ -249,15 +256,15 @@ mod tests {
         scene.add_sphere(Vec3::ZERO, 1.0, 0);
         scene.add_sphere(Vec3::X, 1.0, 0);
         scene.end_mesh(mesh);
-        let document = Document::new(Path::new("a.test"), &scene, TREE, 0);
+        let document = InfoDocument::new(Path::new("a.test"), &scene, TREE, 0);
         assert_eq!(document.instances.visible_primitives, 3);
         assert_eq!(bounds(&scene), bounds(&self::scene()), "not placed");
         for x in [10.0, 20.0] {
-            let place = glam::DVec3::new(x, 0.0, 0.0);
-            let map = glam::DAffine3::from_translation(place);
+            let position = glam::DVec3::new(x, 0.0, 0.0);
+            let map = glam::DAffine3::from_translation(position);
             scene.add_instance(mesh, map).unwrap();
         }
-        let document = Document::new(Path::new("a.test"), &scene, TREE, 0);
+        let document = InfoDocument::new(Path::new("a.test"), &scene, TREE, 0);
         assert_eq!(document.instances.visible_primitives, 7);
         assert!(document.table().contains("2 of 1 meshes: 7 primitives"));
         let hi = bounds(&scene).unwrap().hi[0];
@@ -267,7 +274,7 @@ mod tests {
     #[test]
     fn bounds_are_those_of_the_file() {
         let mut scene = scene();
-        scene.unit = 0.25;
+        scene.scale = 0.25;
         assert_eq!(bounds(&scene).unwrap().hi, [6.0, 10.0, 14.0]);
         assert_eq!(bounds(&Scene::default()), None);
     }

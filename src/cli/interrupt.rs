@@ -6,7 +6,7 @@
 //! stop. (What is written into a pipe or a device has no temporary file.) The exit code is 130 for
 //! SIGINT and 143 for SIGTERM, as shells count them, and schedulers.
 
-use super::failure::Failure;
+use super::error::CliError;
 use super::output;
 use phalanx::frame::Control;
 use std::path::Path;
@@ -37,25 +37,25 @@ pub fn exit_code() -> u8 {
 }
 
 /// Takes over SIGINT and SIGTERM.
-pub fn listen() -> Result<(), Failure> {
-    watch_signals().map_err(|e| Failure::Runtime(format!("cannot listen for signals: {e}")))
+pub fn listen() -> Result<(), CliError> {
+    watch_signals().map_err(|e| CliError::Runtime(format!("cannot listen for signals: {e}")))
 }
 
 #[cfg(unix)]
 fn watch_signals() -> std::io::Result<()> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
-    let watch = move || signals.forever().for_each(|number| came(number as u8));
+    let watch = move || signals.forever().for_each(|number| on_signal(number as u8));
     std::thread::Builder::new().spawn(watch).map(drop)
 }
 
 #[cfg(not(unix))]
 fn watch_signals() -> Result<(), ctrlc::Error> {
-    ctrlc::set_handler(|| came(SIGINT))
+    ctrlc::set_handler(|| on_signal(SIGINT))
 }
 
 /// Answers a signal of this number.
-fn came(number: u8) {
+fn on_signal(number: u8) {
     EXIT_CODE.store(BY_SIGNAL + number, Ordering::SeqCst);
     match ANSWER.load(Ordering::SeqCst) {
         answer @ (STOP | STOP_WRITING) => {
@@ -75,20 +75,20 @@ fn came(number: u8) {
 }
 
 /// Runs `work`, which heeds the control's `stop`.
-pub fn stoppable<T>(work: impl FnOnce(&Control) -> T) -> T {
-    heeding(STOP, work)
+pub fn interruptible<T>(work: impl FnOnce(&Control) -> T) -> T {
+    with_handler(STOP, work)
 }
 
 /// Runs `work`, which writes to `path` and heeds the control's `stop`; further signals wait until a
 /// file is whole.
-pub fn stoppable_writing<T>(path: &Path, work: impl FnOnce(&Control) -> T) -> T {
+pub fn interruptible_writing<T>(path: &Path, work: impl FnOnce(&Control) -> T) -> T {
     match output::is_replaced(path) {
-        true => heeding(STOP_WRITING, work),
-        false => heeding(STOP, work),
+        true => with_handler(STOP_WRITING, work),
+        false => with_handler(STOP, work),
     }
 }
 
-fn heeding<T>(answer: u8, work: impl FnOnce(&Control) -> T) -> T {
+fn with_handler<T>(answer: u8, work: impl FnOnce(&Control) -> T) -> T {
     let control = Arc::new(Control::default());
     *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&control));
     ANSWER.store(answer, Ordering::SeqCst);
@@ -100,14 +100,14 @@ fn heeding<T>(answer: u8, work: impl FnOnce(&Control) -> T) -> T {
 /// Runs `work`, which writes to `path`: a file to its end, whatever signal comes. A pipe may wait
 /// for its reader for ever, and there is no temporary file to be left behind, so that a signal ends
 /// the process at once.
-pub fn undisturbed<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, Failure> {
+pub fn block_signals<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, CliError> {
     if !output::is_replaced(path) {
         return Ok(work());
     }
     ANSWER.store(WAIT, Ordering::SeqCst);
     let result = work();
     match ANSWER.swap(EXIT_AT_ONCE, Ordering::SeqCst) {
-        CAME => Err(Failure::Interrupted),
+        CAME => Err(CliError::Interrupted),
         _ => Ok(result),
     }
 }

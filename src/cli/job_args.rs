@@ -1,11 +1,11 @@
 //! The arguments of renders that are interrupted, and of those that many machines share.
 
 use super::format_args::picture_parser;
+use super::output_file::GradeArgs;
 use super::picture_args::PictureArgs;
-use super::picture_file::GradeArgs;
 use super::scene_args::SceneArgs;
 use clap::{Args, Subcommand, value_parser};
-use phalanx::image::Format;
+use phalanx::image::ImageFormat;
 use phalanx::jobs::MAX_SHARDS;
 use std::path::PathBuf;
 
@@ -78,7 +78,7 @@ pub struct MergeArgs {
     pub output: Option<PathBuf>,
     /// Format of the picture, whatever its name ends in [default for stdout: png]
     #[arg(long, value_name = "NAME", value_parser = picture_parser())]
-    pub format: Option<Format>,
+    pub format: Option<ImageFormat>,
     /// Print one JSON document instead of lines
     #[arg(long)]
     pub json: bool,

@@ -1,18 +1,18 @@
 //! `phalanx merge`: the shards of a plan become its picture.
 
-use super::failure::Failure;
+use super::error::CliError;
 use super::job_args::MergeArgs;
-use super::picture_file::format_of;
-use super::progress::{self, Watch};
-use super::report::{SCHEMA_VERSION, lines};
+use super::output_file::format_of;
+use super::progress::{self, ProgressOptions};
+use super::render_report::{SCHEMA_VERSION, lines};
 use super::{interrupt, output, plan};
 use phalanx::frame::Tile;
-use phalanx::jobs::{BandsError, Plan, TileFile, TileFileError, merge_bands};
+use phalanx::jobs::{BandsError, RenderPlan, TileFile, TileFileError, merge_bands};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Serialize)]
-struct Document<'a> {
+struct MergeDocument<'a> {
     schema_version: u32,
     plan: &'a Path,
     shards: u32,
@@ -22,8 +22,8 @@ struct Document<'a> {
 }
 
 /// Merges what the shards of a plan have rendered; exit code 6 if there is something missing.
-pub fn run(args: &MergeArgs) -> Result<(), Failure> {
-    let plan = Plan::read(&args.plan)?;
+pub fn run(args: &MergeArgs) -> Result<(), CliError> {
+    let plan = RenderPlan::read(&args.plan)?;
     let path = match &args.output {
         Some(path) => path.clone(),
         None => plan.picture_path(&args.plan)?,
@@ -31,22 +31,26 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let format = format_of(&path, args.format, "the picture")?;
     output::check_picture_place(&path)?;
     interrupt::listen()?;
-    let target = plan::target(&plan, path, format)?;
+    let output = plan::target(&plan, path, format)?;
     let files = files(&args.plan, &plan)?;
     let window = plan.picture.window();
-    progress::watched_writing(&target.path, Watch::of(window.pixels()), |control| {
-        target.write_while(control, |take| {
-            merge_bands(window, plan.aovs(), &files, control, take)
-        })
-    })?;
+    progress::with_progress_writing(
+        &output.path,
+        ProgressOptions::of(window.pixels()),
+        |control| {
+            output.write_while(control, |take| {
+                merge_bands(window, plan.aovs(), &files, control, take)
+            })
+        },
+    )?;
     if args.json {
-        return output::print_json(&Document {
+        return output::print_json(&MergeDocument {
             schema_version: SCHEMA_VERSION,
             plan: &args.plan,
             shards: plan.shards,
             width: window.width,
             height: window.height,
-            path: &target.path,
+            path: &output.path,
         });
     }
     let size = format!(
@@ -55,34 +59,34 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     );
     output::print(&lines(&[
         ("picture", size),
-        ("written", target.path.display().to_string()),
+        ("written", output.path.display().to_string()),
     ]))
 }
 
 /// What is wrong with a shard.
-struct Missing {
+struct IncompleteShard {
     shard: u32,
     why: String,
 }
 
 /// The files of all shards, each of which has all of its tiles.
-fn files(path: &Path, plan: &Plan) -> Result<Vec<TileFile>, Failure> {
+fn files(path: &Path, plan: &RenderPlan) -> Result<Vec<TileFile>, CliError> {
     let (mut files, mut missing) = (Vec::new(), Vec::new());
     let tiles = plan.tiles();
     for shard in 0..plan.shards {
         match whole(path, plan, &tiles, shard)? {
             Ok(file) => files.push(file),
-            Err(why) => missing.push(Missing { shard, why }),
+            Err(why) => missing.push(IncompleteShard { shard, why }),
         }
     }
     match missing.is_empty() {
         true => Ok(files),
-        false => Err(Failure::Missing(told(path, plan, &missing))),
+        false => Err(CliError::Missing(describe_missing(path, plan, &missing))),
     }
 }
 
 /// The numbers of the shards that cannot be merged yet.
-pub fn missing(path: &Path, plan: &Plan) -> Result<Vec<u32>, Failure> {
+pub fn missing(path: &Path, plan: &RenderPlan) -> Result<Vec<u32>, CliError> {
     let mut missing = Vec::new();
     let tiles = plan.tiles();
     for shard in 0..plan.shards {
@@ -96,10 +100,10 @@ pub fn missing(path: &Path, plan: &Plan) -> Result<Vec<u32>, Failure> {
 /// The file of a shard, or why it cannot be merged yet; `tiles` are those of all shards.
 fn whole(
     path: &Path,
-    plan: &Plan,
+    plan: &RenderPlan,
     tiles: &[Tile],
     shard: u32,
-) -> Result<Result<TileFile, String>, Failure> {
+) -> Result<Result<TileFile, String>, CliError> {
     let name: PathBuf = plan.shard_file(path, shard);
     let file = match TileFile::read(&name, &plan.picture) {
         Ok(file) => file,
@@ -124,10 +128,10 @@ fn whole(
 }
 
 /// Which shards are missing, and how to get them.
-fn told(path: &Path, plan: &Plan, missing: &[Missing]) -> String {
+fn describe_missing(path: &Path, plan: &RenderPlan, missing: &[IncompleteShard]) -> String {
     const SHOWN: usize = 10;
     let mut text = format!("{} of {} shards are missing", missing.len(), plan.shards);
-    for Missing { shard, why } in missing.iter().take(SHOWN) {
+    for IncompleteShard { shard, why } in missing.iter().take(SHOWN) {
         text.push_str(&format!("\n  shard {shard}: {why}"));
     }
     if missing.len() > SHOWN {

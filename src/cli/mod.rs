@@ -1,47 +1,47 @@
 //! The command line: arguments, and one file per subcommand. Sees only the library's public API.
 //!
-//! Results go to stdout, progress and warnings and errors to stderr; exit codes stand in [`failure`].
+//! Results go to stdout, progress and warnings and errors to stderr; exit codes stand in [`error`].
 
 mod args;
-mod asked;
 mod bench;
 mod budget;
 mod build;
 #[allow(unsafe_code, reason = "a signal handler has no safe name")]
 mod bus_error;
 mod compare;
-mod counts;
 mod diagnose;
-mod differ;
-mod failure;
+mod error;
+mod file_coordinates;
 mod format_args;
 mod frames;
 mod generate;
-mod guide;
 #[allow(unsafe_code, reason = "the allocator's settings have no safe name")]
 mod heap;
-mod heat;
+mod heatmap;
 mod info;
-mod input;
 mod interrupt;
 mod job_args;
-mod memory;
+mod live_preview;
+mod manual;
+mod memory_stats;
 mod merge;
 mod output;
+mod output_file;
 mod picture_args;
-mod picture_file;
-mod places;
+mod pixel_diff;
+mod pixel_hashes;
 mod plan;
 mod preview;
 mod progress;
-mod record;
 mod render;
-mod report;
+mod render_report;
+mod render_summary;
 mod scene_args;
+mod scene_input;
 mod scenes;
 mod shard;
 mod shard_index;
-mod sight;
+mod stats;
 mod submit;
 mod verify;
 
@@ -67,14 +67,14 @@ pub fn run() -> ExitCode {
         Command::Bench(args) => bench::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Merge(args) => merge::run(&args),
-        Command::Completions(args) => guide::completions(&args),
-        Command::Man(args) => guide::man(&args),
+        Command::Completions(args) => manual::completions(&args),
+        Command::Man(args) => manual::man(&args),
         Command::Submit(SubmitTo::Slurm(args)) => submit::slurm(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            failure.tell();
+            failure.report();
             ExitCode::from(failure.code())
         }
     }

@@ -1,7 +1,7 @@
 //! Writing to stdout and stderr, and checking the files that results go to.
 
-use super::failure::Failure;
-use phalanx::image::{Place, check_writable};
+use super::error::CliError;
+use phalanx::image::{Destination, check_writable};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::ffi::OsStr;
@@ -17,12 +17,12 @@ static STDOUT_TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// Writes results for people to stdout, or to stderr where stdout is one of the files that were
 /// asked for. A reader that has gone away (`phalanx info … | head -1`) is no error.
-pub fn print(text: &str) -> Result<(), Failure> {
+pub fn print(text: &str) -> Result<(), CliError> {
     print_raw(&printable(text))
 }
 
 /// Writes text that is not for people, or that is meant to steer a terminal, to where results go.
-pub fn print_raw(text: &str) -> Result<(), Failure> {
+pub fn print_raw(text: &str) -> Result<(), CliError> {
     if STDOUT_TAKEN.load(Ordering::Relaxed) {
         let _ = io::stderr().lock().write_all(text.as_bytes());
         return Ok(());
@@ -32,17 +32,17 @@ pub fn print_raw(text: &str) -> Result<(), Failure> {
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())
     {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::Runtime(format!("cannot write to stdout: {error}")))
-        }
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::Runtime(format!(
+            "cannot write to stdout: {error}"
+        ))),
         _ => Ok(()),
     }
 }
 
 /// Writes one JSON document to where results go.
-pub fn print_json(document: &impl Serialize) -> Result<(), Failure> {
+pub fn print_json(document: &impl Serialize) -> Result<(), CliError> {
     let text = serde_json::to_string_pretty(document)
-        .map_err(|e| Failure::Runtime(format!("cannot write JSON: {e}")))?;
+        .map_err(|e| CliError::Runtime(format!("cannot write JSON: {e}")))?;
     // Its texts are escaped already, in JSON's own way.
     print_raw(&(text + "\n"))
 }
@@ -76,35 +76,35 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 
 /// Refuses a picture's name that is not `*.png`, for the given reason of asking. Pipes and devices
 /// are called anything.
-pub fn check_png_name(path: &Path, origin: &str) -> Result<(), Failure> {
+pub fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
     let ending = path.extension().and_then(OsStr::to_str);
     if ending.is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_stream(path) {
         return Ok(());
     }
-    Err(Failure::Usage(format!(
+    Err(CliError::Usage(format!(
         "{origin} {}: pictures are written as PNG, so the name must end in .png",
         path.display()
     )))
 }
 
 /// Refuses a place that cannot be written, before any work is done.
-pub fn check_place(path: &Path) -> Result<(), Failure> {
+pub fn check_place(path: &Path) -> Result<(), CliError> {
     place(path).map(drop)
 }
 
 /// Refuses a folder, and whatever else cannot be written by what it is. Quick enough to be asked of
 /// every frame.
-pub fn check_kind(path: &Path) -> Result<(), Failure> {
-    Place::of(path)
+pub fn check_kind(path: &Path) -> Result<(), CliError> {
+    Destination::of(path)
         .map(drop)
         .map_err(|e| cannot_write(path, &e))
 }
 
-fn cannot_write(path: &Path, error: &io::Error) -> Failure {
-    Failure::Runtime(format!("cannot write {}: {error}", path.display()))
+fn cannot_write(path: &Path, error: &io::Error) -> CliError {
+    CliError::Runtime(format!("cannot write {}: {error}", path.display()))
 }
 
-fn place(path: &Path) -> Result<Place, Failure> {
+fn place(path: &Path) -> Result<Destination, CliError> {
     let place = check_writable(path).map_err(|e| cannot_write(path, &e))?;
     if place.is_stdout() {
         STDOUT_TAKEN.store(true, Ordering::Relaxed);
@@ -113,7 +113,7 @@ fn place(path: &Path) -> Result<Place, Failure> {
 }
 
 /// Refuses a place that a picture cannot be written to, and a terminal, before any work is done.
-pub fn check_picture_place(path: &Path) -> Result<(), Failure> {
+pub fn check_picture_place(path: &Path) -> Result<(), CliError> {
     let terminal = match is_dash(path) {
         true => {
             STDOUT_TAKEN.store(true, Ordering::Relaxed);
@@ -123,7 +123,7 @@ pub fn check_picture_place(path: &Path) -> Result<(), Failure> {
     };
     match terminal {
         false => Ok(()),
-        true => Err(Failure::Usage(format!(
+        true => Err(CliError::Usage(format!(
             "{}: a picture means nothing to a terminal: name a file, or send it on with > or |",
             path.display()
         ))),
@@ -132,17 +132,17 @@ pub fn check_picture_place(path: &Path) -> Result<(), Failure> {
 
 /// Refuses two results in one file, of which the later would replace the earlier; each has the
 /// option that asks for it.
-pub fn check_distinct(places: &[(&str, Option<&Path>)]) -> Result<(), Failure> {
-    let mut seen: Vec<(&str, Place)> = Vec::new();
+pub fn check_distinct(places: &[(&str, Option<&Path>)]) -> Result<(), CliError> {
+    let mut seen: Vec<(&str, Destination)> = Vec::new();
     for (origin, path) in places {
         let Some(path) = path.filter(|path| !is_dash(path)) else {
             continue;
         };
-        let Ok(place @ Place::File(_)) = Place::of(path) else {
+        let Ok(place @ Destination::File(_)) = Destination::of(path) else {
             continue;
         };
         if let Some((first, _)) = seen.iter().find(|(_, other)| *other == place) {
-            return Err(Failure::Usage(format!(
+            return Err(CliError::Usage(format!(
                 "{first} and {origin} are the same file, {}: name another one",
                 path.display()
             )));
@@ -164,7 +164,10 @@ pub fn is_replaced(path: &Path) -> bool {
 
 /// Tells whether a name is that of something to be written into.
 pub fn is_stream(path: &Path) -> bool {
-    matches!(Place::of(path), Ok(Place::Stream(_) | Place::Open(_)))
+    matches!(
+        Destination::of(path),
+        Ok(Destination::Stream(_) | Destination::Open(_))
+    )
 }
 
 /// 1234567 as 1,234,567.

@@ -1,12 +1,14 @@
 //! The options that change the picture: of `render` and, because all of them are verified, of `verify`.
 
-use super::failure::Failure;
+use super::error::CliError;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
 use phalanx::frame::{
     Adaptive, Aov, Aovs, DEFAULT_TILE, Filter, Integrator, Lens, MAX_SPP, Sampling, Settings, Tile,
 };
-use phalanx::scene::{MAX_DEPTH_LIMIT, Quantize, Scene, Tone, Transfer, check_image_size};
+use phalanx::scene::{
+    MAX_DEPTH_LIMIT, OutputEncoding, Quantize, Scene, Transfer, check_image_size,
+};
 
 /// Most camera rays a pixel with `--aa adaptive`, if nothing is said.
 const ADAPTIVE_SPP: u32 = 256;
@@ -77,10 +79,10 @@ pub struct PictureArgs {
 
 impl PictureArgs {
     /// Refuses what is asked for in vain.
-    pub fn check(&self) -> Result<(), Failure> {
+    pub fn check(&self) -> Result<(), CliError> {
         let ao = matches!(self.integrator, IntegratorArg::Ao);
         match self.ao_distance {
-            Some(_) if !ao => Err(Failure::Usage(
+            Some(_) if !ao => Err(CliError::Usage(
                 "--ao-distance says how far --integrator ao looks: add that, or leave it out"
                     .to_owned(),
             )),
@@ -125,21 +127,21 @@ impl PictureArgs {
     }
 
     /// Refuses a region that does not lie in the picture.
-    pub fn check_region(&self, settings: &Settings) -> Result<(), Failure> {
+    pub fn check_region(&self, settings: &Settings) -> Result<(), CliError> {
         let Some(asked) = self.region.as_deref().and_then(window_of) else {
             return Ok(());
         };
         if asked.pixels() > 0 && settings.window() == asked {
             return Ok(());
         }
-        Err(Failure::Usage(format!(
+        Err(CliError::Usage(format!(
             "--region {} {} {} {} does not lie in the picture, which is {}x{} pixels: columns and rows count from 0",
             asked.x, asked.y, asked.width, asked.height, settings.width, settings.height
         )))
     }
 
     /// The scene's tone with what was asked for instead.
-    pub fn tone(&self, scene: &Scene) -> Tone {
+    pub fn tone(&self, scene: &Scene) -> OutputEncoding {
         let transfer = self.transfer.map(|t| match t {
             TransferArg::None => Transfer::None,
             TransferArg::Srgb => Transfer::Srgb,
@@ -148,9 +150,9 @@ impl PictureArgs {
             QuantizeArg::Floor => Quantize::Floor,
             QuantizeArg::Round => Quantize::Round,
         });
-        Tone {
-            transfer: transfer.unwrap_or(scene.tone.transfer),
-            quantize: quantize.unwrap_or(scene.tone.quantize),
+        OutputEncoding {
+            transfer: transfer.unwrap_or(scene.encoding.transfer),
+            quantize: quantize.unwrap_or(scene.encoding.quantize),
         }
     }
 }
@@ -322,7 +324,7 @@ mod tests {
                 ..Settings::of(&scene)
             }
         );
-        assert_eq!(default.tone(&scene), scene.tone);
+        assert_eq!(default.tone(&scene), scene.encoding);
         let asked = parse(
             "phalanx render a.test --size 8x9 --max-depth 0 --min-weight 0.25 --spp 5 --filter tent --aperture .5 --focus 2 --integrator ao --ao-distance 7 --tile 64 --transfer srgb --quantize round",
         );
@@ -346,9 +348,9 @@ mod tests {
         assert_eq!(settings.lens, Some(lens));
         let occlusion = Integrator::Occlusion { distance: 7.0 };
         assert_eq!(settings.integrator, occlusion);
-        let tone = asked.tone(&scene);
+        let encoding = asked.tone(&scene);
         assert_eq!(
-            (tone.transfer, tone.quantize),
+            (encoding.transfer, encoding.quantize),
             (Transfer::Srgb, Quantize::Round)
         );
     }

@@ -1,24 +1,24 @@
 //! `phalanx plan`: a picture cut into shards, for many machines.
 
 use super::args::{Arguments, Command};
-use super::failure::Failure;
-use super::input::Input;
+use super::error::CliError;
 use super::job_args::PlanArgs;
-use super::picture_file::{Target, format_of};
-use super::report::{SCHEMA_VERSION, lines};
+use super::output_file::{OutputFile, format_of};
+use super::render_report::{SCHEMA_VERSION, lines};
+use super::scene_input::SceneInput;
 use super::{interrupt, output};
 use clap::Parser;
 use phalanx::frame::Settings;
-use phalanx::image::{Depth, Format, Grade, replace_file};
-use phalanx::jobs::{Developing, Difference, Identity, Plan, kept_output};
+use phalanx::image::{Depth, Exposure, ImageFormat, replace_file};
+use phalanx::jobs::{KeyDifference, RenderKey, RenderPlan, TileEncoding, kept_output};
 use phalanx::open::standard_name;
-use phalanx::scene::{Quantize, Tone, Transfer};
+use phalanx::scene::{OutputEncoding, Quantize, Transfer};
 use serde::Serialize;
 use std::io;
 use std::path::{Path, PathBuf, absolute};
 
 #[derive(Debug, Serialize)]
-struct Document<'a> {
+struct PlanDocument<'a> {
     schema_version: u32,
     plan: &'a Path,
     shards: u32,
@@ -30,9 +30,9 @@ struct Document<'a> {
 }
 
 /// Writes a plan.
-pub fn run(args: &PlanArgs) -> Result<(), Failure> {
+pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     if output::is_dash(&args.scene) || output::is_dash(&args.output) {
-        return Err(Failure::Usage(
+        return Err(CliError::Usage(
             "a plan is carried out later, elsewhere: stdin and stdout will not be there, name files".to_owned(),
         ));
     }
@@ -46,46 +46,46 @@ pub fn run(args: &PlanArgs) -> Result<(), Failure> {
     ])?;
     interrupt::listen()?;
     refuse_special(&args.scene)?;
-    let input = Input::load(&args.scene, &args.beside, 0)?;
-    let scene = &input.scene;
+    let scene_input = SceneInput::load(&args.scene, &args.beside, 0)?;
+    let scene = &scene_input.scene;
     let settings = args.picture.settings(scene);
     args.picture.check_region(&settings)?;
     let here = |path: &Path| {
         absolute(path)
-            .map_err(|e| Failure::Runtime(format!("cannot tell where {} is: {e}", path.display())))
+            .map_err(|e| CliError::Runtime(format!("cannot tell where {} is: {e}", path.display())))
     };
     let output = text(&here(&args.output)?)?;
     let (grade, picture) = (&args.grade, &args.picture);
-    let target = Target::new(output.into(), format, grade, picture, scene, &settings)?;
+    let target = OutputFile::new(output.into(), format, grade, picture, scene, &settings)?;
     let name = match standard_name(&args.scene) {
         Some(name) => name.to_owned(),
         None => text(&here(&args.scene)?)?,
     };
     let kept = kept_output(&args.plan, &args.output).map_err(|e| {
-        Failure::Runtime(format!(
+        CliError::Runtime(format!(
             "cannot tell where {} is: {e}",
             args.output.display()
         ))
     })?;
-    let plan = Plan::new(
+    let plan = RenderPlan::new(
         name,
         arguments()?,
         kept,
-        developing(&target),
-        Identity::of(scene, &settings),
+        tile_encoding(&target),
+        RenderKey::of(scene, &settings),
         args.shards,
     );
     plan.check()
-        .map_err(|error| Failure::Usage(format!("the plan's {error}")))?;
-    interrupt::undisturbed(&args.plan, || write(&args.plan, &plan))??;
-    tell(args, &plan, &target.path)
+        .map_err(|error| CliError::Usage(format!("the plan's {error}")))?;
+    interrupt::block_signals(&args.plan, || write(&args.plan, &plan))??;
+    print_plan(args, &plan, &target.path)
 }
 
 /// Refuses a scene that every shard could not read again.
-fn refuse_special(scene: &Path) -> Result<(), Failure> {
+fn refuse_special(scene: &Path) -> Result<(), CliError> {
     let file = standard_name(scene).is_none();
     match std::fs::metadata(scene) {
-        Ok(found) if file && !found.is_file() && !found.is_dir() => Err(Failure::Usage(format!(
+        Ok(found) if file && !found.is_file() && !found.is_dir() => Err(CliError::Usage(format!(
             "{} is no regular file: every shard has to read the scene again",
             scene.display()
         ))),
@@ -93,14 +93,14 @@ fn refuse_special(scene: &Path) -> Result<(), Failure> {
     }
 }
 
-fn write(path: &Path, plan: &Plan) -> Result<(), Failure> {
+fn write(path: &Path, plan: &RenderPlan) -> Result<(), CliError> {
     let written = replace_file(path, |out| {
         serde_json::to_writer_pretty(out, plan).map_err(io::Error::other)
     });
-    written.map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
+    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
 }
 
-fn tell(args: &PlanArgs, plan: &Plan, picture: &Path) -> Result<(), Failure> {
+fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), CliError> {
     let array = format!("0-{}", plan.shards - 1);
     let mut merge = format!("phalanx merge {}", args.plan.display());
     if plan.picture_path(&args.plan).is_err() {
@@ -111,7 +111,7 @@ fn tell(args: &PlanArgs, plan: &Plan, picture: &Path) -> Result<(), Failure> {
         merge.push_str(&format!(" -o {picture}"));
     }
     if args.json {
-        return output::print_json(&Document {
+        return output::print_json(&PlanDocument {
             schema_version: SCHEMA_VERSION,
             plan: &args.plan,
             shards: plan.shards,
@@ -134,11 +134,11 @@ fn tell(args: &PlanArgs, plan: &Plan, picture: &Path) -> Result<(), Failure> {
 }
 
 /// What this process was asked for, as it is kept in the plan.
-fn arguments() -> Result<Vec<String>, Failure> {
+fn arguments() -> Result<Vec<String>, CliError> {
     let all = std::env::args_os().skip(1);
     all.map(|argument| {
         argument.into_string().map_err(|argument| {
-            Failure::Usage(format!(
+            CliError::Usage(format!(
                 "a plan is a text, and this argument is none: {}",
                 argument.to_string_lossy()
             ))
@@ -147,10 +147,10 @@ fn arguments() -> Result<Vec<String>, Failure> {
     .collect()
 }
 
-fn text(path: &Path) -> Result<String, Failure> {
+fn text(path: &Path) -> Result<String, CliError> {
     let text = path.to_str().map(str::to_owned);
     text.ok_or_else(|| {
-        Failure::Usage(format!(
+        CliError::Usage(format!(
             "a plan is a text, and this name is none: {}",
             path.display()
         ))
@@ -158,14 +158,18 @@ fn text(path: &Path) -> Result<String, Failure> {
 }
 
 /// A plan's picture once more: its scene, and its settings, which must still be those of the plan.
-pub fn reopen(path: &Path, plan: &Plan, threads: usize) -> Result<(Input, Settings), Failure> {
+pub fn reopen(
+    path: &Path,
+    plan: &RenderPlan,
+    threads: usize,
+) -> Result<(SceneInput, Settings), CliError> {
     let words = ["phalanx".to_owned()]
         .into_iter()
         .chain(plan.arguments.clone());
     let asked = match Arguments::try_parse_from(words).map(|parsed| parsed.command) {
         Ok(Command::Plan(asked)) => asked,
         _ => {
-            return Err(Failure::Runtime(format!(
+            return Err(CliError::Runtime(format!(
                 "{}: its arguments are not those of phalanx plan",
                 path.display()
             )));
@@ -173,28 +177,31 @@ pub fn reopen(path: &Path, plan: &Plan, threads: usize) -> Result<(Input, Settin
     };
     let scene = PathBuf::from(&plan.scene);
     refuse_special(&scene)?;
-    let input = Input::load(&scene, &asked.beside, threads)?;
-    let settings = asked.picture.settings(&input.scene);
-    let now = Identity::of(&input.scene, &settings);
+    let scene_input = SceneInput::load(&scene, &asked.beside, threads)?;
+    let settings = asked.picture.settings(&scene_input.scene);
+    let now = RenderKey::of(&scene_input.scene, &settings);
     if plan.picture == now {
-        return Ok((input, settings));
+        return Ok((scene_input, settings));
     }
     let differences = plan.picture.differences(&now);
-    let differences: Vec<String> = differences.iter().map(Difference::to_string).collect();
-    Err(Failure::Usage(format!(
+    let differences: Vec<String> = differences.iter().map(KeyDifference::to_string).collect();
+    Err(CliError::Usage(format!(
         "{}: the plan is of another picture: {}; make the plan again",
         path.display(),
         differences.join(", ")
     )))
 }
 
-fn developing(target: &Target) -> Developing {
-    let Grade { exposure, tone } = target.file.grade;
-    Developing {
+fn tile_encoding(output: &OutputFile) -> TileEncoding {
+    let Exposure {
+        stops: exposure,
+        encoding,
+    } = output.file.exposure;
+    TileEncoding {
         exposure,
-        srgb: tone.transfer == Transfer::Srgb,
-        round: tone.quantize == Quantize::Round,
-        bits: match target.file.depth {
+        srgb: encoding.transfer == Transfer::Srgb,
+        round: encoding.quantize == Quantize::Round,
+        bits: match output.file.depth {
             Depth::Eight => 8,
             Depth::Sixteen => 16,
         },
@@ -202,8 +209,12 @@ fn developing(target: &Target) -> Developing {
 }
 
 /// The picture of a plan as a file of this name.
-pub fn target(plan: &Plan, path: PathBuf, format: Format) -> Result<Target, Failure> {
-    let Developing {
+pub fn target(
+    plan: &RenderPlan,
+    path: PathBuf,
+    format: ImageFormat,
+) -> Result<OutputFile, CliError> {
+    let TileEncoding {
         exposure,
         srgb,
         round,
@@ -220,11 +231,14 @@ pub fn target(plan: &Plan, path: PathBuf, format: Format) -> Result<Target, Fail
     } else {
         Depth::Eight
     };
-    let tone = Tone { transfer, quantize };
-    Target::fitting(
+    let encoding = OutputEncoding { transfer, quantize };
+    OutputFile::for_picture(
         path,
         format,
-        Grade { exposure, tone },
+        Exposure {
+            stops: exposure,
+            encoding,
+        },
         depth,
         plan.picture.window(),
         (plan.aovs(), plan.picture.origin),

@@ -1,6 +1,6 @@
 //! `--preview`: the picture so far in the terminal, two pixels a character.
 
-use super::failure::Failure;
+use super::error::CliError;
 use phalanx::image::Picture;
 use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
@@ -18,11 +18,11 @@ pub struct Preview {
 
 impl Preview {
     /// Refuses where there is nobody to see it.
-    pub fn check() -> Result<(), Failure> {
+    pub fn check() -> Result<(), CliError> {
         if io::stderr().is_terminal() {
             return Ok(());
         }
-        Err(Failure::Usage(
+        Err(CliError::Usage(
             "--preview draws in a terminal, and stderr is none: --snapshot FILE.png writes a file now and then".to_owned(),
         ))
     }

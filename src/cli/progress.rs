@@ -1,11 +1,11 @@
 //! How far a render is: a bar, lines of JSON, or the picture so far, from a polling loop beside the render.
 
-use super::failure::Failure;
+use super::error::CliError;
 use super::interrupt;
-use super::sight::{Sight, Viewer};
+use super::live_preview::{LivePreview, PreviewWriter};
 use clap::ValueEnum;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
-use phalanx::frame::{self, Control, Frame, Prepared, Settings};
+use phalanx::frame::{self, Accel, Control, Frame, Settings};
 use phalanx::scene::Scene;
 use serde::Serialize;
 use std::io::IsTerminal;
@@ -19,20 +19,20 @@ const STACK_BYTES: usize = 64 << 20;
 
 /// What is to be seen of a render while it runs.
 #[derive(Clone, Copy, Default)]
-pub struct Watch<'a> {
+pub struct ProgressOptions<'a> {
     /// Pixels of the picture.
     pub pixels: u64,
     pub mode: ProgressMode,
     /// The picture so far, if that is to be seen.
-    pub sight: Option<&'a Sight<'a>>,
+    pub live_preview: Option<&'a LivePreview<'a>>,
 }
 
-impl Watch<'_> {
+impl ProgressOptions<'_> {
     /// As if nothing had been said.
-    pub fn of(pixels: u64) -> Watch<'static> {
-        Watch {
+    pub fn of(pixels: u64) -> ProgressOptions<'static> {
+        ProgressOptions {
             pixels,
-            ..Watch::default()
+            ..ProgressOptions::default()
         }
     }
 }
@@ -54,41 +54,41 @@ pub enum ProgressMode {
 /// Renders, heeding signals and showing progress.
 pub fn render(
     scene: &Scene,
-    prepared: &Prepared,
+    prepared: &Accel,
     settings: &Settings,
     mode: ProgressMode,
-) -> Result<Frame, Failure> {
-    let watch = Watch {
+) -> Result<Frame, CliError> {
+    let options = ProgressOptions {
         mode,
-        ..Watch::of(settings.pixels())
+        ..ProgressOptions::of(settings.pixels())
     };
-    watched(watch, |control| {
+    with_progress(options, |control| {
         frame::render(scene, prepared, settings, control)
     })
 }
 
 /// Does what fills a picture, heeding signals and showing progress.
-pub fn watched<T: Send, E: Into<Failure> + Send>(
-    watch: Watch,
+pub fn with_progress<T: Send, E: Into<CliError> + Send>(
+    options: ProgressOptions,
     fill: impl FnOnce(&Control) -> Result<T, E> + Send,
-) -> Result<T, Failure> {
-    interrupt::stoppable(|control| on_large_stack(control, watch, fill))
+) -> Result<T, CliError> {
+    interrupt::interruptible(|control| on_large_stack(control, options, fill))
 }
 
 /// The same for what also writes to `path`: a signal must not leave a file half written.
-pub fn watched_writing<T: Send, E: Into<Failure> + Send>(
+pub fn with_progress_writing<T: Send, E: Into<CliError> + Send>(
     path: &Path,
-    watch: Watch,
+    options: ProgressOptions,
     fill: impl FnOnce(&Control) -> Result<T, E> + Send,
-) -> Result<T, Failure> {
-    interrupt::stoppable_writing(path, |control| on_large_stack(control, watch, fill))
+) -> Result<T, CliError> {
+    interrupt::interruptible_writing(path, |control| on_large_stack(control, options, fill))
 }
 
-fn on_large_stack<T: Send, E: Into<Failure> + Send>(
+fn on_large_stack<T: Send, E: Into<CliError> + Send>(
     control: &Control,
-    watch: Watch,
+    options: ProgressOptions,
     fill: impl FnOnce(&Control) -> Result<T, E> + Send,
-) -> Result<T, Failure> {
+) -> Result<T, CliError> {
     std::thread::scope(|scope| {
         let (done, finished) = channel::<()>();
         let work = move || {
@@ -99,8 +99,8 @@ fn on_large_stack<T: Send, E: Into<Failure> + Send>(
         let thread = std::thread::Builder::new()
             .stack_size(STACK_BYTES)
             .spawn_scoped(scope, work)
-            .map_err(|e| Failure::Runtime(format!("cannot start a thread: {e}")))?;
-        watch.run(control, &finished);
+            .map_err(|e| CliError::Runtime(format!("cannot start a thread: {e}")))?;
+        options.run(control, &finished);
         let filled = thread
             .join()
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
@@ -123,27 +123,34 @@ const TICK: Duration = Duration::from_millis(100);
 /// How often by lines and pictures.
 const SECOND: Duration = Duration::from_secs(1);
 
-impl Watch<'_> {
+impl ProgressOptions<'_> {
     /// Tells until the render ends.
     fn run(self, control: &Control, finished: &Receiver<()>) {
         let start = Instant::now();
-        let mut teller = Teller::of(self);
+        let mut teller = ProgressReporter::of(self);
         let (mut told, mut ended) = (None, false);
         while !ended {
             let due = told.is_none_or(|at: Instant| at.elapsed() >= SECOND);
-            teller.tick(&Far::of(self.pixels, control, start), due, &control.stop);
+            teller.tick(
+                &ProgressState::of(self.pixels, control, start),
+                due,
+                &control.stop,
+            );
             if due {
                 told = Some(Instant::now());
             }
             ended = finished.recv_timeout(TICK) != Err(RecvTimeoutError::Timeout);
         }
-        teller.end(&Far::of(self.pixels, control, start), &control.stop);
+        teller.end(
+            &ProgressState::of(self.pixels, control, start),
+            &control.stop,
+        );
     }
 }
 
 /// How far a render is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Far {
+pub struct ProgressState {
     event: &'static str,
     /// Pixels finished, those that an earlier try had finished included.
     pixels: u64,
@@ -156,18 +163,18 @@ pub struct Far {
     seconds_left: Option<f64>,
 }
 
-impl Far {
-    fn of(of: u64, control: &Control, start: Instant) -> Far {
+impl ProgressState {
+    fn of(of: u64, control: &Control, start: Instant) -> ProgressState {
         let load = |number: &AtomicU64| number.load(Ordering::Relaxed);
         let (pixels, kept, rays) = (
             load(&control.pixels).min(of),
-            load(&control.kept),
+            load(&control.pixels_resumed),
             load(&control.rays),
         );
         let seconds = start.elapsed().as_secs_f64();
         let rendered = pixels.saturating_sub(kept);
         let left = seconds * (of - pixels) as f64 / rendered as f64;
-        Far {
+        ProgressState {
             event: "progress",
             pixels,
             of,
@@ -183,7 +190,7 @@ impl Far {
         let left = self.seconds_left.map_or(String::new(), |left| {
             format!(", {} left", HumanDuration(Duration::from_secs_f64(left)))
         });
-        let Far {
+        let ProgressState {
             fraction,
             mrays_per_s,
             ..
@@ -193,58 +200,58 @@ impl Far {
 }
 
 /// Who is told.
-struct Teller<'a> {
+struct ProgressReporter<'a> {
     bar: Option<ProgressBar>,
     json: bool,
-    sight: Option<Viewer<'a>>,
+    preview: Option<PreviewWriter<'a>>,
 }
 
-impl<'a> Teller<'a> {
-    fn of(watch: Watch<'a>) -> Teller<'a> {
+impl<'a> ProgressReporter<'a> {
+    fn of(options: ProgressOptions<'a>) -> ProgressReporter<'a> {
         let terminal = std::io::stderr().is_terminal();
-        let sight = watch.sight.map(Viewer::of);
-        let covered = sight.as_ref().is_some_and(Viewer::draws);
-        let bar = match watch.mode {
+        let preview = options.live_preview.map(PreviewWriter::of);
+        let covered = preview.as_ref().is_some_and(PreviewWriter::draws);
+        let bar = match options.mode {
             ProgressMode::Auto => terminal && !covered,
             ProgressMode::Bar => !covered,
             ProgressMode::Json | ProgressMode::None => false,
         };
-        Teller {
-            bar: bar.then(|| drawn_bar(watch.pixels)),
-            json: watch.mode == ProgressMode::Json,
-            sight,
+        ProgressReporter {
+            bar: bar.then(|| drawn_bar(options.pixels)),
+            json: options.mode == ProgressMode::Json,
+            preview,
         }
     }
 
-    fn tick(&mut self, far: &Far, due: bool, stop: &AtomicBool) {
+    fn tick(&mut self, state: &ProgressState, due: bool, stop: &AtomicBool) {
         if let Some(bar) = &self.bar {
-            let left = far.seconds_left.map(Duration::from_secs_f64);
+            let left = state.seconds_left.map(Duration::from_secs_f64);
             let left = left.map_or(String::new(), |left| {
                 format!("  {} left", HumanDuration(left))
             });
-            bar.set_message(format!("{:.2} Mrays/s{left}", far.mrays_per_s));
-            bar.set_position(far.pixels);
+            bar.set_message(format!("{:.2} Mrays/s{left}", state.mrays_per_s));
+            bar.set_position(state.pixels);
         }
         if due && self.json {
-            tell_json(far);
+            print_json(state);
         }
-        if let Some(sight) = self.sight.as_mut().filter(|_| due) {
-            sight.show(&far.words(), false, stop);
+        if let Some(preview) = self.preview.as_mut().filter(|_| due) {
+            preview.show(&state.words(), false, stop);
         }
     }
 
-    fn end(mut self, far: &Far, stop: &AtomicBool) {
+    fn end(mut self, state: &ProgressState, stop: &AtomicBool) {
         if let Some(bar) = self.bar {
             bar.finish_and_clear();
         }
         if self.json {
-            tell_json(&Far {
+            print_json(&ProgressState {
                 event: "end",
-                ..*far
+                ..*state
             });
         }
-        if let Some(sight) = &mut self.sight {
-            sight.show(&far.words(), true, stop);
+        if let Some(preview) = &mut self.preview {
+            preview.show(&state.words(), true, stop);
         }
     }
 }
@@ -258,8 +265,8 @@ fn drawn_bar(pixels: u64) -> ProgressBar {
     bar
 }
 
-fn tell_json(far: &Far) {
-    if let Ok(line) = serde_json::to_string(far) {
+fn print_json(state: &ProgressState) {
+    if let Ok(line) = serde_json::to_string(state) {
         super::output::note(&line);
     }
 }
@@ -272,16 +279,19 @@ mod tests {
     fn what_is_left_is_like_what_was_rendered_now() {
         let control = Control::default();
         let start = Instant::now() - Duration::from_secs(10);
-        let far = Far::of(1000, &control, start);
-        assert_eq!((far.pixels, far.fraction, far.seconds_left), (0, 0.0, None));
+        let state = ProgressState::of(1000, &control, start);
+        assert_eq!(
+            (state.pixels, state.fraction, state.seconds_left),
+            (0, 0.0, None)
+        );
         // 500 were there, 100 took ten seconds: 400 take forty.
-        control.kept.store(500, Ordering::Relaxed);
+        control.pixels_resumed.store(500, Ordering::Relaxed);
         control.pixels.store(600, Ordering::Relaxed);
         control.rays.store(20_000_000, Ordering::Relaxed);
-        let far = Far::of(1000, &control, start);
-        let left = far.seconds_left.unwrap();
+        let state = ProgressState::of(1000, &control, start);
+        let left = state.seconds_left.unwrap();
         assert!((left / 40.0 - 1.0).abs() < 0.05, "{left}");
-        assert!((far.mrays_per_s / 2.0 - 1.0).abs() < 0.05);
-        assert_eq!(far.fraction, 0.6);
+        assert!((state.mrays_per_s / 2.0 - 1.0).abs() < 0.05);
+        assert_eq!(state.fraction, 0.6);
     }
 }

@@ -2,65 +2,65 @@
 
 use super::args::RenderArgs;
 use super::budget::film_bytes;
-use super::failure::Failure;
+use super::error::CliError;
 use super::frames::Sequence;
-use super::input::Input;
-use super::memory::Memory;
-use super::picture_file::{Target, format_of};
-use super::progress::{self, Watch};
-use super::report::{Image, Report, Seconds};
-use super::sight::{self, Sight};
-use super::{advise, heat, input, interrupt, output, shard};
-use phalanx::frame::{Aov, Engine, Prepared, Settings};
-use phalanx::image::Format;
-use phalanx::jobs::{Banded, Beside, Identity, TileFile, bands, render_bands};
+use super::live_preview::{self, LivePreview};
+use super::memory_stats::MemoryStats;
+use super::output_file::{OutputFile, format_of};
+use super::progress::{self, ProgressOptions};
+use super::render_report::{RenderDocument, RenderImage, RenderSeconds};
+use super::scene_input::SceneInput;
+use super::{advise, heatmap, interrupt, output, scene_input, shard};
+use phalanx::frame::{Accel, Aov, Engine, Settings};
+use phalanx::image::ImageFormat;
+use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, render_bands};
 use phalanx::render::RenderStats;
 use phalanx::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Renders a scene to a picture and says what it took; or a shard of one.
-pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     match (&args.keep.plan, &args.scene) {
         (Some(plan), _) => shard::run(args, plan),
         (None, Some(scene)) => picture(args, scene),
         // The arguments' definition asks for one of them.
-        (None, None) => Err(Failure::Usage("name a scene".to_owned())),
+        (None, None) => Err(CliError::Usage("name a scene".to_owned())),
     }
 }
 
-fn picture(args: &RenderArgs, name: &Path) -> Result<(), Failure> {
+fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     args.picture.check()?;
     check_places(args)?;
     interrupt::listen()?;
     advise();
     let start = Instant::now();
-    let mut input = Input::load(name, &args.beside, args.work.threads.unwrap_or(0))?;
+    let mut scene_input = SceneInput::load(name, &args.beside, args.work.threads.unwrap_or(0))?;
     let load = start.elapsed().as_secs_f64();
-    let (path, format) = output_path(args, name, &input.scene)?;
+    let (path, format) = output_path(args, name, &scene_input.scene)?;
     check_output(args, &path)?;
 
-    let settings = args.work.apply(args.picture.settings(&input.scene));
+    let settings = args.work.apply(args.picture.settings(&scene_input.scene));
     args.picture.check_region(&settings)?;
     if settings.engine == Engine::Scalar && settings.aovs.has(Aov::Cost) {
-        return Err(Failure::Usage(
+        return Err(CliError::Usage(
             "--aov cost counts the packet engine's work: leave out --engine scalar".to_owned(),
         ));
     }
     let (grade, picture) = (&args.grade, &args.picture);
-    let target = Target::new(path, format, grade, picture, &input.scene, &settings)?;
-    let heat = heat::asked(args.heat.as_deref(), &settings)?;
-    let sequence = args.frames.sequence(&input.scene)?;
+    let output = OutputFile::new(path, format, grade, picture, &scene_input.scene, &settings)?;
+    let heatmap = heatmap::from_args(args.heat.as_deref(), &settings)?;
+    let sequence = args.frames.sequence(&scene_input.scene)?;
     if let Some(sequence) = &sequence {
-        check_frames(args, sequence, &target.path)?;
+        check_frames(args, sequence, &output.path)?;
     }
-    let films = held(&settings, &target);
+    let films = films_in_memory(&settings, &output);
     let start = Instant::now();
-    let prepared = input.prepare(settings.engine, &args.tree, settings.threads)?;
-    input
+    let prepared = scene_input.prepare(settings.engine, &args.tree, settings.threads)?;
+    scene_input
         .budget
-        .for_render(&input.scene, &prepared, &settings, films)?;
-    prepared.make_ready(&settings);
+        .for_render(&scene_input.scene, &prepared, &settings, films)?;
+    prepared.build_wide_bvh(&settings);
     let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
     let job = Job {
         args,
@@ -68,25 +68,30 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), Failure> {
         settings: &settings,
     };
     let work = match &sequence {
-        None => job.render(&input.scene, &target, args.keep.checkpoint.as_deref())?,
-        Some(sequence) => job.sequence(sequence, &mut input.scene, &target)?,
+        None => job.render(&scene_input.scene, &output, args.keep.checkpoint.as_deref())?,
+        Some(sequence) => job.sequence(sequence, &mut scene_input.scene, &output)?,
     };
-    let scene = &input.scene;
-    if let Some(heat) = heat {
-        heat::write(&heat, scene, &prepared, &settings)?;
+    let scene = &scene_input.scene;
+    if let Some(heatmap) = heatmap {
+        heatmap::write(&heatmap, scene, &prepared, &settings)?;
     }
 
-    let seconds = Seconds {
+    let seconds = RenderSeconds {
         load,
         build,
         render: work.render,
         write: work.write,
     };
     let film = films * film_bytes(&settings);
-    let image = Image::new(&settings, &target.path, sequence.map(|s| s.frames));
-    let report = Report::new(name, scene, &settings, image)
+    let image = RenderImage::new(&settings, &output.path, sequence.map(|s| s.frames));
+    let report = RenderDocument::new(name, scene, &settings, image)
         .with_tree(tree)
-        .with_memory(Memory::of(scene, &tree, film, input.mapped_bytes))
+        .with_memory(MemoryStats::of(
+            scene,
+            &tree,
+            film,
+            scene_input.mapped_bytes,
+        ))
         .with_work(&work.stats, seconds);
     if args.json {
         output::print_json(&report)
@@ -96,9 +101,9 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), Failure> {
 }
 
 /// Refuses places that cannot be written, before the scene is read.
-fn check_places(args: &RenderArgs) -> Result<(), Failure> {
-    heat::check_place(args.heat.as_deref())?;
-    sight::check_place(&args.sight)?;
+fn check_places(args: &RenderArgs) -> Result<(), CliError> {
+    heatmap::check_place(args.heat.as_deref())?;
+    live_preview::check_place(&args.sight)?;
     if let Some(path) = &args.keep.checkpoint {
         TileFile::check_place(path)?;
     }
@@ -107,7 +112,7 @@ fn check_places(args: &RenderArgs) -> Result<(), Failure> {
     };
     format_of(path, args.beside.picture_format()?, "--output")?;
     if args.frames.frames.is_some() && output::is_dash(path) {
-        return Err(Failure::Usage(
+        return Err(CliError::Usage(
             "--frames writes a file for each frame, and stdout is one: name files".to_owned(),
         ));
     }
@@ -115,7 +120,7 @@ fn check_places(args: &RenderArgs) -> Result<(), Failure> {
 }
 
 /// Refuses a place that the picture cannot be written to, or that is another result's.
-fn check_output(args: &RenderArgs, path: &Path) -> Result<(), Failure> {
+fn check_output(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     output::check_picture_place(path)?;
     let heat = args.heat.as_ref().and_then(|words| words.get(1));
     output::check_distinct(&[
@@ -127,7 +132,7 @@ fn check_output(args: &RenderArgs, path: &Path) -> Result<(), Failure> {
 }
 
 /// Refuses names of frames at which no file can be written, before the first is rendered.
-fn check_frames(args: &RenderArgs, sequence: &Sequence, path: &Path) -> Result<(), Failure> {
+fn check_frames(args: &RenderArgs, sequence: &Sequence, path: &Path) -> Result<(), CliError> {
     for frame in sequence.frames.clone() {
         output::check_kind(&sequence.name(path, frame))?;
         if let Some(path) = &args.keep.checkpoint {
@@ -140,13 +145,13 @@ fn check_frames(args: &RenderArgs, sequence: &Sequence, path: &Path) -> Result<(
 /// What is the same for all frames of a sequence.
 struct Job<'a> {
     args: &'a RenderArgs,
-    prepared: &'a Prepared,
+    prepared: &'a Accel,
     settings: &'a Settings,
 }
 
 /// What rendering came to, and how long it and the rest of writing took.
 #[derive(Default)]
-struct Work {
+struct RenderTotals {
     stats: RenderStats,
     render: f64,
     write: f64,
@@ -158,26 +163,26 @@ impl Job<'_> {
         &self,
         sequence: &Sequence,
         scene: &mut Scene,
-        target: &Target,
-    ) -> Result<Work, Failure> {
+        output: &OutputFile,
+    ) -> Result<RenderTotals, CliError> {
         let start = scene.view;
-        let mut all = Work::default();
+        let mut all = RenderTotals::default();
         for frame in sequence.frames.clone() {
             scene.view = sequence.view(frame, &start)?;
-            let path = sequence.name(&target.path, frame);
-            let target = Target {
+            let path = sequence.name(&output.path, frame);
+            let output = OutputFile {
                 path,
-                ..target.clone()
+                ..output.clone()
             };
             let checkpoint = self.args.keep.checkpoint.as_deref();
             let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
-            let work = self.render(scene, &target, checkpoint.as_deref())?;
+            let work = self.render(scene, &output, checkpoint.as_deref())?;
             if !self.args.json {
                 let speed = work.stats.rays.total() as f64 / 1e6 / work.render.max(1e-9);
                 output::print(&format!(
                     "frame {frame}: {:.3} seconds, {speed:.3} Mrays/s, {}\n",
                     work.render,
-                    target.path.display()
+                    output.path.display()
                 ))?;
             }
             all.stats.add(&work.stats);
@@ -191,29 +196,29 @@ impl Job<'_> {
     fn render(
         &self,
         scene: &Scene,
-        target: &Target,
+        output: &OutputFile,
         checkpoint: Option<&Path>,
-    ) -> Result<Work, Failure> {
+    ) -> Result<RenderTotals, CliError> {
         let Job { args, settings, .. } = self;
-        let sight = Sight::of(&args.sight, target, settings.window())?;
+        let preview = LivePreview::of(&args.sight, output, settings.window())?;
         let tiles = checkpoint
             .map(|path| tiles(path, scene, settings))
             .transpose()?;
-        let watch = Watch {
+        let options = ProgressOptions {
             pixels: settings.pixels(),
             mode: args.progress,
-            sight: sight.as_ref(),
+            live_preview: preview.as_ref(),
         };
         let start = Instant::now();
         let banded = write(
             scene,
             self.prepared,
             settings,
-            target,
+            output,
             tiles.as_ref(),
-            watch,
+            options,
         )?;
-        Ok(Work {
+        Ok(RenderTotals {
             stats: banded.stats,
             render: banded.seconds,
             write: start.elapsed().as_secs_f64() - banded.seconds,
@@ -222,9 +227,9 @@ impl Job<'_> {
 }
 
 /// The file of finished tiles.
-fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, Failure> {
-    let file = TileFile::open(path, &Identity::of(scene, settings))?;
-    shard::tell_damaged(&file, path);
+fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, CliError> {
+    let file = TileFile::open(path, &RenderKey::of(scene, settings))?;
+    shard::warn_damaged(&file, path);
     if file.pixels() > 0 {
         let share = 100.0 * file.pixels() as f64 / settings.pixels() as f64;
         output::note(&format!(
@@ -238,19 +243,19 @@ fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, Fa
 /// Renders band by band, and writes each while the next is made.
 fn write(
     scene: &Scene,
-    prepared: &Prepared,
+    prepared: &Accel,
     settings: &Settings,
-    target: &Target,
+    output: &OutputFile,
     tiles: Option<&TileFile>,
-    watch: Watch,
-) -> Result<Banded, Failure> {
-    let beside = Beside {
+    options: ProgressOptions,
+) -> Result<BandStats, CliError> {
+    let beside = TileOutputs {
         file: tiles,
-        overview: watch.sight.map(|sight| &sight.overview),
+        thumbnail: options.live_preview.map(|preview| &preview.thumbnail),
     };
-    let written = progress::watched_writing(&target.path, watch, |control| {
-        let tree = prepared.tree();
-        target.write_while(control, |take| {
+    let written = progress::with_progress_writing(&output.path, options, |control| {
+        let tree = prepared.accel();
+        output.write_while(control, |take| {
             render_bands(scene, tree, settings, control, beside, take)
         })
     });
@@ -259,8 +264,8 @@ fn write(
     };
     // Even where it was interrupted: what is finished is not to be lost.
     tiles.sync()?;
-    written.map_err(|failure| match failure {
-        Failure::Interrupted => Failure::Kept(format!(
+    written.map_err(|error| match error {
+        CliError::Interrupted => CliError::Resumable(format!(
             "finished tiles are kept in {}; the same command goes on from there",
             tiles.path().display()
         )),
@@ -270,9 +275,9 @@ fn write(
 
 /// Films in memory at a time: one that is rendered, and one that is written; and as many as a file
 /// that is put together in memory takes the place of.
-fn held(settings: &Settings, target: &Target) -> u64 {
+fn films_in_memory(settings: &Settings, output: &OutputFile) -> u64 {
     let bands = bands(settings.window()).len() as u64;
-    let file = if target.is_in_memory() { bands } else { 0 };
+    let file = if output.is_in_memory() { bands } else { 0 };
     bands.min(2) + file
 }
 
@@ -282,7 +287,7 @@ fn output_path(
     args: &RenderArgs,
     name: &Path,
     scene: &Scene,
-) -> Result<(PathBuf, Format), Failure> {
+) -> Result<(PathBuf, ImageFormat), CliError> {
     let asked = args.beside.picture_format()?;
     if let Some(path) = &args.output {
         return Ok((path.clone(), format_of(path, asked, "--output")?));
@@ -300,12 +305,12 @@ fn output_path(
                 false => PathBuf::from(name),
             };
             let format = format_of(&path, asked, "the scene asks for the output")
-                .map_err(|failure| failure.and("choose another with -o"))?;
+                .map_err(|error| error.with_hint("choose another with -o"))?;
             Ok((path, format))
         }
         None => {
-            let format = asked.unwrap_or(Format::Png);
-            let mut stem = input::stem(name).to_os_string();
+            let format = asked.unwrap_or(ImageFormat::Png);
+            let mut stem = scene_input::stem(name).to_os_string();
             stem.push(format!(".{}", format.ending()));
             Ok((PathBuf::from(stem), format))
         }
@@ -318,7 +323,7 @@ mod tests {
     use crate::cli::args::{Arguments, Command};
     use clap::Parser;
 
-    fn path_of(line: &str, output: Option<&str>) -> Result<PathBuf, Failure> {
+    fn path_of(line: &str, output: Option<&str>) -> Result<PathBuf, CliError> {
         let scene = Scene {
             output: output.map(str::to_owned),
             ..Scene::default()
@@ -350,6 +355,6 @@ mod tests {
         assert_eq!(path_of(standard, None).unwrap(), Path::new("balls.png"));
         let refused = path_of(plain, Some("b.bmp")).unwrap_err();
         assert_eq!(refused.code(), 2);
-        assert!(matches!(refused, Failure::Usage(m) if m.contains("b.bmp") && m.contains("-o")));
+        assert!(matches!(refused, CliError::Usage(m) if m.contains("b.bmp") && m.contains("-o")));
     }
 }

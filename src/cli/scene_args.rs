@@ -1,12 +1,12 @@
 //! What is given beside a scene: for what a mesh lacks, or instead of what its file says.
 
-use super::failure::Failure;
+use super::error::CliError;
 use super::format_args::{FormatName, format_parser, picture_format, scene_format};
 use clap::Args;
 use glam::{DVec3, Vec3};
-use phalanx::formats::{Light, Options, Origin};
-use phalanx::image::Format;
-use phalanx::scene::{FileView, Surface};
+use phalanx::formats::{AddedLight, Options, Origin};
+use phalanx::image::ImageFormat;
+use phalanx::scene::{FileView, Material};
 
 /// Options of every command that opens a scene.
 #[derive(Clone, Debug, Default, Args)]
@@ -18,14 +18,14 @@ pub struct SceneArgs {
     /// Light instead of the file's, white where no colour is given: a point light at X,Y,Z, or with `dir:` one from
     /// that direction. May be given several times, as in --light 4,4,4 --light dir:-1,1,0,.2,.2,.3
     #[arg(long, value_name = "[dir:]X,Y,Z[,R,G,B]", value_parser = parse_light, allow_hyphen_values = true)]
-    pub light: Vec<Light>,
+    pub light: Vec<AddedLight>,
     /// Background instead of the file's: linear red, green and blue, or one number for a grey
     #[arg(long, value_name = "R,G,B", value_parser = parse_color)]
     pub background: Option<Vec3>,
     /// Material of triangles whose file names none: any of ka, kd, ks, ke, kt (colours), shininess, ior, gloss, as in
     /// --material "kd=.8,.2,.1 ks=.3 shininess=80". What is not given is 0, but ka a fifth of kd, and shininess and ior 1
     #[arg(long, value_name = "KEY=VALUE …", value_parser = parse_material)]
-    pub material: Option<Surface>,
+    pub material: Option<Material>,
     /// Where the scene's own coordinates begin, in the file's: near its geometry if that lies far away (auto), where the
     /// file's do (none), or at X,Y,Z. All places that are given or told are in the file's coordinates whatever this is
     #[arg(long, value_name = "auto|none|X,Y,Z", default_value = "auto", hide_default_value = true, value_parser = parse_origin, allow_hyphen_values = true)]
@@ -43,20 +43,20 @@ pub struct SceneArgs {
 
 impl SceneArgs {
     /// The format that the scene is said to be of.
-    pub fn scene_format(&self) -> Result<Option<&'static str>, Failure> {
+    pub fn scene_format(&self) -> Result<Option<&'static str>, CliError> {
         scene_format(&self.format)
     }
 
     /// The format that the picture is to be of.
-    pub fn picture_format(&self) -> Result<Option<Format>, Failure> {
+    pub fn picture_format(&self) -> Result<Option<ImageFormat>, CliError> {
         picture_format(&self.format)
     }
 
     /// Refuses a picture's format where no picture is written, or not now.
-    pub fn no_picture(&self) -> Result<(), Failure> {
+    pub fn no_picture(&self) -> Result<(), CliError> {
         match self.picture_format()? {
             None => Ok(()),
-            Some(_) => Err(Failure::Usage(
+            Some(_) => Err(CliError::Usage(
                 "--format names a format of pictures, and no picture is written here: leave it out"
                     .to_owned(),
             )),
@@ -64,10 +64,10 @@ impl SceneArgs {
     }
 
     /// What readers are told.
-    pub fn options(&self, threads: usize) -> Result<Options, Failure> {
+    pub fn options(&self, threads: usize) -> Result<Options, CliError> {
         let view = self.camera.as_deref().map(view).transpose();
         Ok(Options {
-            view: view.map_err(|reason| Failure::Usage(format!("--camera: {reason}")))?,
+            view: view.map_err(|reason| CliError::Usage(format!("--camera: {reason}")))?,
             lights: self.light.clone(),
             background: self.background,
             material: self.material,
@@ -82,7 +82,7 @@ fn view(parts: &[String]) -> Result<FileView, String> {
     let [from, at, up, fov] = parts else {
         return Err("expected FROM AT UP FOV".to_owned());
     };
-    let place = |name: &str, text: &str| {
+    let position = |name: &str, text: &str| {
         let [x, y, z] = doubles(text)?[..] else {
             return Err(format!(
                 "expected three numbers for {name}, as in 0,1,5, not `{text}`"
@@ -91,22 +91,22 @@ fn view(parts: &[String]) -> Result<FileView, String> {
         Ok(DVec3::new(x, y, z))
     };
     let view = FileView {
-        eye: place("FROM", from)?,
-        center: place("AT", at)?,
-        up: place("UP", up)?.as_vec3(),
+        eye: position("FROM", from)?,
+        center: position("AT", at)?,
+        up: position("UP", up)?.as_vec3(),
         fovy: number(fov)?,
     };
     view.check().map_err(|error| error.to_string())?;
     Ok(view)
 }
 
-fn parse_light(text: &str) -> Result<Light, String> {
+fn parse_light(text: &str) -> Result<AddedLight, String> {
     let (directional, rest) = match text.strip_prefix("dir:") {
         Some(rest) => (true, rest),
         None => (false, text),
     };
     let all = doubles(rest)?;
-    let (place, color) = match all[..] {
+    let (position, color) = match all[..] {
         [x, y, z] => (DVec3::new(x, y, z), Vec3::ONE),
         [x, y, z, r, g, b] => {
             let color = [r, g, b].map(|part| part as f32);
@@ -119,17 +119,14 @@ fn parse_light(text: &str) -> Result<Light, String> {
         }
     };
     match directional {
-        true if place.as_vec3() == Vec3::ZERO => {
+        true if position.as_vec3() == Vec3::ZERO => {
             Err("the direction toward a light cannot be 0,0,0".into())
         }
-        true => Ok(Light::Directional {
-            toward: place.as_vec3(),
+        true => Ok(AddedLight::Directional {
+            toward: position.as_vec3(),
             color,
         }),
-        false => Ok(Light::Point {
-            position: place,
-            color,
-        }),
+        false => Ok(AddedLight::Point { position, color }),
     }
 }
 
@@ -150,10 +147,10 @@ fn color_of(color: [f32; 3]) -> Result<Vec3, String> {
 
 const KEYS: &str = "ka, kd, ks, ke, kt, shininess, ior or gloss";
 
-fn parse_material(text: &str) -> Result<Surface, String> {
-    let mut surface = Surface {
+fn parse_material(text: &str) -> Result<Material, String> {
+    let mut surface = Material {
         ka: Vec3::ZERO,
-        ..Surface::default()
+        ..Material::default()
     };
     let mut ambient = None;
     let pairs = text.split(|c: char| c.is_whitespace() || c == ';');
@@ -225,7 +222,7 @@ mod tests {
 
     #[test]
     fn lights_are_points_or_directions() {
-        let point = |position, color| Ok(Light::Point { position, color });
+        let point = |position, color| Ok(AddedLight::Point { position, color });
         assert_eq!(
             parse_light("1,-2,.5"),
             point(DVec3::new(1.0, -2.0, 0.5), Vec3::ONE)
@@ -234,7 +231,7 @@ mod tests {
             parse_light("1,2,3,.5,0,1"),
             point(DVec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, 1.0))
         );
-        let toward = Light::Directional {
+        let toward = AddedLight::Directional {
             toward: Vec3::NEG_X,
             color: Vec3::ONE,
         };
@@ -299,7 +296,9 @@ mod tests {
         let view = view(&parts.map(str::to_owned)).unwrap();
         assert_eq!(view.eye.x, 500_000.31);
         let light = parse_light("-4012345.1,0,0");
-        assert!(matches!(light, Ok(Light::Point { position, .. }) if position.x == -4_012_345.1));
+        assert!(
+            matches!(light, Ok(AddedLight::Point { position, .. }) if position.x == -4_012_345.1)
+        );
     }
 
     #[test]

@@ -1,21 +1,21 @@
 //! `phalanx scenes`: the catalogue of standard scenes.
 
 use super::args::ScenesArgs;
-use super::failure::Failure;
+use super::error::CliError;
 use super::output::{self, grouped};
-use super::report::SCHEMA_VERSION;
-use phalanx::standard::{self, CATALOGUE, Counts, Entry, Family, Spec};
+use super::render_report::SCHEMA_VERSION;
+use phalanx::standard::{self, CATALOGUE, Family, ShapeCounts, Spec, StandardScene};
 use serde::Serialize;
 
 #[derive(Debug, Serialize)]
-struct Document {
+struct ScenesDocument {
     schema_version: u32,
-    scenes: Vec<Row>,
+    scenes: Vec<SceneListing>,
 }
 
 /// A scene at its default size.
 #[derive(Debug, Serialize)]
-struct Row {
+struct SceneListing {
     name: &'static str,
     family: &'static str,
     purpose: &'static str,
@@ -30,16 +30,16 @@ struct Row {
     lights: u64,
 }
 
-impl Row {
-    fn of(entry: &'static Entry) -> Row {
-        let Counts {
+impl SceneListing {
+    fn of(entry: &'static StandardScene) -> SceneListing {
+        let ShapeCounts {
             spheres,
             cones,
             polygons,
             triangles,
             lights,
         } = standard::counts(Spec::of(entry));
-        Row {
+        SceneListing {
             name: entry.name,
             family: match entry.family {
                 Family::Spd => "spd",
@@ -90,10 +90,10 @@ const HEADS: [&str; COLUMNS] = [
 ];
 
 /// Lists the standard scenes.
-pub fn run(args: &ScenesArgs) -> Result<(), Failure> {
-    let scenes: Vec<Row> = CATALOGUE.iter().map(Row::of).collect();
+pub fn run(args: &ScenesArgs) -> Result<(), CliError> {
+    let scenes: Vec<SceneListing> = CATALOGUE.iter().map(SceneListing::of).collect();
     if args.json {
-        return output::print_json(&Document {
+        return output::print_json(&ScenesDocument {
             schema_version: SCHEMA_VERSION,
             scenes,
         });
@@ -102,8 +102,8 @@ pub fn run(args: &ScenesArgs) -> Result<(), Failure> {
 }
 
 /// The rows in aligned columns, a heading before each family, and what the sizes mean after them.
-fn table(scenes: &[Row]) -> String {
-    let cells: Vec<_> = scenes.iter().map(Row::cells).collect();
+fn table(scenes: &[SceneListing]) -> String {
+    let cells: Vec<_> = scenes.iter().map(SceneListing::cells).collect();
     let heads = HEADS.map(str::to_owned);
     let widths: [usize; COLUMNS] = std::array::from_fn(|k| {
         let column = cells.iter().chain([&heads]).map(|row| row[k].len());
@@ -165,10 +165,10 @@ mod tests {
 
     #[test]
     fn columns_are_aligned() {
-        let row = |name, triangles| Row {
+        let row = |name, triangles| SceneListing {
             name,
             triangles,
-            ..Row::of(&CATALOGUE[0])
+            ..SceneListing::of(&CATALOGUE[0])
         };
         let text = table(&[row("a", 1), row("a-longer-name", 123_456_789)]);
         let ends: Vec<_> = text

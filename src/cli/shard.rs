@@ -1,18 +1,18 @@
 //! `phalanx render --plan --shard`: one shard of a plan, into a file beside it.
 
 use super::args::RenderArgs;
-use super::failure::Failure;
+use super::error::CliError;
 use super::job_args::Shard;
 use super::output::{self, grouped};
-use super::progress::{self, Watch};
-use super::report::{SCHEMA_VERSION, lines};
+use super::progress::{self, ProgressOptions};
+use super::render_report::{SCHEMA_VERSION, lines};
 use super::{advise, interrupt, plan, shard_index};
-use phalanx::jobs::{Banded, Plan, TileFile, render_tiles};
+use phalanx::jobs::{BandStats, RenderPlan, TileFile, render_to_file};
 use serde::Serialize;
 use std::path::Path;
 
 #[derive(Debug, Serialize)]
-struct Document<'a> {
+struct ShardDocument<'a> {
     schema_version: u32,
     shard: u32,
     shards: u32,
@@ -27,8 +27,8 @@ struct Document<'a> {
 }
 
 /// Renders a shard of a plan. What an earlier try has finished is not rendered again.
-pub fn run(args: &RenderArgs, path: &Path) -> Result<(), Failure> {
-    let plan = Plan::read(path)?;
+pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
+    let plan = RenderPlan::read(path)?;
     let asked = args.keep.shard.unwrap_or(Shard::Auto);
     let (shard, found) = shard_index::resolve(asked, |name| std::env::var(name).ok())?;
     let share = plan.share(shard)?;
@@ -37,30 +37,32 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), Failure> {
     }
     interrupt::listen()?;
     advise();
-    let (mut input, settings) = plan::reopen(path, &plan, args.work.threads.unwrap_or(0))?;
+    let (mut scene_input, settings) = plan::reopen(path, &plan, args.work.threads.unwrap_or(0))?;
     let settings = args.work.apply(settings);
     let name = plan.shard_file(path, shard);
     let file = TileFile::open(&name, &plan.picture)?;
-    tell_damaged(&file, &name);
-    let prepared = input.prepare(settings.engine, &args.tree, settings.threads)?;
-    let scene = &input.scene;
-    input.budget.for_render(scene, &prepared, &settings, 0)?;
-    prepared.make_ready(&settings);
+    warn_damaged(&file, &name);
+    let prepared = scene_input.prepare(settings.engine, &args.tree, settings.threads)?;
+    let scene = &scene_input.scene;
+    scene_input
+        .budget
+        .for_render(scene, &prepared, &settings, 0)?;
+    prepared.build_wide_bvh(&settings);
     let tiles = share.len();
     let kept = share.iter().filter(|tile| file.has(**tile)).count();
     let pixels = share.iter().map(|tile| tile.pixels()).sum();
-    let watch = Watch {
+    let options = ProgressOptions {
         mode: args.progress,
-        ..Watch::of(pixels)
+        ..ProgressOptions::of(pixels)
     };
-    let done = progress::watched(watch, |control| {
-        let tree = prepared.tree();
-        render_tiles(scene, tree, &settings, control, share, &file)
+    let done = progress::with_progress(options, |control| {
+        let tree = prepared.accel();
+        render_to_file(scene, tree, &settings, control, share, &file)
     });
     // Even where it was interrupted: what is finished is not to be lost.
     file.sync()?;
-    let Banded { stats, seconds } = done.map_err(|failure| match failure {
-        Failure::Interrupted => Failure::Kept(format!(
+    let BandStats { stats, seconds } = done.map_err(|error| match error {
+        CliError::Interrupted => CliError::Resumable(format!(
             "finished tiles are kept in {}; the same command goes on from there",
             name.display()
         )),
@@ -73,7 +75,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), Failure> {
         0.0
     };
     if args.json {
-        return output::print_json(&Document {
+        return output::print_json(&ShardDocument {
             schema_version: SCHEMA_VERSION,
             shard,
             shards: plan.shards,
@@ -110,7 +112,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), Failure> {
 }
 
 /// Says on stderr what of a file of tiles has to be rendered again.
-pub fn tell_damaged(file: &TileFile, name: &Path) {
+pub fn warn_damaged(file: &TileFile, name: &Path) {
     if file.damaged() > 0 {
         output::note(&format!(
             "warning: {}: {} tiles are damaged, and are rendered again",

@@ -2,7 +2,7 @@
 //!
 //! How many there are always comes from the plan: an array of a few tasks that are submitted once more reports another number.
 
-use super::failure::Failure;
+use super::error::CliError;
 use super::job_args::Shard;
 
 /// Variables that hold a task's index, from 0, and whose they are. The first that is set counts: an array's index says more than a
@@ -21,7 +21,7 @@ const VARIABLES: [(&str, &str); 7] = [
 pub fn resolve(
     shard: Shard,
     variable: impl Fn(&str) -> Option<String>,
-) -> Result<(u32, Option<&'static str>), Failure> {
+) -> Result<(u32, Option<&'static str>), CliError> {
     if let Shard::Number(number) = shard {
         return Ok((number, None));
     }
@@ -30,13 +30,13 @@ pub fn resolve(
         .find_map(|(name, _)| Some((*name, variable(name)?)));
     let Some((name, value)) = set else {
         let names = VARIABLES.map(|(name, whose)| format!("  {name} ({whose})"));
-        return Err(Failure::Usage(format!(
+        return Err(CliError::Usage(format!(
             "--shard auto: none of the variables is set that tell a task's index:\n{}\nGive the number: --shard 0",
             names.join("\n")
         )));
     };
     let number = value.trim().parse().map_err(|_| {
-        Failure::Usage(format!(
+        CliError::Usage(format!(
             "--shard auto: {name} is {value:?}, which is no index"
         ))
     })?;

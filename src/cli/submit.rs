@@ -9,20 +9,20 @@
 //! - A merge that waits for tasks to end well (`afterok`) is lost where one ever failed, though it was done again; `afterany`
 //!   waits as well, and `phalanx merge` says itself what is missing.
 
-use super::failure::Failure;
+use super::error::CliError;
 use super::job_args::SubmitArgs;
-use super::picture_file::format_of;
-use super::report::{SCHEMA_VERSION, lines};
+use super::output_file::format_of;
+use super::render_report::{SCHEMA_VERSION, lines};
 use super::{interrupt, merge, output};
 use phalanx::image::replace_file;
-use phalanx::jobs::Plan;
+use phalanx::jobs::RenderPlan;
 use serde::Serialize;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf, absolute};
 use std::process::{Command, Stdio};
 
 #[derive(Debug, Serialize)]
-struct Document<'a> {
+struct SubmitDocument<'a> {
     schema_version: u32,
     /// The shards that were submitted, as Slurm writes them; `None` where none was missing.
     array: Option<&'a str>,
@@ -32,16 +32,16 @@ struct Document<'a> {
 }
 
 /// Two calls of `sbatch`: the array, if there is anything left to render, and the merge.
-struct Calls {
+struct SbatchCalls {
     array: Option<Vec<OsString>>,
     merge: Vec<OsString>,
 }
 
 /// Submits what a plan lacks.
-pub fn slurm(args: &SubmitArgs) -> Result<(), Failure> {
-    let plan = Plan::read(&args.plan)?;
+pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
+    let plan = RenderPlan::read(&args.plan)?;
     let path = here(&args.plan)?;
-    let names = Names {
+    let names = ScriptNames {
         program: text(&program()?)?,
         plan: text(&path)?,
         output: merge_output(args, &plan)?,
@@ -62,22 +62,22 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), Failure> {
         write(script, text)?;
     }
     if args.dry_run {
-        return tell_dry(&calls);
+        return print_dry_run(&calls);
     }
     let array_job = calls.array.as_deref().map(sbatch).transpose()?;
     let mut merge_call = calls.merge;
     if let Some(job) = &array_job {
         merge_call.insert(0, format!("--dependency=afterany:{job}").into());
     }
-    let merge_job = sbatch(&merge_call).map_err(|failure| match &array_job {
-        Some(job) => failure.and(&format!(
+    let merge_job = sbatch(&merge_call).map_err(|error| match &array_job {
+        Some(job) => error.with_hint(&format!(
             "the array is submitted, as job {job}: when it is done, phalanx merge {}",
             path.display()
         )),
-        None => failure,
+        None => error,
     })?;
     if args.json {
-        return output::print_json(&Document {
+        return output::print_json(&SubmitDocument {
             schema_version: SCHEMA_VERSION,
             array: array.as_deref(),
             array_job,
@@ -104,7 +104,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), Failure> {
 }
 
 /// The names that scripts are made with.
-struct Names {
+struct ScriptNames {
     program: String,
     plan: String,
     /// The picture, where the plan's own is not meant.
@@ -112,7 +112,7 @@ struct Names {
 }
 
 /// The picture that the merge is told to write, if it is; a plan's own must be one that the merge will write untold.
-fn merge_output(args: &SubmitArgs, plan: &Plan) -> Result<Option<String>, Failure> {
+fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, CliError> {
     let Some(path) = &args.output else {
         plan.picture_path(&args.plan)?;
         return Ok(None);
@@ -122,32 +122,37 @@ fn merge_output(args: &SubmitArgs, plan: &Plan) -> Result<Option<String>, Failur
     text(&here(path)?).map(Some)
 }
 
-fn here(path: &Path) -> Result<PathBuf, Failure> {
+fn here(path: &Path) -> Result<PathBuf, CliError> {
     absolute(path)
-        .map_err(|e| Failure::Runtime(format!("cannot tell where {} is: {e}", path.display())))
+        .map_err(|e| CliError::Runtime(format!("cannot tell where {} is: {e}", path.display())))
 }
 
 /// A word as it stands in a script. Control characters are refused: a line break would end a comment, and begin a command.
-fn text(word: &Path) -> Result<String, Failure> {
+fn text(word: &Path) -> Result<String, CliError> {
     match word.to_str() {
         Some(text) if !text.contains(char::is_control) => Ok(text.to_owned()),
-        _ => Err(Failure::Usage(format!(
+        _ => Err(CliError::Usage(format!(
             "{word:?} cannot stand in a script: it has control characters, or is no text; rename it"
         ))),
     }
 }
 
 /// What nodes are to start: a release's launcher (.ci/launcher.rs), which picks the build for each of them, or this very program.
-fn program() -> Result<PathBuf, Failure> {
+fn program() -> Result<PathBuf, CliError> {
     if let Some(launcher) = std::env::var_os("PHALANX_LAUNCHER") {
         return Ok(launcher.into());
     }
     std::env::current_exe()
-        .map_err(|e| Failure::Runtime(format!("cannot tell where this program is: {e}")))
+        .map_err(|e| CliError::Runtime(format!("cannot tell where this program is: {e}")))
 }
 
 /// What both calls are made with.
-fn calls(args: &SubmitArgs, plan: &Path, scripts: &[PathBuf; 2], array: Option<&str>) -> Calls {
+fn calls(
+    args: &SubmitArgs,
+    plan: &Path,
+    scripts: &[PathBuf; 2],
+    array: Option<&str>,
+) -> SbatchCalls {
     let stem = plan.file_stem().unwrap_or(plan.as_os_str());
     let stem = stem.to_string_lossy();
     // A percent sign begins what Slurm puts in: an array's index, and nothing that a name has by itself.
@@ -186,16 +191,16 @@ fn calls(args: &SubmitArgs, plan: &Path, scripts: &[PathBuf; 2], array: Option<&
         .map(OsString::from)
         .collect();
     merge.push(scripts[1].clone().into());
-    Calls {
+    SbatchCalls {
         array: shards,
         merge,
     }
 }
 
-fn shards_script(names: &Names, stem: &Path, of: &Plan) -> String {
+fn shards_script(names: &ScriptNames, stem: &Path, of: &RenderPlan) -> String {
     let digits = (of.shards - 1).to_string().len();
-    let [program, plan_text] = [&names.program, &names.plan].map(|name| quoted(name));
-    let stem = quoted(&stem.to_string_lossy());
+    let [program, plan_text] = [&names.program, &names.plan].map(|name| shell_quoted(name));
+    let stem = shell_quoted(&stem.to_string_lossy());
     format!(
         r#"#!/bin/bash
 # One shard of {plan_text}, by phalanx submit.
@@ -225,9 +230,9 @@ exit "$code"
     )
 }
 
-fn merge_script(names: &Names) -> String {
-    let [program, plan] = [&names.program, &names.plan].map(|name| quoted(name));
-    let output = names.output.as_deref().map(quoted);
+fn merge_script(names: &ScriptNames) -> String {
+    let [program, plan] = [&names.program, &names.plan].map(|name| shell_quoted(name));
+    let output = names.output.as_deref().map(shell_quoted);
     let output = output.map_or(String::new(), |name| format!(" -o {name}"));
     format!(
         "#!/bin/bash\n# The picture of {plan}, by phalanx submit.\nexec {program} merge {plan}{output}\n"
@@ -235,18 +240,18 @@ fn merge_script(names: &Names) -> String {
 }
 
 /// A name as a word of the shell. [`text`] has refused those that could end the line that it stands in.
-fn quoted(name: &str) -> String {
+fn shell_quoted(name: &str) -> String {
     format!("'{}'", name.replace('\'', r"'\''"))
 }
 
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
+fn write(path: &Path, text: &str) -> Result<(), CliError> {
     let write = || replace_file(path, |out| out.write_all(text.as_bytes()));
-    interrupt::undisturbed(path, write)?
-        .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
+    interrupt::block_signals(path, write)?
+        .map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
 }
 
 /// Submits a job; its number.
-fn sbatch(arguments: &[OsString]) -> Result<String, Failure> {
+fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
     let mut command = Command::new("sbatch");
     command.args(arguments).stdin(Stdio::null());
     // What a task of another array passes on to jobs that it submits.
@@ -256,7 +261,7 @@ fn sbatch(arguments: &[OsString]) -> Result<String, Failure> {
         }
     }
     let output = command.output().map_err(|e| {
-        Failure::Runtime(format!(
+        CliError::Runtime(format!(
             "cannot start sbatch: {e}; this is done where Slurm's commands are"
         ))
     })?;
@@ -267,16 +272,18 @@ fn sbatch(arguments: &[OsString]) -> Result<String, Failure> {
         return Ok(job.to_owned());
     }
     let reason = String::from_utf8_lossy(&output.stderr);
-    Err(Failure::Runtime(format!(
+    Err(CliError::Runtime(format!(
         "sbatch did not take the job: {}",
         reason.trim()
     )))
 }
 
 /// The calls, as they could be made by hand.
-fn tell_dry(calls: &Calls) -> Result<(), Failure> {
+fn print_dry_run(calls: &SbatchCalls) -> Result<(), CliError> {
     let line = |call: &[OsString]| {
-        let words = call.iter().map(|word| quoted(&word.to_string_lossy()));
+        let words = call
+            .iter()
+            .map(|word| shell_quoted(&word.to_string_lossy()));
         format!("sbatch {}\n", words.collect::<Vec<_>>().join(" "))
     };
     let array = calls.array.as_deref().map_or(String::new(), line);
@@ -290,7 +297,7 @@ mod tests {
     #[test]
     fn names_are_words_of_the_shell_whatever_is_in_them() {
         let odd = "/a b/it's $HOME/50%;`id`\"\\!*?#";
-        let text = format!("printf %s {}", quoted(odd));
+        let text = format!("printf %s {}", shell_quoted(odd));
         let output = Command::new("sh").args(["-c", &text]).output().unwrap();
         assert_eq!(output.stdout, odd.as_bytes());
     }

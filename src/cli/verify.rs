@@ -1,15 +1,15 @@
 //! `phalanx verify`: the scalar tracer's picture, and every other one held against it bit by bit.
 
 use super::args::VerifyArgs;
-use super::asked::Asked;
-use super::counts::Kinds;
-use super::differ::{Difference, first_difference};
-use super::failure::Failure;
-use super::input::Input;
-use super::record::{Kept, Record};
-use super::report::SCHEMA_VERSION;
+use super::error::CliError;
+use super::pixel_diff::{FilmDifference, first_difference};
+use super::pixel_hashes::{PixelHashFile, PixelHashes};
+use super::render_report::SCHEMA_VERSION;
+use super::render_summary::RenderSummary;
+use super::scene_input::SceneInput;
+use super::stats::PerRayKind;
 use super::{advise, interrupt, output, progress};
-use phalanx::frame::{Aov, Engine, Frame, Prepared, Settings};
+use phalanx::frame::{Accel, Aov, Engine, Frame, Settings};
 use phalanx::isa;
 use phalanx::scene::Scene;
 use serde::Serialize;
@@ -19,7 +19,7 @@ use std::path::Path;
 const FILM_PIXELS: u64 = 1 << 28;
 
 #[derive(Debug, Serialize)]
-struct Document {
+struct VerifyDocument {
     schema_version: u32,
     isa: &'static str,
     identical: bool,
@@ -35,22 +35,22 @@ struct SceneOutcome {
     region: Option<[u32; 4]>,
     max_depth: u32,
     #[serde(flatten)]
-    asked: Asked,
+    summary: RenderSummary,
     /// Rays of the scalar engine.
-    rays: Kinds<u64>,
-    runs: Vec<Run>,
+    rays: PerRayKind<u64>,
+    runs: Vec<KernelRun>,
     /// The comparison with `--against`, if it was asked for.
     against: Option<Against>,
 }
 
 /// One render of the packet engine against the scalar one.
 #[derive(Debug, Serialize)]
-struct Run {
+struct KernelRun {
     kernel: &'static str,
     threads: usize,
     identical: bool,
-    rays: Kinds<u64>,
-    first_difference: Option<Difference>,
+    rays: PerRayKind<u64>,
+    first_difference: Option<FilmDifference>,
 }
 
 #[derive(Debug, Serialize)]
@@ -62,28 +62,32 @@ struct Against {
 }
 
 /// Verifies every scene; exit code 4 if any picture differs.
-pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
+pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     args.picture.check()?;
     args.beside.no_picture()?;
-    let record = args.against.as_deref().map(Record::load).transpose()?;
+    let record = args
+        .against
+        .as_deref()
+        .map(PixelHashFile::load)
+        .transpose()?;
     if let Some(path) = &args.record {
         output::check_place(path)?;
-        Record::check_names(&args.scenes)?;
+        PixelHashFile::check_names(&args.scenes)?;
     }
     interrupt::listen()?;
     advise();
     let mut kept = Vec::new();
     let mut scenes = Vec::new();
     for path in &args.scenes {
-        let mut input = Input::load(path, &args.beside, 0)?;
-        let start = input.scene.view;
-        let sequence = args.frames.sequence(&input.scene)?;
+        let mut scene_input = SceneInput::load(path, &args.beside, 0)?;
+        let start = scene_input.scene.view;
+        let sequence = args.frames.sequence(&scene_input.scene)?;
         let frames = sequence.as_ref().map(|sequence| sequence.frames.clone());
         for frame in frames.unwrap_or(0..=0) {
             if let Some(sequence) = &sequence {
-                input.scene.view = sequence.view(frame, &start)?;
+                scene_input.scene.view = sequence.view(frame, &start)?;
             }
-            let (outcome, reference) = verify(args, path, &mut input, record.as_ref())?;
+            let (outcome, reference) = verify(args, path, &mut scene_input, record.as_ref())?;
             scenes.push(outcome);
             if args.record.is_some() {
                 kept.push(reference);
@@ -91,11 +95,11 @@ pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
         }
     }
     if let Some(path) = &args.record {
-        interrupt::undisturbed(path, || Record::new(kept).save(path))??;
+        interrupt::block_signals(path, || PixelHashFile::new(kept).save(path))??;
     }
     let identical = scenes.iter().all(SceneOutcome::identical);
     if args.json {
-        output::print_json(&Document {
+        output::print_json(&VerifyDocument {
             schema_version: SCHEMA_VERSION,
             isa: isa::compiled_level(),
             identical,
@@ -105,7 +109,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), Failure> {
     if identical {
         Ok(())
     } else {
-        Err(Failure::Mismatch)
+        Err(CliError::Mismatch)
     }
 }
 
@@ -120,10 +124,10 @@ impl SceneOutcome {
 fn verify(
     args: &VerifyArgs,
     path: &Path,
-    input: &mut Input,
-    record: Option<&Record>,
-) -> Result<(SceneOutcome, Kept), Failure> {
-    let scene = &input.scene;
+    scene_input: &mut SceneInput,
+    record: Option<&PixelHashFile>,
+) -> Result<(SceneOutcome, PixelHashes), CliError> {
+    let scene = &scene_input.scene;
     let asked = args.picture.settings(scene);
     let settings = Settings {
         threads: 1,
@@ -135,18 +139,20 @@ fn verify(
     };
     args.picture.check_region(&settings)?;
     if settings.pixels() > FILM_PIXELS {
-        return Err(Failure::Usage(format!(
+        return Err(CliError::Usage(format!(
             "verify holds two whole pictures in memory: {} pixels are more than {FILM_PIXELS}; take a part, with --region",
             settings.pixels()
         )));
     }
-    let tone = args.picture.tone(scene);
+    let encoding = args.picture.tone(scene);
     // A record that does not fit is refused before anything is rendered.
-    let expected = record.map(|r| r.find(path, &settings, tone)).transpose()?;
-    let prepared = input.prepare(Engine::Scalar, &args.tree, 0)?;
-    let reference = render(args, input, &prepared, &settings)?;
+    let expected = record
+        .map(|r| r.find(path, &settings, encoding))
+        .transpose()?;
+    let prepared = scene_input.prepare(Engine::Scalar, &args.tree, 0)?;
+    let reference = render(args, scene_input, &prepared, &settings)?;
     drop(prepared);
-    let kept = Kept::of(path, &settings, tone, &reference.film);
+    let kept = PixelHashes::of(path, &settings, encoding, &reference.film);
     let against = match (&args.against, expected) {
         (Some(file), Some(expected)) => Some(hold_against(args, path, file, expected, &kept)?),
         _ => None,
@@ -159,9 +165,9 @@ fn verify(
             .region
             .map(|r| [r.x, r.y, settings.width, settings.height]),
         max_depth: settings.max_depth,
-        asked: Asked::of(&settings),
-        rays: Kinds::of(&reference.stats.rays),
-        runs: runs(args, path, input, &settings, &reference)?,
+        summary: RenderSummary::of(&settings),
+        rays: PerRayKind::of(&reference.stats.rays),
+        runs: runs(args, path, scene_input, &settings, &reference)?,
         against,
     };
     Ok((outcome, kept))
@@ -171,9 +177,9 @@ fn hold_against(
     args: &VerifyArgs,
     path: &Path,
     file: &Path,
-    expected: &Kept,
-    kept: &Kept,
-) -> Result<Against, Failure> {
+    expected: &PixelHashes,
+    kept: &PixelHashes,
+) -> Result<Against, CliError> {
     let first_pixel = kept.first_difference(expected);
     if !args.json {
         let verdict = match first_pixel {
@@ -197,11 +203,11 @@ fn hold_against(
 fn runs(
     args: &VerifyArgs,
     path: &Path,
-    input: &mut Input,
+    scene_input: &mut SceneInput,
     settings: &Settings,
     reference: &Frame,
-) -> Result<Vec<Run>, Failure> {
-    let prepared = input.prepare(Engine::Simd, &args.tree, 0)?;
+) -> Result<Vec<KernelRun>, CliError> {
+    let prepared = scene_input.prepare(Engine::Simd, &args.tree, 0)?;
     let mut runs = Vec::new();
     for &(_, kernel) in &args.kernel.0 {
         for &threads in &args.threads {
@@ -211,8 +217,8 @@ fn runs(
                 engine: Engine::Simd,
                 ..settings.clone()
             };
-            let frame = render(args, input, &prepared, &settings)?;
-            let run = Run::of(&input.scene, &settings, reference, &frame);
+            let frame = render(args, scene_input, &prepared, &settings)?;
+            let run = KernelRun::of(&scene_input.scene, &settings, reference, &frame);
             if !args.json {
                 output::print(&run.line(path, reference))?;
             }
@@ -224,31 +230,33 @@ fn runs(
 
 fn render(
     args: &VerifyArgs,
-    input: &Input,
-    prepared: &Prepared,
+    scene_input: &SceneInput,
+    prepared: &Accel,
     settings: &Settings,
-) -> Result<Frame, Failure> {
-    let scene = &input.scene;
+) -> Result<Frame, CliError> {
+    let scene = &scene_input.scene;
     // The scalar engine's film is kept to compare with.
-    input.budget.for_render(scene, prepared, settings, 2)?;
+    scene_input
+        .budget
+        .for_render(scene, prepared, settings, 2)?;
     let frame = progress::render(scene, prepared, settings, args.progress)?;
     if frame.film.hits.is_none() {
         // Without them half of the promise would go untested, and nobody would know.
-        return Err(Failure::Runtime(
+        return Err(CliError::Runtime(
             "the engine kept no hits to compare".to_owned(),
         ));
     }
     Ok(frame)
 }
 
-impl Run {
-    fn of(scene: &Scene, settings: &Settings, reference: &Frame, frame: &Frame) -> Run {
+impl KernelRun {
+    fn of(scene: &Scene, settings: &Settings, reference: &Frame, frame: &Frame) -> KernelRun {
         let first_difference = first_difference(scene, settings, &reference.film, &frame.film);
-        Run {
+        KernelRun {
             kernel: settings.kernel.name(),
             threads: settings.threads,
             identical: first_difference.is_none() && reference.stats.rays == frame.stats.rays,
-            rays: Kinds::of(&frame.stats.rays),
+            rays: PerRayKind::of(&frame.stats.rays),
             first_difference,
         }
     }
@@ -260,7 +268,7 @@ impl Run {
             Some(difference) => format!("DIFFERENT, {difference}"),
             None => format!(
                 "DIFFERENT, in rays traced: scalar {:?}, simd {:?}",
-                Kinds::of(&reference.stats.rays),
+                PerRayKind::of(&reference.stats.rays),
                 self.rays
             ),
         };
@@ -286,7 +294,7 @@ mod tests {
                 height: 1,
                 planes: [vec![0.0], vec![0.5], vec![1.0]],
                 aovs: Default::default(),
-                layers: Vec::new(),
+                aov_planes: Vec::new(),
                 hits: Some(Hits {
                     prim_id: vec![3],
                     t: vec![2.0],
@@ -314,14 +322,14 @@ mod tests {
         let (scene, reference) = (Scene::default(), frame());
         let mut other = frame();
         let path = Path::new("a.test");
-        let same = Run::of(&scene, &settings(Kernel::Auto, 1), &reference, &other);
+        let same = KernelRun::of(&scene, &settings(Kernel::Auto, 1), &reference, &other);
         assert!(same.identical);
         assert_eq!(
             same.line(path, &reference),
             "a.test: 1 thread, kernel auto: identical\n"
         );
         other.stats.rays.shadow = 7;
-        let more = Run::of(&scene, &settings(Kernel::Packet8, 2), &reference, &other);
+        let more = KernelRun::of(&scene, &settings(Kernel::Packet8, 2), &reference, &other);
         assert!(!more.identical);
         let line = more.line(path, &reference);
         assert!(
@@ -335,7 +343,7 @@ mod tests {
         let (scene, reference) = (Scene::default(), frame());
         let mut other = frame();
         other.film.planes[1][0] = 0.25;
-        let run = Run::of(&scene, &settings(Kernel::Auto, 3), &reference, &other);
+        let run = KernelRun::of(&scene, &settings(Kernel::Auto, 3), &reference, &other);
         assert!(!run.identical);
         let line = run.line(Path::new("a.test"), &reference);
         assert!(

@@ -113,7 +113,7 @@ fn amended(
     mapped_bytes: u64,
     options: &Options,
 ) -> Result<Opened, OpenError> {
-    formats::amend(&mut scene, options)?;
+    formats::override_scene(&mut scene, options)?;
     let mut notes = Vec::new();
     notes.extend(formats::origin_note(&scene));
     if options.origin != Origin::Auto {

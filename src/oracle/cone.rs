@@ -1,15 +1,15 @@
 //! One ray against one truncated cone: the formula is explained in `trace::cone`.
 
-use super::intersect::{Hit, Probe, min};
+use super::intersect::{OracleHit, OracleRaySetup, min};
 use phalanx_scene::Scene;
 
-impl Probe {
+impl OracleRaySetup {
     /// Where the ray meets the cone at `i`, if it does at t > 0.
-    pub(super) fn cone(&self, scene: &Scene, i: usize, prim_id: u32) -> Option<Hit> {
-        let stay = self.stay(&scene.prim_bounds(prim_id).padded());
+    pub(super) fn cone(&self, scene: &Scene, i: usize, prim_id: u32) -> Option<OracleHit> {
+        let interval = self.intersect_box(&scene.prim_bounds(prim_id).padded());
         let frame = scene.cones.frame(i);
         let (org, dir) = (self.ray().org, self.ray().dir);
-        let entry = (org - frame.base) + dir * stay.enter;
+        let entry = (org - frame.base) + dir * interval.tnear;
         let [right, up, axis] = frame.axes;
         let (dx, dy, dz) = (right.dot(dir), up.dot(dir), axis.dot(dir));
         let (px, py, pz) = (right.dot(entry), up.dot(entry), axis.dot(entry));
@@ -33,7 +33,7 @@ impl Probe {
             (c / q, q / a)
         };
         let valid = |s: f32| {
-            let (t, height) = (stay.enter + s, pz + dz * s);
+            let (t, height) = (interval.tnear + s, pz + dz * s);
             let met = height >= 0.0 && height <= frame.length && t > 0.0;
             met.then_some(t)
         };
@@ -45,8 +45,8 @@ impl Probe {
             (Some(a), Some(b)) => min(a, b),
             (a, b) => a.or(b)?,
         };
-        let t = stay.clamp(raw)?;
-        Some(Hit {
+        let t = interval.clamp(raw)?;
+        Some(OracleHit {
             t,
             u: 0.0,
             v: 0.0,

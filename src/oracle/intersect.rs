@@ -8,30 +8,30 @@ use phalanx_scene::{Bounds, PAD, PrimKind, Scene};
 
 /// A ray: hits count for t > 0 in units of `dir`.
 #[derive(Clone, Copy, Debug)]
-pub struct Ray {
+pub struct OracleRay {
     /// Origin.
     pub org: Vec3,
     /// Direction, of any length.
     pub dir: Vec3,
 }
 
-impl Ray {
+impl OracleRay {
     /// A ray.
-    pub fn new(org: Vec3, dir: Vec3) -> Ray {
-        Ray { org, dir }
+    pub fn new(org: Vec3, dir: Vec3) -> OracleRay {
+        OracleRay { org, dir }
     }
 }
 
 /// What a ray hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
+pub struct OracleHit {
     /// Distance in units of the ray's direction.
     pub t: f32,
     /// Barycentric weight of a triangle's second corner, else 0.
     pub u: f32,
     /// Barycentric weight of a triangle's third corner, else 0.
     pub v: f32,
-    /// Primitive, or primitive of an instance: see [`Scene::placed`].
+    /// Primitive, or primitive of an instance: see [`Scene::resolve`].
     pub prim_id: u32,
 }
 
@@ -45,15 +45,15 @@ pub(super) fn max(a: f32, b: f32) -> f32 {
 }
 
 /// Largest absolute component.
-pub(super) fn largest(v: Vec3) -> f32 {
+pub(super) fn max_abs(v: Vec3) -> f32 {
     let v = v.abs();
     max(max(v.x, v.y), v.z)
 }
 
 /// A ray with what its tests derive from it once.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Probe {
-    ray: Ray,
+pub(super) struct OracleRaySetup {
+    ray: OracleRay,
     rdir: Vec3,
     org_lo: Vec3,
     org_hi: Vec3,
@@ -67,44 +67,48 @@ pub(super) struct Probe {
 
 /// Where a ray enters (not before 0) and leaves a box.
 #[derive(Clone, Copy)]
-pub(super) struct Stay {
-    pub(super) enter: f32,
-    pub(super) leave: f32,
+pub(super) struct OracleInterval {
+    pub(super) tnear: f32,
+    pub(super) tfar: f32,
 }
 
-impl Stay {
+impl OracleInterval {
     /// Whether the ray is in the box somewhere between 0 and `best`.
-    pub(super) fn within(self, best: f32) -> bool {
-        self.enter <= min(self.leave, best)
+    pub(super) fn overlaps(self, best: f32) -> bool {
+        self.tnear <= min(self.tfar, best)
     }
 
     /// A distance, clamped to this stay in the primitive's own box; none if it is not ahead of the origin, or
     /// infinitely far.
     pub(super) fn clamp(self, raw: f32) -> Option<f32> {
-        let t = min(max(raw, self.enter), self.leave);
-        (raw > 0.0 && t > 0.0 && t < f32::INFINITY && self.enter <= self.leave).then_some(t)
+        let t = min(max(raw, self.tnear), self.tfar);
+        (raw > 0.0 && t > 0.0 && t < f32::INFINITY && self.tnear <= self.tfar).then_some(t)
     }
 }
 
 /// Components smaller than this count as this when inverted.
-const SMALLEST: f32 = f32::from_bits((127 - 80) << 23);
+const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 
 /// What a bound on a distance's error must be larger than.
-const TINY: f32 = f32::from_bits((127 - 75) << 23);
+const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
 
 fn reciprocal(x: f32) -> f32 {
-    let safe = if x.abs() < SMALLEST {
-        if x < 0.0 { -SMALLEST } else { SMALLEST }
+    let safe = if x.abs() < MIN_DIRECTION {
+        if x < 0.0 {
+            -MIN_DIRECTION
+        } else {
+            MIN_DIRECTION
+        }
     } else {
         x
     };
     1.0 / safe
 }
 
-impl Probe {
-    pub(super) fn new(ray: &Ray) -> Probe {
+impl OracleRaySetup {
+    pub(super) fn new(ray: &OracleRay) -> OracleRaySetup {
         let (org, dir) = (ray.org, ray.dir);
-        let pad = Vec3::splat(largest(org) * PAD);
+        let pad = Vec3::splat(max_abs(org) * PAD);
         let size = dir.abs();
         let axes = if size.x >= size.y && size.x >= size.z {
             [1, 2, 0]
@@ -115,7 +119,7 @@ impl Probe {
         };
         let d = axes.map(|k| dir[k]);
         let scale = 1.0 / d[2];
-        Probe {
+        OracleRaySetup {
             ray: *ray,
             rdir: Vec3::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z)),
             org_lo: org - pad,
@@ -129,26 +133,26 @@ impl Probe {
     }
 
     /// The ray it was made of.
-    pub(super) fn ray(&self) -> &Ray {
+    pub(super) fn ray(&self) -> &OracleRay {
         &self.ray
     }
 
     /// The slab test.
     #[inline]
-    pub(super) fn stay(&self, b: &Bounds) -> Stay {
+    pub(super) fn intersect_box(&self, b: &Bounds) -> OracleInterval {
         let t0 = (b.lo - self.org_hi) * self.rdir;
         let t1 = (b.hi - self.org_lo) * self.rdir;
         let enter = max(max(min(t0.x, t1.x), min(t0.y, t1.y)), min(t0.z, t1.z));
         let leave = min(min(max(t0.x, t1.x), max(t0.y, t1.y)), max(t0.z, t1.z));
-        Stay {
-            enter: max(enter, 0.0),
-            leave,
+        OracleInterval {
+            tnear: max(enter, 0.0),
+            tfar: leave,
         }
     }
 
     /// Replaces `best` if the primitive is hit closer, or as close with a smaller number.
     #[inline]
-    pub(super) fn closer(&self, scene: &Scene, prim_id: u32, best: &mut Option<Hit>) {
+    pub(super) fn update_closest(&self, scene: &Scene, prim_id: u32, best: &mut Option<OracleHit>) {
         if let Some(hit) = self.hit(scene, prim_id) {
             let closer = match best {
                 None => true,
@@ -162,7 +166,7 @@ impl Probe {
 
     /// Where the ray meets a primitive, if it does at t > 0.
     #[inline]
-    pub(super) fn hit(&self, scene: &Scene, prim_id: u32) -> Option<Hit> {
+    pub(super) fn hit(&self, scene: &Scene, prim_id: u32) -> Option<OracleHit> {
         let prim = scene.prims[prim_id as usize];
         let i = prim.index();
         match prim.kind() {
@@ -187,7 +191,7 @@ impl Probe {
         }
     }
 
-    fn triangle(&self, stored: [Vec3; 3], scene: &Scene, prim_id: u32) -> Option<Hit> {
+    fn triangle(&self, stored: [Vec3; 3], scene: &Scene, prim_id: u32) -> Option<OracleHit> {
         let [a, b, c] =
             stored.map(|corner| Vec3::from_array(self.axes.map(|k| corner[k])) - self.sheared_org);
         let (ax, ay) = (a.x - self.slope_x * a.z, a.y - self.slope_y * a.z);
@@ -214,13 +218,13 @@ impl Probe {
         let (depth, spread) = (max(far.abs(), near.abs()), far - near);
         let bound = size * (size * spread + depth * spread) + depth * det.abs();
         let times = if by_edges > 0.0 { 24.0 } else { 262_144.0 };
-        let accurate = bound + TINY < times * sum.abs() && by_edges < f32::INFINITY;
+        let accurate = bound + MIN_DETERMINANT < times * sum.abs() && by_edges < f32::INFINITY;
         let raw = match accurate {
             true => by_edges,
             false => self.plane_distance(stored, by_edges),
         };
         let t = self.clamp(raw, scene, prim_id)?;
-        Some(Hit {
+        Some(OracleHit {
             t,
             u: v / det,
             v: w / det,
@@ -252,7 +256,7 @@ impl Probe {
         radius: f32,
         scene: &Scene,
         prim_id: u32,
-    ) -> Option<Hit> {
+    ) -> Option<OracleHit> {
         let f = from_center;
         let a = dir.dot(dir);
         let b = -f.dot(dir);
@@ -269,7 +273,7 @@ impl Probe {
         let (near, far) = (min(t0, t1), max(t0, t1));
         let raw = if near > 0.0 { near } else { far };
         let t = self.clamp(raw, scene, prim_id)?;
-        Some(Hit {
+        Some(OracleHit {
             t,
             u: 0.0,
             v: 0.0,
@@ -279,6 +283,7 @@ impl Probe {
 
     /// The distance, clamped to the stay in the primitive's own box.
     fn clamp(&self, raw: f32, scene: &Scene, prim_id: u32) -> Option<f32> {
-        self.stay(&scene.prim_bounds(prim_id).padded()).clamp(raw)
+        self.intersect_box(&scene.prim_bounds(prim_id).padded())
+            .clamp(raw)
     }
 }

@@ -4,36 +4,38 @@
 //! It shares with the packet engine only the scene, the camera's scalar half and the definitions in `sampling`; it uses none
 //! of the rooms lanes, packet, bvh, trace and shade.
 
-pub mod alone;
 mod cone;
 mod instance;
 mod intersect;
+pub mod isolated;
 mod path;
 mod pixel;
 mod shading;
+mod shadow_cache_cursor;
 mod texture;
 mod tree;
-mod watch;
 
-pub use intersect::{Hit, Ray};
-pub use pixel::Pixel;
-pub use shading::Surface;
-pub use tree::{Forest, Tree};
+pub use intersect::{OracleHit, OracleRay};
+pub use pixel::OraclePixel;
+pub use shading::OracleSurface;
+pub use tree::{OracleTree, TwoLevelBvh};
 
 use glam::Vec3;
-use intersect::Probe;
-use path::{Level, Onward};
+use intersect::OracleRaySetup;
+use path::{PathLevel, PathSegment};
 use phalanx_scene::camera::Camera;
-use phalanx_scene::sampling::{Adaptive, Answer, BLOCK, Cells, Places, Purpose, Sampling, disc};
+use phalanx_scene::sampling::{
+    Adaptive, BLOCK, Cells, Dimension, FilmSamples, SampleResult, Sampling, concentric_disk,
+};
 use phalanx_scene::{Bounds, Scene};
-use pixel::{Gathering, Parts, Sample};
-use shading::{Chance, Material};
+use pixel::{OraclePixelAccumulator, OracleSample, RadianceParts};
+use shading::{OracleMaterial, SampleSeed};
+use shadow_cache_cursor::{SampleVisibility, ShadowCacheCursor};
 use std::borrow::Cow;
-use watch::{Sights, Watch};
 
 /// Rays cast by the oracle, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Cast {
+pub struct OracleRayCounts {
     /// Camera rays.
     pub primary: u64,
     /// Rays toward lights.
@@ -46,9 +48,9 @@ pub struct Cast {
 
 /// How the oracle looks for hits.
 #[derive(Clone, Copy, Debug)]
-pub enum Search<'a> {
+pub enum OracleSearch<'a> {
     /// Through trees.
-    Tree(&'a Forest),
+    Tree(&'a TwoLevelBvh),
     /// Every primitive, for tests on small scenes: what any tree must agree with.
     BruteForce,
 }
@@ -56,7 +58,7 @@ pub enum Search<'a> {
 /// The scalar tracer.
 pub struct Oracle<'a> {
     scene: &'a Scene,
-    search: Search<'a>,
+    search: OracleSearch<'a>,
     /// Own boxes of the instances, padded.
     instance_boxes: Cow<'a, [Bounds]>,
     max_depth: u32,
@@ -64,53 +66,59 @@ pub struct Oracle<'a> {
     /// if 0, all are.
     min_weight: f32,
     /// The bounces between a camera ray and the ray that is traced.
-    path: Vec<Level>,
+    path: Vec<PathLevel>,
     /// How far the sky is, where nothing but that is to be seen.
-    sky: Option<f32>,
+    ao_distance: Option<f32>,
     /// Rays cast since it was made.
-    pub cast: Cast,
+    pub ray_counts: OracleRayCounts,
 }
 
 /// A camera ray of a pixel, and what it counts.
-pub fn camera_ray(camera: &Camera, sampling: &Sampling, x: u32, y: u32, sample: u32) -> (Ray, f32) {
-    let Places {
+pub fn camera_ray(
+    camera: &Camera,
+    sampling: &Sampling,
+    x: u32,
+    y: u32,
+    sample: u32,
+) -> (OracleRay, f32) {
+    let FilmSamples {
         row: [row],
         column: [column],
         weight: [weight],
-    } = sampling.places([x], [y], sample);
+    } = sampling.film_samples([x], [y], sample);
     let ray = match camera.has_lens() {
         true => {
-            let [[u], [v]] = disc(Chance::of(x, y, sample).point(Purpose::Lens));
+            let [[u], [v]] = concentric_disk(SampleSeed::of(x, y, sample).point(Dimension::Lens));
             let (org, dir) = camera.through_lens(row, column, [u, v]);
-            Ray::new(org, dir)
+            OracleRay::new(org, dir)
         }
-        false => Ray::new(camera.eye, camera.direction(row, column)),
+        false => OracleRay::new(camera.eye, camera.direction(row, column)),
     };
     (ray, weight)
 }
 
 impl<'a> Oracle<'a> {
     /// An oracle for a validated scene. `max_depth` counts bounces after the primary ray.
-    pub fn new(scene: &'a Scene, search: Search<'a>, max_depth: u32) -> Oracle<'a> {
+    pub fn new(scene: &'a Scene, search: OracleSearch<'a>, max_depth: u32) -> Oracle<'a> {
         Oracle {
             scene,
             search,
             instance_boxes: match search {
-                Search::Tree(forest) => Cow::Borrowed(forest.instance_boxes()),
-                Search::BruteForce => Cow::Owned(instance::boxes(scene)),
+                OracleSearch::Tree(bvh) => Cow::Borrowed(bvh.instance_boxes()),
+                OracleSearch::BruteForce => Cow::Owned(instance::instance_boxes(scene)),
             },
             max_depth,
             min_weight: 0.0,
             path: Vec::new(),
-            sky: None,
-            cast: Cast::default(),
+            ao_distance: None,
+            ray_counts: OracleRayCounts::default(),
         }
     }
 
     /// With ambient occlusion in place of shading: a hit is white if one ray from it meets nothing within `reach`, and else black.
-    pub fn with_occlusion(self, reach: f32) -> Oracle<'a> {
+    pub fn with_ambient_occlusion(self, reach: f32) -> Oracle<'a> {
         Oracle {
-            sky: Some(reach),
+            ao_distance: Some(reach),
             ..self
         }
     }
@@ -121,8 +129,8 @@ impl<'a> Oracle<'a> {
     }
 
     /// A pixel, with all of its camera rays.
-    pub fn pixel(&mut self, camera: &Camera, sampling: &Sampling, x: u32, y: u32) -> Pixel {
-        let mut pixel = Gathering::default();
+    pub fn pixel(&mut self, camera: &Camera, sampling: &Sampling, x: u32, y: u32) -> OraclePixel {
+        let mut pixel = OraclePixelAccumulator::default();
         for sample in 0..sampling.spp {
             pixel.add(self.sample(camera, sampling, (x, y), sample, None));
         }
@@ -138,8 +146,9 @@ impl<'a> Oracle<'a> {
         adaptive: &Adaptive,
         corner: (u32, u32),
         size: (u32, u32),
-    ) -> Vec<Pixel> {
-        let by_chance = self.scene.has_chance() || camera.has_lens() || self.sky.is_some();
+    ) -> Vec<OraclePixel> {
+        let by_chance =
+            self.scene.is_stochastic() || camera.has_lens() || self.ao_distance.is_some();
         match by_chance {
             true => self.block_by_pixels(camera, sampling, adaptive, corner, size),
             false => self.block_by_cells(camera, sampling, adaptive, corner, size),
@@ -154,29 +163,30 @@ impl<'a> Oracle<'a> {
         adaptive: &Adaptive,
         (x, y): (u32, u32),
         size: (u32, u32),
-    ) -> Vec<Pixel> {
+    ) -> Vec<OraclePixel> {
         let mut first = [[None; BLOCK as usize]; BLOCK as usize];
         let mut cells = Cells::default();
         cells.begin(*adaptive, sampling.spp, ((x, y), size), true);
         loop {
-            for k in 0..cells.asks().len() {
-                let asked = &cells.asks()[k];
+            for k in 0..cells.requests().len() {
+                let asked = &cells.requests()[k];
                 let ((column, row), number) = (asked.pixel, asked.number);
-                let mut sights = Sights::of(&cells, k);
+                let mut visibility = SampleVisibility::of(&cells, k);
                 let place = (x + column, y + row);
-                let traced = self.sample(camera, sampling, place, number, Some(sights.watch()));
-                let answer = Answer {
+                let traced =
+                    self.sample(camera, sampling, place, number, Some(visibility.cursor()));
+                let answer = SampleResult {
                     radiance: traced.light.sum().to_array(),
                     light: traced.light.all().map(Vec3::into),
                     weight: traced.weight,
-                    sights: sights.all,
+                    visibility: visibility.visibility,
                 };
                 if number == 0 {
                     first[row as usize][column as usize] = Some((traced.ray, traced.hit));
                 }
-                cells.answer(k, &answer);
+                cells.add_result(k, &answer);
             }
-            if !cells.go_on() {
+            if !cells.next_round() {
                 break;
             }
         }
@@ -184,7 +194,7 @@ impl<'a> Oracle<'a> {
         let places = (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
         let pixel = |(column, row): (u32, u32)| {
             let sum = &sums[(row * BLOCK + column) as usize];
-            Pixel {
+            OraclePixel {
                 radiance: sum.radiance.mean().into(),
                 light: sum.light.map(|way| way.mean().into()),
                 first: first[row as usize][column as usize],
@@ -202,8 +212,8 @@ impl<'a> Oracle<'a> {
         adaptive: &Adaptive,
         (x, y): (u32, u32),
         size: (u32, u32),
-    ) -> Vec<Pixel> {
-        let mut block = [[Gathering::default(); BLOCK as usize]; BLOCK as usize];
+    ) -> Vec<OraclePixel> {
+        let mut block = [[OraclePixelAccumulator::default(); BLOCK as usize]; BLOCK as usize];
         let places = || (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
         let (mut open, mut samples) = (!0, 0);
         while open != 0 && samples < sampling.spp {
@@ -220,7 +230,7 @@ impl<'a> Oracle<'a> {
             }
             samples = next;
             let gathered = block.map(|row| row.map(|pixel| pixel.radiance()));
-            open = adaptive.stay_open(open, samples, &gathered, size);
+            open = adaptive.still_active(open, samples, &gathered, size);
         }
         places()
             .map(|(x, y)| block[y as usize][x as usize].finish())
@@ -234,20 +244,20 @@ impl<'a> Oracle<'a> {
         sampling: &Sampling,
         (x, y): (u32, u32),
         sample: u32,
-        watch: Option<Watch>,
-    ) -> Sample {
-        self.cast.primary += 1;
+        cursor: Option<ShadowCacheCursor>,
+    ) -> OracleSample {
+        self.ray_counts.primary += 1;
         let (ray, weight) = camera_ray(camera, sampling, x, y, sample);
         let hit = self.closest(&ray);
-        let chance = Chance::of(x, y, sample);
-        let light = match self.sky {
-            Some(reach) => Parts {
-                direct: self.openness(&ray, hit, chance, reach),
-                ..Parts::default()
+        let seed = SampleSeed::of(x, y, sample);
+        let light = match self.ao_distance {
+            Some(reach) => RadianceParts {
+                direct: self.ao_visibility(&ray, hit, seed, reach),
+                ..RadianceParts::default()
             },
-            None => self.light(&Onward::from_camera(ray, chance), hit, watch),
+            None => self.light(&PathSegment::from_camera(ray, seed), hit, cursor),
         };
-        Sample {
+        OracleSample {
             ray,
             hit,
             light,
@@ -257,40 +267,47 @@ impl<'a> Oracle<'a> {
 
     /// What a ray hit, for whoever wants to know more of it than its light: its place, and the diffuse reflectance and the number of
     /// its material.
-    pub fn look(&self, ray: &Ray, hit: &Hit) -> (Surface, Vec3, u32) {
-        let prim = self.scene.placed(hit.prim_id).prim;
-        let material = Material::of(self.scene, prim, hit);
-        let surface = Surface::new(self.scene, ray, hit);
+    pub fn surface_at(&self, ray: &OracleRay, hit: &OracleHit) -> (OracleSurface, Vec3, u32) {
+        let prim = self.scene.resolve(hit.prim_id).prim;
+        let material = OracleMaterial::of(self.scene, prim, hit);
+        let surface = OracleSurface::new(self.scene, ray, hit);
         (surface, material.kd, self.scene.prim_material(prim))
     }
 
     /// White where one ray from what was hit meets nothing within `reach`.
-    fn openness(&mut self, ray: &Ray, hit: Option<Hit>, chance: Chance, reach: f32) -> Vec3 {
+    fn ao_visibility(
+        &mut self,
+        ray: &OracleRay,
+        hit: Option<OracleHit>,
+        seed: SampleSeed,
+        reach: f32,
+    ) -> Vec3 {
         let Some(hit) = hit else {
             return self.scene.background;
         };
-        let at = Surface::new(self.scene, ray, &hit);
-        self.cast.shadow += 1;
-        match self.occluded(&shading::skyward(chance, &at), reach) {
+        let at = OracleSurface::new(self.scene, ray, &hit);
+        self.ray_counts.shadow += 1;
+        match self.occluded(&shading::sample_ao_ray(seed, &at), reach) {
             true => Vec3::ZERO,
             false => Vec3::ONE,
         }
     }
 
     /// The closest hit with 0 < t, ties going to the smaller prim_id.
-    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        let probe = Probe::new(ray);
+    pub fn closest(&self, ray: &OracleRay) -> Option<OracleHit> {
+        let setup = OracleRaySetup::new(ray);
         let mut best = None;
         match self.search {
-            Search::Tree(forest) => {
-                let closer = |object, best: &mut Option<Hit>| self.closer(&probe, object, best);
-                forest
-                    .world()
-                    .closest(&probe, f32::INFINITY, &mut best, closer);
+            OracleSearch::Tree(bvh) => {
+                let closer = |object, best: &mut Option<OracleHit>| {
+                    self.update_closest(&setup, object, best)
+                };
+                bvh.world()
+                    .closest(&setup, f32::INFINITY, &mut best, closer);
             }
-            Search::BruteForce => {
-                for object in instance::world(self.scene) {
-                    self.closer(&probe, object, &mut best);
+            OracleSearch::BruteForce => {
+                for object in instance::world_objects(self.scene) {
+                    self.update_closest(&setup, object, &mut best);
                 }
             }
         }
@@ -298,12 +315,12 @@ impl<'a> Oracle<'a> {
     }
 
     /// Whether anything is hit with 0 < t < `tmax`.
-    pub fn occluded(&self, ray: &Ray, tmax: f32) -> bool {
-        let probe = Probe::new(ray);
-        let blocks = |object| self.blocks(&probe, object, tmax);
+    pub fn occluded(&self, ray: &OracleRay, tmax: f32) -> bool {
+        let setup = OracleRaySetup::new(ray);
+        let blocks = |object| self.is_hit(&setup, object, tmax);
         match self.search {
-            Search::Tree(forest) => forest.world().any(&probe, tmax, blocks),
-            Search::BruteForce => instance::world(self.scene).any(blocks),
+            OracleSearch::Tree(bvh) => bvh.world().any(&setup, tmax, blocks),
+            OracleSearch::BruteForce => instance::world_objects(self.scene).any(blocks),
         }
     }
 }

@@ -2,20 +2,20 @@
 //! stack of its own, because the thread's would not hold bounces of any depth.
 
 use super::Oracle;
-use super::intersect::{Hit, Ray};
-use super::pixel::Parts;
-use super::shading::{self, Bounce, Chance, Material, Surface};
-use super::watch::Watch;
+use super::intersect::{OracleHit, OracleRay};
+use super::pixel::RadianceParts;
+use super::shading::{self, OracleBounce, OracleMaterial, OracleSurface, SampleSeed};
+use super::shadow_cache_cursor::ShadowCacheCursor;
 use glam::Vec3;
-use phalanx_scene::sampling::Way;
+use phalanx_scene::sampling::BounceKind;
 
 /// A ray to be traced, and what its light is multiplied with.
-pub(super) struct Onward {
-    ray: Ray,
-    way: Way,
-    chance: Chance,
+pub(super) struct PathSegment {
+    ray: OracleRay,
+    way: BounceKind,
+    chance: SampleSeed,
     /// Weight given by the hit that sends it.
-    weight: Vec3,
+    throughput: Vec3,
     /// What it carries of its camera ray: the product of all weights since the camera, each as a
     /// part of what its hit sends.
     share: Vec3,
@@ -23,14 +23,14 @@ pub(super) struct Onward {
     depth: u32,
 }
 
-impl Onward {
+impl PathSegment {
     /// A camera ray.
-    pub(super) fn from_camera(ray: Ray, chance: Chance) -> Onward {
-        Onward {
+    pub(super) fn from_camera(ray: OracleRay, seed: SampleSeed) -> PathSegment {
+        PathSegment {
             ray,
-            way: Way::Mirror,
-            chance,
-            weight: Vec3::ONE,
+            way: BounceKind::Mirror,
+            chance: seed,
+            throughput: Vec3::ONE,
             share: Vec3::ONE,
             depth: 0,
         }
@@ -38,24 +38,24 @@ impl Onward {
 }
 
 /// The rays that a hit sends on: a mirror ray and a refracted one.
-type Ways = [Option<Onward>; 2];
+type SegmentPair = [Option<PathSegment>; 2];
 
 /// A hit whose bounces are being traced.
-pub(super) struct Level {
+pub(super) struct PathLevel {
     /// Its light as far as it is known.
-    parts: Parts,
+    parts: RadianceParts,
     /// The way of the bounce that is being traced, and its weight.
-    traced: (Way, Vec3),
+    traced: (BounceKind, Vec3),
     /// The bounce that is traced after it.
-    later: Option<Onward>,
+    pending: Option<PathSegment>,
 }
 
-impl Parts {
-    fn take(&mut self, (way, weight): (Way, Vec3), light: Vec3) {
+impl RadianceParts {
+    fn add_weighted(&mut self, (way, weight): (BounceKind, Vec3), light: Vec3) {
         let part = Some(weight * light);
         match way {
-            Way::Mirror => self.reflection = part,
-            Way::Refracted => self.refraction = part,
+            BounceKind::Mirror => self.reflection = part,
+            BounceKind::Refracted => self.refraction = part,
         }
     }
 }
@@ -64,54 +64,54 @@ impl Oracle<'_> {
     /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T, for a camera ray.
     pub(super) fn light(
         &mut self,
-        camera: &Onward,
-        hit: Option<Hit>,
-        mut watch: Option<Watch>,
-    ) -> Parts {
-        let (mut parts, ways) = self.shade(camera, hit, watch.as_mut());
-        for onward in ways.into_iter().flatten() {
-            let traced = (onward.way, onward.weight);
-            let mirror = matches!(onward.way, Way::Mirror);
-            let watch = watch.as_mut().and_then(|watch| watch.onward(mirror));
-            parts.take(traced, self.follow(onward, watch));
+        camera: &PathSegment,
+        hit: Option<OracleHit>,
+        mut cursor: Option<ShadowCacheCursor>,
+    ) -> RadianceParts {
+        let (mut parts, ways) = self.shade(camera, hit, cursor.as_mut());
+        for segment in ways.into_iter().flatten() {
+            let traced = (segment.way, segment.throughput);
+            let mirror = matches!(segment.way, BounceKind::Mirror);
+            let cursor = cursor.as_mut().and_then(|cursor| cursor.child(mirror));
+            parts.add_weighted(traced, self.follow(segment, cursor));
         }
         parts
     }
 
     /// The light that a bounce of a camera ray brings. The sums are those of the recursion: each hit's mirror ray is
     /// followed to its end, and then its refracted one.
-    fn follow(&mut self, first: Onward, mut watch: Option<Watch>) -> Vec3 {
+    fn follow(&mut self, first: PathSegment, mut cursor: Option<ShadowCacheCursor>) -> Vec3 {
         let mut path = std::mem::take(&mut self.path);
         let mut next = Some(first);
         let light = loop {
-            let Some(onward) = next.take() else {
+            let Some(segment) = next.take() else {
                 // The hit on top has all its light: back to the one that sent the ray there.
-                let Some(Level { parts, .. }) = path.pop() else {
+                let Some(PathLevel { parts, .. }) = path.pop() else {
                     break Vec3::ZERO;
                 };
                 let Some(above) = path.last_mut() else {
                     break parts.sum();
                 };
-                above.parts.take(above.traced, parts.sum());
-                next = above.go_on();
+                above.parts.add_weighted(above.traced, parts.sum());
+                next = above.take_pending();
                 continue;
             };
-            let hit = self.cast_onward(&onward);
-            let (parts, ways) = self.shade(&onward, hit, watch.as_mut());
+            let hit = self.trace_segment(&segment);
+            let (parts, ways) = self.shade(&segment, hit, cursor.as_mut());
             // Nobody asks about what is hit later.
-            watch = None;
+            cursor = None;
             let [mirror, refracted] = ways;
-            let mut level = Level {
+            let mut level = PathLevel {
                 parts,
-                traced: (Way::Mirror, Vec3::ZERO),
-                later: None,
+                traced: (BounceKind::Mirror, Vec3::ZERO),
+                pending: None,
             };
-            (next, level.later) = match mirror {
+            (next, level.pending) = match mirror {
                 Some(mirror) => (Some(mirror), refracted),
                 None => (refracted, None),
             };
             if let Some(next) = &next {
-                level.traced = (next.way, next.weight);
+                level.traced = (next.way, next.throughput);
             }
             path.push(level);
         };
@@ -119,83 +119,91 @@ impl Oracle<'_> {
         light
     }
 
-    fn cast_onward(&mut self, onward: &Onward) -> Option<Hit> {
-        match onward.way {
-            Way::Mirror => self.cast.reflection += 1,
-            Way::Refracted => self.cast.refraction += 1,
+    fn trace_segment(&mut self, segment: &PathSegment) -> Option<OracleHit> {
+        match segment.way {
+            BounceKind::Mirror => self.ray_counts.reflection += 1,
+            BounceKind::Refracted => self.ray_counts.refraction += 1,
         }
-        self.closest(&onward.ray)
+        self.closest(&segment.ray)
     }
 
     /// The light of a hit without its bounces, and those that are worth tracing.
     fn shade(
         &mut self,
-        onward: &Onward,
-        hit: Option<Hit>,
-        mut watch: Option<&mut Watch>,
-    ) -> (Parts, Ways) {
-        let mut parts = Parts::default();
+        segment: &PathSegment,
+        hit: Option<OracleHit>,
+        mut cursor: Option<&mut ShadowCacheCursor>,
+    ) -> (RadianceParts, SegmentPair) {
+        let mut parts = RadianceParts::default();
         let Some(hit) = hit else {
             parts.direct = self.scene.background;
             return (parts, [None, None]);
         };
-        let at = Surface::new(self.scene, &onward.ray, &hit);
-        let prim = self.scene.placed(hit.prim_id).prim;
-        let material = Material::of(self.scene, prim, &hit);
+        let at = OracleSurface::new(self.scene, &segment.ray, &hit);
+        let prim = self.scene.resolve(hit.prim_id).prim;
+        let material = OracleMaterial::of(self.scene, prim, &hit);
         parts.direct = material.own;
-        if let Some(watch) = &mut watch {
-            watch.met(hit.prim_id);
+        if let Some(cursor) = &mut cursor {
+            cursor.begin_hit(hit.prim_id);
         }
         for light in 0..self.scene.lights.len() {
-            let sample = shading::sample_light(self.scene, light, onward.chance, &material, &at);
+            let sample = shading::sample_light(self.scene, light, segment.chance, &material, &at);
             let Some(sample) = sample else {
                 continue;
             };
-            let known = watch.as_ref();
-            let known = known.and_then(|watch| watch.knows(light, sample.radiance));
+            let known = cursor.as_ref();
+            let known = known.and_then(|cursor| cursor.known_visibility(light, sample.radiance));
             let seen = known.unwrap_or_else(|| {
-                self.cast.shadow += 1;
+                self.ray_counts.shadow += 1;
                 !self.occluded(&sample.ray, sample.tmax)
             });
-            if let Some(watch) = &mut watch {
-                watch.saw(light, seen);
+            if let Some(cursor) = &mut cursor {
+                cursor.record_visible(light, seen);
             }
             if seen {
                 parts.direct += sample.radiance;
             }
         }
-        if onward.depth >= self.max_depth {
+        if segment.depth >= self.max_depth {
             return (parts, [None, None]);
         }
-        let (mirror, refracted) = shading::bounces(&material, onward.chance, &at);
-        let whole = material.sent();
-        let mirror = mirror.and_then(|bounce| self.bounced(onward, whole, bounce, Way::Mirror));
-        let refracted =
-            refracted.and_then(|bounce| self.bounced(onward, whole, bounce, Way::Refracted));
+        let (mirror, refracted) = shading::bounces(&material, segment.chance, &at);
+        let whole = material.secondary_weight();
+        let mirror = mirror
+            .and_then(|bounce| self.secondary_segment(segment, whole, bounce, BounceKind::Mirror));
+        let refracted = refracted.and_then(|bounce| {
+            self.secondary_segment(segment, whole, bounce, BounceKind::Refracted)
+        });
         (parts, [mirror, refracted])
     }
 
     /// A bounce of a ray, one of those that share `whole`; `None` where its own share is less than
     /// the least in every component.
-    fn bounced(&self, from: &Onward, whole: Vec3, bounce: Bounce, way: Way) -> Option<Onward> {
+    fn secondary_segment(
+        &self,
+        from: &PathSegment,
+        whole: Vec3,
+        bounce: OracleBounce,
+        way: BounceKind,
+    ) -> Option<PathSegment> {
         let share = from.share * (bounce.weight / whole);
         let counts = share.abs().cmpge(Vec3::splat(self.min_weight)).any();
-        (counts || self.min_weight == 0.0).then(|| Onward {
+        (counts || self.min_weight == 0.0).then(|| PathSegment {
             ray: bounce.ray,
             way,
-            chance: from.chance.onward(way),
-            weight: bounce.weight,
+            chance: from.chance.child(way),
+            throughput: bounce.weight,
             share,
             depth: from.depth + 1,
         })
     }
 }
 
-impl Level {
+impl PathLevel {
     /// The bounce that is left, if one is, which is traced now.
-    fn go_on(&mut self) -> Option<Onward> {
-        let later = self.later.take()?;
-        self.traced = (later.way, later.weight);
+    fn take_pending(&mut self) -> Option<PathSegment> {
+        let later = self.pending.take()?;
+        self.traced = (later.way, later.throughput);
         Some(later)
     }
 }

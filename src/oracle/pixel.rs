@@ -1,18 +1,18 @@
 //! A pixel while its camera rays come in, and when they are all there.
 
-use super::intersect::{Hit, Ray};
+use super::intersect::{OracleHit, OracleRay};
 use glam::Vec3;
-use phalanx_scene::sampling::Gathered;
+use phalanx_scene::sampling::PixelAccumulator;
 
 /// Light by the way it came.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Parts {
+pub(super) struct RadianceParts {
     pub(super) direct: Vec3,
     pub(super) reflection: Option<Vec3>,
     pub(super) refraction: Option<Vec3>,
 }
 
-impl Parts {
+impl RadianceParts {
     /// (direct + reflection) + refraction, of those that there are.
     pub(super) fn sum(&self) -> Vec3 {
         let bounced = self.reflection.into_iter().chain(self.refraction);
@@ -30,40 +30,40 @@ impl Parts {
 }
 
 /// What came of a camera ray.
-pub(super) struct Sample {
-    pub(super) ray: Ray,
-    pub(super) hit: Option<Hit>,
-    pub(super) light: Parts,
+pub(super) struct OracleSample {
+    pub(super) ray: OracleRay,
+    pub(super) hit: Option<OracleHit>,
+    pub(super) light: RadianceParts,
     pub(super) weight: f32,
 }
 
 /// A pixel.
 #[derive(Clone, Copy, Debug)]
-pub struct Pixel {
+pub struct OraclePixel {
     /// Its radiance.
     pub radiance: Vec3,
     /// Direct, reflected and refracted light: means of their own.
     pub light: [Vec3; 3],
     /// Its first camera ray, and what that hit.
-    pub first: Option<(Ray, Option<Hit>)>,
+    pub first: Option<(OracleRay, Option<OracleHit>)>,
     /// How many camera rays it has.
     pub samples: u32,
 }
 
 /// A pixel to be.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Gathering {
-    radiance: Gathered,
-    light: [Gathered; 3],
-    first: Option<(Ray, Option<Hit>)>,
+pub(super) struct OraclePixelAccumulator {
+    radiance: PixelAccumulator,
+    light: [PixelAccumulator; 3],
+    first: Option<(OracleRay, Option<OracleHit>)>,
     samples: u32,
     /// What the first camera ray gave, which is all there is to a pixel of one.
-    only: [Vec3; 4],
+    first_samples: [Vec3; 4],
 }
 
-impl Gathering {
-    pub(super) fn add(&mut self, sample: Sample) {
-        let Sample {
+impl OraclePixelAccumulator {
+    pub(super) fn add(&mut self, sample: OracleSample) {
+        let OracleSample {
             ray,
             hit,
             light,
@@ -77,26 +77,26 @@ impl Gathering {
         if self.samples == 0 {
             self.first = Some((ray, hit));
             let [direct, reflection, refraction] = parts;
-            self.only = [light.sum(), direct, reflection, refraction];
+            self.first_samples = [light.sum(), direct, reflection, refraction];
         }
         self.samples += 1;
     }
 
     /// What all samples so far have given.
-    pub(super) fn radiance(&self) -> Gathered {
+    pub(super) fn radiance(&self) -> PixelAccumulator {
         self.radiance
     }
 
-    pub(super) fn finish(&self) -> Pixel {
+    pub(super) fn finish(&self) -> OraclePixel {
         let [radiance, light @ ..] = match self.samples {
-            1 => self.only,
+            1 => self.first_samples,
             _ => {
                 let [direct, reflection, refraction] = &self.light;
                 let all = [&self.radiance, direct, reflection, refraction];
                 all.map(|gathered| gathered.mean().into())
             }
         };
-        Pixel {
+        OraclePixel {
             radiance,
             light,
             first: self.first,

@@ -1,18 +1,20 @@
 //! Surface, lights and bounces for one hit; the formulas are explained in the files of `shade`.
 
-use super::instance::moved;
-use super::intersect::{Hit, Ray, largest, max, min};
-use super::texture::tint;
+use super::instance::to_object;
+use super::intersect::{OracleHit, OracleRay, max, max_abs, min};
+use super::texture::texture_color;
 use glam::Vec3;
 use phalanx_scene::sampling::{
-    Purpose, Way, around, hemisphere, lobe, onward, points, pow, seeds, sphere as sphere_point,
+    BounceKind, Dimension, child_seed, cosine_hemisphere, phong_lobe, points, pow, seeds, to_frame,
+    uniform_sphere as sphere_point,
 };
 use phalanx_scene::{
-    BEYOND_BOXES, IN_DOUBLE, LightShape, OF_EDGES, OF_WAY, PAD, PrimKind, ROUNDING, Scene,
+    DOUBLE_ROUNDING, LightShape, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE, OFFSET_PER_EDGE,
+    PAD, PLANE_ROUNDING, PrimKind, Scene,
 };
 
 /// One row of the material columns.
-pub(super) struct Material {
+pub(super) struct OracleMaterial {
     /// Ka + Ke, Ka times the texture's colour.
     pub(super) own: Vec3,
     pub(super) kd: Vec3,
@@ -23,12 +25,12 @@ pub(super) struct Material {
     gloss: f32,
 }
 
-impl Material {
+impl OracleMaterial {
     /// Of a stored primitive, where it was hit.
-    pub(super) fn of(scene: &Scene, prim: u32, hit: &Hit) -> Material {
+    pub(super) fn of(scene: &Scene, prim: u32, hit: &OracleHit) -> OracleMaterial {
         let (m, i) = (&scene.materials, scene.prim_material(prim) as usize);
-        let tint = tint(scene, m.texture[i], prim, hit);
-        Material {
+        let tint = texture_color(scene, m.texture[i], prim, hit);
+        OracleMaterial {
             own: m.ka.get(i) * tint + m.ke.get(i),
             kd: m.kd.get(i) * tint,
             ks: m.ks.get(i),
@@ -40,7 +42,7 @@ impl Material {
     }
 
     /// What Ks and Kt are parts of where it is told how much of its camera ray a bounce carries.
-    pub(super) fn sent(&self) -> Vec3 {
+    pub(super) fn secondary_weight(&self) -> Vec3 {
         let both = self.ks.abs() + self.kt.abs();
         Vec3::new(max(both.x, 1.0), max(both.y, 1.0), max(both.z, 1.0))
     }
@@ -48,7 +50,7 @@ impl Material {
 
 /// A hit point with its normals turned toward the viewer.
 #[derive(Clone, Copy, Debug)]
-pub struct Surface {
+pub struct OracleSurface {
     /// The hit point.
     pub point: Vec3,
     /// Geometric normal, of unit length.
@@ -74,20 +76,20 @@ fn unit(v: Vec3) -> Vec3 {
     v * (1.0 / v.dot(v).sqrt())
 }
 
-impl Surface {
+impl OracleSurface {
     /// Where a ray met a validated scene.
-    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Surface {
-        let placed = scene.placed(hit.prim_id);
+    pub fn new(scene: &Scene, ray: &OracleRay, hit: &OracleHit) -> OracleSurface {
+        let placed = scene.resolve(hit.prim_id);
         let (point, ng, ns, offset) = match placed.instance {
-            None => place(scene, placed.prim, ray, -ray.dir, hit),
+            None => surface_point(scene, placed.prim, ray, -ray.dir, hit),
             Some(k) => {
-                let inner = moved(scene, k as usize, ray);
-                let inside = place(scene, placed.prim, &inner, -unit(inner.dir), hit);
-                outside(scene, k as usize, inside, ray)
+                let inner = to_object(scene, k as usize, ray);
+                let inside = surface_point(scene, placed.prim, &inner, -unit(inner.dir), hit);
+                to_world(scene, k as usize, inside, ray)
             }
         };
         let away = ray.dir.dot(ng) > 0.0;
-        Surface {
+        OracleSurface {
             point,
             ng: if away { -ng } else { ng },
             ns: if away { -ns } else { ns },
@@ -98,21 +100,27 @@ impl Surface {
     }
 
     /// A ray that leaves the surface on the side its direction points to.
-    pub fn leave(&self, dir: Vec3) -> Ray {
+    pub fn offset_origin(&self, dir: Vec3) -> OracleRay {
         let offset = if dir.dot(self.ng) >= 0.0 {
             self.offset
         } else {
             -self.offset
         };
-        Ray::new(self.point + self.ng * offset, dir)
+        OracleRay::new(self.point + self.ng * offset, dir)
     }
 }
 
 /// Point, geometric and shading normal, offset.
-type Place = (Vec3, Vec3, Vec3, f32);
+type OraclePoint = (Vec3, Vec3, Vec3, f32);
 
 /// In the space where the primitive is stored; `back` is the unit vector against the ray there.
-fn place(scene: &Scene, prim: u32, ray: &Ray, back: Vec3, hit: &Hit) -> Place {
+fn surface_point(
+    scene: &Scene,
+    prim: u32,
+    ray: &OracleRay,
+    back: Vec3,
+    hit: &OracleHit,
+) -> OraclePoint {
     let prim = scene.prims[prim as usize];
     let i = prim.index();
     match prim.kind() {
@@ -124,11 +132,11 @@ fn place(scene: &Scene, prim: u32, ray: &Ray, back: Vec3, hit: &Hit) -> Place {
 }
 
 /// A place in the space of an instance's mesh, seen from the world.
-fn outside(scene: &Scene, instance: usize, inside: Place, ray: &Ray) -> Place {
-    let (place, ng, ns, offset) = inside;
+fn to_world(scene: &Scene, instance: usize, inside: OraclePoint, ray: &OracleRay) -> OraclePoint {
+    let (position, ng, ns, offset) = inside;
     let [wx, wy, wz, wshift] = scene.instances.world_columns(instance);
     let [mx, my, mz, shift] = scene.instances.object_columns(instance);
-    let point = ((wx * place.x + wy * place.y) + wz * place.z) + wshift;
+    let point = ((wx * position.x + wy * position.y) + wz * position.z) + wshift;
     let back = |n: Vec3| Vec3::new(mx.dot(n), my.dot(n), mz.dot(n));
     let gradient = back(ng);
     let length = gradient.dot(gradient).sqrt();
@@ -136,11 +144,11 @@ fn outside(scene: &Scene, instance: usize, inside: Place, ray: &Ray) -> Place {
     let ns = unit_or(back(ns), ng);
     let p = point.abs();
     let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
-    let reach = (largest(terms) * PAD + offset) / length;
-    (point, ng, ns, reach + largest(point) * PAD)
+    let reach = (max_abs(terms) * PAD + offset) / length;
+    (point, ng, ns, reach + max_abs(point) * PAD)
 }
 
-fn triangle(scene: &Scene, i: usize, ray: &Ray, back: Vec3, hit: &Hit) -> Place {
+fn triangle(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, hit: &OracleHit) -> OraclePoint {
     let [a, b, c] = scene.triangles.corners(i).map(Vec3::as_dvec3);
     let (e1, e2) = (b - a, c - a);
     let normal = e1.cross(e2);
@@ -165,22 +173,22 @@ fn triangle(scene: &Scene, i: usize, ray: &Ray, back: Vec3, hit: &Hit) -> Place 
         None => ng,
     };
     let (edges, way) = (edges as f32, way as f32);
-    let rounding = ng.abs().dot(point.abs()) * ROUNDING + edges * IN_DOUBLE;
-    let [least, most] = OF_EDGES.map(|share| edges * share);
-    let beyond = min(max(largest(point) * BEYOND_BOXES, least), most);
-    let offset = max(rounding, min(beyond, way * OF_WAY));
+    let rounding = ng.abs().dot(point.abs()) * PLANE_ROUNDING + edges * DOUBLE_ROUNDING;
+    let [least, most] = OFFSET_PER_EDGE.map(|share| edges * share);
+    let beyond = min(max(max_abs(point) * OFFSET_PER_COORDINATE, least), most);
+    let offset = max(rounding, min(beyond, way * MAX_OFFSET_PER_DISTANCE));
     (point, ng, ns, offset)
 }
 
-fn sphere(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
+fn sphere(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
     let (center, radius) = (scene.spheres.center.get(i), scene.spheres.radius[i]);
     let n = unit_or((ray.org - center) + ray.dir * t, back);
     let point = center + n * radius;
-    let offset = radius * PAD + n.abs().dot(point.abs()) * ROUNDING;
+    let offset = radius * PAD + n.abs().dot(point.abs()) * PLANE_ROUNDING;
     (point, n, n, offset)
 }
 
-fn ellipsoid(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
+fn ellipsoid(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
     let [mx, my, mz, shift] = scene.ellipsoids.object_columns(i);
     let [wx, wy, wz, center] = scene.ellipsoids.world_columns(i);
     let to_object = |v: Vec3| (mx * v.x + my * v.y) + mz * v.z;
@@ -193,11 +201,11 @@ fn ellipsoid(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
     let ng = unit_or(gradient, back);
     let p = point.abs();
     let terms = ((mx.abs() * p.x + my.abs() * p.y) + mz.abs() * p.z) + shift.abs();
-    let inside = (largest(terms) + 1.0) / length;
-    (point, ng, ng, (inside + largest(point)) * PAD)
+    let inside = (max_abs(terms) + 1.0) / length;
+    (point, ng, ng, (inside + max_abs(point)) * PAD)
 }
 
-fn cone(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
+fn cone(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OraclePoint {
     let c = scene.cones.get(i);
     let (radius, profile) = (c.base_radius, scene.cones.profile(i));
     let f = (ray.org - c.base) + ray.dir * t;
@@ -215,57 +223,57 @@ fn cone(scene: &Scene, i: usize, ray: &Ray, back: Vec3, t: f32) -> Place {
     } else {
         back
     };
-    let size = largest(c.apex - c.base) + max(radius, c.apex_radius);
-    let offset = size * PAD + ng.abs().dot(point.abs()) * ROUNDING;
+    let size = max_abs(c.apex - c.base) + max(radius, c.apex_radius);
+    let offset = size * PAD + ng.abs().dot(point.abs()) * PLANE_ROUNDING;
     (point, ng, ng, offset)
 }
 
 /// What is left to chance where a ray hits, told by its seed and its pixel's sample.
 #[derive(Clone, Copy)]
-pub(super) struct Chance {
+pub(super) struct SampleSeed {
     seed: u32,
     sample: u32,
 }
 
-impl Chance {
+impl SampleSeed {
     /// Of a pixel's camera ray.
-    pub(super) fn of(x: u32, y: u32, sample: u32) -> Chance {
+    pub(super) fn of(x: u32, y: u32, sample: u32) -> SampleSeed {
         let [seed] = seeds([x], [y]);
-        Chance { seed, sample }
+        SampleSeed { seed, sample }
     }
 
     /// Where the ray goes on.
-    pub(super) fn onward(self, way: Way) -> Chance {
-        let [seed] = onward([self.seed], way);
-        Chance { seed, ..self }
+    pub(super) fn child(self, way: BounceKind) -> SampleSeed {
+        let [seed] = child_seed([self.seed], way);
+        SampleSeed { seed, ..self }
     }
 
     /// A point of the unit square.
-    pub(super) fn point(self, purpose: Purpose) -> [[f32; 1]; 2] {
+    pub(super) fn point(self, purpose: Dimension) -> [[f32; 1]; 2] {
         points([self.seed], self.sample, purpose)
     }
 }
 
 /// Where a light is: one place of those it has, if it has several.
-fn light_place(scene: &Scene, light: usize, chance: Chance) -> Vec3 {
-    let place = scene.lights.place.get(light);
-    let square = || chance.point(Purpose::Light(light as u32));
+fn sample_light_position(scene: &Scene, light: usize, seed: SampleSeed) -> Vec3 {
+    let position = scene.lights.position.get(light);
+    let square = || seed.point(Dimension::Light(light as u32));
     match scene.lights.shape(light) {
-        LightShape::Point | LightShape::Directional => place,
+        LightShape::Point | LightShape::Directional => position,
         LightShape::Sphere(radius) => {
             let [[x], [y], [z]] = sphere_point(square());
-            place + Vec3::new(x, y, z) * radius
+            position + Vec3::new(x, y, z) * radius
         }
         LightShape::Rectangle([e, f]) => {
             let [[u], [v]] = square();
-            (place + e * u) + f * v
+            (position + e * u) + f * v
         }
     }
 }
 
 /// What a light adds if nothing stands between, and the ray that finds out.
-pub(super) struct LightSample {
-    pub(super) ray: Ray,
+pub(super) struct OracleLightSample {
+    pub(super) ray: OracleRay,
     pub(super) tmax: f32,
     pub(super) radiance: Vec3,
 }
@@ -274,17 +282,17 @@ pub(super) struct LightSample {
 pub(super) fn sample_light(
     scene: &Scene,
     light: usize,
-    chance: Chance,
-    material: &Material,
-    at: &Surface,
-) -> Option<LightSample> {
+    seed: SampleSeed,
+    material: &OracleMaterial,
+    at: &OracleSurface,
+) -> Option<OracleLightSample> {
     let lights = &scene.lights;
-    let place = light_place(scene, light, chance);
+    let position = sample_light_position(scene, light, seed);
     let color = lights.color.get(light);
     let (dir, to_light, seen, tmax) = if lights.directional[light] {
-        (place, place, color, f32::INFINITY)
+        (position, position, color, f32::INFINITY)
     } else {
-        let to = place - at.point;
+        let to = position - at.point;
         let squared = to.dot(to);
         let distance = squared.sqrt();
         let a = lights.attenuation.get(light);
@@ -305,33 +313,41 @@ pub(super) fn sample_light(
     let radiance = seen * (material.kd * diffuse + material.ks * specular);
     let facing = to_light.dot(at.ng) > 0.0;
     let adds = !radiance.is_nan() && radiance != Vec3::ZERO;
-    (facing && adds).then(|| LightSample {
-        ray: Ray::new(at.point + at.ng * at.offset, dir),
+    (facing && adds).then(|| OracleLightSample {
+        ray: OracleRay::new(at.point + at.ng * at.offset, dir),
         tmax,
         radiance,
     })
 }
 
 /// One direction of those that a mirror direction is spread over.
-fn spread(gloss: f32, chance: Chance, at: &Surface, mirror: Vec3) -> Vec3 {
-    let local = lobe(chance.point(Purpose::Gloss), gloss);
-    unit(beside(at, about(local, mirror), mirror))
+fn sample_glossy(gloss: f32, seed: SampleSeed, at: &OracleSurface, mirror: Vec3) -> Vec3 {
+    let local = phong_lobe(seed.point(Dimension::Gloss), gloss);
+    unit(mirror_into_hemisphere(
+        at,
+        to_world_direction(local, mirror),
+        mirror,
+    ))
 }
 
 /// One ray to where it may be open.
-pub(super) fn skyward(chance: Chance, at: &Surface) -> Ray {
-    let local = hemisphere(chance.point(Purpose::Sky));
-    at.leave(unit(beside(at, about(local, at.ns), at.ng)))
+pub(super) fn sample_ao_ray(seed: SampleSeed, at: &OracleSurface) -> OracleRay {
+    let local = cosine_hemisphere(seed.point(Dimension::Sky));
+    at.offset_origin(unit(mirror_into_hemisphere(
+        at,
+        to_world_direction(local, at.ns),
+        at.ng,
+    )))
 }
 
 /// A vector given about z, about a unit vector.
-fn about(local: [[f32; 1]; 3], axis: Vec3) -> Vec3 {
-    let [[x], [y], [z]] = around(local, axis.to_array().map(|c| [c]));
+fn to_world_direction(local: [[f32; 1]; 3], axis: Vec3) -> Vec3 {
+    let [[x], [y], [z]] = to_frame(local, axis.to_array().map(|c| [c]));
     Vec3::new(x, y, z)
 }
 
 /// Reflected by the geometric surface, unless it lies on the side of it where `inner` does.
-fn beside(at: &Surface, dir: Vec3, inner: Vec3) -> Vec3 {
+fn mirror_into_hemisphere(at: &OracleSurface, dir: Vec3, inner: Vec3) -> Vec3 {
     let along = dir.dot(at.ng);
     match (along >= 0.0) == (inner.dot(at.ng) >= 0.0) {
         true => dir,
@@ -340,17 +356,17 @@ fn beside(at: &Surface, dir: Vec3, inner: Vec3) -> Vec3 {
 }
 
 /// A secondary ray and what its answer is multiplied with.
-pub(super) struct Bounce {
-    pub(super) ray: Ray,
+pub(super) struct OracleBounce {
+    pub(super) ray: OracleRay,
     pub(super) weight: Vec3,
 }
 
 /// The mirror ray and the refracted ray, where their weights are not zero.
 pub(super) fn bounces(
-    material: &Material,
-    chance: Chance,
-    at: &Surface,
-) -> (Option<Bounce>, Option<Bounce>) {
+    material: &OracleMaterial,
+    seed: SampleSeed,
+    at: &OracleSurface,
+) -> (Option<OracleBounce>, Option<OracleBounce>) {
     let (d, n) = (at.dir, at.ns);
     let along = d.dot(n);
     let cos = -along;
@@ -370,16 +386,16 @@ pub(super) fn bounces(
     let mirror = (weight != Vec3::ZERO).then(|| {
         let straight = unit(d - n * (2.0 * along));
         let dir = match material.gloss > 0.0 {
-            true => spread(material.gloss, chance, at, straight),
+            true => sample_glossy(material.gloss, seed, at, straight),
             false => straight,
         };
-        Bounce {
-            ray: at.leave(dir),
+        OracleBounce {
+            ray: at.offset_origin(dir),
             weight,
         }
     });
-    let refracted = (transmits && !total).then(|| Bounce {
-        ray: at.leave(unit(d * eta + n * (eta * cos - k.sqrt()))),
+    let refracted = (transmits && !total).then(|| OracleBounce {
+        ray: at.offset_origin(unit(d * eta + n * (eta * cos - k.sqrt()))),
         weight: material.kt,
     });
     (mirror, refracted)

@@ -1,12 +1,12 @@
 //! The texture's colour at one hit; explained in `shade`, where it is written for eight.
 
-use super::intersect::{Hit, max, min};
+use super::intersect::{OracleHit, max, min};
 use glam::Vec3;
 use phalanx_scene::sampling::linear_of_srgb;
 use phalanx_scene::{NO_TEXTURE, PrimKind, Scene, Texture, Wrap};
 
 /// What Ka and Kd are multiplied with, on a stored primitive.
-pub(super) fn tint(scene: &Scene, texture: u32, prim: u32, hit: &Hit) -> Vec3 {
+pub(super) fn texture_color(scene: &Scene, texture: u32, prim: u32, hit: &OracleHit) -> Vec3 {
     let prim = scene.prims[prim as usize];
     if texture == NO_TEXTURE || prim.kind() != PrimKind::Triangle {
         return Vec3::ONE;
@@ -16,13 +16,13 @@ pub(super) fn tint(scene: &Scene, texture: u32, prim: u32, hit: &Hit) -> Vec3 {
     };
     let (beta, gamma) = (hit.u, hit.v);
     let alpha = (1.0 - beta) - gamma;
-    let place = (a * alpha + b * beta) + c * gamma;
-    sample(&scene.textures[texture as usize], place.x, place.y)
+    let position = (a * alpha + b * beta) + c * gamma;
+    sample(&scene.textures[texture as usize], position.x, position.y)
 }
 
 fn sample(texture: &Texture, u: f32, v: f32) -> Vec3 {
-    let (left, right, tx) = cell(u, texture.wrap[0], texture.width);
-    let (above, below, ty) = cell(v, texture.wrap[1], texture.height);
+    let (left, right, tx) = texel_pair(u, texture.wrap[0], texture.width);
+    let (above, below, ty) = texel_pair(v, texture.wrap[1], texture.height);
     let texel = |column: u32, row: u32| {
         let index = row as usize * texture.width as usize + column as usize;
         let linear = linear_of_srgb();
@@ -34,7 +34,7 @@ fn sample(texture: &Texture, u: f32, v: f32) -> Vec3 {
 }
 
 /// The two texels around a place, and how far it is from the first to the second.
-fn cell(place: f32, wrap: Wrap, size: u32) -> (u32, u32, f32) {
+fn texel_pair(place: f32, wrap: Wrap, size: u32) -> (u32, u32, f32) {
     let folded = match wrap {
         Wrap::Repeat => fraction(place),
         Wrap::Clamp => min(max(place, 0.0), 1.0),

@@ -2,21 +2,21 @@
 //! SAH-based Bounding Volume Hierarchies", 2007) and walked one ray at a time. That it differs from the packet
 //! engine's tree is part of the proof: no picture may depend on the tree.
 
-use super::intersect::{Hit, Probe, min};
+use super::intersect::{OracleHit, OracleRaySetup, min};
 use glam::Vec3;
 use phalanx_scene::{Bounds, Scene};
 
 /// Buckets per axis of the builder.
 const BINS: usize = 16;
 /// A leaf holds at most this many primitives, unless they cannot be told apart.
-const LEAF: usize = 4;
+const MAX_LEAF_PRIMS: usize = 4;
 /// From this depth on nodes are halved by count, so that no path is deeper than [`MAX_DEPTH`].
-const HALVE_FROM: usize = 32;
+const MAX_SAH_DEPTH: usize = 32;
 /// Length of the traversal stack: 32 levels by heuristic, and 32 halvings of at most 2³² primitives.
 const MAX_DEPTH: usize = 64;
 
 #[derive(Clone, Copy, Debug)]
-struct Node {
+struct OracleNode {
     bounds: Bounds,
     /// First primitive of a leaf; of an inner node the second child (the first follows the node).
     first: u32,
@@ -26,37 +26,37 @@ struct Node {
 
 /// The world's tree, and one for every mesh.
 #[derive(Clone, Debug)]
-pub struct Forest {
-    world: Tree,
-    meshes: Vec<Tree>,
+pub struct TwoLevelBvh {
+    world: OracleTree,
+    meshes: Vec<OracleTree>,
     instance_boxes: Vec<Bounds>,
 }
 
-impl Forest {
+impl TwoLevelBvh {
     /// Builds the trees of a scene.
-    pub fn build(scene: &Scene) -> Forest {
+    pub fn build(scene: &Scene) -> TwoLevelBvh {
         let prims = scene.prim_count() as u32;
-        let instance_boxes = super::instance::boxes(scene);
+        let instance_boxes = super::instance::instance_boxes(scene);
         let bounds = |object: u32| match object.checked_sub(prims) {
             None => scene.prim_bounds(object).padded(),
             Some(k) => instance_boxes[k as usize],
         };
         let boxed = |object: u32| (object, bounds(object));
-        let mesh = |mesh| Tree::build(scene.meshes.prims(mesh).map(boxed));
-        Forest {
-            world: Tree::build(super::instance::world(scene).map(boxed)),
+        let mesh = |mesh| OracleTree::build(scene.meshes.prims(mesh).map(boxed));
+        TwoLevelBvh {
+            world: OracleTree::build(super::instance::world_objects(scene).map(boxed)),
             meshes: (0..scene.meshes.len()).map(mesh).collect(),
             instance_boxes,
         }
     }
 
     /// The world's tree.
-    pub fn world(&self) -> &Tree {
+    pub fn world(&self) -> &OracleTree {
         &self.world
     }
 
     /// The tree of a mesh.
-    pub(super) fn mesh(&self, mesh: usize) -> &Tree {
+    pub(super) fn mesh(&self, mesh: usize) -> &OracleTree {
         &self.meshes[mesh]
     }
 
@@ -67,14 +67,14 @@ impl Forest {
     /// Bytes of all trees.
     pub fn memory_bytes(&self) -> usize {
         let trees = self.meshes.iter().chain([&self.world]);
-        trees.map(Tree::memory_bytes).sum()
+        trees.map(OracleTree::memory_bytes).sum()
     }
 }
 
 /// A binary tree over padded boxes.
 #[derive(Clone, Debug)]
-pub struct Tree {
-    nodes: Vec<Node>,
+pub struct OracleTree {
+    nodes: Vec<OracleNode>,
     /// Primitives by number, and instances from the number of primitives on.
     objects: Vec<u32>,
     depth: usize,
@@ -82,22 +82,22 @@ pub struct Tree {
 
 /// A primitive while the tree is built.
 #[derive(Clone, Copy)]
-struct Item {
+struct BuildPrim {
     bounds: Bounds,
     /// Twice the centre of the box.
     center: Vec3,
     object: u32,
 }
 
-impl Tree {
-    fn build(objects: impl Iterator<Item = (u32, Bounds)>) -> Tree {
-        let item = |(object, bounds): (u32, Bounds)| Item {
+impl OracleTree {
+    fn build(objects: impl Iterator<Item = (u32, Bounds)>) -> OracleTree {
+        let item = |(object, bounds): (u32, Bounds)| BuildPrim {
             bounds,
             center: bounds.lo + bounds.hi,
             object,
         };
-        let mut items: Vec<Item> = objects.map(item).collect();
-        let mut tree = Tree {
+        let mut items: Vec<BuildPrim> = objects.map(item).collect();
+        let mut tree = OracleTree {
             nodes: Vec::with_capacity(items.len()),
             objects: Vec::with_capacity(items.len()),
             depth: 0,
@@ -128,24 +128,24 @@ impl Tree {
         let Some(root) = self.nodes.first() else {
             return 0.0;
         };
-        let cost = |n: &Node| n.bounds.half_area() as f64 * n.count.max(1) as f64;
+        let cost = |n: &OracleNode| n.bounds.half_area() as f64 * n.count.max(1) as f64;
         self.nodes.iter().map(cost).sum::<f64>() / root.bounds.half_area() as f64
     }
 
-    fn add(&mut self, items: &mut [Item], depth: usize) {
+    fn add(&mut self, items: &mut [BuildPrim], depth: usize) {
         let bounds = items
             .iter()
             .fold(Bounds::EMPTY, |all, i| all.union(i.bounds));
         let index = self.nodes.len();
         self.depth = self.depth.max(depth);
-        self.nodes.push(Node {
+        self.nodes.push(OracleNode {
             bounds,
             first: self.objects.len() as u32,
             count: items.len() as u32,
         });
-        let at = if items.len() <= LEAF {
+        let at = if items.len() <= MAX_LEAF_PRIMS {
             0
-        } else if depth < HALVE_FROM {
+        } else if depth < MAX_SAH_DEPTH {
             partition(items)
         } else {
             items.len() / 2
@@ -164,12 +164,12 @@ impl Tree {
     /// Offers `closer` the objects that may lie before `best`, and not beyond `limit`.
     pub(super) fn closest(
         &self,
-        probe: &Probe,
+        setup: &OracleRaySetup,
         limit: f32,
-        best: &mut Option<Hit>,
-        mut closer: impl FnMut(u32, &mut Option<Hit>),
+        best: &mut Option<OracleHit>,
+        mut closer: impl FnMut(u32, &mut Option<OracleHit>),
     ) {
-        self.walk(probe, limit, |objects, limit| {
+        self.walk(setup, limit, |objects, limit| {
             for &object in objects {
                 closer(object, best);
             }
@@ -180,9 +180,14 @@ impl Tree {
         });
     }
 
-    pub(super) fn any(&self, probe: &Probe, tmax: f32, blocks: impl Fn(u32) -> bool) -> bool {
+    pub(super) fn any(
+        &self,
+        setup: &OracleRaySetup,
+        tmax: f32,
+        blocks: impl Fn(u32) -> bool,
+    ) -> bool {
         let mut found = false;
-        self.walk(probe, tmax, |objects, _| {
+        self.walk(setup, tmax, |objects, _| {
             found = objects.iter().any(|&object| blocks(object));
             found
         });
@@ -190,11 +195,16 @@ impl Tree {
     }
 
     /// Visits the leaves a ray may meet before `limit`, nearer ones first, until `leaf` says true.
-    fn walk(&self, probe: &Probe, mut limit: f32, mut leaf: impl FnMut(&[u32], &mut f32) -> bool) {
+    fn walk(
+        &self,
+        setup: &OracleRaySetup,
+        mut limit: f32,
+        mut leaf: impl FnMut(&[u32], &mut f32) -> bool,
+    ) {
         let Some(root) = self.nodes.first() else {
             return;
         };
-        if !probe.stay(&root.bounds).within(limit) {
+        if !setup.intersect_box(&root.bounds).overlaps(limit) {
             return;
         }
         let mut stack = [(0u32, 0.0f32); MAX_DEPTH];
@@ -213,12 +223,12 @@ impl Tree {
                 }
             } else {
                 let (a, b) = (index + 1, node.first as usize);
-                let stays = [a, b].map(|k| probe.stay(&self.nodes[k].bounds));
-                next = match stays.map(|s| s.within(limit)) {
+                let stays = [a, b].map(|k| setup.intersect_box(&self.nodes[k].bounds));
+                next = match stays.map(|s| s.overlaps(limit)) {
                     [true, true] => {
-                        let a_first = stays[0].enter <= stays[1].enter;
+                        let a_first = stays[0].tnear <= stays[1].tnear;
                         let (near, far) = if a_first { (a, b) } else { (b, a) };
-                        stack[top] = (far as u32, stays[usize::from(a_first)].enter);
+                        stack[top] = (far as u32, stays[usize::from(a_first)].tnear);
                         top += 1;
                         Some(near)
                     }
@@ -246,13 +256,13 @@ impl Tree {
 
 /// Reorders items into two groups at the cheapest of the bin borders; returns the size of the first (0 if all
 /// centres coincide or no split is cheaper than a small leaf).
-fn partition(items: &mut [Item]) -> usize {
+fn partition(items: &mut [BuildPrim]) -> usize {
     let centers = items.iter().fold(Bounds::EMPTY, |all, i| {
         all.union(Bounds::new(i.center, i.center))
     });
     let mut best: Option<(f32, usize, usize)> = None;
     for axis in 0..3 {
-        if let Some((cost, border)) = cheapest_border(items, centers, axis)
+        if let Some((cost, border)) = best_split(items, centers, axis)
             && best.is_none_or(|(least, ..)| cost < least)
         {
             best = Some((cost, axis, border));
@@ -277,7 +287,7 @@ fn bin(center: Vec3, centers: Bounds, axis: usize) -> usize {
     (k as usize).min(BINS - 1)
 }
 
-fn cheapest_border(items: &[Item], centers: Bounds, axis: usize) -> Option<(f32, usize)> {
+fn best_split(items: &[BuildPrim], centers: Bounds, axis: usize) -> Option<(f32, usize)> {
     if centers.lo[axis] >= centers.hi[axis] {
         return None;
     }

@@ -1,12 +1,13 @@
 //! One frame, whole: an engine, its tree, tiles to workers, a film.
 
-pub use crate::{Aov, Aovs, Control, Cost, Interrupted, Pin, Tile};
+pub use crate::{Aov, Aovs, Control, CoreAffinity, Interrupted, RayCost, Tile};
 use crate::{
-    CostPainter, Film, Light, Look, PacketPainter, Painted, Painter, Pixels, RayCounts,
-    RenderStats, SharedFilm, Sink, WaveSizes, run, tiles,
+    Film, HeatmapRenderer, RadianceAovs, RayCounts, RenderStats, RenderedTiles, SharedFilm,
+    SurfaceAov, TileBuffer, TileRenderer, TileSink, WaveSizes, WavefrontRenderer,
+    render_on_workers, tiles,
 };
 use glam::Vec3;
-use phalanx_oracle::{self, Cast, Forest, Oracle, Search, camera_ray};
+use phalanx_oracle::{self, Oracle, OracleRayCounts, OracleSearch, TwoLevelBvh, camera_ray};
 use phalanx_scene::camera::Camera;
 pub use phalanx_scene::camera::{Lens, LensError};
 use phalanx_scene::sampling::BLOCK;
@@ -56,7 +57,7 @@ pub struct Settings {
     /// For this product, not for the light, weights are divided by |Ks| + |Kt| where that is more
     /// than 1: the rays of one depth weigh no more than their camera ray, so that no more than
     /// 3/`min_weight` of them are traced whatever the materials. 0 has all traced. If nothing is
-    /// said, [`Settings::least_weight`].
+    /// said, [`Settings::min_path_weight`].
     pub min_weight: Option<f32>,
     /// Camera rays of a pixel.
     pub sampling: Sampling,
@@ -68,7 +69,7 @@ pub struct Settings {
     /// Worker threads, at least 1.
     pub threads: usize,
     /// Binding of workers to cores.
-    pub pin: Pin,
+    pub pin: CoreAffinity,
     /// Tile side in pixels, 8 to 1024.
     pub tile: u32,
     /// Tracer.
@@ -109,7 +110,7 @@ impl Settings {
             lens: None,
             integrator: Integrator::default(),
             threads: 1,
-            pin: Pin::None,
+            pin: CoreAffinity::None,
             tile: DEFAULT_TILE,
             engine: Engine::Simd,
             kernel: Kernel::Auto,
@@ -137,8 +138,8 @@ impl Settings {
         let camera = Camera::new(&scene.view, self.width, self.height)?;
         Ok(match self.lens {
             Some(Lens { aperture, focus }) => camera.with_lens(Lens {
-                aperture: aperture * scene.unit,
-                focus: focus * scene.unit,
+                aperture: aperture * scene.scale,
+                focus: focus * scene.scale,
             })?,
             None => camera,
         })
@@ -154,15 +155,15 @@ impl Settings {
     }
 
     /// How far the sky is, in units of the scene, if it is all that is to be seen.
-    fn sky(&self, scene: &Scene) -> Option<f32> {
+    fn ao_distance(&self, scene: &Scene) -> Option<f32> {
         match self.integrator {
             Integrator::Whitted => None,
-            Integrator::Occlusion { distance } => Some(distance * scene.unit),
+            Integrator::Occlusion { distance } => Some(distance * scene.scale),
         }
     }
 
     /// Least weight of bounces: what was asked for, else 0 for a maximum depth of up to [`FULL_DEPTH`] and [`MIN_WEIGHT`] beyond.
-    pub fn least_weight(&self) -> f32 {
+    pub fn min_path_weight(&self) -> f32 {
         let by_depth = match self.max_depth {
             0..=FULL_DEPTH => 0.0,
             _ => MIN_WEIGHT,
@@ -176,7 +177,7 @@ impl Settings {
             Integrator::Whitted => self.max_depth,
             Integrator::Occlusion { .. } => 0,
         };
-        WaveSizes::of(scene, max_depth, self.least_weight())
+        WaveSizes::of(scene, max_depth, self.min_path_weight())
     }
 
     /// Pixels that are rendered.
@@ -220,20 +221,20 @@ pub enum FrameError {
 }
 
 /// What an engine needs beside the scene: its tree.
-pub struct Prepared(Either);
+pub struct Accel(AccelKind);
 
-enum Either {
+enum AccelKind {
     Packets(Bvh),
-    Oracle(Forest),
+    Oracle(TwoLevelBvh),
 }
 
 /// An engine with its tree, which must be the scene's.
 #[derive(Clone, Copy)]
-pub enum Tree<'a> {
+pub enum AccelRef<'a> {
     /// The packet engine's.
     Packets(&'a Bvh),
     /// The oracle's.
-    Oracle(&'a Forest),
+    Oracle(&'a TwoLevelBvh),
 }
 
 /// What is known of a tree.
@@ -267,57 +268,57 @@ impl TreeStats {
     }
 }
 
-impl Prepared {
+impl Accel {
     /// Builds the tree of an engine with the default settings. The scene must have passed [`Scene::validate`].
-    pub fn build(scene: &Scene, engine: Engine) -> Prepared {
-        Prepared::build_with(scene, engine, &BuildSettings::default())
+    pub fn build(scene: &Scene, engine: Engine) -> Accel {
+        Accel::build_with(scene, engine, &BuildSettings::default())
     }
 
     /// Builds the tree of an engine. The settings are the packet engine's: the oracle has one way to build, on one thread.
-    pub fn build_with(scene: &Scene, engine: Engine, settings: &BuildSettings) -> Prepared {
-        Prepared(match engine {
-            Engine::Simd => Either::Packets(Bvh::build_with(scene, settings)),
-            Engine::Scalar => Either::Oracle(Forest::build(scene)),
+    pub fn build_with(scene: &Scene, engine: Engine, settings: &BuildSettings) -> Accel {
+        Accel(match engine {
+            Engine::Simd => AccelKind::Packets(Bvh::build_with(scene, settings)),
+            Engine::Scalar => AccelKind::Oracle(TwoLevelBvh::build(scene)),
         })
     }
 
     /// The packet engine with a tree made elsewhere, which must be the scene's.
-    pub fn with_tree(bvh: Bvh) -> Prepared {
-        Prepared(Either::Packets(bvh))
+    pub fn with_tree(bvh: Bvh) -> Accel {
+        Accel(AccelKind::Packets(bvh))
     }
 
     /// The engine and its tree.
-    pub fn tree(&self) -> Tree<'_> {
+    pub fn accel(&self) -> AccelRef<'_> {
         match &self.0 {
-            Either::Packets(bvh) => Tree::Packets(bvh),
-            Either::Oracle(forest) => Tree::Oracle(forest),
+            AccelKind::Packets(bvh) => AccelRef::Packets(bvh),
+            AccelKind::Oracle(forest) => AccelRef::Oracle(forest),
         }
     }
 
-    /// Whether [`Prepared::make_ready`] has nothing left to make for a frame.
+    /// Whether [`Accel::build_wide_bvh`] has nothing left to make for a frame.
     pub fn is_ready(&self, settings: &Settings) -> bool {
         match &self.0 {
-            Either::Packets(bvh) => {
+            AccelKind::Packets(bvh) => {
                 let kernel = settings.kernel.for_frame(bvh, settings.camera_rays());
                 bvh.has_wide() || !kernel.is_wide()
             }
-            Either::Oracle(_) => true,
+            AccelKind::Oracle(_) => true,
         }
     }
 
     /// Makes what the kernel of a frame needs beside the binary tree. [`render`] does so itself where it has not been done, and
     /// then the frame's seconds have it.
-    pub fn make_ready(&self, settings: &Settings) {
-        if let Either::Packets(bvh) = &self.0 {
-            make_ready(bvh, settings);
+    pub fn build_wide_bvh(&self, settings: &Settings) {
+        if let AccelKind::Packets(bvh) = &self.0 {
+            build_wide_bvh(bvh, settings);
         }
     }
 
     /// Figures of the tree.
     pub fn tree_stats(&self) -> TreeStats {
         match &self.0 {
-            Either::Packets(bvh) => TreeStats::of(bvh),
-            Either::Oracle(forest) => TreeStats {
+            AccelKind::Packets(bvh) => TreeStats::of(bvh),
+            AccelKind::Oracle(forest) => TreeStats {
                 nodes: forest.world().node_count(),
                 depth: forest.world().depth(),
                 sah: forest.world().sah(),
@@ -330,7 +331,7 @@ impl Prepared {
 }
 
 /// Chooses the kernel for a frame, and makes what it needs.
-fn make_ready(bvh: &Bvh, settings: &Settings) -> Kernel {
+fn build_wide_bvh(bvh: &Bvh, settings: &Settings) -> Kernel {
     let kernel = settings.kernel.for_frame(bvh, settings.camera_rays());
     if kernel.is_wide() {
         bvh.build_wide(settings.threads.max(1));
@@ -338,37 +339,37 @@ fn make_ready(bvh: &Bvh, settings: &Settings) -> Kernel {
     kernel
 }
 
-/// Renders one frame with the engine that `prepared` was built for.
+/// Renders one frame with the engine that `accel` was built for.
 ///
 /// # Errors
 /// [`FrameError::Interrupted`] if `control.stop` was set before the last tile was taken, [`FrameError::View`] if the
 /// scene has no camera frame, which [`Scene::validate`] would have said, [`FrameError::Lens`] if the lens asked for is none.
 pub fn render(
     scene: &Scene,
-    prepared: &Prepared,
+    accel: &Accel,
     settings: &Settings,
     control: &Control,
 ) -> Result<Frame, FrameError> {
-    render_tree(scene, prepared.tree(), settings, control)
+    render_with(scene, accel.accel(), settings, control)
 }
 
 /// [`render`], with a tree that somebody else owns.
 ///
 /// # Errors
 /// Those of [`render`].
-pub fn render_tree(
+pub fn render_with(
     scene: &Scene,
-    tree: Tree,
+    tree: AccelRef,
     settings: &Settings,
     control: &Control,
 ) -> Result<Frame, FrameError> {
     let (window, side) = (settings.window(), settings.tile_side());
     let film = Film::new(window.width, window.height, settings.record_hits);
-    let mut film = film.with_layers(settings.aovs);
+    let mut film = film.with_aovs(settings.aovs);
     let shared = SharedFilm::of(&mut film, window, side);
     let tiles = tiles(window, side);
     let start = Instant::now();
-    let painted = paint(scene, tree, settings, control, &tiles, &shared)?;
+    let painted = render_tiles(scene, tree, settings, control, &tiles, &shared)?;
     let seconds = start.elapsed().as_secs_f64();
     Ok(Frame {
         film,
@@ -383,40 +384,41 @@ pub fn render_tree(
 ///
 /// # Errors
 /// Those of [`render`].
-pub fn paint(
+pub fn render_tiles(
     scene: &Scene,
-    tree: Tree,
+    tree: AccelRef,
     settings: &Settings,
     control: &Control,
     tiles: &[Tile],
-    sink: &dyn Sink,
-) -> Result<Painted, FrameError> {
+    sink: &dyn TileSink,
+) -> Result<RenderedTiles, FrameError> {
     let camera = settings.camera(scene)?;
     let (threads, pin) = (settings.threads.max(1), settings.pin);
-    let sky = settings.sky(scene);
+    let sky = settings.ao_distance(scene);
     Ok(match tree {
-        Tree::Packets(bvh) => {
-            let kernel = make_ready(bvh, settings);
-            run(tiles, sink, threads, pin, control, || {
-                let painter = PacketPainter::new(scene, bvh, &camera, settings.max_depth, kernel)
-                    .with_min_weight(settings.least_weight())
-                    .with_sampling(settings.sampling)
-                    .with_layers(settings.aovs);
+        AccelRef::Packets(bvh) => {
+            let kernel = build_wide_bvh(bvh, settings);
+            render_on_workers(tiles, sink, threads, pin, control, || {
+                let renderer =
+                    WavefrontRenderer::new(scene, bvh, &camera, settings.max_depth, kernel)
+                        .with_min_weight(settings.min_path_weight())
+                        .with_sampling(settings.sampling)
+                        .with_aovs(settings.aovs);
                 match sky {
-                    Some(reach) => painter.with_occlusion(reach),
-                    None => painter,
+                    Some(reach) => renderer.with_ambient_occlusion(reach),
+                    None => renderer,
                 }
             })
         }
-        Tree::Oracle(forest) => run(tiles, sink, threads, pin, control, || {
-            let oracle = Oracle::new(scene, Search::Tree(forest), settings.max_depth)
-                .with_min_weight(settings.least_weight());
-            ScalarPainter {
+        AccelRef::Oracle(forest) => render_on_workers(tiles, sink, threads, pin, control, || {
+            let oracle = Oracle::new(scene, OracleSearch::Tree(forest), settings.max_depth)
+                .with_min_weight(settings.min_path_weight());
+            OracleRenderer {
                 camera: &camera,
                 scene,
                 sampling: settings.sampling,
                 oracle: match sky {
-                    Some(reach) => oracle.with_occlusion(reach),
+                    Some(reach) => oracle.with_ambient_occlusion(reach),
                     None => oracle,
                 },
             }
@@ -428,11 +430,11 @@ pub fn paint(
 ///
 /// # Errors
 /// Those of [`render`].
-pub fn costs(
+pub fn render_heatmap(
     scene: &Scene,
     bvh: &Bvh,
     settings: &Settings,
-    cost: Cost,
+    cost: RayCost,
     control: &Control,
 ) -> Result<Vec<f32>, FrameError> {
     let camera = settings.camera(scene)?;
@@ -441,25 +443,30 @@ pub fn costs(
     let shared = SharedFilm::of(&mut film, window, side);
     let tiles = tiles(window, side);
     let (threads, pin) = (settings.threads.max(1), settings.pin);
-    let kernel = make_ready(bvh, settings);
-    run(&tiles, &shared, threads, pin, control, || {
-        CostPainter::new(bvh, &camera, cost, kernel)
+    let kernel = build_wide_bvh(bvh, settings);
+    render_on_workers(&tiles, &shared, threads, pin, control, || {
+        HeatmapRenderer::new(bvh, &camera, cost, kernel)
     })?;
     let [red, _, _] = film.planes;
     Ok(red)
 }
 
 /// Paints tiles with the oracle, pixel by pixel.
-struct ScalarPainter<'a> {
+struct OracleRenderer<'a> {
     camera: &'a Camera,
     scene: &'a Scene,
     sampling: Sampling,
     oracle: Oracle<'a>,
 }
 
-impl ScalarPainter<'_> {
+impl OracleRenderer<'_> {
     /// Sets a pixel of a tile, whole.
-    fn set(&self, pixels: &mut Pixels, (x, y): (u32, u32), pixel: &phalanx_oracle::Pixel) {
+    fn set(
+        &self,
+        pixels: &mut TileBuffer,
+        (x, y): (u32, u32),
+        pixel: &phalanx_oracle::OraclePixel,
+    ) {
         pixels.set(x, y, pixel.radiance.to_array());
         let first = pixel.first.and_then(|(ray, hit)| Some((ray, hit?)));
         if let Some((_, hit)) = first {
@@ -469,19 +476,23 @@ impl ScalarPainter<'_> {
         if aovs.is_empty() {
             return;
         }
-        let look = first.map_or(Look::NONE, |(ray, hit)| self.look(&ray, &hit));
-        pixels.set_look(x, y, &look);
-        pixels.set_light(x, y, &Light(pixel.light.map(Vec3::into)));
+        let look = first.map_or(SurfaceAov::NONE, |(ray, hit)| self.surface_aov(&ray, &hit));
+        pixels.set_surface(x, y, &look);
+        pixels.set_light(x, y, &RadianceAovs(pixel.light.map(Vec3::into)));
         if aovs.has(Aov::Samples) {
             pixels.set_layer(x, y, Aov::Samples, &[f32::from_bits(pixel.samples)]);
         }
     }
 
-    fn look(&self, ray: &phalanx_oracle::Ray, hit: &phalanx_oracle::Hit) -> Look {
-        let (surface, kd, material) = self.oracle.look(ray, hit);
-        Look {
-            depth: hit.t / self.scene.unit,
-            position: self.scene.file_place(surface.point).as_vec3().to_array(),
+    fn surface_aov(
+        &self,
+        ray: &phalanx_oracle::OracleRay,
+        hit: &phalanx_oracle::OracleHit,
+    ) -> SurfaceAov {
+        let (surface, kd, material) = self.oracle.surface_at(ray, hit);
+        SurfaceAov {
+            depth: hit.t / self.scene.scale,
+            position: self.scene.file_position(surface.point).as_vec3().to_array(),
             ng: surface.ng.to_array(),
             ns: surface.ns.to_array(),
             albedo: kd.to_array(),
@@ -491,7 +502,7 @@ impl ScalarPainter<'_> {
     }
 
     /// Paints the blocks that a tile touches, and keeps what lies in the tile.
-    fn paint_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut Pixels) {
+    fn render_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut TileBuffer) {
         let whole = tile.outward(BLOCK, self.camera.size());
         for cell in tiles(whole, BLOCK) {
             let size = (cell.width, cell.height);
@@ -509,10 +520,10 @@ impl ScalarPainter<'_> {
     }
 }
 
-impl Painter for ScalarPainter<'_> {
-    fn paint(&mut self, tile: Tile, pixels: &mut Pixels) {
+impl TileRenderer for OracleRenderer<'_> {
+    fn render_tile(&mut self, tile: Tile, pixels: &mut TileBuffer) {
         if let Some(adaptive) = self.sampling.adaptively() {
-            return self.paint_adaptively(adaptive, tile, pixels);
+            return self.render_adaptively(adaptive, tile, pixels);
         }
         for y in 0..tile.height {
             for x in 0..tile.width {
@@ -524,12 +535,12 @@ impl Painter for ScalarPainter<'_> {
     }
 
     fn stats(&self) -> RenderStats {
-        let Cast {
+        let OracleRayCounts {
             primary,
             shadow,
             reflection,
             refraction,
-        } = self.oracle.cast;
+        } = self.oracle.ray_counts;
         RenderStats {
             rays: RayCounts {
                 primary,

@@ -13,10 +13,10 @@
 //! No level's wave is larger than the wave above it. Where all levels would not fit at that size, waves below the first are
 //! smaller: every level gets the same share of [`BOUNCE_BYTES`].
 
-use super::kept::Kept;
-use super::sights::Sights;
-use super::wave::{Colors, Engine, RayView, fold, wave};
-use crate::shade::Material;
+use super::aov_buffer::AovBuffer;
+use super::shadow_cache::ShadowCache;
+use super::wavefront::{QueueSlice, RadianceX8, WavefrontContext, accumulate, trace_wavefront};
+use crate::shade::ShadeMaterial;
 use bumpalo::Bump;
 use phalanx_scene::Scene;
 use phalanx_trace::packet::{QueueColumns, QueueStorage, RayQueue};
@@ -48,7 +48,7 @@ pub struct WaveSizes {
 }
 
 /// Bounds on the factors that shares of camera rays are multiplied with.
-struct Weights {
+struct BounceWeights {
     /// The smallest component.
     least: f64,
     /// The largest component.
@@ -57,10 +57,10 @@ struct Weights {
     ways: usize,
 }
 
-impl Weights {
-    fn of(scene: &Scene) -> Weights {
+impl BounceWeights {
+    fn of(scene: &Scene) -> BounceWeights {
         let m = &scene.materials;
-        let mut all = Weights {
+        let mut all = BounceWeights {
             least: f64::INFINITY,
             most: 0.0,
             ways: 0,
@@ -71,7 +71,7 @@ impl Weights {
             let ways = [ks, kt].iter().filter(|c| !black(c)).count();
             all.ways = all.ways.max(ways);
             let total = if black(&kt) { kt } else { ks + kt };
-            let whole = Material::of(scene, i as u32).sent();
+            let whole = ShadeMaterial::of(scene, i as u32).secondary_weight();
             for weight in [ks, kt, total].into_iter().filter(|c| !black(c)) {
                 let weight = weight / whole;
                 all.least = all.least.min(f64::from(weight.abs().min_element()));
@@ -86,7 +86,7 @@ impl Weights {
     fn may_fall_below(&self, min_weight: f32, depth: u32) -> bool {
         // More than the rounding of so many products.
         let least = self.least.min(1.0) * (1.0 - 1e-6);
-        let sure = min_weight >= f32::MIN_POSITIVE && depth <= TRIED;
+        let sure = min_weight >= f32::MIN_POSITIVE && depth <= MAX_TRIED_BOUNCES;
         min_weight > 0.0 && !(sure && bounces_until_below(least, min_weight, depth).is_none())
     }
 
@@ -100,12 +100,12 @@ impl Weights {
 }
 
 /// Bounces that are looked at one by one.
-const TRIED: u32 = 10_000;
+const MAX_TRIED_BOUNCES: u32 = 10_000;
 
-/// How often 1 is multiplied by a factor until it is less than `least`; `None` if that takes more than `most` or [`TRIED`].
+/// How often 1 is multiplied by a factor until it is less than `least`; `None` if that takes more than `most` or [`MAX_TRIED_BOUNCES`].
 fn bounces_until_below(factor: f64, least: f32, most: u32) -> Option<u32> {
     let mut product = 1.0;
-    (1..=most.min(TRIED)).find(|_| {
+    (1..=most.min(MAX_TRIED_BOUNCES)).find(|_| {
         product *= factor;
         product < f64::from(least)
     })
@@ -114,7 +114,7 @@ fn bounces_until_below(factor: f64, least: f32, most: u32) -> Option<u32> {
 impl WaveSizes {
     /// Sizes for renders of a scene with these settings.
     pub fn of(scene: &Scene, max_depth: u32, min_weight: f32) -> WaveSizes {
-        let weights = Weights::of(scene);
+        let weights = BounceWeights::of(scene);
         let depth = weights.reach(min_weight, max_depth) as usize;
         let ways = weights.ways;
         let fit = BOUNCE_BYTES / (depth.max(1) * level_bytes(ways));
@@ -125,7 +125,7 @@ impl WaveSizes {
             depth,
             ways,
             columns: QueueColumns {
-                seeds: scene.has_chance(),
+                seeds: scene.is_stochastic(),
                 shares: weights.may_fall_below(min_weight, max_depth),
             },
         }
@@ -141,46 +141,46 @@ impl WaveSizes {
         let camera = self.camera.min(rays.div_ceil(LANES));
         let below = self.bounced.min(camera).saturating_mul(self.depth);
         let levels = if self.depth > 0 { camera + below } else { 0 };
-        levels.saturating_mul(level_bytes(self.ways)) + self.depth * size_of::<Level>()
+        levels.saturating_mul(level_bytes(self.ways)) + self.depth * size_of::<BounceLevel>()
     }
 }
 
 /// Bytes that a packet of a wave takes in its level: of bounces, and of radiance.
 fn level_bytes(ways: usize) -> usize {
-    ways * QueueStorage::PACKET_BYTES + size_of::<Colors>()
+    ways * QueueStorage::PACKET_BYTES + size_of::<RadianceX8>()
 }
 
 /// The levels of a painter, each with the bounces of one wave.
 pub(super) struct Levels {
     sizes: WaveSizes,
     max_depth: usize,
-    levels: Vec<Level>,
+    levels: Vec<BounceLevel>,
 }
 
 #[derive(Default)]
-struct Level {
+struct BounceLevel {
     /// Radiance of the wave's rays. That of camera rays is elsewhere.
-    colors: Vec<Colors>,
-    bounces: Bounces,
+    radiance: Vec<RadianceX8>,
+    bounces: BounceQueue,
 }
 
 /// The bounces of a wave, mirror rays first.
 #[derive(Default)]
-pub(super) struct Bounces {
-    room: QueueStorage,
+pub(super) struct BounceQueue {
+    storage: QueueStorage,
     /// Mirror rays.
     mirrored: usize,
     /// Packets of the wave that sent them.
-    wave: usize,
+    wave_packets: usize,
     /// Those that are being traced; before it all are done.
-    piece: Range<usize>,
+    slice: Range<usize>,
 }
 
-impl Bounces {
+impl BounceQueue {
     /// Those of no ray.
     pub(super) fn clear(&mut self) {
-        self.room.clear();
-        self.piece = 0..0;
+        self.storage.clear();
+        self.slice = 0..0;
     }
 
     /// Those of a wave of `wave` packets, with room for `ways` of each ray: `push` queues them, and tells how many are
@@ -192,16 +192,16 @@ impl Bounces {
         columns: QueueColumns,
         push: impl FnOnce(&mut RayQueue) -> usize,
     ) {
-        self.mirrored = self.room.fill(wave * ways, columns, push);
-        self.wave = wave;
-        self.piece = 0..0;
+        self.mirrored = self.storage.fill(wave * ways, columns, push);
+        self.wave_packets = wave;
+        self.slice = 0..0;
     }
 
     /// Takes the next piece, if there is one.
     fn next(&mut self, most: usize) -> Option<Range<usize>> {
-        let (first, all) = (self.piece.end, self.room.queue().packets());
-        let end = all.min(first + self.wave.min(most));
-        self.piece = first..end;
+        let (first, all) = (self.slice.end, self.storage.queue().packets());
+        let end = all.min(first + self.wave_packets.min(most));
+        self.slice = first..end;
         (first < all).then_some(first..end)
     }
 }
@@ -231,77 +231,90 @@ impl Levels {
     }
 
     /// The level above a wave of some depth, and its own.
-    fn around(&mut self, depth: usize) -> (Option<&mut Level>, &mut Level) {
+    fn parent_and_level(&mut self, depth: usize) -> (Option<&mut BounceLevel>, &mut BounceLevel) {
         if self.levels.len() <= depth {
-            self.levels.resize_with(depth + 1, Level::default);
+            self.levels.resize_with(depth + 1, BounceLevel::default);
         }
         let (above, from) = self.levels.split_at_mut(depth);
         (above.last_mut(), &mut from[0])
     }
 }
 
-/// Traces a wave of camera rays and all their bounces, and adds up the radiance of the camera rays in `colors`. `kept`
-/// receives what is to be known of them beside that, and `sights` what they see of the lights, where they know some of
+/// Traces a wave of camera rays and all their bounces, and adds up the radiance of the camera rays in `radiance`. `aovs`
+/// receives what is to be known of them beside that, and `cache` what they see of the lights, where they know some of
 /// it.
-pub(super) fn waves(
-    engine: &mut Engine,
+pub(super) fn trace_waves(
+    engine: &mut WavefrontContext,
     (scratch, levels): (&mut Bump, &mut Levels),
-    rays: RayView,
-    colors: &mut [Colors],
-    mut kept: Option<&mut Kept>,
-    mut sights: Option<&mut Sights>,
+    rays: QueueSlice,
+    radiance: &mut [RadianceX8],
+    mut aovs: Option<&mut AovBuffer>,
+    mut cache: Option<&mut ShadowCache>,
 ) {
     let (bounced, max_depth) = (levels.sizes.bounced, levels.max_depth);
-    let (_, first) = levels.around(0);
+    let (_, first) = levels.parent_and_level(0);
     let bounces = (max_depth > 0).then_some(&mut first.bounces);
     scratch.reset();
-    let (of_lights, of_rays) = (sights.as_deref_mut(), kept.as_deref_mut());
-    wave(engine, scratch, rays, colors, of_rays, of_lights, bounces);
+    let (of_lights, of_rays) = (cache.as_deref_mut(), aovs.as_deref_mut());
+    trace_wavefront(engine, scratch, rays, radiance, of_rays, of_lights, bounces);
     let mut depth = 0;
     loop {
-        let (_, level) = levels.around(depth);
+        let (_, level) = levels.parent_and_level(depth);
         if let Some(packets) = level.bounces.next(bounced) {
             depth += 1;
-            let (above, level) = levels.around(depth);
-            let Some(Bounces { room, mirrored, .. }) = above.map(|above| &mut above.bounces) else {
+            let (above, level) = levels.parent_and_level(depth);
+            let Some(BounceQueue {
+                storage: room,
+                mirrored,
+                ..
+            }) = above.map(|above| &mut above.bounces)
+            else {
                 return;
             };
             let queue = room.queue();
-            level.colors.clear();
-            level.colors.resize(packets.len(), Colors::BLACK);
+            level.radiance.clear();
+            level.radiance.resize(packets.len(), RadianceX8::BLACK);
             scratch.reset();
             let arena = &*scratch;
             // Only of the camera rays' own bounces.
-            let sights = sights.as_deref_mut().filter(|_| depth == 1);
-            let mut onward = sights.map(|s| s.onward(arena, &queue, packets.clone(), *mirrored));
-            let rays = RayView {
+            let cache = cache.as_deref_mut().filter(|_| depth == 1);
+            let mut onward = cache.map(|s| s.child(arena, &queue, packets.clone(), *mirrored));
+            let rays = QueueSlice {
                 queue: &queue,
                 packets,
             };
             let bounces = (depth < max_depth).then_some(&mut level.bounces);
-            let colors = &mut level.colors;
-            wave(engine, arena, rays, colors, None, onward.as_mut(), bounces);
+            let radiance = &mut level.radiance;
+            trace_wavefront(
+                engine,
+                arena,
+                rays,
+                radiance,
+                None,
+                onward.as_mut(),
+                bounces,
+            );
             continue;
         }
-        let (Some(above), level) = levels.around(depth) else {
+        let (Some(above), level) = levels.parent_and_level(depth) else {
             return;
         };
         depth -= 1;
-        let Bounces {
-            room,
+        let BounceQueue {
+            storage: room,
             mirrored,
-            piece,
+            slice: piece,
             ..
         } = &mut above.bounces;
-        let (queue, answers) = (room.queue(), &level.colors);
+        let (queue, answers) = (room.queue(), &level.radiance);
         if depth > 0 {
-            fold(&queue, piece.clone(), answers, &mut above.colors);
+            accumulate(&queue, piece.clone(), answers, &mut above.radiance);
             continue;
         }
-        if let Some(kept) = &mut kept {
-            kept.fold(&queue, piece.clone(), *mirrored, answers);
+        if let Some(aovs) = &mut aovs {
+            aovs.accumulate(&queue, piece.clone(), *mirrored, answers);
         }
-        fold(&queue, piece.clone(), answers, colors);
+        accumulate(&queue, piece.clone(), answers, radiance);
     }
 }
 
@@ -312,7 +325,7 @@ mod tests {
 
     fn scene(ks: Vec3, kt: Vec3) -> Scene {
         let mut scene = Scene::default();
-        let surface = phalanx_scene::Surface {
+        let surface = phalanx_scene::Material {
             ks,
             kt,
             ..Default::default()

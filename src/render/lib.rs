@@ -1,32 +1,34 @@
 //! A tile's life in order; tiles, workers, film, statistics.
 //!
-//! `wave` is the one place where the order of the stages can be read: rays are traced, hits shaded,
-//! shadow rays answered, bounces queued (`bounce`). In `levels`, what bounces becomes the next
+//! `wavefront` is the one place where the order of the stages can be read: rays are traced, hits shaded,
+//! shadow rays answered, bounces queued (`secondary`). In `levels`, what bounces becomes the next
 //! wave, folded back when it is done.
 
-mod adaptive;
-pub mod alone;
-mod bounce;
-mod cells;
-mod cost;
+mod adaptive_edges;
+mod adaptive_noise;
+mod ambient_occlusion;
+mod aov_buffer;
 pub mod frame;
+mod heatmap;
+pub mod isolated;
 pub mod jobs;
-mod kept;
 mod levels;
-mod occlusion;
-mod packets;
+mod secondary;
 pub mod shade;
-mod sights;
+mod shadow_cache;
 mod stats;
-mod wave;
+mod tile_renderer;
+mod wavefront;
 mod workers;
 
-pub use cost::{Cost, CostPainter};
+pub use heatmap::{HeatmapRenderer, RayCost};
 pub use levels::WaveSizes;
-pub use packets::{PacketPainter, push_camera_rays};
 pub use phalanx_scene::film::{
-    Aov, Aovs, Channel, Film, Hits, Light, Look, NO_HIT, NOTHING, Pixels, SharedFilm, Sink, Tile,
-    tiles,
+    Aov, AovChannel, Aovs, Film, Hits, NO_HIT, NO_ID, RadianceAovs, SharedFilm, SurfaceAov, Tile,
+    TileBuffer, TileSink, tiles,
 };
 pub use stats::{RayCounts, RenderStats};
-pub use workers::{Control, Cores, Interrupted, Painted, Painter, Pin, run};
+pub use tile_renderer::{WavefrontRenderer, push_camera_rays};
+pub use workers::{
+    Control, CoreAffinity, Cores, Interrupted, RenderedTiles, TileRenderer, render_on_workers,
+};

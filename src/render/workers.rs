@@ -2,13 +2,13 @@
 
 use super::stats::RenderStats;
 use phalanx_scene::film::Tile;
-use phalanx_scene::film::{Pixels, Sink};
+use phalanx_scene::film::{TileBuffer, TileSink};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::time::Instant;
 
 /// Whether workers are bound to cores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Pin {
+pub enum CoreAffinity {
     /// The system places them.
     None,
     /// Worker k runs on the k-th core of the process's affinity mask.
@@ -21,10 +21,10 @@ pub struct Cores(Vec<core_affinity::CoreId>);
 impl Cores {
     /// The cores of the process's affinity mask. To be asked for before any thread is bound: a bound thread's children
     /// would see one core only.
-    pub fn here(pin: Pin) -> Cores {
+    pub fn here(pin: CoreAffinity) -> Cores {
         Cores(match pin {
-            Pin::None => Vec::new(),
-            Pin::Cores => core_affinity::get_core_ids().unwrap_or_default(),
+            CoreAffinity::None => Vec::new(),
+            CoreAffinity::Cores => core_affinity::get_core_ids().unwrap_or_default(),
         })
     }
 
@@ -44,7 +44,7 @@ pub struct Control {
     /// Pixels finished.
     pub pixels: AtomicU64,
     /// Those of them that were finished before the render began.
-    pub kept: AtomicU64,
+    pub pixels_resumed: AtomicU64,
     /// Rays traced so far, all kinds.
     pub rays: AtomicU64,
 }
@@ -55,43 +55,43 @@ pub struct Control {
 pub struct Interrupted;
 
 /// An engine's share of one worker: it paints tiles and counts what it does.
-pub trait Painter {
+pub trait TileRenderer {
     /// Paints every pixel of a tile; `pixels` are of its size, black and without hits.
-    fn paint(&mut self, tile: Tile, pixels: &mut Pixels);
+    fn render_tile(&mut self, tile: Tile, pixels: &mut TileBuffer);
     /// What it has done since it was made.
     fn stats(&self) -> RenderStats;
 }
 
 /// What painting all tiles came to.
 #[derive(Clone, Debug, Default)]
-pub struct Painted {
+pub struct RenderedTiles {
     /// What was done.
     pub stats: RenderStats,
     /// Seconds that each tile took the worker that painted it.
     pub tile_seconds: Vec<f64>,
 }
 
-/// Paints all tiles on `threads` workers, each with a painter of its own made by `painter`, and puts them into the sink.
+/// Paints all tiles on `threads` workers, each with a painter of its own made by `renderer`, and puts them into the sink.
 ///
 /// # Errors
 /// [`Interrupted`] if `control.stop` was set before the last tile was taken.
-pub fn run<P: Painter>(
+pub fn render_on_workers<P: TileRenderer>(
     tiles: &[Tile],
-    sink: &dyn Sink,
+    sink: &dyn TileSink,
     threads: usize,
-    pin: Pin,
+    pin: CoreAffinity,
     control: &Control,
-    painter: impl Fn() -> P + Sync,
-) -> Result<Painted, Interrupted> {
+    renderer: impl Fn() -> P + Sync,
+) -> Result<RenderedTiles, Interrupted> {
     let cores = Cores::here(pin);
     let next = AtomicUsize::new(0);
     let work = |worker: Option<usize>| {
         if let Some(worker) = worker {
             cores.bind(worker);
         }
-        let (mut painter, mut pixels) = (
-            painter(),
-            Pixels::new(sink.records_hits()).with_layers(sink.aovs()),
+        let (mut renderer, mut pixels) = (
+            renderer(),
+            TileBuffer::new(sink.records_hits()).with_aovs(sink.aovs()),
         );
         let mut counted = 0;
         let mut took = Vec::new();
@@ -102,20 +102,20 @@ pub fn run<P: Painter>(
             };
             let start = Instant::now();
             pixels.fit(tile);
-            painter.paint(tile, &mut pixels);
+            renderer.render_tile(tile, &mut pixels);
             sink.put(tile, &pixels);
             took.push((k, start.elapsed().as_secs_f64()));
-            let rays = painter.stats().rays.total();
+            let rays = renderer.stats().rays.total();
             control.rays.fetch_add(rays - counted, Relaxed);
             control.pixels.fetch_add(tile.pixels(), Relaxed);
             counted = rays;
         }
-        (painter.stats(), took)
+        (renderer.stats(), took)
     };
     let work = &work;
-    let mut painted = Painted {
+    let mut painted = RenderedTiles {
         tile_seconds: vec![0.0; tiles.len()],
-        ..Painted::default()
+        ..RenderedTiles::default()
     };
     let mut add = |(stats, took): (RenderStats, Vec<(usize, f64)>)| {
         painted.stats.add(&stats);

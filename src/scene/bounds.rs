@@ -67,25 +67,25 @@ pub const PAD: f32 = 1.0 / 524_288.0;
 /// products of normal and point: 4u with u = 2⁻²⁴. Rounding the point to `f32` costs u of that,
 /// adding the offset another (pbrt's γ₁, Pharr, Jakob and Humphreys, "Managing Rounding Error"), so
 /// a point of the plane is off it by 2u at least.
-pub const ROUNDING: f32 = 1.0 / 4_194_304.0;
+pub const PLANE_ROUNDING: f32 = 1.0 / 4_194_304.0;
 
 /// And as a share of the triangle's edges, for what is lost before that, in `f64`: 2⁻⁴⁰, some 4,000
 /// roundings, which is as much as a needle turns one into. It matters where the plane passes near
 /// the origin, so that |n|·|p| says nothing.
-pub const IN_DOUBLE: f32 = 1.0 / 1_099_511_627_776.0;
+pub const DOUBLE_ROUNDING: f32 = 1.0 / 1_099_511_627_776.0;
 
 /// How far a ray that leaves a triangle likes to start off it, as a share of the point's largest
 /// coordinate: beyond the paddings of the triangle's box and of the next ray's origin, so that a
 /// ray that leaves a wall along an axis begins outside the wall's boxes and need not look into them
 /// (`perf/notes/leaving-surfaces.md`).
-pub const BEYOND_BOXES: f32 = 4.0 * PAD;
+pub const OFFSET_PER_COORDINATE: f32 = 4.0 * PAD;
 
 /// And as shares of the triangle's edges, at least and at most: from the first on, `f32` tells most
 /// rays that the triangle is behind them (`trace::traverse`, distances); the second is nothing that
 /// one sees.
-pub const OF_EDGES: [f32; 2] = [1.0 / 16_384.0, 1.0 / 1024.0];
+pub const OFFSET_PER_EDGE: [f32; 2] = [1.0 / 16_384.0, 1.0 / 1024.0];
 
 /// But no farther than this share of the way to where the ray came from, whatever the coordinates
 /// and the triangle's size: a quarter of a pixel's width in a picture of 4,000 pixels across 40
 /// degrees.
-pub const OF_WAY: f32 = 1.0 / 16_384.0;
+pub const MAX_OFFSET_PER_DISTANCE: f32 = 1.0 / 16_384.0;

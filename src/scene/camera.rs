@@ -35,10 +35,10 @@ pub enum LensError {
 }
 
 /// Widest aperture, in distances of focus: beyond, rays through the rim are parallel to the picture.
-const WIDEST: f32 = 1000.0;
+const MAX_APERTURE_PER_FOCUS: f32 = 1000.0;
 
 /// Widest aperture in units of the scene: as far as a scene's coordinates reach.
-const LARGEST: f32 = 268_435_456.0; // 2^28
+const MAX_APERTURE: f32 = 268_435_456.0; // 2^28
 
 /// A camera ready to make rays.
 #[derive(Clone, Copy, Debug)]
@@ -118,7 +118,9 @@ impl Camera {
         if !(focus.is_finite() && focus > 0.0) {
             return Err(LensError::Focus);
         }
-        if f64::from(aperture) > f64::from(WIDEST) * f64::from(focus) || aperture > LARGEST {
+        if f64::from(aperture) > f64::from(MAX_APERTURE_PER_FOCUS) * f64::from(focus)
+            || aperture > MAX_APERTURE
+        {
             return Err(LensError::TooWide);
         }
         let lens = (aperture > 0.0).then(|| LensDisk {

@@ -38,7 +38,7 @@ impl Meshes {
 pub struct Instances {
     /// Which mesh.
     pub mesh: Column<u32>,
-    /// Primitives of all instances before this one: see [`super::Scene::placed`].
+    /// Primitives of all instances before this one: see [`super::Scene::resolve`].
     pub first: Column<u32>,
     /// Mesh to world.
     pub to_world: [Vec3s; 4],
@@ -48,7 +48,7 @@ pub struct Instances {
 
 /// Most that a map or its inverse may stretch a direction, and one over the least that its longest column may measure:
 /// beyond, squares of what it makes of mesh coordinates leave single precision.
-const MOST_STRETCH: f64 = 1_099_511_627_776.0; // 2^40
+const MAX_STRETCH: f64 = 1_099_511_627_776.0; // 2^40
 
 /// An instance's map has no inverse, or it or its inverse stretches or shrinks beyond 2^±40 or what f32 can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -111,7 +111,7 @@ impl Instances {
 
     /// Whether both maps are such as [`super::Scene::add_instance`] takes, but for being each other's inverse.
     #[inline]
-    pub(super) fn has_moderate_maps(&self, i: usize) -> bool {
+    pub(super) fn has_moderate_transforms(&self, i: usize) -> bool {
         is_moderate(&self.world_columns(i)) && is_moderate(&self.object_columns(i))
     }
 
@@ -132,9 +132,9 @@ impl Instances {
         let to_object = self.object_columns(i).map(|c| c.as_dvec3());
         let (lo, hi) = (mesh.lo.as_dvec3(), mesh.hi.as_dvec3());
         let (center, half) = ((lo + hi) / 2.0, (hi - lo) / 2.0);
-        let place = linear(&to_world, center) + to_world[3];
+        let position = linear(&to_world, center) + to_world[3];
         let reach = linear(&to_world.map(DVec3::abs), half);
-        let (lo, hi) = (place - reach, place + reach);
+        let (lo, hi) = (position - reach, position + reach);
         // A place p of the world becomes Mp + s with an error of |M||p| + |s|, which comes back through |W|.
         let far = lo.abs().max(hi.abs());
         let lost = linear(&to_object.map(DVec3::abs), far) + to_object[3].abs();
@@ -147,7 +147,7 @@ impl Instances {
 fn is_moderate(&[x, y, z, _]: &[Vec3; 4]) -> bool {
     let lengths = [x, y, z].map(|c| c.as_dvec3().length());
     let longest = lengths.into_iter().fold(0.0, f64::max);
-    (1.0 / MOST_STRETCH..=MOST_STRETCH).contains(&longest)
+    (1.0 / MAX_STRETCH..=MAX_STRETCH).contains(&longest)
 }
 
 fn linear([x, y, z, _]: &[DVec3; 4], v: DVec3) -> DVec3 {
@@ -194,9 +194,9 @@ mod tests {
                     again.cmpge(b.lo.as_dvec3()).all() && again.cmple(b.hi.as_dvec3()).all()
                 };
                 assert!(inside(own), "{p} comes back at {again}, outside {own:?}");
-                let place = map.transform_point3(p.as_dvec3());
-                let far = (again - place).abs().max_element();
-                beyond_padding += usize::from(far > f64::from(PAD) * place.abs().max_element());
+                let position = map.transform_point3(p.as_dvec3());
+                let far = (again - position).abs().max_element();
+                beyond_padding += usize::from(far > f64::from(PAD) * position.abs().max_element());
             }
         }
         assert!(

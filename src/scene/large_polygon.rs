@@ -12,24 +12,25 @@ use std::collections::HashMap;
 
 /// Sides of triangles that all edges together may meet, for each corner. Outlines that do not cross themselves were seen
 /// to meet up to 7; beyond, the outline is a tangle, which has no proper triangles.
-const MOST_STEPS: usize = 32;
+const MAX_STEPS: usize = 32;
 
 /// A corner and its number.
 #[derive(Clone, Copy)]
-struct Corner {
-    place: Point2<f64>,
+struct OutlineVertex {
+    point: Point2<f64>,
     number: u32,
 }
 
-impl HasPosition for Corner {
+impl HasPosition for OutlineVertex {
     type Scalar = f64;
     fn position(&self) -> Point2<f64> {
-        self.place
+        self.point
     }
 }
 
-type Delaunay = ConstrainedDelaunayTriangulation<Corner, (), (), (), HierarchyHintGenerator<f64>>;
-type Vertex = spade::handles::FixedVertexHandle;
+type Delaunay =
+    ConstrainedDelaunayTriangulation<OutlineVertex, (), (), (), HierarchyHintGenerator<f64>>;
+type VertexHandle = spade::handles::FixedVertexHandle;
 
 /// Counter-clockwise triangles of an outline, two fewer than corners at most; none of a tangle, and of what has no area.
 pub(super) fn triangulate(outline: &[[f64; 2]]) -> Option<Vec<[u32; 3]>> {
@@ -44,9 +45,9 @@ pub(super) fn triangulate(outline: &[[f64; 2]]) -> Option<Vec<[u32; 3]>> {
         let vertex = |corner: u32| vertices[corner as usize];
         Some([vertex(a)?, vertex(b)?])
     });
-    let mut edges: Vec<[Vertex; 2]> = edges.collect::<Option<_>>()?;
+    let mut edges: Vec<[VertexHandle; 2]> = edges.collect::<Option<_>>()?;
     shuffle(&mut edges);
-    let mut steps = Steps(MOST_STEPS * outline.len());
+    let mut steps = Steps(MAX_STEPS * outline.len());
     for &[from, to] in &edges {
         if !steps.is_blocked(&delaunay, from, to)? {
             delaunay.try_add_constraint(from, to);
@@ -73,12 +74,12 @@ fn area(outline: &[[f64; 2]], triangle: &[u32; 3]) -> f64 {
 }
 
 /// The first corner at each place, and for each corner the number of that one.
-fn distinct(outline: &[[f64; 2]]) -> (Vec<Corner>, Vec<u32>) {
-    let scale = [0, 1].map(|axis| unit_scale(outline.iter().map(|place| place[axis])));
+fn distinct(outline: &[[f64; 2]]) -> (Vec<OutlineVertex>, Vec<u32>) {
+    let scale = [0, 1].map(|axis| unit_scale(outline.iter().map(|position| position[axis])));
     let mut first = HashMap::new();
     let mut corners = Vec::new();
-    let place_of = outline.iter().enumerate().map(|(k, place)| {
-        let [x, y] = [0, 1].map(|axis| match place[axis] * scale[axis] {
+    let place_of = outline.iter().enumerate().map(|(k, position)| {
+        let [x, y] = [0, 1].map(|axis| match position[axis] * scale[axis] {
             // Zeros of both signs are one place, and spade takes nothing smaller.
             x if x.abs() < MIN_ALLOWED_VALUE => 0.0,
             x => x,
@@ -86,7 +87,10 @@ fn distinct(outline: &[[f64; 2]]) -> (Vec<Corner>, Vec<u32>) {
         let number = first.entry([x.to_bits(), y.to_bits()]);
         *number.or_insert_with(|| {
             let (place, number) = (Point2::new(x, y), k as u32);
-            corners.push(Corner { place, number });
+            corners.push(OutlineVertex {
+                point: place,
+                number,
+            });
             number
         })
     });
@@ -97,14 +101,14 @@ fn distinct(outline: &[[f64; 2]]) -> (Vec<Corner>, Vec<u32>) {
 /// The corners in an order by chance, in which each is inserted in log n steps, wherever they lie (Guibas, Knuth and
 /// Sharir, "Randomized Incremental Construction of Delaunay and Voronoi Diagrams", 1992). Three that are not in a row
 /// come first; none of corners that all are.
-fn shuffled(mut corners: Vec<Corner>) -> Option<Vec<Corner>> {
-    let first = corners.first()?.place;
-    let off = |p: &Corner| (p.place.x - first.x, p.place.y - first.y);
-    let far = |p: &Corner| off(p).0.abs().max(off(p).1.abs());
+fn shuffled(mut corners: Vec<OutlineVertex>) -> Option<Vec<OutlineVertex>> {
+    let first = corners.first()?.point;
+    let off = |p: &OutlineVertex| (p.point.x - first.x, p.point.y - first.y);
+    let far = |p: &OutlineVertex| off(p).0.abs().max(off(p).1.abs());
     let second =
         (0..corners.len()).max_by(|&a, &b| far(&corners[a]).total_cmp(&far(&corners[b])))?;
     let (x, y) = off(&corners[second]);
-    let beside = |p: &Corner| x * off(p).1 - y * off(p).0;
+    let beside = |p: &OutlineVertex| x * off(p).1 - y * off(p).0;
     let third = corners.iter().position(|p| beside(p) != 0.0)?;
     for (place, corner) in [(1, second.min(third)), (2, second.max(third))] {
         corners.swap(place, corner);
@@ -170,7 +174,12 @@ impl Steps {
     }
 
     /// Set where an edge of the outline is in the way of another one.
-    fn is_blocked(&mut self, delaunay: &Delaunay, from: Vertex, to: Vertex) -> Option<bool> {
+    fn is_blocked(
+        &mut self,
+        delaunay: &Delaunay,
+        from: VertexHandle,
+        to: VertexHandle,
+    ) -> Option<bool> {
         for met in LineIntersectionIterator::new_from_handles(delaunay, from, to) {
             self.take()?;
             if let Intersection::EdgeIntersection(edge) = met
@@ -187,8 +196,8 @@ impl Steps {
     fn trace(
         &mut self,
         delaunay: &Delaunay,
-        from: Vertex,
-        to: Vertex,
+        from: VertexHandle,
+        to: VertexHandle,
         outer: &mut [bool],
     ) -> Option<()> {
         let mut at = from;

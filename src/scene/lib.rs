@@ -5,7 +5,7 @@
 //! says in which column the primitive lives. Units are the scene's own, angles degrees, colours linear RGB.
 //!
 //! A mesh is a run of primitives that is seen only through its instances. What an instance shows has numbers of its own
-//! beyond the stored ones, so that one `prim_id` always says what was hit: see [`Scene::placed`].
+//! beyond the stored ones, so that one `prim_id` always says what was hit: see [`Scene::resolve`].
 
 mod bounds;
 pub mod camera;
@@ -20,7 +20,7 @@ mod origin;
 mod path;
 mod polygon;
 mod prim;
-mod range;
+mod rescale;
 pub mod sampling;
 mod shapes;
 mod textures;
@@ -29,13 +29,16 @@ mod validate;
 mod vectors;
 mod view;
 
-pub use bounds::{BEYOND_BOXES, Bounds, IN_DOUBLE, OF_EDGES, OF_WAY, PAD, ROUNDING};
+pub use bounds::{
+    Bounds, DOUBLE_ROUNDING, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE, OFFSET_PER_EDGE, PAD,
+    PLANE_ROUNDING,
+};
 pub use column::Column;
 pub use instances::{Instances, Meshes, NotInvertible};
 pub use lights::{LightShape, Lights};
-pub use materials::{Materials, Palette, Surface};
+pub use materials::{Material, MaterialTable, Materials};
 pub use origin::FileView;
-pub use path::{CameraPath, Key};
+pub use path::{CameraKey, CameraPath};
 pub use polygon::triangulate;
 pub use prim::{Prim, PrimKind};
 pub use shapes::{Cone, ConeFrame, ConeProfile, Cones, Ellipsoids, Spheres};
@@ -52,21 +55,21 @@ pub const NO_PRIM: u32 = u32::MAX;
 
 /// How linear radiance becomes sample values in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tone {
+pub struct OutputEncoding {
     /// Transfer curve applied after clamping to \[0, 1\].
     pub transfer: Transfer,
     /// How 255·c becomes an integer.
     pub quantize: Quantize,
 }
 
-impl Tone {
+impl OutputEncoding {
     /// Linear values, rounded down: what `.test` and NFF pictures are written with.
-    pub const LINEAR: Tone = Tone {
+    pub const LINEAR: OutputEncoding = OutputEncoding {
         transfer: Transfer::None,
         quantize: Quantize::Floor,
     };
     /// The sRGB curve, rounded to nearest: what pictures of meshes are written with.
-    pub const SRGB: Tone = Tone {
+    pub const SRGB: OutputEncoding = OutputEncoding {
         transfer: Transfer::Srgb,
         quantize: Quantize::Round,
     };
@@ -104,7 +107,7 @@ pub struct Scene {
     /// Radiance of a ray that misses everything.
     pub background: Vec3,
     /// How the format wants its pictures written.
-    pub tone: Tone,
+    pub encoding: OutputEncoding,
     /// Camera.
     pub view: View,
     /// Which column each stored primitive lives in, in file order.
@@ -128,9 +131,9 @@ pub struct Scene {
     /// Lights in file order; their sum follows that order.
     pub lights: Lights,
     /// Scene units per file unit: a power of two, 1 unless the file's extent left f32's comfortable range.
-    pub unit: f32,
-    /// Where the scene's coordinates begin, in those of the file: a place p of the file is `(p − origin) · unit` here
-    /// (see [`Scene::place_of`]). Zero unless a reader moved the scene; nothing that is added to a scene moves it.
+    pub scale: f32,
+    /// Where the scene's coordinates begin, in those of the file: a place p of the file is `(p − origin) · scale` here
+    /// (see [`Scene::scene_position`]). Zero unless a reader moved the scene; nothing that is added to a scene moves it.
     pub origin: [f64; 3],
 }
 
@@ -142,7 +145,7 @@ impl Default for Scene {
             max_depth: 5,
             output: None,
             background: Vec3::ZERO,
-            tone: Tone::LINEAR,
+            encoding: OutputEncoding::LINEAR,
             view: View {
                 eye: Vec3::new(0.0, 0.0, 1.0),
                 center: Vec3::ZERO,
@@ -159,7 +162,7 @@ impl Default for Scene {
             materials: Materials::default(),
             textures: Vec::new(),
             lights: Lights::default(),
-            unit: 1.0,
+            scale: 1.0,
             origin: [0.0; 3],
         }
     }
@@ -167,7 +170,7 @@ impl Default for Scene {
 
 /// What a `prim_id` stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Placed {
+pub struct ResolvedPrim {
     /// The stored primitive: an index into [`Scene::prims`].
     pub prim: u32,
     /// The instance that shows it, if it is not in the world itself.
@@ -183,9 +186,9 @@ impl Scene {
 
     /// Whether anything about what a ray sees is left to chance: where on a light, where in a glossy reflection.
     #[inline]
-    pub fn has_chance(&self) -> bool {
+    pub fn is_stochastic(&self) -> bool {
         let mut lights = 0..self.lights.len();
-        lights.any(|light| self.lights.has_area(light))
+        lights.any(|light| self.lights.is_area(light))
             || self.materials.gloss.iter().any(|&gloss| gloss > 0.0)
     }
 
@@ -225,10 +228,10 @@ impl Scene {
     /// What a `prim_id` stands for. Numbers below [`Scene::prim_count`] are stored primitives; those from there on
     /// number the primitives of the first instance, then those of the second, and so on.
     #[inline]
-    pub fn placed(&self, prim_id: u32) -> Placed {
+    pub fn resolve(&self, prim_id: u32) -> ResolvedPrim {
         let stored = self.prims.len() as u32;
         if prim_id < stored {
-            return Placed {
+            return ResolvedPrim {
                 prim: prim_id,
                 instance: None,
             };
@@ -236,7 +239,7 @@ impl Scene {
         let offset = prim_id - stored;
         let instance = self.instances.first.partition_point(|&f| f <= offset) - 1;
         let mesh = self.instances.mesh[instance] as usize;
-        Placed {
+        ResolvedPrim {
             prim: self.meshes.first[mesh] + (offset - self.instances.first[instance]),
             instance: Some(instance as u32),
         }

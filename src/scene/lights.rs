@@ -14,7 +14,7 @@ pub struct Lights {
     /// Whether the light is directional (else it has a place).
     pub directional: Column<bool>,
     /// Position of a point light, centre of a sphere's, a corner of a rectangle's; or the unit direction toward a directional one.
-    pub place: Vec3s,
+    pub position: Vec3s,
     /// Colour L0.
     pub color: Vec3s,
     /// Attenuation const, lin and quad of what has a place, as the components x, y and z.
@@ -67,7 +67,7 @@ impl Lights {
 
     /// Whether light `i` has an area.
     #[inline]
-    pub fn has_area(&self, i: usize) -> bool {
+    pub fn is_area(&self, i: usize) -> bool {
         matches!(
             self.shape(i),
             LightShape::Sphere(_) | LightShape::Rectangle(_)
@@ -76,10 +76,10 @@ impl Lights {
 
     /// The middle of a light that has a place.
     #[inline]
-    pub fn middle(&self, i: usize) -> Vec3 {
+    pub fn center(&self, i: usize) -> Vec3 {
         match self.shape(i) {
-            LightShape::Rectangle([e, f]) => (self.place.get(i) + e * 0.5) + f * 0.5,
-            _ => self.place.get(i),
+            LightShape::Rectangle([e, f]) => (self.position.get(i) + e * 0.5) + f * 0.5,
+            _ => self.position.get(i),
         }
     }
 
@@ -118,9 +118,9 @@ impl Lights {
         }
     }
 
-    fn add(&mut self, directional: bool, place: Vec3, color: Vec3, attenuation: Vec3) {
+    fn add(&mut self, directional: bool, position: Vec3, color: Vec3, attenuation: Vec3) {
         self.directional.push(directional);
-        self.place.push(place);
+        self.position.push(position);
         self.color.push(color);
         self.attenuation.push(attenuation);
         self.radius.push(0.0);

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 /// One row of [`Materials`] (design document, "Recursive shading model"): RGB linear and finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Surface {
+pub struct Material {
     /// Ambient Ka.
     pub ka: Vec3,
     /// Emission Ke.
@@ -30,10 +30,10 @@ pub struct Surface {
     pub gloss: f32,
 }
 
-impl Default for Surface {
+impl Default for Material {
     /// What a `.test` file starts with: a faint ambient grey.
     fn default() -> Self {
-        Surface {
+        Material {
             ka: Vec3::splat(0.2),
             ke: Vec3::ZERO,
             kd: Vec3::ZERO,
@@ -47,7 +47,7 @@ impl Default for Surface {
     }
 }
 
-/// Surface parameters, one [`Surface`] each.
+/// Surface parameters, one [`Material`] each.
 #[derive(Clone, Debug, Default)]
 pub struct Materials {
     /// Ambient Ka.
@@ -84,7 +84,7 @@ impl Materials {
     }
 
     /// Appends a row and returns its number.
-    pub fn push(&mut self, surface: &Surface) -> u32 {
+    pub fn push(&mut self, surface: &Material) -> u32 {
         let row = self.len() as u32;
         self.ka.push(surface.ka);
         self.ke.push(surface.ke);
@@ -99,8 +99,8 @@ impl Materials {
     }
 
     /// The row `i`.
-    pub fn get(&self, i: usize) -> Surface {
-        Surface {
+    pub fn get(&self, i: usize) -> Material {
+        Material {
             ka: self.ka.get(i),
             ke: self.ke.get(i),
             kd: self.kd.get(i),
@@ -115,12 +115,12 @@ impl Materials {
 }
 
 /// Numbers in a surface.
-const NUMBERS: usize = 19;
+const MATERIAL_WORDS: usize = 19;
 
-impl Surface {
+impl Material {
     /// Equal surfaces have equal bits; bits, unlike floats, can be hashed.
-    fn bits(&self) -> [u32; NUMBERS] {
-        let mut bits = [self.texture; NUMBERS];
+    fn bits(&self) -> [u32; MATERIAL_WORDS] {
+        let mut bits = [self.texture; MATERIAL_WORDS];
         let colors = [self.ka, self.ke, self.kd, self.ks, self.kt];
         let numbers = colors.iter().flat_map(Vec3::as_ref);
         let numbers = numbers.chain([&self.shininess, &self.ior, &self.gloss]);
@@ -133,14 +133,14 @@ impl Surface {
 
 /// Gives each distinct surface one row.
 #[derive(Clone, Debug, Default)]
-pub struct Palette {
-    rows: HashMap<[u32; NUMBERS], u32>,
+pub struct MaterialTable {
+    rows: HashMap<[u32; MATERIAL_WORDS], u32>,
 }
 
-impl Palette {
+impl MaterialTable {
     /// The row of `surface`, appended where it is new.
     #[inline]
-    pub fn row(&mut self, surface: &Surface, materials: &mut Materials) -> u32 {
+    pub fn intern(&mut self, surface: &Material, materials: &mut Materials) -> u32 {
         *self
             .rows
             .entry(surface.bits())

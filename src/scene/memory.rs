@@ -56,7 +56,7 @@ impl Scene {
                     + m.ior.row_bytes()
                     + m.texture.row_bytes()
                     + m.gloss.row_bytes()
-                    + vectors(&[&l.place, &l.color, &l.attenuation])
+                    + vectors(&[&l.position, &l.color, &l.attenuation])
                     + vectors(&l.edges.each_ref())
                     + l.radius.row_bytes()
                     + l.directional.row_bytes(),

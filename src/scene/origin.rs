@@ -41,30 +41,30 @@ impl From<View> for FileView {
 }
 
 impl Scene {
-    /// Place in the scene of a place in the file: `(place − origin) · unit`, rounded once.
-    pub fn place_of(&self, place: DVec3) -> Vec3 {
-        ((place - DVec3::from_array(self.origin)) * f64::from(self.unit)).as_vec3()
+    /// Place in the scene of a place in the file: `(position − origin) · scale`, rounded once.
+    pub fn scene_position(&self, position: DVec3) -> Vec3 {
+        ((position - DVec3::from_array(self.origin)) * f64::from(self.scale)).as_vec3()
     }
 
-    /// Place in the file of a place in the scene: `place / unit + origin`.
-    pub fn file_place(&self, place: Vec3) -> DVec3 {
-        let place = place.as_dvec3() / f64::from(self.unit);
+    /// Place in the file of a place in the scene: `position / scale + origin`.
+    pub fn file_position(&self, position: Vec3) -> DVec3 {
+        let position = position.as_dvec3() / f64::from(self.scale);
         let moved = |c: f64, origin: f64| {
             // Adding 0 would make 0 of −0.
             if origin == 0.0 { c } else { c + origin }
         };
         DVec3::new(
-            moved(place.x, self.origin[0]),
-            moved(place.y, self.origin[1]),
-            moved(place.z, self.origin[2]),
+            moved(position.x, self.origin[0]),
+            moved(position.y, self.origin[1]),
+            moved(position.z, self.origin[2]),
         )
     }
 
     /// View in the scene of a view in the file's coordinates.
     pub fn view_of(&self, view: &FileView) -> View {
         View {
-            eye: self.place_of(view.eye),
-            center: self.place_of(view.center),
+            eye: self.scene_position(view.eye),
+            center: self.scene_position(view.center),
             up: view.up,
             fovy: view.fovy,
         }
@@ -76,7 +76,7 @@ impl Scene {
     }
 
     /// The origin as text, as in `500000, 0, -4012344`; none for a scene that is not moved.
-    pub fn origin_words(&self) -> Option<String> {
+    pub fn describe_origin(&self) -> Option<String> {
         let [x, y, z] = self.origin;
         self.is_moved().then(|| format!("{x}, {y}, {z}"))
     }
@@ -90,22 +90,22 @@ mod tests {
     fn places_go_to_the_scene_and_back() {
         let scene = Scene {
             origin: [500_000.0, 0.0, -4_012_352.0],
-            unit: 0.25,
+            scale: 0.25,
             ..Scene::default()
         };
         let file = DVec3::new(500_123.25, -3.5, -4_012_345.125);
-        let place = scene.place_of(file);
-        assert_eq!(place, Vec3::new(30.8125, -0.875, 1.71875));
-        assert_eq!(scene.file_place(place), file);
+        let position = scene.scene_position(file);
+        assert_eq!(position, Vec3::new(30.8125, -0.875, 1.71875));
+        assert_eq!(scene.file_position(position), file);
     }
 
     #[test]
     fn without_an_origin_every_bit_stays() {
         let scene = Scene::default();
         for c in [-0.0, 0.0, 1e-45, -3.402_823_5e38, 0.1] {
-            let back = scene.file_place(Vec3::splat(c)).as_vec3();
+            let back = scene.file_position(Vec3::splat(c)).as_vec3();
             assert_eq!(back.x.to_bits(), c.to_bits());
-            let placed = scene.place_of(DVec3::splat(f64::from(c)));
+            let placed = scene.scene_position(DVec3::splat(f64::from(c)));
             assert_eq!(placed.x.to_bits(), c.to_bits());
         }
     }

@@ -15,12 +15,12 @@ pub enum CameraPath {
         frames: u32,
     },
     /// Through views at given frames; before the first and after the last it stands still.
-    Keys(Vec<Key>),
+    Keys(Vec<CameraKey>),
 }
 
 /// A view at a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Key {
+pub struct CameraKey {
     /// Which frame.
     pub frame: u32,
     /// The view there.
@@ -56,7 +56,7 @@ fn turned(view: &View, frame: u32, frames: u32) -> View {
 
 /// Cubic Hermite curves through the keys, the tangent at each being the slope between its neighbours (Catmull and Rom, "A Class of
 /// Local Interpolating Splines", 1974, with frames for the knots); none without keys. Keys are in the order of their frames.
-fn between(keys: &[Key], frame: u32) -> Option<View> {
+fn between(keys: &[CameraKey], frame: u32) -> Option<View> {
     let next = keys.partition_point(|key| key.frame <= frame);
     let (Some(from), Some(to)) = (next.checked_sub(1).map(|k| keys[k]), keys.get(next)) else {
         return keys.get(next.saturating_sub(1)).map(|key| key.view);
@@ -65,7 +65,7 @@ fn between(keys: &[Key], frame: u32) -> Option<View> {
     let (before, after) = (at(next.saturating_sub(2)), at(next + 1));
     let span = f64::from(to.frame - from.frame);
     let t = f64::from(frame - from.frame) / span;
-    let slope = |a: Key, b: Key, of: &dyn Fn(&View) -> DVec3| {
+    let slope = |a: CameraKey, b: CameraKey, of: &dyn Fn(&View) -> DVec3| {
         (of(&b.view) - of(&a.view)) / f64::from(b.frame - a.frame).max(1.0)
     };
     let curve = |of: &dyn Fn(&View) -> DVec3| -> Vec3 {
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn keys_are_met_and_what_is_even_stays_even() {
-        let key = |frame, x| Key {
+        let key = |frame, x| CameraKey {
             frame,
             view: view(x),
         };

@@ -6,7 +6,7 @@ use earcut::utils3d::project3d_to_2d;
 use glam::Vec3;
 
 /// Corners beyond which a polygon is not cut by ears, which may take a time quadratic in their number.
-const MOST_EARS: usize = 256;
+const MAX_EARS: usize = 256;
 
 /// Triangles of a polygon, as indices into its corners, in its own winding. Concave and slightly non-planar polygons
 /// are cut by ears, and those of more than 256 corners by a Delaunay triangulation; what has no area at all is fanned
@@ -18,7 +18,7 @@ pub fn triangulate(points: &[Vec3]) -> Vec<[u32; 3]> {
         4 if is_convex_quad(points) => return vec![[0, 1, 2], [0, 2, 3]],
         _ => {}
     }
-    let mut triangles = match points.len() > MOST_EARS {
+    let mut triangles = match points.len() > MAX_EARS {
         true => large_polygon::triangulate(&flattened(points)).unwrap_or_default(),
         false => ears(points),
     };

@@ -160,7 +160,7 @@ impl Cones {
     /// Bounds of the two end discs: a disc of radius r across the unit axis a reaches r·√(1 − a_k²) along axis k.
     pub fn bounds(&self, i: usize) -> Bounds {
         let cone = self.get(i);
-        let axis = Sides::of(&cone).axis;
+        let axis = ConeSides::of(&cone).axis;
         let across = |k: f64| (1.0 - k * k).max(0.0).sqrt() as f32;
         let reach = Vec3::new(across(axis.x), across(axis.y), across(axis.z));
         let disc = |center: Vec3, radius: f32| {
@@ -172,7 +172,7 @@ impl Cones {
     /// The cone's profile, for the point and the normal of a hit.
     #[inline]
     pub fn profile(&self, i: usize) -> ConeProfile {
-        let sides = Sides::of(&self.get(i));
+        let sides = ConeSides::of(&self.get(i));
         ConeProfile {
             axis: sides.axis.as_vec3(),
             cos: sides.cos as f32,
@@ -184,7 +184,7 @@ impl Cones {
     /// What a ray's test needs of the cone.
     pub fn frame(&self, i: usize) -> ConeFrame {
         let cone = self.get(i);
-        let sides = Sides::of(&cone);
+        let sides = ConeSides::of(&cone);
         let across = perpendicular(sides.axis);
         ConeFrame {
             base: cone.base,
@@ -230,7 +230,7 @@ pub struct ConeFrame {
 }
 
 /// What both views of a cone are made from, in f64.
-struct Sides {
+struct ConeSides {
     axis: DVec3,
     length: f64,
     slant: f64,
@@ -238,13 +238,13 @@ struct Sides {
     sin: f64,
 }
 
-impl Sides {
-    fn of(cone: &Cone) -> Sides {
+impl ConeSides {
+    fn of(cone: &Cone) -> ConeSides {
         let along = cone.apex.as_dvec3() - cone.base.as_dvec3();
         let length = along.dot(along).sqrt();
         let wider = f64::from(cone.apex_radius) - f64::from(cone.base_radius);
         let slant = (length * length + wider * wider).sqrt();
-        Sides {
+        ConeSides {
             axis: along / length,
             length,
             slant,

@@ -209,7 +209,7 @@ impl Scene {
         for columns in instances.to_world.iter().chain(&instances.to_object) {
             finite("instance", "transform", columns, instances.len())?;
         }
-        let wild = (0..instances.len()).find(|&k| !instances.has_moderate_maps(k));
+        let wild = (0..instances.len()).find(|&k| !instances.has_moderate_transforms(k));
         if let Some(k) = wild {
             return Err(column("instance", "transform", k, "beyond 2^40 either way"));
         }
@@ -300,7 +300,7 @@ impl Scene {
 
     fn validate_lights(&self) -> Result<(), SceneError> {
         let l = &self.lights;
-        finite("light", "place", &l.place, l.len())?;
+        finite("light", "place", &l.position, l.len())?;
         finite("light", "color", &l.color, l.len())?;
         finite("light", "attenuation", &l.attenuation, l.len())?;
         same_length("light", "radius", l.radius.len(), l.len())?;

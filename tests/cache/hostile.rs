@@ -1,12 +1,12 @@
 //! Files whose checksums fit and whose rows are those of an enemy: refused, or rendered like any scene.
 
 use super::common::rng::Rng;
-use super::{Room, bytes_of, frame, scene};
+use super::{CacheFolder, bytes_of, frame, scene};
 use glam::Vec3;
 use phalanx::bvh::Bvh;
-use phalanx::cache::{CacheError, Cached, Fault};
-use phalanx::frame::{Engine, Kernel, Prepared};
-use phalanx::scene::{Scene, Surface};
+use phalanx::cache::{CacheError, CacheFault, Cached};
+use phalanx::frame::{Accel, Engine, Kernel};
+use phalanx::scene::{Material, Scene};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -87,7 +87,7 @@ fn patience() -> Duration {
 
 #[test]
 fn spoiled_rows_never_break_an_engine() {
-    let room = Room::new();
+    let room = CacheFolder::new();
     let mut rng = Rng::new(11);
     let originals = [scene(21, 60), scene(22, 6), plain(23)];
     let originals = originals.map(|(scene, bvh)| bytes_of(&scene, &bvh));
@@ -117,7 +117,7 @@ fn rendered(cached: Cached) {
     scene.validate().expect("what is taken is valid");
     scene.max_depth = scene.max_depth.min(4);
     (scene.width, scene.height) = (16, 8);
-    let prepared = Prepared::with_tree(cached.bvh);
+    let prepared = Accel::with_tree(cached.bvh);
     for kernel in Kernel::ALL.map(|(_, kernel)| kernel) {
         frame(&scene, &prepared, Engine::Simd, kernel);
     }
@@ -131,11 +131,11 @@ fn plain(seed: u64) -> (Scene, Bvh) {
         ..Scene::default()
     };
     scene.view.eye = Vec3::new(0.0, 0.0, 6.0);
-    let only = scene.materials.push(&Surface {
+    let only = scene.materials.push(&Material {
         kd: Vec3::splat(0.5),
         ks: Vec3::splat(0.5),
         shininess: 9.0,
-        ..Surface::default()
+        ..Material::default()
     });
     for _ in 0..20 {
         let corners = [rng.point(1.0), rng.point(1.0), rng.point(1.0)];
@@ -174,7 +174,7 @@ fn shortened(bytes: &[u8], short: usize) -> Option<Vec<u8>> {
 /// Columns of one table must be of one length, and the list of primitives as long as all of theirs.
 #[test]
 fn no_section_may_lack_its_last_row() {
-    let room = Room::new();
+    let room = CacheFolder::new();
     let mut refused = 0;
     for (scene, bvh) in [scene(41, 30), plain(42)] {
         let bytes = bytes_of(&scene, &bvh);
@@ -195,7 +195,7 @@ fn no_section_may_lack_its_last_row() {
 /// What each check is for: without it, the file would be taken.
 #[test]
 fn each_kind_of_nonsense_is_named() {
-    let room = Room::new();
+    let room = CacheFolder::new();
     let (scene, bvh) = scene(31, 60);
     let bytes = bytes_of(&scene, &bvh);
     let all = sections(&bytes);
@@ -333,7 +333,7 @@ fn each_kind_of_nonsense_is_named() {
         assert!(message.contains(part), "{what}: {message}");
     }
     assert!(matches!(
-        Fault::from(phalanx::bvh::BvhError::Row),
-        Fault::Tree(_)
+        CacheFault::from(phalanx::bvh::BvhError::Row),
+        CacheFault::Tree(_)
     ));
 }

@@ -10,8 +10,10 @@ use common::scenes;
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use phalanx::bvh::Bvh;
 use phalanx::cache::{self, Cached};
-use phalanx::frame::{Control, Engine, Frame, Kernel, Prepared, Settings, render};
-use phalanx::scene::{Mesh, MeshMaterial, NO_UVS, Scene, Surface, Texture, Tone, View, Wrap};
+use phalanx::frame::{Accel, Control, Engine, Frame, Kernel, Settings, render};
+use phalanx::scene::{
+    Material, Mesh, MeshMaterial, NO_UVS, OutputEncoding, Scene, Texture, View, Wrap,
+};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -25,14 +27,14 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
         wrap: [Wrap::Mirror, Wrap::Clamp],
         texels: vec![[1, 2, 3], [4, 5, 6], [7, 8, 9], [0; 3], [255; 3], [9; 3]].into(),
     });
-    let glass = scene.materials.push(&Surface {
+    let glass = scene.materials.push(&Material {
         kd: Vec3::splat(0.4),
         ks: Vec3::splat(0.2),
         kt: Vec3::splat(0.3),
         ior: 1.4,
         texture: 0,
         gloss: 50.0,
-        ..Surface::default()
+        ..Material::default()
     });
     let mut mesh = Mesh {
         corners: vec![[0, 1, 2], [1, 3, 2]].into(),
@@ -55,8 +57,8 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
     scene.end_mesh(other);
     for k in 0..7 {
         let turn = DQuat::from_rotation_y(f64::from(k));
-        let place = rng.point(3.0).as_dvec3();
-        let map = DAffine3::from_scale_rotation_translation(DVec3::splat(0.7), turn, place);
+        let position = rng.point(3.0).as_dvec3();
+        let map = DAffine3::from_scale_rotation_translation(DVec3::splat(0.7), turn, position);
         let mesh = if k % 3 == 0 { other } else { run };
         scene.add_instance(mesh, map).expect("an invertible map");
     }
@@ -76,7 +78,7 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
     };
     (scene.width, scene.height, scene.max_depth) = (24, 16, 3);
     scene.output = Some("shown.png".to_owned());
-    scene.tone = Tone::SRGB;
+    scene.encoding = OutputEncoding::SRGB;
     scene.background = Vec3::new(0.1, 0.2, 0.3);
     scene.validate().expect("a valid scene");
     let bvh = Bvh::build(&scene);
@@ -91,16 +93,16 @@ fn bytes_of(scene: &Scene, bvh: &Bvh) -> Vec<u8> {
 }
 
 /// A folder with a file in it that is written again and again.
-struct Room {
+struct CacheFolder {
     _folder: TempDir,
     path: PathBuf,
 }
 
-impl Room {
-    fn new() -> Room {
+impl CacheFolder {
+    fn new() -> CacheFolder {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.phx");
-        Room {
+        CacheFolder {
             _folder: folder,
             path,
         }
@@ -114,7 +116,7 @@ impl Room {
     }
 }
 
-fn frame(scene: &Scene, prepared: &Prepared, engine: Engine, kernel: Kernel) -> Frame {
+fn frame(scene: &Scene, prepared: &Accel, engine: Engine, kernel: Kernel) -> Frame {
     let settings = Settings {
         engine,
         kernel,
@@ -126,7 +128,7 @@ fn frame(scene: &Scene, prepared: &Prepared, engine: Engine, kernel: Kernel) -> 
 
 #[test]
 fn a_cache_gives_back_every_bit() {
-    let room = Room::new();
+    let room = CacheFolder::new();
     for (seed, prims) in [(1, 300), (2, 3), (3, 0)] {
         let (scene, bvh) = scene(seed, prims);
         let bytes = bytes_of(&scene, &bvh);
@@ -137,8 +139,8 @@ fn a_cache_gives_back_every_bit() {
         assert_eq!(cached.scene.output, scene.output);
         assert_eq!(format!("{:?}", cached.scene), format!("{scene:?}"));
         cached.scene.validate().expect("a valid scene");
-        let prepared = Prepared::with_tree(cached.bvh);
-        let built = Prepared::build(&scene, Engine::Simd);
+        let prepared = Accel::with_tree(cached.bvh);
+        let built = Accel::build(&scene, Engine::Simd);
         let simd = |scene, prepared| frame(scene, prepared, Engine::Simd, Kernel::Auto);
         let (ours, theirs) = (simd(&cached.scene, &prepared), simd(&scene, &built));
         assert_eq!(ours.film, theirs.film);
@@ -156,7 +158,7 @@ fn a_cache_gives_back_every_bit() {
 fn an_empty_scene_can_be_stored() {
     let (scene, bvh) = (Scene::default(), Bvh::default());
     let bytes = bytes_of(&scene, &bvh);
-    let cached = Room::new().open(&bytes).expect("a cache");
+    let cached = CacheFolder::new().open(&bytes).expect("a cache");
     assert_eq!(bytes_of(&cached.scene, &cached.bvh), bytes);
 }
 
@@ -164,7 +166,7 @@ fn an_empty_scene_can_be_stored() {
 #[test]
 fn columns_outlive_the_file_and_each_other() {
     let (scene, bvh) = scene(5, 40);
-    let room = Room::new();
+    let room = CacheFolder::new();
     let mut cached = room.open(&bytes_of(&scene, &bvh)).expect("a cache");
     drop(room);
     let vertices = cached.scene.triangles.vertices.clone();
@@ -177,7 +179,7 @@ fn columns_outlive_the_file_and_each_other() {
 #[test]
 fn many_open_one_file_at_once() {
     let (scene, bvh) = scene(6, 200);
-    let room = Room::new();
+    let room = CacheFolder::new();
     let bytes = bytes_of(&scene, &bvh);
     std::fs::write(&room.path, &bytes).unwrap();
     let open = |path: &Path| {

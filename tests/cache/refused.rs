@@ -1,12 +1,12 @@
 //! Damage of every kind is seen and named.
 
-use super::{Room, bytes_of, scene};
+use super::{CacheFolder, bytes_of, scene};
 use phalanx::bvh::Bvh;
-use phalanx::cache::{CacheError, Fault};
+use phalanx::cache::{CacheError, CacheFault};
 use phalanx::scene::Scene;
 use std::io::ErrorKind;
 
-fn fault(room: &Room, bytes: &[u8]) -> Fault {
+fn fault(room: &CacheFolder, bytes: &[u8]) -> CacheFault {
     match room.open(bytes) {
         Err(CacheError::Refused { fault, .. }) => fault,
         Err(other) => panic!("{other}"),
@@ -17,7 +17,7 @@ fn fault(room: &Room, bytes: &[u8]) -> Fault {
 /// All but the header's own fields are covered by checksums; those say by themselves what they are.
 #[test]
 fn every_flipped_bit_is_refused() {
-    let room = Room::new();
+    let room = CacheFolder::new();
     let (scene, bvh) = scene(7, 4);
     let bytes = bytes_of(&scene, &bvh);
     for at in 0..bytes.len() {
@@ -32,10 +32,10 @@ fn every_flipped_bit_is_refused() {
             bad[at] ^= 1 << bit;
             let fault = fault(&room, &bad);
             let named = match at {
-                0..8 => fault == Fault::NotACache,
-                12..16 => matches!(fault, Fault::Version(_)),
-                20..24 => matches!(fault, Fault::Damaged(_) | Fault::Truncated { .. }),
-                _ => matches!(fault, Fault::Damaged(_) | Fault::Surplus(_)),
+                0..8 => fault == CacheFault::NotACache,
+                12..16 => matches!(fault, CacheFault::Version(_)),
+                20..24 => matches!(fault, CacheFault::Damaged(_) | CacheFault::Truncated { .. }),
+                _ => matches!(fault, CacheFault::Damaged(_) | CacheFault::Surplus(_)),
             };
             assert!(named, "bit {bit} of byte {at}: {fault}");
         }
@@ -44,12 +44,12 @@ fn every_flipped_bit_is_refused() {
 
 #[test]
 fn every_truncation_is_refused() {
-    let room = Room::new();
+    let room = CacheFolder::new();
     let bytes = bytes_of(&Scene::default(), &Bvh::default());
-    assert_eq!(fault(&room, &[]), Fault::NotACache);
+    assert_eq!(fault(&room, &[]), CacheFault::NotACache);
     for length in 1..bytes.len() {
         let fault = fault(&room, &bytes[..length]);
-        let Fault::Truncated {
+        let CacheFault::Truncated {
             length: had,
             needed,
         } = fault
@@ -59,12 +59,12 @@ fn every_truncation_is_refused() {
         assert!(had == length as u64 && needed > had, "{fault}");
     }
     let longer = [&bytes[..], &[0]].concat();
-    assert_eq!(fault(&room, &longer), Fault::Surplus("after its end"));
+    assert_eq!(fault(&room, &longer), CacheFault::Surplus("after its end"));
 }
 
 #[test]
 fn foreign_files_are_named() {
-    let room = Room::new();
+    let room = CacheFolder::new();
     for foreign in [
         &b"size 640 480\n"[..],
         b"ply\n",
@@ -72,7 +72,7 @@ fn foreign_files_are_named() {
         b"PHX",
         &[0; 4096],
     ] {
-        assert_eq!(fault(&room, foreign), Fault::NotACache);
+        assert_eq!(fault(&room, foreign), CacheFault::NotACache);
     }
     let bytes = bytes_of(&Scene::default(), &Bvh::default());
     let with = |at: usize, word: u32| {
@@ -81,16 +81,19 @@ fn foreign_files_are_named() {
         other
     };
     let order = u32::from_le_bytes(bytes[8..12].try_into().unwrap());
-    assert_eq!(fault(&room, &with(8, order.swap_bytes())), Fault::ByteOrder);
-    assert_eq!(fault(&room, &with(12, 999)), Fault::Version(999));
+    assert_eq!(
+        fault(&room, &with(8, order.swap_bytes())),
+        CacheFault::ByteOrder
+    );
+    assert_eq!(fault(&room, &with(12, 999)), CacheFault::Version(999));
     let mut other = with(16, 12345);
     super::hostile::fix(&mut other);
-    assert_eq!(fault(&room, &other), Fault::Layout);
+    assert_eq!(fault(&room, &other), CacheFault::Layout);
 }
 
 #[test]
 fn files_that_cannot_be_read_are_told_from_bad_ones() {
-    let room = Room::new();
+    let room = CacheFolder::new();
     let Err(CacheError::Io { source, .. }) = phalanx::cache::open(&room.path) else {
         panic!("there is no file")
     };

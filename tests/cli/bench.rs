@@ -1,13 +1,13 @@
 //! `phalanx bench`: files, tables, exit codes.
 
-use super::Room;
+use super::TestFolder;
 use serde_json::Value;
 use std::fs;
 
 /// Quick enough for a test: what it measures is not looked at.
 const FAST: &str = "--size 48x32 --repeat 2 --min-time 0 --threads 1,2";
 
-fn record(room: &Room, name: &str) -> Value {
+fn record(room: &TestFolder, name: &str) -> Value {
     let text = fs::read_to_string(room.path().join(name)).unwrap();
     serde_json::from_str(&text).unwrap()
 }
@@ -20,7 +20,7 @@ fn rows<'r>(record: &'r Value, engine: &str, kernel: &str) -> Vec<&'r Value> {
 
 #[test]
 fn every_engine_has_a_row_for_every_kind_and_number_of_threads() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let ran = room.run(&format!(
         "bench a.test standard:balls:2 {FAST} --json r.json --csv r.csv --html r.html"
     ));
@@ -60,7 +60,7 @@ fn every_engine_has_a_row_for_every_kind_and_number_of_threads() {
 
 #[test]
 fn work_is_the_same_twice_and_more_of_it_than_the_baseline_exits_with_5() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let count = "bench standard:balls:2 --size 48x32 --counters-only";
     let ran = room.run(&format!("{count} --json a.json"));
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
@@ -81,7 +81,7 @@ fn work_is_the_same_twice_and_more_of_it_than_the_baseline_exits_with_5() {
 /// Peers build the best trees that they can, and so do we, unless it is said.
 #[test]
 fn trees_are_the_best_unless_said_otherwise() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let count = "bench standard:terrain:20k --size 48x32 --counters-only --kernel packet8";
     let visits = |name: &str| {
         let record = record(&room, name);
@@ -109,7 +109,7 @@ fn trees_are_the_best_unless_said_otherwise() {
 
 #[test]
 fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
-    let room = Room::new();
+    let room = TestFolder::new();
     // Of fewer samples nothing can be said.
     let run = format!("bench standard:balls:2 {FAST} --rays primary,shadow")
         .replace("--repeat 2", "--repeat 7");
@@ -148,7 +148,7 @@ fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
 
 #[test]
 fn what_cannot_be_measured_is_said_with_what_to_do() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for (line, code, part) in [
         (
             "bench a.test --against embree --embree nowhere",
@@ -179,7 +179,7 @@ fn what_cannot_be_measured_is_said_with_what_to_do() {
 /// Follows the layout as it is documented, not as it is written.
 #[test]
 fn dumped_rays_can_be_read_by_their_documentation() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let ran = room.run("bench a.test --size 20x10 --rays primary,shadow --dump-rays a.rays");
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     assert!(ran.stdout.contains("200 primary"), "{}", ran.stdout);
@@ -222,7 +222,7 @@ fn dumped_rays_can_be_read_by_their_documentation() {
 
 #[test]
 fn heat_is_a_second_picture_with_a_legend() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for kind in ["nodes", "prims", "time"] {
         let ran = room.run(&format!(
             "render standard:balls:2 --size 40x24 --heat {kind} {kind}.png -o a.png"

@@ -1,7 +1,7 @@
 //! Caches that are shortened while they are in use.
 #![cfg(target_os = "linux")]
 
-use super::Room;
+use super::TestFolder;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::process::ExitStatusExt;
@@ -10,7 +10,7 @@ use std::time::Duration;
 
 #[test]
 fn a_cache_that_is_shortened_under_a_render_ends_it_with_a_message() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("build standard:balls -o whole.phx");
     let picture = "-o a.png --size 4000x3000 --spp 64 --threads 2";
     let line = format!("render b.phx {picture} --progress json");

@@ -1,6 +1,6 @@
 //! Picture files of every format.
 
-use super::Room;
+use super::TestFolder;
 use std::fs;
 
 /// What files of each format begin with.
@@ -15,7 +15,7 @@ const FORMATS: [(&str, &[u8]); 6] = [
 
 #[test]
 fn a_file_of_each_format_is_the_same_whatever_made_it() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for (ending, magic) in FORMATS {
         let bytes = |options: &str| {
             room.ok(&format!("render a.test -o a.{ending} --spp 3 {options}"));
@@ -29,7 +29,7 @@ fn a_file_of_each_format_is_the_same_whatever_made_it() {
 
 #[test]
 fn sixteen_bits_say_more_than_eight() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let load = |options: &str| {
         room.ok(&format!("render a.test -o a.png {options}"));
         phalanx::image::load(&room.path().join("a.png"))
@@ -55,7 +55,7 @@ fn sixteen_bits_say_more_than_eight() {
 
 #[test]
 fn exposure_makes_a_picture_lighter() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let samples = |options: &str| -> Vec<u16> {
         room.ok(&format!("render a.test -o a.png --bits 16 {options}"));
         let raster = phalanx::image::load(&room.path().join("a.png")).unwrap();

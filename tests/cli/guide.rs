@@ -1,6 +1,6 @@
 //! What shells and readers of manuals are told.
 
-use super::Room;
+use super::TestFolder;
 use std::fs;
 use std::process::{Command, Stdio};
 
@@ -21,7 +21,7 @@ const COMMANDS: [&str; 13] = [
 ];
 
 /// The long options of a command, by its help.
-fn options(room: &Room, command: &str) -> Vec<String> {
+fn options(room: &TestFolder, command: &str) -> Vec<String> {
     let help = room.ok(&format!("{command} --help"));
     let words = help.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-'));
     let mut options: Vec<String> = words
@@ -35,7 +35,7 @@ fn options(room: &Room, command: &str) -> Vec<String> {
 
 #[test]
 fn completions_know_every_command_and_option() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let options = options(&room, "render");
     assert!(options.len() > 25, "{options:?}");
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
@@ -61,7 +61,7 @@ fn completions_know_every_command_and_option() {
 
 #[test]
 fn there_is_a_page_for_every_command() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let main = room.ok("man");
     assert!(main.contains(".TH phalanx 1"), "{main}");
     fs::create_dir(room.path().join("pages")).unwrap();

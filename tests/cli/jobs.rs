@@ -1,13 +1,13 @@
 //! Pictures in parts, interrupted, and shared among machines: always the same bytes.
 
-use super::Room;
+use super::TestFolder;
 use super::signals::signal;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-fn bytes(room: &Room, name: &str) -> Vec<u8> {
+fn bytes(room: &TestFolder, name: &str) -> Vec<u8> {
     fs::read(room.path().join(name)).unwrap()
 }
 
@@ -20,7 +20,7 @@ fn rows(file: &[u8], width: usize) -> Vec<Vec<&[u8]>> {
 
 #[test]
 fn a_region_is_a_part_of_the_picture() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let adaptive = "--aa adaptive --spp 20 --threshold .01";
     for options in ["", "--spp 3 --filter mitchell", "--engine scalar", adaptive] {
         room.ok(&format!("render a.test -o whole.pfm {options}"));
@@ -53,7 +53,7 @@ fn a_region_is_a_part_of_the_picture() {
 /// Who gets more samples is decided in blocks of the whole picture, whatever part of them is wanted.
 #[test]
 fn adaptive_samples_of_a_region_look_beyond_its_borders() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for engine in ["simd", "scalar"] {
         let options =
             format!("--size 160x96 --aa adaptive --spp 64 --threshold .004 --engine {engine}");
@@ -76,7 +76,7 @@ fn adaptive_samples_of_a_region_look_beyond_its_borders() {
 
 #[test]
 fn regions_that_do_not_lie_in_the_picture_are_refused() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for region in [
         "40 0 1 1",
         "0 0 41 1",
@@ -95,7 +95,7 @@ fn regions_that_do_not_lie_in_the_picture_are_refused() {
 /// A picture that takes a second or more, in many tiles.
 const LONG: &str = "render a.test -o a.png --size 400x300 --tile 8 --threads 2 --spp 40";
 
-fn start(room: &Room, line: &str) -> Child {
+fn start(room: &TestFolder, line: &str) -> Child {
     room.command(line)
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
@@ -114,7 +114,7 @@ fn until_grown(child: &mut Child, path: &Path, by: u64) {
 
 #[test]
 fn a_signal_ends_a_render_in_order_and_the_same_command_goes_on() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok(LONG);
     let whole = bytes(&room, "a.png");
     let line = format!("{LONG} --checkpoint a.tiles");
@@ -149,7 +149,7 @@ fn a_signal_ends_a_render_in_order_and_the_same_command_goes_on() {
 
 #[test]
 fn a_killed_render_goes_on_from_what_it_has() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok(LONG);
     let whole = bytes(&room, "a.png");
     fs::remove_file(room.path().join("a.png")).unwrap();
@@ -176,7 +176,7 @@ fn a_killed_render_goes_on_from_what_it_has() {
 #[cfg(unix)]
 #[test]
 fn a_file_that_cannot_grow_ends_the_render_and_what_it_has_is_good() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok(LONG);
     let whole = bytes(&room, "a.png");
     let line = format!("{LONG} --checkpoint a.tiles");
@@ -203,7 +203,7 @@ fn a_file_that_cannot_grow_ends_the_render_and_what_it_has_is_good() {
 
 #[test]
 fn a_checkpoint_of_another_picture_is_refused() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("render a.test -o a.png --checkpoint a.tiles");
     let refused = |options: &str, parts: &[&str]| {
         let line = format!("render a.test -o a.png --checkpoint a.tiles {options}");
@@ -240,7 +240,7 @@ fn a_checkpoint_of_another_picture_is_refused() {
 
 #[test]
 fn merged_shards_are_the_picture_to_the_last_byte() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let options = "--size 200x150 --spp 20 --aa adaptive --threshold .02 --transfer srgb --quantize round --bits 16 --exposure .5";
     room.ok(&format!("render a.test -o whole.png {options}"));
     let whole = bytes(&room, "whole.png");
@@ -281,7 +281,7 @@ fn merged_shards_are_the_picture_to_the_last_byte() {
 
 #[test]
 fn shards_that_are_missing_are_named() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("plan a.test --shards 9 -o m.png --plan p.json");
     room.refused(
         "merge p.json",
@@ -330,7 +330,7 @@ fn shards_that_are_missing_are_named() {
 
 #[test]
 fn plans_that_do_not_fit_are_refused() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("plan a.test --shards 2 -o m.png --plan p.json --spp 2");
     room.refused(
         "render --plan p.json --shard 2",
@@ -370,7 +370,7 @@ fn plans_that_do_not_fit_are_refused() {
 
 #[test]
 fn a_sequence_is_its_frames_one_by_one() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("render a.test -o one.png");
     let said = room.ok("render a.test -o b.png --frames 0..3 --turntable 4 --checkpoint b.tiles");
     assert!(
@@ -417,7 +417,7 @@ fn a_sequence_is_its_frames_one_by_one() {
 
 #[test]
 fn progress_is_told_in_lines_of_json_and_pictures_are_shown_before_they_are_done() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let ran = room.run(&format!("{LONG} --progress json --snapshot s.png"));
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let lines: Vec<serde_json::Value> = ran

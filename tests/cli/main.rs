@@ -42,7 +42,7 @@ tri 0 2 1
 ";
 
 /// A folder of its own to run in.
-struct Room(TempDir);
+struct TestFolder(TempDir);
 
 /// What a run left behind.
 struct Ran {
@@ -51,10 +51,10 @@ struct Ran {
     stderr: String,
 }
 
-impl Room {
+impl TestFolder {
     /// A room with the scene in it, as `a.test`.
-    fn new() -> Room {
-        let room = Room(tempfile::tempdir().unwrap());
+    fn new() -> TestFolder {
+        let room = TestFolder(tempfile::tempdir().unwrap());
         room.write("a.test", SCENE);
         room
     }

@@ -2,14 +2,14 @@
 //! would hold more. Files that would take more are read in an address space in which they could
 //! not.
 
-use super::{Ran, Room, SCENE};
+use super::{Ran, SCENE, TestFolder};
 use std::fmt::Write;
 use std::fs;
 use std::process::Command;
 
 /// Runs what must be refused with this code and these parts of a message, in an address space of
 /// 400 MB.
-fn refused_in_400_mb(room: &Room, line: &str, code: i32, parts: &[&str]) {
+fn refused_in_400_mb(room: &TestFolder, line: &str, code: i32, parts: &[&str]) {
     let Ran {
         code: ended,
         stderr,
@@ -23,7 +23,7 @@ fn refused_in_400_mb(room: &Room, line: &str, code: i32, parts: &[&str]) {
 }
 
 /// The peak of `info` with so much memory, in millions of bytes.
-fn peak(room: &Room, scene: &str, allowed: u64) -> u64 {
+fn peak(room: &TestFolder, scene: &str, allowed: u64) -> u64 {
     let report = room.json(&format!("info {scene} --max-memory {allowed}M --json"));
     report["memory"]["peak_rss_bytes"].as_u64().unwrap() / 1_000_000
 }
@@ -45,7 +45,7 @@ fn grid() -> String {
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[test]
 fn what_is_freed_is_given_back() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write("grid.obj", &grid());
     let peak = peak(&room, "grid.obj", 156);
     assert!(peak < 156, "{peak}");
@@ -55,7 +55,7 @@ fn what_is_freed_is_given_back() {
 /// be believed.
 #[test]
 fn coefficients_of_one_progressive_scan_count() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let whole = fs::read(concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/tests/pictures/progressive.jpg"
@@ -77,7 +77,7 @@ fn coefficients_of_one_progressive_scan_count() {
 }
 
 /// A glTF of one mesh in a sparse file of so many zeros.
-fn write_gltf(room: &Room, zeros: usize, accessors: &serde_json::Value, mode: u32) {
+fn write_gltf(room: &TestFolder, zeros: usize, accessors: &serde_json::Value, mode: u32) {
     let primitive = match mode {
         4 => serde_json::json!({"attributes": {"POSITION": 0}}),
         _ => serde_json::json!({"attributes": {"POSITION": 0}, "indices": 1, "mode": mode}),
@@ -97,7 +97,7 @@ fn write_gltf(room: &Room, zeros: usize, accessors: &serde_json::Value, mode: u3
 
 #[test]
 fn a_buffer_is_held_once() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let corners = serde_json::json!(
         [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3}]
     );
@@ -109,7 +109,7 @@ fn a_buffer_is_held_once() {
 /// The text stands in the file and in the document, and beside it what it says.
 #[test]
 fn data_in_the_text_counts_with_its_text() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let data = "A".repeat(60_000_000);
     let gltf = serde_json::json!({
         "asset": {"version": "2.0"},
@@ -129,7 +129,7 @@ fn data_in_the_text_counts_with_its_text() {
 /// A strip has as many triangles as it has indices of a byte.
 #[test]
 fn triangles_of_strips_count_before_they_are_collected() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let strip = serde_json::json!([
         {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3},
         {"bufferView": 0, "componentType": 5121, "type": "SCALAR", "count": 40_000_000}
@@ -141,7 +141,7 @@ fn triangles_of_strips_count_before_they_are_collected() {
 
 #[test]
 fn open_transforms_are_bounded() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let deep = |pushes: usize| {
         let pushed = "pushTransform\n".repeat(pushes);
         format!("{SCENE}{pushed}{}", "popTransform\n".repeat(pushes))
@@ -161,7 +161,7 @@ fn open_transforms_are_bounded() {
 /// A device has no length, and no end.
 #[test]
 fn what_has_no_size_is_read_as_far_as_is_allowed() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for kind in ["test", "obj", "ply"] {
         let line = format!("info /dev/zero --format {kind} --max-memory 60M");
         let parts = ["to read a file of", "--max-memory allows 57.2 MiB"];
@@ -186,7 +186,7 @@ fn what_has_no_size_is_read_as_far_as_is_allowed() {
 
 #[test]
 fn devices_are_neither_pictures_nor_records_nor_keyframes() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("render a.test -o b.png");
     for (line, code, part) in [
         ("compare /dev/zero b.png", 1, "not a PNG picture"),
@@ -213,7 +213,7 @@ fn ply(faces: usize, count: &str, body: &[u8]) -> Vec<u8> {
 /// Two bytes of an OBJ's polygon, and one of a PLY's, are a triangle.
 #[test]
 fn triangles_of_polygons_count_before_they_are_made() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let face = format!("f{}\n", " 1".repeat(200));
     room.write("a.obj", &format!("v 0 0 0\n{}", face.repeat(150_000)));
     let mut row = vec![0; 255];
@@ -235,7 +235,7 @@ fn triangles_of_polygons_count_before_they_are_made() {
 
 #[test]
 fn faces_of_too_many_corners_are_refused_before_they_are_collected() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write("a.obj", &format!("v 0 0 0\nf{}\n", " 1".repeat(30_000_000)));
     let corners = 50_000_000u32;
     let mut body = corners.to_le_bytes().to_vec();

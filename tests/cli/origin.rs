@@ -1,6 +1,6 @@
 //! Scenes far from the origin of their coordinates: where places are given and told, and what keeps the origin.
 
-use super::Room;
+use super::TestFolder;
 use serde_json::json;
 use std::fs;
 
@@ -46,19 +46,19 @@ fn words([x, y, z]: [f64; 3], at: [f64; 3], between: &str) -> String {
 }
 
 fn given(at: [f64; 3]) -> String {
-    let [eye, center] = VIEW.map(|place| words(place, at, ","));
+    let [eye, center] = VIEW.map(|position| words(position, at, ","));
     let light = words(LIGHT, at, ",");
     format!("--camera {eye} {center} 0,1,0 40 --light {light} --size 64x48 --threads 1")
 }
 
-fn room() -> Room {
-    let room = Room::new();
+fn room() -> TestFolder {
+    let room = TestFolder::new();
     room.write("near.obj", &obj([0.0; 3]));
     room.write("far.obj", &obj(PLACE));
     room
 }
 
-fn bytes(room: &Room, name: &str) -> Vec<u8> {
+fn bytes(room: &TestFolder, name: &str) -> Vec<u8> {
     fs::read(room.path().join(name)).unwrap()
 }
 
@@ -160,7 +160,7 @@ fn a_cache_keeps_the_origin() {
 fn key_frames_are_in_the_files_coordinates() {
     let room = room();
     let keys = |at: [f64; 3]| {
-        let [eye, center] = VIEW.map(|place| words(place, at, " "));
+        let [eye, center] = VIEW.map(|position| words(position, at, " "));
         let later = words([-3.0, 9.0, 8.0], at, " ");
         format!("0 {eye} {center} 0 1 0 40\n4 {later} {center} 0 1 0 40\n")
     };

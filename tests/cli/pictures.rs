@@ -1,12 +1,12 @@
 //! What the commands do when they succeed, or find a difference.
 
-use super::{Room, SCENE, ran};
+use super::{SCENE, TestFolder, ran};
 use serde_json::Value;
 use std::fs;
 
 #[test]
 fn render_writes_a_picture_and_a_table() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let table = room.ok("render a.test");
     for part in [
         "40x24",
@@ -27,7 +27,7 @@ fn render_writes_a_picture_and_a_table() {
 
 #[test]
 fn the_picture_is_named_by_the_user_or_the_scene_or_after_the_scene() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write("named.test", &format!("{SCENE}output own.png\n"));
     fs::create_dir(room.path().join("sub")).unwrap();
     room.ok("render named.test");
@@ -40,7 +40,7 @@ fn the_picture_is_named_by_the_user_or_the_scene_or_after_the_scene() {
 
 #[test]
 fn render_json_is_one_document_with_the_promised_keys() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let json = room.json("render a.test --json --size 33x17 --threads 2 --pin none");
     assert_eq!(json["schema_version"], 1);
     assert_eq!(
@@ -78,7 +78,7 @@ fn render_json_is_one_document_with_the_promised_keys() {
 
 #[test]
 fn pictures_do_not_depend_on_engine_threads_or_tiles_but_on_tone() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let bytes = |options: &str| {
         room.ok(&format!("render a.test -o b.png {options}"));
         fs::read(room.path().join("b.png")).unwrap()
@@ -107,7 +107,7 @@ fn pictures_do_not_depend_on_engine_threads_or_tiles_but_on_tone() {
 
 #[test]
 fn verify_holds_both_engines_together() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let lines = room.ok("verify a.test --threads 1,2 --kernel all --tile 16");
     let kernels = phalanx::frame::Kernel::ALL.len();
     assert_eq!(lines.lines().count(), 2 * kernels, "{lines}");
@@ -133,7 +133,7 @@ fn verify_holds_both_engines_together() {
 /// Whatever is left to chance: by options, and by the scene.
 #[test]
 fn verify_knows_every_option_and_command() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let lights =
         "gloss 20\nspherelight 0 3 3 .5 .2 .2 .2\nrectlight -1 4 2 2 0 0 0 0 1 .2 .2 .2\npoint ";
     room.write("soft.test", &SCENE.replacen("point ", lights, 1));
@@ -161,7 +161,7 @@ fn verify_knows_every_option_and_command() {
 
 #[test]
 fn a_record_holds_later_runs_to_it() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("verify a.test --threads 1 --record r.json");
     let same = room.ok("verify a.test --threads 1 --against r.json");
     assert!(
@@ -212,7 +212,7 @@ fn a_record_holds_later_runs_to_it() {
 
 #[test]
 fn compare_tells_equal_pictures_from_different_ones() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("render a.test -o a.png");
     room.ok("render a.test -o b.png --engine scalar");
     room.ok("render a.test -o c.png --quantize round");
@@ -247,7 +247,7 @@ fn compare_tells_equal_pictures_from_different_ones() {
 
 #[test]
 fn info_tells_what_is_in_a_scene() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let json = room.json("info a.test --json");
     assert_eq!(
         json["primitives"],
@@ -276,7 +276,7 @@ fn info_tells_what_is_in_a_scene() {
 /// Stdout is chosen on the command line: what a scene names is a file.
 #[test]
 fn a_scene_does_not_send_its_picture_to_stdout() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write("dash.test", &SCENE.replace("camera", "output -\ncamera"));
     room.refused(
         "render dash.test",

@@ -2,7 +2,7 @@
 //! is.
 
 use super::signals::signal;
-use super::{Ran, Room, ran};
+use super::{Ran, TestFolder, ran};
 use std::fs::{self, File, Permissions};
 use std::io::{Read, Write};
 use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
@@ -41,8 +41,8 @@ fn writers() -> Vec<(String, &'static str)> {
 }
 
 /// What those commands read.
-fn furnished() -> Room {
-    let room = Room::new();
+fn furnished() -> TestFolder {
+    let room = TestFolder::new();
     room.ok("render a.test -o one.png");
     room.ok("render a.test -o other.png --exposure 1");
     room.ok("plan a.test --shards 1 -o whole.png --plan plan.json");
@@ -50,17 +50,17 @@ fn furnished() -> Room {
     room
 }
 
-fn at(room: &Room, name: &str) -> PathBuf {
+fn at(room: &TestFolder, name: &str) -> PathBuf {
     room.path().join(name)
 }
 
-fn make_fifo(room: &Room, name: &str) {
+fn make_fifo(room: &TestFolder, name: &str) {
     let made = Command::new("mkfifo").arg(at(room, name)).status();
     assert!(made.unwrap().success());
 }
 
 /// A device node, where this user may make one.
-fn make_device(room: &Room, name: &str) -> bool {
+fn make_device(room: &TestFolder, name: &str) -> bool {
     let null = ["c", "1", "3"];
     let mut command = Command::new("mknod");
     let made = command.arg(at(room, name)).args(null).output();
@@ -74,7 +74,7 @@ fn make_device(room: &Room, name: &str) -> bool {
 }
 
 /// The rest of a run that somebody reads the pipe of; and what has come out of the pipe.
-fn read_by_cat(room: &Room, line: &str, fifo: &str) -> (Ran, Vec<u8>) {
+fn read_by_cat(room: &TestFolder, line: &str, fifo: &str) -> (Ran, Vec<u8>) {
     let mut cat = Command::new("cat");
     let mut cat = cat
         .arg(at(room, fifo))
@@ -195,7 +195,7 @@ fn folders_sockets_and_circles_are_refused_before_any_work() {
 
 #[test]
 fn no_frame_is_rendered_where_a_later_one_cannot_be_written() {
-    let room = Room::new();
+    let room = TestFolder::new();
     fs::create_dir(at(&room, "f.0002.png")).unwrap();
     make_fifo(&room, "c.0001.ckpt");
     let line = "render a.test --frames 0..2 --turntable 3 -o";
@@ -212,7 +212,7 @@ fn no_frame_is_rendered_where_a_later_one_cannot_be_written() {
 }
 
 /// Runs `sh` with `$PHALANX`.
-fn shell(room: &Room, script: &str) -> Ran {
+fn shell(room: &TestFolder, script: &str) -> Ran {
     let mut command = Command::new("sh");
     command.env("PHALANX", env!("CARGO_BIN_EXE_phalanx"));
     ran(command.current_dir(room.path()).args(["-c", script]))
@@ -221,7 +221,7 @@ fn shell(room: &Room, script: &str) -> Ran {
 /// What a script has before and after the picture stays there.
 #[test]
 fn open_files_are_written_where_they_stand() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("render a.test -o a.png");
     let picture = fs::read(at(&room, "a.png")).unwrap();
     let wanted = [b"before\n", &picture[..], b"after\n"].concat();
@@ -265,7 +265,7 @@ fn open_files_are_written_where_they_stand() {
 
 #[test]
 fn open_files_that_cannot_be_written_are_refused_before_any_work() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for (name, script) in [
         ("/dev/fd/0", "< /dev/null"),
         ("/dev/fd/7", "7< a.test"),
@@ -281,7 +281,7 @@ fn open_files_that_cannot_be_written_are_refused_before_any_work() {
 
 #[test]
 fn a_pipe_whose_reader_goes_away_is_an_error() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for ending in ["png", "pfm"] {
         let fifo = format!("f.{ending}");
         make_fifo(&room, &fifo);
@@ -298,7 +298,7 @@ fn a_pipe_whose_reader_goes_away_is_an_error() {
 /// Nobody reads the pipe: opening it waits, and a signal ends that.
 #[test]
 fn a_signal_ends_the_waiting_for_a_reader() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let endings = ["png", "pfm", "nff", "json"];
     endings
         .iter()
@@ -364,7 +364,7 @@ fn finished_tiles_are_kept_in_regular_files_only() {
 
 #[test]
 fn two_results_do_not_go_to_one_file() {
-    let room = Room::new();
+    let room = TestFolder::new();
     symlink("x.png", at(&room, "y.png")).unwrap();
     for line in [
         "render none.test -o x.png --checkpoint x.png",
@@ -469,7 +469,7 @@ fn pictures_to_stdout_are_refused_where_they_make_no_sense() {
 }
 
 /// Runs with this on stdin.
-fn fed(room: &Room, line: &str, stdin: &[u8]) -> (Option<i32>, Vec<u8>, String) {
+fn fed(room: &TestFolder, line: &str, stdin: &[u8]) -> (Option<i32>, Vec<u8>, String) {
     let mut command = room.command(line);
     let mut child = command
         .stdin(Stdio::piped())
@@ -486,7 +486,7 @@ fn fed(room: &Room, line: &str, stdin: &[u8]) -> (Option<i32>, Vec<u8>, String) 
 
 #[test]
 fn a_scene_from_stdin_is_that_of_the_file() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let files = ["balls", "tetra"].map(|name| (name, if name == "balls" { "nff" } else { "ply" }));
     for (name, ending) in files {
         room.ok(&format!("generate {name} --size 2 -o {name}.{ending}"));
@@ -537,7 +537,7 @@ fn a_scene_from_stdin_is_that_of_the_file() {
 
 #[test]
 fn scenes_from_stdin_are_refused_where_they_make_no_sense() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for (line, code, part) in [
         ("render -", 2, "--format test|nff|gltf|glb|obj|ply|stl"),
         (

@@ -1,13 +1,13 @@
 //! Plans and tiles of somebody who means no good, and names that scripts are made of.
 
-use super::{Ran, Room, ran};
+use super::{Ran, TestFolder, ran};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
 /// A room with a plan of two shards, whose picture is `m.png`, and both shards rendered.
-fn rendered(room: &Room) -> Value {
+fn rendered(room: &TestFolder) -> Value {
     room.ok("plan a.test --shards 2 -o m.png --plan p.json");
     for shard in 0..2 {
         room.ok(&format!("render --plan p.json --shard {shard}"));
@@ -16,7 +16,7 @@ fn rendered(room: &Room) -> Value {
 }
 
 /// The plan with something else at a place.
-fn forged(room: &Room, plan: &Value, pointer: &str, value: Value) {
+fn forged(room: &TestFolder, plan: &Value, pointer: &str, value: Value) {
     let mut plan = plan.clone();
     *plan.pointer_mut(pointer).unwrap() = value;
     room.write("p.json", &plan.to_string());
@@ -41,7 +41,7 @@ fn tile_file(text: &str, records: &[u8]) -> Vec<u8> {
 
 #[test]
 fn numbers_that_no_plan_has_are_refused_by_name_whatever_the_tiles_say() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let plan = rendered(&room);
     let tiles = fs::read(room.path().join("p.shard-0.tiles")).unwrap();
     let (head, records) = beginning(&tiles);
@@ -94,7 +94,7 @@ fn numbers_that_no_plan_has_are_refused_by_name_whatever_the_tiles_say() {
 
 #[test]
 fn a_large_picture_that_is_claimed_takes_no_memory() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("plan a.test --shards 400 -o m.png --plan p.json --size 65536x65536");
     for shard in 0..400 {
         let tiles = room.path().join(format!("p.shard-{shard:03}.tiles"));
@@ -114,7 +114,7 @@ fn a_large_picture_that_is_claimed_takes_no_memory() {
 
 #[test]
 fn a_merge_writes_into_the_plans_folder_unless_it_is_told_otherwise() {
-    let room = Room::new();
+    let room = TestFolder::new();
     fs::create_dir_all(room.path().join("job/in")).unwrap();
     fs::create_dir(room.path().join("else")).unwrap();
     room.ok("plan a.test --shards 1 -o job/m.png --plan job/p.json");
@@ -170,7 +170,7 @@ fn files(folder: &Path) -> Vec<String> {
 
 #[test]
 fn a_plan_whose_picture_lies_elsewhere_says_so_at_once() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for folder in ["job", "pictures"] {
         fs::create_dir(room.path().join(folder)).unwrap();
     }
@@ -207,7 +207,7 @@ fn a_plan_whose_picture_lies_elsewhere_says_so_at_once() {
 
 #[test]
 fn files_of_other_layouts_are_refused_by_version() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let plan = rendered(&room);
     // As this program's predecessor wrote them.
     let old = json!({
@@ -246,7 +246,7 @@ fn files_of_other_layouts_are_refused_by_version() {
 
 #[test]
 fn a_pipe_in_the_place_of_tiles_is_no_file_to_wait_for() {
-    let room = Room::new();
+    let room = TestFolder::new();
     rendered(&room);
     fs::remove_file(room.path().join("p.shard-1.tiles")).unwrap();
     let made = Command::new("mkfifo")
@@ -271,14 +271,14 @@ fn a_pipe_in_the_place_of_tiles_is_no_file_to_wait_for() {
     );
 }
 
-fn run(room: &Room, arguments: &[&str]) -> Ran {
+fn run(room: &TestFolder, arguments: &[&str]) -> Ran {
     let mut command = Command::new(env!("CARGO_BIN_EXE_phalanx"));
     ran(command.current_dir(room.path()).args(arguments))
 }
 
 #[test]
 fn names_with_control_characters_stand_in_no_script() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("plan a.test --shards 2 -o m.png --plan good.json");
     let text = fs::read_to_string(room.path().join("good.json")).unwrap();
     for bad in [
@@ -335,7 +335,7 @@ fn names_with_control_characters_stand_in_no_script() {
 
 #[test]
 fn other_names_are_words_of_the_scripts_whatever_is_in_them() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let odd = "it's \"$(touch here)\" `touch here`; touch here & #SBATCH --x %a \\ *? ä";
     let name = format!("{odd}.json");
     let picture = format!("{odd}.png");

@@ -1,6 +1,6 @@
 //! What is refused, with which message and exit code, and that nothing is left behind.
 
-use super::{Room, SCENE};
+use super::{SCENE, TestFolder};
 use std::fs;
 
 #[test]
@@ -10,18 +10,18 @@ fn version_names_the_compiled_level() {
         env!("CARGO_PKG_VERSION"),
         phalanx::isa::compiled_level()
     );
-    assert_eq!(Room::new().ok("--version"), expected);
+    assert_eq!(TestFolder::new().ok("--version"), expected);
 }
 
 #[test]
 fn no_subcommand_gives_short_help_and_a_usage_error() {
     let parts = ["Usage: phalanx", "render", "verify", "compare", "info"];
-    Room::new().refused("", 2, &parts);
+    TestFolder::new().refused("", 2, &parts);
 }
 
 #[test]
 fn every_command_has_help_with_an_example() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for command in ["render", "verify", "compare", "info", "build"] {
         let help = room.ok(&format!("{command} --help"));
         assert!(
@@ -41,7 +41,7 @@ fn every_command_has_help_with_an_example() {
 
 #[test]
 fn usage_errors_are_2() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for (line, part) in [
         ("rendr a.test", "render"),
         ("render", "<SCENE>"),
@@ -112,7 +112,7 @@ fn usage_errors_are_2() {
 
 #[test]
 fn files_that_cannot_be_read_are_1() {
-    let room = Room::new();
+    let room = TestFolder::new();
     fs::create_dir(room.path().join("folder.test")).unwrap();
     fs::create_dir(room.path().join("folder.png")).unwrap();
     for command in ["render", "verify", "info"] {
@@ -156,7 +156,7 @@ fn files_that_cannot_be_read_are_1() {
 
 #[test]
 fn an_unknown_ending_is_2() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write("a.blend", "");
     for command in ["render", "verify", "info"] {
         room.refused(
@@ -169,7 +169,7 @@ fn an_unknown_ending_is_2() {
 
 #[test]
 fn outputs_that_cannot_be_written_are_1_before_anything_is_rendered() {
-    let room = Room::new();
+    let room = TestFolder::new();
     fs::create_dir(room.path().join("folder.png")).unwrap();
     // The largest image: were it rendered, its film would not fit into the memory allowed here, and the run would abort.
     let large = "--size 16384x16384";
@@ -197,7 +197,7 @@ fn outputs_that_cannot_be_written_are_1_before_anything_is_rendered() {
 
 #[test]
 fn scene_errors_are_3_with_file_line_and_column() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let bad = SCENE
         .replace("sphere -1", "spere -1")
         .replace("ior 1.5", "ior NaN");
@@ -226,7 +226,7 @@ fn scene_errors_are_3_with_file_line_and_column() {
 
 #[test]
 fn warnings_are_one_line_each_and_do_not_stop_a_render() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write("open.test", &format!("{SCENE}pushTransform\n"));
     let ran = room.run("info open.test");
     assert_eq!(ran.code, Some(0));
@@ -271,7 +271,7 @@ fn png_with_palette(color: u8, palette: usize) -> Vec<u8> {
 /// The decoder takes the length of a palette to be right.
 #[test]
 fn palettes_that_are_not_whole_colours_are_refused() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write("a.mtl", "newmtl a\nmap_Kd a.png\n");
     let quad = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n";
     room.write("a.obj", quad);
@@ -307,7 +307,7 @@ fn palettes_that_are_not_whole_colours_are_refused() {
 /// Whatever says it: readers, writers, tables, the argument parser, and lists of what there is.
 #[test]
 fn names_on_the_command_line_do_not_steer_the_terminal() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let name = "\u{1b}[2J\u{7}\u{9b}";
     fs::copy(
         room.path().join("a.test"),

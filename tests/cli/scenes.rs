@@ -1,17 +1,17 @@
 //! What may stand beside a scene, scene caches in its place, and how much memory it may take.
 
-use super::{Room, SCENE};
+use super::{SCENE, TestFolder};
 use std::fs;
 
 /// The picture that a command line makes.
-fn picture(room: &Room, line: &str) -> Vec<u8> {
+fn picture(room: &TestFolder, line: &str) -> Vec<u8> {
     room.ok(&format!("render {line} -o out.png"));
     fs::read(room.path().join("out.png")).unwrap()
 }
 
 #[test]
 fn a_cache_stands_for_its_scene_in_every_command() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let built = room.json("build a.test -o a.phx --json");
     assert_eq!(built["primitives"]["triangles"], 1);
     let length = fs::metadata(room.path().join("a.phx")).unwrap().len();
@@ -50,7 +50,7 @@ fn a_cache_stands_for_its_scene_in_every_command() {
 
 #[test]
 fn what_stands_beside_a_cache_changes_it_like_a_file() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("build a.test -o a.phx");
     let plain = picture(&room, "a.test");
     for beside in [
@@ -81,7 +81,7 @@ fn what_stands_beside_a_cache_changes_it_like_a_file() {
 /// A scene beyond f32's comfortable range is stored scaled; places are still meant in the file's units.
 #[test]
 fn places_beside_a_scaled_cache_are_those_of_the_file() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write(
         "huge.test",
         "size 24 16\ncamera 0 0 5e12 0 0 0 0 1 0 45\npoint 3e12 3e12 3e12 1 1 1\ndiffuse 1 1 1\nsphere 0 0 0 1e12\n",
@@ -102,7 +102,7 @@ fn places_beside_a_scaled_cache_are_those_of_the_file() {
 
 #[test]
 fn nonsense_beside_a_scene_is_2() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for command in ["render", "verify", "info", "build -o a.phx"] {
         for (beside, part) in [
             ("--camera 0,0,5 0,0,0 0,1,0", "--camera"),
@@ -125,7 +125,7 @@ fn nonsense_beside_a_scene_is_2() {
 
 #[test]
 fn caches_that_cannot_be_used_are_3_and_say_what_to_do() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("build a.test -o a.phx");
     let good = fs::read(room.path().join("a.phx")).unwrap();
     let write = |bytes: &[u8]| {
@@ -160,7 +160,7 @@ fn caches_that_cannot_be_used_are_3_and_say_what_to_do() {
 
 #[test]
 fn a_cache_goes_where_it_can_or_nowhere() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.refused("build a.test -o a.cache", 2, &["must end in .phx"]);
     room.refused("build a.test", 2, &["--output"]);
     room.refused("build none.test -o a.phx", 1, &["cannot read none.test"]);
@@ -181,7 +181,7 @@ fn a_cache_goes_where_it_can_or_nowhere() {
 
 #[test]
 fn memory_is_told_part_by_part() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let info = room.json("info a.test --json");
     let memory = &info["memory"];
     let number = |key: &str| memory[key].as_u64().unwrap_or_else(|| panic!("{key}"));
@@ -206,7 +206,7 @@ fn memory_is_told_part_by_part() {
 /// Before anything of that size is allocated: in an address space in which it could not be.
 #[test]
 fn memory_beyond_what_is_allowed_is_refused_with_both_numbers() {
-    let room = Room::new();
+    let room = TestFolder::new();
     // One holds whole films, the other two bands of one.
     for (command, unit, allowed) in [("verify", "GiB", 300), ("render -o b.png", "MiB", 200)] {
         let line = format!("{command} a.test --size 16384x16384 --max-memory {allowed}MiB");
@@ -257,7 +257,7 @@ fn white_png(side: u32) -> Vec<u8> {
 /// A few kilobytes of PNG are hundreds of megabytes of texels.
 #[test]
 fn textures_and_copies_count_before_they_are_made() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let quad = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n";
     let mtl = |k: u32| format!("newmtl m{k}\nmap_Kd t{k}.png\n");
     let face = |k: u32| format!("usemtl m{k}\nf 1/1 2/2 3/3\n");
@@ -325,7 +325,7 @@ fn deep_room(specular: &str, transmission: &str) -> String {
 /// Whatever depth, tile and engine.
 #[test]
 fn what_is_rendered_stays_below_what_is_allowed() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write("mirrors.test", &deep_room("1 1 1", "0 0 0"));
     room.write("glass.test", &deep_room("0.8 0.7 0.9", "0.1 0.1 0.1"));
     let mut rendered = 0;
@@ -361,7 +361,7 @@ fn what_is_rendered_stays_below_what_is_allowed() {
 
 #[test]
 fn rays_of_little_weight_are_left_out_where_depth_does_not_bound_them() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write("glass.test", &deep_room("0.5 0.5 0.5", "0.5 0.5 0.5"));
     let bounces = |options: &str| {
         let report = room.json(&format!(
@@ -387,7 +387,7 @@ fn rays_of_little_weight_are_left_out_where_depth_does_not_bound_them() {
 
 #[test]
 fn standard_scenes_are_opened_like_files() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let small = "--size 40x40 --max-depth 1";
     let direct = picture(&room, &format!("standard:balls:2 {small}"));
     room.ok("build standard:balls:2 -o balls.phx");

@@ -1,6 +1,6 @@
 //! Readers that go away, and signals.
 
-use super::{Room, SCENE, ran};
+use super::{SCENE, TestFolder, ran};
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -9,7 +9,7 @@ use std::time::Duration;
 
 #[test]
 fn a_reader_that_has_gone_away_is_no_error() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for line in [
         "info a.test",
         "render a.test",
@@ -49,7 +49,7 @@ pub fn signal(child: &std::process::Child, name: &str) {
 
 #[test]
 fn an_interrupted_render_leaves_the_old_picture_or_none() {
-    let room = Room::new();
+    let room = TestFolder::new();
     // Its warning tells that the signals are listened to.
     room.write("open.test", &format!("{SCENE}pushTransform\n"));
     for (name, code, old) in [("INT", 130, None), ("TERM", 143, Some("old"))] {

@@ -1,13 +1,13 @@
 //! Standard scenes on the command line.
 
-use super::Room;
+use super::TestFolder;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::process::Stdio;
 
 #[test]
 fn a_standard_scene_stands_where_a_file_may() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let table = room.ok("render standard:balls:2 --size 40x40");
     assert!(table.contains("balls.png"), "{table}");
     assert_eq!(room.names(), ["balls.png"]);
@@ -22,7 +22,7 @@ fn a_standard_scene_stands_where_a_file_may() {
 
 #[test]
 fn wrong_names_and_sizes_are_2_with_the_closest_name_and_where_all_are_listed() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for command in ["render", "verify", "info"] {
         let cases = [
             ("standard:terain", "did you mean `terrain`"),
@@ -42,7 +42,7 @@ fn wrong_names_and_sizes_are_2_with_the_closest_name_and_where_all_are_listed() 
 
 #[test]
 fn scenes_lists_every_scene_with_its_counts() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let document = room.json("scenes --json");
     assert_eq!(document["schema_version"], 1);
     let scenes = document["scenes"].as_array().unwrap();
@@ -69,7 +69,7 @@ fn scenes_lists_every_scene_with_its_counts() {
 
 #[test]
 fn generated_files_are_scenes_that_can_be_read() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.ok("generate shells --size 2 -o shells.nff");
     room.ok("generate standard:cornell:4k -o cornell.test");
     room.ok("generate room --size 5k -o room.nff");
@@ -94,7 +94,7 @@ fn generated_files_are_scenes_that_can_be_read() {
 
 #[test]
 fn formats_that_cannot_hold_a_scene_are_2_unless_it_is_tessellated() {
-    let room = Room::new();
+    let room = TestFolder::new();
     let cases = [
         ("balls -o a.ply", "spheres"),
         ("jacks -o a.ply", "cones"),
@@ -110,7 +110,7 @@ fn formats_that_cannot_hold_a_scene_are_2_unless_it_is_tessellated() {
 
 #[test]
 fn what_generate_cannot_do_is_said_before_anything_is_written() {
-    let room = Room::new();
+    let room = TestFolder::new();
     for (line, part) in [
         ("generate", "<NAME>"),
         ("generate balls", "--output"),
@@ -130,7 +130,7 @@ fn what_generate_cannot_do_is_said_before_anything_is_written() {
 
 #[test]
 fn an_interrupted_generation_leaves_the_old_file_and_no_part_of_a_new_one() {
-    let room = Room::new();
+    let room = TestFolder::new();
     room.write("a.nff", "old");
     let before = room.names();
     let mut child = room

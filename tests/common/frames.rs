@@ -1,10 +1,10 @@
 //! Frames of both engines, and the first bit in which two differ.
 
-use phalanx::frame::{Control, Frame, Prepared, Settings, render};
+use phalanx::frame::{Accel, Control, Frame, Settings, render};
 use phalanx::scene::Scene;
 
 /// A frame that nobody interrupts.
-pub fn frame_of(scene: &Scene, prepared: &Prepared, settings: Settings) -> Frame {
+pub fn frame_of(scene: &Scene, prepared: &Accel, settings: Settings) -> Frame {
     render(scene, prepared, &settings, &Control::default()).expect("a frame")
 }
 

@@ -4,15 +4,15 @@ use bumpalo::Bump;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{F32x8, LANES, LaneMask, Mask8, Vec3x8};
-use phalanx::oracle::{Forest, Hit, Oracle, Ray, Search};
+use phalanx::oracle::{Oracle, OracleHit, OracleRay, OracleSearch, TwoLevelBvh};
 use phalanx::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
 use phalanx::scene::Scene;
 use phalanx::trace::{Kernel, PacketTracer, Traversal};
 
 /// The bits of a hit: t, u, v and the primitive.
-pub type HitBits = (u32, u32, u32, u32);
+pub type HitWords = (u32, u32, u32, u32);
 
-pub fn hit_bits(hit: &Hit) -> HitBits {
+pub fn hit_bits(hit: &OracleHit) -> HitWords {
     (
         hit.t.to_bits(),
         hit.u.to_bits(),
@@ -22,9 +22,10 @@ pub fn hit_bits(hit: &Hit) -> HitBits {
 }
 
 /// Up to eight rays as a packet; lanes without a ray hold zeros.
-pub fn pack(rays: &[Ray], tmax: impl Fn(usize) -> f32) -> RayPacket {
-    let column =
-        |of: &dyn Fn(&Ray) -> f32| F32x8::new(std::array::from_fn(|k| rays.get(k).map_or(0.0, of)));
+pub fn pack(rays: &[OracleRay], tmax: impl Fn(usize) -> f32) -> RayPacket {
+    let column = |of: &dyn Fn(&OracleRay) -> f32| {
+        F32x8::new(std::array::from_fn(|k| rays.get(k).map_or(0.0, of)))
+    };
     RayPacket {
         org: Vec3x8::new(
             column(&|r| r.org.x),
@@ -41,7 +42,7 @@ pub fn pack(rays: &[Ray], tmax: impl Fn(usize) -> f32) -> RayPacket {
 }
 
 /// One lane of a packet's answer.
-pub fn lane_bits(hits: &HitPacket, lane: usize) -> Option<HitBits> {
+pub fn lane_bits(hits: &HitPacket, lane: usize) -> Option<HitWords> {
     let prim_id = hits.prim_id.to_array()[lane];
     let bits = |column: F32x8| column.to_array()[lane].to_bits();
     (prim_id != NO_PRIM).then(|| (bits(hits.t), bits(hits.u), bits(hits.v), prim_id))
@@ -57,10 +58,10 @@ pub struct Engines<'a> {
 }
 
 impl<'a> Engines<'a> {
-    pub fn new(scene: &'a Scene, tree: &'a Forest, bvh: &'a Bvh) -> Engines<'a> {
+    pub fn new(scene: &'a Scene, tree: &'a TwoLevelBvh, bvh: &'a Bvh) -> Engines<'a> {
         Engines {
-            oracle: Oracle::new(scene, Search::Tree(tree), 0),
-            brute: Oracle::new(scene, Search::BruteForce, 0),
+            oracle: Oracle::new(scene, OracleSearch::Tree(tree), 0),
+            brute: Oracle::new(scene, OracleSearch::BruteForce, 0),
             tracer: PacketTracer::new(bvh),
             others: Kernel::ALL
                 .map(|(name, kernel)| (name, Traversal::new(bvh, kernel)))
@@ -69,13 +70,14 @@ impl<'a> Engines<'a> {
     }
 
     /// The closest hit, after asserting that brute force, the oracle's tree and the packet engine say the same.
-    pub fn closest(&mut self, ray: &Ray) -> Option<Hit> {
+    pub fn closest(&mut self, ray: &OracleRay) -> Option<OracleHit> {
         self.closest_of(std::slice::from_ref(ray))[0]
     }
 
     /// The closest hits of up to eight rays, after asserting that all three searches agree.
-    pub fn closest_of(&mut self, rays: &[Ray]) -> Vec<Option<Hit>> {
-        let truth: Vec<Option<Hit>> = rays.iter().map(|ray| self.brute.closest(ray)).collect();
+    pub fn closest_of(&mut self, rays: &[OracleRay]) -> Vec<Option<OracleHit>> {
+        let truth: Vec<Option<OracleHit>> =
+            rays.iter().map(|ray| self.brute.closest(ray)).collect();
         for (ray, want) in rays.iter().zip(&truth) {
             let want = want.as_ref().map(hit_bits);
             let tree = self.oracle.closest(ray);
@@ -111,7 +113,7 @@ impl<'a> Engines<'a> {
     }
 
     /// Which of up to eight rays are occluded before `tmax`, after asserting that all three searches agree.
-    pub fn occluded_of(&mut self, rays: &[Ray], tmax: f32) -> u32 {
+    pub fn occluded_of(&mut self, rays: &[OracleRay], tmax: f32) -> u32 {
         let mut truth = 0;
         for (lane, ray) in rays.iter().enumerate() {
             let brute = self.brute.occluded(ray, tmax);
@@ -139,7 +141,7 @@ impl<'a> Engines<'a> {
 }
 
 /// Up to eight rays, waiting.
-fn queue<'a>(arena: &'a Bump, rays: &[Ray]) -> RayQueue<'a> {
+fn queue<'a>(arena: &'a Bump, rays: &[OracleRay]) -> RayQueue<'a> {
     let mut queue = RayQueue::with_capacity(arena, LANES);
     for ray in rays {
         queue.push_ray(ray.org.to_array(), ray.dir.to_array());
@@ -148,6 +150,6 @@ fn queue<'a>(arena: &'a Bump, rays: &[Ray]) -> RayQueue<'a> {
 }
 
 /// A ray from `org` toward `target`, direction not normalised.
-pub fn toward(org: Vec3, target: Vec3) -> Ray {
-    Ray::new(org, target - org)
+pub fn toward(org: Vec3, target: Vec3) -> OracleRay {
+    OracleRay::new(org, target - org)
 }

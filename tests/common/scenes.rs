@@ -2,11 +2,11 @@
 
 use super::rng::Rng;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
-use phalanx::scene::{Cone, Scene, Surface};
+use phalanx::scene::{Cone, Material, Scene};
 
 /// A row of the material table.
 #[derive(Clone, Copy, Debug)]
-pub struct Paint {
+pub struct TestMaterial {
     pub ka: Vec3,
     pub ke: Vec3,
     pub kd: Vec3,
@@ -16,7 +16,7 @@ pub struct Paint {
     pub ior: f32,
 }
 
-pub const GREY: Paint = Paint {
+pub const GREY: TestMaterial = TestMaterial {
     ka: Vec3::splat(0.2),
     ke: Vec3::ZERO,
     kd: Vec3::splat(0.5),
@@ -26,8 +26,8 @@ pub const GREY: Paint = Paint {
     ior: 1.0,
 };
 
-pub fn add_paint(scene: &mut Scene, paint: Paint) -> u32 {
-    scene.materials.push(&Surface {
+pub fn add_paint(scene: &mut Scene, paint: TestMaterial) -> u32 {
+    scene.materials.push(&Material {
         ka: paint.ka,
         ke: paint.ke,
         kd: paint.kd,
@@ -35,7 +35,7 @@ pub fn add_paint(scene: &mut Scene, paint: Paint) -> u32 {
         kt: paint.kt,
         shininess: paint.shininess,
         ior: paint.ior,
-        ..Surface::default()
+        ..Material::default()
     })
 }
 

@@ -57,15 +57,15 @@ fn moments(red: &[f32]) -> [[f64; 2]; 2] {
 #[test]
 fn the_blur_is_as_wide_as_the_lens_equation_says() {
     let (aperture, focus) = (0.2f64, 5.0f64);
-    for (place, radius) in [
+    for (position, radius) in [
         ([0.0, 0.0, -10.0], 0.05),
         ([0.0, 0.0, -2.5], 0.02),
         ([0.1, -0.05, -40.0], 0.3),
         ([0.3, 0.2, -5.0], 0.05),
     ] {
-        let [x, y, z] = place;
+        let [x, y, z] = position;
         let distance: f64 = -z;
-        let scene = ball(place, radius, 1.0);
+        let scene = ball(position, radius, 1.0);
         let settings = through(&scene, 1024, aperture as f32, focus as f32);
         let [red, ..] = planes(&scene, &settings);
         let blur = 0.5 * aperture * (distance - focus).abs() / distance / focus;
@@ -78,11 +78,11 @@ fn the_blur_is_as_wide_as_the_lens_equation_says() {
             let want = want / SLOPE;
             assert!(
                 (mean - want).abs() < 0.05,
-                "{place:?}: at {mean}, not {want}"
+                "{position:?}: at {mean}, not {want}"
             );
             assert!(
                 (got - variance).abs() < BLUR_WIDTH * variance,
-                "{place:?}: variance {got}, not {variance}"
+                "{position:?}: variance {got}, not {variance}"
             );
         }
     }
@@ -105,7 +105,7 @@ fn lenses_scale_with_the_scene() {
     let picture = |unit: f32| {
         let scene = ball([0.3, 0.2, -5.0], 0.3, unit);
         let settings = through(&scene, 4, 0.1 * unit, 2.0 * unit);
-        (scene.unit, planes(&scene, &settings))
+        (scene.scale, planes(&scene, &settings))
     };
     let (unit, same) = picture(1.0);
     assert_eq!(unit, 1.0);

@@ -10,7 +10,7 @@ mod lights;
 mod occlusion;
 
 use phalanx::formats::read_test;
-use phalanx::frame::{Control, Engine, Prepared, Sampling, Settings, render};
+use phalanx::frame::{Accel, Control, Engine, Sampling, Settings, render};
 use phalanx::scene::Scene;
 
 /// A picture of one small pixel, whose camera rays run from `eye` to about `at` (both as in a file), with up along y.
@@ -40,7 +40,7 @@ fn planes(scene: &Scene, settings: &Settings) -> [Vec<f32>; 3] {
             engine,
             ..settings.clone()
         };
-        let prepared = Prepared::build(scene, engine);
+        let prepared = Accel::build(scene, engine);
         render(scene, &prepared, &settings, &Control::default()).expect("a frame")
     });
     assert_eq!(simd.film, scalar.film);

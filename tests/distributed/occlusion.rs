@@ -108,7 +108,7 @@ fn rays_stay_outside_and_units_are_the_files() {
             1.5 * unit
         );
         let scene = phalanx::formats::read_test(&text).expect("a scene").scene;
-        (scene.unit, open(&scene, 4, 0.5 * unit))
+        (scene.scale, open(&scene, 4, 0.5 * unit))
     };
     let (same, scaled) = (picture(1.0), picture(1.099_511_6e12));
     assert!(same.0 == 1.0 && scaled.0 != 1.0);

@@ -19,8 +19,8 @@ mod forge;
 mod picture;
 
 use phalanx::frame::Tile;
-use phalanx::jobs::{Plan, TileFile};
-use picture::Picture;
+use phalanx::jobs::{RenderPlan, TileFile};
+use picture::FuzzedPicture;
 use rng::Rng;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -71,7 +71,7 @@ fn tell(what: &str, count: usize, start: Instant, words: &BTreeMap<&str, usize>)
 }
 
 /// A file of tiles that was damaged, or that an enemy made.
-fn tiles(picture: &Picture, folder: &Path) {
+fn tiles(picture: &FuzzedPicture, folder: &Path) {
     let path = folder.join("mutant.tiles");
     let seeds = picture.tile_files(folder);
     let count = mutants(4000);
@@ -109,7 +109,7 @@ fn tiles(picture: &Picture, folder: &Path) {
 }
 
 /// A plan that was damaged, or that an enemy made, with good tiles.
-fn plans(picture: &Picture, folder: &Path) {
+fn plans(picture: &FuzzedPicture, folder: &Path) {
     let path = folder.join("mutant.json");
     let good: PathBuf = folder.join("good.tiles");
     std::fs::write(&good, &picture.tile_files(folder)[0]).unwrap();
@@ -125,7 +125,7 @@ fn plans(picture: &Picture, folder: &Path) {
         };
         let word = watched(&mutant, || {
             std::fs::write(&path, &mutant).unwrap();
-            let Ok(plan) = Plan::read(&path) else {
+            let Ok(plan) = RenderPlan::read(&path) else {
                 return "refused";
             };
             used(picture, &plan, &path, &good)
@@ -136,7 +136,7 @@ fn plans(picture: &Picture, folder: &Path) {
 }
 
 /// Does with a plan what `render --plan` and `merge` do.
-fn used(picture: &Picture, plan: &Plan, path: &Path, good: &Path) -> &'static str {
+fn used(picture: &FuzzedPicture, plan: &RenderPlan, path: &Path, good: &Path) -> &'static str {
     if let Ok(output) = plan.picture_path(path) {
         let folder = path.parent().unwrap().canonicalize().unwrap();
         let place = output.parent().unwrap().canonicalize().ok();
@@ -168,7 +168,7 @@ fn used(picture: &Picture, plan: &Plan, path: &Path, good: &Path) -> &'static st
 #[test]
 fn mutants_of_plans_and_of_tiles() {
     let folder = tempfile::tempdir().unwrap();
-    let picture = Picture::new();
+    let picture = FuzzedPicture::new();
     tiles(&picture, folder.path());
     plans(&picture, folder.path());
 }

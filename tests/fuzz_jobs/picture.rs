@@ -1,8 +1,9 @@
 //! A picture of a few hundred pixels, its tiles, and what merging and resuming make of a file of them.
 
-use phalanx::frame::{Aovs, Control, Engine, Prepared, Settings};
+use phalanx::frame::{Accel, Aovs, Control, Engine, Settings};
 use phalanx::jobs::{
-    Beside, Developing, Identity, Plan, TileFile, merge_bands, render_bands, render_tiles,
+    RenderKey, RenderPlan, TileEncoding, TileFile, TileOutputs, merge_bands, render_bands,
+    render_to_file,
 };
 use phalanx::render::Film;
 use phalanx::scene::Scene;
@@ -11,25 +12,25 @@ use std::path::Path;
 const SCENE: &str =
     "size 40 24\ncamera 0 0 4 0 0 0 0 1 0 45\npoint 4 4 4 1 1 1\ndiffuse 1 0.5 0\nsphere 0 0 0 1\n";
 
-pub struct Picture {
+pub struct FuzzedPicture {
     scene: Scene,
-    prepared: Prepared,
+    prepared: Accel,
     settings: Settings,
-    identity: Identity,
+    identity: RenderKey,
     /// As it is rendered without a file.
     pub film: Film,
 }
 
-impl Picture {
-    pub fn new() -> Picture {
+impl FuzzedPicture {
+    pub fn new() -> FuzzedPicture {
         let scene = phalanx::formats::read_test(SCENE).unwrap().scene;
-        let prepared = Prepared::build(&scene, Engine::Simd);
+        let prepared = Accel::build(&scene, Engine::Simd);
         let settings = Settings {
             tile: 8,
             ..Settings::of(&scene)
         };
-        let identity = Identity::of(&scene, &settings);
-        let mut picture = Picture {
+        let identity = RenderKey::of(&scene, &settings);
+        let mut picture = FuzzedPicture {
             scene,
             prepared,
             settings,
@@ -45,16 +46,16 @@ impl Picture {
     }
 
     fn rendered(&self, settings: &Settings, file: Option<&TileFile>) -> Option<Film> {
-        let beside = Beside {
+        let beside = TileOutputs {
             file,
-            overview: None,
+            thumbnail: None,
         };
         let mut all = None;
         let take = |film| {
             assert!(all.replace(film).is_none(), "one band is enough");
             true
         };
-        let (tree, control) = (self.prepared.tree(), Control::default());
+        let (tree, control) = (self.prepared.accel(), Control::default());
         render_bands(&self.scene, tree, settings, &control, beside, take).unwrap();
         all
     }
@@ -72,8 +73,8 @@ impl Picture {
         merge(&self.plan(1), file)
     }
 
-    pub fn plan(&self, shards: u32) -> Plan {
-        let developing = Developing {
+    pub fn plan(&self, shards: u32) -> RenderPlan {
+        let developing = TileEncoding {
             exposure: 0.5,
             srgb: true,
             round: false,
@@ -83,7 +84,7 @@ impl Picture {
         let arguments = words.split(' ').map(str::to_owned).collect();
         let identity = self.identity.clone();
         let (scene, output) = ("a.test".to_owned(), "a.png".into());
-        Plan::new(scene, arguments, output, developing, identity, shards)
+        RenderPlan::new(scene, arguments, output, developing, identity, shards)
     }
 
     /// Seeds: a whole file, half of one, and one of the picture with layers.
@@ -103,9 +104,9 @@ impl Picture {
         let file = |(settings, tiles): (&Settings, _)| {
             let path = folder.join("seed.tiles");
             let _ = std::fs::remove_file(&path);
-            let file = TileFile::open(&path, &Identity::of(&self.scene, settings)).unwrap();
-            let (tree, control) = (self.prepared.tree(), Control::default());
-            render_tiles(&self.scene, tree, settings, &control, tiles, &file).unwrap();
+            let file = TileFile::open(&path, &RenderKey::of(&self.scene, settings)).unwrap();
+            let (tree, control) = (self.prepared.accel(), Control::default());
+            render_to_file(&self.scene, tree, settings, &control, tiles, &file).unwrap();
             drop(file);
             std::fs::read(&path).unwrap()
         };
@@ -114,7 +115,7 @@ impl Picture {
 }
 
 /// The picture of a plan whose tiles are all in one file; `None` where some are missing.
-pub fn merge(plan: &Plan, file: TileFile) -> Option<Film> {
+pub fn merge(plan: &RenderPlan, file: TileFile) -> Option<Film> {
     if !plan.tiles().iter().all(|tile| file.has(*tile)) {
         return None;
     }

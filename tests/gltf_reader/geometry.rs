@@ -8,7 +8,7 @@ use serde_json::json;
 /// The corners of every stored triangle.
 /// In the file's coordinates.
 fn triangles(scene: &Scene) -> Vec<[Vec3; 3]> {
-    let there = |corner| scene.file_place(corner).as_vec3();
+    let there = |corner| scene.file_position(corner).as_vec3();
     (0..scene.triangles.len())
         .map(|i| scene.triangles.corners(i).map(there))
         .collect()

@@ -3,7 +3,7 @@
 use super::{File, base64, messages};
 use glam::{Vec2, Vec3};
 use phalanx::formats::{Loaded, Options, load};
-use phalanx::scene::{NO_TEXTURE, Surface, Tone, Wrap};
+use phalanx::scene::{Material, NO_TEXTURE, OutputEncoding, Wrap};
 use serde_json::{Value, json};
 
 /// A picture of 2 × 1 texels, red and green.
@@ -16,7 +16,7 @@ fn with_material(material: Value) -> File {
     file
 }
 
-fn surface(material: Value) -> Surface {
+fn surface(material: Value) -> Material {
     with_material(material).loaded().scene.materials.get(0)
 }
 
@@ -115,9 +115,9 @@ fn what_is_not_shown_is_told_once() {
 #[test]
 fn the_users_material_stands_in_where_there_is_none() {
     let bytes = File::triangle().glb();
-    let red = Surface {
+    let red = Material {
         kd: Vec3::X,
-        ..Surface::default()
+        ..Material::default()
     };
     let options = Options {
         material: Some(red),
@@ -258,8 +258,8 @@ fn defaults_of_a_bare_mesh() {
     let loaded = File::triangle().loaded();
     let scene = &loaded.scene;
     assert_eq!(
-        (scene.width, scene.height, scene.tone),
-        (1280, 960, Tone::SRGB)
+        (scene.width, scene.height, scene.encoding),
+        (1280, 960, OutputEncoding::SRGB)
     );
     assert_eq!(scene.lights.len(), 1);
     assert!(scene.background.min_element() > 0.0);
@@ -306,7 +306,7 @@ fn lights() {
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
     assert_eq!(*lights.directional, [true, false]);
     assert_eq!(
-        (lights.place.get(0), lights.place.get(1)),
+        (lights.position.get(0), lights.position.get(1)),
         (Vec3::Z, Vec3::new(0.5, 0.5, 2.0))
     );
     let pi = std::f32::consts::PI;

@@ -61,7 +61,7 @@ fn accessors_of_single_precision_move_exactly_or_not_at_all() {
     let loaded = file.loaded();
     assert!(loaded.scene.is_moved());
     let standing = corners(&at(&file, Origin::File).scene)[0];
-    let back = corners(&loaded.scene)[0].map(|c| loaded.scene.file_place(c));
+    let back = corners(&loaded.scene)[0].map(|c| loaded.scene.file_position(c));
     assert_eq!(back, standing.map(|c| c.as_dvec3()), "every bit");
     let inexact = at(&file, Origin::At([499_990.1, 0.0, 0.0]));
     assert_eq!(inexact.scene.origin, [0.0; 3]);
@@ -87,9 +87,13 @@ fn the_maps_of_instances_take_the_origin() {
         Vec3::new(4.3, 0.0, 0.7),
         "its own space"
     );
-    for (k, place) in [PLACE, other].into_iter().enumerate() {
+    for (k, position) in [PLACE, other].into_iter().enumerate() {
         let there = scene.instances.world_columns(k)[3];
-        assert_eq!(scene.file_place(there).to_array(), place, "instance {k}");
+        assert_eq!(
+            scene.file_position(there).to_array(),
+            position,
+            "instance {k}"
+        );
         assert!(there.abs().max_element() < 16.0);
     }
 }
@@ -139,8 +143,8 @@ fn cameras_and_lights_of_nodes_move_with_the_scene() {
     let light = json!({"KHR_lights_punctual": {"light": 0}});
     file.node(json!({"translation": lamp, "extensions": light}));
     let scene = file.loaded().scene;
-    let local = |place: [f64; 3]| (DVec3::from(place) - DVec3::from(scene.origin)).as_vec3();
+    let local = |position: [f64; 3]| (DVec3::from(position) - DVec3::from(scene.origin)).as_vec3();
     assert!(scene.is_moved());
     assert_eq!(scene.view.eye, local(eye));
-    assert_eq!(scene.lights.place.get(0), local(lamp));
+    assert_eq!(scene.lights.position.get(0), local(lamp));
 }

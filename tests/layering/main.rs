@@ -96,7 +96,7 @@ const ROOMS: [(&str, &[&str], &str); 15] = [
 const OWNERS: [(&str, &[&str], &str); 18] = [
     (
         "libc",
-        &["trace/bvh/pages.rs", "cli/bus_error.rs", "cli/heap.rs"],
+        &["trace/bvh/huge_pages.rs", "cli/bus_error.rs", "cli/heap.rs"],
         "the system is asked for pages in one place, and told in others what answers a fault and what memory goes back",
     ),
     (
@@ -230,26 +230,26 @@ const BANNED: [(&str, &[&str], &str); 13] = [
 const BOUNDS: [&str; 4] = [
     "trace/simd/mod.rs",
     "trace/simd/types.rs",
-    "trace/traverse/beam/look.rs",
-    "trace/traverse/cull.rs",
+    "trace/traverse/beam/shadow_cull.rs",
+    "trace/traverse/slab_conservative.rs",
 ];
 
 /// Files that may hold `unsafe`.
 const UNSAFE_FILES: [&str; 14] = [
-    "trace/bvh/pages.rs",
+    "trace/bvh/huge_pages.rs",
     "io/cache/mapping.rs",
     // Open files are known by their numbers alone.
     "io/image/descriptor.rs",
     "cli/bus_error.rs",
     // The allocator takes numbers through its C interface alone.
     "cli/heap.rs",
-    "trace/traverse/beam/descend.rs",
+    "trace/traverse/beam/traverse.rs",
     "trace/traverse/beam/pairs.rs",
-    "trace/traverse/beam/waiting.rs",
-    "trace/traverse/order.rs",
+    "trace/traverse/beam/deferred.rs",
+    "trace/traverse/wide_stack.rs",
     "trace/traverse/packet.rs",
     "trace/traverse/prefetch.rs",
-    "trace/traverse/single/mod.rs",
+    "trace/traverse/single_ray/mod.rs",
     // A C interface, and the control register that it wants otherwise.
     "bench/peers/embree/api.rs",
     "bench/peers/embree/mxcsr.rs",

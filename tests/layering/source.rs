@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 const OTHERS: [&str; 1] = ["bench/report/html/style.css"];
 
 /// One file of `src`.
-pub struct Source {
+pub struct SourceFile {
     /// Relative to `src`, with forward slashes.
     pub path: String,
     /// The text without comments and literals, of the same lines.
     pub code: String,
 }
 
-impl Source {
+impl SourceFile {
     /// Whether it stands in a room, `trace/simd` for instance.
     pub fn is_in(&self, room: &str) -> bool {
         let rest = self.path.strip_prefix(room);
@@ -115,7 +115,7 @@ fn raw_string(rest: &[char]) -> usize {
     until(rest, 2 + hashes, end, 1 + hashes)
 }
 
-pub fn sources() -> Vec<Source> {
+pub fn sources() -> Vec<SourceFile> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut found = Vec::new();
     let mut folders = vec![root.clone()];
@@ -136,7 +136,7 @@ pub fn sources() -> Vec<Source> {
             assert!(name.ends_with(".rs"), "{name} is no Rust source");
             let text = fs::read_to_string(&path).expect("UTF-8");
             let code = code_of(&text);
-            found.push(Source { path: name, code });
+            found.push(SourceFile { path: name, code });
         }
     }
     assert!(found.len() > 20, "only {} sources found", found.len());

@@ -3,7 +3,7 @@
 use super::{FLAT, area_from_z, errors, messages, triangles};
 use glam::{Vec2, Vec3};
 use phalanx::formats::{Loaded, Options, load};
-use phalanx::scene::{Quantize, Scene, Surface, Transfer};
+use phalanx::scene::{Material, Quantize, Scene, Transfer};
 
 const CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
@@ -119,7 +119,7 @@ fn other_statements_are_passed() {
 #[test]
 fn coordinates_far_away_and_tiny_ones_are_read() {
     let far = scene("v 1e7 1e7 0\nv 10000001 1e7 0\nv 1e7 10000001 0\nf 1 2 3");
-    let there = triangles(&far)[0].map(|corner| far.file_place(corner.into()).to_array());
+    let there = triangles(&far)[0].map(|corner| far.file_position(corner.into()).to_array());
     assert_eq!(
         there,
         [
@@ -132,8 +132,8 @@ fn coordinates_far_away_and_tiny_ones_are_read() {
     let [[_, b, _]] = triangles(&tiny)[..] else {
         panic!()
     };
-    assert_eq!(b[0], 1e-12 * tiny.unit, "scaled as a whole");
-    assert!(tiny.unit > 1.0);
+    assert_eq!(b[0], 1e-12 * tiny.scale, "scaled as a whole");
+    assert!(tiny.scale > 1.0);
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn a_bare_mesh_gets_everything_a_picture_needs() {
     let s = &loaded.scene;
     assert_eq!((s.width, s.height, s.max_depth), (1280, 960, 5));
     assert_eq!(
-        (s.tone.transfer, s.tone.quantize),
+        (s.encoding.transfer, s.encoding.quantize),
         (Transfer::Srgb, Quantize::Round)
     );
     assert_eq!(
@@ -219,9 +219,9 @@ fn materials_hold_until_the_next_one() {
         "mtllib my lib.mtl\n{CORNERS}f 1 2 3\nusemtl red\nf 1 2 3\nf 1 2 3\nusemtl red\nusemtl big green\nf 1 2 3\nusemtl nobody\n\
          f 1 2 3\nusemtl red\n"
     );
-    let own = Surface {
+    let own = Material {
         kd: Vec3::splat(0.25),
-        ..Surface::default()
+        ..Material::default()
     };
     let options = Options {
         material: Some(own),

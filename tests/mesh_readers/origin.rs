@@ -2,7 +2,7 @@
 
 use super::triangles;
 use glam::{DVec3, Vec3};
-use phalanx::formats::{Light, Loaded, Options, Origin, read_bytes};
+use phalanx::formats::{AddedLight, Loaded, Options, Origin, read_bytes};
 use phalanx::scene::FileView;
 
 /// A triangle about a map's coordinates, in decimals that single precision does not have.
@@ -17,8 +17,8 @@ const ORIGIN: [f64; 3] = [500_000.5, 0.0, -4_012_344.0];
 
 /// What is to come out: coordinates less the origin in double precision, rounded once.
 fn moved(corners: [[f64; 3]; 3], origin: [f64; 3]) -> Vec<[[f32; 3]; 3]> {
-    let place = |c: [f64; 3]| (DVec3::from(c) - DVec3::from(origin)).as_vec3().to_array();
-    vec![corners.map(place)]
+    let position = |c: [f64; 3]| (DVec3::from(c) - DVec3::from(origin)).as_vec3().to_array();
+    vec![corners.map(position)]
 }
 
 fn read_at(ending: &str, bytes: &[u8], origin: Origin) -> Loaded {
@@ -114,11 +114,11 @@ fn the_file_keeps_its_origin_where_that_is_asked_for_or_near() {
 
 #[test]
 fn an_origin_that_is_asked_for_is_taken() {
-    let place = [499_990.1, 7.0, -4e6];
+    let position = [499_990.1, 7.0, -4e6];
     for (ending, bytes) in wide_files(FAR) {
-        let scene = read_at(ending, &bytes, Origin::At(place)).scene;
-        assert_eq!(scene.origin, place);
-        assert_eq!(triangles(&scene), moved(FAR, place), "{ending}");
+        let scene = read_at(ending, &bytes, Origin::At(position)).scene;
+        assert_eq!(scene.origin, position);
+        assert_eq!(triangles(&scene), moved(FAR, position), "{ending}");
     }
 }
 
@@ -156,7 +156,7 @@ fn single_precision_moves_where_no_difference_is_rounded() {
         assert_eq!(triangles(&scene), moved(corners, scene.origin), "{ending}");
         for (corner, file) in triangles(&scene)[0].into_iter().zip(corners) {
             assert_eq!(
-                scene.file_place(corner.into()).to_array(),
+                scene.file_position(corner.into()).to_array(),
                 file,
                 "every bit"
             );
@@ -230,7 +230,7 @@ fn what_is_given_is_in_the_files_coordinates() {
             up: Vec3::Y,
             fovy: 40.0,
         }),
-        lights: vec![Light::Point {
+        lights: vec![AddedLight::Point {
             position: DVec3::new(500_003.7, 12.0, -4_012_344.0),
             color: Vec3::ONE,
         }],
@@ -245,7 +245,7 @@ fn what_is_given_is_in_the_files_coordinates() {
     assert_eq!(scene.view.eye, Vec3::new(x(500_001.6), 8.25, 4.0));
     assert_eq!(scene.view.center, Vec3::new(x(500_000.6), 8.25, 0.0));
     assert_eq!(
-        scene.lights.place.get(0),
+        scene.lights.position.get(0),
         Vec3::new(x(500_003.7), 12.0, 0.0)
     );
 }

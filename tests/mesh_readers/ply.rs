@@ -12,16 +12,16 @@ fn ascii(header: &str, body: &str) -> Vec<u8> {
 }
 
 /// Numbers of a binary file, in either byte order.
-struct Bytes {
+struct BinaryNumbers {
     big: bool,
     all: Vec<u8>,
 }
 
-impl Bytes {
-    fn new(big: bool, header: &str) -> Bytes {
+impl BinaryNumbers {
+    fn new(big: bool, header: &str) -> BinaryNumbers {
         let order = if big { "big" } else { "little" };
         let all = format!("ply\nformat binary_{order}_endian 1.0\n{header}").into_bytes();
-        Bytes { big, all }
+        BinaryNumbers { big, all }
     }
 
     /// The bytes of a number, given in little-endian order.
@@ -52,7 +52,7 @@ const PLACES: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 fn every_encoding_gives_the_same_triangle() {
     assert_eq!(triangles(&read("ply", &ascii(HEADER, BODY)).scene), FLAT);
     for big in [false, true] {
-        let file = Bytes::new(big, HEADER)
+        let file = BinaryNumbers::new(big, HEADER)
             .floats(&PLACES)
             .put([3])
             .ints(&[0, 1, 2]);
@@ -68,7 +68,7 @@ fn numbers_may_have_any_type() {
                   element other 2\nproperty list char double a\nproperty ushort b\n\
                   element face 1\nproperty char first\nproperty list uint ushort vertex_index\nproperty double last\nend_header\n";
     for big in [false, true] {
-        let mut file = Bytes::new(big, header);
+        let mut file = BinaryNumbers::new(big, header);
         for [x, y] in [[0i16, 0], [1, 0], [0, 1]] {
             file = file
                 .put(f64::from(y).to_le_bytes())
@@ -96,7 +96,7 @@ fn lines_end_in_every_way() {
             FLAT,
             "{end:?}"
         );
-        let mut file = Bytes::new(false, HEADER).all;
+        let mut file = BinaryNumbers::new(false, HEADER).all;
         file = String::from_utf8(file)
             .unwrap()
             .replace('\n', end)
@@ -127,7 +127,7 @@ fn polygons_of_any_count_are_cut() {
     ];
     let faces: [&[i32]; 4] = [&[0, 1, 2, 3], &[3, 0, 1, 2], &[0, 1], &[0, 2, 4]];
     let mut text = String::new();
-    let mut file = Bytes::new(true, &header).floats(places.as_flattened());
+    let mut file = BinaryNumbers::new(true, &header).floats(places.as_flattened());
     places
         .iter()
         .for_each(|[x, y, z]| text += &format!("{x} {y} {z}\n"));
@@ -188,7 +188,7 @@ fn a_vertex_that_is_not_finite_matters_where_it_is_used() {
     let header = HEADER.replace("vertex 3", "vertex 4");
     for (corner, used) in [(2, false), (3, true)] {
         let places = [&PLACES[..], &[0.0, f32::NAN, 0.0]].concat();
-        let file = Bytes::new(false, &header)
+        let file = BinaryNumbers::new(false, &header)
             .floats(&places)
             .put([3])
             .ints(&[0, 1, corner])
@@ -226,7 +226,7 @@ fn counts_are_believed_only_as_far_as_there_are_bytes() {
         ("vertex 5", "face 1"),
     ] {
         let header = header(vertices, faces);
-        let file = Bytes::new(false, &header)
+        let file = BinaryNumbers::new(false, &header)
             .floats(&PLACES)
             .put([3])
             .ints(&[0, 1, 2])
@@ -239,7 +239,7 @@ fn counts_are_believed_only_as_far_as_there_are_bytes() {
     }
     let header = HEADER.replace("uchar int", "int int");
     for count in [i32::MAX, -1, 4] {
-        let file = Bytes::new(false, &header)
+        let file = BinaryNumbers::new(false, &header)
             .floats(&PLACES)
             .ints(&[count, 0, 1, 2])
             .all;
@@ -249,7 +249,7 @@ fn counts_are_believed_only_as_far_as_there_are_bytes() {
 
 #[test]
 fn corners_out_of_range_are_errors_with_their_place() {
-    let file = Bytes::new(true, HEADER)
+    let file = BinaryNumbers::new(true, HEADER)
         .floats(&PLACES)
         .put([3])
         .ints(&[0, -1, 2])

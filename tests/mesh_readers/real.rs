@@ -55,7 +55,7 @@ fn obj_files_hold_what_tobj_finds_in_them() {
         let (models, _) = tobj::load_obj(&file, &tobj::LoadOptions::default()).unwrap();
         let (mut theirs, mut polygons) = (Vec::new(), 0);
         for mesh in models.iter().map(|model| &model.mesh) {
-            let place =
+            let position =
                 |&i: &u32| <[f32; 3]>::try_from(&mesh.positions[i as usize * 3..][..3]).unwrap();
             let mut rest = &mesh.indices[..];
             let threes = vec![3; rest.len() / 3];
@@ -68,8 +68,9 @@ fn obj_files_hold_what_tobj_finds_in_them() {
                 let (corners, behind) = rest.split_at(count as usize);
                 rest = behind;
                 polygons += usize::from(count > 3);
-                theirs
-                    .extend((2..corners.len()).map(|k| [0, k - 1, k].map(|k| place(&corners[k]))));
+                theirs.extend(
+                    (2..corners.len()).map(|k| [0, k - 1, k].map(|k| position(&corners[k]))),
+                );
             }
         }
         assert_eq!(ours.triangles.len(), theirs.len(), "{}", file.display());

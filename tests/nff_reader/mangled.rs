@@ -98,25 +98,25 @@ fn check(text: &str) {
 
 /// What happens to one token.
 #[derive(Clone, Debug)]
-enum Change {
+enum NffMutation {
     Delete,
     Duplicate,
     Replace(String),
 }
 
-fn change() -> impl Strategy<Value = Change> {
+fn change() -> impl Strategy<Value = NffMutation> {
     let spice = prop::sample::select(&SPICE[..]).prop_map(String::from);
     prop_oneof![
-        1 => Just(Change::Delete),
-        1 => Just(Change::Duplicate),
-        4 => spice.prop_map(Change::Replace),
-        1 => any::<f32>().prop_map(|x| Change::Replace(x.to_string())),
-        1 => ".{0,8}".prop_map(Change::Replace),
+        1 => Just(NffMutation::Delete),
+        1 => Just(NffMutation::Duplicate),
+        4 => spice.prop_map(NffMutation::Replace),
+        1 => any::<f32>().prop_map(|x| NffMutation::Replace(x.to_string())),
+        1 => ".{0,8}".prop_map(NffMutation::Replace),
     ]
 }
 
 /// Applies the change to token `at` (modulo their number); white space stays as it is.
-fn changed(text: &str, at: usize, change: &Change) -> String {
+fn changed(text: &str, at: usize, change: &NffMutation) -> String {
     let mut pieces: Vec<String> = text
         .split_inclusive([' ', '\n'])
         .map(String::from)
@@ -126,9 +126,9 @@ fn changed(text: &str, at: usize, change: &Change) -> String {
     }
     let at = at % pieces.len();
     match change {
-        Change::Delete => drop(pieces.remove(at)),
-        Change::Duplicate => pieces.insert(at, pieces[at].clone()),
-        Change::Replace(token) => {
+        NffMutation::Delete => drop(pieces.remove(at)),
+        NffMutation::Duplicate => pieces.insert(at, pieces[at].clone()),
+        NffMutation::Replace(token) => {
             let kept = pieces[at].trim_end().len();
             pieces[at].replace_range(..kept, token);
         }

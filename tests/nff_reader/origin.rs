@@ -35,7 +35,7 @@ fn everything_that_has_a_place_is_taken_from_the_origin_in_double_precision() {
     assert!(loaded.notes[0].contains("moved to a local origin: 500000, 0, 0"));
     assert_eq!(scene.view.eye, want(500_000.1, 2.0, -9.0));
     assert_eq!(scene.view.center, want(500_000.3, 1.0, 0.0));
-    assert_eq!(scene.lights.place.get(0), want(500_004.1, 9.0, 0.0));
+    assert_eq!(scene.lights.position.get(0), want(500_004.1, 9.0, 0.0));
     assert_eq!(scene.spheres.center.get(0), want(500_000.7, 0.5, 1.1));
     assert_eq!(scene.spheres.radius[0], 0.3);
     let cone = scene.cones.get(0);

@@ -3,9 +3,9 @@
 use super::{HEAD, read, scene};
 use glam::Vec3;
 use phalanx::formats::{Options, load};
-use phalanx::scene::{Scene, Surface, Tone};
+use phalanx::scene::{Material, OutputEncoding, Scene};
 
-fn surface(scene: &Scene, prim: u32) -> Surface {
+fn surface(scene: &Scene, prim: u32) -> Material {
     scene.materials.get(scene.prim_material(prim) as usize)
 }
 
@@ -14,7 +14,7 @@ fn the_prescribed_setting_is_taken() {
     let scene = scene("s 0 0 0 1\n");
     assert_eq!(scene.background, Vec3::new(0.1, 0.2, 0.3));
     assert_eq!((scene.width, scene.height), (4, 4));
-    assert_eq!(scene.tone, Tone::LINEAR);
+    assert_eq!(scene.encoding, OutputEncoding::LINEAR);
     assert_eq!(scene.max_depth, 4, "depth 5, the eye ray's counted");
     assert_eq!(scene.view.eye, Vec3::new(0.0, 0.0, 5.0));
     assert_eq!(scene.view.center, Vec3::ZERO);
@@ -96,7 +96,7 @@ fn lights_may_have_a_colour_and_count_all_the_same() {
     assert_eq!(scene.lights.len(), 4);
     assert_eq!(scene.lights.color.get(0), Vec3::splat(0.25));
     assert_eq!(scene.lights.color.get(1), Vec3::new(0.5, 0.25, 0.0));
-    assert_eq!(scene.lights.place.get(1), Vec3::new(1.0, 2.0, 3.0));
+    assert_eq!(scene.lights.position.get(1), Vec3::new(1.0, 2.0, 3.0));
 }
 
 /// Even lights that stand after the shapes.
@@ -122,9 +122,9 @@ fn surfaces_apply_to_the_shapes_that_follow() {
 
 #[test]
 fn shapes_before_any_surface_get_the_users() {
-    let given = Surface {
+    let given = Material {
         kd: Vec3::new(0.0, 0.0, 1.0),
-        ..Surface::default()
+        ..Material::default()
     };
     let scratch = tempfile::tempdir().unwrap();
     let path = scratch.path().join("a.NFF");

@@ -2,7 +2,7 @@
 
 use crate::common::tolerances::{CONE_ULPS, EPSILON, HIT_ULPS};
 use glam::{DVec3, Vec3};
-use phalanx::oracle::Ray;
+use phalanx::oracle::OracleRay;
 use phalanx::scene::{Cone, PrimKind, Scene};
 
 /// What f64 says of one ray and one primitive.
@@ -27,7 +27,7 @@ fn length_error(length: f64) -> f64 {
 }
 
 /// What f64 says of a ray and a primitive of the scene.
-pub fn exact(scene: &Scene, prim_id: u32, ray: &Ray) -> Exact {
+pub fn exact(scene: &Scene, prim_id: u32, ray: &OracleRay) -> Exact {
     let (org, dir) = (ray.org.as_dvec3(), ray.dir.as_dvec3());
     let prim = scene.prims[prim_id as usize];
     let i = prim.index();

@@ -9,35 +9,35 @@ use common::rng::Rng;
 use common::scenes;
 use exact::{Exact, exact, undecided};
 use glam::Vec3;
-use phalanx::oracle::{Forest, Hit, Oracle, Ray, Search};
+use phalanx::oracle::{Oracle, OracleHit, OracleRay, OracleSearch, TwoLevelBvh};
 use phalanx::scene::{PAD, Scene};
 
 const SCALES: [f32; 5] = [1e-3, 0.1, 1.0, 1e3, 1e6];
 
 /// A ray at a scene: from within, around, or far outside, at a surface, past it, or anywhere.
-fn ray_at(scene: &Scene, rng: &mut Rng, scale: f32) -> Ray {
+fn ray_at(scene: &Scene, rng: &mut Rng, scale: f32) -> OracleRay {
     let distance = rng.pick(&[0.5, 2.0, 2.0, 1000.0]);
     let org = match rng.below(8) {
         0 => scenes::point_on(scene, rng),
         _ => rng.point(distance * scale),
     };
     let ray = match rng.below(4) {
-        0 => Ray::new(org, rng.direction()),
+        0 => OracleRay::new(org, rng.direction()),
         1 => toward(org, rng.point(scale)),
         _ => toward(org, scenes::point_on(scene, rng)),
     };
     match rng.below(3) {
-        0 => Ray::new(ray.org, ray.dir * rng.magnitude(-2.0, 2.0)),
+        0 => OracleRay::new(ray.org, ray.dir * rng.magnitude(-2.0, 2.0)),
         _ => ray,
     }
 }
 
-fn each_ray(seed: u64, per_scene: usize, mut each: impl FnMut(&Scene, &Forest, &Ray)) {
+fn each_ray(seed: u64, per_scene: usize, mut each: impl FnMut(&Scene, &TwoLevelBvh, &OracleRay)) {
     let mut rng = Rng::new(seed);
     for scale in SCALES {
         for count in [1, 2, 10, 40, 150] {
             let scene = scenes::random(&mut rng, count, scale);
-            let tree = Forest::build(&scene);
+            let tree = TwoLevelBvh::build(&scene);
             for _ in 0..per_scene {
                 let ray = ray_at(&scene, &mut rng, scale);
                 each(&scene, &tree, &ray);
@@ -49,11 +49,11 @@ fn each_ray(seed: u64, per_scene: usize, mut each: impl FnMut(&Scene, &Forest, &
 #[test]
 fn the_tree_finds_what_brute_force_finds() {
     each_ray(11, 2000, |scene, tree, ray| {
-        let by_tree = Oracle::new(scene, Search::Tree(tree), 0);
-        let by_force = Oracle::new(scene, Search::BruteForce, 0);
+        let by_tree = Oracle::new(scene, OracleSearch::Tree(tree), 0);
+        let by_force = Oracle::new(scene, OracleSearch::BruteForce, 0);
         let want = by_force.closest(ray);
         let got = by_tree.closest(ray);
-        let bits = |hit: Option<Hit>| hit.as_ref().map(hit_bits);
+        let bits = |hit: Option<OracleHit>| hit.as_ref().map(hit_bits);
         assert_eq!(bits(got), bits(want), "{ray:?}");
         for tmax in [0.5, 1.0, f32::INFINITY] {
             let blocked = by_force.occluded(ray, tmax);
@@ -83,8 +83,8 @@ fn ties_go_to_the_smaller_number() {
         scene.add_triangle(corners, None, 0);
         scene.add_sphere(Vec3::new(0.0, 0.0, -3.0), 1.0, 0);
     }
-    let tree = Forest::build(&scene);
-    let oracle = Oracle::new(&scene, Search::Tree(&tree), 0);
+    let tree = TwoLevelBvh::build(&scene);
+    let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree), 0);
     for _ in 0..1000 {
         let front = toward(Vec3::new(0.0, 0.0, 5.0), rng.point(0.2));
         assert_eq!(oracle.closest(&front).map(|hit| hit.prim_id), Some(0));
@@ -95,7 +95,7 @@ fn ties_go_to_the_smaller_number() {
 
 #[test]
 fn brute_force_finds_what_f64_finds() {
-    let mut tally = Tally::default();
+    let mut tally = ErrorTally::default();
     each_ray(13, 8000, |scene, _, ray| tally.judge(scene, ray));
     tally.conclude(80_000);
 }
@@ -103,7 +103,7 @@ fn brute_force_finds_what_f64_finds() {
 /// Cones of every shape, each alone, met from near, from far away, from within, and at their rims.
 #[test]
 fn a_cone_is_met_where_f64_meets_it() {
-    let mut tally = Tally::default();
+    let mut tally = ErrorTally::default();
     let mut rng = Rng::new(15);
     for scale in SCALES {
         for _ in 0..3000 {
@@ -130,7 +130,7 @@ fn a_cone_is_met_where_f64_meets_it() {
 
 /// How the oracle's answers compare with f64's.
 #[derive(Default)]
-struct Tally {
+struct ErrorTally {
     hits: u32,
     /// Hits of a primitive at whose outline, ends or silhouette f32 may decide otherwise.
     at_outlines: u32,
@@ -139,9 +139,9 @@ struct Tally {
     worst: f64,
 }
 
-impl Tally {
-    fn judge(&mut self, scene: &Scene, ray: &Ray) {
-        let got = Oracle::new(scene, Search::BruteForce, 0).closest(ray);
+impl ErrorTally {
+    fn judge(&mut self, scene: &Scene, ray: &OracleRay) {
+        let got = Oracle::new(scene, OracleSearch::BruteForce, 0).closest(ray);
         let all: Vec<Exact> = (0..scene.prim_count() as u32)
             .map(|id| exact(scene, id, ray))
             .collect();
@@ -167,7 +167,7 @@ impl Tally {
     }
 
     /// Distance and weights are f64's, within the bound.
-    fn judge_place(&mut self, ray: &Ray, hit: &Hit, at: &Exact) {
+    fn judge_place(&mut self, ray: &OracleRay, hit: &OracleHit, at: &Exact) {
         assert!(
             at.margin >= -1.0,
             "{ray:?}: {hit:?}, {:e} outside",
@@ -194,7 +194,7 @@ impl Tally {
     }
 
     /// The nearest by f64 is another one only where something could not be decided.
-    fn judge_order(&mut self, ray: &Ray, hit: &Hit, all: &[Exact]) {
+    fn judge_order(&mut self, ray: &OracleRay, hit: &OracleHit, all: &[Exact]) {
         let at = &all[hit.prim_id as usize];
         let meets = |at: &Exact| at.margin > 0.0 && at.t > 0.0;
         let nearest = all.iter().enumerate().filter(|(_, at)| meets(at));
@@ -212,7 +212,7 @@ impl Tally {
     }
 
     fn conclude(&self, least: u32) {
-        let Tally {
+        let ErrorTally {
             hits,
             at_outlines,
             excused,
@@ -231,17 +231,17 @@ impl Tally {
 #[test]
 fn hits_lie_in_the_primitive_s_own_box() {
     each_ray(14, 500, |scene, _, ray| {
-        let Some(hit) = Oracle::new(scene, Search::BruteForce, 0).closest(ray) else {
+        let Some(hit) = Oracle::new(scene, OracleSearch::BruteForce, 0).closest(ray) else {
             return;
         };
         let b = scene.prim_bounds(hit.prim_id).padded();
         let (org, dir) = (ray.org.as_dvec3(), ray.dir.as_dvec3());
-        let place = org + dir * f64::from(hit.t);
+        let position = org + dir * f64::from(hit.t);
         // The slab test moves the origin by as much, and rounds some times.
-        let size = org.abs().max_element() + (place - org).abs().max_element();
+        let size = org.abs().max_element() + (position - org).abs().max_element();
         let slack = 2.0 * f64::from(PAD) * size;
-        let inside = place.cmpge(b.lo.as_dvec3() - slack).all()
-            && place.cmple(b.hi.as_dvec3() + slack).all();
-        assert!(inside, "{ray:?}: {hit:?} at {place}, outside {b:?}");
+        let inside = position.cmpge(b.lo.as_dvec3() - slack).all()
+            && position.cmple(b.hi.as_dvec3() + slack).all();
+        assert!(inside, "{ray:?}: {hit:?} at {position}, outside {b:?}");
     });
 }

@@ -11,7 +11,7 @@ mod text;
 use common::frames::{difference, frame_of};
 use common::rng::Rng;
 use phalanx::formats::read_test;
-use phalanx::frame::{Engine, Filter, Integrator, Kernel, Lens, Prepared, Sampling, Settings};
+use phalanx::frame::{Accel, Engine, Filter, Integrator, Kernel, Lens, Sampling, Settings};
 use phalanx::scene::Scene;
 use std::time::{Duration, Instant};
 use text::random_scene;
@@ -39,7 +39,7 @@ fn random_settings(scene: &Scene, rng: &mut Rng) -> Settings {
             }
         }
         2 => {
-            let focus = (scene.view.center - scene.view.eye).length() / scene.unit;
+            let focus = (scene.view.center - scene.view.eye).length() / scene.scale;
             let aperture = focus * 0.01;
             settings.lens = Some(Lens { aperture, focus });
         }
@@ -54,8 +54,8 @@ fn differs(scene: &Scene, asked: &Settings) -> Option<String> {
         record_hits: true,
         ..asked.clone()
     };
-    let oracle = Prepared::build(scene, Engine::Scalar);
-    let packets = Prepared::build(scene, Engine::Simd);
+    let oracle = Accel::build(scene, Engine::Scalar);
+    let packets = Accel::build(scene, Engine::Simd);
     let scalar = Settings {
         engine: Engine::Scalar,
         ..settings.clone()
@@ -73,7 +73,7 @@ fn differs(scene: &Scene, asked: &Settings) -> Option<String> {
 }
 
 /// The end of a hunt: after a time, or after a number of scenes.
-enum End {
+enum HuntEnd {
     Scenes(usize),
     At(Instant),
 }
@@ -82,16 +82,16 @@ enum End {
 fn every_kernel_renders_what_the_oracle_renders() {
     let from_environment = |name: &str| std::env::var(name).ok()?.parse::<u64>().ok();
     let end = match from_environment("PHALANX_HUNT_SECONDS") {
-        Some(seconds) => End::At(Instant::now() + Duration::from_secs(seconds)),
-        None => End::Scenes(SCENES),
+        Some(seconds) => HuntEnd::At(Instant::now() + Duration::from_secs(seconds)),
+        None => HuntEnd::Scenes(SCENES),
     };
     let seed = from_environment("PHALANX_HUNT_SEED").unwrap_or(SEED);
     println!("seed {seed}");
     let (mut rendered, mut refused, mut large, mut failures) = (0, 0, 0, Vec::new());
     for number in 0.. {
         match end {
-            End::Scenes(count) if number == count => break,
-            End::At(moment) if Instant::now() >= moment => break,
+            HuntEnd::Scenes(count) if number == count => break,
+            HuntEnd::At(moment) if Instant::now() >= moment => break,
             _ => {}
         }
         let mut rng = Rng::new(seed.wrapping_mul(0x1_0000_0001) ^ number as u64);

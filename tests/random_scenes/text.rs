@@ -218,8 +218,8 @@ impl SceneText<'_> {
         self.line("sphere", &[&center[..], &[radius]].concat());
     }
 
-    fn vertex(&mut self, place: [f64; 3]) -> f64 {
-        self.line("vertex", &place);
+    fn vertex(&mut self, position: [f64; 3]) -> f64 {
+        self.line("vertex", &position);
         self.vertices += 1;
         (self.vertices - 1) as f64
     }
@@ -235,15 +235,15 @@ impl SceneText<'_> {
         let first = self.vertices;
         let count = 3 + self.rng.below(6);
         for _ in 0..count {
-            let mut place = self.point(size);
-            place[1] *= thin;
+            let mut position = self.point(size);
+            position[1] *= thin;
             if flat {
-                place[2] = 0.0;
+                position[2] = 0.0;
             }
             if self.rng.once_in(12) {
-                place = [0.0; 3];
+                position = [0.0; 3];
             }
-            self.vertex(place);
+            self.vertex(position);
         }
         for _ in 0..count {
             let corners = [0; 3].map(|_| (first + self.rng.below(count)) as f64);

@@ -19,7 +19,7 @@ fn the_same_run_has_not_changed() {
         changes
             .rows
             .iter()
-            .all(|row| row.normalised == Normalised::SameThreads)
+            .all(|row| row.normalised == Normalisation::SameThreads)
     );
     assert_eq!(changes.groups.len(), 2 * (3 * 2 + 6));
     assert_eq!(changes.suspects(&[], THRESHOLD), []);
@@ -39,7 +39,7 @@ fn a_slower_machine_is_no_regression() {
         changes
             .rows
             .iter()
-            .all(|row| row.normalised == Normalised::No)
+            .all(|row| row.normalised == Normalisation::No)
     );
     assert!(changes.rows.iter().all(|row| close(row.change.by, -0.5)));
     let table = changes_table(&changes, THRESHOLD);
@@ -60,8 +60,8 @@ fn the_oracle_on_one_thread_serves_where_there_is_no_other() {
             .iter()
             .filter(move |row| row.key.threads == threads)
     };
-    assert!(of(1).all(|row| row.normalised == Normalised::SameThreads));
-    assert!(of(2).all(|row| row.normalised == Normalised::OneThread));
+    assert!(of(1).all(|row| row.normalised == Normalisation::SameThreads));
+    assert!(of(2).all(|row| row.normalised == Normalisation::OneThread));
     // An oracle that was timed on another part of the rays is no yardstick.
     let mut part = record(1);
     let oracles = part.rows.iter_mut().filter(|row| row.engine == "oracle");
@@ -71,7 +71,7 @@ fn the_oracle_on_one_thread_serves_where_there_is_no_other() {
         changes
             .rows
             .iter()
-            .all(|row| row.normalised == Normalised::No)
+            .all(|row| row.normalised == Normalisation::No)
     );
 }
 
@@ -89,7 +89,7 @@ fn a_slower_kernel_is_a_regression() {
             panic!("{regression:?}");
         };
         assert_eq!(group.kernel, "packet16");
-        assert!(matches!(&group.over, Over::Scenes { rays, .. } if rays == "shadow"));
+        assert!(matches!(&group.over, Grouping::Scenes { rays, .. } if rays == "shadow"));
         assert!(close(group.change.by, -0.15) && group.change.high < -THRESHOLD);
     }
     assert!(changes.regressions(&[], 0.2).is_empty());
@@ -101,7 +101,7 @@ fn a_slower_kernel_is_a_regression() {
 #[test]
 fn a_row_counts_only_when_it_stays_slow() {
     let mut new = record(6);
-    let one = |row: &Row| {
+    let one = |row: &RateRow| {
         let kind = (row.kernel.as_str(), row.rays.as_str(), row.threads);
         row.scene == "standard:scene3:small" && kind == ("packet8", "primary", 2)
     };
@@ -155,7 +155,7 @@ fn few_samples_say_little() {
 /// What is refused, why, and whether force helps.
 #[test]
 fn other_machines_and_other_rays_are_refused() {
-    type Case = (&'static str, bool, fn(&mut Record));
+    type Case = (&'static str, bool, fn(&mut BenchRecord));
     let cases: [Case; 12] = [
         ("another CPU", true, |r| r.machine.cpu = "Other".into()),
         ("hardware threads", true, |r| r.machine.threads = 4),
@@ -230,12 +230,12 @@ fn counters_are_compared_exactly() {
     new.counters[1].work.bytes -= 1;
     new.counters.remove(5);
     let found = counters(&old, &new);
-    let differences: Vec<Difference> = found.iter().map(|c| c.difference).collect();
-    let count = |counter, old, new| Difference::Count { counter, old, new };
+    let differences: Vec<CountDifference> = found.iter().map(|c| c.difference).collect();
+    let count = |counter, old, new| CountDifference::Count { counter, old, new };
     assert_eq!(differences.len(), 3, "{found:?}");
     assert!(differences.contains(&count("node_visits", 4000, 4001)));
     assert!(differences.contains(&count("bytes", 270_000, 269_999)));
-    assert!(differences.contains(&Difference::OnlyOld));
+    assert!(differences.contains(&CountDifference::OnlyOld));
     assert_eq!(counters(&new, &old).len(), 3);
     let table = counters_table(&found);
     assert!(
@@ -253,7 +253,7 @@ fn several_side_by_side() {
     second
         .rows
         .retain(|row| row.rays != "ao" && row.rays != "shadow");
-    let table = side_by_side(&[("a.json", &first), ("b.json", &second)]);
+    let table = compare_table(&[("a.json", &first), ("b.json", &second)]);
     assert!(!table.contains("shadow"), "{table}");
     let means: Vec<&str> = table
         .lines()
@@ -269,5 +269,5 @@ fn several_side_by_side() {
     assert!(table.contains("b.json: another CPU, Other\n"), "{table}");
     assert!(table.contains("b.json: trees of quality fast\n"), "{table}");
     assert!(table.contains("left out"), "{table}");
-    assert_eq!(side_by_side(&[]), "");
+    assert_eq!(compare_table(&[]), "");
 }

@@ -1,9 +1,9 @@
 //! Records to files and back, and what is said of files that are none.
 
 use super::fixture;
-use phalanx::report::{Record, RecordError, SCHEMA_VERSION, load, to_csv, to_json};
+use phalanx::report::{BenchRecord, RecordError, SCHEMA_VERSION, load, to_csv, to_json};
 
-fn load_text(text: &str) -> Result<Record, RecordError> {
+fn load_text(text: &str) -> Result<BenchRecord, RecordError> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("record.json");
     std::fs::write(&path, text).expect("a file");

@@ -13,11 +13,11 @@ const ENGINES: [(&str, &str, f64); 5] = [
 ];
 
 /// A record of some scenes on one thread and two, nine rounds: every rate its own, drifting from round to round.
-pub fn record(scenes: usize) -> Record {
+pub fn record(scenes: usize) -> BenchRecord {
     let names: Vec<String> = (0..scenes)
         .map(|i| format!("standard:scene{i}:small"))
         .collect();
-    let mut record = Record {
+    let mut record = BenchRecord {
         schema_version: SCHEMA_VERSION,
         program: program(),
         machine: machine(),
@@ -41,7 +41,7 @@ pub fn record(scenes: usize) -> Record {
                     .iter()
                     .rfind(|row| row.kernel == "packet16")
                     .cloned();
-                record.rows.extend(auto.map(|row| Row {
+                record.rows.extend(auto.map(|row| RateRow {
                     kernel: "auto".into(),
                     same_as: Some("packet16".into()),
                     ..row
@@ -52,7 +52,7 @@ pub fn record(scenes: usize) -> Record {
                 rays: rays.into(),
                 kernel: "packet8".into(),
                 ray_count: 1000,
-                work: WorkRecord {
+                work: CounterRecord {
                     packets: 125,
                     active_lanes: 1000,
                     node_visits: 4000 + i as u64,
@@ -67,12 +67,18 @@ pub fn record(scenes: usize) -> Record {
     record
 }
 
-fn row(scene: &str, rays: &str, (engine, kernel): (&str, &str), threads: u32, rate: f64) -> Row {
+fn row(
+    scene: &str,
+    rays: &str,
+    (engine, kernel): (&str, &str),
+    threads: u32,
+    rate: f64,
+) -> RateRow {
     // Drift that both engines feel, and jitter of a per mille that they do not share.
     let jitter = |round: usize| ((round * 7 + kernel.len() * 3) % 5) as f64 / 1000.0;
     let sample = |round: usize| rate * (1.0 + 0.003 * round as f64) * (1.0 + jitter(round));
     let samples: Vec<f64> = (0..9).map(sample).collect();
-    Row {
+    RateRow {
         scene: scene.into(),
         rays: rays.into(),
         engine: engine.into(),
@@ -95,7 +101,7 @@ pub fn estimate(samples: &[f64]) -> Estimate {
 }
 
 /// Multiplies the rates of some rows.
-pub fn scale(record: &mut Record, by: f64, of: impl Fn(&Row) -> bool) {
+pub fn scale(record: &mut BenchRecord, by: f64, of: impl Fn(&RateRow) -> bool) {
     for row in record.rows.iter_mut().filter(|row| of(row)) {
         row.samples.iter_mut().for_each(|sample| *sample *= by);
         row.mrays_per_s = estimate(&row.samples);
@@ -133,8 +139,8 @@ fn machine() -> Machine {
     }
 }
 
-fn run() -> Run {
-    Run {
+fn run() -> RunInfo {
+    RunInfo {
         started: "2026-11-21T12:00:00Z".into(),
         arguments: ["bench", "--against", "embree"].map(str::to_owned).to_vec(),
         seconds: 600.0,
@@ -173,12 +179,12 @@ fn scene(name: &str) -> SceneRecord {
 }
 
 /// The limits of a machine.
-pub fn limits() -> Limits {
+pub fn limits() -> MachineLimits {
     let bandwidth = ["l1", "l2", "l3", "memory"].map(|place| (place.to_owned(), 100.0));
     let threads = vec![ThreadLimits {
         threads: 1,
         gflops: 120.0,
         bandwidth: BTreeMap::from(bandwidth),
     }];
-    Limits { threads }
+    MachineLimits { threads }
 }

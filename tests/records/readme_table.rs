@@ -96,7 +96,7 @@ fn a_table_of_few_scenes() {
         .rows
         .retain(|row| row.engine != "embree" || row.scene != "odd|scene_1");
     let median = |engine: &str, kernel: &str, rays: &str| {
-        let of = |row: &&phalanx::report::Row| {
+        let of = |row: &&phalanx::report::RateRow| {
             (&*row.engine, &*row.kernel, &*row.rays, row.threads) == (engine, kernel, rays, 1)
         };
         record

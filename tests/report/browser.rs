@@ -6,7 +6,7 @@ use crate::devtools::Browser;
 use crate::fixture;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use phalanx::report::Record;
+use phalanx::report::BenchRecord;
 use phalanx::report::html::page;
 use serde_json::{Value, json};
 use std::fs;
@@ -101,7 +101,7 @@ fn keep_shot(browser: &mut Browser, name: &str) {
 }
 
 /// The page in both widths and schemes, every fold open in the second look.
-fn look(browser: &mut Browser, name: &str, record: &Record) {
+fn look(browser: &mut Browser, name: &str, record: &BenchRecord) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("report.html");
     let text = page(record, &fixture::pictures(record));

@@ -54,9 +54,9 @@ impl Noise {
 }
 
 /// A full suite: 17 families in three sizes, two thread counts, two peers.
-pub fn suite() -> Record {
+pub fn suite() -> BenchRecord {
     let mut noise = Noise(4);
-    let mut record = Record {
+    let mut record = BenchRecord {
         scenes: Vec::new(),
         rows: Vec::new(),
         counters: Vec::new(),
@@ -93,7 +93,7 @@ pub fn suite() -> Record {
 
 /// All modes on one and two threads.
 fn add_rows(
-    record: &mut Record,
+    record: &mut BenchRecord,
     (scene, kind): (&str, &str),
     (auto, scattered): (f64, bool),
     noise: &mut Noise,
@@ -132,9 +132,9 @@ fn row(
     threads: u32,
     median: f64,
     noise: &mut Noise,
-) -> Row {
+) -> RateRow {
     let spread = median * (0.012 + 0.01 * noise.next().abs());
-    Row {
+    RateRow {
         scene: scene.to_owned(),
         rays: kind.to_owned(),
         engine: engine.to_owned(),
@@ -201,7 +201,7 @@ fn counter_row(
         rays: kind.to_owned(),
         kernel: "packet16".to_owned(),
         ray_count: rays,
-        work: WorkRecord {
+        work: CounterRecord {
             packets,
             active_lanes: rays,
             node_visits: visits,
@@ -238,7 +238,7 @@ fn machine() -> Machine {
     }
 }
 
-fn limits() -> Limits {
+fn limits() -> MachineLimits {
     let of = |threads: u32| {
         let n = f64::from(threads);
         let levels = [
@@ -253,15 +253,15 @@ fn limits() -> Limits {
             bandwidth: levels.map(|(level, rate)| (level.to_owned(), rate)).into(),
         }
     };
-    Limits {
+    MachineLimits {
         threads: vec![of(1), of(2)],
     }
 }
 
 /// One scene, one row, and nothing that can be left out.
-pub fn minimal() -> Record {
+pub fn minimal() -> BenchRecord {
     let mut noise = Noise(1);
-    Record {
+    BenchRecord {
         schema_version: SCHEMA_VERSION,
         program: Program {
             version: "0.1.0".to_owned(),
@@ -277,7 +277,7 @@ pub fn minimal() -> Record {
             threads: 1,
             ..Machine::default()
         },
-        run: Run {
+        run: RunInfo {
             started: "2026-11-21T17:30:04.272635803Z".to_owned(),
             arguments: vec![
                 "bench".to_owned(),
@@ -306,7 +306,7 @@ pub fn minimal() -> Record {
 }
 
 /// One family in three sizes: fewer scenes than kinds of rays.
-pub fn few() -> Record {
+pub fn few() -> BenchRecord {
     let mut record = suite();
     let kept = |scene: &str| scene.starts_with("standard:terrain:");
     record.scenes.retain(|s| kept(&s.name));
@@ -316,8 +316,8 @@ pub fn few() -> Record {
 }
 
 /// Nothing at all.
-pub fn empty() -> Record {
-    Record {
+pub fn empty() -> BenchRecord {
+    BenchRecord {
         scenes: Vec::new(),
         rows: Vec::new(),
         ..minimal()
@@ -325,7 +325,7 @@ pub fn empty() -> Record {
 }
 
 /// The suite with every number of every sort made strange, and names that are markup.
-pub fn odd() -> Record {
+pub fn odd() -> BenchRecord {
     let mut record = suite();
     let strange = [
         f64::NAN,
@@ -369,7 +369,7 @@ pub fn odd() -> Record {
 }
 
 /// Pictures for every scene of a record: hills, and how dear they are, which is higher by the scale below.
-pub fn pictures(record: &Record) -> Vec<ScenePictures> {
+pub fn pictures(record: &BenchRecord) -> Vec<ScenePictures> {
     let of_scene = |(i, scene): (usize, &SceneRecord)| ScenePictures {
         scene: scene.name.clone(),
         thumbnail_png: png((i as u32, 135), |v| [v, v / 2 + 60, 150 - v / 3]),

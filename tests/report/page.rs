@@ -2,11 +2,11 @@
 
 use crate::fixture::{self, FAMILIES};
 use crate::parsed::{Parsed, parse};
-use phalanx::report::Record;
+use phalanx::report::BenchRecord;
 use phalanx::report::html::{ScenePictures, page};
 use std::sync::LazyLock;
 
-fn parsed(record: &Record) -> Parsed {
+fn parsed(record: &BenchRecord) -> Parsed {
     parse(&page(record, &fixture::pictures(record)))
 }
 

@@ -44,7 +44,7 @@ fn compare(name: &str, ours: &Scene, theirs: &Scene) {
     let size = (bounds.hi - bounds.lo).length();
     assert_eq!(ours.prim_count(), theirs.prim_count(), "{name}");
     for prim in 0..theirs.prim_count() {
-        let (kind, places, look) = numbers(ours, prim);
+        let (kind, places, material) = numbers(ours, prim);
         let (their_kind, their_places, their_look) = numbers(theirs, prim);
         let what = format!("{name}, primitive {prim}");
         assert_eq!(kind, their_kind, "{what}");
@@ -57,12 +57,12 @@ fn compare(name: &str, ours: &Scene, theirs: &Scene) {
                 "{what}: {places:?}, not {their_places:?}"
             );
         }
-        close(&what, &look, &their_look, ABSOLUTE);
+        close(&what, &material, &their_look, ABSOLUTE);
     }
     close(
         name,
-        &vectors(&ours.lights.place),
-        &vectors(&theirs.lights.place),
+        &vectors(&ours.lights.position),
+        &vectors(&theirs.lights.position),
         SIX_DIGITS,
     );
     assert_eq!(
@@ -84,8 +84,8 @@ fn compare(name: &str, ours: &Scene, theirs: &Scene) {
         "{name}"
     );
     assert_eq!(
-        (ours.max_depth, ours.tone),
-        (theirs.max_depth, theirs.tone),
+        (ours.max_depth, ours.encoding),
+        (theirs.max_depth, theirs.encoding),
         "{name}"
     );
 }

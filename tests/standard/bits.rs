@@ -4,7 +4,7 @@
 //! original programs (SPD 3.14, compiled by gcc) wrote, to the six digits that they print.
 
 use crate::{numbers, scene, spec};
-use phalanx::standard::{Params, SceneSink, Tessellate};
+use phalanx::standard::{MemoryBuilder, SceneParams, Tessellate};
 
 const RECORDED: [(&str, u64); 11] = [
     ("balls", 0x87e5_7eeb_1cc7_533b),
@@ -33,12 +33,12 @@ impl Fingerprint {
     fn of(scene: &phalanx::scene::Scene) -> u64 {
         let mut print = Fingerprint(0xcbf2_9ce4_8422_2325);
         for prim in 0..scene.prim_count() {
-            let (_, places, look) = numbers(scene, prim);
+            let (_, places, material) = numbers(scene, prim);
             print.add(&places);
-            print.add(&look);
+            print.add(&material);
         }
         for i in 0..scene.lights.len() {
-            print.add(&scene.lights.place.get(i).to_array());
+            print.add(&scene.lights.position.get(i).to_array());
             print.add(&scene.lights.color.get(i).to_array());
         }
         let view = scene.view;
@@ -60,10 +60,10 @@ fn databases_are_the_same_bits_everywhere() {
 fn tessellation_is_the_same_bits_everywhere() {
     let found = ["balls:2", "tree:4"].map(|name| {
         let spec = spec(name);
-        let mut sink = SceneSink::default();
-        let params = Params { size: spec.size };
-        (spec.entry.generate)(&params, &mut Tessellate::new(5, &mut sink));
-        Fingerprint::of(&sink.finish())
+        let mut builder = MemoryBuilder::default();
+        let params = SceneParams { size: spec.size };
+        (spec.scene.generate)(&params, &mut Tessellate::new(5, &mut builder));
+        Fingerprint::of(&builder.finish())
     });
     assert_eq!(found, [0x4b29_326d_9715_861b, 0x8be7_4eda_9ab6_da20]);
 }

@@ -2,7 +2,7 @@
 
 use crate::spec;
 use phalanx::standard::{
-    CATALOGUE, CountSink, Counts, Family, Params, Spec, Tessellate, counts, scene,
+    CATALOGUE, Family, SceneParams, ShapeCounter, ShapeCounts, Spec, Tessellate, counts, scene,
 };
 
 /// Name and size; spheres, cones, polygons and lights, as published with the databases.
@@ -38,7 +38,7 @@ const OTHER_SIZES: [(&str, u64, u64, u64, u64); 11] = [
 fn check(table: &[(&str, u64, u64, u64, u64)]) {
     for &(name, spheres, cones, polygons, lights) in table {
         let found = counts(spec(name));
-        let expected = Counts {
+        let expected = ShapeCounts {
             spheres,
             cones,
             polygons,
@@ -76,10 +76,10 @@ fn tessellated_scenes_have_the_published_numbers_of_polygons() {
         ("tree:11", 852, 1000),
     ];
     for (name, published, unit) in table {
-        let Spec { entry, size } = spec(name);
-        let mut sink = CountSink::default();
-        (entry.generate)(&Params { size }, &mut Tessellate::new(4, &mut sink));
-        let found = sink.counts();
+        let Spec { scene: entry, size } = spec(name);
+        let mut builder = ShapeCounter::default();
+        (entry.generate)(&SceneParams { size }, &mut Tessellate::new(4, &mut builder));
+        let found = builder.counts();
         assert_eq!((found.polygons + unit / 2) / unit, published, "{name}");
         assert_eq!((found.spheres, found.cones), (0, 0), "{name}");
     }

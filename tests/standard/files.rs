@@ -3,7 +3,7 @@
 use crate::{numbers, scene, spec};
 use phalanx::formats::{Loaded, read_nff, read_test};
 use phalanx::scene::{PrimKind, Scene};
-use phalanx::standard::{CATALOGUE, FileFormat, WriteError, write};
+use phalanx::standard::{CATALOGUE, FileFormat, SceneWriteError, write};
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -55,9 +55,9 @@ fn assert_same_shapes(name: &str, a: &Scene, b: &Scene) {
 pub fn assert_close_shapes(name: &str, a: &Scene, b: &Scene) {
     assert_eq!(a.prim_count(), b.prim_count(), "{name}");
     for prim in 0..a.prim_count() {
-        let ((kind, places, look), other) = (numbers(a, prim), numbers(b, prim));
+        let ((kind, places, material), other) = (numbers(a, prim), numbers(b, prim));
         assert_eq!(
-            (kind, &look),
+            (kind, &material),
             (other.0, &other.2),
             "{name}, primitive {prim}"
         );
@@ -76,11 +76,11 @@ pub fn assert_close_shapes(name: &str, a: &Scene, b: &Scene) {
 pub fn assert_same_setting(name: &str, a: &Scene, b: &Scene) {
     assert_eq!((a.width, a.height), (b.width, b.height), "{name}");
     assert_eq!(a.view, b.view, "{name}");
-    assert_eq!(a.tone, b.tone, "{name}");
+    assert_eq!(a.encoding, b.encoding, "{name}");
     assert_eq!(a.max_depth, b.max_depth, "{name}");
     assert_eq!(a.lights.len(), b.lights.len(), "{name}");
     for i in 0..a.lights.len() {
-        assert_eq!(a.lights.place.get(i), b.lights.place.get(i), "{name}");
+        assert_eq!(a.lights.position.get(i), b.lights.position.get(i), "{name}");
         assert_eq!(a.lights.color.get(i), b.lights.color.get(i), "{name}");
     }
 }
@@ -119,7 +119,7 @@ fn what_a_format_cannot_hold_is_refused_by_name() {
     for (name, format, wanted) in cases {
         let mut bytes = Vec::new();
         let error = write(spec(name), format, None, &mut bytes).unwrap_err();
-        let WriteError::CannotHold { shape, .. } = error else {
+        let SceneWriteError::CannotHold { shape, .. } = error else {
             panic!("{name}: {error}")
         };
         assert_eq!(shape, wanted);
@@ -251,7 +251,10 @@ fn a_full_disk_is_an_error() {
     for format in [FileFormat::Nff, FileFormat::Ply, FileFormat::Test] {
         let mut out = Full { failed: false };
         let error = write(spec("mount:6"), format, Some(2), &mut out).unwrap_err();
-        assert!(matches!(error, WriteError::Io(_)), "{format:?}: {error}");
+        assert!(
+            matches!(error, SceneWriteError::Io(_)),
+            "{format:?}: {error}"
+        );
     }
 }
 

@@ -55,7 +55,7 @@ fn numbers(scene: &Scene, prim: usize) -> (PrimKind, Vec<f32>, Vec<f32>) {
         .materials
         .get(scene.prim_material(prim as u32) as usize);
     let colors = [surface.ka, surface.ke, surface.kd, surface.ks, surface.kt];
-    let mut look: Vec<f32> = colors.iter().flat_map(|c| c.to_array()).collect();
-    look.extend([surface.shininess, surface.ior]);
-    (id.kind(), out, look)
+    let mut material: Vec<f32> = colors.iter().flat_map(|c| c.to_array()).collect();
+    material.extend([surface.shininess, surface.ior]);
+    (id.kind(), out, material)
 }

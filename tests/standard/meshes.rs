@@ -5,8 +5,8 @@ use glam::{DVec3, Vec3, dvec3};
 use phalanx::formats::{read_nff, read_test};
 use phalanx::scene::Scene;
 use phalanx::standard::{
-    CountSink, DocumentLook, Look, NffSink, PlySink, SceneSink, Sink, StandardLight, StandardView,
-    TestSink,
+    DocumentMaterial, MaterialDesc, MemoryBuilder, NffWriter, PlyWriter, SceneBuilder,
+    ShapeCounter, StandardLight, StandardView, TestWriter,
 };
 
 fn square(z: f64) -> [DVec3; 4] {
@@ -19,9 +19,9 @@ fn square(z: f64) -> [DVec3; 4] {
 }
 
 /// Two chunks of a mesh with a concave polygon between them.
-fn pour(sink: &mut dyn Sink, patch: bool, look: &Look) {
-    sink.background(DVec3::ZERO);
-    sink.view(&StandardView {
+fn pour(builder: &mut dyn SceneBuilder, patch: bool, material: &MaterialDesc) {
+    builder.background(DVec3::ZERO);
+    builder.view(&StandardView {
         from: dvec3(0.3, 0.1, 7.0),
         at: DVec3::ZERO,
         up: DVec3::Y,
@@ -29,13 +29,13 @@ fn pour(sink: &mut dyn Sink, patch: bool, look: &Look) {
         width: 40,
         height: 30,
     });
-    sink.light(&StandardLight::colored(
+    builder.light(&StandardLight::colored(
         dvec3(1.0, 2.0, 3.0),
         dvec3(0.9, 0.1, 0.5),
     ));
-    sink.surface(look);
-    sink.mesh(&square(1.0), &[[0, 1, 2], [0, 2, 3]]);
-    sink.polygon(&[
+    builder.material(material);
+    builder.mesh(&square(1.0), &[[0, 1, 2], [0, 2, 3]]);
+    builder.polygon(&[
         DVec3::ZERO,
         DVec3::X * 4.0,
         dvec3(1.0, 1.0, 0.0),
@@ -43,13 +43,13 @@ fn pour(sink: &mut dyn Sink, patch: bool, look: &Look) {
     ]);
     if patch {
         let normal = dvec3(0.0, 0.6, 0.8);
-        sink.patch(&square(3.0).map(|point| (point, normal)));
+        builder.patch(&square(3.0).map(|point| (point, normal)));
     }
-    sink.mesh(&square(2.0), &[[3, 2, 1], [1, 0, 3], [0, 1, 2]]);
+    builder.mesh(&square(2.0), &[[3, 2, 1], [1, 0, 3], [0, 1, 2]]);
 }
 
-fn grey() -> Look {
-    Look::Document(DocumentLook {
+fn grey() -> MaterialDesc {
+    MaterialDesc::Document(DocumentMaterial {
         // NFF's ambient light is its level, one half here, of the diffuse.
         ka: dvec3(0.05, 0.15, 0.3),
         kd: dvec3(0.1, 0.3, 0.6),
@@ -57,14 +57,14 @@ fn grey() -> Look {
         kt: DVec3::splat(0.125),
         shininess: 12.0,
         ior: 1.25,
-        ..DocumentLook::default()
+        ..DocumentMaterial::default()
     })
 }
 
-fn scene(patch: bool, look: &Look) -> Scene {
-    let mut sink = SceneSink::default();
-    pour(&mut sink, patch, look);
-    let mut scene = sink.finish();
+fn scene(patch: bool, material: &MaterialDesc) -> Scene {
+    let mut builder = MemoryBuilder::default();
+    pour(&mut builder, patch, material);
+    let mut scene = builder.finish();
     // As NFF has it, and as the .test file below is told.
     scene.max_depth = 4;
     scene.validate().unwrap();
@@ -73,20 +73,20 @@ fn scene(patch: bool, look: &Look) -> Scene {
 
 fn ply(patch: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let mut sink = PlySink::new(&mut bytes);
+    let mut builder = PlyWriter::new(&mut bytes);
     for _ in 0..3 {
-        pour(&mut sink, patch, &grey());
-        sink.end_pass();
+        pour(&mut builder, patch, &grey());
+        builder.end_pass();
     }
-    sink.finish().unwrap();
+    builder.finish().unwrap();
     bytes
 }
 
 #[test]
 fn a_mesh_is_counted_by_its_triangles() {
-    let mut sink = CountSink::default();
-    pour(&mut sink, true, &grey());
-    let counts = sink.counts();
+    let mut builder = ShapeCounter::default();
+    pour(&mut builder, true, &grey());
+    let counts = builder.counts();
     assert_eq!((counts.triangles, counts.polygons), (2 + 2 + 2 + 3, 2));
 }
 
@@ -95,12 +95,12 @@ fn nff_and_test_files_read_back_the_same() {
     for patch in [false, true] {
         let ours = scene(patch, &grey());
         let (mut nff, mut test) = (Vec::new(), Vec::new());
-        let mut sink = NffSink::new(&mut nff);
-        pour(&mut sink, patch, &grey());
-        assert_eq!(sink.finish().unwrap().len(), 1, "surfaces are reduced");
-        let mut sink = TestSink::new(&mut test, 4);
-        pour(&mut sink, patch, &grey());
-        assert!(sink.finish().unwrap().is_empty());
+        let mut builder = NffWriter::new(&mut nff);
+        pour(&mut builder, patch, &grey());
+        assert_eq!(builder.finish().unwrap().len(), 1, "surfaces are reduced");
+        let mut builder = TestWriter::new(&mut test, 4);
+        pour(&mut builder, patch, &grey());
+        assert!(builder.finish().unwrap().is_empty());
         let read = read_nff(std::str::from_utf8(&nff).unwrap()).unwrap().scene;
         assert_close_shapes("nff", &ours, &read);
         assert_same_setting("nff", &ours, &read);
@@ -114,15 +114,15 @@ fn nff_and_test_files_read_back_the_same() {
 
 #[test]
 fn colours_that_nff_lacks_become_their_means() {
-    let look = Look::Document(DocumentLook {
+    let material = MaterialDesc::Document(DocumentMaterial {
         ks: dvec3(0.0, 0.3, 0.6),
         kt: dvec3(0.9, 0.0, 0.0),
-        ..DocumentLook::default()
+        ..DocumentMaterial::default()
     });
     let mut nff = Vec::new();
-    let mut sink = NffSink::new(&mut nff);
-    pour(&mut sink, false, &look);
-    sink.finish().unwrap();
+    let mut builder = NffWriter::new(&mut nff);
+    pour(&mut builder, false, &material);
+    builder.finish().unwrap();
     let read = read_nff(std::str::from_utf8(&nff).unwrap()).unwrap().scene;
     let surface = read.materials.get(0);
     assert!(
@@ -179,12 +179,12 @@ fn polygons_of_more_than_a_bytes_corners_are_counted_in_words() {
     let corner = |k: u32| dvec3(f64::from(k), f64::from(k * k), 0.0);
     let many: Vec<DVec3> = (0..300).map(corner).collect();
     let mut bytes = Vec::new();
-    let mut sink = PlySink::new(&mut bytes);
+    let mut builder = PlyWriter::new(&mut bytes);
     for _ in 0..3 {
-        sink.polygon(&many);
-        sink.end_pass();
+        builder.polygon(&many);
+        builder.end_pass();
     }
-    sink.finish().unwrap();
+    builder.finish().unwrap();
     let header = b"property list uint int vertex_indices";
     assert!(bytes.windows(header.len()).any(|w| w == header));
     let list = &bytes[bytes.len() - 4 * 301..];

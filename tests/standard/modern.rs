@@ -2,9 +2,9 @@
 
 use crate::{scene, spec};
 use glam::Vec3;
-use phalanx::frame::{Control, Engine, Prepared, Settings, render};
-use phalanx::scene::{Scene, Tone};
-use phalanx::standard::{CATALOGUE, Entry, Family, counts};
+use phalanx::frame::{Accel, Control, Engine, Settings, render};
+use phalanx::scene::{OutputEncoding, Scene};
+use phalanx::standard::{CATALOGUE, Family, StandardScene, counts};
 
 /// Names, and a hash of each scene at 8,000 triangles. Another hash means another scene: benchmarks of then and now
 /// could not be compared any more.
@@ -17,7 +17,7 @@ const HASHES: [(&str, u64); 6] = [
     ("room", 0xcb8e450ca8673307),
 ];
 
-fn modern() -> impl Iterator<Item = &'static Entry> {
+fn modern() -> impl Iterator<Item = &'static StandardScene> {
     CATALOGUE.iter().filter(|e| e.family == Family::Modern)
 }
 
@@ -45,7 +45,7 @@ fn hash(scene: &Scene) -> u64 {
         word(m.shininess[row].to_bits());
         word(m.ior[row].to_bits());
     }
-    for columns in [&l.place, &l.color, &l.attenuation] {
+    for columns in [&l.position, &l.color, &l.attenuation] {
         vectors(&mut word, columns);
     }
     let view = &scene.view;
@@ -107,7 +107,7 @@ fn triangles_are_finite_and_hardly_any_has_no_area() {
 fn views_and_tones_are_those_of_pictures() {
     for entry in modern() {
         let scene = scene(&format!("{}:8k", entry.name));
-        assert_eq!(scene.tone, Tone::SRGB);
+        assert_eq!(scene.encoding, OutputEncoding::SRGB);
         assert!(scene.width >= 1024 && scene.height >= 960);
         assert_eq!(scene.max_depth, entry.max_depth);
         assert!(scene.view.basis().is_ok());
@@ -144,7 +144,7 @@ fn both_engines_see_the_same() {
                 record_hits: true,
                 ..Settings::of(&scene)
             };
-            let prepared = Prepared::build(&scene, engine);
+            let prepared = Accel::build(&scene, engine);
             render(&scene, &prepared, &settings, &Control::default()).unwrap()
         };
         let (simd, scalar) = (film(Engine::Simd), film(Engine::Scalar));

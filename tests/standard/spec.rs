@@ -9,9 +9,9 @@ fn refused(text: &str) -> String {
 #[test]
 fn a_spec_is_a_name_with_or_without_a_size() {
     let tree = parse_spec("standard:tree").unwrap();
-    assert_eq!((tree.entry.name, tree.size), ("tree", 11));
+    assert_eq!((tree.scene.name, tree.size), ("tree", 11));
     let tree = parse_spec("standard:tree:3").unwrap();
-    assert_eq!((tree.entry.name, tree.size), ("tree", 3));
+    assert_eq!((tree.scene.name, tree.size), ("tree", 3));
 }
 
 #[test]

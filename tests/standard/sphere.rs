@@ -1,21 +1,21 @@
 //! Tessellated spheres, in the double precision in which they are made.
 
 use glam::DVec3;
-use phalanx::standard::{Look, Sink, StandardLight, StandardView, Tessellate};
+use phalanx::standard::{MaterialDesc, SceneBuilder, StandardLight, StandardView, Tessellate};
 use std::collections::HashSet;
 
 /// Keeps patches, and expects nothing else.
 #[derive(Default)]
 struct Patches(Vec<Vec<(DVec3, DVec3)>>);
 
-impl Sink for Patches {
+impl SceneBuilder for Patches {
     fn view(&mut self, _: &StandardView) {}
 
     fn background(&mut self, _: DVec3) {}
 
     fn light(&mut self, _: &StandardLight) {}
 
-    fn surface(&mut self, _: &Look) {}
+    fn material(&mut self, _: &MaterialDesc) {}
 
     fn sphere(&mut self, _: DVec3, _: f64) {
         panic!("a sphere is left");

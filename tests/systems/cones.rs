@@ -2,12 +2,12 @@
 
 use crate::common::rays::{Engines, toward};
 use crate::common::rng::Rng;
-use crate::common::scenes::{self, GREY, Paint};
+use crate::common::scenes::{self, GREY, TestMaterial};
 use crate::common::tolerances::{ON_A_CONE, RADIANCE};
 use crate::{assert_near, shot};
 use glam::{DVec3, Vec3};
 use phalanx::bvh::Bvh;
-use phalanx::oracle::{Forest, Ray};
+use phalanx::oracle::{OracleRay, TwoLevelBvh};
 use phalanx::scene::{Cone, Scene};
 
 /// A cone along z from 0 to `length`.
@@ -28,9 +28,9 @@ fn alone(cone: Cone) -> Scene {
 }
 
 /// Distances on which brute force, the oracle's tree and the packet engine agree.
-fn distances(cone: Cone, rays: &[Ray]) -> Vec<Option<f32>> {
+fn distances(cone: Cone, rays: &[OracleRay]) -> Vec<Option<f32>> {
     let scene = alone(cone);
-    let (tree, bvh) = (Forest::build(&scene), Bvh::build(&scene));
+    let (tree, bvh) = (TwoLevelBvh::build(&scene), Bvh::build(&scene));
     let mut engines = Engines::new(&scene, &tree, &bvh);
     rays.chunks(8)
         .flat_map(|rays| engines.closest_of(rays))
@@ -39,7 +39,7 @@ fn distances(cone: Cone, rays: &[Ray]) -> Vec<Option<f32>> {
 }
 
 fn distance(cone: Cone, org: [f32; 3], dir: [f32; 3]) -> Option<f32> {
-    distances(cone, &[Ray::new(org.into(), dir.into())])[0]
+    distances(cone, &[OracleRay::new(org.into(), dir.into())])[0]
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn silhouettes() {
         let eye = toward_eye * 3.0;
         for (share, seen) in [(1.0 - 1e-4, true), (1.0 + 1e-4, false)] {
             let org = eye + across * (radius * share) + axis * rng.range(-0.9, 0.9);
-            let got = distances(cone, &[Ray::new(org, -toward_eye)])[0];
+            let got = distances(cone, &[OracleRay::new(org, -toward_eye)])[0];
             assert_eq!(got.is_some(), seen, "{cone:?} {share}");
         }
     }
@@ -190,7 +190,7 @@ fn normals() {
             inside: rng.once_in(4),
         };
         let mut scene = Scene::default();
-        let paint = Paint {
+        let paint = TestMaterial {
             ka: Vec3::ZERO,
             kd: Vec3::ONE,
             ..GREY
@@ -271,7 +271,7 @@ fn open_ends_let_light_through() {
     assert_eq!(look(Vec3::Z * 9.0, Vec3::ZERO), lit);
     assert_eq!(look(Vec3::new(4.0, 3.0, 0.5), Vec3::ZERO), lit);
     // With a light at a slant, the tube shades the floor.
-    scene.lights.place.set(0, Vec3::new(0.6, 0.0, 0.8));
+    scene.lights.position.set(0, Vec3::new(0.6, 0.0, 0.8));
     let mut look = |eye: Vec3, center: Vec3| {
         (scene.view.eye, scene.view.center, scene.view.up) = (eye, center, Vec3::X);
         shot(&scene).0
@@ -293,7 +293,7 @@ fn a_glass_cylinder_refracts() {
     for ior in [1.0f32, 1.5, 2.0] {
         for height in [0.0, 0.3, 0.7, 0.9f32] {
             let mut scene = Scene::default();
-            let glass = Paint {
+            let glass = TestMaterial {
                 ka: Vec3::ZERO,
                 kd: Vec3::ZERO,
                 kt: Vec3::ONE,
@@ -301,7 +301,7 @@ fn a_glass_cylinder_refracts() {
                 ..GREY
             };
             let glass = scenes::add_paint(&mut scene, glass);
-            let lamp = Paint {
+            let lamp = TestMaterial {
                 ka: Vec3::ZERO,
                 ke: Vec3::new(1.0, 0.5, 0.25),
                 kd: Vec3::ZERO,
@@ -325,8 +325,8 @@ fn a_glass_cylinder_refracts() {
             let exit_angle = 2.0 * r - i;
             let exit = DVec3::new(exit_angle.cos(), exit_angle.sin(), 0.0);
             let out = DVec3::new(turn.cos(), -turn.sin(), 0.0);
-            let place = (exit + out * 5.0).as_vec3();
-            scene.add_sphere(place, 1e-3, lamp);
+            let position = (exit + out * 5.0).as_vec3();
+            scene.add_sphere(position, 1e-3, lamp);
             (scene.width, scene.height, scene.max_depth) = (1, 1, 2);
             scene.view.eye = Vec3::new(-5.0, height, 0.0);
             scene.view.center = Vec3::new(0.0, height, 0.0);

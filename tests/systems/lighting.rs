@@ -65,16 +65,16 @@ const OWN: Vec3 = Vec3::new(0.25, 0.375, 0.5);
 const PAINT: &str = "maxdepth 0\nambient 0.125 0.25 0.375\nemission 0.125 0.125 0.125\n\
     diffuse 0.75 0.5 0.25\nspecular 0.5 0.25 1\n";
 
-struct Light {
-    place: DVec3,
+struct TestLight {
+    position: DVec3,
     directional: bool,
     colour: DVec3,
 }
 
 /// The lights of [`LIGHTS`].
-fn lights() -> [Light; 3] {
-    let light = |directional, place: [f64; 3], colour: [f64; 3]| Light {
-        place: place.into(),
+fn lights() -> [TestLight; 3] {
+    let light = |directional, position: [f64; 3], colour: [f64; 3]| TestLight {
+        position: position.into(),
         directional,
         colour: colour.into(),
     };
@@ -94,8 +94,8 @@ fn blinn_phong(point: DVec3, normal: DVec3, eye: DVec3, shininess: f64) -> DVec3
     let (kd, ks) = (DVec3::new(0.75, 0.5, 0.25), DVec3::new(0.5, 0.25, 1.0));
     lights().iter().fold(OWN.as_dvec3(), |sum, light| {
         let l = match light.directional {
-            true => light.place.normalize(),
-            false => (light.place - point).normalize(),
+            true => light.position.normalize(),
+            false => (light.position - point).normalize(),
         };
         let h = (l + viewer).normalize();
         let lobe = h.dot(normal).max(0.0).powf(shininess);
@@ -129,8 +129,8 @@ fn occluders(point: DVec3) {
         let mut body = format!("{LIGHTS}{PAINT}sphere 0 0 0 1.5\n{glass}");
         for light in lights() {
             let way = match light.directional {
-                true => light.place.normalize() * 3.0,
-                false => (light.place - point) * 0.5,
+                true => light.position.normalize() * 3.0,
+                false => (light.position - point) * 0.5,
             };
             let [x, y, z] = (point + way).to_array();
             body += &format!("sphere {x} {y} {z} 0.1\n");

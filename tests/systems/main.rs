@@ -11,7 +11,7 @@ mod view;
 
 use glam::{DVec3, Vec3};
 use phalanx::formats::read_test;
-use phalanx::frame::{Control, Engine, Prepared, Settings, render};
+use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
 
@@ -37,7 +37,7 @@ fn shot_of_weight(scene: &Scene, min_weight: f32) -> (Vec3, RayCounts) {
             min_weight: Some(min_weight),
             ..Settings::of(scene)
         };
-        let prepared = Prepared::build(scene, engine);
+        let prepared = Accel::build(scene, engine);
         let frame = render(scene, &prepared, &settings, &Control::default()).expect("a frame");
         (Vec3::from(frame.film.pixel(0, 0)), frame.stats.rays)
     };

@@ -9,12 +9,12 @@ use crate::common::tolerances::{
 use crate::{assert_near, scene, shot};
 use glam::{DVec3, Vec3};
 use phalanx::bvh::Bvh;
-use phalanx::oracle::{Forest, Hit, Ray};
+use phalanx::oracle::{OracleHit, OracleRay, TwoLevelBvh};
 use phalanx::scene::Scene;
 
 /// The hit that brute force, the oracle's tree and the packet engine agree on.
-fn closest(scene: &Scene, ray: &Ray) -> Option<Hit> {
-    let (tree, bvh) = (Forest::build(scene), Bvh::build(scene));
+fn closest(scene: &Scene, ray: &OracleRay) -> Option<OracleHit> {
+    let (tree, bvh) = (TwoLevelBvh::build(scene), Bvh::build(scene));
     Engines::new(scene, &tree, &bvh).closest(ray)
 }
 
@@ -24,22 +24,25 @@ fn ball(center: Vec3, radius: f32) -> Scene {
     scene
 }
 
-fn distance(scene: &Scene, ray: &Ray) -> Option<f32> {
+fn distance(scene: &Scene, ray: &OracleRay) -> Option<f32> {
     closest(scene, ray).map(|hit| hit.t)
 }
 
 #[test]
 fn ray_sphere() {
     let unit = ball(Vec3::ZERO, 1.0);
-    let down = |x: f32, z: f32| Ray::new(Vec3::new(x, 0.0, z), -Vec3::Z);
+    let down = |x: f32, z: f32| OracleRay::new(Vec3::new(x, 0.0, z), -Vec3::Z);
     assert_eq!(distance(&unit, &down(0.0, 5.0)), Some(4.0));
     assert_eq!(distance(&unit, &down(0.6, 5.0)), Some(4.2));
     // A direction twice as long: half the distance. Away from it: nothing.
     assert_eq!(
-        distance(&unit, &Ray::new(Vec3::Z * 5.0, -Vec3::Z * 2.0)),
+        distance(&unit, &OracleRay::new(Vec3::Z * 5.0, -Vec3::Z * 2.0)),
         Some(2.0)
     );
-    assert_eq!(distance(&unit, &Ray::new(Vec3::Z * 5.0, Vec3::Z)), None);
+    assert_eq!(
+        distance(&unit, &OracleRay::new(Vec3::Z * 5.0, Vec3::Z)),
+        None
+    );
     // From inside, the far side.
     assert_eq!(distance(&unit, &down(0.0, 0.5)), Some(1.5));
     assert_eq!(distance(&unit, &down(0.0, 0.0)), Some(1.0));
@@ -102,7 +105,7 @@ fn ellipsoid_distances_and_normals() {
         let t = (-b - (b * b - a * c).sqrt()) / a;
         let point = org + dir * t;
         let normal = (point / (axes * axes)).normalize();
-        let hit = closest(&scene, &Ray::new(eye, (at - eye).normalize()));
+        let hit = closest(&scene, &OracleRay::new(eye, (at - eye).normalize()));
         let error = hit.map(|hit| (f64::from(hit.t) - t).abs());
         assert!(
             error.is_some_and(|e| e < ELLIPSOID_DISTANCE),

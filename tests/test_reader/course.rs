@@ -41,6 +41,6 @@ fn the_course_scenes_load_with_the_published_counts() {
             scene.lights.len(),
         );
         assert_eq!(counts, (triangles, spheres, lights), "{name}");
-        assert_eq!(scene.unit, 1.0, "{name}");
+        assert_eq!(scene.scale, 1.0, "{name}");
     }
 }

@@ -99,25 +99,25 @@ fn check(text: &str) {
 
 /// What happens to one token.
 #[derive(Clone, Debug)]
-enum Change {
+enum TestMutation {
     Delete,
     Duplicate,
     Replace(String),
 }
 
-fn change() -> impl Strategy<Value = Change> {
+fn change() -> impl Strategy<Value = TestMutation> {
     let spice = prop::sample::select(&SPICE[..]).prop_map(String::from);
     prop_oneof![
-        1 => Just(Change::Delete),
-        1 => Just(Change::Duplicate),
-        4 => spice.prop_map(Change::Replace),
-        1 => any::<f32>().prop_map(|x| Change::Replace(x.to_string())),
-        1 => ".{0,8}".prop_map(Change::Replace),
+        1 => Just(TestMutation::Delete),
+        1 => Just(TestMutation::Duplicate),
+        4 => spice.prop_map(TestMutation::Replace),
+        1 => any::<f32>().prop_map(|x| TestMutation::Replace(x.to_string())),
+        1 => ".{0,8}".prop_map(TestMutation::Replace),
     ]
 }
 
 /// Applies the change to token `at` (modulo their number); white space stays as it is.
-fn changed(text: &str, at: usize, change: &Change) -> String {
+fn changed(text: &str, at: usize, change: &TestMutation) -> String {
     let mut pieces: Vec<String> = text
         .split_inclusive([' ', '\n'])
         .map(String::from)
@@ -127,9 +127,9 @@ fn changed(text: &str, at: usize, change: &Change) -> String {
     }
     let at = at % pieces.len();
     match change {
-        Change::Delete => drop(pieces.remove(at)),
-        Change::Duplicate => pieces.insert(at, pieces[at].clone()),
-        Change::Replace(token) => {
+        TestMutation::Delete => drop(pieces.remove(at)),
+        TestMutation::Duplicate => pieces.insert(at, pieces[at].clone()),
+        TestMutation::Replace(token) => {
             let kept = pieces[at].trim_end().len();
             pieces[at].replace_range(..kept, token);
         }

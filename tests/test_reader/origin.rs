@@ -38,15 +38,15 @@ fn everything_that_has_a_place_is_taken_from_the_origin_in_double_precision() {
     assert_eq!(scene.view.eye, want(6_400_000.1, 2.0, -249_990.0));
     assert_eq!(scene.view.center, want(6_400_000.3, 1.0, -250_000.7));
     assert_eq!(
-        scene.lights.place.get(0),
+        scene.lights.position.get(0),
         want(6_400_004.1, 9.0, -250_000.0)
     );
     assert_eq!(
-        scene.lights.place.get(1),
+        scene.lights.position.get(1),
         want(6_399_998.3, 5.0, -250_001.0)
     );
     assert_eq!(
-        scene.lights.place.get(2),
+        scene.lights.position.get(2),
         want(6_400_001.7, 6.0, -250_000.0)
     );
     assert_eq!(scene.lights.edges[0].get(2), Vec3::X, "an edge is no place");
@@ -57,8 +57,8 @@ fn everything_that_has_a_place_is_taken_from_the_origin_in_double_precision() {
         scene.spheres.center.get(0),
         want(6_400_000.3 + 0.1, 0.5, -250_000.1)
     );
-    let [x, .., place] = scene.ellipsoids.world_columns(0);
-    let far = place.distance(want(6_400_000.3 + 0.1 * 3.0, 0.5, -250_000.1));
+    let [x, .., position] = scene.ellipsoids.world_columns(0);
+    let far = position.distance(want(6_400_000.3 + 0.1 * 3.0, 0.5, -250_000.1));
     assert!(far < 1e-6, "{far}");
     assert_eq!(x, Vec3::new(0.0, 0.0, -0.5));
     let [.., back] = scene.ellipsoids.object_columns(0);

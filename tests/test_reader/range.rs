@@ -27,7 +27,7 @@ fn is_power_of_two(x: f32) -> bool {
 #[test]
 fn ordinary_units_are_left_alone() {
     for unit in ["", "e3", "e-3", "e6", "e-7"] {
-        assert_eq!(in_units(unit).unit, 1.0, "{unit}");
+        assert_eq!(in_units(unit).scale, 1.0, "{unit}");
     }
 }
 
@@ -40,11 +40,11 @@ fn extreme_units_are_scaled_by_a_power_of_two() {
         ("e-30", 1e-30),
     ] {
         let scene = in_units(unit);
-        assert!(is_power_of_two(scene.unit), "{unit}: {}", scene.unit);
+        assert!(is_power_of_two(scene.scale), "{unit}: {}", scene.scale);
         // The largest coordinate is that of the ellipsoid or of the eye, 9 to 10 units.
         let extent = scene.bounds().hi.max(scene.view.eye).max_element();
         assert!((0.5..=1.0).contains(&extent), "{unit}: {extent}");
-        let s = f64::from(scene.unit);
+        let s = f64::from(scene.scale);
         let written = |x: f64, y: f64, z: f64| {
             Vec3::new((x * size) as f32, (y * size) as f32, (z * size) as f32)
         };
@@ -71,10 +71,10 @@ fn extreme_units_are_scaled_by_a_power_of_two() {
             f64::from((1.5 * size) as f32) * s
         );
         assert!(
-            scaled(scene.lights.place.get(0), written(1.0, 2.0, 3.0), s),
+            scaled(scene.lights.position.get(0), written(1.0, 2.0, 3.0), s),
             "{unit}"
         );
-        assert!((scene.lights.place.get(1) - Vec3::new(0.0, 0.6, 0.8)).length() < 1e-6);
+        assert!((scene.lights.position.get(1) - Vec3::new(0.0, 0.6, 0.8)).length() < 1e-6);
         scene.validate().unwrap();
     }
 }
@@ -105,7 +105,7 @@ fn light_at(color: f64, attenuation: [f64; 3], d: f64) -> f64 {
 fn light_of(scene: &Scene, i: usize, d: f64) -> f64 {
     let a = scene.lights.attenuation.get(i).as_dvec3();
     let color = f64::from(scene.lights.color.get(i).x);
-    light_at(color, a.to_array(), d * f64::from(scene.unit))
+    light_at(color, a.to_array(), d * f64::from(scene.scale))
 }
 
 #[test]
@@ -140,13 +140,13 @@ fn light_fades_over_the_scaled_distance_as_over_the_written_one() {
 #[test]
 fn the_ends_of_single_precision_are_within_reach() {
     let huge = scene("sphere 3e38 0 0 3e38\n");
-    assert!(huge.unit < 1.0 && huge.bounds().hi.is_finite());
+    assert!(huge.scale < 1.0 && huge.bounds().hi.is_finite());
     let huge = scene("sphere 0 0 0 1e19\nscale 1e19 3e19 1e19\nsphere 0 0 0 1\n");
     assert!(
-        huge.unit < 1.0,
+        huge.scale < 1.0,
         "an ellipsoid's squared axes overflow, the axes do not"
     );
     let tiny = "size 4 4\ncamera 0 0 1e-44 0 0 0 0 1 0 45\nsphere 0 0 0 1e-45\n";
     let tiny = read_test(tiny).unwrap().scene;
-    assert!(tiny.unit > 1.0 && tiny.spheres.radius[0].is_normal());
+    assert!(tiny.scale > 1.0 && tiny.spheres.radius[0].is_normal());
 }

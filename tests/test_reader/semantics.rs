@@ -28,9 +28,9 @@ fn settings_reach_the_scene() {
 fn defaults_are_those_of_the_format() {
     let scene = scene("sphere 0 0 0 1\npoint 0 0 9 1 1 1\n");
     assert_eq!((scene.max_depth, scene.output.as_deref()), (5, None));
-    assert_eq!(scene.tone.transfer, Transfer::None);
-    assert_eq!(scene.tone.quantize, Quantize::Floor);
-    assert_eq!((scene.background, scene.unit), (Vec3::ZERO, 1.0));
+    assert_eq!(scene.encoding.transfer, Transfer::None);
+    assert_eq!(scene.encoding.quantize, Quantize::Floor);
+    assert_eq!((scene.background, scene.scale), (Vec3::ZERO, 1.0));
     let m = &scene.materials;
     assert_eq!(m.len(), 1);
     assert_eq!(m.ka.get(0), Vec3::splat(0.2));
@@ -59,12 +59,12 @@ fn lights_with_an_area_take_transform_and_attenuation() {
     );
     let lights = &scene.lights;
     assert_eq!(lights.shape(0), LightShape::Sphere(1.0));
-    assert_eq!(lights.place.get(0), Vec3::new(1.0, 0.0, 3.0));
+    assert_eq!(lights.position.get(0), Vec3::new(1.0, 0.0, 3.0));
     assert_eq!(lights.color.get(0), Vec3::new(1.0, 2.0, 3.0));
     let edges = [Vec3::new(0.0, -2.0, 0.0), Vec3::new(-6.0, 0.0, 0.0)];
     assert_eq!(lights.shape(1), LightShape::Rectangle(edges));
-    assert_eq!(lights.place.get(1), Vec3::new(1.0, 2.0, 5.0));
-    assert_eq!(lights.middle(1), Vec3::new(-2.0, 1.0, 5.0));
+    assert_eq!(lights.position.get(1), Vec3::new(1.0, 2.0, 5.0));
+    assert_eq!(lights.center(1), Vec3::new(-2.0, 1.0, 5.0));
     assert_eq!(lights.color.get(1), Vec3::new(4.0, 5.0, 6.0));
     assert_eq!(lights.shape(2), LightShape::Point);
     for light in 0..3 {
@@ -241,9 +241,9 @@ fn point_lights_capture_the_attenuation_and_the_transform() {
     )
     .lights;
     assert_eq!(lights.directional, [false, false, true, false]);
-    assert_eq!(lights.place.get(0), Vec3::X);
+    assert_eq!(lights.position.get(0), Vec3::X);
     assert_eq!(lights.color.get(0), Vec3::new(1.0, 0.5, 0.25));
-    assert_eq!(lights.place.get(1), Vec3::new(2.0, 3.0, 8.0));
+    assert_eq!(lights.position.get(1), Vec3::new(2.0, 3.0, 8.0));
     let attenuations: Vec<_> = (0..4).map(|i| lights.attenuation.get(i)).collect();
     let faded = Vec3::new(1.0, 2.0, 3.0);
     assert_eq!(attenuations, [Vec3::X, faded, Vec3::X, Vec3::Z]);
@@ -255,8 +255,8 @@ fn directional_lights_take_the_linear_part_and_have_unit_length() {
         scene("translate 5 5 5\nscale 1 3 1\nrotate 0 0 1 90\ndirectional 4 3 0 1 1 1\n").lights;
     // (4, 3) turns to (-3, 4), stretches to (-3, 12).
     let expected = Vec3::new(-3.0, 12.0, 0.0) / 153.0f32.sqrt();
-    assert!(near(lights.place.get(0), expected));
-    assert!((lights.place.get(0).length() - 1.0).abs() < 1e-6);
+    assert!(near(lights.position.get(0), expected));
+    assert!((lights.position.get(0).length() - 1.0).abs() < 1e-6);
 }
 
 #[test]

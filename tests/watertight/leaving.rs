@@ -5,11 +5,11 @@
 use crate::common::rays::pack;
 use crate::common::rng::Rng;
 use crate::common::scenes;
-use crate::meshes::{Mesh, cube, geodesic, globe};
+use crate::meshes::{ClosedMesh, cube, geodesic, globe};
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{LANES, LaneMask, Mask8};
-use phalanx::oracle::{Forest, Oracle, Ray, Search, Surface};
+use phalanx::oracle::{Oracle, OracleRay, OracleSearch, OracleSurface, TwoLevelBvh};
 use phalanx::packet::NO_PRIM;
 use phalanx::scene::{Cone, PrimKind, Scene};
 use phalanx::trace::PacketTracer;
@@ -28,16 +28,16 @@ fn rays_given(usual: usize) -> usize {
 }
 
 /// What is seen near a place from outside, at any angle, from near or far.
-fn seen(oracle: &Oracle, at: Vec3, size: f32, rng: &mut Rng) -> Option<(u32, Surface)> {
+fn seen(oracle: &Oracle, at: Vec3, size: f32, rng: &mut Rng) -> Option<(u32, OracleSurface)> {
     let from = at + rng.direction() * size * rng.magnitude(-2.0, 3.0);
-    let ray = Ray::new(from, (at - from).normalize_or(Vec3::X));
+    let ray = OracleRay::new(from, (at - from).normalize_or(Vec3::X));
     let hit = oracle.closest(&ray)?;
-    let (surface, _, _) = oracle.look(&ray, &hit);
+    let (surface, _, _) = oracle.surface_at(&ray, &hit);
     surface.entering.then_some((hit.prim_id, surface))
 }
 
 /// A ray that leaves a surface on the side it was seen from, now and then as near to it as can be.
-fn leaving(surface: &Surface, rng: &mut Rng) -> Ray {
+fn leaving(surface: &OracleSurface, rng: &mut Rng) -> OracleRay {
     let up = surface.ng.as_dvec3();
     loop {
         let dir = rng.direction();
@@ -48,22 +48,22 @@ fn leaving(surface: &Surface, rng: &mut Rng) -> Ray {
         };
         let dir = if dir.dot(surface.ng) < 0.0 { -dir } else { dir };
         if dir.as_dvec3().dot(up) > 1e-7 {
-            return surface.leave(dir * rng.magnitude(-2.0, 2.0));
+            return surface.offset_origin(dir * rng.magnitude(-2.0, 2.0));
         }
     }
 }
 
 /// Lets rays leave a scene's surfaces near the points that `at` gives.
 fn leave(scene: &Scene, size: f32, mut at: impl FnMut(&mut Rng) -> Vec3, rays: usize) -> Ends {
-    let (bvh, tree) = (Bvh::build(scene), Forest::build(scene));
-    let oracle = Oracle::new(scene, Search::Tree(&tree), 0);
+    let (bvh, tree) = (Bvh::build(scene), TwoLevelBvh::build(scene));
+    let oracle = Oracle::new(scene, OracleSearch::Tree(&tree), 0);
     let mut tracer = PacketTracer::new(&bvh);
     let mut rng = Rng::new(37);
     let mut ends = Ends::default();
     let mut left = 0;
     while left < rays {
-        let place = at(&mut rng);
-        let Some((own, surface)) = seen(&oracle, place, size, &mut rng) else {
+        let position = at(&mut rng);
+        let Some((own, surface)) = seen(&oracle, position, size, &mut rng) else {
             continue;
         };
         let eight = [0; LANES].map(|_| leaving(&surface, &mut rng));
@@ -85,9 +85,9 @@ fn leave(scene: &Scene, size: f32, mut at: impl FnMut(&mut Rng) -> Vec3, rays: u
 }
 
 /// A cube whose corners are next to each other and whose edges are not along axes.
-fn turned(mesh: Mesh) -> Mesh {
+fn turned(mesh: ClosedMesh) -> ClosedMesh {
     let turn = glam::Quat::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, 1.1);
-    Mesh {
+    ClosedMesh {
         vertices: mesh.vertices.iter().map(|v| turn * *v).collect(),
         ..mesh
     }
@@ -139,8 +139,8 @@ fn rays_that_leave_a_large_floor_do_not_hit_it() {
         scene.add_triangle([a, c, d], None, 0);
         scene.validate().expect("a valid scene");
         let at = |rng: &mut Rng| {
-            let place = rng.direction() * rng.magnitude(-2.0, 6.0);
-            Vec3::new(place.x, place.x * slope + height, place.z)
+            let position = rng.direction() * rng.magnitude(-2.0, 6.0);
+            Vec3::new(position.x, position.x * slope + height, position.z)
         };
         let ends = leave(&scene, 10.0, at, rays_given(1_000_000) / 4);
         println!("floor, slope {slope}, height {height}: {ends:?}");

@@ -9,14 +9,14 @@ mod meshes;
 use common::rays::{lane_bits, pack};
 use common::rng::Rng;
 use glam::Vec3;
-use meshes::{Mesh, cube, geodesic, globe, torus};
+use meshes::{ClosedMesh, cube, geodesic, globe, torus};
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{LANES, LaneMask, Mask8};
-use phalanx::oracle::{Forest, Oracle, Ray, Search};
+use phalanx::oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};
 use phalanx::trace::PacketTracer;
 
 /// A ray from inside at a vertex, an edge, or anywhere.
-fn ray(mesh: &Mesh, placed: &[Vec3], scale: f32, offset: Vec3, rng: &mut Rng) -> Ray {
+fn ray(mesh: &ClosedMesh, placed: &[Vec3], scale: f32, offset: Vec3, rng: &mut Rng) -> OracleRay {
     let org = (mesh.inside)(rng) * scale + offset;
     let triangle = mesh.triangles[rng.below(mesh.triangles.len())];
     let [a, b, _] = triangle.map(|k| placed[k]);
@@ -26,17 +26,17 @@ fn ray(mesh: &Mesh, placed: &[Vec3], scale: f32, offset: Vec3, rng: &mut Rng) ->
         2 => (a - org) * rng.magnitude(-3.0, 3.0),
         _ => rng.direction(),
     };
-    Ray::new(org, dir)
+    OracleRay::new(org, dir)
 }
 
 /// Shoots packets of rays, one in `CHECKED` packets through the oracle, too; returns how many were
 /// shot.
-fn shoot(mesh: &Mesh, scale: f32, offset: Vec3, packets: usize, rng: &mut Rng) -> usize {
+fn shoot(mesh: &ClosedMesh, scale: f32, offset: Vec3, packets: usize, rng: &mut Rng) -> usize {
     const CHECKED: usize = 40;
     let (scene, placed) = mesh.scene(scale, offset);
     let bvh = Bvh::build(&scene);
-    let tree = Forest::build(&scene);
-    let oracle = Oracle::new(&scene, Search::Tree(&tree), 0);
+    let tree = TwoLevelBvh::build(&scene);
+    let oracle = Oracle::new(&scene, OracleSearch::Tree(&tree), 0);
     let mut tracer = PacketTracer::new(&bvh);
     for n in 0..packets {
         let rays = [0; LANES].map(|_| ray(mesh, &placed, scale, offset, rng));

@@ -8,13 +8,13 @@ use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};
 
 /// A closed mesh: shared vertices, triangles, and how to find a point inside.
-pub struct Mesh {
+pub struct ClosedMesh {
     pub vertices: Vec<Vec3>,
     pub triangles: Vec<[usize; 3]>,
     pub inside: fn(&mut Rng) -> Vec3,
 }
 
-impl Mesh {
+impl ClosedMesh {
     /// Every edge belongs to two triangles, which run along it in opposite directions.
     pub fn assert_closed(&self) {
         let mut edges = HashMap::new();
@@ -49,7 +49,7 @@ fn in_ball(rng: &mut Rng) -> Vec3 {
 }
 
 /// By latitude and longitude, with slivers at the poles: at latitude steps of π/`rings`.
-pub fn globe(rings: usize, segments: usize) -> Mesh {
+pub fn globe(rings: usize, segments: usize) -> ClosedMesh {
     let mut vertices = vec![Vec3::Z, -Vec3::Z];
     for ring in 1..rings {
         let polar = PI * ring as f32 / rings as f32;
@@ -71,7 +71,7 @@ pub fn globe(rings: usize, segments: usize) -> Mesh {
             triangles.push([a, d, b]);
         }
     }
-    Mesh {
+    ClosedMesh {
         vertices,
         triangles,
         inside: in_ball,
@@ -79,7 +79,7 @@ pub fn globe(rings: usize, segments: usize) -> Mesh {
 }
 
 /// An octahedron whose triangles are quartered `times` times and pushed onto the sphere.
-pub fn geodesic(times: usize) -> Mesh {
+pub fn geodesic(times: usize) -> ClosedMesh {
     let axes = [Vec3::X, Vec3::Y, -Vec3::X, -Vec3::Y];
     let mut vertices = vec![Vec3::Z, -Vec3::Z];
     vertices.extend(axes);
@@ -104,7 +104,7 @@ pub fn geodesic(times: usize) -> Mesh {
         }
         triangles = quarters;
     }
-    Mesh {
+    ClosedMesh {
         vertices,
         triangles,
         inside: in_ball,
@@ -112,7 +112,7 @@ pub fn geodesic(times: usize) -> Mesh {
 }
 
 /// A torus of radii 1 and 0.4.
-pub fn torus(around: usize, across: usize) -> Mesh {
+pub fn torus(around: usize, across: usize) -> ClosedMesh {
     let mut vertices = Vec::new();
     let mut triangles = Vec::new();
     for i in 0..around {
@@ -130,7 +130,7 @@ pub fn torus(around: usize, across: usize) -> Mesh {
             triangles.push([a, d, c]);
         }
     }
-    Mesh {
+    ClosedMesh {
         vertices,
         triangles,
         inside: |rng| {
@@ -142,8 +142,8 @@ pub fn torus(around: usize, across: usize) -> Mesh {
 }
 
 /// A cube of twelve triangles.
-pub fn cube() -> Mesh {
-    Mesh {
+pub fn cube() -> ClosedMesh {
+    ClosedMesh {
         vertices: (0..8).map(scenes::cube_corner).collect(),
         triangles: scenes::cube_triangles().collect(),
         inside: |rng| rng.point(0.9),

@@ -1,6 +1,6 @@
 //! Other tracers on our rays, for benchmarks only: what they must do to be measured, and who they are.
 //!
-//! A [`Contender`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays laid out as it wants them,
+//! A [`BenchEngine`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays laid out as it wants them,
 //! all prepared before the clock starts. Our own kernels and the oracle are contenders, too (`bench`).
 
 pub mod embree;
@@ -22,7 +22,7 @@ pub struct Unsupported {
 
 /// A set of rays with one question for all of them.
 #[derive(Clone, Copy)]
-pub struct Rays<'a> {
+pub struct RaySetRef<'a> {
     /// The rays; every packet but the last is full.
     pub queue: &'a RayQueue<'a>,
     /// Hits count only below this distance.
@@ -30,13 +30,13 @@ pub struct Rays<'a> {
 }
 
 /// One way to trace one set of rays. Shared by the threads that do so.
-pub trait Contender: Sync {
+pub trait BenchEngine: Sync {
     /// What one thread needs.
-    fn runner(&self) -> Box<dyn Runner + '_>;
+    fn thread(&self) -> Box<dyn BenchEngineThread + '_>;
 }
 
 /// One thread's share of a contender. Packets are the set's, eight rays each; a range starts at an even packet.
-pub trait Runner {
+pub trait BenchEngineThread {
     /// The closest hits of some packets, one [`HitPacket`] each: `t` (at or above the limit: nothing was hit) and `prim_id`
     /// as in the scene; `u` and `v` only where they come for nothing. Lanes beyond the last ray may hold anything.
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]);
@@ -47,7 +47,7 @@ pub trait Runner {
 /// Another tracer.
 pub enum Peer {
     /// Embree, from its library.
-    Embree(embree::Library),
+    Embree(embree::EmbreeLibrary),
     /// The traversals of obvhs.
     Obvhs,
 }
@@ -93,10 +93,10 @@ pub enum PeerScene {
 
 impl PeerScene {
     /// Its modes by name, each with the rays laid out as it wants them.
-    pub fn contenders(&self, rays: Rays) -> Vec<(String, Box<dyn Contender>)> {
+    pub fn engines(&self, rays: RaySetRef) -> Vec<(String, Box<dyn BenchEngine>)> {
         match self {
-            PeerScene::Embree(scene) => scene.contenders(rays),
-            PeerScene::Obvhs(scene) => scene.contenders(rays),
+            PeerScene::Embree(scene) => scene.engines(rays),
+            PeerScene::Obvhs(scene) => scene.engines(rays),
         }
     }
 }

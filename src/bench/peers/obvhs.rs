@@ -4,7 +4,7 @@
 //! `ray_traverse_miss`, which stops at the first hit (its `ray_traverse_anyhit` is for transparency, and visits all).
 //! It has no spheres: they are met by the plain formula, as it is for users of the crate to bring.
 
-use super::{Contender, Rays, Runner, Unsupported};
+use super::{BenchEngine, BenchEngineThread, RaySetRef, Unsupported};
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -28,7 +28,7 @@ const PRESET: BvhBuildParams = BvhBuildParams::very_slow_build();
 
 /// A scene in obvhs's trees.
 pub struct ObvhsScene {
-    trees: Box<dyn Trees>,
+    trees: Box<dyn PeerTrees>,
     build_seconds: [(&'static str, f64); 2],
 }
 
@@ -57,8 +57,8 @@ impl ObvhsScene {
         };
         let both = || {
             scene.prims.iter().map(|prim| match prim.kind() {
-                PrimKind::Triangle => Either::Triangle(triangle(scene, prim.index())),
-                _ => Either::Sphere(Sphere::of(scene, prim.index())),
+                PrimKind::Triangle => MixedShape::Triangle(triangle(scene, prim.index())),
+                _ => MixedShape::Sphere(Sphere::of(scene, prim.index())),
             })
         };
         Ok(if scene.spheres.is_empty() {
@@ -70,17 +70,17 @@ impl ObvhsScene {
         })
     }
 
-    fn of<S: Shape>(shapes: Vec<S>) -> ObvhsScene {
+    fn of<S: ObvhsShape>(shapes: Vec<S>) -> ObvhsScene {
         let start = Instant::now();
-        let bvh2 = Tree::new(&shapes, S::bvh2);
+        let bvh2 = PeerTree::new(&shapes, S::bvh2);
         let half = Instant::now();
-        let cwbvh = Tree::new(&shapes, S::cwbvh);
+        let cwbvh = PeerTree::new(&shapes, S::cwbvh);
         let build_seconds = [
             ("bvh2", (half - start).as_secs_f64()),
             ("cwbvh", half.elapsed().as_secs_f64()),
         ];
         ObvhsScene {
-            trees: Box::new(Both {
+            trees: Box::new(BvhPair {
                 bvh2: Arc::new(bvh2),
                 cwbvh: Arc::new(cwbvh),
             }),
@@ -94,15 +94,15 @@ impl ObvhsScene {
     }
 
     /// The ways to trace a set of rays, by name.
-    pub fn contenders(&self, rays: Rays) -> Vec<(String, Box<dyn Contender>)> {
-        self.trees.contenders(&Arc::new(Laid::new(rays)))
+    pub fn engines(&self, rays: RaySetRef) -> Vec<(String, Box<dyn BenchEngine>)> {
+        self.trees.engines(&Arc::new(ObvhsRays::new(rays)))
     }
 }
 
 /// What obvhs can have in its leaves.
-trait Shape: Boundable + Copy + Send + Sync + 'static {
+trait ObvhsShape: Boundable + Copy + Send + Sync + 'static {
     /// Distance along a ray, or infinity.
-    fn meet(&self, ray: &Ray) -> f32;
+    fn intersect(&self, ray: &Ray) -> f32;
 
     fn bvh2(shapes: &[Self]) -> Bvh2 {
         build_bvh2(shapes, PRESET, &mut Duration::default())
@@ -113,9 +113,9 @@ trait Shape: Boundable + Copy + Send + Sync + 'static {
     }
 }
 
-impl Shape for Triangle {
+impl ObvhsShape for Triangle {
     #[inline(always)]
-    fn meet(&self, ray: &Ray) -> f32 {
+    fn intersect(&self, ray: &Ray) -> f32 {
         self.intersect(ray)
     }
 
@@ -155,9 +155,9 @@ impl Boundable for Sphere {
     }
 }
 
-impl Shape for Sphere {
+impl ObvhsShape for Sphere {
     #[inline(always)]
-    fn meet(&self, ray: &Ray) -> f32 {
+    fn intersect(&self, ray: &Ray) -> f32 {
         let to_center = self.center - ray.origin;
         let inv_square = 1.0 / ray.direction.dot(ray.direction);
         let middle = to_center.dot(ray.direction) * inv_square;
@@ -174,39 +174,39 @@ impl Shape for Sphere {
 }
 
 #[derive(Clone, Copy)]
-enum Either {
+enum MixedShape {
     Triangle(Triangle),
     Sphere(Sphere),
 }
 
-impl Boundable for Either {
+impl Boundable for MixedShape {
     fn aabb(&self) -> Aabb {
         match self {
-            Either::Triangle(triangle) => triangle.aabb(),
-            Either::Sphere(sphere) => sphere.aabb(),
+            MixedShape::Triangle(triangle) => triangle.aabb(),
+            MixedShape::Sphere(sphere) => sphere.aabb(),
         }
     }
 }
 
-impl Shape for Either {
+impl ObvhsShape for MixedShape {
     #[inline(always)]
-    fn meet(&self, ray: &Ray) -> f32 {
+    fn intersect(&self, ray: &Ray) -> f32 {
         match self {
-            Either::Triangle(triangle) => triangle.meet(ray),
-            Either::Sphere(sphere) => sphere.meet(ray),
+            MixedShape::Triangle(triangle) => triangle.intersect(ray),
+            MixedShape::Sphere(sphere) => sphere.intersect(ray),
         }
     }
 }
 
 /// What both trees do.
-trait Search: Send + Sync + 'static {
+trait ObvhsTraversal: Send + Sync + 'static {
     /// The primitive of each place in leaf order; some have several.
     fn order(&self) -> &[u32];
     fn closest(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> RayHit;
     fn occluded(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> bool;
 }
 
-impl Search for Bvh2 {
+impl ObvhsTraversal for Bvh2 {
     fn order(&self) -> &[u32] {
         &self.primitive_indices
     }
@@ -224,7 +224,7 @@ impl Search for Bvh2 {
     }
 }
 
-impl Search for CwBvh {
+impl ObvhsTraversal for CwBvh {
     fn order(&self) -> &[u32] {
         &self.primitive_indices
     }
@@ -243,18 +243,18 @@ impl Search for CwBvh {
 }
 
 /// A tree and its primitives in leaf order, as its documentation advises.
-struct Tree<T, S> {
+struct PeerTree<T, S> {
     tree: T,
     shapes: Vec<S>,
     prim_ids: Vec<u32>,
 }
 
-impl<T: Search, S: Shape> Tree<T, S> {
+impl<T: ObvhsTraversal, S: ObvhsShape> PeerTree<T, S> {
     /// Shapes are numbered as the scene's primitives.
-    fn new(shapes: &[S], build: fn(&[S]) -> T) -> Tree<T, S> {
+    fn new(shapes: &[S], build: fn(&[S]) -> T) -> PeerTree<T, S> {
         let tree = build(shapes);
         let prim_ids = tree.order().to_vec();
-        Tree {
+        PeerTree {
             shapes: prim_ids.iter().map(|&id| shapes[id as usize]).collect(),
             tree,
             prim_ids,
@@ -262,18 +262,21 @@ impl<T: Search, S: Shape> Tree<T, S> {
     }
 }
 
-trait Trees {
-    fn contenders(&self, rays: &Arc<Laid>) -> Vec<(String, Box<dyn Contender>)>;
+trait PeerTrees {
+    fn engines(&self, rays: &Arc<ObvhsRays>) -> Vec<(String, Box<dyn BenchEngine>)>;
 }
 
-struct Both<S> {
-    bvh2: Arc<Tree<Bvh2, S>>,
-    cwbvh: Arc<Tree<CwBvh, S>>,
+struct BvhPair<S> {
+    bvh2: Arc<PeerTree<Bvh2, S>>,
+    cwbvh: Arc<PeerTree<CwBvh, S>>,
 }
 
-impl<S: Shape> Trees for Both<S> {
-    fn contenders(&self, rays: &Arc<Laid>) -> Vec<(String, Box<dyn Contender>)> {
-        let (bvh2, cwbvh) = (Mode::new(&self.bvh2, rays), Mode::new(&self.cwbvh, rays));
+impl<S: ObvhsShape> PeerTrees for BvhPair<S> {
+    fn engines(&self, rays: &Arc<ObvhsRays>) -> Vec<(String, Box<dyn BenchEngine>)> {
+        let (bvh2, cwbvh) = (
+            ObvhsEngine::new(&self.bvh2, rays),
+            ObvhsEngine::new(&self.cwbvh, rays),
+        );
         vec![
             ("bvh2".to_owned(), Box::new(bvh2)),
             ("cwbvh".to_owned(), Box::new(cwbvh)),
@@ -282,19 +285,19 @@ impl<S: Shape> Trees for Both<S> {
 }
 
 /// A set of rays as obvhs has them, reciprocals included.
-struct Laid {
+struct ObvhsRays {
     rays: Vec<Ray>,
     tmax: f32,
 }
 
-impl Laid {
-    fn new(rays: Rays) -> Laid {
+impl ObvhsRays {
+    fn new(rays: RaySetRef) -> ObvhsRays {
         let all = 0..rays.queue.len();
         let ray = |ray: usize| {
             let (org, dir) = rays.queue.ray(ray / LANES, ray % LANES);
             Ray::new(org.into(), dir.into(), 0.0, rays.tmax)
         };
-        Laid {
+        ObvhsRays {
             rays: all.map(ray).collect(),
             tmax: rays.tmax,
         }
@@ -307,45 +310,45 @@ impl Laid {
     }
 }
 
-struct Mode<T, S> {
-    tree: Arc<Tree<T, S>>,
-    laid: Arc<Laid>,
+struct ObvhsEngine<T, S> {
+    tree: Arc<PeerTree<T, S>>,
+    rays: Arc<ObvhsRays>,
 }
 
-impl<T, S> Mode<T, S> {
-    fn new(tree: &Arc<Tree<T, S>>, laid: &Arc<Laid>) -> Mode<T, S> {
-        Mode {
+impl<T, S> ObvhsEngine<T, S> {
+    fn new(tree: &Arc<PeerTree<T, S>>, layout: &Arc<ObvhsRays>) -> ObvhsEngine<T, S> {
+        ObvhsEngine {
             tree: Arc::clone(tree),
-            laid: Arc::clone(laid),
+            rays: Arc::clone(layout),
         }
     }
 }
 
-impl<T: Search, S: Shape> Contender for Mode<T, S> {
-    fn runner(&self) -> Box<dyn Runner + '_> {
-        Box::new(Walker {
+impl<T: ObvhsTraversal, S: ObvhsShape> BenchEngine for ObvhsEngine<T, S> {
+    fn thread(&self) -> Box<dyn BenchEngineThread + '_> {
+        Box::new(ObvhsEngineThread {
             tree: &self.tree,
-            laid: &self.laid,
+            rays: &self.rays,
         })
     }
 }
 
-struct Walker<'a, T, S> {
-    tree: &'a Tree<T, S>,
-    laid: &'a Laid,
+struct ObvhsEngineThread<'a, T, S> {
+    tree: &'a PeerTree<T, S>,
+    rays: &'a ObvhsRays,
 }
 
-impl<T: Search, S: Shape> Runner for Walker<'_, T, S> {
+impl<T: ObvhsTraversal, S: ObvhsShape> BenchEngineThread for ObvhsEngineThread<'_, T, S> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
-        let Tree {
+        let PeerTree {
             tree,
             shapes,
             prim_ids,
         } = self.tree;
         for (packet, hit) in packets.zip(hits) {
-            let (mut t, mut prim_id) = ([self.laid.tmax; LANES], [NO_PRIM; LANES]);
-            for (lane, &ray) in self.laid.packet(packet).iter().enumerate() {
-                let found = tree.closest(ray, |ray, i| shapes[i].meet(ray));
+            let (mut t, mut prim_id) = ([self.rays.tmax; LANES], [NO_PRIM; LANES]);
+            for (lane, &ray) in self.rays.packet(packet).iter().enumerate() {
+                let found = tree.closest(ray, |ray, i| shapes[i].intersect(ray));
                 if found.primitive_id != INVALID_ID {
                     t[lane] = found.t;
                     prim_id[lane] = prim_ids[found.primitive_id as usize];
@@ -360,11 +363,11 @@ impl<T: Search, S: Shape> Runner for Walker<'_, T, S> {
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
-        let Tree { tree, shapes, .. } = self.tree;
+        let PeerTree { tree, shapes, .. } = self.tree;
         for (packet, blocked) in packets.zip(blocked) {
             *blocked = 0;
-            for (lane, &ray) in self.laid.packet(packet).iter().enumerate() {
-                let met = tree.occluded(ray, |ray, i| shapes[i].meet(ray));
+            for (lane, &ray) in self.rays.packet(packet).iter().enumerate() {
+                let met = tree.occluded(ray, |ray, i| shapes[i].intersect(ray));
                 *blocked |= u8::from(met) << lane;
             }
         }

@@ -1,6 +1,6 @@
 //! Records to text and back.
 
-use super::{Record, Row, SCHEMA_VERSION};
+use super::{BenchRecord, RateRow, SCHEMA_VERSION};
 use serde_json::Value;
 use std::fs;
 use std::io;
@@ -59,7 +59,7 @@ pub enum RecordError {
 ///
 /// # Errors
 /// What is wrong with the file, and where.
-pub fn load(path: &Path) -> Result<Record, RecordError> {
+pub fn load(path: &Path) -> Result<BenchRecord, RecordError> {
     let path = || path.to_owned();
     let bytes = fs::read(path()).map_err(|source| RecordError::Io {
         path: path(),
@@ -106,7 +106,7 @@ fn place(error: &serde_json::Error) -> (usize, usize, String) {
 }
 
 /// A record as JSON, indented, with a line break at its end. What JSON has no number for becomes `null`.
-pub fn to_json(record: &Record) -> String {
+pub fn to_json(record: &BenchRecord) -> String {
     let text = serde_json::to_string_pretty(record);
     text.expect("a record's keys are text, and writing to memory does not fail") + "\n"
 }
@@ -114,7 +114,7 @@ pub fn to_json(record: &Record) -> String {
 const CSV_HEAD: &str = "scene,rays,engine,kernel,threads,mrays_per_s,mad,low,high,rays_timed,hits,difference,exact,same_as,samples";
 
 /// A record's rows as CSV (RFC 4180, but lines end in LF). `samples` are separated by blanks; what is not known is empty.
-pub fn to_csv(record: &Record) -> String {
+pub fn to_csv(record: &BenchRecord) -> String {
     let mut text = String::from(CSV_HEAD) + "\n";
     for row in &record.rows {
         text += &csv_line(row);
@@ -123,7 +123,7 @@ pub fn to_csv(record: &Record) -> String {
     text
 }
 
-fn csv_line(row: &Row) -> String {
+fn csv_line(row: &RateRow) -> String {
     let rate = &row.mrays_per_s;
     let numbers = |numbers: &[f64]| numbers.iter().map(f64::to_string).collect::<Vec<_>>();
     let mut cells = [&row.scene, &row.rays, &row.engine, &row.kernel]

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 pub const SCHEMA_VERSION: u32 = 2;
 
 /// Kinds of rays in the order in which a reader expects them.
-pub const KINDS: [&str; 7] = [
+pub const RAY_KINDS: [&str; 7] = [
     "primary",
     "shadow",
     "reflection",
@@ -22,7 +22,7 @@ pub const KINDS: [&str; 7] = [
 
 /// A benchmark run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct BenchRecord {
     /// [`SCHEMA_VERSION`].
     pub schema_version: u32,
     /// The program.
@@ -30,15 +30,15 @@ pub struct Record {
     /// The machine.
     pub machine: Machine,
     /// How the run was taken.
-    pub run: Run,
+    pub run: RunInfo,
     /// What was traced.
     pub scenes: Vec<SceneRecord>,
     /// The rates.
-    pub rows: Vec<Row>,
+    pub rows: Vec<RateRow>,
     /// Work, counted in runs of its own beside the timed ones.
     pub counters: Vec<CounterRow>,
     /// What the machine can do at most, where it was measured.
-    pub limits: Option<Limits>,
+    pub limits: Option<MachineLimits>,
 }
 
 /// The program that measured.
@@ -98,7 +98,7 @@ pub struct Cache {
 
 /// How a run was taken.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Run {
+pub struct RunInfo {
     /// Start, RFC 3339, UTC.
     pub started: String,
     /// Arguments, without the program's name.
@@ -179,7 +179,7 @@ impl std::fmt::Display for RaySetRecord {
 
 /// The rate of one engine on one set of rays.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
+pub struct RateRow {
     /// [`SceneRecord::name`].
     pub scene: String,
     /// `primary`, `shadow`, `reflection`, `refraction`, `diffuse`, `ao` or `frame`.
@@ -232,12 +232,12 @@ pub struct CounterRow {
     /// Rays traced.
     pub ray_count: u64,
     /// The counts.
-    pub work: WorkRecord,
+    pub work: CounterRecord,
 }
 
 /// Counts of a traversal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct WorkRecord {
+pub struct CounterRecord {
     /// Packets of eight lanes traced.
     pub packets: u64,
     /// Lanes of them that carried a ray.
@@ -256,7 +256,7 @@ pub struct WorkRecord {
 
 /// What the machine can do at most, measured on one thread and on all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Limits {
+pub struct MachineLimits {
     /// One thread first, then all.
     pub threads: Vec<ThreadLimits>,
 }

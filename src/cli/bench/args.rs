@@ -1,11 +1,11 @@
 //! What `phalanx bench` is asked for.
 
-use super::super::args::{Kernels, kernels_parser, parse_thread_count, quality_parser};
+use super::super::args::{KernelSet, kernels_parser, parse_thread_count, quality_parser};
 use super::super::picture_args::parse_size;
 use super::super::scene_args::SceneArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
-use phalanx::bench::Kind;
+use phalanx::bench::RayKind;
 use phalanx::bvh::Quality;
 use std::path::PathBuf;
 
@@ -42,13 +42,13 @@ pub struct RunArgs {
     pub filter: Option<String>,
     /// Kinds of rays, separated by commas [default: all]
     #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = kinds_parser())]
-    pub rays: Vec<What>,
+    pub rays: Vec<MeasuredKind>,
     /// Picture size that the rays are of; frames have half its sides [default: the suite's, 512x512]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// Thread counts, separated by commas; `all` is one per CPU this process may use
     #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,all", value_parser = parse_threads)]
-    pub threads: Vec<Threads>,
+    pub threads: Vec<ThreadCount>,
     /// Samples of every row [default: the suite's, 11]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub repeat: Option<u32>,
@@ -60,7 +60,7 @@ pub struct RunArgs {
     pub pin: bool,
     /// Traversal kernels to measure beside `auto` [default: packets as wide as this build's; all with --counters-only]
     #[arg(long, value_name = "NAME", value_parser = kernels_parser())]
-    pub kernel: Option<Kernels>,
+    pub kernel: Option<KernelSet>,
     /// What our tree is worth; peers build the best that they can
     #[arg(long, value_name = "NAME", default_value = "best", value_parser = quality_parser())]
     pub quality: Quality,
@@ -103,35 +103,35 @@ pub struct RunArgs {
 
 /// What can be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum What {
+pub enum MeasuredKind {
     /// A kind of rays.
-    Rays(Kind),
+    Rays(RayKind),
     /// Whole frames.
     Frame,
 }
 
-fn kinds_parser() -> impl TypedValueParser<Value = What> {
-    let names = Kind::ALL.map(Kind::name).into_iter().chain(["frame"]);
+fn kinds_parser() -> impl TypedValueParser<Value = MeasuredKind> {
+    let names = RayKind::ALL.map(RayKind::name).into_iter().chain(["frame"]);
     PossibleValuesParser::new(names).map(|name| {
-        let kind = Kind::ALL.into_iter().find(|kind| kind.name() == name);
-        kind.map_or(What::Frame, What::Rays)
+        let kind = RayKind::ALL.into_iter().find(|kind| kind.name() == name);
+        kind.map_or(MeasuredKind::Frame, MeasuredKind::Rays)
     })
 }
 
 /// A number of threads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Threads {
+pub enum ThreadCount {
     /// So many.
     Exactly(usize),
     /// One per CPU.
     All,
 }
 
-fn parse_threads(text: &str) -> Result<Threads, String> {
+fn parse_threads(text: &str) -> Result<ThreadCount, String> {
     match text {
-        "all" => Ok(Threads::All),
+        "all" => Ok(ThreadCount::All),
         _ => match parse_thread_count(text) {
-            Ok(count) => Ok(Threads::Exactly(count)),
+            Ok(count) => Ok(ThreadCount::Exactly(count)),
             Err(error) => Err(format!("{error}, or `all`")),
         },
     }
@@ -168,9 +168,9 @@ impl RunArgs {
     /// Numbers of threads, each once, ascending.
     pub fn thread_counts(&self) -> Vec<usize> {
         let all = std::thread::available_parallelism().map_or(1, |n| n.get());
-        let count = |threads: &Threads| match threads {
-            Threads::Exactly(count) => *count,
-            Threads::All => all,
+        let count = |threads: &ThreadCount| match threads {
+            ThreadCount::Exactly(count) => *count,
+            ThreadCount::All => all,
         };
         let mut counts: Vec<usize> = self.threads.iter().map(count).collect();
         counts.sort_unstable();
@@ -179,14 +179,15 @@ impl RunArgs {
     }
 
     /// Kinds of rays, in the order of the list.
-    pub fn kinds(&self) -> Vec<Kind> {
-        let asked = |kind: &Kind| self.rays.is_empty() || self.rays.contains(&What::Rays(*kind));
-        Kind::ALL.into_iter().filter(asked).collect()
+    pub fn kinds(&self) -> Vec<RayKind> {
+        let asked =
+            |kind: &RayKind| self.rays.is_empty() || self.rays.contains(&MeasuredKind::Rays(*kind));
+        RayKind::ALL.into_iter().filter(asked).collect()
     }
 
     /// Whether whole frames are measured.
     pub fn frames(&self) -> bool {
-        self.rays.is_empty() || self.rays.contains(&What::Frame)
+        self.rays.is_empty() || self.rays.contains(&MeasuredKind::Frame)
     }
 }
 
@@ -205,8 +206,8 @@ mod tests {
 
     #[test]
     fn threads_are_numbers_or_all() {
-        assert_eq!(parse_threads("2"), Ok(Threads::Exactly(2)));
-        assert_eq!(parse_threads("all"), Ok(Threads::All));
+        assert_eq!(parse_threads("2"), Ok(ThreadCount::Exactly(2)));
+        assert_eq!(parse_threads("all"), Ok(ThreadCount::All));
         assert!(parse_threads("0").unwrap_err().contains("`all`"));
     }
 }

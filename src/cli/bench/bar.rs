@@ -1,24 +1,24 @@
 //! The progress bar of a run: scenes done, what is being done, time left.
 
-use super::super::failure::Failure;
+use super::super::error::CliError;
 use super::super::output::printable;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use phalanx::bench::Listener;
+use phalanx::bench::ProgressListener;
 use std::io::IsTerminal;
 
 /// Steps of the bar a scene.
 const STEPS: u64 = 1000;
 
 /// Drawn on stderr where that is a terminal.
-pub struct Bar {
+pub struct BenchProgressBar {
     bar: ProgressBar,
     scenes: u64,
     name: String,
 }
 
-impl Bar {
+impl BenchProgressBar {
     /// A bar for so many scenes.
-    pub fn new(scenes: usize) -> Bar {
+    pub fn new(scenes: usize) -> BenchProgressBar {
         let target = if std::io::stderr().is_terminal() {
             ProgressDrawTarget::stderr()
         } else {
@@ -29,7 +29,7 @@ impl Bar {
         if let Ok(style) = ProgressStyle::with_template(style) {
             bar.set_style(style);
         }
-        Bar {
+        BenchProgressBar {
             bar,
             scenes: 0,
             name: String::new(),
@@ -41,11 +41,11 @@ impl Bar {
         self.bar.set_position(self.scenes * STEPS);
         self.scenes += 1;
         self.name = printable(name).into_owned();
-        self.doing("loading");
+        self.begin_step("loading");
     }
 
     /// Prints something while the bar is out of the way.
-    pub fn hidden(&self, print: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
+    pub fn hidden(&self, print: impl FnOnce() -> Result<(), CliError>) -> Result<(), CliError> {
         self.bar.suspend(print)
     }
 
@@ -55,8 +55,8 @@ impl Bar {
     }
 }
 
-impl Listener for Bar {
-    fn doing(&mut self, what: &str) {
+impl ProgressListener for BenchProgressBar {
+    fn begin_step(&mut self, what: &str) {
         self.bar.set_message(format!("{}: {what}", self.name));
         self.bar.tick();
     }

@@ -1,31 +1,31 @@
 //! `bench --baseline`: this run against an earlier one.
 
-use super::super::failure::Failure;
+use super::super::error::CliError;
 use super::super::output;
 use super::args::RunArgs;
-use super::bar::Bar;
-use super::{Course, one, record};
-use phalanx::bench::{Kind, Plan};
+use super::bar::BenchProgressBar;
+use super::{BenchScene, measure_scene, record};
+use phalanx::bench::{BenchPlan, RayKind};
 use phalanx::report::{
-    CounterChange, Difference, RETAKES, Record, RecordError, RowKey, changes_table, counters,
-    counters_table, regressions_table,
+    BenchRecord, CountDifference, CounterChange, RETAKES, RecordError, RowKey, changes_table,
+    counters, counters_table, regressions_table,
 };
 use std::path::Path;
 
 /// An earlier run.
-pub struct Baseline(Record);
+pub struct Baseline(BenchRecord);
 
 /// Reads a record.
-pub fn load(path: &Path) -> Result<Record, Failure> {
+pub fn load(path: &Path) -> Result<BenchRecord, CliError> {
     phalanx::report::load(path).map_err(|error| match error {
-        RecordError::Io { .. } => Failure::Runtime(error.to_string()),
-        other => Failure::Usage(other.to_string()),
+        RecordError::Io { .. } => CliError::Runtime(error.to_string()),
+        other => CliError::Usage(other.to_string()),
     })
 }
 
 impl Baseline {
     /// Reads a record to compare with.
-    pub fn load(path: &Path) -> Result<Baseline, Failure> {
+    pub fn load(path: &Path) -> Result<Baseline, CliError> {
         load(path).map(Baseline)
     }
 
@@ -34,19 +34,19 @@ impl Baseline {
     pub fn judge(
         &self,
         args: &RunArgs,
-        plan: &Plan,
-        courses: &[Course],
-        now: &Record,
-    ) -> Result<(), Failure> {
+        plan: &BenchPlan,
+        scenes: &[BenchScene],
+        now: &BenchRecord,
+    ) -> Result<(), CliError> {
         if args.counters_only {
             return self.judge_counters(args, now);
         }
-        let refused = |refusal: phalanx::report::Refusal| {
+        let refused = |refusal: phalanx::report::IncompatibleRecords| {
             let forceable = refusal.can_be_forced();
-            let failure = Failure::Usage(refusal.to_string());
+            let error = CliError::Usage(refusal.to_string());
             match forceable {
-                true => failure.and("compare all the same with --force"),
-                false => failure,
+                true => error.with_hint("compare all the same with --force"),
+                false => error,
             }
         };
         let changes = phalanx::report::compare(&self.0, now, args.force).map_err(refused)?;
@@ -61,14 +61,14 @@ impl Baseline {
             if suspects.is_empty() {
                 break;
             }
-            let retake = self.again(args, plan, courses, &suspects, now)?;
+            let retake = self.again(args, plan, scenes, &suspects, now)?;
             again.push(phalanx::report::compare(&self.0, &retake, args.force).map_err(refused)?);
         }
         let regressions = changes.regressions(&again, threshold);
         output::print(&regressions_table(&regressions))?;
         match regressions.is_empty() {
             true => Ok(()),
-            false => Err(Failure::Slower),
+            false => Err(CliError::Slower),
         }
     }
 
@@ -76,36 +76,36 @@ impl Baseline {
     fn again(
         &self,
         args: &RunArgs,
-        plan: &Plan,
-        courses: &[Course],
+        plan: &BenchPlan,
+        scenes: &[BenchScene],
         suspects: &[RowKey],
-        now: &Record,
-    ) -> Result<Record, Failure> {
-        let of = |course: &&Course| suspects.iter().any(|s| s.scene == course.heading.name);
-        let courses: Vec<&Course> = courses.iter().filter(of).collect();
+        now: &BenchRecord,
+    ) -> Result<BenchRecord, CliError> {
+        let of = |scene: &&BenchScene| suspects.iter().any(|s| s.scene == scene.info.name);
+        let scenes: Vec<&BenchScene> = scenes.iter().filter(of).collect();
         output::note(&format!(
             "{} rates look slower: measuring {} scenes again",
             suspects.len(),
-            courses.len()
+            scenes.len()
         ));
-        let mut bar = Bar::new(courses.len());
+        let mut bar = BenchProgressBar::new(scenes.len());
         let mut all = Vec::new();
-        for course in courses {
-            let kinds = |kind: &Kind| {
-                let mut of_scene = suspects.iter().filter(|s| s.scene == course.heading.name);
+        for scene in scenes {
+            let kinds = |kind: &RayKind| {
+                let mut of_scene = suspects.iter().filter(|s| s.scene == scene.info.name);
                 of_scene.any(|s| s.rays == kind.name())
             };
             let frames = suspects
                 .iter()
-                .any(|s| s.scene == course.heading.name && s.rays == "frame");
+                .any(|s| s.scene == scene.info.name && s.rays == "frame");
             let again = plan.restricted(kinds, frames);
-            all.push(one(args, &again, course, &mut bar)?.0);
+            all.push(measure_scene(args, &again, scene, &mut bar)?.0);
         }
         bar.finish();
         Ok(record(args, plan, all, now.run.started.clone(), 0.0))
     }
 
-    fn judge_counters(&self, args: &RunArgs, now: &Record) -> Result<(), Failure> {
+    fn judge_counters(&self, args: &RunArgs, now: &BenchRecord) -> Result<(), CliError> {
         let [old, new] = [&self.0, now].map(|record| &record.run.quality);
         if old != new {
             output::note(&format!(
@@ -125,11 +125,11 @@ impl Baseline {
         output::print(&counters_table(&changes))?;
         let allowed = |old: u64| old as f64 * (1.0 + args.fail_above.unwrap_or(f64::INFINITY));
         let more = changes.iter().any(|change| match change.difference {
-            Difference::Count { old, new, .. } => new as f64 > allowed(old),
-            Difference::OnlyOld | Difference::OnlyNew => false,
+            CountDifference::Count { old, new, .. } => new as f64 > allowed(old),
+            CountDifference::OnlyOld | CountDifference::OnlyNew => false,
         });
         match more {
-            true => Err(Failure::Slower),
+            true => Err(CliError::Slower),
             false => Ok(()),
         }
     }

@@ -9,27 +9,29 @@ mod table;
 
 pub use args::BenchArgs;
 
-use super::failure::Failure;
-use super::input::Input;
+use super::error::CliError;
+use super::scene_input::SceneInput;
 use super::{interrupt, output};
 use args::{BenchCommand, PeerArg, RunArgs};
-use bar::Bar;
+use bar::BenchProgressBar;
 use baseline::Baseline;
 use phalanx::bench::{
-    DumpError, Heading, Measured, Plan, Suite, SuiteScene, dump, limits, measure,
+    BenchPlan, DumpError, Measured, SceneInfo, Suite, SuiteScene, dump, measure, measure_limits,
 };
 use phalanx::image::replace_file;
 use phalanx::peers::Peer;
-use phalanx::peers::embree::Library;
+use phalanx::peers::embree::EmbreeLibrary;
 use phalanx::report::html::{ScenePictures, page};
-use phalanx::report::{Machine, Record, Run, SCHEMA_VERSION, side_by_side, to_csv, to_json};
+use phalanx::report::{
+    BenchRecord, Machine, RunInfo, SCHEMA_VERSION, compare_table, to_csv, to_json,
+};
 use phalanx::trace::Kernel;
 use program::this_program;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Measures, or compares records.
-pub fn run(args: &BenchArgs) -> Result<(), Failure> {
+pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     match &args.command {
         Some(BenchCommand::Compare { records }) => compare(records),
         None => measure_all(&args.run),
@@ -37,31 +39,32 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
 }
 
 /// A scene to be measured.
-struct Course {
+struct BenchScene {
     path: PathBuf,
-    heading: Heading,
+    info: SceneInfo,
 }
 
-fn measure_all(args: &RunArgs) -> Result<(), Failure> {
+fn measure_all(args: &RunArgs) -> Result<(), CliError> {
     interrupt::listen()?;
     super::advise();
-    let suite = Suite::standard().map_err(|e| Failure::Runtime(format!("perf/suite.toml: {e}")))?;
+    let suite =
+        Suite::standard().map_err(|e| CliError::Runtime(format!("perf/suite.toml: {e}")))?;
     check_places(args)?;
     let baseline = args.baseline.as_deref().map(Baseline::load).transpose()?;
     let peers = peers(args)?;
     let plan = plan(args, &suite, &peers);
-    let courses = courses(args, &suite, &plan)?;
+    let scenes = bench_scenes(args, &suite, &plan)?;
     if let Some(path) = &args.dump_rays {
-        return dump_rays(path, args, &plan, &courses);
+        return dump_rays(path, args, &plan, &scenes);
     }
     let start = Instant::now();
     let started = jiff::Timestamp::now().to_string();
     let (mut all, mut shown) = (Vec::new(), Vec::new());
-    let mut bar = Bar::new(courses.len());
-    for course in &courses {
-        let (measured, input) = one(args, &plan, course, &mut bar)?;
+    let mut bar = BenchProgressBar::new(scenes.len());
+    for scene in &scenes {
+        let (measured, scene_input) = measure_scene(args, &plan, scene, &mut bar)?;
         if args.html.is_some() {
-            shown.push(pictures::of(&course.heading.name, &input.scene)?);
+            shown.push(pictures::of(&scene.info.name, &scene_input.scene)?);
         }
         all.push(measured);
     }
@@ -72,14 +75,14 @@ fn measure_all(args: &RunArgs) -> Result<(), Failure> {
     let record = record(args, &plan, all, started, start.elapsed().as_secs_f64());
     write_files(args, &record, &shown)?;
     match &baseline {
-        Some(baseline) => baseline.judge(args, &plan, &courses, &record),
+        Some(baseline) => baseline.judge(args, &plan, &scenes, &record),
         None => Ok(()),
     }
 }
 
 /// Refuses places that cannot be written, and scenes that cannot be read as often as they have to
 /// be.
-fn check_places(args: &RunArgs) -> Result<(), Failure> {
+fn check_places(args: &RunArgs) -> Result<(), CliError> {
     let places = [
         ("--json", &args.json),
         ("--csv", &args.csv),
@@ -95,7 +98,7 @@ fn check_places(args: &RunArgs) -> Result<(), Failure> {
     let stdin = args.scenes.iter().any(|scene| output::is_dash(scene));
     match stdin && args.fail_above.is_some() {
         false => Ok(()),
-        true => Err(Failure::Usage(
+        true => Err(CliError::Usage(
             "--fail-above may measure a scene again, and stdin can be read once: name a file"
                 .to_owned(),
         )),
@@ -103,7 +106,11 @@ fn check_places(args: &RunArgs) -> Result<(), Failure> {
 }
 
 /// What was asked for beside the tables.
-fn write_files(args: &RunArgs, record: &Record, pictures: &[ScenePictures]) -> Result<(), Failure> {
+fn write_files(
+    args: &RunArgs,
+    record: &BenchRecord,
+    pictures: &[ScenePictures],
+) -> Result<(), CliError> {
     if let Some(path) = &args.json {
         save(path, &to_json(record))?;
     }
@@ -117,17 +124,22 @@ fn write_files(args: &RunArgs, record: &Record, pictures: &[ScenePictures]) -> R
 }
 
 /// Writes the rays of one scene, whole or not at all.
-fn dump_rays(path: &Path, args: &RunArgs, plan: &Plan, courses: &[Course]) -> Result<(), Failure> {
-    let [course] = courses else {
-        return Err(Failure::Usage(
+fn dump_rays(
+    path: &Path,
+    args: &RunArgs,
+    plan: &BenchPlan,
+    scenes: &[BenchScene],
+) -> Result<(), CliError> {
+    let [scene] = scenes else {
+        return Err(CliError::Usage(
             "--dump-rays takes one scene, as in: phalanx bench standard:terrain --dump-rays terrain.rays".to_owned(),
         ));
     };
-    let input = Input::load(&course.path, &args.beside, 0)?;
+    let scene_input = SceneInput::load(&scene.path, &args.beside, 0)?;
     let mut counts = Vec::new();
-    let written = interrupt::undisturbed(path, || {
+    let written = interrupt::block_signals(path, || {
         replace_file(path, |file| {
-            let dumped = dump(&input.scene, &course.heading, plan, file);
+            let dumped = dump(&scene_input.scene, &scene.info, plan, file);
             counts = dumped.map_err(|error| match error {
                 DumpError::Io(error) => error,
                 other => std::io::Error::other(other),
@@ -135,7 +147,7 @@ fn dump_rays(path: &Path, args: &RunArgs, plan: &Plan, courses: &[Course]) -> Re
             Ok(())
         })
     })?;
-    written.map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))?;
+    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))?;
     let counts: Vec<String> = counts
         .iter()
         .map(|(kind, rays)| format!("{} {kind}", output::grouped(*rays as u64)))
@@ -144,34 +156,34 @@ fn dump_rays(path: &Path, args: &RunArgs, plan: &Plan, courses: &[Course]) -> Re
 }
 
 /// One scene: opened, measured, its table printed.
-fn one(
+fn measure_scene(
     args: &RunArgs,
-    plan: &Plan,
-    course: &Course,
-    bar: &mut Bar,
-) -> Result<(Measured, Input), Failure> {
-    bar.scene(&course.heading.name);
+    plan: &BenchPlan,
+    scene: &BenchScene,
+    bar: &mut BenchProgressBar,
+) -> Result<(Measured, SceneInput), CliError> {
+    bar.scene(&scene.info.name);
     let start = Instant::now();
-    let input = Input::load(&course.path, &args.beside, 0)?;
-    let heading = Heading {
+    let scene_input = SceneInput::load(&scene.path, &args.beside, 0)?;
+    let info = SceneInfo {
         load_seconds: start.elapsed().as_secs_f64(),
-        ..course.heading.clone()
+        ..scene.info.clone()
     };
-    let measured = measure(&input.scene, &heading, plan, bar).map_err(Failure::Wrong)?;
+    let measured = measure(&scene_input.scene, &info, plan, bar).map_err(CliError::Bench)?;
     bar.hidden(|| {
         for note in &measured.notes {
             output::note(&format!("note: {note}"));
         }
         output::print(&table::scene(&measured))
     })?;
-    Ok((measured, input))
+    Ok((measured, scene_input))
 }
 
-fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> Plan<'p> {
+fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> BenchPlan<'p> {
     let size = args
         .size
         .map_or(suite.size, |(width, height)| [width, height]);
-    Plan {
+    BenchPlan {
         kinds: args.kinds(),
         frames: args.frames(),
         kernels: kernels(args),
@@ -196,18 +208,18 @@ fn kernels(args: &RunArgs) -> Vec<Kernel> {
 }
 
 /// The tracers to run against, ready to build.
-fn peers(args: &RunArgs) -> Result<Vec<Peer>, Failure> {
+fn peers(args: &RunArgs) -> Result<Vec<Peer>, CliError> {
     if args.embree.is_some() && !args.against.contains(&PeerArg::Embree) {
-        return Err(Failure::Usage(
+        return Err(CliError::Usage(
             "--embree names a library that nothing is measured against: add --against embree"
                 .to_owned(),
         ));
     }
     let open = |peer: &PeerArg| match peer {
         PeerArg::Obvhs => Ok(Peer::Obvhs),
-        PeerArg::Embree => match Library::open(args.embree.as_deref()) {
+        PeerArg::Embree => match EmbreeLibrary::open(args.embree.as_deref()) {
             Ok(library) => Ok(Peer::Embree(library)),
-            Err(error) => Err(Failure::Usage(error.to_string())),
+            Err(error) => Err(CliError::Usage(error.to_string())),
         },
     };
     let mut peers = Vec::new();
@@ -220,34 +232,38 @@ fn peers(args: &RunArgs) -> Result<Vec<Peer>, Failure> {
 }
 
 /// The scenes asked for, or those of the suite. A scene of the suite has its answers checked even where it was named.
-fn courses(args: &RunArgs, suite: &Suite, plan: &Plan) -> Result<Vec<Course>, Failure> {
+fn bench_scenes(
+    args: &RunArgs,
+    suite: &Suite,
+    plan: &BenchPlan,
+) -> Result<Vec<BenchScene>, CliError> {
     let answers = plan.size == suite.size && args.update_suite.is_none();
-    let of_suite = |scene: &SuiteScene| Course {
+    let of_suite = |scene: &SuiteScene| BenchScene {
         path: PathBuf::from(&scene.name),
-        heading: scene.heading(answers),
+        info: scene.heading(answers),
     };
     if args.scenes.is_empty() {
         let text = args.filter.as_deref().unwrap_or("");
         let wanted =
             |scene: &&SuiteScene| (scene.quick || !args.quick) && scene.name.contains(text);
-        let courses: Vec<Course> = suite.scene.iter().filter(wanted).map(of_suite).collect();
-        if courses.is_empty() {
-            return Err(Failure::Usage(format!(
+        let scenes: Vec<BenchScene> = suite.scene.iter().filter(wanted).map(of_suite).collect();
+        if scenes.is_empty() {
+            return Err(CliError::Usage(format!(
                 "no scene of the suite{} contains `{text}`",
                 if args.quick { "'s quick part" } else { "" }
             )));
         }
-        return Ok(courses);
+        return Ok(scenes);
     }
     let named = |path: &PathBuf| {
         let name = path.display().to_string();
         let known = suite.scene.iter().find(|scene| scene.name == name);
         known.map_or_else(
-            || Course {
+            || BenchScene {
                 path: path.clone(),
-                heading: Heading {
+                info: SceneInfo {
                     name,
-                    ..Heading::default()
+                    ..SceneInfo::default()
                 },
             },
             of_suite,
@@ -257,26 +273,26 @@ fn courses(args: &RunArgs, suite: &Suite, plan: &Plan) -> Result<Vec<Course>, Fa
 }
 
 /// Shows records side by side.
-fn compare(paths: &[PathBuf]) -> Result<(), Failure> {
+fn compare(paths: &[PathBuf]) -> Result<(), CliError> {
     let records = paths.iter().map(|path| baseline::load(path));
-    let records = records.collect::<Result<Vec<Record>, Failure>>()?;
+    let records = records.collect::<Result<Vec<BenchRecord>, CliError>>()?;
     let names: Vec<String> = paths
         .iter()
         .map(|path| path.display().to_string())
         .collect();
-    let pairs: Vec<(&str, &Record)> = names.iter().map(String::as_str).zip(&records).collect();
-    output::print(&side_by_side(&pairs))
+    let pairs: Vec<(&str, &BenchRecord)> = names.iter().map(String::as_str).zip(&records).collect();
+    output::print(&compare_table(&pairs))
 }
 
-fn save(path: &Path, text: &str) -> Result<(), Failure> {
-    interrupt::undisturbed(path, || {
+fn save(path: &Path, text: &str) -> Result<(), CliError> {
+    interrupt::block_signals(path, || {
         replace_file(path, |file| file.write_all(text.as_bytes()))
     })?
-    .map_err(|e| Failure::Runtime(format!("cannot write {}: {e}", path.display())))
+    .map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
 }
 
 /// The suite with what was found in place of what was expected.
-fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), Failure> {
+fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), CliError> {
     for scene in &mut suite.scene {
         let found = all.iter().find(|m| m.scene.name == scene.name);
         let Some(found) = found else { continue };
@@ -284,7 +300,7 @@ fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), F
     }
     let text = suite
         .to_text()
-        .map_err(|e| Failure::Runtime(e.to_string()))?;
+        .map_err(|e| CliError::Runtime(e.to_string()))?;
     save(path, &format!("{SUITE_HEAD}\n{text}"))
 }
 
@@ -301,11 +317,11 @@ const SUITE_HEAD: &str = "\
 
 fn record(
     args: &RunArgs,
-    plan: &Plan,
+    plan: &BenchPlan,
     all: Vec<Measured>,
     started: String,
     seconds: f64,
-) -> Record {
+) -> BenchRecord {
     let (mut scenes, mut rows, mut counters) = (Vec::new(), Vec::new(), Vec::new());
     for measured in all {
         scenes.push(measured.scene);
@@ -315,13 +331,13 @@ fn record(
     let machine = Machine::here();
     // They take seconds, and are read in files only.
     let wanted = plan.timed && (args.json.is_some() || args.html.is_some());
-    let most = plan.most_threads();
-    let limits = wanted.then(|| limits(most, &machine.caches));
-    Record {
+    let most = plan.max_threads();
+    let limits = wanted.then(|| measure_limits(most, &machine.caches));
+    BenchRecord {
         schema_version: SCHEMA_VERSION,
         program: this_program(),
         machine,
-        run: Run {
+        run: RunInfo {
             started,
             arguments: std::env::args().skip(1).collect(),
             seconds,

@@ -1,9 +1,9 @@
 //! Small pictures of a scene for the page: itself, and what it costs.
 
-use super::super::failure::Failure;
-use super::super::heat;
+use super::super::error::CliError;
+use super::super::heatmap;
 use phalanx::bvh::Bvh;
-use phalanx::frame::{Control, Cost, Settings, Tree, costs, render_tree};
+use phalanx::frame::{AccelRef, Control, RayCost, Settings, render_heatmap, render_with};
 use phalanx::image::{encode, false_color, png_bytes};
 use phalanx::report::html::ScenePictures;
 use phalanx::scene::Scene;
@@ -12,7 +12,7 @@ use phalanx::scene::Scene;
 const SIZE: [u32; 2] = [360, 270];
 
 /// Both pictures.
-pub fn of(name: &str, scene: &Scene) -> Result<ScenePictures, Failure> {
+pub fn of(name: &str, scene: &Scene) -> Result<ScenePictures, CliError> {
     let bvh = Bvh::build(scene);
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
     let settings = Settings {
@@ -22,12 +22,12 @@ pub fn of(name: &str, scene: &Scene) -> Result<ScenePictures, Failure> {
         ..Settings::of(scene)
     };
     let control = Control::default();
-    let frame = render_tree(scene, Tree::Packets(&bvh), &settings, &control)?;
-    let nodes = costs(scene, &bvh, &settings, Cost::Nodes, &control)?;
-    let legend = heat::title(Cost::Nodes);
+    let frame = render_with(scene, AccelRef::Packets(&bvh), &settings, &control)?;
+    let nodes = render_heatmap(scene, &bvh, &settings, RayCost::Nodes, &control)?;
+    let legend = heatmap::title(RayCost::Nodes);
     Ok(ScenePictures {
         scene: name.to_owned(),
-        thumbnail_png: png_bytes(&encode(&frame.film, scene.tone)),
+        thumbnail_png: png_bytes(&encode(&frame.film, scene.encoding)),
         heat_png: Some(png_bytes(&false_color(&nodes, SIZE[0], legend))),
         heat_legend: legend.to_owned(),
     })

@@ -2,7 +2,7 @@
 
 use super::super::output::grouped;
 use phalanx::bench::Measured;
-use phalanx::report::{Row, SceneRecord};
+use phalanx::report::{RateRow, SceneRecord};
 use std::collections::BTreeSet;
 
 /// A heading line and the table of a scene's rates, or of its work where nothing was timed.
@@ -38,7 +38,7 @@ fn heading(scene: &SceneRecord) -> String {
     )
 }
 
-fn rates(rows: &[Row]) -> Vec<Vec<String>> {
+fn rates(rows: &[RateRow]) -> Vec<Vec<String>> {
     let ours = names(rows, |row| row.engine == "phalanx" && row.kernel != "auto");
     let peers = names(rows, |row| row.difference.is_some());
     let mut head = vec![
@@ -59,7 +59,7 @@ fn rates(rows: &[Row]) -> Vec<Vec<String>> {
             continue;
         }
         seen.push(group);
-        let of_group: Vec<&Row> = rows
+        let of_group: Vec<&RateRow> = rows
             .iter()
             .filter(|r| (r.rays.as_str(), r.threads) == group)
             .collect();
@@ -69,8 +69,8 @@ fn rates(rows: &[Row]) -> Vec<Vec<String>> {
 }
 
 /// Kernels, or engines of peers, that some rows are of.
-fn names(rows: &[Row], wanted: impl Fn(&Row) -> bool) -> Vec<String> {
-    let name = |row: &Row| match row.difference {
+fn names(rows: &[RateRow], wanted: impl Fn(&RateRow) -> bool) -> Vec<String> {
+    let name = |row: &RateRow| match row.difference {
         None => row.kernel.clone(),
         Some(_) => row.engine.clone(),
     };
@@ -78,7 +78,7 @@ fn names(rows: &[Row], wanted: impl Fn(&Row) -> bool) -> Vec<String> {
     names.into_iter().collect()
 }
 
-fn line(rows: &[&Row], ours: &[String], peers: &[String]) -> Vec<String> {
+fn line(rows: &[&RateRow], ours: &[String], peers: &[String]) -> Vec<String> {
     let find = |engine: &str, kernel: &str| {
         let found = rows
             .iter()

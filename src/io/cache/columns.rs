@@ -8,15 +8,15 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// A column to be written, or to be checked once it is mapped.
-pub(super) struct Rows<'a> {
+pub(super) struct ColumnBytes<'a> {
     pub(super) name: &'static str,
     pub(super) row_bytes: usize,
     pub(super) bytes: &'a [u8],
     pub(super) check: Check,
 }
 
-fn rows<'a, T: Pod>(name: &'static str, column: &'a [T], check: Check) -> Rows<'a> {
-    Rows {
+fn column_bytes<'a, T: Pod>(name: &'static str, column: &'a [T], check: Check) -> ColumnBytes<'a> {
+    ColumnBytes {
         name,
         row_bytes: size_of::<T>(),
         bytes: bytemuck::cast_slice(column),
@@ -25,12 +25,12 @@ fn rows<'a, T: Pod>(name: &'static str, column: &'a [T], check: Check) -> Rows<'
 }
 
 /// A column that a section is mapped to.
-pub(super) trait Map {
+pub(super) trait MapColumn {
     /// Shows the rows in this part of the file; false if they are none.
     fn map(&mut self, mapping: &Arc<Mapping>, range: Range<usize>) -> bool;
 }
 
-impl<T: Pod> Map for Column<T> {
+impl<T: Pod> MapColumn for Column<T> {
     fn map(&mut self, mapping: &Arc<Mapping>, range: Range<usize>) -> bool {
         let column = mapping.column(range);
         let found = column.is_some();
@@ -43,7 +43,7 @@ impl<T: Pod> Map for Column<T> {
 ///
 /// What is checked here is what [`Scene::validate`] checks of every row, so that
 /// [`Scene::validate_settings`] is all that is left to ask.
-pub(super) fn columns(scene: &Scene) -> Vec<Rows<'_>> {
+pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     use Check::{Any, Below, Corners, Finite, Positive, Prims};
     let mut all = Vec::new();
     let (s, e, t, c) = (
@@ -53,65 +53,69 @@ pub(super) fn columns(scene: &Scene) -> Vec<Rows<'_>> {
         &scene.cones,
     );
     let material = Below(scene.materials.len());
-    all.push(rows(
+    all.push(column_bytes(
         "primitive list",
         &scene.prims,
         Prims([s.len(), e.len(), t.len(), c.len()]),
     ));
     push_vectors(&mut all, "vertices", &[&t.vertices]);
     let corners = |count, none| Corners { count, none };
-    all.push(rows(
+    all.push(column_bytes(
         "triangle corners",
         &t.corners,
         corners(t.vertices.len(), None),
     ));
     let normals = corners(t.vertex_normals.len(), Some(NO_NORMALS));
-    all.push(rows("triangle normals", &t.normals, normals));
+    all.push(column_bytes("triangle normals", &t.normals, normals));
     push_vectors(&mut all, "vertex normals", &[&t.vertex_normals]);
     let uvs = corners(t.vertex_uvs.len(), Some(NO_UVS));
-    all.push(rows("triangle texture places", &t.uvs, uvs));
-    all.push(rows("texture places", &t.vertex_uvs.x, Finite));
-    all.push(rows("texture places", &t.vertex_uvs.y, Finite));
-    all.push(rows("triangle materials", &t.material, material));
+    all.push(column_bytes("triangle texture places", &t.uvs, uvs));
+    all.push(column_bytes("texture places", &t.vertex_uvs.x, Finite));
+    all.push(column_bytes("texture places", &t.vertex_uvs.y, Finite));
+    all.push(column_bytes("triangle materials", &t.material, material));
     push_vectors(&mut all, "sphere centres", &[&s.center]);
-    all.push(rows("sphere radii", &s.radius, Positive));
-    all.push(rows("sphere materials", &s.material, material));
+    all.push(column_bytes("sphere radii", &s.radius, Positive));
+    all.push(column_bytes("sphere materials", &s.material, material));
     push_vectors(&mut all, "ellipsoid maps", &e.to_world.each_ref());
     push_vectors(&mut all, "ellipsoid maps", &e.to_object.each_ref());
-    all.push(rows("ellipsoid materials", &e.material, material));
+    all.push(column_bytes("ellipsoid materials", &e.material, material));
     // Cones, instances, materials and lights are asked about in `Scene::validate_settings`.
     push_vectors(&mut all, "cones", &[&c.base, &c.apex]);
-    all.push(rows("cone radii", &c.base_radius, Any));
-    all.push(rows("cone radii", &c.apex_radius, Any));
-    all.push(rows("cone sides", &c.inside, Any));
-    all.push(rows("cone materials", &c.material, material));
-    all.push(rows("meshes", &scene.meshes.first, Any));
-    all.push(rows("meshes", &scene.meshes.count, Any));
+    all.push(column_bytes("cone radii", &c.base_radius, Any));
+    all.push(column_bytes("cone radii", &c.apex_radius, Any));
+    all.push(column_bytes("cone sides", &c.inside, Any));
+    all.push(column_bytes("cone materials", &c.material, material));
+    all.push(column_bytes("meshes", &scene.meshes.first, Any));
+    all.push(column_bytes("meshes", &scene.meshes.count, Any));
     let i = &scene.instances;
-    all.push(rows("instances", &i.mesh, Below(scene.meshes.len())));
-    all.push(rows("instances", &i.first, Any));
+    all.push(column_bytes(
+        "instances",
+        &i.mesh,
+        Below(scene.meshes.len()),
+    ));
+    all.push(column_bytes("instances", &i.first, Any));
     push_vectors(&mut all, "instance maps", &i.to_world.each_ref());
     push_vectors(&mut all, "instance maps", &i.to_object.each_ref());
     let m = &scene.materials;
     push_vectors(&mut all, "materials", &[&m.ka, &m.ke, &m.kd, &m.ks, &m.kt]);
-    all.push(rows("materials", &m.shininess, Any));
-    all.push(rows("materials", &m.ior, Any));
-    all.push(rows("materials", &m.texture, Any));
-    all.push(rows("material gloss", &m.gloss, Any));
+    all.push(column_bytes("materials", &m.shininess, Any));
+    all.push(column_bytes("materials", &m.ior, Any));
+    all.push(column_bytes("materials", &m.texture, Any));
+    all.push(column_bytes("material gloss", &m.gloss, Any));
     let l = &scene.lights;
-    push_vectors(&mut all, "lights", &[&l.place, &l.color, &l.attenuation]);
+    push_vectors(&mut all, "lights", &[&l.position, &l.color, &l.attenuation]);
     push_vectors(&mut all, "light edges", &l.edges.each_ref());
-    all.push(rows("light radii", &l.radius, Any));
+    all.push(column_bytes("light radii", &l.radius, Any));
     all
 }
 
-fn push_vectors<'a>(all: &mut Vec<Rows<'a>>, name: &'static str, vectors: &[&'a Vec3s]) {
+fn push_vectors<'a>(all: &mut Vec<ColumnBytes<'a>>, name: &'static str, vectors: &[&'a Vec3s]) {
     let parts = vectors.iter().flat_map(|v| v.parts());
-    all.extend(parts.map(|part| rows(name, part, Check::Finite)));
+    all.extend(parts.map(|part| column_bytes(name, part, Check::Finite)));
 }
 
 /// The columns of [`columns`], in the same order, to be mapped.
-pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn Map> {
+pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn MapColumn> {
     let (s, e, t, c) = (
         &mut scene.spheres,
         &mut scene.ellipsoids,
@@ -123,7 +127,7 @@ pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn Map> {
         &mut scene.materials,
         &mut scene.lights,
     );
-    let mut all: Vec<&mut dyn Map> = vec![&mut scene.prims];
+    let mut all: Vec<&mut dyn MapColumn> = vec![&mut scene.prims];
     push_maps(&mut all, [&mut t.vertices]);
     all.push(&mut t.corners);
     all.push(&mut t.normals);
@@ -157,14 +161,20 @@ pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn Map> {
     all.push(&mut m.ior);
     all.push(&mut m.texture);
     all.push(&mut m.gloss);
-    push_maps(&mut all, [&mut l.place, &mut l.color, &mut l.attenuation]);
+    push_maps(
+        &mut all,
+        [&mut l.position, &mut l.color, &mut l.attenuation],
+    );
     push_maps(&mut all, l.edges.each_mut());
     all.push(&mut l.radius);
     all
 }
 
-fn push_maps<'a, const N: usize>(all: &mut Vec<&'a mut dyn Map>, vectors: [&'a mut Vec3s; N]) {
+fn push_maps<'a, const N: usize>(
+    all: &mut Vec<&'a mut dyn MapColumn>,
+    vectors: [&'a mut Vec3s; N],
+) {
     for vector in vectors {
-        all.extend(vector.parts_mut().map(|part| part as &mut dyn Map));
+        all.extend(vector.parts_mut().map(|part| part as &mut dyn MapColumn));
     }
 }

@@ -3,7 +3,7 @@
 //! | bytes | what |
 //! |---|---|
 //! | 0..8 | [`MAGIC`] |
-//! | 8..12 | [`ORDER`] in the byte order of the machine that wrote it |
+//! | 8..12 | [`BYTE_ORDER_MARK`] in the byte order of the machine that wrote it |
 //! | 12..16 | [`VERSION`] |
 //! | 16..20 | layout: a checksum of the sections' names and row sizes |
 //! | 20..24 | number of sections |
@@ -14,20 +14,20 @@
 //!
 //! Sections begin at multiples of [`ALIGN`]; what lies between them is zero. All numbers are little-endian.
 
-use super::Fault;
+use super::CacheFault;
 use std::ops::Range;
 
 /// Not text, and mangled by whatever would mangle it: the idea of PNG's.
 pub(super) const MAGIC: [u8; 8] = *b"\x93PHX\r\n\x1a\n";
 /// Reads differently on a machine of another byte order.
-const ORDER: u32 = 0x0a0b_0c0d;
+const BYTE_ORDER_MARK: u32 = 0x0a0b_0c0d;
 /// Rises whenever a section changes its meaning; what changes names or sizes shows in the layout by itself.
 pub(super) const VERSION: u32 = 2;
 /// A cache line, to which the rows of some columns are aligned.
 pub(super) const ALIGN: u64 = 64;
 
 /// No section has as many: rows are small and sections few, so that no sum of their sizes overflows.
-const MOST_ROWS: u64 = 1 << 40;
+const MAX_ROWS: u64 = 1 << 40;
 
 const HEADER: usize = 64;
 const ENTRY: usize = 24;
@@ -35,14 +35,14 @@ const CHECKSUM: Range<usize> = 32..36;
 
 /// A section of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Section {
+pub(super) struct SectionEntry {
     pub(super) offset: u64,
     pub(super) rows: u64,
     pub(super) row_bytes: u32,
     pub(super) checksum: u32,
 }
 
-impl Section {
+impl SectionEntry {
     pub(super) fn bytes(&self) -> u64 {
         self.rows * u64::from(self.row_bytes)
     }
@@ -54,9 +54,9 @@ impl Section {
 }
 
 /// What a section is called and how large its rows are: together, the layout.
-pub(super) type Shape = (&'static str, usize);
+pub(super) type SectionLayout = (&'static str, usize);
 
-fn layout(shapes: &[Shape]) -> u32 {
+fn layout(shapes: &[SectionLayout]) -> u32 {
     let mut hasher = crc32fast::Hasher::new();
     for (name, row_bytes) in shapes {
         hasher.update(format!("{name}:{row_bytes};").as_bytes());
@@ -65,7 +65,7 @@ fn layout(shapes: &[Shape]) -> u32 {
 }
 
 /// Where sections of these sizes go, one after another, and the length of the file.
-fn places(sizes: impl Iterator<Item = u64>, count: usize) -> (Vec<u64>, u64) {
+fn section_offsets(sizes: impl Iterator<Item = u64>, count: usize) -> (Vec<u64>, u64) {
     let mut end = (HEADER + ENTRY * count) as u64;
     let begin = |size: u64| {
         let offset = end.next_multiple_of(ALIGN);
@@ -76,11 +76,12 @@ fn places(sizes: impl Iterator<Item = u64>, count: usize) -> (Vec<u64>, u64) {
 }
 
 /// Header and table for sections (rows and checksum of each), and where each begins.
-pub(super) fn write(shapes: &[Shape], sections: &[(u64, u32)]) -> (Vec<u8>, Vec<u64>) {
-    let size = |(&(_, row_bytes), &(rows, _)): (&Shape, &(u64, u32))| rows * row_bytes as u64;
-    let (offsets, end) = places(shapes.iter().zip(sections).map(size), shapes.len());
+pub(super) fn write(shapes: &[SectionLayout], sections: &[(u64, u32)]) -> (Vec<u8>, Vec<u64>) {
+    let size =
+        |(&(_, row_bytes), &(rows, _)): (&SectionLayout, &(u64, u32))| rows * row_bytes as u64;
+    let (offsets, end) = section_offsets(shapes.iter().zip(sections).map(size), shapes.len());
     let mut bytes = MAGIC.to_vec();
-    bytes.extend(ORDER.to_ne_bytes());
+    bytes.extend(BYTE_ORDER_MARK.to_ne_bytes());
     bytes.extend(VERSION.to_le_bytes());
     bytes.extend(layout(shapes).to_le_bytes());
     bytes.extend((shapes.len() as u32).to_le_bytes());
@@ -98,22 +99,22 @@ pub(super) fn write(shapes: &[Shape], sections: &[(u64, u32)]) -> (Vec<u8>, Vec<
 }
 
 /// The sections of a file that is one of ours, whole, and of this layout. Their bytes are not looked at yet.
-pub(super) fn read(file: &[u8], shapes: &[Shape]) -> Result<Vec<Section>, Fault> {
+pub(super) fn read(file: &[u8], shapes: &[SectionLayout]) -> Result<Vec<SectionEntry>, CacheFault> {
     let begins = file.len().min(MAGIC.len());
     if file.is_empty() || file[..begins] != MAGIC[..begins] {
-        return Err(Fault::NotACache);
+        return Err(CacheFault::NotACache);
     }
     let length = file.len() as u64;
-    let cut = |needed: u64| Fault::Truncated { length, needed };
+    let cut = |needed: u64| CacheFault::Truncated { length, needed };
     let header = file.get(..HEADER).ok_or(cut(HEADER as u64))?;
-    if word(header, 8) == ORDER.swap_bytes() {
-        return Err(Fault::ByteOrder);
+    if word(header, 8) == BYTE_ORDER_MARK.swap_bytes() {
+        return Err(CacheFault::ByteOrder);
     }
-    if word(header, 8) != ORDER {
-        return Err(Fault::Damaged("header"));
+    if word(header, 8) != BYTE_ORDER_MARK {
+        return Err(CacheFault::Damaged("header"));
     }
     if word(header, 12) != VERSION {
-        return Err(Fault::Version(word(header, 12)));
+        return Err(CacheFault::Version(word(header, 12)));
     }
     // An older or newer build may have another number of sections: told from damage by the checksum.
     let count = word(header, 20) as usize;
@@ -124,48 +125,49 @@ pub(super) fn read(file: &[u8], shapes: &[Shape]) -> Result<Vec<Section>, Fault>
     hasher.update(&[0; 4]);
     hasher.update(&table[CHECKSUM.end..]);
     if hasher.finalize() != word(header, CHECKSUM.start) {
-        return Err(Fault::Damaged("header"));
+        return Err(CacheFault::Damaged("header"));
     }
     if word(header, 16) != layout(shapes) || count != shapes.len() {
-        return Err(Fault::Layout);
+        return Err(CacheFault::Layout);
     }
-    let sections: Vec<Section> = table[HEADER..].chunks_exact(ENTRY).map(entry).collect();
-    check_places(&sections, shapes, long(header, 24), length)?;
+    let sections: Vec<SectionEntry> = table[HEADER..].chunks_exact(ENTRY).map(entry).collect();
+    check_offsets(&sections, shapes, long(header, 24), length)?;
     Ok(sections)
 }
 
 /// Whether the sections are where they would have been put, so that none overlaps another or leaves the file.
-fn check_places(
-    sections: &[Section],
-    shapes: &[Shape],
+fn check_offsets(
+    sections: &[SectionEntry],
+    shapes: &[SectionLayout],
     end: u64,
     length: u64,
-) -> Result<(), Fault> {
+) -> Result<(), CacheFault> {
     let fitting = sections
         .iter()
         .zip(shapes)
         .all(|(section, (_, row_bytes))| {
-            section.row_bytes as usize == *row_bytes && section.rows < MOST_ROWS
+            section.row_bytes as usize == *row_bytes && section.rows < MAX_ROWS
         });
     if !fitting {
-        return Err(Fault::Damaged("table of sections"));
+        return Err(CacheFault::Damaged("table of sections"));
     }
-    let (offsets, expected) = places(sections.iter().map(Section::bytes), sections.len());
+    let (offsets, expected) =
+        section_offsets(sections.iter().map(SectionEntry::bytes), sections.len());
     if expected != end || offsets.iter().ne(sections.iter().map(|s| &s.offset)) {
-        return Err(Fault::Damaged("table of sections"));
+        return Err(CacheFault::Damaged("table of sections"));
     }
     match length.cmp(&end) {
-        std::cmp::Ordering::Less => Err(Fault::Truncated {
+        std::cmp::Ordering::Less => Err(CacheFault::Truncated {
             length,
             needed: end,
         }),
         std::cmp::Ordering::Equal => Ok(()),
-        std::cmp::Ordering::Greater => Err(Fault::Surplus("after its end")),
+        std::cmp::Ordering::Greater => Err(CacheFault::Surplus("after its end")),
     }
 }
 
-fn entry(bytes: &[u8]) -> Section {
-    Section {
+fn entry(bytes: &[u8]) -> SectionEntry {
+    SectionEntry {
         offset: long(bytes, 0),
         rows: long(bytes, 8),
         row_bytes: word(bytes, 16),
@@ -182,7 +184,7 @@ fn long(bytes: &[u8], at: usize) -> u64 {
 }
 
 /// Whether what lies between the sections is zero: else a flipped bit there would go unseen.
-pub(super) fn gaps_are_zero(file: &[u8], sections: &[Section]) -> bool {
+pub(super) fn gaps_are_zero(file: &[u8], sections: &[SectionEntry]) -> bool {
     let mut end = HEADER + ENTRY * sections.len();
     sections.iter().all(|section| {
         let gap = end..section.range().start;

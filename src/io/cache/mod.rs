@@ -22,7 +22,7 @@ mod settings;
 mod write;
 
 pub use read::{Cached, open};
-pub use write::{WriteError, fingerprint, write};
+pub use write::{CacheWriteError, fingerprint, write};
 
 use phalanx_scene::SceneError;
 use phalanx_trace::bvh::BvhError;
@@ -52,13 +52,13 @@ pub enum CacheError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        fault: Fault,
+        fault: CacheFault,
     },
 }
 
 /// What is wrong with a cache.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Fault {
+pub enum CacheFault {
     /// Another kind of file, or an empty one.
     #[error("not a scene cache")]
     NotACache,

@@ -1,12 +1,12 @@
 //! A file into a scene and its tree.
 
 use super::check::Check;
-use super::columns::{Map, columns, columns_mut};
-use super::header::{self, Section, Shape};
+use super::columns::{MapColumn, columns, columns_mut};
+use super::header::{self, SectionEntry, SectionLayout};
 use super::mapping::Mapping;
 use super::settings;
 use super::write::shapes;
-use super::{BLOCK, CacheError, Fault};
+use super::{BLOCK, CacheError, CacheFault};
 use phalanx_scene::Scene;
 use phalanx_trace::bvh::{Bvh, BvhArrays, UnverifiedBvh};
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ pub fn open(path: &Path) -> Result<Cached, CacheError> {
     let mapping = Mapping::open(path).map_err(|source| match source.kind() {
         // Some systems refuse to map nothing.
         _ if std::fs::metadata(path).is_ok_and(|m| m.is_file() && m.len() == 0) => {
-            refused(path, Fault::NotACache)
+            refused(path, CacheFault::NotACache)
         }
         _ => CacheError::Io {
             path: path.to_path_buf(),
@@ -43,19 +43,19 @@ pub fn open(path: &Path) -> Result<Cached, CacheError> {
     take(&mapping).map_err(|fault| refused(path, fault))
 }
 
-fn refused(path: &Path, fault: Fault) -> CacheError {
+fn refused(path: &Path, fault: CacheFault) -> CacheError {
     CacheError::Refused {
         path: path.to_path_buf(),
         fault,
     }
 }
 
-fn take(mapping: &Arc<Mapping>) -> Result<Cached, Fault> {
+fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
     let file = mapping.bytes();
     let shapes = shapes();
     let table = header::read(file, &shapes)?;
     if !header::gaps_are_zero(file, &table) {
-        return Err(Fault::Surplus("between its sections"));
+        return Err(CacheFault::Surplus("between its sections"));
     }
     let mut sections = Sections {
         mapping,
@@ -94,60 +94,60 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, Fault> {
 /// The sections of a file, one after another.
 struct Sections<'a> {
     mapping: &'a Arc<Mapping>,
-    shapes: &'a [Shape],
-    table: &'a [Section],
+    shapes: &'a [SectionLayout],
+    table: &'a [SectionEntry],
     next: usize,
 }
 
 impl Sections<'_> {
-    fn next(&mut self) -> (&'static str, Section) {
+    fn next(&mut self) -> (&'static str, SectionEntry) {
         let k = self.next;
         self.next += 1;
         (self.shapes[k].0, self.table[k])
     }
 
     /// The settings are small, and everything else depends on them: their checksum comes first.
-    fn settings(&mut self) -> Result<(Scene, settings::Extra), Fault> {
+    fn settings(&mut self) -> Result<(Scene, settings::Extra), CacheFault> {
         let (name, section) = self.next();
         let bytes = &self.mapping.bytes()[section.range()];
         if crc32fast::hash(bytes) != section.checksum {
-            return Err(Fault::Damaged(name));
+            return Err(CacheFault::Damaged(name));
         }
-        settings::read(bytes).ok_or(Fault::Nonsense(name))
+        settings::read(bytes).ok_or(CacheFault::Nonsense(name))
     }
 
     /// The texels of all textures stand behind one another.
-    fn texels(&mut self, scene: &mut Scene) -> Result<(), Fault> {
+    fn texels(&mut self, scene: &mut Scene) -> Result<(), CacheFault> {
         let (name, section) = self.next();
         let mut range = section.range();
         for texture in &mut scene.textures {
             let bytes = 3 * u64::from(texture.width) * u64::from(texture.height);
             if bytes > range.len() as u64 {
-                return Err(Fault::Nonsense(name));
+                return Err(CacheFault::Nonsense(name));
             }
             let end = range.start + bytes as usize;
             if !texture.texels.map(self.mapping, range.start..end) {
-                return Err(Fault::Nonsense(name));
+                return Err(CacheFault::Nonsense(name));
             }
             range.start = end;
         }
         match range.is_empty() {
             true => Ok(()),
-            false => Err(Fault::Nonsense(name)),
+            false => Err(CacheFault::Nonsense(name)),
         }
     }
 
-    fn map(&mut self, column: &mut dyn Map) -> Result<(), Fault> {
+    fn map(&mut self, column: &mut dyn MapColumn) -> Result<(), CacheFault> {
         let (name, section) = self.next();
         match column.map(self.mapping, section.range()) {
             true => Ok(()),
-            false => Err(Fault::Nonsense(name)),
+            false => Err(CacheFault::Nonsense(name)),
         }
     }
 }
 
 /// One piece of work: bytes to be summed up, and what has to hold for the rows in them.
-struct Block<'a> {
+struct VerifyTask<'a> {
     section: usize,
     bytes: &'a [u8],
     proof: Proof,
@@ -164,12 +164,12 @@ enum Proof {
 /// are still in the core's cache.
 fn prove(
     file: &[u8],
-    shapes: &[Shape],
-    table: &[Section],
+    shapes: &[SectionLayout],
+    table: &[SectionEntry],
     scene: &Scene,
     claim: &UnverifiedBvh,
     first_array: usize,
-) -> Result<(), Fault> {
+) -> Result<(), CacheFault> {
     let blocks = blocks(file, table, scene, claim, first_array);
     let sums: Vec<AtomicU32> = blocks.iter().map(|_| AtomicU32::new(0)).collect();
     let nonsense = AtomicUsize::new(usize::MAX);
@@ -192,24 +192,24 @@ fn prove(
     }
     for (k, (whole, section)) in whole.into_iter().zip(table).enumerate() {
         if whole.finalize() != section.checksum {
-            return Err(Fault::Damaged(shapes[k].0));
+            return Err(CacheFault::Damaged(shapes[k].0));
         }
     }
     // Only now, so that a flipped bit is called what it is.
     match nonsense.into_inner() {
         usize::MAX => Ok(()),
-        section => Err(Fault::Nonsense(shapes[section].0)),
+        section => Err(CacheFault::Nonsense(shapes[section].0)),
     }
 }
 
 /// All sections in blocks of whole rows: settings and texels, the columns, the levels, the arrays of the tree.
 fn blocks<'a>(
     file: &'a [u8],
-    table: &[Section],
+    table: &[SectionEntry],
     scene: &'a Scene,
     claim: &'a UnverifiedBvh,
     first_array: usize,
-) -> Vec<Block<'a>> {
+) -> Vec<VerifyTask<'a>> {
     let mut checks = vec![Check::Any; first_array];
     for (check, rows) in checks[2..].iter_mut().zip(columns(scene)) {
         *check = rows.check;
@@ -221,7 +221,7 @@ fn blocks<'a>(
         all.extend(
             bytes
                 .chunks(BLOCK / row_bytes * row_bytes)
-                .map(|bytes| Block {
+                .map(|bytes| VerifyTask {
                     section: k,
                     bytes,
                     proof: Proof::Rows(checks[k]),
@@ -230,7 +230,7 @@ fn blocks<'a>(
     }
     all.extend((0..claim.blocks()).map(|k| {
         let (array, bytes) = claim.block(k);
-        Block {
+        VerifyTask {
             section: first_array + array,
             bytes,
             proof: Proof::Tree(k),

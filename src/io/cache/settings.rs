@@ -1,7 +1,9 @@
 //! What of a scene is no column, as bytes: numbers little-endian, floats by their bits, texts with their length before.
 
 use glam::Vec3;
-use phalanx_scene::{MAX_TEXTURE_SIDE, Quantize, Scene, Texture, Tone, Transfer, View, Wrap};
+use phalanx_scene::{
+    MAX_TEXTURE_SIDE, OutputEncoding, Quantize, Scene, Texture, Transfer, View, Wrap,
+};
 
 /// What stands in the settings beside the scene's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,20 +14,20 @@ pub(super) struct Extra {
 
 /// The settings of a scene.
 pub(super) fn write(scene: &Scene, extra: Extra) -> Vec<u8> {
-    let mut out = Writer(Vec::new());
+    let mut out = SettingsWriter(Vec::new());
     for number in [scene.width, scene.height, scene.max_depth] {
         out.word(number);
     }
     out.vec3(scene.background);
-    out.float(scene.unit);
+    out.float(scene.scale);
     for axis in scene.origin {
         out.double(axis);
     }
-    out.word(scene.tone.transfer as u32);
-    out.word(scene.tone.quantize as u32);
+    out.word(scene.encoding.transfer as u32);
+    out.word(scene.encoding.quantize as u32);
     let view = &scene.view;
-    for place in [view.eye, view.center, view.up] {
-        out.vec3(place);
+    for position in [view.eye, view.center, view.up] {
+        out.vec3(position);
     }
     out.float(view.fovy);
     out.text(scene.output.as_deref());
@@ -47,15 +49,15 @@ pub(super) fn write(scene: &Scene, extra: Extra) -> Vec<u8> {
 
 /// A scene of these settings, its columns empty and its textures without texels; `None` if they are no settings.
 pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
-    let mut input = Reader(bytes);
+    let mut input = SettingsReader(bytes);
     let mut scene = Scene {
         width: input.word()?,
         height: input.word()?,
         max_depth: input.word()?,
         background: input.vec3()?,
-        unit: input.float()?,
+        scale: input.float()?,
         origin: [input.double()?, input.double()?, input.double()?],
-        tone: Tone {
+        encoding: OutputEncoding {
             transfer: input.one_of([Transfer::None, Transfer::Srgb])?,
             quantize: input.one_of([Quantize::Floor, Quantize::Round])?,
         },
@@ -84,8 +86,9 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     if !scene.textures.iter().all(fits) {
         return None;
     }
-    // Of what tracing multiplies with, nothing that is no number; and a unit as `Scene::fit_range` makes it.
-    let power = scene.unit > 0.0 && scene.unit.is_normal() && scene.unit.to_bits() & 0x7f_ffff == 0;
+    // Of what tracing multiplies with, nothing that is no number; and a unit as `Scene::rescale_to_f32_range` makes it.
+    let power =
+        scene.scale > 0.0 && scene.scale.is_normal() && scene.scale.to_bits() & 0x7f_ffff == 0;
     let places = scene.origin.iter().all(|axis| axis.is_finite());
     if !scene.background.is_finite() || !power || !places {
         return None;
@@ -94,9 +97,9 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     input.0.is_empty().then_some((scene, Extra { sah }))
 }
 
-struct Writer(Vec<u8>);
+struct SettingsWriter(Vec<u8>);
 
-impl Writer {
+impl SettingsWriter {
     fn word(&mut self, word: u32) {
         self.0.extend(word.to_le_bytes());
     }
@@ -123,10 +126,10 @@ impl Writer {
     }
 }
 
-/// Reads what [`Writer`] wrote; counts are never trusted before as many bytes are there.
-struct Reader<'a>(&'a [u8]);
+/// Reads what [`SettingsWriter`] wrote; counts are never trusted before as many bytes are there.
+struct SettingsReader<'a>(&'a [u8]);
 
-impl Reader<'_> {
+impl SettingsReader<'_> {
     fn word(&mut self) -> Option<u32> {
         let (word, rest) = self.0.split_first_chunk()?;
         self.0 = rest;
@@ -174,8 +177,8 @@ mod tests {
             width: 7,
             max_depth: 3,
             output: Some("bild-ä.png".into()),
-            tone: Tone::SRGB,
-            unit: 0.25,
+            encoding: OutputEncoding::SRGB,
+            scale: 0.25,
             origin: [500_000.1, -0.0, -4e6],
             background: Vec3::new(0.1, -0.0, 3.0),
             ..Scene::default()
@@ -201,9 +204,9 @@ mod tests {
         assert!(read(&[&bytes[..], &[0]].concat()).is_none());
         let spoiled = [
             |s: &mut Scene| s.background.y = f32::NAN,
-            |s: &mut Scene| s.unit = 0.75,
-            |s: &mut Scene| s.unit = 0.0,
-            |s: &mut Scene| s.unit = -1.0,
+            |s: &mut Scene| s.scale = 0.75,
+            |s: &mut Scene| s.scale = 0.0,
+            |s: &mut Scene| s.scale = -1.0,
             |s: &mut Scene| s.origin[1] = f64::NAN,
             |s: &mut Scene| s.origin[2] = f64::INFINITY,
             |s: &mut Scene| s.textures[0].width = 0,

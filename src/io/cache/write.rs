@@ -2,7 +2,7 @@
 
 use super::BLOCK;
 use super::columns::columns;
-use super::header::{self, Shape};
+use super::header::{self, SectionLayout};
 use super::settings::{self, Extra};
 use phalanx_scene::Scene;
 use phalanx_trace::bvh::{Bvh, BvhError};
@@ -11,7 +11,7 @@ use std::io::{self, Write};
 
 /// Why a cache could not be written.
 #[derive(Debug, thiserror::Error)]
-pub enum WriteError {
+pub enum CacheWriteError {
     /// The file could not be written.
     #[error(transparent)]
     Io(#[from] io::Error),
@@ -21,15 +21,15 @@ pub enum WriteError {
 }
 
 /// A section: one row after another, from one or several slices.
-pub(super) struct Section<'a> {
+pub(super) struct SectionData<'a> {
     pub(super) name: &'static str,
     pub(super) row_bytes: usize,
     pub(super) parts: Vec<&'a [u8]>,
 }
 
-impl<'a> Section<'a> {
-    fn of(name: &'static str, row_bytes: usize, bytes: &'a [u8]) -> Section<'a> {
-        Section {
+impl<'a> SectionData<'a> {
+    fn of(name: &'static str, row_bytes: usize, bytes: &'a [u8]) -> SectionData<'a> {
+        SectionData {
             name,
             row_bytes,
             parts: vec![bytes],
@@ -63,25 +63,29 @@ pub(super) fn sections<'a>(
     bvh: &'a Bvh,
     settings: &'a [u8],
     levels: &'a [u16],
-) -> Vec<Section<'a>> {
-    let mut all = vec![Section::of("settings", 1, settings)];
+) -> Vec<SectionData<'a>> {
+    let mut all = vec![SectionData::of("settings", 1, settings)];
     let texels = scene.textures.iter();
-    all.push(Section {
+    all.push(SectionData {
         name: "texels",
         row_bytes: size_of::<[u8; 3]>(),
         parts: texels.map(|t| bytemuck::cast_slice(&t.texels)).collect(),
     });
     let columns = columns(scene).into_iter();
-    all.extend(columns.map(|rows| Section::of(rows.name, rows.row_bytes, rows.bytes)));
+    all.extend(columns.map(|rows| SectionData::of(rows.name, rows.row_bytes, rows.bytes)));
     let levels = bytemuck::cast_slice(levels);
-    all.push(Section::of("levels of the tree", size_of::<u16>(), levels));
+    all.push(SectionData::of(
+        "levels of the tree",
+        size_of::<u16>(),
+        levels,
+    ));
     let arrays = bvh.arrays().into_iter();
-    all.extend(arrays.map(|array| Section::of(array.name, array.row_bytes, array.bytes)));
+    all.extend(arrays.map(|array| SectionData::of(array.name, array.row_bytes, array.bytes)));
     all
 }
 
 /// Names and row sizes of all sections, in their order.
-pub(super) fn shapes() -> Vec<Shape> {
+pub(super) fn shapes() -> Vec<SectionLayout> {
     let (scene, bvh) = (Scene::default(), Bvh::default());
     let sections = sections(&scene, &bvh, &[], &[]);
     sections.iter().map(|s| (s.name, s.row_bytes)).collect()
@@ -107,12 +111,12 @@ pub fn fingerprint(scene: &Scene) -> u64 {
 /// The same scene and tree give the same bytes on every machine of the same byte order.
 ///
 /// # Errors
-/// [`WriteError`]; then half of the file may have been written.
-pub fn write(out: &mut dyn Write, scene: &Scene, bvh: &Bvh) -> Result<u64, WriteError> {
+/// [`CacheWriteError`]; then half of the file may have been written.
+pub fn write(out: &mut dyn Write, scene: &Scene, bvh: &Bvh) -> Result<u64, CacheWriteError> {
     let settings = settings::write(scene, Extra { sah: bvh.sah() });
     let levels = bvh.depths()?;
     let sections = sections(scene, bvh, &settings, &levels);
-    let shapes: Vec<Shape> = sections.iter().map(|s| (s.name, s.row_bytes)).collect();
+    let shapes: Vec<SectionLayout> = sections.iter().map(|s| (s.name, s.row_bytes)).collect();
     let table: Vec<(u64, u32)> = sections
         .iter()
         .map(|s| ((s.bytes() / s.row_bytes) as u64, s.checksum()))

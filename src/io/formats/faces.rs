@@ -21,7 +21,7 @@ const ATTRIBUTE_BYTES: u64 = 12;
 /// Bytes that a face of so many corners takes beyond `paid`, which the size of its text stands for:
 /// of a polygon with short numbers, two bytes of file are a triangle.
 #[inline]
-pub(super) fn bytes_beyond(corners: usize, attributes: u64, paid: u64) -> u64 {
+pub(super) fn extra_bytes(corners: usize, attributes: u64, paid: u64) -> u64 {
     let triangles = corners.saturating_sub(2) as u64;
     (triangles * (TRIANGLE_BYTES + attributes * ATTRIBUTE_BYTES)).saturating_sub(paid)
 }
@@ -45,7 +45,7 @@ pub(super) fn cutting_bytes<'a>(pieces: impl Iterator<Item = &'a Faces>, threads
 
 /// Attributes of a corner: which column a number belongs to.
 pub(super) const VERTEX: usize = 0;
-pub(super) const TEXTURE_PLACE: usize = 1;
+pub(super) const UV: usize = 1;
 pub(super) const NORMAL: usize = 2;
 
 /// A relative number that is the first row of the piece: far from [`NONE`], whichever way it goes from there.
@@ -53,7 +53,7 @@ pub(super) const RELATIVE_ZERO: u32 = 1 << 31;
 
 /// One corner of a face: the numbers of its vertex, texture place and normal, from 0.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corner {
+pub(super) struct FaceCorner {
     pub(super) numbers: [u32; 3],
     /// Bit k: number k counts from the first row of the piece, which is [`RELATIVE_ZERO`].
     pub(super) relative: u8,
@@ -99,7 +99,7 @@ impl Faces {
 
     /// Adds a face of at least three corners.
     #[inline]
-    pub(super) fn add(&mut self, corners: &[Corner]) {
+    pub(super) fn add(&mut self, corners: &[FaceCorner]) {
         self.note_polygon(corners.len());
         for k in 2..corners.len() {
             self.add_triangle([corners[0], corners[k - 1], corners[k]]);
@@ -117,7 +117,7 @@ impl Faces {
     }
 
     #[inline]
-    fn add_triangle(&mut self, corners: [Corner; 3]) {
+    fn add_triangle(&mut self, corners: [FaceCorner; 3]) {
         let row = self.len();
         let relative = corners.iter().any(|c| c.relative != 0);
         if relative || !self.relative.is_empty() {
@@ -128,7 +128,7 @@ impl Faces {
             self.relative.push(bits);
         }
         self.columns[VERTEX].push(corners.map(|c| c.numbers[VERTEX]));
-        for attribute in [TEXTURE_PLACE, NORMAL] {
+        for attribute in [UV, NORMAL] {
             let numbers = corners.map(|c| c.numbers[attribute]);
             let column = &mut self.columns[attribute];
             if numbers[0] != NONE || !column.is_empty() {
@@ -198,8 +198,8 @@ impl Faces {
 mod tests {
     use super::*;
 
-    fn corner(v: u32, n: u32, relative: u8) -> Corner {
-        Corner {
+    fn corner(v: u32, n: u32, relative: u8) -> FaceCorner {
+        FaceCorner {
             numbers: [v, NONE, n],
             relative,
         }
@@ -214,7 +214,7 @@ mod tests {
         faces.add(&face(NONE, 0));
         assert_eq!(faces.columns[NORMAL].len(), 3);
         assert_eq!(faces.columns[NORMAL][0], [NONE; 3]);
-        assert!(faces.columns[TEXTURE_PLACE].is_empty());
+        assert!(faces.columns[UV].is_empty());
         faces.resolve([100, 200, 300]);
         assert_eq!(faces.columns[NORMAL][1], [307; 3]);
         assert_eq!(faces.columns[VERTEX], [[0, 1, 2]; 3]);

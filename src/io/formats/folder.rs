@@ -1,14 +1,14 @@
 //! The folder of a scene file: the only place from which files that it names are read.
 
-use super::allowance::Allowance;
-use super::report::quoted;
+use super::diagnostics::quoted;
+use super::memory_budget::MemoryBudget;
 use std::path::{Component, Path, PathBuf};
 
 /// Where files beside the scene file are looked for.
 pub(super) struct Folder {
     /// `None` for a scene without a file.
     path: Option<PathBuf>,
-    allowance: Allowance,
+    allowance: MemoryBudget,
 }
 
 impl Folder {
@@ -17,28 +17,28 @@ impl Folder {
         let parent = file.parent().filter(|p| !p.as_os_str().is_empty());
         Folder {
             path: Some(parent.unwrap_or(Path::new(".")).to_path_buf()),
-            allowance: Allowance::of(None),
+            allowance: MemoryBudget::of(None),
         }
     }
 
     /// No folder: nothing is found.
-    pub(super) fn nowhere() -> Folder {
+    pub(super) fn none() -> Folder {
         Folder {
             path: None,
-            allowance: Allowance::of(None),
+            allowance: MemoryBudget::of(None),
         }
     }
 
     /// The same folder, with so much memory for what the scene file names.
     pub(super) fn within(self, most: Option<u64>) -> Folder {
         Folder {
-            allowance: Allowance::of(most),
+            allowance: MemoryBudget::of(most),
             ..self
         }
     }
 
     /// The memory for what the scene file names.
-    pub(super) fn allowance(&self) -> &Allowance {
+    pub(super) fn allowance(&self) -> &MemoryBudget {
         &self.allowance
     }
 
@@ -92,10 +92,10 @@ mod tests {
         std::fs::create_dir_all(folder.join("maps")).unwrap();
         std::fs::write(outer.path().join("secret"), "no").unwrap();
         std::fs::write(folder.join("maps/wood.png"), "yes").unwrap();
-        let beside = Folder::of(&folder.join("a.obj"));
-        let wood = beside.find("maps/wood.png").unwrap();
-        assert_eq!(beside.read(&wood).unwrap(), b"yes");
-        assert_eq!(beside.find(".\\maps\\wood.png").unwrap(), wood);
+        let asset_dir = Folder::of(&folder.join("a.obj"));
+        let wood = asset_dir.find("maps/wood.png").unwrap();
+        assert_eq!(asset_dir.read(&wood).unwrap(), b"yes");
+        assert_eq!(asset_dir.find(".\\maps\\wood.png").unwrap(), wood);
         let absolute = outer.path().join("secret");
         for outside in [
             "../secret",
@@ -105,12 +105,12 @@ mod tests {
             "absent",
             absolute.to_str().unwrap(),
         ] {
-            assert!(beside.find(outside).is_err(), "{outside}");
+            assert!(asset_dir.find(outside).is_err(), "{outside}");
         }
         #[cfg(unix)]
         {
             std::os::unix::fs::symlink(&absolute, folder.join("link")).unwrap();
-            assert!(beside.find("link").unwrap_err().contains("leads out"));
+            assert!(asset_dir.find("link").unwrap_err().contains("leads out"));
         }
     }
 }

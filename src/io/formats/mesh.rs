@@ -1,33 +1,35 @@
 //! What the readers of meshes have in common: faults found piece by piece, vertices that are no numbers, and the end.
 
-use super::complete::complete;
-use super::faces::{Faces, NORMAL, TEXTURE_PLACE, VERTEX};
+use super::defaults::finish_scene;
+use super::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, Span};
+use super::faces::{Faces, NORMAL, UV, VERTEX};
 use super::mesh_defaults::{BARE, GREY, empty_scene};
-use super::origin::{self, Stop};
-use super::report::{MAX_DIAGNOSTICS, Place, Report};
+use super::origin::{self, ReadStop};
 use super::workers;
 use super::{Loaded, Options};
-use phalanx_scene::{Column, Mesh, MeshMaterial, Palette, Prim, Scene, Surface, Vec2s, Vec3s};
+use phalanx_scene::{
+    Column, Material, MaterialTable, Mesh, MeshMaterial, Prim, Scene, Vec2s, Vec3s,
+};
 
 /// Something wrong in a piece of the file.
 #[derive(Debug)]
-pub(super) struct Fault {
-    place: Place,
+pub(super) struct ParseError {
+    span: Span,
     message: String,
     help: Option<&'static str>,
 }
 
-impl Fault {
-    pub(super) fn new(place: Place, message: impl Into<String>) -> Fault {
-        Fault {
-            place,
+impl ParseError {
+    pub(super) fn new(span: Span, message: impl Into<String>) -> ParseError {
+        ParseError {
+            span,
             message: message.into(),
             help: None,
         }
     }
 
-    pub(super) fn with_help(self, help: &'static str) -> Fault {
-        Fault {
+    pub(super) fn with_help(self, help: &'static str) -> ParseError {
+        ParseError {
             help: Some(help),
             ..self
         }
@@ -36,12 +38,12 @@ impl Fault {
 
 /// The first faults of a piece: no more than will be told.
 #[derive(Debug, Default)]
-pub(super) struct Faults(Vec<Fault>);
+pub(super) struct ParseErrors(Vec<ParseError>);
 
-impl Faults {
-    pub(super) fn push(&mut self, fault: Fault) {
+impl ParseErrors {
+    pub(super) fn push(&mut self, error: ParseError) {
         if !self.is_full() {
-            self.0.push(fault);
+            self.0.push(error);
         }
     }
 
@@ -55,24 +57,30 @@ impl Faults {
     }
 
     /// Tells them all.
-    pub(super) fn tell(self, report: &mut Report) {
-        for fault in self.0 {
-            match fault.help {
-                Some(help) => report.error_with_help(fault.place, fault.message, help),
-                None => report.error(fault.place, fault.message),
+    pub(super) fn emit(self, report: &mut DiagnosticSink) {
+        for error in self.0 {
+            match error.help {
+                Some(help) => report.error_with_help(error.span, error.message, help),
+                None => report.error(error.span, error.message),
             }
         }
     }
 }
 
-impl Faults {
-    /// Tells them all, as those of another file that is named at `place`.
-    pub(super) fn tell_of_other(self, name: &str, text: &[u8], place: Place, report: &mut Report) {
-        let mut other = Report::new(text);
-        self.tell(&mut other);
+impl ParseErrors {
+    /// Tells them all, as those of another file that is named at `span`.
+    pub(super) fn emit_for_file(
+        self,
+        name: &str,
+        text: &[u8],
+        span: Span,
+        report: &mut DiagnosticSink,
+    ) {
+        let mut other = DiagnosticSink::new(text);
+        self.emit(&mut other);
         for d in other.finish().err().unwrap_or_default() {
             report.error(
-                place,
+                span,
                 format!("{name}:{}:{}: {}", d.line, d.column, d.message),
             );
         }
@@ -81,27 +89,27 @@ impl Faults {
 
 /// How often something was met, and where first.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct Occurrences {
     pub(super) count: usize,
-    pub(super) first: Option<Place>,
+    pub(super) first: Option<Span>,
 }
 
-impl Tally {
-    pub(super) fn add(&mut self, place: Place) {
+impl Occurrences {
+    pub(super) fn add(&mut self, span: Span) {
         self.count += 1;
-        self.first.get_or_insert(place);
+        self.first.get_or_insert(span);
     }
 
     /// Adds what a later piece met.
-    pub(super) fn merge(&mut self, later: Tally) {
+    pub(super) fn merge(&mut self, later: Occurrences) {
         self.count += later.count;
         self.first = self.first.or(later.first);
     }
 
     /// One warning for all, where there are any.
-    pub(super) fn warn(&self, report: &mut Report, message: impl FnOnce(usize) -> String) {
-        if let Some(place) = self.first {
-            report.warning(place, message(self.count));
+    pub(super) fn warn(&self, report: &mut DiagnosticSink, message: impl FnOnce(usize) -> String) {
+        if let Some(span) = self.first {
+            report.warning(span, message(self.count));
         }
     }
 }
@@ -110,14 +118,14 @@ impl Tally {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NotFinite {
     pub(super) number: u32,
-    pub(super) place: Place,
+    pub(super) span: Span,
 }
 
 /// Tells of vertices that are not finite (ascending): an error where a face uses one. Their rows have been zeroed.
-pub(super) fn tell_not_finite<'a>(
+pub(super) fn report_not_finite<'a>(
     vertices: &[NotFinite],
     corners: impl Iterator<Item = &'a [[u32; 3]]>,
-    report: &mut Report,
+    report: &mut DiagnosticSink,
 ) {
     if vertices.is_empty() {
         return;
@@ -128,14 +136,11 @@ pub(super) fn tell_not_finite<'a>(
             used[k] = true;
         }
     }
-    let mut unused = Tally::default();
+    let mut unused = Occurrences::default();
     for (vertex, used) in vertices.iter().zip(used) {
         match used {
-            true => report.error(
-                vertex.place,
-                "this vertex is not finite, and a face uses it",
-            ),
-            false => unused.add(vertex.place),
+            true => report.error(vertex.span, "this vertex is not finite, and a face uses it"),
+            false => unused.add(vertex.span),
         }
     }
     unused.warn(report, |count| match count {
@@ -145,7 +150,7 @@ pub(super) fn tell_not_finite<'a>(
 }
 
 /// Tells of normals that cannot be used.
-pub(super) fn tell_bad_normals(bad: &[NotFinite], report: &mut Report) {
+pub(super) fn warn_bad_normals(bad: &[NotFinite], report: &mut DiagnosticSink) {
     let Some(first) = bad.first() else {
         return;
     };
@@ -155,12 +160,12 @@ pub(super) fn tell_bad_normals(bad: &[NotFinite], report: &mut Report) {
             "{count} normals are zero or not finite, this one first: faces that use them are shaded flat"
         ),
     };
-    report.warning(first.place, message);
+    report.warning(first.span, message);
 }
 
 /// Columns of the whole file, joined from its pieces.
 #[derive(Debug, Default)]
-pub(super) struct Joined {
+pub(super) struct MergedMesh {
     pub(super) vertices: Vec3s,
     pub(super) vertex_normals: Vec3s,
     pub(super) vertex_uvs: Vec2s,
@@ -171,7 +176,7 @@ pub(super) struct Joined {
 }
 
 /// Joins columns of floats, each of which is given in pieces, on several threads.
-pub(super) fn join_floats<const N: usize>(
+pub(super) fn merge_floats<const N: usize>(
     threads: usize,
     columns: [Vec<Vec<f32>>; N],
 ) -> [Column<f32>; N] {
@@ -180,9 +185,9 @@ pub(super) fn join_floats<const N: usize>(
 }
 
 /// Joins the faces of all pieces. A column that only some of them have gets rows without numbers for the others.
-pub(super) fn join_faces(threads: usize, pieces: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
+pub(super) fn merge_faces(threads: usize, pieces: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
     let mut columns: [Vec<Vec<[u32; 3]>>; 3] = Default::default();
-    let has = [VERTEX, TEXTURE_PLACE, NORMAL]
+    let has = [VERTEX, UV, NORMAL]
         .map(|attribute| pieces.iter().any(|p| !p.columns[attribute].is_empty()));
     for mut piece in pieces {
         let rows = piece.len();
@@ -197,25 +202,25 @@ pub(super) fn join_faces(threads: usize, pieces: Vec<Faces>) -> [Vec<[u32; 3]>; 
 }
 
 /// The surface of triangles for which the file names none.
-pub(super) fn default_surface(options: &Options) -> Surface {
+pub(super) fn default_material(options: &Options) -> Material {
     options.material.unwrap_or(GREY)
 }
 
 /// A scene of the mesh alone, with its default material as row 0.
-pub(super) fn bare_scene(options: &Options, palette: &mut Palette) -> Scene {
+pub(super) fn bare_scene(options: &Options, table: &mut MaterialTable) -> Scene {
     let mut scene = empty_scene();
-    palette.row(&default_surface(options), &mut scene.materials);
+    table.intern(&default_material(options), &mut scene.materials);
     scene
 }
 
 /// Puts a mesh into its scene, adds what is missing, and checks all of it.
 pub(super) fn finish(
     mut scene: Scene,
-    mut joined: Joined,
+    mut joined: MergedMesh,
     options: &Options,
-    mut report: Report,
-) -> Result<Loaded, Stop> {
-    if let Some(origin) = options.origin.moved() {
+    mut report: DiagnosticSink,
+) -> Result<Loaded, ReadStop> {
+    if let Some(origin) = options.origin.offset() {
         let (vertices, corners) = (&mut joined.vertices, &joined.faces[VERTEX]);
         origin::move_exactly(vertices, corners, joined.single, origin)?;
     }
@@ -238,5 +243,5 @@ pub(super) fn finish(
             material: joined.material,
         });
     }
-    complete(scene, &BARE, options, report)
+    finish_scene(scene, &BARE, options, report)
 }

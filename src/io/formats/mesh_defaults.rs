@@ -1,11 +1,11 @@
 //! What a picture of a bare mesh is made with.
 
-use super::complete::Missing;
+use super::defaults::MissingParts;
 use glam::Vec3;
-use phalanx_scene::{Scene, Surface, Tone};
+use phalanx_scene::{Material, OutputEncoding, Scene};
 
 /// The material of a mesh that names none: a warm light grey, matt.
-pub(super) const GREY: Surface = Surface {
+pub(super) const GREY: Material = Material {
     ka: Vec3::new(0.075, 0.073, 0.07),
     ke: Vec3::ZERO,
     kd: Vec3::new(0.75, 0.73, 0.70),
@@ -18,7 +18,7 @@ pub(super) const GREY: Surface = Surface {
 };
 
 /// What formats of nothing but triangles do not say.
-pub(super) const BARE: Missing = Missing {
+pub(super) const BARE: MissingParts = MissingParts {
     view: true,
     lights: true,
     background: true,
@@ -30,7 +30,7 @@ pub(super) fn empty_scene() -> Scene {
         width: 1280,
         height: 960,
         max_depth: 5,
-        tone: Tone::SRGB,
+        encoding: OutputEncoding::SRGB,
         ..Scene::default()
     }
 }

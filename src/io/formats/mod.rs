@@ -1,12 +1,13 @@
 //! Bytes to [`Scene`]: the only place where a scene file can be wrong.
 
-mod allowance;
 mod bytes;
-mod complete;
 mod decimal;
+mod defaults;
+mod diagnostics;
 mod faces;
 mod folder;
 mod gltf;
+mod memory_budget;
 mod mesh;
 mod mesh_defaults;
 mod nff;
@@ -15,22 +16,21 @@ mod obj;
 mod origin;
 mod picture;
 mod ply;
-mod report;
 mod stl;
 mod test_scene;
 mod texture;
 mod workers;
 
-pub use complete::amend;
+pub use defaults::override_scene;
+pub use diagnostics::MAX_DIAGNOSTICS;
 pub use origin::Origin;
 pub(crate) use origin::note as origin_note;
-pub use report::MAX_DIAGNOSTICS;
 
+use diagnostics::{DiagnosticSink, Span};
 use folder::Folder;
 use glam::{DVec3, Vec3};
-use origin::Stop;
-use phalanx_scene::{FileView, Scene, Surface};
-use report::{Place, Report};
+use origin::ReadStop;
+use phalanx_scene::{FileView, Material, Scene};
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io;
@@ -120,11 +120,11 @@ pub struct Options {
     /// Instead of the file's camera.
     pub view: Option<FileView>,
     /// Instead of the file's lights, unless empty.
-    pub lights: Vec<Light>,
+    pub lights: Vec<AddedLight>,
     /// Instead of the file's background.
     pub background: Option<Vec3>,
     /// For triangles whose file names no material.
-    pub material: Option<Surface>,
+    pub material: Option<Material>,
     /// Where the scene's origin is put.
     pub origin: Origin,
     /// Threads that a reader may use; 0 for one per CPU.
@@ -137,7 +137,7 @@ pub struct Options {
 
 /// A light of [`Options`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Light {
+pub enum AddedLight {
     /// A point light that does not fade.
     Point {
         /// Where it is, in the file's coordinates.
@@ -156,7 +156,7 @@ pub enum Light {
 
 /// A scene format, by the ending of its files.
 #[derive(Clone, Copy)]
-enum Format {
+enum SceneFormat {
     Test,
     Nff,
     Gltf,
@@ -165,19 +165,19 @@ enum Format {
     Stl,
 }
 
-impl Format {
-    const ALL: [(&'static str, Format); 7] = [
-        ("test", Format::Test),
-        ("nff", Format::Nff),
-        ("gltf", Format::Gltf),
-        ("glb", Format::Gltf),
-        ("obj", Format::Obj),
-        ("ply", Format::Ply),
-        ("stl", Format::Stl),
+impl SceneFormat {
+    const ALL: [(&'static str, SceneFormat); 7] = [
+        ("test", SceneFormat::Test),
+        ("nff", SceneFormat::Nff),
+        ("gltf", SceneFormat::Gltf),
+        ("glb", SceneFormat::Gltf),
+        ("obj", SceneFormat::Obj),
+        ("ply", SceneFormat::Ply),
+        ("stl", SceneFormat::Stl),
     ];
 
-    fn of(ending: &OsStr) -> Option<Format> {
-        let named = Format::ALL.iter();
+    fn of(ending: &OsStr) -> Option<SceneFormat> {
+        let named = SceneFormat::ALL.iter();
         named
             .filter(|(name, _)| ending.eq_ignore_ascii_case(name))
             .map(|&(_, format)| format)
@@ -187,20 +187,20 @@ impl Format {
     /// The part of the file whose lines mean anything to a person.
     fn text(self, bytes: &[u8]) -> String {
         match self {
-            Format::Gltf if gltf::is_binary(bytes) => String::new(),
-            Format::Test | Format::Nff | Format::Gltf => {
+            SceneFormat::Gltf if gltf::is_binary(bytes) => String::new(),
+            SceneFormat::Test | SceneFormat::Nff | SceneFormat::Gltf => {
                 String::from_utf8_lossy(bytes).into_owned()
             }
-            Format::Obj => shown(bytes),
-            Format::Ply => shown(ply::text_part(bytes)),
-            Format::Stl => shown(stl::text_part(bytes)),
+            SceneFormat::Obj => lossy_text(bytes),
+            SceneFormat::Ply => lossy_text(ply::text_part(bytes)),
+            SceneFormat::Stl => lossy_text(stl::text_part(bytes)),
         }
     }
 }
 
 /// The endings of the files that [`load`] reads.
 pub fn endings() -> impl Iterator<Item = &'static str> {
-    Format::ALL.iter().map(|&(ending, _)| ending)
+    SceneFormat::ALL.iter().map(|&(ending, _)| ending)
 }
 
 /// Reads a scene file, choosing the format by its ending.
@@ -252,8 +252,8 @@ pub fn load_bytes(
     load_read(path, format, bytes, options)
 }
 
-fn known_format(path: &Path, ending: Option<&OsStr>) -> Result<Format, LoadError> {
-    let known = ending.and_then(Format::of);
+fn known_format(path: &Path, ending: Option<&OsStr>) -> Result<SceneFormat, LoadError> {
+    let known = ending.and_then(SceneFormat::of);
     known.ok_or_else(|| LoadError::UnknownFormat {
         path: path.to_path_buf(),
     })
@@ -261,14 +261,14 @@ fn known_format(path: &Path, ending: Option<&OsStr>) -> Result<Format, LoadError
 
 fn load_read(
     path: &Path,
-    format: Format,
+    format: SceneFormat,
     bytes: &[u8],
     options: &Options,
 ) -> Result<Loaded, LoadError> {
-    let beside = Folder::of(path).within(options.max_memory);
-    read(format, bytes, &beside, options).map_err(|diagnostics| {
+    let asset_dir = Folder::of(path).within(options.max_memory);
+    read(format, bytes, &asset_dir, options).map_err(|diagnostics| {
         let path = path.to_path_buf();
-        match beside.allowance().refusal() {
+        match asset_dir.allowance().refusal() {
             Some(refused) => LoadError::Memory {
                 path,
                 what: refused.what,
@@ -286,9 +286,9 @@ fn load_read(
 
 /// Reads a file as it stands, and once more where its geometry turns out to be far away: see [`origin`].
 fn read(
-    format: Format,
+    format: SceneFormat,
     bytes: &[u8],
-    beside: &Folder,
+    asset_dir: &Folder,
     options: &Options,
 ) -> Result<Loaded, Vec<Diagnostic>> {
     let mut options = options.clone();
@@ -297,10 +297,10 @@ fn read(
     let mut readings = 0;
     loop {
         readings += 1;
-        let origin = options.origin.place();
-        match read_once(format, bytes, beside, &options) {
+        let origin = options.origin.position();
+        match read_once(format, bytes, asset_dir, &options) {
             Ok(mut loaded) => {
-                let again = !chosen && loaded.scene.is_moved() && readings < origin::READINGS;
+                let again = !chosen && loaded.scene.is_moved() && readings < origin::MAX_READINGS;
                 match origin::of_scene(&loaded.scene).filter(|_| again) {
                     Some(farther) => options.origin = Origin::At((origin + farther).into()),
                     None => {
@@ -310,9 +310,9 @@ fn read(
                     }
                 }
             }
-            Err(Stop::Wrong(diagnostics)) => return Err(diagnostics),
-            Err(Stop::Far(place)) => options.origin = Origin::At(place.into()),
-            Err(Stop::Inexact) => {
+            Err(ReadStop::Wrong(diagnostics)) => return Err(diagnostics),
+            Err(ReadStop::Far(position)) => options.origin = Origin::At(position.into()),
+            Err(ReadStop::Inexact) => {
                 options.origin = Origin::File;
                 notes.push(
                     "the scene keeps the origin of its file: its coordinates are single precision, and moving them \
@@ -325,19 +325,19 @@ fn read(
 }
 
 fn read_once(
-    format: Format,
+    format: SceneFormat,
     bytes: &[u8],
-    beside: &Folder,
+    asset_dir: &Folder,
     options: &Options,
-) -> Result<Loaded, Stop> {
+) -> Result<Loaded, ReadStop> {
     match format {
-        Format::Test => test_scene::read(text_of(bytes)?, options),
-        Format::Nff => nff::read(text_of(bytes)?, options),
-        Format::Gltf if gltf::is_binary(bytes) => gltf::read(bytes, beside, options),
-        Format::Gltf => gltf::read(text_of(bytes)?.as_bytes(), beside, options),
-        Format::Obj => obj::read(bytes, beside, options),
-        Format::Ply => ply::read(bytes, beside.allowance(), options),
-        Format::Stl => stl::read(bytes, options),
+        SceneFormat::Test => test_scene::read(text_of(bytes)?, options),
+        SceneFormat::Nff => nff::read(text_of(bytes)?, options),
+        SceneFormat::Gltf if gltf::is_binary(bytes) => gltf::read(bytes, asset_dir, options),
+        SceneFormat::Gltf => gltf::read(text_of(bytes)?.as_bytes(), asset_dir, options),
+        SceneFormat::Obj => obj::read(bytes, asset_dir, options),
+        SceneFormat::Ply => ply::read(bytes, asset_dir.allowance(), options),
+        SceneFormat::Stl => stl::read(bytes, options),
     }
 }
 
@@ -351,9 +351,9 @@ pub fn read_bytes(
     bytes: &[u8],
     options: &Options,
 ) -> Option<Result<Loaded, Vec<Diagnostic>>> {
-    let format = Format::of(OsStr::new(ending))?;
-    let beside = Folder::nowhere().within(options.max_memory);
-    Some(read(format, bytes, &beside, options))
+    let format = SceneFormat::of(OsStr::new(ending))?;
+    let asset_dir = Folder::none().within(options.max_memory);
+    Some(read(format, bytes, &asset_dir, options))
 }
 
 fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
@@ -365,7 +365,7 @@ fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
 /// # Errors
 /// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
 pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
-    read_text(Format::Test, text)
+    read_text(SceneFormat::Test, text)
 }
 
 /// Reads a scene from the text of an NFF file (Eric Haines' neutral file format).
@@ -373,12 +373,12 @@ pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
 /// # Errors
 /// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
 pub fn read_nff(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
-    read_text(Format::Nff, text)
+    read_text(SceneFormat::Nff, text)
 }
 
-fn read_text(format: Format, text: &str) -> Result<Loaded, Vec<Diagnostic>> {
+fn read_text(format: SceneFormat, text: &str) -> Result<Loaded, Vec<Diagnostic>> {
     let options = Options::default();
-    read(format, text.as_bytes(), &Folder::nowhere(), &options)
+    read(format, text.as_bytes(), &Folder::none(), &options)
 }
 
 fn open(path: &Path) -> io::Result<File> {
@@ -394,7 +394,7 @@ fn open(path: &Path) -> io::Result<File> {
 
 /// Text that need not be UTF-8, such as names in old encodings: what is not becomes `?`, a byte each, so that every
 /// place stays where it is.
-fn shown(bytes: &[u8]) -> String {
+fn lossy_text(bytes: &[u8]) -> String {
     let mut out = String::with_capacity(bytes.len());
     for chunk in bytes.utf8_chunks() {
         out.push_str(chunk.valid());
@@ -405,11 +405,11 @@ fn shown(bytes: &[u8]) -> String {
 
 /// That a text file stops to be one at `offset`.
 fn not_text(bytes: &[u8], offset: usize) -> Vec<Diagnostic> {
-    let mut report = Report::new(bytes);
+    let mut report = DiagnosticSink::new(bytes);
     // Nothing wide: a byte of the file is another number of bytes where the text is shown.
-    let place = Place { offset, length: 0 };
+    let span = Span { offset, length: 0 };
     report.error_with_help(
-        place,
+        span,
         format!("byte 0x{:02X} is not UTF-8", bytes[offset]),
         "save the file as UTF-8 (or plain ASCII) text",
     );

@@ -1,6 +1,6 @@
 //! Tokens of text formats to numbers.
 
-use super::report::quoted;
+use super::diagnostics::quoted;
 
 /// A finite single-precision number; the error says what the text is instead.
 pub(super) fn number(text: &str) -> Result<f32, String> {

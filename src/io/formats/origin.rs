@@ -10,13 +10,13 @@
 //! | c | largest magnitude of the geometry's coordinates along one axis |
 //! | g | largest power of two ≤ h, at least one unit in the last place of the largest coordinate |
 //!
-//! An axis is moved where c > [`FAR`] · h, to the multiple of g that is nearest to the middle of the geometry. There
+//! An axis is moved where c > [`MAX_OFFSET_RATIO`] · h, to the multiple of g that is nearest to the middle of the geometry. There
 //! c − 2h ≤ |x| ≤ c for all coordinates x, so that origin and x lie within a factor of 2 of each other, and both are
 //! single-precision numbers if x is one: their difference is exact (Sterbenz). Axes that are not moved stay exact, too.
 //! Scenes with a ground that reaches to the origin have a large h, and do not move.
 
 use super::Diagnostic;
-use super::report::Report;
+use super::diagnostics::DiagnosticSink;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene, Vec3s};
 
@@ -25,11 +25,11 @@ use phalanx_scene::{Bounds, Scene, Vec3s};
 /// is moved: a thousandth of a pixel in a picture of 2000 pixels. Moved or not, 99.9 % of the pixels of a box over a
 /// floor are the same at 16; at 30 fewer are where samples are rounded down. Scenes that are modelled where they are
 /// used, with a corner or the eye at the origin, stay below 8.
-const FAR: f64 = 16.0;
+const MAX_OFFSET_RATIO: f64 = 16.0;
 
 /// Readings of a file: the first as it stands. What single precision leaves of coordinates says where they are to
 /// 2⁻²⁴; so a second origin may be needed for a small thing very far away, and no third, as double precision ends there.
-pub(super) const READINGS: usize = 3;
+pub(super) const MAX_READINGS: usize = 3;
 
 /// Where the origin of a scene is put that is read from a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,22 +46,22 @@ pub enum Origin {
 
 impl Origin {
     /// The origin that a reader subtracts; `None` where it reads the file as it stands.
-    pub(super) fn moved(self) -> Option<DVec3> {
+    pub(super) fn offset(self) -> Option<DVec3> {
         match self {
-            Origin::At(place) if place != [0.0; 3] => Some(place.into()),
+            Origin::At(position) if position != [0.0; 3] => Some(position.into()),
             _ => None,
         }
     }
 
     /// The origin that a reader subtracts.
-    pub(super) fn place(self) -> DVec3 {
-        self.moved().unwrap_or(DVec3::ZERO)
+    pub(super) fn position(self) -> DVec3 {
+        self.offset().unwrap_or(DVec3::ZERO)
     }
 }
 
 /// Why a reading ends without a scene.
 #[derive(Debug)]
-pub(super) enum Stop {
+pub(super) enum ReadStop {
     /// Something is wrong with the file.
     Wrong(Vec<Diagnostic>),
     /// The geometry is far away: the file is to be read again, from this origin.
@@ -70,24 +70,24 @@ pub(super) enum Stop {
     Inexact,
 }
 
-impl Stop {
+impl ReadStop {
     /// Because of the errors of a report, which has some.
-    pub(super) fn of(report: Report) -> Stop {
-        Stop::Wrong(report.finish().err().unwrap_or_default())
+    pub(super) fn of(report: DiagnosticSink) -> ReadStop {
+        ReadStop::Wrong(report.finish().err().unwrap_or_default())
     }
 
     #[cfg(test)]
     pub(super) fn diagnostics(self) -> Vec<Diagnostic> {
         match self {
-            Stop::Wrong(diagnostics) => diagnostics,
+            ReadStop::Wrong(diagnostics) => diagnostics,
             other => panic!("nothing is wrong: {other:?}"),
         }
     }
 }
 
-impl From<Vec<Diagnostic>> for Stop {
-    fn from(diagnostics: Vec<Diagnostic>) -> Stop {
-        Stop::Wrong(diagnostics)
+impl From<Vec<Diagnostic>> for ReadStop {
+    fn from(diagnostics: Vec<Diagnostic>) -> ReadStop {
+        ReadStop::Wrong(diagnostics)
     }
 }
 
@@ -95,18 +95,18 @@ impl From<Vec<Diagnostic>> for Stop {
 const BLOCK: usize = 64;
 
 /// Bounds of geometry, as far as it has been looked at.
-struct Look {
+struct GeometryExtent {
     lo: Vec3,
     hi: Vec3,
 }
 
-impl Look {
-    const NOTHING: Look = Look {
+impl GeometryExtent {
+    const NOTHING: GeometryExtent = GeometryExtent {
         lo: Vec3::INFINITY,
         hi: Vec3::NEG_INFINITY,
     };
 
-    fn take(&mut self, lo: Vec3, hi: Vec3) {
+    fn add(&mut self, lo: Vec3, hi: Vec3) {
         self.lo = self.lo.min(lo);
         self.hi = self.hi.max(hi);
     }
@@ -120,7 +120,7 @@ impl Look {
     fn is_near(&self) -> bool {
         let (lo, hi) = self.corners();
         let half = ((hi - lo) / 2.0).max_element();
-        lo.abs().max(hi.abs()).max_element() <= (FAR - 2.0) * half
+        lo.abs().max(hi.abs()).max_element() <= (MAX_OFFSET_RATIO - 2.0) * half
     }
 
     fn origin(&self) -> Option<DVec3> {
@@ -135,12 +135,12 @@ fn far(lo: DVec3, hi: DVec3) -> Option<DVec3> {
     let magnitude = lo.abs().max(hi.abs());
     let largest = magnitude.max_element();
     let finite = half >= 0.0 && largest.is_finite();
-    if !finite || largest <= FAR * half {
+    if !finite || largest <= MAX_OFFSET_RATIO * half {
         return None;
     }
     let unit = power_below(half).max(power_below(largest) * f64::from(f32::EPSILON));
     let center = (lo + hi) / 2.0;
-    let place = |axis: usize| match magnitude[axis] > FAR * half {
+    let place = |axis: usize| match magnitude[axis] > MAX_OFFSET_RATIO * half {
         true => libm::rint(center[axis] / unit) * unit,
         false => 0.0,
     };
@@ -159,11 +159,11 @@ fn power_below(x: f64) -> f64 {
 
 /// The origin of triangles of these vertices, if they are far away. Ends early where they are not.
 pub(super) fn of_triangles(vertices: &Vec3s, corners: &[[u32; 3]]) -> Option<DVec3> {
-    let mut look = Look::NOTHING;
+    let mut look = GeometryExtent::NOTHING;
     for rows in corners.chunks(BLOCK) {
         for row in rows {
             let [a, b, c] = row.map(|corner| vertices.get(corner as usize));
-            look.take(a.min(b).min(c), a.max(b).max(c));
+            look.add(a.min(b).min(c), a.max(b).max(c));
         }
         if look.is_near() {
             return None;
@@ -174,16 +174,16 @@ pub(super) fn of_triangles(vertices: &Vec3s, corners: &[[u32; 3]]) -> Option<DVe
 
 /// The origin of what a scene shows, if that is far away, in the file's units. Ends early where it is not.
 pub(super) fn of_scene(scene: &Scene) -> Option<DVec3> {
-    let unit = f64::from(scene.unit);
+    let unit = f64::from(scene.scale);
     if !scene.meshes.is_empty() {
         return of_bounds(scene.bounds()).map(|origin| origin / unit);
     }
-    let mut look = Look::NOTHING;
+    let mut look = GeometryExtent::NOTHING;
     let count = scene.prim_count() as u32;
     for first in (0..count).step_by(BLOCK) {
         for id in first..count.min(first + BLOCK as u32) {
             let Bounds { lo, hi } = scene.prim_bounds(id);
-            look.take(lo, hi);
+            look.add(lo, hi);
         }
         if look.is_near() {
             return None;
@@ -203,7 +203,7 @@ pub(super) fn move_exactly(
     corners: &[[u32; 3]],
     axes: [bool; 3],
     origin: DVec3,
-) -> Result<(), Stop> {
+) -> Result<(), ReadStop> {
     for (axis, column) in vertices.parts_mut().into_iter().enumerate() {
         let origin = origin[axis];
         if !axes[axis] || origin == 0.0 {
@@ -214,7 +214,7 @@ pub(super) fn move_exactly(
             .flatten()
             .map(|&corner| column[corner as usize]);
         if !used.all(|c| is_exact(c, origin)) {
-            return Err(Stop::Inexact);
+            return Err(ReadStop::Inexact);
         }
         column
             .iter_mut()
@@ -233,7 +233,7 @@ pub(super) fn is_exact(c: f32, origin: f64) -> bool {
 pub(crate) fn note(scene: &Scene) -> Option<String> {
     let words = "the scene lies far from the origin of its coordinates: it is";
     let help = "what is given and told stays in the file's coordinates (see --origin)";
-    let origin = scene.origin_words()?;
+    let origin = scene.describe_origin()?;
     Some(format!("{words} moved to a local origin: {origin}; {help}"))
 }
 
@@ -306,9 +306,9 @@ mod tests {
             let Some(origin) = of_bounds(bounds) else {
                 continue;
             };
-            for place in places {
-                let exact = (0..3).all(|k| is_exact(place[k], origin[k]));
-                assert!(exact, "{place} − {origin}");
+            for position in places {
+                let exact = (0..3).all(|k| is_exact(position[k], origin[k]));
+                assert!(exact, "{position} − {origin}");
             }
         }
     }
@@ -324,7 +324,7 @@ mod tests {
         let all = [true; 3];
         // 0.1 cannot be moved there, but only the second triangle uses it.
         let moved = move_exactly(&mut vertices, &[[0, 1, 3]], all, near);
-        assert!(matches!(moved, Err(Stop::Inexact)));
+        assert!(matches!(moved, Err(ReadStop::Inexact)));
         assert_eq!(vertices, before);
         move_exactly(&mut vertices, &[[0, 1, 2]], all, near).unwrap();
         assert_eq!(vertices.x[..3], [0.25, 1.0, 0.0]);

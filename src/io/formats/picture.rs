@@ -10,7 +10,7 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
 /// A picture of which the header has been read.
-pub(super) struct Picture<'a> {
+pub(super) struct EncodedImage<'a> {
     /// Pixels in a row, 1 to [`MAX_TEXTURE_SIDE`].
     pub(super) width: u32,
     /// Rows, 1 to [`MAX_TEXTURE_SIDE`].
@@ -29,15 +29,15 @@ const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG: &[u8] = b"\xff\xd8\xff";
 
 /// More than deflate can make of a byte (1032), so that a picture's size is believed only as far as its bytes reach.
-const MOST_PER_BYTE: u64 = 1040;
+const MAX_PNG_RATIO: u64 = 1040;
 /// A JPEG spends at least a bit on the mean of 8×8 pixels.
-const MOST_PIXELS_PER_BYTE: u64 = 8 * 64;
+const MAX_JPEG_PIXELS_PER_BYTE: u64 = 8 * 64;
 /// Bytes of a decoder's tables and rows.
 const TABLES: u64 = 1 << 20;
 
-impl<'a> Picture<'a> {
+impl<'a> EncodedImage<'a> {
     /// Reads the header of a picture, whatever its file's name says it is.
-    pub(super) fn open(bytes: &'a [u8]) -> Result<Picture<'a>, String> {
+    pub(super) fn open(bytes: &'a [u8]) -> Result<EncodedImage<'a>, String> {
         if bytes.starts_with(PNG) {
             open_png(bytes)
         } else if bytes.starts_with(JPEG) {
@@ -65,7 +65,7 @@ impl<'a> Picture<'a> {
                 decode_interlaced(*reader, width, height, &mut pixels)?;
             }
             Decoder::Png(mut reader) => {
-                let layout = Layout::of(&reader);
+                let layout = PixelLayout::of(&reader);
                 while let Some(row) = reader.next_row().map_err(|e| e.to_string())? {
                     layout.each(row.data(), |pixel| pixels.push(pixel));
                 }
@@ -83,7 +83,7 @@ impl<'a> Picture<'a> {
     }
 }
 
-fn open_png(bytes: &[u8]) -> Result<Picture<'_>, String> {
+fn open_png(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let broken = |error: png::DecodingError| error.to_string();
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_ignore_text_chunk(true);
@@ -92,7 +92,7 @@ fn open_png(bytes: &[u8]) -> Result<Picture<'_>, String> {
     let header = decoder.read_header_info().map_err(broken)?;
     let (width, height) = checked_sides(header.width.into(), header.height.into())?;
     let row_bits = u64::from(width) * header.bits_per_pixel() as u64;
-    if row_bits.div_ceil(8) * u64::from(height) > bytes.len() as u64 * MOST_PER_BYTE {
+    if row_bits.div_ceil(8) * u64::from(height) > bytes.len() as u64 * MAX_PNG_RATIO {
         return Err(short(width, height));
     }
     let reader = decoder.read_info().map_err(broken)?;
@@ -102,7 +102,7 @@ fn open_png(bytes: &[u8]) -> Result<Picture<'_>, String> {
     if info.color_type == indexed && !is_palette(palette) {
         return Err("its palette (PLTE) does not hold whole colours, 1 to 256".into());
     }
-    Ok(Picture {
+    Ok(EncodedImage {
         width,
         height,
         scratch: TABLES,
@@ -116,7 +116,7 @@ fn is_palette(bytes: &[u8]) -> bool {
 }
 
 /// Where a PNG's passes begin and how far apart their pixels are: columns, then rows.
-const PASSES: [[usize; 4]; 7] = [
+const ADAM7_PASSES: [[usize; 4]; 7] = [
     [0, 8, 0, 8],
     [4, 8, 0, 8],
     [0, 4, 4, 8],
@@ -132,8 +132,8 @@ fn decode_interlaced(
     height: usize,
     pixels: &mut [[u8; 3]],
 ) -> Result<(), String> {
-    let layout = Layout::of(&reader);
-    for [left, across, top, down] in PASSES {
+    let layout = PixelLayout::of(&reader);
+    for [left, across, top, down] in ADAM7_PASSES {
         if left >= width {
             continue;
         }
@@ -155,15 +155,15 @@ fn decode_interlaced(
 
 /// How the decoder lays out a pixel.
 #[derive(Clone, Copy)]
-struct Layout {
+struct PixelLayout {
     samples: usize,
     wide: bool,
 }
 
-impl Layout {
-    fn of(reader: &png::Reader<Cursor<&[u8]>>) -> Layout {
+impl PixelLayout {
+    fn of(reader: &png::Reader<Cursor<&[u8]>>) -> PixelLayout {
         let (color, depth) = reader.output_color_type();
-        Layout {
+        PixelLayout {
             samples: color.samples(),
             wide: depth == BitDepth::Sixteen,
         }
@@ -192,7 +192,7 @@ impl Layout {
 }
 
 /// The decoder's SIMD variants are neither built nor asked for: its plain integer code gives the same bytes everywhere.
-fn open_jpeg(bytes: &[u8]) -> Result<Picture<'_>, String> {
+fn open_jpeg(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let broken = |error: zune_jpeg::errors::DecodeErrors| error.to_string();
     let options = DecoderOptions::new_safe()
         .set_strict_mode(false)
@@ -204,7 +204,7 @@ fn open_jpeg(bytes: &[u8]) -> Result<Picture<'_>, String> {
     let (width, height) = decoder.dimensions().ok_or("it has no size")?;
     let (width, height) = checked_sides(width as u64, height as u64)?;
     let pixels = u64::from(width) * u64::from(height);
-    if pixels > bytes.len() as u64 * MOST_PIXELS_PER_BYTE {
+    if pixels > bytes.len() as u64 * MAX_JPEG_PIXELS_PER_BYTE {
         return Err(short(width, height));
     }
     // Of several scans, and of a progressive picture however few it has, all coefficients are kept:
@@ -217,7 +217,7 @@ fn open_jpeg(bytes: &[u8]) -> Result<Picture<'_>, String> {
         true => blocks * components * 2,
         false => 0,
     };
-    Ok(Picture {
+    Ok(EncodedImage {
         width,
         height,
         scratch: TABLES + kept,

@@ -8,7 +8,7 @@ const GREY: &[u8] = include_bytes!("../../../tests/pictures/grey.jpg");
 const INTERLACED: &[u8] = include_bytes!("../../../tests/pictures/interlaced.png");
 
 fn pixels(bytes: &[u8]) -> Result<Vec<[u8; 3]>, String> {
-    Picture::open(bytes)?.decode()
+    EncodedImage::open(bytes)?.decode()
 }
 
 /// A PNG of these samples.
@@ -46,7 +46,7 @@ fn a_jpeg_decodes_to_the_same_bytes_on_every_build() {
         (PROGRESSIVE, 0xfaa5_6fa3_5769_1093),
         (GREY, 0x19e5_6f92_a072_6fd6),
     ] {
-        let picture = Picture::open(bytes).expect("a picture");
+        let picture = EncodedImage::open(bytes).expect("a picture");
         assert_eq!((picture.width, picture.height), (21, 13));
         let hash = hash(&picture.decode().expect("a picture"));
         assert_eq!(hash, expected, "{hash:#x}");
@@ -94,7 +94,11 @@ fn pixels_of_an_interlaced_png_find_their_places() {
         );
     }
     let cut = &INTERLACED[..INTERLACED.len() / 2];
-    assert!(super::Picture::open(cut).and_then(Picture::decode).is_err());
+    assert!(
+        super::EncodedImage::open(cut)
+            .and_then(EncodedImage::decode)
+            .is_err()
+    );
 }
 
 /// A picture of one value may take a thousandth of the bytes that it claims, whatever its bits.
@@ -118,9 +122,9 @@ fn what_decoding_takes_is_known_before() {
         BitDepth::Eight,
         &[7; 64 * 64],
     );
-    assert_eq!(Picture::open(&even).map(|p| p.scratch), Ok(TABLES));
-    assert_eq!(Picture::open(HALVED).map(|p| p.scratch), Ok(TABLES));
-    let progressive = Picture::open(PROGRESSIVE).map(|p| p.scratch);
+    assert_eq!(EncodedImage::open(&even).map(|p| p.scratch), Ok(TABLES));
+    assert_eq!(EncodedImage::open(HALVED).map(|p| p.scratch), Ok(TABLES));
+    let progressive = EncodedImage::open(PROGRESSIVE).map(|p| p.scratch);
     assert_eq!(progressive, Ok(TABLES + 32 * 32 * 3 * 2));
 }
 

@@ -1,18 +1,18 @@
 //! Pictures that a scene file names or carries: each is decoded once, and one that cannot be had is a warning.
 
+use super::diagnostics::{DiagnosticSink, Span, quoted};
 use super::folder::{Folder, Found};
-use super::picture::Picture;
-use super::report::{Place, Report, quoted};
+use super::picture::EncodedImage;
 use phalanx_scene::{NO_TEXTURE, Texture, Wrap};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 /// The textures of a scene while it is read.
-pub(super) struct TextureShelf<'a> {
-    beside: &'a Folder,
+pub(super) struct TextureLibrary<'a> {
+    asset_dir: &'a Folder,
     textures: Vec<Texture>,
     /// Where each picture stands first; [`NO_TEXTURE`] for one that cannot be had.
-    pictures: HashMap<Origin, u32>,
+    pictures: HashMap<ImageKey, u32>,
     /// Where a picture stands with a wrapping.
     wrapped: HashMap<(u32, [Wrap; 2]), u32>,
     /// Pictures that have got a wrapping.
@@ -21,11 +21,11 @@ pub(super) struct TextureShelf<'a> {
 }
 
 /// Texels of all textures together, of three bytes each: small files may decode to a thousand times their size.
-const MOST_TEXELS: u64 = 1 << 30;
+const MAX_TEXELS: u64 = 1 << 30;
 
 /// What tells pictures apart.
 #[derive(PartialEq, Eq, Hash)]
-enum Origin {
+enum ImageKey {
     File(Found),
     /// A name that means no file.
     Missing(String),
@@ -50,49 +50,49 @@ impl Embedded {
     }
 }
 
-impl<'a> TextureShelf<'a> {
+impl<'a> TextureLibrary<'a> {
     /// An empty shelf for the pictures of a folder.
-    pub(super) fn new(beside: &'a Folder) -> Self {
-        TextureShelf {
-            beside,
+    pub(super) fn new(asset_dir: &'a Folder) -> Self {
+        TextureLibrary {
+            asset_dir,
             textures: Vec::new(),
             pictures: HashMap::new(),
             wrapped: HashMap::new(),
             worn: HashSet::new(),
-            texels_left: MOST_TEXELS,
+            texels_left: MAX_TEXELS,
         }
     }
 
-    /// The texture in a file beside the scene file: an index for [`phalanx_scene::Surface::texture`], which is
-    /// [`NO_TEXTURE`] where the picture cannot be had; that is a warning at `place`, once for each picture.
+    /// The texture in a file beside the scene file: an index for [`phalanx_scene::Material::texture`], which is
+    /// [`NO_TEXTURE`] where the picture cannot be had; that is a warning at `span`, once for each picture.
     pub(super) fn named(
         &mut self,
         name: &str,
         wrap: [Wrap; 2],
-        place: impl FnOnce() -> Place,
-        report: &mut Report,
+        span: impl FnOnce() -> Span,
+        report: &mut DiagnosticSink,
     ) -> u32 {
-        let found = self.beside.find(name);
+        let found = self.asset_dir.find(name);
         let origin = match &found {
-            Ok(file) => Origin::File(file.clone()),
-            Err(_) => Origin::Missing(name.to_owned()),
+            Ok(file) => ImageKey::File(file.clone()),
+            Err(_) => ImageKey::Missing(name.to_owned()),
         };
-        let beside = self.beside;
-        let bytes = || beside.read(&found?).map(Cow::Owned);
-        self.picture(origin, &quoted(name), bytes, wrap, place, report)
+        let asset_dir = self.asset_dir;
+        let bytes = || asset_dir.read(&found?).map(Cow::Owned);
+        self.picture(origin, &quoted(name), bytes, wrap, span, report)
     }
 
-    /// The texture that the scene file carries, in `bytes`, which are asked for once. As [`TextureShelf::named`].
+    /// The texture that the scene file carries, in `bytes`, which are asked for once. As [`TextureLibrary::named`].
     pub(super) fn embedded<'b>(
         &mut self,
         picture: Embedded,
         bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
         wrap: [Wrap; 2],
-        place: impl FnOnce() -> Place,
-        report: &mut Report,
+        span: impl FnOnce() -> Span,
+        report: &mut DiagnosticSink,
     ) -> u32 {
-        let origin = Origin::Embedded(picture);
-        self.picture(origin, &picture.name(), bytes, wrap, place, report)
+        let origin = ImageKey::Embedded(picture);
+        self.picture(origin, &picture.name(), bytes, wrap, span, report)
     }
 
     /// All textures, for [`phalanx_scene::Scene::textures`].
@@ -102,19 +102,19 @@ impl<'a> TextureShelf<'a> {
 
     fn picture<'b>(
         &mut self,
-        origin: Origin,
+        origin: ImageKey,
         name: &str,
         bytes: impl FnOnce() -> Result<Cow<'b, [u8]>, String>,
         wrap: [Wrap; 2],
-        place: impl FnOnce() -> Place,
-        report: &mut Report,
+        span: impl FnOnce() -> Span,
+        report: &mut DiagnosticSink,
     ) -> u32 {
-        let beside = self.beside;
+        let asset_dir = self.asset_dir;
         let told = |reason: String| {
             let message = format!("the texture {name} is left out: {reason}");
-            match beside.allowance().refusal() {
-                Some(_) => report.error(place(), message),
-                None => report.warning(place(), message),
+            match asset_dir.allowance().refusal() {
+                Some(_) => report.error(span(), message),
+                None => report.warning(span(), message),
             }
             NO_TEXTURE
         };
@@ -149,14 +149,14 @@ impl<'a> TextureShelf<'a> {
 
     /// A picture in sRGB bytes, for which there is room.
     fn decode(&self, name: &str, bytes: &[u8]) -> Result<Texture, String> {
-        let picture = Picture::open(bytes)?;
+        let picture = EncodedImage::open(bytes)?;
         let (width, height) = (picture.width, picture.height);
         checked_budget(width, height, self.texels_left)?;
         let what = || format!("to decode the texture {name} of {width}×{height} texels");
         let texels = picture.pixels() * 3;
-        let allowance = self.beside.allowance();
-        allowance.lend(texels + picture.scratch + bytes.len() as u64, what)?;
-        allowance.take(texels, what)?;
+        let budget = self.asset_dir.allowance();
+        budget.lend(texels + picture.scratch + bytes.len() as u64, what)?;
+        budget.take(texels, what)?;
         Ok(Texture {
             width,
             height,
@@ -173,7 +173,7 @@ impl<'a> TextureShelf<'a> {
                 let texture = &self.textures[first as usize];
                 let (width, height) = (texture.width, texture.height);
                 let texels = checked_budget(width, height, self.texels_left)?;
-                self.beside.allowance().take(texels * 3, || {
+                self.asset_dir.allowance().take(texels * 3, || {
                     format!("for the texture {name} with another wrapping")
                 })?;
                 let copy = texture.clone();
@@ -197,7 +197,7 @@ fn checked_budget(width: u32, height: u32, most: u64) -> Result<u64, String> {
     match texels <= most {
         true => Ok(texels),
         false => Err(format!(
-            "with its {width}×{height} texels, all textures together would have more than {MOST_TEXELS}"
+            "with its {width}×{height} texels, all textures together would have more than {MAX_TEXELS}"
         )),
     }
 }
@@ -215,12 +215,12 @@ mod tests {
         let dot = encoded([1, 1], ColorType::Rgb, Eight, &[1, 2, 3]);
         std::fs::write(folder.path().join("dot.png"), &dot).unwrap();
         std::fs::write(folder.path().join("text.png"), "no picture").unwrap();
-        let beside = Folder::of(Path::new(&folder.path().join("scene")));
-        let mut report = Report::binary();
-        let place = Place::START;
-        let mut shelf = TextureShelf::new(&beside);
+        let asset_dir = Folder::of(Path::new(&folder.path().join("scene")));
+        let mut report = DiagnosticSink::binary();
+        let span = Span::START;
+        let mut library = TextureLibrary::new(&asset_dir);
         let (repeat, clamp) = ([Wrap::Repeat; 2], [Wrap::Clamp; 2]);
-        let mut named = |name, wrap| shelf.named(name, wrap, || place, &mut report);
+        let mut named = |name, wrap| library.named(name, wrap, || span, &mut report);
         assert_eq!(named("dot.png", clamp), 0);
         assert_eq!(named("dot.png", repeat), 1);
         assert_eq!(named("dot.png", clamp), 0);
@@ -233,12 +233,12 @@ mod tests {
                 asked += 1;
                 Ok(Cow::Borrowed(&dot[..]))
             };
-            let place = || unreachable!("nothing is wrong");
-            let row = shelf.embedded(Embedded::Text(7), bytes, clamp, place, &mut report);
+            let span = || unreachable!("nothing is wrong");
+            let row = library.embedded(Embedded::Text(7), bytes, clamp, span, &mut report);
             assert_eq!(row, 2);
         }
         assert_eq!(asked, 1, "decoded once");
-        let wraps: Vec<_> = shelf.into_textures().iter().map(|t| t.wrap).collect();
+        let wraps: Vec<_> = library.into_textures().iter().map(|t| t.wrap).collect();
         assert_eq!(wraps, [clamp, repeat, clamp]);
         let warnings = report.finish().expect("no errors");
         let messages: Vec<&str> = warnings.iter().map(|w| w.message.as_str()).collect();
@@ -254,16 +254,16 @@ mod tests {
             let bytes = encoded([1024, 1024], ColorType::Grayscale, Eight, &[7; 1 << 20]);
             std::fs::write(folder.path().join(name), bytes).unwrap();
         }
-        let place = || Place::START;
+        let span = || Span::START;
         let repeat = [Wrap::Repeat; 2];
         let named = |most: u64, names: &[&str]| {
-            let beside = Folder::of(&folder.path().join("scene")).within(Some(most));
-            let mut report = Report::binary();
-            let mut shelf = TextureShelf::new(&beside);
+            let asset_dir = Folder::of(&folder.path().join("scene")).within(Some(most));
+            let mut report = DiagnosticSink::binary();
+            let mut library = TextureLibrary::new(&asset_dir);
             for name in names {
-                shelf.named(name, repeat, place, &mut report);
+                library.named(name, repeat, span, &mut report);
             }
-            (beside.allowance().refusal(), report.finish().is_ok())
+            (asset_dir.allowance().refusal(), report.finish().is_ok())
         };
         const EACH: u64 = 3 << 20;
         const ROOM: u64 = 2 << 20;
@@ -286,12 +286,12 @@ mod tests {
         };
         file("two.png", 2);
         file("three.png", 3);
-        let beside = Folder::of(&folder.path().join("scene"));
-        let mut report = Report::binary();
-        let place = || Place::START;
-        let mut shelf = TextureShelf::new(&beside);
-        shelf.texels_left = 4;
-        let mut named = |name, wrap| shelf.named(name, wrap, place, &mut report);
+        let asset_dir = Folder::of(&folder.path().join("scene"));
+        let mut report = DiagnosticSink::binary();
+        let span = || Span::START;
+        let mut library = TextureLibrary::new(&asset_dir);
+        library.texels_left = 4;
+        let mut named = |name, wrap| library.named(name, wrap, span, &mut report);
         let [repeat, clamp, mirror] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror].map(|w| [w; 2]);
         assert_eq!(named("two.png", repeat), 0);
         assert_eq!(named("three.png", repeat), NO_TEXTURE);

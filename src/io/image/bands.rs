@@ -1,13 +1,13 @@
 //! A picture file of any format from films that lie one below the other, so that no more of a picture than one of them, and what is
 //! being written of it, need be in memory at a time.
 
+use super::encoder::{Encoder, Exposure};
 use super::exr::write_exr;
-use super::file::{Out, in_memory, replace_file, replace_file_seeking};
-use super::format::Format;
+use super::file::{WriteSeek, in_memory, replace_file, replace_file_seeking};
+use super::format::ImageFormat;
+use super::hdr_pfm::{write_hdr, write_pfm};
 use super::jpeg::write_jpeg;
-use super::linear::{write_hdr, write_pfm};
 use super::png::{PictureError, write_png, write_png_16};
-use super::tone::{Encoder, Grade};
 use phalanx_scene::film::{Aovs, Film};
 use std::io::{self, Write};
 use std::path::Path;
@@ -34,7 +34,7 @@ pub struct PictureFile {
     /// Height in pixels.
     pub height: u32,
     /// Kind of file.
-    pub format: Format,
+    pub format: ImageFormat,
     /// Layers that an OpenEXR file has beside radiance; the films must have them.
     pub aovs: Aovs,
     /// Origin of the scene in its file's coordinates, for the header of a file with positions: see [`Scene::origin`].
@@ -42,7 +42,7 @@ pub struct PictureFile {
     /// [`Scene::origin`]: phalanx_scene::Scene::origin
     pub origin: [f64; 3],
     /// Exposure and tone.
-    pub grade: Grade,
+    pub exposure: Exposure,
     /// Bits a sample.
     pub depth: Depth,
 }
@@ -57,7 +57,7 @@ pub fn save_bands(
     file: &PictureFile,
     bands: impl IntoIterator<Item = io::Result<Film>>,
 ) -> Result<(), PictureError> {
-    let mut bands = Bands::new(file, bands.into_iter());
+    let mut bands = CheckedBands::new(file, bands.into_iter());
     let written = match file.format.seeks() {
         true => replace_file_seeking(path, |out| bands.write_seeking(out, file)),
         false => replace_file(path, |out| bands.write(out, file)),
@@ -78,7 +78,7 @@ pub fn write_bands(
     file: &PictureFile,
     bands: impl IntoIterator<Item = io::Result<Film>>,
 ) -> io::Result<()> {
-    let mut bands = Bands::new(file, bands.into_iter());
+    let mut bands = CheckedBands::new(file, bands.into_iter());
     match file.format.seeks() {
         true => out.write_all(&in_memory(|out| bands.write_seeking(out, file))?)?,
         false => bands.write(out, file)?,
@@ -91,7 +91,7 @@ pub(super) type Films<'a> = &'a mut dyn Iterator<Item = io::Result<Film>>;
 
 /// Bands that have been looked at: each is as wide as the picture, none reaches below it, and where they end before it does, the last
 /// thing to come is an error.
-struct Bands<I> {
+struct CheckedBands<I> {
     bands: I,
     width: u32,
     aovs: Aovs,
@@ -99,9 +99,9 @@ struct Bands<I> {
     rows: u32,
 }
 
-impl<I: Iterator<Item = io::Result<Film>>> Bands<I> {
-    fn new(file: &PictureFile, bands: I) -> Bands<I> {
-        Bands {
+impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
+    fn new(file: &PictureFile, bands: I) -> CheckedBands<I> {
+        CheckedBands {
             bands,
             width: file.width,
             aovs: file.aovs,
@@ -111,15 +111,15 @@ impl<I: Iterator<Item = io::Result<Film>>> Bands<I> {
 
     /// Writes a format that needs no seeking.
     fn write(&mut self, out: &mut dyn Write, file: &PictureFile) -> io::Result<()> {
-        let encoder = Encoder::new(file.grade);
+        let encoder = Encoder::new(file.exposure);
         let (width, height) = (file.width, file.height);
         let bands = self.by_ref();
         match (file.format, file.depth) {
-            (Format::Jpeg, _) => {
+            (ImageFormat::Jpeg, _) => {
                 let rows = bands.map(|film| Ok(encoder.encode(&film?)));
                 write_jpeg(out, width, height, rows)?;
             }
-            (Format::Hdr, _) => write_hdr(out, width, height, bands)?,
+            (ImageFormat::Hdr, _) => write_hdr(out, width, height, bands)?,
             (_, Depth::Eight) => {
                 let rows = bands.map(|film| Ok(encoder.encode(&film?).rgb));
                 write_png(out, width, height, rows)?;
@@ -133,9 +133,9 @@ impl<I: Iterator<Item = io::Result<Film>>> Bands<I> {
     }
 
     /// Writes one that does.
-    fn write_seeking(&mut self, out: &mut dyn Out, file: &PictureFile) -> io::Result<()> {
+    fn write_seeking(&mut self, out: &mut dyn WriteSeek, file: &PictureFile) -> io::Result<()> {
         match file.format {
-            Format::Exr => write_exr(out, file, self)?,
+            ImageFormat::Exr => write_exr(out, file, self)?,
             _ => write_pfm(out, file.width, file.height, self)?,
         }
         self.end()
@@ -166,7 +166,7 @@ impl<I: Iterator<Item = io::Result<Film>>> Bands<I> {
     }
 }
 
-impl<I: Iterator<Item = io::Result<Film>>> Iterator for Bands<I> {
+impl<I: Iterator<Item = io::Result<Film>>> Iterator for CheckedBands<I> {
     type Item = io::Result<Film>;
 
     fn next(&mut self) -> Option<io::Result<Film>> {
@@ -182,7 +182,7 @@ impl<I: Iterator<Item = io::Result<Film>>> Iterator for Bands<I> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phalanx_scene::{Quantize, Tone, Transfer};
+    use phalanx_scene::{OutputEncoding, Quantize, Transfer};
     use std::fs;
 
     const WIDTH: u32 = 70;
@@ -208,16 +208,16 @@ mod tests {
         starts.zip(ends).map(|(a, &b)| Ok(rows(a, b))).collect()
     }
 
-    fn file(format: Format, depth: Depth) -> PictureFile {
+    fn file(format: ImageFormat, depth: Depth) -> PictureFile {
         PictureFile {
             width: WIDTH,
             height: HEIGHT,
             format,
             aovs: Aovs::default(),
             origin: [0.0; 3],
-            grade: Grade {
-                exposure: 0.5,
-                tone: Tone {
+            exposure: Exposure {
+                stops: 0.5,
+                encoding: OutputEncoding {
                     transfer: Transfer::Srgb,
                     quantize: Quantize::Round,
                 },
@@ -230,7 +230,7 @@ mod tests {
     fn the_bytes_do_not_depend_on_the_bands() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
-        for (ending, format) in Format::ENDINGS {
+        for (ending, format) in ImageFormat::ENDINGS {
             for depth in [Depth::Eight, Depth::Sixteen] {
                 let of = |ends: &[u32]| {
                     save_bands(&path, &file(format, depth), cut(ends)).unwrap();
@@ -249,7 +249,7 @@ mod tests {
         let path = folder.path().join("a");
         let failed = |bands: Vec<io::Result<Film>>| {
             let mut said = String::new();
-            for (_, format) in Format::ENDINGS {
+            for (_, format) in ImageFormat::ENDINGS {
                 let again = bands.iter().map(|band| match band {
                     Ok(film) => Ok(film.clone()),
                     Err(error) => Err(io::Error::other(error.to_string())),
@@ -275,7 +275,7 @@ mod tests {
     fn what_goes_to_any_writer_is_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a");
-        for (_, format) in Format::ENDINGS {
+        for (_, format) in ImageFormat::ENDINGS {
             let file = file(format, Depth::Sixteen);
             save_bands(&path, &file, cut(&[64, HEIGHT])).unwrap();
             let mut bytes = Vec::new();

@@ -1,7 +1,7 @@
 //! Two pictures held against each other.
 
+use super::encoder::Picture;
 use super::png::Raster;
-use super::tone::Picture;
 
 /// How two pictures of one size differ. Differences are in steps of an 8-bit sample: 16-bit files give fractions.
 #[derive(Clone, Copy, Debug, PartialEq)]

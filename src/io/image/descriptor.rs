@@ -38,7 +38,7 @@ fn number(path: &Path) -> Option<i32> {
 
 #[cfg(unix)]
 fn folder(path: &Path) -> Option<std::path::PathBuf> {
-    super::place::folder_of(path).canonicalize().ok()
+    super::destination::folder_of(path).canonicalize().ok()
 }
 
 /// A second handle of an open file, which has one position with the first.

@@ -1,7 +1,7 @@
 //! OpenEXR files: radiance as it is, in 32-bit floats, in tiles of 64x64 pixels, losslessly compressed.
 
 use super::bands::{BAND_ROWS, Films, PictureFile};
-use super::file::Out;
+use super::file::WriteSeek;
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::{RoundingMode, Vec2};
@@ -19,7 +19,11 @@ use std::io::{self, BufWriter};
 const TILE: usize = BAND_ROWS as usize;
 
 /// Writes films, one below the other, as they come. Their tiles are compressed by all threads, and written in order.
-pub(super) fn write_exr(out: &mut dyn Out, file: &PictureFile, bands: Films) -> io::Result<()> {
+pub(super) fn write_exr(
+    out: &mut dyn WriteSeek,
+    file: &PictureFile,
+    bands: Films,
+) -> io::Result<()> {
     let channels = channels(file.aovs);
     let header = header(file, &channels);
     // What the bands say is not lost among what the crate says.
@@ -50,13 +54,13 @@ pub(super) fn write_exr(out: &mut dyn Out, file: &PictureFile, bands: Films) -> 
 }
 
 /// A channel of the file: its name, whether it holds whole numbers, and which of a film's planes it is.
-type Channel = (&'static str, bool, usize);
+type ExrChannel = (&'static str, bool, usize);
 
 /// Radiance, and the layers, as OpenEXR names those of one part; in the order of their names, which the format asks for.
-fn channels(aovs: Aovs) -> Vec<Channel> {
+fn channels(aovs: Aovs) -> Vec<ExrChannel> {
     let radiance = ["R", "G", "B"].map(|name| (name, false));
     let all = radiance.into_iter().chain(aovs.channels());
-    let mut all: Vec<Channel> = (0..)
+    let mut all: Vec<ExrChannel> = (0..)
         .zip(all)
         .map(|(k, (name, id))| (name, id, k))
         .collect();
@@ -68,7 +72,7 @@ fn channels(aovs: Aovs) -> Vec<Channel> {
 /// it, positions in the file's coordinates are rounded to single precision, and those of the scene were not.
 const ORIGIN: &str = "phalanx.origin";
 
-fn header(file: &PictureFile, channels: &[Channel]) -> Header {
+fn header(file: &PictureFile, channels: &[ExrChannel]) -> Header {
     let channels = channels.iter().map(|&(name, id, _)| ChannelDescription {
         name: Text::from(name),
         sample_type: if id { SampleType::U32 } else { SampleType::F32 },
@@ -102,7 +106,7 @@ fn header(file: &PictureFile, channels: &[Channel]) -> Header {
 fn write_band(
     chunks: &mut impl ChunksWriter,
     meta: &MetaData,
-    channels: &[Channel],
+    channels: &[ExrChannel],
     film: &Film,
     top: usize,
 ) -> exr::error::Result<usize> {
@@ -125,7 +129,12 @@ fn write_band(
 }
 
 /// The tile of a film whose upper left pixel is there: of each of its rows all samples of the first channel, then all of the second.
-fn tile(channels: &[Channel], film: &Film, corner: Vec2<usize>, top: usize) -> UncompressedBlock {
+fn tile(
+    channels: &[ExrChannel],
+    film: &Film,
+    corner: Vec2<usize>,
+    top: usize,
+) -> UncompressedBlock {
     let (width, height) = (film.width as usize, film.height as usize);
     let size = Vec2(TILE.min(width - corner.0), TILE.min(height - corner.1));
     let planes: Vec<&[f32]> = film.all_planes();
@@ -149,22 +158,22 @@ fn tile(channels: &[Channel], film: &Film, corner: Vec2<usize>, top: usize) -> U
 
 #[cfg(test)]
 mod tests {
-    use super::super::odd_film::{bits, film};
+    use super::super::test_film::{bits, film};
     use super::*;
-    use crate::image::{Depth, Format, Grade};
+    use crate::image::{Depth, Exposure, ImageFormat};
     use exr::prelude::{ReadChannels, ReadLayers};
-    use phalanx_scene::Tone;
+    use phalanx_scene::OutputEncoding;
     use std::io::Cursor;
 
     const PLAIN: PictureFile = PictureFile {
         width: 2,
         height: 2,
-        format: Format::Exr,
+        format: ImageFormat::Exr,
         aovs: Aovs::NONE,
         origin: [0.0; 3],
-        grade: Grade {
-            exposure: 0.0,
-            tone: Tone::LINEAR,
+        exposure: Exposure {
+            stops: 0.0,
+            encoding: OutputEncoding::LINEAR,
         },
         depth: Depth::Eight,
     };

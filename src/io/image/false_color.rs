@@ -1,6 +1,6 @@
 //! Numbers as colours, with a legend that says which.
 
-use super::tone::Picture;
+use super::encoder::Picture;
 use font8x8::legacy::BASIC_LEGACY;
 
 /// Share of the pixels that the scale covers; what is beyond has the last colour. A few extreme pixels would otherwise

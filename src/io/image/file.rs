@@ -1,18 +1,18 @@
 //! The one place through which files are written: regular ones appear whole or not at all,
 //! everything else is written into.
 
-use super::place::{Place, folder_of};
+use super::destination::{Destination, folder_of};
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
 
 /// A file for formats that go back to say what they could not know before.
-pub(super) trait Out: Write + Seek {}
+pub(super) trait WriteSeek: Write + Seek {}
 
-impl<T: Write + Seek> Out for T {}
+impl<T: Write + Seek> WriteSeek for T {}
 
-/// Writes what is to stand at `path` through `fill`, by what stands there now (see [`Place`]).
+/// Writes what is to stand at `path` through `fill`, by what stands there now (see [`Destination`]).
 ///
 /// A regular file, or none yet: written as a temporary file in the same folder, which is synced and
 /// renamed over it, and has its permissions. A link's target is treated so, the link stays. Pipes,
@@ -26,10 +26,10 @@ pub fn replace_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    let place = Place::of(path)?;
+    let place = Destination::of(path)?;
     match (&place, place.open_stream()?) {
         (_, Some(stream)) => write_through(stream, |out| fill(out)).map(drop),
-        (Place::File(path), None) => replace(path, |out| fill(out)),
+        (Destination::File(path), None) => replace(path, |out| fill(out)),
         (_, None) => Ok(()),
     }
 }
@@ -37,11 +37,11 @@ pub fn replace_file(
 /// The same for formats that seek: for what is written into, the bytes are put together in memory.
 pub(super) fn replace_file_seeking(
     path: &Path,
-    fill: impl FnOnce(&mut dyn Out) -> io::Result<()>,
+    fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
 ) -> io::Result<()> {
-    match Place::of(path)? {
-        Place::File(path) => replace(&path, fill),
-        Place::Stream(_) | Place::Open(_) => {
+    match Destination::of(path)? {
+        Destination::File(path) => replace(&path, fill),
+        Destination::Stream(_) | Destination::Open(_) => {
             let bytes = in_memory(fill)?;
             replace_file(path, |out| out.write_all(&bytes))
         }
@@ -49,7 +49,9 @@ pub(super) fn replace_file_seeking(
 }
 
 /// The bytes that `fill` writes.
-pub(super) fn in_memory(fill: impl FnOnce(&mut dyn Out) -> io::Result<()>) -> io::Result<Vec<u8>> {
+pub(super) fn in_memory(
+    fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
+) -> io::Result<Vec<u8>> {
     let mut bytes = Cursor::new(Vec::new());
     fill(&mut bytes)?;
     Ok(bytes.into_inner())
@@ -60,16 +62,16 @@ pub(super) fn in_memory(fill: impl FnOnce(&mut dyn Out) -> io::Result<()>) -> io
 ///
 /// # Errors
 /// The system's reason why not.
-pub fn check_writable(path: &Path) -> io::Result<Place> {
-    let place = Place::of(path)?;
+pub fn check_writable(path: &Path) -> io::Result<Destination> {
+    let place = Destination::of(path)?;
     match &place {
-        Place::File(path) => temporary_beside(path)?.close()?,
-        Place::Stream(_) | Place::Open(_) => place.check_stream()?,
+        Destination::File(path) => temporary_beside(path)?.close()?,
+        Destination::Stream(_) | Destination::Open(_) => place.check_stream()?,
     }
     Ok(place)
 }
 
-fn replace(path: &Path, fill: impl FnOnce(&mut dyn Out) -> io::Result<()>) -> io::Result<()> {
+fn replace(path: &Path, fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>) -> io::Result<()> {
     // Dropping it on an early return removes it.
     let mut temporary = temporary_beside(path)?;
     let file = write_through(temporary.as_file_mut(), |out| fill(out))?;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// A kind of picture file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum ImageFormat {
     /// 8 or 16 bits a sample, without loss.
     Png,
     /// 8 bits a sample, with loss.
@@ -18,21 +18,21 @@ pub enum Format {
     Pfm,
 }
 
-impl Format {
+impl ImageFormat {
     /// All, by ending.
-    pub const ENDINGS: [(&'static str, Format); 6] = [
-        ("png", Format::Png),
-        ("jpg", Format::Jpeg),
-        ("jpeg", Format::Jpeg),
-        ("exr", Format::Exr),
-        ("hdr", Format::Hdr),
-        ("pfm", Format::Pfm),
+    pub const ENDINGS: [(&'static str, ImageFormat); 6] = [
+        ("png", ImageFormat::Png),
+        ("jpg", ImageFormat::Jpeg),
+        ("jpeg", ImageFormat::Jpeg),
+        ("exr", ImageFormat::Exr),
+        ("hdr", ImageFormat::Hdr),
+        ("pfm", ImageFormat::Pfm),
     ];
 
     /// What a file of that name is to be; none for a name with another ending, or with none.
-    pub fn of(path: &Path) -> Option<Format> {
+    pub fn of(path: &Path) -> Option<ImageFormat> {
         let ending = path.extension().and_then(OsStr::to_str)?;
-        let mut all = Format::ENDINGS.iter();
+        let mut all = ImageFormat::ENDINGS.iter();
         let named = all.find(|(name, _)| ending.eq_ignore_ascii_case(name));
         named.map(|(_, format)| *format)
     }
@@ -40,23 +40,23 @@ impl Format {
     /// The ending of its files.
     pub fn ending(self) -> &'static str {
         match self {
-            Format::Png => "png",
-            Format::Jpeg => "jpg",
-            Format::Exr => "exr",
-            Format::Hdr => "hdr",
-            Format::Pfm => "pfm",
+            ImageFormat::Png => "png",
+            ImageFormat::Jpeg => "jpg",
+            ImageFormat::Exr => "exr",
+            ImageFormat::Hdr => "hdr",
+            ImageFormat::Pfm => "pfm",
         }
     }
 
     /// Whether it holds linear radiance rather than samples for a screen.
     pub fn is_linear(self) -> bool {
-        matches!(self, Format::Exr | Format::Hdr | Format::Pfm)
+        matches!(self, ImageFormat::Exr | ImageFormat::Hdr | ImageFormat::Pfm)
     }
 
     /// Tells whether its writer goes back in the file, so that into a pipe it is written when it is
     /// whole.
     pub fn seeks(self) -> bool {
-        matches!(self, Format::Exr | Format::Pfm)
+        matches!(self, ImageFormat::Exr | ImageFormat::Pfm)
     }
 }
 
@@ -67,18 +67,18 @@ mod tests {
     #[test]
     fn the_ending_tells() {
         for (name, want) in [
-            ("a/b.PNG", Some(Format::Png)),
-            ("a.b.jpeg", Some(Format::Jpeg)),
-            ("x.jpg", Some(Format::Jpeg)),
-            ("x.Exr", Some(Format::Exr)),
-            ("x.hdr", Some(Format::Hdr)),
-            ("x.pfm", Some(Format::Pfm)),
+            ("a/b.PNG", Some(ImageFormat::Png)),
+            ("a.b.jpeg", Some(ImageFormat::Jpeg)),
+            ("x.jpg", Some(ImageFormat::Jpeg)),
+            ("x.Exr", Some(ImageFormat::Exr)),
+            ("x.hdr", Some(ImageFormat::Hdr)),
+            ("x.pfm", Some(ImageFormat::Pfm)),
             ("x.bmp", None),
             ("png", None),
             (".png", None),
             ("x.png.gz", None),
         ] {
-            assert_eq!(Format::of(Path::new(name)), want, "{name}");
+            assert_eq!(ImageFormat::of(Path::new(name)), want, "{name}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! JPEG files, out only.
 
+use super::encoder::Picture;
 use super::png::io_error;
-use super::tone::Picture;
 use ::image::codecs::jpeg::JpegEncoder;
 use ::image::{GenericImageView, Rgb};
 use std::cell::RefCell;
@@ -17,10 +17,10 @@ pub(super) fn write_jpeg(
     height: u32,
     bands: impl Iterator<Item = io::Result<Picture>>,
 ) -> io::Result<()> {
-    let view = Bands {
+    let view = JpegSource {
         width,
         height,
-        present: RefCell::new(Present {
+        present: RefCell::new(BandWindow {
             bands,
             first: 0,
             rgb: Vec::new(),
@@ -35,14 +35,14 @@ pub(super) fn write_jpeg(
 }
 
 /// Bands as the encoder wants to see them: it asks for pixels, eight rows at a time, from the top.
-struct Bands<I> {
+struct JpegSource<I> {
     width: u32,
     height: u32,
-    present: RefCell<Present<I>>,
+    present: RefCell<BandWindow<I>>,
 }
 
 /// The band that is being looked at.
-struct Present<I> {
+struct BandWindow<I> {
     bands: I,
     /// Its first row in the picture.
     first: u32,
@@ -51,7 +51,7 @@ struct Present<I> {
     failed: Option<io::Error>,
 }
 
-impl<I: Iterator<Item = io::Result<Picture>>> GenericImageView for Bands<I> {
+impl<I: Iterator<Item = io::Result<Picture>>> GenericImageView for JpegSource<I> {
     type Pixel = Rgb<u8>;
 
     fn dimensions(&self) -> (u32, u32) {
@@ -74,7 +74,7 @@ impl<I: Iterator<Item = io::Result<Picture>>> GenericImageView for Bands<I> {
     }
 }
 
-impl<I: Iterator<Item = io::Result<Picture>>> Present<I> {
+impl<I: Iterator<Item = io::Result<Picture>>> BandWindow<I> {
     fn advance(&mut self, pitch: usize) {
         let rows = self.rgb.len() / pitch;
         match self.bands.next() {

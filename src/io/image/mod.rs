@@ -1,7 +1,7 @@
 //! Pictures: tone, files, comparison. The only place that names the crates `image`, `png` and `exr`.
 //!
 //! A [`Film`](phalanx_scene::film::Film) of linear radiance becomes a [`Picture`] of 8-bit samples ([`encode`]), a picture becomes a file
-//! ([`save_png`]), and films, one below the other, a file of any [`Format`] ([`save_bands`]); files become [`Raster`]s ([`load`]) and
+//! ([`save_png`]), and films, one below the other, a file of any [`ImageFormat`] ([`save_bands`]); files become [`Raster`]s ([`load`]) and
 //! two of them are held against each other ([`compare()`], [`heat`]). Every step gives the same bytes on every machine and in every
 //! build, however the film was cut.
 
@@ -12,24 +12,24 @@ mod compare;
     allow(unsafe_code, reason = "an open file is known by its number alone")
 )]
 mod descriptor;
+mod destination;
+mod encoder;
 mod exr;
 mod false_color;
 mod file;
 mod format;
+mod hdr_pfm;
 mod jpeg;
-mod linear;
-#[cfg(test)]
-mod odd_film;
-mod place;
 mod png;
-mod tone;
+#[cfg(test)]
+mod test_film;
 
 pub use bands::{BAND_ROWS, Depth, PictureFile, save_bands, write_bands};
 pub use compare::{Comparison, DifferentSizes, compare, heat};
+pub use destination::Destination;
+pub use destination::folder_of;
+pub use encoder::{Exposure, MAX_EXPOSURE, Picture, encode};
 pub use false_color::false_color;
 pub use file::{check_writable, replace_file};
-pub use format::Format;
-pub use place::Place;
-pub use place::folder_of;
+pub use format::ImageFormat;
 pub use png::{PictureError, Raster, load, png_bytes, save_png};
-pub use tone::{Grade, MAX_EXPOSURE, Picture, encode};

@@ -1,7 +1,7 @@
 //! PNG files, in and out.
 
+use super::encoder::Picture;
 use super::file::replace_file;
-use super::tone::Picture;
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use ::png::{BitDepth, ColorType, DeflateCompression, EncodingError, Filter};
 use std::fs::File;

@@ -1,6 +1,6 @@
 //! The scenes by name: what each is for, and what sizes it has.
 
-use super::sink::Sink;
+use super::builder::SceneBuilder;
 use super::{modern, spd};
 use std::ops::RangeInclusive;
 
@@ -15,17 +15,17 @@ pub enum Family {
 
 /// What a generator is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Params {
-    /// The size parameter, within the range of its [`Entry`].
+pub struct SceneParams {
+    /// The size parameter, within the range of its [`StandardScene`].
     pub size: u32,
 }
 
 /// Pours a scene into a sink. It cannot fail: sizes are checked before.
-pub type Generator = fn(&Params, &mut dyn Sink);
+pub type Generator = fn(&SceneParams, &mut dyn SceneBuilder);
 
 /// A standard scene.
 #[derive(Clone, Debug)]
-pub struct Entry {
+pub struct StandardScene {
     /// The name after `standard:`.
     pub name: &'static str,
     /// What is to be seen, and what it is good for: one line.
@@ -45,7 +45,7 @@ pub struct Entry {
 }
 
 /// All standard scenes: the databases, then the modern ones.
-pub static CATALOGUE: &[Entry] = &[
+pub static CATALOGUE: &[StandardScene] = &[
     // The Standard Procedural Databases, by name.
     spd::balls::ENTRY,
     spd::gears::ENTRY,

@@ -1,11 +1,11 @@
 //! Counts what it is given.
 
-use super::sink::{Look, Sink, StandardLight, StandardView};
+use super::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use glam::DVec3;
 
 /// How many of each a scene has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct ShapeCounts {
     /// Spheres.
     pub spheres: u64,
     /// Cones and cylinders.
@@ -21,13 +21,13 @@ pub struct Counts {
 
 /// A sink that counts.
 #[derive(Clone, Debug, Default)]
-pub struct CountSink {
-    counts: Counts,
+pub struct ShapeCounter {
+    counts: ShapeCounts,
 }
 
-impl CountSink {
+impl ShapeCounter {
     /// What has come in so far.
-    pub fn counts(&self) -> Counts {
+    pub fn counts(&self) -> ShapeCounts {
         self.counts
     }
 
@@ -37,7 +37,7 @@ impl CountSink {
     }
 }
 
-impl Sink for CountSink {
+impl SceneBuilder for ShapeCounter {
     fn view(&mut self, _: &StandardView) {}
 
     fn background(&mut self, _: DVec3) {}
@@ -46,7 +46,7 @@ impl Sink for CountSink {
         self.counts.lights += 1;
     }
 
-    fn surface(&mut self, _: &Look) {}
+    fn material(&mut self, _: &MaterialDesc) {}
 
     fn sphere(&mut self, _: DVec3, _: f64) {
         self.counts.spheres += 1;

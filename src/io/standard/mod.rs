@@ -1,26 +1,31 @@
 //! The standard scenes, generated: no file is needed to trace what others trace.
 //!
-//! [`CATALOGUE`] lists them. A generator pours its scene into a [`Sink`]; which sink decides whether a [`Scene`], a
+//! [`CATALOGUE`] lists them. A generator pours its scene into a [`SceneBuilder`]; which sink decides whether a [`Scene`], a
 //! file or a table of counts comes of it. Every number comes from + − × ÷ √ in f64 and the `libm` crate, so that a
 //! scene is the same, bit for bit, on every platform.
 
+mod builder;
 mod catalogue;
 mod count;
+mod memory_builder;
 mod modern;
-mod scene_sink;
-mod sink;
 mod spd;
 mod tessellate;
 mod write;
 
-pub use catalogue::{CATALOGUE, Entry, Family, Generator, Params};
-pub use count::{CountSink, Counts};
-pub use scene_sink::SceneSink;
-pub use sink::{DocumentLook, Look, NffLook, Sink, StandardLight, StandardView, nff_level};
+pub use builder::{
+    DocumentMaterial, MaterialDesc, NffMaterial, SceneBuilder, StandardLight, StandardView,
+    nff_level,
+};
+pub use catalogue::{CATALOGUE, Family, Generator, SceneParams, StandardScene};
+pub use count::{ShapeCounter, ShapeCounts};
+pub use memory_builder::MemoryBuilder;
 pub use tessellate::Tessellate;
-pub use write::{FileFormat, Losses, NffSink, PlySink, TestSink, WriteError, write};
+pub use write::{
+    DroppedFeatures, FileFormat, NffWriter, PlyWriter, SceneWriteError, TestWriter, write,
+};
 
-use phalanx_scene::{Scene, SceneError, Tone};
+use phalanx_scene::{OutputEncoding, Scene, SceneError};
 
 /// What a scene file's name starts with where a standard scene is meant: `standard:NAME` or `standard:NAME:SIZE`.
 pub const PREFIX: &str = "standard:";
@@ -29,8 +34,8 @@ pub const PREFIX: &str = "standard:";
 #[derive(Clone, Copy, Debug)]
 pub struct Spec {
     /// Which.
-    pub entry: &'static Entry,
-    /// Its size, within [`Entry::sizes`].
+    pub scene: &'static StandardScene,
+    /// Its size, within [`StandardScene::sizes`].
     pub size: u32,
 }
 
@@ -79,7 +84,7 @@ pub enum StandardError {
 ///
 /// # Errors
 /// [`StandardError::Unknown`] with the closest name there is.
-pub fn find(name: &str) -> Result<&'static Entry, StandardError> {
+pub fn find(name: &str) -> Result<&'static StandardScene, StandardError> {
     let found = CATALOGUE.iter().find(|entry| entry.name == name);
     found.ok_or_else(|| StandardError::Unknown {
         name: name.chars().take(40).collect(),
@@ -89,7 +94,7 @@ pub fn find(name: &str) -> Result<&'static Entry, StandardError> {
 
 fn closest(name: &str) -> &'static str {
     let name = name.to_lowercase();
-    let distance = |entry: &&Entry| strsim::osa_distance(entry.name, &name);
+    let distance = |entry: &&StandardScene| strsim::osa_distance(entry.name, &name);
     let best = CATALOGUE.iter().min_by_key(distance);
     best.map_or("", |entry| entry.name)
 }
@@ -116,7 +121,7 @@ pub fn parse_spec(text: &str) -> Result<Spec, StandardError> {
 ///
 /// # Errors
 /// [`StandardError::SizeNotANumber`], which names `entry`.
-pub fn parse_size(entry: &Entry, text: &str) -> Result<u64, StandardError> {
+pub fn parse_size(entry: &StandardScene, text: &str) -> Result<u64, StandardError> {
     let (digits, unit) = match text.strip_suffix(['k', 'K', 'm', 'M']) {
         None => (text, 1),
         Some(digits) if text.ends_with(['k', 'K']) => (digits, 1_000),
@@ -133,9 +138,9 @@ pub fn parse_size(entry: &Entry, text: &str) -> Result<u64, StandardError> {
 
 impl Spec {
     /// The entry at its default size.
-    pub fn of(entry: &'static Entry) -> Spec {
+    pub fn of(entry: &'static StandardScene) -> Spec {
         Spec {
-            entry,
+            scene: entry,
             size: entry.default_size,
         }
     }
@@ -144,7 +149,7 @@ impl Spec {
     ///
     /// # Errors
     /// [`StandardError::SizeOutOfRange`].
-    pub fn sized(entry: &'static Entry, size: u64) -> Result<Spec, StandardError> {
+    pub fn sized(entry: &'static StandardScene, size: u64) -> Result<Spec, StandardError> {
         let fitting = u32::try_from(size).ok().filter(|s| entry.sizes.contains(s));
         let size = fitting.ok_or(StandardError::SizeOutOfRange {
             name: entry.name,
@@ -152,13 +157,13 @@ impl Spec {
             least: *entry.sizes.start(),
             most: *entry.sizes.end(),
         })?;
-        Ok(Spec { entry, size })
+        Ok(Spec { scene: entry, size })
     }
 }
 
 /// Pours a standard scene into a sink.
-pub fn generate(spec: Spec, sink: &mut dyn Sink) {
-    (spec.entry.generate)(&Params { size: spec.size }, sink);
+pub fn generate(spec: Spec, builder: &mut dyn SceneBuilder) {
+    (spec.scene.generate)(&SceneParams { size: spec.size }, builder);
 }
 
 /// A standard scene as a [`Scene`], validated.
@@ -166,20 +171,20 @@ pub fn generate(spec: Spec, sink: &mut dyn Sink) {
 /// # Errors
 /// [`StandardError::Scene`] where it breaks a limit of scenes.
 pub fn scene(spec: Spec) -> Result<Scene, StandardError> {
-    let mut sink = SceneSink::default();
-    generate(spec, &mut sink);
-    let mut scene = sink.finish();
-    scene.max_depth = spec.entry.max_depth;
-    if spec.entry.family == Family::Modern {
-        scene.tone = Tone::SRGB;
+    let mut builder = MemoryBuilder::default();
+    generate(spec, &mut builder);
+    let mut scene = builder.finish();
+    scene.max_depth = spec.scene.max_depth;
+    if spec.scene.family == Family::Modern {
+        scene.encoding = OutputEncoding::SRGB;
     }
     scene.validate()?;
     Ok(scene)
 }
 
 /// What a standard scene is made of, counted without making it.
-pub fn counts(spec: Spec) -> Counts {
-    let mut sink = CountSink::default();
-    generate(spec, &mut sink);
-    sink.counts()
+pub fn counts(spec: Spec) -> ShapeCounts {
+    let mut builder = ShapeCounter::default();
+    generate(spec, &mut builder);
+    builder.counts()
 }

@@ -1,6 +1,6 @@
 //! Spheres and cones as polygons, for files and tracers that hold nothing else.
 
-use super::sink::{Look, Sink, StandardLight, StandardView};
+use super::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use glam::{DVec3, dvec3};
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -12,7 +12,7 @@ const FINEST: u32 = 1000;
 /// Of fineness n a sphere is a cube of six n × n grids at equal angles, blown up: 12 n² triangles; a cone is 4n
 /// quadrilaterals. At n = 4 that gives the databases' published numbers of polygons.
 pub struct Tessellate<'a> {
-    inner: &'a mut dyn Sink,
+    inner: &'a mut dyn SceneBuilder,
     /// Triangles on the unit sphere about the origin: each corner is its own normal.
     sphere: Vec<[DVec3; 3]>,
     sides: u32,
@@ -20,7 +20,7 @@ pub struct Tessellate<'a> {
 
 impl<'a> Tessellate<'a> {
     /// Of fineness `fineness`, taken as at least 1 and at most 1000, into `inner`.
-    pub fn new(fineness: u32, inner: &'a mut dyn Sink) -> Self {
+    pub fn new(fineness: u32, inner: &'a mut dyn SceneBuilder) -> Self {
         let fineness = fineness.clamp(1, FINEST);
         Tessellate {
             inner,
@@ -80,7 +80,7 @@ fn across(axis: DVec3) -> [DVec3; 2] {
     [first, axis.cross(first)]
 }
 
-impl Sink for Tessellate<'_> {
+impl SceneBuilder for Tessellate<'_> {
     fn view(&mut self, view: &StandardView) {
         self.inner.view(view);
     }
@@ -93,8 +93,8 @@ impl Sink for Tessellate<'_> {
         self.inner.light(light);
     }
 
-    fn surface(&mut self, look: &Look) {
-        self.inner.surface(look);
+    fn material(&mut self, material: &MaterialDesc) {
+        self.inner.material(material);
     }
 
     fn sphere(&mut self, center: DVec3, radius: f64) {

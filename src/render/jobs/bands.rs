@@ -1,13 +1,13 @@
 //! A window of the picture, rendered in bands from top to bottom, of which one is in memory at a time; or some of its tiles, of which
 //! none is.
 
-use super::overview::Overview;
+use super::thumbnail::Thumbnail;
 use super::tile_file::{TileFile, TileFileError};
 use crate::RenderStats;
-use crate::frame::{Control, FrameError, Interrupted, Settings, Tile, Tree, paint};
+use crate::frame::{AccelRef, Control, FrameError, Interrupted, Settings, Tile, render_tiles};
 use phalanx_io::image::BAND_ROWS;
 use phalanx_scene::Scene;
-use phalanx_scene::film::{Aovs, Film, Pixels, SharedFilm, Sink, tiles};
+use phalanx_scene::film::{Aovs, Film, SharedFilm, TileBuffer, TileSink, tiles};
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -26,12 +26,12 @@ pub enum BandsError {
     Tiles(#[from] TileFileError),
     /// Whoever takes the bands wants no more.
     #[error("the picture is not wanted any more")]
-    Unwanted,
+    Abandoned,
 }
 
 /// What rendering bands came to.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Banded {
+pub struct BandStats {
     /// What was done.
     pub stats: RenderStats,
     /// Wall seconds of rendering: not of reading, nor of waiting for whoever takes the bands.
@@ -60,37 +60,37 @@ pub fn bands(window: Tile) -> Vec<Tile> {
 /// [`BandsError`].
 pub fn render_bands(
     scene: &Scene,
-    tree: Tree,
+    tree: AccelRef,
     settings: &Settings,
     control: &Control,
-    beside: Beside,
+    outputs: TileOutputs,
     mut take: impl FnMut(Film) -> bool,
-) -> Result<Banded, BandsError> {
+) -> Result<BandStats, BandsError> {
     let side = settings.tile_side();
-    let mut banded = Banded::default();
-    beside.tell(control, beside.file.map_or(0, TileFile::pixels));
+    let mut banded = BandStats::default();
+    outputs.record_resumed(control, outputs.file.map_or(0, TileFile::pixels));
     for band in bands(settings.window()) {
         let film = Film::new(band.width, band.height, settings.record_hits);
-        let mut film = film.with_layers(settings.aovs);
-        if let Some(file) = beside.file {
+        let mut film = film.with_aovs(settings.aovs);
+        if let Some(file) = outputs.file {
             file.restore(band, &mut film)?;
         }
-        let (there, missing) = parted(tiles(band, side), beside.file);
-        if let Some(overview) = beside.overview {
+        let (there, missing) = split_finished(tiles(band, side), outputs.file);
+        if let Some(thumbnail) = outputs.thumbnail {
             there
                 .iter()
-                .for_each(|tile| overview.add_from(&film, band, *tile));
+                .for_each(|tile| thumbnail.add_from(&film, band, *tile));
         }
-        let kept = Kept {
+        let kept = BandSink {
             film: Some(SharedFilm::of(&mut film, band, side)),
             aovs: settings.aovs,
-            beside,
+            outputs,
             control,
             failed: Mutex::new(None),
         };
         banded.add(scene, tree, settings, &missing, &kept)?;
         if !take(film) {
-            return Err(BandsError::Unwanted);
+            return Err(BandsError::Abandoned);
         }
     }
     Ok(banded)
@@ -100,28 +100,28 @@ pub fn render_bands(
 ///
 /// # Errors
 /// [`BandsError`].
-pub fn render_tiles(
+pub fn render_to_file(
     scene: &Scene,
-    tree: Tree,
+    tree: AccelRef,
     settings: &Settings,
     control: &Control,
     share: Vec<Tile>,
     file: &TileFile,
-) -> Result<Banded, BandsError> {
-    let (there, missing) = parted(share, Some(file));
-    let beside = Beside {
+) -> Result<BandStats, BandsError> {
+    let (there, missing) = split_finished(share, Some(file));
+    let outputs = TileOutputs {
         file: Some(file),
-        overview: None,
+        thumbnail: None,
     };
-    beside.tell(control, there.iter().map(Tile::pixels).sum());
-    let kept = Kept {
+    outputs.record_resumed(control, there.iter().map(Tile::pixels).sum());
+    let kept = BandSink {
         film: None,
         aovs: settings.aovs,
-        beside,
+        outputs,
         control,
         failed: Mutex::new(None),
     };
-    let mut banded = Banded::default();
+    let mut banded = BandStats::default();
     banded.add(scene, tree, settings, &missing, &kept)?;
     Ok(banded)
 }
@@ -138,7 +138,7 @@ pub fn merge_bands(
     mut take: impl FnMut(Film) -> bool,
 ) -> Result<(), BandsError> {
     for band in bands(window) {
-        let mut film = Film::new(band.width, band.height, false).with_layers(aovs);
+        let mut film = Film::new(band.width, band.height, false).with_aovs(aovs);
         for file in files {
             if control.stop.load(Relaxed) {
                 return Err(FrameError::from(Interrupted).into());
@@ -147,26 +147,26 @@ pub fn merge_bands(
         }
         control.pixels.fetch_add(band.pixels(), Relaxed);
         if !take(film) {
-            return Err(BandsError::Unwanted);
+            return Err(BandsError::Abandoned);
         }
     }
     Ok(())
 }
 
-impl Banded {
+impl BandStats {
     fn add(
         &mut self,
         scene: &Scene,
-        tree: Tree,
+        tree: AccelRef,
         settings: &Settings,
         missing: &[Tile],
-        kept: &Kept,
+        kept: &BandSink,
     ) -> Result<(), BandsError> {
         if missing.is_empty() {
             return Ok(());
         }
         let start = Instant::now();
-        let painted = paint(scene, tree, settings, kept.control, missing, kept);
+        let painted = render_tiles(scene, tree, settings, kept.control, missing, kept);
         self.seconds += start.elapsed().as_secs_f64();
         let mut failed = kept.failed.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(error) = failed.take() {
@@ -179,54 +179,54 @@ impl Banded {
 
 /// Where finished tiles go, beside the picture.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Beside<'a> {
+pub struct TileOutputs<'a> {
     /// What they are kept in.
     pub file: Option<&'a TileFile>,
     /// What is shown of them.
-    pub overview: Option<&'a Overview>,
+    pub thumbnail: Option<&'a Thumbnail>,
 }
 
-impl Beside<'_> {
+impl TileOutputs<'_> {
     /// Tells whoever watches what was finished before.
-    fn tell(self, control: &Control, pixels: u64) {
-        control.kept.store(pixels, Relaxed);
+    fn record_resumed(self, control: &Control, pixels: u64) {
+        control.pixels_resumed.store(pixels, Relaxed);
         control.pixels.fetch_add(pixels, Relaxed);
     }
 }
 
 /// The tiles that the file has, and those that it has not.
-fn parted(tiles: Vec<Tile>, file: Option<&TileFile>) -> (Vec<Tile>, Vec<Tile>) {
+fn split_finished(tiles: Vec<Tile>, file: Option<&TileFile>) -> (Vec<Tile>, Vec<Tile>) {
     let there = |tile: &Tile| file.is_some_and(|file| file.has(*tile));
     tiles.into_iter().partition(there)
 }
 
 /// Where finished tiles go: onto the band's film, and into the file.
-struct Kept<'a> {
+struct BandSink<'a> {
     film: Option<SharedFilm<'a>>,
     aovs: Aovs,
-    beside: Beside<'a>,
+    outputs: TileOutputs<'a>,
     control: &'a Control,
     /// Why a tile could not be kept.
     failed: Mutex<Option<TileFileError>>,
 }
 
-impl Sink for Kept<'_> {
+impl TileSink for BandSink<'_> {
     fn records_hits(&self) -> bool {
-        self.film.as_ref().is_some_and(Sink::records_hits)
+        self.film.as_ref().is_some_and(TileSink::records_hits)
     }
 
     fn aovs(&self) -> Aovs {
         self.aovs
     }
 
-    fn put(&self, tile: Tile, pixels: &Pixels) {
+    fn put(&self, tile: Tile, pixels: &TileBuffer) {
         if let Some(film) = &self.film {
             film.put(tile, pixels);
         }
-        if let Some(overview) = self.beside.overview {
-            overview.add(tile, pixels);
+        if let Some(thumbnail) = self.outputs.thumbnail {
+            thumbnail.add(tile, pixels);
         }
-        let file = self.beside.file;
+        let file = self.outputs.file;
         let Some(Err(error)) = file.map(|file| file.append(tile, pixels)) else {
             return;
         };

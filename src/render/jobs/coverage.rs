@@ -21,7 +21,7 @@ pub(super) struct Coverage {
 }
 
 /// A block, by the square that it lies in and its bit there.
-struct Block {
+struct CoverageBlock {
     square: (u32, u32),
     bit: u64,
     pixels: Tile,
@@ -61,7 +61,7 @@ impl Coverage {
     }
 
     /// The blocks that a tile touches.
-    fn blocks(&self, tile: Tile) -> impl Iterator<Item = Block> + use<> {
+    fn blocks(&self, tile: Tile) -> impl Iterator<Item = CoverageBlock> + use<> {
         let window = self.window;
         let tile = tile.within(window);
         let columns = tile.x / BLOCK..(tile.x + tile.width).div_ceil(BLOCK);
@@ -76,7 +76,7 @@ impl Coverage {
                     width: BLOCK,
                     height: BLOCK,
                 };
-                Block {
+                CoverageBlock {
                     square: (column / SQUARE, row / SQUARE),
                     bit: 1 << (row % SQUARE * SQUARE + column % SQUARE),
                     pixels: block.within(window),

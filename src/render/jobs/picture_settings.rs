@@ -65,7 +65,7 @@ impl PictureSettings {
         };
         PictureSettings {
             max_depth: *max_depth,
-            min_weight: settings.least_weight(),
+            min_weight: settings.min_path_weight(),
             spp: *spp,
             filter: filter.name().to_owned(),
             threshold: adaptive.map(|adaptive| adaptive.threshold),

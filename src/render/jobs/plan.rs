@@ -1,7 +1,7 @@
 //! Who renders which tiles of a picture, written down once for all machines.
 
-use super::identity::{FieldError, Identity};
-use super::place;
+use super::output_path;
+use super::render_key::{FieldError, RenderKey};
 use crate::frame::{Aovs, Tile};
 use phalanx_io::image::MAX_EXPOSURE;
 use phalanx_scene::film::tiles;
@@ -20,29 +20,29 @@ const MAX_BYTES: u64 = 16 << 20;
 pub const MAX_SHARDS: u32 = 100_000;
 
 /// Side of the tiles that are dealt out, in pixels, where the picture is large enough.
-const SIDE: u32 = 64;
+const DEFAULT_TILE_SIDE: u32 = 64;
 
 /// As many tiles a shard make up for some of them being hard.
-const TILES_A_SHARD: u64 = 16;
+const MIN_TILES_PER_SHARD: u64 = 16;
 
 /// A plan: what is rendered, into how many shards it is cut, and where the picture goes.
 ///
-/// The tiles of the window, cells of a grid of [`Plan::tile`] pixels, are dealt out like cards, in the order of [`tiles`]: the k-th
-/// tile is of shard k modulo [`Plan::shards`]. So every shard has some of the easy ones and some of the hard ones.
+/// The tiles of the window, cells of a grid of [`RenderPlan::tile`] pixels, are dealt out like cards, in the order of [`tiles`]: the k-th
+/// tile is of shard k modulo [`RenderPlan::shards`]. So every shard has some of the easy ones and some of the hard ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Plan {
+pub struct RenderPlan {
     schema_version: u32,
     /// The scene, as its file was named, or a standard scene; a file's name is absolute.
     pub scene: String,
     /// What `phalanx plan` was asked for.
     pub arguments: Vec<String>,
-    /// The picture to be, seen from the plan's folder; see [`Plan::picture_path`].
+    /// The picture to be, seen from the plan's folder; see [`RenderPlan::picture_path`].
     pub output: PathBuf,
     /// What becomes of radiance in it.
-    pub developing: Developing,
+    pub developing: TileEncoding,
     /// What its pixels depend on.
-    pub picture: Identity,
+    pub picture: RenderKey,
     /// How many shards there are.
     pub shards: u32,
     /// Side in pixels of the tiles that are dealt out.
@@ -52,7 +52,7 @@ pub struct Plan {
 /// How samples are made of radiance, where the picture's format has samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Developing {
+pub struct TileEncoding {
     /// In stops, from -[`MAX_EXPOSURE`] to [`MAX_EXPOSURE`].
     pub exposure: f32,
     /// Whether samples are on the sRGB curve, and not linear.
@@ -121,18 +121,18 @@ pub enum PlanError {
     },
 }
 
-impl Plan {
+impl RenderPlan {
     /// A plan of so many shards.
     pub fn new(
         scene: String,
         arguments: Vec<String>,
         output: PathBuf,
-        developing: Developing,
-        picture: Identity,
+        developing: TileEncoding,
+        picture: RenderKey,
         shards: u32,
-    ) -> Plan {
+    ) -> RenderPlan {
         let tile = side(picture.window(), shards);
-        Plan {
+        RenderPlan {
             schema_version: SCHEMA_VERSION,
             scene,
             arguments,
@@ -148,7 +148,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`PlanError`]: a plan of another version of this layout is refused.
-    pub fn read(path: &Path) -> Result<Plan, PlanError> {
+    pub fn read(path: &Path) -> Result<RenderPlan, PlanError> {
         let io = |source| PlanError::Io {
             path: path.into(),
             source,
@@ -173,7 +173,7 @@ impl Plan {
             Ok(_) => {}
             Err(error) => return Err(malformed(&error.to_string())),
         }
-        let plan: Plan =
+        let plan: RenderPlan =
             serde_json::from_slice(&bytes).map_err(|error| malformed(&error.to_string()))?;
         match plan.check() {
             Ok(()) => Ok(plan),
@@ -209,7 +209,7 @@ impl Plan {
                 return wrong(field, value, "a text without control characters");
             }
         }
-        let Developing { exposure, bits, .. } = self.developing;
+        let TileEncoding { exposure, bits, .. } = self.developing;
         if !(-MAX_EXPOSURE..=MAX_EXPOSURE).contains(&exposure) {
             let range = format!("stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}");
             return wrong("developing.exposure", exposure.to_string(), &range);
@@ -266,7 +266,7 @@ impl Plan {
     /// [`PlanError::Output`] where it does not lie in the folder of that file, links followed: a plan may be anybody's, and must not
     /// choose which files are replaced. Whoever merges it may name any path instead.
     pub fn picture_path(&self, plan: &Path) -> Result<PathBuf, PlanError> {
-        place::allowed(plan, &self.output).map_err(|reason| PlanError::Output {
+        output_path::allowed(plan, &self.output).map_err(|reason| PlanError::Output {
             path: plan.into(),
             output: self.output.clone(),
             reason,
@@ -293,9 +293,13 @@ fn side(window: Tile, shards: u32) -> u32 {
     let enough = |side: u32| {
         let Tile { width, height, .. } = window;
         let cells = u64::from(width.div_ceil(side)) * u64::from(height.div_ceil(side));
-        cells >= TILES_A_SHARD * u64::from(shards)
+        cells >= MIN_TILES_PER_SHARD * u64::from(shards)
     };
-    let sides = [SIDE, SIDE / 2, SIDE / 4];
+    let sides = [
+        DEFAULT_TILE_SIDE,
+        DEFAULT_TILE_SIDE / 2,
+        DEFAULT_TILE_SIDE / 4,
+    ];
     sides.into_iter().find(|&side| enough(side)).unwrap_or(8)
 }
 
@@ -315,22 +319,22 @@ mod tests {
     use phalanx_scene::Scene;
     use serde_json::json;
 
-    fn plan(width: u32, height: u32, shards: u32) -> Plan {
+    fn plan(width: u32, height: u32, shards: u32) -> RenderPlan {
         let scene = Scene::default();
         let settings = Settings {
             width,
             height,
             ..Settings::of(&scene)
         };
-        let identity = Identity::of(&scene, &settings);
-        let developing = Developing {
+        let key = RenderKey::of(&scene, &settings);
+        let developing = TileEncoding {
             exposure: 0.5,
             srgb: true,
             round: false,
             bits: 8,
         };
         let (scene, output) = ("a.test".into(), "a.png".into());
-        Plan::new(scene, Vec::new(), output, developing, identity, shards)
+        RenderPlan::new(scene, Vec::new(), output, developing, key, shards)
     }
 
     #[test]
@@ -377,10 +381,10 @@ mod tests {
         let path = folder.path().join("plan.json");
         let good = serde_json::to_value(plan(640, 480, 4)).unwrap();
         std::fs::write(&path, good.to_string()).unwrap();
-        assert_eq!(Plan::read(&path).unwrap(), plan(640, 480, 4));
+        assert_eq!(RenderPlan::read(&path).unwrap(), plan(640, 480, 4));
         let refused = |bad: &str| {
             std::fs::write(&path, bad).unwrap();
-            let refused = Plan::read(&path).unwrap_err();
+            let refused = RenderPlan::read(&path).unwrap_err();
             let said = refused.to_string();
             assert!(!said.contains(char::is_control), "{said:?}");
             refused
@@ -448,7 +452,7 @@ mod tests {
             };
             assert_eq!(found, version);
         }
-        assert!(Plan::read(folder.path()).is_err());
+        assert!(RenderPlan::read(folder.path()).is_err());
     }
 
     #[test]
@@ -457,7 +461,7 @@ mod tests {
         let path = folder.path().join("plan.json");
         let file = File::create(&path).unwrap();
         file.set_len(1 << 40).unwrap();
-        let refused = Plan::read(&path).unwrap_err();
+        let refused = RenderPlan::read(&path).unwrap_err();
         assert!(refused.to_string().contains("longer than any"), "{refused}");
     }
 }

@@ -1,17 +1,17 @@
 //! Finished tiles in a file that only ever grows: it may be cut off anywhere, by a crash or a full disk, and what is whole still counts.
 //!
-//! The file begins with the picture's [`Identity`] (see `beginning`); then come records (see `record`), in the order in which tiles
+//! The file begins with the picture's [`RenderKey`] (see `beginning`); then come records (see `record`), in the order in which tiles
 //! were finished. Every tile names the identity's checksum, too, so that a file with a damaged beginning is still known. A byte that
 //! has changed costs the tile that it belongs to, which is rendered again.
 
-use super::beginning::{self, LAYOUT, Owner};
 use super::coverage::Coverage;
-use super::identity::{Difference, Identity, told};
-use super::record::{self, HEAD, Head, MAX_SIDE};
-use super::scan::Scan;
+use super::file_header::{self, FileOwner, LAYOUT_VERSION};
+use super::recovery::Recovery;
+use super::render_key::{KeyDifference, RenderKey, list_differences};
+use super::tile_record::{self, HEADER_BYTES, MAX_SIDE, RecordHeader};
 use crate::frame::Tile;
-use phalanx_io::image::Place;
-use phalanx_scene::film::{Film, Pixels};
+use phalanx_io::image::Destination;
+use phalanx_scene::film::{Film, TileBuffer};
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How often what was written is asked to be on the disk, and not on its way there: what a power failure may cost.
-const SYNC: Duration = Duration::from_secs(5);
+const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 
 /// Why a tile file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -46,7 +46,7 @@ pub enum TileFileError {
     },
     /// A program with another layout made it.
     #[error(
-        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {LAYOUT}",
+        "{}: made by another version of phalanx: its layout has version {found}, this program reads version {LAYOUT_VERSION}",
         path.display()
     )]
     Layout {
@@ -56,12 +56,12 @@ pub enum TileFileError {
         found: u32,
     },
     /// It holds tiles of another picture.
-    #[error("{}: holds tiles of another picture: {}", path.display(), told(differences))]
+    #[error("{}: holds tiles of another picture: {}", path.display(), list_differences(differences))]
     Different {
         /// The file.
         path: PathBuf,
         /// Differences, at least one.
-        differences: Vec<Difference>,
+        differences: Vec<KeyDifference>,
     },
 }
 
@@ -77,12 +77,12 @@ pub struct TileFile {
     pixels: u64,
     /// Tiles that are there, but not as they were written.
     damaged: usize,
-    end: Mutex<End>,
+    append: Mutex<AppendPosition>,
 }
 
 /// Where the next tile goes.
 #[derive(Debug)]
-struct End {
+struct AppendPosition {
     file: File,
     /// The end of the last whole record.
     at: u64,
@@ -95,17 +95,20 @@ impl TileFile {
     ///
     /// # Errors
     /// [`TileFileError`]: also where the file is another picture's, and where another process adds to it.
-    pub fn open(path: &Path, identity: &Identity) -> Result<TileFile, TileFileError> {
+    pub fn open(path: &Path, key: &RenderKey) -> Result<TileFile, TileFileError> {
         let io = |source| io_error(path, source);
         TileFile::check_place(path)?;
         let mut options = OpenOptions::new();
         let file = options.read(true).write(true).create(true).truncate(false);
         let file = file.open(path).map_err(io)?;
         lock(&file, path)?;
-        let mut opened = TileFile::scan(path, file, identity)?;
-        let End { file, at, .. } = opened.end.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let mut opened = TileFile::scan(path, file, key)?;
+        let AppendPosition { file, at, .. } = opened
+            .append
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner);
         if *at == 0 {
-            let head = beginning::bytes(identity);
+            let head = file_header::bytes(key);
             file.seek(SeekFrom::Start(0)).map_err(io)?;
             file.write_all(&head).map_err(io)?;
             *at = head.len() as u64;
@@ -120,11 +123,11 @@ impl TileFile {
     ///
     /// # Errors
     /// [`TileFileError`].
-    pub fn read(path: &Path, identity: &Identity) -> Result<TileFile, TileFileError> {
+    pub fn read(path: &Path, key: &RenderKey) -> Result<TileFile, TileFileError> {
         let io = |source| io_error(path, source);
         TileFile::check_place(path)?;
         let file = File::open(path).map_err(io)?;
-        TileFile::scan(path, file, identity)
+        TileFile::scan(path, file, key)
     }
 
     /// Refuses a place that no tile file can be at, without opening it: tiles are read again from
@@ -134,9 +137,9 @@ impl TileFile {
     /// [`TileFileError::Io`].
     pub fn check_place(path: &Path) -> Result<(), TileFileError> {
         let refused = || io::Error::other("finished tiles are kept in a regular file only");
-        match Place::of(path) {
-            Ok(Place::File(_)) => Ok(()),
-            Ok(Place::Stream(_) | Place::Open(_)) => Err(io_error(path, refused())),
+        match Destination::of(path) {
+            Ok(Destination::File(_)) => Ok(()),
+            Ok(Destination::Stream(_) | Destination::Open(_)) => Err(io_error(path, refused())),
             Err(error) => Err(io_error(path, error)),
         }
     }
@@ -167,7 +170,7 @@ impl TileFile {
     /// The system's reason, or that a tile is no longer what it was.
     pub fn restore(&self, window: Tile, film: &mut Film) -> Result<(), TileFileError> {
         let io = |source| io_error(&self.path, source);
-        let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
         let mut bytes = Vec::new();
         let bottom = window.y + window.height;
         // They stand in the order of their first rows, and none has more rows than a tile may have.
@@ -180,12 +183,12 @@ impl TileFile {
                 continue;
             }
             moved = true;
-            bytes.resize(HEAD, 0);
+            bytes.resize(HEADER_BYTES, 0);
             end.file.seek(SeekFrom::Start(at)).map_err(io)?;
             end.file.read_exact(&mut bytes).map_err(io)?;
             let changed = || io(io::Error::other("it has changed since it was opened"));
-            let same = |head: &Head| head.tile == tile && head.planes == self.planes;
-            let head = Head::read(&bytes).filter(same);
+            let same = |head: &RecordHeader| head.tile == tile && head.planes == self.planes;
+            let head = RecordHeader::read(&bytes).filter(same);
             let head = head.ok_or_else(changed)?;
             bytes.resize(head.content_bytes(), 0);
             end.file.read_exact(&mut bytes).map_err(io)?;
@@ -205,16 +208,16 @@ impl TileFile {
     ///
     /// # Errors
     /// The system's reason: that the disk is full, most likely.
-    pub fn append(&self, tile: Tile, pixels: &Pixels) -> Result<(), TileFileError> {
+    pub fn append(&self, tile: Tile, pixels: &TileBuffer) -> Result<(), TileFileError> {
         let io = |source| io_error(&self.path, source);
-        let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
-        let End {
+        let mut end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
+        let AppendPosition {
             file,
             at,
             buffer,
             synced,
         } = &mut *end;
-        record::write(buffer, tile, self.identity, &pixels.planes());
+        tile_record::write(buffer, tile, self.identity, &pixels.planes());
         let written = file.write_all(buffer);
         if let Err(error) = written {
             // As much as can be done: what is half written is found out anyway.
@@ -223,7 +226,7 @@ impl TileFile {
             return Err(io(error));
         }
         *at += buffer.len() as u64;
-        if synced.elapsed() > SYNC {
+        if synced.elapsed() > SYNC_INTERVAL {
             file.sync_data().map_err(io)?;
             *synced = Instant::now();
         }
@@ -235,33 +238,33 @@ impl TileFile {
     /// # Errors
     /// The system's reason.
     pub fn sync(&self) -> Result<(), TileFileError> {
-        let end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        let end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
         end.file
             .sync_all()
             .map_err(|source| io_error(&self.path, source))
     }
 
     /// Looks at every record.
-    fn scan(path: &Path, file: File, identity: &Identity) -> Result<TileFile, TileFileError> {
+    fn scan(path: &Path, file: File, key: &RenderKey) -> Result<TileFile, TileFileError> {
         let io = |source| io_error(path, source);
-        let found = Scan::run(&file, identity).map_err(io)?;
+        let found = Recovery::run(&file, key).map_err(io)?;
         match found.owner {
-            Owner::Ours | Owner::Nobody => {}
-            Owner::Unknown => return Err(TileFileError::Other { path: path.into() }),
-            Owner::Layout(found) => {
+            FileOwner::Ours | FileOwner::Nobody => {}
+            FileOwner::Unknown => return Err(TileFileError::Other { path: path.into() }),
+            FileOwner::Layout(found) => {
                 return Err(TileFileError::Layout {
                     path: path.into(),
                     found,
                 });
             }
-            Owner::Other(theirs) => {
+            FileOwner::Other(theirs) => {
                 return Err(TileFileError::Different {
                     path: path.into(),
-                    differences: theirs.differences(identity),
+                    differences: theirs.differences(key),
                 });
             }
         }
-        let mut coverage = Coverage::new(identity.window());
+        let mut coverage = Coverage::new(key.window());
         let pixels = found
             .tiles
             .iter()
@@ -271,13 +274,13 @@ impl TileFile {
         tiles.sort_by_key(|(tile, at)| (tile.y, tile.x, *at));
         Ok(TileFile {
             path: path.into(),
-            identity: identity.checksum(),
-            planes: record::planes(identity),
+            identity: key.checksum(),
+            planes: tile_record::planes(key),
             tiles,
             coverage,
             pixels,
             damaged: found.damaged,
-            end: Mutex::new(End {
+            append: Mutex::new(AppendPosition {
                 file,
                 at: found.end,
                 buffer: Vec::new(),

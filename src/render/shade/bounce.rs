@@ -1,14 +1,14 @@
 //! Mirror and refracted rays (design document, "Recursive shading model": … + Ks I_R + K_T I_T), and mirror rays that are spread.
 
-use super::surface::{Material, Surface};
+use super::surface::{ShadeMaterial, Surface};
 use super::wide;
 use glam::Vec3;
-use phalanx_scene::sampling::{self, Purpose};
+use phalanx_scene::sampling::{self, Dimension};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
 /// The secondary rays of eight points. A ray whose weight is exactly zero is not among them.
 #[derive(Clone, Copy, Debug)]
-pub struct Bounces {
+pub struct SecondaryRays {
     /// Lanes that send a mirror ray.
     pub reflect: Mask8,
     /// Its origin, unit direction and weight: Ks, or Ks + Kt on total internal reflection.
@@ -27,7 +27,7 @@ pub struct Bounces {
 
 /// Mirror direction d − 2(d·n)n, and Snell's law with η = 1/ior entering and ior leaving (Glassner, "An Introduction
 /// to Ray Tracing", 1989): k = 1 − η²(1 − cos²); below zero the reflection is total.
-pub fn bounces(material: &Material, at: &Surface) -> Bounces {
+pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     let (d, n) = (at.dir, at.ns);
     let along = d.dot(n);
     let mirror = d - n.scale(F32x8::splat(2.0) * along);
@@ -55,9 +55,9 @@ pub fn bounces(material: &Material, at: &Surface) -> Bounces {
         }
     };
     let reflect = (total & reflects(both)) | (!total & reflects(material.ks));
-    Bounces {
+    SecondaryRays {
         reflect: at.active & reflect,
-        reflect_org: leave(at, reflect_dir),
+        reflect_org: offset_origin(at, reflect_dir),
         reflect_dir,
         reflect_weight: Vec3x8::select(total, both_wide, ks),
         refract: if transmits {
@@ -65,38 +65,44 @@ pub fn bounces(material: &Material, at: &Surface) -> Bounces {
         } else {
             Mask8::none()
         },
-        refract_org: leave(at, refract_dir),
+        refract_org: offset_origin(at, refract_dir),
         refract_dir,
     }
 }
 
 /// Spreads the mirror rays of eight points, reached by rays of these seeds, over the lobe of a gloss above 0: one ray stands for all of
 /// them, and weighs as much. On the side of the geometric surface where the mirror ray is, it stays.
-pub fn spread(rays: &mut Bounces, at: &Surface, gloss: f32, seeds: [u32; LANES], sample: u32) {
+pub fn sample_glossy(
+    rays: &mut SecondaryRays,
+    at: &Surface,
+    gloss: f32,
+    seeds: [u32; LANES],
+    sample: u32,
+) {
     let mirror = rays.reflect_dir;
-    let lobe = sampling::lobe(sampling::points(seeds, sample, Purpose::Gloss), gloss);
-    let dir = beside(at, about(lobe, mirror), mirror).normalized();
+    let lobe = sampling::phong_lobe(sampling::points(seeds, sample, Dimension::Gloss), gloss);
+    let dir = mirror_into_hemisphere(at, to_world(lobe, mirror), mirror).normalized();
     rays.reflect_dir = dir;
-    rays.reflect_org = leave(at, dir);
+    rays.reflect_org = offset_origin(at, dir);
 }
 
 /// Origins and unit directions of rays, one from each of eight points that rays of these seeds reached, to where it may be open: about
 /// the shading normal by the cosine, and on the outside of the geometric surface.
-pub fn skyward(at: &Surface, seeds: [u32; LANES], sample: u32) -> (Vec3x8, Vec3x8) {
-    let local = sampling::hemisphere(sampling::points(seeds, sample, Purpose::Sky));
-    let dir = beside(at, about(local, at.ns), at.ng).normalized();
-    (leave(at, dir), dir)
+pub fn sample_ao_ray(at: &Surface, seeds: [u32; LANES], sample: u32) -> (Vec3x8, Vec3x8) {
+    let local = sampling::cosine_hemisphere(sampling::points(seeds, sample, Dimension::Sky));
+    let dir = mirror_into_hemisphere(at, to_world(local, at.ns), at.ng).normalized();
+    (offset_origin(at, dir), dir)
 }
 
 /// Vectors given about z, about unit vectors.
-fn about(local: [[f32; LANES]; 3], axis: Vec3x8) -> Vec3x8 {
+fn to_world(local: [[f32; LANES]; 3], axis: Vec3x8) -> Vec3x8 {
     let axis = [axis.x, axis.y, axis.z].map(F32x8::to_array);
-    let [x, y, z] = sampling::around(local, axis).map(F32x8::new);
+    let [x, y, z] = sampling::to_frame(local, axis).map(F32x8::new);
     Vec3x8::new(x, y, z)
 }
 
 /// Directions as they are, if they lie on the side of the geometric surface where `inner` does, and else reflected by it.
-fn beside(at: &Surface, dir: Vec3x8, inner: Vec3x8) -> Vec3x8 {
+fn mirror_into_hemisphere(at: &Surface, dir: Vec3x8, inner: Vec3x8) -> Vec3x8 {
     let along = dir.dot(at.ng);
     let (out, right) = (along.ge(F32x8::ZERO), inner.dot(at.ng).ge(F32x8::ZERO));
     let turned = dir - at.ng.scale(F32x8::splat(2.0) * along);
@@ -104,7 +110,7 @@ fn beside(at: &Surface, dir: Vec3x8, inner: Vec3x8) -> Vec3x8 {
 }
 
 /// The offset origin, on the side of the surface the direction points to.
-fn leave(at: &Surface, dir: Vec3x8) -> Vec3x8 {
+fn offset_origin(at: &Surface, dir: Vec3x8) -> Vec3x8 {
     let outward = dir.dot(at.ng).ge(F32x8::ZERO);
     at.point + at.ng.scale(outward.select(at.offset, -at.offset))
 }

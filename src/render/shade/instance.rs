@@ -1,27 +1,27 @@
 //! Hits that instances show: evaluated in the space of the mesh, and moved into the world's.
 
-use super::surface::{Place, gather, unit_or};
+use super::surface::{SurfacePoint, gather_column, unit_or};
 use phalanx_scene::{PAD, Scene};
 use phalanx_trace::packet::RayPacket;
 use phalanx_trace::simd::{F32x8, LANES, Lanes, Vec3x8};
 
 /// The maps of eight instances, both ways: three columns of the matrix and the translation each.
-pub(super) struct Maps {
+pub(super) struct InstanceTransforms {
     to_object: [Vec3x8; 4],
     to_world: [Vec3x8; 4],
 }
 
-impl Maps {
-    pub(super) fn of(scene: &Scene, instances: &[usize; LANES]) -> Maps {
+impl InstanceTransforms {
+    pub(super) fn of(scene: &Scene, instances: &[usize; LANES]) -> InstanceTransforms {
         let i = &scene.instances;
-        Maps {
-            to_object: std::array::from_fn(|k| gather(&i.to_object[k], instances)),
-            to_world: std::array::from_fn(|k| gather(&i.to_world[k], instances)),
+        InstanceTransforms {
+            to_object: std::array::from_fn(|k| gather_column(&i.to_object[k], instances)),
+            to_world: std::array::from_fn(|k| gather_column(&i.to_world[k], instances)),
         }
     }
 
     /// The rays in the space of the meshes.
-    pub(super) fn moved(&self, rays: &RayPacket) -> RayPacket {
+    pub(super) fn to_object(&self, rays: &RayPacket) -> RayPacket {
         RayPacket {
             org: linear(&self.to_object, rays.org) + self.to_object[3],
             dir: linear(&self.to_object, rays.dir),
@@ -32,7 +32,7 @@ impl Maps {
     /// A place of the meshes' space in the world. Normals go back through the transpose of the map that brought the
     /// rays. As with ellipsoids, the offset makes good the rounding of the next ray's way into the mesh's space, where a
     /// step along the normal counts by the length of the gradient Mᵀn.
-    pub(super) fn outside(&self, inside: Place, rays: &RayPacket) -> Place {
+    pub(super) fn to_world(&self, inside: SurfacePoint, rays: &RayPacket) -> SurfacePoint {
         let point = linear(&self.to_world, inside.point) + self.to_world[3];
         let [mx, my, mz, shift] = self.to_object;
         let back = |n: Vec3x8| Vec3x8::new(mx.dot(n), my.dot(n), mz.dot(n));
@@ -44,7 +44,7 @@ impl Maps {
         let terms =
             ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
         let reach = (terms.max_abs() * F32x8::splat(PAD) + inside.offset) / length;
-        Place {
+        SurfacePoint {
             point,
             ng,
             ns,

@@ -2,10 +2,10 @@
 //! ("Shading model"), before visibility. Each point may see a place of its own of a light with an area.
 
 use super::pow::pow;
-use super::surface::{Material, Surface};
+use super::surface::{ShadeMaterial, Surface};
 use super::wide;
 use glam::Vec3;
-use phalanx_scene::sampling::{self, Purpose};
+use phalanx_scene::sampling::{self, Dimension};
 use phalanx_scene::{LightShape, Scene};
 use phalanx_trace::simd::{F32x8, LANES, Lanes, Mask8, Vec3x8};
 
@@ -23,38 +23,43 @@ pub struct LightSample {
 }
 
 /// Where a light is, for points reached by rays of these seeds: all see the same place but of a light with an area.
-pub fn light_places(scene: &Scene, light: usize, seeds: [u32; LANES], sample: u32) -> Vec3x8 {
+pub fn sample_light_position(
+    scene: &Scene,
+    light: usize,
+    seeds: [u32; LANES],
+    sample: u32,
+) -> Vec3x8 {
     let lights = &scene.lights;
-    let place = wide(lights.place.get(light));
-    let square = || sampling::points(seeds, sample, Purpose::Light(light as u32));
+    let position = wide(lights.position.get(light));
+    let square = || sampling::points(seeds, sample, Dimension::Light(light as u32));
     match lights.shape(light) {
-        LightShape::Point | LightShape::Directional => place,
+        LightShape::Point | LightShape::Directional => position,
         LightShape::Sphere(radius) => {
-            let [x, y, z] = sampling::sphere(square()).map(F32x8::new);
-            place + Vec3x8::new(x, y, z).scale(F32x8::splat(radius))
+            let [x, y, z] = sampling::uniform_sphere(square()).map(F32x8::new);
+            position + Vec3x8::new(x, y, z).scale(F32x8::splat(radius))
         }
         LightShape::Rectangle([e, f]) => {
             let [u, v] = square().map(F32x8::new);
-            (place + wide(e).scale(u)) + wide(f).scale(v)
+            (position + wide(e).scale(u)) + wide(f).scale(v)
         }
     }
 }
 
-/// Evaluates light `light`, which is at `place`, for a batch; `tint` is its texture's colour, if it has a texture.
+/// Evaluates light `light`, which is at `position`, for a batch; `tint` is its texture's colour, if it has a texture.
 pub fn sample_light(
     scene: &Scene,
     light: usize,
-    place: Vec3x8,
-    material: &Material,
+    position: Vec3x8,
+    material: &ShadeMaterial,
     tint: Option<&Vec3x8>,
     at: &Surface,
 ) -> LightSample {
     let lights = &scene.lights;
     let color = wide(lights.color.get(light));
     let (dir, to_light, radiance, lit) = if lights.directional[light] {
-        (place, place, color, at.active)
+        (position, position, color, at.active)
     } else {
-        let to = place - at.point;
+        let to = position - at.point;
         let squared = to.dot(to);
         let distance = squared.sqrt();
         let a = wide(lights.attenuation.get(light));
@@ -77,7 +82,7 @@ pub fn sample_light(
     let radiance = radiance.mul_elementwise(lobe);
     let facing = to_light.dot(at.ng).gt(F32x8::ZERO);
     LightSample {
-        needed: lit & facing & adds(radiance),
+        needed: lit & facing & is_nonzero(radiance),
         radiance,
         org: at.point + at.ng.scale(at.offset),
         dir,
@@ -85,7 +90,7 @@ pub fn sample_light(
 }
 
 /// Lanes with a component that is a number other than zero, and none that is not a number.
-fn adds(v: Vec3x8) -> Mask8 {
+fn is_nonzero(v: Vec3x8) -> Mask8 {
     let any = |c: F32x8| c.lt(F32x8::ZERO) | c.gt(F32x8::ZERO);
     let number = v.x.eq(v.x) & v.y.eq(v.y) & v.z.eq(v.z);
     number & (any(v.x) | any(v.y) | any(v.z))

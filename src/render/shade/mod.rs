@@ -18,11 +18,11 @@ mod pow;
 mod surface;
 mod texture;
 
-pub use bounce::{Bounces, bounces, skyward, spread};
-pub use light::{LightSample, light_places, sample_light};
+pub use bounce::{SecondaryRays, bounces, sample_ao_ray, sample_glossy};
+pub use light::{LightSample, sample_light, sample_light_position};
 pub use pow::pow;
-pub use surface::{Batch, Material, Surface, surface};
-pub use texture::{UNTINTED, tint};
+pub use surface::{ShadeGroup, ShadeMaterial, Surface, surface};
+pub use texture::{WHITE, texture_color};
 
 use glam::Vec3;
 use phalanx_trace::simd::Vec3x8;

@@ -1,9 +1,10 @@
 //! Eight hits of one kind and one material: where they are and which way the surface faces.
 
-use super::instance::Maps;
+use super::instance::InstanceTransforms;
 use glam::Vec3;
 use phalanx_scene::{
-    BEYOND_BOXES, ConeProfile, IN_DOUBLE, OF_EDGES, OF_WAY, PAD, PrimKind, ROUNDING, Scene, Vec3s,
+    ConeProfile, DOUBLE_ROUNDING, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE, OFFSET_PER_EDGE,
+    PAD, PLANE_ROUNDING, PrimKind, Scene, Vec3s,
 };
 use phalanx_trace::packet::{HitPacket, RayPacket};
 use phalanx_trace::simd::{F32x8, F64x8, LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
@@ -43,7 +44,7 @@ impl Surface {
 
 /// One material, its colours ready to be multiplied.
 #[derive(Clone, Copy, Debug)]
-pub struct Material {
+pub struct ShadeMaterial {
     /// Ambient.
     pub ka: Vec3,
     /// Emission.
@@ -60,12 +61,12 @@ pub struct Material {
     pub ior: f32,
 }
 
-impl Material {
+impl ShadeMaterial {
     /// Reads one row of the columns. Whoever asks wants a few of them, and the rest is not read where this is inlined.
     #[inline(always)]
-    pub fn of(scene: &Scene, index: u32) -> Material {
+    pub fn of(scene: &Scene, index: u32) -> ShadeMaterial {
         let (m, i) = (&scene.materials, index as usize);
-        Material {
+        ShadeMaterial {
             ka: m.ka.get(i),
             ke: m.ke.get(i),
             kd: m.kd.get(i),
@@ -80,14 +81,14 @@ impl Material {
     /// what they add up to, but no less than 1. Divided by it, the weights of all that a hit sends
     /// add up to 1 at most, and so do the shares of a camera ray's bounces at every depth, whatever
     /// the materials: no more than 1/w of them in each component are w or more.
-    pub fn sent(&self) -> Vec3 {
+    pub fn secondary_weight(&self) -> Vec3 {
         (self.ks.abs() + self.kt.abs()).max(Vec3::ONE)
     }
 }
 
 /// What eight hits must share to be shaded together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Batch {
+pub struct ShadeGroup {
     /// Kind of primitive.
     pub kind: PrimKind,
     /// Whether instances show them.
@@ -99,25 +100,25 @@ pub struct Batch {
 /// Evaluates eight hits of one batch. Lanes outside `active` repeat an active one.
 pub fn surface(
     scene: &Scene,
-    batch: Batch,
+    batch: ShadeGroup,
     rays: &RayPacket,
     hits: &HitPacket,
     active: Mask8,
     ray: [u32; LANES],
 ) -> Surface {
     let place = if batch.instanced {
-        let placed = hits.prim_id.to_array().map(|id| scene.placed(id));
+        let placed = hits.prim_id.to_array().map(|id| scene.resolve(id));
         let rows = placed.map(|p| scene.prims[p.prim as usize].index());
         let instances = placed.map(|p| p.instance.unwrap_or_default() as usize);
-        let map = Maps::of(scene, &instances);
-        let inside = map.moved(rays);
+        let map = InstanceTransforms::of(scene, &instances);
+        let inside = map.to_object(rays);
         let back = -inside.dir.normalized();
-        let seen = place(scene, batch.kind, &rows, &inside, back, hits);
-        map.outside(seen, rays)
+        let seen = surface_point(scene, batch.kind, &rows, &inside, back, hits);
+        map.to_world(seen, rays)
     } else {
         let rows = hits.prim_id.to_array();
         let rows = rows.map(|id| scene.prims[id as usize].index());
-        place(scene, batch.kind, &rows, rays, -rays.dir, hits)
+        surface_point(scene, batch.kind, &rows, rays, -rays.dir, hits)
     };
     let away = rays.dir.dot(place.ng).gt(F32x8::ZERO);
     Surface {
@@ -134,7 +135,7 @@ pub fn surface(
 }
 
 /// Point, outward normals and offset, before they are turned.
-pub(super) struct Place {
+pub(super) struct SurfacePoint {
     pub(super) point: Vec3x8,
     pub(super) ng: Vec3x8,
     pub(super) ns: Vec3x8,
@@ -143,14 +144,14 @@ pub(super) struct Place {
 
 /// In the space where the primitives are stored. `back` is the unit vector against the rays there, the normal of what has
 /// none; a ray's own direction is no unit vector within an instance.
-fn place(
+fn surface_point(
     scene: &Scene,
     kind: PrimKind,
     rows: &[usize; LANES],
     rays: &RayPacket,
     back: Vec3x8,
     hits: &HitPacket,
-) -> Place {
+) -> SurfacePoint {
     match kind {
         PrimKind::Sphere => sphere(scene, rows, rays, back, hits.t),
         PrimKind::Ellipsoid => ellipsoid(scene, rows, rays, back, hits.t),
@@ -159,7 +160,7 @@ fn place(
     }
 }
 
-pub(super) fn gather(column: &Vec3s, rows: &[usize; LANES]) -> Vec3x8 {
+pub(super) fn gather_column(column: &Vec3s, rows: &[usize; LANES]) -> Vec3x8 {
     Vec3x8::new(
         F32x8::new(rows.map(|i| column.x[i])),
         F32x8::new(rows.map(|i| column.y[i])),
@@ -181,11 +182,11 @@ fn triangle(
     rays: &RayPacket,
     back: Vec3x8,
     hits: &HitPacket,
-) -> Place {
+) -> SurfacePoint {
     let t = &scene.triangles;
     let corners = rows.map(|i| t.corners[i]);
-    let corner = |k: usize| gather(&t.vertices, &corners.map(|of| of[k] as usize));
-    let feet = Feet::of([corner(0), corner(1), corner(2)], rays, hits);
+    let corner = |k: usize| gather_column(&t.vertices, &corners.map(|of| of[k] as usize));
+    let feet = TriangleHitPoints::of([corner(0), corner(1), corner(2)], rays, hits);
     let point = feet.point;
     let ng = Vec3x8::select(feet.solid, feet.normal, back);
     let ns = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
@@ -195,13 +196,13 @@ fn triangle(
         }
         false => ng,
     };
-    let rounding =
-        ng.abs().dot(point.abs()) * F32x8::splat(ROUNDING) + feet.edges * F32x8::splat(IN_DOUBLE);
-    let [least, most] = OF_EDGES.map(|share| feet.edges * F32x8::splat(share));
-    let beyond = point.max_abs() * F32x8::splat(BEYOND_BOXES);
-    let way = feet.way * F32x8::splat(OF_WAY);
+    let rounding = ng.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING)
+        + feet.edges * F32x8::splat(DOUBLE_ROUNDING);
+    let [least, most] = OFFSET_PER_EDGE.map(|share| feet.edges * F32x8::splat(share));
+    let beyond = point.max_abs() * F32x8::splat(OFFSET_PER_COORDINATE);
+    let way = feet.ray_extent * F32x8::splat(MAX_OFFSET_PER_DISTANCE);
     let offset = rounding.max(beyond.max(least).min(most).min(way));
-    Place {
+    SurfacePoint {
         point,
         ng,
         ns,
@@ -212,7 +213,7 @@ fn triangle(
 /// Where rays meet triangles, in `f64` until it is known: so a point is on its triangle's plane to
 /// within its own rounding wherever that is and however large the triangle, and its error is nobody
 /// else's.
-struct Feet {
+struct TriangleHitPoints {
     point: Vec3x8,
     /// Of unit length where `solid`.
     normal: Vec3x8,
@@ -221,15 +222,15 @@ struct Feet {
     /// Largest component of two edges.
     edges: F32x8,
     /// Largest component of the ray's way to it.
-    way: F32x8,
+    ray_extent: F32x8,
 }
 
-impl Feet {
+impl TriangleHitPoints {
     /// Of a triangle that is large where it is met, the point is the ray's in the plane; of others
     /// it is that of the barycentric weights, which is within the triangle: an `f32` weight is as
     /// good as the triangle is small.
     #[inline(always)]
-    fn of(corners: [Vec3x8; 3], rays: &RayPacket, hits: &HitPacket) -> Feet {
+    fn of(corners: [Vec3x8; 3], rays: &RayPacket, hits: &HitPacket) -> TriangleHitPoints {
         let [a, b, c] = corners.map(Vec3Lanes::from);
         let dir = Vec3Lanes::from(rays.dir);
         let [t, beta, gamma] = [hits.t, hits.u, hits.v].map(F64x8::from);
@@ -237,44 +238,44 @@ impl Feet {
         // order points the other way.
         let (e1, e2) = (b - a, c - a);
         let normal = e1.cross(e2);
-        let edges = largest(e1).max(largest(e2));
-        let way = t * largest(dir);
+        let edges = max_abs_component(e1).max(max_abs_component(e2));
+        let way = t * max_abs_component(dir);
         let alpha = (F64x8::ONE - beta) - gamma;
         let weighed = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
         let mut point = weighed.rounded();
-        let large = edges.gt(F64x8::splat(LARGE) * way);
+        let large = edges.gt(F64x8::splat(MAX_LENGTH_PER_DISTANCE) * way);
         if large.any() {
             let org = Vec3Lanes::from(rays.org);
             let along = normal.dot(a - org) / normal.dot(dir);
-            let alike = (along - t).abs().le(F64x8::splat(ALIKE) * t);
+            let alike = (along - t).abs().le(F64x8::splat(MAX_DISTANCE_ERROR) * t);
             let met = (org + dir.scale(along)).rounded();
             point = Vec3x8::select(large & alike, met, point);
         }
         let squared = normal.dot(normal);
         let normal = normal.scale(F64x8::ONE / squared.sqrt()).rounded();
-        Feet {
+        TriangleHitPoints {
             point,
             normal,
             solid: squared.gt(F64x8::splat(0.0)),
             edges: edges.rounded(),
-            way: way.rounded(),
+            ray_extent: way.rounded(),
         }
     }
 }
 
 /// Largest absolute component.
 #[inline(always)]
-fn largest(v: Vec3Lanes<F64x8>) -> F64x8 {
+fn max_abs_component(v: Vec3Lanes<F64x8>) -> F64x8 {
     v.x.abs().max(v.y.abs()).max(v.z.abs())
 }
 
 /// A triangle is large that is so many times as long as its hit is far: there, what weights lose
 /// could be seen.
-const LARGE: f64 = 64.0;
+const MAX_LENGTH_PER_DISTANCE: f64 = 64.0;
 
 /// How far, relatively, the distance to the plane may be from the hit's: farther apart they are
 /// where the ray is in the plane.
-const ALIKE: f64 = 1.0 / 4096.0;
+const MAX_DISTANCE_ERROR: f64 = 1.0 / 4096.0;
 
 /// Interpolated vertex normals; lanes of triangles without them keep `ng`.
 fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng: Vec3x8) -> Vec3x8 {
@@ -297,16 +298,23 @@ fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng:
 /// offset's rounding is as much, and the next ray's test loses 3u of the radius: in f·f − r², and
 /// in r². [`PAD`] is 32u of it, so that a point where spheres pass through each other is beyond the
 /// other one, too.
-fn sphere(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
-    let center = gather(&scene.spheres.center, rows);
+fn sphere(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    t: F32x8,
+) -> SurfacePoint {
+    let center = gather_column(&scene.spheres.center, rows);
     let radius = F32x8::new(rows.map(|i| scene.spheres.radius[i]));
     let n = unit_or((rays.org - center) + rays.dir.scale(t), back);
     let point = center + n.scale(radius);
-    Place {
+    SurfacePoint {
         point,
         ng: n,
         ns: n,
-        offset: radius * F32x8::splat(PAD) + n.abs().dot(point.abs()) * F32x8::splat(ROUNDING),
+        offset: radius * F32x8::splat(PAD)
+            + n.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING),
     }
 }
 
@@ -319,10 +327,10 @@ fn ellipsoid(
     rays: &RayPacket,
     back: Vec3x8,
     t: F32x8,
-) -> Place {
+) -> SurfacePoint {
     let e = &scene.ellipsoids;
-    let [mx, my, mz, shift] = [0, 1, 2, 3].map(|k| gather(&e.to_object[k], rows));
-    let [wx, wy, wz, center] = [0, 1, 2, 3].map(|k| gather(&e.to_world[k], rows));
+    let [mx, my, mz, shift] = [0, 1, 2, 3].map(|k| gather_column(&e.to_object[k], rows));
+    let [wx, wy, wz, center] = [0, 1, 2, 3].map(|k| gather_column(&e.to_world[k], rows));
     let to_object = |v: Vec3x8| (mx.scale(v.x) + my.scale(v.y)) + mz.scale(v.z);
     let org = to_object(rays.org) + shift;
     let dir = to_object(rays.dir);
@@ -335,7 +343,7 @@ fn ellipsoid(
     let terms = ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
     let inside = (terms.max_abs() + F32x8::ONE) / length;
     let offset = (inside + point.max_abs()) * F32x8::splat(PAD);
-    Place {
+    SurfacePoint {
         point,
         ng,
         ns: ng,
@@ -347,12 +355,18 @@ fn ellipsoid(
 /// profile, across it, so that the point moves no farther than it has to, whatever the slope. Its
 /// error is then, per axis, some 6 ulp of the lengths within the cone's box; the next test's way
 /// into the cone's own coordinates adds some 8 of those, times √3 for a slanted normal; [`PAD`] is
-/// 32 ulp. Its place in the world is rounded twice, as a plane's: [`ROUNDING`]. At the very tip there
+/// 32 ulp. Its place in the world is rounded twice, as a plane's: [`PLANE_ROUNDING`]. At the very tip there
 /// is no way away from the axis: the normal points back along the ray.
-fn cone(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t: F32x8) -> Place {
+fn cone(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    t: F32x8,
+) -> SurfacePoint {
     let (base, apex) = (
-        gather(&scene.cones.base, rows),
-        gather(&scene.cones.apex, rows),
+        gather_column(&scene.cones.base, rows),
+        gather_column(&scene.cones.apex, rows),
     );
     let radii = [&scene.cones.base_radius, &scene.cones.apex_radius];
     let [radius, other] = radii.map(|column| F32x8::new(rows.map(|i| column[i])));
@@ -377,8 +391,8 @@ fn cone(scene: &Scene, rows: &[usize; LANES], rays: &RayPacket, back: Vec3x8, t:
     let ng = Vec3x8::select(at_tip, back, unit_or(slanted, back));
     let size = (apex - base).max_abs() + radius.max(other);
     let point = base + (radial.scale(x) + axis.scale(z));
-    let rounding = ng.abs().dot(point.abs()) * F32x8::splat(ROUNDING);
-    Place {
+    let rounding = ng.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING);
+    SurfacePoint {
         point,
         ng,
         ns: ng,

@@ -9,20 +9,20 @@ use phalanx_trace::packet::HitPacket;
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
 /// The colour that changes nothing.
-pub const UNTINTED: Vec3x8 = Vec3x8::new(F32x8::ONE, F32x8::ONE, F32x8::ONE);
+pub const WHITE: Vec3x8 = Vec3x8::new(F32x8::ONE, F32x8::ONE, F32x8::ONE);
 
 /// 2²²: from here on a number counts as whole. Below it adding [`ROUND_MAGIC`] rounds.
 const WHOLE: f32 = 4_194_304.0;
 
 /// The colour of a material's texture at eight hits on triangles; 1 where the material has none or the triangle has no
 /// places on it.
-pub fn tint(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
+pub fn texture_color(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     let texture = scene.materials.texture[material as usize];
     if texture == NO_TEXTURE {
-        return UNTINTED;
+        return WHITE;
     }
     let corners = hits.prim_id.to_array().map(|id| {
-        let prim = scene.placed(id).prim;
+        let prim = scene.resolve(id).prim;
         scene
             .triangles
             .corner_uvs(scene.prims[prim as usize].index())
@@ -30,7 +30,7 @@ pub fn tint(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     let given = corners.iter().enumerate();
     let given = given.fold(0, |bits, (k, uvs)| bits | u32::from(uvs.is_some()) << k);
     if given == 0 {
-        return UNTINTED;
+        return WHITE;
     }
     let (beta, gamma) = (hits.u, hits.v);
     let alpha = (F32x8::ONE - beta) - gamma;
@@ -40,13 +40,13 @@ pub fn tint(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
         (at(0) * alpha + at(1) * beta) + at(2) * gamma
     };
     let color = sample(&scene.textures[texture as usize], place(0), place(1));
-    Vec3x8::select(Mask8::from_bits(given), color, UNTINTED)
+    Vec3x8::select(Mask8::from_bits(given), color, WHITE)
 }
 
 /// Between the four texels around a place: a + (b − a)·t along the rows, then between the rows.
 fn sample(texture: &Texture, u: F32x8, v: F32x8) -> Vec3x8 {
-    let across = Cell::of(u, texture.wrap[0], texture.width);
-    let down = Cell::of(v, texture.wrap[1], texture.height);
+    let across = TexelPair::of(u, texture.wrap[0], texture.width);
+    let down = TexelPair::of(v, texture.wrap[1], texture.height);
     let linear = linear_of_srgb();
     let fetch = |columns: &[u32; LANES], rows: &[u32; LANES]| {
         let texels: [[u8; 3]; LANES] = std::array::from_fn(|k| {
@@ -65,14 +65,14 @@ fn sample(texture: &Texture, u: F32x8, v: F32x8) -> Vec3x8 {
 }
 
 /// The two texels around a place in one direction, and how far it is from the first to the second.
-struct Cell {
+struct TexelPair {
     lower: [u32; LANES],
     upper: [u32; LANES],
     weight: F32x8,
 }
 
-impl Cell {
-    fn of(place: F32x8, wrap: Wrap, size: u32) -> Cell {
+impl TexelPair {
+    fn of(place: F32x8, wrap: Wrap, size: u32) -> TexelPair {
         let two = F32x8::splat(2.0);
         let folded = match wrap {
             Wrap::Repeat => fraction(place),
@@ -90,7 +90,7 @@ impl Cell {
             Wrap::Clamp | Wrap::Mirror => (0, size - 1),
         };
         let upper = cell.to_array().map(|c| c as u32);
-        Cell {
+        TexelPair {
             lower: upper.map(|k| if k == 0 { before } else { k.min(size) - 1 }),
             upper: upper.map(|k| if k >= size { after } else { k }),
             weight: x - cell,

@@ -1,11 +1,11 @@
 //! The picture while it is made: linear radiance in planes, and the primary hits where they are asked for.
 //!
-//! A painter fills the [`Pixels`] of its tile, which are its own; the worker puts them onto the film when they are done.
+//! A painter fills the [`TileBuffer`] of its tile, which are its own; the worker puts them onto the film when they are done.
 
-mod layers;
+mod aov;
 mod tiles;
 
-pub use layers::{Aov, Aovs, Channel, Light, Look, NOTHING};
+pub use aov::{Aov, AovChannel, Aovs, NO_ID, RadianceAovs, SurfaceAov};
 pub use tiles::{Tile, tiles};
 
 use std::sync::{Mutex, PoisonError};
@@ -25,7 +25,7 @@ pub struct Film {
     /// What else is told of every pixel.
     pub aovs: Aovs,
     /// The channels of that, each of width · height values.
-    pub layers: Vec<Vec<f32>>,
+    pub aov_planes: Vec<Vec<f32>>,
     /// Primary hits, if the render recorded them.
     pub hits: Option<Hits>,
 }
@@ -64,31 +64,31 @@ impl Film {
             height,
             planes: [0, 1, 2].map(|_| vec![0.0; pixels]),
             aovs: Aovs::default(),
-            layers: Vec::new(),
+            aov_planes: Vec::new(),
             hits: record_hits.then(|| Hits::none(pixels)),
         }
     }
 
     /// With these layers, which are 0.
     #[inline]
-    pub fn with_layers(mut self, aovs: Aovs) -> Film {
+    pub fn with_aovs(mut self, aovs: Aovs) -> Film {
         let pixels = self.planes[0].len();
         self.aovs = aovs;
-        self.layers = aovs.channels().map(|_| vec![0.0; pixels]).collect();
+        self.aov_planes = aovs.channels().map(|_| vec![0.0; pixels]).collect();
         self
     }
 
     /// What a pixel is made of, but for its hit, in planes of one size: red, green, blue, and the channels of the layers.
     #[inline]
     pub fn all_planes(&self) -> Vec<&[f32]> {
-        let all = self.planes.iter().chain(&self.layers);
+        let all = self.planes.iter().chain(&self.aov_planes);
         all.map(Vec::as_slice).collect()
     }
 
     /// The same to be written to.
     #[inline]
     pub fn planes_mut(&mut self) -> Vec<&mut [f32]> {
-        let all = self.planes.iter_mut().chain(&mut self.layers);
+        let all = self.planes.iter_mut().chain(&mut self.aov_planes);
         all.map(Vec::as_mut_slice).collect()
     }
 
@@ -102,32 +102,32 @@ impl Film {
 
 /// The pixels of one tile, row by row from its top left, and their primary hits if the film keeps them.
 #[derive(Debug)]
-pub struct Pixels {
+pub struct TileBuffer {
     width: usize,
     planes: [Vec<f32>; 3],
     aovs: Aovs,
-    layers: Vec<Vec<f32>>,
+    aov_planes: Vec<Vec<f32>>,
     hits: Option<Hits>,
 }
 
-impl Pixels {
+impl TileBuffer {
     /// Of no tile yet.
     #[inline]
-    pub fn new(record_hits: bool) -> Pixels {
-        Pixels {
+    pub fn new(record_hits: bool) -> TileBuffer {
+        TileBuffer {
             width: 0,
             planes: Default::default(),
             aovs: Aovs::default(),
-            layers: Vec::new(),
+            aov_planes: Vec::new(),
             hits: record_hits.then(Hits::default),
         }
     }
 
     /// With these layers.
     #[inline]
-    pub fn with_layers(mut self, aovs: Aovs) -> Pixels {
+    pub fn with_aovs(mut self, aovs: Aovs) -> TileBuffer {
         self.aovs = aovs;
-        self.layers = aovs.channels().map(|_| Vec::new()).collect();
+        self.aov_planes = aovs.channels().map(|_| Vec::new()).collect();
         self
     }
 
@@ -140,7 +140,7 @@ impl Pixels {
             plane.resize(count, 0.0);
         };
         self.planes.iter_mut().for_each(refill);
-        self.layers.iter_mut().for_each(refill);
+        self.aov_planes.iter_mut().for_each(refill);
         if let Some(hits) = &mut self.hits {
             hits.prim_id.clear();
             hits.prim_id.resize(count, NO_HIT);
@@ -153,7 +153,7 @@ impl Pixels {
     /// What the pixels are made of, but for their hits, in planes of the tile's size, as in [`Film::all_planes`].
     #[inline]
     pub fn planes(&self) -> Vec<&[f32]> {
-        let all = self.planes.iter().chain(&self.layers);
+        let all = self.planes.iter().chain(&self.aov_planes);
         all.map(Vec::as_slice).collect()
     }
 
@@ -171,7 +171,7 @@ impl Pixels {
 
     /// What a pixel's first camera ray hit, for the layers that tell of it.
     #[inline]
-    pub fn set_look(&mut self, x: u32, y: u32, look: &Look) {
+    pub fn set_surface(&mut self, x: u32, y: u32, look: &SurfaceAov) {
         for aov in self.aovs.iter() {
             let (values, count) = look.channels(aov);
             self.set_layer(x, y, aov, &values[..count]);
@@ -180,8 +180,8 @@ impl Pixels {
 
     /// Which way a pixel's radiance came, for the layers that tell of it.
     #[inline]
-    pub fn set_light(&mut self, x: u32, y: u32, light: &Light) {
-        for (aov, rgb) in Light::AOVS.into_iter().zip(&light.0) {
+    pub fn set_light(&mut self, x: u32, y: u32, light: &RadianceAovs) {
+        for (aov, rgb) in RadianceAovs::AOVS.into_iter().zip(&light.0) {
             if self.aovs.has(aov) {
                 self.set_layer(x, y, aov, rgb);
             }
@@ -192,7 +192,10 @@ impl Pixels {
     #[inline]
     pub fn set_layer(&mut self, x: u32, y: u32, aov: Aov, values: &[f32]) {
         let at = self.index(x, y);
-        for (channel, value) in self.layers[self.aovs.before(aov)..].iter_mut().zip(values) {
+        for (channel, value) in self.aov_planes[self.aovs.before(aov)..]
+            .iter_mut()
+            .zip(values)
+        {
             channel[at] = *value;
         }
     }
@@ -237,13 +240,13 @@ impl Pixels {
 }
 
 /// Where workers put the tiles that they have finished.
-pub trait Sink: Sync {
+pub trait TileSink: Sync {
     /// Whether primary hits are wanted.
     fn records_hits(&self) -> bool;
     /// Which layers are.
     fn aovs(&self) -> Aovs;
     /// Takes the pixels of a tile.
-    fn put(&self, tile: Tile, pixels: &Pixels);
+    fn put(&self, tile: Tile, pixels: &TileBuffer);
 }
 
 /// A film of a window of the picture that workers fill at the same time, in bands as high as a tile.
@@ -252,12 +255,12 @@ pub struct SharedFilm<'a> {
     side: u32,
     aovs: Aovs,
     record_hits: bool,
-    bands: Vec<Mutex<Band<'a>>>,
+    bands: Vec<Mutex<FilmBand<'a>>>,
 }
 
 /// Some rows of a film.
 #[derive(Default)]
-struct Band<'a> {
+struct FilmBand<'a> {
     /// Radiance and layers.
     planes: Vec<&'a mut [f32]>,
     /// Empty where the film keeps no hits.
@@ -280,9 +283,9 @@ impl<'a> SharedFilm<'a> {
             width * cell.within(window).height as usize
         });
         let values: Vec<usize> = values.collect();
-        let mut bands: Vec<Band> = Vec::new();
-        bands.resize_with(values.len(), Band::default);
-        for plane in film.planes.iter_mut().chain(&mut film.layers) {
+        let mut bands: Vec<FilmBand> = Vec::new();
+        bands.resize_with(values.len(), FilmBand::default);
+        for plane in film.planes.iter_mut().chain(&mut film.aov_planes) {
             part(plane, &values, &mut bands, |band, mine| {
                 band.planes.push(mine)
             });
@@ -309,8 +312,8 @@ impl<'a> SharedFilm<'a> {
 fn part<'a, T>(
     mut plane: &'a mut [T],
     values: &[usize],
-    bands: &mut [Band<'a>],
-    give: impl Fn(&mut Band<'a>, &'a mut [T]),
+    bands: &mut [FilmBand<'a>],
+    give: impl Fn(&mut FilmBand<'a>, &'a mut [T]),
 ) {
     for (band, &count) in bands.iter_mut().zip(values) {
         let (mine, rest) = plane.split_at_mut(count);
@@ -319,7 +322,7 @@ fn part<'a, T>(
     }
 }
 
-impl Sink for SharedFilm<'_> {
+impl TileSink for SharedFilm<'_> {
     fn records_hits(&self) -> bool {
         self.record_hits
     }
@@ -329,7 +332,7 @@ impl Sink for SharedFilm<'_> {
     }
 
     /// The tile is one of those that the film was parted for.
-    fn put(&self, tile: Tile, pixels: &Pixels) {
+    fn put(&self, tile: Tile, pixels: &TileBuffer) {
         let row = (tile.y / self.side - self.window.y / self.side) as usize;
         let top = (tile.y - tile.y % self.side).max(self.window.y);
         // Nobody leaves a band in a state that is wrong: pixels are numbers.
@@ -339,7 +342,7 @@ impl Sink for SharedFilm<'_> {
         let pitch = self.window.width as usize;
         let first = (tile.y - top) as usize * pitch + (tile.x - self.window.x) as usize;
         let place = (first, pitch, pixels.width);
-        let planes = pixels.planes.iter().chain(&pixels.layers);
+        let planes = pixels.planes.iter().chain(&pixels.aov_planes);
         for (to, from) in band.planes.iter_mut().zip(planes) {
             put(to, from, place);
         }
@@ -380,7 +383,7 @@ mod tests {
             };
             let mut film = Film::new(width, height, true);
             let shared = SharedFilm::of(&mut film, window, side);
-            let mut pixels = Pixels::new(shared.records_hits());
+            let mut pixels = TileBuffer::new(shared.records_hits());
             for tile in tiles(window, side) {
                 pixels.fit(tile);
                 for (x, y) in (0..tile.height).flat_map(|y| (0..tile.width).map(move |x| (x, y))) {
@@ -416,7 +419,7 @@ mod tests {
             width: 8,
             height: 3,
         };
-        let [mut runs, mut single] = [0, 1].map(|_| Pixels::new(false));
+        let [mut runs, mut single] = [0, 1].map(|_| TileBuffer::new(false));
         for pixels in [&mut runs, &mut single] {
             pixels.fit(tile);
         }

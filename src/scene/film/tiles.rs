@@ -72,7 +72,10 @@ pub fn tiles(window: Tile, side: u32) -> Vec<Tile> {
                 width: side,
                 height: side,
             };
-            all.push((spread(column) | spread(row) << 1, cell.within(window)));
+            all.push((
+                spread_bits(column) | spread_bits(row) << 1,
+                cell.within(window),
+            ));
         }
     }
     all.sort_by_key(|&(code, _)| code);
@@ -80,7 +83,7 @@ pub fn tiles(window: Tile, side: u32) -> Vec<Tile> {
 }
 
 /// Puts a zero bit before every bit of `v` (the Morton code's half).
-fn spread(v: u32) -> u64 {
+fn spread_bits(v: u32) -> u64 {
     let mut v = v as u64;
     for (shift, mask) in [
         (16, 0x0000_ffff_0000_ffff),

@@ -1,7 +1,7 @@
 //! Which pixels get more samples, where more is left to chance than where a camera ray goes through its pixel: those where more would
 //! help most. (Where nothing is, parts of pixels get more: `cells`.)
 //!
-//! Every pixel begins with [`FIRST`] samples. Then rounds follow, each of which doubles the samples of the pixels that are still
+//! Every pixel begins with [`FIRST_SAMPLES`] samples. Then rounds follow, each of which doubles the samples of the pixels that are still
 //! open, up to the most that were asked for. A pixel stays open while another sample of it would help more than the threshold says:
 //! the error of stratified samples of an edge falls with n^(-3/4), so that its square is v n^(-3/2), with v the samples' variance,
 //! and what one more sample takes away from it v n^(-5/2). Leaving that equal everywhere gives the least mean square for the rays
@@ -12,16 +12,16 @@
 //! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile asks another one. All decisions are
 //! made in f64, in one order.
 
-use super::pixel::Gathered;
+use super::pixel::PixelAccumulator;
 
 /// Side of the blocks that pixels are compared in.
 pub const BLOCK: u32 = 8;
 
 /// Samples that every pixel gets, unless fewer are the most.
-pub const FIRST: u32 = 4;
+pub const FIRST_SAMPLES: u32 = 4;
 
 /// The share of a neighbour's variance that counts as a pixel's own.
-const NEIGHBOUR: f64 = 0.25;
+const NEIGHBOUR_WEIGHT: f64 = 0.25;
 
 /// When a pixel, or a part of it, is finished.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,18 +33,18 @@ pub struct Adaptive {
 }
 
 /// One pixel of a block, row by row from its upper left.
-pub type Pixels = u64;
+pub type PixelMask = u64;
 
 impl Adaptive {
     /// Which of a block's `open` pixels, which have gathered `samples` each, are to get as many again. `gathered` has the pixels of
     /// the block's rows, of which the first `width` and `height` are in the picture.
-    pub fn stay_open(
+    pub fn still_active(
         &self,
-        open: Pixels,
+        open: PixelMask,
         samples: u32,
-        gathered: &[[Gathered; BLOCK as usize]; BLOCK as usize],
+        gathered: &[[PixelAccumulator; BLOCK as usize]; BLOCK as usize],
         (width, height): (u32, u32),
-    ) -> Pixels {
+    ) -> PixelMask {
         let n = f64::from(samples);
         // n² √n, so that no power is asked for.
         let most = f64::from(self.threshold) * f64::from(self.threshold) * (n * n * n.sqrt());
@@ -62,7 +62,7 @@ impl Adaptive {
                 let mut variance: f64 = own[y][x];
                 for row in &own[y.saturating_sub(1)..(y + 2).min(height)] {
                     for &near in &row[x.saturating_sub(1)..(x + 2).min(width)] {
-                        variance = variance.max(NEIGHBOUR * near);
+                        variance = variance.max(NEIGHBOUR_WEIGHT * near);
                     }
                 }
                 if open & bit != 0 && variance > most {
@@ -77,7 +77,7 @@ impl Adaptive {
     #[inline]
     pub fn next(&self, samples: u32, most: u32) -> u32 {
         if samples == 0 {
-            FIRST.min(most)
+            FIRST_SAMPLES.min(most)
         } else {
             (2 * samples).min(most)
         }
@@ -88,12 +88,12 @@ impl Adaptive {
 mod tests {
     use super::*;
 
-    type Block = [[Gathered; 8]; 8];
+    type BlockAccumulators = [[PixelAccumulator; 8]; 8];
 
-    fn block(value: impl Fn(usize, usize, u32) -> f32) -> Block {
+    fn block(value: impl Fn(usize, usize, u32) -> f32) -> BlockAccumulators {
         std::array::from_fn(|y| {
             std::array::from_fn(|x| {
-                let mut pixel = Gathered::default();
+                let mut pixel = PixelAccumulator::default();
                 for sample in 0..8 {
                     pixel.add([value(x, y, sample); 3], 1.0);
                 }
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn what_is_plain_is_finished_at_once() {
         let plain = block(|_, _, _| 0.5);
-        assert_eq!(ADAPTIVE.stay_open(!0, 8, &plain, (8, 8)), 0);
+        assert_eq!(ADAPTIVE.still_active(!0, 8, &plain, (8, 8)), 0);
     }
 
     #[test]
@@ -122,17 +122,17 @@ mod tests {
             bits.fold(0, |all, bit| all | bit)
         };
         let all = columns(&[2, 3, 4]);
-        assert_eq!(ADAPTIVE.stay_open(!0, 8, &edge, (8, 8)), all);
+        assert_eq!(ADAPTIVE.still_active(!0, 8, &edge, (8, 8)), all);
         // Only those that were open, and lie in the picture.
         assert_eq!(
-            ADAPTIVE.stay_open(columns(&[3]), 8, &edge, (8, 8)),
+            ADAPTIVE.still_active(columns(&[3]), 8, &edge, (8, 8)),
             columns(&[3])
         );
-        assert_eq!(ADAPTIVE.stay_open(!0, 8, &edge, (4, 2)), all & 0x0f0f);
+        assert_eq!(ADAPTIVE.still_active(!0, 8, &edge, (4, 2)), all & 0x0f0f);
         // A variance of 3/4 (three channels): n^(5/4) > 86.6, from n = 36 on; of a quarter of it, from 21 on.
-        assert_eq!(ADAPTIVE.stay_open(!0, 20, &edge, (8, 8)), all);
-        assert_eq!(ADAPTIVE.stay_open(!0, 21, &edge, (8, 8)), columns(&[3]));
-        assert_eq!(ADAPTIVE.stay_open(!0, 37, &edge, (8, 8)), 0);
+        assert_eq!(ADAPTIVE.still_active(!0, 20, &edge, (8, 8)), all);
+        assert_eq!(ADAPTIVE.still_active(!0, 21, &edge, (8, 8)), columns(&[3]));
+        assert_eq!(ADAPTIVE.still_active(!0, 37, &edge, (8, 8)), 0);
     }
 
     #[test]

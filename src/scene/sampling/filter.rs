@@ -54,27 +54,27 @@ impl Filter {
 
 /// Steps from the centre to the end of Mitchell's filter. In a step it is drawn from as often as it is large there, by trapezia: by
 /// its middle alone, the step in which it crosses zero would hardly ever be drawn from, and then count a lot.
-const STEPS: usize = 128;
+const TABLE_STEPS: usize = 128;
 
 /// How far it reaches.
-const REACH: f64 = 2.0;
+const FILTER_RADIUS: f64 = 2.0;
 
-struct Table {
+struct FilterTable {
     /// How much of the filter's size lies before each step, and all at the end: 0 to 1.
-    before: [f32; STEPS + 1],
+    before: [f32; TABLE_STEPS + 1],
     /// One over how often an offset in a step is drawn, on one side.
-    over: [f32; STEPS],
+    over: [f32; TABLE_STEPS],
 }
 
-static MITCHELL: LazyLock<Table> = LazyLock::new(|| {
-    let width = REACH / STEPS as f64;
+static MITCHELL: LazyLock<FilterTable> = LazyLock::new(|| {
+    let width = FILTER_RADIUS / TABLE_STEPS as f64;
     let size_at = |steps: f64| mitchell(steps * width).abs();
-    let sizes: [f64; STEPS] = std::array::from_fn(|k| {
+    let sizes: [f64; TABLE_STEPS] = std::array::from_fn(|k| {
         let k = k as f64;
         (size_at(k) + 2.0 * size_at(k + 0.5) + size_at(k + 1.0)) * 0.25 * width
     });
     let all: f64 = sizes.iter().sum();
-    let mut before = [1.0; STEPS + 1];
+    let mut before = [1.0; TABLE_STEPS + 1];
     let mut sum = 0.0;
     for (k, size) in sizes.iter().enumerate() {
         before[k] = (sum / all) as f32;
@@ -82,7 +82,7 @@ static MITCHELL: LazyLock<Table> = LazyLock::new(|| {
     }
     // Both sides are drawn alike.
     let over = sizes.map(|size| (2.0 * width * all / size) as f32);
-    Table { before, over }
+    FilterTable { before, over }
 });
 
 fn draw_mitchell(u: f32) -> (f32, f32) {
@@ -90,10 +90,10 @@ fn draw_mitchell(u: f32) -> (f32, f32) {
     let side = 2.0 * u - 1.0;
     let size = side.abs();
     // Where none lies before: `before[0]` is 0.
-    let step = (table.before.partition_point(|&b| b <= size) - 1).min(STEPS - 1);
+    let step = (table.before.partition_point(|&b| b <= size) - 1).min(TABLE_STEPS - 1);
     let (from, to) = (table.before[step], table.before[step + 1]);
     let within = (size - from) / (to - from);
-    let away = (step as f32 + within) * (REACH as f32 / STEPS as f32);
+    let away = (step as f32 + within) * (FILTER_RADIUS as f32 / TABLE_STEPS as f32);
     let weight = mitchell_f32(away) * table.over[step];
     (if side < 0.0 { -away } else { away }, weight)
 }

@@ -2,8 +2,8 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `points` | points of the unit square, by pixel or ray, and sample |
-//! | `maps` | from the unit square to what is sampled |
+//! | `sobol` | points of the unit square, by pixel or ray, and sample |
+//! | `warps` | from the unit square to what is sampled |
 //! | `filter` | what a pixel gathers |
 //! | `pixel` | where a pixel's camera rays go through |
 //! | `adaptive` | which pixels get more camera rays |
@@ -14,18 +14,20 @@
 mod adaptive;
 mod cells;
 mod filter;
-mod maps;
 mod pixel;
-mod points;
 mod pow;
+mod sobol;
 mod srgb;
+mod warps;
 
-pub use adaptive::{Adaptive, BLOCK, FIRST, Pixels as BlockPixels};
-pub use cells::{AGREE, Answer, Ask, Cells, SIGHTS, Sight, Sum, trail};
+pub use adaptive::{Adaptive, BLOCK, FIRST_SAMPLES, PixelMask as BlockPixels};
+pub use cells::{
+    Cells, LightVisibility, MAX_HITS, MIN_AGREEING, PixelSum, SampleRequest, SampleResult, path_id,
+};
 pub use filter::Filter;
-pub use maps::{around, disc, hemisphere, lobe, sphere};
-pub use pixel::{Gathered, MAX_SPP, Places, Sampling};
-pub use points::{Purpose, Way, onward, points, points_of, seeds};
+pub use pixel::{FilmSamples, MAX_SPP, PixelAccumulator, Sampling};
+pub use sobol::{BounceKind, Dimension, child_seed, points, points_of, seeds};
 pub use srgb::linear_of_srgb;
+pub use warps::{concentric_disk, cosine_hemisphere, phong_lobe, to_frame, uniform_sphere};
 
 pub use pow::{EXP2_COEFFICIENTS, LOG2_COEFFICIENTS, ROUND_MAGIC, SQRT_HALF_BITS, pow};

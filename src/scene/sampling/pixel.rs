@@ -2,7 +2,7 @@
 
 use super::adaptive::Adaptive;
 use super::filter::Filter;
-use super::points::{Purpose, points_of, seeds};
+use super::sobol::{Dimension, points_of, seeds};
 
 /// How pixels are sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub const MAX_SPP: u32 = 65_536;
 
 /// Where the camera rays of so many pixels go through, and what they count.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Places<const N: usize> {
+pub struct FilmSamples<const N: usize> {
     /// Continuous positions, down.
     pub row: [f32; N],
     /// And to the right.
@@ -45,25 +45,30 @@ impl Sampling {
 
     /// Places of the `sample`-th camera ray of some pixels, in columns `x` and rows `y`.
     #[inline(always)]
-    pub fn places<const N: usize>(&self, x: [u32; N], y: [u32; N], sample: u32) -> Places<N> {
-        self.places_of(x, y, [sample; N])
+    pub fn film_samples<const N: usize>(
+        &self,
+        x: [u32; N],
+        y: [u32; N],
+        sample: u32,
+    ) -> FilmSamples<N> {
+        self.film_samples_of(x, y, [sample; N])
     }
 
     /// Places of camera rays of some pixels, one of each, of these numbers.
     #[inline(always)]
-    pub fn places_of<const N: usize>(
+    pub fn film_samples_of<const N: usize>(
         &self,
         x: [u32; N],
         y: [u32; N],
         samples: [u32; N],
-    ) -> Places<N> {
-        let mut places = Places {
+    ) -> FilmSamples<N> {
+        let mut places = FilmSamples {
             row: y.map(|y| y as f32 + 0.5),
             column: x.map(|x| x as f32 + 0.5),
             weight: [1.0; N],
         };
         if self.spp > 1 {
-            let [u, v] = points_of(seeds(x, y), samples, Purpose::Pixel);
+            let [u, v] = points_of(seeds(x, y), samples, Dimension::Pixel);
             for lane in 0..N {
                 let (right, wx) = self.filter.draw(u[lane]);
                 let (down, wy) = self.filter.draw(v[lane]);
@@ -78,15 +83,15 @@ impl Sampling {
 
 /// What a pixel has gathered. Samples are added in their order; in f64, because there may be many.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Gathered {
+pub struct PixelAccumulator {
     weighted: [f64; 3],
     weights: f64,
-    plain: [f64; 3],
+    unweighted: [f64; 3],
     squares: f64,
     count: f64,
 }
 
-impl Gathered {
+impl PixelAccumulator {
     /// Adds a sample's radiance, and what it counts.
     #[inline]
     pub fn add(&mut self, rgb: [f32; 3], weight: f32) {
@@ -99,7 +104,7 @@ impl Gathered {
         let weight = share * f64::from(weight);
         for (k, c) in rgb.map(f64::from).into_iter().enumerate() {
             self.weighted[k] += weight * c;
-            self.plain[k] += share * c;
+            self.unweighted[k] += share * c;
             self.squares += share * (c * c);
         }
         self.weights += weight;
@@ -115,7 +120,7 @@ impl Gathered {
     /// The variance of the samples, whatever they count, all channels together.
     #[inline]
     pub fn variance(&self) -> f64 {
-        let [r, g, b] = self.plain.map(|sum| sum / self.count);
+        let [r, g, b] = self.unweighted.map(|sum| sum / self.count);
         (self.squares / self.count - ((r * r + g * g) + b * b)).max(0.0)
     }
 
@@ -125,7 +130,7 @@ impl Gathered {
         if self.weights >= 0.5 * self.count {
             self.weighted.map(|sum| (sum / self.weights) as f32)
         } else {
-            self.plain.map(|sum| (sum / self.count) as f32)
+            self.unweighted.map(|sum| (sum / self.count) as f32)
         }
     }
 }
@@ -142,7 +147,7 @@ mod tests {
                 filter,
                 adaptive: None,
             };
-            let places = one.places([3, 65_535], [0, 9], 0);
+            let places = one.film_samples([3, 65_535], [0, 9], 0);
             assert_eq!(places.column, [3.5, 65_535.5]);
             assert_eq!(places.row, [0.5, 9.5]);
             assert_eq!(places.weight, [1.0; 2]);
@@ -159,7 +164,7 @@ mod tests {
             };
             let (mut sum, mut weights) = ([0.0; 2], 0.0);
             for sample in 0..many.spp {
-                let at = many.places([7], [5], sample);
+                let at = many.film_samples([7], [5], sample);
                 let weight = f64::from(at.weight[0]);
                 sum[0] += weight * f64::from(at.column[0] - 7.5);
                 sum[1] += weight * f64::from(at.row[0] - 5.5);
@@ -187,11 +192,11 @@ mod tests {
             &[1.0, -1.0],
             &[-1.2, -1.1],
         ] {
-            let mut gathered = Gathered::default();
+            let mut pixels = PixelAccumulator::default();
             for &weight in weights {
-                gathered.add([0.25, 0.1, 1e30], weight);
+                pixels.add([0.25, 0.1, 1e30], weight);
             }
-            assert_eq!(gathered.mean(), [0.25, 0.1, 1e30], "{weights:?}");
+            assert_eq!(pixels.mean(), [0.25, 0.1, 1e30], "{weights:?}");
         }
     }
 }

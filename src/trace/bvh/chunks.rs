@@ -168,10 +168,10 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    fn items(count: usize, place: impl Fn(usize) -> Vec3) -> Vec<PrimRef> {
+    fn items(count: usize, position: impl Fn(usize) -> Vec3) -> Vec<PrimRef> {
         let item = |k: usize| PrimRef {
             object: k as PrimIndex,
-            bounds: Bounds::new(place(k), place(k) + Vec3::ONE),
+            bounds: Bounds::new(position(k), position(k) + Vec3::ONE),
         };
         (0..count).map(item).collect()
     }

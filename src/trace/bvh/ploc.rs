@@ -74,10 +74,10 @@ fn sorted(boxes: &[Aabb], precision: SortPrecision) -> Vec<Bvh2Node> {
     }
     let scale = 1.0 / all.diagonal().as_dvec3();
     let offset = -all.min.as_dvec3() * scale;
-    let place = |b: &Aabb| b.center().as_dvec3() * scale + offset;
+    let position = |b: &Aabb| b.center().as_dvec3() * scale + offset;
     match precision {
-        SortPrecision::U64 => by_key(boxes, |b| morton_encode_u64_unorm(place(b))),
-        SortPrecision::U128 => by_key(boxes, |b| morton_encode_u128_unorm(place(b))),
+        SortPrecision::U64 => by_key(boxes, |b| morton_encode_u64_unorm(position(b))),
+        SortPrecision::U128 => by_key(boxes, |b| morton_encode_u128_unorm(position(b))),
     }
 }
 
@@ -256,12 +256,12 @@ mod tests {
             let preset = quality.preset();
             for count in [1, 2, 3, 9, 100, 3000] {
                 // Many of one centre, of which the order must not differ either.
-                let mut place = || Vec3A::new(unit(), unit(), (unit() * 9.0).floor());
+                let mut position = || Vec3A::new(unit(), unit(), (unit() * 9.0).floor());
                 let boxes: Vec<Aabb> = (0..count)
                     .flat_map(|_| {
-                        let (at, size) = (place(), place() * 0.01);
+                        let (at, size) = (position(), position() * 0.01);
                         let twice = Aabb::new(at - size, at + size);
-                        [twice, twice, Aabb::new(at, at + place() * 0.02)]
+                        [twice, twice, Aabb::new(at, at + position() * 0.02)]
                     })
                     .collect();
                 let theirs: Vec<TestBox> = boxes.iter().copied().map(TestBox).collect();

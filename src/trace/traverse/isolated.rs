@@ -2,7 +2,7 @@
 //!
 //! Each function prepares packets as a traversal does, and then does what a traversal does in a node or in a leaf: the
 //! same functions, but over all boxes, or all primitives of a kind as if they stood in one leaf. Every lane carries a ray.
-//! `benches/kernels.rs` holds the answers against the oracle's (`oracle::alone`).
+//! `benches/kernels.rs` holds the answers against the oracle's (`oracle::isolated`).
 
 use super::aabb::SlabTest;
 use super::query::{AnyHit, ClosestHit, Query, RaySetup};

@@ -4,7 +4,7 @@
 //! differ in how a query is described: version 4 passes optional `RTCIntersectArguments` (or `RTCOccludedArguments`,
 //! which look alike) after the rays, version 3 passes an `RTCIntersectContext` before them.
 
-use super::layout::{Query, RayHit, Valid};
+use super::layout::{QueryArguments, RayHit, Valid};
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::marker::PhantomData;
 use std::mem::ManuallyDrop;
@@ -29,7 +29,7 @@ type Single = unsafe extern "C" fn(Handle, *mut c_void, *mut c_void);
 type Packet = unsafe extern "C" fn(*const i32, Handle, *mut c_void, *mut c_void);
 
 /// One question for one ray, eight rays and sixteen.
-struct Ask {
+struct QueryFns {
     one: Single,
     eight: Packet,
     sixteen: Packet,
@@ -53,8 +53,8 @@ pub(super) struct Api {
     new_buffer: unsafe extern "C" fn(Handle, c_int, c_uint, c_int, usize, usize) -> *mut c_void,
     set_instanced: unsafe extern "C" fn(Handle, Handle),
     set_transform: unsafe extern "C" fn(Handle, c_uint, c_int, *const c_void),
-    intersect: Ask,
-    occluded: Ask,
+    intersect: QueryFns,
+    occluded: QueryFns,
     _library: ManuallyDrop<libloading::Library>,
 }
 
@@ -86,12 +86,12 @@ impl Api {
                 new_buffer: symbol(&library, "rtcSetNewGeometryBuffer")?,
                 set_instanced: symbol(&library, "rtcSetGeometryInstancedScene")?,
                 set_transform: symbol(&library, "rtcSetGeometryTransform")?,
-                intersect: Ask {
+                intersect: QueryFns {
                     one: symbol(&library, "rtcIntersect1")?,
                     eight: symbol(&library, "rtcIntersect8")?,
                     sixteen: symbol(&library, "rtcIntersect16")?,
                 },
-                occluded: Ask {
+                occluded: QueryFns {
                     one: symbol(&library, "rtcOccluded1")?,
                     eight: symbol(&library, "rtcOccluded8")?,
                     sixteen: symbol(&library, "rtcOccluded16")?,
@@ -117,9 +117,9 @@ unsafe fn symbol<F: Copy>(
 /// What Embree says went wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", self.text())]
-pub struct Fault(c_int);
+pub struct EmbreeFault(c_int);
 
-impl Fault {
+impl EmbreeFault {
     fn text(self) -> &'static str {
         match self.0 {
             2 => "invalid argument",
@@ -150,13 +150,13 @@ unsafe impl Sync for Device {}
 
 impl Device {
     /// A device that builds with so many threads; 0 for one per CPU.
-    pub(super) fn new(api: &Arc<Api>, threads: usize) -> Result<Device, Fault> {
+    pub(super) fn new(api: &Arc<Api>, threads: usize) -> Result<Device, EmbreeFault> {
         let config = CString::new(format!("threads={threads},verbose=0")).unwrap_or_default();
         // SAFETY: the string ends with a zero and outlives the call.
         let handle = NonNull::new(unsafe { (api.new_device)(config.as_ptr()) });
         let Some(handle) = handle else {
             // SAFETY: without a device the thread's last error is asked for.
-            return Err(Fault(unsafe { (api.device_error)(null_mut()) }));
+            return Err(EmbreeFault(unsafe { (api.device_error)(null_mut()) }));
         };
         // SAFETY: the device exists, the properties are known to both versions.
         let property = |p: c_int| unsafe { (api.device_property)(handle.as_ptr(), p) };
@@ -169,11 +169,11 @@ impl Device {
     }
 
     /// What went wrong since this was asked last, if anything.
-    fn check(&self) -> Result<(), Fault> {
+    fn check(&self) -> Result<(), EmbreeFault> {
         // SAFETY: the device exists.
         match unsafe { (self.api.device_error)(self.handle.as_ptr()) } {
             0 => Ok(()),
-            code => Err(Fault(code)),
+            code => Err(EmbreeFault(code)),
         }
     }
 }
@@ -186,22 +186,22 @@ impl Drop for Device {
 }
 
 /// A scene that is being put together.
-pub(super) struct Draft {
+pub(super) struct EmbreeSceneDraft {
     device: Arc<Device>,
     handle: NonNull<c_void>,
 }
 
-impl Draft {
+impl EmbreeSceneDraft {
     /// A scene of high build quality, without flags.
-    pub(super) fn new(device: &Arc<Device>) -> Result<Draft, Fault> {
+    pub(super) fn new(device: &Arc<Device>) -> Result<EmbreeSceneDraft, EmbreeFault> {
         // SAFETY: the device exists; a scene that was made is one to set a quality of.
         let handle = unsafe { (device.api.new_scene)(device.handle.as_ptr()) };
         let Some(handle) = NonNull::new(handle) else {
-            return Err(device.check().err().unwrap_or(Fault(1)));
+            return Err(device.check().err().unwrap_or(EmbreeFault(1)));
         };
         // SAFETY: the scene exists and is not committed yet.
         unsafe { (device.api.set_quality)(handle.as_ptr(), HIGH_QUALITY) };
-        Ok(Draft {
+        Ok(EmbreeSceneDraft {
             device: Arc::clone(device),
             handle,
         })
@@ -213,7 +213,7 @@ impl Draft {
         id: u32,
         vertices: &[[f32; 3]],
         corners: &[[u32; 3]],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), EmbreeFault> {
         let geometry = Geometry::new(&self.device, TRIANGLES)?;
         geometry.fill(VERTEX_BUFFER, FLOAT3, vertices)?;
         geometry.fill(INDEX_BUFFER, UINT3, corners)?;
@@ -221,7 +221,7 @@ impl Draft {
     }
 
     /// Adds spheres, (x, y, z, radius) each, as the geometry of that number.
-    pub(super) fn spheres(&mut self, id: u32, spheres: &[[f32; 4]]) -> Result<(), Fault> {
+    pub(super) fn spheres(&mut self, id: u32, spheres: &[[f32; 4]]) -> Result<(), EmbreeFault> {
         let geometry = Geometry::new(&self.device, SPHERES)?;
         geometry.fill(VERTEX_BUFFER, FLOAT4, spheres)?;
         self.attach(geometry, id)
@@ -231,9 +231,9 @@ impl Draft {
     pub(super) fn instance(
         &mut self,
         id: u32,
-        of: &Built,
+        of: &CommittedScene,
         columns: &[[f32; 3]; 4],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), EmbreeFault> {
         let geometry = Geometry::new(&self.device, INSTANCE)?;
         let api = &self.device.api;
         // SAFETY: geometry and scene exist, and Embree keeps a reference of its own to the scene. The map is twelve
@@ -246,7 +246,7 @@ impl Draft {
         self.attach(geometry, id)
     }
 
-    fn attach(&mut self, geometry: Geometry, id: u32) -> Result<(), Fault> {
+    fn attach(&mut self, geometry: Geometry, id: u32) -> Result<(), EmbreeFault> {
         let api = &self.device.api;
         // SAFETY: both exist; the scene takes a reference of its own, so that ours ends here.
         unsafe {
@@ -257,15 +257,15 @@ impl Draft {
     }
 
     /// Builds the trees.
-    pub(super) fn build(self) -> Result<Built, Fault> {
+    pub(super) fn build(self) -> Result<CommittedScene, EmbreeFault> {
         // SAFETY: the scene exists, and nobody else has it.
         unsafe { (self.device.api.commit_scene)(self.handle.as_ptr()) };
         self.device.check()?;
-        Ok(Built(self))
+        Ok(CommittedScene(self))
     }
 }
 
-impl Drop for Draft {
+impl Drop for EmbreeSceneDraft {
     fn drop(&mut self) {
         // SAFETY: the one reference that `new` was given is returned.
         unsafe { (self.device.api.release_scene)(self.handle.as_ptr()) }
@@ -278,7 +278,7 @@ struct Geometry {
 }
 
 impl Geometry {
-    fn new(device: &Arc<Device>, kind: c_int) -> Result<Geometry, Fault> {
+    fn new(device: &Arc<Device>, kind: c_int) -> Result<Geometry, EmbreeFault> {
         // SAFETY: the device exists.
         let handle = unsafe { (device.api.new_geometry)(device.handle.as_ptr(), kind) };
         match NonNull::new(handle) {
@@ -286,7 +286,7 @@ impl Geometry {
                 device: Arc::clone(device),
                 handle,
             }),
-            None => Err(device.check().err().unwrap_or(Fault(1))),
+            None => Err(device.check().err().unwrap_or(EmbreeFault(1))),
         }
     }
 
@@ -296,14 +296,14 @@ impl Geometry {
         buffer: c_int,
         format: c_int,
         rows: &[[T; W]],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), EmbreeFault> {
         let (width, count) = (size_of::<[T; W]>(), rows.len());
         // SAFETY: the geometry exists and has no such buffer yet.
         let room = unsafe {
             (self.device.api.new_buffer)(self.handle.as_ptr(), buffer, 0, format, width, count)
         };
         self.device.check()?;
-        let room = NonNull::new(room).ok_or(Fault(4))?;
+        let room = NonNull::new(room).ok_or(EmbreeFault(4))?;
         // SAFETY: Embree made room for `count` rows of `width` bytes, aligned to 16 bytes at least, and it is not ours.
         unsafe { std::ptr::copy_nonoverlapping(rows.as_ptr(), room.as_ptr().cast(), count) };
         Ok(())
@@ -318,68 +318,68 @@ impl Drop for Geometry {
 }
 
 /// A scene whose trees are built, and that does not change any more.
-pub(super) struct Built(Draft);
+pub(super) struct CommittedScene(EmbreeSceneDraft);
 
-// SAFETY: Embree's queries of a committed scene may run on any number of threads, and no other call takes a `&Built`
+// SAFETY: Embree's queries of a committed scene may run on any number of threads, and no other call takes a `&CommittedScene`
 // but being instanced, which counts an atomic reference.
-unsafe impl Send for Built {}
+unsafe impl Send for CommittedScene {}
 // SAFETY: as above.
-unsafe impl Sync for Built {}
+unsafe impl Sync for CommittedScene {}
 
 /// One thread's way to ask a scene about one ray, eight or sixteen: all that a call needs lies side by side here, because
 /// with single rays it counts how many addresses are looked up before.
-pub(super) struct Caller<'a, const N: usize> {
+pub(super) struct QueryCaller<'a, const N: usize> {
     scene: Handle,
-    intersect: Entry,
-    occluded: Entry,
+    intersect: EntryPoints,
+    occluded: EntryPoints,
     /// Whether the library is of version 4, where the query comes last.
     query_last: bool,
-    query: Query,
-    built: PhantomData<&'a Built>,
+    query: QueryArguments,
+    built: PhantomData<&'a CommittedScene>,
 }
 
 /// A question's functions for single rays, and for packets of the caller's width.
 #[derive(Clone, Copy)]
-struct Entry {
+struct EntryPoints {
     one: Single,
     many: Packet,
 }
 
-impl Built {
+impl CommittedScene {
     /// A way to ask, for rays that go the same way or for any.
-    pub(super) fn caller<const N: usize>(&self, coherent: bool) -> Caller<'_, N> {
+    pub(super) fn caller<const N: usize>(&self, coherent: bool) -> QueryCaller<'_, N> {
         const { assert!(N == 1 || N == 8 || N == 16, "Embree's packets") };
         let device = &self.0.device;
-        let entry = |ask: &Ask| Entry {
+        let entry = |ask: &QueryFns| EntryPoints {
             one: ask.one,
             many: if N == 16 { ask.sixteen } else { ask.eight },
         };
-        Caller {
+        QueryCaller {
             scene: self.0.handle.as_ptr(),
             intersect: entry(&device.api.intersect),
             occluded: entry(&device.api.occluded),
             query_last: device.version[0] >= 4,
-            query: Query::new(coherent),
+            query: QueryArguments::new(coherent),
             built: PhantomData,
         }
     }
 }
 
-impl<const N: usize> Caller<'_, N> {
+impl<const N: usize> QueryCaller<'_, N> {
     /// Finds the closest hits. A single ray is always valid.
     #[inline(always)]
     pub(super) fn intersect(&mut self, valid: &Valid<N>, rays: &mut RayHit<N>) {
-        self.ask(self.intersect, valid, rays);
+        self.call(self.intersect, valid, rays);
     }
 
     /// Finds whether anything is hit. A single ray is always valid.
     #[inline(always)]
     pub(super) fn occluded(&mut self, valid: &Valid<N>, rays: &mut RayHit<N>) {
-        self.ask(self.occluded, valid, rays);
+        self.call(self.occluded, valid, rays);
     }
 
     #[inline(always)]
-    fn ask(&mut self, entry: Entry, valid: &Valid<N>, rays: &mut RayHit<N>) {
+    fn call(&mut self, entry: EntryPoints, valid: &Valid<N>, rays: &mut RayHit<N>) {
         let rays: *mut c_void = std::ptr::from_mut(rays).cast();
         let (first, second) = if self.query_last {
             (rays, std::ptr::from_mut(&mut self.query.arguments).cast())

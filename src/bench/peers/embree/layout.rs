@@ -14,12 +14,12 @@ pub(super) const INVALID: u32 = u32::MAX;
 /// The first half of `RTCRay`, `RTCRay8` or `RTCRay16`: rows of origin x y z, tnear, direction x y z, time.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
-pub(super) struct Front<const N: usize>(pub(super) [[f32; N]; 8]);
+pub(super) struct RayHeader<const N: usize>(pub(super) [[f32; N]; 8]);
 
 /// `RTCRayHit`, `RTCRayHit8` or `RTCRayHit16`; an `RTCRay` of the width is its beginning.
 #[repr(C, align(64))]
 pub(super) struct RayHit<const N: usize> {
-    pub(super) front: Front<N>,
+    pub(super) header: RayHeader<N>,
     /// In: hits count up to here. Out: the distance of the hit, or −∞ where it was only asked whether there is one.
     pub(super) tfar: [f32; N],
     mask: [u32; N],
@@ -35,13 +35,13 @@ pub(super) struct RayHit<const N: usize> {
     /// The instance that was hit, or [`INVALID`]; anything where nothing is hit.
     pub(super) instance: [u32; N],
     /// Further levels of instances, and what version 4 keeps of arrays of them, in libraries compiled for that.
-    room: [[u32; N]; 17],
+    context_stack: [[u32; N]; 17],
 }
 
 impl<const N: usize> RayHit<N> {
     pub(super) fn new() -> RayHit<N> {
         RayHit {
-            front: Front([[0.0; N]; 8]),
+            header: RayHeader([[0.0; N]; 8]),
             tfar: [0.0; N],
             mask: [u32::MAX; N],
             id: [0; N],
@@ -52,7 +52,7 @@ impl<const N: usize> RayHit<N> {
             prim: [INVALID; N],
             geometry: [INVALID; N],
             instance: [INVALID; N],
-            room: [[INVALID; N]; 17],
+            context_stack: [[INVALID; N]; 17],
         }
     }
 }
@@ -62,7 +62,7 @@ impl<const N: usize> RayHit<N> {
 pub(super) struct Valid<const N: usize>(pub(super) [i32; N]);
 
 /// How to search, for either version: what must be alike is written twice, what is not asked for stays zero.
-pub(super) struct Query {
+pub(super) struct QueryArguments {
     pub(super) arguments: Arguments4,
     pub(super) context: Context3,
 }
@@ -92,10 +92,10 @@ pub(super) struct Context3 {
     room: [u32; 16],
 }
 
-impl Query {
+impl QueryArguments {
     /// For rays that go the same way, or for any.
-    pub(super) fn new(coherent: bool) -> Query {
-        Query {
+    pub(super) fn new(coherent: bool) -> QueryArguments {
+        QueryArguments {
             arguments: Arguments4 {
                 flags: u32::from(coherent) << 16,
                 features: u32::MAX,
@@ -138,7 +138,7 @@ mod tests {
         check_layout::<1>();
         check_layout::<8>();
         check_layout::<16>();
-        assert_eq!(size_of::<Front<1>>(), 32);
+        assert_eq!(size_of::<RayHeader<1>>(), 32);
         assert_eq!(offset_of!(Arguments4, context), 8);
         assert_eq!(offset_of!(Arguments4, callback), 24);
         assert_eq!(offset_of!(Context3, filter), 8);

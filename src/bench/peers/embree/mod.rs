@@ -7,7 +7,7 @@
 //! | `layout` | what goes through that, as it lies in memory |
 //! | `mxcsr` | the floating-point modes that it wants, and ours again |
 //! | `scene` | our scenes as its |
-//! | `modes` | the ways to ask it |
+//! | `engines` | the ways to ask it |
 //!
 //! Its robust mode is not among them. By default a ray through an edge that two triangles share may miss both, and its
 //! coherent occlusion loses whole packets now and then (research on real scenes: 0.2 % of Sponza's); that is how it is
@@ -18,9 +18,9 @@
     reason = "a C interface; each call says why its arguments are what it takes"
 )]
 mod api;
+mod engines;
 mod find;
 mod layout;
-mod modes;
 #[allow(
     unsafe_code,
     reason = "the control register is reached by two instructions; each says what it may change"
@@ -28,12 +28,12 @@ mod modes;
 mod mxcsr;
 mod scene;
 
-pub use api::Fault;
+pub use api::EmbreeFault;
 
-use crate::peers::{Contender, Rays, Unsupported};
-use api::{Api, Built, Device};
-use modes::{Laid, Mode};
-use mxcsr::Restore;
+use crate::peers::{BenchEngine, RaySetRef, Unsupported};
+use api::{Api, CommittedScene, Device};
+use engines::{EmbreeEngine, RayLayout};
+use mxcsr::RestoreMxcsr;
 use phalanx_scene::Scene;
 use std::error::Error;
 use std::ffi::OsStr;
@@ -67,7 +67,7 @@ pub enum EmbreeError {
         /// What was loaded.
         path: PathBuf,
         /// Embree's words.
-        fault: Fault,
+        fault: EmbreeFault,
     },
     /// It is of a version whose interface is another.
     #[error("Embree {version} ({}) is neither version 3 nor 4; {HOW_TO_GET}", path.display())]
@@ -80,39 +80,39 @@ pub enum EmbreeError {
 }
 
 /// Embree's library. It stays loaded as long as the process runs.
-pub struct Library {
+pub struct EmbreeLibrary {
     api: Arc<Api>,
     version: [u32; 3],
     path: PathBuf,
 }
 
-impl Library {
+impl EmbreeLibrary {
     /// Loads Embree: from a path, which names the library or a folder that has it; else as the system's loader knows it;
     /// else out of the wheel `embreex` of a Python that is installed here.
     ///
     /// # Errors
     /// [`EmbreeError`], which says how to get the library.
-    pub fn open(path: Option<&Path>) -> Result<Library, EmbreeError> {
+    pub fn open(path: Option<&Path>) -> Result<EmbreeLibrary, EmbreeError> {
         match path {
-            Some(path) => Library::open_given(path),
-            None => Library::search(),
+            Some(path) => EmbreeLibrary::open_given(path),
+            None => EmbreeLibrary::search(),
         }
     }
 
-    fn open_given(path: &Path) -> Result<Library, EmbreeError> {
+    fn open_given(path: &Path) -> Result<EmbreeLibrary, EmbreeError> {
         if path.is_file() {
             // Without a folder before it the loader would look elsewhere.
             let full = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-            return Library::load(full.as_os_str());
+            return EmbreeLibrary::load(full.as_os_str());
         }
         let found = find::in_folder(path).into_iter().next();
         let found = found.ok_or_else(|| EmbreeError::NotThere(path.to_owned()))?;
-        Library::load(std::path::absolute(&found).unwrap_or(found).as_os_str())
+        EmbreeLibrary::load(std::path::absolute(&found).unwrap_or(found).as_os_str())
     }
 
-    fn search() -> Result<Library, EmbreeError> {
+    fn search() -> Result<EmbreeLibrary, EmbreeError> {
         for name in find::loader_names() {
-            match Library::load(OsStr::new(name)) {
+            match EmbreeLibrary::load(OsStr::new(name)) {
                 // The loader's words for "no such file" are its own, so every failure here means to look further.
                 Err(EmbreeError::NotLoaded { .. }) => {}
                 other => return other,
@@ -123,13 +123,13 @@ impl Library {
             wheels = find::by_asking_python();
         }
         let found = wheels.first().ok_or(EmbreeError::NotFound)?;
-        Library::load(found.as_os_str())
+        EmbreeLibrary::load(found.as_os_str())
     }
 
-    fn load(name: &OsStr) -> Result<Library, EmbreeError> {
+    fn load(name: &OsStr) -> Result<EmbreeLibrary, EmbreeError> {
         let path = PathBuf::from(name);
         // Initialisers of libraries may change floating-point modes.
-        let _restore = Restore::later();
+        let _restore = RestoreMxcsr::later();
         let api = Api::load(name).map_err(|error| EmbreeError::NotLoaded {
             path: path.clone(),
             // The loader's words are behind those of the crate, which says only what failed.
@@ -142,7 +142,7 @@ impl Library {
             path: path.clone(),
             fault,
         })?;
-        let library = Library { api, version, path };
+        let library = EmbreeLibrary { api, version, path };
         if !(3..=4).contains(&version[0]) {
             return Err(EmbreeError::OtherVersion {
                 version: library.version(),
@@ -165,11 +165,11 @@ impl Library {
 }
 
 /// A scene in Embree's trees.
-pub struct EmbreeScene(Arc<Inner>);
+pub struct EmbreeScene(Arc<EmbreeSceneData>);
 
-struct Inner {
-    built: Built,
-    numbers: scene::Numbers,
+struct EmbreeSceneData {
+    built: CommittedScene,
+    numbers: scene::PrimIdMap,
     /// Whether packets of sixteen are traced as such, incoherent and coherent.
     sixteen: [bool; 2],
 }
@@ -181,7 +181,7 @@ impl EmbreeScene {
     /// # Errors
     /// [`Unsupported`]: primitives that Embree has not, or what it says went wrong.
     pub fn build(
-        library: &Library,
+        library: &EmbreeLibrary,
         scene: &Scene,
         threads: usize,
     ) -> Result<EmbreeScene, Unsupported> {
@@ -198,11 +198,11 @@ impl EmbreeScene {
             ));
         }
         // Builders may change floating-point modes.
-        let _restore = Restore::later();
+        let _restore = RestoreMxcsr::later();
         let device = Device::new(&library.api, threads).map(Arc::new);
         let built = device.and_then(|device| {
-            let (built, numbers) = scene::build(&device, scene)?;
-            Ok(Inner {
+            let (built, prim_ids) = scene::build(&device, scene)?;
+            Ok(EmbreeSceneData {
                 // Debian's 3.13.5 never comes back from a coherent occlusion of sixteen rays that meets instances: the
                 // compiler stores a mask of 16 bits in that kernel (not in those of triangles and spheres), and reads 64.
                 sixteen: [
@@ -210,7 +210,7 @@ impl EmbreeScene {
                     device.sixteen && (device.version[0] > 3 || scene.instances.is_empty()),
                 ],
                 built,
-                numbers,
+                numbers: prim_ids,
             })
         });
         match built {
@@ -220,20 +220,20 @@ impl EmbreeScene {
     }
 
     /// The ways to trace a set of rays, by name. Sixteen rays a call only where the library has instructions for it.
-    pub fn contenders(&self, rays: Rays) -> Vec<(String, Box<dyn Contender>)> {
-        let mut modes: Vec<(String, Box<dyn Contender>)> = Vec::new();
-        let single = Mode::new(&self.0, &Arc::new(Laid::<1>::new(rays)), false);
+    pub fn engines(&self, rays: RaySetRef) -> Vec<(String, Box<dyn BenchEngine>)> {
+        let mut modes: Vec<(String, Box<dyn BenchEngine>)> = Vec::new();
+        let single = EmbreeEngine::new(&self.0, &Arc::new(RayLayout::<1>::new(rays)), false);
         modes.push(("single".to_owned(), Box::new(single)));
-        let laid = Arc::new(Laid::<8>::new(rays));
+        let layout = Arc::new(RayLayout::<8>::new(rays));
         for (name, coherent) in COHERENCE {
-            let mode = Mode::new(&self.0, &laid, coherent);
+            let mode = EmbreeEngine::new(&self.0, &layout, coherent);
             modes.push((format!("packet8 {name}"), Box::new(mode)));
         }
         if self.0.sixteen[0] {
-            let laid = Arc::new(Laid::<16>::new(rays));
+            let layout = Arc::new(RayLayout::<16>::new(rays));
             let usable = |&(_, coherent): &(&str, bool)| self.0.sixteen[usize::from(coherent)];
             for (name, coherent) in COHERENCE.into_iter().filter(usable) {
-                let mode = Mode::new(&self.0, &laid, coherent);
+                let mode = EmbreeEngine::new(&self.0, &layout, coherent);
                 modes.push((format!("packet16 {name}"), Box::new(mode)));
             }
         }

@@ -5,28 +5,28 @@
 
 /// Puts the register back as it was when this is dropped.
 #[must_use]
-pub(super) struct Restore(u32);
+pub(super) struct RestoreMxcsr(u32);
 
 /// Flush to zero, and denormals are zero.
 const FLUSH: u32 = 1 << 15 | 1 << 6;
 
-impl Restore {
+impl RestoreMxcsr {
     /// Notes the register before something that might change it.
-    pub(super) fn later() -> Restore {
-        Restore(read())
+    pub(super) fn later() -> RestoreMxcsr {
+        RestoreMxcsr(read())
     }
 
     /// Notes the register, then has denormals flushed. Until it is restored, Rust code may move floats about, and do no
     /// arithmetic on them.
     #[inline]
-    pub(super) fn flushing() -> Restore {
+    pub(super) fn flushing() -> RestoreMxcsr {
         let before = read();
         write(before | FLUSH);
-        Restore(before)
+        RestoreMxcsr(before)
     }
 }
 
-impl Drop for Restore {
+impl Drop for RestoreMxcsr {
     #[inline]
     fn drop(&mut self) {
         write(self.0);
@@ -72,12 +72,12 @@ mod tests {
         let control = || read() & !0x3f;
         let before = control();
         {
-            let _restore = Restore::flushing();
+            let _restore = RestoreMxcsr::flushing();
             assert_eq!(control(), before | FLUSH);
         }
         assert_eq!(control(), before);
         {
-            let _restore = Restore::later();
+            let _restore = RestoreMxcsr::later();
             write(before | FLUSH);
         }
         assert_eq!(control(), before);

@@ -7,7 +7,7 @@
 //! Build quality is high, which adds spatial splits to medium: over twice the time to build, and 15 to 24 % more primary
 //! rays on the terrain (1 to 6 % in the room; shadow and diffuse rays −5 to 9 %; Embree 4.4.0, one thread).
 
-use super::api::{Built, Device, Draft, Fault};
+use super::api::{CommittedScene, Device, EmbreeFault, EmbreeSceneDraft};
 use super::layout::INVALID;
 use phalanx_scene::{PrimKind, Scene};
 use phalanx_trace::packet::NO_PRIM;
@@ -19,19 +19,23 @@ const SPHERES: u32 = 1;
 const FIRST_INSTANCE: u32 = 2;
 
 /// Builds the world's scene.
-pub(super) fn build(device: &Arc<Device>, scene: &Scene) -> Result<(Built, Numbers), Fault> {
-    let meshes: Result<Vec<(Built, Kinds)>, Fault> = (0..scene.meshes.len())
-        .map(|mesh| {
-            let mut draft = Draft::new(device)?;
-            let run = scene.meshes.prims(mesh);
-            let first = run.start;
-            let kinds = Kinds::add(&mut draft, scene, &[run], first)?;
-            Ok((draft.build()?, kinds))
-        })
-        .collect();
+pub(super) fn build(
+    device: &Arc<Device>,
+    scene: &Scene,
+) -> Result<(CommittedScene, PrimIdMap), EmbreeFault> {
+    let meshes: Result<Vec<(CommittedScene, GeometryPrimIds)>, EmbreeFault> =
+        (0..scene.meshes.len())
+            .map(|mesh| {
+                let mut draft = EmbreeSceneDraft::new(device)?;
+                let run = scene.meshes.prims(mesh);
+                let first = run.start;
+                let kinds = GeometryPrimIds::add(&mut draft, scene, &[run], first)?;
+                Ok((draft.build()?, kinds))
+            })
+            .collect();
     let meshes = meshes?;
-    let mut draft = Draft::new(device)?;
-    let world = Kinds::add(&mut draft, scene, &scene.world_runs(), 0)?;
+    let mut draft = EmbreeSceneDraft::new(device)?;
+    let world = GeometryPrimIds::add(&mut draft, scene, &scene.world_runs(), 0)?;
     let mut instances = Vec::with_capacity(scene.instances.len());
     for k in 0..scene.instances.len() {
         let mesh = scene.instances.mesh[k];
@@ -41,26 +45,26 @@ pub(super) fn build(device: &Arc<Device>, scene: &Scene) -> Result<(Built, Numbe
         instances.push((mesh, scene.instance_first_id(k)));
     }
     let built = draft.build()?;
-    let numbers = Numbers {
+    let prim_ids = PrimIdMap {
         same: instances.is_empty() && world.same(),
         world,
         meshes: meshes.into_iter().map(|(_, kinds)| kinds).collect(),
         instances,
     };
-    Ok((built, numbers))
+    Ok((built, prim_ids))
 }
 
 /// Where Embree's numbers lead.
-pub(super) struct Numbers {
+pub(super) struct PrimIdMap {
     /// Whether every primitive has the number that it has in our scene, so that nothing need be looked up.
     pub(super) same: bool,
-    world: Kinds,
-    meshes: Vec<Kinds>,
+    world: GeometryPrimIds,
+    meshes: Vec<GeometryPrimIds>,
     /// Mesh and first `prim_id` of each.
     instances: Vec<(u32, u32)>,
 }
 
-impl Numbers {
+impl PrimIdMap {
     /// The `prim_id` of a hit.
     #[inline]
     pub(super) fn of(&self, prim: u32, geometry: u32, instance: u32) -> u32 {
@@ -76,52 +80,52 @@ impl Numbers {
 }
 
 /// Numbers of the primitives of one of Embree's scenes, counted from where its mesh begins.
-struct Kinds {
-    triangles: Column,
-    spheres: Column,
+struct GeometryPrimIds {
+    triangles: PrimIds,
+    spheres: PrimIds,
 }
 
 /// Numbers of one kind's primitives.
-enum Column {
+enum PrimIds {
     /// One after the other.
     From(u32),
     /// Mixed with others'.
     Each(Vec<u32>),
 }
 
-impl Column {
-    fn new(numbers: Vec<u32>) -> Column {
+impl PrimIds {
+    fn new(numbers: Vec<u32>) -> PrimIds {
         let first = numbers.first().copied().unwrap_or(0);
         let in_order = (first..)
             .zip(&numbers)
             .all(|(want, &number)| want == number);
         if in_order {
-            Column::From(first)
+            PrimIds::From(first)
         } else {
-            Column::Each(numbers)
+            PrimIds::Each(numbers)
         }
     }
 
     fn of(&self, prim: u32) -> u32 {
         match self {
-            Column::From(first) => first + prim,
-            Column::Each(numbers) => numbers[prim as usize],
+            PrimIds::From(first) => first + prim,
+            PrimIds::Each(numbers) => numbers[prim as usize],
         }
     }
 
     fn is_from_zero(&self) -> bool {
-        matches!(self, Column::From(0))
+        matches!(self, PrimIds::From(0))
     }
 }
 
-impl Kinds {
+impl GeometryPrimIds {
     /// Adds the primitives of some runs to a draft. Kinds that Embree has not are not there: the caller has looked.
     fn add(
-        draft: &mut Draft,
+        draft: &mut EmbreeSceneDraft,
         scene: &Scene,
         runs: &[Range<u32>],
         first: u32,
-    ) -> Result<Kinds, Fault> {
+    ) -> Result<GeometryPrimIds, EmbreeFault> {
         let of_kind = |kind: PrimKind| -> (Vec<usize>, Vec<u32>) {
             let prims = runs.iter().cloned().flatten();
             let prims = prims.map(|id| (scene.prims[id as usize], id - first));
@@ -142,9 +146,9 @@ impl Kinds {
             let rows: Vec<[f32; 4]> = rows.collect();
             draft.spheres(SPHERES, &rows)?;
         }
-        Ok(Kinds {
-            triangles: Column::new(triangle_numbers),
-            spheres: Column::new(sphere_numbers),
+        Ok(GeometryPrimIds {
+            triangles: PrimIds::new(triangle_numbers),
+            spheres: PrimIds::new(sphere_numbers),
         })
     }
 

@@ -1,6 +1,6 @@
 //! Work counters of two runs, which are the same on every machine or not the same work.
 
-use crate::report::{CounterRow, Record, WorkRecord};
+use crate::report::{BenchRecord, CounterRecord, CounterRow};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A counter that is not what it was.
@@ -13,12 +13,12 @@ pub struct CounterChange {
     /// Kernel.
     pub kernel: String,
     /// What differs.
-    pub difference: Difference,
+    pub difference: CountDifference,
 }
 
 /// How counters differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Difference {
+pub enum CountDifference {
     /// One counter, more or fewer.
     Count {
         /// Its name in the record.
@@ -34,12 +34,12 @@ pub enum Difference {
     OnlyNew,
 }
 
-type Key<'a> = (&'a str, &'a str, &'a str);
+type CounterKey<'a> = (&'a str, &'a str, &'a str);
 
 /// Every counter that differs, in the order of scenes, rays and kernels.
-pub fn counters(old: &Record, new: &Record) -> Vec<CounterChange> {
+pub fn counters(old: &BenchRecord, new: &BenchRecord) -> Vec<CounterChange> {
     let (before, now) = (index(old), index(new));
-    let keys: BTreeSet<Key> = before.keys().chain(now.keys()).copied().collect();
+    let keys: BTreeSet<CounterKey> = before.keys().chain(now.keys()).copied().collect();
     let mut found = Vec::new();
     for key in keys {
         let mut tell = |difference| {
@@ -56,16 +56,16 @@ pub fn counters(old: &Record, new: &Record) -> Vec<CounterChange> {
                 .zip(counts(new))
                 .filter(|((_, old), (_, new))| old != new)
                 .for_each(|((counter, old), (_, new))| {
-                    tell(Difference::Count { counter, old, new })
+                    tell(CountDifference::Count { counter, old, new })
                 }),
-            (Some(_), None) => tell(Difference::OnlyOld),
-            _ => tell(Difference::OnlyNew),
+            (Some(_), None) => tell(CountDifference::OnlyOld),
+            _ => tell(CountDifference::OnlyNew),
         }
     }
     found
 }
 
-fn index(record: &Record) -> BTreeMap<Key<'_>, &CounterRow> {
+fn index(record: &BenchRecord) -> BTreeMap<CounterKey<'_>, &CounterRow> {
     let rows = record.counters.iter();
     rows.map(|row| ((&*row.scene, &*row.rays, &*row.kernel), row))
         .collect()
@@ -73,7 +73,7 @@ fn index(record: &Record) -> BTreeMap<Key<'_>, &CounterRow> {
 
 /// The counters by name. Taken apart by pattern, so that none can be forgotten.
 fn counts(row: &CounterRow) -> [(&'static str, u64); 8] {
-    let WorkRecord {
+    let CounterRecord {
         packets,
         active_lanes,
         node_visits,

@@ -6,23 +6,23 @@
 //!
 //! What decides is explained at [`Changes::regressions`].
 
-mod change;
+mod compatibility;
 mod counters;
-mod judge;
+mod log_change;
 #[cfg(test)]
 mod noise;
-mod same;
+mod regressions;
 mod text;
 
-pub use change::Change;
-pub use counters::{CounterChange, Difference, counters};
-pub use judge::{RETAKES, Regression};
-pub(super) use same::of_rays;
-pub use same::{Mismatch, Refusal};
+pub(super) use compatibility::of_rays;
+pub use compatibility::{IncompatibleRecords, Mismatch};
+pub use counters::{CountDifference, CounterChange, counters};
+pub use log_change::RateChange;
+pub use regressions::{RETAKES, Regression};
 pub use text::{changes_table, counters_table, regressions_table};
 
-use super::{Record, Row};
-use change::{Log, mean_change};
+use super::{BenchRecord, RateRow};
+use log_change::{LogRate, mean_change};
 use std::collections::BTreeMap;
 
 /// Names a rate of ours in a record.
@@ -39,7 +39,7 @@ pub struct RowKey {
 }
 
 impl RowKey {
-    fn of(row: &Row) -> RowKey {
+    fn of(row: &RateRow) -> RowKey {
         RowKey {
             scene: row.scene.clone(),
             rays: row.rays.clone(),
@@ -51,7 +51,7 @@ impl RowKey {
 
 /// In units of which rates of the oracle's a row is taken, in both runs alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Normalised {
+pub enum Normalisation {
     /// Of the same scene on as many threads.
     SameThreads,
     /// Of the same scene on one thread.
@@ -70,14 +70,14 @@ pub struct RowChange {
     /// This run's.
     pub new: f64,
     /// The change, in units of the oracle's rate.
-    pub change: Change,
+    pub change: RateChange,
     /// Which of its rates.
-    pub normalised: Normalised,
+    pub normalised: Normalisation,
 }
 
 /// Over what a kernel's rates are taken together.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Over {
+pub enum Grouping {
     /// One kind of rays on so many threads, over all scenes.
     Scenes {
         /// Kind of rays.
@@ -92,10 +92,10 @@ pub enum Over {
     },
 }
 
-impl Over {
+impl Grouping {
     /// Whether the rows of a group are in units of the same rates of the oracle's.
     fn shares_yardsticks(&self) -> bool {
-        matches!(self, Over::Rays { .. })
+        matches!(self, Grouping::Rays { .. })
     }
 }
 
@@ -105,11 +105,11 @@ pub struct GroupChange {
     /// Kernel.
     pub kernel: String,
     /// Which of its rates.
-    pub over: Over,
+    pub over: Grouping,
     /// How many.
     pub rows: usize,
     /// The change.
-    pub change: Change,
+    pub change: RateChange,
     /// Whether all of them are in units of the oracle's rates.
     pub normalised: bool,
 }
@@ -136,17 +136,21 @@ pub struct Changes {
 ///
 /// # Errors
 /// Every reason why the rates are not of the same thing.
-pub fn compare(old: &Record, new: &Record, force: bool) -> Result<Changes, Refusal> {
+pub fn compare(
+    old: &BenchRecord,
+    new: &BenchRecord,
+    force: bool,
+) -> Result<Changes, IncompatibleRecords> {
     let (before, now) = (Index::of(old), Index::of(new));
-    let mut reasons = same::of_machine(old, new);
-    reasons.extend(same::of_rays(old, new));
+    let mut reasons = compatibility::of_machine(old, new);
+    reasons.extend(compatibility::of_rays(old, new));
     let mut both = Vec::new();
     let mut changes = Changes::default();
     for (key, &row) in &now.ours {
         match before.ours.get(key) {
             None => changes.only_new.push(key.clone()),
             Some(&old) => {
-                reasons.extend(same::of_part(old, row));
+                reasons.extend(compatibility::of_part(old, row));
                 both.push((key, old, row));
             }
         }
@@ -163,7 +167,7 @@ pub fn compare(old: &Record, new: &Record, force: bool) -> Result<Changes, Refus
     let refused = changes.forced.iter().any(|r| !force || !r.can_be_forced());
     if refused {
         let reasons = changes.forced;
-        return Err(Refusal { reasons });
+        return Err(IncompatibleRecords { reasons });
     }
     let mut logs = Vec::new();
     for (key, old, new) in both {
@@ -184,12 +188,12 @@ pub fn compare(old: &Record, new: &Record, force: bool) -> Result<Changes, Refus
 
 /// A record's rows by what they are of.
 struct Index<'a> {
-    ours: BTreeMap<RowKey, &'a Row>,
-    oracle: BTreeMap<(&'a str, &'a str, u32), &'a Row>,
+    ours: BTreeMap<RowKey, &'a RateRow>,
+    oracle: BTreeMap<(&'a str, &'a str, u32), &'a RateRow>,
 }
 
 impl<'a> Index<'a> {
-    fn of(record: &'a Record) -> Index<'a> {
+    fn of(record: &'a BenchRecord) -> Index<'a> {
         let of_engine =
             |engine: &'static str| record.rows.iter().filter(move |r| r.engine == engine);
         Index {
@@ -216,20 +220,22 @@ impl<'a> Index<'a> {
 /// A row's change in units of its yardstick's, and the yardstick's change by itself.
 #[derive(Clone, Copy)]
 struct Logs {
-    row: Log,
-    yardstick: Log,
+    row: LogRate,
+    yardstick: LogRate,
 }
 
 fn row_change(
     key: &RowKey,
-    (before, old): (&Index, &Row),
-    (now, new): (&Index, &Row),
+    (before, old): (&Index, &RateRow),
+    (now, new): (&Index, &RateRow),
 ) -> Option<(RowChange, Logs)> {
-    let row = Log::of(new)?.over(Log::of(old)?);
+    let row = LogRate::of(new)?.over(LogRate::of(old)?);
     let of = |threads| yardstick(&key.scene, threads, before, now);
-    let same = of(key.threads).map(|log| (log, Normalised::SameThreads));
-    let one = || of(1).map(|log| (log, Normalised::OneThread));
-    let (yardstick, normalised) = same.or_else(one).unwrap_or((Log::ONE, Normalised::No));
+    let same = of(key.threads).map(|log| (log, Normalisation::SameThreads));
+    let one = || of(1).map(|log| (log, Normalisation::OneThread));
+    let (yardstick, normalised) = same
+        .or_else(one)
+        .unwrap_or((LogRate::ONE, Normalisation::No));
     let change = RowChange {
         key: key.clone(),
         old: old.mrays_per_s.median,
@@ -242,7 +248,7 @@ fn row_change(
 }
 
 /// How the oracle's rates of a scene changed, all kinds of rays together that both runs timed alike.
-fn yardstick(scene: &str, threads: u32, before: &Index, now: &Index) -> Option<Log> {
+fn yardstick(scene: &str, threads: u32, before: &Index, now: &Index) -> Option<LogRate> {
     let of_scene = now
         .oracle
         .iter()
@@ -251,24 +257,24 @@ fn yardstick(scene: &str, threads: u32, before: &Index, now: &Index) -> Option<L
         let old = before.oracle.get(key)?;
         // The rate of another part of the rays is another yardstick.
         let alike = old.rays_timed == new.rays_timed;
-        alike.then_some(Log::of(new)?.over(Log::of(old)?))
+        alike.then_some(LogRate::of(new)?.over(LogRate::of(old)?))
     });
-    Log::mean(&ratios.collect::<Vec<_>>())
+    LogRate::mean(&ratios.collect::<Vec<_>>())
 }
 
 /// The rows of each kernel by kind of rays and threads, and by scene.
 fn groups(rows: &[RowChange], logs: &[Logs]) -> Vec<GroupChange> {
-    let mut members: BTreeMap<(Over, &str), Vec<usize>> = BTreeMap::new();
+    let mut members: BTreeMap<(Grouping, &str), Vec<usize>> = BTreeMap::new();
     for (i, RowChange { key, .. }) in rows.iter().enumerate() {
         let (rays, scene, threads) = (key.rays.clone(), key.scene.clone(), key.threads);
-        for over in [Over::Scenes { rays, threads }, Over::Rays { scene }] {
+        for over in [Grouping::Scenes { rays, threads }, Grouping::Rays { scene }] {
             members.entry((over, &key.kernel)).or_default().push(i);
         }
     }
-    let group = |((over, kernel), members): ((Over, &str), Vec<usize>)| {
-        let changes: Vec<Log> = members.iter().map(|&i| logs[i].row).collect();
-        let yardsticks: Vec<Log> = members.iter().map(|&i| logs[i].yardstick).collect();
-        let normalised = |&i: &usize| rows[i].normalised != Normalised::No;
+    let group = |((over, kernel), members): ((Grouping, &str), Vec<usize>)| {
+        let changes: Vec<LogRate> = members.iter().map(|&i| logs[i].row).collect();
+        let yardsticks: Vec<LogRate> = members.iter().map(|&i| logs[i].yardstick).collect();
+        let normalised = |&i: &usize| rows[i].normalised != Normalisation::No;
         GroupChange {
             kernel: kernel.to_owned(),
             change: mean_change(&changes, &yardsticks, over.shares_yardsticks()),

@@ -17,7 +17,7 @@ const KERNELS: usize = 3;
 const KINDS: usize = 14;
 
 /// A rate that was measured now.
-fn measured(speed: f64, draw: &mut Draw) -> Log {
+fn measured(speed: f64, draw: &mut Draw) -> LogRate {
     let error = match draw.below(8) {
         0 => 0.04,
         _ => 0.01,
@@ -25,7 +25,7 @@ fn measured(speed: f64, draw: &mut Draw) -> Log {
     let rate = speed * libm::exp(error * draw.normal());
     // What the interval says of the error is right within a factor of two, mostly.
     let reach = libm::exp(2.326 * error * libm::exp(0.35 * draw.normal()));
-    let row = Row {
+    let row = RateRow {
         scene: String::new(),
         rays: String::new(),
         engine: String::new(),
@@ -44,7 +44,7 @@ fn measured(speed: f64, draw: &mut Draw) -> Log {
         same_as: None,
         samples: vec![rate; 3],
     };
-    Log::of(&row).expect("a positive rate")
+    LogRate::of(&row).expect("a positive rate")
 }
 
 fn neighbour(draw: &mut Draw) -> f64 {
@@ -52,19 +52,19 @@ fn neighbour(draw: &mut Draw) -> f64 {
 }
 
 /// A row before and now.
-struct Pair {
-    old: Log,
+struct RowPair {
+    old: LogRate,
     /// What all measurements of the new run have in common.
     speed: f64,
-    yardstick: Log,
-    new: Log,
+    yardstick: LogRate,
+    new: LogRate,
 }
 
-impl Pair {
-    fn of(speed: f64, yardstick: Log, draw: &mut Draw) -> Pair {
+impl RowPair {
+    fn of(speed: f64, yardstick: LogRate, draw: &mut Draw) -> RowPair {
         let old = measured(neighbour(draw), draw);
         let new = measured(speed * neighbour(draw), draw);
-        Pair {
+        RowPair {
             old,
             speed,
             yardstick,
@@ -72,12 +72,12 @@ impl Pair {
         }
     }
 
-    fn change(&self, new: Log) -> Log {
+    fn change(&self, new: LogRate) -> LogRate {
         new.over(self.old)
     }
 
     fn stays_slower(&self, draw: &mut Draw) -> bool {
-        let slower = |new: Log| {
+        let slower = |new: LogRate| {
             let change = self.change(new).over(self.yardstick);
             change.change().slower_than(THRESHOLD)
         };
@@ -89,12 +89,12 @@ impl Pair {
     }
 }
 
-fn group_slower(pairs: &[&Pair], shared: bool) -> bool {
-    let rows: Vec<Log> = pairs
+fn group_slower(pairs: &[&RowPair], shared: bool) -> bool {
+    let rows: Vec<LogRate> = pairs
         .iter()
         .map(|pair| pair.change(pair.new).over(pair.yardstick.exactly()))
         .collect();
-    let yardsticks: Vec<Log> = pairs.iter().map(|pair| pair.yardstick).collect();
+    let yardsticks: Vec<LogRate> = pairs.iter().map(|pair| pair.yardstick).collect();
     mean_change(&rows, &yardsticks, shared).slower_than(THRESHOLD)
 }
 
@@ -102,18 +102,18 @@ fn group_slower(pairs: &[&Pair], shared: bool) -> bool {
 fn reported(suites: u64, speed: impl Fn(usize, usize, usize) -> f64) -> u64 {
     let is_reported = |&suite: &u64| {
         let mut draw = Draw(suite);
-        let yardsticks: Vec<Log> = (0..SCENES)
+        let yardsticks: Vec<LogRate> = (0..SCENES)
             .map(|_| {
                 let of_kind = |_| measured(1.0, &mut draw).over(measured(1.0, &mut draw));
-                Log::mean(&(0..KINDS / 2).map(of_kind).collect::<Vec<_>>()).expect("some kinds")
+                LogRate::mean(&(0..KINDS / 2).map(of_kind).collect::<Vec<_>>()).expect("some kinds")
             })
             .collect();
         (0..KERNELS).any(|kernel| {
-            let rows: Vec<Vec<Pair>> = (0..SCENES)
+            let rows: Vec<Vec<RowPair>> = (0..SCENES)
                 .map(|scene| {
                     let common = libm::exp(0.014 * draw.normal());
                     let mut row = |kind| {
-                        Pair::of(
+                        RowPair::of(
                             common * speed(kernel, scene, kind),
                             yardsticks[scene],
                             &mut draw,
@@ -124,7 +124,7 @@ fn reported(suites: u64, speed: impl Fn(usize, usize, usize) -> f64) -> u64 {
                 .collect();
             let by_kind = |kind: usize| rows.iter().map(|scene| &scene[kind]).collect::<Vec<_>>();
             let by_scene =
-                |scene: &Vec<Pair>| group_slower(&scene.iter().collect::<Vec<_>>(), true);
+                |scene: &Vec<RowPair>| group_slower(&scene.iter().collect::<Vec<_>>(), true);
             (0..KINDS).any(|kind| group_slower(&by_kind(kind), false))
                 || rows.iter().any(by_scene)
                 || rows.iter().flatten().any(|row| row.stays_slower(&mut draw))

@@ -1,13 +1,13 @@
 //! The changes as tables for the terminal, worst first.
 
 use super::{
-    Change, Changes, CounterChange, Difference, GroupChange, Normalised, Over, Regression,
-    RowChange,
+    Changes, CountDifference, CounterChange, GroupChange, Grouping, Normalisation, RateChange,
+    Regression, RowChange,
 };
 use crate::report::text::{aligned, counted, percent, rate};
 
 /// Rows of a table at most: what matters stands above.
-const SHOWN: usize = 12;
+const MAX_ROWS: usize = 12;
 
 const GROUP_HEAD: [&str; 6] = [
     "kernel",
@@ -35,19 +35,19 @@ pub fn changes_table(changes: &Changes, threshold: f64) -> String {
     groups.sort_by(|a, b| a.change.by.total_cmp(&b.change.by));
     let (by_rays, by_scene): (Vec<&GroupChange>, Vec<&GroupChange>) = groups
         .into_iter()
-        .partition(|g| matches!(g.over, Over::Scenes { .. }));
+        .partition(|g| matches!(g.over, Grouping::Scenes { .. }));
     let mut rows: Vec<&RowChange> = changes.rows.iter().collect();
     rows.sort_by(|a, b| a.change.by.total_cmp(&b.change.by));
     let of_groups = |groups: Vec<&GroupChange>, shown: usize| {
         let cells: Vec<_> = groups.into_iter().take(shown).map(group_cells).collect();
         aligned(&GROUP_HEAD, &cells, 2)
     };
-    let of_rows: Vec<_> = rows.into_iter().take(SHOWN).map(cells).collect();
+    let of_rows: Vec<_> = rows.into_iter().take(MAX_ROWS).map(cells).collect();
     [
         "Change of each kernel by kind of rays, geometric mean over scenes:\n",
         &of_groups(by_rays, usize::MAX),
         "The scenes that changed most for the worse, geometric mean over kinds of rays:\n",
-        &of_groups(by_scene, SHOWN),
+        &of_groups(by_scene, MAX_ROWS),
         "The rows that changed most for the worse:\n",
         &aligned(&ROW_HEAD, &of_rows, 3),
         &summary(changes, threshold),
@@ -57,8 +57,8 @@ pub fn changes_table(changes: &Changes, threshold: f64) -> String {
 
 fn group_cells(group: &GroupChange) -> Vec<String> {
     let (over, threads) = match &group.over {
-        Over::Scenes { rays, threads } => (rays.clone(), threads.to_string()),
-        Over::Rays { scene } => (scene.clone(), "any".to_owned()),
+        Grouping::Scenes { rays, threads } => (rays.clone(), threads.to_string()),
+        Grouping::Rays { scene } => (scene.clone(), "any".to_owned()),
     };
     let mut cells = vec![over, group.kernel.clone(), threads, group.rows.to_string()];
     cells.extend(change_cells(&group.change, group.normalised));
@@ -77,8 +77,8 @@ pub fn regressions_table(regressions: &[Regression]) -> String {
         Regression::Row(row) => cells(row),
         Regression::Group(g) => {
             let (scene, rays, threads) = match &g.over {
-                Over::Scenes { rays, threads } => ("all", rays.as_str(), threads.to_string()),
-                Over::Rays { scene } => (scene.as_str(), "all", "any".to_owned()),
+                Grouping::Scenes { rays, threads } => ("all", rays.as_str(), threads.to_string()),
+                Grouping::Rays { scene } => (scene.as_str(), "all", "any".to_owned()),
             };
             let mut cells = [scene, &g.kernel, rays].map(str::to_owned).to_vec();
             cells.extend([threads, String::new(), String::new()]);
@@ -95,7 +95,7 @@ pub fn counters_table(changes: &[CounterChange]) -> String {
     let line = |c: &CounterChange| {
         let mut cells = vec![c.scene.clone(), c.kernel.clone(), c.rays.clone()];
         cells.extend(match c.difference {
-            Difference::Count { counter, old, new } => {
+            CountDifference::Count { counter, old, new } => {
                 // One more of a million is a difference, too: no percentages.
                 let more = i128::from(new) - i128::from(old);
                 [
@@ -105,8 +105,8 @@ pub fn counters_table(changes: &[CounterChange]) -> String {
                     format!("{more:+}"),
                 ]
             }
-            Difference::OnlyOld => ["all", "counted", "–", ""].map(str::to_owned),
-            Difference::OnlyNew => ["all", "–", "counted", ""].map(str::to_owned),
+            CountDifference::OnlyOld => ["all", "counted", "–", ""].map(str::to_owned),
+            CountDifference::OnlyNew => ["all", "–", "counted", ""].map(str::to_owned),
         });
         cells
     };
@@ -117,12 +117,15 @@ fn cells(row: &RowChange) -> Vec<String> {
     let key = &row.key;
     let mut cells = vec![key.scene.clone(), key.kernel.clone(), key.rays.clone()];
     cells.extend([key.threads.to_string(), rate(row.old), rate(row.new)]);
-    cells.extend(change_cells(&row.change, row.normalised != Normalised::No));
+    cells.extend(change_cells(
+        &row.change,
+        row.normalised != Normalisation::No,
+    ));
     cells
 }
 
 /// The change, with a star where the machine's own ups and downs are in it, and its interval.
-fn change_cells(change: &Change, normalised: bool) -> [String; 2] {
+fn change_cells(change: &RateChange, normalised: bool) -> [String; 2] {
     let star = if normalised { "" } else { " *" };
     let interval = match change.is_known() {
         true => format!("{} … {}", percent(change.low), percent(change.high)),
@@ -133,7 +136,7 @@ fn change_cells(change: &Change, normalised: bool) -> [String; 2] {
 
 fn summary(changes: &Changes, threshold: f64) -> String {
     let count =
-        |is: &dyn Fn(&Change) -> bool| changes.rows.iter().filter(|r| is(&r.change)).count();
+        |is: &dyn Fn(&RateChange) -> bool| changes.rows.iter().filter(|r| is(&r.change)).count();
     let mut text = format!(
         "{} compared: {} slower and {} faster by more than {}, the whole interval.\n",
         counted(changes.rows.len(), "row"),
@@ -141,7 +144,11 @@ fn summary(changes: &Changes, threshold: f64) -> String {
         count(&|c| c.faster_than(threshold)),
         percent(threshold).trim_start_matches('+'),
     );
-    if changes.rows.iter().any(|r| r.normalised == Normalised::No) {
+    if changes
+        .rows
+        .iter()
+        .any(|r| r.normalised == Normalisation::No)
+    {
         text += "* not in units of the oracle's rate, which one of the runs lacks\n";
     }
     for (rows, what) in [

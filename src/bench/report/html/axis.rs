@@ -1,7 +1,7 @@
 //! Axes: numbers to places, and the round numbers along them.
 
-use super::svg::{Anchor, Canvas, Failure, Tint};
-use super::words;
+use super::number_format;
+use super::svg::{Anchor, Canvas, DrawError, Tint};
 
 /// A logarithmic axis from one place to another, in pixels.
 #[derive(Clone, Debug)]
@@ -94,7 +94,9 @@ impl LogAxis {
         // Parsed, because a product of tens is not the number that it prints as.
         let numbers = numbers.filter_map(|(d, power)| format!("{d}e{power}").parse::<f64>().ok());
         let inside = numbers.filter(|n| (low..=high).contains(n));
-        inside.map(|n| (self.at(n), words::short(n))).collect()
+        inside
+            .map(|n| (self.at(n), number_format::short(n)))
+            .collect()
     }
 }
 
@@ -152,7 +154,9 @@ impl LinearAxis {
         let first = (self.low / step).ceil();
         let numbers = (0..=MOST as u32).map(|i| (first + f64::from(i)) * step);
         let inside = numbers.filter(|n| *n <= self.high);
-        inside.map(|n| (self.at(n), words::step(n, step))).collect()
+        inside
+            .map(|n| (self.at(n), number_format::step(n, step)))
+            .collect()
     }
 }
 
@@ -162,7 +166,7 @@ pub(super) fn paint_axes(
     (x, y): (&LogAxis, &LogAxis),
     below: &str,
     floor: f64,
-) -> Result<(), Failure> {
+) -> Result<(), DrawError> {
     let (left, right) = (x.at(x.ends().0), x.at(x.ends().1));
     let top = y.at(y.ends().1);
     let small = (Tint::Muted, 10.5);

@@ -1,8 +1,8 @@
 //! Dot plots: one line of the page per thing, one marker per engine, a logarithmic axis below and above.
 
 use super::axis::LogAxis;
-use super::svg::{Anchor, Canvas, Failure, Point, Shape, Tint, draw};
-use super::words;
+use super::number_format;
+use super::svg::{Anchor, Canvas, DrawError, MarkerShape, Point, Tint, draw};
 use maud::{Markup, html};
 
 /// A value with its interval.
@@ -25,7 +25,7 @@ pub(super) struct Line {
 }
 
 /// A plot.
-pub(super) struct Dots<'a> {
+pub(super) struct DotPlot<'a> {
     /// What it shows, for those who do not see it.
     pub(super) label: &'a str,
     /// What the axis counts.
@@ -49,7 +49,7 @@ const DODGE: f64 = 2.4;
 /// Longest label, in characters that fit before the axis.
 const LABEL_LENGTH: usize = 19;
 
-impl Dots<'_> {
+impl DotPlot<'_> {
     /// The chart, or a line that says that there is nothing to show.
     pub(super) fn markup(&self) -> Markup {
         let values = self.lines.iter().flat_map(|l| &l.dots);
@@ -80,7 +80,7 @@ impl Dots<'_> {
         self.top() + STEP * self.lines.len() as f64 + 4.0
     }
 
-    fn paint_axis(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), Failure> {
+    fn paint_axis(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), DrawError> {
         let (top, floor) = (self.top(), self.floor());
         for (x, text) in axis.ticks(8.0, 6.0) {
             canvas.line(&[(x, top - 4.0), (x, floor)], Tint::Grid, 1.0)?;
@@ -103,7 +103,7 @@ impl Dots<'_> {
         )
     }
 
-    fn paint_lines(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), Failure> {
+    fn paint_lines(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), DrawError> {
         let mut before: Option<&str> = None;
         for (i, line) in self.lines.iter().enumerate() {
             let top = self.top() + STEP * i as f64;
@@ -112,7 +112,7 @@ impl Dots<'_> {
             }
             before = Some(&line.group);
             let y = top + 0.5 * STEP;
-            let label = words::shortened(&line.label, LABEL_LENGTH);
+            let label = number_format::shortened(&line.label, LABEL_LENGTH);
             canvas.text((LABELS - 8.0, y), Anchor::End, (Tint::Ink, 11.0), &label)?;
             // Ours comes first and is painted last, on top.
             let middle = 0.5 * (line.dots.len() as f64 - 1.0);
@@ -124,12 +124,16 @@ impl Dots<'_> {
     }
 }
 
-fn paint_dot(canvas: &Canvas<'_>, axis: &LogAxis, y: f64, dot: &Dot) -> Result<(), Failure> {
+fn paint_dot(canvas: &Canvas<'_>, axis: &LogAxis, y: f64, dot: &Dot) -> Result<(), DrawError> {
     let tint = Tint::Series(dot.style);
     let (low, high) = (axis.at(dot.low), axis.at(dot.high));
     if dot.low.is_finite() && dot.high.is_finite() && high - low > 0.5 {
         let bar: [Point; 2] = [(low, y), (high, y)];
         canvas.line(&bar, tint, 1.25)?;
     }
-    canvas.marker((axis.at(dot.value), y), (tint, Shape::of(dot.style)), 3.2)
+    canvas.marker(
+        (axis.at(dot.value), y),
+        (tint, MarkerShape::of(dot.style)),
+        3.2,
+    )
 }

@@ -4,6 +4,8 @@
 
 mod axis;
 mod dots;
+mod number_format;
+mod operations;
 mod rates;
 mod roofline;
 mod scenes;
@@ -13,12 +15,10 @@ mod svg;
 mod tables;
 mod threads;
 mod view;
-mod words;
-mod work;
 
-use super::Record;
+use super::BenchRecord;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use view::View;
+use view::RecordView;
 
 const STYLE: &str = include_str!("style.css");
 
@@ -35,8 +35,8 @@ pub struct ScenePictures {
 }
 
 /// The page of a record. Whatever the record lacks, its section says in a line or is left out; no record is too odd.
-pub fn page(record: &Record, pictures: &[ScenePictures]) -> String {
-    let view = View::new(record);
+pub fn page(record: &BenchRecord, pictures: &[ScenePictures]) -> String {
+    let view = RecordView::new(record);
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
@@ -55,7 +55,7 @@ pub fn page(record: &Record, pictures: &[ScenePictures]) -> String {
     printable(&markup.into_string())
 }
 
-fn body(view: &View<'_>, pictures: &[ScenePictures]) -> Markup {
+fn body(view: &RecordView<'_>, pictures: &[ScenePictures]) -> Markup {
     html! {
         header {
             h1 { "phalanx bench " span.day { (day(view.record)) } }
@@ -85,11 +85,11 @@ fn body(view: &View<'_>, pictures: &[ScenePictures]) -> Markup {
     }
 }
 
-fn title(record: &Record) -> String {
+fn title(record: &BenchRecord) -> String {
     format!("phalanx bench {}", day(record))
 }
 
-fn day(record: &Record) -> &str {
+fn day(record: &BenchRecord) -> &str {
     record.run.started.split('T').next().unwrap_or_default()
 }
 

@@ -1,16 +1,16 @@
 //! Rates by scene and kind of rays, the peers beside them; all of them again as tables.
 
-use super::dots::{Dot, Dots, Line};
-use super::svg::{Shape, Tint, key};
-use super::tables::{Table, cell, folded};
-use super::view::{OURS, View, has_rate, is_peer, kind_text, row_name, threads_text};
-use super::words;
-use crate::report::Row;
+use super::dots::{Dot, DotPlot, Line};
+use super::number_format;
+use super::svg::{MarkerShape, Tint, key};
+use super::tables::{HtmlTable, cell, folded};
+use super::view::{OURS, RecordView, has_rate, is_peer, kind_text, row_name, threads_text};
+use crate::report::RateRow;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
 /// The section; says so in a line where no row has a rate.
-pub(super) fn section(view: &View<'_>) -> Markup {
+pub(super) fn section(view: &RecordView<'_>) -> Markup {
     html! {
         section #rates {
             h2 { "Rates" }
@@ -22,7 +22,7 @@ pub(super) fn section(view: &View<'_>) -> Markup {
     }
 }
 
-fn inside(view: &View<'_>, most: u32, fewer: &[u32]) -> Markup {
+fn inside(view: &RecordView<'_>, most: u32, fewer: &[u32]) -> Markup {
     html! {
         p {
             "Millions of rays a second, with the interval in which another run would be 9 times in 10, on "
@@ -50,7 +50,7 @@ fn inside(view: &View<'_>, most: u32, fewer: &[u32]) -> Markup {
 }
 
 /// What colours and shapes mean.
-pub(super) fn legend(view: &View<'_>) -> Markup {
+pub(super) fn legend(view: &RecordView<'_>) -> Markup {
     html! {
         ul.legend {
             @for (i, engine) in view.engines.iter().enumerate() {
@@ -59,7 +59,7 @@ pub(super) fn legend(view: &View<'_>) -> Markup {
                     peer if is_peer(peer) => format!("{peer}, best exact mode"),
                     other => other.to_owned(),
                 };
-                (key((Tint::Series(i), Shape::of(i)), &meaning))
+                (key((Tint::Series(i), MarkerShape::of(i)), &meaning))
             }
         }
     }
@@ -67,7 +67,7 @@ pub(super) fn legend(view: &View<'_>) -> Markup {
 
 /// A chart for each kind with a line for each scene, or the other way round where there are few scenes: few tall charts
 /// are read more easily than many flat ones.
-fn charts(view: &View<'_>, threads: u32) -> Markup {
+fn charts(view: &RecordView<'_>, threads: u32) -> Markup {
     let by_scene = view.scenes.len() < view.kinds.len();
     let (charts, lines) = match by_scene {
         true => (&view.scenes, &view.kinds),
@@ -94,7 +94,7 @@ fn chart(name: &str, lines: &[Line], threads: u32) -> Markup {
         "Dot plot: {name} on {}, Mrays/s by engine; the tables below hold the numbers.",
         threads_text(threads)
     );
-    let dots = Dots {
+    let dots = DotPlot {
         label: &label,
         axis: "Mrays/s",
         lines,
@@ -108,7 +108,7 @@ fn chart(name: &str, lines: &[Line], threads: u32) -> Markup {
     }
 }
 
-fn line(view: &View<'_>, scene: &str, kind: &str, threads: u32, label: &str) -> Line {
+fn line(view: &RecordView<'_>, scene: &str, kind: &str, threads: u32, label: &str) -> Line {
     let engines = view.engines.iter().enumerate();
     let dots = engines.filter_map(|(style, engine)| {
         let row = view.stands_for(engine, scene, kind, threads)?;
@@ -129,21 +129,22 @@ fn line(view: &View<'_>, scene: &str, kind: &str, threads: u32, label: &str) -> 
 }
 
 /// One kind on so many threads: a row per scene, a column per engine and kernel.
-fn table(view: &View<'_>, kind: &str, threads: u32) -> Markup {
+fn table(view: &RecordView<'_>, kind: &str, threads: u32) -> Markup {
     let columns = columns(view, kind, threads);
-    let rows = view.scenes.iter().filter_map(|scene| {
-        let mut of_scene: BTreeMap<(&str, &str), &Row> = BTreeMap::new();
-        for row in view.rows(scene, kind, threads) {
-            of_scene.insert((&row.engine, &row.kernel), row);
-        }
-        let timed = of_scene.values().map(|row| row.rays_timed).max()?;
-        let mut cells = vec![row_name(scene), cell(words::count(timed))];
-        let rates = columns.iter().map(|column| of_scene.get(column));
-        cells.extend(
-            rates.map(|row| row.map_or_else(|| cell(words::NONE), |row| rate_cell(row, timed))),
-        );
-        Some(cells)
-    });
+    let rows =
+        view.scenes.iter().filter_map(|scene| {
+            let mut of_scene: BTreeMap<(&str, &str), &RateRow> = BTreeMap::new();
+            for row in view.rows(scene, kind, threads) {
+                of_scene.insert((&row.engine, &row.kernel), row);
+            }
+            let timed = of_scene.values().map(|row| row.rays_timed).max()?;
+            let mut cells = vec![row_name(scene), cell(number_format::count(timed))];
+            let rates = columns.iter().map(|column| of_scene.get(column));
+            cells.extend(rates.map(|row| {
+                row.map_or_else(|| cell(number_format::NONE), |row| rate_cell(row, timed))
+            }));
+            Some(cells)
+        });
     let rows: Vec<_> = rows.collect();
     let mut head = vec!["scene".to_owned(), "rays timed".to_owned()];
     head.extend(
@@ -151,7 +152,7 @@ fn table(view: &View<'_>, kind: &str, threads: u32) -> Markup {
             .iter()
             .map(|(engine, kernel)| format!("{engine} {kernel}")),
     );
-    let table = Table {
+    let table = HtmlTable {
         caption: format!("{}, {}, Mrays/s", kind_text(kind), threads_text(threads)),
         head,
         texts: 1,
@@ -164,7 +165,7 @@ fn table(view: &View<'_>, kind: &str, threads: u32) -> Markup {
 }
 
 /// Engines in their order, `auto` first among the kernels of ours.
-fn columns<'a>(view: &View<'a>, kind: &str, threads: u32) -> Vec<(&'a str, &'a str)> {
+fn columns<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<(&'a str, &'a str)> {
     let rows = view.record.rows.iter();
     let rows = rows.filter(|r| r.rays == kind && r.threads == threads);
     let mut columns: Vec<_> = rows
@@ -179,14 +180,14 @@ fn columns<'a>(view: &View<'a>, kind: &str, threads: u32) -> Vec<(&'a str, &'a s
 }
 
 /// A rate with its interval, and what is not as in the other columns: another kernel's samples, fewer rays.
-fn rate_cell(row: &Row, timed: u64) -> Markup {
+fn rate_cell(row: &RateRow, timed: u64) -> Markup {
     let rate = row.mrays_per_s;
     let inexact = is_peer(&row.engine) && !row.exact;
     html! {
-        (words::measured(rate.median))
+        (number_format::measured(rate.median))
         @if inexact { "†" }
-        @if row.rays_timed < timed { small { "of " (words::short(row.rays_timed as f64)) " rays" } }
+        @if row.rays_timed < timed { small { "of " (number_format::short(row.rays_timed as f64)) " rays" } }
         @if let Some(other) = &row.same_as { small { "= " (other) } }
-        small { (words::measured(rate.low)) "–" (words::measured(rate.high)) }
+        small { (number_format::measured(rate.low)) "–" (number_format::measured(rate.high)) }
     }
 }

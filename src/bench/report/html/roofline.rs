@@ -3,10 +3,10 @@
 
 use super::axis::{LogAxis, paint_axes};
 use super::dots::WIDTH;
-use super::svg::{Anchor, Canvas, Failure, Shape, Tint, draw, key};
-use super::tables::{Table, cell};
-use super::view::{View, kind_text, row_name, threads_text};
-use super::{words, work};
+use super::svg::{Anchor, Canvas, DrawError, MarkerShape, Tint, draw, key};
+use super::tables::{HtmlTable, cell};
+use super::view::{RecordView, kind_text, row_name, threads_text};
+use super::{number_format, operations};
 use crate::report::{CounterRow, ThreadLimits};
 use maud::{Markup, html};
 
@@ -41,7 +41,7 @@ struct Spot<'a> {
 }
 
 /// The section; says so in a line where limits or counters are missing.
-pub(super) fn section(view: &View<'_>) -> Markup {
+pub(super) fn section(view: &RecordView<'_>) -> Markup {
     html! {
         section #roofline {
             h2 { "Roofline" }
@@ -50,7 +50,7 @@ pub(super) fn section(view: &View<'_>) -> Markup {
     }
 }
 
-fn inside(view: &View<'_>) -> Markup {
+fn inside(view: &RecordView<'_>) -> Markup {
     if view.record.counters.is_empty() {
         return html! { p.note { "Work was not counted in this run, so there is no roofline." } };
     }
@@ -69,10 +69,10 @@ fn inside(view: &View<'_>) -> Markup {
         p {
             "What " code { "auto" } " does on " (threads_text(limits.threads)) ", each marker a scene. Slanted rules are "
             "measured reading bandwidths, the level rule is the measured peak of additions and multiplications ("
-            (words::measured(limits.gflops)) "\u{202f}" "Gop/s). A marker above the rule of a level gets most of its bytes from "
+            (number_format::measured(limits.gflops)) "\u{202f}" "Gop/s). A marker above the rule of a level gets most of its bytes from "
             "faster ones. Bytes are those of nodes and primitives that packets touch; operations are counted from the code "
-            "of each test, at least so many: " (words::short(work::BOX)) " a box, " (words::short(work::TRIANGLE))
-            " a triangle, " (words::short(work::SPHERE)) " a sphere."
+            "of each test, at least so many: " (number_format::short(operations::BOX)) " a box, " (number_format::short(operations::TRIANGLE))
+            " a triangle, " (number_format::short(operations::SPHERE)) " a sphere."
         }
         @if styles.len() > 1 {
             ul.legend { @for style in &styles { (key(look(*style), style_name(*style))) } }
@@ -91,7 +91,7 @@ fn levels(limits: &ThreadLimits) -> Vec<(&'static str, f64)> {
     levels.filter(|l| l.1.is_finite() && l.1 > 0.0).collect()
 }
 
-fn spots<'a>(view: &View<'a>, threads: u32) -> Vec<Spot<'a>> {
+fn spots<'a>(view: &RecordView<'a>, threads: u32) -> Vec<Spot<'a>> {
     let mut spots = Vec::new();
     for kind in &view.kinds {
         for scene in &view.scenes {
@@ -101,12 +101,17 @@ fn spots<'a>(view: &View<'a>, threads: u32) -> Vec<Spot<'a>> {
     spots
 }
 
-fn spot<'a>(view: &View<'a>, scene: &'a str, kind: &'a str, threads: u32) -> Option<Spot<'a>> {
+fn spot<'a>(
+    view: &RecordView<'a>,
+    scene: &'a str,
+    kind: &'a str,
+    threads: u32,
+) -> Option<Spot<'a>> {
     let row = view.auto(scene, kind, threads)?;
     let counters = counters_of(view, scene, kind, row.same_as.as_deref())?;
     let rays = counters.ray_count as f64;
     let known = view.scene(scene);
-    let operations = work::operations(&counters.work, known) / rays;
+    let operations = operations::operations(&counters.work, known) / rays;
     let bytes = counters.work.bytes as f64 / rays;
     let spot = Spot {
         scene,
@@ -125,7 +130,7 @@ fn spot<'a>(view: &View<'a>, scene: &'a str, kind: &'a str, threads: u32) -> Opt
 
 /// The work of `auto`, by its own name or by that of the kernel that it is.
 fn counters_of<'a>(
-    view: &View<'a>,
+    view: &RecordView<'a>,
     scene: &str,
     kind: &str,
     same_as: Option<&str>,
@@ -146,12 +151,12 @@ fn step_style(step: Option<&str>) -> usize {
     place.unwrap_or(STEPS.len())
 }
 
-fn look(style: usize) -> (Tint, Shape) {
-    const LOOKS: [(Tint, Shape); 4] = [
-        (Tint::Series(3), Shape::Triangle),
-        (Tint::Series(2), Shape::Square),
-        (Tint::Series(0), Shape::Disc),
-        (Tint::Series(4), Shape::Diamond),
+fn look(style: usize) -> (Tint, MarkerShape) {
+    const LOOKS: [(Tint, MarkerShape); 4] = [
+        (Tint::Series(3), MarkerShape::Triangle),
+        (Tint::Series(2), MarkerShape::Square),
+        (Tint::Series(0), MarkerShape::Disc),
+        (Tint::Series(4), MarkerShape::Diamond),
     ];
     LOOKS[style % LOOKS.len()]
 }
@@ -210,7 +215,7 @@ fn paint_roofs(
     (x, y): (&LogAxis, &LogAxis),
     peak: f64,
     levels: &[(&str, f64)],
-) -> Result<(), Failure> {
+) -> Result<(), DrawError> {
     let (left, right) = x.ends();
     let (floor, _) = y.ends();
     let small = (Tint::Ink, 10.5);
@@ -237,7 +242,7 @@ fn paint_roofs(
     Ok(())
 }
 
-fn table(spots: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> Table {
+fn table(spots: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> HtmlTable {
     let mut head: Vec<String> = [
         "scene",
         "rays",
@@ -257,13 +262,17 @@ fn table(spots: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> T
     let rows = spots.iter().map(|spot| {
         let mut cells = vec![row_name(spot.scene), cell(spot.kind)];
         let numbers = [spot.operations, spot.bytes, spot.intensity, spot.rate];
-        cells.extend(numbers.map(|n| cell(words::measured(n))));
-        cells.push(cell(words::percent(spot.rate / limits.gflops)));
+        cells.extend(numbers.map(|n| cell(number_format::measured(n))));
+        cells.push(cell(number_format::percent(spot.rate / limits.gflops)));
         let read = spot.rate / spot.intensity;
-        cells.extend(levels.iter().map(|l| cell(words::percent(read / l.1))));
+        cells.extend(
+            levels
+                .iter()
+                .map(|l| cell(number_format::percent(read / l.1))),
+        );
         cells
     });
-    Table {
+    HtmlTable {
         caption: "Operations, bytes and shares of the machine's limits".to_owned(),
         head,
         texts: 2,

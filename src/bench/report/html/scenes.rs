@@ -1,16 +1,16 @@
 //! The scenes: what they look like, where rays are dear, what they consist of, and what came before tracing.
 
 use super::ScenePictures;
-use super::tables::{Table, cell};
-use super::view::{View, kind_text, row_name};
-use super::words;
+use super::number_format;
+use super::tables::{HtmlTable, cell};
+use super::view::{RecordView, kind_text, row_name};
 use crate::report::SceneRecord;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
 /// The section: a card for each scene, then what their rays were answered.
-pub(super) fn section(view: &View<'_>, pictures: &[ScenePictures]) -> Markup {
+pub(super) fn section(view: &RecordView<'_>, pictures: &[ScenePictures]) -> Markup {
     if view.scenes.is_empty() {
         return html! { section #scenes { h2 { "Scenes" } p.note { "The record has no scenes." } } };
     }
@@ -80,22 +80,22 @@ fn png_size(png: &[u8]) -> Option<(u32, u32)> {
 fn facts(scene: &SceneRecord) -> Markup {
     let parts = scene.primitives.iter().filter(|(_, count)| **count > 0);
     let parts: Vec<String> = parts
-        .map(|(kind, count)| format!("{} {kind}", words::count(*count)))
+        .map(|(kind, count)| format!("{} {kind}", number_format::count(*count)))
         .collect();
     let builds = scene.build_seconds.iter();
     let builds: Vec<String> = builds
-        .map(|(engine, seconds)| format!("{engine} {}", words::seconds(*seconds)))
+        .map(|(engine, seconds)| format!("{engine} {}", number_format::seconds(*seconds)))
         .collect();
     let [width, height] = scene.size;
     html! {
         dl {
             dt { "Primitives" }
             dd {
-                @if parts.is_empty() { (words::count(scene.primitive_count)) } @else { (words::listed(&parts)) }
+                @if parts.is_empty() { (number_format::count(scene.primitive_count)) } @else { (number_format::listed(&parts)) }
             }
-            dt { "Load" } dd { (words::seconds(scene.load_seconds)) }
+            dt { "Load" } dd { (number_format::seconds(scene.load_seconds)) }
             @if !builds.is_empty() { dt { "Build" } dd { (builds.join(", ")) } }
-            dt { "Tree" } dd { (words::bytes(scene.tree_bytes)) }
+            dt { "Tree" } dd { (number_format::bytes(scene.tree_bytes)) }
             dt { "Picture" } dd { (width) "×" (height) }
             dt { "Hash" } dd { code { (scene.hash) } }
         }
@@ -103,7 +103,7 @@ fn facts(scene: &SceneRecord) -> Markup {
 }
 
 /// What the rays were answered: the reason to believe the rates.
-fn answers(view: &View<'_>) -> Markup {
+fn answers(view: &RecordView<'_>) -> Markup {
     let mut rows = Vec::new();
     for scene in &view.record.scenes {
         for (kind, set) in &scene.rays {
@@ -111,14 +111,14 @@ fn answers(view: &View<'_>) -> Markup {
                 row_name(&scene.name),
                 cell(kind),
                 html! { code { (set.checksum) } },
-                cell(words::count(set.rays)),
-                cell(words::count(set.hits)),
-                cell(words::percent(set.hits as f64 / set.rays as f64)),
+                cell(number_format::count(set.rays)),
+                cell(number_format::count(set.hits)),
+                cell(number_format::percent(set.hits as f64 / set.rays as f64)),
             ]);
         }
     }
     let head = ["scene", "rays", "checksum", "number", "hits", "share"];
-    let table = Table {
+    let table = HtmlTable {
         caption: "Rays and their answers".to_owned(),
         head: head.map(str::to_owned).to_vec(),
         texts: 3,
@@ -131,7 +131,7 @@ fn answers(view: &View<'_>) -> Markup {
 }
 
 /// Counted work, a table for each kind.
-fn work_tables(view: &View<'_>) -> Markup {
+fn work_tables(view: &RecordView<'_>) -> Markup {
     html! {
         @for kind in &view.kinds {
             @let table = work_table(view, kind);
@@ -140,18 +140,22 @@ fn work_tables(view: &View<'_>) -> Markup {
     }
 }
 
-fn work_table(view: &View<'_>, kind: &str) -> Table {
+fn work_table(view: &RecordView<'_>, kind: &str) -> HtmlTable {
     let counters = view.record.counters.iter().filter(|c| c.rays == kind);
     let rows = counters.map(|counter| {
         let work = &counter.work;
-        let per_ray = |count: u64| cell(words::measured(count as f64 / counter.ray_count as f64));
+        let per_ray = |count: u64| {
+            cell(number_format::measured(
+                count as f64 / counter.ray_count as f64,
+            ))
+        };
         let lanes = work.packets as f64 * 8.0;
         vec![
             row_name(&counter.scene),
             cell(&counter.kernel),
-            cell(words::count(counter.ray_count)),
-            cell(words::count(work.packets)),
-            cell(words::percent(work.active_lanes as f64 / lanes)),
+            cell(number_format::count(counter.ray_count)),
+            cell(number_format::count(work.packets)),
+            cell(number_format::percent(work.active_lanes as f64 / lanes)),
             per_ray(work.node_visits),
             per_ray(work.box_tests),
             per_ray(work.leaf_visits),
@@ -171,7 +175,7 @@ fn work_table(view: &View<'_>, kind: &str) -> Table {
         "primitive tests/ray",
         "bytes/ray",
     ];
-    Table {
+    HtmlTable {
         caption: format!("Work of {}", kind_text(kind)),
         head: head.map(str::to_owned).to_vec(),
         texts: 2,

@@ -2,14 +2,14 @@
 
 use super::axis::{LogAxis, paint_axes};
 use super::dots::WIDTH;
-use super::svg::{Anchor, Canvas, Point, Shape, Tint, draw};
-use super::view::{View, kind_text, threads_text};
-use super::words;
+use super::number_format;
+use super::svg::{Anchor, Canvas, MarkerShape, Point, Tint, draw};
+use super::view::{RecordView, kind_text, threads_text};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
 /// The section; says so in a line where the record has nothing for it.
-pub(super) fn section(view: &View<'_>) -> Markup {
+pub(super) fn section(view: &RecordView<'_>) -> Markup {
     html! {
         section #sizes {
             h2 { "Scaling over scene size" }
@@ -19,15 +19,15 @@ pub(super) fn section(view: &View<'_>) -> Markup {
 }
 
 /// A family's rates by number of primitives.
-struct Course<'a> {
+struct FamilyCurve<'a> {
     family: &'a str,
     points: Vec<(f64, f64)>,
 }
 
-fn over_size(view: &View<'_>) -> Markup {
+fn over_size(view: &RecordView<'_>) -> Markup {
     let threads = view.most_threads().unwrap_or(1);
     let charts = view.kinds.iter().filter_map(|kind| {
-        let courses = courses(view, kind, threads);
+        let courses = family_curves(view, kind, threads);
         (!courses.is_empty()).then(|| size_chart(kind, &courses))
     });
     let charts: Vec<Markup> = charts.collect();
@@ -44,7 +44,7 @@ fn over_size(view: &View<'_>) -> Markup {
 }
 
 /// Families with two sizes at least, fastest at the largest size first.
-fn courses<'a>(view: &View<'a>, kind: &str, threads: u32) -> Vec<Course<'a>> {
+fn family_curves<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<FamilyCurve<'a>> {
     let mut families: BTreeMap<&str, Vec<(f64, f64)>> = BTreeMap::new();
     for scene in &view.record.scenes {
         let Some(family) = &scene.family else {
@@ -61,20 +61,20 @@ fn courses<'a>(view: &View<'a>, kind: &str, threads: u32) -> Vec<Course<'a>> {
     let courses = families.into_iter().map(|(family, mut points)| {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points.dedup_by_key(|p| p.0);
-        Course { family, points }
+        FamilyCurve { family, points }
     });
     let mut courses: Vec<_> = courses.filter(|c| c.points.len() > 1).collect();
     courses.sort_by(|a, b| b.end().1.total_cmp(&a.end().1));
     courses
 }
 
-impl Course<'_> {
+impl FamilyCurve<'_> {
     fn end(&self) -> Point {
         self.points.last().copied().unwrap_or_default()
     }
 }
 
-fn size_chart(kind: &str, courses: &[Course<'_>]) -> Markup {
+fn size_chart(kind: &str, courses: &[FamilyCurve<'_>]) -> Markup {
     const LEFT: f64 = 38.0;
     const RIGHT: f64 = WIDTH - 92.0;
     // Every label needs its line of text.
@@ -102,12 +102,12 @@ fn size_chart(kind: &str, courses: &[Course<'_>]) -> Markup {
                 .collect();
             canvas.line(&line, tint, 1.25)?;
             for place in &line {
-                canvas.marker(*place, (tint, Shape::Disc), 2.4)?;
+                canvas.marker(*place, (tint, MarkerShape::Disc), 2.4)?;
             }
             let end = line.last().copied().unwrap_or_default();
             let beside = (RIGHT + 12.0, places[i]);
             canvas.line(&[(end.0 + 3.0, end.1), beside], Tint::Grid, 1.0)?;
-            let name = words::shortened(course.family, 13);
+            let name = number_format::shortened(course.family, 13);
             canvas.text(
                 (RIGHT + 15.0, places[i]),
                 Anchor::Start,

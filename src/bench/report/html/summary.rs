@@ -1,11 +1,13 @@
 //! The top of the page: what was measured on what, the headline, and what to beware of.
 
-use super::dots::{Dot, Dots, Line};
-use super::svg::{Shape, Tint, key};
-use super::tables::{Table, cell};
-use super::view::{ORACLE, OURS, View, geometric_mean, has_rate, is_peer, kind_text, threads_text};
-use super::words;
-use crate::report::{Record, Row};
+use super::dots::{Dot, DotPlot, Line};
+use super::number_format;
+use super::svg::{MarkerShape, Tint, key};
+use super::tables::{HtmlTable, cell};
+use super::view::{
+    ORACLE, OURS, RecordView, geometric_mean, has_rate, is_peer, kind_text, threads_text,
+};
+use crate::report::{BenchRecord, RateRow};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
@@ -13,8 +15,8 @@ use std::collections::BTreeMap;
 const WIDE: f64 = 0.15;
 
 /// Where it was measured, by whom, when.
-pub(super) fn facts(record: &Record) -> Markup {
-    let Record {
+pub(super) fn facts(record: &BenchRecord) -> Markup {
+    let BenchRecord {
         program,
         machine,
         run,
@@ -36,11 +38,11 @@ pub(super) fn facts(record: &Record) -> Markup {
                 ", compiled for " (program.isa_compiled)
                 @if let Some(rustc) = &program.rustc { " by " (rustc) }
             }
-            @if !run.peers.is_empty() { dt { "Peers" } dd { (words::listed(&run.peers)) } }
+            @if !run.peers.is_empty() { dt { "Peers" } dd { (number_format::listed(&run.peers)) } }
             dt { "Taken" }
             dd {
-                (moment(&run.started)) ", in " (words::seconds(run.seconds)) "; " (run.size[0]) "×" (run.size[1]) " rays, "
-                (words::plural(run.repeat as usize, "sample")) " a row, at least " (words::seconds(run.min_time)) " each"
+                (moment(&run.started)) ", in " (number_format::seconds(run.seconds)) "; " (run.size[0]) "×" (run.size[1]) " rays, "
+                (number_format::plural(run.repeat as usize, "sample")) " a row, at least " (number_format::seconds(run.min_time)) " each"
                 @if run.pinned { ", workers bound to cores" }
                 ", trees of quality " (run.quality)
             }
@@ -60,7 +62,7 @@ fn moment(started: &str) -> String {
     })
 }
 
-fn machine_text(record: &Record) -> String {
+fn machine_text(record: &BenchRecord) -> String {
     let machine = &record.machine;
     let named = if machine.cpu.is_empty() {
         "a CPU without a name"
@@ -69,7 +71,7 @@ fn machine_text(record: &Record) -> String {
     };
     let mut parts = vec![named.to_owned()];
     if let Some(cores) = machine.cores {
-        parts.push(words::plural(cores as usize, "core"));
+        parts.push(number_format::plural(cores as usize, "core"));
     }
     if machine.threads > 0 {
         parts.push(threads_text(machine.threads));
@@ -83,16 +85,16 @@ fn machine_text(record: &Record) -> String {
     parts.extend(
         caches
             .iter()
-            .map(|c| format!("L{} {}", c.level, words::binary_bytes(c.bytes))),
+            .map(|c| format!("L{} {}", c.level, number_format::binary_bytes(c.bytes))),
     );
     if let Some(bytes) = machine.memory_bytes {
-        parts.push(format!("{} memory", words::binary_bytes(bytes)));
+        parts.push(format!("{} memory", number_format::binary_bytes(bytes)));
     }
     parts.join(", ")
 }
 
 /// What to beware of; nothing where there is nothing.
-pub(super) fn warnings(view: &View<'_>) -> Markup {
+pub(super) fn warnings(view: &RecordView<'_>) -> Markup {
     let mut warnings = about_the_run(view.record);
     warnings.extend(inexact(&view.record.rows));
     warnings.extend(wide_intervals(&view.record.rows));
@@ -106,8 +108,8 @@ pub(super) fn warnings(view: &View<'_>) -> Markup {
     }
 }
 
-fn about_the_run(record: &Record) -> Vec<String> {
-    let Record {
+fn about_the_run(record: &BenchRecord) -> Vec<String> {
+    let BenchRecord {
         program, machine, ..
     } = record;
     let mut warnings = Vec::new();
@@ -144,8 +146,8 @@ fn about_the_run(record: &Record) -> Vec<String> {
 }
 
 /// A line for each peer's mode that answers otherwise than ours, with the scene where it does most.
-fn inexact(rows: &[Row]) -> Vec<String> {
-    let mut modes: BTreeMap<(&str, &str), Vec<&Row>> = BTreeMap::new();
+fn inexact(rows: &[RateRow]) -> Vec<String> {
+    let mut modes: BTreeMap<(&str, &str), Vec<&RateRow>> = BTreeMap::new();
     for row in rows.iter().filter(|r| is_peer(&r.engine) && !r.exact) {
         modes
             .entry((&row.engine, &row.kernel))
@@ -153,32 +155,32 @@ fn inexact(rows: &[Row]) -> Vec<String> {
             .push(row);
     }
     let lines = modes.into_iter().map(|((engine, kernel), rows)| {
-        let difference = |row: &&&Row| row.difference.unwrap_or(f64::NAN);
+        let difference = |row: &&&RateRow| row.difference.unwrap_or(f64::NAN);
         let worst = rows.iter().max_by(|a, b| difference(a).total_cmp(&difference(b)));
-        let share = words::percent(worst.and_then(|r| r.difference).unwrap_or(f64::NAN));
+        let share = number_format::percent(worst.and_then(|r| r.difference).unwrap_or(f64::NAN));
         let place = worst.map(|r| format!("{}, {}", r.scene, r.rays)).unwrap_or_default();
-        let number = words::plural(rows.len(), "row");
+        let number = number_format::plural(rows.len(), "row");
         format!("{engine} {kernel} is inexact in {number}: up to {share} of rays are answered otherwise ({place}). It does not count as a best mode there.")
     });
     lines.collect()
 }
 
-fn wide_intervals(rows: &[Row]) -> Option<String> {
+fn wide_intervals(rows: &[RateRow]) -> Option<String> {
     let good = rows.iter().filter(|r| has_rate(r));
     let wide =
         good.filter(|r| r.mrays_per_s.high - r.mrays_per_s.low > WIDE * r.mrays_per_s.median);
     let (wide, all) = (wide.count(), rows.len());
     (wide > 0).then(|| {
-        let limit = words::percent(WIDE);
+        let limit = number_format::percent(WIDE);
         format!(
             "The intervals of {wide} of {} are wider than {limit} of the median.",
-            words::plural(all, "row")
+            number_format::plural(all, "row")
         )
     })
 }
 
 /// How many times as fast as others ours is, over all scenes.
-struct Ratio {
+struct SpeedRatio {
     mean: f64,
     least: f64,
     most: f64,
@@ -186,16 +188,16 @@ struct Ratio {
 }
 
 fn ratio(
-    view: &View<'_>,
+    view: &RecordView<'_>,
     kind: &str,
     threads: u32,
     other: impl Fn(&str) -> Option<f64>,
-) -> Option<Ratio> {
+) -> Option<SpeedRatio> {
     let of_scene =
         |scene: &&str| Some(view.auto(scene, kind, threads)?.mrays_per_s.median / other(scene)?);
     let ratios: Vec<f64> = view.scenes.iter().filter_map(of_scene).collect();
     let (mean, scenes) = geometric_mean(ratios.iter().copied())?;
-    Some(Ratio {
+    Some(SpeedRatio {
         mean,
         least: ratios.iter().copied().fold(f64::INFINITY, f64::min),
         most: ratios.iter().copied().fold(0.0, f64::max),
@@ -203,7 +205,12 @@ fn ratio(
     })
 }
 
-fn over_engine(view: &View<'_>, engine: &str, kind: &str, threads: u32) -> Option<Ratio> {
+fn over_engine(
+    view: &RecordView<'_>,
+    engine: &str,
+    kind: &str,
+    threads: u32,
+) -> Option<SpeedRatio> {
     ratio(view, kind, threads, |scene| {
         Some(
             view.stands_for(engine, scene, kind, threads)?
@@ -213,14 +220,14 @@ fn over_engine(view: &View<'_>, engine: &str, kind: &str, threads: u32) -> Optio
     })
 }
 
-fn over_best(view: &View<'_>, kind: &str, threads: u32) -> Option<Ratio> {
+fn over_best(view: &RecordView<'_>, kind: &str, threads: u32) -> Option<SpeedRatio> {
     ratio(view, kind, threads, |scene| {
         Some(view.best_peer(scene, kind, threads)?.mrays_per_s.median)
     })
 }
 
 /// The headline: two sentences, charts and a table.
-pub(super) fn headline(view: &View<'_>) -> Markup {
+pub(super) fn headline(view: &RecordView<'_>) -> Markup {
     html! {
         section #headline {
             h2 { "In short" }
@@ -232,7 +239,7 @@ pub(super) fn headline(view: &View<'_>) -> Markup {
     }
 }
 
-fn compared(view: &View<'_>, most: u32, fewer: &[u32]) -> Markup {
+fn compared(view: &RecordView<'_>, most: u32, fewer: &[u32]) -> Markup {
     let sentences = sentences(view, most);
     html! {
         @for sentence in &sentences { p.lead { (sentence) } }
@@ -249,17 +256,17 @@ fn compared(view: &View<'_>, most: u32, fewer: &[u32]) -> Markup {
     }
 }
 
-fn sentences(view: &View<'_>, threads: u32) -> Vec<String> {
-    let said = |other: &str, of: &dyn Fn(&str) -> Option<Ratio>| {
+fn sentences(view: &RecordView<'_>, threads: u32) -> Vec<String> {
+    let said = |other: &str, of: &dyn Fn(&str) -> Option<SpeedRatio>| {
         let ratios = view.kinds.iter();
         let ratios =
-            ratios.filter_map(|kind| Some((kind_text(kind), words::times(of(kind)?.mean))));
+            ratios.filter_map(|kind| Some((kind_text(kind), number_format::times(of(kind)?.mean))));
         let parts = ratios.enumerate().map(|(i, (kind, times))| match i {
             0 => format!("{times} as fast as {other} for {kind}"),
             _ => format!("{times} for {kind}"),
         });
         let parts: Vec<String> = parts.collect();
-        let (on, speeds) = (threads_text(threads), words::listed(&parts));
+        let (on, speeds) = (threads_text(threads), number_format::listed(&parts));
         (!parts.is_empty())
             .then(|| format!("On {on}, phalanx is {speeds} (geometric means over scenes)."))
     };
@@ -273,12 +280,12 @@ fn sentences(view: &View<'_>, threads: u32) -> Vec<String> {
 }
 
 /// The engines that ours is compared with.
-fn others<'a>(view: &View<'a>) -> impl Iterator<Item = (usize, &'a str)> {
+fn others<'a>(view: &RecordView<'a>) -> impl Iterator<Item = (usize, &'a str)> {
     let engines = view.engines.clone().into_iter().enumerate();
     engines.filter(|(_, engine)| *engine != OURS)
 }
 
-fn chart(view: &View<'_>, threads: u32) -> Markup {
+fn chart(view: &RecordView<'_>, threads: u32) -> Markup {
     let lines = view.kinds.iter().map(|kind| {
         let dots = others(view).filter_map(|(style, engine)| {
             let ratio = over_engine(view, engine, kind, threads)?;
@@ -303,7 +310,7 @@ fn chart(view: &View<'_>, threads: u32) -> Markup {
         "How many times as fast as each other engine auto is, by kind of rays, on {}; the table below holds the numbers.",
         threads_text(threads)
     );
-    let dots = Dots {
+    let dots = DotPlot {
         label: &label,
         axis: "times as fast as …",
         lines: &lines,
@@ -317,19 +324,19 @@ fn chart(view: &View<'_>, threads: u32) -> Markup {
     }
 }
 
-fn legend(view: &View<'_>) -> Markup {
+fn legend(view: &RecordView<'_>) -> Markup {
     html! {
         ul.legend {
             @for (i, engine) in others(view) {
                 @let mode = if is_peer(engine) { ", best exact mode" } else { "" };
-                (key((Tint::Series(i), Shape::of(i)), &format!("against {engine}{mode}")))
+                (key((Tint::Series(i), MarkerShape::of(i)), &format!("against {engine}{mode}")))
             }
             li { "bars reach from the least to the greatest of all scenes" }
         }
     }
 }
 
-fn table(view: &View<'_>, threads: u32) -> Table {
+fn table(view: &RecordView<'_>, threads: u32) -> HtmlTable {
     let peers = view.has_peers();
     let row = |kind: &&str| {
         let best = over_best(view, kind, threads);
@@ -340,14 +347,14 @@ fn table(view: &View<'_>, threads: u32) -> Table {
             cells.push(ratio_cell(best));
         }
         cells.push(ratio_cell(oracle));
-        cells.push(cell(words::count(scenes as u64)));
+        cells.push(cell(number_format::count(scenes as u64)));
         Some(cells)
     };
     let mut head = vec!["rays"];
     head.extend(peers.then_some("over best exact peer"));
     head.extend(["over oracle", "scenes"]);
     let on = threads_text(threads);
-    Table {
+    HtmlTable {
         caption: format!("phalanx auto on {on}: mean over scenes, least and greatest"),
         head: head.into_iter().map(str::to_owned).collect(),
         texts: 1,
@@ -355,12 +362,12 @@ fn table(view: &View<'_>, threads: u32) -> Table {
     }
 }
 
-fn ratio_cell(ratio: Option<Ratio>) -> Markup {
+fn ratio_cell(ratio: Option<SpeedRatio>) -> Markup {
     let Some(ratio) = ratio else {
-        return cell(words::NONE);
+        return cell(number_format::NONE);
     };
     html! {
-        (words::times(ratio.mean))
-        small { (words::measured(ratio.least)) "–" (words::measured(ratio.most)) }
+        (number_format::times(ratio.mean))
+        small { (number_format::measured(ratio.least)) "–" (number_format::measured(ratio.most)) }
     }
 }

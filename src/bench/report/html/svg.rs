@@ -12,7 +12,7 @@ const SCALE: f64 = 4.0;
 const FONT_FACTOR: f64 = 1.24;
 
 /// What went wrong while drawing; it cannot, as text is all that is written.
-pub(super) type Failure = DrawingAreaErrorKind<std::io::Error>;
+pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
 
 /// Colours by purpose. The style sheet has a custom property of each name, for light and dark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ impl Tint {
 
 /// Shapes of markers: what colour says, they say too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(super) enum MarkerShape {
     Disc,
     Cross,
     Square,
@@ -50,15 +50,15 @@ pub(super) enum Shape {
     Diamond,
 }
 
-impl Shape {
+impl MarkerShape {
     /// The shape that goes with [`Tint::Series`] of the same number.
-    pub(super) fn of(number: usize) -> Shape {
-        const SHAPES: [Shape; SERIES] = [
-            Shape::Disc,
-            Shape::Cross,
-            Shape::Square,
-            Shape::Triangle,
-            Shape::Diamond,
+    pub(super) fn of(number: usize) -> MarkerShape {
+        const SHAPES: [MarkerShape; SERIES] = [
+            MarkerShape::Disc,
+            MarkerShape::Cross,
+            MarkerShape::Square,
+            MarkerShape::Triangle,
+            MarkerShape::Diamond,
         ];
         SHAPES[number % SERIES]
     }
@@ -84,7 +84,7 @@ pub(super) struct Canvas<'a> {
 pub(super) fn draw(
     size: Point,
     label: &str,
-    paint: impl FnOnce(&Canvas<'_>) -> Result<(), Failure>,
+    paint: impl FnOnce(&Canvas<'_>) -> Result<(), DrawError>,
 ) -> Markup {
     let (width, height) = grid(size);
     let mut text = String::new();
@@ -129,7 +129,7 @@ fn stroke(tint: Tint, width: f64) -> ShapeStyle {
 }
 
 impl Canvas<'_> {
-    pub(super) fn line(&self, points: &[Point], tint: Tint, width: f64) -> Result<(), Failure> {
+    pub(super) fn line(&self, points: &[Point], tint: Tint, width: f64) -> Result<(), DrawError> {
         let points: Vec<_> = points.iter().map(|&p| grid(p)).collect();
         self.area
             .draw(&PathElement::new(points, stroke(tint, width)))
@@ -142,7 +142,7 @@ impl Canvas<'_> {
         anchor: Anchor,
         (tint, size): (Tint, f64),
         text: &str,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), DrawError> {
         let horizontal = match anchor {
             Anchor::Start => HPos::Left,
             Anchor::Middle => HPos::Center,
@@ -158,9 +158,9 @@ impl Canvas<'_> {
     pub(super) fn marker(
         &self,
         (x, y): Point,
-        (tint, shape): (Tint, Shape),
+        (tint, shape): (Tint, MarkerShape),
         radius: f64,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), DrawError> {
         let filled = tint.sentinel().filled();
         let polygon = |corners: &[Point]| {
             let at = |&(dx, dy): &Point| grid((x + dx * radius, y + dy * radius));
@@ -168,24 +168,24 @@ impl Canvas<'_> {
             self.area.draw(&Polygon::new(corners, filled))
         };
         match shape {
-            Shape::Disc => {
+            MarkerShape::Disc => {
                 let radius = (radius * SCALE).round() as i32;
                 self.area.draw(&Circle::new(grid((x, y)), radius, filled))
             }
-            Shape::Cross => {
+            MarkerShape::Cross => {
                 let arm = (radius * 0.85 * SCALE).round() as i32;
                 let style = stroke(tint, 1.5);
                 self.area.draw(&Cross::new(grid((x, y)), arm, style))
             }
-            Shape::Square => polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]),
-            Shape::Triangle => polygon(&[(0.0, -1.15), (1.1, 0.85), (-1.1, 0.85)]),
-            Shape::Diamond => polygon(&[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)]),
+            MarkerShape::Square => polygon(&[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)]),
+            MarkerShape::Triangle => polygon(&[(0.0, -1.15), (1.1, 0.85), (-1.1, 0.85)]),
+            MarkerShape::Diamond => polygon(&[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)]),
         }
     }
 }
 
 /// A legend's entry: marker and what it means.
-pub(super) fn key(style: (Tint, Shape), meaning: &str) -> Markup {
+pub(super) fn key(style: (Tint, MarkerShape), meaning: &str) -> Markup {
     let picture = draw((14.0, 14.0), meaning, |canvas| {
         canvas.marker((7.0, 7.0), style, 4.5)
     });

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 /// A table with a caption. Numbers are aligned right, cells of the first `texts` columns left.
-pub(super) struct Table {
+pub(super) struct HtmlTable {
     pub(super) caption: String,
     pub(super) head: Vec<String>,
     /// How many columns hold words.
@@ -16,7 +16,7 @@ pub(super) fn cell(text: impl AsRef<str>) -> Markup {
     html! { (text.as_ref()) }
 }
 
-impl Table {
+impl HtmlTable {
     /// The table; nothing where it has no rows.
     pub(super) fn markup(&self) -> Markup {
         if self.rows.is_empty() {

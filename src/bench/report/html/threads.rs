@@ -2,15 +2,15 @@
 
 use super::axis::LinearAxis;
 use super::dots::WIDTH;
-use super::svg::{Anchor, Canvas, Failure, Shape, Tint, draw};
-use super::tables::{Table, cell};
-use super::view::{View, geometric_mean, threads_text};
-use super::words;
+use super::number_format;
+use super::svg::{Anchor, Canvas, DrawError, MarkerShape, Tint, draw};
+use super::tables::{HtmlTable, cell};
+use super::view::{RecordView, geometric_mean, threads_text};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
 /// The section; says so in a line where the record has nothing for it.
-pub(super) fn section(view: &View<'_>) -> Markup {
+pub(super) fn section(view: &RecordView<'_>) -> Markup {
     html! {
         section #threads {
             h2 { "Scaling over threads" }
@@ -26,7 +26,7 @@ struct Speedups<'a> {
     of: BTreeMap<u32, Vec<f64>>,
 }
 
-fn over_threads(view: &View<'_>) -> Markup {
+fn over_threads(view: &RecordView<'_>) -> Markup {
     let Some((&base, more)) = view.threads.split_first() else {
         return html! { p.note { "The record has no rates." } };
     };
@@ -51,7 +51,7 @@ fn over_threads(view: &View<'_>) -> Markup {
     }
 }
 
-fn speedups(view: &View<'_>, kind: &str, base: u32, more: &[u32]) -> BTreeMap<u32, Vec<f64>> {
+fn speedups(view: &RecordView<'_>, kind: &str, base: u32, more: &[u32]) -> BTreeMap<u32, Vec<f64>> {
     let mut of: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
     for &threads in more {
         for scene in &view.scenes {
@@ -108,7 +108,7 @@ fn paint_scale(
     axis: &LinearAxis,
     ideal: f64,
     floor: f64,
-) -> Result<(), Failure> {
+) -> Result<(), DrawError> {
     for (x, text) in axis.ticks() {
         canvas.line(&[(x, TOP - 4.0), (x, floor)], Tint::Grid, 1.0)?;
         let below = (x, floor + 10.0);
@@ -126,10 +126,10 @@ fn paint_strip(
     axis: &LinearAxis,
     values: &[f64],
     y: f64,
-) -> Result<(), Failure> {
+) -> Result<(), DrawError> {
     for (i, value) in values.iter().enumerate() {
         let place = (axis.at(*value), y + 4.0 * ((i % 3) as f64 - 1.0));
-        canvas.marker(place, (Tint::Series(0), Shape::Disc), 2.0)?;
+        canvas.marker(place, (Tint::Series(0), MarkerShape::Disc), 2.0)?;
     }
     if let Some((mean, _)) = geometric_mean(values.iter().copied()) {
         let x = axis.at(mean);
@@ -138,7 +138,7 @@ fn paint_strip(
     Ok(())
 }
 
-fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> Table {
+fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> HtmlTable {
     let mut rows = Vec::new();
     for speedups in kinds {
         for threads in more {
@@ -146,11 +146,11 @@ fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> Table {
                 continue;
             };
             let ends = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick);
-            let text = |value: Option<f64>| cell(words::times(value.unwrap_or(f64::NAN)));
+            let text = |value: Option<f64>| cell(number_format::times(value.unwrap_or(f64::NAN)));
             rows.push(vec![
                 cell(speedups.kind),
                 cell(threads.to_string()),
-                cell(words::count(values.len() as u64)),
+                cell(number_format::count(values.len() as u64)),
                 text(geometric_mean(values.iter().copied()).map(|m| m.0)),
                 text(ends(f64::min)),
                 text(ends(f64::max)),
@@ -165,7 +165,7 @@ fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> Table {
         "least",
         "most",
     ];
-    Table {
+    HtmlTable {
         caption: format!("Speedup of auto over {}", threads_text(base)),
         head: head.map(str::to_owned).to_vec(),
         texts: 1,

@@ -1,7 +1,7 @@
 //! A record arranged for reading: which scenes, kinds and thread counts there are, and the rows that belong together.
 
-use super::words;
-use crate::report::{self, KINDS, Record, Row, SceneRecord};
+use super::number_format;
+use crate::report::{self, BenchRecord, RAY_KINDS, RateRow, SceneRecord};
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,8 +12,8 @@ pub(super) const ORACLE: &str = "oracle";
 const AUTO: &str = "auto";
 
 /// A record, arranged.
-pub(super) struct View<'a> {
-    pub(super) record: &'a Record,
+pub(super) struct RecordView<'a> {
+    pub(super) record: &'a BenchRecord,
     /// Scenes in the record's order, then those that only rows name.
     pub(super) scenes: Vec<&'a str>,
     /// Kinds of rays that have a row or counters.
@@ -23,11 +23,11 @@ pub(super) struct View<'a> {
     /// Ours, the oracle, then peers by name.
     pub(super) engines: Vec<&'a str>,
     /// By scene, kind and threads.
-    rows: BTreeMap<&'a str, BTreeMap<&'a str, BTreeMap<u32, Vec<&'a Row>>>>,
+    rows: BTreeMap<&'a str, BTreeMap<&'a str, BTreeMap<u32, Vec<&'a RateRow>>>>,
 }
 
-impl<'a> View<'a> {
-    pub(super) fn new(record: &'a Record) -> View<'a> {
+impl<'a> RecordView<'a> {
+    pub(super) fn new(record: &'a BenchRecord) -> RecordView<'a> {
         let rows = &record.rows;
         let counters = &record.counters;
         let own = record.scenes.iter().map(|s| s.name.as_str());
@@ -40,17 +40,17 @@ impl<'a> View<'a> {
             .collect();
         let engines: BTreeSet<&str> = rows.iter().map(|r| r.engine.as_str()).collect();
         let threads: BTreeSet<u32> = rows.iter().map(|r| r.threads).collect();
-        let mut together: BTreeMap<&str, BTreeMap<&str, BTreeMap<u32, Vec<&Row>>>> =
+        let mut together: BTreeMap<&str, BTreeMap<&str, BTreeMap<u32, Vec<&RateRow>>>> =
             BTreeMap::new();
         for row in rows {
             let of_scene = together.entry(&row.scene).or_default();
             let of_kind = of_scene.entry(&row.rays).or_default();
             of_kind.entry(row.threads).or_default().push(row);
         }
-        View {
+        RecordView {
             record,
             scenes: first_of_each(scenes),
-            kinds: in_order(kinds, &KINDS),
+            kinds: in_order(kinds, &RAY_KINDS),
             threads: threads.into_iter().collect(),
             engines: in_order(engines, &[OURS, ORACLE]),
             rows: together,
@@ -58,14 +58,14 @@ impl<'a> View<'a> {
     }
 
     /// All rows of one scene, kind and thread count.
-    pub(super) fn rows(&self, scene: &str, kind: &str, threads: u32) -> &[&'a Row] {
+    pub(super) fn rows(&self, scene: &str, kind: &str, threads: u32) -> &[&'a RateRow] {
         let of_scene = self.rows.get(scene);
         let rows = of_scene.and_then(|kinds| kinds.get(kind)?.get(&threads));
         rows.map_or(&[], Vec::as_slice)
     }
 
     /// The row of what `render` would use, if it holds a rate.
-    pub(super) fn auto(&self, scene: &str, kind: &str, threads: u32) -> Option<&'a Row> {
+    pub(super) fn auto(&self, scene: &str, kind: &str, threads: u32) -> Option<&'a RateRow> {
         let rows = self.rows(scene, kind, threads).iter().copied();
         fastest(rows.filter(|r| r.engine == OURS && r.kernel == AUTO))
     }
@@ -77,7 +77,7 @@ impl<'a> View<'a> {
         scene: &str,
         kind: &str,
         threads: u32,
-    ) -> Option<&'a Row> {
+    ) -> Option<&'a RateRow> {
         if engine == OURS {
             return self.auto(scene, kind, threads);
         }
@@ -86,7 +86,7 @@ impl<'a> View<'a> {
     }
 
     /// The fastest exact mode of any peer.
-    pub(super) fn best_peer(&self, scene: &str, kind: &str, threads: u32) -> Option<&'a Row> {
+    pub(super) fn best_peer(&self, scene: &str, kind: &str, threads: u32) -> Option<&'a RateRow> {
         let rows = self.rows(scene, kind, threads).iter().copied();
         fastest(rows.filter(|r| r.exact && is_peer(&r.engine)))
     }
@@ -120,14 +120,14 @@ impl<'a> View<'a> {
             return format!("{family} {step}");
         }
         let plain = name.strip_prefix("standard:").unwrap_or(name);
-        words::shortened(&plain.replace(':', " "), 18)
+        number_format::shortened(&plain.replace(':', " "), 18)
     }
 }
 
 /// A scene's name for the first column of a table: its own, but for what goes without saying or is too long.
 pub(super) fn row_name(name: &str) -> Markup {
     let plain = name.strip_prefix("standard:").unwrap_or(name);
-    let short = words::shortened(plain, 24);
+    let short = number_format::shortened(plain, 24);
     html! { span title=[(short != name).then_some(name)] { (short) } }
 }
 
@@ -137,7 +137,7 @@ pub(super) fn is_peer(engine: &str) -> bool {
 }
 
 /// Whether a row's rate can be used at all.
-pub(super) fn has_rate(row: &Row) -> bool {
+pub(super) fn has_rate(row: &RateRow) -> bool {
     let median = row.mrays_per_s.median;
     median.is_finite() && median > 0.0
 }
@@ -152,7 +152,7 @@ pub(super) fn kind_text(kind: &str) -> String {
 
 /// `2 threads` or `1 thread`.
 pub(super) fn threads_text(threads: u32) -> String {
-    words::plural(threads as usize, "thread")
+    number_format::plural(threads as usize, "thread")
 }
 
 /// The geometric mean of what is positive and finite, and of how many that is.
@@ -163,7 +163,7 @@ pub(super) fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<(f
     report::geometric_mean(good).map(|mean| (mean, number))
 }
 
-fn fastest<'a>(rows: impl Iterator<Item = &'a Row>) -> Option<&'a Row> {
+fn fastest<'a>(rows: impl Iterator<Item = &'a RateRow>) -> Option<&'a RateRow> {
     rows.filter(|r| has_rate(r))
         .max_by(|a, b| a.mrays_per_s.median.total_cmp(&b.mrays_per_s.median))
 }

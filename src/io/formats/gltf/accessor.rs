@@ -1,32 +1,32 @@
 //! Accessors: typed rows in a buffer view, with or without sparse replacements. Rows are read one by one where they
 //! lie, so that nothing is allocated by a count.
 
-use super::document::{AccessorRow, Sparse};
-use super::source::Source;
+use super::document::{GltfAccessor, Sparse};
+use super::source::GltfSource;
 
 /// An accessor whose last row has been checked to be there.
 #[derive(Clone, Copy)]
 pub(super) struct Accessor<'a> {
     /// Rows.
     pub(super) count: usize,
-    rows: Option<Rows<'a>>,
+    rows: Option<StridedRows<'a>>,
     kind: Component,
     normalized: bool,
-    replaced: Option<Replaced<'a>>,
+    replaced: Option<SparseOverride<'a>>,
 }
 
 #[derive(Clone, Copy)]
-struct Rows<'a> {
+struct StridedRows<'a> {
     bytes: &'a [u8],
     stride: usize,
 }
 
 #[derive(Clone, Copy)]
-struct Replaced<'a> {
+struct SparseOverride<'a> {
     count: usize,
-    indices: Rows<'a>,
+    indices: StridedRows<'a>,
     index_kind: Component,
-    values: Rows<'a>,
+    values: StridedRows<'a>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -110,7 +110,7 @@ fn width_of(kind: &str) -> Option<usize> {
 impl<'a> Accessor<'a> {
     /// Opens an accessor of `width` components a row.
     pub(super) fn open(
-        source: &'a Source,
+        source: &'a GltfSource,
         row: usize,
         width: usize,
     ) -> Result<Accessor<'a>, String> {
@@ -121,8 +121,8 @@ impl<'a> Accessor<'a> {
     }
 
     fn checked(
-        source: &'a Source,
-        row: &AccessorRow,
+        source: &'a GltfSource,
+        row: &GltfAccessor,
         width: usize,
     ) -> Result<Accessor<'a>, String> {
         if width_of(&row.kind) != Some(width) {
@@ -133,7 +133,13 @@ impl<'a> Accessor<'a> {
         let count = usize::try_from(row.count).map_err(|_| "its count is out of range")?;
         let size = kind.size() * width;
         let rows = match row.buffer_view {
-            Some(view) => Some(Rows::checked(source, view, row.byte_offset, size, count)?),
+            Some(view) => Some(StridedRows::checked(
+                source,
+                view,
+                row.byte_offset,
+                size,
+                count,
+            )?),
             // Zeros that nothing backs: as many as the file has bytes are enough for any use.
             None if row.sparse.is_some() && row.count <= source.buffer_bytes() => None,
             None if row.sparse.is_some() => {
@@ -144,7 +150,7 @@ impl<'a> Accessor<'a> {
             None => return Err("it has no buffer view, so no data".into()),
         };
         let replaced = row.sparse.as_ref();
-        let replaced = replaced.map(|sparse| Replaced::checked(source, sparse, size, count));
+        let replaced = replaced.map(|sparse| SparseOverride::checked(source, sparse, size, count));
         Ok(Accessor {
             count,
             rows,
@@ -185,15 +191,15 @@ impl<'a> Accessor<'a> {
     }
 }
 
-impl<'a> Rows<'a> {
+impl<'a> StridedRows<'a> {
     /// Rows of `size` bytes, of which the last is there.
     fn checked(
-        source: &'a Source,
+        source: &'a GltfSource,
         view: usize,
         offset: u64,
         size: usize,
         count: usize,
-    ) -> Result<Rows<'a>, String> {
+    ) -> Result<StridedRows<'a>, String> {
         let bytes = source.view(view)?;
         let stride = source.document.buffer_views[view].byte_stride;
         let stride = usize::try_from(stride.unwrap_or(size as u64)).unwrap_or(usize::MAX);
@@ -211,7 +217,7 @@ impl<'a> Rows<'a> {
                 .and_then(|n| n.checked_add(size)),
         };
         match end {
-            Some(end) if end <= bytes.len() => Ok(Rows { bytes, stride }),
+            Some(end) if end <= bytes.len() => Ok(StridedRows { bytes, stride }),
             _ => Err(format!("its {count} rows reach beyond bufferViews[{view}]")),
         }
     }
@@ -221,21 +227,21 @@ impl<'a> Rows<'a> {
     }
 }
 
-impl<'a> Replaced<'a> {
+impl<'a> SparseOverride<'a> {
     fn checked(
-        source: &'a Source,
+        source: &'a GltfSource,
         sparse: &Sparse,
         size: usize,
         rows: usize,
-    ) -> Result<Replaced<'a>, String> {
+    ) -> Result<SparseOverride<'a>, String> {
         let count =
             usize::try_from(sparse.count).map_err(|_| "its sparse count is out of range")?;
         let index_kind = Component::of(sparse.indices.component_type)?;
         let (indices, values) = (&sparse.indices, &sparse.values);
         let index_size = index_kind.size();
-        let replaced = Replaced {
+        let replaced = SparseOverride {
             count,
-            indices: Rows::checked(
+            indices: StridedRows::checked(
                 source,
                 indices.buffer_view,
                 indices.byte_offset,
@@ -243,7 +249,13 @@ impl<'a> Replaced<'a> {
                 count,
             )?,
             index_kind,
-            values: Rows::checked(source, values.buffer_view, values.byte_offset, size, count)?,
+            values: StridedRows::checked(
+                source,
+                values.buffer_view,
+                values.byte_offset,
+                size,
+                count,
+            )?,
         };
         let mut before = None;
         for k in 0..count {

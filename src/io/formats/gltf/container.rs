@@ -1,6 +1,6 @@
 //! GLB: a header of twelve bytes, and chunks, of which the first is the JSON document and the second may be a buffer.
 
-use crate::formats::report::{Place, quoted};
+use crate::formats::diagnostics::{Span, quoted};
 use std::ops::Range;
 
 /// First bytes of every GLB.
@@ -15,13 +15,13 @@ pub(super) struct Container {
 }
 
 /// What is wrong, and where.
-pub(super) type Fault = (Place, String);
+pub(super) type ContainerFault = (Span, String);
 
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 
 /// Finds the parts of a GLB, or takes the whole file as the document.
-pub(super) fn open(bytes: &[u8]) -> Result<Container, Fault> {
+pub(super) fn open(bytes: &[u8]) -> Result<Container, ContainerFault> {
     if !bytes.starts_with(MAGIC) {
         return Ok(Container {
             json: 0..bytes.len(),
@@ -65,7 +65,7 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, Fault> {
     }
 }
 
-fn chunk(bytes: &[u8], at: usize) -> Result<([u8; 4], Range<usize>), Fault> {
+fn chunk(bytes: &[u8], at: usize) -> Result<([u8; 4], Range<usize>), ContainerFault> {
     let header = bytes.get(at..at + CHUNK_HEADER);
     let header = header.ok_or_else(|| fault(at, "the file ends within a chunk's header".into()))?;
     let (start, length) = (at + CHUNK_HEADER, word(header, 0).unwrap_or(0) as usize);
@@ -86,6 +86,6 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(word.try_into().ok()?))
 }
 
-fn fault(offset: usize, message: String) -> Fault {
-    (Place { offset, length: 0 }, message)
+fn fault(offset: usize, message: String) -> ContainerFault {
+    (Span { offset, length: 0 }, message)
 }

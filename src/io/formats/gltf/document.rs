@@ -7,20 +7,20 @@ use std::collections::BTreeMap;
 
 #[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
-pub(super) struct Document {
+pub(super) struct GltfDocument {
     pub(super) asset: Asset,
     pub(super) scene: Option<usize>,
-    pub(super) scenes: Vec<SceneRow>,
-    pub(super) nodes: Vec<Node>,
-    pub(super) meshes: Vec<MeshRow>,
-    pub(super) accessors: Vec<AccessorRow>,
-    pub(super) buffer_views: Vec<View>,
+    pub(super) scenes: Vec<GltfScene>,
+    pub(super) nodes: Vec<GltfNode>,
+    pub(super) meshes: Vec<GltfMesh>,
+    pub(super) accessors: Vec<GltfAccessor>,
+    pub(super) buffer_views: Vec<GltfBufferView>,
     pub(super) buffers: Vec<Buffer>,
-    pub(super) materials: Vec<Material>,
-    pub(super) textures: Vec<TextureRow>,
-    pub(super) images: Vec<Image>,
+    pub(super) materials: Vec<GltfMaterial>,
+    pub(super) textures: Vec<GltfTexture>,
+    pub(super) images: Vec<GltfImage>,
     pub(super) samplers: Vec<Sampler>,
-    pub(super) cameras: Vec<Camera>,
+    pub(super) cameras: Vec<GltfCamera>,
     pub(super) animations: Vec<IgnoredAny>,
     pub(super) extensions_required: Vec<String>,
     pub(super) extensions: Extensions,
@@ -50,11 +50,11 @@ pub(super) struct Extensions {
 #[derive(Deserialize, Default)]
 #[serde(default)]
 pub(super) struct LightList {
-    pub(super) lights: Vec<Light>,
+    pub(super) lights: Vec<GltfLight>,
 }
 
 #[derive(Deserialize)]
-pub(super) struct Light {
+pub(super) struct GltfLight {
     #[serde(default = "white")]
     pub(super) color: [f64; 3],
     #[serde(default = "one")]
@@ -73,13 +73,13 @@ fn white<const N: usize>() -> [f64; N] {
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub(super) struct SceneRow {
+pub(super) struct GltfScene {
     pub(super) nodes: Vec<usize>,
 }
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub(super) struct Node {
+pub(super) struct GltfNode {
     pub(super) children: Vec<usize>,
     pub(super) mesh: Option<usize>,
     pub(super) camera: Option<usize>,
@@ -106,7 +106,7 @@ pub(super) struct LightIndex {
 }
 
 #[derive(Deserialize)]
-pub(super) struct MeshRow {
+pub(super) struct GltfMesh {
     pub(super) primitives: Vec<Primitive>,
 }
 
@@ -136,7 +136,7 @@ pub(super) struct PrimitiveExtensions {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct AccessorRow {
+pub(super) struct GltfAccessor {
     pub(super) buffer_view: Option<usize>,
     #[serde(default)]
     pub(super) byte_offset: u64,
@@ -175,7 +175,7 @@ pub(super) struct SparseValues {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct View {
+pub(super) struct GltfBufferView {
     pub(super) buffer: usize,
     #[serde(default)]
     pub(super) byte_offset: u64,
@@ -203,14 +203,14 @@ pub(super) struct Buffer {
 
 #[derive(Deserialize, Default)]
 #[serde(default)]
-pub(super) struct TextureRow {
+pub(super) struct GltfTexture {
     pub(super) sampler: Option<usize>,
     pub(super) source: Option<usize>,
 }
 
 #[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
-pub(super) struct Image {
+pub(super) struct GltfImage {
     pub(super) uri: Option<String>,
     pub(super) buffer_view: Option<usize>,
 }
@@ -224,7 +224,7 @@ pub(super) struct Sampler {
 
 #[derive(Deserialize, Default)]
 #[serde(default, rename_all = "camelCase")]
-pub(super) struct Material {
+pub(super) struct GltfMaterial {
     pub(super) pbr_metallic_roughness: MetallicRoughness,
     pub(super) normal_texture: Option<IgnoredAny>,
     pub(super) occlusion_texture: Option<IgnoredAny>,
@@ -367,7 +367,7 @@ impl Default for SpecularGlossiness {
 }
 
 #[derive(Deserialize)]
-pub(super) struct Camera {
+pub(super) struct GltfCamera {
     pub(super) perspective: Option<Perspective>,
 }
 

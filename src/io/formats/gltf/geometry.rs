@@ -2,15 +2,15 @@
 
 use super::accessor::Accessor;
 use super::document::Primitive;
-use super::materials::{Look, UvMap};
-use super::source::Source;
+use super::materials::{PrimitiveMaterial, UvMap};
+use super::source::GltfSource;
 use crate::formats::origin::{self, Origin};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use phalanx_scene::{Bounds, Mesh, MeshMaterial, NO_NORMALS, NO_UVS};
 use std::collections::HashMap;
 
 /// Triangles of one material, still as the file's accessors.
-pub(super) struct Shape<'a> {
+pub(super) struct PrimitiveGeometry<'a> {
     positions: Accessor<'a>,
     normals: Option<Accessor<'a>>,
     uvs: Option<(Accessor<'a>, UvMap)>,
@@ -20,7 +20,7 @@ pub(super) struct Shape<'a> {
 
 /// Vertices of a mesh whose normal or texture place in the file says nothing.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Bad {
+pub(super) struct BadAttributes {
     pub(super) normals: usize,
     pub(super) uvs: usize,
     /// Set where places that are single precision in the file were rounded.
@@ -37,16 +37,16 @@ pub(super) fn is_surface(mode: u32) -> bool {
     (TRIANGLES..=FAN).contains(&mode)
 }
 
-impl<'a> Shape<'a> {
+impl<'a> PrimitiveGeometry<'a> {
     /// Opens a primitive's accessors and reads its indices: no more than `most` triangles, and only
     /// if `room` has been found for them, and for the columns that are to be made of them.
     pub(super) fn open(
-        source: &'a Source,
+        source: &'a GltfSource,
         primitive: &Primitive,
-        look: &Look,
+        look: &PrimitiveMaterial,
         most: u64,
         room: impl FnOnce(u64, u64) -> Result<(), String>,
-    ) -> Result<Shape<'a>, String> {
+    ) -> Result<PrimitiveGeometry<'a>, String> {
         let attribute = |name: &str, width: usize| {
             let row = primitive.attributes.get(name);
             let opened = row.map(|&row| Accessor::open(source, row, width));
@@ -69,14 +69,14 @@ impl<'a> Shape<'a> {
         if normals.as_ref().is_some_and(short) || uvs.as_ref().is_some_and(|(uvs, _)| short(uvs)) {
             return Err("an attribute has fewer rows than POSITION".into());
         }
-        let mut shape = Shape {
+        let mut shape = PrimitiveGeometry {
             positions,
             normals,
             uvs,
             corners: Vec::new(),
             material: look.material,
         };
-        let corners = Corners::of(source, primitive, positions.count, most)?;
+        let corners = TriangleIndices::of(source, primitive, positions.count, most)?;
         room(corners.count as u64, shape.bytes_of(corners.count as u64))?;
         shape.corners = corners.collect()?;
         Ok(shape)
@@ -106,8 +106,8 @@ impl<'a> Shape<'a> {
     pub(super) fn bounds(&self) -> Bounds {
         let corners = self.corners.iter().flatten();
         corners.fold(Bounds::EMPTY, |all, &corner| {
-            let place = Vec3::from_array(self.positions.get(corner as usize));
-            all.union(Bounds::new(place, place))
+            let position = Vec3::from_array(self.positions.get(corner as usize));
+            all.union(Bounds::new(position, position))
         })
     }
 
@@ -115,10 +115,14 @@ impl<'a> Shape<'a> {
     /// their fronts stay in front.
     ///
     /// Where the map does nothing but take away the scene's origin, places have to be single precision as before.
-    pub(super) fn mesh(&self, map: &DAffine3, origin: Origin) -> Result<(Mesh, Bad), String> {
+    pub(super) fn mesh(
+        &self,
+        map: &DAffine3,
+        origin: Origin,
+    ) -> Result<(Mesh, BadAttributes), String> {
         let mut out = Placing::new(self, map);
-        let taken = DAffine3::from_translation(-origin.place());
-        let as_it_stands = origin.moved().is_some() && *map == taken;
+        let taken = DAffine3::from_translation(-origin.position());
+        let as_it_stands = origin.offset().is_some() && *map == taken;
         let mut corners = Vec::with_capacity(self.corners.len());
         for &[a, b, c] in &self.corners {
             let row = match out.mirrored {
@@ -128,21 +132,21 @@ impl<'a> Shape<'a> {
             let [a, b, c] = row.map(|corner| out.number(corner));
             corners.push([a?, b?, c?]);
         }
-        let bad = Bad {
+        let bad = BadAttributes {
             normals: out.nothing_said,
             uvs: out.bad_uvs.len(),
-            inexact: as_it_stands && !self.is_exact_at(origin.place()),
+            inexact: as_it_stands && !self.is_exact_at(origin.position()),
         };
         Ok((out.finish(corners), bad))
     }
 }
 
-impl Shape<'_> {
+impl PrimitiveGeometry<'_> {
     /// Tells whether taking an origin away rounds no corner.
-    fn is_exact_at(&self, place: DVec3) -> bool {
+    fn is_exact_at(&self, position: DVec3) -> bool {
         let exact = |&corner: &u32| {
             let at = self.positions.get::<3>(corner as usize);
-            (0..3).all(|axis| origin::is_exact(at[axis], place[axis]))
+            (0..3).all(|axis| origin::is_exact(at[axis], position[axis]))
         };
         self.corners.iter().flatten().all(exact)
     }
@@ -152,21 +156,21 @@ impl Shape<'_> {
 pub(super) const CORNERS_BYTES: u64 = 12;
 
 /// Triangles of indices below `vertices`, counted before they are collected.
-struct Corners<'a> {
+struct TriangleIndices<'a> {
     indices: Option<Accessor<'a>>,
     mode: u32,
     vertices: usize,
     count: usize,
 }
 
-impl<'a> Corners<'a> {
+impl<'a> TriangleIndices<'a> {
     /// Those of a primitive: no more than `most`.
     fn of(
-        source: &'a Source,
+        source: &'a GltfSource,
         primitive: &Primitive,
         vertices: usize,
         most: u64,
-    ) -> Result<Corners<'a>, String> {
+    ) -> Result<TriangleIndices<'a>, String> {
         let indices = primitive.indices;
         let indices = indices
             .map(|row| Accessor::open(source, row, 1))
@@ -184,7 +188,7 @@ impl<'a> Corners<'a> {
                 "{count} more triangles are too many for a file of this size"
             ));
         }
-        Ok(Corners {
+        Ok(TriangleIndices {
             indices,
             mode: primitive.mode,
             vertices,
@@ -220,12 +224,12 @@ impl<'a> Corners<'a> {
 
 /// A mesh while its vertices are numbered anew, in the order in which triangles use them.
 struct Placing<'s> {
-    shape: &'s Shape<'s>,
+    shape: &'s PrimitiveGeometry<'s>,
     map: &'s DAffine3,
     /// For normals: the inverse transpose, up to a positive factor.
     turn: DMat3,
     mirrored: bool,
-    numbers: Numbers,
+    numbers: VertexRenumbering,
     mesh: Mesh,
     /// Normals of the file that say nothing; the map may spoil more of them.
     nothing_said: usize,
@@ -235,22 +239,22 @@ struct Placing<'s> {
 }
 
 /// New numbers of old ones: a table where most are used, a map where few are.
-enum Numbers {
+enum VertexRenumbering {
     Table(Vec<u32>),
     Map(HashMap<u32, u32>),
 }
 
-impl Numbers {
+impl VertexRenumbering {
     fn slot(&mut self, old: u32) -> &mut u32 {
         match self {
-            Numbers::Table(table) => &mut table[old as usize],
-            Numbers::Map(map) => map.entry(old).or_insert(u32::MAX),
+            VertexRenumbering::Table(table) => &mut table[old as usize],
+            VertexRenumbering::Map(map) => map.entry(old).or_insert(u32::MAX),
         }
     }
 }
 
 impl<'s> Placing<'s> {
-    fn new(shape: &'s Shape<'s>, map: &'s DAffine3) -> Self {
+    fn new(shape: &'s PrimitiveGeometry<'s>, map: &'s DAffine3) -> Self {
         let m = map.matrix3;
         let mirrored = m.determinant() < 0.0;
         let sign = if mirrored { -1.0 } else { 1.0 };
@@ -267,8 +271,8 @@ impl<'s> Placing<'s> {
             mirrored,
             // The table's size is no more than a few times what is read anyway.
             numbers: match vertices <= 4 * corners {
-                true => Numbers::Table(vec![u32::MAX; vertices]),
-                false => Numbers::Map(HashMap::new()),
+                true => VertexRenumbering::Table(vec![u32::MAX; vertices]),
+                false => VertexRenumbering::Map(HashMap::new()),
             },
             mesh: Mesh::default(),
             nothing_said: 0,
@@ -286,10 +290,10 @@ impl<'s> Placing<'s> {
         }
         *slot = new;
         let row = old as usize;
-        let place = Vec3::from_array(self.shape.positions.get(row));
-        let placed = self.map.transform_point3(place.as_dvec3()).as_vec3();
+        let position = Vec3::from_array(self.shape.positions.get(row));
+        let placed = self.map.transform_point3(position.as_dvec3()).as_vec3();
         if !placed.is_finite() {
-            return Err(match place.is_finite() {
+            return Err(match position.is_finite() {
                 true => format!("vertex {old} is beyond single precision where its nodes put it"),
                 false => format!("vertex {old} is not finite, and a triangle uses it"),
             });

@@ -1,19 +1,19 @@
 //! Cameras and KHR_lights_punctual.
 
-use super::nodes::Placed;
-use super::source::Source;
-use crate::formats::report::Report;
+use super::nodes::PlacedNode;
+use super::source::GltfSource;
+use crate::formats::diagnostics::DiagnosticSink;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene, View};
 
 /// The camera of the first node that has one in perspective: the scene's view, and the width of its picture.
 /// Returns whether there is one.
 pub(super) fn add_camera(
-    source: &Source,
-    nodes: &[Placed],
+    source: &GltfSource,
+    nodes: &[PlacedNode],
     bounds: Bounds,
     scene: &mut Scene,
-    report: &mut Report,
+    report: &mut DiagnosticSink,
 ) -> bool {
     for placed in nodes {
         let Some(row) = source.document.nodes[placed.node].camera else {
@@ -47,7 +47,7 @@ pub(super) fn add_camera(
 }
 
 /// A camera looks along its own −z; its own y points up.
-fn view(placed: &Placed, yfov: f64, bounds: Bounds) -> Option<View> {
+fn view(placed: &PlacedNode, yfov: f64, bounds: Bounds) -> Option<View> {
     let eye = placed.to_world.translation;
     let m = placed.to_world.matrix3;
     let (back, up) = (m.z_axis.try_normalize()?, m.y_axis.try_normalize()?);
@@ -70,22 +70,22 @@ fn view(placed: &Placed, yfov: f64, bounds: Bounds) -> Option<View> {
 }
 
 /// Light on a surface that is exposed as it is; beyond these, all lights are scaled so that the scene's middle gets 1.
-const WELL_LIT: std::ops::RangeInclusive<f64> = 0.25..=4.0;
+const EXPOSURE_RANGE: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 
 /// A light in the world. `strength` is colour times intensity over π, the radiance of a white surface that faces it at
 /// distance 1 (or anywhere, for a directional one).
-enum Lamp {
+enum ConvertedLight {
     Point { position: DVec3, strength: DVec3 },
     Directional { toward: DVec3, strength: DVec3 },
 }
 
 /// Adds the file's lights. Returns whether there are any.
 pub(super) fn add_lights(
-    source: &Source,
-    nodes: &[Placed],
+    source: &GltfSource,
+    nodes: &[PlacedNode],
     bounds: Bounds,
     scene: &mut Scene,
-    report: &mut Report,
+    report: &mut DiagnosticSink,
 ) -> bool {
     let mut lamps = Vec::new();
     let mut spots = 0;
@@ -103,12 +103,12 @@ pub(super) fn add_lights(
         let position = placed.to_world.translation;
         match light.kind.as_str() {
             "directional" => match placed.to_world.matrix3.z_axis.try_normalize() {
-                Some(toward) => lamps.push(Lamp::Directional { toward, strength }),
+                Some(toward) => lamps.push(ConvertedLight::Directional { toward, strength }),
                 None => source.error(report, "nodes", placed.node, "a light without direction"),
             },
             "point" | "spot" => {
                 spots += usize::from(light.kind == "spot");
-                lamps.push(Lamp::Point { position, strength });
+                lamps.push(ConvertedLight::Point { position, strength });
             }
             _ => source.error(report, "nodes", placed.node, "a light of an unknown type"),
         }
@@ -125,11 +125,11 @@ pub(super) fn add_lights(
     }
     for lamp in &lamps {
         match *lamp {
-            Lamp::Point { position, strength } => {
+            ConvertedLight::Point { position, strength } => {
                 let color = bounded(strength * scale);
                 scene.lights.add_point(position.as_vec3(), color, Vec3::Z);
             }
-            Lamp::Directional { toward, strength } => {
+            ConvertedLight::Directional { toward, strength } => {
                 let color = bounded(strength * scale);
                 scene.lights.add_directional(toward.as_vec3(), color);
             }
@@ -144,7 +144,7 @@ fn bounded(color: DVec3) -> Vec3 {
 }
 
 /// What all lights are scaled by: candela and lux have no bound, and files are written for any exposure.
-fn exposure(lamps: &[Lamp], bounds: Bounds) -> f64 {
+fn exposure(lamps: &[ConvertedLight], bounds: Bounds) -> f64 {
     let (middle, reach) = match bounds.is_empty() {
         true => (DVec3::ZERO, 1.0),
         false => {
@@ -153,15 +153,15 @@ fn exposure(lamps: &[Lamp], bounds: Bounds) -> f64 {
         }
     };
     let light = lamps.iter().map(|lamp| match lamp {
-        Lamp::Directional { strength, .. } => strength.max_element(),
+        ConvertedLight::Directional { strength, .. } => strength.max_element(),
         // One inside the scene counts as if it stood at its edge.
-        Lamp::Point { position, strength } => {
+        ConvertedLight::Point { position, strength } => {
             let squared = (*position - middle).length_squared().max(reach * reach);
             strength.max_element() / squared
         }
     });
     let light = light.sum::<f64>();
-    match light > 0.0 && light.is_finite() && !WELL_LIT.contains(&light) {
+    match light > 0.0 && light.is_finite() && !EXPOSURE_RANGE.contains(&light) {
         true => 1.0 / light,
         false => 1.0,
     }

@@ -1,19 +1,21 @@
 //! Metallic-roughness to the document's Ka, Kd, Ks, Kt and shininess: the table stands in the module above.
 
-use super::document::{Document, Material, MetallicRoughness, SpecularGlossiness, TextureInfo};
-use super::source::{Source, data_of, file_name};
+use super::document::{
+    GltfDocument, GltfMaterial, MetallicRoughness, SpecularGlossiness, TextureInfo,
+};
+use super::source::{GltfSource, file_name, parse_data_uri};
 use crate::formats::Options;
+use crate::formats::diagnostics::DiagnosticSink;
 use crate::formats::mesh_defaults::GREY;
-use crate::formats::report::Report;
-use crate::formats::texture::{Embedded, TextureShelf};
+use crate::formats::texture::{Embedded, TextureLibrary};
 use glam::{Vec2, Vec3};
-use phalanx_scene::{Materials, NO_TEXTURE, Palette, Surface, Wrap};
+use phalanx_scene::{Material, MaterialTable, Materials, NO_TEXTURE, Wrap};
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 
 /// What a primitive needs of its material.
 #[derive(Clone)]
-pub(super) struct Look {
+pub(super) struct PrimitiveMaterial {
     /// Row of the scene's materials.
     pub(super) material: u32,
     /// The attribute with its texture places, and what is done to them.
@@ -52,11 +54,11 @@ impl UvMap {
 }
 
 /// The scene's materials while it is read.
-pub(super) struct Looks<'a> {
-    source: &'a Source<'a>,
-    shelf: TextureShelf<'a>,
-    palette: Palette,
-    known: HashMap<Option<usize>, Look>,
+pub(super) struct GltfMaterials<'a> {
+    source: &'a GltfSource<'a>,
+    shelf: TextureLibrary<'a>,
+    palette: MaterialTable,
+    cache: HashMap<Option<usize>, PrimitiveMaterial>,
     /// What the file has and the picture does not show.
     pub(super) unused: BTreeSet<&'static str>,
 }
@@ -70,13 +72,13 @@ const MATT: f32 = 0.5;
 /// Largest Blinn exponent.
 const SHARPEST: f32 = 10_000.0;
 
-impl<'a> Looks<'a> {
-    pub(super) fn new(source: &'a Source<'a>, shelf: TextureShelf<'a>) -> Self {
-        Looks {
+impl<'a> GltfMaterials<'a> {
+    pub(super) fn new(source: &'a GltfSource<'a>, library: TextureLibrary<'a>) -> Self {
+        GltfMaterials {
             source,
-            shelf,
-            palette: Palette::default(),
-            known: HashMap::new(),
+            shelf: library,
+            palette: MaterialTable::default(),
+            cache: HashMap::new(),
             unused: BTreeSet::new(),
         }
     }
@@ -92,38 +94,38 @@ impl<'a> Looks<'a> {
         row: Option<usize>,
         options: &Options,
         materials: &mut Materials,
-        report: &mut Report,
-    ) -> Result<Look, String> {
-        if let Some(look) = self.known.get(&row) {
+        report: &mut DiagnosticSink,
+    ) -> Result<PrimitiveMaterial, String> {
+        if let Some(look) = self.cache.get(&row) {
             return Ok(look.clone());
         }
-        let document: &'a Document = &self.source.document;
+        let document: &'a GltfDocument = &self.source.document;
         let look = match row {
-            None => Look {
+            None => PrimitiveMaterial {
                 material: self
                     .palette
-                    .row(&options.material.unwrap_or(GREY), materials),
+                    .intern(&options.material.unwrap_or(GREY), materials),
                 uvs: None,
             },
             Some(row) => {
                 let material = document.materials.get(row);
                 let material = material.ok_or_else(|| format!("there is no materials[{row}]"))?;
                 self.note_unused(material);
-                let paint = Paint::of(material);
+                let paint = PbrMaterial::of(material);
                 let texture = match paint.texture {
                     Some(info) => self.texture(info, row, report)?,
                     None => NO_TEXTURE,
                 };
-                let mut surface = surface(material, &paint);
+                let mut surface = material_from(material, &paint);
                 surface.texture = texture;
                 let uvs = paint.texture.filter(|_| texture != NO_TEXTURE);
-                Look {
-                    material: self.palette.row(&surface, materials),
+                PrimitiveMaterial {
+                    material: self.palette.intern(&surface, materials),
                     uvs: uvs.map(|info| (set_of(info), UvMap::of(info))),
                 }
             }
         };
-        self.known.insert(row, look.clone());
+        self.cache.insert(row, look.clone());
         Ok(look)
     }
 
@@ -131,9 +133,9 @@ impl<'a> Looks<'a> {
         &mut self,
         info: &TextureInfo,
         material: usize,
-        report: &mut Report,
+        report: &mut DiagnosticSink,
     ) -> Result<u32, String> {
-        let document: &'a Document = &self.source.document;
+        let document: &'a GltfDocument = &self.source.document;
         let texture = document.textures.get(info.index);
         let texture = texture.ok_or_else(|| format!("there is no textures[{}]", info.index))?;
         let sampler = texture.sampler.and_then(|row| document.samplers.get(row));
@@ -142,21 +144,21 @@ impl<'a> Looks<'a> {
             wrap_of(sampler.and_then(|s| s.wrap_t)),
         ];
         let source = self.source;
-        let place = || source.place("materials", material);
+        let span = || source.place("materials", material);
         let Some(row) = texture.source else {
             let message = format!("textures[{}] has no PNG or JPEG picture", info.index);
-            report.warning(place(), message);
+            report.warning(span(), message);
             return Ok(NO_TEXTURE);
         };
         let image = document.images.get(row);
         let image = image.ok_or_else(|| format!("there is no images[{row}]"))?;
         if let Some(uri) = &image.uri {
-            return Ok(match data_of(uri) {
-                None => self.shelf.named(&file_name(uri), wrap, place, report),
+            return Ok(match parse_data_uri(uri) {
+                None => self.shelf.named(&file_name(uri), wrap, span, report),
                 Some(data) => {
                     let bytes = || Ok(Cow::Owned(data.bytes()?));
                     let picture = Embedded::Text(row);
-                    self.shelf.embedded(picture, bytes, wrap, place, report)
+                    self.shelf.embedded(picture, bytes, wrap, span, report)
                 }
             });
         }
@@ -166,11 +168,11 @@ impl<'a> Looks<'a> {
         let picture = Embedded::View(view);
         let texture = self
             .shelf
-            .embedded(picture, || Ok(bytes), wrap, place, report);
+            .embedded(picture, || Ok(bytes), wrap, span, report);
         Ok(texture)
     }
 
-    fn note_unused(&mut self, material: &Material) {
+    fn note_unused(&mut self, material: &GltfMaterial) {
         let metallic = &material.pbr_metallic_roughness;
         let extensions = &material.extensions;
         let transmission = extensions.transmission.as_ref();
@@ -224,7 +226,7 @@ fn wrap_of(number: Option<u32>) -> Wrap {
 }
 
 /// What both ways of describing a material come to.
-struct Paint<'a> {
+struct PbrMaterial<'a> {
     color: Vec3,
     alpha: f32,
     /// Share that reflects like a metal, in its colour.
@@ -235,15 +237,15 @@ struct Paint<'a> {
     texture: Option<&'a TextureInfo>,
 }
 
-impl Paint<'_> {
-    fn of(material: &Material) -> Paint<'_> {
+impl PbrMaterial<'_> {
+    fn of(material: &GltfMaterial) -> PbrMaterial<'_> {
         match &material.extensions.specular_glossiness {
-            Some(glossiness) => Paint::of_glossiness(glossiness),
-            None => Paint::of_metallic(material, &material.pbr_metallic_roughness),
+            Some(glossiness) => PbrMaterial::of_glossiness(glossiness),
+            None => PbrMaterial::of_metallic(material, &material.pbr_metallic_roughness),
         }
     }
 
-    fn of_metallic<'a>(material: &Material, pbr: &'a MetallicRoughness) -> Paint<'a> {
+    fn of_metallic<'a>(material: &GltfMaterial, pbr: &'a MetallicRoughness) -> PbrMaterial<'a> {
         let [r, g, b, alpha] = pbr.base_color_factor.map(share);
         let ior = ior(material);
         let reflectance = (ior - 1.0) / (ior + 1.0);
@@ -252,7 +254,7 @@ impl Paint<'_> {
         let varied = pbr.metallic_roughness_texture.is_some();
         let metallic = share(pbr.metallic_factor);
         let plain = !varied && (pbr.base_color_texture.is_none() || metallic == 0.0);
-        Paint {
+        PbrMaterial {
             color: Vec3::new(r, g, b),
             alpha,
             metallic: if plain { metallic } else { 0.0 },
@@ -269,11 +271,11 @@ impl Paint<'_> {
         }
     }
 
-    fn of_glossiness(glossiness: &SpecularGlossiness) -> Paint<'_> {
+    fn of_glossiness(glossiness: &SpecularGlossiness) -> PbrMaterial<'_> {
         let [r, g, b, alpha] = glossiness.diffuse_factor.map(share);
         let varied = glossiness.specular_glossiness_texture.is_some();
         let gloss = share(glossiness.glossiness_factor);
-        Paint {
+        PbrMaterial {
             color: Vec3::new(r, g, b),
             alpha,
             metallic: 0.0,
@@ -284,7 +286,7 @@ impl Paint<'_> {
     }
 }
 
-fn surface(material: &Material, paint: &Paint) -> Surface {
+fn material_from(material: &GltfMaterial, paint: &PbrMaterial) -> Material {
     let extensions = &material.extensions;
     let emitted = match (&material.emissive_texture, &extensions.emissive_strength) {
         // Without its texture the whole surface would glow.
@@ -296,10 +298,10 @@ fn surface(material: &Material, paint: &Paint) -> Surface {
         }
     };
     if extensions.unlit.is_some() {
-        return Surface {
+        return Material {
             ka: paint.color,
             ke: emitted,
-            ..Surface::default()
+            ..Material::default()
         };
     }
     let mirror = gloss(paint.roughness);
@@ -312,7 +314,7 @@ fn surface(material: &Material, paint: &Paint) -> Surface {
     let metal = paint.metallic * mirror;
     let kd = paint.color * ((1.0 - metal) * (1.0 - through) * present);
     let reflected = paint.specular * ((1.0 - paint.metallic) * mirror) + paint.color * metal;
-    Surface {
+    Material {
         ka: kd * AMBIENT,
         ke: emitted,
         kd,
@@ -347,7 +349,7 @@ fn exponent(roughness: f32) -> f32 {
 }
 
 /// 1.5 if the file does not say, or something impossible.
-fn ior(material: &Material) -> f32 {
+fn ior(material: &GltfMaterial) -> f32 {
     let ior = material.extensions.ior.as_ref().map_or(1.5, |i| i.ior);
     match (1.0..=100.0).contains(&ior) {
         true => ior as f32,

@@ -8,7 +8,7 @@
 //! | `accessor` | typed rows, sparse or not |
 //! | `nodes` | the hierarchy, flattened |
 //! | `geometry` | primitives: triangles, strips and fans |
-//! | `copies` | which meshes and primitives are the same |
+//! | `mesh_instances` | which meshes and primitives are the same |
 //! | `materials` | what surfaces look like |
 //! | `lights` | cameras and lights |
 //!
@@ -47,32 +47,32 @@
 
 mod accessor;
 mod container;
-mod copies;
 mod document;
 mod geometry;
 mod lights;
 mod materials;
+mod mesh_instances;
 mod nodes;
 mod source;
 
-use super::allowance::Allowance;
-use super::complete::{Missing, complete};
+use super::defaults::{MissingParts, finish_scene};
+use super::diagnostics::{DiagnosticSink, Span, quoted};
 use super::folder::Folder;
+use super::memory_budget::MemoryBudget;
 use super::mesh_defaults::{BARE, empty_scene};
-use super::origin::{self, Origin, Stop};
-use super::report::{Place, Report, quoted};
-use super::texture::TextureShelf;
+use super::origin::{self, Origin, ReadStop};
+use super::texture::TextureLibrary;
 use super::{Loaded, Options};
-use copies::{Copies, MOST_COPIED, Part};
-use geometry::{Bad, CORNERS_BYTES, Shape, is_surface};
+use geometry::{BadAttributes, CORNERS_BYTES, PrimitiveGeometry, is_surface};
 use glam::{DAffine3, DVec3};
-use materials::Looks;
-use nodes::Placed;
+use materials::GltfMaterials;
+use mesh_instances::{MAX_COPIED_TRIANGLES, MeshInstances, MeshPart};
+use nodes::PlacedNode;
 use phalanx_scene::{Bounds, Scene};
-use source::Source;
+use source::GltfSource;
 
 /// Extensions that a file may require; the others are refused by name.
-const KNOWN: [&str; 16] = [
+const SUPPORTED_EXTENSIONS: [&str; 16] = [
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -100,10 +100,14 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
 ///
 /// # Errors
 /// What is wrong with it: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
-pub(super) fn read(bytes: &[u8], beside: &Folder, options: &Options) -> Result<Loaded, Stop> {
+pub(super) fn read(
+    bytes: &[u8],
+    asset_dir: &Folder,
+    options: &Options,
+) -> Result<Loaded, ReadStop> {
     let mut report = match is_binary(bytes) {
-        true => Report::binary(),
-        false => Report::new(bytes),
+        true => DiagnosticSink::binary(),
+        false => DiagnosticSink::new(bytes),
     };
     let mut scene = empty_scene();
     let mut missing = BARE;
@@ -113,37 +117,39 @@ pub(super) fn read(bytes: &[u8], beside: &Folder, options: &Options) -> Result<L
         let what = || "for the rows of the document".to_owned();
         // Names and data in the text are kept as they stand there.
         let text = parts.json.len() as u64;
-        let allowed = beside.allowance().take(rows * ROW_BYTES + text, what);
-        allowed.map_err(|message| (Place::START, message))?;
-        Ok((Source::parse(bytes, &parts)?, parts))
+        let allowed = asset_dir.allowance().take(rows * ROW_BYTES + text, what);
+        allowed.map_err(|message| (Span::START, message))?;
+        Ok((GltfSource::parse(bytes, &parts)?, parts))
     });
     match parsed {
-        Err((place, message)) => report.error(place, message),
+        Err((span, message)) => report.error(span, message),
         Ok((mut source, parts)) => {
             let binary = parts.binary.map(|range| &bytes[range]);
-            source.load_buffers(binary, beside, &mut report);
+            source.load_buffers(binary, asset_dir, &mut report);
             if extensions_are_known(&source, &mut report) && report.is_clean() {
-                let mut reader = Reader::new(&source, beside, options, scene, report);
+                let mut reader = GltfReader::new(&source, asset_dir, options, scene, report);
                 reader.run(&mut missing)?;
                 (scene, report) = (reader.scene, reader.report);
             }
         }
     }
-    complete(scene, &missing, options, report)
+    finish_scene(scene, &missing, options, report)
 }
 
 /// Memory for an object of the document, such as a node, and what becomes of it.
 const ROW_BYTES: u64 = 1024;
 
-fn extensions_are_known(source: &Source, report: &mut Report) -> bool {
+fn extensions_are_known(source: &GltfSource, report: &mut DiagnosticSink) -> bool {
     let required = &source.document.extensions_required;
-    let unknown = required.iter().filter(|n| !KNOWN.contains(&n.as_str()));
+    let unknown = required
+        .iter()
+        .filter(|n| !SUPPORTED_EXTENSIONS.contains(&n.as_str()));
     let before = report.is_clean();
     for name in unknown {
         let name = quoted(name);
         let message = format!("the file requires the extension {name}, which is not read here");
         report.error_with_help(
-            Place::START,
+            Span::START,
             message,
             "export it again without compression or that extension",
         );
@@ -151,14 +157,14 @@ fn extensions_are_known(source: &Source, report: &mut Report) -> bool {
     before && report.is_clean()
 }
 
-struct Reader<'a, 't> {
-    source: &'a Source<'a>,
+struct GltfReader<'a, 't> {
+    source: &'a GltfSource<'a>,
     options: &'a Options,
     scene: Scene,
-    report: Report<'t>,
-    looks: Option<Looks<'a>>,
-    allowance: &'a Allowance,
-    copies: Copies<'a>,
+    report: DiagnosticSink<'t>,
+    materials: Option<GltfMaterials<'a>>,
+    allowance: &'a MemoryBudget,
+    instances: MeshInstances<'a>,
     /// Triangles that may still be made: as many as the file has bytes, and a few million. Accessors may be shared,
     /// and nothing else bounds how often.
     triangles_left: u64,
@@ -169,7 +175,7 @@ struct Reader<'a, 't> {
 /// Triangles that a file of any size may have.
 const FREE_TRIANGLES: u64 = 1 << 24;
 /// Extents of meshes that are placed as they are: beyond, what is stored could not be intersected in single precision.
-const COMFORT: std::ops::RangeInclusive<f32> = 1.0 / 268_435_456.0..=268_435_456.0;
+const SAFE_EXTENTS: std::ops::RangeInclusive<f32> = 1.0 / 268_435_456.0..=268_435_456.0;
 
 /// The map into the space where a mesh is stored, from its own, and the map back: moved to an origin, and then scaled.
 fn stored_space(origin: Option<DVec3>, scale: f64) -> [DAffine3; 2] {
@@ -181,32 +187,32 @@ fn stored_space(origin: Option<DVec3>, scale: f64) -> [DAffine3; 2] {
     ]
 }
 
-impl<'a, 't> Reader<'a, 't> {
+impl<'a, 't> GltfReader<'a, 't> {
     fn new(
-        source: &'a Source<'a>,
-        beside: &'a Folder,
+        source: &'a GltfSource<'a>,
+        asset_dir: &'a Folder,
         options: &'a Options,
         scene: Scene,
-        report: Report<'t>,
+        report: DiagnosticSink<'t>,
     ) -> Self {
-        Reader {
+        GltfReader {
             source,
             options,
             scene,
             report,
-            looks: Some(Looks::new(source, TextureShelf::new(beside))),
-            allowance: beside.allowance(),
-            copies: Copies::of(&source.document),
+            materials: Some(GltfMaterials::new(source, TextureLibrary::new(asset_dir))),
+            allowance: asset_dir.allowance(),
+            instances: MeshInstances::of(&source.document),
             triangles_left: FREE_TRIANGLES + source.buffer_bytes(),
             inexact: false,
         }
     }
 
-    fn run(&mut self, missing: &mut Missing) -> Result<(), Stop> {
+    fn run(&mut self, missing: &mut MissingParts) -> Result<(), ReadStop> {
         let nodes = nodes::flatten(self.source, self.options.origin, &mut self.report);
         let placements = self.placements(&nodes);
-        for (mesh, places) in self.copies.joined(placements) {
-            for part in self.copies.parts(mesh, places.len()) {
+        for (mesh, places) in self.instances.joined(placements) {
+            for part in self.instances.parts(mesh, places.len()) {
                 if self.report.is_full() {
                     return Ok(());
                 }
@@ -222,11 +228,11 @@ impl<'a, 't> Reader<'a, 't> {
             return Ok(());
         }
         if self.inexact {
-            return Err(Stop::Inexact);
+            return Err(ReadStop::Inexact);
         }
         if self.scene.prims.is_empty() {
             self.report.warning(
-                Place::START,
+                Span::START,
                 "the file shows no triangles: the picture will be empty",
             );
         }
@@ -234,21 +240,21 @@ impl<'a, 't> Reader<'a, 't> {
         if self.options.origin == Origin::Auto
             && let Some(far) = origin::of_bounds(bounds)
         {
-            return Err(Stop::Far(far));
+            return Err(ReadStop::Far(far));
         }
         self.surroundings(&nodes, bounds, missing);
-        self.tell_unused(&nodes);
+        self.warn_unused(&nodes);
         Ok(())
     }
 
-    fn surroundings(&mut self, nodes: &[Placed], bounds: Bounds, missing: &mut Missing) {
+    fn surroundings(&mut self, nodes: &[PlacedNode], bounds: Bounds, missing: &mut MissingParts) {
         let (source, scene, report) = (self.source, &mut self.scene, &mut self.report);
         missing.view = !lights::add_camera(source, nodes, bounds, scene, report);
         missing.lights = !lights::add_lights(source, nodes, bounds, scene, report);
     }
 
     /// Every mesh that is shown, in the order of its first node, and where it is shown.
-    fn placements(&mut self, nodes: &[Placed]) -> Vec<(usize, Vec<DAffine3>)> {
+    fn placements(&mut self, nodes: &[PlacedNode]) -> Vec<(usize, Vec<DAffine3>)> {
         let document = &self.source.document;
         let mut order = Vec::new();
         let mut places: Vec<Vec<DAffine3>> = Vec::new();
@@ -274,25 +280,25 @@ impl<'a, 't> Reader<'a, 't> {
             .collect()
     }
 
-    fn mesh(&mut self, mesh: usize, part: &Part, places: &[DAffine3]) -> Result<(), String> {
+    fn mesh(&mut self, mesh: usize, part: &MeshPart, places: &[DAffine3]) -> Result<(), String> {
         let shapes = self.shapes(mesh, part)?;
-        let bounds = shapes.iter().map(Shape::bounds);
+        let bounds = shapes.iter().map(PrimitiveGeometry::bounds);
         let bounds = bounds.fold(Bounds::EMPTY, Bounds::union);
         let extent = bounds.lo.abs().max(bounds.hi.abs()).max_element();
         let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
         let copied = triangles.saturating_mul(places.len() as u64 - 1);
-        let size = match COMFORT.contains(&extent) {
+        let size = match SAFE_EXTENTS.contains(&extent) {
             true => Some(1.0),
-            false if copied > MOST_COPIED => Some(into_comfort(extent)),
+            false if copied > MAX_COPIED_TRIANGLES => Some(power_of_two_into_range(extent)),
             false => None,
         };
         let (true, Some(size)) = (places.len() > 1, size) else {
             // The same in each place.
-            let mut bad = Bad::default();
+            let mut bad = BadAttributes::default();
             for map in places {
                 bad = self.bake(&shapes, map)?;
             }
-            self.tell_bad(mesh, bad);
+            self.warn_bad_attributes(mesh, bad);
             return Ok(());
         };
         let stored = self.scene.begin_mesh();
@@ -302,7 +308,7 @@ impl<'a, 't> Reader<'a, 't> {
         let [taken, back] = stored_space(own, size);
         let bad = self.bake(&shapes, &taken)?;
         self.scene.end_mesh(stored);
-        self.tell_bad(mesh, bad);
+        self.warn_bad_attributes(mesh, bad);
         let mut baked = 0;
         for map in places {
             // Zeros keep their signs where there is nothing to undo.
@@ -318,16 +324,20 @@ impl<'a, 't> Reader<'a, 't> {
                 "a mesh is made flat, or too large or small, by the nodes above it: {baked} of its {} copies are stored",
                 places.len()
             );
-            let place = self.source.place("meshes", mesh);
-            self.report.warning(place, message);
+            let span = self.source.place("meshes", mesh);
+            self.report.warning(span, message);
         }
         Ok(())
     }
 
     /// Adds shapes under a map to the scene, and takes their triangles out of what may still be made.
-    fn bake(&mut self, shapes: &[Shape], map: &DAffine3) -> Result<Bad, String> {
-        let mut all = Bad::default();
-        let open: usize = shapes.iter().map(Shape::len).sum();
+    fn bake(
+        &mut self,
+        shapes: &[PrimitiveGeometry],
+        map: &DAffine3,
+    ) -> Result<BadAttributes, String> {
+        let mut all = BadAttributes::default();
+        let open: usize = shapes.iter().map(PrimitiveGeometry::len).sum();
         let open = open as u64 * CORNERS_BYTES;
         for shape in shapes {
             let left = self.triangles_left.checked_sub(shape.len() as u64);
@@ -345,7 +355,7 @@ impl<'a, 't> Reader<'a, 't> {
         Ok(all)
     }
 
-    fn tell_bad(&mut self, mesh: usize, bad: Bad) {
+    fn warn_bad_attributes(&mut self, mesh: usize, bad: BadAttributes) {
         let normals = match bad.normals {
             0 => None,
             1 => Some("one normal is zero or not finite: faces that use it are shaded flat".into()),
@@ -361,13 +371,17 @@ impl<'a, 't> Reader<'a, 't> {
             )),
         };
         for message in [normals, uvs].into_iter().flatten() {
-            let place = self.source.place("meshes", mesh);
+            let span = self.source.place("meshes", mesh);
             self.report
-                .warning(place, format!("meshes[{mesh}]: {message}"));
+                .warning(span, format!("meshes[{mesh}]: {message}"));
         }
     }
 
-    fn shapes(&mut self, mesh: usize, part: &Part) -> Result<Vec<Shape<'a>>, String> {
+    fn shapes(
+        &mut self,
+        mesh: usize,
+        part: &MeshPart,
+    ) -> Result<Vec<PrimitiveGeometry<'a>>, String> {
         let source = self.source;
         let mut shapes = Vec::new();
         let mut skipped = 0;
@@ -387,7 +401,7 @@ impl<'a, 't> Reader<'a, 't> {
                 continue;
             }
             let named = |reason: String| format!("primitives[{k}]: {reason}");
-            let Some(looks) = &mut self.looks else {
+            let Some(looks) = &mut self.materials else {
                 continue;
             };
             if primitive.targets.is_some() {
@@ -396,13 +410,14 @@ impl<'a, 't> Reader<'a, 't> {
             let (materials, report) = (&mut self.scene.materials, &mut self.report);
             let look = looks.of(primitive.material, self.options, materials, report);
             let look = look.map_err(named)?;
-            let allowance = self.allowance;
+            let budget = self.allowance;
             let room = |triangles: u64, columns: u64| {
                 let what = || format!("for {triangles} more triangles");
                 open += triangles * CORNERS_BYTES;
-                allowance.lend(open.saturating_add(columns), what)
+                budget.lend(open.saturating_add(columns), what)
             };
-            let shape = Shape::open(source, primitive, &look, left, room).map_err(named)?;
+            let shape =
+                PrimitiveGeometry::open(source, primitive, &look, left, room).map_err(named)?;
             left -= shape.len() as u64;
             if shape.len() > 0 {
                 shapes.push(shape);
@@ -417,8 +432,8 @@ impl<'a, 't> Reader<'a, 't> {
     }
 
     /// One warning for everything that the file has and the picture does not show; then the textures go to the scene.
-    fn tell_unused(&mut self, nodes: &[Placed]) {
-        let Some(mut looks) = self.looks.take() else {
+    fn warn_unused(&mut self, nodes: &[PlacedNode]) {
+        let Some(mut looks) = self.materials.take() else {
             return;
         };
         let document = &self.source.document;
@@ -435,15 +450,15 @@ impl<'a, 't> Reader<'a, 't> {
         if !looks.unused.is_empty() {
             let names: Vec<&str> = looks.unused.iter().copied().collect();
             let message = format!("not shown: {}", names.join(", "));
-            self.report.warning(Place::START, message);
+            self.report.warning(Span::START, message);
         }
         self.scene.textures = looks.into_textures();
     }
 }
 
-/// The power of two that brings an extent to the nearer end of [`COMFORT`], so that nothing is rounded.
-fn into_comfort(extent: f32) -> f64 {
-    let nearest = extent.clamp(*COMFORT.start(), *COMFORT.end());
+/// The power of two that brings an extent to the nearer end of [`SAFE_EXTENTS`], so that nothing is rounded.
+fn power_of_two_into_range(extent: f32) -> f64 {
+    let nearest = extent.clamp(*SAFE_EXTENTS.start(), *SAFE_EXTENTS.end());
     match extent > 0.0 && extent.is_finite() {
         true => libm::ldexp(
             1.0,

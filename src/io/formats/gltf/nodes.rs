@@ -1,13 +1,13 @@
 //! The node hierarchy, flattened: what stands where in the world.
 
-use super::document::{Document, Node};
-use super::source::Source;
+use super::document::{GltfDocument, GltfNode};
+use super::source::GltfSource;
+use crate::formats::diagnostics::DiagnosticSink;
 use crate::formats::origin::Origin;
-use crate::formats::report::Report;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 /// A node of the shown scene, and its map to the world.
-pub(super) struct Placed {
+pub(super) struct PlacedNode {
     pub(super) node: usize,
     pub(super) to_world: DAffine3,
 }
@@ -16,7 +16,11 @@ pub(super) struct Placed {
 ///
 /// Every node is visited once, so that neither a cycle nor a node with two parents takes more time than the file has
 /// nodes; both are errors. The world begins at the origin: all maps lead to places less that.
-pub(super) fn flatten(source: &Source, origin: Origin, report: &mut Report) -> Vec<Placed> {
+pub(super) fn flatten(
+    source: &GltfSource,
+    origin: Origin,
+    report: &mut DiagnosticSink,
+) -> Vec<PlacedNode> {
     let document = &source.document;
     let mut placed = Vec::new();
     let roots = match roots(document) {
@@ -31,7 +35,7 @@ pub(super) fn flatten(source: &Source, origin: Origin, report: &mut Report) -> V
     let push = |waiting: &mut Vec<_>, nodes: &[usize], map: DAffine3| {
         waiting.extend(nodes.iter().rev().map(|&node| (node, map)));
     };
-    let world = DAffine3::from_translation(DVec3::ZERO - origin.place());
+    let world = DAffine3::from_translation(DVec3::ZERO - origin.position());
     push(&mut waiting, &roots, world);
     while let Some((row, parent)) = waiting.pop() {
         let Some(node) = document.nodes.get(row) else {
@@ -50,7 +54,7 @@ pub(super) fn flatten(source: &Source, origin: Origin, report: &mut Report) -> V
         }
         let to_world = parent * local(node);
         push(&mut waiting, &node.children, to_world);
-        placed.push(Placed {
+        placed.push(PlacedNode {
             node: row,
             to_world,
         });
@@ -58,9 +62,9 @@ pub(super) fn flatten(source: &Source, origin: Origin, report: &mut Report) -> V
     placed
 }
 
-type Missing = (&'static str, usize, &'static str);
+type MissingReference = (&'static str, usize, &'static str);
 
-fn roots(document: &Document) -> Result<Vec<usize>, Missing> {
+fn roots(document: &GltfDocument) -> Result<Vec<usize>, MissingReference> {
     let chosen = document.scene.unwrap_or(0);
     if let Some(scene) = document.scenes.get(chosen) {
         return Ok(scene.nodes.clone());
@@ -87,7 +91,7 @@ fn roots(document: &Document) -> Result<Vec<usize>, Missing> {
     }
 }
 
-fn local(node: &Node) -> DAffine3 {
+fn local(node: &GltfNode) -> DAffine3 {
     if let Some(m) = node.matrix {
         let column = |k: usize| DVec3::new(m[4 * k], m[4 * k + 1], m[4 * k + 2]);
         return DAffine3 {

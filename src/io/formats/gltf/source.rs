@@ -1,9 +1,9 @@
 //! The file as its parts see it: the document, its buffers' bytes, and where in the text each of its rows stands.
 
-use super::container::{Container, Fault};
-use super::document::{Document, Versioned};
+use super::container::{Container, ContainerFault};
+use super::document::{GltfDocument, Versioned};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
 use crate::formats::folder::{Folder, Found};
-use crate::formats::report::{Place, Report, quoted};
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
@@ -14,28 +14,28 @@ use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
 /// The file.
-pub(super) struct Source<'a> {
+pub(super) struct GltfSource<'a> {
     json: &'a [u8],
     json_offset: usize,
-    pub(super) document: Document,
-    buffers: Vec<Option<Bytes<'a>>>,
+    pub(super) document: GltfDocument,
+    buffers: Vec<Option<BufferBytes<'a>>>,
     /// Where the rows of each list begin in `json`, once a message has asked for one.
     rows: OnceCell<BTreeMap<String, Vec<usize>>>,
 }
 
 /// Bytes of the file itself, or of another one.
 #[derive(Clone)]
-enum Bytes<'a> {
+enum BufferBytes<'a> {
     Own(&'a [u8]),
     Other(Rc<Vec<u8>>),
 }
 
-impl std::ops::Deref for Bytes<'_> {
+impl std::ops::Deref for BufferBytes<'_> {
     type Target = [u8];
     fn deref(&self) -> &[u8] {
         match self {
-            Bytes::Own(bytes) => bytes,
-            Bytes::Other(bytes) => bytes,
+            BufferBytes::Own(bytes) => bytes,
+            BufferBytes::Other(bytes) => bytes,
         }
     }
 }
@@ -48,18 +48,21 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
-impl<'a> Source<'a> {
+impl<'a> GltfSource<'a> {
     /// Parses the document and checks that it is of a kind that is read here.
-    pub(super) fn parse(bytes: &'a [u8], parts: &Container) -> Result<Source<'a>, Fault> {
+    pub(super) fn parse(
+        bytes: &'a [u8],
+        parts: &Container,
+    ) -> Result<GltfSource<'a>, ContainerFault> {
         let mut json_offset = parts.json.start;
         let mut json = bytes[parts.json.clone()].trim_ascii_end();
         if let Some(rest) = json.strip_prefix("\u{feff}".as_bytes()) {
             (json, json_offset) = (rest, json_offset + 3);
         }
         if json.is_empty() {
-            return Err((Place::START, "the file is empty".into()));
+            return Err((Span::START, "the file is empty".into()));
         }
-        let parsed = serde_json::from_slice::<Document>(json);
+        let parsed = serde_json::from_slice::<GltfDocument>(json);
         let asset = match &parsed {
             Ok(document) => &document.asset,
             // A document of another version may differ in everything else, and its version is the better answer.
@@ -73,21 +76,21 @@ impl<'a> Source<'a> {
         if let Some(version) = needed.filter(|v| !v.starts_with("2.")) {
             let version = quoted(version);
             return Err((
-                Place::START,
+                Span::START,
                 format!("glTF {version} is not read here, only 2.0"),
             ));
         }
         let document = parsed.map_err(|error| {
             let offset = json_offset + offset_of(json, error.line(), error.column());
-            (Place { offset, length: 0 }, plain(&error))
+            (Span { offset, length: 0 }, plain(&error))
         })?;
         if document.asset.version.is_none() {
             return Err((
-                Place::START,
+                Span::START,
                 "not a glTF file: it has no `asset.version`".into(),
             ));
         }
-        Ok(Source {
+        Ok(GltfSource {
             json,
             json_offset,
             document,
@@ -98,19 +101,19 @@ impl<'a> Source<'a> {
 
     /// Where a row of one of the document's lists stands. The first call parses the text once more, so for messages
     /// only.
-    pub(super) fn place(&self, list: &str, row: usize) -> Place {
+    pub(super) fn place(&self, list: &str, row: usize) -> Span {
         let rows = self.rows.get_or_init(|| row_offsets(self.json));
         match rows.get(list).and_then(|offsets| offsets.get(row)) {
-            Some(offset) => Place {
+            Some(offset) => Span {
                 offset: self.json_offset + offset,
                 length: 1,
             },
-            None => Place::START,
+            None => Span::START,
         }
     }
 
     /// Says what is wrong with a row.
-    pub(super) fn error(&self, report: &mut Report, list: &str, row: usize, message: &str) {
+    pub(super) fn error(&self, report: &mut DiagnosticSink, list: &str, row: usize, message: &str) {
         if !report.is_full() {
             report.error(self.place(list, row), format!("{list}[{row}]: {message}"));
         }
@@ -120,15 +123,15 @@ impl<'a> Source<'a> {
     pub(super) fn load_buffers(
         &mut self,
         binary: Option<&'a [u8]>,
-        beside: &Folder,
-        report: &mut Report,
+        asset_dir: &Folder,
+        report: &mut DiagnosticSink,
     ) {
         let mut files = HashMap::new();
         let mut buffers = Vec::with_capacity(self.document.buffers.len());
         for (row, buffer) in self.document.buffers.iter().enumerate() {
             let bytes = match (&buffer.uri, binary) {
-                (Some(uri), _) => fetch(uri, beside, &mut files).map(Bytes::Other),
-                (None, Some(chunk)) if row == 0 => Ok(Bytes::Own(chunk)),
+                (Some(uri), _) => fetch(uri, asset_dir, &mut files).map(BufferBytes::Other),
+                (None, Some(chunk)) if row == 0 => Ok(BufferBytes::Own(chunk)),
                 // Left for whoever uses it: a buffer that stands in for compressed data has no bytes of its own.
                 (None, _) => {
                     buffers.push(None);
@@ -199,24 +202,24 @@ fn row_offsets(json: &[u8]) -> BTreeMap<String, Vec<usize>> {
 /// The bytes that a URI stands for: data in the text itself, or a file of the scene file's folder, which is read once.
 fn fetch(
     uri: &str,
-    beside: &Folder,
+    asset_dir: &Folder,
     files: &mut HashMap<Found, Rc<Vec<u8>>>,
 ) -> Result<Rc<Vec<u8>>, String> {
-    let allowance = beside.allowance();
-    if let Some(data) = data_of(uri) {
+    let budget = asset_dir.allowance();
+    if let Some(data) = parse_data_uri(uri) {
         let what = || "for the buffers in the text".to_owned();
-        allowance.take(data.most_bytes(), what)?;
+        budget.take(data.most_bytes(), what)?;
         return data.bytes().map(Rc::new);
     }
     let name = file_name(uri);
     let unread = |reason: String| format!("cannot read {}: {reason}", quoted(&name));
-    let file = beside.find(&name).map_err(unread)?;
+    let file = asset_dir.find(&name).map_err(unread)?;
     if let Some(bytes) = files.get(&file) {
         return Ok(Rc::clone(bytes));
     }
-    let bytes = beside.read(&file).map_err(unread)?;
+    let bytes = asset_dir.read(&file).map_err(unread)?;
     let size = bytes.len() as u64;
-    allowance.take(size, || format!("to read {}", quoted(&name)))?;
+    budget.take(size, || format!("to read {}", quoted(&name)))?;
     // No copy: the vector itself is shared.
     let bytes = Rc::new(bytes);
     files.insert(file, Rc::clone(&bytes));
@@ -224,22 +227,22 @@ fn fetch(
 }
 
 /// What a `data:` URI carries.
-pub(super) struct Data<'a> {
+pub(super) struct DataUri<'a> {
     /// `None` if it is not base64.
     text: Option<&'a str>,
 }
 
 /// What a URI carries itself; `None` if it names something else.
-pub(super) fn data_of(uri: &str) -> Option<Data<'_>> {
+pub(super) fn parse_data_uri(uri: &str) -> Option<DataUri<'_>> {
     let rest = uri.strip_prefix("data:")?;
     let parts = rest.split_once(',');
     let text = parts.filter(|(kind, _)| kind.ends_with(";base64"));
-    Some(Data {
+    Some(DataUri {
         text: text.map(|(_, data)| data),
     })
 }
 
-impl Data<'_> {
+impl DataUri<'_> {
     /// Bytes that it may decode to, at most.
     pub(super) fn most_bytes(&self) -> u64 {
         self.text.map_or(0, |text| text.len() as u64)

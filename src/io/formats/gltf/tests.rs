@@ -17,12 +17,12 @@ fn read_within(primitives: usize, nodes: usize, most: u64) -> Result<u64, String
         vec![primitive; primitives].join(", "),
         vec![r#"{"mesh": 0}"#; nodes].join(", "),
     );
-    let (folder, options) = (Folder::nowhere(), Options::default());
-    let mut report = Report::new(text.as_bytes());
+    let (folder, options) = (Folder::none(), Options::default());
+    let mut report = DiagnosticSink::new(text.as_bytes());
     let parts = container::open(text.as_bytes()).expect("text");
-    let mut source = Source::parse(text.as_bytes(), &parts).expect("a document");
+    let mut source = GltfSource::parse(text.as_bytes(), &parts).expect("a document");
     source.load_buffers(None, &folder, &mut report);
-    let mut reader = Reader::new(&source, &folder, &options, empty_scene(), report);
+    let mut reader = GltfReader::new(&source, &folder, &options, empty_scene(), report);
     reader.triangles_left = most;
     reader.run(&mut BARE.clone()).unwrap();
     let left = reader.triangles_left;
@@ -84,7 +84,7 @@ fn copies(shown: &[usize], primitives: usize, triangles: usize, size: f32) -> St
 }
 
 fn scene_of(text: &str) -> Scene {
-    let read = read(text.as_bytes(), &Folder::nowhere(), &Options::default());
+    let read = read(text.as_bytes(), &Folder::none(), &Options::default());
     read.expect("a scene").scene
 }
 
@@ -135,8 +135,8 @@ fn copies_beyond_the_comfortable_range_are_placed_where_they_were_baked() {
         // In the file's units, of the first copy.
         let extent = |scene: &Scene| {
             (
-                scene.bounds().hi.y / scene.unit,
-                scene.bounds().lo.y / scene.unit,
+                scene.bounds().hi.y / scene.scale,
+                scene.bounds().lo.y / scene.scale,
             )
         };
         let (a, b) = (extent(&placed), extent(&one));
@@ -151,9 +151,9 @@ fn copies_beyond_the_comfortable_range_are_placed_where_they_were_baked() {
 fn rows_and_triangles_count_before_they_are_made() {
     let text = copies(&[0; 3], 1, 1000, 1e-20);
     let refused = |most: u64| {
-        let beside = Folder::nowhere().within(Some(most));
-        let read = read(text.as_bytes(), &beside, &Options::default()).is_ok();
-        let refused = beside.allowance().refusal();
+        let asset_dir = Folder::none().within(Some(most));
+        let read = read(text.as_bytes(), &asset_dir, &Options::default()).is_ok();
+        let refused = asset_dir.allowance().refusal();
         assert_eq!(read, refused.is_none());
         refused.map(|refused| refused.what)
     };

@@ -1,17 +1,17 @@
 //! Text to tokens, which lines do not bound: a record may stand on one line or on many.
 
-use crate::formats::report::Place;
+use crate::formats::diagnostics::Span;
 
 /// A run of characters without white space, and where it stands.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Token<'a> {
+pub(super) struct NffToken<'a> {
     pub(super) text: &'a str,
     pub(super) offset: usize,
 }
 
-impl Token<'_> {
-    pub(super) fn place(&self) -> Place {
-        Place {
+impl NffToken<'_> {
+    pub(super) fn place(&self) -> Span {
+        Span {
             offset: self.offset,
             length: self.text.len(),
         }
@@ -30,22 +30,22 @@ impl Token<'_> {
 
 /// The tokens of a file, one ahead.
 #[derive(Clone, Debug)]
-pub(super) struct Tokens<'a> {
+pub(super) struct NffTokens<'a> {
     text: &'a str,
     at: usize,
 }
 
-impl<'a> Tokens<'a> {
+impl<'a> NffTokens<'a> {
     pub(super) fn new(text: &'a str) -> Self {
         let body = text.strip_prefix('\u{feff}').unwrap_or(text);
-        Tokens {
+        NffTokens {
             text,
             at: text.len() - body.len(),
         }
     }
 
     /// Takes the next token.
-    pub(super) fn next(&mut self) -> Option<Token<'a>> {
+    pub(super) fn next(&mut self) -> Option<NffToken<'a>> {
         let bytes = self.text.as_bytes();
         let mut start = self.at;
         loop {
@@ -59,19 +59,19 @@ impl<'a> Tokens<'a> {
         let length = bytes[start..].iter().position(ends);
         let end = length.map_or(bytes.len(), |length| start + length);
         self.at = end;
-        Some(Token {
+        Some(NffToken {
             text: &self.text[start..end],
             offset: start,
         })
     }
 
-    /// The token that [`Tokens::next`] would take.
-    pub(super) fn peek(&self) -> Option<Token<'a>> {
+    /// The token that [`NffTokens::next`] would take.
+    pub(super) fn peek(&self) -> Option<NffToken<'a>> {
         self.clone().next()
     }
 
     /// The next token, if it stands on the line of the last one.
-    pub(super) fn peek_in_line(&self) -> Option<Token<'a>> {
+    pub(super) fn peek_in_line(&self) -> Option<NffToken<'a>> {
         let token = self.peek()?;
         let between = &self.text.as_bytes()[self.at..token.offset];
         (!between.iter().any(ends_line)).then_some(token)

@@ -1,48 +1,48 @@
 //! NFF, Eric Haines' neutral file format: tokens, of which a record takes as many as it needs.
 //!
-//! [`read`] walks the records, each of which runs its row of `records::RECORDS` on a [`Reader`]. A faulty record leaves
+//! [`read`] walks the records, each of which runs its row of `records::RECORDS` on a [`NffReader`]. A faulty record leaves
 //! a diagnostic, and reading goes on where the next record begins. Ambient light and the intensity of lights depend on
 //! how many lights there are, so both are worked out at the end of the file.
 
 mod lexer;
-mod looks;
+mod materials;
 mod records;
 mod shapes;
 mod view;
 
-use super::complete::{Missing, complete};
-use super::origin::Stop;
-use super::report::{Place, Report};
+use super::defaults::{MissingParts, finish_scene};
+use super::diagnostics::{DiagnosticSink, Span};
+use super::origin::ReadStop;
 use super::{Loaded, Options};
 use glam::{DVec3, Vec3};
-use lexer::Tokens;
-use looks::Looks;
+use lexer::NffTokens;
+use materials::NffMaterials;
 use phalanx_scene::Scene;
 
 /// Bounces after the eye ray: the databases' depth of 5 counts that ray.
 const MAX_DEPTH: u32 = 4;
 
 /// What the records so far amount to.
-struct Reader<'a> {
-    tokens: Tokens<'a>,
-    report: Report<'a>,
+struct NffReader<'a> {
+    tokens: NffTokens<'a>,
+    report: DiagnosticSink<'a>,
     scene: Scene,
     /// The origin, taken from places before they are rounded.
     origin: DVec3,
-    lights: Vec<Light>,
-    looks: Looks,
-    seen: Seen,
+    lights: Vec<NffLight>,
+    materials: NffMaterials,
+    seen: SeenRecords,
 }
 
 /// A point light; without a colour it gets its intensity at the end.
-struct Light {
+struct NffLight {
     position: Vec3,
     color: Option<Vec3>,
 }
 
 /// What has been there, faulty or not.
 #[derive(Default)]
-struct Seen {
+struct SeenRecords {
     view: bool,
     background: bool,
     shape: bool,
@@ -52,28 +52,28 @@ struct Seen {
 ///
 /// # Errors
 /// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
-pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Stop> {
-    let mut reader = Reader {
-        tokens: Tokens::new(text),
-        report: Report::new(text.as_bytes()),
+pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, ReadStop> {
+    let mut reader = NffReader {
+        tokens: NffTokens::new(text),
+        report: DiagnosticSink::new(text.as_bytes()),
         scene: Scene {
             max_depth: MAX_DEPTH,
             ..Scene::default()
         },
-        origin: options.origin.place(),
+        origin: options.origin.position(),
         lights: Vec::new(),
-        looks: Looks::new(options.material),
-        seen: Seen::default(),
+        materials: NffMaterials::new(options.material),
+        seen: SeenRecords::default(),
     };
     if text.trim_start_matches('\u{feff}').trim().is_empty() {
-        reader.report.error(Place::START, "the file is empty");
+        reader.report.error(Span::START, "the file is empty");
     } else if !reader.refuse_sense8() {
         while reader.record() && !reader.report.is_full() {}
     }
     reader.finish(options)
 }
 
-impl Reader<'_> {
+impl NffReader<'_> {
     /// Sense8's format of the same name and ending begins with its name.
     fn refuse_sense8(&mut self) -> bool {
         let first = self.tokens.peek();
@@ -88,7 +88,7 @@ impl Reader<'_> {
         sense8.is_some()
     }
 
-    fn finish(mut self, options: &Options) -> Result<Loaded, Stop> {
+    fn finish(mut self, options: &Options) -> Result<Loaded, ReadStop> {
         if !self.seen.shape && self.report.is_clean() {
             let end = self.report.end_of_content();
             self.report
@@ -99,13 +99,13 @@ impl Reader<'_> {
             let color = light.color.unwrap_or(Vec3::splat(level as f32));
             self.scene.lights.add_point(light.position, color, Vec3::X);
         }
-        self.looks.settle(level, &mut self.scene);
-        let missing = Missing {
+        self.materials.settle(level, &mut self.scene);
+        let missing = MissingParts {
             view: !self.seen.view,
             lights: self.lights.is_empty(),
             background: false,
         };
-        complete(self.scene, &missing, options, self.report)
+        finish_scene(self.scene, &missing, options, self.report)
     }
 }
 

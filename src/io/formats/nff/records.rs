@@ -1,31 +1,31 @@
 //! The records by name, and how operands are read.
 
-use super::Reader;
-use super::lexer::Token;
+use super::NffReader;
+use super::lexer::NffToken;
+use crate::formats::diagnostics::{Span, quoted};
 use crate::formats::number::{double, number, widened};
-use crate::formats::report::{Place, quoted};
 use glam::{DVec3, Vec3};
 
 /// A kind of record, the names of its operands, and what it does.
-struct Kind {
+struct RecordKind {
     name: &'static str,
     operands: &'static str,
-    run: fn(&mut Reader<'_>, &Record<'_>),
+    run: fn(&mut NffReader<'_>, &NffRecord<'_>),
 }
 
 const fn kind(
     name: &'static str,
     operands: &'static str,
-    run: fn(&mut Reader<'_>, &Record<'_>),
-) -> Kind {
-    Kind {
+    run: fn(&mut NffReader<'_>, &NffRecord<'_>),
+) -> RecordKind {
+    RecordKind {
         name,
         operands,
         run,
     }
 }
 
-const RECORDS: [Kind; 9] = [
+const RECORDS: [RecordKind; 9] = [
     kind("s", "x y z radius", |r, s| r.sphere(s)),
     kind("p", "corners, then x y z of each", |r, s| r.polygon(s)),
     kind("pp", "corners, then x y z nx ny nz of each", |r, s| {
@@ -43,19 +43,19 @@ const RECORDS: [Kind; 9] = [
 ];
 
 /// A record's name and where it stands.
-pub(super) struct Record<'a> {
-    kind: &'static Kind,
-    name: Token<'a>,
+pub(super) struct NffRecord<'a> {
+    kind: &'static RecordKind,
+    name: NffToken<'a>,
 }
 
-impl Record<'_> {
+impl NffRecord<'_> {
     /// Of the name.
-    pub(super) fn place(&self) -> Place {
+    pub(super) fn place(&self) -> Span {
         self.name.place()
     }
 }
 
-fn find(name: &str) -> Option<&'static Kind> {
+fn find(name: &str) -> Option<&'static RecordKind> {
     // Most tokens are numbers.
     if !name.starts_with(|c: char| c.is_ascii_lowercase()) {
         return None;
@@ -63,7 +63,7 @@ fn find(name: &str) -> Option<&'static Kind> {
     RECORDS.iter().find(|kind| kind.name == name)
 }
 
-impl<'a> Reader<'a> {
+impl<'a> NffReader<'a> {
     /// Runs the next record; false at the end of the file.
     pub(super) fn record(&mut self) -> bool {
         let Some(name) = self.tokens.next() else {
@@ -71,7 +71,7 @@ impl<'a> Reader<'a> {
         };
         match find(name.text) {
             Some(kind) => {
-                let record = Record { kind, name };
+                let record = NffRecord { kind, name };
                 (kind.run)(self, &record);
                 self.refuse_surplus(&record);
             }
@@ -88,11 +88,11 @@ impl<'a> Reader<'a> {
     }
 
     /// A number after a record's last operand belongs to nothing.
-    fn refuse_surplus(&mut self, record: &Record<'_>) {
-        let Some(surplus) = self.tokens.peek().filter(Token::is_numeric) else {
+    fn refuse_surplus(&mut self, record: &NffRecord<'_>) {
+        let Some(surplus) = self.tokens.peek().filter(NffToken::is_numeric) else {
             return;
         };
-        let Kind { name, operands, .. } = record.kind;
+        let RecordKind { name, operands, .. } = record.kind;
         self.report.error(
             surplus.place(),
             format!(
@@ -115,7 +115,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The next operand, or none at the end of the file or where another record begins.
-    pub(super) fn operand(&mut self) -> Option<Token<'a>> {
+    pub(super) fn operand(&mut self) -> Option<NffToken<'a>> {
         let mut ahead = self.tokens.clone();
         let token = ahead.next().filter(|token| find(token.text).is_none())?;
         self.tokens = ahead;
@@ -123,13 +123,13 @@ impl<'a> Reader<'a> {
     }
 
     /// The next `N` operands as finite numbers, or an error for each fault.
-    pub(super) fn numbers<const N: usize>(&mut self, record: &Record<'_>) -> Option<[f32; N]> {
+    pub(super) fn numbers<const N: usize>(&mut self, record: &NffRecord<'_>) -> Option<[f32; N]> {
         self.operands(record, number)
     }
 
     fn operands<T: Copy + Default, const N: usize>(
         &mut self,
-        record: &Record<'_>,
+        record: &NffRecord<'_>,
         parse: fn(&str) -> Result<T, String>,
     ) -> Option<[T; N]> {
         let mut values = [T::default(); N];
@@ -150,9 +150,12 @@ impl<'a> Reader<'a> {
         good.then_some(values)
     }
 
-    /// The next `N` operands, which begin with a place; as [`Reader::numbers`], but in double precision where the scene
+    /// The next `N` operands, which begin with a place; as [`NffReader::numbers`], but in double precision where the scene
     /// is moved.
-    pub(super) fn places<const N: usize>(&mut self, record: &Record<'_>) -> Option<[f64; N]> {
+    pub(super) fn coordinates<const N: usize>(
+        &mut self,
+        record: &NffRecord<'_>,
+    ) -> Option<[f64; N]> {
         match self.origin == DVec3::ZERO {
             true => self.operands(record, widened),
             false => self.operands(record, double),
@@ -160,24 +163,24 @@ impl<'a> Reader<'a> {
     }
 
     /// The next three operands as a place in the scene.
-    pub(super) fn place(&mut self, record: &Record<'_>) -> Option<Vec3> {
-        let [x, y, z] = self.places(record)?;
+    pub(super) fn position(&mut self, record: &NffRecord<'_>) -> Option<Vec3> {
+        let [x, y, z] = self.coordinates(record)?;
         Some(self.to_scene([x, y, z]))
     }
 
     /// Place in the scene of a place in the file.
-    pub(super) fn to_scene(&self, place: [f64; 3]) -> Vec3 {
-        (DVec3::from_array(place) - self.origin).as_vec3()
+    pub(super) fn to_scene(&self, position: [f64; 3]) -> Vec3 {
+        (DVec3::from_array(position) - self.origin).as_vec3()
     }
 
     /// The next three operands as a vector.
-    pub(super) fn vector(&mut self, record: &Record<'_>) -> Option<Vec3> {
+    pub(super) fn vector(&mut self, record: &NffRecord<'_>) -> Option<Vec3> {
         self.numbers(record).map(Vec3::from_array)
     }
 
     /// Says that a record, or a part of one, has fewer operands than it needs.
-    pub(super) fn breaks_off(&mut self, record: &Record<'_>, found: usize, wanted: usize) {
-        let Kind { name, operands, .. } = record.kind;
+    pub(super) fn breaks_off(&mut self, record: &NffRecord<'_>, found: usize, wanted: usize) {
+        let RecordKind { name, operands, .. } = record.kind;
         self.report.error(
             record.place(),
             format!("`{name}` (`{operands}`) breaks off: {found} of {wanted} numbers are there"),
@@ -185,7 +188,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Records that only some readers know say nothing that matters here.
-    fn tess(&mut self, record: &Record<'_>) {
+    fn tess(&mut self, record: &NffRecord<'_>) {
         if self.numbers::<1>(record).is_some() {
             self.report
                 .warning(record.place(), "`tess` is not of NFF: it is passed over");

@@ -1,7 +1,7 @@
 //! Surfaces, and the shapes that have them.
 
-use super::Reader;
-use super::records::Record;
+use super::NffReader;
+use super::records::NffRecord;
 use crate::formats::faces::MAX_CORNERS;
 use crate::formats::number::count;
 use glam::{DVec3, Vec3};
@@ -10,8 +10,8 @@ use phalanx_scene::{Cone, triangulate};
 /// Bytes that a number takes at least: a digit and what parts it from the next.
 const BYTES_PER_NUMBER: u64 = 2;
 
-impl Reader<'_> {
-    pub(super) fn fill(&mut self, record: &Record<'_>) {
+impl NffReader<'_> {
+    pub(super) fn fill(&mut self, record: &NffRecord<'_>) {
         let Some(look) = self.numbers::<8>(record) else {
             return;
         };
@@ -27,7 +27,7 @@ impl Reader<'_> {
             let message = "this colour times its kd is beyond the range of single precision";
             self.report.error(record.place(), message);
         } else {
-            self.looks.push(look);
+            self.materials.push(look);
         }
         self.pass_over_texture();
     }
@@ -45,9 +45,9 @@ impl Reader<'_> {
         }
     }
 
-    pub(super) fn sphere(&mut self, record: &Record<'_>) {
+    pub(super) fn sphere(&mut self, record: &NffRecord<'_>) {
         self.seen.shape = true;
-        let Some([x, y, z, radius]) = self.places(record) else {
+        let Some([x, y, z, radius]) = self.coordinates(record) else {
             return;
         };
         let radius = radius as f32;
@@ -62,12 +62,12 @@ impl Reader<'_> {
         }
         let center = self.to_scene([x, y, z]);
         self.scene
-            .add_sphere(center, radius.abs(), self.looks.current());
+            .add_sphere(center, radius.abs(), self.materials.current());
     }
 
-    pub(super) fn cone(&mut self, record: &Record<'_>) {
+    pub(super) fn cone(&mut self, record: &NffRecord<'_>) {
         self.seen.shape = true;
-        let Some([bx, by, bz, br, ax, ay, az, ar]) = self.places(record) else {
+        let Some([bx, by, bz, br, ax, ay, az, ar]) = self.coordinates(record) else {
             return;
         };
         let (base, apex) = (self.to_scene([bx, by, bz]), self.to_scene([ax, ay, az]));
@@ -86,31 +86,32 @@ impl Reader<'_> {
                 apex_radius: ar.abs(),
                 inside: br.min(ar) < 0.0,
             };
-            self.scene.add_cone(cone, self.looks.current());
+            self.scene.add_cone(cone, self.materials.current());
             return;
         };
         self.report.error(record.place(), wrong);
     }
 
-    pub(super) fn polygon(&mut self, record: &Record<'_>) {
+    pub(super) fn polygon(&mut self, record: &NffRecord<'_>) {
         let Some(corners) = self.corners::<3>(record) else {
             return;
         };
-        let points = corners.into_iter().map(|place| self.to_scene(place));
+        let points = corners.into_iter().map(|position| self.to_scene(position));
         let points: Vec<Vec3> = points.collect();
         for triangle in triangulate(&points) {
             let corners = triangle.map(|k| points[k as usize]);
-            self.scene.add_triangle(corners, None, self.looks.current());
+            self.scene
+                .add_triangle(corners, None, self.materials.current());
         }
     }
 
-    pub(super) fn patch(&mut self, record: &Record<'_>) {
+    pub(super) fn patch(&mut self, record: &NffRecord<'_>) {
         let Some(corners) = self.corners::<6>(record) else {
             return;
         };
-        let place = |&[x, y, z, ..]: &[f64; 6]| self.to_scene([x, y, z]);
+        let position = |&[x, y, z, ..]: &[f64; 6]| self.to_scene([x, y, z]);
         let normal = |&[.., x, y, z]: &[f64; 6]| DVec3::new(x, y, z).as_vec3();
-        let points: Vec<Vec3> = corners.iter().map(place).collect();
+        let points: Vec<Vec3> = corners.iter().map(position).collect();
         let normals: Vec<Vec3> = corners.iter().map(normal).collect();
         if normals.contains(&Vec3::ZERO) {
             let message = "the normal of a corner must not be zero";
@@ -120,12 +121,12 @@ impl Reader<'_> {
             let corners = triangle.map(|k| points[k as usize]);
             let normals = triangle.map(|k| normals[k as usize]);
             self.scene
-                .add_triangle(corners, Some(normals), self.looks.current());
+                .add_triangle(corners, Some(normals), self.materials.current());
         }
     }
 
     /// A count, and as many corners of `N` numbers each; after the first fault the rest is passed over.
-    fn corners<const N: usize>(&mut self, record: &Record<'_>) -> Option<Vec<[f64; N]>> {
+    fn corners<const N: usize>(&mut self, record: &NffRecord<'_>) -> Option<Vec<[f64; N]>> {
         self.seen.shape = true;
         let corners = self.checked_corners(record);
         if corners.is_none() {
@@ -134,7 +135,7 @@ impl Reader<'_> {
         corners
     }
 
-    fn checked_corners<const N: usize>(&mut self, record: &Record<'_>) -> Option<Vec<[f64; N]>> {
+    fn checked_corners<const N: usize>(&mut self, record: &NffRecord<'_>) -> Option<Vec<[f64; N]>> {
         let count = self.corner_count(record, N as u64)?;
         let mut corners = Vec::with_capacity(count);
         for k in 0..count {
@@ -143,13 +144,13 @@ impl Reader<'_> {
                 self.report.error(record.place(), message);
                 return None;
             }
-            corners.push(self.places::<N>(record)?);
+            corners.push(self.coordinates::<N>(record)?);
         }
         Some(corners)
     }
 
     /// The count of corners, checked against the bytes that are left before anything is made room for.
-    fn corner_count(&mut self, record: &Record<'_>, numbers_each: u64) -> Option<usize> {
+    fn corner_count(&mut self, record: &NffRecord<'_>, numbers_each: u64) -> Option<usize> {
         let Some(token) = self.operand() else {
             self.breaks_off(record, 0, 1);
             return None;

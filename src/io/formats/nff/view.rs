@@ -1,10 +1,10 @@
 //! What a file says once: view and background; and its lights.
 
-use super::lexer::Token;
-use super::records::Record;
-use super::{Light, Reader};
+use super::lexer::NffToken;
+use super::records::NffRecord;
+use super::{NffLight, NffReader};
+use crate::formats::diagnostics::quoted;
 use crate::formats::number::{count, number};
-use crate::formats::report::quoted;
 use glam::Vec3;
 use phalanx_scene::{View, check_image_size};
 
@@ -15,7 +15,7 @@ const NEEDED: usize = 5;
 
 /// A `v` record as far as it has been read.
 #[derive(Default)]
-struct Parts {
+struct ViewRecord {
     there: [bool; PARTS.len()],
     from: Vec3,
     at: Vec3,
@@ -25,15 +25,15 @@ struct Parts {
     resolution: [u32; 2],
 }
 
-impl Reader<'_> {
+impl NffReader<'_> {
     /// The keywords of the block may come in any order; it ends where another word stands.
-    pub(super) fn view(&mut self, record: &Record<'_>) {
+    pub(super) fn view(&mut self, record: &NffRecord<'_>) {
         if self.seen.view {
             let message = "a second `v`: the last one takes the picture";
             self.report.warning(record.place(), message);
         }
         self.seen.view = true;
-        let mut parts = Parts::default();
+        let mut parts = ViewRecord::default();
         let mut good = true;
         while let Some(keyword) = self.tokens.peek()
             && let Some(part) = PARTS.iter().position(|&part| part == keyword.text)
@@ -57,10 +57,10 @@ impl Reader<'_> {
     }
 
     /// Reads a part's operands; none after an error.
-    fn part(&mut self, record: &Record<'_>, parts: &mut Parts, part: usize) -> Option<()> {
+    fn part(&mut self, record: &NffRecord<'_>, parts: &mut ViewRecord, part: usize) -> Option<()> {
         match part {
-            0 => parts.from = self.place(record)?,
-            1 => parts.at = self.place(record)?,
+            0 => parts.from = self.position(record)?,
+            1 => parts.at = self.position(record)?,
             2 => parts.up = self.vector(record)?,
             3 => parts.angle = self.angle(record)?,
             4 => parts.resolution = self.resolution(record)?,
@@ -69,7 +69,7 @@ impl Reader<'_> {
         Some(())
     }
 
-    fn angle(&mut self, record: &Record<'_>) -> Option<f64> {
+    fn angle(&mut self, record: &NffRecord<'_>) -> Option<f64> {
         let Some(token) = self.operand() else {
             self.breaks_off(record, 0, 1);
             return None;
@@ -83,10 +83,10 @@ impl Reader<'_> {
                 format!("the angle must lie between 0 and 180 degrees, not at {angle}")
             })
         });
-        self.told(token, checked)
+        self.emit_error(token, checked)
     }
 
-    fn resolution(&mut self, record: &Record<'_>) -> Option<[u32; 2]> {
+    fn resolution(&mut self, record: &NffRecord<'_>) -> Option<[u32; 2]> {
         let first = self.tokens.peek();
         let mut sides = [None; 2];
         for (k, side) in sides.iter_mut().enumerate() {
@@ -94,17 +94,17 @@ impl Reader<'_> {
                 self.breaks_off(record, k, 2);
                 return None;
             };
-            *side = self.told(token, count(token.text));
+            *side = self.emit_error(token, count(token.text));
         }
         let (width, height) = (sides[0]?, sides[1]?);
         let checked = check_image_size(width, height).map_err(|error| error.to_string());
-        self.told(first?, checked)?;
+        self.emit_error(first?, checked)?;
         // The check leaves sides that fit.
         Some([width as u32, height as u32])
     }
 
     /// A value, or an error at the token it was made from.
-    fn told<T>(&mut self, token: Token<'_>, value: Result<T, String>) -> Option<T> {
+    fn emit_error<T>(&mut self, token: NffToken<'_>, value: Result<T, String>) -> Option<T> {
         match value {
             Ok(value) => Some(value),
             Err(message) => {
@@ -114,7 +114,7 @@ impl Reader<'_> {
         }
     }
 
-    fn set_view(&mut self, record: &Record<'_>, parts: &Parts) {
+    fn set_view(&mut self, record: &NffRecord<'_>, parts: &ViewRecord) {
         let [width, height] = parts.resolution;
         (self.scene.width, self.scene.height) = (width, height);
         self.scene.view = View {
@@ -128,7 +128,7 @@ impl Reader<'_> {
         }
     }
 
-    pub(super) fn background(&mut self, record: &Record<'_>) {
+    pub(super) fn background(&mut self, record: &NffRecord<'_>) {
         if self.seen.background {
             let message = "a second `b`: the last one is the background";
             self.report.warning(record.place(), message);
@@ -139,15 +139,15 @@ impl Reader<'_> {
         }
     }
 
-    pub(super) fn light(&mut self, record: &Record<'_>) {
-        let position = self.place(record);
+    pub(super) fn light(&mut self, record: &NffRecord<'_>) {
+        let position = self.position(record);
         let colored = self.tokens.peek().is_some_and(|token| token.is_numeric());
         let color = match colored {
             true => self.vector(record).map(Some),
             false => Some(None),
         };
         if let (Some(position), Some(color)) = (position, color) {
-            self.lights.push(Light { position, color });
+            self.lights.push(NffLight { position, color });
         }
     }
 }

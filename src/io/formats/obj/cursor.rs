@@ -1,8 +1,8 @@
 //! A place in the text of an OBJ or MTL file: blanks, line ends, continued lines, words and numbers.
 
 use crate::formats::decimal;
-use crate::formats::mesh::Fault;
-use crate::formats::report::{Place, quoted};
+use crate::formats::diagnostics::{Span, quoted};
+use crate::formats::mesh::ParseError;
 
 /// Walks over a piece of a text. Offsets are those of the whole file.
 #[derive(Clone, Copy)]
@@ -101,45 +101,45 @@ impl<'a> Cursor<'a> {
 
     /// The next word of the statement; empty at its end.
     #[inline]
-    pub(super) fn word(&mut self) -> Place {
+    pub(super) fn word(&mut self) -> Span {
         self.skip_blanks();
         let rest = self.text.get(self.at..).unwrap_or_default();
         let length = rest.iter().position(|&byte| ends_word(byte));
-        let place = Place {
+        let span = Span {
             offset: self.at,
             length: length.unwrap_or(rest.len()),
         };
-        self.at += place.length;
-        place
+        self.at += span.length;
+        span
     }
 
     /// The rest of the line without the blanks around it: a name, which may hold blanks.
-    pub(super) fn rest_of_line(&mut self) -> Place {
+    pub(super) fn rest_of_line(&mut self) -> Span {
         self.skip_blanks();
         let rest = self.text.get(self.at..).unwrap_or_default();
         let length = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
-        let place = Place {
+        let span = Span {
             offset: self.at,
             length: rest[..length].trim_ascii_end().len(),
         };
         self.at += length;
-        place
+        span
     }
 
     /// The next operand as a number, which may be no finite one.
     #[inline]
-    pub(super) fn float(&mut self) -> Result<f32, Fault> {
+    pub(super) fn float(&mut self) -> Result<f32, ParseError> {
         self.number(decimal::float)
     }
 
     /// The same in double precision.
     #[inline]
-    pub(super) fn double(&mut self) -> Result<f64, Fault> {
+    pub(super) fn double(&mut self) -> Result<f64, ParseError> {
         self.number(decimal::double)
     }
 
     #[inline(always)]
-    fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, Fault> {
+    fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, ParseError> {
         self.skip_blanks();
         let (value, end) = parse(self.text, self.at);
         let delimited = self
@@ -154,15 +154,15 @@ impl<'a> Cursor<'a> {
     }
 
     #[cold]
-    fn no_number(&mut self) -> Fault {
+    fn no_number(&mut self) -> ParseError {
         let start = self.at;
         let word = self.word();
         if word.length == 0 {
             return self.missing("a number");
         }
         let message = format!("{} is not a number", self.quoted(word));
-        Fault::new(
-            Place {
+        ParseError::new(
+            Span {
                 offset: start,
                 length: word.length,
             },
@@ -172,27 +172,24 @@ impl<'a> Cursor<'a> {
 
     /// That the statement ends too early.
     #[cold]
-    pub(super) fn missing(&self, what: &str) -> Fault {
-        let place = Place {
+    pub(super) fn missing(&self, what: &str) -> ParseError {
+        let span = Span {
             offset: self.at,
             length: 0,
         };
-        Fault::new(place, format!("{what} is missing"))
+        ParseError::new(span, format!("{what} is missing"))
     }
 
     /// The bytes of a place.
-    pub(super) fn bytes(&self, place: Place) -> &'a [u8] {
-        let end = place
-            .offset
-            .saturating_add(place.length)
-            .min(self.text.len());
-        self.text.get(place.offset..end).unwrap_or_default()
+    pub(super) fn bytes(&self, span: Span) -> &'a [u8] {
+        let end = span.offset.saturating_add(span.length).min(self.text.len());
+        self.text.get(span.offset..end).unwrap_or_default()
     }
 
     /// The text of a place as a message may repeat it.
-    pub(super) fn quoted(&self, place: Place) -> String {
+    pub(super) fn quoted(&self, span: Span) -> String {
         // A word may be megabytes long, a message is not.
-        let bytes = self.bytes(place);
+        let bytes = self.bytes(span);
         quoted(&String::from_utf8_lossy(&bytes[..bytes.len().min(200)]))
     }
 }

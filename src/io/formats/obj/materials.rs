@@ -1,11 +1,11 @@
 //! The materials that an OBJ file names, found in its material files.
 
 use super::cursor::Cursor;
-use super::mtl::{self, Material, name_of};
+use super::mtl::{self, MtlMaterial, name_of};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
 use crate::formats::folder::{Folder, Found};
-use crate::formats::report::{Place, Report, quoted};
-use crate::formats::texture::TextureShelf;
-use phalanx_scene::{MeshMaterial, NO_TEXTURE, Palette, Scene, Texture};
+use crate::formats::texture::TextureLibrary;
+use phalanx_scene::{MaterialTable, MeshMaterial, NO_TEXTURE, Scene, Texture};
 use std::collections::{HashMap, HashSet};
 
 /// Most names of material files of one scene.
@@ -15,104 +15,106 @@ const MAX_LIBRARIES: usize = 1000;
 const MATERIAL_BYTES: u64 = 1024;
 
 /// All materials of the files that a scene names, and its textures so far.
-pub(super) struct Shelf<'a> {
+pub(super) struct MaterialLibrary<'a> {
     text: Cursor<'a>,
-    materials: HashMap<Vec<u8>, Known>,
-    textures: TextureShelf<'a>,
+    materials: HashMap<Vec<u8>, KnownMaterial>,
+    textures: TextureLibrary<'a>,
     /// Material files that have been read, and how many more names are looked up.
     read: HashSet<Found>,
     names_left: usize,
 }
 
 /// A material, and the `mtllib` that it comes from.
-struct Known {
-    material: Material,
-    library: Place,
+struct KnownMaterial {
+    material: MtlMaterial,
+    library: Span,
 }
 
-impl<'a> Shelf<'a> {
+impl<'a> MaterialLibrary<'a> {
     /// Reads the files that `libraries`, operands of `mtllib`, name.
     pub(super) fn new(
         text: &'a [u8],
-        beside: &'a Folder,
-        libraries: &[Place],
-        report: &mut Report,
-    ) -> Shelf<'a> {
-        let mut shelf = Shelf {
+        asset_dir: &'a Folder,
+        libraries: &[Span],
+        report: &mut DiagnosticSink,
+    ) -> MaterialLibrary<'a> {
+        let mut library = MaterialLibrary {
             text: Cursor { text, at: 0 },
             materials: HashMap::new(),
-            textures: TextureShelf::new(beside),
+            textures: TextureLibrary::new(asset_dir),
             read: HashSet::new(),
             names_left: MAX_LIBRARIES,
         };
         let mut operands = HashSet::new();
-        for &place in libraries {
+        for &span in libraries {
             // Exporters repeat the statement before every group.
-            if operands.insert(shelf.text.bytes(place)) {
-                let operands = name_of(&shelf.text, place);
-                shelf.add(beside, &operands, place, report);
+            if operands.insert(library.text.bytes(span)) {
+                let operands = name_of(&library.text, span);
+                library.add(asset_dir, &operands, span, report);
             }
         }
-        shelf
+        library
     }
 
     /// One file whose name may hold blanks, or several between blanks.
-    fn add(&mut self, beside: &Folder, operands: &str, place: Place, report: &mut Report) {
+    fn add(&mut self, asset_dir: &Folder, operands: &str, span: Span, report: &mut DiagnosticSink) {
         if self.names_left == 0 {
             return;
         }
         self.names_left -= 1;
-        let whole = beside.find(operands);
+        let whole = asset_dir.find(operands);
         let mut names = operands.split_ascii_whitespace();
         if operands.is_empty() {
-            return report.warning(place, "a file name is missing");
+            return report.warning(span, "a file name is missing");
         }
         if whole.is_ok() || names.clone().nth(1).is_none() {
-            return self.add_file(beside, operands, whole, place, report);
+            return self.add_file(asset_dir, operands, whole, span, report);
         }
         for name in names.by_ref().take(self.names_left) {
             self.names_left -= 1;
-            self.add_file(beside, name, beside.find(name), place, report);
+            self.add_file(asset_dir, name, asset_dir.find(name), span, report);
         }
     }
 
     fn add_file(
         &mut self,
-        beside: &Folder,
+        asset_dir: &Folder,
         name: &str,
         file: Result<Found, String>,
-        place: Place,
-        report: &mut Report,
+        span: Span,
+        report: &mut DiagnosticSink,
     ) {
         if let Ok(file) = &file
             && !self.read.insert(file.clone())
         {
             return;
         }
-        let allowance = beside.allowance();
-        let read = file.and_then(|file| beside.read(&file)).and_then(|bytes| {
-            let materials = memchr::memmem::find_iter(&bytes, b"newmtl").count() as u64;
-            let what = || format!("for the materials of {}", quoted(name));
-            allowance.take(bytes.len() as u64 + materials * MATERIAL_BYTES, what)?;
-            Ok(bytes)
-        });
+        let budget = asset_dir.allowance();
+        let read = file
+            .and_then(|file| asset_dir.read(&file))
+            .and_then(|bytes| {
+                let materials = memchr::memmem::find_iter(&bytes, b"newmtl").count() as u64;
+                let what = || format!("for the materials of {}", quoted(name));
+                budget.take(bytes.len() as u64 + materials * MATERIAL_BYTES, what)?;
+                Ok(bytes)
+            });
         let bytes = match read {
             Ok(bytes) => bytes,
             Err(reason) => {
                 let message = format!("the material file {} is left out: {reason}", quoted(name));
-                return match allowance.refusal() {
-                    Some(_) => report.error(place, message),
-                    None => report.warning(place, message),
+                return match budget.refusal() {
+                    Some(_) => report.error(span, message),
+                    None => report.warning(span, message),
                 };
             }
         };
         let library = mtl::read(&bytes);
-        library.faults.tell_of_other(name, &bytes, place, report);
+        library.errors.emit_for_file(name, &bytes, span, report);
         for material in library.materials {
             // Of two with one name the first counts, as the file is searched from its beginning.
-            let known = Known {
+            let known = KnownMaterial {
                 material,
-                library: place,
+                library: span,
             };
             self.materials
                 .entry(known.material.name.clone())
@@ -122,13 +124,13 @@ impl<'a> Shelf<'a> {
 
     /// Material rows for `triangles` triangles whose materials change at `runs`. Before the first, and where a name is
     /// unknown, it is row 0.
-    pub(super) fn rows(
+    pub(super) fn material_rows(
         &mut self,
-        mut runs: Vec<(usize, Place)>,
+        mut runs: Vec<(usize, Span)>,
         triangles: usize,
         scene: &mut Scene,
-        palette: &mut Palette,
-        report: &mut Report,
+        table: &mut MaterialTable,
+        report: &mut DiagnosticSink,
     ) -> MeshMaterial {
         // Only the last of several changes at one place is for any triangle.
         runs.dedup_by(|later, earlier| {
@@ -143,31 +145,32 @@ impl<'a> Shelf<'a> {
         let text = self.text;
         let named: Vec<(usize, u32)> = runs
             .into_iter()
-            .map(|(first, place)| {
-                let name = text.bytes(place);
+            .map(|(first, span)| {
+                let name = text.bytes(span);
                 let row = known.entry(name);
-                let row = row.or_insert_with(|| self.row(place, scene, palette, report));
+                let row = row.or_insert_with(|| self.material_row(span, scene, table, report));
                 (first, *row)
             })
             .collect();
-        spread(&named, triangles)
+        expand_runs(&named, triangles)
     }
 
     /// The row of the material whose name stands at a place.
-    fn row(
+    fn material_row(
         &mut self,
-        place: Place,
+        span: Span,
         scene: &mut Scene,
-        palette: &mut Palette,
-        report: &mut Report,
+        table: &mut MaterialTable,
+        report: &mut DiagnosticSink,
     ) -> u32 {
-        let Some(Known { material, library }) = self.materials.get(self.text.bytes(place)) else {
-            let name = name_of(&self.text, place);
+        let Some(KnownMaterial { material, library }) = self.materials.get(self.text.bytes(span))
+        else {
+            let name = name_of(&self.text, span);
             let message = format!(
                 "there is no material {}: the default one is used",
                 quoted(&name)
             );
-            report.warning(place, message);
+            report.warning(span, message);
             return 0;
         };
         let texture = match &material.map {
@@ -176,7 +179,7 @@ impl<'a> Shelf<'a> {
                 .named(&map.file, map.wrap, || *library, report),
             None => NO_TEXTURE,
         };
-        palette.row(&material.surface(texture), &mut scene.materials)
+        table.intern(&material.to_material(texture), &mut scene.materials)
     }
 
     /// The textures that the materials in use name.
@@ -186,7 +189,7 @@ impl<'a> Shelf<'a> {
 }
 
 /// One row for all triangles, or one for each.
-fn spread(runs: &[(usize, u32)], triangles: usize) -> MeshMaterial {
+fn expand_runs(runs: &[(usize, u32)], triangles: usize) -> MeshMaterial {
     match runs {
         [] => return MeshMaterial::One(0),
         [(0, row), rest @ ..] if rest.iter().all(|(_, other)| other == row) => {

@@ -4,113 +4,121 @@
 //! materials that reach over from the piece before, are settled when all have been read. Faults are found in a second
 //! reading, which knows how much of everything there is: files are mostly right, so the first one need not know.
 
+mod chunk;
 mod cursor;
 mod materials;
 mod mtl;
-mod piece;
 
-use super::allowance::{Allowance, Shared};
+use super::diagnostics::{DiagnosticSink, Span};
 use super::faces::{self, Faces, NORMAL, VERTEX};
 use super::folder::Folder;
-use super::mesh::{self, Joined, NotFinite, Tally};
-use super::origin::{self, Origin, Stop};
-use super::report::{Place, Report};
+use super::memory_budget::{MemoryBudget, SharedBudget};
+use super::mesh::{self, MergedMesh, NotFinite, Occurrences};
+use super::origin::{self, Origin, ReadStop};
 use super::workers;
 use super::{Loaded, Options};
+use chunk::{IndexLimits, ObjChunk, Skipped};
 use glam::DVec3;
-use phalanx_scene::{Palette, Vec2s, Vec3s};
-use piece::{Limits, Piece, Skipped};
+use phalanx_scene::{MaterialTable, Vec2s, Vec3s};
 use std::ops::Range;
 
 /// Bytes of a piece: enough to be worth a thread's while, few enough to keep all threads busy to the end.
-const PIECE: usize = 1 << 18;
+const CHUNK_BYTES: usize = 1 << 18;
 
 /// Reads an OBJ file; the material files and textures that it names are looked for beside it.
-pub(super) fn read(bytes: &[u8], beside: &Folder, options: &Options) -> Result<Loaded, Stop> {
-    read_in_pieces(bytes, beside, options, PIECE)
+pub(super) fn read(
+    bytes: &[u8],
+    asset_dir: &Folder,
+    options: &Options,
+) -> Result<Loaded, ReadStop> {
+    read_in_chunks(bytes, asset_dir, options, CHUNK_BYTES)
 }
 
-fn read_in_pieces(
+fn read_in_chunks(
     bytes: &[u8],
-    beside: &Folder,
+    asset_dir: &Folder,
     options: &Options,
     piece_bytes: usize,
-) -> Result<Loaded, Stop> {
+) -> Result<Loaded, ReadStop> {
     let threads = workers::thread_count(options.threads);
-    let mut report = Report::new(bytes);
+    let mut report = DiagnosticSink::new(bytes);
     if bytes.trim_ascii().is_empty() {
-        report.error(Place::START, "the file is empty");
-        return Err(Stop::of(report));
+        report.error(Span::START, "the file is empty");
+        return Err(ReadStop::of(report));
     }
-    let moved = options.origin.moved();
-    let made = beside.allowance().shared();
-    let pieces = read_pieces(bytes, threads, (piece_bytes, moved), &made, &mut report);
-    let cutting = faces::cutting_bytes(pieces.iter().map(|piece| &piece.faces), threads);
+    let moved = options.origin.offset();
+    let made = asset_dir.allowance().shared();
+    let chunks = read_chunks(bytes, threads, (piece_bytes, moved), &made, &mut report);
+    let cutting = faces::cutting_bytes(chunks.iter().map(|chunk| &chunk.faces), threads);
     let needed = made.used().saturating_add(cutting);
-    if let Err(message) = beside.allowance().lend(needed, faces::purpose) {
-        report.error(Place::START, message);
+    if let Err(message) = asset_dir.allowance().lend(needed, faces::purpose) {
+        report.error(Span::START, message);
     }
-    let mut palette = Palette::default();
-    let mut scene = mesh::bare_scene(options, &mut palette);
+    let mut table = MaterialTable::default();
+    let mut scene = mesh::bare_scene(options, &mut table);
     if !report.is_clean() {
-        return Err(Stop::of(report));
+        return Err(ReadStop::of(report));
     }
-    tell_skipped(&pieces, &mut report);
-    let (mut joined, runs, libraries) = join(pieces, threads, &mut report);
+    warn_skipped(&chunks, &mut report);
+    let (mut joined, runs, libraries) = merge(chunks, threads, &mut report);
     // Before materials and textures are read in vain.
     if options.origin == Origin::Auto
         && let Some(far) = origin::of_triangles(&joined.vertices, &joined.faces[VERTEX])
     {
-        return Err(Stop::Far(far));
+        return Err(ReadStop::Far(far));
     }
-    if let Err(message) = beside.allowance().take(made.used(), faces::purpose) {
-        report.error(Place::START, message);
+    if let Err(message) = asset_dir.allowance().take(made.used(), faces::purpose) {
+        report.error(Span::START, message);
     }
     if report.is_clean() {
         let triangles = joined.faces[VERTEX].len();
-        let mut shelf = materials::Shelf::new(bytes, beside, &libraries, &mut report);
-        joined.material = shelf.rows(runs, triangles, &mut scene, &mut palette, &mut report);
-        scene.textures = shelf.into_textures();
+        let mut library =
+            materials::MaterialLibrary::new(bytes, asset_dir, &libraries, &mut report);
+        joined.material =
+            library.material_rows(runs, triangles, &mut scene, &mut table, &mut report);
+        scene.textures = library.into_textures();
     }
     mesh::finish(scene, joined, options, report)
 }
 
 /// All pieces, and in the report what is wrong with them; without faces for which there is no
 /// memory.
-fn read_pieces(
+fn read_chunks(
     bytes: &[u8],
     threads: usize,
     (size, moved): (usize, Option<DVec3>),
-    made: &Shared,
-    report: &mut Report,
-) -> Vec<Piece> {
+    made: &SharedBudget,
+    report: &mut DiagnosticSink,
+) -> Vec<ObjChunk> {
     let ranges = workers::cut(0..bytes.len(), size, |at| line_start(bytes, at));
-    let first = ranges.iter().map(|range| (range.clone(), Limits::UNKNOWN));
-    let read = |made: &Shared, (range, limits): (Range<usize>, Limits)| {
+    let first = ranges
+        .iter()
+        .map(|range| (range.clone(), IndexLimits::UNKNOWN));
+    let read = |made: &SharedBudget, (range, limits): (Range<usize>, IndexLimits)| {
         let text = &bytes[..range.end];
-        piece::read(text, range.start, limits, moved, made.share())
+        chunk::read(text, range.start, limits, moved, made.share())
     };
-    let pieces = workers::map(threads, first.collect(), |part| read(made, part));
-    let limits = limits_of(&pieces);
-    let within = |(piece, limits): (&Piece, &Limits)| {
-        let ends = |k: usize| i64::from(piece.highest[k]) <= limits.total[k];
-        let begins = |k: usize| limits.before[k] + piece.lowest[k] >= 0;
-        piece.faults.is_empty() && (0..3).all(|k| ends(k) && begins(k))
+    let chunks = workers::map(threads, first.collect(), |part| read(made, part));
+    let limits = limits_of(&chunks);
+    let within = |(chunk, limits): (&ObjChunk, &IndexLimits)| {
+        let ends = |k: usize| i64::from(chunk.highest[k]) <= limits.total[k];
+        let begins = |k: usize| limits.before[k] + chunk.lowest[k] >= 0;
+        chunk.errors.is_empty() && (0..3).all(|k| ends(k) && begins(k))
     };
     // Nor is it read again what there is no memory for.
-    if made.is_over() || pieces.iter().zip(&limits).all(within) {
-        return pieces;
+    if made.is_over() || chunks.iter().zip(&limits).all(within) {
+        return chunks;
     }
-    drop(pieces);
+    drop(chunks);
     // Room for these has been found.
-    let found = Allowance::of(None).shared();
+    let found = MemoryBudget::of(None).shared();
     let parts = ranges.into_iter().zip(limits).collect();
     let again = workers::map(threads, parts, |part| read(&found, part));
     again
         .into_iter()
-        .map(|mut piece| {
-            std::mem::take(&mut piece.faults).tell(report);
-            piece
+        .map(|mut chunk| {
+            std::mem::take(&mut chunk.errors).emit(report);
+            chunk
         })
         .collect()
 }
@@ -129,11 +137,11 @@ fn line_start(bytes: &[u8], at: usize) -> usize {
 }
 
 /// What each piece may refer to.
-fn limits_of(pieces: &[Piece]) -> Vec<Limits> {
+fn limits_of(chunks: &[ObjChunk]) -> Vec<IndexLimits> {
     let mut total = [0; 3];
-    let before = pieces.iter().map(|piece| {
+    let before = chunks.iter().map(|chunk| {
         let before = total;
-        for (sum, count) in total.iter_mut().zip(piece.counts()) {
+        for (sum, count) in total.iter_mut().zip(chunk.counts()) {
             *sum += count as i64;
         }
         before
@@ -141,23 +149,23 @@ fn limits_of(pieces: &[Piece]) -> Vec<Limits> {
     let before: Vec<[i64; 3]> = before.collect();
     before
         .into_iter()
-        .map(|before| Limits { before, total })
+        .map(|before| IndexLimits { before, total })
         .collect()
 }
 
-fn tell_skipped(pieces: &[Piece], report: &mut Report) {
+fn warn_skipped(chunks: &[ObjChunk], report: &mut DiagnosticSink) {
     let mut skipped = Skipped::default();
-    let mut bad_uvs = Tally::default();
-    for piece in pieces {
-        skipped.merge(piece.skipped);
-        bad_uvs.merge(piece.bad_uvs);
+    let mut bad_uvs = Occurrences::default();
+    for chunk in chunks {
+        skipped.merge(chunk.skipped);
+        bad_uvs.merge(chunk.bad_uvs);
     }
-    let nothing = pieces
+    let nothing = chunks
         .iter()
-        .all(|piece| piece.counts() == [0; 3] && piece.faces.len() == 0);
-    if let (true, Some(place)) = (nothing, skipped.unknown.first) {
+        .all(|chunk| chunk.counts() == [0; 3] && chunk.faces.len() == 0);
+    if let (true, Some(span)) = (nothing, skipped.unknown.first) {
         report.error(
-            place,
+            span,
             "this is not an OBJ file: it has no vertices, and this is none of its statements",
         );
     }
@@ -181,58 +189,58 @@ fn tell_skipped(pieces: &[Piece], report: &mut Report) {
 }
 
 /// A run of triangles, up to where the next begins, of a material by the place of its name.
-type Run = (usize, Place);
+type MaterialRun = (usize, Span);
 
 /// Joins the pieces: the columns, where materials change, and the operands of each `mtllib`.
-fn join(
-    mut pieces: Vec<Piece>,
+fn merge(
+    mut chunks: Vec<ObjChunk>,
     threads: usize,
-    report: &mut Report,
-) -> (Joined, Vec<Run>, Vec<Place>) {
-    let limits = limits_of(&pieces);
+    report: &mut DiagnosticSink,
+) -> (MergedMesh, Vec<MaterialRun>, Vec<Span>) {
+    let limits = limits_of(&chunks);
     let mut not_finite = Vec::new();
     let mut bad_normals = Vec::new();
-    for (piece, limits) in pieces.iter_mut().zip(&limits) {
-        not_finite.extend(shifted(&piece.not_finite, limits.before[VERTEX]));
-        bad_normals.extend(shifted(&piece.bad_normals, limits.before[NORMAL]));
+    for (chunk, limits) in chunks.iter_mut().zip(&limits) {
+        not_finite.extend(shifted(&chunk.not_finite, limits.before[VERTEX]));
+        bad_normals.extend(shifted(&chunk.bad_normals, limits.before[NORMAL]));
         let before = limits.before.map(|count| count as u32);
-        piece.faces.resolve(before);
+        chunk.faces.resolve(before);
     }
-    let corners = pieces.iter().map(|p| &p.faces.columns[VERTEX][..]);
-    mesh::tell_not_finite(&not_finite, corners, report);
+    let corners = chunks.iter().map(|p| &p.faces.columns[VERTEX][..]);
+    mesh::report_not_finite(&not_finite, corners, report);
 
-    let (vertices, vertex_normals, vertex_uvs) = join_vertices(&mut pieces, threads);
-    mesh::tell_bad_normals(&bad_normals, report);
+    let (vertices, vertex_normals, vertex_uvs) = join_vertices(&mut chunks, threads);
+    mesh::warn_bad_normals(&bad_normals, report);
     let bad: Vec<u32> = bad_normals.iter().map(|normal| normal.number).collect();
-    let cut = |mut piece: Piece| {
-        piece.faces.triangulate(&vertices);
+    let cut = |mut chunk: ObjChunk| {
+        chunk.faces.triangulate(&vertices);
         if !bad.is_empty() {
-            piece.faces.without_normals(&bad);
+            chunk.faces.without_normals(&bad);
         }
-        piece
+        chunk
     };
-    let pieces = workers::map(threads, pieces, cut);
+    let chunks = workers::map(threads, chunks, cut);
     let mut runs = Vec::new();
     let mut libraries = Vec::new();
     let mut triangles = 0;
-    let faces = pieces.into_iter().map(|piece| {
+    let faces = chunks.into_iter().map(|chunk| {
         runs.extend(
-            piece
+            chunk
                 .switches
                 .iter()
                 .map(|&(first, name)| (triangles + first, name)),
         );
-        libraries.extend(piece.libraries);
-        triangles += piece.faces.len();
-        piece.faces
+        libraries.extend(chunk.libraries);
+        triangles += chunk.faces.len();
+        chunk.faces
     });
     let faces: Vec<Faces> = faces.collect();
-    let joined = Joined {
+    let joined = MergedMesh {
         vertices,
         vertex_normals,
         vertex_uvs,
-        faces: mesh::join_faces(threads, faces),
-        ..Joined::default()
+        faces: mesh::merge_faces(threads, faces),
+        ..MergedMesh::default()
     };
     (joined, runs, libraries)
 }
@@ -245,19 +253,19 @@ fn shifted(rows: &[NotFinite], before: i64) -> impl Iterator<Item = NotFinite> {
     rows.iter().map(shift)
 }
 
-fn join_vertices(pieces: &mut [Piece], threads: usize) -> (Vec3s, Vec3s, Vec2s) {
+fn join_vertices(chunks: &mut [ObjChunk], threads: usize) -> (Vec3s, Vec3s, Vec2s) {
     let mut columns: [Vec<Vec<f32>>; 8] = Default::default();
-    for piece in pieces {
-        let parts = piece
+    for chunk in chunks {
+        let parts = chunk
             .vertices
             .iter_mut()
-            .chain(&mut piece.normals)
-            .chain(&mut piece.uvs);
+            .chain(&mut chunk.normals)
+            .chain(&mut chunk.uvs);
         for (column, part) in columns.iter_mut().zip(parts) {
             column.push(std::mem::take(part));
         }
     }
-    let [x, y, z, nx, ny, nz, u, v] = mesh::join_floats(threads, columns);
+    let [x, y, z, nx, ny, nz, u, v] = mesh::merge_floats(threads, columns);
     (
         Vec3s { x, y, z },
         Vec3s {

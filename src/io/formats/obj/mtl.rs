@@ -17,10 +17,10 @@
 //! Ka and Kd are multiplied by `d`. Other statements are ignored.
 
 use super::cursor::Cursor;
-use crate::formats::mesh::{Fault, Faults};
-use crate::formats::report::Place;
+use crate::formats::diagnostics::Span;
+use crate::formats::mesh::{ParseError, ParseErrors};
 use glam::Vec3;
-use phalanx_scene::{Surface, Wrap};
+use phalanx_scene::{Material, Wrap};
 
 /// How bright the room is beside its lamps.
 const AMBIENT: f32 = 0.1;
@@ -31,7 +31,7 @@ const PLAIN: Vec3 = Vec3::splat(0.8);
 
 /// A material as the file has it.
 #[derive(Debug)]
-pub(super) struct Material {
+pub(super) struct MtlMaterial {
     /// As bytes: what is not UTF-8 would be made alike as text.
     pub(super) name: Vec<u8>,
     ka: Option<Vec3>,
@@ -45,19 +45,19 @@ pub(super) struct Material {
     tr: Option<f32>,
     illum: Option<f32>,
     /// The diffuse texture.
-    pub(super) map: Option<Map>,
+    pub(super) map: Option<TextureMap>,
 }
 
 /// A texture that a material names.
 #[derive(Clone, Debug)]
-pub(super) struct Map {
+pub(super) struct TextureMap {
     pub(super) file: String,
     pub(super) wrap: [Wrap; 2],
 }
 
-impl Material {
-    fn new(name: Vec<u8>) -> Material {
-        Material {
+impl MtlMaterial {
+    fn new(name: Vec<u8>) -> MtlMaterial {
+        MtlMaterial {
             name,
             ka: None,
             kd: None,
@@ -74,7 +74,7 @@ impl Material {
     }
 
     /// As the table above says.
-    pub(super) fn surface(&self, texture: u32) -> Surface {
+    pub(super) fn to_material(&self, texture: u32) -> Material {
         let illum = self.illum.unwrap_or(2.0);
         let mirror = match illum {
             i if i >= 3.0 => 1.0,
@@ -85,7 +85,7 @@ impl Material {
         let opacity = opacity.unwrap_or(1.0).clamp(0.0, 1.0);
         let kd = self.kd.unwrap_or(PLAIN);
         let ka = self.ka.filter(|&ka| ka != Vec3::ZERO).unwrap_or(kd);
-        Surface {
+        Material {
             ka: ka * AMBIENT * opacity,
             ke: self.ke,
             kd: kd * opacity,
@@ -105,36 +105,36 @@ impl Material {
 
 /// A material file: what could be read of it.
 #[derive(Debug, Default)]
-pub(super) struct Library {
-    pub(super) materials: Vec<Material>,
-    pub(super) faults: Faults,
+pub(super) struct MtlFile {
+    pub(super) materials: Vec<MtlMaterial>,
+    pub(super) errors: ParseErrors,
 }
 
 /// Reads an MTL file.
-pub(super) fn read(text: &[u8]) -> Library {
-    let mut library = Library::default();
+pub(super) fn read(text: &[u8]) -> MtlFile {
+    let mut library = MtlFile::default();
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     let mut cursor = Cursor { text, at: 0 };
     loop {
         cursor.skip_to_statement();
-        if cursor.is_at_end() || library.faults.is_full() {
+        if cursor.is_at_end() || library.errors.is_full() {
             return library;
         }
         if cursor.peek() != Some(b'#')
-            && let Err(fault) = statement(&mut cursor, &mut library.materials)
+            && let Err(error) = statement(&mut cursor, &mut library.materials)
         {
-            library.faults.push(fault);
+            library.errors.push(error);
         }
         cursor.skip_statement();
     }
 }
 
-fn statement(cursor: &mut Cursor, materials: &mut Vec<Material>) -> Result<(), Fault> {
+fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) -> Result<(), ParseError> {
     let name = cursor.word();
     let keyword = cursor.bytes(name);
     if keyword == b"newmtl" {
         let name = cursor.rest_of_line();
-        materials.push(Material::new(cursor.bytes(name).to_vec()));
+        materials.push(MtlMaterial::new(cursor.bytes(name).to_vec()));
         return Ok(());
     }
     // Before the first `newmtl` there is nothing that a statement could be about.
@@ -162,7 +162,7 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<Material>) -> Result<(), F
 }
 
 /// One number for grey, or three; none of a colour by spectral curves or in CIE XYZ, which is left out.
-fn color(cursor: &mut Cursor) -> Result<Option<Vec3>, Fault> {
+fn color(cursor: &mut Cursor) -> Result<Option<Vec3>, ParseError> {
     cursor.skip_blanks();
     let rest = cursor.text.get(cursor.at..).unwrap_or_default();
     if rest.starts_with(b"spectral") || rest.starts_with(b"xyz") {
@@ -176,19 +176,19 @@ fn color(cursor: &mut Cursor) -> Result<Option<Vec3>, Fault> {
     Ok(Some(Vec3::new(r, g, b)))
 }
 
-fn number(cursor: &mut Cursor) -> Result<f32, Fault> {
+fn number(cursor: &mut Cursor) -> Result<f32, ParseError> {
     cursor.skip_blanks();
     let start = cursor.at;
     let value = cursor.float()?;
     if value.is_finite() {
         return Ok(value);
     }
-    let place = Place {
+    let span = Span {
         offset: start,
         length: cursor.at - start,
     };
-    let message = format!("{} is not a finite number", cursor.quoted(place));
-    Err(Fault::new(place, message))
+    let message = format!("{} is not a finite number", cursor.quoted(span));
+    Err(ParseError::new(span, message))
 }
 
 /// Passes an option and its operands, if it stands here.
@@ -221,7 +221,7 @@ const OPTIONS: [(&[u8], usize); 10] = [
 const VECTORS: [&[u8]; 3] = [b"-o", b"-s", b"-t"];
 
 /// A file name behind options, of which only `-clamp` is heeded.
-fn map(cursor: &mut Cursor) -> Option<Map> {
+fn map(cursor: &mut Cursor) -> Option<TextureMap> {
     let mut wrap = [Wrap::Repeat; 2];
     loop {
         let mut ahead = *cursor;
@@ -250,12 +250,12 @@ fn map(cursor: &mut Cursor) -> Option<Map> {
     }
     let file = cursor.rest_of_line();
     let file = name_of(cursor, file);
-    (!file.is_empty()).then_some(Map { file, wrap })
+    (!file.is_empty()).then_some(TextureMap { file, wrap })
 }
 
 /// A name as text.
-pub(super) fn name_of(cursor: &Cursor, place: Place) -> String {
-    String::from_utf8_lossy(cursor.bytes(place)).into_owned()
+pub(super) fn name_of(cursor: &Cursor, span: Span) -> String {
+    String::from_utf8_lossy(cursor.bytes(span)).into_owned()
 }
 
 #[cfg(test)]
@@ -263,14 +263,14 @@ mod tests {
     use super::*;
     use phalanx_scene::NO_TEXTURE;
 
-    fn one(body: &str) -> Material {
+    fn one(body: &str) -> MtlMaterial {
         let mut library = read(format!("newmtl a b \r\n{body}").as_bytes());
-        assert!(library.faults.is_empty(), "{body}: {:?}", library.faults);
+        assert!(library.errors.is_empty(), "{body}: {:?}", library.errors);
         library.materials.pop().expect("a material")
     }
 
-    fn surface(body: &str) -> Surface {
-        one(body).surface(NO_TEXTURE)
+    fn surface(body: &str) -> Material {
+        one(body).to_material(NO_TEXTURE)
     }
 
     #[test]
@@ -336,7 +336,7 @@ mod tests {
         let library =
             read(b"Kd x\nnewmtl a\nKd 1 0\nNs nan\nKs spectral a.rfl 1\nwhat 5\nKd 1 1 1\n");
         assert_eq!(library.materials.len(), 1);
-        let faults = format!("{:?}", library.faults);
+        let faults = format!("{:?}", library.errors);
         assert!(
             faults.contains("a number is missing") && faults.contains("finite"),
             "{faults}"

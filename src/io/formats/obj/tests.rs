@@ -52,10 +52,10 @@ fn neither_threads_nor_pieces_change_the_scene() {
             threads,
             ..Options::default()
         };
-        let loaded = read_in_pieces(text.as_bytes(), &folder, &options, piece).unwrap();
+        let loaded = read_in_chunks(text.as_bytes(), &folder, &options, piece).unwrap();
         (digest(&loaded.scene), loaded.warnings)
     };
-    let whole = read(1, PIECE);
+    let whole = read(1, CHUNK_BYTES);
     assert!(whole.0.contains("corners"));
     for piece in [1, 7, 64, 500] {
         for threads in [1, 2, 5] {
@@ -79,11 +79,11 @@ fn errors_come_in_file_order_from_every_piece() {
             threads: 3,
             ..Options::default()
         };
-        read_in_pieces(text.as_bytes(), &Folder::nowhere(), &options, piece)
+        read_in_chunks(text.as_bytes(), &Folder::none(), &options, piece)
             .unwrap_err()
             .diagnostics()
     };
-    let whole = read(PIECE);
+    let whole = read(CHUNK_BYTES);
     assert_eq!(whole.len(), crate::formats::MAX_DIAGNOSTICS);
     assert!(whole.is_sorted_by_key(|d| d.line));
     for piece in [1, 20, 100] {

@@ -3,13 +3,13 @@
 //! Lines are counted first, so that each piece of the text knows which rows it holds; then several threads read the
 //! pieces.
 
-use super::header::{Element, Kind, Property};
-use super::rows::{FaceSink, check_corners, checked_normal, checked_place, too_short};
-use super::{Body, Plan, Purpose};
-use crate::formats::allowance::Share;
+use super::header::{Element, Property, PropertyKind};
+use super::rows::{FaceSink, check_corners, checked_normal, checked_position, too_short};
+use super::{Body, ElementUse, ReadPlan};
 use crate::formats::decimal;
-use crate::formats::mesh::{Fault, Faults, NotFinite, Tally, join_floats};
-use crate::formats::report::{Place, Report, quoted};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
+use crate::formats::memory_budget::BudgetShare;
+use crate::formats::mesh::{NotFinite, Occurrences, ParseError, ParseErrors, merge_floats};
 use crate::formats::workers;
 use phalanx_scene::Vec3s;
 use std::ops::Range;
@@ -17,10 +17,10 @@ use std::ops::Range;
 /// Reads the rows of all elements; what is wrong stands in the report.
 pub(super) fn read(
     bytes: &[u8],
-    plan: &Plan,
+    plan: &ReadPlan,
     threads: usize,
     piece: usize,
-    report: &mut Report,
+    report: &mut DiagnosticSink,
 ) -> Body {
     let eol = plan.header.line_end;
     let ranges = workers::cut(plan.header.body..bytes.len(), piece, |at| {
@@ -38,22 +38,22 @@ pub(super) fn read(
     let jobs: Vec<(Range<usize>, u64)> = jobs.collect();
     let elements = &plan.header.elements;
     let rows = first;
-    let pieces = workers::map(threads, jobs, |(range, first)| {
-        let mut reader = Reader::new(&bytes[..range.end], plan);
+    let chunks = workers::map(threads, jobs, |(range, first)| {
+        let mut reader = PlyAsciiReader::new(&bytes[..range.end], plan);
         reader.read(range.start, first);
-        reader.piece
+        reader.chunk
     });
-    let body = join(pieces, plan, threads, report);
-    if let Some(fault) = missing_rows(elements, rows, bytes) {
-        let mut faults = Faults::default();
-        faults.push(fault);
-        faults.tell(report);
+    let body = merge(chunks, plan, threads, report);
+    if let Some(error) = missing_rows(elements, rows, bytes) {
+        let mut errors = ParseErrors::default();
+        errors.push(error);
+        errors.emit(report);
     }
     body
 }
 
 /// The first element that is not complete.
-fn missing_rows(elements: &[Element], rows: u64, bytes: &[u8]) -> Option<Fault> {
+fn missing_rows(elements: &[Element], rows: u64, bytes: &[u8]) -> Option<ParseError> {
     let mut left = rows;
     for element in elements.iter().filter(|e| !e.properties.is_empty()) {
         if element.count > left {
@@ -79,46 +79,51 @@ fn count_rows(text: &[u8], eol: u8) -> u64 {
 
 /// What a piece of the text holds.
 #[derive(Default)]
-struct Piece {
+struct PlyChunk {
     vertices: [Vec<f32>; 3],
     normals: [Vec<f32>; 3],
     sink: FaceSink,
     not_finite: Vec<NotFinite>,
     bad_normals: Vec<NotFinite>,
-    faults: Faults,
+    errors: ParseErrors,
     /// Rows with more operands than the header announces.
-    surplus_operands: Tally,
+    surplus_operands: Occurrences,
     /// The first line behind the last row, if it is in this piece.
-    surplus: Option<Place>,
+    surplus: Option<Span>,
 }
 
-fn join(mut pieces: Vec<Piece>, plan: &Plan, threads: usize, report: &mut Report) -> Body {
+fn merge(
+    mut chunks: Vec<PlyChunk>,
+    plan: &ReadPlan,
+    threads: usize,
+    report: &mut DiagnosticSink,
+) -> Body {
     let mut body = Body::default();
     let mut columns: [Vec<Vec<f32>>; 6] = Default::default();
-    for piece in &mut pieces {
-        let parts = piece.vertices.iter_mut().chain(&mut piece.normals);
+    for chunk in &mut chunks {
+        let parts = chunk.vertices.iter_mut().chain(&mut chunk.normals);
         for (column, part) in columns.iter_mut().zip(parts) {
             column.push(std::mem::take(part));
         }
     }
     let mut surplus = None;
-    let mut surplus_operands = Tally::default();
-    for piece in pieces {
-        piece.faults.tell(report);
-        body.not_finite.extend(piece.not_finite);
-        body.bad_normals.extend(piece.bad_normals);
-        body.skipped.merge(piece.sink.skipped);
-        body.faces.push(piece.sink.faces);
-        surplus = surplus.or(piece.surplus);
-        surplus_operands.merge(piece.surplus_operands);
+    let mut surplus_operands = Occurrences::default();
+    for chunk in chunks {
+        chunk.errors.emit(report);
+        body.not_finite.extend(chunk.not_finite);
+        body.bad_normals.extend(chunk.bad_normals);
+        body.skipped.merge(chunk.sink.skipped);
+        body.faces.push(chunk.sink.faces);
+        surplus = surplus.or(chunk.surplus);
+        surplus_operands.merge(chunk.surplus_operands);
     }
     surplus_operands.warn(report, |count| {
         format!("{count} rows have more operands than the header announces, this one first: they are ignored")
     });
-    if let Some(place) = surplus {
-        report.warning(place, "this line and what follows the last row is ignored");
+    if let Some(span) = surplus {
+        report.warning(span, "this line and what follows the last row is ignored");
     }
-    let [x, y, z, nx, ny, nz] = join_floats(threads, columns);
+    let [x, y, z, nx, ny, nz] = merge_floats(threads, columns);
     body.vertices = Vec3s { x, y, z };
     body.normals = plan.vertices.normal.map(|_| Vec3s {
         x: nx,
@@ -130,41 +135,41 @@ fn join(mut pieces: Vec<Piece>, plan: &Plan, threads: usize, report: &mut Report
 
 /// What becomes of a number of a vertex.
 #[derive(Clone, Copy)]
-enum Slot {
-    Place(usize),
+enum VertexSlot {
+    Position(usize),
     Normal(usize),
     Unused,
 }
 
-struct Reader<'a> {
+struct PlyAsciiReader<'a> {
     /// The file up to the end of the piece.
     text: &'a [u8],
     at: usize,
-    plan: &'a Plan,
+    plan: &'a ReadPlan,
     eol: u8,
     /// For each property of a vertex.
-    slots: Vec<Slot>,
+    slots: Vec<VertexSlot>,
     corners: Vec<i64>,
-    share: Share<'a>,
-    piece: Piece,
+    share: BudgetShare<'a>,
+    chunk: PlyChunk,
 }
 
-impl<'a> Reader<'a> {
-    fn new(text: &'a [u8], plan: &'a Plan) -> Reader<'a> {
+impl<'a> PlyAsciiReader<'a> {
+    fn new(text: &'a [u8], plan: &'a ReadPlan) -> PlyAsciiReader<'a> {
         let count = plan.header.elements[plan.vertices.element].properties.len();
         let slot = |index: usize| {
-            let place = plan.vertices.place.iter().position(|&p| p == index);
+            let place = plan.vertices.position.iter().position(|&p| p == index);
             let normal = plan
                 .vertices
                 .normal
                 .and_then(|n| n.iter().position(|&p| p == index));
             match (place, normal) {
-                (Some(axis), _) => Slot::Place(axis),
-                (_, Some(axis)) => Slot::Normal(axis),
-                _ => Slot::Unused,
+                (Some(axis), _) => VertexSlot::Position(axis),
+                (_, Some(axis)) => VertexSlot::Normal(axis),
+                _ => VertexSlot::Unused,
             }
         };
-        Reader {
+        PlyAsciiReader {
             text,
             at: 0,
             plan,
@@ -172,7 +177,7 @@ impl<'a> Reader<'a> {
             slots: (0..count).map(slot).collect(),
             corners: Vec::new(),
             share: plan.made.share(),
-            piece: Piece::default(),
+            chunk: PlyChunk::default(),
         }
     }
 
@@ -193,8 +198,8 @@ impl<'a> Reader<'a> {
                 if !self.find_row() {
                     return;
                 }
-                if let Err(fault) = self.row(purpose, element, row) {
-                    self.piece.faults.push(fault);
+                if let Err(error) = self.row(purpose, element, row) {
+                    self.chunk.errors.push(error);
                     self.skip_line();
                 }
             }
@@ -204,7 +209,7 @@ impl<'a> Reader<'a> {
             let offset = self.at;
             self.skip_line();
             let length = self.text[offset..self.at].trim_ascii_end().len();
-            self.piece.surplus = Some(Place { offset, length });
+            self.chunk.surplus = Some(Span { offset, length });
         }
     }
 
@@ -222,27 +227,27 @@ impl<'a> Reader<'a> {
     }
 
     #[inline]
-    fn row(&mut self, purpose: Purpose, element: &Element, row: u64) -> Result<(), Fault> {
+    fn row(&mut self, purpose: ElementUse, element: &Element, row: u64) -> Result<(), ParseError> {
         let start = self.at;
         match purpose {
-            Purpose::Vertices => self.vertex(element, row as u32)?,
-            Purpose::Faces(list) => {
+            ElementUse::Vertices => self.vertex(element, row as u32)?,
+            ElementUse::Faces(list) => {
                 self.row_with_list(element, list, true)?;
-                let place = self.since(start);
-                if self.has_room(place) {
+                let span = self.since(start);
+                if self.has_room(span) {
                     let vertices = self.plan.vertices.count;
-                    self.piece.sink.add(&self.corners, vertices, place)?;
+                    self.chunk.sink.add(&self.corners, vertices, span)?;
                 }
             }
-            Purpose::Strips(list) => {
+            ElementUse::Strips(list) => {
                 self.row_with_list(element, list, false)?;
-                let place = self.since(start);
-                if self.has_room(place) {
+                let span = self.since(start);
+                if self.has_room(span) {
                     let vertices = self.plan.vertices.count;
-                    self.piece.sink.add_strips(&self.corners, vertices, place)?;
+                    self.chunk.sink.add_strips(&self.corners, vertices, span)?;
                 }
             }
-            Purpose::Nothing => {
+            ElementUse::Nothing => {
                 for property in &element.properties {
                     self.pass(property)?;
                 }
@@ -255,36 +260,36 @@ impl<'a> Reader<'a> {
         let offset = self.at;
         self.skip_line();
         let length = self.text[offset..self.at].trim_ascii_end().len();
-        self.piece.surplus_operands.add(Place { offset, length });
+        self.chunk.surplus_operands.add(Span { offset, length });
         Ok(())
     }
 
     /// Takes memory for the face of the corners at hand, which stand here.
     #[inline]
-    fn has_room(&mut self, place: Place) -> bool {
-        let bytes = self.plan.bytes_beyond(self.corners.len(), place.length);
+    fn has_room(&mut self, span: Span) -> bool {
+        let bytes = self.plan.bytes_beyond(self.corners.len(), span.length);
         self.share.take(bytes)
     }
 
-    fn since(&self, start: usize) -> Place {
-        Place {
+    fn since(&self, start: usize) -> Span {
+        Span {
             offset: start,
             length: self.at - start,
         }
     }
 
     #[inline]
-    fn vertex(&mut self, element: &Element, number: u32) -> Result<(), Fault> {
+    fn vertex(&mut self, element: &Element, number: u32) -> Result<(), ParseError> {
         let start = self.at;
-        let (mut place, mut normal) = ([0.0; 3], [0.0, 0.0, 1.0]);
-        let read = self.vertex_numbers(element, &mut place, &mut normal);
+        let (mut position, mut normal) = ([0.0; 3], [0.0, 0.0, 1.0]);
+        let read = self.vertex_numbers(element, &mut position, &mut normal);
         // Even a faulty one, so that those behind it keep their numbers.
         let span = self.since(start);
-        let place = checked_place(place, number, span, &mut self.piece.not_finite);
-        push(&mut self.piece.vertices, place);
+        let position = checked_position(position, number, span, &mut self.chunk.not_finite);
+        push(&mut self.chunk.vertices, position);
         if self.plan.vertices.normal.is_some() {
-            let normal = checked_normal(normal, number, span, &mut self.piece.bad_normals);
-            push(&mut self.piece.normals, normal);
+            let normal = checked_normal(normal, number, span, &mut self.chunk.bad_normals);
+            push(&mut self.chunk.normals, normal);
         }
         read
     }
@@ -293,14 +298,14 @@ impl<'a> Reader<'a> {
     fn vertex_numbers(
         &mut self,
         element: &Element,
-        place: &mut [f32; 3],
+        position: &mut [f32; 3],
         normal: &mut [f32; 3],
-    ) -> Result<(), Fault> {
+    ) -> Result<(), ParseError> {
         for (index, property) in element.properties.iter().enumerate() {
             match self.slots[index] {
-                Slot::Place(axis) => place[axis] = self.coordinate(axis)?,
-                Slot::Normal(axis) => normal[axis] = self.float()?,
-                Slot::Unused => self.pass(property)?,
+                VertexSlot::Position(axis) => position[axis] = self.coordinate(axis)?,
+                VertexSlot::Normal(axis) => normal[axis] = self.float()?,
+                VertexSlot::Unused => self.pass(property)?,
             }
         }
         Ok(())
@@ -308,7 +313,12 @@ impl<'a> Reader<'a> {
 
     /// Reads the list of corners, which may be those of one face, and passes the rest.
     #[inline]
-    fn row_with_list(&mut self, element: &Element, list: usize, face: bool) -> Result<(), Fault> {
+    fn row_with_list(
+        &mut self,
+        element: &Element,
+        list: usize,
+        face: bool,
+    ) -> Result<(), ParseError> {
         self.corners.clear();
         for (index, property) in element.properties.iter().enumerate() {
             if index != list {
@@ -329,10 +339,10 @@ impl<'a> Reader<'a> {
     }
 
     /// Passes a property that nobody wants.
-    fn pass(&mut self, property: &Property) -> Result<(), Fault> {
+    fn pass(&mut self, property: &Property) -> Result<(), ParseError> {
         let count = match property.kind {
-            Kind::One(_) => 1,
-            Kind::List { .. } => self.list_count()?,
+            PropertyKind::One(_) => 1,
+            PropertyKind::List { .. } => self.list_count()?,
         };
         for _ in 0..count {
             if self.at_line_end() {
@@ -343,13 +353,13 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn list_count(&mut self) -> Result<i64, Fault> {
+    fn list_count(&mut self) -> Result<i64, ParseError> {
         self.skip_blanks();
         let start = self.at;
         let count = self.integer()?;
         match count {
             0.. => Ok(count),
-            _ => Err(Fault::new(
+            _ => Err(ParseError::new(
                 self.since(start),
                 "a list cannot have a negative count",
             )),
@@ -374,20 +384,20 @@ impl<'a> Reader<'a> {
     }
 
     /// The next word of the line; empty at its end.
-    fn word(&mut self) -> Place {
+    fn word(&mut self) -> Span {
         self.skip_blanks();
         let rest = &self.text[self.at..];
         let length = rest.iter().position(|&byte| byte <= b' ');
-        let place = Place {
+        let span = Span {
             offset: self.at,
             length: length.unwrap_or(rest.len()),
         };
-        self.at += place.length;
-        place
+        self.at += span.length;
+        span
     }
 
     #[inline]
-    fn float(&mut self) -> Result<f32, Fault> {
+    fn float(&mut self) -> Result<f32, ParseError> {
         self.skip_blanks();
         let (value, end) = decimal::float(self.text, self.at);
         self.ended(value, end, "a number")
@@ -395,7 +405,7 @@ impl<'a> Reader<'a> {
 
     /// A coordinate of a vertex, taken from the origin.
     #[inline]
-    fn coordinate(&mut self, axis: usize) -> Result<f32, Fault> {
+    fn coordinate(&mut self, axis: usize) -> Result<f32, ParseError> {
         let origin = self.plan.vertices.origin[axis];
         if origin == 0.0 {
             return self.float();
@@ -406,7 +416,7 @@ impl<'a> Reader<'a> {
     }
 
     #[inline]
-    fn integer(&mut self) -> Result<i64, Fault> {
+    fn integer(&mut self) -> Result<i64, ParseError> {
         self.skip_blanks();
         let (value, end) = decimal::integer(self.text, self.at);
         self.ended(value, end, "a whole number")
@@ -414,7 +424,7 @@ impl<'a> Reader<'a> {
 
     /// Goes behind a number that ends here, if it is one.
     #[inline]
-    fn ended<T>(&mut self, value: T, end: usize, what: &str) -> Result<T, Fault> {
+    fn ended<T>(&mut self, value: T, end: usize, what: &str) -> Result<T, ParseError> {
         let delimited = self.text.get(end).is_none_or(|&byte| byte <= b' ');
         if end > self.at && delimited {
             self.at = end;
@@ -424,21 +434,21 @@ impl<'a> Reader<'a> {
     }
 
     #[cold]
-    fn no_number(&mut self, what: &str) -> Fault {
+    fn no_number(&mut self, what: &str) -> ParseError {
         if self.at_line_end() {
             return self.missing();
         }
         let word = self.word();
-        Fault::new(word, format!("{} is not {what}", self.quoted(word)))
+        ParseError::new(word, format!("{} is not {what}", self.quoted(word)))
     }
 
     #[cold]
-    fn missing(&self) -> Fault {
-        Fault::new(self.since(self.at), "the row ends too early")
+    fn missing(&self) -> ParseError {
+        ParseError::new(self.since(self.at), "the row ends too early")
     }
 
-    fn quoted(&self, place: Place) -> String {
-        let bytes = &self.text[place.offset..place.offset + place.length.min(200)];
+    fn quoted(&self, span: Span) -> String {
+        let bytes = &self.text[span.offset..span.offset + span.length.min(200)];
         quoted(&String::from_utf8_lossy(bytes))
     }
 }

@@ -3,13 +3,13 @@
 //! Rows without lists, and faces that are all triangles, have a fixed length: several threads take their numbers out
 //! at once. What is not so regular, or not right, is walked from row to row.
 
-use super::columns::{Layout, fill};
-use super::header::{Element, Encoding, Kind, Type};
-use super::rows::{FaceSink, check_corners, checked_normal, checked_place, too_short};
-use super::{Body, Plan, Purpose, VertexPlan};
+use super::columns::{TriangleRowLayout, fill};
+use super::header::{Element, Encoding, PropertyKind, Type};
+use super::rows::{FaceSink, check_corners, checked_normal, checked_position, too_short};
+use super::{Body, ElementUse, ReadPlan, VertexPlan};
+use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::faces::{Faces, VERTEX};
-use crate::formats::mesh::{Fault, Faults, NotFinite};
-use crate::formats::report::{Place, Report};
+use crate::formats::mesh::{NotFinite, ParseError, ParseErrors};
 use crate::formats::workers;
 use glam::DVec3;
 use phalanx_scene::Vec3s;
@@ -17,12 +17,12 @@ use phalanx_scene::Vec3s;
 /// Reads the rows of all elements; what is wrong stands in the report.
 pub(super) fn read(
     bytes: &[u8],
-    plan: &Plan,
+    plan: &ReadPlan,
     threads: usize,
     piece: usize,
-    report: &mut Report,
+    report: &mut DiagnosticSink,
 ) -> Body {
-    let mut reader = Reader {
+    let mut reader = PlyBinaryReader {
         bytes,
         at: plan.header.body,
         big_endian: plan.header.encoding == Encoding::BigEndian,
@@ -30,40 +30,40 @@ pub(super) fn read(
         piece,
         plan,
         body: Body::default(),
-        faults: Faults::default(),
+        errors: ParseErrors::default(),
     };
     for index in 0..plan.header.elements.len() {
-        if let Err(fault) = reader.element(index) {
-            reader.faults.push(fault);
+        if let Err(error) = reader.element(index) {
+            reader.errors.push(error);
         }
-        if !reader.faults.is_empty() {
-            reader.faults.tell(report);
+        if !reader.errors.is_empty() {
+            reader.errors.emit(report);
             return reader.body;
         }
     }
     let surplus = bytes.len() - reader.at;
     if surplus > 0 {
-        let place = Place {
+        let span = Span {
             offset: reader.at,
             length: surplus,
         };
         report.warning(
-            place,
+            span,
             format!("{surplus} bytes behind the last row are ignored"),
         );
     }
     reader.body
 }
 
-struct Reader<'a> {
+struct PlyBinaryReader<'a> {
     bytes: &'a [u8],
     at: usize,
     big_endian: bool,
     threads: usize,
     piece: usize,
-    plan: &'a Plan,
+    plan: &'a ReadPlan,
     body: Body,
-    faults: Faults,
+    errors: ParseErrors,
 }
 
 /// A property of a row.
@@ -75,14 +75,14 @@ enum Field {
 }
 
 /// Consecutive rows, and what they are to be written to.
-struct Block<'a, T> {
+struct RowChunk<'a, T> {
     first: usize,
     out: T,
     rows: &'a [u8],
 }
 
-impl<'a> Reader<'a> {
-    fn element(&mut self, index: usize) -> Result<(), Fault> {
+impl<'a> PlyBinaryReader<'a> {
+    fn element(&mut self, index: usize) -> Result<(), ParseError> {
         let element = &self.plan.header.elements[index];
         let least = element.least_bytes();
         if least == 0 {
@@ -94,22 +94,22 @@ impl<'a> Reader<'a> {
         }
         let count = element.count as usize;
         match self.plan.purpose(index) {
-            Purpose::Vertices if element.has_lists() => self.walk_vertices(element),
-            Purpose::Vertices => {
+            ElementUse::Vertices if element.has_lists() => self.walk_vertices(element),
+            ElementUse::Vertices => {
                 self.vertices(element, count);
                 self.at += count * least;
                 Ok(())
             }
-            Purpose::Faces(list) => match self.triangles(element, list, count) {
+            ElementUse::Faces(list) => match self.triangles(element, list, count) {
                 Some(length) => {
                     self.at += length;
                     Ok(())
                 }
                 None => self.walk_faces(element, list, false),
             },
-            Purpose::Strips(list) => self.walk_faces(element, list, true),
-            Purpose::Nothing if element.has_lists() => self.walk(element, |_, _, _, _| {}),
-            Purpose::Nothing => {
+            ElementUse::Strips(list) => self.walk_faces(element, list, true),
+            ElementUse::Nothing if element.has_lists() => self.walk(element, |_, _, _, _| {}),
+            ElementUse::Nothing => {
                 self.at += count * least;
                 Ok(())
             }
@@ -118,8 +118,12 @@ impl<'a> Reader<'a> {
 
     /// Vertices of a fixed length, for which there is room.
     fn vertices(&mut self, element: &Element, count: usize) {
-        let VertexPlan { place, origin, .. } = self.plan.vertices;
-        let (columns, bad) = self.vectors(element, count, (place, origin), checked_place);
+        let VertexPlan {
+            position: place,
+            origin,
+            ..
+        } = self.plan.vertices;
+        let (columns, bad) = self.vectors(element, count, (place, origin), checked_position);
         self.body.vertices = columns;
         self.body.not_finite = bad;
         if let Some(normal) = self.plan.vertices.normal {
@@ -136,7 +140,7 @@ impl<'a> Reader<'a> {
         element: &Element,
         count: usize,
         (properties, origin): ([usize; 3], DVec3),
-        check: impl Fn([f32; 3], u32, Place, &mut Vec<NotFinite>) -> [f32; 3] + Sync,
+        check: impl Fn([f32; 3], u32, Span, &mut Vec<NotFinite>) -> [f32; 3] + Sync,
     ) -> (Vec3s, Vec<NotFinite>) {
         let stride = element.least_bytes();
         let rows = &self.bytes[self.at..self.at + count * stride];
@@ -153,7 +157,7 @@ impl<'a> Reader<'a> {
             .zip(y.chunks_mut(size))
             .zip(z.chunks_mut(size));
         let blocks = outs.zip(rows.chunks(size * stride)).enumerate();
-        let blocks = blocks.map(|(k, (((x, y), z), rows))| Block {
+        let blocks = blocks.map(|(k, (((x, y), z), rows))| RowChunk {
             first: k * size,
             out: [x, y, z],
             rows,
@@ -164,11 +168,11 @@ impl<'a> Reader<'a> {
                 let kind = (kind, origin);
                 fill(out, block.rows, stride, offset, kind, self.big_endian);
             }
-            let place = |row: usize| Place {
+            let span = |row: usize| Span {
                 offset: self.at + row * stride,
                 length: stride,
             };
-            checked(&mut block, place, &check)
+            checked(&mut block, span, &check)
         });
         let [x, y, z] = columns.map(Into::into);
         (Vec3s { x, y, z }, bad.into_iter().flatten().collect())
@@ -176,7 +180,7 @@ impl<'a> Reader<'a> {
 
     /// Faces all of which are right and have three corners, and their length in bytes; `None` for others.
     fn triangles(&mut self, element: &Element, list: usize, count: usize) -> Option<usize> {
-        let Kind::List {
+        let PropertyKind::List {
             count: count_type,
             item,
         } = element.properties[list].kind
@@ -184,8 +188,8 @@ impl<'a> Reader<'a> {
             return None;
         };
         let of = |index: usize| match element.properties[index].kind {
-            Kind::One(kind) => Some(kind.size()),
-            Kind::List { .. } => None,
+            PropertyKind::One(kind) => Some(kind.size()),
+            PropertyKind::List { .. } => None,
         };
         let before = (0..list).map(of).sum::<Option<usize>>()?;
         let after = (list + 1..element.properties.len())
@@ -195,7 +199,7 @@ impl<'a> Reader<'a> {
         let stride = corners + 3 * item.size() + after;
         let length = count.checked_mul(stride)?;
         let rows = self.bytes[self.at..].get(..length)?;
-        let layout = Layout {
+        let layout = TriangleRowLayout {
             stride,
             count: before,
             count_type,
@@ -209,7 +213,7 @@ impl<'a> Reader<'a> {
         let size = (self.piece / stride).max(1);
         let outs = faces.columns[VERTEX].chunks_mut(size);
         let blocks = outs.zip(rows.chunks(size * stride)).enumerate();
-        let blocks = blocks.map(|(k, (out, rows))| Block {
+        let blocks = blocks.map(|(k, (out, rows))| RowChunk {
             first: k * size,
             out,
             rows,
@@ -232,7 +236,7 @@ impl<'a> Reader<'a> {
         &mut self,
         element: &Element,
         mut visit: impl FnMut(&mut Self, usize, usize, Field),
-    ) -> Result<(), Fault> {
+    ) -> Result<(), ParseError> {
         for row in 0..element.count {
             for (index, property) in element.properties.iter().enumerate() {
                 let end = || too_short(element, row, self.bytes.len());
@@ -243,7 +247,7 @@ impl<'a> Reader<'a> {
                 visit(self, row as usize, index, field);
                 self.at = next;
             }
-            if self.faults.is_full() {
+            if self.errors.is_full() {
                 return Ok(());
             }
         }
@@ -251,10 +255,10 @@ impl<'a> Reader<'a> {
     }
 
     /// The property that stands here, and where the next one does; `None` if it cannot end within the file.
-    fn field(&self, kind: Kind) -> Option<(Field, usize)> {
+    fn field(&self, kind: PropertyKind) -> Option<(Field, usize)> {
         let (count, item) = match kind {
-            Kind::One(kind) => return Some((Field::One(self.at), self.at + kind.size())),
-            Kind::List { count, item } => (count, item),
+            PropertyKind::One(kind) => return Some((Field::One(self.at), self.at + kind.size())),
+            PropertyKind::List { count, item } => (count, item),
         };
         let items = usize::try_from(self.integer(self.at, count)?).ok()?;
         let first = self.at + count.size();
@@ -282,8 +286,13 @@ impl<'a> Reader<'a> {
         })
     }
 
-    fn walk_faces(&mut self, element: &Element, list: usize, strips: bool) -> Result<(), Fault> {
-        let Kind::List { item, .. } = element.properties[list].kind else {
+    fn walk_faces(
+        &mut self,
+        element: &Element,
+        list: usize,
+        strips: bool,
+    ) -> Result<(), ParseError> {
+        let PropertyKind::List { item, .. } = element.properties[list].kind else {
             return Ok(());
         };
         let vertices = self.plan.vertices.count;
@@ -297,30 +306,30 @@ impl<'a> Reader<'a> {
             if index != list {
                 return;
             }
-            let place = Place {
+            let span = Span {
                 offset: first,
                 length: count * item.size(),
             };
             // Strips may be long; their corners are numbers of eight bytes for a while.
             let (checked, held) = match strips {
                 true => (Ok(()), 8 * count as u64),
-                false => (check_corners(count, place), 0),
+                false => (check_corners(count, span), 0),
             };
-            if let Err(fault) = checked {
-                return reader.faults.push(fault);
+            if let Err(error) = checked {
+                return reader.errors.push(error);
             }
-            if !share.take(reader.plan.bytes_beyond(count, place.length) + held) {
+            if !share.take(reader.plan.bytes_beyond(count, span.length) + held) {
                 return;
             }
             corners.clear();
             let at = |k: usize| reader.integer(first + k * item.size(), item);
             corners.extend((0..count).map_while(at));
             let added = match strips {
-                true => sink.add_strips(&corners, vertices, place),
-                false => sink.add(&corners, vertices, place),
+                true => sink.add_strips(&corners, vertices, span),
+                false => sink.add(&corners, vertices, span),
             };
-            if let Err(fault) = added {
-                reader.faults.push(fault);
+            if let Err(error) = added {
+                reader.errors.push(error);
             }
         })?;
         self.body.faces.push(sink.faces);
@@ -329,9 +338,9 @@ impl<'a> Reader<'a> {
     }
 
     /// Vertices with lists among their properties.
-    fn walk_vertices(&mut self, element: &Element) -> Result<(), Fault> {
+    fn walk_vertices(&mut self, element: &Element) -> Result<(), ParseError> {
         let VertexPlan {
-            place,
+            position: place,
             origin,
             normal,
             ..
@@ -365,13 +374,13 @@ impl<'a> Reader<'a> {
                 }
             }
         })?;
-        let at = |row: usize| Place {
+        let at = |row: usize| Span {
             offset: starts[row],
             length: 0,
         };
         let mut columns = columns.into_iter();
         let mut three = || std::array::from_fn(|_| columns.next().unwrap_or_default());
-        let (vertices, bad) = checked_columns(three(), at, &checked_place);
+        let (vertices, bad) = checked_columns(three(), at, &checked_position);
         (self.body.vertices, self.body.not_finite) = (vertices, bad);
         if normal.is_some() {
             let (normals, bad) = checked_columns(three(), at, &checked_normal);
@@ -383,42 +392,42 @@ impl<'a> Reader<'a> {
 
 fn checked_columns(
     mut columns: [Vec<f32>; 3],
-    place: impl Fn(usize) -> Place,
-    check: &impl Fn([f32; 3], u32, Place, &mut Vec<NotFinite>) -> [f32; 3],
+    span: impl Fn(usize) -> Span,
+    check: &impl Fn([f32; 3], u32, Span, &mut Vec<NotFinite>) -> [f32; 3],
 ) -> (Vec3s, Vec<NotFinite>) {
     let [x, y, z] = &mut columns;
-    let mut block = Block {
+    let mut block = RowChunk {
         first: 0,
         out: [&mut x[..], &mut y[..], &mut z[..]],
         rows: &[],
     };
-    let bad = checked(&mut block, place, check);
+    let bad = checked(&mut block, span, check);
     let [x, y, z] = columns.map(Into::into);
     (Vec3s { x, y, z }, bad)
 }
 
 /// Brings the vectors of a block to something usable; those that were not.
 fn checked(
-    block: &mut Block<[&mut [f32]; 3]>,
-    place: impl Fn(usize) -> Place,
-    check: &impl Fn([f32; 3], u32, Place, &mut Vec<NotFinite>) -> [f32; 3],
+    block: &mut RowChunk<[&mut [f32]; 3]>,
+    span: impl Fn(usize) -> Span,
+    check: &impl Fn([f32; 3], u32, Span, &mut Vec<NotFinite>) -> [f32; 3],
 ) -> Vec<NotFinite> {
     let mut bad = Vec::new();
     let [x, y, z] = &mut block.out;
     for (k, ((x, y), z)) in x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut()).enumerate() {
         let row = block.first + k;
-        [*x, *y, *z] = check([*x, *y, *z], row as u32, place(row), &mut bad);
+        [*x, *y, *z] = check([*x, *y, *z], row as u32, span(row), &mut bad);
     }
     bad
 }
 
-fn type_of_number(kind: Kind) -> Type {
+fn type_of_number(kind: PropertyKind) -> Type {
     match kind {
-        Kind::One(kind) => kind,
-        Kind::List { item, .. } => item,
+        PropertyKind::One(kind) => kind,
+        PropertyKind::List { item, .. } => item,
     }
 }
 
-fn size_of_number(kind: Kind) -> usize {
+fn size_of_number(kind: PropertyKind) -> usize {
     type_of_number(kind).size()
 }

@@ -11,7 +11,7 @@ pub(super) fn fill(
     (kind, origin): (Type, f64),
     big: bool,
 ) {
-    let of = Column {
+    let of = PropertyColumn {
         rows,
         stride,
         offset,
@@ -35,13 +35,13 @@ pub(super) fn fill(
     }
 }
 
-struct Column<'a> {
+struct PropertyColumn<'a> {
     rows: &'a [u8],
     stride: usize,
     offset: usize,
 }
 
-impl Column<'_> {
+impl PropertyColumn<'_> {
     #[inline]
     fn take<const N: usize>(&self, out: &mut [f32], convert: impl Fn([u8; N]) -> f32) {
         for (number, row) in out.iter_mut().zip(self.rows.chunks_exact(self.stride)) {
@@ -53,7 +53,7 @@ impl Column<'_> {
 }
 
 /// Where things stand in a row that is a triangle.
-pub(super) struct Layout {
+pub(super) struct TriangleRowLayout {
     pub(super) stride: usize,
     /// The count of corners, which must be 3.
     pub(super) count: usize,
@@ -63,7 +63,7 @@ pub(super) struct Layout {
     pub(super) big_endian: bool,
 }
 
-impl Layout {
+impl TriangleRowLayout {
     /// The corners of each row and the highest number among them; `None` where a row is no triangle. A negative number
     /// comes out as one that no file has vertices for.
     pub(super) fn triangles(&self, out: &mut [[u32; 3]], rows: &[u8]) -> Option<u32> {

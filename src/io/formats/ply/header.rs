@@ -1,7 +1,7 @@
 //! The header of a PLY file: which elements follow, how many of each, and what each is made of.
 
-use crate::formats::mesh::{Fault, Faults};
-use crate::formats::report::{Place, quoted};
+use crate::formats::diagnostics::{Span, quoted};
+use crate::formats::mesh::{ParseError, ParseErrors};
 
 /// How the rows are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,23 +56,23 @@ impl Type {
 
 /// One number, or a list of them behind their count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum PropertyKind {
     One(Type),
     List { count: Type, item: Type },
 }
 
-impl Kind {
+impl PropertyKind {
     /// Tells whether it is one number, which single precision holds without rounding.
     pub(super) fn is_single(self) -> bool {
-        let double = matches!(self, Kind::One(Type::F64 | Type::I32 | Type::U32));
-        !double && !matches!(self, Kind::List { .. })
+        let double = matches!(self, PropertyKind::One(Type::F64 | Type::I32 | Type::U32));
+        !double && !matches!(self, PropertyKind::List { .. })
     }
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Property {
     pub(super) name: Vec<u8>,
-    pub(super) kind: Kind,
+    pub(super) kind: PropertyKind,
 }
 
 #[derive(Clone, Debug)]
@@ -82,34 +82,35 @@ pub(super) struct Element {
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
     /// Where its count stands.
-    pub(super) place: Place,
+    pub(super) place: Span,
 }
 
 impl Element {
     /// Bytes of a row in a binary file if all its lists are empty.
     pub(super) fn least_bytes(&self) -> usize {
         let of = |p: &Property| match p.kind {
-            Kind::One(kind) => kind.size(),
-            Kind::List { count, .. } => count.size(),
+            PropertyKind::One(kind) => kind.size(),
+            PropertyKind::List { count, .. } => count.size(),
         };
         self.properties.iter().map(of).sum()
     }
 
     pub(super) fn has_lists(&self) -> bool {
-        let is_list = |p: &Property| matches!(p.kind, Kind::List { .. });
+        let is_list = |p: &Property| matches!(p.kind, PropertyKind::List { .. });
         self.properties.iter().any(is_list)
     }
 
     /// Where a number stands among the properties.
     pub(super) fn number(&self, name: &[u8]) -> Option<usize> {
-        let found = |p: &Property| p.name == name && matches!(p.kind, Kind::One(_));
+        let found = |p: &Property| p.name == name && matches!(p.kind, PropertyKind::One(_));
         self.properties.iter().position(found)
     }
 
     /// Where the list of a face's corners stands among the properties.
     pub(super) fn corners(&self) -> Option<usize> {
         let named = |p: &Property| p.name == b"vertex_indices" || p.name == b"vertex_index";
-        let whole = |p: &Property| matches!(p.kind, Kind::List { item, .. } if item.is_whole());
+        let whole =
+            |p: &Property| matches!(p.kind, PropertyKind::List { item, .. } if item.is_whole());
         self.properties.iter().position(|p| named(p) && whole(p))
     }
 
@@ -130,7 +131,7 @@ pub(super) struct Header {
 
 /// The length of the header, its last line end included; the whole file where it does not end.
 pub(super) fn length(bytes: &[u8]) -> usize {
-    let mut lines = Lines::new(bytes);
+    let mut lines = HeaderLines::new(bytes);
     for line in lines.by_ref() {
         if bytes[line.offset..line.offset + line.length].trim_ascii() == b"end_header" {
             break;
@@ -140,20 +141,20 @@ pub(super) fn length(bytes: &[u8]) -> usize {
 }
 
 /// Lines of the header; what ends the first one ends them all, so that a byte of the body is never taken for one.
-struct Lines<'a> {
+struct HeaderLines<'a> {
     bytes: &'a [u8],
     at: usize,
     line_end: u8,
 }
 
-impl<'a> Lines<'a> {
-    fn new(bytes: &'a [u8]) -> Lines<'a> {
+impl<'a> HeaderLines<'a> {
+    fn new(bytes: &'a [u8]) -> HeaderLines<'a> {
         let first = memchr::memchr2(b'\n', b'\r', bytes);
         let line_end = match first {
             Some(at) if bytes[at] == b'\r' && bytes.get(at + 1) != Some(&b'\n') => b'\r',
             _ => b'\n',
         };
-        Lines {
+        HeaderLines {
             bytes,
             at: 0,
             line_end,
@@ -161,18 +162,18 @@ impl<'a> Lines<'a> {
     }
 }
 
-impl Iterator for Lines<'_> {
-    type Item = Place;
+impl Iterator for HeaderLines<'_> {
+    type Item = Span;
 
-    fn next(&mut self) -> Option<Place> {
+    fn next(&mut self) -> Option<Span> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
         let length = memchr::memchr(self.line_end, rest).unwrap_or(rest.len());
-        let place = Place {
+        let span = Span {
             offset: self.at,
             length,
         };
         self.at = (self.at + length + 1).min(self.bytes.len());
-        Some(place)
+        Some(span)
     }
 }
 
@@ -182,9 +183,9 @@ const MAX_WORDS: usize = 6;
 const MAX_ELEMENTS: usize = 1000;
 
 /// A word of the header.
-type Word<'a> = (Place, &'a [u8]);
+type HeaderWord<'a> = (Span, &'a [u8]);
 
-fn words(bytes: &[u8], line: Place) -> Vec<Word<'_>> {
+fn words(bytes: &[u8], line: Span) -> Vec<HeaderWord<'_>> {
     let end = line.offset + line.length;
     let mut at = line.offset;
     let mut words = Vec::new();
@@ -193,7 +194,7 @@ fn words(bytes: &[u8], line: Place) -> Vec<Word<'_>> {
         let offset = at + bytes[at..end].iter().take_while(blank).count();
         let length = bytes[offset..end].iter().take_while(|b| !blank(b)).count();
         if length > 0 {
-            words.push((Place { offset, length }, &bytes[offset..offset + length]));
+            words.push((Span { offset, length }, &bytes[offset..offset + length]));
         }
         at = offset + length;
     }
@@ -201,63 +202,63 @@ fn words(bytes: &[u8], line: Place) -> Vec<Word<'_>> {
 }
 
 /// Reads the header.
-pub(super) fn read(bytes: &[u8]) -> Result<Header, Faults> {
-    let mut lines = Lines::new(bytes);
-    let mut reader = Reader::default();
+pub(super) fn read(bytes: &[u8]) -> Result<Header, ParseErrors> {
+    let mut lines = HeaderLines::new(bytes);
+    let mut reader = PlyHeaderReader::default();
     let first = lines.next();
     let magic = first.map_or(Vec::new(), |line| words(bytes, line));
     if magic.first().is_none_or(|(_, word)| *word != b"ply") {
         let length = first.map_or(0, |line| line.length.min(3));
-        let place = Place { offset: 0, length };
+        let span = Span { offset: 0, length };
         let message = "this is not a PLY file: it does not begin with `ply`";
-        reader.faults.push(Fault::new(place, message));
-        return Err(reader.faults);
+        reader.errors.push(ParseError::new(span, message));
+        return Err(reader.errors);
     }
     let ended = reader.lines(bytes, &mut lines);
-    let end = Place {
+    let end = Span {
         offset: lines.at,
         length: 0,
     };
     if !ended {
         let message = "the header does not end: `end_header` is missing";
-        reader.faults.push(Fault::new(end, message));
-    } else if reader.encoding.is_none() && reader.faults.is_empty() {
-        let fault = Fault::new(end, "the header has no `format`");
+        reader.errors.push(ParseError::new(end, message));
+    } else if reader.encoding.is_none() && reader.errors.is_empty() {
+        let error = ParseError::new(end, "the header has no `format`");
         reader
-            .faults
-            .push(fault.with_help("write `format ascii 1.0`, for example, after `ply`"));
+            .errors
+            .push(error.with_help("write `format ascii 1.0`, for example, after `ply`"));
     }
     match reader.encoding {
-        Some(encoding) if reader.faults.is_empty() => Ok(Header {
+        Some(encoding) if reader.errors.is_empty() => Ok(Header {
             encoding,
             elements: reader.elements,
             body: lines.at,
             line_end: lines.line_end,
         }),
-        _ => Err(reader.faults),
+        _ => Err(reader.errors),
     }
 }
 
 #[derive(Default)]
-struct Reader {
+struct PlyHeaderReader {
     encoding: Option<Encoding>,
     elements: Vec<Element>,
-    faults: Faults,
+    errors: ParseErrors,
 }
 
-impl Reader {
+impl PlyHeaderReader {
     /// Reads up to `end_header`, or until enough is wrong; false where the file ends first.
-    fn lines(&mut self, bytes: &[u8], lines: &mut Lines) -> bool {
+    fn lines(&mut self, bytes: &[u8], lines: &mut HeaderLines) -> bool {
         for line in lines {
             let words = words(bytes, line);
             match words.first() {
                 None | Some((_, b"comment" | b"obj_info")) => {}
                 Some((_, b"end_header")) => return true,
                 Some(_) => {
-                    if let Err(fault) = self.line(&words) {
-                        self.faults.push(fault);
+                    if let Err(error) = self.line(&words) {
+                        self.errors.push(error);
                     }
-                    if self.faults.is_full() {
+                    if self.errors.is_full() {
                         return true;
                     }
                 }
@@ -266,45 +267,51 @@ impl Reader {
         false
     }
 
-    fn line(&mut self, words: &[Word]) -> Result<(), Fault> {
-        let (place, keyword) = words[0];
+    fn line(&mut self, words: &[HeaderWord]) -> Result<(), ParseError> {
+        let (span, keyword) = words[0];
         match keyword {
             b"format" => self.format(operands(words)?),
             b"element" => self.element(operands(words)?),
             b"property" => self.property(words),
             _ => {
                 let keyword = quoted(&String::from_utf8_lossy(keyword));
-                Err(Fault::new(place, format!("unknown header line {keyword}")))
+                Err(ParseError::new(
+                    span,
+                    format!("unknown header line {keyword}"),
+                ))
             }
         }
     }
 
     fn format(
         &mut self,
-        [(place, name), (version_place, version)]: [Word; 2],
-    ) -> Result<(), Fault> {
+        [(span, name), (version_place, version)]: [HeaderWord; 2],
+    ) -> Result<(), ParseError> {
         let encoding = match name {
             b"ascii" => Encoding::Ascii,
             b"binary_little_endian" => Encoding::LittleEndian,
             b"binary_big_endian" => Encoding::BigEndian,
             _ => {
                 let help = "`ascii`, `binary_little_endian` or `binary_big_endian`";
-                return Err(Fault::new(place, "unknown format").with_help(help));
+                return Err(ParseError::new(span, "unknown format").with_help(help));
             }
         };
         if version != b"1.0" {
-            return Err(Fault::new(version_place, "only version 1.0 is known"));
+            return Err(ParseError::new(version_place, "only version 1.0 is known"));
         }
         match self.encoding.replace(encoding) {
             None => Ok(()),
-            Some(_) => Err(Fault::new(place, "a second `format`")),
+            Some(_) => Err(ParseError::new(span, "a second `format`")),
         }
     }
 
-    fn element(&mut self, [(name_place, name), (place, count)]: [Word; 2]) -> Result<(), Fault> {
+    fn element(
+        &mut self,
+        [(name_place, name), (span, count)]: [HeaderWord; 2],
+    ) -> Result<(), ParseError> {
         if self.elements.len() >= MAX_ELEMENTS {
             let message = format!("more than {MAX_ELEMENTS} elements");
-            return Err(Fault::new(name_place, message));
+            return Err(ParseError::new(name_place, message));
         }
         let number = std::str::from_utf8(count).ok().and_then(|n| n.parse().ok());
         let again = self.elements.iter().any(|e| e.name == name);
@@ -313,35 +320,35 @@ impl Reader {
             name: name.to_vec(),
             count: number.unwrap_or(0),
             properties: Vec::new(),
-            place,
+            place: span,
         });
         match number {
-            None => Err(Fault::new(
-                place,
+            None => Err(ParseError::new(
+                span,
                 "the number of rows must be a whole number from 0 on",
             )),
-            Some(_) if again => Err(Fault::new(name_place, "a second element of this name")),
+            Some(_) if again => Err(ParseError::new(name_place, "a second element of this name")),
             Some(_) => Ok(()),
         }
     }
 
-    fn property(&mut self, words: &[Word]) -> Result<(), Fault> {
+    fn property(&mut self, words: &[HeaderWord]) -> Result<(), ParseError> {
         let Some(element) = self.elements.last_mut() else {
             let message = "a `property` before the first `element`";
-            return Err(Fault::new(words[0].0, message));
+            return Err(ParseError::new(words[0].0, message));
         };
         let (kind, name) = if words.get(1).is_some_and(|(_, word)| *word == b"list") {
             let [_, count, item, (_, name)] = operands(words)?;
-            let (place, count) = (count.0, type_of(count)?);
+            let (span, count) = (count.0, type_of(count)?);
             if !count.is_whole() {
                 let message = "the count of a list must be of a whole-number type";
-                return Err(Fault::new(place, message));
+                return Err(ParseError::new(span, message));
             }
             let item = type_of(item)?;
-            (Kind::List { count, item }, name)
+            (PropertyKind::List { count, item }, name)
         } else {
             let [kind, (_, name)] = operands(words)?;
-            (Kind::One(type_of(kind)?), name)
+            (PropertyKind::One(type_of(kind)?), name)
         };
         let name = name.to_vec();
         element.properties.push(Property { name, kind });
@@ -349,25 +356,27 @@ impl Reader {
     }
 }
 
-fn type_of((place, name): Word) -> Result<Type, Fault> {
+fn type_of((span, name): HeaderWord) -> Result<Type, ParseError> {
     Type::named(name).ok_or_else(|| {
         let name = quoted(&String::from_utf8_lossy(name));
-        let fault = Fault::new(place, format!("unknown type {name}"));
-        fault.with_help("char, uchar, short, ushort, int, uint, float or double")
+        let error = ParseError::new(span, format!("unknown type {name}"));
+        error.with_help("char, uchar, short, ushort, int, uint, float or double")
     })
 }
 
 /// The words behind the first, which must be this many.
-fn operands<'a, const N: usize>(words: &[Word<'a>]) -> Result<[Word<'a>; N], Fault> {
-    if let Some((place, _)) = words.get(N + 1) {
-        return Err(Fault::new(*place, "one operand too many"));
+fn operands<'a, const N: usize>(
+    words: &[HeaderWord<'a>],
+) -> Result<[HeaderWord<'a>; N], ParseError> {
+    if let Some((span, _)) = words.get(N + 1) {
+        return Err(ParseError::new(*span, "one operand too many"));
     }
     words[1..].try_into().map_err(|_| {
         let last = words[words.len() - 1].0;
-        let place = Place {
+        let span = Span {
             offset: last.offset + last.length,
             length: 0,
         };
-        Fault::new(place, "an operand is missing")
+        ParseError::new(span, "an operand is missing")
     })
 }

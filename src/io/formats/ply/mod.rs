@@ -10,16 +10,16 @@ mod columns;
 mod header;
 mod rows;
 
-use super::allowance::{Allowance, Shared};
+use super::diagnostics::{DiagnosticSink, Span};
 use super::faces::{self, Faces, NONE, NORMAL, VERTEX};
-use super::mesh::{self, Joined, NotFinite, Tally};
-use super::origin::Stop;
-use super::report::{Place, Report};
+use super::memory_budget::{MemoryBudget, SharedBudget};
+use super::mesh::{self, MergedMesh, NotFinite, Occurrences};
+use super::origin::ReadStop;
 use super::workers;
 use super::{Loaded, Options};
 use glam::DVec3;
 use header::{Encoding, Header};
-use phalanx_scene::{Palette, Vec3s};
+use phalanx_scene::{MaterialTable, Vec3s};
 
 /// The part of a file that is text.
 pub(super) fn text_part(bytes: &[u8]) -> &[u8] {
@@ -30,57 +30,61 @@ pub(super) fn text_part(bytes: &[u8]) -> &[u8] {
 }
 
 /// Bytes that a thread takes at a time.
-const PIECE: usize = 1 << 20;
+const CHUNK_BYTES: usize = 1 << 20;
 
 /// Reads a PLY file.
-pub(super) fn read(bytes: &[u8], allowance: &Allowance, options: &Options) -> Result<Loaded, Stop> {
-    read_in_pieces(bytes, allowance, options, PIECE)
+pub(super) fn read(
+    bytes: &[u8],
+    budget: &MemoryBudget,
+    options: &Options,
+) -> Result<Loaded, ReadStop> {
+    read_in_chunks(bytes, budget, options, CHUNK_BYTES)
 }
 
-fn read_in_pieces(
+fn read_in_chunks(
     bytes: &[u8],
-    allowance: &Allowance,
+    budget: &MemoryBudget,
     options: &Options,
     piece: usize,
-) -> Result<Loaded, Stop> {
+) -> Result<Loaded, ReadStop> {
     let threads = workers::thread_count(options.threads);
-    let mut report = Report::new(&bytes[..header::length(bytes)]);
+    let mut report = DiagnosticSink::new(&bytes[..header::length(bytes)]);
     let plan = match header::read(bytes) {
         Ok(header) => {
-            let made = allowance.shared();
-            Plan::new(header, options.origin.place(), made, &mut report)
+            let made = budget.shared();
+            ReadPlan::new(header, options.origin.position(), made, &mut report)
         }
-        Err(faults) => {
-            faults.tell(&mut report);
+        Err(errors) => {
+            errors.emit(&mut report);
             None
         }
     };
     let Some(plan) = plan else {
-        return Err(Stop::of(report));
+        return Err(ReadStop::of(report));
     };
     let (body, mut report) = match plan.header.encoding {
         Encoding::Ascii => {
-            let mut report = Report::new(bytes);
+            let mut report = DiagnosticSink::new(bytes);
             let body = ascii::read(bytes, &plan, threads, piece, &mut report);
             (body, report)
         }
         _ => {
-            let mut report = Report::binary();
+            let mut report = DiagnosticSink::binary();
             let body = binary::read(bytes, &plan, threads, piece, &mut report);
             (body, report)
         }
     };
     let cutting = faces::cutting_bytes(body.faces.iter(), threads);
     let needed = plan.made.used().saturating_add(cutting);
-    if let Err(message) = allowance.lend(needed, faces::purpose) {
-        report.error(Place::START, message);
+    if let Err(message) = budget.lend(needed, faces::purpose) {
+        report.error(Span::START, message);
     }
     if report.is_clean() {
         let corners = body.faces.iter().map(|f| &f.columns[VERTEX][..]);
-        mesh::tell_not_finite(&body.not_finite, corners, &mut report);
+        mesh::report_not_finite(&body.not_finite, corners, &mut report);
     }
     if !report.is_clean() {
-        return Err(Stop::of(report));
+        return Err(ReadStop::of(report));
     }
     let mut loaded = finish(body, plan.vertices.single, threads, options, report)?;
     if plan.colors {
@@ -91,13 +95,13 @@ fn read_in_pieces(
 }
 
 /// Which elements and properties are read.
-struct Plan {
+struct ReadPlan {
     header: Header,
     vertices: VertexPlan,
     /// Whether vertices have colours.
     colors: bool,
     /// Memory for faces that take more than their rows stand for.
-    made: Shared,
+    made: SharedBudget,
 }
 
 /// Where the numbers of a vertex stand among its properties.
@@ -105,7 +109,7 @@ struct VertexPlan {
     /// Index of the element.
     element: usize,
     count: u64,
-    place: [usize; 3],
+    position: [usize; 3],
     /// The origin, taken from places before they are rounded; 0 where they are single precision anyway.
     origin: DVec3,
     /// Which of `place` are single precision, or less.
@@ -115,7 +119,7 @@ struct VertexPlan {
 
 /// What an element is read for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Purpose {
+enum ElementUse {
     Vertices,
     /// With the list of corners among the properties.
     Faces(usize),
@@ -123,11 +127,16 @@ enum Purpose {
     Nothing,
 }
 
-impl Plan {
+impl ReadPlan {
     /// `None`, and errors in the report, where the header lacks what a mesh needs.
-    fn new(header: Header, origin: DVec3, made: Shared, report: &mut Report) -> Option<Plan> {
+    fn new(
+        header: Header,
+        origin: DVec3,
+        made: SharedBudget,
+        report: &mut DiagnosticSink,
+    ) -> Option<ReadPlan> {
         let Some(element) = header.elements.iter().position(|e| e.name == b"vertex") else {
-            let start = Place {
+            let start = Span {
                 offset: 0,
                 length: 3,
             };
@@ -155,7 +164,7 @@ impl Plan {
         let vertices = VertexPlan {
             element,
             count: vertex.count,
-            place,
+            position: place,
             origin: DVec3::from_array([0, 1, 2].map(|k| if single[k] { 0.0 } else { origin[k] })),
             single,
             normal: three([b"nx", b"ny", b"nz"]),
@@ -167,7 +176,7 @@ impl Plan {
                 return None;
             }
         }
-        Some(Plan {
+        Some(ReadPlan {
             colors: vertex.number(b"red").is_some(),
             vertices,
             header,
@@ -179,16 +188,16 @@ impl Plan {
     /// for: a file counts six times, once for itself (see `--max-memory`).
     fn bytes_beyond(&self, corners: usize, length: usize) -> u64 {
         let attributes = u64::from(self.vertices.normal.is_some());
-        faces::bytes_beyond(corners, attributes, 5 * length as u64)
+        faces::extra_bytes(corners, attributes, 5 * length as u64)
     }
 
-    fn purpose(&self, index: usize) -> Purpose {
+    fn purpose(&self, index: usize) -> ElementUse {
         let element = &self.header.elements[index];
         match (&element.name[..], element.corners()) {
-            _ if index == self.vertices.element => Purpose::Vertices,
-            (b"face", Some(list)) => Purpose::Faces(list),
-            (b"tristrips", Some(list)) => Purpose::Strips(list),
-            _ => Purpose::Nothing,
+            _ if index == self.vertices.element => ElementUse::Vertices,
+            (b"face", Some(list)) => ElementUse::Faces(list),
+            (b"tristrips", Some(list)) => ElementUse::Strips(list),
+            _ => ElementUse::Nothing,
         }
     }
 }
@@ -205,7 +214,7 @@ struct Body {
     /// Normals that are zero or not finite, ascending.
     bad_normals: Vec<NotFinite>,
     /// Faces of fewer than three corners.
-    skipped: Tally,
+    skipped: Occurrences,
 }
 
 fn finish(
@@ -213,31 +222,31 @@ fn finish(
     single: [bool; 3],
     threads: usize,
     options: &Options,
-    mut report: Report,
-) -> Result<Loaded, Stop> {
+    mut report: DiagnosticSink,
+) -> Result<Loaded, ReadStop> {
     body.skipped.warn(&mut report, |count| match count {
         1 => "this face of fewer than three corners is skipped".into(),
         _ => format!("{count} faces of fewer than three corners are skipped, this one first"),
     });
-    mesh::tell_bad_normals(&body.bad_normals, &mut report);
+    mesh::warn_bad_normals(&body.bad_normals, &mut report);
     let vertices = body.vertices;
     let cut = |mut faces: Faces| {
         faces.triangulate(&vertices);
         faces
     };
     let pieces = workers::map(threads, body.faces, cut);
-    let mut faces = mesh::join_faces(threads, pieces);
+    let mut faces = mesh::merge_faces(threads, pieces);
     if body.normals.is_some() {
         faces[NORMAL] = normal_rows(&faces[VERTEX], &body.bad_normals);
     }
-    let joined = Joined {
+    let joined = MergedMesh {
         vertices,
         single,
         vertex_normals: body.normals.unwrap_or_default(),
         faces,
-        ..Joined::default()
+        ..MergedMesh::default()
     };
-    let scene = mesh::bare_scene(options, &mut Palette::default());
+    let scene = mesh::bare_scene(options, &mut MaterialTable::default());
     mesh::finish(scene, joined, options, report)
 }
 

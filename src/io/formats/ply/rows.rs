@@ -1,16 +1,16 @@
 //! Rows, however they are written: what is wrong with one, and what becomes of a face.
 
 use super::header::Element;
+use crate::formats::diagnostics::Span;
 use crate::formats::faces::{Faces, MAX_CORNERS};
-use crate::formats::mesh::{Fault, NotFinite, Tally};
-use crate::formats::report::Place;
+use crate::formats::mesh::{NotFinite, Occurrences, ParseError};
 
 /// Where faces go.
 #[derive(Debug, Default)]
 pub(super) struct FaceSink {
     pub(super) faces: Faces,
     /// Faces of fewer than three corners.
-    pub(super) skipped: Tally,
+    pub(super) skipped: Occurrences,
     scratch: Vec<u32>,
 }
 
@@ -21,11 +21,11 @@ impl FaceSink {
         &mut self,
         corners: &[i64],
         vertices: u64,
-        place: Place,
-    ) -> Result<(), Fault> {
-        check_range(corners.iter().copied(), vertices, place)?;
+        span: Span,
+    ) -> Result<(), ParseError> {
+        check_range(corners.iter().copied(), vertices, span)?;
         match *corners {
-            [] | [_] | [_, _] => self.skipped.add(place),
+            [] | [_] | [_, _] => self.skipped.add(span),
             [a, b, c] => self.faces.add_plain([a as u32, b as u32, c as u32]),
             _ => {
                 self.scratch.clear();
@@ -41,13 +41,9 @@ impl FaceSink {
         &mut self,
         corners: &[i64],
         vertices: u64,
-        place: Place,
-    ) -> Result<(), Fault> {
-        check_range(
-            corners.iter().copied().filter(|&c| c != -1),
-            vertices,
-            place,
-        )?;
+        span: Span,
+    ) -> Result<(), ParseError> {
+        check_range(corners.iter().copied().filter(|&c| c != -1), vertices, span)?;
         for strip in corners.split(|&corner| corner < 0) {
             for (k, t) in strip.windows(3).enumerate() {
                 let [a, b, c] = [t[0] as u32, t[1] as u32, t[2] as u32];
@@ -63,52 +59,52 @@ impl FaceSink {
 fn check_range(
     mut corners: impl Iterator<Item = i64>,
     vertices: u64,
-    place: Place,
-) -> Result<(), Fault> {
+    span: Span,
+) -> Result<(), ParseError> {
     let wrong = corners.find(|&c| c < 0 || c as u64 >= vertices);
-    wrong.map_or(Ok(()), |corner| Err(out_of_range(corner, vertices, place)))
+    wrong.map_or(Ok(()), |corner| Err(out_of_range(corner, vertices, span)))
 }
 
-pub(super) fn out_of_range(corner: i64, vertices: u64, place: Place) -> Fault {
+pub(super) fn out_of_range(corner: i64, vertices: u64, span: Span) -> ParseError {
     let message = format!("vertex {corner} is out of range: there are {vertices}, numbered from 0");
-    Fault::new(place, message)
+    ParseError::new(span, message)
 }
 
 /// Refuses a face of too many corners, before they are collected.
-pub(super) fn check_corners(count: usize, place: Place) -> Result<(), Fault> {
+pub(super) fn check_corners(count: usize, span: Span) -> Result<(), ParseError> {
     match count > MAX_CORNERS {
         true => {
             let message = format!("a face of {count} corners: at most {MAX_CORNERS}");
-            Err(Fault::new(place, message))
+            Err(ParseError::new(span, message))
         }
         false => Ok(()),
     }
 }
 
 /// That fewer rows are there than the header promises; `row` counts from 0.
-pub(super) fn too_short(element: &Element, row: u64, end: usize) -> Fault {
+pub(super) fn too_short(element: &Element, row: u64, end: usize) -> ParseError {
     let (name, count) = (element.quoted_name(), element.count);
-    let place = Place {
+    let span = Span {
         offset: end,
         length: 0,
     };
-    Fault::new(
-        place,
+    ParseError::new(
+        span,
         format!("the file ends after {row} of the {count} rows of {name}"),
     )
 }
 
 /// Replaces a place that is not finite, and notes it.
-pub(super) fn checked_place(
+pub(super) fn checked_position(
     row: [f32; 3],
     number: u32,
-    place: Place,
+    span: Span,
     bad: &mut Vec<NotFinite>,
 ) -> [f32; 3] {
     if row.iter().all(|c| c.is_finite()) {
         return row;
     }
-    bad.push(NotFinite { number, place });
+    bad.push(NotFinite { number, span });
     [0.0; 3]
 }
 
@@ -116,12 +112,12 @@ pub(super) fn checked_place(
 pub(super) fn checked_normal(
     row: [f32; 3],
     number: u32,
-    place: Place,
+    span: Span,
     bad: &mut Vec<NotFinite>,
 ) -> [f32; 3] {
     if row.iter().all(|c| c.is_finite()) && row != [0.0; 3] {
         return row;
     }
-    bad.push(NotFinite { number, place });
+    bad.push(NotFinite { number, span });
     [0.0, 0.0, 1.0]
 }

@@ -31,9 +31,9 @@ fn everything() -> String {
 fn neither_threads_nor_pieces_change_the_scene() {
     let text = everything();
     let read = |threads, piece| {
-        let loaded = read_in_pieces(
+        let loaded = read_in_chunks(
             text.as_bytes(),
-            &Allowance::of(None),
+            &MemoryBudget::of(None),
             &options(threads),
             piece,
         )
@@ -41,7 +41,7 @@ fn neither_threads_nor_pieces_change_the_scene() {
         let scene = format!("{:?} {:?}", loaded.scene.triangles, loaded.scene.view);
         (loaded.scene.prim_count(), scene, loaded.warnings)
     };
-    let whole = read(1, PIECE);
+    let whole = read(1, CHUNK_BYTES);
     assert_eq!(whole.0, 10 + 20 + 30 + 4);
     for piece in [1, 9, 100] {
         for threads in [1, 2, 5] {
@@ -60,11 +60,11 @@ fn errors_come_in_file_order_from_every_piece() {
         .replace("4 1 2 12 11", "4 1 2 99 11")
         .replace("3 1 2 13", "3 1 x 13");
     let read = |piece| {
-        read_in_pieces(text.as_bytes(), &Allowance::of(None), &options(3), piece)
+        read_in_chunks(text.as_bytes(), &MemoryBudget::of(None), &options(3), piece)
             .unwrap_err()
             .diagnostics()
     };
-    let whole = read(PIECE);
+    let whole = read(CHUNK_BYTES);
     assert_eq!(whole.len(), 20);
     assert!(whole.is_sorted_by_key(|d| d.line));
     for piece in [1, 30, 300] {

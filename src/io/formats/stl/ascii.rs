@@ -2,8 +2,8 @@
 
 use super::{Soup, fault, mark_length};
 use crate::formats::decimal;
-use crate::formats::mesh::{Fault, Faults};
-use crate::formats::report::{Place, Report, quoted};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
+use crate::formats::mesh::{ParseError, ParseErrors};
 use crate::formats::workers;
 use glam::DVec3;
 
@@ -18,7 +18,7 @@ pub(super) fn read(
     threads: usize,
     piece: usize,
     origin: DVec3,
-    report: &mut Report,
+    report: &mut DiagnosticSink,
 ) -> Soup {
     let finder = memchr::memmem::Finder::new(END);
     let start = mark_length(bytes);
@@ -30,41 +30,41 @@ pub(super) fn read(
         end.map_or(bytes.len(), |i| i + END.len())
     });
     let read = |range: std::ops::Range<usize>| {
-        let mut reader = Reader {
+        let mut reader = StlAsciiReader {
             text: &bytes[..range.end],
             at: range.start,
             origin,
             soup: Soup::new(),
-            faults: Faults::default(),
+            errors: ParseErrors::default(),
         };
         reader.read();
-        (reader.soup, reader.faults)
+        (reader.soup, reader.errors)
     };
     let first = bytes[start..].trim_ascii_start().get(..5);
     if first.is_none_or(|word| !word.eq_ignore_ascii_case(b"solid")) {
-        let place = Place::START;
+        let span = Span::START;
         report.error(
-            place,
+            span,
             "this is not an STL file: text must begin with `solid`",
         );
         return Soup::new();
     }
     let mut soups = Vec::new();
-    for (soup, faults) in workers::map(threads, ranges, read) {
-        faults.tell(report);
+    for (soup, errors) in workers::map(threads, ranges, read) {
+        errors.emit(report);
         soups.push(soup);
     }
     workers::joined(soups)
 }
 
 /// Where a corner stands: found by counting, for a message.
-pub(super) fn place(bytes: &[u8], corner: usize) -> Place {
-    let mut reader = Reader {
+pub(super) fn place(bytes: &[u8], corner: usize) -> Span {
+    let mut reader = StlAsciiReader {
         text: bytes,
         at: mark_length(bytes),
         origin: DVec3::ZERO,
         soup: Soup::new(),
-        faults: Faults::default(),
+        errors: ParseErrors::default(),
     };
     let mut count = 0;
     while let Some(word) = reader.word() {
@@ -78,19 +78,19 @@ pub(super) fn place(bytes: &[u8], corner: usize) -> Place {
             count += 1;
         }
     }
-    Place::START
+    Span::START
 }
 
-struct Reader<'a> {
+struct StlAsciiReader<'a> {
     /// The file up to the end of the piece.
     text: &'a [u8],
     at: usize,
     origin: DVec3,
     soup: Soup,
-    faults: Faults,
+    errors: ParseErrors,
 }
 
-impl Reader<'_> {
+impl StlAsciiReader<'_> {
     fn read(&mut self) {
         while let Some(word) = self.word() {
             let read = match &self.lower(word)[..] {
@@ -101,11 +101,11 @@ impl Reader<'_> {
                 }
                 _ => Err(self.unexpected(word, "`facet` or `endsolid`")),
             };
-            if let Err(fault) = read {
-                self.faults.push(fault);
+            if let Err(error) = read {
+                self.errors.push(error);
                 self.resume();
             }
-            if self.faults.is_full() {
+            if self.errors.is_full() {
                 return;
             }
         }
@@ -120,7 +120,7 @@ impl Reader<'_> {
         }
     }
 
-    fn facet(&mut self) -> Result<(), Fault> {
+    fn facet(&mut self) -> Result<(), ParseError> {
         self.keyword(b"normal")?;
         // Whatever it is: it is not used, and real files have NaN here.
         (0..3).try_for_each(|_| self.number(decimal::float).map(|_| ()))?;
@@ -142,7 +142,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn keyword(&mut self, expected: &[u8]) -> Result<(), Fault> {
+    fn keyword(&mut self, expected: &[u8]) -> Result<(), ParseError> {
         let name = || format!("`{}`", String::from_utf8_lossy(expected));
         match self.word() {
             Some(word)
@@ -165,13 +165,13 @@ impl Reader<'_> {
     }
 
     #[cold]
-    fn unexpected(&self, word: Place, expected: &str) -> Fault {
+    fn unexpected(&self, word: Span, expected: &str) -> ParseError {
         let found = &self.text[word.offset..word.offset + word.length.min(200)];
         let found = quoted(&String::from_utf8_lossy(found));
-        Fault::new(word, format!("{found} stands where {expected} is expected"))
+        ParseError::new(word, format!("{found} stands where {expected} is expected"))
     }
 
-    fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, Fault> {
+    fn number<T>(&mut self, parse: impl Fn(&[u8], usize) -> (T, usize)) -> Result<T, ParseError> {
         self.skip_blanks();
         let (value, end) = parse(self.text, self.at);
         if end > self.at && self.text.get(end).is_none_or(|&byte| byte <= b' ') {
@@ -199,20 +199,20 @@ impl Reader<'_> {
         self.at += memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
     }
 
-    fn word(&mut self) -> Option<Place> {
+    fn word(&mut self) -> Option<Span> {
         self.skip_blanks();
         let rest = &self.text[self.at..];
         let length = rest.iter().position(|&byte| byte <= b' ');
-        let place = Place {
+        let span = Span {
             offset: self.at,
             length: length.unwrap_or(rest.len()),
         };
-        self.at += place.length;
-        (place.length > 0).then_some(place)
+        self.at += span.length;
+        (span.length > 0).then_some(span)
     }
 
     /// A word in lower case, as far as a keyword may reach.
-    fn lower(&self, word: Place) -> Vec<u8> {
+    fn lower(&self, word: Span) -> Vec<u8> {
         let length = word.length.min(16);
         self.text[word.offset..word.offset + length].to_ascii_lowercase()
     }

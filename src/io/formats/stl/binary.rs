@@ -1,14 +1,14 @@
 //! Binary STL.
 
 use super::{FACET, HEADER};
-use crate::formats::report::{Place, Report};
+use crate::formats::diagnostics::{DiagnosticSink, Span};
 
 /// Bytes of a corner, and those before the first one of a facet.
 const CORNER: usize = 12;
 
 /// The facets that are there.
-pub(super) fn facets<'a>(bytes: &'a [u8], report: &mut Report) -> &'a [u8] {
-    let end = |offset: usize| Place { offset, length: 0 };
+pub(super) fn facets<'a>(bytes: &'a [u8], report: &mut DiagnosticSink) -> &'a [u8] {
+    let end = |offset: usize| Span { offset, length: 0 };
     let Some(count) = bytes.get(HEADER - 4..).and_then(<[u8]>::first_chunk) else {
         report.error(end(bytes.len()), "this is not an STL file: it is too short");
         return &[];
@@ -23,9 +23,9 @@ pub(super) fn facets<'a>(bytes: &'a [u8], report: &mut Report) -> &'a [u8] {
     }
     let (facets, surplus) = rest.split_at(promised as usize * FACET);
     if !surplus.is_empty() {
-        let place = end(HEADER + facets.len());
+        let span = end(HEADER + facets.len());
         report.warning(
-            place,
+            span,
             format!("{} bytes behind the last facet are ignored", surplus.len()),
         );
     }
@@ -46,8 +46,8 @@ pub(super) fn corner(facets: &[u8], corner: usize) -> [u32; 3] {
 }
 
 /// Where a corner stands.
-pub(super) fn place(corner: usize) -> Place {
-    Place {
+pub(super) fn place(corner: usize) -> Span {
+    Span {
         offset: HEADER + corner / 3 * FACET + CORNER * (1 + corner % 3),
         length: CORNER,
     }

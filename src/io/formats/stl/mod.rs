@@ -6,13 +6,13 @@ mod ascii;
 mod binary;
 mod weld;
 
+use super::diagnostics::{DiagnosticSink, Span};
 use super::faces::VERTEX;
-use super::mesh::{self, Fault, Joined, NotFinite};
-use super::origin::Stop;
-use super::report::{Place, Report};
+use super::mesh::{self, MergedMesh, NotFinite, ParseError};
+use super::origin::ReadStop;
 use super::workers;
 use super::{Loaded, Options};
-use phalanx_scene::Palette;
+use phalanx_scene::MaterialTable;
 
 /// Bytes before the first facet of a binary file: a remark and the number of facets.
 const HEADER: usize = 84;
@@ -57,25 +57,31 @@ fn mark_length(bytes: &[u8]) -> usize {
 type Soup = Vec<[[f32; 3]; 3]>;
 
 /// Reads an STL file.
-pub(super) fn read(bytes: &[u8], options: &Options) -> Result<Loaded, Stop> {
-    read_in_pieces(bytes, options, PIECE)
+pub(super) fn read(bytes: &[u8], options: &Options) -> Result<Loaded, ReadStop> {
+    read_in_chunks(bytes, options, CHUNK_BYTES)
 }
 
 /// Bytes that a thread takes at a time.
-const PIECE: usize = 1 << 20;
+const CHUNK_BYTES: usize = 1 << 20;
 
-fn read_in_pieces(bytes: &[u8], options: &Options, piece: usize) -> Result<Loaded, Stop> {
+fn read_in_chunks(bytes: &[u8], options: &Options, piece: usize) -> Result<Loaded, ReadStop> {
     let threads = workers::thread_count(options.threads);
     let binary = is_binary(bytes);
     let (welded, not_finite, report) = if binary {
-        let mut report = Report::binary();
+        let mut report = DiagnosticSink::binary();
         let facets = binary::facets(bytes, &mut report);
         let welded = weld::weld(facets.len() / FACET, threads, |k| binary::corner(facets, k));
         let not_finite = welded.not_finite(binary::place);
         (welded, not_finite, report)
     } else {
-        let mut report = Report::new(bytes);
-        let soup = ascii::read(bytes, threads, piece, options.origin.place(), &mut report);
+        let mut report = DiagnosticSink::new(bytes);
+        let soup = ascii::read(
+            bytes,
+            threads,
+            piece,
+            options.origin.position(),
+            &mut report,
+        );
         let facets = soup.len();
         let welded = weld::weld(facets, threads, |k| soup[k / 3][k % 3].map(f32::to_bits));
         let not_finite = welded.not_finite(|corner| ascii::place(bytes, corner));
@@ -89,27 +95,27 @@ fn finish(
     not_finite: Vec<NotFinite>,
     binary: bool,
     options: &Options,
-    mut report: Report,
-) -> Result<Loaded, Stop> {
+    mut report: DiagnosticSink,
+) -> Result<Loaded, ReadStop> {
     if report.is_clean() {
         let corners = [&welded.corners[..]];
-        mesh::tell_not_finite(&not_finite, corners.into_iter(), &mut report);
+        mesh::report_not_finite(&not_finite, corners.into_iter(), &mut report);
     }
     if !report.is_clean() {
-        return Err(Stop::of(report));
+        return Err(ReadStop::of(report));
     }
-    let mut joined = Joined {
+    let mut joined = MergedMesh {
         vertices: std::mem::take(&mut welded.vertices),
         single: [binary; 3],
-        ..Joined::default()
+        ..MergedMesh::default()
     };
     joined.faces[VERTEX] = welded.corners;
-    let scene = mesh::bare_scene(options, &mut Palette::default());
+    let scene = mesh::bare_scene(options, &mut MaterialTable::default());
     mesh::finish(scene, joined, options, report)
 }
 
-fn fault(offset: usize, length: usize, message: impl Into<String>) -> Fault {
-    Fault::new(Place { offset, length }, message)
+fn fault(offset: usize, length: usize, message: impl Into<String>) -> ParseError {
+    ParseError::new(Span { offset, length }, message)
 }
 
 #[cfg(test)]

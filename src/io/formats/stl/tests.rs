@@ -25,10 +25,10 @@ fn neither_threads_nor_pieces_change_the_scene() {
             threads,
             ..Options::default()
         };
-        let loaded = read_in_pieces(text.as_bytes(), &options, piece).unwrap();
+        let loaded = read_in_chunks(text.as_bytes(), &options, piece).unwrap();
         format!("{:?}", loaded.scene.triangles)
     };
-    let whole = read(1, PIECE);
+    let whole = read(1, CHUNK_BYTES);
     for piece in [1, 50, 1000] {
         for threads in [1, 2, 5] {
             assert!(
@@ -71,7 +71,7 @@ fn text_may_begin_with_a_byte_order_mark_and_names_may_hold_keywords() {
             [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, f32::NAN]],
         );
     }
-    let read = |text: &str, piece| read_in_pieces(text.as_bytes(), &Options::default(), piece);
+    let read = |text: &str, piece| read_in_chunks(text.as_bytes(), &Options::default(), piece);
     assert!(!is_binary(text.as_bytes()));
     let good = text.replace("NaN", "0");
     let loaded = read(&good, 1).unwrap();

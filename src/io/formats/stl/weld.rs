@@ -4,8 +4,8 @@
 //! the result depends neither on the number of threads nor on the hash, which differs from run to run, so that no file
 //! can be made to be slow.
 
+use crate::formats::diagnostics::Span;
 use crate::formats::mesh::NotFinite;
-use crate::formats::report::Place;
 use crate::formats::workers;
 use glam::Vec3;
 use phalanx_scene::Vec3s;
@@ -23,11 +23,11 @@ pub(super) struct Welded {
 
 impl Welded {
     /// The vertices that are not finite, ascending.
-    pub(super) fn not_finite(&self, place: impl Fn(usize) -> Place) -> Vec<NotFinite> {
+    pub(super) fn not_finite(&self, span: impl Fn(usize) -> Span) -> Vec<NotFinite> {
         let told = self.bad.iter().take(crate::formats::MAX_DIAGNOSTICS);
         told.map(|&(number, corner)| NotFinite {
             number,
-            place: place(corner),
+            span: span(corner),
         })
         .collect()
     }
@@ -65,8 +65,8 @@ pub(super) fn weld(
 }
 
 impl Welded {
-    fn add(&mut self, place: [f32; 3], corner: usize) {
-        let vertex = Vec3::from_array(place);
+    fn add(&mut self, position: [f32; 3], corner: usize) {
+        let vertex = Vec3::from_array(position);
         if vertex.is_finite() {
             self.vertices.push(vertex);
         } else {
@@ -90,13 +90,14 @@ fn first_places(
         .take(count)
         .collect();
     workers::map(threads, (0..shares).collect(), |share| {
-        let mut seen: HashMap<Key, u32, BuildHasherDefault<Taken>> = HashMap::default();
+        let mut seen: HashMap<WeldKey, u32, BuildHasherDefault<PrecomputedHasher>> =
+            HashMap::default();
         for (at, place) in places.iter().enumerate() {
             let bits = corner(at);
             let hash = hash(bits, seed);
             // The lower bits choose the share, the upper ones the place in its table.
             if ((hash & 0xffff_ffff) * shares) >> 32 == share {
-                let first = seen.entry(Key { hash, bits }).or_insert(at as u32);
+                let first = seen.entry(WeldKey { hash, bits }).or_insert(at as u32);
                 place.store(*first, Ordering::Relaxed);
             }
         }
@@ -105,20 +106,20 @@ fn first_places(
 }
 
 /// A corner with its hash, which is computed once.
-struct Key {
+struct WeldKey {
     hash: u64,
     bits: [u32; 3],
 }
 
-impl PartialEq for Key {
-    fn eq(&self, other: &Key) -> bool {
+impl PartialEq for WeldKey {
+    fn eq(&self, other: &WeldKey) -> bool {
         self.bits == other.bits
     }
 }
 
-impl Eq for Key {}
+impl Eq for WeldKey {}
 
-impl std::hash::Hash for Key {
+impl std::hash::Hash for WeldKey {
     fn hash<H: Hasher>(&self, state: &mut H) {
         state.write_u64(self.hash);
     }
@@ -126,9 +127,9 @@ impl std::hash::Hash for Key {
 
 /// Takes a hash as it is.
 #[derive(Default)]
-struct Taken(u64);
+struct PrecomputedHasher(u64);
 
-impl Hasher for Taken {
+impl Hasher for PrecomputedHasher {
     fn finish(&self) -> u64 {
         self.0
     }

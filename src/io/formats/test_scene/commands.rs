@@ -1,23 +1,23 @@
 //! The table of commands, and how a statement's operands are taken and checked.
 
-use super::Reader;
-use super::lexer::{Token, Tokens, count, double, number, widened};
-use crate::formats::report::{Place, quoted};
+use super::TestReader;
+use super::lexer::{TestToken, TestTokens, count, double, number, widened};
+use crate::formats::diagnostics::{Span, quoted};
 use glam::DVec3;
 
 /// A command: its name, a word for each operand, and what it does.
-pub(super) struct Command {
+pub(super) struct SceneCommand {
     name: &'static str,
     operands: &'static str,
-    run: fn(&mut Reader<'_>, &Statement<'_>),
+    run: fn(&mut TestReader<'_>, &Statement<'_>),
 }
 
 const fn command(
     name: &'static str,
     operands: &'static str,
-    run: fn(&mut Reader<'_>, &Statement<'_>),
-) -> Command {
-    Command {
+    run: fn(&mut TestReader<'_>, &Statement<'_>),
+) -> SceneCommand {
+    SceneCommand {
         name,
         operands,
         run,
@@ -25,7 +25,7 @@ const fn command(
 }
 
 /// Every command there is. The first are those that large files consist of.
-static COMMANDS: [Command; 29] = [
+static COMMANDS: [SceneCommand; 29] = [
     command("tri", "a b c", |r, s| r.tri(s)),
     command("vertex", "x y z", |r, s| r.vertex(s)),
     command("trinormal", "a b c", |r, s| r.trinormal(s)),
@@ -69,25 +69,25 @@ static COMMANDS: [Command; 29] = [
 
 /// One line: a command of the table with what follows it.
 pub(super) struct Statement<'a> {
-    command: &'static Command,
-    name: Token<'a>,
-    operands: Tokens<'a>,
+    command: &'static SceneCommand,
+    name: TestToken<'a>,
+    operands: TestTokens<'a>,
 }
 
 impl<'a> Statement<'a> {
     /// The command's own place.
-    pub(super) fn place(&self) -> Place {
+    pub(super) fn place(&self) -> Span {
         self.name.place()
     }
 
     /// The place of operand `k` from 0, or of the command where there is none.
-    pub(super) fn operand_place(&self, k: usize) -> Place {
+    pub(super) fn operand_place(&self, k: usize) -> Span {
         let operand = self.operands.clone().nth(k);
         operand.unwrap_or(self.name).place()
     }
 
     /// All operands as one, with the spaces between them.
-    pub(super) fn joined(&self) -> Option<Token<'a>> {
+    pub(super) fn joined(&self) -> Option<TestToken<'a>> {
         self.operands.joined()
     }
 
@@ -105,9 +105,9 @@ impl<'a> Statement<'a> {
     }
 }
 
-impl Reader<'_> {
+impl TestReader<'_> {
     /// Runs one line.
-    pub(super) fn run(&mut self, name: Token<'_>, operands: Tokens<'_>) {
+    pub(super) fn run(&mut self, name: TestToken<'_>, operands: TestTokens<'_>) {
         match COMMANDS.iter().find(|command| command.name == name.text) {
             Some(command) => {
                 let statement = Statement {
@@ -136,7 +136,10 @@ impl Reader<'_> {
 
     /// The operands as finite numbers of places and transforms, or an error for each fault: in double precision where
     /// the scene is moved, and else rounded to single precision.
-    pub(super) fn places<const N: usize>(&mut self, statement: &Statement<'_>) -> Option<[f64; N]> {
+    pub(super) fn coordinates<const N: usize>(
+        &mut self,
+        statement: &Statement<'_>,
+    ) -> Option<[f64; N]> {
         let parse = match self.origin == DVec3::ZERO {
             true => widened,
             false => double,
@@ -206,7 +209,7 @@ impl Reader<'_> {
         found: usize,
         wanted: usize,
     ) {
-        let Command { name, operands, .. } = statement.command;
+        let SceneCommand { name, operands, .. } = statement.command;
         let plural = if wanted == 1 { "" } else { "s" };
         self.report.error(
             statement.place(),
@@ -219,7 +222,8 @@ impl Reader<'_> {
 fn closest(name: &str) -> &'static str {
     // No command is as long; the rest of a line without spaces could be megabytes.
     let name: String = name.chars().take(32).flat_map(char::to_lowercase).collect();
-    let distance = |command: &&Command| strsim::osa_distance(&command.name.to_lowercase(), &name);
+    let distance =
+        |command: &&SceneCommand| strsim::osa_distance(&command.name.to_lowercase(), &name);
     let closest = COMMANDS.iter().min_by_key(distance);
     closest.map_or("size", |command| command.name)
 }
@@ -234,7 +238,7 @@ mod tests {
         for command in &COMMANDS {
             let text = command.name;
             let (name, operands) = super::super::lexer::statements(text).next().unwrap();
-            let mut reader = Reader::new(text, DVec3::ZERO);
+            let mut reader = TestReader::new(text, DVec3::ZERO);
             reader.run(name, operands);
             let wanted = command.operands.split_whitespace().count();
             let errors = reader.report.finish().err().unwrap_or_default();

@@ -2,15 +2,15 @@
 
 use super::commands::Statement;
 use super::transform::{inverse, rounded, similarity};
-use super::{NormalVertex, Reader};
-use crate::formats::report::Place;
+use super::{NormalVertex, TestReader};
+use crate::formats::diagnostics::Span;
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 use phalanx_scene::Prim;
 
-impl Reader<'_> {
+impl TestReader<'_> {
     pub(super) fn vertex(&mut self, statement: &Statement<'_>) {
         // A faulty vertex still takes its number, so that indices to those after it keep their meaning.
-        let position = self.places(statement).map(DVec3::from_array);
+        let position = self.coordinates(statement).map(DVec3::from_array);
         self.vertices.items.push(position.unwrap_or_default());
         let count = self.vertices.items.len();
         if let Some(promised) = exceeded(&mut self.vertices.promised, count) {
@@ -20,7 +20,7 @@ impl Reader<'_> {
 
     pub(super) fn vertexnormal(&mut self, statement: &Statement<'_>) {
         let mut vertex = NormalVertex::STAND_IN;
-        if let Some([x, y, z, nx, ny, nz]) = self.places(statement) {
+        if let Some([x, y, z, nx, ny, nz]) = self.coordinates(statement) {
             vertex.position = DVec3::new(x, y, z);
             match DVec3::new(nx, ny, nz).as_vec3() {
                 Vec3::ZERO => self
@@ -36,9 +36,9 @@ impl Reader<'_> {
         }
     }
 
-    fn too_many(&mut self, place: Place, hint: &str, promised: u64) {
+    fn too_many(&mut self, span: Span, hint: &str, promised: u64) {
         self.report.error_with_help(
-            place,
+            span,
             format!("more vertices than `{hint} {promised}` announced"),
             format!("raise the count, or leave `{hint}` out: it is only a hint"),
         );
@@ -95,14 +95,14 @@ impl Reader<'_> {
         None
     }
 
-    fn no_such_vertex(&mut self, place: Place, index: u64, there: usize) {
+    fn no_such_vertex(&mut self, span: Span, index: u64, there: usize) {
         let so_far = match there {
             0 => String::from("none exists so far"),
             1 => String::from("only 1 exists so far"),
             _ => format!("only {there} exist so far"),
         };
         self.report.error_with_help(
-            place,
+            span,
             format!("there is no vertex {index}: {so_far}"),
             "`tri` counts `vertex` lines from 0, `trinormal` counts `vertexnormal` lines from 0",
         );
@@ -122,12 +122,12 @@ impl Reader<'_> {
     }
 
     /// Place in the scene, not rounded yet, of a place under the current transform.
-    pub(super) fn to_scene(&self, place: DVec3) -> DVec3 {
-        self.transforms.current().transform_point3(place) - self.origin
+    pub(super) fn to_scene(&self, position: DVec3) -> DVec3 {
+        self.transforms.current().transform_point3(position) - self.origin
     }
 
     pub(super) fn sphere(&mut self, statement: &Statement<'_>) {
-        let Some([x, y, z, radius]) = self.places(statement) else {
+        let Some([x, y, z, radius]) = self.coordinates(statement) else {
             return;
         };
         if radius <= 0.0 {
@@ -205,7 +205,8 @@ impl Reader<'_> {
 
     /// The material that a primitive captures here.
     fn material(&mut self) -> u32 {
-        self.palette.row(&self.surface, &mut self.scene.materials)
+        self.palette
+            .intern(&self.surface, &mut self.scene.materials)
     }
 }
 

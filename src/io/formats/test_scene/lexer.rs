@@ -1,19 +1,19 @@
 //! Text to statements, statements to tokens, tokens to numbers.
 
-use crate::formats::report::Place;
+use crate::formats::diagnostics::Span;
 
 pub(super) use crate::formats::number::{count, double, number, widened};
 
 /// A run of characters without white space, and where it stands.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Token<'a> {
+pub(super) struct TestToken<'a> {
     pub(super) text: &'a str,
     offset: usize,
 }
 
-impl Token<'_> {
-    pub(super) fn place(&self) -> Place {
-        Place {
+impl TestToken<'_> {
+    pub(super) fn place(&self) -> Span {
+        Span {
             offset: self.offset,
             length: self.text.len(),
         }
@@ -22,30 +22,30 @@ impl Token<'_> {
 
 /// The tokens of a line up to a comment.
 #[derive(Clone, Debug)]
-pub(super) struct Tokens<'a> {
+pub(super) struct TestTokens<'a> {
     rest: &'a str,
     offset: usize,
 }
 
-impl<'a> Tokens<'a> {
+impl<'a> TestTokens<'a> {
     /// From the first token to the end of the last, with the white space between them.
-    pub(super) fn joined(&self) -> Option<Token<'a>> {
+    pub(super) fn joined(&self) -> Option<TestToken<'a>> {
         let mut tokens = self.clone();
         let first = tokens.next()?;
         let last = tokens.last().unwrap_or(first);
         let from = first.offset - self.offset;
         let to = last.offset + last.text.len() - self.offset;
-        Some(Token {
+        Some(TestToken {
             text: &self.rest[from..to],
             offset: first.offset,
         })
     }
 }
 
-impl<'a> Iterator for Tokens<'a> {
-    type Item = Token<'a>;
+impl<'a> Iterator for TestTokens<'a> {
+    type Item = TestToken<'a>;
 
-    fn next(&mut self) -> Option<Token<'a>> {
+    fn next(&mut self) -> Option<TestToken<'a>> {
         let bytes = self.rest.as_bytes();
         let start = bytes.iter().position(|b| !b.is_ascii_whitespace())?;
         // A comment starts where a token could: `1#2` is one (bad) token, `1 #2` a number and a comment.
@@ -55,7 +55,7 @@ impl<'a> Iterator for Tokens<'a> {
         }
         let length = bytes[start..].iter().position(u8::is_ascii_whitespace);
         let end = length.map_or(bytes.len(), |length| start + length);
-        let token = Token {
+        let token = TestToken {
             text: &self.rest[start..end],
             offset: self.offset + start,
         };
@@ -66,11 +66,11 @@ impl<'a> Iterator for Tokens<'a> {
 }
 
 /// The lines of a file that hold anything but a comment, each as its tokens.
-pub(super) fn statements(text: &str) -> impl Iterator<Item = (Token<'_>, Tokens<'_>)> {
+pub(super) fn statements(text: &str) -> impl Iterator<Item = (TestToken<'_>, TestTokens<'_>)> {
     let body = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut offset = text.len() - body.len();
     body.split('\n').filter_map(move |line| {
-        let mut tokens = Tokens { rest: line, offset };
+        let mut tokens = TestTokens { rest: line, offset };
         offset += line.len() + 1;
         let name = tokens.next()?;
         Some((name, tokens))

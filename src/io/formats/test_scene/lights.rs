@@ -1,11 +1,11 @@
 //! Lights, and what fades them.
 
-use super::Reader;
+use super::TestReader;
 use super::commands::Statement;
 use super::transform::{rounded, similarity};
 use glam::{DVec3, Vec3};
 
-impl Reader<'_> {
+impl TestReader<'_> {
     pub(super) fn attenuation(&mut self, statement: &Statement<'_>) {
         let Some(factors) = self.numbers::<3>(statement) else {
             return;
@@ -27,7 +27,7 @@ impl Reader<'_> {
     }
 
     pub(super) fn point(&mut self, statement: &Statement<'_>) {
-        let Some([x, y, z, r, g, b]) = self.places(statement) else {
+        let Some([x, y, z, r, g, b]) = self.coordinates(statement) else {
             return;
         };
         let position = self.to_scene(DVec3::new(x, y, z));
@@ -61,7 +61,7 @@ impl Reader<'_> {
 
     /// Stays a sphere: a light is not stretched.
     pub(super) fn spherelight(&mut self, statement: &Statement<'_>) {
-        let Some([x, y, z, radius, r, g, b]) = self.places(statement) else {
+        let Some([x, y, z, radius, r, g, b]) = self.coordinates(statement) else {
             return;
         };
         if radius <= 0.0 {
@@ -93,7 +93,8 @@ impl Reader<'_> {
 
     /// A parallelogram under transforms that slant it, or if its edges are not upright on each other.
     pub(super) fn rectlight(&mut self, statement: &Statement<'_>) {
-        let Some([cx, cy, cz, ex, ey, ez, fx, fy, fz, r, g, b]) = self.places(statement) else {
+        let Some([cx, cy, cz, ex, ey, ez, fx, fy, fz, r, g, b]) = self.coordinates(statement)
+        else {
             return;
         };
         let [corner, e, f] = [[cx, cy, cz], [ex, ey, ez], [fx, fy, fz]].map(DVec3::from_array);

@@ -1,7 +1,7 @@
 //! The `.test` format: one command per line, a matrix stack as in OpenGL, and state that each primitive and light
 //! captures as it is declared.
 //!
-//! [`read`] walks the statements of `lexer`, each of which runs its row of `commands::COMMANDS` on a [`Reader`]. A
+//! [`read`] walks the statements of `lexer`, each of which runs its row of `commands::COMMANDS` on a [`TestReader`]. A
 //! faulty statement leaves a diagnostic and as much of its effect as keeps later statements from being blamed for it.
 
 mod commands;
@@ -12,33 +12,33 @@ mod settings;
 mod state;
 mod transform;
 
-use super::complete::{Missing, complete};
-use super::origin::Stop;
-use super::report::{Place, Report};
+use super::defaults::{MissingParts, finish_scene};
+use super::diagnostics::{DiagnosticSink, Span};
+use super::origin::ReadStop;
 use super::{Loaded, Options};
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Palette, Scene, Surface};
+use phalanx_scene::{Material, MaterialTable, Scene};
 use transform::Transforms;
 
 /// What the statements so far amount to.
-struct Reader<'a> {
-    report: Report<'a>,
+struct TestReader<'a> {
+    report: DiagnosticSink<'a>,
     scene: Scene,
-    seen: Seen,
+    seen: SeenCommands,
     /// The origin, taken from transformed places before they are rounded.
     origin: DVec3,
-    vertices: Pile<DVec3>,
-    normal_vertices: Pile<NormalVertex>,
+    vertices: VertexPool<DVec3>,
+    normal_vertices: VertexPool<NormalVertex>,
     transforms: Transforms,
-    surface: Surface,
-    palette: Palette,
+    surface: Material,
+    palette: MaterialTable,
     /// Constant, linear and quadratic, for the point lights to come.
     attenuation: Vec3,
 }
 
 /// Which of the commands that count once have been there, faulty or not.
 #[derive(Default)]
-struct Seen {
+struct SeenCommands {
     any: bool,
     size: bool,
     camera: bool,
@@ -46,13 +46,13 @@ struct Seen {
 
 /// Vertices to be indexed, and how many the file said there would be. Grows with what is there: the hint alone never
 /// allocates.
-struct Pile<T> {
+struct VertexPool<T> {
     items: Vec<T>,
     promised: Option<u64>,
 }
 
-impl<T> Pile<T> {
-    const EMPTY: Pile<T> = Pile {
+impl<T> VertexPool<T> {
+    const EMPTY: VertexPool<T> = VertexPool {
         items: Vec::new(),
         promised: None,
     };
@@ -76,10 +76,10 @@ impl NormalVertex {
 ///
 /// # Errors
 /// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
-pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Stop> {
-    let mut reader = Reader::new(text, options.origin.place());
+pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, ReadStop> {
+    let mut reader = TestReader::new(text, options.origin.position());
     if text.trim_start_matches('\u{feff}').trim().is_empty() {
-        reader.report.error(Place::START, "the file is empty");
+        reader.report.error(Span::START, "the file is empty");
     } else {
         for (name, operands) in lexer::statements(text) {
             reader.run(name, operands);
@@ -92,18 +92,18 @@ pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, Stop> {
     reader.finish(options)
 }
 
-impl<'a> Reader<'a> {
+impl<'a> TestReader<'a> {
     fn new(text: &'a str, origin: DVec3) -> Self {
-        Reader {
-            report: Report::new(text.as_bytes()),
+        TestReader {
+            report: DiagnosticSink::new(text.as_bytes()),
             scene: Scene::default(),
-            seen: Seen::default(),
+            seen: SeenCommands::default(),
             origin,
-            vertices: Pile::EMPTY,
-            normal_vertices: Pile::EMPTY,
+            vertices: VertexPool::EMPTY,
+            normal_vertices: VertexPool::EMPTY,
             transforms: Transforms::new(),
-            surface: Surface::default(),
-            palette: Palette::default(),
+            surface: Material::default(),
+            palette: MaterialTable::default(),
             attenuation: Vec3::X,
         }
     }
@@ -138,7 +138,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn finish(self, options: &Options) -> Result<Loaded, Stop> {
-        complete(self.scene, &Missing::NOTHING, options, self.report)
+    fn finish(self, options: &Options) -> Result<Loaded, ReadStop> {
+        finish_scene(self.scene, &MissingParts::NOTHING, options, self.report)
     }
 }

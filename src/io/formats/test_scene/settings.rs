@@ -1,12 +1,12 @@
 //! What a file says once: the image, the camera, the depth, the output's name.
 
-use super::Reader;
+use super::TestReader;
 use super::commands::Statement;
-use crate::formats::report::quoted;
+use crate::formats::diagnostics::quoted;
 use glam::DVec3;
 use phalanx_scene::{MAX_DEPTH_LIMIT, View, check_image_size};
 
-impl Reader<'_> {
+impl TestReader<'_> {
     pub(super) fn size(&mut self, statement: &Statement<'_>) {
         if self.seen.size {
             self.report
@@ -38,7 +38,7 @@ impl Reader<'_> {
             );
         }
         self.seen.camera = true;
-        let Some([ex, ey, ez, cx, cy, cz, ux, uy, uz, fovy]) = self.places(statement) else {
+        let Some([ex, ey, ez, cx, cy, cz, ux, uy, uz, fovy]) = self.coordinates(statement) else {
             return;
         };
         self.scene.view = View {

@@ -2,19 +2,19 @@
 
 use super::commands::Statement;
 use super::transform::{MOST_SAVED, rotation, rounded};
-use super::{Reader, Surface};
+use super::{Material, TestReader};
 use glam::{DAffine3, DVec3, Vec3};
 
-impl Reader<'_> {
+impl TestReader<'_> {
     pub(super) fn translate(&mut self, statement: &Statement<'_>) {
-        if let Some(by) = self.places(statement) {
+        if let Some(by) = self.coordinates(statement) {
             let by = DVec3::from_array(by);
             self.transform(statement, DAffine3::from_translation(by));
         }
     }
 
     pub(super) fn rotate(&mut self, statement: &Statement<'_>) {
-        let Some([x, y, z, degrees]) = self.places(statement) else {
+        let Some([x, y, z, degrees]) = self.coordinates(statement) else {
             return;
         };
         match rotation(DVec3::new(x, y, z), degrees) {
@@ -27,7 +27,7 @@ impl Reader<'_> {
     }
 
     pub(super) fn scale(&mut self, statement: &Statement<'_>) {
-        let Some(by) = self.places::<3>(statement) else {
+        let Some(by) = self.coordinates::<3>(statement) else {
             return;
         };
         match by.iter().position(|&factor| factor as f32 == 0.0) {
@@ -93,7 +93,7 @@ impl Reader<'_> {
         self.color(statement, |surface| &mut surface.kt);
     }
 
-    fn color(&mut self, statement: &Statement<'_>, column: fn(&mut Surface) -> &mut Vec3) {
+    fn color(&mut self, statement: &Statement<'_>, column: fn(&mut Material) -> &mut Vec3) {
         if let Some(rgb) = self.numbers(statement) {
             *column(&mut self.surface) = Vec3::from_array(rgb);
         }

@@ -1,6 +1,6 @@
 //! The matrix stack, in f64: what reaches the scene is rounded to f32 once.
 
-use crate::formats::report::Place;
+use crate::formats::diagnostics::Span;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 /// How far MᵀM may be from s²·I, relative to s², for M to count as a similarity. Far above the rounding errors of a
@@ -18,7 +18,7 @@ pub(super) const MOST_SAVED: usize = 1 << 16;
 /// The current transform, and those to return to.
 pub(super) struct Transforms {
     current: DAffine3,
-    saved: Vec<(DAffine3, Place)>,
+    saved: Vec<(DAffine3, Span)>,
     /// Pushes for which there was no room, and which are not popped.
     beyond: usize,
 }
@@ -49,9 +49,9 @@ impl Transforms {
 
     /// False where one more than [`MOST_SAVED`] would be saved. It and those beyond are only
     /// counted, so that each pop meets its own push.
-    pub(super) fn push(&mut self, place: Place) -> bool {
+    pub(super) fn push(&mut self, span: Span) -> bool {
         if self.saved.len() < MOST_SAVED {
-            self.saved.push((self.current, place));
+            self.saved.push((self.current, span));
             return true;
         }
         self.beyond += 1;
@@ -74,7 +74,7 @@ impl Transforms {
     }
 
     /// Where the outermost transform was pushed of those not popped, and how many they are.
-    pub(super) fn unclosed(&self) -> Option<(Place, usize)> {
+    pub(super) fn unclosed(&self) -> Option<(Span, usize)> {
         let &(_, outermost) = self.saved.first()?;
         Some((outermost, self.saved.len()))
     }

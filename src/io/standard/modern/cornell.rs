@@ -5,14 +5,14 @@
 //! lights beside them.
 
 use super::geodesic;
-use super::looks::{glass, glow, matte, polished, rgb};
-use super::pen::Pen;
+use super::materials::{glass, glow, matte, polished, rgb};
+use super::mesh_builder::MeshBuilder;
 use super::{SIZES, hd, lamp};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{DocumentLook, Sink, StandardLight, StandardView};
+use crate::standard::builder::{DocumentMaterial, SceneBuilder, StandardLight, StandardView};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec2, DVec3};
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "cornell",
     purpose: "a Cornell box with glass and mirror spheres: secondary rays, many lights, all hits near",
     family: Family::Modern,
@@ -34,11 +34,11 @@ const TILES: [usize; 2] = [7, 8];
 
 const AMBIENT: DVec3 = DVec3::new(0.12, 0.105, 0.09);
 
-fn palette() -> [DocumentLook; 9] {
-    let mirror = DocumentLook {
+fn palette() -> [DocumentMaterial; 9] {
+    let mirror = DocumentMaterial {
         ks: rgb(0.86, 0.87, 0.88),
         shininess: 2000.0,
-        ..DocumentLook::default()
+        ..DocumentMaterial::default()
     };
     let polish = rgb(0.07, 0.07, 0.07);
     [
@@ -54,27 +54,27 @@ fn palette() -> [DocumentLook; 9] {
     ]
 }
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&StandardView {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+    builder.view(&StandardView {
         width: 1024,
         height: 1024,
         ..hd(DVec3::new(0.0, 1.0, 5.2), DVec3::new(0.0, 1.0, 0.0), 26.6)
     });
     // Seen in the spheres only: the dim room in which the box stands open.
-    sink.background(rgb(0.075, 0.065, 0.055));
-    lights().for_each(|light| sink.light(&light));
+    builder.background(rgb(0.075, 0.065, 0.055));
+    lights().for_each(|light| builder.light(&light));
     let palette = palette();
-    let mut pen = Pen::new(sink, &palette);
+    let mut mesh = MeshBuilder::new(builder, &palette);
     // The spheres are the scene: what they leave goes to the flat parts, where triangles change nothing to be seen.
     let budget = f64::from(params.size);
     let frequency = geodesic::frequency(budget * 0.4);
-    spheres(&mut pen, frequency);
-    let flat = (budget - pen.triangles() as f64).max(1.0);
+    spheres(&mut mesh, frequency);
+    let flat = (budget - mesh.triangles() as f64).max(1.0);
     // 14 unit squares of wall and floor and about 3 of blocks, 2 triangles to a quad.
     let cells = (flat / 2.0 / 24.6).max(1.0).sqrt();
-    room(&mut pen, cells);
-    blocks(&mut pen, cells);
-    pen.finish();
+    room(&mut mesh, cells);
+    blocks(&mut mesh, cells);
+    mesh.finish();
 }
 
 fn lights() -> impl Iterator<Item = StandardLight> {
@@ -95,13 +95,13 @@ fn lights() -> impl Iterator<Item = StandardLight> {
     lamps.chain(bounces)
 }
 
-fn spheres(pen: &mut Pen, frequency: usize) {
-    pen.look(MIRROR);
-    geodesic::sphere(pen, frequency, |p| {
+fn spheres(mesh: &mut MeshBuilder, frequency: usize) {
+    mesh.material(MIRROR);
+    geodesic::sphere(mesh, frequency, |p| {
         DVec3::new(-0.40, 1.12 + 0.36, -0.38) + p * 0.36
     });
-    pen.look(GLASS);
-    geodesic::sphere(pen, frequency, |p| DVec3::new(0.20, 0.38, 0.46) + p * 0.38);
+    mesh.material(GLASS);
+    geodesic::sphere(mesh, frequency, |p| DVec3::new(0.20, 0.38, 0.46) + p * 0.38);
 }
 
 /// Quads along a length.
@@ -110,12 +110,12 @@ fn along(length: f64, cells: f64) -> usize {
 }
 
 /// Floor, ceiling with its lamp, back and side walls of the box from -1 to 1, 0 to 2, -1 to 1.
-fn room(pen: &mut Pen, cells: f64) {
+fn room(mesh: &mut MeshBuilder, cells: f64) {
     let at = DVec3::new;
-    let wall = |pen: &mut Pen, look: usize, corners: [DVec3; 4]| {
-        pen.look(look);
+    let wall = |mesh: &mut MeshBuilder, material: usize, corners: [DVec3; 4]| {
+        mesh.material(material);
         let [a, b, _, d] = corners;
-        pen.quad(
+        mesh.quad(
             corners,
             along((b - a).length(), cells),
             along((d - a).length(), cells),
@@ -123,27 +123,27 @@ fn room(pen: &mut Pen, cells: f64) {
     };
     let (l, h, f, k) = (1.0, 2.0, 1.0, -1.0);
     wall(
-        pen,
+        mesh,
         WHITE,
         [at(-l, 0.0, k), at(l, 0.0, k), at(l, h, k), at(-l, h, k)],
     );
     wall(
-        pen,
+        mesh,
         RED,
         [at(-l, 0.0, f), at(-l, 0.0, k), at(-l, h, k), at(-l, h, f)],
     );
     wall(
-        pen,
+        mesh,
         GREEN,
         [at(l, 0.0, k), at(l, 0.0, f), at(l, h, f), at(l, h, k)],
     );
     wall(
-        pen,
+        mesh,
         WHITE,
         [at(-l, h, k), at(l, h, k), at(l, h, f), at(-l, h, f)],
     );
     wall(
-        pen,
+        mesh,
         LAMP,
         [
             at(-0.34, 1.985, -0.28),
@@ -157,10 +157,10 @@ fn room(pen: &mut Pen, cells: f64) {
     for row in 0..side {
         for column in 0..side {
             let (x, z) = (-1.0 + f64::from(column) * step, 1.0 - f64::from(row) * step);
-            let look = TILES[((row + column) % 2) as usize];
+            let material = TILES[((row + column) % 2) as usize];
             wall(
-                pen,
-                look,
+                mesh,
+                material,
                 [
                     at(x, 0.0, z),
                     at(x + step, 0.0, z),
@@ -173,17 +173,17 @@ fn room(pen: &mut Pen, cells: f64) {
 }
 
 /// The tall block under the mirror sphere and the low one beside it.
-fn blocks(pen: &mut Pen, cells: f64) {
-    pen.look(BLOCK);
+fn blocks(mesh: &mut MeshBuilder, cells: f64) {
+    mesh.material(BLOCK);
     block(
-        pen,
+        mesh,
         DVec2::new(-0.40, -0.38),
         DVec3::new(0.29, 1.12, 0.29),
         DVec2::new(0.96, 0.28),
         cells,
     );
     block(
-        pen,
+        mesh,
         DVec2::new(0.55, -0.36),
         DVec3::new(0.27, 0.62, 0.27),
         DVec2::new(0.958, -0.287),
@@ -192,12 +192,12 @@ fn blocks(pen: &mut Pen, cells: f64) {
 }
 
 /// A block on the floor of these half widths (and whole height), turned so that its x axis points to `turn`.
-fn block(pen: &mut Pen, center: DVec2, size: DVec3, turn: DVec2, cells: f64) {
+fn block(mesh: &mut MeshBuilder, center: DVec2, size: DVec3, turn: DVec2, cells: f64) {
     let turn = turn / turn.length();
     let at = |x: f64, y: f64, z: f64| {
         let (x, z) = (x * size.x, z * size.z);
-        let place = center + turn * x + DVec2::new(-turn.y, turn.x) * z;
-        DVec3::new(place.x, y * size.y, place.y)
+        let position = center + turn * x + DVec2::new(-turn.y, turn.x) * z;
+        DVec3::new(position.x, y * size.y, position.y)
     };
     let up = along(size.y, cells);
     let across = along(2.0 * size.x, cells);
@@ -213,7 +213,7 @@ fn block(pen: &mut Pen, center: DVec2, size: DVec3, turn: DVec2, cells: f64) {
             at(bx, 1.0, bz),
             at(ax, 1.0, az),
         ];
-        pen.quad(side, across, up);
+        mesh.quad(side, across, up);
     }
     let top = [
         at(-1.0, 1.0, 1.0),
@@ -221,5 +221,5 @@ fn block(pen: &mut Pen, center: DVec2, size: DVec3, turn: DVec2, cells: f64) {
         at(1.0, 1.0, -1.0),
         at(-1.0, 1.0, -1.0),
     ];
-    pen.quad(top, across, across);
+    mesh.quad(top, across, across);
 }

@@ -1,6 +1,6 @@
 //! Spheres of equal triangles, closed to the last bit.
 
-use super::pen::Pen;
+use super::mesh_builder::MeshBuilder;
 use glam::DVec3;
 
 /// The golden ratio, (1 + √5) / 2.
@@ -51,35 +51,37 @@ pub(super) fn frequency(triangles: f64) -> usize {
     (triangles / 20.0).max(1.0).sqrt().round() as usize
 }
 
-/// Draws a sphere of 20 `frequency`² triangles in the surface chosen, its points moved by `place` from the unit sphere
+/// Draws a sphere of 20 `frequency`² triangles in the surface chosen, its points moved by `position` from the unit sphere
 /// to where they belong.
 ///
 /// A point on an edge comes out the same from both faces: its sum has two terms that are not zero, and a + b = b + a.
-pub(super) fn sphere(pen: &mut Pen, frequency: usize, place: impl Fn(DVec3) -> DVec3) {
+pub(super) fn sphere(mesh: &mut MeshBuilder, frequency: usize, position: impl Fn(DVec3) -> DVec3) {
     for [a, b, c] in FACES.map(|face| face.map(|i| CORNERS[i])) {
-        pen.triangle(frequency, |i, j| {
+        mesh.triangle(frequency, |i, j| {
             let (u, v, w) = (frequency - i - j, i, j);
             let sum = a * u as f64 + b * v as f64 + c * w as f64;
-            place(sum / sum.length())
+            position(sum / sum.length())
         });
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::sink::{DocumentLook, Look, Sink, StandardLight, StandardView};
+    use super::super::super::builder::{
+        DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView,
+    };
     use super::*;
     use std::collections::BTreeMap;
 
     /// Counts how often each directed edge occurs, by the bits of its ends.
     #[derive(Default)]
-    struct Edges(BTreeMap<[[u64; 3]; 2], usize>);
+    struct EdgeCounts(BTreeMap<[[u64; 3]; 2], usize>);
 
-    impl Sink for Edges {
+    impl SceneBuilder for EdgeCounts {
         fn view(&mut self, _: &StandardView) {}
         fn background(&mut self, _: DVec3) {}
         fn light(&mut self, _: &StandardLight) {}
-        fn surface(&mut self, _: &Look) {}
+        fn material(&mut self, _: &MaterialDesc) {}
         fn sphere(&mut self, _: DVec3, _: f64) {}
         fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {}
         fn polygon(&mut self, _: &[DVec3]) {}
@@ -100,12 +102,12 @@ mod tests {
 
     #[test]
     fn the_sphere_is_closed_to_the_last_bit() {
-        let mut edges = Edges::default();
-        let palette = [DocumentLook::default()];
-        let mut pen = Pen::new(&mut edges, &palette);
-        sphere(&mut pen, 37, |p| DVec3::new(0.1, 0.2, 0.3) + p * 0.7);
-        assert_eq!(pen.triangles(), 20 * 37 * 37);
-        pen.finish();
+        let mut edges = EdgeCounts::default();
+        let palette = [DocumentMaterial::default()];
+        let mut mesh = MeshBuilder::new(&mut edges, &palette);
+        sphere(&mut mesh, 37, |p| DVec3::new(0.1, 0.2, 0.3) + p * 0.7);
+        assert_eq!(mesh.triangles(), 20 * 37 * 37);
+        mesh.finish();
         for ([a, b], count) in &edges.0 {
             assert_eq!(*count, 1);
             assert_eq!(edges.0.get(&[*b, *a]), Some(&1));

@@ -4,17 +4,17 @@
 //! number of tubes their width shrinks as its square root, so that the picture stays the same and gets finer.
 
 use super::geodesic;
-use super::looks::{matte, polished, rgb};
+use super::materials::{matte, polished, rgb};
+use super::mesh_builder::{Grid, MeshBuilder};
 use super::noise::{Dice, blend, fractal2, noise2, smoothstep};
-use super::pen::{Net, Pen};
 use super::{SIZES, hd, sun};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{DocumentLook, Sink};
+use crate::standard::builder::{DocumentMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec2, DVec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "hair",
     purpose: "fur and grass of thin curved tubes: boxes that hold little, silhouettes everywhere",
     family: Family::Modern,
@@ -38,7 +38,7 @@ const SOIL: usize = 3 * HUES * TONES;
 const WHITE: usize = SOIL + 1;
 const BLACK: usize = SOIL + 2;
 
-fn palette() -> Vec<DocumentLook> {
+fn palette() -> Vec<DocumentMaterial> {
     let grass = [
         rgb(0.16, 0.27, 0.05),
         rgb(0.22, 0.31, 0.06),
@@ -83,7 +83,7 @@ const SIDES: usize = 3;
 const TUBE: u64 = (2 * SIDES * STEPS + SIDES) as u64;
 
 /// A dweller of the meadow: a ball of fur with two eyes.
-struct Dweller {
+struct Creature {
     center: DVec3,
     radius: f64,
     fur: usize,
@@ -93,15 +93,15 @@ struct Dweller {
     share: f64,
 }
 
-const DWELLERS: [Dweller; 2] = [
-    Dweller {
+const DWELLERS: [Creature; 2] = [
+    Creature {
         center: DVec3::new(-0.75, 1.02, 0.0),
         radius: 0.86,
         fur: FUR[0],
         gaze: DVec3::new(0.36, 0.10, 0.93),
         share: 0.24,
     },
-    Dweller {
+    Creature {
         center: DVec3::new(1.12, 0.70, 0.75),
         radius: 0.52,
         fur: FUR[1],
@@ -110,33 +110,33 @@ const DWELLERS: [Dweller; 2] = [
     },
 ];
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+    builder.view(&hd(
         DVec3::new(0.15, 1.42, 5.6),
         DVec3::new(0.05, 0.93, 0.0),
         33.0,
     ));
-    sink.background(rgb(0.30, 0.50, 0.78));
-    sink.light(&sun(DVec3::new(-0.75, 0.62, 0.42), rgb(1.75, 1.5, 1.15)));
-    sink.light(&sun(DVec3::new(0.85, 0.5, -0.55), rgb(0.42, 0.44, 0.42)));
+    builder.background(rgb(0.30, 0.50, 0.78));
+    builder.light(&sun(DVec3::new(-0.75, 0.62, 0.42), rgb(1.75, 1.5, 1.15)));
+    builder.light(&sun(DVec3::new(0.85, 0.5, -0.55), rgb(0.42, 0.44, 0.42)));
     let palette = palette();
-    let mut pen = Pen::new(sink, &palette);
+    let mut mesh = MeshBuilder::new(builder, &palette);
     let budget = f64::from(params.size);
-    ground(&mut pen, (budget * 0.02 / 2.0).sqrt() as usize);
+    ground(&mut mesh, (budget * 0.02 / 2.0).sqrt() as usize);
     let frequency = geodesic::frequency(budget * 0.03 / 10.0).clamp(3, 60);
     for dweller in &DWELLERS {
-        dweller.skin(&mut pen, frequency);
+        dweller.skin(&mut mesh, frequency);
     }
-    let tubes = (params.size as u64).saturating_sub(pen.triangles()) / TUBE;
+    let tubes = (params.size as u64).saturating_sub(mesh.triangles()) / TUBE;
     let width = 0.0115 / (tubes as f64 / 21_000.0).sqrt();
     let mut left = tubes;
     for dweller in &DWELLERS {
         let count = (tubes as f64 * dweller.share) as u64;
-        dweller.coat(&mut pen, count, width);
+        dweller.coat(&mut mesh, count, width);
         left -= count;
     }
-    meadow(&mut pen, left, width);
-    pen.finish();
+    meadow(&mut mesh, left, width);
+    mesh.finish();
 }
 
 /// The meadow from the nearest to the farthest grass, and half its width there.
@@ -159,17 +159,17 @@ fn place(across: f64, away: f64) -> DVec3 {
     DVec3::new(p.x, height(p), p.y)
 }
 
-fn ground(pen: &mut Pen, cells: usize) {
+fn ground(mesh: &mut MeshBuilder, cells: usize) {
     let cells = cells.max(6);
-    pen.look(SOIL);
-    pen.net(Net::open(cells, cells), |i, j| {
+    mesh.material(SOIL);
+    mesh.grid(Grid::open(cells, cells), |i, j| {
         let across = 2.2 * i as f64 / cells as f64 - 1.1;
         place(across, 1.15 * j as f64 / cells as f64 - 0.02)
     });
 }
 
-fn meadow(pen: &mut Pen, count: u64, width: f64) {
-    if pen.counted(count * TUBE) {
+fn meadow(mesh: &mut MeshBuilder, count: u64, width: f64) {
+    if mesh.counted(count * TUBE) {
         return;
     }
     // A jittered lattice, row by row from the eye: even, without a pattern.
@@ -184,24 +184,24 @@ fn meadow(pen: &mut Pen, count: u64, width: f64) {
             .any(|d| (root - d.center).length() < d.radius)
         {
             // Nothing grows inside a dweller: the tube goes to its foot instead.
-            skirt(pen, number, width, &mut dice);
+            skirt(mesh, number, width, &mut dice);
             continue;
         }
-        blade(pen, root, width, &mut dice);
+        blade(mesh, root, width, &mut dice);
     }
 }
 
 /// A blade of grass near a dweller.
-fn skirt(pen: &mut Pen, number: u64, width: f64, dice: &mut Dice) {
+fn skirt(mesh: &mut MeshBuilder, number: u64, width: f64, dice: &mut Dice) {
     let dweller = &DWELLERS[(number % 2) as usize];
     let turn = dice.range(0.0, TAU);
     let reach = dweller.radius * dice.range(0.85, 1.25);
     let p =
         DVec2::new(dweller.center.x, dweller.center.z) + DVec2::new(cos(turn), sin(turn)) * reach;
-    blade(pen, DVec3::new(p.x, height(p), p.y), width, dice);
+    blade(mesh, DVec3::new(p.x, height(p), p.y), width, dice);
 }
 
-fn blade(pen: &mut Pen, root: DVec3, width: f64, dice: &mut Dice) {
+fn blade(mesh: &mut MeshBuilder, root: DVec3, width: f64, dice: &mut Dice) {
     let p = DVec2::new(root.x, root.z);
     // The wind comes in waves.
     let gust = 0.5 + 0.5 * noise2(SEED + 20, p * 0.9).0;
@@ -222,12 +222,12 @@ fn blade(pen: &mut Pen, root: DVec3, width: f64, dice: &mut Dice) {
         along: up * length,
         bend: (lean + scatter * 0.4) * length * 1.1,
         width: width * 1.15,
-        look: GRASS + hue * TONES,
+        material: GRASS + hue * TONES,
     };
-    tube.draw(pen);
+    tube.draw(mesh);
 }
 
-impl Dweller {
+impl Creature {
     /// Where the eyes are, seen from the middle, and their radius.
     fn eyes(&self) -> ([DVec3; 2], f64) {
         let gaze = self.gaze / self.gaze.length();
@@ -238,28 +238,28 @@ impl Dweller {
         ([eye(-1.0), eye(1.0)], self.radius * 0.225)
     }
 
-    fn skin(&self, pen: &mut Pen, frequency: usize) {
+    fn skin(&self, mesh: &mut MeshBuilder, frequency: usize) {
         let (eyes, size) = self.eyes();
         let gaze = self.gaze / self.gaze.length();
-        pen.look(self.fur);
-        geodesic::sphere(pen, frequency.min(12), |p| {
+        mesh.material(self.fur);
+        geodesic::sphere(mesh, frequency.min(12), |p| {
             self.center + p * (self.radius * 0.97)
         });
         for eye in eyes {
             let center = self.center + eye * 1.06;
-            pen.look(WHITE);
-            geodesic::sphere(pen, frequency, |p| center + p * size);
-            pen.look(BLACK);
+            mesh.material(WHITE);
+            geodesic::sphere(mesh, frequency, |p| center + p * size);
+            mesh.material(BLACK);
             let pupil = center + gaze * (size * 0.62);
-            geodesic::sphere(pen, frequency, |p| pupil + p * (size * 0.54));
+            geodesic::sphere(mesh, frequency, |p| pupil + p * (size * 0.54));
         }
     }
 
     /// Fur from roots on a spiral of the golden angle, which spreads them evenly (Vogel, "A better way to construct the
     /// sunflower head", Mathematical Biosciences, 1979); combed downward and outward, away from the eyes.
-    fn coat(&self, pen: &mut Pen, count: u64, width: f64) {
+    fn coat(&self, mesh: &mut MeshBuilder, count: u64, width: f64) {
         const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
-        if pen.counted(count * TUBE) {
+        if mesh.counted(count * TUBE) {
             return;
         }
         let (eyes, size) = self.eyes();
@@ -295,9 +295,9 @@ impl Dweller {
                 along: (normal + scatter * 0.35) * (length * 0.8),
                 bend: (lean + scatter * (0.35 + whorl)) * length,
                 width,
-                look: self.fur + hue * TONES,
+                material: self.fur + hue * TONES,
             };
-            tube.draw(pen);
+            tube.draw(mesh);
         }
     }
 }
@@ -309,26 +309,26 @@ struct Tube {
     /// How far the tip is drawn from where `along` leads.
     bend: DVec3,
     width: f64,
-    look: usize,
+    material: usize,
 }
 
 impl Tube {
-    fn draw(&self, pen: &mut Pen) {
+    fn draw(&self, mesh: &mut MeshBuilder) {
         let side = self.along.cross(self.bend + DVec3::new(1e-3, 0.0, 2e-3));
         let side = side / side.length();
         // Where each tone ends, in steps; the last is a step short of the tip.
         const ENDS: [usize; TONES + 1] = [0, 2, 4, STEPS];
         for tone in 0..TONES {
-            pen.look(self.look + tone);
+            mesh.material(self.material + tone);
             let (from, to) = (ENDS[tone], ENDS[tone + 1]);
             let mut rings = [[DVec3::ZERO; SIDES]; STEPS + 1];
             for (k, ring) in rings[from..=to].iter_mut().enumerate() {
                 *ring = self.ring(side, from + k);
             }
-            pen.net(Net::tube(SIDES, to - from), |i, j| rings[from + j][i]);
+            mesh.grid(Grid::tube(SIDES, to - from), |i, j| rings[from + j][i]);
             if tone + 1 == TONES {
                 let tip = self.root + self.along + self.bend;
-                pen.fan(tip, SIDES, |i| rings[STEPS][i]);
+                mesh.fan(tip, SIDES, |i| rings[STEPS][i]);
             }
         }
     }

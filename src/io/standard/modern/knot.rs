@@ -1,7 +1,7 @@
 //! A trefoil of rope: millions of triangles in a small place.
 
+use super::mesh_builder::{Grid, MeshBuilder};
 use super::noise::fractal3;
-use super::pen::{Net, Pen};
 use glam::DVec3;
 use libm::{cos, sin};
 use std::f64::consts::TAU;
@@ -15,7 +15,7 @@ const TURNS: (f64, f64) = (2.0, 3.0);
 const ROPE: f64 = 0.098;
 
 /// The trefoil: a rope of four strands along a torus knot, hammered a little.
-pub(super) fn knot(pen: &mut Pen, triangles: f64, middle: DVec3) {
+pub(super) fn knot(mesh: &mut MeshBuilder, triangles: f64, middle: DVec3) {
     // Seven times as long as it is around.
     let around = (triangles / 14.0).max(9.0).sqrt().round() as usize;
     let along = (triangles / 2.0 / around as f64).round().max(8.0) as usize;
@@ -27,7 +27,7 @@ pub(super) fn knot(pen: &mut Pen, triangles: f64, middle: DVec3) {
         .collect();
     let mut row = usize::MAX;
     let mut rope = Rope::at(0.0);
-    pen.net(Net::torus(around, along), |i, j| {
+    mesh.grid(Grid::torus(around, along), |i, j| {
         if row != j {
             (row, rope) = (j, Rope::at(TAU * j as f64 / along as f64));
         }

@@ -5,14 +5,14 @@
 //! their diagonals, two more triangles for each; neither puts a point on an edge that the neighbour lacks, so that the
 //! sponge stays one closed surface.
 
-use super::looks::{matte, polished, rgb};
-use super::pen::{Net, Pen};
+use super::materials::{matte, polished, rgb};
+use super::mesh_builder::{Grid, MeshBuilder};
 use super::{SIZES, hd, lamp, sun};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{DocumentLook, Sink};
+use crate::standard::builder::{DocumentMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::DVec3;
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "menger",
     purpose: "a Menger sponge: axis-parallel faces, tunnels, rays that pass many boxes and hit none",
     family: Family::Modern,
@@ -29,7 +29,7 @@ const FLOOR: usize = LEVELS + 1;
 const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.18);
 
 /// Walls by the level at which their hole was cut (0: the outside), then the floor.
-fn palette() -> Vec<DocumentLook> {
+fn palette() -> Vec<DocumentMaterial> {
     let colors = [
         rgb(0.70, 0.66, 0.58),
         rgb(0.78, 0.36, 0.12),
@@ -55,7 +55,7 @@ fn quads(level: usize) -> u64 {
 
 /// How the quads are cut.
 #[derive(Clone, Copy, Debug)]
-struct Cut {
+struct SpongeDetail {
     level: usize,
     /// Cells along the side of a quad.
     cells: usize,
@@ -63,15 +63,15 @@ struct Cut {
     extra: u64,
 }
 
-impl Cut {
-    fn of(size: u32) -> Cut {
+impl SpongeDetail {
+    fn of(size: u32) -> SpongeDetail {
         let target = f64::from(size);
         let fits = |level: &usize| 2 * quads(*level) <= u64::from(size);
         let level = (1..=LEVELS).rev().find(fits).unwrap_or(1);
         let pairs = target / (2.0 * quads(level) as f64);
         let cells = pairs.sqrt().floor().max(1.0);
         let extra = (pairs / (cells * cells) - 1.0).max(0.0) * 65536.0;
-        Cut {
+        SpongeDetail {
             level,
             cells: cells as usize,
             extra: extra as u64,
@@ -90,30 +90,30 @@ impl Cut {
     }
 }
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+    builder.view(&hd(
         DVec3::new(1.50, 1.28, 2.30),
         DVec3::new(0.02, 0.43, 0.0),
         33.5,
     ));
-    sink.background(rgb(0.045, 0.065, 0.115));
-    sink.light(&sun(DVec3::new(0.42, 0.72, 0.95), rgb(0.86, 0.78, 0.66)));
-    sink.light(&sun(DVec3::new(0.95, 0.38, 0.05), rgb(0.13, 0.19, 0.36)));
-    sink.light(&lamp(DVec3::new(0.0, 0.5, 0.0), rgb(1.1, 0.62, 0.24), 0.5));
+    builder.background(rgb(0.045, 0.065, 0.115));
+    builder.light(&sun(DVec3::new(0.42, 0.72, 0.95), rgb(0.86, 0.78, 0.66)));
+    builder.light(&sun(DVec3::new(0.95, 0.38, 0.05), rgb(0.13, 0.19, 0.36)));
+    builder.light(&lamp(DVec3::new(0.0, 0.5, 0.0), rgb(1.1, 0.62, 0.24), 0.5));
     let palette = palette();
-    let mut pen = Pen::new(sink, &palette);
-    floor(&mut pen);
+    let mut mesh = MeshBuilder::new(builder, &palette);
+    floor(&mut mesh);
     let mut sponge = Sponge {
-        cut: Cut::of(params.size),
+        cut: SpongeDetail::of(params.size),
         number: 0,
     };
-    sponge.draw(&mut pen);
-    pen.finish();
+    sponge.draw(&mut mesh);
+    mesh.finish();
 }
 
-fn floor(pen: &mut Pen) {
-    pen.look(FLOOR);
-    pen.net(Net::open(1, 1), |i, j| {
+fn floor(mesh: &mut MeshBuilder) {
+    mesh.material(FLOOR);
+    mesh.grid(Grid::open(1, 1), |i, j| {
         let side = |k: usize| 40.0 * k as f64 - 20.0;
         DVec3::new(side(i), -0.002, -side(j))
     });
@@ -143,23 +143,23 @@ fn holes([x, y, z]: [u32; 3]) -> u32 {
 }
 
 struct Sponge {
-    cut: Cut,
+    cut: SpongeDetail,
     /// Cells of quads drawn so far.
     number: u64,
 }
 
 /// A face of a cell of stone that meets air.
-struct Face {
+struct SpongeFace {
     /// Least corner of the face, in cells, within the block.
     corner: [usize; 3],
     axis: usize,
     /// Whether the air is on the upper side.
     upper: bool,
-    look: usize,
+    material: usize,
 }
 
 /// What has been drawn of a block.
-struct Block {
+struct SpongeBlock {
     /// The block's least corner, in cells.
     origin: [usize; 3],
     vertices: Vec<DVec3>,
@@ -169,13 +169,13 @@ struct Block {
 }
 
 impl Sponge {
-    fn draw(&mut self, pen: &mut Pen) {
-        if pen.counted(self.cut.triangles()) {
+    fn draw(&mut self, mesh: &mut MeshBuilder) {
+        if mesh.counted(self.cut.triangles()) {
             return;
         }
         let middles = middles(self.cut.level);
         let points = BLOCK * self.cut.cells + 1;
-        let mut block = Block {
+        let mut block = SpongeBlock {
             origin: [0; 3],
             vertices: Vec::new(),
             facets: Vec::new(),
@@ -190,7 +190,7 @@ impl Sponge {
             for cell in cells() {
                 self.cell(&mut block, &middles, cell);
             }
-            pen.facets(&block.vertices, &block.facets);
+            mesh.facets(&block.vertices, &block.facets);
             block.vertices.clear();
             block.facets.clear();
             block.lattice.fill(u32::MAX);
@@ -198,7 +198,7 @@ impl Sponge {
     }
 
     /// Draws the faces of a cell that meet air.
-    fn cell(&mut self, block: &mut Block, middles: &[u32], cell: [usize; 3]) {
+    fn cell(&mut self, block: &mut SpongeBlock, middles: &[u32], cell: [usize; 3]) {
         let place: [usize; 3] = std::array::from_fn(|k| block.origin[k] + cell[k]);
         let here = place.map(|c| middles[c]);
         if holes(here) != 0 {
@@ -210,7 +210,7 @@ impl Sponge {
                     true => place[axis] + 1,
                     false => place[axis].wrapping_sub(1),
                 };
-                let look = match middles.get(next) {
+                let material = match middles.get(next) {
                     None => 0,
                     Some(&middle) => {
                         let mut there = here;
@@ -223,18 +223,18 @@ impl Sponge {
                 };
                 let mut corner = cell;
                 corner[axis] += usize::from(upper);
-                let face = Face {
+                let face = SpongeFace {
                     corner,
                     axis,
                     upper,
-                    look,
+                    material,
                 };
                 self.face(block, &face);
             }
         }
     }
 
-    fn face(&mut self, block: &mut Block, face: &Face) {
+    fn face(&mut self, block: &mut SpongeBlock, face: &SpongeFace) {
         let cells = self.cut.cells;
         let (mut u, mut v) = ((face.axis + 1) % 3, (face.axis + 2) % 3);
         if !face.upper {
@@ -250,15 +250,15 @@ impl Sponge {
                 });
                 let points = self.cut.points(self.number);
                 self.number += 1;
-                block.quad(corners, face.look, points);
+                block.quad(corners, face.material, points);
             }
         }
     }
 }
 
-impl Block {
+impl SpongeBlock {
     /// The vertex at a point of the block's lattice.
-    fn vertex(&mut self, point: [usize; 3], cut: Cut) -> u32 {
+    fn vertex(&mut self, point: [usize; 3], cut: SpongeDetail) -> u32 {
         let points = BLOCK * cut.cells + 1;
         let slot = &mut self.lattice[(point[2] * points + point[1]) * points + point[0]];
         if *slot == u32::MAX {
@@ -272,7 +272,7 @@ impl Block {
     }
 
     /// Draws a quad with this many points on its diagonal.
-    fn quad(&mut self, [a, b, c, d]: [u32; 4], look: usize, points: u64) {
+    fn quad(&mut self, [a, b, c, d]: [u32; 4], material: usize, points: u64) {
         let (from, to) = (self.vertices[a as usize], self.vertices[c as usize]);
         let mut last = a;
         for k in 1..=points {
@@ -280,11 +280,11 @@ impl Block {
             let next = self.vertices.len() as u32;
             self.vertices.push(from + (to - from) * t);
             self.facets
-                .extend([(look, [last, b, next]), (look, [last, next, d])]);
+                .extend([(material, [last, b, next]), (material, [last, next, d])]);
             last = next;
         }
         self.facets
-            .extend([(look, [last, b, c]), (look, [last, c, d])]);
+            .extend([(material, [last, b, c]), (material, [last, c, d])]);
     }
 }
 
@@ -301,13 +301,13 @@ fn cells() -> impl Iterator<Item = [usize; 3]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::{CountSink, Counts};
+    use super::super::super::{ShapeCounter, ShapeCounts};
     use super::*;
 
-    fn count(size: u32) -> Counts {
-        let mut sink = CountSink::default();
-        generate(&Params { size }, &mut sink);
-        sink.counts()
+    fn count(size: u32) -> ShapeCounts {
+        let mut builder = ShapeCounter::default();
+        generate(&SceneParams { size }, &mut builder);
+        builder.counts()
     }
 
     #[test]

@@ -1,23 +1,23 @@
 //! The modern standard scenes: triangles only, from thousands to tens of millions by one size parameter.
 //!
 //! What Haines' databases, made for the machines of 1987, leave unasked: height fields, thin tubes, interiors, closed
-//! meshes of glass. Each scene is drawn with a [`pen::Pen`], chunk by chunk, so that a scene larger than memory can go
+//! meshes of glass. Each scene is drawn with a [`mesh_builder::MeshBuilder`], chunk by chunk, so that a scene larger than memory can go
 //! to a file. Lights are points, suns too (far away), because every file format here can hold those.
 
 pub(super) mod cornell;
 mod geodesic;
 pub(super) mod hair;
 mod knot;
-mod looks;
+mod materials;
 pub(super) mod menger;
+mod mesh_builder;
 mod noise;
-mod parts;
-mod pen;
+mod props;
 pub(super) mod room;
 pub(super) mod street;
 pub(super) mod terrain;
 
-use super::sink::{StandardLight, StandardView};
+use super::builder::{StandardLight, StandardView};
 use glam::DVec3;
 use std::ops::RangeInclusive;
 

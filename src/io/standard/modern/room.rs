@@ -5,17 +5,17 @@
 
 use super::geodesic;
 use super::knot::knot;
-use super::looks::{glass, glow, matte, polished, rgb};
-use super::parts::{ALL, Frame, STANDING, cells, cuboid, lathe, moulding};
-use super::pen::{Pen, fit};
+use super::materials::{glass, glow, matte, polished, rgb};
+use super::mesh_builder::{MeshBuilder, fit_detail};
+use super::props::{ALL, LocalFrame, STANDING, cells, cuboid, lathe, moulding};
 use super::{SIZES, hd, lamp};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{DocumentLook, Sink};
+use crate::standard::builder::{DocumentMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec2, DVec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "room",
     purpose: "a finely detailed statue in a closed room: a teapot in a stadium, and no ray escapes",
     family: Family::Modern,
@@ -46,7 +46,7 @@ const CEILING: usize = 10;
 const RUG: [usize; 2] = [11, 12];
 const DARK_WOOD: usize = 13;
 
-fn palette() -> [DocumentLook; 14] {
+fn palette() -> [DocumentMaterial; 14] {
     let marble = |color| polished(matte(color, AMBIENT), rgb(0.10, 0.10, 0.10), 400.0);
     let gold = matte(rgb(0.46, 0.27, 0.075), AMBIENT);
     let mirror = matte(rgb(0.01, 0.01, 0.012), AMBIENT);
@@ -64,7 +64,7 @@ fn palette() -> [DocumentLook; 14] {
         glass(1.5),
         polished(mirror, rgb(0.82, 0.84, 0.84), 2000.0),
         glow(rgb(1.0, 0.92, 0.74)),
-        DocumentLook {
+        DocumentMaterial {
             ke: rgb(0.34, 0.22, 0.10),
             ..matte(rgb(0.65, 0.56, 0.42), AMBIENT)
         },
@@ -79,86 +79,90 @@ fn palette() -> [DocumentLook; 14] {
     ]
 }
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+    builder.view(&hd(
         DVec3::new(1.75, 1.62, 2.75),
         DVec3::new(-0.35, 1.23, -0.4),
         42.0,
     ));
-    sink.background(DVec3::ZERO);
-    sink.light(&lamp(
+    builder.background(DVec3::ZERO);
+    builder.light(&lamp(
         DVec3::new(0.55, 2.38, 0.75),
         rgb(0.62, 0.53, 0.40),
         1.7,
     ));
-    sink.light(&lamp(
+    builder.light(&lamp(
         DVec3::new(-2.62, 1.78, -1.1),
         rgb(0.40, 0.27, 0.13),
         1.3,
     ));
-    sink.light(&lamp(
+    builder.light(&lamp(
         DVec3::new(0.9, 1.78, -2.62),
         rgb(0.40, 0.27, 0.13),
         1.3,
     ));
-    sink.light(&lamp(DVec3::new(2.3, 2.6, 2.5), rgb(0.20, 0.24, 0.30), 2.2));
+    builder.light(&lamp(DVec3::new(2.3, 2.6, 2.5), rgb(0.20, 0.24, 0.30), 2.2));
     let palette = palette();
-    let mut pen = Pen::new(sink, &palette);
+    let mut mesh = MeshBuilder::new(builder, &palette);
     let budget = u64::from(params.size);
-    let detail = fit(budget * 3 / 10, (0.1, 2000.0), furnish);
-    furnish(&mut pen, detail);
-    let left = budget.saturating_sub(pen.triangles());
-    pen.look(GOLD);
-    knot(&mut pen, left as f64, STATUE);
-    pen.finish();
+    let detail = fit_detail(budget * 3 / 10, (0.1, 2000.0), furnish);
+    furnish(&mut mesh, detail);
+    let left = budget.saturating_sub(mesh.triangles());
+    mesh.material(GOLD);
+    knot(&mut mesh, left as f64, STATUE);
+    mesh.finish();
 }
 
 /// Everything but the statue, with `detail` quads to a unit of length.
-fn furnish(pen: &mut Pen, detail: f64) {
-    floor(pen, detail);
-    shell(pen, detail);
+fn furnish(mesh: &mut MeshBuilder, detail: f64) {
+    floor(mesh, detail);
+    shell(mesh, detail);
     for quarter in 0..4 {
-        let wall = Frame::at(DVec3::ZERO).turned(90.0 * f64::from(quarter));
-        panels(pen, &wall.moved(0.0, 0.0, -HALF), detail);
+        let wall = LocalFrame::at(DVec3::ZERO).turned(90.0 * f64::from(quarter));
+        panels(mesh, &wall.moved(0.0, 0.0, -HALF), detail);
     }
-    pedestal(pen, detail);
-    pendant(pen, detail);
+    pedestal(mesh, detail);
+    pendant(mesh, detail);
     sconce(
-        pen,
-        &Frame::at(DVec3::new(-HALF, 1.62, -1.1)).turned(90.0),
+        mesh,
+        &LocalFrame::at(DVec3::new(-HALF, 1.62, -1.1)).turned(90.0),
         detail,
     );
-    sconce(pen, &Frame::at(DVec3::new(0.9, 1.62, -HALF)), detail);
-    mirror(pen, &Frame::at(DVec3::new(-0.85, 1.02, -HALF)), detail);
-    table(pen, &Frame::at(DVec3::new(-2.1, 0.0, 0.45)), detail);
+    sconce(mesh, &LocalFrame::at(DVec3::new(0.9, 1.62, -HALF)), detail);
+    mirror(
+        mesh,
+        &LocalFrame::at(DVec3::new(-0.85, 1.02, -HALF)),
+        detail,
+    );
+    table(mesh, &LocalFrame::at(DVec3::new(-2.1, 0.0, 0.45)), detail);
 }
 
 /// Tiles, and a rug of two colours.
-fn floor(pen: &mut Pen, detail: f64) {
+fn floor(mesh: &mut MeshBuilder, detail: f64) {
     let side = 10;
     let step = 2.0 * HALF / f64::from(side);
     for row in 0..side {
         for column in 0..side {
-            pen.look(TILES[((row + column) % 2) as usize]);
+            mesh.material(TILES[((row + column) % 2) as usize]);
             let (x, z) = (
                 -HALF + step * f64::from(column),
                 HALF - step * f64::from(row),
             );
             let at = |dx: f64, dz: f64| DVec3::new(x + dx, 0.0, z - dz);
             let n = cells(step, detail);
-            pen.quad(
+            mesh.quad(
                 [at(0.0, 0.0), at(step, 0.0), at(step, step), at(0.0, step)],
                 n,
                 n,
             );
         }
     }
-    for (look, half, height) in [(RUG[1], 1.22, 0.012), (RUG[0], 1.12, 0.018)] {
-        pen.look(look);
+    for (material, half, height) in [(RUG[1], 1.22, 0.012), (RUG[0], 1.12, 0.018)] {
+        mesh.material(material);
         let corner = DVec3::new(half, height, half);
-        let rug = Frame::at(DVec3::new(-0.1, 0.0, -0.2)).turned(45.0);
+        let rug = LocalFrame::at(DVec3::new(-0.1, 0.0, -0.2)).turned(45.0);
         cuboid(
-            pen,
+            mesh,
             &rug,
             (DVec3::new(-half, 0.0, -half), corner),
             detail,
@@ -168,23 +172,23 @@ fn floor(pen: &mut Pen, detail: f64) {
 }
 
 /// Ceiling and upper walls, their fronts inside.
-fn shell(pen: &mut Pen, detail: f64) {
+fn shell(mesh: &mut MeshBuilder, detail: f64) {
     let n = cells(2.0 * HALF, detail);
     for quarter in 0..4 {
-        let wall = Frame::at(DVec3::ZERO).turned(90.0 * f64::from(quarter));
+        let wall = LocalFrame::at(DVec3::ZERO).turned(90.0 * f64::from(quarter));
         let at = |x: f64, y: f64| wall.point(DVec3::new(x, y, -HALF));
-        pen.look(PLASTER);
+        mesh.material(PLASTER);
         let corners = [
             at(-HALF, 0.0),
             at(HALF, 0.0),
             at(HALF, HEIGHT),
             at(-HALF, HEIGHT),
         ];
-        pen.quad(corners, n, cells(HEIGHT, detail));
+        mesh.quad(corners, n, cells(HEIGHT, detail));
     }
-    pen.look(CEILING);
+    mesh.material(CEILING);
     let at = |x: f64, z: f64| DVec3::new(x * HALF, HEIGHT, z * HALF);
-    pen.quad(
+    mesh.quad(
         [at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)],
         n,
         n,
@@ -192,11 +196,11 @@ fn shell(pen: &mut Pen, detail: f64) {
 }
 
 /// The wooden lower wall with raised panels, its rail, and the cornice under the ceiling.
-fn panels(pen: &mut Pen, wall: &Frame, detail: f64) {
-    pen.look(WOOD);
+fn panels(mesh: &mut MeshBuilder, wall: &LocalFrame, detail: f64) {
+    mesh.material(WOOD);
     let whole = (-HALF, HALF);
     moulding(
-        pen,
+        mesh,
         wall,
         whole,
         &[DVec2::new(0.03, 0.0), DVec2::new(0.03, 0.86)],
@@ -210,15 +214,15 @@ fn panels(pen: &mut Pen, wall: &Frame, detail: f64) {
         (0.055, 0.94),
         (0.0, 0.945),
     ];
-    moulding(pen, wall, whole, &base.map(DVec2::from), detail);
-    moulding(pen, wall, whole, &rail.map(DVec2::from), detail);
+    moulding(mesh, wall, whole, &base.map(DVec2::from), detail);
+    moulding(mesh, wall, whole, &rail.map(DVec2::from), detail);
     for k in 0..5 {
         let x = -HALF + 0.13 + 1.16 * f64::from(k);
         for (inset, depth) in [(0.0, 0.045), (0.07, 0.06)] {
             let lo = DVec3::new(x + inset, 0.26 + inset, 0.03);
             let hi = DVec3::new(x + 1.06 - inset, 0.76 - inset, depth);
             cuboid(
-                pen,
+                mesh,
                 wall,
                 (lo, hi),
                 detail,
@@ -226,7 +230,7 @@ fn panels(pen: &mut Pen, wall: &Frame, detail: f64) {
             );
         }
     }
-    pen.look(CEILING);
+    mesh.material(CEILING);
     let steps = 12;
     let cornice: Vec<_> = (0..=steps)
         .map(|k| {
@@ -234,7 +238,7 @@ fn panels(pen: &mut Pen, wall: &Frame, detail: f64) {
             DVec2::new(0.16 * (1.0 - cos(turn)), HEIGHT - 0.16 * (1.0 - sin(turn)))
         })
         .collect();
-    moulding(pen, wall, whole, &cornice, detail);
+    moulding(mesh, wall, whole, &cornice, detail);
 }
 
 /// Sides of turned work of this radius.
@@ -242,15 +246,15 @@ fn around(radius: f64, detail: f64) -> usize {
     cells(TAU * radius, detail).max(10)
 }
 
-fn pedestal(pen: &mut Pen, detail: f64) {
-    pen.look(STONE);
-    let place = Frame::at(STATUE * DVec3::new(1.0, 0.0, 1.0));
-    let block = |pen: &mut Pen, half: f64, from: f64, to: f64| {
+fn pedestal(mesh: &mut MeshBuilder, detail: f64) {
+    mesh.material(STONE);
+    let place = LocalFrame::at(STATUE * DVec3::new(1.0, 0.0, 1.0));
+    let block = |mesh: &mut MeshBuilder, half: f64, from: f64, to: f64| {
         let corners = (DVec3::new(-half, from, -half), DVec3::new(half, to, half));
-        cuboid(pen, &place.turned(20.0), corners, detail, ALL);
+        cuboid(mesh, &place.turned(20.0), corners, detail, ALL);
     };
-    block(pen, 0.34, 0.0, 0.12);
-    block(pen, 0.30, 0.64, 0.72);
+    block(mesh, 0.34, 0.0, 0.12);
+    block(mesh, 0.30, 0.64, 0.72);
     let profile = [
         (0.31, 0.12),
         (0.325, 0.15),
@@ -266,13 +270,13 @@ fn pedestal(pen: &mut Pen, detail: f64) {
         (0.27, 0.64),
     ];
     lathe(
-        pen,
+        mesh,
         &place,
         &profile.map(DVec2::from),
         around(0.25, detail),
         detail,
     );
-    pen.look(GOLD);
+    mesh.material(GOLD);
     let foot = [
         (0.16, 0.72),
         (0.16, 0.735),
@@ -281,7 +285,7 @@ fn pedestal(pen: &mut Pen, detail: f64) {
         (0.0, 0.98),
     ];
     lathe(
-        pen,
+        mesh,
         &place,
         &foot.map(DVec2::from),
         around(0.16, detail),
@@ -290,9 +294,9 @@ fn pedestal(pen: &mut Pen, detail: f64) {
 }
 
 /// The lamp over the statue: a shade open downward, a bulb, a cord.
-fn pendant(pen: &mut Pen, detail: f64) {
-    let place = Frame::at(DVec3::new(0.55, 0.0, 0.75));
-    pen.look(SHADE);
+fn pendant(mesh: &mut MeshBuilder, detail: f64) {
+    let place = LocalFrame::at(DVec3::new(0.55, 0.0, 0.75));
+    mesh.material(SHADE);
     let shade = [
         (0.27, 2.46),
         (0.22, 2.56),
@@ -301,32 +305,32 @@ fn pendant(pen: &mut Pen, detail: f64) {
         (0.012, 2.74),
     ];
     lathe(
-        pen,
+        mesh,
         &place,
         &shade.map(DVec2::from),
         around(0.25, detail),
         detail,
     );
-    pen.look(DARK_WOOD);
+    mesh.material(DARK_WOOD);
     let cord = [(0.008, 2.70), (0.008, 3.22), (0.05, 3.28), (0.05, HEIGHT)];
-    lathe(pen, &place, &cord.map(DVec2::from), 10, detail);
-    pen.look(BULB);
+    lathe(mesh, &place, &cord.map(DVec2::from), 10, detail);
+    mesh.material(BULB);
     let frequency = cells(0.1, detail).max(2);
-    geodesic::sphere(pen, frequency, |p| {
+    geodesic::sphere(mesh, frequency, |p| {
         place.point(DVec3::new(0.0, 2.48, 0.0) + p * 0.055)
     });
 }
 
 /// A bracket on a wall with a small shade.
-fn sconce(pen: &mut Pen, wall: &Frame, detail: f64) {
-    pen.look(DARK_WOOD);
+fn sconce(mesh: &mut MeshBuilder, wall: &LocalFrame, detail: f64) {
+    mesh.material(DARK_WOOD);
     let plate = (DVec3::new(-0.05, -0.12, 0.0), DVec3::new(0.05, 0.12, 0.03));
-    cuboid(pen, wall, plate, detail, ALL);
+    cuboid(mesh, wall, plate, detail, ALL);
     let arm = (
         DVec3::new(-0.012, -0.03, 0.03),
         DVec3::new(0.012, -0.006, 0.38),
     );
-    cuboid(pen, wall, arm, detail, ALL);
+    cuboid(mesh, wall, arm, detail, ALL);
     let place = wall.moved(0.0, 0.0, 0.38);
     let candle = [
         (0.035, -0.03),
@@ -336,17 +340,17 @@ fn sconce(pen: &mut Pen, wall: &Frame, detail: f64) {
         (0.0, 0.082),
     ];
     lathe(
-        pen,
+        mesh,
         &place,
         &candle.map(DVec2::from),
         around(0.03, detail),
         detail,
     );
-    pen.look(SHADE);
+    mesh.material(SHADE);
     // Open at both ends, so that its light falls on the wall above and below.
     let shade = [(0.15, 0.06), (0.085, 0.26)];
     lathe(
-        pen,
+        mesh,
         &place,
         &shade.map(DVec2::from),
         around(0.15, detail),
@@ -355,12 +359,12 @@ fn sconce(pen: &mut Pen, wall: &Frame, detail: f64) {
 }
 
 /// A mirror in a gilt frame.
-fn mirror(pen: &mut Pen, wall: &Frame, detail: f64) {
+fn mirror(mesh: &mut MeshBuilder, wall: &LocalFrame, detail: f64) {
     let (half, high) = (0.52, 1.36);
-    pen.look(MIRROR);
+    mesh.material(MIRROR);
     let n = cells(1.0, detail);
     let at = |x: f64, y: f64| wall.point(DVec3::new(x, y, 0.04));
-    pen.quad(
+    mesh.quad(
         [
             at(-half, 0.0),
             at(half, 0.0),
@@ -370,13 +374,13 @@ fn mirror(pen: &mut Pen, wall: &Frame, detail: f64) {
         n,
         n,
     );
-    pen.look(GOLD);
-    let bar = |pen: &mut Pen, (x0, y0): (f64, f64), (x1, y1): (f64, f64)| {
+    mesh.material(GOLD);
+    let bar = |mesh: &mut MeshBuilder, (x0, y0): (f64, f64), (x1, y1): (f64, f64)| {
         for (inset, depth) in [(0.0, 0.05), (0.02, 0.075)] {
             let lo = DVec3::new(x0 + inset, y0 + inset, 0.0);
             let hi = DVec3::new(x1 - inset, y1 - inset, depth);
             cuboid(
-                pen,
+                mesh,
                 wall,
                 (lo, hi),
                 detail,
@@ -385,15 +389,15 @@ fn mirror(pen: &mut Pen, wall: &Frame, detail: f64) {
         }
     };
     let w = 0.09;
-    bar(pen, (-half - w, -w), (-half, high + w));
-    bar(pen, (half, -w), (half + w, high + w));
-    bar(pen, (-half, -w), (half, 0.0));
-    bar(pen, (-half, high), (half, high + w));
+    bar(mesh, (-half - w, -w), (-half, high + w));
+    bar(mesh, (half, -w), (half + w, high + w));
+    bar(mesh, (-half, -w), (half, 0.0));
+    bar(mesh, (-half, high), (half, high + w));
 }
 
 /// A round table with a sphere of glass on it.
-fn table(pen: &mut Pen, place: &Frame, detail: f64) {
-    pen.look(DARK_WOOD);
+fn table(mesh: &mut MeshBuilder, place: &LocalFrame, detail: f64) {
+    mesh.material(DARK_WOOD);
     let profile = [
         (0.24, 0.0),
         (0.23, 0.03),
@@ -411,15 +415,15 @@ fn table(pen: &mut Pen, place: &Frame, detail: f64) {
         (0.0, 0.705),
     ];
     lathe(
-        pen,
+        mesh,
         place,
         &profile.map(DVec2::from),
         around(0.4, detail),
         detail,
     );
-    pen.look(GLASS);
+    mesh.material(GLASS);
     let frequency = cells(0.5, detail).max(5);
-    geodesic::sphere(pen, frequency, |p| {
+    geodesic::sphere(mesh, frequency, |p| {
         place.point(DVec3::new(0.0, 0.875, 0.0) + p * 0.17)
     });
 }

@@ -4,15 +4,15 @@
 //! and valleys smooth as if water had worn them (Quilez, "Value noise derivatives", 2008). What grows where follows
 //! from height and slope. Air is painted on: with distance from the eye surfaces tend to the colour of the sky.
 
-use super::looks::{hazy, matte, polished, rgb};
+use super::materials::{hazy, matte, polished, rgb};
+use super::mesh_builder::MeshBuilder;
 use super::noise::{Dice, fractal2, noise2, smoothstep, turned};
-use super::pen::Pen;
 use super::{SIZES, hd, sun};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{DocumentLook, Sink};
+use crate::standard::builder::{DocumentMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec2, DVec3};
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "terrain",
     purpose: "mountains by a lake: one large height field, grazing rays, many surfaces",
     family: Family::Modern,
@@ -50,7 +50,7 @@ enum Ground {
 const GROUNDS: usize = 8;
 const WATER: usize = GROUNDS * HAZES;
 
-fn palette() -> Vec<DocumentLook> {
+fn palette() -> Vec<DocumentMaterial> {
     let colors = [
         rgb(0.34, 0.28, 0.19),
         rgb(0.13, 0.20, 0.045),
@@ -141,74 +141,80 @@ fn depth(j: usize, rows: usize) -> f64 {
 /// Quads along the side of the square blocks in which the land is made.
 const BLOCK: usize = 64;
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(EYE, DVec3::new(-0.75, 1.5, 0.0), 40.0));
-    sink.background(SKY);
-    sink.light(&sun(DVec3::new(-0.80, 0.42, 0.06), rgb(1.9, 1.55, 1.12)));
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+    builder.view(&hd(EYE, DVec3::new(-0.75, 1.5, 0.0), 40.0));
+    builder.background(SKY);
+    builder.light(&sun(DVec3::new(-0.80, 0.42, 0.06), rgb(1.9, 1.55, 1.12)));
     // The sky's light from the other side, weak and blue.
-    sink.light(&sun(DVec3::new(0.5, 0.7, 0.5), rgb(0.14, 0.18, 0.27)));
+    builder.light(&sun(DVec3::new(0.5, 0.7, 0.5), rgb(0.14, 0.18, 0.27)));
     let palette = palette();
-    let mut pen = Pen::new(sink, &palette);
-    lake(&mut pen);
+    let mut mesh = MeshBuilder::new(builder, &palette);
+    lake(&mut mesh);
     let (across, rows) = net(params.size);
-    if pen.counted(2 * (across * rows) as u64) {
-        return pen.finish();
+    if mesh.counted(2 * (across * rows) as u64) {
+        return mesh.finish();
     }
-    let place = |i: usize, j: usize| {
+    let position = |i: usize, j: usize| {
         let p = HALF * DVec2::new(spread(i, across), depth(j, rows));
         DVec3::new(p.x, height(p), p.y)
     };
     // A band of blocks at a time; the heights on the border between two bands are kept, not made again.
-    let mut band = Band::default();
+    let mut band = VertexRows::default();
     for j in (0..rows).step_by(BLOCK) {
         let high = BLOCK.min(rows - j);
-        band.advance(across + 1, j, high, place);
+        band.advance(across + 1, j, high, position);
         for i in (0..across).step_by(BLOCK) {
-            block(&mut pen, &band, (i, j), BLOCK.min(across - i), high);
+            block(&mut mesh, &band, (i, j), BLOCK.min(across - i), high);
         }
     }
-    pen.finish();
+    mesh.finish();
 }
 
-fn lake(pen: &mut Pen) {
+fn lake(mesh: &mut MeshBuilder) {
     let at = |x: f64, z: f64| DVec3::new(x, 0.0, z);
     let (x, z) = (HALF.x, HALF.y);
-    pen.look(WATER);
-    pen.quad([at(-x, z), at(x, z), at(x, -z), at(-x, -z)], 1, 1);
+    mesh.material(WATER);
+    mesh.quad([at(-x, z), at(x, z), at(x, -z), at(-x, -z)], 1, 1);
 }
 
 /// Rows of places, `columns` in each.
 #[derive(Default)]
-struct Band {
+struct VertexRows {
     columns: usize,
-    places: Vec<DVec3>,
+    positions: Vec<DVec3>,
 }
 
-impl Band {
+impl VertexRows {
     /// Moves on to rows `first` to `first + high`; the first is the last of those before.
     fn advance(
         &mut self,
         columns: usize,
         first: usize,
         high: usize,
-        place: impl Fn(usize, usize) -> DVec3,
+        position: impl Fn(usize, usize) -> DVec3,
     ) {
         self.columns = columns;
-        let kept = self.places.len().saturating_sub(columns);
-        self.places.drain(..kept);
-        let known = usize::from(!self.places.is_empty());
+        let kept = self.positions.len().saturating_sub(columns);
+        self.positions.drain(..kept);
+        let known = usize::from(!self.positions.is_empty());
         for j in first + known..=first + high {
-            self.places.extend((0..columns).map(|i| place(i, j)));
+            self.positions.extend((0..columns).map(|i| position(i, j)));
         }
     }
 }
 
 /// Draws the quads of a block.
-fn block(pen: &mut Pen, band: &Band, (left, first): (usize, usize), wide: usize, high: usize) {
+fn block(
+    mesh: &mut MeshBuilder,
+    band: &VertexRows,
+    (left, first): (usize, usize),
+    wide: usize,
+    high: usize,
+) {
     let (mut vertices, mut facets) = (Vec::new(), Vec::new());
     for j in 0..=high {
         let start = j * band.columns + left;
-        vertices.extend_from_slice(&band.places[start..=start + wide]);
+        vertices.extend_from_slice(&band.positions[start..=start + wide]);
     }
     let mut dice = Dice::of(SEED + first as u64, left as u64);
     for j in 0..high {
@@ -222,16 +228,16 @@ fn block(pen: &mut Pen, band: &Band, (left, first): (usize, usize), wide: usize,
             };
             let corner = vertices[a as usize];
             let patch = fractal2(SEED + 64, DVec2::new(corner.x, corner.z) * 1.7, 3);
-            let look = |corners| look(&vertices, corners, patch, &mut dice);
-            let looks = split.map(look);
+            let material = |corners| material_of(&vertices, corners, patch, &mut dice);
+            let looks = split.map(material);
             facets.extend([(looks[0], split[0]), (looks[1], split[1])]);
         }
     }
-    pen.facets(&vertices, &facets);
+    mesh.facets(&vertices, &facets);
 }
 
 /// The row of the palette for a face.
-fn look(vertices: &[DVec3], corners: [u32; 3], patch: f64, dice: &mut Dice) -> usize {
+fn material_of(vertices: &[DVec3], corners: [u32; 3], patch: f64, dice: &mut Dice) -> usize {
     let [a, b, c] = corners.map(|v| vertices[v as usize]);
     let center = (a + b + c) / 3.0;
     let distance = (center - EYE).length() / 26.0 * (HAZES - 1) as f64;

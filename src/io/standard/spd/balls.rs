@@ -2,12 +2,12 @@
 
 use super::rotation::{about, about_y, about_z};
 use super::{MAX_DEPTH, SKY, prelude, rectangle, shine, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{NffLook, Sink};
+use crate::standard::builder::{NffMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DMat3, DVec3, dvec3};
 use std::f64::consts::PI;
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "balls",
     purpose: "sphereflake on a plane: mirrors, spheres of very different sizes",
     family: Family::Spd,
@@ -24,17 +24,17 @@ const SHRINK: f64 = 1.0 / 3.0;
 /// Cosine beyond which a direction counts as an axis; children's directions are shorter than 1 by rounding.
 const ALONG_Z: f64 = 0.9999;
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(2.1, 1.3, 1.7), DVec3::ZERO, 45.0, 512);
     let lights = [
         dvec3(4.0, 3.0, 2.0),
         dvec3(1.0, -4.0, 4.0),
         dvec3(-3.0, 1.0, 5.0),
     ];
-    prelude(sink, SKY, &view, &lights);
+    prelude(builder, SKY, &view, &lights);
     surface(
-        sink,
-        NffLook {
+        builder,
+        NffMaterial {
             rgb: dvec3(1.0, 0.75, 0.33),
             kd: 0.8,
             ks: 0.0,
@@ -43,10 +43,10 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
             ior: 1.0,
         },
     );
-    sink.polygon(&rectangle(12.0, 12.0, -0.5));
+    builder.polygon(&rectangle(12.0, 12.0, -0.5));
     surface(
-        sink,
-        NffLook {
+        builder,
+        NffMaterial {
             rgb: dvec3(1.0, 0.9, 0.7),
             kd: 0.5,
             ks: 0.5,
@@ -58,7 +58,7 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
     let flake = Flake {
         directions: directions(),
     };
-    flake.grow(sink, params.size, DVec3::ZERO, 0.5, DVec3::Z);
+    flake.grow(builder, params.size, DVec3::ZERO, 0.5, DVec3::Z);
 }
 
 struct Flake {
@@ -68,8 +68,15 @@ struct Flake {
 
 impl Flake {
     /// A sphere that stands in `direction` on its parent, and all that stands on it.
-    fn grow(&self, sink: &mut dyn Sink, levels: u32, center: DVec3, radius: f64, direction: DVec3) {
-        sink.sphere(center, radius);
+    fn grow(
+        &self,
+        builder: &mut dyn SceneBuilder,
+        levels: u32,
+        center: DVec3,
+        radius: f64,
+        direction: DVec3,
+    ) {
+        builder.sphere(center, radius);
         if levels == 0 {
             return;
         }
@@ -78,7 +85,7 @@ impl Flake {
         for child in self.directions {
             let at = turn * child * reach + center;
             let toward = (at - center) / reach;
-            self.grow(sink, levels - 1, at, radius * SHRINK, toward);
+            self.grow(builder, levels - 1, at, radius * SHRINK, toward);
         }
     }
 }

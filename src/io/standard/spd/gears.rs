@@ -2,12 +2,12 @@
 
 use super::rotation::about_z;
 use super::{MAX_DEPTH, SKY, matte, prelude, rectangle, shine, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{NffLook, Sink};
+use crate::standard::builder::{NffMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "gears",
     purpose: "meshing gears, some of glass: concave polygons, refraction",
     family: Family::Spd,
@@ -41,7 +41,7 @@ struct Gear {
     thickness: f64,
 }
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(-1.1, -2.1, 2.6), DVec3::ZERO, 45.0, 512);
     let lights = [
         dvec3(2.0, 4.0, 4.0),
@@ -51,22 +51,22 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
         // Just behind the eye.
         dvec3(-1.111, -2.121, 2.626),
     ];
-    prelude(sink, SKY, &view, &lights);
+    prelude(builder, SKY, &view, &lights);
     surface(
-        sink,
-        NffLook {
+        builder,
+        NffMaterial {
             kd: 0.3,
             ks: 0.6,
             shine: shine(37.0),
             ..matte(dvec3(1.0, 0.85, 0.7))
         },
     );
-    sink.polygon(&rectangle(2.0, 2.0, 0.0));
+    builder.polygon(&rectangle(2.0, 2.0, 0.0));
     for z in 0..params.size {
         for y in 0..params.size {
             for x in 0..params.size {
-                surface(sink, look(x, y, z));
-                gear_at(params.size, x, y, z).pour(sink);
+                surface(builder, look(x, y, z));
+                gear_at(params.size, x, y, z).build(builder);
             }
         }
     }
@@ -93,7 +93,7 @@ fn gear_at(size: u32, x: u32, y: u32, z: u32) -> Gear {
 }
 
 /// A colour that looks random; every fifth gear, about, is of glass.
-fn look(x: u32, y: u32, z: u32) -> NffLook {
+fn look(x: u32, y: u32, z: u32) -> NffMaterial {
     let fraction = |whole: u32, factor: f64| {
         let product = f64::from(whole + 1) * factor / 7.0;
         0.01 + (product - product.floor())
@@ -105,7 +105,7 @@ fn look(x: u32, y: u32, z: u32) -> NffLook {
     );
     let opaque = matte(rgb / rgb.max_element());
     if (x * 4 + y * 2 + z).is_multiple_of(5) {
-        return NffLook {
+        return NffMaterial {
             kd: 0.2,
             transmittance: 0.8,
             ior: 1.1,
@@ -117,15 +117,15 @@ fn look(x: u32, y: u32, z: u32) -> NffLook {
 
 impl Gear {
     /// Upper face, sides, lower face.
-    fn pour(&self, sink: &mut dyn Sink) {
+    fn build(&self, builder: &mut dyn SceneBuilder) {
         let top = self.face(1.0, 0.0);
-        sink.polygon(&top);
+        builder.polygon(&top);
         let down = dvec3(0.0, 0.0, -self.thickness);
         for (k, &here) in top.iter().enumerate() {
             let next = top[(k + 1) % CORNERS];
-            sink.polygon(&[here, here + down, next + down, next]);
+            builder.polygon(&[here, here + down, next + down, next]);
         }
-        sink.polygon(&self.face(-1.0, -self.thickness));
+        builder.polygon(&self.face(-1.0, -self.thickness));
     }
 
     /// The corners, counter-clockwise (`turn` 1) or clockwise (−1) from above.

@@ -2,11 +2,11 @@
 
 use super::rotation::{about_x, about_y};
 use super::{MAX_DEPTH, prelude, shine, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{NffLook, Sink, StandardView};
+use crate::standard::builder::{NffMaterial, SceneBuilder, StandardView};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DAffine3, DVec3, dvec3};
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "jacks",
     purpose: "jacks within jacks: cylinders and spheres, one light",
     family: Family::Spd,
@@ -24,16 +24,16 @@ const BAR: f64 = 0.1;
 /// Radius of the balls of a jack of size 1.
 const BALL: f64 = 0.2;
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let view = StandardView {
         up: DVec3::Y,
         ..view(dvec3(0.0, 0.0, -8.0), DVec3::ZERO, 25.0, 256)
     };
     let light = dvec3(-10.0, 3.0, -20.0);
-    prelude(sink, dvec3(0.2, 0.05, 0.2), &view, &[light]);
+    prelude(builder, dvec3(0.2, 0.05, 0.2), &view, &[light]);
     surface(
-        sink,
-        NffLook {
+        builder,
+        NffMaterial {
             rgb: dvec3(0.737, 0.561, 0.561),
             kd: 0.7,
             ks: 0.7,
@@ -43,12 +43,12 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
         },
     );
     let turn = about_x((-30f64).to_radians()) * about_y((-20f64).to_radians());
-    grow(sink, params.size, DAffine3::from_mat3(turn), 1.0);
+    grow(builder, params.size, DAffine3::from_mat3(turn), 1.0);
 }
 
 /// A jack and its eight copies, `levels` deep; `scale` is what `place` does to lengths.
-fn grow(sink: &mut dyn Sink, levels: u32, place: DAffine3, scale: f64) {
-    jack(sink, place, scale);
+fn grow(builder: &mut dyn SceneBuilder, levels: u32, place: DAffine3, scale: f64) {
+    jack(builder, place, scale);
     if levels <= 1 {
         return;
     }
@@ -58,22 +58,22 @@ fn grow(sink: &mut dyn Sink, levels: u32, place: DAffine3, scale: f64) {
             for z in halves {
                 let octant = DAffine3::from_translation(dvec3(x, y, z))
                     * DAffine3::from_scale(DVec3::splat(0.5));
-                grow(sink, levels - 1, place * octant, scale * 0.5);
+                grow(builder, levels - 1, place * octant, scale * 0.5);
             }
         }
     }
 }
 
-fn jack(sink: &mut dyn Sink, place: DAffine3, scale: f64) {
+fn jack(builder: &mut dyn SceneBuilder, place: DAffine3, scale: f64) {
     let axes = DVec3::AXES.map(|axis| axis * FIT);
     let scale = scale * FIT;
     for axis in axes {
         let ends = [-axis, axis].map(|end| place.transform_point3(end));
-        sink.cone(ends[0], BAR * scale, ends[1], BAR * scale);
+        builder.cone(ends[0], BAR * scale, ends[1], BAR * scale);
     }
     for side in [1.0, -1.0] {
         for axis in axes {
-            sink.sphere(place.transform_point3(axis * side), BALL * scale);
+            builder.sphere(place.transform_point3(axis * side), BALL * scale);
         }
     }
 }

@@ -1,11 +1,11 @@
 //! lattice (`lattice.c`, by Antonio Costa): shiny spheres joined by dull bars into a cubic lattice.
 
 use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{NffLook, Sink, StandardView};
+use crate::standard::builder::{NffMaterial, SceneBuilder, StandardView};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "lattice",
     purpose: "spheres joined by cylinders, seen from within: regular, six lights",
     family: Family::Spd,
@@ -21,7 +21,7 @@ const BALL: f64 = 1.0 / 4.0;
 /// Radius of a bar in a cell of size 1.
 const BAR: f64 = 1.0 / 16.0;
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let lights = [
         dvec3(2.0, 0.5, 0.5),
         dvec3(-1.0, 0.5, 0.5),
@@ -30,11 +30,11 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
         dvec3(0.5, 0.5, 2.0),
         dvec3(0.5, 0.5, -1.0),
     ];
-    prelude(sink, SKY, &view_of(params.size), &lights);
+    prelude(builder, SKY, &view_of(params.size), &lights);
     for x in 0..=params.size {
         for y in 0..=params.size {
             for z in 0..=params.size {
-                node(sink, params.size, [x, y, z]);
+                node(builder, params.size, [x, y, z]);
             }
         }
     }
@@ -56,30 +56,30 @@ fn view_of(size: u32) -> StandardView {
 }
 
 /// A ball and the bars that start at it.
-fn node(sink: &mut dyn Sink, size: u32, place: [u32; 3]) {
+fn node(builder: &mut dyn SceneBuilder, size: u32, place: [u32; 3]) {
     let cells = f64::from(size);
     let [ball, bar] = [BALL, BAR].map(|radius| radius / cells);
     // The bars end a little inside of the balls.
     let inset = ball * (1.0 - (BAR / BALL).sqrt()) * 0.99;
     let center = DVec3::from_array(place.map(|k| f64::from(k) / cells));
-    let shiny = NffLook {
+    let shiny = NffMaterial {
         kd: 0.5,
         ks: 0.5,
         shine: shine(37.0),
         ..matte(DVec3::splat(0.9))
     };
-    surface(sink, shiny);
-    sink.sphere(center, ball);
+    surface(builder, shiny);
+    builder.sphere(center, ball);
     for (axis, along) in DVec3::AXES.into_iter().enumerate() {
         if place[axis] == size {
             continue;
         }
-        let dull = NffLook {
+        let dull = NffMaterial {
             kd: 0.99,
             ..matte(DVec3::splat(0.1) + along * 0.8)
         };
-        surface(sink, dull);
+        surface(builder, dull);
         let far = center + along * (1.0 / cells - inset);
-        sink.cone(center + along * inset, bar, far, bar);
+        builder.cone(center + along * inset, bar, far, bar);
     }
 }

@@ -19,7 +19,7 @@ mod teapot_data;
 pub(super) mod tetra;
 pub(super) mod tree;
 
-use super::sink::{Look, NffLook, Sink, StandardLight, StandardView};
+use super::builder::{MaterialDesc, NffMaterial, SceneBuilder, StandardLight, StandardView};
 use glam::{DVec3, dvec3};
 
 /// Bounces after the eye ray.
@@ -41,17 +41,22 @@ fn view(from: DVec3, at: DVec3, angle: f64, side: u32) -> StandardView {
 }
 
 /// What comes before the first surface.
-fn prelude(sink: &mut dyn Sink, background: DVec3, view: &StandardView, lights: &[DVec3]) {
-    sink.background(background);
-    sink.view(view);
+fn prelude(
+    builder: &mut dyn SceneBuilder,
+    background: DVec3,
+    view: &StandardView,
+    lights: &[DVec3],
+) {
+    builder.background(background);
+    builder.view(view);
     for &position in lights {
-        sink.light(&StandardLight::of_level(position));
+        builder.light(&StandardLight::of_level(position));
     }
 }
 
 /// An opaque, dull surface, as most are.
-fn matte(rgb: DVec3) -> NffLook {
-    NffLook {
+fn matte(rgb: DVec3) -> NffMaterial {
+    NffMaterial {
         rgb,
         kd: 1.0,
         ks: 0.0,
@@ -70,8 +75,8 @@ fn shine(degrees: f64) -> f64 {
     libm::log(0.5) / libm::log(libm::cos(degrees.to_radians()))
 }
 
-fn surface(sink: &mut dyn Sink, look: NffLook) {
-    sink.surface(&Look::Nff(look));
+fn surface(builder: &mut dyn SceneBuilder, material: NffMaterial) {
+    builder.material(&MaterialDesc::Nff(material));
 }
 
 /// The corners (±x, ±y) of a rectangle about the z axis at height `z`, counter-clockwise from above.

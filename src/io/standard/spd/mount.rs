@@ -2,12 +2,12 @@
 
 use super::rotation::{about, about_z};
 use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{NffLook, Sink};
+use crate::standard::builder::{NffMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "mount",
     purpose: "fractal mountain under four crystal balls: small facets, long refracted paths",
     family: Family::Spd,
@@ -33,12 +33,12 @@ const WIDTH: f64 = 2.0;
 )]
 const DIAGONAL: f64 = 1.4142136;
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(-1.6, 1.6, 1.7), DVec3::ZERO, 45.0, 512);
-    prelude(sink, SKY, &view, &[dvec3(-100.0, -100.0, 100.0)]);
+    prelude(builder, SKY, &view, &[dvec3(-100.0, -100.0, 100.0)]);
     surface(
-        sink,
-        NffLook {
+        builder,
+        NffMaterial {
             rgb: DVec3::ONE,
             kd: 0.1,
             ks: 0.1,
@@ -47,26 +47,26 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
             ior: 1.5,
         },
     );
-    crystal_balls(sink, dvec3(-0.8, 0.8, 1.0), 0.17);
-    surface(sink, matte(dvec3(0.5, 0.45, 0.35)));
+    crystal_balls(builder, dvec3(-0.8, 0.8, 1.0), 0.17);
+    surface(builder, matte(dvec3(0.5, 0.45, 0.35)));
     let ratio = 2.0 / libm::exp(libm::log(2.0) / (FRACTAL_DIMENSION - 1.0));
     let mountain = Mountain {
         size: params.size,
         cells: f64::from(1u32 << params.size),
         roughness: (ratio * ratio - 1.0).sqrt(),
     };
-    mountain.grow(sink, 1 << params.size, [0, 0], [0.0; 4]);
+    mountain.grow(builder, 1 << params.size, [0, 0], [0.0; 4]);
 }
 
 /// Four spheres that touch each other, as the corners of a tetrahedron.
-fn crystal_balls(sink: &mut dyn Sink, center: DVec3, radius: f64) {
+fn crystal_balls(builder: &mut dyn SceneBuilder, center: DVec3, radius: f64) {
     let top = dvec3(0.0, 0.0, radius * 1.5f64.sqrt());
-    sink.sphere(center + top, radius);
+    builder.sphere(center + top, radius);
     let axis = dvec3(1.0, 1.0, 0.0).normalize();
     let low = about(axis, libm::acos(-1.0 / 3.0)) * top;
     for third in 0..3 {
         let turn = about_z(f64::from(third) * 2.0 * PI / 3.0);
-        sink.sphere(turn * low + center, radius);
+        builder.sphere(turn * low + center, radius);
     }
 }
 
@@ -81,9 +81,9 @@ struct Mountain {
 impl Mountain {
     /// The square of `width` cells whose lower left cell is `[x, y]`; `z` has the heights of its corners, from the
     /// lower left one counter-clockwise.
-    fn grow(&self, sink: &mut dyn Sink, width: u32, [x, y]: [u32; 2], z: [f64; 4]) {
+    fn grow(&self, builder: &mut dyn SceneBuilder, width: u32, [x, y]: [u32; 2], z: [f64; 4]) {
         if width == 1 {
-            return self.cell(sink, [x, y], z);
+            return self.cell(builder, [x, y], z);
         }
         let half = width / 2;
         let rise = f64::from(half) * WIDTH / self.cells * self.roughness;
@@ -94,22 +94,27 @@ impl Mountain {
         let left = (ul + ll) / 2.0 + rise * self.random(x, y + half);
         let middle = (ll + lr + ur + ul) / 4.0 + DIAGONAL * rise * self.random(x + half, y + half);
         let (right_x, upper_y) = (x + half, y + half);
-        self.grow(sink, half, [x, y], [ll, lower, middle, left]);
-        self.grow(sink, half, [right_x, y], [lower, lr, right, middle]);
-        self.grow(sink, half, [right_x, upper_y], [middle, right, ur, upper]);
-        self.grow(sink, half, [x, upper_y], [left, middle, upper, ul]);
+        self.grow(builder, half, [x, y], [ll, lower, middle, left]);
+        self.grow(builder, half, [right_x, y], [lower, lr, right, middle]);
+        self.grow(
+            builder,
+            half,
+            [right_x, upper_y],
+            [middle, right, ur, upper],
+        );
+        self.grow(builder, half, [x, upper_y], [left, middle, upper, ul]);
     }
 
     /// Two triangles.
-    fn cell(&self, sink: &mut dyn Sink, [x, y]: [u32; 2], z: [f64; 4]) {
+    fn cell(&self, builder: &mut dyn SceneBuilder, [x, y]: [u32; 2], z: [f64; 4]) {
         let place = |k: u32| CORNER + f64::from(k) * WIDTH / self.cells;
         let [left, right, lower, upper] = [x, x + 1, y, y + 1].map(place);
         let ll = dvec3(left, lower, z[0]);
         let lr = dvec3(right, lower, z[1]);
         let ur = dvec3(right, upper, z[2]);
         let ul = dvec3(left, upper, z[3]);
-        sink.polygon(&[ll, lr, ur]);
-        sink.polygon(&[ur, ul, ll]);
+        builder.polygon(&[ll, lr, ur]);
+        builder.polygon(&[ur, ul, ll]);
     }
 
     /// A normally distributed number that belongs to a place, so that neighbours agree on their common edges.

@@ -2,12 +2,12 @@
 
 use super::rotation::{about_x, about_z};
 use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{NffLook, Sink};
+use crate::standard::builder::{NffMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 use std::f64::consts::PI;
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "rings",
     purpose: "a pyramid of linked pentagons of cylinders and spheres: depth complexity, reflection",
     family: Family::Spd,
@@ -31,7 +31,7 @@ const COLORS: [DVec3; 6] = [
     dvec3(1.0, 1.0, 0.0),
 ];
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let spread = 1.0 / libm::sin(PI / 8.0);
     let from = dvec3(-1.0, -spread, 0.5);
     let lights = [
@@ -39,9 +39,14 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
         dvec3(-4.0, -spread, 1.0),
         dvec3(2.0, -spread, -4.0),
     ];
-    prelude(sink, SKY, &view(from, from + DVec3::Y, 45.0, 512), &lights);
-    surface(sink, matte(DVec3::ONE));
-    wall(sink, from, spread * f64::from(params.size + 1));
+    prelude(
+        builder,
+        SKY,
+        &view(from, from + DVec3::Y, 45.0, 512),
+        &lights,
+    );
+    surface(builder, matte(DVec3::ONE));
+    wall(builder, from, spread * f64::from(params.size + 1));
     let knot = knot();
     for depth in 0..params.size {
         // Places of a layer are two apart and lie about the axis.
@@ -49,17 +54,17 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
         for z in 0..=depth {
             for x in 0..=depth {
                 let offset = dvec3(across(x), spread * f64::from(depth + 1), across(z));
-                pour_knot(sink, &knot, offset);
+                build_knot(builder, &knot, offset);
             }
         }
     }
 }
 
 /// The backdrop at `y`: as large as the 45 degrees of the view, and a hundredth more.
-fn wall(sink: &mut dyn Sink, from: DVec3, y: f64) {
+fn wall(builder: &mut dyn SceneBuilder, from: DVec3, y: f64) {
     let half = 1.01 * (y - from.y) * libm::tan(PI / 8.0);
     let corner = |x: f64, z: f64| dvec3(x * half + from.x, y, z * half + from.z);
-    sink.polygon(&[
+    builder.polygon(&[
         corner(1.0, 1.0),
         corner(-1.0, 1.0),
         corner(-1.0, -1.0),
@@ -82,19 +87,19 @@ fn knot() -> [DVec3; 30] {
     })
 }
 
-fn pour_knot(sink: &mut dyn Sink, knot: &[DVec3; 30], offset: DVec3) {
+fn build_knot(builder: &mut dyn SceneBuilder, knot: &[DVec3; 30], offset: DVec3) {
     for (ring, color) in knot.chunks_exact(5).zip(COLORS) {
-        let shiny = NffLook {
+        let shiny = NffMaterial {
             kd: 0.5,
             ks: 0.2,
             shine: shine(37.0),
             ..matte(color)
         };
-        surface(sink, shiny);
+        surface(builder, shiny);
         for (k, &corner) in ring.iter().enumerate() {
             let (base, apex) = (corner + offset, ring[(k + 4) % 5] + offset);
-            sink.cone(base, RADIUS, apex, RADIUS);
-            sink.sphere(base, RADIUS);
+            builder.cone(base, RADIUS, apex, RADIUS);
+            builder.sphere(base, RADIUS);
         }
     }
 }

@@ -1,12 +1,12 @@
 //! shells (`shells.c`): a seashell of overlapping spheres by Pickover's method (IEEE CG&A, November 1989).
 
 use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{NffLook, Sink};
+use crate::standard::builder::{NffMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::dvec3;
 use std::f64::consts::PI;
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "shells",
     purpose: "a seashell of overlapping spheres: many primitives in one place, pathological for trees",
     family: Family::Spd,
@@ -22,12 +22,12 @@ const EXPONENT: f64 = 0.15;
 /// Height over radius.
 const BETA: f64 = -2.0;
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(-6.0, -60.0, 35.0), dvec3(0.0, 8.0, -15.0), 45.0, 512);
-    prelude(sink, SKY, &view, &[dvec3(-100.0, -100.0, 100.0)]);
+    prelude(builder, SKY, &view, &[dvec3(-100.0, -100.0, 100.0)]);
     surface(
-        sink,
-        NffLook {
+        builder,
+        NffMaterial {
             kd: 0.8,
             ks: 0.2,
             shine: shine(10.0),
@@ -40,6 +40,6 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
         let angle = 18.0 * PI * f64::from(step) / f64::from(steps);
         let r = libm::exp(EXPONENT * angle);
         let (sin, cos) = libm::sincos(angle);
-        sink.sphere(dvec3(r * sin, r * cos, BETA * r), r);
+        builder.sphere(dvec3(r * sin, r * cos, BETA * r), r);
     }
 }

@@ -1,11 +1,11 @@
 //! sombrero (`sombrero.c`, by Alexander Enzmann): a damped cosine as a height field of triangles.
 
 use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{NffLook, Sink};
+use crate::standard::builder::{NffMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "sombrero",
     purpose: "a height field of a damped cosine: triangles in a regular grid",
     family: Family::Spd,
@@ -24,12 +24,12 @@ const GROUND: f64 = -3.0;
 #[expect(clippy::approx_constant, reason = "the original's number")]
 const TURN: f64 = 2.0 * 3.14159265358;
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(0.0, 5.0, -8.0), DVec3::ZERO, 40.0, 512);
-    prelude(sink, SKY, &view, &[dvec3(10.0, 10.0, -10.0)]);
+    prelude(builder, SKY, &view, &[dvec3(10.0, 10.0, -10.0)]);
     surface(
-        sink,
-        NffLook {
+        builder,
+        NffMaterial {
             kd: 0.8,
             ks: 0.0,
             shine: shine(40.0),
@@ -41,7 +41,7 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
     let mut near = row(side, 0);
     for z in 1..side {
         let far = row(side, z);
-        strip(sink, &near, &far);
+        strip(builder, &near, &far);
         near = far;
     }
 }
@@ -61,9 +61,9 @@ fn row(side: usize, z: usize) -> Vec<DVec3> {
 }
 
 /// The triangles between two rows.
-fn strip(sink: &mut dyn Sink, near: &[DVec3], far: &[DVec3]) {
+fn strip(builder: &mut dyn SceneBuilder, near: &[DVec3], far: &[DVec3]) {
     for (near, far) in near.windows(2).zip(far.windows(2)) {
-        sink.polygon(&[near[0], far[1], near[1]]);
-        sink.polygon(&[near[0], far[0], far[1]]);
+        builder.polygon(&[near[0], far[1], near[1]]);
+        builder.polygon(&[near[0], far[0], far[1]]);
     }
 }

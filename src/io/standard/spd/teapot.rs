@@ -2,11 +2,11 @@
 
 use super::teapot_data::{PATCHES, VERTICES};
 use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{NffLook, Sink};
+use crate::standard::builder::{NffMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "teapot",
     purpose: "the teapot on a checkerboard: smooth triangles, mirrors",
     family: Family::Spd,
@@ -25,14 +25,14 @@ const CUSP: f64 = 0.0001;
 /// Control points; the first index goes with s, the second with t.
 type Patch = [[DVec3; 4]; 4];
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(4.86, 7.2, 5.4), DVec3::ZERO, 45.0, 512);
     let lights = [dvec3(-3.1, 9.8, 12.1), dvec3(11.3, 5.1, 8.8)];
-    prelude(sink, SKY, &view, &lights);
-    checkerboard(sink, params.size);
+    prelude(builder, SKY, &view, &lights);
+    checkerboard(builder, params.size);
     surface(
-        sink,
-        NffLook {
+        builder,
+        NffMaterial {
             kd: 0.75,
             ks: 0.25,
             shine: shine(37.0),
@@ -41,23 +41,23 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
     );
     for indices in PATCHES {
         let patch = indices.map(|row| row.map(|k| DVec3::from_array(VERTICES[k as usize])));
-        pour_patch(sink, &patch, params.size);
+        build_patch(builder, &patch, params.size);
     }
 }
 
 /// All white squares, then all grey ones.
-fn checkerboard(sink: &mut dyn Sink, size: u32) {
+fn checkerboard(builder: &mut dyn SceneBuilder, size: u32) {
     for (odd, grey) in [(1, 1.0), (0, 0.5)] {
-        let shiny = NffLook {
+        let shiny = NffMaterial {
             kd: 0.5,
             ks: 0.5,
             shine: shine(30.0),
             ..matte(DVec3::splat(grey))
         };
-        surface(sink, shiny);
+        surface(builder, shiny);
         for x in 0..size {
             for y in (0..size).filter(|y| (x + y) % 2 == odd) {
-                sink.polygon(&square(size, x, y));
+                builder.polygon(&square(size, x, y));
             }
         }
     }
@@ -69,7 +69,7 @@ fn square(size: u32, x: u32, y: u32) -> [DVec3; 4] {
     [(left, low), (right, low), (right, high), (left, high)].map(|(x, y)| dvec3(x, y, 0.0))
 }
 
-fn pour_patch(sink: &mut dyn Sink, patch: &Patch, size: u32) {
+fn build_patch(builder: &mut dyn SceneBuilder, patch: &Patch, size: u32) {
     for s in 0..size {
         for t in 0..size {
             let corners = [[s, t], [s, t + 1], [s + 1, t + 1], [s + 1, t]];
@@ -80,7 +80,7 @@ fn pour_patch(sink: &mut dyn Sink, patch: &Patch, size: u32) {
             for [a, b, c] in [[0, 1, 2], [2, 3, 0]] {
                 let mut triangle = [point[a], point[b], point[c]];
                 if mend_cusp(&mut triangle) {
-                    sink.patch(&triangle);
+                    builder.patch(&triangle);
                 }
             }
         }

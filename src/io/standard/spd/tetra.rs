@@ -1,11 +1,11 @@
 //! tetra (`tetra.c`): the tetrahedron of Mandelbrot and Norton, each of whose corners is a smaller one.
 
 use super::{MAX_DEPTH, SKY, matte, prelude, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{Sink, StandardView};
+use crate::standard::builder::{SceneBuilder, StandardView};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "tetra",
     purpose: "recursive tetrahedra: mostly background, coherent, one light",
     family: Family::Spd,
@@ -27,28 +27,33 @@ const CORNERS: [DVec3; 4] = [
 /// The tetrahedron's faces, counter-clockwise from outside.
 const FACES: [[usize; 3]; 4] = [[0, 1, 2], [3, 2, 1], [2, 3, 0], [1, 0, 3]];
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let from = dvec3(1.022846, -3.177154, -2.174512);
     let at = dvec3(-0.004103, -0.004103, 0.216539);
     let view = StandardView {
         up: dvec3(-0.816497, -0.816497, 0.816497),
         ..view(from, at, 45.0, 512)
     };
-    prelude(sink, SKY, &view, &[dvec3(2.0, -18.0, -5.0)]);
-    surface(sink, matte(dvec3(1.0, 0.2, 0.2)));
-    grow(sink, params.size, DVec3::ZERO, 1.0);
+    prelude(builder, SKY, &view, &[dvec3(2.0, -18.0, -5.0)]);
+    surface(builder, matte(dvec3(1.0, 0.2, 0.2)));
+    grow(builder, params.size, DVec3::ZERO, 1.0);
 }
 
 /// The tetrahedron in the cube of half side `half`.
-fn grow(sink: &mut dyn Sink, levels: u32, center: DVec3, half: f64) {
+fn grow(builder: &mut dyn SceneBuilder, levels: u32, center: DVec3, half: f64) {
     if levels <= 1 {
         let corners = CORNERS.map(|corner| center + corner * half);
         for face in FACES {
-            sink.polygon(&face.map(|k| corners[k]));
+            builder.polygon(&face.map(|k| corners[k]));
         }
         return;
     }
     for corner in CORNERS {
-        grow(sink, levels - 1, center + corner * half / 2.0, half / 2.0);
+        grow(
+            builder,
+            levels - 1,
+            center + corner * half / 2.0,
+            half / 2.0,
+        );
     }
 }

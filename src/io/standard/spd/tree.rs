@@ -2,11 +2,11 @@
 
 use super::rotation::{about_x, about_z};
 use super::{MAX_DEPTH, SKY, matte, prelude, rectangle, surface, view};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::Sink;
+use crate::standard::builder::SceneBuilder;
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DAffine3, DVec3, dvec3};
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "tree",
     purpose: "a tree of cones and spheres under seven lights: shadows through thin things",
     family: Family::Spd,
@@ -24,7 +24,7 @@ const TAPER: f64 = 0.67;
 /// Radius of the trunk at its foot over its height.
 const GIRTH: f64 = 0.15;
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let view = view(dvec3(4.5, 0.4, 2.0), dvec3(0.0, 0.0, 1.5), 45.0, 512);
     let lights = [
         dvec3(-5.0, 5.0, 50.0),
@@ -35,26 +35,32 @@ fn generate(params: &Params, sink: &mut dyn Sink) {
         dvec3(50.0, 25.0, 20.0),
         dvec3(-10.0, -60.0, 30.0),
     ];
-    prelude(sink, SKY, &view, &lights);
-    surface(sink, matte(dvec3(0.2, 0.7, 0.2)));
-    sink.polygon(&rectangle(50.0, 50.0, 0.0));
-    surface(sink, matte(dvec3(0.55, 0.4, 0.2)));
+    prelude(builder, SKY, &view, &lights);
+    surface(builder, matte(dvec3(0.2, 0.7, 0.2)));
+    builder.polygon(&rectangle(50.0, 50.0, 0.0));
+    surface(builder, matte(dvec3(0.55, 0.4, 0.2)));
     let forks = BRANCHES.map(|[bend, turn, length]| {
         let turned = about_z(turn.to_radians()) * about_x(bend.to_radians());
         DAffine3::from_mat3_translation(turned * length, DVec3::Z)
     });
-    grow(sink, &forks, params.size, DAffine3::IDENTITY, 1.0);
+    grow(builder, &forks, params.size, DAffine3::IDENTITY, 1.0);
 }
 
 /// A branch along the z axis of `place`, and what grows on it.
-fn grow(sink: &mut dyn Sink, forks: &[DAffine3; 2], levels: u32, place: DAffine3, scale: f64) {
+fn grow(
+    builder: &mut dyn SceneBuilder,
+    forks: &[DAffine3; 2],
+    levels: u32,
+    place: DAffine3,
+    scale: f64,
+) {
     let apex = place.transform_point3(DVec3::Z);
     let radius = scale * GIRTH;
-    sink.cone(place.translation, radius, apex, radius * TAPER);
-    sink.sphere(apex, radius * TAPER);
+    builder.cone(place.translation, radius, apex, radius * TAPER);
+    builder.sphere(apex, radius * TAPER);
     if levels > 0 {
         for &fork in forks {
-            grow(sink, forks, levels - 1, place * fork, scale * TAPER);
+            grow(builder, forks, levels - 1, place * fork, scale * TAPER);
         }
     }
 }

@@ -1,15 +1,15 @@
 //! Standard scenes to files, streamed: no more of a scene is in memory than one of its shapes.
 
+mod latched;
 mod nff;
-mod out;
 mod ply;
 mod test_file;
 
-pub use nff::NffSink;
-pub use ply::PlySink;
-pub use test_file::TestSink;
+pub use nff::NffWriter;
+pub use ply::PlyWriter;
+pub use test_file::TestWriter;
 
-use super::sink::Sink;
+use super::builder::SceneBuilder;
 use super::tessellate::Tessellate;
 use super::{Spec, generate};
 use std::io::{self, Write};
@@ -45,7 +45,7 @@ impl FileFormat {
 
 /// Why a scene could not be written.
 #[derive(Debug, thiserror::Error)]
-pub enum WriteError {
+pub enum SceneWriteError {
     /// The file could not be written.
     #[error(transparent)]
     Io(#[from] io::Error),
@@ -63,35 +63,35 @@ pub enum WriteError {
 }
 
 /// What a written file says less about than the scene did: for a person to read. The shapes themselves are whole.
-pub type Losses = Vec<&'static str>;
+pub type DroppedFeatures = Vec<&'static str>;
 
 /// Writes a standard scene, streaming, and says what the format could not hold beside the shapes.
 ///
 /// With `tessellate`, spheres and cones become polygons first, as [`Tessellate`] says.
 ///
 /// # Errors
-/// [`WriteError`]; what has been written by then is of no use.
+/// [`SceneWriteError`]; what has been written by then is of no use.
 pub fn write(
     spec: Spec,
     format: FileFormat,
     tessellate: Option<u32>,
     out: &mut dyn Write,
-) -> Result<Losses, WriteError> {
-    let pour = |sink: &mut dyn Sink| match tessellate {
-        Some(fineness) => generate(spec, &mut Tessellate::new(fineness, sink)),
-        None => generate(spec, sink),
+) -> Result<DroppedFeatures, SceneWriteError> {
+    let build = |builder: &mut dyn SceneBuilder| match tessellate {
+        Some(fineness) => generate(spec, &mut Tessellate::new(fineness, builder)),
+        None => generate(spec, builder),
     };
     match format {
         FileFormat::Nff => {
-            let mut sink = NffSink::new(out);
-            pour(&mut sink);
-            sink.finish()
+            let mut builder = NffWriter::new(out);
+            build(&mut builder);
+            builder.finish()
         }
-        FileFormat::Ply => ply::write(out, pour),
+        FileFormat::Ply => ply::write(out, build),
         FileFormat::Test => {
-            let mut sink = TestSink::new(out, spec.entry.max_depth);
-            pour(&mut sink);
-            sink.finish()
+            let mut builder = TestWriter::new(out, spec.scene.max_depth);
+            build(&mut builder);
+            builder.finish()
         }
     }
 }

@@ -1,25 +1,27 @@
 //! A standard scene as an NFF file.
 
-use super::out::{Number, Numbers, Out};
-use super::{Losses, WriteError};
-use crate::standard::sink::{DocumentLook, Look, NffLook, Sink, StandardLight, StandardView};
+use super::latched::{DisplayNumber, DisplayVec3, LatchedWriter};
+use super::{DroppedFeatures, SceneWriteError};
+use crate::standard::builder::{
+    DocumentMaterial, MaterialDesc, NffMaterial, SceneBuilder, StandardLight, StandardView,
+};
 use glam::DVec3;
 use std::io::Write;
 
 /// A sink that writes NFF, every shape of which it can hold; meshes become triangles.
 ///
 /// Of the document's looks NFF holds Kd, the means of Ks and Kt, the exponent and the index of refraction.
-pub struct NffSink<W: Write> {
-    out: Out<W>,
+pub struct NffWriter<W: Write> {
+    out: LatchedWriter<W>,
     fading: bool,
     reduced: bool,
 }
 
-impl<W: Write> NffSink<W> {
+impl<W: Write> NffWriter<W> {
     /// Writes to `out`, buffered.
     pub fn new(out: W) -> Self {
-        NffSink {
-            out: Out::new(out),
+        NffWriter {
+            out: LatchedWriter::new(out),
             fading: false,
             reduced: false,
         }
@@ -29,7 +31,7 @@ impl<W: Write> NffSink<W> {
     ///
     /// # Errors
     /// The first error there was.
-    pub fn finish(self) -> Result<Losses, WriteError> {
+    pub fn finish(self) -> Result<DroppedFeatures, SceneWriteError> {
         self.out.finish()?;
         let losses = [
             (self.fading, "NFF's lights do not fade with distance"),
@@ -45,83 +47,87 @@ impl<W: Write> NffSink<W> {
     fn corners(&mut self, points: impl ExactSizeIterator<Item = DVec3>) {
         self.out.text(format_args!("p {}\n", points.len()));
         for point in points {
-            self.out.text(format_args!("{}\n", Numbers(point)));
+            self.out.text(format_args!("{}\n", DisplayVec3(point)));
         }
     }
 }
 
 /// The closest NFF look: diffuse with Kd 1, the rest white.
-fn nff_look(look: &DocumentLook) -> NffLook {
+fn nff_material(material: &DocumentMaterial) -> NffMaterial {
     let mean = |c: DVec3| (c.x + c.y + c.z) / 3.0;
-    NffLook {
-        rgb: look.kd,
+    NffMaterial {
+        rgb: material.kd,
         kd: 1.0,
-        ks: mean(look.ks),
-        shine: look.shininess,
-        transmittance: mean(look.kt),
-        ior: look.ior,
+        ks: mean(material.ks),
+        shine: material.shininess,
+        transmittance: mean(material.kt),
+        ior: material.ior,
     }
 }
 
-impl<W: Write> Sink for NffSink<W> {
+impl<W: Write> SceneBuilder for NffWriter<W> {
     fn view(&mut self, view: &StandardView) {
         // The angle is no coordinate: it is written as precisely as it can be had, and read likewise, so that the
         // vertical angle comes back to the bit.
         let angle = (view.angle_of_pixel_centres() * 1e9).round() / 1e9;
         self.out.text(format_args!(
             "v\nfrom {}\nat {}\nup {}\nangle {angle}\nhither 1\nresolution {} {}\n",
-            Numbers(view.from),
-            Numbers(view.at),
-            Numbers(view.up),
+            DisplayVec3(view.from),
+            DisplayVec3(view.at),
+            DisplayVec3(view.up),
             view.width,
             view.height,
         ));
     }
 
     fn background(&mut self, rgb: DVec3) {
-        self.out.text(format_args!("b {}\n", Numbers(rgb)));
+        self.out.text(format_args!("b {}\n", DisplayVec3(rgb)));
     }
 
     fn light(&mut self, light: &StandardLight) {
         self.fading |= light.attenuation != DVec3::X;
-        self.out.text(format_args!("l {}", Numbers(light.position)));
+        self.out
+            .text(format_args!("l {}", DisplayVec3(light.position)));
         if let Some(color) = light.color {
-            self.out.text(format_args!(" {}", Numbers(color)));
+            self.out.text(format_args!(" {}", DisplayVec3(color)));
         }
         self.out.bytes(b"\n");
     }
 
-    fn surface(&mut self, look: &Look) {
-        let look = match look {
-            Look::Nff(look) => *look,
-            Look::Document(look) => {
+    fn material(&mut self, material: &MaterialDesc) {
+        let material = match material {
+            MaterialDesc::Nff(material) => *material,
+            MaterialDesc::Document(material) => {
                 self.reduced = true;
-                nff_look(look)
+                nff_material(material)
             }
         };
         self.out.text(format_args!(
             "f {} {} {} {} {} {}\n",
-            Numbers(look.rgb),
-            Number(look.kd),
-            Number(look.ks),
-            Number(look.shine),
-            Number(look.transmittance),
-            Number(look.ior),
+            DisplayVec3(material.rgb),
+            DisplayNumber(material.kd),
+            DisplayNumber(material.ks),
+            DisplayNumber(material.shine),
+            DisplayNumber(material.transmittance),
+            DisplayNumber(material.ior),
         ));
     }
 
     fn sphere(&mut self, center: DVec3, radius: f64) {
-        self.out
-            .text(format_args!("s {} {}\n", Numbers(center), Number(radius)));
+        self.out.text(format_args!(
+            "s {} {}\n",
+            DisplayVec3(center),
+            DisplayNumber(radius)
+        ));
     }
 
     fn cone(&mut self, base: DVec3, base_radius: f64, apex: DVec3, apex_radius: f64) {
         self.out.text(format_args!(
             "c {} {} {} {}\n",
-            Numbers(base),
-            Number(base_radius),
-            Numbers(apex),
-            Number(apex_radius),
+            DisplayVec3(base),
+            DisplayNumber(base_radius),
+            DisplayVec3(apex),
+            DisplayNumber(apex_radius),
         ));
     }
 
@@ -132,8 +138,11 @@ impl<W: Write> Sink for NffSink<W> {
     fn patch(&mut self, points: &[(DVec3, DVec3)]) {
         self.out.text(format_args!("pp {}\n", points.len()));
         for &(point, normal) in points {
-            self.out
-                .text(format_args!("{} {}\n", Numbers(point), Numbers(normal)));
+            self.out.text(format_args!(
+                "{} {}\n",
+                DisplayVec3(point),
+                DisplayVec3(normal)
+            ));
         }
     }
 

@@ -3,9 +3,9 @@
 //! The header has counts, then come all vertices, then all faces: three things that a scene mixes. Nothing is kept for
 //! that; the scene, which is the same every time, is poured three times.
 
-use super::out::Out;
-use super::{Losses, WriteError};
-use crate::standard::sink::{Look, Sink, StandardLight, StandardView};
+use super::latched::LatchedWriter;
+use super::{DroppedFeatures, SceneWriteError};
+use crate::standard::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use glam::DVec3;
 use std::io::Write;
 
@@ -14,21 +14,24 @@ const MAX_VERTICES: u64 = i32::MAX as u64;
 /// Most corners that one byte counts.
 const SHORT_LIST: usize = 255;
 
-/// Writes what `pour` pours into a sink; it is called three times and must pour the same each time.
+/// Writes what `build` pours into a sink; it is called three times and must pour the same each time.
 ///
 /// # Errors
-/// [`WriteError::CannotHold`] for spheres and cones, before anything is written.
-pub(super) fn write<W: Write>(out: W, pour: impl Fn(&mut dyn Sink)) -> Result<Losses, WriteError> {
-    let mut sink = PlySink::new(out);
+/// [`SceneWriteError::CannotHold`] for spheres and cones, before anything is written.
+pub(super) fn write<W: Write>(
+    out: W,
+    build: impl Fn(&mut dyn SceneBuilder),
+) -> Result<DroppedFeatures, SceneWriteError> {
+    let mut builder = PlyWriter::new(out);
     for _ in 0..PASSES {
-        pour(&mut sink);
-        sink.end_pass();
+        build(&mut builder);
+        builder.end_pass();
         // Where nothing more can be written, another pass would be for nothing.
-        if sink.out.failed() {
+        if builder.out.failed() {
             break;
         }
     }
-    sink.finish()
+    builder.finish()
 }
 
 /// How often a scene must be poured.
@@ -42,12 +45,12 @@ enum Pass {
     Done,
 }
 
-/// A sink that writes PLY. The scene must be poured into it three times, with [`PlySink::end_pass`] after each.
+/// A sink that writes PLY. The scene must be poured into it three times, with [`PlyWriter::end_pass`] after each.
 ///
 /// If any shape has vertex normals, all vertices get normals: those of polygons and meshes stand upright on their
 /// faces, and such triangles share no vertices.
-pub struct PlySink<W: Write> {
-    out: Out<W>,
+pub struct PlyWriter<W: Write> {
+    out: LatchedWriter<W>,
     pass: Pass,
     vertices: u64,
     /// Vertices if none had to be parted for its normal.
@@ -59,11 +62,11 @@ pub struct PlySink<W: Write> {
     first: u64,
 }
 
-impl<W: Write> PlySink<W> {
+impl<W: Write> PlyWriter<W> {
     /// Writes to `out`, buffered.
     pub fn new(out: W) -> Self {
-        PlySink {
-            out: Out::new(out),
+        PlyWriter {
+            out: LatchedWriter::new(out),
             pass: Pass::Count,
             vertices: 0,
             shared_vertices: 0,
@@ -90,7 +93,7 @@ impl<W: Write> PlySink<W> {
     ///
     /// # Errors
     /// The first error there was.
-    pub fn finish(self) -> Result<Losses, WriteError> {
+    pub fn finish(self) -> Result<DroppedFeatures, SceneWriteError> {
         self.out.finish()?;
         Ok(vec!["PLY holds no camera, lights or surfaces"])
     }
@@ -100,7 +103,7 @@ impl<W: Write> PlySink<W> {
             self.vertices = self.shared_vertices;
         }
         if self.vertices > MAX_VERTICES {
-            return self.out.fail(WriteError::TooMany(self.vertices));
+            return self.out.fail(SceneWriteError::TooMany(self.vertices));
         }
         let normals = if self.normals {
             "property float nx\nproperty float ny\nproperty float nz\n"
@@ -186,7 +189,7 @@ impl<W: Write> PlySink<W> {
     }
 
     fn cannot_hold(&mut self, shape: &'static str) {
-        self.out.fail(WriteError::CannotHold {
+        self.out.fail(SceneWriteError::CannotHold {
             format: "PLY",
             shape,
         });
@@ -203,14 +206,14 @@ fn normal(points: &[DVec3]) -> DVec3 {
     sum.try_normalize().unwrap_or(DVec3::Z)
 }
 
-impl<W: Write> Sink for PlySink<W> {
+impl<W: Write> SceneBuilder for PlyWriter<W> {
     fn view(&mut self, _: &StandardView) {}
 
     fn background(&mut self, _: DVec3) {}
 
     fn light(&mut self, _: &StandardLight) {}
 
-    fn surface(&mut self, _: &Look) {}
+    fn material(&mut self, _: &MaterialDesc) {}
 
     fn sphere(&mut self, _: DVec3, _: f64) {
         self.cannot_hold("spheres");

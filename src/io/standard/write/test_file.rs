@@ -1,15 +1,17 @@
 //! A standard scene as a `.test` file.
 
-use super::out::{Number, Numbers, Out};
-use super::{Losses, WriteError};
-use crate::standard::sink::{Look, Sink, StandardLight, StandardView, nff_level};
+use super::latched::{DisplayNumber, DisplayVec3, LatchedWriter};
+use super::{DroppedFeatures, SceneWriteError};
+use crate::standard::builder::{
+    MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level,
+};
 use glam::{DVec3, Vec3};
 use phalanx_scene::triangulate;
 use std::io::Write;
 
 /// A sink that writes the course's format: spheres and triangles; no cones. The background is black there.
-pub struct TestSink<W: Write> {
-    out: Out<W>,
+pub struct TestWriter<W: Write> {
+    out: LatchedWriter<W>,
     max_depth: u32,
     /// Written before the first surface, where their number, and with it their level, is known.
     lights: Vec<StandardLight>,
@@ -19,11 +21,11 @@ pub struct TestSink<W: Write> {
     background: bool,
 }
 
-impl<W: Write> TestSink<W> {
+impl<W: Write> TestWriter<W> {
     /// Writes to `out`, buffered; the file asks for `max_depth` bounces.
     pub fn new(out: W, max_depth: u32) -> Self {
-        TestSink {
-            out: Out::new(out),
+        TestWriter {
+            out: LatchedWriter::new(out),
             max_depth,
             lights: Vec::new(),
             lights_written: false,
@@ -37,7 +39,7 @@ impl<W: Write> TestSink<W> {
     ///
     /// # Errors
     /// The first error there was.
-    pub fn finish(mut self) -> Result<Losses, WriteError> {
+    pub fn finish(mut self) -> Result<DroppedFeatures, SceneWriteError> {
         self.write_lights();
         self.out.finish()?;
         let lost = self.background;
@@ -57,15 +59,16 @@ impl<W: Write> TestSink<W> {
             let color = light.color.unwrap_or(level);
             self.out.text(format_args!(
                 "attenuation {}\npoint {} {}\n",
-                Numbers(light.attenuation),
-                Numbers(light.position),
-                Numbers(color),
+                DisplayVec3(light.attenuation),
+                DisplayVec3(light.position),
+                DisplayVec3(color),
             ));
         }
     }
 
     fn vertex(&mut self, point: DVec3) {
-        self.out.text(format_args!("vertex {}\n", Numbers(point)));
+        self.out
+            .text(format_args!("vertex {}\n", DisplayVec3(point)));
     }
 
     /// A triangle of the vertices from `first` on.
@@ -75,17 +78,17 @@ impl<W: Write> TestSink<W> {
     }
 }
 
-impl<W: Write> Sink for TestSink<W> {
+impl<W: Write> SceneBuilder for TestWriter<W> {
     fn view(&mut self, view: &StandardView) {
         self.out.text(format_args!(
             "size {} {}\nmaxdepth {}\ncamera {} {} {} {}\n",
             view.width,
             view.height,
             self.max_depth,
-            Numbers(view.from),
-            Numbers(view.at),
-            Numbers(view.up),
-            Number(view.fovy),
+            DisplayVec3(view.from),
+            DisplayVec3(view.at),
+            DisplayVec3(view.up),
+            DisplayNumber(view.fovy),
         ));
     }
 
@@ -97,37 +100,37 @@ impl<W: Write> Sink for TestSink<W> {
         self.lights.push(*light);
     }
 
-    fn surface(&mut self, look: &Look) {
+    fn material(&mut self, material: &MaterialDesc) {
         self.write_lights();
-        let look = look.document(nff_level(self.lights.len()));
+        let material = material.to_document(nff_level(self.lights.len()));
         let colors = [
-            ("ambient", look.ka),
-            ("emission", look.ke),
-            ("diffuse", look.kd),
-            ("specular", look.ks),
-            ("transmission", look.kt),
+            ("ambient", material.ka),
+            ("emission", material.ke),
+            ("diffuse", material.kd),
+            ("specular", material.ks),
+            ("transmission", material.kt),
         ];
         for (command, color) in colors {
             self.out
-                .text(format_args!("{command} {}\n", Numbers(color)));
+                .text(format_args!("{command} {}\n", DisplayVec3(color)));
         }
         self.out.text(format_args!(
             "shininess {}\nior {}\n",
-            Number(look.shininess),
-            Number(look.ior)
+            DisplayNumber(material.shininess),
+            DisplayNumber(material.ior)
         ));
     }
 
     fn sphere(&mut self, center: DVec3, radius: f64) {
         self.out.text(format_args!(
             "sphere {} {}\n",
-            Numbers(center),
-            Number(radius)
+            DisplayVec3(center),
+            DisplayNumber(radius)
         ));
     }
 
     fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {
-        self.out.fail(WriteError::CannotHold {
+        self.out.fail(SceneWriteError::CannotHold {
             format: "a .test file",
             shape: "cones or cylinders",
         });
@@ -148,8 +151,8 @@ impl<W: Write> Sink for TestSink<W> {
         for &(point, normal) in points {
             self.out.text(format_args!(
                 "vertexnormal {} {}\n",
-                Numbers(point),
-                Numbers(normal)
+                DisplayVec3(point),
+                DisplayVec3(normal)
             ));
         }
         self.normal_vertices += points.len() as u64;

@@ -6,7 +6,7 @@ use std::fs;
 
 const SIDE: u32 = 16;
 
-fn identity(width: u32) -> Identity {
+fn identity(width: u32) -> RenderKey {
     let scene = Scene::default();
     let region = Tile {
         x: 5,
@@ -20,10 +20,10 @@ fn identity(width: u32) -> Identity {
         region: Some(region),
         ..Settings::of(&scene)
     };
-    Identity::of(&scene, &settings)
+    RenderKey::of(&scene, &settings)
 }
 
-fn ours() -> Identity {
+fn ours() -> RenderKey {
     identity(80)
 }
 
@@ -33,7 +33,7 @@ fn color(x: u32, y: u32) -> [f32; 3] {
 }
 
 fn add(file: &TileFile, tile: Tile) {
-    let mut pixels = Pixels::new(false);
+    let mut pixels = TileBuffer::new(false);
     pixels.fit(tile);
     for y in 0..tile.height {
         for x in 0..tile.width {
@@ -99,13 +99,21 @@ fn a_file_that_is_cut_off_has_what_is_whole_and_goes_on_from_there() {
     let all = all();
     write(&path, &all[..3]);
     let bytes = fs::read(&path).unwrap();
-    let beginning = beginning::bytes(&ours()).len();
+    let beginning = file_header::bytes(&ours()).len();
     let mut ends = vec![beginning];
     for tile in &all[..3] {
-        ends.push(ends[ends.len() - 1] + HEAD + 12 * tile.pixels() as usize);
+        ends.push(ends[ends.len() - 1] + HEADER_BYTES + 12 * tile.pixels() as usize);
     }
     assert_eq!(ends[3], bytes.len());
-    let around = |end: &usize| [end - 1, *end, end + 1, end + HEAD - 1, end + HEAD + 7];
+    let around = |end: &usize| {
+        [
+            end - 1,
+            *end,
+            end + 1,
+            end + HEADER_BYTES - 1,
+            end + HEADER_BYTES + 7,
+        ]
+    };
     let cuts = ends.iter().flat_map(around).chain([0, 1, 7, 8, 15, 16, 17]);
     for cut in cuts.filter(|cut| *cut <= bytes.len()) {
         fs::write(&path, &bytes[..cut]).unwrap();
@@ -127,15 +135,15 @@ fn a_byte_that_has_changed_costs_its_tile_and_no_other() {
     let all = all();
     write(&path, &all[..4]);
     let bytes = fs::read(&path).unwrap();
-    let beginning = beginning::bytes(&ours()).len();
+    let beginning = file_header::bytes(&ours()).len();
     let mut ends = vec![beginning];
     for tile in &all[..4] {
-        ends.push(ends[ends.len() - 1] + HEAD + 12 * tile.pixels() as usize);
+        ends.push(ends[ends.len() - 1] + HEADER_BYTES + 12 * tile.pixels() as usize);
     }
     for at in (0..bytes.len())
         .step_by(97)
         .chain(0..40)
-        .chain(ends[1]..ends[1] + HEAD)
+        .chain(ends[1]..ends[1] + HEADER_BYTES)
     {
         let mut changed = bytes.clone();
         changed[at] ^= 0x10;
@@ -187,34 +195,29 @@ fn other_files_are_refused_and_left_alone() {
 }
 
 /// A picture whose tiles may be as large as any.
-fn large() -> Identity {
+fn large() -> RenderKey {
     let scene = Scene::default();
     let settings = Settings {
         width: 2048,
         height: 2048,
         ..Settings::of(&scene)
     };
-    Identity::of(&scene, &settings)
+    RenderKey::of(&scene, &settings)
 }
 
-fn seconds_to_read(path: &Path, bytes: &[u8], identity: &Identity) -> (f64, TileFile) {
+fn seconds_to_read(path: &Path, bytes: &[u8], key: &RenderKey) -> (f64, TileFile) {
     fs::write(path, bytes).unwrap();
     let start = Instant::now();
-    let file = TileFile::read(path, identity).unwrap();
+    let file = TileFile::read(path, key).unwrap();
     (start.elapsed().as_secs_f64(), file)
 }
 
 /// A head without its content, or with another.
-fn claim(identity: &Identity, tile: Tile, planes: usize) -> Vec<u8> {
+fn claim(key: &RenderKey, tile: Tile, planes: usize) -> Vec<u8> {
     let plane = vec![0.5; tile.pixels() as usize];
     let mut bytes = Vec::new();
-    record::write(
-        &mut bytes,
-        tile,
-        identity.checksum(),
-        &vec![&plane[..]; planes],
-    );
-    bytes.truncate(HEAD);
+    tile_record::write(&mut bytes, tile, key.checksum(), &vec![&plane[..]; planes]);
+    bytes.truncate(HEADER_BYTES);
     bytes
 }
 
@@ -223,11 +226,11 @@ fn claim(identity: &Identity, tile: Tile, planes: usize) -> Vec<u8> {
 fn heads_that_claim_the_same_bytes_cost_no_more_than_their_file_is_long() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
-    let identity = large();
-    let head = claim(&identity, Tile::whole(1024, 1024), 3);
-    let mut bytes = beginning::bytes(&identity);
+    let key = large();
+    let head = claim(&key, Tile::whole(1024, 1024), 3);
+    let mut bytes = file_header::bytes(&key);
     bytes.extend(head.repeat(700_000));
-    let (seconds, file) = seconds_to_read(&path, &bytes, &identity);
+    let (seconds, file) = seconds_to_read(&path, &bytes, &key);
     assert!(seconds < 20.0, "{seconds} seconds");
     assert_eq!(file.pixels(), 0);
     assert!(file.damaged() > 0);
@@ -237,12 +240,12 @@ fn heads_that_claim_the_same_bytes_cost_no_more_than_their_file_is_long() {
 fn beginnings_of_heads_cost_no_more_than_their_file_is_long() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
-    let identity = large();
+    let key = large();
     for ending in [&b""[..], b"\xf7PHX"] {
-        let mut bytes = beginning::bytes(&identity);
-        bytes.extend(record::MAGIC.repeat(1 << 20));
+        let mut bytes = file_header::bytes(&key);
+        bytes.extend(tile_record::MAGIC.repeat(1 << 20));
         bytes.extend(ending);
-        let (seconds, file) = seconds_to_read(&path, &bytes, &identity);
+        let (seconds, file) = seconds_to_read(&path, &bytes, &key);
         assert!(seconds < 20.0, "{seconds} seconds");
         assert_eq!((file.pixels(), file.damaged()), (0, 0));
     }
@@ -270,7 +273,7 @@ fn records_that_the_picture_cannot_have_count_for_nothing() {
     ] {
         let plane = vec![0.5; tile.pixels() as usize];
         let mut record = Vec::new();
-        record::write(
+        tile_record::write(
             &mut record,
             tile,
             ours().checksum(),
@@ -278,7 +281,7 @@ fn records_that_the_picture_cannot_have_count_for_nothing() {
         );
         write(&path, &all()[..2]);
         let mut bytes = fs::read(&path).unwrap();
-        let first = beginning::bytes(&ours()).len();
+        let first = file_header::bytes(&ours()).len();
         bytes.splice(first..first, record);
         fs::write(&path, &bytes).unwrap();
         let file = TileFile::open(&path, &ours()).unwrap();

@@ -13,9 +13,9 @@
 //! samples falls with n^(-3/2) so, where samples spread over the whole pixel leave n^(-3/4) (Mitchell, "Consequences of Stratified Sampling
 //! in Graphics", 1996).
 //!
-//! And a shadow ray whose answer is known is not asked for: where [`AGREE`] of the samples in the cell and around it met the same
+//! And a shadow ray whose answer is known is not asked for: where [`MIN_AGREEING`] of the samples in the cell and around it met the same
 //! primitive, on the same way, and all saw a light there, or none did, then a new sample there that meets it sees as they do; and it has
-//! a say in its turn. But only where little is at stake: where the light's term times the cell's area is below [`STAKE`] thresholds, so that
+//! a say in its turn. But only where little is at stake: where the light's term times the cell's area is below [`REUSE_LIMIT`] thresholds, so that
 //! a lower threshold mends this, too.
 //!
 //! Filters wider than a pixel's square draw from beyond it, so that cells beside each other in two pixels are not beside each other in the
@@ -28,45 +28,45 @@ mod pixel;
 #[cfg(test)]
 mod tests;
 
-use super::adaptive::{Adaptive, BLOCK, FIRST};
-use super::pixel::{Gathered, MAX_SPP};
-use super::points::{Purpose, points_of, seeds};
+use super::adaptive::{Adaptive, BLOCK, FIRST_SAMPLES};
+use super::pixel::{MAX_SPP, PixelAccumulator};
+use super::sobol::{Dimension, points_of, seeds};
 use libm::exp2;
-use pixel::{BITS, Pixel, SIDE, Sample, column_and_row, halvings, in_packets, index};
+use pixel::{BITS, CellPixel, CellSample, PIXEL_SIDE, column_and_row, halvings, in_packets, index};
 use std::ops::Range;
 
 /// Samples that must agree about a light before others believe them.
-pub const AGREE: usize = 6;
+pub const MIN_AGREEING: usize = 6;
 
 /// What may be believed: so many times the threshold. A larger one saves no more rays at the error of 64 uniform samples, and leaves more
 /// error where the threshold is lower.
-const STAKE: f64 = 64.0;
+const REUSE_LIMIT: f64 = 64.0;
 
-/// [`Cells::known`] counts so far.
-const _: () = assert!(AGREE == 6);
+/// [`Cells::known_lights`] counts so far.
+const _: () = assert!(MIN_AGREEING == 6);
 
 /// Hits of a sample that are remembered: the camera ray's, its mirror ray's, its refracted ray's.
-pub const SIGHTS: usize = 3;
+pub const MAX_HITS: usize = 3;
 
 /// How often a pixel can be halved: [`super::MAX_SPP`] samples.
-const LEVELS: usize = 17;
+const MAX_LEVELS: usize = 17;
 
 /// Halving goes on while a^1.1 d is large.
-const POWER: f64 = 1.1;
+const AREA_POWER: f64 = 1.1;
 
 /// Which lights would add something at a hit, and which of them are seen, as far as it was asked or believed: one bit a light, of the first
 /// 32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sight {
-    /// How the sample came there, see [`trail`].
-    pub trail: u32,
+pub struct LightVisibility {
+    /// How the sample came there, see [`path_id`].
+    pub path_id: u32,
     /// Those that would add something.
-    pub asked: u32,
+    pub queried: u32,
     /// Those of them that do.
-    pub seen: u32,
+    pub visible: u32,
 }
 
-impl Sight {
+impl LightVisibility {
     /// A light's; none where there is none left.
     #[inline]
     pub fn bit(light: usize) -> u32 {
@@ -74,27 +74,27 @@ impl Sight {
     }
 }
 
-/// The way to a hit on a primitive, by that of the hit before and the kind of ray from there, told by the place among [`SIGHTS`].
+/// The way to a hit on a primitive, by that of the hit before and the kind of ray from there, told by the place among [`MAX_HITS`].
 #[inline]
-pub fn trail(before: u32, sight: usize, prim_id: u32) -> u32 {
-    let [mixed] = seeds([before.wrapping_add(sight as u32)], [prim_id]);
+pub fn path_id(before: u32, hit: usize, prim_id: u32) -> u32 {
+    let [mixed] = seeds([before.wrapping_add(hit as u32)], [prim_id]);
     mixed
 }
 
 /// A sample that is asked for.
 #[derive(Clone, Debug)]
-pub struct Ask {
+pub struct SampleRequest {
     /// Column and row of its pixel in the block.
     pub pixel: (u32, u32),
     /// Which of the pixel's it is.
     pub number: u32,
     /// Those that may know what it sees.
-    near: Range<usize>,
+    neighbours: Range<usize>,
 }
 
 /// What came of a sample.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Answer {
+pub struct SampleResult {
     /// Its radiance.
     pub radiance: [f32; 3],
     /// By the way it came; black where nobody wants to know.
@@ -102,16 +102,16 @@ pub struct Answer {
     /// What it counts.
     pub weight: f32,
     /// What it saw of the lights.
-    pub sights: [Sight; SIGHTS],
+    pub visibility: [LightVisibility; MAX_HITS],
 }
 
 /// What a pixel has gathered.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Sum {
+pub struct PixelSum {
     /// Radiance.
-    pub radiance: Gathered,
+    pub radiance: PixelAccumulator,
     /// By the way it came.
-    pub light: [Gathered; 3],
+    pub light: [PixelAccumulator; 3],
     /// Samples.
     pub samples: u32,
 }
@@ -124,16 +124,16 @@ pub struct Cells {
     /// Cells of this level stay whole.
     limit: u8,
     /// By level, what the square of a difference must exceed.
-    most: [f64; LEVELS],
+    thresholds: [f64; MAX_LEVELS],
     /// Below this, times its cell's area, a light's term may be believed.
-    stake: f64,
-    pixels: Vec<Pixel>,
-    samples: Vec<Sample>,
+    reuse_limit: f64,
+    pixels: Vec<CellPixel>,
+    samples: Vec<CellSample>,
     /// By sample.
-    sights: Vec<[Sight; SIGHTS]>,
+    visibility: Vec<[LightVisibility; MAX_HITS]>,
     /// By sample, where it is wanted.
     light: Option<Vec<[[f32; 3]; 3]>>,
-    asks: Vec<Ask>,
+    requests: Vec<SampleRequest>,
     near: Vec<u32>,
     fresh: Vec<u32>,
 }
@@ -152,20 +152,20 @@ impl Cells {
         self.corner = corner;
         self.size = size;
         self.limit = spp.clamp(1, MAX_SPP).ilog2() as u8;
-        self.most = std::array::from_fn(|level| {
-            6.0 * threshold * threshold * exp2(2.0 * POWER * level as f64)
+        self.thresholds = std::array::from_fn(|level| {
+            6.0 * threshold * threshold * exp2(2.0 * AREA_POWER * level as f64)
         });
-        self.stake = STAKE * threshold;
-        self.pixels.iter_mut().for_each(Pixel::clear);
+        self.reuse_limit = REUSE_LIMIT * threshold;
+        self.pixels.iter_mut().for_each(CellPixel::clear);
         self.pixels
-            .resize_with((BLOCK * BLOCK) as usize, Pixel::default);
+            .resize_with((BLOCK * BLOCK) as usize, CellPixel::default);
         self.samples.clear();
-        self.sights.clear();
+        self.visibility.clear();
         self.light = by_way.then(|| self.light.take().unwrap_or_default());
         self.light.iter_mut().for_each(Vec::clear);
         self.fresh.clear();
-        self.forget_asks();
-        self.ask_all(0..1);
+        self.clear_requests();
+        self.request_all(0..1);
     }
 
     /// Column and row of its upper left pixel in the whole picture.
@@ -176,38 +176,38 @@ impl Cells {
 
     /// The samples that are asked for.
     #[inline]
-    pub fn asks(&self) -> &[Ask] {
-        &self.asks
+    pub fn requests(&self) -> &[SampleRequest] {
+        &self.requests
     }
 
     /// Tells what came of one.
     #[inline]
-    pub fn answer(&mut self, ask: usize, answer: &Answer) {
-        let sample = self.samples.len() - self.asks.len() + ask;
-        self.samples[sample].radiance = answer.radiance;
-        self.samples[sample].weight = answer.weight;
-        self.sights[sample] = answer.sights;
+    pub fn add_result(&mut self, ask: usize, result: &SampleResult) {
+        let sample = self.samples.len() - self.requests.len() + ask;
+        self.samples[sample].radiance = result.radiance;
+        self.samples[sample].weight = result.weight;
+        self.visibility[sample] = result.visibility;
         if let Some(light) = &mut self.light {
-            light[sample] = answer.light;
+            light[sample] = result.light;
         }
     }
 
     /// The lights of which is known, at a hit of a sample that is asked for, whether they are seen; and those that are.
-    pub fn known(&self, ask: usize, sight: usize, trail: u32) -> (u32, u32) {
+    pub fn known_lights(&self, ask: usize, hit: usize, path_id: u32) -> (u32, u32) {
         // For each light the number of answers: 1, 2, and 4 and more of them, which stays.
         let [mut ones, mut twos, mut fours, mut enough] = [0u32; 4];
         let [mut yes, mut no] = [0u32; 2];
-        for &near in &self.near[self.asks[ask].near.clone()] {
-            let theirs = self.sights[near as usize][sight];
-            if theirs.trail != trail {
+        for &near in &self.near[self.requests[ask].neighbours.clone()] {
+            let theirs = self.visibility[near as usize][hit];
+            if theirs.path_id != path_id {
                 continue;
             }
-            yes |= theirs.asked & theirs.seen;
-            no |= theirs.asked & !theirs.seen;
-            let carry = ones & theirs.asked;
+            yes |= theirs.queried & theirs.visible;
+            no |= theirs.queried & !theirs.visible;
+            let carry = ones & theirs.queried;
             fours |= twos & carry;
             twos ^= carry;
-            ones ^= theirs.asked;
+            ones ^= theirs.queried;
             // Six: four, and two more.
             enough |= fours & twos;
         }
@@ -217,38 +217,38 @@ impl Cells {
 
     /// Whether a sample that is asked for may believe others about a light that would add this much.
     #[inline]
-    pub fn may_believe(&self, ask: usize, radiance: [f32; 3]) -> bool {
-        let sample = &self.samples[self.samples.len() - self.asks.len() + ask];
+    pub fn may_reuse(&self, ask: usize, radiance: [f32; 3]) -> bool {
+        let sample = &self.samples[self.samples.len() - self.requests.len() + ask];
         let [r, g, b] = radiance.map(f64::from);
-        let most = self.stake * f64::from(1u32 << sample.level);
+        let most = self.reuse_limit * f64::from(1u32 << sample.level);
         (r * r + g * g) + b * b < most * most
     }
 
     /// When all that was asked for is answered: asks for more. Whether there is more to ask.
-    pub fn go_on(&mut self) -> bool {
-        let first = FIRST.min(1 << self.limit);
-        let begun = self.asks.first().is_some_and(|ask| ask.number == 0);
-        self.forget_asks();
+    pub fn next_round(&mut self) -> bool {
+        let first = FIRST_SAMPLES.min(1 << self.limit);
+        let begun = self.requests.first().is_some_and(|ask| ask.number == 0);
+        self.clear_requests();
         if begun && first > 1 {
-            self.ask_all(1..first);
+            self.request_all(1..first);
         } else {
             let open = self.compare();
-            self.ask_for(open);
+            self.request_halves(open);
         }
-        !self.asks.is_empty()
+        !self.requests.is_empty()
     }
 
     /// What the pixels have gathered, row by row of whole rows of eight.
-    pub fn sums(&self) -> [Sum; (BLOCK * BLOCK) as usize] {
-        let mut sums = [Sum::default(); (BLOCK * BLOCK) as usize];
+    pub fn sums(&self) -> [PixelSum; (BLOCK * BLOCK) as usize] {
+        let mut sums = [PixelSum::default(); (BLOCK * BLOCK) as usize];
         for (k, sample) in self.samples.iter().enumerate() {
             let sum = &mut sums[usize::from(sample.pixel)];
             // Powers of two, so that equal areas give the mean of as many samples to the bit.
             let area = 1.0 / f64::from(1u32 << sample.level);
             sum.radiance.add_share(sample.radiance, sample.weight, area);
             if let Some(light) = &self.light {
-                for (gathered, part) in sum.light.iter_mut().zip(light[k]) {
-                    gathered.add_share(part, sample.weight, area);
+                for (pixels, part) in sum.light.iter_mut().zip(light[k]) {
+                    pixels.add_share(part, sample.weight, area);
                 }
             }
             sum.samples += 1;
@@ -256,19 +256,19 @@ impl Cells {
         sums
     }
 
-    fn forget_asks(&mut self) {
-        self.asks.clear();
+    fn clear_requests(&mut self) {
+        self.requests.clear();
         self.near.clear();
     }
 
     /// Asks for these samples of all pixels, packet by packet of 4x2 of them.
-    fn ask_all(&mut self, numbers: Range<u32>) {
+    fn request_all(&mut self, numbers: Range<u32>) {
         for number in numbers {
             for pixel in (0..(BLOCK * BLOCK) as usize).map(in_packets) {
                 let (x, y) = column_and_row(pixel);
                 if x < self.size.0 && y < self.size.1 {
-                    let [place] = self.places(pixel, [number]);
-                    self.ask(pixel, number, place, 0..0);
+                    let [position] = self.positions(pixel, [number]);
+                    self.request(pixel, number, position, 0..0);
                 }
             }
         }
@@ -276,35 +276,35 @@ impl Cells {
 
     /// Where samples of these numbers lie in their pixel.
     #[inline(always)]
-    fn places<const N: usize>(&self, pixel: usize, numbers: [u32; N]) -> [[u32; 2]; N] {
+    fn positions<const N: usize>(&self, pixel: usize, numbers: [u32; N]) -> [[u32; 2]; N] {
         let (x, y) = column_and_row(pixel);
         let [seed] = seeds([self.corner.0 + x], [self.corner.1 + y]);
-        let [u, v] = points_of([seed; N], numbers, Purpose::Pixel);
+        let [u, v] = points_of([seed; N], numbers, Dimension::Pixel);
         // Multiples of 2^-24, so that nothing is lost.
-        let whole = |c: f32| (c * SIDE as f32) as u32;
+        let whole = |c: f32| (c * PIXEL_SIDE as f32) as u32;
         std::array::from_fn(|k| [whole(u[k]), whole(v[k])])
     }
 
     /// Asks for a sample, and halves the cell into which it falls.
-    fn ask(&mut self, pixel: usize, number: u32, place: [u32; 2], near: Range<usize>) {
+    fn request(&mut self, pixel: usize, number: u32, position: [u32; 2], near: Range<usize>) {
         let new = self.samples.len() as u32;
-        let mut sample = Sample {
-            place,
+        let mut sample = CellSample {
+            position,
             radiance: [0.0; 3],
             weight: 0.0,
             pixel: pixel as u8,
             level: 0,
             fresh: true,
-            open: false,
+            active: false,
         };
         let cells = &mut self.pixels[pixel];
         if number == 0 {
             cells.samples.push(new);
         } else {
-            let old = cells.at(place);
+            let old = cells.at(position);
             let halved = &mut self.samples[old as usize];
             halved.level += 1;
-            halved.open = false;
+            halved.active = false;
             if !std::mem::replace(&mut halved.fresh, true) {
                 self.fresh.push(old);
             }
@@ -313,14 +313,14 @@ impl Cells {
         }
         self.fresh.push(new);
         self.samples.push(sample);
-        self.sights.push(Default::default());
+        self.visibility.push(Default::default());
         if let Some(light) = &mut self.light {
             light.push(Default::default());
         }
-        self.asks.push(Ask {
+        self.requests.push(SampleRequest {
             pixel: column_and_row(pixel),
             number,
-            near,
+            neighbours: near,
         });
     }
 
@@ -332,7 +332,7 @@ impl Cells {
             self.samples[here as usize].fresh = false;
             for (axis, upper) in [(0, false), (0, true), (1, false), (1, true)] {
                 beside.clear();
-                self.beside(here, axis, upper, &mut beside);
+                self.side_neighbours(here, axis, upper, &mut beside);
                 for &there in &beside {
                     // A pair of fresh cells is compared when the second has its turn.
                     if self.samples[there as usize].fresh {
@@ -341,7 +341,7 @@ impl Cells {
                     let both = if upper { [here, there] } else { [there, here] };
                     let too_different = self.too_different(both, axis);
                     for (sample, too_different) in both.into_iter().zip(too_different) {
-                        let is_open = &mut self.samples[sample as usize].open;
+                        let is_open = &mut self.samples[sample as usize].active;
                         if too_different && !std::mem::replace(is_open, true) {
                             open.push(sample);
                         }
@@ -356,7 +356,7 @@ impl Cells {
 
     /// Appends the samples whose cells touch a side of a sample's cell.
     #[inline]
-    fn beside(&self, sample: u32, axis: usize, upper: bool, found: &mut Vec<u32>) {
+    fn side_neighbours(&self, sample: u32, axis: usize, upper: bool, found: &mut Vec<u32>) {
         let sample = &self.samples[sample as usize];
         let (from, side) = (sample.from(axis), sample.side(axis));
         let pixel = usize::from(sample.pixel);
@@ -364,10 +364,10 @@ impl Cells {
         let at = [at.0, at.1][axis];
         let step = [1, BLOCK as usize][axis];
         let (pixel, along) = match upper {
-            true if from + side < SIDE => (pixel, from + side),
+            true if from + side < PIXEL_SIDE => (pixel, from + side),
             true if at + 1 < BLOCK => (pixel + step, 0),
             false if from > 0 => (pixel, from - 1),
-            false if at > 0 => (pixel - step, SIDE - 1),
+            false if at > 0 => (pixel - step, PIXEL_SIDE - 1),
             _ => return,
         };
         let pixel = &self.pixels[pixel];
@@ -405,7 +405,7 @@ impl Cells {
         let [r, g, b] = [0, 1, 2].map(|c| ours[c] - theirs[c]);
         let squared = (r * r + g * g) + b * b;
         // Most pairs: not even the larger cell would be halved, if all of the way lay in it.
-        if squared <= self.most[usize::from(low.level.min(high.level))] {
+        if squared <= self.thresholds[usize::from(low.level.min(high.level))] {
             return [false; 2];
         }
         let [from, to] = [low, high].map(|s| f64::from(s.across_block(axis)));
@@ -413,39 +413,39 @@ impl Cells {
         // Shares times the way, so that nothing is divided.
         let (way, parts) = (to - from, [border - from, to - border]);
         [(low, parts[0]), (high, parts[1])].map(|(sample, part)| {
-            let most = self.most[usize::from(sample.level)];
+            let most = self.thresholds[usize::from(sample.level)];
             sample.level < self.limit && squared * part > most * way
         })
     }
 
     /// Asks for the samples that halve the cells of these.
-    fn ask_for(&mut self, mut open: Vec<u32>) {
+    fn request_halves(&mut self, mut open: Vec<u32>) {
         let key = |&sample: &u32| {
-            let Sample { pixel, level, .. } = self.samples[sample as usize];
+            let CellSample { pixel, level, .. } = self.samples[sample as usize];
             (in_packets(pixel.into()), level, sample)
         };
         open.sort_unstable_by_key(key);
         let mut near = std::mem::take(&mut self.near);
         let mut all = Vec::with_capacity(open.len());
         for sample in open {
-            let Sample { pixel, level, .. } = self.samples[sample as usize];
-            self.know_halving(pixel.into(), level);
+            let CellSample { pixel, level, .. } = self.samples[sample as usize];
+            self.find_halving_samples(pixel.into(), level);
             let index = (1 << level) + self.samples[sample as usize].index();
             let from = near.len();
-            self.around(sample, &mut near);
+            self.neighbourhood(sample, &mut near);
             let number = self.pixels[usize::from(pixel)].halving[index];
             all.push((usize::from(pixel), number, from..near.len()));
         }
         for (pixel, number, near) in all {
-            let [place] = self.places(pixel, [number]);
-            self.ask(pixel, number, place, near);
+            let [position] = self.positions(pixel, [number]);
+            self.request(pixel, number, position, near);
         }
         self.near = near;
     }
 
     /// Finds out which samples halve the cells of a pixel, up to this level: the 2^k points that follow those of level k are one in each
     /// of its cells.
-    fn know_halving(&mut self, pixel: usize, level: u8) {
+    fn find_halving_samples(&mut self, pixel: usize, level: u8) {
         let mut halving = std::mem::take(&mut self.pixels[pixel].halving);
         while halving.len() < 2 << level {
             let from = halving.len().max(1) as u32;
@@ -453,9 +453,9 @@ impl Cells {
             halving.resize(2 << level, 0);
             for first in (from..2 * from).step_by(8) {
                 let numbers: [u32; 8] = std::array::from_fn(|k| first + k as u32);
-                let places = self.places(pixel, numbers);
-                for (number, place) in numbers.into_iter().zip(places).take(from as usize) {
-                    halving[from as usize + index(place, level)] = number;
+                let places = self.positions(pixel, numbers);
+                for (number, position) in numbers.into_iter().zip(places).take(from as usize) {
+                    halving[from as usize + index(position, level)] = number;
                 }
             }
         }
@@ -463,20 +463,20 @@ impl Cells {
     }
 
     /// Appends a sample and those whose cells touch its cell, corners included.
-    fn around(&self, sample: u32, found: &mut Vec<u32>) {
+    fn neighbourhood(&self, sample: u32, found: &mut Vec<u32>) {
         let from = found.len();
         found.push(sample);
         for (axis, upper) in [(0, false), (0, true), (1, false), (1, true)] {
-            self.beside(sample, axis, upper, found);
+            self.side_neighbours(sample, axis, upper, found);
         }
-        let Sample { pixel, .. } = self.samples[sample as usize];
+        let CellSample { pixel, .. } = self.samples[sample as usize];
         let at = column_and_row(pixel.into());
         let sample = &self.samples[sample as usize];
         // One unit beyond the corner.
         let beyond = |axis: usize, upper: bool| {
-            let at = [at.0, at.1][axis] * SIDE + sample.from(axis);
+            let at = [at.0, at.1][axis] * PIXEL_SIDE + sample.from(axis);
             match upper {
-                true => Some(at + sample.side(axis)).filter(|&c| c < BLOCK * SIDE),
+                true => Some(at + sample.side(axis)).filter(|&c| c < BLOCK * PIXEL_SIDE),
                 false => at.checked_sub(1),
             }
         };
@@ -484,11 +484,11 @@ impl Cells {
             let (Some(x), Some(y)) = (beyond(0, right), beyond(1, below)) else {
                 continue;
             };
-            let pixel = &self.pixels[(y / SIDE * BLOCK + x / SIDE) as usize];
+            let pixel = &self.pixels[(y / PIXEL_SIDE * BLOCK + x / PIXEL_SIDE) as usize];
             if pixel.samples.is_empty() {
                 continue;
             }
-            let corner = pixel.at([x % SIDE, y % SIDE]);
+            let corner = pixel.at([x % PIXEL_SIDE, y % PIXEL_SIDE]);
             if !found[from..].contains(&corner) {
                 found.push(corner);
             }

@@ -4,13 +4,13 @@ use super::super::adaptive::BLOCK;
 
 /// A pixel's side is 2^24, because samples are known to 24 bits.
 pub(super) const BITS: u32 = 24;
-pub(super) const SIDE: u32 = 1 << BITS;
+pub(super) const PIXEL_SIDE: u32 = 1 << BITS;
 
 /// A sample, and so its cell: the one of this level in which it lies.
 #[derive(Clone, Copy)]
-pub(super) struct Sample {
+pub(super) struct CellSample {
     /// In its pixel.
-    pub(super) place: [u32; 2],
+    pub(super) position: [u32; 2],
     pub(super) radiance: [f32; 3],
     pub(super) weight: f32,
     pub(super) pixel: u8,
@@ -18,33 +18,33 @@ pub(super) struct Sample {
     /// Not compared with its neighbours yet.
     pub(super) fresh: bool,
     /// To be halved.
-    pub(super) open: bool,
+    pub(super) active: bool,
 }
 
-impl Sample {
+impl CellSample {
     /// Side of its cell along an axis.
     #[inline]
     pub(super) fn side(&self, axis: usize) -> u32 {
-        SIDE >> halvings(self.level, axis)
+        PIXEL_SIDE >> halvings(self.level, axis)
     }
 
     /// Where its cell begins.
     #[inline]
     pub(super) fn from(&self, axis: usize) -> u32 {
-        self.place[axis] & !(self.side(axis) - 1)
+        self.position[axis] & !(self.side(axis) - 1)
     }
 
     /// Row by row among the cells of its level.
     #[inline]
     pub(super) fn index(&self) -> usize {
-        index(self.place, self.level)
+        index(self.position, self.level)
     }
 
     /// In the block.
     #[inline]
     pub(super) fn across_block(&self, axis: usize) -> u32 {
         let (x, y) = column_and_row(self.pixel.into());
-        [x, y][axis] * SIDE + self.place[axis]
+        [x, y][axis] * PIXEL_SIDE + self.position[axis]
     }
 }
 
@@ -56,14 +56,14 @@ pub(super) fn halvings(level: u8, axis: usize) -> u32 {
 
 /// Row by row, the cell of this level in which a place of a pixel lies.
 #[inline]
-pub(super) fn index(place: [u32; 2], level: u8) -> usize {
-    let [column, row] = [0, 1].map(|axis| place[axis] >> (BITS - halvings(level, axis)));
+pub(super) fn index(position: [u32; 2], level: u8) -> usize {
+    let [column, row] = [0, 1].map(|axis| position[axis] >> (BITS - halvings(level, axis)));
     (row << halvings(level, 0) | column) as usize
 }
 
 /// One of a block's.
 #[derive(Default)]
-pub(super) struct Pixel {
+pub(super) struct CellPixel {
     /// That of its smallest cells, and, by cell of this level, the sample in whose cell that lies; empty outside the picture.
     pub(super) level: u8,
     pub(super) samples: Vec<u32>,
@@ -71,7 +71,7 @@ pub(super) struct Pixel {
     pub(super) halving: Vec<u32>,
 }
 
-impl Pixel {
+impl CellPixel {
     #[inline]
     pub(super) fn clear(&mut self) {
         self.level = 0;
@@ -80,8 +80,8 @@ impl Pixel {
     }
 
     #[inline]
-    pub(super) fn at(&self, place: [u32; 2]) -> u32 {
-        self.samples[index(place, self.level)]
+    pub(super) fn at(&self, position: [u32; 2]) -> u32 {
+        self.samples[index(position, self.level)]
     }
 
     /// Gives each of the smallest cells' halves a place of its own.
@@ -101,7 +101,7 @@ impl Pixel {
     }
 
     /// Gives a sample its cell.
-    pub(super) fn fill(&mut self, sample: &Sample, number: u32) {
+    pub(super) fn fill(&mut self, sample: &CellSample, number: u32) {
         while self.level < sample.level {
             self.refine();
         }

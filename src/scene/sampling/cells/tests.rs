@@ -11,18 +11,18 @@ fn sampled(
     let mut cells = Cells::default();
     cells.begin(Adaptive { threshold }, spp, ((16, 40), size), false);
     loop {
-        for ask in 0..cells.asks().len() {
-            let sample = cells.samples.len() - cells.asks().len() + ask;
-            let place = [0, 1].map(|axis| cells.samples[sample].across_block(axis));
-            let value = radiance(place.map(|c| f64::from(c) / f64::from(SIDE)));
-            let answer = Answer {
+        for ask in 0..cells.requests().len() {
+            let sample = cells.samples.len() - cells.requests().len() + ask;
+            let position = [0, 1].map(|axis| cells.samples[sample].across_block(axis));
+            let value = radiance(position.map(|c| f64::from(c) / f64::from(PIXEL_SIDE)));
+            let result = SampleResult {
                 radiance: [value; 3],
                 weight: 1.0,
-                ..Answer::default()
+                ..SampleResult::default()
             };
-            cells.answer(ask, &answer);
+            cells.add_result(ask, &result);
         }
-        if !cells.go_on() {
+        if !cells.next_round() {
             return cells;
         }
     }
@@ -48,10 +48,10 @@ fn below([x, y]: [f64; 2]) -> f64 {
 fn what_is_plain_has_the_first_samples() {
     for size in [WHOLE, (3, 5)] {
         let cells = sampled((256, 1e-6), size, |_| 0.5);
-        assert_eq!(cells.samples.len() as u32, size.0 * size.1 * FIRST);
+        assert_eq!(cells.samples.len() as u32, size.0 * size.1 * FIRST_SAMPLES);
         for (k, sum) in (0..).zip(&cells.sums()) {
             let inside = k % BLOCK < size.0 && k / BLOCK < size.1;
-            assert_eq!(sum.samples, if inside { FIRST } else { 0 });
+            assert_eq!(sum.samples, if inside { FIRST_SAMPLES } else { 0 });
             if inside {
                 assert_eq!(sum.radiance.mean(), [0.5; 3]);
             }
@@ -65,7 +65,7 @@ fn each_sample_has_the_cell_that_it_lies_in_and_cells_cover_pixels() {
     let mut area = [0.0; 64];
     for (k, sample) in cells.samples.iter().enumerate() {
         let pixel = &cells.pixels[usize::from(sample.pixel)];
-        assert_eq!(pixel.at(sample.place), k as u32);
+        assert_eq!(pixel.at(sample.position), k as u32);
         let corner = [0, 1].map(|axis| sample.from(axis));
         let last = [0, 1].map(|axis| corner[axis] + (sample.side(axis) - 1));
         assert_eq!([pixel.at(corner), pixel.at(last)], [k as u32; 2]);
@@ -131,30 +131,34 @@ fn thresholds_order_the_samples() {
 
 /// What so many samples around one that is asked for say of three lights at a hit.
 fn told(votes: &[(u32, u32, u32)]) -> (u32, u32) {
-    let sights = votes.iter().map(|&(trail, asked, seen)| {
-        let mut sights = [Sight::default(); SIGHTS];
-        sights[1] = Sight { trail, asked, seen };
+    let sights = votes.iter().map(|&(path_id, asked, seen)| {
+        let mut sights = [LightVisibility::default(); MAX_HITS];
+        sights[1] = LightVisibility {
+            path_id,
+            queried: asked,
+            visible: seen,
+        };
         sights
     });
     let cells = Cells {
-        sights: sights.collect(),
+        visibility: sights.collect(),
         near: (0..votes.len() as u32).collect(),
-        asks: vec![Ask {
+        requests: vec![SampleRequest {
             pixel: (0, 0),
             number: 4,
-            near: 0..votes.len(),
+            neighbours: 0..votes.len(),
         }],
         ..Cells::default()
     };
-    assert_eq!(cells.known(0, 0, 7), (0, 0));
-    cells.known(0, 1, 7)
+    assert_eq!(cells.known_lights(0, 0, 7), (0, 0));
+    cells.known_lights(0, 1, 7)
 }
 
 #[test]
 fn six_must_agree_about_a_light() {
     let (lit, dark, elsewhere) = ((7, 0b111, 0b011), (7, 0b111, 0b001), (8, 0b111, 0b100));
-    assert_eq!(told(&[lit; AGREE - 1]), (0, 0));
-    for count in AGREE..20 {
+    assert_eq!(told(&[lit; MIN_AGREEING - 1]), (0, 0));
+    for count in MIN_AGREEING..20 {
         assert_eq!(told(&vec![lit; count]), (0b111, 0b011), "{count}");
     }
     assert_eq!(told(&[elsewhere; 9]), (0, 0));
@@ -176,7 +180,7 @@ fn six_must_agree_about_a_light() {
 fn what_may_be_believed_shrinks_with_the_threshold_and_grows_with_halving() {
     let mut cells = Cells::default();
     let sizes = |cells: &Cells| {
-        let believed = |most: &f32| cells.may_believe(0, [0.0, *most, 0.0]);
+        let believed = |most: &f32| cells.may_reuse(0, [0.0, *most, 0.0]);
         let sizes = (-24..24).map(|k| libm::exp2f(k as f32));
         sizes.take_while(believed).count()
     };
@@ -185,17 +189,17 @@ fn what_may_be_believed_shrinks_with_the_threshold_and_grows_with_halving() {
         cells.samples[0].level = halvings;
         assert_eq!(sizes(&cells), count);
     }
-    assert!(!cells.may_believe(0, [f32::NAN, 0.0, 0.0]));
+    assert!(!cells.may_reuse(0, [f32::NAN, 0.0, 0.0]));
 }
 
 #[test]
 fn trails_differ_by_what_was_hit_on_which_way() {
     let mut all: Vec<u32> = Vec::new();
     for prim in 0..100 {
-        let first = trail(0, 0, prim);
+        let first = path_id(0, 0, prim);
         all.push(first);
-        for (sight, next) in (1..SIGHTS).flat_map(|s| (0..100).map(move |next| (s, next))) {
-            all.push(trail(first, sight, next));
+        for (hit, next) in (1..MAX_HITS).flat_map(|s| (0..100).map(move |next| (s, next))) {
+            all.push(path_id(first, hit, next));
         }
     }
     let count = all.len();

@@ -199,8 +199,8 @@ impl TriangleBlock {
             prim_id: [u32::MAX; NATIVE],
         };
         for (lane, slot) in slots.enumerate() {
-            for (corner, place) in block.vertices.iter_mut().zip(&slot.vertices) {
-                for (column, x) in corner.iter_mut().zip(place) {
+            for (corner, position) in block.vertices.iter_mut().zip(&slot.vertices) {
+                for (column, x) in corner.iter_mut().zip(position) {
                     column[lane] = *x;
                 }
             }

@@ -62,8 +62,9 @@ impl Apex {
             return None;
         }
         let (org, dir) = rays.ray(packets.start, 0);
-        let place: [f32; 3] = std::array::from_fn(|k| org[k] + dir[k] * tmax);
-        let [center, apex, first] = [org, place, dir].map(|v| Vec3Native::splat(v[0], v[1], v[2]));
+        let position: [f32; 3] = std::array::from_fn(|k| org[k] + dir[k] * tmax);
+        let [center, apex, first] =
+            [org, position, dir].map(|v| Vec3Native::splat(v[0], v[1], v[2]));
         let far = Native::splat(f32::INFINITY);
         let (mut blur, mut farthest, mut longest) = (Native::ZERO, Native::ZERO, Native::ZERO);
         let (mut around, mut shortest, mut parallel) = (Native::ZERO, far, true);
@@ -92,7 +93,10 @@ impl Apex {
         };
         // Ways without end are no ways to a point.
         if rays.blur <= BLUR * rays.shortest && rays.shortest < f32::INFINITY {
-            return Some(Apex::Light { place, rays });
+            return Some(Apex::Light {
+                place: position,
+                rays,
+            });
         }
         parallel.then_some(Apex::Sun { dir, rays })
     }

@@ -67,12 +67,12 @@ impl<'a> BeamTriangles<'a> {
 /// The corners of a block's triangles.
 #[inline(always)]
 pub(super) fn vertices(block: &TriangleBlock) -> [Vec3Native; 3] {
-    let place = |c: &[[f32; NATIVE]; 3]| {
+    let position = |c: &[[f32; NATIVE]; 3]| {
         let [x, y, z] = c.map(Native::new);
         Vec3Native::new(x, y, z)
     };
     let [a, b, c] = &block.vertices;
-    [place(a), place(b), place(c)]
+    [position(a), position(b), position(c)]
 }
 
 /// A packet of a beam, and the triangle of a block that it is tested against.

@@ -171,11 +171,11 @@ impl BeamSpace {
     /// leaves no useful one.
     pub(super) fn new(apex: &Apex, toward: [f32; 3], extent: f32) -> Option<BeamSpace> {
         match apex {
-            Apex::Eye(place) => {
-                let farthest = max_abs(*place);
+            Apex::Eye(position) => {
+                let farthest = max_abs(*position);
                 let slack = 2.0 * PAD * farthest;
                 let scale = extent + farthest;
-                let space = BeamSpace::near(*place, toward, slack, [0.0; 2], [extent, scale]);
+                let space = BeamSpace::near(*position, toward, slack, [0.0; 2], [extent, scale]);
                 Some(space)
             }
             Apex::Light { place, rays } => {

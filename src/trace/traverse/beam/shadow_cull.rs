@@ -166,7 +166,7 @@ mod tests {
     use crate::traverse::triangle;
     use bumpalo::Bump;
     use glam::Vec3;
-    use phalanx_scene::BEYOND_BOXES;
+    use phalanx_scene::OFFSET_PER_COORDINATE;
 
     const PACKETS: usize = 4;
 
@@ -208,11 +208,11 @@ mod tests {
             x if x > 0.0 => 1.0,
             _ => -1.0,
         };
-        let off = BEYOND_BOXES * a.abs().max_element() * side;
-        let place = a + (b - a) * v + (c - a) * w + normal * off;
+        let off = OFFSET_PER_COORDINATE * a.abs().max_element() * side;
+        let position = a + (b - a) * v + (c - a) * w + normal * off;
         match from.unit() {
-            x if x > 0.8 => place + from.position() * size,
-            _ => place,
+            x if x > 0.8 => position + from.position() * size,
+            _ => position,
         }
     }
 

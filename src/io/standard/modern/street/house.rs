@@ -3,9 +3,9 @@
 use super::opening::REVEAL;
 use super::stone::{stone, stone_triangles};
 use super::{BRICK, IRON, ROOF, SEED, SHUTTER, SHUTTERS, STUCCO, STUCCOS, TRIM, cafe};
+use crate::standard::modern::mesh_builder::{Grid, MeshBuilder};
 use crate::standard::modern::noise::{Dice, fractal2};
-use crate::standard::modern::parts::{Frame, cells, cuboid, moulding, rod};
-use crate::standard::modern::pen::{Net, Pen};
+use crate::standard::modern::props::{LocalFrame, cells, cuboid, moulding, rod};
 use glam::{DVec2, DVec3};
 use libm::{cos, sin};
 use std::f64::consts::{PI, TAU};
@@ -33,7 +33,7 @@ impl Area {
 
 pub(super) struct House {
     /// At the facade's lower left corner: x to the right, z toward the street.
-    pub(super) frame: Frame,
+    pub(super) frame: LocalFrame,
     seed: u64,
     width: f64,
     floors: usize,
@@ -46,7 +46,7 @@ pub(super) struct House {
 }
 
 impl House {
-    pub(super) fn new(frame: Frame, number: u64, width: f64, cafe: bool) -> House {
+    pub(super) fn new(frame: LocalFrame, number: u64, width: f64, cafe: bool) -> House {
         let mut dice = Dice::of(SEED, number);
         let floors = 3 + dice.below(2);
         House {
@@ -67,23 +67,23 @@ impl House {
         GROUND + FLOOR * (self.floors - 1) as f64
     }
 
-    pub(super) fn build(&self, pen: &mut Pen, detail: f64) {
-        self.body(pen, detail);
+    pub(super) fn build(&self, mesh: &mut MeshBuilder, detail: f64) {
+        self.body(mesh, detail);
         for floor in 1..self.floors {
             for bay in 0..self.bays {
-                self.bay(pen, floor, bay, detail);
+                self.bay(mesh, floor, bay, detail);
             }
         }
-        self.ledges(pen, detail);
+        self.ledges(mesh, detail);
         match self.cafe {
-            true => cafe::front(pen, self, detail),
-            false => (0..self.bays).for_each(|bay| self.bay(pen, 0, bay, detail)),
+            true => cafe::front(mesh, self, detail),
+            false => (0..self.bays).for_each(|bay| self.bay(mesh, 0, bay, detail)),
         }
     }
 
     /// Side and back walls and the roof.
-    fn body(&self, pen: &mut Pen, detail: f64) {
-        pen.look(self.wall);
+    fn body(&self, mesh: &mut MeshBuilder, detail: f64) {
+        mesh.material(self.wall);
         let from = if self.cafe { GROUND } else { 0.0 };
         let top = self.height();
         let corners = (
@@ -91,23 +91,23 @@ impl House {
             DVec3::new(self.width, top, -REVEAL),
         );
         cuboid(
-            pen,
+            mesh,
             &self.frame,
             corners,
             detail * 0.25,
             [true, true, self.cafe, true, true, true],
         );
-        pen.look(ROOF);
+        mesh.material(ROOF);
         let (eaves, ridge) = (DVec2::new(0.42, top + 0.22), DVec2::new(-3.4, top + 2.9));
         let (across, rows) = (cells(self.width, detail), cells(4.6, detail * 0.6));
         let frame = &self.frame;
-        pen.net(Net::open(across, rows), |i, j| {
+        mesh.grid(Grid::open(across, rows), |i, j| {
             let (u, v) = (i as f64 / across as f64, j as f64 / rows as f64);
             let p = eaves + (ridge - eaves) * v;
             let wave = 0.03 * sin(u * self.width * TAU / 0.3);
             frame.point(DVec3::new(u * self.width, p.y + wave, p.x))
         });
-        pen.look(self.wall);
+        mesh.material(self.wall);
         for x in [0.0, self.width] {
             let at = |p: DVec2| frame.point(DVec3::new(x, p.y, p.x));
             let gable = [
@@ -115,12 +115,12 @@ impl House {
                 at(ridge),
                 at(DVec2::new(-7.0, top)),
             ];
-            pen.triangle(1, |i, j| gable[i + 2 * j]);
+            mesh.triangle(1, |i, j| gable[i + 2 * j]);
         }
     }
 
     /// One window, or the door, with the wall around it.
-    fn bay(&self, pen: &mut Pen, floor: usize, bay: usize, detail: f64) {
+    fn bay(&self, mesh: &mut MeshBuilder, floor: usize, bay: usize, detail: f64) {
         let wide = self.width / self.bays as f64;
         let (x0, x1) = (wide * bay as f64, wide * (bay + 1) as f64);
         let (y0, y1) = match floor {
@@ -138,46 +138,46 @@ impl House {
             (0.5, 0.82, 2.42)
         };
         let opening = Area::new(middle - half, y0 + sill, middle + half, y0 + top);
-        self.wall_around(pen, Area::new(x0, y0, x1, y1), opening, detail);
-        self.reveal(pen, opening, detail);
+        self.wall_around(mesh, Area::new(x0, y0, x1, y1), opening, detail);
+        self.reveal(mesh, opening, detail);
         let mut dice = Dice::of(self.seed, (floor * 16 + bay) as u64);
         if door {
-            self.door(pen, opening, detail);
+            self.door(mesh, opening, detail);
         } else {
             let kind = dice.below(10);
             let balcony = self.balconies && floor > 0 && (bay + floor) % 2 == 1;
-            self.window(pen, opening, kind, detail);
+            self.window(mesh, opening, kind, detail);
             if let Some(shutter) = self.shutter.filter(|_| !balcony) {
-                self.shutters(pen, opening, shutter, detail);
+                self.shutters(mesh, opening, shutter, detail);
             }
             if balcony {
-                self.balcony(pen, opening, detail);
+                self.balcony(mesh, opening, detail);
             } else if detail > 1.2 {
-                self.flowers(pen, opening, &mut dice, detail);
+                self.flowers(mesh, opening, &mut dice, detail);
             }
         }
     }
 
     /// The parts of a wall that an opening leaves.
-    pub(super) fn wall_around(&self, pen: &mut Pen, wall: Area, hole: Area, detail: f64) {
-        self.masonry(pen, Area::new(wall.x0, wall.y0, hole.x0, wall.y1), detail);
-        self.masonry(pen, Area::new(hole.x1, wall.y0, wall.x1, wall.y1), detail);
+    pub(super) fn wall_around(&self, mesh: &mut MeshBuilder, wall: Area, hole: Area, detail: f64) {
+        self.masonry(mesh, Area::new(wall.x0, wall.y0, hole.x0, wall.y1), detail);
+        self.masonry(mesh, Area::new(hole.x1, wall.y0, wall.x1, wall.y1), detail);
         if hole.y0 > wall.y0 {
-            self.masonry(pen, Area::new(hole.x0, wall.y0, hole.x1, hole.y0), detail);
+            self.masonry(mesh, Area::new(hole.x0, wall.y0, hole.x1, hole.y0), detail);
         }
-        self.masonry(pen, Area::new(hole.x0, hole.y1, hole.x1, wall.y1), detail);
+        self.masonry(mesh, Area::new(hole.x0, hole.y1, hole.x1, wall.y1), detail);
     }
 
     /// A piece of wall: stucco, or bricks where there is detail enough for them.
-    pub(super) fn masonry(&self, pen: &mut Pen, area: Area, detail: f64) {
+    pub(super) fn masonry(&self, mesh: &mut MeshBuilder, area: Area, detail: f64) {
         let (wide, high) = (area.x1 - area.x0, area.y1 - area.y0);
         if self.brick && detail > 3.0 + 0.01 * (self.seed % 100) as f64 {
-            self.bricks(pen, area, detail);
+            self.bricks(mesh, area, detail);
             return;
         }
-        pen.look(self.wall);
+        mesh.material(self.wall);
         let (across, rows) = (cells(wide, detail), cells(high, detail));
-        pen.net(Net::open(across, rows), |i, j| {
+        mesh.grid(Grid::open(across, rows), |i, j| {
             let x = area.x0 + wide * (i as f64 / across as f64);
             let y = area.y0 + high * (j as f64 / rows as f64);
             let rough = 0.008 * fractal2(self.seed, DVec2::new(x, y) * 5.0, 2);
@@ -185,11 +185,11 @@ impl House {
         });
     }
 
-    fn bricks(&self, pen: &mut Pen, area: Area, detail: f64) {
+    fn bricks(&self, mesh: &mut MeshBuilder, area: Area, detail: f64) {
         let (wide, high) = (area.x1 - area.x0, area.y1 - area.y0);
         let (columns, courses) = (cells(wide, 1.0 / 0.24), cells(high, 1.0 / 0.08));
         let inner = cells(0.5, detail * 0.1);
-        if pen.counted((columns * courses) as u64 * stone_triangles(inner)) {
+        if mesh.counted((columns * courses) as u64 * stone_triangles(inner)) {
             return;
         }
         let size = DVec2::new(wide / columns as f64, high / courses as f64);
@@ -199,21 +199,21 @@ impl House {
         );
         for course in 0..courses {
             for column in 0..columns {
-                pen.look(BRICK + dice.below(3));
+                mesh.material(BRICK + dice.below(3));
                 let corner = DVec3::new(
                     area.x0 + size.x * column as f64,
                     area.y0 + size.y * course as f64,
                     0.0,
                 );
                 let depth = dice.range(0.012, 0.022);
-                stone(pen, &self.frame, corner, size, (0.07, depth), inner);
+                stone(mesh, &self.frame, corner, size, (0.07, depth), inner);
             }
         }
     }
 
     /// The lines between the floors, and the cornice with its dentils.
-    fn ledges(&self, pen: &mut Pen, detail: f64) {
-        pen.look(TRIM);
+    fn ledges(&self, mesh: &mut MeshBuilder, detail: f64) {
+        mesh.material(TRIM);
         let whole = (0.0, self.width);
         for floor in 0..self.floors - 1 {
             let y = GROUND + FLOOR * floor as f64;
@@ -226,7 +226,7 @@ impl House {
                 (0.0, 0.07),
             ];
             moulding(
-                pen,
+                mesh,
                 &self.frame.moved(0.0, y, 0.0),
                 whole,
                 &ledge.map(DVec2::from),
@@ -247,22 +247,22 @@ impl House {
             .chain(curve)
             .chain(ends.map(DVec2::from))
             .collect();
-        moulding(pen, &top, whole, &profile, detail);
+        moulding(mesh, &top, whole, &profile, detail);
         if detail > 1.0 {
             for k in 0..(self.width / 0.2) as usize {
                 let x = 0.2 * k as f64 + 0.05;
                 let dentil = (DVec3::new(x, -0.2, 0.05), DVec3::new(x + 0.1, -0.07, 0.12));
-                cuboid(pen, &top, dentil, detail, ON_WALL);
+                cuboid(mesh, &top, dentil, detail, ON_WALL);
             }
         }
-        pen.look(IRON);
+        mesh.material(IRON);
         let gutter = self.frame.moved(0.06, 0.0, 0.07);
         let ends = (
             gutter.point(DVec3::ZERO),
             gutter.point(DVec3::Y * self.height()),
         );
         rod(
-            pen,
+            mesh,
             ends,
             0.045,
             cells(0.6, detail).clamp(5, 64),

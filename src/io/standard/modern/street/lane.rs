@@ -3,9 +3,9 @@
 use super::stone::{leaf, stone, stone_triangles};
 use super::{BULB, COBBLE, HALF, IRON, KERB, LEAF, SEED, START, TABLE, WOOD};
 use crate::standard::modern::geodesic;
+use crate::standard::modern::mesh_builder::MeshBuilder;
 use crate::standard::modern::noise::{Dice, fractal2};
-use crate::standard::modern::parts::{ALL, Frame, STANDING, cells, cuboid, lathe, rod};
-use crate::standard::modern::pen::Pen;
+use crate::standard::modern::props::{ALL, LocalFrame, STANDING, cells, cuboid, lathe, rod};
 use glam::{DVec2, DVec3};
 
 /// A lamp post.
@@ -33,10 +33,10 @@ impl Post {
         DVec3::new(self.x, LANTERN, self.z)
     }
 
-    fn build(&self, pen: &mut Pen, detail: f64) {
-        let place = Frame::at(DVec3::new(self.x, STEP, self.z));
+    fn build(&self, mesh: &mut MeshBuilder, detail: f64) {
+        let place = LocalFrame::at(DVec3::new(self.x, STEP, self.z));
         let around = cells(0.8, detail).clamp(6, 96);
-        pen.look(IRON);
+        mesh.material(IRON);
         let profile = [
             (0.16, 0.0),
             (0.16, 0.1),
@@ -53,7 +53,7 @@ impl Post {
             (0.03, 2.95),
             (0.11, 3.02),
         ];
-        lathe(pen, &place, &profile.map(DVec2::from), around, detail);
+        lathe(mesh, &place, &profile.map(DVec2::from), around, detail);
         let roof = [
             (0.24, 3.42),
             (0.18, 3.5),
@@ -61,55 +61,55 @@ impl Post {
             (0.03, 3.66),
             (0.0, 3.68),
         ];
-        lathe(pen, &place, &roof.map(DVec2::from), 6, detail);
+        lathe(mesh, &place, &roof.map(DVec2::from), 6, detail);
         for k in 0..6 {
             let side = place.turned(60.0 * f64::from(k) + 30.0);
             let (foot, head) = (DVec3::new(0.11, 3.02, 0.0), DVec3::new(0.21, 3.42, 0.0));
             rod(
-                pen,
+                mesh,
                 (side.point(foot), side.point(head)),
                 0.011,
                 4,
                 cells(0.4, detail),
             );
         }
-        pen.look(BULB);
+        mesh.material(BULB);
         let frequency = cells(0.15, detail).max(1);
         // Below the light, which shines past it to the ground at a distance and freely to all sides.
         let center = place.point(DVec3::new(0.0, LANTERN - STEP - 0.14, 0.0));
-        geodesic::sphere(pen, frequency, |p| center + p * 0.085);
+        geodesic::sphere(mesh, frequency, |p| center + p * 0.085);
     }
 }
 
-pub(super) fn furnish(pen: &mut Pen, length: f64, detail: f64) {
+pub(super) fn furnish(mesh: &mut MeshBuilder, length: f64, detail: f64) {
     let end = START - length;
     for post in LAMPS.iter().filter(|post| post.z > end) {
-        post.build(pen, detail);
+        post.build(mesh, detail);
     }
-    kerbs(pen, end, detail);
-    garland(pen, 0.6, detail);
+    kerbs(mesh, end, detail);
+    garland(mesh, 0.6, detail);
     if length > 8.0 {
-        garland(pen, -6.0, detail);
+        garland(mesh, -6.0, detail);
     }
-    bed(pen, end);
+    bed(mesh, end);
     bench(
-        pen,
-        &Frame::at(DVec3::new(3.1, STEP, -1.0)).turned(-90.0),
+        mesh,
+        &LocalFrame::at(DVec3::new(3.1, STEP, -1.0)).turned(-90.0),
         detail,
     );
     for (x, z) in [(-3.05, 0.35), (-3.05, 6.6), (3.15, -3.2)] {
         if z > end {
-            shrub(pen, DVec3::new(x, STEP, z), detail);
+            shrub(mesh, DVec3::new(x, STEP, z), detail);
         }
     }
 }
 
 /// The earth under everything, to be seen between the stones.
-fn bed(pen: &mut Pen, end: f64) {
-    pen.look(IRON);
+fn bed(mesh: &mut MeshBuilder, end: f64) {
+    mesh.material(IRON);
     let at = |x: f64, z: f64| DVec3::new(x, -0.04, z);
     let (wide, near) = (HALF + 0.3, START + 4.2);
-    pen.quad(
+    mesh.quad(
         [
             at(-wide, near),
             at(wide, near),
@@ -122,8 +122,8 @@ fn bed(pen: &mut Pen, end: f64) {
 }
 
 /// Kerbs and footways.
-fn kerbs(pen: &mut Pen, end: f64, detail: f64) {
-    pen.look(KERB);
+fn kerbs(mesh: &mut MeshBuilder, end: f64, detail: f64) {
+    mesh.material(KERB);
     let near = START + 4.0;
     for side in [-1.0, 1.0] {
         let (inner, outer) = (KERB_AT * side, (HALF + 0.3) * side);
@@ -136,13 +136,19 @@ fn kerbs(pen: &mut Pen, end: f64, detail: f64) {
                 DVec3::new(lo, -0.05, z + 0.006),
                 DVec3::new(hi, STEP, z + step - 0.006),
             );
-            cuboid(pen, &Frame::at(DVec3::ZERO), corners, detail, STANDING);
+            cuboid(
+                mesh,
+                &LocalFrame::at(DVec3::ZERO),
+                corners,
+                detail,
+                STANDING,
+            );
         }
     }
 }
 
 /// A string of small lamps across the lane.
-fn garland(pen: &mut Pen, z: f64, detail: f64) {
+fn garland(mesh: &mut MeshBuilder, z: f64, detail: f64) {
     let spans = 14;
     let at = |k: i32| {
         let t = f64::from(k) / f64::from(spans);
@@ -150,41 +156,41 @@ fn garland(pen: &mut Pen, z: f64, detail: f64) {
         DVec3::new(HALF * (2.0 * t - 1.0), 5.15 - sag, z + 0.5 * t)
     };
     for k in 0..spans {
-        pen.look(IRON);
-        rod(pen, (at(k), at(k + 1)), 0.008, 4, cells(0.5, detail));
+        mesh.material(IRON);
+        rod(mesh, (at(k), at(k + 1)), 0.008, 4, cells(0.5, detail));
         if k > 0 {
-            pen.look(BULB);
+            mesh.material(BULB);
             let frequency = cells(0.1, detail).max(1);
-            geodesic::sphere(pen, frequency, |p| at(k) - DVec3::Y * 0.06 + p * 0.05);
+            geodesic::sphere(mesh, frequency, |p| at(k) - DVec3::Y * 0.06 + p * 0.05);
         }
     }
 }
 
-fn bench(pen: &mut Pen, place: &Frame, detail: f64) {
-    pen.look(IRON);
-    let slab = |pen: &mut Pen, lo: (f64, f64, f64), hi: (f64, f64, f64)| {
-        cuboid(pen, place, (lo.into(), hi.into()), detail, ALL);
+fn bench(mesh: &mut MeshBuilder, place: &LocalFrame, detail: f64) {
+    mesh.material(IRON);
+    let slab = |mesh: &mut MeshBuilder, lo: (f64, f64, f64), hi: (f64, f64, f64)| {
+        cuboid(mesh, place, (lo.into(), hi.into()), detail, ALL);
     };
     for x in [-0.75, 0.69] {
-        slab(pen, (x, 0.0, -0.22), (x + 0.06, 0.42, -0.16));
-        slab(pen, (x, 0.0, 0.16), (x + 0.06, 0.42, 0.22));
-        slab(pen, (x, 0.42, -0.26), (x + 0.06, 0.86, -0.2));
+        slab(mesh, (x, 0.0, -0.22), (x + 0.06, 0.42, -0.16));
+        slab(mesh, (x, 0.0, 0.16), (x + 0.06, 0.42, 0.22));
+        slab(mesh, (x, 0.42, -0.26), (x + 0.06, 0.86, -0.2));
     }
-    pen.look(WOOD);
+    mesh.material(WOOD);
     for k in 0..4 {
         let z = -0.2 + 0.115 * f64::from(k);
-        slab(pen, (-0.85, 0.42, z), (0.85, 0.455, z + 0.085));
+        slab(mesh, (-0.85, 0.42, z), (0.85, 0.455, z + 0.085));
     }
     for k in 0..3 {
         let y = 0.53 + 0.12 * f64::from(k);
-        slab(pen, (-0.85, y, -0.2), (0.85, y + 0.085, -0.17));
+        slab(mesh, (-0.85, y, -0.2), (0.85, y + 0.085, -0.17));
     }
 }
 
 /// A round bush in a tub.
-fn shrub(pen: &mut Pen, foot: DVec3, detail: f64) {
-    let place = Frame::at(foot);
-    pen.look(TABLE);
+fn shrub(mesh: &mut MeshBuilder, foot: DVec3, detail: f64) {
+    let place = LocalFrame::at(foot);
+    mesh.material(TABLE);
     let tub = [
         (0.17, 0.0),
         (0.23, 0.4),
@@ -195,7 +201,7 @@ fn shrub(pen: &mut Pen, foot: DVec3, detail: f64) {
         (0.0, 0.4),
     ];
     lathe(
-        pen,
+        mesh,
         &place,
         &tub.map(DVec2::from),
         cells(1.5, detail).clamp(8, 96),
@@ -207,14 +213,14 @@ fn shrub(pen: &mut Pen, foot: DVec3, detail: f64) {
         let p = DVec3::new(side(), side(), side());
         let outward = p / (p.length() + 1e-9);
         let reach = 0.33 * (1.0 + 0.35 * fractal2(SEED, DVec2::new(p.x + p.z, p.y) * 2.0, 2));
-        pen.look(LEAF + dice.below(2));
+        mesh.material(LEAF + dice.below(2));
         let center = DVec3::new(0.0, 0.78, 0.0) + outward * (reach * dice.range(0.75, 1.0));
-        leaf(pen, &place, center, &mut dice, 0.05);
+        leaf(mesh, &place, center, &mut dice, 0.05);
     }
 }
 
 /// Paves the road with stones of about this many triangles in all.
-pub(super) fn pave(pen: &mut Pen, length: f64, triangles: u64) {
+pub(super) fn pave(mesh: &mut MeshBuilder, length: f64, triangles: u64) {
     let (wide, near) = (2.0 * KERB_AT, START + 4.0);
     let long = length + 4.0;
     // No smaller than stones are; rounder instead.
@@ -224,12 +230,12 @@ pub(super) fn pave(pen: &mut Pen, length: f64, triangles: u64) {
     let count = (triangles as f64 / stone_triangles(inner) as f64).max(1.0);
     let columns = (count * wide / long * 1.18).sqrt().round().max(1.0);
     let rows = (count / columns).round().max(1.0);
-    if pen.counted((columns * rows) as u64 * stone_triangles(inner)) {
+    if mesh.counted((columns * rows) as u64 * stone_triangles(inner)) {
         return;
     }
     let size = DVec2::new(wide / columns, long / rows);
     // The road's x and z, and z up.
-    let road = Frame {
+    let road = LocalFrame {
         origin: DVec3::new(-KERB_AT, 0.0, near),
         axes: [DVec3::X, DVec3::NEG_Z, DVec3::Y],
     };
@@ -239,11 +245,11 @@ pub(super) fn pave(pen: &mut Pen, length: f64, triangles: u64) {
         for column in 0..columns as u64 {
             let x = size.x * (column as f64 + shift);
             let y = size.y * row as f64;
-            pen.look(COBBLE + dice.below(3));
+            mesh.material(COBBLE + dice.below(3));
             let sunk = 0.012 * fractal2(SEED + 4, DVec2::new(x, y) * 0.9, 2) - 0.006 * dice.unit();
             let depth = 0.22 * size.x.min(0.12);
             stone(
-                pen,
+                mesh,
                 &road,
                 DVec3::new(x, y, sunk - depth),
                 size,

@@ -9,16 +9,16 @@ mod lane;
 mod opening;
 mod stone;
 
-use super::looks::{glass, glow, matte, polished, rgb};
-use super::parts::Frame;
-use super::pen::{Pen, fit};
+use super::materials::{glass, glow, matte, polished, rgb};
+use super::mesh_builder::{MeshBuilder, fit_detail};
+use super::props::LocalFrame;
 use super::{SIZES, hd, lamp, sun};
-use crate::standard::catalogue::{Entry, Family, Params};
-use crate::standard::sink::{DocumentLook, Sink};
+use crate::standard::builder::{DocumentMaterial, SceneBuilder};
+use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::DVec3;
 use house::House;
 
-pub(in crate::standard) const ENTRY: Entry = Entry {
+pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     name: "street",
     purpose: "a street of detailed houses and a furnished café: large and tiny triangles, seven lights",
     family: Family::Modern,
@@ -58,12 +58,12 @@ const CHINA: usize = BOTTLE + 3;
 const LEAF: usize = CHINA + 1;
 const PICTURE: usize = LEAF + 2;
 
-fn palette() -> Vec<DocumentLook> {
+fn palette() -> Vec<DocumentMaterial> {
     let dull = |r: f64, g: f64, b: f64| matte(rgb(r, g, b), AMBIENT);
-    let wet = |look| polished(look, rgb(0.085, 0.085, 0.085), 120.0);
+    let wet = |material| polished(material, rgb(0.085, 0.085, 0.085), 120.0);
     // Inside the café what shines back from the walls is warm.
     let inside = |r: f64, g: f64, b: f64| matte(rgb(r, g, b), rgb(0.26, 0.17, 0.085));
-    let tinted = |r: f64, g: f64, b: f64| DocumentLook {
+    let tinted = |r: f64, g: f64, b: f64| DocumentMaterial {
         kt: rgb(r, g, b),
         ..glass(1.3)
     };
@@ -99,7 +99,7 @@ fn palette() -> Vec<DocumentLook> {
         polished(inside(0.30, 0.16, 0.07), rgb(0.05, 0.05, 0.05), 80.0),
         inside(0.24, 0.11, 0.045),
         glow(rgb(1.0, 0.86, 0.56)),
-        DocumentLook {
+        DocumentMaterial {
             ke: rgb(0.50, 0.24, 0.07),
             ..inside(0.6, 0.4, 0.2)
         },
@@ -119,30 +119,30 @@ const HALF: f64 = 3.6;
 /// Where the first houses begin, toward the eye.
 const START: f64 = 7.0;
 
-fn generate(params: &Params, sink: &mut dyn Sink) {
-    sink.view(&hd(
+fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
+    builder.view(&hd(
         DVec3::new(1.75, 1.72, 10.1),
         DVec3::new(-1.6, 2.15, 0.0),
         52.0,
     ));
-    sink.background(SKY);
+    builder.background(SKY);
     let town = Town::of(params.size);
-    sink.light(&sun(DVec3::new(0.35, 0.85, 0.55), rgb(0.13, 0.17, 0.29)));
-    cafe::lights(&town.cafe()).for_each(|light| sink.light(&light));
+    builder.light(&sun(DVec3::new(0.35, 0.85, 0.55), rgb(0.13, 0.17, 0.29)));
+    cafe::lights(&town.cafe()).for_each(|light| builder.light(&light));
     lane::LAMPS.iter().for_each(|post| {
         let light = lamp(post.light(), rgb(0.95, 0.62, 0.28), 2.1);
-        sink.light(&light);
+        builder.light(&light);
     });
     let palette = palette();
-    let mut pen = Pen::new(sink, &palette);
+    let mut mesh = MeshBuilder::new(builder, &palette);
     let budget = u64::from(params.size);
-    let detail = fit(budget * 7 / 10, (0.01, 400.0), |pen, detail| {
-        town.build(pen, detail)
+    let detail = fit_detail(budget * 7 / 10, (0.01, 400.0), |mesh, detail| {
+        town.build(mesh, detail)
     });
-    town.build(&mut pen, detail);
-    let left = budget.saturating_sub(pen.triangles());
-    lane::pave(&mut pen, town.length, left);
-    pen.finish();
+    town.build(&mut mesh, detail);
+    let left = budget.saturating_sub(mesh.triangles());
+    lane::pave(&mut mesh, town.length, left);
+    mesh.finish();
 }
 
 /// The houses, left and right from the eye on, and one across the end.
@@ -167,32 +167,32 @@ impl Town {
         for k in 0..depth {
             let z = START - 7.2 * f64::from(k);
             // x runs to the right as one stands before the house.
-            let left = Frame {
+            let left = LocalFrame {
                 origin: DVec3::new(-HALF, 0.0, z),
                 axes: [DVec3::NEG_Z, DVec3::Y, DVec3::X],
             };
-            let right = Frame {
+            let right = LocalFrame {
                 origin: DVec3::new(HALF, 0.0, z - 7.2),
                 axes: [DVec3::Z, DVec3::Y, DVec3::NEG_X],
             };
             houses.push(House::new(left, u64::from(2 * k), 7.2, k == 0));
             houses.push(House::new(right, u64::from(2 * k + 1), 7.2, false));
         }
-        let end = Frame::at(DVec3::new(-HALF, 0.0, START - length - 0.01));
+        let end = LocalFrame::at(DVec3::new(-HALF, 0.0, START - length - 0.01));
         houses.push(House::new(end, 99, 2.0 * HALF, false));
         Town { houses, length }
     }
 
     /// Where the café is: the first house on the left.
-    fn cafe(&self) -> Frame {
+    fn cafe(&self) -> LocalFrame {
         self.houses[0].frame
     }
 
-    fn build(&self, pen: &mut Pen, detail: f64) {
+    fn build(&self, mesh: &mut MeshBuilder, detail: f64) {
         for house in &self.houses {
-            house.build(pen, detail);
+            house.build(mesh, detail);
         }
-        cafe::furnish(pen, &self.cafe(), detail);
-        lane::furnish(pen, self.length, detail);
+        cafe::furnish(mesh, &self.cafe(), detail);
+        lane::furnish(mesh, self.length, detail);
     }
 }

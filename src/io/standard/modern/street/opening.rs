@@ -3,9 +3,9 @@
 use super::house::{Area, House, ON_WALL};
 use super::stone::leaf;
 use super::{IRON, LEAF, LIT, PANE, SHUTTER, TRIM, WOOD};
+use crate::standard::modern::mesh_builder::MeshBuilder;
 use crate::standard::modern::noise::Dice;
-use crate::standard::modern::parts::{ALL, STANDING, cells, cuboid, lathe, moulding};
-use crate::standard::modern::pen::Pen;
+use crate::standard::modern::props::{ALL, STANDING, cells, cuboid, lathe, moulding};
 use glam::{DVec2, DVec3};
 
 /// How deep windows lie in the wall.
@@ -13,8 +13,8 @@ pub(super) const REVEAL: f64 = 0.2;
 
 impl House {
     /// The four sides of a hole in the wall.
-    pub(super) fn reveal(&self, pen: &mut Pen, hole: Area, detail: f64) {
-        pen.look(TRIM);
+    pub(super) fn reveal(&self, mesh: &mut MeshBuilder, hole: Area, detail: f64) {
+        mesh.material(TRIM);
         let at = |x: f64, y: f64, z: f64| self.frame.point(DVec3::new(x, y, z));
         let corners = [
             (hole.x0, hole.y0),
@@ -27,11 +27,11 @@ impl House {
             let length = (bx - ax).abs() + (by - ay).abs();
             let (a, b) = (at(ax, ay, 0.0), at(bx, by, 0.0));
             let (c, d) = (at(bx, by, -REVEAL), at(ax, ay, -REVEAL));
-            pen.quad([a, b, c, d], cells(length, detail), cells(REVEAL, detail));
+            mesh.quad([a, b, c, d], cells(length, detail), cells(REVEAL, detail));
         }
     }
 
-    pub(super) fn window(&self, pen: &mut Pen, hole: Area, kind: usize, detail: f64) {
+    pub(super) fn window(&self, mesh: &mut MeshBuilder, hole: Area, kind: usize, detail: f64) {
         let frame = &self.frame;
         let back = -0.16;
         // Half of the windows are lit, each a little differently behind its curtains.
@@ -42,8 +42,8 @@ impl House {
             _ => [PANE; 3],
         };
         let third = (hole.x1 - hole.x0) / 3.0;
-        for (k, look) in looks.into_iter().enumerate() {
-            pen.look(look);
+        for (k, material) in looks.into_iter().enumerate() {
+            mesh.material(material);
             let x = hole.x0 + third * k as f64;
             let at = |x: f64, y: f64| frame.point(DVec3::new(x, y, back));
             let corners = [
@@ -52,64 +52,64 @@ impl House {
                 at(x + third, hole.y1),
                 at(x, hole.y1),
             ];
-            pen.quad(corners, 1, 1);
+            mesh.quad(corners, 1, 1);
         }
         if detail > 0.5 {
-            self.sash(pen, hole, detail);
+            self.sash(mesh, hole, detail);
         }
-        pen.look(TRIM);
+        mesh.material(TRIM);
         let sill = (
             DVec3::new(hole.x0 - 0.1, hole.y0 - 0.07, -0.05),
             DVec3::new(hole.x1 + 0.1, hole.y0, 0.09),
         );
-        cuboid(pen, frame, sill, detail, ON_WALL);
+        cuboid(mesh, frame, sill, detail, ON_WALL);
         if detail > 0.8 {
-            self.surround(pen, hole, detail);
+            self.surround(mesh, hole, detail);
         }
     }
 
     /// The wooden frame of a window, its bars, and the glazing bars.
-    fn sash(&self, pen: &mut Pen, hole: Area, detail: f64) {
-        pen.look(TRIM);
-        let bar = |pen: &mut Pen, x0: f64, y0: f64, x1: f64, y1: f64, front: f64| {
+    fn sash(&self, mesh: &mut MeshBuilder, hole: Area, detail: f64) {
+        mesh.material(TRIM);
+        let bar = |mesh: &mut MeshBuilder, x0: f64, y0: f64, x1: f64, y1: f64, front: f64| {
             let corners = (DVec3::new(x0, y0, -0.16), DVec3::new(x1, y1, front));
-            cuboid(pen, &self.frame, corners, detail, ON_WALL);
+            cuboid(mesh, &self.frame, corners, detail, ON_WALL);
         };
         let Area { x0, y0, x1, y1 } = hole;
         let (w, middle) = (0.055, (x0 + x1) / 2.0);
-        bar(pen, x0, y0, x0 + w, y1, -0.09);
-        bar(pen, x1 - w, y0, x1, y1, -0.09);
-        bar(pen, x0 + w, y0, x1 - w, y0 + w, -0.09);
-        bar(pen, x0 + w, y1 - w, x1 - w, y1, -0.09);
-        bar(pen, middle - 0.035, y0 + w, middle + 0.035, y1 - w, -0.10);
+        bar(mesh, x0, y0, x0 + w, y1, -0.09);
+        bar(mesh, x1 - w, y0, x1, y1, -0.09);
+        bar(mesh, x0 + w, y0, x1 - w, y0 + w, -0.09);
+        bar(mesh, x0 + w, y1 - w, x1 - w, y1, -0.09);
+        bar(mesh, middle - 0.035, y0 + w, middle + 0.035, y1 - w, -0.10);
         if detail > 1.5 {
             for k in 1..4 {
                 let y = y0 + (y1 - y0) * f64::from(k) / 4.0;
-                bar(pen, x0 + w, y - 0.014, middle - 0.035, y + 0.014, -0.125);
-                bar(pen, middle + 0.035, y - 0.014, x1 - w, y + 0.014, -0.125);
+                bar(mesh, x0 + w, y - 0.014, middle - 0.035, y + 0.014, -0.125);
+                bar(mesh, middle + 0.035, y - 0.014, x1 - w, y + 0.014, -0.125);
             }
         }
     }
 
     /// The raised border about a window, with a keystone.
-    fn surround(&self, pen: &mut Pen, hole: Area, detail: f64) {
-        pen.look(TRIM);
+    fn surround(&self, mesh: &mut MeshBuilder, hole: Area, detail: f64) {
+        mesh.material(TRIM);
         let Area { x0, y0, x1, y1 } = hole;
-        let slab = |pen: &mut Pen, x0: f64, y0: f64, x1: f64, y1: f64, front: f64| {
+        let slab = |mesh: &mut MeshBuilder, x0: f64, y0: f64, x1: f64, y1: f64, front: f64| {
             cuboid(
-                pen,
+                mesh,
                 &self.frame,
                 (DVec3::new(x0, y0, -0.01), DVec3::new(x1, y1, front)),
                 detail,
                 ON_WALL,
             );
         };
-        slab(pen, x0 - 0.13, y0, x0, y1 + 0.13, 0.04);
-        slab(pen, x1, y0, x1 + 0.13, y1 + 0.13, 0.04);
-        slab(pen, x0, y1, x1, y1 + 0.13, 0.04);
+        slab(mesh, x0 - 0.13, y0, x0, y1 + 0.13, 0.04);
+        slab(mesh, x1, y0, x1 + 0.13, y1 + 0.13, 0.04);
+        slab(mesh, x0, y1, x1, y1 + 0.13, 0.04);
         let middle = (x0 + x1) / 2.0;
         slab(
-            pen,
+            mesh,
             middle - 0.08,
             y1 - 0.02,
             middle + 0.08,
@@ -125,7 +125,7 @@ impl House {
         ];
         let place = self.frame.moved(0.0, y1, 0.0);
         moulding(
-            pen,
+            mesh,
             &place,
             (x0 - 0.16, x1 + 0.16),
             &cap.map(DVec2::from),
@@ -134,26 +134,33 @@ impl House {
     }
 
     /// Two open shutters with slats.
-    pub(super) fn shutters(&self, pen: &mut Pen, hole: Area, look: usize, detail: f64) {
+    pub(super) fn shutters(
+        &self,
+        mesh: &mut MeshBuilder,
+        hole: Area,
+        material: usize,
+        detail: f64,
+    ) {
         if detail < 0.3 {
             return;
         }
-        pen.look(look);
+        mesh.material(material);
         let (wide, high) = (0.48, hole.y1 - hole.y0);
         for x in [hole.x0 - 0.15 - wide, hole.x1 + 0.15] {
-            let slab = |pen: &mut Pen, (ax, ay): (f64, f64), (bx, by): (f64, f64), front: f64| {
-                let lo = DVec3::new(x + ax, hole.y0 + ay, 0.02);
-                let hi = DVec3::new(x + bx, hole.y0 + by, front);
-                cuboid(pen, &self.frame, (lo, hi), detail, ON_WALL);
-            };
-            slab(pen, (0.0, 0.0), (0.05, high), 0.06);
-            slab(pen, (wide - 0.05, 0.0), (wide, high), 0.06);
+            let slab =
+                |mesh: &mut MeshBuilder, (ax, ay): (f64, f64), (bx, by): (f64, f64), front: f64| {
+                    let lo = DVec3::new(x + ax, hole.y0 + ay, 0.02);
+                    let hi = DVec3::new(x + bx, hole.y0 + by, front);
+                    cuboid(mesh, &self.frame, (lo, hi), detail, ON_WALL);
+                };
+            slab(mesh, (0.0, 0.0), (0.05, high), 0.06);
+            slab(mesh, (wide - 0.05, 0.0), (wide, high), 0.06);
             for y in [0.0, high / 2.0 - 0.03, high - 0.06] {
-                slab(pen, (0.05, y), (wide - 0.05, y + 0.06), 0.06);
+                slab(mesh, (0.05, y), (wide - 0.05, y + 0.06), 0.06);
             }
-            slab(pen, (0.05, 0.06), (wide - 0.05, high - 0.06), 0.025);
+            slab(mesh, (0.05, 0.06), (wide - 0.05, high - 0.06), 0.025);
             self.slats(
-                pen,
+                mesh,
                 (x + 0.05, x + wide - 0.05),
                 (hole.y0 + 0.06, hole.y0 + high - 0.06),
                 detail,
@@ -161,7 +168,13 @@ impl House {
         }
     }
 
-    fn slats(&self, pen: &mut Pen, (x0, x1): (f64, f64), (y0, y1): (f64, f64), detail: f64) {
+    fn slats(
+        &self,
+        mesh: &mut MeshBuilder,
+        (x0, x1): (f64, f64),
+        (y0, y1): (f64, f64),
+        detail: f64,
+    ) {
         if detail < 1.0 {
             return;
         }
@@ -174,29 +187,29 @@ impl House {
                 (0.03, y + 0.05),
                 (0.026, y + 0.046),
             ];
-            moulding(pen, &self.frame, (x0, x1), &slat.map(DVec2::from), detail);
+            moulding(mesh, &self.frame, (x0, x1), &slat.map(DVec2::from), detail);
         }
     }
 
-    pub(super) fn door(&self, pen: &mut Pen, hole: Area, detail: f64) {
-        pen.look(WOOD);
+    pub(super) fn door(&self, mesh: &mut MeshBuilder, hole: Area, detail: f64) {
+        mesh.material(WOOD);
         let Area { x0, y0, x1, y1 } = hole;
-        let slab = |pen: &mut Pen, x0: f64, y0: f64, x1: f64, y1: f64, front: f64| {
+        let slab = |mesh: &mut MeshBuilder, x0: f64, y0: f64, x1: f64, y1: f64, front: f64| {
             cuboid(
-                pen,
+                mesh,
                 &self.frame,
                 (DVec3::new(x0, y0, -0.2), DVec3::new(x1, y1, front)),
                 detail,
                 ON_WALL,
             );
         };
-        slab(pen, x0, y0, x1, y1 - 0.4, -0.13);
+        slab(mesh, x0, y0, x1, y1 - 0.4, -0.13);
         let middle = (x0 + x1) / 2.0;
         for (a, b) in [(x0 + 0.08, middle - 0.05), (middle + 0.05, x1 - 0.08)] {
             for (c, d) in [(0.15, 0.75), (0.87, 1.9)] {
-                slab(pen, a, y0 + c, b, y0 + d, -0.11);
+                slab(mesh, a, y0 + c, b, y0 + d, -0.11);
                 slab(
-                    pen,
+                    mesh,
                     a + 0.07,
                     y0 + c + 0.07,
                     b - 0.07,
@@ -205,40 +218,40 @@ impl House {
                 );
             }
         }
-        pen.look(LIT + 1);
-        slab(pen, x0, y1 - 0.36, x1, y1, -0.15);
+        mesh.material(LIT + 1);
+        slab(mesh, x0, y1 - 0.36, x1, y1, -0.15);
         if detail > 0.8 {
-            self.surround(pen, Area::new(x0, y0, x1, y1), detail);
+            self.surround(mesh, Area::new(x0, y0, x1, y1), detail);
         }
-        pen.look(TRIM);
+        mesh.material(TRIM);
         let step = (
             DVec3::new(x0 - 0.2, 0.0, -0.1),
             DVec3::new(x1 + 0.2, 0.13, 0.4),
         );
-        cuboid(pen, &self.frame, step, detail, STANDING);
+        cuboid(mesh, &self.frame, step, detail, STANDING);
     }
 
     /// A slab on two brackets, with a railing of turned balusters.
-    pub(super) fn balcony(&self, pen: &mut Pen, hole: Area, detail: f64) {
-        pen.look(TRIM);
+    pub(super) fn balcony(&self, mesh: &mut MeshBuilder, hole: Area, detail: f64) {
+        mesh.material(TRIM);
         let (x0, x1) = (hole.x0 - 0.3, hole.x1 + 0.3);
         let (floor, out) = (hole.y0 - 0.3, 0.72);
-        let slab = |pen: &mut Pen, lo: (f64, f64, f64), hi: (f64, f64, f64)| {
-            cuboid(pen, &self.frame, (lo.into(), hi.into()), detail, ALL);
+        let slab = |mesh: &mut MeshBuilder, lo: (f64, f64, f64), hi: (f64, f64, f64)| {
+            cuboid(mesh, &self.frame, (lo.into(), hi.into()), detail, ALL);
         };
-        slab(pen, (x0, floor - 0.11, 0.0), (x1, floor, out));
+        slab(mesh, (x0, floor - 0.11, 0.0), (x1, floor, out));
         for x in [x0 + 0.12, x1 - 0.26] {
-            slab(pen, (x, floor - 0.36, 0.0), (x + 0.14, floor - 0.11, 0.2));
-            slab(pen, (x, floor - 0.23, 0.2), (x + 0.14, floor - 0.11, 0.45));
+            slab(mesh, (x, floor - 0.36, 0.0), (x + 0.14, floor - 0.11, 0.2));
+            slab(mesh, (x, floor - 0.23, 0.2), (x + 0.14, floor - 0.11, 0.45));
         }
         let rail = floor + 0.86;
-        slab(pen, (x0, rail, out - 0.11), (x1, rail + 0.07, out));
-        slab(pen, (x0, rail, 0.0), (x0 + 0.11, rail + 0.07, out - 0.11));
-        slab(pen, (x1 - 0.11, rail, 0.0), (x1, rail + 0.07, out - 0.11));
+        slab(mesh, (x0, rail, out - 0.11), (x1, rail + 0.07, out));
+        slab(mesh, (x0, rail, 0.0), (x0 + 0.11, rail + 0.07, out - 0.11));
+        slab(mesh, (x1 - 0.11, rail, 0.0), (x1, rail + 0.07, out - 0.11));
         if detail < 0.7 {
             return;
         }
-        let baluster = |pen: &mut Pen, x: f64, z: f64| {
+        let baluster = |mesh: &mut MeshBuilder, x: f64, z: f64| {
             let place = self.frame.moved(x, floor, z);
             let profile = [
                 (0.045, 0.0),
@@ -255,43 +268,43 @@ impl House {
                 (0.045, 0.86),
             ];
             let around = cells(0.8, detail).clamp(6, 64);
-            lathe(pen, &place, &profile.map(DVec2::from), around, detail);
+            lathe(mesh, &place, &profile.map(DVec2::from), around, detail);
         };
         let count = 11;
         for k in 0..count {
             let x = x0 + 0.055 + (x1 - x0 - 0.11) * f64::from(k) / f64::from(count - 1);
-            baluster(pen, x, out - 0.055);
+            baluster(mesh, x, out - 0.055);
         }
         for k in 0..4 {
             let z = 0.08 + 0.15 * f64::from(k);
-            baluster(pen, x0 + 0.055, z);
-            baluster(pen, x1 - 0.055, z);
+            baluster(mesh, x0 + 0.055, z);
+            baluster(mesh, x1 - 0.055, z);
         }
     }
 
     /// An iron box of plants under a window.
-    pub(super) fn flowers(&self, pen: &mut Pen, hole: Area, dice: &mut Dice, detail: f64) {
+    pub(super) fn flowers(&self, mesh: &mut MeshBuilder, hole: Area, dice: &mut Dice, detail: f64) {
         if dice.below(3) != 0 {
             return;
         }
-        pen.look(IRON);
+        mesh.material(IRON);
         let corners = (
             DVec3::new(hole.x0, hole.y0, 0.0),
             DVec3::new(hole.x1, hole.y0 + 0.14, 0.17),
         );
-        cuboid(pen, &self.frame, corners, detail, ALL);
+        cuboid(mesh, &self.frame, corners, detail, ALL);
         for _ in 0..cells(40.0, detail) {
-            pen.look(if dice.below(7) == 0 {
+            mesh.material(if dice.below(7) == 0 {
                 SHUTTER + 2
             } else {
                 LEAF + dice.below(2)
             });
-            let place = DVec3::new(
+            let position = DVec3::new(
                 dice.range(hole.x0, hole.x1),
                 hole.y0 + 0.12 + 0.2 * dice.unit() * dice.unit(),
                 0.1 + dice.range(-0.13, 0.16),
             );
-            leaf(pen, &self.frame, place, dice, 0.055);
+            leaf(mesh, &self.frame, position, dice, 0.055);
         }
     }
 }

@@ -1,12 +1,18 @@
 //! The small things that streets have many of: stones and leaves.
 
+use crate::standard::modern::mesh_builder::{Grid, MeshBuilder};
 use crate::standard::modern::noise::Dice;
-use crate::standard::modern::parts::Frame;
-use crate::standard::modern::pen::{Net, Pen};
+use crate::standard::modern::props::LocalFrame;
 use glam::{DVec2, DVec3};
 
 /// A leaf: two triangles in a chance direction.
-pub(super) fn leaf(pen: &mut Pen, frame: &Frame, place: DVec3, dice: &mut Dice, size: f64) {
+pub(super) fn leaf(
+    mesh: &mut MeshBuilder,
+    frame: &LocalFrame,
+    position: DVec3,
+    dice: &mut Dice,
+    size: f64,
+) {
     let mut side = || {
         DVec3::new(
             dice.range(-1.0, 1.0),
@@ -15,8 +21,8 @@ pub(super) fn leaf(pen: &mut Pen, frame: &Frame, place: DVec3, dice: &mut Dice, 
         ) * size
     };
     let (a, b) = (side(), side());
-    let at = |p: DVec3| frame.point(place + p);
-    pen.quad([at(-a), at(b * 0.6), at(a), at(-b * 0.6)], 1, 1);
+    let at = |p: DVec3| frame.point(position + p);
+    mesh.quad([at(-a), at(b * 0.6), at(a), at(-b * 0.6)], 1, 1);
 }
 
 /// Triangles of a [`stone`].
@@ -27,8 +33,8 @@ pub(super) fn stone_triangles(inner: usize) -> u64 {
 /// A stone of a wall or pavement: a cushion on a rectangle from `corner` on in x and y of the frame, which it leaves
 /// free by `rim` of its size and rises above by `depth` along z, in `inner`² quads and a bevel around them.
 pub(super) fn stone(
-    pen: &mut Pen,
-    frame: &Frame,
+    mesh: &mut MeshBuilder,
+    frame: &LocalFrame,
     corner: DVec3,
     size: DVec2,
     (rim, depth): (f64, f64),
@@ -40,7 +46,7 @@ pub(super) fn stone(
         i if i == last => 0.98,
         i => rim + (1.0 - 2.0 * rim) * ((i - 1) as f64 / inner as f64),
     };
-    pen.net(Net::open(last, last), |i, j| {
+    mesh.grid(Grid::open(last, last), |i, j| {
         let (u, v) = (along(i), along(j));
         let border = i == 0 || j == 0 || i == last || j == last;
         let bulge = 1.0 + 2.0 * u * (1.0 - u) * v * (1.0 - v);

@@ -1,0 +1,257 @@
+//! What the machine can do at most: the roof that rates are held under.
+//!
+//! All threads do the same at the same time, each with memory of its own. Of many short attempts the best counts: a peak
+//! is what nothing disturbed, and on a busy machine only a short time is undisturbed.
+
+use crate::report::{Cache, MachineLimits, ThreadLimits};
+use phalanx_trace::simd::{F32x8, F32x16, Lanes};
+use std::collections::BTreeMap;
+use std::hint::black_box;
+use std::sync::Barrier;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Measuring time of one attempt.
+const ATTEMPT_TIME: Duration = Duration::from_millis(4);
+
+/// Attempts at each number.
+const ATTEMPTS: usize = 30;
+
+/// Multiplications with an addition to each in a row before the clock is looked at.
+const STEPS: usize = 4096;
+
+/// Bytes read before the clock is looked at: small next to any time measured, large next to the clock's own.
+const STRETCH_BYTES: usize = 1 << 20;
+
+/// What is read in one go.
+type ReadBlock = [F32x16; 8];
+const BLOCK_BYTES: usize = size_of::<ReadBlock>();
+
+/// Sizes where the caches are not known.
+const DEFAULT_CACHES: [u64; 3] = [32 << 10, 512 << 10, 16 << 20];
+
+/// No more memory than this is read, whatever the caches' size.
+const MAX_READ_BYTES: u64 = 512 << 20;
+
+/// The limits of one thread and of all, where there are more; about a second for each.
+pub fn measure_limits(threads: usize, caches: &[Cache]) -> MachineLimits {
+    let mut counts = vec![1, threads];
+    counts.dedup();
+    let measured = counts.into_iter().map(|count| measure(count, caches));
+    MachineLimits {
+        threads: measured.collect(),
+    }
+}
+
+/// What so many threads can do at most, the caches being the machine's; takes about a second.
+pub fn measure(threads: usize, caches: &[Cache]) -> ThreadLimits {
+    let threads = threads.max(1);
+    let places = places(threads, caches).into_iter();
+    let bandwidth = places.map(|(name, bytes)| (name.to_owned(), reading(threads, bytes)));
+    ThreadLimits {
+        threads: threads as u32,
+        gflops: arithmetic(threads),
+        bandwidth: bandwidth.collect::<BTreeMap<_, _>>(),
+    }
+}
+
+/// How much each thread reads to stay within a cache, or to miss all of them.
+fn places(threads: usize, caches: &[Cache]) -> [(&'static str, usize); 4] {
+    let of_level = |level: u8| {
+        let mut data = caches
+            .iter()
+            .filter(|c| c.level == level && c.kind != "instruction");
+        // Those of one cache that measure together share it.
+        let share = |c: &Cache| c.bytes / u64::from(c.shared_by).clamp(1, threads as u64);
+        let default = DEFAULT_CACHES[usize::from(level) - 1];
+        data.find_map(|c| (c.bytes > 0).then(|| share(c)))
+            .unwrap_or(default)
+    };
+    let [l1, l2, l3] = [1, 2, 3].map(of_level);
+    // Half of a cache leaves room for what else is in it. The third is often shared with strangers: four times the
+    // second is surely more than that holds, and little of the third.
+    let within_l3 = (4 * l2).min(l3 / 2);
+    let all = caches
+        .iter()
+        .map(|c| c.bytes)
+        .max()
+        .unwrap_or(DEFAULT_CACHES[2]);
+    let beyond = (2 * all).clamp(128 << 20, MAX_READ_BYTES) / threads as u64;
+    [
+        ("l1", l1 / 2),
+        ("l2", l2 / 2),
+        ("l3", within_l3),
+        ("memory", beyond),
+    ]
+    .map(|(name, bytes)| (name, bytes as usize))
+}
+
+/// 10⁹ f32 additions and multiplications a second: the best of the lane counts, with as many independent chains as hide
+/// the latency, and as few as fit registers of sixteen bytes.
+fn arithmetic(threads: usize) -> f64 {
+    let shapes = [
+        |threads| chains::<F32x8, 6>(threads),
+        |threads| chains::<F32x8, 12>(threads),
+        |threads| chains::<F32x16, 12>(threads),
+    ];
+    best(shapes.into_iter().map(|shape| shape(threads)))
+}
+
+fn chains<L: Lanes, const CHAINS: usize>(threads: usize) -> f64 {
+    let per_turn = (STEPS * CHAINS * 2 * 8 * L::PACKETS) as f64;
+    let rate = run_together(threads, || {
+        let (factor, term) = (black_box(L::splat(0.999_9)), black_box(L::splat(1e-4)));
+        let mut values = [(); CHAINS].map(|()| black_box(L::ONE));
+        move || {
+            values = black_box(steps(values, factor, term));
+            per_turn
+        }
+    });
+    rate / 1e9
+}
+
+/// One rounding after the other, as the kernels do it: nothing here is fused. A loop and not `map`, which for arrays is a
+/// call with memory on either side.
+#[inline(never)]
+fn steps<L: Lanes, const CHAINS: usize>(
+    mut values: [L; CHAINS],
+    factor: L,
+    term: L,
+) -> [L; CHAINS] {
+    for _ in 0..STEPS {
+        for value in &mut values {
+            *value = *value * factor + term;
+        }
+    }
+    values
+}
+
+/// GB/s of reading so many bytes over and over on each thread.
+fn reading(threads: usize, bytes: usize) -> f64 {
+    let count = (bytes / BLOCK_BYTES).max(1);
+    let passes = (STRETCH_BYTES / (count * BLOCK_BYTES)).max(1);
+    let rate = run_together(threads, || {
+        // Written here, by the thread that reads it, so that the pages are there and its own.
+        let memory: Vec<ReadBlock> = vec![black_box([F32x16::ONE; 8]); count];
+        let (mut sums, mut at) = ([F32x16::ZERO; 8], 0);
+        move || {
+            let mut read = 0;
+            for _ in 0..passes {
+                // A large memory is read a stretch at a time.
+                let end = count.min(at + STRETCH_BYTES / BLOCK_BYTES);
+                sums = black_box(add(sums, black_box(&memory[at..end])));
+                read += (end - at) * BLOCK_BYTES;
+                at = if end == count { 0 } else { end };
+            }
+            read as f64
+        }
+    });
+    rate / 1e9
+}
+
+/// Eight sums, so that additions do not wait for each other.
+#[inline(never)]
+fn add(mut sums: ReadBlock, blocks: &[ReadBlock]) -> ReadBlock {
+    for block in blocks {
+        for (k, sum) in sums.iter_mut().enumerate() {
+            *sum = *sum + block[k];
+        }
+    }
+    sums
+}
+
+/// One thread's part of an attempt.
+struct ThreadShare {
+    start: Instant,
+    end: Instant,
+    done: f64,
+}
+
+/// The best rate of all attempts. `worker` makes ready and gives what one turn is, which tells how much it did.
+fn run_together<T: FnMut() -> f64>(threads: usize, worker: impl Fn() -> T + Sync) -> f64 {
+    let barrier = Barrier::new(threads);
+    let run = || {
+        let mut turn = worker();
+        // Warm: pages, caches, the clock's frequency.
+        turn();
+        let attempt = |_| {
+            barrier.wait();
+            let (start, mut done) = (Instant::now(), 0.0);
+            while start.elapsed() < ATTEMPT_TIME {
+                done += turn();
+            }
+            let end = Instant::now();
+            ThreadShare { start, end, done }
+        };
+        (0..ATTEMPTS).map(attempt).collect::<Vec<ThreadShare>>()
+    };
+    let parts: Vec<Vec<ThreadShare>> = thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(run)).collect();
+        let joined = workers.into_iter().map(|worker| worker.join());
+        joined
+            .map(|parts| parts.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    });
+    let of_attempt = |k: usize| {
+        let parts = || parts.iter().map(|of_thread| &of_thread[k]);
+        let (start, end) = (parts().map(|p| p.start).min(), parts().map(|p| p.end).max());
+        // From the first's start to the last's end: threads that did not run at the same time did not share anything.
+        let span = start
+            .zip(end)
+            .map_or(f64::INFINITY, |(s, e)| (e - s).as_secs_f64());
+        parts().map(|p| p.done).sum::<f64>() / span
+    };
+    best((0..ATTEMPTS).map(of_attempt))
+}
+
+fn best(rates: impl Iterator<Item = f64>) -> f64 {
+    rates.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Machine;
+
+    #[test]
+    fn memory_to_read_is_within_the_cache_it_is_for() {
+        let cache = |level, kind: &str, kib: u64, shared_by| Cache {
+            level,
+            kind: kind.into(),
+            bytes: kib << 10,
+            shared_by,
+        };
+        let caches = [
+            cache(1, "instruction", 64, 1),
+            cache(1, "data", 48, 1),
+            cache(2, "unified", 2048, 1),
+            cache(3, "unified", 32 << 10, 2),
+        ];
+        let kib = |threads| places(threads, &caches).map(|(_, bytes)| bytes >> 10);
+        assert_eq!(kib(1), [24, 1024, 8 << 10, 128 << 10]);
+        assert_eq!(kib(2), [24, 1024, 8 << 10, 64 << 10]);
+        // Nothing known, and caches beyond all measure.
+        assert_eq!(places(1, &[])[0], ("l1", 16 << 10));
+        let huge = [cache(3, "unified", 4 << 20, 64)];
+        assert_eq!(places(2, &huge)[3].1 as u64, MAX_READ_BYTES / 2);
+    }
+
+    /// Orders of magnitude only: other tests run beside it.
+    #[test]
+    fn limits_are_plausible() {
+        let start = Instant::now();
+        let limits = measure_limits(2, &Machine::here().caches);
+        let seconds = start.elapsed().as_secs_f64();
+        println!("{limits:#?} in {seconds} s");
+        let [one, two] = &limits.threads[..] else {
+            panic!("{limits:?}");
+        };
+        for limits in [one, two] {
+            assert!((1.0..10_000.0).contains(&limits.gflops), "{limits:?}");
+            for (place, &rate) in &limits.bandwidth {
+                assert!((0.5..20_000.0).contains(&rate), "{place}: {limits:?}");
+            }
+        }
+        assert!(one.bandwidth["l1"] > one.bandwidth["memory"], "{limits:?}");
+    }
+}

@@ -1,0 +1,154 @@
+//! The timed part: every entry takes a sample in every round, so that the machine's mood falls on all of them alike.
+
+use super::plan::{BenchPlan, ProgressListener};
+use super::ray_kind::QueryKind;
+use super::timer::{self, Chunks, Timing};
+use crate::peers::BenchEngine;
+use crate::report::{Estimate, RateRow};
+use phalanx_render::Cores;
+use phalanx_render::frame::{AccelRef, Control, CoreAffinity, Settings, render_with};
+use phalanx_scene::Scene;
+
+/// Seconds that a sample takes at least: long beside what it costs to start threads, and short, because what disturbs a
+/// shared machine lasts for milliseconds to seconds: the same time spent in more rounds, further apart, finds more
+/// moments in which it is quiet.
+const MIN_SAMPLE_SECONDS: f64 = 0.005;
+
+/// What an entry does in a sample.
+pub(super) enum Task<'a> {
+    /// Traces rays.
+    Rays {
+        contender: &'a dyn BenchEngine,
+        question: QueryKind,
+        chunks: Chunks,
+        rays: usize,
+    },
+    /// Renders a frame.
+    Frame {
+        scene: &'a Scene,
+        tree: AccelRef<'a>,
+        settings: Settings,
+    },
+}
+
+impl Task<'_> {
+    /// Rays are traced twice at least in a sample: who comes after another contender finds the caches full of his tree, and who
+    /// comes after a kernel of the same tree finds them full of his own. A frame takes long enough not to mind.
+    fn min_passes(&self) -> usize {
+        match self {
+            Task::Rays { .. } => 2,
+            Task::Frame { .. } => 1,
+        }
+    }
+
+    /// Some passes, and the rays of each.
+    fn sample(&self, passes: usize, threads: usize, pin: CoreAffinity) -> (Timing, u64) {
+        match self {
+            Task::Rays {
+                contender,
+                question,
+                chunks,
+                rays,
+            } => {
+                let cores = Cores::here(pin);
+                let timing = timer::sample(*contender, *question, chunks, passes, threads, &cores);
+                (timing, chunks.rays(*rays) as u64)
+            }
+            Task::Frame {
+                scene,
+                tree,
+                settings,
+            } => {
+                let settings = Settings {
+                    threads,
+                    pin,
+                    ..settings.clone()
+                };
+                let (mut timing, mut rays) = (Timing::default(), 0);
+                for _ in 0..passes {
+                    // Nothing can go wrong: it was rendered before, to be compared.
+                    if let Ok(frame) = render_with(scene, *tree, &settings, &Control::default()) {
+                        rays = frame.stats.rays.total();
+                        timing.add_frame(frame.seconds, &frame.tile_seconds, threads);
+                    }
+                }
+                (timing, rays)
+            }
+        }
+    }
+}
+
+/// A row in the making.
+pub(super) struct Measurement<'a> {
+    pub(super) row: RateRow,
+    pub(super) task: Task<'a>,
+    passes: usize,
+    seconds: f64,
+    /// By round, what each piece of a pass took when it was fastest.
+    rounds: Vec<Vec<f64>>,
+}
+
+impl<'a> Measurement<'a> {
+    pub(super) fn new(row: RateRow, task: Task<'a>) -> Measurement<'a> {
+        Measurement {
+            row,
+            task,
+            passes: 1,
+            seconds: 0.0,
+            rounds: Vec::new(),
+        }
+    }
+
+    fn wants_more(&self, plan: &BenchPlan) -> bool {
+        self.rounds.len() < plan.repeat || self.seconds < plan.min_time
+    }
+
+    /// The first sample is a single pass. It fills caches and page tables, which does no harm where the fastest visit
+    /// counts, and says how many passes the others need.
+    fn measure_round(&mut self, plan: &BenchPlan) {
+        let threads = self.row.threads as usize;
+        let (timing, rays) = self.task.sample(self.passes, threads, plan.pin(threads));
+        let rate = rays as f64 * self.passes as f64 / 1e6 / timing.wall;
+        let enough = (MIN_SAMPLE_SECONDS / timing.pass()).ceil() as usize;
+        self.passes = enough.clamp(self.task.min_passes(), MAX_PASSES);
+        self.seconds += timing.wall;
+        self.row.samples.push(rate);
+        self.row.rays_timed = rays;
+        self.rounds.push(timing.fastest);
+    }
+
+    /// A clock too coarse to see a sample gives no rate.
+    fn finish(mut self) -> Option<RateRow> {
+        self.row.mrays_per_s = Estimate::of_fastest(&self.rounds, self.row.rays_timed as f64 / 1e6);
+        let rate = self.row.mrays_per_s.median;
+        let seen = self.row.samples.iter().all(|rate| rate.is_finite());
+        (seen && rate.is_finite()).then_some(self.row)
+    }
+}
+
+/// Passes of a sample, where one is too short for the clock.
+const MAX_PASSES: usize = 10_000;
+
+/// Measures all entries, round by round, so that what disturbs the machine for a while falls on all of them; every other round
+/// the other way round, so that nobody always comes after the same contender, whose tree fills the caches.
+pub(super) fn run_rounds(
+    mut measurements: Vec<Measurement>,
+    plan: &BenchPlan,
+    listener: &mut dyn ProgressListener,
+) -> Vec<RateRow> {
+    let mut round = 0;
+    while measurements.iter().any(|entry| entry.wants_more(plan)) {
+        let total = measurements.len() * plan.repeat.max(round + 1);
+        let count = measurements.len();
+        for k in 0..count {
+            let turn = if round % 2 == 1 { count - 1 - k } else { k };
+            measurements[turn].measure_round(plan);
+            listener.progress((round * count + k + 1) as f64 / total as f64);
+        }
+        round += 1;
+    }
+    measurements
+        .into_iter()
+        .filter_map(Measurement::finish)
+        .collect()
+}

@@ -1,0 +1,282 @@
+//! One sample: a set of rays traced by one contender, on so many threads, and the seconds that took.
+
+use super::answer::Answer;
+use super::plan::BenchPlan;
+use super::ray_kind::QueryKind;
+use crate::peers::{BenchEngine, BenchEngineThread};
+use phalanx_render::Cores;
+use phalanx_trace::packet::HitPacket;
+use std::hint::black_box;
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Barrier, Mutex};
+use std::time::Instant;
+
+/// Packets that a thread takes at once: 1024 rays, a tile's worth.
+pub const CHUNK_PACKETS: usize = 128;
+
+/// What a thread takes next, of the chunks of a set.
+pub struct Chunks {
+    packets: usize,
+    /// Packets of a chunk.
+    size: usize,
+    /// Every so many chunks are taken.
+    stride: usize,
+}
+
+impl Chunks {
+    /// All of so many packets.
+    pub fn all(packets: usize) -> Chunks {
+        Chunks {
+            packets,
+            size: CHUNK_PACKETS,
+            stride: 1,
+        }
+    }
+
+    /// About `rays` rays of so many packets, evenly spread, in chunks of `size` packets; all where there are no more.
+    ///
+    /// Every so many chunks one is taken, an odd number of them: rows of tiles are powers of two long, and an even one
+    /// would stay in the same columns of a picture.
+    pub fn some(packets: usize, size: usize, rays: usize) -> Chunks {
+        let stride = packets.div_ceil((rays / 8).max(1)) | 1;
+        let most = packets.div_ceil(size).max(1);
+        Chunks {
+            packets,
+            size,
+            stride: stride.min(most),
+        }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.packets.div_ceil(self.size).div_ceil(self.stride)
+    }
+
+    /// Packets of the k-th.
+    pub fn range(&self, k: usize) -> Range<usize> {
+        let first = k * self.stride * self.size;
+        first..self.packets.min(first + self.size)
+    }
+
+    /// Numbers of the rays in them, of a set of so many.
+    pub fn ray_numbers(&self, rays: usize) -> impl Iterator<Item = usize> {
+        let of = move |r: Range<usize>| r.start * 8..rays.min(r.end * 8);
+        (0..self.count()).flat_map(move |k| of(self.range(k)))
+    }
+
+    /// Rays in them, of a set of so many.
+    pub fn rays(&self, rays: usize) -> usize {
+        self.ray_numbers(rays).count()
+    }
+}
+
+/// What the clock said of a sample: of one pass or more.
+#[derive(Default)]
+pub struct Timing {
+    /// Seconds from the first thread's start to the last one's end.
+    pub wall: f64,
+    /// What each piece of a pass took when it was fastest, as its share of a pass on all threads: their sum is the
+    /// seconds of a pass that nothing disturbs.
+    pub fastest: Vec<f64>,
+}
+
+impl Timing {
+    /// Adds a frame: its tiles are the pieces, and what else there is to do.
+    pub fn add_frame(&mut self, wall: f64, tiles: &[f64], threads: usize) {
+        self.wall += wall;
+        if is_oversubscribed(threads) {
+            return self.keep_fastest(&[wall]);
+        }
+        let mut pieces: Vec<f64> = tiles
+            .iter()
+            .map(|seconds| seconds / threads as f64)
+            .collect();
+        let rest = wall - pieces.iter().sum::<f64>();
+        pieces.push(rest.max(0.0));
+        self.keep_fastest(&pieces);
+    }
+
+    fn keep_fastest(&mut self, pieces: &[f64]) {
+        self.fastest.resize(pieces.len(), f64::INFINITY);
+        for (fastest, seconds) in self.fastest.iter_mut().zip(pieces) {
+            *fastest = fastest.min(*seconds);
+        }
+    }
+
+    /// Seconds of a pass that nothing disturbs.
+    pub fn pass(&self) -> f64 {
+        self.fastest.iter().sum()
+    }
+}
+
+/// Whether so many threads share cores. A piece of work that is done between two switches of threads says nothing of the
+/// time that the others had, so that then only whole passes count.
+fn is_oversubscribed(threads: usize) -> bool {
+    threads > BenchPlan::all_threads()
+}
+
+/// Times `passes` passes over the chunks, which are the pieces. Threads, and what the contender needs on each, are there
+/// before the clock starts.
+pub fn sample(
+    contender: &dyn BenchEngine,
+    query: QueryKind,
+    chunks: &Chunks,
+    passes: usize,
+    threads: usize,
+    cores: &Cores,
+) -> Timing {
+    let (next, barrier) = (AtomicUsize::new(0), Barrier::new(threads));
+    let work = |worker: usize| {
+        cores.bind(worker);
+        let mut engine_thread = contender.thread();
+        let mut scratch = Answer::with_capacity(query, chunks.size);
+        let mut fastest = vec![f64::INFINITY; chunks.count()];
+        barrier.wait();
+        let start = Instant::now();
+        let mut now = start;
+        // Passes follow each other without a pause, so that threads wait for each other only once.
+        loop {
+            let k = next.fetch_add(1, Relaxed);
+            if k >= passes * chunks.count() {
+                break;
+            }
+            let k = k % chunks.count();
+            trace_packets(&mut *engine_thread, chunks.range(k), &mut scratch);
+            let before = std::mem::replace(&mut now, Instant::now());
+            fastest[k] = fastest[k].min((now - before).as_secs_f64());
+        }
+        let share = |seconds: f64| seconds / threads as f64;
+        TimedSpan {
+            start,
+            end: now,
+            shares: fastest.into_iter().map(share).collect(),
+        }
+    };
+    let work = &work;
+    let spans: Vec<TimedSpan> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|k| scope.spawn(move || work(k))).collect();
+        workers
+            .into_iter()
+            .map(|worker| {
+                worker
+                    .join()
+                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            })
+            .collect()
+    });
+    let start = spans.iter().map(|span| span.start).min();
+    let end = spans.iter().map(|span| span.end).max();
+    let wall = match (start, end) {
+        (Some(start), Some(end)) => (end - start).as_secs_f64(),
+        _ => 0.0,
+    };
+    let mut timing = Timing {
+        wall,
+        ..Timing::default()
+    };
+    if is_oversubscribed(threads) {
+        timing.keep_fastest(&[wall / passes as f64]);
+    } else {
+        for span in &spans {
+            timing.keep_fastest(&span.shares);
+        }
+    }
+    timing
+}
+
+/// A thread's part of a sample.
+struct TimedSpan {
+    start: Instant,
+    end: Instant,
+    /// Of each chunk when it was fastest; infinite where others took it.
+    shares: Vec<f64>,
+}
+
+fn trace_packets(
+    engine_thread: &mut dyn BenchEngineThread,
+    packets: Range<usize>,
+    scratch: &mut Answer,
+) {
+    let count = packets.len();
+    match scratch {
+        Answer::Closest(hits) => {
+            engine_thread.closest(packets, &mut hits[..count]);
+            black_box(&hits[..count]);
+        }
+        Answer::Occluded(blocked) => {
+            engine_thread.occluded(packets, &mut blocked[..count]);
+            black_box(&blocked[..count]);
+        }
+    }
+}
+
+/// The answer of a contender to the rays of some chunks, without a clock; to others it says that nothing is hit.
+pub fn answer(
+    contender: &dyn BenchEngine,
+    query: QueryKind,
+    chunks: &Chunks,
+    threads: usize,
+) -> Answer {
+    let mut answer = Answer::with_capacity(query, chunks.packets);
+    let pieces: Vec<AnswerSlice> = match &mut answer {
+        Answer::Closest(hits) => hits
+            .chunks_mut(chunks.size)
+            .map(AnswerSlice::Closest)
+            .collect(),
+        Answer::Occluded(blocked) => blocked
+            .chunks_mut(chunks.size)
+            .map(AnswerSlice::Occluded)
+            .collect(),
+    };
+    let pieces = pieces.into_iter().step_by(chunks.stride);
+    let pieces = Mutex::new(pieces.enumerate());
+    let work = || {
+        let mut engine_thread = contender.thread();
+        while let Some((k, piece)) = take(&pieces) {
+            let packets = chunks.range(k);
+            match piece {
+                AnswerSlice::Closest(hits) => engine_thread.closest(packets, hits),
+                AnswerSlice::Occluded(blocked) => engine_thread.occluded(packets, blocked),
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..threads {
+            scope.spawn(work);
+        }
+        work();
+    });
+    drop(pieces);
+    answer
+}
+
+enum AnswerSlice<'a> {
+    Closest(&'a mut [HitPacket]),
+    Occluded(&'a mut [u8]),
+}
+
+fn take<T>(pieces: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
+    let mut pieces = pieces.lock().unwrap_or_else(|broken| broken.into_inner());
+    pieces.next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chunks_cover_a_set_or_an_even_share_of_it() {
+        let all = Chunks::some(1000, CHUNK_PACKETS, 8000);
+        let covered: Vec<_> = (0..all.count()).flat_map(|k| all.range(k)).collect();
+        assert_eq!(covered, (0..1000).collect::<Vec<_>>());
+        assert_eq!(all.rays(7997), 7997);
+        // A quarter would be every fourth; the next odd number is taken.
+        let some = Chunks::some(1000, 16, 2000);
+        assert_eq!(some.count(), 13);
+        assert_eq!(some.range(1), 80..96);
+        // However few rays are asked for, there is a chunk; an empty set has none.
+        assert_eq!(Chunks::some(1000, CHUNK_PACKETS, 0).count(), 1);
+        assert_eq!(Chunks::some(0, CHUNK_PACKETS, 8).count(), 0);
+    }
+}

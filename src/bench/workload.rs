@@ -1,0 +1,265 @@
+//! A scene ready to be measured: both trees, the rays, and the right answers to them.
+
+use super::answer::Answer;
+use super::engines::{KernelEngine, OracleEngine};
+use super::error::BenchError;
+use super::fingerprint::fingerprint;
+use super::plan::{BenchPlan, SceneInfo};
+use super::ray_kind::RayKind;
+use super::rays::{RaySet, primary, secondary};
+use super::timer::{self, CHUNK_PACKETS, Chunks};
+use crate::peers::BenchEngine;
+use crate::report::{RaySetRecord, SceneRecord};
+use bumpalo::Bump;
+use phalanx_oracle::TwoLevelBvh;
+use phalanx_scene::Scene;
+use phalanx_trace::Kernel;
+use phalanx_trace::bvh::{BuildSettings, Bvh};
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// Both trees of a scene, and the seconds it took to build them.
+pub(super) struct BenchTrees {
+    pub(super) bvh: Bvh,
+    pub(super) forest: TwoLevelBvh,
+    pub(super) seconds: BTreeMap<String, f64>,
+}
+
+impl BenchTrees {
+    pub(super) fn build(scene: &Scene, plan: &BenchPlan) -> BenchTrees {
+        let settings = BuildSettings {
+            quality: plan.quality,
+            threads: plan.max_threads(),
+        };
+        let (bvh, ours) = timed(|| Bvh::build_with(scene, &settings));
+        let (forest, theirs) = timed(|| TwoLevelBvh::build(scene));
+        let seconds = [("phalanx", ours), ("oracle", theirs)];
+        let seconds = seconds.map(|(engine, s)| (engine.to_owned(), s));
+        BenchTrees {
+            bvh,
+            forest,
+            seconds: seconds.into(),
+        }
+    }
+}
+
+/// What `make` makes, and the seconds it takes.
+pub(super) fn timed<T>(make: impl FnOnce() -> T) -> (T, f64) {
+    let start = Instant::now();
+    let made = make();
+    (made, start.elapsed().as_secs_f64())
+}
+
+/// A set of rays and the right answer to it.
+pub(super) struct Workload<'a> {
+    pub(super) set: RaySet<'a>,
+    pub(super) expected: Answer,
+}
+
+/// Rays of a set that are timed, about. The time that a fifth of the usual 2^18 takes less is spent in more rounds,
+/// which is what makes a rate on a shared machine the same twice; it changes the rate itself by 4 % at most in most sets
+/// (perf/notes/noise.md). The same rays in every run.
+const TIMED_RAYS: usize = 1 << 16;
+
+/// And of those that the oracle is timed on: it is many times slower than the kernels, and would take most of a run. Its
+/// chunks are small ones, so that they take no longer than the kernels'.
+const ORACLE_TIMED_RAYS: usize = 1 << 14;
+const ORACLE_CHUNK: usize = 16;
+
+/// Rays that the oracle answers where a kernel's answer stands for its own.
+const ORACLE_CHECKED_RAYS: usize = 1 << 15;
+
+impl Workload<'_> {
+    pub(super) fn kind(&self) -> RayKind {
+        self.set.kind
+    }
+
+    pub(super) fn rays(&self) -> usize {
+        self.set.queue.len()
+    }
+
+    pub(super) fn packets(&self) -> usize {
+        self.set.queue.packets()
+    }
+
+    /// The part of the rays that everybody but the oracle is timed on.
+    pub(super) fn timed(&self) -> Chunks {
+        Chunks::some(self.packets(), CHUNK_PACKETS, TIMED_RAYS)
+    }
+
+    /// The part that the oracle is timed on.
+    pub(super) fn oracle_timed(&self) -> Chunks {
+        Chunks::some(self.packets(), ORACLE_CHUNK, ORACLE_TIMED_RAYS)
+    }
+
+    fn record(&self) -> RaySetRecord {
+        record(&self.expected, self.rays())
+    }
+}
+
+/// The ray sets that a plan asks for, with the right answers. Sets without rays are left out.
+pub(super) fn workloads<'a>(
+    arena: &'a Bump,
+    scene: &Scene,
+    trees: &BenchTrees,
+    plan: &BenchPlan,
+    info: &SceneInfo,
+) -> Result<Vec<Workload<'a>>, BenchError> {
+    let ask = |set: RaySet<'a>| {
+        let expected = compute_expected(scene, trees, info, &set);
+        Workload { set, expected }
+    };
+    let first = primary(arena, scene, plan.size).map_err(|source| BenchError::View {
+        scene: info.name.clone(),
+        source,
+    })?;
+    let first = ask(first);
+    let mut workloads = Vec::new();
+    for &kind in plan.kinds.iter().filter(|kind| **kind != RayKind::Primary) {
+        workloads.push(ask(secondary(
+            arena,
+            scene,
+            kind,
+            &first.set,
+            &first.expected,
+        )));
+    }
+    if plan.kinds.contains(&RayKind::Primary) {
+        workloads.insert(0, first);
+    }
+    workloads.retain(|workload| workload.rays() > 0);
+    Ok(workloads)
+}
+
+/// The right answer to a set of rays: the oracle's, or, to save its time, a kernel's that is the expected one to the bit.
+fn compute_expected(scene: &Scene, trees: &BenchTrees, info: &SceneInfo, set: &RaySet) -> Answer {
+    let (kind, rays, threads) = (set.kind, set.queue.len(), BenchPlan::all_threads());
+    let all = Chunks::all(set.queue.packets());
+    if let Some(expected) = info.expected.get(kind.name()) {
+        let contender = KernelEngine {
+            bvh: &trees.bvh,
+            kernel: Kernel::Auto,
+            rays: set.rays(),
+        };
+        let answer = timer::answer(&contender, kind.query(), &all, threads);
+        if *expected == record(&answer, rays) {
+            return answer;
+        }
+    }
+    let oracle = OracleEngine {
+        scene,
+        forest: &trees.forest,
+        rays: set.rays(),
+    };
+    timer::answer(&oracle, kind.query(), &all, threads)
+}
+
+fn record(answer: &Answer, rays: usize) -> RaySetRecord {
+    RaySetRecord {
+        rays: rays as u64,
+        hits: answer.hits(rays) as u64,
+        checksum: format!("{:08x}", answer.checksum(rays)),
+    }
+}
+
+/// Whether every kernel gives the right answer, and the oracle where it is timed; and whether that is what the suite
+/// expects.
+pub(super) fn check(
+    scene: &Scene,
+    trees: &BenchTrees,
+    workload: &Workload,
+    plan: &BenchPlan,
+    info: &SceneInfo,
+) -> Result<(), BenchError> {
+    let rays = workload.set.rays();
+    let all = || Chunks::all(workload.packets());
+    for kernel in plan.kernels.iter().copied().chain([Kernel::Auto]) {
+        let bvh = &trees.bvh;
+        let contender = KernelEngine { bvh, kernel, rays };
+        check_one(&contender, kernel.name(), all(), workload, info)?;
+    }
+    let forest = &trees.forest;
+    let oracle = OracleEngine {
+        scene,
+        forest,
+        rays,
+    };
+    let chunks = Chunks::some(workload.packets(), CHUNK_PACKETS, ORACLE_CHECKED_RAYS);
+    check_one(&oracle, "oracle", chunks, workload, info)?;
+    check_expected(workload, info)
+}
+
+fn check_one(
+    contender: &dyn BenchEngine,
+    name: &str,
+    chunks: Chunks,
+    workload: &Workload,
+    info: &SceneInfo,
+) -> Result<(), BenchError> {
+    let kind = workload.kind();
+    let answer = timer::answer(contender, kind.query(), &chunks, BenchPlan::all_threads());
+    let numbers = chunks.ray_numbers(workload.rays());
+    match workload.expected.first_difference(&answer, numbers) {
+        None => Ok(()),
+        Some(ray) => Err(BenchError::Kernel {
+            scene: info.name.clone(),
+            kind: kind.name(),
+            kernel: name.to_owned(),
+            ray,
+            found: answer.describe(ray),
+            expected: workload.expected.describe(ray),
+        }),
+    }
+}
+
+fn check_expected(workload: &Workload, info: &SceneInfo) -> Result<(), BenchError> {
+    let kind = workload.kind().name();
+    let (found, expected) = (workload.record(), info.expected.get(kind));
+    match expected {
+        Some(expected) if *expected != found => Err(BenchError::Suite {
+            scene: info.name.clone(),
+            kind,
+            expected: expected.to_string(),
+            found: found.to_string(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// The scene's part of the record.
+pub(super) fn scene_record(
+    scene: &Scene,
+    info: &SceneInfo,
+    trees: &BenchTrees,
+    workloads: &[Workload],
+    size: [u32; 2],
+) -> SceneRecord {
+    let kinds = [
+        ("spheres", scene.spheres.len()),
+        ("ellipsoids", scene.ellipsoids.len()),
+        ("triangles", scene.triangles.len()),
+        ("cones", scene.cones.len()),
+        ("instances", scene.instances.len()),
+    ];
+    let kinds = kinds.into_iter().filter(|(_, count)| *count > 0);
+    let bvh = &trees.bvh;
+    SceneRecord {
+        name: info.name.clone(),
+        family: info.family.clone(),
+        step: info.step.clone(),
+        hash: format!("{:08x}", fingerprint(scene)),
+        origin: scene.is_moved().then_some(scene.origin),
+        primitives: kinds
+            .map(|(kind, count)| (kind.to_owned(), count as u64))
+            .collect(),
+        primitive_count: scene.prim_count() as u64,
+        size,
+        load_seconds: info.load_seconds,
+        build_seconds: trees.seconds.clone(),
+        tree_bytes: (bvh.node_bytes() + bvh.prim_bytes()) as u64,
+        rays: workloads
+            .iter()
+            .map(|q| (q.kind().name().to_owned(), q.record()))
+            .collect(),
+    }
+}

@@ -1,0 +1,193 @@
+//! Why a command did not succeed, and the exit code that says so.
+
+use super::{diagnose, interrupt, output};
+use phalanx::bench::BenchError;
+use phalanx::cache::CacheError;
+use phalanx::formats::LoadError;
+use phalanx::jobs::{BandsError, PlanError, TileFileError};
+use phalanx::open::OpenError;
+use phalanx::standard::StandardError;
+use std::io::ErrorKind;
+
+/// Why a command did not succeed.
+#[derive(Debug)]
+pub enum CliError {
+    /// Something outside the program: files, mostly. Exit code 1.
+    Runtime(String),
+    /// The arguments ask for what cannot be. Exit code 2, as clap's own.
+    Usage(String),
+    /// No scene came out of the file. Exit code 3, unless the file could not be read (1) or its ending is unknown (2).
+    Load(Box<LoadError>),
+    /// A standard scene, changed by options, that cannot be traced. Exit code 3.
+    Scene(String),
+    /// A scene cache that cannot be used. Exit code 3, unless it could not be read (1).
+    Cache(CacheError),
+    /// Pictures or engines differ, as reported on stdout already. Exit code 4.
+    Mismatch,
+    /// A benchmark's answer is wrong. Exit code 4, unless the scene has no camera (3).
+    Bench(BenchError),
+    /// Slower than a baseline, as reported on stdout already. Exit code 5.
+    Slower,
+    /// Shards of a plan are missing. Exit code 6.
+    Missing(String),
+    /// SIGINT or SIGTERM. Exit code 130 or 143.
+    Interrupted,
+    /// The same, but what was finished has been kept: where, and how much.
+    Resumable(String),
+}
+
+impl CliError {
+    /// Exit code of the process.
+    pub fn code(&self) -> u8 {
+        match self {
+            CliError::Runtime(_) => 1,
+            CliError::Usage(_) => 2,
+            CliError::Load(error) => match **error {
+                LoadError::Io { .. } | LoadError::Memory { .. } => 1,
+                LoadError::UnknownFormat { .. } => 2,
+                LoadError::Scene { .. } => 3,
+            },
+            CliError::Scene(_) => 3,
+            CliError::Cache(CacheError::Io { .. }) => 1,
+            CliError::Cache(CacheError::Refused { .. }) => 3,
+            CliError::Mismatch => 4,
+            CliError::Bench(BenchError::View { .. }) => 3,
+            CliError::Bench(_) => 4,
+            CliError::Slower => 5,
+            CliError::Missing(_) => 6,
+            CliError::Interrupted | CliError::Resumable(_) => interrupt::exit_code(),
+        }
+    }
+
+    /// Adds what to do about it to a message of our own.
+    pub fn with_hint(self, remedy: &str) -> CliError {
+        match self {
+            CliError::Usage(message) => CliError::Usage(format!("{message}; {remedy}")),
+            CliError::Runtime(message) => CliError::Runtime(format!("{message}; {remedy}")),
+            other => other,
+        }
+    }
+
+    /// Says it on stderr.
+    pub fn report(&self) {
+        match self {
+            CliError::Runtime(message) | CliError::Scene(message) | CliError::Missing(message) => {
+                output::note(&format!("error: {message}"));
+            }
+            CliError::Usage(message) => {
+                output::note(&format!(
+                    "error: {message}\n\nFor more information, try '--help'."
+                ));
+            }
+            CliError::Load(error) => diagnose::print_error(error),
+            CliError::Cache(error) => report_cache(error),
+            CliError::Mismatch | CliError::Slower => {}
+            CliError::Bench(wrong) => output::note(&format!(
+                "error: {wrong}\n  help: no rate is given for a wrong answer"
+            )),
+            CliError::Interrupted => output::note("interrupted"),
+            CliError::Resumable(what) => output::note(&format!("interrupted: {what}")),
+        }
+    }
+}
+
+/// What is wrong with a cache, and what to do about it.
+fn report_cache(error: &CacheError) {
+    output::note(&format!("error: {error}"));
+    if let CacheError::Refused { path, .. } = error {
+        let path = path.display();
+        output::note(&format!(
+            "  help: build it again from its scene: phalanx build SCENE -o {path}"
+        ));
+    }
+}
+
+impl From<OpenError> for CliError {
+    fn from(error: OpenError) -> CliError {
+        match error {
+            OpenError::Load(error) => error.into(),
+            OpenError::Cache(error) => CliError::Cache(error),
+            OpenError::Standard(error) => error.into(),
+            OpenError::Options(_) => CliError::Usage(error.to_string()),
+        }
+    }
+}
+
+impl From<StandardError> for CliError {
+    fn from(error: StandardError) -> CliError {
+        match error {
+            StandardError::Scene(_) => CliError::Scene(error.to_string()),
+            _ => CliError::Usage(format!(
+                "{error}\n\nTo see all standard scenes and their sizes: phalanx scenes"
+            )),
+        }
+    }
+}
+
+impl From<LoadError> for CliError {
+    fn from(error: LoadError) -> CliError {
+        CliError::Load(Box::new(error))
+    }
+}
+
+impl From<phalanx::image::PictureError> for CliError {
+    fn from(error: phalanx::image::PictureError) -> CliError {
+        CliError::Runtime(error.to_string())
+    }
+}
+
+impl From<phalanx::frame::FrameError> for CliError {
+    fn from(error: phalanx::frame::FrameError) -> CliError {
+        match error {
+            phalanx::frame::FrameError::Interrupted(_) => CliError::Interrupted,
+            phalanx::frame::FrameError::Lens(error) => {
+                CliError::Usage(format!("--aperture and --focus: {error}"))
+            }
+            other => CliError::Runtime(other.to_string()),
+        }
+    }
+}
+
+impl From<BandsError> for CliError {
+    fn from(error: BandsError) -> CliError {
+        match error {
+            BandsError::Frame(error) => error.into(),
+            BandsError::Tiles(error) => error.into(),
+            other => CliError::Runtime(other.to_string()),
+        }
+    }
+}
+
+impl From<TileFileError> for CliError {
+    fn from(error: TileFileError) -> CliError {
+        let failure = match error {
+            TileFileError::Io { .. } | TileFileError::InUse { .. } => CliError::Runtime,
+            _ => CliError::Usage,
+        };
+        let failure = failure(error.to_string());
+        match error {
+            TileFileError::Io { source, .. } if source.kind() == ErrorKind::StorageFull => failure
+                .with_hint("what is finished is kept: make room, and give the same command again"),
+            TileFileError::Different { .. }
+            | TileFileError::Other { .. }
+            | TileFileError::Layout { .. } => {
+                failure.with_hint("name another file, or remove this one")
+            }
+            _ => failure,
+        }
+    }
+}
+
+impl From<PlanError> for CliError {
+    fn from(error: PlanError) -> CliError {
+        match error {
+            PlanError::NoShard { .. } => CliError::Usage(error.to_string()),
+            PlanError::Output { .. } => CliError::Usage(error.to_string())
+                .with_hint("where it goes is for you to say: name it with -o"),
+            PlanError::Version { .. } => {
+                CliError::Runtime(error.to_string()).with_hint("make the plan again")
+            }
+            _ => CliError::Runtime(error.to_string()),
+        }
+    }
+}

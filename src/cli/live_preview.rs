@@ -1,0 +1,143 @@
+//! The picture so far, for people who wait: in the terminal, or in a file that is written anew now and then.
+
+use super::error::CliError;
+use super::output;
+use super::output_file::OutputFile;
+use super::preview::Preview;
+use clap::Args;
+use phalanx::frame::Tile;
+use phalanx::image::{Exposure, Picture, encode, save_png};
+use phalanx::jobs::Thumbnail;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+#[derive(Debug, Args)]
+pub struct SightArgs {
+    /// Draw the picture so far in the terminal
+    #[arg(long)]
+    pub preview: bool,
+    /// Write the picture so far to this file, every ten seconds and at the end, 2048 pixels wide or high at most
+    #[arg(long, value_name = "FILE.png")]
+    pub snapshot: Option<PathBuf>,
+}
+
+/// How often a snapshot is written.
+const SNAPSHOT_INTERVAL: Duration = Duration::from_secs(10);
+
+/// Longest side of a snapshot.
+const MAX_SNAPSHOT_SIDE: u32 = 2048;
+
+/// What is to be seen of a picture while it is made.
+pub struct LivePreview<'a> {
+    pub thumbnail: Thumbnail,
+    exposure: Exposure,
+    preview: bool,
+    snapshot: Option<&'a Path>,
+}
+
+/// Refuses a place that snapshots cannot be written to.
+pub fn check_place(args: &SightArgs) -> Result<(), CliError> {
+    let Some(path) = &args.snapshot else {
+        return Ok(());
+    };
+    output::check_png_name(path, "--snapshot")?;
+    output::check_picture_place(path)
+}
+
+impl<'a> LivePreview<'a> {
+    /// What was asked for, if anything was.
+    pub fn of(
+        args: &'a SightArgs,
+        output: &OutputFile,
+        window: Tile,
+    ) -> Result<Option<LivePreview<'a>>, CliError> {
+        if args.preview {
+            Preview::check()?;
+        }
+        if !args.preview && args.snapshot.is_none() {
+            return Ok(None);
+        }
+        let side = match args.snapshot {
+            Some(_) => MAX_SNAPSHOT_SIDE,
+            None => Preview::side(),
+        };
+        Ok(Some(LivePreview {
+            thumbnail: Thumbnail::new(window, side),
+            exposure: output.file.exposure,
+            preview: args.preview,
+            snapshot: args.snapshot.as_deref(),
+        }))
+    }
+}
+
+/// Shows a sight.
+pub struct PreviewWriter<'a> {
+    source: &'a LivePreview<'a>,
+    preview: Option<Preview>,
+    written: Instant,
+    /// Writes the last snapshot to where that may wait for a reader.
+    sent: Option<JoinHandle<()>>,
+}
+
+impl<'a> PreviewWriter<'a> {
+    pub fn of(preview: &'a LivePreview<'a>) -> PreviewWriter<'a> {
+        PreviewWriter {
+            source: preview,
+            preview: preview.preview.then(Preview::default),
+            written: Instant::now(),
+            sent: None,
+        }
+    }
+
+    /// Whether it draws on stderr.
+    pub fn draws(&self) -> bool {
+        self.preview.is_some()
+    }
+
+    /// Shows the picture so far, with these words; a file is written when it is time to, or at the
+    /// end. A pipe whose reader does not come holds nothing up, but at the end until `stop` is set.
+    pub fn show(&mut self, words: &str, end: bool, stop: &AtomicBool) {
+        let due = end || self.written.elapsed() >= SNAPSHOT_INTERVAL;
+        if self.preview.is_none() && !due {
+            return;
+        }
+        let picture = encode(&self.source.thumbnail.film(), self.source.exposure);
+        if let Some(preview) = &mut self.preview {
+            preview.draw(&picture, words);
+        }
+        if let Some(path) = self.source.snapshot.filter(|_| due) {
+            self.written = Instant::now();
+            self.save(path, picture, end, stop);
+        }
+    }
+
+    fn save(&mut self, path: &Path, picture: Picture, end: bool, stop: &AtomicBool) {
+        if output::is_replaced(path) {
+            save(path, &picture);
+            return;
+        }
+        let waits = |sent: &Option<JoinHandle<()>>| sent.as_ref().is_some_and(|s| !s.is_finished());
+        let wait = |sent: &Option<JoinHandle<()>>| {
+            while end && waits(sent) && !stop.load(Ordering::SeqCst) {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        };
+        wait(&self.sent);
+        if waits(&self.sent) {
+            return;
+        }
+        let path = path.to_path_buf();
+        self.sent = Some(std::thread::spawn(move || save(&path, &picture)));
+        wait(&self.sent);
+    }
+}
+
+/// Writes a snapshot. A disk that is full for a moment is no reason to give up a picture that takes
+/// hours.
+fn save(path: &Path, picture: &Picture) {
+    if let Err(error) = save_png(path, picture) {
+        output::note(&format!("warning: {error}"));
+    }
+}

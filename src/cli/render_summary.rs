@@ -1,0 +1,148 @@
+//! What was asked of a picture beyond its size and depth, as reports and records say it.
+
+use phalanx::frame::{Integrator, Sampling, Settings};
+use serde::{Deserialize, Serialize};
+
+/// The settings that change the picture. A record that does not have one is older than it, and of what was then the only way.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RenderSummary {
+    /// Older records are of pictures all of whose rays were traced.
+    #[serde(default)]
+    min_weight: f32,
+    #[serde(default = "one")]
+    spp: u32,
+    #[serde(default = "of_one")]
+    filter: String,
+    /// When a pixel has enough samples; `None` where all have as many.
+    #[serde(default)]
+    aa_threshold: Option<f32>,
+    /// 0 for a pinhole, which has no focus.
+    #[serde(default)]
+    aperture: f32,
+    #[serde(default)]
+    focus: Option<f32>,
+    #[serde(default = "whitted")]
+    integrator: String,
+    /// How far ambient occlusion looks, if not all the way.
+    #[serde(default)]
+    ao_distance: Option<f32>,
+}
+
+fn whitted() -> String {
+    WHITTED.to_owned()
+}
+
+const WHITTED: &str = "whitted";
+
+fn one() -> u32 {
+    Sampling::CENTER.spp
+}
+
+fn of_one() -> String {
+    Sampling::CENTER.filter.name().to_owned()
+}
+
+impl RenderSummary {
+    /// Of these settings.
+    pub fn of(settings: &Settings) -> RenderSummary {
+        // A lens of diameter 0 is a pinhole.
+        let lens = settings.lens.filter(|lens| lens.aperture > 0.0);
+        let (integrator, distance) = match settings.integrator {
+            Integrator::Whitted => (WHITTED, None),
+            Integrator::Occlusion { distance } => ("ao", Some(distance)),
+        };
+        RenderSummary {
+            min_weight: settings.min_path_weight(),
+            spp: settings.sampling.spp,
+            filter: settings.sampling.filter.name().to_owned(),
+            aa_threshold: settings.sampling.adaptively().map(|aa| aa.threshold),
+            aperture: lens.map_or(0.0, |lens| lens.aperture),
+            focus: lens.map(|lens| lens.focus),
+            integrator: integrator.to_owned(),
+            ao_distance: distance.filter(|distance| distance.is_finite()),
+        }
+    }
+
+    /// In words; the filter only where it matters, and the least weight where there is one.
+    pub fn words(&self) -> String {
+        let mut words = match self.spp {
+            1 => "one sample a pixel".to_owned(),
+            more => format!("{more} samples a pixel ({})", self.filter),
+        };
+        if let Some(threshold) = self.aa_threshold {
+            words = format!("up to {words}, adaptive to {threshold}");
+        }
+        if let Some(focus) = self.focus {
+            words.push_str(&format!(", aperture {} focused at {focus}", self.aperture));
+        }
+        if self.integrator != WHITTED {
+            words.push_str(", ambient occlusion");
+        }
+        if let Some(distance) = self.ao_distance {
+            words.push_str(&format!(" within {distance}"));
+        }
+        if self.min_weight > 0.0 {
+            words.push_str(&format!(", rays of weight {} and more", self.min_weight));
+        }
+        words
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use phalanx::frame::{Filter, Lens};
+    use phalanx::scene::Scene;
+
+    #[test]
+    fn what_is_not_said_is_the_default() {
+        let of = |settings: &Settings| RenderSummary::of(settings);
+        let default = Settings::of(&Scene::default());
+        assert_eq!(
+            serde_json::from_str::<RenderSummary>("{}").unwrap(),
+            of(&default)
+        );
+        let deep = Settings {
+            max_depth: 11,
+            ..default.clone()
+        };
+        let words = "one sample a pixel, rays of weight 0.00024414063 and more";
+        assert_eq!(of(&deep).words(), words);
+        assert_eq!(of(&default).words(), "one sample a pixel");
+        let pinhole = Lens {
+            aperture: 0.0,
+            focus: 3.0,
+        };
+        let settings = Settings {
+            lens: Some(pinhole),
+            ..default
+        };
+        assert_eq!(of(&settings).words(), "one sample a pixel");
+        let settings = Settings {
+            sampling: Sampling {
+                spp: 4,
+                filter: Filter::Tent,
+                adaptive: None,
+            },
+            lens: Some(Lens {
+                aperture: 0.1,
+                ..pinhole
+            }),
+            integrator: Integrator::Occlusion { distance: 2.5 },
+            ..settings
+        };
+        let words =
+            "4 samples a pixel (tent), aperture 0.1 focused at 3, ambient occlusion within 2.5";
+        assert_eq!(of(&settings).words(), words);
+        let endless = Settings {
+            integrator: Integrator::Occlusion {
+                distance: f32::INFINITY,
+            },
+            ..settings.clone()
+        };
+        assert!(of(&endless).words().ends_with(", ambient occlusion"));
+        let json = serde_json::to_value(of(&settings)).unwrap();
+        let again: RenderSummary = serde_json::from_value(json).unwrap();
+        assert_eq!(again, of(&settings));
+    }
+}

@@ -1,0 +1,174 @@
+//! What a reader has to say about its file, in file order and never more than [`MAX_DIAGNOSTICS`] of a kind.
+
+use super::Diagnostic;
+
+/// Errors after which a reader stops; as many warnings are kept.
+pub const MAX_DIAGNOSTICS: usize = 20;
+
+/// Characters of the file that a message repeats: a line may be megabytes long.
+const QUOTED_CHARS: usize = 40;
+
+/// A span of the text, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Span {
+    pub(super) offset: usize,
+    pub(super) length: usize,
+}
+
+impl Span {
+    /// Where a file begins: for what is wrong with all of it.
+    pub(super) const START: Span = Span {
+        offset: 0,
+        length: 0,
+    };
+}
+
+/// Collects diagnostics and finds the line and column of each.
+pub(super) struct DiagnosticSink<'a> {
+    /// The file, if its lines mean anything.
+    text: Option<&'a [u8]>,
+    errors: Vec<Diagnostic>,
+    warnings: Vec<Diagnostic>,
+    /// Where the last line was counted to: errors come in file order, so the text is walked once for all of them.
+    counted: LineCursor,
+}
+
+#[derive(Clone, Copy)]
+struct LineCursor {
+    offset: usize,
+    line: usize,
+}
+
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
+const START: LineCursor = LineCursor { offset: 0, line: 1 };
+
+impl<'a> DiagnosticSink<'a> {
+    /// For a text file: places become lines and columns.
+    pub(super) fn new(text: &'a [u8]) -> Self {
+        DiagnosticSink::with(Some(text))
+    }
+
+    /// For a binary file: places are byte offsets.
+    pub(super) fn binary() -> Self {
+        DiagnosticSink::with(None)
+    }
+
+    fn with(text: Option<&'a [u8]>) -> Self {
+        DiagnosticSink {
+            text,
+            errors: Vec::new(),
+            warnings: Vec::new(),
+            counted: START,
+        }
+    }
+
+    /// Adds an error, unless there are enough.
+    pub(super) fn error(&mut self, span: Span, message: impl Into<String>) {
+        self.push_error(span, message.into(), None);
+    }
+
+    /// Adds an error that says what to do about it.
+    pub(super) fn error_with_help(
+        &mut self,
+        span: Span,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        self.push_error(span, message.into(), Some(help.into()));
+    }
+
+    fn push_error(&mut self, span: Span, message: String, help: Option<String>) {
+        if !self.is_full() {
+            let error = self.diagnostic(span, message, help);
+            self.errors.push(error);
+        }
+    }
+
+    /// Adds a remark that does not stop a render.
+    pub(super) fn warning(&mut self, span: Span, message: impl Into<String>) {
+        if self.warnings.len() < MAX_DIAGNOSTICS {
+            let warning = self.diagnostic(span, message.into(), None);
+            self.warnings.push(warning);
+        }
+    }
+
+    /// Whether reading on is of no use.
+    pub(super) fn is_full(&self) -> bool {
+        self.errors.len() >= MAX_DIAGNOSTICS
+    }
+
+    /// Whether nothing is wrong so far.
+    pub(super) fn is_clean(&self) -> bool {
+        self.errors.is_empty()
+    }
+
+    /// The warnings in file order if nothing is wrong, else the errors.
+    pub(super) fn finish(mut self) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
+        if !self.errors.is_empty() {
+            self.errors.sort_by_key(|error| error.offset);
+            return Err(self.errors);
+        }
+        self.warnings.sort_by_key(|warning| warning.offset);
+        Ok(self.warnings)
+    }
+
+    /// The end of the last line that holds anything: where a reader looked for what it did not find.
+    pub(super) fn end_of_content(&self) -> Span {
+        let text = self.text.unwrap_or_default();
+        Span {
+            offset: text.trim_ascii_end().len(),
+            length: 0,
+        }
+    }
+
+    fn diagnostic(&mut self, span: Span, message: String, help: Option<String>) -> Diagnostic {
+        let (line, column) = self.line_and_column(span.offset);
+        Diagnostic {
+            line,
+            column,
+            offset: span.offset,
+            length: span.length,
+            message,
+            help,
+        }
+    }
+
+    fn line_and_column(&mut self, offset: usize) -> (usize, usize) {
+        let Some(text) = self.text else {
+            return (0, 0);
+        };
+        let offset = offset.min(text.len());
+        let from = if self.counted.offset <= offset {
+            self.counted
+        } else {
+            START
+        };
+        let breaks = text[from.offset..offset].iter();
+        let line = from.line + breaks.filter(|&&b| b == b'\n').count();
+        self.counted = LineCursor { offset, line };
+        let start = text[..offset].iter().rposition(|&b| b == b'\n');
+        let before = &text[start.map_or(0, |at| at + 1)..offset];
+        // An editor does not show the byte order mark, so it is no column.
+        let before = before.strip_prefix(BYTE_ORDER_MARK).unwrap_or(before);
+        let characters = before.iter().filter(|&b| b & 0xc0 != 0x80).count();
+        (line, characters + 1)
+    }
+}
+
+/// Text of the file as a message may repeat it: short, and without characters that would steer a terminal.
+pub(super) fn quoted(text: &str) -> String {
+    let mut out = String::from("`");
+    for c in text.chars().take(QUOTED_CHARS) {
+        if c.is_control() {
+            out.extend(c.escape_default());
+        } else {
+            out.push(c);
+        }
+    }
+    if text.chars().nth(QUOTED_CHARS).is_some() {
+        out.push('…');
+    }
+    out.push('`');
+    out
+}

@@ -1,0 +1,150 @@
+//! Geometry that a file shows several times: the same primitives in several meshes, or several times in one. Where that comes to
+//! many triangles they are stored once and placed, as a mesh of several nodes is.
+
+use super::document::{GltfAccessor, GltfDocument, GltfMesh, Primitive, Sparse};
+use std::collections::HashMap;
+use std::hash::Hash;
+
+/// Triangles of copies that a file may have as triangles of their own. With more of them they become instances.
+pub(super) const MAX_COPIED_TRIANGLES: u64 = 1 << 18;
+
+/// Numbers that are the same for the same primitives.
+pub(super) struct MeshInstances<'a> {
+    document: &'a GltfDocument,
+    /// For each mesh, its primitives' numbers.
+    meshes: Vec<Vec<usize>>,
+}
+
+/// Numbers for things, the same for equal ones.
+struct Numbering<K>(HashMap<K, usize>);
+
+impl<K: Eq + Hash> Numbering<K> {
+    fn of(&mut self, key: K) -> usize {
+        let next = self.0.len();
+        *self.0.entry(key).or_insert(next)
+    }
+}
+
+/// Primitives of a mesh, by their places in it, and how often it has them.
+pub(super) struct MeshPart {
+    pub(super) primitives: Vec<usize>,
+    pub(super) times: usize,
+}
+
+impl<'a> MeshInstances<'a> {
+    pub(super) fn of(document: &'a GltfDocument) -> MeshInstances<'a> {
+        let mut numbers = Numbering(HashMap::new());
+        let accessors = document.accessors.iter();
+        let accessors: Vec<usize> = accessors.map(|row| numbers.of(accessor_key(row))).collect();
+        // One that is not there is like no other.
+        let accessor = |row: usize| accessors.get(row).map_or(Err(row), |&number| Ok(number));
+        let mut numbers = Numbering(HashMap::new());
+        let mut number = |primitive: &'a Primitive| {
+            let attributes = primitive.attributes.iter();
+            let attributes: Vec<_> = attributes
+                .map(|(name, &row)| (name, accessor(row)))
+                .collect();
+            let indices = primitive.indices.map(accessor);
+            numbers.of((attributes, indices, primitive.mode, primitive.material))
+        };
+        let meshes = document.meshes.iter();
+        let meshes = meshes.map(|mesh| mesh.primitives.iter().map(&mut number).collect());
+        MeshInstances {
+            document,
+            meshes: meshes.collect(),
+        }
+    }
+
+    /// Puts the places of meshes of the same primitives together, if without that more triangles than [`MAX_COPIED_TRIANGLES`]
+    /// would be copied.
+    pub(super) fn joined<P>(&self, shown: Vec<(usize, Vec<P>)>) -> Vec<(usize, Vec<P>)> {
+        let mut first: HashMap<&[usize], usize> = HashMap::new();
+        let mut copied = 0u64;
+        for (mesh, places) in &shown {
+            if *first.entry(&self.meshes[*mesh]).or_insert(*mesh) != *mesh {
+                let places = places.len() as u64;
+                copied = copied.saturating_add(self.triangles(*mesh).saturating_mul(places));
+            }
+        }
+        if copied <= MAX_COPIED_TRIANGLES {
+            return shown;
+        }
+        let mut joined: Vec<(usize, Vec<P>)> = Vec::new();
+        let mut rows = HashMap::new();
+        for (mesh, places) in shown {
+            let row = *rows
+                .entry(first[&self.meshes[mesh][..]])
+                .or_insert(joined.len());
+            match joined.get_mut(row) {
+                Some((_, all)) => all.extend(places),
+                None => joined.push((mesh, places)),
+            }
+        }
+        joined
+    }
+
+    /// The primitives of a mesh that is placed so often: together, or in parts by how often it has them if it would copy
+    /// more triangles than [`MAX_COPIED_TRIANGLES`] otherwise. Copies of what is placed often are stored all the same: as instances
+    /// they would be as many as the product.
+    pub(super) fn parts(&self, mesh: usize, places: usize) -> Vec<MeshPart> {
+        let numbers = &self.meshes[mesh];
+        let whole = || {
+            vec![MeshPart {
+                primitives: (0..numbers.len()).collect(),
+                times: 1,
+            }]
+        };
+        let mut times: HashMap<usize, (usize, usize)> = HashMap::new();
+        for (k, &number) in numbers.iter().enumerate() {
+            times.entry(number).or_insert((k, 0)).1 += 1;
+        }
+        let distinct = times
+            .values()
+            .map(|&(first, _)| self.triangles_of(mesh, first));
+        let copied = self.triangles(mesh).saturating_sub(distinct.sum());
+        let instances = (numbers.len() - times.len()).saturating_mul(places) as u64;
+        if copied <= MAX_COPIED_TRIANGLES || instances > MAX_COPIED_TRIANGLES {
+            return whole();
+        }
+        let mut times: Vec<(usize, usize)> = times.into_values().map(|(k, n)| (n, k)).collect();
+        times.sort_unstable();
+        let parts = times.chunk_by(|a, b| a.0 == b.0).map(|part| MeshPart {
+            primitives: part.iter().map(|&(_, primitive)| primitive).collect(),
+            times: part[0].0,
+        });
+        parts.collect()
+    }
+
+    /// Triangles of a mesh, as its accessors say.
+    pub(super) fn triangles(&self, mesh: usize) -> u64 {
+        let GltfMesh { primitives } = &self.document.meshes[mesh];
+        let each = (0..primitives.len()).map(|k| self.triangles_of(mesh, k));
+        each.fold(0, u64::saturating_add)
+    }
+
+    fn triangles_of(&self, mesh: usize, primitive: usize) -> u64 {
+        let primitive = &self.document.meshes[mesh].primitives[primitive];
+        let positions = primitive.attributes.get("POSITION").copied();
+        let row = primitive.indices.or(positions);
+        let row = row.and_then(|row| self.document.accessors.get(row));
+        row.map_or(0, |row| match primitive.mode {
+            4 => row.count / 3,
+            _ => row.count,
+        })
+    }
+}
+
+/// All that tells the rows of accessors apart.
+fn accessor_key(row: &GltfAccessor) -> impl Eq + Hash + use<> {
+    let sparse = |sparse: &Sparse| {
+        let (indices, values) = (&sparse.indices, &sparse.values);
+        let rows = [indices.buffer_view, values.buffer_view];
+        let offsets = [indices.byte_offset, values.byte_offset];
+        (sparse.count, indices.component_type, rows, offsets)
+    };
+    (
+        (row.buffer_view, row.byte_offset, row.count),
+        (row.component_type, row.normalized, row.kind.clone()),
+        row.sparse.as_ref().map(sparse),
+    )
+}

@@ -1,0 +1,79 @@
+//! Surfaces as the file has them, until the number of lights is known.
+
+use glam::Vec3;
+use phalanx_scene::{Column, Material, MaterialTable, NO_TEXTURE, Scene};
+
+/// The numbers of an `f` record: red, green, blue, Kd, Ks, Shine, T and index of refraction.
+pub(super) type FillRecord = [f32; 8];
+
+/// Of shapes that stand before the first `f`: dull, nearly white.
+const DEFAULT: FillRecord = [0.8, 0.8, 0.8, 1.0, 0.0, 1.0, 0.0, 1.0];
+
+/// The surfaces so far. Shapes name them by number as if they were rows of the materials.
+pub(super) struct NffMaterials {
+    materials: Vec<MaterialSource>,
+}
+
+enum MaterialSource {
+    /// As the user wants what the file says nothing of.
+    Given(Material),
+    Filled(FillRecord),
+}
+
+impl NffMaterials {
+    /// With the one that shapes before the first `f` get.
+    pub(super) fn new(given: Option<Material>) -> Self {
+        NffMaterials {
+            materials: vec![given.map_or(MaterialSource::Filled(DEFAULT), MaterialSource::Given)],
+        }
+    }
+
+    /// From here on shapes have this surface.
+    pub(super) fn push(&mut self, look: FillRecord) {
+        self.materials.push(MaterialSource::Filled(look));
+    }
+
+    /// The number of the surface that shapes have here.
+    pub(super) fn current(&self) -> u32 {
+        self.materials.len() as u32 - 1
+    }
+
+    /// Makes materials of the surfaces and gives the shapes their rows. Surfaces without a shape leave none.
+    pub(super) fn settle(&self, level: f64, scene: &mut Scene) {
+        let mut table = MaterialTable::default();
+        let mut rows: Vec<Option<u32>> = vec![None; self.materials.len()];
+        let materials = &mut scene.materials;
+        let mut settle_column = |column: &mut Column<u32>| {
+            for number in column.iter_mut() {
+                let look = *number as usize;
+                *number = *rows[look].get_or_insert_with(|| {
+                    let surface = match &self.materials[look] {
+                        MaterialSource::Given(surface) => *surface,
+                        MaterialSource::Filled(look) => material_of(look, level),
+                    };
+                    table.intern(&surface, materials)
+                });
+            }
+        };
+        settle_column(&mut scene.spheres.material);
+        settle_column(&mut scene.cones.material);
+        settle_column(&mut scene.triangles.material);
+    }
+}
+
+/// The document's parameters: Ka = level·Kd·rgb, diffuse Kd·rgb, specular and transmission white. The products are
+/// made in f64 and rounded once. An index of refraction of 0, as the databases give opaque surfaces, counts as 1.
+fn material_of(&[r, g, b, kd, ks, shine, t, ior]: &FillRecord, level: f64) -> Material {
+    let kd = Vec3::new(r, g, b).as_dvec3() * f64::from(kd);
+    Material {
+        ka: (kd * level).as_vec3(),
+        ke: Vec3::ZERO,
+        kd: kd.as_vec3(),
+        ks: Vec3::splat(ks),
+        kt: Vec3::splat(t),
+        shininess: shine,
+        ior: if ior > 0.0 { ior } else { 1.0 },
+        texture: NO_TEXTURE,
+        gloss: 0.0,
+    }
+}

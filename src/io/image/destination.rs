@@ -1,0 +1,193 @@
+//! The kind of file at a path that is to be written decides how it is written: a regular file is
+//! replaced, everything else is written into.
+
+use super::descriptor;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+/// The kind of file at a path, links followed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Destination {
+    /// A regular file, or none yet, by its folder's real name: it is replaced as a whole.
+    File(PathBuf),
+    /// A pipe or a device: it is opened and written into.
+    Stream(PathBuf),
+    /// An open file of this process by its number, as `/dev/stdout` names one: it is written into
+    /// where it stands, so that whoever else writes to it goes on behind.
+    Open(i32),
+}
+
+/// Most links that are followed one after the other, as on Linux.
+const MAX_LINKS: usize = 40;
+
+const STDOUT: i32 = 1;
+
+impl Destination {
+    /// Asks what stands at a path. Nothing is opened: opening a pipe waits for its reader, and
+    /// opening a device may be heard.
+    ///
+    /// # Errors
+    /// A folder, a socket, links in a circle, or the system's reason why it cannot be told.
+    pub fn of(path: &Path) -> io::Result<Destination> {
+        let mut at = path.to_path_buf();
+        for _ in 0..MAX_LINKS {
+            if let Some(number) = descriptor::named(&at) {
+                return Ok(Destination::Open(number));
+            }
+            let found = match fs::symlink_metadata(&at) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+                other => Some(other?),
+            };
+            match found {
+                Some(found) if found.is_symlink() && !descriptor::of_another_process(&at) => {
+                    at = folder_of(&at).join(fs::read_link(&at)?);
+                }
+                Some(found) if found.is_dir() => {
+                    return Err(io::Error::new(
+                        io::ErrorKind::IsADirectory,
+                        "there is a folder of that name",
+                    ));
+                }
+                Some(found) if is_socket(&found) => {
+                    return Err(io::Error::new(
+                        io::ErrorKind::Unsupported,
+                        "it is a socket, which cannot be opened by its name",
+                    ));
+                }
+                Some(found) if !found.is_file() => return Ok(Destination::Stream(at)),
+                _ => return file_at(&at),
+            }
+        }
+        Err(io::Error::other("too many links, or links in a circle"))
+    }
+
+    /// Tells whether this is the process's standard output.
+    pub fn is_stdout(&self) -> bool {
+        *self == Destination::Open(STDOUT)
+    }
+
+    /// Tells whether somebody reads this on a terminal. A device that is not open yet is not asked.
+    pub fn is_terminal(&self) -> bool {
+        match self {
+            Destination::Open(number) => {
+                descriptor::duplicate(*number).is_ok_and(|f| f.is_terminal())
+            }
+            Destination::File(_) | Destination::Stream(_) => false,
+        }
+    }
+
+    /// Refuses what cannot be written into, as far as can be told without writing. Of a file this
+    /// says nothing.
+    pub(super) fn check_stream(&self) -> io::Result<()> {
+        match self {
+            Destination::File(_) => Ok(()),
+            Destination::Stream(path) => match fs::metadata(path)?.permissions().readonly() {
+                true => Err(io::ErrorKind::PermissionDenied.into()),
+                false => Ok(()),
+            },
+            Destination::Open(number) => {
+                let mut file = descriptor::duplicate(*number)?;
+                // No bytes for a datagram's socket would be a message.
+                match is_socket(&file.metadata()?) {
+                    true => Ok(()),
+                    false => file.write(&[]).map(drop),
+                }
+            }
+        }
+    }
+
+    /// The pipe, device or open file, opened to be written into; a pipe waits for its reader. `None` for a file.
+    pub(super) fn open_stream(&self) -> io::Result<Option<File>> {
+        match self {
+            Destination::File(_) => Ok(None),
+            // A regular file can only be one that another process has open.
+            Destination::Stream(path) => {
+                let regular = fs::metadata(path)?.is_file();
+                let mut options = OpenOptions::new();
+                options.write(true).append(regular).open(path).map(Some)
+            }
+            Destination::Open(number) => descriptor::duplicate(*number).map(Some),
+        }
+    }
+}
+
+fn file_at(path: &Path) -> io::Result<Destination> {
+    let folder = folder_of(path);
+    let none = || {
+        let folder = folder.display();
+        io::Error::new(
+            io::ErrorKind::NotFound,
+            format!("there is no folder {folder}"),
+        )
+    };
+    let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
+    match folder.canonicalize() {
+        Ok(folder) if folder.is_dir() => Ok(Destination::File(folder.join(name))),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Err(none()),
+    }
+}
+
+/// The folder that a path names something in.
+pub fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
+}
+
+#[cfg(unix)]
+fn is_socket(found: &fs::Metadata) -> bool {
+    std::os::unix::fs::FileTypeExt::is_socket(&found.file_type())
+}
+
+#[cfg(not(unix))]
+fn is_socket(_: &fs::Metadata) -> bool {
+    false
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::symlink;
+
+    #[test]
+    fn links_are_followed_to_what_there_is_or_is_to_be() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path().canonicalize().unwrap();
+        let at = |name: &str| folder.join(name);
+        fs::create_dir(at("sub")).unwrap();
+        symlink("sub/link", at("first")).unwrap();
+        symlink("../made", at("sub/link")).unwrap();
+        symlink("/dev/null", at("null")).unwrap();
+        symlink("/dev/stdout", at("out")).unwrap();
+        symlink("circle", at("circle")).unwrap();
+        let of = |name: &str| Destination::of(&at(name));
+        assert_eq!(of("first").unwrap(), Destination::File(at("made")));
+        assert_eq!(of("sub/../new").unwrap(), Destination::File(at("new")));
+        assert_eq!(of("null").unwrap(), Destination::Stream("/dev/null".into()));
+        assert!(of("out").unwrap().is_stdout());
+        assert!(of("circle").unwrap_err().to_string().contains("circle"));
+        let folder = of("sub").unwrap_err();
+        assert_eq!(folder.kind(), io::ErrorKind::IsADirectory);
+        let missing = of("no/where").unwrap_err();
+        assert_eq!(missing.kind(), io::ErrorKind::NotFound);
+        assert!(of("first/where").is_err());
+    }
+
+    #[test]
+    fn open_files_are_known_by_whatever_name_they_have() {
+        for name in ["/dev/fd/2", "/proc/self/fd/2", "/proc/thread-self/fd/2"] {
+            if Path::new(name).exists() {
+                assert_eq!(
+                    Destination::of(name.as_ref()).unwrap(),
+                    Destination::Open(2),
+                    "{name}"
+                );
+            }
+        }
+        let closed = Destination::Open(i32::MAX);
+        assert!(closed.check_stream().is_err() && closed.open_stream().is_err());
+    }
+}

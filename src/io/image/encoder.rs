@@ -1,0 +1,452 @@
+//! Linear radiance to samples of 8 or 16 bits.
+//!
+//! Exposure, clamp to \[0, 1\] (NaN counts as 0), transfer, quantise. No step calls a power function per sample or one whose
+//! bits depend on the build: without a transfer the sample is `floor(255 c)` or `floor(255 c + 0.5)` in f32, each
+//! operation rounded on its own (65535 with 16 bits); with sRGB it is the number of thresholds at or below `c`, and the thresholds
+//! are the inverse curve in f64 from the `libm` crate, whose results are the same everywhere.
+
+use phalanx_scene::film::Film;
+use phalanx_scene::{OutputEncoding, Quantize, Transfer};
+use std::cell::LazyCell;
+
+/// An RGB picture, of 8-bit samples if nothing else is said.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture<S = u8> {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Red, green and blue of each pixel in turn, row by row from the top left.
+    pub rgb: Vec<S>,
+}
+
+/// Most stops of an exposure, up or down: beyond them every sample of a common picture is black or white.
+pub const MAX_EXPOSURE: f32 = 100.0;
+
+/// A tone after an exposure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exposure {
+    /// In stops: radiance is multiplied by two to the power of it, rounded to f32.
+    pub stops: f32,
+    /// What then becomes of it.
+    pub encoding: OutputEncoding,
+}
+
+impl From<OutputEncoding> for Exposure {
+    fn from(encoding: OutputEncoding) -> Exposure {
+        Exposure {
+            stops: 0.0,
+            encoding,
+        }
+    }
+}
+
+impl Exposure {
+    fn gain(self) -> f32 {
+        libm::exp2(self.stops.into()) as f32
+    }
+}
+
+/// The picture of a film under a grade.
+pub fn encode(film: &Film, exposure: impl Into<Exposure>) -> Picture {
+    Encoder::new(exposure.into()).encode(film)
+}
+
+/// Makes pictures of films under one grade.
+pub(super) struct Encoder {
+    exposure: Exposure,
+    eight: SrgbTable,
+    /// Made when it is first asked for: it is large.
+    sixteen: LazyCell<DeepTable, Box<dyn FnOnce() -> DeepTable>>,
+}
+
+impl Encoder {
+    pub(super) fn new(exposure: Exposure) -> Encoder {
+        let quantize = exposure.encoding.quantize;
+        Encoder {
+            exposure,
+            eight: SrgbTable::new(&srgb_thresholds(quantize)),
+            sixteen: LazyCell::new(Box::new(move || DeepTable::new(quantize))),
+        }
+    }
+
+    pub(super) fn encode(&self, film: &Film) -> Picture {
+        let OutputEncoding { transfer, quantize } = self.exposure.encoding;
+        match transfer {
+            Transfer::None => interleave(film, self.exposure, |c| linear_sample(c, quantize)),
+            Transfer::Srgb => interleave(film, self.exposure, |c| self.eight.sample(c)),
+        }
+    }
+
+    /// With 16 bits a sample.
+    pub(super) fn encode_16(&self, film: &Film) -> Picture<u16> {
+        let OutputEncoding { transfer, quantize } = self.exposure.encoding;
+        match transfer {
+            Transfer::None => interleave(film, self.exposure, |c| linear_sample_16(c, quantize)),
+            Transfer::Srgb => {
+                let table = &*self.sixteen;
+                interleave(film, self.exposure, |c| table.sample(c))
+            }
+        }
+    }
+}
+
+fn interleave<S: Copy + Default>(
+    film: &Film,
+    exposure: Exposure,
+    sample: impl Fn(f32) -> S,
+) -> Picture<S> {
+    let gain = exposure.gain();
+    let [red, green, blue] = &film.planes;
+    let mut rgb = vec![S::default(); 3 * red.len()];
+    let pixels = rgb.as_chunks_mut::<3>().0.iter_mut();
+    for (((pixel, &r), &g), &b) in pixels.zip(red).zip(green).zip(blue) {
+        *pixel = [r, g, b].map(|c| sample(c * gain));
+    }
+    Picture {
+        width: film.width,
+        height: film.height,
+        rgb,
+    }
+}
+
+/// Clamped to \[0, 1\]; NaN gives 0, which `f32::clamp` would pass on.
+fn unit(c: f32) -> f32 {
+    if c > 0.0 { c.min(1.0) } else { 0.0 }
+}
+
+fn linear_sample(c: f32, quantize: Quantize) -> u8 {
+    let scaled = 255.0 * unit(c);
+    // The cast truncates, which is floor for what is not negative.
+    match quantize {
+        Quantize::Floor => scaled as u8,
+        Quantize::Round => (scaled + 0.5) as u8,
+    }
+}
+
+fn linear_sample_16(c: f32, quantize: Quantize) -> u16 {
+    let scaled = 65_535.0 * unit(c);
+    match quantize {
+        Quantize::Floor => scaled as u16,
+        Quantize::Round => (scaled + 0.5) as u16,
+    }
+}
+
+/// The number of thresholds of 16-bit samples at or below a value: those of its cell are searched.
+struct DeepTable {
+    /// By sample, the least value of the next, rounded up as in [`SrgbTable`].
+    next: Vec<f32>,
+    /// By cell, the sample of its lower end; and that of the end of all.
+    lowest: Vec<u16>,
+}
+
+impl DeepTable {
+    fn new(quantize: Quantize) -> DeepTable {
+        let next: Vec<f32> = (1..=u16::MAX)
+            .map(|sample| round_up(threshold(sample.into(), u16::MAX.into(), quantize)))
+            .collect();
+        let at_or_below = |c: f32| next.partition_point(|&least| least <= c) as u16;
+        let ends = (0..=TABLE_CELLS).map(|cell| at_or_below(cell as f32 / TABLE_CELLS as f32));
+        DeepTable {
+            lowest: ends.collect(),
+            next,
+        }
+    }
+
+    fn sample(&self, c: f32) -> u16 {
+        let c = unit(c);
+        let cell = ((c * TABLE_CELLS as f32) as usize).min(TABLE_CELLS - 1);
+        let [low, high] = [self.lowest[cell], self.lowest[cell + 1]];
+        let within = &self.next[low.into()..high.into()];
+        low + within.partition_point(|&least| least <= c) as u16
+    }
+}
+
+/// The number of thresholds at or below a value, without a search: thresholds are more than a cell apart, so that what is below
+/// the value's cell is known, and within it is one at most.
+struct SrgbTable {
+    /// By cell, the sample of its lower end.
+    lowest: [u8; TABLE_CELLS + 1],
+    /// By sample, the least value of the next, rounded up: a value of 32 bits reaches it if and only if it reaches the threshold.
+    /// The last has none.
+    next: [f32; 256],
+}
+
+/// The steepest part of the curve, its straight one, has a threshold every 1/3295.
+const TABLE_CELLS: usize = 4096;
+
+impl SrgbTable {
+    fn new(thresholds: &[f64; 255]) -> SrgbTable {
+        let at_or_below = |c: f64| thresholds.partition_point(|&least| least <= c) as u8;
+        SrgbTable {
+            // A cell's end is a number of 32 bits, and a value times the number of cells is rounded nowhere.
+            lowest: std::array::from_fn(|cell| at_or_below(cell as f64 / TABLE_CELLS as f64)),
+            next: std::array::from_fn(|k| {
+                thresholds.get(k).map_or(f32::INFINITY, |t| round_up(*t))
+            }),
+        }
+    }
+
+    fn sample(&self, c: f32) -> u8 {
+        let c = unit(c);
+        // From 0 to CELLS; the bound says so to the compiler, too.
+        let low = self.lowest[((c * TABLE_CELLS as f32) as usize).min(TABLE_CELLS)];
+        low + u8::from(c >= self.next[usize::from(low)])
+    }
+}
+
+/// The least f32 that is not below.
+fn round_up(least: f64) -> f32 {
+    match least as f32 {
+        near if f64::from(near) < least => near.next_up(),
+        near => near,
+    }
+}
+
+/// `thresholds[k - 1]` is the least linear value whose sample is `k`.
+fn srgb_thresholds(quantize: Quantize) -> [f64; 255] {
+    std::array::from_fn(|i| threshold((i + 1) as f64, 255.0, quantize))
+}
+
+/// The least linear value whose sample is so much of `most`.
+fn threshold(sample: f64, most: f64, quantize: Quantize) -> f64 {
+    let back = match quantize {
+        Quantize::Floor => 0.0,
+        Quantize::Round => 0.5,
+    };
+    // 1.0 is the largest clamped value: a threshold an ulp above it would make the last sample unreachable.
+    srgb_inverse((sample - back) / most).min(1.0)
+}
+
+/// IEC 61966-2-1, from the encoded to the linear value.
+fn srgb_inverse(encoded: f64) -> f64 {
+    if encoded <= 0.04045 {
+        encoded / 12.92
+    } else {
+        libm::pow((encoded + 0.055) / 1.055, 2.4)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NONE_FLOOR: OutputEncoding = OutputEncoding {
+        transfer: Transfer::None,
+        quantize: Quantize::Floor,
+    };
+
+    /// The red samples of a one-row film.
+    fn samples(values: &[f32], transfer: Transfer, quantize: Quantize) -> Vec<u8> {
+        let film = Film {
+            width: values.len() as u32,
+            height: 1,
+            planes: [
+                values.to_vec(),
+                vec![0.0; values.len()],
+                vec![1.0; values.len()],
+            ],
+            aovs: Default::default(),
+            aov_planes: Vec::new(),
+            hits: None,
+        };
+        let picture = encode(&film, OutputEncoding { transfer, quantize });
+        assert_eq!(picture.rgb.len(), 3 * values.len());
+        for pixel in picture.rgb.chunks_exact(3) {
+            assert_eq!(pixel[1..], [0, 255]);
+        }
+        picture.rgb.iter().step_by(3).copied().collect()
+    }
+
+    const ODD: [f32; 7] = [
+        f32::NAN,
+        -1.0,
+        -0.0,
+        f32::NEG_INFINITY,
+        f32::INFINITY,
+        2.0,
+        1.0,
+    ];
+
+    #[test]
+    fn values_outside_the_unit_interval_are_clamped_and_nan_is_black() {
+        for transfer in [Transfer::None, Transfer::Srgb] {
+            for quantize in [Quantize::Floor, Quantize::Round] {
+                let got = samples(&ODD, transfer, quantize);
+                assert_eq!(
+                    got,
+                    [0, 0, 0, 0, 255, 255, 255],
+                    "{transfer:?} {quantize:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn without_transfer_the_sample_is_floor_or_nearest_of_255_c() {
+        // 255 · 0.5 = 127.5; 255 · 0.998 = 254.49; 0.2 is an f32 just above 1/5, so that 255 · 0.2 is 51.
+        let values = [0.5, 0.998, 0.999, 0.2, 0.001];
+        assert_eq!(
+            samples(&values, Transfer::None, Quantize::Floor),
+            [127, 254, 254, 51, 0]
+        );
+        assert_eq!(
+            samples(&values, Transfer::None, Quantize::Round),
+            [128, 254, 255, 51, 0]
+        );
+    }
+
+    #[test]
+    fn srgb_gives_known_values() {
+        // 0.5 encodes to 187.516, 0.18 to 117.65, 0.002 (the straight part) to 6.589, 0.9999 to 254.99.
+        let values = [0.5, 0.18, 0.002, 0.9999];
+        assert_eq!(
+            samples(&values, Transfer::Srgb, Quantize::Floor),
+            [187, 117, 6, 254]
+        );
+        assert_eq!(
+            samples(&values, Transfer::Srgb, Quantize::Round),
+            [188, 118, 7, 255]
+        );
+    }
+
+    #[test]
+    fn srgb_thresholds_agree_with_the_forward_curve() {
+        let forward = |c: f64| match c {
+            c if c <= 0.003_130_8 => 255.0 * 12.92 * c,
+            c => 255.0 * (1.055 * libm::pow(c, 1.0 / 2.4) - 0.055),
+        };
+        for (quantize, offset) in [(Quantize::Floor, 0.0), (Quantize::Round, 0.5)] {
+            let thresholds = srgb_thresholds(quantize);
+            assert!(thresholds.windows(2).all(|w| w[0] < w[1]));
+            for (i, &least) in thresholds.iter().enumerate() {
+                let at = forward(least) + offset;
+                // The two published constants of the joint differ in the eighth digit.
+                assert!((at - (i + 1) as f64).abs() < 1e-3, "{quantize:?} {i}: {at}");
+            }
+        }
+    }
+
+    /// Beside every threshold, at every cell's ends, and all over.
+    #[test]
+    fn the_table_counts_thresholds() {
+        for quantize in [Quantize::Floor, Quantize::Round] {
+            let thresholds = srgb_thresholds(quantize);
+            let table = SrgbTable::new(&thresholds);
+            let cells = (0..=TABLE_CELLS).map(|cell| cell as f32 / TABLE_CELLS as f32);
+            let near = thresholds.map(|t| t as f32).into_iter().chain(cells);
+            let near =
+                near.flat_map(|c| [c.next_down().next_down(), c.next_down(), c, c.next_up()]);
+            let all = (0..3_000_000).map(|k| k as f32 / 2_900_000.0);
+            for c in near.chain(all).chain(ODD) {
+                let value = f64::from(unit(c));
+                let want = thresholds.partition_point(|&least| least <= value);
+                assert_eq!(usize::from(table.sample(c)), want, "{quantize:?} {c:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn sixteen_bits_are_thresholds_at_or_below() {
+        for quantize in [Quantize::Floor, Quantize::Round] {
+            let table = DeepTable::new(quantize);
+            assert!(table.next.windows(2).all(|w| w[0] < w[1]));
+            let near = table
+                .next
+                .iter()
+                .flat_map(|&t| [t.next_down(), t, t.next_up()]);
+            let ends = (0..=TABLE_CELLS).map(|cell| cell as f32 / TABLE_CELLS as f32);
+            let all = (0..300_000).map(|k| k as f32 / 290_000.0);
+            for c in near.chain(ends).chain(all).chain(ODD) {
+                let value = f64::from(unit(c));
+                let want = match value {
+                    v if v <= 0.003_130_8 => 12.92 * v,
+                    v => 1.055 * libm::pow(v, 1.0 / 2.4) - 0.055,
+                };
+                let want = 65_535.0 * want + f64::from(u8::from(quantize == Quantize::Round)) * 0.5;
+                let got = f64::from(table.sample(c));
+                // Beside a threshold, the forward curve is off by what the published constants differ by.
+                assert!(
+                    got <= want + 0.02 && got > want - 1.02,
+                    "{quantize:?} {c:e}: {got} {want}"
+                );
+            }
+        }
+        let film = |value: f32| Film {
+            width: 1,
+            height: 1,
+            planes: [vec![value], vec![1.0], vec![f32::NAN]],
+            aovs: Default::default(),
+            aov_planes: Vec::new(),
+            hits: None,
+        };
+        let srgb = OutputEncoding {
+            transfer: Transfer::Srgb,
+            quantize: Quantize::Round,
+        };
+        // 0.5 encodes to 0.735356983.
+        let encode_16 =
+            |film, encoding: OutputEncoding| Encoder::new(encoding.into()).encode_16(&film);
+        assert_eq!(encode_16(film(0.5), srgb).rgb, [48_192, 65_535, 0]);
+        assert_eq!(encode_16(film(0.5), NONE_FLOOR).rgb, [32_767, 65_535, 0]);
+    }
+
+    #[test]
+    fn a_stop_is_a_factor_of_two() {
+        let film = Film {
+            width: 3,
+            height: 1,
+            planes: [vec![0.1, 0.2, 0.4], vec![1e38; 3], vec![f32::NAN; 3]],
+            aovs: Default::default(),
+            aov_planes: Vec::new(),
+            hits: None,
+        };
+        let red = |exposure| {
+            let grade = Exposure {
+                stops: exposure,
+                encoding: NONE_FLOOR,
+            };
+            let rgb = encode(&film, grade).rgb;
+            assert_eq!(rgb[1..3], [255, 0]);
+            [rgb[0], rgb[3], rgb[6]]
+        };
+        assert_eq!(red(0.0), [25, 51, 102]);
+        assert_eq!(red(1.0), [51, 102, 204]);
+        assert_eq!(red(-1.0), [12, 25, 51]);
+        // The root of two times 51.
+        assert_eq!(red(0.5)[1], 72);
+        assert_eq!(red(30.0), [255; 3]);
+    }
+
+    /// The contract "same bytes on every build": these are the bits of the table, written down once.
+    #[test]
+    fn srgb_thresholds_are_pinned_bit_for_bit() {
+        let hash = |quantize| {
+            let bytes = srgb_thresholds(quantize).map(f64::to_bits);
+            bytes
+                .iter()
+                .flat_map(|b| b.to_le_bytes())
+                .fold(0xcbf2_9ce4_8422_2325_u64, |h, b| {
+                    (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)
+                })
+        };
+        assert_eq!(hash(Quantize::Floor), PIN_FLOOR);
+        assert_eq!(hash(Quantize::Round), PIN_ROUND);
+    }
+
+    const PIN_FLOOR: u64 = 5_556_954_415_098_186_741;
+    const PIN_ROUND: u64 = 1_944_805_278_954_198_400;
+
+    #[test]
+    fn pixels_keep_their_order() {
+        let film = Film {
+            width: 2,
+            height: 1,
+            planes: [vec![0.1, 0.4], vec![0.2, 0.5], vec![0.3, 0.6]],
+            aovs: Default::default(),
+            aov_planes: Vec::new(),
+            hits: None,
+        };
+        assert_eq!(encode(&film, NONE_FLOOR).rgb, [25, 51, 76, 102, 127, 153]);
+    }
+}

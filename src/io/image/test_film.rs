@@ -1,0 +1,28 @@
+//! A film for tests of formats that hold radiance as it is.
+
+use phalanx_scene::film::Film;
+
+/// Wider and higher than a tile, by no round number; small and large, negative, none.
+pub(super) fn film() -> Film {
+    let (width, height) = (70u32, 67u32);
+    let value = |k: u32| {
+        let size = (k.wrapping_mul(0x9e37_79b9) >> 20) as f32 / 64.0;
+        size * [1.0, 1e-6, 300.0, -1.0][k as usize % 4]
+    };
+    let plane = |c: u32| (0..width * height).map(|i| value(3 * i + c)).collect();
+    let mut film = Film {
+        width,
+        height,
+        planes: [plane(0), plane(1), plane(2)],
+        aovs: Default::default(),
+        aov_planes: Vec::new(),
+        hits: None,
+    };
+    film.planes[0][5] = f32::INFINITY;
+    film.planes[1][6] = f32::NAN;
+    film
+}
+
+pub(super) fn bits(film: &Film, x: u32, y: u32) -> [u32; 3] {
+    film.pixel(x, y).map(f32::to_bits)
+}

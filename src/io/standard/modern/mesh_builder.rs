@@ -1,0 +1,397 @@
+//! The pen that draws triangle scenes: it collects triangles by surface, hands them to the sink in chunks of bounded
+//! size, and can count what it would draw without drawing it.
+
+use super::super::builder::{DocumentMaterial, MaterialDesc, SceneBuilder};
+use glam::DVec3;
+
+/// Triangles in a chunk, about: a sheet is handed over as soon as it holds so many.
+const CHUNK: usize = 8192;
+
+/// Draws with the surfaces of a palette.
+pub(super) struct MeshBuilder<'a> {
+    builder: Option<&'a mut dyn SceneBuilder>,
+    /// Whether it only counts.
+    counting: bool,
+    palette: &'a [DocumentMaterial],
+    /// One for each surface of the palette.
+    buffers: Vec<MeshBuffer>,
+    material: usize,
+    triangles: u64,
+    row: Vec<DVec3>,
+    first_row: Vec<DVec3>,
+    scatter: BucketSort,
+}
+
+/// Triangles of one surface that have not been handed over yet.
+#[derive(Clone, Default)]
+struct MeshBuffer {
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// A rectangular net of quads, each of two triangles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Grid {
+    /// Quads along the rows.
+    pub(super) across: usize,
+    /// Rows of quads.
+    pub(super) rows: usize,
+    /// Whether the last quad of a row meets the first.
+    pub(super) closed_across: bool,
+    /// Whether the last row meets the first.
+    pub(super) closed_rows: bool,
+}
+
+impl Grid {
+    /// A sheet with four borders.
+    pub(super) fn open(across: usize, rows: usize) -> Grid {
+        Grid {
+            across,
+            rows,
+            closed_across: false,
+            closed_rows: false,
+        }
+    }
+
+    /// A tube, open at its ends.
+    pub(super) fn tube(around: usize, along: usize) -> Grid {
+        Grid {
+            closed_across: true,
+            ..Grid::open(around, along)
+        }
+    }
+
+    /// A closed ring of tube.
+    pub(super) fn torus(around: usize, along: usize) -> Grid {
+        Grid {
+            closed_rows: true,
+            ..Grid::tube(around, along)
+        }
+    }
+
+    fn triangles(self) -> usize {
+        2 * self.across * self.rows
+    }
+}
+
+impl<'a> MeshBuilder<'a> {
+    /// A pen that draws into a sink, or counts for one that wants no more.
+    pub(super) fn new(
+        builder: &'a mut dyn SceneBuilder,
+        palette: &'a [DocumentMaterial],
+    ) -> MeshBuilder<'a> {
+        let counting = builder.takes_count(0);
+        MeshBuilder {
+            builder: Some(builder),
+            counting,
+            palette,
+            buffers: vec![MeshBuffer::default(); palette.len()],
+            ..MeshBuilder::counting()
+        }
+    }
+
+    /// A pen that only counts: it never asks for a point.
+    pub(super) fn counting() -> MeshBuilder<'a> {
+        MeshBuilder {
+            builder: None,
+            counting: true,
+            palette: &[],
+            buffers: Vec::new(),
+            material: 0,
+            triangles: 0,
+            row: Vec::new(),
+            first_row: Vec::new(),
+            scatter: BucketSort::default(),
+        }
+    }
+
+    /// Triangles drawn, or counted.
+    pub(super) fn triangles(&self) -> u64 {
+        self.triangles
+    }
+
+    /// Whether the pen only counts; then it takes these triangles as drawn.
+    pub(super) fn counted(&mut self, triangles: u64) -> bool {
+        if self.counting {
+            self.triangles += triangles;
+        }
+        self.counting
+    }
+
+    /// Chooses a surface of the palette.
+    pub(super) fn material(&mut self, material: usize) {
+        self.material = material;
+    }
+
+    /// Draws a net whose corner in column `i` of row `j` is `point(i, j)`. Its front is where columns run to the right
+    /// and rows upward. A closed direction has no last corner: the first one is taken again, bit by bit.
+    pub(super) fn grid(&mut self, grid: Grid, mut point: impl FnMut(usize, usize) -> DVec3) {
+        self.triangles += grid.triangles() as u64;
+        if self.counting {
+            return;
+        }
+        let columns = grid.across + usize::from(!grid.closed_across);
+        for j in 0..=grid.rows {
+            self.row.clear();
+            if grid.closed_rows && j == grid.rows {
+                self.row.extend_from_slice(&self.first_row);
+            } else {
+                self.row.extend((0..columns).map(|i| point(i, j)));
+            }
+            if j == 0 {
+                self.first_row.clear();
+                if grid.closed_rows {
+                    self.first_row.extend_from_slice(&self.row);
+                }
+            }
+            self.add_row(grid, j > 0);
+        }
+    }
+
+    /// Adds a row of corners, and the quads between it and the one before.
+    fn add_row(&mut self, grid: Grid, quads: bool) {
+        let buffer = &mut self.buffers[self.material];
+        let above = buffer.vertices.len() as u32;
+        buffer.vertices.extend_from_slice(&self.row);
+        if !quads {
+            return;
+        }
+        let columns = self.row.len();
+        let below = above - columns as u32;
+        for i in 0..grid.across {
+            let next = (i + 1) % columns;
+            let (i, next) = (i as u32, next as u32);
+            let (a, b, c, d) = (below + i, below + next, above + next, above + i);
+            buffer.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+        if buffer.triangles.len() >= CHUNK {
+            self.flush(self.material);
+            // The next row of quads starts from this row of corners.
+            self.buffers[self.material]
+                .vertices
+                .extend_from_slice(&self.row);
+        }
+    }
+
+    /// Draws a triangle of `side`² triangles, whose corner `i` steps toward its second and `j` toward its third corner
+    /// is `point(i, j)`.
+    pub(super) fn triangle(&mut self, side: usize, mut point: impl FnMut(usize, usize) -> DVec3) {
+        self.triangles += (side * side) as u64;
+        if self.counting {
+            return;
+        }
+        self.row.clear();
+        for j in 0..=side {
+            let buffer = &mut self.buffers[self.material];
+            let wide = side - j;
+            let above = buffer.vertices.len() as u32;
+            let below = above - self.row.len() as u32;
+            self.row.clear();
+            self.row.extend((0..=wide).map(|i| point(i, j)));
+            buffer.vertices.extend_from_slice(&self.row);
+            if j == 0 {
+                continue;
+            }
+            for i in 0..=wide as u32 {
+                buffer.triangles.push([below + i, below + i + 1, above + i]);
+            }
+            for i in 0..wide as u32 {
+                buffer
+                    .triangles
+                    .push([below + i + 1, above + i + 1, above + i]);
+            }
+            if buffer.triangles.len() >= CHUNK {
+                self.flush(self.material);
+                self.buffers[self.material]
+                    .vertices
+                    .extend_from_slice(&self.row);
+            }
+        }
+    }
+
+    /// Draws a flat four-cornered sheet of `across` by `rows` quads; corners counter-clockwise from its front, columns
+    /// running from the first to the second.
+    pub(super) fn quad(&mut self, [a, b, c, d]: [DVec3; 4], across: usize, rows: usize) {
+        self.grid(Grid::open(across, rows), |i, j| {
+            let (u, v) = (i as f64 / across as f64, j as f64 / rows as f64);
+            (a * (1.0 - u) + b * u) * (1.0 - v) + (d * (1.0 - u) + c * u) * v
+        });
+    }
+
+    /// Draws a closed fan over a ring of corners that run counter-clockwise around `center`.
+    pub(super) fn fan(&mut self, center: DVec3, ring: usize, point: impl Fn(usize) -> DVec3) {
+        self.triangles += ring as u64;
+        if self.counting {
+            return;
+        }
+        let buffer = &mut self.buffers[self.material];
+        let hub = buffer.vertices.len() as u32;
+        buffer.vertices.push(center);
+        buffer.vertices.extend((0..ring).map(point));
+        let corner = |i: usize| hub + 1 + (i % ring) as u32;
+        let fan = (0..ring).map(|i| [hub, corner(i), corner(i + 1)]);
+        buffer.triangles.extend(fan);
+        if buffer.triangles.len() >= CHUNK {
+            self.flush(self.material);
+        }
+    }
+
+    /// Draws triangles each with a surface of its own, `(material, corners)`, which index `vertices`.
+    pub(super) fn facets(&mut self, vertices: &[DVec3], triangles: &[(usize, [u32; 3])]) {
+        self.triangles += triangles.len() as u64;
+        if self.counting {
+            return;
+        }
+        let mut scatter = std::mem::take(&mut self.scatter);
+        scatter.order(triangles, self.buffers.len());
+        for run in scatter
+            .sorted
+            .chunk_by(|&a, &b| triangles[a as usize].0 == triangles[b as usize].0)
+        {
+            let material = triangles[run[0] as usize].0;
+            let buffer = &mut self.buffers[material];
+            scatter.slots.clear();
+            scatter.slots.resize(vertices.len(), u32::MAX);
+            for &t in run {
+                let corners = triangles[t as usize].1.map(|v| {
+                    let slot = &mut scatter.slots[v as usize];
+                    if *slot == u32::MAX {
+                        *slot = buffer.vertices.len() as u32;
+                        buffer.vertices.push(vertices[v as usize]);
+                    }
+                    *slot
+                });
+                buffer.triangles.push(corners);
+            }
+            if buffer.triangles.len() >= CHUNK {
+                self.flush(material);
+            }
+        }
+        self.scatter = scatter;
+    }
+
+    fn flush(&mut self, material: usize) {
+        let buffer = &mut self.buffers[material];
+        if let Some(builder) = &mut self.builder
+            && !buffer.triangles.is_empty()
+        {
+            builder.material(&MaterialDesc::Document(self.palette[material]));
+            builder.mesh(&buffer.vertices, &buffer.triangles);
+        }
+        buffer.vertices.clear();
+        buffer.triangles.clear();
+    }
+
+    /// Hands over what is left. A pen that is dropped without it draws only part of its scene.
+    pub(super) fn finish(mut self) {
+        if let (true, Some(builder)) = (self.counting, &mut self.builder) {
+            builder.takes_count(self.triangles);
+        }
+        for material in 0..self.buffers.len() {
+            self.flush(material);
+        }
+    }
+}
+
+/// Room for sorting triangles by surface.
+#[derive(Default)]
+struct BucketSort {
+    sorted: Vec<u32>,
+    starts: Vec<u32>,
+    slots: Vec<u32>,
+}
+
+impl BucketSort {
+    /// Sorts the triangles' numbers by surface, keeping their order within each.
+    fn order(&mut self, triangles: &[(usize, [u32; 3])], looks: usize) {
+        self.starts.clear();
+        self.starts.resize(looks + 1, 0);
+        for (material, _) in triangles {
+            self.starts[material + 1] += 1;
+        }
+        for material in 0..looks {
+            self.starts[material + 1] += self.starts[material];
+        }
+        self.sorted.clear();
+        self.sorted.resize(triangles.len(), 0);
+        for (number, (material, _)) in triangles.iter().enumerate() {
+            let place = &mut self.starts[*material];
+            self.sorted[*place as usize] = number as u32;
+            *place += 1;
+        }
+    }
+}
+
+/// The detail between `least` and `most` at which `draw` comes closest to `target` triangles from below, or nearly so;
+/// `draw` is given counting pens only, and must draw more with more detail.
+pub(super) fn fit_detail(
+    target: u64,
+    (mut least, mut most): (f64, f64),
+    draw: impl Fn(&mut MeshBuilder, f64),
+) -> f64 {
+    let count = |detail: f64| {
+        let mut mesh = MeshBuilder::counting();
+        draw(&mut mesh, detail);
+        mesh.triangles()
+    };
+    for _ in 0..40 {
+        let middle = (least + most) / 2.0;
+        if count(middle) <= target {
+            least = middle;
+        } else {
+            most = middle;
+        }
+    }
+    least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::MemoryBuilder;
+    use super::*;
+
+    #[test]
+    fn a_counting_pen_counts_what_a_drawing_one_draws() {
+        let draw = |mesh: &mut MeshBuilder| {
+            mesh.grid(Grid::torus(7, 5), |i, j| {
+                DVec3::new(i as f64, j as f64, 1.0)
+            });
+            mesh.material(1);
+            mesh.grid(Grid::tube(300, 100), |i, j| {
+                assert!(i < 300 && j <= 100);
+                DVec3::new(i as f64, j as f64, 0.0)
+            });
+            mesh.quad([DVec3::ZERO, DVec3::X, DVec3::ONE, DVec3::Y], 3, 4);
+            mesh.triangle(200, |i, j| {
+                assert!(i + j <= 200);
+                DVec3::ZERO
+            });
+            mesh.fan(DVec3::ZERO, 6, |i| DVec3::splat(i as f64));
+            mesh.facets(&[DVec3::ZERO; 3], &[(1, [0, 1, 2]), (0, [2, 1, 0])]);
+        };
+        let mut counting = MeshBuilder::counting();
+        draw(&mut counting);
+        let palette = [DocumentMaterial::default(); 2];
+        let mut builder = MemoryBuilder::default();
+        let mut mesh = MeshBuilder::new(&mut builder, &palette);
+        draw(&mut mesh);
+        assert_eq!(counting.triangles(), mesh.triangles());
+        mesh.finish();
+        let drawn = builder.finish().triangles.len() as u64;
+        assert_eq!(drawn, counting.triangles());
+    }
+
+    #[test]
+    fn detail_is_found_from_below() {
+        let draw = |mesh: &mut MeshBuilder, detail: f64| {
+            for k in 0..100 {
+                let cells = (detail + f64::from(k) / 100.0) as usize;
+                mesh.grid(Grid::open(cells, cells), |_, _| unreachable!());
+            }
+        };
+        let detail = fit_detail(1_000_000, (1.0, 1000.0), draw);
+        let mut mesh = MeshBuilder::counting();
+        draw(&mut mesh, detail);
+        assert!((980_000..=1_000_000).contains(&mesh.triangles()));
+    }
+}

@@ -1,0 +1,86 @@
+//! Where the writers write: buffered, and silent after the first error.
+
+use super::SceneWriteError;
+use glam::DVec3;
+use std::fmt;
+use std::io::{BufWriter, Write};
+
+/// Bytes kept before they are handed on.
+const BUFFER: usize = 1 << 16;
+
+/// A buffered output that keeps its first error for the end.
+pub(super) struct LatchedWriter<W: Write> {
+    to: BufWriter<W>,
+    error: Option<SceneWriteError>,
+}
+
+impl<W: Write> LatchedWriter<W> {
+    pub(super) fn new(to: W) -> Self {
+        LatchedWriter {
+            to: BufWriter::with_capacity(BUFFER, to),
+            error: None,
+        }
+    }
+
+    pub(super) fn bytes(&mut self, bytes: &[u8]) {
+        if self.error.is_none() {
+            let written = self.to.write_all(bytes);
+            self.error = written.err().map(SceneWriteError::Io);
+        }
+    }
+
+    pub(super) fn text(&mut self, text: fmt::Arguments<'_>) {
+        if self.error.is_none() {
+            let written = self.to.write_fmt(text);
+            self.error = written.err().map(SceneWriteError::Io);
+        }
+    }
+
+    /// From here on nothing more is written.
+    pub(super) fn fail(&mut self, error: SceneWriteError) {
+        self.error.get_or_insert(error);
+    }
+
+    pub(super) fn failed(&self) -> bool {
+        self.error.is_some()
+    }
+
+    /// Hands on what is left, or says what went wrong first.
+    pub(super) fn finish(mut self) -> Result<(), SceneWriteError> {
+        match self.error {
+            Some(error) => Err(error),
+            None => Ok(self.to.flush()?),
+        }
+    }
+}
+
+/// A number as the shortest text from which its single-precision value can be read again.
+pub(super) struct DisplayNumber(pub(super) f64);
+
+impl fmt::Display for DisplayNumber {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let number = self.0 as f32;
+        let size = number.abs();
+        if size != 0.0 && !(1e-5..1e16).contains(&size) {
+            write!(f, "{number:e}")
+        } else {
+            write!(f, "{number}")
+        }
+    }
+}
+
+/// Three numbers with spaces between them.
+pub(super) struct DisplayVec3(pub(super) DVec3);
+
+impl fmt::Display for DisplayVec3 {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let DVec3 { x, y, z } = self.0;
+        write!(
+            f,
+            "{} {} {}",
+            DisplayNumber(x),
+            DisplayNumber(y),
+            DisplayNumber(z)
+        )
+    }
+}

@@ -1,0 +1,128 @@
+//! What each pixel's camera ray costs the packet engine to trace, for pictures of it.
+
+use super::stats::{RayCounts, RenderStats};
+use super::tile_renderer::push_camera_rays;
+use super::workers::TileRenderer;
+use bumpalo::Bump;
+use phalanx_scene::camera::Camera;
+use phalanx_scene::film::Tile;
+use phalanx_scene::film::TileBuffer;
+use phalanx_scene::sampling::Sampling;
+use phalanx_trace::bvh::Bvh;
+use phalanx_trace::packet::{HitPacket, RayQueue};
+use phalanx_trace::simd::{LaneMask, Mask8};
+use phalanx_trace::{Kernel, PacketTracer, Traversal};
+use std::time::Instant;
+
+/// What is counted of a camera ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayCost {
+    /// Nodes that the ray alone visits.
+    Nodes,
+    /// Primitives that the ray alone is tested against.
+    Prims,
+    /// Nanoseconds of its packets, by the kernel of a render, divided by their rays.
+    Time,
+}
+
+/// Times each pair of packets so often, and takes the least: what interrupts a thread only ever adds.
+const REPEATS: usize = 3;
+
+/// Paints costs in place of radiance, the same in all three planes.
+pub struct HeatmapRenderer<'a> {
+    camera: &'a Camera,
+    cost: RayCost,
+    counting: PacketTracer<'a>,
+    timed: Traversal<'a>,
+    arena: Bump,
+    primary: u64,
+}
+
+impl<'a> HeatmapRenderer<'a> {
+    /// A painter for one worker. Counts do not depend on the kernel, times do.
+    pub fn new(
+        bvh: &'a Bvh,
+        camera: &'a Camera,
+        cost: RayCost,
+        kernel: Kernel,
+    ) -> HeatmapRenderer<'a> {
+        HeatmapRenderer {
+            camera,
+            cost,
+            counting: PacketTracer::new(bvh),
+            timed: Traversal::new(bvh, kernel),
+            arena: Bump::new(),
+            primary: 0,
+        }
+    }
+}
+
+impl TileRenderer for HeatmapRenderer<'_> {
+    fn render_tile(&mut self, tile: Tile, pixels: &mut TileBuffer) {
+        self.arena.reset();
+        let mut rays = RayQueue::with_capacity(&self.arena, tile.pixels() as usize);
+        push_camera_rays(&mut rays, self.camera, tile, &Sampling::CENTER, 0);
+        self.primary += rays.len() as u64;
+        // Two at a time, as the widest kernel takes them.
+        for first in (0..rays.packets()).step_by(2) {
+            let pair = first..rays.packets().min(first + 2);
+            let time = match self.cost {
+                RayCost::Time => measure_time(&mut self.timed, &rays, pair.clone()),
+                _ => 0.0,
+            };
+            for packet in pair {
+                for lane in rays.active(packet).lanes() {
+                    let cost = match self.cost {
+                        RayCost::Time => time,
+                        cost => count_cost(&mut self.counting, &rays, packet, lane, cost),
+                    };
+                    let place = rays.payload(packet).1[lane];
+                    pixels.set(place & 0xffff, place >> 16, [cost; 3]);
+                }
+            }
+        }
+    }
+
+    fn stats(&self) -> RenderStats {
+        RenderStats {
+            rays: RayCounts {
+                primary: self.primary,
+                ..RayCounts::default()
+            },
+            packets: self.timed.stats().packets,
+        }
+    }
+}
+
+/// Nanoseconds a ray.
+fn measure_time(tracer: &mut Traversal, rays: &RayQueue, packets: std::ops::Range<usize>) -> f32 {
+    let mut hits = [HitPacket::miss(); 2];
+    let lanes = packets.clone().map(|p| rays.active(p).bits().count_ones());
+    let lanes: u32 = lanes.sum();
+    let times = (0..REPEATS).map(|_| {
+        let start = Instant::now();
+        tracer.closest(rays, packets.clone(), &mut hits[..packets.len()]);
+        std::hint::black_box(&hits);
+        start.elapsed().as_nanos()
+    });
+    times.min().unwrap_or(0) as f32 / lanes.max(1) as f32
+}
+
+/// What one lane costs in a packet of its own.
+pub(super) fn count_cost(
+    tracer: &mut PacketTracer,
+    rays: &RayQueue,
+    packet: usize,
+    lane: usize,
+    cost: RayCost,
+) -> f32 {
+    let (packet, _) = rays.packet(packet, f32::INFINITY);
+    tracer.take_work();
+    tracer.closest(&packet, Mask8::from_bits(1 << lane));
+    let work = tracer.take_work();
+    let lanes = phalanx_trace::simd::LANES as u64;
+    match cost {
+        RayCost::Prims => (work.prim_tests / lanes) as f32,
+        _ => work.node_visits as f32,
+    }
+}

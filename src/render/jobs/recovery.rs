@@ -1,0 +1,177 @@
+//! Reads a tile file from its beginning to its end, whatever has become of it, and whoever made it.
+//!
+//! The time is in proportion to the file's length, and no memory is asked for that the file does not fill: a head's numbers are
+//! held against the picture and the file before they are used, and bytes that damaged tiles claim are read again a bounded number
+//! of times.
+
+use super::file_header::{self, FileOwner};
+use super::render_key::RenderKey;
+use super::tile_record::{self, HEADER_BYTES, RecordHeader};
+use crate::frame::Tile;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+
+/// Bytes of damaged tiles that are searched for other records, in lengths of the file: heads that overlap could claim the same bytes
+/// again and again. After that, a damaged tile is skipped whole.
+const MAX_SEARCHED_PER_BYTE: u64 = 4;
+
+/// What a file holds.
+pub(super) struct Recovery {
+    pub(super) owner: FileOwner,
+    /// Whole tiles, by where their records begin.
+    pub(super) tiles: Vec<(Tile, u64)>,
+    /// Tiles that are there, but not as they were written.
+    pub(super) damaged: usize,
+    /// The end of the last whole record.
+    pub(super) end: u64,
+}
+
+impl Recovery {
+    pub(super) fn run(file: &File, key: &RenderKey) -> io::Result<Recovery> {
+        let length = file.metadata()?.len();
+        let mut places = ForwardReader::new(file)?;
+        let (owner, start) = file_header::read(&mut places, length, key)?;
+        let mut recovery = Recovery {
+            owner,
+            tiles: Vec::new(),
+            damaged: 0,
+            end: start,
+        };
+        if matches!(recovery.owner, FileOwner::Other(_) | FileOwner::Layout(_)) || length == 0 {
+            return Ok(recovery);
+        }
+        if !matches!(recovery.owner, FileOwner::Ours) {
+            recovery.end = 0;
+        }
+        recovery.records(&mut places, start, length, key)?;
+        if recovery.tiles.is_empty()
+            && recovery.damaged == 0
+            && matches!(recovery.owner, FileOwner::Unknown)
+        {
+            return Ok(recovery);
+        }
+        recovery.owner = FileOwner::Ours;
+        Ok(recovery)
+    }
+
+    /// Reads records from a place on; where there is none, looks for the next.
+    fn records(
+        &mut self,
+        places: &mut ForwardReader,
+        mut at: u64,
+        length: u64,
+        key: &RenderKey,
+    ) -> io::Result<()> {
+        let properties = RecordProperties::of(key);
+        let mut left = length.saturating_mul(MAX_SEARCHED_PER_BYTE);
+        let mut bytes = Vec::new();
+        while at + HEADER_BYTES as u64 <= length {
+            places.seek_forward(at)?;
+            bytes.resize(HEADER_BYTES, 0);
+            places.read_exact(&mut bytes)?;
+            let head = RecordHeader::read(&bytes).filter(|head| properties.holds(head));
+            // A tile that was cut off may have other records after it.
+            let record = head.map(|head| (head, at + (HEADER_BYTES + head.content_bytes()) as u64));
+            let Some((head, end)) = record.filter(|(_, end)| *end <= length) else {
+                at = places.next_magic(at + 1)?.unwrap_or(length);
+                continue;
+            };
+            // No more than the file has.
+            bytes.resize(head.content_bytes(), 0);
+            places.read_exact(&mut bytes)?;
+            if crc32fast::hash(&bytes) == head.content {
+                self.tiles.push((head.tile, at));
+                (at, self.end) = (end, end);
+                continue;
+            }
+            // Its content may have been cut off, with another record where it went on: only as much as is known is skipped.
+            self.damaged += 1;
+            at = match left.checked_sub(bytes.len() as u64) {
+                Some(rest) => {
+                    left = rest;
+                    places
+                        .next_magic(at + HEADER_BYTES as u64)?
+                        .unwrap_or(length)
+                }
+                None => end,
+            };
+        }
+        Ok(())
+    }
+}
+
+/// Properties of every record of a picture's file.
+struct RecordProperties {
+    identity: u32,
+    window: Tile,
+    planes: u32,
+}
+
+impl RecordProperties {
+    fn of(key: &RenderKey) -> RecordProperties {
+        RecordProperties {
+            identity: key.checksum(),
+            window: key.window(),
+            planes: tile_record::planes(key),
+        }
+    }
+
+    fn holds(&self, head: &RecordHeader) -> bool {
+        head.identity == self.identity
+            && head.planes == self.planes
+            && head.tile.within(self.window) == head.tile
+    }
+}
+
+/// A file that is read here and there, mostly onward.
+struct ForwardReader<'a> {
+    reader: BufReader<&'a File>,
+    at: u64,
+}
+
+impl ForwardReader<'_> {
+    fn new(file: &File) -> io::Result<ForwardReader<'_>> {
+        let mut reader = BufReader::with_capacity(1 << 20, file);
+        io::Seek::rewind(&mut reader)?;
+        Ok(ForwardReader { reader, at: 0 })
+    }
+
+    /// Moves without throwing away what has been read ahead.
+    fn seek_forward(&mut self, at: u64) -> io::Result<()> {
+        self.reader.seek_relative(at as i64 - self.at as i64)?;
+        self.at = at;
+        Ok(())
+    }
+
+    /// The first place from `from` on where a record may begin.
+    fn next_magic(&mut self, from: u64) -> io::Result<Option<u64>> {
+        let finder = memchr::memmem::Finder::new(&tile_record::MAGIC);
+        self.seek_forward(from)?;
+        loop {
+            let bytes = self.reader.fill_buf()?;
+            if bytes.is_empty() {
+                return Ok(None);
+            }
+            // The last bytes that are there may be the first of a magic.
+            let cut_off = || {
+                let lengths = (1..tile_record::MAGIC.len()).rev();
+                let mut cut = lengths.filter(|&n| bytes.ends_with(&tile_record::MAGIC[..n]));
+                Some(bytes.len() - cut.next()?)
+            };
+            if let Some(found) = finder.find(bytes).or_else(cut_off) {
+                return Ok(Some(self.at + found as u64));
+            }
+            let all = bytes.len();
+            self.reader.consume(all);
+            self.at += all as u64;
+        }
+    }
+}
+
+impl Read for ForwardReader<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let got = self.reader.read(bytes)?;
+        self.at += got as u64;
+        Ok(got)
+    }
+}

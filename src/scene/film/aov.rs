@@ -1,0 +1,260 @@
+//! What else a picture may tell of each pixel: layers beside its radiance.
+
+/// A layer. Those of a surface are of what the pixel's first camera ray hit; those of light are means over all camera rays, and add
+/// up to the radiance but for rounding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Aov {
+    /// Distance from the camera ray's origin, in the file's units; infinite where nothing was hit.
+    Depth,
+    /// Where it was hit, in the file's coordinates: the scene's origin is added in double precision before rounding, so
+    /// that far from the file's origin neighbouring pixels may have the same place.
+    Position,
+    /// Geometric normal, toward the viewer.
+    Ng,
+    /// Shading normal, turned with the geometric one.
+    Ns,
+    /// Diffuse reflectance, with its texture's colour.
+    Albedo,
+    /// Number of the material, a whole number; [`NO_ID`] where nothing was hit.
+    Material,
+    /// Number of the primitive, a whole number; [`NO_ID`] where nothing was hit.
+    Primitive,
+    /// Light that comes from the surface itself, or the background's: ambient, emission and what lights add.
+    Direct,
+    /// Light by way of mirror rays.
+    Reflection,
+    /// Light by way of refracted rays.
+    Refraction,
+    /// How many camera rays the pixel has, a whole number.
+    Samples,
+    /// Nodes that the first camera ray visits. It depends on the engine's tree, and a little on the instruction set: it is not part of
+    /// the promise of equal bits.
+    Cost,
+}
+
+/// The number of what is not there.
+pub const NO_ID: u32 = u32::MAX;
+
+/// A channel of a layer: its name in a file, and whether it holds whole numbers, as the bits of a float.
+pub type AovChannel = (&'static str, bool);
+
+const XYZ: usize = 3;
+
+impl Aov {
+    /// All, in the order in which they are kept, with their names.
+    pub const ALL: [(&'static str, Aov); 12] = [
+        ("depth", Aov::Depth),
+        ("position", Aov::Position),
+        ("ng", Aov::Ng),
+        ("ns", Aov::Ns),
+        ("albedo", Aov::Albedo),
+        ("material", Aov::Material),
+        ("primitive", Aov::Primitive),
+        ("direct", Aov::Direct),
+        ("reflection", Aov::Reflection),
+        ("refraction", Aov::Refraction),
+        ("samples", Aov::Samples),
+        ("cost", Aov::Cost),
+    ];
+
+    /// Its channels, as OpenEXR names those of layers.
+    pub fn channels(self) -> &'static [AovChannel] {
+        match self {
+            Aov::Depth => &[("depth.Z", false)],
+            Aov::Position => &[
+                ("position.X", false),
+                ("position.Y", false),
+                ("position.Z", false),
+            ],
+            Aov::Ng => &[("ng.X", false), ("ng.Y", false), ("ng.Z", false)],
+            Aov::Ns => &[("ns.X", false), ("ns.Y", false), ("ns.Z", false)],
+            Aov::Albedo => &[
+                ("albedo.R", false),
+                ("albedo.G", false),
+                ("albedo.B", false),
+            ],
+            Aov::Material => &[("material.id", true)],
+            Aov::Primitive => &[("primitive.id", true)],
+            Aov::Direct => &[
+                ("direct.R", false),
+                ("direct.G", false),
+                ("direct.B", false),
+            ],
+            Aov::Reflection => &[
+                ("reflection.R", false),
+                ("reflection.G", false),
+                ("reflection.B", false),
+            ],
+            Aov::Refraction => &[
+                ("refraction.R", false),
+                ("refraction.G", false),
+                ("refraction.B", false),
+            ],
+            Aov::Samples => &[("samples.count", true)],
+            Aov::Cost => &[("cost.nodes", false)],
+        }
+    }
+}
+
+/// A set of layers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Aovs(u16);
+
+impl Aovs {
+    /// None.
+    pub const NONE: Aovs = Aovs(0);
+
+    /// With one more.
+    #[inline]
+    pub fn with(self, aov: Aov) -> Aovs {
+        Aovs(self.0 | 1 << aov as u8)
+    }
+
+    /// All that are part of the promise of equal bits.
+    #[inline]
+    pub fn all() -> Aovs {
+        let all = Aov::ALL.iter().filter(|(_, aov)| *aov != Aov::Cost);
+        all.fold(Aovs::default(), |set, (_, aov)| set.with(*aov))
+    }
+
+    /// Whether it is one of them.
+    #[inline]
+    pub fn has(self, aov: Aov) -> bool {
+        self.0 >> aov as u8 & 1 != 0
+    }
+
+    /// Whether there are none.
+    #[inline]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// These, and others.
+    #[inline]
+    pub fn and(self, others: Aovs) -> Aovs {
+        Aovs(self.0 | others.0)
+    }
+
+    /// Without one of them.
+    #[inline]
+    pub fn without(self, aov: Aov) -> Aovs {
+        Aovs(self.0 & !(1 << aov as u8))
+    }
+
+    /// Whether there is one of the first camera ray: of its surface, or of its cost.
+    #[inline]
+    pub fn of_surface(self) -> bool {
+        let those = [Aov::Depth, Aov::Position, Aov::Ng, Aov::Ns, Aov::Albedo];
+        let numbers = [Aov::Material, Aov::Primitive, Aov::Cost];
+        those.into_iter().chain(numbers).any(|aov| self.has(aov))
+    }
+
+    /// Whether there is one of light.
+    #[inline]
+    pub fn of_light(self) -> bool {
+        RadianceAovs::AOVS.into_iter().any(|aov| self.has(aov))
+    }
+
+    /// Those that there are, in their order.
+    #[inline]
+    pub fn iter(self) -> impl Iterator<Item = Aov> {
+        let all = Aov::ALL.into_iter().map(|(_, aov)| aov);
+        all.filter(move |aov| self.has(*aov))
+    }
+
+    /// The channels of all of them, in their order.
+    #[inline]
+    pub fn channels(self) -> impl Iterator<Item = AovChannel> {
+        self.iter().flat_map(|aov| aov.channels().iter().copied())
+    }
+
+    /// How many channels come before those of a layer.
+    #[inline]
+    pub(super) fn before(self, aov: Aov) -> usize {
+        let before = self.iter().take_while(|other| *other != aov);
+        before.map(|other| other.channels().len()).sum()
+    }
+}
+
+/// What the layers of a surface tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceAov {
+    /// [`Aov::Depth`].
+    pub depth: f32,
+    /// [`Aov::Position`].
+    pub position: [f32; XYZ],
+    /// [`Aov::Ng`].
+    pub ng: [f32; XYZ],
+    /// [`Aov::Ns`].
+    pub ns: [f32; XYZ],
+    /// [`Aov::Albedo`].
+    pub albedo: [f32; XYZ],
+    /// [`Aov::Material`].
+    pub material: u32,
+    /// [`Aov::Primitive`].
+    pub primitive: u32,
+}
+
+impl SurfaceAov {
+    /// Where nothing was hit.
+    pub const NONE: SurfaceAov = SurfaceAov {
+        depth: f32::INFINITY,
+        position: [0.0; XYZ],
+        ng: [0.0; XYZ],
+        ns: [0.0; XYZ],
+        albedo: [0.0; XYZ],
+        material: NO_ID,
+        primitive: NO_ID,
+    };
+
+    /// The channels of a layer; none if it is not one of a surface.
+    pub(super) fn channels(&self, aov: Aov) -> ([f32; XYZ], usize) {
+        let one = |value: f32| ([value, 0.0, 0.0], 1);
+        match aov {
+            Aov::Depth => one(self.depth),
+            Aov::Position => (self.position, XYZ),
+            Aov::Ng => (self.ng, XYZ),
+            Aov::Ns => (self.ns, XYZ),
+            Aov::Albedo => (self.albedo, XYZ),
+            Aov::Material => one(f32::from_bits(self.material)),
+            Aov::Primitive => one(f32::from_bits(self.primitive)),
+            _ => ([0.0; XYZ], 0),
+        }
+    }
+}
+
+/// Radiance by the way it came, as the layers of light tell it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RadianceAovs(pub [[f32; XYZ]; 3]);
+
+impl RadianceAovs {
+    /// The layers of its rows.
+    pub const AOVS: [Aov; 3] = [Aov::Direct, Aov::Reflection, Aov::Refraction];
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn channels_come_in_the_order_of_the_layers() {
+        let set = Aovs::default()
+            .with(Aov::Material)
+            .with(Aov::Ns)
+            .with(Aov::Depth);
+        let names: Vec<_> = set.channels().map(|(name, _)| name).collect();
+        assert_eq!(names, ["depth.Z", "ns.X", "ns.Y", "ns.Z", "material.id"]);
+        assert_eq!(
+            [Aov::Depth, Aov::Ns, Aov::Material].map(|aov| set.before(aov)),
+            [0, 1, 4]
+        );
+        for (k, (_, aov)) in Aov::ALL.into_iter().enumerate() {
+            assert_eq!(aov as usize, k);
+        }
+        let all = Aovs::all();
+        assert!(all.of_light() && all.of_surface() && !all.has(Aov::Cost));
+        let samples = Aovs::default().with(Aov::Samples);
+        assert!(!samples.of_light() && !samples.of_surface() && !samples.is_empty());
+    }
+}

@@ -1,0 +1,309 @@
+//! Keeps coordinates where products of four of them neither overflow nor vanish in f32.
+
+use super::{Bounds, PrimKind, Scene, Vec3s};
+use glam::{DVec3, Vec3};
+
+/// Largest coordinate (as a power of two) that is left alone; beyond it, or below its inverse, the scene is scaled.
+const SAFE_EXTENT: f32 = 268_435_456.0; // 2^28
+
+/// Largest colour that a light is given to make up for a dimmer attenuation: brighter than any picture can show, and
+/// sums of it stay finite.
+const MAX_RADIANCE: f64 = 1.2676506002282294e30; // 2^100
+
+impl Scene {
+    /// Scales the scene by an exact power of two where its largest coordinate lies outside \[2⁻²⁸, 2²⁸\], so that
+    /// the largest becomes about 1. [`Scene::scale`] records the factor; the picture is the same picture.
+    ///
+    /// What meshes hold lies in spaces of their own: it is measured and scaled by itself, and the maps of instances
+    /// make up for both factors.
+    pub fn rescale_to_f32_range(&mut self) {
+        let scale = Scale {
+            world: power_of_two_factor(self.largest_coordinate()),
+            meshes: power_of_two_factor(self.largest_in_meshes()),
+        };
+        let apart = scale.world != scale.meshes && self.shares_vertices();
+        if (scale.world, scale.meshes) != (1.0, 1.0) && !apart {
+            self.scale_by(scale);
+        }
+    }
+
+    /// Whether camera and lights lie within the comfortable range.
+    pub fn is_in_safe_range(&self) -> bool {
+        self.largest_of_view_and_lights() <= f64::from(SAFE_EXTENT)
+    }
+
+    /// Largest coordinate of the comfortable range, in the file's units.
+    pub fn safe_extent(&self) -> f64 {
+        f64::from(SAFE_EXTENT) / f64::from(self.scale)
+    }
+
+    /// Of what can be seen, and of camera and lights.
+    fn largest_coordinate(&self) -> f64 {
+        let shapes = match self.meshes.is_empty() {
+            true => self.largest_stored(),
+            false => self.largest_seen(),
+        };
+        shapes.max(self.largest_of_view_and_lights())
+    }
+
+    fn largest_of_view_and_lights(&self) -> f64 {
+        let view = self.view.eye.abs().max(self.view.center.abs());
+        let lights = (0..self.lights.len())
+            .filter(|&i| !self.lights.directional[i])
+            .map(|i| self.reach_of_light(i));
+        lights.fold(f64::from(view.max_element()), f64::max)
+    }
+
+    /// Of all rows of all columns, whatever they belong to. In f64, where neither a corner of a sphere nor the square of
+    /// an ellipsoid's axis overflows.
+    fn largest_stored(&self) -> f64 {
+        let of = |v: &Vec3s| {
+            let parts = v.parts().map(|part| largest_magnitude(part));
+            parts.into_iter().fold(0.0f32, f32::max)
+        };
+        let ends = of(&self.cones.base).max(of(&self.cones.apex));
+        let radii = self.cones.base_radius.iter().chain(&self.cones.apex_radius);
+        let cones = f64::from(ends) + f64::from(radii.fold(0.0f32, |most, r| most.max(*r)));
+        let points = cones.max(f64::from(of(&self.triangles.vertices)));
+        let spheres = (0..self.spheres.len()).map(|i| self.reach_of_sphere(i));
+        let ellipsoids = (0..self.ellipsoids.len()).map(|i| self.reach_of_ellipsoid(i));
+        spheres.chain(ellipsoids).fold(points, f64::max)
+    }
+
+    /// Of the primitives in the world itself, and of the boxes of instances there.
+    fn largest_seen(&self) -> f64 {
+        let world = self.world_runs().into_iter().flatten();
+        let world = world.map(|prim| self.reach(prim)).fold(0.0, f64::max);
+        let meshes = (0..self.meshes.len()).map(|mesh| self.mesh_bounds(mesh));
+        let meshes: Vec<Bounds> = meshes.collect();
+        let instances = (0..self.instances.len()).map(|k| {
+            let mesh = self.instances.mesh[k] as usize;
+            let (lo, hi) = self.instances.corners(k, meshes[mesh]);
+            lo.abs().max(hi.abs()).max_element()
+        });
+        instances.fold(world, f64::max)
+    }
+
+    /// Of what meshes hold, in their own spaces.
+    fn largest_in_meshes(&self) -> f64 {
+        let prims = (0..self.meshes.len()).flat_map(|mesh| self.meshes.prims(mesh));
+        prims.map(|prim| self.reach(prim)).fold(0.0, f64::max)
+    }
+
+    /// Largest coordinate of a stored primitive.
+    fn reach(&self, prim: u32) -> f64 {
+        let prim = self.prims[prim as usize];
+        let i = prim.index();
+        match prim.kind() {
+            PrimKind::Sphere => self.reach_of_sphere(i),
+            PrimKind::Ellipsoid => self.reach_of_ellipsoid(i),
+            PrimKind::Triangle => {
+                let [a, b, c] = self.triangles.corners(i).map(Vec3::abs);
+                f64::from(a.max(b).max(c).max_element())
+            }
+            PrimKind::Cone => {
+                let cone = self.cones.get(i);
+                let ends = cone.base.abs().max(cone.apex.abs()).max_element();
+                f64::from(ends) + f64::from(cone.base_radius.max(cone.apex_radius))
+            }
+        }
+    }
+
+    fn reach_of_sphere(&self, i: usize) -> f64 {
+        let center = self.spheres.center.get(i).abs().max_element();
+        f64::from(center) + f64::from(self.spheres.radius[i])
+    }
+
+    fn reach_of_ellipsoid(&self, i: usize) -> f64 {
+        let [x, y, z, center] = self.ellipsoids.world_columns(i).map(|c| c.as_dvec3());
+        let squares = x * x + y * y + z * z;
+        (center.abs() + squares.map(f64::sqrt)).max_element()
+    }
+
+    /// Not of directional ones.
+    fn reach_of_light(&self, i: usize) -> f64 {
+        let lights = &self.lights;
+        let [position, e, f] = [&lights.position, &lights.edges[0], &lights.edges[1]]
+            .map(|column| column.get(i).as_dvec3().abs());
+        (position + e + f).max_element() + f64::from(lights.radius[i])
+    }
+
+    fn scale_by(&mut self, scale: Scale) {
+        let world = scale.world;
+        self.scale *= world;
+        self.view.eye *= world;
+        self.view.center *= world;
+        self.scale_shapes(scale);
+        self.scale_instances(scale);
+        let lights = &mut self.lights;
+        for i in 0..lights.len() {
+            if lights.directional[i] {
+                continue;
+            }
+            lights.radius[i] *= world;
+            for column in lights.edges.iter_mut().chain([&mut lights.position]) {
+                let scaled = column.get(i) * world;
+                column.set(i, scaled);
+            }
+            let (attenuation, color) =
+                scaled_attenuation(lights.attenuation.get(i), lights.color.get(i), world);
+            lights.attenuation.set(i, attenuation);
+            lights.color.set(i, color);
+        }
+    }
+
+    fn scale_shapes(&mut self, scale: Scale) {
+        let InMeshes { rows, vertices } = self.in_meshes();
+        let [spheres, ellipsoids, _, cones] = &rows;
+        for (v, rows) in [
+            (&mut self.triangles.vertices, &vertices),
+            (&mut self.spheres.center, spheres),
+            (&mut self.cones.base, cones),
+            (&mut self.cones.apex, cones),
+        ] {
+            scale_all(v, rows, scale);
+        }
+        for (radii, rows) in [
+            (&mut self.spheres.radius, spheres),
+            (&mut self.cones.base_radius, cones),
+            (&mut self.cones.apex_radius, cones),
+        ] {
+            scale_rows(radii, rows, scale);
+        }
+        for column in &mut self.ellipsoids.to_world {
+            scale_all(column, ellipsoids, scale);
+        }
+        // Back from the scaled world: the matrix divides by the factor, the translation stays in object units.
+        let back = Scale {
+            world: 1.0 / scale.world,
+            meshes: 1.0 / scale.meshes,
+        };
+        for column in &mut self.ellipsoids.to_object[..3] {
+            scale_all(column, ellipsoids, back);
+        }
+    }
+
+    /// From one scaled space to the other and back. In f64: the quotient of the factors may lie beyond f32 where its
+    /// product with the map does not.
+    fn scale_instances(&mut self, scale: Scale) {
+        let (world, meshes) = (f64::from(scale.world), f64::from(scale.meshes));
+        let all = |columns: &mut [Vec3s], factor: f64| {
+            for part in columns.iter_mut().flat_map(|v| v.parts_mut()) {
+                let scaled = |c: &mut f32| *c = (f64::from(*c) * factor) as f32;
+                part.iter_mut().for_each(scaled);
+            }
+        };
+        let maps = &mut self.instances;
+        all(&mut maps.to_world[..3], world / meshes);
+        all(&mut maps.to_world[3..], world);
+        all(&mut maps.to_object[..3], meshes / world);
+        all(&mut maps.to_object[3..], meshes);
+    }
+
+    /// Empty lists where there are no meshes.
+    fn in_meshes(&self) -> InMeshes {
+        let mut all = InMeshes::default();
+        if self.meshes.is_empty() {
+            return all;
+        }
+        let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
+        let lens = [s.len(), e.len(), t.len(), self.cones.len()];
+        all.rows = lens.map(|len| vec![false; len]);
+        for mesh in 0..self.meshes.len() {
+            for prim in self.meshes.prims(mesh) {
+                let prim = self.prims[prim as usize];
+                all.rows[prim.kind() as usize][prim.index()] = true;
+            }
+        }
+        all.vertices = vec![false; t.vertices.len()];
+        let triangles = t.corners.iter().zip(&all.rows[PrimKind::Triangle as usize]);
+        for (corners, _) in triangles.filter(|(_, in_mesh)| **in_mesh) {
+            corners
+                .iter()
+                .for_each(|&v| all.vertices[v as usize] = true);
+        }
+        all
+    }
+
+    /// Whether a vertex has a place in a mesh and one in the world: two factors would tear it apart.
+    fn shares_vertices(&self) -> bool {
+        let InMeshes { rows, vertices } = self.in_meshes();
+        let triangles = self.triangles.corners.iter();
+        let triangles = triangles.zip(&rows[PrimKind::Triangle as usize]);
+        let mut world = triangles.filter(|(_, in_mesh)| !**in_mesh);
+        world.any(|(corners, _)| corners.iter().any(|&v| vertices[v as usize]))
+    }
+}
+
+/// Powers of two.
+#[derive(Clone, Copy)]
+struct Scale {
+    world: f32,
+    /// What meshes hold is in spaces of their own.
+    meshes: f32,
+}
+
+/// What belongs to meshes.
+#[derive(Default)]
+struct InMeshes {
+    /// Rows of each kind.
+    rows: [Vec<bool>; 4],
+    /// Vertices of meshes' triangles.
+    vertices: Vec<bool>,
+}
+
+/// The factor that makes the largest coordinate about 1, if it is not comfortable as it is.
+fn power_of_two_factor(largest: f64) -> f32 {
+    let comfort = f64::from(SAFE_EXTENT);
+    if largest == 0.0 || !largest.is_finite() || (1.0 / comfort..=comfort).contains(&largest) {
+        return 1.0;
+    }
+    // Bounded so that the factor and its inverse are both normal numbers: at the ends of f32's range the largest
+    // coordinate comes out within COMFORT, if not at 1.
+    let (_, exponent) = libm::frexp(largest);
+    libm::scalbn(1.0, (-exponent).clamp(-126, 126)) as f32
+}
+
+/// The attenuation that gives the same light at the scaled distance, (const, lin/s, quad/s²), and the colour with it.
+/// Where the attenuation would leave f32, it and the colour are both multiplied by the same power of two.
+fn scaled_attenuation(attenuation: Vec3, color: Vec3, scale: f32) -> (Vec3, Vec3) {
+    let s = f64::from(scale);
+    let scaled = attenuation.as_dvec3() / DVec3::new(1.0, s, s * s);
+    let (_, exponent) = libm::frexp(scaled.max_element());
+    if (-100..=100).contains(&exponent) {
+        return (scaled.as_vec3(), color);
+    }
+    let common = libm::scalbn(1.0, -exponent);
+    let bounded = |c: f64| c.clamp(-MAX_RADIANCE, MAX_RADIANCE) as f32;
+    let color = (color.as_dvec3() * common).to_array().map(bounded);
+    ((scaled * common).as_vec3(), Vec3::from_array(color))
+}
+
+/// In eight lanes, so that one comparison need not wait for the one before.
+fn largest_magnitude(column: &[f32]) -> f32 {
+    let mut most = [0.0f32; 8];
+    let (blocks, rest) = column.as_chunks::<8>();
+    for block in blocks {
+        for (most, c) in most.iter_mut().zip(block) {
+            *most = most.max(c.abs());
+        }
+    }
+    let all = most.into_iter().chain(rest.iter().map(|c| c.abs()));
+    all.fold(0.0, f32::max)
+}
+
+fn scale_all(v: &mut Vec3s, in_meshes: &[bool], scale: Scale) {
+    for part in v.parts_mut() {
+        scale_rows(part, in_meshes, scale);
+    }
+}
+
+/// An empty list of what is in meshes says that nothing is.
+fn scale_rows(rows: &mut [f32], in_meshes: &[bool], scale: Scale) {
+    if in_meshes.is_empty() {
+        return rows.iter_mut().for_each(|c| *c *= scale.world);
+    }
+    for (c, &in_mesh) in rows.iter_mut().zip(in_meshes) {
+        *c *= if in_mesh { scale.meshes } else { scale.world };
+    }
+}
