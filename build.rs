@@ -1,4 +1,5 @@
-//! What the program says of itself in records: compiler, profile, revision. None of it is needed to build.
+//! What the program says of itself in records: compiler, profile, revision. None of it is needed to
+//! build.
 
 use std::env;
 use std::path::Path;
@@ -45,7 +46,8 @@ fn said(command: &mut Command) -> Option<String> {
 
 fn git(arguments: &[&str]) -> Option<String> {
     let mut command = Command::new("git");
-    // A hook's settings are those of the repository it runs in; and looking must not lock the index.
+    // A hook's settings are those of the repository it runs in; and looking must not lock the
+    // index.
     for name in ["GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"] {
         command.env_remove(name);
     }
@@ -61,8 +63,8 @@ fn from_git() {
     if let Some(changes) = git(&[&changes[..], &SOURCES].concat()) {
         tell("GIT_DIRTY", &(!changes.is_empty()).to_string());
     }
-    // HEAD, the branch it names, and where that may be packed away. A file that is not there would make Cargo run this
-    // every time.
+    // HEAD, the branch it names, and where that may be packed away. A file that is not there would
+    // make Cargo run this every time.
     let branch = git(&["symbolic-ref", "--quiet", "HEAD"]);
     for name in ["HEAD", "logs/HEAD", "packed-refs"]
         .into_iter()
@@ -76,8 +78,8 @@ fn from_git() {
     }
 }
 
-/// The revision that `cargo package` put into the package. Two fields of a format that does not change are not worth a
-/// JSON reader for every build.
+/// The revision that `cargo package` put into the package. Two fields of a format that does not
+/// change are not worth a JSON reader for every build.
 fn from_package(info: &str) {
     let mut words = info.split('"').skip_while(|word| *word != "sha1").skip(2);
     if let Some(revision) = words.next() {

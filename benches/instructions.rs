@@ -1,16 +1,17 @@
-//! How many instructions the kernels take, held against `perf/instructions.json`: unlike times, these are the same every
-//! time, so that a slowdown of a few percent is seen on any machine.
+//! How many instructions the kernels take, held against `perf/instructions.json`: unlike times,
+//! these are the same every time, so that a slowdown of a few percent is seen on any machine.
 //!
 //! ```sh
 //! RUSTFLAGS="-C target-cpu=x86-64-v3" CARGO_TARGET_DIR=target/v3 cargo bench --bench instructions
 //! ```
 //!
-//! Takes itself under valgrind's callgrind, one workload a run, and counts within one function only. `-- --bless` writes a
-//! new baseline. Exits 0 where every count is within [`TOLERANCE`] or below, or nothing can be said (no valgrind, another
-//! compiler); 1 where one is above or has no baseline; 2 where this build is not one to count.
+//! Takes itself under valgrind's callgrind, one workload a run, and counts within one function
+//! only. `-- --bless` writes a new baseline. Exits 0 where every count is within [`TOLERANCE`] or
+//! below, or nothing can be said (no valgrind, another compiler); 1 where one is above or has no
+//! baseline; 2 where this build is not one to count.
 //!
-//! Nothing else may come in: a workload is prepared before counting begins, and allocates nothing afterwards; it runs on one
-//! thread, without environment, and valgrind places memory always alike.
+//! Nothing else may come in: a workload is prepared before counting begins, and allocates nothing
+//! afterwards; it runs on one thread, without environment, and valgrind places memory always alike.
 
 mod common;
 
@@ -25,9 +26,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-/// What a count may exceed its baseline by. The same sources and compiler give the same count to the instruction; this much is
-/// left for another system's linker and C library, and for what a change elsewhere in the crate does to the compiler's
-/// choices. Slowdowns worth a look are larger.
+/// What a count may exceed its baseline by. The same sources and compiler give the same count to
+/// the instruction; this much is left for another system's linker and C library, and for what a
+/// change elsewhere in the crate does to the compiler's choices. Slowdowns worth a look are larger.
 const TOLERANCE: f64 = 0.01;
 
 /// The level that counts are taken at: valgrind knows no AVX-512.
@@ -105,7 +106,8 @@ fn not_countable() -> Option<String> {
             compiled_level()
         ));
     }
-    // Every CPU of the level has it and the level has it not: this was target-cpu=native, tuned for the machine at hand.
+    // Every CPU of the level has it and the level has it not: this was target-cpu=native, tuned for
+    // the machine at hand.
     if cfg!(target_feature = "pclmulqdq") {
         return Some(format!(
             "this is a build for one CPU and not for {LEVEL} at large"
@@ -130,7 +132,8 @@ fn command(bless: bool) -> String {
     )
 }
 
-/// Valgrind's program. It is looked for here because it starts without an environment, and so without a PATH.
+/// Valgrind's program. It is looked for here because it starts without an environment, and so
+/// without a PATH.
 fn valgrind() -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
     std::env::split_paths(&folders)
@@ -276,8 +279,8 @@ fn total(text: &str) -> Option<u64> {
     line.trim().parse().ok().filter(|&count| count > 0)
 }
 
-/// What is counted: callgrind collects between this function's beginning and its end. Its name must be in no other
-/// symbol's, or the counting would be switched twice.
+/// What is counted: callgrind collects between this function's beginning and its end. Its name must
+/// be in no other symbol's, or the counting would be switched twice.
 #[inline(never)]
 fn counted_work(work: &mut dyn FnMut()) {
     work();

@@ -1,7 +1,9 @@
-//! Each test alone, by the packet engine at both widths and by the oracle: boxes, triangles, spheres, ellipsoids and
-//! cones, closest hit and any, rays that belong together and rays that do not.
+//! Each test alone, by the packet engine at both widths and by the oracle: boxes, triangles,
+//! spheres, ellipsoids and cones, closest hit and any, rays that belong together and rays that do
+//! not.
 //!
-//! `cargo bench --bench kernels`. An element is a ray, tested against [`TARGETS`] boxes or primitives.
+//! `cargo bench --bench kernels`. An element is a ray, tested against [`TARGETS`] boxes or
+//! primitives.
 
 mod common;
 
@@ -18,7 +20,8 @@ fn kernels(c: &mut Criterion) {
                 trial.answer()
             });
             let what = format!("{test_name} x{TARGETS}, {order_name}");
-            // A rate counts only for the same answer, and only where there is something to be found.
+            // A rate counts only for the same answer, and only where there is something to be
+            // found.
             assert!(answers[0].met() > RAYS / 20, "{what}: {}", answers[0].met());
             assert!(answers.iter().all(|a| *a == answers[0]), "{what}");
             let mut group = brief(c, &what);

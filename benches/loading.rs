@@ -1,9 +1,11 @@
-//! How fast meshes load, as ratios within one run against the readers that others use. What is compared runs in
-//! alternation; both sides must find the same triangles. Exits 1 where a ratio is below its floor.
+//! How fast meshes load, as ratios within one run against the readers that others use. What is
+//! compared runs in alternation; both sides must find the same triangles. Exits 1 where a ratio is
+//! below its floor.
 //!
-//! `cargo bench --bench loading`; `-- --json` prints a record. The files of 10 million triangles are generated in
-//! the system's folder for temporary files and take half a gigabyte; `-- --small` leaves them out. trimesh runs in the
-//! Python of `PHALANX_PYTHON` (default `python3`), if it is installed there; its start-up does not count.
+//! `cargo bench --bench loading`; `-- --json` prints a record. The files of 10 million triangles
+//! are generated in the system's folder for temporary files and take half a gigabyte; `-- --small`
+//! leaves them out. trimesh runs in the Python of `PHALANX_PYTHON` (default `python3`), if it is
+//! installed there; its start-up does not count.
 
 use phalanx::formats::{Options, load};
 use ply_rs_bw::{parser, ply};

@@ -1,5 +1,5 @@
-//! The speed promises as ratios within one run: what is compared runs in alternation, so that the machine's mood
-//! falls on both sides. Exits 1 where a ratio is below its floor.
+//! The speed promises as ratios within one run: what is compared runs in alternation, so that the
+//! machine's mood falls on both sides. Exits 1 where a ratio is below its floor.
 //!
 //! `cargo bench --bench ratios`; `-- --json` prints the record that `perf/records/` keeps.
 
@@ -236,7 +236,8 @@ fn oracle_against_obvhs(name: &str, scene: &Scene) -> RenderRatio {
     alternate(name, "oracle over obvhs, primary rays", 0.5, ours, other)
 }
 
-/// Seconds of `count`, and the rays it looked at; the count is asserted against the warm-up's by being used.
+/// Seconds of `count`, and the rays it looked at; the count is asserted against the warm-up's by
+/// being used.
 fn timed(rays: usize, count: impl FnOnce() -> usize) -> (f64, u64) {
     let start = Instant::now();
     std::hint::black_box(count());

@@ -1,7 +1,8 @@
-//! The stages of a wave between its traversals, each alone: hits grouped by material into surfaces, lights sampled into
-//! queues of shadow rays, bounces queued; and the queue's compaction by itself.
+//! The stages of a wave between its traversals, each alone: hits grouped by material into surfaces,
+//! lights sampled into queues of shadow rays, bounces queued; and the queue's compaction by itself.
 //!
-//! `cargo bench --bench stages`. An element is a primary ray; of the compaction, a ray that is pushed.
+//! `cargo bench --bench stages`. An element is a primary ray; of the compaction, a ray that is
+//! pushed.
 
 mod common;
 
@@ -194,7 +195,8 @@ fn compaction(c: &mut Criterion) {
     group.finish();
 }
 
-/// Queues the lanes of a wave that `masks` want; their parents are their numbers, their first coordinates their lanes.
+/// Queues the lanes of a wave that `masks` want; their parents are their numbers, their first
+/// coordinates their lanes.
 fn compact(queue: &mut RayQueue, masks: &[Mask8]) -> usize {
     let x = F32x8::new(std::array::from_fn(|lane| lane as f32));
     let org = Vec3x8::new(x, F32x8::ZERO, F32x8::ONE);

@@ -1,7 +1,7 @@
 //! Whole traversals by kind of ray: every kernel, the oracle and obvhs on the same rays.
 //!
-//! `cargo bench --bench traversal`. An element is a ray. For pass or fail see the ratios (`cargo bench --bench ratios`), for
-//! more scenes, threads and peers `phalanx bench`.
+//! `cargo bench --bench traversal`. An element is a ray. For pass or fail see the ratios
+//! (`cargo bench --bench ratios`), for more scenes, threads and peers `phalanx bench`.
 
 mod common;
 

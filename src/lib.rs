@@ -1,4 +1,5 @@
-//! phalanx: a data-oriented SIMD packet ray tracer built for throughput, and the scalar tracer that proves it.
+//! phalanx: a data-oriented SIMD packet ray tracer built for throughput, and the scalar tracer that
+//! proves it.
 //!
 //! ```text
 //!  bytes ── formats ──> Scene ── bvh ──> Bvh

@@ -1,5 +1,5 @@
-//! A painter that has warmed up paints without asking for memory, and how much it asks for does not grow with the depth. A test binary of its own, because it replaces the
-//! allocator.
+//! A painter that has warmed up paints without asking for memory, and how much it asks for does not
+//! grow with the depth. A test binary of its own, because it replaces the allocator.
 #![allow(unsafe_code, reason = "an allocator that counts")]
 
 mod common;
@@ -19,14 +19,15 @@ use std::cell::Cell;
 struct Counting;
 
 thread_local! {
-    /// Allocations and reallocations of this thread. Const, without a destructor: reading it allocates nothing.
+    /// Allocations and reallocations of this thread. Const, without a destructor: reading it
+    /// allocates nothing.
     static ASKED: Cell<u64> = const { Cell::new(0) };
     /// Bytes that this thread holds, and the most it has held.
     static HELD: Cell<(i64, i64)> = const { Cell::new((0, 0)) };
 }
 
-/// Counts an allocation by which the thread holds so many bytes more. While a thread is torn down its counters may be
-/// gone; nobody asks for them then.
+/// Counts an allocation by which the thread holds so many bytes more. While a thread is torn down
+/// its counters may be gone; nobody asks for them then.
 fn count(more: i64) {
     let _ = ASKED.try_with(|asked| asked.set(asked.get() + 1));
     hold(more);
@@ -39,8 +40,8 @@ fn hold(more: i64) {
     });
 }
 
-// SAFETY: every method hands its arguments, unchanged, to `System`, which upholds the contract of `GlobalAlloc`;
-// counting neither allocates nor unwinds.
+// SAFETY: every method hands its arguments, unchanged, to `System`, which upholds the contract of
+// `GlobalAlloc`; counting neither allocates nor unwinds.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout.size() as i64);
@@ -153,7 +154,8 @@ fn painting_allocates_nothing_once_warm() {
     }
 }
 
-/// A room whose walls are perfect mirrors, and a ball that is one; the walls of the other room send two rays for each.
+/// A room whose walls are perfect mirrors, and a ball that is one; the walls of the other room send
+/// two rays for each.
 fn mirror_rooms() -> [Scene; 2] {
     [
         (Vec3::ONE, Vec3::ZERO),

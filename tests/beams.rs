@@ -1,5 +1,6 @@
-//! Beams find what packets find, to the bit: rays of one origin, toward one light near and far, and parallel ones, in scenes
-//! of every kind of primitive, from eyes that lie far off, on corners, within boxes and beside edges.
+//! Beams find what packets find, to the bit: rays of one origin, toward one light near and far, and
+//! parallel ones, in scenes of every kind of primitive, from eyes that lie far off, on corners,
+//! within boxes and beside edges.
 
 mod common;
 

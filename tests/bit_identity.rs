@@ -1,4 +1,5 @@
-//! The contract: the packet engine and the oracle make the same picture, bit for bit, however it is cut up.
+//! The contract: the packet engine and the oracle make the same picture, bit for bit, however it is
+//! cut up.
 
 mod common;
 
@@ -383,7 +384,8 @@ fn split_waves() {
     }
 }
 
-/// Samples that halve cells, and believe each other about lights: many of them, some in tiles whose blocks do not fit in memory at once.
+/// Samples that halve cells, and believe each other about lights: many of them, some in tiles whose
+/// blocks do not fit in memory at once.
 #[test]
 fn halved_cells() {
     let turn = Cell::new(0);
@@ -425,8 +427,9 @@ fn sampled(scene: &Scene, k: usize) -> Settings {
     }
 }
 
-/// Holds both engines together where something is left to chance: `with` changes scene and settings, and is told the turn. One in five
-/// takes one sample a pixel, whose decisions are left to chance, too.
+/// Holds both engines together where something is left to chance: `with` changes scene and
+/// settings, and is told the turn. One in five takes one sample a pixel, whose decisions are left
+/// to chance, too.
 fn by_chance(seed: u8, with: impl Fn(&Recipe, usize, &mut Scene, &mut Settings)) {
     let turn = Cell::new(0);
     let outcome = runner(24, seed).run(&recipes(), |recipe| {
@@ -526,7 +529,8 @@ fn every_cut_and_size() {
     }
 }
 
-/// The recipes hold what they are meant to hold: if none bounced or cast shadows, equal pictures would say little.
+/// The recipes hold what they are meant to hold: if none bounced or cast shadows, equal pictures
+/// would say little.
 #[test]
 fn the_recipes_have_everything_in_them() {
     let (rays, kinds) = (Cell::new(RayCounts::default()), Cell::new([0; 4]));

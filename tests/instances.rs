@@ -1,5 +1,5 @@
-//! Meshes stored once and placed many times: the same answers from brute force and both engines' trees, and what they
-//! must be where it can be said.
+//! Meshes stored once and placed many times: the same answers from brute force and both engines'
+//! trees, and what they must be where it can be said.
 
 mod common;
 
@@ -19,7 +19,8 @@ fn with_engines(scene: &Scene, ask: impl FnOnce(&mut Engines)) {
     ask(&mut Engines::new(scene, &forest, &bvh));
 }
 
-/// A ray about the scene: from anywhere, also from far away, toward some place on a primitive or anywhere.
+/// A ray about the scene: from anywhere, also from far away, toward some place on a primitive or
+/// anywhere.
 fn random_ray(scene: &Scene, rng: &mut Rng, scale: f32) -> OracleRay {
     let reach = if rng.once_in(8) { 1000.0 } else { 2.0 };
     let org = rng.point(scale * reach);
@@ -286,7 +287,8 @@ fn instances_look_like_what_they_place() {
     assert!(same * 1000 >= pixels * 995, "{same} of {pixels}");
 }
 
-/// The tree does not depend on threads, whatever the quality, and every quality gives the same picture.
+/// The tree does not depend on threads, whatever the quality, and every quality gives the same
+/// picture.
 #[test]
 fn trees_of_any_quality_on_any_threads() {
     let mut rng = Rng::new(76);

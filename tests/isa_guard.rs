@@ -3,7 +3,8 @@
 
 use std::process::{Command, Output};
 
-/// Emulated CPUs, oldest first, with the level that the message must name, and whether they have AVX, AVX2, AVX-512.
+/// Emulated CPUs, oldest first, with the level that the message must name, and whether they have
+/// AVX, AVX2, AVX-512.
 const CPUS: [(&str, &str, [bool; 3]); 4] = [
     ("core2duo", "x86-64", [false; 3]),
     ("Nehalem", "x86-64-v2", [false; 3]),
@@ -96,8 +97,9 @@ fn a_cpu_that_has_what_the_build_uses_runs_it() {
     }
 }
 
-/// Link-time optimisation across crates compiles the standard library anew for the target CPU, and then the runtime
-/// dies before `main`. The tests above run the profile they are built with, so this holds the other one.
+/// Link-time optimisation across crates compiles the standard library anew for the target CPU, and
+/// then the runtime dies before `main`. The tests above run the profile they are built with, so
+/// this holds the other one.
 #[test]
 fn the_release_profile_leaves_the_standard_library_as_it_is() {
     let manifest = include_str!("../Cargo.toml");

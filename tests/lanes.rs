@@ -1,4 +1,5 @@
-//! The packet tracer, lane by lane, against the oracle one ray at a time: the same bits, whatever the other lanes do.
+//! The packet tracer, lane by lane, against the oracle one ray at a time: the same bits, whatever
+//! the other lanes do.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! What pictures tell of a pixel beside its radiance: against what is known of a scene, in both engines.
+//! What pictures tell of a pixel beside its radiance: against what is known of a scene, in both
+//! engines.
 
 mod common;
 
@@ -12,7 +13,8 @@ use phalanx::image::{Depth, Exposure, ImageFormat, PictureFile, save_bands};
 use phalanx::render::Film;
 use phalanx::scene::Scene;
 
-/// A mirror and a piece of glass in front of a wall of two materials, seen from a distance of 5, a hole between them.
+/// A mirror and a piece of glass in front of a wall of two materials, seen from a distance of 5, a
+/// hole between them.
 const SCENE: &str = "size 64 48\nmaxdepth 3\ncamera 0 0 5 0 0 0 0 1 0 45\npoint 3 4 6 1 1 1\nambient .1 .1 .1\n\
     diffuse .6 .3 .2\nvertex -9 -9 -1\nvertex 0 -9 -1\nvertex 0 9 -1\nvertex -9 9 -1\ntri 0 1 2\ntri 0 2 3\n\
     diffuse .2 .3 .6\nspecular .5 .5 .5\nsphere -1 0 0 .5\nspecular 0 0 0\ntransmission .8 .8 .8\nior 1.3\nsphere 1 0 0 .5\n";
@@ -196,7 +198,8 @@ fn the_file_has_them_by_name() {
     }
 }
 
-/// Positions are those of the file: the scene's origin is added in double precision, in both engines alike.
+/// Positions are those of the file: the scene's origin is added in double precision, in both
+/// engines alike.
 #[test]
 fn positions_are_in_the_files_coordinates() {
     let position = [500_000.5, 0.0, -4_012_345.0];

@@ -1,6 +1,7 @@
 //! Other tracers on our rays: their answers are ours, but for what single precision leaves open.
 //!
-//! Embree is asked where it is found; `PHALANX_EMBREE` may name further libraries, as `PATH` names folders.
+//! Embree is asked where it is found; `PHALANX_EMBREE` may name further libraries, as `PATH` names
+//! folders.
 
 mod common;
 
@@ -138,8 +139,9 @@ impl Answers {
     }
 }
 
-/// Rays whose closest hit is another, and rays that are occluded for one only. In random scenes two primitives are hardly
-/// ever met at the same distance, so that a number which is not ours counts, too.
+/// Rays whose closest hit is another, and rays that are occluded for one only. In random scenes two
+/// primitives are hardly ever met at the same distance, so that a number which is not ours counts,
+/// too.
 fn differences(ours: &Answers, theirs: &Answers) -> [usize; 2] {
     let near = |a: f32, b: f32| (a - b).abs() <= 1e-4 * a.abs();
     let both = ours.closest.iter().zip(&theirs.closest);

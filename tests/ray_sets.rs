@@ -88,7 +88,8 @@ fn secondary_rays_start_where_the_camera_sees_something() {
             assert!((dir.length() / length - 1.0).abs() < ROUNDING, "{kind:?}");
         }
     }
-    // About half of the hemisphere's energy is within 45 degrees of the normal; the plane below looks up.
+    // About half of the hemisphere's energy is within 45 degrees of the normal; the plane below
+    // looks up.
     let diffuse = rays(&secondary(&arena, &scene, RayKind::Diffuse, &first, &truth));
     let steep = diffuse
         .iter()
@@ -138,7 +139,8 @@ fn plan(timed: bool) -> BenchPlan<'static> {
     }
 }
 
-/// Sets are the same whoever makes them, however often; and nothing is measured where one is not what is expected.
+/// Sets are the same whoever makes them, however often; and nothing is measured where one is not
+/// what is expected.
 #[test]
 fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
     let scene = scene("standard:tree:4");

@@ -1,4 +1,5 @@
-//! The course's scenes against independent renderings of them (`../shared/scenes/cse167/SOURCES.md`).
+//! The course's scenes against independent renderings of them
+//! (`../shared/scenes/cse167/SOURCES.md`).
 
 mod common;
 

@@ -1,6 +1,8 @@
-//! The tree of a scene is the same on every build: the same boxes, the same leaves, in the same order.
+//! The tree of a scene is the same on every build: the same boxes, the same leaves, in the same
+//! order.
 //!
-//! The hashes below were taken once; `.ci/run` runs this test on every instruction set that it builds for.
+//! The hashes below were taken once; `.ci/run` runs this test on every instruction set that it
+//! builds for.
 
 use phalanx::bvh::{Bvh, Child};
 use phalanx::formats::{Options, load};

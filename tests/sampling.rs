@@ -12,7 +12,8 @@ use phalanx::standard;
 
 const SPP: u32 = 1024;
 
-/// Twelve pixels across the edge of a shining wall that ends `right` pixels from the middle, seen at a right angle.
+/// Twelve pixels across the edge of a shining wall that ends `right` pixels from the middle, seen
+/// at a right angle.
 fn edge(right: f64) -> Scene {
     // 2 tan(45°)/1 is a pixel's width at distance 1.
     let at = 2.0 * right;
@@ -139,7 +140,8 @@ fn one_sample_has_no_filter() {
     );
 }
 
-/// Only what an edge goes through, and what lies beside it, is halved; and then it is as good as with all samples.
+/// Only what an edge goes through, and what lies beside it, is halved; and then it is as good as
+/// with all samples.
 #[test]
 fn adaptive_samples_go_where_the_edge_is() {
     for right in [0.3, -0.45] {
@@ -150,7 +152,8 @@ fn adaptive_samples_go_where_the_edge_is() {
             adaptive: Some(Adaptive { threshold: 1e-4 }),
         };
         let (film, rays) = traced(&scene, sampling);
-        // The edge crosses 32 of the smallest cells. Of each size, those on both sides are halved: twice (32 + 16 + 16 + 8 + 8 + …).
+        // The edge crosses 32 of the smallest cells. Of each size, those on both sides are halved:
+        // twice (32 + 16 + 16 + 8 + 8 + …).
         let beyond = rays.primary - 12 * u64::from(FIRST_SAMPLES);
         assert!((32..=6 * 32).contains(&beyond), "{beyond}");
         for x in 0..12 {
@@ -162,7 +165,8 @@ fn adaptive_samples_go_where_the_edge_is() {
             );
         }
     }
-    // With a threshold that nothing reaches, or no more samples than the first, all pixels have as many.
+    // With a threshold that nothing reaches, or no more samples than the first, all pixels have as
+    // many.
     for (spp, threshold) in [(SPP, 1e3), (FIRST_SAMPLES, 1e-9)] {
         let sampling = |adaptive| Sampling {
             spp,
@@ -176,8 +180,8 @@ fn adaptive_samples_go_where_the_edge_is() {
     }
 }
 
-/// What adaptive samples are for: the error of 64 uniform ones with a third of their rays, where spheres mirror spheres and there are
-/// shadows in each.
+/// What adaptive samples are for: the error of 64 uniform ones with a third of their rays, where
+/// spheres mirror spheres and there are shadows in each.
 #[test]
 fn adaptive_samples_are_worth_three_uniform_ones() {
     let mut scene = standard::scene(standard::parse_spec("standard:balls:2").expect("a name"))
@@ -213,7 +217,8 @@ fn adaptive_samples_are_worth_three_uniform_ones() {
     println!("{errors:?} {rays:?}");
     assert!(errors[1] < errors[0], "{errors:?}");
     assert!(3 * rays[1] < rays[0], "{rays:?}");
-    // Where the threshold asks for all samples, none believes another, and they are the uniform ones.
+    // Where the threshold asks for all samples, none believes another, and they are the uniform
+    // ones.
     let all = rendered(64, Some(1e-9));
     let apart = apart(&all.film, &uniform.film);
     assert!(apart < ALL_SAMPLES, "{apart}");

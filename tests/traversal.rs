@@ -1,5 +1,6 @@
-//! Directions, origins and trees that traversals stumble over. Every answer is compared between brute force, the
-//! oracle's tree and the packet engine ([`Engines`]); what it must be is asserted where it can be said.
+//! Directions, origins and trees that traversals stumble over. Every answer is compared between
+//! brute force, the oracle's tree and the packet engine ([`Engines`]); what it must be is asserted
+//! where it can be said.
 
 mod common;
 
@@ -120,7 +121,8 @@ fn rays_along_box_faces() {
                 let hits = engines.closest_of(&rays);
                 engines.occluded_of(&rays, f32::INFINITY);
                 for (ray, hit) in rays.iter().zip(hits) {
-                    // Onto a face, its edges and corners included, whichever of its triangles that is.
+                    // Onto a face, its edges and corners included, whichever of its triangles that
+                    // is.
                     let met = hit.map(|hit| hit.t);
                     assert_eq!(met, Some(4.5), "{ray:?}");
                 }
@@ -294,8 +296,8 @@ fn mixed_kinds_in_one_leaf() {
     }
 }
 
-/// Triangles one within the other, each `ratio` times as large: every split takes off one, so that the tree is as
-/// deep as it can be.
+/// Triangles one within the other, each `ratio` times as large: every split takes off one, so that
+/// the tree is as deep as it can be.
 fn nested(count: usize, ratio: f32) -> Scene {
     let mut scene = scenes::bare();
     let mut size = 1e-9f32;

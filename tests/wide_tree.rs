@@ -1,4 +1,5 @@
-//! The tree with as many children a node as there are lanes holds what the binary tree holds, each primitive once, within the boxes above it.
+//! The tree with as many children a node as there are lanes holds what the binary tree holds, each
+//! primitive once, within the boxes above it.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! Each test alone: sixty-four primitives of one kind, a thousand rays, and every engine's answer in one form.
+//! Each test alone: sixty-four primitives of one kind, a thousand rays, and every engine's answer
+//! in one form.
 
 use super::rng::Rng;
 use glam::{Affine3A, Mat3, Vec3};
@@ -51,8 +52,9 @@ impl Test {
 /// How the rays lie.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Order {
-    /// From one eye through the cells of a grid, a packet through neighbours: all of their directions agree in sign
-    /// and in their longest axis, so that boxes are tested in order and triangles in one frame.
+    /// From one eye through the cells of a grid, a packet through neighbours: all of their
+    /// directions agree in sign and in their longest axis, so that boxes are tested in order and
+    /// triangles in one frame.
     Coherent,
     /// Every ray for itself.
     Scattered,

@@ -54,7 +54,8 @@ pub fn scenes() -> Vec<(String, Scene)> {
     scenes
 }
 
-/// Standard scenes, which are everywhere the same: triangles only, spheres nearly only, cones and spheres.
+/// Standard scenes, which are everywhere the same: triangles only, spheres nearly only, cones and
+/// spheres.
 pub const STANDARD: [&str; 3] = [
     "standard:terrain:64k",
     "standard:balls:4",

@@ -12,8 +12,8 @@ pub enum Answer {
     Occluded(Vec<u8>),
 }
 
-/// Relative difference in distance within which two hits on different primitives count as the same place: peers number
-/// coincident surfaces otherwise, and round otherwise.
+/// Relative difference in distance within which two hits on different primitives count as the same
+/// place: peers number coincident surfaces otherwise, and round otherwise.
 pub const MAX_DISTANCE_ERROR: f32 = 1e-4;
 
 /// Share of rays that a peer may answer otherwise and still count: 0.01 %.
@@ -47,8 +47,9 @@ impl Answer {
         }
     }
 
-    /// CRC-32 over the answers to the first `rays` rays: of each its `prim_id` and the bits of `t`, `u` and `v`, little-endian,
-    /// zeros but for the first where nothing is hit; or one byte a ray, 1 where it is occluded.
+    /// CRC-32 over the answers to the first `rays` rays: of each its `prim_id` and the bits of `t`,
+    /// `u` and `v`, little-endian, zeros but for the first where nothing is hit; or one byte a ray,
+    /// 1 where it is occluded.
     pub fn checksum(&self, rays: usize) -> u32 {
         let mut crc = crc32fast::Hasher::new();
         for packet in 0..rays.div_ceil(LANES) {
@@ -75,14 +76,15 @@ impl Answer {
         rays.into_iter().find(|&ray| self.differs(other, ray, same))
     }
 
-    /// Share of `rays` rays that a peer answers otherwise: one of the two hits and the other does not, or they hit different
-    /// primitives in different places ([`MAX_DISTANCE_ERROR`]).
+    /// Share of `rays` rays that a peer answers otherwise: one of the two hits and the other does
+    /// not, or they hit different primitives in different places ([`MAX_DISTANCE_ERROR`]).
     pub fn share_of_differences(&self, peer: &Answer, rays: usize) -> f64 {
         let differs = |ray: &usize| self.differs(peer, *ray, same_place);
         (0..rays).filter(differs).count() as f64 / rays.max(1) as f64
     }
 
-    /// Whether a ray has another answer there, two closest hits being held against each other by `same`.
+    /// Whether a ray has another answer there, two closest hits being held against each other by
+    /// `same`.
     fn differs(
         &self,
         other: &Answer,

@@ -41,7 +41,8 @@ pub enum DumpError {
     Io(#[from] io::Error),
 }
 
-/// Writes the ray sets that a plan asks for, with the oracle's answers; says how many rays of each kind there are.
+/// Writes the ray sets that a plan asks for, with the oracle's answers; says how many rays of each
+/// kind there are.
 ///
 /// # Errors
 /// [`DumpError`].

@@ -1,4 +1,5 @@
-//! Who traces a set of rays: our kernels, the oracle, and the peers' modes with what they answer otherwise.
+//! Who traces a set of rays: our kernels, the oracle, and the peers' modes with what they answer
+//! otherwise.
 
 use super::answer::MAX_DIFFERING_SHARE;
 use super::engines::{KernelEngine, OracleEngine};
@@ -22,8 +23,8 @@ pub(super) struct Entrant<'a> {
 /// A peer's name, and the scene in its form.
 pub(super) type NamedPeerScene = (&'static str, PeerScene);
 
-/// The kernels to be timed, `auto` among them. Work is counted without it: which kernels it is made of depends on the build, and
-/// counts must not.
+/// The kernels to be timed, `auto` among them. Work is counted without it: which kernels it is made
+/// of depends on the build, and counts must not.
 pub(super) fn kernels(plan: &BenchPlan) -> Vec<Kernel> {
     let all = Kernel::ALL.iter().map(|&(_, kernel)| kernel);
     let wanted = |kernel: &Kernel| match kernel {

@@ -3,7 +3,8 @@
 use glam::Vec3;
 use phalanx_scene::{PrimKind, Scene};
 
-/// CRC-32 over the geometry in the order of its numbers, and over the view and the lights' places, little-endian.
+/// CRC-32 over the geometry in the order of its numbers, and over the view and the lights' places,
+/// little-endian.
 pub fn fingerprint(scene: &Scene) -> u32 {
     let mut crc = crc32fast::Hasher::new();
     let mut take = |numbers: &[f32]| {

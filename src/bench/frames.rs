@@ -1,4 +1,5 @@
-//! Whole frames: camera rays, traversal, shading, bounces and film, by each kernel and by the oracle.
+//! Whole frames: camera rays, traversal, shading, bounces and film, by each kernel and by the
+//! oracle.
 
 use super::entrants::{kernels, row};
 use super::error::BenchError;
@@ -10,10 +11,12 @@ use phalanx_render::frame::{AccelRef, Control, Frame, FrameError, Settings, rend
 use phalanx_scene::Scene;
 use phalanx_trace::Kernel;
 
-/// Frames have half the width and half the height of the ray sets' picture: they trace many more rays a pixel.
+/// Frames have half the width and half the height of the ray sets' picture: they trace many more
+/// rays a pixel.
 const SHRINK: u32 = 2;
 
-/// The oracle's have half of that again where they are timed: its rate is the same, and it is a quarter of the time.
+/// The oracle's have half of that again where they are timed: its rate is the same, and it is a
+/// quarter of the time.
 const ORACLE_SHRINK: u32 = 2;
 
 /// The frames that a plan asks for.
@@ -57,7 +60,8 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Whether all kernels give the oracle's frame, to the bit; the number of pixels that show anything.
+    /// Whether all kernels give the oracle's frame, to the bit; the number of pixels that show
+    /// anything.
     pub(super) fn check(&self, info: &SceneInfo) -> Result<u64, BenchError> {
         let mut oracle: Option<Frame> = None;
         for (engine, kernel, settings) in &self.settings {
@@ -78,7 +82,8 @@ impl<'a> Frames<'a> {
                     let scene = info.name.clone();
                     return Err(BenchError::View { scene, source });
                 }
-                // Neither can be: the control is this function's own, and frames are measured without a lens.
+                // Neither can be: the control is this function's own, and frames are measured
+                // without a lens.
                 Err(FrameError::Interrupted(_) | FrameError::Lens(_)) => continue,
             };
             let Some(expected) = &oracle else {

@@ -1,4 +1,5 @@
-//! Rays per second of our kernels, the oracle and other tracers: on the same rays, and only for the right answer.
+//! Rays per second of our kernels, the oracle and other tracers: on the same rays, and only for the
+//! right answer.
 //!
 //! | file | what |
 //! |---|---|

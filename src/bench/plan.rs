@@ -48,8 +48,8 @@ impl BenchPlan<'_> {
         }
     }
 
-    /// Binding of so many workers to cores. With a worker for each core they are bound always: a sample is over before a
-    /// system that has put two on one core would move one.
+    /// Binding of so many workers to cores. With a worker for each core they are bound always: a
+    /// sample is over before a system that has put two on one core would move one.
     pub fn pin(&self, threads: usize) -> CoreAffinity {
         match self.pin || threads >= BenchPlan::all_threads() && threads > 1 {
             true => CoreAffinity::Cores,

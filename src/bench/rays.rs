@@ -1,8 +1,9 @@
 //! The rays that are measured: camera rays of one picture, and what follows from where they hit.
 //!
-//! Every kind but the first starts at every primary hit, whatever the material, so that a scene's rates do not depend on what
-//! it is painted with. The oracle says where the hits are and what their normals are; so the rays are the same bits on
-//! every machine, and no kernel has a part in the rays that it is measured with.
+//! Every kind but the first starts at every primary hit, whatever the material, so that a scene's
+//! rates do not depend on what it is painted with. The oracle says where the hits are and what
+//! their normals are; so the rays are the same bits on every machine, and no kernel has a part in
+//! the rays that it is measured with.
 
 use super::answer::Answer;
 use super::ray_kind::RayKind;
@@ -160,8 +161,8 @@ fn unit(v: Vec3) -> Vec3 {
     v * (1.0 / v.dot(v).sqrt())
 }
 
-/// A unit direction about `n`, distributed by the cosine, chosen by the ray's number. In f64 with `libm`: the same bits on every
-/// machine.
+/// A unit direction about `n`, distributed by the cosine, chosen by the ray's number. In f64 with
+/// `libm`: the same bits on every machine.
 fn hemisphere(n: Vec3, index: usize) -> Vec3 {
     let bits = scrambled(index as u64);
     let [a, b] = [bits >> 32, bits & 0xffff_ffff].map(|half| (half as f64 + 0.5) / 4_294_967_296.0);
@@ -176,7 +177,8 @@ fn hemisphere(n: Vec3, index: usize) -> Vec3 {
     dir.normalize().as_vec3()
 }
 
-/// SplitMix64's output function (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+/// SplitMix64's output function (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number
+/// Generators", 2014).
 fn scrambled(index: u64) -> u64 {
     let z = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,7 +1,8 @@
 //! What the machine can do at most: the roof that rates are held under.
 //!
-//! All threads do the same at the same time, each with memory of its own. Of many short attempts the best counts: a peak
-//! is what nothing disturbed, and on a busy machine only a short time is undisturbed.
+//! All threads do the same at the same time, each with memory of its own. Of many short attempts
+//! the best counts: a peak is what nothing disturbed, and on a busy machine only a short time is
+//! undisturbed.
 
 use crate::report::{Cache, MachineLimits, ThreadLimits};
 use phalanx_trace::simd::{F32x8, F32x16, Lanes};
@@ -20,7 +21,8 @@ const ATTEMPTS: usize = 30;
 /// Multiplications with an addition to each in a row before the clock is looked at.
 const STEPS: usize = 4096;
 
-/// Bytes read before the clock is looked at: small next to any time measured, large next to the clock's own.
+/// Bytes read before the clock is looked at: small next to any time measured, large next to the
+/// clock's own.
 const STRETCH_BYTES: usize = 1 << 20;
 
 /// What is read in one go.
@@ -68,8 +70,8 @@ fn places(threads: usize, caches: &[Cache]) -> [(&'static str, usize); 4] {
             .unwrap_or(default)
     };
     let [l1, l2, l3] = [1, 2, 3].map(of_level);
-    // Half of a cache leaves room for what else is in it. The third is often shared with strangers: four times the
-    // second is surely more than that holds, and little of the third.
+    // Half of a cache leaves room for what else is in it. The third is often shared with strangers:
+    // four times the second is surely more than that holds, and little of the third.
     let within_l3 = (4 * l2).min(l3 / 2);
     let all = caches
         .iter()
@@ -86,8 +88,8 @@ fn places(threads: usize, caches: &[Cache]) -> [(&'static str, usize); 4] {
     .map(|(name, bytes)| (name, bytes as usize))
 }
 
-/// 10⁹ f32 additions and multiplications a second: the best of the lane counts, with as many independent chains as hide
-/// the latency, and as few as fit registers of sixteen bytes.
+/// 10⁹ f32 additions and multiplications a second: the best of the lane counts, with as many
+/// independent chains as hide the latency, and as few as fit registers of sixteen bytes.
 fn arithmetic(threads: usize) -> f64 {
     let shapes = [
         |threads| chains::<F32x8, 6>(threads),
@@ -110,8 +112,8 @@ fn chains<L: Lanes, const CHAINS: usize>(threads: usize) -> f64 {
     rate / 1e9
 }
 
-/// One rounding after the other, as the kernels do it: nothing here is fused. A loop and not `map`, which for arrays is a
-/// call with memory on either side.
+/// One rounding after the other, as the kernels do it: nothing here is fused. A loop and not `map`,
+/// which for arrays is a call with memory on either side.
 #[inline(never)]
 fn steps<L: Lanes, const CHAINS: usize>(
     mut values: [L; CHAINS],
@@ -167,7 +169,8 @@ struct ThreadShare {
     done: f64,
 }
 
-/// The best rate of all attempts. `worker` makes ready and gives what one turn is, which tells how much it did.
+/// The best rate of all attempts. `worker` makes ready and gives what one turn is, which tells how
+/// much it did.
 fn run_together<T: FnMut() -> f64>(threads: usize, worker: impl Fn() -> T + Sync) -> f64 {
     let barrier = Barrier::new(threads);
     let run = || {
@@ -195,7 +198,8 @@ fn run_together<T: FnMut() -> f64>(threads: usize, worker: impl Fn() -> T + Sync
     let of_attempt = |k: usize| {
         let parts = || parts.iter().map(|of_thread| &of_thread[k]);
         let (start, end) = (parts().map(|p| p.start).min(), parts().map(|p| p.end).max());
-        // From the first's start to the last's end: threads that did not run at the same time did not share anything.
+        // From the first's start to the last's end: threads that did not run at the same time did
+        // not share anything.
         let span = start
             .zip(end)
             .map_or(f64::INFINITY, |(s, e)| (e - s).as_secs_f64());

@@ -1,4 +1,5 @@
-//! The timed part: every entry takes a sample in every round, so that the machine's mood falls on all of them alike.
+//! The timed part: every entry takes a sample in every round, so that the machine's mood falls on
+//! all of them alike.
 
 use super::plan::{BenchPlan, ProgressListener};
 use super::ray_kind::QueryKind;
@@ -9,9 +10,9 @@ use phalanx_render::Cores;
 use phalanx_render::frame::{AccelRef, Control, CoreAffinity, Settings, render_with};
 use phalanx_scene::Scene;
 
-/// Seconds that a sample takes at least: long beside what it costs to start threads, and short, because what disturbs a
-/// shared machine lasts for milliseconds to seconds: the same time spent in more rounds, further apart, finds more
-/// moments in which it is quiet.
+/// Seconds that a sample takes at least: long beside what it costs to start threads, and short,
+/// because what disturbs a shared machine lasts for milliseconds to seconds: the same time spent in
+/// more rounds, further apart, finds more moments in which it is quiet.
 const MIN_SAMPLE_SECONDS: f64 = 0.005;
 
 /// What an entry does in a sample.
@@ -32,8 +33,9 @@ pub(super) enum Task<'a> {
 }
 
 impl Task<'_> {
-    /// Rays are traced twice at least in a sample: who comes after another contender finds the caches full of his tree, and who
-    /// comes after a kernel of the same tree finds them full of his own. A frame takes long enough not to mind.
+    /// Rays are traced twice at least in a sample: who comes after another contender finds the
+    /// caches full of his tree, and who comes after a kernel of the same tree finds them full of
+    /// his own. A frame takes long enough not to mind.
     fn min_passes(&self) -> usize {
         match self {
             Task::Rays { .. } => 2,
@@ -103,8 +105,8 @@ impl<'a> Measurement<'a> {
         self.rounds.len() < plan.repeat || self.seconds < plan.min_time
     }
 
-    /// The first sample is a single pass. It fills caches and page tables, which does no harm where the fastest visit
-    /// counts, and says how many passes the others need.
+    /// The first sample is a single pass. It fills caches and page tables, which does no harm where
+    /// the fastest visit counts, and says how many passes the others need.
     fn measure_round(&mut self, plan: &BenchPlan) {
         let threads = self.row.threads as usize;
         let (timing, rays) = self.task.sample(self.passes, threads, plan.pin(threads));
@@ -129,8 +131,9 @@ impl<'a> Measurement<'a> {
 /// Passes of a sample, where one is too short for the clock.
 const MAX_PASSES: usize = 10_000;
 
-/// Measures all entries, round by round, so that what disturbs the machine for a while falls on all of them; every other round
-/// the other way round, so that nobody always comes after the same contender, whose tree fills the caches.
+/// Measures all entries, round by round, so that what disturbs the machine for a while falls on all
+/// of them; every other round the other way round, so that nobody always comes after the same
+/// contender, whose tree fills the caches.
 pub(super) fn run_rounds(
     mut measurements: Vec<Measurement>,
     plan: &BenchPlan,

@@ -23,10 +23,12 @@ pub struct Measured {
     pub notes: Vec<String>,
 }
 
-/// Measures a validated scene: trees, rays, the right answers, everybody's answers, counts, and only then times.
+/// Measures a validated scene: trees, rays, the right answers, everybody's answers, counts, and
+/// only then times.
 ///
 /// # Errors
-/// [`BenchError`] if one of our kernels, or the oracle, does not give the right answer: then there are no rates.
+/// [`BenchError`] if one of our kernels, or the oracle, does not give the right answer: then there
+/// are no rates.
 pub fn measure(
     scene: &Scene,
     info: &SceneInfo,

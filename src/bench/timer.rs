@@ -1,4 +1,5 @@
-//! One sample: a set of rays traced by one contender, on so many threads, and the seconds that took.
+//! One sample: a set of rays traced by one contender, on so many threads, and the seconds that
+//! took.
 
 use super::answer::Answer;
 use super::plan::BenchPlan;
@@ -34,10 +35,11 @@ impl Chunks {
         }
     }
 
-    /// About `rays` rays of so many packets, evenly spread, in chunks of `size` packets; all where there are no more.
+    /// About `rays` rays of so many packets, evenly spread, in chunks of `size` packets; all where
+    /// there are no more.
     ///
-    /// Every so many chunks one is taken, an odd number of them: rows of tiles are powers of two long, and an even one
-    /// would stay in the same columns of a picture.
+    /// Every so many chunks one is taken, an odd number of them: rows of tiles are powers of two
+    /// long, and an even one would stay in the same columns of a picture.
     pub fn some(packets: usize, size: usize, rays: usize) -> Chunks {
         let stride = packets.div_ceil((rays / 8).max(1)) | 1;
         let most = packets.div_ceil(size).max(1);
@@ -76,8 +78,8 @@ impl Chunks {
 pub struct Timing {
     /// Seconds from the first thread's start to the last one's end.
     pub wall: f64,
-    /// What each piece of a pass took when it was fastest, as its share of a pass on all threads: their sum is the
-    /// seconds of a pass that nothing disturbs.
+    /// What each piece of a pass took when it was fastest, as its share of a pass on all threads:
+    /// their sum is the seconds of a pass that nothing disturbs.
     pub fastest: Vec<f64>,
 }
 
@@ -110,14 +112,14 @@ impl Timing {
     }
 }
 
-/// Whether so many threads share cores. A piece of work that is done between two switches of threads says nothing of the
-/// time that the others had, so that then only whole passes count.
+/// Whether so many threads share cores. A piece of work that is done between two switches of
+/// threads says nothing of the time that the others had, so that then only whole passes count.
 fn is_oversubscribed(threads: usize) -> bool {
     threads > BenchPlan::all_threads()
 }
 
-/// Times `passes` passes over the chunks, which are the pieces. Threads, and what the contender needs on each, are there
-/// before the clock starts.
+/// Times `passes` passes over the chunks, which are the pieces. Threads, and what the contender
+/// needs on each, are there before the clock starts.
 pub fn sample(
     contender: &dyn BenchEngine,
     query: QueryKind,
@@ -211,7 +213,8 @@ fn trace_packets(
     }
 }
 
-/// The answer of a contender to the rays of some chunks, without a clock; to others it says that nothing is hit.
+/// The answer of a contender to the rays of some chunks, without a clock; to others it says that
+/// nothing is hit.
 pub fn answer(
     contender: &dyn BenchEngine,
     query: QueryKind,

@@ -56,13 +56,13 @@ pub(super) struct Workload<'a> {
     pub(super) expected: Answer,
 }
 
-/// Rays of a set that are timed, about. The time that a fifth of the usual 2^18 takes less is spent in more rounds,
-/// which is what makes a rate on a shared machine the same twice; it changes the rate itself by 4 % at most in most sets
-/// (perf/notes/noise.md). The same rays in every run.
+/// Rays of a set that are timed, about. The time that a fifth of the usual 2^18 takes less is spent
+/// in more rounds, which is what makes a rate on a shared machine the same twice; it changes the
+/// rate itself by 4 % at most in most sets (perf/notes/noise.md). The same rays in every run.
 const TIMED_RAYS: usize = 1 << 16;
 
-/// And of those that the oracle is timed on: it is many times slower than the kernels, and would take most of a run. Its
-/// chunks are small ones, so that they take no longer than the kernels'.
+/// And of those that the oracle is timed on: it is many times slower than the kernels, and would
+/// take most of a run. Its chunks are small ones, so that they take no longer than the kernels'.
 const ORACLE_TIMED_RAYS: usize = 1 << 14;
 const ORACLE_CHUNK: usize = 16;
 
@@ -131,7 +131,8 @@ pub(super) fn workloads<'a>(
     Ok(workloads)
 }
 
-/// The right answer to a set of rays: the oracle's, or, to save its time, a kernel's that is the expected one to the bit.
+/// The right answer to a set of rays: the oracle's, or, to save its time, a kernel's that is the
+/// expected one to the bit.
 fn compute_expected(scene: &Scene, trees: &BenchTrees, info: &SceneInfo, set: &RaySet) -> Answer {
     let (kind, rays, threads) = (set.kind, set.queue.len(), BenchPlan::all_threads());
     let all = Chunks::all(set.queue.packets());
@@ -162,8 +163,8 @@ fn record(answer: &Answer, rays: usize) -> RaySetRecord {
     }
 }
 
-/// Whether every kernel gives the right answer, and the oracle where it is timed; and whether that is what the suite
-/// expects.
+/// Whether every kernel gives the right answer, and the oracle where it is timed; and whether that
+/// is what the suite expects.
 pub(super) fn check(
     scene: &Scene,
     trees: &BenchTrees,

@@ -107,7 +107,8 @@ pub enum Command {
 /// How the packet engine's tree is built.
 #[derive(Debug, Args)]
 pub struct TreeArgs {
-    /// What the tree is worth: better ones take longer to build and less time to trace [default: medium]
+    /// What the tree is worth: better ones take longer to build and less time to trace
+    /// [default: medium]
     #[arg(long, value_name = "NAME", value_parser = quality_parser())]
     pub quality: Option<Quality>,
 }
@@ -170,7 +171,8 @@ pub struct RenderArgs {
     /// How progress is told
     #[arg(long, value_enum, value_name = "MODE", default_value_t = ProgressMode::Auto)]
     pub progress: ProgressMode,
-    /// Write a second picture, of what each pixel's camera ray costs to trace: nodes (visited), prims (tested), or time
+    /// Write a second picture, of what each pixel's camera ray costs to trace: nodes (visited),
+    /// prims (tested), or time
     #[arg(long, num_args = 2, value_names = ["nodes|prims|time", "OUT.png"], conflicts_with = "frames")]
     pub heat: Option<Vec<String>>,
     /// Print one JSON document instead of the table
@@ -288,7 +290,8 @@ pub struct ScenesArgs {
 pub struct GenerateArgs {
     /// Name of a standard scene, as `phalanx scenes` lists them
     pub name: String,
-    /// Its size, a whole number; k and M may follow for thousands and millions [default: the scene's]
+    /// Its size, a whole number; k and M may follow for thousands and millions
+    /// [default: the scene's]
     #[arg(long, value_name = "N")]
     pub size: Option<String>,
     /// File to write: .nff, .ply (binary) or .test

@@ -23,7 +23,8 @@ use phalanx::scene::Scene;
 use phalanx::standard::{self, Spec};
 use std::path::Path;
 
-/// Of text and binary meshes, whose columns are about as large as the file, and held twice while they are put together.
+/// Of text and binary meshes, whose columns are about as large as the file, and held twice while
+/// they are put together.
 const FILE_TIMES: u64 = 3;
 /// Of PLY, text or binary: its columns may be twice as large as the rows of the file.
 const PLY_TIMES: u64 = 6;
@@ -45,7 +46,8 @@ const PIXEL_BYTES: u64 = 400;
 const RAY_BYTES: u64 = 800;
 /// Bytes of a bounce of the oracle's, while those after it are traced.
 const PATH_BYTES: u64 = 256;
-/// Of a sample that halves a cell, while its block is not finished: 110 measured, layers of light beside it.
+/// Of a sample that halves a cell, while its block is not finished: 110 measured, layers of light
+/// beside it.
 const SAMPLE_BYTES: u64 = 160;
 /// Of those, as many are kept of several blocks.
 const SAMPLES: u64 = 1 << 16;
@@ -59,8 +61,8 @@ const PROGRAM_BYTES: u64 = 24 << 20;
 pub struct Budget(pub Option<u64>);
 
 impl Budget {
-    /// Before a scene file is read, or a cache mapped. What is left then is for what the file names and makes beyond
-    /// itself, which its reader counts.
+    /// Before a scene file is read, or a cache mapped. What is left then is for what the file names
+    /// and makes beyond itself, which its reader counts.
     pub fn beside_file(self, name: &Path, file_bytes: u64) -> Result<Option<u64>, CliError> {
         let what = format!("to read a file of {}", bytes(file_bytes));
         let needed = file_bytes.saturating_mul(times(name));
@@ -189,8 +191,9 @@ fn times(name: &Path) -> u64 {
     }
 }
 
-/// Of one film in memory, which is a band of the picture where none of its hits are kept: three floats a pixel, four more with hits,
-/// and the picture's samples, of 16 bits at most, once and once more encoded.
+/// Of one film in memory, which is a band of the picture where none of its hits are kept: three
+/// floats a pixel, four more with hits, and the picture's samples, of 16 bits at most, once and
+/// once more encoded.
 pub fn film_bytes(settings: &Settings) -> u64 {
     let window = settings.window();
     let (pixels, floats) = match settings.record_hits {

@@ -1,15 +1,18 @@
-//! SIGBUS: the system's answer to a read of a mapped file where the file has no bytes any more, because somebody has shortened it
-//! since, or because its disk fails. Nobody can prevent that, and no check can see it coming; so a handler ends the process with a
-//! message and an exit code, as other errors of files do.
+//! SIGBUS: the system's answer to a read of a mapped file where the file has no bytes any more,
+//! because somebody has shortened it since, or because its disk fails. Nobody can prevent that, and
+//! no check can see it coming; so a handler ends the process with a message and an exit code, as
+//! other errors of files do.
 //!
-//! It stands in for the default action alone: whatever else raises SIGBUS is left to the handler that was there before.
+//! It stands in for the default action alone: whatever else raises SIGBUS is left to the handler
+//! that was there before.
 
 #[cfg(target_os = "linux")]
 use super::output::printable;
 #[cfg(target_os = "linux")]
 pub use linux::watch;
 
-/// Nothing is done: the addresses that other systems report are not told apart from those of a stack that has overflown.
+/// Nothing is done: the addresses that other systems report are not told apart from those of a
+/// stack that has overflown.
 #[cfg(not(target_os = "linux"))]
 pub fn watch(_: &std::path::Path) {}
 
@@ -25,7 +28,8 @@ mod linux {
     /// Exit code of what is wrong with files.
     const CODE: c_int = 1;
 
-    /// Messages for one mapped file, two, and so on; the last that is set names them all. Read by the handler, which takes no lock.
+    /// Messages for one mapped file, two, and so on; the last that is set names them all. Read by
+    /// the handler, which takes no lock.
     static MESSAGES: [OnceLock<String>; 16] = [const { OnceLock::new() }; 16];
 
     /// The action for SIGBUS before.
@@ -57,9 +61,10 @@ mod linux {
     }
 
     fn install() {
-        // SAFETY: all pointers are to actions of this frame. All zeros is an action (the default, no flags, nothing blocked),
-        // and the handler has the signature that SA_SIGINFO asks for. It only does what a handler may do: see `on_bus_error`.
-        // SA_ONSTACK, because a thread that faults may have no room on its own stack; where it has no other, nothing changes.
+        // SAFETY: all pointers are to actions of this frame. All zeros is an action (the default,
+        // no flags, nothing blocked), and the handler has the signature that SA_SIGINFO asks for.
+        // It only does what a handler may do: see `on_bus_error`. SA_ONSTACK, because a thread that
+        // faults may have no room on its own stack; where it has no other, nothing changes.
         unsafe {
             let mut before = MaybeUninit::<libc::sigaction>::zeroed().assume_init();
             let mut action = before;
@@ -67,8 +72,8 @@ mod linux {
                 on_bus_error;
             action.sa_sigaction = handler as libc::sighandler_t;
             action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
-            // Kept before it is replaced, so that the handler finds it. Where a call fails, the process dies of the signal as it
-            // would have.
+            // Kept before it is replaced, so that the handler finds it. Where a call fails, the
+            // process dies of the signal as it would have.
             if libc::sigaction(libc::SIGBUS, std::ptr::null(), &mut before) == 0 {
                 BEFORE.get_or_init(|| before);
                 libc::sigaction(libc::SIGBUS, &action, std::ptr::null_mut());
@@ -76,11 +81,11 @@ mod linux {
         }
     }
 
-    /// Ends the process where a mapped file has no bytes; otherwise puts the old action back, to which the fault, which is repeated
-    /// as soon as this returns, then goes.
+    /// Ends the process where a mapped file has no bytes; otherwise puts the old action back, to
+    /// which the fault, which is repeated as soon as this returns, then goes.
     ///
-    /// It may interrupt anything, so it calls only what POSIX lists as safe in a handler (write, _exit, sigaction, pause), and reads
-    /// atomics: `OnceLock::get` is one load.
+    /// It may interrupt anything, so it calls only what POSIX lists as safe in a handler (write,
+    /// _exit, sigaction, pause), and reads atomics: `OnceLock::get` is one load.
     extern "C" fn on_bus_error(
         signal: c_int,
         info: *mut libc::siginfo_t,
@@ -96,7 +101,8 @@ mod linux {
                     unsafe { libc::pause() };
                 }
             }
-            // SAFETY: the bytes of the message live as long as the process; a short write shortens the message.
+            // SAFETY: the bytes of the message live as long as the process; a short write shortens
+            // the message.
             unsafe {
                 libc::write(libc::STDERR_FILENO, message.as_ptr().cast(), message.len());
                 libc::_exit(CODE)

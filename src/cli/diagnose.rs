@@ -1,7 +1,7 @@
 //! Scene errors and warnings on stderr.
 //!
-//! Each error is one line, `error: file:line:column: message`, that tools can read, followed by the place in the
-//! source as miette draws it. Warnings are one line each.
+//! Each error is one line, `error: file:line:column: message`, that tools can read, followed by the
+//! place in the source as miette draws it. Warnings are one line each.
 
 use super::output::{note, note_raw};
 use miette::{
@@ -68,7 +68,8 @@ fn theme() -> GraphicalTheme {
     }
 }
 
-/// Longest line of source that is shown: what is longer was not written by hand, and may be the whole file.
+/// Longest line of source that is shown: what is longer was not written by hand, and may be the
+/// whole file.
 const LONGEST_LINE: usize = 240;
 
 fn draw(path: &Path, text: &str, diagnostics: &[Diagnostic], theme: GraphicalTheme) -> String {
@@ -110,8 +111,8 @@ struct SourceLine {
 }
 
 impl SourceLine {
-    /// `None` for a binary file, and for a line too long to show. Whatever the diagnostic says, the span is within the line, and on
-    /// character boundaries.
+    /// `None` for a binary file, and for a line too long to show. Whatever the diagnostic says, the
+    /// span is within the line, and on character boundaries.
     fn of(path: &Path, text: &str, d: &Diagnostic) -> Option<SourceLine> {
         if d.line == 0 {
             return None;
@@ -134,7 +135,8 @@ impl SourceLine {
 }
 
 impl SourceCode for SourceLine {
-    /// miette asks twice: without context, for the line and column in its heading, and with, for what it shows.
+    /// miette asks twice: without context, for the line and column in its heading, and with, for
+    /// what it shows.
     fn read_span<'a>(
         &'a self,
         span: &SourceSpan,
@@ -160,7 +162,8 @@ fn boundary(text: &str, mut at: usize, step: impl Fn(usize) -> usize) -> usize {
     at
 }
 
-/// The text with control characters (which could drive the terminal) made visible, byte for byte as long as before.
+/// The text with control characters (which could drive the terminal) made visible, byte for byte as
+/// long as before.
 fn printable(text: &str) -> String {
     let show = |c: char| match c {
         '\n' | '\r' | '\t' => c,

@@ -16,7 +16,8 @@ pub enum CliError {
     Runtime(String),
     /// The arguments ask for what cannot be. Exit code 2, as clap's own.
     Usage(String),
-    /// No scene came out of the file. Exit code 3, unless the file could not be read (1) or its ending is unknown (2).
+    /// No scene came out of the file. Exit code 3, unless the file could not be read (1) or its
+    /// ending is unknown (2).
     Load(Box<LoadError>),
     /// A standard scene, changed by options, that cannot be traced. Exit code 3.
     Scene(String),

@@ -3,8 +3,8 @@
 use glam::Vec3;
 use phalanx::scene::Scene;
 
-/// A place of the scene in the file's coordinates, with no more digits than single precision has near the scene's
-/// origin: what the file has as 500000.31 is told so.
+/// A place of the scene in the file's coordinates, with no more digits than single precision has
+/// near the scene's origin: what the file has as 500000.31 is told so.
 pub fn to_file_coordinates(scene: &Scene, position: Vec3) -> [f64; 3] {
     let local = (position / scene.scale).to_array();
     let told = |axis: usize| match (scene.origin[axis], shortest(local[axis])) {

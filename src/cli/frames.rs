@@ -13,14 +13,15 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct FrameArgs {
-    /// Render frames A to B, both included; the scene is read and its tree is built once. Each has its number in its name, where `#`s
-    /// stand, or before the ending
+    /// Render frames A to B, both included; the scene is read and its tree is built once. Each has
+    /// its number in its name, where `#`s stand, or before the ending
     #[arg(long, value_name = "A..B", value_parser = parse_frames, requires = "path")]
     pub frames: Option<RangeInclusive<u32>>,
     /// Go around what the camera looks at, once in so many frames
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..), group = "path", requires = "frames")]
     pub turntable: Option<u32>,
-    /// Go through the views of this file, smoothly: a line each, of a frame's number, from X Y Z, at X Y Z, up X Y Z, and the field of view
+    /// Go through the views of this file, smoothly: a line each, of a frame's number, from X Y Z,
+    /// at X Y Z, up X Y Z, and the field of view
     #[arg(long, value_name = "FILE", group = "path", requires = "frames")]
     pub keyframes: Option<PathBuf>,
 }
@@ -46,7 +47,8 @@ pub struct Sequence {
 }
 
 impl FrameArgs {
-    /// The sequence that was asked for, if one was. Places of key frames are in the file's coordinates.
+    /// The sequence that was asked for, if one was. Places of key frames are in the file's
+    /// coordinates.
     pub fn sequence(&self, scene: &Scene) -> Result<Option<Sequence>, CliError> {
         let Some(frames) = self.frames.clone() else {
             return Ok(None);
@@ -71,8 +73,8 @@ impl Sequence {
         }
     }
 
-    /// A file's name with the number of a frame in it: in place of `#`s, or else before the ending; with as many digits as there are
-    /// `#`s, or as the last frame has, four at least.
+    /// A file's name with the number of a frame in it: in place of `#`s, or else before the ending;
+    /// with as many digits as there are `#`s, or as the last frame has, four at least.
     pub fn name(&self, path: &Path, frame: u32) -> PathBuf {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let digits = self.frames.end().to_string().len().max(4);

@@ -1,10 +1,11 @@
 //! SIGINT and SIGTERM.
 //!
-//! While a render runs, a signal asks it to stop, so that workers leave in order; a second one, or one while nothing
-//! stoppable runs (a scene is loading, a tree is being built), ends the process at once. While a file is being written
-//! no signal does, because an exit there would leave a temporary file behind: the signal waits, or asks the writing to
-//! stop. (What is written into a pipe or a device has no temporary file.) The exit code is 130 for
-//! SIGINT and 143 for SIGTERM, as shells count them, and schedulers.
+//! While a render runs, a signal asks it to stop, so that workers leave in order; a second one, or
+//! one while nothing stoppable runs (a scene is loading, a tree is being built), ends the process
+//! at once. While a file is being written no signal does, because an exit there would leave a
+//! temporary file behind: the signal waits, or asks the writing to stop. (What is written into a
+//! pipe or a device has no temporary file.) The exit code is 130 for SIGINT and 143 for SIGTERM, as
+//! shells count them, and schedulers.
 
 use super::error::CliError;
 use super::output;

@@ -12,7 +12,8 @@ use std::path::PathBuf;
 /// What `render` keeps, and for whom.
 #[derive(Debug, Args)]
 pub struct KeepArgs {
-    /// Keep finished tiles in this file: after an interruption, the same command goes on where it was
+    /// Keep finished tiles in this file: after an interruption, the same command goes on where it
+    /// was
     #[arg(long, value_name = "FILE", conflicts_with = "plan")]
     pub checkpoint: Option<PathBuf>,
     /// Render one shard of a plan, as `phalanx plan` has written it, into a file beside it
@@ -51,8 +52,8 @@ pub struct PlanArgs {
     /// How many shards to cut the picture into
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SHARDS)))]
     pub shards: u32,
-    /// Picture that the shards will be merged into; its ending says what is written. If it lies outside the plan's folder, merge wants
-    /// to be told again
+    /// Picture that the shards will be merged into; its ending says what is written. If it lies
+    /// outside the plan's folder, merge wants to be told again
     #[arg(short, long, value_name = "OUT.png")]
     pub output: PathBuf,
     /// Plan to write; shards are rendered into files beside it
@@ -73,7 +74,8 @@ pub struct PlanArgs {
 pub struct MergeArgs {
     /// Plan whose shards have been rendered
     pub plan: PathBuf,
-    /// Picture to write, anywhere, by its ending, or - for stdout [default: the plan's, which has to lie in the plan's folder]
+    /// Picture to write, anywhere, by its ending, or - for stdout
+    /// [default: the plan's, which has to lie in the plan's folder]
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
     /// Format of the picture, whatever its name ends in [default for stdout: png]
@@ -99,10 +101,12 @@ pub enum SubmitTo {
 pub struct SubmitArgs {
     /// Plan to render and to merge
     pub plan: PathBuf,
-    /// Time limit of a shard, as sbatch takes it; a shard that needs longer saves what it has and goes back into the queue
+    /// Time limit of a shard, as sbatch takes it; a shard that needs longer saves what it has and
+    /// goes back into the queue
     #[arg(long, value_name = "TIME")]
     pub time: Option<String>,
-    /// Picture that the merge writes, anywhere [default: the plan's, which has to lie in the plan's folder]
+    /// Picture that the merge writes, anywhere
+    /// [default: the plan's, which has to lie in the plan's folder]
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
     /// CPUs of a shard [default: those that Slurm gives it]

@@ -1,4 +1,5 @@
-//! The picture so far, for people who wait: in the terminal, or in a file that is written anew now and then.
+//! The picture so far, for people who wait: in the terminal, or in a file that is written anew now
+//! and then.
 
 use super::error::CliError;
 use super::output;
@@ -18,7 +19,8 @@ pub struct SightArgs {
     /// Draw the picture so far in the terminal
     #[arg(long)]
     pub preview: bool,
-    /// Write the picture so far to this file, every ten seconds and at the end, 2048 pixels wide or high at most
+    /// Write the picture so far to this file, every ten seconds and at the end, 2048 pixels wide or
+    /// high at most
     #[arg(long, value_name = "FILE.png")]
     pub snapshot: Option<PathBuf>,
 }

@@ -1,4 +1,5 @@
-//! `phalanx completions` and `phalanx man`: what shells and readers of manuals want to know, made of the arguments' own definition.
+//! `phalanx completions` and `phalanx man`: what shells and readers of manuals want to know, made
+//! of the arguments' own definition.
 
 use super::args::Arguments;
 use super::error::CliError;

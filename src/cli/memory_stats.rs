@@ -6,7 +6,8 @@ use phalanx::scene::Scene;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Bytes of each part. Parts that lie in a mapped cache count as well, and once more in `mapped_bytes`.
+/// Bytes of each part. Parts that lie in a mapped cache count as well, and once more in
+/// `mapped_bytes`.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MemoryStats {
     /// All columns of the scene.

@@ -51,7 +51,8 @@ use job_args::SubmitTo;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-/// Does what the arguments say. Not inlined into `main`, which must stay free of what the guard checks for.
+/// Does what the arguments say. Not inlined into `main`, which must stay free of what the guard
+/// checks for.
 #[inline(never)]
 pub fn run() -> ExitCode {
     // On a usage error, and after --help and --version, this ends the process: 2, and 0.

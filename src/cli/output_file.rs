@@ -113,7 +113,8 @@ impl OutputFile {
         )
     }
 
-    /// A file of a window with layers of a scene that has this origin, which the format must be able to hold.
+    /// A file of a window with layers of a scene that has this origin, which the format must be
+    /// able to hold.
     pub fn for_picture(
         path: PathBuf,
         format: ImageFormat,

@@ -1,4 +1,5 @@
-//! The options that change the picture: of `render` and, because all of them are verified, of `verify`.
+//! The options that change the picture: of `render` and, because all of them are verified, of
+//! `verify`.
 
 use super::error::CliError;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -22,7 +23,8 @@ pub struct PictureArgs {
     /// Image size in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
-    /// Render only this part of the picture: column and row of its upper left pixel, width and height
+    /// Render only this part of the picture: column and row of its upper left pixel, width and
+    /// height
     #[arg(long, num_args = 4, value_names = ["X", "Y", "W", "H"])]
     pub region: Option<Vec<u32>>,
     /// Bounces after the primary ray [default: the scene's]
@@ -33,40 +35,43 @@ pub struct PictureArgs {
     /// 0 has all traced [default: 0 for up to 10 bounces, 1/4096 for more]
     #[arg(long, value_name = "W", value_parser = parse_weight)]
     pub min_weight: Option<f32>,
-    /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive (best a power of two): one goes through the pixel's centre, more are spread
-    /// over the filter [default: 1; with --aa adaptive 256]
+    /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive (best a power of
+    /// two): one goes through the pixel's centre, more are spread over the filter
+    /// [default: 1; with --aa adaptive 256]
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
     pub spp: Option<u32>,
     /// Which pixels get them
     #[arg(long, value_enum, default_value_t = AntiAliasing::Uniform)]
     pub aa: AntiAliasing,
-    /// With --aa adaptive, how much a sample must still help: less is better and takes longer, 0.001 is about as good as 64 uniform samples
-    /// a pixel
+    /// With --aa adaptive, how much a sample must still help: less is better and takes longer,
+    /// 0.001 is about as good as 64 uniform samples a pixel
     #[arg(long, value_name = "T", default_value_t = THRESHOLD, value_parser = parse_threshold)]
     pub threshold: f32,
-    /// What a pixel gathers, where it has several camera rays: its square, a tent over its neighbours, or Mitchell's cubic, which is
-    /// sharper
+    /// What a pixel gathers, where it has several camera rays: its square, a tent over its
+    /// neighbours, or Mitchell's cubic, which is sharper
     #[arg(long, value_name = "NAME", default_value = "box", value_parser = filter_parser())]
     pub filter: Filter,
-    /// Diameter of the lens that camera rays come through, in the scene's units: what is not in focus is blurred, the better the more
-    /// --spp [default: a pinhole]
+    /// Diameter of the lens that camera rays come through, in the scene's units: what is not in
+    /// focus is blurred, the better the more --spp [default: a pinhole]
     #[arg(long, value_name = "DIAMETER", requires = "focus", value_parser = parse_aperture)]
     pub aperture: Option<f32>,
     /// Distance of the plane that is in focus, along the direction of view
     #[arg(long, value_name = "DISTANCE", requires = "aperture", value_parser = parse_distance)]
     pub focus: Option<f32>,
-    /// What is seen of what camera rays hit: whitted, the light that falls on it; ao (ambient occlusion), how much of the sky is open
-    /// above it, for which --spp 64 and more is meant
+    /// What is seen of what camera rays hit: whitted, the light that falls on it; ao (ambient
+    /// occlusion), how much of the sky is open above it, for which --spp 64 and more is meant
     #[arg(long, value_enum, default_value_t = IntegratorArg::Whitted)]
     pub integrator: IntegratorArg,
-    /// What is farther away than this does not count for --integrator ao, in the scene's units [default: everything counts]
+    /// What is farther away than this does not count for --integrator ao, in the scene's units
+    /// [default: everything counts]
     #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]
     pub ao_distance: Option<f32>,
     /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
     #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
     pub tile: u32,
-    /// What else is told of each pixel, in an OpenEXR file, names separated by commas: depth, position, ng, ns (normals), albedo, material,
-    /// primitive, direct, reflection, refraction, samples; or all of these; or cost (nodes that the first camera ray visits, by the build)
+    /// What else is told of each pixel, in an OpenEXR file, names separated by commas: depth,
+    /// position, ng, ns (normals), albedo, material, primitive, direct, reflection, refraction,
+    /// samples; or all of these; or cost (nodes that the first camera ray visits, by the build)
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = aov_parser())]
     pub aov: Vec<Aovs>,
     /// Transfer curve of the written samples [default: the scene format's]

@@ -1,7 +1,8 @@
 //! `verify --record` and `--against`: what a picture was, kept small enough to keep.
 //!
-//! Of every pixel two 64-bit FNV-1a hashes: one of its primary hit (prim_id, t, u, v), one of its radiance, little-endian
-//! bits in that order. A row of the picture is one string of 16 hexadecimal digits a pixel.
+//! Of every pixel two 64-bit FNV-1a hashes: one of its primary hit (prim_id, t, u, v), one of its
+//! radiance, little-endian bits in that order. A row of the picture is one string of 16 hexadecimal
+//! digits a pixel.
 
 use super::error::CliError;
 use super::pixel_diff::PixelBits;
@@ -37,7 +38,8 @@ pub struct PixelHashes {
     scene: String,
     width: u32,
     height: u32,
-    /// Where a region lies: column and row of its upper left pixel, and the size of the whole picture. Older records are of no region.
+    /// Where a region lies: column and row of its upper left pixel, and the size of the whole
+    /// picture. Older records are of no region.
     #[serde(default)]
     region: Option<[u32; 4]>,
     max_depth: u32,
@@ -208,7 +210,8 @@ impl PixelHashes {
         )
     }
 
-    /// Column and row of the first pixel whose hashes differ from those of a record that [`PixelHashFile::find`] gave.
+    /// Column and row of the first pixel whose hashes differ from those of a record that
+    /// [`PixelHashFile::find`] gave.
     pub fn first_difference(&self, expected: &PixelHashes) -> Option<[u32; 2]> {
         let here = self.hits.iter().zip(&self.radiance);
         let there = expected.hits.iter().zip(&expected.radiance);

@@ -33,7 +33,8 @@ impl Preview {
         u32::min(columns.into(), 2 * u32::from(rows.saturating_sub(2)))
     }
 
-    /// Draws a picture, of which as many pixels are left out as do not fit, and a line below it. With stderr closed there is nobody to see it.
+    /// Draws a picture, of which as many pixels are left out as do not fit, and a line below it.
+    /// With stderr closed there is nobody to see it.
     pub fn draw(&mut self, picture: &Picture, status: &str) {
         let mut text = String::new();
         if self.lines > 0 {

@@ -1,4 +1,5 @@
-//! How far a render is: a bar, lines of JSON, or the picture so far, from a polling loop beside the render.
+//! How far a render is: a bar, lines of JSON, or the picture so far, from a polling loop beside the
+//! render.
 
 use super::error::CliError;
 use super::interrupt;

@@ -281,8 +281,8 @@ fn films_in_memory(settings: &Settings, output: &OutputFile) -> u64 {
     bands.min(2) + file
 }
 
-/// Where the picture goes: as asked, else as the scene says, else named like the scene; the latter two in the current
-/// folder, whatever folders the scene names.
+/// Where the picture goes: as asked, else as the scene says, else named like the scene; the latter
+/// two in the current folder, whatever folders the scene names.
 fn output_path(
     args: &RenderArgs,
     name: &Path,

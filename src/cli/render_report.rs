@@ -13,7 +13,8 @@ use serde::Serialize;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-/// Version of every JSON document of the command line; it rises when a key changes its meaning or goes.
+/// Version of every JSON document of the command line; it rises when a key changes its meaning or
+/// goes.
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// The document of `render --json`.
@@ -47,7 +48,8 @@ pub struct RenderDocument {
 pub struct RenderImage {
     width: u32,
     height: u32,
-    /// Where a region lies: column and row of its upper left pixel, and the size of the whole picture.
+    /// Where a region lies: column and row of its upper left pixel, and the size of the whole
+    /// picture.
     region: Option<[u32; 4]>,
     /// The first and the last frame of a sequence.
     frames: Option<[u32; 2]>,
@@ -83,7 +85,8 @@ pub struct RenderSeconds {
 }
 
 impl RenderDocument {
-    /// A report of what was asked for; the figures come with [`RenderDocument::with_tree`] and [`RenderDocument::with_frame`].
+    /// A report of what was asked for; the figures come with [`RenderDocument::with_tree`] and
+    /// [`RenderDocument::with_frame`].
     pub fn new(
         path: &Path,
         scene: &Scene,

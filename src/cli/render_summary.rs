@@ -3,7 +3,8 @@
 use phalanx::frame::{Integrator, Sampling, Settings};
 use serde::{Deserialize, Serialize};
 
-/// The settings that change the picture. A record that does not have one is older than it, and of what was then the only way.
+/// The settings that change the picture. A record that does not have one is older than it, and of
+/// what was then the only way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RenderSummary {
     /// Older records are of pictures all of whose rays were traced.

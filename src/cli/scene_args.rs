@@ -11,27 +11,31 @@ use phalanx::scene::{FileView, Material};
 /// Options of every command that opens a scene.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SceneArgs {
-    /// Camera instead of the file's: where it stands, what it looks at, which way is up, and its vertical angle in
-    /// degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
+    /// Camera instead of the file's: where it stands, what it looks at, which way is up, and its
+    /// vertical angle in degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
     #[arg(long, num_args = 4, value_names = ["FROM", "AT", "UP", "FOV"], allow_hyphen_values = true)]
     pub camera: Option<Vec<String>>,
-    /// Light instead of the file's, white where no colour is given: a point light at X,Y,Z, or with `dir:` one from
-    /// that direction. May be given several times, as in --light 4,4,4 --light dir:-1,1,0,.2,.2,.3
+    /// Light instead of the file's, white where no colour is given: a point light at X,Y,Z, or with
+    /// `dir:` one from that direction. May be given several times, as in --light 4,4,4 --light
+    /// dir:-1,1,0,.2,.2,.3
     #[arg(long, value_name = "[dir:]X,Y,Z[,R,G,B]", value_parser = parse_light, allow_hyphen_values = true)]
     pub light: Vec<AddedLight>,
     /// Background instead of the file's: linear red, green and blue, or one number for a grey
     #[arg(long, value_name = "R,G,B", value_parser = parse_color)]
     pub background: Option<Vec3>,
-    /// Material of triangles whose file names none: any of ka, kd, ks, ke, kt (colours), shininess, ior, gloss, as in
-    /// --material "kd=.8,.2,.1 ks=.3 shininess=80". What is not given is 0, but ka a fifth of kd, and shininess and ior 1
+    /// Material of triangles whose file names none: any of ka, kd, ks, ke, kt (colours), shininess,
+    /// ior, gloss, as in --material "kd=.8,.2,.1 ks=.3 shininess=80". What is not given is 0, but
+    /// ka a fifth of kd, and shininess and ior 1
     #[arg(long, value_name = "KEY=VALUE …", value_parser = parse_material)]
     pub material: Option<Material>,
-    /// Where the scene's own coordinates begin, in the file's: near its geometry if that lies far away (auto), where the
-    /// file's do (none), or at X,Y,Z. All places that are given or told are in the file's coordinates whatever this is
+    /// Where the scene's own coordinates begin, in the file's: near its geometry if that lies far
+    /// away (auto), where the file's do (none), or at X,Y,Z. All places that are given or told are
+    /// in the file's coordinates whatever this is
     #[arg(long, value_name = "auto|none|X,Y,Z", default_value = "auto", hide_default_value = true, value_parser = parse_origin, allow_hyphen_values = true)]
     pub origin: Origin,
-    /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or 2GiB (powers of 1024):
-    /// an estimate from the sizes of the named file and those it refers to, the scene and the picture, no limit
+    /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or
+    /// 2GiB (powers of 1024): an estimate from the sizes of the named file and those it refers to,
+    /// the scene and the picture, no limit
     #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
     pub max_memory: Option<u64>,
     /// Format of the scene, whatever its name ends in; a scene from stdin, called -, needs it.

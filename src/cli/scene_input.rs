@@ -1,4 +1,5 @@
-//! What a command takes where it takes a scene, opened and built within the memory that may be used.
+//! What a command takes where it takes a scene, opened and built within the memory that may be
+//! used.
 
 use super::args::TreeArgs;
 use super::budget::Budget;
@@ -30,7 +31,8 @@ pub struct SceneInput {
 }
 
 impl SceneInput {
-    /// Opens the scene of this name on so many threads (0: all); what its reader has to say goes to stderr.
+    /// Opens the scene of this name on so many threads (0: all); what its reader has to say goes to
+    /// stderr.
     pub fn load(name: &Path, args: &SceneArgs, threads: usize) -> Result<SceneInput, CliError> {
         let mut options = args.options(threads)?;
         let budget = Budget(args.max_memory);
@@ -40,7 +42,8 @@ impl SceneInput {
         if let Some(name) = standard_name(name) {
             budget.for_standard(standard::parse_spec(name).map_err(OpenError::from)?)?;
         }
-        // A file that cannot be asked for its size cannot be read either, which its reader will say.
+        // A file that cannot be asked for its size cannot be read either, which its reader will
+        // say.
         let format = args.scene_format()?;
         let of_format = |ending: &str| name.with_extension(ending);
         let file = (!is_dash(name)).then(|| std::fs::metadata(name));
@@ -87,7 +90,8 @@ impl SceneInput {
         })
     }
 
-    /// The tree of an engine: the one that came with the scene, the first time, or one that is built.
+    /// The tree of an engine: the one that came with the scene, the first time, or one that is
+    /// built.
     pub fn prepare(
         &mut self,
         engine: Engine,

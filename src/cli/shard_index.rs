@@ -1,12 +1,13 @@
 //! Which shard a process is to render, by what schedulers say in its environment.
 //!
-//! How many there are always comes from the plan: an array of a few tasks that are submitted once more reports another number.
+//! How many there are always comes from the plan: an array of a few tasks that are submitted once
+//! more reports another number.
 
 use super::error::CliError;
 use super::job_args::Shard;
 
-/// Variables that hold a task's index, from 0, and whose they are. The first that is set counts: an array's index says more than a
-/// rank within one of its tasks.
+/// Variables that hold a task's index, from 0, and whose they are. The first that is set counts: an
+/// array's index says more than a rank within one of its tasks.
 const VARIABLES: [(&str, &str); 7] = [
     ("SLURM_ARRAY_TASK_ID", "Slurm, --array"),
     ("JOB_COMPLETION_INDEX", "Kubernetes, indexed jobs"),

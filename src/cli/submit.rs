@@ -1,13 +1,17 @@
-//! `phalanx submit slurm`: a job array of the shards that a plan still lacks, and a job that merges them when all are done.
+//! `phalanx submit slurm`: a job array of the shards that a plan still lacks, and a job that merges
+//! them when all are done.
 //!
 //! What Slurm does where is not in its manual; it was tried out on one (`tests/slurm`):
-//! - A signal of `scancel`, of the time limit and of `scontrol requeue` reaches every process of a task. A shell that has no trap for
-//!   it dies, and Slurm then kills what is left at once. So the script outlives it, and phalanx has the time to save.
-//! - Before the time limit only the script hears of it (`--signal=B:…`), passes it on, and goes back into the queue; the exit code
-//!   alone would not do, because a task that the user cancelled has the same.
-//! - A task must be named by array and index to be requeued; by its job number, the last one is the whole array.
-//! - A merge that waits for tasks to end well (`afterok`) is lost where one ever failed, though it was done again; `afterany`
-//!   waits as well, and `phalanx merge` says itself what is missing.
+//! - A signal of `scancel`, of the time limit and of `scontrol requeue` reaches every process of a
+//!   task. A shell that has no trap for it dies, and Slurm then kills what is left at once. So the
+//!   script outlives it, and phalanx has the time to save.
+//! - Before the time limit only the script hears of it (`--signal=B:…`), passes it on, and goes
+//!   back into the queue; the exit code alone would not do, because a task that the user cancelled
+//!   has the same.
+//! - A task must be named by array and index to be requeued; by its job number, the last one is the
+//!   whole array.
+//! - A merge that waits for tasks to end well (`afterok`) is lost where one ever failed, though it
+//!   was done again; `afterany` waits as well, and `phalanx merge` says itself what is missing.
 
 use super::error::CliError;
 use super::job_args::SubmitArgs;
@@ -111,7 +115,8 @@ struct ScriptNames {
     output: Option<String>,
 }
 
-/// The picture that the merge is told to write, if it is; a plan's own must be one that the merge will write untold.
+/// The picture that the merge is told to write, if it is; a plan's own must be one that the merge
+/// will write untold.
 fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, CliError> {
     let Some(path) = &args.output else {
         plan.picture_path(&args.plan)?;
@@ -127,7 +132,8 @@ fn here(path: &Path) -> Result<PathBuf, CliError> {
         .map_err(|e| CliError::Runtime(format!("cannot tell where {} is: {e}", path.display())))
 }
 
-/// A word as it stands in a script. Control characters are refused: a line break would end a comment, and begin a command.
+/// A word as it stands in a script. Control characters are refused: a line break would end a
+/// comment, and begin a command.
 fn text(word: &Path) -> Result<String, CliError> {
     match word.to_str() {
         Some(text) if !text.contains(char::is_control) => Ok(text.to_owned()),
@@ -137,7 +143,8 @@ fn text(word: &Path) -> Result<String, CliError> {
     }
 }
 
-/// What nodes are to start: a release's launcher (.ci/launcher.rs), which picks the build for each of them, or this very program.
+/// What nodes are to start: a release's launcher (.ci/launcher.rs), which picks the build for each
+/// of them, or this very program.
 fn program() -> Result<PathBuf, CliError> {
     if let Some(launcher) = std::env::var_os("PHALANX_LAUNCHER") {
         return Ok(launcher.into());
@@ -155,7 +162,8 @@ fn calls(
 ) -> SbatchCalls {
     let stem = plan.file_stem().unwrap_or(plan.as_os_str());
     let stem = stem.to_string_lossy();
-    // A percent sign begins what Slurm puts in: an array's index, and nothing that a name has by itself.
+    // A percent sign begins what Slurm puts in: an array's index, and nothing that a name has by
+    // itself.
     let log = |ending: &str| {
         let stem = plan.with_extension("");
         format!("{}.{ending}", stem.to_string_lossy().replace('%', "%%"))
@@ -239,7 +247,8 @@ fn merge_script(names: &ScriptNames) -> String {
     )
 }
 
-/// A name as a word of the shell. [`text`] has refused those that could end the line that it stands in.
+/// A name as a word of the shell. [`text`] has refused those that could end the line that it stands
+/// in.
 fn shell_quoted(name: &str) -> String {
     format!("'{}'", name.replace('\'', r"'\''"))
 }

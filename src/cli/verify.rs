@@ -31,7 +31,8 @@ struct SceneOutcome {
     scene: String,
     width: u32,
     height: u32,
-    /// Where a region lies: column and row of its upper left pixel, and the size of the whole picture.
+    /// Where a region lies: column and row of its upper left pixel, and the size of the whole
+    /// picture.
     region: Option<[u32; 4]>,
     max_depth: u32,
     #[serde(flatten)]

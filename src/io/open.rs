@@ -1,4 +1,5 @@
-//! One front door for scenes: whatever a name stands for, a [`Scene`] comes out, with its tree where there is one already.
+//! One front door for scenes: whatever a name stands for, a [`Scene`] comes out, with its tree
+//! where there is one already.
 
 use crate::cache::{self, CacheError, Cached};
 use crate::formats::{self, Diagnostic, LoadError, Loaded, Options, Origin};
@@ -57,7 +58,8 @@ pub fn is_cache(path: &Path) -> bool {
     ending.is_some_and(|ending| ending.eq_ignore_ascii_case(cache::ENDING))
 }
 
-/// The name of a standard scene, if it is one. A file called so can still be meant, as `./standard:…`.
+/// The name of a standard scene, if it is one. A file called so can still be meant, as
+/// `./standard:…`.
 pub fn standard_name(name: &Path) -> Option<&str> {
     let text = name.to_str();
     text.filter(|text| text.starts_with(standard::PREFIX))

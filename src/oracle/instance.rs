@@ -1,11 +1,13 @@
-//! Instances, one ray at a time; the argument why nothing is lost stands in `trace`, in the file of the same name.
+//! Instances, one ray at a time; the argument why nothing is lost stands in `trace`, in the file of
+//! the same name.
 
 use super::intersect::{OracleHit, OracleRay, OracleRaySetup, max, min};
 use super::{Oracle, OracleSearch};
 use glam::Vec3;
 use phalanx_scene::{Bounds, Scene};
 
-/// The objects of the world by number: primitives that no mesh claims, then instances, from the number of primitives on.
+/// The objects of the world by number: primitives that no mesh claims, then instances, from the
+/// number of primitives on.
 pub(super) fn world_objects(scene: &Scene) -> impl Iterator<Item = u32> {
     let prims = scene.prim_count() as u32;
     let instances = prims..prims + scene.instances.len() as u32;
@@ -23,7 +25,8 @@ pub(super) fn instance_boxes(scene: &Scene) -> Vec<Bounds> {
     (0..scene.instances.len()).map(own).collect()
 }
 
-/// A ray in the space of an instance's mesh. Its direction keeps its length there, so that distances are the same.
+/// A ray in the space of an instance's mesh. Its direction keeps its length there, so that
+/// distances are the same.
 pub(super) fn to_object(scene: &Scene, instance: usize, ray: &OracleRay) -> OracleRay {
     let [x, y, z, shift] = scene.instances.object_columns(instance);
     let turn = |v: Vec3| (x * v.x + y * v.y) + z * v.z;

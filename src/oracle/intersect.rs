@@ -1,7 +1,7 @@
 //! One ray against one primitive, in plain f32: what a hit is, for both engines.
 //!
-//! Each formula stands, with its source, in the file of the same test in `trace`; here it is written out once more in
-//! scalar form, operation for operation in the same order.
+//! Each formula stands, with its source, in the file of the same test in `trace`; here it is
+//! written out once more in scalar form, operation for operation in the same order.
 
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD, PrimKind, Scene};
@@ -78,8 +78,8 @@ impl OracleInterval {
         self.tnear <= min(self.tfar, best)
     }
 
-    /// A distance, clamped to this stay in the primitive's own box; none if it is not ahead of the origin, or
-    /// infinitely far.
+    /// A distance, clamped to this stay in the primitive's own box; none if it is not ahead of the
+    /// origin, or infinitely far.
     pub(super) fn clamp(self, raw: f32) -> Option<f32> {
         let t = min(max(raw, self.tnear), self.tfar);
         (raw > 0.0 && t > 0.0 && t < f32::INFINITY && self.tnear <= self.tfar).then_some(t)

@@ -1,5 +1,6 @@
-//! The oracle's tests alone, one ray at a time and without a tree: for benchmarks and instruction counts, and for nothing
-//! else. The counterpart of `trace::isolated`, and what its answers are held against.
+//! The oracle's tests alone, one ray at a time and without a tree: for benchmarks and instruction
+//! counts, and for nothing else. The counterpart of `trace::isolated`, and what its answers are
+//! held against.
 
 use super::intersect::{OracleHit, OracleRay, OracleRaySetup};
 use phalanx_scene::{Bounds, Scene};
@@ -27,8 +28,8 @@ pub fn closest(scene: &Scene, rays: &[OracleRay], hits: &mut [Option<OracleHit>]
     }
 }
 
-/// Whether a stored primitive of a scene stops each ray before `tmax`. Every primitive is tested, whatever the answer of
-/// the one before, as in a leaf of the packet engine's.
+/// Whether a stored primitive of a scene stops each ray before `tmax`. Every primitive is tested,
+/// whatever the answer of the one before, as in a leaf of the packet engine's.
 pub fn occluded(scene: &Scene, rays: &[OracleRay], tmax: f32, blocked: &mut [bool]) {
     for (ray, blocked) in rays.iter().zip(blocked) {
         let setup = OracleRaySetup::new(ray);

@@ -1,8 +1,9 @@
-//! The scalar tracer: one ray at a time, recursively, as the design document writes it. A second, plainer
-//! implementation of the same arithmetic, with a tree of its own, that proves the packet engine bit by bit.
+//! The scalar tracer: one ray at a time, recursively, as the design document writes it. A second,
+//! plainer implementation of the same arithmetic, with a tree of its own, that proves the packet
+//! engine bit by bit.
 //!
-//! It shares with the packet engine only the scene, the camera's scalar half and the definitions in `sampling`; it uses none
-//! of the rooms lanes, packet, bvh, trace and shade.
+//! It shares with the packet engine only the scene, the camera's scalar half and the definitions in
+//! `sampling`; it uses none of the rooms lanes, packet, bvh, trace and shade.
 
 mod cone;
 mod instance;
@@ -115,7 +116,8 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// With ambient occlusion in place of shading: a hit is white if one ray from it meets nothing within `reach`, and else black.
+    /// With ambient occlusion in place of shading: a hit is white if one ray from it meets nothing
+    /// within `reach`, and else black.
     pub fn with_ambient_occlusion(self, reach: f32) -> Oracle<'a> {
         Oracle {
             ao_distance: Some(reach),
@@ -123,7 +125,8 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// With bounces only where the product of the weights along the way is at least this in some component.
+    /// With bounces only where the product of the weights along the way is at least this in some
+    /// component.
     pub fn with_min_weight(self, min_weight: f32) -> Oracle<'a> {
         Oracle { min_weight, ..self }
     }
@@ -137,8 +140,8 @@ impl<'a> Oracle<'a> {
         pixel.finish()
     }
 
-    /// The pixels of a block that get as many samples as they need, row by row. The block begins in column `x` and row `y`, and has so
-    /// many columns and rows in the picture, 8 at most.
+    /// The pixels of a block that get as many samples as they need, row by row. The block begins in
+    /// column `x` and row `y`, and has so many columns and rows in the picture, 8 at most.
     pub fn block(
         &mut self,
         camera: &Camera,
@@ -204,7 +207,8 @@ impl<'a> Oracle<'a> {
         places.map(pixel).collect()
     }
 
-    /// Where more is left to chance than where a camera ray goes through its pixel: as many samples as each pixel needs.
+    /// Where more is left to chance than where a camera ray goes through its pixel: as many samples
+    /// as each pixel needs.
     fn block_by_pixels(
         &mut self,
         camera: &Camera,
@@ -265,8 +269,8 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// What a ray hit, for whoever wants to know more of it than its light: its place, and the diffuse reflectance and the number of
-    /// its material.
+    /// What a ray hit, for whoever wants to know more of it than its light: its place, and the
+    /// diffuse reflectance and the number of its material.
     pub fn surface_at(&self, ray: &OracleRay, hit: &OracleHit) -> (OracleSurface, Vec3, u32) {
         let prim = self.scene.resolve(hit.prim_id).prim;
         let material = OracleMaterial::of(self.scene, prim, hit);

@@ -1,5 +1,6 @@
-//! The light that a ray brings, with its bounces: the recursion of the design document ("Recursive shading model"), on a
-//! stack of its own, because the thread's would not hold bounces of any depth.
+//! The light that a ray brings, with its bounces: the recursion of the design document ("Recursive
+//! shading model"), on a stack of its own, because the thread's would not hold bounces of any
+//! depth.
 
 use super::Oracle;
 use super::intersect::{OracleHit, OracleRay};
@@ -61,7 +62,8 @@ impl RadianceParts {
 }
 
 impl Oracle<'_> {
-    /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T, for a camera ray.
+    /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T, for a camera
+    /// ray.
     pub(super) fn light(
         &mut self,
         camera: &PathSegment,
@@ -78,8 +80,8 @@ impl Oracle<'_> {
         parts
     }
 
-    /// The light that a bounce of a camera ray brings. The sums are those of the recursion: each hit's mirror ray is
-    /// followed to its end, and then its refracted one.
+    /// The light that a bounce of a camera ray brings. The sums are those of the recursion: each
+    /// hit's mirror ray is followed to its end, and then its refracted one.
     fn follow(&mut self, first: PathSegment, mut cursor: Option<ShadowCacheCursor>) -> Vec3 {
         let mut path = std::mem::take(&mut self.path);
         let mut next = Some(first);

@@ -1,4 +1,5 @@
-//! What a sample that halves a cell knows of the lights from the samples around it, and what it sees of them.
+//! What a sample that halves a cell knows of the lights from the samples around it, and what it
+//! sees of them.
 
 use glam::Vec3;
 use phalanx_scene::sampling::{Cells, LightVisibility, MAX_HITS, path_id};

@@ -1,6 +1,7 @@
-//! The oracle's own tree: a binary hierarchy built by binned surface area heuristic (Wald, "On Fast Construction of
-//! SAH-based Bounding Volume Hierarchies", 2007) and walked one ray at a time. That it differs from the packet
-//! engine's tree is part of the proof: no picture may depend on the tree.
+//! The oracle's own tree: a binary hierarchy built by binned surface area heuristic (Wald, "On Fast
+//! Construction of SAH-based Bounding Volume Hierarchies", 2007) and walked one ray at a time. That
+//! it differs from the packet engine's tree is part of the proof: no picture may depend on the
+//! tree.
 
 use super::intersect::{OracleHit, OracleRaySetup, min};
 use glam::Vec3;
@@ -12,7 +13,8 @@ const BINS: usize = 16;
 const MAX_LEAF_PRIMS: usize = 4;
 /// From this depth on nodes are halved by count, so that no path is deeper than [`MAX_DEPTH`].
 const MAX_SAH_DEPTH: usize = 32;
-/// Length of the traversal stack: 32 levels by heuristic, and 32 halvings of at most 2³² primitives.
+/// Length of the traversal stack: 32 levels by heuristic, and 32 halvings of at most 2³²
+/// primitives.
 const MAX_DEPTH: usize = 64;
 
 #[derive(Clone, Copy, Debug)]
@@ -254,8 +256,8 @@ impl OracleTree {
     }
 }
 
-/// Reorders items into two groups at the cheapest of the bin borders; returns the size of the first (0 if all
-/// centres coincide or no split is cheaper than a small leaf).
+/// Reorders items into two groups at the cheapest of the bin borders; returns the size of the first
+/// (0 if all centres coincide or no split is cheaper than a small leaf).
 fn partition(items: &mut [BuildPrim]) -> usize {
     let centers = items.iter().fold(Bounds::EMPTY, |all, i| {
         all.union(Bounds::new(i.center, i.center))

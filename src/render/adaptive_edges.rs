@@ -1,5 +1,5 @@
-//! Tiles whose pixels get as many samples as their parts need: rounds of the packet engine, each of which halves the cells that
-//! those before have left open.
+//! Tiles whose pixels get as many samples as their parts need: rounds of the packet engine, each of
+//! which halves the cells that those before have left open.
 
 use super::adaptive_noise::{corners, size_of};
 use super::levels::CAMERA_RAYS;
@@ -15,10 +15,12 @@ use phalanx_scene::sampling::{
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::LANES;
 
-/// Samples that are kept at once, of a block or more, if all come that may: with what belongs to them about 110 bytes each.
+/// Samples that are kept at once, of a block or more, if all come that may: with what belongs to
+/// them about 110 bytes each.
 const MAX_GROUP_SAMPLES: u32 = 1 << 16;
 
-/// Rays that are traced together, at most: as many as a tile of the default side has pixels, for the same reason.
+/// Rays that are traced together, at most: as many as a tile of the default side has pixels, for
+/// the same reason.
 const MAX_GROUP_BLOCKS: usize = 1024;
 
 /// Their visibility of the lights is kept by ray of one wave.
@@ -40,7 +42,8 @@ pub(super) struct Scratch {
 }
 
 impl WavefrontRenderer<'_> {
-    /// Paints a tile, and with it whatever else there is of its blocks: pixels beyond a region's border have a say in who needs more.
+    /// Paints a tile, and with it whatever else there is of its blocks: pixels beyond a region's
+    /// border have a say in who needs more.
     pub(super) fn render_by_cells(
         &mut self,
         adaptive: Adaptive,
@@ -74,7 +77,8 @@ impl WavefrontRenderer<'_> {
         self.scratch_buffers = room;
     }
 
-    /// Answers all that the blocks of a group ask for. With the first samples of pixels come hits, where they are wanted.
+    /// Answers all that the blocks of a group ask for. With the first samples of pixels come hits,
+    /// where they are wanted.
     fn refine(
         &mut self,
         room: &mut Scratch,

@@ -1,5 +1,6 @@
-//! Tiles whose pixels get as many samples as they need, where more is left to chance than where a camera ray goes through its pixel:
-//! rounds of the packet engine, each of which asks again who needs more.
+//! Tiles whose pixels get as many samples as they need, where more is left to chance than where a
+//! camera ray goes through its pixel: rounds of the packet engine, each of which asks again who
+//! needs more.
 
 use super::adaptive_edges::within;
 use super::tile_renderer::{WavefrontRenderer, push_block};
@@ -11,7 +12,8 @@ use phalanx_trace::packet::RayQueue;
 use std::ops::Range;
 
 impl WavefrontRenderer<'_> {
-    /// Paints a tile, and with it whatever else there is of its blocks: pixels beyond a region's border have a say in who needs more.
+    /// Paints a tile, and with it whatever else there is of its blocks: pixels beyond a region's
+    /// border have a say in who needs more.
     pub(super) fn render_adaptively(
         &mut self,
         adaptive: Adaptive,
@@ -47,8 +49,9 @@ impl WavefrontRenderer<'_> {
         }
     }
 
-    /// Gives all open pixels these samples. So that packets are full where few pixels are open, several samples of them are traced
-    /// together, as many as one of all pixels would be; where rays have seeds, one sample at a time, because that is what they are for.
+    /// Gives all open pixels these samples. So that packets are full where few pixels are open,
+    /// several samples of them are traced together, as many as one of all pixels would be; where
+    /// rays have seeds, one sample at a time, because that is what they are for.
     fn round(&mut self, whole: Tile, samples: Range<u32>, tile: Tile, pixels: &mut TileBuffer) {
         let open = std::mem::take(&mut self.active_pixels);
         let count: u64 = open.iter().map(|open| u64::from(open.count_ones())).sum();
@@ -99,7 +102,8 @@ pub(super) fn size_of(tile: Tile, (x, y): (u32, u32)) -> (u32, u32) {
     (BLOCK.min(tile.width - x), BLOCK.min(tile.height - y))
 }
 
-/// What the pixels of a block have gathered, and how many columns and rows of it lie in the picture.
+/// What the pixels of a block have gathered, and how many columns and rows of it lie in the
+/// picture.
 fn block(
     gathered: &[PixelAccumulator],
     tile: Tile,

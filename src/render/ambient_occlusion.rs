@@ -1,4 +1,5 @@
-//! A wave of camera rays whose hits are as bright as the sky above them is open: trace, find the surfaces, send one ray from each.
+//! A wave of camera rays whose hits are as bright as the sky above them is open: trace, find the
+//! surfaces, send one ray from each.
 
 use super::aov_buffer::AovBuffer;
 use super::wavefront::{QueueSlice, RadianceX8, WavefrontContext, group_hits};
@@ -7,8 +8,9 @@ use bumpalo::Bump;
 use phalanx_trace::packet::{HitPacket, RayQueue};
 use phalanx_trace::simd::{LANES, LaneMask, Mask8, Vec3x8};
 
-/// Traces a wave and writes to `radiance`, which are black, 1 for rays whose hit sends a ray that meets nothing within `ao_distance`, and the
-/// background for those that hit nothing. `aovs` receives what is to be known of them beside that.
+/// Traces a wave and writes to `radiance`, which are black, 1 for rays whose hit sends a ray that
+/// meets nothing within `ao_distance`, and the background for those that hit nothing. `aovs`
+/// receives what is to be known of them beside that.
 pub(super) fn ambient_occlusion(
     engine: &mut WavefrontContext,
     arena: &mut Bump,

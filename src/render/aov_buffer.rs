@@ -84,7 +84,8 @@ impl<'arena> AovBuffer<'arena> {
         }
     }
 
-    /// Adds the weighted answers of some packets of bounces, of which the first `mirrored` rays are mirror rays.
+    /// Adds the weighted answers of some packets of bounces, of which the first `mirrored` rays are
+    /// mirror rays.
     pub(super) fn accumulate(
         &mut self,
         queue: &RayQueue,

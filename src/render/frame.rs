@@ -33,8 +33,9 @@ pub enum Integrator {
     /// Light that falls on it from lights, and by mirror and refracted rays.
     #[default]
     Whitted,
-    /// Ambient occlusion: how much of the sky is open above it, by the cosine. One ray a camera ray, so that only the mean over many is
-    /// between black and white. Colours, lights and bounces are left out; rays that hit nothing have the background.
+    /// Ambient occlusion: how much of the sky is open above it, by the cosine. One ray a camera
+    /// ray, so that only the mean over many is between black and white. Colours, lights and bounces
+    /// are left out; rays that hit nothing have the background.
     Occlusion {
         /// What is farther away stops no ray: in units of the scene's file, or infinite.
         distance: f32,
@@ -61,8 +62,8 @@ pub struct Settings {
     pub min_weight: Option<f32>,
     /// Camera rays of a pixel.
     pub sampling: Sampling,
-    /// What camera rays come through, in units of the scene's file; a pinhole if there is none. Where through the lens a ray goes is
-    /// left to chance even with one ray a pixel.
+    /// What camera rays come through, in units of the scene's file; a pinhole if there is none.
+    /// Where through the lens a ray goes is left to chance even with one ray a pixel.
     pub lens: Option<Lens>,
     /// What is seen of what camera rays hit.
     pub integrator: Integrator,
@@ -82,23 +83,27 @@ pub struct Settings {
     pub record_hits: bool,
 }
 
-/// Tile side of [`Settings::of`]: 1024 rays fill the packets of their bounces and stay within the level 2 cache.
+/// Tile side of [`Settings::of`]: 1024 rays fill the packets of their bounces and stay within the
+/// level 2 cache.
 pub const DEFAULT_TILE: u32 = 32;
 
-/// Least weight of a bounce where a ray may take more than [`FULL_DEPTH`] of them, if nothing is said.
+/// Least weight of a bounce where a ray may take more than [`FULL_DEPTH`] of them, if nothing is
+/// said.
 ///
-/// Chosen so that the usual pictures stay as they are, and deep ones end. Weights of 2⁻¹² and less still change some samples of 8 bits:
-/// where a sum lies at the edge of two values, one unit in the last place decides, and only from 2⁻²⁴ on no picture of the project
-/// changed. At that weight a closed room of Ks = Kt = 0.5 takes 2²⁵ rays a camera ray, at 2⁻¹² it
-/// takes 2¹³ at most, and so do rooms of greater Ks and Kt. So rays that depth alone bounds are all
-/// traced, and those of deeper pictures down to this weight.
+/// Chosen so that the usual pictures stay as they are, and deep ones end. Weights of 2⁻¹² and less
+/// still change some samples of 8 bits: where a sum lies at the edge of two values, one unit in the
+/// last place decides, and only from 2⁻²⁴ on no picture of the project changed. At that weight a
+/// closed room of Ks = Kt = 0.5 takes 2²⁵ rays a camera ray, at 2⁻¹² it takes 2¹³ at most, and so
+/// do rooms of greater Ks and Kt. So rays that depth alone bounds are all traced, and those of
+/// deeper pictures down to this weight.
 pub const MIN_WEIGHT: f32 = 1.0 / 4096.0;
 
 /// Bounces up to which all are traced, if nothing is said: no more than 2¹¹ rays a camera ray.
 pub const FULL_DEPTH: u32 = 10;
 
 impl Settings {
-    /// The scene's own size and depth, one ray through the centre of each pixel, one thread, the packet engine.
+    /// The scene's own size and depth, one ray through the centre of each pixel, one thread, the
+    /// packet engine.
     pub fn of(scene: &Scene) -> Settings {
         Settings {
             width: scene.width,
@@ -162,7 +167,8 @@ impl Settings {
         }
     }
 
-    /// Least weight of bounces: what was asked for, else 0 for a maximum depth of up to [`FULL_DEPTH`] and [`MIN_WEIGHT`] beyond.
+    /// Least weight of bounces: what was asked for, else 0 for a maximum depth of up to
+    /// [`FULL_DEPTH`] and [`MIN_WEIGHT`] beyond.
     pub fn min_path_weight(&self) -> f32 {
         let by_depth = match self.max_depth {
             0..=FULL_DEPTH => 0.0,
@@ -240,11 +246,13 @@ pub enum AccelRef<'a> {
 /// What is known of a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeStats {
-    /// Nodes. The packet engine's hold two boxes each and leaves are no nodes; the oracle's leaves are.
+    /// Nodes. The packet engine's hold two boxes each and leaves are no nodes; the oracle's leaves
+    /// are.
     pub nodes: usize,
     /// Longest path from the root, the root counting 1.
     pub depth: usize,
-    /// Surface area heuristic cost: expected node visits plus primitive tests of a random ray through the root box.
+    /// Surface area heuristic cost: expected node visits plus primitive tests of a random ray
+    /// through the root box.
     pub sah: f64,
     /// Bytes held by the nodes.
     pub node_bytes: usize,
@@ -269,12 +277,14 @@ impl TreeStats {
 }
 
 impl Accel {
-    /// Builds the tree of an engine with the default settings. The scene must have passed [`Scene::validate`].
+    /// Builds the tree of an engine with the default settings. The scene must have passed
+    /// [`Scene::validate`].
     pub fn build(scene: &Scene, engine: Engine) -> Accel {
         Accel::build_with(scene, engine, &BuildSettings::default())
     }
 
-    /// Builds the tree of an engine. The settings are the packet engine's: the oracle has one way to build, on one thread.
+    /// Builds the tree of an engine. The settings are the packet engine's: the oracle has one way
+    /// to build, on one thread.
     pub fn build_with(scene: &Scene, engine: Engine, settings: &BuildSettings) -> Accel {
         Accel(match engine {
             Engine::Simd => AccelKind::Packets(Bvh::build_with(scene, settings)),
@@ -306,8 +316,8 @@ impl Accel {
         }
     }
 
-    /// Makes what the kernel of a frame needs beside the binary tree. [`render`] does so itself where it has not been done, and
-    /// then the frame's seconds have it.
+    /// Makes what the kernel of a frame needs beside the binary tree. [`render`] does so itself
+    /// where it has not been done, and then the frame's seconds have it.
     pub fn build_wide_bvh(&self, settings: &Settings) {
         if let AccelKind::Packets(bvh) = &self.0 {
             build_wide_bvh(bvh, settings);
@@ -342,8 +352,9 @@ fn build_wide_bvh(bvh: &Bvh, settings: &Settings) -> Kernel {
 /// Renders one frame with the engine that `accel` was built for.
 ///
 /// # Errors
-/// [`FrameError::Interrupted`] if `control.stop` was set before the last tile was taken, [`FrameError::View`] if the
-/// scene has no camera frame, which [`Scene::validate`] would have said, [`FrameError::Lens`] if the lens asked for is none.
+/// [`FrameError::Interrupted`] if `control.stop` was set before the last tile was taken,
+/// [`FrameError::View`] if the scene has no camera frame, which [`Scene::validate`] would have
+/// said, [`FrameError::Lens`] if the lens asked for is none.
 pub fn render(
     scene: &Scene,
     accel: &Accel,
@@ -380,7 +391,8 @@ pub fn render_with(
     })
 }
 
-/// Renders these tiles of the picture, and puts them into the sink. The region of the settings says nothing here.
+/// Renders these tiles of the picture, and puts them into the sink. The region of the settings says
+/// nothing here.
 ///
 /// # Errors
 /// Those of [`render`].
@@ -426,7 +438,8 @@ pub fn render_tiles(
     }?)
 }
 
-/// What the camera ray of each pixel of the window costs the packet engine, row by row from the top left.
+/// What the camera ray of each pixel of the window costs the packet engine, row by row from the top
+/// left.
 ///
 /// # Errors
 /// Those of [`render`].

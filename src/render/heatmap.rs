@@ -25,7 +25,8 @@ pub enum RayCost {
     Time,
 }
 
-/// Times each pair of packets so often, and takes the least: what interrupts a thread only ever adds.
+/// Times each pair of packets so often, and takes the least: what interrupts a thread only ever
+/// adds.
 const REPEATS: usize = 3;
 
 /// Paints costs in place of radiance, the same in all three planes.

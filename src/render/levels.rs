@@ -1,17 +1,17 @@
 //! Bounces of bounces: which wave is traced when, and how large waves may be.
 //!
-//! The bounces of a wave wait in the queue of its level. They are traced piece by piece as waves of the next level, and
-//! each piece is folded into the wave before the next is traced, mirror rays before refracted ones. That gives the sum the
-//! order of the recursion: (local + Ks I_R) + Kt I_T. The levels are a stack of their own, so that no depth overflows the
-//! thread's.
+//! The bounces of a wave wait in the queue of its level. They are traced piece by piece as waves of
+//! the next level, and each piece is folded into the wave before the next is traced, mirror rays
+//! before refracted ones. That gives the sum the order of the recursion: (local + Ks I_R) + Kt I_T.
+//! The levels are a stack of their own, so that no depth overflows the thread's.
 //!
 //! | memory of a thread | at most |
 //! |---|---|
 //! | what a wave needs while it is shaded | that of [`WAVE_RAYS`] rays; all waves share it |
 //! | bounces and radiance of all levels | [`BOUNCE_BYTES`] beside those of the first level; at least one packet a level |
 //!
-//! No level's wave is larger than the wave above it. Where all levels would not fit at that size, waves below the first are
-//! smaller: every level gets the same share of [`BOUNCE_BYTES`].
+//! No level's wave is larger than the wave above it. Where all levels would not fit at that size,
+//! waves below the first are smaller: every level gets the same share of [`BOUNCE_BYTES`].
 
 use super::aov_buffer::AovBuffer;
 use super::shadow_cache::ShadowCache;
@@ -23,8 +23,8 @@ use phalanx_trace::packet::{QueueColumns, QueueStorage, RayQueue};
 use phalanx_trace::simd::LANES;
 use std::ops::Range;
 
-/// Bytes of all levels but the first, unless one packet a level needs more. The rays of a tile of the default side are
-/// traced together down to a depth of 40.
+/// Bytes of all levels but the first, unless one packet a level needs more. The rays of a tile of
+/// the default side are traced together down to a depth of 40.
 const BOUNCE_BYTES: usize = 5 << 20;
 
 /// Most rays of a wave.
@@ -102,7 +102,8 @@ impl BounceWeights {
 /// Bounces that are looked at one by one.
 const MAX_TRIED_BOUNCES: u32 = 10_000;
 
-/// How often 1 is multiplied by a factor until it is less than `least`; `None` if that takes more than `most` or [`MAX_TRIED_BOUNCES`].
+/// How often 1 is multiplied by a factor until it is less than `least`; `None` if that takes more
+/// than `most` or [`MAX_TRIED_BOUNCES`].
 fn bounces_until_below(factor: f64, least: f32, most: u32) -> Option<u32> {
     let mut product = 1.0;
     (1..=most.min(MAX_TRIED_BOUNCES)).find(|_| {
@@ -183,8 +184,8 @@ impl BounceQueue {
         self.slice = 0..0;
     }
 
-    /// Those of a wave of `wave` packets, with room for `ways` of each ray: `push` queues them, and tells how many are
-    /// mirror rays.
+    /// Those of a wave of `wave` packets, with room for `ways` of each ray: `push` queues them, and
+    /// tells how many are mirror rays.
     pub(super) fn fill(
         &mut self,
         wave: usize,
@@ -240,9 +241,9 @@ impl Levels {
     }
 }
 
-/// Traces a wave of camera rays and all their bounces, and adds up the radiance of the camera rays in `radiance`. `aovs`
-/// receives what is to be known of them beside that, and `cache` what they see of the lights, where they know some of
-/// it.
+/// Traces a wave of camera rays and all their bounces, and adds up the radiance of the camera rays
+/// in `radiance`. `aovs` receives what is to be known of them beside that, and `cache` what they
+/// see of the lights, where they know some of it.
 pub(super) fn trace_waves(
     engine: &mut WavefrontContext,
     (scratch, levels): (&mut Bump, &mut Levels),

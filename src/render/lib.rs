@@ -1,8 +1,8 @@
 //! A tile's life in order; tiles, workers, film, statistics.
 //!
-//! `wavefront` is the one place where the order of the stages can be read: rays are traced, hits shaded,
-//! shadow rays answered, bounces queued (`secondary`). In `levels`, what bounces becomes the next
-//! wave, folded back when it is done.
+//! `wavefront` is the one place where the order of the stages can be read: rays are traced, hits
+//! shaded, shadow rays answered, bounces queued (`secondary`). In `levels`, what bounces becomes
+//! the next wave, folded back when it is done.
 
 mod adaptive_edges;
 mod adaptive_noise;

@@ -1,5 +1,5 @@
-//! What the rays of a wave know of the lights from samples around theirs, and what they see: for samples that halve cells
-//! (`sampling::adaptive_edges`).
+//! What the rays of a wave know of the lights from samples around theirs, and what they see: for
+//! samples that halve cells (`sampling::adaptive_edges`).
 
 use super::adaptive_edges::RefineRequest;
 use super::wavefront::RadianceX8;
@@ -70,7 +70,8 @@ impl<'a> ShadowCache<'a> {
         }
     }
 
-    /// For some packets of bounces of the camera rays, of which the first `mirrored` rays are mirror rays.
+    /// For some packets of bounces of the camera rays, of which the first `mirrored` rays are
+    /// mirror rays.
     pub(super) fn child<'s>(
         &'s mut self,
         arena: &'s Bump,
@@ -93,7 +94,8 @@ impl<'a> ShadowCache<'a> {
 }
 
 impl CachedLights<'_, '_, '_> {
-    /// Adds a light's term where it is known to be seen, and gives the lanes of the `needed` ones for which it must be asked.
+    /// Adds a light's term where it is known to be seen, and gives the lanes of the `needed` ones
+    /// for which it must be asked.
     pub(super) fn apply(
         &mut self,
         light: usize,

@@ -43,14 +43,16 @@ pub struct WavefrontRenderer<'a> {
     pub(super) seeded: bool,
     /// How far the sky is, where nothing but that is to be seen.
     ao_distance: Option<f32>,
-    /// Memory that lives as long as camera rays that are traced together, and as long as one wave of them.
+    /// Memory that lives as long as camera rays that are traced together, and as long as one wave
+    /// of them.
     tile_arena: Bump,
     scratch: Bump,
     levels: Levels,
 }
 
 impl<'a> WavefrontRenderer<'a> {
-    /// A painter for one worker, with one ray through the centre of each pixel. `max_depth` counts bounces after the primary ray.
+    /// A painter for one worker, with one ray through the centre of each pixel. `max_depth` counts
+    /// bounces after the primary ray.
     pub fn new(
         scene: &'a Scene,
         bvh: &'a Bvh,
@@ -84,7 +86,8 @@ impl<'a> WavefrontRenderer<'a> {
         .with_min_weight(0.0)
     }
 
-    /// With bounces only where the product of the weights along the way is at least this in some component.
+    /// With bounces only where the product of the weights along the way is at least this in some
+    /// component.
     pub fn with_min_weight(self, min_weight: f32) -> Self {
         let scene = self.context.scene;
         let levels = Levels::new(scene, self.levels.max_depth(), min_weight);
@@ -114,7 +117,8 @@ impl<'a> WavefrontRenderer<'a> {
         }
     }
 
-    /// With ambient occlusion in place of shading: a hit is white if one ray from it meets nothing within `reach`, and else black.
+    /// With ambient occlusion in place of shading: a hit is white if one ray from it meets nothing
+    /// within `reach`, and else black.
     pub fn with_ambient_occlusion(self, reach: f32) -> Self {
         WavefrontRenderer {
             ao_distance: Some(reach),
@@ -123,8 +127,9 @@ impl<'a> WavefrontRenderer<'a> {
         }
     }
 
-    /// Traces camera rays, room for so many of which is in the queue that `push` fills, and tells `take` what came of them. Where rays
-    /// have seeds, all are the `sample`-th of their pixels; with the first of them come hits, if they are wanted.
+    /// Traces camera rays, room for so many of which is in the queue that `push` fills, and tells
+    /// `take` what came of them. Where rays have seeds, all are the `sample`-th of their pixels;
+    /// with the first of them come hits, if they are wanted.
     pub(super) fn trace(
         &mut self,
         room: usize,
@@ -225,9 +230,10 @@ impl TileRenderer for WavefrontRenderer<'_> {
     }
 }
 
-/// Appends the `sample`-th camera ray of each pixel of a tile, in 8×8 blocks of 4×2 pixels a packet. Their parent is the pixel's
-/// place in the tile, row and column in sixteen bits each, and the first number of their weight what they count. If the queue has
-/// seeds, theirs are the pixels'.
+/// Appends the `sample`-th camera ray of each pixel of a tile, in 8×8 blocks of 4×2 pixels a
+/// packet. Their parent is the pixel's place in the tile, row and column in sixteen bits each, and
+/// the first number of their weight what they count. If the queue has seeds, theirs are the
+/// pixels'.
 ///
 /// # Panics
 /// If the queue has no room for them.
@@ -286,7 +292,8 @@ pub(super) fn push_block(
     }
 }
 
-/// Appends the camera rays of the first `count` of these places, all through one eye. Their parents are `pixels`.
+/// Appends the camera rays of the first `count` of these places, all through one eye. Their parents
+/// are `pixels`.
 pub(super) fn push_samples(
     rays: &mut RayQueue,
     camera: &Camera,
@@ -342,7 +349,8 @@ impl TracedSamples<'_> {
         })
     }
 
-    /// Of each ray, its radiance, the same by the way it came, if that is wanted, and what it counts.
+    /// Of each ray, its radiance, the same by the way it came, if that is wanted, and what it
+    /// counts.
     pub(super) fn outcomes(&self) -> impl Iterator<Item = ([f32; 3], [[f32; 3]; 3], f32)> {
         let aovs = self.aovs.filter(|aovs| !aovs.light[0].is_empty());
         self.lanes().map(move |(packet, lane, _)| {
@@ -353,7 +361,8 @@ impl TracedSamples<'_> {
         })
     }
 
-    /// Keeps hits and surfaces of first rays, where `pixel` gives a place in the tile for a place of the rays.
+    /// Keeps hits and surfaces of first rays, where `pixel` gives a place in the tile for a place
+    /// of the rays.
     pub(super) fn keep(
         &self,
         pixels: &mut TileBuffer,

@@ -1,5 +1,5 @@
-//! One wave of rays, whole: trace, shade, ask the lights, bounce. What becomes of the bounces, and when they are folded, is
-//! told in `levels`.
+//! One wave of rays, whole: trace, shade, ask the lights, bounce. What becomes of the bounces, and
+//! when they are folded, is told in `levels`.
 
 use super::aov_buffer::AovBuffer;
 use super::levels::BounceQueue;
@@ -101,9 +101,9 @@ impl QueueSlice<'_, '_> {
     }
 }
 
-/// Traces a wave, writes what its rays gather without bounces to `colors`, packet by packet, and queues their bounces, where
-/// any are allowed. `aovs` receives what is to be known of the rays beside that, and `cache` what they see of the lights,
-/// where they know some of it.
+/// Traces a wave, writes what its rays gather without bounces to `colors`, packet by packet, and
+/// queues their bounces, where any are allowed. `aovs` receives what is to be known of the rays
+/// beside that, and `cache` what they see of the lights, where they know some of it.
 pub(super) fn trace_wavefront(
     engine: &mut WavefrontContext,
     arena: &Bump,
@@ -134,7 +134,8 @@ pub(super) fn trace_wavefront(
     }
 }
 
-/// A [`ShadeGroup`] in one word: kind in the upper two bits, then whether instances show it, then the material.
+/// A [`ShadeGroup`] in one word: kind in the upper two bits, then whether instances show it, then
+/// the material.
 type ShadeKey = u32;
 
 const INSTANCED: ShadeKey = 1 << 29;
@@ -150,7 +151,8 @@ fn shade_key(scene: &Scene, prim_id: u32) -> ShadeKey {
     kind << 30 | instanced | scene.prim_material(placed.prim)
 }
 
-/// The batch of every hit of a scene of one kind and one material, such as a scanned mesh: two look-ups less a hit.
+/// The batch of every hit of a scene of one kind and one material, such as a scanned mesh: two
+/// look-ups less a hit.
 fn uniform_key(scene: &Scene) -> Option<ShadeKey> {
     if !scene.instances.is_empty() {
         return None;
@@ -165,18 +167,20 @@ fn uniform_key(scene: &Scene) -> Option<ShadeKey> {
     one.then(|| shade_key(scene, 0))
 }
 
-/// A hit that has to be regrouped: its batch in the upper half, the ray's index in the wave in the lower.
+/// A hit that has to be regrouped: its batch in the upper half, the ray's index in the wave in the
+/// lower.
 type HitKey = u64;
 
 fn shade_key_of(key: HitKey) -> ShadeKey {
     (key >> 32) as ShadeKey
 }
 
-/// Gives missing rays the background and every hit its surface. A packet whose lanes all hit one kind and material is
-/// shaded as it stands; the other hits are sorted by kind and material, and shaded eight at a time.
+/// Gives missing rays the background and every hit its surface. A packet whose lanes all hit one
+/// kind and material is shaded as it stands; the other hits are sorted by kind and material, and
+/// shaded eight at a time.
 ///
-/// The second list holds the texture colour of each surface; it is empty where the scene has no textures, so that such
-/// a scene pays nothing for them.
+/// The second list holds the texture colour of each surface; it is empty where the scene has no
+/// textures, so that such a scene pays nothing for them.
 pub(super) fn group_hits<'arena>(
     arena: &'arena Bump,
     scene: &Scene,

@@ -19,8 +19,8 @@ pub enum CoreAffinity {
 pub struct Cores(Vec<core_affinity::CoreId>);
 
 impl Cores {
-    /// The cores of the process's affinity mask. To be asked for before any thread is bound: a bound thread's children
-    /// would see one core only.
+    /// The cores of the process's affinity mask. To be asked for before any thread is bound: a
+    /// bound thread's children would see one core only.
     pub fn here(pin: CoreAffinity) -> Cores {
         Cores(match pin {
             CoreAffinity::None => Vec::new(),
@@ -28,7 +28,8 @@ impl Cores {
         })
     }
 
-    /// Binds the calling thread, which is worker `worker`. It is a wish: where the system refuses, it stays unbound.
+    /// Binds the calling thread, which is worker `worker`. It is a wish: where the system refuses,
+    /// it stays unbound.
     pub fn bind(&self, worker: usize) {
         if let Some(&core) = self.0.get(worker % self.0.len().max(1)) {
             core_affinity::set_for_current(core);
@@ -71,7 +72,8 @@ pub struct RenderedTiles {
     pub tile_seconds: Vec<f64>,
 }
 
-/// Paints all tiles on `threads` workers, each with a painter of its own made by `renderer`, and puts them into the sink.
+/// Paints all tiles on `threads` workers, each with a painter of its own made by `renderer`, and
+/// puts them into the sink.
 ///
 /// # Errors
 /// [`Interrupted`] if `control.stop` was set before the last tile was taken.
@@ -125,7 +127,8 @@ pub fn render_on_workers<P: TileRenderer>(
     };
     std::thread::scope(|scope| {
         let spawn = |k| std::thread::Builder::new().spawn_scoped(scope, move || work(Some(k)));
-        // Where the system has no more threads, those that there are do the rest; at worst this one alone.
+        // Where the system has no more threads, those that there are do the rest; at worst this one
+        // alone.
         let handles: Vec<_> = (0..threads.max(1)).map_while(|k| spawn(k).ok()).collect();
         if handles.is_empty() {
             add(work(None));

@@ -46,10 +46,11 @@ impl Bounds {
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
-    /// The box that a hit on the boxed primitive must pass, and from which every node of every tree is made.
+    /// The box that a hit on the boxed primitive must pass, and from which every node of every tree
+    /// is made.
     ///
-    /// Grown on all sides by [`PAD`] times its largest coordinate, which covers the rounding error of the hit point:
-    /// see `trace::traverse`, "Why no tree can lose a hit".
+    /// Grown on all sides by [`PAD`] times its largest coordinate, which covers the rounding error
+    /// of the hit point: see `trace::traverse`, "Why no tree can lose a hit".
     #[inline]
     pub fn padded(self) -> Bounds {
         let pad = Vec3::splat(PAD * self.lo.abs().max(self.hi.abs()).max_element());
@@ -57,10 +58,12 @@ impl Bounds {
     }
 }
 
-/// Relative outward padding of boxes and of ray origins in the slab test: 2⁻¹⁹ ≈ 1.9e-6, 32 units in the last place.
+/// Relative outward padding of boxes and of ray origins in the slab test: 2⁻¹⁹ ≈ 1.9e-6, 32 units
+/// in the last place.
 ///
-/// A ray that passes a triangle's edges as computed is within some 8 units in the last place of |vertex − origin| of it; the
-/// box carries 32 of its own largest coordinate and the origin 32 of its own.
+/// A ray that passes a triangle's edges as computed is within some 8 units in the last place of
+/// |vertex − origin| of it; the box carries 32 of its own largest coordinate and the origin 32 of
+/// its own.
 pub const PAD: f32 = 1.0 / 524_288.0;
 
 /// How far along its normal a point is moved off a plane, as a share of |n|·|p|, the sizes of the

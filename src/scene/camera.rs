@@ -1,10 +1,12 @@
 //! Camera rays, one at a time (design document, "Creating a ray from the camera").
 //!
-//! α = tan(fov_x/2)·(j − W/2)/(W/2), β = tan(fov_y/2)·(H/2 − i)/(H/2), dir = (αu + βv − w)/|αu + βv − w|. With
-//! fov_x = 2·atan(tan(fov_y/2)·W/H) the two slopes per pixel are one number, 2·tan(fov_y/2)/H: pixels are square. It
-//! is computed in f64 with `libm`, so that every build starts from the same bits.
+//! α = tan(fov_x/2)·(j − W/2)/(W/2), β = tan(fov_y/2)·(H/2 − i)/(H/2), dir = (αu + βv − w)/|αu + βv
+//! − w|. With fov_x = 2·atan(tan(fov_y/2)·W/H) the two slopes per pixel are one number,
+//! 2·tan(fov_y/2)/H: pixels are square. It is computed in f64 with `libm`, so that every build
+//! starts from the same bits.
 //!
-//! With a lens, rays start on it and meet in the plane of focus (Cook, Porter and Carpenter, "Distributed Ray Tracing", 1984).
+//! With a lens, rays start on it and meet in the plane of focus (Cook, Porter and Carpenter,
+//! "Distributed Ray Tracing", 1984).
 
 use crate::{View, ViewError};
 use glam::Vec3;
@@ -34,7 +36,8 @@ pub enum LensError {
     TooWide,
 }
 
-/// Widest aperture, in distances of focus: beyond, rays through the rim are parallel to the picture.
+/// Widest aperture, in distances of focus: beyond, rays through the rim are parallel to the
+/// picture.
 const MAX_APERTURE_PER_FOCUS: f32 = 1000.0;
 
 /// Widest aperture in units of the scene: as far as a scene's coordinates reach.
@@ -142,11 +145,11 @@ impl Camera {
         self.lens.is_some()
     }
 
-    /// Origin and unit direction of the ray through a pixel position, as in [`Camera::direction`], and a point of the lens, which is
-    /// given on the unit disc.
+    /// Origin and unit direction of the ray through a pixel position, as in [`Camera::direction`],
+    /// and a point of the lens, which is given on the unit disc.
     ///
-    /// All rays of a pixel position meet in one point of the plane of focus. What is `x` radii further right on the lens goes by
-    /// `x` times radius over distance of focus less to the right.
+    /// All rays of a pixel position meet in one point of the plane of focus. What is `x` radii
+    /// further right on the lens goes by `x` times radius over distance of focus less to the right.
     #[inline]
     pub fn through_lens(&self, row: f32, column: f32, [x, y]: [f32; 2]) -> (Vec3, Vec3) {
         let LensDisk { radius, spread } = self.lens();
@@ -157,7 +160,8 @@ impl Camera {
         (org, d * (1.0 / d.dot(d).sqrt()))
     }
 
-    /// Unit direction through the continuous pixel position (`row` down, `column` right); a pixel's centre is at + 0.5.
+    /// Unit direction through the continuous pixel position (`row` down, `column` right); a pixel's
+    /// centre is at + 0.5.
     #[inline]
     pub fn direction(&self, row: f32, column: f32) -> Vec3 {
         let alpha = (column - self.half_width) * self.slope;

@@ -5,7 +5,8 @@ use std::fmt;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
-/// A growable column. Reads like a slice wherever its rows are; the first change copies rows that are not its own.
+/// A growable column. Reads like a slice wherever its rows are; the first change copies rows that
+/// are not its own.
 pub struct Column<T: 'static>(Storage<T>);
 
 enum Storage<T: 'static> {
@@ -24,7 +25,8 @@ impl<T> Column<T> {
         Column(Storage::Owned(Vec::new()))
     }
 
-    /// Rows that live elsewhere, and what keeps them alive. No longer borrow than the column's own is ever given out.
+    /// Rows that live elsewhere, and what keeps them alive. No longer borrow than the column's own
+    /// is ever given out.
     #[inline]
     pub fn mapped(rows: &'static [T], keeper: Arc<dyn Any + Send + Sync>) -> Column<T> {
         Column(Storage::Mapped { rows, keeper })

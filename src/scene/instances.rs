@@ -33,7 +33,8 @@ impl Meshes {
     }
 }
 
-/// Meshes placed in the world. Each map is stored as three columns of its matrix and its translation.
+/// Meshes placed in the world. Each map is stored as three columns of its matrix and its
+/// translation.
 #[derive(Clone, Debug, Default)]
 pub struct Instances {
     /// Which mesh.
@@ -46,11 +47,12 @@ pub struct Instances {
     pub to_object: [Vec3s; 4],
 }
 
-/// Most that a map or its inverse may stretch a direction, and one over the least that its longest column may measure:
-/// beyond, squares of what it makes of mesh coordinates leave single precision.
+/// Most that a map or its inverse may stretch a direction, and one over the least that its longest
+/// column may measure: beyond, squares of what it makes of mesh coordinates leave single precision.
 const MAX_STRETCH: f64 = 1_099_511_627_776.0; // 2^40
 
-/// An instance's map has no inverse, or it or its inverse stretches or shrinks beyond 2^±40 or what f32 can hold.
+/// An instance's map has no inverse, or it or its inverse stretches or shrinks beyond 2^±40 or what
+/// f32 can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the transform cannot be inverted in single precision")]
 pub struct NotInvertible;
@@ -109,14 +111,15 @@ impl Instances {
         std::array::from_fn(|k| self.to_object[k].get(i))
     }
 
-    /// Whether both maps are such as [`super::Scene::add_instance`] takes, but for being each other's inverse.
+    /// Whether both maps are such as [`super::Scene::add_instance`] takes, but for being each
+    /// other's inverse.
     #[inline]
     pub(super) fn has_moderate_transforms(&self, i: usize) -> bool {
         is_moderate(&self.world_columns(i)) && is_moderate(&self.object_columns(i))
     }
 
-    /// World bounds of an instance of a mesh with these bounds, grown by what the rounding of the two maps can
-    /// amount to: [`PAD`] of the largest number that each of them adds up.
+    /// World bounds of an instance of a mesh with these bounds, grown by what the rounding of the
+    /// two maps can amount to: [`PAD`] of the largest number that each of them adds up.
     #[inline]
     pub fn bounds(&self, i: usize, mesh: Bounds) -> Bounds {
         if mesh.is_empty() {
@@ -126,7 +129,8 @@ impl Instances {
         Bounds::new(lo.as_vec3(), hi.as_vec3())
     }
 
-    /// The corners of [`Instances::bounds`] of a mesh that is not empty, before they are rounded, or overflow.
+    /// The corners of [`Instances::bounds`] of a mesh that is not empty, before they are rounded,
+    /// or overflow.
     pub(super) fn corners(&self, i: usize, mesh: Bounds) -> (DVec3, DVec3) {
         let to_world = self.world_columns(i).map(|c| c.as_dvec3());
         let to_object = self.object_columns(i).map(|c| c.as_dvec3());
@@ -135,7 +139,8 @@ impl Instances {
         let position = linear(&to_world, center) + to_world[3];
         let reach = linear(&to_world.map(DVec3::abs), half);
         let (lo, hi) = (position - reach, position + reach);
-        // A place p of the world becomes Mp + s with an error of |M||p| + |s|, which comes back through |W|.
+        // A place p of the world becomes Mp + s with an error of |M||p| + |s|, which comes back
+        // through |W|.
         let far = lo.abs().max(hi.abs());
         let lost = linear(&to_object.map(DVec3::abs), far) + to_object[3].abs();
         let slack = linear(&to_world.map(DVec3::abs), lost) * f64::from(PAD);
@@ -159,7 +164,8 @@ mod tests {
     use super::*;
     use glam::{DMat3, DQuat};
 
-    /// What single precision makes of a place, on its way to the world and back, is still within the box.
+    /// What single precision makes of a place, on its way to the world and back, is still within
+    /// the box.
     #[test]
     fn boxes_hold_what_rounding_does_to_their_corners() {
         let mut seed = 1u32;

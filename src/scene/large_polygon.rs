@@ -1,8 +1,10 @@
-//! Polygons of many corners, by a constrained Delaunay triangulation (the crate spade): n log n for outlines of any
-//! shape, where cutting ears is quadratic as soon as corners coincide or lie in rows.
+//! Polygons of many corners, by a constrained Delaunay triangulation (the crate spade): n log n for
+//! outlines of any shape, where cutting ears is quadratic as soon as corners coincide or lie in
+//! rows.
 //!
-//! An outline encloses all that an odd number of its edges separates from the outside. An edge that crosses one
-//! before it is led along the sides of the triangles that it meets, so that the outline stays closed whatever it does.
+//! An outline encloses all that an odd number of its edges separates from the outside. An edge that
+//! crosses one before it is led along the sides of the triangles that it meets, so that the outline
+//! stays closed whatever it does.
 
 use spade::{
     ConstrainedDelaunayTriangulation, HasPosition, HierarchyHintGenerator, Intersection,
@@ -10,8 +12,9 @@ use spade::{
 };
 use std::collections::HashMap;
 
-/// Sides of triangles that all edges together may meet, for each corner. Outlines that do not cross themselves were seen
-/// to meet up to 7; beyond, the outline is a tangle, which has no proper triangles.
+/// Sides of triangles that all edges together may meet, for each corner. Outlines that do not cross
+/// themselves were seen to meet up to 7; beyond, the outline is a tangle, which has no proper
+/// triangles.
 const MAX_STEPS: usize = 32;
 
 /// A corner and its number.
@@ -32,7 +35,8 @@ type Delaunay =
     ConstrainedDelaunayTriangulation<OutlineVertex, (), (), (), HierarchyHintGenerator<f64>>;
 type VertexHandle = spade::handles::FixedVertexHandle;
 
-/// Counter-clockwise triangles of an outline, two fewer than corners at most; none of a tangle, and of what has no area.
+/// Counter-clockwise triangles of an outline, two fewer than corners at most; none of a tangle, and
+/// of what has no area.
 pub(super) fn triangulate(outline: &[[f64; 2]]) -> Option<Vec<[u32; 3]>> {
     let (corners, place_of) = distinct(outline);
     let mut delaunay = Delaunay::new();
@@ -98,9 +102,9 @@ fn distinct(outline: &[[f64; 2]]) -> (Vec<OutlineVertex>, Vec<u32>) {
     (corners, place_of)
 }
 
-/// The corners in an order by chance, in which each is inserted in log n steps, wherever they lie (Guibas, Knuth and
-/// Sharir, "Randomized Incremental Construction of Delaunay and Voronoi Diagrams", 1992). Three that are not in a row
-/// come first; none of corners that all are.
+/// The corners in an order by chance, in which each is inserted in log n steps, wherever they lie
+/// (Guibas, Knuth and Sharir, "Randomized Incremental Construction of Delaunay and Voronoi
+/// Diagrams", 1992). Three that are not in a row come first; none of corners that all are.
 fn shuffled(mut corners: Vec<OutlineVertex>) -> Option<Vec<OutlineVertex>> {
     let first = corners.first()?.point;
     let off = |p: &OutlineVertex| (p.point.x - first.x, p.point.y - first.y);
@@ -117,8 +121,9 @@ fn shuffled(mut corners: Vec<OutlineVertex>) -> Option<Vec<OutlineVertex>> {
     Some(corners)
 }
 
-/// Brings items into an order by chance, always the same. Edges need one as corners do (Shewchuk and Brown, "Fast segment
-/// insertion and incremental construction of constrained Delaunay triangulations", 2015).
+/// Brings items into an order by chance, always the same. Edges need one as corners do (Shewchuk
+/// and Brown, "Fast segment insertion and incremental construction of constrained Delaunay
+/// triangulations", 2015).
 fn shuffle<T>(items: &mut [T]) {
     let mut random = 1u64;
     for k in (1..items.len()).rev() {
@@ -130,8 +135,8 @@ fn shuffle<T>(items: &mut [T]) {
     }
 }
 
-/// The power of two that gives numbers an extent of about 1: outlines are as wide as high, so that triangles are not all
-/// slivers, and nothing is rounded.
+/// The power of two that gives numbers an extent of about 1: outlines are as wide as high, so that
+/// triangles are not all slivers, and nothing is rounded.
 fn unit_scale(numbers: impl Iterator<Item = f64>) -> f64 {
     let (lo, hi) = numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| {
         (lo.min(x), hi.max(x))
@@ -144,8 +149,8 @@ fn unit_scale(numbers: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
-/// Edges that the outline takes an odd number of times: one there and one back enclose nothing. Each begins where fewer
-/// edges meet, since looking round a vertex takes time.
+/// Edges that the outline takes an odd number of times: one there and one back enclose nothing.
+/// Each begins where fewer edges meet, since looking round a vertex takes time.
 fn odd_edges(place_of: &[u32]) -> Vec<[u32; 2]> {
     let mut visits = vec![0u32; place_of.len()];
     for &place in place_of {
@@ -191,8 +196,8 @@ impl Steps {
         Some(false)
     }
 
-    /// Changes the sides of all edges that lead from one vertex to another: those on the straight way, or those beside
-    /// it where it is blocked.
+    /// Changes the sides of all edges that lead from one vertex to another: those on the straight
+    /// way, or those beside it where it is blocked.
     fn trace(
         &mut self,
         delaunay: &Delaunay,

@@ -1,11 +1,14 @@
-//! The scene: structure-of-arrays columns, one per attribute, and nothing that depends on how they are traced.
+//! The scene: structure-of-arrays columns, one per attribute, and nothing that depends on how they
+//! are traced.
 //!
-//! A [`Scene`] is built by a reader in `io::formats` (or by hand) and checked once with [`Scene::validate`]; after
-//! that nothing downstream can fail. Primitives are numbered in file order: `prim_id` indexes [`Scene::prims`], which
-//! says in which column the primitive lives. Units are the scene's own, angles degrees, colours linear RGB.
+//! A [`Scene`] is built by a reader in `io::formats` (or by hand) and checked once with
+//! [`Scene::validate`]; after that nothing downstream can fail. Primitives are numbered in file
+//! order: `prim_id` indexes [`Scene::prims`], which says in which column the primitive lives. Units
+//! are the scene's own, angles degrees, colours linear RGB.
 //!
-//! A mesh is a run of primitives that is seen only through its instances. What an instance shows has numbers of its own
-//! beyond the stored ones, so that one `prim_id` always says what was hit: see [`Scene::resolve`].
+//! A mesh is a run of primitives that is seen only through its instances. What an instance shows
+//! has numbers of its own beyond the stored ones, so that one `prim_id` always says what was hit:
+//! see [`Scene::resolve`].
 
 mod bounds;
 pub mod camera;
@@ -93,7 +96,8 @@ pub enum Quantize {
     Round,
 }
 
-/// Everything a picture depends on. Public columns, so that generators and readers can fill them directly.
+/// Everything a picture depends on. Public columns, so that generators and readers can fill them
+/// directly.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Image width in pixels, 1 to [`MAX_SIDE`].
@@ -130,10 +134,12 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Lights in file order; their sum follows that order.
     pub lights: Lights,
-    /// Scene units per file unit: a power of two, 1 unless the file's extent left f32's comfortable range.
+    /// Scene units per file unit: a power of two, 1 unless the file's extent left f32's comfortable
+    /// range.
     pub scale: f32,
-    /// Where the scene's coordinates begin, in those of the file: a place p of the file is `(p − origin) · scale` here
-    /// (see [`Scene::scene_position`]). Zero unless a reader moved the scene; nothing that is added to a scene moves it.
+    /// Where the scene's coordinates begin, in those of the file: a place p of the file is
+    /// `(p − origin) · scale` here (see [`Scene::scene_position`]). Zero unless a reader moved the
+    /// scene; nothing that is added to a scene moves it.
     pub origin: [f64; 3],
 }
 
@@ -184,7 +190,8 @@ impl Scene {
         self.prims.len()
     }
 
-    /// Whether anything about what a ray sees is left to chance: where on a light, where in a glossy reflection.
+    /// Whether anything about what a ray sees is left to chance: where on a light, where in a
+    /// glossy reflection.
     #[inline]
     pub fn is_stochastic(&self) -> bool {
         let mut lights = 0..self.lights.len();
@@ -192,7 +199,8 @@ impl Scene {
             || self.materials.gloss.iter().any(|&gloss| gloss > 0.0)
     }
 
-    /// Number of primitives to be seen: those of a mesh count for each of its instances, and not for themselves.
+    /// Number of primitives to be seen: those of a mesh count for each of its instances, and not
+    /// for themselves.
     #[inline]
     pub fn visible_count(&self) -> u64 {
         let in_meshes: u64 = self.meshes.count.iter().map(|&n| u64::from(n)).sum();
@@ -206,7 +214,8 @@ impl Scene {
         self.instances.mesh.iter().map(of).sum()
     }
 
-    /// The stored primitives that stand in the world themselves: all that no mesh claims, as runs in file order.
+    /// The stored primitives that stand in the world themselves: all that no mesh claims, as runs
+    /// in file order.
     pub fn world_runs(&self) -> Vec<std::ops::Range<u32>> {
         let mut runs = Vec::new();
         let mut from = 0;
@@ -225,8 +234,9 @@ impl Scene {
         runs
     }
 
-    /// What a `prim_id` stands for. Numbers below [`Scene::prim_count`] are stored primitives; those from there on
-    /// number the primitives of the first instance, then those of the second, and so on.
+    /// What a `prim_id` stands for. Numbers below [`Scene::prim_count`] are stored primitives;
+    /// those from there on number the primitives of the first instance, then those of the second,
+    /// and so on.
     #[inline]
     pub fn resolve(&self, prim_id: u32) -> ResolvedPrim {
         let stored = self.prims.len() as u32;
@@ -263,7 +273,8 @@ impl Scene {
 
     /// Adds the unit sphere under an affine map given both ways; returns its `prim_id`.
     ///
-    /// `to_world` takes object space (where the sphere has radius 1 about the origin) to the world, `to_object` back.
+    /// `to_world` takes object space (where the sphere has radius 1 about the origin) to the world,
+    /// `to_object` back.
     pub fn add_ellipsoid(
         &mut self,
         to_world: glam::Affine3A,
@@ -283,8 +294,8 @@ impl Scene {
         self.add_prim(PrimKind::Cone, index)
     }
 
-    /// Adds a triangle with counter-clockwise corners; `normals` are its vertex normals, if it has any.
-    /// Returns its `prim_id`.
+    /// Adds a triangle with counter-clockwise corners; `normals` are its vertex normals, if it has
+    /// any. Returns its `prim_id`.
     pub fn add_triangle(
         &mut self,
         corners: [Vec3; 3],
@@ -296,7 +307,8 @@ impl Scene {
         self.add_prim(PrimKind::Triangle, index)
     }
 
-    /// Adds triangles in one piece; into a scene without any, their columns are moved. Returns the first `prim_id`.
+    /// Adds triangles in one piece; into a scene without any, their columns are moved. Returns the
+    /// first `prim_id`.
     #[inline]
     pub fn add_mesh(&mut self, mesh: Mesh) -> u32 {
         let first_id = self.prims.len() as u32;
@@ -313,7 +325,8 @@ impl Scene {
         id
     }
 
-    /// Begins a mesh: the primitives added until [`Scene::end_mesh`] are seen only through instances. Meshes do not nest.
+    /// Begins a mesh: the primitives added until [`Scene::end_mesh`] are seen only through
+    /// instances. Meshes do not nest.
     #[inline]
     pub fn begin_mesh(&mut self) -> u32 {
         self.meshes.first.push(self.prims.len() as u32);

@@ -5,15 +5,17 @@ use glam::Vec3;
 
 /// Lights of all shapes, in file order.
 ///
-/// A light with an area is a point light spread out: each shadow ray goes to a point light of the whole colour at one place of
-/// it, places are taken evenly by area, and the pixel is the mean. So the smaller it is, the more it is the point light of its
-/// colour, and whatever its size it is about as bright. That is a model and no radiometry: there is no cosine at the light, which
+/// A light with an area is a point light spread out: each shadow ray goes to a point light of the
+/// whole colour at one place of it, places are taken evenly by area, and the pixel is the mean. So
+/// the smaller it is, the more it is the point light of its colour, and whatever its size it is
+/// about as bright. That is a model and no radiometry: there is no cosine at the light, which
 /// shines to all sides of each of its places. Lights themselves are not seen, and stop no rays.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     /// Whether the light is directional (else it has a place).
     pub directional: Column<bool>,
-    /// Position of a point light, centre of a sphere's, a corner of a rectangle's; or the unit direction toward a directional one.
+    /// Position of a point light, centre of a sphere's, a corner of a rectangle's; or the unit
+    /// direction toward a directional one.
     pub position: Vec3s,
     /// Colour L0.
     pub color: Vec3s,

@@ -23,10 +23,11 @@ pub struct Material {
     pub ior: f32,
     /// Index of the texture that Ka and Kd are multiplied with, or [`NO_TEXTURE`].
     pub texture: u32,
-    /// Exponent n of the lobe cosⁿ, about the mirror direction, that mirror rays are spread over; 0 for a perfect mirror, which sends
-    /// them all one way.
+    /// Exponent n of the lobe cosⁿ, about the mirror direction, that mirror rays are spread over; 0
+    /// for a perfect mirror, which sends them all one way.
     ///
-    /// Each ray weighs Ks, wherever it goes. One that the lobe would send through the surface is reflected back by it.
+    /// Each ray weighs Ks, wherever it goes. One that the lobe would send through the surface is
+    /// reflected back by it.
     pub gloss: f32,
 }
 

@@ -1,7 +1,8 @@
 //! Local origin: where the scene's coordinates begin, in those of its file.
 //!
-//! Single precision resolves 2⁻²⁴ of a coordinate. A building of 20 m at a map's coordinate of 5·10⁵ m would be known
-//! to 3 cm. So readers subtract an origin near the geometry in double precision, and round what is left.
+//! Single precision resolves 2⁻²⁴ of a coordinate. A building of 20 m at a map's coordinate of
+//! 5·10⁵ m would be known to 3 cm. So readers subtract an origin near the geometry in double
+//! precision, and round what is left.
 
 use super::{Scene, View, ViewError};
 use glam::{DVec3, Vec3};

@@ -1,6 +1,7 @@
 //! Where the camera goes, frame by frame.
 //!
-//! Everything is computed in f64 with `libm`, once a frame, so that every build takes the same pictures.
+//! Everything is computed in f64 with `libm`, once a frame, so that every build takes the same
+//! pictures.
 
 use super::View;
 use glam::{DVec3, Vec3};
@@ -8,8 +9,8 @@ use glam::{DVec3, Vec3};
 /// A way for the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraPath {
-    /// Around the axis through what the scene's view looks at, along its up vector: a full turn in so many frames, counter-clockwise
-    /// as seen from above. Frame 0 is the scene's view.
+    /// Around the axis through what the scene's view looks at, along its up vector: a full turn in
+    /// so many frames, counter-clockwise as seen from above. Frame 0 is the scene's view.
     Turntable {
         /// Frames of a full turn.
         frames: u32,
@@ -28,7 +29,8 @@ pub struct CameraKey {
 }
 
 impl CameraPath {
-    /// The view of a frame, of a scene with this view. Whether it has a frame of axes is for [`View::basis`] to say.
+    /// The view of a frame, of a scene with this view. Whether it has a frame of axes is for
+    /// [`View::basis`] to say.
     pub fn view(&self, frame: u32, scene: &View) -> View {
         match self {
             CameraPath::Turntable { frames } => turned(scene, frame % frames.max(&1), *frames),
@@ -54,8 +56,9 @@ fn turned(view: &View, frame: u32, frames: u32) -> View {
     }
 }
 
-/// Cubic Hermite curves through the keys, the tangent at each being the slope between its neighbours (Catmull and Rom, "A Class of
-/// Local Interpolating Splines", 1974, with frames for the knots); none without keys. Keys are in the order of their frames.
+/// Cubic Hermite curves through the keys, the tangent at each being the slope between its
+/// neighbours (Catmull and Rom, "A Class of Local Interpolating Splines", 1974, with frames for the
+/// knots); none without keys. Keys are in the order of their frames.
 fn between(keys: &[CameraKey], frame: u32) -> Option<View> {
     let next = keys.partition_point(|key| key.frame <= frame);
     let (Some(from), Some(to)) = (next.checked_sub(1).map(|k| keys[k]), keys.get(next)) else {

@@ -5,12 +5,14 @@ use earcut::Earcut;
 use earcut::utils3d::project3d_to_2d;
 use glam::Vec3;
 
-/// Corners beyond which a polygon is not cut by ears, which may take a time quadratic in their number.
+/// Corners beyond which a polygon is not cut by ears, which may take a time quadratic in their
+/// number.
 const MAX_EARS: usize = 256;
 
-/// Triangles of a polygon, as indices into its corners, in its own winding. Concave and slightly non-planar polygons
-/// are cut by ears, and those of more than 256 corners by a Delaunay triangulation; what has no area at all is fanned
-/// out, so that degenerate faces stay the file's own.
+/// Triangles of a polygon, as indices into its corners, in its own winding. Concave and slightly
+/// non-planar polygons are cut by ears, and those of more than 256 corners by a Delaunay
+/// triangulation; what has no area at all is fanned out, so that degenerate faces stay the file's
+/// own.
 pub fn triangulate(points: &[Vec3]) -> Vec<[u32; 3]> {
     match points.len() {
         0..=2 => return Vec::new(),
@@ -44,8 +46,8 @@ fn ears(points: &[Vec3]) -> Vec<[u32; 3]> {
     triangles.map(|t| [t[0], t[1], t[2]]).collect()
 }
 
-/// The polygon without the axis that it faces most. Unlike turning it, that rounds nothing: what lies in a row stays
-/// there.
+/// The polygon without the axis that it faces most. Unlike turning it, that rounds nothing: what
+/// lies in a row stays there.
 fn flattened(points: &[Vec3]) -> Vec<[f64; 2]> {
     let facing = newell(points).abs();
     let axis = facing.max_position();
@@ -54,7 +56,8 @@ fn flattened(points: &[Vec3]) -> Vec<[f64; 2]> {
     points.iter().map(flat).collect()
 }
 
-/// Whether the quad may be cut from its first corner: its two halves face the same way, and so do the other two.
+/// Whether the quad may be cut from its first corner: its two halves face the same way, and so do
+/// the other two.
 fn is_convex_quad(p: &[Vec3]) -> bool {
     let half = |a: usize, b: usize, c: usize| {
         let [a, b, c] = [p[a], p[b], p[c]].map(|p| p.as_dvec3());
@@ -94,7 +97,8 @@ mod tests {
             .collect()
     }
 
-    /// The triangles face the polygon's way, and their areas sum up to its own: nothing overlaps, nothing is missing.
+    /// The triangles face the polygon's way, and their areas sum up to its own: nothing overlaps,
+    /// nothing is missing.
     fn check(points: &[Vec3]) {
         let triangles = triangulate(points);
         let whole = newell(points);

@@ -28,7 +28,8 @@ impl PrimKind {
     }
 }
 
-/// One entry of the primitive list: kind in the upper two bits, index into that kind's columns below.
+/// One entry of the primitive list: kind in the upper two bits, index into that kind's columns
+/// below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Prim(u32);

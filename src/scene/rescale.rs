@@ -3,19 +3,21 @@
 use super::{Bounds, PrimKind, Scene, Vec3s};
 use glam::{DVec3, Vec3};
 
-/// Largest coordinate (as a power of two) that is left alone; beyond it, or below its inverse, the scene is scaled.
+/// Largest coordinate (as a power of two) that is left alone; beyond it, or below its inverse, the
+/// scene is scaled.
 const SAFE_EXTENT: f32 = 268_435_456.0; // 2^28
 
-/// Largest colour that a light is given to make up for a dimmer attenuation: brighter than any picture can show, and
-/// sums of it stay finite.
+/// Largest colour that a light is given to make up for a dimmer attenuation: brighter than any
+/// picture can show, and sums of it stay finite.
 const MAX_RADIANCE: f64 = 1.2676506002282294e30; // 2^100
 
 impl Scene {
-    /// Scales the scene by an exact power of two where its largest coordinate lies outside \[2⁻²⁸, 2²⁸\], so that
-    /// the largest becomes about 1. [`Scene::scale`] records the factor; the picture is the same picture.
+    /// Scales the scene by an exact power of two where its largest coordinate lies outside
+    /// \[2⁻²⁸, 2²⁸\], so that the largest becomes about 1. [`Scene::scale`] records the factor; the
+    /// picture is the same picture.
     ///
-    /// What meshes hold lies in spaces of their own: it is measured and scaled by itself, and the maps of instances
-    /// make up for both factors.
+    /// What meshes hold lies in spaces of their own: it is measured and scaled by itself, and the
+    /// maps of instances make up for both factors.
     pub fn rescale_to_f32_range(&mut self) {
         let scale = Scale {
             world: power_of_two_factor(self.largest_coordinate()),
@@ -54,8 +56,8 @@ impl Scene {
         lights.fold(f64::from(view.max_element()), f64::max)
     }
 
-    /// Of all rows of all columns, whatever they belong to. In f64, where neither a corner of a sphere nor the square of
-    /// an ellipsoid's axis overflows.
+    /// Of all rows of all columns, whatever they belong to. In f64, where neither a corner of a
+    /// sphere nor the square of an ellipsoid's axis overflows.
     fn largest_stored(&self) -> f64 {
         let of = |v: &Vec3s| {
             let parts = v.parts().map(|part| largest_magnitude(part));
@@ -173,7 +175,8 @@ impl Scene {
         for column in &mut self.ellipsoids.to_world {
             scale_all(column, ellipsoids, scale);
         }
-        // Back from the scaled world: the matrix divides by the factor, the translation stays in object units.
+        // Back from the scaled world: the matrix divides by the factor, the translation stays in
+        // object units.
         let back = Scale {
             world: 1.0 / scale.world,
             meshes: 1.0 / scale.meshes,
@@ -183,8 +186,8 @@ impl Scene {
         }
     }
 
-    /// From one scaled space to the other and back. In f64: the quotient of the factors may lie beyond f32 where its
-    /// product with the map does not.
+    /// From one scaled space to the other and back. In f64: the quotient of the factors may lie
+    /// beyond f32 where its product with the map does not.
     fn scale_instances(&mut self, scale: Scale) {
         let (world, meshes) = (f64::from(scale.world), f64::from(scale.meshes));
         let all = |columns: &mut [Vec3s], factor: f64| {
@@ -225,7 +228,8 @@ impl Scene {
         all
     }
 
-    /// Whether a vertex has a place in a mesh and one in the world: two factors would tear it apart.
+    /// Whether a vertex has a place in a mesh and one in the world: two factors would tear it
+    /// apart.
     fn shares_vertices(&self) -> bool {
         let InMeshes { rows, vertices } = self.in_meshes();
         let triangles = self.triangles.corners.iter();
@@ -258,14 +262,15 @@ fn power_of_two_factor(largest: f64) -> f32 {
     if largest == 0.0 || !largest.is_finite() || (1.0 / comfort..=comfort).contains(&largest) {
         return 1.0;
     }
-    // Bounded so that the factor and its inverse are both normal numbers: at the ends of f32's range the largest
-    // coordinate comes out within COMFORT, if not at 1.
+    // Bounded so that the factor and its inverse are both normal numbers: at the ends of f32's
+    // range the largest coordinate comes out within COMFORT, if not at 1.
     let (_, exponent) = libm::frexp(largest);
     libm::scalbn(1.0, (-exponent).clamp(-126, 126)) as f32
 }
 
-/// The attenuation that gives the same light at the scaled distance, (const, lin/s, quad/s²), and the colour with it.
-/// Where the attenuation would leave f32, it and the colour are both multiplied by the same power of two.
+/// The attenuation that gives the same light at the scaled distance, (const, lin/s, quad/s²), and
+/// the colour with it. Where the attenuation would leave f32, it and the colour are both multiplied
+/// by the same power of two.
 fn scaled_attenuation(attenuation: Vec3, color: Vec3, scale: f32) -> (Vec3, Vec3) {
     let s = f64::from(scale);
     let scaled = attenuation.as_dvec3() / DVec3::new(1.0, s, s * s);

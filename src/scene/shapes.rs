@@ -28,7 +28,8 @@ impl Spheres {
     }
 }
 
-/// Unit spheres under affine maps. Each map is stored as three columns of its matrix and its translation.
+/// Unit spheres under affine maps. Each map is stored as three columns of its matrix and its
+/// translation.
 #[derive(Clone, Debug, Default)]
 pub struct Ellipsoids {
     /// Object to world: columns 0 to 2 of the matrix, then the translation.
@@ -77,7 +78,8 @@ impl Ellipsoids {
         std::array::from_fn(|k| self.to_object[k].get(i))
     }
 
-    /// World bounds: centre ± the length of each row of the matrix (the support function of an ellipsoid).
+    /// World bounds: centre ± the length of each row of the matrix (the support function of an
+    /// ellipsoid).
     #[inline]
     pub fn bounds(&self, i: usize) -> Bounds {
         let [x, y, z, center] = self.world_columns(i);
@@ -90,7 +92,8 @@ impl Ellipsoids {
     }
 }
 
-/// A truncated cone without its end discs; a cylinder where the radii are equal, pointed where one is zero.
+/// A truncated cone without its end discs; a cylinder where the radii are equal, pointed where one
+/// is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
     /// Centre of the first end.
@@ -157,7 +160,8 @@ impl Cones {
         }
     }
 
-    /// Bounds of the two end discs: a disc of radius r across the unit axis a reaches r·√(1 − a_k²) along axis k.
+    /// Bounds of the two end discs: a disc of radius r across the unit axis a reaches r·√(1 − a_k²)
+    /// along axis k.
     pub fn bounds(&self, i: usize) -> Bounds {
         let cone = self.get(i);
         let axis = ConeSides::of(&cone).axis;
@@ -197,22 +201,24 @@ impl Cones {
     }
 }
 
-/// A cone as its half-plane (distance from the axis, height above the base) shows it: one straight line, which starts
-/// at (base radius, 0) and runs along (`sin`, `cos`).
+/// A cone as its half-plane (distance from the axis, height above the base) shows it: one straight
+/// line, which starts at (base radius, 0) and runs along (`sin`, `cos`).
 #[derive(Clone, Copy, Debug)]
 pub struct ConeProfile {
     /// Unit vector from the base to the apex.
     pub axis: Vec3,
     /// Cosine of the angle between axis and line: 1 for a cylinder.
     pub cos: f32,
-    /// Sine of that angle, negative where the apex is the smaller end. The outward normal is (`cos`, −`sin`).
+    /// Sine of that angle, negative where the apex is the smaller end. The outward normal is
+    /// (`cos`, −`sin`).
     pub sin: f32,
     /// Length of the line.
     pub slant: f32,
 }
 
-/// A cone in coordinates of its own, in which it is cos²·(x² + y²) = (`radius` + `sin`·z)², 0 ≤ z ≤ `length`: the
-/// equation times cos², so that no term grows without bounds where a cone is nearly a disc.
+/// A cone in coordinates of its own, in which it is cos²·(x² + y²) = (`radius` + `sin`·z)², 0 ≤ z ≤
+/// `length`: the equation times cos², so that no term grows without bounds where a cone is nearly a
+/// disc.
 #[derive(Clone, Copy, Debug)]
 pub struct ConeFrame {
     /// Centre of the first end: the origin.
@@ -254,8 +260,8 @@ impl ConeSides {
     }
 }
 
-/// Two unit vectors that make a right-handed frame with the unit vector `n` (Duff et al., "Building an Orthonormal
-/// Basis, Revisited", JCGT 2017).
+/// Two unit vectors that make a right-handed frame with the unit vector `n` (Duff et al., "Building
+/// an Orthonormal Basis, Revisited", JCGT 2017).
 fn perpendicular(n: DVec3) -> [DVec3; 2] {
     let sign = 1.0f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);

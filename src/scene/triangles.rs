@@ -10,19 +10,21 @@ pub const NO_UVS: u32 = u32::MAX;
 
 /// Triangles by the numbers of their corners.
 ///
-/// Normals and texture places have index columns of their own, as in OBJ; a column of which no triangle has anything is
-/// empty.
+/// Normals and texture places have index columns of their own, as in OBJ; a column of which no
+/// triangle has anything is empty.
 #[derive(Clone, Debug, Default)]
 pub struct Triangles {
     /// Places, shared by the triangles around them.
     pub vertices: Vec3s,
     /// The three corners of each triangle, counter-clockwise, as indices into `vertices`.
     pub corners: Column<[u32; 3]>,
-    /// Indices of the corners' normals in `vertex_normals`, or three times [`NO_NORMALS`]; empty if no triangle has any.
+    /// Indices of the corners' normals in `vertex_normals`, or three times [`NO_NORMALS`]; empty if
+    /// no triangle has any.
     pub normals: Column<[u32; 3]>,
     /// Vertex normals; any length but zero.
     pub vertex_normals: Vec3s,
-    /// Indices of the corners' texture places in `vertex_uvs`, or three times [`NO_UVS`]; empty if no triangle has any.
+    /// Indices of the corners' texture places in `vertex_uvs`, or three times [`NO_UVS`]; empty if
+    /// no triangle has any.
     pub uvs: Column<[u32; 3]>,
     /// Places on a texture: (0, 0) is its upper left corner, (1, 1) its lower right one.
     pub vertex_uvs: Vec2s,
@@ -30,7 +32,8 @@ pub struct Triangles {
     pub material: Column<u32>,
 }
 
-/// Triangles to be added in one piece. Columns as in [`Triangles`], with indices into the mesh's own vertices.
+/// Triangles to be added in one piece. Columns as in [`Triangles`], with indices into the mesh's
+/// own vertices.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Places.
@@ -151,8 +154,8 @@ impl Triangles {
     }
 }
 
-/// Appends `more` rows to a column that is empty as long as nothing was given, `before` rows being there: an empty
-/// `rows` stands for `more` times nothing.
+/// Appends `more` rows to a column that is empty as long as nothing was given, `before` rows being
+/// there: an empty `rows` stands for `more` times nothing.
 fn append_optional(
     column: &mut Column<[u32; 3]>,
     rows: Column<[u32; 3]>,

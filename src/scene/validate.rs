@@ -12,7 +12,8 @@ pub const MAX_DEPTH_LIMIT: u32 = 1000;
 /// Most materials: shading keeps a material's number and what kind of hit it is for in one word.
 const MAX_MATERIALS: usize = 1 << 29;
 
-/// What can be wrong with a scene as a whole. A reader reports most of these earlier, with the line.
+/// What can be wrong with a scene as a whole. A reader reports most of these earlier, with the
+/// line.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// Image too large, or a side of zero.
@@ -68,8 +69,9 @@ impl Scene {
         self.validate_boxes()
     }
 
-    /// Checks what [`Scene::validate`] does, but for the rows of primitives, spheres, ellipsoids and triangles: quick even for
-    /// scenes of millions, where those are known to be sound. Only what instances show is looked at row by row.
+    /// Checks what [`Scene::validate`] does, but for the rows of primitives, spheres, ellipsoids
+    /// and triangles: quick even for scenes of millions, where those are known to be sound. Only
+    /// what instances show is looked at row by row.
     pub fn validate_settings(&self) -> Result<(), SceneError> {
         self.validate_tables()?;
         self.validate_boxes()
@@ -351,7 +353,8 @@ fn all<T>(
     good: impl Fn(&T) -> bool,
     problem: &'static str,
 ) -> Result<(), SceneError> {
-    // Without a way out of the loop it takes eight rows at a time; where the first bad one is, is seldom asked.
+    // Without a way out of the loop it takes eight rows at a time; where the first bad one is, is
+    // seldom asked.
     let each = |block: &[T]| block.iter().fold(true, |fine, v| fine & good(v));
     if values.chunks(1 << 12).all(each) {
         return Ok(());

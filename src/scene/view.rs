@@ -1,4 +1,5 @@
-//! The view and its orthonormal frame (design document, "Creating an orthonormal coordinate frame").
+//! The view and its orthonormal frame (design document, "Creating an orthonormal coordinate
+//! frame").
 
 use glam::{DVec3, Vec3};
 
@@ -46,12 +47,13 @@ pub enum ViewError {
     NotFinite,
 }
 
-/// Sine of the angle between `up` and the view direction below which they count as parallel: at 2⁻²⁰ rad the f32
-/// inputs themselves no longer determine the frame.
+/// Sine of the angle between `up` and the view direction below which they count as parallel: at
+/// 2⁻²⁰ rad the f32 inputs themselves no longer determine the frame.
 const PARALLEL: f64 = 1.0 / 1_048_576.0;
 
 impl View {
-    /// The frame: w = a/|a| with a = eye − center, u = (b × w)/|b × w|, v = w × u; computed in f64, once.
+    /// The frame: w = a/|a| with a = eye − center, u = (b × w)/|b × w|, v = w × u; computed in f64,
+    /// once.
     pub fn basis(&self) -> Result<Basis, ViewError> {
         let places = [self.eye, self.center, self.up].map(Vec3::as_dvec3);
         let [u, v, w] = axes(places, self.fovy)?.map(|axis| axis.as_vec3());

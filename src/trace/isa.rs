@@ -1,13 +1,15 @@
 //! Instruction sets: what this build uses, what this CPU has, and a guard that compares the two.
 //!
-//! `wide` chooses its instructions when it is compiled, so a binary is made for one level of CPU. On a lesser one it
-//! would die of SIGILL somewhere in the middle; [`guard`], called first of all in `main`, ends it with one clear line
-//! instead. `is_x86_feature_detected!` cannot serve here: for a feature that is compiled in it is constant true.
+//! `wide` chooses its instructions when it is compiled, so a binary is made for one level of CPU.
+//! On a lesser one it would die of SIGILL somewhere in the middle; [`guard`], called first of all
+//! in `main`, ends it with one clear line instead. `is_x86_feature_detected!` cannot serve here:
+//! for a feature that is compiled in it is constant true.
 //!
-//! The guard itself is compiled with the instructions it is there to check for. So it is written as scalar steps,
-//! one `cpuid` word and one mask at a time, each word taken through [`black_box`](std::hint::black_box) from a
-//! function of its own: no array to vectorise, no struct to copy through a vector register, no shift by a variable
-//! that BMI2 would take, and no formatting. `tests/isa_guard.rs` runs it under emulated lesser CPUs.
+//! The guard itself is compiled with the instructions it is there to check for. So it is written as
+//! scalar steps, one `cpuid` word and one mask at a time, each word taken through
+//! [`black_box`](std::hint::black_box) from a function of its own: no array to vectorise, no struct
+//! to copy through a vector register, no shift by a variable that BMI2 would take, and no
+//! formatting. `tests/isa_guard.rs` runs it under emulated lesser CPUs.
 
 /// One instruction-set extension that the compiler may have been allowed to use.
 #[derive(Clone, Copy, Debug)]
@@ -53,8 +55,9 @@ macro_rules! features {
     };
 }
 
-/// Everything `target-cpu=native` may switch on and code may then use without asking: name, bit, level. Left out are
-/// xsaveopt, xsavec and xsaves, which only systems use and hypervisors like to hide.
+/// Everything `target-cpu=native` may switch on and code may then use without asking: name, bit,
+/// level. Left out are xsaveopt, xsavec and xsaves, which only systems use and hypervisors like to
+/// hide.
 #[rustfmt::skip]
 const TABLE: &[Feature] = &features! {
     Basic {
@@ -93,7 +96,8 @@ const COMPILED: u8 = {
     level
 };
 
-/// The instruction-set level this build was compiled for: `x86-64` to `x86-64-v4`, elsewhere the architecture's name.
+/// The instruction-set level this build was compiled for: `x86-64` to `x86-64-v4`, elsewhere the
+/// architecture's name.
 pub const fn compiled_level() -> &'static str {
     if cfg!(target_arch = "x86_64") {
         LEVELS[COMPILED as usize]
@@ -161,9 +165,11 @@ pub fn cache_bytes(cache: &raw_cpuid::CacheParameter) -> usize {
     lines * cache.coherency_line_size()
 }
 
-/// Ends the process, with one line on stderr and exit code 1, if this CPU lacks what this build uses.
+/// Ends the process, with one line on stderr and exit code 1, if this CPU lacks what this build
+/// uses.
 ///
-/// To be called before anything else, from a `main` that does nothing itself. Does nothing on other architectures.
+/// To be called before anything else, from a `main` that does nothing itself. Does nothing on other
+/// architectures.
 #[inline(never)]
 pub fn guard() {
     for feature in FEATURES {
@@ -229,8 +235,9 @@ mod cpu {
 
     /// A word of cpuid; 0 where the CPU does not know its leaf.
     ///
-    /// A CPU with AVX under a system that does not keep its registers has no AVX. (A system that keeps those of AVX but
-    /// not those of AVX-512 goes unnoticed: only `xgetbv` would tell, which needs unsafe code.)
+    /// A CPU with AVX under a system that does not keep its registers has no AVX. (A system that
+    /// keeps those of AVX but not those of AVX-512 goes unnoticed: only `xgetbv` would tell, which
+    /// needs unsafe code.)
     #[inline(never)]
     fn word(which: Word) -> u32 {
         match which {
@@ -260,7 +267,8 @@ mod cpu {
 
     #[inline(never)]
     fn leaf(leaf: u32, subleaf: u32, register: Register) -> u32 {
-        // The first leaf of each range tells the last; beyond it, Intel's answer with that of another leaf.
+        // The first leaf of each range tells the last; beyond it, Intel's answer with that of
+        // another leaf.
         let last = black_box(raw_cpuid::native_cpuid::cpuid_count(leaf & 0x8000_0000, 0).eax);
         if last < leaf {
             return 0;
@@ -323,8 +331,8 @@ mod tests {
     #[cfg(target_arch = "x86_64")]
     #[test]
     fn cpuid_is_read_as_the_standard_library_reads_it() {
-        // In a build that has the feature compiled in, this is constant true and shows nothing; the baseline build's
-        // run of this test does.
+        // In a build that has the feature compiled in, this is constant true and shows nothing; the
+        // baseline build's run of this test does.
         let expected = [
             ("sse3", is_x86_feature_detected!("sse3")),
             ("popcnt", is_x86_feature_detected!("popcnt")),

@@ -1,4 +1,5 @@
-//! Files whose checksums fit and whose rows are those of an enemy: refused, or rendered like any scene.
+//! Files whose checksums fit and whose rows are those of an enemy: refused, or rendered like any
+//! scene.
 
 use super::common::rng::Rng;
 use super::{CacheFolder, bytes_of, frame, scene};
@@ -123,7 +124,8 @@ fn rendered(cached: Cached) {
     }
 }
 
-/// A scene without instances, all of one material: columns and arrays that others have are empty here.
+/// A scene without instances, all of one material: columns and arrays that others have are empty
+/// here.
 fn plain(seed: u64) -> (Scene, Bvh) {
     let mut rng = Rng::new(seed);
     let mut scene = Scene {

@@ -15,7 +15,8 @@ fn a_cache_that_is_shortened_under_a_render_ends_it_with_a_message() {
     let picture = "-o a.png --size 4000x3000 --spp 64 --threads 2";
     let line = format!("render b.phx {picture} --progress json");
     let again = || std::fs::copy(room.path().join("whole.phx"), room.path().join("b.phx"));
-    // After the first line of its progress all of it has been checked, and every part of it is wanted again.
+    // After the first line of its progress all of it has been checked, and every part of it is
+    // wanted again.
     again().unwrap();
     let mut child = room
         .command(&line)

@@ -50,7 +50,8 @@ fn a_region_is_a_part_of_the_picture() {
     assert_eq!(json["rays"]["primary"], 140);
 }
 
-/// Who gets more samples is decided in blocks of the whole picture, whatever part of them is wanted.
+/// Who gets more samples is decided in blocks of the whole picture, whatever part of them is
+/// wanted.
 #[test]
 fn adaptive_samples_of_a_region_look_beyond_its_borders() {
     let room = TestFolder::new();

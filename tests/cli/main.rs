@@ -109,7 +109,8 @@ impl TestFolder {
         serde_json::from_str(&self.ok(line)).unwrap()
     }
 
-    /// Runs what must fail with `code`, say every part on stderr and nothing on stdout, and leave no new file.
+    /// Runs what must fail with `code`, say every part on stderr and nothing on stdout, and leave
+    /// no new file.
     fn refused(&self, line: &str, code: i32, parts: &[&str]) {
         let before = self.names();
         let ran = self.run(line);

@@ -171,7 +171,8 @@ fn an_unknown_ending_is_2() {
 fn outputs_that_cannot_be_written_are_1_before_anything_is_rendered() {
     let room = TestFolder::new();
     fs::create_dir(room.path().join("folder.png")).unwrap();
-    // The largest image: were it rendered, its film would not fit into the memory allowed here, and the run would abort.
+    // The largest image: were it rendered, its film would not fit into the memory allowed here, and
+    // the run would abort.
     let large = "--size 16384x16384";
     for command in ["render a.test -o", "verify a.test --record"] {
         for (path, message) in [

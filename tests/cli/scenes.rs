@@ -78,7 +78,8 @@ fn what_stands_beside_a_cache_changes_it_like_a_file() {
     );
 }
 
-/// A scene beyond f32's comfortable range is stored scaled; places are still meant in the file's units.
+/// A scene beyond f32's comfortable range is stored scaled; places are still meant in the file's
+/// units.
 #[test]
 fn places_beside_a_scaled_cache_are_those_of_the_file() {
     let room = TestFolder::new();

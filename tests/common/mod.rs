@@ -1,4 +1,5 @@
-//! What several integration tests share: random numbers, random scenes, packets, and the tolerances.
+//! What several integration tests share: random numbers, random scenes, packets, and the
+//! tolerances.
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
 pub mod frames;

@@ -69,7 +69,8 @@ impl<'a> Engines<'a> {
         }
     }
 
-    /// The closest hit, after asserting that brute force, the oracle's tree and the packet engine say the same.
+    /// The closest hit, after asserting that brute force, the oracle's tree and the packet engine
+    /// say the same.
     pub fn closest(&mut self, ray: &OracleRay) -> Option<OracleHit> {
         self.closest_of(std::slice::from_ref(ray))[0]
     }
@@ -112,7 +113,8 @@ impl<'a> Engines<'a> {
         truth
     }
 
-    /// Which of up to eight rays are occluded before `tmax`, after asserting that all three searches agree.
+    /// Which of up to eight rays are occluded before `tmax`, after asserting that all three
+    /// searches agree.
     pub fn occluded_of(&mut self, rays: &[OracleRay], tmax: f32) -> u32 {
         let mut truth = 0;
         for (lane, ray) in rays.iter().enumerate() {

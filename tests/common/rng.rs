@@ -1,5 +1,5 @@
-//! SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014): small, and the same
-//! numbers everywhere for a seed.
+//! SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014):
+//! small, and the same numbers everywhere for a seed.
 
 use glam::Vec3;
 

@@ -65,7 +65,8 @@ pub fn cube_triangles() -> impl Iterator<Item = [usize; 3]> {
     faces.into_iter().flat_map(halves)
 }
 
-/// Adds the unit sphere stretched along three turned axes, as the reader would: maps in f64, then rounded.
+/// Adds the unit sphere stretched along three turned axes, as the reader would: maps in f64, then
+/// rounded.
 pub fn add_ellipsoid(scene: &mut Scene, center: Vec3, axes: Vec3, turn: Vec3, paint: u32) {
     let turn = turn.as_dvec3();
     let rotation = DMat3::from_quat(DQuat::from_scaled_axis(turn));
@@ -81,7 +82,8 @@ pub fn add_ellipsoid(scene: &mut Scene, center: Vec3, axes: Vec3, turn: Vec3, pa
     scene.add_ellipsoid(to_world.as_affine3a(), to_object.as_affine3a(), paint);
 }
 
-/// One primitive of any kind within reach of `scale` about the origin: also slivers, copies and coplanar overlaps.
+/// One primitive of any kind within reach of `scale` about the origin: also slivers, copies and
+/// coplanar overlaps.
 pub fn add_random(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
     let center = rng.point(scale);
     match rng.below(11) {
@@ -128,8 +130,8 @@ pub fn add_random(scene: &mut Scene, rng: &mut Rng, scale: f32, paint: u32) {
     }
 }
 
-/// A cylinder, a cone with or without a tip, either end the wider, among them threads, near-discs, and cones along an
-/// axis of the world.
+/// A cylinder, a cone with or without a tip, either end the wider, among them threads, near-discs,
+/// and cones along an axis of the world.
 pub fn random_cone(rng: &mut Rng, base: Vec3, scale: f32) -> Cone {
     let length = scale * rng.magnitude(-2.0, -0.3);
     let radius = scale * rng.magnitude(-2.5, -0.3);
@@ -216,7 +218,8 @@ pub fn point_on_cone(cone: &Cone, rng: &mut Rng) -> Vec3 {
     point_at_height(cone, share, rng)
 }
 
-/// A point on some primitive of the scene: a corner, an edge, a face, the surface of a sphere or a cone.
+/// A point on some primitive of the scene: a corner, an edge, a face, the surface of a sphere or a
+/// cone.
 pub fn point_on(scene: &Scene, rng: &mut Rng) -> Vec3 {
     let (triangles, spheres) = (scene.triangles.len(), scene.spheres.len());
     let cones = scene.cones.len();
@@ -265,8 +268,8 @@ pub fn random_map(rng: &mut Rng, scale: f32) -> DAffine3 {
     }
 }
 
-/// A map that stretches its axes by factors up to a million times apart: what it loses by rounding is no longer small
-/// beside the padding of boxes.
+/// A map that stretches its axes by factors up to a million times apart: what it loses by rounding
+/// is no longer small beside the padding of boxes.
 pub fn extreme_map(rng: &mut Rng, scale: f32) -> DAffine3 {
     let stretch = DVec3::from_array([0; 3].map(|_| f64::from(rng.magnitude(-3.0, 3.0))));
     let turn = (rng.direction() * rng.range(0.0, 3.0)).as_dvec3();

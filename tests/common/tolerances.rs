@@ -1,4 +1,5 @@
-//! Every tolerance of the integration tests, each with its reason. What is not here is compared bit for bit.
+//! Every tolerance of the integration tests, each with its reason. What is not here is compared bit
+//! for bit.
 
 /// A component of a camera direction against f64: some ten roundings of numbers of size 1.
 pub const DIRECTION: f64 = 10.0 * EPSILON;
@@ -9,71 +10,79 @@ pub const UNIT_LENGTH: f64 = 4.0 * EPSILON;
 /// An orthonormal frame's products against 0 and 1: three components rounded to f32 each.
 pub const FRAME: f64 = 3.0 * EPSILON;
 
-/// A radiance against its closed form, relative: some thirty roundings from the camera ray to the sum.
+/// A radiance against its closed form, relative: some thirty roundings from the camera ray to the
+/// sum.
 pub const RADIANCE: f64 = 64.0 * EPSILON;
 
-/// As [`RADIANCE`], where a distance, its square and an angle against a wall carry the hit point's error as well.
+/// As [`RADIANCE`], where a distance, its square and an angle against a wall carry the hit point's
+/// error as well.
 pub const ATTENUATED: f64 = 4.0 * RADIANCE;
 
-/// As [`RADIANCE`] and [`SPECULAR_PER_SHININESS`] on a sphere seen from a few radii away: the distance's rounding
-/// turns the normal by as much.
+/// As [`RADIANCE`] and [`SPECULAR_PER_SHININESS`] on a sphere seen from a few radii away: the
+/// distance's rounding turns the normal by as much.
 pub const ON_A_SPHERE: f64 = 8.0;
 
-/// Diffuse light on an ellipsoid with axes of 2 to 0.5: where its curvature is 8, the hit point's error turns the normal by
-/// eight times as much, and the cosine may be as small as 0.05.
+/// Diffuse light on an ellipsoid with axes of 2 to 0.5: where its curvature is 8, the hit point's
+/// error turns the normal by eight times as much, and the cosine may be as small as 0.05.
 pub const ON_AN_ELLIPSOID: f64 = 20.0 * RADIANCE;
 
-/// A distance of about 4 to that ellipsoid, which it may meet at a slant: some hundred roundings of 4.
+/// A distance of about 4 to that ellipsoid, which it may meet at a slant: some hundred roundings of
+/// 4.
 pub const ELLIPSOID_DISTANCE: f64 = 1e-5;
 
-/// A distance to a sphere, per distance of its centre: the roundings of the ray's closest point to the centre, of a
-/// root whose slope is 0.6 there, and of the distance itself. At most a seventh of the radius in the test.
+/// A distance to a sphere, per distance of its centre: the roundings of the ray's closest point to
+/// the centre, of a root whose slope is 0.6 there, and of the distance itself. At most a seventh of
+/// the radius in the test.
 pub const FAR_SPHERE: f64 = 8.0 * EPSILON;
 
 /// A place on a plane one away, made from a camera direction; a distance of about 1.
 pub const PLACE: f32 = 1e-6;
 
-/// A pixel of 1,024 samples across an edge along a column, against the filter's integral: the samples stand in 1,024 columns of
-/// equal parts of the filter, one in each, so the edge parts one of them; twice that for what weights differ within a part.
+/// A pixel of 1,024 samples across an edge along a column, against the filter's integral: the
+/// samples stand in 1,024 columns of equal parts of the filter, one in each, so the edge parts one
+/// of them; twice that for what weights differ within a part.
 pub const SAMPLED_EDGE: f64 = 2.0 / 1024.0;
 
-/// As [`SAMPLED_EDGE`] for Mitchell's filter, whose weights jump from 1.1 to -1.1 twice along each axis: there, too, a part of 1/1024
-/// may be on the wrong side.
+/// As [`SAMPLED_EDGE`] for Mitchell's filter, whose weights jump from 1.1 to -1.1 twice along each
+/// axis: there, too, a part of 1/1024 may be on the wrong side.
 pub const SAMPLED_LOBES: f64 = SAMPLED_EDGE + 4.0 * 2.2 / 1024.0;
 
-/// How far pictures are apart (root of the mean square) whose pixels are means of the same samples, added in another order in f64 and
-/// rounded to f32: values are below 2.
+/// How far pictures are apart (root of the mean square) whose pixels are means of the same samples,
+/// added in another order in f64 and rounded to f32: values are below 2.
 pub const ALL_SAMPLES: f64 = 1.2e-7;
 
-/// A mean over a light of 1,024 samples, one in each of as many equal parts, where an edge hides some of it: on a curved map the
-/// edge passes through some 64 parts, and each is off by half at most, to either side.
+/// A mean over a light of 1,024 samples, one in each of as many equal parts, where an edge hides
+/// some of it: on a curved map the edge passes through some 64 parts, and each is off by half at
+/// most, to either side.
 pub const HIDDEN_SHARE: f64 = 0.25 * 64.0 / 1024.0;
 
-/// A mean of 4,096 samples, one in each of as many equal parts, of something that changes by a factor of about ten over all of
-/// them and is nowhere steep: relative.
+/// A mean of 4,096 samples, one in each of as many equal parts, of something that changes by a
+/// factor of about ten over all of them and is nowhere steep: relative.
 pub const SMOOTH_MEAN: f64 = 1e-3;
 
-/// As [`HIDDEN_SHARE`], of 4,096 samples: the edge, a circle, passes through some 200 parts at most.
+/// As [`HIDDEN_SHARE`], of 4,096 samples: the edge, a circle, passes through some 200 parts at
+/// most.
 pub const SAMPLED_CAP: f64 = 0.25 * 200.0 / 4096.0;
 
-/// The variance of a blurred picture, relative, of some 10,000 rays that meet what is blurred: 1.4 % if they had nothing to do with each
-/// other, and they are spread evenly.
+/// The variance of a blurred picture, relative, of some 10,000 rays that meet what is blurred: 1.4
+/// % if they had nothing to do with each other, and they are spread evenly.
 pub const BLUR_WIDTH: f64 = 0.03;
 
-/// A specular term against its closed form, relative, per unit of shininess: x^s turns a relative error e of x into
-/// s·e, and x carries those of two normalised vectors.
+/// A specular term against its closed form, relative, per unit of shininess: x^s turns a relative
+/// error e of x into s·e, and x carries those of two normalised vectors.
 pub const SPECULAR_PER_SHININESS: f64 = 16.0 * EPSILON;
 
 /// Half a unit in the last place of 1 in f32, the relative error of one operation.
 pub const EPSILON: f64 = 1.0 / 16_777_216.0;
 
-/// A hit place against f64, in units of [`EPSILON`] times the lengths involved (origin and farthest corner, or origin,
-/// centre and radius), which are summed and so count up to twice: some ten roundings stand between the input and an
-/// edge function or a root, and their errors are not all at their largest together.
+/// A hit place against f64, in units of [`EPSILON`] times the lengths involved (origin and farthest
+/// corner, or origin, centre and radius), which are summed and so count up to twice: some ten
+/// roundings stand between the input and an edge function or a root, and their errors are not all
+/// at their largest together.
 pub const HIT_ULPS: f64 = 8.0;
 
-/// As [`HIT_ULPS`] for a cone, with the lengths counted once: the ray's way to the cone's box is the only long one, and
-/// rounds once.
+/// As [`HIT_ULPS`] for a cone, with the lengths counted once: the ray's way to the cone's box is
+/// the only long one, and rounds once.
 pub const CONE_ULPS: f64 = 2.0;
 
 /// A distance or a place on a cone of about that size: a hundred roundings.
@@ -89,15 +98,15 @@ pub const REFERENCE_SHARE: f64 = 0.995;
 /// Share of pixels whose coverage must agree with a rendering whose colours are not comparable.
 pub const COVERAGE_SHARE: f64 = 0.999;
 
-/// Levels of 255 by which a pixel may differ from the median of the references: floor(255 c) on either side of an
-/// integer.
+/// Levels of 255 by which a pixel may differ from the median of the references: floor(255 c) on
+/// either side of an integer.
 pub const REFERENCE_LEVELS: i32 = 1;
 
 /// Reference pixels whose renderings spread by more levels than this say nothing.
 pub const REFERENCE_SPREAD: u8 = 2;
 
-/// Light by three ways, added up, against the radiance: the ways are means of their own, each rounded to f32 once, and so is the
-/// radiance of every sample.
+/// Light by three ways, added up, against the radiance: the ways are means of their own, each
+/// rounded to f32 once, and so is the radiance of every sample.
 pub const LAYER_SUM: f32 = 4.0 * f32::EPSILON;
 
 /// A distance to a triangle, relative, whatever the triangle: what is asked, three times the worst

@@ -1,4 +1,5 @@
-//! The allocator of tests that watch how much memory is asked for at once. It serves the whole binary that names this file.
+//! The allocator of tests that watch how much memory is asked for at once. It serves the whole
+//! binary that names this file.
 #![allow(unsafe_code, reason = "an allocator that counts")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -9,8 +10,8 @@ struct Watching;
 
 static LARGEST: AtomicUsize = AtomicUsize::new(0);
 
-// SAFETY: every method hands its arguments, unchanged, to `System`, which upholds the contract of `GlobalAlloc`;
-// keeping a maximum neither allocates nor unwinds.
+// SAFETY: every method hands its arguments, unchanged, to `System`, which upholds the contract of
+// `GlobalAlloc`; keeping a maximum neither allocates nor unwinds.
 unsafe impl GlobalAlloc for Watching {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         LARGEST.fetch_max(layout.size(), Ordering::Relaxed);

@@ -17,7 +17,8 @@ fn of_a_ball(gloss: &str, [x, y, z]: [f64; 3], distance: f64, radius: f64) -> f6
     red(&scene(&format!("{ex} {ey} {ez}"), "0 0 0", &body), 4096)
 }
 
-/// Within the angle a of the mirror direction lies 1 - cosⁿ⁺¹ a of the lobe, and a ball of radius r seen from d covers sin a = r/d.
+/// Within the angle a of the mirror direction lies 1 - cosⁿ⁺¹ a of the lobe, and a ball of radius r
+/// seen from d covers sin a = r/d.
 #[test]
 fn a_ball_in_the_mirror_direction_has_its_share_of_the_lobe() {
     for direction in [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [-0.28, 0.0, 0.96]] {
@@ -37,8 +38,8 @@ fn a_ball_in_the_mirror_direction_has_its_share_of_the_lobe() {
     }
 }
 
-/// What the lobe would send through the surface is reflected back: where the surface is seen at a slant, everything still meets the
-/// sky above it, and nothing the dark cellar.
+/// What the lobe would send through the surface is reflected back: where the surface is seen at a
+/// slant, everything still meets the sky above it, and nothing the dark cellar.
 #[test]
 fn nothing_goes_through_the_surface() {
     let cellar = format!("specular 0 0 0\n{}", plate(4, -1.0, -9e3));

@@ -10,7 +10,8 @@ use phalanx::scene::Scene;
 const SIDE: u32 = 48;
 const SLOPE: f64 = 0.004;
 
-/// A picture down -z from the origin, of a shining ball, which looks as large from everywhere; lengths times `unit`.
+/// A picture down -z from the origin, of a shining ball, which looks as large from everywhere;
+/// lengths times `unit`.
 fn ball([x, y, z]: [f64; 3], radius: f64, unit: f32) -> Scene {
     let half = f64::from(SIDE) * SLOPE / 2.0;
     let fovy = 2.0 * libm::atan(half).to_degrees();
@@ -51,9 +52,10 @@ fn moments(red: &[f32]) -> [[f64; 2]; 2] {
     })
 }
 
-/// A small thing at a distance d is spread over a disc of diameter A |d - f|/d in the plane of focus (the lens equation, by similar
-/// triangles), which is seen from f away. The variance along an axis is a quarter of the radius's square; those of the thing itself and of
-/// the pixel's square add to it.
+/// A small thing at a distance d is spread over a disc of diameter A |d - f|/d in the plane of
+/// focus (the lens equation, by similar triangles), which is seen from f away. The variance along
+/// an axis is a quarter of the radius's square; those of the thing itself and of the pixel's square
+/// add to it.
 #[test]
 fn the_blur_is_as_wide_as_the_lens_equation_says() {
     let (aperture, focus) = (0.2f64, 5.0f64);
@@ -116,7 +118,8 @@ fn lenses_scale_with_the_scene() {
     }
 }
 
-/// All rays of a place in the picture meet in one point of the plane of focus, which is upright on the direction of view.
+/// All rays of a place in the picture meet in one point of the plane of focus, which is upright on
+/// the direction of view.
 #[test]
 fn rays_through_the_lens_meet_in_the_plane_of_focus() {
     let mut scene = ball([0.0, 0.0, -5.0], 0.3, 1.0);

@@ -5,8 +5,8 @@ use crate::{planes, plate, red, sampled, scene};
 
 const WHITE: &str = "ambient 0 0 0\ndiffuse 1 1 1\n";
 
-/// A light at height 1,000, 20 wide, whose middle is above x = 0; a plate half way up hides what lies to the right of it. From x on
-/// the floor the plate's edge is seen at -x on the light.
+/// A light at height 1,000, 20 wide, whose middle is above x = 0; a plate half way up hides what
+/// lies to the right of it. From x on the floor the plate's edge is seen at -x on the light.
 fn half_hidden(light: &str, x: f64) -> f64 {
     let body = format!(
         "{light}\n{WHITE}{}{}",
@@ -42,7 +42,8 @@ fn the_penumbra_of_a_rectangle_is_linear() {
     }
 }
 
-/// So is that of a sphere, whose surface is as large between any two planes that are as far apart (Archimedes).
+/// So is that of a sphere, whose surface is as large between any two planes that are as far apart
+/// (Archimedes).
 #[test]
 fn the_penumbra_of_a_sphere_is_linear() {
     for light in [
@@ -66,8 +67,8 @@ fn the_penumbra_of_a_sphere_is_linear() {
     }
 }
 
-/// Light of a sphere's surface that falls with the square of the distance is like gravity: as if all came from the middle (Newton's
-/// theorem of shells).
+/// Light of a sphere's surface that falls with the square of the distance is like gravity: as if
+/// all came from the middle (Newton's theorem of shells).
 #[test]
 fn a_sphere_shines_as_its_middle() {
     for (x, y, z, radius) in [
@@ -89,8 +90,8 @@ fn a_sphere_shines_as_its_middle() {
     }
 }
 
-/// And with it a rectangle's light on a parallel plane is the solid angle that it covers, by its area: from under a corner,
-/// atan(a b / (h √(a² + b² + h²))).
+/// And with it a rectangle's light on a parallel plane is the solid angle that it covers, by its
+/// area: from under a corner, atan(a b / (h √(a² + b² + h²))).
 #[test]
 fn a_rectangle_shines_as_its_solid_angle() {
     for (a, b, h) in [(1.0f64, 1.0f64, 1.0f64), (3.0, 0.5, 2.0), (0.1, 4.0, 4.0)] {
@@ -107,8 +108,8 @@ fn a_rectangle_shines_as_its_solid_angle() {
     }
 }
 
-/// One shadow ray for each light and sample, to the same place of the light in every sample only if the light is a point; and the
-/// two lights' places have nothing to do with each other.
+/// One shadow ray for each light and sample, to the same place of the light in every sample only if
+/// the light is a point; and the two lights' places have nothing to do with each other.
 #[test]
 fn pixels_lights_and_samples_choose_for_themselves() {
     let lights =

@@ -1,5 +1,5 @@
-//! What is left to chance and averaged over the samples of a pixel (Cook, Porter and Carpenter, "Distributed Ray Tracing", 1984),
-//! in both engines and against closed forms.
+//! What is left to chance and averaged over the samples of a pixel (Cook, Porter and Carpenter,
+//! "Distributed Ray Tracing", 1984), in both engines and against closed forms.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -13,7 +13,8 @@ use phalanx::formats::read_test;
 use phalanx::frame::{Accel, Control, Engine, Sampling, Settings, render};
 use phalanx::scene::Scene;
 
-/// A picture of one small pixel, whose camera rays run from `eye` to about `at` (both as in a file), with up along y.
+/// A picture of one small pixel, whose camera rays run from `eye` to about `at` (both as in a
+/// file), with up along y.
 fn scene(eye: &str, at: &str, body: &str) -> Scene {
     let text = format!("size 1 1\ncamera {eye} {at} 0 1 0 0.001\n{body}");
     match read_test(&text) {

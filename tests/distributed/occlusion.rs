@@ -5,8 +5,8 @@ use crate::{planes, sampled, scene};
 use phalanx::frame::{Integrator, Settings};
 use phalanx::scene::Scene;
 
-/// Two triangles in the plane z = `height`, 200 wide: rays start off a surface by some millionths of its size, and that is to be next to
-/// nothing beside what stands on it.
+/// Two triangles in the plane z = `height`, 200 wide: rays start off a surface by some millionths
+/// of its size, and that is to be next to nothing beside what stands on it.
 fn floor(first: usize, height: f64) -> String {
     let [a, b, c, d] = std::array::from_fn(|k| first + k);
     let corners = [[-100, -100], [100, -100], [100, 100], [-100, 100]];
@@ -29,7 +29,8 @@ fn open(scene: &Scene, spp: u32, distance: f32) -> [Vec<f32>; 3] {
     planes(scene, &settings)
 }
 
-/// A wall of height h, whose foot is a line at distance a, in a direction. It is as long as the floor.
+/// A wall of height h, whose foot is a line at distance a, in a direction. It is as long as the
+/// floor.
 fn wall(a: f64, h: f64, degrees: f64) -> String {
     let (sin, cos) = libm::sincos(degrees.to_radians());
     let corner = |along: f64, up: f64| {
@@ -52,7 +53,8 @@ fn assert_open(got: f64, want: f64, what: &str) {
     );
 }
 
-/// Seen from the floor, a wall of height h at distance a takes (1 - a/√(a² + h²))/2 of the sky, by the cosine: half, if it is endless.
+/// Seen from the floor, a wall of height h at distance a takes (1 - a/√(a² + h²))/2 of the sky, by
+/// the cosine: half, if it is endless.
 #[test]
 fn a_wall_takes_up_to_half_of_the_sky() {
     for (a, h, degrees) in [
@@ -80,7 +82,8 @@ fn a_ball_takes_the_square_of_its_sine() {
     }
 }
 
-/// Of a ceiling at height h, what is farther than D is at more than the angle of cosine h/D, and leaves h²/D² of the sky open.
+/// Of a ceiling at height h, what is farther than D is at more than the angle of cosine h/D, and
+/// leaves h²/D² of the sky open.
 #[test]
 fn what_is_too_far_away_does_not_count() {
     let ceiling = floor(4, 0.75);
@@ -93,7 +96,8 @@ fn what_is_too_far_away_does_not_count() {
     assert!(openness(&ceiling, f32::INFINITY) < 1e-3);
 }
 
-/// Normals that lean over send no ray through the surface, whatever lies below; and the distance is one of the file.
+/// Normals that lean over send no ray through the surface, whatever lies below; and the distance is
+/// one of the file.
 #[test]
 fn rays_stay_outside_and_units_are_the_files() {
     let leaning = "vertexnormal -90 -90 0 2 0 1\nvertexnormal 90 -90 0 2 0 1\nvertexnormal 0 90 0 2 0 1\ntrinormal 0 1 2\n";

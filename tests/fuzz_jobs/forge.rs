@@ -40,14 +40,16 @@ fn seal(file: &mut [u8], at: usize) {
     set(file, at + 36, sum);
 }
 
-/// One of the files with numbers of its heads changed, or its beginning, or its records in another order.
+/// One of the files with numbers of its heads changed, or its beginning, or its records in another
+/// order.
 pub fn tiles(seeds: &[Vec<u8>], rng: &mut Rng) -> Vec<u8> {
     let mut file = seeds[rng.below(seeds.len())].clone();
     for _ in 0..1 + rng.below(3) {
         let places = places(&file);
         let at = places[rng.below(places.len())];
         match rng.below(5) {
-            // Its place, its size, its planes, or whose it is; and whether its content is what was written.
+            // Its place, its size, its planes, or whose it is; and whether its content is what was
+            // written.
             0 | 1 => {
                 set(&mut file, at + 8 + 4 * rng.below(7), rng.pick(&NUMBERS));
                 seal(&mut file, at);

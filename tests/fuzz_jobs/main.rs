@@ -1,9 +1,10 @@
-//! Mutated plans and tile files: nothing panics, hangs, or asks for memory by a number that was not checked; what a file says is
-//! either refused or leads to the right picture, because tiles that are damaged are rendered again. A test binary of its own,
-//! because it replaces the allocator.
+//! Mutated plans and tile files: nothing panics, hangs, or asks for memory by a number that was not
+//! checked; what a file says is either refused or leads to the right picture, because tiles that
+//! are damaged are rendered again. A test binary of its own, because it replaces the allocator.
 //!
-//! Some thousands of each by default; `PHALANX_FUZZ_MUTANTS=30000 cargo test --release --test fuzz_jobs` for more. A mutant that
-//! fails is written to the system's folder for temporary files, and its path is in the message.
+//! Some thousands of each by default;
+//! `PHALANX_FUZZ_MUTANTS=30000 cargo test --release --test fuzz_jobs` for more. A mutant that fails
+//! is written to the system's folder for temporary files, and its path is in the message.
 
 #[path = "../fuzz_readers/mutate.rs"]
 mod mutate;
@@ -30,7 +31,8 @@ use std::time::{Duration, Instant};
 /// Longest time for one mutant, on a machine that does other things too.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Largest single request for a file of some length: its own bytes, and what rendering the small picture takes.
+/// Largest single request for a file of some length: its own bytes, and what rendering the small
+/// picture takes.
 fn most_memory(length: usize) -> usize {
     length * 64 + (16 << 20)
 }
@@ -40,7 +42,8 @@ fn mutants(usual: usize) -> usize {
     given.and_then(|n| n.parse().ok()).unwrap_or(usual)
 }
 
-/// Looks at a mutant, and at how long it took and what it asked for; its answer is a word for the table.
+/// Looks at a mutant, and at how long it took and what it asked for; its answer is a word for the
+/// table.
 fn watched(mutant: &[u8], look: impl FnOnce() -> &'static str) -> &'static str {
     watching::forget();
     let start = Instant::now();
@@ -89,7 +92,8 @@ fn tiles(picture: &FuzzedPicture, folder: &Path) {
             std::fs::write(&path, &mutant).unwrap();
             let resumed = picture.resumed(&path);
             for film in [&merged, &resumed].into_iter().flatten() {
-                // Whoever makes checksums fit chooses pixels, but no others than those of the picture's.
+                // Whoever makes checksums fit chooses pixels, but no others than those of the
+                // picture's.
                 assert!(forged || *film == picture.film, "another picture");
                 assert_eq!((film.width, film.height), picture.size());
             }

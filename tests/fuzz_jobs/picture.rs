@@ -1,4 +1,5 @@
-//! A picture of a few hundred pixels, its tiles, and what merging and resuming make of a file of them.
+//! A picture of a few hundred pixels, its tiles, and what merging and resuming make of a file of
+//! them.
 
 use phalanx::frame::{Accel, Aovs, Control, Engine, Settings};
 use phalanx::jobs::{

@@ -1,9 +1,11 @@
-//! Mutated files: no reader panics, hangs, or asks for memory by a count that it has not checked, and what it says
-//! is about places in the file. A test binary of its own, because it replaces the allocator.
+//! Mutated files: no reader panics, hangs, or asks for memory by a count that it has not checked,
+//! and what it says is about places in the file. A test binary of its own, because it replaces the
+//! allocator.
 //!
-//! Each format has seeds in `corpus/<ending>`. Two seconds each by default; `PHALANX_FUZZ_SECONDS=600 cargo test
-//! --release --test fuzz_readers` for more. Mutants about which something new is said join the corpus of the run. An
-//! input that fails is written to the system's folder for temporary files, and its path is in the message.
+//! Each format has seeds in `corpus/<ending>`. Two seconds each by default;
+//! `PHALANX_FUZZ_SECONDS=600 cargo test --release --test fuzz_readers` for more. Mutants about
+//! which something new is said join the corpus of the run. An input that fails is written to the
+//! system's folder for temporary files, and its path is in the message.
 
 mod mutate;
 
@@ -22,7 +24,8 @@ mod rng;
 #[path = "../common/watching.rs"]
 mod watching;
 
-/// Largest single request for a file of some length: what its columns may grow to, and room for small tables.
+/// Largest single request for a file of some length: what its columns may grow to, and room for
+/// small tables.
 fn most_memory(length: usize) -> usize {
     length * 64 + (1 << 20)
 }
@@ -83,7 +86,8 @@ fn fuzz(ending: &str) {
     );
 }
 
-/// Reads the input, checks what must hold whatever it is, and gives a digest of what was said about it.
+/// Reads the input, checks what must hold whatever it is, and gives a digest of what was said about
+/// it.
 fn checked(ending: &str, input: &[u8]) -> u64 {
     let options = Options {
         threads: 1 + input.len() % 2,
@@ -137,7 +141,8 @@ fn check(input: &[u8], read: &Result<Loaded, Vec<Diagnostic>>) {
     }
 }
 
-/// What was said without its numbers, and about how much came out: new where the reader went a new way.
+/// What was said without its numbers, and about how much came out: new where the reader went a new
+/// way.
 fn digest(read: &Result<Loaded, Vec<Diagnostic>>) -> u64 {
     let words = |all: &[Diagnostic]| -> Vec<String> {
         let plain = |d: &Diagnostic| {

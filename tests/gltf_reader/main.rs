@@ -1,5 +1,5 @@
-//! The glTF reader: what it makes of files written here by hand, what it says about bad ones, and the real ones beside
-//! the project.
+//! The glTF reader: what it makes of files written here by hand, what it says about bad ones, and
+//! the real ones beside the project.
 
 mod bad;
 mod files;

@@ -71,7 +71,8 @@ fn check(bytes: &[u8]) {
     }
 }
 
-/// The seeds of `tests/fuzz_readers`, written anew by `PHALANX_BLESS=1 cargo test --test gltf_reader seeds`.
+/// The seeds of `tests/fuzz_readers`, written anew by
+/// `PHALANX_BLESS=1 cargo test --test gltf_reader seeds`.
 #[test]
 fn the_fuzz_targets_seeds_are_these_files() {
     let mut picture = everything();

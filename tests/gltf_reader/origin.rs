@@ -98,7 +98,8 @@ fn the_maps_of_instances_take_the_origin() {
     }
 }
 
-/// A map's coordinates in an accessor, which nodes take back: near in the world, far in the mesh's own space.
+/// A map's coordinates in an accessor, which nodes take back: near in the world, far in the mesh's
+/// own space.
 #[test]
 fn a_mesh_that_is_far_away_in_its_own_space_is_stored_near() {
     let offset = [500_000.0, 0.0, -4_012_344.0f32];

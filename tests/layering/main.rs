@@ -1,7 +1,8 @@
 //! Who may import whom, which file owns which crate, and what may not stand in the sources at all.
 //!
-//! Cargo keeps crates apart; what stands here is who may depend on whom, and the rooms within a crate. Read from the text of
-//! `src`: comments and string literals are blanked out first, then every path that starts with `crate::` is looked up.
+//! Cargo keeps crates apart; what stands here is who may depend on whom, and the rooms within a
+//! crate. Read from the text of `src`: comments and string literals are blanked out first, then
+//! every path that starts with `crate::` is looked up.
 
 mod source;
 
@@ -197,7 +198,8 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
 ];
 
-/// What breaks the same bits on every machine, which files may have it all the same, and what to use instead.
+/// What breaks the same bits on every machine, which files may have it all the same, and what to
+/// use instead.
 const BANNED: [(&str, &[&str], &str); 13] = [
     ("mul_add", &[], "fuses or not by build: write a * b + c"),
     ("mul_sub", &BOUNDS, "fuses or not by build: write a * b - c"),

@@ -143,7 +143,8 @@ pub fn sources() -> Vec<SourceFile> {
     found
 }
 
-/// The rooms that follow `root::` in `code`, also within braces: `crate::{bvh::Bvh, scene::{A, B}}`.
+/// The rooms that follow `root::` in `code`, also within braces:
+/// `crate::{bvh::Bvh, scene::{A, B}}`.
 pub fn imported(code: &str, root: &str) -> BTreeSet<String> {
     let compact: String = code.split_whitespace().collect::<Vec<_>>().join(" ");
     let compact = compact.replace(" ::", "::").replace(":: ", "::");
@@ -186,7 +187,8 @@ fn firsts_of_list(list: &str) -> Vec<String> {
     words
 }
 
-/// Whether the code names the crate `name`: as the first part of a path, unless a room of that name is imported.
+/// Whether the code names the crate `name`: as the first part of a path, unless a room of that name
+/// is imported.
 pub fn imported_crate(code: &str, name: &str) -> bool {
     let room = ["crate", "phalanx"]
         .iter()

@@ -1,7 +1,8 @@
-//! Bad meshes and what is said about them: `tests/bad_meshes/x.obj` (or another ending) and beside it `x.obj.expected`.
+//! Bad meshes and what is said about them: `tests/bad_meshes/x.obj` (or another ending) and beside
+//! it `x.obj.expected`.
 //!
-//! After a change of wording, `PHALANX_BLESS=1 cargo test --test mesh_readers bad` writes what is said now: read the
-//! difference before committing it.
+//! After a change of wording, `PHALANX_BLESS=1 cargo test --test mesh_readers bad` writes what is
+//! said now: read the difference before committing it.
 
 use phalanx::formats::{Diagnostic, LoadError, Loaded, Options, load};
 use std::fmt::Write;

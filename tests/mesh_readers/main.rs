@@ -1,4 +1,5 @@
-//! The readers of meshes from outside: what files mean, what is said about bad ones, and that others read the same.
+//! The readers of meshes from outside: what files mean, what is said about bad ones, and that
+//! others read the same.
 
 mod bad;
 mod obj;

@@ -1,4 +1,5 @@
-//! Real files, and what other readers find in them. Skipped where `../shared/scenes` is not at hand.
+//! Real files, and what other readers find in them. Skipped where `../shared/scenes` is not at
+//! hand.
 
 use super::triangles;
 use phalanx::formats::{Options, load};
@@ -37,7 +38,8 @@ fn scene(path: &Path, threads: usize) -> Scene {
     load(path, &options).unwrap_or_else(|e| panic!("{e}")).scene
 }
 
-/// Triangles apart from their order and from where they begin; polygons are cut in more than one way.
+/// Triangles apart from their order and from where they begin; polygons are cut in more than one
+/// way.
 fn sorted(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Vec<[[u32; 3]; 3]> {
     let turned = |t: [[f32; 3]; 3]| {
         let [a, b, c] = t.map(|corner| corner.map(f32::to_bits));

@@ -1,7 +1,7 @@
 //! Bad files and what is said about them: `tests/bad/nff/x.nff` and beside it `x.expected`.
 //!
-//! After a change of wording, `PHALANX_BLESS=1 cargo test --test nff_reader bad` writes what is said now: read the
-//! difference before committing it.
+//! After a change of wording, `PHALANX_BLESS=1 cargo test --test nff_reader bad` writes what is
+//! said now: read the difference before committing it.
 
 use phalanx::formats::{Diagnostic, LoadError, Loaded, MAX_DIAGNOSTICS, Options, load, read_nff};
 use std::fmt::Write;

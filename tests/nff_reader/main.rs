@@ -1,4 +1,5 @@
-//! The NFF reader from outside: what files mean, what is said about bad ones, and that nothing makes it panic.
+//! The NFF reader from outside: what files mean, what is said about bad ones, and that nothing
+//! makes it panic.
 
 mod bad;
 mod mangled;

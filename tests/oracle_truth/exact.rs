@@ -15,13 +15,13 @@ pub struct Exact {
     /// Weights of the second and third corner, and the error in them.
     pub weights: [f64; 2],
     pub weight_error: f64,
-    /// By how much the ray runs inside the primitive's outline, in units of the error that f32 may make in that: above
-    /// 1 it surely meets the primitive, below −1 it surely does not.
+    /// By how much the ray runs inside the primitive's outline, in units of the error that f32 may
+    /// make in that: above 1 it surely meets the primitive, below −1 it surely does not.
     pub margin: f64,
 }
 
-/// Errors in f32: [`HIT_ULPS`] roundings at the largest length involved, and the padding of boxes to which distances
-/// are clamped.
+/// Errors in f32: [`HIT_ULPS`] roundings at the largest length involved, and the padding of boxes
+/// to which distances are clamped.
 fn length_error(length: f64) -> f64 {
     length * HIT_ULPS * EPSILON
 }
@@ -72,8 +72,8 @@ fn triangle([a, b, c]: [DVec3; 3], org: DVec3, dir: DVec3) -> Exact {
         around[k] * area.signum() / edge
     });
     let margin = margin.fold(f64::INFINITY, f64::min) / place;
-    // An error of a weight is the place's error over the triangle's height as the ray sees it; depth differs by at most
-    // the length of an edge, to which the clamp bounds the error, too.
+    // An error of a weight is the place's error over the triangle's height as the ray sees it;
+    // depth differs by at most the length of an edge, to which the clamp bounds the error, too.
     let longest = [b - a, c - b, a - c]
         .iter()
         .map(|e| e.length())
@@ -158,7 +158,8 @@ fn cone(cone: &Cone, org: DVec3, dir: DVec3) -> Exact {
             true => (-b - b.signum() * root) / a,
             false => c / (-b - b.signum() * root),
         };
-        // What moving the surface by `place` makes of the equation: its gradient there, and its second order.
+        // What moving the surface by `place` makes of the equation: its gradient there, and its
+        // second order.
         let moved = 2.0 * cos2.sqrt() * (r + dr * s).abs() * place + place * place;
         let slide = (moved / (2.0 * cos2 * root)).min((moved / bend).sqrt());
         let error = 2.0 * slide.min(length + 2.0 * widest) + place;

@@ -1,4 +1,5 @@
-//! The oracle itself: its tree against brute force to the bit, and brute force against f64 within a stated bound.
+//! The oracle itself: its tree against brute force to the bit, and brute force against f64 within a
+//! stated bound.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -227,7 +228,8 @@ impl ErrorTally {
     }
 }
 
-/// Distances stay within the own box's padding of the box that the primitive fills: what the clamp promises.
+/// Distances stay within the own box's padding of the box that the primitive fills: what the clamp
+/// promises.
 #[test]
 fn hits_lie_in_the_primitive_s_own_box() {
     each_ray(14, 500, |scene, _, ray| {

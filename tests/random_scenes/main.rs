@@ -1,8 +1,8 @@
 //! A hunt for scenes in which a kernel and the oracle differ by a bit.
 //!
 //! `PHALANX_HUNT_SECONDS` says how long (a few hundred scenes of one seed if it is not set), and
-//! `PHALANX_HUNT_SEED` with which seed; the seed is printed. A scene that differs is written into the
-//! temporary folder and named, to be rendered with `phalanx verify`.
+//! `PHALANX_HUNT_SEED` with which seed; the seed is printed. A scene that differs is written into
+//! the temporary folder and named, to be rendered with `phalanx verify`.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -263,7 +263,8 @@ impl SceneText<'_> {
         self.line("trinormal", &[last - 3.0, last - 2.0, last - 1.0]);
     }
 
-    /// A square as large as the large part, along axes or a little turned, a little below the small one.
+    /// A square as large as the large part, along axes or a little turned, a little below the small
+    /// one.
     fn floor(&mut self) {
         let half = self.sizes[1];
         let below = self.center[1] - self.sizes[0] * f64::from(self.rng.range(0.0, 2.0));

@@ -12,7 +12,8 @@ const ENGINES: [(&str, &str, f64); 5] = [
     ("embree", "single", 9.0),
 ];
 
-/// A record of some scenes on one thread and two, nine rounds: every rate its own, drifting from round to round.
+/// A record of some scenes on one thread and two, nine rounds: every rate its own, drifting from
+/// round to round.
 pub fn record(scenes: usize) -> BenchRecord {
     let names: Vec<String> = (0..scenes)
         .map(|i| format!("standard:scene{i}:small"))

@@ -96,7 +96,8 @@ fn broken_records_do_not() {
 /// Fields that records have only where they say something.
 const OPTIONAL: [(&str, &str); 1] = [("scene", "origin")];
 
-/// Every field is described and required, but for those, and no object takes others. Maps have a description of what they map to.
+/// Every field is described and required, but for those, and no object takes others. Maps have a
+/// description of what they map to.
 #[test]
 fn the_schema_is_complete() {
     fn check(schema: &Value, place: &str) {

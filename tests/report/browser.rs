@@ -1,4 +1,5 @@
-//! How Chromium shows the page: nothing complained of, nothing cut off, narrow and wide, light and dark.
+//! How Chromium shows the page: nothing complained of, nothing cut off, narrow and wide, light and
+//! dark.
 //!
 //! `PHALANX_SHOTS=FOLDER` keeps pages and screenshots there, to be looked at.
 

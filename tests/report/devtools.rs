@@ -12,8 +12,9 @@ use tempfile::TempDir;
 /// Nothing takes so long unless it hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Chromium reads commands from descriptor 3 and answers on 4; the shell makes them of its own input and output, which
-/// needs no code between fork and exec. Root may not have a sandbox, and nothing may look for a network.
+/// Chromium reads commands from descriptor 3 and answers on 4; the shell makes them of its own
+/// input and output, which needs no code between fork and exec. Root may not have a sandbox, and
+/// nothing may look for a network.
 const START: &str = "exec chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run \
     --disable-background-networking --disable-component-update --disable-sync --hide-scrollbars \
     --remote-debugging-pipe --user-data-dir=\"$0\" about:blank 3<&0 4>&1 </dev/null >/dev/null 2>&1";

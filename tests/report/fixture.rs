@@ -23,7 +23,8 @@ const KINDS: [(&str, f64); 7] = [
     ("frame", 6.0),
 ];
 
-/// Engine, kernel, its rate against `auto` for coherent and for scattered rays, and whether it is exact.
+/// Engine, kernel, its rate against `auto` for coherent and for scattered rays, and whether it is
+/// exact.
 const MODES: [(&str, &str, [f64; 2], bool); 12] = [
     ("phalanx", "auto", [1.0, 1.0], true),
     ("phalanx", "packet8", [0.72, 0.95], true),
@@ -368,7 +369,8 @@ pub fn odd() -> BenchRecord {
     record
 }
 
-/// Pictures for every scene of a record: hills, and how dear they are, which is higher by the scale below.
+/// Pictures for every scene of a record: hills, and how dear they are, which is higher by the scale
+/// below.
 pub fn pictures(record: &BenchRecord) -> Vec<ScenePictures> {
     let of_scene = |(i, scene): (usize, &SceneRecord)| ScenePictures {
         scene: scene.name.clone(),

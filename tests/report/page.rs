@@ -22,7 +22,8 @@ fn a_suite_has_every_section_scene_and_picture() {
     }
     let heats = record.scenes.len() - record.scenes.len() / 5;
     assert_eq!(page.named("img").count(), record.scenes.len() + heats);
-    // In short 2; rates of 7 kinds on 2 thread counts; threads 1; sizes and rooflines of 7 kinds each.
+    // In short 2; rates of 7 kinds on 2 thread counts; threads 1; sizes and rooflines of 7 kinds
+    // each.
     let charts = page.named("svg").filter(|svg| {
         let width = &svg.attributes["width"];
         width == "360"
@@ -128,7 +129,8 @@ fn what_to_beware_of_is_said_at_the_top() {
     assert!(!text.contains("embree single is inexact"));
 }
 
-/// The headline is the geometric mean of ours over the best exact peer: an inexact mode is no peer's best.
+/// The headline is the geometric mean of ours over the best exact peer: an inexact mode is no
+/// peer's best.
 #[test]
 fn an_inexact_mode_is_not_the_best() {
     let mut record = fixture::minimal();

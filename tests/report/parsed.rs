@@ -1,4 +1,5 @@
-//! A page as its tags, once it is sure that they are well formed: a strict reading, where browsers forgive.
+//! A page as its tags, once it is sure that they are well formed: a strict reading, where browsers
+//! forgive.
 
 use html5gum::{DefaultEmitter, Token, Tokenizer};
 use std::collections::BTreeMap;
@@ -21,8 +22,8 @@ pub struct Parsed {
     pub style: String,
 }
 
-/// Reads a page; panics where it is not well formed: parse errors, elements not closed or closed in another order,
-/// identifiers given twice.
+/// Reads a page; panics where it is not well formed: parse errors, elements not closed or closed in
+/// another order, identifiers given twice.
 pub fn parse(page: &str) -> Parsed {
     let mut parsed = Parsed::default();
     let mut open: Vec<String> = Vec::new();

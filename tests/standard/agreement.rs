@@ -5,7 +5,8 @@ use phalanx::formats::{Options, load};
 use phalanx::scene::{Scene, Vec3s};
 use std::path::Path;
 
-/// Largest difference over the scene's size; the files' own rounding is half a unit of the sixth digit.
+/// Largest difference over the scene's size; the files' own rounding is half a unit of the sixth
+/// digit.
 const TOLERANCE: f32 = 2e-6;
 /// Relative difference that six digits leave.
 const SIX_DIGITS: f32 = 5e-6;

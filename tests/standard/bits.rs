@@ -1,7 +1,8 @@
 //! The databases bit for bit: the same on every platform and in every build.
 //!
-//! When these were recorded, all eleven databases, at default and at other sizes, agreed with the files that the
-//! original programs (SPD 3.14, compiled by gcc) wrote, to the six digits that they print.
+//! When these were recorded, all eleven databases, at default and at other sizes, agreed with the
+//! files that the original programs (SPD 3.14, compiled by gcc) wrote, to the six digits that they
+//! print.
 
 use crate::{numbers, scene, spec};
 use phalanx::standard::{MemoryBuilder, SceneParams, Tessellate};

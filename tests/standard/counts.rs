@@ -65,7 +65,8 @@ fn other_sizes_have_the_counts_of_the_programs_heads() {
     check(&OTHER_SIZES);
 }
 
-/// "poly/patches" of the databases' table: polygons and patches at a resolution of 4, in thousands where it says so.
+/// "poly/patches" of the databases' table: polygons and patches at a resolution of 4, in thousands
+/// where it says so.
 #[test]
 fn tessellated_scenes_have_the_published_numbers_of_polygons() {
     let table = [

@@ -51,7 +51,8 @@ fn assert_same_shapes(name: &str, a: &Scene, b: &Scene) {
     }
 }
 
-/// As [`assert_same_shapes`], but for the last bits of normals, which `.test` gives unit length once more.
+/// As [`assert_same_shapes`], but for the last bits of normals, which `.test` gives unit length
+/// once more.
 pub fn assert_close_shapes(name: &str, a: &Scene, b: &Scene) {
     assert_eq!(a.prim_count(), b.prim_count(), "{name}");
     for prim in 0..a.prim_count() {

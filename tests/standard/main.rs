@@ -1,4 +1,5 @@
-//! The standard scenes from outside: what is published of them, what files others made of them, and our own files.
+//! The standard scenes from outside: what is published of them, what files others made of them, and
+//! our own files.
 
 mod agreement;
 mod bits;

@@ -1,4 +1,5 @@
-//! Meshes, coloured lights and the document's surfaces through every sink: what the modern scenes are made of.
+//! Meshes, coloured lights and the document's surfaces through every sink: what the modern scenes
+//! are made of.
 
 use crate::files::{assert_close_shapes, assert_same_setting, ply_triangles};
 use glam::{DVec3, Vec3, dvec3};

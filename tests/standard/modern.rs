@@ -6,8 +6,8 @@ use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::scene::{OutputEncoding, Scene};
 use phalanx::standard::{CATALOGUE, Family, StandardScene, counts};
 
-/// Names, and a hash of each scene at 8,000 triangles. Another hash means another scene: benchmarks of then and now
-/// could not be compared any more.
+/// Names, and a hash of each scene at 8,000 triangles. Another hash means another scene: benchmarks
+/// of then and now could not be compared any more.
 const HASHES: [(&str, u64); 6] = [
     ("cornell", 0x7e2a17423270ba62),
     ("terrain", 0xa1f6305671f03ca1),
@@ -114,7 +114,8 @@ fn views_and_tones_are_those_of_pictures() {
     }
 }
 
-/// A surface that faces the eye shows its front: the generators wind their triangles counter-clockwise.
+/// A surface that faces the eye shows its front: the generators wind their triangles
+/// counter-clockwise.
 #[test]
 fn closed_things_are_wound_outward() {
     // The sponge stands on a floor of two triangles, which come last.

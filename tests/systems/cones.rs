@@ -1,4 +1,5 @@
-//! Cones and cylinders: not in the design document, which has spheres and triangles; as NFF has them.
+//! Cones and cylinders: not in the design document, which has spheres and triangles; as NFF has
+//! them.
 
 use crate::common::rays::{Engines, toward};
 use crate::common::rng::Rng;
@@ -98,7 +99,8 @@ fn cones_have_one_nappe() {
         assert_eq!(hit([5.0, 0.0, 3.0], [-1.0, 0.0, 0.0]), None);
         assert_eq!(hit([3.0, 0.0, 5.0], [0.0, 0.0, -1.0]), None);
         assert_eq!(hit([0.0, 0.0, 3.0], [1.0, 0.0, 0.5]), None);
-        // Parallel to a line of the surface, which leaves one root: met from outside opposite, and from inside.
+        // Parallel to a line of the surface, which leaves one root: met from outside opposite, and
+        // from inside.
         assert_eq!(hit([-1.0, 0.0, -1.0], [1.0, 0.0, 1.0]), Some(2.0));
         assert_eq!(hit([-3.0, 0.0, 0.0], [1.0, 0.0, 1.0]), None);
         let t = hit([-1.0, 0.0, 0.0], [1.0, 0.0, 1.0]);
@@ -318,7 +320,8 @@ fn a_glass_cylinder_refracts() {
                 },
                 glass,
             );
-            // Snell in the plane across the axis: the ray along +x at y = height leaves turned by 2(i − r).
+            // Snell in the plane across the axis: the ray along +x at y = height leaves turned by
+            // 2(i − r).
             let i = f64::from(height).asin();
             let r = (f64::from(height) / f64::from(ior)).asin();
             let turn = 2.0 * (i - r);
@@ -338,7 +341,8 @@ fn a_glass_cylinder_refracts() {
     }
 }
 
-/// What leaves a cone's surface does not meet it again there: the offset is enough, at every size, slope and distance.
+/// What leaves a cone's surface does not meet it again there: the offset is enough, at every size,
+/// slope and distance.
 #[test]
 fn no_cone_shades_its_own_surface() {
     let mut rng = Rng::new(53);
@@ -352,7 +356,8 @@ fn no_cone_shades_its_own_surface() {
         };
         let mut scene = alone(cone);
         scene.materials.ka.set(0, Vec3::ZERO);
-        // From far away onto it; the light stands behind the eye, so that nothing but the surface itself could shade it.
+        // From far away onto it; the light stands behind the eye, so that nothing but the surface
+        // itself could shade it.
         let eye = base + rng.direction() * scale * rng.pick(&[2.0, 100.0]);
         let share = rng.unit();
         let at = scenes::point_at_height(&cone, share, &mut rng);

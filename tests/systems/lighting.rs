@@ -39,14 +39,16 @@ fn attenuation() {
             "a directional light",
         );
     }
-    // A light too bright for f32 adds nothing where it would be ∞ · 0; it never makes a pixel that is not a number.
+    // A light too bright for f32 adds nothing where it would be ∞ · 0; it never makes a pixel that
+    // is not a number.
     let light = "attenuation 0 0 1e-30\npoint 0 0 2 1e30 1e30 1e30\n";
     let body = format!(
         "{light}ambient 0.25 0 0\ndiffuse 1 0 0\n{}",
         floor(0.0, true)
     );
     assert_eq!(shot(&scene("-3 1 4", "1 2 0", &body)).0, Vec3::X * 0.25);
-    // A light in the very point that is seen adds nothing, whether or not its denominator is zero there.
+    // A light in the very point that is seen adds nothing, whether or not its denominator is zero
+    // there.
     for model in ["1 0 0", "0 1 0", "0 0 1", "0 1 1"] {
         for at in ["0 0 1", "0 0 0.99999994"] {
             let light = format!("attenuation {model}\npoint {at} 1 1 1\n");
@@ -105,7 +107,8 @@ fn blinn_phong(point: DVec3, normal: DVec3, eye: DVec3, shininess: f64) -> DVec3
 
 #[test]
 fn shading_with_shadow_rays() {
-    // A sphere of radius 1.5, seen from the front: the first point of the ray through (0.3, 0.4, 0).
+    // A sphere of radius 1.5, seen from the front: the first point of the ray through (0.3, 0.4,
+    // 0).
     let (eye, at) = (DVec3::new(0.5, 1.0, 7.0), DVec3::new(0.3, 0.4, 0.0));
     let dir = (at - eye).normalize();
     let b = eye.dot(dir);

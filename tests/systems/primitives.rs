@@ -81,12 +81,14 @@ fn far_and_small_spheres() {
     }
 }
 
-/// An ellipsoid of axes 2, 1, 0.5 under a rotation: its normal is the gradient (x/a², y/b², z/c²), turned.
+/// An ellipsoid of axes 2, 1, 0.5 under a rotation: its normal is the gradient (x/a², y/b², z/c²),
+/// turned.
 fn ellipsoid_distances_and_normals() {
     let axes = DVec3::new(2.0, 1.0, 0.5);
     let mut rng = Rng::new(44);
     for _ in 0..50 {
-        // Seen from a point 4 away, along the gradient's plane or not: any direction through a point inside.
+        // Seen from a point 4 away, along the gradient's plane or not: any direction through a
+        // point inside.
         let eye = rng.direction() * 4.0;
         let at = rng.point(0.3);
         let light = rng.direction();
@@ -169,7 +171,8 @@ fn ray_triangle() {
     interpolated_normals();
 }
 
-/// Counter-clockwise is the front: at 45° light enters glass from the front and is totally reflected at its back.
+/// Counter-clockwise is the front: at 45° light enters glass from the front and is totally
+/// reflected at its back.
 fn orientation() {
     let glass = "ambient 0 0 0\ntransmission 1 1 1\nior 1.5\n";
     let face = "vertex -9 -9 0\nvertex 9 -9 0\nvertex 0 9 0\ntri 0 1 2\n";

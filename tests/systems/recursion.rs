@@ -78,7 +78,8 @@ fn rays_of_less_than_the_least_weight_are_not_traced() {
     }
 }
 
-/// Glass that mirrors half of the light and lets through the other half sends two rays for each: without a least weight 2¹⁰⁰ of them.
+/// Glass that mirrors half of the light and lets through the other half sends two rays for each:
+/// without a least weight 2¹⁰⁰ of them.
 #[test]
 fn glass_and_mirrors_of_great_depth_take_bounded_time() {
     let body = facing_mirrors(100, "specular 0.5 0.5 0.5\ntransmission 0.5 0.5 0.5");
@@ -157,7 +158,8 @@ fn two_mirrors() {
             floor(1.0, false)
         );
         let (radiance, rays) = shot(&scene("0 0 0", "0 0 -1", &body));
-        // From the deepest outward, as the recursion adds: every step is exact until it no longer matters.
+        // From the deepest outward, as the recursion adds: every step is exact until it no longer
+        // matters.
         let sum = (0..=depth).fold(0.0f32, |deeper, _| 1.0 + 0.5 * deeper);
         assert_eq!(radiance, Vec3::new(0.25, 0.5, 1.0) * sum, "{depth}");
         assert_eq!(sum, 2.0 - 0.5f32.powi(depth));
@@ -232,7 +234,8 @@ fn total_reflection() {
     }
 }
 
-/// Which rays are traced: those whose weight is not zero in every channel, and only down to `maxdepth`.
+/// Which rays are traced: those whose weight is not zero in every channel, and only down to
+/// `maxdepth`.
 fn rays_without_weight() {
     for (specular, transmission, depth, bounces) in [
         ("0 0 0", "0 0 0", 5, (0, 0)),
@@ -249,7 +252,8 @@ fn rays_without_weight() {
         let (_, rays) = shot(&scene("-2 0 2", "0 0 0", &body));
         assert_eq!((rays.reflection, rays.refraction), bounces, "{body}");
     }
-    // Nor are shadow rays that could only bring black: a black light, or a surface that returns none of it.
+    // Nor are shadow rays that could only bring black: a black light, or a surface that returns
+    // none of it.
     for (light, diffuse, shadows) in [
         ("1 1 1", "1 1 1", 1),
         ("0 0 0", "1 1 1", 0),

@@ -1,4 +1,5 @@
-//! The `.test` reader from outside: what files mean, what is said about bad ones, and that nothing makes it panic.
+//! The `.test` reader from outside: what files mean, what is said about bad ones, and that nothing
+//! makes it panic.
 
 mod bad;
 mod course;

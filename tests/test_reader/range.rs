@@ -1,11 +1,13 @@
-//! Scenes in units far from 1 are scaled by an exact power of two, and nothing about the picture changes.
+//! Scenes in units far from 1 are scaled by an exact power of two, and nothing about the picture
+//! changes.
 
 use super::{read, scene};
 use glam::Vec3;
 use phalanx::formats::read_test;
 use phalanx::scene::Scene;
 
-/// A scene with a sphere, an ellipsoid, a triangle and both lights, in units of `unit` (as it is written).
+/// A scene with a sphere, an ellipsoid, a triangle and both lights, in units of `unit` (as it is
+/// written).
 fn in_units(unit: &str) -> Scene {
     let text = format!(
         "size 4 4\ncamera 0 0 9{unit} 0 0 1{unit} 0 1 0 45\nattenuation 1 2 3\npoint 1{unit} 2{unit} 3{unit} 1 1 1\n\

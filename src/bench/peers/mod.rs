@@ -1,7 +1,9 @@
-//! Other tracers on our rays, for benchmarks only: what they must do to be measured, and who they are.
+//! Other tracers on our rays, for benchmarks only: what they must do to be measured, and who they
+//! are.
 //!
-//! A [`BenchEngine`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays laid out as it wants them,
-//! all prepared before the clock starts. Our own kernels and the oracle are contenders, too (`bench`).
+//! A [`BenchEngine`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays
+//! laid out as it wants them, all prepared before the clock starts. Our own kernels and the oracle
+//! are contenders, too (`bench`).
 
 pub mod embree;
 pub mod obvhs;
@@ -35,12 +37,15 @@ pub trait BenchEngine: Sync {
     fn thread(&self) -> Box<dyn BenchEngineThread + '_>;
 }
 
-/// One thread's share of a contender. Packets are the set's, eight rays each; a range starts at an even packet.
+/// One thread's share of a contender. Packets are the set's, eight rays each; a range starts at an
+/// even packet.
 pub trait BenchEngineThread {
-    /// The closest hits of some packets, one [`HitPacket`] each: `t` (at or above the limit: nothing was hit) and `prim_id`
-    /// as in the scene; `u` and `v` only where they come for nothing. Lanes beyond the last ray may hold anything.
+    /// The closest hits of some packets, one [`HitPacket`] each: `t` (at or above the limit:
+    /// nothing was hit) and `prim_id` as in the scene; `u` and `v` only where they come for
+    /// nothing. Lanes beyond the last ray may hold anything.
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]);
-    /// For each of some packets, the lanes (as bits) whose ray meets anything. Lanes beyond the last ray may hold anything.
+    /// For each of some packets, the lanes (as bits) whose ray meets anything. Lanes beyond the
+    /// last ray may hold anything.
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]);
 }
 

@@ -1,8 +1,10 @@
-//! obvhs's own traversals, with its own triangles: what our builder's crate does when it traces, too.
+//! obvhs's own traversals, with its own triangles: what our builder's crate does when it traces,
+//! too.
 //!
-//! One ray at a time, against its binary tree and against its compressed tree of eight children. Occlusion by
-//! `ray_traverse_miss`, which stops at the first hit (its `ray_traverse_anyhit` is for transparency, and visits all).
-//! It has no spheres: they are met by the plain formula, as it is for users of the crate to bring.
+//! One ray at a time, against its binary tree and against its compressed tree of eight children.
+//! Occlusion by `ray_traverse_miss`, which stops at the first hit (its `ray_traverse_anyhit` is for
+//! transparency, and visits all). It has no spheres: they are met by the plain formula, as it is
+//! for users of the crate to bring.
 
 use super::{BenchEngine, BenchEngineThread, RaySetRef, Unsupported};
 use glam::Vec3A;
@@ -21,9 +23,9 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The preset that its trees are built with, the slowest there is: 3.7 s a tree for a million triangles, seven times medium's
-/// time, for 7 to 23 % more rays on the terrain. In the room medium's trees are 20 to 40 times slower than these, and those
-/// of `slow_build` no better.
+/// The preset that its trees are built with, the slowest there is: 3.7 s a tree for a million
+/// triangles, seven times medium's time, for 7 to 23 % more rays on the terrain. In the room
+/// medium's trees are 20 to 40 times slower than these, and those of `slow_build` no better.
 const PRESET: BvhBuildParams = BvhBuildParams::very_slow_build();
 
 /// A scene in obvhs's trees.
@@ -33,7 +35,8 @@ pub struct ObvhsScene {
 }
 
 impl ObvhsScene {
-    /// Copies a scene and builds both trees, on one thread. Triangles and spheres, without instances.
+    /// Copies a scene and builds both trees, on one thread. Triangles and spheres, without
+    /// instances.
     ///
     /// # Errors
     /// [`Unsupported`]: primitives or instances that it has not.

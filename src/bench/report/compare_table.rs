@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 
 type RateKey<'a> = (&'a str, &'a str, &'a str, &'a str, u32);
 
-/// The medians of every rate that all records have, as a table: the first is 100 %, geometric means over scenes and
-/// kinds of rays stand at the end. Records come with a name each, such as the file's. What was measured on
-/// another machine or with other rays is shown all the same, and said.
+/// The medians of every rate that all records have, as a table: the first is 100 %, geometric means
+/// over scenes and kinds of rays stand at the end. Records come with a name each, such as the
+/// file's. What was measured on another machine or with other rays is shown all the same, and said.
 pub fn compare_table(records: &[(&str, &BenchRecord)]) -> String {
     let Some((&(_, first), others)) = records.split_first() else {
         return String::new();

@@ -105,7 +105,8 @@ fn place(error: &serde_json::Error) -> (usize, usize, String) {
     )
 }
 
-/// A record as JSON, indented, with a line break at its end. What JSON has no number for becomes `null`.
+/// A record as JSON, indented, with a line break at its end. What JSON has no number for becomes
+/// `null`.
 pub fn to_json(record: &BenchRecord) -> String {
     let text = serde_json::to_string_pretty(record);
     text.expect("a record's keys are text, and writing to memory does not fail") + "\n"
@@ -113,7 +114,8 @@ pub fn to_json(record: &BenchRecord) -> String {
 
 const CSV_HEAD: &str = "scene,rays,engine,kernel,threads,mrays_per_s,mad,low,high,rays_timed,hits,difference,exact,same_as,samples";
 
-/// A record's rows as CSV (RFC 4180, but lines end in LF). `samples` are separated by blanks; what is not known is empty.
+/// A record's rows as CSV (RFC 4180, but lines end in LF). `samples` are separated by blanks; what
+/// is not known is empty.
 pub fn to_csv(record: &BenchRecord) -> String {
     let mut text = String::from(CSV_HEAD) + "\n";
     for row in &record.rows {

@@ -58,7 +58,8 @@ mod cpu {
         (threads > 0 && first.level_type() == TopologyType::SMT).then_some(threads > 1)
     }
 
-    /// Those of the first core. Hypervisors tell the sharing of the machine below: no more threads than there are share.
+    /// Those of the first core. Hypervisors tell the sharing of the machine below: no more threads
+    /// than there are share.
     pub fn caches(threads: u32) -> Vec<Cache> {
         let cpu = CpuId::new();
         let found = cpu.get_cache_parameters().into_iter().flatten();

@@ -7,9 +7,9 @@ use std::collections::BTreeSet;
 /// More scenes than this are folded away.
 const MAX_VISIBLE_SCENES: usize = 6;
 
-/// Rates of a record as Markdown: geometric means over its scenes, then each scene, by kind of rays on the fewest threads;
-/// ours (`auto`), each peer's best mode that answers exactly, and the oracle's, with what ours is of theirs; then the
-/// machine and the command.
+/// Rates of a record as Markdown: geometric means over its scenes, then each scene, by kind of rays
+/// on the fewest threads; ours (`auto`), each peer's best mode that answers exactly, and the
+/// oracle's, with what ours is of theirs; then the machine and the command.
 pub fn readme_table(record: &BenchRecord) -> String {
     let table = ReadmeTable::of(record);
     if table.kinds.is_empty() {

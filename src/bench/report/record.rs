@@ -1,7 +1,8 @@
-//! The record of a benchmark run: what was measured, on what, and every sample. `perf/record.schema.json` is its schema.
+//! The record of a benchmark run: what was measured, on what, and every sample.
+//! `perf/record.schema.json` is its schema.
 //!
-//! Rates are millions of rays a second, times seconds, sizes bytes, unless a field's name says otherwise. A field that
-//! could not be found out is `null`, never a guess.
+//! Rates are millions of rays a second, times seconds, sizes bytes, unless a field's name says
+//! otherwise. A field that could not be found out is `null`, never a guess.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -136,7 +137,8 @@ pub struct SceneRecord {
     pub step: Option<String>,
     /// CRC-32 over the scene's primitives, 8 hexadecimal digits.
     pub hash: String,
-    /// Its origin in the file's coordinates; `None` of a scene that is not moved, and in older records.
+    /// Its origin in the file's coordinates; `None` of a scene that is not moved, and in older
+    /// records.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<[f64; 3]>,
     /// Spheres, ellipsoids, triangles, cones, instances.
@@ -162,7 +164,8 @@ pub struct RaySetRecord {
     pub rays: u64,
     /// Those that hit something (or are occluded).
     pub hits: u64,
-    /// CRC-32 over every answer, 8 hexadecimal digits: `prim_id`, `t`, `u`, `v` bits, or the occlusion bit.
+    /// CRC-32 over every answer, 8 hexadecimal digits: `prim_id`, `t`, `u`, `v` bits, or the
+    /// occlusion bit.
     pub checksum: String,
 }
 
@@ -186,7 +189,8 @@ pub struct RateRow {
     pub rays: String,
     /// `phalanx`, `oracle`, `embree` or `obvhs`.
     pub engine: String,
-    /// Kernel or mode. `auto` is what `render` would use; `best` are no rows, the reader takes the maximum.
+    /// Kernel or mode. `auto` is what `render` would use; `best` are no rows, the reader takes the
+    /// maximum.
     pub kernel: String,
     /// Threads.
     pub threads: u32,
@@ -202,12 +206,13 @@ pub struct RateRow {
     pub exact: bool,
     /// The kernel whose samples these are, where this one does the same on this build.
     pub same_as: Option<String>,
-    /// The rate of every sample, in the order of the rounds, as the clock saw it: with all that disturbed it.
+    /// The rate of every sample, in the order of the rounds, as the clock saw it: with all that
+    /// disturbed it.
     pub samples: Vec<f64>,
 }
 
-/// A rate, and how sure it is, by a bootstrap of the rounds; each piece of the work counts with its fastest visit
-/// ([`Estimate::of_fastest`]).
+/// A rate, and how sure it is, by a bootstrap of the rounds; each piece of the work counts with its
+/// fastest visit ([`Estimate::of_fastest`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Median of the resampled rates.

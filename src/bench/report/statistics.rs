@@ -1,5 +1,5 @@
-//! Medians, how sure they are, and means of ratios. The same numbers on every machine: no clock, no library's random
-//! numbers, no mathematics of the system.
+//! Medians, how sure they are, and means of ratios. The same numbers on every machine: no clock, no
+//! library's random numbers, no mathematics of the system.
 
 use super::Estimate;
 
@@ -9,24 +9,27 @@ const RESAMPLES: usize = 1000;
 /// The share of resamples below an interval.
 const TAIL: f64 = 0.025;
 
-/// How much two runs differ, as a share, by what the rounds of one run all have in common: where its memory lies, how
-/// fast the cores were just then. Runs on a shared virtual machine were up to 2 % off in all rows at once, whatever their
-/// rounds said (perf/notes/noise.md).
+/// How much two runs differ, as a share, by what the rounds of one run all have in common: where
+/// its memory lies, how fast the cores were just then. Runs on a shared virtual machine were up to
+/// 2 % off in all rows at once, whatever their rounds said (perf/notes/noise.md).
 const BETWEEN_RUNS: f64 = 0.025;
 
 impl Estimate {
-    /// The rate of work that is done in pieces, over and over, in rounds: `rounds[r][k]` are the seconds that piece k took
-    /// in round r when it was fastest, and `work` is what all pieces together are. Zeros where there are no rounds.
+    /// The rate of work that is done in pieces, over and over, in rounds: `rounds[r][k]` are the
+    /// seconds that piece k took in round r when it was fastest, and `work` is what all pieces
+    /// together are. Zeros where there are no rounds.
     ///
-    /// A piece counts with its fastest visit. What else runs on a machine can only slow it, by a share that changes
-    /// from one millisecond to the next and from one run to another; the fastest of several is what the work itself takes
-    /// (Chen and Revels, "Robust benchmarking in noisy environments", 2016; they take whole runs of a benchmark, which
-    /// here last too long to be undisturbed).
+    /// A piece counts with its fastest visit. What else runs on a machine can only slow it, by a
+    /// share that changes from one millisecond to the next and from one run to another; the fastest
+    /// of several is what the work itself takes (Chen and Revels, "Robust benchmarking in noisy
+    /// environments", 2016; they take whole runs of a benchmark, which here last too long to be
+    /// undisturbed).
     ///
-    /// Which round was how quiet is chance, so rounds are drawn with replacement (Efron's bootstrap). Median and deviation are
-    /// those of the rates of many draws. The interval says where the median of another run would be, 9 times in 10:
-    /// from the 2.5th percentile, mirrored at the median, since a draw cannot be quieter than all rounds but
-    /// another run can; and 2.5 % wider at both ends, for what all rounds of a run have in common. One round says nothing of
+    /// Which round was how quiet is chance, so rounds are drawn with replacement (Efron's
+    /// bootstrap). Median and deviation are those of the rates of many draws. The interval says
+    /// where the median of another run would be, 9 times in 10: from the 2.5th percentile, mirrored
+    /// at the median, since a draw cannot be quieter than all rounds but another run can; and 2.5 %
+    /// wider at both ends, for what all rounds of a run have in common. One round says nothing of
     /// chance.
     pub fn of_fastest(rounds: &[Vec<f64>], work: f64) -> Estimate {
         if rounds.is_empty() {
@@ -80,7 +83,8 @@ fn resamples(seed: u64, mut statistic: impl FnMut(&mut Draw) -> f64) -> Vec<f64>
 
 /// Student's 97.5 % quantile with so many degrees of freedom, from 3 on.
 ///
-/// Its expansion in their inverse (Abramowitz and Stegun 26.7.5), good to 2 % for 3 and to 0.2 % from 5 on.
+/// Its expansion in their inverse (Abramowitz and Stegun 26.7.5), good to 2 % for 3 and to 0.2 %
+/// from 5 on.
 pub(super) fn student(free: usize) -> f64 {
     let (z, free) = (NORMAL, free as f64);
     let z2 = z * z;
@@ -93,7 +97,8 @@ pub(super) fn student(free: usize) -> f64 {
 /// The normal distribution's 97.5 % quantile.
 pub(super) const NORMAL: f64 = 1.959_963_984_540_054;
 
-/// Random numbers by SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+/// Random numbers by SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number
+/// Generators", 2014).
 pub(super) struct Draw(pub u64);
 
 impl Draw {
@@ -110,7 +115,8 @@ impl Draw {
         ((u128::from(self.bits()) * count as u128) >> 64) as usize
     }
 
-    /// Seconds of a pass, each piece as fast as in the fastest of as many rounds as there are, drawn with replacement.
+    /// Seconds of a pass, each piece as fast as in the fastest of as many rounds as there are,
+    /// drawn with replacement.
     fn pass(&mut self, rounds: &[Vec<f64>], fastest: &mut Vec<f64>) -> f64 {
         fastest.clone_from(&rounds[self.below(rounds.len())]);
         for _ in 1..rounds.len() {
@@ -195,8 +201,8 @@ mod tests {
         assert_eq!(quiet, Estimate::of_fastest(&rounds, 12.0));
     }
 
-    /// Disturbed moments of a tenth of a run or of seven tenths of it: the medians of two runs are near each other, and the
-    /// interval of one holds that of the other.
+    /// Disturbed moments of a tenth of a run or of seven tenths of it: the medians of two runs are
+    /// near each other, and the interval of one holds that of the other.
     #[test]
     fn runs_agree_and_know_how_well() {
         let mut draw = Draw(7);

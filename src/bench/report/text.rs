@@ -1,6 +1,7 @@
 //! Tables for the terminal.
 
-/// Columns under their heads, two blanks between them: the first `left` flush left, the others flush right.
+/// Columns under their heads, two blanks between them: the first `left` flush left, the others
+/// flush right.
 pub(super) fn aligned(head: &[&str], rows: &[Vec<String>], left: usize) -> String {
     let head = head.iter().map(ToString::to_string).collect();
     let lines: Vec<&Vec<String>> = std::iter::once(&head).chain(rows).collect();

@@ -43,7 +43,8 @@ pub struct RunArgs {
     /// Kinds of rays, separated by commas [default: all]
     #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = kinds_parser())]
     pub rays: Vec<MeasuredKind>,
-    /// Picture size that the rays are of; frames have half its sides [default: the suite's, 512x512]
+    /// Picture size that the rays are of; frames have half its sides
+    /// [default: the suite's, 512x512]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
     /// Thread counts, separated by commas; `all` is one per CPU this process may use
@@ -58,7 +59,8 @@ pub struct RunArgs {
     /// Bind workers to cores even where there are fewer of them than cores
     #[arg(long)]
     pub pin: bool,
-    /// Traversal kernels to measure beside `auto` [default: packets as wide as this build's; all with --counters-only]
+    /// Traversal kernels to measure beside `auto`
+    /// [default: packets as wide as this build's; all with --counters-only]
     #[arg(long, value_name = "NAME", value_parser = kernels_parser())]
     pub kernel: Option<KernelSet>,
     /// What our tree is worth; peers build the best that they can

@@ -29,8 +29,9 @@ impl Baseline {
         load(path).map(Baseline)
     }
 
-    /// Prints what changed; exit code 5 if something is slower (or more work) than `--fail-above` allows. What looks slower is
-    /// measured again first: see [`phalanx::report::Changes::regressions`].
+    /// Prints what changed; exit code 5 if something is slower (or more work) than `--fail-above`
+    /// allows. What looks slower is measured again first: see
+    /// [`phalanx::report::Changes::regressions`].
     pub fn judge(
         &self,
         args: &RunArgs,

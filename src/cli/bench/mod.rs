@@ -231,7 +231,8 @@ fn peers(args: &RunArgs) -> Result<Vec<Peer>, CliError> {
     Ok(peers)
 }
 
-/// The scenes asked for, or those of the suite. A scene of the suite has its answers checked even where it was named.
+/// The scenes asked for, or those of the suite. A scene of the suite has its answers checked even
+/// where it was named.
 fn bench_scenes(
     args: &RunArgs,
     suite: &Suite,

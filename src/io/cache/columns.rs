@@ -1,4 +1,5 @@
-//! Every column of a scene, twice: as the sections of a file to be written or checked, and as what sections are mapped to.
+//! Every column of a scene, twice: as the sections of a file to be written or checked, and as what
+//! sections are mapped to.
 
 use super::check::Check;
 use super::mapping::Mapping;

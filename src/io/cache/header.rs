@@ -12,7 +12,8 @@
 //! | 36..64 | zero |
 //! | 64.. | the table: for each section offset (8), rows (8), bytes of a row (4), CRC-32 of its bytes (4) |
 //!
-//! Sections begin at multiples of [`ALIGN`]; what lies between them is zero. All numbers are little-endian.
+//! Sections begin at multiples of [`ALIGN`]; what lies between them is zero. All numbers are
+//! little-endian.
 
 use super::CacheFault;
 use std::ops::Range;
@@ -21,12 +22,14 @@ use std::ops::Range;
 pub(super) const MAGIC: [u8; 8] = *b"\x93PHX\r\n\x1a\n";
 /// Reads differently on a machine of another byte order.
 const BYTE_ORDER_MARK: u32 = 0x0a0b_0c0d;
-/// Rises whenever a section changes its meaning; what changes names or sizes shows in the layout by itself.
+/// Rises whenever a section changes its meaning; what changes names or sizes shows in the layout by
+/// itself.
 pub(super) const VERSION: u32 = 2;
 /// A cache line, to which the rows of some columns are aligned.
 pub(super) const ALIGN: u64 = 64;
 
-/// No section has as many: rows are small and sections few, so that no sum of their sizes overflows.
+/// No section has as many: rows are small and sections few, so that no sum of their sizes
+/// overflows.
 const MAX_ROWS: u64 = 1 << 40;
 
 const HEADER: usize = 64;
@@ -98,7 +101,8 @@ pub(super) fn write(shapes: &[SectionLayout], sections: &[(u64, u32)]) -> (Vec<u
     (bytes, offsets)
 }
 
-/// The sections of a file that is one of ours, whole, and of this layout. Their bytes are not looked at yet.
+/// The sections of a file that is one of ours, whole, and of this layout. Their bytes are not
+/// looked at yet.
 pub(super) fn read(file: &[u8], shapes: &[SectionLayout]) -> Result<Vec<SectionEntry>, CacheFault> {
     let begins = file.len().min(MAGIC.len());
     if file.is_empty() || file[..begins] != MAGIC[..begins] {
@@ -116,7 +120,8 @@ pub(super) fn read(file: &[u8], shapes: &[SectionLayout]) -> Result<Vec<SectionE
     if word(header, 12) != VERSION {
         return Err(CacheFault::Version(word(header, 12)));
     }
-    // An older or newer build may have another number of sections: told from damage by the checksum.
+    // An older or newer build may have another number of sections: told from damage by the
+    // checksum.
     let count = word(header, 20) as usize;
     let end = HEADER as u64 + ENTRY as u64 * count as u64;
     let table = file.get(..end as usize).ok_or(cut(end))?;
@@ -135,7 +140,8 @@ pub(super) fn read(file: &[u8], shapes: &[SectionLayout]) -> Result<Vec<SectionE
     Ok(sections)
 }
 
-/// Whether the sections are where they would have been put, so that none overlaps another or leaves the file.
+/// Whether the sections are where they would have been put, so that none overlaps another or leaves
+/// the file.
 fn check_offsets(
     sections: &[SectionEntry],
     shapes: &[SectionLayout],

@@ -1,13 +1,15 @@
 //! The scene cache: columns and tree in one file, as they lie in memory.
 //!
-//! [`write()`] stores all columns of a [`Scene`](phalanx_scene::Scene) and all arrays of its [`Bvh`](phalanx_trace::bvh::Bvh);
-//! [`open`] maps the file and gives both back without copying a row. In between the file may have been damaged, cut off,
-//! made by another build or by an enemy: every byte is covered by a checksum, and every index that tracing relies on is
-//! checked, on all threads, before [`open`] returns. So what comes out can be traced safely and to an end, whoever made
-//! it; that it is the picture of the scene it was made from only our own files promise.
+//! [`write()`] stores all columns of a [`Scene`](phalanx_scene::Scene) and all arrays of its
+//! [`Bvh`](phalanx_trace::bvh::Bvh); [`open`] maps the file and gives both back without copying a
+//! row. In between the file may have been damaged, cut off, made by another build or by an enemy:
+//! every byte is covered by a checksum, and every index that tracing relies on is checked, on all
+//! threads, before [`open`] returns. So what comes out can be traced safely and to an end, whoever
+//! made it; that it is the picture of the scene it was made from only our own files promise.
 //!
-//! The file is taken not to change while it is mapped: see `mapping`, the only file here with `unsafe`.
-//! The format stands in `header`. It belongs to one version of this program: a cache is built again, never converted.
+//! The file is taken not to change while it is mapped: see `mapping`, the only file here with
+//! `unsafe`. The format stands in `header`. It belongs to one version of this program: a cache is
+//! built again, never converted.
 
 mod check;
 mod columns;
@@ -32,7 +34,8 @@ use std::path::PathBuf;
 /// Ending of the names of cache files.
 pub const ENDING: &str = "phx";
 
-/// Bytes that are checked as one piece of work: they stay in a core's own cache between the checksum and the check.
+/// Bytes that are checked as one piece of work: they stay in a core's own cache between the
+/// checksum and the check.
 const BLOCK: usize = 1 << 18;
 
 /// Why a cache could not be opened.

@@ -160,8 +160,8 @@ enum Proof {
     Tree(usize),
 }
 
-/// Checks all checksums, and all rows. Each block is read from memory once: what its rows are is asked while its bytes
-/// are still in the core's cache.
+/// Checks all checksums, and all rows. Each block is read from memory once: what its rows are is
+/// asked while its bytes are still in the core's cache.
 fn prove(
     file: &[u8],
     shapes: &[SectionLayout],
@@ -202,7 +202,8 @@ fn prove(
     }
 }
 
-/// All sections in blocks of whole rows: settings and texels, the columns, the levels, the arrays of the tree.
+/// All sections in blocks of whole rows: settings and texels, the columns, the levels, the arrays
+/// of the tree.
 fn blocks<'a>(
     file: &'a [u8],
     table: &[SectionEntry],

@@ -1,4 +1,5 @@
-//! What of a scene is no column, as bytes: numbers little-endian, floats by their bits, texts with their length before.
+//! What of a scene is no column, as bytes: numbers little-endian, floats by their bits, texts with
+//! their length before.
 
 use glam::Vec3;
 use phalanx_scene::{
@@ -47,7 +48,8 @@ pub(super) fn write(scene: &Scene, extra: Extra) -> Vec<u8> {
     out.0
 }
 
-/// A scene of these settings, its columns empty and its textures without texels; `None` if they are no settings.
+/// A scene of these settings, its columns empty and its textures without texels; `None` if they are
+/// no settings.
 pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     let mut input = SettingsReader(bytes);
     let mut scene = Scene {
@@ -86,7 +88,8 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     if !scene.textures.iter().all(fits) {
         return None;
     }
-    // Of what tracing multiplies with, nothing that is no number; and a unit as `Scene::rescale_to_f32_range` makes it.
+    // Of what tracing multiplies with, nothing that is no number; and a unit as
+    // `Scene::rescale_to_f32_range` makes it.
     let power =
         scene.scale > 0.0 && scene.scale.is_normal() && scene.scale.to_bits() & 0x7f_ffff == 0;
     let places = scene.origin.iter().all(|axis| axis.is_finite());

@@ -91,8 +91,8 @@ pub(super) fn shapes() -> Vec<SectionLayout> {
     sections.iter().map(|s| (s.name, s.row_bytes)).collect()
 }
 
-/// A number that tells scenes apart: of every column, texel and setting, and of no tree. Equal scenes have equal ones, wherever they
-/// were read from.
+/// A number that tells scenes apart: of every column, texel and setting, and of no tree. Equal
+/// scenes have equal ones, wherever they were read from.
 pub fn fingerprint(scene: &Scene) -> u64 {
     let settings = settings::write(scene, Extra { sah: 0.0 });
     let tree = Bvh::default();

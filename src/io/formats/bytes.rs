@@ -1,5 +1,5 @@
-//! A whole file in memory. Of a large one most of the time goes into copying it and into pages seen for the first
-//! time, so several threads share that.
+//! A whole file in memory. Of a large one most of the time goes into copying it and into pages seen
+//! for the first time, so several threads share that.
 
 use super::workers;
 use std::fs::File;

@@ -1,4 +1,5 @@
-//! Numbers at a place of a text: correctly rounded, and fast for those of a few digits that mesh files are made of.
+//! Numbers at a place of a text: correctly rounded, and fast for those of a few digits that mesh
+//! files are made of.
 
 /// Most decimal digits that a `u64` holds whatever they are.
 const DIGITS: usize = 19;
@@ -10,8 +11,8 @@ const POWERS: [f64; 23] = [
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// The number at `at`, and where it ends: `at` itself if there is none. `nan`, `inf`, and what is too large for f32
-/// come out as such.
+/// The number at `at`, and where it ends: `at` itself if there is none. `nan`, `inf`, and what is
+/// too large for f32 come out as such.
 #[inline]
 pub(super) fn float(text: &[u8], at: usize) -> (f32, usize) {
     let negative = text.get(at) == Some(&b'-');
@@ -29,8 +30,9 @@ pub(super) fn float(text: &[u8], at: usize) -> (f32, usize) {
     if count == 0 || count > DIGITS || mantissa > EXACT || scale >= POWERS.len() || exponent {
         return uncommon(text, at, start, negative);
     }
-    // Both are exact, so the quotient is the f64 nearest to the number. Rounding that to f32 goes wrong only where it
-    // lies half-way between two f32s, while the number lies a little beside it; or below f32's normal numbers.
+    // Both are exact, so the quotient is the f64 nearest to the number. Rounding that to f32 goes
+    // wrong only where it lies half-way between two f32s, while the number lies a little beside it;
+    // or below f32's normal numbers.
     let wide = mantissa as f64 / POWERS[scale];
     let half_way = wide.to_bits() & 0x1fff_ffff == 0x1000_0000;
     if half_way || (wide < f64::from(f32::MIN_POSITIVE) && mantissa != 0) {
@@ -90,7 +92,8 @@ fn uncommon(text: &[u8], at: usize, start: usize, negative: bool) -> (f32, usize
     }
 }
 
-/// The whole number at `at`, and where it ends: `at` itself if there is none. What exceeds ±10¹⁸ is brought there.
+/// The whole number at `at`, and where it ends: `at` itself if there is none. What exceeds ±10¹⁸ is
+/// brought there.
 #[inline]
 pub(super) fn integer(text: &[u8], at: usize) -> (i64, usize) {
     let negative = text.get(at) == Some(&b'-');

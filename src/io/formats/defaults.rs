@@ -1,4 +1,5 @@
-//! The end of every reader: what the user gives instead, what the file lacks, and the check that a scene can be traced.
+//! The end of every reader: what the user gives instead, what the file lacks, and the check that a
+//! scene can be traced.
 
 use super::diagnostics::{DiagnosticSink, Span};
 use super::origin::{self, Origin, ReadStop};
@@ -57,8 +58,8 @@ pub(super) fn finish_scene(
     let mut notes = Vec::new();
     if report.is_clean() {
         add_defaults(&mut scene, missing, options, &mut notes);
-        // Once as the file has it, and once as it will be traced: a scene that holds both 1e30 and 1e-30 units
-        // cannot be brought into f32's comfortable range as a whole.
+        // Once as the file has it, and once as it will be traced: a scene that holds both 1e30 and
+        // 1e-30 units cannot be brought into f32's comfortable range as a whole.
         let told = |error: SceneError| format!("the scene cannot be traced: {error}");
         if let Err(error) = scene.validate() {
             report.error(Span::START, told(error));
@@ -114,13 +115,15 @@ fn add_defaults(
     }
 }
 
-/// Puts what the user gives in the place of what a finished scene has. Places are in the file's units.
+/// Puts what the user gives in the place of what a finished scene has. Places are in the file's
+/// units.
 ///
 /// # Errors
 /// [`SceneError`] if that cannot be traced; the scene is not to be used then.
 pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
     apply_overrides(scene, options);
-    // The scene was brought into the comfortable range when it was made; what is given now cannot move it any more.
+    // The scene was brought into the comfortable range when it was made; what is given now cannot
+    // move it any more.
     let given = options.view.is_some() || !options.lights.is_empty();
     if given && !scene.is_in_safe_range() {
         return Err(SceneError::TooFar(scene.safe_extent()));
@@ -143,7 +146,8 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
     }
 }
 
-/// Bounds of all that can be seen. Where that is nothing but triangles there may be millions, so several threads look.
+/// Bounds of all that can be seen. Where that is nothing but triangles there may be millions, so
+/// several threads look.
 fn bounds_of(scene: &Scene, options: &Options) -> Bounds {
     let t = &scene.triangles;
     if t.len() != scene.prim_count() || !scene.meshes.is_empty() {
@@ -154,7 +158,8 @@ fn bounds_of(scene: &Scene, options: &Options) -> Bounds {
         let mut bounds = [(f32::INFINITY, f32::NEG_INFINITY); 3];
         for row in rows {
             for (column, (lo, hi)) in t.vertices.parts().into_iter().zip(&mut bounds) {
-                // Comparisons, not f32::min: nothing is NaN here, and a third of the instructions does.
+                // Comparisons, not f32::min: nothing is NaN here, and a third of the instructions
+                // does.
                 let [a, b, c] = row.map(|corner| column[corner as usize]);
                 let less = |a: f32, b: f32| if a < b { a } else { b };
                 let more = |a: f32, b: f32| if a > b { a } else { b };
@@ -183,7 +188,8 @@ fn add_light(scene: &mut Scene, light: &AddedLight) {
     }
 }
 
-/// A camera in front of a box, a little to the right and above, just so far away that all eight corners are seen.
+/// A camera in front of a box, a little to the right and above, just so far away that all eight
+/// corners are seen.
 fn framing(bounds: Bounds, aspect: f64) -> View {
     let (lo, hi) = corners_or_unit(bounds);
     let center = (lo + hi) / 2.0;
@@ -207,7 +213,8 @@ fn framing(bounds: Bounds, aspect: f64) -> View {
     }
 }
 
-/// Above and to the left of the camera, as far from the middle as it is, so that shapes are modelled by their shadow side.
+/// Above and to the left of the camera, as far from the middle as it is, so that shapes are
+/// modelled by their shadow side.
 fn key_light(view: &View, bounds: Bounds) -> Vec3 {
     let (lo, hi) = corners_or_unit(bounds);
     let center = (lo + hi) / 2.0;

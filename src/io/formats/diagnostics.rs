@@ -1,4 +1,5 @@
-//! What a reader has to say about its file, in file order and never more than [`MAX_DIAGNOSTICS`] of a kind.
+//! What a reader has to say about its file, in file order and never more than [`MAX_DIAGNOSTICS`]
+//! of a kind.
 
 use super::Diagnostic;
 
@@ -29,7 +30,8 @@ pub(super) struct DiagnosticSink<'a> {
     text: Option<&'a [u8]>,
     errors: Vec<Diagnostic>,
     warnings: Vec<Diagnostic>,
-    /// Where the last line was counted to: errors come in file order, so the text is walked once for all of them.
+    /// Where the last line was counted to: errors come in file order, so the text is walked once
+    /// for all of them.
     counted: LineCursor,
 }
 
@@ -113,7 +115,8 @@ impl<'a> DiagnosticSink<'a> {
         Ok(self.warnings)
     }
 
-    /// The end of the last line that holds anything: where a reader looked for what it did not find.
+    /// The end of the last line that holds anything: where a reader looked for what it did not
+    /// find.
     pub(super) fn end_of_content(&self) -> Span {
         let text = self.text.unwrap_or_default();
         Span {
@@ -156,7 +159,8 @@ impl<'a> DiagnosticSink<'a> {
     }
 }
 
-/// Text of the file as a message may repeat it: short, and without characters that would steer a terminal.
+/// Text of the file as a message may repeat it: short, and without characters that would steer a
+/// terminal.
 pub(super) fn quoted(text: &str) -> String {
     let mut out = String::from("`");
     for c in text.chars().take(QUOTED_CHARS) {

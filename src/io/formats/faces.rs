@@ -1,12 +1,13 @@
 //! Faces of a piece of a file, on their way to be triangles.
 //!
-//! A polygon is kept as a fan of as many triangles as it will have at most, from which its corners can be told; it is
-//! cut properly when all vertices are known.
+//! A polygon is kept as a fan of as many triangles as it will have at most, from which its corners
+//! can be told; it is cut properly when all vertices are known.
 
 use glam::Vec3;
 use phalanx_scene::{NO_NORMALS, Vec3s, triangulate};
 
-/// Stands for "none" in a row of an optional column, as [`NO_NORMALS`] and `NO_UVS` do in the scene.
+/// Stands for "none" in a row of an optional column, as [`NO_NORMALS`] and `NO_UVS` do in the
+/// scene.
 pub(super) const NONE: u32 = NO_NORMALS;
 
 /// Corners beyond which a face is taken for a fault: cutting it could take for ever.
@@ -48,7 +49,8 @@ pub(super) const VERTEX: usize = 0;
 pub(super) const UV: usize = 1;
 pub(super) const NORMAL: usize = 2;
 
-/// A relative number that is the first row of the piece: far from [`NONE`], whichever way it goes from there.
+/// A relative number that is the first row of the piece: far from [`NONE`], whichever way it goes
+/// from there.
 pub(super) const RELATIVE_ZERO: u32 = 1 << 31;
 
 /// One corner of a face: the numbers of its vertex, texture place and normal, from 0.
@@ -150,8 +152,9 @@ impl Faces {
         self.relative = Vec::new();
     }
 
-    /// Cuts the polygons. Of one with corners in a row fewer triangles may come out than its fan has: the rest become
-    /// points, so that a face of n corners is n - 2 triangles whatever its shape.
+    /// Cuts the polygons. Of one with corners in a row fewer triangles may come out than its fan
+    /// has: the rest become points, so that a face of n corners is n - 2 triangles whatever its
+    /// shape.
     pub(super) fn triangulate(&mut self, vertices: &Vec3s) {
         for polygon in std::mem::take(&mut self.polygons) {
             self.cut(polygon, vertices);
@@ -223,7 +226,8 @@ mod tests {
     #[test]
     fn a_polygon_is_cut_when_its_vertices_are_known() {
         let mut vertices = Vec3s::default();
-        // An arrow head whose fan from the first corner would overlap itself, and a spike without area.
+        // An arrow head whose fan from the first corner would overlap itself, and a spike without
+        // area.
         for (x, y) in [
             (4.0, 0.0),
             (1.0, 1.0),

@@ -42,8 +42,8 @@ impl Folder {
         &self.allowance
     }
 
-    /// The bytes of a file, if there is memory for them while they are looked through. The error is that of
-    /// [`Folder::find`].
+    /// The bytes of a file, if there is memory for them while they are looked through. The error is
+    /// that of [`Folder::find`].
     pub(super) fn read(&self, file: &Found) -> Result<Vec<u8>, String> {
         let name = || file.0.file_name().unwrap_or_default().display().to_string();
         let size = std::fs::metadata(&file.0).map_or(0, |m| m.len());
@@ -52,10 +52,11 @@ impl Folder {
         std::fs::read(&file.0).map_err(|e| e.to_string())
     }
 
-    /// The file that a name in the scene file means, with `/` or `\` between folders. The error says why there is none,
-    /// for a message that names the file already.
+    /// The file that a name in the scene file means, with `/` or `\` between folders. The error
+    /// says why there is none, for a message that names the file already.
     ///
-    /// Links are followed before it is decided whether the file is in the folder, so none leads out of it.
+    /// Links are followed before it is decided whether the file is in the folder, so none leads out
+    /// of it.
     pub(super) fn find(&self, name: &str) -> Result<Found, String> {
         let Some(folder) = &self.path else {
             return Err("the scene has no folder".into());

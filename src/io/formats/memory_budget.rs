@@ -1,5 +1,5 @@
-//! Memory for what a scene file makes beyond itself: files that it names, pictures decoded, meshes copied. It is asked for
-//! before it is used.
+//! Memory for what a scene file makes beyond itself: files that it names, pictures decoded, meshes
+//! copied. It is asked for before it is used.
 
 use std::cell::{Cell, RefCell};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -33,7 +33,8 @@ impl MemoryBudget {
         }
     }
 
-    /// Takes bytes for as long as the scene is there. The error is for a message that says what they are for.
+    /// Takes bytes for as long as the scene is there. The error is for a message that says what
+    /// they are for.
     pub(super) fn take(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), String> {
         self.lend(bytes, what)?;
         self.used.set(self.used.get().saturating_add(bytes));

@@ -1,4 +1,5 @@
-//! What the readers of meshes have in common: faults found piece by piece, vertices that are no numbers, and the end.
+//! What the readers of meshes have in common: faults found piece by piece, vertices that are no
+//! numbers, and the end.
 
 use super::defaults::finish_scene;
 use super::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, Span};
@@ -121,7 +122,8 @@ pub(super) struct NotFinite {
     pub(super) span: Span,
 }
 
-/// Tells of vertices that are not finite (ascending): an error where a face uses one. Their rows have been zeroed.
+/// Tells of vertices that are not finite (ascending): an error where a face uses one. Their rows
+/// have been zeroed.
 pub(super) fn report_not_finite<'a>(
     vertices: &[NotFinite],
     corners: impl Iterator<Item = &'a [[u32; 3]]>,
@@ -171,7 +173,8 @@ pub(super) struct MergedMesh {
     pub(super) vertex_uvs: Vec2s,
     pub(super) faces: [Vec<[u32; 3]>; 3],
     pub(super) material: MeshMaterial,
-    /// Axes of `vertices` that are the file's own single-precision numbers, and still as they stand there.
+    /// Axes of `vertices` that are the file's own single-precision numbers, and still as they stand
+    /// there.
     pub(super) single: [bool; 3],
 }
 
@@ -184,7 +187,8 @@ pub(super) fn merge_floats<const N: usize>(
     std::array::from_fn(|_| joined.next().unwrap_or_default().into())
 }
 
-/// Joins the faces of all pieces. A column that only some of them have gets rows without numbers for the others.
+/// Joins the faces of all pieces. A column that only some of them have gets rows without numbers
+/// for the others.
 pub(super) fn merge_faces(threads: usize, pieces: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
     let mut columns: [Vec<Vec<[u32; 3]>>; 3] = Default::default();
     let has = [VERTEX, UV, NORMAL]

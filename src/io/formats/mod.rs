@@ -69,13 +69,14 @@ pub enum LoadError {
     Scene {
         /// The file.
         path: PathBuf,
-        /// Its text, for showing the places; U+FFFD or `?` stands for what is not UTF-8. Of a binary file its header, if
-        /// that is text.
+        /// Its text, for showing the places; U+FFFD or `?` stands for what is not UTF-8. Of a
+        /// binary file its header, if that is text.
         text: String,
         /// What is wrong: at least one, at most [`MAX_DIAGNOSTICS`], in file order.
         diagnostics: Vec<Diagnostic>,
     },
-    /// Files that the scene names, or data that it makes, would take more than [`Options::max_memory`].
+    /// Files that the scene names, or data that it makes, would take more than
+    /// [`Options::max_memory`].
     #[error("{}: about {needed} bytes would be needed {what}, and {allowed} are allowed", path.display())]
     Memory {
         /// The file.
@@ -229,7 +230,8 @@ fn load_format(
         path: path.to_path_buf(),
         source,
     };
-    // Opened before the ending is looked at: that a file is not there is the better answer to a mistyped name.
+    // Opened before the ending is looked at: that a file is not there is the better answer to a
+    // mistyped name.
     let file = open(path).map_err(io)?;
     let format = known_format(path, ending)?;
     let bytes = bytes::read(file, path, options.threads).map_err(io)?;
@@ -284,7 +286,8 @@ fn load_read(
     })
 }
 
-/// Reads a file as it stands, and once more where its geometry turns out to be far away: see [`origin`].
+/// Reads a file as it stands, and once more where its geometry turns out to be far away: see
+/// [`origin`].
 fn read(
     format: SceneFormat,
     bytes: &[u8],
@@ -341,11 +344,12 @@ fn read_once(
     }
 }
 
-/// Reads a scene from bytes, as from a file with that ending (one of [`endings`]) but without a folder around it.
-/// `None` if the ending names no format.
+/// Reads a scene from bytes, as from a file with that ending (one of [`endings`]) but without a
+/// folder around it. `None` if the ending names no format.
 ///
 /// # Errors
-/// What is wrong with the bytes, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
+/// What is wrong with the bytes, in file order: at least one and at most [`MAX_DIAGNOSTICS`]
+/// diagnostics.
 pub fn read_bytes(
     ending: &str,
     bytes: &[u8],
@@ -363,7 +367,8 @@ fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
 /// Reads a scene from the text of a `.test` file.
 ///
 /// # Errors
-/// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
+/// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`]
+/// diagnostics.
 pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
     read_text(SceneFormat::Test, text)
 }
@@ -371,7 +376,8 @@ pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
 /// Reads a scene from the text of an NFF file (Eric Haines' neutral file format).
 ///
 /// # Errors
-/// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
+/// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`]
+/// diagnostics.
 pub fn read_nff(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
     read_text(SceneFormat::Nff, text)
 }
@@ -382,7 +388,8 @@ fn read_text(format: SceneFormat, text: &str) -> Result<Loaded, Vec<Diagnostic>>
 }
 
 fn open(path: &Path) -> io::Result<File> {
-    // Some systems open a directory as if it were a file and fail at the first read, others say "access denied".
+    // Some systems open a directory as if it were a file and fail at the first read, others say
+    // "access denied".
     if std::fs::metadata(path)?.is_dir() {
         return Err(io::Error::new(
             io::ErrorKind::IsADirectory,
@@ -392,8 +399,8 @@ fn open(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// Text that need not be UTF-8, such as names in old encodings: what is not becomes `?`, a byte each, so that every
-/// place stays where it is.
+/// Text that need not be UTF-8, such as names in old encodings: what is not becomes `?`, a byte
+/// each, so that every place stays where it is.
 fn lossy_text(bytes: &[u8]) -> String {
     let mut out = String::with_capacity(bytes.len());
     for chunk in bytes.utf8_chunks() {

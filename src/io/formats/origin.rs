@@ -1,8 +1,9 @@
 //! Local origin of a scene that lies far from where its file's coordinates begin.
 //!
-//! A file is read as it stands. If its geometry then turns out to lie far away, it is read once more, and this time
-//! readers subtract an origin near the geometry, in double precision, before they round. So scenes that are not far
-//! away keep every bit and cost nothing more than a look at some of their triangles.
+//! A file is read as it stands. If its geometry then turns out to lie far away, it is read once
+//! more, and this time readers subtract an origin near the geometry, in double precision, before
+//! they round. So scenes that are not far away keep every bit and cost nothing more than a look at
+//! some of their triangles.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -10,25 +11,28 @@
 //! | c | largest magnitude of the geometry's coordinates along one axis |
 //! | g | largest power of two ≤ h, at least one unit in the last place of the largest coordinate |
 //!
-//! An axis is moved where c > [`MAX_OFFSET_RATIO`] · h, to the multiple of g that is nearest to the middle of the geometry. There
-//! c − 2h ≤ |x| ≤ c for all coordinates x, so that origin and x lie within a factor of 2 of each other, and both are
-//! single-precision numbers if x is one: their difference is exact (Sterbenz). Axes that are not moved stay exact, too.
-//! Scenes with a ground that reaches to the origin have a large h, and do not move.
+//! An axis is moved where c > [`MAX_OFFSET_RATIO`] · h, to the multiple of g that is nearest to the
+//! middle of the geometry. There c − 2h ≤ |x| ≤ c for all coordinates x, so that origin and x lie
+//! within a factor of 2 of each other, and both are single-precision numbers if x is one: their
+//! difference is exact (Sterbenz). Axes that are not moved stay exact, too. Scenes with a ground
+//! that reaches to the origin have a large h, and do not move.
 
 use super::Diagnostic;
 use super::diagnostics::DiagnosticSink;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene, Vec3s};
 
-/// Coordinates in units of the geometry's half extent from which on it counts as far away. Rounding moves places by up
-/// to 2⁻²⁵ of a coordinate, so that it shifts nothing by more than 16 · 2⁻²⁵ ≈ 5·10⁻⁷ of the half extent where no axis
-/// is moved: a thousandth of a pixel in a picture of 2000 pixels. Moved or not, 99.9 % of the pixels of a box over a
-/// floor are the same at 16; at 30 fewer are where samples are rounded down. Scenes that are modelled where they are
-/// used, with a corner or the eye at the origin, stay below 8.
+/// Coordinates in units of the geometry's half extent from which on it counts as far away. Rounding
+/// moves places by up to 2⁻²⁵ of a coordinate, so that it shifts nothing by more than 16 · 2⁻²⁵ ≈
+/// 5·10⁻⁷ of the half extent where no axis is moved: a thousandth of a pixel in a picture of 2000
+/// pixels. Moved or not, 99.9 % of the pixels of a box over a floor are the same at 16; at 30 fewer
+/// are where samples are rounded down. Scenes that are modelled where they are used, with a corner
+/// or the eye at the origin, stay below 8.
 const MAX_OFFSET_RATIO: f64 = 16.0;
 
-/// Readings of a file: the first as it stands. What single precision leaves of coordinates says where they are to
-/// 2⁻²⁴; so a second origin may be needed for a small thing very far away, and no third, as double precision ends there.
+/// Readings of a file: the first as it stands. What single precision leaves of coordinates says
+/// where they are to 2⁻²⁴; so a second origin may be needed for a small thing very far away, and no
+/// third, as double precision ends there.
 pub(super) const MAX_READINGS: usize = 3;
 
 /// Where the origin of a scene is put that is read from a file.
@@ -39,8 +43,8 @@ pub enum Origin {
     Auto,
     /// The file's origin.
     File,
-    /// A place in the file's coordinates. The file's origin is used after all where the file's coordinates are single
-    /// precision and cannot be moved there without rounding them.
+    /// A place in the file's coordinates. The file's origin is used after all where the file's
+    /// coordinates are single precision and cannot be moved there without rounding them.
     At([f64; 3]),
 }
 
@@ -115,8 +119,9 @@ impl GeometryExtent {
         (self.lo.as_dvec3(), self.hi.as_dvec3())
     }
 
-    /// Tells whether no more geometry can make it far away. As the bounds grow to a half extent H, c grows by at most 2H; so
-    /// nothing is far away in the end where c ≤ (FAR − 2) · h now, as h ≤ H.
+    /// Tells whether no more geometry can make it far away. As the bounds grow to a half extent H,
+    /// c grows by at most 2H; so nothing is far away in the end where c ≤ (FAR − 2) · h now, as h ≤
+    /// H.
     fn is_near(&self) -> bool {
         let (lo, hi) = self.corners();
         let half = ((hi - lo) / 2.0).max_element();
@@ -172,7 +177,8 @@ pub(super) fn of_triangles(vertices: &Vec3s, corners: &[[u32; 3]]) -> Option<DVe
     look.origin()
 }
 
-/// The origin of what a scene shows, if that is far away, in the file's units. Ends early where it is not.
+/// The origin of what a scene shows, if that is far away, in the file's units. Ends early where it
+/// is not.
 pub(super) fn of_scene(scene: &Scene) -> Option<DVec3> {
     let unit = f64::from(scene.scale);
     if !scene.meshes.is_empty() {
@@ -254,7 +260,8 @@ mod tests {
             [500_010.0, 3.0, -4_012_335.0],
         );
         assert_eq!(utm, Some([500_000.0, 0.0, -4_012_344.0]));
-        // The other axes' extent counts: a floor in which the third coordinate is constant is not far away.
+        // The other axes' extent counts: a floor in which the third coordinate is constant is not
+        // far away.
         assert_eq!(of([-10.0, 5.0, -10.0], [10.0, 5.0, 10.0]), None);
         // A ground that reaches to the origin.
         assert_eq!(of([0.0, 0.0, 0.0], [500_010.0, 3.0, 500_010.0]), None);

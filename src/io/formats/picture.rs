@@ -1,5 +1,5 @@
-//! PNG and JPEG pictures to sRGB bytes. The size is known before anything is decoded, and rows are decoded one by one to
-//! where they stay.
+//! PNG and JPEG pictures to sRGB bytes. The size is known before anything is decoded, and rows are
+//! decoded one by one to where they stay.
 
 use phalanx_scene::MAX_TEXTURE_SIDE;
 use png::{BitDepth, Transformations};
@@ -28,7 +28,8 @@ enum Decoder<'a> {
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG: &[u8] = b"\xff\xd8\xff";
 
-/// More than deflate can make of a byte (1032), so that a picture's size is believed only as far as its bytes reach.
+/// More than deflate can make of a byte (1032), so that a picture's size is believed only as far as
+/// its bytes reach.
 const MAX_PNG_RATIO: u64 = 1040;
 /// A JPEG spends at least a bit on the mean of 8×8 pixels.
 const MAX_JPEG_PIXELS_PER_BYTE: u64 = 8 * 64;
@@ -52,8 +53,8 @@ impl<'a> EncodedImage<'a> {
         u64::from(self.width) * u64::from(self.height)
     }
 
-    /// All pixels, the uppermost row first. Grey becomes equal parts, 16 bits the nearest of 8, alpha and colour profiles
-    /// are ignored.
+    /// All pixels, the uppermost row first. Grey becomes equal parts, 16 bits the nearest of 8,
+    /// alpha and colour profiles are ignored.
     pub(super) fn decode(self) -> Result<Vec<[u8; 3]>, String> {
         let (width, height) = (self.width as usize, self.height as usize);
         let mut pixels = Vec::new();
@@ -191,7 +192,8 @@ impl PixelLayout {
     }
 }
 
-/// The decoder's SIMD variants are neither built nor asked for: its plain integer code gives the same bytes everywhere.
+/// The decoder's SIMD variants are neither built nor asked for: its plain integer code gives the
+/// same bytes everywhere.
 fn open_jpeg(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let broken = |error: zune_jpeg::errors::DecodeErrors| error.to_string();
     let options = DecoderOptions::new_safe()

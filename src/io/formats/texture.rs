@@ -1,4 +1,5 @@
-//! Pictures that a scene file names or carries: each is decoded once, and one that cannot be had is a warning.
+//! Pictures that a scene file names or carries: each is decoded once, and one that cannot be had is
+//! a warning.
 
 use super::diagnostics::{DiagnosticSink, Span, quoted};
 use super::folder::{Folder, Found};
@@ -20,7 +21,8 @@ pub(super) struct TextureLibrary<'a> {
     texels_left: u64,
 }
 
-/// Texels of all textures together, of three bytes each: small files may decode to a thousand times their size.
+/// Texels of all textures together, of three bytes each: small files may decode to a thousand times
+/// their size.
 const MAX_TEXELS: u64 = 1 << 30;
 
 /// What tells pictures apart.
@@ -63,8 +65,9 @@ impl<'a> TextureLibrary<'a> {
         }
     }
 
-    /// The texture in a file beside the scene file: an index for [`phalanx_scene::Material::texture`], which is
-    /// [`NO_TEXTURE`] where the picture cannot be had; that is a warning at `span`, once for each picture.
+    /// The texture in a file beside the scene file: an index for
+    /// [`phalanx_scene::Material::texture`], which is [`NO_TEXTURE`] where the picture cannot be
+    /// had; that is a warning at `span`, once for each picture.
     pub(super) fn named(
         &mut self,
         name: &str,
@@ -82,7 +85,8 @@ impl<'a> TextureLibrary<'a> {
         self.picture(origin, &quoted(name), bytes, wrap, span, report)
     }
 
-    /// The texture that the scene file carries, in `bytes`, which are asked for once. As [`TextureLibrary::named`].
+    /// The texture that the scene file carries, in `bytes`, which are asked for once. As
+    /// [`TextureLibrary::named`].
     pub(super) fn embedded<'b>(
         &mut self,
         picture: Embedded,
@@ -165,7 +169,8 @@ impl<'a> TextureLibrary<'a> {
         })
     }
 
-    /// Where a picture may stand with another wrapping: the first use gives it one, and only another needs a copy.
+    /// Where a picture may stand with another wrapping: the first use gives it one, and only
+    /// another needs a copy.
     fn copy_for(&mut self, name: &str, first: u32, wrap: [Wrap; 2]) -> Result<u32, String> {
         let row = match self.worn.insert(first) {
             true => first,

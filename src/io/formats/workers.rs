@@ -11,7 +11,8 @@ pub(super) fn thread_count(asked: usize) -> usize {
     }
 }
 
-/// Runs `work` on each item, on as many threads as there is use for; the results stand in the items' order.
+/// Runs `work` on each item, on as many threads as there is use for; the results stand in the
+/// items' order.
 pub(super) fn map<T: Send, R: Send>(
     threads: usize,
     items: Vec<T>,
@@ -46,8 +47,8 @@ pub(super) fn map<T: Send, R: Send>(
     results.into_iter().flatten().collect()
 }
 
-/// Cuts a text of `range` into pieces of about `size` bytes that end where `end_after` says: the first good place at
-/// or after an offset.
+/// Cuts a text of `range` into pieces of about `size` bytes that end where `end_after` says: the
+/// first good place at or after an offset.
 pub(super) fn cut(
     range: Range<usize>,
     size: usize,

@@ -1,5 +1,5 @@
-//! A picture file of any format from films that lie one below the other, so that no more of a picture than one of them, and what is
-//! being written of it, need be in memory at a time.
+//! A picture file of any format from films that lie one below the other, so that no more of a
+//! picture than one of them, and what is being written of it, need be in memory at a time.
 
 use super::encoder::{Encoder, Exposure};
 use super::exr::write_exr;
@@ -12,7 +12,8 @@ use phalanx_scene::film::{Aovs, Film};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// The height of every band but the last is a multiple of this: of the rows of a JPEG's blocks, and of an OpenEXR file's tiles.
+/// The height of every band but the last is a multiple of this: of the rows of a JPEG's blocks, and
+/// of an OpenEXR file's tiles.
 pub const BAND_ROWS: u32 = 64;
 
 /// Bits of a PNG's samples.
@@ -25,8 +26,8 @@ pub enum Depth {
     Sixteen,
 }
 
-/// What a picture file is to be. Linear formats have the film's radiance as it is; of the grade and the depth, JPEG takes the first
-/// and PNG both.
+/// What a picture file is to be. Linear formats have the film's radiance as it is; of the grade and
+/// the depth, JPEG takes the first and PNG both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureFile {
     /// Width in pixels.
@@ -37,7 +38,8 @@ pub struct PictureFile {
     pub format: ImageFormat,
     /// Layers that an OpenEXR file has beside radiance; the films must have them.
     pub aovs: Aovs,
-    /// Origin of the scene in its file's coordinates, for the header of a file with positions: see [`Scene::origin`].
+    /// Origin of the scene in its file's coordinates, for the header of a file with positions: see
+    /// [`Scene::origin`].
     ///
     /// [`Scene::origin`]: phalanx_scene::Scene::origin
     pub origin: [f64; 3],
@@ -47,8 +49,9 @@ pub struct PictureFile {
     pub depth: Depth,
 }
 
-/// Saves a picture from its bands, top to bottom: whole, or not at all (see [`replace_file`]). The bytes depend on what is to be
-/// written and on the radiance alone, not on the heights of the bands.
+/// Saves a picture from its bands, top to bottom: whole, or not at all (see [`replace_file`]). The
+/// bytes depend on what is to be written and on the radiance alone, not on the heights of the
+/// bands.
 ///
 /// # Errors
 /// [`PictureError::Write`]: the error of a band in place of the band, bands that make no picture of this size, or the system's reason.
@@ -89,8 +92,8 @@ pub fn write_bands(
 /// Films as writers take them.
 pub(super) type Films<'a> = &'a mut dyn Iterator<Item = io::Result<Film>>;
 
-/// Bands that have been looked at: each is as wide as the picture, none reaches below it, and where they end before it does, the last
-/// thing to come is an error.
+/// Bands that have been looked at: each is as wide as the picture, none reaches below it, and where
+/// they end before it does, the last thing to come is an error.
 struct CheckedBands<I> {
     bands: I,
     width: u32,

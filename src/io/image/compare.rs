@@ -3,7 +3,8 @@
 use super::encoder::Picture;
 use super::png::Raster;
 
-/// How two pictures of one size differ. Differences are in steps of an 8-bit sample: 16-bit files give fractions.
+/// How two pictures of one size differ. Differences are in steps of an 8-bit sample: 16-bit files
+/// give fractions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
     /// Whether every sample is equal.
@@ -26,7 +27,8 @@ pub struct DifferentSizes(pub (u32, u32), pub (u32, u32));
 /// 16-bit steps in one 8-bit step.
 const STEP: f64 = 257.0;
 
-/// Compares two pictures, alpha included (which the RMSE leaves out, as opaque pictures would dilute it).
+/// Compares two pictures, alpha included (which the RMSE leaves out, as opaque pictures would
+/// dilute it).
 ///
 /// # Errors
 /// [`DifferentSizes`].
@@ -51,7 +53,8 @@ pub fn compare(a: &Raster, b: &Raster) -> Result<Comparison, DifferentSizes> {
     })
 }
 
-/// A picture of the differences: black where the two are equal, then from dark red over yellow to white.
+/// A picture of the differences: black where the two are equal, then from dark red over yellow to
+/// white.
 ///
 /// # Errors
 /// [`DifferentSizes`].
@@ -82,7 +85,8 @@ fn largest_difference(p: &[u16; 4], q: &[u16; 4]) -> u16 {
     differences.max().unwrap_or(0)
 }
 
-/// Colour of a difference of 0 to 255: the square root lifts small ones, and one step is already visible.
+/// Colour of a difference of 0 to 255: the square root lifts small ones, and one step is already
+/// visible.
 fn ramp(difference: f64) -> [u8; 3] {
     if difference <= 0.0 {
         return [0, 0, 0];

@@ -97,7 +97,8 @@ impl Destination {
         }
     }
 
-    /// The pipe, device or open file, opened to be written into; a pipe waits for its reader. `None` for a file.
+    /// The pipe, device or open file, opened to be written into; a pipe waits for its reader.
+    /// `None` for a file.
     pub(super) fn open_stream(&self) -> io::Result<Option<File>> {
         match self {
             Destination::File(_) => Ok(None),

@@ -1,9 +1,10 @@
 //! Linear radiance to samples of 8 or 16 bits.
 //!
-//! Exposure, clamp to \[0, 1\] (NaN counts as 0), transfer, quantise. No step calls a power function per sample or one whose
-//! bits depend on the build: without a transfer the sample is `floor(255 c)` or `floor(255 c + 0.5)` in f32, each
-//! operation rounded on its own (65535 with 16 bits); with sRGB it is the number of thresholds at or below `c`, and the thresholds
-//! are the inverse curve in f64 from the `libm` crate, whose results are the same everywhere.
+//! Exposure, clamp to \[0, 1\] (NaN counts as 0), transfer, quantise. No step calls a power
+//! function per sample or one whose bits depend on the build: without a transfer the sample is
+//! `floor(255 c)` or `floor(255 c + 0.5)` in f32, each operation rounded on its own (65535 with 16
+//! bits); with sRGB it is the number of thresholds at or below `c`, and the thresholds are the
+//! inverse curve in f64 from the `libm` crate, whose results are the same everywhere.
 
 use phalanx_scene::film::Film;
 use phalanx_scene::{OutputEncoding, Quantize, Transfer};
@@ -20,7 +21,8 @@ pub struct Picture<S = u8> {
     pub rgb: Vec<S>,
 }
 
-/// Most stops of an exposure, up or down: beyond them every sample of a common picture is black or white.
+/// Most stops of an exposure, up or down: beyond them every sample of a common picture is black or
+/// white.
 pub const MAX_EXPOSURE: f32 = 100.0;
 
 /// A tone after an exposure.
@@ -162,13 +164,13 @@ impl DeepTable {
     }
 }
 
-/// The number of thresholds at or below a value, without a search: thresholds are more than a cell apart, so that what is below
-/// the value's cell is known, and within it is one at most.
+/// The number of thresholds at or below a value, without a search: thresholds are more than a cell
+/// apart, so that what is below the value's cell is known, and within it is one at most.
 struct SrgbTable {
     /// By cell, the sample of its lower end.
     lowest: [u8; TABLE_CELLS + 1],
-    /// By sample, the least value of the next, rounded up: a value of 32 bits reaches it if and only if it reaches the threshold.
-    /// The last has none.
+    /// By sample, the least value of the next, rounded up: a value of 32 bits reaches it if and
+    /// only if it reaches the threshold. The last has none.
     next: [f32; 256],
 }
 
@@ -179,7 +181,8 @@ impl SrgbTable {
     fn new(thresholds: &[f64; 255]) -> SrgbTable {
         let at_or_below = |c: f64| thresholds.partition_point(|&least| least <= c) as u8;
         SrgbTable {
-            // A cell's end is a number of 32 bits, and a value times the number of cells is rounded nowhere.
+            // A cell's end is a number of 32 bits, and a value times the number of cells is rounded
+            // nowhere.
             lowest: std::array::from_fn(|cell| at_or_below(cell as f64 / TABLE_CELLS as f64)),
             next: std::array::from_fn(|k| {
                 thresholds.get(k).map_or(f32::INFINITY, |t| round_up(*t))
@@ -214,7 +217,8 @@ fn threshold(sample: f64, most: f64, quantize: Quantize) -> f64 {
         Quantize::Floor => 0.0,
         Quantize::Round => 0.5,
     };
-    // 1.0 is the largest clamped value: a threshold an ulp above it would make the last sample unreachable.
+    // 1.0 is the largest clamped value: a threshold an ulp above it would make the last sample
+    // unreachable.
     srgb_inverse((sample - back) / most).min(1.0)
 }
 
@@ -284,7 +288,8 @@ mod tests {
 
     #[test]
     fn without_transfer_the_sample_is_floor_or_nearest_of_255_c() {
-        // 255 · 0.5 = 127.5; 255 · 0.998 = 254.49; 0.2 is an f32 just above 1/5, so that 255 · 0.2 is 51.
+        // 255 · 0.5 = 127.5; 255 · 0.998 = 254.49; 0.2 is an f32 just above 1/5, so that 255 · 0.2
+        // is 51.
         let values = [0.5, 0.998, 0.999, 0.2, 0.001];
         assert_eq!(
             samples(&values, Transfer::None, Quantize::Floor),
@@ -298,7 +303,8 @@ mod tests {
 
     #[test]
     fn srgb_gives_known_values() {
-        // 0.5 encodes to 187.516, 0.18 to 117.65, 0.002 (the straight part) to 6.589, 0.9999 to 254.99.
+        // 0.5 encodes to 187.516, 0.18 to 117.65, 0.002 (the straight part) to 6.589, 0.9999 to
+        // 254.99.
         let values = [0.5, 0.18, 0.002, 0.9999];
         assert_eq!(
             samples(&values, Transfer::Srgb, Quantize::Floor),
@@ -365,7 +371,8 @@ mod tests {
                 };
                 let want = 65_535.0 * want + f64::from(u8::from(quantize == Quantize::Round)) * 0.5;
                 let got = f64::from(table.sample(c));
-                // Beside a threshold, the forward curve is off by what the published constants differ by.
+                // Beside a threshold, the forward curve is off by what the published constants
+                // differ by.
                 assert!(
                     got <= want + 0.02 && got > want - 1.02,
                     "{quantize:?} {c:e}: {got} {want}"
@@ -418,7 +425,8 @@ mod tests {
         assert_eq!(red(30.0), [255; 3]);
     }
 
-    /// The contract "same bytes on every build": these are the bits of the table, written down once.
+    /// The contract "same bytes on every build": these are the bits of the table, written down
+    /// once.
     #[test]
     fn srgb_thresholds_are_pinned_bit_for_bit() {
         let hash = |quantize| {

@@ -1,4 +1,5 @@
-//! OpenEXR files: radiance as it is, in 32-bit floats, in tiles of 64x64 pixels, losslessly compressed.
+//! OpenEXR files: radiance as it is, in 32-bit floats, in tiles of 64x64 pixels, losslessly
+//! compressed.
 
 use super::bands::{BAND_ROWS, Films, PictureFile};
 use super::file::WriteSeek;
@@ -18,7 +19,8 @@ use std::io::{self, BufWriter};
 /// Side of a tile in pixels: bands are as high, so that a tile is never in two.
 const TILE: usize = BAND_ROWS as usize;
 
-/// Writes films, one below the other, as they come. Their tiles are compressed by all threads, and written in order.
+/// Writes films, one below the other, as they come. Their tiles are compressed by all threads, and
+/// written in order.
 pub(super) fn write_exr(
     out: &mut dyn WriteSeek,
     file: &PictureFile,
@@ -53,10 +55,12 @@ pub(super) fn write_exr(
     }
 }
 
-/// A channel of the file: its name, whether it holds whole numbers, and which of a film's planes it is.
+/// A channel of the file: its name, whether it holds whole numbers, and which of a film's planes it
+/// is.
 type ExrChannel = (&'static str, bool, usize);
 
-/// Radiance, and the layers, as OpenEXR names those of one part; in the order of their names, which the format asks for.
+/// Radiance, and the layers, as OpenEXR names those of one part; in the order of their names, which
+/// the format asks for.
 fn channels(aovs: Aovs) -> Vec<ExrChannel> {
     let radiance = ["R", "G", "B"].map(|name| (name, false));
     let all = radiance.into_iter().chain(aovs.channels());
@@ -68,8 +72,9 @@ fn channels(aovs: Aovs) -> Vec<ExrChannel> {
     all
 }
 
-/// Name of the attribute that says where the scene of a file with positions has its origin, as three decimals: far from
-/// it, positions in the file's coordinates are rounded to single precision, and those of the scene were not.
+/// Name of the attribute that says where the scene of a file with positions has its origin, as
+/// three decimals: far from it, positions in the file's coordinates are rounded to single
+/// precision, and those of the scene were not.
 const ORIGIN: &str = "phalanx.origin";
 
 fn header(file: &PictureFile, channels: &[ExrChannel]) -> Header {
@@ -128,7 +133,8 @@ fn write_band(
     Ok(height)
 }
 
-/// The tile of a film whose upper left pixel is there: of each of its rows all samples of the first channel, then all of the second.
+/// The tile of a film whose upper left pixel is there: of each of its rows all samples of the first
+/// channel, then all of the second.
 fn tile(
     channels: &[ExrChannel],
     film: &Film,

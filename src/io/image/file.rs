@@ -12,7 +12,8 @@ pub(super) trait WriteSeek: Write + Seek {}
 
 impl<T: Write + Seek> WriteSeek for T {}
 
-/// Writes what is to stand at `path` through `fill`, by what stands there now (see [`Destination`]).
+/// Writes what is to stand at `path` through `fill`, by what stands there now (see
+/// [`Destination`]).
 ///
 /// A regular file, or none yet: written as a temporary file in the same folder, which is synced and
 /// renamed over it, and has its permissions. A link's target is treated so, the link stays. Pipes,
@@ -118,7 +119,8 @@ fn keep_permissions(_: &File, _: Permissions) -> io::Result<()> {
     Ok(())
 }
 
-/// What a file made with `File::create` would get (less the umask), not the 0600 of temporary files.
+/// What a file made with `File::create` would get (less the umask), not the 0600 of temporary
+/// files.
 #[cfg(unix)]
 fn ordinary_permissions() -> Option<Permissions> {
     use std::os::unix::fs::PermissionsExt;
@@ -130,7 +132,8 @@ fn ordinary_permissions() -> Option<Permissions> {
     None
 }
 
-/// Makes the rename itself durable. The file is complete either way, so a system that cannot is no failure.
+/// Makes the rename itself durable. The file is complete either way, so a system that cannot is no
+/// failure.
 fn sync_folder(folder: &Path) {
     if cfg!(unix)
         && let Ok(folder) = File::open(folder)

@@ -7,7 +7,8 @@ use ::image::Rgb;
 use ::image::codecs::hdr::HdrEncoder;
 use std::io::{self, SeekFrom, Write};
 
-/// Films as Radiance RGBE, 8 bits of each sample beside the largest of the three. What is negative, or no number, is 0.
+/// Films as Radiance RGBE, 8 bits of each sample beside the largest of the three. What is negative,
+/// or no number, is 0.
 pub(super) fn write_hdr(
     out: &mut dyn Write,
     width: u32,
@@ -24,7 +25,8 @@ pub(super) fn write_hdr(
         let pixels = r.iter().zip(g).zip(b);
         let pixels = pixels.map(|((&r, &g), &b)| Rgb(shared_exponent_rgb([r, g, b])));
         let pixels: Vec<Rgb<f32>> = pixels.collect();
-        // The encoder writes whole files, but rows know nothing of each other: those of its file without the head are what is wanted.
+        // The encoder writes whole files, but rows know nothing of each other: those of its file
+        // without the head are what is wanted.
         let mut file = Vec::new();
         let (width, height) = (film.width as usize, film.height as usize);
         HdrEncoder::new(&mut file)
@@ -38,8 +40,9 @@ pub(super) fn write_hdr(
     Ok(())
 }
 
-/// Cut to what RGBE can say, by bits. The encoder takes a logarithm for it, of which libraries differ in the last place; of numbers
-/// that are cut already it finds the same exponent with any of them.
+/// Cut to what RGBE can say, by bits. The encoder takes a logarithm for it, of which libraries
+/// differ in the last place; of numbers that are cut already it finds the same exponent with any of
+/// them.
 fn shared_exponent_rgb(rgb: [f32; 3]) -> [f32; 3] {
     let finite = rgb.map(|c| if c > 0.0 { c.min(MAX_COMPONENT) } else { 0.0 });
     let most = finite[0].max(finite[1]).max(finite[2]);
@@ -59,8 +62,8 @@ const MAX_COMPONENT: f32 = f32::from_bits(0x7eff_0000);
 /// Below it, steps would not be normal numbers.
 const MIN_COMPONENT: f32 = f32::from_bits(8 << 23);
 
-/// Films as a portable float map, whose rows go upward: each band is written before the one above it. What is no number is written
-/// as it is.
+/// Films as a portable float map, whose rows go upward: each band is written before the one above
+/// it. What is no number is written as it is.
 pub(super) fn write_pfm(
     out: &mut dyn WriteSeek,
     width: u32,
@@ -137,7 +140,8 @@ mod tests {
         }
     }
 
-    /// By bits, whatever a library's logarithm says: beside every power of two, where one could go wrong.
+    /// By bits, whatever a library's logarithm says: beside every power of two, where one could go
+    /// wrong.
     #[test]
     fn what_is_cut_has_eight_bits_and_stays_as_it_is() {
         for exponent in 1..255u32 {

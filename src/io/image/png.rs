@@ -39,9 +39,10 @@ pub enum PictureError {
 
 /// Saves a picture as an 8-bit RGB PNG: whole, or not at all (see [`replace_file`]).
 ///
-/// The bytes depend on the picture alone: compression and filter are fixed, the compressor (fdeflate) is plain
-/// integer code, and the checksums' SIMD variants differ in speed only. It takes a tenth of the time of the usual
-/// compression, whose files are 10 to 22 % smaller (`perf/notes/whole-frames.md`).
+/// The bytes depend on the picture alone: compression and filter are fixed, the compressor
+/// (fdeflate) is plain integer code, and the checksums' SIMD variants differ in speed only. It
+/// takes a tenth of the time of the usual compression, whose files are 10 to 22 % smaller
+/// (`perf/notes/whole-frames.md`).
 ///
 /// # Errors
 /// [`PictureError::Write`].
@@ -127,7 +128,8 @@ pub(super) fn io_error(error: ::image::ImageError) -> io::Error {
     }
 }
 
-/// A picture as it is compared: RGBA, 16 bits a sample (an 8-bit sample s stands as 257 s, missing alpha as opaque).
+/// A picture as it is compared: RGBA, 16 bits a sample (an 8-bit sample s stands as 257 s, missing
+/// alpha as opaque).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Raster {
     /// Width in pixels.

@@ -2,10 +2,12 @@
 
 use glam::DVec3;
 
-/// Takes a standard scene piece by piece. Numbers are f64 throughout; rounding to f32 happens in the sink.
+/// Takes a standard scene piece by piece. Numbers are f64 throughout; rounding to f32 happens in
+/// the sink.
 ///
-/// The order of calls is the order of an NFF file: background and view, then all lights, then surfaces and the shapes
-/// that have them. A sink that can fail (a file) keeps its first error and says so when it is finished.
+/// The order of calls is the order of an NFF file: background and view, then all lights, then
+/// surfaces and the shapes that have them. A sink that can fail (a file) keeps its first error and
+/// says so when it is finished.
 pub trait SceneBuilder {
     /// Where the picture is taken from, and its size. Once.
     fn view(&mut self, view: &StandardView);
@@ -31,12 +33,13 @@ pub trait SceneBuilder {
     /// Adds a convex polygon of (point, normal) pairs; the normals are of any length but zero.
     fn patch(&mut self, points: &[(DVec3, DVec3)]);
 
-    /// Adds triangles whose corners index `vertices`, counter-clockwise from their fronts. May be called many times:
-    /// a generator of millions of triangles hands them over in chunks of bounded size.
+    /// Adds triangles whose corners index `vertices`, counter-clockwise from their fronts. May be
+    /// called many times: a generator of millions of triangles hands them over in chunks of bounded
+    /// size.
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]);
 
-    /// Offers only the number of mesh triangles to come. A sink that takes it (true) gets none of them drawn; any other
-    /// gets all of them.
+    /// Offers only the number of mesh triangles to come. A sink that takes it (true) gets none of
+    /// them drawn; any other gets all of them.
     fn takes_count(&mut self, _triangles: u64) -> bool {
         false
     }
@@ -51,7 +54,8 @@ pub struct StandardView {
     pub at: DVec3,
     /// Up vector.
     pub up: DVec3,
-    /// Vertical angle of the whole image height, in degrees. See [`StandardView::of_pixel_centres`] for NFF's angle.
+    /// Vertical angle of the whole image height, in degrees. See [`StandardView::of_pixel_centres`]
+    /// for NFF's angle.
     pub fovy: f64,
     /// Image width in pixels.
     pub width: u32,
@@ -60,8 +64,9 @@ pub struct StandardView {
 }
 
 impl StandardView {
-    /// The whole image's angle where `angle` (degrees) spans the centre of the first pixel row to that of the last, as
-    /// NFF means it. A picture of one row has no such angle; it gets `angle` itself.
+    /// The whole image's angle where `angle` (degrees) spans the centre of the first pixel row to
+    /// that of the last, as NFF means it. A picture of one row has no such angle; it gets `angle`
+    /// itself.
     pub fn of_pixel_centres(angle: f64, height: u32) -> f64 {
         scaled_angle(angle, f64::from(height), f64::from(height) - 1.0)
     }
@@ -87,8 +92,9 @@ fn scaled_angle(degrees: f64, numerator: f64, denominator: f64) -> f64 {
 pub struct StandardLight {
     /// Position.
     pub position: DVec3,
-    /// Colour, linear RGB. `None` is NFF's light without a colour: white of level √n/(2n) for n lights in all, so that
-    /// a scene is about equally bright however many lights it has. Either all lights of a scene have a colour or none.
+    /// Colour, linear RGB. `None` is NFF's light without a colour: white of level √n/(2n) for n
+    /// lights in all, so that a scene is about equally bright however many lights it has. Either
+    /// all lights of a scene have a colour or none.
     pub color: Option<DVec3>,
     /// Attenuation (const, lin, quad); (1, 0, 0) is none.
     pub attenuation: DVec3,
@@ -113,8 +119,8 @@ impl StandardLight {
     }
 }
 
-/// NFF's level of light and of ambient light for `lights` lights: √n/(2n). Without any it is that of the one light that
-/// a reader would add.
+/// NFF's level of light and of ambient light for `lights` lights: √n/(2n). Without any it is that
+/// of the one light that a reader would add.
 pub fn nff_level(lights: usize) -> f64 {
     let n = lights.max(1) as f64;
     n.sqrt() / (2.0 * n)
@@ -191,10 +197,11 @@ impl Default for DocumentMaterial {
 }
 
 impl NffMaterial {
-    /// The document's parameters in a scene of this ambient level: Ka = level·Kd·rgb, diffuse Kd·rgb, the rest white.
+    /// The document's parameters in a scene of this ambient level: Ka = level·Kd·rgb, diffuse
+    /// Kd·rgb, the rest white.
     ///
-    /// The product is that of the numbers rounded to single precision, so that it is the same whether the look comes
-    /// from a generator or from a file that one wrote.
+    /// The product is that of the numbers rounded to single precision, so that it is the same
+    /// whether the look comes from a generator or from a file that one wrote.
     pub fn to_document(&self, level: f64) -> DocumentMaterial {
         let kd = self.rgb.as_vec3().as_dvec3() * f64::from(self.kd as f32);
         DocumentMaterial {

@@ -10,8 +10,8 @@ pub struct ShapeCounts {
     pub spheres: u64,
     /// Cones and cylinders.
     pub cones: u64,
-    /// Polygons and patches of any number of corners, as the databases count them; triangles of meshes are not among
-    /// them.
+    /// Polygons and patches of any number of corners, as the databases count them; triangles of
+    /// meshes are not among them.
     pub polygons: u64,
     /// Triangles: those of meshes, and those that the polygons and patches come to.
     pub triangles: u64,

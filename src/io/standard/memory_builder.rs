@@ -18,7 +18,8 @@ pub struct MemoryBuilder {
 }
 
 impl MemoryBuilder {
-    /// The scene, not yet validated. Lights of NFF's level get it here, where their number is known.
+    /// The scene, not yet validated. Lights of NFF's level get it here, where their number is
+    /// known.
     pub fn finish(mut self) -> Scene {
         let level = DVec3::splat(nff_level(self.lights.len()));
         for light in &self.lights {

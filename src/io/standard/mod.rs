@@ -1,8 +1,9 @@
 //! The standard scenes, generated: no file is needed to trace what others trace.
 //!
-//! [`CATALOGUE`] lists them. A generator pours its scene into a [`SceneBuilder`]; which sink decides whether a [`Scene`], a
-//! file or a table of counts comes of it. Every number comes from + − × ÷ √ in f64 and the `libm` crate, so that a
-//! scene is the same, bit for bit, on every platform.
+//! [`CATALOGUE`] lists them. A generator pours its scene into a [`SceneBuilder`]; which sink
+//! decides whether a [`Scene`], a file or a table of counts comes of it. Every number comes from +
+//! − × ÷ √ in f64 and the `libm` crate, so that a scene is the same, bit for bit, on every
+//! platform.
 
 mod builder;
 mod catalogue;
@@ -27,7 +28,8 @@ pub use write::{
 
 use phalanx_scene::{OutputEncoding, Scene, SceneError};
 
-/// What a scene file's name starts with where a standard scene is meant: `standard:NAME` or `standard:NAME:SIZE`.
+/// What a scene file's name starts with where a standard scene is meant: `standard:NAME` or
+/// `standard:NAME:SIZE`.
 pub const PREFIX: &str = "standard:";
 
 /// A scene of the catalogue at a size.

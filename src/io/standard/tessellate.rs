@@ -7,10 +7,11 @@ use std::f64::consts::{FRAC_PI_4, PI};
 /// Finest tessellation: a sphere of 12 million triangles.
 const FINEST: u32 = 1000;
 
-/// Hands everything on to another sink, spheres and cones as patches with the curved surface's normals.
+/// Hands everything on to another sink, spheres and cones as patches with the curved surface's
+/// normals.
 ///
-/// Of fineness n a sphere is a cube of six n × n grids at equal angles, blown up: 12 n² triangles; a cone is 4n
-/// quadrilaterals. At n = 4 that gives the databases' published numbers of polygons.
+/// Of fineness n a sphere is a cube of six n × n grids at equal angles, blown up: 12 n² triangles;
+/// a cone is 4n quadrilaterals. At n = 4 that gives the databases' published numbers of polygons.
 pub struct Tessellate<'a> {
     inner: &'a mut dyn SceneBuilder,
     /// Triangles on the unit sphere about the origin: each corner is its own normal.
@@ -32,8 +33,9 @@ impl<'a> Tessellate<'a> {
 
 /// The triangles, counter-clockwise from outside.
 fn unit_sphere(fineness: u32) -> Vec<[DVec3; 3]> {
-    // A grid line stands at the tangent of its angle; the outermost ones exactly on the cube's edges, and those left
-    // and right of the middle exactly opposite, so that neighbouring faces agree on their common edge.
+    // A grid line stands at the tangent of its angle; the outermost ones exactly on the cube's
+    // edges, and those left and right of the middle exactly opposite, so that neighbouring faces
+    // agree on their common edge.
     let line = |k: u32| {
         let from_middle = f64::from(2 * k) - f64::from(fineness);
         match k {
@@ -68,8 +70,8 @@ fn on_cube(face: u32, u: f64, v: f64) -> DVec3 {
     }
 }
 
-/// Two unit vectors perpendicular to the unit vector `axis` and each other, such that the first turns into the second
-/// counter-clockwise about `axis`.
+/// Two unit vectors perpendicular to the unit vector `axis` and each other, such that the first
+/// turns into the second counter-clockwise about `axis`.
 fn across(axis: DVec3) -> [DVec3; 2] {
     let other = if axis.x.abs() < 0.5 {
         DVec3::X

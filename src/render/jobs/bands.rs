@@ -1,5 +1,5 @@
-//! A window of the picture, rendered in bands from top to bottom, of which one is in memory at a time; or some of its tiles, of which
-//! none is.
+//! A window of the picture, rendered in bands from top to bottom, of which one is in memory at a
+//! time; or some of its tiles, of which none is.
 
 use super::thumbnail::Thumbnail;
 use super::tile_file::{TileFile, TileFileError};
@@ -12,7 +12,8 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Pixels of a band, nearly: a fifth of a second of work, so that a thread that finishes it early waits for next to nothing, in 48 MB.
+/// Pixels of a band, nearly: a fifth of a second of work, so that a thread that finishes it early
+/// waits for next to nothing, in 48 MB.
 const BAND_PIXELS: u32 = 1 << 22;
 
 /// Why there are no more bands.
@@ -38,7 +39,8 @@ pub struct BandStats {
     pub seconds: f64,
 }
 
-/// The bands of a window, from the top: as high as few pixels allow, and a multiple of [`BAND_ROWS`].
+/// The bands of a window, from the top: as high as few pixels allow, and a multiple of
+/// [`BAND_ROWS`].
 pub fn bands(window: Tile) -> Vec<Tile> {
     let rows = BAND_PIXELS / window.width.max(1) / BAND_ROWS * BAND_ROWS;
     let rows = rows.max(BAND_ROWS);
@@ -53,8 +55,9 @@ pub fn bands(window: Tile) -> Vec<Tile> {
         .collect()
 }
 
-/// Renders the window of the settings band by band and gives each to `take`, which says whether it wants the next. With a file of
-/// tiles beside it, those that it has are taken from it, and the others added to it as they are finished.
+/// Renders the window of the settings band by band and gives each to `take`, which says whether it
+/// wants the next. With a file of tiles beside it, those that it has are taken from it, and the
+/// others added to it as they are finished.
 ///
 /// # Errors
 /// [`BandsError`].
@@ -126,7 +129,8 @@ pub fn render_to_file(
     Ok(banded)
 }
 
-/// Puts a window together from the tiles of several files, which have all of it, and gives each band to `take`.
+/// Puts a window together from the tiles of several files, which have all of it, and gives each
+/// band to `take`.
 ///
 /// # Errors
 /// [`BandsError`].

@@ -1,4 +1,5 @@
-//! The finished pixels of a window, in blocks of 8x8: tiles are made of whole ones, whatever their size.
+//! The finished pixels of a window, in blocks of 8x8: tiles are made of whole ones, whatever their
+//! size.
 
 use crate::frame::Tile;
 use std::collections::HashMap;
@@ -9,10 +10,11 @@ const BLOCK: u32 = 8;
 /// Side of a square of blocks, in blocks: as many as a word has bits.
 const SQUARE: u32 = 8;
 
-/// A set of blocks of one grid over the whole picture; of a block that the window cuts, what lies in the window counts.
+/// A set of blocks of one grid over the whole picture; of a block that the window cuts, what lies
+/// in the window counts.
 ///
-/// Only squares that have finished blocks take memory, so that a file of few tiles takes little, however large it says that its
-/// picture is.
+/// Only squares that have finished blocks take memory, so that a file of few tiles takes little,
+/// however large it says that its picture is.
 #[derive(Clone, Debug)]
 pub(super) struct Coverage {
     window: Tile,

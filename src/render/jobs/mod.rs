@@ -1,5 +1,6 @@
-//! Pictures that take long: in bands of rows, so that they need not fit into memory; kept tile by tile in a file, so that an
-//! interrupted render goes on where it was; and on many machines, each of which keeps its share of the tiles.
+//! Pictures that take long: in bands of rows, so that they need not fit into memory; kept tile by
+//! tile in a file, so that an interrupted render goes on where it was; and on many machines, each
+//! of which keeps its share of the tiles.
 //!
 //! | file | what |
 //! |---|---|
@@ -15,11 +16,13 @@
 //! | `plan` | who renders which tiles |
 //! | `output_path` | where the picture of a plan may go |
 //!
-//! One kind of file serves both: a checkpoint is the tile file of a render on one machine, and the share of each of many machines is
-//! a tile file, too. So a share that was interrupted goes on like any render, and merging is rendering with nothing left to do.
+//! One kind of file serves both: a checkpoint is the tile file of a render on one machine, and the
+//! share of each of many machines is a tile file, too. So a share that was interrupted goes on like
+//! any render, and merging is rendering with nothing left to do.
 //!
-//! Plans and tile files may come from others, and are data: every number that is read from one is held against the file's length
-//! and the picture's size before memory or time is spent on it, and a plan cannot choose which files are written.
+//! Plans and tile files may come from others, and are data: every number that is read from one is
+//! held against the file's length and the picture's size before memory or time is spent on it, and
+//! a plan cannot choose which files are written.
 
 mod bands;
 mod coverage;

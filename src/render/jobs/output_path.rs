@@ -1,5 +1,5 @@
-//! The places that a plan may send its picture to: those in its own folder. A plan may be anybody's, and who merges it has not
-//! chosen where it writes.
+//! The places that a plan may send its picture to: those in its own folder. A plan may be
+//! anybody's, and who merges it has not chosen where it writes.
 
 use phalanx_io::image::folder_of;
 use std::fs;
@@ -8,7 +8,8 @@ use std::path::{Component, Path, PathBuf, absolute};
 
 const OUTSIDE: &str = "lies outside the plan's folder";
 
-/// The path of a picture that a plan in the file `plan` names `output`; an error says why the plan may not name it.
+/// The path of a picture that a plan in the file `plan` names `output`; an error says why the plan
+/// may not name it.
 pub(super) fn allowed(plan: &Path, output: &Path) -> Result<PathBuf, &'static str> {
     let folder = folder_of(plan);
     let path = folder.join(output);
@@ -27,14 +28,16 @@ pub(super) fn allowed(plan: &Path, output: &Path) -> Result<PathBuf, &'static st
                 _ => Ok(path),
             }
         }
-        // Nothing can be written there, which whoever tries will say, if it is in the folder at all.
+        // Nothing can be written there, which whoever tries will say, if it is in the folder at
+        // all.
         Err(_) if descends(output) && !path.is_symlink() => Ok(path),
         Err(_) => Err(OUTSIDE),
     }
 }
 
-/// The name of the picture `output` in a plan in the file `plan`: seen from the plan's folder where it lies in that, else absolute.
-/// A plan of the latter kind is merged only by who names the picture again.
+/// The name of the picture `output` in a plan in the file `plan`: seen from the plan's folder where
+/// it lies in that, else absolute. A plan of the latter kind is merged only by who names the
+/// picture again.
 ///
 /// # Errors
 /// The system cannot tell where they are.

@@ -1,13 +1,15 @@
-//! The settings that pixels depend on, as plans and tile files keep them: a JSON object of named fields.
+//! The settings that pixels depend on, as plans and tile files keep them: a JSON object of named
+//! fields.
 //!
-//! A new field of [`Settings`] stops this file from compiling until it is kept here, too, or named as one that changes no pixel.
-//! Floats come back from JSON to the bit (serde_json's `float_roundtrip`); what may be infinite is `None` there, because JSON has no
-//! infinity.
+//! A new field of [`Settings`] stops this file from compiling until it is kept here, too, or named
+//! as one that changes no pixel. Floats come back from JSON to the bit (serde_json's
+//! `float_roundtrip`); what may be infinite is `None` there, because JSON has no infinity.
 
 use crate::frame::{Integrator, Sampling, Settings};
 use serde::{Deserialize, Serialize};
 
-/// Settings that pixels depend on, beside the picture's size, region and layers. Fields are named for their options.
+/// Settings that pixels depend on, beside the picture's size, region and layers. Fields are named
+/// for their options.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PictureSettings {
@@ -109,7 +111,8 @@ impl PictureSettings {
 }
 
 fn given(value: Option<f32>) -> String {
-    // Of very small and very large numbers `Debug` has fewer digits than `Display`, and as many bits.
+    // Of very small and very large numbers `Debug` has fewer digits than `Display`, and as many
+    // bits.
     value.map_or_else(|| "not given".to_owned(), |value| format!("{value:?}"))
 }
 

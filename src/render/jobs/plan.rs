@@ -10,7 +10,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Version of the layout of plans. Version 1 had its settings as one text, and an output of any name.
+/// Version of the layout of plans. Version 1 had its settings as one text, and an output of any
+/// name.
 const SCHEMA_VERSION: u32 = 2;
 
 /// Longest plan that is read: several times the longest command line that systems take.
@@ -27,8 +28,9 @@ const MIN_TILES_PER_SHARD: u64 = 16;
 
 /// A plan: what is rendered, into how many shards it is cut, and where the picture goes.
 ///
-/// The tiles of the window, cells of a grid of [`RenderPlan::tile`] pixels, are dealt out like cards, in the order of [`tiles`]: the k-th
-/// tile is of shard k modulo [`RenderPlan::shards`]. So every shard has some of the easy ones and some of the hard ones.
+/// The tiles of the window, cells of a grid of [`RenderPlan::tile`] pixels, are dealt out like
+/// cards, in the order of [`tiles`]: the k-th tile is of shard k modulo [`RenderPlan::shards`]. So
+/// every shard has some of the easy ones and some of the hard ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RenderPlan {
@@ -221,7 +223,8 @@ impl RenderPlan {
             let range = format!("1 to {MAX_SHARDS}");
             return wrong("shards", self.shards.to_string(), &range);
         }
-        // As few tiles as this program would have dealt: smaller ones could be more than memory has room for.
+        // As few tiles as this program would have dealt: smaller ones could be more than memory has
+        // room for.
         let side = side(self.picture.window(), self.shards);
         if self.tile != side {
             let picture = format!("{side} for a picture of this size in so many shards");
@@ -263,8 +266,9 @@ impl RenderPlan {
     /// The path of the picture, for a plan in the file `plan`.
     ///
     /// # Errors
-    /// [`PlanError::Output`] where it does not lie in the folder of that file, links followed: a plan may be anybody's, and must not
-    /// choose which files are replaced. Whoever merges it may name any path instead.
+    /// [`PlanError::Output`] where it does not lie in the folder of that file, links followed: a
+    /// plan may be anybody's, and must not choose which files are replaced. Whoever merges it may
+    /// name any path instead.
     pub fn picture_path(&self, plan: &Path) -> Result<PathBuf, PlanError> {
         output_path::allowed(plan, &self.output).map_err(|reason| PlanError::Output {
             path: plan.into(),
@@ -403,7 +407,8 @@ mod tests {
             ("/shards", json!(100_001), "shards"),
             ("/tile", json!(0), "tile"),
             ("/tile", json!(7), "tile"),
-            // A side that tiles may have, but not these: there would be more of them than anybody deals out.
+            // A side that tiles may have, but not these: there would be more of them than anybody
+            // deals out.
             ("/tile", json!(8), "tile"),
             ("/scene", json!(""), "scene"),
             ("/scene", json!("a\nb"), "scene"),

@@ -1,8 +1,8 @@
 //! Reads a tile file from its beginning to its end, whatever has become of it, and whoever made it.
 //!
-//! The time is in proportion to the file's length, and no memory is asked for that the file does not fill: a head's numbers are
-//! held against the picture and the file before they are used, and bytes that damaged tiles claim are read again a bounded number
-//! of times.
+//! The time is in proportion to the file's length, and no memory is asked for that the file does
+//! not fill: a head's numbers are held against the picture and the file before they are used, and
+//! bytes that damaged tiles claim are read again a bounded number of times.
 
 use super::file_header::{self, FileOwner};
 use super::render_key::RenderKey;
@@ -11,8 +11,8 @@ use crate::frame::Tile;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 
-/// Bytes of damaged tiles that are searched for other records, in lengths of the file: heads that overlap could claim the same bytes
-/// again and again. After that, a damaged tile is skipped whole.
+/// Bytes of damaged tiles that are searched for other records, in lengths of the file: heads that
+/// overlap could claim the same bytes again and again. After that, a damaged tile is skipped whole.
 const MAX_SEARCHED_PER_BYTE: u64 = 4;
 
 /// What a file holds.
@@ -84,7 +84,8 @@ impl Recovery {
                 (at, self.end) = (end, end);
                 continue;
             }
-            // Its content may have been cut off, with another record where it went on: only as much as is known is skipped.
+            // Its content may have been cut off, with another record where it went on: only as much
+            // as is known is skipped.
             self.damaged += 1;
             at = match left.checked_sub(bytes.len() as u64) {
                 Some(rest) => {

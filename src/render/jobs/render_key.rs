@@ -1,4 +1,5 @@
-//! The pixels of a picture depend on this and nothing else: two renders of one identity may share their tiles.
+//! The pixels of a picture depend on this and nothing else: two renders of one identity may share
+//! their tiles.
 
 use super::picture_settings::PictureSettings;
 use crate::frame::{Aov, Aovs, Settings, Tile};
@@ -7,8 +8,8 @@ use phalanx_scene::{MAX_SIDE, Scene, check_image_size};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Everything that a pixel's radiance depends on, as names and values for people, and nothing else: not threads, tile size, kernel or
-/// engine, which give the same bits.
+/// Everything that a pixel's radiance depends on, as names and values for people, and nothing else:
+/// not threads, tile size, kernel or engine, which give the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RenderKey {
@@ -88,7 +89,8 @@ impl RenderKey {
         }
     }
 
-    /// Checks that it could be one that [`RenderKey::of`] made, whoever wrote the file that it was read from.
+    /// Checks that it could be one that [`RenderKey::of`] made, whoever wrote the file that it was
+    /// read from.
     ///
     /// # Errors
     /// The first field that holds what it may not.

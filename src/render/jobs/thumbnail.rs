@@ -4,7 +4,8 @@ use crate::frame::Tile;
 use phalanx_scene::film::{Film, TileBuffer};
 use std::sync::{Mutex, PoisonError};
 
-/// A window of the picture on a film of few pixels, each the mean of the finished ones in a square of the window's.
+/// A window of the picture on a film of few pixels, each the mean of the finished ones in a square
+/// of the window's.
 #[derive(Debug)]
 pub struct Thumbnail {
     window: Tile,

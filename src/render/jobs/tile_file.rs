@@ -1,8 +1,10 @@
-//! Finished tiles in a file that only ever grows: it may be cut off anywhere, by a crash or a full disk, and what is whole still counts.
+//! Finished tiles in a file that only ever grows: it may be cut off anywhere, by a crash or a full
+//! disk, and what is whole still counts.
 //!
-//! The file begins with the picture's [`RenderKey`] (see `beginning`); then come records (see `record`), in the order in which tiles
-//! were finished. Every tile names the identity's checksum, too, so that a file with a damaged beginning is still known. A byte that
-//! has changed costs the tile that it belongs to, which is rendered again.
+//! The file begins with the picture's [`RenderKey`] (see `beginning`); then come records (see
+//! `record`), in the order in which tiles were finished. Every tile names the identity's checksum,
+//! too, so that a file with a damaged beginning is still known. A byte that has changed costs the
+//! tile that it belongs to, which is rendered again.
 
 use super::coverage::Coverage;
 use super::file_header::{self, FileOwner, LAYOUT_VERSION};
@@ -18,7 +20,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How often what was written is asked to be on the disk, and not on its way there: what a power failure may cost.
+/// How often what was written is asked to be on the disk, and not on its way there: what a power
+/// failure may cost.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 
 /// Why a tile file cannot be used.
@@ -164,7 +167,8 @@ impl TileFile {
         self.coverage.has(tile)
     }
 
-    /// Puts finished pixels of a window onto its film; those that are not finished stay as they are.
+    /// Puts finished pixels of a window onto its film; those that are not finished stay as they
+    /// are.
     ///
     /// # Errors
     /// The system's reason, or that a tile is no longer what it was.

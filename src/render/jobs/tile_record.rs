@@ -1,4 +1,5 @@
-//! A finished tile as bytes of a tile file: a head of [`HEADER_BYTES`] bytes, numbers little-endian, then its planes, row by row.
+//! A finished tile as bytes of a tile file: a head of [`HEADER_BYTES`] bytes, numbers
+//! little-endian, then its planes, row by row.
 //!
 //! | bytes | what |
 //! |---|---|

@@ -1,4 +1,5 @@
-//! Mirror and refracted rays (design document, "Recursive shading model": … + Ks I_R + K_T I_T), and mirror rays that are spread.
+//! Mirror and refracted rays (design document, "Recursive shading model": … + Ks I_R + K_T I_T),
+//! and mirror rays that are spread.
 
 use super::surface::{ShadeMaterial, Surface};
 use super::wide;
@@ -25,8 +26,9 @@ pub struct SecondaryRays {
     pub refract_dir: Vec3x8,
 }
 
-/// Mirror direction d − 2(d·n)n, and Snell's law with η = 1/ior entering and ior leaving (Glassner, "An Introduction
-/// to Ray Tracing", 1989): k = 1 − η²(1 − cos²); below zero the reflection is total.
+/// Mirror direction d − 2(d·n)n, and Snell's law with η = 1/ior entering and ior leaving (Glassner,
+/// "An Introduction to Ray Tracing", 1989): k = 1 − η²(1 − cos²); below zero the reflection is
+/// total.
 pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     let (d, n) = (at.dir, at.ns);
     let along = d.dot(n);
@@ -70,8 +72,9 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     }
 }
 
-/// Spreads the mirror rays of eight points, reached by rays of these seeds, over the lobe of a gloss above 0: one ray stands for all of
-/// them, and weighs as much. On the side of the geometric surface where the mirror ray is, it stays.
+/// Spreads the mirror rays of eight points, reached by rays of these seeds, over the lobe of a
+/// gloss above 0: one ray stands for all of them, and weighs as much. On the side of the geometric
+/// surface where the mirror ray is, it stays.
 pub fn sample_glossy(
     rays: &mut SecondaryRays,
     at: &Surface,
@@ -86,8 +89,9 @@ pub fn sample_glossy(
     rays.reflect_org = offset_origin(at, dir);
 }
 
-/// Origins and unit directions of rays, one from each of eight points that rays of these seeds reached, to where it may be open: about
-/// the shading normal by the cosine, and on the outside of the geometric surface.
+/// Origins and unit directions of rays, one from each of eight points that rays of these seeds
+/// reached, to where it may be open: about the shading normal by the cosine, and on the outside of
+/// the geometric surface.
 pub fn sample_ao_ray(at: &Surface, seeds: [u32; LANES], sample: u32) -> (Vec3x8, Vec3x8) {
     let local = sampling::cosine_hemisphere(sampling::points(seeds, sample, Dimension::Sky));
     let dir = mirror_into_hemisphere(at, to_world(local, at.ns), at.ng).normalized();
@@ -101,7 +105,8 @@ fn to_world(local: [[f32; LANES]; 3], axis: Vec3x8) -> Vec3x8 {
     Vec3x8::new(x, y, z)
 }
 
-/// Directions as they are, if they lie on the side of the geometric surface where `inner` does, and else reflected by it.
+/// Directions as they are, if they lie on the side of the geometric surface where `inner` does, and
+/// else reflected by it.
 fn mirror_into_hemisphere(at: &Surface, dir: Vec3x8, inner: Vec3x8) -> Vec3x8 {
     let along = dir.dot(at.ng);
     let (out, right) = (along.ge(F32x8::ZERO), inner.dot(at.ng).ge(F32x8::ZERO));

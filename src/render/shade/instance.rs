@@ -29,9 +29,10 @@ impl InstanceTransforms {
         }
     }
 
-    /// A place of the meshes' space in the world. Normals go back through the transpose of the map that brought the
-    /// rays. As with ellipsoids, the offset makes good the rounding of the next ray's way into the mesh's space, where a
-    /// step along the normal counts by the length of the gradient Mᵀn.
+    /// A place of the meshes' space in the world. Normals go back through the transpose of the map
+    /// that brought the rays. As with ellipsoids, the offset makes good the rounding of the next
+    /// ray's way into the mesh's space, where a step along the normal counts by the length of the
+    /// gradient Mᵀn.
     pub(super) fn to_world(&self, inside: SurfacePoint, rays: &RayPacket) -> SurfacePoint {
         let point = linear(&self.to_world, inside.point) + self.to_world[3];
         let [mx, my, mz, shift] = self.to_object;

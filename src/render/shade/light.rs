@@ -1,5 +1,6 @@
-//! One light on eight surface points: attenuation (design document, "Lighting model") and the Blinn-Phong terms
-//! ("Shading model"), before visibility. Each point may see a place of its own of a light with an area.
+//! One light on eight surface points: attenuation (design document, "Lighting model") and the
+//! Blinn-Phong terms ("Shading model"), before visibility. Each point may see a place of its own of
+//! a light with an area.
 
 use super::pow::pow;
 use super::surface::{ShadeMaterial, Surface};
@@ -9,7 +10,8 @@ use phalanx_scene::sampling::{self, Dimension};
 use phalanx_scene::{LightShape, Scene};
 use phalanx_trace::simd::{F32x8, LANES, Lanes, Mask8, Vec3x8};
 
-/// What one light would add to eight points if nothing stood between, and the shadow rays that find out.
+/// What one light would add to eight points if nothing stood between, and the shadow rays that find
+/// out.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// Lanes where the light adds something: it faces the surface and its term is not zero.
@@ -22,7 +24,8 @@ pub struct LightSample {
     pub dir: Vec3x8,
 }
 
-/// Where a light is, for points reached by rays of these seeds: all see the same place but of a light with an area.
+/// Where a light is, for points reached by rays of these seeds: all see the same place but of a
+/// light with an area.
 pub fn sample_light_position(
     scene: &Scene,
     light: usize,
@@ -45,7 +48,8 @@ pub fn sample_light_position(
     }
 }
 
-/// Evaluates light `light`, which is at `position`, for a batch; `tint` is its texture's colour, if it has a texture.
+/// Evaluates light `light`, which is at `position`, for a batch; `tint` is its texture's colour, if
+/// it has a texture.
 pub fn sample_light(
     scene: &Scene,
     light: usize,

@@ -1,9 +1,11 @@
-//! x^s, eight lanes at a time: the wide half of [`phalanx_scene::sampling::pow`], operation for operation.
+//! x^s, eight lanes at a time: the wide half of [`phalanx_scene::sampling::pow`], operation for
+//! operation.
 
 use phalanx_scene::sampling::{EXP2_COEFFICIENTS, LOG2_COEFFICIENTS, ROUND_MAGIC, SQRT_HALF_BITS};
 use phalanx_trace::simd::{F32x8, LaneMask, LaneU32, Lanes, U32x8};
 
-/// x^s with x clamped to \[0, 1\] and s ≥ 0; pow(0, 0) = 1. The bits of [`phalanx_scene::sampling::pow`].
+/// x^s with x clamped to \[0, 1\] and s ≥ 0; pow(0, 0) = 1. The bits of
+/// [`phalanx_scene::sampling::pow`].
 pub fn pow(x: F32x8, s: f32) -> F32x8 {
     let x = x.min(F32x8::ONE);
     let power = exp2(F32x8::splat(s) * log2(x));

@@ -22,7 +22,8 @@ pub struct Surface {
     pub ns: Vec3x8,
     /// Unit direction of the ray that hit.
     pub dir: Vec3x8,
-    /// How far along `ng` secondary rays start: a bound on the rounding error of the point and of the next test.
+    /// How far along `ng` secondary rays start: a bound on the rounding error of the point and of
+    /// the next test.
     pub offset: F32x8,
     /// Lanes whose ray came from outside, by the geometric normal.
     pub entering: Mask8,
@@ -62,7 +63,8 @@ pub struct ShadeMaterial {
 }
 
 impl ShadeMaterial {
-    /// Reads one row of the columns. Whoever asks wants a few of them, and the rest is not read where this is inlined.
+    /// Reads one row of the columns. Whoever asks wants a few of them, and the rest is not read
+    /// where this is inlined.
     #[inline(always)]
     pub fn of(scene: &Scene, index: u32) -> ShadeMaterial {
         let (m, i) = (&scene.materials, index as usize);
@@ -142,8 +144,8 @@ pub(super) struct SurfacePoint {
     pub(super) offset: F32x8,
 }
 
-/// In the space where the primitives are stored. `back` is the unit vector against the rays there, the normal of what has
-/// none; a ray's own direction is no unit vector within an instance.
+/// In the space where the primitives are stored. `back` is the unit vector against the rays there,
+/// the normal of what has none; a ray's own direction is no unit vector within an instance.
 fn surface_point(
     scene: &Scene,
     kind: PrimKind,
@@ -318,9 +320,9 @@ fn sphere(
     }
 }
 
-/// Point and normal on the unit sphere in object space; the normal goes back through the inverse transpose. The
-/// offset makes good the rounding of the next ray's way into object space, where a step along the normal counts by
-/// the length of the gradient Mᵀn.
+/// Point and normal on the unit sphere in object space; the normal goes back through the inverse
+/// transpose. The offset makes good the rounding of the next ray's way into object space, where a
+/// step along the normal counts by the length of the gradient Mᵀn.
 fn ellipsoid(
     scene: &Scene,
     rows: &[usize; LANES],
@@ -355,8 +357,8 @@ fn ellipsoid(
 /// profile, across it, so that the point moves no farther than it has to, whatever the slope. Its
 /// error is then, per axis, some 6 ulp of the lengths within the cone's box; the next test's way
 /// into the cone's own coordinates adds some 8 of those, times √3 for a slanted normal; [`PAD`] is
-/// 32 ulp. Its place in the world is rounded twice, as a plane's: [`PLANE_ROUNDING`]. At the very tip there
-/// is no way away from the axis: the normal points back along the ray.
+/// 32 ulp. Its place in the world is rounded twice, as a plane's: [`PLANE_ROUNDING`]. At the very
+/// tip there is no way away from the axis: the normal points back along the ray.
 fn cone(
     scene: &Scene,
     rows: &[usize; LANES],

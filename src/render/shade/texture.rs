@@ -1,7 +1,9 @@
-//! What a texture multiplies Ka and Kd with, at eight hits: bilinear between texel centres, decoded from sRGB first.
+//! What a texture multiplies Ka and Kd with, at eight hits: bilinear between texel centres, decoded
+//! from sRGB first.
 //!
-//! Places come out of any finite texture coordinates, however large: those beyond ±[`WHOLE`] count as whole numbers, as
-//! single precision has no fractions to speak of there, and so does what overflows on the way.
+//! Places come out of any finite texture coordinates, however large: those beyond ±[`WHOLE`] count
+//! as whole numbers, as single precision has no fractions to speak of there, and so does what
+//! overflows on the way.
 
 use phalanx_scene::sampling::{ROUND_MAGIC, linear_of_srgb};
 use phalanx_scene::{NO_TEXTURE, Scene, Texture, Wrap};
@@ -14,8 +16,8 @@ pub const WHITE: Vec3x8 = Vec3x8::new(F32x8::ONE, F32x8::ONE, F32x8::ONE);
 /// 2²²: from here on a number counts as whole. Below it adding [`ROUND_MAGIC`] rounds.
 const WHOLE: f32 = 4_194_304.0;
 
-/// The colour of a material's texture at eight hits on triangles; 1 where the material has none or the triangle has no
-/// places on it.
+/// The colour of a material's texture at eight hits on triangles; 1 where the material has none or
+/// the triangle has no places on it.
 pub fn texture_color(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     let texture = scene.materials.texture[material as usize];
     if texture == NO_TEXTURE {
@@ -82,7 +84,8 @@ impl TexelPair {
                 there.gt(F32x8::ONE).select(two - there, there)
             }
         };
-        // Half a texel to the right, so that texel k begins at its own centre and ends at the next one's.
+        // Half a texel to the right, so that texel k begins at its own centre and ends at the next
+        // one's.
         let x = folded * F32x8::splat(size as f32) + F32x8::splat(0.5);
         let cell = floor(x);
         let (before, after) = match wrap {
@@ -98,7 +101,8 @@ impl TexelPair {
     }
 }
 
-/// What is left of the next smaller whole number, in \[0, 1\]; 0 for what counts as whole, or is no number.
+/// What is left of the next smaller whole number, in \[0, 1\]; 0 for what counts as whole, or is no
+/// number.
 fn fraction(x: F32x8) -> F32x8 {
     let fine = x.abs().lt(F32x8::splat(WHOLE));
     fine.select(x - floor(x), F32x8::ZERO)

@@ -1,14 +1,15 @@
 //! What else a picture may tell of each pixel: layers beside its radiance.
 
-/// A layer. Those of a surface are of what the pixel's first camera ray hit; those of light are means over all camera rays, and add
-/// up to the radiance but for rounding.
+/// A layer. Those of a surface are of what the pixel's first camera ray hit; those of light are
+/// means over all camera rays, and add up to the radiance but for rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Aov {
     /// Distance from the camera ray's origin, in the file's units; infinite where nothing was hit.
     Depth,
-    /// Where it was hit, in the file's coordinates: the scene's origin is added in double precision before rounding, so
-    /// that far from the file's origin neighbouring pixels may have the same place.
+    /// Where it was hit, in the file's coordinates: the scene's origin is added in double precision
+    /// before rounding, so that far from the file's origin neighbouring pixels may have the same
+    /// place.
     Position,
     /// Geometric normal, toward the viewer.
     Ng,
@@ -20,7 +21,8 @@ pub enum Aov {
     Material,
     /// Number of the primitive, a whole number; [`NO_ID`] where nothing was hit.
     Primitive,
-    /// Light that comes from the surface itself, or the background's: ambient, emission and what lights add.
+    /// Light that comes from the surface itself, or the background's: ambient, emission and what
+    /// lights add.
     Direct,
     /// Light by way of mirror rays.
     Reflection,
@@ -28,15 +30,16 @@ pub enum Aov {
     Refraction,
     /// How many camera rays the pixel has, a whole number.
     Samples,
-    /// Nodes that the first camera ray visits. It depends on the engine's tree, and a little on the instruction set: it is not part of
-    /// the promise of equal bits.
+    /// Nodes that the first camera ray visits. It depends on the engine's tree, and a little on the
+    /// instruction set: it is not part of the promise of equal bits.
     Cost,
 }
 
 /// The number of what is not there.
 pub const NO_ID: u32 = u32::MAX;
 
-/// A channel of a layer: its name in a file, and whether it holds whole numbers, as the bits of a float.
+/// A channel of a layer: its name in a file, and whether it holds whole numbers, as the bits of a
+/// float.
 pub type AovChannel = (&'static str, bool);
 
 const XYZ: usize = 3;

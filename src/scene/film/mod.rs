@@ -1,6 +1,8 @@
-//! The picture while it is made: linear radiance in planes, and the primary hits where they are asked for.
+//! The picture while it is made: linear radiance in planes, and the primary hits where they are
+//! asked for.
 //!
-//! A painter fills the [`TileBuffer`] of its tile, which are its own; the worker puts them onto the film when they are done.
+//! A painter fills the [`TileBuffer`] of its tile, which are its own; the worker puts them onto the
+//! film when they are done.
 
 mod aov;
 mod tiles;
@@ -58,7 +60,8 @@ impl Film {
     /// A black film.
     pub fn new(width: u32, height: u32, record_hits: bool) -> Film {
         let pixels = width as usize * height as usize;
-        // Zeroed by the system where they are first written to: by all workers, and not by one beforehand.
+        // Zeroed by the system where they are first written to: by all workers, and not by one
+        // beforehand.
         Film {
             width,
             height,
@@ -78,7 +81,8 @@ impl Film {
         self
     }
 
-    /// What a pixel is made of, but for its hit, in planes of one size: red, green, blue, and the channels of the layers.
+    /// What a pixel is made of, but for its hit, in planes of one size: red, green, blue, and the
+    /// channels of the layers.
     #[inline]
     pub fn all_planes(&self) -> Vec<&[f32]> {
         let all = self.planes.iter().chain(&self.aov_planes);
@@ -100,7 +104,8 @@ impl Film {
     }
 }
 
-/// The pixels of one tile, row by row from its top left, and their primary hits if the film keeps them.
+/// The pixels of one tile, row by row from its top left, and their primary hits if the film keeps
+/// them.
 #[derive(Debug)]
 pub struct TileBuffer {
     width: usize,
@@ -150,7 +155,8 @@ impl TileBuffer {
         }
     }
 
-    /// What the pixels are made of, but for their hits, in planes of the tile's size, as in [`Film::all_planes`].
+    /// What the pixels are made of, but for their hits, in planes of the tile's size, as in
+    /// [`Film::all_planes`].
     #[inline]
     pub fn planes(&self) -> Vec<&[f32]> {
         let all = self.planes.iter().chain(&self.aov_planes);
@@ -249,7 +255,8 @@ pub trait TileSink: Sync {
     fn put(&self, tile: Tile, pixels: &TileBuffer);
 }
 
-/// A film of a window of the picture that workers fill at the same time, in bands as high as a tile.
+/// A film of a window of the picture that workers fill at the same time, in bands as high as a
+/// tile.
 pub struct SharedFilm<'a> {
     window: Tile,
     side: u32,

@@ -1,4 +1,5 @@
-//! Tiles of the picture, in Morton order, so that workers that follow each other touch the same part of the tree.
+//! Tiles of the picture, in Morton order, so that workers that follow each other touch the same
+//! part of the tree.
 
 /// A rectangle of pixels of the whole picture; at borders it may be smaller than the tile side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +32,8 @@ impl Tile {
         self.width as u64 * self.height as u64
     }
 
-    /// The cells of a grid of this side that it touches, as far as they lie in a picture of this size.
+    /// The cells of a grid of this side that it touches, as far as they lie in a picture of this
+    /// size.
     pub fn outward(&self, side: u32, (width, height): (u32, u32)) -> Tile {
         let (x, y) = (self.x - self.x % side, self.y - self.y % side);
         let right = (self.x + self.width).next_multiple_of(side);
@@ -59,8 +61,9 @@ impl Tile {
     }
 }
 
-/// All tiles of side `side` of a window of the picture, in Morton order. Every pixel is in exactly one. They are cells of one grid
-/// over the whole picture, whatever the window, and cut by its borders.
+/// All tiles of side `side` of a window of the picture, in Morton order. Every pixel is in exactly
+/// one. They are cells of one grid over the whole picture, whatever the window, and cut by its
+/// borders.
 pub fn tiles(window: Tile, side: u32) -> Vec<Tile> {
     let mut all: Vec<(u64, Tile)> = Vec::new();
     let cells = |from: u32, size: u32| from / side..(from + size).div_ceil(side);

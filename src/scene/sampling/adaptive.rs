@@ -1,16 +1,19 @@
-//! Which pixels get more samples, where more is left to chance than where a camera ray goes through its pixel: those where more would
-//! help most. (Where nothing is, parts of pixels get more: `cells`.)
+//! Which pixels get more samples, where more is left to chance than where a camera ray goes through
+//! its pixel: those where more would help most. (Where nothing is, parts of pixels get more:
+//! `cells`.)
 //!
-//! Every pixel begins with [`FIRST_SAMPLES`] samples. Then rounds follow, each of which doubles the samples of the pixels that are still
-//! open, up to the most that were asked for. A pixel stays open while another sample of it would help more than the threshold says:
-//! the error of stratified samples of an edge falls with n^(-3/4), so that its square is v n^(-3/2), with v the samples' variance,
-//! and what one more sample takes away from it v n^(-5/2). Leaving that equal everywhere gives the least mean square for the rays
-//! (as Neyman's allocation, "On the Two Different Aspects of the Representative Method", 1934, does for samples that are not
-//! stratified). Variances of few samples are guesses; so a pixel's is taken as that of its neighbours where theirs is larger:
-//! an edge that crosses them may have passed between the pixel's own samples.
+//! Every pixel begins with [`FIRST_SAMPLES`] samples. Then rounds follow, each of which doubles the
+//! samples of the pixels that are still open, up to the most that were asked for. A pixel stays
+//! open while another sample of it would help more than the threshold says: the error of stratified
+//! samples of an edge falls with n^(-3/4), so that its square is v n^(-3/2), with v the samples'
+//! variance, and what one more sample takes away from it v n^(-5/2). Leaving that equal everywhere
+//! gives the least mean square for the rays (as Neyman's allocation, "On the Two Different Aspects
+//! of the Representative Method", 1934, does for samples that are not stratified). Variances of few
+//! samples are guesses; so a pixel's is taken as that of its neighbours where theirs is larger: an
+//! edge that crosses them may have passed between the pixel's own samples.
 //!
-//! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile asks another one. All decisions are
-//! made in f64, in one order.
+//! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile asks
+//! another one. All decisions are made in f64, in one order.
 
 use super::pixel::PixelAccumulator;
 
@@ -26,9 +29,10 @@ const NEIGHBOUR_WEIGHT: f64 = 0.25;
 /// When a pixel, or a part of it, is finished.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
-    /// How much a sample must help, in radiance. A cell of area a whose sample differs from one beside it by d, a share s of the way to which
-    /// lies in it, is halved while a^1.1 d √(s/6) is above this; where something is left to chance, a pixel of n samples whose standard
-    /// deviation is d gets more while d n^(-5/4) is. 0.001 gives about what 64 uniform samples do.
+    /// How much a sample must help, in radiance. A cell of area a whose sample differs from one
+    /// beside it by d, a share s of the way to which lies in it, is halved while a^1.1 d √(s/6) is
+    /// above this; where something is left to chance, a pixel of n samples whose standard deviation
+    /// is d gets more while d n^(-5/4) is. 0.001 gives about what 64 uniform samples do.
     pub threshold: f32,
 }
 
@@ -36,8 +40,9 @@ pub struct Adaptive {
 pub type PixelMask = u64;
 
 impl Adaptive {
-    /// Which of a block's `open` pixels, which have gathered `samples` each, are to get as many again. `gathered` has the pixels of
-    /// the block's rows, of which the first `width` and `height` are in the picture.
+    /// Which of a block's `open` pixels, which have gathered `samples` each, are to get as many
+    /// again. `gathered` has the pixels of the block's rows, of which the first `width` and
+    /// `height` are in the picture.
     pub fn still_active(
         &self,
         open: PixelMask,
@@ -129,7 +134,8 @@ mod tests {
             columns(&[3])
         );
         assert_eq!(ADAPTIVE.still_active(!0, 8, &edge, (4, 2)), all & 0x0f0f);
-        // A variance of 3/4 (three channels): n^(5/4) > 86.6, from n = 36 on; of a quarter of it, from 21 on.
+        // A variance of 3/4 (three channels): n^(5/4) > 86.6, from n = 36 on; of a quarter of it,
+        // from 21 on.
         assert_eq!(ADAPTIVE.still_active(!0, 20, &edge, (8, 8)), all);
         assert_eq!(ADAPTIVE.still_active(!0, 21, &edge, (8, 8)), columns(&[3]));
         assert_eq!(ADAPTIVE.still_active(!0, 37, &edge, (8, 8)), 0);

@@ -1,8 +1,10 @@
-//! How a pixel gathers: reconstruction filters, sampled by their own shape (Ernst, Stamminger and Greiner, "Filter Importance
-//! Sampling", 2006), so that each pixel has samples of its own and no tile asks its neighbours.
+//! How a pixel gathers: reconstruction filters, sampled by their own shape (Ernst, Stamminger and
+//! Greiner, "Filter Importance Sampling", 2006), so that each pixel has samples of its own and no
+//! tile asks its neighbours.
 //!
-//! An offset is drawn where the filter is large, and counts by what the filter is there over how often it is drawn. For a box and a
-//! tent that is always 1; Mitchell's filter has negative lobes, whose samples count less than nothing.
+//! An offset is drawn where the filter is large, and counts by what the filter is there over how
+//! often it is drawn. For a box and a tent that is always 1; Mitchell's filter has negative lobes,
+//! whose samples count less than nothing.
 
 use std::sync::LazyLock;
 
@@ -14,8 +16,8 @@ pub enum Filter {
     Box,
     /// Falls linearly from the pixel's centre to those of its neighbours.
     Tent,
-    /// Mitchell and Netravali's cubic with B = C = 1/3, two pixels to each side: sharper, and with a little overshoot
-    /// ("Reconstruction Filters in Computer Graphics", 1988).
+    /// Mitchell and Netravali's cubic with B = C = 1/3, two pixels to each side: sharper, and with
+    /// a little overshoot ("Reconstruction Filters in Computer Graphics", 1988).
     Mitchell,
 }
 
@@ -37,7 +39,8 @@ impl Filter {
         }
     }
 
-    /// For `u` in \[0, 1), an offset from the pixel's centre in pixels, and what the sample there counts.
+    /// For `u` in \[0, 1), an offset from the pixel's centre in pixels, and what the sample there
+    /// counts.
     #[inline(always)]
     pub(super) fn draw(self, u: f32) -> (f32, f32) {
         match self {
@@ -52,8 +55,9 @@ impl Filter {
     }
 }
 
-/// Steps from the centre to the end of Mitchell's filter. In a step it is drawn from as often as it is large there, by trapezia: by
-/// its middle alone, the step in which it crosses zero would hardly ever be drawn from, and then count a lot.
+/// Steps from the centre to the end of Mitchell's filter. In a step it is drawn from as often as it
+/// is large there, by trapezia: by its middle alone, the step in which it crosses zero would hardly
+/// ever be drawn from, and then count a lot.
 const TABLE_STEPS: usize = 128;
 
 /// How far it reaches.
@@ -133,7 +137,8 @@ mod tests {
         }
     }
 
-    /// The mean of what samples count, times a function of their offset, is the filter's integral of that function.
+    /// The mean of what samples count, times a function of their offset, is the filter's integral
+    /// of that function.
     #[test]
     fn samples_are_the_filters_integral() {
         let count = 1 << 20;

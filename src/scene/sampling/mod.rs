@@ -1,4 +1,5 @@
-//! Arithmetic that both engines share as a definition: samples, and two polynomials, evaluated in one order, and one table.
+//! Arithmetic that both engines share as a definition: samples, and two polynomials, evaluated in
+//! one order, and one table.
 //!
 //! | file | what |
 //! |---|---|

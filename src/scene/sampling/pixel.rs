@@ -7,7 +7,8 @@ use super::sobol::{Dimension, points_of, seeds};
 /// How pixels are sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
-    /// Camera rays a pixel, 1 to [`MAX_SPP`], or the most of them. One goes through the pixel's centre; more are spread over the filter.
+    /// Camera rays a pixel, 1 to [`MAX_SPP`], or the most of them. One goes through the pixel's
+    /// centre; more are spread over the filter.
     pub spp: u32,
     /// What the pixel gathers.
     pub filter: Filter,
@@ -98,7 +99,8 @@ impl PixelAccumulator {
         self.add_share(rgb, weight, 1.0);
     }
 
-    /// Adds a sample that stands for so much of the pixel: with all of them, shares instead of samples are counted.
+    /// Adds a sample that stands for so much of the pixel: with all of them, shares instead of
+    /// samples are counted.
     #[inline]
     pub fn add_share(&mut self, rgb: [f32; 3], weight: f32, share: f64) {
         let weight = share * f64::from(weight);
@@ -124,7 +126,8 @@ impl PixelAccumulator {
         (self.squares / self.count - ((r * r + g * g) + b * b)).max(0.0)
     }
 
-    /// The mean. Where negative weights leave next to nothing to divide by, as they may with a few samples, all count alike.
+    /// The mean. Where negative weights leave next to nothing to divide by, as they may with a few
+    /// samples, all count alike.
     #[inline]
     pub fn mean(&self) -> [f32; 3] {
         if self.weights >= 0.5 * self.count {
@@ -170,8 +173,8 @@ mod tests {
                 sum[1] += weight * f64::from(at.row[0] - 5.5);
                 weights += weight;
             }
-            // Stratified a thousandfold along each axis: where Mitchell's weights jump from 1.1 to -1.1, twice along each axis, a
-            // part of 1/1024 may be on the wrong side.
+            // Stratified a thousandfold along each axis: where Mitchell's weights jump from 1.1 to
+            // -1.1, twice along each axis, a part of 1/1024 may be on the wrong side.
             let most = 9.0 / 1024.0;
             assert!(
                 (weights / 1024.0 - 1.0).abs() < most,

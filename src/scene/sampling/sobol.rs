@@ -1,15 +1,19 @@
-//! Points of the unit square for the samples of a pixel: Sobol's first two dimensions, shuffled and scrambled by Owen's method
-//! with a hash (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020; the hash is that of Vegdahl, "Building a Better LK
-//! Hash", 2021). A point is a function of pixel, dimension and sample, so that the order in which they are asked for is
-//! nobody's business; the first 2^k points of a pixel are one in each rectangle of area 2^-k whose sides are powers of two.
+//! Points of the unit square for the samples of a pixel: Sobol's first two dimensions, shuffled and
+//! scrambled by Owen's method with a hash (Burley, "Practical Hash-based Owen Scrambling", JCGT
+//! 2020; the hash is that of Vegdahl, "Building a Better LK Hash", 2021). A point is a function of
+//! pixel, dimension and sample, so that the order in which they are asked for is nobody's business;
+//! the first 2^k points of a pixel are one in each rectangle of area 2^-k whose sides are powers of
+//! two.
 //!
-//! Away from the camera a ray's seed stands for the pixel: the camera ray's is the pixel's own, that of a mirror or refracted ray
-//! follows from the ray's that it comes from. All samples of a pixel that took the same way have the same seed, so that each
-//! decision on each way is spread as evenly over the samples as those at the camera.
+//! Away from the camera a ray's seed stands for the pixel: the camera ray's is the pixel's own,
+//! that of a mirror or refracted ray follows from the ray's that it comes from. All samples of a
+//! pixel that took the same way have the same seed, so that each decision on each way is spread as
+//! evenly over the samples as those at the camera.
 //!
 //! Whole numbers only, for any number of lanes at a time: one for the oracle, eight for packets.
 
-/// Which of a ray's decisions a point is for; those of different purposes know nothing of each other.
+/// Which of a ray's decisions a point is for; those of different purposes know nothing of each
+/// other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
     /// Where in the pixel's filter a camera ray goes through.
@@ -89,7 +93,8 @@ fn unit_float(bits: u32) -> f32 {
 #[inline(always)]
 fn bits(seed: u32, sample: u32, purpose: Dimension) -> [u32; 2] {
     let seed = mix(seed.wrapping_add(purpose.index()));
-    // Shuffled within blocks of powers of two, so that a prefix of the samples is again a block of the sequence.
+    // Shuffled within blocks of powers of two, so that a prefix of the samples is again a block of
+    // the sequence.
     let index = scrambled(sample.reverse_bits(), mix(seed ^ 0x9e37_79b9)).reverse_bits();
     [
         scrambled(index, seed).reverse_bits(),
@@ -97,7 +102,8 @@ fn bits(seed: u32, sample: u32, purpose: Dimension) -> [u32; 2] {
     ]
 }
 
-/// Sobol's second dimension of an index, its first bit lowest: Pascal's triangle modulo 2 times the index.
+/// Sobol's second dimension of an index, its first bit lowest: Pascal's triangle modulo 2 times the
+/// index.
 #[inline(always)]
 fn pascal(mut v: u32) -> u32 {
     v ^= v >> 1 & 0x5555_5555;
@@ -182,7 +188,8 @@ mod tests {
         }
     }
 
-    /// A sum of cosines over pixels and samples is as small as for numbers that have nothing to do with each other.
+    /// A sum of cosines over pixels and samples is as small as for numbers that have nothing to do
+    /// with each other.
     #[test]
     fn neighbours_and_coordinates_know_nothing_of_each_other() {
         let side = 128u32;

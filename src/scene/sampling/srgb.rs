@@ -2,7 +2,8 @@
 
 use std::sync::LazyLock;
 
-/// IEC 61966-2-1, decoded: computed once in f64 through `libm`, so that every build holds the same bits.
+/// IEC 61966-2-1, decoded: computed once in f64 through `libm`, so that every build holds the same
+/// bits.
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     std::array::from_fn(|byte| {
         let c = byte as f64 / 255.0;

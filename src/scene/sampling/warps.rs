@@ -1,7 +1,9 @@
-//! From points of the unit square to points of what is sampled. Areas are kept, so that what is even stays even, and neighbours
-//! stay neighbours (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997).
+//! From points of the unit square to points of what is sampled. Areas are kept, so that what is
+//! even stays even, and neighbours stay neighbours (Shirley and Chiu, "A Low Distortion Map Between
+//! Disk and Square", 1997).
 //!
-//! Sine and cosine are polynomials of our own, because the library's last bits differ between systems.
+//! Sine and cosine are polynomials of our own, because the library's last bits differ between
+//! systems.
 
 use super::pow::pow;
 use std::f32::consts::FRAC_PI_4;
@@ -14,7 +16,8 @@ struct DiskPoint {
     y: f32,
 }
 
-/// sin a = a (1 + c0 a² + c1 a⁴ + …) for |a| ≤ π/4: Taylor's; the first term left out is below 2e-9.
+/// sin a = a (1 + c0 a² + c1 a⁴ + …) for |a| ≤ π/4: Taylor's; the first term left out is below
+/// 2e-9.
 const SIN: [f32; 4] = [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5_040.0, 1.0 / 362_880.0];
 
 /// cos a = 1 + c0 a² + c1 a⁴ + …, likewise; the first term left out is below 2e-10.
@@ -26,8 +29,8 @@ const COS: [f32; 5] = [
     -1.0 / 3_628_800.0,
 ];
 
-/// Squares about the centre become circles: the coordinate that is larger is the radius, and the other's share of it the share of
-/// an eighth of the circle.
+/// Squares about the centre become circles: the coordinate that is larger is the radius, and the
+/// other's share of it the share of an eighth of the circle.
 #[inline(always)]
 fn polar(u: f32, v: f32) -> DiskPoint {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
@@ -75,7 +78,8 @@ pub fn concentric_disk<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 2] {
 /// Points of the unit sphere's surface.
 #[inline(always)]
 pub fn uniform_sphere<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 3] {
-    // The disc around a pole becomes a cap of the same share of the area (Archimedes): z = 1 - 2 r².
+    // The disc around a pole becomes a cap of the same share of the area (Archimedes): z = 1 - 2
+    // r².
     each(points, |DiskPoint { radius, x, y }| {
         let square = radius * radius;
         let away = 2.0 * radius * (1.0 - square).sqrt();
@@ -83,7 +87,8 @@ pub fn uniform_sphere<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 3] {
     })
 }
 
-/// Unit vectors about z, as many as the cosine of the angle to it is large: above each point of the disc (Malley's way).
+/// Unit vectors about z, as many as the cosine of the angle to it is large: above each point of the
+/// disc (Malley's way).
 #[inline(always)]
 pub fn cosine_hemisphere<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 3] {
     each(points, |DiskPoint { radius, x, y }| {
@@ -91,8 +96,8 @@ pub fn cosine_hemisphere<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 3]
     })
 }
 
-/// Unit vectors about z, as many as cosⁿ of the angle to it is large (Phong's lobe), for an exponent n of 0 to about 10⁶; beyond,
-/// the cosine's last bits begin to show.
+/// Unit vectors about z, as many as cosⁿ of the angle to it is large (Phong's lobe), for an
+/// exponent n of 0 to about 10⁶; beyond, the cosine's last bits begin to show.
 #[inline(always)]
 pub fn phong_lobe<const N: usize>(points: [[f32; N]; 2], exponent: f32) -> [[f32; N]; 3] {
     // Of the lobe, 1 - cosⁿ⁺¹ lies within an angle, and of the disc r² within a radius.
@@ -104,7 +109,8 @@ pub fn phong_lobe<const N: usize>(points: [[f32; N]; 2], exponent: f32) -> [[f32
     })
 }
 
-/// Vectors about z as vectors about the unit vectors `axis` (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 2017).
+/// Vectors about z as vectors about the unit vectors `axis` (Duff et al., "Building an Orthonormal
+/// Basis, Revisited", JCGT 2017).
 #[inline(always)]
 pub fn to_frame<const N: usize>(local: [[f32; N]; 3], axis: [[f32; N]; 3]) -> [[f32; N]; 3] {
     let mut all = [[0.0; N]; 3];
@@ -177,7 +183,8 @@ mod tests {
         }
     }
 
-    /// Second moments of the uniform sphere: x̄² = ȳ² = z̄² = 1/3, and z itself is uniform from -1 to 1.
+    /// Second moments of the uniform sphere: x̄² = ȳ² = z̄² = 1/3, and z itself is uniform from -1
+    /// to 1.
     #[test]
     fn the_sphere_is_even() {
         let side = 256;
@@ -207,7 +214,8 @@ mod tests {
         );
     }
 
-    /// The mean of the cosine is 2/3, that of its square 1/2, and that of what lies across, nothing.
+    /// The mean of the cosine is 2/3, that of its square 1/2, and that of what lies across,
+    /// nothing.
     #[test]
     fn the_hemisphere_is_a_cosine() {
         let side = 256;
@@ -226,7 +234,8 @@ mod tests {
         }
     }
 
-    /// Second moments of the uniform disc: x̄² = ȳ² = 1/4, and the mean distance from the centre is 2/3.
+    /// Second moments of the uniform disc: x̄² = ȳ² = 1/4, and the mean distance from the centre is
+    /// 2/3.
     #[test]
     fn the_disc_is_even() {
         let side = 256;
@@ -246,7 +255,8 @@ mod tests {
         }
     }
 
-    /// The mean of the cosine is (n + 1)/(n + 2), that of its square (n + 1)/(n + 3), and that of what lies across, nothing.
+    /// The mean of the cosine is (n + 1)/(n + 2), that of its square (n + 1)/(n + 3), and that of
+    /// what lies across, nothing.
     #[test]
     fn lobes_are_cosines_to_the_power() {
         let side = 256;
@@ -262,7 +272,8 @@ mod tests {
             }
             let want = [0.0, 0.0, (n + 1.0) / (n + 2.0), (n + 1.0) / (n + 3.0)];
             for (k, (got, want)) in moments.into_iter().zip(want).enumerate() {
-                // A grid's error: at the rim the cosine falls to 0 within its last ring, a hundredth of all.
+                // A grid's error: at the rim the cosine falls to 0 within its last ring, a
+                // hundredth of all.
                 assert!(
                     (got - want).abs() < 2e-2 / (n + 1.0) + 1e-7,
                     "{n}, {k}: {got} {want}"

@@ -1,9 +1,10 @@
-//! Building on all threads: objects are parted into chunks from the top, the chunks become trees of obvhs's side by
-//! side, and a small tree over the chunks makes one of them.
+//! Building on all threads: objects are parted into chunks from the top, the chunks become trees of
+//! obvhs's side by side, and a small tree over the chunks makes one of them.
 //!
-//! obvhs's own parallel build gains 15 % on two threads (its reinsertion is serial), and holds 220 bytes an object while
-//! it works. Built in chunks the tree costs less, too, by the surface area heuristic: its upper levels are better parted
-//! from the top than gathered from below. `perf/notes/parallel-build.md` has the figures.
+//! obvhs's own parallel build gains 15 % on two threads (its reinsertion is serial), and holds 220
+//! bytes an object while it works. Built in chunks the tree costs less, too, by the surface area
+//! heuristic: its upper levels are better parted from the top than gathered from below.
+//! `perf/notes/parallel-build.md` has the figures.
 //!
 //! Nothing depends on the number of threads: the same scene gives the same tree on every machine.
 
@@ -30,7 +31,8 @@ pub enum Quality {
     /// What pays for a picture of the usual size.
     #[default]
     Medium,
-    /// Two to three times the build for 2 to 9 % of rate: for a cache that is rendered often, and what `bench` measures.
+    /// Two to three times the build for 2 to 9 % of rate: for a cache that is rendered often, and
+    /// what `bench` measures.
     Best,
 }
 
@@ -53,8 +55,8 @@ impl Quality {
         match self {
             Quality::Fastest => BvhBuildParams::very_fast_build(),
             Quality::Fast => BvhBuildParams::fast_build(),
-            // Neighbours are looked for from the second round on, not from the fourth: trees 3 to 5 % cheaper for next to
-            // nothing (perf/notes/tree-preset.md).
+            // Neighbours are looked for from the second round on, not from the fourth: trees 3 to 5
+            // % cheaper for next to nothing (perf/notes/tree-preset.md).
             Quality::Medium => BvhBuildParams {
                 search_depth_threshold: 1,
                 ..BvhBuildParams::medium_build()
@@ -84,18 +86,21 @@ impl Bvh {
         run_on_threads(settings.threads, || build(scene, settings.quality))
     }
 
-    /// The world's tree with as many children a node as there are lanes; made when it is first asked for, on one thread per CPU.
+    /// The world's tree with as many children a node as there are lanes; made when it is first
+    /// asked for, on one thread per CPU.
     pub fn wide(&self) -> &WideBvh {
         self.wide_on(0)
     }
 
-    /// Makes [`Bvh::wide`], if it has not been made, on so many threads; 0 for one per CPU. They change the time alone.
+    /// Makes [`Bvh::wide`], if it has not been made, on so many threads; 0 for one per CPU. They
+    /// change the time alone.
     pub fn build_wide(&self, threads: usize) {
         self.wide_on(threads);
     }
 
-    /// Whoever asks while it is made waits, and may be a thread of rayon's: one that waited for work of its own pool would take up
-    /// other work meanwhile, which may ask for the tree, too. So it is made in threads of its own.
+    /// Whoever asks while it is made waits, and may be a thread of rayon's: one that waited for
+    /// work of its own pool would take up other work meanwhile, which may ask for the tree, too. So
+    /// it is made in threads of its own.
     fn wide_on(&self, threads: usize) -> &WideBvh {
         self.wide.get_or_init(|| {
             let threads = match threads {

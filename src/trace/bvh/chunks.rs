@@ -1,7 +1,9 @@
-//! Objects into chunks, on all threads: binned surface area heuristic from the top (Wald, "On Fast Construction of
-//! SAH-based Bounding Volume Hierarchies", 2007), until a chunk is small enough for a builder that looks closer.
+//! Objects into chunks, on all threads: binned surface area heuristic from the top (Wald, "On Fast
+//! Construction of SAH-based Bounding Volume Hierarchies", 2007), until a chunk is small enough for
+//! a builder that looks closer.
 //!
-//! Boxes are united and objects counted, neither of which depends on the order, so neither do the chunks on threads.
+//! Boxes are united and objects counted, neither of which depends on the order, so neither do the
+//! chunks on threads.
 
 use super::build_input::{BuildInput, PrimIndex};
 use phalanx_scene::Bounds;
@@ -21,11 +23,13 @@ impl PrimRef {
     }
 }
 
-/// Most objects of a chunk. Smaller and larger chunks gave trees 1 to 5 % worse: see `perf/notes/parallel-build.md`.
+/// Most objects of a chunk. Smaller and larger chunks gave trees 1 to 5 % worse: see
+/// `perf/notes/parallel-build.md`.
 const CHUNK_PRIMS: usize = 1 << 15;
 /// Buckets an axis.
 const BINS: usize = 32;
-/// From this depth on objects are halved by count, so that no order of sizes makes the recursion deep.
+/// From this depth on objects are halved by count, so that no order of sizes makes the recursion
+/// deep.
 const MAX_SAH_DEPTH: usize = 40;
 /// Objects that a thread takes at a time.
 const BLOCK: usize = 1 << 14;
@@ -104,7 +108,8 @@ fn unite(a: (Bounds, usize), b: (Bounds, usize)) -> (Bounds, usize) {
     (a.0.union(b.0), a.1 + b.1)
 }
 
-/// The border at which the two sides' areas times counts sum up to the least; none if no border parts anything.
+/// The border at which the two sides' areas times counts sum up to the least; none if no border
+/// parts anything.
 fn best_split(all: &[PrimRef]) -> Option<Split> {
     let grid = BinGrid::over(all);
     let filled = all.par_chunks(BLOCK).map(|block| {

@@ -1,5 +1,5 @@
-//! Rows on large pages, where the system gives them: rays that part look at rows all over a tree, and each page of four
-//! kibibytes wants a look-up of its own.
+//! Rows on large pages, where the system gives them: rays that part look at rows all over a tree,
+//! and each page of four kibibytes wants a look-up of its own.
 
 use rayon::prelude::*;
 
@@ -19,8 +19,8 @@ pub(super) fn collect_on_huge_pages<T: Send>(
     all
 }
 
-/// Moves rows onto large pages, if they are many; for a moment they are there twice. What they are does not change, nor is it
-/// known whether the system did it.
+/// Moves rows onto large pages, if they are many; for a moment they are there twice. What they are
+/// does not change, nor is it known whether the system did it.
 pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
     if size_of_val(&rows[..]) < MIN_BYTES {
         return;
@@ -39,7 +39,8 @@ fn advise_huge_pages<T>(empty: &mut Vec<T>) {
     let start = room.as_mut_ptr().addr().next_multiple_of(PAGE);
     let end = (room.as_mut_ptr().addr() + size_of_val(room)) / PAGE * PAGE;
     if start < end {
-        // SAFETY: the whole pages of this range are the vector's own room, and the advice changes nothing that can be read.
+        // SAFETY: the whole pages of this range are the vector's own room, and the advice changes
+        // nothing that can be read.
         unsafe { libc::madvise(start as *mut libc::c_void, end - start, libc::MADV_HUGEPAGE) };
     }
 }

@@ -5,7 +5,8 @@ use super::subtree::Offsets;
 use bytemuck::{Pod, Zeroable};
 use phalanx_scene::Column;
 
-/// A triangle in leaf order. Its own padded box is not kept: it is made from the corners where a ray meets them.
+/// A triangle in leaf order. Its own padded box is not kept: it is made from the corners where a
+/// ray meets them.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct LeafTriangle {

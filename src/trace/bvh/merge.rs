@@ -1,4 +1,5 @@
-//! Pieces become one: the nodes above them first, then each piece in the order in which those lead there.
+//! Pieces become one: the nodes above them first, then each piece in the order in which those lead
+//! there.
 
 use super::subtree::{Offsets, Subtree, weighted_cost};
 use super::{Child, LeafPrims, Node};

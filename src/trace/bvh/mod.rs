@@ -1,5 +1,6 @@
-//! Boxes to flat nodes: obvhs builds binary trees, which are flattened into our own 64-byte nodes, and the primitives
-//! are copied into leaf order. The only room, beside the peers, that names obvhs.
+//! Boxes to flat nodes: obvhs builds binary trees, which are flattened into our own 64-byte nodes,
+//! and the primitives are copied into leaf order. The only room, beside the peers, that names
+//! obvhs.
 //!
 //! | file | what |
 //! |---|---|
@@ -15,8 +16,9 @@
 //! | `validate` | arrays from elsewhere, proven to be a tree |
 //! | `build` | the order of all that, on all threads |
 //!
-//! A node holds the boxes of its two children, so that one visit decides about both. A leaf holds primitives of one
-//! kind only: where obvhs mixed kinds, the leaf is split by kind, so that no kernel branches on the kind per primitive.
+//! A node holds the boxes of its two children, so that one visit decides about both. A leaf holds
+//! primitives of one kind only: where obvhs mixed kinds, the leaf is split by kind, so that no
+//! kernel branches on the kind per primitive.
 
 mod build;
 mod build_input;

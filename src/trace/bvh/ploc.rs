@@ -1,11 +1,13 @@
-//! obvhs's clustering of a chunk (PLOC: Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume
-//! Hierarchy Construction", 2018), with a bound on its work.
+//! obvhs's clustering of a chunk (PLOC: Meister and Bittner, "Parallel Locally-Ordered Clustering
+//! for Bounding Volume Hierarchy Construction", 2018), with a bound on its work.
 //!
-//! In each round two clusters merge where each is the other's cheapest neighbour. A third of them does so in ordinary
-//! scenes, and all rounds together look at three to five times as many clusters as there are boxes. Among equal costs
-//! the neighbour farthest to the right is taken, so that of boxes in one place, of equal boxes in a row and of nested
-//! boxes only the last two agree: every round merges one pair, and the time is quadratic. So the rounds are ours: up to
-//! [`MAX_VISITS_PER_BOX`] they do what obvhs's own do, to the bit, and from there on neighbours merge in pairs.
+//! In each round two clusters merge where each is the other's cheapest neighbour. A third of them
+//! does so in ordinary scenes, and all rounds together look at three to five times as many clusters
+//! as there are boxes. Among equal costs the neighbour farthest to the right is taken, so that of
+//! boxes in one place, of equal boxes in a row and of nested boxes only the last two agree: every
+//! round merges one pair, and the time is quadratic. So the rounds are ours: up to
+//! [`MAX_VISITS_PER_BOX`] they do what obvhs's own do, to the bit, and from there on neighbours
+//! merge in pairs.
 
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -26,8 +28,8 @@ pub(super) fn build(boxes: &[Aabb], preset: &BvhBuildParams) -> Option<Bvh2> {
     }
     let Clustered { mut tree, stalled } = cluster(boxes, preset);
     let mut optimizer = ReinsertionOptimizer::default();
-    // Where boxes cannot be told apart, or lie within each other, no other place is better, and looking for one takes
-    // as long as merging did.
+    // Where boxes cannot be told apart, or lie within each other, no other place is better, and
+    // looking for one takes as long as merging did.
     let mut reinsert = |tree: &mut Bvh2, ratio: f32| {
         if !stalled {
             optimizer.run(tree, ratio, None);
@@ -81,8 +83,8 @@ fn sorted(boxes: &[Aabb], precision: SortPrecision) -> Vec<Bvh2Node> {
     }
 }
 
-/// A place along the curve and the box that is there; rows are as long as obvhs's own, on which the order of equal keys
-/// depends.
+/// A place along the curve and the box that is there; rows are as long as obvhs's own, on which the
+/// order of equal keys depends.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct SortRow<K> {
@@ -107,7 +109,8 @@ where
     leaves.collect()
 }
 
-/// Merges clusters until one is left. In the first `near_rounds` rounds only next neighbours are looked at.
+/// Merges clusters until one is left. In the first `near_rounds` rounds only next neighbours are
+/// looked at.
 fn merge_all<const REACH: usize>(leaves: Vec<Bvh2Node>, near_rounds: usize) -> Clustered {
     let boxes = leaves.len();
     let mut tree = Bvh2::zeroed(boxes);
@@ -177,8 +180,8 @@ fn choose_near(clusters: &[Bvh2Node], partners: &mut [i8]) {
     partners[clusters.len() - 1] = -1;
 }
 
-/// Each cluster with its next neighbour, whatever that costs. Of an odd number the last keeps its place: its neighbour
-/// has chosen another.
+/// Each cluster with its next neighbour, whatever that costs. Of an odd number the last keeps its
+/// place: its neighbour has chosen another.
 fn pair_up(partners: &mut [i8]) {
     let last = partners.len() - 1;
     for (k, partner) in partners.iter_mut().enumerate() {
@@ -187,11 +190,13 @@ fn pair_up(partners: &mut [i8]) {
     }
 }
 
-/// Costs of unions of the last `REACH` clusters with those behind them: each is read from both sides.
+/// Costs of unions of the last `REACH` clusters with those behind them: each is read from both
+/// sides.
 struct Costs<const REACH: usize>([[f32; REACH]; REACH]);
 
 impl<const REACH: usize> Costs<REACH> {
-    /// The cheapest neighbour within `REACH`, for each cluster as an offset; of equal ones the last.
+    /// The cheapest neighbour within `REACH`, for each cluster as an offset; of equal ones the
+    /// last.
     fn choose(&mut self, clusters: &[Bvh2Node], partners: &mut [i8]) {
         for (k, partner) in partners.iter_mut().enumerate() {
             let mut best = (f32::INFINITY, k);

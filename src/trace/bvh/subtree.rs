@@ -1,7 +1,8 @@
-//! From obvhs's tree to ours: nodes depth first, leaves of one kind, objects copied into leaf order.
+//! From obvhs's tree to ours: nodes depth first, leaves of one kind, objects copied into leaf
+//! order.
 //!
-//! A subtree becomes a [`Subtree`] of its own, whose indices count from its own beginning, so that pieces can be made side
-//! by side and put behind one another afterwards.
+//! A subtree becomes a [`Subtree`] of its own, whose indices count from its own beginning, so that
+//! pieces can be made side by side and put behind one another afterwards.
 
 use super::build_input::BuildInput;
 use super::chunks::PrimRef;

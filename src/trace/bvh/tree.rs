@@ -7,8 +7,8 @@ use super::{
 use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
 
-/// The trees of a scene: the world's, whose root is node 0 and always exists, and one for every mesh, at whose root the
-/// instances of the mesh go on.
+/// The trees of a scene: the world's, whose root is node 0 and always exists, and one for every
+/// mesh, at whose root the instances of the mesh go on.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     pub(super) nodes: Column<Node>,
@@ -74,15 +74,15 @@ impl Bvh {
         &self.slots.instances
     }
 
-    /// Most nodes on a path from the world's root, through an instance to the end of its mesh's tree: a traversal stack
-    /// of this many entries never overflows.
+    /// Most nodes on a path from the world's root, through an instance to the end of its mesh's
+    /// tree: a traversal stack of this many entries never overflows.
     #[inline]
     pub fn depth(&self) -> usize {
         self.depth
     }
 
-    /// Cost of the world's tree by the surface area heuristic: expected nodes visited plus primitives (or instances)
-    /// tested by a random ray that meets the root box, both at cost 1.
+    /// Cost of the world's tree by the surface area heuristic: expected nodes visited plus
+    /// primitives (or instances) tested by a random ray that meets the root box, both at cost 1.
     #[inline]
     pub fn sah(&self) -> f64 {
         self.sah

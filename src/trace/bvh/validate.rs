@@ -1,12 +1,14 @@
-//! Arrays that are said to be a tree, and the proof that they are: what a builder guarantees, checked for arrays out of a
-//! file, so that kernels without bounds checks may walk them.
+//! Arrays that are said to be a tree, and the proof that they are: what a builder guarantees,
+//! checked for arrays out of a file, so that kernels without bounds checks may walk them.
 //!
-//! The proof is cut into blocks that can be done in any order on any thread, each a look at some rows of one array. What
-//! makes that possible is a level for every node, stored beside the nodes: children have larger levels than their
-//! parents, so no path comes back, and none is longer than the largest level. A level carries a mark in the trees of
-//! meshes; the mark is inherited, instances lead to marked nodes, and no marked node has instances: so trees nest once.
-//! That no node has two parents is a matter of counting. Slots are counted as a whole: two leaves may still share one
-//! where another slot has none, which makes a wrong picture but never an unsafe or endless walk.
+//! The proof is cut into blocks that can be done in any order on any thread, each a look at some
+//! rows of one array. What makes that possible is a level for every node, stored beside the nodes:
+//! children have larger levels than their parents, so no path comes back, and none is longer than
+//! the largest level. A level carries a mark in the trees of meshes; the mark is inherited,
+//! instances lead to marked nodes, and no marked node has instances: so trees nest once. That no
+//! node has two parents is a matter of counting. Slots are counted as a whole: two leaves may still
+//! share one where another slot has none, which makes a wrong picture but never an unsafe or
+//! endless walk.
 
 use super::{Bvh, Child, LeafKind, LeafPrims, Node};
 use phalanx_scene::{Column, Scene};
@@ -29,7 +31,8 @@ pub enum BvhError {
     /// A row was not looked at, or is none that a builder would have made.
     #[error("a row of the tree is out of range")]
     Row,
-    /// A node has two parents, or there are more or fewer slots than leaves speak of, or than the scene has.
+    /// A node has two parents, or there are more or fewer slots than leaves speak of, or than the
+    /// scene has.
     #[error("the tree's branches meet")]
     Branches,
     /// An instance leads to what is not its mesh.
@@ -165,8 +168,8 @@ impl UnverifiedBvh {
         self.blocks.len()
     }
 
-    /// A block: the number of its array among [`Bvh::arrays`], and its bytes. The blocks of an array follow one another
-    /// and make it up.
+    /// A block: the number of its array among [`Bvh::arrays`], and its bytes. The blocks of an
+    /// array follow one another and make it up.
     pub fn block(&self, k: usize) -> (usize, &[u8]) {
         let block = &self.blocks[k];
         let array = arrays(&self.arrays.nodes, &self.arrays.slots)[block.array];
@@ -208,7 +211,8 @@ impl UnverifiedBvh {
         let (mut references, mut slot_references) = (0, 0);
         for (node, &level) in nodes[rows.clone()].iter().zip(&levels[rows]) {
             let in_mesh = level & IN_MESH != 0;
-            // Levels count from 1: the largest one is then no less than the number of nodes on any path.
+            // Levels count from 1: the largest one is then no less than the number of nodes on any
+            // path.
             if level & !IN_MESH == 0 {
                 return false;
             }
@@ -285,7 +289,8 @@ impl UnverifiedBvh {
         })
     }
 
-    /// Whether every instance leads to its own mesh, so that what is hit there has a number that the scene knows.
+    /// Whether every instance leads to its own mesh, so that what is hit there has a number that
+    /// the scene knows.
     fn check_instances(&self, scene: &Scene) -> Result<(), BvhError> {
         let slots = &self.arrays.slots.instances;
         // The same arithmetic as the builder's.

@@ -1,5 +1,5 @@
-//! A queue of rays in a bump arena, stored packet by packet, so that what is pushed ray by ray comes out in full
-//! packets.
+//! A queue of rays in a bump arena, stored packet by packet, so that what is pushed ray by ray
+//! comes out in full packets.
 
 use super::{RayPacket, packets_for};
 use crate::simd::{LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
@@ -21,9 +21,10 @@ struct RayPayload {
     parent: [u32; LANES],
 }
 
-/// Rays waiting to be traced, each with the hit that sent it (`parent`) and what its answer is multiplied with
-/// (`weight`, RGB); where something about them is left to chance, with the seeds of that; and, where rays of little
-/// weight are not traced, with the share of the camera ray that they carry (`share`, RGB).
+/// Rays waiting to be traced, each with the hit that sent it (`parent`) and what its answer is
+/// multiplied with (`weight`, RGB); where something about them is left to chance, with the seeds of
+/// that; and, where rays of little weight are not traced, with the share of the camera ray that
+/// they carry (`share`, RGB).
 pub struct RayQueue<'arena> {
     slots: &'arena mut [RaySlot],
     payloads: &'arena mut [RayPayload],
@@ -253,8 +254,8 @@ impl<'arena> RayQueue<'arena> {
         self.len += 1;
     }
 
-    /// Packet `index` (and the ones after it, where `L` holds more than one) and which lanes carry rays; `tmax` is
-    /// the same for all.
+    /// Packet `index` (and the ones after it, where `L` holds more than one) and which lanes carry
+    /// rays; `tmax` is the same for all.
     #[inline(always)]
     pub fn packet<L: Lanes>(&self, index: usize, tmax: f32) -> (RayPacket<L>, L::Mask) {
         let left = self.len.saturating_sub(index * LANES);
@@ -264,7 +265,8 @@ impl<'arena> RayQueue<'arena> {
         )
     }
 
-    /// Packets side by side, as many as `L` holds: `index` tells which is the k-th. Past the end the last is repeated.
+    /// Packets side by side, as many as `L` holds: `index` tells which is the k-th. Past the end
+    /// the last is repeated.
     #[inline(always)]
     pub fn packets_at<L: Lanes>(&self, index: impl Fn(usize) -> usize, tmax: f32) -> RayPacket<L> {
         let slot = |k: usize| &self.slots[index(k).min(self.slots.len() - 1)];

@@ -1,13 +1,14 @@
 //! Numbers, masks and vectors of eight and of sixteen lanes; the only room that names `wide`.
 //!
-//! Every operation here is one IEEE operation per lane, so a lane's bits do not depend on its neighbours, on the number
-//! of lanes or on the instruction set. What would break that is left out: `mul_add` (fuses or not by build), `recip`
-//! and `recip_sqrt` (12-bit approximations), library functions. One exception, for bounds: [`Lanes::mul_sub_any_rounding`].
-//! [`Lanes::min`] and [`Lanes::max`] are `if a < b { a } else { b }`, the bits of `minps`; the scalar oracle writes them out
-//! the same way.
+//! Every operation here is one IEEE operation per lane, so a lane's bits do not depend on its
+//! neighbours, on the number of lanes or on the instruction set. What would break that is left out:
+//! `mul_add` (fuses or not by build), `recip` and `recip_sqrt` (12-bit approximations), library
+//! functions. One exception, for bounds: [`Lanes::mul_sub_any_rounding`]. [`Lanes::min`] and
+//! [`Lanes::max`] are `if a < b { a } else { b }`, the bits of `minps`; the scalar oracle writes
+//! them out the same way.
 //!
-//! Eight lanes are the packet: queues, shading and the camera use [`F32x8`]. The traversal is written over [`Lanes`],
-//! so that two packets can go down the tree as one [`F32x16`].
+//! Eight lanes are the packet: queues, shading and the camera use [`F32x8`]. The traversal is
+//! written over [`Lanes`], so that two packets can go down the tree as one [`F32x16`].
 
 mod types;
 mod vec3;
@@ -20,12 +21,12 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 /// Lanes in a packet: part of the contract, whatever the machine's registers hold.
 pub const LANES: usize = 8;
 
-/// As many lanes as the widest registers that the build is for: children of a wide node, and primitives of a block. Which
-/// number that is matters to no answer.
+/// As many lanes as the widest registers that the build is for: children of a wide node, and
+/// primitives of a block. Which number that is matters to no answer.
 #[cfg(target_feature = "avx512f")]
 pub type Native = F32x16;
-/// As many lanes as the widest registers that the build is for: children of a wide node, and primitives of a block. Which
-/// number that is matters to no answer.
+/// As many lanes as the widest registers that the build is for: children of a wide node, and
+/// primitives of a block. Which number that is matters to no answer.
 #[cfg(not(target_feature = "avx512f"))]
 pub type Native = F32x8;
 
@@ -73,7 +74,8 @@ pub trait Lanes:
     fn min_element(self) -> f32;
     /// The largest lane; a NaN among them makes it any of them.
     fn max_element(self) -> f32;
-    /// `if self < other { self } else { other }`: the other's NaN comes through, one's own does not.
+    /// `if self < other { self } else { other }`: the other's NaN comes through, one's own does
+    /// not.
     fn min(self, other: Self) -> Self;
     /// `if self > other { self } else { other }`.
     fn max(self, other: Self) -> Self;
@@ -81,7 +83,8 @@ pub trait Lanes:
     fn abs(self) -> Self;
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
-    /// self · by − less, rounded once or twice, by build: for bounds that have room for it, never for what an answer holds.
+    /// self · by − less, rounded once or twice, by build: for bounds that have room for it, never
+    /// for what an answer holds.
     fn mul_sub_any_rounding(self, by: Self, less: Self) -> Self;
     /// self < other
     fn lt(self, other: Self) -> Self::Mask;

@@ -4,7 +4,8 @@ use super::{COLUMN_LANES, LANES, LaneMask, LaneU32, Lanes};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wide::{f32x4, f32x8, f32x16, f64x8, u32x8, u32x16};
 
-/// All lanes, four by four and then those four by halves. Left to itself, the compiler makes masks and blends of it.
+/// All lanes, four by four and then those four by halves. Left to itself, the compiler makes masks
+/// and blends of it.
 #[inline(always)]
 fn fold<const N: usize>(
     lanes: [f32; N],

@@ -55,8 +55,9 @@ impl<L: Lanes> Vec3Lanes<L> {
     /// All zero.
     pub const ZERO: Vec3Lanes<L> = Vec3Lanes::new(L::ZERO, L::ZERO, L::ZERO);
 
-    /// The components from an axis on: its own, the next one's and the last one's. An index would take them through memory,
-    /// where halves that were written are waited for before the whole can be read.
+    /// The components from an axis on: its own, the next one's and the last one's. An index would
+    /// take them through memory, where halves that were written are waited for before the whole can
+    /// be read.
     #[inline(always)]
     pub fn from_axis(self, axis: usize) -> [L; 3] {
         match axis {

@@ -1,14 +1,16 @@
-//! The slab test (Kay and Kajiya 1986; Williams et al., "An Efficient and Robust Ray-Box Intersection Algorithm",
-//! 2005), rays against one box.
+//! The slab test (Kay and Kajiya 1986; Williams et al., "An Efficient and Robust Ray-Box
+//! Intersection Algorithm", 2005), rays against one box.
 //!
-//! Departures: the reciprocal of a (nearly) zero component is a large finite number, so that no NaN arises from
-//! 0 · ∞; and each ray's origin is an interval, grown by [`PAD`] of its largest coordinate, because the rounding of
-//! vertex − origin depends on the origin's size. Both keep the test monotone in the box (see [`crate::traverse`]).
+//! Departures: the reciprocal of a (nearly) zero component is a large finite number, so that no NaN
+//! arises from 0 · ∞; and each ray's origin is an interval, grown by [`PAD`] of its largest
+//! coordinate, because the rounding of vertex − origin depends on the origin's size. Both keep the
+//! test monotone in the box (see [`crate::traverse`]).
 
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 use phalanx_scene::PAD;
 
-/// Components smaller than this count as this when inverted: 2⁻⁸⁰. With coordinates below 2²⁹ no product overflows.
+/// Components smaller than this count as this when inverted: 2⁻⁸⁰. With coordinates below 2²⁹ no
+/// product overflows.
 const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 
 /// What the slab test needs of the rays.
@@ -16,8 +18,9 @@ const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 pub(super) struct RaySlabs<L> {
     /// One over each component of the directions.
     pub(super) rdir: Vec3Lanes<L>,
-    /// Origin for the planes a ray meets first, and for those it meets last: moved by the padding, away from the box
-    /// in both cases. Where the rays' signs differ, for the lower and for the upper planes instead.
+    /// Origin for the planes a ray meets first, and for those it meets last: moved by the padding,
+    /// away from the box in both cases. Where the rays' signs differ, for the lower and for the
+    /// upper planes instead.
     pub(super) org: [Vec3Lanes<L>; 2],
     /// Per axis, which corner of a box (0 lower, 1 upper) is met first, if all rays agree.
     pub(super) octant: Option<[usize; 3]>,
@@ -93,14 +96,16 @@ impl<L: Lanes> SlabTest<L> for RaySlabs<L> {
     }
 }
 
-/// How far along rays planes are, and with that where rays are in a box. A trait and no closures, which would not be inlined.
+/// How far along rays planes are, and with that where rays are in a box. A trait and no closures,
+/// which would not be inlined.
 pub(super) trait SlabTest<L: Lanes> {
-    /// Distances of three planes, one across each axis, on the side of a box that rays meet first (0) or last (1); of lower and of
-    /// upper planes, where the rays' signs differ.
+    /// Distances of three planes, one across each axis, on the side of a box that rays meet first
+    /// (0) or last (1); of lower and of upper planes, where the rays' signs differ.
     fn distances(&self, side: usize, planes: [f32; 3]) -> [L; 3];
 
-    /// Entry (not before 0) and exit distances, for rays whose direction signs agree: no min and max of plane distances, and the
-    /// same numbers, because rounding keeps their order. `near` is [`RaySlabs::octant`].
+    /// Entry (not before 0) and exit distances, for rays whose direction signs agree: no min and
+    /// max of plane distances, and the same numbers, because rounding keeps their order. `near` is
+    /// [`RaySlabs::octant`].
     #[inline(always)]
     fn intersect_box_same_octant(&self, corners: &[[f32; 3]; 2], near: [usize; 3]) -> TInterval<L> {
         let [i, j, k] = near.map(|n| n & 1);
@@ -125,7 +130,8 @@ pub(super) trait SlabTest<L: Lanes> {
 }
 
 impl<L: Lanes> TInterval<L> {
-    /// Distances, clamped to this stay in the primitive's own box, and lanes where they are ahead of the origin.
+    /// Distances, clamped to this stay in the primitive's own box, and lanes where they are ahead
+    /// of the origin.
     #[inline(always)]
     pub(super) fn clamp(&self, raw: L) -> (L::Mask, L) {
         let t = raw.max(self.tnear).min(self.tfar);

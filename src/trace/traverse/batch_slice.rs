@@ -1,12 +1,13 @@
-//! Packets of a batch: all, or some of every eight fours, so that two kernels can be timed on rays that are alike.
+//! Packets of a batch: all, or some of every eight fours, so that two kernels can be timed on rays
+//! that are alike.
 
 use std::ops::Range;
 
 /// Packets that go to the same kernel: rays of one picture's square.
 const FOUR: usize = 4;
 
-/// Which fours of every eight each part of a trial has: two to bring the memory that a kernel needs, three to time one
-/// kernel, three to time the other.
+/// Which fours of every eight each part of a trial has: two to bring the memory that a kernel
+/// needs, three to time one kernel, three to time the other.
 const SHARES: [usize; 8] = [0, 1, 2, 1, 0, 2, 1, 2];
 
 /// Some packets of a queue.

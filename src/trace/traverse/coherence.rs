@@ -1,11 +1,13 @@
-//! How far the rays of a batch part: which class they are of, so that each class can find out what is best for it.
+//! How far the rays of a batch part: which class they are of, so that each class can find out what
+//! is best for it.
 //!
-//! Reflections off a floor go together, those off what stands on it do not; packets are twice as fast for the ones and half as
-//! fast for the others, and where the turn is, the scene and the machine say. With one choice for all, either would be wrong
-//! for many batches; with one for each class it is nearly always right (`perf/notes/coherence.md`).
+//! Reflections off a floor go together, those off what stands on it do not; packets are twice as
+//! fast for the ones and half as fast for the others, and where the turn is, the scene and the
+//! machine say. With one choice for all, either would be wrong for many batches; with one for each
+//! class it is nearly always right (`perf/notes/coherence.md`).
 //!
-//! Shadow rays of one batch go nearly the same way, all of them; what tells them apart is whether they start on one surface,
-//! where beams are the faster, or on several one behind the other.
+//! Shadow rays of one batch go nearly the same way, all of them; what tells them apart is whether
+//! they start on one surface, where beams are the faster, or on several one behind the other.
 
 use crate::packet::RayQueue;
 use crate::simd::{F32x8, LaneMask, Lanes, Vec3x8};
@@ -17,12 +19,12 @@ const SQUARED_COSINES: [f32; 4] = [0.997_26, 0.956_77, 0.75, 0.25];
 /// Classes: most packets within the first angle, within the next, and so on; and beyond the last.
 pub(super) const DIVERGENCE_CLASSES: usize = SQUARED_COSINES.len() + 1;
 
-/// Classes from this one on, 30 degrees and more, are of rays that come together nowhere: of ambient occlusion, say, and not shadow
-/// rays.
+/// Classes from this one on, 30 degrees and more, are of rays that come together nowhere: of
+/// ambient occlusion, say, and not shadow rays.
 pub(super) const FIRST_DIVERGENT: usize = 3;
 
-/// The class of some packets of a queue: by the largest angle between the first ray of a packet and any other, in at least half
-/// of those that are looked at, one in `stride`.
+/// The class of some packets of a queue: by the largest angle between the first ray of a packet and
+/// any other, in at least half of those that are looked at, one in `stride`.
 pub(super) fn divergence_class(rays: &RayQueue, packets: Range<usize>, stride: usize) -> usize {
     let looked_at = packets.step_by(stride);
     let count = looked_at.len();
@@ -42,8 +44,9 @@ pub(super) const SPREAD_CLASSES: usize = 2;
 /// Starts of a batch that lie so many times as far apart as is usual are not on one surface.
 const MAX_USUAL_RATIO: f32 = 1.5;
 
-/// What is usual changes with the n-th batch by two n-ths, up or down, and by no less than this: about as many batches of a
-/// picture have more as have less. With larger steps it would follow the part of the picture that is at hand.
+/// What is usual changes with the n-th batch by two n-ths, up or down, and by no less than this:
+/// about as many batches of a picture have more as have less. With larger steps it would follow the
+/// part of the picture that is at hand.
 const STEP: f32 = 0.002;
 
 /// How far apart the starts of a batch usually are.
@@ -60,8 +63,8 @@ impl OriginSpread {
         step: 2.0,
     };
 
-    /// The class of some packets of a queue, 1 if their rays start farther apart than is usual and else 0; one packet in
-    /// `stride` is looked at.
+    /// The class of some packets of a queue, 1 if their rays start farther apart than is usual and
+    /// else 0; one packet in `stride` is looked at.
     pub(super) fn spread_class(
         &mut self,
         rays: &RayQueue,
@@ -88,7 +91,8 @@ impl OriginSpread {
     }
 }
 
-/// How far apart the origins of some packets are, along the axis where that is most, as a share of the longest direction.
+/// How far apart the origins of some packets are, along the axis where that is most, as a share of
+/// the longest direction.
 fn spread(rays: &RayQueue, packets: impl Iterator<Item = usize>) -> f32 {
     let far = F32x8::splat(f32::INFINITY);
     let (mut low, mut high, mut way) = ([far; 3], [-far; 3], F32x8::ZERO);
@@ -104,7 +108,8 @@ fn spread(rays: &RayQueue, packets: impl Iterator<Item = usize>) -> f32 {
     along(0).max(along(1)).max(along(2)) / way.max_element()
 }
 
-/// The least squared cosine between the first ray of a packet and any other; negative where rays go more than 90 degrees apart.
+/// The least squared cosine between the first ray of a packet and any other; negative where rays go
+/// more than 90 degrees apart.
 #[inline(always)]
 fn least_cosine(rays: &RayQueue, packet: usize) -> f32 {
     let (rays, active) = rays.packet::<F32x8>(packet, 0.0);

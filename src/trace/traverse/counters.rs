@@ -1,8 +1,8 @@
 //! What a traversal did, counted without a clock.
 //!
-//! The counter is a type parameter of the traversal: [`PacketCount`] costs what it always cost, an addition a packet, and
-//! [`TraversalStats`] counts everything. Counts do not depend on the machine or its instruction set, so kernels can be compared, and
-//! held against yesterday's, on any.
+//! The counter is a type parameter of the traversal: [`PacketCount`] costs what it always cost, an
+//! addition a packet, and [`TraversalStats`] counts everything. Counts do not depend on the machine
+//! or its instruction set, so kernels can be compared, and held against yesterday's, on any.
 
 use crate::bvh::{
     LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafSphere, LeafTriangle, Node, SphereBlock,

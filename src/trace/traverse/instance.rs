@@ -1,21 +1,24 @@
 //! Instances: rays into the space of a mesh, and what they hit back into the world's.
 //!
-//! Directions are moved without being made unit again, so that distances along the ray are the same inside and outside,
-//! but for rounding. What an instance shows of its mesh is the closest hit *there*, by (t, prim_id); its distance in the
-//! world is that t, clamped to the ray's stay in the instance's own box, and a ray that misses that box hits nothing of
-//! it. With the clamp, every box around the instance's own is entered no later than the hit (see [`crate::traverse`]): no
-//! tree of the world can lose it.
+//! Directions are moved without being made unit again, so that distances along the ray are the same
+//! inside and outside, but for rounding. What an instance shows of its mesh is the closest hit
+//! *there*, by (t, prim_id); its distance in the world is that t, clamped to the ray's stay in the
+//! instance's own box, and a ray that misses that box hits nothing of it. With the clamp, every box
+//! around the instance's own is entered no later than the hit (see [`crate::traverse`]): no tree of
+//! the world can lose it.
 //!
-//! No tree of the mesh can lose it either, if pruning inside knows about the clamp. Let `best` be the closest distance
-//! so far in the world. A hit inside at t beyond `best` comes out as max(t, enter) or, beyond the stay, as `leave`: so it
-//! cannot matter if `best` < `leave`. Otherwise everything inside still may.
+//! No tree of the mesh can lose it either, if pruning inside knows about the clamp. Let `best` be
+//! the closest distance so far in the world. A hit inside at t beyond `best` comes out as max(t,
+//! enter) or, beyond the stay, as `leave`: so it cannot matter if `best` < `leave`. Otherwise
+//! everything inside still may.
 
 use super::aabb::TInterval;
 use crate::bvh::LeafInstance;
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
-/// The rays in the space of the instance's mesh: (x·v.x + y·v.y) + z·v.z, plus the translation for the origins.
+/// The rays in the space of the instance's mesh: (x·v.x + y·v.y) + z·v.z, plus the translation for
+/// the origins.
 #[inline(always)]
 pub(super) fn to_object<L: Lanes>(rays: &RayPacket<L>, slot: &LeafInstance) -> RayPacket<L> {
     let [x, y, z, shift] = slot.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
@@ -33,8 +36,8 @@ fn crosses<L: Lanes>(interval: &TInterval<L>) -> L::Mask {
     interval.tnear.le(interval.tfar) & interval.tfar.gt(L::ZERO)
 }
 
-/// How far hits inside may matter; −∞ in lanes where none can. Finite where hits count up to any distance, because a
-/// hit at the limit itself does.
+/// How far hits inside may matter; −∞ in lanes where none can. Finite where hits count up to any
+/// distance, because a hit at the limit itself does.
 #[inline(always)]
 pub(super) fn closest_limit<L: Lanes>(best: L, interval: &TInterval<L>) -> L {
     let limit = best.lt(interval.tfar).select(best, L::splat(f32::MAX));
@@ -49,7 +52,8 @@ pub(super) fn to_world<L: Lanes>(t: L, interval: &TInterval<L>) -> (L::Mask, L) 
     (crosses(interval) & clamped.gt(L::ZERO), clamped)
 }
 
-/// The limit inside for "any hit before `tmax`": a hit that comes out as `leave` or `enter` may count at any t.
+/// The limit inside for "any hit before `tmax`": a hit that comes out as `leave` or `enter` may
+/// count at any t.
 #[inline(always)]
 pub(super) fn any_hit_limit<L: Lanes>(tmax: L, interval: &TInterval<L>) -> L {
     let nowhere = L::splat(f32::NEG_INFINITY);
@@ -94,7 +98,8 @@ mod tests {
         }
     }
 
-    /// Whatever lies beyond the limit inside cannot win outside, and what can win does not lie beyond it.
+    /// Whatever lies beyond the limit inside cannot win outside, and what can win does not lie
+    /// beyond it.
     #[test]
     fn limits_are_those_of_what_comes_out() {
         let places = [0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, INF];

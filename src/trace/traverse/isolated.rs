@@ -1,8 +1,9 @@
 //! One test alone, without a tree: for benchmarks and instruction counts, and for nothing else.
 //!
-//! Each function prepares packets as a traversal does, and then does what a traversal does in a node or in a leaf: the
-//! same functions, but over all boxes, or all primitives of a kind as if they stood in one leaf. Every lane carries a ray.
-//! `benches/kernels.rs` holds the answers against the oracle's (`oracle::isolated`).
+//! Each function prepares packets as a traversal does, and then does what a traversal does in a
+//! node or in a leaf: the same functions, but over all boxes, or all primitives of a kind as if
+//! they stood in one leaf. Every lane carries a ray. `benches/kernels.rs` holds the answers against
+//! the oracle's (`oracle::isolated`).
 
 use super::aabb::SlabTest;
 use super::query::{AnyHit, ClosestHit, Query, RaySetup};
@@ -31,7 +32,8 @@ pub fn boxes<L: Lanes>(rays: &[RayPacket<L>], boxes: &[[[f32; 3]; 2]]) -> u64 {
     met
 }
 
-/// The closest hit below `tmax` of each ray on a tree's primitives of one kind; `hits` takes a packet for each of `rays`.
+/// The closest hit below `tmax` of each ray on a tree's primitives of one kind; `hits` takes a
+/// packet for each of `rays`.
 pub fn closest<L: Lanes>(
     bvh: &Bvh,
     kind: PrimKind,
@@ -46,7 +48,8 @@ pub fn closest<L: Lanes>(
     }
 }
 
-/// Which rays (lanes as bits, a word for each packet) one of a tree's primitives of one kind stops before their `tmax`.
+/// Which rays (lanes as bits, a word for each packet) one of a tree's primitives of one kind stops
+/// before their `tmax`.
 pub fn occluded<L: Lanes>(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket<L>], blocked: &mut [u32]) {
     match kind {
         PrimKind::Sphere => occluded_in::<L, SPHERE, true>(bvh, rays, blocked),
@@ -61,8 +64,9 @@ const ELLIPSOID: u32 = PrimKind::Ellipsoid as u32;
 const TRIANGLE: u32 = PrimKind::Triangle as u32;
 const CONE: u32 = PrimKind::Cone as u32;
 
-/// The kind is a parameter and the function is never inlined, so that every test is compiled by itself: within one function
-/// a change of one kind's test changes which registers another's get. `NO_CONES_OR_INSTANCES` as in a traversal: no cones.
+/// The kind is a parameter and the function is never inlined, so that every test is compiled by
+/// itself: within one function a change of one kind's test changes which registers another's get.
+/// `NO_CONES_OR_INSTANCES` as in a traversal: no cones.
 #[inline(never)]
 fn closest_in<L: Lanes, const KIND: u32, const NO_CONES_OR_INSTANCES: bool>(
     bvh: &Bvh,

@@ -1,28 +1,32 @@
 //! Which of two kernels is faster, found out on the way.
 //!
-//! Rays that have parted go faster as packets in an open scene and on their own in a closed one; shadow rays as a beam or as
-//! packets. Nothing that can be seen of the rays tells, and the answer is the machine's, too. So now and then each kernel has
-//! a part of a batch, and what took less time for a ray has those that follow. Parts of one batch and no whole ones: rays
-//! that are far from each other may differ more than kernels do. Rays are of classes, see [`super::coherence`], that learn apart,
-//! but from each other, too. Either kernel gives the same bits.
+//! Rays that have parted go faster as packets in an open scene and on their own in a closed one;
+//! shadow rays as a beam or as packets. Nothing that can be seen of the rays tells, and the answer
+//! is the machine's, too. So now and then each kernel has a part of a batch, and what took less
+//! time for a ray has those that follow. Parts of one batch and no whole ones: rays that are far
+//! from each other may differ more than kernels do. Rays are of classes, see [`super::coherence`],
+//! that learn apart, but from each other, too. Either kernel gives the same bits.
 
 use super::batch_slice::BatchSlice;
 use std::ops::Range;
 use std::time::Instant;
 
-/// Time from one trial to the next, in times of a trial: this times the logarithm of how many times as fast the faster kernel is.
-/// What is much slower is tried seldom, what is nearly as fast costs nothing to try. Time and not batches: where rays begin
-/// to take longer, there is more to be won, and a trial is due sooner.
+/// Time from one trial to the next, in times of a trial: this times the logarithm of how many times
+/// as fast the faster kernel is. What is much slower is tried seldom, what is nearly as fast costs
+/// nothing to try. Time and not batches: where rays begin to take longer, there is more to be won,
+/// and a trial is due sooner.
 const TRIAL_INTERVAL: f32 = 64.0;
 
-/// At least so many, and at most so many times the square of the trials so far: the first ones may mislead.
+/// At least so many, and at most so many times the square of the trials so far: the first ones may
+/// mislead.
 const MIN_INTERVAL: f32 = 2.0;
 const MAX_INTERVAL_GROWTH: f32 = 2.0;
 
 /// Trials that count, about: older ones are forgotten.
 const HISTORY: u32 = 8;
 
-/// No trial says more than this beyond what is believed, natural logarithm: a thread that had to wait is not slow.
+/// No trial says more than this beyond what is believed, natural logarithm: a thread that had to
+/// wait is not slow.
 const MAX_LOG_STEP: f32 = 0.5;
 
 /// Packets of a batch that are worth a trial: parts of fewer say little.
@@ -35,12 +39,14 @@ pub(super) struct KernelTuner {
     until_trial: f32,
     /// Trials so far, up to [`HISTORY`], what is believed from the beginning being one.
     trials: u32,
-    /// What a packet took each in trials so far, about; before the first, in any unit. Times are averaged and not their
-    /// quotients: rays that take long matter more.
+    /// What a packet took each in trials so far, about; before the first, in any unit. Times are
+    /// averaged and not their quotients: rays that take long matter more.
     mean_time: [f32; 2],
-    /// How many times as long the second kernel takes for a packet of a part of a batch as for one of a whole batch.
+    /// How many times as long the second kernel takes for a packet of a part of a batch as for one
+    /// of a whole batch.
     trial_penalty: f32,
-    /// Whether the second kernel was timed first in the last trial: what comes first finds memory cold.
+    /// Whether the second kernel was timed first in the last trial: what comes first finds memory
+    /// cold.
     second_led: bool,
 }
 
@@ -56,15 +62,17 @@ enum Next {
 /// How a trial goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Trial {
-    /// Who had nothing to do lately: true for the second. It gets some rays that are not timed, because the nodes it needs have
-    /// left the nearest caches, and the few rays of a trial take no longer than to fetch them.
+    /// Who had nothing to do lately: true for the second. It gets some rays that are not timed,
+    /// because the nodes it needs have left the nearest caches, and the few rays of a trial take no
+    /// longer than to fetch them.
     cold: bool,
     /// Who is timed first.
     leads: bool,
 }
 
 impl KernelTuner {
-    /// A choice that believes this of the logarithm of how many times as long the first takes as the second.
+    /// A choice that believes this of the logarithm of how many times as long the first takes as
+    /// the second.
     pub(super) fn new(log_ratio: f32) -> KernelTuner {
         KernelTuner {
             // One batch: memory is cold.
@@ -76,7 +84,8 @@ impl KernelTuner {
         }
     }
 
-    /// The same, where the second kernel's packets take so many times as long in a trial as in a whole batch.
+    /// The same, where the second kernel's packets take so many times as long in a trial as in a
+    /// whole batch.
     pub(super) fn with_trial_penalty(self, trial_penalty: f32) -> KernelTuner {
         KernelTuner {
             trial_penalty,
@@ -84,8 +93,9 @@ impl KernelTuner {
         }
     }
 
-    /// Has a batch traced by one of the two, or in a trial by both: `by` is told who, true for the second, and what. `parts`
-    /// makes the parts of a trial: one that is not timed, and one for each kernel.
+    /// Has a batch traced by one of the two, or in a trial by both: `by` is told who, true for the
+    /// second, and what. `parts` makes the parts of a trial: one that is not timed, and one for
+    /// each kernel.
     pub(super) fn trace(
         &mut self,
         batch: Range<usize>,
@@ -177,7 +187,8 @@ impl KernelTuner {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PerClassTuner<const N: usize>([KernelTuner; N]);
 
-/// How much of what is learned of one class is believed of a class that had no trial yet; of others the less, the more they had.
+/// How much of what is learned of one class is believed of a class that had no trial yet; of others
+/// the less, the more they had.
 const CLASS_TRANSFER: f32 = 0.5;
 
 impl<const N: usize> PerClassTuner<N> {
@@ -274,7 +285,8 @@ mod tests {
         let mut choices = PerClassTuner::new([-0.2, -0.9, -0.1]);
         let second = |choices: &PerClassTuner<3>| choices.0.map(|choice| choice.log_ratio() > 0.0);
         assert_eq!(second(&choices), [false; 3]);
-        // The second kernel is three times as fast for the first class, and so it may be for the third.
+        // The second kernel is three times as fast for the first class, and so it may be for the
+        // third.
         choices.shared(0, |choice| choice.record_trial([3.0, 1.0], 64));
         choices.shared(0, |choice| choice.record_trial([3.0, 1.0], 64));
         assert_eq!(second(&choices), [true, false, true]);
@@ -309,7 +321,8 @@ mod tests {
         assert!(first > 5400 && second > 5400, "{first} {second}");
     }
 
-    /// Rays that take no time do not matter: here most batches are of such, and the first kernel is faster for them.
+    /// Rays that take no time do not matter: here most batches are of such, and the first kernel is
+    /// faster for them.
     #[test]
     fn what_takes_long_decides() {
         let cheap = |batch: u32| batch / 64 % 4 != 3;

@@ -22,15 +22,17 @@
 //!
 //! # Why no tree can lose a hit
 //!
-//! A hit counts only if its ray also passes the slab test of the primitive's *own* padded box, and its distance is
-//! clamped to the ray's stay in that box. The slab test is monotone: subtraction, multiplication by a constant, min and
-//! max all preserve order under rounding, so a ray that passes a box passes every box around it, with no later entry
-//! and no earlier exit. Hence every ancestor of the primitive is visited with an entry distance not beyond the hit,
-//! whatever the tree: the closest hit is the brute-force one to the bit. This replaces an argument about error
-//! bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) by one about order; the padding only has to make sure that
-//! genuine hits pass, and the clamp only ever makes a distance more accurate.
+//! A hit counts only if its ray also passes the slab test of the primitive's *own* padded box, and
+//! its distance is clamped to the ray's stay in that box. The slab test is monotone: subtraction,
+//! multiplication by a constant, min and max all preserve order under rounding, so a ray that
+//! passes a box passes every box around it, with no later entry and no earlier exit. Hence every
+//! ancestor of the primitive is visited with an entry distance not beyond the hit, whatever the
+//! tree: the closest hit is the brute-force one to the bit. This replaces an argument about error
+//! bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) by one about order; the padding only has to
+//! make sure that genuine hits pass, and the clamp only ever makes a distance more accurate.
 //!
-//! Through instances the argument holds twice, with a clamp to the stay in the instance's own box outside: see `instance`.
+//! Through instances the argument holds twice, with a clamp to the stay in the instance's own box
+//! outside: see `instance`.
 //!
 //! Ties in distance go to the smaller `prim_id`.
 

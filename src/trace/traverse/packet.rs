@@ -1,7 +1,9 @@
-//! Packets of rays together down the binary tree (Wald et al., "Interactive Rendering with Coherent Ray Tracing", 2001).
+//! Packets of rays together down the binary tree (Wald et al., "Interactive Rendering with Coherent
+//! Ray Tracing", 2001).
 //!
-//! A node is visited once for all rays of a packet; a child is entered if any ray meets its box before the ray's closest
-//! hit so far. Lanes without a ray have a closest hit of −∞ and so never pass a comparison: there is no mask to carry.
+//! A node is visited once for all rays of a packet; a child is entered if any ray meets its box
+//! before the ray's closest hit so far. Lanes without a ray have a closest hit of −∞ and so never
+//! pass a comparison: there is no mask to carry.
 
 use super::aabb::{SlabTest, TInterval};
 use super::counters::Counters;
@@ -22,7 +24,8 @@ struct StackEntry<L> {
     tag: u16,
 }
 
-/// Traces packets against one tree, and counts by `T`. Owns the traversal stack, so that tracing allocates nothing.
+/// Traces packets against one tree, and counts by `T`. Owns the traversal stack, so that tracing
+/// allocates nothing.
 pub(super) struct PacketKernel<'a, L, T> {
     bvh: &'a Bvh,
     /// Whether the tree holds neither cones nor instances: see [`PacketKernel::traverse`].
@@ -100,8 +103,9 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
 
     /// Visits leaves front to back until the goal is reached.
     ///
-    /// Cones and instances are tested by calls, across which nothing stays in a register. That such calls exist at all cost
-    /// every other scene 10 to 25 %, so trees without either (`NO_CONES_OR_INSTANCES`) have a traversal of their own
+    /// Cones and instances are tested by calls, across which nothing stays in a register. That such
+    /// calls exist at all cost every other scene 10 to 25 %, so trees without either
+    /// (`NO_CONES_OR_INSTANCES`) have a traversal of their own
     /// (`perf/notes/no_cones_or_instances-trees.md`).
     #[inline(always)]
     fn traverse<G: Query<L>, const NO_CONES_OR_INSTANCES: bool>(
@@ -118,8 +122,8 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         loop {
             while let Child::Node(index) = current {
                 self.counters.node(lanes);
-                // SAFETY: a `Bvh` comes from its builder or was proven (`bvh::UnverifiedBvh`): every child node has an index
-                // below `nodes().len()`; node 0 exists.
+                // SAFETY: a `Bvh` comes from its builder or was proven (`bvh::UnverifiedBvh`):
+                // every child node has an index below `nodes().len()`; node 0 exists.
                 let node = unsafe { nodes.get_unchecked(index as usize) };
                 let stays = [interval(&node.boxes[0]), interval(&node.boxes[1])];
                 let met = stays.each_ref().map(|s| s.overlaps(query.limit()));
@@ -138,8 +142,9 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                         let nan = L::splat(f32::NAN);
                         let waiting = [1, 0].map(|k: usize| met[k].select(stays[k].tnear, nan));
                         let enter = L::Mask::splat(near == 1).select(waiting[1], waiting[0]);
-                        // SAFETY: each level of a path leaves at most one entry, the stack is `depth() + 1`
-                        // long, and `Bvh::depth` counts the longest path, through an instance if there are any.
+                        // SAFETY: each level of a path leaves at most one entry, the stack is
+                        // `depth() + 1` long, and `Bvh::depth` counts the longest path, through an
+                        // instance if there are any.
                         let slot = unsafe { self.stack.get_unchecked_mut(top) };
                         *slot = StackEntry { enter, first, tag };
                         top += 1;
@@ -230,8 +235,8 @@ struct TraversalRoot {
     floor: usize,
 }
 
-/// The child that more of the rays that meet both enter first: for rays that have parted, a better guess than one
-/// order per octant.
+/// The child that more of the rays that meet both enter first: for rays that have parted, a better
+/// guess than one order per octant.
 #[inline(always)]
 fn nearer_child<L: Lanes>(met: [L::Mask; 2], stays: &[TInterval<L>; 2]) -> usize {
     let both = met[0] & met[1];
@@ -248,7 +253,8 @@ fn nearer_child<L: Lanes>(met: [L::Mask; 2], stays: &[TInterval<L>; 2]) -> usize
 #[inline(always)]
 pub(super) fn slots_of<T>(all: &[T], slots: Range<usize>) -> &[T] {
     debug_assert!(slots.start <= slots.end && slots.end <= all.len());
-    // SAFETY: the range comes from a leaf of a `Bvh`, whose builder pushed exactly these primitives before it wrote
-    // the leaf, or which was proven to have them (`bvh::UnverifiedBvh`); an empty leaf is 0..0.
+    // SAFETY: the range comes from a leaf of a `Bvh`, whose builder pushed exactly these primitives
+    // before it wrote the leaf, or which was proven to have them (`bvh::UnverifiedBvh`); an empty
+    // leaf is 0..0.
     unsafe { all.get_unchecked(slots) }
 }

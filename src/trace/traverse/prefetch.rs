@@ -16,8 +16,8 @@ const _: () = assert!(
     "the first lines and the last ones are almost all of a row"
 );
 
-/// Where a tree's rows are, by kind of target. A table and no match: which kind comes next cannot be foretold, and a branch
-/// that goes wrong costs more than the row.
+/// Where a tree's rows are, by kind of target. A table and no match: which kind comes next cannot
+/// be foretold, and a branch that goes wrong costs more than the row.
 #[derive(Clone, Copy)]
 pub(super) struct PrefetchTable {
     start: [usize; 4],
@@ -50,14 +50,16 @@ impl PrefetchTable {
         let size = self.size[kind];
         let row = self.start[kind].wrapping_add(index * size);
         node_at(row);
-        // The last ones, which are among the others where a row is short: cheaper than to ask whether it is.
+        // The last ones, which are among the others where a row is short: cheaper than to ask
+        // whether it is.
         let end = row.wrapping_add(size);
         for line in 1..=MORE {
             line_at(end.wrapping_sub(line * LINE));
         }
     }
 
-    /// The same where it leads to a node. Where it does not, asks for the root, which is near anyway: no branch.
+    /// The same where it leads to a node. Where it does not, asks for the root, which is near
+    /// anyway: no branch.
     #[inline(always)]
     pub(super) fn prefetch_node(&self, code: u32) {
         let (kind, index) = ChildRef::parts(code);
@@ -73,7 +75,8 @@ fn node_at(row: usize) {
     }
 }
 
-/// Has the lines of a row brought to the first cache. Does nothing where the architecture is not x86-64.
+/// Has the lines of a row brought to the first cache. Does nothing where the architecture is not
+/// x86-64.
 #[inline(always)]
 pub(super) fn prefetch<T>(rows: &[T], index: u32) {
     let row = rows.as_ptr().wrapping_add(index as usize).addr();
@@ -88,7 +91,8 @@ fn line_at(address: usize) {
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         let line = std::ptr::without_provenance::<i8>(address);
-        // SAFETY: every x86-64 has the instruction, and it has no effect but on caches, whatever the address.
+        // SAFETY: every x86-64 has the instruction, and it has no effect but on caches, whatever
+        // the address.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(line) };
     }
     #[cfg(not(target_arch = "x86_64"))]

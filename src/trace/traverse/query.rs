@@ -13,15 +13,16 @@ use std::ops::Range;
 #[derive(Clone, Copy)]
 pub(super) struct HitRecord<L: Lanes> {
     pub(super) t: L,
-    /// Barycentric weights of a triangle's second and third corner, times `det`: divided once, at the end.
+    /// Barycentric weights of a triangle's second and third corner, times `det`: divided once, at
+    /// the end.
     pub(super) v: L,
     pub(super) w: L,
     pub(super) det: L,
     pub(super) prim_id: L::U32,
 }
 
-/// Lanes that meet a primitive, where, and with what weights: a triangle's `v` and `w` are the edge functions that weigh
-/// corners b and c, `det` their sum with the third.
+/// Lanes that meet a primitive, where, and with what weights: a triangle's `v` and `w` are the edge
+/// functions that weigh corners b and c, `det` their sum with the third.
 pub(super) struct HitCandidate<L: Lanes> {
     pub(super) valid: L::Mask,
     pub(super) t: L,
@@ -77,7 +78,8 @@ pub(super) trait Query<L: Lanes>: Copy {
     const FRONT_TO_BACK: bool;
     /// How far each ray still has to look.
     fn limit(&self) -> L;
-    /// The same goal within an instance, whose box the rays cross as `interval` says; none if nothing in there can matter.
+    /// The same goal within an instance, whose box the rays cross as `interval` says; none if
+    /// nothing in there can matter.
     fn enter_instance(&self, interval: &TInterval<L>) -> Option<Self>
     where
         Self: Sized;
@@ -157,7 +159,8 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
         limit.gt(inactive_t()).any().then(|| ClosestHit {
             best: HitRecord {
                 t: limit,
-                // The smallest number wins a tie, so this one loses it: a hit at the limit may win out there.
+                // The smallest number wins a tie, so this one loses it: a hit at the limit may win
+                // out there.
                 prim_id: L::U32::splat(NO_PRIM),
                 ..self.best
             },
@@ -375,7 +378,8 @@ fn triangles_occluded<L: Lanes, const AXIS: usize>(
     hits
 }
 
-/// Cones stand apart, and take and give the hits by value: what a call is given the address of stays in memory.
+/// Cones stand apart, and take and give the hits by value: what a call is given the address of
+/// stays in memory.
 #[inline(never)]
 fn cones_closest<L: Lanes>(
     bvh: &Bvh,

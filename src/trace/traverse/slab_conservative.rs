@@ -1,19 +1,23 @@
-//! Whether a node's box is worth a visit: the slab test of [`super::aabb`] with half its arithmetic and a little slack.
+//! Whether a node's box is worth a visit: the slab test of [`super::aabb`] with half its arithmetic
+//! and a little slack.
 //!
-//! What a primitive's own box decides must be the same bits everywhere; what the boxes around it decide must only lose nothing.
-//! So the distance of a plane at c is c·r − o·r here, with o·r made once for a ray: a product and a difference that are fused where
-//! the build has an instruction for it. Fused or not, the answers are the same; only how many boxes are visited may differ between
+//! What a primitive's own box decides must be the same bits everywhere; what the boxes around it
+//! decide must only lose nothing. So the distance of a plane at c is c·r − o·r here, with o·r made
+//! once for a ray: a product and a difference that are fused where the build has an instruction for
+//! it. Fused or not, the answers are the same; only how many boxes are visited may differ between
 //! builds, by very few.
 //!
 //! # Why nothing is lost
 //!
-//! Let u = 2⁻²⁴, o the origin moved by the padding p = 32u·|o| as [`super::aabb`] has it, and r the reciprocal of the direction,
-//! here positive. There a ray enters at the larger of 0 and fl((c − o)·r): with e = c − o > 0 that is e·r within 2u of it. Here the
-//! origin is moved by 2p, which takes p·r off; and r is smaller by 8u, which takes 7u of e·r off at least. Rounding of c·r, of the
-//! moved origin times r and of their difference adds at most u(|c| + 2|o| + e)·r, which is below (3u|o| + 2ue)·r, less than both
-//! together. So it enters here no later; with e ≤ 0 likewise, and both are 0 then. It leaves no earlier: the same with the other
-//! sign, and r larger by 8u. For r < 0 lower and upper planes change places, and a factor that is smaller by a share of |r| is again
-//! the one for entering. [`ABS_SLACK`] stands for what gets lost below the smallest numbers.
+//! Let u = 2⁻²⁴, o the origin moved by the padding p = 32u·|o| as [`super::aabb`] has it, and r the
+//! reciprocal of the direction, here positive. There a ray enters at the larger of 0 and fl((c −
+//! o)·r): with e = c − o > 0 that is e·r within 2u of it. Here the origin is moved by 2p, which
+//! takes p·r off; and r is smaller by 8u, which takes 7u of e·r off at least. Rounding of c·r, of
+//! the moved origin times r and of their difference adds at most u(|c| + 2|o| + e)·r, which is
+//! below (3u|o| + 2ue)·r, less than both together. So it enters here no later; with e ≤ 0 likewise,
+//! and both are 0 then. It leaves no earlier: the same with the other sign, and r larger by 8u. For
+//! r < 0 lower and upper planes change places, and a factor that is smaller by a share of |r| is
+//! again the one for entering. [`ABS_SLACK`] stands for what gets lost below the smallest numbers.
 
 use super::aabb::{RaySlabs, SlabTest};
 use crate::packet::RayPacket;
@@ -25,15 +29,16 @@ const REL_SLACK: f32 = 8.0 / 16_777_216.0;
 /// Taken off distances of entering and added to those of leaving: 2⁻¹⁰⁰.
 const ABS_SLACK: f32 = f32::from_bits((127 - 100) << 23);
 
-/// What belongs to planes on one side of boxes: their coordinate times `by`, less `less`, is their distance.
+/// What belongs to planes on one side of boxes: their coordinate times `by`, less `less`, is their
+/// distance.
 #[derive(Clone, Copy)]
 struct SlabSide<L> {
     by: Vec3Lanes<L>,
     less: Vec3Lanes<L>,
 }
 
-/// A packet's rays, ready for the boxes of nodes: for the planes that they meet first and last if their directions agree in sign,
-/// else for lower and upper planes.
+/// A packet's rays, ready for the boxes of nodes: for the planes that they meet first and last if
+/// their directions agree in sign, else for lower and upper planes.
 #[derive(Clone, Copy)]
 pub(super) struct ConservativeSlabs<L> {
     sides: [SlabSide<L>; 2],
@@ -45,8 +50,9 @@ impl<L: Lanes> ConservativeSlabs<L> {
     pub(super) fn new(rays: &RayPacket<L>, slabs: &RaySlabs<L>) -> ConservativeSlabs<L> {
         let (rdir, tiny) = (slabs.rdir, L::splat(ABS_SLACK));
         let tiny = Vec3Lanes::new(tiny, tiny, tiny);
-        // To enter sooner, a reciprocal loses a share of itself; where signs differ, one for lower planes loses a share of its
-        // size, because where a ray goes down they are those to leave by, later.
+        // To enter sooner, a reciprocal loses a share of itself; where signs differ, one for lower
+        // planes loses a share of its size, because where a ray goes down they are those to leave
+        // by, later.
         let (share, tiny) = match slabs.octant {
             Some(_) => (rdir, tiny),
             None => (rdir.abs(), signed(tiny, rdir)),
@@ -96,7 +102,8 @@ mod tests {
     use crate::simd::{F32x8, LANES, Mask8, Vec3x8};
     use crate::traverse::random::RandomSource;
 
-    /// A box somewhere, and rays of which most touch a corner of it, from near and far, some along an axis.
+    /// A box somewhere, and rays of which most touch a corner of it, from near and far, some along
+    /// an axis.
     fn box_and_rays(from: &mut RandomSource, together: bool) -> ([[f32; 3]; 2], RayPacket) {
         let mut next = || from.unit();
         let scale = (next() * 20.0).exp2();

@@ -1,9 +1,10 @@
-//! Rays against one sphere or ellipsoid: Haines, Günther and Akenine-Möller, "Precision Improvements for
-//! Ray/Sphere Intersection", Ray Tracing Gems, 2019.
+//! Rays against one sphere or ellipsoid: Haines, Günther and Akenine-Möller, "Precision
+//! Improvements for Ray/Sphere Intersection", Ray Tracing Gems, 2019.
 //!
-//! The design document's quadratic, in the form that cancels neither when the sphere is small or far (the discriminant
-//! from the distance between centre and ray) nor when b² ≫ ac (the second root from c/q). An ellipsoid is the unit
-//! sphere met by the ray in object space; distances along the ray are the same there.
+//! The design document's quadratic, in the form that cancels neither when the sphere is small or
+//! far (the discriminant from the distance between centre and ray) nor when b² ≫ ac (the second
+//! root from c/q). An ellipsoid is the unit sphere met by the ray in object space; distances along
+//! the ray are the same there.
 
 use super::aabb::{RaySlabs, TInterval};
 use super::query::HitRecord;

@@ -15,7 +15,8 @@ pub struct PacketTracer<'a, L: PacketLanes = F32x8> {
 /// A kernel that counts.
 pub struct CountingKernel<'a, L>(PacketKernel<'a, L, TraversalStats>);
 
-/// Lanes that packets have. Its functions are no generics, so that what they are made of is compiled here and nowhere else.
+/// Lanes that packets have. Its functions are no generics, so that what they are made of is
+/// compiled here and nowhere else.
 pub trait PacketLanes: Lanes {
     /// See [`PacketTracer::closest`].
     fn closest(

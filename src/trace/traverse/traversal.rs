@@ -15,18 +15,21 @@ use std::ops::Range;
 /// Traversal kernel of the packet engine. Every kernel gives the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// What pays for these rays, sixty-four packets at a time: beams for rays of one origin; for shadow rays packets or beams, and
-    /// for others in a large tree packets or single rays, whatever was faster lately for rays that part as far; else packets;
-    /// of sixteen where the build has AVX-512 and of eight where not. Figures stand in `perf/notes/coherence.md`, `perf/notes/beams.md`,
-    /// `perf/notes/single-rays.md` and `perf/notes/packets-of-sixteen.md`.
+    /// What pays for these rays, sixty-four packets at a time: beams for rays of one origin; for
+    /// shadow rays packets or beams, and for others in a large tree packets or single rays,
+    /// whatever was faster lately for rays that part as far; else packets; of sixteen where the
+    /// build has AVX-512 and of eight where not. Figures stand in `perf/notes/coherence.md`,
+    /// `perf/notes/beams.md`, `perf/notes/single-rays.md` and `perf/notes/packets-of-sixteen.md`.
     Auto,
     /// Packets of eight rays against the binary tree.
     Packet8,
     /// Two packets side by side against the binary tree.
     Packet16,
-    /// Beams against the wide tree, in cells of up to eight rays; [`Kernel::Packet8`] for rays that share no point.
+    /// Beams against the wide tree, in cells of up to eight rays; [`Kernel::Packet8`] for rays that
+    /// share no point.
     Beam8,
-    /// Beams against the wide tree, in cells of up to sixteen rays; [`Kernel::Packet16`] for rays that share no point.
+    /// Beams against the wide tree, in cells of up to sixteen rays; [`Kernel::Packet16`] for rays
+    /// that share no point.
     Beam16,
     /// Rays on their own against the wide tree.
     Single,
@@ -49,8 +52,9 @@ impl Kernel {
         known.map_or("", |(name, _)| name)
     }
 
-    /// What pays for one frame of so many pixels. Making the wide tree takes as long as beams save with about four pixels for
-    /// each primitive; so where [`Kernel::Auto`] would have to make it for less, it is packets.
+    /// What pays for one frame of so many pixels. Making the wide tree takes as long as beams save
+    /// with about four pixels for each primitive; so where [`Kernel::Auto`] would have to make it
+    /// for less, it is packets.
     pub fn for_frame(self, bvh: &Bvh, pixels: u64) -> Kernel {
         let prims = bvh.triangles().len() + bvh.spheres().len();
         let pays = bvh.has_wide() || pixels >= MIN_PIXELS_PER_PRIM * prims as u64;
@@ -87,35 +91,39 @@ impl Kernel {
     }
 }
 
-/// Fewer packets of shadow rays are no beam. Where mirrors or silhouettes leave a few rays that start far from each other, a cell of
-/// theirs sees half of the scene: up to ten thousand times what packets take (`perf/notes/whole-frames.md`).
+/// Fewer packets of shadow rays are no beam. Where mirrors or silhouettes leave a few rays that
+/// start far from each other, a cell of theirs sees half of the scene: up to ten thousand times
+/// what packets take (`perf/notes/whole-frames.md`).
 const MIN_BEAM_PACKETS: usize = beam::SIZE / 2;
 
-/// Pixels for each primitive from which on a wide tree pays that is made for one frame (`perf/notes/whole-frames.md`).
+/// Pixels for each primitive from which on a wide tree pays that is made for one frame
+/// (`perf/notes/whole-frames.md`).
 const MIN_PIXELS_PER_PRIM: u64 = 4;
 
 /// Whether sixteen lanes pay on this build.
 const SIXTEEN: bool = NATIVE > LANES;
 
-/// Nodes of a wide tree from which on rays may go on their own. A smaller one stays in the nearest caches, and packets
-/// are as fast.
+/// Nodes of a wide tree from which on rays may go on their own. A smaller one stays in the nearest
+/// caches, and packets are as fast.
 const MIN_SINGLE_NODES: usize = 512;
 
 /// Of a batch, one packet in so many is looked at.
 const SAMPLE_STRIDE: usize = 4;
 
-/// How much slower packets are believed to be than single rays, class by class, before the first trial: logarithms.
+/// How much slower packets are believed to be than single rays, class by class, before the first
+/// trial: logarithms.
 const INITIAL_LOG_RATIO: [f32; DIVERGENCE_CLASSES] = [-0.8, -0.4, -0.1, 0.15, 0.25];
 
-/// How much slower packets are believed to be than beams for shadow rays, before the first trial: a logarithm. Of seven scenes one
-/// has the faster packets (`perf/notes/coherence.md`).
+/// How much slower packets are believed to be than beams for shadow rays, before the first trial: a
+/// logarithm. Of seven scenes one has the faster packets (`perf/notes/coherence.md`).
 const INITIAL_BEAM_LOG_RATIO: f32 = 0.1;
 
-/// How many times as long a packet takes in a beam of 24, as trials have them, as in one of 64: shadow rays, 1.1 to 1.5 in seven
-/// scenes (`perf/notes/sixteen-children.md`).
+/// How many times as long a packet takes in a beam of 24, as trials have them, as in one of 64:
+/// shadow rays, 1.1 to 1.5 in seven scenes (`perf/notes/sixteen-children.md`).
 const TRIAL_BEAM_PENALTY: f32 = 1.2;
 
-/// Traces queues of rays against one tree. Its functions are no generics, so that kernels are compiled here and nowhere else.
+/// Traces queues of rays against one tree. Its functions are no generics, so that kernels are
+/// compiled here and nowhere else.
 pub struct Traversal<'a>(Counted<'a>);
 
 /// What is counted beside.
@@ -154,7 +162,8 @@ impl<'a> Traversal<'a> {
         }
     }
 
-    /// Which lanes (as bits) of some packets of a queue meet anything before `tmax`, a byte a packet. Lanes without a ray do not.
+    /// Which lanes (as bits) of some packets of a queue meet anything before `tmax`, a byte a
+    /// packet. Lanes without a ray do not.
     pub fn occluded(
         &mut self,
         rays: &RayQueue,
@@ -181,8 +190,8 @@ struct Kernels<'a, T> {
     beams: BeamKernel<'a, T>,
     singles: Option<SingleRays<'a, T>>,
     pairs: bool,
-    /// Packets or single rays, for each class of rays: for the closest hit, and for any of rays that part; packets or beams, for
-    /// shadow rays.
+    /// Packets or single rays, for each class of rays: for the closest hit, and for any of rays
+    /// that part; packets or beams, for shadow rays.
     closest_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
     any_hit_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
     shadow_tuner: PerClassTuner<SPREAD_CLASSES>,
@@ -283,7 +292,8 @@ impl<'a, T: Counters> Kernels<'a, T> {
     /// The closest hits of some packets of a queue, one [`HitPacket`] each.
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
         if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
-            // As many at once as there are: towards the end of a batch few are left to go side by side.
+            // As many at once as there are: towards the end of a batch few are left to go side by
+            // side.
             return singles.closest(rays, &BatchSlice::all(packets), hits);
         }
         let batches = hits.chunks_mut(beam::SIZE);
@@ -334,7 +344,8 @@ impl<'a, T: Counters> Kernels<'a, T> {
         }
     }
 
-    /// Tells `answer`, for some packets of a queue, which lanes (as bits) of each meet nothing before `tmax`.
+    /// Tells `answer`, for some packets of a queue, which lanes (as bits) of each meet nothing
+    /// before `tmax`.
     fn unoccluded(
         &mut self,
         rays: &RayQueue,
@@ -352,7 +363,8 @@ impl<'a, T: Counters> Kernels<'a, T> {
                 self.unoccluded_by(true, rays, batch, tmax, &mut answer);
                 continue;
             }
-            // A rougher look: most of what comes here are shadow rays, which take little more than it does.
+            // A rougher look: most of what comes here are shadow rays, which take little more than
+            // it does.
             let class = || coherence::divergence_class(rays, batch.clone(), 4 * SAMPLE_STRIDE);
             let apart = self.singles.is_some().then(class);
             if let Some(class) = apart.filter(|&class| class >= FIRST_DIVERGENT) {
@@ -476,8 +488,8 @@ mod tests {
         scene
     }
 
-    /// What mirrors leave of a wave: a few shadow rays, half of them at one end of the scene and half at the other. Together
-    /// they would be one cell, which sees all that lies between.
+    /// What mirrors leave of a wave: a few shadow rays, half of them at one end of the scene and
+    /// half at the other. Together they would be one cell, which sees all that lies between.
     #[test]
     fn a_few_rays_from_far_apart_are_no_beam() {
         let bvh = Bvh::build(&hills());

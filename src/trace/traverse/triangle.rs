@@ -1,19 +1,21 @@
-//! Rays against one triangle, watertight: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection",
-//! JCGT 2013.
+//! Rays against one triangle, watertight: Woop, Benthin and Wald, "Watertight Ray/Triangle
+//! Intersection", JCGT 2013.
 //!
-//! The corners are moved into a frame in which the ray is the z axis; three 2D edge functions decide. A corner's 2D
-//! place depends on the ray and the corner alone, and the sign of a difference of two rounded products is never
-//! wrong, at worst zero. Zeros are accepted, so a closed mesh has no gap, vertices included.
+//! The corners are moved into a frame in which the ray is the z axis; three 2D edge functions
+//! decide. A corner's 2D place depends on the ray and the corner alone, and the sign of a
+//! difference of two rounded products is never wrong, at worst zero. Zeros are accepted, so a
+//! closed mesh has no gap, vertices included.
 //!
 //! Departures: no double precision fallback of the edge functions (zeros are accepted on both sides
 //! instead); no culling, no swap of axes for winding; slopes are products with the reciprocal that
-//! the distance needs anyway; the distance is that to the plane where the edge functions give no accurate one (see
-//! [`distance`]), and is clamped to the ray's stay in the triangle's own box (see
+//! the distance needs anyway; the distance is that to the plane where the edge functions give no
+//! accurate one (see [`distance`]), and is clamped to the ray's stay in the triangle's own box (see
 //! [`crate::traverse`]), where that may change it.
 //!
-//! The design notes asked for edge functions (a − o) × (b − o) · d. Those have exact signs along an edge, but at a
-//! vertex shared by n triangles their n rounding errors are independent and all can fall on the same side: of 20,000 rays
-//! aimed at the vertices of a sphere mesh that form lost 521, this one none.
+//! The design notes asked for edge functions (a − o) × (b − o) · d. Those have exact signs along an
+//! edge, but at a vertex shared by n triangles their n rounding errors are independent and all can
+//! fall on the same side: of 20,000 rays aimed at the vertices of a sphere mesh that form lost 521,
+//! this one none.
 
 mod distance;
 
@@ -25,7 +27,8 @@ use distance::EdgeDistance;
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD};
 
-/// The frame in which the rays are the z axis: the dominant axis of the direction, and the slopes against it.
+/// The frame in which the rays are the z axis: the dominant axis of the direction, and the slopes
+/// against it.
 #[derive(Clone, Copy)]
 pub(super) struct Shear<L: Lanes> {
     /// Lanes whose dominant axis is x, and y; elsewhere it is z.
@@ -43,7 +46,8 @@ pub(super) struct Shear<L: Lanes> {
     scale: L,
 }
 
-/// The triangles of a block by corner, by axis; the fourth is for the sake of an index that needs no check.
+/// The triangles of a block by corner, by axis; the fourth is for the sake of an index that needs
+/// no check.
 pub(super) type VertexColumns = [[Native; 4]; 3];
 
 /// Triangles of which one can be had.
@@ -127,7 +131,8 @@ impl<L: Lanes> Shear<L> {
         }
     }
 
-    /// By lane the axes in the order of the frame; and the origins in that order, with slopes and scale.
+    /// By lane the axes in the order of the frame; and the origins in that order, with slopes and
+    /// scale.
     #[inline(always)]
     pub(super) fn columns(&self) -> ([L::U32; 3], [Vec3Lanes<L>; 2]) {
         let [by_x, by_y, by_z] = [0, 1, 2].map(|major| FRAMES[major]);
@@ -139,7 +144,8 @@ impl<L: Lanes> Shear<L> {
         ([axis(0), axis(1), axis(2)], [self.org, slopes])
     }
 
-    /// A triangle's corners, their components in the order of the frames. `APART` says that the rays' dominant axes differ.
+    /// A triangle's corners, their components in the order of the frames. `APART` says that the
+    /// rays' dominant axes differ.
     #[inline(always)]
     pub(super) fn in_order<const APART: bool>(
         &self,
@@ -238,7 +244,8 @@ pub(super) fn prim_aabb(corners: &[[f32; 3]; 3]) -> [[f32; 3]; 2] {
     [own.lo.to_array(), own.hi.to_array()]
 }
 
-/// The padded boxes of the triangles of a block: the arithmetic of [`phalanx_scene::Bounds::padded`].
+/// The padded boxes of the triangles of a block: the arithmetic of
+/// [`phalanx_scene::Bounds::padded`].
 #[inline(always)]
 pub(super) fn prim_aabbs([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
     let least = |a: Native, b: Native, c: Native| a.min(b).min(c);
@@ -288,8 +295,9 @@ pub(super) trait Pairing<L: Lanes> {
     fn stored(&self) -> (&impl Vertices, Option<usize>);
 }
 
-/// What an origin's coordinates may be, a direction's largest part, and one over that: 2⁴⁰. Beyond that, numbers on the way
-/// to a distance may overflow or vanish, and the reciprocals of the slab test are not those of the directions.
+/// What an origin's coordinates may be, a direction's largest part, and one over that: 2⁴⁰. Beyond
+/// that, numbers on the way to a distance may overflow or vanish, and the reciprocals of the slab
+/// test are not those of the directions.
 const SAFE_RANGE: f32 = (1u64 << 40) as f32;
 
 #[inline(always)]
@@ -329,8 +337,8 @@ impl<L: Lanes> Pairing<L> for RaysAndSlot<'_, L> {
     }
 }
 
-/// A triangle seen in the frames of rays: the places of its corners beside the rays, and the edge functions, which weigh the
-/// corners.
+/// A triangle seen in the frames of rays: the places of its corners beside the rays, and the edge
+/// functions, which weigh the corners.
 struct EdgeFunctions<L: Lanes> {
     x: [L; 3],
     y: [L; 3],
@@ -341,8 +349,8 @@ struct EdgeFunctions<L: Lanes> {
     inside: L::Mask,
 }
 
-/// The corners are relative to the origin, in the order of the ray's frame. A lane may be a ray against one triangle or a
-/// triangle against one ray.
+/// The corners are relative to the origin, in the order of the ray's frame. A lane may be a ray
+/// against one triangle or a triangle against one ray.
 #[inline(always)]
 fn edges<L: Lanes>(
     [a, b, c]: &[Vec3Lanes<L>; 3],
@@ -365,8 +373,8 @@ fn edges<L: Lanes>(
     }
 }
 
-/// Lanes in which a ray meets a triangle at a positive distance, and where: the corners relative to the origin in the order
-/// of the ray's frame, and its slopes and scale.
+/// Lanes in which a ray meets a triangle at a positive distance, and where: the corners relative to
+/// the origin in the order of the ray's frame, and its slopes and scale.
 #[inline(always)]
 pub(super) fn intersect<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
@@ -380,7 +388,8 @@ pub(super) fn intersect<L: Lanes>(
     Some(resolve_hit(edges, corners, slopes, pairs))
 }
 
-/// The same without a branch on whether any ray is within all edges, for triangles that most likely are met.
+/// The same without a branch on whether any ray is within all edges, for triangles that most likely
+/// are met.
 #[inline(always)]
 pub(super) fn intersect_branchless<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],

@@ -1,14 +1,16 @@
 //! Children of a wide node onto the stack of a ray on its own, without a branch.
 //!
-//! Children lie along an axis, see [`crate::bvh::WideNode::axis`], so that the way a ray goes along it tells which comes first. That
-//! is not the order of their entry distances; but a network that sorts these is half of the instructions of a node, and
-//! saves no more than 4 % of the nodes (`perf/notes/single-rays.md`).
+//! Children lie along an axis, see [`crate::bvh::WideNode::axis`], so that the way a ray goes along
+//! it tells which comes first. That is not the order of their entry distances; but a network that
+//! sorts these is half of the instructions of a node, and saves no more than 4 % of the nodes
+//! (`perf/notes/single-rays.md`).
 
 use super::aabb::TInterval;
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native};
 use std::ops::Range;
 
-/// By set of lanes, as bits: the lanes in it, one a byte, first those of the lower bits; and those of the higher bits first.
+/// By set of lanes, as bits: the lanes in it, one a byte, first those of the lower bits; and those
+/// of the higher bits first.
 pub(super) static COMPACT_LUT: [[[u8; LANES]; 256]; 2] = {
     let mut tables = [[[0; LANES]; 256]; 2];
     let mut set = 0;
@@ -43,8 +45,9 @@ impl WideStack {
         }
     }
 
-    /// Writes the children that a ray meets between 0 and `best` from `at` on, in the order in which they lie or `reversed`, and
-    /// others behind them; tells how many are met. It crosses their boxes as `crossing` says, which may begin behind it.
+    /// Writes the children that a ray meets between 0 and `best` from `at` on, in the order in
+    /// which they lie or `reversed`, and others behind them; tells how many are met. It crosses
+    /// their boxes as `crossing` says, which may begin behind it.
     ///
     /// # Safety
     /// There is room for [`NATIVE`] from `at` on.
@@ -58,7 +61,8 @@ impl WideStack {
         codes: &[u32; NATIVE],
     ) -> usize {
         debug_assert!(at + NATIVE <= self.code.len());
-        // SAFETY: both columns are as long, and have as many places from `at` on, as the caller says.
+        // SAFETY: both columns are as long, and have as many places from `at` on, as the caller
+        // says.
         let to = unsafe {
             (
                 &mut *self.tnear.as_mut_ptr().add(at).cast::<[f32; NATIVE]>(),
@@ -78,7 +82,8 @@ impl WideStack {
         unsafe { *self.code.get_unchecked(at) }
     }
 
-    /// Leaves those of a stack that begin at a distance of `limit` at most, and tells where it ends then.
+    /// Leaves those of a stack that begin at a distance of `limit` at most, and tells where it ends
+    /// then.
     #[inline(always)]
     pub(super) fn prune(&mut self, stack: Range<usize>, limit: f32) -> usize {
         let start = stack.start;
@@ -111,7 +116,8 @@ fn push_scalar(
     let mut count = 0;
     for k in 0..NATIVE {
         let lane = if reversed { NATIVE - 1 - k } else { k };
-        // Written always, kept where it is met: no branch. No more than so many were written before.
+        // Written always, kept where it is met: no branch. No more than so many were written
+        // before.
         (to_enter[count % NATIVE], to_code[count % NATIVE]) = (enter[lane], codes[lane]);
         count += (met >> lane & 1) as usize;
     }
@@ -184,12 +190,14 @@ fn push_simd(
         let order = _mm512_loadu_si512(REVERSE[usize::from(reversed)].as_ptr().cast());
         let enter = _mm512_permutexvar_ps(order, _mm512_loadu_ps(enter.as_ptr()));
         let leave = _mm512_permutexvar_ps(order, _mm512_loadu_ps(leave.as_ptr()));
-        // What is the same in all lanes comes in after their turn: before, the compiler would turn it, too.
+        // What is the same in all lanes comes in after their turn: before, the compiler would turn
+        // it, too.
         let enter = _mm512_max_ps(enter, _mm512_setzero_ps());
         let limit = _mm512_min_ps(leave, _mm512_set1_ps(best));
         let codes = _mm512_permutexvar_epi32(order, _mm512_loadu_si512(codes.as_ptr().cast()));
         let met = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(enter, limit);
-        // Compressed in a register and stored whole: to memory, some processors take a hundred cycles.
+        // Compressed in a register and stored whole: to memory, some processors take a hundred
+        // cycles.
         _mm512_storeu_ps(to_enter.as_mut_ptr(), _mm512_maskz_compress_ps(met, enter));
         let codes = _mm512_maskz_compress_epi32(met, codes);
         _mm512_storeu_si512(to_code.as_mut_ptr().cast(), codes);
@@ -227,7 +235,8 @@ mod tests {
             let best = (next() % 1000) as f32 * 0.37;
             let enter: [f32; NATIVE] =
                 std::array::from_fn(|_| (next() % 1200) as f32 * 0.37 - 60.0);
-            // Among the ways out are some that are met exactly, one at the best, some behind the ray, and one that is no number.
+            // Among the ways out are some that are met exactly, one at the best, some behind the
+            // ray, and one that is no number.
             let leave = |enter: &f32| {
                 [*enter, enter - 0.1, enter + 90.0, best, f32::NAN][next() as usize % 5]
             };

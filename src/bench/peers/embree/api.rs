@@ -1,8 +1,10 @@
-//! Embree's C interface, as much of it as is used here: the one file of this room with foreign signatures.
+//! Embree's C interface, as much of it as is used here: the one file of this room with foreign
+//! signatures.
 //!
-//! Versions 3 and 4 share the layout of rays and hits, the numbers of their enumerations and most signatures. They
-//! differ in how a query is described: version 4 passes optional `RTCIntersectArguments` (or `RTCOccludedArguments`,
-//! which look alike) after the rays, version 3 passes an `RTCIntersectContext` before them.
+//! Versions 3 and 4 share the layout of rays and hits, the numbers of their enumerations and most
+//! signatures. They differ in how a query is described: version 4 passes optional
+//! `RTCIntersectArguments` (or `RTCOccludedArguments`, which look alike) after the rays, version 3
+//! passes an `RTCIntersectContext` before them.
 
 use super::layout::{QueryArguments, RayHit, Valid};
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
@@ -35,8 +37,8 @@ struct QueryFns {
     sixteen: Packet,
 }
 
-/// The functions of one library, which stays loaded for the rest of the process: threads that it started may sleep in
-/// its code for good.
+/// The functions of one library, which stays loaded for the rest of the process: threads that it
+/// started may sleep in its code for good.
 pub(super) struct Api {
     new_device: unsafe extern "C" fn(*const c_char) -> Handle,
     release_device: unsafe extern "C" fn(Handle),
@@ -64,11 +66,13 @@ impl Api {
     /// # Errors
     /// The loader's own words: no such library, or a symbol that it lacks.
     pub(super) fn load(name: &std::ffi::OsStr) -> Result<Api, libloading::Error> {
-        // SAFETY: whoever names a library (the user, or the lists of `find`) means Embree, whose initialisers do no
-        // more than register algorithms; floating-point modes they might change are restored by the caller.
+        // SAFETY: whoever names a library (the user, or the lists of `find`) means Embree, whose
+        // initialisers do no more than register algorithms; floating-point modes they might change
+        // are restored by the caller.
         let library = ManuallyDrop::new(unsafe { libloading::Library::new(name) }?);
-        // SAFETY: every symbol has the type of the field it is taken for, by the headers of versions 3 and 4; those
-        // that differ between them differ in the order of pointers, which is decided where they are called.
+        // SAFETY: every symbol has the type of the field it is taken for, by the headers of
+        // versions 3 and 4; those that differ between them differ in the order of pointers, which
+        // is decided where they are called.
         unsafe {
             Ok(Api {
                 new_device: symbol(&library, "rtcNewDevice")?,
@@ -110,7 +114,8 @@ unsafe fn symbol<F: Copy>(
     library: &libloading::Library,
     name: &str,
 ) -> Result<F, libloading::Error> {
-    // SAFETY: as the caller promises. The copy may outlive the borrow, because the library is never unloaded.
+    // SAFETY: as the caller promises. The copy may outlive the borrow, because the library is never
+    // unloaded.
     unsafe { library.get::<F>(name) }.map(|symbol| *symbol)
 }
 
@@ -142,8 +147,8 @@ pub(super) struct Device {
     pub(super) sixteen: bool,
 }
 
-// SAFETY: Embree's devices are reference counted atomically, and may be used from any thread; the handle is only
-// asked for properties and for new objects, which Embree allows at the same time.
+// SAFETY: Embree's devices are reference counted atomically, and may be used from any thread; the
+// handle is only asked for properties and for new objects, which Embree allows at the same time.
 unsafe impl Send for Device {}
 // SAFETY: as above.
 unsafe impl Sync for Device {}
@@ -180,7 +185,8 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: the one reference that `new` was given is returned; scenes hold references of their own.
+        // SAFETY: the one reference that `new` was given is returned; scenes hold references of
+        // their own.
         unsafe { (self.api.release_device)(self.handle.as_ptr()) }
     }
 }
@@ -207,7 +213,8 @@ impl EmbreeSceneDraft {
         })
     }
 
-    /// Adds triangles as the geometry of that number. Triangles with corners that do not exist are left out.
+    /// Adds triangles as the geometry of that number. Triangles with corners that do not exist are
+    /// left out.
     pub(super) fn triangles(
         &mut self,
         id: u32,
@@ -236,8 +243,8 @@ impl EmbreeSceneDraft {
     ) -> Result<(), EmbreeFault> {
         let geometry = Geometry::new(&self.device, INSTANCE)?;
         let api = &self.device.api;
-        // SAFETY: geometry and scene exist, and Embree keeps a reference of its own to the scene. The map is twelve
-        // floats, column by column, as the format says, and is copied.
+        // SAFETY: geometry and scene exist, and Embree keeps a reference of its own to the scene.
+        // The map is twelve floats, column by column, as the format says, and is copied.
         unsafe {
             (api.set_instanced)(geometry.handle.as_ptr(), of.0.handle.as_ptr());
             let map = columns.as_ptr().cast();
@@ -304,7 +311,8 @@ impl Geometry {
         };
         self.device.check()?;
         let room = NonNull::new(room).ok_or(EmbreeFault(4))?;
-        // SAFETY: Embree made room for `count` rows of `width` bytes, aligned to 16 bytes at least, and it is not ours.
+        // SAFETY: Embree made room for `count` rows of `width` bytes, aligned to 16 bytes at least,
+        // and it is not ours.
         unsafe { std::ptr::copy_nonoverlapping(rows.as_ptr(), room.as_ptr().cast(), count) };
         Ok(())
     }
@@ -320,14 +328,14 @@ impl Drop for Geometry {
 /// A scene whose trees are built, and that does not change any more.
 pub(super) struct CommittedScene(EmbreeSceneDraft);
 
-// SAFETY: Embree's queries of a committed scene may run on any number of threads, and no other call takes a `&CommittedScene`
-// but being instanced, which counts an atomic reference.
+// SAFETY: Embree's queries of a committed scene may run on any number of threads, and no other call
+// takes a `&CommittedScene` but being instanced, which counts an atomic reference.
 unsafe impl Send for CommittedScene {}
 // SAFETY: as above.
 unsafe impl Sync for CommittedScene {}
 
-/// One thread's way to ask a scene about one ray, eight or sixteen: all that a call needs lies side by side here, because
-/// with single rays it counts how many addresses are looked up before.
+/// One thread's way to ask a scene about one ray, eight or sixteen: all that a call needs lies side
+/// by side here, because with single rays it counts how many addresses are looked up before.
 pub(super) struct QueryCaller<'a, const N: usize> {
     scene: Handle,
     intersect: EntryPoints,
@@ -386,9 +394,9 @@ impl<const N: usize> QueryCaller<'_, N> {
         } else {
             (std::ptr::from_mut(&mut self.query.context).cast(), rays)
         };
-        // SAFETY: the scene is committed, and borrowed for the life of this caller. Rays, mask and query have the layout,
-        // the alignment and the width that the function takes, in the order of the library's version, and are borrowed
-        // for the call.
+        // SAFETY: the scene is committed, and borrowed for the life of this caller. Rays, mask and
+        // query have the layout, the alignment and the width that the function takes, in the order
+        // of the library's version, and are borrowed for the call.
         unsafe {
             if N == 1 {
                 (entry.one)(self.scene, first, second);

@@ -11,9 +11,10 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, U32x8};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A set of rays in packets of N, the first half of each packet as Embree wants it. The other half is the same for all,
-/// so that a runner has it once, and copies what differs before every call: to trace where the rays lie would have to
-/// put back what the call before has written there, and moves more than twice the memory.
+/// A set of rays in packets of N, the first half of each packet as Embree wants it. The other half
+/// is the same for all, so that a runner has it once, and copies what differs before every call: to
+/// trace where the rays lie would have to put back what the call before has written there, and
+/// moves more than twice the memory.
 pub(super) struct RayLayout<const N: usize> {
     headers: Vec<RayHeader<N>>,
     rays: usize,
@@ -176,11 +177,12 @@ impl<'a, const N: usize> EmbreePacketThread<'a, N> {
         }
     }
 
-    /// Asks about some of our packets, and hands on what Embree says of every N rays, and which call that was.
+    /// Asks about some of our packets, and hands on what Embree says of every N rays, and which
+    /// call that was.
     ///
-    /// Each packet is copied while the one before it waits to be asked about. Embree reads a row at once that was copied
-    /// in halves, which takes the row through memory; right behind the copy, and behind the answers before it, that was
-    /// 6 % of the time of incoherent packets of sixteen.
+    /// Each packet is copied while the one before it waits to be asked about. Embree reads a row at
+    /// once that was copied in halves, which takes the row through memory; right behind the copy,
+    /// and behind the answers before it, that was 6 % of the time of incoherent packets of sixteen.
     #[inline(always)]
     fn query(
         &mut self,

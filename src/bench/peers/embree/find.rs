@@ -1,4 +1,5 @@
-//! Where Embree's library may be: in the loader's folders, or in the wheel `embreex` of some Python.
+//! Where Embree's library may be: in the loader's folders, or in the wheel `embreex` of some
+//! Python.
 
 use std::env;
 use std::ffi::OsString;
@@ -27,7 +28,8 @@ pub(super) fn loader_names() -> &'static [&'static str] {
     }
 }
 
-/// The libraries in a folder that somebody names: an unpacked wheel, an installation, or where the file itself is.
+/// The libraries in a folder that somebody names: an unpacked wheel, an installation, or where the
+/// file itself is.
 pub(super) fn in_folder(folder: &Path) -> Vec<PathBuf> {
     let below = ["", "lib", "lib64", "bin", "embreex.libs", "embreex/.dylibs"];
     let folders = below.iter().map(|name| folder.join(name));
@@ -42,8 +44,8 @@ pub(super) fn in_wheels() -> Vec<PathBuf> {
     packages.flat_map(|folder| in_folder(&folder)).collect()
 }
 
-/// The libraries in wheels of the first Python of `PATH`, which is started to say where its packages are: some Pythons
-/// are shell scripts that choose another.
+/// The libraries in wheels of the first Python of `PATH`, which is started to say where its
+/// packages are: some Pythons are shell scripts that choose another.
 pub(super) fn by_asking_python() -> Vec<PathBuf> {
     let program = "import site, sysconfig\n\
         print(sysconfig.get_paths()['platlib'])\n\
@@ -65,7 +67,8 @@ pub(super) fn by_asking_python() -> Vec<PathBuf> {
     Vec::new()
 }
 
-/// Folders that Pythons are installed under: of the virtual environment, of those in `PATH`, and the user's.
+/// Folders that Pythons are installed under: of the virtual environment, of those in `PATH`, and
+/// the user's.
 fn prefixes() -> Vec<PathBuf> {
     let mut prefixes: Vec<PathBuf> = Vec::new();
     let variables = ["VIRTUAL_ENV", "CONDA_PREFIX"];
@@ -81,7 +84,8 @@ fn prefixes() -> Vec<PathBuf> {
             if !python.is_file() {
                 continue;
             }
-            // A virtual environment's Python is a link: its packages are where it stands, the rest where it leads.
+            // A virtual environment's Python is a link: its packages are where it stands, the rest
+            // where it leads.
             for python in [Some(python.clone()), fs::canonicalize(&python).ok()] {
                 let prefix = python
                     .as_deref()
@@ -116,7 +120,8 @@ fn packages_of(prefix: &Path) -> Vec<PathBuf> {
     folders
 }
 
-/// Files of a folder that are called as Embree's library is, with whatever a wheel puts into the name; version 4 before 3.
+/// Files of a folder that are called as Embree's library is, with whatever a wheel puts into the
+/// name; version 4 before 3.
 fn libraries(folder: &Path) -> Vec<PathBuf> {
     let mut found: Vec<(u8, PathBuf)> = Vec::new();
     for name in names_in(folder) {

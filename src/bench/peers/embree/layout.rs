@@ -1,9 +1,10 @@
 //! What is passed to Embree and back, as it lies in memory.
 //!
-//! Layouts were read from `rtcore_ray.h`, `rtcore_common.h` and `rtcore_scene.h` of 3.13.5 and 4.4.0. Rays and hits are
-//! alike in both. Both can be compiled with more than one level of instances, which lengthens `RTCHit`, and version 4 with
-//! arrays of instances, which adds a row to it. Either only appends, so that some room after the hit makes it fit. In
-//! version 3 more levels also move a field of the context; instances are then missed, and nothing else happens.
+//! Layouts were read from `rtcore_ray.h`, `rtcore_common.h` and `rtcore_scene.h` of 3.13.5 and
+//! 4.4.0. Rays and hits are alike in both. Both can be compiled with more than one level of
+//! instances, which lengthens `RTCHit`, and version 4 with arrays of instances, which adds a row to
+//! it. Either only appends, so that some room after the hit makes it fit. In version 3 more levels
+//! also move a field of the context; instances are then missed, and nothing else happens.
 
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
@@ -11,7 +12,8 @@ use std::ptr::{null, null_mut};
 /// `RTC_INVALID_GEOMETRY_ID`.
 pub(super) const INVALID: u32 = u32::MAX;
 
-/// The first half of `RTCRay`, `RTCRay8` or `RTCRay16`: rows of origin x y z, tnear, direction x y z, time.
+/// The first half of `RTCRay`, `RTCRay8` or `RTCRay16`: rows of origin x y z, tnear, direction x y
+/// z, time.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
 pub(super) struct RayHeader<const N: usize>(pub(super) [[f32; N]; 8]);
@@ -20,7 +22,8 @@ pub(super) struct RayHeader<const N: usize>(pub(super) [[f32; N]; 8]);
 #[repr(C, align(64))]
 pub(super) struct RayHit<const N: usize> {
     pub(super) header: RayHeader<N>,
-    /// In: hits count up to here. Out: the distance of the hit, or −∞ where it was only asked whether there is one.
+    /// In: hits count up to here. Out: the distance of the hit, or −∞ where it was only asked
+    /// whether there is one.
     pub(super) tfar: [f32; N],
     mask: [u32; N],
     id: [u32; N],
@@ -34,7 +37,8 @@ pub(super) struct RayHit<const N: usize> {
     pub(super) geometry: [u32; N],
     /// The instance that was hit, or [`INVALID`]; anything where nothing is hit.
     pub(super) instance: [u32; N],
-    /// Further levels of instances, and what version 4 keeps of arrays of them, in libraries compiled for that.
+    /// Further levels of instances, and what version 4 keeps of arrays of them, in libraries
+    /// compiled for that.
     context_stack: [[u32; N]; 17],
 }
 
@@ -61,7 +65,8 @@ impl<const N: usize> RayHit<N> {
 #[repr(C, align(64))]
 pub(super) struct Valid<const N: usize>(pub(super) [i32; N]);
 
-/// How to search, for either version: what must be alike is written twice, what is not asked for stays zero.
+/// How to search, for either version: what must be alike is written twice, what is not asked for
+/// stays zero.
 pub(super) struct QueryArguments {
     pub(super) arguments: Arguments4,
     pub(super) context: Context3,

@@ -9,9 +9,10 @@
 //! | `scene` | our scenes as its |
 //! | `engines` | the ways to ask it |
 //!
-//! Its robust mode is not among them. By default a ray through an edge that two triangles share may miss both, and its
-//! coherent occlusion loses whole packets now and then (research on real scenes: 0.2 % of Sponza's); that is how it is
-//! used and how its rates are told, so the benchmark counts what differs instead.
+//! Its robust mode is not among them. By default a ray through an edge that two triangles share may
+//! miss both, and its coherent occlusion loses whole packets now and then (research on real scenes:
+//! 0.2 % of Sponza's); that is how it is used and how its rates are told, so the benchmark counts
+//! what differs instead.
 
 #[allow(
     unsafe_code,
@@ -87,8 +88,9 @@ pub struct EmbreeLibrary {
 }
 
 impl EmbreeLibrary {
-    /// Loads Embree: from a path, which names the library or a folder that has it; else as the system's loader knows it;
-    /// else out of the wheel `embreex` of a Python that is installed here.
+    /// Loads Embree: from a path, which names the library or a folder that has it; else as the
+    /// system's loader knows it; else out of the wheel `embreex` of a Python that is installed
+    /// here.
     ///
     /// # Errors
     /// [`EmbreeError`], which says how to get the library.
@@ -113,7 +115,8 @@ impl EmbreeLibrary {
     fn search() -> Result<EmbreeLibrary, EmbreeError> {
         for name in find::loader_names() {
             match EmbreeLibrary::load(OsStr::new(name)) {
-                // The loader's words for "no such file" are its own, so every failure here means to look further.
+                // The loader's words for "no such file" are its own, so every failure here means to
+                // look further.
                 Err(EmbreeError::NotLoaded { .. }) => {}
                 other => return other,
             }
@@ -175,8 +178,8 @@ struct EmbreeSceneData {
 }
 
 impl EmbreeScene {
-    /// Copies a scene and builds its trees on so many threads; 0 for one per CPU. Triangles and spheres in the world and
-    /// in meshes, and instances of meshes.
+    /// Copies a scene and builds its trees on so many threads; 0 for one per CPU. Triangles and
+    /// spheres in the world and in meshes, and instances of meshes.
     ///
     /// # Errors
     /// [`Unsupported`]: primitives that Embree has not, or what it says went wrong.
@@ -203,8 +206,9 @@ impl EmbreeScene {
         let built = device.and_then(|device| {
             let (built, prim_ids) = scene::build(&device, scene)?;
             Ok(EmbreeSceneData {
-                // Debian's 3.13.5 never comes back from a coherent occlusion of sixteen rays that meets instances: the
-                // compiler stores a mask of 16 bits in that kernel (not in those of triangles and spheres), and reads 64.
+                // Debian's 3.13.5 never comes back from a coherent occlusion of sixteen rays that
+                // meets instances: the compiler stores a mask of 16 bits in that kernel (not in
+                // those of triangles and spheres), and reads 64.
                 sixteen: [
                     device.sixteen,
                     device.sixteen && (device.version[0] > 3 || scene.instances.is_empty()),
@@ -219,7 +223,8 @@ impl EmbreeScene {
         }
     }
 
-    /// The ways to trace a set of rays, by name. Sixteen rays a call only where the library has instructions for it.
+    /// The ways to trace a set of rays, by name. Sixteen rays a call only where the library has
+    /// instructions for it.
     pub fn engines(&self, rays: RaySetRef) -> Vec<(String, Box<dyn BenchEngine>)> {
         let mut modes: Vec<(String, Box<dyn BenchEngine>)> = Vec::new();
         let single = EmbreeEngine::new(&self.0, &Arc::new(RayLayout::<1>::new(rays)), false);

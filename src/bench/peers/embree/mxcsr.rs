@@ -1,7 +1,8 @@
 //! The processor's floating-point control register, which Embree wants otherwise than we do.
 //!
-//! Its manual recommends to flush denormal results to zero and to take denormal inputs for zero while it traces. Our own
-//! kernels must do neither, or bits would differ. On other processors than x86-64 nothing is changed.
+//! Its manual recommends to flush denormal results to zero and to take denormal inputs for zero
+//! while it traces. Our own kernels must do neither, or bits would differ. On other processors than
+//! x86-64 nothing is changed.
 
 /// Puts the register back as it was when this is dropped.
 #[must_use]
@@ -16,8 +17,8 @@ impl RestoreMxcsr {
         RestoreMxcsr(read())
     }
 
-    /// Notes the register, then has denormals flushed. Until it is restored, Rust code may move floats about, and do no
-    /// arithmetic on them.
+    /// Notes the register, then has denormals flushed. Until it is restored, Rust code may move
+    /// floats about, and do no arithmetic on them.
     #[inline]
     pub(super) fn flushing() -> RestoreMxcsr {
         let before = read();
@@ -37,7 +38,8 @@ impl Drop for RestoreMxcsr {
 #[inline]
 fn read() -> u32 {
     let mut value = 0u32;
-    // SAFETY: stores four bytes where four bytes are ours. (`_mm_getcsr` is deprecated in favour of this.)
+    // SAFETY: stores four bytes where four bytes are ours. (`_mm_getcsr` is deprecated in favour of
+    // this.)
     unsafe {
         std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags));
     }
@@ -47,8 +49,9 @@ fn read() -> u32 {
 #[cfg(target_arch = "x86_64")]
 #[inline]
 fn write(value: u32) {
-    // SAFETY: the value is one that was read, with two mode bits that every x86-64 has; no exception is unmasked. Rust
-    // does no arithmetic on floats between the changed value and the old one: callers only move them.
+    // SAFETY: the value is one that was read, with two mode bits that every x86-64 has; no
+    // exception is unmasked. Rust does no arithmetic on floats between the changed value and the
+    // old one: callers only move them.
     unsafe {
         std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags));
     }

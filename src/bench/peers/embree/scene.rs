@@ -1,11 +1,12 @@
 //! Our scenes as Embree's, and the numbers of its primitives as ours.
 //!
-//! The primitives of the world, and those of each mesh, become two geometries of a scene of Embree's: triangles are
-//! number 0, spheres number 1. An instance of a mesh is an instance of the mesh's scene; in the world's, instance k is
-//! number k + 2.
+//! The primitives of the world, and those of each mesh, become two geometries of a scene of
+//! Embree's: triangles are number 0, spheres number 1. An instance of a mesh is an instance of the
+//! mesh's scene; in the world's, instance k is number k + 2.
 //!
-//! Build quality is high, which adds spatial splits to medium: over twice the time to build, and 15 to 24 % more primary
-//! rays on the terrain (1 to 6 % in the room; shadow and diffuse rays −5 to 9 %; Embree 4.4.0, one thread).
+//! Build quality is high, which adds spatial splits to medium: over twice the time to build, and 15
+//! to 24 % more primary rays on the terrain (1 to 6 % in the room; shadow and diffuse rays −5 to 9
+//! %; Embree 4.4.0, one thread).
 
 use super::api::{CommittedScene, Device, EmbreeFault, EmbreeSceneDraft};
 use super::layout::INVALID;
@@ -56,7 +57,8 @@ pub(super) fn build(
 
 /// Where Embree's numbers lead.
 pub(super) struct PrimIdMap {
-    /// Whether every primitive has the number that it has in our scene, so that nothing need be looked up.
+    /// Whether every primitive has the number that it has in our scene, so that nothing need be
+    /// looked up.
     pub(super) same: bool,
     world: GeometryPrimIds,
     meshes: Vec<GeometryPrimIds>,
@@ -119,7 +121,8 @@ impl PrimIds {
 }
 
 impl GeometryPrimIds {
-    /// Adds the primitives of some runs to a draft. Kinds that Embree has not are not there: the caller has looked.
+    /// Adds the primitives of some runs to a draft. Kinds that Embree has not are not there: the
+    /// caller has looked.
     fn add(
         draft: &mut EmbreeSceneDraft,
         scene: &Scene,
@@ -161,7 +164,8 @@ impl GeometryPrimIds {
         }
     }
 
-    /// Whether both kinds are numbered as in the scene. That is so, too, for a kind that is not there.
+    /// Whether both kinds are numbered as in the scene. That is so, too, for a kind that is not
+    /// there.
     fn same(&self) -> bool {
         self.triangles.is_from_zero() && self.spheres.is_from_zero()
     }

@@ -113,7 +113,8 @@ fn size([width, height]: &[u32; 2]) -> String {
 }
 
 impl Mismatch {
-    /// Whether one may compare nevertheless. Rates of other rays are rates of something else: never.
+    /// Whether one may compare nevertheless. Rates of other rays are rates of something else:
+    /// never.
     pub fn can_be_forced(&self) -> bool {
         use Mismatch::*;
         match self {
@@ -157,7 +158,8 @@ impl Display for IncompatibleRecords {
 
 impl std::error::Error for IncompatibleRecords {}
 
-/// What differs in machine, build and trees. A fact that one record does not know differs from nothing.
+/// What differs in machine, build and trees. A fact that one record does not know differs from
+/// nothing.
 pub fn of_machine(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
     let (a, b) = (&old.machine, &new.machine);
     let mut found = Vec::new();

@@ -6,12 +6,13 @@ use crate::report::statistics::{NORMAL, student};
 /// Fewer rounds than this say nothing of how sure a rate is.
 const MIN_ROUNDS: usize = 3;
 
-/// An interval of a rate holds another run's 9 times in 10: that many standard errors of one run's rate lie between its
-/// middle and either end (the normal distribution's 95 % quantile, of a difference of two).
+/// An interval of a rate holds another run's 9 times in 10: that many standard errors of one run's
+/// rate lie between its middle and either end (the normal distribution's 95 % quantile, of a
+/// difference of two).
 const REACH: f64 = 1.644_853_626_951_472_7 * std::f64::consts::SQRT_2;
 
-/// Degrees of freedom of a group's scatter at least: of fewer rows [`student`] knows nothing, and such a group decides
-/// nothing (`judge.rs`).
+/// Degrees of freedom of a group's scatter at least: of fewer rows [`student`] knows nothing, and
+/// such a group decides nothing (`judge.rs`).
 const LEAST_FREE: usize = 3;
 
 /// A change of a rate as a share of it: -0.1 is 10 % slower.
@@ -42,7 +43,8 @@ impl RateChange {
     }
 }
 
-/// The logarithm of a rate, or of a ratio of rates, and its variance; infinite where too few rounds say nothing.
+/// The logarithm of a rate, or of a ratio of rates, and its variance; infinite where too few rounds
+/// say nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LogRate {
     value: f64,
@@ -108,11 +110,13 @@ impl LogRate {
     }
 }
 
-/// The geometric mean of some rows' changes, each in units of its yardstick, whose own errors come on top.
+/// The geometric mean of some rows' changes, each in units of its yardstick, whose own errors come
+/// on top.
 ///
-/// Rows scatter by more than their own errors where a change does not do the same to all of them; so it is by their
-/// scatter that the mean's error is judged, unless their own errors say more. Where all are in units of the same
-/// rates, an error of those moves all rows alike and is in no scatter.
+/// Rows scatter by more than their own errors where a change does not do the same to all of them;
+/// so it is by their scatter that the mean's error is judged, unless their own errors say more.
+/// Where all are in units of the same rates, an error of those moves all rows alike and is in no
+/// scatter.
 pub(super) fn mean_change(rows: &[LogRate], yardsticks: &[LogRate], shared: bool) -> RateChange {
     let (Some(mean), Some(yardstick)) = (LogRate::mean(rows), LogRate::mean(yardsticks)) else {
         return LogRate::ONE.change();
@@ -124,8 +128,8 @@ pub(super) fn mean_change(rows: &[LogRate], yardsticks: &[LogRate], shared: bool
     let off = rows.iter().map(|row| row.value - mean.value);
     let squares = off.map(|off| off * off);
     let scatter = squares.sum::<f64>() / free as f64 / count;
-    // Of yardsticks that are each some row's own, the mean's variance is right; of one for all, it is too small by
-    // their number.
+    // Of yardsticks that are each some row's own, the mean's variance is right; of one for all, it
+    // is too small by their number.
     let common = yardstick.variance * if shared { count } else { 1.0 };
     let variance = f64::max(scatter, mean.variance) + common;
     LogRate { variance, ..mean }.within(student(free) * variance.sqrt())

@@ -1,8 +1,9 @@
 //! A run against an earlier one, its baseline: what changed, by how much, and how sure that is.
 //!
-//! Rates are taken in units of the oracle's of the same scene in the same run (their geometric mean over all kinds of
-//! rays, which one rate's noise moves little), so that a machine that is slower today makes no regression. (A faster
-//! oracle does: it is the yardstick, and a change to it needs a new baseline.)
+//! Rates are taken in units of the oracle's of the same scene in the same run (their geometric mean
+//! over all kinds of rays, which one rate's noise moves little), so that a machine that is slower
+//! today makes no regression. (A faster oracle does: it is the yardstick, and a change to it needs
+//! a new baseline.)
 //!
 //! What decides is explained at [`Changes::regressions`].
 
@@ -117,8 +118,8 @@ pub struct GroupChange {
 /// What changed from a baseline to a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
-    /// Every rate of ours that both have, in the run's order. A kernel that is the same as another on both builds is
-    /// left out beside it.
+    /// Every rate of ours that both have, in the run's order. A kernel that is the same as another
+    /// on both builds is left out beside it.
     pub rows: Vec<RowChange>,
     /// By kernel and kind of rays, and by kernel and scene.
     pub groups: Vec<GroupChange>,
@@ -132,7 +133,8 @@ pub struct Changes {
     pub forced: Vec<Mismatch>,
 }
 
-/// Compares a run with its baseline. `force` overrides another machine or instruction set, never other rays.
+/// Compares a run with its baseline. `force` overrides another machine or instruction set, never
+/// other rays.
 ///
 /// # Errors
 /// Every reason why the rates are not of the same thing.
@@ -247,7 +249,8 @@ fn row_change(
     Some((change, Logs { row, yardstick }))
 }
 
-/// How the oracle's rates of a scene changed, all kinds of rays together that both runs timed alike.
+/// How the oracle's rates of a scene changed, all kinds of rays together that both runs timed
+/// alike.
 fn yardstick(scene: &str, threads: u32, before: &Index, now: &Index) -> Option<LogRate> {
     let of_scene = now
         .oracle

@@ -1,9 +1,9 @@
 //! False alarms and misses of the judgement, simulated.
 //!
-//! The noise is a shared machine's, as pairs of runs showed it (perf/notes/noise.md): most rates are 1 % off, one in eight
-//! 4 %, and their intervals know that roughly; a scene's rates have an error in common (where its memory lies), which
-//! does not go away when a suspect is measured again; and one row in a hundred has a neighbour who stays for all of its
-//! rounds, which does.
+//! The noise is a shared machine's, as pairs of runs showed it (perf/notes/noise.md): most rates
+//! are 1 % off, one in eight 4 %, and their intervals know that roughly; a scene's rates have an
+//! error in common (where its memory lies), which does not go away when a suspect is measured
+//! again; and one row in a hundred has a neighbour who stays for all of its rounds, which does.
 
 use super::*;
 use crate::report::Estimate;
@@ -11,7 +11,8 @@ use crate::report::statistics::Draw;
 
 /// The issue's own: fail above 8 %.
 const THRESHOLD: f64 = 0.08;
-/// 24 scenes × 3 kernels × 14 kinds of rays and threads: 1008 rows, in 42 groups over scenes and 72 over rays.
+/// 24 scenes × 3 kernels × 14 kinds of rays and threads: 1008 rows, in 42 groups over scenes and 72
+/// over rays.
 const SCENES: usize = 24;
 const KERNELS: usize = 3;
 const KINDS: usize = 14;

@@ -18,8 +18,9 @@ pub enum Regression {
 }
 
 impl Changes {
-    /// The rows that look slower than by the threshold (such as 0.08), and did so each time they were measured again
-    /// (`again`: the same baseline against each retake). They are to be measured again, [`RETAKES`] times in all.
+    /// The rows that look slower than by the threshold (such as 0.08), and did so each time they
+    /// were measured again (`again`: the same baseline against each retake). They are to be
+    /// measured again, [`RETAKES`] times in all.
     pub fn suspects(&self, again: &[Changes], threshold: f64) -> Vec<RowKey> {
         let stays = |key: &RowKey| again.iter().all(|retake| retake.slower(key, threshold));
         let suspects = self
@@ -33,22 +34,23 @@ impl Changes {
     /// What fell beyond the threshold, `again` being the same baseline against each retake of the
     /// [suspects](Changes::suspects).
     ///
-    /// A suite has some thousand rows, and each has noise that the rounds of one run do not show: its memory lies
-    /// elsewhere in every run, and a neighbour on the machine may stay for all of its rounds. A 95 % interval taken
-    /// alone would cry wolf in every run. So:
+    /// A suite has some thousand rows, and each has noise that the rounds of one run do not show:
+    /// its memory lies elsewhere in every run, and a neighbour on the machine may stay for all of
+    /// its rounds. A 95 % interval taken alone would cry wolf in every run. So:
     ///
     /// - *Slower* is what lies beyond the threshold with its whole interval.
-    /// - A **group** (one kernel and one kind of rays over all scenes, or one scene over all kinds; of four rows or more,
-    ///   all in units of the oracle's rates) decides by itself. There are some hundred of them; what rows scatter by
-    ///   averages out and is in the interval.
-    /// - A **row** counts only if it was slower in the run and in [`RETAKES`] retakes. With fewer no row counts: a
-    ///   neighbour that slows one row in a hundred slows ten of a thousand, and one of ten a second time in every
-    ///   tenth suite.
+    /// - A **group** (one kernel and one kind of rays over all scenes, or one scene over all kinds;
+    ///   of four rows or more, all in units of the oracle's rates) decides by itself. There are
+    ///   some hundred of them; what rows scatter by averages out and is in the interval.
+    /// - A **row** counts only if it was slower in the run and in [`RETAKES`] retakes. With fewer
+    ///   no row counts: a neighbour that slows one row in a hundred slows ten of a thousand, and
+    ///   one of ten a second time in every tenth suite.
     ///
-    /// The tests in `noise.rs` simulate this: anything at all is reported of a thousand unchanged rows in fewer than one
-    /// suite of a hundred, and a kernel slower by 15 %, on one kind of rays or in one scene, is missed in fewer than one
-    /// of a hundred. What slows one row alone must be gross to be seen: that a thousand rows raise no false alarm
-    /// and one of them tells of 15 % cannot both be had on a noisy machine.
+    /// The tests in `noise.rs` simulate this: anything at all is reported of a thousand unchanged
+    /// rows in fewer than one suite of a hundred, and a kernel slower by 15 %, on one kind of rays
+    /// or in one scene, is missed in fewer than one of a hundred. What slows one row alone must be
+    /// gross to be seen: that a thousand rows raise no false alarm and one of them tells of 15 %
+    /// cannot both be had on a noisy machine.
     pub fn regressions(&self, again: &[Changes], threshold: f64) -> Vec<Regression> {
         let decides = |group: &&GroupChange| {
             let counts = group.normalised && group.rows >= ROWS_TO_DECIDE;

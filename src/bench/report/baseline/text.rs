@@ -28,8 +28,8 @@ const ROW_HEAD: [&str; 8] = [
     "95 % interval",
 ];
 
-/// What changed: kernels by kind of rays, the scenes and the rows that changed most for the worse, then what was not
-/// compared.
+/// What changed: kernels by kind of rays, the scenes and the rows that changed most for the worse,
+/// then what was not compared.
 pub fn changes_table(changes: &Changes, threshold: f64) -> String {
     let mut groups: Vec<&GroupChange> = changes.groups.iter().collect();
     groups.sort_by(|a, b| a.change.by.total_cmp(&b.change.by));

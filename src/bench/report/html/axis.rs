@@ -14,7 +14,8 @@ pub(super) struct LogAxis {
 }
 
 impl LogAxis {
-    /// An axis that shows every positive finite value, with some room at both ends. None where there is no such value.
+    /// An axis that shows every positive finite value, with some room at both ends. None where
+    /// there is no such value.
     pub(super) fn over(
         values: impl IntoIterator<Item = f64>,
         from: f64,
@@ -51,8 +52,8 @@ impl LogAxis {
         (self.low.exp(), self.high.exp())
     }
 
-    /// Round numbers along it and their texts, whose middles are at least `gap` pixels apart, and `letter` pixels more for
-    /// each letter of the longer one.
+    /// Round numbers along it and their texts, whose middles are at least `gap` pixels apart, and
+    /// `letter` pixels more for each letter of the longer one.
     pub(super) fn ticks(&self, gap: f64, letter: f64) -> Vec<(f64, String)> {
         let wanted: [&[u32]; 5] = [
             &[
@@ -116,7 +117,8 @@ pub(super) struct LinearAxis {
 }
 
 impl LinearAxis {
-    /// An axis that shows every finite value, with some room at both ends. None where there is no such value.
+    /// An axis that shows every finite value, with some room at both ends. None where there is no
+    /// such value.
     pub(super) fn over(
         values: impl IntoIterator<Item = f64>,
         from: f64,

@@ -1,4 +1,5 @@
-//! Dot plots: one line of the page per thing, one marker per engine, a logarithmic axis below and above.
+//! Dot plots: one line of the page per thing, one marker per engine, a logarithmic axis below and
+//! above.
 
 use super::axis::LogAxis;
 use super::number_format;

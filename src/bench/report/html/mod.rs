@@ -1,6 +1,7 @@
 //! A record as a page to look at: one HTML file that needs no network and no script.
 //!
-//! Charts are SVG in the page's own colours, so that they follow the reader's choice of light or dark.
+//! Charts are SVG in the page's own colours, so that they follow the reader's choice of light or
+//! dark.
 
 mod axis;
 mod dots;
@@ -34,7 +35,8 @@ pub struct ScenePictures {
     pub heat_legend: String,
 }
 
-/// The page of a record. Whatever the record lacks, its section says in a line or is left out; no record is too odd.
+/// The page of a record. Whatever the record lacks, its section says in a line or is left out; no
+/// record is too odd.
 pub fn page(record: &BenchRecord, pictures: &[ScenePictures]) -> String {
     let view = RecordView::new(record);
     let markup = html! {

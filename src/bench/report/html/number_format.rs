@@ -1,4 +1,5 @@
-//! Numbers in words: as many digits as they are worth, with their unit. What is no number is a dash.
+//! Numbers in words: as many digits as they are worth, with their unit. What is no number is a
+//! dash.
 
 /// Stands where there is no number.
 pub(super) const NONE: &str = "–";

@@ -1,36 +1,38 @@
 //! Operations per test, counted by hand in the kernels of `src/trace`.
 //!
-//! An operation is an addition, subtraction, multiplication, division, square root, minimum, maximum or comparison of
-//! one lane; selects, sign changes, mask logic and integers are none. A primitive test is counted up to the place where
-//! it ends for most primitives, which is where no lane meets them; what a hit adds, and what is done once per packet,
-//! is left out. So the counts are lower bounds, and a point of the roofline stands rather too low than too high.
+//! An operation is an addition, subtraction, multiplication, division, square root, minimum,
+//! maximum or comparison of one lane; selects, sign changes, mask logic and integers are none. A
+//! primitive test is counted up to the place where it ends for most primitives, which is where no
+//! lane meets them; what a hit adds, and what is done once per packet, is left out. So the counts
+//! are lower bounds, and a point of the roofline stands rather too low than too high.
 
 use crate::report::{CounterRecord, SceneRecord};
 
-/// `aabb.rs`, rays that agree on signs: 6 subtractions, 6 products, 3 maxima, 2 minima; then `within`: a minimum and a
-/// comparison. Rays that go either way take 6 more minima and maxima.
+/// `aabb.rs`, rays that agree on signs: 6 subtractions, 6 products, 3 maxima, 2 minima; then
+/// `within`: a minimum and a comparison. Rays that go either way take 6 more minima and maxima.
 pub(super) const BOX: f64 = 19.0;
 
-/// `triangle.rs` up to `inside`: 9 subtractions for the corners, 12 operations to shear them, 9 for the edge functions,
-/// 2 minima, 2 maxima and 2 comparisons.
+/// `triangle.rs` up to `inside`: 9 subtractions for the corners, 12 operations to shear them, 9 for
+/// the edge functions, 2 minima, 2 maxima and 2 comparisons.
 pub(super) const TRIANGLE: f64 = 36.0;
 
-/// `sphere.rs` up to `meets`: 3 subtractions, d·d and f·d of 5 each, r², b/a, 6 for the closest point, its square of 5, a
-/// subtraction and a comparison.
+/// `sphere.rs` up to `meets`: 3 subtractions, d·d and f·d of 5 each, r², b/a, 6 for the closest
+/// point, its square of 5, a subtraction and a comparison.
 pub(super) const SPHERE: f64 = 28.0;
 
 /// As a sphere, but its 3 subtractions are two rotations of 15 each and a shift of 3.
 pub(super) const ELLIPSOID: f64 = 58.0;
 
-/// `cone.rs` up to `meets`: the own box of 17 and twice `within` of 2, 9 for the entry, six dot products of 5, 3 for d·d
-/// across, 3 for the radii, 6 for the slope, 3 for the cross product, 6 for the gap and a comparison.
+/// `cone.rs` up to `meets`: the own box of 17 and twice `within` of 2, 9 for the entry, six dot
+/// products of 5, 3 for d·d across, 3 for the radii, 6 for the slope, 3 for the cross product, 6
+/// for the gap and a comparison.
 pub(super) const CONE: f64 = 82.0;
 
 /// `instance.rs`: the ray moved, 33, and its stay in the instance's box, 17.
 pub(super) const INSTANCE: f64 = 50.0;
 
-/// Operations of so much work. Primitive tests are not counted by kind, so they are taken to be of the kinds that the
-/// scene has, in its proportions.
+/// Operations of so much work. Primitive tests are not counted by kind, so they are taken to be of
+/// the kinds that the scene has, in its proportions.
 pub(super) fn operations(work: &CounterRecord, scene: Option<&SceneRecord>) -> f64 {
     let per_primitive = scene.and_then(mean_primitive).unwrap_or(TRIANGLE);
     work.box_tests as f64 * BOX + work.prim_tests as f64 * per_primitive

@@ -65,8 +65,8 @@ pub(super) fn legend(view: &RecordView<'_>) -> Markup {
     }
 }
 
-/// A chart for each kind with a line for each scene, or the other way round where there are few scenes: few tall charts
-/// are read more easily than many flat ones.
+/// A chart for each kind with a line for each scene, or the other way round where there are few
+/// scenes: few tall charts are read more easily than many flat ones.
 fn charts(view: &RecordView<'_>, threads: u32) -> Markup {
     let by_scene = view.scenes.len() < view.kinds.len();
     let (charts, lines) = match by_scene {
@@ -179,7 +179,8 @@ fn columns<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<(&'a str,
     columns
 }
 
-/// A rate with its interval, and what is not as in the other columns: another kernel's samples, fewer rays.
+/// A rate with its interval, and what is not as in the other columns: another kernel's samples,
+/// fewer rays.
 fn rate_cell(row: &RateRow, timed: u64) -> Markup {
     let rate = row.mrays_per_s;
     let inexact = is_peer(&row.engine) && !row.exact;

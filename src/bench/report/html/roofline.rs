@@ -1,5 +1,5 @@
-//! The roofline (Williams, Waterman and Patterson, CACM 2009): operations a second against operations per byte, below
-//! what the machine's arithmetic and each level of its memory can give.
+//! The roofline (Williams, Waterman and Patterson, CACM 2009): operations a second against
+//! operations per byte, below what the machine's arithmetic and each level of its memory can give.
 
 use super::axis::{LogAxis, paint_axes};
 use super::dots::WIDTH;

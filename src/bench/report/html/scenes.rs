@@ -1,4 +1,5 @@
-//! The scenes: what they look like, where rays are dear, what they consist of, and what came before tracing.
+//! The scenes: what they look like, where rays are dear, what they consist of, and what came before
+//! tracing.
 
 use super::ScenePictures;
 use super::number_format;

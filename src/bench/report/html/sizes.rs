@@ -125,7 +125,8 @@ fn size_chart(kind: &str, courses: &[FamilyCurve<'_>]) -> Markup {
     }
 }
 
-/// Heights for labels, moved as little as it takes to be `gap` apart and within `top` and `floor`. In any order.
+/// Heights for labels, moved as little as it takes to be `gap` apart and within `top` and `floor`.
+/// In any order.
 fn apart(wanted: Vec<f64>, gap: f64, (top, floor): (f64, f64)) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|a, b| wanted[*a].total_cmp(&wanted[*b]));

@@ -24,7 +24,8 @@ pub(super) enum Tint {
     Series(usize),
 }
 
-/// The custom properties, in the order of the sentinel colours that stand for them while plotters draws.
+/// The custom properties, in the order of the sentinel colours that stand for them while plotters
+/// draws.
 const PROPERTIES: [&str; 8] = ["ink", "muted", "grid", "s0", "s1", "s2", "s3", "s4"];
 const SERIES: usize = 5;
 
@@ -103,8 +104,9 @@ pub(super) fn draw(
     }
 }
 
-/// What plotters drew, without its outermost tag, its constant attributes and line breaks, in the page's colours.
-/// Quotation marks in labels are escaped by plotters, so that no label can be taken for an attribute.
+/// What plotters drew, without its outermost tag, its constant attributes and line breaks, in the
+/// page's colours. Quotation marks in labels are escaped by plotters, so that no label can be taken
+/// for an attribute.
 fn themed(svg: &str) -> String {
     let (_, inner) = svg.split_once('>').unwrap_or_default();
     let inner = inner.trim_end().trim_end_matches("</svg>");

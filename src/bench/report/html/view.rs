@@ -1,4 +1,5 @@
-//! A record arranged for reading: which scenes, kinds and thread counts there are, and the rows that belong together.
+//! A record arranged for reading: which scenes, kinds and thread counts there are, and the rows
+//! that belong together.
 
 use super::number_format;
 use crate::report::{self, BenchRecord, RAY_KINDS, RateRow, SceneRecord};
@@ -124,7 +125,8 @@ impl<'a> RecordView<'a> {
     }
 }
 
-/// A scene's name for the first column of a table: its own, but for what goes without saying or is too long.
+/// A scene's name for the first column of a table: its own, but for what goes without saying or is
+/// too long.
 pub(super) fn row_name(name: &str) -> Markup {
     let plain = name.strip_prefix("standard:").unwrap_or(name);
     let short = number_format::shortened(plain, 24);

@@ -1,5 +1,5 @@
-//! Accessors: typed rows in a buffer view, with or without sparse replacements. Rows are read one by one where they
-//! lie, so that nothing is allocated by a count.
+//! Accessors: typed rows in a buffer view, with or without sparse replacements. Rows are read one
+//! by one where they lie, so that nothing is allocated by a count.
 
 use super::document::{GltfAccessor, Sparse};
 use super::source::GltfSource;

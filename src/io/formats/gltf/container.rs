@@ -1,4 +1,5 @@
-//! GLB: a header of twelve bytes, and chunks, of which the first is the JSON document and the second may be a buffer.
+//! GLB: a header of twelve bytes, and chunks, of which the first is the JSON document and the
+//! second may be a buffer.
 
 use crate::formats::diagnostics::{Span, quoted};
 use std::ops::Range;

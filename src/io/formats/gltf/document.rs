@@ -1,5 +1,5 @@
-//! The JSON document: what of it matters here, as the specification names it. Counts and indices are as in the file;
-//! whoever uses one checks it.
+//! The JSON document: what of it matters here, as the specification names it. Counts and indices
+//! are as in the file; whoever uses one checks it.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;

@@ -111,10 +111,11 @@ impl<'a> PrimitiveGeometry<'a> {
         })
     }
 
-    /// The triangles under a map, with only the vertices that they use. A map that mirrors turns them round, so that
-    /// their fronts stay in front.
+    /// The triangles under a map, with only the vertices that they use. A map that mirrors turns
+    /// them round, so that their fronts stay in front.
     ///
-    /// Where the map does nothing but take away the scene's origin, places have to be single precision as before.
+    /// Where the map does nothing but take away the scene's origin, places have to be single
+    /// precision as before.
     pub(super) fn mesh(
         &self,
         map: &DAffine3,

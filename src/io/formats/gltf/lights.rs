@@ -6,8 +6,8 @@ use crate::formats::diagnostics::DiagnosticSink;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene, View};
 
-/// The camera of the first node that has one in perspective: the scene's view, and the width of its picture.
-/// Returns whether there is one.
+/// The camera of the first node that has one in perspective: the scene's view, and the width of its
+/// picture. Returns whether there is one.
 pub(super) fn add_camera(
     source: &GltfSource,
     nodes: &[PlacedNode],
@@ -51,7 +51,8 @@ fn view(placed: &PlacedNode, yfov: f64, bounds: Bounds) -> Option<View> {
     let eye = placed.to_world.translation;
     let m = placed.to_world.matrix3;
     let (back, up) = (m.z_axis.try_normalize()?, m.y_axis.try_normalize()?);
-    // As far away as what is looked at, so that neither rounding nor the point itself changes the scene's scale.
+    // As far away as what is looked at, so that neither rounding nor the point itself changes the
+    // scene's scale.
     let middle = match bounds.is_empty() {
         true => eye - back,
         false => (bounds.lo.as_dvec3() + bounds.hi.as_dvec3()) / 2.0,
@@ -69,11 +70,12 @@ fn view(placed: &PlacedNode, yfov: f64, bounds: Bounds) -> Option<View> {
     view.basis().ok().map(|_| view)
 }
 
-/// Light on a surface that is exposed as it is; beyond these, all lights are scaled so that the scene's middle gets 1.
+/// Light on a surface that is exposed as it is; beyond these, all lights are scaled so that the
+/// scene's middle gets 1.
 const EXPOSURE_RANGE: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 
-/// A light in the world. `strength` is colour times intensity over π, the radiance of a white surface that faces it at
-/// distance 1 (or anywhere, for a directional one).
+/// A light in the world. `strength` is colour times intensity over π, the radiance of a white
+/// surface that faces it at distance 1 (or anywhere, for a directional one).
 enum ConvertedLight {
     Point { position: DVec3, strength: DVec3 },
     Directional { toward: DVec3, strength: DVec3 },
@@ -143,7 +145,8 @@ fn bounded(color: DVec3) -> Vec3 {
     color.min(DVec3::splat(1e30)).as_vec3()
 }
 
-/// What all lights are scaled by: candela and lux have no bound, and files are written for any exposure.
+/// What all lights are scaled by: candela and lux have no bound, and files are written for any
+/// exposure.
 fn exposure(lamps: &[ConvertedLight], bounds: Bounds) -> f64 {
     let (middle, reach) = match bounds.is_empty() {
         true => (DVec3::ZERO, 1.0),

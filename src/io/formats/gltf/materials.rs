@@ -1,4 +1,5 @@
-//! Metallic-roughness to the document's Ka, Kd, Ks, Kt and shininess: the table stands in the module above.
+//! Metallic-roughness to the document's Ka, Kd, Ks, Kt and shininess: the table stands in the
+//! module above.
 
 use super::document::{
     GltfDocument, GltfMaterial, MetallicRoughness, SpecularGlossiness, TextureInfo,
@@ -249,8 +250,8 @@ impl PbrMaterial<'_> {
         let [r, g, b, alpha] = pbr.base_color_factor.map(share);
         let ior = ior(material);
         let reflectance = (ior - 1.0) / (ior + 1.0);
-        // One number cannot stand for a texture of roughness, and one colour not for a mirror that a texture colours:
-        // both are shown as matt paint.
+        // One number cannot stand for a texture of roughness, and one colour not for a mirror that
+        // a texture colours: both are shown as matt paint.
         let varied = pbr.metallic_roughness_texture.is_some();
         let metallic = share(pbr.metallic_factor);
         let plain = !varied && (pbr.base_color_texture.is_none() || metallic == 0.0);
@@ -308,7 +309,8 @@ fn material_from(material: &GltfMaterial, paint: &PbrMaterial) -> Material {
     let transmission = extensions.transmission.as_ref();
     let transmission = transmission.map_or(0.0, |t| share(t.transmission_factor));
     let blended = material.alpha_mode.as_deref() == Some("BLEND");
-    // What is not there lets everything through; what is there and not metal may let its colour through.
+    // What is not there lets everything through; what is there and not metal may let its colour
+    // through.
     let present = if blended { paint.alpha } else { 1.0 };
     let through = transmission * (1.0 - paint.metallic);
     let metal = paint.metallic * mirror;
@@ -341,8 +343,8 @@ fn gloss(roughness: f32) -> f32 {
     left * left
 }
 
-/// The Blinn exponent of a roughness r, 2/r⁴ − 2: its lobe is as wide as that of α = r² (Karis, "Specular BRDF
-/// Reference", 2013).
+/// The Blinn exponent of a roughness r, 2/r⁴ − 2: its lobe is as wide as that of α = r² (Karis,
+/// "Specular BRDF Reference", 2013).
 fn exponent(roughness: f32) -> f32 {
     let alpha = roughness * roughness;
     (2.0 / (alpha * alpha) - 2.0).clamp(0.0, SHARPEST)

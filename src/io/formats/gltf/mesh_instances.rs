@@ -1,11 +1,13 @@
-//! Geometry that a file shows several times: the same primitives in several meshes, or several times in one. Where that comes to
-//! many triangles they are stored once and placed, as a mesh of several nodes is.
+//! Geometry that a file shows several times: the same primitives in several meshes, or several
+//! times in one. Where that comes to many triangles they are stored once and placed, as a mesh of
+//! several nodes is.
 
 use super::document::{GltfAccessor, GltfDocument, GltfMesh, Primitive, Sparse};
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// Triangles of copies that a file may have as triangles of their own. With more of them they become instances.
+/// Triangles of copies that a file may have as triangles of their own. With more of them they
+/// become instances.
 pub(super) const MAX_COPIED_TRIANGLES: u64 = 1 << 18;
 
 /// Numbers that are the same for the same primitives.
@@ -55,8 +57,8 @@ impl<'a> MeshInstances<'a> {
         }
     }
 
-    /// Puts the places of meshes of the same primitives together, if without that more triangles than [`MAX_COPIED_TRIANGLES`]
-    /// would be copied.
+    /// Puts the places of meshes of the same primitives together, if without that more triangles
+    /// than [`MAX_COPIED_TRIANGLES`] would be copied.
     pub(super) fn joined<P>(&self, shown: Vec<(usize, Vec<P>)>) -> Vec<(usize, Vec<P>)> {
         let mut first: HashMap<&[usize], usize> = HashMap::new();
         let mut copied = 0u64;
@@ -83,9 +85,9 @@ impl<'a> MeshInstances<'a> {
         joined
     }
 
-    /// The primitives of a mesh that is placed so often: together, or in parts by how often it has them if it would copy
-    /// more triangles than [`MAX_COPIED_TRIANGLES`] otherwise. Copies of what is placed often are stored all the same: as instances
-    /// they would be as many as the product.
+    /// The primitives of a mesh that is placed so often: together, or in parts by how often it has
+    /// them if it would copy more triangles than [`MAX_COPIED_TRIANGLES`] otherwise. Copies of what
+    /// is placed often are stored all the same: as instances they would be as many as the product.
     pub(super) fn parts(&self, mesh: usize, places: usize) -> Vec<MeshPart> {
         let numbers = &self.meshes[mesh];
         let whole = || {

@@ -13,15 +13,16 @@
 //! | `lights` | cameras and lights |
 //!
 //! # What is shown
-//! The default scene; without one the first; without any, all root nodes. A mesh that one node shows is baked into the
-//! world; one that several show is stored once and placed (baked where single precision could not go there and back).
-//! Copies of more than 262,144 triangles are stored once and placed, too: of meshes that have the same accessors and
-//! materials, of such primitives of one mesh, and of meshes too large or small to be placed as they are.
-//! Skins and morph targets stay in their rest pose, points and lines are left out, animations are not played.
+//! The default scene; without one the first; without any, all root nodes. A mesh that one node
+//! shows is baked into the world; one that several show is stored once and placed (baked where
+//! single precision could not go there and back). Copies of more than 262,144 triangles are stored
+//! once and placed, too: of meshes that have the same accessors and materials, of such primitives
+//! of one mesh, and of meshes too large or small to be placed as they are. Skins and morph targets
+//! stay in their rest pose, points and lines are left out, animations are not played.
 //!
 //! # Materials
-//! With base colour c, metallic m, roughness r and gloss g = max(0, 1 − 2r)² (Ks weighs the mirror image as well as the
-//! highlight, so that nothing rough may have any):
+//! With base colour c, metallic m, roughness r and gloss g = max(0, 1 − 2r)² (Ks weighs the mirror
+//! image as well as the highlight, so that nothing rough may have any):
 //!
 //! | | |
 //! |---|---|
@@ -33,17 +34,19 @@
 //! | ior | 1, as of a thin sheet; that of KHR_materials_ior where there is a volume |
 //! | Ke | emissive factor · strength; 0 where it has a texture, which would have to say where |
 //!
-//! The base colour texture multiplies Ka and Kd. A metal with a texture, and every material with a metallic-roughness
-//! texture, is shown as matt paint of its colour: one number cannot stand for a picture. `BLEND` with an alpha below 1
-//! lets 1 − alpha through, unbent; masks are ignored. KHR_materials_unlit becomes Ka = c alone.
-//! KHR_materials_pbrSpecularGlossiness: Kd its diffuse, F0 its specular colour, r = 1 − glossiness. A primitive without a
-//! material takes the user's, or the grey of all meshes.
+//! The base colour texture multiplies Ka and Kd. A metal with a texture, and every material with a
+//! metallic-roughness texture, is shown as matt paint of its colour: one number cannot stand for a
+//! picture. `BLEND` with an alpha below 1 lets 1 − alpha through, unbent; masks are ignored.
+//! KHR_materials_unlit becomes Ka = c alone. KHR_materials_pbrSpecularGlossiness: Kd its diffuse,
+//! F0 its specular colour, r = 1 − glossiness. A primitive without a material takes the user's, or
+//! the grey of all meshes.
 //!
 //! # Lights and cameras
-//! Candela and lux over π are colours, so that a white surface facing 1 lux of light has radiance 1/π; point lights fade
-//! with the square of the distance. Where the middle of the scene then gets less than 0.25 or more than 4, all lights are
-//! scaled alike to give it 1, with a warning. Spot lights shine to all sides, with a warning. The first perspective camera
-//! is the view, and its aspect ratio that of the picture; orthographic ones are left out, with a warning.
+//! Candela and lux over π are colours, so that a white surface facing 1 lux of light has radiance
+//! 1/π; point lights fade with the square of the distance. Where the middle of the scene then gets
+//! less than 0.25 or more than 4, all lights are scaled alike to give it 1, with a warning. Spot
+//! lights shine to all sides, with a warning. The first perspective camera is the view, and its
+//! aspect ratio that of the picture; orthographic ones are left out, with a warning.
 
 mod accessor;
 mod container;
@@ -165,8 +168,8 @@ struct GltfReader<'a, 't> {
     materials: Option<GltfMaterials<'a>>,
     allowance: &'a MemoryBudget,
     instances: MeshInstances<'a>,
-    /// Triangles that may still be made: as many as the file has bytes, and a few million. Accessors may be shared,
-    /// and nothing else bounds how often.
+    /// Triangles that may still be made: as many as the file has bytes, and a few million.
+    /// Accessors may be shared, and nothing else bounds how often.
     triangles_left: u64,
     /// Set where the scene's origin rounds coordinates that are single precision in the file.
     inexact: bool,
@@ -174,10 +177,12 @@ struct GltfReader<'a, 't> {
 
 /// Triangles that a file of any size may have.
 const FREE_TRIANGLES: u64 = 1 << 24;
-/// Extents of meshes that are placed as they are: beyond, what is stored could not be intersected in single precision.
+/// Extents of meshes that are placed as they are: beyond, what is stored could not be intersected
+/// in single precision.
 const SAFE_EXTENTS: std::ops::RangeInclusive<f32> = 1.0 / 268_435_456.0..=268_435_456.0;
 
-/// The map into the space where a mesh is stored, from its own, and the map back: moved to an origin, and then scaled.
+/// The map into the space where a mesh is stored, from its own, and the map back: moved to an
+/// origin, and then scaled.
 fn stored_space(origin: Option<DVec3>, scale: f64) -> [DAffine3; 2] {
     let origin = origin.unwrap_or_default();
     let scaled = |by: f64| DAffine3::from_scale(DVec3::splat(by));
@@ -302,8 +307,8 @@ impl<'a, 't> GltfReader<'a, 't> {
             return Ok(());
         };
         let stored = self.scene.begin_mesh();
-        // Near the geometry where that is far away in the mesh's own space, too: files have accessors that hold a map's
-        // coordinates, and nodes that take them back.
+        // Near the geometry where that is far away in the mesh's own space, too: files have
+        // accessors that hold a map's coordinates, and nodes that take them back.
         let own = origin::of_bounds(bounds);
         let [taken, back] = stored_space(own, size);
         let bad = self.bake(&shapes, &taken)?;
@@ -330,7 +335,8 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(())
     }
 
-    /// Adds shapes under a map to the scene, and takes their triangles out of what may still be made.
+    /// Adds shapes under a map to the scene, and takes their triangles out of what may still be
+    /// made.
     fn bake(
         &mut self,
         shapes: &[PrimitiveGeometry],
@@ -431,7 +437,8 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(shapes)
     }
 
-    /// One warning for everything that the file has and the picture does not show; then the textures go to the scene.
+    /// One warning for everything that the file has and the picture does not show; then the
+    /// textures go to the scene.
     fn warn_unused(&mut self, nodes: &[PlacedNode]) {
         let Some(mut looks) = self.materials.take() else {
             return;
@@ -456,7 +463,8 @@ impl<'a, 't> GltfReader<'a, 't> {
     }
 }
 
-/// The power of two that brings an extent to the nearer end of [`SAFE_EXTENTS`], so that nothing is rounded.
+/// The power of two that brings an extent to the nearer end of [`SAFE_EXTENTS`], so that nothing is
+/// rounded.
 fn power_of_two_into_range(extent: f32) -> f64 {
     let nearest = extent.clamp(*SAFE_EXTENTS.start(), *SAFE_EXTENTS.end());
     match extent > 0.0 && extent.is_finite() {

@@ -12,10 +12,12 @@ pub(super) struct PlacedNode {
     pub(super) to_world: DAffine3,
 }
 
-/// The nodes of the default scene (or the first one, or of all roots), parents before their children, in file order.
+/// The nodes of the default scene (or the first one, or of all roots), parents before their
+/// children, in file order.
 ///
-/// Every node is visited once, so that neither a cycle nor a node with two parents takes more time than the file has
-/// nodes; both are errors. The world begins at the origin: all maps lead to places less that.
+/// Every node is visited once, so that neither a cycle nor a node with two parents takes more time
+/// than the file has nodes; both are errors. The world begins at the origin: all maps lead to
+/// places less that.
 pub(super) fn flatten(
     source: &GltfSource,
     origin: Origin,

@@ -1,4 +1,5 @@
-//! The file as its parts see it: the document, its buffers' bytes, and where in the text each of its rows stands.
+//! The file as its parts see it: the document, its buffers' bytes, and where in the text each of
+//! its rows stands.
 
 use super::container::{Container, ContainerFault};
 use super::document::{GltfDocument, Versioned};
@@ -65,7 +66,8 @@ impl<'a> GltfSource<'a> {
         let parsed = serde_json::from_slice::<GltfDocument>(json);
         let asset = match &parsed {
             Ok(document) => &document.asset,
-            // A document of another version may differ in everything else, and its version is the better answer.
+            // A document of another version may differ in everything else, and its version is the
+            // better answer.
             Err(_) => {
                 &serde_json::from_slice::<Versioned>(json)
                     .unwrap_or_default()
@@ -99,8 +101,8 @@ impl<'a> GltfSource<'a> {
         })
     }
 
-    /// Where a row of one of the document's lists stands. The first call parses the text once more, so for messages
-    /// only.
+    /// Where a row of one of the document's lists stands. The first call parses the text once more,
+    /// so for messages only.
     pub(super) fn place(&self, list: &str, row: usize) -> Span {
         let rows = self.rows.get_or_init(|| row_offsets(self.json));
         match rows.get(list).and_then(|offsets| offsets.get(row)) {
@@ -132,7 +134,8 @@ impl<'a> GltfSource<'a> {
             let bytes = match (&buffer.uri, binary) {
                 (Some(uri), _) => fetch(uri, asset_dir, &mut files).map(BufferBytes::Other),
                 (None, Some(chunk)) if row == 0 => Ok(BufferBytes::Own(chunk)),
-                // Left for whoever uses it: a buffer that stands in for compressed data has no bytes of its own.
+                // Left for whoever uses it: a buffer that stands in for compressed data has no
+                // bytes of its own.
                 (None, _) => {
                     buffers.push(None);
                     continue;
@@ -199,7 +202,8 @@ fn row_offsets(json: &[u8]) -> BTreeMap<String, Vec<usize>> {
     lists.collect()
 }
 
-/// The bytes that a URI stands for: data in the text itself, or a file of the scene file's folder, which is read once.
+/// The bytes that a URI stands for: data in the text itself, or a file of the scene file's folder,
+/// which is read once.
 fn fetch(
     uri: &str,
     asset_dir: &Folder,

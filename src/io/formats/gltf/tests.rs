@@ -3,8 +3,8 @@
 use super::*;
 use base64::Engine;
 
-/// Reads a mesh of `primitives` times the same triangle, shown by `nodes` nodes, when `most` triangles may be made.
-/// What is wrong, or how many may still be made.
+/// Reads a mesh of `primitives` times the same triangle, shown by `nodes` nodes, when `most`
+/// triangles may be made. What is wrong, or how many may still be made.
 fn read_within(primitives: usize, nodes: usize, most: u64) -> Result<u64, String> {
     let primitive = r#"{"attributes": {"POSITION": 0}}"#;
     let text = format!(
@@ -47,8 +47,8 @@ fn a_stored_mesh_is_charged_once() {
     assert_eq!(read_within(2, 5, 3), Ok(1));
 }
 
-/// A file of meshes, each of `primitives` times one and the same primitive of `triangles` triangles, and of a node for
-/// each mesh of `shown`. Coordinates are as large as `size`.
+/// A file of meshes, each of `primitives` times one and the same primitive of `triangles`
+/// triangles, and of a node for each mesh of `shown`. Coordinates are as large as `size`.
 fn copies(shown: &[usize], primitives: usize, triangles: usize, size: f32) -> String {
     let floats: Vec<u8> = (0..9 * triangles)
         .flat_map(|k| ((k * 7919 % 1000) as f32 * size / 1000.0).to_le_bytes())

@@ -38,7 +38,8 @@ impl NffMaterials {
         self.materials.len() as u32 - 1
     }
 
-    /// Makes materials of the surfaces and gives the shapes their rows. Surfaces without a shape leave none.
+    /// Makes materials of the surfaces and gives the shapes their rows. Surfaces without a shape
+    /// leave none.
     pub(super) fn settle(&self, level: f64, scene: &mut Scene) {
         let mut table = MaterialTable::default();
         let mut rows: Vec<Option<u32>> = vec![None; self.materials.len()];
@@ -61,8 +62,9 @@ impl NffMaterials {
     }
 }
 
-/// The document's parameters: Ka = level·Kd·rgb, diffuse Kd·rgb, specular and transmission white. The products are
-/// made in f64 and rounded once. An index of refraction of 0, as the databases give opaque surfaces, counts as 1.
+/// The document's parameters: Ka = level·Kd·rgb, diffuse Kd·rgb, specular and transmission white.
+/// The products are made in f64 and rounded once. An index of refraction of 0, as the databases
+/// give opaque surfaces, counts as 1.
 fn material_of(&[r, g, b, kd, ks, shine, t, ior]: &FillRecord, level: f64) -> Material {
     let kd = Vec3::new(r, g, b).as_dvec3() * f64::from(kd);
     Material {

@@ -1,8 +1,9 @@
 //! NFF, Eric Haines' neutral file format: tokens, of which a record takes as many as it needs.
 //!
-//! [`read`] walks the records, each of which runs its row of `records::RECORDS` on a [`NffReader`]. A faulty record leaves
-//! a diagnostic, and reading goes on where the next record begins. Ambient light and the intensity of lights depend on
-//! how many lights there are, so both are worked out at the end of the file.
+//! [`read`] walks the records, each of which runs its row of `records::RECORDS` on a [`NffReader`].
+//! A faulty record leaves a diagnostic, and reading goes on where the next record begins. Ambient
+//! light and the intensity of lights depend on how many lights there are, so both are worked out at
+//! the end of the file.
 
 mod lexer;
 mod materials;
@@ -51,7 +52,8 @@ struct SeenRecords {
 /// Reads a scene from the text of an NFF file.
 ///
 /// # Errors
-/// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
+/// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`]
+/// diagnostics.
 pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, ReadStop> {
     let mut reader = NffReader {
         tokens: NffTokens::new(text),
@@ -109,8 +111,8 @@ impl NffReader<'_> {
     }
 }
 
-/// The databases' intensity of a light and of ambient light where there are `lights` lights: √n/(2n). Without any it is
-/// that of the one light that is then added.
+/// The databases' intensity of a light and of ambient light where there are `lights` lights:
+/// √n/(2n). Without any it is that of the one light that is then added.
 fn level(lights: usize) -> f64 {
     let n = lights.max(1) as f64;
     n.sqrt() / (2.0 * n)

@@ -150,8 +150,8 @@ impl<'a> NffReader<'a> {
         good.then_some(values)
     }
 
-    /// The next `N` operands, which begin with a place; as [`NffReader::numbers`], but in double precision where the scene
-    /// is moved.
+    /// The next `N` operands, which begin with a place; as [`NffReader::numbers`], but in double
+    /// precision where the scene is moved.
     pub(super) fn coordinates<const N: usize>(
         &mut self,
         record: &NffRecord<'_>,

@@ -125,7 +125,8 @@ impl NffReader<'_> {
         }
     }
 
-    /// A count, and as many corners of `N` numbers each; after the first fault the rest is passed over.
+    /// A count, and as many corners of `N` numbers each; after the first fault the rest is passed
+    /// over.
     fn corners<const N: usize>(&mut self, record: &NffRecord<'_>) -> Option<Vec<[f64; N]>> {
         self.seen.shape = true;
         let corners = self.checked_corners(record);
@@ -149,7 +150,8 @@ impl NffReader<'_> {
         Some(corners)
     }
 
-    /// The count of corners, checked against the bytes that are left before anything is made room for.
+    /// The count of corners, checked against the bytes that are left before anything is made room
+    /// for.
     fn corner_count(&mut self, record: &NffRecord<'_>, numbers_each: u64) -> Option<usize> {
         let Some(token) = self.operand() else {
             self.breaks_off(record, 0, 1);

@@ -74,7 +74,8 @@ impl NffReader<'_> {
             self.breaks_off(record, 0, 1);
             return None;
         };
-        // In double precision: it is no coordinate, and the vertical angle that comes of it is rounded once.
+        // In double precision: it is no coordinate, and the vertical angle that comes of it is
+        // rounded once.
         let checked = number(token.text).and_then(|_| {
             let angle = token.text.parse::<f64>();
             let range = |angle: &f64| *angle > 0.0 && *angle < 180.0;
@@ -152,8 +153,8 @@ impl NffReader<'_> {
     }
 }
 
-/// The angle of the whole image's height, degrees, where `angle` spans the centre of the first of `height` pixel rows
-/// to that of the last. One row has no such angle: it gets `angle` itself.
+/// The angle of the whole image's height, degrees, where `angle` spans the centre of the first of
+/// `height` pixel rows to that of the last. One row has no such angle: it gets `angle` itself.
 fn whole_angle(angle: f64, height: u32) -> f64 {
     if height < 2 {
         return angle;

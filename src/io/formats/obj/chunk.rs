@@ -263,7 +263,8 @@ impl ObjReader<'_> {
         self.no_more()
     }
 
-    /// u, perhaps v, perhaps w, which is ignored. OBJ's v is 0 at the bottom, the scene's at the top.
+    /// u, perhaps v, perhaps w, which is ignored. OBJ's v is 0 at the bottom, the scene's at the
+    /// top.
     #[inline]
     fn texture_uv(&mut self) -> Result<(), ParseError> {
         self.cursor.skip_blanks();

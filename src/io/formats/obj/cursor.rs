@@ -1,4 +1,5 @@
-//! A place in the text of an OBJ or MTL file: blanks, line ends, continued lines, words and numbers.
+//! A place in the text of an OBJ or MTL file: blanks, line ends, continued lines, words and
+//! numbers.
 
 use crate::formats::decimal;
 use crate::formats::diagnostics::{Span, quoted};
@@ -31,7 +32,8 @@ impl<'a> Cursor<'a> {
         self.at >= self.text.len()
     }
 
-    /// Passes blanks within a statement; a `\` before a line end makes the next line part of this one.
+    /// Passes blanks within a statement; a `\` before a line end makes the next line part of this
+    /// one.
     #[inline]
     pub(super) fn skip_blanks(&mut self) {
         while let Some(byte) = self.peek() {

@@ -122,8 +122,8 @@ impl<'a> MaterialLibrary<'a> {
         }
     }
 
-    /// Material rows for `triangles` triangles whose materials change at `runs`. Before the first, and where a name is
-    /// unknown, it is row 0.
+    /// Material rows for `triangles` triangles whose materials change at `runs`. Before the first,
+    /// and where a name is unknown, it is row 0.
     pub(super) fn material_rows(
         &mut self,
         mut runs: Vec<(usize, Span)>,

@@ -1,8 +1,9 @@
 //! OBJ with MTL: triangles and polygons over shared vertices, texture places and normals.
 //!
-//! The text is cut at line ends into pieces that several threads read; numbers that count backward, and names of
-//! materials that reach over from the piece before, are settled when all have been read. Faults are found in a second
-//! reading, which knows how much of everything there is: files are mostly right, so the first one need not know.
+//! The text is cut at line ends into pieces that several threads read; numbers that count backward,
+//! and names of materials that reach over from the piece before, are settled when all have been
+//! read. Faults are found in a second reading, which knows how much of everything there is: files
+//! are mostly right, so the first one need not know.
 
 mod chunk;
 mod cursor;
@@ -22,7 +23,8 @@ use glam::DVec3;
 use phalanx_scene::{MaterialTable, Vec2s, Vec3s};
 use std::ops::Range;
 
-/// Bytes of a piece: enough to be worth a thread's while, few enough to keep all threads busy to the end.
+/// Bytes of a piece: enough to be worth a thread's while, few enough to keep all threads busy to
+/// the end.
 const CHUNK_BYTES: usize = 1 << 18;
 
 /// Reads an OBJ file; the material files and textures that it names are looked for beside it.

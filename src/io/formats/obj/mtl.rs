@@ -1,7 +1,8 @@
 //! MTL: named materials, and what they become.
 //!
-//! The renderer's surface is the document's: Ka is added as it is, Ks weighs both the highlight and the mirror ray, Kt
-//! the refracted ray. MTL knows an ambient light of its own, highlights without mirrors, and opacity. So:
+//! The renderer's surface is the document's: Ka is added as it is, Ks weighs both the highlight and
+//! the mirror ray, Kt the refracted ray. MTL knows an ambient light of its own, highlights without
+//! mirrors, and opacity. So:
 //!
 //! | surface | from |
 //! |---|---|
@@ -161,7 +162,8 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) -> Result<()
     Ok(())
 }
 
-/// One number for grey, or three; none of a colour by spectral curves or in CIE XYZ, which is left out.
+/// One number for grey, or three; none of a colour by spectral curves or in CIE XYZ, which is left
+/// out.
 fn color(cursor: &mut Cursor) -> Result<Option<Vec3>, ParseError> {
     cursor.skip_blanks();
     let rest = cursor.text.get(cursor.at..).unwrap_or_default();

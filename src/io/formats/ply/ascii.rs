@@ -1,7 +1,7 @@
 //! Rows of an ascii file: one on each line that is not blank.
 //!
-//! Lines are counted first, so that each piece of the text knows which rows it holds; then several threads read the
-//! pieces.
+//! Lines are counted first, so that each piece of the text knows which rows it holds; then several
+//! threads read the pieces.
 
 use super::header::{Element, Property, PropertyKind};
 use super::rows::{FaceSink, check_corners, checked_normal, checked_position, too_short};

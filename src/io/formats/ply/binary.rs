@@ -1,7 +1,7 @@
 //! Rows of a binary file.
 //!
-//! Rows without lists, and faces that are all triangles, have a fixed length: several threads take their numbers out
-//! at once. What is not so regular, or not right, is walked from row to row.
+//! Rows without lists, and faces that are all triangles, have a fixed length: several threads take
+//! their numbers out at once. What is not so regular, or not right, is walked from row to row.
 
 use super::columns::{TriangleRowLayout, fill};
 use super::header::{Element, Encoding, PropertyKind, Type};
@@ -178,7 +178,8 @@ impl<'a> PlyBinaryReader<'a> {
         (Vec3s { x, y, z }, bad.into_iter().flatten().collect())
     }
 
-    /// Faces all of which are right and have three corners, and their length in bytes; `None` for others.
+    /// Faces all of which are right and have three corners, and their length in bytes; `None` for
+    /// others.
     fn triangles(&mut self, element: &Element, list: usize, count: usize) -> Option<usize> {
         let PropertyKind::List {
             count: count_type,
@@ -254,7 +255,8 @@ impl<'a> PlyBinaryReader<'a> {
         Ok(())
     }
 
-    /// The property that stands here, and where the next one does; `None` if it cannot end within the file.
+    /// The property that stands here, and where the next one does; `None` if it cannot end within
+    /// the file.
     fn field(&self, kind: PropertyKind) -> Option<(Field, usize)> {
         let (count, item) = match kind {
             PropertyKind::One(kind) => return Some((Field::One(self.at), self.at + kind.size())),

@@ -140,7 +140,8 @@ pub(super) fn length(bytes: &[u8]) -> usize {
     lines.at
 }
 
-/// Lines of the header; what ends the first one ends them all, so that a byte of the body is never taken for one.
+/// Lines of the header; what ends the first one ends them all, so that a byte of the body is never
+/// taken for one.
 struct HeaderLines<'a> {
     bytes: &'a [u8],
     at: usize,

@@ -1,8 +1,9 @@
 //! PLY: a header that says what follows, then rows as text or as numbers of either byte order.
 //!
-//! Read are the vertices' `x y z` and `nx ny nz`, the faces' `vertex_indices` (or `vertex_index`) and triangle strips;
-//! everything else, colours and texture places among it, is passed. Counts of the header are believed only as far as
-//! there are bytes. Surplus operands of an ascii row are a warning, unlike elsewhere: files of a widespread program have them.
+//! Read are the vertices' `x y z` and `nx ny nz`, the faces' `vertex_indices` (or `vertex_index`)
+//! and triangle strips; everything else, colours and texture places among it, is passed. Counts of
+//! the header are believed only as far as there are bytes. Surplus operands of an ascii row are a
+//! warning, unlike elsewhere: files of a widespread program have them.
 
 mod ascii;
 mod binary;
@@ -110,7 +111,8 @@ struct VertexPlan {
     element: usize,
     count: u64,
     position: [usize; 3],
-    /// The origin, taken from places before they are rounded; 0 where they are single precision anyway.
+    /// The origin, taken from places before they are rounded; 0 where they are single precision
+    /// anyway.
     origin: DVec3,
     /// Which of `place` are single precision, or less.
     single: [bool; 3],
@@ -250,7 +252,8 @@ fn finish(
     mesh::finish(scene, joined, options, report)
 }
 
-/// Normals belong to vertices, so their rows are the corners' own; but a triangle with a bad one has none.
+/// Normals belong to vertices, so their rows are the corners' own; but a triangle with a bad one
+/// has none.
 fn normal_rows(corners: &[[u32; 3]], bad: &[NotFinite]) -> Vec<[u32; 3]> {
     let mut rows = corners.to_vec();
     if !bad.is_empty() {

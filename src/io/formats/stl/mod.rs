@@ -1,6 +1,8 @@
-//! STL: triangles without shared corners, as text or binary. Corners with the same bits become one vertex.
+//! STL: triangles without shared corners, as text or binary. Corners with the same bits become one
+//! vertex.
 //!
-//! Normals of the file are not used: a facet's side follows from the order of its corners, as the format demands.
+//! Normals of the file are not used: a facet's side follows from the order of its corners, as the
+//! format demands.
 
 mod ascii;
 mod binary;
@@ -27,8 +29,8 @@ pub(super) fn text_part(bytes: &[u8]) -> &[u8] {
     }
 }
 
-/// Whether a file is binary: by its length, since many binary files begin with `solid` like text; where that does not
-/// fit, by what no text has.
+/// Whether a file is binary: by its length, since many binary files begin with `solid` like text;
+/// where that does not fit, by what no text has.
 fn is_binary(bytes: &[u8]) -> bool {
     let promised = bytes.get(HEADER - 4..).and_then(<[u8]>::first_chunk);
     let exact = promised.is_some_and(|&count| {

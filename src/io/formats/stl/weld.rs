@@ -1,8 +1,8 @@
 //! Corners with the same bits become one vertex, numbered as they first appear.
 //!
-//! Each thread has a share of all possible corners, by their hash, and finds for each of them where it stood first; so
-//! the result depends neither on the number of threads nor on the hash, which differs from run to run, so that no file
-//! can be made to be slow.
+//! Each thread has a share of all possible corners, by their hash, and finds for each of them where
+//! it stood first; so the result depends neither on the number of threads nor on the hash, which
+//! differs from run to run, so that no file can be made to be slow.
 
 use crate::formats::diagnostics::Span;
 use crate::formats::mesh::NotFinite;

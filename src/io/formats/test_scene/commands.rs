@@ -134,8 +134,8 @@ impl TestReader<'_> {
         self.operands(statement, number)
     }
 
-    /// The operands as finite numbers of places and transforms, or an error for each fault: in double precision where
-    /// the scene is moved, and else rounded to single precision.
+    /// The operands as finite numbers of places and transforms, or an error for each fault: in
+    /// double precision where the scene is moved, and else rounded to single precision.
     pub(super) fn coordinates<const N: usize>(
         &mut self,
         statement: &Statement<'_>,
@@ -169,7 +169,8 @@ impl TestReader<'_> {
         values
     }
 
-    /// Says what [`Statement::parsed`] stumbled over. Apart from it, because most lines are as they should be.
+    /// Says what [`Statement::parsed`] stumbled over. Apart from it, because most lines are as they
+    /// should be.
     fn explain_operands<T>(
         &mut self,
         statement: &Statement<'_>,

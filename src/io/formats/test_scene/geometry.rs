@@ -9,7 +9,8 @@ use phalanx_scene::Prim;
 
 impl TestReader<'_> {
     pub(super) fn vertex(&mut self, statement: &Statement<'_>) {
-        // A faulty vertex still takes its number, so that indices to those after it keep their meaning.
+        // A faulty vertex still takes its number, so that indices to those after it keep their
+        // meaning.
         let position = self.coordinates(statement).map(DVec3::from_array);
         self.vertices.items.push(position.unwrap_or_default());
         let count = self.vertices.items.len();
@@ -210,13 +211,15 @@ impl TestReader<'_> {
     }
 }
 
-/// The promised count if `count` is the first beyond it. Forgets the promise then: one error is enough.
+/// The promised count if `count` is the first beyond it. Forgets the promise then: one error is
+/// enough.
 fn exceeded(promised: &mut Option<u64>, count: usize) -> Option<u64> {
     promised.take_if(|promised| count as u64 > *promised)
 }
 
-/// Normals under the inverse transpose of a matrix, as unit vectors: whatever lengths a file or a transform gives
-/// them, squaring those in f32 later is safe. A zero normal was reported where it was declared.
+/// Normals under the inverse transpose of a matrix, as unit vectors: whatever lengths a file or a
+/// transform gives them, squaring those in f32 later is safe. A zero normal was reported where it
+/// was declared.
 fn world_normals(m: DMat3, normals: [DVec3; 3]) -> Option<[Vec3; 3]> {
     let back = inverse(m)?.transpose();
     let [a, b, c] = normals.map(|n| Some((back * n).try_normalize()?.as_vec3()));

@@ -48,7 +48,8 @@ impl<'a> Iterator for TestTokens<'a> {
     fn next(&mut self) -> Option<TestToken<'a>> {
         let bytes = self.rest.as_bytes();
         let start = bytes.iter().position(|b| !b.is_ascii_whitespace())?;
-        // A comment starts where a token could: `1#2` is one (bad) token, `1 #2` a number and a comment.
+        // A comment starts where a token could: `1#2` is one (bad) token, `1 #2` a number and a
+        // comment.
         if bytes[start] == b'#' {
             self.rest = "";
             return None;

@@ -91,7 +91,8 @@ impl TestReader<'_> {
         }
     }
 
-    /// A parallelogram under transforms that slant it, or if its edges are not upright on each other.
+    /// A parallelogram under transforms that slant it, or if its edges are not upright on each
+    /// other.
     pub(super) fn rectlight(&mut self, statement: &Statement<'_>) {
         let Some([cx, cy, cz, ex, ey, ez, fx, fy, fz, r, g, b]) = self.coordinates(statement)
         else {

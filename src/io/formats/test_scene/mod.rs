@@ -1,8 +1,9 @@
-//! The `.test` format: one command per line, a matrix stack as in OpenGL, and state that each primitive and light
-//! captures as it is declared.
+//! The `.test` format: one command per line, a matrix stack as in OpenGL, and state that each
+//! primitive and light captures as it is declared.
 //!
-//! [`read`] walks the statements of `lexer`, each of which runs its row of `commands::COMMANDS` on a [`TestReader`]. A
-//! faulty statement leaves a diagnostic and as much of its effect as keeps later statements from being blamed for it.
+//! [`read`] walks the statements of `lexer`, each of which runs its row of `commands::COMMANDS` on
+//! a [`TestReader`]. A faulty statement leaves a diagnostic and as much of its effect as keeps
+//! later statements from being blamed for it.
 
 mod commands;
 mod geometry;
@@ -44,8 +45,8 @@ struct SeenCommands {
     camera: bool,
 }
 
-/// Vertices to be indexed, and how many the file said there would be. Grows with what is there: the hint alone never
-/// allocates.
+/// Vertices to be indexed, and how many the file said there would be. Grows with what is there: the
+/// hint alone never allocates.
 struct VertexPool<T> {
     items: Vec<T>,
     promised: Option<u64>,
@@ -75,7 +76,8 @@ impl NormalVertex {
 /// Reads a scene from the text of a `.test` file.
 ///
 /// # Errors
-/// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
+/// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`]
+/// diagnostics.
 pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, ReadStop> {
     let mut reader = TestReader::new(text, options.origin.position());
     if text.trim_start_matches('\u{feff}').trim().is_empty() {

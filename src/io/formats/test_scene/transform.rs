@@ -3,12 +3,13 @@
 use crate::formats::diagnostics::Span;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-/// How far MᵀM may be from s²·I, relative to s², for M to count as a similarity. Far above the rounding errors of a
-/// stack of rotations (about 1e-16 each), far below what any f32 operand can express.
+/// How far MᵀM may be from s²·I, relative to s², for M to count as a similarity. Far above the
+/// rounding errors of a stack of rotations (about 1e-16 each), far below what any f32 operand can
+/// express.
 const SIMILARITY: f64 = 1e-12;
 
-/// Condition number (Frobenius) beyond which a matrix counts as singular: with it, the rounding error of an f32
-/// coordinate in world space is as large as the whole object in object space.
+/// Condition number (Frobenius) beyond which a matrix counts as singular: with it, the rounding
+/// error of an f32 coordinate in world space is as large as the whole object in object space.
 const WORST_CONDITION: f64 = 16_777_216.0; // 2^24
 
 /// Transforms that may be saved at a time. Each takes eight times the memory of its statement, and
@@ -36,8 +37,8 @@ impl Transforms {
         self.current
     }
 
-    /// Right-multiplies, as OpenGL does: what is declared last acts first. False, and nothing changed, where the
-    /// product is not finite.
+    /// Right-multiplies, as OpenGL does: what is declared last acts first. False, and nothing
+    /// changed, where the product is not finite.
     pub(super) fn apply(&mut self, step: DAffine3) -> bool {
         let product = self.current * step;
         let fits = product.is_finite();
@@ -94,8 +95,9 @@ pub(super) fn rotation(axis: DVec3, degrees: f64) -> Option<DAffine3> {
     ))
 }
 
-/// Sine and cosine by libm, whose bits, unlike those of the system's, are the same everywhere. Whole quarter turns
-/// are taken off first (exactly: both remainders are), so that 90 degrees turn x into y and not nearly so.
+/// Sine and cosine by libm, whose bits, unlike those of the system's, are the same everywhere.
+/// Whole quarter turns are taken off first (exactly: both remainders are), so that 90 degrees turn
+/// x into y and not nearly so.
 fn sin_cos(degrees: f64) -> (f64, f64) {
     let degrees = degrees % 360.0;
     let quarters = (degrees / 90.0).round();
@@ -109,7 +111,8 @@ fn sin_cos(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// The factor s by which a matrix scales all lengths, if it does scale all alike: MᵀM = s²·I. Reflections do.
+/// The factor s by which a matrix scales all lengths, if it does scale all alike: MᵀM = s²·I.
+/// Reflections do.
 pub(super) fn similarity(m: DMat3) -> Option<f64> {
     let gram = m.transpose() * m;
     let square = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
@@ -122,7 +125,8 @@ pub(super) fn similarity(m: DMat3) -> Option<f64> {
 /// The inverse, unless the matrix flattens space so far that f32 could not undo it.
 pub(super) fn inverse(m: DMat3) -> Option<DMat3> {
     let size = largest(m);
-    // Brought to about 1 first: the determinant of a matrix in units of 1e-150 would vanish though its shape is fine.
+    // Brought to about 1 first: the determinant of a matrix in units of 1e-150 would vanish though
+    // its shape is fine.
     let unit = m * (1.0 / size);
     let inverse = unit.inverse();
     let condition = frobenius(unit) * frobenius(inverse);

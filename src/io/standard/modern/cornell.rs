@@ -1,8 +1,9 @@
-//! cornell: a box in the manner of Goral, Torrance, Greenberg and Battaile, "Modeling the Interaction of Light Between
-//! Diffuse Surfaces" (SIGGRAPH 1984), with a sphere of glass and one of mirror, all of triangles.
+//! cornell: a box in the manner of Goral, Torrance, Greenberg and Battaile, "Modeling the
+//! Interaction of Light Between Diffuse Surfaces" (SIGGRAPH 1984), with a sphere of glass and one
+//! of mirror, all of triangles.
 //!
-//! The lamp in the ceiling is nine points. What the walls' colours would cast on their neighbours is two weak coloured
-//! lights beside them.
+//! The lamp in the ceiling is nine points. What the walls' colours would cast on their neighbours
+//! is two weak coloured lights beside them.
 
 use super::geodesic;
 use super::materials::{glass, glow, matte, polished, rgb};
@@ -65,7 +66,8 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     lights().for_each(|light| builder.light(&light));
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
-    // The spheres are the scene: what they leave goes to the flat parts, where triangles change nothing to be seen.
+    // The spheres are the scene: what they leave goes to the flat parts, where triangles change
+    // nothing to be seen.
     let budget = f64::from(params.size);
     let frequency = geodesic::frequency(budget * 0.4);
     spheres(&mut mesh, frequency);
@@ -191,7 +193,8 @@ fn blocks(mesh: &mut MeshBuilder, cells: f64) {
     );
 }
 
-/// A block on the floor of these half widths (and whole height), turned so that its x axis points to `turn`.
+/// A block on the floor of these half widths (and whole height), turned so that its x axis points
+/// to `turn`.
 fn block(mesh: &mut MeshBuilder, center: DVec2, size: DVec3, turn: DVec2, cells: f64) {
     let turn = turn / turn.length();
     let at = |x: f64, y: f64, z: f64| {

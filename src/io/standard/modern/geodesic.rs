@@ -51,10 +51,11 @@ pub(super) fn frequency(triangles: f64) -> usize {
     (triangles / 20.0).max(1.0).sqrt().round() as usize
 }
 
-/// Draws a sphere of 20 `frequency`² triangles in the surface chosen, its points moved by `position` from the unit sphere
-/// to where they belong.
+/// Draws a sphere of 20 `frequency`² triangles in the surface chosen, its points moved by
+/// `position` from the unit sphere to where they belong.
 ///
-/// A point on an edge comes out the same from both faces: its sum has two terms that are not zero, and a + b = b + a.
+/// A point on an edge comes out the same from both faces: its sum has two terms that are not zero,
+/// and a + b = b + a.
 pub(super) fn sphere(mesh: &mut MeshBuilder, frequency: usize, position: impl Fn(DVec3) -> DVec3) {
     for [a, b, c] in FACES.map(|face| face.map(|i| CORNERS[i])) {
         mesh.triangle(frequency, |i, j| {

@@ -1,7 +1,9 @@
-//! hair: thin curved tubes, thousands to half a million of them: a windy meadow, and two of its dwellers.
+//! hair: thin curved tubes, thousands to half a million of them: a windy meadow, and two of its
+//! dwellers.
 //!
-//! Tubes are what bounding boxes fit worst. Each has three sides, seven steps and a closed tip: 45 triangles. With the
-//! number of tubes their width shrinks as its square root, so that the picture stays the same and gets finer.
+//! Tubes are what bounding boxes fit worst. Each has three sides, seven steps and a closed tip: 45
+//! triangles. With the number of tubes their width shrinks as its square root, so that the picture
+//! stays the same and gets finer.
 
 use super::geodesic;
 use super::materials::{matte, polished, rgb};
@@ -255,8 +257,9 @@ impl Creature {
         }
     }
 
-    /// Fur from roots on a spiral of the golden angle, which spreads them evenly (Vogel, "A better way to construct the
-    /// sunflower head", Mathematical Biosciences, 1979); combed downward and outward, away from the eyes.
+    /// Fur from roots on a spiral of the golden angle, which spreads them evenly (Vogel, "A better
+    /// way to construct the sunflower head", Mathematical Biosciences, 1979); combed downward and
+    /// outward, away from the eyes.
     fn coat(&self, mesh: &mut MeshBuilder, count: u64, width: f64) {
         const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
         if mesh.counted(count * TUBE) {

@@ -1,7 +1,7 @@
 //! Surfaces of the modern scenes, in few words.
 //!
-//! The ambient term stands in for the light between surfaces, which is not traced: it is a surface's colour under the
-//! sky's or the room's mean light, so that shadows keep a tint.
+//! The ambient term stands in for the light between surfaces, which is not traced: it is a
+//! surface's colour under the sky's or the room's mean light, so that shadows keep a tint.
 
 use super::super::builder::DocumentMaterial;
 use glam::DVec3;

@@ -1,9 +1,10 @@
-//! menger: the sponge of Karl Menger (1926), its inner walls coloured by the size of the hole they line.
+//! menger: the sponge of Karl Menger (1926), its inner walls coloured by the size of the hole they
+//! line.
 //!
-//! Only faces between stone and air are drawn: 2·20ⁿ + 4·8ⁿ quads at level n. The level is the deepest that fits the
-//! size. What is left of the size is spent inside the quads: each is cut into k × k cells, and cells get points on
-//! their diagonals, two more triangles for each; neither puts a point on an edge that the neighbour lacks, so that the
-//! sponge stays one closed surface.
+//! Only faces between stone and air are drawn: 2·20ⁿ + 4·8ⁿ quads at level n. The level is the
+//! deepest that fits the size. What is left of the size is spent inside the quads: each is cut into
+//! k × k cells, and cells get points on their diagonals, two more triangles for each; neither puts
+//! a point on an edge that the neighbour lacks, so that the sponge stays one closed surface.
 
 use super::materials::{matte, polished, rgb};
 use super::mesh_builder::{Grid, MeshBuilder};
@@ -137,7 +138,8 @@ fn middles(level: usize) -> Vec<u32> {
     middles
 }
 
-/// The places at which at least two of three coordinates are in the middle: there the cell is cut out.
+/// The places at which at least two of three coordinates are in the middle: there the cell is cut
+/// out.
 fn holes([x, y, z]: [u32; 3]) -> u32 {
     (x & y) | (y & z) | (z & x)
 }

@@ -1,5 +1,5 @@
-//! The pen that draws triangle scenes: it collects triangles by surface, hands them to the sink in chunks of bounded
-//! size, and can count what it would draw without drawing it.
+//! The pen that draws triangle scenes: it collects triangles by surface, hands them to the sink in
+//! chunks of bounded size, and can count what it would draw without drawing it.
 
 use super::super::builder::{DocumentMaterial, MaterialDesc, SceneBuilder};
 use glam::DVec3;
@@ -123,8 +123,9 @@ impl<'a> MeshBuilder<'a> {
         self.material = material;
     }
 
-    /// Draws a net whose corner in column `i` of row `j` is `point(i, j)`. Its front is where columns run to the right
-    /// and rows upward. A closed direction has no last corner: the first one is taken again, bit by bit.
+    /// Draws a net whose corner in column `i` of row `j` is `point(i, j)`. Its front is where
+    /// columns run to the right and rows upward. A closed direction has no last corner: the first
+    /// one is taken again, bit by bit.
     pub(super) fn grid(&mut self, grid: Grid, mut point: impl FnMut(usize, usize) -> DVec3) {
         self.triangles += grid.triangles() as u64;
         if self.counting {
@@ -173,8 +174,8 @@ impl<'a> MeshBuilder<'a> {
         }
     }
 
-    /// Draws a triangle of `side`² triangles, whose corner `i` steps toward its second and `j` toward its third corner
-    /// is `point(i, j)`.
+    /// Draws a triangle of `side`² triangles, whose corner `i` steps toward its second and `j`
+    /// toward its third corner is `point(i, j)`.
     pub(super) fn triangle(&mut self, side: usize, mut point: impl FnMut(usize, usize) -> DVec3) {
         self.triangles += (side * side) as u64;
         if self.counting {
@@ -209,8 +210,8 @@ impl<'a> MeshBuilder<'a> {
         }
     }
 
-    /// Draws a flat four-cornered sheet of `across` by `rows` quads; corners counter-clockwise from its front, columns
-    /// running from the first to the second.
+    /// Draws a flat four-cornered sheet of `across` by `rows` quads; corners counter-clockwise from
+    /// its front, columns running from the first to the second.
     pub(super) fn quad(&mut self, [a, b, c, d]: [DVec3; 4], across: usize, rows: usize) {
         self.grid(Grid::open(across, rows), |i, j| {
             let (u, v) = (i as f64 / across as f64, j as f64 / rows as f64);
@@ -236,7 +237,8 @@ impl<'a> MeshBuilder<'a> {
         }
     }
 
-    /// Draws triangles each with a surface of its own, `(material, corners)`, which index `vertices`.
+    /// Draws triangles each with a surface of its own, `(material, corners)`, which index
+    /// `vertices`.
     pub(super) fn facets(&mut self, vertices: &[DVec3], triangles: &[(usize, [u32; 3])]) {
         self.triangles += triangles.len() as u64;
         if self.counting {
@@ -322,8 +324,8 @@ impl BucketSort {
     }
 }
 
-/// The detail between `least` and `most` at which `draw` comes closest to `target` triangles from below, or nearly so;
-/// `draw` is given counting pens only, and must draw more with more detail.
+/// The detail between `least` and `most` at which `draw` comes closest to `target` triangles from
+/// below, or nearly so; `draw` is given counting pens only, and must draw more with more detail.
 pub(super) fn fit_detail(
     target: u64,
     (mut least, mut most): (f64, f64),

@@ -4,8 +4,8 @@
 
 use glam::{DVec2, DVec3};
 
-/// 64 well-mixed bits of a number: the finalizer of SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom
-/// Number Generators", OOPSLA 2014).
+/// 64 well-mixed bits of a number: the finalizer of SplitMix64 (Steele, Lea and Flood, "Fast
+/// Splittable Pseudorandom Number Generators", OOPSLA 2014).
 pub(super) fn mix(number: u64) -> u64 {
     let mut bits = number.wrapping_add(0x9E37_79B9_7F4A_7C15);
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -64,7 +64,8 @@ pub(super) fn blend(a: f64, b: f64, t: f64) -> f64 {
 
 /// The lattice cell of a coordinate and the place in it.
 fn cell(x: f64) -> (i64, f64) {
-    // Faster than `floor` on CPUs without an instruction for it, and the same for any place in a scene.
+    // Faster than `floor` on CPUs without an instruction for it, and the same for any place in a
+    // scene.
     let toward_zero = x as i64;
     let floor = toward_zero - i64::from(x < toward_zero as f64);
     (floor, x - floor as f64)
@@ -78,14 +79,15 @@ const STRIDES: [u64; 4] = [
     0xD6E8_FEB8_6659_FD93,
 ];
 
-/// A coordinate's and its successor's part in the hash of a lattice point; `axis` chooses the multiplier.
+/// A coordinate's and its successor's part in the hash of a lattice point; `axis` chooses the
+/// multiplier.
 fn parts(axis: usize, coordinate: i64) -> [u64; 2] {
     let part = (coordinate as u64).wrapping_mul(STRIDES[axis]);
     [part, part.wrapping_add(STRIDES[axis])]
 }
 
-/// Value at the lattice point of these parts, in [-1, 1). Less thorough than [`mix`], because most of a scene's time is
-/// spent here.
+/// Value at the lattice point of these parts, in [-1, 1). Less thorough than [`mix`], because most
+/// of a scene's time is spent here.
 fn lattice(parts: u64) -> f64 {
     let mut bits = (parts ^ (parts >> 32)).wrapping_mul(STRIDES[1]);
     bits ^= bits >> 29;
@@ -97,7 +99,8 @@ fn lattice(parts: u64) -> f64 {
 /// Value noise in the plane, in [-1, 1), and its gradient.
 pub(super) fn noise2(seed: u64, p: DVec2) -> (f64, DVec2) {
     let ((xi, x), (yi, y)) = (cell(p.x), cell(p.y));
-    // Quintic, so that the slope of the slope has no jumps, which would show as a lattice in the shading.
+    // Quintic, so that the slope of the slope has no jumps, which would show as a lattice in the
+    // shading.
     let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let slope = |t: f64| 30.0 * t * t * (t - 1.0) * (t - 1.0);
     let (hx, hy) = (parts(0, xi), parts(1, yi));
@@ -126,7 +129,8 @@ pub(super) fn noise3(seed: u64, p: DVec3) -> f64 {
     blend(face(0), face(1), w)
 }
 
-/// Turns by the angle of the 3-4-5 triangle, so that the lattices of successive octaves never line up.
+/// Turns by the angle of the 3-4-5 triangle, so that the lattices of successive octaves never line
+/// up.
 pub(super) fn turned(p: DVec2) -> DVec2 {
     DVec2::new(0.8 * p.x - 0.6 * p.y, 0.6 * p.x + 0.8 * p.y)
 }

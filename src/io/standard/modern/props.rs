@@ -58,7 +58,8 @@ pub(super) const ALL: [bool; 6] = [true; 6];
 /// All sides but the one it stands on.
 pub(super) const STANDING: [bool; 6] = [true, true, false, true, true, true];
 
-/// Draws the sides chosen of a box between two opposite corners. Neighbouring sides share their edges' points.
+/// Draws the sides chosen of a box between two opposite corners. Neighbouring sides share their
+/// edges' points.
 pub(super) fn cuboid(
     mesh: &mut MeshBuilder,
     frame: &LocalFrame,
@@ -87,8 +88,8 @@ pub(super) fn cuboid(
     }
 }
 
-/// Draws what a lathe makes of a profile of (radius, height) from the bottom to the top, about the frame's y axis. A
-/// radius of 0 closes the end with a fan; it may stand only there.
+/// Draws what a lathe makes of a profile of (radius, height) from the bottom to the top, about the
+/// frame's y axis. A radius of 0 closes the end with a fan; it may stand only there.
 pub(super) fn lathe(
     mesh: &mut MeshBuilder,
     frame: &LocalFrame,
@@ -146,8 +147,8 @@ pub(super) fn rod(
     });
 }
 
-/// Draws a profile of (out, up) swept along the frame's x axis from `from` to `to`; the profile runs so that its front
-/// is on the right of its way seen from the end of the axis.
+/// Draws a profile of (out, up) swept along the frame's x axis from `from` to `to`; the profile
+/// runs so that its front is on the right of its way seen from the end of the axis.
 pub(super) fn moulding(
     mesh: &mut MeshBuilder,
     frame: &LocalFrame,

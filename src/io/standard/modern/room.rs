@@ -1,7 +1,7 @@
 //! room: a knot of rope, cast in gold, on a pedestal in a closed room.
 //!
-//! Seven tenths of the triangles are the knot's, in a thousandth of the room's space: a tree that splits space evenly
-//! does badly here, and no ray ever leaves.
+//! Seven tenths of the triangles are the knot's, in a thousandth of the room's space: a tree that
+//! splits space evenly does badly here, and no ray ever leaves.
 
 use super::geodesic;
 use super::knot::knot;

@@ -1,8 +1,9 @@
 //! terrain: mountains around a lake, one height for each place.
 //!
-//! The heights are octaves of value noise that fade where the slope gathered so far is steep, which leaves ridges sharp
-//! and valleys smooth as if water had worn them (Quilez, "Value noise derivatives", 2008). What grows where follows
-//! from height and slope. Air is painted on: with distance from the eye surfaces tend to the colour of the sky.
+//! The heights are octaves of value noise that fade where the slope gathered so far is steep, which
+//! leaves ridges sharp and valleys smooth as if water had worn them (Quilez, "Value noise
+//! derivatives", 2008). What grows where follows from height and slope. Air is painted on: with
+//! distance from the eye surfaces tend to the colour of the sky.
 
 use super::materials::{hazy, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
@@ -77,7 +78,8 @@ fn palette() -> Vec<DocumentMaterial> {
 fn height(p: DVec2) -> f64 {
     let drift = DVec2::new(fractal2(SEED, p * 0.17, 2), fractal2(SEED + 8, p * 0.17, 2));
     let ridges = eroded((p + drift * 1.6) * 0.21);
-    // The lake lies in front of the mountains, and the near shore stays low so that nothing hides it.
+    // The lake lies in front of the mountains, and the near shore stays low so that nothing hides
+    // it.
     let from_lake = ((p - DVec2::new(-0.6, 4.6)) / DVec2::new(5.2, 3.6)).length();
     let shore = smoothstep(0.55, 1.5, from_lake);
     let near = smoothstep(2.0, 9.5, p.y);
@@ -99,8 +101,8 @@ fn eroded(mut p: DVec2) -> f64 {
     sum
 }
 
-/// What a face of this place and this (unnormalised, upward) normal is covered with; `patch` in [-1, 1] tells woods
-/// from meadows.
+/// What a face of this place and this (unnormalised, upward) normal is covered with; `patch` in
+/// [-1, 1] tells woods from meadows.
 fn ground(center: DVec3, normal: DVec3, patch: f64, dice: &mut Dice) -> Ground {
     let steep = normal.y / normal.length();
     let grain = dice.range(-1.0, 1.0);
@@ -158,7 +160,8 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
         let p = HALF * DVec2::new(spread(i, across), depth(j, rows));
         DVec3::new(p.x, height(p), p.y)
     };
-    // A band of blocks at a time; the heights on the border between two bands are kept, not made again.
+    // A band of blocks at a time; the heights on the border between two bands are kept, not made
+    // again.
     let mut band = VertexRows::default();
     for j in (0..rows).step_by(BLOCK) {
         let high = BLOCK.min(rows - j);

@@ -21,7 +21,8 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
 /// A child's radius over its parent's.
 const SHRINK: f64 = 1.0 / 3.0;
 
-/// Cosine beyond which a direction counts as an axis; children's directions are shorter than 1 by rounding.
+/// Cosine beyond which a direction counts as an axis; children's directions are shorter than 1 by
+/// rounding.
 const ALONG_Z: f64 = 0.9999;
 
 fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {

@@ -132,7 +132,8 @@ impl Gear {
     fn face(&self, turn: f64, z: f64) -> [DVec3; CORNERS] {
         let outer = dvec3(self.outer, 0.0, z);
         let inner = dvec3(self.inner, 0.0, z);
-        // The two corners of a tooth's tip and the two at the foot of the gap after it, in teeth from its middle.
+        // The two corners of a tooth's tip and the two at the foot of the gap after it, in teeth
+        // from its middle.
         let corners = [(-0.19, outer), (0.19, outer), (0.3, inner), (0.7, inner)];
         std::array::from_fn(|k| {
             let tooth = self.angle + turn * TOOTH * (k / 4) as f64;

@@ -1,4 +1,5 @@
-//! jacks (`jacks.c`): a jack of three bars with balls at their ends, and a smaller copy in each octant.
+//! jacks (`jacks.c`): a jack of three bars with balls at their ends, and a smaller copy in each
+//! octant.
 
 use super::rotation::{about_x, about_y};
 use super::{MAX_DEPTH, prelude, shine, surface, view};

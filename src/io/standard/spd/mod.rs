@@ -1,9 +1,10 @@
-//! The Standard Procedural Databases: E. Haines, "A Proposal for Standard Graphics Environments", IEEE Computer
-//! Graphics and Applications 7(11), November 1987, pages 3 to 5; the algorithms and constants are those of the SPD
-//! package, version 3.14, whose programs each file names.
+//! The Standard Procedural Databases: E. Haines, "A Proposal for Standard Graphics Environments",
+//! IEEE Computer Graphics and Applications 7(11), November 1987, pages 3 to 5; the algorithms and
+//! constants are those of the SPD package, version 3.14, whose programs each file names.
 //!
-//! Primitives come in the order of the original programs, so that a scene of ours and an NFF file of theirs agree
-//! primitive by primitive. Pictures have 512 × 512 pixels and rays of depth 5, the eye's counted: 4 bounces.
+//! Primitives come in the order of the original programs, so that a scene of ours and an NFF file
+//! of theirs agree primitive by primitive. Pictures have 512 × 512 pixels and rays of depth 5, the
+//! eye's counted: 4 bounces.
 
 pub(super) mod balls;
 pub(super) mod gears;
@@ -66,8 +67,8 @@ fn matte(rgb: DVec3) -> NffMaterial {
     }
 }
 
-/// The Phong exponent whose highlight falls to one half at this angle from its middle, in degrees. At 0 the original
-/// writes 100000, "essentially invisible".
+/// The Phong exponent whose highlight falls to one half at this angle from its middle, in degrees.
+/// At 0 the original writes 100000, "essentially invisible".
 fn shine(degrees: f64) -> f64 {
     if degrees <= 0.0 {
         return 100_000.0;
@@ -79,7 +80,8 @@ fn surface(builder: &mut dyn SceneBuilder, material: NffMaterial) {
     builder.material(&MaterialDesc::Nff(material));
 }
 
-/// The corners (±x, ±y) of a rectangle about the z axis at height `z`, counter-clockwise from above.
+/// The corners (±x, ±y) of a rectangle about the z axis at height `z`, counter-clockwise from
+/// above.
 fn rectangle(x: f64, y: f64, z: f64) -> [DVec3; 4] {
     [
         dvec3(x, y, z),

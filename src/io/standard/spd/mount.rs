@@ -79,8 +79,8 @@ struct Mountain {
 }
 
 impl Mountain {
-    /// The square of `width` cells whose lower left cell is `[x, y]`; `z` has the heights of its corners, from the
-    /// lower left one counter-clockwise.
+    /// The square of `width` cells whose lower left cell is `[x, y]`; `z` has the heights of its
+    /// corners, from the lower left one counter-clockwise.
     fn grow(&self, builder: &mut dyn SceneBuilder, width: u32, [x, y]: [u32; 2], z: [f64; 4]) {
         if width == 1 {
             return self.cell(builder, [x, y], z);
@@ -117,14 +117,16 @@ impl Mountain {
         builder.polygon(&[ur, ul, ll]);
     }
 
-    /// A normally distributed number that belongs to a place, so that neighbours agree on their common edges.
+    /// A normally distributed number that belongs to a place, so that neighbours agree on their
+    /// common edges.
     fn random(&self, x: u32, y: u32) -> f64 {
         gauss(MOUNTAIN + hash(x, y, self.size))
     }
 }
 
-/// The hash of the 1987 article's mountain, which shows patterns at some sizes and uses `x` twice; a better one would
-/// be another mountain. A negative shift leaves no bits in the lower sixteen, as on the original's 64-bit machines.
+/// The hash of the 1987 article's mountain, which shows patterns at some sizes and uses `x` twice;
+/// a better one would be another mountain. A negative shift leaves no bits in the lower sixteen, as
+/// on the original's 64-bit machines.
 fn hash(x: u32, y: u32, size: u32) -> i64 {
     let shifted = |k: u32, by: u32| {
         let shift = by.checked_sub(size);
@@ -134,8 +136,8 @@ fn hash(x: u32, y: u32, size: u32) -> i64 {
     (sum & 0xffff) as i64
 }
 
-/// A normally distributed number of mean 0 and variance 1 by the polar method over a congruential generator (GASDEV
-/// of Numerical Recipes), started anew from each seed.
+/// A normally distributed number of mean 0 and variance 1 by the polar method over a congruential
+/// generator (GASDEV of Numerical Recipes), started anew from each seed.
 fn gauss(seed: i64) -> f64 {
     const MODULUS: i64 = 134_456;
     let next = |state: i64| (28_411 + state * 8121) % MODULUS;

@@ -1,4 +1,5 @@
-//! rings (`rings.c`): a pyramid of dodecahedral knots, each of six pentagonal rings of cylinders and spheres.
+//! rings (`rings.c`): a pyramid of dodecahedral knots, each of six pentagonal rings of cylinders
+//! and spheres.
 
 use super::rotation::{about_x, about_z};
 use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
@@ -72,7 +73,8 @@ fn wall(builder: &mut dyn SceneBuilder, from: DVec3, y: f64) {
     ]);
 }
 
-/// The corners of six pentagons that join the midpoints of a dodecahedron's edges, within a sphere of radius 1.
+/// The corners of six pentagons that join the midpoints of a dodecahedron's edges, within a sphere
+/// of radius 1.
 fn knot() -> [DVec3; 30] {
     let scale = 1.0 / (1.0 + RADIUS);
     let corner = |k: usize| {

@@ -1,4 +1,5 @@
-//! Rotations from `libm`, whose sines are the same everywhere; glam's come from the system's mathematics library.
+//! Rotations from `libm`, whose sines are the same everywhere; glam's come from the system's
+//! mathematics library.
 
 use glam::{DMat3, DVec3, dvec3};
 

@@ -1,4 +1,5 @@
-//! shells (`shells.c`): a seashell of overlapping spheres by Pickover's method (IEEE CG&A, November 1989).
+//! shells (`shells.c`): a seashell of overlapping spheres by Pickover's method (IEEE CG&A, November
+//! 1989).
 
 use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};

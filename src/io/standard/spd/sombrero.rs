@@ -46,8 +46,8 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     }
 }
 
-/// The points of a row of the grid. Heights are sampled a little closer together than they are then spread, and
-/// rounded to single precision, as the original does.
+/// The points of a row of the grid. Heights are sampled a little closer together than they are then
+/// spread, and rounded to single precision, as the original does.
 fn row(side: usize, z: usize) -> Vec<DVec3> {
     let sample = |k: usize| -HALF + k as f64 * (2.0 * HALF / side as f64);
     let place = |k: usize| -HALF + k as f64 * (2.0 * HALF / (side - 1) as f64);

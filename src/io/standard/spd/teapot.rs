@@ -1,4 +1,5 @@
-//! teapot (`teapot.c`): Newell's teapot with Crow's bottom, on a checkerboard meshed as finely as each of its patches.
+//! teapot (`teapot.c`): Newell's teapot with Crow's bottom, on a checkerboard meshed as finely as
+//! each of its patches.
 
 use super::teapot_data::{PATCHES, VERTICES};
 use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
@@ -115,8 +116,8 @@ fn bernstein_slope(t: f64) -> [f64; 4] {
     [-first, first - middle, middle - last, last]
 }
 
-/// Gives the middle of the lid or the bottom, where the patches have no normal, a vertical one. False for a triangle
-/// that has collapsed there.
+/// Gives the middle of the lid or the bottom, where the patches have no normal, a vertical one.
+/// False for a triangle that has collapsed there.
 fn mend_cusp(triangle: &mut [(DVec3, DVec3); 3]) -> bool {
     let on_axis = |p: DVec3| p.x.abs() <= CUSP && p.y.abs() <= CUSP;
     let mut cusps = triangle.iter_mut().filter(|(point, _)| on_axis(*point));

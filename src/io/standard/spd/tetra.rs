@@ -1,4 +1,5 @@
-//! tetra (`tetra.c`): the tetrahedron of Mandelbrot and Norton, each of whose corners is a smaller one.
+//! tetra (`tetra.c`): the tetrahedron of Mandelbrot and Norton, each of whose corners is a smaller
+//! one.
 
 use super::{MAX_DEPTH, SKY, matte, prelude, surface, view};
 use crate::standard::builder::{SceneBuilder, StandardView};

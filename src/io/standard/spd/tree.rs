@@ -1,4 +1,5 @@
-//! tree (`tree.c`): Aono and Kunii's tree, whose every branch carries two of its kind, on a green field.
+//! tree (`tree.c`): Aono and Kunii's tree, whose every branch carries two of its kind, on a green
+//! field.
 
 use super::rotation::{about_x, about_z};
 use super::{MAX_DEPTH, SKY, matte, prelude, rectangle, surface, view};
@@ -17,7 +18,8 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-/// Angle between a branch and its parent's axis, turn about that axis (degrees), length over the parent's.
+/// Angle between a branch and its parent's axis, turn about that axis (degrees), length over the
+/// parent's.
 const BRANCHES: [[f64; 3]; 2] = [[40.0, 90.0, 0.65], [25.0, 140.0 + 90.0, 0.70]];
 /// Width of a branch's end over that of its start.
 const TAPER: f64 = 0.67;

@@ -62,7 +62,8 @@ pub enum SceneWriteError {
     TooMany(u64),
 }
 
-/// What a written file says less about than the scene did: for a person to read. The shapes themselves are whole.
+/// What a written file says less about than the scene did: for a person to read. The shapes
+/// themselves are whole.
 pub type DroppedFeatures = Vec<&'static str>;
 
 /// Writes a standard scene, streaming, and says what the format could not hold beside the shapes.

@@ -10,7 +10,8 @@ use std::io::Write;
 
 /// A sink that writes NFF, every shape of which it can hold; meshes become triangles.
 ///
-/// Of the document's looks NFF holds Kd, the means of Ks and Kt, the exponent and the index of refraction.
+/// Of the document's looks NFF holds Kd, the means of Ks and Kt, the exponent and the index of
+/// refraction.
 pub struct NffWriter<W: Write> {
     out: LatchedWriter<W>,
     fading: bool,
@@ -67,8 +68,8 @@ fn nff_material(material: &DocumentMaterial) -> NffMaterial {
 
 impl<W: Write> SceneBuilder for NffWriter<W> {
     fn view(&mut self, view: &StandardView) {
-        // The angle is no coordinate: it is written as precisely as it can be had, and read likewise, so that the
-        // vertical angle comes back to the bit.
+        // The angle is no coordinate: it is written as precisely as it can be had, and read
+        // likewise, so that the vertical angle comes back to the bit.
         let angle = (view.angle_of_pixel_centres() * 1e9).round() / 1e9;
         self.out.text(format_args!(
             "v\nfrom {}\nat {}\nup {}\nangle {angle}\nhither 1\nresolution {} {}\n",

@@ -1,7 +1,8 @@
-//! A standard scene as a PLY file, binary little-endian: its polygons, and nothing of lights and surfaces.
+//! A standard scene as a PLY file, binary little-endian: its polygons, and nothing of lights and
+//! surfaces.
 //!
-//! The header has counts, then come all vertices, then all faces: three things that a scene mixes. Nothing is kept for
-//! that; the scene, which is the same every time, is poured three times.
+//! The header has counts, then come all vertices, then all faces: three things that a scene mixes.
+//! Nothing is kept for that; the scene, which is the same every time, is poured three times.
 
 use super::latched::LatchedWriter;
 use super::{DroppedFeatures, SceneWriteError};
@@ -14,7 +15,8 @@ const MAX_VERTICES: u64 = i32::MAX as u64;
 /// Most corners that one byte counts.
 const SHORT_LIST: usize = 255;
 
-/// Writes what `build` pours into a sink; it is called three times and must pour the same each time.
+/// Writes what `build` pours into a sink; it is called three times and must pour the same each
+/// time.
 ///
 /// # Errors
 /// [`SceneWriteError::CannotHold`] for spheres and cones, before anything is written.
@@ -45,10 +47,11 @@ enum Pass {
     Done,
 }
 
-/// A sink that writes PLY. The scene must be poured into it three times, with [`PlyWriter::end_pass`] after each.
+/// A sink that writes PLY. The scene must be poured into it three times, with
+/// [`PlyWriter::end_pass`] after each.
 ///
-/// If any shape has vertex normals, all vertices get normals: those of polygons and meshes stand upright on their
-/// faces, and such triangles share no vertices.
+/// If any shape has vertex normals, all vertices get normals: those of polygons and meshes stand
+/// upright on their faces, and such triangles share no vertices.
 pub struct PlyWriter<W: Write> {
     out: LatchedWriter<W>,
     pass: Pass,
@@ -196,7 +199,8 @@ impl<W: Write> PlyWriter<W> {
     }
 }
 
-/// The unit normal of a polygon by Newell's sum, which concave corners do not mislead; z where it has no area.
+/// The unit normal of a polygon by Newell's sum, which concave corners do not mislead; z where it
+/// has no area.
 fn normal(points: &[DVec3]) -> DVec3 {
     let origin = points.first().copied().unwrap_or_default();
     let pairs = points.iter().zip(points.iter().cycle().skip(1));

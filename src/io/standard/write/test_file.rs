@@ -9,7 +9,8 @@ use glam::{DVec3, Vec3};
 use phalanx_scene::triangulate;
 use std::io::Write;
 
-/// A sink that writes the course's format: spheres and triangles; no cones. The background is black there.
+/// A sink that writes the course's format: spheres and triangles; no cones. The background is black
+/// there.
 pub struct TestWriter<W: Write> {
     out: LatchedWriter<W>,
     max_depth: u32,

@@ -1,28 +1,35 @@
 //! Which parts of pixels get more samples: those beside which the picture differs.
 //!
-//! A pixel's square is halved again and again, across and down in turn, and each cell holds one sample. So the first 2^k points of
-//! a pixel fall, one each, into its cells of level k (`points`), and a cell of level k is halved by the one sample of numbers 2^k to
-//! 2^(k+1) that falls into its empty half: 2^k samples a pixel at most, the largest power of two within those that were asked for. A pixel
-//! is the mean of its samples by the areas of their cells, in the unit square from which its filter draws.
+//! A pixel's square is halved again and again, across and down in turn, and each cell holds one
+//! sample. So the first 2^k points of a pixel fall, one each, into its cells of level k (`points`),
+//! and a cell of level k is halved by the one sample of numbers 2^k to 2^(k+1) that falls into its
+//! empty half: 2^k samples a pixel at most, the largest power of two within those that were asked
+//! for. A pixel is the mean of its samples by the areas of their cells, in the unit square from
+//! which its filter draws.
 //!
-//! Cells that meet at a side are compared, across pixels, too. Where their samples differ by d, the length over three channels, an edge
-//! lies between: in one cell or in the other, as the border divides the way from sample to sample. A cell of area a which holds the share
-//! s of that way is wrong by about a d √(s/6), because one sample of a step somewhere in it is (E\[p (1 - p)\] = 1/6). It is halved while
-//! a^1.1 d √(s/6) is above the threshold: halving takes a constant part of the error's square, so that equal errors in all cells are the
-//! least for as many samples; and small cells have a little less to say, because of what larger ones may hide. On an edge the error of n
-//! samples falls with n^(-3/2) so, where samples spread over the whole pixel leave n^(-3/4) (Mitchell, "Consequences of Stratified Sampling
-//! in Graphics", 1996).
+//! Cells that meet at a side are compared, across pixels, too. Where their samples differ by d, the
+//! length over three channels, an edge lies between: in one cell or in the other, as the border
+//! divides the way from sample to sample. A cell of area a which holds the share s of that way is
+//! wrong by about a d √(s/6), because one sample of a step somewhere in it is (E\[p (1 - p)\] =
+//! 1/6). It is halved while a^1.1 d √(s/6) is above the threshold: halving takes a constant part of
+//! the error's square, so that equal errors in all cells are the least for as many samples; and
+//! small cells have a little less to say, because of what larger ones may hide. On an edge the
+//! error of n samples falls with n^(-3/2) so, where samples spread over the whole pixel leave
+//! n^(-3/4) (Mitchell, "Consequences of Stratified Sampling in Graphics", 1996).
 //!
-//! And a shadow ray whose answer is known is not asked for: where [`MIN_AGREEING`] of the samples in the cell and around it met the same
-//! primitive, on the same way, and all saw a light there, or none did, then a new sample there that meets it sees as they do; and it has
-//! a say in its turn. But only where little is at stake: where the light's term times the cell's area is below [`REUSE_LIMIT`] thresholds, so that
-//! a lower threshold mends this, too.
+//! And a shadow ray whose answer is known is not asked for: where [`MIN_AGREEING`] of the samples
+//! in the cell and around it met the same primitive, on the same way, and all saw a light there, or
+//! none did, then a new sample there that meets it sees as they do; and it has a say in its turn.
+//! But only where little is at stake: where the light's term times the cell's area is below
+//! [`REUSE_LIMIT`] thresholds, so that a lower threshold mends this, too.
 //!
-//! Filters wider than a pixel's square draw from beyond it, so that cells beside each other in two pixels are not beside each other in the
-//! picture; that they are compared all the same is what finds what a pixel's own samples miss (perf/notes/large-pictures.md).
+//! Filters wider than a pixel's square draw from beyond it, so that cells beside each other in two
+//! pixels are not beside each other in the picture; that they are compared all the same is what
+//! finds what a pixel's own samples miss (perf/notes/large-pictures.md).
 //!
-//! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile asks another one. All decisions are
-//! made in f64 and whole numbers, in one order; both engines share them, as they share the points.
+//! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile asks
+//! another one. All decisions are made in f64 and whole numbers, in one order; both engines share
+//! them, as they share the points.
 
 mod pixel;
 #[cfg(test)]
@@ -38,8 +45,8 @@ use std::ops::Range;
 /// Samples that must agree about a light before others believe them.
 pub const MIN_AGREEING: usize = 6;
 
-/// What may be believed: so many times the threshold. A larger one saves no more rays at the error of 64 uniform samples, and leaves more
-/// error where the threshold is lower.
+/// What may be believed: so many times the threshold. A larger one saves no more rays at the error
+/// of 64 uniform samples, and leaves more error where the threshold is lower.
 const REUSE_LIMIT: f64 = 64.0;
 
 /// [`Cells::known_lights`] counts so far.
@@ -54,8 +61,8 @@ const MAX_LEVELS: usize = 17;
 /// Halving goes on while a^1.1 d is large.
 const AREA_POWER: f64 = 1.1;
 
-/// Which lights would add something at a hit, and which of them are seen, as far as it was asked or believed: one bit a light, of the first
-/// 32.
+/// Which lights would add something at a hit, and which of them are seen, as far as it was asked or
+/// believed: one bit a light, of the first 32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightVisibility {
     /// How the sample came there, see [`path_id`].
@@ -74,7 +81,8 @@ impl LightVisibility {
     }
 }
 
-/// The way to a hit on a primitive, by that of the hit before and the kind of ray from there, told by the place among [`MAX_HITS`].
+/// The way to a hit on a primitive, by that of the hit before and the kind of ray from there, told
+/// by the place among [`MAX_HITS`].
 #[inline]
 pub fn path_id(before: u32, hit: usize, prim_id: u32) -> u32 {
     let [mixed] = seeds([before.wrapping_add(hit as u32)], [prim_id]);
@@ -139,8 +147,9 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Begins a block, the upper left pixel of which is in that column and row of the whole picture, with so many columns and rows in it.
-    /// Asks for the first sample of each pixel. Light is kept by the way it came if that is wanted.
+    /// Begins a block, the upper left pixel of which is in that column and row of the whole
+    /// picture, with so many columns and rows in it. Asks for the first sample of each pixel. Light
+    /// is kept by the way it came if that is wanted.
     pub fn begin(
         &mut self,
         adaptive: Adaptive,
@@ -192,7 +201,8 @@ impl Cells {
         }
     }
 
-    /// The lights of which is known, at a hit of a sample that is asked for, whether they are seen; and those that are.
+    /// The lights of which is known, at a hit of a sample that is asked for, whether they are seen;
+    /// and those that are.
     pub fn known_lights(&self, ask: usize, hit: usize, path_id: u32) -> (u32, u32) {
         // For each light the number of answers: 1, 2, and 4 and more of them, which stays.
         let [mut ones, mut twos, mut fours, mut enough] = [0u32; 4];
@@ -215,7 +225,8 @@ impl Cells {
         (known, known & yes)
     }
 
-    /// Whether a sample that is asked for may believe others about a light that would add this much.
+    /// Whether a sample that is asked for may believe others about a light that would add this
+    /// much.
     #[inline]
     pub fn may_reuse(&self, ask: usize, radiance: [f32; 3]) -> bool {
         let sample = &self.samples[self.samples.len() - self.requests.len() + ask];
@@ -324,7 +335,8 @@ impl Cells {
         });
     }
 
-    /// Compares fresh cells with those beside them, and gives the samples of those that are to be halved.
+    /// Compares fresh cells with those beside them, and gives the samples of those that are to be
+    /// halved.
     fn compare(&mut self) -> Vec<u32> {
         let (mut open, mut beside) = (Vec::new(), Vec::new());
         let mut fresh = std::mem::take(&mut self.fresh);
@@ -397,7 +409,8 @@ impl Cells {
         }
     }
 
-    /// Whether the cells of two samples, the second of which begins where the first ends, are to be halved.
+    /// Whether the cells of two samples, the second of which begins where the first ends, are to be
+    /// halved.
     #[inline]
     fn too_different(&self, samples: [u32; 2], axis: usize) -> [bool; 2] {
         let [low, high] = samples.map(|sample| &self.samples[sample as usize]);
@@ -443,8 +456,8 @@ impl Cells {
         self.near = near;
     }
 
-    /// Finds out which samples halve the cells of a pixel, up to this level: the 2^k points that follow those of level k are one in each
-    /// of its cells.
+    /// Finds out which samples halve the cells of a pixel, up to this level: the 2^k points that
+    /// follow those of level k are one in each of its cells.
     fn find_halving_samples(&mut self, pixel: usize, level: u8) {
         let mut halving = std::mem::take(&mut self.pixels[pixel].halving);
         while halving.len() < 2 << level {

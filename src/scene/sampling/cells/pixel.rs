@@ -64,10 +64,12 @@ pub(super) fn index(position: [u32; 2], level: u8) -> usize {
 /// One of a block's.
 #[derive(Default)]
 pub(super) struct CellPixel {
-    /// That of its smallest cells, and, by cell of this level, the sample in whose cell that lies; empty outside the picture.
+    /// That of its smallest cells, and, by cell of this level, the sample in whose cell that lies;
+    /// empty outside the picture.
     pub(super) level: u8,
     pub(super) samples: Vec<u32>,
-    /// From 2^k on, by cell of level k, the number of the sample that halves it, as far as has been asked.
+    /// From 2^k on, by cell of level k, the number of the sample that halves it, as far as has been
+    /// asked.
     pub(super) halving: Vec<u32>,
 }
 
@@ -123,10 +125,12 @@ pub(super) fn column_and_row(pixel: usize) -> (u32, u32) {
     (pixel as u32 % BLOCK, pixel as u32 / BLOCK)
 }
 
-/// The k-th pixel where a block is taken in packets of 4x2; and, because that is its own inverse, the other way round.
+/// The k-th pixel where a block is taken in packets of 4x2; and, because that is its own inverse,
+/// the other way round.
 #[inline]
 pub(super) fn in_packets(k: usize) -> usize {
-    // Bits yyyxxx of a pixel, yyxyxx of its place in packets: the bit of x that tells which half, and the lowest bit of y, change places.
+    // Bits yyyxxx of a pixel, yyxyxx of its place in packets: the bit of x that tells which half,
+    // and the lowest bit of y, change places.
     let (half, row) = (k >> 2 & 1, k >> 3 & 1);
     k & !0b1100 | row << 2 | half << 3
 }

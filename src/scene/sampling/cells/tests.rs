@@ -2,7 +2,8 @@ use super::*;
 
 const WHOLE: (u32, u32) = (8, 8);
 
-/// All samples of a block whose picture is that of `radiance` by column and row, in pixels, and which saw that.
+/// All samples of a block whose picture is that of `radiance` by column and row, in pixels, and
+/// which saw that.
 fn sampled(
     (spp, threshold): (u32, f32),
     size: (u32, u32),
@@ -33,9 +34,11 @@ fn slanted([x, y]: [f64; 2]) -> f32 {
     f32::from(u8::from(y > 0.3 * x + 2.21))
 }
 
-/// How much of a pixel lies below that edge, which crosses none of its left and right sides' corners.
+/// How much of a pixel lies below that edge, which crosses none of its left and right sides'
+/// corners.
 fn below([x, y]: [f64; 2]) -> f64 {
-    // The mean over columns of what is left of a pixel's height: exact for lines, but for the corner that the edge cuts.
+    // The mean over columns of what is left of a pixel's height: exact for lines, but for the
+    // corner that the edge cuts.
     let steps = 4096;
     let part = |k: i32| {
         let x = x + (f64::from(k) + 0.5) / f64::from(steps);
@@ -75,7 +78,8 @@ fn each_sample_has_the_cell_that_it_lies_in_and_cells_cover_pixels() {
     assert!(cells.samples.iter().any(|sample| sample.level == 12));
 }
 
-/// An edge costs as many samples as its cells, and they halve its error with every halving: far from what as many of a whole pixel do.
+/// An edge costs as many samples as its cells, and they halve its error with every halving: far
+/// from what as many of a whole pixel do.
 #[test]
 fn an_edge_gets_the_samples_and_they_pay() {
     let cells = sampled((4096, 2e-4), WHOLE, slanted);

@@ -1,8 +1,10 @@
-//! Which nodes of the binary tree become the children of one wide node: by cost, bottom up (Ylitie, Karras and Laine,
-//! "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG 2017, section 3).
+//! Which nodes of the binary tree become the children of one wide node: by cost, bottom up (Ylitie,
+//! Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG
+//! 2017, section 3).
 //!
-//! We depart from it in what a leaf is: neighbouring leaves of one kind are merged into a block while they fit. Nodes of a level
-//! do not depend on each other, so each level is planned on all threads.
+//! We depart from it in what a leaf is: neighbouring leaves of one kind are merged into a block
+//! while they fit. Nodes of a level do not depend on each other, so each level is planned on all
+//! threads.
 
 use crate::bvh::{Bvh, Child, LeafKind};
 use crate::simd::{LANES, NATIVE};
@@ -15,7 +17,8 @@ use std::ops::Range;
 const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = if NATIVE > LANES { 1.0 } else { 0.7 };
 
-/// Subtrees of the binary tree are seen as at most so many roots within their parent; one more makes a node full.
+/// Subtrees of the binary tree are seen as at most so many roots within their parent; one more
+/// makes a node full.
 pub(super) const MAX_ROOTS: usize = NATIVE - 1;
 
 /// Nodes that a thread plans at a time.
@@ -24,7 +27,8 @@ const PARALLEL_GRAIN: usize = 256;
 /// What is best done with the subtree below a node.
 #[derive(Clone, Copy)]
 pub(super) struct CollapseChoice {
-    /// How many of j + 2 roots go to the first child; 0 where one root fewer is better. The last is that of a full node.
+    /// How many of j + 2 roots go to the first child; 0 where one root fewer is better. The last is
+    /// that of a full node.
     pub(super) first: [u8; MAX_ROOTS],
     /// The kind of everything below, if a block of it is cheaper than a node.
     pub(super) block: Option<LeafKind>,
@@ -61,7 +65,8 @@ pub(super) enum BoxContents {
     },
 }
 
-/// A node of the binary tree: which it is, and where in the plan those of its children are that are nodes, side by side.
+/// A node of the binary tree: which it is, and where in the plan those of its children are that are
+/// nodes, side by side.
 #[derive(Clone, Copy)]
 struct NodeRef {
     node: u32,

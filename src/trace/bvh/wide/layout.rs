@@ -1,4 +1,5 @@
-//! The wide tree from its sketch: places in order, then all rows at once, on all threads, where they will stay.
+//! The wide tree from its sketch: places in order, then all rows at once, on all threads, where
+//! they will stay.
 
 use super::collapse::{BoxContents, CollapsePlan};
 use super::emit::{BlockSlots, ChildKind, WideNodeDraft, emit_nodes};
@@ -42,8 +43,8 @@ struct WideRows {
 }
 
 impl WideRows {
-    /// Gives everything its place, and tells the sketches. The children of a node lie side by side, and what is below the
-    /// last of them comes first.
+    /// Gives everything its place, and tells the sketches. The children of a node lie side by side,
+    /// and what is below the last of them comes first.
     fn of(drafts: &mut [WideNodeDraft]) -> WideRows {
         let mut places = WideRows {
             nodes: vec![0],
@@ -65,7 +66,8 @@ impl WideRows {
         places
     }
 
-    /// The next place for a child; if it is a node, it is that of sketch `child`, which is then that of the node after.
+    /// The next place for a child; if it is a node, it is that of sketch `child`, which is then
+    /// that of the node after.
     fn next(&mut self, below: ChildKind, child: &mut usize) -> ChildRef {
         match below {
             ChildKind::Empty => ChildRef::NOTHING,

@@ -1,10 +1,12 @@
-//! The tree once more with as many children a node as the build has lanes ([`NATIVE`]: sixteen or eight), for beams and for
-//! rays that go down alone: a node's boxes are columns, so that one ray, or one beam, is tested against all of them at once,
-//! and triangles and spheres stand in blocks of as many. What is met, and where, does not depend on how many that is
+//! The tree once more with as many children a node as the build has lanes ([`NATIVE`]: sixteen or
+//! eight), for beams and for rays that go down alone: a node's boxes are columns, so that one ray,
+//! or one beam, is tested against all of them at once, and triangles and spheres stand in blocks of
+//! as many. What is met, and where, does not depend on how many that is
 //! (`perf/notes/sixteen-children.md` has what it saves).
 //!
-//! `collapse` chooses which nodes of the binary tree become children of one wide node, `emit` makes the nodes, and `layout` gives
-//! everything its place. The tree does not depend on the number of threads.
+//! `collapse` chooses which nodes of the binary tree become children of one wide node, `emit` makes
+//! the nodes, and `layout` gives everything its place. The tree does not depend on the number of
+//! threads.
 
 mod collapse;
 mod emit;
@@ -17,15 +19,17 @@ use crate::simd::NATIVE;
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct WideNode {
-    /// Lower corners by axis, then upper corners: a column for each child. Where there is no child, the box is empty:
-    /// from +∞ to −∞.
+    /// Lower corners by axis, then upper corners: a column for each child. Where there is no child,
+    /// the box is empty: from +∞ to −∞.
     pub boxes: [[[f32; NATIVE]; 3]; 2],
-    /// What the children are: [`ChildRef`] codes. Where there is no child, [`ChildRef::NOTHING`]: a ray that is no number passes
-    /// every box, and must come to an end.
+    /// What the children are: [`ChildRef`] codes. Where there is no child, [`ChildRef::NOTHING`]: a
+    /// ray that is no number passes every box, and must come to an end.
     pub children: [u32; NATIVE],
-    /// By axis, the children in the order of the middles of their boxes along it; where there is no child comes last.
+    /// By axis, the children in the order of the middles of their boxes along it; where there is no
+    /// child comes last.
     pub order: [[u8; NATIVE]; 3],
-    /// The axis along which the children lie in order, those with the lowest middle of a box first: 0 to 2.
+    /// The axis along which the children lie in order, those with the lowest middle of a box first:
+    /// 0 to 2.
     pub axis: u8,
 }
 

@@ -1,4 +1,5 @@
-//! Where rays meet: the eye that they start from, the light that they end at, or nowhere, because they are parallel.
+//! Where rays meet: the eye that they start from, the light that they end at, or nowhere, because
+//! they are parallel.
 
 use crate::packet::RayQueue;
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Native, Vec3Lanes, Vec3Native, Vec3x8};
@@ -15,7 +16,8 @@ pub(super) enum Apex {
     Sun { dir: [f32; 3], rays: Spread },
 }
 
-/// How far rays that end in one point, or nearly, are from each other and from it; all along any axis.
+/// How far rays that end in one point, or nearly, are from each other and from it; all along any
+/// axis.
 #[derive(Clone, Copy)]
 pub(super) struct Spread {
     /// The first origin.
@@ -31,8 +33,9 @@ pub(super) struct Spread {
     pub(super) blur: f32,
 }
 
-/// Rays end in one point if they miss it by less than this share of the shortest way to it: 2⁻¹⁰. Shadow rays start off
-/// the surface by a few units in the last place, and miss their light by as much.
+/// Rays end in one point if they miss it by less than this share of the shortest way to it: 2⁻¹⁰.
+/// Shadow rays start off the surface by a few units in the last place, and miss their light by as
+/// much.
 const BLUR: f32 = 1.0 / 1024.0;
 
 /// Lanes that hold the same bits in both.
@@ -42,8 +45,8 @@ pub(super) fn same<L: Lanes>(v: Vec3Lanes<L>, w: Vec3Lanes<L>) -> L::Mask {
 }
 
 impl Apex {
-    /// The origin of the first ray, if all of its packet have the same to the bit. Whether others have, too, is looked at
-    /// when they are loaded.
+    /// The origin of the first ray, if all of its packet have the same to the bit. Whether others
+    /// have, too, is looked at when they are loaded.
     #[inline(always)]
     pub(super) fn behind(rays: &RayQueue, packets: &Range<usize>) -> Option<Apex> {
         if rays.len() <= packets.start * LANES {
@@ -55,7 +58,8 @@ impl Apex {
         (!apart.any()).then_some(Apex::Eye(org))
     }
 
-    /// The point that all rays come to at `tmax`, if they come to one; or their direction, if it is the same to the bit.
+    /// The point that all rays come to at `tmax`, if they come to one; or their direction, if it is
+    /// the same to the bit.
     #[inline(never)]
     pub(super) fn ahead(rays: &RayQueue, packets: Range<usize>, tmax: f32) -> Option<Apex> {
         if rays.len() <= packets.start * LANES {

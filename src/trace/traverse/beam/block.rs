@@ -39,7 +39,8 @@ impl<'a> BeamTriangles<'a> {
         self.intersect::<L, false>(lane, rays, query)
     }
 
-    /// The same for rays whose dominant axes differ. Apart, because it is rare and wants many registers.
+    /// The same for rays whose dominant axes differ. Apart, because it is rare and wants many
+    /// registers.
     #[cold]
     #[inline(never)]
     pub(super) fn test_apart<L: Lanes>(
@@ -83,7 +84,8 @@ pub(super) struct RayTrianglePair<'a, L: Lanes> {
 }
 
 impl<L: Lanes> RayTrianglePair<'_, L> {
-    /// Whether any ray meets the triangle, so that the goal took it; its corners are those less the rays' origins.
+    /// Whether any ray meets the triangle, so that the goal took it; its corners are those less the
+    /// rays' origins.
     #[inline(always)]
     pub(super) fn intersect(&self, corners: [Vec3Lanes<L>; 3], query: &mut impl Query<L>) -> bool {
         // Most of what is left by now is met, and which is not nobody can foretell.

@@ -1,7 +1,9 @@
-//! Triangles that shadow rays may hit: looked at, and then tested, those of several blocks at a time.
+//! Triangles that shadow rays may hit: looked at, and then tested, those of several blocks at a
+//! time.
 //!
-//! For any hit the order does not matter, so blocks wait until there are [`BLOCKS`] of them. How many pairs of a cell and a
-//! triangle one leaves cannot be foretold, and a loop that ends where nobody expects it takes as long as three looks.
+//! For any hit the order does not matter, so blocks wait until there are [`BLOCKS`] of them. How
+//! many pairs of a cell and a triangle one leaves cannot be foretold, and a loop that ends where
+//! nobody expects it takes as long as three looks.
 
 use super::Group;
 use super::block::{RayTrianglePair, vertices};

@@ -1,13 +1,15 @@
 //! Beams: hundreds of rays that share a point, the eye or a light, together down the wide tree.
 //!
-//! What belongs to such rays is a point and a rectangle in projective coordinates, and so is what belongs to boxes and
-//! triangles: a node's children are seen from the apex once for all rays, then each against all cells, a lane being a
-//! cell of up to sixteen rays; a leaf's triangles are seen once, then against each cell, a lane being a triangle.
-//! Only what is left is tested ray by ray, by the same test that every kernel has.
+//! What belongs to such rays is a point and a rectangle in projective coordinates, and so is what
+//! belongs to boxes and triangles: a node's children are seen from the apex once for all rays, then
+//! each against all cells, a lane being a cell of up to sixteen rays; a leaf's triangles are seen
+//! once, then against each cell, a lane being a triangle. Only what is left is tested ray by ray,
+//! by the same test that every kernel has.
 //!
-//! The idea is that of beam and frustum tracing (Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing Algorithm", 2005;
-//! Wald et al., "Ray Tracing Deformable Scenes Using Dynamic Bounding Volume Hierarchies", 2007), with hundreds of rays
-//! where they have a packet, and with a mask of cells on the stack instead of a first active ray.
+//! The idea is that of beam and frustum tracing (Reshetov, Soupikov and Hurley, "Multi-Level Ray
+//! Tracing Algorithm", 2005; Wald et al., "Ray Tracing Deformable Scenes Using Dynamic Bounding
+//! Volume Hierarchies", 2007), with hundreds of rays where they have a packet, and with a mask of
+//! cells on the stack instead of a first active ray.
 //!
 //! | file | what |
 //! |---|---|
@@ -121,7 +123,8 @@ impl BeamBatch<'_, '_> {
         self.packets.len().div_ceil(L::PACKETS)
     }
 
-    /// Asks for the rays that come after these: when a beam's are wanted, all at once, there is nothing else to do.
+    /// Asks for the rays that come after these: when a beam's are wanted, all at once, there is
+    /// nothing else to do.
     fn fetch_next(&self) {
         let slots = self.rays.slots();
         let end = self.packets.end;
@@ -141,8 +144,8 @@ impl BeamBatch<'_, '_> {
         self.group(k)
     }
 
-    /// Which packet of the queue is the j-th of the k-th group. Of camera rays, the packet after the next lies below and not
-    /// beside: two of 4×2 pixels make a square.
+    /// Which packet of the queue is the j-th of the k-th group. Of camera rays, the packet after
+    /// the next lies below and not beside: two of 4×2 pixels make a square.
     #[inline(always)]
     fn packet<L: Lanes>(&self, k: usize, j: usize) -> usize {
         let (at, whole) = (k * L::PACKETS + j, self.packets.len() & !3);
@@ -203,8 +206,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         work
     }
 
-    /// The closest hits of some packets of a queue that all start in one point, one [`HitPacket`] each; false, and nothing
-    /// done, if they do not or rounding leaves no useful [`BeamSpace`].
+    /// The closest hits of some packets of a queue that all start in one point, one [`HitPacket`]
+    /// each; false, and nothing done, if they do not or rounding leaves no useful [`BeamSpace`].
     pub(super) fn closest(
         &mut self,
         rays: &RayQueue,
@@ -254,8 +257,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         traced.is_some()
     }
 
-    /// Whether all rays start at the apex and none meets anything. Sky is beside sky, so this is asked where the beam before met
-    /// nothing, and costs a fifth of what a beam takes to set up.
+    /// Whether all rays start at the apex and none meets anything. Sky is beside sky, so this is
+    /// asked where the beam before met nothing, and costs a fifth of what a beam takes to set up.
     #[inline(never)]
     fn is_clear(&mut self, space: &BeamSpace, batch: &BeamBatch) -> bool {
         let [x, y, z] = space.center;
@@ -276,8 +279,9 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         clear
     }
 
-    /// Tells `answer`, for some packets of a queue that all end or all start in one point, which lanes (as bits) of each meet
-    /// nothing before `tmax`; false, and nothing done, if they do not or rounding leaves no useful [`BeamSpace`].
+    /// Tells `answer`, for some packets of a queue that all end or all start in one point, which
+    /// lanes (as bits) of each meet nothing before `tmax`; false, and nothing done, if they do not
+    /// or rounding leaves no useful [`BeamSpace`].
     pub(super) fn unoccluded(
         &mut self,
         rays: &RayQueue,
@@ -327,7 +331,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         true
     }
 
-    /// Tells `seen`, for some packets, which lanes (as bits) meet nothing; false, and nothing told, as [`Beams::trace`].
+    /// Tells `seen`, for some packets, which lanes (as bits) meet nothing; false, and nothing told,
+    /// as [`Beams::trace`].
     #[inline(always)]
     fn shadows<const SHARED: bool>(
         &mut self,
@@ -353,8 +358,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         traced.is_some()
     }
 
-    /// Traces a beam, and tells which of its packets, as bits, are left because they part too much; none, and nothing done,
-    /// if rays that are to start at the apex (`SHARED`) do not.
+    /// Traces a beam, and tells which of its packets, as bits, are left because they part too much;
+    /// none, and nothing done, if rays that are to start at the apex (`SHARED`) do not.
     #[inline(always)]
     fn trace<G: Query<L>, const SHARED: bool>(
         &mut self,
@@ -392,8 +397,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         Some(alone)
     }
 
-    /// Makes cells of packets from the `next`-th on, as many as there is room for, and tells which is the first that has none.
-    /// Packets that part too much are told as bits.
+    /// Makes cells of packets from the `next`-th on, as many as there is room for, and tells which
+    /// is the first that has none. Packets that part too much are told as bits.
     #[inline(always)]
     fn fill_sub_beams<G: Query<L>>(
         &mut self,

@@ -31,12 +31,14 @@ impl Pairs {
         }
     }
 
-    /// Adds a cell with each of some lanes of the `block`-th block: eight are written at a time, and as many kept as there are.
+    /// Adds a cell with each of some lanes of the `block`-th block: eight are written at a time,
+    /// and as many kept as there are.
     #[inline(always)]
     pub(super) fn add(&mut self, sub_beam: usize, block: usize, lanes: u32) {
         for first in (0..NATIVE).step_by(LANES) {
             let (at, lanes) = (self.count, (lanes >> first) as u8);
-            // SAFETY: each cell is added once with `NATIVE` lanes of `BLOCKS` at most, so there are eight places left.
+            // SAFETY: each cell is added once with `NATIVE` lanes of `BLOCKS` at most, so there are
+            // eight places left.
             let (cells, places) = unsafe {
                 (
                     self.cells.get_unchecked_mut(at..at + LANES),

@@ -1,21 +1,23 @@
-//! Boxes and triangles as they are seen along a beam: z, the depth along its dominant axis, and p and q, the places on the
-//! other two axes, projected along the rays; there a ray is a point and a cell a rectangle.
+//! Boxes and triangles as they are seen along a beam: z, the depth along its dominant axis, and p
+//! and q, the places on the other two axes, projected along the rays; there a ray is a point and a
+//! cell a rectangle.
 //!
-//! A place (x, y) beside the dominant axis, at depth z, is seen at p = (x − shear_p·z)/W, q = (y − shear_q·z)/W, where
-//! W = w_0 + w_z·z. Two kinds of frame differ in nothing but these numbers:
+//! A place (x, y) beside the dominant axis, at depth z, is seen at p = (x − shear_p·z)/W, q = (y −
+//! shear_q·z)/W, where W = w_0 + w_z·z. Two kinds of frame differ in nothing but these numbers:
 //!
-//! - **Near.** The apex is the centre: shear 0, W = z, and p and q are slopes. For an eye, and for lights among the origins of
-//!   the rays that go to them.
-//! - **Local.** The centre is the origin of a shadow ray; with the light A away from it, and D the way to it along the dominant
-//!   axis, p and q are where a ray's line passes the plane through the centre: shear A_p/A_z, W = 1 + z/D, which is 0 at the light.
-//!   Most of what shadow rays have to be tested against lies where they start, and would drown in the rounding of
-//!   coordinates that begin at the light. With W = 1 the rays are parallel.
+//! - **Near.** The apex is the centre: shear 0, W = z, and p and q are slopes. For an eye, and for
+//!   lights among the origins of the rays that go to them.
+//! - **Local.** The centre is the origin of a shadow ray; with the light A away from it, and D the
+//!   way to it along the dominant axis, p and q are where a ray's line passes the plane through the
+//!   centre: shear A_p/A_z, W = 1 + z/D, which is 0 at the light. Most of what shadow rays have to
+//!   be tested against lies where they start, and would drown in the rounding of coordinates that
+//!   begin at the light. With W = 1 the rays are parallel.
 //!
 //! # Why culled boxes and triangles are not hit
 //!
-//! A hit needs two things (see [`crate::traverse`]): its ray passes the slab test of the primitive's own box, and with that of
-//! every box around it; and a triangle's three edge functions, as computed, do not differ in sign. All bounds err to
-//! the other side.
+//! A hit needs two things (see [`crate::traverse`]): its ray passes the slab test of the
+//! primitive's own box, and with that of every box around it; and a triangle's three edge
+//! functions, as computed, do not differ in sign. All bounds err to the other side.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -29,8 +31,9 @@
 //! | H | `size`: longest edge along any axis, and four paddings |
 //! | h | size of the own box with the paddings of box and origin: h ≤ H, h ≤ 2R |
 //!
-//! **Ratios.** A local frame needs depths from 4uS − D on, and boxes grown by more than 30uS. Both mean nothing where
-//! S is as large as D/u: then depths would begin behind the origins of the rays, and rays would lose what is between. So:
+//! **Ratios.** A local frame needs depths from 4uS − D on, and boxes grown by more than 30uS. Both
+//! mean nothing where S is as large as D/u: then depths would begin behind the origins of the rays,
+//! and rays would lose what is between. So:
 //!
 //! | frame | taken where | hence |
 //! |---|---|---|
@@ -38,9 +41,10 @@
 //! | near, of a light | else, `slack` ≤ (longest way)/[`MIN_LIGHT_DISTANCE_RATIO`] | a near frame has no term in S: ratios of scene and way do not matter |
 //! | none | else | packets take the rays |
 //!
-//! **Lines.** Near: a ray passes the apex within ρ along any axis, and so is within ρ of a line through it all along. Local:
-//! p and q of a ray are those of its origin; from there to the light it leaves its line by ρ, so at depth z it is beside
-//! it by less than `aside` = 4ρ/D for each unit of z and of a.
+//! **Lines.** Near: a ray passes the apex within ρ along any axis, and so is within ρ of a line
+//! through it all along. Local: p and q of a ray are those of its origin; from there to the light
+//! it leaves its line by ρ, so at depth z it is beside it by less than `aside` = 4ρ/D for each unit
+//! of z and of a.
 //!
 //! **Boxes.** A ray that passes the slab test has a point within the box, but for:
 //!
@@ -55,15 +59,18 @@
 //! | W, wrong by 2u | 2u in p | 24u·a |
 //! | covered by | `slack`, `rect_epsilon` = 64u | `slack` ≥ 1.02·PAD·O + (30S + 24a)u + 2·`aside`·a |
 //!
-//! Depths count from `tiny` on: slack/8, or 4uS − D, before the light. Moving a point to that depth along its line moves it by
-//! no more than 2·`tiny`, because slopes are below 2, so boxes are grown by that as well, and smaller depths count as it.
-//! W is 3u at least there, because 4uS/D ≥ 3u wherever a box reaches it. For a given z, p grows with x, and along an edge of
-//! constant x it goes one way only; so a box is seen between the four values that its faces have at its two depths.
+//! Depths count from `tiny` on: slack/8, or 4uS − D, before the light. Moving a point to that depth
+//! along its line moves it by no more than 2·`tiny`, because slopes are below 2, so boxes are grown
+//! by that as well, and smaller depths count as it. W is 3u at least there, because 4uS/D ≥ 3u
+//! wherever a box reaches it. For a given z, p grows with x, and along an edge of constant x it
+//! goes one way only; so a box is seen between the four values that its faces have at its two
+//! depths.
 //!
-//! **Triangles.** In a ray's own frame (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", 2013) corners are
-//! moved by slopes of at most 1. Signs of differences of two computed products are never wrong, at worst zero. Here an edge
-//! function is ((b × (c − b))·(p, q, 1) of corners (x − shear_p·z, y − shear_q·z, W), which is theirs times the quotient k
-//! of the two dominant components of the direction.
+//! **Triangles.** In a ray's own frame (Woop, Benthin and Wald, "Watertight Ray/Triangle
+//! Intersection", 2013) corners are moved by slopes of at most 1. Signs of differences of two
+//! computed products are never wrong, at worst zero. Here an edge function is ((b × (c − b))·(p, q,
+//! 1) of corners (x − shear_p·z, y − shear_q·z, W), which is theirs times the quotient k of the two
+//! dominant components of the direction.
 //!
 //! | error of an edge function | near, k ≤ 2 | local, k ≤ 5/3 |
 //! |---|---|---|
@@ -76,12 +83,13 @@
 //! | line | 10ρH ≤ 20ρH | 12·5/3·RHρ/(shortest way) ≤ 22·RHρ/(shortest way) |
 //! | **margin** | 272uRH + 20ρH | (384u + 22ρ/(shortest way))·RH |
 //!
-//! The near rows add up to their margin. The local ones add up to 427uRH, which is more than the margin of 384: whether all
-//! can be at their worst at once is not shown, so this table does not prove local frames; `tests/random_scenes` has found no
-//! ray that they lose (`perf/notes/beams.md` has the price of a margin of 448).
+//! The near rows add up to their margin. The local ones add up to 427uRH, which is more than the
+//! margin of 384: whether all can be at their worst at once is not shown, so this table does not
+//! prove local frames; `tests/random_scenes` has found no ray that they lose (`perf/notes/beams.md`
+//! has the price of a margin of 448).
 //!
-//! If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin; a triangle is kept for a cell if
-//! either can be so anywhere in its rectangle.
+//! If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin; a
+//! triangle is kept for a cell if either can be so anywhere in its rectangle.
 
 use super::apex::{Apex, Spread};
 use crate::packet::RayPacket;
@@ -95,11 +103,12 @@ pub(super) const MAX_RECT: f32 = 2.0;
 /// 2⁻²⁴: half a unit in the last place of one.
 pub(super) const ULP: f32 = 1.0 / 16_777_216.0;
 
-/// Rays have a local frame if they start within this share of the way to their light around the first.
+/// Rays have a local frame if they start within this share of the way to their light around the
+/// first.
 const MAX_LATERAL_RATIO: f32 = 0.25;
 
-/// Boxes may be grown by the way to the light over this at most. Beyond that a frame culls too little to be of use; a local
-/// one is wrong where 4uS, some eighth of it, comes near 3/4 of D.
+/// Boxes may be grown by the way to the light over this at most. Beyond that a frame culls too
+/// little to be of use; a local one is wrong where 4uS, some eighth of it, comes near 3/4 of D.
 const MIN_LIGHT_DISTANCE_RATIO: f32 = 16.0;
 
 /// Margins of edge functions in units of uRH, near and local: see the table above.
@@ -167,8 +176,8 @@ pub(super) struct TriangleView {
 }
 
 impl BeamSpace {
-    /// The frame of a beam that goes about `toward`, in a tree whose largest coordinate is `extent`; none if rounding
-    /// leaves no useful one.
+    /// The frame of a beam that goes about `toward`, in a tree whose largest coordinate is
+    /// `extent`; none if rounding leaves no useful one.
     pub(super) fn new(apex: &Apex, toward: [f32; 3], extent: f32) -> Option<BeamSpace> {
         match apex {
             Apex::Eye(position) => {
@@ -232,7 +241,8 @@ impl BeamSpace {
         }
     }
 
-    /// For rays that go to a light at `way` from the centre, `distance` away along the dominant axis or endlessly far.
+    /// For rays that go to a light at `way` from the centre, `distance` away along the dominant
+    /// axis or endlessly far.
     fn local(rays: &Spread, way: [f32; 3], distance: Option<f32>, extent: f32) -> BeamSpace {
         let axis = dominant(way);
         let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -266,7 +276,8 @@ impl BeamSpace {
         }
     }
 
-    /// What a direction's part along the dominant axis is multiplied with to point away from the apex.
+    /// What a direction's part along the dominant axis is multiplied with to point away from the
+    /// apex.
     #[inline(always)]
     pub(super) fn depth_per_t(&self) -> f32 {
         if self.ahead { -self.sign } else { self.sign }
@@ -319,7 +330,8 @@ impl BeamSpace {
         [a - center, b - center, c - center]
     }
 
-    /// Triangles by their corners, as they are and relative to the centre. Lanes of NaN are within no edge.
+    /// Triangles by their corners, as they are and relative to the centre. Lanes of NaN are within
+    /// no edge.
     #[inline(always)]
     pub(super) fn triangles(
         &self,

@@ -1,6 +1,7 @@
-//! A look at a triangle and the shadow rays of a cell, before the test that every kernel has: a fifth of its work, and most pairs
-//! go no further. A ray is left out if it passes beside the triangle, or if it starts on that side of it to which it goes, as it
-//! does with the surface that it leaves.
+//! A look at a triangle and the shadow rays of a cell, before the test that every kernel has: a
+//! fifth of its work, and most pairs go no further. A ray is left out if it passes beside the
+//! triangle, or if it starts on that side of it to which it goes, as it does with the surface that
+//! it leaves.
 //!
 //! # Why culled rays do not hit
 //!
@@ -14,15 +15,15 @@
 //! | z, e | a computed hit's place along d, and how far P = o + z·d + e of the triangle is beside it |
 //! | least | a bound below \|D\| in all of the rectangle around the beam's cells |
 //!
-//! **Side.** If |D| > 3 · `margin` in all of the rectangle, with one sign, then three computed signs that agree have that sign:
-//! else |D| ≤ 3 · `margin`. So one side of each edge function has to be looked at. Triangles without such a sign, or with
-//! N·d ≤ 64u|N|₁, are not culled here.
+//! **Side.** If |D| > 3 · `margin` in all of the rectangle, with one sign, then three computed
+//! signs that agree have that sign: else |D| ≤ 3 · `margin`. So one side of each edge function has
+//! to be looked at. Triangles without such a sign, or with N·d ≤ 64u|N|₁, are not culled here.
 //!
-//! **Edges.** As in [`super::projection`], with p and q of a ray instead of a rectangle; their rounding is what rectangles
-//! are made wider by, times the slopes.
+//! **Edges.** As in [`super::projection`], with p and q of a ray instead of a rectangle; their
+//! rounding is what rectangles are made wider by, times the slopes.
 //!
-//! **Plane.** The weights of the corners, as computed, are of one sign, so they stand for a point P of the triangle. N·(P − a) = 0,
-//! so N·(o − a) = −z N·d − N·e:
+//! **Plane.** The weights of the corners, as computed, are of one sign, so they stand for a point P
+//! of the triangle. N·(P − a) = 0, so N·(o − a) = −z N·d − N·e:
 //!
 //! | inequality | because |
 //! |---|---|
@@ -34,8 +35,8 @@
 //! | N as computed: 8uH² each, so 24uH²R ≤ 48uH³, of which the code has 40 | D > 3 · 384uRH, so terms in z > 0 are again below z N·d |
 //! | N·o − N·a as computed: 10u\|N\|₁ · `scale` | three products and their sums, twice |
 //!
-//! No ray with N·(o − a) above the sum of these has a hit. The next to last bound is more than the code's, as the margin of local
-//! frames is less than its table's sum.
+//! No ray with N·(o − a) above the sum of these has a hit. The next to last bound is more than the
+//! code's, as the margin of local frames is less than its table's sum.
 
 use super::projection::{BeamSpace, TriangleView, ULP};
 use crate::simd::{LaneMask, Lanes, NATIVE, Native, NativeMask, Vec3Lanes, Vec3Native};
@@ -66,7 +67,8 @@ impl ShadowCull {
         beyond: Native::ZERO,
     };
 
-    /// At the triangles of a block with these corners. `around` is the rectangle around the beam's cells, p and q.
+    /// At the triangles of a block with these corners. `around` is the rectangle around the beam's
+    /// cells, p and q.
     #[inline(always)]
     pub(super) fn new(
         space: &BeamSpace,
@@ -99,7 +101,8 @@ impl ShadowCull {
         let cube = size * size * size;
         let rounding = sized * (Native::splat(10.0 * space.scale) + size * Native::splat(80.0))
             + (sized * Native::splat(240.0) / least + Native::splat(40.0)) * cube;
-        // What is lost below the smallest numbers, in scenes of 10⁻¹² and less, is less than the smallest of the others.
+        // What is lost below the smallest numbers, in scenes of 10⁻¹² and less, is less than the
+        // smallest of the others.
         let more = rounding * Native::splat(ULP) + Native::splat(f32::MIN_POSITIVE);
         let beyond = (normal[0] * a.x + normal[1] * a.y) + normal[2] * a.z + more;
         // A NaN is no number that is larger, so these are tested.
@@ -115,7 +118,8 @@ impl ShadowCull {
         }
     }
 
-    /// Which triangles have edges that a ray of a rectangle may be within, by its middle and its half width.
+    /// Which triangles have edges that a ray of a rectangle may be within, by its middle and its
+    /// half width.
     #[inline(always)]
     pub(super) fn within(&self, [p, q]: [Native; 2], [half_p, half_q]: [Native; 2]) -> NativeMask {
         let most = |[slope_p, less_q, constant]: &[Native; 3]| {
@@ -193,7 +197,8 @@ mod tests {
         }
     }
 
-    /// On a triangle or on the line of an edge, off to either side by what shadow rays start off it or less; or anywhere.
+    /// On a triangle or on the line of an edge, off to either side by what shadow rays start off it
+    /// or less; or anywhere.
     fn start(from: &mut RandomSource, block: &TriangleBlock, size: f32) -> Vec3 {
         let lane = (from.unit().abs() * NATIVE as f32) as usize % NATIVE;
         let [a, b, c] = slot(block, lane).vertices.map(Vec3::from_array);

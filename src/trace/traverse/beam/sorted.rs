@@ -1,7 +1,9 @@
-//! The rays of a beam in the order of where they are seen, so that those of one cell are close to each other.
+//! The rays of a beam in the order of where they are seen, so that those of one cell are close to
+//! each other.
 //!
-//! Shadow rays come in the order of the pixels, and neighbours there may lie far apart as the light sees them, wherever a
-//! surface ends or slants away. Which ray is in which packet matters to no answer.
+//! Shadow rays come in the order of the pixels, and neighbours there may lie far apart as the light
+//! sees them, wherever a surface ends or slants away. Which ray is in which packet matters to no
+//! answer.
 
 use super::SIZE;
 use super::projection::BeamSpace;
@@ -17,7 +19,8 @@ const RAYS: usize = SIZE * LANES;
 const GRID: usize = 16;
 const SQUARES: usize = GRID * GRID;
 
-/// The squares in the order of Hilbert's curve, which goes from neighbour to neighbour and never jumps, by their keys.
+/// The squares in the order of Hilbert's curve, which goes from neighbour to neighbour and never
+/// jumps, by their keys.
 static HILBERT: [u8; SQUARES] = {
     let mut squares = [0; SQUARES];
     let mut k = 0;
@@ -135,7 +138,8 @@ impl Sorted {
     }
 }
 
-/// Of each ray the number of the square in which it is seen: sixteen times that along p, and that along q.
+/// Of each ray the number of the square in which it is seen: sixteen times that along p, and that
+/// along q.
 #[inline(always)]
 fn keys(space: &BeamSpace, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
     const ZERO: Native = Native::ZERO;

@@ -1,4 +1,5 @@
-//! The cells of a beam: rays of one packet, or some of them, within a small rectangle of the beam's projective coordinates.
+//! The cells of a beam: rays of one packet, or some of them, within a small rectangle of the beam's
+//! projective coordinates.
 
 use super::projection::{BeamSpace, BoxView, MAX_RECT, TriangleView};
 use super::shadow_cull::ShadowCull;
@@ -9,8 +10,8 @@ use crate::traverse::triangle::Shear;
 /// Cells of a beam at most: a bit each.
 pub(super) const MAX_SUB_BEAMS: usize = COLUMN_LANES;
 
-/// A cell that is so many times as wide as most others is parted between its rays: half of them see something else, and the
-/// cell would be tested against all that is between.
+/// A cell that is so many times as wide as most others is parted between its rays: half of them see
+/// something else, and the cell would be tested against all that is between.
 const MAX_WIDTH_RATIO: f32 = 4.0;
 
 /// No cell is wider than this.
@@ -31,7 +32,8 @@ pub(super) enum Added {
     All,
     /// Its rays part too much to be within a beam, and none is in a cell.
     TooWide,
-    /// None is in a cell, because there are not enough; there are for any packet if no other is there.
+    /// None is in a cell, because there are not enough; there are for any packet if no other is
+    /// there.
     NoRoom,
 }
 
@@ -99,7 +101,8 @@ impl SubBeams {
         self.group[sub_beam % MAX_SUB_BEAMS] as usize % MAX_SUB_BEAMS
     }
 
-    /// Adds the active lanes of a packet, which look as far as `limit`. [`SubBeams::finish`] must follow the last.
+    /// Adds the active lanes of a packet, which look as far as `limit`. [`SubBeams::finish`] must
+    /// follow the last.
     #[inline(always)]
     pub(super) fn add<L: Lanes>(
         &mut self,
@@ -193,7 +196,8 @@ impl SubBeams {
         self.count += 1;
     }
 
-    /// Takes a look at all packets of a beam first, to see what is wide among them: of rays to a light, not of camera rays.
+    /// Takes a look at all packets of a beam first, to see what is wide among them: of rays to a
+    /// light, not of camera rays.
     #[inline(always)]
     pub(super) fn look_at<L: Lanes>(&mut self, space: &BeamSpace, all: &[[L; 3]]) {
         if !space.ahead {
@@ -225,11 +229,13 @@ impl SubBeams {
         fits(ranges[0]) && fits(ranges[1])
     }
 
-    /// Makes of what was added what is asked for: rectangles a little wider, their middles, and one around all.
+    /// Makes of what was added what is asked for: rectangles a little wider, their middles, and one
+    /// around all.
     #[inline(always)]
     pub(super) fn finish(&mut self, space: &BeamSpace) {
         let runs = self.count.div_ceil(LANES);
-        // Places that are no cells repeat one, so that they do not matter to the rectangle around all.
+        // Places that are no cells repeat one, so that they do not matter to the rectangle around
+        // all.
         for k in self.count..runs * LANES {
             for columns in [&mut self.low, &mut self.high] {
                 columns.iter_mut().for_each(|column| column[k] = column[0]);
@@ -434,8 +440,8 @@ impl<L: Lanes> Extent<L> {
     }
 }
 
-/// Near: directions along a beam's dominant axis, and over that along p and q; where rays end at the apex, they are followed
-/// backward. Far: how deep rays start, and where.
+/// Near: directions along a beam's dominant axis, and over that along p and q; where rays end at
+/// the apex, they are followed backward. Far: how deep rays start, and where.
 #[inline(always)]
 pub(super) fn directions<L: Lanes>(space: &BeamSpace, rays: &RayPacket<L>) -> [L; 3] {
     if !space.near {
@@ -448,7 +454,8 @@ pub(super) fn directions<L: Lanes>(space: &BeamSpace, rays: &RayPacket<L>) -> [L
     [forward * L::splat(space.depth_per_t()), p * by, q * by]
 }
 
-/// [`directions`], where the frame of the rays is known: its slopes are p and q, if its axis is the beam's.
+/// [`directions`], where the frame of the rays is known: its slopes are p and q, if its axis is the
+/// beam's.
 #[inline(always)]
 pub(super) fn directions_by<L: Lanes>(
     space: &BeamSpace,

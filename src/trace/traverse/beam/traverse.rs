@@ -81,8 +81,9 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
                 ChildRef::Node(index) => {
                     // SAFETY: a code of the tree is of a row that exists; node 0 exists.
                     let node = unsafe { self.wide.nodes().get_unchecked(index as usize) };
-                    // SAFETY: each level of a path leaves at most `NATIVE` − 1 entries beside the one that is followed, and
-                    // the stack is as long as that; so there is room for `NATIVE` more.
+                    // SAFETY: each level of a path leaves at most `NATIVE` − 1 entries beside the
+                    // one that is followed, and the stack is as long as that; so there is room for
+                    // `NATIVE` more.
                     top += self.node(node, cells, unsafe { entries.get_unchecked_mut(top..) });
                 }
                 ChildRef::Triangles(index) => {
@@ -153,7 +154,8 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         count
     }
 
-    /// Asks for what a child leads to. A block that waits for others is asked for when it begins to.
+    /// Asks for what a child leads to. A block that waits for others is asked for when it begins
+    /// to.
     #[inline(always)]
     fn prefetch(&self, code: u32) {
         if G::FRONT_TO_BACK {

@@ -1,10 +1,12 @@
-//! Rays on their own down the wide tree, several at a time: a lane is a child of a node, or a primitive of a block.
+//! Rays on their own down the wide tree, several at a time: a lane is a child of a node, or a
+//! primitive of a block.
 //!
-//! Rays that have parted share neither nodes nor leaves, and most lanes of a packet would idle. The children of one
-//! node are always there. What a ray on its own waits for is memory and the outcome of its last comparison; so a dozen
-//! and more go side by side in rounds, first those at nodes, then those at blocks, each a little later to what is next; and
-//! while one waits another's numbers are there. Nothing branches on what a box test says: all children are written
-//! above the stack's top, those that are met first, and the top moves by how many these are.
+//! Rays that have parted share neither nodes nor leaves, and most lanes of a packet would idle. The
+//! children of one node are always there. What a ray on its own waits for is memory and the outcome
+//! of its last comparison; so a dozen and more go side by side in rounds, first those at nodes,
+//! then those at blocks, each a little later to what is next; and while one waits another's numbers
+//! are there. Nothing branches on what a box test says: all children are written above the stack's
+//! top, those that are met first, and the top moves by how many these are.
 
 mod ray_state;
 mod ray_stream;
@@ -27,9 +29,9 @@ use std::sync::OnceLock;
 /// Most rays side by side.
 const MAX_IN_FLIGHT: usize = 32;
 
-/// Rays side by side on this machine: all, or half of them where the rows that all look at, and as many that they have asked for,
-/// would fill the nearest cache. With sixteen children a row these are 32 KiB (`perf/notes/single-rays.md`, fifth and sixth
-/// round).
+/// Rays side by side on this machine: all, or half of them where the rows that all look at, and as
+/// many that they have asked for, would fill the nearest cache. With sixteen children a row these
+/// are 32 KiB (`perf/notes/single-rays.md`, fifth and sixth round).
 fn rays_in_flight() -> usize {
     static RAYS_IN_FLIGHT: OnceLock<usize> = OnceLock::new();
     *RAYS_IN_FLIGHT.get_or_init(|| {
@@ -44,8 +46,9 @@ fn rays_in_flight() -> usize {
 /// Packets whose occlusion is asked at once.
 const BATCH: usize = 256;
 
-/// Turns after which a ray goes on to what is next. At once, it would wait for what its turn has just written; after all have
-/// had theirs, they would ask for all their rows at once, more than a core has buffers for.
+/// Turns after which a ray goes on to what is next. At once, it would wait for what its turn has
+/// just written; after all have had theirs, they would ask for all their rows at once, more than a
+/// core has buffers for.
 const PIPELINE_DELAY: usize = 2;
 
 /// Traces rays of a queue on their own, and counts by `T`.
@@ -79,7 +82,8 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         }
     }
 
-    /// The closest hits of some packets of a queue, one [`HitPacket`] for each of their range; those of others stay as they are.
+    /// The closest hits of some packets of a queue, one [`HitPacket`] for each of their range;
+    /// those of others stay as they are.
     pub(super) fn closest(&mut self, rays: &RayQueue, part: &BatchSlice, hits: &mut [HitPacket]) {
         let first = part.packets.start;
         for packet in part.each() {
@@ -99,7 +103,8 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         });
     }
 
-    /// Tells `answer`, for some packets of a queue, which lanes (as bits) of each meet nothing before `tmax`.
+    /// Tells `answer`, for some packets of a queue, which lanes (as bits) of each meet nothing
+    /// before `tmax`.
     pub(super) fn unoccluded(
         &mut self,
         rays: &RayQueue,
@@ -175,7 +180,8 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     fn visit_node(&mut self, k: usize) {
         let state = &mut self.states[k];
         self.counters.wide_node(NATIVE as u64);
-        // SAFETY: a code of the tree is of a row that exists, and this one says node; node 0 exists.
+        // SAFETY: a code of the tree is of a row that exists, and this one says node; node 0
+        // exists.
         let node = unsafe { self.wide.nodes().get_unchecked(state.current as usize) };
         let rows = node.boxes.as_flattened();
         // SAFETY: a context's rows are three times a side, which is 0 or 1, and an axis.
@@ -184,8 +190,9 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         let best = state.best.t;
         // The last is visited first: the nearest, which is the first if the ray goes up.
         let up = state.goes_up(node.axis);
-        // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so each level above this
-        // node's left at most `NATIVE - 1` entries, and there is room for `NATIVE` more.
+        // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so
+        // each level above this node's left at most `NATIVE - 1` entries, and there is room for
+        // `NATIVE` more.
         state.top += unsafe {
             self.stacks
                 .push_hits(state.top, up, &crossing, best, &node.children)

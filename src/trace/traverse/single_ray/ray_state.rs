@@ -9,8 +9,8 @@ use crate::traverse::sphere;
 use crate::traverse::triangle::{self, Pairing, Vertices};
 use bytemuck::{Pod, Zeroable};
 
-/// What tests need of a ray, in words of four bytes: a packet's are made by turning columns of lanes into rows. Two lines of the
-/// cache, and no word across their end.
+/// What tests need of a ray, in words of four bytes: a packet's are made by turning columns of
+/// lanes into rows. Two lines of the cache, and no word across their end.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct SingleRaySetup {
@@ -18,18 +18,22 @@ pub(super) struct SingleRaySetup {
     pub(super) rdir: [f32; 3],
     pub(super) first: [f32; 3],
     pub(super) last: [f32; 3],
-    /// Which planes of a box are met first and last, by axis: rows, as a node has them one after the other.
+    /// Which planes of a box are met first and last, by axis: rows, as a node has them one after
+    /// the other.
     pub(super) near: [u32; 3],
     pub(super) far: [u32; 3],
-    /// The axes in the order of the ray's frame, the origin in that order, slopes and scale: see [`crate::traverse::triangle`].
+    /// The axes in the order of the ray's frame, the origin in that order, slopes and scale: see
+    /// [`crate::traverse::triangle`].
     pub(super) axes: [u32; 3],
     pub(super) frame_org: [f32; 3],
     pub(super) slopes: [f32; 3],
     pub(super) org: [f32; 3],
     pub(super) dir: [f32; 3],
-    /// 1 if its packet is [`in_safe_range`](crate::traverse::triangle::Shear::in_safe_range), else 0.
+    /// 1 if its packet is [`in_safe_range`](crate::traverse::triangle::Shear::in_safe_range), else
+    /// 0.
     pub(super) in_safe_range: u32,
-    /// By axis, as bits, whether it goes toward larger coordinates; and the fourth always, for what has no axis.
+    /// By axis, as bits, whether it goes toward larger coordinates; and the fourth always, for what
+    /// has no axis.
     pub(super) up: u32,
 }
 
@@ -76,8 +80,9 @@ impl RayState {
         self.ray.up >> (axis & 3) & 1 == 1
     }
 
-    /// The ray's stays in boxes, whose planes `row` gives: first the lower ones by axis, then the upper ones. The arithmetic of
-    /// `RaySlabs::intersect_box_same_octant`, with the lanes' parts exchanged.
+    /// The ray's stays in boxes, whose planes `row` gives: first the lower ones by axis, then the
+    /// upper ones. The arithmetic of `RaySlabs::intersect_box_same_octant`, with the lanes' parts
+    /// exchanged.
     #[inline(always)]
     pub(super) fn intersect_box(&self, row: impl Fn(usize) -> Native) -> TInterval<Native> {
         let TInterval {
@@ -91,7 +96,8 @@ impl RayState {
         }
     }
 
-    /// Where the ray's line, which goes on behind its origin, enters and leaves boxes; as [`RayState::intersect_box`].
+    /// Where the ray's line, which goes on behind its origin, enters and leaves boxes; as
+    /// [`RayState::intersect_box`].
     #[inline(always)]
     pub(super) fn intersect_children(&self, row: impl Fn(usize) -> Native) -> TInterval<Native> {
         let ray = &self.ray;

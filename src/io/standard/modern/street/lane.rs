@@ -75,7 +75,8 @@ impl Post {
         }
         mesh.material(BULB);
         let frequency = cells(0.15, detail).max(1);
-        // Below the light, which shines past it to the ground at a distance and freely to all sides.
+        // Below the light, which shines past it to the ground at a distance and freely to all
+        // sides.
         let center = place.point(DVec3::new(0.0, LANTERN - STEP - 0.14, 0.0));
         geodesic::sphere(mesh, frequency, |p| center + p * 0.085);
     }

@@ -1,7 +1,8 @@
 //! street: a lane of old houses at nightfall, with a café whose window and door stand open.
 //!
-//! Houses are made of what houses are made of: frames, sills, shutters, balusters, bricks. `detail` says how finely
-//! (quads to a metre); from a detail of its own on each kind of part appears. What is left of the size is paved with.
+//! Houses are made of what houses are made of: frames, sills, shutters, balusters, bricks. `detail`
+//! says how finely (quads to a metre); from a detail of its own on each kind of part appears. What
+//! is left of the size is paved with.
 
 mod cafe;
 mod house;

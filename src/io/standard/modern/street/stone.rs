@@ -30,8 +30,9 @@ pub(super) fn stone_triangles(inner: usize) -> u64 {
     2 * (inner as u64 + 2) * (inner as u64 + 2)
 }
 
-/// A stone of a wall or pavement: a cushion on a rectangle from `corner` on in x and y of the frame, which it leaves
-/// free by `rim` of its size and rises above by `depth` along z, in `inner`² quads and a bevel around them.
+/// A stone of a wall or pavement: a cushion on a rectangle from `corner` on in x and y of the
+/// frame, which it leaves free by `rim` of its size and rises above by `depth` along z, in `inner`²
+/// quads and a bevel around them.
 pub(super) fn stone(
     mesh: &mut MeshBuilder,
     frame: &LocalFrame,
