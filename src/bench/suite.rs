@@ -43,14 +43,6 @@ pub struct SuiteScene {
 pub struct SuiteError(String);
 
 impl Suite {
-    /// The suite of this repository.
-    ///
-    /// # Errors
-    /// None: a test reads it.
-    pub fn standard() -> Result<Suite, SuiteError> {
-        Suite::parse(include_str!("../../perf/suite.toml"))
-    }
-
     /// Reads a suite.
     ///
     /// # Errors
@@ -90,7 +82,7 @@ mod tests {
 
     #[test]
     fn the_suite_of_this_repository_expects_answers_of_every_scene() {
-        let suite = Suite::standard().expect("perf/suite.toml");
+        let suite = Suite::parse(include_str!("../../perf/suite.toml")).expect("perf/suite.toml");
         assert!(suite.scene.iter().any(|scene| scene.quick));
         for scene in &suite.scene {
             assert!(

@@ -81,12 +81,12 @@ impl MemoryStats {
         let mut rows = vec![("memory", listed(&mut all.into_iter()))];
         if !self.scene_parts.is_empty() {
             let mut parts = self.scene_parts.iter().map(|(name, b)| (*name, *b));
-            rows.push(("of the scene", listed(&mut parts)));
+            rows.push(("columns", listed(&mut parts)));
         }
         if let Some(rest) = self.bytes_per_primitive {
             let peak = self.peak_bytes_per_primitive;
             let peak = peak.map_or(String::new(), |peak| format!(", {peak:.1} at peak"));
-            rows.push(("a primitive", format!("{rest:.1} bytes at rest{peak}")));
+            rows.push(("bytes each", format!("primitive {rest:.1}{peak}")));
         }
         if self.mapped_bytes > 0 {
             rows.push((

@@ -2,6 +2,10 @@
 //!
 //! Results go to stdout, progress and warnings and errors to stderr; exit codes stand in [`error`].
 
+#[allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "help texts have brackets of their own"
+)]
 mod args;
 mod bench;
 mod budget;
@@ -20,6 +24,10 @@ mod heap;
 mod heatmap;
 mod info;
 mod interrupt;
+#[allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "help texts have brackets of their own"
+)]
 mod job_args;
 mod live_preview;
 mod manual;

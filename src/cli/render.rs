@@ -233,7 +233,7 @@ fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, Cl
     if file.pixels() > 0 {
         let share = 100.0 * file.pixels() as f64 / settings.pixels() as f64;
         output::note(&format!(
-            "going on: {} has {share:.1} % of the picture",
+            "resuming from {}, {share:.1} % done",
             path.display()
         ));
     }

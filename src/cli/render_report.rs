@@ -86,7 +86,7 @@ pub struct RenderSeconds {
 
 impl RenderDocument {
     /// A report of what was asked for; the figures come with [`RenderDocument::with_tree`] and
-    /// [`RenderDocument::with_frame`].
+    /// [`RenderDocument::with_work`].
     pub fn new(
         path: &Path,
         scene: &Scene,

@@ -133,7 +133,7 @@ fn a_signal_ends_a_render_in_order_and_the_same_command_goes_on() {
         let ran = room.run(&line);
         assert_eq!(ran.code, Some(0), "{}", ran.stderr);
         assert!(
-            ran.stderr.contains("going on: a.tiles has "),
+            ran.stderr.contains("resuming from a.tiles, "),
             "{}",
             ran.stderr
         );
@@ -198,7 +198,7 @@ fn a_file_that_cannot_grow_ends_the_render_and_what_it_has_is_good() {
     );
     let ran = room.run(&line);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    assert!(ran.stderr.contains("going on: "), "{}", ran.stderr);
+    assert!(ran.stderr.contains("resuming from "), "{}", ran.stderr);
     assert!(bytes(&room, "a.png") == whole);
 }
 

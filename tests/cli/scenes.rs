@@ -198,7 +198,7 @@ fn memory_is_told_part_by_part() {
     assert_eq!(render["memory"]["scene_bytes"], memory["scene_bytes"]);
     for line in ["render a.test -o a.png", "info a.test"] {
         let table = room.ok(line);
-        for part in ["tree nodes", "vertices", "bytes at rest"] {
+        for part in ["tree nodes", "vertices", "bytes each"] {
             assert!(table.contains(part), "{line}: {part} in\n{table}");
         }
     }

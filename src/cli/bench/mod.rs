@@ -1,5 +1,9 @@
 //! `phalanx bench`: rates of our kernels, the oracle and other tracers on the same rays.
 
+#[allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "help texts have brackets of their own"
+)]
 mod args;
 mod bar;
 mod baseline;
@@ -30,6 +34,9 @@ use program::this_program;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// The standard suite, as it stands in the repository.
+const SUITE: &str = include_str!("../../../perf/suite.toml");
+
 /// Measures, or compares records.
 pub fn run(args: &BenchArgs) -> Result<(), CliError> {
     match &args.command {
@@ -48,7 +55,7 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
     interrupt::listen()?;
     super::advise();
     let suite =
-        Suite::standard().map_err(|e| CliError::Runtime(format!("perf/suite.toml: {e}")))?;
+        Suite::parse(SUITE).map_err(|e| CliError::Runtime(format!("perf/suite.toml: {e}")))?;
     check_places(args)?;
     let baseline = args.baseline.as_deref().map(Baseline::load).transpose()?;
     let peers = peers(args)?;

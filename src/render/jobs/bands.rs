@@ -26,7 +26,7 @@ pub enum BandsError {
     #[error(transparent)]
     Tiles(#[from] TileFileError),
     /// Whoever takes the bands wants no more.
-    #[error("the picture is not wanted any more")]
+    #[error("the caller stopped the picture")]
     Abandoned,
 }
 

@@ -227,7 +227,10 @@ impl RenderPlan {
         // room for.
         let side = side(self.picture.window(), self.shards);
         if self.tile != side {
-            let picture = format!("{side} for a picture of this size in so many shards");
+            let picture = format!(
+                "{side} for a picture of this size in {} shards",
+                self.shards
+            );
             return wrong("tile", self.tile.to_string(), &picture);
         }
         Ok(())

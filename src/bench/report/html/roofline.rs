@@ -71,7 +71,7 @@ fn inside(view: &RecordView<'_>) -> Markup {
             "measured reading bandwidths, the level rule is the measured peak of additions and multiplications ("
             (number_format::measured(limits.gflops)) "\u{202f}" "Gop/s). A marker above the rule of a level gets most of its bytes from "
             "faster ones. Bytes are those of nodes and primitives that packets touch; operations are counted from the code "
-            "of each test, at least so many: " (number_format::short(operations::BOX)) " a box, " (number_format::short(operations::TRIANGLE))
+            "of each test, as a lower bound: " (number_format::short(operations::BOX)) " a box, " (number_format::short(operations::TRIANGLE))
             " a triangle, " (number_format::short(operations::SPHERE)) " a sphere."
         }
         @if styles.len() > 1 {

@@ -115,8 +115,7 @@ fn about_the_run(record: &BenchRecord) -> Vec<String> {
     let mut warnings = Vec::new();
     if program.git_dirty == Some(true) {
         warnings.push(
-            "The sources differed from the commit: nobody can build this program again from it."
-                .to_owned(),
+            "The sources differed from the commit, so this build is not reproducible.".to_owned(),
         );
     }
     if program.profile != "release" {
