@@ -16,14 +16,14 @@
 //! [`frame::render`] is the front door. Both engines give the same bits:
 //!
 //! ```
-//! use phalanx::frame::{Control, Engine, Prepared, Settings, render};
+//! use phalanx::frame::{Accel, Control, Engine, Settings, render};
 //!
 //! let text = "size 64 48\ncamera 0 0 4 0 0 0 0 1 0 45\npoint 4 4 4 1 1 1\ndiffuse 1 0.5 0\nsphere 0 0 0 1\n";
 //! let scene = phalanx::formats::read_test(text).expect("a scene").scene;
 //! let frame_of = |engine| {
 //!     let settings = Settings { engine, ..Settings::of(&scene) };
-//!     let prepared = Prepared::build(&scene, engine);
-//!     render(&scene, &prepared, &settings, &Control::default()).expect("nobody interrupts")
+//!     let accel = Accel::build(&scene, engine);
+//!     render(&scene, &accel, &settings, &Control::default()).expect("nobody interrupts")
 //! };
 //! let (packets, oracle) = (frame_of(Engine::Simd), frame_of(Engine::Scalar));
 //! assert_eq!(packets.film, oracle.film);
