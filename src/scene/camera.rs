@@ -1,9 +1,16 @@
 //! Camera rays, one at a time (design document, "Creating a ray from the camera").
 //!
-//! α = tan(fov_x/2)·(j − W/2)/(W/2), β = tan(fov_y/2)·(H/2 − i)/(H/2), dir = (αu + βv − w)/|αu + βv
-//! − w|. With fov_x = 2·atan(tan(fov_y/2)·W/H) the two slopes per pixel are one number,
-//! 2·tan(fov_y/2)/H: pixels are square. It is computed in f64 with `libm`, so that every build
-//! starts from the same bits.
+//! With the image W × H pixels, the ray through row i and column j is
+//!
+//! ```text
+//! α   = tan(fov_x/2)·(j − W/2)/(W/2)
+//! β   = tan(fov_y/2)·(H/2 − i)/(H/2)
+//! dir = (αu + βv − w)/|αu + βv − w|
+//! ```
+//!
+//! With fov_x = 2·atan(tan(fov_y/2)·W/H) the two slopes per pixel are one number, 2·tan(fov_y/2)/H:
+//! pixels are square. It is computed in f64 with `libm`, so that every build starts from the same
+//! bits.
 //!
 //! With a lens, rays start on it and meet in the plane of focus (Cook, Porter and Carpenter,
 //! "Distributed Ray Tracing", 1984).
@@ -11,16 +18,16 @@
 use crate::{View, ViewError};
 use glam::Vec3;
 
-/// A thin lens in the place of the eye: what lies in the plane of focus is sharp.
+/// A thin lens at the eye: objects in the plane of focus are sharp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// Diameter; with 0, the lens is a pinhole.
     pub aperture: f32,
-    /// How far away the plane of focus is, along the direction of view.
+    /// Distance of the plane of focus, along the direction of view.
     pub focus: f32,
 }
 
-/// Why there is no such lens.
+/// Reasons why a lens is not possible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LensError {
     /// Negative, or not finite.
@@ -36,7 +43,7 @@ pub enum LensError {
     TooWide,
 }
 
-/// Widest aperture, in distances of focus: beyond, rays through the rim are parallel to the
+/// Widest aperture, in distances of focus. Beyond it, rays through the rim are parallel to the
 /// picture.
 const MAX_APERTURE_PER_FOCUS: f32 = 1000.0;
 
@@ -63,12 +70,12 @@ pub struct Camera {
     lens: Option<LensDisk>,
 }
 
-/// A lens as its rays need it.
+/// A lens in the form in which its rays need it.
 #[derive(Clone, Copy, Debug)]
 pub struct LensDisk {
     /// Radius, in units of the scene.
     pub radius: f32,
-    /// The radius divided by the distance of focus: how much flatter a ray through the rim is.
+    /// The radius divided by the distance of focus: the change of slope of a ray through the rim.
     pub spread: f32,
 }
 
@@ -103,7 +110,7 @@ impl Camera {
     /// Width and height of the image in pixels.
     #[inline]
     pub fn size(&self) -> (u32, u32) {
-        // Whole numbers, and halves of them, are what they are in f32.
+        // Whole numbers and halves are exact in f32.
         (
             (2.0 * self.half_width) as u32,
             (2.0 * self.half_height) as u32,
@@ -113,7 +120,7 @@ impl Camera {
     /// The same camera with a lens, in units of the scene.
     ///
     /// # Errors
-    /// [`LensError`] if there is no such lens.
+    /// [`LensError`] if such a lens is not possible.
     pub fn with_lens(self, Lens { aperture, focus }: Lens) -> Result<Camera, LensError> {
         if !(aperture.is_finite() && aperture >= 0.0) {
             return Err(LensError::Aperture);
@@ -133,13 +140,13 @@ impl Camera {
         Ok(Camera { lens, ..self })
     }
 
-    /// The lens; a pinhole where there is none.
+    /// The lens; a pinhole for a camera without one.
     #[inline]
     pub fn lens(&self) -> LensDisk {
         self.lens.unwrap_or(LensDisk::PINHOLE)
     }
 
-    /// Whether rays come from all over a lens, and not from the eye alone.
+    /// Returns true if rays start all over a lens, and not from the eye alone.
     #[inline]
     pub fn has_lens(&self) -> bool {
         self.lens.is_some()
@@ -148,8 +155,9 @@ impl Camera {
     /// Origin and unit direction of the ray through a pixel position, as in [`Camera::direction`],
     /// and a point of the lens, which is given on the unit disc.
     ///
-    /// All rays of a pixel position meet in one point of the plane of focus. What is `x` radii
-    /// further right on the lens goes by `x` times radius over distance of focus less to the right.
+    /// All rays of a pixel position meet in one point of the plane of focus. A ray that starts `x`
+    /// radii further right on the lens has a slope to the right that is smaller by `x` times radius
+    /// over distance of focus.
     #[inline]
     pub fn through_lens(&self, row: f32, column: f32, [x, y]: [f32; 2]) -> (Vec3, Vec3) {
         let LensDisk { radius, spread } = self.lens();

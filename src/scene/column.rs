@@ -1,19 +1,19 @@
-//! One attribute of many rows: a vector, or a piece of a mapped file that nobody writes to.
+//! One attribute of many rows: a vector, or a part of a mapped file that is never written to.
 
 use std::any::Any;
 use std::fmt;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
-/// A growable column. Reads like a slice wherever its rows are; the first change copies rows that
-/// are not its own.
+/// A growable column. It reads like a slice wherever its rows are. The first change copies rows
+/// that it does not own.
 pub struct Column<T: 'static>(Storage<T>);
 
 enum Storage<T: 'static> {
     Owned(Vec<T>),
     Mapped {
         rows: &'static [T],
-        /// Keeps the memory of `rows` alive where it belongs to something that can end.
+        /// Owner of the memory of `rows`: keeps it alive.
         keeper: Arc<dyn Any + Send + Sync>,
     },
 }
@@ -25,14 +25,14 @@ impl<T> Column<T> {
         Column(Storage::Owned(Vec::new()))
     }
 
-    /// Rows that live elsewhere, and what keeps them alive. No longer borrow than the column's own
-    /// is ever given out.
+    /// A column of rows that live elsewhere; `keeper` keeps them alive. No reference that the
+    /// column gives out outlives the column itself.
     #[inline]
     pub fn mapped(rows: &'static [T], keeper: Arc<dyn Any + Send + Sync>) -> Column<T> {
         Column(Storage::Mapped { rows, keeper })
     }
 
-    /// Bytes of memory that are the column's own; mapped rows are the file's.
+    /// Bytes of memory that the column owns; mapped rows belong to the file.
     #[inline]
     pub fn memory_bytes(&self) -> usize {
         match &self.0 {
@@ -41,7 +41,7 @@ impl<T> Column<T> {
         }
     }
 
-    /// Bytes of its rows, wherever they are.
+    /// Bytes of the rows, wherever they are.
     #[inline]
     pub fn row_bytes(&self) -> usize {
         size_of_val::<[T]>(self)
@@ -49,7 +49,7 @@ impl<T> Column<T> {
 }
 
 impl<T: Clone> Column<T> {
-    /// The rows as a vector to be changed.
+    /// The rows as a vector that can be changed.
     #[inline]
     pub fn make_mut(&mut self) -> &mut Vec<T> {
         if let Storage::Mapped { rows, .. } = &self.0 {
@@ -73,7 +73,7 @@ impl<T: Clone> Column<T> {
         self.make_mut().reserve(more);
     }
 
-    /// Gives back what was reserved and is not used.
+    /// Frees reserved memory that is not used.
     #[inline]
     pub fn shrink_to_fit(&mut self) {
         if let Storage::Owned(rows) = &mut self.0 {
@@ -81,13 +81,13 @@ impl<T: Clone> Column<T> {
         }
     }
 
-    /// Appends copies of rows, within the room that was reserved.
+    /// Appends copies of rows, within the reserved memory.
     #[inline]
     pub fn extend_from(&mut self, rows: &[T]) {
         self.make_mut().extend_from_slice(rows);
     }
 
-    /// Appends the rows of another column, or takes it over where this one is empty.
+    /// Appends the rows of another column, or takes it over if this one is empty.
     #[inline]
     pub fn append(&mut self, other: Column<T>) {
         match (self.is_empty(), other.0) {

@@ -3,12 +3,12 @@
 use super::{Bounds, Column, PAD, Vec3s};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// Runs of [`super::Scene::prims`] that are seen only through instances.
+/// Meshes: runs of [`super::Scene::prims`] that are visible only through instances.
 #[derive(Clone, Debug, Default)]
 pub struct Meshes {
-    /// First primitive of each.
+    /// First primitive of each mesh.
     pub first: Column<u32>,
-    /// Number of primitives of each, at least 1.
+    /// Number of primitives of each mesh, at least 1.
     pub count: Column<u32>,
 }
 
@@ -19,7 +19,7 @@ impl Meshes {
         self.first.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no meshes.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.first.is_empty()
@@ -33,26 +33,27 @@ impl Meshes {
     }
 }
 
-/// Meshes placed in the world. Each map is stored as three columns of its matrix and its
+/// Meshes placed in the world. Each map is stored as the three columns of its matrix and its
 /// translation.
 #[derive(Clone, Debug, Default)]
 pub struct Instances {
-    /// Which mesh.
+    /// Index of the mesh.
     pub mesh: Column<u32>,
-    /// Primitives of all instances before this one: see [`super::Scene::resolve`].
+    /// Number of primitives of all instances before this one: see [`super::Scene::resolve`].
     pub first: Column<u32>,
-    /// Mesh to world.
+    /// Mesh-to-world map.
     pub to_world: [Vec3s; 4],
-    /// World to mesh.
+    /// World-to-mesh map.
     pub to_object: [Vec3s; 4],
 }
 
-/// Most that a map or its inverse may stretch a direction, and one over the least that its longest
-/// column may measure: beyond, squares of what it makes of mesh coordinates leave single precision.
+/// Greatest factor by which a map or its inverse may stretch a direction, and one over the least
+/// length of its longest column. Beyond it, squares of mapped mesh coordinates leave single
+/// precision.
 const MAX_STRETCH: f64 = 1_099_511_627_776.0; // 2^40
 
-/// An instance's map has no inverse, or it or its inverse stretches or shrinks beyond 2^±40 or what
-/// f32 can hold.
+/// Error: an instance's map has no inverse, or the map or its inverse stretches or shrinks beyond
+/// 2^±40 or beyond the range of f32.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the transform cannot be inverted in single precision")]
 pub struct NotInvertible;
@@ -64,7 +65,7 @@ impl Instances {
         self.mesh.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no instances.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.mesh.is_empty()
@@ -111,15 +112,15 @@ impl Instances {
         std::array::from_fn(|k| self.to_object[k].get(i))
     }
 
-    /// Whether both maps are such as [`super::Scene::add_instance`] takes, but for being each
-    /// other's inverse.
+    /// Returns true if [`super::Scene::add_instance`] would accept both maps. It does not check
+    /// that they are each other's inverse.
     #[inline]
     pub(super) fn has_moderate_transforms(&self, i: usize) -> bool {
         is_moderate(&self.world_columns(i)) && is_moderate(&self.object_columns(i))
     }
 
-    /// World bounds of an instance of a mesh with these bounds, grown by what the rounding of the
-    /// two maps can amount to: [`PAD`] of the largest number that each of them adds up.
+    /// World bounds of an instance of a mesh with these bounds, grown by the greatest rounding
+    /// error of the two maps: [`PAD`] of the largest number that each of them adds up.
     #[inline]
     pub fn bounds(&self, i: usize, mesh: Bounds) -> Bounds {
         if mesh.is_empty() {
@@ -129,8 +130,8 @@ impl Instances {
         Bounds::new(lo.as_vec3(), hi.as_vec3())
     }
 
-    /// The corners of [`Instances::bounds`] of a mesh that is not empty, before they are rounded,
-    /// or overflow.
+    /// The corners of [`Instances::bounds`] of a mesh that is not empty, before rounding or
+    /// overflow.
     pub(super) fn corners(&self, i: usize, mesh: Bounds) -> (DVec3, DVec3) {
         let to_world = self.world_columns(i).map(|c| c.as_dvec3());
         let to_object = self.object_columns(i).map(|c| c.as_dvec3());
@@ -139,8 +140,8 @@ impl Instances {
         let position = linear(&to_world, center) + to_world[3];
         let reach = linear(&to_world.map(DVec3::abs), half);
         let (lo, hi) = (position - reach, position + reach);
-        // A place p of the world becomes Mp + s with an error of |M||p| + |s|, which comes back
-        // through |W|.
+        // A world position p becomes Mp + s with an error of |M||p| + |s|, which maps back to the
+        // world through |W|.
         let far = lo.abs().max(hi.abs());
         let lost = linear(&to_object.map(DVec3::abs), far) + to_object[3].abs();
         let slack = linear(&to_world.map(DVec3::abs), lost) * f64::from(PAD);
@@ -148,7 +149,7 @@ impl Instances {
     }
 }
 
-/// Whether the longest column of a map's matrix is neither too long nor too short.
+/// Returns true if the longest column of a map's matrix is neither too long nor too short.
 fn is_moderate(&[x, y, z, _]: &[Vec3; 4]) -> bool {
     let lengths = [x, y, z].map(|c| c.as_dvec3().length());
     let longest = lengths.into_iter().fold(0.0, f64::max);
@@ -164,8 +165,8 @@ mod tests {
     use super::*;
     use glam::{DMat3, DQuat};
 
-    /// What single precision makes of a place, on its way to the world and back, is still within
-    /// the box.
+    /// Checks that a position that single precision maps to the mesh and back is still within the
+    /// box.
     #[test]
     fn boxes_hold_what_rounding_does_to_their_corners() {
         let mut seed = 1u32;

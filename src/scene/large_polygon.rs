@@ -1,9 +1,9 @@
-//! Polygons of many corners, by a constrained Delaunay triangulation (the crate spade): n log n for
-//! outlines of any shape, where cutting ears is quadratic as soon as corners coincide or lie in
-//! rows.
+//! Triangulation of polygons of many corners, by a constrained Delaunay triangulation (the crate
+//! spade). It takes n log n for outlines of any shape. Cutting ears is quadratic as soon as corners
+//! coincide or are collinear.
 //!
 //! An outline encloses all that an odd number of its edges separates from the outside. An edge that
-//! crosses one before it is led along the sides of the triangles that it meets, so that the outline
+//! crosses an earlier one is routed along the sides of the triangles that it meets. So the outline
 //! stays closed whatever it does.
 
 use spade::{
@@ -12,9 +12,9 @@ use spade::{
 };
 use std::collections::HashMap;
 
-/// Sides of triangles that all edges together may meet, for each corner. Outlines that do not cross
-/// themselves were seen to meet up to 7; beyond, the outline is a tangle, which has no proper
-/// triangles.
+/// Greatest number of triangle sides that all edges together may meet, per corner. Outlines that do
+/// not cross themselves were observed to meet up to 7. Beyond this limit the outline is a tangle,
+/// which has no proper triangles.
 const MAX_STEPS: usize = 32;
 
 /// A corner and its number.
@@ -35,8 +35,8 @@ type Delaunay =
     ConstrainedDelaunayTriangulation<OutlineVertex, (), (), (), HierarchyHintGenerator<f64>>;
 type VertexHandle = spade::handles::FixedVertexHandle;
 
-/// Counter-clockwise triangles of an outline, two fewer than corners at most; none of a tangle, and
-/// of what has no area.
+/// Counter-clockwise triangles of an outline, at most two fewer than its corners. A tangle has
+/// none, and neither has an outline without area.
 pub(super) fn triangulate(outline: &[[f64; 2]]) -> Option<Vec<[u32; 3]>> {
     let (corners, place_of) = distinct(outline);
     let mut delaunay = Delaunay::new();
@@ -62,7 +62,8 @@ pub(super) fn triangulate(outline: &[[f64; 2]]) -> Option<Vec<[u32; 3]>> {
         steps.trace(&delaunay, from, to, &mut outer)?;
     }
     let mut triangles = enclosed(&delaunay, &outer);
-    // An outline that crosses itself may enclose corners, and more triangles than it has room for.
+    // An outline that crosses itself may enclose corners, and so have more triangles than there is
+    // room for.
     let most = outline.len() - 2;
     if triangles.len() > most {
         triangles.sort_by(|a, b| area(outline, b).total_cmp(&area(outline, a)));
@@ -77,14 +78,14 @@ fn area(outline: &[[f64; 2]], triangle: &[u32; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The first corner at each place, and for each corner the number of that one.
+/// The first corner at each position, and for each corner the number of that first one.
 fn distinct(outline: &[[f64; 2]]) -> (Vec<OutlineVertex>, Vec<u32>) {
     let scale = [0, 1].map(|axis| unit_scale(outline.iter().map(|position| position[axis])));
     let mut first = HashMap::new();
     let mut corners = Vec::new();
     let place_of = outline.iter().enumerate().map(|(k, position)| {
         let [x, y] = [0, 1].map(|axis| match position[axis] * scale[axis] {
-            // Zeros of both signs are one place, and spade takes nothing smaller.
+            // Zeros of both signs are one position, and spade accepts no smaller number.
             x if x.abs() < MIN_ALLOWED_VALUE => 0.0,
             x => x,
         });
@@ -102,9 +103,9 @@ fn distinct(outline: &[[f64; 2]]) -> (Vec<OutlineVertex>, Vec<u32>) {
     (corners, place_of)
 }
 
-/// The corners in an order by chance, in which each is inserted in log n steps, wherever they lie
-/// (Guibas, Knuth and Sharir, "Randomized Incremental Construction of Delaunay and Voronoi
-/// Diagrams", 1992). Three that are not in a row come first; none of corners that all are.
+/// The corners in random order, so that each is inserted in log n steps, wherever it lies (Guibas,
+/// Knuth and Sharir, "Randomized Incremental Construction of Delaunay and Voronoi Diagrams", 1992).
+/// Three corners that are not collinear come first; `None` if all corners are collinear.
 fn shuffled(mut corners: Vec<OutlineVertex>) -> Option<Vec<OutlineVertex>> {
     let first = corners.first()?.point;
     let off = |p: &OutlineVertex| (p.point.x - first.x, p.point.y - first.y);
@@ -121,13 +122,13 @@ fn shuffled(mut corners: Vec<OutlineVertex>) -> Option<Vec<OutlineVertex>> {
     Some(corners)
 }
 
-/// Brings items into an order by chance, always the same. Edges need one as corners do (Shewchuk
-/// and Brown, "Fast segment insertion and incremental construction of constrained Delaunay
+/// Shuffles items into a random order, always the same. Edges need one as corners do (Shewchuk and
+/// Brown, "Fast segment insertion and incremental construction of constrained Delaunay
 /// triangulations", 2015).
 fn shuffle<T>(items: &mut [T]) {
     let mut random = 1u64;
     for k in (1..items.len()).rev() {
-        // Knuth's generator (MMIX); any would do.
+        // Knuth's generator (MMIX); any other would do.
         random = random
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
@@ -135,8 +136,8 @@ fn shuffle<T>(items: &mut [T]) {
     }
 }
 
-/// The power of two that gives numbers an extent of about 1: outlines are as wide as high, so that
-/// triangles are not all slivers, and nothing is rounded.
+/// The power of two that scales numbers to an extent of about 1. Outlines become as wide as high,
+/// so that not all triangles are slivers, and nothing is rounded.
 fn unit_scale(numbers: impl Iterator<Item = f64>) -> f64 {
     let (lo, hi) = numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| {
         (lo.min(x), hi.max(x))
@@ -149,8 +150,8 @@ fn unit_scale(numbers: impl Iterator<Item = f64>) -> f64 {
     }
 }
 
-/// Edges that the outline takes an odd number of times: one there and one back enclose nothing.
-/// Each begins where fewer edges meet, since looking round a vertex takes time.
+/// Edges that the outline uses an odd number of times: one there and one back enclose nothing. Each
+/// begins at the end where fewer edges meet, because searching around a vertex takes time.
 fn odd_edges(place_of: &[u32]) -> Vec<[u32; 2]> {
     let mut visits = vec![0u32; place_of.len()];
     for &place in place_of {
@@ -169,7 +170,7 @@ fn odd_edges(place_of: &[u32]) -> Vec<[u32; 2]> {
         .collect()
 }
 
-/// How much may still be met.
+/// The number of triangle sides that edges may still meet.
 struct Steps(usize);
 
 impl Steps {
@@ -178,7 +179,7 @@ impl Steps {
         Some(())
     }
 
-    /// Set where an edge of the outline is in the way of another one.
+    /// Returns true if an edge of the outline blocks the straight way; `None` if no steps are left.
     fn is_blocked(
         &mut self,
         delaunay: &Delaunay,
@@ -196,7 +197,7 @@ impl Steps {
         Some(false)
     }
 
-    /// Changes the sides of all edges that lead from one vertex to another: those on the straight
+    /// Toggles the sides of all edges on the way from one vertex to another: those on the straight
     /// way, or those beside it where it is blocked.
     fn trace(
         &mut self,
@@ -227,7 +228,7 @@ impl Steps {
     }
 }
 
-/// The triangles from which an odd number of `outer` edges leads outside.
+/// The triangles that an odd number of `outer` edges separates from the outside.
 fn enclosed(delaunay: &Delaunay, outer: &[bool]) -> Vec<[u32; 3]> {
     let mut inside: Vec<Option<bool>> = vec![None; delaunay.num_all_faces()];
     inside[delaunay.outer_face().fix().index()] = Some(false);

@@ -1,14 +1,14 @@
-//! The scene: structure-of-arrays columns, one per attribute, and nothing that depends on how they
-//! are traced.
+//! The scene: structure-of-arrays columns, one per attribute. Nothing here depends on how the
+//! columns are traced.
 //!
 //! A [`Scene`] is built by a reader in `io::formats` (or by hand) and checked once with
 //! [`Scene::validate`]; after that nothing downstream can fail. Primitives are numbered in file
-//! order: `prim_id` indexes [`Scene::prims`], which says in which column the primitive lives. Units
-//! are the scene's own, angles degrees, colours linear RGB.
+//! order: `prim_id` indexes [`Scene::prims`], which gives the column that holds the primitive.
+//! Units are the scene's own, angles degrees, colours linear RGB.
 //!
-//! A mesh is a run of primitives that is seen only through its instances. What an instance shows
-//! has numbers of its own beyond the stored ones, so that one `prim_id` always says what was hit:
-//! see [`Scene::resolve`].
+//! A mesh is a run of primitives that is visible only through its instances. The primitives of an
+//! instance have numbers of their own beyond the stored ones, so that one `prim_id` always
+//! identifies the hit primitive: see [`Scene::resolve`].
 
 mod bounds;
 pub mod camera;
@@ -53,25 +53,25 @@ pub use view::{Basis, View, ViewError};
 
 use glam::Vec3;
 
-/// Number of the primitive where nothing was hit.
+/// Primitive number that stands for a miss.
 pub const NO_PRIM: u32 = u32::MAX;
 
-/// How linear radiance becomes sample values in a file.
+/// Conversion of linear radiance to the sample values of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutputEncoding {
     /// Transfer curve applied after clamping to \[0, 1\].
     pub transfer: Transfer,
-    /// How 255·c becomes an integer.
+    /// Conversion of 255·c to an integer.
     pub quantize: Quantize,
 }
 
 impl OutputEncoding {
-    /// Linear values, rounded down: what `.test` and NFF pictures are written with.
+    /// Linear values, rounded down: the encoding of `.test` and NFF pictures.
     pub const LINEAR: OutputEncoding = OutputEncoding {
         transfer: Transfer::None,
         quantize: Quantize::Floor,
     };
-    /// The sRGB curve, rounded to nearest: what pictures of meshes are written with.
+    /// The sRGB curve, rounded to nearest: the encoding of pictures of meshes.
     pub const SRGB: OutputEncoding = OutputEncoding {
         transfer: Transfer::Srgb,
         quantize: Quantize::Round,
@@ -96,8 +96,8 @@ pub enum Quantize {
     Round,
 }
 
-/// Everything a picture depends on. Public columns, so that generators and readers can fill them
-/// directly.
+/// Everything that a picture depends on. The columns are public, so that generators and readers can
+/// fill them directly.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Image width in pixels, 1 to [`MAX_SIDE`].
@@ -106,15 +106,15 @@ pub struct Scene {
     pub height: u32,
     /// Bounces after the primary ray, 0 to [`MAX_DEPTH_LIMIT`].
     pub max_depth: u32,
-    /// Output name the file asks for: a bare file name, no folders.
+    /// Output name that the file requests: a bare file name, no folders.
     pub output: Option<String>,
     /// Radiance of a ray that misses everything.
     pub background: Vec3,
-    /// How the format wants its pictures written.
+    /// Encoding that the format prescribes for its pictures.
     pub encoding: OutputEncoding,
     /// Camera.
     pub view: View,
-    /// Which column each stored primitive lives in, in file order.
+    /// Kind and column index of each stored primitive, in file order.
     pub prims: Column<Prim>,
     /// Spheres under a similarity transform.
     pub spheres: Spheres,
@@ -124,22 +124,22 @@ pub struct Scene {
     pub triangles: Triangles,
     /// Truncated cones and cylinders.
     pub cones: Cones,
-    /// Runs of primitives that are seen only through instances.
+    /// Runs of primitives that are visible only through instances.
     pub meshes: Meshes,
     /// Meshes placed in the world.
     pub instances: Instances,
     /// Surface parameters, shared between primitives.
     pub materials: Materials,
-    /// Pictures that materials name.
+    /// Pictures that materials refer to.
     pub textures: Vec<Texture>,
     /// Lights in file order; their sum follows that order.
     pub lights: Lights,
-    /// Scene units per file unit: a power of two, 1 unless the file's extent left f32's comfortable
-    /// range.
+    /// Scene units per file unit: a power of two, 1 unless the file's extent left the safe range of
+    /// f32.
     pub scale: f32,
-    /// Where the scene's coordinates begin, in those of the file: a place p of the file is
-    /// `(p − origin) · scale` here (see [`Scene::scene_position`]). Zero unless a reader moved the
-    /// scene; nothing that is added to a scene moves it.
+    /// Origin of the scene's coordinates, in those of the file: a file position p is `(p − origin)
+    /// · scale` here (see [`Scene::scene_position`]). Zero unless a reader moved the scene; nothing
+    /// that is added to a scene moves it.
     pub origin: [f64; 3],
 }
 
@@ -174,12 +174,12 @@ impl Default for Scene {
     }
 }
 
-/// What a `prim_id` stands for.
+/// The stored primitive and the instance that a `prim_id` stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ResolvedPrim {
     /// The stored primitive: an index into [`Scene::prims`].
     pub prim: u32,
-    /// The instance that shows it, if it is not in the world itself.
+    /// The instance that shows it; `None` for a primitive in the world itself.
     pub instance: Option<u32>,
 }
 
@@ -190,8 +190,8 @@ impl Scene {
         self.prims.len()
     }
 
-    /// Whether anything about what a ray sees is left to chance: where on a light, where in a
-    /// glossy reflection.
+    /// Returns true if a ray's result involves random choices: a position on a light, or a
+    /// direction in a glossy reflection.
     #[inline]
     pub fn is_stochastic(&self) -> bool {
         let mut lights = 0..self.lights.len();
@@ -199,7 +199,7 @@ impl Scene {
             || self.materials.gloss.iter().any(|&gloss| gloss > 0.0)
     }
 
-    /// Number of primitives to be seen: those of a mesh count for each of its instances, and not
+    /// Number of visible primitives: those of a mesh count once for each of its instances, and not
     /// for themselves.
     #[inline]
     pub fn visible_count(&self) -> u64 {
@@ -207,15 +207,15 @@ impl Scene {
         self.prim_count() as u64 - in_meshes + self.instanced_count()
     }
 
-    /// Primitives that all instances together show.
+    /// Number of primitives that all instances together show.
     #[inline]
     pub(crate) fn instanced_count(&self) -> u64 {
         let of = |&mesh: &u32| u64::from(self.meshes.count[mesh as usize]);
         self.instances.mesh.iter().map(of).sum()
     }
 
-    /// The stored primitives that stand in the world themselves: all that no mesh claims, as runs
-    /// in file order.
+    /// The stored primitives in the world itself: all that belong to no mesh, as runs in file
+    /// order.
     pub fn world_runs(&self) -> Vec<std::ops::Range<u32>> {
         let mut runs = Vec::new();
         let mut from = 0;
@@ -234,9 +234,9 @@ impl Scene {
         runs
     }
 
-    /// What a `prim_id` stands for. Numbers below [`Scene::prim_count`] are stored primitives;
-    /// those from there on number the primitives of the first instance, then those of the second,
-    /// and so on.
+    /// The stored primitive and the instance of a `prim_id`. Numbers below [`Scene::prim_count`]
+    /// are stored primitives. Those from there on number the primitives of the first instance, then
+    /// those of the second, and so on.
     #[inline]
     pub fn resolve(&self, prim_id: u32) -> ResolvedPrim {
         let stored = self.prims.len() as u32;
@@ -273,8 +273,8 @@ impl Scene {
 
     /// Adds the unit sphere under an affine map given both ways; returns its `prim_id`.
     ///
-    /// `to_world` takes object space (where the sphere has radius 1 about the origin) to the world,
-    /// `to_object` back.
+    /// `to_world` maps object space (where the sphere has radius 1 about the origin) to the world,
+    /// `to_object` maps back.
     pub fn add_ellipsoid(
         &mut self,
         to_world: glam::Affine3A,
@@ -294,7 +294,7 @@ impl Scene {
         self.add_prim(PrimKind::Cone, index)
     }
 
-    /// Adds a triangle with counter-clockwise corners; `normals` are its vertex normals, if it has
+    /// Adds a triangle with counter-clockwise vertices; `normals` are its vertex normals, if it has
     /// any. Returns its `prim_id`.
     pub fn add_triangle(
         &mut self,
@@ -307,8 +307,8 @@ impl Scene {
         self.add_prim(PrimKind::Triangle, index)
     }
 
-    /// Adds triangles in one piece; into a scene without any, their columns are moved. Returns the
-    /// first `prim_id`.
+    /// Adds a whole mesh of triangles, and returns the first `prim_id`. Into a scene without
+    /// triangles the columns are moved.
     #[inline]
     pub fn add_mesh(&mut self, mesh: Mesh) -> u32 {
         let first_id = self.prims.len() as u32;
@@ -325,7 +325,7 @@ impl Scene {
         id
     }
 
-    /// Begins a mesh: the primitives added until [`Scene::end_mesh`] are seen only through
+    /// Begins a mesh: the primitives added until [`Scene::end_mesh`] are visible only through
     /// instances. Meshes do not nest.
     #[inline]
     pub fn begin_mesh(&mut self) -> u32 {
@@ -344,17 +344,17 @@ impl Scene {
     /// Places a mesh.
     ///
     /// # Errors
-    /// [`NotInvertible`], and nothing is placed.
+    /// [`NotInvertible`]; then nothing is placed.
     pub fn add_instance(
         &mut self,
         mesh: u32,
         to_world: glam::DAffine3,
     ) -> Result<(), NotInvertible> {
         let first = match self.instances.first.last() {
-            // Beyond u32 the count wraps; validate() counts once more, in u64.
+            // Beyond u32 the count wraps; validate() counts again, in u64.
             Some(&first) => {
                 let last = self.instances.mesh[self.instances.len() - 1] as usize;
-                // A mesh that is not there is found by validate(), too.
+                // A mesh that does not exist is found by validate(), too.
                 first.wrapping_add(self.meshes.count.get(last).copied().unwrap_or(0))
             }
             None => 0,
@@ -362,7 +362,7 @@ impl Scene {
         self.instances.push(mesh, first, to_world)
     }
 
-    /// Exact bounds of one stored primitive, unpadded, where it is stored.
+    /// Exact bounds of one stored primitive, unpadded, in the space where it is stored.
     pub fn prim_bounds(&self, prim: u32) -> Bounds {
         let prim = self.prims[prim as usize];
         let i = prim.index();
@@ -380,7 +380,7 @@ impl Scene {
         }
     }
 
-    /// Bounds of a mesh's padded primitives, where they are stored.
+    /// Bounds of a mesh's padded primitives, in the space where they are stored.
     #[inline]
     pub fn mesh_bounds(&self, mesh: usize) -> Bounds {
         self.meshes.prims(mesh).fold(Bounds::EMPTY, |all, prim| {
@@ -388,7 +388,7 @@ impl Scene {
         })
     }
 
-    /// Bounds of all that can be seen; empty for a scene without primitives.
+    /// Bounds of all visible primitives; empty for a scene without primitives.
     pub fn bounds(&self) -> Bounds {
         let world = self.world_runs().into_iter().flatten();
         let direct = world.fold(Bounds::EMPTY, |all, id| all.union(self.prim_bounds(id)));

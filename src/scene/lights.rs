@@ -5,34 +5,35 @@ use glam::Vec3;
 
 /// Lights of all shapes, in file order.
 ///
-/// A light with an area is a point light spread out: each shadow ray goes to a point light of the
-/// whole colour at one place of it, places are taken evenly by area, and the pixel is the mean. So
-/// the smaller it is, the more it is the point light of its colour, and whatever its size it is
-/// about as bright. That is a model and no radiometry: there is no cosine at the light, which
-/// shines to all sides of each of its places. Lights themselves are not seen, and stop no rays.
+/// An area light is a point light spread out. Each shadow ray goes to one position on it, as to a
+/// point light of the whole colour. Positions are chosen evenly by area, and the pixel is the mean.
+/// So the smaller the light, the closer it is to the point light of its colour, and it is about as
+/// bright whatever its size. This is a model and not radiometry: there is no cosine at the light,
+/// which shines to all sides from each of its positions. Lights themselves are invisible, and stop
+/// no rays.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
-    /// Whether the light is directional (else it has a place).
+    /// True if the light is directional (else it has a position).
     pub directional: Column<bool>,
-    /// Position of a point light, centre of a sphere's, a corner of a rectangle's; or the unit
-    /// direction toward a directional one.
+    /// Position of a point light, centre of a sphere light, or corner of a rectangle light. For a
+    /// directional light, the unit direction toward it.
     pub position: Vec3s,
     /// Colour L0.
     pub color: Vec3s,
-    /// Attenuation const, lin and quad of what has a place, as the components x, y and z.
+    /// Attenuation const, lin and quad of a light with a position, as the components x, y and z.
     pub attenuation: Vec3s,
-    /// Radius of a sphere, whose surface shines; else 0.
+    /// Radius of a sphere light, whose surface shines; else 0.
     pub radius: Column<f32>,
-    /// The two edges of a rectangle, or of any parallelogram, from its corner; else zero.
+    /// The two edges of a rectangle light, or of any parallelogram, from its corner; else zero.
     pub edges: [Vec3s; 2],
 }
 
-/// What a light is.
+/// Shape of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightShape {
-    /// In one point.
+    /// A single point.
     Point,
-    /// Infinitely far away.
+    /// A direction: infinitely far away.
     Directional,
     /// The surface of a sphere of this radius.
     Sphere(f32),
@@ -47,13 +48,13 @@ impl Lights {
         self.directional.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no lights.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.directional.is_empty()
     }
 
-    /// What light `i` is.
+    /// The shape of light `i`.
     pub fn shape(&self, i: usize) -> LightShape {
         let edges = [self.edges[0].get(i), self.edges[1].get(i)];
         if self.directional[i] {
@@ -67,7 +68,7 @@ impl Lights {
         }
     }
 
-    /// Whether light `i` has an area.
+    /// Returns true if light `i` is an area light.
     #[inline]
     pub fn is_area(&self, i: usize) -> bool {
         matches!(
@@ -76,7 +77,7 @@ impl Lights {
         )
     }
 
-    /// The middle of a light that has a place.
+    /// The centre of a light that has a position.
     #[inline]
     pub fn center(&self, i: usize) -> Vec3 {
         match self.shape(i) {
@@ -97,7 +98,7 @@ impl Lights {
         self.add(true, toward, color, Vec3::X);
     }
 
-    /// Adds the surface of a sphere.
+    /// Adds a sphere light, whose surface shines.
     #[inline]
     pub fn add_sphere(&mut self, center: Vec3, radius: f32, color: Vec3, attenuation: Vec3) {
         self.add(false, center, color, attenuation);
@@ -105,7 +106,7 @@ impl Lights {
         self.radius[last] = radius;
     }
 
-    /// Adds a rectangle, or any parallelogram, by a corner and the edges from there.
+    /// Adds a rectangle light, or any parallelogram, by a corner and the edges from there.
     pub fn add_rectangle(
         &mut self,
         corner: Vec3,

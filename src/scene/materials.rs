@@ -1,4 +1,4 @@
-//! Columns of the surface parameters, and a table that gives equal surfaces one row.
+//! Columns of the surface parameters, and a table that gives equal materials one row.
 
 use super::{Column, NO_TEXTURE, Vec3s};
 use glam::Vec3;
@@ -23,16 +23,16 @@ pub struct Material {
     pub ior: f32,
     /// Index of the texture that Ka and Kd are multiplied with, or [`NO_TEXTURE`].
     pub texture: u32,
-    /// Exponent n of the lobe cosⁿ, about the mirror direction, that mirror rays are spread over; 0
-    /// for a perfect mirror, which sends them all one way.
+    /// Exponent n of the lobe cosⁿ, about the mirror direction, over which mirror rays are spread;
+    /// 0 for a perfect mirror, which reflects all rays in one direction.
     ///
-    /// Each ray weighs Ks, wherever it goes. One that the lobe would send through the surface is
-    /// reflected back by it.
+    /// Each ray has weight Ks, whatever its direction. A ray that the lobe would send through the
+    /// surface is reflected back by it.
     pub gloss: f32,
 }
 
 impl Default for Material {
-    /// What a `.test` file starts with: a faint ambient grey.
+    /// The material that a `.test` file starts with: a faint ambient grey.
     fn default() -> Self {
         Material {
             ka: Vec3::splat(0.2),
@@ -78,7 +78,7 @@ impl Materials {
         self.ior.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no materials.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.ior.is_empty()
@@ -115,11 +115,11 @@ impl Materials {
     }
 }
 
-/// Numbers in a surface.
+/// Numbers in a material.
 const MATERIAL_WORDS: usize = 19;
 
 impl Material {
-    /// Equal surfaces have equal bits; bits, unlike floats, can be hashed.
+    /// The material's bits. Equal materials have equal bits; bits, unlike floats, can be hashed.
     fn bits(&self) -> [u32; MATERIAL_WORDS] {
         let mut bits = [self.texture; MATERIAL_WORDS];
         let colors = [self.ka, self.ke, self.kd, self.ks, self.kt];
@@ -132,14 +132,14 @@ impl Material {
     }
 }
 
-/// Gives each distinct surface one row.
+/// Gives each distinct material one row.
 #[derive(Clone, Debug, Default)]
 pub struct MaterialTable {
     rows: HashMap<[u32; MATERIAL_WORDS], u32>,
 }
 
 impl MaterialTable {
-    /// The row of `surface`, appended where it is new.
+    /// The row of `surface`, which is appended if it is new.
     #[inline]
     pub fn intern(&mut self, surface: &Material, materials: &mut Materials) -> u32 {
         *self

@@ -1,9 +1,9 @@
-//! How many bytes the columns take.
+//! Memory of the columns, in bytes.
 
 use super::{Scene, Vec3s};
 
 impl Scene {
-    /// Bytes of the columns by part, whether they are in memory of their own or in a mapped file.
+    /// Bytes of the columns by part, both in owned memory and in a mapped file.
     pub fn memory_parts(&self) -> [(&'static str, usize); 8] {
         let vectors = |all: &[&Vec3s]| all.iter().map(|v| v.row_bytes()).sum::<usize>();
         let maps = |a: &[Vec3s; 4], b: &[Vec3s; 4]| {

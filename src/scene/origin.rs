@@ -1,13 +1,13 @@
-//! Local origin: where the scene's coordinates begin, in those of its file.
+//! Local origin: the origin of the scene's coordinates, in those of its file.
 //!
 //! Single precision resolves 2⁻²⁴ of a coordinate. A building of 20 m at a map's coordinate of
 //! 5·10⁵ m would be known to 3 cm. So readers subtract an origin near the geometry in double
-//! precision, and round what is left.
+//! precision, and round the difference.
 
 use super::{Scene, View, ViewError};
 use glam::{DVec3, Vec3};
 
-/// View in the coordinates of a file, before an origin is subtracted from its places.
+/// View in the coordinates of a file, before an origin is subtracted from its positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FileView {
     /// Eye position.
@@ -42,16 +42,16 @@ impl From<View> for FileView {
 }
 
 impl Scene {
-    /// Place in the scene of a place in the file: `(position − origin) · scale`, rounded once.
+    /// Scene position of a file position: `(position − origin) · scale`, rounded once.
     pub fn scene_position(&self, position: DVec3) -> Vec3 {
         ((position - DVec3::from_array(self.origin)) * f64::from(self.scale)).as_vec3()
     }
 
-    /// Place in the file of a place in the scene: `position / scale + origin`.
+    /// File position of a scene position: `position / scale + origin`.
     pub fn file_position(&self, position: Vec3) -> DVec3 {
         let position = position.as_dvec3() / f64::from(self.scale);
         let moved = |c: f64, origin: f64| {
-            // Adding 0 would make 0 of −0.
+            // Adding 0 would turn −0 into 0.
             if origin == 0.0 { c } else { c + origin }
         };
         DVec3::new(
@@ -61,7 +61,7 @@ impl Scene {
         )
     }
 
-    /// View in the scene of a view in the file's coordinates.
+    /// Scene view of a view in the file's coordinates.
     pub fn view_of(&self, view: &FileView) -> View {
         View {
             eye: self.scene_position(view.eye),
@@ -71,7 +71,8 @@ impl Scene {
         }
     }
 
-    /// Tells whether the scene has an origin of its own: its coordinates are not those of the file.
+    /// Returns true if the scene has an origin of its own: its coordinates are not those of the
+    /// file.
     pub fn is_moved(&self) -> bool {
         self.origin != [0.0; 3]
     }

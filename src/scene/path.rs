@@ -1,36 +1,38 @@
-//! Where the camera goes, frame by frame.
+//! The camera's path, frame by frame.
 //!
-//! Everything is computed in f64 with `libm`, once a frame, so that every build takes the same
+//! Everything is computed in f64 with `libm`, once a frame, so that every build renders the same
 //! pictures.
 
 use super::View;
 use glam::{DVec3, Vec3};
 
-/// A way for the camera.
+/// A path of the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraPath {
-    /// Around the axis through what the scene's view looks at, along its up vector: a full turn in
-    /// so many frames, counter-clockwise as seen from above. Frame 0 is the scene's view.
+    /// A turntable: the camera turns around the axis through the centre of the scene's view, along
+    /// its up vector. A full turn takes the given number of frames, counter-clockwise as viewed
+    /// from above. Frame 0 is the scene's view.
     Turntable {
         /// Frames of a full turn.
         frames: u32,
     },
-    /// Through views at given frames; before the first and after the last it stands still.
+    /// Views at given frames, with interpolation between them; before the first and after the last
+    /// the camera stands still.
     Keys(Vec<CameraKey>),
 }
 
 /// A view at a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraKey {
-    /// Which frame.
+    /// Frame number.
     pub frame: u32,
-    /// The view there.
+    /// View at that frame.
     pub view: View,
 }
 
 impl CameraPath {
-    /// The view of a frame, of a scene with this view. Whether it has a frame of axes is for
-    /// [`View::basis`] to say.
+    /// The view at a frame, for a scene with the view `scene`. [`View::basis`] checks that it has a
+    /// frame of axes.
     pub fn view(&self, frame: u32, scene: &View) -> View {
         match self {
             CameraPath::Turntable { frames } => turned(scene, frame % frames.max(&1), *frames),
@@ -56,9 +58,9 @@ fn turned(view: &View, frame: u32, frames: u32) -> View {
     }
 }
 
-/// Cubic Hermite curves through the keys, the tangent at each being the slope between its
-/// neighbours (Catmull and Rom, "A Class of Local Interpolating Splines", 1974, with frames for the
-/// knots); none without keys. Keys are in the order of their frames.
+/// Interpolates the keys by cubic Hermite curves; `None` without keys. The tangent at each key is
+/// the slope between its neighbours (Catmull and Rom, "A Class of Local Interpolating Splines",
+/// 1974, with frames for the knots). Keys are in the order of their frames.
 fn between(keys: &[CameraKey], frame: u32) -> Option<View> {
     let next = keys.partition_point(|key| key.frame <= frame);
     let (Some(from), Some(to)) = (next.checked_sub(1).map(|k| keys[k]), keys.get(next)) else {
@@ -116,7 +118,7 @@ mod tests {
         );
         let half = path.view(4, &start).eye;
         assert!((half - Vec3::new(0.0, 1.0, -4.0)).length() < 1e-6, "{half}");
-        // From above, about an axis of any length: the height stays.
+        // From above, about an axis of any length: the height does not change.
         let high = View {
             eye: Vec3::new(0.0, 3.0, 4.0),
             up: Vec3::new(0.0, 2.0, 0.0),
@@ -138,9 +140,9 @@ mod tests {
         let path = CameraPath::Keys(vec![key(10, 0.0), key(20, 1.0), key(40, 3.0)]);
         let eye = |frame| path.view(frame, &view(9.0)).eye.x;
         assert_eq!([eye(10), eye(20), eye(40)], [0.0, 1.0, 3.0]);
-        // Before and after, it stands still.
+        // Before the first and after the last key the camera stands still.
         assert_eq!([eye(0), eye(41), eye(1000)], [0.0, 3.0, 3.0]);
-        // A straight way of one speed: 0.1 a frame.
+        // A straight path at constant speed: 0.1 a frame.
         for frame in 10..=40 {
             let want = (frame - 10) as f32 * 0.1;
             assert!((eye(frame) - want).abs() < 1e-6, "{frame}: {}", eye(frame));

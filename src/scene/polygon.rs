@@ -1,18 +1,18 @@
-//! Polygons to triangles.
+//! Triangulation of polygons.
 
 use super::large_polygon;
 use earcut::Earcut;
 use earcut::utils3d::project3d_to_2d;
 use glam::Vec3;
 
-/// Corners beyond which a polygon is not cut by ears, which may take a time quadratic in their
-/// number.
+/// Number of corners beyond which a polygon is not cut by ears, because that may take a time
+/// quadratic in it.
 const MAX_EARS: usize = 256;
 
 /// Triangles of a polygon, as indices into its corners, in its own winding. Concave and slightly
-/// non-planar polygons are cut by ears, and those of more than 256 corners by a Delaunay
-/// triangulation; what has no area at all is fanned out, so that degenerate faces stay the file's
-/// own.
+/// non-planar polygons are cut by ears. Polygons of more than 256 corners are cut by a Delaunay
+/// triangulation. A polygon without any area is cut into a fan, so that degenerate faces stay those
+/// of the file.
 pub fn triangulate(points: &[Vec3]) -> Vec<[u32; 3]> {
     match points.len() {
         0..=2 => return Vec::new(),
@@ -27,7 +27,7 @@ pub fn triangulate(points: &[Vec3]) -> Vec<[u32; 3]> {
     if triangles.is_empty() {
         return (2..points.len() as u32).map(|k| [0, k - 1, k]).collect();
     }
-    // The cutter has a winding of its own.
+    // The ear cutter has a winding of its own.
     if area(points, &triangles).dot(newell(points)) < 0.0 {
         triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
@@ -46,8 +46,8 @@ fn ears(points: &[Vec3]) -> Vec<[u32; 3]> {
     triangles.map(|t| [t[0], t[1], t[2]]).collect()
 }
 
-/// The polygon without the axis that it faces most. Unlike turning it, that rounds nothing: what
-/// lies in a row stays there.
+/// The polygon projected along the axis that it faces most. Unlike a rotation, this rounds nothing:
+/// collinear corners stay collinear.
 fn flattened(points: &[Vec3]) -> Vec<[f64; 2]> {
     let facing = newell(points).abs();
     let axis = facing.max_position();
@@ -56,8 +56,8 @@ fn flattened(points: &[Vec3]) -> Vec<[f64; 2]> {
     points.iter().map(flat).collect()
 }
 
-/// Whether the quad may be cut from its first corner: its two halves face the same way, and so do
-/// the other two.
+/// Returns true if the quad may be cut from its first corner: its two halves face the same way, and
+/// so do the two halves of the other cut.
 fn is_convex_quad(p: &[Vec3]) -> bool {
     let half = |a: usize, b: usize, c: usize| {
         let [a, b, c] = [p[a], p[b], p[c]].map(|p| p.as_dvec3());
@@ -90,15 +90,15 @@ mod tests {
     use super::*;
 
     fn lifted(flat: &[(f32, f32)]) -> Vec<Vec3> {
-        // A slanted plane, not through the origin.
+        // A slanted plane that does not pass through the origin.
         let (u, v) = (Vec3::new(1.0, 0.5, 0.0), Vec3::new(-0.2, 0.4, 1.0));
         flat.iter()
             .map(|&(x, y)| Vec3::splat(3.0) + u * x + v * y)
             .collect()
     }
 
-    /// The triangles face the polygon's way, and their areas sum up to its own: nothing overlaps,
-    /// nothing is missing.
+    /// Checks that the triangles face the polygon's way, and that their areas add up to its own:
+    /// nothing overlaps, nothing is missing.
     fn check(points: &[Vec3]) {
         let triangles = triangulate(points);
         let whole = newell(points);
@@ -144,7 +144,7 @@ mod tests {
         (0..corners).map(place).collect()
     }
 
-    /// Outlines of so many corners each, about.
+    /// Outlines of about `many` corners each.
     fn outlines(many: usize) -> Vec<Vec<(f32, f32)>> {
         let all = |place: fn(usize) -> (f32, f32)| (0..many).map(place);
         let width = many as f32;
@@ -182,7 +182,8 @@ mod tests {
         ]
     }
 
-    /// Cut by ears, some of these take a time quadratic in the number of corners: minutes.
+    /// Checks polygons of many corners. Cut by ears, some of these would take a time quadratic in
+    /// the number of corners: minutes.
     #[test]
     fn polygons_of_many_corners_are_cut() {
         for polygon in outlines(60_000) {
@@ -213,7 +214,7 @@ mod tests {
         }
     }
 
-    /// Each crossing costs a little of the outline and nothing else.
+    /// Checks that each crossing costs a little of the outline and nothing else.
     #[test]
     fn small_crossings_of_a_large_outline_stay_small() {
         let mut coast = ring(20_000, |k| 1.0 + 0.1 * libm::sin(k as f64 * 0.01));

@@ -1,4 +1,4 @@
-//! The list of primitives: which kind each is, and where its columns hold it.
+//! The list of primitives: the kind of each, and its index in the columns of that kind.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -16,7 +16,7 @@ pub enum PrimKind {
 }
 
 impl PrimKind {
-    /// The kind whose number (`kind as u32`) this is.
+    /// The kind with this number (`kind as u32`).
     #[inline(always)]
     pub fn from_number(number: u32) -> PrimKind {
         match number {

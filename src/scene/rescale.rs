@@ -1,23 +1,23 @@
-//! Keeps coordinates where products of four of them neither overflow nor vanish in f32.
+//! Rescaling of coordinates, so that products of four of them neither overflow nor vanish in f32.
 
 use super::{Bounds, PrimKind, Scene, Vec3s};
 use glam::{DVec3, Vec3};
 
-/// Largest coordinate (as a power of two) that is left alone; beyond it, or below its inverse, the
-/// scene is scaled.
+/// Largest coordinate (as a power of two) that is left as it is. If the largest one is beyond it,
+/// or below its inverse, the scene is scaled.
 const SAFE_EXTENT: f32 = 268_435_456.0; // 2^28
 
-/// Largest colour that a light is given to make up for a dimmer attenuation: brighter than any
+/// Largest colour that a light is given to compensate for a dimmer attenuation: brighter than any
 /// picture can show, and sums of it stay finite.
 const MAX_RADIANCE: f64 = 1.2676506002282294e30; // 2^100
 
 impl Scene {
-    /// Scales the scene by an exact power of two where its largest coordinate lies outside
-    /// \[2⁻²⁸, 2²⁸\], so that the largest becomes about 1. [`Scene::scale`] records the factor; the
-    /// picture is the same picture.
+    /// Scales the scene by an exact power of two if its largest coordinate lies outside \[2⁻²⁸,
+    /// 2²⁸\], so that the largest becomes about 1. [`Scene::scale`] records the factor; the picture
+    /// stays the same.
     ///
-    /// What meshes hold lies in spaces of their own: it is measured and scaled by itself, and the
-    /// maps of instances make up for both factors.
+    /// The contents of meshes lie in spaces of their own. They are measured and scaled separately,
+    /// and the maps of instances compensate for both factors.
     pub fn rescale_to_f32_range(&mut self) {
         let scale = Scale {
             world: power_of_two_factor(self.largest_coordinate()),
@@ -29,17 +29,17 @@ impl Scene {
         }
     }
 
-    /// Whether camera and lights lie within the comfortable range.
+    /// Returns true if camera and lights lie within the safe range.
     pub fn is_in_safe_range(&self) -> bool {
         self.largest_of_view_and_lights() <= f64::from(SAFE_EXTENT)
     }
 
-    /// Largest coordinate of the comfortable range, in the file's units.
+    /// Largest coordinate of the safe range, in the file's units.
     pub fn safe_extent(&self) -> f64 {
         f64::from(SAFE_EXTENT) / f64::from(self.scale)
     }
 
-    /// Of what can be seen, and of camera and lights.
+    /// Largest coordinate of all visible primitives, of the camera and of the lights.
     fn largest_coordinate(&self) -> f64 {
         let shapes = match self.meshes.is_empty() {
             true => self.largest_stored(),
@@ -56,8 +56,8 @@ impl Scene {
         lights.fold(f64::from(view.max_element()), f64::max)
     }
 
-    /// Of all rows of all columns, whatever they belong to. In f64, where neither a corner of a
-    /// sphere nor the square of an ellipsoid's axis overflows.
+    /// Largest coordinate in all rows of all columns, whatever they belong to. It is computed in
+    /// f64, where neither a sphere's bounds nor the square of an ellipsoid's axis overflows.
     fn largest_stored(&self) -> f64 {
         let of = |v: &Vec3s| {
             let parts = v.parts().map(|part| largest_magnitude(part));
@@ -72,7 +72,8 @@ impl Scene {
         spheres.chain(ellipsoids).fold(points, f64::max)
     }
 
-    /// Of the primitives in the world itself, and of the boxes of instances there.
+    /// Largest coordinate of the primitives in the world itself, and of the boxes of instances
+    /// there.
     fn largest_seen(&self) -> f64 {
         let world = self.world_runs().into_iter().flatten();
         let world = world.map(|prim| self.reach(prim)).fold(0.0, f64::max);
@@ -86,7 +87,7 @@ impl Scene {
         instances.fold(world, f64::max)
     }
 
-    /// Of what meshes hold, in their own spaces.
+    /// Largest coordinate of the contents of meshes, in their own spaces.
     fn largest_in_meshes(&self) -> f64 {
         let prims = (0..self.meshes.len()).flat_map(|mesh| self.meshes.prims(mesh));
         prims.map(|prim| self.reach(prim)).fold(0.0, f64::max)
@@ -122,7 +123,7 @@ impl Scene {
         (center.abs() + squares.map(f64::sqrt)).max_element()
     }
 
-    /// Not of directional ones.
+    /// Largest coordinate of a light that is not directional.
     fn reach_of_light(&self, i: usize) -> f64 {
         let lights = &self.lights;
         let [position, e, f] = [&lights.position, &lights.edges[0], &lights.edges[1]]
@@ -186,8 +187,9 @@ impl Scene {
         }
     }
 
-    /// From one scaled space to the other and back. In f64: the quotient of the factors may lie
-    /// beyond f32 where its product with the map does not.
+    /// Changes the maps of instances to go from one scaled space to the other and back. This is
+    /// done in f64: the quotient of the factors may lie beyond f32 even if its product with the map
+    /// does not.
     fn scale_instances(&mut self, scale: Scale) {
         let (world, meshes) = (f64::from(scale.world), f64::from(scale.meshes));
         let all = |columns: &mut [Vec3s], factor: f64| {
@@ -203,7 +205,7 @@ impl Scene {
         all(&mut maps.to_object[3..], meshes);
     }
 
-    /// Empty lists where there are no meshes.
+    /// Marks the rows that belong to meshes; the lists are empty for a scene without meshes.
     fn in_meshes(&self) -> InMeshes {
         let mut all = InMeshes::default();
         if self.meshes.is_empty() {
@@ -228,7 +230,7 @@ impl Scene {
         all
     }
 
-    /// Whether a vertex has a place in a mesh and one in the world: two factors would tear it
+    /// Returns true if a vertex is used both in a mesh and in the world: two factors would tear it
     /// apart.
     fn shares_vertices(&self) -> bool {
         let InMeshes { rows, vertices } = self.in_meshes();
@@ -239,38 +241,38 @@ impl Scene {
     }
 }
 
-/// Powers of two.
+/// Scale factors, powers of two.
 #[derive(Clone, Copy)]
 struct Scale {
     world: f32,
-    /// What meshes hold is in spaces of their own.
+    /// Factor of the contents of meshes, which lie in spaces of their own.
     meshes: f32,
 }
 
-/// What belongs to meshes.
+/// Marks of the rows that belong to meshes.
 #[derive(Default)]
 struct InMeshes {
-    /// Rows of each kind.
+    /// Marks of the rows of each kind.
     rows: [Vec<bool>; 4],
-    /// Vertices of meshes' triangles.
+    /// Marks of the vertices of meshes' triangles.
     vertices: Vec<bool>,
 }
 
-/// The factor that makes the largest coordinate about 1, if it is not comfortable as it is.
+/// The factor that makes the largest coordinate about 1, or 1 if it is in the safe range.
 fn power_of_two_factor(largest: f64) -> f32 {
     let comfort = f64::from(SAFE_EXTENT);
     if largest == 0.0 || !largest.is_finite() || (1.0 / comfort..=comfort).contains(&largest) {
         return 1.0;
     }
-    // Bounded so that the factor and its inverse are both normal numbers: at the ends of f32's
-    // range the largest coordinate comes out within COMFORT, if not at 1.
+    // Bounded so that the factor and its inverse are both normal numbers. At the ends of f32's
+    // range the largest coordinate ends up within SAFE_EXTENT, if not at 1.
     let (_, exponent) = libm::frexp(largest);
     libm::scalbn(1.0, (-exponent).clamp(-126, 126)) as f32
 }
 
 /// The attenuation that gives the same light at the scaled distance, (const, lin/s, quad/s²), and
-/// the colour with it. Where the attenuation would leave f32, it and the colour are both multiplied
-/// by the same power of two.
+/// the colour with it. If the attenuation would leave f32, it and the colour are both multiplied by
+/// the same power of two.
 fn scaled_attenuation(attenuation: Vec3, color: Vec3, scale: f32) -> (Vec3, Vec3) {
     let s = f64::from(scale);
     let scaled = attenuation.as_dvec3() / DVec3::new(1.0, s, s * s);
@@ -284,7 +286,8 @@ fn scaled_attenuation(attenuation: Vec3, color: Vec3, scale: f32) -> (Vec3, Vec3
     ((scaled * common).as_vec3(), Vec3::from_array(color))
 }
 
-/// In eight lanes, so that one comparison need not wait for the one before.
+/// Largest absolute value of a column. It uses eight lanes, so that one comparison need not wait
+/// for the one before.
 fn largest_magnitude(column: &[f32]) -> f32 {
     let mut most = [0.0f32; 8];
     let (blocks, rest) = column.as_chunks::<8>();
@@ -303,7 +306,7 @@ fn scale_all(v: &mut Vec3s, in_meshes: &[bool], scale: Scale) {
     }
 }
 
-/// An empty list of what is in meshes says that nothing is.
+/// Scales rows. An empty list `in_meshes` means that no row belongs to a mesh.
 fn scale_rows(rows: &mut [f32], in_meshes: &[bool], scale: Scale) {
     if in_meshes.is_empty() {
         return rows.iter_mut().for_each(|c| *c *= scale.world);

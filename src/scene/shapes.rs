@@ -10,7 +10,7 @@ pub struct Spheres {
     pub center: Vec3s,
     /// Radii, positive.
     pub radius: Column<f32>,
-    /// Index into the materials.
+    /// Indices of the materials.
     pub material: Column<u32>,
 }
 
@@ -21,22 +21,22 @@ impl Spheres {
         self.radius.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no spheres.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.radius.is_empty()
     }
 }
 
-/// Unit spheres under affine maps. Each map is stored as three columns of its matrix and its
+/// Unit spheres under affine maps. Each map is stored as the three columns of its matrix and its
 /// translation.
 #[derive(Clone, Debug, Default)]
 pub struct Ellipsoids {
-    /// Object to world: columns 0 to 2 of the matrix, then the translation.
+    /// Object-to-world map: columns 0 to 2 of the matrix, then the translation.
     pub to_world: [Vec3s; 4],
-    /// World to object: columns 0 to 2 of the matrix, then the translation.
+    /// World-to-object map: columns 0 to 2 of the matrix, then the translation.
     pub to_object: [Vec3s; 4],
-    /// Index into the materials.
+    /// Indices of the materials.
     pub material: Column<u32>,
 }
 
@@ -47,7 +47,7 @@ impl Ellipsoids {
         self.material.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no ellipsoids.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.material.is_empty()
@@ -92,19 +92,19 @@ impl Ellipsoids {
     }
 }
 
-/// A truncated cone without its end discs; a cylinder where the radii are equal, pointed where one
-/// is zero.
+/// A truncated cone without its end discs; a cylinder if the radii are equal, pointed if one is
+/// zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
     /// Centre of the first end.
     pub base: Vec3,
-    /// Radius there, not negative.
+    /// Radius at the first end, not negative.
     pub base_radius: f32,
     /// Centre of the other end; differs from `base`.
     pub apex: Vec3,
-    /// Radius there, not negative; not both are zero.
+    /// Radius at the other end, not negative; not both radii are zero.
     pub apex_radius: f32,
-    /// Whether only its inside can be seen (a negative radius in NFF).
+    /// True if only the inside is visible (a negative radius in NFF).
     pub inside: bool,
 }
 
@@ -119,9 +119,9 @@ pub struct Cones {
     pub base_radius: Column<f32>,
     /// Radii of the other ends.
     pub apex_radius: Column<f32>,
-    /// 1 where only the inside can be seen, else 0.
+    /// 1 if only the inside is visible, else 0.
     pub inside: Column<u8>,
-    /// Index into the materials.
+    /// Indices of the materials.
     pub material: Column<u32>,
 }
 
@@ -132,7 +132,7 @@ impl Cones {
         self.material.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no cones.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.material.is_empty()
@@ -160,7 +160,7 @@ impl Cones {
         }
     }
 
-    /// Bounds of the two end discs: a disc of radius r across the unit axis a reaches r·√(1 − a_k²)
+    /// Bounds of the two end discs. A disc of radius r across the unit axis a reaches r·√(1 − a_k²)
     /// along axis k.
     pub fn bounds(&self, i: usize) -> Bounds {
         let cone = self.get(i);
@@ -185,7 +185,7 @@ impl Cones {
         }
     }
 
-    /// What a ray's test needs of the cone.
+    /// The cone's own coordinates, for a ray's test.
     pub fn frame(&self, i: usize) -> ConeFrame {
         let cone = self.get(i);
         let sides = ConeSides::of(&cone);
@@ -201,8 +201,8 @@ impl Cones {
     }
 }
 
-/// A cone as its half-plane (distance from the axis, height above the base) shows it: one straight
-/// line, which starts at (base radius, 0) and runs along (`sin`, `cos`).
+/// The profile of a cone in the half-plane (distance from the axis, height above the base): one
+/// straight line, which starts at (base radius, 0) and runs along (`sin`, `cos`).
 #[derive(Clone, Copy, Debug)]
 pub struct ConeProfile {
     /// Unit vector from the base to the apex.
@@ -217,25 +217,25 @@ pub struct ConeProfile {
 }
 
 /// A cone in coordinates of its own, in which it is cos²·(x² + y²) = (`radius` + `sin`·z)², 0 ≤ z ≤
-/// `length`: the equation times cos², so that no term grows without bounds where a cone is nearly a
-/// disc.
+/// `length`. This is the cone's equation times cos², so that no term grows without bounds if a cone
+/// is nearly a disc.
 #[derive(Clone, Copy, Debug)]
 pub struct ConeFrame {
-    /// Centre of the first end: the origin.
+    /// Centre of the first end, which is the origin.
     pub base: Vec3,
-    /// The three orthogonal unit axes; the last is the cone's.
+    /// The three orthogonal unit axes; the last is the cone's axis.
     pub axes: [Vec3; 3],
-    /// Distance of the two ends.
+    /// Distance between the two ends.
     pub length: f32,
-    /// Radius of the first end times the cosine of [`ConeProfile::cos`].
+    /// Radius of the first end times [`ConeProfile::cos`].
     pub radius: f32,
-    /// As [`ConeProfile::sin`].
+    /// Sine of the profile, as [`ConeProfile::sin`].
     pub sin: f32,
     /// Square of [`ConeProfile::cos`].
     pub cos_squared: f32,
 }
 
-/// What both views of a cone are made from, in f64.
+/// Lengths and angles from which both the profile and the frame of a cone are made, in f64.
 struct ConeSides {
     axis: DVec3,
     length: f64,

@@ -5,18 +5,18 @@ use super::Column;
 /// Stands for "no texture" in [`super::Materials::texture`].
 pub const NO_TEXTURE: u32 = u32::MAX;
 
-/// Most texels in a row, and most rows.
+/// Greatest width and height of a texture, in texels.
 pub const MAX_TEXTURE_SIDE: u32 = 16_384;
 
-/// What lies beyond the edges of a texture.
+/// Continuation of a texture beyond its edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
-    /// The texture again.
+    /// Repetition of the texture.
     #[default]
     Repeat,
-    /// Its outermost texels.
+    /// Repetition of its outermost texels.
     Clamp,
-    /// The texture again, every other one mirrored.
+    /// Repetition of the texture, with every other one mirrored.
     Mirror,
 }
 
@@ -27,7 +27,7 @@ pub struct Texture {
     pub width: u32,
     /// Rows, 1 to [`MAX_TEXTURE_SIDE`].
     pub height: u32,
-    /// Beyond the left and right edges, and beyond the upper and lower ones.
+    /// Continuation beyond the left and right edges, and beyond the upper and lower ones.
     pub wrap: [Wrap; 2],
     /// `width` × `height` texels in sRGB, the uppermost row first.
     pub texels: Column<[u8; 3]>,

@@ -5,57 +5,57 @@ use glam::{Vec2, Vec3};
 
 /// Marks a triangle without vertex normals in [`Triangles::normals`].
 pub const NO_NORMALS: u32 = u32::MAX;
-/// Marks a triangle without texture places in [`Triangles::uvs`].
+/// Marks a triangle without texture coordinates in [`Triangles::uvs`].
 pub const NO_UVS: u32 = u32::MAX;
 
-/// Triangles by the numbers of their corners.
+/// Triangles by the indices of their vertices.
 ///
-/// Normals and texture places have index columns of their own, as in OBJ; a column of which no
-/// triangle has anything is empty.
+/// Normals and texture coordinates have index columns of their own, as in OBJ. A column that no
+/// triangle uses is empty.
 #[derive(Clone, Debug, Default)]
 pub struct Triangles {
-    /// Places, shared by the triangles around them.
+    /// Vertex positions, shared by the triangles around them.
     pub vertices: Vec3s,
-    /// The three corners of each triangle, counter-clockwise, as indices into `vertices`.
+    /// The three vertices of each triangle, counter-clockwise, as indices into `vertices`.
     pub corners: Column<[u32; 3]>,
-    /// Indices of the corners' normals in `vertex_normals`, or three times [`NO_NORMALS`]; empty if
-    /// no triangle has any.
+    /// Indices of the vertices' normals in `vertex_normals`, or three times [`NO_NORMALS`]; empty
+    /// if no triangle has any.
     pub normals: Column<[u32; 3]>,
-    /// Vertex normals; any length but zero.
+    /// Vertex normals, of any length but zero.
     pub vertex_normals: Vec3s,
-    /// Indices of the corners' texture places in `vertex_uvs`, or three times [`NO_UVS`]; empty if
-    /// no triangle has any.
+    /// Indices of the vertices' texture coordinates in `vertex_uvs`, or three times [`NO_UVS`];
+    /// empty if no triangle has any.
     pub uvs: Column<[u32; 3]>,
-    /// Places on a texture: (0, 0) is its upper left corner, (1, 1) its lower right one.
+    /// Texture coordinates: (0, 0) is a texture's upper left corner, (1, 1) its lower right one.
     pub vertex_uvs: Vec2s,
-    /// Index into the materials.
+    /// Indices of the materials.
     pub material: Column<u32>,
 }
 
-/// Triangles to be added in one piece. Columns as in [`Triangles`], with indices into the mesh's
-/// own vertices.
+/// Triangles that are added as a whole. The columns are as in [`Triangles`], with indices into the
+/// mesh's own vertices.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
-    /// Places.
+    /// Vertex positions.
     pub vertices: Vec3s,
-    /// Corners of each triangle.
+    /// Vertices of each triangle.
     pub corners: Column<[u32; 3]>,
-    /// Empty, or one row for each triangle.
+    /// Indices of the normals: empty, or one row for each triangle.
     pub normals: Column<[u32; 3]>,
     /// Vertex normals.
     pub vertex_normals: Vec3s,
-    /// Empty, or one row for each triangle.
+    /// Indices of the texture coordinates: empty, or one row for each triangle.
     pub uvs: Column<[u32; 3]>,
-    /// Texture places.
+    /// Texture coordinates.
     pub vertex_uvs: Vec2s,
-    /// One for all, or one row for each triangle.
+    /// Materials: one for all triangles, or one row for each.
     pub material: MeshMaterial,
 }
 
 /// Materials of a [`Mesh`].
 #[derive(Clone, Debug)]
 pub enum MeshMaterial {
-    /// The same for every triangle.
+    /// One material for all triangles.
     One(u32),
     /// One row for each triangle.
     Each(Column<u32>),
@@ -74,7 +74,7 @@ impl Triangles {
         self.material.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no triangles.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.material.is_empty()
@@ -102,7 +102,7 @@ impl Triangles {
         self.material.push(material);
     }
 
-    /// Appends a mesh; into empty columns its own are moved.
+    /// Appends a mesh; if the columns are empty, the mesh's own are moved.
     pub(super) fn append(&mut self, mesh: Mesh) {
         let (before, more) = (self.len(), mesh.corners.len());
         let shifted = |mut rows: Column<[u32; 3]>, by: usize, none: u32| {
@@ -127,26 +127,26 @@ impl Triangles {
         }
     }
 
-    /// The three corners.
+    /// The three vertices of a triangle.
     #[inline]
     pub fn corners(&self, i: usize) -> [Vec3; 3] {
         self.corners[i].map(|index| self.vertices.get(index as usize))
     }
 
-    /// Where the triangle's normals are, if it has any.
+    /// Rows of the triangle's normals, if it has any.
     #[inline]
     pub fn normal_rows(&self, i: usize) -> Option<[u32; 3]> {
         self.normals.get(i).copied().filter(|r| r[0] != NO_NORMALS)
     }
 
-    /// The three vertex normals, if it has them.
+    /// The three vertex normals, if the triangle has them.
     #[inline]
     pub fn corner_normals(&self, i: usize) -> Option<[Vec3; 3]> {
         let rows = self.normal_rows(i)?;
         Some(rows.map(|row| self.vertex_normals.get(row as usize)))
     }
 
-    /// The corners' places on a texture, if it has them.
+    /// The texture coordinates of the vertices, if the triangle has them.
     #[inline]
     pub fn corner_uvs(&self, i: usize) -> Option<[Vec2; 3]> {
         let rows = self.uvs.get(i).filter(|r| r[0] != NO_UVS)?;
@@ -154,8 +154,8 @@ impl Triangles {
     }
 }
 
-/// Appends `more` rows to a column that is empty as long as nothing was given, `before` rows being
-/// there: an empty `rows` stands for `more` times nothing.
+/// Appends `more` rows to an optional column, of which `before` rows exist. The column stays empty
+/// as long as no rows were given; an empty `rows` stands for `more` empty entries.
 fn append_optional(
     column: &mut Column<[u32; 3]>,
     rows: Column<[u32; 3]>,

@@ -9,11 +9,10 @@ pub const MAX_SIDE: u32 = 65_536;
 /// Most bounces after the primary ray.
 pub const MAX_DEPTH_LIMIT: u32 = 1000;
 
-/// Most materials: shading keeps a material's number and what kind of hit it is for in one word.
+/// Most materials: shading packs a material's number and the kind of its hits into one word.
 const MAX_MATERIALS: usize = 1 << 29;
 
-/// What can be wrong with a scene as a whole. A reader reports most of these earlier, with the
-/// line.
+/// Errors of a scene as a whole. A reader reports most of these earlier, with the line.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// Image too large, or a side of zero.
@@ -30,14 +29,14 @@ pub enum SceneError {
     Column {
         /// Kind of row: "sphere", "triangle", …
         kind: &'static str,
-        /// Attribute.
+        /// Name of the attribute.
         column: &'static str,
-        /// Row.
+        /// Index of the row.
         index: usize,
-        /// What is wrong with it.
+        /// Description of the error.
         problem: &'static str,
     },
-    /// A camera or a light is given for a finished scene, and too far from its origin.
+    /// A camera or a light that is given for a finished scene is too far from its origin.
     #[error(
         "the camera or a light is too far away: a finished scene takes coordinates of at most {0:e}"
     )]
@@ -50,7 +49,7 @@ pub enum SceneError {
     TooManyShown(u64),
 }
 
-/// Checks an image size; sides are taken as u64 so that an overflowing request can be named.
+/// Checks an image size. Sides are taken as u64 so that an overflowing request can be reported.
 pub fn check_image_size(width: u64, height: u64) -> Result<(), SceneError> {
     let side = 1..=MAX_SIDE as u64;
     if side.contains(&width) && side.contains(&height) {
@@ -69,9 +68,9 @@ impl Scene {
         self.validate_boxes()
     }
 
-    /// Checks what [`Scene::validate`] does, but for the rows of primitives, spheres, ellipsoids
-    /// and triangles: quick even for scenes of millions, where those are known to be sound. Only
-    /// what instances show is looked at row by row.
+    /// Checks the same as [`Scene::validate`], but for the rows of primitives, spheres, ellipsoids
+    /// and triangles, which must be known to be valid. That is quick even for scenes of millions.
+    /// Only the primitives that instances show are checked row by row.
     pub fn validate_settings(&self) -> Result<(), SceneError> {
         self.validate_tables()?;
         self.validate_boxes()
@@ -94,7 +93,7 @@ impl Scene {
         self.validate_lights()
     }
 
-    /// Whether the columns of spheres, ellipsoids and triangles are as long as they have to be.
+    /// Checks that the columns of spheres, ellipsoids and triangles have the required lengths.
     fn validate_lengths(&self) -> Result<(), SceneError> {
         let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
         let rows = s.len() + e.len() + t.len() + self.cones.len();
@@ -122,7 +121,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Whether every primitive's row is there.
+    /// Checks that every primitive's row exists.
     fn validate_prims(&self) -> Result<(), SceneError> {
         let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
         let lens = [s.len(), e.len(), t.len(), self.cones.len()];
@@ -215,7 +214,7 @@ impl Scene {
         if let Some(k) = wild {
             return Err(column("instance", "transform", k, "beyond 2^40 either way"));
         }
-        // The last number stands for "nothing hit".
+        // The last number stands for a miss.
         let shown = self.prim_count() as u64 + self.instanced_count();
         if shown >= u64::from(u32::MAX) {
             return Err(SceneError::TooManyShown(shown));
@@ -236,7 +235,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Whether every instance's box can be told in single precision, as trees need it.
+    /// Checks that every instance's box is finite in single precision, as trees need it.
     fn validate_boxes(&self) -> Result<(), SceneError> {
         let meshes = (0..self.meshes.len()).map(|mesh| self.mesh_bounds(mesh));
         let meshes: Vec<Bounds> = meshes.collect();
@@ -353,8 +352,8 @@ fn all<T>(
     good: impl Fn(&T) -> bool,
     problem: &'static str,
 ) -> Result<(), SceneError> {
-    // Without a way out of the loop it takes eight rows at a time; where the first bad one is, is
-    // seldom asked.
+    // Without an exit from the loop it is vectorised, eight rows at a time. The position of the
+    // first invalid row is seldom needed.
     let each = |block: &[T]| block.iter().fold(true, |fine, v| fine & good(v));
     if values.chunks(1 << 12).all(each) {
         return Ok(());
@@ -402,7 +401,7 @@ fn positive(
     )
 }
 
-/// Whether every row is three indices below `count`, or three times `none`.
+/// Checks that every row is three indices below `count`, or three times `none`.
 fn rows_in(
     name: &'static str,
     rows: &[[u32; 3]],

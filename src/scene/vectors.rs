@@ -21,7 +21,7 @@ impl Vec3s {
         self.x.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no vectors.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.x.is_empty()
@@ -47,7 +47,7 @@ impl Vec3s {
         (self.x[i], self.y[i], self.z[i]) = (v.x, v.y, v.z);
     }
 
-    /// Appends another's rows, or takes it over where this one is empty.
+    /// Appends the rows of another attribute, or takes it over if this one is empty.
     #[inline]
     pub fn append(&mut self, other: Vec3s) {
         self.x.append(other.x);
@@ -74,7 +74,7 @@ impl Vec3s {
     }
 }
 
-/// Two float columns: places on a texture.
+/// Two float columns: texture coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Vec2s {
     /// x components.
@@ -90,7 +90,7 @@ impl Vec2s {
         self.x.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no vectors.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.x.is_empty()
@@ -109,7 +109,7 @@ impl Vec2s {
         Vec2::new(self.x[i], self.y[i])
     }
 
-    /// Appends another's rows, or takes it over where this one is empty.
+    /// Appends the rows of another attribute, or takes it over if this one is empty.
     #[inline]
     pub fn append(&mut self, other: Vec2s) {
         self.x.append(other.x);

@@ -3,7 +3,7 @@
 
 use glam::{DVec3, Vec3};
 
-/// Where the picture is taken from.
+/// The camera's view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Eye position.
@@ -27,7 +27,7 @@ pub struct Basis {
     pub w: Vec3,
 }
 
-/// Why a view has no frame.
+/// Reasons why a view has no frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ViewError {
     /// `eye == center`.

@@ -1,15 +1,15 @@
-//! What else a picture may tell of each pixel: layers beside its radiance.
+//! Arbitrary output variables (AOVs): layers of a picture beside its radiance.
 
-/// A layer. Those of a surface are of what the pixel's first camera ray hit; those of light are
+/// A layer. Surface layers describe the first hit of the pixel's first camera ray. Light layers are
 /// means over all camera rays, and add up to the radiance but for rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Aov {
-    /// Distance from the camera ray's origin, in the file's units; infinite where nothing was hit.
+    /// Distance from the camera ray's origin, in the file's units; infinite for a miss.
     Depth,
-    /// Where it was hit, in the file's coordinates: the scene's origin is added in double precision
-    /// before rounding, so that far from the file's origin neighbouring pixels may have the same
-    /// place.
+    /// Position of the hit, in the file's coordinates. The scene's origin is added in double
+    /// precision before rounding, so that far from the file's origin neighbouring pixels may have
+    /// the same position.
     Position,
     /// Geometric normal, toward the viewer.
     Ng,
@@ -17,35 +17,35 @@ pub enum Aov {
     Ns,
     /// Diffuse reflectance, with its texture's colour.
     Albedo,
-    /// Number of the material, a whole number; [`NO_ID`] where nothing was hit.
+    /// Number of the material, a whole number; [`NO_ID`] for a miss.
     Material,
-    /// Number of the primitive, a whole number; [`NO_ID`] where nothing was hit.
+    /// Number of the primitive, a whole number; [`NO_ID`] for a miss.
     Primitive,
-    /// Light that comes from the surface itself, or the background's: ambient, emission and what
-    /// lights add.
+    /// Light from the surface itself (ambient, emission and the lights' contributions), or from the
+    /// background.
     Direct,
-    /// Light by way of mirror rays.
+    /// Light that arrives along mirror rays.
     Reflection,
-    /// Light by way of refracted rays.
+    /// Light that arrives along refracted rays.
     Refraction,
-    /// How many camera rays the pixel has, a whole number.
+    /// Number of the pixel's camera rays, a whole number.
     Samples,
     /// Nodes that the first camera ray visits. It depends on the engine's tree, and a little on the
-    /// instruction set: it is not part of the promise of equal bits.
+    /// instruction set, so it is not part of the promise of equal bits.
     Cost,
 }
 
-/// The number of what is not there.
+/// The number that stands for no material or primitive.
 pub const NO_ID: u32 = u32::MAX;
 
-/// A channel of a layer: its name in a file, and whether it holds whole numbers, as the bits of a
+/// A channel of a layer: its name in a file, and true if it holds whole numbers, as the bits of a
 /// float.
 pub type AovChannel = (&'static str, bool);
 
 const XYZ: usize = 3;
 
 impl Aov {
-    /// All, in the order in which they are kept, with their names.
+    /// All layers with their names, in the order in which they are stored.
     pub const ALL: [(&'static str, Aov); 12] = [
         ("depth", Aov::Depth),
         ("position", Aov::Position),
@@ -61,7 +61,7 @@ impl Aov {
         ("cost", Aov::Cost),
     ];
 
-    /// Its channels, as OpenEXR names those of layers.
+    /// The layer's channels, named as OpenEXR names those of layers.
     pub fn channels(self) -> &'static [AovChannel] {
         match self {
             Aov::Depth => &[("depth.Z", false)],
@@ -105,47 +105,47 @@ impl Aov {
 pub struct Aovs(u16);
 
 impl Aovs {
-    /// None.
+    /// The empty set.
     pub const NONE: Aovs = Aovs(0);
 
-    /// With one more.
+    /// The set with one more layer.
     #[inline]
     pub fn with(self, aov: Aov) -> Aovs {
         Aovs(self.0 | 1 << aov as u8)
     }
 
-    /// All that are part of the promise of equal bits.
+    /// The set of all layers that are part of the promise of equal bits.
     #[inline]
     pub fn all() -> Aovs {
         let all = Aov::ALL.iter().filter(|(_, aov)| *aov != Aov::Cost);
         all.fold(Aovs::default(), |set, (_, aov)| set.with(*aov))
     }
 
-    /// Whether it is one of them.
+    /// Returns true if the layer is in the set.
     #[inline]
     pub fn has(self, aov: Aov) -> bool {
         self.0 >> aov as u8 & 1 != 0
     }
 
-    /// Whether there are none.
+    /// Returns true if the set is empty.
     #[inline]
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// These, and others.
+    /// The union of both sets.
     #[inline]
     pub fn and(self, others: Aovs) -> Aovs {
         Aovs(self.0 | others.0)
     }
 
-    /// Without one of them.
+    /// The set without one layer.
     #[inline]
     pub fn without(self, aov: Aov) -> Aovs {
         Aovs(self.0 & !(1 << aov as u8))
     }
 
-    /// Whether there is one of the first camera ray: of its surface, or of its cost.
+    /// Returns true if the set has a layer of the first camera ray: of its surface, or its cost.
     #[inline]
     pub fn of_surface(self) -> bool {
         let those = [Aov::Depth, Aov::Position, Aov::Ng, Aov::Ns, Aov::Albedo];
@@ -153,26 +153,26 @@ impl Aovs {
         those.into_iter().chain(numbers).any(|aov| self.has(aov))
     }
 
-    /// Whether there is one of light.
+    /// Returns true if the set has a light layer.
     #[inline]
     pub fn of_light(self) -> bool {
         RadianceAovs::AOVS.into_iter().any(|aov| self.has(aov))
     }
 
-    /// Those that there are, in their order.
+    /// The layers of the set, in their order.
     #[inline]
     pub fn iter(self) -> impl Iterator<Item = Aov> {
         let all = Aov::ALL.into_iter().map(|(_, aov)| aov);
         all.filter(move |aov| self.has(*aov))
     }
 
-    /// The channels of all of them, in their order.
+    /// The channels of all layers of the set, in their order.
     #[inline]
     pub fn channels(self) -> impl Iterator<Item = AovChannel> {
         self.iter().flat_map(|aov| aov.channels().iter().copied())
     }
 
-    /// How many channels come before those of a layer.
+    /// Number of channels before those of a layer.
     #[inline]
     pub(super) fn before(self, aov: Aov) -> usize {
         let before = self.iter().take_while(|other| *other != aov);
@@ -180,7 +180,7 @@ impl Aovs {
     }
 }
 
-/// What the layers of a surface tell.
+/// Values of the surface layers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceAov {
     /// [`Aov::Depth`].
@@ -200,7 +200,7 @@ pub struct SurfaceAov {
 }
 
 impl SurfaceAov {
-    /// Where nothing was hit.
+    /// The values for a miss.
     pub const NONE: SurfaceAov = SurfaceAov {
         depth: f32::INFINITY,
         position: [0.0; XYZ],
@@ -211,7 +211,7 @@ impl SurfaceAov {
         primitive: NO_ID,
     };
 
-    /// The channels of a layer; none if it is not one of a surface.
+    /// The channels of a layer; none if it is not a surface layer.
     pub(super) fn channels(&self, aov: Aov) -> ([f32; XYZ], usize) {
         let one = |value: f32| ([value, 0.0, 0.0], 1);
         match aov {
@@ -227,12 +227,12 @@ impl SurfaceAov {
     }
 }
 
-/// Radiance by the way it came, as the layers of light tell it.
+/// Radiance by the path along which it came: the values of the light layers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RadianceAovs(pub [[f32; XYZ]; 3]);
 
 impl RadianceAovs {
-    /// The layers of its rows.
+    /// The layers of the rows, in order.
     pub const AOVS: [Aov; 3] = [Aov::Direct, Aov::Reflection, Aov::Refraction];
 }
 

@@ -1,8 +1,7 @@
-//! The picture while it is made: linear radiance in planes, and the primary hits where they are
-//! asked for.
+//! The film, a picture that is being rendered: linear radiance in planes, and the primary hits if
+//! they are requested.
 //!
-//! A painter fills the [`TileBuffer`] of its tile, which are its own; the worker puts them onto the
-//! film when they are done.
+//! A renderer fills its own [`TileBuffer`]. The worker copies each finished tile to the film.
 
 mod aov;
 mod tiles;
@@ -24,9 +23,9 @@ pub struct Film {
     pub height: u32,
     /// Red, green and blue planes, each of width · height values.
     pub planes: [Vec<f32>; 3],
-    /// What else is told of every pixel.
+    /// Layers stored for every pixel.
     pub aovs: Aovs,
-    /// The channels of that, each of width · height values.
+    /// The channels of the layers, each of width · height values.
     pub aov_planes: Vec<Vec<f32>>,
     /// Primary hits, if the render recorded them.
     pub hits: Option<Hits>,
@@ -37,11 +36,11 @@ pub struct Film {
 pub struct Hits {
     /// Primitive, or [`NO_HIT`].
     pub prim_id: Vec<u32>,
-    /// Distance along the unit direction; 0 where nothing was hit.
+    /// Distance along the unit direction; 0 for a miss.
     pub t: Vec<f32>,
-    /// Barycentric weight of the second corner (triangles), else 0.
+    /// Barycentric weight of the second vertex (triangles), else 0.
     pub u: Vec<f32>,
-    /// Barycentric weight of the third corner (triangles), else 0.
+    /// Barycentric weight of the third vertex (triangles), else 0.
     pub v: Vec<f32>,
 }
 
@@ -60,8 +59,8 @@ impl Film {
     /// A black film.
     pub fn new(width: u32, height: u32, record_hits: bool) -> Film {
         let pixels = width as usize * height as usize;
-        // Zeroed by the system where they are first written to: by all workers, and not by one
-        // beforehand.
+        // The system zeroes pages at the first write, so all workers share that work; nothing is
+        // zeroed beforehand by one of them.
         Film {
             width,
             height,
@@ -72,7 +71,7 @@ impl Film {
         }
     }
 
-    /// With these layers, which are 0.
+    /// Adds layers, which are 0.
     #[inline]
     pub fn with_aovs(mut self, aovs: Aovs) -> Film {
         let pixels = self.planes[0].len();
@@ -81,15 +80,15 @@ impl Film {
         self
     }
 
-    /// What a pixel is made of, but for its hit, in planes of one size: red, green, blue, and the
-    /// channels of the layers.
+    /// All planes but those of hits, each of one size: red, green, blue, and the channels of the
+    /// layers.
     #[inline]
     pub fn all_planes(&self) -> Vec<&[f32]> {
         let all = self.planes.iter().chain(&self.aov_planes);
         all.map(Vec::as_slice).collect()
     }
 
-    /// The same to be written to.
+    /// The planes of [`Film::all_planes`], to be written to.
     #[inline]
     pub fn planes_mut(&mut self) -> Vec<&mut [f32]> {
         let all = self.planes.iter_mut().chain(&mut self.aov_planes);
@@ -104,7 +103,7 @@ impl Film {
     }
 }
 
-/// The pixels of one tile, row by row from its top left, and their primary hits if the film keeps
+/// The pixels of one tile, row by row from its top left, and their primary hits if the film stores
 /// them.
 #[derive(Debug)]
 pub struct TileBuffer {
@@ -116,7 +115,7 @@ pub struct TileBuffer {
 }
 
 impl TileBuffer {
-    /// Of no tile yet.
+    /// A buffer that has no tile yet.
     #[inline]
     pub fn new(record_hits: bool) -> TileBuffer {
         TileBuffer {
@@ -128,7 +127,7 @@ impl TileBuffer {
         }
     }
 
-    /// With these layers.
+    /// Adds layers.
     #[inline]
     pub fn with_aovs(mut self, aovs: Aovs) -> TileBuffer {
         self.aovs = aovs;
@@ -136,7 +135,7 @@ impl TileBuffer {
         self
     }
 
-    /// Makes them black, of the size of a tile, and without hits.
+    /// Resizes the buffer to a tile, with black pixels and no hits.
     pub fn fit(&mut self, tile: Tile) {
         let count = tile.pixels() as usize;
         self.width = tile.width as usize;
@@ -155,8 +154,7 @@ impl TileBuffer {
         }
     }
 
-    /// What the pixels are made of, but for their hits, in planes of the tile's size, as in
-    /// [`Film::all_planes`].
+    /// All planes of the tile but those of hits, as in [`Film::all_planes`].
     #[inline]
     pub fn planes(&self) -> Vec<&[f32]> {
         let all = self.planes.iter().chain(&self.aov_planes);
@@ -169,13 +167,13 @@ impl TileBuffer {
         &self.planes
     }
 
-    /// The layers that are wanted.
+    /// The requested layers.
     #[inline]
     pub fn aovs(&self) -> Aovs {
         self.aovs
     }
 
-    /// What a pixel's first camera ray hit, for the layers that tell of it.
+    /// Sets the surface layers of a pixel: the hit of its first camera ray.
     #[inline]
     pub fn set_surface(&mut self, x: u32, y: u32, look: &SurfaceAov) {
         for aov in self.aovs.iter() {
@@ -184,7 +182,7 @@ impl TileBuffer {
         }
     }
 
-    /// Which way a pixel's radiance came, for the layers that tell of it.
+    /// Sets the light layers of a pixel: its radiance by the path along which it came.
     #[inline]
     pub fn set_light(&mut self, x: u32, y: u32, light: &RadianceAovs) {
         for (aov, rgb) in RadianceAovs::AOVS.into_iter().zip(&light.0) {
@@ -194,7 +192,7 @@ impl TileBuffer {
         }
     }
 
-    /// The first channels of a layer, which is one of those that are wanted.
+    /// Sets the first channels of a layer, which must be one of the requested ones.
     #[inline]
     pub fn set_layer(&mut self, x: u32, y: u32, aov: Aov, values: &[f32]) {
         let at = self.index(x, y);
@@ -206,13 +204,13 @@ impl TileBuffer {
         }
     }
 
-    /// Whether the film keeps hits.
+    /// Returns true if the film stores hits.
     #[inline]
     pub fn record_hits(&self) -> bool {
         self.hits.is_some()
     }
 
-    /// The radiance of a pixel of the tile.
+    /// Sets the radiance of a pixel of the tile.
     #[inline]
     pub fn set(&mut self, x: u32, y: u32, rgb: [f32; 3]) {
         let at = self.index(x, y);
@@ -221,7 +219,7 @@ impl TileBuffer {
         }
     }
 
-    /// The radiance of pixels of the tile that are side by side, from (`x`, `y`) on.
+    /// Sets the radiance of a run of pixels of one row of the tile, from (`x`, `y`) on.
     #[inline]
     pub fn set_run<const N: usize>(&mut self, x: u32, y: u32, rgb: [&[f32; N]; 3]) {
         let at = self.index(x, y);
@@ -230,7 +228,8 @@ impl TileBuffer {
         }
     }
 
-    /// The primary hit of a pixel of the tile as (t, u, v) and primitive, if the film keeps hits.
+    /// Sets the primary hit of a pixel of the tile as (t, u, v) and primitive, if the film stores
+    /// hits.
     #[inline]
     pub fn set_hit(&mut self, x: u32, y: u32, [t, u, v]: [f32; 3], prim_id: u32) {
         let at = self.index(x, y);
@@ -245,13 +244,13 @@ impl TileBuffer {
     }
 }
 
-/// Where workers put the tiles that they have finished.
+/// Receives finished tiles from workers.
 pub trait TileSink: Sync {
-    /// Whether primary hits are wanted.
+    /// Returns true if primary hits are requested.
     fn records_hits(&self) -> bool;
-    /// Which layers are.
+    /// The requested layers.
     fn aovs(&self) -> Aovs;
-    /// Takes the pixels of a tile.
+    /// Stores the pixels of a tile.
     fn put(&self, tile: Tile, pixels: &TileBuffer);
 }
 
@@ -265,18 +264,18 @@ pub struct SharedFilm<'a> {
     bands: Vec<Mutex<FilmBand<'a>>>,
 }
 
-/// Some rows of a film.
+/// A band: some rows of a film.
 #[derive(Default)]
 struct FilmBand<'a> {
-    /// Radiance and layers.
+    /// Planes of radiance and layers.
     planes: Vec<&'a mut [f32]>,
-    /// Empty where the film keeps no hits.
+    /// Primitives of the hits; empty if the film stores no hits.
     prim_id: &'a mut [u32],
     tuv: [&'a mut [f32]; 3],
 }
 
 impl<'a> SharedFilm<'a> {
-    /// Of a window as large as the film, for the window's tiles of a side.
+    /// A shared film of a window as large as `film`, for the window's tiles of this side.
     pub fn of(film: &'a mut Film, window: Tile, side: u32) -> SharedFilm<'a> {
         let (width, record_hits) = (film.width as usize, film.hits.is_some());
         let aovs = film.aovs;
@@ -315,7 +314,7 @@ impl<'a> SharedFilm<'a> {
     }
 }
 
-/// Gives each band its rows of a plane.
+/// Splits a plane into the rows of each band.
 fn part<'a, T>(
     mut plane: &'a mut [T],
     values: &[usize],
@@ -338,11 +337,11 @@ impl TileSink for SharedFilm<'_> {
         self.aovs
     }
 
-    /// The tile is one of those that the film was parted for.
+    /// Stores a tile, which must be one of those that the film was split for.
     fn put(&self, tile: Tile, pixels: &TileBuffer) {
         let row = (tile.y / self.side - self.window.y / self.side) as usize;
         let top = (tile.y - tile.y % self.side).max(self.window.y);
-        // Nobody leaves a band in a state that is wrong: pixels are numbers.
+        // A panic leaves no band in an invalid state: pixels are plain numbers.
         let mut band = self.bands[row]
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
@@ -362,7 +361,7 @@ impl TileSink for SharedFilm<'_> {
     }
 }
 
-/// Copies rows of `width` values to where rows are `pitch` apart, from `first` on.
+/// Copies rows of `width` values to rows that are `pitch` apart, from `first` on.
 fn put<T: Copy>(to: &mut [T], from: &[T], (first, pitch, width): (usize, usize, usize)) {
     let rows = to[first..].chunks_mut(pitch);
     for (to, from) in rows.zip(from.chunks(width)) {
@@ -374,7 +373,7 @@ fn put<T: Copy>(to: &mut [T], from: &[T], (first, pitch, width): (usize, usize, 
 mod tests {
     use super::*;
 
-    /// Every tile's pixels get the numbers that they have on the film.
+    /// Checks that every tile's pixels get the values that they have on the film.
     #[test]
     fn pixels_land_where_their_tile_lies() {
         let sizes = [(1, 1, 8), (40, 24, 8), (33, 17, 16), (7, 100, 64)];

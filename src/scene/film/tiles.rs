@@ -1,7 +1,7 @@
-//! Tiles of the picture, in Morton order, so that workers that follow each other touch the same
-//! part of the tree.
+//! Tiles of the picture, in Morton order, so that successive workers touch the same part of the
+//! tree.
 
-/// A rectangle of pixels of the whole picture; at borders it may be smaller than the tile side.
+/// A rectangle of pixels of the whole picture. At borders it may be smaller than the tile side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tile {
     /// Leftmost column.
@@ -15,7 +15,7 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// A whole picture.
+    /// The tile that covers a whole picture.
     #[inline]
     pub fn whole(width: u32, height: u32) -> Tile {
         Tile {
@@ -32,8 +32,8 @@ impl Tile {
         self.width as u64 * self.height as u64
     }
 
-    /// The cells of a grid of this side that it touches, as far as they lie in a picture of this
-    /// size.
+    /// The tile grown outward to the cells of a grid of this side that it touches, and clipped to a
+    /// picture of this size.
     pub fn outward(&self, side: u32, (width, height): (u32, u32)) -> Tile {
         let (x, y) = (self.x - self.x % side, self.y - self.y % side);
         let right = (self.x + self.width).next_multiple_of(side);
@@ -46,7 +46,7 @@ impl Tile {
         }
     }
 
-    /// The part of it that lies in another; of no pixels where none does.
+    /// The intersection with another tile; a tile without pixels if they do not overlap.
     pub fn within(&self, other: Tile) -> Tile {
         let (x, y) = (self.x.max(other.x), self.y.max(other.y));
         let end = |from: u32, size: u32| from.saturating_add(size);
@@ -62,8 +62,8 @@ impl Tile {
 }
 
 /// All tiles of side `side` of a window of the picture, in Morton order. Every pixel is in exactly
-/// one. They are cells of one grid over the whole picture, whatever the window, and cut by its
-/// borders.
+/// one tile. Tiles are cells of one grid over the whole picture, whatever the window, and are cut
+/// by the window's borders.
 pub fn tiles(window: Tile, side: u32) -> Vec<Tile> {
     let mut all: Vec<(u64, Tile)> = Vec::new();
     let cells = |from: u32, size: u32| from / side..(from + size).div_ceil(side);

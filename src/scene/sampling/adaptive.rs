@@ -1,48 +1,57 @@
-//! Which pixels get more samples, where more is left to chance than where a camera ray goes through
-//! its pixel: those where more would help most. (Where nothing is, parts of pixels get more:
-//! `cells`.)
+//! Selection of the pixels that get more samples, for pictures with other random choices than a
+//! camera ray's position in its pixel: those where more samples would help most. (Without such
+//! choices, parts of pixels get more: `cells`.)
 //!
-//! Every pixel begins with [`FIRST_SAMPLES`] samples. Then rounds follow, each of which doubles the
-//! samples of the pixels that are still open, up to the most that were asked for. A pixel stays
-//! open while another sample of it would help more than the threshold says: the error of stratified
-//! samples of an edge falls with n^(-3/4), so that its square is v n^(-3/2), with v the samples'
-//! variance, and what one more sample takes away from it v n^(-5/2). Leaving that equal everywhere
-//! gives the least mean square for the rays (as Neyman's allocation, "On the Two Different Aspects
-//! of the Representative Method", 1934, does for samples that are not stratified). Variances of few
-//! samples are guesses; so a pixel's is taken as that of its neighbours where theirs is larger: an
-//! edge that crosses them may have passed between the pixel's own samples.
+//! Every pixel begins with [`FIRST_SAMPLES`] samples. Then rounds follow. Each round doubles the
+//! samples of the pixels that are still active, up to the most that were requested. A pixel stays
+//! active while another sample of it would help more than the threshold says.
 //!
-//! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile asks
-//! another one. All decisions are made in f64, in one order.
+//! The error of n stratified samples of an edge falls with n^(-3/4). So its square is v n^(-3/2),
+//! with v the samples' variance, and one more sample reduces it by v n^(-5/2). Making that
+//! reduction equal everywhere gives the least mean square for the rays. (Neyman's allocation, "On
+//! the Two Different Aspects of the Representative Method", 1934, does so for samples that are not
+//! stratified.)
+//!
+//! Variances of few samples are guesses. So a pixel's variance is taken as that of its neighbours
+//! where theirs is larger: an edge that crosses them may have passed between the pixel's own
+//! samples.
+//!
+//! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile
+//! depends on another one. All decisions are made in f64, in one order.
 
 use super::pixel::PixelAccumulator;
 
-/// Side of the blocks that pixels are compared in.
+/// Side of the blocks within which pixels are compared.
 pub const BLOCK: u32 = 8;
 
-/// Samples that every pixel gets, unless fewer are the most.
+/// Samples that every pixel gets, unless the most per pixel is fewer.
 pub const FIRST_SAMPLES: u32 = 4;
 
-/// The share of a neighbour's variance that counts as a pixel's own.
+/// Share of a neighbour's variance that counts as a pixel's own.
 const NEIGHBOUR_WEIGHT: f64 = 0.25;
 
-/// When a pixel, or a part of it, is finished.
+/// Criterion for when a pixel, or a part of it, is finished.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
-    /// How much a sample must help, in radiance. A cell of area a whose sample differs from one
-    /// beside it by d, a share s of the way to which lies in it, is halved while a^1.1 d √(s/6) is
-    /// above this; where something is left to chance, a pixel of n samples whose standard deviation
-    /// is d gets more while d n^(-5/4) is. 0.001 gives about what 64 uniform samples do.
+    /// Least improvement by a sample, in radiance.
+    ///
+    /// With cells: a cell of area a, whose sample differs from a neighbouring one by d and which
+    /// holds a share s of the way to it, is halved while a^1.1 d √(s/6) is above this.
+    ///
+    /// With other random choices: a pixel of n samples whose standard deviation is d gets more
+    /// while d n^(-5/4) is above this.
+    ///
+    /// 0.001 gives about the quality of 64 uniform samples.
     pub threshold: f32,
 }
 
-/// One pixel of a block, row by row from its upper left.
+/// A set of pixels of a block, one bit each, row by row from its upper left.
 pub type PixelMask = u64;
 
 impl Adaptive {
-    /// Which of a block's `open` pixels, which have gathered `samples` each, are to get as many
-    /// again. `gathered` has the pixels of the block's rows, of which the first `width` and
-    /// `height` are in the picture.
+    /// The pixels that are to get as many samples again, out of a block's `open` pixels, which have
+    /// `samples` each. `gathered` has the pixels of the block's rows, of which the first `width`
+    /// and `height` are in the picture.
     pub fn still_active(
         &self,
         open: PixelMask,
@@ -51,7 +60,7 @@ impl Adaptive {
         (width, height): (u32, u32),
     ) -> PixelMask {
         let n = f64::from(samples);
-        // n² √n, so that no power is asked for.
+        // n² √n, which needs no power function.
         let most = f64::from(self.threshold) * f64::from(self.threshold) * (n * n * n.sqrt());
         let (width, height) = (width as usize, height as usize);
         let mut own = [[0.0; BLOCK as usize]; BLOCK as usize];
@@ -78,7 +87,7 @@ impl Adaptive {
         stay
     }
 
-    /// Samples after which it is decided again: twice as many, up to the most.
+    /// Samples after which the next decision is made: twice as many, up to the most.
     #[inline]
     pub fn next(&self, samples: u32, most: u32) -> u32 {
         if samples == 0 {
@@ -117,7 +126,7 @@ mod tests {
 
     #[test]
     fn an_edge_stays_open_with_its_neighbours_and_stops_where_it_helps_no_more() {
-        // Column 3 has an edge in it.
+        // Column 3 contains an edge.
         let edge = block(|x, _, sample| match x {
             3 => (sample % 2) as f32,
             x => f32::from(u8::from(x > 3)),
@@ -128,14 +137,14 @@ mod tests {
         };
         let all = columns(&[2, 3, 4]);
         assert_eq!(ADAPTIVE.still_active(!0, 8, &edge, (8, 8)), all);
-        // Only those that were open, and lie in the picture.
+        // Only pixels that were active and lie in the picture.
         assert_eq!(
             ADAPTIVE.still_active(columns(&[3]), 8, &edge, (8, 8)),
             columns(&[3])
         );
         assert_eq!(ADAPTIVE.still_active(!0, 8, &edge, (4, 2)), all & 0x0f0f);
-        // A variance of 3/4 (three channels): n^(5/4) > 86.6, from n = 36 on; of a quarter of it,
-        // from 21 on.
+        // A variance of 3/4 (three channels): n^(5/4) > 86.6, from n = 36 on. A quarter of it: from
+        // 21 on.
         assert_eq!(ADAPTIVE.still_active(!0, 20, &edge, (8, 8)), all);
         assert_eq!(ADAPTIVE.still_active(!0, 21, &edge, (8, 8)), columns(&[3]));
         assert_eq!(ADAPTIVE.still_active(!0, 37, &edge, (8, 8)), 0);

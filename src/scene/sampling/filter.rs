@@ -1,20 +1,20 @@
-//! How a pixel gathers: reconstruction filters, sampled by their own shape (Ernst, Stamminger and
-//! Greiner, "Filter Importance Sampling", 2006), so that each pixel has samples of its own and no
-//! tile asks its neighbours.
+//! Reconstruction filters, sampled by their own shape (Ernst, Stamminger and Greiner, "Filter
+//! Importance Sampling", 2006), so that each pixel has samples of its own and no tile needs its
+//! neighbours.
 //!
-//! An offset is drawn where the filter is large, and counts by what the filter is there over how
-//! often it is drawn. For a box and a tent that is always 1; Mitchell's filter has negative lobes,
-//! whose samples count less than nothing.
+//! Offsets are drawn with a density proportional to the filter's size. A sample's weight is the
+//! filter's value there over that density. For a box and a tent the weight is always 1. Mitchell's
+//! filter has negative lobes, whose samples have negative weights.
 
 use std::sync::LazyLock;
 
 /// A reconstruction filter, the same along both axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filter {
-    /// All of the pixel's square alike.
+    /// Equal weight over all of the pixel's square.
     #[default]
     Box,
-    /// Falls linearly from the pixel's centre to those of its neighbours.
+    /// Linear fall from the pixel's centre to those of its neighbours.
     Tent,
     /// Mitchell and Netravali's cubic with B = C = 1/3, two pixels to each side: sharper, and with
     /// a little overshoot ("Reconstruction Filters in Computer Graphics", 1988).
@@ -22,14 +22,14 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// All, by name.
+    /// All filters, by name.
     pub const ALL: [(&'static str, Filter); 3] = [
         ("box", Filter::Box),
         ("tent", Filter::Tent),
         ("mitchell", Filter::Mitchell),
     ];
 
-    /// Its name.
+    /// The filter's name.
     #[inline]
     pub fn name(self) -> &'static str {
         match self {
@@ -39,13 +39,13 @@ impl Filter {
         }
     }
 
-    /// For `u` in \[0, 1), an offset from the pixel's centre in pixels, and what the sample there
-    /// counts.
+    /// An offset from the pixel's centre in pixels, for `u` in \[0, 1), and the weight of the
+    /// sample there.
     #[inline(always)]
     pub(super) fn draw(self, u: f32) -> (f32, f32) {
         match self {
             Filter::Box => (u - 0.5, 1.0),
-            // The inverse of the sum of the tent, on either side of its middle.
+            // The inverse of the tent's integral, on either side of its middle.
             Filter::Tent => match u < 0.5 {
                 true => ((2.0 * u).sqrt() - 1.0, 1.0),
                 false => (1.0 - (2.0 - 2.0 * u).sqrt(), 1.0),
@@ -55,18 +55,18 @@ impl Filter {
     }
 }
 
-/// Steps from the centre to the end of Mitchell's filter. In a step it is drawn from as often as it
-/// is large there, by trapezia: by its middle alone, the step in which it crosses zero would hardly
-/// ever be drawn from, and then count a lot.
+/// Steps from the centre to the end of Mitchell's filter. A step is drawn in proportion to the
+/// filter's size there, by trapezia. With the value at its middle alone, the step in which the
+/// filter crosses zero would hardly ever be drawn, and would then have a large weight.
 const TABLE_STEPS: usize = 128;
 
-/// How far it reaches.
+/// Radius of the filter.
 const FILTER_RADIUS: f64 = 2.0;
 
 struct FilterTable {
-    /// How much of the filter's size lies before each step, and all at the end: 0 to 1.
+    /// Share of the filter's size before each step, and all of it at the end: 0 to 1.
     before: [f32; TABLE_STEPS + 1],
-    /// One over how often an offset in a step is drawn, on one side.
+    /// One over the density of offsets in each step, on one side.
     over: [f32; TABLE_STEPS],
 }
 
@@ -84,7 +84,7 @@ static MITCHELL: LazyLock<FilterTable> = LazyLock::new(|| {
         before[k] = (sum / all) as f32;
         sum += size;
     }
-    // Both sides are drawn alike.
+    // Both sides are drawn equally often.
     let over = sizes.map(|size| (2.0 * width * all / size) as f32);
     FilterTable { before, over }
 });
@@ -93,7 +93,7 @@ fn draw_mitchell(u: f32) -> (f32, f32) {
     let table = &*MITCHELL;
     let side = 2.0 * u - 1.0;
     let size = side.abs();
-    // Where none lies before: `before[0]` is 0.
+    // There is always a step at or before: `before[0]` is 0.
     let step = (table.before.partition_point(|&b| b <= size) - 1).min(TABLE_STEPS - 1);
     let (from, to) = (table.before[step], table.before[step + 1]);
     let within = (size - from) / (to - from);
@@ -102,18 +102,19 @@ fn draw_mitchell(u: f32) -> (f32, f32) {
     (if side < 0.0 { -away } else { away }, weight)
 }
 
-/// By distance from its centre; its integral over both sides is 1.
+/// Mitchell's filter, by distance from its centre; its integral over both sides is 1.
 fn mitchell(x: f64) -> f64 {
     let sixfold = if x < 1.0 {
         (7.0 * x - 12.0) * x * x + 16.0 / 3.0
     } else {
-        // Its zeros: a single one where the negative lobe begins, and a double one at its end.
+        // The zeros of this part: a single one where the negative lobe begins, and a double one at
+        // its end.
         -7.0 / 3.0 * (x - 8.0 / 7.0) * (x - 2.0) * (x - 2.0)
     };
     sixfold / 6.0
 }
 
-/// The same in f32, in one order for both engines.
+/// Mitchell's filter in f32, in one order for both engines.
 fn mitchell_f32(x: f32) -> f32 {
     let sixfold = if x < 1.0 {
         (7.0 * x - 12.0) * x * x + 16.0 / 3.0
@@ -127,7 +128,7 @@ fn mitchell_f32(x: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// The filters themselves, by offset.
+    /// The filters' values, by offset.
     fn value(filter: Filter, x: f64) -> f64 {
         match filter {
             Filter::Box => f64::from(u8::from(x.abs() <= 0.5)),
@@ -137,8 +138,8 @@ mod tests {
         }
     }
 
-    /// The mean of what samples count, times a function of their offset, is the filter's integral
-    /// of that function.
+    /// Checks that the mean of the samples' weights times a function of their offset is the
+    /// filter's integral of that function.
     #[test]
     fn samples_are_the_filters_integral() {
         let count = 1 << 20;
@@ -157,7 +158,7 @@ mod tests {
                     value(filter, x) * wave(x) * width
                 });
                 let want: f64 = want.sum();
-                // Sums of rectangles on both sides, and of f32 within them.
+                // Both sides are sums of rectangles, with f32 within them.
                 assert!(
                     (mean - want).abs() < 2e-5,
                     "{name}, {frequency}: {mean} {want}"

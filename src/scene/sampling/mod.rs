@@ -1,14 +1,14 @@
 //! Arithmetic that both engines share as a definition: samples, and two polynomials, evaluated in
 //! one order, and one table.
 //!
-//! | file | what |
+//! | file | contents |
 //! |---|---|
 //! | `sobol` | points of the unit square, by pixel or ray, and sample |
-//! | `warps` | from the unit square to what is sampled |
-//! | `filter` | what a pixel gathers |
-//! | `pixel` | where a pixel's camera rays go through |
-//! | `adaptive` | which pixels get more camera rays |
-//! | `cells` | which parts of pixels do, and which shadow rays they save |
+//! | `warps` | maps from the unit square to sampled shapes |
+//! | `filter` | reconstruction filters of pixels |
+//! | `pixel` | positions of a pixel's camera rays |
+//! | `adaptive` | selection of pixels that get more camera rays |
+//! | `cells` | selection of parts of pixels that do, and the shadow rays they save |
 //! | `pow` | x^s for highlights |
 //! | `srgb` | the bytes of textures |
 

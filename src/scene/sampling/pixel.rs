@@ -1,32 +1,32 @@
-//! Where the camera rays of a pixel go through.
+//! Positions of the camera rays of a pixel.
 
 use super::adaptive::Adaptive;
 use super::filter::Filter;
 use super::sobol::{Dimension, points_of, seeds};
 
-/// How pixels are sampled.
+/// Sampling settings of pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sampling {
-    /// Camera rays a pixel, 1 to [`MAX_SPP`], or the most of them. One goes through the pixel's
-    /// centre; more are spread over the filter.
+    /// Camera rays a pixel, 1 to [`MAX_SPP`], or the most of them if sampling is adaptive. One goes
+    /// through the pixel's centre; more are spread over the filter.
     pub spp: u32,
-    /// What the pixel gathers.
+    /// Reconstruction filter of the pixel.
     pub filter: Filter,
-    /// When a pixel has enough of them, if not all pixels get as many.
+    /// Criterion for when a pixel has enough camera rays, if not all pixels get as many.
     pub adaptive: Option<Adaptive>,
 }
 
 /// Most samples a pixel.
 pub const MAX_SPP: u32 = 65_536;
 
-/// Where the camera rays of so many pixels go through, and what they count.
+/// Positions of the camera rays of N pixels, and their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmSamples<const N: usize> {
-    /// Continuous positions, down.
+    /// Continuous positions, downward.
     pub row: [f32; N],
-    /// And to the right.
+    /// Continuous positions, to the right.
     pub column: [f32; N],
-    /// What they count; 1 but for filters with negative lobes.
+    /// Filter weights; 1 but for filters with negative lobes.
     pub weight: [f32; N],
 }
 
@@ -38,13 +38,13 @@ impl Sampling {
         adaptive: None,
     };
 
-    /// When a pixel has enough camera rays, if that is asked: not of a single one.
+    /// The criterion for when a pixel has enough camera rays, if it is set; none for a single ray.
     #[inline]
     pub fn adaptively(&self) -> Option<Adaptive> {
         self.adaptive.filter(|_| self.spp > 1)
     }
 
-    /// Places of the `sample`-th camera ray of some pixels, in columns `x` and rows `y`.
+    /// Positions of the `sample`-th camera ray of some pixels, in columns `x` and rows `y`.
     #[inline(always)]
     pub fn film_samples<const N: usize>(
         &self,
@@ -55,7 +55,7 @@ impl Sampling {
         self.film_samples_of(x, y, [sample; N])
     }
 
-    /// Places of camera rays of some pixels, one of each, of these numbers.
+    /// Positions of camera rays of some pixels, one for each pixel, with these numbers.
     #[inline(always)]
     pub fn film_samples_of<const N: usize>(
         &self,
@@ -82,7 +82,7 @@ impl Sampling {
     }
 }
 
-/// What a pixel has gathered. Samples are added in their order; in f64, because there may be many.
+/// Accumulates a pixel's samples. They are added in their order, in f64, because there may be many.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PixelAccumulator {
     weighted: [f64; 3],
@@ -93,14 +93,14 @@ pub struct PixelAccumulator {
 }
 
 impl PixelAccumulator {
-    /// Adds a sample's radiance, and what it counts.
+    /// Adds a sample's radiance and weight.
     #[inline]
     pub fn add(&mut self, rgb: [f32; 3], weight: f32) {
         self.add_share(rgb, weight, 1.0);
     }
 
-    /// Adds a sample that stands for so much of the pixel: with all of them, shares instead of
-    /// samples are counted.
+    /// Adds a sample that stands for a share of the pixel. If all samples are added so, shares are
+    /// counted instead of samples.
     #[inline]
     pub fn add_share(&mut self, rgb: [f32; 3], weight: f32, share: f64) {
         let weight = share * f64::from(weight);
@@ -113,21 +113,21 @@ impl PixelAccumulator {
         self.count += share;
     }
 
-    /// How many samples it has.
+    /// Number of samples.
     #[inline]
     pub fn count(&self) -> f64 {
         self.count
     }
 
-    /// The variance of the samples, whatever they count, all channels together.
+    /// The variance of the samples, whatever their weights, over all channels together.
     #[inline]
     pub fn variance(&self) -> f64 {
         let [r, g, b] = self.unweighted.map(|sum| sum / self.count);
         (self.squares / self.count - ((r * r + g * g) + b * b)).max(0.0)
     }
 
-    /// The mean. Where negative weights leave next to nothing to divide by, as they may with a few
-    /// samples, all count alike.
+    /// The weighted mean. If negative weights leave next to nothing to divide by, as they may with
+    /// a few samples, all samples get equal weights.
     #[inline]
     pub fn mean(&self) -> [f32; 3] {
         if self.weights >= 0.5 * self.count {
@@ -173,8 +173,9 @@ mod tests {
                 sum[1] += weight * f64::from(at.row[0] - 5.5);
                 weights += weight;
             }
-            // Stratified a thousandfold along each axis: where Mitchell's weights jump from 1.1 to
-            // -1.1, twice along each axis, a part of 1/1024 may be on the wrong side.
+            // The samples are stratified a thousandfold along each axis. Where Mitchell's weights
+            // jump from 1.1 to -1.1, twice along each axis, a part of 1/1024 may be on the wrong
+            // side.
             let most = 9.0 / 1024.0;
             assert!(
                 (weights / 1024.0 - 1.0).abs() < most,

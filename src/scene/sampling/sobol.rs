@@ -1,35 +1,34 @@
 //! Points of the unit square for the samples of a pixel: Sobol's first two dimensions, shuffled and
 //! scrambled by Owen's method with a hash (Burley, "Practical Hash-based Owen Scrambling", JCGT
 //! 2020; the hash is that of Vegdahl, "Building a Better LK Hash", 2021). A point is a function of
-//! pixel, dimension and sample, so that the order in which they are asked for is nobody's business;
-//! the first 2^k points of a pixel are one in each rectangle of area 2^-k whose sides are powers of
-//! two.
+//! pixel, dimension and sample, so that the order of requests does not matter. The first 2^k points
+//! of a pixel lie one in each rectangle of area 2^-k whose sides are powers of two.
 //!
-//! Away from the camera a ray's seed stands for the pixel: the camera ray's is the pixel's own,
-//! that of a mirror or refracted ray follows from the ray's that it comes from. All samples of a
-//! pixel that took the same way have the same seed, so that each decision on each way is spread as
-//! evenly over the samples as those at the camera.
+//! Away from the camera a ray's seed stands for the pixel. The camera ray's seed is that of its
+//! pixel. The seed of a mirror or refracted ray follows from that of the ray that it comes from.
+//! All samples of a pixel that took the same path have the same seed. So each decision on each path
+//! is spread as evenly over the samples as those at the camera.
 //!
-//! Whole numbers only, for any number of lanes at a time: one for the oracle, eight for packets.
+//! The computation uses whole numbers only, for any number of lanes at a time: one for the oracle,
+//! eight for packets.
 
-/// Which of a ray's decisions a point is for; those of different purposes know nothing of each
-/// other.
+/// The decision of a ray that a point is for. Points of different dimensions are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
-    /// Where in the pixel's filter a camera ray goes through.
+    /// Position of a camera ray in the pixel's filter.
     Pixel,
-    /// Which way a spread mirror ray goes.
+    /// Direction of a glossy mirror ray.
     Gloss,
-    /// Where through the lens a camera ray goes.
+    /// Position of a camera ray on the lens.
     Lens,
-    /// Which way it is open to the sky.
+    /// Direction of an ambient occlusion ray.
     Sky,
-    /// Where on a light, of this number, a shadow ray ends.
+    /// Position on the light of this number, at which a shadow ray ends.
     Light(u32),
 }
 
 impl Dimension {
-    /// Lights come after all that there is one of.
+    /// Index of the dimension. Lights come after all dimensions that exist once.
     fn index(self) -> u32 {
         match self {
             Dimension::Pixel => 0,
@@ -41,13 +40,13 @@ impl Dimension {
     }
 }
 
-/// How a ray came out of a surface.
+/// Kind of ray that a surface sends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum BounceKind {
-    /// As a mirror ray.
+    /// A mirror ray.
     Mirror = 0xb529_7a4d,
-    /// As a refracted ray.
+    /// A refracted ray.
     Refracted = 0x68e3_1da4,
 }
 
@@ -57,19 +56,19 @@ pub fn seeds<const N: usize>(x: [u32; N], y: [u32; N]) -> [u32; N] {
     std::array::from_fn(|lane| mix(mix(x[lane]).wrapping_add(y[lane])))
 }
 
-/// The seeds of the rays that come out of surfaces where rays of these seeds went in.
+/// The seeds of the rays that surfaces send on, where rays of these seeds hit them.
 #[inline(always)]
 pub fn child_seed<const N: usize>(seeds: [u32; N], way: BounceKind) -> [u32; N] {
     seeds.map(|seed| mix(seed ^ way as u32))
 }
 
-/// The points of so many rays for one sample each: both coordinates in \[0, 1), multiples of 2^-24.
+/// The points of N rays for one sample: both coordinates in \[0, 1), multiples of 2^-24.
 #[inline(always)]
 pub fn points<const N: usize>(seeds: [u32; N], sample: u32, purpose: Dimension) -> [[f32; N]; 2] {
     points_of(seeds, [sample; N], purpose)
 }
 
-/// The points of so many rays for a sample of each.
+/// The points of N rays, with a sample number for each.
 #[inline(always)]
 pub fn points_of<const N: usize>(
     seeds: [u32; N],
@@ -79,7 +78,7 @@ pub fn points_of<const N: usize>(
     let mut all = [[0.0; N]; 2];
     for lane in 0..N {
         let [u, v] = bits(seeds[lane], samples[lane], purpose);
-        // The upper 24 bits: what an f32 holds.
+        // The upper 24 bits, which an f32 holds exactly.
         (all[0][lane], all[1][lane]) = (unit_float(u), unit_float(v));
     }
     all
@@ -113,7 +112,8 @@ fn pascal(mut v: u32) -> u32 {
     v ^ (v >> 16 & 0x0000_ffff)
 }
 
-/// Owen's scrambling of digits that come lowest first: each is turned or not by those below it.
+/// Owen's scrambling of digits that come lowest first: each is flipped or not, depending on those
+/// below it.
 #[inline(always)]
 fn scrambled(mut v: u32, seed: u32) -> u32 {
     v ^= v.wrapping_mul(0x3d20_adea);
@@ -142,7 +142,7 @@ mod tests {
         bits(seed, sample, Dimension::Pixel)
     }
 
-    /// Against the direction numbers of Joe and Kuo, 2008.
+    /// Compares with the direction numbers of Joe and Kuo, 2008.
     #[test]
     fn the_second_dimension_is_sobols() {
         let mut direction = [0u32; 32];
@@ -174,7 +174,7 @@ mod tests {
         for (x, y) in [(0, 0), (7, 3), (65_535, 40_000)] {
             for power in [0, 1, 4, 6, 10] {
                 let count = 1u32 << power;
-                // Wide by `wide` bits, high by the others.
+                // Rectangles that are divided by `wide` bits across and by the other bits down.
                 for wide in 0..=power {
                     let mut seen = vec![0u8; count as usize];
                     for sample in 0..count {
@@ -188,8 +188,7 @@ mod tests {
         }
     }
 
-    /// A sum of cosines over pixels and samples is as small as for numbers that have nothing to do
-    /// with each other.
+    /// Checks that a sum of cosines over pixels and samples is as small as for independent numbers.
     #[test]
     fn neighbours_and_coordinates_know_nothing_of_each_other() {
         let side = 128u32;
@@ -209,7 +208,7 @@ mod tests {
         );
     }
 
-    /// As above, for the decisions of one ray, and of the rays that follow from it.
+    /// Checks the same for the decisions of one ray, and of the rays that follow from it.
     #[test]
     fn decisions_and_ways_know_nothing_of_each_other() {
         let side = 128u32;
@@ -255,7 +254,7 @@ mod tests {
         }
     }
 
-    /// The contract "same bytes on every build".
+    /// Pins the contract "same bytes on every build".
     #[test]
     fn points_are_pinned() {
         assert_eq!(point(0, 0, 0), [856_270_757, 3_408_659_583]);

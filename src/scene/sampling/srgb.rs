@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
-/// IEC 61966-2-1, decoded: computed once in f64 through `libm`, so that every build holds the same
-/// bits.
+/// Decoding table of IEC 61966-2-1: computed once in f64 through `libm`, so that every build holds
+/// the same bits.
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| {
     std::array::from_fn(|byte| {
         let c = byte as f64 / 255.0;
@@ -32,7 +32,7 @@ mod tests {
         assert!((f64::from(table[188]) - 0.502_886_5).abs() < 1e-6);
         assert!((f64::from(table[10]) - 10.0 / 255.0 / 12.92).abs() < 1e-9);
         assert!(table.windows(2).all(|w| w[0] < w[1]));
-        // Held to the bit on every build.
+        // Pinned to the bit on every build.
         let bits = table
             .iter()
             .fold(0u32, |h, c| h.rotate_left(5) ^ c.to_bits());

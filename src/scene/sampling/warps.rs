@@ -1,14 +1,14 @@
-//! From points of the unit square to points of what is sampled. Areas are kept, so that what is
-//! even stays even, and neighbours stay neighbours (Shirley and Chiu, "A Low Distortion Map Between
-//! Disk and Square", 1997).
+//! Maps from points of the unit square to sampled shapes. They preserve areas, so that evenly
+//! spread points stay evenly spread, and neighbours stay neighbours (Shirley and Chiu, "A Low
+//! Distortion Map Between Disk and Square", 1997).
 //!
-//! Sine and cosine are polynomials of our own, because the library's last bits differ between
+//! Sine and cosine are polynomials of this crate, because the library's last bits differ between
 //! systems.
 
 use super::pow::pow;
 use std::f32::consts::FRAC_PI_4;
 
-/// A point of the unit disc: how far from the centre, and which way, as a unit vector.
+/// A point of the unit disc: distance from the centre, and direction as a unit vector.
 #[derive(Clone, Copy, Debug)]
 struct DiskPoint {
     radius: f32,
@@ -16,11 +16,12 @@ struct DiskPoint {
     y: f32,
 }
 
-/// sin a = a (1 + c0 a² + c1 a⁴ + …) for |a| ≤ π/4: Taylor's; the first term left out is below
-/// 2e-9.
+/// Taylor's coefficients of sin a = a (1 + c0 a² + c1 a⁴ + …) for |a| ≤ π/4; the first omitted term
+/// is below 2e-9.
 const SIN: [f32; 4] = [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5_040.0, 1.0 / 362_880.0];
 
-/// cos a = 1 + c0 a² + c1 a⁴ + …, likewise; the first term left out is below 2e-10.
+/// Taylor's coefficients of cos a = 1 + c0 a² + c1 a⁴ + … for |a| ≤ π/4; the first omitted term is
+/// below 2e-10.
 const COS: [f32; 5] = [
     -0.5,
     1.0 / 24.0,
@@ -29,8 +30,8 @@ const COS: [f32; 5] = [
     -1.0 / 3_628_800.0,
 ];
 
-/// Squares about the centre become circles: the coordinate that is larger is the radius, and the
-/// other's share of it the share of an eighth of the circle.
+/// Maps squares about the centre to circles. The larger coordinate is the radius. The other one's
+/// share of it becomes the share of an eighth of the circle.
 #[inline(always)]
 fn polar(u: f32, v: f32) -> DiskPoint {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
@@ -52,7 +53,7 @@ fn polar(u: f32, v: f32) -> DiskPoint {
     }
 }
 
-/// Each point of so many through `map`.
+/// Maps each of the N points through `map`.
 #[inline(always)]
 fn each<const N: usize, const M: usize>(
     [u, v]: [[f32; N]; 2],
@@ -67,7 +68,7 @@ fn each<const N: usize, const M: usize>(
     all
 }
 
-/// Points of the unit disc.
+/// Maps points to the unit disc.
 #[inline(always)]
 pub fn concentric_disk<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 2] {
     each(points, |DiskPoint { radius, x, y }| {
@@ -75,7 +76,7 @@ pub fn concentric_disk<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 2] {
     })
 }
 
-/// Points of the unit sphere's surface.
+/// Maps points to the unit sphere's surface.
 #[inline(always)]
 pub fn uniform_sphere<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 3] {
     // The disc around a pole becomes a cap of the same share of the area (Archimedes): z = 1 - 2
@@ -87,8 +88,8 @@ pub fn uniform_sphere<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 3] {
     })
 }
 
-/// Unit vectors about z, as many as the cosine of the angle to it is large: above each point of the
-/// disc (Malley's way).
+/// Maps points to unit vectors about z whose density is proportional to the cosine of their angle
+/// to z: those above each point of the disc (Malley's method).
 #[inline(always)]
 pub fn cosine_hemisphere<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 3] {
     each(points, |DiskPoint { radius, x, y }| {
@@ -96,11 +97,13 @@ pub fn cosine_hemisphere<const N: usize>(points: [[f32; N]; 2]) -> [[f32; N]; 3]
     })
 }
 
-/// Unit vectors about z, as many as cosⁿ of the angle to it is large (Phong's lobe), for an
-/// exponent n of 0 to about 10⁶; beyond, the cosine's last bits begin to show.
+/// Maps points to unit vectors about z whose density is proportional to cosⁿ of their angle to z
+/// (Phong's lobe), for an exponent n of 0 to about 10⁶. Beyond that, the cosine's last bits begin
+/// to matter.
 #[inline(always)]
 pub fn phong_lobe<const N: usize>(points: [[f32; N]; 2], exponent: f32) -> [[f32; N]; 3] {
-    // Of the lobe, 1 - cosⁿ⁺¹ lies within an angle, and of the disc r² within a radius.
+    // A share 1 - cosⁿ⁺¹ of the lobe lies within an angle, and a share r² of the disc within a
+    // radius.
     let root = 1.0 / (exponent + 1.0);
     each(points, |DiskPoint { radius, x, y }| {
         let cos = pow(1.0 - radius * radius, root);
@@ -109,8 +112,8 @@ pub fn phong_lobe<const N: usize>(points: [[f32; N]; 2], exponent: f32) -> [[f32
     })
 }
 
-/// Vectors about z as vectors about the unit vectors `axis` (Duff et al., "Building an Orthonormal
-/// Basis, Revisited", JCGT 2017).
+/// Rotates vectors about z to vectors about the unit vectors `axis` (Duff et al., "Building an
+/// Orthonormal Basis, Revisited", JCGT 2017).
 #[inline(always)]
 pub fn to_frame<const N: usize>(local: [[f32; N]; 3], axis: [[f32; N]; 3]) -> [[f32; N]; 3] {
     let mut all = [[0.0; N]; 3];
@@ -133,7 +136,7 @@ pub fn to_frame<const N: usize>(local: [[f32; N]; 3], axis: [[f32; N]; 3]) -> [[
 mod tests {
     use super::*;
 
-    /// Points of a regular grid, at the middles of its squares.
+    /// Points of a regular grid, at the centres of its squares.
     fn grid(side: u32) -> impl Iterator<Item = [[f32; 1]; 2]> {
         let at = move |k: u32| [(k as f32 + 0.5) / side as f32];
         (0..side * side).map(move |k| [at(k % side), at(k / side)])
@@ -204,7 +207,7 @@ mod tests {
             second.iter().all(|m| (m - 1.0 / 3.0).abs() < 1e-4),
             "{second:?}"
         );
-        // Caps end between rings of the grid, one ring of which is a hundredth of them.
+        // Caps end between rings of the grid; one ring is a hundredth of a cap.
         let even = count / 16.0;
         assert!(
             heights
@@ -214,8 +217,8 @@ mod tests {
         );
     }
 
-    /// The mean of the cosine is 2/3, that of its square 1/2, and that of what lies across,
-    /// nothing.
+    /// The mean of the cosine is 2/3, that of its square 1/2, and that of the components across is
+    /// 0.
     #[test]
     fn the_hemisphere_is_a_cosine() {
         let side = 256;
@@ -229,7 +232,7 @@ mod tests {
         }
         let want = [0.0, 0.0, 2.0 / 3.0, 0.5];
         for (k, (got, want)) in moments.into_iter().zip(want).enumerate() {
-            // A grid's error: at the rim the cosine falls as a root.
+            // The grid's error: at the rim the cosine falls as a square root.
             assert!((got - want).abs() < 1e-3, "{k}: {got} {want}");
         }
     }
@@ -256,7 +259,7 @@ mod tests {
     }
 
     /// The mean of the cosine is (n + 1)/(n + 2), that of its square (n + 1)/(n + 3), and that of
-    /// what lies across, nothing.
+    /// the components across is 0.
     #[test]
     fn lobes_are_cosines_to_the_power() {
         let side = 256;
@@ -272,7 +275,7 @@ mod tests {
             }
             let want = [0.0, 0.0, (n + 1.0) / (n + 2.0), (n + 1.0) / (n + 3.0)];
             for (k, (got, want)) in moments.into_iter().zip(want).enumerate() {
-                // A grid's error: at the rim the cosine falls to 0 within its last ring, a
+                // The grid's error: at the rim the cosine falls to 0 within its last ring, a
                 // hundredth of all.
                 assert!(
                     (got - want).abs() < 2e-2 / (n + 1.0) + 1e-7,

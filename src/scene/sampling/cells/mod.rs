@@ -1,34 +1,36 @@
-//! Which parts of pixels get more samples: those beside which the picture differs.
+//! Selection of the parts of pixels that get more samples: those that differ from their neighbours.
 //!
 //! A pixel's square is halved again and again, across and down in turn, and each cell holds one
-//! sample. So the first 2^k points of a pixel fall, one each, into its cells of level k (`points`),
-//! and a cell of level k is halved by the one sample of numbers 2^k to 2^(k+1) that falls into its
-//! empty half: 2^k samples a pixel at most, the largest power of two within those that were asked
-//! for. A pixel is the mean of its samples by the areas of their cells, in the unit square from
+//! sample. So the first 2^k points of a pixel fall, one each, into its cells of level k (`points`).
+//! A cell of level k is halved by the one sample of numbers 2^k to 2^(k+1) that falls into its
+//! empty half. A pixel has 2^k samples at most, the largest power of two within the requested
+//! number. A pixel is the mean of its samples by the areas of their cells, in the unit square from
 //! which its filter draws.
 //!
-//! Cells that meet at a side are compared, across pixels, too. Where their samples differ by d, the
-//! length over three channels, an edge lies between: in one cell or in the other, as the border
-//! divides the way from sample to sample. A cell of area a which holds the share s of that way is
-//! wrong by about a d √(s/6), because one sample of a step somewhere in it is (E\[p (1 - p)\] =
-//! 1/6). It is halved while a^1.1 d √(s/6) is above the threshold: halving takes a constant part of
-//! the error's square, so that equal errors in all cells are the least for as many samples; and
-//! small cells have a little less to say, because of what larger ones may hide. On an edge the
-//! error of n samples falls with n^(-3/2) so, where samples spread over the whole pixel leave
-//! n^(-3/4) (Mitchell, "Consequences of Stratified Sampling in Graphics", 1996).
+//! Cells that meet at a side are compared, also across pixels. If their samples differ by d, the
+//! length over three channels, an edge lies between them. It lies in one cell or in the other, with
+//! the shares in which the border divides the way from sample to sample. A cell of area a that
+//! holds the share s of that way has an error of about a d √(s/6), because one sample of a step
+//! somewhere in it has (E\[p (1 - p)\] = 1/6).
 //!
-//! And a shadow ray whose answer is known is not asked for: where [`MIN_AGREEING`] of the samples
-//! in the cell and around it met the same primitive, on the same way, and all saw a light there, or
-//! none did, then a new sample there that meets it sees as they do; and it has a say in its turn.
-//! But only where little is at stake: where the light's term times the cell's area is below
-//! [`REUSE_LIMIT`] thresholds, so that a lower threshold mends this, too.
+//! A cell is halved while a^1.1 d √(s/6) is above the threshold. Halving removes a constant part of
+//! the error's square, so that equal errors in all cells are the least for as many samples. The
+//! exponent 1.1 gives small cells a little less weight, because larger cells may hide something. On
+//! an edge the error of n samples then falls with n^(-3/2), where samples spread over the whole
+//! pixel leave n^(-3/4) (Mitchell, "Consequences of Stratified Sampling in Graphics", 1996).
 //!
-//! Filters wider than a pixel's square draw from beyond it, so that cells beside each other in two
-//! pixels are not beside each other in the picture; that they are compared all the same is what
-//! finds what a pixel's own samples miss (perf/notes/large-pictures.md).
+//! A shadow ray is skipped if [`MIN_AGREEING`] of the samples in the cell and around it hit the
+//! same primitive along the same path and agree on the light's visibility. The reused result then
+//! counts as a sample itself. It is reused only if the light's term times the cell's area is below
+//! [`REUSE_LIMIT`] thresholds, so that a lower threshold reduces this error, too.
 //!
-//! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile asks
-//! another one. All decisions are made in f64 and whole numbers, in one order; both engines share
+//! Filters wider than a pixel's square draw from beyond it, so that neighbouring cells of two
+//! pixels are not neighbours in the picture. They are compared all the same: that finds details
+//! which a pixel's own samples miss (perf/notes/large-pictures.md).
+//!
+//! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile
+//! depends on another one. All decisions are made in f64 and whole numbers, in one order. Both
+//! engines share them, as they share the points.
 //! them, as they share the points.
 
 mod pixel;
@@ -42,85 +44,86 @@ use libm::exp2;
 use pixel::{BITS, CellPixel, CellSample, PIXEL_SIDE, column_and_row, halvings, in_packets, index};
 use std::ops::Range;
 
-/// Samples that must agree about a light before others believe them.
+/// Number of samples that must agree about a light before their result is reused.
 pub const MIN_AGREEING: usize = 6;
 
-/// What may be believed: so many times the threshold. A larger one saves no more rays at the error
-/// of 64 uniform samples, and leaves more error where the threshold is lower.
+/// Greatest contribution whose visibility is reused, in thresholds. A larger limit saves no more
+/// rays at the error of 64 uniform samples, and leaves more error where the threshold is lower.
 const REUSE_LIMIT: f64 = 64.0;
 
-/// [`Cells::known_lights`] counts so far.
+/// The counters of [`Cells::known_lights`] are made for this number.
 const _: () = assert!(MIN_AGREEING == 6);
 
-/// Hits of a sample that are remembered: the camera ray's, its mirror ray's, its refracted ray's.
+/// Number of hits of a sample that are stored: the camera ray's, its mirror ray's, its refracted
+/// ray's.
 pub const MAX_HITS: usize = 3;
 
-/// How often a pixel can be halved: [`super::MAX_SPP`] samples.
+/// Greatest number of halvings of a pixel: [`super::MAX_SPP`] samples.
 const MAX_LEVELS: usize = 17;
 
-/// Halving goes on while a^1.1 d is large.
+/// Exponent of the area a: halving goes on while a^1.1 d is large.
 const AREA_POWER: f64 = 1.1;
 
-/// Which lights would add something at a hit, and which of them are seen, as far as it was asked or
-/// believed: one bit a light, of the first 32.
+/// Lights that would contribute at a hit, and those of them that are visible, as far as they were
+/// queried or reused: one bit a light, of the first 32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LightVisibility {
-    /// How the sample came there, see [`path_id`].
+    /// Path of the sample to this hit, see [`path_id`].
     pub path_id: u32,
-    /// Those that would add something.
+    /// Lights that would contribute.
     pub queried: u32,
-    /// Those of them that do.
+    /// Those of the queried lights that are visible.
     pub visible: u32,
 }
 
 impl LightVisibility {
-    /// A light's; none where there is none left.
+    /// The bit of a light; 0 for lights beyond the first 32.
     #[inline]
     pub fn bit(light: usize) -> u32 {
         1u32.checked_shl(light as u32).unwrap_or(0)
     }
 }
 
-/// The way to a hit on a primitive, by that of the hit before and the kind of ray from there, told
-/// by the place among [`MAX_HITS`].
+/// Identifier of the path to a hit on a primitive. It follows from that of the hit before and the
+/// kind of ray from there, which is given by the index among [`MAX_HITS`].
 #[inline]
 pub fn path_id(before: u32, hit: usize, prim_id: u32) -> u32 {
     let [mixed] = seeds([before.wrapping_add(hit as u32)], [prim_id]);
     mixed
 }
 
-/// A sample that is asked for.
+/// A requested sample.
 #[derive(Clone, Debug)]
 pub struct SampleRequest {
     /// Column and row of its pixel in the block.
     pub pixel: (u32, u32),
-    /// Which of the pixel's it is.
+    /// Number of the sample among the pixel's.
     pub number: u32,
-    /// Those that may know what it sees.
+    /// Range of the neighbouring samples whose visibility may be reused.
     neighbours: Range<usize>,
 }
 
-/// What came of a sample.
+/// Result of a sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SampleResult {
-    /// Its radiance.
+    /// Radiance of the sample.
     pub radiance: [f32; 3],
-    /// By the way it came; black where nobody wants to know.
+    /// Radiance by the path along which it came; black if it is not requested.
     pub light: [[f32; 3]; 3],
-    /// What it counts.
+    /// Filter weight of the sample.
     pub weight: f32,
-    /// What it saw of the lights.
+    /// Visibility of the lights at the sample's hits.
     pub visibility: [LightVisibility; MAX_HITS],
 }
 
-/// What a pixel has gathered.
+/// Sums of a pixel's samples.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PixelSum {
-    /// Radiance.
+    /// Sum of radiance.
     pub radiance: PixelAccumulator,
-    /// By the way it came.
+    /// Sums of radiance by the path along which it came.
     pub light: [PixelAccumulator; 3],
-    /// Samples.
+    /// Number of samples.
     pub samples: u32,
 }
 
@@ -129,17 +132,17 @@ pub struct PixelSum {
 pub struct Cells {
     corner: (u32, u32),
     size: (u32, u32),
-    /// Cells of this level stay whole.
+    /// Level at which cells are not halved any more.
     limit: u8,
-    /// By level, what the square of a difference must exceed.
+    /// Bounds that the square of a difference must exceed, one per level.
     thresholds: [f64; MAX_LEVELS],
-    /// Below this, times its cell's area, a light's term may be believed.
+    /// Greatest contribution of a light times its cell's area for which visibility may be reused.
     reuse_limit: f64,
     pixels: Vec<CellPixel>,
     samples: Vec<CellSample>,
-    /// By sample.
+    /// Visibility of the lights, one entry per sample.
     visibility: Vec<[LightVisibility; MAX_HITS]>,
-    /// By sample, where it is wanted.
+    /// Radiance by path, one entry per sample, if it is requested.
     light: Option<Vec<[[f32; 3]; 3]>>,
     requests: Vec<SampleRequest>,
     near: Vec<u32>,
@@ -147,9 +150,9 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Begins a block, the upper left pixel of which is in that column and row of the whole
-    /// picture, with so many columns and rows in it. Asks for the first sample of each pixel. Light
-    /// is kept by the way it came if that is wanted.
+    /// Begins a block. Its upper left pixel is at column and row `corner` of the whole picture, and
+    /// it has `size` columns and rows there. Requests the first sample of each pixel. If `by_way`
+    /// is true, light is also stored by the path along which it came.
     pub fn begin(
         &mut self,
         adaptive: Adaptive,
@@ -177,19 +180,19 @@ impl Cells {
         self.request_all(0..1);
     }
 
-    /// Column and row of its upper left pixel in the whole picture.
+    /// Column and row of the block's upper left pixel in the whole picture.
     #[inline]
     pub fn corner(&self) -> (u32, u32) {
         self.corner
     }
 
-    /// The samples that are asked for.
+    /// The requested samples.
     #[inline]
     pub fn requests(&self) -> &[SampleRequest] {
         &self.requests
     }
 
-    /// Tells what came of one.
+    /// Stores the result of a requested sample.
     #[inline]
     pub fn add_result(&mut self, ask: usize, result: &SampleResult) {
         let sample = self.samples.len() - self.requests.len() + ask;
@@ -201,10 +204,11 @@ impl Cells {
         }
     }
 
-    /// The lights of which is known, at a hit of a sample that is asked for, whether they are seen;
-    /// and those that are.
+    /// The lights whose visibility is known at a hit of a requested sample, and those of them that
+    /// are visible.
     pub fn known_lights(&self, ask: usize, hit: usize, path_id: u32) -> (u32, u32) {
-        // For each light the number of answers: 1, 2, and 4 and more of them, which stays.
+        // Counters of the queries of each light: bits 1, 2 and 4. A count of six or more is latched
+        // in `enough`.
         let [mut ones, mut twos, mut fours, mut enough] = [0u32; 4];
         let [mut yes, mut no] = [0u32; 2];
         for &near in &self.near[self.requests[ask].neighbours.clone()] {
@@ -225,8 +229,8 @@ impl Cells {
         (known, known & yes)
     }
 
-    /// Whether a sample that is asked for may believe others about a light that would add this
-    /// much.
+    /// Returns true if a requested sample may reuse the results of others for a light that would
+    /// contribute this radiance.
     #[inline]
     pub fn may_reuse(&self, ask: usize, radiance: [f32; 3]) -> bool {
         let sample = &self.samples[self.samples.len() - self.requests.len() + ask];
@@ -235,7 +239,7 @@ impl Cells {
         (r * r + g * g) + b * b < most * most
     }
 
-    /// When all that was asked for is answered: asks for more. Whether there is more to ask.
+    /// Requests more samples, once all requested ones have results. Returns true if there are any.
     pub fn next_round(&mut self) -> bool {
         let first = FIRST_SAMPLES.min(1 << self.limit);
         let begun = self.requests.first().is_some_and(|ask| ask.number == 0);
@@ -249,7 +253,7 @@ impl Cells {
         !self.requests.is_empty()
     }
 
-    /// What the pixels have gathered, row by row of whole rows of eight.
+    /// The sums of the pixels, row by row of whole rows of eight.
     pub fn sums(&self) -> [PixelSum; (BLOCK * BLOCK) as usize] {
         let mut sums = [PixelSum::default(); (BLOCK * BLOCK) as usize];
         for (k, sample) in self.samples.iter().enumerate() {
@@ -272,7 +276,7 @@ impl Cells {
         self.near.clear();
     }
 
-    /// Asks for these samples of all pixels, packet by packet of 4x2 of them.
+    /// Requests the samples with these numbers of all pixels, packet by packet of 4x2 pixels.
     fn request_all(&mut self, numbers: Range<u32>) {
         for number in numbers {
             for pixel in (0..(BLOCK * BLOCK) as usize).map(in_packets) {
@@ -285,18 +289,18 @@ impl Cells {
         }
     }
 
-    /// Where samples of these numbers lie in their pixel.
+    /// Positions of the samples with these numbers in their pixel.
     #[inline(always)]
     fn positions<const N: usize>(&self, pixel: usize, numbers: [u32; N]) -> [[u32; 2]; N] {
         let (x, y) = column_and_row(pixel);
         let [seed] = seeds([self.corner.0 + x], [self.corner.1 + y]);
         let [u, v] = points_of([seed; N], numbers, Dimension::Pixel);
-        // Multiples of 2^-24, so that nothing is lost.
+        // The points are multiples of 2^-24, so that nothing is lost.
         let whole = |c: f32| (c * PIXEL_SIDE as f32) as u32;
         std::array::from_fn(|k| [whole(u[k]), whole(v[k])])
     }
 
-    /// Asks for a sample, and halves the cell into which it falls.
+    /// Requests a sample, and halves the cell into which it falls.
     fn request(&mut self, pixel: usize, number: u32, position: [u32; 2], near: Range<usize>) {
         let new = self.samples.len() as u32;
         let mut sample = CellSample {
@@ -335,8 +339,8 @@ impl Cells {
         });
     }
 
-    /// Compares fresh cells with those beside them, and gives the samples of those that are to be
-    /// halved.
+    /// Compares fresh cells with their neighbours, and returns the samples of the cells that are to
+    /// be halved.
     fn compare(&mut self) -> Vec<u32> {
         let (mut open, mut beside) = (Vec::new(), Vec::new());
         let mut fresh = std::mem::take(&mut self.fresh);
@@ -346,7 +350,7 @@ impl Cells {
                 beside.clear();
                 self.side_neighbours(here, axis, upper, &mut beside);
                 for &there in &beside {
-                    // A pair of fresh cells is compared when the second has its turn.
+                    // A pair of fresh cells is compared when the second one is visited.
                     if self.samples[there as usize].fresh {
                         continue;
                     }
@@ -409,21 +413,21 @@ impl Cells {
         }
     }
 
-    /// Whether the cells of two samples, the second of which begins where the first ends, are to be
-    /// halved.
+    /// Tests which of two cells are to be halved; the second begins where the first ends.
     #[inline]
     fn too_different(&self, samples: [u32; 2], axis: usize) -> [bool; 2] {
         let [low, high] = samples.map(|sample| &self.samples[sample as usize]);
         let [ours, theirs] = [low, high].map(|s| s.radiance.map(f64::from));
         let [r, g, b] = [0, 1, 2].map(|c| ours[c] - theirs[c]);
         let squared = (r * r + g * g) + b * b;
-        // Most pairs: not even the larger cell would be halved, if all of the way lay in it.
+        // Most pairs return here: not even the larger cell would be halved if all of the way lay in
+        // it.
         if squared <= self.thresholds[usize::from(low.level.min(high.level))] {
             return [false; 2];
         }
         let [from, to] = [low, high].map(|s| f64::from(s.across_block(axis)));
         let border = f64::from(high.across_block(axis) & !(high.side(axis) - 1));
-        // Shares times the way, so that nothing is divided.
+        // Both sides are multiplied by the way, which saves a division.
         let (way, parts) = (to - from, [border - from, to - border]);
         [(low, parts[0]), (high, parts[1])].map(|(sample, part)| {
             let most = self.thresholds[usize::from(sample.level)];
@@ -431,7 +435,7 @@ impl Cells {
         })
     }
 
-    /// Asks for the samples that halve the cells of these.
+    /// Requests the samples that halve the cells of these samples.
     fn request_halves(&mut self, mut open: Vec<u32>) {
         let key = |&sample: &u32| {
             let CellSample { pixel, level, .. } = self.samples[sample as usize];
@@ -456,8 +460,8 @@ impl Cells {
         self.near = near;
     }
 
-    /// Finds out which samples halve the cells of a pixel, up to this level: the 2^k points that
-    /// follow those of level k are one in each of its cells.
+    /// Finds the samples that halve the cells of a pixel, up to this level. The 2^k points that
+    /// follow those of level k lie one in each of its cells.
     fn find_halving_samples(&mut self, pixel: usize, level: u8) {
         let mut halving = std::mem::take(&mut self.pixels[pixel].halving);
         while halving.len() < 2 << level {
@@ -485,7 +489,7 @@ impl Cells {
         let CellSample { pixel, .. } = self.samples[sample as usize];
         let at = column_and_row(pixel.into());
         let sample = &self.samples[sample as usize];
-        // One unit beyond the corner.
+        // One unit beyond the corner of the cell.
         let beyond = |axis: usize, upper: bool| {
             let at = [at.0, at.1][axis] * PIXEL_SIDE + sample.from(axis);
             match upper {

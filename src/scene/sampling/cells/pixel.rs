@@ -1,46 +1,46 @@
-//! A pixel halved again and again: which of its samples has which cell.
+//! A pixel that is halved again and again: the assignment of its cells to its samples.
 
 use super::super::adaptive::BLOCK;
 
-/// A pixel's side is 2^24, because samples are known to 24 bits.
+/// Number of bits of a pixel's side, which is 2^24 because samples are known to 24 bits.
 pub(super) const BITS: u32 = 24;
 pub(super) const PIXEL_SIDE: u32 = 1 << BITS;
 
-/// A sample, and so its cell: the one of this level in which it lies.
+/// A sample, and so its cell: the cell of this level in which it lies.
 #[derive(Clone, Copy)]
 pub(super) struct CellSample {
-    /// In its pixel.
+    /// Position in the pixel.
     pub(super) position: [u32; 2],
     pub(super) radiance: [f32; 3],
     pub(super) weight: f32,
     pub(super) pixel: u8,
     pub(super) level: u8,
-    /// Not compared with its neighbours yet.
+    /// True if the cell is not compared with its neighbours yet.
     pub(super) fresh: bool,
-    /// To be halved.
+    /// True if the cell is to be halved.
     pub(super) active: bool,
 }
 
 impl CellSample {
-    /// Side of its cell along an axis.
+    /// Side of the cell along an axis.
     #[inline]
     pub(super) fn side(&self, axis: usize) -> u32 {
         PIXEL_SIDE >> halvings(self.level, axis)
     }
 
-    /// Where its cell begins.
+    /// Beginning of the cell along an axis.
     #[inline]
     pub(super) fn from(&self, axis: usize) -> u32 {
         self.position[axis] & !(self.side(axis) - 1)
     }
 
-    /// Row by row among the cells of its level.
+    /// Index of the cell, row by row among the cells of its level.
     #[inline]
     pub(super) fn index(&self) -> usize {
         index(self.position, self.level)
     }
 
-    /// In the block.
+    /// Position in the block.
     #[inline]
     pub(super) fn across_block(&self, axis: usize) -> u32 {
         let (x, y) = column_and_row(self.pixel.into());
@@ -48,28 +48,28 @@ impl CellSample {
     }
 }
 
-/// How often a cell of this level has been halved along an axis: across first.
+/// Number of times that a cell of this level has been halved along an axis: across first.
 #[inline]
 pub(super) fn halvings(level: u8, axis: usize) -> u32 {
     (u32::from(level) + 1 - axis as u32) / 2
 }
 
-/// Row by row, the cell of this level in which a place of a pixel lies.
+/// Index, row by row, of the cell of this level in which a position of a pixel lies.
 #[inline]
 pub(super) fn index(position: [u32; 2], level: u8) -> usize {
     let [column, row] = [0, 1].map(|axis| position[axis] >> (BITS - halvings(level, axis)));
     (row << halvings(level, 0) | column) as usize
 }
 
-/// One of a block's.
+/// A pixel of a block.
 #[derive(Default)]
 pub(super) struct CellPixel {
-    /// That of its smallest cells, and, by cell of this level, the sample in whose cell that lies;
-    /// empty outside the picture.
+    /// Level of the pixel's smallest cells. `samples` gives, for each cell of this level, the
+    /// sample in whose cell it lies; it is empty outside the picture.
     pub(super) level: u8,
     pub(super) samples: Vec<u32>,
-    /// From 2^k on, by cell of level k, the number of the sample that halves it, as far as has been
-    /// asked.
+    /// Numbers of the samples that halve cells. The entries from 2^k on are those of the cells of
+    /// level k, as far as they have been requested.
     pub(super) halving: Vec<u32>,
 }
 
@@ -86,7 +86,7 @@ impl CellPixel {
         self.samples[index(position, self.level)]
     }
 
-    /// Gives each of the smallest cells' halves a place of its own.
+    /// Doubles `samples`, so that each half of the smallest cells has an entry of its own.
     pub(super) fn refine(&mut self) {
         let columns = 1 << halvings(self.level, 0);
         let old = std::mem::take(&mut self.samples);
@@ -102,7 +102,7 @@ impl CellPixel {
         self.level += 1;
     }
 
-    /// Gives a sample its cell.
+    /// Assigns a sample its cell.
     pub(super) fn fill(&mut self, sample: &CellSample, number: u32) {
         while self.level < sample.level {
             self.refine();
@@ -125,12 +125,12 @@ pub(super) fn column_and_row(pixel: usize) -> (u32, u32) {
     (pixel as u32 % BLOCK, pixel as u32 / BLOCK)
 }
 
-/// The k-th pixel where a block is taken in packets of 4x2; and, because that is its own inverse,
-/// the other way round.
+/// The k-th pixel of a block in the order of packets of 4x2. The map is its own inverse, so it also
+/// gives the index in packets of a pixel.
 #[inline]
 pub(super) fn in_packets(k: usize) -> usize {
-    // Bits yyyxxx of a pixel, yyxyxx of its place in packets: the bit of x that tells which half,
-    // and the lowest bit of y, change places.
+    // A pixel has the bits yyyxxx, its index in packets yyxyxx. The bit of x that selects the half
+    // and the lowest bit of y change places.
     let (half, row) = (k >> 2 & 1, k >> 3 & 1);
     k & !0b1100 | row << 2 | half << 3
 }

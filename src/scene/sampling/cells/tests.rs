@@ -2,8 +2,8 @@ use super::*;
 
 const WHOLE: (u32, u32) = (8, 8);
 
-/// All samples of a block whose picture is that of `radiance` by column and row, in pixels, and
-/// which saw that.
+/// Cells with all samples of a block of the picture `radiance`, a function of column and row in
+/// pixels.
 fn sampled(
     (spp, threshold): (u32, f32),
     size: (u32, u32),
@@ -34,11 +34,10 @@ fn slanted([x, y]: [f64; 2]) -> f32 {
     f32::from(u8::from(y > 0.3 * x + 2.21))
 }
 
-/// How much of a pixel lies below that edge, which crosses none of its left and right sides'
-/// corners.
+/// The part of a pixel below that edge. The edge crosses no corner of its left and right sides.
 fn below([x, y]: [f64; 2]) -> f64 {
-    // The mean over columns of what is left of a pixel's height: exact for lines, but for the
-    // corner that the edge cuts.
+    // The mean over columns of the covered height of the pixel: exact for lines, but for the corner
+    // that the edge cuts.
     let steps = 4096;
     let part = |k: i32| {
         let x = x + (f64::from(k) + 0.5) / f64::from(steps);
@@ -78,8 +77,8 @@ fn each_sample_has_the_cell_that_it_lies_in_and_cells_cover_pixels() {
     assert!(cells.samples.iter().any(|sample| sample.level == 12));
 }
 
-/// An edge costs as many samples as its cells, and they halve its error with every halving: far
-/// from what as many of a whole pixel do.
+/// An edge costs as many samples as it has cells, and they halve its error with every halving: far
+/// less than the error of as many samples of a whole pixel.
 #[test]
 fn an_edge_gets_the_samples_and_they_pay() {
     let cells = sampled((4096, 2e-4), WHOLE, slanted);
@@ -98,7 +97,7 @@ fn an_edge_gets_the_samples_and_they_pay() {
     }
     let (each, error) = (samples / crossed, (squares / f64::from(crossed)).sqrt());
     assert!((8..=16).contains(&crossed), "{crossed}");
-    // Of n samples of a whole pixel the error is about n^(-3/4) / 4.
+    // The error of n samples of a whole pixel is about n^(-3/4) / 4.
     let uniform = 0.25 * libm::pow(f64::from(each), -0.75);
     assert!(
         each < 512 && error < 0.3 * uniform,
@@ -106,14 +105,14 @@ fn an_edge_gets_the_samples_and_they_pay() {
     );
 }
 
-/// No more are asked for than there may be, whatever the threshold.
+/// Checks that no more samples are requested than allowed, whatever the threshold.
 #[test]
 fn noise_gets_all_samples_there_may_be() {
     let noise = |[x, y]: [f64; 2]| (libm::sin(x * 7919.0) * libm::cos(y * 104_729.0)) as f32;
     for (spp, each) in [(2, 2), (3, 2), (4, 4), (31, 16), (64, 64)] {
         let cells = sampled((spp, 1e-9), WHOLE, noise);
         assert_eq!(cells.samples.len(), 64 * each);
-        // As the first of uniform ones: each number once.
+        // The numbers are those of the first uniform samples: each number once.
         let mut numbers: Vec<u32> = cells.pixels[9].halving.clone();
         numbers.sort_unstable();
         if each > 4 {
@@ -133,7 +132,8 @@ fn thresholds_order_the_samples() {
     assert_eq!(before, 256);
 }
 
-/// What so many samples around one that is asked for say of three lights at a hit.
+/// Known and visible lights of a requested sample, given the results of its neighbours for three
+/// lights at a hit.
 fn told(votes: &[(u32, u32, u32)]) -> (u32, u32) {
     let sights = votes.iter().map(|&(path_id, asked, seen)| {
         let mut sights = [LightVisibility::default(); MAX_HITS];
@@ -170,11 +170,11 @@ fn six_must_agree_about_a_light() {
         told(&[lit, lit, lit, elsewhere, elsewhere, elsewhere, lit, lit]),
         (0, 0)
     );
-    // One of seven saw the second light hidden.
+    // One of seven found the second light hidden.
     let mut mixed = [lit; 7];
     mixed[3] = dark;
     assert_eq!(told(&mixed), (0b101, 0b001));
-    // Those that did not ask a light have no say in it.
+    // Samples that did not query a light do not count for it.
     let mut fewer = [lit; 6];
     fewer[5].1 = 0b101;
     assert_eq!(told(&fewer), (0b101, 0b001));
