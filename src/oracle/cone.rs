@@ -4,7 +4,7 @@ use super::intersect::{OracleHit, OracleRaySetup, min};
 use phalanx_scene::Scene;
 
 impl OracleRaySetup {
-    /// Where the ray meets the cone at `i`, if it does at t > 0.
+    /// The ray's hit on the cone at `i`, if it has one at t > 0.
     pub(super) fn cone(&self, scene: &Scene, i: usize, prim_id: u32) -> Option<OracleHit> {
         let interval = self.intersect_box(&scene.prim_bounds(prim_id).padded());
         let frame = scene.cones.frame(i);

@@ -1,4 +1,4 @@
-//! Instances, one ray at a time; the argument why nothing is lost stands in `trace`, in the file of
+//! Instances, one ray at a time. The argument why no hit is lost stands in `trace`, in the file of
 //! the same name.
 
 use super::intersect::{OracleHit, OracleRay, OracleRaySetup, max, min};
@@ -6,7 +6,7 @@ use super::{Oracle, OracleSearch};
 use glam::Vec3;
 use phalanx_scene::{Bounds, Scene};
 
-/// The objects of the world by number: primitives that no mesh claims, then instances, from the
+/// The objects of the world by number: primitives that belong to no mesh, then instances, from the
 /// number of primitives on.
 pub(super) fn world_objects(scene: &Scene) -> impl Iterator<Item = u32> {
     let prims = scene.prim_count() as u32;
@@ -54,7 +54,7 @@ impl Oracle<'_> {
         best: &mut Option<OracleHit>,
     ) {
         let interval = setup.intersect_box(&self.instance_boxes[instance]);
-        // As in `trace`: a stay that is no number holds nothing.
+        // As in `trace`: an interval with a NaN holds nothing.
         if !(interval.tnear <= interval.tfar && interval.tfar > 0.0) {
             return;
         }
@@ -65,7 +65,7 @@ impl Oracle<'_> {
             |prim, found: &mut Option<OracleHit>| inner.update_closest(self.scene, prim, found);
         match self.search {
             OracleSearch::Tree(bvh) => {
-                // A hit beyond the best so far matters only where the clamp may bring it back.
+                // A hit beyond the best so far matters only if the clamp may bring it back.
                 let limit = best.map_or(f32::INFINITY, |b| b.t);
                 let limit = if limit < interval.tfar {
                     limit
@@ -94,7 +94,7 @@ impl Oracle<'_> {
         }
     }
 
-    /// Whether the object is hit before `tmax`.
+    /// Returns true if the object is hit before `tmax`.
     pub(super) fn is_hit(&self, setup: &OracleRaySetup, object: u32, tmax: f32) -> bool {
         let Some(instance) = object.checked_sub(self.scene.prim_count() as u32) else {
             let hit = setup.hit(self.scene, object);
@@ -107,7 +107,7 @@ impl Oracle<'_> {
         }
         let mesh = self.scene.instances.mesh[instance] as usize;
         let inner = OracleRaySetup::new(&to_object(self.scene, instance, setup.ray()));
-        // Beyond the stay a hit comes out as its end.
+        // Beyond the interval a hit is clamped to its end.
         let limit = if interval.tfar < tmax {
             f32::INFINITY
         } else {

@@ -1,6 +1,6 @@
-//! One ray against one primitive, in plain f32: what a hit is, for both engines.
+//! One ray against one primitive, in plain f32: the definition of a hit, for both engines.
 //!
-//! Each formula stands, with its source, in the file of the same test in `trace`; here it is
+//! Each formula stands, with its source, in the file of the same test in `trace`. Here it is
 //! written out once more in scalar form, operation for operation in the same order.
 
 use glam::Vec3;
@@ -22,14 +22,14 @@ impl OracleRay {
     }
 }
 
-/// What a ray hit.
+/// A ray's hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OracleHit {
     /// Distance in units of the ray's direction.
     pub t: f32,
-    /// Barycentric weight of a triangle's second corner, else 0.
+    /// Barycentric weight of a triangle's second vertex, else 0.
     pub u: f32,
-    /// Barycentric weight of a triangle's third corner, else 0.
+    /// Barycentric weight of a triangle's third vertex, else 0.
     pub v: f32,
     /// Primitive, or primitive of an instance: see [`Scene::resolve`].
     pub prim_id: u32,
@@ -50,7 +50,7 @@ pub(super) fn max_abs(v: Vec3) -> f32 {
     max(max(v.x, v.y), v.z)
 }
 
-/// A ray with what its tests derive from it once.
+/// A ray with the values that its tests derive from it once.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OracleRaySetup {
     ray: OracleRay,
@@ -65,7 +65,7 @@ pub(super) struct OracleRaySetup {
     scale: f32,
 }
 
-/// Where a ray enters (not before 0) and leaves a box.
+/// The distances at which a ray enters (not before 0) and leaves a box.
 #[derive(Clone, Copy)]
 pub(super) struct OracleInterval {
     pub(super) tnear: f32,
@@ -73,23 +73,23 @@ pub(super) struct OracleInterval {
 }
 
 impl OracleInterval {
-    /// Whether the ray is in the box somewhere between 0 and `best`.
+    /// Returns true if the ray is in the box somewhere between 0 and `best`.
     pub(super) fn overlaps(self, best: f32) -> bool {
         self.tnear <= min(self.tfar, best)
     }
 
-    /// A distance, clamped to this stay in the primitive's own box; none if it is not ahead of the
-    /// origin, or infinitely far.
+    /// Clamps a distance to this interval of the primitive's own box; none if it is not ahead of
+    /// the origin, or infinite.
     pub(super) fn clamp(self, raw: f32) -> Option<f32> {
         let t = min(max(raw, self.tnear), self.tfar);
         (raw > 0.0 && t > 0.0 && t < f32::INFINITY && self.tnear <= self.tfar).then_some(t)
     }
 }
 
-/// Components smaller than this count as this when inverted.
+/// Least size of a direction's component when it is inverted; smaller ones count as this.
 const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 
-/// What a bound on a distance's error must be larger than.
+/// Least bound on a distance's error; a bound must be larger.
 const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
 
 fn reciprocal(x: f32) -> f32 {
@@ -132,7 +132,7 @@ impl OracleRaySetup {
         }
     }
 
-    /// The ray it was made of.
+    /// The ray from which this was made.
     pub(super) fn ray(&self) -> &OracleRay {
         &self.ray
     }
@@ -164,7 +164,7 @@ impl OracleRaySetup {
         }
     }
 
-    /// Where the ray meets a primitive, if it does at t > 0.
+    /// The ray's hit on a primitive, if it has one at t > 0.
     #[inline]
     pub(super) fn hit(&self, scene: &Scene, prim_id: u32) -> Option<OracleHit> {
         let prim = scene.prims[prim_id as usize];
@@ -281,7 +281,7 @@ impl OracleRaySetup {
         })
     }
 
-    /// The distance, clamped to the stay in the primitive's own box.
+    /// The distance, clamped to the interval of the primitive's own box.
     fn clamp(&self, raw: f32, scene: &Scene, prim_id: u32) -> Option<f32> {
         self.intersect_box(&scene.prim_bounds(prim_id).padded())
             .clamp(raw)

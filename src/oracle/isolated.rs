@@ -1,11 +1,11 @@
-//! The oracle's tests alone, one ray at a time and without a tree: for benchmarks and instruction
-//! counts, and for nothing else. The counterpart of `trace::isolated`, and what its answers are
-//! held against.
+//! The oracle's tests in isolation, one ray at a time and without a tree, only for benchmarks and
+//! instruction counts. It is the counterpart of `trace::isolated`, and its results are the
+//! reference for those.
 
 use super::intersect::{OracleHit, OracleRay, OracleRaySetup};
 use phalanx_scene::{Bounds, Scene};
 
-/// How many pairs of a ray and a box meet.
+/// Number of pairs of a ray and a box that intersect.
 pub fn boxes(rays: &[OracleRay], boxes: &[Bounds]) -> u64 {
     let mut met = 0;
     for ray in rays {
@@ -17,7 +17,7 @@ pub fn boxes(rays: &[OracleRay], boxes: &[Bounds]) -> u64 {
     met
 }
 
-/// The closest hit of each ray on the stored primitives of a scene; instances are left out.
+/// The closest hit of each ray on the stored primitives of a scene, without instances.
 pub fn closest(scene: &Scene, rays: &[OracleRay], hits: &mut [Option<OracleHit>]) {
     for (ray, hit) in rays.iter().zip(hits) {
         let setup = OracleRaySetup::new(ray);
@@ -28,8 +28,9 @@ pub fn closest(scene: &Scene, rays: &[OracleRay], hits: &mut [Option<OracleHit>]
     }
 }
 
-/// Whether a stored primitive of a scene stops each ray before `tmax`. Every primitive is tested,
-/// whatever the answer of the one before, as in a leaf of the packet engine's.
+/// Sets `blocked` for each ray that a stored primitive of a scene stops before `tmax`. Every
+/// primitive is tested, whatever the result of the one before, as in a leaf of the packet engine's
+/// tree.
 pub fn occluded(scene: &Scene, rays: &[OracleRay], tmax: f32, blocked: &mut [bool]) {
     for (ray, blocked) in rays.iter().zip(blocked) {
         let setup = OracleRaySetup::new(ray);

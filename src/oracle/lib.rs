@@ -1,9 +1,9 @@
-//! The scalar tracer: one ray at a time, recursively, as the design document writes it. A second,
-//! plainer implementation of the same arithmetic, with a tree of its own, that proves the packet
-//! engine bit by bit.
+//! The scalar tracer: one ray at a time, recursively, as the design document writes it. It is a
+//! second, plainer implementation of the same arithmetic, with a tree of its own, that proves the
+//! packet engine bit by bit.
 //!
 //! It shares with the packet engine only the scene, the camera's scalar half and the definitions in
-//! `sampling`; it uses none of the rooms lanes, packet, bvh, trace and shade.
+//! `sampling`. It uses none of the rooms lanes, packet, bvh, trace and shade.
 
 mod cone;
 mod instance;
@@ -47,12 +47,12 @@ pub struct OracleRayCounts {
     pub refraction: u64,
 }
 
-/// How the oracle looks for hits.
+/// Search method of the oracle.
 #[derive(Clone, Copy, Debug)]
 pub enum OracleSearch<'a> {
-    /// Through trees.
+    /// Search through trees.
     Tree(&'a TwoLevelBvh),
-    /// Every primitive, for tests on small scenes: what any tree must agree with.
+    /// Test of every primitive, for small scenes: the reference for any tree.
     BruteForce,
 }
 
@@ -60,21 +60,21 @@ pub enum OracleSearch<'a> {
 pub struct Oracle<'a> {
     scene: &'a Scene,
     search: OracleSearch<'a>,
-    /// Own boxes of the instances, padded.
+    /// Padded boxes of the instances.
     instance_boxes: Cow<'a, [Bounds]>,
     max_depth: u32,
-    /// Rays whose share of their camera ray is less than this in every component are not traced;
-    /// if 0, all are.
+    /// Least share of its camera ray that a ray must have in some component to be traced; if 0, all
+    /// rays are traced.
     min_weight: f32,
     /// The bounces between a camera ray and the ray that is traced.
     path: Vec<PathLevel>,
-    /// How far the sky is, where nothing but that is to be seen.
+    /// Reach of ambient occlusion rays, if it is rendered in place of shading.
     ao_distance: Option<f32>,
-    /// Rays cast since it was made.
+    /// Rays cast since the oracle was made.
     pub ray_counts: OracleRayCounts,
 }
 
-/// A camera ray of a pixel, and what it counts.
+/// A camera ray of a pixel, and its filter weight.
 pub fn camera_ray(
     camera: &Camera,
     sampling: &Sampling,
@@ -116,8 +116,8 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// With ambient occlusion in place of shading: a hit is white if one ray from it meets nothing
-    /// within `reach`, and else black.
+    /// Replaces shading by ambient occlusion: a hit is white if one ray from it hits nothing within
+    /// `reach`, and else black.
     pub fn with_ambient_occlusion(self, reach: f32) -> Oracle<'a> {
         Oracle {
             ao_distance: Some(reach),
@@ -125,13 +125,13 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// With bounces only where the product of the weights along the way is at least this in some
+    /// Limits bounces to those whose product of the weights along the path is at least this in some
     /// component.
     pub fn with_min_weight(self, min_weight: f32) -> Oracle<'a> {
         Oracle { min_weight, ..self }
     }
 
-    /// A pixel, with all of its camera rays.
+    /// Renders a pixel with all of its camera rays.
     pub fn pixel(&mut self, camera: &Camera, sampling: &Sampling, x: u32, y: u32) -> OraclePixel {
         let mut pixel = OraclePixelAccumulator::default();
         for sample in 0..sampling.spp {
@@ -140,8 +140,9 @@ impl<'a> Oracle<'a> {
         pixel.finish()
     }
 
-    /// The pixels of a block that get as many samples as they need, row by row. The block begins in
-    /// column `x` and row `y`, and has so many columns and rows in the picture, 8 at most.
+    /// Renders the pixels of a block, with as many samples as they need, row by row. The block
+    /// begins in column `x` and row `y`, and has the given number of columns and rows in the
+    /// picture, 8 at most.
     pub fn block(
         &mut self,
         camera: &Camera,
@@ -158,7 +159,8 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// Where a pixel's square says all: as many samples as its parts need.
+    /// Renders a block whose only random choices are the camera rays' positions in their pixels,
+    /// with as many samples as the pixels' parts need.
     fn block_by_cells(
         &mut self,
         camera: &Camera,
@@ -207,8 +209,8 @@ impl<'a> Oracle<'a> {
         places.map(pixel).collect()
     }
 
-    /// Where more is left to chance than where a camera ray goes through its pixel: as many samples
-    /// as each pixel needs.
+    /// Renders a block with other random choices than the camera rays' positions in their pixels,
+    /// with as many samples as each pixel needs.
     fn block_by_pixels(
         &mut self,
         camera: &Camera,
@@ -241,7 +243,7 @@ impl<'a> Oracle<'a> {
             .collect()
     }
 
-    /// One camera ray of a pixel.
+    /// Traces one camera ray of a pixel.
     fn sample(
         &mut self,
         camera: &Camera,
@@ -269,8 +271,8 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// What a ray hit, for whoever wants to know more of it than its light: its place, and the
-    /// diffuse reflectance and the number of its material.
+    /// The surface at a ray's hit, for callers that need more than its light: the surface point,
+    /// and the diffuse reflectance and the number of its material.
     pub fn surface_at(&self, ray: &OracleRay, hit: &OracleHit) -> (OracleSurface, Vec3, u32) {
         let prim = self.scene.resolve(hit.prim_id).prim;
         let material = OracleMaterial::of(self.scene, prim, hit);
@@ -278,7 +280,7 @@ impl<'a> Oracle<'a> {
         (surface, material.kd, self.scene.prim_material(prim))
     }
 
-    /// White where one ray from what was hit meets nothing within `reach`.
+    /// White if one ray from the hit meets nothing within `reach`.
     fn ao_visibility(
         &mut self,
         ray: &OracleRay,
@@ -318,7 +320,7 @@ impl<'a> Oracle<'a> {
         best
     }
 
-    /// Whether anything is hit with 0 < t < `tmax`.
+    /// Returns true if anything is hit with 0 < t < `tmax`.
     pub fn occluded(&self, ray: &OracleRay, tmax: f32) -> bool {
         let setup = OracleRaySetup::new(ray);
         let blocks = |object| self.is_hit(&setup, object, tmax);

@@ -1,6 +1,6 @@
-//! The light that a ray brings, with its bounces: the recursion of the design document ("Recursive
-//! shading model"), on a stack of its own, because the thread's would not hold bounces of any
-//! depth.
+//! The light along a ray, with its bounces: the recursion of the design document ("Recursive
+//! shading model"). It uses a stack of its own, because the thread's stack would not hold bounces
+//! of any depth.
 
 use super::Oracle;
 use super::intersect::{OracleHit, OracleRay};
@@ -10,15 +10,15 @@ use super::shadow_cache_cursor::ShadowCacheCursor;
 use glam::Vec3;
 use phalanx_scene::sampling::BounceKind;
 
-/// A ray to be traced, and what its light is multiplied with.
+/// A ray to be traced, and the weight of its light.
 pub(super) struct PathSegment {
     ray: OracleRay,
     way: BounceKind,
     chance: SampleSeed,
-    /// Weight given by the hit that sends it.
+    /// Weight given by the hit that sends the ray.
     throughput: Vec3,
-    /// What it carries of its camera ray: the product of all weights since the camera, each as a
-    /// part of what its hit sends.
+    /// Share of its camera ray that the ray carries: the product of all weights since the camera,
+    /// each as a part of all that its hit sends.
     share: Vec3,
     /// Bounces before this ray.
     depth: u32,
@@ -43,9 +43,9 @@ type SegmentPair = [Option<PathSegment>; 2];
 
 /// A hit whose bounces are being traced.
 pub(super) struct PathLevel {
-    /// Its light as far as it is known.
+    /// Light of the hit, as far as it is known.
     parts: RadianceParts,
-    /// The way of the bounce that is being traced, and its weight.
+    /// Kind of the bounce that is being traced, and its weight.
     traced: (BounceKind, Vec3),
     /// The bounce that is traced after it.
     pending: Option<PathSegment>,
@@ -80,14 +80,14 @@ impl Oracle<'_> {
         parts
     }
 
-    /// The light that a bounce of a camera ray brings. The sums are those of the recursion: each
-    /// hit's mirror ray is followed to its end, and then its refracted one.
+    /// The light of a bounce of a camera ray. The sums are those of the recursion: each hit's
+    /// mirror ray is followed to its end, and then its refracted one.
     fn follow(&mut self, first: PathSegment, mut cursor: Option<ShadowCacheCursor>) -> Vec3 {
         let mut path = std::mem::take(&mut self.path);
         let mut next = Some(first);
         let light = loop {
             let Some(segment) = next.take() else {
-                // The hit on top has all its light: back to the one that sent the ray there.
+                // The hit on top has all its light: return to the one that sent the ray there.
                 let Some(PathLevel { parts, .. }) = path.pop() else {
                     break Vec3::ZERO;
                 };
@@ -100,7 +100,7 @@ impl Oracle<'_> {
             };
             let hit = self.trace_segment(&segment);
             let (parts, ways) = self.shade(&segment, hit, cursor.as_mut());
-            // Nobody asks about what is hit later.
+            // No visibility is recorded for later hits.
             cursor = None;
             let [mirror, refracted] = ways;
             let mut level = PathLevel {
@@ -129,7 +129,7 @@ impl Oracle<'_> {
         self.closest(&segment.ray)
     }
 
-    /// The light of a hit without its bounces, and those that are worth tracing.
+    /// The light of a hit without its bounces, and the bounces that are worth tracing.
     fn shade(
         &mut self,
         segment: &PathSegment,
@@ -179,8 +179,8 @@ impl Oracle<'_> {
         (parts, [mirror, refracted])
     }
 
-    /// A bounce of a ray, one of those that share `whole`; `None` where its own share is less than
-    /// the least in every component.
+    /// A bounce of a ray, one of those that share `whole`; `None` if its own share is less than the
+    /// minimum in every component.
     fn secondary_segment(
         &self,
         from: &PathSegment,
@@ -202,7 +202,7 @@ impl Oracle<'_> {
 }
 
 impl PathLevel {
-    /// The bounce that is left, if one is, which is traced now.
+    /// Takes the pending bounce, if there is one, to be traced now.
     fn take_pending(&mut self) -> Option<PathSegment> {
         let later = self.pending.take()?;
         self.traced = (later.way, later.throughput);

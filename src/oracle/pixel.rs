@@ -1,10 +1,10 @@
-//! A pixel while its camera rays come in, and when they are all there.
+//! A pixel, and the accumulator of its camera rays.
 
 use super::intersect::{OracleHit, OracleRay};
 use glam::Vec3;
 use phalanx_scene::sampling::PixelAccumulator;
 
-/// Light by the way it came.
+/// Radiance by the path along which it came.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RadianceParts {
     pub(super) direct: Vec3,
@@ -13,13 +13,13 @@ pub(super) struct RadianceParts {
 }
 
 impl RadianceParts {
-    /// (direct + reflection) + refraction, of those that there are.
+    /// (direct + reflection) + refraction, of the parts that exist.
     pub(super) fn sum(&self) -> Vec3 {
         let bounced = self.reflection.into_iter().chain(self.refraction);
         bounced.fold(self.direct, |sum, part| sum + part)
     }
 
-    /// Black where there is none.
+    /// All parts; black for those that do not exist.
     pub(super) fn all(&self) -> [Vec3; 3] {
         [
             self.direct,
@@ -29,7 +29,7 @@ impl RadianceParts {
     }
 }
 
-/// What came of a camera ray.
+/// Result of a camera ray.
 pub(super) struct OracleSample {
     pub(super) ray: OracleRay,
     pub(super) hit: Option<OracleHit>,
@@ -37,27 +37,27 @@ pub(super) struct OracleSample {
     pub(super) weight: f32,
 }
 
-/// A pixel.
+/// A finished pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct OraclePixel {
-    /// Its radiance.
+    /// Mean radiance.
     pub radiance: Vec3,
-    /// Direct, reflected and refracted light: means of their own.
+    /// Direct, reflected and refracted light, each with a mean of its own.
     pub light: [Vec3; 3],
-    /// Its first camera ray, and what that hit.
+    /// First camera ray, and its hit.
     pub first: Option<(OracleRay, Option<OracleHit>)>,
-    /// How many camera rays it has.
+    /// Number of camera rays.
     pub samples: u32,
 }
 
-/// A pixel to be.
+/// Accumulates a pixel's samples.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct OraclePixelAccumulator {
     radiance: PixelAccumulator,
     light: [PixelAccumulator; 3],
     first: Option<(OracleRay, Option<OracleHit>)>,
     samples: u32,
-    /// What the first camera ray gave, which is all there is to a pixel of one.
+    /// Result of the first camera ray, which is the whole result of a pixel with one ray.
     first_samples: [Vec3; 4],
 }
 
@@ -82,7 +82,7 @@ impl OraclePixelAccumulator {
         self.samples += 1;
     }
 
-    /// What all samples so far have given.
+    /// The accumulated radiance of all samples so far.
     pub(super) fn radiance(&self) -> PixelAccumulator {
         self.radiance
     }

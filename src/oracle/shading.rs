@@ -15,7 +15,7 @@ use phalanx_scene::{
 
 /// One row of the material columns.
 pub(super) struct OracleMaterial {
-    /// Ka + Ke, Ka times the texture's colour.
+    /// Ka + Ke, with Ka times the texture's colour.
     pub(super) own: Vec3,
     pub(super) kd: Vec3,
     ks: Vec3,
@@ -26,7 +26,7 @@ pub(super) struct OracleMaterial {
 }
 
 impl OracleMaterial {
-    /// Of a stored primitive, where it was hit.
+    /// The material of a stored primitive at a hit.
     pub(super) fn of(scene: &Scene, prim: u32, hit: &OracleHit) -> OracleMaterial {
         let (m, i) = (&scene.materials, scene.prim_material(prim) as usize);
         let tint = texture_color(scene, m.texture[i], prim, hit);
@@ -41,7 +41,7 @@ impl OracleMaterial {
         }
     }
 
-    /// What Ks and Kt are parts of where it is told how much of its camera ray a bounce carries.
+    /// Divisor of Ks and Kt in the share of its camera ray that a bounce carries.
     pub(super) fn secondary_weight(&self) -> Vec3 {
         let both = self.ks.abs() + self.kt.abs();
         Vec3::new(max(both.x, 1.0), max(both.y, 1.0), max(both.z, 1.0))
@@ -59,7 +59,7 @@ pub struct OracleSurface {
     pub ns: Vec3,
     dir: Vec3,
     offset: f32,
-    /// Whether the ray comes from outside.
+    /// True if the ray comes from outside.
     pub entering: bool,
 }
 
@@ -77,7 +77,7 @@ fn unit(v: Vec3) -> Vec3 {
 }
 
 impl OracleSurface {
-    /// Where a ray met a validated scene.
+    /// The surface at a ray's hit in a validated scene.
     pub fn new(scene: &Scene, ray: &OracleRay, hit: &OracleHit) -> OracleSurface {
         let placed = scene.resolve(hit.prim_id);
         let (point, ng, ns, offset) = match placed.instance {
@@ -99,7 +99,7 @@ impl OracleSurface {
         }
     }
 
-    /// A ray that leaves the surface on the side its direction points to.
+    /// A ray that leaves the surface on the side to which its direction points.
     pub fn offset_origin(&self, dir: Vec3) -> OracleRay {
         let offset = if dir.dot(self.ng) >= 0.0 {
             self.offset
@@ -110,10 +110,11 @@ impl OracleSurface {
     }
 }
 
-/// Point, geometric and shading normal, offset.
+/// Point, geometric normal, shading normal and offset of a hit.
 type OraclePoint = (Vec3, Vec3, Vec3, f32);
 
-/// In the space where the primitive is stored; `back` is the unit vector against the ray there.
+/// The surface point in the space where the primitive is stored; `back` is the unit vector against
+/// the ray there.
 fn surface_point(
     scene: &Scene,
     prim: u32,
@@ -131,7 +132,7 @@ fn surface_point(
     }
 }
 
-/// A place in the space of an instance's mesh, seen from the world.
+/// The world point of a surface point in the space of an instance's mesh.
 fn to_world(scene: &Scene, instance: usize, inside: OraclePoint, ray: &OracleRay) -> OraclePoint {
     let (position, ng, ns, offset) = inside;
     let [wx, wy, wz, wshift] = scene.instances.world_columns(instance);
@@ -228,7 +229,7 @@ fn cone(scene: &Scene, i: usize, ray: &OracleRay, back: Vec3, t: f32) -> OracleP
     (point, ng, ng, offset)
 }
 
-/// What is left to chance where a ray hits, told by its seed and its pixel's sample.
+/// Seed of the random choices at a hit: the ray's seed and its pixel's sample number.
 #[derive(Clone, Copy)]
 pub(super) struct SampleSeed {
     seed: u32,
@@ -236,13 +237,13 @@ pub(super) struct SampleSeed {
 }
 
 impl SampleSeed {
-    /// Of a pixel's camera ray.
+    /// The seed of a pixel's camera ray.
     pub(super) fn of(x: u32, y: u32, sample: u32) -> SampleSeed {
         let [seed] = seeds([x], [y]);
         SampleSeed { seed, sample }
     }
 
-    /// Where the ray goes on.
+    /// The seed of a secondary ray.
     pub(super) fn child(self, way: BounceKind) -> SampleSeed {
         let [seed] = child_seed([self.seed], way);
         SampleSeed { seed, ..self }
@@ -254,7 +255,7 @@ impl SampleSeed {
     }
 }
 
-/// Where a light is: one place of those it has, if it has several.
+/// A position of a light: one of many if it is an area light.
 fn sample_light_position(scene: &Scene, light: usize, seed: SampleSeed) -> Vec3 {
     let position = scene.lights.position.get(light);
     let square = || seed.point(Dimension::Light(light as u32));
@@ -271,14 +272,14 @@ fn sample_light_position(scene: &Scene, light: usize, seed: SampleSeed) -> Vec3 
     }
 }
 
-/// What a light adds if nothing stands between, and the ray that finds out.
+/// Unoccluded contribution of a light, and the shadow ray that tests it.
 pub(super) struct OracleLightSample {
     pub(super) ray: OracleRay,
     pub(super) tmax: f32,
     pub(super) radiance: Vec3,
 }
 
-/// `None` where the light adds nothing or does not face the surface.
+/// Samples a light; `None` if it contributes nothing or does not face the surface.
 pub(super) fn sample_light(
     scene: &Scene,
     light: usize,
@@ -320,7 +321,7 @@ pub(super) fn sample_light(
     })
 }
 
-/// One direction of those that a mirror direction is spread over.
+/// A random direction of the lobe about a mirror direction.
 fn sample_glossy(gloss: f32, seed: SampleSeed, at: &OracleSurface, mirror: Vec3) -> Vec3 {
     let local = phong_lobe(seed.point(Dimension::Gloss), gloss);
     unit(mirror_into_hemisphere(
@@ -330,7 +331,7 @@ fn sample_glossy(gloss: f32, seed: SampleSeed, at: &OracleSurface, mirror: Vec3)
     ))
 }
 
-/// One ray to where it may be open.
+/// An ambient occlusion ray.
 pub(super) fn sample_ao_ray(seed: SampleSeed, at: &OracleSurface) -> OracleRay {
     let local = cosine_hemisphere(seed.point(Dimension::Sky));
     at.offset_origin(unit(mirror_into_hemisphere(
@@ -340,13 +341,13 @@ pub(super) fn sample_ao_ray(seed: SampleSeed, at: &OracleSurface) -> OracleRay {
     )))
 }
 
-/// A vector given about z, about a unit vector.
+/// Rotates a vector about z to one about a unit vector.
 fn to_world_direction(local: [[f32; 1]; 3], axis: Vec3) -> Vec3 {
     let [[x], [y], [z]] = to_frame(local, axis.to_array().map(|c| [c]));
     Vec3::new(x, y, z)
 }
 
-/// Reflected by the geometric surface, unless it lies on the side of it where `inner` does.
+/// Reflects a direction by the geometric surface, unless it lies on the same side of it as `inner`.
 fn mirror_into_hemisphere(at: &OracleSurface, dir: Vec3, inner: Vec3) -> Vec3 {
     let along = dir.dot(at.ng);
     match (along >= 0.0) == (inner.dot(at.ng) >= 0.0) {
@@ -355,13 +356,13 @@ fn mirror_into_hemisphere(at: &OracleSurface, dir: Vec3, inner: Vec3) -> Vec3 {
     }
 }
 
-/// A secondary ray and what its answer is multiplied with.
+/// A secondary ray and the weight of its light.
 pub(super) struct OracleBounce {
     pub(super) ray: OracleRay,
     pub(super) weight: Vec3,
 }
 
-/// The mirror ray and the refracted ray, where their weights are not zero.
+/// The mirror ray and the refracted ray, if their weights are not zero.
 pub(super) fn bounces(
     material: &OracleMaterial,
     seed: SampleSeed,

@@ -1,10 +1,10 @@
-//! What a sample that halves a cell knows of the lights from the samples around it, and what it
-//! sees of them.
+//! Visibility of the lights for a sample that halves a cell: known results from the samples around
+//! it, and its own results.
 
 use glam::Vec3;
 use phalanx_scene::sampling::{Cells, LightVisibility, MAX_HITS, path_id};
 
-/// The hits of a sample that others ask about.
+/// The visibility of the lights at the hits of a sample, stored for other samples.
 pub(super) struct SampleVisibility<'c> {
     cells: &'c Cells,
     request: usize,
@@ -12,7 +12,7 @@ pub(super) struct SampleVisibility<'c> {
 }
 
 impl<'c> SampleVisibility<'c> {
-    /// Of a sample that is asked for.
+    /// An empty record for a requested sample.
     pub(super) fn of(cells: &'c Cells, ask: usize) -> SampleVisibility<'c> {
         SampleVisibility {
             cells,
@@ -21,7 +21,7 @@ impl<'c> SampleVisibility<'c> {
         }
     }
 
-    /// Where its camera ray will hit.
+    /// A cursor at the camera ray's hit.
     pub(super) fn cursor(&mut self) -> ShadowCacheCursor<'_, 'c> {
         ShadowCacheCursor {
             sample: self,
@@ -32,17 +32,17 @@ impl<'c> SampleVisibility<'c> {
     }
 }
 
-/// One of them.
+/// A cursor at one hit of a sample.
 pub(super) struct ShadowCacheCursor<'s, 'c> {
     sample: &'s mut SampleVisibility<'c>,
     hit: usize,
-    /// To the hit before, and from [`ShadowCacheCursor::begin_hit`] on to this one.
+    /// Path to the hit before, and from [`ShadowCacheCursor::begin_hit`] on to this one.
     path_id: u32,
     known: (u32, u32),
 }
 
 impl<'c> ShadowCacheCursor<'_, 'c> {
-    /// Tells what was hit.
+    /// Sets the primitive of the hit.
     pub(super) fn begin_hit(&mut self, prim_id: u32) {
         self.path_id = path_id(self.path_id, self.hit, prim_id);
         let SampleVisibility {
@@ -54,7 +54,8 @@ impl<'c> ShadowCacheCursor<'_, 'c> {
         all[self.hit].path_id = self.path_id;
     }
 
-    /// Whether a light that would add `radiance` is seen from there, if that is known.
+    /// Returns whether a light that would contribute `radiance` is visible from the hit, if that is
+    /// known.
     pub(super) fn known_visibility(&self, light: usize, radiance: Vec3) -> Option<bool> {
         let (known, seen) = self.known;
         let bit = LightVisibility::bit(light);
@@ -67,14 +68,15 @@ impl<'c> ShadowCacheCursor<'_, 'c> {
         known.then_some(seen & bit != 0)
     }
 
-    /// Tells whether a light that was asked for is seen.
+    /// Stores whether a queried light is visible.
     pub(super) fn record_visible(&mut self, light: usize, seen: bool) {
         let hit_index = &mut self.sample.visibility[self.hit];
         hit_index.queried |= LightVisibility::bit(light);
         hit_index.visible |= if seen { LightVisibility::bit(light) } else { 0 };
     }
 
-    /// Where the mirror ray, or else the refracted ray, of a camera ray's hit will hit.
+    /// A cursor at the hit of the mirror ray, or else of the refracted ray, that a camera ray's hit
+    /// sends on.
     pub(super) fn child(&mut self, mirror: bool) -> Option<ShadowCacheCursor<'_, 'c>> {
         let onward = ShadowCacheCursor {
             sample: self.sample,

@@ -5,7 +5,7 @@ use glam::Vec3;
 use phalanx_scene::sampling::linear_of_srgb;
 use phalanx_scene::{NO_TEXTURE, PrimKind, Scene, Texture, Wrap};
 
-/// What Ka and Kd are multiplied with, on a stored primitive.
+/// The factor of Ka and Kd on a stored primitive.
 pub(super) fn texture_color(scene: &Scene, texture: u32, prim: u32, hit: &OracleHit) -> Vec3 {
     let prim = scene.prims[prim as usize];
     if texture == NO_TEXTURE || prim.kind() != PrimKind::Triangle {
@@ -33,7 +33,7 @@ fn sample(texture: &Texture, u: f32, v: f32) -> Vec3 {
     between(along(above), along(below), ty)
 }
 
-/// The two texels around a place, and how far it is from the first to the second.
+/// The two texels around a position, and the fraction of the way from the first to the second.
 fn texel_pair(place: f32, wrap: Wrap, size: u32) -> (u32, u32, f32) {
     let folded = match wrap {
         Wrap::Repeat => fraction(place),
@@ -54,7 +54,7 @@ fn texel_pair(place: f32, wrap: Wrap, size: u32) -> (u32, u32, f32) {
     (lower, upper, x - x.floor())
 }
 
-/// Numbers from 2²² on count as whole, and so does what is no number.
+/// The fractional part. Numbers from 2²² on count as whole, and so does a NaN.
 fn fraction(x: f32) -> f32 {
     if x.abs() < 4_194_304.0 {
         x - x.floor()

@@ -1,7 +1,7 @@
 //! The oracle's own tree: a binary hierarchy built by binned surface area heuristic (Wald, "On Fast
-//! Construction of SAH-based Bounding Volume Hierarchies", 2007) and walked one ray at a time. That
-//! it differs from the packet engine's tree is part of the proof: no picture may depend on the
-//! tree.
+//! Construction of SAH-based Bounding Volume Hierarchies", 2007) and traversed one ray at a time.
+//! It differs from the packet engine's tree on purpose. That is part of the proof: no picture may
+//! depend on the tree.
 
 use super::intersect::{OracleHit, OracleRaySetup, min};
 use glam::Vec3;
@@ -9,9 +9,9 @@ use phalanx_scene::{Bounds, Scene};
 
 /// Buckets per axis of the builder.
 const BINS: usize = 16;
-/// A leaf holds at most this many primitives, unless they cannot be told apart.
+/// Most primitives in a leaf, unless they cannot be separated.
 const MAX_LEAF_PRIMS: usize = 4;
-/// From this depth on nodes are halved by count, so that no path is deeper than [`MAX_DEPTH`].
+/// Depth from which nodes are halved by count, so that no path is deeper than [`MAX_DEPTH`].
 const MAX_SAH_DEPTH: usize = 32;
 /// Length of the traversal stack: 32 levels by heuristic, and 32 halvings of at most 2³²
 /// primitives.
@@ -20,7 +20,7 @@ const MAX_DEPTH: usize = 64;
 #[derive(Clone, Copy, Debug)]
 struct OracleNode {
     bounds: Bounds,
-    /// First primitive of a leaf; of an inner node the second child (the first follows the node).
+    /// First primitive of a leaf; for an inner node, the second child (the first follows the node).
     first: u32,
     /// Primitives of a leaf, 0 for an inner node.
     count: u32,
@@ -77,12 +77,12 @@ impl TwoLevelBvh {
 #[derive(Clone, Debug)]
 pub struct OracleTree {
     nodes: Vec<OracleNode>,
-    /// Primitives by number, and instances from the number of primitives on.
+    /// Objects in leaf order: primitives by number, and instances from the number of primitives on.
     objects: Vec<u32>,
     depth: usize,
 }
 
-/// A primitive while the tree is built.
+/// A primitive during the build.
 #[derive(Clone, Copy)]
 struct BuildPrim {
     bounds: Bounds,
@@ -115,7 +115,7 @@ impl OracleTree {
         self.nodes.len()
     }
 
-    /// Longest path from the root, the root counting 1.
+    /// Longest path from the root, which counts as 1.
     pub fn depth(&self) -> usize {
         self.depth
     }
@@ -163,7 +163,7 @@ impl OracleTree {
         self.add(right, depth + 1);
     }
 
-    /// Offers `closer` the objects that may lie before `best`, and not beyond `limit`.
+    /// Passes `closer` the objects that may lie before `best`, and not beyond `limit`.
     pub(super) fn closest(
         &self,
         setup: &OracleRaySetup,
@@ -196,7 +196,8 @@ impl OracleTree {
         found
     }
 
-    /// Visits the leaves a ray may meet before `limit`, nearer ones first, until `leaf` says true.
+    /// Visits the leaves that a ray may meet before `limit`, nearer ones first, until `leaf`
+    /// returns true.
     fn walk(
         &self,
         setup: &OracleRaySetup,
@@ -256,8 +257,8 @@ impl OracleTree {
     }
 }
 
-/// Reorders items into two groups at the cheapest of the bin borders; returns the size of the first
-/// (0 if all centres coincide or no split is cheaper than a small leaf).
+/// Reorders items into two groups at the cheapest of the bin borders. Returns the size of the first
+/// group (0 if all centres coincide or no split is cheaper than a small leaf).
 fn partition(items: &mut [BuildPrim]) -> usize {
     let centers = items.iter().fold(Bounds::EMPTY, |all, i| {
         all.union(Bounds::new(i.center, i.center))
