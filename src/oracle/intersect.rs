@@ -89,7 +89,7 @@ impl OracleInterval {
 /// Least size of a direction's component when it is inverted; smaller ones count as this.
 const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 
-/// Least bound on a distance's error; a bound must be larger.
+/// Term that is added to the bound on a distance's error before it is compared.
 const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
 
 fn reciprocal(x: f32) -> f32 {

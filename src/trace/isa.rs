@@ -1,32 +1,33 @@
-//! Instruction sets: what this build uses, what this CPU has, and a guard that compares the two.
+//! Instruction sets: those that this build uses, those that this CPU has, and a guard that compares
+//! the two.
 //!
 //! `wide` chooses its instructions when it is compiled, so a binary is made for one level of CPU.
-//! On a lesser one it would die of SIGILL somewhere in the middle; [`guard`], called first of all
+//! On a lesser CPU it would die of SIGILL somewhere in the middle. [`guard`], called first of all
 //! in `main`, ends it with one clear line instead. `is_x86_feature_detected!` cannot serve here:
 //! for a feature that is compiled in it is constant true.
 //!
-//! The guard itself is compiled with the instructions it is there to check for. So it is written as
-//! scalar steps, one `cpuid` word and one mask at a time, each word taken through
-//! [`black_box`](std::hint::black_box) from a function of its own: no array to vectorise, no struct
-//! to copy through a vector register, no shift by a variable that BMI2 would take, and no
+//! The guard itself is compiled with the instructions for which it checks. So it is written as
+//! scalar steps, one `cpuid` word and one mask at a time. Each word is taken through
+//! [`black_box`](std::hint::black_box) from a function of its own. There is no array to vectorise,
+//! no struct to copy through a vector register, no shift by a variable that BMI2 would take, and no
 //! formatting. `tests/isa_guard.rs` runs it under emulated lesser CPUs.
 
 /// One instruction-set extension that the compiler may have been allowed to use.
 #[derive(Clone, Copy, Debug)]
 struct Feature {
-    /// Name as `-C target-feature` has it.
+    /// Name in `-C target-feature`.
     name: &'static str,
-    /// Whether this build uses it.
+    /// True if this build uses it.
     compiled: bool,
-    /// Where cpuid tells of it.
+    /// Word of cpuid that reports it.
     word: Word,
     /// The bit of that word.
     mask: u32,
-    /// First x86-64 level that includes it; 0 where none does.
+    /// First x86-64 level that includes it; 0 if none does.
     level: u8,
 }
 
-/// The words of cpuid in which features stand.
+/// The words of cpuid that report features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Word {
     /// Leaf 1, ECX.
@@ -55,8 +56,8 @@ macro_rules! features {
     };
 }
 
-/// Everything `target-cpu=native` may switch on and code may then use without asking: name, bit,
-/// level. Left out are xsaveopt, xsavec and xsaves, which only systems use and hypervisors like to
+/// All features that `target-cpu=native` may switch on and code may then use without a check: name,
+/// bit, level. It omits xsaveopt, xsavec and xsaves, which only systems use and hypervisors often
 /// hide.
 #[rustfmt::skip]
 const TABLE: &[Feature] = &features! {
@@ -96,8 +97,8 @@ const COMPILED: u8 = {
     level
 };
 
-/// The instruction-set level this build was compiled for: `x86-64` to `x86-64-v4`, elsewhere the
-/// architecture's name.
+/// The instruction-set level for which this build was compiled: `x86-64` to `x86-64-v4`, elsewhere
+/// the architecture's name.
 pub const fn compiled_level() -> &'static str {
     if cfg!(target_arch = "x86_64") {
         LEVELS[COMPILED as usize]
@@ -115,7 +116,7 @@ pub fn cpu_level() -> &'static str {
     }
 }
 
-/// What to set where this build leaves instructions of this CPU unused; `None` where it does not.
+/// Advice on build settings if this build leaves instructions of this CPU unused; else `None`.
 pub fn advice() -> Option<String> {
     let unused = cfg!(target_arch = "x86_64") && COMPILED < cpu::level();
     unused.then(|| {
@@ -127,18 +128,18 @@ pub fn advice() -> Option<String> {
     })
 }
 
-/// An instruction-set extension as it stands with this build and this CPU.
+/// State of an instruction-set extension with this build and this CPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extension {
-    /// Name as `-C target-feature` has it.
+    /// Name in `-C target-feature`.
     pub name: &'static str,
-    /// Whether this build uses it.
+    /// True if this build uses it.
     pub compiled: bool,
-    /// Whether this CPU has it.
+    /// True if this CPU has it.
     pub present: bool,
 }
 
-/// Every extension that [`guard`] looks at; none where the architecture is not x86-64.
+/// Every extension that [`guard`] checks; none if the architecture is not x86-64.
 pub fn extensions() -> Vec<Extension> {
     let known = if cfg!(target_arch = "x86_64") {
         FEATURES
@@ -153,7 +154,7 @@ pub fn extensions() -> Vec<Extension> {
     known.iter().map(stand).collect()
 }
 
-/// Bytes of the data cache nearest to a core; none where the processor does not say.
+/// Bytes of the data cache nearest to a core; `None` if the processor does not report it.
 pub fn nearest_cache() -> Option<usize> {
     cpu::nearest_cache()
 }
@@ -168,8 +169,8 @@ pub fn cache_bytes(cache: &raw_cpuid::CacheParameter) -> usize {
 /// Ends the process, with one line on stderr and exit code 1, if this CPU lacks what this build
 /// uses.
 ///
-/// To be called before anything else, from a `main` that does nothing itself. Does nothing on other
-/// architectures.
+/// It must be called before anything else, from a `main` that does nothing itself. It does nothing
+/// on other architectures.
 #[inline(never)]
 pub fn guard() {
     for feature in FEATURES {
@@ -190,7 +191,8 @@ fn refuse(missing: &Feature) -> ! {
     std::process::exit(1)
 }
 
-/// Unformatted and unbuffered, for [`refuse`]. With stderr closed there is nobody to tell.
+/// Prints text unformatted and unbuffered, for [`refuse`]. If stderr is closed, there is no way to
+/// report.
 #[inline(never)]
 fn say(text: &str) {
     use std::io::Write;
@@ -203,7 +205,7 @@ mod cpu {
     use raw_cpuid::{CacheType, CpuId};
     use std::hint::black_box;
 
-    /// Whether this CPU has a feature.
+    /// Returns true if this CPU has a feature.
     #[inline(never)]
     pub fn has(feature: &Feature) -> bool {
         black_box(word(feature.word)) & feature.mask != 0
@@ -216,7 +218,7 @@ mod cpu {
         nearest.next().map(|c| super::cache_bytes(&c))
     }
 
-    /// Level of this CPU: one below the first that includes something it lacks.
+    /// Level of this CPU: one below the first level that includes a feature it lacks.
     #[inline(never)]
     pub fn level() -> u8 {
         let mut level = 4;
@@ -228,15 +230,15 @@ mod cpu {
         level
     }
 
-    /// What needs the wide registers among the features of [`Word::Basic`]: fma, avx, f16c.
+    /// Features of [`Word::Basic`] that need the wide registers: fma, avx, f16c.
     const WIDE: u32 = 1 << 12 | 1 << 28 | 1 << 29;
-    /// OSXSAVE, in the same word: the system keeps the wide registers.
+    /// Bit of OSXSAVE, in the same word: the system saves the wide registers.
     const SYSTEM_KEEPS_WIDE: u32 = 1 << 27;
 
-    /// A word of cpuid; 0 where the CPU does not know its leaf.
+    /// A word of cpuid; 0 if the CPU does not support its leaf.
     ///
-    /// A CPU with AVX under a system that does not keep its registers has no AVX. (A system that
-    /// keeps those of AVX but not those of AVX-512 goes unnoticed: only `xgetbv` would tell, which
+    /// A CPU with AVX under a system that does not save its registers has no AVX. (A system that
+    /// saves those of AVX but not those of AVX-512 goes unnoticed: only `xgetbv` would tell, which
     /// needs unsafe code.)
     #[inline(never)]
     fn word(which: Word) -> u32 {
@@ -267,7 +269,7 @@ mod cpu {
 
     #[inline(never)]
     fn leaf(leaf: u32, subleaf: u32, register: Register) -> u32 {
-        // The first leaf of each range tells the last; beyond it, Intel's answer with that of
+        // The first leaf of each range gives the last; beyond it, Intel CPUs return the values of
         // another leaf.
         let last = black_box(raw_cpuid::native_cpuid::cpuid_count(leaf & 0x8000_0000, 0).eax);
         if last < leaf {
@@ -312,7 +314,7 @@ mod tests {
         guard();
     }
 
-    /// As Linux says it, where there is Linux and it does.
+    /// Compares with the size that Linux reports, if it does.
     #[cfg(target_arch = "x86_64")]
     #[test]
     fn the_nearest_cache_is_as_large_as_the_system_says() {

@@ -1,18 +1,18 @@
-//! Everything a ray meets.
+//! Ray tracing: packets of rays, the tree over a scene, and the traversal that finds hits.
 
-// Numbers side by side.
+// Numbers, masks and vectors in lanes.
 pub mod simd;
 
-// Rays, where they come from, and how they wait.
+// Packets of rays, camera rays, and queues.
 pub mod packet;
 
 // The tree over a scene.
 pub mod bvh;
 
-// What rays hit.
+// Traversal and intersection.
 pub mod traverse;
 
-// What the build may ask of the CPU.
+// Instruction sets of the build and the CPU.
 pub mod isa;
 
 pub use traverse::{Kernel, PacketLanes, PacketTracer, Traversal, TraversalStats, isolated};

@@ -1,9 +1,9 @@
-//! Building on all threads: objects are parted into chunks from the top, the chunks become trees of
-//! obvhs's side by side, and a small tree over the chunks makes one of them.
+//! Parallel build. Objects are divided into chunks from the top, obvhs builds trees over the chunks
+//! side by side, and a small tree over the chunks joins them to one.
 //!
 //! obvhs's own parallel build gains 15 % on two threads (its reinsertion is serial), and holds 220
-//! bytes an object while it works. Built in chunks the tree costs less, too, by the surface area
-//! heuristic: its upper levels are better parted from the top than gathered from below.
+//! bytes an object while it works. A tree built in chunks also costs less by the surface area
+//! heuristic: its upper levels are divided better from the top than they are merged from below.
 //! `perf/notes/parallel-build.md` has the figures.
 //!
 //! Nothing depends on the number of threads: the same scene gives the same tree on every machine.
@@ -21,18 +21,18 @@ use rayon::prelude::*;
 use std::panic::resume_unwind;
 use std::sync::OnceLock;
 
-/// How much time a tree is worth. Figures stand in `perf/notes/tree-preset.md`.
+/// Trade of build time for tracing speed. Figures stand in `perf/notes/tree-preset.md`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Soonest there, slowest to trace: for one small picture of a huge scene.
+    /// Fastest build, slowest to trace: for one small picture of a huge scene.
     Fastest,
     /// Less search and less reinsertion than the default.
     Fast,
-    /// What pays for a picture of the usual size.
+    /// Best total time for a picture of the usual size.
     #[default]
     Medium,
-    /// Two to three times the build for 2 to 9 % of rate: for a cache that is rendered often, and
-    /// what `bench` measures.
+    /// Two to three times the build time for 2 to 9 % of rate: for a cache that is rendered often,
+    /// and the quality that `bench` measures.
     Best,
 }
 
@@ -45,7 +45,7 @@ impl Quality {
         ("best", Quality::Best),
     ];
 
-    /// As on the command line.
+    /// The quality's name on the command line.
     pub fn name(self) -> &'static str {
         let known = Quality::ALL.iter().find(|(_, quality)| *quality == self);
         known.map_or("", |(name, _)| name)
@@ -55,8 +55,8 @@ impl Quality {
         match self {
             Quality::Fastest => BvhBuildParams::very_fast_build(),
             Quality::Fast => BvhBuildParams::fast_build(),
-            // Neighbours are looked for from the second round on, not from the fourth: trees 3 to 5
-            // % cheaper for next to nothing (perf/notes/tree-preset.md).
+            // Neighbours are searched from the second round on, not from the fourth: trees 3 to 5 %
+            // cheaper for next to nothing (perf/notes/tree-preset.md).
             Quality::Medium => BvhBuildParams {
                 search_depth_threshold: 1,
                 ..BvhBuildParams::medium_build()
@@ -66,12 +66,12 @@ impl Quality {
     }
 }
 
-/// How to build.
+/// Settings of a build.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildSettings {
-    /// What the tree is worth.
+    /// Trade of build time for tracing speed.
     pub quality: Quality,
-    /// Threads to build with; 0 for one per CPU. They change the time alone.
+    /// Threads to build with; 0 for one per CPU. They change only the time.
     pub threads: usize,
 }
 
@@ -86,21 +86,21 @@ impl Bvh {
         run_on_threads(settings.threads, || build(scene, settings.quality))
     }
 
-    /// The world's tree with as many children a node as there are lanes; made when it is first
-    /// asked for, on one thread per CPU.
+    /// The world's tree with as many children a node as there are lanes. It is made at the first
+    /// call, on one thread per CPU.
     pub fn wide(&self) -> &WideBvh {
         self.wide_on(0)
     }
 
-    /// Makes [`Bvh::wide`], if it has not been made, on so many threads; 0 for one per CPU. They
-    /// change the time alone.
+    /// Makes [`Bvh::wide`], if it has not been made, on the given number of threads; 0 for one per
+    /// CPU. They change only the time.
     pub fn build_wide(&self, threads: usize) {
         self.wide_on(threads);
     }
 
-    /// Whoever asks while it is made waits, and may be a thread of rayon's: one that waited for
-    /// work of its own pool would take up other work meanwhile, which may ask for the tree, too. So
-    /// it is made in threads of its own.
+    /// Makes the wide tree on threads of its own, while other callers wait. A caller may be a rayon
+    /// worker. If it waited for work of its own pool, it would take up other work meanwhile, which
+    /// may call this, too, and deadlock.
     fn wide_on(&self, threads: usize) -> &WideBvh {
         self.wide.get_or_init(|| {
             let threads = match threads {
@@ -125,7 +125,7 @@ fn run_on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
     match pool.build() {
         Ok(pool) => pool.install(work),
-        // Without threads of its own the work goes on in those that there are.
+        // If no thread pool can be made, the current threads do the work.
         Err(_) => work(),
     }
 }
@@ -179,7 +179,7 @@ fn relative_cost(subtree: &Subtree) -> f64 {
     }
 }
 
-/// A tree whose root is its node 0; none over nothing.
+/// A tree whose root is its node 0; `None` for no objects.
 fn build_subtree(objects: &BuildInput, all: Vec<PrimIndex>, quality: Quality) -> Option<Subtree> {
     let mut all = prim_refs(objects, all);
     let chunks = chunks(&mut all);
@@ -208,7 +208,7 @@ fn build_subtree(objects: &BuildInput, all: Vec<PrimIndex>, quality: Quality) ->
     Some(rooted(whole))
 }
 
-/// The piece with a node at its root, even if all it has is one leaf.
+/// The subtree with a node at its root, even if its only content is one leaf.
 fn rooted(mut subtree: Subtree) -> Subtree {
     if let leaf @ Child::Leaf { .. } = subtree.root {
         subtree.weighted_cost += weighted_cost(leaf, subtree.bounds);
@@ -222,7 +222,7 @@ fn rooted(mut subtree: Subtree) -> Subtree {
     subtree
 }
 
-/// A box as obvhs has it.
+/// Converts a box to obvhs's type.
 fn aabb(b: Bounds) -> Aabb {
     Aabb::new(b.lo.into(), b.hi.into())
 }

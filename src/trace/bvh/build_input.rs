@@ -1,18 +1,18 @@
-//! What a tree is built over: primitives, and in the world's tree instances beside them.
+//! Input of a tree build: primitives, and in the world's tree also instances.
 
 use super::chunks::PrimRef;
 use super::{LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafPrims, LeafSphere, LeafTriangle};
 use phalanx_scene::{Bounds, PrimKind, Scene};
 use rayon::prelude::*;
 
-/// An object by number: a stored primitive below [`Scene::prim_count`], from there on an instance.
+/// Number of an object: a stored primitive below [`Scene::prim_count`], from there on an instance.
 pub(super) type PrimIndex = u32;
 
-/// Answers questions about objects.
+/// Access to the boxes, kinds and rows of objects.
 pub(super) struct BuildInput<'a> {
     scene: &'a Scene,
     prims: u32,
-    /// Of every mesh, in its own space.
+    /// Bounds of every mesh, in its own space.
     mesh_bounds: Vec<Bounds>,
 }
 
@@ -56,7 +56,7 @@ impl<'a> BuildInput<'a> {
         bounds.padded()
     }
 
-    /// Copies an object to the end of its column.
+    /// Appends an object to its column.
     pub(super) fn store(&self, item: &PrimRef, slots: &mut LeafPrims) {
         let object = item.object;
         let prim_aabb = [item.bounds.lo.to_array(), item.bounds.hi.to_array()];
@@ -109,7 +109,7 @@ impl<'a> BuildInput<'a> {
         LeafInstance {
             to_object: self.scene.instances.object_columns(k).map(|c| c.to_array()),
             prim_aabb,
-            // Where the mesh's tree begins is known once all trees are there.
+            // The root of the mesh's tree is known once all trees exist.
             root: mesh as u32,
             id_offset: first_id.wrapping_sub(self.scene.meshes.first[mesh]),
         }

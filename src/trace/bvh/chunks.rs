@@ -1,9 +1,9 @@
-//! Objects into chunks, on all threads: binned surface area heuristic from the top (Wald, "On Fast
-//! Construction of SAH-based Bounding Volume Hierarchies", 2007), until a chunk is small enough for
-//! a builder that looks closer.
+//! Parallel division of objects into chunks: binned surface area heuristic from the top (Wald, "On
+//! Fast Construction of SAH-based Bounding Volume Hierarchies", 2007), until a chunk is small
+//! enough for a more thorough builder.
 //!
-//! Boxes are united and objects counted, neither of which depends on the order, so neither do the
-//! chunks on threads.
+//! The division unites boxes and counts objects. Neither depends on the order, so the chunks do not
+//! depend on threads.
 
 use super::build_input::{BuildInput, PrimIndex};
 use phalanx_scene::Bounds;
@@ -17,7 +17,7 @@ pub(super) struct PrimRef {
 }
 
 impl PrimRef {
-    /// Twice the centre.
+    /// Twice the centre of the box.
     fn center(&self) -> glam::Vec3 {
         self.bounds.lo + self.bounds.hi
     }
@@ -26,12 +26,12 @@ impl PrimRef {
 /// Most objects of a chunk. Smaller and larger chunks gave trees 1 to 5 % worse: see
 /// `perf/notes/parallel-build.md`.
 const CHUNK_PRIMS: usize = 1 << 15;
-/// Buckets an axis.
+/// Buckets per axis.
 const BINS: usize = 32;
-/// From this depth on objects are halved by count, so that no order of sizes makes the recursion
+/// Depth from which objects are halved by count, so that no order of sizes makes the recursion
 /// deep.
 const MAX_SAH_DEPTH: usize = 40;
-/// Objects that a thread takes at a time.
+/// Objects that a thread processes at a time.
 const BLOCK: usize = 1 << 14;
 
 /// The objects with their boxes.
@@ -69,7 +69,7 @@ struct Split {
     bin: usize,
 }
 
-/// Where centres are put into buckets.
+/// Grid that assigns centres to buckets.
 #[derive(Clone, Copy)]
 struct BinGrid {
     lo: glam::Vec3,
@@ -92,7 +92,7 @@ impl BinGrid {
         }
     }
 
-    /// The conversion saturates, also for what overflow has made NaN.
+    /// The bucket of an object. The conversion saturates, also for a NaN that comes from overflow.
     fn bin(&self, item: &PrimRef, axis: usize) -> usize {
         let place = (item.center()[axis] - self.lo[axis]) * self.scale[axis];
         (place as usize).min(BINS - 1)
@@ -108,8 +108,8 @@ fn unite(a: (Bounds, usize), b: (Bounds, usize)) -> (Bounds, usize) {
     (a.0.union(b.0), a.1 + b.1)
 }
 
-/// The border at which the two sides' areas times counts sum up to the least; none if no border
-/// parts anything.
+/// The border with the least sum of both sides' areas times counts; `None` if no border separates
+/// anything.
 fn best_split(all: &[PrimRef]) -> Option<Split> {
     let grid = BinGrid::over(all);
     let filled = all.par_chunks(BLOCK).map(|block| {
@@ -156,7 +156,7 @@ fn splits(bins: &[(Bounds, usize); BINS]) -> impl Iterator<Item = (usize, f64)> 
     })
 }
 
-/// Brings the objects below the border to the front; returns how many there are.
+/// Moves the objects below the border to the front; returns their number.
 fn partition(all: &mut [PrimRef], border: &Split) -> usize {
     let mut at = 0;
     for k in 0..all.len() {
@@ -181,7 +181,8 @@ mod tests {
         (0..count).map(item).collect()
     }
 
-    /// Two towns far apart are never in one chunk; all objects are in some chunk.
+    /// Checks that two distant groups are never in one chunk, and that all objects are in some
+    /// chunk.
     #[test]
     fn chunks_are_neighbourhoods() {
         let spread = |k: usize| {
@@ -208,7 +209,8 @@ mod tests {
         );
     }
 
-    /// Neither equal places nor sizes that shrink forever make the recursion endless.
+    /// Checks that neither equal positions nor sizes that shrink forever make the recursion
+    /// endless.
     #[test]
     fn what_cannot_be_parted_is_halved() {
         let count = 4 * CHUNK_PRIMS;

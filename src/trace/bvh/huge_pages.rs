@@ -1,12 +1,12 @@
-//! Rows on large pages, where the system gives them: rays that part look at rows all over a tree,
-//! and each page of four kibibytes wants a look-up of its own.
+//! Rows on huge pages, if the system supports them. Incoherent rays read rows all over a tree, and
+//! each page of four kibibytes needs a look-up of its own.
 
 use rayon::prelude::*;
 
-/// Less is not worth it: two large pages of x86-64.
+/// Least size for which huge pages pay: two huge pages of x86-64.
 const MIN_BYTES: usize = 4 << 20;
 
-/// New rows, on large pages if they are many.
+/// Collects rows into a new vector, on huge pages if they are many.
 pub(super) fn collect_on_huge_pages<T: Send>(
     rows: impl IndexedParallelIterator<Item = T>,
 ) -> Vec<T> {
@@ -14,13 +14,13 @@ pub(super) fn collect_on_huge_pages<T: Send>(
     if rows.len() * size_of::<T>() >= MIN_BYTES {
         advise_huge_pages(&mut all);
     }
-    // Within the room that there is: it does not move.
+    // The rows fit into the reserved memory: the vector does not move.
     rows.collect_into_vec(&mut all);
     all
 }
 
-/// Moves rows onto large pages, if they are many; for a moment they are there twice. What they are
-/// does not change, nor is it known whether the system did it.
+/// Moves rows onto huge pages, if they are many; for a moment two copies exist. The rows' contents
+/// do not change, and it is unknown whether the system complied.
 pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
     if size_of_val(&rows[..]) < MIN_BYTES {
         return;
@@ -31,7 +31,8 @@ pub(super) fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
     *rows = moved;
 }
 
-/// Before its room is written to for the first time: pages that are there stay as they are.
+/// Advises the system before the vector's memory is first written to: pages that exist already stay
+/// as they are.
 #[cfg(target_os = "linux")]
 fn advise_huge_pages<T>(empty: &mut Vec<T>) {
     const PAGE: usize = 4096;
@@ -39,7 +40,7 @@ fn advise_huge_pages<T>(empty: &mut Vec<T>) {
     let start = room.as_mut_ptr().addr().next_multiple_of(PAGE);
     let end = (room.as_mut_ptr().addr() + size_of_val(room)) / PAGE * PAGE;
     if start < end {
-        // SAFETY: the whole pages of this range are the vector's own room, and the advice changes
+        // SAFETY: the whole pages of this range are the vector's own memory, and the advice changes
         // nothing that can be read.
         unsafe { libc::madvise(start as *mut libc::c_void, end - start, libc::MADV_HUGEPAGE) };
     }

@@ -1,18 +1,18 @@
-//! Primitives in leaf order: what their tests need, and no more.
+//! Primitives in leaf order, with only the data that their tests need.
 
 use super::LeafKind;
 use super::subtree::Offsets;
 use bytemuck::{Pod, Zeroable};
 use phalanx_scene::Column;
 
-/// A triangle in leaf order. Its own padded box is not kept: it is made from the corners where a
-/// ray meets them.
+/// A triangle in leaf order. Its own padded box is not stored: it is computed from the vertices if
+/// a ray hits them.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct LeafTriangle {
-    /// The corners.
+    /// The three vertices.
     pub vertices: [[f32; 3]; 3],
-    /// Its number in the file.
+    /// `prim_id` of the stored primitive.
     pub prim_id: u32,
 }
 
@@ -26,7 +26,7 @@ pub struct LeafSphere {
     pub radius: f32,
     /// The sphere's own padded box.
     pub prim_aabb: [[f32; 3]; 2],
-    /// Its number in the file.
+    /// `prim_id` of the stored primitive.
     pub prim_id: u32,
 }
 
@@ -34,11 +34,11 @@ pub struct LeafSphere {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct LeafEllipsoid {
-    /// World to object: three columns of the matrix and the translation.
+    /// World-to-object map: three columns of the matrix and the translation.
     pub to_object: [[f32; 3]; 4],
     /// The ellipsoid's own padded box.
     pub prim_aabb: [[f32; 3]; 2],
-    /// Its number in the file.
+    /// `prim_id` of the stored primitive.
     pub prim_id: u32,
 }
 
@@ -50,7 +50,7 @@ pub struct LeafCone {
     pub base: [f32; 3],
     /// The cone's own unit axes; the last is its axis.
     pub axes: [[f32; 3]; 3],
-    /// Distance of the two ends.
+    /// Distance between the two ends.
     pub length: f32,
     /// The first end's radius times the slope's cosine.
     pub radius: f32,
@@ -60,9 +60,9 @@ pub struct LeafCone {
     pub cos_squared: f32,
     /// The cone's own padded box.
     pub prim_aabb: [[f32; 3]; 2],
-    /// 1 where only its inside can be seen, else 0.
+    /// 1 if only the inside is visible, else 0.
     pub inside: u32,
-    /// Its number in the file.
+    /// `prim_id` of the stored primitive.
     pub prim_id: u32,
 }
 
@@ -70,13 +70,14 @@ pub struct LeafCone {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub struct LeafInstance {
-    /// World to mesh: three columns of the matrix and the translation.
+    /// World-to-mesh map: three columns of the matrix and the translation.
     pub to_object: [[f32; 3]; 4],
     /// The instance's own padded box.
     pub prim_aabb: [[f32; 3]; 2],
-    /// The node at which its mesh's tree begins.
+    /// Root node of the mesh's tree.
     pub root: u32,
-    /// What to add, wrapping, to the number of a stored primitive to get that of the instance's.
+    /// Offset that is added, wrapping, to a stored primitive's number to give the number of the
+    /// instance's primitive.
     pub id_offset: u32,
 }
 
@@ -96,7 +97,7 @@ pub struct LeafPrims {
 }
 
 impl LeafPrims {
-    /// How many there are of a kind.
+    /// Number of primitives of a kind.
     pub fn count(&self, kind: LeafKind) -> usize {
         match kind {
             LeafKind::Triangle => self.triangles.len(),
@@ -107,7 +108,7 @@ impl LeafPrims {
         }
     }
 
-    /// Bytes of all.
+    /// Bytes of all columns.
     pub fn bytes(&self) -> usize {
         self.triangles.row_bytes()
             + self.spheres.row_bytes()
@@ -116,7 +117,7 @@ impl LeafPrims {
             + self.instances.row_bytes()
     }
 
-    /// Makes room for as many of each kind as there will be.
+    /// Reserves memory for the final number of each kind.
     pub(super) fn reserve(&mut self, end: &Offsets) {
         let room = |kind: LeafKind| end.slot[kind as usize] as usize;
         self.triangles.reserve(room(LeafKind::Triangle));
@@ -126,7 +127,7 @@ impl LeafPrims {
         self.instances.reserve(room(LeafKind::Instance));
     }
 
-    /// Appends another's.
+    /// Appends the primitives of another set.
     pub(super) fn append(&mut self, other: LeafPrims) {
         self.triangles.extend_from(&other.triangles);
         self.spheres.extend_from(&other.spheres);

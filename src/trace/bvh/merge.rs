@@ -1,5 +1,5 @@
-//! Pieces become one: the nodes above them first, then each piece in the order in which those lead
-//! there.
+//! Merging of subtrees: the nodes above them come first, then each subtree in the order in which
+//! those nodes lead there.
 
 use super::subtree::{Offsets, Subtree, weighted_cost};
 use super::{Child, LeafPrims, Node};
@@ -7,7 +7,7 @@ use obvhs::bvh2::Bvh2;
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
 
-/// One piece from several, by a tree of obvhs over them with one piece a leaf.
+/// Merges several subtrees, by a tree of obvhs over them with one subtree a leaf.
 pub(super) fn merge(mut subtrees: Vec<Subtree>, above: &Bvh2) -> Subtree {
     let order = leaves(above);
     // A binary tree has one inner node less than leaves.
@@ -38,7 +38,7 @@ pub(super) fn merge(mut subtrees: Vec<Subtree>, above: &Bvh2) -> Subtree {
     whole
 }
 
-/// The pieces at the leaves, in the order of a walk that goes to first children first.
+/// The subtrees at the leaves, in the order of a traversal that visits first children first.
 fn leaves(tree: &Bvh2) -> Vec<usize> {
     let mut order = Vec::new();
     let mut stack = vec![0];
@@ -53,7 +53,7 @@ fn leaves(tree: &Bvh2) -> Vec<usize> {
     order
 }
 
-/// The nodes above the pieces.
+/// The nodes above the subtrees.
 fn top(tree: &Bvh2, subtrees: &[Subtree], bases: &[Offsets]) -> Subtree {
     let mut whole = Subtree {
         root: Child::Node(0),
@@ -65,7 +65,7 @@ fn top(tree: &Bvh2, subtrees: &[Subtree], bases: &[Offsets]) -> Subtree {
         depth: 0,
         weighted_cost: 0.0,
     };
-    // (their node, its place in its parent, depth)
+    // (obvhs's node, parent and child index in it, depth)
     let mut stack = vec![(0, None, 1)];
     while let Some((at, parent, depth)) = stack.pop() {
         let theirs = &tree.nodes[at];

@@ -1,24 +1,24 @@
-//! Boxes to flat nodes: obvhs builds binary trees, which are flattened into our own 64-byte nodes,
-//! and the primitives are copied into leaf order. The only room, beside the peers, that names
-//! obvhs.
+//! Bounding volume hierarchies. obvhs builds binary trees, which are flattened into 64-byte nodes
+//! of this crate, and the primitives are copied into leaf order. Apart from the peers, only this
+//! module uses obvhs.
 //!
-//! | file | what |
+//! | file | contents |
 //! |---|---|
-//! | `node`, `leaf` | what is traced: nodes, and primitives in leaf order |
-//! | `tree` | both, whole |
-//! | `wide` | the tree once more, with as many children a node as there are lanes |
-//! | `build_input` | what a tree is built over |
+//! | `node`, `leaf` | traced data: nodes, and primitives in leaf order |
+//! | `tree` | the whole tree of both |
+//! | `wide` | a second tree, with as many children a node as there are lanes |
+//! | `build_input` | the objects that a tree is built over |
 //! | `chunks` | neighbourhoods that are built side by side |
-//! | `ploc` | a binary tree over the boxes of one, as obvhs builds it, in bounded time |
-//! | `subtree` | one subtree of obvhs's, made ours |
-//! | `merge` | pieces put together |
-//! | `huge_pages` | where rows lie in memory |
-//! | `validate` | arrays from elsewhere, proven to be a tree |
-//! | `build` | the order of all that, on all threads |
+//! | `ploc` | a binary tree over the boxes of a chunk, as obvhs builds it, in bounded time |
+//! | `subtree` | conversion of one tree of obvhs's |
+//! | `merge` | merging of subtrees |
+//! | `huge_pages` | rows on huge pages |
+//! | `validate` | proof that arrays from a file are a tree |
+//! | `build` | the order of these steps, on all threads |
 //!
 //! A node holds the boxes of its two children, so that one visit decides about both. A leaf holds
-//! primitives of one kind only: where obvhs mixed kinds, the leaf is split by kind, so that no
-//! kernel branches on the kind per primitive.
+//! primitives of one kind only. If obvhs mixed kinds, the leaf is split by kind, so that no kernel
+//! branches on the kind per primitive.
 
 mod build;
 mod build_input;

@@ -1,9 +1,9 @@
-//! The flat nodes.
+//! Flat nodes of the binary tree.
 
 use bytemuck::{Pod, Zeroable};
 use phalanx_scene::{Bounds, PrimKind};
 
-/// What a leaf holds: one kind of primitive, or instances.
+/// Contents of a leaf: one kind of primitive, or instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LeafKind {
     /// Spheres.
@@ -19,7 +19,7 @@ pub enum LeafKind {
 }
 
 impl LeafKind {
-    /// How many kinds there are.
+    /// Number of kinds.
     pub const COUNT: usize = 5;
     /// Every kind.
     pub const ALL: [LeafKind; LeafKind::COUNT] = [
@@ -48,23 +48,23 @@ impl From<PrimKind> for LeafKind {
     }
 }
 
-/// What a child reference leads to.
+/// Target of a child reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Child {
-    /// Node at this index.
+    /// The node at this index.
     Node(u32),
     /// `count` primitives of a kind from slot `first` on; `count` may be 0.
     Leaf {
-        /// Their kind.
+        /// Kind of the primitives.
         kind: LeafKind,
         /// First slot.
         first: u32,
-        /// How many.
+        /// Number of primitives.
         count: u32,
     },
 }
 
-/// An interior node: the boxes of both children and where they are. One cache line.
+/// An interior node: the boxes and the references of both children. One cache line.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct Node {
@@ -74,7 +74,7 @@ pub struct Node {
     pub first: [u32; 2],
     /// 0 for a node, else leaf flag, kind and count: see [`Node::child`].
     tag: [u16; 2],
-    /// Fills the cache line, so that no byte of a stored node is without a value.
+    /// Padding of the cache line, so that every byte of a stored node has a value.
     spare: u32,
 }
 
@@ -99,12 +99,12 @@ impl Node {
         node
     }
 
-    /// Child `k` is this from now on.
+    /// Replaces child `k`.
     pub(super) fn set_child(&mut self, k: usize, child: Child) {
         (self.first[k], self.tag[k]) = child.packed();
     }
 
-    /// The padded box of child `k` is this from now on.
+    /// Replaces the padded box of child `k`.
     pub(super) fn set_box(&mut self, k: usize, bounds: Bounds) {
         // A child without primitives needs a box that compares like any other.
         let b = match bounds.is_empty() {
@@ -135,7 +135,7 @@ impl Child {
         count: 0,
     };
 
-    /// As two words, see [`Node::packed`].
+    /// The reference as two words, see [`Node::packed`].
     pub(super) fn packed(self) -> (u32, u16) {
         match self {
             Child::Node(index) => (index, 0),
@@ -146,7 +146,7 @@ impl Child {
         }
     }
 
-    /// From the two words of [`Node::packed`].
+    /// The reference from the two words of [`Node::packed`].
     #[inline(always)]
     pub fn unpack(first: u32, tag: u16) -> Child {
         if tag == 0 {

@@ -1,13 +1,15 @@
 //! obvhs's clustering of a chunk (PLOC: Meister and Bittner, "Parallel Locally-Ordered Clustering
 //! for Bounding Volume Hierarchy Construction", 2018), with a bound on its work.
 //!
-//! In each round two clusters merge where each is the other's cheapest neighbour. A third of them
-//! does so in ordinary scenes, and all rounds together look at three to five times as many clusters
-//! as there are boxes. Among equal costs the neighbour farthest to the right is taken, so that of
-//! boxes in one place, of equal boxes in a row and of nested boxes only the last two agree: every
-//! round merges one pair, and the time is quadratic. So the rounds are ours: up to
-//! [`MAX_VISITS_PER_BOX`] they do what obvhs's own do, to the bit, and from there on neighbours
-//! merge in pairs.
+//! In each round two clusters merge if each is the other's cheapest neighbour. In ordinary scenes a
+//! third of them does so, and all rounds together visit three to five times as many clusters as
+//! there are boxes.
+//!
+//! Among equal costs the neighbour farthest to the right is taken. So of boxes at one position, of
+//! equal boxes in a row and of nested boxes only the last two agree: every round merges one pair,
+//! and the time is quadratic. Therefore the rounds are implemented here. Up to
+//! [`MAX_VISITS_PER_BOX`] they give the same bits as obvhs's own; from there on neighbours merge in
+//! pairs.
 
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -18,18 +20,18 @@ use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
 use obvhs::ploc::morton::{morton_encode_u64_unorm, morton_encode_u128_unorm};
 use obvhs::ploc::{PlocSearchDistance, SortPrecision};
 
-/// Clusters that all rounds together may look at, for each box. Grids of equal boxes need up to 12.
+/// Clusters that all rounds together may visit, per box. Grids of equal boxes need up to 12.
 const MAX_VISITS_PER_BOX: usize = 32;
 
-/// The tree over these boxes; none over nothing.
+/// The tree over these boxes; `None` for no boxes.
 pub(super) fn build(boxes: &[Aabb], preset: &BvhBuildParams) -> Option<Bvh2> {
     if boxes.is_empty() {
         return None;
     }
     let Clustered { mut tree, stalled } = cluster(boxes, preset);
     let mut optimizer = ReinsertionOptimizer::default();
-    // Where boxes cannot be told apart, or lie within each other, no other place is better, and
-    // looking for one takes as long as merging did.
+    // If boxes cannot be separated, or lie within each other, no other position is better, and the
+    // search for one takes as long as merging did.
     let mut reinsert = |tree: &mut Bvh2, ratio: f32| {
         if !stalled {
             optimizer.run(tree, ratio, None);
@@ -50,7 +52,7 @@ pub(super) fn build(boxes: &[Aabb], preset: &BvhBuildParams) -> Option<Bvh2> {
 /// A tree with one box a leaf.
 struct Clustered {
     tree: Bvh2,
-    /// Set where merging by cost came to no end.
+    /// True if merging by cost was stopped by the bound.
     stalled: bool,
 }
 
@@ -83,8 +85,8 @@ fn sorted(boxes: &[Aabb], precision: SortPrecision) -> Vec<Bvh2Node> {
     }
 }
 
-/// A place along the curve and the box that is there; rows are as long as obvhs's own, on which the
-/// order of equal keys depends.
+/// A position along the curve and the box there. Rows are as long as obvhs's own, because the order
+/// of equal keys depends on their length.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct SortRow<K> {
@@ -109,8 +111,8 @@ where
     leaves.collect()
 }
 
-/// Merges clusters until one is left. In the first `near_rounds` rounds only next neighbours are
-/// looked at.
+/// Merges clusters until one is left. In the first `near_rounds` rounds only adjacent neighbours
+/// are compared.
 fn merge_all<const REACH: usize>(leaves: Vec<Bvh2Node>, near_rounds: usize) -> Clustered {
     let boxes = leaves.len();
     let mut tree = Bvh2::zeroed(boxes);
@@ -146,7 +148,7 @@ fn merge_all<const REACH: usize>(leaves: Vec<Bvh2Node>, near_rounds: usize) -> C
     }
 }
 
-/// Merges those that have chosen each other, from the end of the tree's free nodes.
+/// Merges clusters that have chosen each other, from the end of the tree's free nodes.
 fn merge(
     clusters: &[Bvh2Node],
     partners: &[i8],
@@ -169,7 +171,7 @@ fn merge(
     }
 }
 
-/// The cheaper of the two next neighbours, for each cluster as an offset.
+/// Chooses the cheaper of the two adjacent neighbours, for each cluster as an offset.
 fn choose_near(clusters: &[Bvh2Node], partners: &mut [i8]) {
     let mut before = f32::INFINITY;
     for (pair, partner) in clusters.windows(2).zip(partners.iter_mut()) {
@@ -180,8 +182,8 @@ fn choose_near(clusters: &[Bvh2Node], partners: &mut [i8]) {
     partners[clusters.len() - 1] = -1;
 }
 
-/// Each cluster with its next neighbour, whatever that costs. Of an odd number the last keeps its
-/// place: its neighbour has chosen another.
+/// Pairs each cluster with its adjacent neighbour, at any cost. If their number is odd, the last
+/// one stays: its neighbour has chosen another.
 fn pair_up(partners: &mut [i8]) {
     let last = partners.len() - 1;
     for (k, partner) in partners.iter_mut().enumerate() {
@@ -190,13 +192,13 @@ fn pair_up(partners: &mut [i8]) {
     }
 }
 
-/// Costs of unions of the last `REACH` clusters with those behind them: each is read from both
+/// Costs of unions of the last `REACH` clusters with those after them: each cost is used from both
 /// sides.
 struct Costs<const REACH: usize>([[f32; REACH]; REACH]);
 
 impl<const REACH: usize> Costs<REACH> {
-    /// The cheapest neighbour within `REACH`, for each cluster as an offset; of equal ones the
-    /// last.
+    /// Chooses the cheapest neighbour within `REACH`, for each cluster as an offset; of equal ones
+    /// the last.
     fn choose(&mut self, clusters: &[Bvh2Node], partners: &mut [i8]) {
         for (k, partner) in partners.iter_mut().enumerate() {
             let mut best = (f32::INFINITY, k);
@@ -237,7 +239,7 @@ mod tests {
         }
     }
 
-    /// Numbers from 0 to 1.
+    /// Random numbers from 0 to 1.
     fn numbers(mut seed: u32) -> impl FnMut() -> f32 {
         move || {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -260,7 +262,7 @@ mod tests {
         for (_, quality) in Quality::ALL {
             let preset = quality.preset();
             for count in [1, 2, 3, 9, 100, 3000] {
-                // Many of one centre, of which the order must not differ either.
+                // Many boxes with one centre, whose order must not differ either.
                 let mut position = || Vec3A::new(unit(), unit(), (unit() * 9.0).floor());
                 let boxes: Vec<Aabb> = (0..count)
                     .flat_map(|_| {
@@ -279,7 +281,7 @@ mod tests {
         }
     }
 
-    /// The tree holds every box once, within the boxes of all nodes above.
+    /// Checks that the tree holds every box once, within the boxes of all nodes above.
     fn check(tree: &Bvh2, boxes: &[Aabb]) {
         let mut seen = vec![false; boxes.len()];
         let mut waiting = vec![0];
@@ -299,7 +301,8 @@ mod tests {
         assert!(seen.into_iter().all(|seen| seen));
     }
 
-    /// Without the bound each of these takes 10^9 looks for every quality.
+    /// Checks boxes that cannot be separated: without the bound each case takes 10^9 visits for
+    /// every quality.
     #[test]
     fn boxes_that_cannot_be_told_apart_are_merged_in_time() {
         const COUNT: usize = 1 << 15;

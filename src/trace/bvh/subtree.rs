@@ -1,8 +1,8 @@
-//! From obvhs's tree to ours: nodes depth first, leaves of one kind, objects copied into leaf
+//! Conversion of obvhs's tree: nodes depth first, leaves of one kind, objects copied into leaf
 //! order.
 //!
-//! A subtree becomes a [`Subtree`] of its own, whose indices count from its own beginning, so that
-//! pieces can be made side by side and put behind one another afterwards.
+//! The result is a [`Subtree`] whose indices count from its own beginning, so that subtrees can be
+//! made side by side and appended to one another afterwards.
 
 use super::build_input::BuildInput;
 use super::chunks::PrimRef;
@@ -10,14 +10,14 @@ use super::{Child, LeafKind, LeafPrims, Node};
 use obvhs::bvh2::Bvh2;
 use phalanx_scene::Bounds;
 
-/// A subtree on its own.
+/// A subtree with indices of its own.
 pub(super) struct Subtree {
-    /// What stands for it in the node above.
+    /// Reference to the subtree's root, for the node above.
     pub(super) root: Child,
     pub(super) bounds: Bounds,
     pub(super) nodes: Vec<Node>,
     pub(super) slots: LeafPrims,
-    /// Most nodes on a path through it.
+    /// Most nodes on a path through the subtree.
     pub(super) depth: usize,
     /// Σ area · cost over the children of its nodes.
     pub(super) weighted_cost: f64,
@@ -26,12 +26,12 @@ pub(super) struct Subtree {
 /// A tree of obvhs over a chunk.
 pub(super) struct ObvhsTree<'a> {
     pub(super) tree: &'a Bvh2,
-    /// In the order in which obvhs was given them.
+    /// Objects in the order in which they were given to obvhs.
     pub(super) chunk: &'a [PrimRef],
     pub(super) objects: &'a BuildInput<'a>,
 }
 
-/// A child that still has to become one of ours.
+/// A child that still has to be converted.
 enum Pending {
     /// obvhs's node at this index.
     Obvhs(usize),
@@ -40,7 +40,7 @@ enum Pending {
 }
 
 impl ObvhsTree<'_> {
-    /// The whole tree.
+    /// Converts the whole tree.
     pub(super) fn subtree(&self) -> Subtree {
         let whole = self.pending(0);
         let mut subtree = Subtree {
@@ -58,9 +58,10 @@ impl ObvhsTree<'_> {
         subtree
     }
 
-    /// Depth first with an explicit stack: a tree may be deeper than the thread's stack allows.
+    /// Converts nodes depth first with an explicit stack: a tree may be deeper than the thread's
+    /// stack allows.
     fn add_nodes(&self, whole: Pending, subtree: &mut Subtree) {
-        // (node to make, its place in its parent, depth)
+        // (node to make, parent and child index in it, depth)
         let mut stack = vec![(whole, None, 1usize)];
         while let Some((pending, parent, depth)) = stack.pop() {
             let index = subtree.nodes.len() as u32;
@@ -158,7 +159,7 @@ pub(super) fn weighted_cost(child: Child, bounds: Bounds) -> f64 {
     f64::from(bounds.half_area()) * cost
 }
 
-/// Where the nodes and slots of a piece come to stand.
+/// Offsets of the nodes and slots of a subtree in the merged arrays.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Offsets {
     pub(super) node: u32,
@@ -166,7 +167,7 @@ pub(super) struct Offsets {
 }
 
 impl Offsets {
-    /// Behind what is there.
+    /// The offsets after existing rows.
     pub(super) fn after(nodes: usize, slots: &LeafPrims) -> Offsets {
         let mut offsets = Offsets {
             node: nodes as u32,
@@ -178,7 +179,7 @@ impl Offsets {
         offsets
     }
 
-    /// A reference within a piece, seen from outside.
+    /// A reference within a subtree, converted to the merged arrays.
     pub(super) fn rebased(&self, child: Child) -> Child {
         match child {
             Child::Node(index) => Child::Node(self.node + index),
@@ -191,7 +192,7 @@ impl Offsets {
         }
     }
 
-    /// Behind a piece that stands here.
+    /// The offsets after a subtree that is placed at these.
     pub(super) fn advanced_by(mut self, subtree: &Subtree) -> Offsets {
         self.node += subtree.nodes.len() as u32;
         for kind in LeafKind::ALL {
@@ -200,7 +201,7 @@ impl Offsets {
         self
     }
 
-    /// All nodes of a piece, seen from outside.
+    /// Converts all nodes of a subtree to the merged arrays.
     pub(super) fn rebase_nodes(&self, nodes: &mut [Node]) {
         for node in nodes {
             for k in 0..2 {

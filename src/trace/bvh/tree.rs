@@ -1,4 +1,4 @@
-//! The tree of a scene: nodes and primitives in leaf order, the world's and those of every mesh.
+//! The tree of a scene: nodes and primitives in leaf order, of the world and of every mesh.
 
 use super::{
     Child, LeafCone, LeafEllipsoid, LeafInstance, LeafPrims, LeafSphere, LeafTriangle, Node,
@@ -8,7 +8,7 @@ use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
 
 /// The trees of a scene: the world's, whose root is node 0 and always exists, and one for every
-/// mesh, at whose root the instances of the mesh go on.
+/// mesh. Instances of a mesh continue at the root of its tree.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     pub(super) nodes: Column<Node>,
@@ -75,7 +75,7 @@ impl Bvh {
     }
 
     /// Most nodes on a path from the world's root, through an instance to the end of its mesh's
-    /// tree: a traversal stack of this many entries never overflows.
+    /// tree. A traversal stack of this many entries never overflows.
     #[inline]
     pub fn depth(&self) -> usize {
         self.depth
@@ -88,13 +88,13 @@ impl Bvh {
         self.sah
     }
 
-    /// Whether [`Bvh::wide`] has been made.
+    /// Returns true if [`Bvh::wide`] has been made.
     #[inline]
     pub fn has_wide(&self) -> bool {
         self.wide.get().is_some()
     }
 
-    /// Bytes of [`Bvh::wide`]; 0 where it has not been made.
+    /// Bytes of [`Bvh::wide`]; 0 if it has not been made.
     #[inline]
     pub fn wide_bytes(&self) -> usize {
         self.wide.get().map_or(0, |wide| wide.bytes())

@@ -1,14 +1,17 @@
-//! Arrays that are said to be a tree, and the proof that they are: what a builder guarantees,
-//! checked for arrays out of a file, so that kernels without bounds checks may walk them.
+//! Verification that arrays from a file are a tree. It checks all that a builder guarantees, so
+//! that kernels without bounds checks may traverse them.
 //!
-//! The proof is cut into blocks that can be done in any order on any thread, each a look at some
-//! rows of one array. What makes that possible is a level for every node, stored beside the nodes:
-//! children have larger levels than their parents, so no path comes back, and none is longer than
-//! the largest level. A level carries a mark in the trees of meshes; the mark is inherited,
-//! instances lead to marked nodes, and no marked node has instances: so trees nest once. That no
-//! node has two parents is a matter of counting. Slots are counted as a whole: two leaves may still
-//! share one where another slot has none, which makes a wrong picture but never an unsafe or
-//! endless walk.
+//! The proof is divided into blocks that can be verified in any order on any thread. Each block
+//! covers some rows of one array. A level for every node, stored beside the nodes, makes that
+//! possible:
+//!
+//! - Children have larger levels than their parents, so no path comes back, and none is longer than
+//!   the largest level.
+//! - A level carries a mark in the trees of meshes. The mark is inherited, instances lead to marked
+//!   nodes, and no marked node has instances. So trees nest once.
+//! - A count shows that no node has two parents.
+//! - Slots are counted as a whole. Two leaves may still share a slot while another slot has none.
+//!   That makes a wrong picture, but never an unsafe or endless traversal.
 
 use super::{Bvh, Child, LeafKind, LeafPrims, Node};
 use phalanx_scene::{Column, Scene};
@@ -19,23 +22,23 @@ use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU64, Ordering::Re
 /// Set in the levels of nodes of meshes.
 const IN_MESH: u16 = 0x8000;
 
-/// Why arrays are no tree.
+/// Reasons why arrays are no tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BvhError {
     /// A path is too long for a level to be stored for each of its nodes.
     #[error("a path of the tree is longer than 32,767 nodes")]
     TooDeep,
-    /// There has to be a level for every node, and at least one node.
+    /// There are not as many levels as nodes, or there are no nodes.
     #[error("nodes and levels differ in number, or there are none")]
     Lengths,
-    /// A row was not looked at, or is none that a builder would have made.
+    /// A row was not verified, or no builder would have made it.
     #[error("a row of the tree is out of range")]
     Row,
-    /// A node has two parents, or there are more or fewer slots than leaves speak of, or than the
+    /// A node has two parents, or there are more or fewer slots than leaves refer to, or than the
     /// scene has.
     #[error("the tree's branches meet")]
     Branches,
-    /// An instance leads to what is not its mesh.
+    /// An instance does not lead to its own mesh.
     #[error("an instance leads to another mesh than its own")]
     Instance,
 }
@@ -43,7 +46,7 @@ pub enum BvhError {
 /// An array of a tree, as bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Array<'a> {
-    /// What its rows are.
+    /// Name of its rows.
     pub name: &'static str,
     /// Bytes of a row.
     pub row_bytes: usize,
@@ -84,7 +87,7 @@ impl Bvh {
         let mut levels = vec![0; self.nodes.len()];
         levels[0] = 1;
         for (i, node) in self.nodes.iter().enumerate() {
-            // Parents stand before their children: what has none by now is the root of a mesh.
+            // Parents precede their children: a node without a level by now is the root of a mesh.
             if levels[i] == 0 {
                 levels[i] = IN_MESH | 1;
             }
@@ -101,7 +104,7 @@ impl Bvh {
     }
 }
 
-/// The arrays of a tree, from wherever they come.
+/// The arrays of a tree, from any source.
 #[derive(Debug, Default)]
 pub struct BvhArrays {
     /// Nodes.
@@ -110,24 +113,24 @@ pub struct BvhArrays {
     pub depths: Column<u16>,
     /// Primitives in leaf order.
     pub slots: LeafPrims,
-    /// What [`Bvh::sah`] is going to say. Nothing depends on it.
+    /// Value of [`Bvh::sah`]. Nothing depends on it.
     pub sah: f64,
 }
 
-/// Bytes of a block, at most.
+/// Most bytes of a block.
 const BLOCK: usize = 1 << 18;
 
-/// Parts with a proof in progress that they are a tree.
+/// Arrays whose verification as a tree is in progress.
 #[derive(Debug)]
 pub struct UnverifiedBvh {
     arrays: BvhArrays,
     prims: u32,
     blocks: Vec<RowBlock>,
-    /// Blocks that hold.
+    /// Marks of verified blocks.
     verified: Vec<AtomicBool>,
-    /// Nodes that are a child.
+    /// Marks of nodes that are a child.
     children: Vec<AtomicU8>,
-    /// References to nodes, and to slots.
+    /// Numbers of references to nodes, and to slots.
     references: AtomicU64,
     slot_references: AtomicU64,
     /// Largest level in the world, and in the meshes.
@@ -141,7 +144,7 @@ struct RowBlock {
 }
 
 impl UnverifiedBvh {
-    /// Parts that are said to be the tree of a scene.
+    /// Begins the verification of arrays as the tree of a scene.
     pub fn new(parts: BvhArrays, scene: &Scene) -> UnverifiedBvh {
         let mut blocks = Vec::new();
         for (array, all) in arrays(&parts.nodes, &parts.slots).iter().enumerate() {
@@ -169,7 +172,7 @@ impl UnverifiedBvh {
     }
 
     /// A block: the number of its array among [`Bvh::arrays`], and its bytes. The blocks of an
-    /// array follow one another and make it up.
+    /// array follow one another and cover it.
     pub fn block(&self, k: usize) -> (usize, &[u8]) {
         let block = &self.blocks[k];
         let array = arrays(&self.arrays.nodes, &self.arrays.slots)[block.array];
@@ -178,7 +181,7 @@ impl UnverifiedBvh {
         (block.array, bytes)
     }
 
-    /// Does a block of the proof, once; whether its rows are in order.
+    /// Verifies a block of the proof, once; returns true if its rows are valid.
     pub fn verify(&self, k: usize) -> bool {
         let RowBlock { array, rows } = self.blocks[k].clone();
         let slots = &self.arrays.slots;
@@ -211,7 +214,7 @@ impl UnverifiedBvh {
         let (mut references, mut slot_references) = (0, 0);
         for (node, &level) in nodes[rows.clone()].iter().zip(&levels[rows]) {
             let in_mesh = level & IN_MESH != 0;
-            // Levels count from 1: the largest one is then no less than the number of nodes on any
+            // Levels count from 1: so the largest one is no less than the number of nodes on any
             // path.
             if level & !IN_MESH == 0 {
                 return false;
@@ -222,7 +225,8 @@ impl UnverifiedBvh {
                 match node.child(k) {
                     Child::Node(child) => {
                         let below = levels.get(child as usize);
-                        // The mark is the highest bit: larger, and of the same tree.
+                        // The mark is the highest bit. The child's level must be larger, and of the
+                        // same tree.
                         if !below.is_some_and(|&b| b > level && b & IN_MESH == level & IN_MESH) {
                             return false;
                         }
@@ -249,17 +253,17 @@ impl UnverifiedBvh {
         true
     }
 
-    /// The tree, where every block has been proven.
+    /// The tree, if every block has been verified.
     ///
     /// # Errors
-    /// [`BvhError`]: a block was not proven, or the counts do not fit.
+    /// [`BvhError`]: a block was not verified, or the counts do not fit.
     pub fn accept(self, scene: &Scene) -> Result<Bvh, BvhError> {
         let parts = &self.arrays;
         if parts.nodes.is_empty() || parts.nodes.len() != parts.depths.len() {
             return Err(BvhError::Lengths);
         }
         let proven = self.verified.iter().all(|proven| proven.load(Relaxed));
-        // Stacks are made for paths that begin at the world's root.
+        // Stacks are sized for paths that begin at the world's root.
         if !proven || self.prims as usize != scene.prim_count() || self.is_mesh_node(0) {
             return Err(BvhError::Row);
         }
@@ -289,8 +293,8 @@ impl UnverifiedBvh {
         })
     }
 
-    /// Whether every instance leads to its own mesh, so that what is hit there has a number that
-    /// the scene knows.
+    /// Checks that every instance leads to its own mesh, so that the numbers of its hits exist in
+    /// the scene.
     fn check_instances(&self, scene: &Scene) -> Result<(), BvhError> {
         let slots = &self.arrays.slots.instances;
         // The same arithmetic as the builder's.
@@ -326,12 +330,12 @@ impl UnverifiedBvh {
         }
     }
 
-    /// The mesh whose primitives, and no others, hang below a node.
+    /// The mesh that owns all primitives below a node.
     fn mesh_of(&self, root: u32, scene: &Scene, seen: &mut [bool]) -> Result<u32, BvhError> {
         let mut mesh = None;
         let mut stack = vec![root];
         while let Some(index) = stack.pop() {
-            // Two roots in one tree: looked at again and again, it would take forever.
+            // Two roots in one tree: visited again and again, it would take forever.
             if std::mem::replace(&mut seen[index as usize], true) {
                 return Err(BvhError::Instance);
             }

@@ -1,4 +1,4 @@
-//! Camera rays, eight at a time: the operations of [`Camera`]'s own, in the same order.
+//! Camera rays, eight at a time: the operations of [`Camera`], in the same order.
 
 use crate::simd::{F32x8, Lanes, Vec3x8};
 use glam::Vec3;

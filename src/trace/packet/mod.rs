@@ -20,21 +20,21 @@ pub struct RayPacket<L = F32x8> {
     pub tmax: L,
 }
 
-/// What rays hit.
+/// Hits of a packet of rays.
 #[derive(Clone, Copy, Debug)]
 pub struct HitPacket<L: Lanes = F32x8> {
-    /// Distance in units of the ray's direction; `tmax` where nothing was hit.
+    /// Distance in units of the ray's direction; `tmax` for a miss.
     pub t: L,
-    /// Barycentric weight of a triangle's second corner, else 0.
+    /// Barycentric weight of a triangle's second vertex, else 0.
     pub u: L,
-    /// Barycentric weight of a triangle's third corner, else 0.
+    /// Barycentric weight of a triangle's third vertex, else 0.
     pub v: L,
-    /// Primitive as the scene numbers it, instances' included, or [`NO_PRIM`].
+    /// Primitive by the scene's numbers, those of instances included, or [`NO_PRIM`].
     pub prim_id: L::U32,
 }
 
 impl HitPacket {
-    /// One lane is this from now on: distance, weights, number.
+    /// Replaces one lane: distance, weights, number.
     #[inline]
     pub fn set(&mut self, lane: usize, [t, u, v]: [f32; 3], prim_id: u32) {
         self.t.set_lane(lane, t);
@@ -43,7 +43,7 @@ impl HitPacket {
         self.prim_id.set_lane(lane, prim_id);
     }
 
-    /// Nothing hit.
+    /// A packet of misses.
     #[inline]
     pub fn miss() -> HitPacket {
         HitPacket {
@@ -56,7 +56,7 @@ impl HitPacket {
 }
 
 impl<L: Lanes> HitPacket<L> {
-    /// The k-th eight.
+    /// The k-th octet of lanes.
     #[inline(always)]
     pub fn octet(&self, k: usize) -> HitPacket {
         HitPacket {
@@ -68,7 +68,7 @@ impl<L: Lanes> HitPacket<L> {
     }
 }
 
-/// Number of packets that hold `rays` rays.
+/// Number of packets that `rays` rays need.
 #[inline]
 pub fn packets_for(rays: usize) -> usize {
     rays.div_ceil(LANES)

@@ -1,5 +1,5 @@
-//! A queue of rays in a bump arena, stored packet by packet, so that what is pushed ray by ray
-//! comes out in full packets.
+//! A queue of rays in a bump arena, stored packet by packet, so that rays that are pushed one by
+//! one come out in full packets.
 
 use super::{RayPacket, packets_for};
 use crate::simd::{LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
@@ -13,7 +13,7 @@ pub(crate) struct RaySlot {
     pub(crate) dir: [[f32; LANES]; 3],
 }
 
-/// What eight rays are for. Apart from them, because traversal does not look at it.
+/// Payload of eight rays. It is separate from them, because traversal does not read it.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 struct RayPayload {
@@ -21,16 +21,16 @@ struct RayPayload {
     parent: [u32; LANES],
 }
 
-/// Rays waiting to be traced, each with the hit that sent it (`parent`) and what its answer is
-/// multiplied with (`weight`, RGB); where something about them is left to chance, with the seeds of
-/// that; and, where rays of little weight are not traced, with the share of the camera ray that
-/// they carry (`share`, RGB).
+/// Rays waiting to be traced, each with the hit that sent it (`parent`) and the weight of its
+/// radiance (`throughput`, RGB). If rays involve random choices, the queue also has their seeds. If
+/// rays of little weight are not traced, it also has the share of the camera ray that each carries
+/// (`shares`, RGB).
 pub struct RayQueue<'arena> {
     slots: &'arena mut [RaySlot],
     payloads: &'arena mut [RayPayload],
-    /// Empty where nothing is left to chance.
+    /// Seeds of the rays; empty if there are no random choices.
     seeds: &'arena mut [[u32; LANES]],
-    /// Empty where nobody asks; then every share is 1.
+    /// Shares of the rays; empty if they are not needed, and then every share is 1.
     shares: &'arena mut [Rgb],
     len: usize,
 }
@@ -51,9 +51,9 @@ const EMPTY_PAYLOAD: RayPayload = RayPayload {
 /// The optional columns of a queue.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct QueueColumns {
-    /// Seeds.
+    /// True if the queue has seeds.
     pub seeds: bool,
-    /// Shares.
+    /// True if the queue has shares.
     pub shares: bool,
 }
 
@@ -74,13 +74,13 @@ impl QueueStorage {
         + size_of::<[u32; LANES]>()
         + size_of::<Rgb>();
 
-    /// Forgets the rays.
+    /// Removes all rays.
     #[inline]
     pub fn clear(&mut self) {
         self.len = 0;
     }
 
-    /// Forgets the rays, and has `push` fill the queue with up to `packets` packets of others.
+    /// Removes all rays, and calls `push` to fill the queue with up to `packets` packets of others.
     pub fn fill<T>(
         &mut self,
         packets: usize,
@@ -113,7 +113,7 @@ impl QueueStorage {
     }
 }
 
-/// Lengthens a column to `packets`, if it is shorter, and takes no more memory than that.
+/// Lengthens a column to `packets`, if it is shorter, and allocates no more memory than that.
 fn grow<T: Clone>(column: &mut Vec<T>, packets: usize, empty: T) {
     if column.len() < packets {
         column.reserve_exact(packets - column.len());
@@ -134,7 +134,7 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
-    /// An empty queue that has room for seeds, too, if it is to have them.
+    /// An empty queue, with room for seeds if `seeded` is true.
     #[inline]
     pub fn seeded(arena: &'arena Bump, capacity: usize, seeded: bool) -> RayQueue<'arena> {
         let queue = RayQueue::with_capacity(arena, capacity);
@@ -145,31 +145,31 @@ impl<'arena> RayQueue<'arena> {
         RayQueue { seeds, ..queue }
     }
 
-    /// Whether its rays have seeds.
+    /// Returns true if the rays have seeds.
     #[inline]
     pub fn has_seeds(&self) -> bool {
         !self.seeds.is_empty()
     }
 
-    /// Rays waiting.
+    /// Number of waiting rays.
     #[inline]
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Packets that hold them.
+    /// Number of packets that hold the rays.
     #[inline]
     pub fn packets(&self) -> usize {
         packets_for(self.len)
     }
 
-    /// Whether none waits.
+    /// Returns true if no ray waits.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Forgets the rays, keeps the room.
+    /// Removes all rays, and keeps the memory.
     #[inline]
     pub fn clear(&mut self) {
         self.len = 0;
@@ -192,7 +192,7 @@ impl<'arena> RayQueue<'arena> {
             return;
         }
         if lanes == 0xff && self.len.is_multiple_of(LANES) {
-            // Eight neighbours into an empty slot: the packet as it is.
+            // Eight neighbours into an empty slot: the packet is copied as it is.
             self.slots[self.len / LANES] = RaySlot {
                 org: rows(org),
                 dir: rows(dir),
@@ -217,10 +217,10 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
-    /// Gives the rays that the next [`RayQueue::push`] of the same `mask` appends these seeds.
+    /// Sets the seeds of the rays that the next [`RayQueue::push`] of the same `mask` appends.
     ///
     /// # Panics
-    /// If there is no room for them, or none for seeds.
+    /// If there is no room for the rays, or none for seeds.
     #[inline]
     pub fn push_seeds(&mut self, mask: Mask8, seeds: &[u32; LANES]) {
         for (at, lane) in (self.len..).zip(mask.lanes()) {
@@ -228,10 +228,10 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
-    /// Gives the rays that the next [`RayQueue::push`] of the same `mask` appends these shares.
+    /// Sets the shares of the rays that the next [`RayQueue::push`] of the same `mask` appends.
     ///
     /// # Panics
-    /// If there is no room for them, or none for shares.
+    /// If there is no room for the rays, or none for shares.
     #[inline]
     pub fn push_shares(&mut self, mask: Mask8, share: &Vec3x8) {
         let share = rows(*share);
@@ -240,7 +240,7 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
-    /// Appends one ray, without purpose.
+    /// Appends one ray, without a payload.
     ///
     /// # Panics
     /// If the queue is full.
@@ -254,7 +254,7 @@ impl<'arena> RayQueue<'arena> {
         self.len += 1;
     }
 
-    /// Packet `index` (and the ones after it, where `L` holds more than one) and which lanes carry
+    /// Packet `index` (and the ones after it, if `L` holds more than one) and the lanes that carry
     /// rays; `tmax` is the same for all.
     #[inline(always)]
     pub fn packet<L: Lanes>(&self, index: usize, tmax: f32) -> (RayPacket<L>, L::Mask) {
@@ -265,8 +265,8 @@ impl<'arena> RayQueue<'arena> {
         )
     }
 
-    /// Packets side by side, as many as `L` holds: `index` tells which is the k-th. Past the end
-    /// the last is repeated.
+    /// Packets side by side, as many as `L` holds: `index` gives the index of the k-th. Past the
+    /// end the last packet is repeated.
     #[inline(always)]
     pub fn packets_at<L: Lanes>(&self, index: impl Fn(usize) -> usize, tmax: f32) -> RayPacket<L> {
         let slot = |k: usize| &self.slots[index(k).min(self.slots.len() - 1)];
@@ -284,13 +284,13 @@ impl<'arena> RayQueue<'arena> {
         }
     }
 
-    /// The rays as they lie in memory, to be asked for before they are needed.
+    /// The rays as they lie in memory, for prefetching.
     #[inline(always)]
     pub(crate) fn slots(&self) -> &[RaySlot] {
         &self.slots[..self.packets()]
     }
 
-    /// Which lanes of packet `index` carry rays.
+    /// Lanes of packet `index` that carry rays.
     #[inline(always)]
     pub fn active(&self, index: usize) -> Mask8 {
         Mask8::first(self.len.saturating_sub(index * LANES).min(LANES))
@@ -303,7 +303,7 @@ impl<'arena> RayQueue<'arena> {
         (slot.org.map(|c| c[lane]), slot.dir.map(|c| c[lane]))
     }
 
-    /// The seed of one ray; 0 where rays have none.
+    /// The seed of one ray; 0 if rays have none.
     #[inline]
     pub fn seed(&self, packet: usize, lane: usize) -> u32 {
         self.seeds.get(packet).map_or(0, |seeds| seeds[lane])
@@ -328,7 +328,7 @@ fn rows(v: Vec3x8) -> [[f32; LANES]; 3] {
     [v.x.to_array(), v.y.to_array(), v.z.to_array()]
 }
 
-/// Copies one lane of three columns to another place.
+/// Copies one lane of three columns to another index.
 #[inline(always)]
 fn copy_lane(from: &[[f32; LANES]; 3], lane: usize, to: &mut [[f32; LANES]; 3], at: usize) {
     for (to, from) in to.iter_mut().zip(from) {

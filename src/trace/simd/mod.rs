@@ -1,14 +1,14 @@
-//! Numbers, masks and vectors of eight and of sixteen lanes; the only room that names `wide`.
+//! Numbers, masks and vectors of eight and of sixteen lanes; the only module that uses `wide`.
 //!
 //! Every operation here is one IEEE operation per lane, so a lane's bits do not depend on its
-//! neighbours, on the number of lanes or on the instruction set. What would break that is left out:
-//! `mul_add` (fuses or not by build), `recip` and `recip_sqrt` (12-bit approximations), library
-//! functions. One exception, for bounds: [`Lanes::mul_sub_any_rounding`]. [`Lanes::min`] and
-//! [`Lanes::max`] are `if a < b { a } else { b }`, the bits of `minps`; the scalar oracle writes
-//! them out the same way.
+//! neighbours, on the number of lanes or on the instruction set. Operations that would break that
+//! are left out: `mul_add` (fuses or not by build), `recip` and `recip_sqrt` (12-bit
+//! approximations), library functions. There is one exception, for bounds:
+//! [`Lanes::mul_sub_any_rounding`]. [`Lanes::min`] and [`Lanes::max`] are `if a < b { a } else { b
+//! }`, the bits of `minps`; the scalar oracle writes them out the same way.
 //!
 //! Eight lanes are the packet: queues, shading and the camera use [`F32x8`]. The traversal is
-//! written over [`Lanes`], so that two packets can go down the tree as one [`F32x16`].
+//! written over [`Lanes`], so that two packets can traverse the tree as one [`F32x16`].
 
 mod types;
 mod vec3;
@@ -18,15 +18,15 @@ pub use vec3::{Vec3Lanes, Vec3x8};
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// Lanes in a packet: part of the contract, whatever the machine's registers hold.
+/// Lanes in a packet: part of the contract, whatever the width of the machine's registers.
 pub const LANES: usize = 8;
 
 /// As many lanes as the widest registers that the build is for: children of a wide node, and
-/// primitives of a block. Which number that is matters to no answer.
+/// primitives of a block. Results do not depend on that number.
 #[cfg(target_feature = "avx512f")]
 pub type Native = F32x16;
 /// As many lanes as the widest registers that the build is for: children of a wide node, and
-/// primitives of a block. Which number that is matters to no answer.
+/// primitives of a block. Results do not depend on that number.
 #[cfg(not(target_feature = "avx512f"))]
 pub type Native = F32x8;
 
@@ -64,17 +64,17 @@ pub trait Lanes:
 
     /// The same value in every lane.
     fn splat(value: f32) -> Self;
-    /// Side by side, [`Lanes::PACKETS`] eights; `eight(k)` gives the k-th.
+    /// Joins [`Lanes::PACKETS`] octets side by side; `eight(k)` gives the k-th.
     fn from_octets(eight: impl Fn(usize) -> [f32; LANES]) -> Self;
-    /// The k-th eight.
+    /// The k-th octet of lanes.
     fn octet(self, k: usize) -> F32x8;
     /// The k-th run of lanes of a column.
     fn load_run(column: &[f32; COLUMN_LANES], k: usize) -> Self;
-    /// The smallest lane; a NaN among them makes it any of them.
+    /// The smallest lane; if there is a NaN among them, any of them.
     fn min_element(self) -> f32;
-    /// The largest lane; a NaN among them makes it any of them.
+    /// The largest lane; if there is a NaN among them, any of them.
     fn max_element(self) -> f32;
-    /// `if self < other { self } else { other }`: the other's NaN comes through, one's own does
+    /// `if self < other { self } else { other }`: a NaN in `other` is returned, a NaN in `self` is
     /// not.
     fn min(self, other: Self) -> Self;
     /// `if self > other { self } else { other }`.
@@ -84,7 +84,7 @@ pub trait Lanes:
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
     /// self · by − less, rounded once or twice, by build: for bounds that have room for it, never
-    /// for what an answer holds.
+    /// for values of a result.
     fn mul_sub_any_rounding(self, by: Self, less: Self) -> Self;
     /// self < other
     fn lt(self, other: Self) -> Self::Mask;
@@ -96,7 +96,7 @@ pub trait Lanes:
     fn ge(self, other: Self) -> Self::Mask;
     /// self = other
     fn eq(self, other: Self) -> Self::Mask;
-    /// Whether both have the same bits: unlike zeros are not the same, like NaNs are.
+    /// Lanes whose bits are the same in both: zeros of unlike sign differ, like NaNs do not.
     fn bits_eq(self, other: Self) -> Self::Mask;
 }
 
@@ -104,7 +104,7 @@ pub trait Lanes:
 pub trait LaneU32<M>: Copy {
     /// The same value in every lane.
     fn splat(value: u32) -> Self;
-    /// The k-th eight.
+    /// The k-th octet of lanes.
     fn octet(self, k: usize) -> U32x8;
     /// self + other, modulo 2³².
     fn wrapping_add(self, other: Self) -> Self;
@@ -118,15 +118,15 @@ pub trait LaneU32<M>: Copy {
 pub trait LaneMask<F, U>:
     Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
 {
-    /// The same in every lane.
+    /// The same value in every lane.
     fn splat(value: bool) -> Self;
     /// No lane set.
     fn none() -> Self;
-    /// Lane k is bit k.
+    /// A mask from bits: lane k is bit k.
     fn from_bits(bits: u32) -> Self;
-    /// Bit k is lane k.
+    /// The mask as bits: bit k is lane k.
     fn bits(self) -> u32;
-    /// Whether any lane is set.
+    /// Returns true if any lane is set.
     fn any(self) -> bool;
     /// Lanes of `yes` where set, of `no` elsewhere.
     fn select(self, yes: F, no: F) -> F;

@@ -1,11 +1,11 @@
-//! The lane types over `wide`'s, eight and sixteen.
+//! Lane types of eight and of sixteen lanes, over those of `wide`.
 
 use super::{COLUMN_LANES, LANES, LaneMask, LaneU32, Lanes};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use wide::{f32x4, f32x8, f32x16, f64x8, u32x8, u32x16};
 
-/// All lanes, four by four and then those four by halves. Left to itself, the compiler makes masks
-/// and blends of it.
+/// Folds all lanes, four by four and then those four by halves. Without this order, the compiler
+/// makes masks and blends of it.
 #[inline(always)]
 fn fold<const N: usize>(
     lanes: [f32; N],
@@ -21,7 +21,8 @@ fn fold<const N: usize>(
     pick(pick(a, c), pick(b, d))
 }
 
-/// The types of one lane count. A macro and not a generic, because `wide`'s types share no trait.
+/// Defines the types of one lane count. It is a macro and not a generic, because `wide`'s types
+/// share no trait.
 macro_rules! lane_types {
     ($count:literal, $F:ident($f:ident), $U:ident($u:ident), $M:ident) => {
         #[doc = concat!(stringify!($count), " floats.")]
@@ -81,7 +82,7 @@ macro_rules! lane_types {
         }
 
         impl $F {
-            /// Lane k takes `values[k]`.
+            /// Lanes from an array: lane k takes `values[k]`.
             #[inline(always)]
             pub const fn new(values: [f32; $count]) -> $F {
                 $F($f::new(values))
@@ -93,13 +94,13 @@ macro_rules! lane_types {
                 self.0.to_array()
             }
 
-            /// One lane, read where it lies: for a packet in memory, cheaper than `to_array`.
+            /// One lane, read in place: for a packet in memory, cheaper than `to_array`.
             #[inline(always)]
             pub fn lane(&self, k: usize) -> f32 {
                 self.0.as_array()[k]
             }
 
-            /// One lane is this from now on, written where it lies.
+            /// Replaces one lane in place.
             #[inline(always)]
             pub fn set_lane(&mut self, k: usize, value: f32) {
                 self.0.as_mut_array()[k] = value;
@@ -225,7 +226,7 @@ macro_rules! lane_types {
         }
 
         impl $U {
-            /// Lane k takes `values[k]`.
+            /// Lanes from an array: lane k takes `values[k]`.
             #[inline(always)]
             pub const fn new(values: [u32; $count]) -> $U {
                 $U($u::new(values))
@@ -237,13 +238,13 @@ macro_rules! lane_types {
                 self.0.to_array()
             }
 
-            /// One lane, read where it lies.
+            /// One lane, read in place.
             #[inline(always)]
             pub fn lane(&self, k: usize) -> u32 {
                 self.0.as_array()[k]
             }
 
-            /// One lane is this from now on, written where it lies.
+            /// Replaces one lane in place.
             #[inline(always)]
             pub fn set_lane(&mut self, k: usize, value: u32) {
                 self.0.as_mut_array()[k] = value;
@@ -380,14 +381,14 @@ lane_types!(8, F32x8(f32x8), U32x8(u32x8), Mask8);
 lane_types!(16, F32x16(f32x16), U32x16(u32x16), Mask16);
 
 impl F32x8 {
-    /// Eight columns as eight rows, bits as they are.
+    /// Transposes eight columns to eight rows; the bits do not change.
     #[inline(always)]
     pub fn transposed(columns: [F32x8; LANES]) -> [[f32; LANES]; LANES] {
         f32x8::transpose(columns.map(|column| column.0)).map(f32x8::to_array)
     }
 }
 
-/// Eight doubles, for what is rounded to `f32` once it is known.
+/// Eight doubles, for results that are rounded to `f32` at the end.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct F64x8(f64x8);

@@ -19,14 +19,14 @@ pub struct Vec3Lanes<L> {
 }
 
 impl<L> Vec3Lanes<L> {
-    /// From three columns.
+    /// A vector from three columns.
     #[inline(always)]
     pub const fn new(x: L, y: L, z: L) -> Vec3Lanes<L> {
         Vec3Lanes { x, y, z }
     }
 }
 
-/// What single and double precision have in common.
+/// Operations that single and double precision share.
 impl<L: Copy + Add<Output = L> + Sub<Output = L> + Mul<Output = L>> Vec3Lanes<L> {
     /// (x·x' + y·y') + z·z', in the order of glam's `Vec3::dot`.
     #[inline(always)]
@@ -52,12 +52,11 @@ impl<L: Copy + Add<Output = L> + Sub<Output = L> + Mul<Output = L>> Vec3Lanes<L>
 }
 
 impl<L: Lanes> Vec3Lanes<L> {
-    /// All zero.
+    /// The zero vector.
     pub const ZERO: Vec3Lanes<L> = Vec3Lanes::new(L::ZERO, L::ZERO, L::ZERO);
 
     /// The components from an axis on: its own, the next one's and the last one's. An index would
-    /// take them through memory, where halves that were written are waited for before the whole can
-    /// be read.
+    /// take them through memory, where the read of the whole waits for the writes of its halves.
     #[inline(always)]
     pub fn from_axis(self, axis: usize) -> [L; 3] {
         match axis {

@@ -1,32 +1,32 @@
 //! The slab test (Kay and Kajiya 1986; Williams et al., "An Efficient and Robust Ray-Box
 //! Intersection Algorithm", 2005), rays against one box.
 //!
-//! Departures: the reciprocal of a (nearly) zero component is a large finite number, so that no NaN
-//! arises from 0 · ∞; and each ray's origin is an interval, grown by [`PAD`] of its largest
-//! coordinate, because the rounding of vertex − origin depends on the origin's size. Both keep the
-//! test monotone in the box (see [`crate::traverse`]).
+//! There are two departures. The reciprocal of a (nearly) zero component is a large finite number,
+//! so that no NaN arises from 0 · ∞. And each ray's origin is an interval, grown by [`PAD`] of its
+//! largest coordinate, because the rounding of vertex − origin depends on the origin's size. Both
+//! keep the test monotone in the box (see [`crate::traverse`]).
 
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 use phalanx_scene::PAD;
 
-/// Components smaller than this count as this when inverted: 2⁻⁸⁰. With coordinates below 2²⁹ no
-/// product overflows.
+/// Least size of a component when it is inverted; smaller ones count as this: 2⁻⁸⁰. With
+/// coordinates below 2²⁹ no product overflows.
 const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 
-/// What the slab test needs of the rays.
+/// Slab data of the rays.
 #[derive(Clone, Copy)]
 pub(super) struct RaySlabs<L> {
     /// One over each component of the directions.
     pub(super) rdir: Vec3Lanes<L>,
-    /// Origin for the planes a ray meets first, and for those it meets last: moved by the padding,
-    /// away from the box in both cases. Where the rays' signs differ, for the lower and for the
-    /// upper planes instead.
+    /// Origins for the planes that a ray meets first, and for those that it meets last. Both are
+    /// moved by the padding, away from the box. If the rays' signs differ, they are for the lower
+    /// and for the upper planes instead.
     pub(super) org: [Vec3Lanes<L>; 2],
-    /// Per axis, which corner of a box (0 lower, 1 upper) is met first, if all rays agree.
+    /// Corner of a box (0 lower, 1 upper) that is met first, per axis, if all rays agree.
     pub(super) octant: Option<[usize; 3]>,
 }
 
-/// Where the rays enter and leave a box, and which of them do so within \[0, `best`\].
+/// Distances at which the rays enter and leave a box.
 pub(super) struct TInterval<L> {
     pub(super) tnear: L,
     pub(super) tfar: L,
@@ -58,7 +58,7 @@ impl<L: Lanes> RaySlabs<L> {
         }
     }
 
-    /// Reciprocal directions, and origins moved down and up: what [`RaySlabs::new`] picks from.
+    /// Reciprocal directions, and origins moved down and up, from which [`RaySlabs::new`] picks.
     #[inline(always)]
     pub(super) fn columns(org: Vec3Lanes<L>, dir: Vec3Lanes<L>) -> [Vec3Lanes<L>; 3] {
         let rdir = Vec3Lanes::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z));
@@ -66,7 +66,7 @@ impl<L: Lanes> RaySlabs<L> {
         [rdir, lo, hi]
     }
 
-    /// An origin moved down and up.
+    /// Origins moved down and up by the padding.
     #[inline(always)]
     fn moved(org: Vec3Lanes<L>) -> [Vec3Lanes<L>; 2] {
         let pad = org.max_abs() * L::splat(PAD);
@@ -96,16 +96,17 @@ impl<L: Lanes> SlabTest<L> for RaySlabs<L> {
     }
 }
 
-/// How far along rays planes are, and with that where rays are in a box. A trait and no closures,
-/// which would not be inlined.
+/// Distances of planes along rays, and from these the intervals of rays in boxes. It is a trait,
+/// because closures would not be inlined.
 pub(super) trait SlabTest<L: Lanes> {
     /// Distances of three planes, one across each axis, on the side of a box that rays meet first
-    /// (0) or last (1); of lower and of upper planes, where the rays' signs differ.
+    /// (0) or last (1). If the rays' signs differ, the sides are those of the lower and of the
+    /// upper planes.
     fn distances(&self, side: usize, planes: [f32; 3]) -> [L; 3];
 
-    /// Entry (not before 0) and exit distances, for rays whose direction signs agree: no min and
-    /// max of plane distances, and the same numbers, because rounding keeps their order. `near` is
-    /// [`RaySlabs::octant`].
+    /// Entry (not before 0) and exit distances, for rays whose direction signs agree. They need no
+    /// min and max of plane distances, and the numbers are the same, because rounding keeps their
+    /// order. `near` is [`RaySlabs::octant`].
     #[inline(always)]
     fn intersect_box_same_octant(&self, corners: &[[f32; 3]; 2], near: [usize; 3]) -> TInterval<L> {
         let [i, j, k] = near.map(|n| n & 1);
@@ -118,7 +119,7 @@ pub(super) trait SlabTest<L: Lanes> {
         }
     }
 
-    /// The same for rays that go either way along an axis.
+    /// Entry (not before 0) and exit distances, for rays that go either way along an axis.
     #[inline(always)]
     fn intersect_box_mixed(&self, [lo, hi]: &[[f32; 3]; 2]) -> TInterval<L> {
         let ([x0, y0, z0], [x1, y1, z1]) = (self.distances(0, *lo), self.distances(1, *hi));
@@ -130,8 +131,8 @@ pub(super) trait SlabTest<L: Lanes> {
 }
 
 impl<L: Lanes> TInterval<L> {
-    /// Distances, clamped to this stay in the primitive's own box, and lanes where they are ahead
-    /// of the origin.
+    /// Clamps distances to this interval of the primitive's own box, and marks the lanes in which
+    /// they are ahead of the origin.
     #[inline(always)]
     pub(super) fn clamp(&self, raw: L) -> (L::Mask, L) {
         let t = raw.max(self.tnear).min(self.tfar);
@@ -146,7 +147,7 @@ impl<L: Lanes> TInterval<L> {
     }
 }
 
-/// 1/x, with x no closer to zero than [`MIN_DIRECTION`] and its sign kept.
+/// 1/x, with x no closer to zero than [`MIN_DIRECTION`] and with its sign kept.
 #[inline(always)]
 fn reciprocal<L: Lanes>(x: L) -> L {
     let tiny = x.abs().lt(L::splat(MIN_DIRECTION));

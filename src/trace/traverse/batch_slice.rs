@@ -1,20 +1,20 @@
-//! Packets of a batch: all, or some of every eight fours, so that two kernels can be timed on rays
-//! that are alike.
+//! Packets of a batch: all, or some fours of every eight, so that two kernels can be timed on
+//! similar rays.
 
 use std::ops::Range;
 
-/// Packets that go to the same kernel: rays of one picture's square.
+/// Consecutive packets that go to the same kernel: rays of one square of the picture.
 const FOUR: usize = 4;
 
-/// Which fours of every eight each part of a trial has: two to bring the memory that a kernel
-/// needs, three to time one kernel, three to time the other.
+/// Part of a trial that has each of eight fours: two fours warm the caches for a kernel, three time
+/// one kernel, three time the other.
 const SHARES: [usize; 8] = [0, 1, 2, 1, 0, 2, 1, 2];
 
 /// Some packets of a queue.
 #[derive(Clone)]
 pub(super) struct BatchSlice {
     pub(super) packets: Range<usize>,
-    /// Which of [`SHARES`]; all if none.
+    /// Part, a value of [`SHARES`]; all packets if `None`.
     share: Option<usize>,
 }
 
@@ -26,7 +26,7 @@ impl BatchSlice {
         }
     }
 
-    /// The parts of a trial: a quarter, and twice three eighths that lie between each other.
+    /// The parts of a trial: a quarter, and twice three eighths, interleaved.
     pub(super) fn trial(packets: Range<usize>) -> [BatchSlice; 3] {
         [0, 1, 2].map(|part| BatchSlice {
             packets: packets.clone(),
@@ -34,7 +34,7 @@ impl BatchSlice {
         })
     }
 
-    /// The same, each in one piece.
+    /// The parts of a trial, each a contiguous range.
     pub(super) fn trial_in_pieces(packets: Range<usize>) -> [BatchSlice; 3] {
         let Range { start, end } = packets;
         let eighth = packets.len() / 16 * 2;
@@ -42,7 +42,7 @@ impl BatchSlice {
         [start..from, from..middle, middle..end].map(BatchSlice::all)
     }
 
-    /// The packets, in order. A four is whole, but for the last.
+    /// The packets, in order. All fours but the last are complete.
     pub(super) fn each(&self) -> impl Iterator<Item = usize> + Clone + use<> {
         let BatchSlice {
             packets,

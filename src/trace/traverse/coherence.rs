@@ -1,13 +1,12 @@
-//! How far the rays of a batch part: which class they are of, so that each class can find out what
-//! is best for it.
+//! Coherence of the rays of a batch: its class, so that each class of rays can be tuned separately.
 //!
-//! Reflections off a floor go together, those off what stands on it do not; packets are twice as
-//! fast for the ones and half as fast for the others, and where the turn is, the scene and the
-//! machine say. With one choice for all, either would be wrong for many batches; with one for each
-//! class it is nearly always right (`perf/notes/coherence.md`).
+//! Reflections off a floor are coherent, those off the objects on it are not. Packets are twice as
+//! fast for the former and half as fast for the latter, and the crossover depends on the scene and
+//! the machine. One choice for all would be wrong for many batches. One for each class is nearly
+//! always right (`perf/notes/coherence.md`).
 //!
-//! Shadow rays of one batch go nearly the same way, all of them; what tells them apart is whether
-//! they start on one surface, where beams are the faster, or on several one behind the other.
+//! Shadow rays of one batch all have nearly the same direction. They differ in where they start: on
+//! one surface, where beams are faster, or on several surfaces one behind the other.
 
 use crate::packet::RayQueue;
 use crate::simd::{F32x8, LaneMask, Lanes, Vec3x8};
@@ -16,15 +15,16 @@ use std::ops::Range;
 /// Squared cosines of 3, 12, 30 and 60 degrees.
 const SQUARED_COSINES: [f32; 4] = [0.997_26, 0.956_77, 0.75, 0.25];
 
-/// Classes: most packets within the first angle, within the next, and so on; and beyond the last.
+/// Number of classes: most packets within the first angle, within the next, and so on; and beyond
+/// the last.
 pub(super) const DIVERGENCE_CLASSES: usize = SQUARED_COSINES.len() + 1;
 
-/// Classes from this one on, 30 degrees and more, are of rays that come together nowhere: of
-/// ambient occlusion, say, and not shadow rays.
+/// First class, 30 degrees and more, of rays that meet in no common point: those of ambient
+/// occlusion, for instance, and not shadow rays.
 pub(super) const FIRST_DIVERGENT: usize = 3;
 
-/// The class of some packets of a queue: by the largest angle between the first ray of a packet and
-/// any other, in at least half of those that are looked at, one in `stride`.
+/// The class of some packets of a queue. It depends on the largest angle between the first ray of a
+/// packet and any other, in at least half of the sampled packets, one in `stride`.
 pub(super) fn divergence_class(rays: &RayQueue, packets: Range<usize>, stride: usize) -> usize {
     let looked_at = packets.step_by(stride);
     let count = looked_at.len();
@@ -38,21 +38,21 @@ pub(super) fn divergence_class(rays: &RayQueue, packets: Range<usize>, stride: u
     within.iter().filter(|&&within| 2 * within < count).count()
 }
 
-/// Classes of shadow rays: see [`OriginSpread`].
+/// Number of classes of shadow rays: see [`OriginSpread`].
 pub(super) const SPREAD_CLASSES: usize = 2;
 
-/// Starts of a batch that lie so many times as far apart as is usual are not on one surface.
+/// Ratio to the usual spread beyond which the origins of a batch are not on one surface.
 const MAX_USUAL_RATIO: f32 = 1.5;
 
-/// What is usual changes with the n-th batch by two n-ths, up or down, and by no less than this:
-/// about as many batches of a picture have more as have less. With larger steps it would follow the
-/// part of the picture that is at hand.
+/// Least step of the usual spread. With the n-th batch it changes by two n-ths, up or down, and by
+/// no less than this. So about as many batches of a picture lie above as below it. With larger
+/// steps it would follow the current part of the picture.
 const STEP: f32 = 0.002;
 
-/// How far apart the starts of a batch usually are.
+/// Usual spread of the origins of a batch.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OriginSpread {
-    /// Along an axis, as a share of the way to the light; 0 until there was one.
+    /// Spread along an axis, as a share of the way to the light; 0 until it is measured.
     usual: f32,
     step: f32,
 }
@@ -63,8 +63,8 @@ impl OriginSpread {
         step: 2.0,
     };
 
-    /// The class of some packets of a queue, 1 if their rays start farther apart than is usual and
-    /// else 0; one packet in `stride` is looked at.
+    /// The class of some packets of a queue: 1 if their rays' origins are spread wider than is
+    /// usual, else 0. One packet in `stride` is sampled.
     pub(super) fn spread_class(
         &mut self,
         rays: &RayQueue,
@@ -85,14 +85,14 @@ impl OriginSpread {
         } else {
             1.0 / factor
         };
-        // Of 2/n it makes 2/(n + 1).
+        // The step 2/n becomes 2/(n + 1).
         self.step = (self.step / (1.0 + 0.5 * self.step)).max(STEP);
         class
     }
 }
 
-/// How far apart the origins of some packets are, along the axis where that is most, as a share of
-/// the longest direction.
+/// Spread of the origins of some packets, along the axis where it is greatest, as a share of the
+/// longest direction.
 fn spread(rays: &RayQueue, packets: impl Iterator<Item = usize>) -> f32 {
     let far = F32x8::splat(f32::INFINITY);
     let (mut low, mut high, mut way) = ([far; 3], [-far; 3], F32x8::ZERO);
@@ -108,7 +108,7 @@ fn spread(rays: &RayQueue, packets: impl Iterator<Item = usize>) -> f32 {
     along(0).max(along(1)).max(along(2)) / way.max_element()
 }
 
-/// The least squared cosine between the first ray of a packet and any other; negative where rays go
+/// The least squared cosine between the first ray of a packet and any other; negative if rays are
 /// more than 90 degrees apart.
 #[inline(always)]
 fn least_cosine(rays: &RayQueue, packet: usize) -> f32 {
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
     use bumpalo::Bump;
 
-    /// Every other ray goes at this angle to the rest.
+    /// The class of a packet in which every other ray is at this angle to the rest.
     fn class_at(degrees: f64) -> usize {
         let arena = Bump::new();
         let mut rays = RayQueue::with_capacity(&arena, 512);
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!(found, [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]);
     }
 
-    /// Of batches that start on a square of this side each.
+    /// Classes of batches that start on a square of the given side each.
     fn classes(starts: &mut OriginSpread, sides: &[f32]) -> Vec<usize> {
         let class = |&side: &f32| {
             let arena = Bump::new();
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn what_starts_on_several_surfaces_is_a_class_of_its_own() {
         let mut starts = OriginSpread::UNKNOWN;
-        // Points, and what is no number, are no measure.
+        // Points, NaN and infinity are not valid spreads.
         let none = [0.0, f32::NAN, f32::INFINITY];
         assert_eq!(classes(&mut starts, &none), [0; 3]);
         for _ in 0..200 {
@@ -175,7 +175,7 @@ mod tests {
             [0, 0, 1, 1, 0]
         );
         assert_eq!(classes(&mut starts, &none), [0; 3]);
-        // A part of the picture does not change what is usual, most of it does.
+        // A part of the picture does not change the usual spread, most of it does.
         assert_eq!(classes(&mut starts, &[2.0; 50]), [1; 50]);
         assert_eq!(classes(&mut starts, &[2.0; 500])[499], 0);
     }

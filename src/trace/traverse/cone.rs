@@ -1,33 +1,32 @@
 //! Rays against one truncated cone or cylinder, open at both ends.
 //!
-//! In the cone's own coordinates ([`ConeFrame`](phalanx_scene::ConeFrame)) with p = (x, y) and ρ(z)
-//! = radius + sin·z it is cos²·p² = ρ². A ray p + s·p', z + s·z' meets it where a·s² + 2b·s + c =
-//! 0,
+//! In the cone's own coordinates ([`ConeFrame`](phalanx_scene::ConeFrame)), with p = (x, y) and
+//! ρ(z) = radius + sin·z, the cone is cos²·p² = ρ². A ray p + s·p', z + s·z' meets it where a·s² +
+//! 2b·s + c = 0, with
 //!
 //! - a = cos²·p'·p' − ρ'², b = cos²·p·p' − ρ·ρ', c = cos²·p·p − ρ²,
-//! - b² − a·c = cos²·(|ρ·p' − ρ'·p|² − cos²·(p × p')²), which is the same from wherever along the
-//!   ray s is counted.
+//! - b² − a·c = cos²·(|ρ·p' − ρ'·p|² − cos²·(p × p')²), which is the same for any origin of s along
+//!   the ray.
 //!
-//! Nothing here may cancel where the cone is far or thin (Haines, Günther and Akenine-Möller,
-//! "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, 2019). So s is not
-//! counted from the ray's origin but from where the ray enters the cone's own box, which makes all
-//! coordinates as small as the box; the discriminant is that difference of what are lengths times
-//! lengths, and not of b² and a·c, whose difference vanishes where the cone is thin; and the second
-//! root comes from c/q. Measured against f64, distances are within 1 ulp of origin and cone, to the
-//! surface's slope.
+//! No term may cancel if the cone is far or thin (Haines, Günther and Akenine-Möller, "Precision
+//! Improvements for Ray/Sphere Intersection", Ray Tracing Gems, 2019). So s is not measured from
+//! the ray's origin but from the point where the ray enters the cone's own box. That makes all
+//! coordinates as small as the box. The discriminant is that difference of squares of lengths, and
+//! not that of b² and a·c, which vanishes if the cone is thin. The second root comes from c/q.
+//! Measured against f64, distances are within 1 ulp of origin and cone, up to the surface's slope.
 //!
-//! Half the derivative at a root is b + a·s = ∓√(b² − a·c), and its sign is that of the ray's
-//! direction along the outward normal: −√ is a hit from outside and +√ one from inside, whatever
-//! the sign of a. A ray along the surface's lines has a = 0 and one root at infinity, which is no
-//! height; a ray within the surface has no root that is a number. The mirrored cone beyond the tip
-//! lies above or below the two ends.
+//! Half the derivative at a root is b + a·s = ∓√(b² − a·c). Its sign is that of the ray's direction
+//! along the outward normal: −√ is a hit from outside and +√ one from inside, whatever the sign of
+//! a. A ray along the surface's lines has a = 0 and one root at infinity, which is no valid height.
+//! A ray within the surface has a NaN for a root. The mirrored cone beyond the tip lies above or
+//! below the two ends.
 
 use super::aabb::RaySlabs;
 use super::query::HitRecord;
 use crate::bvh::LeafCone;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
-/// Keeps what is closer than `best` on the cone.
+/// Updates `best` with a closer hit on the cone.
 #[inline(always)]
 pub(super) fn closest<L: Lanes>(
     org: Vec3Lanes<L>,
@@ -53,8 +52,8 @@ pub(super) fn occluded<L: Lanes>(
     cone(org, dir, slabs, slot, tmax).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
 }
 
-/// The nearest hit ahead, clamped to the stay in the own box, and the lanes that have any. Lanes
-/// that enter the box beyond `limit` may be left out.
+/// The nearest hit ahead, clamped to the interval of the own box, and the lanes that have any.
+/// Lanes that enter the box beyond `limit` may be left out.
 #[inline(always)]
 fn cone<L: Lanes>(
     org: Vec3Lanes<L>,
@@ -86,7 +85,7 @@ fn cone<L: Lanes>(
     let a = cos2 * across - drho * drho;
     let b = cos2 * (px * dx + py * dy) - rho * drho;
     let c = cos2 * (px * px + py * py) - rho * rho;
-    // From outside (−b − √)/a, from inside (−b + √)/a; whichever of the two cancels is c/q.
+    // From outside (−b − √)/a, from inside (−b + √)/a; the one of the two that cancels is c/q.
     let ahead = b.ge(L::ZERO);
     let q = ahead.select(-b - root, root - b);
     let (by_a, by_c) = (q / a, c / q);

@@ -1,8 +1,8 @@
-//! What a traversal did, counted without a clock.
+//! Counters of a traversal's work, without a clock.
 //!
-//! The counter is a type parameter of the traversal: [`PacketCount`] costs what it always cost, an
-//! addition a packet, and [`TraversalStats`] counts everything. Counts do not depend on the machine
-//! or its instruction set, so kernels can be compared, and held against yesterday's, on any.
+//! The counter is a type parameter of the traversal: [`PacketCount`] costs an addition a packet, as
+//! it always did, and [`TraversalStats`] counts everything. Counts do not depend on the machine or
+//! its instruction set. So kernels can be compared, also with earlier versions, on any machine.
 
 use crate::bvh::{
     LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafSphere, LeafTriangle, Node, SphereBlock,
@@ -10,25 +10,25 @@ use crate::bvh::{
 };
 use std::mem::size_of;
 
-/// Counts what a traversal does, or part of it.
+/// Counter of all or part of a traversal's work.
 pub trait Counters: Copy + Default {
-    /// Packets begin: so many of eight lanes, `active` lanes of which carry rays.
+    /// Counts begun packets of eight lanes, of which `active` lanes carry rays.
     fn begin(&mut self, packets: u64, active: u32);
-    /// A node is visited: `lanes` lanes are tested against two boxes.
+    /// Counts a visited node: `lanes` lanes are tested against two boxes.
     fn node(&mut self, lanes: u64);
-    /// A leaf is visited: `lanes` lanes are tested against `prims` primitives.
+    /// Counts a visited leaf: `lanes` lanes are tested against `prims` primitives.
     fn leaf(&mut self, kind: LeafKind, lanes: u64, prims: usize);
-    /// A wide node is visited, and `tests` boxes are tested against a ray or a cell of a beam.
+    /// Counts a visited wide node: `tests` boxes are tested against a ray or a sub-beam.
     fn wide_node(&mut self, tests: u64);
-    /// A block is visited, and `tests` primitives are tested against a ray.
+    /// Counts a visited block: `tests` primitives are tested against a ray.
     fn block(&mut self, kind: LeafKind, tests: u64);
-    /// So many primitives, of blocks that were visited before, are tested against a ray.
+    /// Counts `tests` tests of primitives against a ray, in blocks that were counted before.
     fn tests(&mut self, tests: u64);
-    /// Adds what another counted.
+    /// Adds the counts of another counter.
     fn add(&mut self, other: &Self);
 }
 
-/// Packets only: what every render counts.
+/// Counter of packets only: what every render counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PacketCount {
     /// Packets of eight lanes traced.
@@ -56,7 +56,7 @@ impl Counters for PacketCount {
     }
 }
 
-/// Everything.
+/// Counter of all work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalStats {
     /// Packets of eight lanes traced.
@@ -71,7 +71,7 @@ pub struct TraversalStats {
     pub leaf_visits: u64,
     /// Lanes × primitives tested, instances among them.
     pub prim_tests: u64,
-    /// Bytes of nodes and primitives that were asked for, caches not considered.
+    /// Bytes of the nodes and primitives that were read, regardless of caches.
     pub bytes: u64,
 }
 

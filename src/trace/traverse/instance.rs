@@ -1,16 +1,16 @@
-//! Instances: rays into the space of a mesh, and what they hit back into the world's.
+//! Instances: rays are transformed into the space of a mesh, and their hits back into the world.
 //!
-//! Directions are moved without being made unit again, so that distances along the ray are the same
-//! inside and outside, but for rounding. What an instance shows of its mesh is the closest hit
-//! *there*, by (t, prim_id); its distance in the world is that t, clamped to the ray's stay in the
-//! instance's own box, and a ray that misses that box hits nothing of it. With the clamp, every box
-//! around the instance's own is entered no later than the hit (see [`crate::traverse`]): no tree of
-//! the world can lose it.
+//! Directions are transformed without being normalized again, so that distances along the ray are
+//! the same inside and outside, but for rounding. The hit on an instance is the closest hit
+//! *inside*, by (t, prim_id). Its distance in the world is that t, clamped to the ray's interval in
+//! the instance's own box. A ray that misses that box hits nothing of the instance. With the clamp,
+//! every box around the instance's own is entered no later than the hit (see [`crate::traverse`]):
+//! no tree of the world can lose it.
 //!
-//! No tree of the mesh can lose it either, if pruning inside knows about the clamp. Let `best` be
-//! the closest distance so far in the world. A hit inside at t beyond `best` comes out as max(t,
-//! enter) or, beyond the stay, as `leave`: so it cannot matter if `best` < `leave`. Otherwise
-//! everything inside still may.
+//! No tree of the mesh can lose it either, if pruning inside accounts for the clamp. Let `best` be
+//! the closest distance so far in the world. A hit inside at t beyond `best` is clamped to max(t,
+//! `tnear`) or, beyond the interval, to `tfar`. So it cannot matter if `best` < `tfar`. Otherwise
+//! everything inside may still matter.
 
 use super::aabb::TInterval;
 use crate::bvh::LeafInstance;
@@ -36,8 +36,8 @@ fn crosses<L: Lanes>(interval: &TInterval<L>) -> L::Mask {
     interval.tnear.le(interval.tfar) & interval.tfar.gt(L::ZERO)
 }
 
-/// How far hits inside may matter; −∞ in lanes where none can. Finite where hits count up to any
-/// distance, because a hit at the limit itself does.
+/// Limit up to which hits inside may matter; −∞ in lanes where none can. If hits count up to any
+/// distance, the limit is finite, because a hit at the limit itself counts.
 #[inline(always)]
 pub(super) fn closest_limit<L: Lanes>(best: L, interval: &TInterval<L>) -> L {
     let limit = best.lt(interval.tfar).select(best, L::splat(f32::MAX));
@@ -52,7 +52,7 @@ pub(super) fn to_world<L: Lanes>(t: L, interval: &TInterval<L>) -> (L::Mask, L) 
     (crosses(interval) & clamped.gt(L::ZERO), clamped)
 }
 
-/// The limit inside for "any hit before `tmax`": a hit that comes out as `leave` or `enter` may
+/// The limit inside for "any hit before `tmax`": a hit that is clamped to `tfar` or `tnear` may
 /// count at any t.
 #[inline(always)]
 pub(super) fn any_hit_limit<L: Lanes>(tmax: L, interval: &TInterval<L>) -> L {
@@ -87,7 +87,7 @@ mod tests {
             (3.0, 2.0, 4.0, Some(3.0)),
             (1.0, 2.0, 4.0, Some(2.0)),
             (9.0, 2.0, 4.0, Some(4.0)),
-            // Behind the origin, or beside the box.
+            // Interval behind the origin, or beside the box.
             (1.0, 0.0, -1.0, None),
             (1.0, 0.0, 0.0, None),
             (3.0, 4.0, 2.0, None),
@@ -98,8 +98,8 @@ mod tests {
         }
     }
 
-    /// Whatever lies beyond the limit inside cannot win outside, and what can win does not lie
-    /// beyond it.
+    /// Checks that a hit beyond the limit inside cannot win outside, and that a hit that can win
+    /// does not lie beyond it.
     #[test]
     fn limits_are_those_of_what_comes_out() {
         let places = [0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, INF];
@@ -118,7 +118,7 @@ mod tests {
                 for t in [0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0] {
                     let (counts, out) = to_world(F32x8::splat(t), &interval);
                     let (counts, out) = (counts.any(), first(out));
-                    // At the same distance the smaller number wins, whoever has it.
+                    // At the same distance the smaller number wins, on either side.
                     let may_win = counts && out <= best;
                     assert!(
                         !may_win || t <= closest,

@@ -1,9 +1,9 @@
-//! One test alone, without a tree: for benchmarks and instruction counts, and for nothing else.
+//! Tests in isolation, without a tree, only for benchmarks and instruction counts.
 //!
-//! Each function prepares packets as a traversal does, and then does what a traversal does in a
-//! node or in a leaf: the same functions, but over all boxes, or all primitives of a kind as if
-//! they stood in one leaf. Every lane carries a ray. `benches/kernels.rs` holds the answers against
-//! the oracle's (`oracle::isolated`).
+//! Each function prepares packets as a traversal does, and then does the work of a traversal in a
+//! node or in a leaf. It uses the same functions, but over all boxes, or over all primitives of a
+//! kind as one leaf. Every lane carries a ray. `benches/kernels.rs` compares the results with those
+//! of the oracle (`oracle::isolated`).
 
 use super::aabb::SlabTest;
 use super::query::{AnyHit, ClosestHit, Query, RaySetup};
@@ -14,9 +14,10 @@ use crate::simd::{LaneMask, Lanes};
 use phalanx_scene::PrimKind;
 use std::ops::Range;
 
-/// How many pairs of a ray and a box (lower and upper corner) meet before the ray's `tmax`.
+/// Number of pairs of a ray and a box (lower and upper corner) that intersect before the ray's
+/// `tmax`.
 ///
-/// Packets whose directions agree in sign take the ordered test and others the mixed one.
+/// Packets whose directions agree in sign take the same-octant test and others the mixed one.
 pub fn boxes<L: Lanes>(rays: &[RayPacket<L>], boxes: &[[[f32; 3]; 2]]) -> u64 {
     let mut met = 0;
     for rays in rays {
@@ -48,7 +49,7 @@ pub fn closest<L: Lanes>(
     }
 }
 
-/// Which rays (lanes as bits, a word for each packet) one of a tree's primitives of one kind stops
+/// Rays (lanes as bits, a word for each packet) that one of a tree's primitives of one kind stops
 /// before their `tmax`.
 pub fn occluded<L: Lanes>(bvh: &Bvh, kind: PrimKind, rays: &[RayPacket<L>], blocked: &mut [u32]) {
     match kind {
@@ -64,9 +65,10 @@ const ELLIPSOID: u32 = PrimKind::Ellipsoid as u32;
 const TRIANGLE: u32 = PrimKind::Triangle as u32;
 const CONE: u32 = PrimKind::Cone as u32;
 
-/// The kind is a parameter and the function is never inlined, so that every test is compiled by
-/// itself: within one function a change of one kind's test changes which registers another's get.
-/// `NO_CONES_OR_INSTANCES` as in a traversal: no cones.
+/// The closest hit of each ray on a tree's primitives of kind `KIND`. The kind is a parameter and
+/// the function is never inlined, so that every test is compiled by itself: within one function a
+/// change of one kind's test changes the register allocation of the others. `NO_CONES_OR_INSTANCES`
+/// means the same as in a traversal: no cones.
 #[inline(never)]
 fn closest_in<L: Lanes, const KIND: u32, const NO_CONES_OR_INSTANCES: bool>(
     bvh: &Bvh,
@@ -82,7 +84,7 @@ fn closest_in<L: Lanes, const KIND: u32, const NO_CONES_OR_INSTANCES: bool>(
     }
 }
 
-/// As [`closest_in`].
+/// Occlusion of each ray by a tree's primitives of kind `KIND`; as [`closest_in`].
 #[inline(never)]
 fn occluded_in<L: Lanes, const KIND: u32, const NO_CONES_OR_INSTANCES: bool>(
     bvh: &Bvh,

@@ -1,78 +1,78 @@
-//! Which of two kernels is faster, found out on the way.
+//! Online choice of the faster of two kernels.
 //!
-//! Rays that have parted go faster as packets in an open scene and on their own in a closed one;
-//! shadow rays as a beam or as packets. Nothing that can be seen of the rays tells, and the answer
-//! is the machine's, too. So now and then each kernel has a part of a batch, and what took less
-//! time for a ray has those that follow. Parts of one batch and no whole ones: rays that are far
-//! from each other may differ more than kernels do. Rays are of classes, see [`super::coherence`],
-//! that learn apart, but from each other, too. Either kernel gives the same bits.
+//! Divergent rays are faster as packets in an open scene and as single rays in a closed one. Shadow
+//! rays are faster as a beam or as packets. No property of the rays predicts it, and it also
+//! depends on the machine. So now and then each kernel traces a part of a batch, and the one that
+//! takes less time per ray traces the batches that follow. The trial uses parts of one batch and
+//! not whole batches, because distant rays may differ more than kernels do. Rays are divided into
+//! classes, see [`super::coherence`], which are tuned separately, but measurements of one also
+//! adjust the others. Either kernel gives the same bits.
 
 use super::batch_slice::BatchSlice;
 use std::ops::Range;
 use std::time::Instant;
 
-/// Time from one trial to the next, in times of a trial: this times the logarithm of how many times
-/// as fast the faster kernel is. What is much slower is tried seldom, what is nearly as fast costs
-/// nothing to try. Time and not batches: where rays begin to take longer, there is more to be won,
-/// and a trial is due sooner.
+/// Time from one trial to the next, in units of a trial's time and of the logarithm of the kernels'
+/// speed ratio. So a much slower kernel is tried seldom, and a trial of one that is nearly as fast
+/// costs nothing. The interval is a time and not a number of batches: if rays begin to take longer,
+/// there is more to gain, and a trial is due sooner.
 const TRIAL_INTERVAL: f32 = 64.0;
 
-/// At least so many, and at most so many times the square of the trials so far: the first ones may
-/// mislead.
+/// Bounds on the interval between trials, in units of one trial's time: at least `MIN_INTERVAL`, at
+/// most `MAX_INTERVAL_GROWTH` · trials², because early measurements are noisy.
 const MIN_INTERVAL: f32 = 2.0;
 const MAX_INTERVAL_GROWTH: f32 = 2.0;
 
-/// Trials that count, about: older ones are forgotten.
+/// Approximate number of trials in the means: older ones are forgotten.
 const HISTORY: u32 = 8;
 
-/// No trial says more than this beyond what is believed, natural logarithm: a thread that had to
-/// wait is not slow.
+/// Greatest change by one trial relative to the present estimate, as a natural logarithm: a thread
+/// that had to wait is not slow.
 const MAX_LOG_STEP: f32 = 0.5;
 
-/// Packets of a batch that are worth a trial: parts of fewer say little.
+/// Least packets of a batch for a trial: parts of smaller batches are too noisy.
 const MIN_TRIAL_PACKETS: usize = 32;
 
-/// A choice between two kernels, the first and the second.
+/// A tuner of two kernels, the first and the second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct KernelTuner {
     /// Seconds of tracing until the next trial.
     until_trial: f32,
-    /// Trials so far, up to [`HISTORY`], what is believed from the beginning being one.
+    /// Trials so far, up to [`HISTORY`]; the initial estimate counts as one.
     trials: u32,
-    /// What a packet took each in trials so far, about; before the first, in any unit. Times are
-    /// averaged and not their quotients: rays that take long matter more.
+    /// Mean time of a packet in trials so far, for each kernel; before the first trial, in any
+    /// unit. Times are averaged and not their quotients: rays that take long matter more.
     mean_time: [f32; 2],
-    /// How many times as long the second kernel takes for a packet of a part of a batch as for one
-    /// of a whole batch.
+    /// Slowdown of the second kernel per packet in a part of a batch, relative to a whole batch.
     trial_penalty: f32,
-    /// Whether the second kernel was timed first in the last trial: what comes first finds memory
-    /// cold.
+    /// True if the second kernel was timed first in the last trial: the first one timed finds the
+    /// caches cold.
     second_led: bool,
 }
 
-/// Who traces a batch.
+/// Kernels that trace a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Next {
-    /// One of the two; true for the second. [`KernelTuner::record_time`] is told what it took.
+    /// One kernel; true for the second. Its time goes to [`KernelTuner::record_time`].
     One(bool),
-    /// Each some; [`KernelTuner::record_trial`] is told what they took.
+    /// Both kernels, a part each; their times go to [`KernelTuner::record_trial`].
     Trial(Trial),
 }
 
-/// How a trial goes.
+/// Order of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Trial {
-    /// Who had nothing to do lately: true for the second. It gets some rays that are not timed,
-    /// because the nodes it needs have left the nearest caches, and the few rays of a trial take no
-    /// longer than to fetch them.
+    /// Kernel that was not used lately: true for the second. It first traces some rays that are not
+    /// timed, because its nodes have left the nearest caches, and the few rays of a trial take no
+    /// longer than fetching those.
     cold: bool,
-    /// Who is timed first.
+    /// Kernel that is timed first: true for the second.
     leads: bool,
 }
 
 impl KernelTuner {
-    /// A choice that believes this of the logarithm of how many times as long the first takes as
-    /// the second.
+    /// A tuner with an initial estimate: the logarithm of the first kernel's time relative to the
+    /// second's.
     pub(super) fn new(log_ratio: f32) -> KernelTuner {
         KernelTuner {
             // One batch: memory is cold.
@@ -84,8 +84,7 @@ impl KernelTuner {
         }
     }
 
-    /// The same, where the second kernel's packets take so many times as long in a trial as in a
-    /// whole batch.
+    /// Sets the slowdown of the second kernel's packets in a trial, relative to a whole batch.
     pub(super) fn with_trial_penalty(self, trial_penalty: f32) -> KernelTuner {
         KernelTuner {
             trial_penalty,
@@ -93,9 +92,9 @@ impl KernelTuner {
         }
     }
 
-    /// Has a batch traced by one of the two, or in a trial by both: `by` is told who, true for the
-    /// second, and what. `parts` makes the parts of a trial: one that is not timed, and one for
-    /// each kernel.
+    /// Traces a batch by one of the two kernels, or in a trial by both. `by` is called with the
+    /// kernel, true for the second, and the packets. `parts` makes the parts of a trial: one that
+    /// is not timed, and one for each kernel.
     pub(super) fn trace(
         &mut self,
         batch: Range<usize>,
@@ -125,12 +124,12 @@ impl KernelTuner {
         }
     }
 
-    /// Logarithm of how many times as long the first takes as the second.
+    /// Logarithm of the first kernel's time relative to the second's.
     fn log_ratio(&self) -> f32 {
         (self.mean_time[0] / self.mean_time[1]).ln()
     }
 
-    /// Who traces the next batch, of so many packets.
+    /// Chooses the kernels for the next batch, of the given number of packets.
     fn next(&mut self, packets: usize) -> Next {
         if self.until_trial > 0.0 || packets < MIN_TRIAL_PACKETS {
             return Next::One(self.log_ratio() > 0.0);
@@ -142,21 +141,22 @@ impl KernelTuner {
         })
     }
 
-    /// What a batch took that was no trial, in seconds.
+    /// Records the time of a batch without a trial, in seconds.
     fn record_time(&mut self, seconds: f32) {
         self.until_trial -= seconds;
     }
 
-    /// What a packet took the first and the second kernel in a trial of so many, in seconds.
+    /// Records the times per packet of the first and the second kernel, in seconds, in a trial of
+    /// the given number of packets.
     fn record_trial(&mut self, [first, second]: [f32; 2], packets: usize) {
         let second = second / self.trial_penalty;
-        // A clock that stands still says nothing.
+        // A clock that stands still gives no measurement.
         if first > 0.0 && second > 0.0 {
             let [low, high] =
                 [-MAX_LOG_STEP, MAX_LOG_STEP].map(|more| (self.log_ratio() + more).exp());
             let seen = [first.min(second * high), second.min(first / low)];
             if self.trials == 1 {
-                // What was believed, at the pace of this trial.
+                // The initial estimate is scaled to the times of this trial.
                 let middle = (seen[0] * seen[1]).sqrt();
                 self.mean_time = self.mean_time.map(|times| times * middle);
             }
@@ -166,38 +166,38 @@ impl KernelTuner {
             }
         }
         if self.trials == 1 {
-            // Nothing is known yet of how long that would be.
+            // The time of a trial is not known yet.
             self.until_trial = 0.0;
             return;
         }
         let most = MAX_INTERVAL_GROWTH * (self.trials * self.trials) as f32;
-        // Not of this trial, in which a thread may have had to wait.
+        // The means are used and not this trial, in which a thread may have had to wait.
         let trial = (self.mean_time[0] + self.mean_time[1]) * 0.5 * packets as f32;
         self.until_trial =
             trial * (TRIAL_INTERVAL * self.log_ratio().abs()).clamp(MIN_INTERVAL, most);
     }
 
-    /// Something else says that the lead is larger by this.
+    /// Raises the log ratio by `more`, on evidence from another class.
     fn nudge(&mut self, more: f32) {
         self.mean_time[0] *= more.exp();
     }
 }
 
-/// A choice for each of some classes of rays.
+/// A tuner for each of several classes of rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PerClassTuner<const N: usize>([KernelTuner; N]);
 
-/// How much of what is learned of one class is believed of a class that had no trial yet; of others
-/// the less, the more they had.
+/// Share of a class's change that is applied to a class without trials; classes with more trials
+/// change by less.
 const CLASS_TRANSFER: f32 = 0.5;
 
 impl<const N: usize> PerClassTuner<N> {
-    /// See [`KernelTuner::new`].
+    /// Tuners with the initial estimates of [`KernelTuner::new`].
     pub(super) fn new(leads: [f32; N]) -> PerClassTuner<N> {
         PerClassTuner(leads.map(KernelTuner::new))
     }
 
-    /// See [`KernelTuner::trial_penalty`].
+    /// Sets [`KernelTuner::trial_penalty`] for all classes.
     pub(super) fn with_trial_penalty(self, trial_penalty: f32) -> PerClassTuner<N> {
         PerClassTuner(
             self.0
@@ -205,7 +205,7 @@ impl<const N: usize> PerClassTuner<N> {
         )
     }
 
-    /// See [`KernelTuner::trace`].
+    /// Traces a batch of a class: see [`KernelTuner::trace`].
     pub(super) fn trace(
         &mut self,
         class: usize,
@@ -216,7 +216,7 @@ impl<const N: usize> PerClassTuner<N> {
         self.shared(class, |choice| choice.trace(batch, parts, by));
     }
 
-    /// What one class learns by this, the others hear.
+    /// Updates one class, and nudges the others by its change.
     fn shared(&mut self, class: usize, learns: impl FnOnce(&mut KernelTuner)) {
         let before = self.0[class].mean_time;
         learns(&mut self.0[class]);
@@ -236,7 +236,8 @@ impl<const N: usize> PerClassTuner<N> {
 mod tests {
     use super::*;
 
-    /// Halves of batches that each kernel gets, if a ray takes it so long in a half of a batch.
+    /// Number of halves of batches that each kernel traces, if a ray takes the time `time` in a
+    /// half of a batch.
     fn shares(batches: u32, mut time: impl FnMut(u32, usize, bool) -> f32) -> [u32; 2] {
         let (mut choice, mut shares) = (KernelTuner::new(0.0), [0, 0]);
         for batch in 0..batches {
@@ -268,7 +269,7 @@ mod tests {
         }
     }
 
-    /// A beam of few rays is no measure of one of many.
+    /// Checks that a small beam in a trial is not taken as a measure of a full one.
     #[test]
     fn a_part_is_not_held_against_the_second() {
         for (trial_penalty, second) in [(1.25, true), (1.0, false)] {
@@ -290,11 +291,11 @@ mod tests {
         choices.shared(0, |choice| choice.record_trial([3.0, 1.0], 64));
         choices.shared(0, |choice| choice.record_trial([3.0, 1.0], 64));
         assert_eq!(second(&choices), [true, false, true]);
-        // It is not, and the first does not mind.
+        // It is not, and the first class hardly changes.
         choices.shared(2, |choice| choice.record_trial([1.0, 3.0], 64));
         choices.shared(2, |choice| choice.record_trial([1.0, 3.0], 64));
         assert_eq!(second(&choices), [true, false, false]);
-        // Each waits for its own trial.
+        // Each class waits for its own trial.
         choices.0[0].record_time(1e9);
         assert!(matches!(choices.0[0].next(64), Next::Trial(_)));
         assert_eq!(choices.0[2].next(64), Next::One(false));
@@ -321,8 +322,8 @@ mod tests {
         assert!(first > 5400 && second > 5400, "{first} {second}");
     }
 
-    /// Rays that take no time do not matter: here most batches are of such, and the first kernel is
-    /// faster for them.
+    /// Checks that rays that take no time do not matter: here most batches are of such rays, and
+    /// the first kernel is faster for them.
     #[test]
     fn what_takes_long_decides() {
         let cheap = |batch: u32| batch / 64 % 4 != 3;
@@ -336,7 +337,7 @@ mod tests {
         assert!(second > 8 * first, "{first} {second}");
     }
 
-    /// One wait is not believed for long, whenever it is.
+    /// Checks that one wait does not change the choice for long, whenever it occurs.
     #[test]
     fn a_wait_does_not_matter() {
         let few = shares(3200, |_, _, second| if second { 0.8 } else { 1.0 })[0];
@@ -354,7 +355,8 @@ mod tests {
         }
     }
 
-    /// What comes first in a trial takes longer, because memory is cold.
+    /// Checks that each kernel is timed first in turn: the first one takes longer, because memory
+    /// is cold.
     #[test]
     fn neither_has_the_cold_half_always() {
         let cold = |_, half: usize, second: bool| {

@@ -1,21 +1,21 @@
 //! Closest hit and occlusion for queues of rays.
 //!
-//! | file | what |
+//! | file | contents |
 //! |---|---|
 //! | `aabb` | the slab test of a ray against a padded box |
 //! | `slab_conservative` | the same for boxes of nodes, with less arithmetic and a little slack |
-//! | `triangle`, `sphere`, `cone` | one test per primitive: what a hit is |
+//! | `triangle`, `sphere`, `cone` | one test per primitive: the definition of a hit |
 //! | `instance` | rays into the space of a mesh, hits back out of it |
-//! | `query` | the closest hit or any: what a leaf means for either |
-//! | `packet` | a packet of rays together down the binary tree |
-//! | `beam` | rays that share a point together down the wide tree |
+//! | `query` | the closest hit or any: the work in a leaf for either |
+//! | `packet` | packets of rays, together through the binary tree |
+//! | `beam` | rays that share a point, together through the wide tree |
 //! | `wide_stack` | the children of a wide node onto a stack |
-//! | `single_ray` | rays on their own down the wide tree |
-//! | `coherence` | how far rays part |
+//! | `single_ray` | single rays through the wide tree |
+//! | `coherence` | the divergence of rays |
 //! | `batch_slice` | packets of a batch, for each of two kernels |
-//! | `kernel_tuner` | which of two kernels is faster |
-//! | `counters` | work, counted |
-//! | `traversal` | queues in, hits out: which kernel traces what |
+//! | `kernel_tuner` | the choice of the faster of two kernels |
+//! | `counters` | counters of work |
+//! | `traversal` | queues in, hits out: the choice of kernels |
 //! | `isolated` | each test without a tree, for benchmarks |
 //!
 //! The choice between kernels stands in one place, [`Kernel`] with [`Traversal`].
@@ -23,16 +23,16 @@
 //! # Why no tree can lose a hit
 //!
 //! A hit counts only if its ray also passes the slab test of the primitive's *own* padded box, and
-//! its distance is clamped to the ray's stay in that box. The slab test is monotone: subtraction,
-//! multiplication by a constant, min and max all preserve order under rounding, so a ray that
-//! passes a box passes every box around it, with no later entry and no earlier exit. Hence every
-//! ancestor of the primitive is visited with an entry distance not beyond the hit, whatever the
-//! tree: the closest hit is the brute-force one to the bit. This replaces an argument about error
-//! bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) by one about order; the padding only has to
-//! make sure that genuine hits pass, and the clamp only ever makes a distance more accurate.
+//! its distance is clamped to the ray's interval in that box. The slab test is monotone:
+//! subtraction, multiplication by a constant, min and max all preserve order under rounding. So a
+//! ray that passes a box passes every box around it, with no later entry and no earlier exit. Hence
+//! every ancestor of the primitive is visited with an entry distance not beyond the hit, whatever
+//! the tree: the closest hit is the brute-force one to the bit. This replaces an argument about
+//! error bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) by one about order. The padding only
+//! has to make sure that genuine hits pass, and the clamp only ever makes a distance more accurate.
 //!
-//! Through instances the argument holds twice, with a clamp to the stay in the instance's own box
-//! outside: see `instance`.
+//! Through instances the argument holds twice, with a clamp to the interval in the instance's own
+//! box outside: see `instance`.
 //!
 //! Ties in distance go to the smaller `prim_id`.
 

@@ -1,9 +1,9 @@
-//! Packets of rays together down the binary tree (Wald et al., "Interactive Rendering with Coherent
-//! Ray Tracing", 2001).
+//! Packets of rays, together through the binary tree (Wald et al., "Interactive Rendering with
+//! Coherent Ray Tracing", 2001).
 //!
-//! A node is visited once for all rays of a packet; a child is entered if any ray meets its box
+//! A node is visited once for all rays of a packet. A child is entered if any ray meets its box
 //! before the ray's closest hit so far. Lanes without a ray have a closest hit of −∞ and so never
-//! pass a comparison: there is no mask to carry.
+//! pass a comparison: no mask is needed.
 
 use super::aabb::{SlabTest, TInterval};
 use super::counters::Counters;
@@ -24,19 +24,19 @@ struct StackEntry<L> {
     tag: u16,
 }
 
-/// Traces packets against one tree, and counts by `T`. Owns the traversal stack, so that tracing
+/// Traces packets against one tree, and counts by `T`. It owns the traversal stack, so that tracing
 /// allocates nothing.
 pub(super) struct PacketKernel<'a, L, T> {
     bvh: &'a Bvh,
-    /// Whether the tree holds neither cones nor instances: see [`PacketKernel::traverse`].
+    /// True if the tree holds neither cones nor instances: see [`PacketKernel::traverse`].
     no_cones_or_instances: bool,
     stack: Vec<StackEntry<L>>,
-    /// Counters since it was made.
+    /// Counters since the kernel was made.
     pub(super) counters: T,
 }
 
 impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
-    /// A tracer for a tree that counts what `T` counts.
+    /// A kernel for a tree that counts what `T` counts.
     pub(super) fn counting(bvh: &'a Bvh) -> PacketKernel<'a, L, T> {
         let empty = StackEntry {
             enter: L::ZERO,
@@ -52,7 +52,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         }
     }
 
-    /// The closest hit below `tmax` of each active lane; others come back as a miss.
+    /// The closest hit below `tmax` of each active lane; other lanes are returned as a miss.
     #[inline(never)]
     pub(super) fn closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
         let mut query = ClosestHit::new(active.select(rays.tmax, inactive_t()));
@@ -60,7 +60,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         query.hits(rays.tmax, active)
     }
 
-    /// Which active lanes meet anything before `tmax`.
+    /// Active lanes that hit anything before `tmax`.
     #[inline(never)]
     pub(super) fn occluded(&mut self, rays: &RayPacket<L>, active: L::Mask) -> L::Mask {
         let mut query = AnyHit::new(active.select(rays.tmax, inactive_t()), active);
@@ -101,10 +101,10 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         }
     }
 
-    /// Visits leaves front to back until the goal is reached.
+    /// Visits leaves front to back until the query is done.
     ///
-    /// Cones and instances are tested by calls, across which nothing stays in a register. That such
-    /// calls exist at all cost every other scene 10 to 25 %, so trees without either
+    /// Cones and instances are tested by calls, across which nothing stays in a register. The mere
+    /// presence of such calls cost every other scene 10 to 25 %. So trees without either
     /// (`NO_CONES_OR_INSTANCES`) have a traversal of their own
     /// (`perf/notes/no_cones_or_instances-trees.md`).
     #[inline(always)]
@@ -157,7 +157,8 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 self.counters.leaf(kind, lanes, slots.len());
                 let done = match kind {
                     LeafKind::Instance if !NO_CONES_OR_INSTANCES => {
-                        // Copies: what a call is given the address of no longer stays in registers.
+                        // Copies: a value whose address is passed to a call no longer stays in
+                        // registers.
                         let (copy, mut inside) = (*rays, *query);
                         let done = self.instances(&copy, &mut inside, slots, top);
                         *query = inside;
@@ -184,7 +185,8 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         }
     }
 
-    /// A leaf by itself, for rays that came there on other ways; true ends their traversal.
+    /// Tests a leaf by itself, for rays that reached it through another tree; true ends their
+    /// traversal.
     #[inline(always)]
     pub(super) fn intersect_leaf<G: Query<L>>(
         &mut self,
@@ -199,7 +201,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         }
     }
 
-    /// Goes on in the trees of instances, with the rays moved into their space: see [`instance`].
+    /// Traverses the trees of instances, with the rays in their space: see [`instance`].
     #[inline(never)]
     fn instances<G: Query<L>>(
         &mut self,
@@ -228,14 +230,14 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     }
 }
 
-/// A tree, and the place of the stack from which its traversal may use it.
+/// Root of a tree, and the first stack entry that its traversal may use.
 #[derive(Clone, Copy)]
 struct TraversalRoot {
     root: u32,
     floor: usize,
 }
 
-/// The child that more of the rays that meet both enter first: for rays that have parted, a better
+/// The child that more of the rays that meet both enter first. For divergent rays this is a better
 /// guess than one order per octant.
 #[inline(always)]
 fn nearer_child<L: Lanes>(met: [L::Mask; 2], stays: &[TInterval<L>; 2]) -> usize {

@@ -1,13 +1,13 @@
-//! Rows of memory asked for before they are needed.
+//! Prefetching of rows of memory.
 
 use crate::bvh::{ChildRef, SphereBlock, TriangleBlock, WideBvh, WideNode};
 
 const LINE: usize = 64;
 
-/// Lines of a node; blocks have up to three more.
+/// Cache lines of a node; blocks have up to three more.
 const NODE: usize = size_of::<WideNode>() / LINE;
 
-/// Lines that a block of triangles has more.
+/// Cache lines of a block of triangles beyond those of a node.
 const MORE: usize = size_of::<TriangleBlock>() / LINE - NODE;
 
 const _: () = assert!(
@@ -16,8 +16,8 @@ const _: () = assert!(
     "the first lines and the last ones are almost all of a row"
 );
 
-/// Where a tree's rows are, by kind of target. A table and no match: which kind comes next cannot
-/// be foretold, and a branch that goes wrong costs more than the row.
+/// Addresses of a tree's rows, by kind of target. It is a table and no match: the next kind cannot
+/// be predicted, and a mispredicted branch costs more than the row.
 #[derive(Clone, Copy)]
 pub(super) struct PrefetchTable {
     start: [usize; 4],
@@ -37,29 +37,29 @@ impl PrefetchTable {
                 size_of::<WideNode>(),
                 size_of::<TriangleBlock>(),
                 size_of::<SphereBlock>(),
-                // The first of them will do: there are few, and what they lead to is elsewhere.
+                // The first of them will do: there are few, and their targets are elsewhere.
                 0,
             ],
         }
     }
 
-    /// Asks for what a child of a wide node leads to.
+    /// Prefetches the target of a child of a wide node.
     #[inline(always)]
     pub(super) fn prefetch(&self, code: u32) {
         let (kind, index) = ChildRef::parts(code);
         let size = self.size[kind];
         let row = self.start[kind].wrapping_add(index * size);
         node_at(row);
-        // The last ones, which are among the others where a row is short: cheaper than to ask
-        // whether it is.
+        // The last lines, which are among the first ones if a row is short: this is cheaper than a
+        // check.
         let end = row.wrapping_add(size);
         for line in 1..=MORE {
             line_at(end.wrapping_sub(line * LINE));
         }
     }
 
-    /// The same where it leads to a node. Where it does not, asks for the root, which is near
-    /// anyway: no branch.
+    /// Prefetches the target of a child if it is a node. Else it prefetches the root, which is
+    /// cached anyway, so that there is no branch.
     #[inline(always)]
     pub(super) fn prefetch_node(&self, code: u32) {
         let (kind, index) = ChildRef::parts(code);
@@ -75,7 +75,7 @@ fn node_at(row: usize) {
     }
 }
 
-/// Has the lines of a row brought to the first cache. Does nothing where the architecture is not
+/// Prefetches the lines of a row into the first cache. It does nothing if the architecture is not
 /// x86-64.
 #[inline(always)]
 pub(super) fn prefetch<T>(rows: &[T], index: u32) {

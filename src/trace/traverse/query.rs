@@ -1,4 +1,4 @@
-//! What a traversal looks for, the closest hit or any, and what it does in a leaf.
+//! Queries of a traversal, the closest hit or any hit, and their work in a leaf.
 
 use super::aabb::{RaySlabs, TInterval};
 use super::packet::slots_of;
@@ -13,7 +13,7 @@ use std::ops::Range;
 #[derive(Clone, Copy)]
 pub(super) struct HitRecord<L: Lanes> {
     pub(super) t: L,
-    /// Barycentric weights of a triangle's second and third corner, times `det`: divided once, at
+    /// Barycentric weights of a triangle's second and third vertex, times `det`: divided once, at
     /// the end.
     pub(super) v: L,
     pub(super) w: L,
@@ -21,8 +21,8 @@ pub(super) struct HitRecord<L: Lanes> {
     pub(super) prim_id: L::U32,
 }
 
-/// Lanes that meet a primitive, where, and with what weights: a triangle's `v` and `w` are the edge
-/// functions that weigh corners b and c, `det` their sum with the third.
+/// Lanes that hit a primitive, the distances, and the weights: a triangle's `v` and `w` are the
+/// edge functions that weigh vertices b and c, `det` their sum with the third.
 pub(super) struct HitCandidate<L: Lanes> {
     pub(super) valid: L::Mask,
     pub(super) t: L,
@@ -46,7 +46,7 @@ impl<L: Lanes> HitCandidate<L> {
 }
 
 impl<L: Lanes> HitRecord<L> {
-    /// Takes a hit where it is closer, or as close with a smaller number.
+    /// Replaces the record by a hit that is closer, or as close with a smaller number.
     #[inline(always)]
     pub(super) fn update(&mut self, hit: &HitCandidate<L>, id: L::U32) -> L::Mask {
         let closer = hit.t.lt(self.t) | (hit.t.eq(self.t) & id.lt(self.prim_id));
@@ -59,7 +59,7 @@ impl<L: Lanes> HitRecord<L> {
         take
     }
 
-    /// Takes a hit without barycentric weights.
+    /// Replaces the record by a closer hit without barycentric weights.
     #[inline(always)]
     pub(super) fn update_t(&mut self, valid: L::Mask, t: L, prim_id: u32) {
         self.update(&HitCandidate::without_uv(valid, t), L::U32::splat(prim_id));
@@ -72,20 +72,20 @@ pub(super) fn inactive_t<L: Lanes>() -> L {
     L::splat(f32::NEG_INFINITY)
 }
 
-/// What a traversal looks for.
+/// Query of a traversal.
 pub(super) trait Query<L: Lanes>: Copy {
-    /// Whether it helps to meet near leaves first: it does not where any hit will do.
+    /// True if near leaves should be visited first; any hit does not need that.
     const FRONT_TO_BACK: bool;
-    /// How far each ray still has to look.
+    /// Limit of each ray's search.
     fn limit(&self) -> L;
-    /// The same goal within an instance, whose box the rays cross as `interval` says; none if
-    /// nothing in there can matter.
+    /// The query within an instance, whose box the rays cross in `interval`; none if nothing inside
+    /// can matter.
     fn enter_instance(&self, interval: &TInterval<L>) -> Option<Self>
     where
         Self: Sized;
-    /// Takes a hit, where it counts; true if it does in any lane.
+    /// Accepts a hit in the lanes where it counts; returns true if there is any.
     fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool;
-    /// Takes over what was found within an instance; true ends the traversal.
+    /// Takes over the result of the query within an instance; true ends the traversal.
     fn exit_instance(&mut self, inner: Self, interval: &TInterval<L>, id_offset: u32) -> bool;
     /// Tests the primitives of a leaf; true ends the traversal.
     fn intersect_leaf<const NO_CONES_OR_INSTANCES: bool>(
@@ -110,7 +110,7 @@ pub(super) struct AnyHit<L: Lanes> {
 }
 
 impl<L: Lanes> ClosestHit<L> {
-    /// Hits closer than `limit`.
+    /// A query for hits closer than `limit`.
     #[inline(always)]
     pub(super) fn new(limit: L) -> ClosestHit<L> {
         ClosestHit {
@@ -119,20 +119,20 @@ impl<L: Lanes> ClosestHit<L> {
                 v: L::ZERO,
                 w: L::ZERO,
                 det: L::ONE,
-                // Nothing is smaller, so a hit at the limit itself does not win the tie.
+                // No number is smaller, so a hit at the limit itself does not win the tie.
                 prim_id: L::U32::splat(0),
             },
         }
     }
 
-    /// Whether anything was found, without a limit.
+    /// Returns true if there is any hit, for a query without a limit.
     #[inline(always)]
     pub(super) fn found(&self) -> bool {
         let t = self.best.t;
         (t.gt(inactive_t()) & t.lt(L::splat(f32::INFINITY))).any()
     }
 
-    /// What was found below `tmax`.
+    /// The hits below `tmax`.
     #[inline(always)]
     pub(super) fn hits(&self, tmax: L, active: L::Mask) -> HitPacket<L> {
         let best = &self.best;
@@ -160,7 +160,7 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
             best: HitRecord {
                 t: limit,
                 // The smallest number wins a tie, so this one loses it: a hit at the limit may win
-                // out there.
+                // outside.
                 prim_id: L::U32::splat(NO_PRIM),
                 ..self.best
             },
@@ -312,19 +312,19 @@ impl<L: Lanes> AnyHit<L> {
         }
     }
 
-    /// Lanes that met anything.
+    /// Lanes that hit anything.
     #[inline(always)]
     pub(super) fn occluded(&self) -> L::Mask {
         self.occluded
     }
 
-    /// Lanes that met nothing.
+    /// Lanes that hit nothing.
     #[inline(always)]
     pub(super) fn unoccluded(&self) -> L::Mask {
         L::Mask::from_bits(self.active) & !self.occluded
     }
 
-    /// A blocked lane is done: like a lane without a ray. True when all are.
+    /// Marks occluded lanes as done, like lanes without a ray; returns true if all are.
     #[inline(always)]
     fn mark_occluded(&mut self, hits: L::Mask) -> bool {
         self.occluded = self.occluded | hits;
@@ -333,7 +333,7 @@ impl<L: Lanes> AnyHit<L> {
     }
 }
 
-/// Rays with what the tests derive from them once.
+/// Rays with the values that the tests derive from them once.
 #[derive(Clone, Copy)]
 pub(super) struct RaySetup<L: Lanes> {
     pub(super) rays: RayPacket<L>,
@@ -378,8 +378,8 @@ fn triangles_occluded<L: Lanes, const AXIS: usize>(
     hits
 }
 
-/// Cones stand apart, and take and give the hits by value: what a call is given the address of
-/// stays in memory.
+/// Tests cones. It is a function of its own that takes and returns the hits by value: a value whose
+/// address is passed to a call stays in memory.
 #[inline(never)]
 fn cones_closest<L: Lanes>(
     bvh: &Bvh,

@@ -1,12 +1,12 @@
-//! Numbers for tests.
+//! Random numbers for tests.
 
 use glam::Vec3;
 
-/// Numbers that look random.
+/// Source of pseudo-random numbers.
 pub(super) struct RandomSource(pub(super) u64);
 
 impl RandomSource {
-    /// From −1 to 1.
+    /// A number from −1 to 1.
     pub(super) fn unit(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005);
         self.0 = self.0.wrapping_add(1_442_695_040_888_963_407);

@@ -1,64 +1,76 @@
-//! Whether a node's box is worth a visit: the slab test of [`super::aabb`] with half its arithmetic
-//! and a little slack.
+//! Slab test for boxes of nodes: that of [`super::aabb`] with half its arithmetic and a little
+//! slack.
 //!
-//! What a primitive's own box decides must be the same bits everywhere; what the boxes around it
-//! decide must only lose nothing. So the distance of a plane at c is c·r − o·r here, with o·r made
-//! once for a ray: a product and a difference that are fused where the build has an instruction for
-//! it. Fused or not, the answers are the same; only how many boxes are visited may differ between
-//! builds, by very few.
+//! The result for a primitive's own box must be the same bits everywhere. The results for the boxes
+//! around it only must lose nothing. So the distance of a plane at c is c·r − o·r here, with o·r
+//! computed once for a ray. This is a product and a difference that are fused if the build has an
+//! instruction for it. Fused or not, the hits are the same; only the number of visited boxes may
+//! differ between builds, by very few.
 //!
 //! # Why nothing is lost
 //!
-//! Let u = 2⁻²⁴, o the origin moved by the padding p = 32u·|o| as [`super::aabb`] has it, and r the
-//! reciprocal of the direction, here positive. There a ray enters at the larger of 0 and fl((c −
-//! o)·r): with e = c − o > 0 that is e·r within 2u of it. Here the origin is moved by 2p, which
-//! takes p·r off; and r is smaller by 8u, which takes 7u of e·r off at least. Rounding of c·r, of
-//! the moved origin times r and of their difference adds at most u(|c| + 2|o| + e)·r, which is
-//! below (3u|o| + 2ue)·r, less than both together. So it enters here no later; with e ≤ 0 likewise,
-//! and both are 0 then. It leaves no earlier: the same with the other sign, and r larger by 8u. For
-//! r < 0 lower and upper planes change places, and a factor that is smaller by a share of |r| is
-//! again the one for entering. [`ABS_SLACK`] stands for what gets lost below the smallest numbers.
+//! | symbol | meaning |
+//! |---|---|
+//! | u | 2⁻²⁴ |
+//! | o | the origin moved by the padding, as in [`super::aabb`] |
+//! | p | the padding, 32u·\|o\| |
+//! | r | the reciprocal of the direction, here positive |
+//! | c | the coordinate of a plane |
+//! | e | c − o |
+//!
+//! There a ray enters at the larger of 0 and fl((c − o)·r): with e > 0 that is e·r within 2u of it.
+//! Here:
+//!
+//! - The origin is moved by 2p, which takes p·r off.
+//! - r is smaller by 8u, which takes at least 7u of e·r off.
+//! - Rounding of c·r, of the moved origin times r and of their difference adds at most u(|c| + 2|o|
+//!   + e)·r. That is below (3u|o| + 2ue)·r, less than both together.
+//!
+//! So the ray enters here no later. With e ≤ 0 the same holds, and both are 0 then. It leaves no
+//! earlier: the same with the other sign, and r larger by 8u. For r < 0 lower and upper planes
+//! change places, and the factor that is smaller by a share of |r| is again the one for entering.
+//! [`ABS_SLACK`] covers losses below the smallest numbers.
 
 use super::aabb::{RaySlabs, SlabTest};
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
-/// By how much of itself a reciprocal is made smaller and larger: 8u.
+/// Share by which a reciprocal is made smaller and larger: 8u.
 const REL_SLACK: f32 = 8.0 / 16_777_216.0;
 
-/// Taken off distances of entering and added to those of leaving: 2⁻¹⁰⁰.
+/// Amount subtracted from distances of entering and added to those of leaving: 2⁻¹⁰⁰.
 const ABS_SLACK: f32 = f32::from_bits((127 - 100) << 23);
 
-/// What belongs to planes on one side of boxes: their coordinate times `by`, less `less`, is their
-/// distance.
+/// Data of the planes on one side of boxes: their distance is their coordinate times `by`, less
+/// `less`.
 #[derive(Clone, Copy)]
 struct SlabSide<L> {
     by: Vec3Lanes<L>,
     less: Vec3Lanes<L>,
 }
 
-/// A packet's rays, ready for the boxes of nodes: for the planes that they meet first and last if
-/// their directions agree in sign, else for lower and upper planes.
+/// A packet's rays, prepared for the boxes of nodes. The sides are the planes that the rays meet
+/// first and last if their directions agree in sign, else the lower and upper planes.
 #[derive(Clone, Copy)]
 pub(super) struct ConservativeSlabs<L> {
     sides: [SlabSide<L>; 2],
 }
 
 impl<L: Lanes> ConservativeSlabs<L> {
-    /// For rays, by their slabs.
+    /// Prepares rays, given with their slabs.
     #[inline(always)]
     pub(super) fn new(rays: &RayPacket<L>, slabs: &RaySlabs<L>) -> ConservativeSlabs<L> {
         let (rdir, tiny) = (slabs.rdir, L::splat(ABS_SLACK));
         let tiny = Vec3Lanes::new(tiny, tiny, tiny);
-        // To enter sooner, a reciprocal loses a share of itself; where signs differ, one for lower
-        // planes loses a share of its size, because where a ray goes down they are those to leave
-        // by, later.
+        // For entering sooner, a reciprocal loses a share of itself. If signs differ, the one for
+        // lower planes loses a share of its size: a ray that goes down leaves by the lower planes,
+        // and then leaves later.
         let (share, tiny) = match slabs.octant {
             Some(_) => (rdir, tiny),
             None => (rdir.abs(), signed(tiny, rdir)),
         };
         let share = share.scale(L::splat(REL_SLACK));
-        // Slabs have the origins moved by the padding, and here it is twice that.
+        // The slabs' origins are moved by the padding; here it is twice that.
         let [first, last] = slabs.org.map(|moved| moved + (moved - rays.org));
         let side = |by: Vec3Lanes<L>, org: Vec3Lanes<L>, tiny: Vec3Lanes<L>| SlabSide {
             by,
@@ -85,7 +97,7 @@ impl<L: Lanes> SlabTest<L> for ConservativeSlabs<L> {
     }
 }
 
-/// Sizes with the signs of others.
+/// Sizes with the signs of other values.
 #[inline(always)]
 fn signed<L: Lanes>(size: Vec3Lanes<L>, like: Vec3Lanes<L>) -> Vec3Lanes<L> {
     let one = |size: L, like: L| like.lt(L::ZERO).select(-size, size);
@@ -102,8 +114,8 @@ mod tests {
     use crate::simd::{F32x8, LANES, Mask8, Vec3x8};
     use crate::traverse::random::RandomSource;
 
-    /// A box somewhere, and rays of which most touch a corner of it, from near and far, some along
-    /// an axis.
+    /// A random box, and rays of which most touch a corner of it, from near and far, some along an
+    /// axis.
     fn box_and_rays(from: &mut RandomSource, together: bool) -> ([[f32; 3]; 2], RayPacket) {
         let mut next = || from.unit();
         let scale = (next() * 20.0).exp2();

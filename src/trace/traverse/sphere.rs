@@ -1,17 +1,17 @@
 //! Rays against one sphere or ellipsoid: Haines, Günther and Akenine-Möller, "Precision
 //! Improvements for Ray/Sphere Intersection", Ray Tracing Gems, 2019.
 //!
-//! The design document's quadratic, in the form that cancels neither when the sphere is small or
-//! far (the discriminant from the distance between centre and ray) nor when b² ≫ ac (the second
-//! root from c/q). An ellipsoid is the unit sphere met by the ray in object space; distances along
-//! the ray are the same there.
+//! This is the design document's quadratic, in a form that does not cancel. If the sphere is small
+//! or far, the discriminant comes from the distance between centre and ray. If b² ≫ ac, the second
+//! root comes from c/q. An ellipsoid is the unit sphere hit by the ray in object space; distances
+//! along the ray are the same there.
 
 use super::aabb::{RaySlabs, TInterval};
 use super::query::HitRecord;
 use crate::bvh::{LeafEllipsoid, LeafSphere};
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
-/// Keeps what is closer than `best` on the sphere.
+/// Updates `best` with a closer hit on the sphere.
 #[inline(always)]
 pub(super) fn closest<L: Lanes>(
     org: Vec3Lanes<L>,
@@ -31,7 +31,7 @@ pub(super) fn closest<L: Lanes>(
     }
 }
 
-/// Keeps what is closer than `best` on the ellipsoid.
+/// Updates `best` with a closer hit on the ellipsoid.
 #[inline(always)]
 pub(super) fn closest_ellipsoid<L: Lanes>(
     org: Vec3Lanes<L>,
@@ -76,7 +76,7 @@ pub(super) fn occluded_ellipsoid<L: Lanes>(
     ellipsoid(org, dir, slabs, slot).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
 }
 
-/// Lanes that meet the sphere at a positive distance, and where.
+/// Lanes that hit the sphere at a positive distance, and the distances.
 #[inline(always)]
 pub(super) fn sphere<L: Lanes>(
     org: Vec3Lanes<L>,
@@ -129,7 +129,7 @@ pub(super) fn roots<L: Lanes>(
     Some((meets, t0.min(t1), t0.max(t1)))
 }
 
-/// The smallest root above zero, clamped to the stay in the own box.
+/// The smallest root above zero, clamped to the interval of the own box.
 #[inline(always)]
 pub(super) fn nearest<L: Lanes>(
     (meets, near, far): (L::Mask, L, L),

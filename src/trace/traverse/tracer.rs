@@ -1,4 +1,4 @@
-//! Packets one by one, every step counted: for the cost of single rays, and for tests.
+//! Tracing packet by packet with every step counted: for the cost of single rays, and for tests.
 
 use super::counters::TraversalStats;
 use super::packet::PacketKernel;
@@ -6,7 +6,7 @@ use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket};
 use crate::simd::{F32x8, F32x16, Lanes};
 
-/// Traces packets against one tree. Owns the traversal stack, so that tracing allocates nothing.
+/// Traces packets against one tree. It owns the traversal stack, so that tracing allocates nothing.
 pub struct PacketTracer<'a, L: PacketLanes = F32x8> {
     bvh: &'a Bvh,
     kernel: CountingKernel<'a, L>,
@@ -15,16 +15,16 @@ pub struct PacketTracer<'a, L: PacketLanes = F32x8> {
 /// A kernel that counts.
 pub struct CountingKernel<'a, L>(PacketKernel<'a, L, TraversalStats>);
 
-/// Lanes that packets have. Its functions are no generics, so that what they are made of is
-/// compiled here and nowhere else.
+/// Lane types of packets. The functions are not generic, so that the kernels are compiled only
+/// here.
 pub trait PacketLanes: Lanes {
-    /// See [`PacketTracer::closest`].
+    /// Closest hits: see [`PacketTracer::closest`].
     fn closest(
         kernel: &mut CountingKernel<Self>,
         rays: &RayPacket<Self>,
         active: Self::Mask,
     ) -> HitPacket<Self>;
-    /// See [`PacketTracer::occluded`].
+    /// Occlusion: see [`PacketTracer::occluded`].
     fn occluded(
         kernel: &mut CountingKernel<Self>,
         rays: &RayPacket<Self>,
@@ -80,17 +80,17 @@ impl<'a, L: PacketLanes> PacketTracer<'a, L> {
         self.bvh
     }
 
-    /// The closest hit below `tmax` of each active lane; others come back as a miss.
+    /// The closest hit below `tmax` of each active lane; other lanes are returned as a miss.
     pub fn closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
         L::closest(&mut self.kernel, rays, active)
     }
 
-    /// Which active lanes meet anything before `tmax`.
+    /// Active lanes that hit anything before `tmax`.
     pub fn occluded(&mut self, rays: &RayPacket<L>, active: L::Mask) -> L::Mask {
         L::occluded(&mut self.kernel, rays, active)
     }
 
-    /// Takes what was counted since it was made, or since it was taken.
+    /// Takes the counts since the tracer was made, or since they were last taken.
     pub fn take_work(&mut self) -> TraversalStats {
         std::mem::take(&mut self.kernel.0.counters)
     }

@@ -1,4 +1,4 @@
-//! Queues in, hits out: the one place that chooses which kernel traces what.
+//! Queues in, hits out: the one place that chooses the kernel for each batch.
 
 use super::batch_slice::BatchSlice;
 use super::beam::{self, Beams};
@@ -15,23 +15,24 @@ use std::ops::Range;
 /// Traversal kernel of the packet engine. Every kernel gives the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
-    /// What pays for these rays, sixty-four packets at a time: beams for rays of one origin; for
-    /// shadow rays packets or beams, and for others in a large tree packets or single rays,
-    /// whatever was faster lately for rays that part as far; else packets; of sixteen where the
-    /// build has AVX-512 and of eight where not. Figures stand in `perf/notes/coherence.md`,
-    /// `perf/notes/beams.md`, `perf/notes/single-rays.md` and `perf/notes/packets-of-sixteen.md`.
+    /// The fastest known kernel for these rays, sixty-four packets at a time. Rays of one origin go
+    /// as beams. Shadow rays go as packets or beams, and other rays in a large tree as packets or
+    /// single rays, whichever was faster lately for rays of that divergence. All else goes as
+    /// packets. Packets are of sixteen if the build has AVX-512, else of eight. Figures stand in
+    /// `perf/notes/coherence.md`, `perf/notes/beams.md`, `perf/notes/single-rays.md` and
+    /// `perf/notes/packets-of-sixteen.md`.
     Auto,
     /// Packets of eight rays against the binary tree.
     Packet8,
     /// Two packets side by side against the binary tree.
     Packet16,
-    /// Beams against the wide tree, in cells of up to eight rays; [`Kernel::Packet8`] for rays that
-    /// share no point.
-    Beam8,
-    /// Beams against the wide tree, in cells of up to sixteen rays; [`Kernel::Packet16`] for rays
+    /// Beams against the wide tree, in sub-beams of up to eight rays; [`Kernel::Packet8`] for rays
     /// that share no point.
+    Beam8,
+    /// Beams against the wide tree, in sub-beams of up to sixteen rays; [`Kernel::Packet16`] for
+    /// rays that share no point.
     Beam16,
-    /// Rays on their own against the wide tree.
+    /// Single rays against the wide tree.
     Single,
 }
 
@@ -46,15 +47,15 @@ impl Kernel {
         ("single", Kernel::Single),
     ];
 
-    /// As on the command line.
+    /// The kernel's name on the command line.
     pub fn name(self) -> &'static str {
         let known = Kernel::ALL.iter().find(|(_, kernel)| *kernel == self);
         known.map_or("", |(name, _)| name)
     }
 
-    /// What pays for one frame of so many pixels. Making the wide tree takes as long as beams save
-    /// with about four pixels for each primitive; so where [`Kernel::Auto`] would have to make it
-    /// for less, it is packets.
+    /// The kernel that pays for one frame of the given number of pixels. Making the wide tree takes
+    /// as long as beams save with about four pixels for each primitive. So if [`Kernel::Auto`]
+    /// would have to make it for less, packets are used.
     pub fn for_frame(self, bvh: &Bvh, pixels: u64) -> Kernel {
         let prims = bvh.triangles().len() + bvh.spheres().len();
         let pays = bvh.has_wide() || pixels >= MIN_PIXELS_PER_PRIM * prims as u64;
@@ -64,7 +65,7 @@ impl Kernel {
         }
     }
 
-    /// Whether it goes down the wide tree.
+    /// Returns true if the kernel traverses the wide tree.
     pub fn is_wide(self) -> bool {
         match self {
             Kernel::Auto | Kernel::Beam8 | Kernel::Beam16 | Kernel::Single => true,
@@ -72,7 +73,7 @@ impl Kernel {
         }
     }
 
-    /// The packets that pay on this build.
+    /// The packet kernel that pays on this build.
     pub const fn packets() -> Kernel {
         if SIXTEEN {
             Kernel::Packet16
@@ -81,7 +82,7 @@ impl Kernel {
         }
     }
 
-    /// Beams of them.
+    /// The beam kernel of those packets.
     const fn beams() -> Kernel {
         if SIXTEEN {
             Kernel::Beam16
@@ -91,49 +92,49 @@ impl Kernel {
     }
 }
 
-/// Fewer packets of shadow rays are no beam. Where mirrors or silhouettes leave a few rays that
-/// start far from each other, a cell of theirs sees half of the scene: up to ten thousand times
-/// what packets take (`perf/notes/whole-frames.md`).
+/// Least packets of shadow rays for a beam. If mirrors or silhouettes leave a few rays that start
+/// far from each other, their sub-beam covers half of the scene, and takes up to ten thousand times
+/// as long as packets (`perf/notes/whole-frames.md`).
 const MIN_BEAM_PACKETS: usize = beam::SIZE / 2;
 
-/// Pixels for each primitive from which on a wide tree pays that is made for one frame
+/// Least pixels for each primitive for which a wide tree pays that is made for one frame
 /// (`perf/notes/whole-frames.md`).
 const MIN_PIXELS_PER_PRIM: u64 = 4;
 
-/// Whether sixteen lanes pay on this build.
+/// True if sixteen lanes pay on this build.
 const SIXTEEN: bool = NATIVE > LANES;
 
-/// Nodes of a wide tree from which on rays may go on their own. A smaller one stays in the nearest
-/// caches, and packets are as fast.
+/// Least nodes of a wide tree for single rays. A smaller tree stays in the nearest caches, and
+/// packets are as fast.
 const MIN_SINGLE_NODES: usize = 512;
 
-/// Of a batch, one packet in so many is looked at.
+/// Interval of the sampled packets of a batch.
 const SAMPLE_STRIDE: usize = 4;
 
-/// How much slower packets are believed to be than single rays, class by class, before the first
-/// trial: logarithms.
+/// Initial estimate of the time of packets relative to single rays, class by class, before the
+/// first trial: natural logarithms.
 const INITIAL_LOG_RATIO: [f32; DIVERGENCE_CLASSES] = [-0.8, -0.4, -0.1, 0.15, 0.25];
 
-/// How much slower packets are believed to be than beams for shadow rays, before the first trial: a
-/// logarithm. Of seven scenes one has the faster packets (`perf/notes/coherence.md`).
+/// Initial estimate of the time of packets relative to beams for shadow rays, before the first
+/// trial: a logarithm. In one scene of seven, packets are faster (`perf/notes/coherence.md`).
 const INITIAL_BEAM_LOG_RATIO: f32 = 0.1;
 
-/// How many times as long a packet takes in a beam of 24, as trials have them, as in one of 64:
-/// shadow rays, 1.1 to 1.5 in seven scenes (`perf/notes/sixteen-children.md`).
+/// Slowdown per packet of a 24-packet trial beam relative to a full 64-packet beam: for shadow
+/// rays, 1.1 to 1.5 in seven scenes (`perf/notes/sixteen-children.md`).
 const TRIAL_BEAM_PENALTY: f32 = 1.2;
 
-/// Traces queues of rays against one tree. Its functions are no generics, so that kernels are
-/// compiled here and nowhere else.
+/// Traces queues of rays against one tree. Its functions are not generic, so that kernels are
+/// compiled only here.
 pub struct Traversal<'a>(Counted<'a>);
 
-/// What is counted beside.
+/// Kernels by the counter that they use.
 enum Counted<'a> {
     Packets(Kernels<'a, PacketCount>),
     Stats(Kernels<'a, TraversalStats>),
 }
 
 impl<'a> Traversal<'a> {
-    /// A traversal of a tree with one kernel. It counts packets, and nothing else.
+    /// A traversal of a tree with one kernel. It counts only packets.
     pub fn new(bvh: &'a Bvh, kernel: Kernel) -> Traversal<'a> {
         Traversal(Counted::Packets(Kernels::new(bvh, kernel)))
     }
@@ -143,7 +144,7 @@ impl<'a> Traversal<'a> {
         Traversal(Counted::Stats(Kernels::new(bvh, kernel)))
     }
 
-    /// Counters since it was made.
+    /// Counters since the traversal was made.
     pub fn stats(&self) -> TraversalStats {
         match &self.0 {
             Counted::Packets(kernels) => TraversalStats {
@@ -162,8 +163,8 @@ impl<'a> Traversal<'a> {
         }
     }
 
-    /// Which lanes (as bits) of some packets of a queue meet anything before `tmax`, a byte a
-    /// packet. Lanes without a ray do not.
+    /// Sets `blocked` for some packets of a queue to the lanes (as bits) that hit anything before
+    /// `tmax`, a byte a packet. Lanes without a ray are not set.
     pub fn occluded(
         &mut self,
         rays: &RayQueue,
@@ -190,15 +191,15 @@ struct Kernels<'a, T> {
     beams: BeamKernel<'a, T>,
     singles: Option<SingleRays<'a, T>>,
     pairs: bool,
-    /// Packets or single rays, for each class of rays: for the closest hit, and for any of rays
-    /// that part; packets or beams, for shadow rays.
+    /// Tuners of packets and single rays, for each class of rays: for the closest hit, and for any
+    /// hit of divergent rays. The third tunes packets and beams, for shadow rays.
     closest_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
     any_hit_tuner: PerClassTuner<DIVERGENCE_CLASSES>,
     shadow_tuner: PerClassTuner<SPREAD_CLASSES>,
     origin_spread: OriginSpread,
 }
 
-/// Beams, or none.
+/// Beam kernel, or none.
 enum BeamKernel<'a, T> {
     None,
     Eight(Box<Beams<'a, F32x8, T>>),
@@ -215,7 +216,7 @@ impl<'a, T: Counters> BeamKernel<'a, T> {
         }
     }
 
-    /// See [`Beams::closest`].
+    /// Closest hits: see [`Beams::closest`].
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) -> bool {
         match self {
             BeamKernel::None => false,
@@ -224,7 +225,7 @@ impl<'a, T: Counters> BeamKernel<'a, T> {
         }
     }
 
-    /// See [`Beams::unoccluded`].
+    /// Lanes without a hit: see [`Beams::unoccluded`].
     fn unoccluded(
         &mut self,
         rays: &RayQueue,
@@ -252,7 +253,7 @@ impl<'a, T: Counters> Kernels<'a, T> {
     fn new(bvh: &'a Bvh, kernel: Kernel) -> Kernels<'a, T> {
         let singles = match kernel {
             Kernel::Single => true,
-            // Within instances, and against cones, a ray on its own is a packet of one.
+            // Within instances, and against cones, a single ray is a packet of one.
             Kernel::Auto => {
                 bvh.wide().nodes().len() >= MIN_SINGLE_NODES && bvh.wide().is_all_blocks()
             }
@@ -269,7 +270,7 @@ impl<'a, T: Counters> Kernels<'a, T> {
             beams: BeamKernel::new(bvh, kernel),
             singles: singles.then(|| SingleRays::new(bvh)),
             pairs: matches!(packets, Kernel::Packet16 | Kernel::Beam16),
-            // What is usual, until it is known.
+            // The initial estimates, until there are measurements.
             closest_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
             any_hit_tuner: PerClassTuner::new(INITIAL_LOG_RATIO),
             shadow_tuner: PerClassTuner::new([INITIAL_BEAM_LOG_RATIO; SPREAD_CLASSES])
@@ -278,7 +279,7 @@ impl<'a, T: Counters> Kernels<'a, T> {
         }
     }
 
-    /// Counters since it was made.
+    /// Counters since the kernels were made.
     fn counters(&self) -> T {
         let mut work = self.eight.counters;
         work.add(&self.sixteen.counters);
@@ -292,8 +293,8 @@ impl<'a, T: Counters> Kernels<'a, T> {
     /// The closest hits of some packets of a queue, one [`HitPacket`] each.
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
         if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
-            // As many at once as there are: towards the end of a batch few are left to go side by
-            // side.
+            // As many rays at once as there are: towards the end of a batch few are left to trace
+            // side by side.
             return singles.closest(rays, &BatchSlice::all(packets), hits);
         }
         let batches = hits.chunks_mut(beam::SIZE);
@@ -315,7 +316,7 @@ impl<'a, T: Counters> Kernels<'a, T> {
         }
     }
 
-    /// As single rays or as packets; `hits` are those of the part's whole range.
+    /// The closest hits by single rays or by packets; `hits` are those of the part's whole range.
     fn closest_by(
         &mut self,
         single: bool,
@@ -334,7 +335,7 @@ impl<'a, T: Counters> Kernels<'a, T> {
         let mut packets = part.each();
         while let Some(packet) = packets.next() {
             let k = packet - first;
-            // Fours are whole, so that a pair is one.
+            // Fours are complete, so that a pair is two consecutive packets.
             if self.pairs && packet + 1 < part.packets.end {
                 closest(&mut self.sixteen, rays, packet, &mut hits[k..k + 2]);
                 packets.next();
@@ -344,7 +345,7 @@ impl<'a, T: Counters> Kernels<'a, T> {
         }
     }
 
-    /// Tells `answer`, for some packets of a queue, which lanes (as bits) of each meet nothing
+    /// Passes `answer`, for some packets of a queue, the lanes (as bits) of each that hit nothing
     /// before `tmax`.
     fn unoccluded(
         &mut self,
@@ -363,8 +364,8 @@ impl<'a, T: Counters> Kernels<'a, T> {
                 self.unoccluded_by(true, rays, batch, tmax, &mut answer);
                 continue;
             }
-            // A rougher look: most of what comes here are shadow rays, which take little more than
-            // it does.
+            // A sparser sample: most rays here are shadow rays, whose tracing takes little more
+            // than the sampling.
             let class = || coherence::divergence_class(rays, batch.clone(), 4 * SAMPLE_STRIDE);
             let apart = self.singles.is_some().then(class);
             if let Some(class) = apart.filter(|&class| class >= FIRST_DIVERGENT) {
@@ -379,7 +380,7 @@ impl<'a, T: Counters> Kernels<'a, T> {
                 self.unoccluded_by_packet(rays, batch, tmax, &mut answer);
                 continue;
             }
-            // Beams want rays that lie together.
+            // Beams need rays that lie together.
             let class = self
                 .origin_spread
                 .spread_class(rays, batch.clone(), 2 * SAMPLE_STRIDE);
@@ -391,7 +392,7 @@ impl<'a, T: Counters> Kernels<'a, T> {
         }
     }
 
-    /// As a beam, if there are beams and the rays are one, or as packets.
+    /// Traces rays as a beam, if there are beams and the rays share a point, or else as packets.
     fn unoccluded_by(
         &mut self,
         beam: bool,
@@ -406,7 +407,7 @@ impl<'a, T: Counters> Kernels<'a, T> {
         }
     }
 
-    /// As single rays or as packets.
+    /// Traces rays as single rays or as packets.
     fn unoccluded_apart(
         &mut self,
         single: bool,
@@ -471,7 +472,7 @@ mod tests {
     use glam::Vec3;
     use phalanx_scene::Scene;
 
-    /// Squares of two triangles that rise and fall, from −1 to 1.
+    /// A scene of squares of two triangles that rise and fall, from −1 to 1.
     fn hills() -> Scene {
         const SIDE: u32 = 64;
         let mut scene = Scene::default();
@@ -488,8 +489,8 @@ mod tests {
         scene
     }
 
-    /// What mirrors leave of a wave: a few shadow rays, half of them at one end of the scene and
-    /// half at the other. Together they would be one cell, which sees all that lies between.
+    /// Checks a few shadow rays as mirrors leave them, half of them at one end of the scene and
+    /// half at the other. Together they would be one sub-beam, which covers all that lies between.
     #[test]
     fn a_few_rays_from_far_apart_are_no_beam() {
         let bvh = Bvh::build(&hills());

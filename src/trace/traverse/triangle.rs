@@ -1,20 +1,24 @@
 //! Rays against one triangle, watertight: Woop, Benthin and Wald, "Watertight Ray/Triangle
 //! Intersection", JCGT 2013.
 //!
-//! The corners are moved into a frame in which the ray is the z axis; three 2D edge functions
-//! decide. A corner's 2D place depends on the ray and the corner alone, and the sign of a
+//! The vertices are moved into a frame in which the ray is the z axis, and three 2D edge functions
+//! decide. A vertex's 2D position depends on the ray and the vertex alone, and the sign of a
 //! difference of two rounded products is never wrong, at worst zero. Zeros are accepted, so a
 //! closed mesh has no gap, vertices included.
 //!
-//! Departures: no double precision fallback of the edge functions (zeros are accepted on both sides
-//! instead); no culling, no swap of axes for winding; slopes are products with the reciprocal that
-//! the distance needs anyway; the distance is that to the plane where the edge functions give no
-//! accurate one (see [`distance`]), and is clamped to the ray's stay in the triangle's own box (see
-//! [`crate::traverse`]), where that may change it.
+//! Departures:
+//!
+//! - There is no double precision fallback of the edge functions; zeros are accepted on both sides
+//!   instead.
+//! - There is no culling, and no swap of axes for winding.
+//! - Slopes are products with the reciprocal that the distance needs anyway.
+//! - The distance is that to the plane if the edge functions give no accurate one (see
+//!   [`distance`]). It is clamped to the ray's interval in the triangle's own box (see
+//!   [`crate::traverse`]), if that may change it.
 //!
 //! The design notes asked for edge functions (a − o) × (b − o) · d. Those have exact signs along an
-//! edge, but at a vertex shared by n triangles their n rounding errors are independent and all can
-//! fall on the same side: of 20,000 rays aimed at the vertices of a sphere mesh that form lost 521,
+//! edge. But at a vertex shared by n triangles their n rounding errors are independent, and all can
+//! fall on the same side. Of 20,000 rays aimed at the vertices of a sphere mesh that form lost 521,
 //! this one none.
 
 mod distance;
@@ -31,28 +35,27 @@ use phalanx_scene::{Bounds, PAD};
 /// against it.
 #[derive(Clone, Copy)]
 pub(super) struct Shear<L: Lanes> {
-    /// Lanes whose dominant axis is x, and y; elsewhere it is z.
+    /// Lanes whose dominant axis is x, and lanes where it is y; elsewhere it is z.
     x_major: L::Mask,
     y_major: L::Mask,
     /// The dominant axis if all lanes share it, else [`MIXED`].
     pub(super) axis: usize,
-    /// Whether every ray is [`SAFE_RANGE`]: else no distance is settled.
+    /// True if every ray is within [`SAFE_RANGE`]: else every distance is clamped.
     pub(super) in_safe_range: bool,
     /// Origin with its components in the order of the frame.
     org: Vec3Lanes<L>,
-    /// d_kx · scale, d_ky · scale and scale = 1/d_kz.
+    /// Slopes d_kx · scale and d_ky · scale, and scale = 1/d_kz.
     slope_x: L,
     slope_y: L,
     scale: L,
 }
 
-/// The triangles of a block by corner, by axis; the fourth is for the sake of an index that needs
-/// no check.
+/// The triangles of a block by vertex, by axis; the fourth axis makes an index check unnecessary.
 pub(super) type VertexColumns = [[Native; 4]; 3];
 
-/// Triangles of which one can be had.
+/// Access to the vertices of one or several triangles.
 pub(super) trait Vertices {
-    /// A coordinate of a corner of the triangle in a lane.
+    /// A coordinate of a vertex of the triangle in a lane.
     fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32;
 }
 
@@ -89,7 +92,7 @@ fn in_frame<L: Lanes>(
     [corner(0), corner(1), corner(2)]
 }
 
-/// (kx, ky, kz) by dominant axis; as they are where axes differ.
+/// Orders (kx, ky, kz) by dominant axis; x, y, z if the lanes' axes differ.
 const FRAMES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// Stands for "the lanes' dominant axes differ" in [`Shear::axis`].
@@ -131,7 +134,7 @@ impl<L: Lanes> Shear<L> {
         }
     }
 
-    /// By lane the axes in the order of the frame; and the origins in that order, with slopes and
+    /// The axes in the order of the frame, by lane; and the origins in that order, with slopes and
     /// scale.
     #[inline(always)]
     pub(super) fn columns(&self) -> ([L::U32; 3], [Vec3Lanes<L>; 2]) {
@@ -144,8 +147,8 @@ impl<L: Lanes> Shear<L> {
         ([axis(0), axis(1), axis(2)], [self.org, slopes])
     }
 
-    /// A triangle's corners, their components in the order of the frames. `APART` says that the
-    /// rays' dominant axes differ.
+    /// A triangle's vertices, with their components in the order of the frames. `APART` is true if
+    /// the rays' dominant axes differ.
     #[inline(always)]
     pub(super) fn in_order<const APART: bool>(
         &self,
@@ -159,7 +162,8 @@ impl<L: Lanes> Shear<L> {
         }
     }
 
-    /// The same, relative to the rays' origins.
+    /// A triangle's vertices relative to the rays' origins, with their components in the order of
+    /// the frames.
     #[inline(always)]
     pub(super) fn less_origins<const APART: bool>(
         &self,
@@ -181,7 +185,8 @@ impl<L: Lanes> Shear<L> {
         [self.slope_x, self.slope_y, self.scale]
     }
 
-    /// A corner relative to the origin, its components in the order of the frame whose z is `AXIS`.
+    /// A vertex relative to the origin, with its components in the order of the frame whose z is
+    /// `AXIS`.
     #[inline(always)]
     fn relative<const AXIS: usize>(&self, corner: &[f32; 3]) -> Vec3Lanes<L> {
         let wide = |k: usize| L::splat(corner[k]);
@@ -199,7 +204,7 @@ impl<L: Lanes> Shear<L> {
     }
 }
 
-/// (kx, ky, kz) = (y, z, x), (z, x, y) or (x, y, z) by dominant axis.
+/// Orders components (kx, ky, kz) = (y, z, x), (z, x, y) or (x, y, z) by dominant axis.
 #[inline(always)]
 fn permute<L: Lanes>(x_major: L::Mask, y_major: L::Mask, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
     let pick = |by_x, by_y, by_z| x_major.select(by_x, y_major.select(by_y, by_z));
@@ -210,7 +215,7 @@ fn permute<L: Lanes>(x_major: L::Mask, y_major: L::Mask, v: Vec3Lanes<L>) -> Vec
     )
 }
 
-/// Tests one triangle and keeps what is closer than `best`.
+/// Tests one triangle and updates `best` with a closer hit.
 #[inline(always)]
 pub(super) fn closest<L: Lanes, const AXIS: usize>(
     rays: &RaySetup<L>,
@@ -267,7 +272,7 @@ pub(super) fn prim_aabbs([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
     [lo - pad, hi + pad]
 }
 
-/// Lanes that meet the triangle at a positive distance, and where.
+/// Lanes that hit the triangle at a positive distance, and the hits.
 #[inline(always)]
 fn intersect_packet<L: Lanes, const AXIS: usize>(
     rays: &RaySetup<L>,
@@ -282,22 +287,24 @@ fn intersect_packet<L: Lanes, const AXIS: usize>(
     intersect(corners, rays.shear.slopes(), &RaysAndSlot { rays, slot })
 }
 
-/// Rays and the triangles that they are tested against, a pair in every lane: what is asked where
-/// the edge functions do not suffice. A trait and no closures, which would not be inlined.
+/// Rays and the triangles against which they are tested, a pair in every lane: the data that are
+/// needed if the edge functions do not suffice. It is a trait, because closures would not be
+/// inlined.
 pub(super) trait Pairing<L: Lanes> {
     /// Entry into and exit from the triangle's own box.
     fn interval(&self) -> TInterval<L>;
-    /// Whether every ray is [`SAFE_RANGE`].
+    /// Returns true if every ray is within [`SAFE_RANGE`].
     fn in_safe_range(&self) -> bool;
     /// Origins and directions.
     fn rays(&self) -> [Vec3Lanes<L>; 2];
-    /// The triangles, as they are stored; and which it is, where it is one for all lanes.
+    /// The triangles, as they are stored; and the index of the triangle, if it is one for all
+    /// lanes.
     fn stored(&self) -> (&impl Vertices, Option<usize>);
 }
 
-/// What an origin's coordinates may be, a direction's largest part, and one over that: 2⁴⁰. Beyond
-/// that, numbers on the way to a distance may overflow or vanish, and the reciprocals of the slab
-/// test are not those of the directions.
+/// Greatest coordinate of an origin, greatest largest component of a direction, and greatest
+/// reciprocal of that: 2⁴⁰. Beyond it, intermediate numbers of a distance may overflow or vanish,
+/// and the reciprocals of the slab test are not those of the directions.
 const SAFE_RANGE: f32 = (1u64 << 40) as f32;
 
 #[inline(always)]
@@ -337,8 +344,8 @@ impl<L: Lanes> Pairing<L> for RaysAndSlot<'_, L> {
     }
 }
 
-/// A triangle seen in the frames of rays: the places of its corners beside the rays, and the edge
-/// functions, which weigh the corners.
+/// Projection of a triangle in the frames of rays: the positions of its vertices beside the rays,
+/// and the edge functions, which weigh the vertices.
 struct EdgeFunctions<L: Lanes> {
     x: [L; 3],
     y: [L; 3],
@@ -349,8 +356,8 @@ struct EdgeFunctions<L: Lanes> {
     inside: L::Mask,
 }
 
-/// The corners are relative to the origin, in the order of the ray's frame. A lane may be a ray
-/// against one triangle or a triangle against one ray.
+/// Computes the edge functions. The vertices are relative to the origin, in the order of the ray's
+/// frame. A lane may be a ray against one triangle or a triangle against one ray.
 #[inline(always)]
 fn edges<L: Lanes>(
     [a, b, c]: &[Vec3Lanes<L>; 3],
@@ -373,8 +380,8 @@ fn edges<L: Lanes>(
     }
 }
 
-/// Lanes in which a ray meets a triangle at a positive distance, and where: the corners relative to
-/// the origin in the order of the ray's frame, and its slopes and scale.
+/// Lanes in which a ray hits a triangle at a positive distance, and the hits. The vertices are
+/// relative to the origin, in the order of the ray's frame, and its slopes and scale are given.
 #[inline(always)]
 pub(super) fn intersect<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
@@ -388,8 +395,8 @@ pub(super) fn intersect<L: Lanes>(
     Some(resolve_hit(edges, corners, slopes, pairs))
 }
 
-/// The same without a branch on whether any ray is within all edges, for triangles that most likely
-/// are met.
+/// The hits of [`intersect`] without a branch on whether any ray is within all edges, for triangles
+/// that most likely are hit.
 #[inline(always)]
 pub(super) fn intersect_branchless<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
@@ -399,7 +406,7 @@ pub(super) fn intersect_branchless<L: Lanes>(
     resolve_hit(edges(&corners, slopes), corners, slopes, pairs)
 }
 
-/// What is left to do for rays within all edges.
+/// Computes the distances of rays within all edges.
 #[inline(always)]
 fn resolve_hit<L: Lanes>(
     edges: EdgeFunctions<L>,
@@ -410,7 +417,7 @@ fn resolve_hit<L: Lanes>(
     let [a, b, c] = corners;
     let by_edges = EdgeDistance::new(&edges, [a.z, b.z, c.z], slopes[2]);
     let (raw, det) = (by_edges.t, by_edges.det);
-    // A NaN anywhere above leaves the sum NaN and fails here; so does a triangle on edge.
+    // A NaN anywhere above leaves the sum NaN and fails here; so does a triangle seen edge-on.
     let solid = det.lt(L::ZERO) | det.gt(L::ZERO);
     let within = edges.inside & solid;
     let found = HitCandidate {

@@ -1,16 +1,16 @@
-//! Children of a wide node onto the stack of a ray on its own, without a branch.
+//! Pushes the children of a wide node onto the stack of a single ray, without a branch.
 //!
-//! Children lie along an axis, see [`crate::bvh::WideNode::axis`], so that the way a ray goes along
-//! it tells which comes first. That is not the order of their entry distances; but a network that
-//! sorts these is half of the instructions of a node, and saves no more than 4 % of the nodes
-//! (`perf/notes/single-rays.md`).
+//! Children are stored in order along an axis, see [`crate::bvh::WideNode::axis`], so that the
+//! ray's direction along it gives the nearest one. That is not the order of their entry distances.
+//! But a network that sorts these is half of the instructions of a node, and saves no more than 4 %
+//! of the nodes (`perf/notes/single-rays.md`).
 
 use super::aabb::TInterval;
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native};
 use std::ops::Range;
 
-/// By set of lanes, as bits: the lanes in it, one a byte, first those of the lower bits; and those
-/// of the higher bits first.
+/// Compaction table: `[0][mask]` lists the set lanes of `mask`, one a byte, in ascending order, and
+/// `[1][mask]` in descending order.
 pub(super) static COMPACT_LUT: [[[u8; LANES]; 256]; 2] = {
     let mut tables = [[[0; LANES]; 256]; 2];
     let mut set = 0;
@@ -30,14 +30,14 @@ pub(super) static COMPACT_LUT: [[[u8; LANES]; 256]; 2] = {
     tables
 };
 
-/// Children waiting to be visited, as columns: where each begins, and its code.
+/// Children waiting to be visited, as columns: the distance at which each begins, and its code.
 pub(super) struct WideStack {
     tnear: Vec<f32>,
     code: Vec<u32>,
 }
 
 impl WideStack {
-    /// Room for so many, in as many stacks as one likes.
+    /// A stack with room for `room` entries, which may be divided into any number of stacks.
     pub(super) fn with_capacity(room: usize) -> WideStack {
         WideStack {
             tnear: vec![0.0; room],
@@ -45,12 +45,13 @@ impl WideStack {
         }
     }
 
-    /// Writes the children that a ray meets between 0 and `best` from `at` on, in the order in
-    /// which they lie or `reversed`, and others behind them; tells how many are met. It crosses
-    /// their boxes as `crossing` says, which may begin behind it.
+    /// Writes the children that a ray meets between 0 and `best` from `at` on, in their stored
+    /// order or `reversed`, and others behind them. Returns the number of those that are met.
+    /// `crossing` gives the intervals of the ray's line in their boxes, which may begin behind its
+    /// origin.
     ///
     /// # Safety
-    /// There is room for [`NATIVE`] from `at` on.
+    /// There must be room for [`NATIVE`] entries from `at` on.
     #[inline(always)]
     pub(super) unsafe fn push_hits(
         &mut self,
@@ -61,8 +62,8 @@ impl WideStack {
         codes: &[u32; NATIVE],
     ) -> usize {
         debug_assert!(at + NATIVE <= self.code.len());
-        // SAFETY: both columns are as long, and have as many places from `at` on, as the caller
-        // says.
+        // SAFETY: both columns have the same length, and room for as many entries from `at` on: the
+        // caller's promise.
         let to = unsafe {
             (
                 &mut *self.tnear.as_mut_ptr().add(at).cast::<[f32; NATIVE]>(),
@@ -72,18 +73,18 @@ impl WideStack {
         push_simd(reversed, crossing, best, codes, to)
     }
 
-    /// The code of one.
+    /// The code of an entry.
     ///
     /// # Safety
-    /// `at` is below what there is room for.
+    /// `at` must be below the stack's room.
     #[inline(always)]
     pub(super) unsafe fn code(&self, at: usize) -> u32 {
-        // SAFETY: as the caller says.
+        // SAFETY: the caller's promise.
         unsafe { *self.code.get_unchecked(at) }
     }
 
-    /// Leaves those of a stack that begin at a distance of `limit` at most, and tells where it ends
-    /// then.
+    /// Keeps the entries of a stack that begin at a distance of `limit` at most, and returns its
+    /// new end.
     #[inline(always)]
     pub(super) fn prune(&mut self, stack: Range<usize>, limit: f32) -> usize {
         let start = stack.start;
@@ -116,7 +117,7 @@ fn push_scalar(
     let mut count = 0;
     for k in 0..NATIVE {
         let lane = if reversed { NATIVE - 1 - k } else { k };
-        // Written always, kept where it is met: no branch. No more than so many were written
+        // Always written, and kept only if it is met: no branch. At most k entries were written
         // before.
         (to_enter[count % NATIVE], to_code[count % NATIVE]) = (enter[lane], codes[lane]);
         count += (met >> lane & 1) as usize;
@@ -161,7 +162,7 @@ fn push_simd(
     met.count_ones() as usize
 }
 
-/// Places in order, and in reverse.
+/// Indices in order, and in reverse.
 #[cfg(all(target_arch = "x86_64", target_feature = "avx512f"))]
 static REVERSE: [[u32; NATIVE]; 2] = {
     let mut turned = [[0; NATIVE]; 2];
@@ -190,14 +191,14 @@ fn push_simd(
         let order = _mm512_loadu_si512(REVERSE[usize::from(reversed)].as_ptr().cast());
         let enter = _mm512_permutexvar_ps(order, _mm512_loadu_ps(enter.as_ptr()));
         let leave = _mm512_permutexvar_ps(order, _mm512_loadu_ps(leave.as_ptr()));
-        // What is the same in all lanes comes in after their turn: before, the compiler would turn
-        // it, too.
+        // Values that are equal in all lanes are used after the permutation: before it, the
+        // compiler would permute them, too.
         let enter = _mm512_max_ps(enter, _mm512_setzero_ps());
         let limit = _mm512_min_ps(leave, _mm512_set1_ps(best));
         let codes = _mm512_permutexvar_epi32(order, _mm512_loadu_si512(codes.as_ptr().cast()));
         let met = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(enter, limit);
-        // Compressed in a register and stored whole: to memory, some processors take a hundred
-        // cycles.
+        // Compressed in a register and stored whole: compression to memory takes a hundred cycles
+        // on some processors.
         _mm512_storeu_ps(to_enter.as_mut_ptr(), _mm512_maskz_compress_ps(met, enter));
         let codes = _mm512_maskz_compress_epi32(met, codes);
         _mm512_storeu_si512(to_code.as_mut_ptr().cast(), codes);
@@ -235,8 +236,8 @@ mod tests {
             let best = (next() % 1000) as f32 * 0.37;
             let enter: [f32; NATIVE] =
                 std::array::from_fn(|_| (next() % 1200) as f32 * 0.37 - 60.0);
-            // Among the ways out are some that are met exactly, one at the best, some behind the
-            // ray, and one that is no number.
+            // Some exits equal the entry, one is at the best, some lie behind the ray, and one is
+            // NaN.
             let leave = |enter: &f32| {
                 [*enter, enter - 0.1, enter + 90.0, best, f32::NAN][next() as usize % 5]
             };
@@ -244,7 +245,7 @@ mod tests {
             let codes: [u32; NATIVE] = std::array::from_fn(|_| next());
             let (reversed, at) = (round % 2 == 1, round % 22);
             let begin = |lane: usize| enter[lane].max(0.0);
-            // A way out that is no number counts as the best.
+            // An exit that is NaN counts as the best.
             let of_met = (0..NATIVE).filter(|&lane| begin(lane) <= leave[lane].min(best));
             let mut want: Vec<(f32, u32)> = of_met.map(|lane| (begin(lane), codes[lane])).collect();
             if reversed {
@@ -254,7 +255,7 @@ mod tests {
                 tnear: Native::new(enter),
                 tfar: Native::new(leave),
             };
-            // SAFETY: from 22 on there are as many places.
+            // SAFETY: there is room for as many entries from 22 on.
             let count = unsafe { waiting.push_hits(at, reversed, &crossing, best, &codes) };
             let places = at..at + count;
             let found = places.map(|k| (waiting.tnear[k], waiting.code[k]));

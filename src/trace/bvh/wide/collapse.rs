@@ -1,10 +1,10 @@
-//! Which nodes of the binary tree become the children of one wide node: by cost, bottom up (Ylitie,
-//! Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG
-//! 2017, section 3).
+//! Choice of the binary nodes that become the children of one wide node: by cost, bottom up
+//! (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide
+//! BVHs", HPG 2017, section 3).
 //!
-//! We depart from it in what a leaf is: neighbouring leaves of one kind are merged into a block
-//! while they fit. Nodes of a level do not depend on each other, so each level is planned on all
-//! threads.
+//! The departure from it is in the leaves: neighbouring leaves of one kind are merged into a block
+//! as long as they fit. Nodes of a level do not depend on each other, so each level is planned on
+//! all threads.
 
 use crate::bvh::{Bvh, Child, LeafKind};
 use crate::simd::{LANES, NATIVE};
@@ -17,27 +17,27 @@ use std::ops::Range;
 const NODE_COST: f32 = 1.0;
 const BLOCK_COST: f32 = if NATIVE > LANES { 1.0 } else { 0.7 };
 
-/// Subtrees of the binary tree are seen as at most so many roots within their parent; one more
-/// makes a node full.
+/// Most roots as which a subtree of the binary tree appears within its parent; one more makes a
+/// node full.
 pub(super) const MAX_ROOTS: usize = NATIVE - 1;
 
 /// Nodes that a thread plans at a time.
 const PARALLEL_GRAIN: usize = 256;
 
-/// What is best done with the subtree below a node.
+/// Best choice for the subtree below a node.
 #[derive(Clone, Copy)]
 pub(super) struct CollapseChoice {
-    /// How many of j + 2 roots go to the first child; 0 where one root fewer is better. The last is
-    /// that of a full node.
+    /// Number of roots that go to the first child, out of j + 2; 0 if one root fewer is better. The
+    /// last entry is that of a full node.
     pub(super) first: [u8; MAX_ROOTS],
     /// The kind of everything below, if a block of it is cheaper than a node.
     pub(super) block: Option<LeafKind>,
 }
 
-/// What a subtree costs, as its parent's plan asks for it.
+/// Costs of a subtree, for its parent's choice.
 #[derive(Clone, Copy)]
 struct SubtreeCost {
-    /// As i + 1 roots or fewer.
+    /// Costs as i + 1 roots or fewer.
     roots: [f32; MAX_ROOTS],
     /// Primitives below, if they are all of one kind that has blocks and fit into one; else 0.
     count: u8,
@@ -52,10 +52,10 @@ impl SubtreeCost {
     };
 }
 
-/// What a box of the binary tree holds.
+/// Contents of a box of the binary tree.
 #[derive(Clone, Copy)]
 pub(super) enum BoxContents {
-    /// A node, by its place in the plan.
+    /// A node, by its index in the plan.
     Node(u32),
     /// Primitives of a kind, from a slot on.
     Leaf {
@@ -65,15 +65,15 @@ pub(super) enum BoxContents {
     },
 }
 
-/// A node of the binary tree: which it is, and where in the plan those of its children are that are
-/// nodes, side by side.
+/// A node of the binary tree: its index, and the index in the plan of the first of its children
+/// that are nodes, which lie side by side.
 #[derive(Clone, Copy)]
 struct NodeRef {
     node: u32,
     children: u32,
 }
 
-/// The choices for all nodes that the world's root leads to, level by level; the root has place 0.
+/// The choices for all nodes below the world's root, level by level; the root has index 0.
 pub(super) struct CollapsePlan<'a> {
     bvh: &'a Bvh,
     nodes: Vec<NodeRef>,
@@ -100,7 +100,7 @@ impl<'a> CollapsePlan<'a> {
         plan
     }
 
-    /// What is best done with a node.
+    /// The choice for a node.
     pub(super) fn at(&self, place: u32) -> &CollapseChoice {
         &self.choices[place as usize]
     }
@@ -122,7 +122,7 @@ impl<'a> CollapsePlan<'a> {
         })
     }
 
-    /// Decides for a level, by the costs of the level below, and returns its own.
+    /// Chooses for a level, by the costs of the level below, and returns its own costs.
     fn decide(&mut self, level: Range<usize>, below: &[SubtreeCost]) -> Vec<SubtreeCost> {
         let mut costs = vec![SubtreeCost::NONE; level.len()];
         let choose = |place: usize| {
@@ -146,7 +146,7 @@ impl<'a> CollapsePlan<'a> {
     }
 }
 
-/// All nodes below the world's root, parents first, and where each level lies among them.
+/// All nodes below the world's root, parents first, and the range of each level among them.
 fn levels(bvh: &Bvh) -> (Vec<NodeRef>, Vec<Range<usize>>) {
     let mut seats = vec![NodeRef {
         node: 0,
@@ -170,11 +170,11 @@ fn levels(bvh: &Bvh) -> (Vec<NodeRef>, Vec<Range<usize>>) {
     (seats, levels)
 }
 
-/// What is best done with a node of two subtrees in their boxes, and what it costs then.
+/// The best choice for a node of two subtrees in their boxes, and its costs.
 fn choose(sides: &[(SubtreeCost, Bounds); 2]) -> (CollapseChoice, SubtreeCost) {
     let [(a, a_box), (b, b_box)] = sides;
     let area = a_box.union(*b_box).half_area();
-    // Into exactly j + 2 roots.
+    // A split into exactly j + 2 roots.
     let split = |j: usize| {
         let ways = (1..j + 2).map(|k| {
             let at = |roots: usize| (roots - 1).min(MAX_ROOTS - 1);
@@ -213,7 +213,7 @@ fn choose(sides: &[(SubtreeCost, Bounds); 2]) -> (CollapseChoice, SubtreeCost) {
     (choice, cost)
 }
 
-/// What a leaf costs.
+/// The costs of a leaf.
 fn of_leaf(kind: LeafKind, count: u32, bounds: Bounds) -> SubtreeCost {
     let blocks = matches!(kind, LeafKind::Triangle | LeafKind::Sphere);
     let fits = blocks && count <= NATIVE as u32;

@@ -1,4 +1,4 @@
-//! Wide nodes by the plan, before they have places: each level on all threads.
+//! Drafts of the wide nodes by the plan, before they have positions: each level on all threads.
 
 use super::collapse::{BoxContents, CollapsePlan, MAX_ROOTS};
 use super::{ChildRef, OtherLeaf, WideNode};
@@ -7,46 +7,46 @@ use crate::simd::NATIVE;
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
 
-/// A wide node: its row but for where its children are, and what these are.
+/// Draft of a wide node: its row without the children's references, and the kinds of its children.
 pub(super) struct WideNodeDraft {
     pub(super) row: WideNode,
     pub(super) children: [ChildKind; NATIVE],
-    /// Which sketch is the first child that is a node; others follow it.
+    /// Index of the draft of the first child that is a node; the others follow it.
     pub(super) first: usize,
 }
 
-/// What a child of a wide node is.
+/// Kind of a child of a wide node.
 #[derive(Clone, Copy)]
 pub(super) enum ChildKind {
     Empty,
-    /// A wide node, made of this.
+    /// A wide node, made of these contents.
     Node(BoxContents),
     /// A block.
     Block(LeafKind, BlockSlots),
-    /// A leaf of what has no blocks.
+    /// A leaf of a kind that has no blocks.
     Other(OtherLeaf),
 }
 
 /// The slots of a block.
 #[derive(Clone, Copy)]
 pub(super) enum BlockSlots {
-    /// All below a node of the plan.
+    /// All slots below a node of the plan.
     Of(u32),
-    /// These.
+    /// A run of slots.
     Row { first: u32, count: u32 },
 }
 
-/// Something with a box.
+/// Contents of a box, and the box.
 #[derive(Clone, Copy)]
 struct BoxedContents {
     part: BoxContents,
     bounds: Bounds,
 }
 
-/// All wide nodes level by level, and how many levels there are.
+/// Drafts of all wide nodes level by level, and the number of levels.
 pub(super) fn emit_nodes(plan: &CollapsePlan) -> (Vec<WideNodeDraft>, usize) {
     let mut drafts: Vec<WideNodeDraft> = Vec::new();
-    // The root's own box is asked for by nobody.
+    // The root's own box is not used.
     let mut open = vec![BoxedContents {
         part: BoxContents::Node(0),
         bounds: Bounds::EMPTY,
@@ -154,7 +154,7 @@ fn children(plan: &CollapsePlan, place: u32) -> Vec<BoxedContents> {
             continue;
         };
         let choice = plan.at(place);
-        // As many roots as pay.
+        // The greatest number of roots that pays.
         let pays = (2..=roots).rev().find(|roots| choice.first[roots - 2] > 0);
         match pays {
             Some(roots) => part(plan, place, choice.first[roots - 2], roots, &mut waiting),
@@ -164,7 +164,7 @@ fn children(plan: &CollapsePlan, place: u32) -> Vec<BoxedContents> {
     items
 }
 
-/// Both children of a binary node, as `first` roots and the rest of `roots`.
+/// Appends both children of a binary node, as `first` roots and the rest of `roots`.
 fn part(
     plan: &CollapsePlan,
     place: u32,
@@ -182,7 +182,7 @@ fn part(
     ]);
 }
 
-/// A leaf that is too large for a block is a node of parts of it.
+/// Splits a leaf that is too large for a block into parts, the children of a node.
 fn parts(kind: LeafKind, first: u32, count: u32, bounds: Bounds) -> Vec<BoxedContents> {
     let part = count.div_ceil(NATIVE as u32).max(NATIVE as u32);
     let starts = (0..count).step_by(part as usize);
@@ -198,7 +198,7 @@ fn parts(kind: LeafKind, first: u32, count: u32, bounds: Bounds) -> Vec<BoxedCon
 }
 
 impl BoxedContents {
-    /// Twice the middle of its box.
+    /// Twice the middle of the box.
     fn middle(&self, axis: usize) -> f32 {
         self.bounds.lo[axis] + self.bounds.hi[axis]
     }

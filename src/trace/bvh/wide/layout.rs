@@ -1,5 +1,5 @@
-//! The wide tree from its sketch: places in order, then all rows at once, on all threads, where
-//! they will stay.
+//! Layout of the wide tree from its drafts: positions in order, then all rows at once, on all
+//! threads, in their final memory.
 
 use super::collapse::{BoxContents, CollapsePlan};
 use super::emit::{BlockSlots, ChildKind, WideNodeDraft, emit_nodes};
@@ -9,7 +9,7 @@ use crate::bvh::{Bvh, LeafKind};
 use crate::simd::NATIVE;
 use rayon::prelude::*;
 
-/// The binary tree, widened.
+/// Widens the binary tree.
 pub(super) fn lay_out(bvh: &Bvh) -> WideBvh {
     let plan = CollapsePlan::of(bvh);
     let (mut drafts, depth) = emit_nodes(&plan);
@@ -33,9 +33,9 @@ pub(super) fn lay_out(bvh: &Bvh) -> WideBvh {
     }
 }
 
-/// What stands in each row, in order.
+/// Contents of each row, in order.
 struct WideRows {
-    /// Sketches.
+    /// Indices of the drafts.
     nodes: Vec<usize>,
     triangles: Vec<BlockSlots>,
     spheres: Vec<BlockSlots>,
@@ -43,8 +43,8 @@ struct WideRows {
 }
 
 impl WideRows {
-    /// Gives everything its place, and tells the sketches. The children of a node lie side by side,
-    /// and what is below the last of them comes first.
+    /// Assigns all rows their positions, and enters them in the drafts. The children of a node lie
+    /// side by side, and the rows below the last child come first.
     fn of(drafts: &mut [WideNodeDraft]) -> WideRows {
         let mut places = WideRows {
             nodes: vec![0],
@@ -66,8 +66,8 @@ impl WideRows {
         places
     }
 
-    /// The next place for a child; if it is a node, it is that of sketch `child`, which is then
-    /// that of the node after.
+    /// Assigns the next position to a child. If it is a node, `child` is the index of its draft,
+    /// and is advanced to that of the next node.
     fn next(&mut self, below: ChildKind, child: &mut usize) -> ChildRef {
         match below {
             ChildKind::Empty => ChildRef::NOTHING,
@@ -84,7 +84,7 @@ impl WideRows {
     }
 }
 
-/// Appends a row, and tells which it is.
+/// Appends a row, and returns its index.
 fn add<T>(rows: &mut Vec<T>, row: T) -> u32 {
     rows.push(row);
     rows.len() as u32 - 1

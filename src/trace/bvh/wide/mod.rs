@@ -1,12 +1,11 @@
-//! The tree once more with as many children a node as the build has lanes ([`NATIVE`]: sixteen or
-//! eight), for beams and for rays that go down alone: a node's boxes are columns, so that one ray,
-//! or one beam, is tested against all of them at once, and triangles and spheres stand in blocks of
-//! as many. What is met, and where, does not depend on how many that is
-//! (`perf/notes/sixteen-children.md` has what it saves).
+//! A second tree with as many children a node as the build has lanes ([`NATIVE`]: sixteen or
+//! eight), for beams and for single rays. A node's boxes are columns, so that one ray, or one beam,
+//! is tested against all of them at once. Triangles and spheres are stored in blocks of as many.
+//! Hits do not depend on that number (`perf/notes/sixteen-children.md` has what it saves).
 //!
 //! `collapse` chooses which nodes of the binary tree become children of one wide node, `emit` makes
-//! the nodes, and `layout` gives everything its place. The tree does not depend on the number of
-//! threads.
+//! drafts of the nodes, and `layout` assigns all positions. The tree does not depend on the number
+//! of threads.
 
 mod collapse;
 mod emit;
@@ -15,49 +14,49 @@ mod layout;
 use super::{Bvh, LeafKind, LeafSphere, LeafTriangle};
 use crate::simd::NATIVE;
 
-/// Up to [`NATIVE`] children: half as many cache lines.
+/// A node of up to [`NATIVE`] children: half as many cache lines.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct WideNode {
-    /// Lower corners by axis, then upper corners: a column for each child. Where there is no child,
-    /// the box is empty: from +∞ to −∞.
+    /// Lower corners by axis, then upper corners: a column for each child. A missing child has an
+    /// empty box, from +∞ to −∞.
     pub boxes: [[[f32; NATIVE]; 3]; 2],
-    /// What the children are: [`ChildRef`] codes. Where there is no child, [`ChildRef::NOTHING`]: a
-    /// ray that is no number passes every box, and must come to an end.
+    /// References to the children: [`ChildRef`] codes. A missing child is [`ChildRef::NOTHING`],
+    /// because a ray with a NaN passes every box, and must come to an end.
     pub children: [u32; NATIVE],
-    /// By axis, the children in the order of the middles of their boxes along it; where there is no
-    /// child comes last.
+    /// Order of the children by the middles of their boxes, one row per axis; missing children come
+    /// last.
     pub order: [[u8; NATIVE]; 3],
-    /// The axis along which the children lie in order, those with the lowest middle of a box first:
-    /// 0 to 2.
+    /// Axis along which the children are stored in order, those with the lowest middle of a box
+    /// first: 0 to 2.
     pub axis: u8,
 }
 
-/// As many triangles as there are lanes, as columns. Unused lanes are NaN, which no ray meets.
+/// As many triangles as there are lanes, as columns. Unused lanes are NaN, which no ray hits.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct TriangleBlock {
-    /// The corners: by corner, by axis.
+    /// The vertices: by vertex, by axis.
     pub vertices: [[[f32; NATIVE]; 3]; 3],
-    /// Their numbers in the file.
+    /// `prim_id` of the stored primitives.
     pub prim_id: [u32; NATIVE],
 }
 
-/// As many spheres as there are lanes, as columns. Unused lanes are NaN, which no ray meets.
+/// As many spheres as there are lanes, as columns. Unused lanes are NaN, which no ray hits.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub struct SphereBlock {
-    /// Centres by axis.
+    /// Centres, one row per axis.
     pub center: [[f32; NATIVE]; 3],
     /// Radii.
     pub radius: [f32; NATIVE],
     /// The spheres' own padded boxes.
     pub prim_aabb: [[[f32; NATIVE]; 3]; 2],
-    /// Their numbers in the file.
+    /// `prim_id` of the stored primitives.
     pub prim_id: [u32; NATIVE],
 }
 
-/// What a child of a wide node leads to.
+/// Target of a child of a wide node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ChildRef {
     /// A wide node.
@@ -74,10 +73,10 @@ const KIND_SHIFT: u32 = 30;
 const INDEX: u32 = (1 << KIND_SHIFT) - 1;
 
 impl ChildRef {
-    /// A leaf of nothing.
+    /// An empty leaf.
     pub const NOTHING: ChildRef = ChildRef::Other(0);
 
-    /// As one word.
+    /// The reference as one word.
     fn code(self) -> u32 {
         let (kind, index) = match self {
             ChildRef::Node(index) => (0, index),
@@ -89,13 +88,13 @@ impl ChildRef {
         kind << KIND_SHIFT | index
     }
 
-    /// Of a word, which kind it says, 0 to 3 in the order above, and which row.
+    /// Splits a word into the kind, 0 to 3 in the order above, and the row.
     #[inline(always)]
     pub fn parts(code: u32) -> (usize, usize) {
         ((code >> KIND_SHIFT) as usize, (code & INDEX) as usize)
     }
 
-    /// From the word.
+    /// The reference from its word.
     #[inline(always)]
     pub fn of_code(code: u32) -> ChildRef {
         let index = code & INDEX;
@@ -108,14 +107,14 @@ impl ChildRef {
     }
 }
 
-/// A leaf of ellipsoids, cones or instances, as the binary tree has it.
+/// A leaf of ellipsoids, cones or instances, as in the binary tree.
 #[derive(Clone, Copy, Debug)]
 pub struct OtherLeaf {
-    /// What they are.
+    /// Kind of the primitives.
     pub kind: LeafKind,
     /// First slot.
     pub first: u32,
-    /// How many.
+    /// Number of primitives.
     pub count: u32,
 }
 
@@ -138,7 +137,7 @@ impl OtherLeaf {
 }
 
 impl WideBvh {
-    /// Nodes; the root is the first. Every code in them is of a row that exists.
+    /// Nodes; the root is the first. Every code in them refers to an existing row.
     pub fn nodes(&self) -> &[WideNode] {
         &self.nodes
     }
@@ -168,12 +167,12 @@ impl WideBvh {
         finite.fold(0.0, |most: f32, x| most.max(x.abs()))
     }
 
-    /// Whether it holds nothing but triangles.
+    /// Returns true if the tree holds nothing but triangles.
     pub fn has_triangles_only(&self) -> bool {
         self.is_all_blocks() && self.spheres.is_empty()
     }
 
-    /// Whether it holds nothing but triangles and spheres.
+    /// Returns true if the tree holds nothing but triangles and spheres.
     pub fn is_all_blocks(&self) -> bool {
         self.others.len() <= 1
     }
@@ -183,14 +182,14 @@ impl WideBvh {
         self.depth
     }
 
-    /// Bytes of everything.
+    /// Bytes of all rows.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..])
             + size_of_val(&self.triangles[..])
             + size_of_val(&self.spheres[..])
     }
 
-    /// The binary tree, widened.
+    /// Widens the binary tree.
     pub(super) fn of(bvh: &Bvh) -> WideBvh {
         layout::lay_out(bvh)
     }

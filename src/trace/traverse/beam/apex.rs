@@ -1,52 +1,52 @@
-//! Where rays meet: the eye that they start from, the light that they end at, or nowhere, because
-//! they are parallel.
+//! The common point of a beam's rays: the eye from which they start, the light at which they end,
+//! or none, because they are parallel.
 
 use crate::packet::RayQueue;
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Native, Vec3Lanes, Vec3Native, Vec3x8};
 use std::ops::Range;
 
-/// What the rays of a beam have in common.
+/// Common property of the rays of a beam.
 #[derive(Clone, Copy)]
 pub(super) enum Apex {
-    /// The origin of all.
+    /// The origin of all rays.
     Eye([f32; 3]),
-    /// A point that all end at.
+    /// A point at which all rays end.
     Light { place: [f32; 3], rays: Spread },
-    /// The direction of all.
+    /// The direction of all rays.
     Sun { dir: [f32; 3], rays: Spread },
 }
 
-/// How far rays that end in one point, or nearly, are from each other and from it; all along any
-/// axis.
+/// Distances of rays that end in one point, or nearly, from each other and from that point; all are
+/// measured along any axis.
 #[derive(Clone, Copy)]
 pub(super) struct Spread {
     /// The first origin.
     pub(super) center: [f32; 3],
-    /// How far others are from it, at most.
+    /// Greatest distance of the other origins from it.
     pub(super) around: f32,
     /// The largest absolute coordinate of any origin.
     pub(super) farthest: f32,
-    /// The longest and the shortest way from an origin to the apex.
+    /// Longest and shortest way from an origin to the apex.
     pub(super) longest: f32,
     pub(super) shortest: f32,
-    /// How far rays pass from the apex, at most.
+    /// Greatest distance at which rays pass the apex.
     pub(super) blur: f32,
 }
 
-/// Rays end in one point if they miss it by less than this share of the shortest way to it: 2⁻¹⁰.
-/// Shadow rays start off the surface by a few units in the last place, and miss their light by as
-/// much.
+/// Greatest distance at which rays may miss a point and still count as ending there, as a share of
+/// the shortest way to it: 2⁻¹⁰. Shadow rays start off the surface by a few units in the last
+/// place, and miss their light by as much.
 const BLUR: f32 = 1.0 / 1024.0;
 
-/// Lanes that hold the same bits in both.
+/// Lanes that hold the same bits in both vectors.
 #[inline(always)]
 pub(super) fn same<L: Lanes>(v: Vec3Lanes<L>, w: Vec3Lanes<L>) -> L::Mask {
     v.x.bits_eq(w.x) & v.y.bits_eq(w.y) & v.z.bits_eq(w.z)
 }
 
 impl Apex {
-    /// The origin of the first ray, if all of its packet have the same to the bit. Whether others
-    /// have, too, is looked at when they are loaded.
+    /// The origin of the first ray, if all rays of its packet have the same to the bit. The other
+    /// packets are checked when they are loaded.
     #[inline(always)]
     pub(super) fn behind(rays: &RayQueue, packets: &Range<usize>) -> Option<Apex> {
         if rays.len() <= packets.start * LANES {
@@ -58,8 +58,8 @@ impl Apex {
         (!apart.any()).then_some(Apex::Eye(org))
     }
 
-    /// The point that all rays come to at `tmax`, if they come to one; or their direction, if it is
-    /// the same to the bit.
+    /// The point that all rays reach at `tmax`, if it is one; or their direction, if it is the same
+    /// to the bit.
     #[inline(never)]
     pub(super) fn ahead(rays: &RayQueue, packets: Range<usize>, tmax: f32) -> Option<Apex> {
         if rays.len() <= packets.start * LANES {
@@ -77,7 +77,7 @@ impl Apex {
             let most = |of: Native, x: Native| of.max(active.select(x, Native::ZERO));
             let way = rays.dir.scale(rays.tmax);
             let miss = (rays.org + way - apex).max_abs();
-            // A ray whose end is no number meets nobody's.
+            // A ray whose end is NaN meets no point.
             blur = most(blur, miss.lt(far).select(miss, far));
             farthest = most(farthest, rays.org.max_abs());
             around = most(around, (rays.org - center).max_abs());
@@ -95,7 +95,7 @@ impl Apex {
             blur: blur.max_element()
                 + (longest.max_element() + farthest.max_element()) * f32::EPSILON * 2.0,
         };
-        // Ways without end are no ways to a point.
+        // Ways of infinite length do not lead to a point.
         if rays.blur <= BLUR * rays.shortest && rays.shortest < f32::INFINITY {
             return Some(Apex::Light {
                 place: position,

@@ -1,4 +1,4 @@
-//! The triangles of a block, ready to be tested one by one against packets of a beam.
+//! Triangles of a block, prepared for tests one by one against packets of a beam.
 
 use super::Group;
 use super::projection::{BeamSpace, TriangleView};
@@ -11,7 +11,7 @@ use crate::traverse::triangle::{self, Pairing, VertexColumns, Vertices};
 /// The triangles of a block, for rays that all start at the apex.
 pub(super) struct BeamTriangles<'a> {
     pub(super) seen: TriangleView,
-    /// Less the origin.
+    /// Vertices relative to the rays' common origin.
     corners: VertexColumns,
     block: &'a TriangleBlock,
 }
@@ -28,7 +28,7 @@ impl<'a> BeamTriangles<'a> {
         }
     }
 
-    /// Whether any ray of a packet meets one of them, so that the goal took it.
+    /// Tests one triangle against a packet; returns true if the query accepted a hit.
     #[inline(always)]
     pub(super) fn test<L: Lanes>(
         &self,
@@ -39,8 +39,8 @@ impl<'a> BeamTriangles<'a> {
         self.intersect::<L, false>(lane, rays, query)
     }
 
-    /// The same for rays whose dominant axes differ. Apart, because it is rare and wants many
-    /// registers.
+    /// Tests one triangle against rays whose dominant axes differ. It is a function of its own,
+    /// because it is rare and needs many registers.
     #[cold]
     #[inline(never)]
     pub(super) fn test_apart<L: Lanes>(
@@ -65,7 +65,7 @@ impl<'a> BeamTriangles<'a> {
     }
 }
 
-/// The corners of a block's triangles.
+/// The vertices of a block's triangles.
 #[inline(always)]
 pub(super) fn vertices(block: &TriangleBlock) -> [Vec3Native; 3] {
     let position = |c: &[[f32; NATIVE]; 3]| {
@@ -84,11 +84,11 @@ pub(super) struct RayTrianglePair<'a, L: Lanes> {
 }
 
 impl<L: Lanes> RayTrianglePair<'_, L> {
-    /// Whether any ray meets the triangle, so that the goal took it; its corners are those less the
-    /// rays' origins.
+    /// Intersects rays and triangle; returns true if the query accepted a hit. `corners` are the
+    /// vertices relative to the rays' origins.
     #[inline(always)]
     pub(super) fn intersect(&self, corners: [Vec3Lanes<L>; 3], query: &mut impl Query<L>) -> bool {
-        // Most of what is left by now is met, and which is not nobody can foretell.
+        // Most pairs that are left by now are hits, and the misses cannot be predicted.
         let hit = triangle::intersect_branchless(corners, self.rays.shear.slopes(), self);
         query.update(&hit, self.block.prim_id[self.lane % NATIVE])
     }

@@ -1,9 +1,9 @@
-//! Triangles that shadow rays may hit: looked at, and then tested, those of several blocks at a
-//! time.
+//! Deferred triangle tests of shadow rays: the triangles of several blocks are culled together, and
+//! then tested.
 //!
-//! For any hit the order does not matter, so blocks wait until there are [`BLOCKS`] of them. How
-//! many pairs of a cell and a triangle one leaves cannot be foretold, and a loop that ends where
-//! nobody expects it takes as long as three looks.
+//! For any hit the order does not matter, so blocks wait until there are [`BLOCKS`] of them. The
+//! number of pairs of a sub-beam and a triangle that one block leaves cannot be predicted, and a
+//! loop with a mispredicted end takes as long as three culls.
 
 use super::Group;
 use super::block::{RayTrianglePair, vertices};
@@ -16,9 +16,9 @@ use crate::traverse::counters::Counters;
 use crate::traverse::query::Query;
 use crate::traverse::triangle::MIXED;
 
-/// What waits.
+/// Blocks that wait for their tests.
 pub(super) struct DeferredBlocks<'a> {
-    /// Blocks, and the cells that may meet them.
+    /// Blocks, and the sub-beams that may meet them.
     blocks: [Option<&'a TriangleBlock>; BLOCKS],
     cells: [u64; BLOCKS],
     count: usize,
@@ -39,7 +39,7 @@ impl DeferredBlocks<'_> {
 }
 
 impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
-    /// Puts off a block that some cells may meet.
+    /// Defers a block that some sub-beams may meet.
     #[inline(always)]
     pub(super) fn defer(
         &mut self,
@@ -55,7 +55,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         }
     }
 
-    /// Looks at the triangles that wait, and tests what is left of them.
+    /// Culls the triangles of the waiting blocks, and tests the pairs that are left.
     #[inline(never)]
     pub(super) fn test_deferred(&mut self, deferred: &mut DeferredBlocks<'a>) {
         deferred.pairs.count = 0;
@@ -82,7 +82,8 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         let (looks, pairs) = (&deferred.looks, &mut deferred.pairs);
         pairs.retain(|sub_beam, place| {
             let group = self.sub_beams.group(sub_beam);
-            // SAFETY: a cell is of a packet of this beam, each of which has its place in all three.
+            // SAFETY: a sub-beam is of a packet of this beam, each of which has its entry in all
+            // three.
             let (rays, seen, query) = unsafe {
                 (
                     self.groups.get_unchecked(group),
@@ -123,7 +124,8 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
     }
 }
 
-/// For rays whose dominant axes differ. Apart, because it is rare and wants many registers.
+/// Tests a triangle against rays whose dominant axes differ. It is a function of its own, because
+/// it is rare and needs many registers.
 #[cold]
 #[inline(never)]
 fn test_apart<L: Lanes>(
@@ -135,7 +137,7 @@ fn test_apart<L: Lanes>(
     test::<L, true>(block, lane, rays, query)
 }
 
-/// Whether any ray of a packet meets a triangle, so that the goal took it.
+/// Tests a triangle against a packet; returns true if the query accepted a hit.
 #[inline(always)]
 fn test<L: Lanes, const APART: bool>(
     block: &TriangleBlock,

@@ -1,25 +1,26 @@
-//! Beams: hundreds of rays that share a point, the eye or a light, together down the wide tree.
+//! Beams: hundreds of rays that share a point, the eye or a light, traverse the wide tree together.
 //!
-//! What belongs to such rays is a point and a rectangle in projective coordinates, and so is what
-//! belongs to boxes and triangles: a node's children are seen from the apex once for all rays, then
-//! each against all cells, a lane being a cell of up to sixteen rays; a leaf's triangles are seen
-//! once, then against each cell, a lane being a triangle. Only what is left is tested ray by ray,
-//! by the same test that every kernel has.
+//! In projective coordinates such a ray is a point, and a group of rays has a rectangle; boxes and
+//! triangles have projections, too. A node's children are projected from the apex once for all
+//! rays. Then each child is tested against all sub-beams; a lane is a sub-beam of up to sixteen
+//! rays. A leaf's triangles are projected once, and then tested against each sub-beam; a lane is a
+//! triangle. Only the pairs that are left are tested ray by ray, by the same test that every kernel
+//! has.
 //!
 //! The idea is that of beam and frustum tracing (Reshetov, Soupikov and Hurley, "Multi-Level Ray
 //! Tracing Algorithm", 2005; Wald et al., "Ray Tracing Deformable Scenes Using Dynamic Bounding
-//! Volume Hierarchies", 2007), with hundreds of rays where they have a packet, and with a mask of
-//! cells on the stack instead of a first active ray.
+//! Volume Hierarchies", 2007). The departures are hundreds of rays instead of a packet, and a mask
+//! of sub-beams on the stack instead of a first active ray.
 //!
-//! | file | what |
+//! | file | contents |
 //! |---|---|
-//! | `apex` | whether rays share a point |
-//! | `projection` | boxes and triangles seen from it, and why nothing is lost |
-//! | `sorted` | rays in the order in which they are seen |
+//! | `apex` | the common point of rays |
+//! | `projection` | projected boxes and triangles, and why nothing is lost |
+//! | `sorted` | rays in the order of their projections |
 //! | `sub_beams` | the rays, in rectangles |
-//! | `block`, `pairs` | the triangles of a block, and which cells each is tested against |
-//! | `shadow_cull`, `deferred` | for shadow rays: what can be ruled out before a test, for several blocks at a time |
-//! | `traverse` | cells down the tree |
+//! | `block`, `pairs` | the triangles of a block, and their pairs with sub-beams |
+//! | `shadow_cull`, `deferred` | culling before the test of shadow rays, several blocks at a time |
+//! | `traverse` | the traversal of the wide tree |
 
 mod apex;
 mod block;
@@ -60,48 +61,48 @@ use std::ops::Range;
 use sub_beams::{Added, Extent, MAX_SUB_BEAMS, SubBeams, directions, directions_by};
 use traverse::Stack;
 
-/// Packets of eight that go as one beam. More share more of the nodes, and less of the caches.
+/// Packets of eight in a beam. More packets share more of the nodes, and less of the caches.
 pub(super) const SIZE: usize = 64;
 
 const _: () = assert!(SIZE <= MAX_SUB_BEAMS, "a cell for every packet, at least");
 
-/// Traces rays as beams where they share a point, as packets where they do not, and counts by `T`.
+/// Traces rays as beams if they share a point, else as packets, and counts by `T`.
 pub(super) struct Beams<'a, L: Lanes = F32x8, T = PacketCount> {
     wide: &'a WideBvh,
     extent: f32,
     packets: PacketKernel<'a, L, T>,
     sub_beams: Box<SubBeams>,
-    /// Packets of the beam, ready for tests of triangles.
+    /// Packets of the beam, prepared for tests of triangles.
     groups: Vec<Group<L>>,
-    /// And of boxes, where the tree holds anything but triangles.
+    /// Slabs of the packets, if the tree holds anything but triangles.
     slabs: Vec<RaySlabs<L>>,
-    /// Where they go.
+    /// Projections of the packets' rays.
     projected: Vec<[L; 3]>,
     closest: Vec<ClosestHit<L>>,
     any: Vec<AnyHit<L>>,
-    /// Room for the rays of one that ends at a light; out of its place while there is one.
+    /// Memory for the rays of a beam that ends at a light; taken out while it is traced.
     sorted: Option<Box<Sorted>>,
     stack: Stack,
     deferred: Box<DeferredBlocks<'a>>,
-    /// Whether the last beam of [`Beams::closest`] met nothing.
+    /// True if the last beam of [`Beams::closest`] had no hits.
     clear: bool,
     counters: T,
 }
 
-/// The rays of a packet, and what tests of triangles need of them.
+/// The rays of a packet, with the data of triangle tests.
 struct Group<L: Lanes> {
     rays: RayPacket<L>,
     shear: Shear<L>,
 }
 
 impl<L: Lanes> Group<L> {
-    /// What tests of boxes need.
+    /// The data of box tests.
     #[inline(always)]
     fn slabs(&self) -> RaySlabs<L> {
         RaySlabs::new(self.rays.org, self.rays.dir, L::Mask::splat(true))
     }
 
-    /// With them, what a packet's tests need.
+    /// The data of all of a packet's tests.
     fn prepared(&self, slabs: &RaySlabs<L>) -> RaySetup<L> {
         RaySetup {
             rays: self.rays,
@@ -111,7 +112,7 @@ impl<L: Lanes> Group<L> {
     }
 }
 
-/// The packets of a beam, of a queue.
+/// The packets of a beam, as a range of a queue.
 struct BeamBatch<'q, 'a> {
     rays: &'q RayQueue<'a>,
     packets: Range<usize>,
@@ -123,8 +124,8 @@ impl BeamBatch<'_, '_> {
         self.packets.len().div_ceil(L::PACKETS)
     }
 
-    /// Asks for the rays that come after these: when a beam's are wanted, all at once, there is
-    /// nothing else to do.
+    /// Prefetches the rays that come after these. A beam needs its rays all at once, and then there
+    /// is no other work to overlap with the fetch.
     fn fetch_next(&self) {
         let slots = self.rays.slots();
         let end = self.packets.end;
@@ -133,7 +134,7 @@ impl BeamBatch<'_, '_> {
         }
     }
 
-    /// The k-th group, while those of the next beam are asked for.
+    /// The k-th group; prefetches that of the next beam.
     #[inline(always)]
     fn group_and_next<L: Lanes>(&self, k: usize) -> (RayPacket<L>, L::Mask) {
         let slots = self.rays.slots();
@@ -144,8 +145,8 @@ impl BeamBatch<'_, '_> {
         self.group(k)
     }
 
-    /// Which packet of the queue is the j-th of the k-th group. Of camera rays, the packet after
-    /// the next lies below and not beside: two of 4×2 pixels make a square.
+    /// Index in the queue of the j-th packet of the k-th group. For camera rays, the packet after
+    /// the next lies below and not beside: two packets of 4×2 pixels make a square.
     #[inline(always)]
     fn packet<L: Lanes>(&self, k: usize, j: usize) -> usize {
         let (at, whole) = (k * L::PACKETS + j, self.packets.len() & !3);
@@ -158,7 +159,7 @@ impl BeamBatch<'_, '_> {
         self.packets.start + place
     }
 
-    /// The k-th group, and which of its lanes carry rays.
+    /// The k-th group, and the lanes that carry rays.
     #[inline(always)]
     fn group<L: Lanes>(&self, k: usize) -> (RayPacket<L>, L::Mask) {
         let rays = self.rays.packets_at(|j| self.packet::<L>(k, j), self.tmax);
@@ -207,7 +208,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
     }
 
     /// The closest hits of some packets of a queue that all start in one point, one [`HitPacket`]
-    /// each; false, and nothing done, if they do not or rounding leaves no useful [`BeamSpace`].
+    /// each. Returns false, and does nothing, if they do not, or if rounding leaves no useful
+    /// [`BeamSpace`].
     pub(super) fn closest(
         &mut self,
         rays: &RayQueue,
@@ -257,8 +259,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         traced.is_some()
     }
 
-    /// Whether all rays start at the apex and none meets anything. Sky is beside sky, so this is
-    /// asked where the beam before met nothing, and costs a fifth of what a beam takes to set up.
+    /// Returns true if all rays start at the apex and none hits anything. Sky is beside sky, so
+    /// this is called if the beam before had no hits. It costs a fifth of the set-up of a beam.
     #[inline(never)]
     fn is_clear(&mut self, space: &BeamSpace, batch: &BeamBatch) -> bool {
         let [x, y, z] = space.center;
@@ -279,9 +281,9 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         clear
     }
 
-    /// Tells `answer`, for some packets of a queue that all end or all start in one point, which
-    /// lanes (as bits) of each meet nothing before `tmax`; false, and nothing done, if they do not
-    /// or rounding leaves no useful [`BeamSpace`].
+    /// Passes `answer`, for some packets of a queue that all end or all start in one point, the
+    /// lanes (as bits) of each that hit nothing before `tmax`. Returns false, and does nothing, if
+    /// they do not, or if rounding leaves no useful [`BeamSpace`].
     pub(super) fn unoccluded(
         &mut self,
         rays: &RayQueue,
@@ -331,8 +333,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         true
     }
 
-    /// Tells `seen`, for some packets, which lanes (as bits) meet nothing; false, and nothing told,
-    /// as [`Beams::trace`].
+    /// Passes `seen`, for some packets, the lanes (as bits) that hit nothing. Returns false, and
+    /// passes nothing, in the same case as [`Beams::trace`].
     #[inline(always)]
     fn shadows<const SHARED: bool>(
         &mut self,
@@ -345,7 +347,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         let traced = self.trace::<_, SHARED>(space, count, load, &mut goals, AnyHit::new);
         if let Some(alone) = traced {
             for (k, query) in goals.iter().enumerate() {
-                // Of one that was left alone, nothing is blocked yet.
+                // In a packet that was not traced, no lane is occluded yet.
                 let mut unblocked = query.unoccluded();
                 if alone >> k & 1 == 1 {
                     let rays = &self.groups[k].rays;
@@ -358,8 +360,9 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         traced.is_some()
     }
 
-    /// Traces a beam, and tells which of its packets, as bits, are left because they part too much;
-    /// none, and nothing done, if rays that are to start at the apex (`SHARED`) do not.
+    /// Traces a beam, and returns the packets, as bits, that were not traced because they diverge
+    /// too much. Returns `None`, and does nothing, if rays that must start at the apex (`SHARED`)
+    /// do not.
     #[inline(always)]
     fn trace<G: Query<L>, const SHARED: bool>(
         &mut self,
@@ -397,8 +400,9 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         Some(alone)
     }
 
-    /// Makes cells of packets from the `next`-th on, as many as there is room for, and tells which
-    /// is the first that has none. Packets that part too much are told as bits.
+    /// Makes sub-beams of packets from the `next`-th on, as many as there is room for, and returns
+    /// the first packet that has no room. Packets that diverge too much are marked in `alone`, as
+    /// bits.
     #[inline(always)]
     fn fill_sub_beams<G: Query<L>>(
         &mut self,
@@ -429,7 +433,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         next
     }
 
-    /// Takes the cells down the tree.
+    /// Traverses the tree with the sub-beams.
     #[inline(always)]
     fn traverse<G: Query<L>>(&mut self, space: &BeamSpace, goals: &mut [G]) {
         traverse::BeamTraversal::<L, G, T> {
@@ -448,7 +452,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
     }
 }
 
-/// About where the rays of a beam go: the sum of one of each few packets.
+/// Approximate direction of a beam's rays: the sum of one ray of every eighth packet.
 fn toward(batch: &BeamBatch) -> [f32; 3] {
     let mut sum = [0.0; 3];
     for packet in batch.packets.clone().step_by(8) {

@@ -1,22 +1,22 @@
-//! Pairs of a cell and a triangle of a block, listed without a branch.
+//! Pairs of a sub-beam and a triangle of a block, listed without a branch.
 
 use super::sub_beams::MAX_SUB_BEAMS;
 use crate::simd::{LANES, NATIVE};
 use crate::traverse::wide_stack::COMPACT_LUT;
 
-/// Blocks whose pairs are listed together at most.
+/// Most blocks whose pairs are listed together.
 pub(super) const BLOCKS: usize = 8;
 
-/// All pairs there can be, and eight places more, because eight are written at once.
+/// Greatest number of pairs, and room for eight more, because eight are written at once.
 const ROOM: usize = BLOCKS * MAX_SUB_BEAMS * NATIVE + LANES;
 
-/// A byte's worth in each of eight bytes.
+/// Factor that copies a byte to each of eight bytes.
 const EACH: u64 = 0x0101_0101_0101_0101;
 
 /// Pairs that have to be tested.
 pub(super) struct Pairs {
     cells: [u8; ROOM],
-    /// Lanes, and `NATIVE` for each block before theirs.
+    /// Triangle of each pair: its lane, plus `NATIVE` for each block before its own.
     places: [u8; ROOM],
     pub(super) count: usize,
 }
@@ -31,21 +31,21 @@ impl Pairs {
         }
     }
 
-    /// Adds a cell with each of some lanes of the `block`-th block: eight are written at a time,
-    /// and as many kept as there are.
+    /// Adds a sub-beam with each of some lanes of the `block`-th block. Eight pairs are written at
+    /// a time, and as many are kept as there are lanes.
     #[inline(always)]
     pub(super) fn add(&mut self, sub_beam: usize, block: usize, lanes: u32) {
         for first in (0..NATIVE).step_by(LANES) {
             let (at, lanes) = (self.count, (lanes >> first) as u8);
-            // SAFETY: each cell is added once with `NATIVE` lanes of `BLOCKS` at most, so there are
-            // eight places left.
+            // SAFETY: each sub-beam is added once with `NATIVE` lanes of `BLOCKS` at most, so there
+            // is room for eight more.
             let (cells, places) = unsafe {
                 (
                     self.cells.get_unchecked_mut(at..at + LANES),
                     self.places.get_unchecked_mut(at..at + LANES),
                 )
             };
-            // As numbers of eight bytes: as arrays they would be added byte by byte.
+            // Added as numbers of eight bytes: arrays would be added byte by byte.
             let base = (block % BLOCKS * NATIVE + first) as u64 * EACH;
             let of_lanes = u64::from_le_bytes(COMPACT_LUT[0][lanes as usize]);
             cells.copy_from_slice(&(sub_beam as u64 * EACH).to_le_bytes());
@@ -54,7 +54,7 @@ impl Pairs {
         }
     }
 
-    /// Keeps the pairs of which it is true, without a branch.
+    /// Keeps the pairs for which `keep` returns true, without a branch.
     #[inline(always)]
     pub(super) fn retain(&mut self, keep: impl Fn(usize, usize) -> bool) {
         let mut kept = 0;

@@ -1,22 +1,27 @@
-//! Boxes and triangles as they are seen along a beam: z, the depth along its dominant axis, and p
-//! and q, the places on the other two axes, projected along the rays; there a ray is a point and a
-//! cell a rectangle.
+//! Projection of boxes and triangles along a beam. The coordinates are z, the depth along the
+//! beam's dominant axis, and p and q, the positions on the other two axes, projected along the
+//! rays. There a ray is a point and a sub-beam a rectangle.
 //!
-//! A place (x, y) beside the dominant axis, at depth z, is seen at p = (x − shear_p·z)/W, q = (y −
-//! shear_q·z)/W, where W = w_0 + w_z·z. Two kinds of frame differ in nothing but these numbers:
+//! A point (x, y) beside the dominant axis, at depth z, has the projection
 //!
-//! - **Near.** The apex is the centre: shear 0, W = z, and p and q are slopes. For an eye, and for
-//!   lights among the origins of the rays that go to them.
-//! - **Local.** The centre is the origin of a shadow ray; with the light A away from it, and D the
-//!   way to it along the dominant axis, p and q are where a ray's line passes the plane through the
-//!   centre: shear A_p/A_z, W = 1 + z/D, which is 0 at the light. Most of what shadow rays have to
-//!   be tested against lies where they start, and would drown in the rounding of coordinates that
-//!   begin at the light. With W = 1 the rays are parallel.
+//! ```text
+//! p = (x − shear_p·z)/W,  q = (y − shear_q·z)/W,  W = w_0 + w_z·z
+//! ```
+//!
+//! The two kinds of frame differ only in these numbers:
+//!
+//! - **Near.** The apex is the centre: shear 0, W = z, and p and q are slopes. It is for an eye,
+//!   and for lights among the origins of the rays that go to them.
+//! - **Local.** The centre is the origin of a shadow ray. The light is at A from it, and D is the
+//!   way to it along the dominant axis. Then p and q are where a ray's line passes the plane
+//!   through the centre: shear A_p/A_z, W = 1 + z/D, which is 0 at the light. With W = 1 the rays
+//!   are parallel. Shadow rays are tested mostly against objects near their origins. In coordinates
+//!   that begin at the light, those would drown in rounding.
 //!
 //! # Why culled boxes and triangles are not hit
 //!
-//! A hit needs two things (see [`crate::traverse`]): its ray passes the slab test of the
-//! primitive's own box, and with that of every box around it; and a triangle's three edge
+//! A hit needs two things (see [`crate::traverse`]). Its ray passes the slab test of the
+//! primitive's own box, and with that of every box around it. And a triangle's three edge
 //! functions, as computed, do not differ in sign. All bounds err to the other side.
 //!
 //! | symbol | meaning |
@@ -27,69 +32,81 @@
 //! | a | `around`: distance of origins from the centre, along any axis |
 //! | D | distance of the light from the centre along the dominant axis, or infinite |
 //! | ρ | `blur`: distance at which rays pass the apex, along any axis; 0 for an eye |
-//! | R | `reach`: largest component of a corner less the centre, and what rays are beside it |
+//! | R | `reach`: largest component of vertex − centre, and of the rays' distance from it |
 //! | H | `size`: longest edge along any axis, and four paddings |
 //! | h | size of the own box with the paddings of box and origin: h ≤ H, h ≤ 2R |
+//! | L | longest way from an origin to the apex |
+//! | l | shortest way from an origin to the apex |
+//! | ε | `box_epsilon`: growth of boxes |
+//! | δ | `lateral_error`: distance of rays from their lines, by unit of depth |
+//! | M | [`MIN_LIGHT_DISTANCE_RATIO`] |
 //!
 //! **Ratios.** A local frame needs depths from 4uS − D on, and boxes grown by more than 30uS. Both
-//! mean nothing where S is as large as D/u: then depths would begin behind the origins of the rays,
+//! mean nothing if S is as large as D/u: then depths would begin behind the origins of the rays,
 //! and rays would lose what is between. So:
 //!
-//! | frame | taken where | hence |
-//! |---|---|---|
-//! | local | a ≤ D/4 and `slack` ≤ D/[`MIN_LIGHT_DISTANCE_RATIO`] | 4uS ≤ D/100: depths begin before all origins; W of origins is within 1/4 of 1; p, q ≤ 2/3·D; slopes < 5/3 |
-//! | near, of a light | else, `slack` ≤ (longest way)/[`MIN_LIGHT_DISTANCE_RATIO`] | a near frame has no term in S: ratios of scene and way do not matter |
-//! | none | else | packets take the rays |
+//! | frame | condition |
+//! |---|---|
+//! | local | a ≤ D/4 and ε ≤ D/M |
+//! | near, of a light | else, ε ≤ L/M |
+//! | none | else; packets take the rays |
+//!
+//! In a local frame 4uS ≤ D/100, so depths begin before all origins; W of origins is within 1/4 of
+//! 1; p, q ≤ 2/3·D; and slopes are < 5/3. A near frame has no term in S, so the ratio of scene and
+//! way does not matter.
 //!
 //! **Lines.** Near: a ray passes the apex within ρ along any axis, and so is within ρ of a line
-//! through it all along. Local: p and q of a ray are those of its origin; from there to the light
-//! it leaves its line by ρ, so at depth z it is beside it by less than `aside` = 4ρ/D for each unit
-//! of z and of a.
+//! through it all along. Local: p and q of a ray are those of its origin. From there to the light
+//! it leaves its line by ρ, so at depth z it is beside it by less than δ = 4ρ/D for each unit of z
+//! and of a.
 //!
 //! **Boxes.** A ray that passes the slab test has a point within the box, but for:
 //!
 //! | source | near | local |
 //! |---|---|---|
 //! | padding of the origin | PAD·O | PAD·O |
-//! | slab test, 4u of (plane − origin) | 8u·(longest way); 4u in p | 4uS |
-//! | line | ρ | `aside`·(\|z\| + a) |
+//! | slab test, 4u of (plane − origin) | 8uL; 4u in p | 4uS |
+//! | line | ρ | δ·(\|z\| + a) |
 //! | planes less centre and slack | 4uO; 3u in p | 3uS |
 //! | shear and its product | 0 | 4uS + 3uS |
-//! | depth, times a slope | 2·`tiny` | 3uS·5/3 + 8uS |
+//! | depth, times a slope | 2·`min_depth` | 3uS·5/3 + 8uS |
 //! | W, wrong by 2u | 2u in p | 24u·a |
-//! | covered by | `slack`, `rect_epsilon` = 64u | `slack` ≥ 1.02·PAD·O + (30S + 24a)u + 2·`aside`·a |
+//! | covered by | ε, `rect_epsilon` = 64u | ε ≥ 1.02·PAD·O + (30S + 24a)u + 2δa |
 //!
-//! Depths count from `tiny` on: slack/8, or 4uS − D, before the light. Moving a point to that depth
-//! along its line moves it by no more than 2·`tiny`, because slopes are below 2, so boxes are grown
-//! by that as well, and smaller depths count as it. W is 3u at least there, because 4uS/D ≥ 3u
-//! wherever a box reaches it. For a given z, p grows with x, and along an edge of constant x it
-//! goes one way only; so a box is seen between the four values that its faces have at its two
-//! depths.
+//! Depths count from `min_depth` on, before the light: near, an eighth of ε without its
+//! 2·`min_depth`; local, 4uS − D. Moving a point to that depth along its line moves it by no more
+//! than 2·`min_depth`, because slopes are below 2. So boxes are grown by that as well, and smaller
+//! depths count as `min_depth`. W is 3u at least there, because 4uS/D ≥ 3u wherever a box reaches
+//! it. For a given z, p grows with x, and along an edge of constant x it goes one way only. So a
+//! box projects to the range of the four values that its faces have at its two depths.
 //!
 //! **Triangles.** In a ray's own frame (Woop, Benthin and Wald, "Watertight Ray/Triangle
-//! Intersection", 2013) corners are moved by slopes of at most 1. Signs of differences of two
-//! computed products are never wrong, at worst zero. Here an edge function is
-//! ((b × (c − b))·(p, q, 1) of corners (x − shear_p·z, y − shear_q·z, W), which is theirs times the
-//! quotient k of the two dominant components of the direction.
+//! Intersection", 2013) vertices are moved by slopes of at most 1. Signs of differences of two
+//! computed products are never wrong, at worst zero. Here an edge function is (b × (c − b))·(p, q,
+//! 1) of the vertices (x − shear_p·z, y − shear_q·z, W). It is that of the ray's own frame times
+//! the quotient k of the two dominant components of the direction.
 //!
 //! | error of an edge function | near, k ≤ 2 | local, k ≤ 5/3 |
 //! |---|---|---|
-//! | theirs: 7uR a place, of 4·2h; 8uh² of two products | 72uRH·k = 144uRH | 120uRH |
-//! | corner less centre and shear, times edges | 10uRH | 32uRH |
-//! | W of corners, 3u·W, times p, q ≤ 3.4R/W | 0 | 41uRH |
-//! | edges as differences of rounded corners, times the distance of line and corner | 72uRH | 114uRH |
+//! | that of the ray's own frame (1) | 72uRH·k = 144uRH | 120uRH |
+//! | vertex less centre and shear, times edges | 10uRH | 32uRH |
+//! | W of vertices, 3u·W, times p, q ≤ 3.4R/W | 0 | 41uRH |
+//! | edges, times the distance of line and vertex (2) | 72uRH | 114uRH |
 //! | products and differences of the cross product | 20uRH | 120uRH |
 //! | sum over p and q | 26uRH | (above) |
-//! | line | 10ρH ≤ 20ρH | 12·5/3·RHρ/(shortest way) ≤ 22·RHρ/(shortest way) |
-//! | **margin** | 272uRH + 20ρH | (384u + 22ρ/(shortest way))·RH |
+//! | line | 10ρH ≤ 20ρH | 12·5/3·RHρ/l ≤ 22·RHρ/l |
+//! | **margin** | 272uRH + 20ρH | (384u + 22ρ/l)·RH |
+//!
+//! (1) 7uR a position, of 4·2h; 8uh² of two products. (2) Edges are differences of rounded
+//! vertices.
 //!
 //! The near rows add up to their margin. The local ones add up to 427uRH, which is more than the
-//! margin of 384: whether all can be at their worst at once is not shown, so this table does not
-//! prove local frames; `tests/random_scenes` has found no ray that they lose (`perf/notes/beams.md`
+//! margin of 384. It is not shown whether all can be at their worst at once, so this table does not
+//! prove local frames. `tests/random_scenes` has found no ray that they lose (`perf/notes/beams.md`
 //! has the price of a margin of 448).
 //!
-//! If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin; a
-//! triangle is kept for a cell if either can be so anywhere in its rectangle.
+//! If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin. A
+//! triangle is kept for a sub-beam if either can be so anywhere in its rectangle.
 
 use super::apex::{Apex, Spread};
 use crate::packet::RayPacket;
@@ -97,25 +114,25 @@ use crate::simd::{Lanes, Native, NativeMask, Vec3Lanes, Vec3Native};
 use crate::traverse::triangle::prim_aabbs;
 use phalanx_scene::PAD;
 
-/// Cells of near frames lie within ±this, and slopes of local ones.
+/// Greatest |p| and |q| of sub-beams in near frames, and of slopes in local ones.
 pub(super) const MAX_RECT: f32 = 2.0;
 
 /// 2⁻²⁴: half a unit in the last place of one.
 pub(super) const ULP: f32 = 1.0 / 16_777_216.0;
 
-/// Rays have a local frame if they start within this share of the way to their light around the
-/// first.
+/// Greatest distance of origins from the first one in a local frame, as a share of the way to the
+/// light.
 const MAX_LATERAL_RATIO: f32 = 0.25;
 
-/// Boxes may be grown by the way to the light over this at most. Beyond that a frame culls too
-/// little to be of use; a local one is wrong where 4uS, some eighth of it, comes near 3/4 of D.
+/// Least ratio of the way to the light and the growth of boxes. Below it a frame culls too little
+/// to be of use. A local frame is wrong if 4uS, some eighth of the growth, comes near 3/4 of D.
 const MIN_LIGHT_DISTANCE_RATIO: f32 = 16.0;
 
 /// Margins of edge functions in units of uRH, near and local: see the table above.
 const NEAR_MARGIN: f32 = 272.0;
 const LOCAL_MARGIN: f32 = 384.0;
 
-/// Axes, centre and margins of a beam.
+/// Axes, centre and error bounds of a beam's frame.
 #[derive(Clone, Copy)]
 pub(super) struct BeamSpace {
     /// The dominant axis, and the two others.
@@ -123,61 +140,62 @@ pub(super) struct BeamSpace {
     /// 1 if the beam goes up the dominant axis on its way from the apex, −1 if down.
     pub(super) sign: f32,
     pub(super) center: [f32; 3],
-    /// The largest coordinates of scene and origins together.
+    /// Sum of the largest coordinates of scene and origins.
     pub(super) scale: f32,
-    /// How far away the apex is along the axis, as p and q have it.
+    /// Distance of the apex along the axis, in the units of p and q.
     pub(super) distance: f32,
-    /// Whether it is a near frame, and whether the rays end at its apex.
+    /// True for a near frame; and true if the rays end at its apex.
     pub(super) near: bool,
     pub(super) ahead: bool,
     shear: [f32; 2],
-    /// How far aside rays may be of their lines, by unit of depth.
+    /// Distance of rays from their lines, by unit of depth.
     lateral_error: f32,
-    /// W at depth 0, and how it grows.
+    /// W at depth 0, and its growth by unit of depth.
     w: [f32; 2],
-    /// By how much boxes are grown.
+    /// Growth of boxes on each side.
     box_epsilon: f32,
-    /// The smallest depth.
+    /// Least depth.
     pub(super) min_depth: f32,
-    /// What is added to depths at which rays start.
+    /// Term that is added to depths at which rays start.
     start: f32,
-    /// By how much rectangles are made wider: in p, and as a share of it.
+    /// Growth of rectangles: in p, and as a share of it.
     pub(super) rect_epsilon: [f32; 2],
-    /// What there is beyond corner minus centre in R, and beyond edges in H.
+    /// Terms of R beyond vertex − centre, and of H beyond the edges.
     more_reach: f32,
     more_size: f32,
-    /// The margin over RH, and over H.
+    /// Terms of the edge functions' error bound: margin = `edge_error[0]` · R · H + `edge_error[1]`
+    /// · H (see the module).
     edge_error: [f32; 2],
 }
 
-/// The boxes of a node seen along a beam.
+/// The boxes of a node, projected along a beam.
 #[derive(Clone, Copy)]
 pub(super) struct BoxView {
     pub(super) low_p: Native,
     pub(super) high_p: Native,
     pub(super) low_q: Native,
     pub(super) high_q: Native,
-    /// Depth at which each begins.
+    /// Depth at which each box begins.
     pub(super) near: Native,
-    /// Which have anything ahead of the apex.
+    /// Boxes of which a part is ahead of the apex.
     pub(super) ahead: NativeMask,
 }
 
-/// The triangles of a block seen along a beam.
+/// The triangles of a block, projected along a beam.
 pub(super) struct TriangleView {
     /// The edge functions: constant, slope along p, slope along q.
     pub(super) edges: [[Native; 3]; 3],
-    /// By how much an edge function may be wrong.
+    /// Error bound of the edge functions.
     pub(super) margin: Native,
     /// H of the bounds above.
     pub(super) size: Native,
-    /// Their own boxes.
+    /// The triangles' own boxes.
     pub(super) own: BoxView,
 }
 
 impl BeamSpace {
-    /// The frame of a beam that goes about `toward`, in a tree whose largest coordinate is
-    /// `extent`; none if rounding leaves no useful one.
+    /// The frame of a beam with the approximate direction `toward`, in a tree whose largest
+    /// coordinate is `extent`; none if rounding leaves no useful one.
     pub(super) fn new(apex: &Apex, toward: [f32; 3], extent: f32) -> Option<BeamSpace> {
         match apex {
             Apex::Eye(position) => {
@@ -241,8 +259,8 @@ impl BeamSpace {
         }
     }
 
-    /// For rays that go to a light at `way` from the centre, `distance` away along the dominant
-    /// axis or endlessly far.
+    /// A local frame for rays that go to a light at `way` from the centre. It is `distance` away
+    /// along the dominant axis, or infinitely far.
     fn local(rays: &Spread, way: [f32; 3], distance: Option<f32>, extent: f32) -> BeamSpace {
         let axis = dominant(way);
         let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -262,7 +280,7 @@ impl BeamSpace {
             distance: distance.unwrap_or(f32::INFINITY),
             near: false,
             ahead: true,
-            // Along z, which goes away from the light.
+            // Shear along z, which goes away from the light.
             shear: [p, q].map(|k| way[k] / (sign * way[axis])),
             lateral_error: aside,
             w: [1.0, distance.map_or(0.0, |distance| 1.0 / distance)],
@@ -276,14 +294,13 @@ impl BeamSpace {
         }
     }
 
-    /// What a direction's part along the dominant axis is multiplied with to point away from the
-    /// apex.
+    /// Factor that makes a direction's part along the dominant axis point away from the apex.
     #[inline(always)]
     pub(super) fn depth_per_t(&self) -> f32 {
         if self.ahead { -self.sign } else { self.sign }
     }
 
-    /// Boxes by corner, by axis. Empty ones are not ahead.
+    /// Projects boxes, given by corner and axis. Empty boxes are not ahead.
     #[inline(always)]
     pub(super) fn boxes(&self, corners: &[[Native; 3]; 2]) -> BoxView {
         let [axis, p, q] = self.axes.map(|axis| axis % 3);
@@ -321,7 +338,7 @@ impl BeamSpace {
         }
     }
 
-    /// Places relative to the centre.
+    /// Positions relative to the centre.
     #[inline(always)]
     pub(super) fn relative(&self, places: &[Vec3Native; 3]) -> [Vec3Native; 3] {
         let [x, y, z] = self.center;
@@ -330,8 +347,8 @@ impl BeamSpace {
         [a - center, b - center, c - center]
     }
 
-    /// Triangles by their corners, as they are and relative to the centre. Lanes of NaN are within
-    /// no edge.
+    /// Projects triangles, given by their vertices as they are and relative to the centre. Lanes of
+    /// NaN are within no edge.
     #[inline(always)]
     pub(super) fn triangles(
         &self,
@@ -362,7 +379,8 @@ impl BeamSpace {
         }
     }
 
-    /// A place relative to the centre, or a way: beside the axis, less the shear, and depth.
+    /// A position relative to the centre, or a vector, in the coordinates of the frame: beside the
+    /// axis, less the shear, and depth.
     #[inline(always)]
     fn seen<L: Lanes>(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
         let [axis, p, q] = v.from_axis(self.axes[0]);
@@ -371,14 +389,14 @@ impl BeamSpace {
         Vec3Lanes::new(p - shear_p * z, q - shear_q * z, z)
     }
 
-    /// With W instead of the depth.
+    /// Replaces the depth by W.
     #[inline(always)]
     fn weighed<L: Lanes>(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
         let [zero, slope] = self.w.map(L::splat);
         Vec3Lanes::new(v.x, v.y, zero + slope * v.z)
     }
 
-    /// Where the lines of rays to a far light are, and how deep they start.
+    /// Projections of the lines of rays to a far light, and the depths at which they start.
     #[inline(always)]
     pub(super) fn starts<L: Lanes>(&self, rays: &RayPacket<L>) -> [L; 3] {
         let [x, y, z] = self.center;

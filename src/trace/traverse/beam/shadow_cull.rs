@@ -1,7 +1,7 @@
-//! A look at a triangle and the shadow rays of a cell, before the test that every kernel has: a
-//! fifth of its work, and most pairs go no further. A ray is left out if it passes beside the
-//! triangle, or if it starts on that side of it to which it goes, as it does with the surface that
-//! it leaves.
+//! Culling of pairs of a triangle and the shadow rays of a sub-beam, before the test that every
+//! kernel has. It costs a fifth of that test, and most pairs go no further. A ray is culled if it
+//! passes beside the triangle. It is also culled if it starts on that side of the triangle to which
+//! it goes, as it does for the surface that it leaves.
 //!
 //! # Why culled rays do not hit
 //!
@@ -10,30 +10,35 @@
 //! | symbol | meaning |
 //! |---|---|
 //! | D | sum of the edge functions, linear in p and q |
-//! | N | normal (b − a) × (c − a), turned toward the light; \|N\|₁ the sum of its components' sizes |
+//! | N | normal (b − a) × (c − a), turned toward the light |
+//! | \|N\|₁ | sum of the sizes of N's components |
 //! | o, d | a ray's origin, and its direction over its largest component |
-//! | z, e | a computed hit's place along d, and how far P = o + z·d + e of the triangle is beside it |
-//! | least | a bound below \|D\| in all of the rectangle around the beam's cells |
+//! | z | a computed hit's position along d |
+//! | e | distance of P = o + z·d + e of the triangle from the ray at z |
+//! | least | a bound below \|D\| in all of the rectangle around the beam's sub-beams |
 //!
 //! **Side.** If |D| > 3 · `margin` in all of the rectangle, with one sign, then three computed
-//! signs that agree have that sign: else |D| ≤ 3 · `margin`. So one side of each edge function has
-//! to be looked at. Triangles without such a sign, or with N·d ≤ 64u|N|₁, are not culled here.
+//! signs that agree have that sign: else |D| ≤ 3 · `margin`. So only one side of each edge function
+//! has to be tested. Triangles without such a sign, or with N·d ≤ 64u|N|₁, are not culled here.
 //!
-//! **Edges.** As in [`super::projection`], with p and q of a ray instead of a rectangle; their
-//! rounding is what rectangles are made wider by, times the slopes.
+//! **Edges.** As in [`super::projection`], with p and q of a ray instead of a rectangle. Their
+//! rounding is the growth of rectangles, times the slopes.
 //!
-//! **Plane.** The weights of the corners, as computed, are of one sign, so they stand for a point P
-//! of the triangle. N·(P − a) = 0, so N·(o − a) = −z N·d − N·e:
+//! **Plane.** The weights of the vertices, as computed, are of one sign, so they stand for a point
+//! P of the triangle. N·(P − a) = 0, so N·(o − a) = −z N·d − N·e:
 //!
 //! | inequality | because |
 //! |---|---|
-//! | e ≤ 18uR + 12u(2H)³/\|det\| | `settled` in `crate::traverse::triangle`; corners are within 2H of the ray |
+//! | e ≤ 18uR + 12u(2H)³/\|det\| | `clamp_not_needed`; vertices are within 2H of the ray (1) |
 //! | \|det\| ≥ D/2 | the frames' scales |
 //! | z ≥ −10uR | the distance is computed as positive |
 //! | R ≤ \|z\| + 2H + e | the ray passes the own box |
 //! | N·(o − a) ≤ \|N\|₁(62uH + 192uH³/D) | the three above; terms in z > 0 are below z N·d |
-//! | N as computed: 8uH² each, so 24uH²R ≤ 48uH³, of which the code has 40 | D > 3 · 384uRH, so terms in z > 0 are again below z N·d |
+//! | N as computed: 24uH²R ≤ 48uH³ | 8uH² each; the code has 40 of the 48 (2) |
 //! | N·o − N·a as computed: 10u\|N\|₁ · `scale` | three products and their sums, twice |
+//!
+//! (1) The method is that of `EdgeDistance` in `crate::traverse::triangle`. (2) D > 3 · 384uRH, so
+//! terms in z > 0 are again below z N·d.
 //!
 //! No ray with N·(o − a) above the sum of these has a hit. The next to last bound is more than the
 //! code's, as the margin of local frames is less than its table's sum.
@@ -41,18 +46,19 @@
 use super::projection::{BeamSpace, TriangleView, ULP};
 use crate::simd::{LaneMask, Lanes, NATIVE, Native, NativeMask, Vec3Lanes, Vec3Native};
 
-/// What a look at the triangles of a block needs.
+/// Culling data of the triangles of a block.
 #[derive(Clone, Copy)]
 pub(super) struct ShadowCull {
-    /// Edge functions: slope along p, less the slope along q, constant; and what they are within.
+    /// Edge functions: slope along p, negated slope along q, constant; and their lower bound.
     edges: [[Native; 3]; 3],
     least: Native,
-    /// Toward the light, its second component negative, and what a start on that side is beyond.
+    /// Normal toward the light, its second component negated; and the bound that a start on that
+    /// side exceeds.
     normal: [Native; 3],
     beyond: Native,
 }
 
-/// Where the rays of a packet are seen, and where they start.
+/// Projections of a packet's rays, and their origins.
 pub(super) struct ProjectedRays<'a, L> {
     pub(super) p: L,
     pub(super) q: L,
@@ -67,8 +73,8 @@ impl ShadowCull {
         beyond: Native::ZERO,
     };
 
-    /// At the triangles of a block with these corners. `around` is the rectangle around the beam's
-    /// cells, p and q.
+    /// Prepares the triangles of a block with these vertices. `around` is the rectangle around the
+    /// beam's sub-beams, in p and q.
     #[inline(always)]
     pub(super) fn new(
         space: &BeamSpace,
@@ -93,7 +99,7 @@ impl ShadowCull {
         let normal = (*b - *a).cross(*c - *a);
         let turned = facing.lt(Native::ZERO);
         let turn = |x: Native| turned.select(-x, x);
-        // D and N·(the way from the light) have one sign where the beam goes up its axis.
+        // D and N·(the way from the light) have one sign if the beam goes up its axis.
         let toward = Native::splat(space.depth_per_t());
         let normal = [normal.x, normal.y, normal.z].map(|n| turn(n * toward));
         let size = seen.size;
@@ -101,11 +107,11 @@ impl ShadowCull {
         let cube = size * size * size;
         let rounding = sized * (Native::splat(10.0 * space.scale) + size * Native::splat(80.0))
             + (sized * Native::splat(240.0) / least + Native::splat(40.0)) * cube;
-        // What is lost below the smallest numbers, in scenes of 10⁻¹² and less, is less than the
-        // smallest of the others.
+        // The underflow below the smallest numbers, in scenes of 10⁻¹² and less, is less than the
+        // smallest normal number.
         let more = rounding * Native::splat(ULP) + Native::splat(f32::MIN_POSITIVE);
         let beyond = (normal[0] * a.x + normal[1] * a.y) + normal[2] * a.z + more;
-        // A NaN is no number that is larger, so these are tested.
+        // A NaN does not compare as larger, so such triangles are tested.
         let clear = least.gt(sized * Native::splat(256.0 * ULP));
         let always = Native::splat(f32::INFINITY);
         ShadowCull {
@@ -118,8 +124,8 @@ impl ShadowCull {
         }
     }
 
-    /// Which triangles have edges that a ray of a rectangle may be within, by its middle and its
-    /// half width.
+    /// Triangles whose edges may contain a ray of a rectangle, given by its middle and its half
+    /// width.
     #[inline(always)]
     pub(super) fn within(&self, [p, q]: [Native; 2], [half_p, half_q]: [Native; 2]) -> NativeMask {
         let most = |[slope_p, less_q, constant]: &[Native; 3]| {
@@ -131,7 +137,7 @@ impl ShadowCull {
         u.min(v).min(w).ge(self.least)
     }
 
-    /// Which of a packet's rays may hit one of the triangles.
+    /// Rays of a packet that may hit the triangle in a lane.
     #[inline(always)]
     pub(super) fn may_hit<L: Lanes>(&self, lane: usize, rays: &ProjectedRays<L>) -> L::Mask {
         // By reference: a lane of a copy would be read from a copy in memory.
@@ -174,7 +180,7 @@ mod tests {
 
     const PACKETS: usize = 4;
 
-    /// Triangles beside each other, of which some stand on edge and some are thin.
+    /// Triangles side by side; some are seen edge-on and some are thin.
     fn block(from: &mut RandomSource, middle: Vec3, size: f32) -> TriangleBlock {
         let triangles: [[Vec3; 3]; NATIVE] = std::array::from_fn(|_| {
             let thin = if from.unit() > 0.7 { 0.01 } else { 1.0 };
@@ -197,8 +203,8 @@ mod tests {
         }
     }
 
-    /// On a triangle or on the line of an edge, off to either side by what shadow rays start off it
-    /// or less; or anywhere.
+    /// A position on a triangle or on the line of an edge, moved to either side by the offset of
+    /// shadow rays or less; or anywhere.
     fn start(from: &mut RandomSource, block: &TriangleBlock, size: f32) -> Vec3 {
         let lane = (from.unit().abs() * NATIVE as f32) as usize % NATIVE;
         let [a, b, c] = slot(block, lane).vertices.map(Vec3::from_array);
@@ -207,7 +213,7 @@ mod tests {
             _ => (from.unit().abs() * 0.5, from.unit().abs() * 0.5),
         };
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        // Some on the plane as nearly as can be: what is computed of these is rounding.
+        // Some positions are as near to the plane as possible: their computed side is rounding.
         let side = match from.unit() {
             x if x > 0.5 => 0.01 * from.unit(),
             x if x > 0.0 => 1.0,
@@ -265,7 +271,7 @@ mod tests {
             let mut sub_beam = [None; PACKETS];
             let mut count = 0;
             for (k, projected) in projected.iter().enumerate() {
-                // One that is not parted is one cell.
+                // A packet that is not split is one sub-beam.
                 let before = sub_beams.all().count_ones();
                 let everyone = Mask8::splat(true);
                 let added = sub_beams.add(space.near, *projected, limit, everyone, k) == Added::All;

@@ -1,9 +1,9 @@
-//! The rays of a beam in the order of where they are seen, so that those of one cell are close to
+//! The rays of a beam in the order of their projections, so that those of one sub-beam are close to
 //! each other.
 //!
-//! Shadow rays come in the order of the pixels, and neighbours there may lie far apart as the light
-//! sees them, wherever a surface ends or slants away. Which ray is in which packet matters to no
-//! answer.
+//! Shadow rays come in the order of the pixels. Neighbours there may lie far apart from the light's
+//! point of view, wherever a surface ends or slants away. Results do not depend on which ray is in
+//! which packet.
 
 use super::SIZE;
 use super::projection::BeamSpace;
@@ -12,15 +12,15 @@ use crate::packet::{RayPacket, RayQueue};
 use crate::simd::{COLUMN_LANES, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use std::ops::Range;
 
-/// Rays of a beam.
+/// Most rays of a beam.
 const RAYS: usize = SIZE * LANES;
 
 /// Squares along each side of the grid by which rays are sorted.
 const GRID: usize = 16;
 const SQUARES: usize = GRID * GRID;
 
-/// The squares in the order of Hilbert's curve, which goes from neighbour to neighbour and never
-/// jumps, by their keys.
+/// Keys of the squares in the order of Hilbert's curve, which goes from neighbour to neighbour and
+/// never jumps.
 static HILBERT: [u8; SQUARES] = {
     let mut squares = [0; SQUARES];
     let mut k = 0;
@@ -49,7 +49,7 @@ type RayColumn = [[f32; COLUMN_LANES]; RAYS / COLUMN_LANES];
 pub(super) struct Sorted {
     org: [RayColumn; 3],
     dir: [RayColumn; 3],
-    /// Their numbers, counted from the beam's first.
+    /// Numbers of the rays, counted from the beam's first.
     number: [u16; RAYS],
     count: usize,
 }
@@ -67,7 +67,7 @@ impl Default for Sorted {
 }
 
 impl Sorted {
-    /// Takes the rays of some packets.
+    /// Sorts the rays of some packets into the columns.
     #[inline(never)]
     pub(super) fn take(&mut self, space: &BeamSpace, rays: &RayQueue, packets: Range<usize>) {
         let first = packets.start * LANES;
@@ -123,7 +123,8 @@ impl Sorted {
         (rays, L::Mask::first(left.min(L::PACKETS * LANES)))
     }
 
-    /// Adds the lanes (as bits) of the k-th packet to those of the packets that rays came in.
+    /// Adds the lanes (as bits) of the k-th sorted packet to those of the packets from which the
+    /// rays came.
     #[inline(always)]
     pub(super) fn put_back<L: Lanes>(&self, k: usize, lanes: u32, packets: &mut [u8; SIZE]) {
         let first = k * L::PACKETS * LANES;
@@ -138,8 +139,7 @@ impl Sorted {
     }
 }
 
-/// Of each ray the number of the square in which it is seen: sixteen times that along p, and that
-/// along q.
+/// The key of each ray's square: sixteen times the index along p, plus the index along q.
 #[inline(always)]
 fn keys(space: &BeamSpace, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
     const ZERO: Native = Native::ZERO;

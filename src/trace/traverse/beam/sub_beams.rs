@@ -1,5 +1,5 @@
-//! The cells of a beam: rays of one packet, or some of them, within a small rectangle of the beam's
-//! projective coordinates.
+//! The sub-beams of a beam: rays of one packet, or some of them, within a small rectangle of the
+//! beam's projective coordinates.
 
 use super::projection::{BeamSpace, BoxView, MAX_RECT, TriangleView};
 use super::shadow_cull::ShadowCull;
@@ -7,58 +7,60 @@ use crate::packet::RayPacket;
 use crate::simd::{COLUMN_LANES, F32x8, LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 use crate::traverse::triangle::Shear;
 
-/// Cells of a beam at most: a bit each.
+/// Most sub-beams of a beam: a bit each.
 pub(super) const MAX_SUB_BEAMS: usize = COLUMN_LANES;
 
-/// A cell that is so many times as wide as most others is parted between its rays: half of them see
-/// something else, and the cell would be tested against all that is between.
+/// Greatest width of a sub-beam, in units of the median width. A wider one is split between its
+/// rays: its rays straddle a silhouette, and the rectangle would be tested against everything in
+/// between.
 const MAX_WIDTH_RATIO: f32 = 4.0;
 
-/// No cell is wider than this.
+/// Greatest width of any sub-beam, in units of the apex's distance.
 const MIN_SPLIT_WIDTH: f32 = 0.02;
 
-/// Parts that a packet is parted into at most.
+/// Most parts into which a packet is split.
 const MAX_SPLITS: usize = 4;
 
-/// Depths along the beam below this share of a direction's length give no direction: 2⁻⁵⁰.
+/// Least depth along the beam of a direction, as a share of its length. Smaller ones give no
+/// projected direction: 2⁻⁵⁰.
 const MIN_DEPTH_PER_T: f32 = 1.0 / ((1u64 << 50) as f32);
 
 type SubBeamColumn = [f32; MAX_SUB_BEAMS];
 
-/// What became of a packet that was to be added.
+/// Result of adding a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Added {
-    /// It is in cells.
+    /// All of its rays are in sub-beams.
     All,
-    /// Its rays part too much to be within a beam, and none is in a cell.
+    /// Its rays diverge too much for a beam, and none is in a sub-beam.
     TooWide,
-    /// None is in a cell, because there are not enough; there are for any packet if no other is
-    /// there.
+    /// None of its rays is in a sub-beam, because too few are left. A beam without other packets
+    /// has room for any packet.
     NoRoom,
 }
 
-/// The cells, in columns.
+/// The sub-beams, in columns.
 #[repr(C, align(64))]
 pub(super) struct SubBeams {
-    /// Along p and along q.
+    /// Lower ends of the rectangles along p and along q; and upper ends.
     low: [SubBeamColumn; 2],
     high: [SubBeamColumn; 2],
-    /// Middle and half width, for triangles.
+    /// Middles and half widths of the rectangles, for triangles.
     mid: [SubBeamColumn; 2],
     half: [SubBeamColumn; 2],
-    /// How deep any of its rays still looks.
+    /// Greatest depth to which any ray of each sub-beam still searches.
     far: SubBeamColumn,
-    /// Depth that a ray of it goes per unit of distance, at most.
+    /// Greatest depth per unit of distance of any ray of each sub-beam.
     depth_per_t: SubBeamColumn,
-    /// Lanes of its packet.
+    /// Lanes of the packet in each sub-beam.
     lanes: [u32; MAX_SUB_BEAMS],
     group: [u8; MAX_SUB_BEAMS],
     count: usize,
-    /// The rectangles of whole packets, along p and along q.
+    /// Rectangles of whole packets, along p and along q.
     ranges: [[[f32; 2]; 2]; MAX_SUB_BEAMS],
-    /// The rectangle around all: along p and along q, lower and upper end.
+    /// Rectangle around all sub-beams: along p and along q, lower and upper end.
     around: [[f32; 2]; 2],
-    /// What is too wide, and what is too far aside.
+    /// Bounds on the width of sub-beams, and on |p| and |q|.
     widest: f32,
     end: f32,
 }
@@ -87,7 +89,7 @@ impl SubBeams {
         self.count = 0;
     }
 
-    /// All of them, as bits.
+    /// All sub-beams, as bits.
     pub(super) fn all(&self) -> u64 {
         match self.count {
             0 => 0,
@@ -95,14 +97,14 @@ impl SubBeams {
         }
     }
 
-    /// The packet that a cell is of.
+    /// Index of the packet of a sub-beam.
     #[inline(always)]
     pub(super) fn group(&self, sub_beam: usize) -> usize {
         self.group[sub_beam % MAX_SUB_BEAMS] as usize % MAX_SUB_BEAMS
     }
 
-    /// Adds the active lanes of a packet, which look as far as `limit`. [`SubBeams::finish`] must
-    /// follow the last.
+    /// Adds the active lanes of a packet, which search as far as `limit`. [`SubBeams::finish`] must
+    /// follow the last call.
     #[inline(always)]
     pub(super) fn add<L: Lanes>(
         &mut self,
@@ -134,7 +136,7 @@ impl SubBeams {
         self.add_parts([depth_per_t, p, q], limit, live, group)
     }
 
-    /// The same, in as many parts as it takes.
+    /// Adds the lanes of a packet, in as many parts as they need.
     #[inline(never)]
     fn add_parts<L: Lanes>(
         &mut self,
@@ -196,8 +198,8 @@ impl SubBeams {
         self.count += 1;
     }
 
-    /// Takes a look at all packets of a beam first, to see what is wide among them: of rays to a
-    /// light, not of camera rays.
+    /// Measures all packets of a beam first, to find the bound on the width of sub-beams. It is for
+    /// rays to a light; camera rays have a fixed bound.
     #[inline(always)]
     pub(super) fn look_at<L: Lanes>(&mut self, space: &BeamSpace, all: &[[L; 3]]) {
         if !space.ahead {
@@ -221,7 +223,7 @@ impl SubBeams {
         self.end = if space.near { MAX_RECT } else { f32::INFINITY };
     }
 
-    /// Whether a cell of this size is one. One of a NaN is not.
+    /// Returns true if rays of this range may be one sub-beam. A range with a NaN may not.
     #[inline(always)]
     fn is_narrow(&self, ranges: [[f32; 2]; 2]) -> bool {
         let fits =
@@ -229,12 +231,12 @@ impl SubBeams {
         fits(ranges[0]) && fits(ranges[1])
     }
 
-    /// Makes of what was added what is asked for: rectangles a little wider, their middles, and one
+    /// Computes the final rectangles, which are a little wider, their middles, and the rectangle
     /// around all.
     #[inline(always)]
     pub(super) fn finish(&mut self, space: &BeamSpace) {
         let runs = self.count.div_ceil(LANES);
-        // Places that are no cells repeat one, so that they do not matter to the rectangle around
+        // Unused columns repeat the first sub-beam, so that they do not change the rectangle around
         // all.
         for k in self.count..runs * LANES {
             for columns in [&mut self.low, &mut self.high] {
@@ -249,7 +251,7 @@ impl SubBeams {
                 put(&mut self.depth_per_t, run, depth_per_t);
                 put(&mut self.far, run, far);
             } else {
-                // What starts last ends the cell.
+                // The ray that starts last determines the far end of the sub-beam.
                 put(&mut self.far, run, column(&self.depth_per_t));
             }
         }
@@ -273,7 +275,7 @@ impl SubBeams {
         }
     }
 
-    /// A cell's rays look as far as `limit` from now on, which is −∞ where they do not look at all.
+    /// Limits the search of a sub-beam's rays to `limit`, which is −∞ for rays that are done.
     #[inline(always)]
     pub(super) fn set_far<L: Lanes>(&mut self, space: &BeamSpace, sub_beam: usize, limit: L) {
         let k = sub_beam % MAX_SUB_BEAMS;
@@ -288,19 +290,19 @@ impl SubBeams {
         }
     }
 
-    /// The rectangle around all: along p and along q, lower and upper end.
+    /// The rectangle around all sub-beams: along p and along q, lower and upper end.
     #[inline(always)]
     pub(super) fn around(&self) -> &[[f32; 2]; 2] {
         &self.around
     }
 
-    /// Which boxes any cell may meet.
+    /// Boxes that any sub-beam may meet.
     #[inline(always)]
     pub(super) fn any_meets(&self, seen: &BoxView) -> u32 {
         meets(seen, &self.around)
     }
 
-    /// Which cells, of these, may meet a box.
+    /// Sub-beams, out of `of`, that may meet a box.
     #[inline(always)]
     pub(super) fn meeting<L: Lanes>(&self, of: u64, seen: &[[f32; NATIVE]; 5], lane: usize) -> u64 {
         let [low_p, high_p, low_q, high_q, near] =
@@ -316,7 +318,7 @@ impl SubBeams {
         met & of
     }
 
-    /// Which cells, of these, still look as deep as this.
+    /// Sub-beams, out of `of`, that still search as deep as `near`.
     #[inline(always)]
     pub(super) fn reaching<L: Lanes>(&self, of: u64, near: f32) -> u64 {
         let mut met = 0;
@@ -327,13 +329,14 @@ impl SubBeams {
         met & of
     }
 
-    /// Runs of lanes that hold all cells. Cells beyond the last are of the past, and in no mask.
+    /// Number of runs of lanes that hold all sub-beams. Those beyond the last are stale, and in no
+    /// mask.
     #[inline(always)]
     fn runs<L: Lanes>(&self) -> usize {
         self.count.div_ceil(L::PACKETS * LANES)
     }
 
-    /// Which triangles a cell's rays may hit.
+    /// Triangles that a sub-beam's rays may hit.
     #[inline(always)]
     pub(super) fn hits(&self, sub_beam: usize, seen: &TriangleView) -> u32 {
         let k = sub_beam % MAX_SUB_BEAMS;
@@ -350,7 +353,7 @@ impl SubBeams {
         (inside & self.reaches(k, &seen.own)).bits()
     }
 
-    /// Which triangles any of a cell's rays may hit, as far as a look can tell.
+    /// Triangles that any of a sub-beam's rays may hit, as far as the culling data tell.
     #[inline(always)]
     pub(super) fn may_hit(&self, sub_beam: usize, look: &ShadowCull, own: &BoxView) -> u32 {
         let k = sub_beam % MAX_SUB_BEAMS;
@@ -360,7 +363,7 @@ impl SubBeams {
         (inside & self.reaches(k, own)).bits()
     }
 
-    /// Which boxes the k-th cell's rays come to, as far as they look.
+    /// Boxes that the k-th sub-beam's rays reach, as far as they search.
     #[inline(always)]
     fn reaches(&self, k: usize, seen: &BoxView) -> NativeMask {
         let edge = |column: &[SubBeamColumn; 2], axis: usize| {
@@ -379,7 +382,7 @@ fn put(column: &mut SubBeamColumn, run: usize, lanes: F32x8) {
     column.as_chunks_mut::<LANES>().0[run % (MAX_SUB_BEAMS / LANES)] = lanes.to_array();
 }
 
-/// Which boxes meet a rectangle.
+/// Boxes that overlap a rectangle.
 #[inline(always)]
 fn meets(seen: &BoxView, around: &[[f32; 2]; 2]) -> u32 {
     let [p, q] = around.map(|range| range.map(Native::splat));
@@ -393,11 +396,11 @@ fn range<L: Lanes>(lanes: L) -> [f32; 2] {
     [lanes.min_element(), lanes.max_element()]
 }
 
-/// What all rays of a beam are within, lane by lane, in a near frame.
+/// Bounds of all rays of a beam, lane by lane, in a near frame.
 pub(super) struct Extent<L> {
     low: [L; 2],
     high: [L; 2],
-    /// The least depth that any goes per unit of distance.
+    /// Least depth of any ray per unit of distance.
     depth_per_t: L,
 }
 
@@ -415,7 +418,7 @@ impl<L: Lanes> Extent<L> {
     #[inline(always)]
     pub(super) fn add(&mut self, [depth_per_t, p, q]: [L; 3], active: L::Mask) {
         for (axis, x) in [p, q].into_iter().enumerate() {
-            // What is no number gets lost here, and meets nothing anyway.
+            // A NaN is lost here; such a ray hits nothing anyway.
             let (low, high) = (self.low[axis], self.high[axis]);
             self.low[axis] = active.select(low.min(x), low);
             self.high[axis] = active.select(high.max(x), high);
@@ -423,13 +426,14 @@ impl<L: Lanes> Extent<L> {
         self.depth_per_t = active.select(self.depth_per_t.min(depth_per_t), self.depth_per_t);
     }
 
-    /// Whether it is known that no ray meets any of some boxes.
+    /// Returns true if it is certain that no ray meets any of some boxes.
     #[inline(always)]
     pub(super) fn misses(&self, space: &BeamSpace, seen: &BoxView) -> bool {
         let end = L::splat(MAX_RECT);
         let within = |axis: usize| self.low[axis].gt(-end) & self.high[axis].lt(end);
         let usual = within(0) & within(1) & self.depth_per_t.ge(L::splat(MIN_DEPTH_PER_T));
-        // The ends of all first, then wider: those of lanes without a ray are infinite.
+        // The extremes of all lanes are taken before they are widened: those of lanes without a ray
+        // are infinite.
         let [wider, share] = space.rect_epsilon;
         let around = [0, 1].map(|axis| {
             let (low, high) = (self.low[axis].min_element(), self.high[axis].max_element());
@@ -440,8 +444,9 @@ impl<L: Lanes> Extent<L> {
     }
 }
 
-/// Near: directions along a beam's dominant axis, and over that along p and q; where rays end at
-/// the apex, they are followed backward. Far: how deep rays start, and where.
+/// Projections of rays. Near: the direction along the beam's dominant axis, and over that the
+/// directions along p and q. Rays that end at the apex are followed backward. Local: the depth at
+/// which rays start, and their positions.
 #[inline(always)]
 pub(super) fn directions<L: Lanes>(space: &BeamSpace, rays: &RayPacket<L>) -> [L; 3] {
     if !space.near {
@@ -449,13 +454,13 @@ pub(super) fn directions<L: Lanes>(space: &BeamSpace, rays: &RayPacket<L>) -> [L
     }
     let [forward, p, q] = rays.dir.from_axis(space.axes[0]);
     let along = L::splat(space.sign);
-    // Going backward turns both parts of a quotient.
+    // Going backward changes the sign of both parts of a quotient.
     let by = along / forward;
     [forward * L::splat(space.depth_per_t()), p * by, q * by]
 }
 
-/// [`directions`], where the frame of the rays is known: its slopes are p and q, if its axis is the
-/// beam's.
+/// Projections of rays as by [`directions`], from the known frame of the rays. Its slopes are p and
+/// q, if its axis is the beam's.
 #[inline(always)]
 pub(super) fn directions_by<L: Lanes>(
     space: &BeamSpace,
@@ -482,7 +487,7 @@ mod tests {
     use crate::simd::Mask8;
     use Added::{All, NoRoom, TooWide};
 
-    /// Adds a packet whose rays are seen there along p.
+    /// Adds a packet whose rays have these projections along p.
     fn add(sub_beams: &mut SubBeams, group: usize, p: F32x8) -> Added {
         sub_beams.ranges[group % MAX_SUB_BEAMS] = [range(p), range(F32x8::ZERO)];
         let packet = [F32x8::ONE, p, F32x8::ZERO];
@@ -511,7 +516,7 @@ mod tests {
         assert_eq!(count(&sub_beams), MAX_SUB_BEAMS - 1);
         assert_eq!(add(&mut sub_beams, MAX_SUB_BEAMS - 1, narrow), All);
         assert_eq!(add(&mut sub_beams, MAX_SUB_BEAMS - 1, narrow), NoRoom);
-        // In a beam of its own there is room for each packet but those that part too much.
+        // A beam of its own has room for each packet but those that diverge too much.
         sub_beams.clear();
         assert_eq!(add(&mut sub_beams, 7, two_bunches), All);
         assert_eq!(count(&sub_beams), 2);

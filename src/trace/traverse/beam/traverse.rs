@@ -1,4 +1,4 @@
-//! Cells down the wide tree: a mask of them on the stack, the nearest child first.
+//! Traversal of the wide tree by a beam: a mask of sub-beams on the stack, the nearest child first.
 
 use super::Group;
 use super::block::BeamTriangles;
@@ -16,16 +16,16 @@ use crate::traverse::query::{HitCandidate, Query};
 use crate::traverse::sphere;
 use crate::traverse::triangle::MIXED;
 
-/// A child that some cells may still meet.
+/// A child that some sub-beams may still meet.
 #[derive(Clone, Copy)]
 struct BeamStackEntry {
     sub_beams: u64,
-    /// Depth at which its box begins.
+    /// Depth at which the child's box begins.
     near: f32,
     code: u32,
 }
 
-/// Children waiting.
+/// Stack of waiting children.
 pub(super) struct Stack(Vec<BeamStackEntry>);
 
 impl Stack {
@@ -35,12 +35,12 @@ impl Stack {
             near: 0.0,
             code: 0,
         };
-        // A node takes one entry away and leaves `NATIVE` at most.
+        // A node pops one entry and leaves `NATIVE` at most.
         Stack(vec![empty; wide.depth() * (NATIVE - 1) + 1])
     }
 }
 
-/// What a beam needs on its way.
+/// State of a beam's traversal.
 pub(super) struct BeamTraversal<'d, 'a, L: Lanes, G, T> {
     pub(super) wide: &'a WideBvh,
     pub(super) rows: PrefetchTable,
@@ -55,7 +55,7 @@ pub(super) struct BeamTraversal<'d, 'a, L: Lanes, G, T> {
 }
 
 impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
-    /// Visits what the cells meet, front to back.
+    /// Visits the nodes and leaves that the sub-beams meet, front to back.
     #[inline(never)]
     pub(super) fn traverse(mut self, stack: &mut Stack, deferred: &mut DeferredBlocks<'a>) {
         let entries = &mut stack.0[..];
@@ -109,7 +109,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         }
     }
 
-    /// Writes the children that cells may meet, the nearest last, and tells how many.
+    /// Writes the children that sub-beams may meet, the nearest last, and returns their number.
     #[inline(always)]
     fn node(&mut self, node: &WideNode, cells: u64, above: &mut [BeamStackEntry]) -> usize {
         let seen = self.space.boxes(&node.boxes.map(|c| c.map(Native::new)));
@@ -126,7 +126,8 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         };
         let up = self.space.sign > 0.0;
         if left != 0 {
-            // It is looked at first, and at once: by the time that it is written, it may be there.
+            // It is visited first, and at once; a prefetch now may finish while the stack is
+            // written.
             let nearest = children[last(order, !up) as usize % NATIVE];
             self.prefetch(node.children[usize::from(nearest) % NATIVE]);
         }
@@ -154,8 +155,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         count
     }
 
-    /// Asks for what a child leads to. A block that waits for others is asked for when it begins
-    /// to.
+    /// Prefetches the target of a child. A deferred block is prefetched when it begins to wait.
     #[inline(always)]
     fn prefetch(&self, code: u32) {
         if G::FRONT_TO_BACK {
@@ -179,7 +179,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         for k in 0..pairs.count {
             let (sub_beam, lane) = pairs.get(k);
             let group = self.sub_beams.group(sub_beam);
-            // SAFETY: a cell is of a packet of this beam, each of which has its place in both.
+            // SAFETY: a sub-beam is of a packet of this beam, each of which has its entry in both.
             let rays = unsafe { self.groups.get_unchecked(group) };
             // SAFETY: as above.
             let query = unsafe { self.goals.get_unchecked_mut(group) };
@@ -215,7 +215,8 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
                 let sub_beam = met.trailing_zeros() as usize;
                 met &= met - 1;
                 let group = self.sub_beams.group(sub_beam);
-                // SAFETY: a cell is of a packet of this beam, each of which has its place in both.
+                // SAFETY: a sub-beam is of a packet of this beam, each of which has its entry in
+                // both.
                 let rays = unsafe { &self.groups.get_unchecked(group).rays };
                 // SAFETY: as above; and slabs were made because the tree has spheres.
                 let slabs = unsafe { self.slabs.get_unchecked(group) };
@@ -236,7 +237,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         self.refresh_depths(touched);
     }
 
-    /// What has no blocks, packet by packet.
+    /// Tests a leaf of a kind without blocks, packet by packet.
     #[inline(never)]
     fn other(&mut self, leaf: OtherLeaf, cells: u64) {
         let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
@@ -255,7 +256,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         self.refresh_depths(cells);
     }
 
-    /// Cells of which a ray met something need not look as far any more.
+    /// Shortens the search of sub-beams of which a ray hit something.
     #[inline(always)]
     pub(super) fn refresh_depths(&mut self, mut touched: u64) {
         while touched != 0 {
@@ -268,7 +269,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
     }
 }
 
-/// Which children of an order, as bits by place in it, are among some, as bits by lane.
+/// Children of an order that are among `some` (bits by lane), as bits by position in the order.
 #[inline(always)]
 fn in_order(children: &[u8; NATIVE], some: u32) -> u32 {
     let mut places = 0;

@@ -1,12 +1,12 @@
-//! Rays on their own down the wide tree, several at a time: a lane is a child of a node, or a
+//! Single rays through the wide tree, several at a time: a lane is a child of a node, or a
 //! primitive of a block.
 //!
-//! Rays that have parted share neither nodes nor leaves, and most lanes of a packet would idle. The
-//! children of one node are always there. What a ray on its own waits for is memory and the outcome
-//! of its last comparison; so a dozen and more go side by side in rounds, first those at nodes,
-//! then those at blocks, each a little later to what is next; and while one waits another's numbers
-//! are there. Nothing branches on what a box test says: all children are written above the stack's
-//! top, those that are met first, and the top moves by how many these are.
+//! Divergent rays share neither nodes nor leaves, and most lanes of a packet would idle. The
+//! children of one node fill all lanes. A single ray waits for memory and for the result of its
+//! last comparison. So a dozen and more rays advance side by side in rounds: first those at nodes,
+//! then those at blocks, and each a little later to its next row. While one ray waits, another's
+//! data arrive. Nothing branches on the result of a box test. All children are written above the
+//! stack's top, the hit ones first, and the top moves by their number.
 
 mod ray_state;
 mod ray_stream;
@@ -26,12 +26,12 @@ use ray_stream::RayStream;
 use std::ops::Range;
 use std::sync::OnceLock;
 
-/// Most rays side by side.
+/// Most rays in flight.
 const MAX_IN_FLIGHT: usize = 32;
 
-/// Rays side by side on this machine: all, or half of them where the rows that all look at, and as
-/// many that they have asked for, would fill the nearest cache. With sixteen children a row these
-/// are 32 KiB (`perf/notes/single-rays.md`, fifth and sixth round).
+/// Rays in flight on this machine: all, or half of them if the rows that all rays read, and as many
+/// that they have prefetched, would fill the nearest cache. With sixteen children a row these are
+/// 32 KiB (`perf/notes/single-rays.md`, fifth and sixth round).
 fn rays_in_flight() -> usize {
     static RAYS_IN_FLIGHT: OnceLock<usize> = OnceLock::new();
     *RAYS_IN_FLIGHT.get_or_init(|| {
@@ -43,24 +43,24 @@ fn rays_in_flight() -> usize {
     })
 }
 
-/// Packets whose occlusion is asked at once.
+/// Packets whose occlusion is traced at once.
 const BATCH: usize = 256;
 
-/// Turns after which a ray goes on to what is next. At once, it would wait for what its turn has
-/// just written; after all have had theirs, they would ask for all their rows at once, more than a
-/// core has buffers for.
+/// Turns after which a ray goes on to its next row. If it went on at once, it would wait for the
+/// values that its turn has just written. If all rays went on after the last turn, they would fetch
+/// all their rows at once, more than a core has buffers for.
 const PIPELINE_DELAY: usize = 2;
 
-/// Traces rays of a queue on their own, and counts by `T`.
+/// Traces single rays of a queue, and counts by `T`.
 pub(super) struct SingleRays<'a, T = PacketCount> {
     wide: &'a WideBvh,
     rows: PrefetchTable,
-    /// For what has no blocks.
+    /// Packet kernel for primitives without blocks.
     packets: PacketKernel<'a, F32x8, T>,
     states: [RayState; MAX_IN_FLIGHT],
-    /// How many of them go side by side.
+    /// Number of rays in flight.
     rays_in_flight: usize,
-    /// A stack for each context, one after the other.
+    /// A stack for each ray state, one after the other.
     stacks: WideStack,
     counters: T,
 }
@@ -68,7 +68,7 @@ pub(super) struct SingleRays<'a, T = PacketCount> {
 impl<'a, T: Counters> SingleRays<'a, T> {
     pub(super) fn new(bvh: &'a Bvh) -> SingleRays<'a, T> {
         let wide = bvh.wide();
-        // A node takes one entry and writes as many as it has children.
+        // A node pops one entry and writes as many as it has children.
         let room = wide.depth() * (NATIVE - 1) + NATIVE + 1;
         let state = |k: usize| RayState::idle(k * room);
         SingleRays {
@@ -82,8 +82,8 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         }
     }
 
-    /// The closest hits of some packets of a queue, one [`HitPacket`] for each of their range;
-    /// those of others stay as they are.
+    /// The closest hits of some packets of a queue, one [`HitPacket`] for each of the range; those
+    /// of packets outside the slice do not change.
     pub(super) fn closest(&mut self, rays: &RayQueue, part: &BatchSlice, hits: &mut [HitPacket]) {
         let first = part.packets.start;
         for packet in part.each() {
@@ -103,7 +103,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         });
     }
 
-    /// Tells `answer`, for some packets of a queue, which lanes (as bits) of each meet nothing
+    /// Passes `answer`, for some packets of a queue, the lanes (as bits) of each that hit nothing
     /// before `tmax`.
     pub(super) fn unoccluded(
         &mut self,
@@ -112,7 +112,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         tmax: f32,
         mut answer: impl FnMut(usize, u8),
     ) {
-        // As many at once as there is room for on the stack.
+        // As many packets at once as the local array has room for.
         for first in packets.clone().step_by(BATCH) {
             let batch = first..packets.end.min(first + BATCH);
             let mut seen = [0u8; BATCH];
@@ -175,22 +175,22 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         }
     }
 
-    /// Writes the children of the node that a ray is at above its stack's top, farthest first.
+    /// Pushes the children of the ray's current node that it hits, farthest first.
     #[inline(always)]
     fn visit_node(&mut self, k: usize) {
         let state = &mut self.states[k];
         self.counters.wide_node(NATIVE as u64);
-        // SAFETY: a code of the tree is of a row that exists, and this one says node; node 0
+        // SAFETY: a code of the tree refers to an existing row, and this one is a node's; node 0
         // exists.
         let node = unsafe { self.wide.nodes().get_unchecked(state.current as usize) };
         let rows = node.boxes.as_flattened();
-        // SAFETY: a context's rows are three times a side, which is 0 or 1, and an axis.
+        // SAFETY: a ray's rows are three times a side, which is 0 or 1, and an axis.
         let crossing =
             state.intersect_children(|row| Native::new(*unsafe { rows.get_unchecked(row) }));
         let best = state.best.t;
-        // The last is visited first: the nearest, which is the first if the ray goes up.
+        // The last child is visited first: the nearest, which is the first if the ray goes up.
         let up = state.goes_up(node.axis);
-        // SAFETY: a node is entered from the root or from an entry that was taken off the stack; so
+        // SAFETY: a node is entered from the root or from an entry that was taken off the stack. So
         // each level above this node's left at most `NATIVE - 1` entries, and there is room for
         // `NATIVE` more.
         state.top += unsafe {
@@ -199,7 +199,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         };
     }
 
-    /// The next entry that the ray still reaches; false if there is none.
+    /// Pops the next entry; returns false if there is none.
     #[inline(always)]
     fn pop(&mut self, k: usize) -> bool {
         let state = &mut self.states[k];
@@ -209,7 +209,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         state.top -= 1;
         // SAFETY: `top` entries were written.
         state.current = unsafe { self.stacks.code(state.top) };
-        // It is looked at when all the others have moved, too.
+        // It is read when all the other rays have moved, too.
         self.rows.prefetch(state.current);
         true
     }
@@ -220,7 +220,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         let closer = match ChildRef::of_code(state.current) {
             ChildRef::Triangles(index) => {
                 self.counters.block(LeafKind::Triangle, NATIVE as u64);
-                // SAFETY: a code of the tree is of a row that exists.
+                // SAFETY: a code of the tree refers to an existing row.
                 let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
                 state.triangles::<ANY>(block)
             }
@@ -243,7 +243,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         }
     }
 
-    /// A leaf of what has no blocks, by the packet's tests, in one lane.
+    /// Tests a leaf of a kind without blocks, by the packet's tests, in one lane.
     #[inline(never)]
     fn other<const ANY: bool>(&mut self, k: usize, index: u32) {
         let leaf = self.wide.others()[index as usize];
@@ -276,7 +276,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     }
 }
 
-/// Numbers of contexts.
+/// Indices of ray states.
 #[derive(Clone, Copy)]
 struct List {
     numbers: [u8; MAX_IN_FLIGHT],
@@ -294,10 +294,11 @@ impl List {
         self.push_if(number, true);
     }
 
-    /// Written always, kept where it holds: no branch.
+    /// Appends a number if `holds` is true. It is always written, and kept by advancing the length:
+    /// no branch.
     #[inline(always)]
     fn push_if(&mut self, number: usize, holds: bool) {
-        // Each context is in one list only, so it is never full before.
+        // Each ray state is in one list only, so it is never full before.
         self.numbers[self.len % MAX_IN_FLIGHT] = number as u8;
         self.len += usize::from(holds);
     }
@@ -307,7 +308,7 @@ impl List {
         usize::from(self.numbers[k % MAX_IN_FLIGHT]) % MAX_IN_FLIGHT
     }
 
-    /// These, and then others.
+    /// The entries of this list, and then those of another.
     #[inline(always)]
     fn and(&self, others: &List) -> List {
         let mut all = *self;

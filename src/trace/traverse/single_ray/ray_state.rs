@@ -1,4 +1,4 @@
-//! One ray under way, against all boxes of a node or all primitives of a block at once.
+//! One ray in flight, against all boxes of a node or all primitives of a block at once.
 
 use crate::bvh::{SphereBlock, TriangleBlock};
 use crate::packet::NO_PRIM;
@@ -9,45 +9,45 @@ use crate::traverse::sphere;
 use crate::traverse::triangle::{self, Pairing, Vertices};
 use bytemuck::{Pod, Zeroable};
 
-/// What tests need of a ray, in words of four bytes: a packet's are made by turning columns of
-/// lanes into rows. Two lines of the cache, and no word across their end.
+/// Data of a ray for its tests, in words of four bytes: those of a packet are made by transposing
+/// columns of lanes to rows. It takes two cache lines, and no word crosses their border.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct SingleRaySetup {
-    /// What the slab test needs: see [`crate::traverse::aabb`].
+    /// Data of the slab test: see [`crate::traverse::aabb`].
     pub(super) rdir: [f32; 3],
     pub(super) first: [f32; 3],
     pub(super) last: [f32; 3],
-    /// Which planes of a box are met first and last, by axis: rows, as a node has them one after
-    /// the other.
+    /// Rows of the planes of a box that are met first and last, by axis: a node stores them one
+    /// after the other.
     pub(super) near: [u32; 3],
     pub(super) far: [u32; 3],
-    /// The axes in the order of the ray's frame, the origin in that order, slopes and scale: see
-    /// [`crate::traverse::triangle`].
+    /// Data of the triangle test: the axes in the order of the ray's frame, the origin in that
+    /// order, slopes and scale. See [`crate::traverse::triangle`].
     pub(super) axes: [u32; 3],
     pub(super) frame_org: [f32; 3],
     pub(super) slopes: [f32; 3],
     pub(super) org: [f32; 3],
     pub(super) dir: [f32; 3],
-    /// 1 if its packet is [`in_safe_range`](crate::traverse::triangle::Shear::in_safe_range), else
-    /// 0.
+    /// 1 if the ray's packet is [`in_safe_range`](crate::traverse::triangle::Shear::in_safe_range),
+    /// else 0.
     pub(super) in_safe_range: u32,
-    /// By axis, as bits, whether it goes toward larger coordinates; and the fourth always, for what
-    /// has no axis.
+    /// Bits of the axes along which the ray goes toward larger coordinates; the fourth bit is
+    /// always set, for rows without an axis.
     pub(super) up: u32,
 }
 
-/// One ray under way.
+/// One ray in flight.
 #[derive(Clone, Copy)]
 pub(super) struct RayState {
     pub(super) ray: SingleRaySetup,
     pub(super) best: SingleHit,
-    /// Where its stack begins among all, and where it ends.
+    /// Beginning of the ray's stack among all, and its end.
     pub(super) bottom: usize,
     pub(super) top: usize,
-    /// Where it is.
+    /// Code of the current row.
     pub(super) current: u32,
-    /// Which ray of the queue it is.
+    /// Number of the ray in the queue.
     pub(super) number: usize,
 }
 
@@ -62,7 +62,7 @@ pub(super) struct SingleHit {
 }
 
 impl RayState {
-    /// None, its stack beginning there.
+    /// A state without a ray, whose stack begins at `bottom`.
     pub(super) fn idle(bottom: usize) -> RayState {
         RayState {
             ray: SingleRaySetup::zeroed(),
@@ -74,15 +74,15 @@ impl RayState {
         }
     }
 
-    /// Whether it goes toward larger coordinates along an axis.
+    /// Returns true if the ray goes toward larger coordinates along an axis.
     #[inline(always)]
     pub(super) fn goes_up(&self, axis: u8) -> bool {
         self.ray.up >> (axis & 3) & 1 == 1
     }
 
-    /// The ray's stays in boxes, whose planes `row` gives: first the lower ones by axis, then the
-    /// upper ones. The arithmetic of `RaySlabs::intersect_box_same_octant`, with the lanes' parts
-    /// exchanged.
+    /// The ray's intervals in boxes, whose planes `row` gives: first the lower ones by axis, then
+    /// the upper ones. It is the arithmetic of `RaySlabs::intersect_box_same_octant`, with the
+    /// roles of the lanes exchanged.
     #[inline(always)]
     pub(super) fn intersect_box(&self, row: impl Fn(usize) -> Native) -> TInterval<Native> {
         let TInterval {
@@ -96,8 +96,8 @@ impl RayState {
         }
     }
 
-    /// Where the ray's line, which goes on behind its origin, enters and leaves boxes; as
-    /// [`RayState::intersect_box`].
+    /// Distances at which the ray's line, which extends behind its origin, enters and leaves boxes;
+    /// as [`RayState::intersect_box`].
     #[inline(always)]
     pub(super) fn intersect_children(&self, row: impl Fn(usize) -> Native) -> TInterval<Native> {
         let ray = &self.ray;
@@ -117,7 +117,7 @@ impl RayState {
 
     #[inline(always)]
     pub(super) fn triangles<const ANY: bool>(&mut self, block: &TriangleBlock) -> bool {
-        // No larger than that; said so that nothing is checked.
+        // Never larger than 2; the bound removes index checks.
         let [kx, ky, kz] = self.ray.axes.map(|axis| (axis as usize).min(2));
         let column = |corner: usize, axis: usize| Native::new(block.vertices[corner][axis]);
         let corner = |c: usize| {
@@ -159,7 +159,8 @@ impl RayState {
         self.update::<ANY>(valid, t, bare, &block.prim_id)
     }
 
-    /// Takes what is closer than the best, or as close with a smaller number; true if anything is.
+    /// Replaces the best hit by a closer one, or one as close with a smaller number; true if there
+    /// is any.
     #[inline(always)]
     fn update<const ANY: bool>(
         &mut self,
@@ -195,14 +196,14 @@ impl RayState {
         true
     }
 
-    /// Something is in the way: nothing is left to visit.
+    /// Marks the ray as occluded: nothing is left to visit.
     pub(super) fn mark_occluded(&mut self) {
         self.best.prim_id = 0;
         self.top = self.bottom;
     }
 }
 
-/// A ray and the triangles of a block, one a lane.
+/// A ray and the triangles of a block, one in each lane.
 struct RayAndBlock<'a> {
     context: &'a RayState,
     block: &'a TriangleBlock,
@@ -242,7 +243,7 @@ impl Pairing<Native> for RayAndBlock<'_> {
 }
 
 impl SingleHit {
-    /// Nothing yet, and only what is nearer than that will do.
+    /// No hit yet; only hits nearer than `limit` will count.
     pub(super) const fn none_before(limit: f32) -> SingleHit {
         SingleHit {
             t: limit,
@@ -253,7 +254,7 @@ impl SingleHit {
         }
     }
 
-    /// In every lane, `limit` being its distance.
+    /// The hit in every lane, with `limit` as its distance.
     pub(super) fn spread(&self, limit: F32x8) -> HitRecord<F32x8> {
         HitRecord {
             t: limit,
@@ -264,7 +265,7 @@ impl SingleHit {
         }
     }
 
-    /// Of the first lane.
+    /// The hit in the first lane.
     pub(super) fn of(best: &HitRecord<F32x8>) -> SingleHit {
         SingleHit {
             t: best.t.lane(0),

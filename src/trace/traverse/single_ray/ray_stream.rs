@@ -1,4 +1,4 @@
-//! Rays of a queue, one after the other.
+//! Single rays of a queue, one after the other.
 
 use super::ray_state::{RayState, SingleHit, SingleRaySetup};
 use crate::packet::{RayPacket, RayQueue};
@@ -8,14 +8,14 @@ use crate::traverse::counters::Counters;
 use crate::traverse::triangle::Shear;
 use bytemuck::Zeroable;
 
-/// Rays of a queue one after the other, what tests need of them made packet by packet.
+/// Stream of a queue's rays, one after the other; their test data are made packet by packet.
 pub(super) struct RayStream<'q, 'a, I> {
     rays: &'q RayQueue<'a>,
     packets: I,
     tmax: f32,
-    /// Those of the packet at hand, by lane.
+    /// Rays of the current packet, by lane.
     ready: [SingleRaySetup; LANES],
-    /// Lanes of it that are left.
+    /// Lanes of the packet that are left.
     left: u32,
     packet: usize,
 }
@@ -67,7 +67,7 @@ impl<'q, 'a, I: Iterator<Item = usize>> RayStream<'q, 'a, I> {
     }
 }
 
-/// What tests need of a packet's rays: their columns, turned into rows.
+/// Test data of a packet's rays: their columns, transposed to rows.
 #[inline(always)]
 fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [SingleRaySetup; LANES] {
     let (org, dir) = (rays.org, rays.dir);
@@ -93,7 +93,7 @@ fn ready(rays: &RayPacket<F32x8>, active: Mask8) -> [SingleRaySetup; LANES] {
     let (axes, [frame_org, slopes]) = shear.columns();
     let [kx, ky, kz] = axes.map(F32x8::from_bits);
     let usual = F32x8::from_bits(U32x8::splat(u32::from(shear.in_safe_range)));
-    // In the order of the fields of a `SingleRaySetup`.
+    // The order is that of the fields of a `SingleRaySetup`.
     let columns = [
         [
             rdir.x, rdir.y, rdir.z, first.x, first.y, first.z, last.x, last.y,

@@ -1,24 +1,31 @@
-//! How far along its ray a hit lies, within 10⁻⁵ of the truth.
+//! Distance of a hit along its ray, within 10⁻⁵ of the truth.
 //!
-//! The edge functions weigh the corners' depths, as in Woop's test. That is as accurate as anything
-//! in `f32` where a triangle is about as large as it is far; where it is long and near, what the
-//! weights lose is multiplied by its length. Where that may matter, the distance is that to the
-//! triangle's plane, in `f64` and from the corners as they are stored.
+//! The edge functions weigh the vertices' depths, as in Woop's test. That is as accurate as
+//! anything in `f32` if a triangle is about as large as it is far. If it is long and near, the
+//! error of the weights is multiplied by its length. Where that may matter, the distance is that to
+//! the triangle's plane, in `f64` and from the vertices as they are stored.
 //!
-//! Let u = 2⁻²⁴, S the largest of the places beside the ray, Z the largest depth, H what the depths
-//! differ by, D the size of the sum of the edge functions, and s the sum of the depths so weighed:
-//! the depth is s/D.
+//! | symbol | meaning |
+//! |---|---|
+//! | u | 2⁻²⁴ |
+//! | S | the largest of the positions beside the ray |
+//! | Z | the largest depth |
+//! | H | the greatest difference of the depths |
+//! | D | the size of the sum of the edge functions |
+//! | s | the sum of the depths weighed by them: the depth is s/D |
 //!
 //! | error | at most | because |
 //! |---|---|---|
-//! | of a corner relative to the origin | u(S + Z) | one subtraction; slopes are at most 1, so no component is larger |
-//! | of a place beside the ray | 4u(S + Z) | that, slope and product |
-//! | of an edge function | 20u(S + Z)S | two products of those, each other's errors included |
-//! | of the depth from these, times D | 60u(S + Z)SH | what moves all depths alike divides out |
+//! | of a vertex relative to the origin | u(S + Z) | one subtraction (1) |
+//! | of a position beside the ray | 4u(S + Z) | that, slope and product |
+//! | of an edge function | 20u(S + Z)S | two products of those (2) |
+//! | of the depth from these, times D | 60u(S + Z)SH | a common shift of all depths divides out |
 //! | of the depth from its own rounding, times D | 6uZD | weights are of one sign |
 //!
-//! With F = (S + Z)SH + ZD it is at most 60uF, or 2⁻¹⁸F. So s < −2⁻¹⁸F is behind the origin for
-//! certain, and the relative error is below 24 · 60u = 9·10⁻⁵ where F < 24|s|. The bound is for
+//! (1) Slopes are at most 1, so no component is larger. (2) Each other's errors are included.
+//!
+//! With F = (S + Z)SH + ZD the error is at most 60uF, or 2⁻¹⁸F. So s < −2⁻¹⁸F is behind the origin
+//! for certain, and the relative error is below 24 · 60u = 9·10⁻⁵ if F < 24|s|. The bound is for
 //! errors that all add up: the worst that is measured there is 4·10⁻⁶ (tests/distance.rs,
 //! `perf/notes/distances.md`).
 
@@ -26,23 +33,22 @@ use super::{EdgeFunctions, Vertices};
 use crate::simd::{LANES, LaneMask, Lanes, Vec3Lanes};
 use glam::{DVec3, Vec3};
 
-/// F may be this many times |s| where the depth is ahead of the origin, and this many where it is
-/// behind.
+/// Greatest F, in units of |s|: for a depth ahead of the origin, and for one behind it.
 const MAX_DEPTH_RATIO_AHEAD: f32 = 24.0;
 const MAX_DEPTH_RATIO_BEHIND: f32 = 262_144.0;
 
-/// Added to what |s| must be larger than, so that what is lost below the smallest numbers does not
+/// Term added to the bound that |s| must exceed, so that losses below the smallest numbers do not
 /// matter: 2⁻⁷⁵.
 const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
 
-/// A distance by the edge functions, and what tells how accurate it is.
+/// A distance by the edge functions, with the data that bound its error.
 pub(super) struct EdgeDistance<L: Lanes> {
     pub(super) t: L,
     /// The sum of the edge functions.
     pub(super) det: L,
-    /// |s|, times what F may be of it.
+    /// Greatest allowed F: |s| times [`MAX_DEPTH_RATIO_AHEAD`] or [`MAX_DEPTH_RATIO_BEHIND`].
     reach: L,
-    /// S, H, Z · H and Z · D.
+    /// The terms S, H, Z · H and Z · D of F.
     size: L,
     spread: L,
     depth_by_spread: L,
@@ -50,7 +56,8 @@ pub(super) struct EdgeDistance<L: Lanes> {
 }
 
 impl<L: Lanes> EdgeDistance<L> {
-    /// By the corners' depths; `scale` is one over the direction's largest component.
+    /// Computes distances by the vertices' depths; `scale` is one over the direction's largest
+    /// component.
     #[inline(always)]
     pub(super) fn new(edges: &EdgeFunctions<L>, [a, b, c]: [L; 3], scale: L) -> EdgeDistance<L> {
         let EdgeFunctions { u, v, w, .. } = *edges;
@@ -81,27 +88,30 @@ impl<L: Lanes> EdgeDistance<L> {
         self.within_reach(self.spread)
     }
 
-    /// Lanes that are [`EdgeDistance::accurate`], and whose distance, if it is ahead and the ray is
-    /// [`usual`](super::usual), is known to be within the ray's stay in the triangle's own box:
-    /// clamping it would leave it as it is.
+    /// Lanes whose distance is [`EdgeDistance::accurate`] and need not be clamped. If it is ahead
+    /// and the ray is [`usual`](super::usual), it is known to be within the ray's interval in the
+    /// triangle's own box: clamping would not change it.
     ///
-    /// Let R be the largest component of a corner less the origin, and K the sum of the largest
-    /// coordinates of the own box and of the origin. Padding leaves 27uK between the box as it is
-    /// and what the slab test takes it for. The weights w_i, as computed, are of one sign, so P = Σ
-    /// w_i corner_i / Σ w_i is in the triangle; what is computed as the distance t is that of P
-    /// along the dominant axis, within 10uR. Along another axis the ray at t and P are apart by
-    /// 18uR from rounding, and by Σ w_i x_i / Σ w_i, which would be 0 for weights without error.
-    /// Theirs are below 4uS², so it is at most 12uS³ / D. That is below 9uR ≤ 9uK where 1.34 S³ <
-    /// RD, so where 36 S³ < 24|s|, as |s| ≤ RD.
+    /// Let R be the largest component of a vertex less the origin, and K the sum of the largest
+    /// coordinates of the own box and of the origin. Padding leaves 27uK between the exact box and
+    /// the box of the slab test. The weights w_i, as computed, are of one sign, so P = Σ w_i
+    /// vertex_i / Σ w_i is in the triangle. The computed distance t is that of P along the dominant
+    /// axis, within 10uR. Along another axis the ray at t and P are apart by
+    ///
+    /// - 18uR from rounding, and
+    /// - Σ w_i x_i / Σ w_i, which would be 0 for weights without error. Their errors are below
+    ///   4uS², so it is at most 12uS³ / D.
+    ///
+    /// The latter is below 9uR ≤ 9uK if 1.34 S³ < RD, so if 36 S³ < 24|s|, as |s| ≤ RD.
     #[inline(always)]
     pub(super) fn clamp_not_needed(&self) -> L::Mask {
         let more = self.spread + self.size * L::splat(36.0);
         self.within_reach(self.t.gt(L::ZERO).select(more, self.spread))
     }
 
-    /// Whether S(S · `spread` + ZH) + ZD is within reach. One expression for both, in which a
-    /// larger spread gives no smaller number, so that what is settled is accurate whatever is
-    /// rounded.
+    /// Returns true in lanes where S(S · `spread` + ZH) + ZD is within reach. It is one expression
+    /// for both callers, in which a larger spread gives no smaller number. So a distance that needs
+    /// no clamp is accurate, whatever is rounded.
     #[inline(always)]
     fn within_reach(&self, spread: L) -> L::Mask {
         let bound = self.size * (self.size * spread + self.depth_by_spread) + self.depth_by_det;
@@ -110,10 +120,11 @@ impl<L: Lanes> EdgeDistance<L> {
     }
 }
 
-/// The distances to the planes of triangles, in place of those by the edges where a ray is in the
-/// plane. `only` is the one triangle of `stored` that all rays are tested against; without, a
-/// lane's is the lane's, and only those in `asked` lanes are looked at. Everything is taken by
-/// value: what a call is given the address of would stay in memory elsewhere, too.
+/// The distances to the planes of triangles, which replace those by the edges; a ray in the plane
+/// keeps the latter. `only` is the one triangle of `stored` against which all rays are tested.
+/// Without it, each lane has its own triangle, and only those in `asked` lanes are computed.
+/// Everything is taken by value: a value whose address is passed to a call would stay in memory
+/// elsewhere, too.
 #[cold]
 #[inline(never)]
 pub(super) fn to_planes<L: Lanes>(
@@ -149,7 +160,7 @@ pub(super) fn to_planes<L: Lanes>(
     L::from_octets(|k| distances[k % 2])
 }
 
-/// The plane of a triangle: a corner, and the product of the two shorter edges, whose error is
+/// The plane of a triangle: a vertex, and the product of the two shorter edges, whose error is
 /// least.
 struct Plane {
     corner: DVec3,
@@ -172,8 +183,8 @@ impl Plane {
         Plane { corner, normal }
     }
 
-    /// From where a ray starts, in units of its direction; `otherwise` where the ray is in the
-    /// plane.
+    /// Distance of the plane from a ray's origin, in units of its direction; `otherwise` for a ray
+    /// in the plane.
     #[inline(always)]
     fn distance(&self, org: Vec3, dir: Vec3, otherwise: f32) -> f32 {
         let height = self.normal.dot(self.corner - org.as_dvec3());
@@ -181,7 +192,8 @@ impl Plane {
         if t.is_finite() { t as f32 } else { otherwise }
     }
 
-    /// The same for eight rays by columns. Arrays, of which the compiler makes lanes.
+    /// Distances of the plane for eight rays by columns. They are arrays, which the compiler
+    /// vectorises.
     #[inline(always)]
     fn distances(&self, org: [[f32; LANES]; 3], dir: [[f32; LANES]; 3], t: &mut [f32; LANES]) {
         for lane in 0..LANES {

@@ -1,11 +1,11 @@
-//! What `settled` claims, against what the clamp does.
+//! Tests of `clamp_not_needed` against the result of the clamp.
 
 use super::*;
 use crate::packet::RayPacket;
 use crate::simd::{F32x8, LANES, Mask8, Vec3x8};
 use crate::traverse::random::RandomSource;
 
-/// [`RaysAndSlot`], but nothing is ever settled.
+/// A pair as [`RaysAndSlot`], for which every distance is clamped.
 struct Unsettled<'a>(RaysAndSlot<'a, F32x8>);
 
 impl Pairing<F32x8> for Unsettled<'_> {
@@ -39,10 +39,10 @@ impl RandomSource {
     }
 }
 
-/// Rays at the triangle, at its edges and corners, along it, and past it on the line of an edge.
+/// Rays at the triangle, at its edges and vertices, along it, and past it on the line of an edge.
 fn rays([a, b, c]: [Vec3; 3], from: &mut RandomSource) -> RayPacket {
     let org = a + from.position() * from.scale(8.0);
-    // Next to nothing, now and then: what overflows then is clamped all the same.
+    // A tiny length, now and then: if that overflows, the distance is clamped all the same.
     let short = if from.unit() > 0.8 {
         from.scale(42.0)
     } else {
