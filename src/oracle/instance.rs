@@ -25,7 +25,7 @@ pub(super) fn instance_boxes(scene: &Scene) -> Vec<Bounds> {
     (0..scene.instances.len()).map(own).collect()
 }
 
-/// A ray in the space of an instance's mesh. Its direction keeps its length there, so that
+/// A ray in the space of an instance's mesh. Its direction is not normalized again there, so that
 /// distances are the same.
 pub(super) fn to_object(scene: &Scene, instance: usize, ray: &OracleRay) -> OracleRay {
     let [x, y, z, shift] = scene.instances.object_columns(instance);

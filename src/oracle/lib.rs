@@ -3,7 +3,7 @@
 //! packet engine bit by bit.
 //!
 //! It shares with the packet engine only the scene, the camera's scalar half and the definitions in
-//! `sampling`. It uses none of the rooms lanes, packet, bvh, trace and shade.
+//! `sampling`. It uses none of the modules simd, packet, bvh, traverse and shade.
 
 mod cone;
 mod instance;
