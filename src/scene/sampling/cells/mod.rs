@@ -1,7 +1,7 @@
 //! Selection of the parts of pixels that get more samples: those that differ from their neighbours.
 //!
 //! A pixel's square is halved again and again, across and down in turn, and each cell holds one
-//! sample. So the first 2^k points of a pixel fall, one each, into its cells of level k (`points`).
+//! sample. So the first 2^k points of a pixel fall, one each, into its cells of level k (`sobol`).
 //! A cell of level k is halved by the one sample of numbers 2^k to 2^(k+1) that falls into its
 //! empty half. A pixel has 2^k samples at most, the largest power of two within the requested
 //! number. A pixel is the mean of its samples by the areas of their cells, in the unit square from
@@ -31,7 +31,6 @@
 //! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile
 //! depends on another one. All decisions are made in f64 and whole numbers, in one order. Both
 //! engines share them, as they share the points.
-//! them, as they share the points.
 
 mod pixel;
 #[cfg(test)]
