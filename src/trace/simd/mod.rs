@@ -96,7 +96,7 @@ pub trait Lanes:
     fn ge(self, other: Self) -> Self::Mask;
     /// self = other
     fn eq(self, other: Self) -> Self::Mask;
-    /// Lanes whose bits are the same in both: zeros of unlike sign differ, like NaNs do not.
+    /// Lanes whose bits are the same in both: zeros of different sign differ, equal NaNs do not.
     fn bits_eq(self, other: Self) -> Self::Mask;
 }
 

@@ -106,7 +106,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     /// Cones and instances are tested by calls, across which nothing stays in a register. The mere
     /// presence of such calls cost every other scene 10 to 25 %. So trees without either
     /// (`NO_CONES_OR_INSTANCES`) have a traversal of their own
-    /// (`perf/notes/no_cones_or_instances-trees.md`).
+    /// (`perf/notes/plain-trees.md`).
     #[inline(always)]
     fn traverse<G: Query<L>, const NO_CONES_OR_INSTANCES: bool>(
         &mut self,

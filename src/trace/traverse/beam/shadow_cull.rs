@@ -140,7 +140,7 @@ impl ShadowCull {
     /// Rays of a packet that may hit the triangle in a lane.
     #[inline(always)]
     pub(super) fn may_hit<L: Lanes>(&self, lane: usize, rays: &ProjectedRays<L>) -> L::Mask {
-        // By reference: a lane of a copy would be read from a copy in memory.
+        // Taken by reference: a lane of a copy would be read from a copy in memory.
         let one = |of: &Native| L::splat(of.lane(lane % NATIVE));
         let edge = |[slope_p, less_q, constant]: &[Native; 3]| {
             let rest = rays.q.mul_sub_any_rounding(one(less_q), one(constant));
