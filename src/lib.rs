@@ -18,7 +18,8 @@
 //! ```
 //! use phalanx::frame::{Accel, Control, Engine, Settings, render};
 //!
-//! let text = "size 64 48\ncamera 0 0 4 0 0 0 0 1 0 45\npoint 4 4 4 1 1 1\ndiffuse 1 0.5 0\nsphere 0 0 0 1\n";
+//! let text = "size 64 48\ncamera 0 0 4 0 0 0 0 1 0 45\n\
+//!             point 4 4 4 1 1 1\ndiffuse 1 0.5 0\nsphere 0 0 0 1\n";
 //! let scene = phalanx::formats::read_test(text).expect("a scene").scene;
 //! let frame_of = |engine| {
 //!     let settings = Settings { engine, ..Settings::of(&scene) };
@@ -30,13 +31,13 @@
 //! assert_eq!(packets.stats.rays.primary, 64 * 48);
 //! ```
 //!
-//! The rooms below stand in the order in which data flows.
+//! The modules below are in the order in which data flows.
 
-// What there is to see, and the arithmetic both tracers share as a definition.
+// The scene, and the arithmetic that both tracers share as a definition.
 pub use phalanx_scene as scene;
 pub use phalanx_scene::{camera, sampling};
 
-// Everything a ray meets.
+// Traversal and intersection.
 pub use phalanx_trace as trace;
 pub use phalanx_trace::{bvh, isa, packet, simd as lanes};
 
@@ -46,10 +47,10 @@ pub use phalanx_oracle as oracle;
 // Scenes and pictures as files.
 pub use phalanx_io::{cache, formats, image, open, standard};
 
-// A tile's life, one frame by either tracer, and large ones piece by piece.
+// Tiles, one frame by either tracer, and large frames band by band.
 pub use phalanx_render as render;
 pub use phalanx_render::{frame, jobs, shade};
 
-// How fast all that is, beside others, and the record of it.
+// Benchmarks: speed, peers, and the record of both.
 pub use phalanx_bench as bench;
 pub use phalanx_bench::{peers, report};

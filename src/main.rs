@@ -3,8 +3,8 @@
 mod cli;
 
 fn main() -> std::process::ExitCode {
-    // First of all: see `phalanx::isa`. Neither is inlined, so `main` itself needs no instruction
-    // beyond the baseline.
+    // Must come first: see `phalanx::isa`. Neither is inlined, so `main` itself needs no
+    // instruction beyond the baseline.
     phalanx::isa::guard();
     cli::run()
 }

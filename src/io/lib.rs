@@ -1,14 +1,14 @@
 //! Scenes and pictures as files.
 
-// Bytes to a scene, or a scene without any.
+// Scene readers: bytes to a scene, or a scene without any.
 pub mod formats;
 pub mod standard;
 
-// A scene and its tree in a file, as they lie in memory.
+// The scene cache: a scene and its tree in a file, as they lie in memory.
 pub mod cache;
 
-// Whatever it came from.
+// The front door: a scene from any source.
 pub mod open;
 
-// A film as a picture.
+// Picture files: a film as a picture.
 pub mod image;

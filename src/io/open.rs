@@ -1,5 +1,5 @@
-//! One front door for scenes: whatever a name stands for, a [`Scene`] comes out, with its tree
-//! where there is one already.
+//! One front door for scenes. Any name becomes a [`Scene`], with its tree where there is one
+//! already.
 
 use crate::cache::{self, CacheError, Cached};
 use crate::formats::{self, Diagnostic, LoadError, Loaded, Options, Origin};
@@ -13,13 +13,13 @@ use std::path::Path;
 pub struct Opened {
     /// The scene, valid.
     pub scene: Scene,
-    /// Its tree, out of a cache.
+    /// Its tree, if the scene came out of a cache.
     pub bvh: Option<Bvh>,
     /// Bytes of the cache that stay mapped; 0 for other files.
     pub mapped_bytes: u64,
     /// Remarks that do not stop a render.
     pub warnings: Vec<Diagnostic>,
-    /// What was added because the file has none, and which options mean nothing here.
+    /// Remarks on what was added because the file has none, and on options that mean nothing here.
     pub notes: Vec<String>,
 }
 
@@ -35,38 +35,38 @@ impl From<Loaded> for Opened {
     }
 }
 
-/// Why a scene could not be opened.
+/// The reason why a scene could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// By a reader.
+    /// Error of a reader.
     #[error(transparent)]
     Load(#[from] LoadError),
-    /// By the cache.
+    /// Error of the cache.
     #[error(transparent)]
     Cache(#[from] CacheError),
-    /// By the catalogue of standard scenes.
+    /// Error of the catalogue of standard scenes.
     #[error(transparent)]
     Standard(#[from] StandardError),
-    /// With these options it cannot be traced.
+    /// The scene cannot be traced with these options.
     #[error("the scene cannot be traced with these options: {0}")]
     Options(#[from] SceneError),
 }
 
-/// Whether a file is a scene cache, by its name's ending.
+/// Returns true if a file is a scene cache, by the ending of its name.
 pub fn is_cache(path: &Path) -> bool {
     let ending = path.extension();
     ending.is_some_and(|ending| ending.eq_ignore_ascii_case(cache::ENDING))
 }
 
-/// The name of a standard scene, if it is one. A file called so can still be meant, as
+/// The name of a standard scene, if it is one. A file of the same name can still be opened, as
 /// `./standard:…`.
 pub fn standard_name(name: &Path) -> Option<&str> {
     let text = name.to_str();
     text.filter(|text| text.starts_with(standard::PREFIX))
 }
 
-/// Opens a scene file of the format with this ending (one of [`formats::endings`]), whatever its
-/// name ends in.
+/// Opens a scene file of the format with this ending (one of [`formats::endings`]). The ending of
+/// its own name is not looked at.
 ///
 /// # Errors
 /// [`OpenError`].
@@ -74,8 +74,8 @@ pub fn open_as(path: &Path, ending: &str, options: &Options) -> Result<Opened, O
     Ok(formats::load_as(path, ending, options)?.into())
 }
 
-/// Opens a scene from bytes that came from elsewhere, a pipe for example, as from a file of this
-/// name and of the format with this ending.
+/// Opens a scene from bytes that came from elsewhere, for example from a pipe. They are read like a
+/// file of this name and of the format with this ending.
 ///
 /// # Errors
 /// [`OpenError`].
@@ -108,7 +108,7 @@ pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
     amended(scene, Some(bvh), file_bytes, options)
 }
 
-/// A scene that no reader has seen to, with the options applied to it.
+/// A scene that no reader has processed, with the options applied to it.
 fn amended(
     mut scene: Scene,
     bvh: Option<Bvh>,

@@ -1,11 +1,12 @@
-//! What has to hold for every row of a column, so that no engine meets a number it does not expect.
+//! Conditions that must hold for every row of a column, so that no engine meets a number it does
+//! not expect.
 
 use phalanx_scene::{Prim, PrimKind};
 
-/// What a row may be.
+/// The condition on a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Check {
-    /// Anything, or it is checked elsewhere.
+    /// No condition, or one that is checked elsewhere.
     Any,
     /// A finite f32.
     Finite,
@@ -15,17 +16,18 @@ pub(super) enum Check {
     Below(usize),
     /// Three u32 below `count`, or three times `none`.
     Corners {
-        /// How many rows they index.
+        /// Number of rows they index.
         count: usize,
-        /// What stands for no index at all.
+        /// The value that stands for no index.
         none: Option<u32>,
     },
-    /// A primitive whose column (by kind) has its row.
+    /// A primitive whose row exists in the column of its kind.
     Prims([usize; 4]),
 }
 
 impl Check {
-    /// Whether it holds for all rows in these bytes; they are whole, aligned rows of the column.
+    /// Returns true if the condition holds for all rows in these bytes, which are whole, aligned
+    /// rows of the column.
     ///
     /// No early return within a block: a loop without one is vectorised.
     pub(super) fn holds(self, bytes: &[u8]) -> bool {

@@ -1,5 +1,5 @@
-//! Every column of a scene, twice: as the sections of a file to be written or checked, and as what
-//! sections are mapped to.
+//! Every column of a scene, twice: as the sections of a file to be written or checked, and as the
+//! columns that sections are mapped to.
 
 use super::check::Check;
 use super::mapping::Mapping;
@@ -27,7 +27,7 @@ fn column_bytes<'a, T: Pod>(name: &'static str, column: &'a [T], check: Check) -
 
 /// A column that a section is mapped to.
 pub(super) trait MapColumn {
-    /// Shows the rows in this part of the file; false if they are none.
+    /// Maps the column to the rows in this part of the file; false if the bytes are no rows.
     fn map(&mut self, mapping: &Arc<Mapping>, range: Range<usize>) -> bool;
 }
 
@@ -40,10 +40,10 @@ impl<T: Pod> MapColumn for Column<T> {
     }
 }
 
-/// The columns of a scene but for its texels, with what has to hold for every row of each.
+/// The columns of a scene except its texels, with the condition on every row of each.
 ///
-/// What is checked here is what [`Scene::validate`] checks of every row, so that
-/// [`Scene::validate_settings`] is all that is left to ask.
+/// These conditions are those that [`Scene::validate`] checks for every row, so that only
+/// [`Scene::validate_settings`] is left to call.
 pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     use Check::{Any, Below, Corners, Finite, Positive, Prims};
     let mut all = Vec::new();
@@ -80,7 +80,7 @@ pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     push_vectors(&mut all, "ellipsoid maps", &e.to_world.each_ref());
     push_vectors(&mut all, "ellipsoid maps", &e.to_object.each_ref());
     all.push(column_bytes("ellipsoid materials", &e.material, material));
-    // Cones, instances, materials and lights are asked about in `Scene::validate_settings`.
+    // Cones, instances, materials and lights are checked in `Scene::validate_settings`.
     push_vectors(&mut all, "cones", &[&c.base, &c.apex]);
     all.push(column_bytes("cone radii", &c.base_radius, Any));
     all.push(column_bytes("cone radii", &c.apex_radius, Any));

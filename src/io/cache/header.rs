@@ -1,6 +1,6 @@
-//! The first bytes of a cache: what the file is, and where its sections are.
+//! The first bytes of a cache: they identify the file and locate its sections.
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! |---|---|
 //! | 0..8 | [`MAGIC`] |
 //! | 8..12 | [`BYTE_ORDER_MARK`] in the byte order of the machine that wrote it |
@@ -10,26 +10,26 @@
 //! | 24..32 | length of the file |
 //! | 32..36 | CRC-32 of the header and the table, these four bytes taken as zero |
 //! | 36..64 | zero |
-//! | 64.. | the table: for each section offset (8), rows (8), bytes of a row (4), CRC-32 of its bytes (4) |
+//! | 64.. | the table, per section: offset (8), rows (8), bytes of a row (4), CRC-32 (4) |
 //!
-//! Sections begin at multiples of [`ALIGN`]; what lies between them is zero. All numbers are
-//! little-endian.
+//! The CRC-32 of a section covers its bytes. Sections begin at multiples of [`ALIGN`]; the bytes
+//! between them are zero. All numbers are little-endian.
 
 use super::CacheFault;
 use std::ops::Range;
 
-/// Not text, and mangled by whatever would mangle it: the idea of PNG's.
+/// File magic. It is not text, and anything that mangles text mangles it: the idea is PNG's.
 pub(super) const MAGIC: [u8; 8] = *b"\x93PHX\r\n\x1a\n";
-/// Reads differently on a machine of another byte order.
+/// A number that reads differently on a machine of another byte order.
 const BYTE_ORDER_MARK: u32 = 0x0a0b_0c0d;
-/// Rises whenever a section changes its meaning; what changes names or sizes shows in the layout by
-/// itself.
+/// Version of the format. It rises whenever a section changes its meaning; a change of names or
+/// sizes shows in the layout by itself.
 pub(super) const VERSION: u32 = 2;
 /// A cache line, to which the rows of some columns are aligned.
 pub(super) const ALIGN: u64 = 64;
 
-/// No section has as many: rows are small and sections few, so that no sum of their sizes
-/// overflows.
+/// Bound on the rows of a section, which no section reaches. Rows are small and sections few, so no
+/// sum of their sizes overflows.
 const MAX_ROWS: u64 = 1 << 40;
 
 const HEADER: usize = 64;
@@ -50,13 +50,13 @@ impl SectionEntry {
         self.rows * u64::from(self.row_bytes)
     }
 
-    /// Where it is in the file, which [`read`] has found long enough.
+    /// Its span in the file; [`read`] has checked that the file is long enough.
     pub(super) fn range(&self) -> Range<usize> {
         self.offset as usize..(self.offset + self.bytes()) as usize
     }
 }
 
-/// What a section is called and how large its rows are: together, the layout.
+/// Name of a section and size of its rows. Those of all sections are the layout.
 pub(super) type SectionLayout = (&'static str, usize);
 
 fn layout(shapes: &[SectionLayout]) -> u32 {
@@ -67,7 +67,7 @@ fn layout(shapes: &[SectionLayout]) -> u32 {
     hasher.finalize()
 }
 
-/// Where sections of these sizes go, one after another, and the length of the file.
+/// Offsets of sections of these sizes, one after another, and the length of the file.
 fn section_offsets(sizes: impl Iterator<Item = u64>, count: usize) -> (Vec<u64>, u64) {
     let mut end = (HEADER + ENTRY * count) as u64;
     let begin = |size: u64| {
@@ -78,7 +78,7 @@ fn section_offsets(sizes: impl Iterator<Item = u64>, count: usize) -> (Vec<u64>,
     (sizes.map(begin).collect(), end)
 }
 
-/// Header and table for sections (rows and checksum of each), and where each begins.
+/// Header and table for sections (rows and checksum of each), and the offset of each.
 pub(super) fn write(shapes: &[SectionLayout], sections: &[(u64, u32)]) -> (Vec<u8>, Vec<u64>) {
     let size =
         |(&(_, row_bytes), &(rows, _)): (&SectionLayout, &(u64, u32))| rows * row_bytes as u64;
@@ -101,8 +101,7 @@ pub(super) fn write(shapes: &[SectionLayout], sections: &[(u64, u32)]) -> (Vec<u
     (bytes, offsets)
 }
 
-/// The sections of a file that is one of ours, whole, and of this layout. Their bytes are not
-/// looked at yet.
+/// The sections of a file that is a whole cache of this layout. Their bytes are not checked yet.
 pub(super) fn read(file: &[u8], shapes: &[SectionLayout]) -> Result<Vec<SectionEntry>, CacheFault> {
     let begins = file.len().min(MAGIC.len());
     if file.is_empty() || file[..begins] != MAGIC[..begins] {
@@ -120,8 +119,8 @@ pub(super) fn read(file: &[u8], shapes: &[SectionLayout]) -> Result<Vec<SectionE
     if word(header, 12) != VERSION {
         return Err(CacheFault::Version(word(header, 12)));
     }
-    // An older or newer build may have another number of sections: told from damage by the
-    // checksum.
+    // An older or newer build may have another number of sections. The checksum tells that from
+    // damage.
     let count = word(header, 20) as usize;
     let end = HEADER as u64 + ENTRY as u64 * count as u64;
     let table = file.get(..end as usize).ok_or(cut(end))?;
@@ -140,8 +139,8 @@ pub(super) fn read(file: &[u8], shapes: &[SectionLayout]) -> Result<Vec<SectionE
     Ok(sections)
 }
 
-/// Whether the sections are where they would have been put, so that none overlaps another or leaves
-/// the file.
+/// Checks that the sections are at the offsets that [`write`] gives them, so that none overlaps
+/// another or leaves the file.
 fn check_offsets(
     sections: &[SectionEntry],
     shapes: &[SectionLayout],
@@ -189,7 +188,8 @@ fn long(bytes: &[u8], at: usize) -> u64 {
     u64::from_le_bytes(std::array::from_fn(|k| bytes[at + k]))
 }
 
-/// Whether what lies between the sections is zero: else a flipped bit there would go unseen.
+/// Returns true if the bytes between the sections are zero. Otherwise a flipped bit there would go
+/// unnoticed.
 pub(super) fn gaps_are_zero(file: &[u8], sections: &[SectionEntry]) -> bool {
     let mut end = HEADER + ENTRY * sections.len();
     sections.iter().all(|section| {

@@ -1,10 +1,10 @@
-//! A file as memory: the one place where bytes of a file are taken for rows.
+//! A file as memory: the only place where bytes of a file are taken for rows.
 //!
-//! The file is taken not to change while it is mapped. Whoever writes into it or shortens it while
-//! it is rendered from gets a wrong picture or a bus error, as with any mapped file;
-//! `phalanx build` therefore never writes into an existing file but puts a new one in its place,
-//! and a mapping goes on showing the old one. A library answers no signals; the program makes an
-//! error message of that one (`cli/bus_error`).
+//! The file must not change while it is mapped. If another program writes into it or shortens it
+//! during a render, the result is a wrong picture or a bus error, as with any mapped file.
+//! Therefore `phalanx build` never writes into an existing file: it puts a new one in its place,
+//! and a mapping still shows the old one. A library handles no signals; the program makes an error
+//! message of the bus error (`cli/bus_error`).
 
 use bytemuck::Pod;
 use memmap2::Mmap;
@@ -21,16 +21,16 @@ pub(super) struct Mapping(Mmap);
 impl Mapping {
     /// Maps a file, read only.
     pub(super) fn open(path: &Path) -> io::Result<Arc<Mapping>> {
-        // Asked before: opening a pipe would wait for somebody to write into it.
+        // Checked before opening: opening a pipe would wait for a writer.
         if !std::fs::metadata(path)?.is_file() {
             return Err(io::Error::other("it is not a regular file"));
         }
         let file = File::open(path)?;
-        // Not populated at once: faulting pages in on all threads, while they are checked, takes
-        // less time than having the system do it on one (perf/notes/cache.md).
+        // Not populated at once: it is faster to fault pages in on all threads while they are
+        // checked than to have the system do it on one (perf/notes/cache.md).
         //
         // SAFETY: the map is private to this module, is only read, and the file is taken not to
-        // change while it is mapped, as the module says and the user is told.
+        // change while it is mapped, as the module and the user's documentation say.
         let map = unsafe { Mmap::map(&file) }?;
         Ok(Arc::new(Mapping(map)))
     }
@@ -40,7 +40,7 @@ impl Mapping {
         &self.0
     }
 
-    /// A piece of the file as a column; `None` where it is no whole number of aligned rows within
+    /// A span of the file as a column; `None` if it is not a whole number of aligned rows within
     /// the file.
     pub(super) fn column<T: Pod>(self: &Arc<Self>, range: Range<usize>) -> Option<Column<T>> {
         let bytes = self.0.get(range)?;

@@ -1,15 +1,16 @@
 //! The scene cache: columns and tree in one file, as they lie in memory.
 //!
 //! [`write()`] stores all columns of a [`Scene`](phalanx_scene::Scene) and all arrays of its
-//! [`Bvh`](phalanx_trace::bvh::Bvh); [`open`] maps the file and gives both back without copying a
-//! row. In between the file may have been damaged, cut off, made by another build or by an enemy:
+//! [`Bvh`](phalanx_trace::bvh::Bvh). [`open`] maps the file and returns both without copying a row.
+//! In between the file may have been damaged, cut off, made by another build or by an enemy. So
 //! every byte is covered by a checksum, and every index that tracing relies on is checked, on all
-//! threads, before [`open`] returns. So what comes out can be traced safely and to an end, whoever
-//! made it; that it is the picture of the scene it was made from only our own files promise.
+//! threads, before [`open`] returns. A scene that [`open`] returns can therefore be traced safely
+//! and to an end, from any file. Only files that this program wrote are sure to give the picture of
+//! the scene they were made from.
 //!
-//! The file is taken not to change while it is mapped: see `mapping`, the only file here with
-//! `unsafe`. The format stands in `header`. It belongs to one version of this program: a cache is
-//! built again, never converted.
+//! The file must not change while it is mapped: see `mapping`, the only file here with `unsafe`.
+//! The format is described in `header`. It belongs to one version of this program: a cache is built
+//! again, never converted.
 
 mod check;
 mod columns;
@@ -34,11 +35,11 @@ use std::path::PathBuf;
 /// Ending of the names of cache files.
 pub const ENDING: &str = "phx";
 
-/// Bytes that are checked as one piece of work: they stay in a core's own cache between the
-/// checksum and the check.
+/// Bytes that one task checks: they stay in a core's own cache between the checksum and the check
+/// of the rows.
 const BLOCK: usize = 1 << 18;
 
-/// Why a cache could not be opened.
+/// The reason why a cache could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum CacheError {
     /// The file could not be read.
@@ -54,12 +55,12 @@ pub enum CacheError {
     Refused {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault in the file.
         fault: CacheFault,
     },
 }
 
-/// What is wrong with a cache.
+/// A fault in a cache.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CacheFault {
     /// Another kind of file, or an empty one.
@@ -79,7 +80,7 @@ pub enum CacheFault {
     Truncated {
         /// Bytes that are there.
         length: u64,
-        /// Bytes there should be, as far as is known.
+        /// Bytes that should be there, as far as is known.
         needed: u64,
     },
     /// A checksum does not fit.
@@ -88,7 +89,7 @@ pub enum CacheFault {
     /// There are bytes where none should be: after the end, or other than zero between sections.
     #[error("the scene cache is damaged: it has surplus bytes {0}")]
     Surplus(&'static str),
-    /// Checksums fit, but a row is none that this program would have written.
+    /// Checksums fit, but this program would never have written one of the rows.
     #[error("the scene cache holds nonsense in its {0}")]
     Nonsense(&'static str),
     /// The columns do not make a scene.

@@ -1,4 +1,4 @@
-//! A file into a scene and its tree.
+//! Reads a file into a scene and its tree.
 
 use super::check::Check;
 use super::columns::{MapColumn, columns, columns_mut};
@@ -14,10 +14,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
-/// What a cache holds.
+/// Contents of a cache.
 #[derive(Debug)]
 pub struct Cached {
-    /// The scene, valid; its columns are the file's.
+    /// The scene, valid; its columns lie in the mapped file.
     pub scene: Scene,
     /// Its tree.
     pub bvh: Bvh,
@@ -28,7 +28,8 @@ pub struct Cached {
 /// Opens a cache: maps it, and checks every byte and every index on the threads of rayon's pool.
 ///
 /// # Errors
-/// [`CacheError`]: the file cannot be read, or is not a whole and sound cache of this build's layout.
+/// [`CacheError`]: the file cannot be read, or is not a whole and sound cache of this build's
+/// layout.
 pub fn open(path: &Path) -> Result<Cached, CacheError> {
     let mapping = Mapping::open(path).map_err(|source| match source.kind() {
         // Some systems refuse to map nothing.
@@ -106,7 +107,8 @@ impl Sections<'_> {
         (self.shapes[k].0, self.table[k])
     }
 
-    /// The settings are small, and everything else depends on them: their checksum comes first.
+    /// Reads the settings. They are small, and everything else depends on them, so their checksum
+    /// is checked first.
     fn settings(&mut self) -> Result<(Scene, settings::Extra), CacheFault> {
         let (name, section) = self.next();
         let bytes = &self.mapping.bytes()[section.range()];
@@ -116,7 +118,7 @@ impl Sections<'_> {
         settings::read(bytes).ok_or(CacheFault::Nonsense(name))
     }
 
-    /// The texels of all textures stand behind one another.
+    /// Reads the texels of all textures, which are stored one after another.
     fn texels(&mut self, scene: &mut Scene) -> Result<(), CacheFault> {
         let (name, section) = self.next();
         let mut range = section.range();
@@ -146,7 +148,7 @@ impl Sections<'_> {
     }
 }
 
-/// One piece of work: bytes to be summed up, and what has to hold for the rows in them.
+/// One task: bytes to be summed up, and the condition on the rows in them.
 struct VerifyTask<'a> {
     section: usize,
     bytes: &'a [u8],
@@ -156,12 +158,12 @@ struct VerifyTask<'a> {
 #[derive(Clone, Copy)]
 enum Proof {
     Rows(Check),
-    /// Block of the claim.
+    /// Block of the unverified tree.
     Tree(usize),
 }
 
-/// Checks all checksums, and all rows. Each block is read from memory once: what its rows are is
-/// asked while its bytes are still in the core's cache.
+/// Checks all checksums and all rows. Each block is read from memory once: its rows are checked
+/// while its bytes are still in the core's cache.
 fn prove(
     file: &[u8],
     shapes: &[SectionLayout],
@@ -195,7 +197,7 @@ fn prove(
             return Err(CacheFault::Damaged(shapes[k].0));
         }
     }
-    // Only now, so that a flipped bit is called what it is.
+    // Reported last, so that a flipped bit is reported as damage.
     match nonsense.into_inner() {
         usize::MAX => Ok(()),
         section => Err(CacheFault::Nonsense(shapes[section].0)),

@@ -1,15 +1,15 @@
-//! What of a scene is no column, as bytes: numbers little-endian, floats by their bits, texts with
-//! their length before.
+//! The parts of a scene that are not columns, as bytes: numbers little-endian, floats by their
+//! bits, texts with their length before them.
 
 use glam::Vec3;
 use phalanx_scene::{
     MAX_TEXTURE_SIDE, OutputEncoding, Quantize, Scene, Texture, Transfer, View, Wrap,
 };
 
-/// What stands in the settings beside the scene's own.
+/// Values that the settings hold beside the scene's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Extra {
-    /// Of the tree: see [`phalanx_trace::bvh::Bvh::sah`].
+    /// SAH cost of the tree: see [`phalanx_trace::bvh::Bvh::sah`].
     pub(super) sah: f64,
 }
 
@@ -48,8 +48,8 @@ pub(super) fn write(scene: &Scene, extra: Extra) -> Vec<u8> {
     out.0
 }
 
-/// A scene of these settings, its columns empty and its textures without texels; `None` if they are
-/// no settings.
+/// A scene with these settings, its columns empty and its textures without texels; `None` if the
+/// bytes are no settings.
 pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     let mut input = SettingsReader(bytes);
     let mut scene = Scene {
@@ -88,7 +88,7 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     if !scene.textures.iter().all(fits) {
         return None;
     }
-    // Of what tracing multiplies with, nothing that is no number; and a unit as
+    // Values that tracing multiplies with must be finite; the scale must be a power of two, as
     // `Scene::rescale_to_f32_range` makes it.
     let power =
         scene.scale > 0.0 && scene.scale.is_normal() && scene.scale.to_bits() & 0x7f_ffff == 0;
@@ -129,7 +129,8 @@ impl SettingsWriter {
     }
 }
 
-/// Reads what [`SettingsWriter`] wrote; counts are never trusted before as many bytes are there.
+/// Reads the bytes that [`SettingsWriter`] wrote. A count is trusted only once as many bytes are
+/// there.
 struct SettingsReader<'a>(&'a [u8]);
 
 impl SettingsReader<'_> {

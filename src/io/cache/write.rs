@@ -1,4 +1,4 @@
-//! A scene and its tree into a file.
+//! Writes a scene and its tree into a file.
 
 use super::BLOCK;
 use super::columns::columns;
@@ -9,13 +9,13 @@ use phalanx_trace::bvh::{Bvh, BvhError};
 use rayon::prelude::*;
 use std::io::{self, Write};
 
-/// Why a cache could not be written.
+/// The reason why a cache could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum CacheWriteError {
     /// The file could not be written.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// The tree is none that a cache can hold.
+    /// A cache cannot hold this tree.
     #[error(transparent)]
     Tree(#[from] BvhError),
 }
@@ -91,8 +91,8 @@ pub(super) fn shapes() -> Vec<SectionLayout> {
     sections.iter().map(|s| (s.name, s.row_bytes)).collect()
 }
 
-/// A number that tells scenes apart: of every column, texel and setting, and of no tree. Equal
-/// scenes have equal ones, wherever they were read from.
+/// A number that identifies a scene: a hash of every column, texel and setting, but not of the
+/// tree. Equal scenes have equal fingerprints, from any source.
 pub fn fingerprint(scene: &Scene) -> u64 {
     let settings = settings::write(scene, Extra { sah: 0.0 });
     let tree = Bvh::default();

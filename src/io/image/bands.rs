@@ -1,5 +1,5 @@
-//! A picture file of any format from films that lie one below the other, so that no more of a
-//! picture than one of them, and what is being written of it, need be in memory at a time.
+//! A picture file of any format from films that lie one below the other. Only one of them, and the
+//! part of the file being written of it, need be in memory at a time.
 
 use super::encoder::{Encoder, Exposure};
 use super::exr::write_exr;
@@ -12,8 +12,8 @@ use phalanx_scene::film::{Aovs, Film};
 use std::io::{self, Write};
 use std::path::Path;
 
-/// The height of every band but the last is a multiple of this: of the rows of a JPEG's blocks, and
-/// of an OpenEXR file's tiles.
+/// The height of every band but the last is a multiple of this, because it is a multiple of the
+/// rows of a JPEG's blocks and of an OpenEXR file's tiles.
 pub const BAND_ROWS: u32 = 64;
 
 /// Bits of a PNG's samples.
@@ -26,8 +26,8 @@ pub enum Depth {
     Sixteen,
 }
 
-/// What a picture file is to be. Linear formats have the film's radiance as it is; of the grade and
-/// the depth, JPEG takes the first and PNG both.
+/// Description of a picture file to be written. Linear formats store the film's radiance as it is.
+/// JPEG uses the exposure; PNG uses the exposure and the depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureFile {
     /// Width in pixels.
@@ -50,11 +50,11 @@ pub struct PictureFile {
 }
 
 /// Saves a picture from its bands, top to bottom: whole, or not at all (see [`replace_file`]). The
-/// bytes depend on what is to be written and on the radiance alone, not on the heights of the
-/// bands.
+/// bytes depend on the description and on the radiance alone, not on the heights of the bands.
 ///
 /// # Errors
-/// [`PictureError::Write`]: the error of a band in place of the band, bands that make no picture of this size, or the system's reason.
+/// [`PictureError::Write`]: the error of a band in place of the band, bands that make no picture of
+/// this size, or the system's reason.
 pub fn save_bands(
     path: &Path,
     file: &PictureFile,
@@ -71,11 +71,11 @@ pub fn save_bands(
     })
 }
 
-/// Writes a picture to wherever bytes go, as [`save_bands`] does to a file; those of a format that
-/// seeks when they are complete.
+/// Writes a picture to any writer, as [`save_bands`] does to a file. A format that seeks is written
+/// when its bytes are complete.
 ///
 /// # Errors
-/// As of [`save_bands`].
+/// Those of [`save_bands`].
 pub fn write_bands(
     out: &mut dyn Write,
     file: &PictureFile,
@@ -89,11 +89,11 @@ pub fn write_bands(
     out.flush()
 }
 
-/// Films as writers take them.
+/// Films in the form that writers take.
 pub(super) type Films<'a> = &'a mut dyn Iterator<Item = io::Result<Film>>;
 
-/// Bands that have been looked at: each is as wide as the picture, none reaches below it, and where
-/// they end before it does, the last thing to come is an error.
+/// Bands that have been checked: each is as wide as the picture, and none reaches below it. If they
+/// end before the picture does, the last item is an error.
 struct CheckedBands<I> {
     bands: I,
     width: u32,
@@ -135,7 +135,7 @@ impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
         self.end()
     }
 
-    /// Writes one that does.
+    /// Writes a format that needs seeking.
     fn write_seeking(&mut self, out: &mut dyn WriteSeek, file: &PictureFile) -> io::Result<()> {
         match file.format {
             ImageFormat::Exr => write_exr(out, file, self)?,
@@ -159,7 +159,7 @@ impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
         Ok(film)
     }
 
-    /// Nothing may come after the picture's last row.
+    /// Checks that nothing comes after the picture's last row.
     fn end(&mut self) -> io::Result<()> {
         match self.next() {
             None => Ok(()),

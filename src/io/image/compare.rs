@@ -1,13 +1,13 @@
-//! Two pictures held against each other.
+//! Comparison of two pictures.
 
 use super::encoder::Picture;
 use super::png::Raster;
 
-/// How two pictures of one size differ. Differences are in steps of an 8-bit sample: 16-bit files
-/// give fractions.
+/// Differences of two pictures of one size, in steps of an 8-bit sample: 16-bit files give
+/// fractions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
-    /// Whether every sample is equal.
+    /// True if every sample is equal.
     pub exact: bool,
     /// Largest difference of a sample, 0 to 255.
     pub largest: f64,
@@ -15,7 +15,7 @@ pub struct Comparison {
     pub rmse: f64,
     /// Pixels with a sample that differs.
     pub differing: u64,
-    /// Their share of all pixels, in \[0, 1\].
+    /// Share of the pixels that differ, in \[0, 1\].
     pub share: f64,
 }
 
@@ -27,8 +27,8 @@ pub struct DifferentSizes(pub (u32, u32), pub (u32, u32));
 /// 16-bit steps in one 8-bit step.
 const STEP: f64 = 257.0;
 
-/// Compares two pictures, alpha included (which the RMSE leaves out, as opaque pictures would
-/// dilute it).
+/// Compares two pictures, alpha included. The RMSE leaves alpha out, as opaque pictures would
+/// dilute it.
 ///
 /// # Errors
 /// [`DifferentSizes`].

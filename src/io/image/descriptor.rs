@@ -1,11 +1,12 @@
-//! Open files by their number: what `/dev/stdout`, `/dev/fd/3` and `/proc/self/fd/3` name. The only
-//! place of `image` with `unsafe`.
+//! Open files by their number, as `/dev/stdout`, `/dev/fd/3` and `/proc/self/fd/3` name them. This
+//! is the only file of `image` with `unsafe`.
 
 use std::fs::File;
 use std::io;
 use std::path::Path;
 
-/// The number of this process's open file that a path names, links in its last part not followed.
+/// The number of this process's open file that a path names. Links in its last part are not
+/// followed.
 #[cfg(unix)]
 pub(super) fn named(path: &Path) -> Option<i32> {
     let number = number(path)?;
@@ -21,8 +22,8 @@ pub(super) fn named(path: &Path) -> Option<i32> {
     (own || same("/dev/fd")).then_some(number)
 }
 
-/// Tells whether a path names an open file of another process. Its link's text is not always a
-/// path.
+/// Returns true if a path names an open file of another process. The text of its link is not always
+/// a path.
 #[cfg(unix)]
 pub(super) fn of_another_process(path: &Path) -> bool {
     let folder = number(path).and_then(|_| folder(path));
@@ -41,20 +42,20 @@ fn folder(path: &Path) -> Option<std::path::PathBuf> {
     super::destination::folder_of(path).canonicalize().ok()
 }
 
-/// A second handle of an open file, which has one position with the first.
+/// A second handle of an open file; both share one position.
 ///
 /// # Errors
-/// The system's reason: that there is no open file of this number, most likely.
+/// The system's reason, most likely that there is no open file of this number.
 #[cfg(unix)]
 pub(super) fn duplicate(number: i32) -> io::Result<File> {
     use std::os::fd::BorrowedFd;
     if number < 0 {
         return Err(io::ErrorKind::InvalidInput.into());
     }
-    // SAFETY: the number is not -1, as `BorrowedFd` wants it. It is borrowed for this one call,
-    // which asks the system to duplicate it: of a number that is not open the system says so, and
-    // nothing is read, written or closed through it. Who asks is named by the user, by path, so
-    // that no other part's handle is guessed at.
+    // SAFETY: the number is not -1, which `BorrowedFd` forbids. It is borrowed for this one call,
+    // which asks the system to duplicate it. If the number is not open the system says so, and
+    // nothing is read, written or closed through it. The user names the file by its path, so no
+    // handle of another part of the program is guessed at.
     let borrowed = unsafe { BorrowedFd::borrow_raw(number) };
     borrowed.try_clone_to_owned().map(File::from)
 }

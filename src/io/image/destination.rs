@@ -1,5 +1,5 @@
-//! The kind of file at a path that is to be written decides how it is written: a regular file is
-//! replaced, everything else is written into.
+//! The kind of file at a path decides how it is written: a regular file is replaced, everything
+//! else is written into.
 
 use super::descriptor;
 use std::fs::{self, File, OpenOptions};
@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 /// The kind of file at a path, links followed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Destination {
-    /// A regular file, or none yet, by its folder's real name: it is replaced as a whole.
+    /// A regular file, or none yet, by its folder's real name. It is replaced as a whole.
     File(PathBuf),
     /// A pipe or a device: it is opened and written into.
     Stream(PathBuf),
-    /// An open file of this process by its number, as `/dev/stdout` names one: it is written into
-    /// where it stands, so that whoever else writes to it goes on behind.
+    /// An open file of this process by its number, as `/dev/stdout` names one. It is written into
+    /// at its current position, so that other writers to it continue behind.
     Open(i32),
 }
 
@@ -24,11 +24,11 @@ const MAX_LINKS: usize = 40;
 const STDOUT: i32 = 1;
 
 impl Destination {
-    /// Asks what stands at a path. Nothing is opened: opening a pipe waits for its reader, and
-    /// opening a device may be heard.
+    /// Determines the kind of file at a path. Nothing is opened: opening a pipe waits for its
+    /// reader, and opening a device may have an effect.
     ///
     /// # Errors
-    /// A folder, a socket, links in a circle, or the system's reason why it cannot be told.
+    /// A folder, a socket, links in a circle, or the system's reason why the kind is unknown.
     pub fn of(path: &Path) -> io::Result<Destination> {
         let mut at = path.to_path_buf();
         for _ in 0..MAX_LINKS {
@@ -62,12 +62,12 @@ impl Destination {
         Err(io::Error::other("too many links, or links in a circle"))
     }
 
-    /// Tells whether this is the process's standard output.
+    /// Returns true if this is the process's standard output.
     pub fn is_stdout(&self) -> bool {
         *self == Destination::Open(STDOUT)
     }
 
-    /// Tells whether somebody reads this on a terminal. A device that is not open yet is not asked.
+    /// Returns true if this is shown on a terminal. A device that is not open yet is not examined.
     pub fn is_terminal(&self) -> bool {
         match self {
             Destination::Open(number) => {
@@ -77,8 +77,8 @@ impl Destination {
         }
     }
 
-    /// Refuses what cannot be written into, as far as can be told without writing. Of a file this
-    /// says nothing.
+    /// Refuses a destination that cannot be written into, as far as that shows without writing.
+    /// Regular files are not examined here.
     pub(super) fn check_stream(&self) -> io::Result<()> {
         match self {
             Destination::File(_) => Ok(()),
@@ -88,7 +88,7 @@ impl Destination {
             },
             Destination::Open(number) => {
                 let mut file = descriptor::duplicate(*number)?;
-                // No bytes for a datagram's socket would be a message.
+                // No empty write here: on a datagram socket it would be a message.
                 match is_socket(&file.metadata()?) {
                     true => Ok(()),
                     false => file.write(&[]).map(drop),
@@ -97,12 +97,12 @@ impl Destination {
         }
     }
 
-    /// The pipe, device or open file, opened to be written into; a pipe waits for its reader.
-    /// `None` for a file.
+    /// Opens the pipe, device or open file for writing; a pipe waits for its reader. `None` for a
+    /// regular file.
     pub(super) fn open_stream(&self) -> io::Result<Option<File>> {
         match self {
             Destination::File(_) => Ok(None),
-            // A regular file can only be one that another process has open.
+            // Only a file that another process has open can be a regular one here.
             Destination::Stream(path) => {
                 let regular = fs::metadata(path)?.is_file();
                 let mut options = OpenOptions::new();
@@ -130,7 +130,7 @@ fn file_at(path: &Path) -> io::Result<Destination> {
     }
 }
 
-/// The folder that a path names something in.
+/// The folder in which a path names a file.
 pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder,

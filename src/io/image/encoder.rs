@@ -1,16 +1,16 @@
 //! Linear radiance to samples of 8 or 16 bits.
 //!
-//! Exposure, clamp to \[0, 1\] (NaN counts as 0), transfer, quantise. No step calls a power
-//! function per sample or one whose bits depend on the build: without a transfer the sample is
-//! `floor(255 c)` or `floor(255 c + 0.5)` in f32, each operation rounded on its own (65535 with 16
-//! bits); with sRGB it is the number of thresholds at or below `c`, and the thresholds are the
-//! inverse curve in f64 from the `libm` crate, whose results are the same everywhere.
+//! The steps are exposure, clamp to \[0, 1\] (NaN counts as 0), transfer, and quantisation. No step
+//! calls a power function per sample or one whose bits depend on the build. Without a transfer the
+//! sample is `floor(255 c)` or `floor(255 c + 0.5)` in f32, each operation rounded on its own
+//! (65535 with 16 bits). With sRGB it is the number of thresholds at or below `c`. The thresholds
+//! are the inverse curve in f64 from the `libm` crate, whose results are the same everywhere.
 
 use phalanx_scene::film::Film;
 use phalanx_scene::{OutputEncoding, Quantize, Transfer};
 use std::cell::LazyCell;
 
-/// An RGB picture, of 8-bit samples if nothing else is said.
+/// An RGB picture, of 8-bit samples by default.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture<S = u8> {
     /// Width in pixels.
@@ -28,9 +28,9 @@ pub const MAX_EXPOSURE: f32 = 100.0;
 /// A tone after an exposure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
-    /// In stops: radiance is multiplied by two to the power of it, rounded to f32.
+    /// Exposure in stops: radiance is multiplied by two to the power of it, rounded to f32.
     pub stops: f32,
-    /// What then becomes of it.
+    /// Encoding after the exposure.
     pub encoding: OutputEncoding,
 }
 
@@ -49,16 +49,16 @@ impl Exposure {
     }
 }
 
-/// The picture of a film under a grade.
+/// Encodes a film as a picture under an exposure.
 pub fn encode(film: &Film, exposure: impl Into<Exposure>) -> Picture {
     Encoder::new(exposure.into()).encode(film)
 }
 
-/// Makes pictures of films under one grade.
+/// Encodes films as pictures under one exposure.
 pub(super) struct Encoder {
     exposure: Exposure,
     eight: SrgbTable,
-    /// Made when it is first asked for: it is large.
+    /// The table for 16-bit samples, made at its first use because it is large.
     sixteen: LazyCell<DeepTable, Box<dyn FnOnce() -> DeepTable>>,
 }
 
@@ -80,7 +80,7 @@ impl Encoder {
         }
     }
 
-    /// With 16 bits a sample.
+    /// Encodes with 16 bits a sample.
     pub(super) fn encode_16(&self, film: &Film) -> Picture<u16> {
         let OutputEncoding { transfer, quantize } = self.exposure.encoding;
         match transfer {
@@ -134,11 +134,12 @@ fn linear_sample_16(c: f32, quantize: Quantize) -> u16 {
     }
 }
 
-/// The number of thresholds of 16-bit samples at or below a value: those of its cell are searched.
+/// Counts the thresholds of 16-bit samples at or below a value, by a search among those of its
+/// cell.
 struct DeepTable {
-    /// By sample, the least value of the next, rounded up as in [`SrgbTable`].
+    /// For each sample, the least value of the next sample, rounded up as in [`SrgbTable`].
     next: Vec<f32>,
-    /// By cell, the sample of its lower end; and that of the end of all.
+    /// For each cell, the sample of its lower end; then the sample of the last cell's upper end.
     lowest: Vec<u16>,
 }
 
@@ -164,25 +165,25 @@ impl DeepTable {
     }
 }
 
-/// The number of thresholds at or below a value, without a search: thresholds are more than a cell
-/// apart, so that what is below the value's cell is known, and within it is one at most.
+/// Counts the thresholds at or below a value, without a search. Thresholds are more than a cell
+/// apart, so the count below the value's cell is known, and at most one lies within it.
 struct SrgbTable {
-    /// By cell, the sample of its lower end.
+    /// For each cell, the sample of its lower end.
     lowest: [u8; TABLE_CELLS + 1],
-    /// By sample, the least value of the next, rounded up: a value of 32 bits reaches it if and
-    /// only if it reaches the threshold. The last has none.
+    /// For each sample, the least value of the next, rounded up: a value of 32 bits reaches it if
+    /// and only if it reaches the threshold. The last sample has none.
     next: [f32; 256],
 }
 
-/// The steepest part of the curve, its straight one, has a threshold every 1/3295.
+/// Number of cells. The steepest part of the curve, its straight one, has a threshold every 1/3295.
 const TABLE_CELLS: usize = 4096;
 
 impl SrgbTable {
     fn new(thresholds: &[f64; 255]) -> SrgbTable {
         let at_or_below = |c: f64| thresholds.partition_point(|&least| least <= c) as u8;
         SrgbTable {
-            // A cell's end is a number of 32 bits, and a value times the number of cells is rounded
-            // nowhere.
+            // A cell's end is a number of 32 bits, and a value times the number of cells is never
+            // rounded.
             lowest: std::array::from_fn(|cell| at_or_below(cell as f64 / TABLE_CELLS as f64)),
             next: std::array::from_fn(|k| {
                 thresholds.get(k).map_or(f32::INFINITY, |t| round_up(*t))
@@ -192,13 +193,13 @@ impl SrgbTable {
 
     fn sample(&self, c: f32) -> u8 {
         let c = unit(c);
-        // From 0 to CELLS; the bound says so to the compiler, too.
+        // The index is from 0 to CELLS; the bound tells the compiler, too.
         let low = self.lowest[((c * TABLE_CELLS as f32) as usize).min(TABLE_CELLS)];
         low + u8::from(c >= self.next[usize::from(low)])
     }
 }
 
-/// The least f32 that is not below.
+/// The least f32 that is not below `least`.
 fn round_up(least: f64) -> f32 {
     match least as f32 {
         near if f64::from(near) < least => near.next_up(),
@@ -211,7 +212,7 @@ fn srgb_thresholds(quantize: Quantize) -> [f64; 255] {
     std::array::from_fn(|i| threshold((i + 1) as f64, 255.0, quantize))
 }
 
-/// The least linear value whose sample is so much of `most`.
+/// The least linear value whose encoded sample is `sample` of `most`.
 fn threshold(sample: f64, most: f64, quantize: Quantize) -> f64 {
     let back = match quantize {
         Quantize::Floor => 0.0,
@@ -333,7 +334,7 @@ mod tests {
         }
     }
 
-    /// Beside every threshold, at every cell's ends, and all over.
+    /// Checks values beside every threshold, at every cell's ends, and over the whole range.
     #[test]
     fn the_table_counts_thresholds() {
         for quantize in [Quantize::Floor, Quantize::Round] {

@@ -16,10 +16,11 @@ use phalanx_scene::film::{Aov, Aovs, Film};
 use rayon::prelude::*;
 use std::io::{self, BufWriter};
 
-/// Side of a tile in pixels: bands are as high, so that a tile is never in two.
+/// Side of a tile in pixels. Bands are multiples of it in height, so that no tile lies in two
+/// bands.
 const TILE: usize = BAND_ROWS as usize;
 
-/// Writes films, one below the other, as they come. Their tiles are compressed by all threads, and
+/// Writes films, one below the other, as they come. All threads compress their tiles, which are
 /// written in order.
 pub(super) fn write_exr(
     out: &mut dyn WriteSeek,
@@ -28,7 +29,7 @@ pub(super) fn write_exr(
 ) -> io::Result<()> {
     let channels = channels(file.aovs);
     let header = header(file, &channels);
-    // What the bands say is not lost among what the crate says.
+    // The error of a band is kept here, so that it is not lost among the crate's own errors.
     let mut failed = None;
     let written = exr::block::write(
         BufWriter::new(out),
@@ -55,12 +56,12 @@ pub(super) fn write_exr(
     }
 }
 
-/// A channel of the file: its name, whether it holds whole numbers, and which of a film's planes it
-/// is.
+/// A channel of the file: its name, true if it holds whole numbers, and the index of its plane in a
+/// film.
 type ExrChannel = (&'static str, bool, usize);
 
-/// Radiance, and the layers, as OpenEXR names those of one part; in the order of their names, which
-/// the format asks for.
+/// Radiance and the layers, named as OpenEXR names those of a single part. They are in the order of
+/// their names, as the format demands.
 fn channels(aovs: Aovs) -> Vec<ExrChannel> {
     let radiance = ["R", "G", "B"].map(|name| (name, false));
     let all = radiance.into_iter().chain(aovs.channels());
@@ -72,9 +73,9 @@ fn channels(aovs: Aovs) -> Vec<ExrChannel> {
     all
 }
 
-/// Name of the attribute that says where the scene of a file with positions has its origin, as
-/// three decimals: far from it, positions in the file's coordinates are rounded to single
-/// precision, and those of the scene were not.
+/// Name of the attribute for the scene's origin in the coordinates of its file, as three decimals,
+/// in a picture file with positions. Far from the origin, positions in the file's coordinates are
+/// rounded to single precision; positions in the scene were not.
 const ORIGIN: &str = "phalanx.origin";
 
 fn header(file: &PictureFile, channels: &[ExrChannel]) -> Header {
@@ -107,7 +108,7 @@ fn header(file: &PictureFile, channels: &[ExrChannel]) -> Header {
     header
 }
 
-/// Writes the tiles of a film that begins in this row of the picture; its height.
+/// Writes the tiles of a film that begins in this row of the picture; returns its height.
 fn write_band(
     chunks: &mut impl ChunksWriter,
     meta: &MetaData,
@@ -133,8 +134,8 @@ fn write_band(
     Ok(height)
 }
 
-/// The tile of a film whose upper left pixel is there: of each of its rows all samples of the first
-/// channel, then all of the second.
+/// The tile of a film with this upper left pixel: for each of its rows all samples of the first
+/// channel, then all of the second, and so on.
 fn tile(
     channels: &[ExrChannel],
     film: &Film,

@@ -1,9 +1,9 @@
-//! Numbers as colours, with a legend that says which.
+//! Numbers as colours, with a legend of the scale.
 
 use super::encoder::Picture;
 use font8x8::legacy::BASIC_LEGACY;
 
-/// Share of the pixels that the scale covers; what is beyond has the last colour. A few extreme
+/// Share of the pixels that the scale covers; larger values have the last colour. A few extreme
 /// pixels would otherwise make all others dark.
 const COVERED: f64 = 0.995;
 
@@ -30,7 +30,7 @@ pub fn false_color(values: &[f32], width: u32, title: &str) -> Picture {
     picture
 }
 
-/// The value of the last colour: a round number that covers nearly all.
+/// The value of the last colour: a round number that covers nearly all pixels.
 fn scale(values: &[f32]) -> f32 {
     let mut sorted: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f32::total_cmp);

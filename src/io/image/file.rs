@@ -1,5 +1,5 @@
-//! The one place through which files are written: regular ones appear whole or not at all,
-//! everything else is written into.
+//! All files are written through this module: regular ones appear whole or not at all, everything
+//! else is written into.
 
 use super::destination::{Destination, folder_of};
 use std::fs::{self, File, Permissions};
@@ -7,22 +7,22 @@ use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
 
-/// A file for formats that go back to say what they could not know before.
+/// A writer for formats that seek back to fill in values that were not known before.
 pub(super) trait WriteSeek: Write + Seek {}
 
 impl<T: Write + Seek> WriteSeek for T {}
 
-/// Writes what is to stand at `path` through `fill`, by what stands there now (see
-/// [`Destination`]).
+/// Writes the file at `path` through `fill`. The method depends on the kind of file that is there
+/// now (see [`Destination`]).
 ///
-/// A regular file, or none yet: written as a temporary file in the same folder, which is synced and
-/// renamed over it, and has its permissions. A link's target is treated so, the link stays. Pipes,
-/// devices and open files of this process (`/dev/stdout`) are written into as the bytes come, and
-/// are never renamed over.
+/// A regular file, or none yet: written as a temporary file in the same folder, which is synced,
+/// renamed over it, and has its permissions. If `path` is a link, its target is replaced and the
+/// link stays. Pipes, devices and open files of this process (`/dev/stdout`) are written into as
+/// the bytes come, and are never renamed over.
 ///
 /// # Errors
-/// The first error of any step. Then there is no temporary file left, and a regular file that stood
-/// at `path` stands there still.
+/// The first error of any step. Then no temporary file is left, and a regular file that was at
+/// `path` is still there.
 pub fn replace_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -35,7 +35,8 @@ pub fn replace_file(
     }
 }
 
-/// The same for formats that seek: for what is written into, the bytes are put together in memory.
+/// As [`replace_file`], for formats that seek. For a pipe, device or open file, the bytes are put
+/// together in memory first.
 pub(super) fn replace_file_seeking(
     path: &Path,
     fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>,
@@ -58,11 +59,12 @@ pub(super) fn in_memory(
     Ok(bytes.into_inner())
 }
 
-/// Tells what [`replace_file`] would find there and refuses where it could not write: to be asked
-/// before hours of work, not after. Nothing is opened, waited for, or left behind.
+/// Returns the destination that [`replace_file`] would find there, and refuses one that it could
+/// not write. To be called before hours of work, not after. Nothing is opened, waited for, or left
+/// behind.
 ///
 /// # Errors
-/// The system's reason why not.
+/// The system's reason why it cannot be written.
 pub fn check_writable(path: &Path) -> io::Result<Destination> {
     let place = Destination::of(path)?;
     match &place {
@@ -95,14 +97,14 @@ fn write_through<W: Write>(
 fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(".phalanx-").suffix(".part");
-    // Of a file that others may not read, no other part of its bytes may be read either.
+    // If others may not read the file, they may not read its bytes while they are written either.
     let there = fs::metadata(path).ok().map(|there| there.permissions());
     if let Some(permissions) = there.clone().or_else(ordinary_permissions) {
         builder.permissions(permissions);
     }
     let temporary = builder.tempfile_in(folder_of(path))?;
     if let Some(permissions) = there {
-        // Those of a new file are less the umask.
+        // The permissions of a new file are reduced by the umask.
         keep_permissions(temporary.as_file(), permissions)?;
     }
     Ok(temporary)
@@ -113,14 +115,15 @@ fn keep_permissions(file: &File, permissions: Permissions) -> io::Result<()> {
     file.set_permissions(permissions)
 }
 
-/// Nothing is kept where the one permission is to be read only: such a file could not be renamed.
+/// Keeps nothing: the only permission there is read-only, and a read-only file could not be
+/// renamed.
 #[cfg(not(unix))]
 fn keep_permissions(_: &File, _: Permissions) -> io::Result<()> {
     Ok(())
 }
 
-/// What a file made with `File::create` would get (less the umask), not the 0600 of temporary
-/// files.
+/// The permissions that a file made with `File::create` would get (less the umask), not the 0600 of
+/// temporary files.
 #[cfg(unix)]
 fn ordinary_permissions() -> Option<Permissions> {
     use std::os::unix::fs::PermissionsExt;
@@ -132,8 +135,8 @@ fn ordinary_permissions() -> Option<Permissions> {
     None
 }
 
-/// Makes the rename itself durable. The file is complete either way, so a system that cannot is no
-/// failure.
+/// Makes the rename itself durable. The file is complete either way, so it is no failure if a
+/// system cannot do this.
 fn sync_folder(folder: &Path) {
     if cfg!(unix)
         && let Ok(folder) = File::open(folder)

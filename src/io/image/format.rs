@@ -1,4 +1,4 @@
-//! Which kinds of file pictures are written as, by the ending of their name.
+//! Kinds of picture files, by the ending of their name.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -19,7 +19,7 @@ pub enum ImageFormat {
 }
 
 impl ImageFormat {
-    /// All, by ending.
+    /// All formats, by ending.
     pub const ENDINGS: [(&'static str, ImageFormat); 6] = [
         ("png", ImageFormat::Png),
         ("jpg", ImageFormat::Jpeg),
@@ -29,7 +29,7 @@ impl ImageFormat {
         ("pfm", ImageFormat::Pfm),
     ];
 
-    /// What a file of that name is to be; none for a name with another ending, or with none.
+    /// The format of a file of that name; `None` for a name with another ending, or with none.
     pub fn of(path: &Path) -> Option<ImageFormat> {
         let ending = path.extension().and_then(OsStr::to_str)?;
         let mut all = ImageFormat::ENDINGS.iter();
@@ -48,13 +48,13 @@ impl ImageFormat {
         }
     }
 
-    /// Whether it holds linear radiance rather than samples for a screen.
+    /// Returns true if it holds linear radiance rather than samples for a screen.
     pub fn is_linear(self) -> bool {
         matches!(self, ImageFormat::Exr | ImageFormat::Hdr | ImageFormat::Pfm)
     }
 
-    /// Tells whether its writer goes back in the file, so that into a pipe it is written when it is
-    /// whole.
+    /// Returns true if its writer seeks back in the file. Into a pipe such a file is written when
+    /// it is whole.
     pub fn seeks(self) -> bool {
         matches!(self, ImageFormat::Exr | ImageFormat::Pfm)
     }

@@ -7,8 +7,8 @@ use ::image::Rgb;
 use ::image::codecs::hdr::HdrEncoder;
 use std::io::{self, SeekFrom, Write};
 
-/// Films as Radiance RGBE, 8 bits of each sample beside the largest of the three. What is negative,
-/// or no number, is 0.
+/// Films as Radiance RGBE: three mantissas of 8 bits that share the exponent of the largest
+/// component. Negative components and NaN become 0.
 pub(super) fn write_hdr(
     out: &mut dyn Write,
     width: u32,
@@ -25,8 +25,8 @@ pub(super) fn write_hdr(
         let pixels = r.iter().zip(g).zip(b);
         let pixels = pixels.map(|((&r, &g), &b)| Rgb(shared_exponent_rgb([r, g, b])));
         let pixels: Vec<Rgb<f32>> = pixels.collect();
-        // The encoder writes whole files, but rows know nothing of each other: those of its file
-        // without the head are what is wanted.
+        // The encoder writes whole files, but rows do not depend on each other. So only the rows of
+        // its file are used, without its header.
         let mut file = Vec::new();
         let (width, height) = (film.width as usize, film.height as usize);
         HdrEncoder::new(&mut file)
@@ -40,16 +40,16 @@ pub(super) fn write_hdr(
     Ok(())
 }
 
-/// Cut to what RGBE can say, by bits. The encoder takes a logarithm for it, of which libraries
-/// differ in the last place; of numbers that are cut already it finds the same exponent with any of
-/// them.
+/// Truncates components to the precision of RGBE, by bits. The encoder computes the exponent with a
+/// logarithm, of which libraries differ in the last place. For numbers that are truncated already,
+/// every library finds the same exponent.
 fn shared_exponent_rgb(rgb: [f32; 3]) -> [f32; 3] {
     let finite = rgb.map(|c| if c > 0.0 { c.min(MAX_COMPONENT) } else { 0.0 });
     let most = finite[0].max(finite[1]).max(finite[2]);
     if most < MIN_COMPONENT {
         return [0.0; 3];
     }
-    // 2^(e - 7), with e the exponent of the largest: eight bits of it are left.
+    // 2^(e - 7), with e the exponent of the largest component: eight bits of it are left.
     let step = f32::from_bits((most.to_bits() & EXPONENT) - (7 << 23));
     finite.map(|c| (c / step).trunc() * step)
 }
@@ -59,18 +59,18 @@ const EXPONENT: u32 = 0xff << 23;
 /// 255/256 of the largest power of two that an exponent of 8 bits, less 128, reaches.
 const MAX_COMPONENT: f32 = f32::from_bits(0x7eff_0000);
 
-/// Below it, steps would not be normal numbers.
+/// Lower bound of the largest component. Below it, steps would not be normal numbers.
 const MIN_COMPONENT: f32 = f32::from_bits(8 << 23);
 
 /// Films as a portable float map, whose rows go upward: each band is written before the one above
-/// it. What is no number is written as it is.
+/// it. NaN is written as it is.
 pub(super) fn write_pfm(
     out: &mut dyn WriteSeek,
     width: u32,
     height: u32,
     bands: Films,
 ) -> io::Result<()> {
-    // The negative number says that floats are little-endian.
+    // A negative number in the third line means little-endian floats.
     write!(out, "PF\n{width} {height}\n-1.0\n")?;
     let head = out.stream_position()?;
     let row = 12 * u64::from(width);
@@ -140,8 +140,8 @@ mod tests {
         }
     }
 
-    /// By bits, whatever a library's logarithm says: beside every power of two, where one could go
-    /// wrong.
+    /// Checks the truncation by bits, independent of a library's logarithm, beside every power of
+    /// two, where a logarithm could go wrong.
     #[test]
     fn what_is_cut_has_eight_bits_and_stays_as_it_is() {
         for exponent in 1..255u32 {

@@ -1,4 +1,4 @@
-//! JPEG files, out only.
+//! JPEG files, for output only.
 
 use super::encoder::Picture;
 use super::png::io_error;
@@ -7,7 +7,7 @@ use ::image::{GenericImageView, Rgb};
 use std::cell::RefCell;
 use std::io;
 
-/// Of 100: differences can be measured, and hardly seen.
+/// Quality, out of 100: differences can be measured, but hardly seen.
 const QUALITY: u8 = 95;
 
 /// Writes pictures of whole blocks of eight rows, one below the other, as they come.
@@ -34,20 +34,21 @@ pub(super) fn write_jpeg(
     }
 }
 
-/// Bands as the encoder wants to see them: it asks for pixels, eight rows at a time, from the top.
+/// Bands in the form that the encoder reads: it requests pixels, eight rows at a time, from the
+/// top.
 struct JpegSource<I> {
     width: u32,
     height: u32,
     present: RefCell<BandWindow<I>>,
 }
 
-/// The band that is being looked at.
+/// The band that is being read.
 struct BandWindow<I> {
     bands: I,
-    /// Its first row in the picture.
+    /// The band's first row in the picture.
     first: u32,
     rgb: Vec<u8>,
-    /// Why there are no more: the rest of the file is black, and is thrown away.
+    /// The reason why there are no more bands: the rest of the file is black, and is thrown away.
     failed: Option<io::Error>,
 }
 

@@ -1,10 +1,9 @@
-//! Pictures: tone, files, comparison. The only place that names the crates `image`, `png` and
-//! `exr`.
+//! Pictures: tone, files, comparison. Only this module uses the crates `image`, `png` and `exr`.
 //!
 //! A [`Film`](phalanx_scene::film::Film) of linear radiance becomes a [`Picture`] of 8-bit samples
-//! ([`encode`]), a picture becomes a file ([`save_png`]), and films, one below the other, a file of
-//! any [`ImageFormat`] ([`save_bands`]); files become [`Raster`]s ([`load`]) and two of them are
-//! held against each other ([`compare()`], [`heat`]). Every step gives the same bytes on every
+//! ([`encode`]), and a picture becomes a file ([`save_png`]). Films that lie one below the other
+//! become a file of any [`ImageFormat`] ([`save_bands`]). Files become [`Raster`]s ([`load`]), and
+//! two of them are compared ([`compare()`], [`heat`]). Every step gives the same bytes on every
 //! machine and in every build, however the film was cut.
 
 mod bands;

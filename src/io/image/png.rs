@@ -8,10 +8,10 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-/// Why a picture could not be read or written.
+/// The reason why a picture could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The file could not be written; a regular file that stood there stands there still.
+    /// The file could not be written; a regular file that was there is still there.
     #[error("cannot write {}: {source}", path.display())]
     Write {
         /// The file.
@@ -32,7 +32,7 @@ pub enum PictureError {
     Decode {
         /// The file.
         path: PathBuf,
-        /// What the decoder says.
+        /// The decoder's message.
         reason: String,
     },
 }
@@ -40,8 +40,8 @@ pub enum PictureError {
 /// Saves a picture as an 8-bit RGB PNG: whole, or not at all (see [`replace_file`]).
 ///
 /// The bytes depend on the picture alone: compression and filter are fixed, the compressor
-/// (fdeflate) is plain integer code, and the checksums' SIMD variants differ in speed only. It
-/// takes a tenth of the time of the usual compression, whose files are 10 to 22 % smaller
+/// (fdeflate) is plain integer code, and the checksums' SIMD variants differ in speed only. The
+/// compressor takes a tenth of the time of the usual one, whose files are 10 to 22 % smaller
 /// (`perf/notes/whole-frames.md`).
 ///
 /// # Errors
@@ -69,7 +69,7 @@ fn write_picture(out: &mut dyn io::Write, picture: &Picture) -> io::Result<()> {
     write_png(out, *width, *height, [Ok(rgb.clone())].into_iter())
 }
 
-/// Writes samples as they come, in pieces of whole rows.
+/// Writes samples as they come, in chunks of whole rows.
 pub(super) fn write_png(
     out: &mut dyn io::Write,
     width: u32,
@@ -79,7 +79,7 @@ pub(super) fn write_png(
     write_samples(out, (width, height), BitDepth::Eight, bands)
 }
 
-/// The same with 16 bits a sample.
+/// As [`write_png`], with 16 bits a sample.
 pub(super) fn write_png_16(
     out: &mut dyn io::Write,
     width: u32,
@@ -120,7 +120,7 @@ fn png_error(error: EncodingError) -> io::Error {
     }
 }
 
-/// What went wrong when a picture was encoded.
+/// The I/O error of an error in encoding a picture.
 pub(super) fn io_error(error: ::image::ImageError) -> io::Error {
     match error {
         ::image::ImageError::IoError(error) => error,
@@ -128,8 +128,8 @@ pub(super) fn io_error(error: ::image::ImageError) -> io::Error {
     }
 }
 
-/// A picture as it is compared: RGBA, 16 bits a sample (an 8-bit sample s stands as 257 s, missing
-/// alpha as opaque).
+/// A picture in the form in which it is compared: RGBA, 16 bits a sample. An 8-bit sample s becomes
+/// 257 s, and missing alpha becomes opaque.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Raster {
     /// Width in pixels.
@@ -159,7 +159,7 @@ pub fn load(path: &Path) -> Result<Raster, PictureError> {
     reader.limits(limits());
     let decoder = reader.into_decoder().map_err(|e| broken(e.to_string()))?;
     let (width, height) = decoder.dimensions();
-    // Before anything is allocated by that size.
+    // Checked before anything is allocated by that size.
     if u64::from(width) * u64::from(height) > MAX_PIXELS {
         return Err(broken(format!(
             "{width}x{height} pixels are more than {MAX_PIXELS}"
@@ -174,8 +174,8 @@ pub fn load(path: &Path) -> Result<Raster, PictureError> {
     })
 }
 
-/// The bytes of a file as long as it may be a PNG: a device that never ends is left after its first
-/// bytes.
+/// The bytes of a file, read only as long as it may be a PNG. A device that never ends is not read
+/// beyond its first bytes.
 fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut file = File::open(path)?;
     let mut bytes = Vec::new();
@@ -188,14 +188,15 @@ fn read(path: &Path) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What every PNG begins with.
+/// First bytes of every PNG.
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// More than the largest picture takes, even where nothing can be compressed.
+/// Bound on the bytes of a file: more than the largest picture takes, even where nothing can be
+/// compressed.
 const MAX_BYTES: u64 = MAX_PIXELS * 9;
 
-/// Refuses a palette that is not whole colours, 1 to 256, whose length the decoder takes to be
-/// right. What else is wrong the decoder says.
+/// Refuses a palette that is not whole colours, 1 to 256: the decoder takes its length to be right.
+/// The decoder reports all other faults.
 fn check_palette(bytes: &[u8]) -> Result<(), String> {
     let mut decoder = ::png::Decoder::new(io::Cursor::new(bytes));
     decoder.set_ignore_text_chunk(true);
@@ -213,7 +214,7 @@ fn check_palette(bytes: &[u8]) -> Result<(), String> {
 /// Most pixels of a picture that is read: all of it is held in memory.
 const MAX_PIXELS: u64 = 1 << 28;
 
-/// Room for the largest picture, RGBA of 16 bits.
+/// Limits that leave memory for the largest picture, RGBA of 16 bits.
 fn limits() -> Limits {
     let mut limits = Limits::default();
     limits.max_alloc = Some(MAX_PIXELS * 8);

@@ -2,7 +2,8 @@
 
 use phalanx_scene::film::Film;
 
-/// Wider and higher than a tile, by no round number; small and large, negative, none.
+/// Wider and higher than a tile, with sides that are no round numbers. Radiance is small and large,
+/// negative, and not a number.
 pub(super) fn film() -> Film {
     let (width, height) = (70u32, 67u32);
     let value = |k: u32| {
