@@ -1,5 +1,5 @@
-//! A whole file in memory. Of a large one most of the time goes into copying it and into pages seen
-//! for the first time, so several threads share that.
+//! Reads a whole file into memory. Most of the time for a large one goes into copying it and into
+//! pages touched for the first time, so several threads share that work.
 
 use super::workers;
 use std::fs::File;
@@ -15,7 +15,7 @@ pub(super) fn read(mut file: File, path: &Path, threads: usize) -> io::Result<Ve
     let metadata = file.metadata()?;
     let length = usize::try_from(metadata.len()).unwrap_or(0);
     let threads = workers::thread_count(threads);
-    // What cannot be had is an error, where a vector of zeros would end the program.
+    // A failed allocation is returned as an error; a vector of zeros would end the program instead.
     let room = || Vec::<u8>::new().try_reserve_exact(length).is_ok();
     if threads > 1 && metadata.is_file() && length >= 2 * BLOCK && room() {
         bytes = vec![0; length];
@@ -28,7 +28,7 @@ pub(super) fn read(mut file: File, path: &Path, threads: usize) -> io::Result<Ve
         read.into_iter().collect::<io::Result<()>>()?;
         file.seek(SeekFrom::Start(length as u64))?;
     }
-    // Small files, pipes, and what has been appended in the meantime.
+    // Small files, pipes, and bytes that were appended in the meantime.
     file.read_to_end(&mut bytes)?;
     Ok(bytes)
 }

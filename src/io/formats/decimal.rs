@@ -1,7 +1,7 @@
-//! Numbers at a place of a text: correctly rounded, and fast for those of a few digits that mesh
-//! files are made of.
+//! Parses numbers at a position of a text: correctly rounded, and fast for the numbers of few
+//! digits that mesh files consist of.
 
-/// Most decimal digits that a `u64` holds whatever they are.
+/// Number of decimal digits that always fit a `u64`.
 const DIGITS: usize = 19;
 /// Integers up to here are exact in f64.
 const EXACT: u64 = 1 << 53;
@@ -11,8 +11,8 @@ const POWERS: [f64; 23] = [
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// The number at `at`, and where it ends: `at` itself if there is none. `nan`, `inf`, and what is
-/// too large for f32 come out as such.
+/// The number at `at`, and the position where it ends: `at` itself if there is none. `nan`, `inf`
+/// and numbers too large for f32 are returned as such.
 #[inline]
 pub(super) fn float(text: &[u8], at: usize) -> (f32, usize) {
     let negative = text.get(at) == Some(&b'-');
@@ -31,8 +31,8 @@ pub(super) fn float(text: &[u8], at: usize) -> (f32, usize) {
         return uncommon(text, at, start, negative);
     }
     // Both are exact, so the quotient is the f64 nearest to the number. Rounding that to f32 goes
-    // wrong only where it lies half-way between two f32s, while the number lies a little beside it;
-    // or below f32's normal numbers.
+    // wrong in two cases only: it lies half-way between two f32s while the number lies a little
+    // beside it, or it lies below f32's normal numbers.
     let wide = mantissa as f64 / POWERS[scale];
     let half_way = wide.to_bits() & 0x1fff_ffff == 0x1000_0000;
     if half_way || (wide < f64::from(f32::MIN_POSITIVE) && mantissa != 0) {
@@ -46,7 +46,7 @@ pub(super) fn float(text: &[u8], at: usize) -> (f32, usize) {
 #[inline]
 pub(super) fn double(text: &[u8], at: usize) -> (f64, usize) {
     let start = at + usize::from(matches!(text.get(at), Some(b'+' | b'-')));
-    // A second sign is none.
+    // A second sign is no part of a number.
     if matches!(text.get(start), Some(b'+' | b'-')) {
         return (0.0, at);
     }
@@ -60,7 +60,7 @@ pub(super) fn double(text: &[u8], at: usize) -> (f64, usize) {
     }
 }
 
-/// Continues `value` with the digits from `at`. It wraps where there are too many.
+/// Continues `value` with the digits from `at`. It wraps if there are too many.
 #[inline(always)]
 fn digits(text: &[u8], at: usize, mut value: u64) -> (u64, usize) {
     let mut i = at;
@@ -75,11 +75,11 @@ fn digits(text: &[u8], at: usize, mut value: u64) -> (u64, usize) {
     (value, i)
 }
 
-/// Exponents, many digits, and what is no finite number.
+/// Handles exponents, many digits, and numbers that are not finite.
 #[cold]
 fn uncommon(text: &[u8], at: usize, start: usize, negative: bool) -> (f32, usize) {
     let rest = text.get(start..).unwrap_or_default();
-    // A second sign is none.
+    // A second sign is no part of a number.
     if matches!(rest.first(), Some(b'+' | b'-')) {
         return (0.0, at);
     }
@@ -92,8 +92,8 @@ fn uncommon(text: &[u8], at: usize, start: usize, negative: bool) -> (f32, usize
     }
 }
 
-/// The whole number at `at`, and where it ends: `at` itself if there is none. What exceeds ±10¹⁸ is
-/// brought there.
+/// The whole number at `at`, and the position where it ends: `at` itself if there is none. Numbers
+/// beyond ±10¹⁸ are clamped to it.
 #[inline]
 pub(super) fn integer(text: &[u8], at: usize) -> (i64, usize) {
     let negative = text.get(at) == Some(&b'-');

@@ -1,5 +1,5 @@
-//! The end of every reader: what the user gives instead, what the file lacks, and the check that a
-//! scene can be traced.
+//! The last step of every reader: it applies the user's overrides, adds what the file lacks, and
+//! checks that the scene can be traced.
 
 use super::diagnostics::{DiagnosticSink, Span};
 use super::origin::{self, Origin, ReadStop};
@@ -8,19 +8,19 @@ use super::{AddedLight, Loaded, Options};
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene, SceneError, View};
 
-/// What a file does not say, so that it has to be made up.
+/// Parts of a scene that a file does not give, so that defaults are needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct MissingParts {
-    /// No camera: one that frames everything.
+    /// True if the file has no camera. The default frames everything.
     pub(super) view: bool,
-    /// No light: a key light beside the camera.
+    /// True if the file has no light. The default is a key light beside the camera.
     pub(super) lights: bool,
-    /// No background: a quiet one.
+    /// True if the file has no background. The default is a quiet one.
     pub(super) background: bool,
 }
 
 impl MissingParts {
-    /// The format says everything itself.
+    /// The format gives every part itself.
     pub(super) const NOTHING: MissingParts = MissingParts {
         view: false,
         lights: false,
@@ -28,26 +28,28 @@ impl MissingParts {
     };
 }
 
-/// Behind a mesh without surroundings: dark enough for its lit side, light enough for its shadow.
+/// Background behind a mesh without surroundings: dark enough for its lit side, light enough for
+/// its shadow.
 const BACKGROUND: Vec3 = Vec3::new(0.095, 0.11, 0.135);
 
 /// Field of view of the framing camera: a short telephoto, so that near parts are not blown up.
 const FRAMING_FOVY: f32 = 32.0;
-/// From the middle toward the framing camera: a little from the right, a little from above.
+/// Direction from the middle toward the framing camera: a little from the right, a little from
+/// above.
 const THREE_QUARTER: DVec3 = DVec3::new(0.45, 0.32, 1.0);
 /// Room around the framed box.
 const MARGIN: f64 = 1.06;
 /// Colour of the key light.
 const KEY_LIGHT_COLOR: Vec3 = Vec3::new(1.0, 0.97, 0.92);
 
-/// Applies the options, makes up what is missing, and checks the scene.
+/// Applies the options, adds what is missing, and checks the scene.
 pub(super) fn finish_scene(
     mut scene: Scene,
     missing: &MissingParts,
     options: &Options,
     mut report: DiagnosticSink,
 ) -> Result<Loaded, ReadStop> {
-    // Even where something is wrong: a camera may stand on the point it looks at only by rounding.
+    // Done even if something is wrong: rounding alone may put a camera on the point it looks at.
     if options.origin == Origin::Auto
         && scene.meshes.is_empty()
         && let Some(far) = origin::of_scene(&scene)
@@ -58,8 +60,8 @@ pub(super) fn finish_scene(
     let mut notes = Vec::new();
     if report.is_clean() {
         add_defaults(&mut scene, missing, options, &mut notes);
-        // Once as the file has it, and once as it will be traced: a scene that holds both 1e30 and
-        // 1e-30 units cannot be brought into f32's comfortable range as a whole.
+        // Checked once in the file's units, and once as it will be traced: a scene that holds both
+        // 1e30 and 1e-30 units cannot be brought into f32's comfortable range as a whole.
         let told = |error: SceneError| format!("the scene cannot be traced: {error}");
         if let Err(error) = scene.validate() {
             report.error(Span::START, told(error));
@@ -115,15 +117,15 @@ fn add_defaults(
     }
 }
 
-/// Puts what the user gives in the place of what a finished scene has. Places are in the file's
+/// Replaces parts of a finished scene by those that the user gives. Positions are in the file's
 /// units.
 ///
 /// # Errors
-/// [`SceneError`] if that cannot be traced; the scene is not to be used then.
+/// [`SceneError`] if the result cannot be traced; the scene must not be used then.
 pub fn override_scene(scene: &mut Scene, options: &Options) -> Result<(), SceneError> {
     apply_overrides(scene, options);
-    // The scene was brought into the comfortable range when it was made; what is given now cannot
-    // move it any more.
+    // The scene was rescaled into the comfortable range when it was made. Parts given now cannot
+    // change its scale any more.
     let given = options.view.is_some() || !options.lights.is_empty();
     if given && !scene.is_in_safe_range() {
         return Err(SceneError::TooFar(scene.safe_extent()));
@@ -146,8 +148,8 @@ fn apply_overrides(scene: &mut Scene, options: &Options) {
     }
 }
 
-/// Bounds of all that can be seen. Where that is nothing but triangles there may be millions, so
-/// several threads look.
+/// Bounds of everything visible. A scene of nothing but triangles may have millions, so several
+/// threads compute them.
 fn bounds_of(scene: &Scene, options: &Options) -> Bounds {
     let t = &scene.triangles;
     if t.len() != scene.prim_count() || !scene.meshes.is_empty() {
@@ -158,8 +160,8 @@ fn bounds_of(scene: &Scene, options: &Options) -> Bounds {
         let mut bounds = [(f32::INFINITY, f32::NEG_INFINITY); 3];
         for row in rows {
             for (column, (lo, hi)) in t.vertices.parts().into_iter().zip(&mut bounds) {
-                // Comparisons, not f32::min: nothing is NaN here, and a third of the instructions
-                // does.
+                // Comparisons, not f32::min: no coordinate is NaN here, and they take a third of
+                // the instructions.
                 let [a, b, c] = row.map(|corner| column[corner as usize]);
                 let less = |a: f32, b: f32| if a < b { a } else { b };
                 let more = |a: f32, b: f32| if a > b { a } else { b };
@@ -188,8 +190,8 @@ fn add_light(scene: &mut Scene, light: &AddedLight) {
     }
 }
 
-/// A camera in front of a box, a little to the right and above, just so far away that all eight
-/// corners are seen.
+/// A camera in front of a box, a little to the right and above, at the smallest distance from which
+/// all eight corners are in view.
 fn framing(bounds: Bounds, aspect: f64) -> View {
     let (lo, hi) = corners_or_unit(bounds);
     let center = (lo + hi) / 2.0;
@@ -213,8 +215,8 @@ fn framing(bounds: Bounds, aspect: f64) -> View {
     }
 }
 
-/// Above and to the left of the camera, as far from the middle as it is, so that shapes are
-/// modelled by their shadow side.
+/// A light above and to the left of the camera, as far from the middle as the camera, so that the
+/// shadow side shows the shape.
 fn key_light(view: &View, bounds: Bounds) -> Vec3 {
     let (lo, hi) = corners_or_unit(bounds);
     let center = (lo + hi) / 2.0;
@@ -227,7 +229,7 @@ fn key_light(view: &View, bounds: Bounds) -> Vec3 {
     position.as_vec3()
 }
 
-/// The box, or a unit box where there is none or it is a point.
+/// The corners of the box, or of a unit box where there is none or it is a point.
 fn corners_or_unit(bounds: Bounds) -> (DVec3, DVec3) {
     let (lo, hi) = (bounds.lo.as_dvec3(), bounds.hi.as_dvec3());
     if bounds.is_empty() {

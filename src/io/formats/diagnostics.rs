@@ -1,9 +1,9 @@
-//! What a reader has to say about its file, in file order and never more than [`MAX_DIAGNOSTICS`]
-//! of a kind.
+//! Diagnostics of a reader about its file, in file order and never more than [`MAX_DIAGNOSTICS`] of
+//! a kind.
 
 use super::Diagnostic;
 
-/// Errors after which a reader stops; as many warnings are kept.
+/// Number of errors after which a reader stops; equally many warnings are kept.
 pub const MAX_DIAGNOSTICS: usize = 20;
 
 /// Characters of the file that a message repeats: a line may be megabytes long.
@@ -17,7 +17,7 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// Where a file begins: for what is wrong with all of it.
+    /// The beginning of a file: the span of an error that concerns all of it.
     pub(super) const START: Span = Span {
         offset: 0,
         length: 0,
@@ -26,12 +26,12 @@ impl Span {
 
 /// Collects diagnostics and finds the line and column of each.
 pub(super) struct DiagnosticSink<'a> {
-    /// The file, if its lines mean anything.
+    /// The file, if it is text with meaningful lines.
     text: Option<&'a [u8]>,
     errors: Vec<Diagnostic>,
     warnings: Vec<Diagnostic>,
-    /// Where the last line was counted to: errors come in file order, so the text is walked once
-    /// for all of them.
+    /// Position up to which lines have been counted. Errors come in file order, so the text is
+    /// walked once for all of them.
     counted: LineCursor,
 }
 
@@ -46,12 +46,12 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 const START: LineCursor = LineCursor { offset: 0, line: 1 };
 
 impl<'a> DiagnosticSink<'a> {
-    /// For a text file: places become lines and columns.
+    /// A sink for a text file: spans become lines and columns.
     pub(super) fn new(text: &'a [u8]) -> Self {
         DiagnosticSink::with(Some(text))
     }
 
-    /// For a binary file: places are byte offsets.
+    /// A sink for a binary file: spans are byte offsets.
     pub(super) fn binary() -> Self {
         DiagnosticSink::with(None)
     }
@@ -65,12 +65,12 @@ impl<'a> DiagnosticSink<'a> {
         }
     }
 
-    /// Adds an error, unless there are enough.
+    /// Adds an error, unless there are [`MAX_DIAGNOSTICS`] already.
     pub(super) fn error(&mut self, span: Span, message: impl Into<String>) {
         self.push_error(span, message.into(), None);
     }
 
-    /// Adds an error that says what to do about it.
+    /// Adds an error with advice on how to mend it.
     pub(super) fn error_with_help(
         &mut self,
         span: Span,
@@ -95,12 +95,12 @@ impl<'a> DiagnosticSink<'a> {
         }
     }
 
-    /// Whether reading on is of no use.
+    /// Returns true if there is no point in reading on.
     pub(super) fn is_full(&self) -> bool {
         self.errors.len() >= MAX_DIAGNOSTICS
     }
 
-    /// Whether nothing is wrong so far.
+    /// Returns true if nothing is wrong so far.
     pub(super) fn is_clean(&self) -> bool {
         self.errors.is_empty()
     }
@@ -115,8 +115,7 @@ impl<'a> DiagnosticSink<'a> {
         Ok(self.warnings)
     }
 
-    /// The end of the last line that holds anything: where a reader looked for what it did not
-    /// find.
+    /// The end of the last line that is not blank: the span of an error about something missing.
     pub(super) fn end_of_content(&self) -> Span {
         let text = self.text.unwrap_or_default();
         Span {
@@ -152,15 +151,15 @@ impl<'a> DiagnosticSink<'a> {
         self.counted = LineCursor { offset, line };
         let start = text[..offset].iter().rposition(|&b| b == b'\n');
         let before = &text[start.map_or(0, |at| at + 1)..offset];
-        // An editor does not show the byte order mark, so it is no column.
+        // An editor does not show the byte order mark, so it does not count as a column.
         let before = before.strip_prefix(BYTE_ORDER_MARK).unwrap_or(before);
         let characters = before.iter().filter(|&b| b & 0xc0 != 0x80).count();
         (line, characters + 1)
     }
 }
 
-/// Text of the file as a message may repeat it: short, and without characters that would steer a
-/// terminal.
+/// Text of the file in a form that a message may repeat: short, and without control characters for
+/// a terminal.
 pub(super) fn quoted(text: &str) -> String {
     let mut out = String::from("`");
     for c in text.chars().take(QUOTED_CHARS) {

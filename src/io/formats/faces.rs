@@ -1,7 +1,7 @@
-//! Faces of a piece of a file, on their way to be triangles.
+//! Faces of a chunk of a file, before they are triangulated.
 //!
-//! A polygon is kept as a fan of as many triangles as it will have at most, from which its corners
-//! can be told; it is cut properly when all vertices are known.
+//! A polygon is kept as a fan of the largest number of triangles that it can become. Its corners
+//! can be recovered from the fan. It is triangulated properly when all vertices are known.
 
 use glam::Vec3;
 use phalanx_scene::{NO_NORMALS, Vec3s, triangulate};
@@ -10,24 +10,24 @@ use phalanx_scene::{NO_NORMALS, Vec3s, triangulate};
 /// scene.
 pub(super) const NONE: u32 = NO_NORMALS;
 
-/// Corners beyond which a face is taken for a fault: cutting it could take for ever.
+/// Most corners of a face. More are taken for a fault: triangulating the face could take for ever.
 pub(super) const MAX_CORNERS: usize = 1 << 16;
 
-/// Bytes of a triangle of a polygon, while the pieces of a file are joined: its corners, marks, and
+/// Bytes of a triangle of a polygon, while the chunks of a file are joined: its corners, marks, and
 /// room to grow.
 const TRIANGLE_BYTES: u64 = 20;
-/// Of each attribute more.
+/// Additional bytes of a triangle for each attribute.
 const ATTRIBUTE_BYTES: u64 = 12;
 
-/// Bytes that a face of so many corners takes beyond `paid`, which the size of its text stands for:
-/// of a polygon with short numbers, two bytes of file are a triangle.
+/// Bytes that a face of `corners` corners takes beyond `paid`, the bytes that its text accounts
+/// for. In a polygon with short numbers, two bytes of file make a triangle.
 #[inline]
 pub(super) fn extra_bytes(corners: usize, attributes: u64, paid: u64) -> u64 {
     let triangles = corners.saturating_sub(2) as u64;
     (triangles * (TRIANGLE_BYTES + attributes * ATTRIBUTE_BYTES)).saturating_sub(paid)
 }
 
-/// What the bytes of triangles are needed for.
+/// Purpose of the bytes of triangles, for a message.
 pub(super) fn purpose() -> String {
     "for the triangles of the file's faces".into()
 }
@@ -35,7 +35,7 @@ pub(super) fn purpose() -> String {
 /// Bytes for each corner of a polygon while it is cut (`perf/notes/memory.md`).
 const CUT_BYTES: u64 = 300;
 
-/// Bytes that are used while the polygons of all pieces are cut on so many threads.
+/// Bytes that are used while the polygons of all chunks are triangulated on `threads` threads.
 pub(super) fn cutting_bytes<'a>(pieces: impl Iterator<Item = &'a Faces>, threads: usize) -> u64 {
     let polygons = pieces.flat_map(|faces| &faces.polygons);
     let (count, largest) = polygons.fold((0, 0), |(count, largest), polygon| {
@@ -44,29 +44,31 @@ pub(super) fn cutting_bytes<'a>(pieces: impl Iterator<Item = &'a Faces>, threads
     u64::from(largest) * CUT_BYTES * threads.min(count) as u64
 }
 
-/// Attributes of a corner: which column a number belongs to.
+/// Attributes of a corner, as indices of the columns.
 pub(super) const VERTEX: usize = 0;
 pub(super) const UV: usize = 1;
 pub(super) const NORMAL: usize = 2;
 
-/// A relative number that is the first row of the piece: far from [`NONE`], whichever way it goes
-/// from there.
+/// A relative number that stands for the first row of the chunk. It is far from [`NONE`] in either
+/// direction.
 pub(super) const RELATIVE_ZERO: u32 = 1 << 31;
 
-/// One corner of a face: the numbers of its vertex, texture place and normal, from 0.
+/// One corner of a face: the numbers of its vertex, UV and normal, from 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FaceCorner {
     pub(super) numbers: [u32; 3],
-    /// Bit k: number k counts from the first row of the piece, which is [`RELATIVE_ZERO`].
+    /// Bit k is set if number k counts from the first row of the chunk, which is [`RELATIVE_ZERO`].
     pub(super) relative: u8,
 }
 
 /// Triangles as columns of the corners' numbers.
 #[derive(Debug, Default)]
 pub(super) struct Faces {
-    /// By attribute. Texture places and normals: empty, or a row for each triangle.
+    /// One column per attribute. Those of UVs and normals are empty, or have a row for each
+    /// triangle.
     pub(super) columns: [Vec<[u32; 3]>; 3],
-    /// Empty, or for each triangle which numbers are relative: three bits for each corner.
+    /// Empty, or a mask for each triangle of the numbers that are relative: three bits for each
+    /// corner.
     relative: Vec<u16>,
     polygons: Vec<Polygon>,
 }
@@ -85,13 +87,13 @@ impl Faces {
         self.columns[VERTEX].len()
     }
 
-    /// Adds a triangle without anything but corners.
+    /// Adds a triangle with vertices only.
     #[inline]
     pub(super) fn add_plain(&mut self, corners: [u32; 3]) {
         self.columns[VERTEX].push(corners);
     }
 
-    /// Adds a polygon without anything but at least three corners.
+    /// Adds a polygon of at least three corners, with vertices only.
     pub(super) fn add_plain_polygon(&mut self, corners: &[u32]) {
         self.note_polygon(corners.len());
         for k in 2..corners.len() {
@@ -140,7 +142,8 @@ impl Faces {
         }
     }
 
-    /// Makes relative numbers absolute, `before` being the rows of each attribute before the piece.
+    /// Makes relative numbers absolute. `before` is the number of rows of each attribute before the
+    /// chunk.
     pub(super) fn resolve(&mut self, before: [u32; 3]) {
         for (row, &bits) in self.relative.iter().enumerate().filter(|(_, b)| **b != 0) {
             for bit in (0..9).filter(|bit| bits >> bit & 1 == 1) {
@@ -152,9 +155,9 @@ impl Faces {
         self.relative = Vec::new();
     }
 
-    /// Cuts the polygons. Of one with corners in a row fewer triangles may come out than its fan
-    /// has: the rest become points, so that a face of n corners is n - 2 triangles whatever its
-    /// shape.
+    /// Triangulates the polygons. A polygon with collinear corners may give fewer triangles than
+    /// its fan has. The rest become points, so that a face of n corners is n - 2 triangles whatever
+    /// its shape.
     pub(super) fn triangulate(&mut self, vertices: &Vec3s) {
         for polygon in std::mem::take(&mut self.polygons) {
             self.cut(polygon, vertices);
@@ -187,7 +190,7 @@ impl Faces {
         }
     }
 
-    /// Takes the normals of every triangle that has one of `bad` (ascending).
+    /// Removes the normals of every triangle that has one of `bad` (ascending).
     pub(super) fn without_normals(&mut self, bad: &[u32]) {
         for row in &mut self.columns[NORMAL] {
             if row.iter().any(|number| bad.binary_search(number).is_ok()) {

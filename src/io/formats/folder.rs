@@ -1,10 +1,10 @@
-//! The folder of a scene file: the only place from which files that it names are read.
+//! The folder of a scene file: files that a scene names are read from here only.
 
 use super::diagnostics::quoted;
 use super::memory_budget::MemoryBudget;
 use std::path::{Component, Path, PathBuf};
 
-/// Where files beside the scene file are looked for.
+/// The folder in which a scene file's other files are looked for.
 pub(super) struct Folder {
     /// `None` for a scene without a file.
     path: Option<PathBuf>,
@@ -21,7 +21,7 @@ impl Folder {
         }
     }
 
-    /// No folder: nothing is found.
+    /// No folder: no file is found.
     pub(super) fn none() -> Folder {
         Folder {
             path: None,
@@ -29,7 +29,7 @@ impl Folder {
         }
     }
 
-    /// The same folder, with so much memory for what the scene file names.
+    /// The same folder, with at most `most` bytes of memory for the files that the scene names.
     pub(super) fn within(self, most: Option<u64>) -> Folder {
         Folder {
             allowance: MemoryBudget::of(most),
@@ -37,12 +37,12 @@ impl Folder {
         }
     }
 
-    /// The memory for what the scene file names.
+    /// The memory budget for the files that the scene names.
     pub(super) fn allowance(&self) -> &MemoryBudget {
         &self.allowance
     }
 
-    /// The bytes of a file, if there is memory for them while they are looked through. The error is
+    /// The bytes of a file, if there is memory for them while they are parsed. The error is like
     /// that of [`Folder::find`].
     pub(super) fn read(&self, file: &Found) -> Result<Vec<u8>, String> {
         let name = || file.0.file_name().unwrap_or_default().display().to_string();
@@ -52,11 +52,10 @@ impl Folder {
         std::fs::read(&file.0).map_err(|e| e.to_string())
     }
 
-    /// The file that a name in the scene file means, with `/` or `\` between folders. The error
-    /// says why there is none, for a message that names the file already.
+    /// Finds the file of a name in the scene file, with `/` or `\` between folders. The error says
+    /// why there is none, for a message that names the file already.
     ///
-    /// Links are followed before it is decided whether the file is in the folder, so none leads out
-    /// of it.
+    /// Links are followed before the file's folder is checked, so none leads out of the folder.
     pub(super) fn find(&self, name: &str) -> Result<Found, String> {
         let Some(folder) = &self.path else {
             return Err("the scene has no folder".into());
@@ -78,7 +77,7 @@ impl Folder {
     }
 }
 
-/// A file of the folder. Two are equal if they are the same file, by whatever names it was found.
+/// A file of the folder. Two are equal if they are the same file, even if found by different names.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Found(PathBuf);
 

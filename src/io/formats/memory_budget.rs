@@ -1,10 +1,10 @@
-//! Memory for what a scene file makes beyond itself: files that it names, pictures decoded, meshes
-//! copied. It is asked for before it is used.
+//! Budget of the memory that a scene file takes beyond itself: files that it names, decoded
+//! pictures, copied meshes. Memory is requested before it is used.
 
 use std::cell::{Cell, RefCell};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Bytes that may be used, and those that are.
+/// Limit of the bytes that may be used, and number of those in use.
 #[derive(Debug)]
 pub(super) struct MemoryBudget {
     max: u64,
@@ -12,19 +12,19 @@ pub(super) struct MemoryBudget {
     refused: RefCell<Option<OutOfBudget>>,
 }
 
-/// A use that there was no memory for.
+/// A request for which there was not enough memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct OutOfBudget {
     /// Its purpose, as in "to decode the texture `a.png`".
     pub(super) what: String,
-    /// Bytes with it.
+    /// Bytes in use with the request.
     pub(super) needed: u64,
     /// Bytes that may be used.
     pub(super) allowed: u64,
 }
 
 impl MemoryBudget {
-    /// This many bytes; any number if none is given.
+    /// A budget of this many bytes; without a limit if none is given.
     pub(super) fn of(most: Option<u64>) -> MemoryBudget {
         MemoryBudget {
             max: most.unwrap_or(u64::MAX),
@@ -33,15 +33,15 @@ impl MemoryBudget {
         }
     }
 
-    /// Takes bytes for as long as the scene is there. The error is for a message that says what
-    /// they are for.
+    /// Takes bytes for as long as the scene exists. The error is for a message that states their
+    /// purpose.
     pub(super) fn take(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), String> {
         self.lend(bytes, what)?;
         self.used.set(self.used.get().saturating_add(bytes));
         Ok(())
     }
 
-    /// Asks whether bytes can be had for a while. As [`MemoryBudget::take`].
+    /// Checks that bytes are available for temporary use. Otherwise as [`MemoryBudget::take`].
     pub(super) fn lend(&self, bytes: u64, what: impl FnOnce() -> String) -> Result<(), String> {
         let needed = self.used.get().saturating_add(bytes);
         if needed <= self.max {
@@ -56,7 +56,7 @@ impl MemoryBudget {
         Err(refusal.message())
     }
 
-    /// What is left, as a count that several threads take from.
+    /// The bytes that are left, as a counter that several threads take from.
     pub(super) fn shared(&self) -> SharedBudget {
         SharedBudget {
             max: self.max.saturating_sub(self.used.get()),
@@ -64,14 +64,14 @@ impl MemoryBudget {
         }
     }
 
-    /// The use that was refused first.
+    /// The first request that was refused.
     pub(super) fn refusal(&self) -> Option<OutOfBudget> {
         self.refused.borrow().clone()
     }
 }
 
-/// Bytes that several threads take at once. Whoever has been refused goes on counting without
-/// making anything, so that in the end it is known what would have been needed.
+/// Bytes that several threads take at once. A thread that has been refused continues to count
+/// without making anything, so that in the end the full demand is known.
 #[derive(Debug)]
 pub(super) struct SharedBudget {
     max: u64,
@@ -88,31 +88,31 @@ impl SharedBudget {
         }
     }
 
-    /// Tells whether the threads asked for more than there is.
+    /// Returns true if the threads requested more than there is.
     pub(super) fn is_over(&self) -> bool {
         self.used() > self.max
     }
 
-    /// Bytes that all have taken, or would have.
+    /// Bytes that all threads have taken, or would have taken.
     pub(super) fn used(&self) -> u64 {
         self.used.load(Ordering::Relaxed)
     }
 }
 
-/// What one thread has taken.
+/// Bytes that one thread has taken.
 #[derive(Debug)]
 pub(super) struct BudgetShare<'a> {
     of: &'a SharedBudget,
-    /// Not told to the others yet.
+    /// Bytes not yet added to the shared counter.
     taken: u64,
     refused: bool,
 }
 
-/// Bytes after which a thread tells the others, so that they seldom wait for each other.
+/// Bytes after which a thread updates the shared counter, so that threads seldom contend for it.
 const STEP: u64 = 1 << 16;
 
 impl BudgetShare<'_> {
-    /// Takes bytes; false, from then on, if there were none left.
+    /// Takes bytes; returns false, from then on, if there were none left.
     #[inline]
     pub(super) fn take(&mut self, bytes: u64) -> bool {
         self.taken = self.taken.saturating_add(bytes);

@@ -1,5 +1,5 @@
-//! What the readers of meshes have in common: faults found piece by piece, vertices that are no
-//! numbers, and the end.
+//! Shared parts of the mesh readers: errors found chunk by chunk, vertices that are not finite, and
+//! the final step.
 
 use super::defaults::finish_scene;
 use super::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, Span};
@@ -12,7 +12,7 @@ use phalanx_scene::{
     Column, Material, MaterialTable, Mesh, MeshMaterial, Prim, Scene, Vec2s, Vec3s,
 };
 
-/// Something wrong in a piece of the file.
+/// An error in a chunk of the file.
 #[derive(Debug)]
 pub(super) struct ParseError {
     span: Span,
@@ -37,7 +37,7 @@ impl ParseError {
     }
 }
 
-/// The first faults of a piece: no more than will be told.
+/// The first errors of a chunk: no more than will be reported.
 #[derive(Debug, Default)]
 pub(super) struct ParseErrors(Vec<ParseError>);
 
@@ -48,7 +48,7 @@ impl ParseErrors {
         }
     }
 
-    /// Whether reading on is of no use.
+    /// Returns true if there is no point in reading on.
     pub(super) fn is_full(&self) -> bool {
         self.0.len() >= MAX_DIAGNOSTICS
     }
@@ -57,7 +57,7 @@ impl ParseErrors {
         self.0.is_empty()
     }
 
-    /// Tells them all.
+    /// Reports all of them.
     pub(super) fn emit(self, report: &mut DiagnosticSink) {
         for error in self.0 {
             match error.help {
@@ -69,7 +69,7 @@ impl ParseErrors {
 }
 
 impl ParseErrors {
-    /// Tells them all, as those of another file that is named at `span`.
+    /// Reports all of them as errors of another file, which is named at `span`.
     pub(super) fn emit_for_file(
         self,
         name: &str,
@@ -88,7 +88,7 @@ impl ParseErrors {
     }
 }
 
-/// How often something was met, and where first.
+/// Number of occurrences of something, and the span of the first.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Occurrences {
     pub(super) count: usize,
@@ -101,13 +101,13 @@ impl Occurrences {
         self.first.get_or_insert(span);
     }
 
-    /// Adds what a later piece met.
+    /// Adds the occurrences of a later chunk.
     pub(super) fn merge(&mut self, later: Occurrences) {
         self.count += later.count;
         self.first = self.first.or(later.first);
     }
 
-    /// One warning for all, where there are any.
+    /// Adds one warning for all occurrences, if there are any.
     pub(super) fn warn(&self, report: &mut DiagnosticSink, message: impl FnOnce(usize) -> String) {
         if let Some(span) = self.first {
             report.warning(span, message(self.count));
@@ -115,14 +115,14 @@ impl Occurrences {
     }
 }
 
-/// A row that holds NaN or an infinity, and where it stands in the file.
+/// A row that holds NaN or an infinity, and its span in the file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NotFinite {
     pub(super) number: u32,
     pub(super) span: Span,
 }
 
-/// Tells of vertices that are not finite (ascending): an error where a face uses one. Their rows
+/// Reports vertices that are not finite (ascending); it is an error if a face uses one. Their rows
 /// have been zeroed.
 pub(super) fn report_not_finite<'a>(
     vertices: &[NotFinite],
@@ -151,7 +151,7 @@ pub(super) fn report_not_finite<'a>(
     });
 }
 
-/// Tells of normals that cannot be used.
+/// Warns of normals that cannot be used.
 pub(super) fn warn_bad_normals(bad: &[NotFinite], report: &mut DiagnosticSink) {
     let Some(first) = bad.first() else {
         return;
@@ -165,7 +165,7 @@ pub(super) fn warn_bad_normals(bad: &[NotFinite], report: &mut DiagnosticSink) {
     report.warning(first.span, message);
 }
 
-/// Columns of the whole file, joined from its pieces.
+/// Columns of the whole file, joined from its chunks.
 #[derive(Debug, Default)]
 pub(super) struct MergedMesh {
     pub(super) vertices: Vec3s,
@@ -173,12 +173,11 @@ pub(super) struct MergedMesh {
     pub(super) vertex_uvs: Vec2s,
     pub(super) faces: [Vec<[u32; 3]>; 3],
     pub(super) material: MeshMaterial,
-    /// Axes of `vertices` that are the file's own single-precision numbers, and still as they stand
-    /// there.
+    /// Axes of `vertices` that are single-precision numbers in the file and have not been changed.
     pub(super) single: [bool; 3],
 }
 
-/// Joins columns of floats, each of which is given in pieces, on several threads.
+/// Joins columns of floats, each of which is given in chunks, on several threads.
 pub(super) fn merge_floats<const N: usize>(
     threads: usize,
     columns: [Vec<Vec<f32>>; N],
@@ -187,8 +186,8 @@ pub(super) fn merge_floats<const N: usize>(
     std::array::from_fn(|_| joined.next().unwrap_or_default().into())
 }
 
-/// Joins the faces of all pieces. A column that only some of them have gets rows without numbers
-/// for the others.
+/// Joins the faces of all chunks. A column that only some chunks have gets rows without numbers for
+/// the others.
 pub(super) fn merge_faces(threads: usize, pieces: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
     let mut columns: [Vec<Vec<[u32; 3]>>; 3] = Default::default();
     let has = [VERTEX, UV, NORMAL]
@@ -205,7 +204,7 @@ pub(super) fn merge_faces(threads: usize, pieces: Vec<Faces>) -> [Vec<[u32; 3]>;
     std::array::from_fn(|_| joined.next().unwrap_or_default())
 }
 
-/// The surface of triangles for which the file names none.
+/// The material of triangles for which the file names none.
 pub(super) fn default_material(options: &Options) -> Material {
     options.material.unwrap_or(GREY)
 }
@@ -217,7 +216,7 @@ pub(super) fn bare_scene(options: &Options, table: &mut MaterialTable) -> Scene 
     scene
 }
 
-/// Puts a mesh into its scene, adds what is missing, and checks all of it.
+/// Puts a mesh into its scene, adds what is missing, and checks the whole scene.
 pub(super) fn finish(
     mut scene: Scene,
     mut joined: MergedMesh,

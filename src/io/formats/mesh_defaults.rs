@@ -1,4 +1,4 @@
-//! What a picture of a bare mesh is made with.
+//! Defaults for the picture of a bare mesh.
 
 use super::defaults::MissingParts;
 use glam::Vec3;
@@ -17,7 +17,7 @@ pub(super) const GREY: Material = Material {
     gloss: 0.0,
 };
 
-/// What formats of nothing but triangles do not say.
+/// Parts that formats of nothing but triangles do not give.
 pub(super) const BARE: MissingParts = MissingParts {
     view: true,
     lights: true,

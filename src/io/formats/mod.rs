@@ -1,4 +1,4 @@
-//! Bytes to [`Scene`]: the only place where a scene file can be wrong.
+//! Bytes to [`Scene`]. All errors in a scene file are found here.
 
 mod bytes;
 mod decimal;
@@ -36,24 +36,24 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// One thing to say about a place in a scene file.
+/// One message about a span of a scene file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Line, from 1; 0 in a binary file, where only the offset tells the place.
+    /// Line, from 1; 0 in a binary file, where only the offset gives the position.
     pub line: usize,
     /// Column in characters, from 1; a byte order mark counts as none. 0 in a binary file.
     pub column: usize,
-    /// Byte offset of the place in the file, byte order mark included.
+    /// Byte offset of the span in the file, byte order mark included.
     pub offset: usize,
-    /// Bytes the place spans.
+    /// Length of the span in bytes.
     pub length: usize,
-    /// What is wrong.
+    /// The error or remark.
     pub message: String,
-    /// What to do about it, where that can be said.
+    /// Advice on how to mend it, if there is any.
     pub help: Option<String>,
 }
 
-/// Why no scene came out of a file.
+/// The reason why a file gave no scene.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// The file could not be read.
@@ -69,10 +69,10 @@ pub enum LoadError {
     Scene {
         /// The file.
         path: PathBuf,
-        /// Its text, for showing the places; U+FFFD or `?` stands for what is not UTF-8. Of a
-        /// binary file its header, if that is text.
+        /// Its text, for showing the spans; U+FFFD or `?` stands for bytes that are not UTF-8. For
+        /// a binary file this is its header, if that is text.
         text: String,
-        /// What is wrong: at least one, at most [`MAX_DIAGNOSTICS`], in file order.
+        /// The errors: at least one, at most [`MAX_DIAGNOSTICS`], in file order.
         diagnostics: Vec<Diagnostic>,
     },
     /// Files that the scene names, or data that it makes, would take more than
@@ -104,35 +104,36 @@ fn summary(diagnostics: &[Diagnostic]) -> String {
     }
 }
 
-/// A scene and what its reader noticed.
+/// A scene and the remarks of its reader.
 #[derive(Debug)]
 pub struct Loaded {
     /// The scene, validated and range-fitted.
     pub scene: Scene,
     /// Remarks that do not stop a render.
     pub warnings: Vec<Diagnostic>,
-    /// What was added because the file has none, such as a camera.
+    /// Remarks on what was added because the file has none, such as a camera.
     pub notes: Vec<String>,
 }
 
-/// What the user gives beside the file: for what a mesh lacks, or instead of what a file has.
+/// The user's options beside the file: defaults for parts that a mesh lacks, and overrides of parts
+/// that a file has.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Instead of the file's camera.
+    /// Replaces the file's camera.
     pub view: Option<FileView>,
-    /// Instead of the file's lights, unless empty.
+    /// Replaces the file's lights, unless empty.
     pub lights: Vec<AddedLight>,
-    /// Instead of the file's background.
+    /// Replaces the file's background.
     pub background: Option<Vec3>,
-    /// For triangles whose file names no material.
+    /// Material for triangles whose file names none.
     pub material: Option<Material>,
-    /// Where the scene's origin is put.
+    /// Position of the scene's origin.
     pub origin: Origin,
     /// Threads that a reader may use; 0 for one per CPU.
     pub threads: usize,
-    /// Bytes that may be used for what the file names or makes beyond itself and columns of its
-    /// size: other files, pictures decoded, meshes copied into place, polygons of few bytes a
-    /// triangle. They are counted before they are used; none for as many as there are.
+    /// Bytes that may be used beyond the file itself and columns of its size: for other files,
+    /// decoded pictures, copied meshes, and polygons of few bytes a triangle. They are counted
+    /// before they are used. `None` sets no limit.
     pub max_memory: Option<u64>,
 }
 
@@ -141,7 +142,7 @@ pub struct Options {
 pub enum AddedLight {
     /// A point light that does not fade.
     Point {
-        /// Where it is, in the file's coordinates.
+        /// Position, in the file's coordinates.
         position: DVec3,
         /// Colour.
         color: Vec3,
@@ -185,7 +186,7 @@ impl SceneFormat {
             .next()
     }
 
-    /// The part of the file whose lines mean anything to a person.
+    /// The part of the file whose lines can be shown to a person.
     fn text(self, bytes: &[u8]) -> String {
         match self {
             SceneFormat::Gltf if gltf::is_binary(bytes) => String::new(),
@@ -212,11 +213,11 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
     load_format(path, path.extension(), options)
 }
 
-/// Reads a scene file of the format with this ending (one of [`endings`]), whatever its name ends
-/// in.
+/// Reads a scene file of the format with this ending (one of [`endings`]). The ending of its own
+/// name is not looked at.
 ///
 /// # Errors
-/// As of [`load`].
+/// Those of [`load`].
 pub fn load_as(path: &Path, ending: &str, options: &Options) -> Result<Loaded, LoadError> {
     load_format(path, Some(OsStr::new(ending)), options)
 }
@@ -230,20 +231,20 @@ fn load_format(
         path: path.to_path_buf(),
         source,
     };
-    // Opened before the ending is looked at: that a file is not there is the better answer to a
-    // mistyped name.
+    // Opened before the ending is checked: for a mistyped name, a missing file is the more useful
+    // error.
     let file = open(path).map_err(io)?;
     let format = known_format(path, ending)?;
     let bytes = bytes::read(file, path, options.threads).map_err(io)?;
     load_read(path, format, &bytes, options)
 }
 
-/// Reads a scene from bytes that came from elsewhere, a pipe for example, as from a file of this
-/// path and of the format with this ending (one of [`endings`]): files that the scene names are
-/// looked for in the path's folder.
+/// Reads a scene from bytes that came from elsewhere, for example from a pipe. They are read like a
+/// file of this path and of the format with this ending (one of [`endings`]). Files that the scene
+/// names are looked for in the path's folder.
 ///
 /// # Errors
-/// As of [`load`].
+/// Those of [`load`].
 pub fn load_bytes(
     path: &Path,
     ending: &str,
@@ -286,7 +287,7 @@ fn load_read(
     })
 }
 
-/// Reads a file as it stands, and once more where its geometry turns out to be far away: see
+/// Reads a file in its own coordinates, and once more if its geometry turns out to be far away: see
 /// [`origin`].
 fn read(
     format: SceneFormat,
@@ -348,8 +349,7 @@ fn read_once(
 /// folder around it. `None` if the ending names no format.
 ///
 /// # Errors
-/// What is wrong with the bytes, in file order: at least one and at most [`MAX_DIAGNOSTICS`]
-/// diagnostics.
+/// Faults of the bytes, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
 pub fn read_bytes(
     ending: &str,
     bytes: &[u8],
@@ -367,8 +367,7 @@ fn text_of(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
 /// Reads a scene from the text of a `.test` file.
 ///
 /// # Errors
-/// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`]
-/// diagnostics.
+/// Faults of the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
 pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
     read_text(SceneFormat::Test, text)
 }
@@ -376,8 +375,7 @@ pub fn read_test(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
 /// Reads a scene from the text of an NFF file (Eric Haines' neutral file format).
 ///
 /// # Errors
-/// What is wrong with the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`]
-/// diagnostics.
+/// Faults of the text, in file order: at least one and at most [`MAX_DIAGNOSTICS`] diagnostics.
 pub fn read_nff(text: &str) -> Result<Loaded, Vec<Diagnostic>> {
     read_text(SceneFormat::Nff, text)
 }
@@ -399,8 +397,8 @@ fn open(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// Text that need not be UTF-8, such as names in old encodings: what is not becomes `?`, a byte
-/// each, so that every place stays where it is.
+/// Text that need not be UTF-8, such as names in old encodings. Each byte that is not UTF-8 becomes
+/// `?`, so that all offsets stay the same.
 fn lossy_text(bytes: &[u8]) -> String {
     let mut out = String::with_capacity(bytes.len());
     for chunk in bytes.utf8_chunks() {
@@ -410,10 +408,11 @@ fn lossy_text(bytes: &[u8]) -> String {
     out
 }
 
-/// That a text file stops to be one at `offset`.
+/// The error of a text file that has a byte at `offset` which is no text.
 fn not_text(bytes: &[u8], offset: usize) -> Vec<Diagnostic> {
     let mut report = DiagnosticSink::new(bytes);
-    // Nothing wide: a byte of the file is another number of bytes where the text is shown.
+    // The span is empty, because a byte of the file is another number of bytes in the text that is
+    // shown.
     let span = Span { offset, length: 0 };
     report.error_with_help(
         span,

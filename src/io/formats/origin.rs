@@ -1,9 +1,9 @@
-//! Local origin of a scene that lies far from where its file's coordinates begin.
+//! Local origin of a scene that lies far from the origin of its file's coordinates.
 //!
-//! A file is read as it stands. If its geometry then turns out to lie far away, it is read once
-//! more, and this time readers subtract an origin near the geometry, in double precision, before
-//! they round. So scenes that are not far away keep every bit and cost nothing more than a look at
-//! some of their triangles.
+//! A file is first read in its own coordinates. If its geometry turns out to lie far away, the file
+//! is read once more. This time readers subtract an origin near the geometry, in double precision,
+//! before they round. So scenes that are not far away keep every bit, at the cost of a look at some
+//! of their triangles.
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -11,31 +11,31 @@
 //! | c | largest magnitude of the geometry's coordinates along one axis |
 //! | g | largest power of two ≤ h, at least one unit in the last place of the largest coordinate |
 //!
-//! An axis is moved where c > [`MAX_OFFSET_RATIO`] · h, to the multiple of g that is nearest to the
-//! middle of the geometry. There c − 2h ≤ |x| ≤ c for all coordinates x, so that origin and x lie
-//! within a factor of 2 of each other, and both are single-precision numbers if x is one: their
+//! An axis is moved if c > [`MAX_OFFSET_RATIO`] · h, to the multiple of g that is nearest to the
+//! middle of the geometry. Then c − 2h ≤ |x| ≤ c for all coordinates x, so that origin and x lie
+//! within a factor of 2 of each other, and both are single-precision numbers if x is one. Their
 //! difference is exact (Sterbenz). Axes that are not moved stay exact, too. Scenes with a ground
-//! that reaches to the origin have a large h, and do not move.
+//! that reaches to the origin have a large h, and are not moved.
 
 use super::Diagnostic;
 use super::diagnostics::DiagnosticSink;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene, Vec3s};
 
-/// Coordinates in units of the geometry's half extent from which on it counts as far away. Rounding
-/// moves places by up to 2⁻²⁵ of a coordinate, so that it shifts nothing by more than 16 · 2⁻²⁵ ≈
-/// 5·10⁻⁷ of the half extent where no axis is moved: a thousandth of a pixel in a picture of 2000
+/// Ratio of coordinates to the geometry's half extent from which on it counts as far away. Rounding
+/// moves positions by up to 2⁻²⁵ of a coordinate. If no axis is moved, it therefore moves nothing
+/// by more than 16 · 2⁻²⁵ ≈ 5·10⁻⁷ of the half extent: a thousandth of a pixel in a picture of 2000
 /// pixels. Moved or not, 99.9 % of the pixels of a box over a floor are the same at 16; at 30 fewer
 /// are where samples are rounded down. Scenes that are modelled where they are used, with a corner
 /// or the eye at the origin, stay below 8.
 const MAX_OFFSET_RATIO: f64 = 16.0;
 
-/// Readings of a file: the first as it stands. What single precision leaves of coordinates says
-/// where they are to 2⁻²⁴; so a second origin may be needed for a small thing very far away, and no
-/// third, as double precision ends there.
+/// Most readings of a file; the first is in its own coordinates. Coordinates that were rounded to
+/// single precision give a position to 2⁻²⁴. So a second origin may be needed for a small thing
+/// very far away. A third is never needed, as double precision ends there.
 pub(super) const MAX_READINGS: usize = 3;
 
-/// Where the origin of a scene is put that is read from a file.
+/// Origin of a scene that is read from a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Origin {
     /// Near the geometry, if that lies far from the file's origin; else the file's origin.
@@ -43,13 +43,13 @@ pub enum Origin {
     Auto,
     /// The file's origin.
     File,
-    /// A place in the file's coordinates. The file's origin is used after all where the file's
+    /// A position in the file's coordinates. The file's origin is used instead if the file's
     /// coordinates are single precision and cannot be moved there without rounding them.
     At([f64; 3]),
 }
 
 impl Origin {
-    /// The origin that a reader subtracts; `None` where it reads the file as it stands.
+    /// The origin that a reader subtracts; `None` if it keeps the file's coordinates.
     pub(super) fn offset(self) -> Option<DVec3> {
         match self {
             Origin::At(position) if position != [0.0; 3] => Some(position.into()),
@@ -63,19 +63,19 @@ impl Origin {
     }
 }
 
-/// Why a reading ends without a scene.
+/// The reason why a reading ends without a scene.
 #[derive(Debug)]
 pub(super) enum ReadStop {
     /// Something is wrong with the file.
     Wrong(Vec<Diagnostic>),
-    /// The geometry is far away: the file is to be read again, from this origin.
+    /// The geometry is far away: the file must be read again, from this origin.
     Far(DVec3),
-    /// Coordinates are single precision, and would not be the same after the move.
+    /// Coordinates are single precision, and the move would change them.
     Inexact,
 }
 
 impl ReadStop {
-    /// Because of the errors of a report, which has some.
+    /// Stops because of the errors of a report, which has some.
     pub(super) fn of(report: DiagnosticSink) -> ReadStop {
         ReadStop::Wrong(report.finish().err().unwrap_or_default())
     }
@@ -95,10 +95,10 @@ impl From<Vec<Diagnostic>> for ReadStop {
     }
 }
 
-/// Triangles between two looks at whether the rest matters.
+/// Number of triangles between two checks whether the rest matters.
 const BLOCK: usize = 64;
 
-/// Bounds of geometry, as far as it has been looked at.
+/// Bounds of the geometry that has been visited so far.
 struct GeometryExtent {
     lo: Vec3,
     hi: Vec3,
@@ -119,9 +119,9 @@ impl GeometryExtent {
         (self.lo.as_dvec3(), self.hi.as_dvec3())
     }
 
-    /// Tells whether no more geometry can make it far away. As the bounds grow to a half extent H,
-    /// c grows by at most 2H; so nothing is far away in the end where c ≤ (FAR − 2) · h now, as h ≤
-    /// H.
+    /// Returns true if no more geometry can make it far away. As the bounds grow to a half extent
+    /// H, c grows by at most 2H. So nothing is far away in the end if c ≤ ([`MAX_OFFSET_RATIO`] −
+    /// 2) · h now, as h ≤ H.
     fn is_near(&self) -> bool {
         let (lo, hi) = self.corners();
         let half = ((hi - lo) / 2.0).max_element();
@@ -153,7 +153,7 @@ fn far(lo: DVec3, hi: DVec3) -> Option<DVec3> {
     (origin != DVec3::ZERO && origin.is_finite()).then_some(origin)
 }
 
-/// The largest power of two that is not larger; 0 of 0.
+/// The largest power of two that is not larger than `x`; 0 for 0.
 fn power_below(x: f64) -> f64 {
     let (mantissa, exponent) = libm::frexp(x);
     match mantissa == 0.0 {
@@ -162,7 +162,7 @@ fn power_below(x: f64) -> f64 {
     }
 }
 
-/// The origin of triangles of these vertices, if they are far away. Ends early where they are not.
+/// The origin of triangles of these vertices, if they are far away. Ends early if they are not.
 pub(super) fn of_triangles(vertices: &Vec3s, corners: &[[u32; 3]]) -> Option<DVec3> {
     let mut look = GeometryExtent::NOTHING;
     for rows in corners.chunks(BLOCK) {
@@ -177,8 +177,8 @@ pub(super) fn of_triangles(vertices: &Vec3s, corners: &[[u32; 3]]) -> Option<DVe
     look.origin()
 }
 
-/// The origin of what a scene shows, if that is far away, in the file's units. Ends early where it
-/// is not.
+/// The origin of a scene's visible geometry, if that is far away, in the file's units. Ends early
+/// if it is not.
 pub(super) fn of_scene(scene: &Scene) -> Option<DVec3> {
     let unit = f64::from(scene.scale);
     if !scene.meshes.is_empty() {
@@ -203,7 +203,7 @@ pub(super) fn of_bounds(bounds: Bounds) -> Option<DVec3> {
     far(bounds.lo.as_dvec3(), bounds.hi.as_dvec3())
 }
 
-/// Moves single-precision vertices to an origin, if that rounds none of those that triangles use.
+/// Moves single-precision vertices to an origin, unless that rounds any that triangles use.
 pub(super) fn move_exactly(
     vertices: &mut Vec3s,
     corners: &[[u32; 3]],
@@ -229,13 +229,13 @@ pub(super) fn move_exactly(
     Ok(())
 }
 
-/// Tells whether a single-precision coordinate is one, too, after the move.
+/// Returns true if a single-precision coordinate stays one after the move.
 pub(super) fn is_exact(c: f32, origin: f64) -> bool {
     let moved = (f64::from(c) - origin) as f32;
     f64::from(moved) + origin == f64::from(c)
 }
 
-/// Words for a scene that was moved.
+/// Note for the user about a scene that was moved.
 pub(crate) fn note(scene: &Scene) -> Option<String> {
     let words = "the scene lies far from the origin of its coordinates: it is";
     let help = "what is given and told stays in the file's coordinates (see --origin)";
@@ -265,7 +265,7 @@ mod tests {
         assert_eq!(of([-10.0, 5.0, -10.0], [10.0, 5.0, 10.0]), None);
         // A ground that reaches to the origin.
         assert_eq!(of([0.0, 0.0, 0.0], [500_010.0, 3.0, 500_010.0]), None);
-        // A point, as single precision leaves of something small.
+        // A point, which is all that single precision leaves of something small.
         assert_eq!(of([1e9, 0.0, 0.0], [1e9, 0.0, 0.0]), Some([1e9, 0.0, 0.0]));
         assert_eq!(of([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]), None);
     }

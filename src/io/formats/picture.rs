@@ -1,5 +1,5 @@
 //! PNG and JPEG pictures to sRGB bytes. The size is known before anything is decoded, and rows are
-//! decoded one by one to where they stay.
+//! decoded one by one into their final memory.
 
 use phalanx_scene::MAX_TEXTURE_SIDE;
 use png::{BitDepth, Transformations};
@@ -28,16 +28,16 @@ enum Decoder<'a> {
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG: &[u8] = b"\xff\xd8\xff";
 
-/// More than deflate can make of a byte (1032), so that a picture's size is believed only as far as
-/// its bytes reach.
+/// Bound on the pixels per byte of a PNG: more than deflate can make of a byte (1032). A picture's
+/// size is trusted only as far as its bytes allow.
 const MAX_PNG_RATIO: u64 = 1040;
-/// A JPEG spends at least a bit on the mean of 8×8 pixels.
+/// Bound on the pixels per byte of a JPEG, which spends at least a bit on the mean of 8×8 pixels.
 const MAX_JPEG_PIXELS_PER_BYTE: u64 = 8 * 64;
 /// Bytes of a decoder's tables and rows.
 const TABLES: u64 = 1 << 20;
 
 impl<'a> EncodedImage<'a> {
-    /// Reads the header of a picture, whatever its file's name says it is.
+    /// Reads the header of a picture. The format does not depend on the file's name.
     pub(super) fn open(bytes: &'a [u8]) -> Result<EncodedImage<'a>, String> {
         if bytes.starts_with(PNG) {
             open_png(bytes)
@@ -53,8 +53,8 @@ impl<'a> EncodedImage<'a> {
         u64::from(self.width) * u64::from(self.height)
     }
 
-    /// All pixels, the uppermost row first. Grey becomes equal parts, 16 bits the nearest of 8,
-    /// alpha and colour profiles are ignored.
+    /// All pixels, the uppermost row first. Grey becomes equal components, 16 bits become the
+    /// nearest 8, and alpha and colour profiles are ignored.
     pub(super) fn decode(self) -> Result<Vec<[u8; 3]>, String> {
         let (width, height) = (self.width as usize, self.height as usize);
         let mut pixels = Vec::new();
@@ -97,7 +97,7 @@ fn open_png(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
         return Err(short(width, height));
     }
     let reader = decoder.read_info().map_err(broken)?;
-    // The crate takes a palette's length to be right.
+    // Checked here, because the crate takes a palette's length to be right.
     let (info, indexed) = (reader.info(), png::ColorType::Indexed);
     let palette = info.palette.as_deref().unwrap_or_default();
     if info.color_type == indexed && !is_palette(palette) {
@@ -111,12 +111,12 @@ fn open_png(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     })
 }
 
-/// Tells whether these are 1 to 256 colours of three bytes each.
+/// Returns true if these are 1 to 256 colours of three bytes each.
 fn is_palette(bytes: &[u8]) -> bool {
     (3..=3 * 256).contains(&bytes.len()) && bytes.len().is_multiple_of(3)
 }
 
-/// Where a PNG's passes begin and how far apart their pixels are: columns, then rows.
+/// Start and step of the pixels of a PNG's passes: columns, then rows.
 const ADAM7_PASSES: [[usize; 4]; 7] = [
     [0, 8, 0, 8],
     [4, 8, 0, 8],
@@ -154,7 +154,7 @@ fn decode_interlaced(
     Ok(())
 }
 
-/// How the decoder lays out a pixel.
+/// Layout of a pixel in the decoder's output.
 #[derive(Clone, Copy)]
 struct PixelLayout {
     samples: usize,
@@ -172,7 +172,7 @@ impl PixelLayout {
 
     fn each(self, row: &[u8], mut then: impl FnMut([u8; 3])) {
         let narrow = |p: &[u8], k: usize| p[k];
-        // The nearest: 65535 is 255 · 257.
+        // The nearest 8-bit value: 65535 is 255 · 257.
         let rounded = |p: &[u8], k: usize| {
             let sample = u32::from(u16::from_be_bytes([p[2 * k], p[2 * k + 1]]));
             ((sample + 128) / 257) as u8
@@ -192,8 +192,8 @@ impl PixelLayout {
     }
 }
 
-/// The decoder's SIMD variants are neither built nor asked for: its plain integer code gives the
-/// same bytes everywhere.
+/// Opens a JPEG. The decoder's SIMD variants are neither built nor used: its plain integer code
+/// gives the same bytes everywhere.
 fn open_jpeg(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     let broken = |error: zune_jpeg::errors::DecodeErrors| error.to_string();
     let options = DecoderOptions::new_safe()
@@ -209,8 +209,8 @@ fn open_jpeg(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     if pixels > bytes.len() as u64 * MAX_JPEG_PIXELS_PER_BYTE {
         return Err(short(width, height));
     }
-    // Of several scans, and of a progressive picture however few it has, all coefficients are kept:
-    // two bytes each, in whole blocks.
+    // A picture of several scans keeps all coefficients, and so does a progressive one of any
+    // number of scans: two bytes each, in whole blocks.
     let info = decoder.info();
     let progressive = info.as_ref().is_none_or(|info| info.sof.is_progressive());
     let components = info.map_or(4, |info| u64::from(info.components));
@@ -227,7 +227,7 @@ fn open_jpeg(bytes: &[u8]) -> Result<EncodedImage<'_>, String> {
     })
 }
 
-/// Number of scans, those of a thumbnail included.
+/// Number of scans, including those of a thumbnail.
 fn scans(bytes: &[u8]) -> usize {
     memchr::memmem::find_iter(bytes, b"\xff\xda")
         .take(2)

@@ -4,7 +4,7 @@ use png::{BitDepth, ColorType};
 const HALVED: &[u8] = include_bytes!("../../../tests/pictures/halved.jpg");
 const PROGRESSIVE: &[u8] = include_bytes!("../../../tests/pictures/progressive.jpg");
 const GREY: &[u8] = include_bytes!("../../../tests/pictures/grey.jpg");
-/// 16 bits a sample: 3000·x, 5000·y, 200·x·y.
+/// A picture of 16 bits a sample: 3000·x, 5000·y, 200·x·y.
 const INTERLACED: &[u8] = include_bytes!("../../../tests/pictures/interlaced.png");
 
 fn pixels(bytes: &[u8]) -> Result<Vec<[u8; 3]>, String> {
@@ -31,7 +31,7 @@ pub(in crate::formats) fn encoded(
     out
 }
 
-/// FNV-1a.
+/// FNV-1a hash.
 fn hash(pixels: &[[u8; 3]]) -> u64 {
     let bytes = pixels.iter().flatten();
     bytes.fold(0xcbf2_9ce4_8422_2325, |h, &b| {
@@ -101,7 +101,8 @@ fn pixels_of_an_interlaced_png_find_their_places() {
     );
 }
 
-/// A picture of one value may take a thousandth of the bytes that it claims, whatever its bits.
+/// Checks that a picture of one value may take a thousandth of the bytes of its pixels, at any
+/// depth.
 #[test]
 fn even_pictures_are_no_shorter_than_they_claim() {
     for (color, depth, bytes) in [

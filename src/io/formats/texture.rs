@@ -1,5 +1,5 @@
-//! Pictures that a scene file names or carries: each is decoded once, and one that cannot be had is
-//! a warning.
+//! Pictures that a scene file names or embeds. Each is decoded once, and a missing one is a
+//! warning.
 
 use super::diagnostics::{DiagnosticSink, Span, quoted};
 use super::folder::{Folder, Found};
@@ -12,34 +12,34 @@ use std::collections::{HashMap, HashSet};
 pub(super) struct TextureLibrary<'a> {
     asset_dir: &'a Folder,
     textures: Vec<Texture>,
-    /// Where each picture stands first; [`NO_TEXTURE`] for one that cannot be had.
+    /// Row of the first texture of each picture; [`NO_TEXTURE`] for a missing one.
     pictures: HashMap<ImageKey, u32>,
-    /// Where a picture stands with a wrapping.
+    /// Row of the texture of a picture with a wrapping.
     wrapped: HashMap<(u32, [Wrap; 2]), u32>,
-    /// Pictures that have got a wrapping.
+    /// Textures whose wrapping has been set.
     worn: HashSet<u32>,
     texels_left: u64,
 }
 
-/// Texels of all textures together, of three bytes each: small files may decode to a thousand times
-/// their size.
+/// Most texels of all textures together, of three bytes each: small files may decode to a thousand
+/// times their size.
 const MAX_TEXELS: u64 = 1 << 30;
 
-/// What tells pictures apart.
+/// Key that distinguishes pictures.
 #[derive(PartialEq, Eq, Hash)]
 enum ImageKey {
     File(Found),
-    /// A name that means no file.
+    /// A name without a file.
     Missing(String),
     Embedded(Embedded),
 }
 
-/// Where in the scene file a picture is.
+/// Location of a picture within the scene file.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Embedded {
-    /// In the text, as the picture of this number.
+    /// A picture in the text, by its number.
     Text(usize),
-    /// In the buffer view of this number, which several pictures may share.
+    /// A picture in the buffer view of this number, which several pictures may share.
     View(usize),
 }
 
@@ -53,7 +53,7 @@ impl Embedded {
 }
 
 impl<'a> TextureLibrary<'a> {
-    /// An empty shelf for the pictures of a folder.
+    /// An empty library for the pictures of a folder.
     pub(super) fn new(asset_dir: &'a Folder) -> Self {
         TextureLibrary {
             asset_dir,
@@ -66,8 +66,8 @@ impl<'a> TextureLibrary<'a> {
     }
 
     /// The texture in a file beside the scene file: an index for
-    /// [`phalanx_scene::Material::texture`], which is [`NO_TEXTURE`] where the picture cannot be
-    /// had; that is a warning at `span`, once for each picture.
+    /// [`phalanx_scene::Material::texture`]. It is [`NO_TEXTURE`] for a missing picture, which is a
+    /// warning at `span`, once for each picture.
     pub(super) fn named(
         &mut self,
         name: &str,
@@ -85,8 +85,8 @@ impl<'a> TextureLibrary<'a> {
         self.picture(origin, &quoted(name), bytes, wrap, span, report)
     }
 
-    /// The texture that the scene file carries, in `bytes`, which are asked for once. As
-    /// [`TextureLibrary::named`].
+    /// The texture that is embedded in the scene file, in `bytes`, which are requested once.
+    /// Otherwise as [`TextureLibrary::named`].
     pub(super) fn embedded<'b>(
         &mut self,
         picture: Embedded,
@@ -151,7 +151,7 @@ impl<'a> TextureLibrary<'a> {
         reason.map_or(row, told)
     }
 
-    /// A picture in sRGB bytes, for which there is room.
+    /// Decodes a picture into sRGB bytes, if there is memory for it.
     fn decode(&self, name: &str, bytes: &[u8]) -> Result<Texture, String> {
         let picture = EncodedImage::open(bytes)?;
         let (width, height) = (picture.width, picture.height);
@@ -169,8 +169,8 @@ impl<'a> TextureLibrary<'a> {
         })
     }
 
-    /// Where a picture may stand with another wrapping: the first use gives it one, and only
-    /// another needs a copy.
+    /// Row of a picture with another wrapping. The first use sets the wrapping of the texture
+    /// itself, and only another one needs a copy.
     fn copy_for(&mut self, name: &str, first: u32, wrap: [Wrap; 2]) -> Result<u32, String> {
         let row = match self.worn.insert(first) {
             true => first,
@@ -189,7 +189,7 @@ impl<'a> TextureLibrary<'a> {
         Ok(row)
     }
 
-    /// Takes a texture for which there is room.
+    /// Adds a texture for which there is memory.
     fn push(&mut self, texture: Texture) -> u32 {
         self.texels_left -= texture.texels.len() as u64;
         self.textures.push(texture);

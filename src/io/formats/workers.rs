@@ -1,9 +1,9 @@
-//! Several threads over the pieces of a file. What comes out does not depend on how many there are.
+//! Several threads over the chunks of a file. The result does not depend on the number of threads.
 
 use std::ops::Range;
 use std::sync::Mutex;
 
-/// Threads to use: what the options ask for, or one per CPU.
+/// Number of threads to use: that of the options, or one per CPU.
 pub(super) fn thread_count(asked: usize) -> usize {
     match asked {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
@@ -11,8 +11,8 @@ pub(super) fn thread_count(asked: usize) -> usize {
     }
 }
 
-/// Runs `work` on each item, on as many threads as there is use for; the results stand in the
-/// items' order.
+/// Runs `work` on each item, on as many threads as can be used; the results are in the items'
+/// order.
 pub(super) fn map<T: Send, R: Send>(
     threads: usize,
     items: Vec<T>,
@@ -23,7 +23,7 @@ pub(super) fn map<T: Send, R: Send>(
         return items.into_iter().map(work).collect();
     }
     let mut results: Vec<Option<R>> = items.iter().map(|_| None).collect();
-    // Whoever is free takes the next item, together with the place of its result.
+    // An idle thread takes the next item, together with the slot of its result.
     let queue = Mutex::new(items.into_iter().zip(&mut results));
     let next = || queue.lock().ok()?.next();
     std::thread::scope(|scope| {
@@ -33,7 +33,7 @@ pub(super) fn map<T: Send, R: Send>(
             }
         };
         for _ in 1..threads {
-            // Where the system has no more threads, those that there are do the rest.
+            // If the system has no more threads, the existing ones do the rest.
             if std::thread::Builder::new()
                 .spawn_scoped(scope, run)
                 .is_err()
@@ -47,8 +47,8 @@ pub(super) fn map<T: Send, R: Send>(
     results.into_iter().flatten().collect()
 }
 
-/// Cuts a text of `range` into pieces of about `size` bytes that end where `end_after` says: the
-/// first good place at or after an offset.
+/// Cuts a text of `range` into chunks of about `size` bytes. Each ends where `end_after` says: at
+/// the first possible offset at or after the given one.
 pub(super) fn cut(
     range: Range<usize>,
     size: usize,

@@ -1,13 +1,13 @@
 //! Accessors: typed rows in a buffer view, with or without sparse replacements. Rows are read one
-//! by one where they lie, so that nothing is allocated by a count.
+//! by one from the buffer, so that no allocation depends on a count.
 
 use super::document::{GltfAccessor, Sparse};
 use super::source::GltfSource;
 
-/// An accessor whose last row has been checked to be there.
+/// An accessor whose last row has been checked to exist.
 #[derive(Clone, Copy)]
 pub(super) struct Accessor<'a> {
-    /// Rows.
+    /// Number of rows.
     pub(super) count: usize,
     rows: Option<StridedRows<'a>>,
     kind: Component,
@@ -60,7 +60,7 @@ impl Component {
         }
     }
 
-    /// A component as a whole number; `None` for kinds that are no indices.
+    /// A component as a whole number; `None` for types that cannot be indices.
     fn index(self, bytes: &[u8]) -> Option<u32> {
         match self {
             Component::U8 => Some(u32::from(bytes[0])),
@@ -96,7 +96,7 @@ fn first_four(bytes: &[u8]) -> [u8; 4] {
     [bytes[0], bytes[1], bytes[2], bytes[3]]
 }
 
-/// Number of components of a type's name.
+/// Number of components of a type, by its name.
 fn width_of(kind: &str) -> Option<usize> {
     Some(match kind {
         "SCALAR" => 1,
@@ -140,7 +140,8 @@ impl<'a> Accessor<'a> {
                 size,
                 count,
             )?),
-            // Zeros that nothing backs: as many as the file has bytes are enough for any use.
+            // Zeros without a buffer behind them: a count of up to the file's size in bytes is
+            // enough for any use.
             None if row.sparse.is_some() && row.count <= source.buffer_bytes() => None,
             None if row.sparse.is_some() => {
                 return Err(format!(
@@ -160,7 +161,7 @@ impl<'a> Accessor<'a> {
         })
     }
 
-    /// Whether its components can be indices.
+    /// Returns true if its components can be indices.
     pub(super) fn holds_indices(&self) -> bool {
         matches!(self.kind, Component::U8 | Component::U16 | Component::U32)
     }
@@ -192,7 +193,7 @@ impl<'a> Accessor<'a> {
 }
 
 impl<'a> StridedRows<'a> {
-    /// Rows of `size` bytes, of which the last is there.
+    /// Rows of `size` bytes, the last of which has been checked to exist.
     fn checked(
         source: &'a GltfSource,
         view: usize,

@@ -1,5 +1,5 @@
-//! GLB: a header of twelve bytes, and chunks, of which the first is the JSON document and the
-//! second may be a buffer.
+//! GLB: a header of twelve bytes, and chunks. The first chunk is the JSON document, and the second
+//! may be a buffer.
 
 use crate::formats::diagnostics::{Span, quoted};
 use std::ops::Range;
@@ -9,13 +9,13 @@ pub(super) const MAGIC: &[u8] = b"glTF";
 
 /// The two parts of a file.
 pub(super) struct Container {
-    /// Where the document stands.
+    /// Span of the document.
     pub(super) json: Range<usize>,
-    /// Where the buffer without a name stands.
+    /// Span of the buffer without a name.
     pub(super) binary: Option<Range<usize>>,
 }
 
-/// What is wrong, and where.
+/// A fault: its span and a message.
 pub(super) type ContainerFault = (Span, String);
 
 const HEADER: usize = 12;

@@ -1,5 +1,5 @@
-//! The JSON document: what of it matters here, as the specification names it. Counts and indices
-//! are as in the file; whoever uses one checks it.
+//! The JSON document: those parts of it that are used here, named as in the specification. Counts
+//! and indices are as in the file; their users check them.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -26,7 +26,7 @@ pub(super) struct GltfDocument {
     pub(super) extensions: Extensions,
 }
 
-/// All of a document that a file of another version is sure to have.
+/// The part of a document that exists in every version.
 #[derive(Deserialize, Default)]
 #[serde(default)]
 pub(super) struct Versioned {
@@ -300,7 +300,7 @@ pub(super) struct MaterialExtensions {
     pub(super) emissive_strength: Option<EmissiveStrength>,
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     pub(super) specular_glossiness: Option<SpecularGlossiness>,
-    /// Those that nothing here stands for.
+    /// Extensions that are ignored.
     #[serde(flatten)]
     pub(super) others: BTreeMap<String, IgnoredAny>,
 }

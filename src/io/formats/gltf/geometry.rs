@@ -9,7 +9,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use phalanx_scene::{Bounds, Mesh, MeshMaterial, NO_NORMALS, NO_UVS};
 use std::collections::HashMap;
 
-/// Triangles of one material, still as the file's accessors.
+/// Triangles of one material, in the form of the file's accessors.
 pub(super) struct PrimitiveGeometry<'a> {
     positions: Accessor<'a>,
     normals: Option<Accessor<'a>>,
@@ -18,12 +18,12 @@ pub(super) struct PrimitiveGeometry<'a> {
     material: u32,
 }
 
-/// Vertices of a mesh whose normal or texture place in the file says nothing.
+/// Vertices of a mesh whose normal or UV in the file is unusable.
 #[derive(Clone, Copy, Default)]
 pub(super) struct BadAttributes {
     pub(super) normals: usize,
     pub(super) uvs: usize,
-    /// Set where places that are single precision in the file were rounded.
+    /// True if positions that are single precision in the file were rounded.
     pub(super) inexact: bool,
 }
 
@@ -32,14 +32,14 @@ const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
 
-/// Whether a mode means triangles; 0 to 3 are points and lines.
+/// Returns true if a mode means triangles; 0 to 3 are points and lines.
 pub(super) fn is_surface(mode: u32) -> bool {
     (TRIANGLES..=FAN).contains(&mode)
 }
 
 impl<'a> PrimitiveGeometry<'a> {
     /// Opens a primitive's accessors and reads its indices: no more than `most` triangles, and only
-    /// if `room` has been found for them, and for the columns that are to be made of them.
+    /// if `room` grants memory for them and for the columns that are made of them.
     pub(super) fn open(
         source: &'a GltfSource,
         primitive: &Primitive,
@@ -87,12 +87,13 @@ impl<'a> PrimitiveGeometry<'a> {
         self.corners.len()
     }
 
-    /// Bytes that its columns take at most.
+    /// Upper bound on the bytes of its columns.
     pub(super) fn mesh_bytes(&self) -> u64 {
         self.bytes_of(self.len() as u64)
     }
 
-    /// Bytes of the columns of so many of its triangles, at most: they grow by doubling.
+    /// Upper bound on the bytes of the columns of `triangles` of its triangles: they grow by
+    /// doubling.
     fn bytes_of(&self, triangles: u64) -> u64 {
         let per = |column: bool, bytes: u64| if column { bytes } else { 0 };
         let (normals, uvs) = (self.normals.is_some(), self.uvs.is_some());
@@ -111,11 +112,11 @@ impl<'a> PrimitiveGeometry<'a> {
         })
     }
 
-    /// The triangles under a map, with only the vertices that they use. A map that mirrors turns
-    /// them round, so that their fronts stay in front.
+    /// The triangles under a map, with only the vertices that they use. A map that mirrors reverses
+    /// their order of corners, so that front faces stay front faces.
     ///
-    /// Where the map does nothing but take away the scene's origin, places have to be single
-    /// precision as before.
+    /// If the map does nothing but subtract the scene's origin, positions must still be single
+    /// precision after it.
     pub(super) fn mesh(
         &self,
         map: &DAffine3,
@@ -143,7 +144,7 @@ impl<'a> PrimitiveGeometry<'a> {
 }
 
 impl PrimitiveGeometry<'_> {
-    /// Tells whether taking an origin away rounds no corner.
+    /// Returns true if subtracting an origin rounds no corner.
     fn is_exact_at(&self, position: DVec3) -> bool {
         let exact = |&corner: &u32| {
             let at = self.positions.get::<3>(corner as usize);
@@ -165,7 +166,7 @@ struct TriangleIndices<'a> {
 }
 
 impl<'a> TriangleIndices<'a> {
-    /// Those of a primitive: no more than `most`.
+    /// The triangles of a primitive: no more than `most`.
     fn of(
         source: &'a GltfSource,
         primitive: &Primitive,
@@ -223,23 +224,23 @@ impl<'a> TriangleIndices<'a> {
     }
 }
 
-/// A mesh while its vertices are numbered anew, in the order in which triangles use them.
+/// A mesh while its vertices are renumbered in the order in which triangles use them.
 struct Placing<'s> {
     shape: &'s PrimitiveGeometry<'s>,
     map: &'s DAffine3,
-    /// For normals: the inverse transpose, up to a positive factor.
+    /// Map of normals: the inverse transpose, up to a positive factor.
     turn: DMat3,
     mirrored: bool,
     numbers: VertexRenumbering,
     mesh: Mesh,
-    /// Normals of the file that say nothing; the map may spoil more of them.
+    /// Number of normals that are unusable in the file already; the map may spoil more of them.
     nothing_said: usize,
-    /// Vertices without a normal or texture place that could be used.
+    /// Vertices without a usable normal; `bad_uvs` are those without a usable UV.
     bad_normals: Vec<u32>,
     bad_uvs: Vec<u32>,
 }
 
-/// New numbers of old ones: a table where most are used, a map where few are.
+/// New numbers of vertices by their old ones: a table if most are used, a map if few are.
 enum VertexRenumbering {
     Table(Vec<u32>),
     Map(HashMap<u32, u32>),
@@ -270,7 +271,7 @@ impl<'s> Placing<'s> {
             map,
             turn: cofactors * sign,
             mirrored,
-            // The table's size is no more than a few times what is read anyway.
+            // The table's size is at most a few times what is read anyway.
             numbers: match vertices <= 4 * corners {
                 true => VertexRenumbering::Table(vec![u32::MAX; vertices]),
                 false => VertexRenumbering::Map(HashMap::new()),
@@ -282,7 +283,7 @@ impl<'s> Placing<'s> {
         }
     }
 
-    /// The new number of a vertex, which is appended when it is first asked for.
+    /// The new number of a vertex, which is appended at its first use.
     fn number(&mut self, old: u32) -> Result<u32, String> {
         let new = self.mesh.vertices.len() as u32;
         let slot = self.numbers.slot(old);
@@ -347,7 +348,7 @@ impl<'s> Placing<'s> {
     }
 }
 
-/// v/|v|, or zero for what has no direction.
+/// v/|v|, or zero for a vector without a direction.
 fn unit(v: DVec3) -> DVec3 {
     let length = v.length();
     match length > 0.0 && length.is_finite() {

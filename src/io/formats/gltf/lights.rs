@@ -6,8 +6,8 @@ use crate::formats::diagnostics::DiagnosticSink;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene, View};
 
-/// The camera of the first node that has one in perspective: the scene's view, and the width of its
-/// picture. Returns whether there is one.
+/// Takes the camera of the first node with a perspective one: the scene's view, and the width of
+/// its picture. Returns true if there is one.
 pub(super) fn add_camera(
     source: &GltfSource,
     nodes: &[PlacedNode],
@@ -51,8 +51,8 @@ fn view(placed: &PlacedNode, yfov: f64, bounds: Bounds) -> Option<View> {
     let eye = placed.to_world.translation;
     let m = placed.to_world.matrix3;
     let (back, up) = (m.z_axis.try_normalize()?, m.y_axis.try_normalize()?);
-    // As far away as what is looked at, so that neither rounding nor the point itself changes the
-    // scene's scale.
+    // The target is as far away as the geometry, so that neither rounding nor the point itself
+    // changes the scene's scale.
     let middle = match bounds.is_empty() {
         true => eye - back,
         false => (bounds.lo.as_dvec3() + bounds.hi.as_dvec3()) / 2.0,
@@ -70,8 +70,8 @@ fn view(placed: &PlacedNode, yfov: f64, bounds: Bounds) -> Option<View> {
     view.basis().ok().map(|_| view)
 }
 
-/// Light on a surface that is exposed as it is; beyond these, all lights are scaled so that the
-/// scene's middle gets 1.
+/// Range of irradiance in which lights are left as they are. Beyond it, all lights are scaled so
+/// that the scene's middle gets 1.
 const EXPOSURE_RANGE: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 
 /// A light in the world. `strength` is colour times intensity over π, the radiance of a white
@@ -81,7 +81,7 @@ enum ConvertedLight {
     Directional { toward: DVec3, strength: DVec3 },
 }
 
-/// Adds the file's lights. Returns whether there are any.
+/// Adds the file's lights. Returns true if there are any.
 pub(super) fn add_lights(
     source: &GltfSource,
     nodes: &[PlacedNode],
@@ -140,13 +140,13 @@ pub(super) fn add_lights(
     !lamps.is_empty()
 }
 
-/// Colours within what single precision adds up without overflow.
+/// Colours, clamped so that single precision adds them up without overflow.
 fn bounded(color: DVec3) -> Vec3 {
     color.min(DVec3::splat(1e30)).as_vec3()
 }
 
-/// What all lights are scaled by: candela and lux have no bound, and files are written for any
-/// exposure.
+/// Factor by which all lights are scaled: candela and lux have no bound, and files are written for
+/// any exposure.
 fn exposure(lamps: &[ConvertedLight], bounds: Bounds) -> f64 {
     let (middle, reach) = match bounds.is_empty() {
         true => (DVec3::ZERO, 1.0),
@@ -157,7 +157,7 @@ fn exposure(lamps: &[ConvertedLight], bounds: Bounds) -> f64 {
     };
     let light = lamps.iter().map(|lamp| match lamp {
         ConvertedLight::Directional { strength, .. } => strength.max_element(),
-        // One inside the scene counts as if it stood at its edge.
+        // A light inside the scene counts as if it stood at its edge.
         ConvertedLight::Point { position, strength } => {
             let squared = (*position - middle).length_squared().max(reach * reach);
             strength.max_element() / squared

@@ -1,5 +1,5 @@
-//! Metallic-roughness to the document's Ka, Kd, Ks, Kt and shininess: the table stands in the
-//! module above.
+//! Converts metallic-roughness materials to the document's Ka, Kd, Ks, Kt and shininess. The table
+//! is in the parent module.
 
 use super::document::{
     GltfDocument, GltfMaterial, MetallicRoughness, SpecularGlossiness, TextureInfo,
@@ -14,12 +14,12 @@ use phalanx_scene::{Material, MaterialTable, Materials, NO_TEXTURE, Wrap};
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 
-/// What a primitive needs of its material.
+/// The result of a primitive's material.
 #[derive(Clone)]
 pub(super) struct PrimitiveMaterial {
     /// Row of the scene's materials.
     pub(super) material: u32,
-    /// The attribute with its texture places, and what is done to them.
+    /// The attribute with its UVs, and the map applied to them.
     pub(super) uvs: Option<(String, UvMap)>,
 }
 
@@ -60,7 +60,7 @@ pub(super) struct GltfMaterials<'a> {
     shelf: TextureLibrary<'a>,
     palette: MaterialTable,
     cache: HashMap<Option<usize>, PrimitiveMaterial>,
-    /// What the file has and the picture does not show.
+    /// Features that the file has and the picture does not show.
     pub(super) unused: BTreeSet<&'static str>,
 }
 
@@ -68,7 +68,7 @@ pub(super) struct GltfMaterials<'a> {
 const AMBIENT: f32 = 0.1;
 /// Reflectance of glass, paint and plastic seen straight on.
 const DIELECTRIC: f32 = 0.04;
-/// From this roughness on nothing is mirrored.
+/// Roughness from which on nothing is mirrored.
 const MATT: f32 = 0.5;
 /// Largest Blinn exponent.
 const SHARPEST: f32 = 10_000.0;
@@ -84,12 +84,12 @@ impl<'a> GltfMaterials<'a> {
         }
     }
 
-    /// The textures of all looks.
+    /// The textures of all materials.
     pub(super) fn into_textures(self) -> Vec<phalanx_scene::Texture> {
         self.shelf.into_textures()
     }
 
-    /// The look of a material's row; of no row, what the options say, or a matt grey.
+    /// The material of a row. Without a row it is the one of the options, or a matt grey.
     pub(super) fn of(
         &mut self,
         row: Option<usize>,
@@ -226,14 +226,14 @@ fn wrap_of(number: Option<u32>) -> Wrap {
     }
 }
 
-/// What both ways of describing a material come to.
+/// Common form of both ways of describing a material.
 struct PbrMaterial<'a> {
     color: Vec3,
     alpha: f32,
     /// Share that reflects like a metal, in its colour.
     metallic: f32,
     roughness: f32,
-    /// Reflectance straight on of what is not metal.
+    /// Reflectance of the non-metal part, straight on.
     specular: Vec3,
     texture: Option<&'a TextureInfo>,
 }
@@ -250,8 +250,8 @@ impl PbrMaterial<'_> {
         let [r, g, b, alpha] = pbr.base_color_factor.map(share);
         let ior = ior(material);
         let reflectance = (ior - 1.0) / (ior + 1.0);
-        // One number cannot stand for a texture of roughness, and one colour not for a mirror that
-        // a texture colours: both are shown as matt paint.
+        // One number cannot stand for a texture of roughness, and one colour cannot stand for a
+        // mirror that a texture colours. Both are shown as matt paint.
         let varied = pbr.metallic_roughness_texture.is_some();
         let metallic = share(pbr.metallic_factor);
         let plain = !varied && (pbr.base_color_texture.is_none() || metallic == 0.0);
@@ -290,7 +290,7 @@ impl PbrMaterial<'_> {
 fn material_from(material: &GltfMaterial, paint: &PbrMaterial) -> Material {
     let extensions = &material.extensions;
     let emitted = match (&material.emissive_texture, &extensions.emissive_strength) {
-        // Without its texture the whole surface would glow.
+        // Without its texture the whole surface would glow, so it does not glow at all.
         (Some(_), _) => Vec3::ZERO,
         (None, strength) => {
             let strength = strength.as_ref().map_or(1.0, |s| s.emissive_strength);
@@ -309,8 +309,8 @@ fn material_from(material: &GltfMaterial, paint: &PbrMaterial) -> Material {
     let transmission = extensions.transmission.as_ref();
     let transmission = transmission.map_or(0.0, |t| share(t.transmission_factor));
     let blended = material.alpha_mode.as_deref() == Some("BLEND");
-    // What is not there lets everything through; what is there and not metal may let its colour
-    // through.
+    // The share that is not present (1 − alpha) lets all light through. The share that is present
+    // and not metal may transmit light in its colour.
     let present = if blended { paint.alpha } else { 1.0 };
     let through = transmission * (1.0 - paint.metallic);
     let metal = paint.metallic * mirror;
@@ -323,7 +323,8 @@ fn material_from(material: &GltfMaterial, paint: &PbrMaterial) -> Material {
         ks: reflected * present,
         kt: paint.color * (through * present) + Vec3::splat(1.0 - present),
         shininess: exponent(paint.roughness),
-        // A thin sheet, which all but those with a volume are, does not bend what it lets through.
+        // A thin sheet does not bend the light it transmits. All materials but those with a volume
+        // are thin.
         ior: match extensions
             .volume
             .as_ref()
@@ -350,7 +351,7 @@ fn exponent(roughness: f32) -> f32 {
     (2.0 / (alpha * alpha) - 2.0).clamp(0.0, SHARPEST)
 }
 
-/// 1.5 if the file does not say, or something impossible.
+/// The index of refraction; 1.5 if the file gives none, or an impossible one.
 fn ior(material: &GltfMaterial) -> f32 {
     let ior = material.extensions.ior.as_ref().map_or(1.5, |i| i.ior);
     match (1.0..=100.0).contains(&ior) {

@@ -1,23 +1,23 @@
 //! Geometry that a file shows several times: the same primitives in several meshes, or several
-//! times in one. Where that comes to many triangles they are stored once and placed, as a mesh of
-//! several nodes is.
+//! times in one. If the copies would be many triangles, they are stored once and instanced, like a
+//! mesh of several nodes.
 
 use super::document::{GltfAccessor, GltfDocument, GltfMesh, Primitive, Sparse};
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// Triangles of copies that a file may have as triangles of their own. With more of them they
+/// Most triangles of copies that are stored as triangles of their own. With more of them the copies
 /// become instances.
 pub(super) const MAX_COPIED_TRIANGLES: u64 = 1 << 18;
 
-/// Numbers that are the same for the same primitives.
+/// Numbers that are equal for equal primitives.
 pub(super) struct MeshInstances<'a> {
     document: &'a GltfDocument,
     /// For each mesh, its primitives' numbers.
     meshes: Vec<Vec<usize>>,
 }
 
-/// Numbers for things, the same for equal ones.
+/// Numbers of keys, equal for equal keys.
 struct Numbering<K>(HashMap<K, usize>);
 
 impl<K: Eq + Hash> Numbering<K> {
@@ -27,7 +27,7 @@ impl<K: Eq + Hash> Numbering<K> {
     }
 }
 
-/// Primitives of a mesh, by their places in it, and how often it has them.
+/// Primitives of a mesh, by their indices in it, and how often it has them.
 pub(super) struct MeshPart {
     pub(super) primitives: Vec<usize>,
     pub(super) times: usize,
@@ -38,7 +38,7 @@ impl<'a> MeshInstances<'a> {
         let mut numbers = Numbering(HashMap::new());
         let accessors = document.accessors.iter();
         let accessors: Vec<usize> = accessors.map(|row| numbers.of(accessor_key(row))).collect();
-        // One that is not there is like no other.
+        // A missing accessor is equal to no other.
         let accessor = |row: usize| accessors.get(row).map_or(Err(row), |&number| Ok(number));
         let mut numbers = Numbering(HashMap::new());
         let mut number = |primitive: &'a Primitive| {
@@ -57,8 +57,8 @@ impl<'a> MeshInstances<'a> {
         }
     }
 
-    /// Puts the places of meshes of the same primitives together, if without that more triangles
-    /// than [`MAX_COPIED_TRIANGLES`] would be copied.
+    /// Merges the placements of meshes of the same primitives, if more triangles than
+    /// [`MAX_COPIED_TRIANGLES`] would be copied otherwise.
     pub(super) fn joined<P>(&self, shown: Vec<(usize, Vec<P>)>) -> Vec<(usize, Vec<P>)> {
         let mut first: HashMap<&[usize], usize> = HashMap::new();
         let mut copied = 0u64;
@@ -85,9 +85,10 @@ impl<'a> MeshInstances<'a> {
         joined
     }
 
-    /// The primitives of a mesh that is placed so often: together, or in parts by how often it has
-    /// them if it would copy more triangles than [`MAX_COPIED_TRIANGLES`] otherwise. Copies of what
-    /// is placed often are stored all the same: as instances they would be as many as the product.
+    /// Splits the primitives of a mesh that is shown `places` times. They stay together unless the
+    /// mesh would copy more than [`MAX_COPIED_TRIANGLES`] triangles; then there is a part for each
+    /// number of repetitions. Copies in a mesh that is shown often are stored all the same: as
+    /// instances their number would be the product.
     pub(super) fn parts(&self, mesh: usize, places: usize) -> Vec<MeshPart> {
         let numbers = &self.meshes[mesh];
         let whole = || {
@@ -117,7 +118,7 @@ impl<'a> MeshInstances<'a> {
         parts.collect()
     }
 
-    /// Triangles of a mesh, as its accessors say.
+    /// Number of triangles of a mesh, by its accessors.
     pub(super) fn triangles(&self, mesh: usize) -> u64 {
         let GltfMesh { primitives } = &self.document.meshes[mesh];
         let each = (0..primitives.len()).map(|k| self.triangles_of(mesh, k));
@@ -136,7 +137,7 @@ impl<'a> MeshInstances<'a> {
     }
 }
 
-/// All that tells the rows of accessors apart.
+/// A key of all that distinguishes the rows of accessors.
 fn accessor_key(row: &GltfAccessor) -> impl Eq + Hash + use<> {
     let sparse = |sparse: &Sparse| {
         let (indices, values) = (&sparse.indices, &sparse.values);

@@ -1,52 +1,53 @@
 //! glTF 2.0: a JSON document, and buffers in the file itself (GLB, `data:`) or beside it.
 //!
-//! | file | |
+//! | file | content |
 //! |---|---|
 //! | `container` | the chunks of a GLB |
 //! | `document` | the JSON's structure |
-//! | `source` | buffers and buffer views, and where in the text a row stands |
+//! | `source` | buffers, buffer views, and the spans of rows in the text |
 //! | `accessor` | typed rows, sparse or not |
 //! | `nodes` | the hierarchy, flattened |
 //! | `geometry` | primitives: triangles, strips and fans |
-//! | `mesh_instances` | which meshes and primitives are the same |
-//! | `materials` | what surfaces look like |
+//! | `mesh_instances` | equal meshes and primitives |
+//! | `materials` | materials |
 //! | `lights` | cameras and lights |
 //!
-//! # What is shown
-//! The default scene; without one the first; without any, all root nodes. A mesh that one node
-//! shows is baked into the world; one that several show is stored once and placed (baked where
-//! single precision could not go there and back). Copies of more than 262,144 triangles are stored
-//! once and placed, too: of meshes that have the same accessors and materials, of such primitives
-//! of one mesh, and of meshes too large or small to be placed as they are. Skins and morph targets
-//! stay in their rest pose, points and lines are left out, animations are not played.
+//! # Scene
+//! The default scene is shown; if there is none, the first one; without any scene, all root nodes.
+//! A mesh that one node shows is baked into the world. A mesh that several nodes show is stored
+//! once and instanced (it is baked if single precision could not go there and back). Copies of more
+//! than 262,144 triangles are stored once and instanced, too: copies of meshes that have the same
+//! accessors and materials, of such primitives of one mesh, and of meshes too large or small to be
+//! instanced as they are. Skins and morph targets stay in their rest pose, points and lines are
+//! left out, and animations are not played.
 //!
 //! # Materials
 //! With base colour c, metallic m, roughness r and gloss g = max(0, 1 − 2r)² (Ks weighs the mirror
-//! image as well as the highlight, so that nothing rough may have any):
+//! image as well as the highlight, so nothing rough may have any):
 //!
-//! | | |
+//! | parameter | value |
 //! |---|---|
 //! | Kd | c · (1 − m·g) · (1 − t) |
 //! | Ka | Kd / 10 |
-//! | Ks | (1 − m)·g·F0 + m·g·c, F0 = 4 %, or as KHR_materials_ior says |
+//! | Ks | (1 − m)·g·F0 + m·g·c, F0 = 4 %, or that of KHR_materials_ior |
 //! | shininess | 2/r⁴ − 2, at most 10000 |
 //! | Kt | c · t, t = transmission · (1 − m) |
-//! | ior | 1, as of a thin sheet; that of KHR_materials_ior where there is a volume |
-//! | Ke | emissive factor · strength; 0 where it has a texture, which would have to say where |
+//! | ior | 1, as of a thin sheet; that of KHR_materials_ior if there is a volume |
+//! | Ke | emissive factor · strength; 0 if it has a texture, which would have to say where |
 //!
 //! The base colour texture multiplies Ka and Kd. A metal with a texture, and every material with a
 //! metallic-roughness texture, is shown as matt paint of its colour: one number cannot stand for a
 //! picture. `BLEND` with an alpha below 1 lets 1 − alpha through, unbent; masks are ignored.
-//! KHR_materials_unlit becomes Ka = c alone. KHR_materials_pbrSpecularGlossiness: Kd its diffuse,
-//! F0 its specular colour, r = 1 − glossiness. A primitive without a material takes the user's, or
-//! the grey of all meshes.
+//! KHR_materials_unlit becomes Ka = c alone. KHR_materials_pbrSpecularGlossiness: Kd is its diffuse
+//! colour, F0 its specular colour, r = 1 − glossiness. A primitive without a material gets the
+//! user's, or the grey of all meshes.
 //!
 //! # Lights and cameras
 //! Candela and lux over π are colours, so that a white surface facing 1 lux of light has radiance
-//! 1/π; point lights fade with the square of the distance. Where the middle of the scene then gets
+//! 1/π. Point lights fade with the square of the distance. If the middle of the scene then gets
 //! less than 0.25 or more than 4, all lights are scaled alike to give it 1, with a warning. Spot
 //! lights shine to all sides, with a warning. The first perspective camera is the view, and its
-//! aspect ratio that of the picture; orthographic ones are left out, with a warning.
+//! aspect ratio is that of the picture. Orthographic ones are left out, with a warning.
 
 mod accessor;
 mod container;
@@ -94,7 +95,7 @@ const SUPPORTED_EXTENSIONS: [&str; 16] = [
     "KHR_texture_transform",
 ];
 
-/// Whether the bytes are a GLB, whose text means nothing to a person.
+/// Returns true if the bytes are a GLB, which has no text to show.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     bytes.starts_with(container::MAGIC)
 }
@@ -102,7 +103,7 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
 /// Reads a scene from the bytes of a `.gltf` or `.glb` file.
 ///
 /// # Errors
-/// What is wrong with it: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
+/// Faults of the file: at least one and at most [`super::MAX_DIAGNOSTICS`] diagnostics.
 pub(super) fn read(
     bytes: &[u8],
     asset_dir: &Folder,
@@ -118,7 +119,7 @@ pub(super) fn read(
     let parsed = opened.and_then(|parts| {
         let rows = memchr::memchr_iter(b'{', &bytes[parts.json.clone()]).count() as u64;
         let what = || "for the rows of the document".to_owned();
-        // Names and data in the text are kept as they stand there.
+        // Names and data in the text stay in memory.
         let text = parts.json.len() as u64;
         let allowed = asset_dir.allowance().take(rows * ROW_BYTES + text, what);
         allowed.map_err(|message| (Span::START, message))?;
@@ -139,7 +140,7 @@ pub(super) fn read(
     finish_scene(scene, &missing, options, report)
 }
 
-/// Memory for an object of the document, such as a node, and what becomes of it.
+/// Memory for an object of the document, such as a node, and for its results.
 const ROW_BYTES: u64 = 1024;
 
 fn extensions_are_known(source: &GltfSource, report: &mut DiagnosticSink) -> bool {
@@ -168,21 +169,21 @@ struct GltfReader<'a, 't> {
     materials: Option<GltfMaterials<'a>>,
     allowance: &'a MemoryBudget,
     instances: MeshInstances<'a>,
-    /// Triangles that may still be made: as many as the file has bytes, and a few million.
-    /// Accessors may be shared, and nothing else bounds how often.
+    /// Number of triangles that may still be made: as many as the file has bytes, and a few
+    /// million. Accessors may be shared any number of times, and nothing else bounds that.
     triangles_left: u64,
-    /// Set where the scene's origin rounds coordinates that are single precision in the file.
+    /// True if the scene's origin rounds coordinates that are single precision in the file.
     inexact: bool,
 }
 
-/// Triangles that a file of any size may have.
+/// Number of triangles that a file of any size may have.
 const FREE_TRIANGLES: u64 = 1 << 24;
-/// Extents of meshes that are placed as they are: beyond, what is stored could not be intersected
-/// in single precision.
+/// Extents of meshes that are instanced as they are. Beyond this range the stored mesh could not be
+/// intersected in single precision.
 const SAFE_EXTENTS: std::ops::RangeInclusive<f32> = 1.0 / 268_435_456.0..=268_435_456.0;
 
-/// The map into the space where a mesh is stored, from its own, and the map back: moved to an
-/// origin, and then scaled.
+/// The map from a mesh's own space to the one in which it is stored, and the map back. The mesh is
+/// moved to an origin, and then scaled.
 fn stored_space(origin: Option<DVec3>, scale: f64) -> [DAffine3; 2] {
     let origin = origin.unwrap_or_default();
     let scaled = |by: f64| DAffine3::from_scale(DVec3::splat(by));
@@ -258,7 +259,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         missing.lights = !lights::add_lights(source, nodes, bounds, scene, report);
     }
 
-    /// Every mesh that is shown, in the order of its first node, and where it is shown.
+    /// Every mesh that is shown, in the order of its first node, with the maps of its placements.
     fn placements(&mut self, nodes: &[PlacedNode]) -> Vec<(usize, Vec<DAffine3>)> {
         let document = &self.source.document;
         let mut order = Vec::new();
@@ -298,7 +299,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             false => None,
         };
         let (true, Some(size)) = (places.len() > 1, size) else {
-            // The same in each place.
+            // The same vertices are bad in each placement.
             let mut bad = BadAttributes::default();
             for map in places {
                 bad = self.bake(&shapes, map)?;
@@ -307,8 +308,8 @@ impl<'a, 't> GltfReader<'a, 't> {
             return Ok(());
         };
         let stored = self.scene.begin_mesh();
-        // Near the geometry where that is far away in the mesh's own space, too: files have
-        // accessors that hold a map's coordinates, and nodes that take them back.
+        // An origin near the geometry if it is far away in the mesh's own space, too: some files
+        // have accessors in the coordinates of a map, and nodes that move them back.
         let own = origin::of_bounds(bounds);
         let [taken, back] = stored_space(own, size);
         let bad = self.bake(&shapes, &taken)?;
@@ -316,7 +317,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         self.warn_bad_attributes(mesh, bad);
         let mut baked = 0;
         for map in places {
-            // Zeros keep their signs where there is nothing to undo.
+            // If there is nothing to undo, no product is formed: zeros keep their signs.
             let undone = own.is_none() && size == 1.0;
             let to_world = if undone { *map } else { *map * back };
             if self.scene.add_instance(stored, to_world).is_err() {
@@ -335,8 +336,8 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(())
     }
 
-    /// Adds shapes under a map to the scene, and takes their triangles out of what may still be
-    /// made.
+    /// Adds shapes under a map to the scene, and subtracts their triangles from those that may
+    /// still be made.
     fn bake(
         &mut self,
         shapes: &[PrimitiveGeometry],
@@ -391,7 +392,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         let source = self.source;
         let mut shapes = Vec::new();
         let mut skipped = 0;
-        // All primitives of a mesh are open at once.
+        // All primitives of a mesh are open at once, so their sum is checked.
         let mut left = self.triangles_left;
         let mut open = 0;
         for &k in &part.primitives {
@@ -437,8 +438,8 @@ impl<'a, 't> GltfReader<'a, 't> {
         Ok(shapes)
     }
 
-    /// One warning for everything that the file has and the picture does not show; then the
-    /// textures go to the scene.
+    /// Adds one warning for all features that the file has and the picture does not show, then
+    /// moves the textures to the scene.
     fn warn_unused(&mut self, nodes: &[PlacedNode]) {
         let Some(mut looks) = self.materials.take() else {
             return;
@@ -463,8 +464,8 @@ impl<'a, 't> GltfReader<'a, 't> {
     }
 }
 
-/// The power of two that brings an extent to the nearer end of [`SAFE_EXTENTS`], so that nothing is
-/// rounded.
+/// The power of two that brings an extent to the nearer end of [`SAFE_EXTENTS`]. As it is a power
+/// of two, nothing is rounded.
 fn power_of_two_into_range(extent: f32) -> f64 {
     let nearest = extent.clamp(*SAFE_EXTENTS.start(), *SAFE_EXTENTS.end());
     match extent > 0.0 && extent.is_finite() {

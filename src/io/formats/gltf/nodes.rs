@@ -1,4 +1,4 @@
-//! The node hierarchy, flattened: what stands where in the world.
+//! The node hierarchy, flattened: nodes with their maps to the world.
 
 use super::document::{GltfDocument, GltfNode};
 use super::source::GltfSource;
@@ -12,12 +12,11 @@ pub(super) struct PlacedNode {
     pub(super) to_world: DAffine3,
 }
 
-/// The nodes of the default scene (or the first one, or of all roots), parents before their
+/// The nodes of the default scene (or of the first one, or of all roots), parents before their
 /// children, in file order.
 ///
 /// Every node is visited once, so that neither a cycle nor a node with two parents takes more time
-/// than the file has nodes; both are errors. The world begins at the origin: all maps lead to
-/// places less that.
+/// than the file has nodes. Both are errors. All maps subtract the scene's origin.
 pub(super) fn flatten(
     source: &GltfSource,
     origin: Origin,
@@ -103,7 +102,8 @@ fn local(node: &GltfNode) -> DAffine3 {
     }
     let turn = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
     let turn = match turn.length_squared() {
-        // Single precision in the file leaves it a little off unit length, which would scale.
+        // Single precision in the file leaves it a little off unit length, which would scale the
+        // node.
         squared if squared > 0.0 && squared.is_finite() => turn * (1.0 / squared.sqrt()),
         _ => DQuat::IDENTITY,
     };

@@ -1,5 +1,5 @@
-//! The file as its parts see it: the document, its buffers' bytes, and where in the text each of
-//! its rows stands.
+//! The file as a source for the other modules: the document, its buffers' bytes, and the spans of
+//! its rows in the text.
 
 use super::container::{Container, ContainerFault};
 use super::document::{GltfDocument, Versioned};
@@ -20,11 +20,11 @@ pub(super) struct GltfSource<'a> {
     json_offset: usize,
     pub(super) document: GltfDocument,
     buffers: Vec<Option<BufferBytes<'a>>>,
-    /// Where the rows of each list begin in `json`, once a message has asked for one.
+    /// Offsets of the rows of each list in `json`, found when a message first needs one.
     rows: OnceCell<BTreeMap<String, Vec<usize>>>,
 }
 
-/// Bytes of the file itself, or of another one.
+/// Bytes of a buffer: in the file itself, or of another one.
 #[derive(Clone)]
 enum BufferBytes<'a> {
     Own(&'a [u8]),
@@ -41,7 +41,7 @@ impl std::ops::Deref for BufferBytes<'_> {
     }
 }
 
-/// Text as data: padded or not, and forgiving about the bits past the end.
+/// Decoder of data in the text: padded or not, and lenient about the bits past the end.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &STANDARD,
     GeneralPurposeConfig::new()
@@ -50,7 +50,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 impl<'a> GltfSource<'a> {
-    /// Parses the document and checks that it is of a kind that is read here.
+    /// Parses the document and checks that its version is supported.
     pub(super) fn parse(
         bytes: &'a [u8],
         parts: &Container,
@@ -67,7 +67,7 @@ impl<'a> GltfSource<'a> {
         let asset = match &parsed {
             Ok(document) => &document.asset,
             // A document of another version may differ in everything else, and its version is the
-            // better answer.
+            // more useful error.
             Err(_) => {
                 &serde_json::from_slice::<Versioned>(json)
                     .unwrap_or_default()
@@ -101,8 +101,8 @@ impl<'a> GltfSource<'a> {
         })
     }
 
-    /// Where a row of one of the document's lists stands. The first call parses the text once more,
-    /// so for messages only.
+    /// Span of a row of one of the document's lists. The first call parses the text once more, so
+    /// it is for messages only.
     pub(super) fn place(&self, list: &str, row: usize) -> Span {
         let rows = self.rows.get_or_init(|| row_offsets(self.json));
         match rows.get(list).and_then(|offsets| offsets.get(row)) {
@@ -114,7 +114,7 @@ impl<'a> GltfSource<'a> {
         }
     }
 
-    /// Says what is wrong with a row.
+    /// Adds an error about a row.
     pub(super) fn error(&self, report: &mut DiagnosticSink, list: &str, row: usize, message: &str) {
         if !report.is_full() {
             report.error(self.place(list, row), format!("{list}[{row}]: {message}"));
@@ -134,8 +134,8 @@ impl<'a> GltfSource<'a> {
             let bytes = match (&buffer.uri, binary) {
                 (Some(uri), _) => fetch(uri, asset_dir, &mut files).map(BufferBytes::Other),
                 (None, Some(chunk)) if row == 0 => Ok(BufferBytes::Own(chunk)),
-                // Left for whoever uses it: a buffer that stands in for compressed data has no
-                // bytes of its own.
+                // No error yet; a use of the buffer reports it. A buffer that stands in for
+                // compressed data has no bytes of its own.
                 (None, _) => {
                     buffers.push(None);
                     continue;
@@ -191,7 +191,7 @@ impl<'a> GltfSource<'a> {
     }
 }
 
-/// Where the rows of every list of a document begin.
+/// Offsets of the rows of every list of a document.
 fn row_offsets(json: &[u8]) -> BTreeMap<String, Vec<usize>> {
     let members: BTreeMap<Cow<str>, &RawValue> = serde_json::from_slice(json).unwrap_or_default();
     let offset = |row: &&RawValue| row.get().as_ptr() as usize - json.as_ptr() as usize;
@@ -202,8 +202,8 @@ fn row_offsets(json: &[u8]) -> BTreeMap<String, Vec<usize>> {
     lists.collect()
 }
 
-/// The bytes that a URI stands for: data in the text itself, or a file of the scene file's folder,
-/// which is read once.
+/// The bytes of a URI: data in the text itself, or a file of the scene file's folder, which is read
+/// once.
 fn fetch(
     uri: &str,
     asset_dir: &Folder,
@@ -230,13 +230,13 @@ fn fetch(
     Ok(bytes)
 }
 
-/// What a `data:` URI carries.
+/// The data of a `data:` URI.
 pub(super) struct DataUri<'a> {
     /// `None` if it is not base64.
     text: Option<&'a str>,
 }
 
-/// What a URI carries itself; `None` if it names something else.
+/// The data that a URI holds itself; `None` if it names something else.
 pub(super) fn parse_data_uri(uri: &str) -> Option<DataUri<'_>> {
     let rest = uri.strip_prefix("data:")?;
     let parts = rest.split_once(',');
@@ -247,12 +247,12 @@ pub(super) fn parse_data_uri(uri: &str) -> Option<DataUri<'_>> {
 }
 
 impl DataUri<'_> {
-    /// Bytes that it may decode to, at most.
+    /// Upper bound on the bytes that it decodes to.
     pub(super) fn most_bytes(&self) -> u64 {
         self.text.map_or(0, |text| text.len() as u64)
     }
 
-    /// Its bytes, or why there are none.
+    /// Its bytes, or the reason why there are none.
     pub(super) fn bytes(&self) -> Result<Vec<u8>, String> {
         let text = self.text.ok_or("a data URI that is not base64")?;
         let decoded = BASE64.decode(text);
@@ -260,7 +260,7 @@ impl DataUri<'_> {
     }
 }
 
-/// A relative URI as a file's name: %20 stands for a blank.
+/// A relative URI as a file name: %20 stands for a blank.
 pub(super) fn file_name(uri: &str) -> String {
     let (mut bytes, mut rest) = (Vec::with_capacity(uri.len()), uri.as_bytes());
     while let [first, after @ ..] = rest {
@@ -280,7 +280,7 @@ pub(super) fn file_name(uri: &str) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// Where a line and column (from 1, in bytes) are.
+/// Offset of a line and column (from 1, in bytes).
 fn offset_of(json: &[u8], line: usize, column: usize) -> usize {
     let mut breaks = json.iter().enumerate().filter(|&(_, &byte)| byte == b'\n');
     let start = match line.checked_sub(2) {

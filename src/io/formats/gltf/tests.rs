@@ -1,10 +1,10 @@
-//! What can only be seen from inside: budgets that are too large for a file of a test.
+//! Tests that need access to internals: budgets that are too large for a file of a test.
 
 use super::*;
 use base64::Engine;
 
 /// Reads a mesh of `primitives` times the same triangle, shown by `nodes` nodes, when `most`
-/// triangles may be made. What is wrong, or how many may still be made.
+/// triangles may be made. Returns the number of triangles that may still be made, or the errors.
 fn read_within(primitives: usize, nodes: usize, most: u64) -> Result<u64, String> {
     let primitive = r#"{"attributes": {"POSITION": 0}}"#;
     let text = format!(
@@ -47,8 +47,8 @@ fn a_stored_mesh_is_charged_once() {
     assert_eq!(read_within(2, 5, 3), Ok(1));
 }
 
-/// A file of meshes, each of `primitives` times one and the same primitive of `triangles`
-/// triangles, and of a node for each mesh of `shown`. Coordinates are as large as `size`.
+/// A file with a node for each mesh of `shown`, and meshes of `primitives` times the same primitive
+/// of `triangles` triangles. Coordinates are as large as `size`.
 fn copies(shown: &[usize], primitives: usize, triangles: usize, size: f32) -> String {
     let floats: Vec<u8> = (0..9 * triangles)
         .flat_map(|k| ((k * 7919 % 1000) as f32 * size / 1000.0).to_le_bytes())
@@ -56,7 +56,7 @@ fn copies(shown: &[usize], primitives: usize, triangles: usize, size: f32) -> St
     let rows = 3 * triangles;
     let accessor =
         format!(r#"{{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": {rows}}}"#);
-    // Accessors that say the same are the same.
+    // Accessors with equal contents count as the same.
     let mesh = |k: usize| {
         let primitive = format!(r#"{{"attributes": {{"POSITION": {}}}}}"#, k % 2);
         format!(
@@ -88,7 +88,7 @@ fn scene_of(text: &str) -> Scene {
     read.expect("a scene").scene
 }
 
-/// Triangles, meshes and instances.
+/// Numbers of triangles, meshes and instances.
 fn counts(text: &str) -> [usize; 3] {
     let scene = scene_of(text);
     [
@@ -105,7 +105,7 @@ fn many_meshes_of_one_accessor_are_instances() {
     // Few copies stay triangles of their own.
     assert_eq!(counts(&copies(&each[..3], 1, 1000, 1.0)), [3000, 0, 0]);
     assert_eq!(counts(&copies(&each, 1, 2, 1.0)), [600, 0, 0]);
-    // So does what is shown once.
+    // A mesh that is shown once stays as it is, too.
     let one = copies(&[0], 1, 1000, 1.0);
     assert_eq!(counts(&one), [1000, 0, 0]);
 }
@@ -115,7 +115,7 @@ fn many_primitives_of_one_accessor_are_instances() {
     assert_eq!(counts(&copies(&[0], 300, 1000, 1.0)), [1000, 1, 300]);
     assert_eq!(counts(&copies(&[0, 0], 300, 1000, 1.0)), [1000, 1, 600]);
     assert_eq!(counts(&copies(&[0], 3, 1000, 1.0)), [3000, 0, 0]);
-    // As many instances as nodes times primitives would be worse.
+    // A number of instances of nodes times primitives would be worse.
     let often = vec![0; 3000];
     assert_eq!(counts(&copies(&often, 300, 1000, 1.0)), [300_000, 1, 3000]);
 }
@@ -132,7 +132,7 @@ fn copies_beyond_the_comfortable_range_are_placed_where_they_were_baked() {
             (1000, 300)
         );
         assert_eq!((few.triangles.len(), few.instances.len()), (2000, 0));
-        // In the file's units, of the first copy.
+        // The extent of the first copy, in the file's units.
         let extent = |scene: &Scene| {
             (
                 scene.bounds().hi.y / scene.scale,
@@ -173,7 +173,7 @@ fn rows_and_triangles_count_before_they_are_made() {
     );
 }
 
-/// Neither the stack nor time runs out.
+/// Checks that neither the stack nor time runs out.
 #[test]
 fn nodes_may_nest_deeply() {
     let deep = 100_000;

@@ -1,8 +1,8 @@
-//! Text to tokens, which lines do not bound: a record may stand on one line or on many.
+//! Text to tokens. Line ends do not matter: a record may take one line or many.
 
 use crate::formats::diagnostics::Span;
 
-/// A run of characters without white space, and where it stands.
+/// A run of characters without white space, and its span.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NffToken<'a> {
     pub(super) text: &'a str,
@@ -17,7 +17,7 @@ impl NffToken<'_> {
         }
     }
 
-    /// Whether it is meant as a number, right or wrong: no record is called so.
+    /// Returns true if it is meant as a number, valid or not: no record has such a name.
     pub(super) fn is_numeric(&self) -> bool {
         let digits = self.text.trim_start_matches(['+', '-', '.']);
         let named = |name: &str| digits.eq_ignore_ascii_case(name);
@@ -70,20 +70,20 @@ impl<'a> NffTokens<'a> {
         self.clone().next()
     }
 
-    /// The next token, if it stands on the line of the last one.
+    /// The next token, if it is on the line of the last one.
     pub(super) fn peek_in_line(&self) -> Option<NffToken<'a>> {
         let token = self.peek()?;
         let between = &self.text.as_bytes()[self.at..token.offset];
         (!between.iter().any(ends_line)).then_some(token)
     }
 
-    /// Bytes of the file that are left.
+    /// Number of bytes of the file that are left.
     pub(super) fn left(&self) -> usize {
         self.text.len() - self.at
     }
 }
 
-/// Old files end lines as they will.
+/// Returns true for either character of a line end. Old files end lines in different ways.
 fn ends_line(b: &u8) -> bool {
     matches!(b, b'\n' | b'\r')
 }

@@ -1,4 +1,4 @@
-//! Surfaces as the file has them, until the number of lights is known.
+//! Materials of the file in its own terms, until the number of lights is known.
 
 use glam::Vec3;
 use phalanx_scene::{Column, Material, MaterialTable, NO_TEXTURE, Scene};
@@ -6,39 +6,40 @@ use phalanx_scene::{Column, Material, MaterialTable, NO_TEXTURE, Scene};
 /// The numbers of an `f` record: red, green, blue, Kd, Ks, Shine, T and index of refraction.
 pub(super) type FillRecord = [f32; 8];
 
-/// Of shapes that stand before the first `f`: dull, nearly white.
+/// Record of shapes before the first `f`: dull, nearly white.
 const DEFAULT: FillRecord = [0.8, 0.8, 0.8, 1.0, 0.0, 1.0, 0.0, 1.0];
 
-/// The surfaces so far. Shapes name them by number as if they were rows of the materials.
+/// The materials so far. Shapes refer to them by number as if they were rows of the scene's
+/// materials.
 pub(super) struct NffMaterials {
     materials: Vec<MaterialSource>,
 }
 
 enum MaterialSource {
-    /// As the user wants what the file says nothing of.
+    /// The user's material, for shapes for which the file gives none.
     Given(Material),
     Filled(FillRecord),
 }
 
 impl NffMaterials {
-    /// With the one that shapes before the first `f` get.
+    /// Starts with the material of shapes before the first `f`.
     pub(super) fn new(given: Option<Material>) -> Self {
         NffMaterials {
             materials: vec![given.map_or(MaterialSource::Filled(DEFAULT), MaterialSource::Given)],
         }
     }
 
-    /// From here on shapes have this surface.
+    /// Sets the material of the shapes from here on.
     pub(super) fn push(&mut self, look: FillRecord) {
         self.materials.push(MaterialSource::Filled(look));
     }
 
-    /// The number of the surface that shapes have here.
+    /// The number of the material that shapes have here.
     pub(super) fn current(&self) -> u32 {
         self.materials.len() as u32 - 1
     }
 
-    /// Makes materials of the surfaces and gives the shapes their rows. Surfaces without a shape
+    /// Makes materials of the records and gives the shapes their rows. Records without a shape
     /// leave none.
     pub(super) fn settle(&self, level: f64, scene: &mut Scene) {
         let mut table = MaterialTable::default();

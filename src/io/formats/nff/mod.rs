@@ -1,9 +1,9 @@
 //! NFF, Eric Haines' neutral file format: tokens, of which a record takes as many as it needs.
 //!
 //! [`read`] walks the records, each of which runs its row of `records::RECORDS` on a [`NffReader`].
-//! A faulty record leaves a diagnostic, and reading goes on where the next record begins. Ambient
-//! light and the intensity of lights depend on how many lights there are, so both are worked out at
-//! the end of the file.
+//! A faulty record leaves a diagnostic, and reading continues where the next record begins. Ambient
+//! light and the intensity of lights depend on the number of lights, so both are computed at the
+//! end of the file.
 
 mod lexer;
 mod materials;
@@ -23,12 +23,12 @@ use phalanx_scene::Scene;
 /// Bounces after the eye ray: the databases' depth of 5 counts that ray.
 const MAX_DEPTH: u32 = 4;
 
-/// What the records so far amount to.
+/// The result of the records so far.
 struct NffReader<'a> {
     tokens: NffTokens<'a>,
     report: DiagnosticSink<'a>,
     scene: Scene,
-    /// The origin, taken from places before they are rounded.
+    /// The origin, subtracted from positions before they are rounded.
     origin: DVec3,
     lights: Vec<NffLight>,
     materials: NffMaterials,
@@ -41,7 +41,7 @@ struct NffLight {
     color: Option<Vec3>,
 }
 
-/// What has been there, faulty or not.
+/// Records that have occurred, faulty or not.
 #[derive(Default)]
 struct SeenRecords {
     view: bool,
@@ -52,7 +52,7 @@ struct SeenRecords {
 /// Reads a scene from the text of an NFF file.
 ///
 /// # Errors
-/// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`]
+/// Faults of the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`]
 /// diagnostics.
 pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, ReadStop> {
     let mut reader = NffReader {
@@ -76,7 +76,7 @@ pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, ReadStop> {
 }
 
 impl NffReader<'_> {
-    /// Sense8's format of the same name and ending begins with its name.
+    /// Refuses Sense8's format of the same name and ending, which begins with its name.
     fn refuse_sense8(&mut self) -> bool {
         let first = self.tokens.peek();
         let sense8 = first.filter(|token| token.text.eq_ignore_ascii_case("nff"));
@@ -112,7 +112,7 @@ impl NffReader<'_> {
 }
 
 /// The databases' intensity of a light and of ambient light where there are `lights` lights:
-/// √n/(2n). Without any it is that of the one light that is then added.
+/// √n/(2n). Without any light it is that of the one light that is added then.
 fn level(lights: usize) -> f64 {
     let n = lights.max(1) as f64;
     n.sqrt() / (2.0 * n)

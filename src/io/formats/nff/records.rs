@@ -1,4 +1,4 @@
-//! The records by name, and how operands are read.
+//! The records by name, and the reading of operands.
 
 use super::NffReader;
 use super::lexer::NffToken;
@@ -6,7 +6,7 @@ use crate::formats::diagnostics::{Span, quoted};
 use crate::formats::number::{double, number, widened};
 use glam::{DVec3, Vec3};
 
-/// A kind of record, the names of its operands, and what it does.
+/// A kind of record: its name, the names of its operands, and its function.
 struct RecordKind {
     name: &'static str,
     operands: &'static str,
@@ -38,18 +38,18 @@ const RECORDS: [RecordKind; 9] = [
     kind("l", "x y z [r g b]", |r, s| r.light(s)),
     kind("b", "r g b", |r, s| r.background(s)),
     kind("v", "from at up angle hither resolution", |r, s| r.view(s)),
-    // Not Haines' but of some readers and the files made for them.
+    // Not part of Haines' format, but of some readers and the files made for them.
     kind("tess", "level", |r, s| r.tess(s)),
 ];
 
-/// A record's name and where it stands.
+/// A record's kind and the span of its name.
 pub(super) struct NffRecord<'a> {
     kind: &'static RecordKind,
     name: NffToken<'a>,
 }
 
 impl NffRecord<'_> {
-    /// Of the name.
+    /// Span of the name.
     pub(super) fn place(&self) -> Span {
         self.name.place()
     }
@@ -87,7 +87,7 @@ impl<'a> NffReader<'a> {
         true
     }
 
-    /// A number after a record's last operand belongs to nothing.
+    /// Refuses a number after a record's last operand, as it belongs to nothing.
     fn refuse_surplus(&mut self, record: &NffRecord<'_>) {
         let Some(surplus) = self.tokens.peek().filter(NffToken::is_numeric) else {
             return;
@@ -108,7 +108,7 @@ impl<'a> NffReader<'a> {
         while self.operand().is_some() {}
     }
 
-    /// Whether the next token is no operand: the file ends here, or another record begins.
+    /// Returns true if the next token is no operand: the file ends here, or another record begins.
     pub(super) fn at_record(&self) -> bool {
         let next = self.tokens.peek();
         next.is_none_or(|token| find(token.text).is_some())
@@ -150,8 +150,8 @@ impl<'a> NffReader<'a> {
         good.then_some(values)
     }
 
-    /// The next `N` operands, which begin with a place; as [`NffReader::numbers`], but in double
-    /// precision where the scene is moved.
+    /// The next `N` operands, which begin with a position. As [`NffReader::numbers`], but in double
+    /// precision if the scene is moved.
     pub(super) fn coordinates<const N: usize>(
         &mut self,
         record: &NffRecord<'_>,
@@ -162,13 +162,13 @@ impl<'a> NffReader<'a> {
         }
     }
 
-    /// The next three operands as a place in the scene.
+    /// The next three operands as a position in the scene.
     pub(super) fn position(&mut self, record: &NffRecord<'_>) -> Option<Vec3> {
         let [x, y, z] = self.coordinates(record)?;
         Some(self.to_scene([x, y, z]))
     }
 
-    /// Place in the scene of a place in the file.
+    /// Position in the scene of a position in the file.
     pub(super) fn to_scene(&self, position: [f64; 3]) -> Vec3 {
         (DVec3::from_array(position) - self.origin).as_vec3()
     }
@@ -178,7 +178,7 @@ impl<'a> NffReader<'a> {
         self.numbers(record).map(Vec3::from_array)
     }
 
-    /// Says that a record, or a part of one, has fewer operands than it needs.
+    /// Adds an error: a record, or a part of one, has fewer operands than it needs.
     pub(super) fn breaks_off(&mut self, record: &NffRecord<'_>, found: usize, wanted: usize) {
         let RecordKind { name, operands, .. } = record.kind;
         self.report.error(
@@ -187,7 +187,7 @@ impl<'a> NffReader<'a> {
         );
     }
 
-    /// Records that only some readers know say nothing that matters here.
+    /// Passes over a record that only some readers know and that has no effect here.
     fn tess(&mut self, record: &NffRecord<'_>) {
         if self.numbers::<1>(record).is_some() {
             self.report

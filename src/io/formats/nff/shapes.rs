@@ -1,4 +1,4 @@
-//! Surfaces, and the shapes that have them.
+//! Shapes, and the materials that they have.
 
 use super::NffReader;
 use super::records::NffRecord;
@@ -7,7 +7,7 @@ use crate::formats::number::count;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Cone, triangulate};
 
-/// Bytes that a number takes at least: a digit and what parts it from the next.
+/// Fewest bytes that a number takes: a digit and the separator from the next number.
 const BYTES_PER_NUMBER: u64 = 2;
 
 impl NffReader<'_> {
@@ -32,7 +32,8 @@ impl NffReader<'_> {
         self.pass_over_texture();
     }
 
-    /// Some readers take a file name after the numbers; Haines' format has no textures.
+    /// Passes over a file name after the numbers, which some readers take. Haines' format has no
+    /// textures.
     fn pass_over_texture(&mut self) {
         let name = self.tokens.peek_in_line();
         let name = name.filter(|token| !token.is_numeric() && token.text.contains('.'));
@@ -125,7 +126,7 @@ impl NffReader<'_> {
         }
     }
 
-    /// A count, and as many corners of `N` numbers each; after the first fault the rest is passed
+    /// A count, and that many corners of `N` numbers each. After the first fault the rest is passed
     /// over.
     fn corners<const N: usize>(&mut self, record: &NffRecord<'_>) -> Option<Vec<[f64; N]>> {
         self.seen.shape = true;
@@ -150,8 +151,8 @@ impl NffReader<'_> {
         Some(corners)
     }
 
-    /// The count of corners, checked against the bytes that are left before anything is made room
-    /// for.
+    /// The count of corners. It is checked against the bytes that are left before memory is
+    /// reserved.
     fn corner_count(&mut self, record: &NffRecord<'_>, numbers_each: u64) -> Option<usize> {
         let Some(token) = self.operand() else {
             self.breaks_off(record, 0, 1);

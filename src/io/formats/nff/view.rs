@@ -1,4 +1,4 @@
-//! What a file says once: view and background; and its lights.
+//! Statements that a file has once, view and background, and its lights.
 
 use super::lexer::NffToken;
 use super::records::NffRecord;
@@ -8,9 +8,9 @@ use crate::formats::number::{count, number};
 use glam::Vec3;
 use phalanx_scene::{View, check_image_size};
 
-/// The parts of a `v` record, in the order in which they are asked for where they are missing.
+/// The parts of a `v` record, in the order in which missing ones are reported.
 const PARTS: [&str; 6] = ["from", "at", "up", "angle", "resolution", "hither"];
-/// Those that a picture cannot do without: `hither` is for scan converters.
+/// Number of parts that a picture cannot do without: `hither` is for scan converters.
 const NEEDED: usize = 5;
 
 /// A `v` record as far as it has been read.
@@ -26,7 +26,7 @@ struct ViewRecord {
 }
 
 impl NffReader<'_> {
-    /// The keywords of the block may come in any order; it ends where another word stands.
+    /// Reads the view. The keywords of the block may come in any order; it ends at any other word.
     pub(super) fn view(&mut self, record: &NffRecord<'_>) {
         if self.seen.view {
             let message = "a second `v`: the last one takes the picture";
@@ -56,7 +56,7 @@ impl NffReader<'_> {
         }
     }
 
-    /// Reads a part's operands; none after an error.
+    /// Reads a part's operands; `None` after an error.
     fn part(&mut self, record: &NffRecord<'_>, parts: &mut ViewRecord, part: usize) -> Option<()> {
         match part {
             0 => parts.from = self.position(record)?,
@@ -74,7 +74,7 @@ impl NffReader<'_> {
             self.breaks_off(record, 0, 1);
             return None;
         };
-        // In double precision: it is no coordinate, and the vertical angle that comes of it is
+        // Read in double precision: it is no coordinate, and the vertical angle computed from it is
         // rounded once.
         let checked = number(token.text).and_then(|_| {
             let angle = token.text.parse::<f64>();
@@ -100,7 +100,7 @@ impl NffReader<'_> {
         let (width, height) = (sides[0]?, sides[1]?);
         let checked = check_image_size(width, height).map_err(|error| error.to_string());
         self.emit_error(first?, checked)?;
-        // The check leaves sides that fit.
+        // The check accepts only sides that fit.
         Some([width as u32, height as u32])
     }
 
@@ -153,8 +153,8 @@ impl NffReader<'_> {
     }
 }
 
-/// The angle of the whole image's height, degrees, where `angle` spans the centre of the first of
-/// `height` pixel rows to that of the last. One row has no such angle: it gets `angle` itself.
+/// The angle of the whole image's height, in degrees, if `angle` spans the centre of the first of
+/// `height` pixel rows to that of the last. A single row has no such angle: it gets `angle` itself.
 fn whole_angle(angle: f64, height: u32) -> f64 {
     if height < 2 {
         return angle;

@@ -1,4 +1,4 @@
-//! One piece of an OBJ file, read without knowing the others.
+//! One chunk of an OBJ file, read independently of the others.
 
 use super::cursor::Cursor;
 use crate::formats::decimal;
@@ -10,56 +10,58 @@ use crate::formats::memory_budget::BudgetShare;
 use crate::formats::mesh::{NotFinite, Occurrences, ParseError, ParseErrors};
 use glam::DVec3;
 
-/// What a piece may refer to.
+/// Limits of the numbers to which a chunk may refer.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct IndexLimits {
-    /// Rows of each attribute before the piece.
+    /// Rows of each attribute before the chunk.
     pub(super) before: [i64; 3],
     /// Rows of each attribute in the file.
     pub(super) total: [i64; 3],
 }
 
 impl IndexLimits {
-    /// For a first reading: nothing that fits the columns is out of range.
+    /// Limits for a first reading: every number that fits the columns is in range.
     pub(super) const UNKNOWN: IndexLimits = IndexLimits {
         before: [i32::MAX as i64; 3],
         total: [i32::MAX as i64; 3],
     };
 }
 
-/// What a piece holds.
+/// Contents of a chunk.
 #[derive(Debug, Default)]
 pub(super) struct ObjChunk {
     pub(super) vertices: [Vec<f32>; 3],
     pub(super) normals: [Vec<f32>; 3],
     pub(super) uvs: [Vec<f32>; 2],
     pub(super) faces: Faces,
-    /// Where `usemtl` stands: the first triangle that it is for, and the name.
+    /// Changes of the material by `usemtl`: the first triangle with the new one, and the span of
+    /// its name.
     pub(super) switches: Vec<(usize, Span)>,
     /// The operands of each `mtllib`.
     pub(super) libraries: Vec<Span>,
-    /// Vertices that are not finite, by their numbers in the piece; their rows are zero.
+    /// Vertices that are not finite, by their numbers in the chunk; their rows are zero.
     pub(super) not_finite: Vec<NotFinite>,
     /// Normals that are not finite or zero.
     pub(super) bad_normals: Vec<NotFinite>,
-    /// Texture places that are not finite; their rows are zero.
+    /// UVs that are not finite; their rows are zero.
     pub(super) bad_uvs: Occurrences,
     pub(super) skipped: Skipped,
     pub(super) errors: ParseErrors,
-    /// The largest absolute numbers, counted from 1.
+    /// Largest absolute number of each attribute, counted from 1.
     pub(super) highest: [u32; 3],
-    /// The relative numbers that reach back farthest, counted from the first row of the piece.
+    /// Relative number of each attribute that reaches back farthest, counted from the first row of
+    /// the chunk.
     pub(super) lowest: [i64; 3],
 }
 
-/// What is left out.
+/// Statements that are left out.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Skipped {
     /// Faces of fewer than three corners, lines and points.
     pub(super) lines: Occurrences,
     /// Curves and surfaces.
     pub(super) free_forms: Occurrences,
-    /// Statements of no OBJ file.
+    /// Statements that OBJ files do not have.
     pub(super) unknown: Occurrences,
 }
 
@@ -82,8 +84,8 @@ impl ObjChunk {
     }
 }
 
-/// Reads the piece of `text` that begins at `start` and ends with it. Vertices are taken from
-/// `origin`, where there is one. Faces are made as long as there is memory for them in `share`.
+/// Reads the chunk of `text` from `start` to its end. `origin`, if there is one, is subtracted from
+/// vertices. Faces are made as long as there is memory for them in `share`.
 pub(super) fn read<'a>(
     text: &'a [u8],
     start: usize,
@@ -107,7 +109,7 @@ pub(super) fn read<'a>(
         if let Err(error) = reader.statement() {
             reader.chunk.errors.push(error);
         }
-        // What is left: a comment, or what follows a fault.
+        // The rest is a comment, or follows a fault.
         reader.cursor.skip_statement();
     }
 }
@@ -115,11 +117,11 @@ pub(super) fn read<'a>(
 struct ObjReader<'a> {
     cursor: Cursor<'a>,
     limits: IndexLimits,
-    /// The origin that is taken from vertices, if the scene is moved.
+    /// The origin that is subtracted from vertices, if the scene is moved.
     origin: Option<DVec3>,
     share: BudgetShare<'a>,
     chunk: ObjChunk,
-    /// Those of the face at hand.
+    /// Corners of the current face.
     corners: Vec<FaceCorner>,
 }
 
@@ -149,9 +151,9 @@ impl ObjReader<'_> {
         }
     }
 
-    /// By its name as a word.
+    /// Reads a statement by its name as a word.
     fn rare_statement(&mut self) -> Result<(), ParseError> {
-        // A byte order mark is no part of the first name.
+        // A byte order mark is not part of the first name.
         if self.cursor.at == 0 && self.cursor.text.starts_with(b"\xef\xbb\xbf") {
             self.cursor.at = 3;
             self.cursor.skip_to_statement();
@@ -188,7 +190,7 @@ impl ObjReader<'_> {
         Ok(())
     }
 
-    /// x, y, z; a weight and colours may follow, and are ignored.
+    /// Reads x, y and z; a weight and colours may follow, and are ignored.
     #[inline]
     fn vertex(&mut self) -> Result<(), ParseError> {
         self.cursor.skip_blanks();
@@ -197,7 +199,8 @@ impl ObjReader<'_> {
             None => self.vector::<3>(),
             Some(origin) => self.moved(origin),
         };
-        // Takes the number of a faulty one, so that no face is blamed for it.
+        // A faulty vertex still gets its row, so that later numbers, and the faces that use them,
+        // stay right.
         let [x, y, z] = *position.as_ref().unwrap_or(&[0.0; 3]);
         let finite = x.is_finite() && y.is_finite() && z.is_finite();
         let row = if finite { [x, y, z] } else { [0.0; 3] };
@@ -217,7 +220,7 @@ impl ObjReader<'_> {
         self.weight_and_colors()
     }
 
-    /// One number, or three and more: what follows a vertex.
+    /// Passes the numbers after a vertex: one, or three and more.
     fn weight_and_colors(&mut self) -> Result<(), ParseError> {
         let mut count = 0;
         let mut second = None;
@@ -263,8 +266,8 @@ impl ObjReader<'_> {
         self.no_more()
     }
 
-    /// u, perhaps v, perhaps w, which is ignored. OBJ's v is 0 at the bottom, the scene's at the
-    /// top.
+    /// Reads u, perhaps v, and perhaps w, which is ignored. OBJ's v is 0 at the bottom, the scene's
+    /// at the top.
     #[inline]
     fn texture_uv(&mut self) -> Result<(), ParseError> {
         self.cursor.skip_blanks();
@@ -300,7 +303,7 @@ impl ObjReader<'_> {
         Ok([u, v])
     }
 
-    /// The place of a vertex, taken from an origin before it is rounded.
+    /// The position of a vertex, from which an origin is subtracted before it is rounded.
     fn moved(&mut self, origin: DVec3) -> Result<[f32; 3], ParseError> {
         let mut position = DVec3::ZERO;
         for axis in 0..3 {
@@ -333,7 +336,7 @@ impl ObjReader<'_> {
         self.corners.clear();
         self.cursor.skip_blanks();
         let start = self.cursor.at;
-        // Those beyond are counted for the message.
+        // Corners beyond the limit are counted for the message.
         let mut count = 0;
         while !self.cursor.at_statement_end() {
             let corner = self.corner()?;
@@ -367,7 +370,7 @@ impl ObjReader<'_> {
                 format!("a face of {count} corners: at most {MAX_CORNERS}"),
             )),
             _ => {
-                // A file counts three times, once for itself: see `--max-memory`.
+                // A file counts three times, once of them for itself: see `--max-memory`.
                 let attributes = first[1..].iter().filter(|&&number| number != NONE).count();
                 let paid = 2 * span.length as u64;
                 let bytes = extra_bytes(count, attributes as u64, paid);
@@ -379,7 +382,7 @@ impl ObjReader<'_> {
         }
     }
 
-    /// `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    /// Reads `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     #[inline]
     fn corner(&mut self) -> Result<FaceCorner, ParseError> {
         let start = self.cursor.at;
@@ -414,7 +417,7 @@ impl ObjReader<'_> {
             .with_help("write `v`, `v/vt`, `v//vn` or `v/vt/vn` with whole numbers")
     }
 
-    /// A number from 1 on, or one that counts back from the last row so far, which is -1.
+    /// Reads a number from 1 on, or one that counts back from the last row so far, which is -1.
     #[inline]
     fn number(
         &mut self,

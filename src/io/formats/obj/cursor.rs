@@ -1,14 +1,14 @@
-//! A place in the text of an OBJ or MTL file: blanks, line ends, continued lines, words and
-//! numbers.
+//! A position in the text of an OBJ or MTL file, with methods for blanks, line ends, continued
+//! lines, words and numbers.
 
 use crate::formats::decimal;
 use crate::formats::diagnostics::{Span, quoted};
 use crate::formats::mesh::ParseError;
 
-/// Walks over a piece of a text. Offsets are those of the whole file.
+/// Walks over a chunk of a text. Offsets are those of the whole file.
 #[derive(Clone, Copy)]
 pub(super) struct Cursor<'a> {
-    /// The file up to the end of the piece.
+    /// The file up to the end of the chunk.
     pub(super) text: &'a [u8],
     pub(super) at: usize,
 }
@@ -17,7 +17,7 @@ fn ends_line(byte: u8) -> bool {
     byte == b'\n' || byte == b'\r'
 }
 
-/// Whether a word ends before this byte.
+/// Returns true if a word ends before this byte.
 fn ends_word(byte: u8) -> bool {
     byte <= b' '
 }
@@ -67,7 +67,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Whether the statement has no more operands. A `#` begins a comment.
+    /// Returns true if the statement has no more operands. A `#` begins a comment.
     #[inline]
     pub(super) fn at_statement_end(&mut self) -> bool {
         self.skip_blanks();
@@ -78,7 +78,7 @@ impl<'a> Cursor<'a> {
     /// Passes the rest of the statement, with the lines that continue it unless it is a comment.
     pub(super) fn skip_statement(&mut self) {
         let comment = match self.peek() {
-            // Mostly all of it has been read.
+            // The usual case: all of it has been read.
             None | Some(b'\n') => return,
             byte => byte == Some(b'#'),
         };
@@ -115,7 +115,7 @@ impl<'a> Cursor<'a> {
         span
     }
 
-    /// The rest of the line without the blanks around it: a name, which may hold blanks.
+    /// The rest of the line without the blanks around it. It is a name, which may hold blanks.
     pub(super) fn rest_of_line(&mut self) -> Span {
         self.skip_blanks();
         let rest = self.text.get(self.at..).unwrap_or_default();
@@ -128,13 +128,13 @@ impl<'a> Cursor<'a> {
         span
     }
 
-    /// The next operand as a number, which may be no finite one.
+    /// The next operand as a number, which need not be finite.
     #[inline]
     pub(super) fn float(&mut self) -> Result<f32, ParseError> {
         self.number(decimal::float)
     }
 
-    /// The same in double precision.
+    /// The next operand as a number in double precision.
     #[inline]
     pub(super) fn double(&mut self) -> Result<f64, ParseError> {
         self.number(decimal::double)
@@ -172,7 +172,7 @@ impl<'a> Cursor<'a> {
         )
     }
 
-    /// That the statement ends too early.
+    /// The error of a statement that ends too early.
     #[cold]
     pub(super) fn missing(&self, what: &str) -> ParseError {
         let span = Span {
@@ -182,15 +182,15 @@ impl<'a> Cursor<'a> {
         ParseError::new(span, format!("{what} is missing"))
     }
 
-    /// The bytes of a place.
+    /// The bytes of a span.
     pub(super) fn bytes(&self, span: Span) -> &'a [u8] {
         let end = span.offset.saturating_add(span.length).min(self.text.len());
         self.text.get(span.offset..end).unwrap_or_default()
     }
 
-    /// The text of a place as a message may repeat it.
+    /// The text of a span in the form that a message may repeat.
     pub(super) fn quoted(&self, span: Span) -> String {
-        // A word may be megabytes long, a message is not.
+        // Cut off, because a word may be megabytes long and a message may not.
         let bytes = self.bytes(span);
         quoted(&String::from_utf8_lossy(&bytes[..bytes.len().min(200)]))
     }

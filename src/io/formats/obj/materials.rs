@@ -1,4 +1,4 @@
-//! The materials that an OBJ file names, found in its material files.
+//! The materials that an OBJ file names, from its material files.
 
 use super::cursor::Cursor;
 use super::mtl::{self, MtlMaterial, name_of};
@@ -11,7 +11,7 @@ use std::collections::{HashMap, HashSet};
 /// Most names of material files of one scene.
 const MAX_LIBRARIES: usize = 1000;
 
-/// Memory for a material, its name, its row and the tables that lead there.
+/// Memory for a material, its name, its row and the tables that refer to it.
 const MATERIAL_BYTES: u64 = 1024;
 
 /// All materials of the files that a scene names, and its textures so far.
@@ -19,7 +19,7 @@ pub(super) struct MaterialLibrary<'a> {
     text: Cursor<'a>,
     materials: HashMap<Vec<u8>, KnownMaterial>,
     textures: TextureLibrary<'a>,
-    /// Material files that have been read, and how many more names are looked up.
+    /// Material files that have been read, and the number of further names that may be looked up.
     read: HashSet<Found>,
     names_left: usize,
 }
@@ -56,7 +56,7 @@ impl<'a> MaterialLibrary<'a> {
         library
     }
 
-    /// One file whose name may hold blanks, or several between blanks.
+    /// Adds one file whose name may hold blanks, or several between blanks.
     fn add(&mut self, asset_dir: &Folder, operands: &str, span: Span, report: &mut DiagnosticSink) {
         if self.names_left == 0 {
             return;
@@ -111,7 +111,7 @@ impl<'a> MaterialLibrary<'a> {
         let library = mtl::read(&bytes);
         library.errors.emit_for_file(name, &bytes, span, report);
         for material in library.materials {
-            // Of two with one name the first counts, as the file is searched from its beginning.
+            // If two have one name the first counts, because a file is searched from its beginning.
             let known = KnownMaterial {
                 material,
                 library: span,
@@ -122,8 +122,8 @@ impl<'a> MaterialLibrary<'a> {
         }
     }
 
-    /// Material rows for `triangles` triangles whose materials change at `runs`. Before the first,
-    /// and where a name is unknown, it is row 0.
+    /// Material rows for `triangles` triangles whose materials change at `runs`. Triangles before
+    /// the first change, and those of an unknown name, have row 0.
     pub(super) fn material_rows(
         &mut self,
         mut runs: Vec<(usize, Span)>,
@@ -132,7 +132,7 @@ impl<'a> MaterialLibrary<'a> {
         table: &mut MaterialTable,
         report: &mut DiagnosticSink,
     ) -> MeshMaterial {
-        // Only the last of several changes at one place is for any triangle.
+        // If several changes fall on one triangle, only the last has an effect.
         runs.dedup_by(|later, earlier| {
             let same = later.0 == earlier.0;
             if same {
@@ -155,7 +155,7 @@ impl<'a> MaterialLibrary<'a> {
         expand_runs(&named, triangles)
     }
 
-    /// The row of the material whose name stands at a place.
+    /// The row of the material whose name has this span.
     fn material_row(
         &mut self,
         span: Span,

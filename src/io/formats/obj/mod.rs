@@ -1,9 +1,9 @@
-//! OBJ with MTL: triangles and polygons over shared vertices, texture places and normals.
+//! OBJ with MTL: triangles and polygons over shared vertices, UVs and normals.
 //!
-//! The text is cut at line ends into pieces that several threads read; numbers that count backward,
-//! and names of materials that reach over from the piece before, are settled when all have been
-//! read. Faults are found in a second reading, which knows how much of everything there is: files
-//! are mostly right, so the first one need not know.
+//! The text is cut at line ends into chunks, which several threads read. Numbers that count
+//! backward, and material names that carry over from the chunk before, are resolved when all chunks
+//! have been read. Errors are found in a second reading, which knows the number of rows of each
+//! attribute. Most files are correct, so the first reading does without that knowledge.
 
 mod chunk;
 mod cursor;
@@ -23,8 +23,8 @@ use glam::DVec3;
 use phalanx_scene::{MaterialTable, Vec2s, Vec3s};
 use std::ops::Range;
 
-/// Bytes of a piece: enough to be worth a thread's while, few enough to keep all threads busy to
-/// the end.
+/// Bytes of a chunk: large enough to be worth a task, small enough to keep all threads busy to the
+/// end.
 const CHUNK_BYTES: usize = 1 << 18;
 
 /// Reads an OBJ file; the material files and textures that it names are looked for beside it.
@@ -63,7 +63,7 @@ fn read_in_chunks(
     }
     warn_skipped(&chunks, &mut report);
     let (mut joined, runs, libraries) = merge(chunks, threads, &mut report);
-    // Before materials and textures are read in vain.
+    // Checked before materials and textures are read, which would be for nothing.
     if options.origin == Origin::Auto
         && let Some(far) = origin::of_triangles(&joined.vertices, &joined.faces[VERTEX])
     {
@@ -83,8 +83,7 @@ fn read_in_chunks(
     mesh::finish(scene, joined, options, report)
 }
 
-/// All pieces, and in the report what is wrong with them; without faces for which there is no
-/// memory.
+/// Reads all chunks and reports their errors. Faces for which there is no memory are left out.
 fn read_chunks(
     bytes: &[u8],
     threads: usize,
@@ -107,12 +106,12 @@ fn read_chunks(
         let begins = |k: usize| limits.before[k] + chunk.lowest[k] >= 0;
         chunk.errors.is_empty() && (0..3).all(|k| ends(k) && begins(k))
     };
-    // Nor is it read again what there is no memory for.
+    // No second reading if there is not enough memory either.
     if made.is_over() || chunks.iter().zip(&limits).all(within) {
         return chunks;
     }
     drop(chunks);
-    // Room for these has been found.
+    // The first reading has checked that there is memory for these.
     let found = MemoryBudget::of(None).shared();
     let parts = ranges.into_iter().zip(limits).collect();
     let again = workers::map(threads, parts, |part| read(&found, part));
@@ -125,7 +124,7 @@ fn read_chunks(
         .collect()
 }
 
-/// Where a statement begins, at or after a place: behind a line end that no `\` hides.
+/// Start of a statement at or after an offset: behind a line end that no `\` continues.
 fn line_start(bytes: &[u8], at: usize) -> usize {
     let mut start = at;
     while let Some(end) = memchr::memchr(b'\n', &bytes[start..]) {
@@ -138,7 +137,7 @@ fn line_start(bytes: &[u8], at: usize) -> usize {
     bytes.len()
 }
 
-/// What each piece may refer to.
+/// Limits of the numbers to which each chunk may refer.
 fn limits_of(chunks: &[ObjChunk]) -> Vec<IndexLimits> {
     let mut total = [0; 3];
     let before = chunks.iter().map(|chunk| {
@@ -190,10 +189,11 @@ fn warn_skipped(chunks: &[ObjChunk], report: &mut DiagnosticSink) {
     });
 }
 
-/// A run of triangles, up to where the next begins, of a material by the place of its name.
+/// A run of triangles of one material: its first triangle, and the span of the material's name. It
+/// ends where the next run begins.
 type MaterialRun = (usize, Span);
 
-/// Joins the pieces: the columns, where materials change, and the operands of each `mtllib`.
+/// Joins the chunks: the columns, the changes of the material, and the operands of each `mtllib`.
 fn merge(
     mut chunks: Vec<ObjChunk>,
     threads: usize,

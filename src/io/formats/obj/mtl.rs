@@ -1,19 +1,23 @@
-//! MTL: named materials, and what they become.
+//! MTL: named materials, and their conversion.
 //!
-//! The renderer's surface is the document's: Ka is added as it is, Ks weighs both the highlight and
-//! the mirror ray, Kt the refracted ray. MTL knows an ambient light of its own, highlights without
-//! mirrors, and opacity. So:
+//! The renderer's material is the document's: Ka is added as it is, Ks weighs both the highlight
+//! and the mirror ray, and Kt the refracted ray. MTL has an ambient light of its own, highlights
+//! without mirrors, and opacity. So they are converted:
 //!
-//! | surface | from |
+//! | material | from |
 //! |---|---|
-//! | Ka | 0.1 × `Ka`, the rest of the room being a tenth as bright as a lamp; 0.1 × `Kd` where `Ka` is missing or black |
+//! | Ka | 0.1 × `Ka` (1); 0.1 × `Kd` where `Ka` is missing or black |
 //! | Ke | `Ke` |
 //! | Kd | `Kd`, 0.8 if missing |
-//! | Ks | `Ks` for `illum` 3 and more, which ask for mirrors; 0.15 × `Ks` for 2 and none, a highlight with a faint sheen; 0 for `illum` 0 and 1 |
-//! | Kt | (1 - `d`) × `Tf`; `Tr` is 1 - `d`, and loses against a `d` |
+//! | Ks | `Ks` for `illum` 3 and more; 0.15 × `Ks` for 2 and none; 0 for 0 and 1 (2) |
+//! | Kt | (1 - `d`) × `Tf`; `Tr` is 1 - `d`, and is ignored if there is a `d` |
 //! | shininess | `Ns` |
-//! | index of refraction | `Ni` for `illum` 4 and more; else 1: what is thin lets light through unbent |
+//! | index of refraction | `Ni` for `illum` 4 and more; else 1 (3) |
 //! | texture | `map_Kd`, which is multiplied with Ka and Kd |
+//!
+//! 1. The rest of the room is a tenth as bright as a lamp.
+//! 2. `illum` 3 and more ask for mirrors. 2 and none ask for a highlight, which gets a faint sheen.
+//! 3. A thin surface lets light through unbent.
 //!
 //! Ka and Kd are multiplied by `d`. Other statements are ignored.
 
@@ -23,9 +27,9 @@ use crate::formats::mesh::{ParseError, ParseErrors};
 use glam::Vec3;
 use phalanx_scene::{Material, Wrap};
 
-/// How bright the room is beside its lamps.
+/// Brightness of the room relative to its lamps.
 const AMBIENT: f32 = 0.1;
-/// How much of a mere highlight is a mirror.
+/// Share of a mere highlight that is a mirror.
 const SHEEN: f32 = 0.15;
 /// The diffuse colour of a material without `Kd`.
 const PLAIN: Vec3 = Vec3::splat(0.8);
@@ -33,7 +37,7 @@ const PLAIN: Vec3 = Vec3::splat(0.8);
 /// A material as the file has it.
 #[derive(Debug)]
 pub(super) struct MtlMaterial {
-    /// As bytes: what is not UTF-8 would be made alike as text.
+    /// The name, as bytes: as text, different names that are not UTF-8 could become equal.
     pub(super) name: Vec<u8>,
     ka: Option<Vec3>,
     kd: Option<Vec3>,
@@ -74,7 +78,7 @@ impl MtlMaterial {
         }
     }
 
-    /// As the table above says.
+    /// The scene's material, by the table above.
     pub(super) fn to_material(&self, texture: u32) -> Material {
         let illum = self.illum.unwrap_or(2.0);
         let mirror = match illum {
@@ -104,7 +108,7 @@ impl MtlMaterial {
     }
 }
 
-/// A material file: what could be read of it.
+/// A material file: the parts of it that could be read.
 #[derive(Debug, Default)]
 pub(super) struct MtlFile {
     pub(super) materials: Vec<MtlMaterial>,
@@ -138,7 +142,7 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) -> Result<()
         materials.push(MtlMaterial::new(cursor.bytes(name).to_vec()));
         return Ok(());
     }
-    // Before the first `newmtl` there is nothing that a statement could be about.
+    // Before the first `newmtl` there is no material to which a statement could apply.
     let Some(material) = materials.last_mut() else {
         return Ok(());
     };
@@ -162,8 +166,8 @@ fn statement(cursor: &mut Cursor, materials: &mut Vec<MtlMaterial>) -> Result<()
     Ok(())
 }
 
-/// One number for grey, or three; none of a colour by spectral curves or in CIE XYZ, which is left
-/// out.
+/// One number for grey, or three. `None` for a colour by spectral curves or in CIE XYZ, which is
+/// left out.
 fn color(cursor: &mut Cursor) -> Result<Option<Vec3>, ParseError> {
     cursor.skip_blanks();
     let rest = cursor.text.get(cursor.at..).unwrap_or_default();
@@ -193,7 +197,7 @@ fn number(cursor: &mut Cursor) -> Result<f32, ParseError> {
     Err(ParseError::new(span, message))
 }
 
-/// Passes an option and its operands, if it stands here.
+/// Passes an option and its operands, if there is one here.
 fn skip_option(cursor: &mut Cursor, option: &[u8], operands: usize) -> bool {
     let mut ahead = *cursor;
     let word = ahead.word();
@@ -222,7 +226,7 @@ const OPTIONS: [(&[u8], usize); 10] = [
 ];
 const VECTORS: [&[u8]; 3] = [b"-o", b"-s", b"-t"];
 
-/// A file name behind options, of which only `-clamp` is heeded.
+/// A file name after options, of which all but `-clamp` are ignored.
 fn map(cursor: &mut Cursor) -> Option<TextureMap> {
     let mut wrap = [Wrap::Repeat; 2];
     loop {

@@ -10,7 +10,7 @@ fn folder_with(files: &[(&str, &str)]) -> (tempfile::TempDir, Folder) {
     (scratch, folder)
 }
 
-/// Everything of a scene that the reader decides, to be compared.
+/// Text of everything in a scene that the reader decides, to be compared.
 fn digest(scene: &Scene) -> String {
     format!(
         "{:?}",
@@ -23,7 +23,8 @@ fn digest(scene: &Scene) -> String {
     )
 }
 
-/// A text that leaves nothing out, with names and numbers that reach over from line to line.
+/// A text with every kind of statement, and with names and numbers that carry over from line to
+/// line.
 fn everything() -> String {
     let mut text = String::from("# all\nmtllib a.mtl\r\nmtllib none.mtl\n");
     for k in 0..60 {

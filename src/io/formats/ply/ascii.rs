@@ -1,7 +1,7 @@
 //! Rows of an ascii file: one on each line that is not blank.
 //!
-//! Lines are counted first, so that each piece of the text knows which rows it holds; then several
-//! threads read the pieces.
+//! Lines are counted first, so that the rows of each chunk of the text are known. Then several
+//! threads read the chunks.
 
 use super::header::{Element, Property, PropertyKind};
 use super::rows::{FaceSink, check_corners, checked_normal, checked_position, too_short};
@@ -14,7 +14,7 @@ use crate::formats::workers;
 use phalanx_scene::Vec3s;
 use std::ops::Range;
 
-/// Reads the rows of all elements; what is wrong stands in the report.
+/// Reads the rows of all elements; errors are added to the report.
 pub(super) fn read(
     bytes: &[u8],
     plan: &ReadPlan,
@@ -64,12 +64,12 @@ fn missing_rows(elements: &[Element], rows: u64, bytes: &[u8]) -> Option<ParseEr
     None
 }
 
-/// Lines with anything on them.
+/// Number of lines that are not blank.
 fn count_rows(text: &[u8], eol: u8) -> u64 {
     let mut count = 0;
     let mut start = 0;
     for end in memchr::memchr_iter(eol, text).chain([text.len()]) {
-        // Mostly told by its first byte.
+        // The first byte decides in most cases.
         let filled = text[start..end].iter().any(|&byte| byte > b' ');
         count += u64::from(filled);
         start = end + 1;
@@ -77,7 +77,7 @@ fn count_rows(text: &[u8], eol: u8) -> u64 {
     count
 }
 
-/// What a piece of the text holds.
+/// Contents of a chunk of the text.
 #[derive(Default)]
 struct PlyChunk {
     vertices: [Vec<f32>; 3],
@@ -88,7 +88,7 @@ struct PlyChunk {
     errors: ParseErrors,
     /// Rows with more operands than the header announces.
     surplus_operands: Occurrences,
-    /// The first line behind the last row, if it is in this piece.
+    /// The first line after the last row, if it is in this chunk.
     surplus: Option<Span>,
 }
 
@@ -133,7 +133,7 @@ fn merge(
     body
 }
 
-/// What becomes of a number of a vertex.
+/// Destination of a number of a vertex.
 #[derive(Clone, Copy)]
 enum VertexSlot {
     Position(usize),
@@ -142,12 +142,12 @@ enum VertexSlot {
 }
 
 struct PlyAsciiReader<'a> {
-    /// The file up to the end of the piece.
+    /// The file up to the end of the chunk.
     text: &'a [u8],
     at: usize,
     plan: &'a ReadPlan,
     eol: u8,
-    /// For each property of a vertex.
+    /// The destination of each property of a vertex.
     slots: Vec<VertexSlot>,
     corners: Vec<i64>,
     share: BudgetShare<'a>,
@@ -181,7 +181,7 @@ impl<'a> PlyAsciiReader<'a> {
         }
     }
 
-    /// Reads the rows from `start` on, the first of which has number `first` in the whole body.
+    /// Reads the rows from `start` on. The first of them has number `first` in the whole body.
     fn read(&mut self, start: usize, mut first: u64) {
         self.at = start;
         let plan = self.plan;
@@ -213,7 +213,7 @@ impl<'a> PlyAsciiReader<'a> {
         }
     }
 
-    /// Goes to the next line with anything on it.
+    /// Moves to the next line that is not blank.
     fn find_row(&mut self) -> bool {
         while self.text.get(self.at).is_some_and(|&byte| byte <= b' ') {
             self.at += 1;
@@ -264,7 +264,7 @@ impl<'a> PlyAsciiReader<'a> {
         Ok(())
     }
 
-    /// Takes memory for the face of the corners at hand, which stand here.
+    /// Takes memory for the face with the current corners, whose row has this span.
     #[inline]
     fn has_room(&mut self, span: Span) -> bool {
         let bytes = self.plan.bytes_beyond(self.corners.len(), span.length);
@@ -283,7 +283,7 @@ impl<'a> PlyAsciiReader<'a> {
         let start = self.at;
         let (mut position, mut normal) = ([0.0; 3], [0.0, 0.0, 1.0]);
         let read = self.vertex_numbers(element, &mut position, &mut normal);
-        // Even a faulty one, so that those behind it keep their numbers.
+        // A faulty vertex is stored, too, so that later ones keep their numbers.
         let span = self.since(start);
         let position = checked_position(position, number, span, &mut self.chunk.not_finite);
         push(&mut self.chunk.vertices, position);
@@ -311,7 +311,7 @@ impl<'a> PlyAsciiReader<'a> {
         Ok(())
     }
 
-    /// Reads the list of corners, which may be those of one face, and passes the rest.
+    /// Reads the list of corners, which may be those of one face, and passes the rest of the row.
     #[inline]
     fn row_with_list(
         &mut self,
@@ -338,7 +338,7 @@ impl<'a> PlyAsciiReader<'a> {
         Ok(())
     }
 
-    /// Passes a property that nobody wants.
+    /// Passes a property that is not used.
     fn pass(&mut self, property: &Property) -> Result<(), ParseError> {
         let count = match property.kind {
             PropertyKind::One(_) => 1,
@@ -403,7 +403,7 @@ impl<'a> PlyAsciiReader<'a> {
         self.ended(value, end, "a number")
     }
 
-    /// A coordinate of a vertex, taken from the origin.
+    /// A coordinate of a vertex, from which the origin is subtracted.
     #[inline]
     fn coordinate(&mut self, axis: usize) -> Result<f32, ParseError> {
         let origin = self.plan.vertices.origin[axis];
@@ -422,7 +422,7 @@ impl<'a> PlyAsciiReader<'a> {
         self.ended(value, end, "a whole number")
     }
 
-    /// Goes behind a number that ends here, if it is one.
+    /// Moves behind a number that ends here, if it is one.
     #[inline]
     fn ended<T>(&mut self, value: T, end: usize, what: &str) -> Result<T, ParseError> {
         let delimited = self.text.get(end).is_none_or(|&byte| byte <= b' ');

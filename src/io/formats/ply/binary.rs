@@ -1,7 +1,7 @@
 //! Rows of a binary file.
 //!
-//! Rows without lists, and faces that are all triangles, have a fixed length: several threads take
-//! their numbers out at once. What is not so regular, or not right, is walked from row to row.
+//! Rows without lists, and faces that are all triangles, have a fixed length. Several threads
+//! extract their numbers at once. Rows that are less regular, or faulty, are walked one by one.
 
 use super::columns::{TriangleRowLayout, fill};
 use super::header::{Element, Encoding, PropertyKind, Type};
@@ -14,7 +14,7 @@ use crate::formats::workers;
 use glam::DVec3;
 use phalanx_scene::Vec3s;
 
-/// Reads the rows of all elements; what is wrong stands in the report.
+/// Reads the rows of all elements; errors are added to the report.
 pub(super) fn read(
     bytes: &[u8],
     plan: &ReadPlan,
@@ -68,13 +68,13 @@ struct PlyBinaryReader<'a> {
 
 /// A property of a row.
 enum Field {
-    /// Where the number stands.
+    /// Offset of the number.
     One(usize),
-    /// Where its items stand, and how many there are.
+    /// Offset of its items, and their number.
     List(usize, usize),
 }
 
-/// Consecutive rows, and what they are to be written to.
+/// Consecutive rows, and the output for them.
 struct RowChunk<'a, T> {
     first: usize,
     out: T,
@@ -116,7 +116,7 @@ impl<'a> PlyBinaryReader<'a> {
         }
     }
 
-    /// Vertices of a fixed length, for which there is room.
+    /// Reads vertices of a fixed length, for which there is memory.
     fn vertices(&mut self, element: &Element, count: usize) {
         let VertexPlan {
             position: place,
@@ -134,7 +134,7 @@ impl<'a> PlyBinaryReader<'a> {
         }
     }
 
-    /// Three properties of each row, less an origin, brought to something usable by `check`.
+    /// Three properties of each row, less an origin, replaced by `check` if they are unusable.
     fn vectors(
         &self,
         element: &Element,
@@ -178,8 +178,8 @@ impl<'a> PlyBinaryReader<'a> {
         (Vec3s { x, y, z }, bad.into_iter().flatten().collect())
     }
 
-    /// Faces all of which are right and have three corners, and their length in bytes; `None` for
-    /// others.
+    /// Reads faces that are all correct and have three corners; returns their length in bytes.
+    /// `None` for others.
     fn triangles(&mut self, element: &Element, list: usize, count: usize) -> Option<usize> {
         let PropertyKind::List {
             count: count_type,
@@ -209,7 +209,7 @@ impl<'a> PlyBinaryReader<'a> {
             big_endian: self.big_endian,
         };
         let mut faces = Faces::default();
-        // In pages that the system hands out zeroed, as they are written to.
+        // Zeroed pages of the system, which are first touched when they are written to.
         faces.columns[VERTEX] = vec![[0; 3]; count];
         let size = (self.piece / stride).max(1);
         let outs = faces.columns[VERTEX].chunks_mut(size);
@@ -232,7 +232,8 @@ impl<'a> PlyBinaryReader<'a> {
         Some(length)
     }
 
-    /// Passes all rows, showing each property: row, index of the property, where it is.
+    /// Passes all rows, calling back for each property with the row, the property's index and its
+    /// position.
     fn walk(
         &mut self,
         element: &Element,
@@ -255,7 +256,7 @@ impl<'a> PlyBinaryReader<'a> {
         Ok(())
     }
 
-    /// The property that stands here, and where the next one does; `None` if it cannot end within
+    /// The property at this position, and the position of the next. `None` if it cannot end within
     /// the file.
     fn field(&self, kind: PropertyKind) -> Option<(Field, usize)> {
         let (count, item) = match kind {
@@ -268,7 +269,7 @@ impl<'a> PlyBinaryReader<'a> {
         Some((Field::List(first, items), end))
     }
 
-    /// The whole number at a place, if there is room for it.
+    /// The whole number at a position, if it fits into the file.
     fn integer(&self, at: usize, kind: Type) -> Option<i64> {
         let bytes = self.bytes.get(at..at + kind.size())?;
         let mut value = 0u64;
@@ -312,7 +313,7 @@ impl<'a> PlyBinaryReader<'a> {
                 offset: first,
                 length: count * item.size(),
             };
-            // Strips may be long; their corners are numbers of eight bytes for a while.
+            // Strips may be long; their corners are held as numbers of eight bytes for a while.
             let (checked, held) = match strips {
                 true => (Ok(()), 8 * count as u64),
                 false => (check_corners(count, span), 0),
@@ -339,7 +340,7 @@ impl<'a> PlyBinaryReader<'a> {
         Ok(())
     }
 
-    /// Vertices with lists among their properties.
+    /// Reads vertices that have lists among their properties.
     fn walk_vertices(&mut self, element: &Element) -> Result<(), ParseError> {
         let VertexPlan {
             position: place,
@@ -408,7 +409,7 @@ fn checked_columns(
     (Vec3s { x, y, z }, bad)
 }
 
-/// Brings the vectors of a block to something usable; those that were not.
+/// Replaces unusable vectors of a block; returns those that were replaced.
 fn checked(
     block: &mut RowChunk<[&mut [f32]; 3]>,
     span: impl Fn(usize) -> Span,

@@ -2,8 +2,8 @@
 
 use super::header::Type;
 
-/// Takes one number out of each row, less `origin`, which is 0 of numbers that single precision
-/// holds.
+/// Takes one number out of each row and subtracts `origin`, which is 0 for numbers that single
+/// precision holds.
 pub(super) fn fill(
     out: &mut [f32],
     rows: &[u8],
@@ -53,7 +53,7 @@ impl PropertyColumn<'_> {
     }
 }
 
-/// Where things stand in a row that is a triangle.
+/// Layout of a row that is a triangle.
 pub(super) struct TriangleRowLayout {
     pub(super) stride: usize,
     /// The count of corners, which must be 3.
@@ -65,8 +65,8 @@ pub(super) struct TriangleRowLayout {
 }
 
 impl TriangleRowLayout {
-    /// The corners of each row and the highest number among them; `None` where a row is no
-    /// triangle. A negative number comes out as one that no file has vertices for.
+    /// The corners of each row and the highest number among them; `None` if a row is no triangle. A
+    /// negative number becomes one that exceeds the vertices of every file.
     pub(super) fn triangles(&self, out: &mut [[u32; 3]], rows: &[u8]) -> Option<u32> {
         match (self.item, self.big_endian) {
             (Type::I32 | Type::U32, false) => self.take(out, rows, u32::from_le_bytes),

@@ -1,9 +1,9 @@
-//! The header of a PLY file: which elements follow, how many of each, and what each is made of.
+//! The header of a PLY file: the elements that follow, their counts, and their properties.
 
 use crate::formats::diagnostics::{Span, quoted};
 use crate::formats::mesh::{ParseError, ParseErrors};
 
-/// How the rows are written.
+/// Encoding of the rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
@@ -39,7 +39,7 @@ impl Type {
         })
     }
 
-    /// Bytes in a binary file.
+    /// Size in bytes in a binary file.
     pub(super) fn size(self) -> usize {
         match self {
             Type::I8 | Type::U8 => 1,
@@ -62,7 +62,7 @@ pub(super) enum PropertyKind {
 }
 
 impl PropertyKind {
-    /// Tells whether it is one number, which single precision holds without rounding.
+    /// Returns true if it is one number, which single precision holds without rounding.
     pub(super) fn is_single(self) -> bool {
         let double = matches!(self, PropertyKind::One(Type::F64 | Type::I32 | Type::U32));
         !double && !matches!(self, PropertyKind::List { .. })
@@ -78,10 +78,10 @@ pub(super) struct Property {
 #[derive(Clone, Debug)]
 pub(super) struct Element {
     pub(super) name: Vec<u8>,
-    /// Rows. Not to be trusted before the bytes have been counted.
+    /// Number of rows. Not to be trusted before the bytes have been counted.
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
-    /// Where its count stands.
+    /// Span of its count.
     pub(super) place: Span,
 }
 
@@ -100,13 +100,13 @@ impl Element {
         self.properties.iter().any(is_list)
     }
 
-    /// Where a number stands among the properties.
+    /// Index of a number among the properties.
     pub(super) fn number(&self, name: &[u8]) -> Option<usize> {
         let found = |p: &Property| p.name == name && matches!(p.kind, PropertyKind::One(_));
         self.properties.iter().position(found)
     }
 
-    /// Where the list of a face's corners stands among the properties.
+    /// Index of the list of a face's corners among the properties.
     pub(super) fn corners(&self) -> Option<usize> {
         let named = |p: &Property| p.name == b"vertex_indices" || p.name == b"vertex_index";
         let whole =
@@ -123,9 +123,9 @@ impl Element {
 pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
-    /// Where the rows begin.
+    /// Offset of the first row.
     pub(super) body: usize,
-    /// What ends a line; `\r` before a `\n` is a blank.
+    /// The character that ends a line; `\r` before a `\n` is a blank.
     pub(super) line_end: u8,
 }
 
@@ -140,8 +140,8 @@ pub(super) fn length(bytes: &[u8]) -> usize {
     lines.at
 }
 
-/// Lines of the header; what ends the first one ends them all, so that a byte of the body is never
-/// taken for one.
+/// Lines of the header. The end of the first line determines the ends of all, so that a byte of the
+/// body is never taken for one.
 struct HeaderLines<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -178,9 +178,10 @@ impl Iterator for HeaderLines<'_> {
     }
 }
 
-/// Words of a line that are looked at: one more than any has.
+/// Number of words of a line that are read: one more than any valid line has.
 const MAX_WORDS: usize = 6;
-/// Elements beyond which a header is taken for a fault: each is compared with those before it.
+/// Most elements of a header. More are taken for a fault, because each is compared with those
+/// before it.
 const MAX_ELEMENTS: usize = 1000;
 
 /// A word of the header.
@@ -248,7 +249,7 @@ struct PlyHeaderReader {
 }
 
 impl PlyHeaderReader {
-    /// Reads up to `end_header`, or until enough is wrong; false where the file ends first.
+    /// Reads up to `end_header`, or until there are enough errors; false if the file ends first.
     fn lines(&mut self, bytes: &[u8], lines: &mut HeaderLines) -> bool {
         for line in lines {
             let words = words(bytes, line);
@@ -316,7 +317,7 @@ impl PlyHeaderReader {
         }
         let number = std::str::from_utf8(count).ok().and_then(|n| n.parse().ok());
         let again = self.elements.iter().any(|e| e.name == name);
-        // Taken even if something is wrong with it, so that its properties are not blamed.
+        // Added even if it is faulty, so that its properties are not reported.
         self.elements.push(Element {
             name: name.to_vec(),
             count: number.unwrap_or(0),
@@ -365,7 +366,7 @@ fn type_of((span, name): HeaderWord) -> Result<Type, ParseError> {
     })
 }
 
-/// The words behind the first, which must be this many.
+/// The words after the first; there must be exactly `N`.
 fn operands<'a, const N: usize>(
     words: &[HeaderWord<'a>],
 ) -> Result<[HeaderWord<'a>; N], ParseError> {

@@ -1,9 +1,9 @@
-//! PLY: a header that says what follows, then rows as text or as numbers of either byte order.
+//! PLY: a header that describes the elements, then rows as text or as numbers of either byte order.
 //!
-//! Read are the vertices' `x y z` and `nx ny nz`, the faces' `vertex_indices` (or `vertex_index`)
-//! and triangle strips; everything else, colours and texture places among it, is passed. Counts of
-//! the header are believed only as far as there are bytes. Surplus operands of an ascii row are a
-//! warning, unlike elsewhere: files of a widespread program have them.
+//! The reader uses the vertices' `x y z` and `nx ny nz`, the faces' `vertex_indices` (or
+//! `vertex_index`) and triangle strips. Everything else is passed, including colours and UVs.
+//! Counts of the header are trusted only as far as there are bytes. Surplus operands of an ascii
+//! row are a warning, unlike elsewhere: files of a widespread program have them.
 
 mod ascii;
 mod binary;
@@ -95,42 +95,42 @@ fn read_in_chunks(
     Ok(loaded)
 }
 
-/// Which elements and properties are read.
+/// The elements and properties that are read.
 struct ReadPlan {
     header: Header,
     vertices: VertexPlan,
-    /// Whether vertices have colours.
+    /// True if vertices have colours.
     colors: bool,
-    /// Memory for faces that take more than their rows stand for.
+    /// Memory for faces that take more than their rows account for.
     made: SharedBudget,
 }
 
-/// Where the numbers of a vertex stand among its properties.
+/// Indices of the numbers of a vertex among its properties.
 struct VertexPlan {
     /// Index of the element.
     element: usize,
     count: u64,
     position: [usize; 3],
-    /// The origin, taken from places before they are rounded; 0 where they are single precision
-    /// anyway.
+    /// The origin, subtracted from positions before they are rounded; 0 where they are single
+    /// precision anyway.
     origin: DVec3,
-    /// Which of `place` are single precision, or less.
+    /// True for each component of `position` that is single precision, or less.
     single: [bool; 3],
     normal: Option<[usize; 3]>,
 }
 
-/// What an element is read for.
+/// Use of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ElementUse {
     Vertices,
-    /// With the list of corners among the properties.
+    /// Faces, with the index of the list of corners among the properties.
     Faces(usize),
     Strips(usize),
     Nothing,
 }
 
 impl ReadPlan {
-    /// `None`, and errors in the report, where the header lacks what a mesh needs.
+    /// Returns `None`, and errors in the report, if the header lacks something that a mesh needs.
     fn new(
         header: Header,
         origin: DVec3,
@@ -158,7 +158,7 @@ impl ReadPlan {
             report.error(vertex.place, "more than 2^32 - 2 vertices");
             return None;
         }
-        // Decimals are what they say, whatever type the header promises.
+        // Decimals keep their precision, whatever type the header declares.
         let single = place.map(|property| {
             let kind = vertex.properties[property].kind;
             header.encoding != Encoding::Ascii && kind.is_single()
@@ -186,8 +186,8 @@ impl ReadPlan {
         })
     }
 
-    /// Bytes that a face of so many corners takes beyond what its list of `length` bytes stands
-    /// for: a file counts six times, once for itself (see `--max-memory`).
+    /// Bytes that a face of `corners` corners takes beyond those that its list of `length` bytes
+    /// accounts for. A file counts six times, once of them for itself (see `--max-memory`).
     fn bytes_beyond(&self, corners: usize, length: usize) -> u64 {
         let attributes = u64::from(self.vertices.normal.is_some());
         faces::extra_bytes(corners, attributes, 5 * length as u64)
@@ -204,12 +204,12 @@ impl ReadPlan {
     }
 }
 
-/// What the rows amount to.
+/// The result of the rows.
 #[derive(Default)]
 struct Body {
     vertices: Vec3s,
     normals: Option<Vec3s>,
-    /// In pieces.
+    /// Faces, in chunks.
     faces: Vec<Faces>,
     /// Vertices that are not finite, ascending; their rows are zero.
     not_finite: Vec<NotFinite>,
@@ -252,8 +252,8 @@ fn finish(
     mesh::finish(scene, joined, options, report)
 }
 
-/// Normals belong to vertices, so their rows are the corners' own; but a triangle with a bad one
-/// has none.
+/// Rows of normals. Normals belong to vertices, so the rows are the corners' own; but a triangle
+/// with a bad normal has none.
 fn normal_rows(corners: &[[u32; 3]], bad: &[NotFinite]) -> Vec<[u32; 3]> {
     let mut rows = corners.to_vec();
     if !bad.is_empty() {

@@ -1,11 +1,11 @@
-//! Rows, however they are written: what is wrong with one, and what becomes of a face.
+//! Rows of either encoding: their errors, and the conversion of faces.
 
 use super::header::Element;
 use crate::formats::diagnostics::Span;
 use crate::formats::faces::{Faces, MAX_CORNERS};
 use crate::formats::mesh::{NotFinite, Occurrences, ParseError};
 
-/// Where faces go.
+/// Destination of faces.
 #[derive(Debug, Default)]
 pub(super) struct FaceSink {
     pub(super) faces: Faces,
@@ -15,8 +15,8 @@ pub(super) struct FaceSink {
 }
 
 impl FaceSink {
-    /// Adds a face of `vertices` vertices, which has no more than [`MAX_CORNERS`]; an error where a
-    /// corner is none of them.
+    /// Adds a face over `vertices` vertices, which has no more than [`MAX_CORNERS`] corners. It is
+    /// an error if a corner is not one of the vertices.
     pub(super) fn add(
         &mut self,
         corners: &[i64],
@@ -81,7 +81,7 @@ pub(super) fn check_corners(count: usize, span: Span) -> Result<(), ParseError> 
     }
 }
 
-/// That fewer rows are there than the header promises; `row` counts from 0.
+/// The error of fewer rows than the header declares; `row` counts from 0.
 pub(super) fn too_short(element: &Element, row: u64, end: usize) -> ParseError {
     let (name, count) = (element.quoted_name(), element.count);
     let span = Span {
@@ -94,7 +94,7 @@ pub(super) fn too_short(element: &Element, row: u64, end: usize) -> ParseError {
     )
 }
 
-/// Replaces a place that is not finite, and notes it.
+/// Replaces a position that is not finite, and notes it.
 pub(super) fn checked_position(
     row: [f32; 3],
     number: u32,

@@ -8,7 +8,7 @@ fn options(threads: usize) -> Options {
     }
 }
 
-/// Rows of one kind of everything: extra elements and properties, lists, polygons, strips.
+/// A file with rows of every kind: extra elements and properties, lists, polygons, strips.
 fn everything() -> String {
     let mut text = String::from(
         "ply\nformat ascii 1.0\nelement vertex 60\nproperty double z\nproperty uchar red\nproperty list uchar int more\n\

@@ -7,12 +7,12 @@ use crate::formats::mesh::{ParseError, ParseErrors};
 use crate::formats::workers;
 use glam::DVec3;
 
-/// What a facet ends with, and where pieces of the text end.
+/// Word that ends a facet; chunks of the text end behind it.
 const END: &[u8] = b"endfacet";
 
-/// The corners of all facets; what is wrong stands in the report.
+/// The corners of all facets; errors are added to the report.
 ///
-/// Corners are taken from `origin` before they are rounded.
+/// `origin` is subtracted from corners before they are rounded.
 pub(super) fn read(
     bytes: &[u8],
     threads: usize,
@@ -24,7 +24,7 @@ pub(super) fn read(
     let start = mark_length(bytes);
     let blank = |at: usize| bytes.get(at).is_none_or(|&byte| byte <= b' ');
     let ranges = workers::cut(start..bytes.len(), piece, |at| {
-        // Names may hold the letters, but not as a word of its own.
+        // Names may hold the letters, but not as a separate word.
         let mut ends = finder.find_iter(&bytes[at..]).map(|i| at + i);
         let end = ends.find(|&i| i > 0 && blank(i - 1) && blank(i + END.len()));
         end.map_or(bytes.len(), |i| i + END.len())
@@ -57,7 +57,7 @@ pub(super) fn read(
     workers::joined(soups)
 }
 
-/// Where a corner stands: found by counting, for a message.
+/// Span of a corner, found by counting; for a message.
 pub(super) fn place(bytes: &[u8], corner: usize) -> Span {
     let mut reader = StlAsciiReader {
         text: bytes,
@@ -82,7 +82,7 @@ pub(super) fn place(bytes: &[u8], corner: usize) -> Span {
 }
 
 struct StlAsciiReader<'a> {
-    /// The file up to the end of the piece.
+    /// The file up to the end of the chunk.
     text: &'a [u8],
     at: usize,
     origin: DVec3,
@@ -111,7 +111,7 @@ impl StlAsciiReader<'_> {
         }
     }
 
-    /// Goes behind the facet that something was wrong in.
+    /// Moves behind the facet that has the fault.
     fn resume(&mut self) {
         while let Some(word) = self.word() {
             if self.lower(word) == END {
@@ -122,7 +122,7 @@ impl StlAsciiReader<'_> {
 
     fn facet(&mut self) -> Result<(), ParseError> {
         self.keyword(b"normal")?;
-        // Whatever it is: it is not used, and real files have NaN here.
+        // Any number is accepted: it is not used, and real files have NaN here.
         (0..3).try_for_each(|_| self.number(decimal::float).map(|_| ()))?;
         self.keyword(b"outer")?;
         self.keyword(b"loop")?;
@@ -152,7 +152,7 @@ impl StlAsciiReader<'_> {
                 Ok(())
             }
             Some(word) => {
-                // It may be the one that ends the facet.
+                // The word may be the one that ends the facet.
                 self.at = word.offset;
                 Err(self.unexpected(word, &name()))
             }
@@ -211,7 +211,7 @@ impl StlAsciiReader<'_> {
         (span.length > 0).then_some(span)
     }
 
-    /// A word in lower case, as far as a keyword may reach.
+    /// A word in lower case, cut to the length of a keyword.
     fn lower(&self, word: Span) -> Vec<u8> {
         let length = word.length.min(16);
         self.text[word.offset..word.offset + length].to_ascii_lowercase()

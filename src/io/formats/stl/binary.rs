@@ -3,10 +3,10 @@
 use super::{FACET, HEADER};
 use crate::formats::diagnostics::{DiagnosticSink, Span};
 
-/// Bytes of a corner, and those before the first one of a facet.
+/// Bytes of a corner; equal to the bytes before the first corner of a facet.
 const CORNER: usize = 12;
 
-/// The facets that are there.
+/// The bytes of the facets that the file has.
 pub(super) fn facets<'a>(bytes: &'a [u8], report: &mut DiagnosticSink) -> &'a [u8] {
     let end = |offset: usize| Span { offset, length: 0 };
     let Some(count) = bytes.get(HEADER - 4..).and_then(<[u8]>::first_chunk) else {
@@ -45,7 +45,7 @@ pub(super) fn corner(facets: &[u8], corner: usize) -> [u32; 3] {
     [number(0), number(4), number(8)]
 }
 
-/// Where a corner stands.
+/// Span of a corner.
 pub(super) fn place(corner: usize) -> Span {
     Span {
         offset: HEADER + corner / 3 * FACET + CORNER * (1 + corner % 3),

@@ -18,7 +18,7 @@ use phalanx_scene::MaterialTable;
 
 /// Bytes before the first facet of a binary file: a remark and the number of facets.
 const HEADER: usize = 84;
-/// Bytes of a facet: a normal, three corners, and two bytes that mean nothing.
+/// Bytes of a facet: a normal, three corners, and two unused bytes.
 const FACET: usize = 50;
 
 /// The part of a file that is text.
@@ -29,8 +29,8 @@ pub(super) fn text_part(bytes: &[u8]) -> &[u8] {
     }
 }
 
-/// Whether a file is binary: by its length, since many binary files begin with `solid` like text;
-/// where that does not fit, by what no text has.
+/// Returns true if a file is binary. Its length decides, since many binary files begin with `solid`
+/// like text. If the length does not fit, bytes decide that no text has.
 fn is_binary(bytes: &[u8]) -> bool {
     let promised = bytes.get(HEADER - 4..).and_then(<[u8]>::first_chunk);
     let exact = promised.is_some_and(|&count| {
@@ -55,7 +55,7 @@ fn mark_length(bytes: &[u8]) -> usize {
     }
 }
 
-/// Corners as they stand in the file, three for each facet.
+/// Corners as in the file, three for each facet.
 type Soup = Vec<[[f32; 3]; 3]>;
 
 /// Reads an STL file.

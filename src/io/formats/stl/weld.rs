@@ -1,8 +1,9 @@
-//! Corners with the same bits become one vertex, numbered as they first appear.
+//! Welds corners: those with the same bits become one vertex, numbered in the order in which they
+//! first appear.
 //!
-//! Each thread has a share of all possible corners, by their hash, and finds for each of them where
-//! it stood first; so the result depends neither on the number of threads nor on the hash, which
-//! differs from run to run, so that no file can be made to be slow.
+//! Each thread has a share of all possible corners, by their hash, and finds the first occurrence
+//! of each of them. So the result depends neither on the number of threads nor on the hash. The
+//! hash differs from run to run, so that no file can be made to be slow.
 
 use crate::formats::diagnostics::Span;
 use crate::formats::mesh::NotFinite;
@@ -17,7 +18,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 pub(super) struct Welded {
     pub(super) vertices: Vec3s,
     pub(super) corners: Vec<[u32; 3]>,
-    /// Vertices that are not finite, and the corner that each stood at first; their rows are zero.
+    /// Vertices that are not finite, and the corner where each occurs first; their rows are zero.
     bad: Vec<(u32, usize)>,
 }
 
@@ -45,7 +46,7 @@ pub(super) fn weld(
         corners: Vec::with_capacity(facets),
         bad: Vec::new(),
     };
-    // The number of each vertex, at the corner where it stands first.
+    // The number of each vertex, stored at the corner where it occurs first.
     let mut numbers = first;
     for facet in 0..facets {
         let row = [0, 1, 2].map(|k| {
@@ -76,7 +77,7 @@ impl Welded {
     }
 }
 
-/// For each corner the first one with the same bits.
+/// For each corner, the first one with the same bits.
 fn first_places(
     facets: usize,
     threads: usize,
@@ -95,7 +96,7 @@ fn first_places(
         for (at, place) in places.iter().enumerate() {
             let bits = corner(at);
             let hash = hash(bits, seed);
-            // The lower bits choose the share, the upper ones the place in its table.
+            // The lower bits choose the share, the upper ones the slot in its table.
             if ((hash & 0xffff_ffff) * shares) >> 32 == share {
                 let first = seen.entry(WeldKey { hash, bits }).or_insert(at as u32);
                 place.store(*first, Ordering::Relaxed);
@@ -125,7 +126,7 @@ impl std::hash::Hash for WeldKey {
     }
 }
 
-/// Takes a hash as it is.
+/// Hasher that returns a given hash unchanged.
 #[derive(Default)]
 struct PrecomputedHasher(u64);
 
@@ -152,7 +153,7 @@ fn hash(bits: [u32; 3], seed: [u64; 2]) -> u64 {
     folded(once ^ z, 0x9e37_79b9_7f4a_7c15)
 }
 
-/// Both halves of the product, so that every bit counts in every place.
+/// Combines both halves of the product, so that every input bit affects every output bit.
 #[inline]
 fn folded(a: u64, b: u64) -> u64 {
     let product = u128::from(a) * u128::from(b);

@@ -1,11 +1,11 @@
-//! The table of commands, and how a statement's operands are taken and checked.
+//! The table of commands, and the checks of a statement's operands.
 
 use super::TestReader;
 use super::lexer::{TestToken, TestTokens, count, double, number, widened};
 use crate::formats::diagnostics::{Span, quoted};
 use glam::DVec3;
 
-/// A command: its name, a word for each operand, and what it does.
+/// A command: its name, a word for each operand, and its function.
 pub(super) struct SceneCommand {
     name: &'static str,
     operands: &'static str,
@@ -24,7 +24,7 @@ const fn command(
     }
 }
 
-/// Every command there is. The first are those that large files consist of.
+/// All commands. The first are those that large files consist of.
 static COMMANDS: [SceneCommand; 29] = [
     command("tri", "a b c", |r, s| r.tri(s)),
     command("vertex", "x y z", |r, s| r.vertex(s)),
@@ -67,7 +67,7 @@ static COMMANDS: [SceneCommand; 29] = [
     command("maxvertnorms", "count", |r, s| r.maxvertnorms(s)),
 ];
 
-/// One line: a command of the table with what follows it.
+/// One line: a command of the table with its operands.
 pub(super) struct Statement<'a> {
     command: &'static SceneCommand,
     name: TestToken<'a>,
@@ -75,12 +75,12 @@ pub(super) struct Statement<'a> {
 }
 
 impl<'a> Statement<'a> {
-    /// The command's own place.
+    /// The span of the command.
     pub(super) fn place(&self) -> Span {
         self.name.place()
     }
 
-    /// The place of operand `k` from 0, or of the command where there is none.
+    /// The span of operand `k` from 0, or of the command if there is none.
     pub(super) fn operand_place(&self, k: usize) -> Span {
         let operand = self.operands.clone().nth(k);
         operand.unwrap_or(self.name).place()
@@ -134,8 +134,8 @@ impl TestReader<'_> {
         self.operands(statement, number)
     }
 
-    /// The operands as finite numbers of places and transforms, or an error for each fault: in
-    /// double precision where the scene is moved, and else rounded to single precision.
+    /// The operands as finite numbers of positions and transforms, or an error for each fault. They
+    /// are in double precision if the scene is moved, and else rounded to single precision.
     pub(super) fn coordinates<const N: usize>(
         &mut self,
         statement: &Statement<'_>,
@@ -152,7 +152,7 @@ impl TestReader<'_> {
         self.operands(statement, count)
     }
 
-    /// Whether there are no operands, as there should not be.
+    /// Returns true if there are no operands, and adds an error otherwise.
     pub(super) fn nothing(&mut self, statement: &Statement<'_>) -> bool {
         self.numbers::<0>(statement).is_some()
     }
@@ -169,8 +169,8 @@ impl TestReader<'_> {
         values
     }
 
-    /// Says what [`Statement::parsed`] stumbled over. Apart from it, because most lines are as they
-    /// should be.
+    /// Adds the errors of [`Statement::parsed`]. It is a separate function because most lines are
+    /// correct.
     fn explain_operands<T>(
         &mut self,
         statement: &Statement<'_>,
@@ -203,7 +203,7 @@ impl TestReader<'_> {
         }
     }
 
-    /// Says that a statement breaks off.
+    /// Adds an error: a statement has too few operands.
     pub(super) fn missing_operands(
         &mut self,
         statement: &Statement<'_>,
@@ -219,9 +219,9 @@ impl TestReader<'_> {
     }
 }
 
-/// The command whose name takes the fewest changes to become, in whatever case.
+/// The command with the smallest edit distance to a name, upper or lower case alike.
 fn closest(name: &str) -> &'static str {
-    // No command is as long; the rest of a line without spaces could be megabytes.
+    // No command has 32 characters; the rest of a line without spaces could be megabytes.
     let name: String = name.chars().take(32).flat_map(char::to_lowercase).collect();
     let distance =
         |command: &&SceneCommand| strsim::osa_distance(&command.name.to_lowercase(), &name);
@@ -233,7 +233,8 @@ fn closest(name: &str) -> &'static str {
 mod tests {
     use super::*;
 
-    /// `explain_operands` takes the number of operands from the code, their names from the table.
+    /// Checks the table: `explain_operands` takes the number of operands from the code, but their
+    /// names from the table.
     #[test]
     fn every_command_names_as_many_operands_as_it_takes() {
         for command in &COMMANDS {

@@ -9,8 +9,7 @@ use phalanx_scene::Prim;
 
 impl TestReader<'_> {
     pub(super) fn vertex(&mut self, statement: &Statement<'_>) {
-        // A faulty vertex still takes its number, so that indices to those after it keep their
-        // meaning.
+        // A faulty vertex still gets its number, so that indices of later vertices stay right.
         let position = self.coordinates(statement).map(DVec3::from_array);
         self.vertices.items.push(position.unwrap_or_default());
         let count = self.vertices.items.len();
@@ -122,7 +121,7 @@ impl TestReader<'_> {
         Some([a, b, c])
     }
 
-    /// Place in the scene, not rounded yet, of a place under the current transform.
+    /// Position in the scene, not rounded yet, of a position under the current transform.
     pub(super) fn to_scene(&self, position: DVec3) -> DVec3 {
         self.transforms.current().transform_point3(position) - self.origin
     }
@@ -194,7 +193,7 @@ impl TestReader<'_> {
         );
     }
 
-    /// Whether one more primitive can be numbered.
+    /// Returns true if one more primitive can be numbered.
     fn has_room(&mut self, statement: &Statement<'_>) -> bool {
         let room = self.scene.prims.len() < Prim::MAX_INDEX as usize;
         if !room {
@@ -211,15 +210,15 @@ impl TestReader<'_> {
     }
 }
 
-/// The promised count if `count` is the first beyond it. Forgets the promise then: one error is
-/// enough.
+/// The promised count if `count` is the first beyond it. The promise is forgotten then: one error
+/// is enough.
 fn exceeded(promised: &mut Option<u64>, count: usize) -> Option<u64> {
     promised.take_if(|promised| count as u64 > *promised)
 }
 
-/// Normals under the inverse transpose of a matrix, as unit vectors: whatever lengths a file or a
-/// transform gives them, squaring those in f32 later is safe. A zero normal was reported where it
-/// was declared.
+/// Normals under the inverse transpose of a matrix, as unit vectors. A file or a transform may give
+/// them any length; as unit vectors they can be squared in f32 later. A zero normal was reported
+/// where it was declared.
 fn world_normals(m: DMat3, normals: [DVec3; 3]) -> Option<[Vec3; 3]> {
     let back = inverse(m)?.transpose();
     let [a, b, c] = normals.map(|n| Some((back * n).try_normalize()?.as_vec3()));

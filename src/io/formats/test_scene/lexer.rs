@@ -4,7 +4,7 @@ use crate::formats::diagnostics::Span;
 
 pub(super) use crate::formats::number::{count, double, number, widened};
 
-/// A run of characters without white space, and where it stands.
+/// A run of characters without white space, and its span.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TestToken<'a> {
     pub(super) text: &'a str,
@@ -28,7 +28,7 @@ pub(super) struct TestTokens<'a> {
 }
 
 impl<'a> TestTokens<'a> {
-    /// From the first token to the end of the last, with the white space between them.
+    /// The tokens as one, from the first to the end of the last, with the white space between them.
     pub(super) fn joined(&self) -> Option<TestToken<'a>> {
         let mut tokens = self.clone();
         let first = tokens.next()?;
@@ -66,7 +66,7 @@ impl<'a> Iterator for TestTokens<'a> {
     }
 }
 
-/// The lines of a file that hold anything but a comment, each as its tokens.
+/// The lines of a file that hold more than a comment, each as its tokens.
 pub(super) fn statements(text: &str) -> impl Iterator<Item = (TestToken<'_>, TestTokens<'_>)> {
     let body = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut offset = text.len() - body.len();

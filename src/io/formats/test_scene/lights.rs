@@ -1,4 +1,4 @@
-//! Lights, and what fades them.
+//! Lights, and their attenuation.
 
 use super::TestReader;
 use super::commands::Statement;
@@ -59,7 +59,7 @@ impl TestReader<'_> {
         }
     }
 
-    /// Stays a sphere: a light is not stretched.
+    /// Adds a sphere light. It stays a sphere: transforms do not stretch a light.
     pub(super) fn spherelight(&mut self, statement: &Statement<'_>) {
         let Some([x, y, z, radius, r, g, b]) = self.coordinates(statement) else {
             return;
@@ -91,8 +91,8 @@ impl TestReader<'_> {
         }
     }
 
-    /// A parallelogram under transforms that slant it, or if its edges are not upright on each
-    /// other.
+    /// Adds a rectangle light. It is a parallelogram under transforms that shear it, or if its
+    /// edges are not perpendicular to each other.
     pub(super) fn rectlight(&mut self, statement: &Statement<'_>) {
         let Some([cx, cy, cz, ex, ey, ez, fx, fy, fz, r, g, b]) = self.coordinates(statement)
         else {

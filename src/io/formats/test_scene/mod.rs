@@ -2,8 +2,8 @@
 //! primitive and light captures as it is declared.
 //!
 //! [`read`] walks the statements of `lexer`, each of which runs its row of `commands::COMMANDS` on
-//! a [`TestReader`]. A faulty statement leaves a diagnostic and as much of its effect as keeps
-//! later statements from being blamed for it.
+//! a [`TestReader`]. A faulty statement leaves a diagnostic. It keeps enough of its effect that
+//! later statements are not reported because of it.
 
 mod commands;
 mod geometry;
@@ -21,23 +21,23 @@ use glam::{DVec3, Vec3};
 use phalanx_scene::{Material, MaterialTable, Scene};
 use transform::Transforms;
 
-/// What the statements so far amount to.
+/// The result of the statements so far.
 struct TestReader<'a> {
     report: DiagnosticSink<'a>,
     scene: Scene,
     seen: SeenCommands,
-    /// The origin, taken from transformed places before they are rounded.
+    /// The origin, subtracted from transformed positions before they are rounded.
     origin: DVec3,
     vertices: VertexPool<DVec3>,
     normal_vertices: VertexPool<NormalVertex>,
     transforms: Transforms,
     surface: Material,
     palette: MaterialTable,
-    /// Constant, linear and quadratic, for the point lights to come.
+    /// Constant, linear and quadratic attenuation of the point lights that follow.
     attenuation: Vec3,
 }
 
-/// Which of the commands that count once have been there, faulty or not.
+/// Flags of the commands that may occur once: true if they have occurred, faulty or not.
 #[derive(Default)]
 struct SeenCommands {
     any: bool,
@@ -45,8 +45,8 @@ struct SeenCommands {
     camera: bool,
 }
 
-/// Vertices to be indexed, and how many the file said there would be. Grows with what is there: the
-/// hint alone never allocates.
+/// Vertices to be indexed, and the number of them that the file announced. The pool grows with the
+/// vertices that are read: the announced number alone never allocates.
 struct VertexPool<T> {
     items: Vec<T>,
     promised: Option<u64>,
@@ -66,7 +66,7 @@ struct NormalVertex {
 }
 
 impl NormalVertex {
-    /// Takes the number of a faulty one, so that no triangle is blamed for it.
+    /// Stands in for a faulty vertex, so that triangles that use it are not reported.
     const STAND_IN: NormalVertex = NormalVertex {
         position: DVec3::ZERO,
         normal: Vec3::Z,
@@ -76,7 +76,7 @@ impl NormalVertex {
 /// Reads a scene from the text of a `.test` file.
 ///
 /// # Errors
-/// What is wrong with the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`]
+/// Faults of the text, in file order: at least one and at most [`super::MAX_DIAGNOSTICS`]
 /// diagnostics.
 pub(super) fn read(text: &str, options: &Options) -> Result<Loaded, ReadStop> {
     let mut reader = TestReader::new(text, options.origin.position());
@@ -110,7 +110,7 @@ impl<'a> TestReader<'a> {
         }
     }
 
-    /// What only the end of the file can tell.
+    /// Adds the errors that only show at the end of the file.
     fn check_complete(&mut self) {
         let end = self.report.end_of_content();
         if !self.seen.size {

@@ -1,4 +1,4 @@
-//! What a file says once: the image, the camera, the depth, the output's name.
+//! Statements that a file has once: the image, the camera, the depth, the output's name.
 
 use super::TestReader;
 use super::commands::Statement;
@@ -22,7 +22,7 @@ impl TestReader<'_> {
             return;
         };
         match check_image_size(width, height) {
-            // The check leaves sides that fit.
+            // The check accepts only sides that fit.
             Ok(()) => (self.scene.width, self.scene.height) = (width as u32, height as u32),
             Err(error) => self
                 .report
@@ -66,7 +66,8 @@ impl TestReader<'_> {
         }
     }
 
-    /// A file name may hold spaces, so the operand is the rest of the line.
+    /// Sets the name of the output. A file name may hold spaces, so the operand is the rest of the
+    /// line.
     pub(super) fn output(&mut self, statement: &Statement<'_>) {
         let Some(name) = statement.joined() else {
             return self.missing_operands(statement, 0, 1);
@@ -106,7 +107,7 @@ impl TestReader<'_> {
     }
 }
 
-/// Whether a name stays in the folder it is joined to, on every system.
+/// Returns true if a name stays in the folder it is joined to, on every system.
 fn is_bare(name: &str) -> bool {
     let drive = name.as_bytes().get(1) == Some(&b':');
     let steers = |c: char| c == '/' || c == '\\' || c.is_control();

@@ -1,26 +1,26 @@
-//! The matrix stack, in f64: what reaches the scene is rounded to f32 once.
+//! The matrix stack, in f64: values for the scene are rounded to f32 once.
 
 use crate::formats::diagnostics::Span;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
-/// How far MᵀM may be from s²·I, relative to s², for M to count as a similarity. Far above the
-/// rounding errors of a stack of rotations (about 1e-16 each), far below what any f32 operand can
-/// express.
+/// Bound on the difference of MᵀM from s²·I, relative to s², for M to count as a similarity. It is
+/// far above the rounding errors of a stack of rotations (about 1e-16 each), and far below anything
+/// that an f32 operand can express.
 const SIMILARITY: f64 = 1e-12;
 
 /// Condition number (Frobenius) beyond which a matrix counts as singular: with it, the rounding
 /// error of an f32 coordinate in world space is as large as the whole object in object space.
 const WORST_CONDITION: f64 = 16_777_216.0; // 2^24
 
-/// Transforms that may be saved at a time. Each takes eight times the memory of its statement, and
-/// scenes have tens.
+/// Most transforms that may be saved at a time. Each takes eight times the memory of its statement,
+/// and scenes have tens.
 pub(super) const MOST_SAVED: usize = 1 << 16;
 
-/// The current transform, and those to return to.
+/// The current transform, and the saved ones.
 pub(super) struct Transforms {
     current: DAffine3,
     saved: Vec<(DAffine3, Span)>,
-    /// Pushes for which there was no room, and which are not popped.
+    /// Pushes beyond [`MOST_SAVED`] that have not been popped.
     beyond: usize,
 }
 
@@ -37,8 +37,8 @@ impl Transforms {
         self.current
     }
 
-    /// Right-multiplies, as OpenGL does: what is declared last acts first. False, and nothing
-    /// changed, where the product is not finite.
+    /// Right-multiplies, as OpenGL does: the last declared transform acts first. Returns false, and
+    /// changes nothing, if the product is not finite.
     pub(super) fn apply(&mut self, step: DAffine3) -> bool {
         let product = self.current * step;
         let fits = product.is_finite();
@@ -48,8 +48,8 @@ impl Transforms {
         fits
     }
 
-    /// False where one more than [`MOST_SAVED`] would be saved. It and those beyond are only
-    /// counted, so that each pop meets its own push.
+    /// Saves the current transform. Returns false if that would be one more than [`MOST_SAVED`].
+    /// Pushes beyond the limit are only counted, so that each pop matches its own push.
     pub(super) fn push(&mut self, span: Span) -> bool {
         if self.saved.len() < MOST_SAVED {
             self.saved.push((self.current, span));
@@ -59,7 +59,7 @@ impl Transforms {
         self.beyond > 1
     }
 
-    /// False if there is nothing to return to.
+    /// Restores the last saved transform; false if there is none.
     pub(super) fn pop(&mut self) -> bool {
         if self.beyond > 0 {
             self.beyond -= 1;
@@ -74,7 +74,7 @@ impl Transforms {
         }
     }
 
-    /// Where the outermost transform was pushed of those not popped, and how many they are.
+    /// Span of the outermost push that has not been popped, and the number of such pushes.
     pub(super) fn unclosed(&self) -> Option<(Span, usize)> {
         let &(_, outermost) = self.saved.first()?;
         Some((outermost, self.saved.len()))
@@ -95,9 +95,9 @@ pub(super) fn rotation(axis: DVec3, degrees: f64) -> Option<DAffine3> {
     ))
 }
 
-/// Sine and cosine by libm, whose bits, unlike those of the system's, are the same everywhere.
-/// Whole quarter turns are taken off first (exactly: both remainders are), so that 90 degrees turn
-/// x into y and not nearly so.
+/// Sine and cosine by libm, whose bits, unlike those of the system's functions, are the same
+/// everywhere. Whole quarter turns are subtracted first (exactly: both remainders are), so that 90
+/// degrees turn x into exactly y.
 fn sin_cos(degrees: f64) -> (f64, f64) {
     let degrees = degrees % 360.0;
     let quarters = (degrees / 90.0).round();
@@ -111,21 +111,21 @@ fn sin_cos(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// The factor s by which a matrix scales all lengths, if it does scale all alike: MᵀM = s²·I.
-/// Reflections do.
+/// The factor s by which a matrix scales all lengths, if it scales all alike: MᵀM = s²·I.
+/// Reflections qualify.
 pub(super) fn similarity(m: DMat3) -> Option<f64> {
     let gram = m.transpose() * m;
     let square = (gram.x_axis.x + gram.y_axis.y + gram.z_axis.z) / 3.0;
     let off = gram - DMat3::from_diagonal(DVec3::splat(square));
     let largest = off.to_cols_array().iter().fold(0.0, |m, x| x.abs().max(m));
-    // The comparison also refuses what overflowed on the way.
+    // The comparison also refuses values that overflowed on the way.
     (largest <= SIMILARITY * square && square.is_normal()).then(|| square.sqrt())
 }
 
 /// The inverse, unless the matrix flattens space so far that f32 could not undo it.
 pub(super) fn inverse(m: DMat3) -> Option<DMat3> {
     let size = largest(m);
-    // Brought to about 1 first: the determinant of a matrix in units of 1e-150 would vanish though
+    // Scaled to about 1 first: the determinant of a matrix in units of 1e-150 would vanish although
     // its shape is fine.
     let unit = m * (1.0 / size);
     let inverse = unit.inverse();
@@ -142,7 +142,7 @@ fn frobenius(m: DMat3) -> f64 {
     m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Rounded to f32, unless that overflows.
+/// The vector rounded to f32, unless that overflows.
 pub(super) fn rounded(v: DVec3) -> Option<Vec3> {
     let v = v.as_vec3();
     v.is_finite().then_some(v)
