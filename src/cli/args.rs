@@ -1,4 +1,4 @@
-//! The arguments, and what they mean in the library's terms.
+//! The arguments, and their conversion to the library's types.
 
 use super::bench::BenchArgs;
 use super::frames::FrameArgs;
@@ -114,7 +114,7 @@ pub struct TreeArgs {
 }
 
 impl TreeArgs {
-    /// On so many threads; 0 for one per CPU.
+    /// Build settings on `threads` threads; 0 for one per CPU.
     pub fn settings(&self, threads: usize) -> BuildSettings {
         BuildSettings {
             quality: self.quality.unwrap_or_default(),
@@ -200,10 +200,11 @@ pub struct WorkArgs {
 impl WorkArgs {
     /// Settings with these workers.
     pub fn apply(&self, settings: Settings) -> Settings {
-        // Counts the CPUs of the process's affinity mask, not those of the machine.
+        // Number of CPUs of the process's affinity mask, not of the machine.
         let available = std::thread::available_parallelism().map_or(1, |n| n.get());
         let threads = self.threads.unwrap_or(available);
-        // With fewer workers than cores, runs side by side would all sit on the first ones.
+        // With fewer workers than cores, several runs side by side would all be pinned to the first
+        // cores.
         let pin = match self.pin {
             Some(pin) => pin.into(),
             None if threads >= available => CoreAffinity::Cores,
@@ -370,7 +371,7 @@ pub fn quality_parser() -> impl TypedValueParser<Value = Quality> {
     })
 }
 
-/// Most worker threads: beyond this it is a typing error.
+/// Most worker threads: a larger number is a typing error.
 const MAX_THREADS: usize = 4096;
 
 pub fn parse_thread_count(text: &str) -> Result<usize, String> {

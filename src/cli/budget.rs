@@ -1,17 +1,37 @@
-//! `--max-memory`: what is about to be used, estimated before it is.
+//! `--max-memory`: estimates of the memory of each step, made before the step.
 //!
-//! | before | what is taken to be needed |
+//! | step | estimate |
 //! |---|---|
-//! | reading a file | [`FILE_TIMES`] the size of the file that is named, and [`PLY_TIMES`] that of a PLY file: the bytes themselves, and the columns and tables made of them; of glTF the file, and what its reader counts. A pipe or device has no size: no more of it is read than these allow |
-//! | what a file names | while it is read, before each: other files, materials, textures as they are decoded, with glTF the document, the triangles of a mesh and its columns |
-//! | faces of an OBJ or PLY | while they are read: 20 bytes a triangle, and 12 for texture places and normals each, less what the size of the face in the file stands for; 300 bytes for each corner of the largest polygon on each thread, while it is cut |
-//! | opening a cache | the size of the file, all of which is mapped |
-//! | generating a standard scene | [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and cone |
-//! | building a tree | the scene's columns; for each triangle [`TRIANGLE_BYTES`], for anything else [`OTHER_BYTES`], and for the oracle's tree [`ORACLE_BYTES`] for each |
-//! | rendering | columns and tree as they are, and for each primitive [`WIDE_BYTES`] where the wide tree is still to be made; the films, of one band of the picture each, and the picture of it; for each thread [`THREAD_BYTES`], [`PIXEL_BYTES`] for each pixel of a tile, [`RAY_BYTES`] for each ray that is traced with others, and the bounces that wait (`WaveSizes`; for the oracle, [`PATH_BYTES`] for each bounce of a path); with adaptive samples [`SAMPLE_BYTES`] for each that a block of 8x8 pixels may get |
+//! | reading a file | [`FILE_TIMES`] its size, [`PLY_TIMES`] that of a PLY file (1) |
+//! | files that a scene names | counted by the reader, before each (2) |
+//! | faces of an OBJ or PLY | counted by the reader (3) |
+//! | opening a cache | its size, all of which is mapped |
+//! | generating a standard scene | for each shape, by its kind (4) |
+//! | building a tree | the scene's columns, and for each primitive, by its kind (5) |
+//! | rendering | columns, trees, films, and the buffers of each thread (6) |
 //!
-//! To each comes [`PROGRAM_BYTES`] for the program. What has been freed counts as free: see `heap`.
-//! Estimates are meant to err on the upper side; `perf/notes/memory.md` holds them against peaks.
+//! 1. The bytes themselves, and the columns and tables made of them. For glTF it is the size of the
+//!    file, and what its reader counts. A pipe or device has no size: no more of it is read than
+//!    these factors allow.
+//! 2. Other files, materials, and textures as they are decoded; with glTF also the document, the
+//!    triangles of a mesh, and its columns.
+//! 3. 20 bytes a triangle, and 12 each for UVs and normals, less the bytes that the size of the
+//!    face in the file accounts for. While the largest polygon is cut, 300 bytes for each of its
+//!    corners on each thread.
+//! 4. [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and
+//!    cone.
+//! 5. [`TRIANGLE_BYTES`] for each triangle, [`OTHER_BYTES`] for anything else; for the oracle's
+//!    tree [`ORACLE_BYTES`] for each primitive.
+//! 6. Columns and tree as they are, and [`WIDE_BYTES`] for each primitive if the wide tree is still
+//!    to be made. The films, of one band of the picture each, and the picture of it. For each
+//!    thread [`THREAD_BYTES`], [`PIXEL_BYTES`] for each pixel of a tile, [`RAY_BYTES`] for each ray
+//!    that is traced with others, and the bounces that wait (`WaveSizes`; for the oracle,
+//!    [`PATH_BYTES`] for each bounce of a path). With adaptive samples, [`SAMPLE_BYTES`] for each
+//!    that a block of 8x8 pixels may get.
+//!
+//! [`PROGRAM_BYTES`] for the program are added to each. Memory that has been freed counts as free:
+//! see `heap`. Estimates are meant to be too high rather than too low; `perf/notes/memory.md`
+//! compares them with peaks.
 
 use super::error::CliError;
 use super::output::{bytes, grouped};
@@ -23,46 +43,47 @@ use phalanx::scene::Scene;
 use phalanx::standard::{self, Spec};
 use std::path::Path;
 
-/// Of text and binary meshes, whose columns are about as large as the file, and held twice while
-/// they are put together.
+/// Factor for text and binary meshes: their columns are about as large as the file, and are held
+/// twice while they are joined.
 const FILE_TIMES: u64 = 3;
-/// Of PLY, text or binary: its columns may be twice as large as the rows of the file.
+/// Factor for PLY, text or binary: its columns may be twice as large as the rows of the file.
 const PLY_TIMES: u64 = 6;
-/// Of a generated triangle: its corners, a vertex or more, a material; columns grow by doubling.
+/// Bytes of a generated triangle: its corners, a vertex or more, a material. Columns grow by
+/// doubling.
 const COLUMN_BYTES: u64 = 100;
-/// Of a generated sphere or cone.
+/// Bytes of a generated sphere or cone.
 const OTHER_COLUMN_BYTES: u64 = 80;
-/// While the packet engine's tree is built, for each triangle.
+/// Bytes of each triangle while the packet engine's tree is built.
 const TRIANGLE_BYTES: u64 = 150;
-/// While the packet engine's tree is built, for each other primitive and each instance.
+/// Bytes of each other primitive and each instance while the packet engine's tree is built.
 const OTHER_BYTES: u64 = 270;
-/// While the oracle's tree is built.
+/// Bytes of each primitive while the oracle's tree is built.
 const ORACLE_BYTES: u64 = 100;
-/// While the wide tree is made.
+/// Bytes of each primitive while the wide tree is made.
 const WIDE_BYTES: u64 = 140;
-/// Bytes of a tile's pixel and its camera rays.
+/// Bytes of a tile's pixel, with its camera rays.
 const PIXEL_BYTES: u64 = 400;
-/// Bytes of a ray of one wave, while it is shaded.
+/// Bytes of a ray of a wavefront, while it is shaded.
 const RAY_BYTES: u64 = 800;
-/// Bytes of a bounce of the oracle's, while those after it are traced.
+/// Bytes of a bounce of the oracle, while later ones are traced.
 const PATH_BYTES: u64 = 256;
-/// Of a sample that halves a cell, while its block is not finished: 110 measured, layers of light
-/// beside it.
+/// Bytes of a sample that halves a cell, while its block is not finished: 110 were measured, to which
+/// AOVs of light are added.
 const SAMPLE_BYTES: u64 = 160;
-/// Of those, as many are kept of several blocks.
+/// Least number of such samples that are held: several blocks keep them at once.
 const SAMPLES: u64 = 1 << 16;
-/// Stack and buffers.
+/// Stack and buffers of a thread.
 const THREAD_BYTES: u64 = 4 << 20;
-/// Code, stacks, buffers.
+/// Code, stacks and buffers of the program.
 const PROGRAM_BYTES: u64 = 24 << 20;
 
-/// What may be used.
+/// Memory that may be used, in bytes; `None` for no limit.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget(pub Option<u64>);
 
 impl Budget {
-    /// Before a scene file is read, or a cache mapped. What is left then is for what the file names
-    /// and makes beyond itself, which its reader counts.
+    /// Checks the memory before a scene file is read, or a cache mapped. Returns the bytes that are
+    /// left for files that the scene names and data that its reader makes, which the reader counts.
     pub fn beside_file(self, name: &Path, file_bytes: u64) -> Result<Option<u64>, CliError> {
         let what = format!("to read a file of {}", bytes(file_bytes));
         let needed = file_bytes.saturating_mul(times(name));
@@ -72,13 +93,14 @@ impl Budget {
             .map(|allowed| allowed.saturating_sub(needed + PROGRAM_BYTES)))
     }
 
-    /// Most bytes of a file that [`Budget::beside_file`] lets pass.
+    /// Most bytes of a file that [`Budget::beside_file`] accepts.
     pub fn most_bytes(self, name: &Path) -> u64 {
         let left = |allowed: u64| allowed.saturating_sub(PROGRAM_BYTES) / times(name);
         self.0.map_or(u64::MAX, left)
     }
 
-    /// Why a scene was not opened; if it was for want of memory, with what would have been enough.
+    /// The error of a scene that was not opened. If memory was short, it names the limit that would
+    /// have been enough.
     pub fn explain(self, error: OpenError) -> CliError {
         let OpenError::Load(LoadError::Memory {
             what,
@@ -95,9 +117,9 @@ impl Budget {
         refused.err().unwrap_or_else(|| error.into())
     }
 
-    /// Before a standard scene is generated.
+    /// Checks the memory before a standard scene is generated.
     pub fn for_standard(self, spec: Spec) -> Result<(), CliError> {
-        // Counting walks through some scenes part by part.
+        // Skipped without a limit, because counting walks through some scenes part by part.
         if self.0.is_none() {
             return Ok(());
         }
@@ -111,7 +133,7 @@ impl Budget {
         )
     }
 
-    /// Before the tree of a scene is built.
+    /// Checks the memory before the tree of a scene is built.
     pub fn for_tree(self, scene: &Scene, engine: Engine) -> Result<(), CliError> {
         let objects = (scene.prim_count() + scene.instances.len()) as u64;
         let triangles = scene.triangles.len() as u64;
@@ -125,7 +147,7 @@ impl Budget {
         self.check(scene.memory_bytes() as u64 + tree, &what)
     }
 
-    /// Before a picture is rendered, so many `films` of it being held at once.
+    /// Checks the memory before a picture is rendered, `films` of which are held at once.
     pub fn for_render(
         self,
         scene: &Scene,
@@ -176,7 +198,7 @@ impl Budget {
     }
 }
 
-/// How many times the size of a scene file is needed to read it.
+/// Factor of a scene file's size that is needed to read it.
 fn times(name: &Path) -> u64 {
     let ends = |ending: &str| {
         name.extension()
@@ -191,9 +213,9 @@ fn times(name: &Path) -> u64 {
     }
 }
 
-/// Of one film in memory, which is a band of the picture where none of its hits are kept: three
-/// floats a pixel, four more with hits, and the picture's samples, of 16 bits at most, once and
-/// once more encoded.
+/// Bytes of one film in memory, which is a band of the picture unless hits are recorded: three
+/// floats a pixel, four more with hits, and the picture's samples, of 16 bits at most, once as they
+/// are and once encoded.
 pub fn film_bytes(settings: &Settings) -> u64 {
     let window = settings.window();
     let (pixels, floats) = match settings.record_hits {

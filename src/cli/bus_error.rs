@@ -1,18 +1,18 @@
-//! SIGBUS: the system's answer to a read of a mapped file where the file has no bytes any more,
-//! because somebody has shortened it since, or because its disk fails. Nobody can prevent that, and
-//! no check can see it coming; so a handler ends the process with a message and an exit code, as
-//! other errors of files do.
+//! SIGBUS. The system sends it when a mapped file is read where it has no bytes any more: another
+//! program has shortened the file since, or its disk fails. That cannot be prevented, and no check
+//! can detect it in advance. So a handler ends the process with a message and an exit code, like
+//! other errors of files.
 //!
-//! It stands in for the default action alone: whatever else raises SIGBUS is left to the handler
-//! that was there before.
+//! The handler replaces the default action for this case only. Any other cause of SIGBUS is left to
+//! the handler that was there before.
 
 #[cfg(target_os = "linux")]
 use super::output::printable;
 #[cfg(target_os = "linux")]
 pub use linux::watch;
 
-/// Nothing is done: the addresses that other systems report are not told apart from those of a
-/// stack that has overflown.
+/// Does nothing: on other systems the reported addresses cannot be distinguished from those of a
+/// stack overflow.
 #[cfg(not(target_os = "linux"))]
 pub fn watch(_: &std::path::Path) {}
 
@@ -25,20 +25,20 @@ mod linux {
     use std::sync::atomic::{AtomicBool, Ordering};
     use std::sync::{Mutex, OnceLock, PoisonError};
 
-    /// Exit code of what is wrong with files.
+    /// Exit code of errors of files.
     const CODE: c_int = 1;
 
-    /// Messages for one mapped file, two, and so on; the last that is set names them all. Read by
-    /// the handler, which takes no lock.
+    /// Messages for one mapped file, for two, and so on; the last that is set names them all. The
+    /// handler reads them without a lock.
     static MESSAGES: [OnceLock<String>; 16] = [const { OnceLock::new() }; 16];
 
-    /// The action for SIGBUS before.
+    /// The action for SIGBUS that was there before.
     static BEFORE: OnceLock<libc::sigaction> = OnceLock::new();
 
-    /// The first thread tells.
+    /// True once a thread has begun to write the message: only the first one writes it.
     static TELLING: AtomicBool = AtomicBool::new(false);
 
-    /// Expects that a file is about to be mapped.
+    /// Registers a file that is about to be mapped.
     pub fn watch(path: &Path) {
         static NAMES: Mutex<Vec<String>> = Mutex::new(Vec::new());
         let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -72,7 +72,7 @@ mod linux {
                 on_bus_error;
             action.sa_sigaction = handler as libc::sighandler_t;
             action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
-            // Kept before it is replaced, so that the handler finds it. Where a call fails, the
+            // Stored before it is replaced, so that the handler finds it. If a call fails, the
             // process dies of the signal as it would have.
             if libc::sigaction(libc::SIGBUS, std::ptr::null(), &mut before) == 0 {
                 BEFORE.get_or_init(|| before);
@@ -81,11 +81,11 @@ mod linux {
         }
     }
 
-    /// Ends the process where a mapped file has no bytes; otherwise puts the old action back, to
-    /// which the fault, which is repeated as soon as this returns, then goes.
+    /// Ends the process if a mapped file has no bytes. Otherwise it restores the old action; the
+    /// fault repeats as soon as this returns, and the old action handles it.
     ///
-    /// It may interrupt anything, so it calls only what POSIX lists as safe in a handler (write,
-    /// _exit, sigaction, pause), and reads atomics: `OnceLock::get` is one load.
+    /// It may interrupt anything, so it calls only functions that POSIX lists as safe in a handler
+    /// (write, _exit, sigaction, pause), and reads atomics: `OnceLock::get` is one load.
     extern "C" fn on_bus_error(
         signal: c_int,
         info: *mut libc::siginfo_t,
@@ -97,7 +97,8 @@ mod linux {
         if let (true, Some(message)) = (missing, message) {
             if TELLING.swap(true, Ordering::SeqCst) {
                 loop {
-                    // SAFETY: it has no arguments; the thread that tells ends this one, too.
+                    // SAFETY: it has no arguments; the thread that writes the message ends this
+                    // one, too.
                     unsafe { libc::pause() };
                 }
             }
@@ -109,7 +110,7 @@ mod linux {
             }
         }
         if let Some(before) = BEFORE.get() {
-            // SAFETY: an action that the system itself gave out.
+            // SAFETY: the action comes from the system itself.
             unsafe { libc::sigaction(signal, before, std::ptr::null_mut()) };
         }
     }

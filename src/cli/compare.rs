@@ -17,7 +17,7 @@ struct CompareDocument {
     rmse: f64,
     differing_pixels: u64,
     share: f64,
-    /// The picture of the differences, if one was asked for.
+    /// The picture of the differences, if one was requested.
     heat: Option<String>,
 }
 
@@ -68,7 +68,7 @@ fn table(found: &Comparison) -> String {
     if found.exact {
         return "identical\n".to_owned();
     }
-    // `largest` is whole for 8-bit pictures, and then written so.
+    // `largest` is a whole number for 8-bit pictures, and is written as one.
     let rows = [
         (
             "largest difference",

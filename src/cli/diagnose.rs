@@ -1,7 +1,7 @@
 //! Scene errors and warnings on stderr.
 //!
 //! Each error is one line, `error: file:line:column: message`, that tools can read, followed by the
-//! place in the source as miette draws it. Warnings are one line each.
+//! span in the source as miette draws it. Warnings are one line each.
 
 use super::output::{note, note_raw};
 use miette::{
@@ -13,7 +13,7 @@ use std::fmt;
 use std::io::IsTerminal;
 use std::path::Path;
 
-/// Says why no scene came out of a file.
+/// Prints the reason why a file gave no scene.
 pub fn print_error(error: &LoadError) {
     match error {
         LoadError::Io { .. } | LoadError::Memory { .. } => note(&format!("error: {error}")),
@@ -32,7 +32,7 @@ pub fn print_error(error: &LoadError) {
     }
 }
 
-/// Says what a reader noticed.
+/// Prints the warnings of a reader.
 pub fn print_warnings(path: &Path, warnings: &[Diagnostic]) {
     for warning in warnings {
         let help = warning.help.as_deref();
@@ -42,14 +42,14 @@ pub fn print_warnings(path: &Path, warnings: &[Diagnostic]) {
     }
 }
 
-/// Says what was made up because the file has none.
+/// Prints notes on what was added because the file has none.
 pub fn print_notes(notes: &[String]) {
     for made_up in notes {
         note(&format!("note: {}", printable(made_up)));
     }
 }
 
-/// In a binary file a place is a byte offset.
+/// The line of a diagnostic. In a binary file its position is a byte offset.
 fn headline(path: &Path, d: &Diagnostic) -> String {
     let (path, message) = (path.display(), &d.message);
     match d.line {
@@ -58,7 +58,7 @@ fn headline(path: &Path, d: &Diagnostic) -> String {
     }
 }
 
-/// Colours and lines only where someone looks at them; NO_COLOR as in <https://no-color.org>.
+/// Colours and lines only on a terminal; NO_COLOR as in <https://no-color.org>.
 fn theme() -> GraphicalTheme {
     let plain = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     match (std::io::stderr().is_terminal(), plain) {
@@ -68,8 +68,8 @@ fn theme() -> GraphicalTheme {
     }
 }
 
-/// Longest line of source that is shown: what is longer was not written by hand, and may be the
-/// whole file.
+/// Longest line of source that is shown. A longer one was not written by hand, and may be the whole
+/// file.
 const LONGEST_LINE: usize = 240;
 
 fn draw(path: &Path, text: &str, diagnostics: &[Diagnostic], theme: GraphicalTheme) -> String {
@@ -85,7 +85,7 @@ fn draw(path: &Path, text: &str, diagnostics: &[Diagnostic], theme: GraphicalThe
             help: d.help.as_deref().map(printable),
         };
         let mut drawn = String::new();
-        // A place that cannot be drawn has been named on the line above.
+        // A span that cannot be drawn has been named on the line above.
         if handler.render_report(&mut drawn, &problem).is_ok() {
             let title = |l: &&str| l.trim().is_empty() || l.contains(TITLE);
             let body = drawn.lines().skip_while(title);
@@ -98,7 +98,7 @@ fn draw(path: &Path, text: &str, diagnostics: &[Diagnostic], theme: GraphicalThe
     out
 }
 
-/// A line of a scene file and the span on it that a diagnostic is about.
+/// A line of a scene file, and the span on it of a diagnostic.
 #[derive(Debug)]
 struct SourceLine {
     name: String,
@@ -111,8 +111,9 @@ struct SourceLine {
 }
 
 impl SourceLine {
-    /// `None` for a binary file, and for a line too long to show. Whatever the diagnostic says, the
-    /// span is within the line, and on character boundaries.
+    /// The line of a diagnostic; `None` for a binary file, and for a line too long to show.
+    /// Whatever the diagnostic's numbers are, the span is within the line, and on character
+    /// boundaries.
     fn of(path: &Path, text: &str, d: &Diagnostic) -> Option<SourceLine> {
         if d.line == 0 {
             return None;
@@ -135,8 +136,8 @@ impl SourceLine {
 }
 
 impl SourceCode for SourceLine {
-    /// miette asks twice: without context, for the line and column in its heading, and with, for
-    /// what it shows.
+    /// miette calls this twice: without context, for the line and column in its heading, and with
+    /// context, for the text it shows.
     fn read_span<'a>(
         &'a self,
         span: &SourceSpan,
@@ -174,7 +175,7 @@ fn printable(text: &str) -> String {
     text.chars().map(show).collect()
 }
 
-/// Stands in the title of a drawn report, and so tells the title from the rest.
+/// Marks the title of a drawn report, to distinguish it from the rest.
 const TITLE: &str = "\u{2060}";
 
 /// One diagnostic as miette draws it.

@@ -1,4 +1,4 @@
-//! Why a command did not succeed, and the exit code that says so.
+//! Errors of commands, and their exit codes.
 
 use super::{diagnose, interrupt, output};
 use phalanx::bench::BenchError;
@@ -9,17 +9,17 @@ use phalanx::open::OpenError;
 use phalanx::standard::StandardError;
 use std::io::ErrorKind;
 
-/// Why a command did not succeed.
+/// The reason why a command failed.
 #[derive(Debug)]
 pub enum CliError {
-    /// Something outside the program: files, mostly. Exit code 1.
+    /// An error outside the program: files, mostly. Exit code 1.
     Runtime(String),
-    /// The arguments ask for what cannot be. Exit code 2, as clap's own.
+    /// Arguments that cannot be satisfied. Exit code 2, like clap's own.
     Usage(String),
     /// No scene came out of the file. Exit code 3, unless the file could not be read (1) or its
     /// ending is unknown (2).
     Load(Box<LoadError>),
-    /// A standard scene, changed by options, that cannot be traced. Exit code 3.
+    /// A standard scene that cannot be traced with its options. Exit code 3.
     Scene(String),
     /// A scene cache that cannot be used. Exit code 3, unless it could not be read (1).
     Cache(CacheError),
@@ -33,7 +33,7 @@ pub enum CliError {
     Missing(String),
     /// SIGINT or SIGTERM. Exit code 130 or 143.
     Interrupted,
-    /// The same, but what was finished has been kept: where, and how much.
+    /// SIGINT or SIGTERM, but finished work has been kept. The text says where, and how much.
     Resumable(String),
 }
 
@@ -60,7 +60,7 @@ impl CliError {
         }
     }
 
-    /// Adds what to do about it to a message of our own.
+    /// Adds advice to a message of the command line itself.
     pub fn with_hint(self, remedy: &str) -> CliError {
         match self {
             CliError::Usage(message) => CliError::Usage(format!("{message}; {remedy}")),
@@ -69,7 +69,7 @@ impl CliError {
         }
     }
 
-    /// Says it on stderr.
+    /// Prints the error on stderr.
     pub fn report(&self) {
         match self {
             CliError::Runtime(message) | CliError::Scene(message) | CliError::Missing(message) => {
@@ -92,7 +92,7 @@ impl CliError {
     }
 }
 
-/// What is wrong with a cache, and what to do about it.
+/// Prints the fault of a cache, with advice.
 fn report_cache(error: &CacheError) {
     output::note(&format!("error: {error}"));
     if let CacheError::Refused { path, .. } = error {

@@ -1,11 +1,11 @@
-//! `--format`: what a name does not say of a file.
+//! `--format`: the format of a file whose name does not show it.
 
 use super::error::CliError;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use phalanx::formats::endings;
 use phalanx::image::ImageFormat;
 
-/// A format by its name. No scene format is called as a picture format is, so that one option takes
+/// A format by its name. No scene format has the name of a picture format, so that one option takes
 /// both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FormatName {
@@ -36,7 +36,7 @@ fn picture_named(name: &str) -> Option<ImageFormat> {
     named.map(|(_, format)| *format)
 }
 
-/// The scene format among names, of which there may be one.
+/// The scene format among names; at most one is allowed.
 pub fn scene_format(names: &[FormatName]) -> Result<Option<&'static str>, CliError> {
     only(names, "scenes", |name| match name {
         FormatName::Scene(ending) => Some(*ending),
@@ -44,7 +44,7 @@ pub fn scene_format(names: &[FormatName]) -> Result<Option<&'static str>, CliErr
     })
 }
 
-/// The picture format among names, of which there may be one.
+/// The picture format among names; at most one is allowed.
 pub fn picture_format(names: &[FormatName]) -> Result<Option<ImageFormat>, CliError> {
     only(names, "pictures", |name| match name {
         FormatName::Picture(format) => Some(*format),
@@ -71,7 +71,7 @@ fn only<T>(
 mod tests {
     use super::*;
 
-    /// One option takes the names of both.
+    /// Checks that the names differ, because one option takes both.
     #[test]
     fn no_scene_format_is_called_as_a_picture_format_is() {
         for (picture, _) in ImageFormat::ENDINGS {

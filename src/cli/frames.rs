@@ -1,4 +1,4 @@
-//! Sequences: which frames, where the camera goes, and what the files are called.
+//! Sequences: their frames, the camera's path, and the names of the files.
 
 use super::error::CliError;
 use super::output::bytes;
@@ -40,14 +40,14 @@ fn parse_frames(text: &str) -> Result<RangeInclusive<u32>, String> {
     }
 }
 
-/// A sequence that was asked for.
+/// A requested sequence.
 pub struct Sequence {
     pub frames: RangeInclusive<u32>,
     path: CameraPath,
 }
 
 impl FrameArgs {
-    /// The sequence that was asked for, if one was. Places of key frames are in the file's
+    /// The requested sequence, if there is one. Positions of key frames are in the file's
     /// coordinates.
     pub fn sequence(&self, scene: &Scene) -> Result<Option<Sequence>, CliError> {
         let Some(frames) = self.frames.clone() else {
@@ -64,7 +64,7 @@ impl FrameArgs {
 }
 
 impl Sequence {
-    /// The view of a frame, of a scene that began with this view.
+    /// The view of a frame, for a scene whose own view is `scene`.
     pub fn view(&self, frame: u32, scene: &View) -> Result<View, CliError> {
         let view = self.path.view(frame, scene);
         match view.basis() {
@@ -73,8 +73,8 @@ impl Sequence {
         }
     }
 
-    /// A file's name with the number of a frame in it: in place of `#`s, or else before the ending;
-    /// with as many digits as there are `#`s, or as the last frame has, four at least.
+    /// A file name with the number of a frame in it: in place of `#`s, or else before the ending.
+    /// It has as many digits as there are `#`s, or else as the last frame has, four at least.
     pub fn name(&self, path: &Path, frame: u32) -> PathBuf {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let digits = self.frames.end().to_string().len().max(4);
@@ -97,7 +97,7 @@ impl Sequence {
     }
 }
 
-/// Bytes of keyframes that are read, which are a hundred each: a device never ends.
+/// Most bytes of key frames that are read; each takes a hundred. A device never ends.
 const MAX_KEYS: u64 = 16 << 20;
 
 fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError> {
@@ -118,7 +118,7 @@ fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError> {
     })
 }
 
-/// Lines of eleven numbers; what follows a `#` is a remark. An error has the line's number.
+/// Parses lines of eleven numbers; a `#` begins a comment. An error has the line's number.
 fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<CameraKey>, (usize, String)> {
     let mut keys: Vec<CameraKey> = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {

@@ -20,7 +20,7 @@ struct GenerateDocument {
     size: u32,
     file: String,
     bytes: u64,
-    /// What the format could not hold beside the shapes.
+    /// Features, beside the shapes, that the format could not hold.
     losses: DroppedFeatures,
 }
 
@@ -40,7 +40,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
         true => interrupt::interruptible_writing(&args.output, |control| {
             write(args, spec, format, control)
         })?,
-        // A pipe that nobody reads could not be stopped otherwise than by ending the process, which
+        // Writing to a pipe that nobody reads can only be stopped by ending the process, which
         // leaves nothing behind.
         false => write(args, spec, format, &Control::default())?,
     };
@@ -70,7 +70,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
     ]))
 }
 
-/// The scene asked for; its name may be given as other commands take it.
+/// The requested scene; its name may have any form that other commands accept.
 fn spec_of(args: &GenerateArgs) -> Result<Spec, CliError> {
     let plain = args.name.strip_prefix(PREFIX).unwrap_or(&args.name);
     let name = match (&args.size, plain.contains(':')) {
@@ -127,7 +127,7 @@ fn write(
     }
 }
 
-/// Why the format cannot hold the scene, and what would help.
+/// The reason why the format cannot hold the scene, with advice.
 fn refusal(path: &Path, error: &SceneWriteError) -> CliError {
     let failure = CliError::Usage(format!("{}: {error}", path.display()));
     match error {
@@ -136,7 +136,7 @@ fn refusal(path: &Path, error: &SceneWriteError) -> CliError {
     }
 }
 
-/// Counts the bytes that pass, and stops when a signal came.
+/// Counts the bytes that pass, and stops after a signal.
 struct MeteredWriter<'a, F: Fn(u64)> {
     out: &'a mut dyn Write,
     control: &'a Control,
@@ -146,7 +146,7 @@ struct MeteredWriter<'a, F: Fn(u64)> {
 
 impl<F: Fn(u64)> MeteredWriter<'_, F> {
     fn check(&self) -> io::Result<()> {
-        // Not of the kind `Interrupted`, which means "try again".
+        // Not the kind `Interrupted`, which means "try again".
         match self.control.stop.load(Ordering::SeqCst) {
             true => Err(io::Error::other("interrupted")),
             false => Ok(()),

@@ -1,4 +1,4 @@
-//! `render --heat`: a picture of what the picture cost.
+//! `render --heat`: a picture of the cost of each pixel.
 
 use super::error::CliError;
 use super::progress::{self, ProgressOptions};
@@ -8,7 +8,7 @@ use phalanx::image::{false_color, save_png};
 use phalanx::scene::Scene;
 use std::path::PathBuf;
 
-/// What to count, and where the picture of it goes.
+/// The cost to count, and the path of its picture.
 pub struct HeatmapOutput {
     cost: RayCost,
     path: PathBuf,
@@ -17,14 +17,14 @@ pub struct HeatmapOutput {
 /// Most pixels of the picture.
 const PIXELS: u64 = 1 << 28;
 
-/// Names of what can be counted, and what the legend says.
+/// Names of the costs that can be counted, and their titles in the legend.
 const COSTS: [(&str, RayCost, &str); 3] = [
     ("nodes", RayCost::Nodes, "nodes visited by a camera ray"),
     ("prims", RayCost::Prims, "primitives tested by a camera ray"),
     ("time", RayCost::Time, "nanoseconds a camera ray"),
 ];
 
-/// Refuses a place that `--heat` cannot write to.
+/// Refuses a path that `--heat` cannot write to.
 pub fn check_place(heat: Option<&[String]>) -> Result<(), CliError> {
     let Some([_, path]) = heat else {
         return Ok(());
@@ -61,7 +61,7 @@ pub fn from_args(
     Ok(Some(HeatmapOutput { cost: *cost, path }))
 }
 
-/// Traces the camera rays once more, and writes what they cost.
+/// Traces the camera rays once more, and writes their cost.
 pub fn write(
     heatmap: &HeatmapOutput,
     scene: &Scene,
@@ -80,7 +80,7 @@ pub fn write(
     })??)
 }
 
-/// What the legend says.
+/// Title of the legend.
 pub fn title(cost: RayCost) -> &'static str {
     let known = COSTS.iter().find(|(_, c, _)| *c == cost);
     known.map_or("", |(_, _, title)| title)

@@ -24,9 +24,9 @@ struct InfoDocument {
     instances: InstanceCounts,
     lights: LightCounts,
     materials: usize,
-    /// In the file's own coordinates; `None` for a scene without primitives.
+    /// Bounds in the file's own coordinates; `None` for a scene without primitives.
     bounds: Option<FileBounds>,
-    /// Where the scene's coordinates begin, in the file's; zero where they are the same.
+    /// Origin of the scene's coordinates, in the file's; zero if they are the same.
     origin: [f64; 3],
     bvh: TreeFigures,
     memory: MemoryStats,
@@ -38,12 +38,12 @@ struct ImageSize {
     height: u32,
 }
 
-/// What is placed, and what is to be seen of it all.
+/// Numbers of meshes and instances, and of the primitives that are visible.
 #[derive(Debug, Serialize)]
 struct InstanceCounts {
     meshes: usize,
     instances: usize,
-    /// Primitives: those of a mesh count for each of its instances.
+    /// Number of primitives; those of a mesh count for each of its instances.
     visible_primitives: u64,
 }
 
@@ -70,7 +70,7 @@ impl LightCounts {
         count
     }
 
-    /// Those with an area only where there are any.
+    /// The counts in words. Area lights are named only if there are any.
     fn words(&self) -> String {
         let mut words = format!("{} point, {} directional", self.point, self.directional);
         for (count, name) in [(self.sphere, "sphere"), (self.rectangle, "rectangle")] {
@@ -88,7 +88,7 @@ struct FileBounds {
     hi: [f64; 3],
 }
 
-/// Tells what is in a scene.
+/// Prints the contents of a scene.
 pub fn run(args: &InfoArgs) -> Result<(), CliError> {
     args.beside.no_picture()?;
     interrupt::listen()?;

@@ -1,11 +1,11 @@
 //! SIGINT and SIGTERM.
 //!
-//! While a render runs, a signal asks it to stop, so that workers leave in order; a second one, or
-//! one while nothing stoppable runs (a scene is loading, a tree is being built), ends the process
-//! at once. While a file is being written no signal does, because an exit there would leave a
-//! temporary file behind: the signal waits, or asks the writing to stop. (What is written into a
-//! pipe or a device has no temporary file.) The exit code is 130 for SIGINT and 143 for SIGTERM, as
-//! shells count them, and schedulers.
+//! During a render, a signal requests a stop, so that workers finish in order. A second signal ends
+//! the process at once, and so does one while nothing stoppable runs (a scene is loading, a tree is
+//! being built). While a file is being written no signal ends the process, because an exit there
+//! would leave a temporary file behind: the signal waits, or requests the writing to stop. (Output
+//! to a pipe or a device has no temporary file.) The exit code is 130 for SIGINT and 143 for
+//! SIGTERM, as shells and schedulers count them.
 
 use super::error::CliError;
 use super::output;
@@ -19,20 +19,20 @@ const STOP: u8 = 1;
 const WAIT: u8 = 2;
 /// A signal came while a file was being written.
 const CAME: u8 = 3;
-/// Stop what writes a file, which then takes its temporary file away.
+/// Stop the writer of a file, which then removes its temporary file.
 const STOP_WRITING: u8 = 4;
 
 static ANSWER: AtomicU8 = AtomicU8::new(EXIT_AT_ONCE);
 static RUNNING: Mutex<Option<Arc<Control>>> = Mutex::new(None);
 
-/// What a process that a signal has ended exits with: this, and the signal's number.
+/// Base of the exit code of a process that a signal has ended; the signal's number is added.
 const BY_SIGNAL: u8 = 128;
 const SIGINT: u8 = 2;
 
-/// The exit code that the last signal asks for.
+/// The exit code for the last signal.
 static EXIT_CODE: AtomicU8 = AtomicU8::new(BY_SIGNAL + SIGINT);
 
-/// The exit code of what a signal has stopped.
+/// The exit code for work that a signal has stopped.
 pub fn exit_code() -> u8 {
     EXIT_CODE.load(Ordering::SeqCst)
 }
@@ -55,7 +55,7 @@ fn watch_signals() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| on_signal(SIGINT))
 }
 
-/// Answers a signal of this number.
+/// Handles a signal of this number.
 fn on_signal(number: u8) {
     EXIT_CODE.store(BY_SIGNAL + number, Ordering::SeqCst);
     match ANSWER.load(Ordering::SeqCst) {
@@ -75,13 +75,13 @@ fn on_signal(number: u8) {
     }
 }
 
-/// Runs `work`, which heeds the control's `stop`.
+/// Runs `work`, which stops when the control's `stop` is set.
 pub fn interruptible<T>(work: impl FnOnce(&Control) -> T) -> T {
     with_handler(STOP, work)
 }
 
-/// Runs `work`, which writes to `path` and heeds the control's `stop`; further signals wait until a
-/// file is whole.
+/// Runs `work`, which writes to `path` and stops when the control's `stop` is set; further signals
+/// wait until a file is whole.
 pub fn interruptible_writing<T>(path: &Path, work: impl FnOnce(&Control) -> T) -> T {
     match output::is_replaced(path) {
         true => with_handler(STOP_WRITING, work),
@@ -98,8 +98,8 @@ fn with_handler<T>(answer: u8, work: impl FnOnce(&Control) -> T) -> T {
     result
 }
 
-/// Runs `work`, which writes to `path`: a file to its end, whatever signal comes. A pipe may wait
-/// for its reader for ever, and there is no temporary file to be left behind, so that a signal ends
+/// Runs `work`, which writes to `path`. A regular file is written to its end, in spite of signals.
+/// A pipe may wait for its reader for ever, and leaves no temporary file behind, so a signal ends
 /// the process at once.
 pub fn block_signals<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, CliError> {
     if !output::is_replaced(path) {

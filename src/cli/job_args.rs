@@ -1,4 +1,4 @@
-//! The arguments of renders that are interrupted, and of those that many machines share.
+//! Arguments of renders that can be interrupted, and of renders that many machines share.
 
 use super::format_args::picture_parser;
 use super::output_file::GradeArgs;
@@ -32,7 +32,7 @@ pub struct KeepArgs {
 /// A shard of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shard {
-    /// That which the scheduler has given to this process.
+    /// The one that the scheduler has given to this process.
     Auto,
     Number(u32),
 }

@@ -1,5 +1,5 @@
-//! The picture so far, for people who wait: in the terminal, or in a file that is written anew now
-//! and then.
+//! The picture so far, for waiting users: in the terminal, or in a file that is rewritten now and
+//! then.
 
 use super::error::CliError;
 use super::output;
@@ -25,13 +25,13 @@ pub struct SightArgs {
     pub snapshot: Option<PathBuf>,
 }
 
-/// How often a snapshot is written.
+/// Interval between snapshots.
 const SNAPSHOT_INTERVAL: Duration = Duration::from_secs(10);
 
 /// Longest side of a snapshot.
 const MAX_SNAPSHOT_SIDE: u32 = 2048;
 
-/// What is to be seen of a picture while it is made.
+/// Views of a picture while it is rendered.
 pub struct LivePreview<'a> {
     pub thumbnail: Thumbnail,
     exposure: Exposure,
@@ -39,7 +39,7 @@ pub struct LivePreview<'a> {
     snapshot: Option<&'a Path>,
 }
 
-/// Refuses a place that snapshots cannot be written to.
+/// Refuses a path that snapshots cannot be written to.
 pub fn check_place(args: &SightArgs) -> Result<(), CliError> {
     let Some(path) = &args.snapshot else {
         return Ok(());
@@ -49,7 +49,7 @@ pub fn check_place(args: &SightArgs) -> Result<(), CliError> {
 }
 
 impl<'a> LivePreview<'a> {
-    /// What was asked for, if anything was.
+    /// The requested views, if there are any.
     pub fn of(
         args: &'a SightArgs,
         output: &OutputFile,
@@ -74,12 +74,12 @@ impl<'a> LivePreview<'a> {
     }
 }
 
-/// Shows a sight.
+/// Shows a live preview.
 pub struct PreviewWriter<'a> {
     source: &'a LivePreview<'a>,
     preview: Option<Preview>,
     written: Instant,
-    /// Writes the last snapshot to where that may wait for a reader.
+    /// Thread that writes the last snapshot to an output that may wait for a reader.
     sent: Option<JoinHandle<()>>,
 }
 
@@ -93,13 +93,13 @@ impl<'a> PreviewWriter<'a> {
         }
     }
 
-    /// Whether it draws on stderr.
+    /// Returns true if it draws on stderr.
     pub fn draws(&self) -> bool {
         self.preview.is_some()
     }
 
-    /// Shows the picture so far, with these words; a file is written when it is time to, or at the
-    /// end. A pipe whose reader does not come holds nothing up, but at the end until `stop` is set.
+    /// Shows the picture so far, with these words. A file is written when it is due, or at the end.
+    /// A pipe without a reader blocks nothing, except at the end until `stop` is set.
     pub fn show(&mut self, words: &str, end: bool, stop: &AtomicBool) {
         let due = end || self.written.elapsed() >= SNAPSHOT_INTERVAL;
         if self.preview.is_none() && !due {
@@ -136,8 +136,8 @@ impl<'a> PreviewWriter<'a> {
     }
 }
 
-/// Writes a snapshot. A disk that is full for a moment is no reason to give up a picture that takes
-/// hours.
+/// Writes a snapshot. Errors are not fatal: a disk that is full for a moment is no reason to give
+/// up a picture that takes hours.
 fn save(path: &Path, picture: &Picture) {
     if let Err(error) = save_png(path, picture) {
         output::note(&format!("warning: {error}"));

@@ -1,5 +1,5 @@
-//! `phalanx completions` and `phalanx man`: what shells and readers of manuals want to know, made
-//! of the arguments' own definition.
+//! `phalanx completions` and `phalanx man`: completion scripts and manual pages, made of the
+//! arguments' own definition.
 
 use super::args::Arguments;
 use super::error::CliError;
@@ -58,7 +58,7 @@ pub fn man(args: &ManArgs) -> Result<(), CliError> {
     output::print(&format!("{written} pages in {}\n", folder.display()))
 }
 
-/// A name as clap keeps it; there are a dozen.
+/// A name with the lifetime that clap requires; it is leaked. There are a dozen of them.
 fn leaked(name: String) -> &'static str {
     name.leak()
 }

@@ -1,4 +1,4 @@
-//! Where the memory went, part by part.
+//! Memory in use, part by part.
 
 use super::output::bytes;
 use phalanx::frame::TreeStats;
@@ -12,28 +12,28 @@ use std::collections::BTreeMap;
 pub struct MemoryStats {
     /// All columns of the scene.
     scene_bytes: u64,
-    /// The same, part by part.
+    /// Columns of the scene, part by part.
     scene_parts: BTreeMap<&'static str, u64>,
     bvh_node_bytes: u64,
     bvh_primitive_bytes: u64,
-    /// The tree with more children a node; 0 where none was made.
+    /// The tree with more children a node; 0 if none was made.
     bvh_wide_bytes: u64,
-    /// The film and the picture made of it; 0 where none is made.
+    /// The film and the picture made of it; 0 if none is made.
     film_bytes: u64,
-    /// All of the above.
+    /// Sum of all of the above.
     total_bytes: u64,
-    /// Scene and tree for each stored primitive; `None` where there are none.
+    /// Scene and tree for each stored primitive; `None` if there are none.
     bytes_per_primitive: Option<f64>,
-    /// The process's peak for each stored primitive; `None` where either is not known.
+    /// The process's peak for each stored primitive; `None` if either is unknown.
     peak_bytes_per_primitive: Option<f64>,
-    /// Size of the mapped cache; 0 where there is none.
+    /// Size of the mapped cache; 0 if there is none.
     mapped_bytes: u64,
-    /// Most that the process has held at once; `None` where the system does not tell.
+    /// Most memory that the process has held at once; `None` if the system does not report it.
     peak_rss_bytes: Option<u64>,
 }
 
 impl MemoryStats {
-    /// Of a scene and its tree, of a film of so many bytes, and of a mapped file.
+    /// Figures of a scene and its tree, of a film of `film_bytes` bytes, and of a mapped file.
     pub fn of(scene: &Scene, tree: &TreeStats, film_bytes: u64, mapped_bytes: u64) -> MemoryStats {
         let scene_bytes = scene.memory_bytes() as u64;
         let trees = [tree.node_bytes, tree.prim_bytes, tree.wide_bytes];
@@ -59,7 +59,7 @@ impl MemoryStats {
         }
     }
 
-    /// As rows of a table.
+    /// The figures as rows of a table.
     pub fn rows(&self) -> Vec<(&'static str, String)> {
         let mut all = vec![
             ("scene", self.scene_bytes),
@@ -101,7 +101,7 @@ impl MemoryStats {
     }
 }
 
-/// Most memory this process has held at once, where Linux tells.
+/// Most memory that this process has held at once, as Linux reports it.
 fn peak_rss_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

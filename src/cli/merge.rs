@@ -1,4 +1,4 @@
-//! `phalanx merge`: the shards of a plan become its picture.
+//! `phalanx merge`: joins the shards of a plan into its picture.
 
 use super::error::CliError;
 use super::job_args::MergeArgs;
@@ -21,7 +21,7 @@ struct MergeDocument<'a> {
     path: &'a Path,
 }
 
-/// Merges what the shards of a plan have rendered; exit code 6 if there is something missing.
+/// Merges the rendered shards of a plan; exit code 6 if there is something missing.
 pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let plan = RenderPlan::read(&args.plan)?;
     let path = match &args.output {
@@ -63,7 +63,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     ]))
 }
 
-/// What is wrong with a shard.
+/// A shard that cannot be merged yet, and the reason.
 struct IncompleteShard {
     shard: u32,
     why: String,
@@ -97,7 +97,7 @@ pub fn missing(path: &Path, plan: &RenderPlan) -> Result<Vec<u32>, CliError> {
     Ok(missing)
 }
 
-/// The file of a shard, or why it cannot be merged yet; `tiles` are those of all shards.
+/// The file of a shard, or the reason why it cannot be merged yet; `tiles` are those of all shards.
 fn whole(
     path: &Path,
     plan: &RenderPlan,
@@ -127,7 +127,7 @@ fn whole(
     })
 }
 
-/// Which shards are missing, and how to get them.
+/// Message that names the missing shards, and how to render them.
 fn describe_missing(path: &Path, plan: &RenderPlan, missing: &[IncompleteShard]) -> String {
     const SHOWN: usize = 10;
     let mut text = format!("{} of {} shards are missing", missing.len(), plan.shards);
@@ -146,7 +146,7 @@ fn describe_missing(path: &Path, plan: &RenderPlan, missing: &[IncompleteShard])
     text
 }
 
-/// 0, 1, 2, 5, 7, 8 as 0-2,5,7,8, as Slurm takes it.
+/// 0, 1, 2, 5, 7, 8 as 0-2,5,7,8, in Slurm's notation.
 pub fn ranges(numbers: &[u32]) -> String {
     let mut parts: Vec<(u32, u32)> = Vec::new();
     for &number in numbers {

@@ -1,6 +1,7 @@
-//! The command line: arguments, and one file per subcommand. Sees only the library's public API.
+//! The command line: arguments, and one file per subcommand. It uses only the library's public API.
 //!
-//! Results go to stdout, progress and warnings and errors to stderr; exit codes stand in [`error`].
+//! Results go to stdout; progress, warnings and errors go to stderr. The exit codes are in
+//! [`error`].
 
 #[allow(
     rustdoc::broken_intra_doc_links,
@@ -59,8 +60,8 @@ use job_args::SubmitTo;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-/// Does what the arguments say. Not inlined into `main`, which must stay free of what the guard
-/// checks for.
+/// Runs the command of the arguments. Not inlined into `main`, which must contain no instructions
+/// that the guard checks for.
 #[inline(never)]
 pub fn run() -> ExitCode {
     // On a usage error, and after --help and --version, this ends the process: 2, and 0.
@@ -89,7 +90,7 @@ pub fn run() -> ExitCode {
     }
 }
 
-/// Ends the process with what clap says, without colours where an argument could bring its own.
+/// Ends the process with clap's message, without colours if an argument could contain its own.
 fn refuse(error: &clap::Error) -> ! {
     let steers = |text: OsString| text.to_string_lossy().contains(char::is_control);
     if error.use_stderr() && std::env::args_os().any(steers) {
@@ -99,7 +100,7 @@ fn refuse(error: &clap::Error) -> ! {
     error.exit()
 }
 
-/// One line on stderr where this build leaves instructions of this CPU unused.
+/// Prints a line on stderr if this build leaves instructions of this CPU unused.
 fn advise() {
     if let Some(advice) = phalanx::isa::advice() {
         output::note(&format!("note: {advice}"));

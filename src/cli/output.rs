@@ -1,4 +1,4 @@
-//! Writing to stdout and stderr, and checking the files that results go to.
+//! Output to stdout and stderr, and checks of the files that results go to.
 
 use super::error::CliError;
 use phalanx::image::{Destination, check_writable};
@@ -12,16 +12,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// The name that stands for stdin and stdout.
 pub const DASH: &str = "-";
 
-/// Set when a file's bytes go to stdout: what is told there otherwise would get among them.
+/// True if a file's bytes go to stdout: other text there would get mixed with them.
 static STDOUT_TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Writes results for people to stdout, or to stderr where stdout is one of the files that were
-/// asked for. A reader that has gone away (`phalanx info … | head -1`) is no error.
+/// Writes results for people to stdout, or to stderr if stdout is one of the requested files. A
+/// reader that has gone away (`phalanx info … | head -1`) is no error.
 pub fn print(text: &str) -> Result<(), CliError> {
     print_raw(&printable(text))
 }
 
-/// Writes text that is not for people, or that is meant to steer a terminal, to where results go.
+/// Writes text that is not for people, or that may contain control sequences, to the place of
+/// results.
 pub fn print_raw(text: &str) -> Result<(), CliError> {
     if STDOUT_TAKEN.load(Ordering::Relaxed) {
         let _ = io::stderr().lock().write_all(text.as_bytes());
@@ -39,26 +40,27 @@ pub fn print_raw(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Writes one JSON document to where results go.
+/// Writes one JSON document to the place of results.
 pub fn print_json(document: &impl Serialize) -> Result<(), CliError> {
     let text = serde_json::to_string_pretty(document)
         .map_err(|e| CliError::Runtime(format!("cannot write JSON: {e}")))?;
-    // Its texts are escaped already, in JSON's own way.
+    // The texts in it are escaped already, in JSON's own way.
     print_raw(&(text + "\n"))
 }
 
-/// Writes a line to stderr. With stderr closed there is nobody to tell.
+/// Writes a line to stderr. A closed stderr is no error.
 pub fn note(line: &str) {
     note_raw(&printable(line));
 }
 
-/// Writes a line that may steer a terminal to stderr, as drawings in colour do.
+/// Writes a line that may contain control sequences to stderr, for drawings in colour.
 pub fn note_raw(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
 
-/// A text for people, in which names of files and what else others have chosen do not steer the
-/// terminal. All that is told goes through here, so that no message has to think of it.
+/// A text for people, with control characters escaped: file names and other foreign text must not
+/// control the terminal. All output for people goes through here, so that no message has to handle
+/// it.
 pub fn printable(text: &str) -> Cow<'_, str> {
     let steers = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
     if !text.contains(steers) {
@@ -74,8 +76,8 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     shown.into()
 }
 
-/// Refuses a picture's name that is not `*.png`, for the given reason of asking. Pipes and devices
-/// are called anything.
+/// Refuses a picture's name that is not `*.png`; `origin` names the option in the message. Pipes
+/// and devices may have any name.
 pub fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
     let ending = path.extension().and_then(OsStr::to_str);
     if ending.is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_stream(path) {
@@ -87,13 +89,13 @@ pub fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
     )))
 }
 
-/// Refuses a place that cannot be written, before any work is done.
+/// Refuses a path that cannot be written, before any work is done.
 pub fn check_place(path: &Path) -> Result<(), CliError> {
     place(path).map(drop)
 }
 
-/// Refuses a folder, and whatever else cannot be written by what it is. Quick enough to be asked of
-/// every frame.
+/// Refuses a folder, and any other kind of file that cannot be written. It is quick enough to be
+/// called for every frame.
 pub fn check_kind(path: &Path) -> Result<(), CliError> {
     Destination::of(path)
         .map(drop)
@@ -112,7 +114,7 @@ fn place(path: &Path) -> Result<Destination, CliError> {
     Ok(place)
 }
 
-/// Refuses a place that a picture cannot be written to, and a terminal, before any work is done.
+/// Refuses a path that a picture cannot be written to, and a terminal, before any work is done.
 pub fn check_picture_place(path: &Path) -> Result<(), CliError> {
     let terminal = match is_dash(path) {
         true => {
@@ -130,8 +132,8 @@ pub fn check_picture_place(path: &Path) -> Result<(), CliError> {
     }
 }
 
-/// Refuses two results in one file, of which the later would replace the earlier; each has the
-/// option that asks for it.
+/// Refuses two results in one file, of which the later would replace the earlier. Each path comes
+/// with the option that names it.
 pub fn check_distinct(places: &[(&str, Option<&Path>)]) -> Result<(), CliError> {
     let mut seen: Vec<(&str, Destination)> = Vec::new();
     for (origin, path) in places {
@@ -152,17 +154,17 @@ pub fn check_distinct(places: &[(&str, Option<&Path>)]) -> Result<(), CliError> 
     Ok(())
 }
 
-/// Tells whether a name stands for stdin, or for stdout.
+/// Returns true if a name stands for stdin, or for stdout.
 pub fn is_dash(path: &Path) -> bool {
     path == Path::new(DASH)
 }
 
-/// Tells whether a file of this name is written anew and renamed, and not written into.
+/// Returns true if a file of this name is written anew and renamed, and not written into.
 pub fn is_replaced(path: &Path) -> bool {
     !is_dash(path) && !is_stream(path)
 }
 
-/// Tells whether a name is that of something to be written into.
+/// Returns true if a name is that of a stream, which is written into.
 pub fn is_stream(path: &Path) -> bool {
     matches!(
         Destination::of(path),

@@ -1,4 +1,5 @@
-//! The file that a picture is written to: its format by its name, and what may be asked of that.
+//! The file that a picture is written to: its format by its name, and the options that the format
+//! allows.
 
 use super::error::CliError;
 use super::output::{is_dash, is_replaced};
@@ -46,8 +47,8 @@ fn parse_depth(text: &str) -> Result<Depth, String> {
 /// Longest side of a JPEG.
 const JPEG_SIDE: u32 = 65_535;
 
-/// The format that was asked for, or what a picture's name says of it; refuses one whose ending no
-/// format has, for the given reason of asking. Stdout and pipes and devices without an ending get a
+/// The requested format, or that of a picture's name. Refuses an ending that no format has;
+/// `origin` names the option in the message. Stdout, and pipes and devices without an ending, get a
 /// PNG.
 pub fn format_of(
     path: &Path,
@@ -66,7 +67,7 @@ pub fn format_of(
     })
 }
 
-/// A picture file to be.
+/// A picture file to be written.
 #[derive(Clone, Debug)]
 pub struct OutputFile {
     pub path: PathBuf,
@@ -74,7 +75,7 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// Refuses what the format has no use for: nobody should wonder why it did nothing.
+    /// Refuses options that the format does not use, so that none is silently ignored.
     pub fn new(
         path: PathBuf,
         format: ImageFormat,
@@ -113,8 +114,8 @@ impl OutputFile {
         )
     }
 
-    /// A file of a window with layers of a scene that has this origin, which the format must be
-    /// able to hold.
+    /// The file of a window with AOVs, of a scene with this origin. The format must be able to hold
+    /// the AOVs.
     pub fn for_picture(
         path: PathBuf,
         format: ImageFormat,
@@ -149,20 +150,21 @@ impl OutputFile {
         Ok(OutputFile { path, file })
     }
 
-    /// Tells whether the whole file is in memory before it is written: where it is not replaced,
-    /// nothing can be sought in it.
+    /// Returns true if the whole file is in memory before it is written: a file that is not
+    /// replaced cannot be sought in.
     pub fn is_in_memory(&self) -> bool {
         self.file.format.seeks() && !is_replaced(&self.path)
     }
 
-    /// Writes bands as they are made, on a thread of its own; `make` is given what takes them. A
-    /// pipe whose reader does not come, or reads no more, is given up when the control says stop.
+    /// Writes bands as they are made, on a thread of its own; `make` gets a function that takes
+    /// them. A pipe without a reader, or whose reader stops, is given up when the control says
+    /// stop.
     pub fn write_while<T>(
         &self,
         control: &Control,
         make: impl FnOnce(&mut dyn FnMut(Film) -> bool) -> Result<T, BandsError>,
     ) -> Result<T, CliError> {
-        // No band waits: one is being made, one is being written.
+        // No queue: one band is being made while one is being written.
         let (send, receive) = sync_channel::<io::Result<Film>>(0);
         let output = self.clone();
         let writer = std::thread::Builder::new()
@@ -171,7 +173,8 @@ impl OutputFile {
         let stopped = || control.stop.load(Ordering::SeqCst);
         let made = make(&mut |film| send_band(&send, film, stopped));
         drop(send);
-        // A thread that waits for a pipe's reader ends with the process, and has no file to finish.
+        // A thread that waits for a pipe's reader ends with the process, and leaves no unfinished
+        // file.
         while !writer.is_finished() && !is_replaced(&self.path) {
             match made {
                 Ok(_) | Err(BandsError::Abandoned) if !stopped() => std::thread::sleep(POLL),
@@ -184,7 +187,7 @@ impl OutputFile {
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         match (made, written) {
             (Err(BandsError::Abandoned), _) if stopped() => Err(CliError::Interrupted),
-            // Nobody took the bands, and that is why.
+            // The writer failed, so that no bands were taken.
             (Err(BandsError::Abandoned), Err(failure)) => Err(failure),
             (Err(error), _) => Err(error.into()),
             (Ok(_), Err(failure)) => Err(failure),
@@ -196,18 +199,18 @@ impl OutputFile {
         if !is_dash(&self.path) {
             return Ok(save_bands(&self.path, &self.file, bands)?);
         }
-        // Standard output looks for ends of lines, which samples do not have.
+        // Buffered, because standard output searches for line ends, which samples do not have.
         let mut out = BufWriter::new(io::stdout().lock());
         write_bands(&mut out, &self.file, bands)
             .map_err(|e| CliError::Runtime(format!("cannot write the picture to stdout: {e}")))
     }
 }
 
-/// How often a thread that waits looks for a signal.
+/// Interval at which a waiting thread checks for a signal.
 const POLL: Duration = Duration::from_millis(1);
 
-/// Hands a band to the thread that writes; `false` where that has ended, or where nobody is to wait
-/// for it any more.
+/// Passes a band to the writing thread; `false` if that has ended, or if `stopped` says to wait no
+/// longer.
 fn send_band(send: &SyncSender<io::Result<Film>>, film: Film, stopped: impl Fn() -> bool) -> bool {
     let mut waiting = Ok(film);
     loop {

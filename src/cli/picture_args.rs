@@ -1,5 +1,5 @@
-//! The options that change the picture: of `render` and, because all of them are verified, of
-//! `verify`.
+//! The options that change the picture. `render` has them and `verify`, because all of them are
+//! verified.
 
 use super::error::CliError;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -11,10 +11,10 @@ use phalanx::scene::{
     MAX_DEPTH_LIMIT, OutputEncoding, Quantize, Scene, Transfer, check_image_size,
 };
 
-/// Most camera rays a pixel with `--aa adaptive`, if nothing is said.
+/// Most camera rays a pixel with `--aa adaptive`, by default.
 const ADAPTIVE_SPP: u32 = 256;
 
-/// What `--threshold` is if nothing is said.
+/// Default of `--threshold`.
 const THRESHOLD: f32 = 0.002;
 
 /// What changes the picture, or the order in which it is made.
@@ -83,7 +83,7 @@ pub struct PictureArgs {
 }
 
 impl PictureArgs {
-    /// Refuses what is asked for in vain.
+    /// Refuses options that would have no effect.
     pub fn check(&self) -> Result<(), CliError> {
         let ao = matches!(self.integrator, IntegratorArg::Ao);
         match self.ao_distance {
@@ -95,7 +95,7 @@ impl PictureArgs {
         }
     }
 
-    /// The scene's settings with what was asked for instead, one thread, the packet engine.
+    /// The scene's settings with the requested changes, one thread, and the packet engine.
     pub fn settings(&self, scene: &Scene) -> Settings {
         let (width, height) = self.size.unwrap_or((scene.width, scene.height));
         let adaptive = self.aa == AntiAliasing::Adaptive;
@@ -145,7 +145,7 @@ impl PictureArgs {
         )))
     }
 
-    /// The scene's tone with what was asked for instead.
+    /// The scene's tone with the requested changes.
     pub fn tone(&self, scene: &Scene) -> OutputEncoding {
         let transfer = self.transfer.map(|t| match t {
             TransferArg::None => Transfer::None,
@@ -220,7 +220,7 @@ fn parse_threshold(text: &str) -> Result<f32, String> {
 fn parse_weight(text: &str) -> Result<f32, String> {
     let weight: Option<f32> = text.parse().ok();
     let weight = weight.filter(|w| (0.0..1.0).contains(w));
-    // −0 is 0, and is shown as that.
+    // −0 becomes 0, so that it is shown as 0.
     weight
         .map(|w| w + 0.0)
         .ok_or_else(|| "expected a number from 0 to less than 1, as in 0.001".to_owned())
@@ -243,11 +243,12 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let sides = sides.and_then(|(w, h)| Some((side(w)?, side(h)?)));
     let (width, height) = sides.ok_or("expected WIDTHxHEIGHT in pixels, as in 640x480")?;
     check_image_size(width, height).map_err(|e| e.to_string())?;
-    // Both are within the limits just checked.
+    // Both are within the limits that were just checked.
     Ok((width as u32, height as u32))
 }
 
-/// A side of any number of digits; one beyond u64 is as out of range as the largest u64.
+/// A side of any number of digits; one beyond u64 becomes the largest u64, which is out of range,
+/// too.
 fn side(digits: &str) -> Option<u64> {
     let all_digits = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
     all_digits.then(|| digits.parse().unwrap_or(u64::MAX))

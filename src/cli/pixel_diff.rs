@@ -1,4 +1,4 @@
-//! Where two films first differ, and what both engines say of that pixel.
+//! The first difference of two films, and the values of both engines at that pixel.
 
 use super::file_coordinates::to_file_coordinates;
 use phalanx::frame::Settings;
@@ -12,9 +12,9 @@ use std::fmt;
 pub struct FilmDifference {
     x: u32,
     y: u32,
-    /// How many pixels differ.
+    /// Number of pixels that differ.
     pixels: usize,
-    /// The pixel's first camera ray; a scene that was rendered has one.
+    /// The pixel's first camera ray; a rendered scene has one.
     ray: Option<CameraRay>,
     scalar: PixelBits,
     simd: PixelBits,
@@ -26,14 +26,14 @@ struct CameraRay {
     dir: [f32; 3],
 }
 
-/// Everything that is compared of a pixel, as bits, so that -0 is not 0 and equal NaNs are equal.
+/// All compared values of a pixel, as bits, so that -0 is not 0 and equal NaNs are equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelBits {
     /// Primitive, distance and barycentric weights, if hits were recorded.
     pub hit: Option<HitBits>,
     /// Radiance.
     pub radiance: [u32; 3],
-    /// A hash of what the layers tell of it; 0 without any.
+    /// A hash of its AOVs; 0 without any.
     pub layers: u64,
 }
 
@@ -141,7 +141,7 @@ impl fmt::Display for PixelBits {
 }
 
 impl Serialize for PixelBits {
-    /// The bits as hexadecimal strings, and the numbers beside them for people.
+    /// Writes the bits as hexadecimal strings, and the numbers beside them for people.
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]
         struct Shown {
@@ -264,7 +264,7 @@ mod tests {
         assert!(corner.dir[0] < 0.0 && corner.dir[1] > 0.0);
     }
 
-    /// In a region, pixels have the numbers that they have in the whole picture.
+    /// Checks that pixels of a region have the numbers that they have in the whole picture.
     #[test]
     fn a_regions_pixels_are_those_of_the_picture() {
         let region = phalanx::frame::Tile {

@@ -1,8 +1,8 @@
-//! `verify --record` and `--against`: what a picture was, kept small enough to keep.
+//! `verify --record` and `--against`: hashes of a picture, small enough to keep.
 //!
-//! Of every pixel two 64-bit FNV-1a hashes: one of its primary hit (prim_id, t, u, v), one of its
-//! radiance, little-endian bits in that order. A row of the picture is one string of 16 hexadecimal
-//! digits a pixel.
+//! For every pixel there are two 64-bit FNV-1a hashes: one of its primary hit (prim_id, t, u, v),
+//! one of its radiance, little-endian bits in that order. A row of the picture is one string of 16
+//! hexadecimal digits a pixel.
 
 use super::error::CliError;
 use super::pixel_diff::PixelBits;
@@ -17,10 +17,10 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
-/// Version of the record's layout and of what is hashed.
+/// Version of the record's layout and of the values that are hashed.
 const SCHEMA_VERSION: u32 = 1;
 
-/// Bytes of a record that are read out of a pipe or device: 32 digits for each of 30 million
+/// Most bytes of a record that are read from a pipe or device: 32 digits for each of 30 million
 /// pixels.
 const MAX_PIPED: u64 = 1 << 30;
 
@@ -31,14 +31,14 @@ pub struct PixelHashFile {
     scenes: Vec<PixelHashes>,
 }
 
-/// What is kept of one scene's picture.
+/// Hashes of one scene's picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PixelHashes {
     /// The scene's file name, without folders, so that a record can travel.
     scene: String,
     width: u32,
     height: u32,
-    /// Where a region lies: column and row of its upper left pixel, and the size of the whole
+    /// Position of a region: column and row of its upper left pixel, and the size of the whole
     /// picture. Older records are of no region.
     #[serde(default)]
     region: Option<[u32; 4]>,
@@ -73,8 +73,8 @@ impl PixelHashFile {
         let name = path.display();
         let unreadable = |e: &dyn Display| CliError::Runtime(format!("cannot read {name}: {e}"));
         let file = File::open(path).map_err(|e| unreadable(&e))?;
-        // A regular file ends; a device may not, and is left at the first byte that is wrong, or
-        // too many.
+        // A regular file ends. A device may not, so reading it stops at the first byte that is
+        // wrong, or one too many.
         let most = match file.metadata().is_ok_and(|file| file.is_file()) {
             true => u64::MAX,
             false => MAX_PIPED,
@@ -94,7 +94,7 @@ impl PixelHashFile {
         Ok(record)
     }
 
-    /// Refuses scenes that a record could not tell apart.
+    /// Refuses scenes whose names a record could not distinguish.
     pub fn check_names(paths: &[PathBuf]) -> Result<(), CliError> {
         let mut names: Vec<_> = paths.iter().map(|path| name_of(path)).collect();
         names.sort();
@@ -107,7 +107,7 @@ impl PixelHashFile {
         }
     }
 
-    /// What was kept of a scene, which must have been rendered as it is to be rendered now.
+    /// The hashes of a scene, which must have been rendered with the same settings.
     pub fn find(
         &self,
         path: &Path,
@@ -149,7 +149,7 @@ fn name_of(path: &Path) -> String {
 const DIGITS: usize = 16;
 
 impl PixelHashes {
-    /// Everything but the pixels.
+    /// A record without its pixels.
     fn heading(path: &Path, settings: &Settings, encoding: OutputEncoding) -> PixelHashes {
         let transfer = match encoding.transfer {
             Transfer::None => "none",
@@ -175,7 +175,7 @@ impl PixelHashes {
         }
     }
 
-    /// What is kept of a film.
+    /// The hashes of a film.
     pub fn of(
         path: &Path,
         settings: &Settings,
@@ -211,7 +211,7 @@ impl PixelHashes {
     }
 
     /// Column and row of the first pixel whose hashes differ from those of a record that
-    /// [`PixelHashFile::find`] gave.
+    /// [`PixelHashFile::find`] returned.
     pub fn first_difference(&self, expected: &PixelHashes) -> Option<[u32; 2]> {
         let here = self.hits.iter().zip(&self.radiance);
         let there = expected.hits.iter().zip(&expected.radiance);
@@ -281,7 +281,7 @@ mod tests {
 
     #[test]
     fn the_hash_is_fnv1a() {
-        // Published values: of nothing, and of the bytes "foob" and "ar\0\0" by continuation.
+        // Published values: of no bytes, and of the bytes "foob" and "ar\0\0" by continuation.
         assert_eq!(fnv1a(&[]), 0xcbf2_9ce4_8422_2325);
         assert_eq!(
             fnv1a(&[u32::from_le_bytes(*b"foob")]),

@@ -25,7 +25,7 @@ struct PlanDocument<'a> {
     tile: u32,
     output: &'a Path,
     scene_hash: &'a str,
-    /// Slurm's way to say all of them.
+    /// All shards in Slurm's notation.
     array: String,
 }
 
@@ -81,7 +81,7 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     print_plan(args, &plan, &target.path)
 }
 
-/// Refuses a scene that every shard could not read again.
+/// Refuses a scene that not every shard could read again.
 fn refuse_special(scene: &Path) -> Result<(), CliError> {
     let file = standard_name(scene).is_none();
     match std::fs::metadata(scene) {
@@ -133,7 +133,7 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
     output::print(&lines(&rows))
 }
 
-/// What this process was asked for, as it is kept in the plan.
+/// The arguments of this process, as they are kept in the plan.
 fn arguments() -> Result<Vec<String>, CliError> {
     let all = std::env::args_os().skip(1);
     all.map(|argument| {
@@ -157,7 +157,8 @@ fn text(path: &Path) -> Result<String, CliError> {
     })
 }
 
-/// A plan's picture once more: its scene, and its settings, which must still be those of the plan.
+/// Opens a plan's picture again: its scene, and its settings, which must still be those of the
+/// plan.
 pub fn reopen(
     path: &Path,
     plan: &RenderPlan,

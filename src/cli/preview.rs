@@ -6,10 +6,10 @@ use std::fmt::Write as _;
 use std::io::{self, IsTerminal, Write};
 use terminal_size::{Height, Width, terminal_size_of};
 
-/// What the upper half of a character's cell is drawn with; the lower is the background.
+/// Character for the upper half of a cell; the lower half is the background.
 const UPPER_HALF: char = '▀';
 
-/// Draws over what it has drawn before.
+/// Draws pictures in the terminal, each over the previous one.
 #[derive(Default)]
 pub struct Preview {
     /// Lines of the last drawing.
@@ -17,7 +17,7 @@ pub struct Preview {
 }
 
 impl Preview {
-    /// Refuses where there is nobody to see it.
+    /// Refuses an output that is not shown on a terminal.
     pub fn check() -> Result<(), CliError> {
         if io::stderr().is_terminal() {
             return Ok(());
@@ -27,18 +27,18 @@ impl Preview {
         ))
     }
 
-    /// The longest side of a picture that fits into the terminal, as it is now.
+    /// The longest side of a picture that fits into the terminal at its present size.
     pub fn side() -> u32 {
         let (columns, rows) = size();
         u32::min(columns.into(), 2 * u32::from(rows.saturating_sub(2)))
     }
 
-    /// Draws a picture, of which as many pixels are left out as do not fit, and a line below it.
-    /// With stderr closed there is nobody to see it.
+    /// Draws a picture, leaving out as many pixels as do not fit, and a line below it. A closed
+    /// stderr is no error.
     pub fn draw(&mut self, picture: &Picture, status: &str) {
         let mut text = String::new();
         if self.lines > 0 {
-            // Up to the first line of the last drawing.
+            // Moves up to the first line of the last drawing.
             let _ = write!(text, "\x1b[{}A\r", self.lines);
         }
         let drawn = lines(&thinned(picture, Preview::side()));
@@ -52,7 +52,7 @@ impl Preview {
     }
 }
 
-/// Every so-many-th pixel of a picture that is too large.
+/// Every n-th pixel of a picture that is too large.
 fn thinned(picture: &Picture, side: u32) -> Picture {
     let step = picture
         .width
@@ -78,7 +78,7 @@ fn size() -> (u16, u16) {
     }
 }
 
-/// Two rows of pixels a line, in 24-bit colours.
+/// Lines of the picture, with two rows of pixels each, in 24-bit colours.
 fn lines(picture: &Picture) -> Vec<String> {
     let pitch = 3 * picture.width as usize;
     let rows: Vec<&[u8]> = picture.rgb.chunks(pitch.max(1)).collect();
@@ -130,7 +130,7 @@ mod tests {
             drawn[0],
             "\x1b[38;2;0;1;2;48;2;6;7;8m▀\x1b[38;2;3;4;5;48;2;9;10;11m▀"
         );
-        // An odd last row stands on black.
+        // An odd last row has black below it.
         assert_eq!(
             drawn[1],
             "\x1b[38;2;12;13;14;48;2;0;0;0m▀\x1b[38;2;15;16;17;48;2;0;0;0m▀"

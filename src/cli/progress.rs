@@ -1,5 +1,5 @@
-//! How far a render is: a bar, lines of JSON, or the picture so far, from a polling loop beside the
-//! render.
+//! Progress of a render: a bar, lines of JSON, or the picture so far. A polling loop beside the
+//! render shows it.
 
 use super::error::CliError;
 use super::interrupt;
@@ -15,21 +15,22 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// The scalar tracer recurses once per bounce, up to 1000 deep, on the thread that renders.
+/// Stack size. The scalar tracer recurses once per bounce, up to 1000 deep, on the thread that
+/// renders.
 const STACK_BYTES: usize = 64 << 20;
 
-/// What is to be seen of a render while it runs.
+/// Options of the progress display of a render.
 #[derive(Clone, Copy, Default)]
 pub struct ProgressOptions<'a> {
     /// Pixels of the picture.
     pub pixels: u64,
     pub mode: ProgressMode,
-    /// The picture so far, if that is to be seen.
+    /// The picture so far, if it is to be shown.
     pub live_preview: Option<&'a LivePreview<'a>>,
 }
 
 impl ProgressOptions<'_> {
-    /// As if nothing had been said.
+    /// The default options.
     pub fn of(pixels: u64) -> ProgressOptions<'static> {
         ProgressOptions {
             pixels,
@@ -52,7 +53,7 @@ pub enum ProgressMode {
     None,
 }
 
-/// Renders, heeding signals and showing progress.
+/// Renders, with signal handling and progress.
 pub fn render(
     scene: &Scene,
     prepared: &Accel,
@@ -68,7 +69,7 @@ pub fn render(
     })
 }
 
-/// Does what fills a picture, heeding signals and showing progress.
+/// Runs `fill`, which fills a picture, with signal handling and progress.
 pub fn with_progress<T: Send, E: Into<CliError> + Send>(
     options: ProgressOptions,
     fill: impl FnOnce(&Control) -> Result<T, E> + Send,
@@ -76,7 +77,8 @@ pub fn with_progress<T: Send, E: Into<CliError> + Send>(
     interrupt::interruptible(|control| on_large_stack(control, options, fill))
 }
 
-/// The same for what also writes to `path`: a signal must not leave a file half written.
+/// As [`with_progress`], for work that also writes to `path`: a signal must not leave a file half
+/// written.
 pub fn with_progress_writing<T: Send, E: Into<CliError> + Send>(
     path: &Path,
     options: ProgressOptions,
@@ -93,7 +95,7 @@ fn on_large_stack<T: Send, E: Into<CliError> + Send>(
     std::thread::scope(|scope| {
         let (done, finished) = channel::<()>();
         let work = move || {
-            // Dropped when this thread ends, however it ends: that is what the loop waits for.
+            // Dropped when this thread ends, in any way; the loop waits for that.
             let _done = done;
             fill(control)
         };
@@ -109,7 +111,7 @@ fn on_large_stack<T: Send, E: Into<CliError> + Send>(
     })
 }
 
-/// A line that says how many bytes have been written and for how long, where stderr is a terminal.
+/// A line with the bytes written and the elapsed time, if stderr is a terminal.
 pub fn bytes() -> ProgressBar {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
     if let Ok(style) = ProgressStyle::with_template("{spinner} {binary_bytes} written in {elapsed}")
@@ -119,13 +121,13 @@ pub fn bytes() -> ProgressBar {
     bar
 }
 
-/// How often whoever watches is told something.
+/// Interval between updates of the bar.
 const TICK: Duration = Duration::from_millis(100);
-/// How often by lines and pictures.
+/// Interval between lines and pictures.
 const SECOND: Duration = Duration::from_secs(1);
 
 impl ProgressOptions<'_> {
-    /// Tells until the render ends.
+    /// Reports progress until the render ends.
     fn run(self, control: &Control, finished: &Receiver<()>) {
         let start = Instant::now();
         let mut teller = ProgressReporter::of(self);
@@ -149,18 +151,19 @@ impl ProgressOptions<'_> {
     }
 }
 
-/// How far a render is.
+/// Progress of a render.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ProgressState {
     event: &'static str,
-    /// Pixels finished, those that an earlier try had finished included.
+    /// Pixels finished, including those of an earlier try.
     pixels: u64,
     of: u64,
     fraction: f64,
     rays: u64,
     mrays_per_s: f64,
     seconds: f64,
-    /// As if what is left were like what has been rendered; `None` where nothing has.
+    /// Estimate that assumes the rest to be like the part that has been rendered; `None` if there
+    /// is no such part.
     seconds_left: Option<f64>,
 }
 
@@ -200,7 +203,7 @@ impl ProgressState {
     }
 }
 
-/// Who is told.
+/// The outputs of progress.
 struct ProgressReporter<'a> {
     bar: Option<ProgressBar>,
     json: bool,
@@ -285,7 +288,7 @@ mod tests {
             (state.pixels, state.fraction, state.seconds_left),
             (0, 0.0, None)
         );
-        // 500 were there, 100 took ten seconds: 400 take forty.
+        // 500 were there, and 100 took ten seconds: 400 take forty.
         control.pixels_resumed.store(500, Ordering::Relaxed);
         control.pixels.store(600, Ordering::Relaxed);
         control.rays.store(20_000_000, Ordering::Relaxed);

@@ -19,12 +19,12 @@ use phalanx::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Renders a scene to a picture and says what it took; or a shard of one.
+/// Renders a scene to a picture and prints a report; or renders a shard of one.
 pub fn run(args: &RenderArgs) -> Result<(), CliError> {
     match (&args.keep.plan, &args.scene) {
         (Some(plan), _) => shard::run(args, plan),
         (None, Some(scene)) => picture(args, scene),
-        // The arguments' definition asks for one of them.
+        // Unreachable: the arguments' definition requires one of them.
         (None, None) => Err(CliError::Usage("name a scene".to_owned())),
     }
 }
@@ -100,7 +100,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     }
 }
 
-/// Refuses places that cannot be written, before the scene is read.
+/// Refuses files that cannot be written, before the scene is read.
 fn check_places(args: &RenderArgs) -> Result<(), CliError> {
     heatmap::check_place(args.heat.as_deref())?;
     live_preview::check_place(&args.sight)?;
@@ -119,7 +119,7 @@ fn check_places(args: &RenderArgs) -> Result<(), CliError> {
     check_output(args, path)
 }
 
-/// Refuses a place that the picture cannot be written to, or that is another result's.
+/// Refuses a path that the picture cannot be written to, or that is another result's.
 fn check_output(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     output::check_picture_place(path)?;
     let heat = args.heat.as_ref().and_then(|words| words.get(1));
@@ -131,7 +131,7 @@ fn check_output(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     ])
 }
 
-/// Refuses names of frames at which no file can be written, before the first is rendered.
+/// Refuses names of frames that cannot be written as files, before the first is rendered.
 fn check_frames(args: &RenderArgs, sequence: &Sequence, path: &Path) -> Result<(), CliError> {
     for frame in sequence.frames.clone() {
         output::check_kind(&sequence.name(path, frame))?;
@@ -142,14 +142,14 @@ fn check_frames(args: &RenderArgs, sequence: &Sequence, path: &Path) -> Result<(
     Ok(())
 }
 
-/// What is the same for all frames of a sequence.
+/// Inputs shared by all frames of a sequence.
 struct Job<'a> {
     args: &'a RenderArgs,
     prepared: &'a Accel,
     settings: &'a Settings,
 }
 
-/// What rendering came to, and how long it and the rest of writing took.
+/// Totals of rendering: its counts, its seconds, and the seconds of the rest of writing.
 #[derive(Default)]
 struct RenderTotals {
     stats: RenderStats,
@@ -262,7 +262,7 @@ fn write(
     let Some(tiles) = tiles else {
         return written;
     };
-    // Even where it was interrupted: what is finished is not to be lost.
+    // Done even after an interruption, so that finished tiles are not lost.
     tiles.sync()?;
     written.map_err(|error| match error {
         CliError::Interrupted => CliError::Resumable(format!(
@@ -273,16 +273,16 @@ fn write(
     })
 }
 
-/// Films in memory at a time: one that is rendered, and one that is written; and as many as a file
-/// that is put together in memory takes the place of.
+/// Number of films in memory at a time: one that is rendered, and one that is written. A file that
+/// is put together in memory takes the space of all bands on top.
 fn films_in_memory(settings: &Settings, output: &OutputFile) -> u64 {
     let bands = bands(settings.window()).len() as u64;
     let file = if output.is_in_memory() { bands } else { 0 };
     bands.min(2) + file
 }
 
-/// Where the picture goes: as asked, else as the scene says, else named like the scene; the latter
-/// two in the current folder, whatever folders the scene names.
+/// The picture's path: that of the arguments, else that of the scene, else one named like the
+/// scene. The latter two are in the current folder, whatever folders the scene names.
 fn output_path(
     args: &RenderArgs,
     name: &Path,

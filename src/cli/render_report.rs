@@ -1,4 +1,4 @@
-//! What a render did, as a table and as a JSON document.
+//! Report of a render, as a table and as a JSON document.
 
 use super::file_coordinates::origin_row;
 use super::memory_stats::MemoryStats;
@@ -14,7 +14,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// Version of every JSON document of the command line; it rises when a key changes its meaning or
-/// goes.
+/// is removed.
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// The document of `render --json`.
@@ -32,7 +32,7 @@ pub struct RenderDocument {
     #[serde(flatten)]
     summary: RenderSummary,
     primitives: PrimitiveCounts,
-    /// Where the scene's coordinates begin, in the file's; zero where they are the same.
+    /// Origin of the scene's coordinates, in the file's; zero if they are the same.
     origin: [f64; 3],
     bvh: TreeFigures,
     seconds: RenderSeconds,
@@ -43,12 +43,12 @@ pub struct RenderDocument {
     memory: MemoryStats,
 }
 
-/// The picture and where it went.
+/// The picture and its path.
 #[derive(Debug, Serialize)]
 pub struct RenderImage {
     width: u32,
     height: u32,
-    /// Where a region lies: column and row of its upper left pixel, and the size of the whole
+    /// Position of a region: column and row of its upper left pixel, and the size of the whole
     /// picture.
     region: Option<[u32; 4]>,
     /// The first and the last frame of a sequence.
@@ -80,12 +80,12 @@ pub struct RenderSeconds {
     pub load: f64,
     pub build: f64,
     pub render: f64,
-    /// Beyond rendering, which goes on while what is finished is written.
+    /// Seconds of writing beyond rendering, which continues while finished parts are written.
     pub write: f64,
 }
 
 impl RenderDocument {
-    /// A report of what was asked for; the figures come with [`RenderDocument::with_tree`] and
+    /// A report of the settings; the figures come with [`RenderDocument::with_tree`] and
     /// [`RenderDocument::with_work`].
     pub fn new(
         path: &Path,
@@ -123,7 +123,7 @@ impl RenderDocument {
         }
     }
 
-    /// Adds where the memory went.
+    /// Adds the memory figures.
     pub fn with_memory(self, memory: MemoryStats) -> RenderDocument {
         RenderDocument { memory, ..self }
     }

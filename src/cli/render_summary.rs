@@ -1,30 +1,30 @@
-//! What was asked of a picture beyond its size and depth, as reports and records say it.
+//! The settings of a picture beyond its size and depth, as reports and records state them.
 
 use phalanx::frame::{Integrator, Sampling, Settings};
 use serde::{Deserialize, Serialize};
 
-/// The settings that change the picture. A record that does not have one is older than it, and of
-/// what was then the only way.
+/// The settings that change the picture. A record without one is older than the setting, and has
+/// the only value that existed then.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RenderSummary {
-    /// Older records are of pictures all of whose rays were traced.
+    /// Least weight of a traced ray. Older records are of pictures all of whose rays were traced.
     #[serde(default)]
     min_weight: f32,
     #[serde(default = "one")]
     spp: u32,
     #[serde(default = "of_one")]
     filter: String,
-    /// When a pixel has enough samples; `None` where all have as many.
+    /// Threshold at which a pixel has enough samples; `None` if all pixels have equally many.
     #[serde(default)]
     aa_threshold: Option<f32>,
-    /// 0 for a pinhole, which has no focus.
+    /// Diameter of the lens; 0 for a pinhole, which has no focus.
     #[serde(default)]
     aperture: f32,
     #[serde(default)]
     focus: Option<f32>,
     #[serde(default = "whitted")]
     integrator: String,
-    /// How far ambient occlusion looks, if not all the way.
+    /// Range of ambient occlusion; `None` if it is unlimited.
     #[serde(default)]
     ao_distance: Option<f32>,
 }
@@ -44,7 +44,7 @@ fn of_one() -> String {
 }
 
 impl RenderSummary {
-    /// Of these settings.
+    /// The summary of these settings.
     pub fn of(settings: &Settings) -> RenderSummary {
         // A lens of diameter 0 is a pinhole.
         let lens = settings.lens.filter(|lens| lens.aperture > 0.0);
@@ -64,7 +64,8 @@ impl RenderSummary {
         }
     }
 
-    /// In words; the filter only where it matters, and the least weight where there is one.
+    /// The settings in words; the filter only where it matters, and the least weight where there is
+    /// one.
     pub fn words(&self) -> String {
         let mut words = match self.spp {
             1 => "one sample a pixel".to_owned(),

@@ -1,4 +1,5 @@
-//! What is given beside a scene: for what a mesh lacks, or instead of what its file says.
+//! Options beside a scene: defaults for parts that a mesh lacks, and overrides of parts that its
+//! file has.
 
 use super::error::CliError;
 use super::format_args::{FormatName, format_parser, picture_format, scene_format};
@@ -46,17 +47,17 @@ pub struct SceneArgs {
 }
 
 impl SceneArgs {
-    /// The format that the scene is said to be of.
+    /// The requested format of the scene.
     pub fn scene_format(&self) -> Result<Option<&'static str>, CliError> {
         scene_format(&self.format)
     }
 
-    /// The format that the picture is to be of.
+    /// The requested format of the picture.
     pub fn picture_format(&self) -> Result<Option<ImageFormat>, CliError> {
         picture_format(&self.format)
     }
 
-    /// Refuses a picture's format where no picture is written, or not now.
+    /// Refuses a picture format if no picture is written, or not by this command.
     pub fn no_picture(&self) -> Result<(), CliError> {
         match self.picture_format()? {
             None => Ok(()),
@@ -67,7 +68,7 @@ impl SceneArgs {
         }
     }
 
-    /// What readers are told.
+    /// Options for the readers.
     pub fn options(&self, threads: usize) -> Result<Options, CliError> {
         let view = self.camera.as_deref().map(view).transpose();
         Ok(Options {
@@ -196,7 +197,7 @@ fn parse_origin(text: &str) -> Result<Origin, String> {
     }
 }
 
-/// Numbers that single precision reaches, in double precision.
+/// Numbers within the range of single precision, in double precision.
 fn doubles(text: &str) -> Result<Vec<f64>, String> {
     let double = |text: &str| {
         number(text)?;

@@ -1,5 +1,4 @@
-//! What a command takes where it takes a scene, opened and built within the memory that may be
-//! used.
+//! The scene argument of a command: opened and built within the memory that may be used.
 
 use super::args::TreeArgs;
 use super::budget::Budget;
@@ -25,14 +24,14 @@ pub struct SceneInput {
     pub scene: Scene,
     /// Bytes of a mapped cache, or 0.
     pub mapped_bytes: u64,
-    /// What may be used.
+    /// Memory that may be used.
     pub budget: Budget,
     bvh: Option<Bvh>,
 }
 
 impl SceneInput {
-    /// Opens the scene of this name on so many threads (0: all); what its reader has to say goes to
-    /// stderr.
+    /// Opens the scene of this name on `threads` threads (0: all). Its reader's warnings and notes
+    /// go to stderr.
     pub fn load(name: &Path, args: &SceneArgs, threads: usize) -> Result<SceneInput, CliError> {
         let mut options = args.options(threads)?;
         let budget = Budget(args.max_memory);
@@ -42,8 +41,7 @@ impl SceneInput {
         if let Some(name) = standard_name(name) {
             budget.for_standard(standard::parse_spec(name).map_err(OpenError::from)?)?;
         }
-        // A file that cannot be asked for its size cannot be read either, which its reader will
-        // say.
+        // A file whose size cannot be queried cannot be read either; its reader reports that.
         let format = args.scene_format()?;
         let of_format = |ending: &str| name.with_extension(ending);
         let file = (!is_dash(name)).then(|| std::fs::metadata(name));
@@ -51,8 +49,8 @@ impl SceneInput {
         if let Some(Ok(file)) = file {
             let like = format.map_or_else(|| name.to_path_buf(), of_format);
             options.max_memory = budget.beside_file(&like, file.len())?;
-            // A pipe or device tells no size: where a size is to be kept to, it is known when all
-            // has been read.
+            // A pipe or device has no size. Under a memory limit, the size is known only when
+            // everything has been read.
             if budget.0.is_some() && !file.is_file() && !file.is_dir() && !is_cache(&like) {
                 piped = format.or_else(|| ending_of(name));
             }
@@ -90,8 +88,8 @@ impl SceneInput {
         })
     }
 
-    /// The tree of an engine: the one that came with the scene, the first time, or one that is
-    /// built.
+    /// The tree of an engine: at the first call the one that came with the scene, if there is one,
+    /// else a new one.
     pub fn prepare(
         &mut self,
         engine: Engine,
@@ -123,13 +121,13 @@ impl SceneInput {
     }
 }
 
-/// The scene format that a name's ending stands for.
+/// The scene format of a name's ending.
 fn ending_of(name: &Path) -> Option<&'static str> {
     let ending = name.extension()?;
     endings().find(|known| ending.eq_ignore_ascii_case(known))
 }
 
-/// All bytes of stdin, a pipe or a device, or one more than may be read.
+/// All bytes of stdin, of a pipe or of a device, or one more than may be read.
 fn read_piped(name: &Path, most: u64) -> Result<Vec<u8>, CliError> {
     let mut bytes = Vec::new();
     let most = most.saturating_add(1);
@@ -160,7 +158,7 @@ fn take_stdin() -> Result<(), CliError> {
     Ok(())
 }
 
-/// What files made from a scene are called, without an ending.
+/// Name, without an ending, of files that are made from a scene.
 pub fn stem(name: &Path) -> &OsStr {
     let standard = standard_name(name).and_then(|text| text.split(':').nth(1));
     match standard {

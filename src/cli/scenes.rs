@@ -20,7 +20,7 @@ struct SceneListing {
     family: &'static str,
     purpose: &'static str,
     default_size: u32,
-    /// The smallest and the largest.
+    /// The smallest and the largest size.
     sizes: [u32; 2],
     size_means: &'static str,
     spheres: u64,
@@ -57,7 +57,7 @@ impl SceneListing {
         }
     }
 
-    /// The cells of the table, but for the purpose.
+    /// The cells of the table, except the purpose.
     fn cells(&self) -> [String; COLUMNS] {
         let number = |n: u64| match n {
             0 => "-".to_owned(),
@@ -101,7 +101,8 @@ pub fn run(args: &ScenesArgs) -> Result<(), CliError> {
     output::print(&table(&scenes))
 }
 
-/// The rows in aligned columns, a heading before each family, and what the sizes mean after them.
+/// The rows in aligned columns, a heading before each family, and the meanings of the sizes after
+/// them.
 fn table(scenes: &[SceneListing]) -> String {
     let cells: Vec<_> = scenes.iter().map(SceneListing::cells).collect();
     let heads = HEADS.map(str::to_owned);
@@ -136,7 +137,7 @@ fn heading(family: &str) -> &'static str {
     }
 }
 
-/// 1000000 as 1M, 4000 as 4k, if nothing is lost.
+/// 1000000 as 1M, 4000 as 4k, if no digit is lost.
 fn short(size: u32) -> String {
     match size {
         0 => "0".to_owned(),

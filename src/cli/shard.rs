@@ -18,7 +18,7 @@ struct ShardDocument<'a> {
     shards: u32,
     /// Tiles of the shard.
     tiles: usize,
-    /// Those of them that had been rendered before.
+    /// Tiles of the shard that had been rendered before.
     kept: usize,
     rays: u64,
     seconds: f64,
@@ -26,7 +26,7 @@ struct ShardDocument<'a> {
     path: &'a Path,
 }
 
-/// Renders a shard of a plan. What an earlier try has finished is not rendered again.
+/// Renders a shard of a plan. Tiles that an earlier try has finished are not rendered again.
 pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     let plan = RenderPlan::read(path)?;
     let asked = args.keep.shard.unwrap_or(Shard::Auto);
@@ -59,7 +59,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
         let tree = prepared.accel();
         render_to_file(scene, tree, &settings, control, share, &file)
     });
-    // Even where it was interrupted: what is finished is not to be lost.
+    // Done even after an interruption, so that finished tiles are not lost.
     file.sync()?;
     let BandStats { stats, seconds } = done.map_err(|error| match error {
         CliError::Interrupted => CliError::Resumable(format!(
@@ -111,7 +111,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     ]))
 }
 
-/// Says on stderr what of a file of tiles has to be rendered again.
+/// Warns on stderr of the tiles of a file that must be rendered again.
 pub fn warn_damaged(file: &TileFile, name: &Path) {
     if file.damaged() > 0 {
         output::note(&format!(

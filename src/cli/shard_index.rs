@@ -1,13 +1,13 @@
-//! Which shard a process is to render, by what schedulers say in its environment.
+//! Index of the shard that a process must render, from the environment that schedulers set.
 //!
-//! How many there are always comes from the plan: an array of a few tasks that are submitted once
-//! more reports another number.
+//! The number of shards always comes from the plan: if a few tasks of an array are submitted once
+//! more, the array reports another number.
 
 use super::error::CliError;
 use super::job_args::Shard;
 
-/// Variables that hold a task's index, from 0, and whose they are. The first that is set counts: an
-/// array's index says more than a rank within one of its tasks.
+/// Variables that hold a task's index, from 0, and their schedulers. The first that is set counts:
+/// an array's index is more specific than a rank within one of its tasks.
 const VARIABLES: [(&str, &str); 7] = [
     ("SLURM_ARRAY_TASK_ID", "Slurm, --array"),
     ("JOB_COMPLETION_INDEX", "Kubernetes, indexed jobs"),
@@ -18,7 +18,7 @@ const VARIABLES: [(&str, &str); 7] = [
     ("SLURM_PROCID", "Slurm, srun"),
 ];
 
-/// The number of a shard, and where it comes from if it was looked for.
+/// The number of a shard, and the name of its source if it was looked up.
 pub fn resolve(
     shard: Shard,
     variable: impl Fn(&str) -> Option<String>,

@@ -18,7 +18,7 @@ pub struct PrimitiveCounts {
 }
 
 impl PrimitiveCounts {
-    /// Those of a scene.
+    /// Counts of a scene.
     pub fn of(scene: &Scene) -> PrimitiveCounts {
         PrimitiveCounts {
             spheres: scene.spheres.len() + scene.ellipsoids.len(),
@@ -27,7 +27,7 @@ impl PrimitiveCounts {
         }
     }
 
-    /// As words: "12,345 triangles, 3 spheres".
+    /// The counts in words: "12,345 triangles, 3 spheres".
     pub fn words(&self) -> String {
         let counted = |n: usize, name: &str| {
             let plural = if n == 1 { "" } else { "s" };
@@ -90,7 +90,7 @@ impl PerRayKind<u64> {
         }
     }
 
-    /// Millions a second of the whole render, each kind: they add up to the total.
+    /// Millions of rays a second of the whole render, for each kind: they add up to the total.
     pub fn mrays_per_s(&self, seconds: f64) -> PerRayKind<f64> {
         let speed = |rays: u64| {
             if seconds > 0.0 {

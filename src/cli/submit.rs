@@ -1,17 +1,18 @@
 //! `phalanx submit slurm`: a job array of the shards that a plan still lacks, and a job that merges
 //! them when all are done.
 //!
-//! What Slurm does where is not in its manual; it was tried out on one (`tests/slurm`):
+//! Slurm does the following, which is not in its manual; it was tried out on a cluster
+//! (`tests/slurm`):
 //! - A signal of `scancel`, of the time limit and of `scontrol requeue` reaches every process of a
-//!   task. A shell that has no trap for it dies, and Slurm then kills what is left at once. So the
-//!   script outlives it, and phalanx has the time to save.
-//! - Before the time limit only the script hears of it (`--signal=B:…`), passes it on, and goes
-//!   back into the queue; the exit code alone would not do, because a task that the user cancelled
-//!   has the same.
-//! - A task must be named by array and index to be requeued; by its job number, the last one is the
-//!   whole array.
-//! - A merge that waits for tasks to end well (`afterok`) is lost where one ever failed, though it
-//!   was done again; `afterany` waits as well, and `phalanx merge` says itself what is missing.
+//!   task. A shell that has no trap for it dies, and Slurm then kills the remaining processes at
+//!   once. So the script survives the signal, and phalanx has the time to save.
+//! - Before the time limit only the script gets a signal (`--signal=B:…`). It passes the signal on,
+//!   and requeues the task. The exit code alone would not do, because a task that the user
+//!   cancelled has the same.
+//! - A task must be named by array and index to be requeued; the job number of the last one is that
+//!   of the whole array.
+//! - A merge that waits for tasks to end well (`afterok`) is lost if one ever failed, even if it
+//!   was done again. `afterany` waits as well, and `phalanx merge` itself reports missing shards.
 
 use super::error::CliError;
 use super::job_args::SubmitArgs;
@@ -28,7 +29,7 @@ use std::process::{Command, Stdio};
 #[derive(Debug, Serialize)]
 struct SubmitDocument<'a> {
     schema_version: u32,
-    /// The shards that were submitted, as Slurm writes them; `None` where none was missing.
+    /// The shards that were submitted, in Slurm's notation; `None` if none was missing.
     array: Option<&'a str>,
     array_job: Option<String>,
     merge_job: Option<String>,
@@ -41,7 +42,7 @@ struct SbatchCalls {
     merge: Vec<OsString>,
 }
 
-/// Submits what a plan lacks.
+/// Submits the missing shards of a plan.
 pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     let plan = RenderPlan::read(&args.plan)?;
     let path = here(&args.plan)?;
@@ -107,16 +108,16 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     ]))
 }
 
-/// The names that scripts are made with.
+/// The names that go into the scripts.
 struct ScriptNames {
     program: String,
     plan: String,
-    /// The picture, where the plan's own is not meant.
+    /// The picture, if it is not the plan's own.
     output: Option<String>,
 }
 
-/// The picture that the merge is told to write, if it is; a plan's own must be one that the merge
-/// will write untold.
+/// The picture that the arguments name for the merge, if they do. Otherwise the plan's own must be
+/// one that the merge will write by default.
 fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, CliError> {
     let Some(path) = &args.output else {
         plan.picture_path(&args.plan)?;
@@ -132,8 +133,8 @@ fn here(path: &Path) -> Result<PathBuf, CliError> {
         .map_err(|e| CliError::Runtime(format!("cannot tell where {} is: {e}", path.display())))
 }
 
-/// A word as it stands in a script. Control characters are refused: a line break would end a
-/// comment, and begin a command.
+/// A word in the form in which it goes into a script. Control characters are refused: a line break
+/// would end a comment, and begin a command.
 fn text(word: &Path) -> Result<String, CliError> {
     match word.to_str() {
         Some(text) if !text.contains(char::is_control) => Ok(text.to_owned()),
@@ -143,8 +144,8 @@ fn text(word: &Path) -> Result<String, CliError> {
     }
 }
 
-/// What nodes are to start: a release's launcher (.ci/launcher.rs), which picks the build for each
-/// of them, or this very program.
+/// The program that nodes start: a release's launcher (.ci/launcher.rs), which picks the build for
+/// each of them, or this very program.
 fn program() -> Result<PathBuf, CliError> {
     if let Some(launcher) = std::env::var_os("PHALANX_LAUNCHER") {
         return Ok(launcher.into());
@@ -153,7 +154,7 @@ fn program() -> Result<PathBuf, CliError> {
         .map_err(|e| CliError::Runtime(format!("cannot tell where this program is: {e}")))
 }
 
-/// What both calls are made with.
+/// Builds both calls.
 fn calls(
     args: &SubmitArgs,
     plan: &Path,
@@ -162,8 +163,8 @@ fn calls(
 ) -> SbatchCalls {
     let stem = plan.file_stem().unwrap_or(plan.as_os_str());
     let stem = stem.to_string_lossy();
-    // A percent sign begins what Slurm puts in: an array's index, and nothing that a name has by
-    // itself.
+    // A percent sign begins a pattern that Slurm replaces, such as an array's index. One in a name
+    // is escaped.
     let log = |ending: &str| {
         let stem = plan.with_extension("");
         format!("{}.{ending}", stem.to_string_lossy().replace('%', "%%"))
@@ -185,7 +186,7 @@ fn calls(
         }
         if let Some(time) = &args.time {
             call.push(format!("--time={time}"));
-            // Slurm looks every half a minute or so, and may be a minute early.
+            // Slurm checks every half a minute or so, and may be a minute early.
             call.push("--signal=B:USR1@120".to_owned());
         }
         call.extend(args.sbatch.iter().cloned());
@@ -247,8 +248,7 @@ fn merge_script(names: &ScriptNames) -> String {
     )
 }
 
-/// A name as a word of the shell. [`text`] has refused those that could end the line that it stands
-/// in.
+/// A name as a word of the shell. [`text`] has refused characters that could end its line.
 fn shell_quoted(name: &str) -> String {
     format!("'{}'", name.replace('\'', r"'\''"))
 }
@@ -259,11 +259,11 @@ fn write(path: &Path, text: &str) -> Result<(), CliError> {
         .map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
 }
 
-/// Submits a job; its number.
+/// Submits a job; returns its number.
 fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
     let mut command = Command::new("sbatch");
     command.args(arguments).stdin(Stdio::null());
-    // What a task of another array passes on to jobs that it submits.
+    // Variables that a task of another array passes on to jobs that it submits.
     for (name, _) in std::env::vars_os() {
         if name.to_string_lossy().starts_with("SLURM_ARRAY_") {
             command.env_remove(name);
@@ -275,7 +275,7 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
         ))
     })?;
     let said = String::from_utf8_lossy(&output.stdout);
-    // In a federation the cluster's name follows.
+    // In a federation, the cluster's name follows the number.
     let job = said.trim().split(';').next().unwrap_or_default();
     if output.status.success() && !job.is_empty() {
         return Ok(job.to_owned());
@@ -287,7 +287,7 @@ fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
     )))
 }
 
-/// The calls, as they could be made by hand.
+/// Prints the calls, in a form that can be run by hand.
 fn print_dry_run(calls: &SbatchCalls) -> Result<(), CliError> {
     let line = |call: &[OsString]| {
         let words = call

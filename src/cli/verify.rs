@@ -1,4 +1,4 @@
-//! `phalanx verify`: the scalar tracer's picture, and every other one held against it bit by bit.
+//! `phalanx verify`: compares every picture with that of the scalar tracer, bit by bit.
 
 use super::args::VerifyArgs;
 use super::error::CliError;
@@ -31,7 +31,7 @@ struct SceneOutcome {
     scene: String,
     width: u32,
     height: u32,
-    /// Where a region lies: column and row of its upper left pixel, and the size of the whole
+    /// Position of a region: column and row of its upper left pixel, and the size of the whole
     /// picture.
     region: Option<[u32; 4]>,
     max_depth: u32,
@@ -40,7 +40,7 @@ struct SceneOutcome {
     /// Rays of the scalar engine.
     rays: PerRayKind<u64>,
     runs: Vec<KernelRun>,
-    /// The comparison with `--against`, if it was asked for.
+    /// The comparison with `--against`, if it was requested.
     against: Option<Against>,
 }
 
@@ -121,7 +121,7 @@ impl SceneOutcome {
     }
 }
 
-/// Verifies one scene, and gives what a record keeps of it.
+/// Verifies one scene, and returns the hashes that a record keeps of it.
 fn verify(
     args: &VerifyArgs,
     path: &Path,
@@ -134,7 +134,7 @@ fn verify(
         threads: 1,
         engine: Engine::Scalar,
         record_hits: true,
-        // What a ray costs is the engine's own affair.
+        // The cost of a ray depends on the engine, so it is not compared.
         aovs: asked.aovs.without(Aov::Cost),
         ..asked
     };
@@ -200,7 +200,7 @@ fn hold_against(
     })
 }
 
-/// The packet engine with each kernel and thread count.
+/// Runs the packet engine with each kernel and thread count.
 fn runs(
     args: &VerifyArgs,
     path: &Path,
@@ -236,13 +236,13 @@ fn render(
     settings: &Settings,
 ) -> Result<Frame, CliError> {
     let scene = &scene_input.scene;
-    // The scalar engine's film is kept to compare with.
+    // Two films: the scalar engine's is kept for the comparison.
     scene_input
         .budget
         .for_render(scene, prepared, settings, 2)?;
     let frame = progress::render(scene, prepared, settings, args.progress)?;
     if frame.film.hits.is_none() {
-        // Without them half of the promise would go untested, and nobody would know.
+        // Without hits, half of the promise would go untested unnoticed.
         return Err(CliError::Runtime(
             "the engine kept no hits to compare".to_owned(),
         ));

@@ -1,4 +1,4 @@
-//! What `phalanx bench` is asked for.
+//! Arguments of `phalanx bench`.
 
 use super::super::args::{KernelSet, kernels_parser, parse_thread_count, quality_parser};
 use super::super::picture_args::parse_size;
@@ -103,7 +103,7 @@ pub struct RunArgs {
     pub update_suite: Option<PathBuf>,
 }
 
-/// What can be measured.
+/// A kind of measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeasuredKind {
     /// A kind of rays.
@@ -123,7 +123,7 @@ fn kinds_parser() -> impl TypedValueParser<Value = MeasuredKind> {
 /// A number of threads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ThreadCount {
-    /// So many.
+    /// Exactly this number.
     Exactly(usize),
     /// One per CPU.
     All,
@@ -187,7 +187,7 @@ impl RunArgs {
         RayKind::ALL.into_iter().filter(asked).collect()
     }
 
-    /// Whether whole frames are measured.
+    /// Returns true if whole frames are measured.
     pub fn frames(&self) -> bool {
         self.rays.is_empty() || self.rays.contains(&MeasuredKind::Frame)
     }

@@ -1,4 +1,4 @@
-//! The progress bar of a run: scenes done, what is being done, time left.
+//! The progress bar of a run: scenes done, current work, time left.
 
 use super::super::error::CliError;
 use super::super::output::printable;
@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use phalanx::bench::ProgressListener;
 use std::io::IsTerminal;
 
-/// Steps of the bar a scene.
+/// Steps of the bar for each scene.
 const STEPS: u64 = 1000;
 
 /// Drawn on stderr where that is a terminal.
@@ -17,7 +17,7 @@ pub struct BenchProgressBar {
 }
 
 impl BenchProgressBar {
-    /// A bar for so many scenes.
+    /// A bar for `scenes` scenes.
     pub fn new(scenes: usize) -> BenchProgressBar {
         let target = if std::io::stderr().is_terminal() {
             ProgressDrawTarget::stderr()
@@ -36,7 +36,7 @@ impl BenchProgressBar {
         }
     }
 
-    /// A scene begins.
+    /// Begins a scene.
     pub fn scene(&mut self, name: &str) {
         self.bar.set_position(self.scenes * STEPS);
         self.scenes += 1;
@@ -44,12 +44,12 @@ impl BenchProgressBar {
         self.begin_step("loading");
     }
 
-    /// Prints something while the bar is out of the way.
+    /// Prints something while the bar is hidden.
     pub fn hidden(&self, print: impl FnOnce() -> Result<(), CliError>) -> Result<(), CliError> {
         self.bar.suspend(print)
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

@@ -29,8 +29,8 @@ impl Baseline {
         load(path).map(Baseline)
     }
 
-    /// Prints what changed; exit code 5 if something is slower (or more work) than `--fail-above`
-    /// allows. What looks slower is measured again first: see
+    /// Prints the changes; exit code 5 if something is slower (or more work) than `--fail-above`
+    /// allows. Rows that look slower are measured again first: see
     /// [`phalanx::report::Changes::regressions`].
     pub fn judge(
         &self,
@@ -115,7 +115,7 @@ impl Baseline {
         }
         let changes = counters(&self.0, now);
         let scene = |name: &str| now.scenes.iter().any(|scene| scene.name == name);
-        // A part of the suite is compared with that part of the baseline.
+        // If only a part of the suite was run, only that part of the baseline is compared.
         let changes: Vec<CounterChange> = changes
             .into_iter()
             .filter(|change| scene(&change.scene))
@@ -136,5 +136,5 @@ impl Baseline {
     }
 }
 
-/// What the table calls a change where `--fail-above` does not say.
+/// Smallest change that the table marks, if there is no `--fail-above`.
 const DEFAULT_THRESHOLD: f64 = 0.03;

@@ -87,8 +87,7 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
     }
 }
 
-/// Refuses places that cannot be written, and scenes that cannot be read as often as they have to
-/// be.
+/// Refuses files that cannot be written, and scenes that cannot be read as often as needed.
 fn check_places(args: &RunArgs) -> Result<(), CliError> {
     let places = [
         ("--json", &args.json),
@@ -112,7 +111,7 @@ fn check_places(args: &RunArgs) -> Result<(), CliError> {
     }
 }
 
-/// What was asked for beside the tables.
+/// Writes the files that were requested beside the tables.
 fn write_files(
     args: &RunArgs,
     record: &BenchRecord,
@@ -162,7 +161,7 @@ fn dump_rays(
     output::print(&format!("{}: {}\n", path.display(), counts.join(", ")))
 }
 
-/// One scene: opened, measured, its table printed.
+/// Opens a scene, measures it, and prints its table.
 fn measure_scene(
     args: &RunArgs,
     plan: &BenchPlan,
@@ -214,7 +213,7 @@ fn kernels(args: &RunArgs) -> Vec<Kernel> {
     }
 }
 
-/// The tracers to run against, ready to build.
+/// The peers to measure, ready to build.
 fn peers(args: &RunArgs) -> Result<Vec<Peer>, CliError> {
     if args.embree.is_some() && !args.against.contains(&PeerArg::Embree) {
         return Err(CliError::Usage(
@@ -238,8 +237,8 @@ fn peers(args: &RunArgs) -> Result<Vec<Peer>, CliError> {
     Ok(peers)
 }
 
-/// The scenes asked for, or those of the suite. A scene of the suite has its answers checked even
-/// where it was named.
+/// The scenes that the arguments name, or those of the suite. The answers of a scene of the suite
+/// are checked even if the arguments name it.
 fn bench_scenes(
     args: &RunArgs,
     suite: &Suite,
@@ -299,7 +298,7 @@ fn save(path: &Path, text: &str) -> Result<(), CliError> {
     .map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
 }
 
-/// The suite with what was found in place of what was expected.
+/// Writes the suite with the answers found in place of the expected ones.
 fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), CliError> {
     for scene in &mut suite.scene {
         let found = all.iter().find(|m| m.scene.name == scene.name);
@@ -312,7 +311,7 @@ fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), C
     save(path, &format!("{SUITE_HEAD}\n{text}"))
 }
 
-/// What a suite's file says about itself.
+/// Comment at the head of a suite's file.
 const SUITE_HEAD: &str = "\
 # The standard suite of `phalanx bench`: scenes by family and size, and the right answers to their rays at this size.
 #
@@ -337,7 +336,7 @@ fn record(
         counters.extend(measured.counters);
     }
     let machine = Machine::here();
-    // They take seconds, and are read in files only.
+    // Measured only for the files, where they are shown, because they take seconds.
     let wanted = plan.timed && (args.json.is_some() || args.html.is_some());
     let most = plan.max_threads();
     let limits = wanted.then(|| measure_limits(most, &machine.caches));

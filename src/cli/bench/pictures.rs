@@ -1,4 +1,4 @@
-//! Small pictures of a scene for the page: itself, and what it costs.
+//! Small pictures of a scene for the page: the scene, and its cost per pixel.
 
 use super::super::error::CliError;
 use super::super::heatmap;

@@ -1,9 +1,9 @@
-//! What records say of the program.
+//! The program's description in records.
 
 use phalanx::isa;
 use phalanx::report::Program;
 
-/// This program. What `build.rs` could not find out is `None`.
+/// This program. Facts that `build.rs` could not find out are `None`.
 pub fn this_program() -> Program {
     let known = |value: Option<&str>| value.filter(|v| !v.is_empty()).map(str::to_owned);
     Program {

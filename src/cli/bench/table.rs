@@ -5,7 +5,7 @@ use phalanx::bench::Measured;
 use phalanx::report::{RateRow, SceneRecord};
 use std::collections::BTreeSet;
 
-/// A heading line and the table of a scene's rates, or of its work where nothing was timed.
+/// A heading line and the table of a scene's rates, or of its work if nothing was timed.
 pub fn scene(measured: &Measured) -> String {
     let mut text = heading(&measured.scene);
     let table = match measured.rows.is_empty() {
@@ -68,7 +68,7 @@ fn rates(rows: &[RateRow]) -> Vec<Vec<String>> {
     table
 }
 
-/// Kernels, or engines of peers, that some rows are of.
+/// Names of the kernels, or of the engines of peers, that occur in the wanted rows.
 fn names(rows: &[RateRow], wanted: impl Fn(&RateRow) -> bool) -> Vec<String> {
     let name = |row: &RateRow| match row.difference {
         None => row.kernel.clone(),
@@ -151,7 +151,7 @@ fn work(measured: &Measured) -> Vec<Vec<String>> {
     table
 }
 
-/// Columns side by side: the first to the left, the others to the right.
+/// Text of columns side by side: the first aligned to the left, the others to the right.
 fn aligned(table: &[Vec<String>]) -> String {
     let columns = table.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
