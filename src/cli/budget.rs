@@ -67,8 +67,8 @@ const PIXEL_BYTES: u64 = 400;
 const RAY_BYTES: u64 = 800;
 /// Bytes of a bounce of the oracle, while later ones are traced.
 const PATH_BYTES: u64 = 256;
-/// Bytes of a sample that halves a cell, while its block is not finished: 110 were measured, to which
-/// AOVs of light are added.
+/// Bytes of a sample that halves a cell, while its block is not finished: 110 were measured, to
+/// which AOVs of light are added.
 const SAMPLE_BYTES: u64 = 160;
 /// Least number of such samples that are held: several blocks keep them at once.
 const SAMPLES: u64 = 1 << 16;

@@ -1,24 +1,24 @@
-//! What a standard scene is poured into: a scene, a file, a counter.
+//! The interface to which a standard scene is built: a scene, a file, or a counter implement it.
 
 use glam::DVec3;
 
-/// Takes a standard scene piece by piece. Numbers are f64 throughout; rounding to f32 happens in
-/// the sink.
+/// Builds a standard scene call by call. Numbers are f64 throughout; rounding to f32 happens in the
+/// builder.
 ///
 /// The order of calls is the order of an NFF file: background and view, then all lights, then
-/// surfaces and the shapes that have them. A sink that can fail (a file) keeps its first error and
-/// says so when it is finished.
+/// materials and the shapes that have them. A builder that can fail (a file) keeps its first error
+/// and returns it when it is finished.
 pub trait SceneBuilder {
-    /// Where the picture is taken from, and its size. Once.
+    /// Sets the camera and the size of the picture. Called once.
     fn view(&mut self, view: &StandardView);
 
-    /// Radiance of a ray that misses everything, linear RGB. Once.
+    /// Sets the radiance of a ray that misses everything, linear RGB. Called once.
     fn background(&mut self, rgb: DVec3);
 
     /// Adds a point light. All lights come before the first surface.
     fn light(&mut self, light: &StandardLight);
 
-    /// Sets the surface of the shapes that follow.
+    /// Sets the material of the shapes that follow.
     fn material(&mut self, material: &MaterialDesc);
 
     /// Adds a sphere.
@@ -34,18 +34,18 @@ pub trait SceneBuilder {
     fn patch(&mut self, points: &[(DVec3, DVec3)]);
 
     /// Adds triangles whose corners index `vertices`, counter-clockwise from their fronts. May be
-    /// called many times: a generator of millions of triangles hands them over in chunks of bounded
+    /// called many times: a generator of millions of triangles passes them in chunks of bounded
     /// size.
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]);
 
-    /// Offers only the number of mesh triangles to come. A sink that takes it (true) gets none of
-    /// them drawn; any other gets all of them.
+    /// Offers only the number of mesh triangles to come. A builder that takes it (true) gets none
+    /// of the triangles; any other gets all of them.
     fn takes_count(&mut self, _triangles: u64) -> bool {
         false
     }
 }
 
-/// Where the picture of a standard scene is taken from.
+/// The camera of a standard scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandardView {
     /// Eye position.
@@ -64,14 +64,14 @@ pub struct StandardView {
 }
 
 impl StandardView {
-    /// The whole image's angle where `angle` (degrees) spans the centre of the first pixel row to
-    /// that of the last, as NFF means it. A picture of one row has no such angle; it gets `angle`
+    /// The whole image's angle if `angle` (degrees) spans the centre of the first pixel row to that
+    /// of the last, as NFF means it. A picture of one row has no such angle; it gets `angle`
     /// itself.
     pub fn of_pixel_centres(angle: f64, height: u32) -> f64 {
         scaled_angle(angle, f64::from(height), f64::from(height) - 1.0)
     }
 
-    /// The inverse: NFF's angle, in degrees.
+    /// NFF's angle, in degrees: the inverse of [`StandardView::of_pixel_centres`].
     pub fn angle_of_pixel_centres(&self) -> f64 {
         let height = f64::from(self.height);
         scaled_angle(self.fovy, height - 1.0, height)
@@ -93,8 +93,8 @@ pub struct StandardLight {
     /// Position.
     pub position: DVec3,
     /// Colour, linear RGB. `None` is NFF's light without a colour: white of level √n/(2n) for n
-    /// lights in all, so that a scene is about equally bright however many lights it has. Either
-    /// all lights of a scene have a colour or none.
+    /// lights in all, so that a scene is about equally bright with any number of lights. Either all
+    /// lights of a scene have a colour or none.
     pub color: Option<DVec3>,
     /// Attenuation (const, lin, quad); (1, 0, 0) is none.
     pub attenuation: DVec3,
@@ -119,19 +119,19 @@ impl StandardLight {
     }
 }
 
-/// NFF's level of light and of ambient light for `lights` lights: √n/(2n). Without any it is that
-/// of the one light that a reader would add.
+/// NFF's level of light and of ambient light for `lights` lights: √n/(2n). Without any light it is
+/// that of the one light that a reader would add.
 pub fn nff_level(lights: usize) -> f64 {
     let n = lights.max(1) as f64;
     n.sqrt() / (2.0 * n)
 }
 
-/// A surface, in either of two vocabularies.
+/// A material, in either of two vocabularies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MaterialDesc {
-    /// NFF's.
+    /// Parameters of NFF.
     Nff(NffMaterial),
-    /// The design document's, which [`phalanx_scene::Materials`] holds.
+    /// Parameters of the design document, which [`phalanx_scene::Materials`] holds.
     Document(DocumentMaterial),
 }
 
@@ -145,7 +145,7 @@ impl MaterialDesc {
     }
 }
 
-/// A surface as NFF's `f` record has it.
+/// A material in the terms of NFF's `f` record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NffMaterial {
     /// Colour, linear RGB.
@@ -162,7 +162,7 @@ pub struct NffMaterial {
     pub ior: f64,
 }
 
-/// A surface by the document's parameters, linear RGB.
+/// A material by the document's parameters, linear RGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DocumentMaterial {
     /// Ambient.
@@ -200,8 +200,8 @@ impl NffMaterial {
     /// The document's parameters in a scene of this ambient level: Ka = level·Kd·rgb, diffuse
     /// Kd·rgb, the rest white.
     ///
-    /// The product is that of the numbers rounded to single precision, so that it is the same
-    /// whether the look comes from a generator or from a file that one wrote.
+    /// The product is that of the numbers rounded to single precision, so that it is the same for a
+    /// generated material and for one that was read from a generated file.
     pub fn to_document(&self, level: f64) -> DocumentMaterial {
         let kd = self.rgb.as_vec3().as_dvec3() * f64::from(self.kd as f32);
         DocumentMaterial {

@@ -1,10 +1,10 @@
-//! The scenes by name: what each is for, and what sizes it has.
+//! The scenes by name, with their purposes and sizes.
 
 use super::builder::SceneBuilder;
 use super::{modern, spd};
 use std::ops::RangeInclusive;
 
-/// Where a standard scene comes from, which decides how its pictures are written.
+/// Origin of a standard scene, which decides how its pictures are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Eric Haines' Standard Procedural Databases: no transfer curve, floor.
@@ -13,14 +13,14 @@ pub enum Family {
     Modern,
 }
 
-/// What a generator is asked for.
+/// Parameters of a generator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SceneParams {
     /// The size parameter, within the range of its [`StandardScene`].
     pub size: u32,
 }
 
-/// Pours a scene into a sink. It cannot fail: sizes are checked before.
+/// Passes a scene to a builder. It cannot fail: sizes are checked before.
 pub type Generator = fn(&SceneParams, &mut dyn SceneBuilder);
 
 /// A standard scene.
@@ -28,15 +28,15 @@ pub type Generator = fn(&SceneParams, &mut dyn SceneBuilder);
 pub struct StandardScene {
     /// The name after `standard:`.
     pub name: &'static str,
-    /// What is to be seen, and what it is good for: one line.
+    /// Content of the scene, and its use: one line.
     pub purpose: &'static str,
-    /// Where it comes from.
+    /// Origin of the scene.
     pub family: Family,
-    /// Size where none is given.
+    /// Default size.
     pub default_size: u32,
-    /// Sizes it can be made in.
+    /// Sizes in which it can be made.
     pub sizes: RangeInclusive<u32>,
-    /// What the size means.
+    /// Meaning of the size.
     pub size_means: &'static str,
     /// Bounces after the primary ray.
     pub max_depth: u32,

@@ -1,32 +1,32 @@
-//! Counts what it is given.
+//! Counts the shapes of a scene.
 
 use super::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use glam::DVec3;
 
-/// How many of each a scene has.
+/// Numbers of the shapes and lights of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShapeCounts {
     /// Spheres.
     pub spheres: u64,
     /// Cones and cylinders.
     pub cones: u64,
-    /// Polygons and patches of any number of corners, as the databases count them; triangles of
-    /// meshes are not among them.
+    /// Polygons and patches of any number of corners, as the databases count them. Triangles of
+    /// meshes are not included.
     pub polygons: u64,
-    /// Triangles: those of meshes, and those that the polygons and patches come to.
+    /// Triangles: those of meshes, and those that polygons and patches are cut into.
     pub triangles: u64,
     /// Lights.
     pub lights: u64,
 }
 
-/// A sink that counts.
+/// A builder that counts.
 #[derive(Clone, Debug, Default)]
 pub struct ShapeCounter {
     counts: ShapeCounts,
 }
 
 impl ShapeCounter {
-    /// What has come in so far.
+    /// The counts so far.
     pub fn counts(&self) -> ShapeCounts {
         self.counts
     }

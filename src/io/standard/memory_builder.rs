@@ -8,7 +8,7 @@ use phalanx_scene::{
     Cone, Material, MaterialTable, Mesh, MeshMaterial, NO_TEXTURE, Scene, Vec3s, View, triangulate,
 };
 
-/// A sink that fills a [`Scene`]'s columns.
+/// A builder that fills a [`Scene`]'s columns.
 #[derive(Debug, Default)]
 pub struct MemoryBuilder {
     scene: Scene,
@@ -18,8 +18,8 @@ pub struct MemoryBuilder {
 }
 
 impl MemoryBuilder {
-    /// The scene, not yet validated. Lights of NFF's level get it here, where their number is
-    /// known.
+    /// The scene, not yet validated. Lights of NFF's level get their level here, as their number is
+    /// known now.
     pub fn finish(mut self) -> Scene {
         let level = DVec3::splat(nff_level(self.lights.len()));
         for light in &self.lights {

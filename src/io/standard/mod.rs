@@ -1,9 +1,8 @@
-//! The standard scenes, generated: no file is needed to trace what others trace.
+//! The standard scenes, generated: scenes that other tracers are measured with, without a file.
 //!
-//! [`CATALOGUE`] lists them. A generator pours its scene into a [`SceneBuilder`]; which sink
-//! decides whether a [`Scene`], a file or a table of counts comes of it. Every number comes from +
-//! − × ÷ √ in f64 and the `libm` crate, so that a scene is the same, bit for bit, on every
-//! platform.
+//! [`CATALOGUE`] lists them. A generator passes its scene to a [`SceneBuilder`], which decides
+//! whether the result is a [`Scene`], a file or a table of counts. Every number comes from + − × ÷
+//! √ in f64 and the `libm` crate, so that a scene is the same, bit for bit, on every platform.
 
 mod builder;
 mod catalogue;
@@ -28,26 +27,26 @@ pub use write::{
 
 use phalanx_scene::{OutputEncoding, Scene, SceneError};
 
-/// What a scene file's name starts with where a standard scene is meant: `standard:NAME` or
+/// Prefix of a scene file's name that means a standard scene: `standard:NAME` or
 /// `standard:NAME:SIZE`.
 pub const PREFIX: &str = "standard:";
 
 /// A scene of the catalogue at a size.
 #[derive(Clone, Copy, Debug)]
 pub struct Spec {
-    /// Which.
+    /// The entry of the catalogue.
     pub scene: &'static StandardScene,
     /// Its size, within [`StandardScene::sizes`].
     pub size: u32,
 }
 
-/// Why there is no such standard scene.
+/// The reason why there is no such standard scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StandardError {
     /// No entry of that name.
     #[error("no standard scene is called `{name}`; did you mean `{closest}`?")]
     Unknown {
-        /// The name asked for.
+        /// The name that was requested.
         name: String,
         /// The known name closest to it.
         closest: &'static str,
@@ -62,19 +61,19 @@ pub enum StandardError {
     SizeNotANumber {
         /// The scene.
         name: &'static str,
-        /// The text in the size's place.
+        /// The text that should be the size.
         size: String,
     },
-    /// The size is a number that the scene does not come in.
+    /// The size is a number, but the scene does not have it.
     #[error("{name} comes in sizes {least} to {most}, not {size}")]
     SizeOutOfRange {
         /// The scene.
         name: &'static str,
-        /// The size asked for.
+        /// The size that was requested.
         size: u64,
-        /// The smallest there is.
+        /// The smallest size.
         least: u32,
-        /// The largest there is.
+        /// The largest size.
         most: u32,
     },
     /// The generated scene breaks a limit of scenes.
@@ -101,7 +100,7 @@ fn closest(name: &str) -> &'static str {
     best.map_or("", |entry| entry.name)
 }
 
-/// Reads `standard:NAME[:SIZE]`.
+/// Parses `standard:NAME[:SIZE]`.
 ///
 /// # Errors
 /// [`StandardError`]: no such form, no such scene, no such size.
@@ -119,7 +118,7 @@ pub fn parse_spec(text: &str) -> Result<Spec, StandardError> {
     Spec::sized(entry, parse_size(entry, size)?)
 }
 
-/// Reads a size: a whole number, in thousands with `k` after it, in millions with `M`.
+/// Parses a size: a whole number, in thousands with `k` after it, in millions with `M`.
 ///
 /// # Errors
 /// [`StandardError::SizeNotANumber`], which names `entry`.
@@ -163,7 +162,7 @@ impl Spec {
     }
 }
 
-/// Pours a standard scene into a sink.
+/// Passes a standard scene to a builder.
 pub fn generate(spec: Spec, builder: &mut dyn SceneBuilder) {
     (spec.scene.generate)(&SceneParams { size: spec.size }, builder);
 }
@@ -171,7 +170,7 @@ pub fn generate(spec: Spec, builder: &mut dyn SceneBuilder) {
 /// A standard scene as a [`Scene`], validated.
 ///
 /// # Errors
-/// [`StandardError::Scene`] where it breaks a limit of scenes.
+/// [`StandardError::Scene`] if it breaks a limit of scenes.
 pub fn scene(spec: Spec) -> Result<Scene, StandardError> {
     let mut builder = MemoryBuilder::default();
     generate(spec, &mut builder);
@@ -184,7 +183,7 @@ pub fn scene(spec: Spec) -> Result<Scene, StandardError> {
     Ok(scene)
 }
 
-/// What a standard scene is made of, counted without making it.
+/// Counts of a standard scene, without making it.
 pub fn counts(spec: Spec) -> ShapeCounts {
     let mut builder = ShapeCounter::default();
     generate(spec, &mut builder);

@@ -1,17 +1,18 @@
-//! Spheres and cones as polygons, for files and tracers that hold nothing else.
+//! Spheres and cones as polygons, for files and tracers that have no others.
 
 use super::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use glam::{DVec3, dvec3};
 use std::f64::consts::{FRAC_PI_4, PI};
 
-/// Finest tessellation: a sphere of 12 million triangles.
+/// Largest fineness: a sphere of 12 million triangles.
 const FINEST: u32 = 1000;
 
-/// Hands everything on to another sink, spheres and cones as patches with the curved surface's
-/// normals.
+/// Passes everything on to another builder, with spheres and cones as patches that have the curved
+/// surface's normals.
 ///
-/// Of fineness n a sphere is a cube of six n × n grids at equal angles, blown up: 12 n² triangles;
-/// a cone is 4n quadrilaterals. At n = 4 that gives the databases' published numbers of polygons.
+/// With fineness n a sphere is an inflated cube of six n × n grids at equal angles: 12 n²
+/// triangles. A cone is 4n quadrilaterals. At n = 4 that gives the databases' published numbers of
+/// polygons.
 pub struct Tessellate<'a> {
     inner: &'a mut dyn SceneBuilder,
     /// Triangles on the unit sphere about the origin: each corner is its own normal.
@@ -20,7 +21,7 @@ pub struct Tessellate<'a> {
 }
 
 impl<'a> Tessellate<'a> {
-    /// Of fineness `fineness`, taken as at least 1 and at most 1000, into `inner`.
+    /// Tessellates with `fineness`, clamped to 1 to 1000, into `inner`.
     pub fn new(fineness: u32, inner: &'a mut dyn SceneBuilder) -> Self {
         let fineness = fineness.clamp(1, FINEST);
         Tessellate {
@@ -31,9 +32,9 @@ impl<'a> Tessellate<'a> {
     }
 }
 
-/// The triangles, counter-clockwise from outside.
+/// The triangles of the unit sphere, counter-clockwise from outside.
 fn unit_sphere(fineness: u32) -> Vec<[DVec3; 3]> {
-    // A grid line stands at the tangent of its angle; the outermost ones exactly on the cube's
+    // A grid line is at the tangent of its angle. The outermost ones are exactly on the cube's
     // edges, and those left and right of the middle exactly opposite, so that neighbouring faces
     // agree on their common edge.
     let line = |k: u32| {
@@ -70,8 +71,8 @@ fn on_cube(face: u32, u: f64, v: f64) -> DVec3 {
     }
 }
 
-/// Two unit vectors perpendicular to the unit vector `axis` and each other, such that the first
-/// turns into the second counter-clockwise about `axis`.
+/// Two unit vectors perpendicular to the unit vector `axis` and to each other. The first turns into
+/// the second counter-clockwise about `axis`.
 fn across(axis: DVec3) -> [DVec3; 2] {
     let other = if axis.x.abs() < 0.5 {
         DVec3::X

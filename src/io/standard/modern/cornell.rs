@@ -2,8 +2,8 @@
 //! Interaction of Light Between Diffuse Surfaces" (SIGGRAPH 1984), with a sphere of glass and one
 //! of mirror, all of triangles.
 //!
-//! The lamp in the ceiling is nine points. What the walls' colours would cast on their neighbours
-//! is two weak coloured lights beside them.
+//! The lamp in the ceiling is nine points. Two weak coloured lights beside the walls stand in for
+//! the light that the walls' colours would cast on their neighbours.
 
 use super::geodesic;
 use super::materials::{glass, glow, matte, polished, rgb};
@@ -61,13 +61,13 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
         height: 1024,
         ..hd(DVec3::new(0.0, 1.0, 5.2), DVec3::new(0.0, 1.0, 0.0), 26.6)
     });
-    // Seen in the spheres only: the dim room in which the box stands open.
+    // Visible in the spheres only: the dim room in front of the open box.
     builder.background(rgb(0.075, 0.065, 0.055));
     lights().for_each(|light| builder.light(&light));
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
-    // The spheres are the scene: what they leave goes to the flat parts, where triangles change
-    // nothing to be seen.
+    // The spheres get their share first. The rest goes to the flat parts, where more triangles make
+    // no visible difference.
     let budget = f64::from(params.size);
     let frequency = geodesic::frequency(budget * 0.4);
     spheres(&mut mesh, frequency);
@@ -82,7 +82,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
 fn lights() -> impl Iterator<Item = StandardLight> {
     let lamps = (0..9).map(|k| {
         let (i, j) = (f64::from(k % 3) - 1.0, f64::from(k / 3) - 1.0);
-        // Not in a straight grid, in which shadows would line up.
+        // Skewed, because shadows would line up in a straight grid.
         let (x, z) = (0.22 * i + 0.06 * j, 0.18 * j - 0.05 * i);
         lamp(DVec3::new(x, 1.93, z), rgb(1.0, 0.91, 0.76) * 0.1, 1.55)
     });
@@ -106,7 +106,7 @@ fn spheres(mesh: &mut MeshBuilder, frequency: usize) {
     geodesic::sphere(mesh, frequency, |p| DVec3::new(0.20, 0.38, 0.46) + p * 0.38);
 }
 
-/// Quads along a length.
+/// Number of quads along a length.
 fn along(length: f64, cells: f64) -> usize {
     (length * cells).round().max(1.0) as usize
 }

@@ -22,7 +22,7 @@ const CORNERS: [DVec3; 12] = [
     DVec3::new(-GOLDEN, 0.0, 1.0),
 ];
 
-/// Its faces, counter-clockwise from outside.
+/// Faces of an icosahedron, counter-clockwise from outside.
 const FACES: [[usize; 3]; 20] = [
     [0, 11, 5],
     [0, 5, 1],
@@ -51,8 +51,8 @@ pub(super) fn frequency(triangles: f64) -> usize {
     (triangles / 20.0).max(1.0).sqrt().round() as usize
 }
 
-/// Draws a sphere of 20 `frequency`² triangles in the surface chosen, its points moved by
-/// `position` from the unit sphere to where they belong.
+/// Draws a sphere of 20 `frequency`² triangles in the current material. `position` maps its points
+/// from the unit sphere to the scene.
 ///
 /// A point on an edge comes out the same from both faces: its sum has two terms that are not zero,
 /// and a + b = b + a.
@@ -88,7 +88,7 @@ mod tests {
         fn polygon(&mut self, _: &[DVec3]) {}
         fn patch(&mut self, _: &[(DVec3, DVec3)]) {}
         fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-            // Adding 0 makes -0 a 0, which it is to a ray.
+            // Adding 0 turns -0 into 0, as the two are equal to a ray.
             let bits = |v: u32| vertices[v as usize].to_array().map(|x| (x + 0.0).to_bits());
             for t in triangles {
                 for k in 0..3 {

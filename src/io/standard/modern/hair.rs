@@ -1,9 +1,9 @@
-//! hair: thin curved tubes, thousands to half a million of them: a windy meadow, and two of its
-//! dwellers.
+//! hair: thin curved tubes, thousands to half a million of them: a windy meadow, and two creatures
+//! in it.
 //!
-//! Tubes are what bounding boxes fit worst. Each has three sides, seven steps and a closed tip: 45
-//! triangles. With the number of tubes their width shrinks as its square root, so that the picture
-//! stays the same and gets finer.
+//! Bounding boxes fit tubes worse than any other shape. Each tube has three sides, seven steps and
+//! a closed tip: 45 triangles. Their width shrinks as the square root of their number, so that the
+//! picture stays the same and gets finer.
 
 use super::geodesic;
 use super::materials::{matte, polished, rgb};
@@ -30,9 +30,9 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
 const SEED: u64 = 0x4a1e_0001;
 const AMBIENT: DVec3 = DVec3::new(0.13, 0.16, 0.22);
 
-/// Tubes are darker toward the root, where light is lost among them.
+/// Number of tones along a tube. Tubes are darker toward the root, where light is lost among them.
 const TONES: usize = 3;
-/// Colours of a kind of tube.
+/// Number of colours of a kind of tube.
 const HUES: usize = 4;
 const GRASS: usize = 0;
 const FUR: [usize; 2] = [HUES * TONES, 2 * HUES * TONES];
@@ -79,19 +79,19 @@ fn palette() -> Vec<DocumentMaterial> {
     looks
 }
 
-/// Steps along a tube, and its sides.
+/// Number of steps along a tube; `SIDES` is the number of its sides.
 const STEPS: usize = 7;
 const SIDES: usize = 3;
 const TUBE: u64 = (2 * SIDES * STEPS + SIDES) as u64;
 
-/// A dweller of the meadow: a ball of fur with two eyes.
+/// A creature of the meadow: a ball of fur with two eyes.
 struct Creature {
     center: DVec3,
     radius: f64,
     fur: usize,
-    /// Where it looks.
+    /// Direction of its gaze.
     gaze: DVec3,
-    /// Its part of all tubes.
+    /// Its share of all tubes.
     share: f64,
 }
 
@@ -141,7 +141,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     mesh.finish();
 }
 
-/// The meadow from the nearest to the farthest grass, and half its width there.
+/// z coordinate of the nearest grass; `FAR` is that of the farthest.
 const NEAR: f64 = 4.6;
 const FAR: f64 = -13.0;
 
@@ -154,7 +154,7 @@ fn height(p: DVec2) -> f64 {
     0.22 * fractal2(SEED, p * 0.42, 2) + far * (0.5 + 0.7 * noise2(SEED + 9, p * 0.23).0)
 }
 
-/// A place on the ground; `across` in [-1, 1], `away` in [0, 1] denser near the eye.
+/// A position on the ground; `across` in [-1, 1], `away` in [0, 1] denser near the eye.
 fn place(across: f64, away: f64) -> DVec3 {
     let z = blend(NEAR, FAR, away * (0.24 + 0.76 * away));
     let p = DVec2::new(across * half_width(z), z);
@@ -185,7 +185,7 @@ fn meadow(mesh: &mut MeshBuilder, count: u64, width: f64) {
             .iter()
             .any(|d| (root - d.center).length() < d.radius)
         {
-            // Nothing grows inside a dweller: the tube goes to its foot instead.
+            // Nothing grows inside a creature: the tube goes to its foot instead.
             skirt(mesh, number, width, &mut dice);
             continue;
         }
@@ -193,7 +193,7 @@ fn meadow(mesh: &mut MeshBuilder, count: u64, width: f64) {
     }
 }
 
-/// A blade of grass near a dweller.
+/// A blade of grass near a creature.
 fn skirt(mesh: &mut MeshBuilder, number: u64, width: f64, dice: &mut Dice) {
     let dweller = &DWELLERS[(number % 2) as usize];
     let turn = dice.range(0.0, TAU);
@@ -230,7 +230,7 @@ fn blade(mesh: &mut MeshBuilder, root: DVec3, width: f64, dice: &mut Dice) {
 }
 
 impl Creature {
-    /// Where the eyes are, seen from the middle, and their radius.
+    /// Positions of the eyes, relative to the middle, and their radius.
     fn eyes(&self) -> ([DVec3; 2], f64) {
         let gaze = self.gaze / self.gaze.length();
         let side = DVec3::Y.cross(gaze);
@@ -309,7 +309,7 @@ impl Creature {
 struct Tube {
     root: DVec3,
     along: DVec3,
-    /// How far the tip is drawn from where `along` leads.
+    /// Offset of the tip from the end of `along`.
     bend: DVec3,
     width: f64,
     material: usize,
@@ -319,7 +319,7 @@ impl Tube {
     fn draw(&self, mesh: &mut MeshBuilder) {
         let side = self.along.cross(self.bend + DVec3::new(1e-3, 0.0, 2e-3));
         let side = side / side.length();
-        // Where each tone ends, in steps; the last is a step short of the tip.
+        // End of each tone, in steps; the last is a step short of the tip.
         const ENDS: [usize; TONES + 1] = [0, 2, 4, STEPS];
         for tone in 0..TONES {
             mesh.material(self.material + tone);
@@ -336,7 +336,7 @@ impl Tube {
         }
     }
 
-    /// The corners of the cross-section after so many steps.
+    /// The corners of the cross-section after `step` steps.
     fn ring(&self, side: DVec3, step: usize) -> [DVec3; SIDES] {
         let t = step as f64 / (STEPS + 1) as f64;
         let center = self.root + self.along * t + self.bend * (t * t);

@@ -1,4 +1,4 @@
-//! A trefoil of rope: millions of triangles in a small place.
+//! A trefoil of rope: millions of triangles in a small volume.
 
 use super::mesh_builder::{Grid, MeshBuilder};
 use super::noise::fractal3;
@@ -9,14 +9,14 @@ use std::f64::consts::TAU;
 const SEED: u64 = 0x6010_5a7e;
 /// Radii of the torus on which the knot winds: from the middle to the tube, and of the tube.
 const WINDING: (f64, f64) = (0.31, 0.145);
-/// Turns about the torus' axis and about its tube.
+/// Numbers of turns about the torus' axis and about its tube.
 const TURNS: (f64, f64) = (2.0, 3.0);
 /// Radius of the rope.
 const ROPE: f64 = 0.098;
 
 /// The trefoil: a rope of four strands along a torus knot, hammered a little.
 pub(super) fn knot(mesh: &mut MeshBuilder, triangles: f64, middle: DVec3) {
-    // Seven times as long as it is around.
+    // The rope is seven times as long as it is around.
     let around = (triangles / 14.0).max(9.0).sqrt().round() as usize;
     let along = (triangles / 2.0 / around as f64).round().max(8.0) as usize;
     let circle: Vec<(f64, f64, f64)> = (0..around)
@@ -38,10 +38,10 @@ pub(super) fn knot(mesh: &mut MeshBuilder, triangles: f64, middle: DVec3) {
 /// A cross-section of the rope.
 struct Rope {
     center: DVec3,
-    /// Away from the torus, and across that and the rope.
+    /// Unit vectors: away from the torus, and across that and the rope.
     out: DVec3,
     across: DVec3,
-    /// How far the strands are turned.
+    /// Angle by which the strands are turned.
     twist: f64,
 }
 

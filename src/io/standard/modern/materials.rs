@@ -1,7 +1,7 @@
-//! Surfaces of the modern scenes, in few words.
+//! Materials of the modern scenes, in short form.
 //!
 //! The ambient term stands in for the light between surfaces, which is not traced: it is a
-//! surface's colour under the sky's or the room's mean light, so that shadows keep a tint.
+//! surface's colour under the mean light of the sky or the room, so that shadows keep a tint.
 
 use super::super::builder::DocumentMaterial;
 use glam::DVec3;
@@ -11,7 +11,7 @@ pub(super) const fn rgb(r: f64, g: f64, b: f64) -> DVec3 {
     DVec3::new(r, g, b)
 }
 
-/// A dull surface of this colour under this mean light.
+/// A dull material of this colour under this mean light.
 pub(super) fn matte(color: DVec3, ambient: DVec3) -> DocumentMaterial {
     DocumentMaterial {
         ka: color * ambient,
@@ -20,7 +20,7 @@ pub(super) fn matte(color: DVec3, ambient: DVec3) -> DocumentMaterial {
     }
 }
 
-/// The same with a polish: a highlight and a mirror image of weight `ks`.
+/// A material with a polish added: a highlight and a mirror image of weight `ks`.
 pub(super) fn polished(material: DocumentMaterial, ks: DVec3, shininess: f64) -> DocumentMaterial {
     DocumentMaterial {
         ks,
@@ -40,7 +40,7 @@ pub(super) fn glass(ior: f64) -> DocumentMaterial {
     }
 }
 
-/// Something that shines by itself.
+/// A material that emits light.
 pub(super) fn glow(color: DVec3) -> DocumentMaterial {
     DocumentMaterial {
         ke: color,
@@ -48,7 +48,7 @@ pub(super) fn glow(color: DVec3) -> DocumentMaterial {
     }
 }
 
-/// The look seen through air: at 0 as it is, at 1 the colour of the air.
+/// A material seen through air: at a `haze` of 0 unchanged, at 1 the colour of the air.
 pub(super) fn hazy(material: DocumentMaterial, air: DVec3, haze: f64) -> DocumentMaterial {
     let clear = 1.0 - haze;
     DocumentMaterial {

@@ -1,10 +1,9 @@
-//! menger: the sponge of Karl Menger (1926), its inner walls coloured by the size of the hole they
-//! line.
+//! menger: the sponge of Karl Menger (1926), its inner walls coloured by the size of their hole.
 //!
 //! Only faces between stone and air are drawn: 2·20ⁿ + 4·8ⁿ quads at level n. The level is the
-//! deepest that fits the size. What is left of the size is spent inside the quads: each is cut into
-//! k × k cells, and cells get points on their diagonals, two more triangles for each; neither puts
-//! a point on an edge that the neighbour lacks, so that the sponge stays one closed surface.
+//! deepest that fits the size. The rest of the size is spent inside the quads. Each is cut into k ×
+//! k cells, and cells get points on their diagonals, two more triangles for each. Neither adds a
+//! point on an edge that the neighbour lacks, so that the sponge stays one closed surface.
 
 use super::materials::{matte, polished, rgb};
 use super::mesh_builder::{Grid, MeshBuilder};
@@ -24,12 +23,13 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-/// Deepest level that any size comes to.
+/// Deepest level, at any size.
 const LEVELS: usize = 5;
 const FLOOR: usize = LEVELS + 1;
 const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.18);
 
-/// Walls by the level at which their hole was cut (0: the outside), then the floor.
+/// Materials of the walls by the level at which their hole was cut (0: the outside), then of the
+/// floor.
 fn palette() -> Vec<DocumentMaterial> {
     let colors = [
         rgb(0.70, 0.66, 0.58),
@@ -48,19 +48,19 @@ fn palette() -> Vec<DocumentMaterial> {
     looks
 }
 
-/// Quads of the surface at a level.
+/// Number of quads of the surface at a level.
 fn quads(level: usize) -> u64 {
     let power = |base: u64| (0..level).fold(1, |product, _| product * base);
     2 * power(20) + 4 * power(8)
 }
 
-/// How the quads are cut.
+/// Subdivision of the quads.
 #[derive(Clone, Copy, Debug)]
 struct SpongeDetail {
     level: usize,
     /// Cells along the side of a quad.
     cells: usize,
-    /// Points on the diagonals of every 2¹⁶ cells.
+    /// Number of points on the diagonals of every 2¹⁶ cells.
     extra: u64,
 }
 
@@ -79,13 +79,13 @@ impl SpongeDetail {
         }
     }
 
-    /// Triangles of the whole sponge.
+    /// Number of triangles of the whole sponge.
     fn triangles(self) -> u64 {
         let cells = quads(self.level) * (self.cells * self.cells) as u64;
         2 * (cells + ((cells * self.extra) >> 16))
     }
 
-    /// Points on the diagonal of the `number`-th cell.
+    /// Number of points on the diagonal of the `number`-th cell.
     fn points(self, number: u64) -> u64 {
         (((number + 1) * self.extra) >> 16) - ((number * self.extra) >> 16)
     }
@@ -123,7 +123,7 @@ fn floor(mesh: &mut MeshBuilder) {
 /// Cells along the side of the blocks in which the sponge is drawn: those of two levels.
 const BLOCK: usize = 9;
 
-/// For each coordinate the places, finest first, at which its base-3 digit is 1.
+/// For each coordinate the base-3 digits that are 1, as bits, finest first.
 fn middles(level: usize) -> Vec<u32> {
     let side = (0..level).fold(1, |product, _| product * 3);
     let mut middles = Vec::with_capacity(side);
@@ -138,15 +138,15 @@ fn middles(level: usize) -> Vec<u32> {
     middles
 }
 
-/// The places at which at least two of three coordinates are in the middle: there the cell is cut
-/// out.
+/// The digits at which at least two of three coordinates are in the middle: the cell is cut out
+/// there.
 fn holes([x, y, z]: [u32; 3]) -> u32 {
     (x & y) | (y & z) | (z & x)
 }
 
 struct Sponge {
     cut: SpongeDetail,
-    /// Cells of quads drawn so far.
+    /// Number of cells of quads drawn so far.
     number: u64,
 }
 
@@ -155,18 +155,18 @@ struct SpongeFace {
     /// Least corner of the face, in cells, within the block.
     corner: [usize; 3],
     axis: usize,
-    /// Whether the air is on the upper side.
+    /// True if the air is on the upper side.
     upper: bool,
     material: usize,
 }
 
-/// What has been drawn of a block.
+/// The drawn part of a block.
 struct SpongeBlock {
     /// The block's least corner, in cells.
     origin: [usize; 3],
     vertices: Vec<DVec3>,
     facets: Vec<(usize, [u32; 3])>,
-    /// The vertex at each point of the block's lattice, `u32::MAX` where there is none yet.
+    /// The vertex at each point of the block's lattice, `u32::MAX` if there is none yet.
     lattice: Vec<u32>,
 }
 

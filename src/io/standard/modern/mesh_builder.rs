@@ -1,19 +1,19 @@
-//! The pen that draws triangle scenes: it collects triangles by surface, hands them to the sink in
-//! chunks of bounded size, and can count what it would draw without drawing it.
+//! The mesh builder draws triangle scenes. It collects triangles by material and passes them to the
+//! scene builder in chunks of bounded size. It can also count triangles without drawing them.
 
 use super::super::builder::{DocumentMaterial, MaterialDesc, SceneBuilder};
 use glam::DVec3;
 
-/// Triangles in a chunk, about: a sheet is handed over as soon as it holds so many.
+/// Triangles in a chunk, about: a buffer is passed on as soon as it holds this many.
 const CHUNK: usize = 8192;
 
-/// Draws with the surfaces of a palette.
+/// Draws with the materials of a palette.
 pub(super) struct MeshBuilder<'a> {
     builder: Option<&'a mut dyn SceneBuilder>,
-    /// Whether it only counts.
+    /// True if it only counts.
     counting: bool,
     palette: &'a [DocumentMaterial],
-    /// One for each surface of the palette.
+    /// One buffer for each material of the palette.
     buffers: Vec<MeshBuffer>,
     material: usize,
     triangles: u64,
@@ -22,28 +22,28 @@ pub(super) struct MeshBuilder<'a> {
     scatter: BucketSort,
 }
 
-/// Triangles of one surface that have not been handed over yet.
+/// Triangles of one material that have not been passed on yet.
 #[derive(Clone, Default)]
 struct MeshBuffer {
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
 }
 
-/// A rectangular net of quads, each of two triangles.
+/// A rectangular grid of quads, each of two triangles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grid {
     /// Quads along the rows.
     pub(super) across: usize,
     /// Rows of quads.
     pub(super) rows: usize,
-    /// Whether the last quad of a row meets the first.
+    /// True if the last quad of a row meets the first.
     pub(super) closed_across: bool,
-    /// Whether the last row meets the first.
+    /// True if the last row meets the first.
     pub(super) closed_rows: bool,
 }
 
 impl Grid {
-    /// A sheet with four borders.
+    /// A grid with four borders.
     pub(super) fn open(across: usize, rows: usize) -> Grid {
         Grid {
             across,
@@ -75,7 +75,7 @@ impl Grid {
 }
 
 impl<'a> MeshBuilder<'a> {
-    /// A pen that draws into a sink, or counts for one that wants no more.
+    /// A mesh builder that draws into a scene builder, or counts for one that needs counts only.
     pub(super) fn new(
         builder: &'a mut dyn SceneBuilder,
         palette: &'a [DocumentMaterial],
@@ -90,7 +90,7 @@ impl<'a> MeshBuilder<'a> {
         }
     }
 
-    /// A pen that only counts: it never asks for a point.
+    /// A mesh builder that only counts: it never asks for a point.
     pub(super) fn counting() -> MeshBuilder<'a> {
         MeshBuilder {
             builder: None,
@@ -105,12 +105,12 @@ impl<'a> MeshBuilder<'a> {
         }
     }
 
-    /// Triangles drawn, or counted.
+    /// Number of triangles drawn, or counted.
     pub(super) fn triangles(&self) -> u64 {
         self.triangles
     }
 
-    /// Whether the pen only counts; then it takes these triangles as drawn.
+    /// Returns true if it only counts; then it counts these triangles as drawn.
     pub(super) fn counted(&mut self, triangles: u64) -> bool {
         if self.counting {
             self.triangles += triangles;
@@ -118,14 +118,14 @@ impl<'a> MeshBuilder<'a> {
         self.counting
     }
 
-    /// Chooses a surface of the palette.
+    /// Chooses a material of the palette.
     pub(super) fn material(&mut self, material: usize) {
         self.material = material;
     }
 
-    /// Draws a net whose corner in column `i` of row `j` is `point(i, j)`. Its front is where
+    /// Draws a grid whose corner in column `i` of row `j` is `point(i, j)`. Seen from its front,
     /// columns run to the right and rows upward. A closed direction has no last corner: the first
-    /// one is taken again, bit by bit.
+    /// one is used again, bit by bit.
     pub(super) fn grid(&mut self, grid: Grid, mut point: impl FnMut(usize, usize) -> DVec3) {
         self.triangles += grid.triangles() as u64;
         if self.counting {
@@ -149,7 +149,7 @@ impl<'a> MeshBuilder<'a> {
         }
     }
 
-    /// Adds a row of corners, and the quads between it and the one before.
+    /// Adds a row of corners, and the quads between it and the previous one.
     fn add_row(&mut self, grid: Grid, quads: bool) {
         let buffer = &mut self.buffers[self.material];
         let above = buffer.vertices.len() as u32;
@@ -174,7 +174,7 @@ impl<'a> MeshBuilder<'a> {
         }
     }
 
-    /// Draws a triangle of `side`² triangles, whose corner `i` steps toward its second and `j`
+    /// Draws a triangle of `side`² triangles. Its corner at `i` steps toward its second and `j`
     /// toward its third corner is `point(i, j)`.
     pub(super) fn triangle(&mut self, side: usize, mut point: impl FnMut(usize, usize) -> DVec3) {
         self.triangles += (side * side) as u64;
@@ -210,8 +210,8 @@ impl<'a> MeshBuilder<'a> {
         }
     }
 
-    /// Draws a flat four-cornered sheet of `across` by `rows` quads; corners counter-clockwise from
-    /// its front, columns running from the first to the second.
+    /// Draws a flat four-cornered grid of `across` by `rows` quads. The corners are
+    /// counter-clockwise from its front; columns run from the first to the second.
     pub(super) fn quad(&mut self, [a, b, c, d]: [DVec3; 4], across: usize, rows: usize) {
         self.grid(Grid::open(across, rows), |i, j| {
             let (u, v) = (i as f64 / across as f64, j as f64 / rows as f64);
@@ -237,8 +237,8 @@ impl<'a> MeshBuilder<'a> {
         }
     }
 
-    /// Draws triangles each with a surface of its own, `(material, corners)`, which index
-    /// `vertices`.
+    /// Draws triangles that each have a material of their own: `(material, corners)`, where corners
+    /// index `vertices`.
     pub(super) fn facets(&mut self, vertices: &[DVec3], triangles: &[(usize, [u32; 3])]) {
         self.triangles += triangles.len() as u64;
         if self.counting {
@@ -284,7 +284,7 @@ impl<'a> MeshBuilder<'a> {
         buffer.triangles.clear();
     }
 
-    /// Hands over what is left. A pen that is dropped without it draws only part of its scene.
+    /// Passes on the rest. A mesh builder that is dropped without it draws only part of its scene.
     pub(super) fn finish(mut self) {
         if let (true, Some(builder)) = (self.counting, &mut self.builder) {
             builder.takes_count(self.triangles);
@@ -295,7 +295,7 @@ impl<'a> MeshBuilder<'a> {
     }
 }
 
-/// Room for sorting triangles by surface.
+/// Buffers for sorting triangles by material.
 #[derive(Default)]
 struct BucketSort {
     sorted: Vec<u32>,
@@ -304,7 +304,7 @@ struct BucketSort {
 }
 
 impl BucketSort {
-    /// Sorts the triangles' numbers by surface, keeping their order within each.
+    /// Sorts the triangles' numbers by material, keeping their order within each.
     fn order(&mut self, triangles: &[(usize, [u32; 3])], looks: usize) {
         self.starts.clear();
         self.starts.resize(looks + 1, 0);
@@ -325,7 +325,8 @@ impl BucketSort {
 }
 
 /// The detail between `least` and `most` at which `draw` comes closest to `target` triangles from
-/// below, or nearly so; `draw` is given counting pens only, and must draw more with more detail.
+/// below, or nearly so. `draw` gets counting mesh builders only, and must draw more with more
+/// detail.
 pub(super) fn fit_detail(
     target: u64,
     (mut least, mut most): (f64, f64),

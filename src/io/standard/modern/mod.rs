@@ -1,10 +1,10 @@
 //! The modern standard scenes: triangles only, from thousands to tens of millions by one size
 //! parameter.
 //!
-//! What Haines' databases, made for the machines of 1987, leave unasked: height fields, thin tubes,
-//! interiors, closed meshes of glass. Each scene is drawn with a [`mesh_builder::MeshBuilder`],
-//! chunk by chunk, so that a scene larger than memory can go to a file. Lights are points, suns too
-//! (far away), because every file format here can hold those.
+//! Haines' databases, made for the machines of 1987, do not test height fields, thin tubes,
+//! interiors and closed meshes of glass. These scenes do. Each is drawn with a
+//! [`mesh_builder::MeshBuilder`], chunk by chunk, so that a scene larger than memory can go to a
+//! file. Lights are points, suns too (far away), because every file format here can hold those.
 
 pub(super) mod cornell;
 mod geodesic;
@@ -38,13 +38,12 @@ fn hd(from: DVec3, at: DVec3, fovy: f64) -> StandardView {
     }
 }
 
-/// A light so far in this direction that its rays are as good as parallel.
+/// A light so far away in this direction that its rays are practically parallel.
 fn sun(toward: DVec3, color: DVec3) -> StandardLight {
     StandardLight::colored(toward / toward.length() * 1e4, color)
 }
 
-/// A lamp of this colour, which it has at distance `reach`; nearer it is brighter, but at most
-/// twice.
+/// A lamp that has this colour at distance `reach`. Nearer it is brighter, but at most twice.
 fn lamp(position: DVec3, color: DVec3, reach: f64) -> StandardLight {
     StandardLight {
         attenuation: DVec3::new(0.5, 0.0, 0.5 / (reach * reach)),

@@ -1,4 +1,4 @@
-//! Chance and roughness from integers: hashes, and value noise made of them.
+//! Random numbers and roughness from integers: hashes, and value noise made of them.
 //!
 //! Only integer arithmetic and + − × ÷ √ of f64, so that every platform draws the same scene.
 
@@ -24,7 +24,7 @@ fn unit(bits: u64) -> f64 {
 pub(super) struct Dice(u64);
 
 impl Dice {
-    /// The sequence of the `index`-th thing of a kind; the kind has a seed of its own.
+    /// The sequence of the `index`-th object of a kind; the kind has a seed of its own.
     pub(super) fn of(seed: u64, index: u64) -> Dice {
         Dice(mix(seed ^ mix(index)))
     }
@@ -62,10 +62,10 @@ pub(super) fn blend(a: f64, b: f64, t: f64) -> f64 {
     a + (b - a) * t
 }
 
-/// The lattice cell of a coordinate and the place in it.
+/// The lattice cell of a coordinate and the position in it.
 fn cell(x: f64) -> (i64, f64) {
-    // Faster than `floor` on CPUs without an instruction for it, and the same for any place in a
-    // scene.
+    // Faster than `floor` on CPUs without an instruction for it, and equal to it at any position in
+    // a scene.
     let toward_zero = x as i64;
     let floor = toward_zero - i64::from(x < toward_zero as f64);
     (floor, x - floor as f64)
@@ -79,8 +79,8 @@ const STRIDES: [u64; 4] = [
     0xD6E8_FEB8_6659_FD93,
 ];
 
-/// A coordinate's and its successor's part in the hash of a lattice point; `axis` chooses the
-/// multiplier.
+/// The parts of a coordinate and of its successor in the hash of a lattice point; `axis` chooses
+/// the multiplier.
 fn parts(axis: usize, coordinate: i64) -> [u64; 2] {
     let part = (coordinate as u64).wrapping_mul(STRIDES[axis]);
     [part, part.wrapping_add(STRIDES[axis])]
@@ -99,7 +99,7 @@ fn lattice(parts: u64) -> f64 {
 /// Value noise in the plane, in [-1, 1), and its gradient.
 pub(super) fn noise2(seed: u64, p: DVec2) -> (f64, DVec2) {
     let ((xi, x), (yi, y)) = (cell(p.x), cell(p.y));
-    // Quintic, so that the slope of the slope has no jumps, which would show as a lattice in the
+    // Quintic, so that the second derivative has no jumps, which would show as a lattice in the
     // shading.
     let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let slope = |t: f64| 30.0 * t * t * (t - 1.0) * (t - 1.0);

@@ -1,11 +1,11 @@
-//! Building parts: boxes, turned work and rods, cut into quads as finely as asked for.
+//! Building parts: boxes, turned work and rods, cut into quads of a given density.
 
 use super::mesh_builder::{Grid, MeshBuilder};
 use glam::{DVec2, DVec3};
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
-/// A place and the directions there.
+/// An origin and its directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LocalFrame {
     pub(super) origin: DVec3,
@@ -14,7 +14,7 @@ pub(super) struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// The world's directions at this place.
+    /// The world's directions at this origin.
     pub(super) fn at(origin: DVec3) -> LocalFrame {
         LocalFrame {
             origin,
@@ -22,7 +22,7 @@ impl LocalFrame {
         }
     }
 
-    /// y stays up, x turns by this many degrees about it.
+    /// The frame turned by this many degrees about y, which stays up.
     pub(super) fn turned(self, degrees: f64) -> LocalFrame {
         let (s, c) = (sin(degrees.to_radians()), cos(degrees.to_radians()));
         let [x, y, z] = self.axes;
@@ -32,7 +32,7 @@ impl LocalFrame {
         }
     }
 
-    /// The same directions, at a place given in this frame.
+    /// The same directions, at an origin given in this frame.
     pub(super) fn moved(self, x: f64, y: f64, z: f64) -> LocalFrame {
         LocalFrame {
             origin: self.point(DVec3::new(x, y, z)),
@@ -40,14 +40,14 @@ impl LocalFrame {
         }
     }
 
-    /// A point of this frame in the world.
+    /// The position in the world of a point of this frame.
     pub(super) fn point(&self, p: DVec3) -> DVec3 {
         let [x, y, z] = self.axes;
         self.origin + x * p.x + y * p.y + z * p.z
     }
 }
 
-/// Quads along this length: at least one, and about `density` to a unit.
+/// Number of quads along this length: at least one, and about `density` to a unit.
 pub(super) fn cells(length: f64, density: f64) -> usize {
     (length * density).round().clamp(1.0, 1e6) as usize
 }
@@ -55,10 +55,10 @@ pub(super) fn cells(length: f64, density: f64) -> usize {
 /// Sides of a box: left, right, bottom, top, back, front (x, y, z, lower before upper).
 pub(super) const ALL: [bool; 6] = [true; 6];
 
-/// All sides but the one it stands on.
+/// All sides but the lower one, on which it stands.
 pub(super) const STANDING: [bool; 6] = [true, true, false, true, true, true];
 
-/// Draws the sides chosen of a box between two opposite corners. Neighbouring sides share their
+/// Draws the chosen sides of a box between two opposite corners. Neighbouring sides share their
 /// edges' points.
 pub(super) fn cuboid(
     mesh: &mut MeshBuilder,
@@ -88,8 +88,8 @@ pub(super) fn cuboid(
     }
 }
 
-/// Draws what a lathe makes of a profile of (radius, height) from the bottom to the top, about the
-/// frame's y axis. A radius of 0 closes the end with a fan; it may stand only there.
+/// Draws a surface of revolution about the frame's y axis, from a profile of (radius, height) from
+/// the bottom to the top. A radius of 0 closes an end with a fan; it may occur only at an end.
 pub(super) fn lathe(
     mesh: &mut MeshBuilder,
     frame: &LocalFrame,
@@ -147,8 +147,8 @@ pub(super) fn rod(
     });
 }
 
-/// Draws a profile of (out, up) swept along the frame's x axis from `from` to `to`; the profile
-/// runs so that its front is on the right of its way seen from the end of the axis.
+/// Draws a profile of (out, up) swept along the frame's x axis from `from` to `to`. Seen from the
+/// end of the axis, the front is on the right of the profile's direction.
 pub(super) fn moulding(
     mesh: &mut MeshBuilder,
     frame: &LocalFrame,

@@ -1,6 +1,6 @@
 //! room: a knot of rope, cast in gold, on a pedestal in a closed room.
 //!
-//! Seven tenths of the triangles are the knot's, in a thousandth of the room's space: a tree that
+//! Seven tenths of the triangles are the knot's, in a thousandth of the room's volume. A tree that
 //! splits space evenly does badly here, and no ray ever leaves.
 
 use super::geodesic;
@@ -113,7 +113,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     mesh.finish();
 }
 
-/// Everything but the statue, with `detail` quads to a unit of length.
+/// Everything except the statue, with `detail` quads to a unit of length.
 fn furnish(mesh: &mut MeshBuilder, detail: f64) {
     floor(mesh, detail);
     shell(mesh, detail);
@@ -171,7 +171,7 @@ fn floor(mesh: &mut MeshBuilder, detail: f64) {
     }
 }
 
-/// Ceiling and upper walls, their fronts inside.
+/// Ceiling and upper walls, which face inward.
 fn shell(mesh: &mut MeshBuilder, detail: f64) {
     let n = cells(2.0 * HALF, detail);
     for quarter in 0..4 {
@@ -241,7 +241,7 @@ fn panels(mesh: &mut MeshBuilder, wall: &LocalFrame, detail: f64) {
     moulding(mesh, wall, whole, &cornice, detail);
 }
 
-/// Sides of turned work of this radius.
+/// Number of sides of turned work of this radius.
 fn around(radius: f64, detail: f64) -> usize {
     cells(TAU * radius, detail).max(10)
 }
@@ -347,7 +347,7 @@ fn sconce(mesh: &mut MeshBuilder, wall: &LocalFrame, detail: f64) {
         detail,
     );
     mesh.material(SHADE);
-    // Open at both ends, so that its light falls on the wall above and below.
+    // Open at both ends, so that its light reaches the wall above and below.
     let shade = [(0.15, 0.06), (0.085, 0.26)];
     lathe(
         mesh,

@@ -1,9 +1,9 @@
-//! terrain: mountains around a lake, one height for each place.
+//! terrain: mountains around a lake, a height field.
 //!
-//! The heights are octaves of value noise that fade where the slope gathered so far is steep, which
-//! leaves ridges sharp and valleys smooth as if water had worn them (Quilez, "Value noise
-//! derivatives", 2008). What grows where follows from height and slope. Air is painted on: with
-//! distance from the eye surfaces tend to the colour of the sky.
+//! The heights are octaves of value noise that fade where the slope accumulated so far is steep.
+//! That leaves ridges sharp and valleys smooth as if water had worn them (Quilez, "Value noise
+//! derivatives", 2008). Vegetation follows from height and slope. Air is part of the materials:
+//! with distance from the eye they tend to the colour of the sky.
 
 use super::materials::{hazy, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
@@ -32,10 +32,10 @@ const AIR: DVec3 = DVec3::new(0.36, 0.49, 0.68);
 const AMBIENT: DVec3 = DVec3::new(0.11, 0.15, 0.23);
 /// Half the width and half the depth of the land.
 const HALF: DVec2 = DVec2::new(15.0, 13.0);
-/// Steps of haze, from the eye to the far end.
+/// Number of steps of haze, from the eye to the far end.
 const HAZES: usize = 16;
 
-/// What the ground can be, as rows of the palette; each comes in every step of haze.
+/// Kinds of ground, as rows of the palette; each comes in every step of haze.
 #[derive(Clone, Copy)]
 enum Ground {
     Sand,
@@ -88,7 +88,7 @@ fn height(p: DVec2) -> f64 {
     -0.28 + 0.42 * shore + mountains * (2.1 + 3.6 * ridges) + hills * (0.45 + 0.55 * shore)
 }
 
-/// Octaves of noise that fade with the slope gathered so far.
+/// Octaves of noise that fade with the slope accumulated so far.
 fn eroded(mut p: DVec2) -> f64 {
     let (mut sum, mut part, mut slope) = (0.0, 1.0, DVec2::ZERO);
     for octave in 0..11 {
@@ -101,8 +101,8 @@ fn eroded(mut p: DVec2) -> f64 {
     sum
 }
 
-/// What a face of this place and this (unnormalised, upward) normal is covered with; `patch` in
-/// [-1, 1] tells woods from meadows.
+/// The ground of a face at this center with this (unnormalised, upward) normal. `patch` in [-1, 1]
+/// separates woods from meadows.
 fn ground(center: DVec3, normal: DVec3, patch: f64, dice: &mut Dice) -> Ground {
     let steep = normal.y / normal.length();
     let grain = dice.range(-1.0, 1.0);
@@ -120,7 +120,7 @@ fn ground(center: DVec3, normal: DVec3, patch: f64, dice: &mut Dice) -> Ground {
     }
 }
 
-/// Columns and rows of quads for about `size` triangles.
+/// Numbers of columns and rows of quads for about `size` triangles.
 fn net(size: u32) -> (usize, usize) {
     let quads = f64::from(size) / 2.0 - 1.0;
     let across = (quads.sqrt() * 1.05).round().max(1.0);
@@ -128,13 +128,13 @@ fn net(size: u32) -> (usize, usize) {
     (across as usize, rows as usize)
 }
 
-/// Where column or row `i` of `cells` stands, in [-1, 1]: denser toward 0.
+/// Position of column or row `i` of `cells`, in [-1, 1]: denser toward 0.
 fn spread(i: usize, cells: usize) -> f64 {
     let t = 2.0 * i as f64 / cells as f64 - 1.0;
     t * (0.2 + 0.8 * t * t)
 }
 
-/// Where row `j` of `rows` stands, in [-1, 1]: denser toward 1, where the eye is.
+/// Position of row `j` of `rows`, in [-1, 1]: denser toward 1, near the eye.
 fn depth(j: usize, rows: usize) -> f64 {
     let t = j as f64 / rows as f64;
     1.0 - 2.0 * t * (0.12 + 0.88 * t)
@@ -160,8 +160,8 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
         let p = HALF * DVec2::new(spread(i, across), depth(j, rows));
         DVec3::new(p.x, height(p), p.y)
     };
-    // A band of blocks at a time; the heights on the border between two bands are kept, not made
-    // again.
+    // A band of blocks at a time. The heights on the border between two bands are kept, not
+    // computed again.
     let mut band = VertexRows::default();
     for j in (0..rows).step_by(BLOCK) {
         let high = BLOCK.min(rows - j);
@@ -180,7 +180,7 @@ fn lake(mesh: &mut MeshBuilder) {
     mesh.quad([at(-x, z), at(x, z), at(x, -z), at(-x, -z)], 1, 1);
 }
 
-/// Rows of places, `columns` in each.
+/// Rows of positions, `columns` in each.
 #[derive(Default)]
 struct VertexRows {
     columns: usize,
@@ -188,7 +188,7 @@ struct VertexRows {
 }
 
 impl VertexRows {
-    /// Moves on to rows `first` to `first + high`; the first is the last of those before.
+    /// Advances to rows `first` to `first + high`; the first is the last of the previous ones.
     fn advance(
         &mut self,
         columns: usize,
@@ -224,7 +224,7 @@ fn block(
         for i in 0..wide {
             let a = (j * (wide + 1) + i) as u32;
             let above = a + wide as u32 + 1;
-            // The diagonals alternate, so that they make no direction stand out.
+            // The diagonals alternate, so that no direction stands out.
             let split = match (i + j) % 2 {
                 0 => [[a, a + 1, above + 1], [a, above + 1, above]],
                 _ => [[a, a + 1, above], [a + 1, above + 1, above]],
@@ -244,7 +244,7 @@ fn material_of(vertices: &[DVec3], corners: [u32; 3], patch: f64, dice: &mut Dic
     let [a, b, c] = corners.map(|v| vertices[v as usize]);
     let center = (a + b + c) / 3.0;
     let distance = (center - EYE).length() / 26.0 * (HAZES - 1) as f64;
-    // Rolled between two steps, so that no step shows as a line.
+    // Chosen at random between two steps, so that no step shows as a line.
     let step = (distance + dice.unit()) as usize;
     let ground = ground(center, (b - a).cross(c - a), patch, dice);
     ground as usize * HAZES + step.min(HAZES - 1)

@@ -63,12 +63,12 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
 }
 
 struct Flake {
-    /// From a sphere that stands along z to its nine children: unit vectors.
+    /// Directions from a sphere that stands along z to its nine children: unit vectors.
     directions: [DVec3; 9],
 }
 
 impl Flake {
-    /// A sphere that stands in `direction` on its parent, and all that stands on it.
+    /// Adds a sphere that stands in `direction` on its parent, and all spheres that stand on it.
     fn grow(
         &self,
         builder: &mut dyn SceneBuilder,

@@ -24,17 +24,17 @@ const TEETH: usize = 36;
 const TOOTH: f64 = 2.0 * PI / TEETH as f64;
 /// Corners of a gear's face.
 const CORNERS: usize = 4 * TEETH;
-/// A gear's radius over the room it has: less than 1, so that meshing gears do not touch.
+/// Ratio of a gear's radius to its space: less than 1, so that meshing gears do not touch.
 const OUTER_EDGE: f64 = 0.995;
 /// Part of the radius that the teeth take up.
 const TOOTH_DEPTH: f64 = 1.0 - 0.9;
-/// Most a gear is thick.
+/// Greatest thickness of a gear.
 const THICKNESS: f64 = 0.1;
 
 struct Gear {
-    /// Of the upper face.
+    /// Center of the upper face.
     center: DVec3,
-    /// Where the first tooth stands, radians.
+    /// Angle of the first tooth, radians.
     angle: f64,
     outer: f64,
     inner: f64,
@@ -48,7 +48,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
         dvec3(-2.0, 4.0, 3.0),
         dvec3(2.0, -2.5, 2.5),
         dvec3(-1.0, -4.0, 2.0),
-        // Just behind the eye.
+        // A light just behind the eye.
         dvec3(-1.111, -2.121, 2.626),
     ];
     prelude(builder, SKY, &view, &lights);
@@ -72,7 +72,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     }
 }
 
-/// The gear of a place in the grid, from the lower left of the top layer.
+/// The gear at a position of the grid, from the lower left of the top layer.
 fn gear_at(size: u32, x: u32, y: u32, z: u32) -> Gear {
     let across = f64::from(size);
     let radius = 1.0 / (across - (across - 1.0) * TOOTH_DEPTH / 2.0);

@@ -18,7 +18,7 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-/// A jack's size, so that it does not touch its neighbours.
+/// Size of a jack in its cell, so that it does not touch its neighbours.
 const FIT: f64 = 0.75;
 /// Radius of the bars of a jack of size 1.
 const BAR: f64 = 0.1;
@@ -47,7 +47,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     grow(builder, params.size, DAffine3::from_mat3(turn), 1.0);
 }
 
-/// A jack and its eight copies, `levels` deep; `scale` is what `place` does to lengths.
+/// Adds a jack and its eight copies, `levels` deep; `scale` is the factor of `place` on lengths.
 fn grow(builder: &mut dyn SceneBuilder, levels: u32, place: DAffine3, scale: f64) {
     jack(builder, place, scale);
     if levels <= 1 {

@@ -1,10 +1,10 @@
 //! The Standard Procedural Databases: E. Haines, "A Proposal for Standard Graphics Environments",
-//! IEEE Computer Graphics and Applications 7(11), November 1987, pages 3 to 5; the algorithms and
-//! constants are those of the SPD package, version 3.14, whose programs each file names.
+//! IEEE Computer Graphics and Applications 7(11), November 1987, pages 3 to 5. The algorithms and
+//! constants are those of the SPD package, version 3.14; each file names its program.
 //!
-//! Primitives come in the order of the original programs, so that a scene of ours and an NFF file
-//! of theirs agree primitive by primitive. Pictures have 512 × 512 pixels and rays of depth 5, the
-//! eye's counted: 4 bounces.
+//! Primitives come in the order of the original programs, so that a scene of this module and an NFF
+//! file of the original program agree primitive by primitive. Pictures have 512 × 512 pixels and
+//! rays of depth 5, which counts the eye's: 4 bounces.
 
 pub(super) mod balls;
 pub(super) mod gears;
@@ -41,7 +41,7 @@ fn view(from: DVec3, at: DVec3, angle: f64, side: u32) -> StandardView {
     }
 }
 
-/// What comes before the first surface.
+/// The statements before the first surface.
 fn prelude(
     builder: &mut dyn SceneBuilder,
     background: DVec3,
@@ -55,7 +55,7 @@ fn prelude(
     }
 }
 
-/// An opaque, dull surface, as most are.
+/// An opaque, dull material, as in most scenes.
 fn matte(rgb: DVec3) -> NffMaterial {
     NffMaterial {
         rgb,

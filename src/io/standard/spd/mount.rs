@@ -18,11 +18,11 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-/// Between 2 (smooth) and 3 (rugged).
+/// Fractal dimension, between 2 (smooth) and 3 (rugged).
 const FRACTAL_DIMENSION: f64 = 2.2;
-/// Which mountain.
+/// Seed of the mountain.
 const MOUNTAIN: i64 = 21;
-/// Least x and y.
+/// Least x and y coordinate.
 const CORNER: f64 = -1.0;
 /// Extent along x and y.
 const WIDTH: f64 = 2.0;
@@ -72,14 +72,14 @@ fn crystal_balls(builder: &mut dyn SceneBuilder, center: DVec3, radius: f64) {
 
 struct Mountain {
     size: u32,
-    /// Along each side.
+    /// Number of cells along each side.
     cells: f64,
     /// Rise over half a side's length.
     roughness: f64,
 }
 
 impl Mountain {
-    /// The square of `width` cells whose lower left cell is `[x, y]`; `z` has the heights of its
+    /// The square of `width` cells with `[x, y]` as its lower left cell. `z` has the heights of its
     /// corners, from the lower left one counter-clockwise.
     fn grow(&self, builder: &mut dyn SceneBuilder, width: u32, [x, y]: [u32; 2], z: [f64; 4]) {
         if width == 1 {
@@ -117,16 +117,16 @@ impl Mountain {
         builder.polygon(&[ur, ul, ll]);
     }
 
-    /// A normally distributed number that belongs to a place, so that neighbours agree on their
-    /// common edges.
+    /// A normally distributed number that depends on the position only, so that neighbours agree on
+    /// their common edges.
     fn random(&self, x: u32, y: u32) -> f64 {
         gauss(MOUNTAIN + hash(x, y, self.size))
     }
 }
 
-/// The hash of the 1987 article's mountain, which shows patterns at some sizes and uses `x` twice;
-/// a better one would be another mountain. A negative shift leaves no bits in the lower sixteen, as
-/// on the original's 64-bit machines.
+/// The hash of the 1987 article's mountain. It shows patterns at some sizes and uses `x` twice, but
+/// a better one would give another mountain. A negative shift leaves no bits in the lower sixteen,
+/// as on the original's 64-bit machines.
 fn hash(x: u32, y: u32, size: u32) -> i64 {
     let shifted = |k: u32, by: u32| {
         let shift = by.checked_sub(size);

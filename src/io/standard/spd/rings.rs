@@ -50,7 +50,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     wall(builder, from, spread * f64::from(params.size + 1));
     let knot = knot();
     for depth in 0..params.size {
-        // Places of a layer are two apart and lie about the axis.
+        // Positions of a layer are two apart and lie about the axis.
         let across = |k: u32| 2.0 * f64::from(k) - f64::from(depth);
         for z in 0..=depth {
             for x in 0..=depth {

@@ -16,9 +16,9 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-/// The field spans ±this along x and z.
+/// Half extent of the field along x and z.
 const HALF: f64 = 4.0;
-/// The height that 0 stands for.
+/// The height of a value of 0.
 const GROUND: f64 = -3.0;
 /// 2π as the original rounds it.
 #[expect(clippy::approx_constant, reason = "the original's number")]

@@ -18,7 +18,7 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-/// The checkerboard spans ±this along x and y.
+/// Half extent of the checkerboard along x and y.
 const BOARD: f64 = 4.0;
 /// Distance from the z axis below which a vertex counts as the middle of the lid or of the bottom.
 const CUSP: f64 = 0.0001;
@@ -109,7 +109,7 @@ fn bernstein(t: f64) -> [f64; 4] {
     [u * u * u, 3.0 * t * u * u, 3.0 * t * t * u, t * t * t]
 }
 
-/// Their derivatives.
+/// The derivatives of the cubic Bernstein polynomials.
 fn bernstein_slope(t: f64) -> [f64; 4] {
     let u = 1.0 - t;
     let (first, middle, last) = (3.0 * u * u, 6.0 * t * u, 3.0 * t * t);
@@ -117,7 +117,7 @@ fn bernstein_slope(t: f64) -> [f64; 4] {
 }
 
 /// Gives the middle of the lid or the bottom, where the patches have no normal, a vertical one.
-/// False for a triangle that has collapsed there.
+/// Returns false for a triangle that has collapsed there.
 fn mend_cusp(triangle: &mut [(DVec3, DVec3); 3]) -> bool {
     let on_axis = |p: DVec3| p.x.abs() <= CUSP && p.y.abs() <= CUSP;
     let mut cusps = triangle.iter_mut().filter(|(point, _)| on_axis(*point));

@@ -17,7 +17,7 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-/// From a cube's centre to the corners that make a tetrahedron, in the original's order.
+/// Directions from a cube's centre to the corners that make a tetrahedron, in the original's order.
 const CORNERS: [DVec3; 4] = [
     dvec3(-1.0, -1.0, 1.0),
     dvec3(-1.0, 1.0, -1.0),

@@ -1,4 +1,4 @@
-//! tree (`tree.c`): Aono and Kunii's tree, whose every branch carries two of its kind, on a green
+//! tree (`tree.c`): Aono and Kunii's tree, each branch of which carries two of its kind, on a green
 //! field.
 
 use super::rotation::{about_x, about_z};
@@ -18,8 +18,8 @@ pub(in crate::standard) const ENTRY: StandardScene = StandardScene {
     generate,
 };
 
-/// Angle between a branch and its parent's axis, turn about that axis (degrees), length over the
-/// parent's.
+/// Angle between a branch and its parent's axis, turn about that axis (degrees), and length over
+/// the parent's.
 const BRANCHES: [[f64; 3]; 2] = [[40.0, 90.0, 0.65], [25.0, 140.0 + 90.0, 0.70]];
 /// Width of a branch's end over that of its start.
 const TAPER: f64 = 0.67;
@@ -48,7 +48,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     grow(builder, &forks, params.size, DAffine3::IDENTITY, 1.0);
 }
 
-/// A branch along the z axis of `place`, and what grows on it.
+/// A branch along the z axis of `place`, and the branches on it.
 fn grow(
     builder: &mut dyn SceneBuilder,
     forks: &[DAffine3; 2],

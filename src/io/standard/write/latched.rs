@@ -1,11 +1,11 @@
-//! Where the writers write: buffered, and silent after the first error.
+//! Output of the writers: buffered, and silent after the first error.
 
 use super::SceneWriteError;
 use glam::DVec3;
 use std::fmt;
 use std::io::{BufWriter, Write};
 
-/// Bytes kept before they are handed on.
+/// Bytes that are buffered before they are written.
 const BUFFER: usize = 1 << 16;
 
 /// A buffered output that keeps its first error for the end.
@@ -36,7 +36,7 @@ impl<W: Write> LatchedWriter<W> {
         }
     }
 
-    /// From here on nothing more is written.
+    /// Stops all further writing because of an error.
     pub(super) fn fail(&mut self, error: SceneWriteError) {
         self.error.get_or_insert(error);
     }
@@ -45,7 +45,7 @@ impl<W: Write> LatchedWriter<W> {
         self.error.is_some()
     }
 
-    /// Hands on what is left, or says what went wrong first.
+    /// Writes the rest of the buffer; returns the first error.
     pub(super) fn finish(mut self) -> Result<(), SceneWriteError> {
         match self.error {
             Some(error) => Err(error),

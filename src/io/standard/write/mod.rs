@@ -1,4 +1,4 @@
-//! Standard scenes to files, streamed: no more of a scene is in memory than one of its shapes.
+//! Standard scenes to files, streamed: no more than one shape of a scene is in memory.
 
 mod latched;
 mod nff;
@@ -27,7 +27,7 @@ pub enum FileFormat {
 }
 
 impl FileFormat {
-    /// The format that a file's ending names.
+    /// The format of a file's ending.
     pub fn of(path: &Path) -> Option<FileFormat> {
         let ending = path.extension()?;
         let named = |name: &str| ending.eq_ignore_ascii_case(name);
@@ -43,7 +43,7 @@ impl FileFormat {
     }
 }
 
-/// Why a scene could not be written.
+/// The reason why a scene could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneWriteError {
     /// The file could not be written.
@@ -54,7 +54,7 @@ pub enum SceneWriteError {
     CannotHold {
         /// The format's name.
         format: &'static str,
-        /// What it cannot hold, in the plural.
+        /// The shapes it cannot hold, in the plural.
         shape: &'static str,
     },
     /// There are more vertices than the format's indices can count.
@@ -62,16 +62,17 @@ pub enum SceneWriteError {
     TooMany(u64),
 }
 
-/// What a written file says less about than the scene did: for a person to read. The shapes
-/// themselves are whole.
+/// Features that a written file lacks or simplifies, as text for people. The shapes themselves are
+/// complete.
 pub type DroppedFeatures = Vec<&'static str>;
 
-/// Writes a standard scene, streaming, and says what the format could not hold beside the shapes.
+/// Writes a standard scene, streaming; returns the features, beside the shapes, that the format
+/// could not hold.
 ///
-/// With `tessellate`, spheres and cones become polygons first, as [`Tessellate`] says.
+/// With `tessellate`, spheres and cones become polygons first, by [`Tessellate`].
 ///
 /// # Errors
-/// [`SceneWriteError`]; what has been written by then is of no use.
+/// [`SceneWriteError`]; the part that has been written by then is of no use.
 pub fn write(
     spec: Spec,
     format: FileFormat,

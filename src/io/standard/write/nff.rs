@@ -8,10 +8,10 @@ use crate::standard::builder::{
 use glam::DVec3;
 use std::io::Write;
 
-/// A sink that writes NFF, every shape of which it can hold; meshes become triangles.
+/// A builder that writes NFF, which can hold every shape; meshes become triangles.
 ///
-/// Of the document's looks NFF holds Kd, the means of Ks and Kt, the exponent and the index of
-/// refraction.
+/// The document's materials are reduced: NFF holds Kd, the means of Ks and Kt, the exponent and the
+/// index of refraction.
 pub struct NffWriter<W: Write> {
     out: LatchedWriter<W>,
     fading: bool,
@@ -28,10 +28,10 @@ impl<W: Write> NffWriter<W> {
         }
     }
 
-    /// Ends the file and says what it does not hold.
+    /// Ends the file; returns the features it does not hold.
     ///
     /// # Errors
-    /// The first error there was.
+    /// The first error that occurred.
     pub fn finish(self) -> Result<DroppedFeatures, SceneWriteError> {
         self.out.finish()?;
         let losses = [
@@ -53,7 +53,7 @@ impl<W: Write> NffWriter<W> {
     }
 }
 
-/// The closest NFF look: diffuse with Kd 1, the rest white.
+/// The closest NFF material: diffuse with Kd 1, the rest white.
 fn nff_material(material: &DocumentMaterial) -> NffMaterial {
     let mean = |c: DVec3| (c.x + c.y + c.z) / 3.0;
     NffMaterial {
@@ -68,8 +68,8 @@ fn nff_material(material: &DocumentMaterial) -> NffMaterial {
 
 impl<W: Write> SceneBuilder for NffWriter<W> {
     fn view(&mut self, view: &StandardView) {
-        // The angle is no coordinate: it is written as precisely as it can be had, and read
-        // likewise, so that the vertical angle comes back to the bit.
+        // The angle is no coordinate. It is written with the precision needed, and read likewise,
+        // so that the vertical angle comes back to the bit.
         let angle = (view.angle_of_pixel_centres() * 1e9).round() / 1e9;
         self.out.text(format_args!(
             "v\nfrom {}\nat {}\nup {}\nangle {angle}\nhither 1\nresolution {} {}\n",

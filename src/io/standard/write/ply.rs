@@ -1,8 +1,9 @@
-//! A standard scene as a PLY file, binary little-endian: its polygons, and nothing of lights and
-//! surfaces.
+//! A standard scene as a PLY file, binary little-endian: its polygons, without lights and
+//! materials.
 //!
 //! The header has counts, then come all vertices, then all faces: three things that a scene mixes.
-//! Nothing is kept for that; the scene, which is the same every time, is poured three times.
+//! Nothing is kept in memory for that. Instead the scene, which is the same every time, is built
+//! three times.
 
 use super::latched::LatchedWriter;
 use super::{DroppedFeatures, SceneWriteError};
@@ -10,13 +11,13 @@ use crate::standard::builder::{MaterialDesc, SceneBuilder, StandardLight, Standa
 use glam::DVec3;
 use std::io::Write;
 
-/// Most vertices, for readers that take indices as signed.
+/// Most vertices, as some readers take indices as signed.
 const MAX_VERTICES: u64 = i32::MAX as u64;
-/// Most corners that one byte counts.
+/// Most corners that fit a count of one byte.
 const SHORT_LIST: usize = 255;
 
-/// Writes what `build` pours into a sink; it is called three times and must pour the same each
-/// time.
+/// Writes the shapes that `build` passes to a builder. It is called three times and must pass the
+/// same shapes each time.
 ///
 /// # Errors
 /// [`SceneWriteError::CannotHold`] for spheres and cones, before anything is written.
@@ -28,7 +29,7 @@ pub(super) fn write<W: Write>(
     for _ in 0..PASSES {
         build(&mut builder);
         builder.end_pass();
-        // Where nothing more can be written, another pass would be for nothing.
+        // After an error nothing more can be written, so another pass is useless.
         if builder.out.failed() {
             break;
         }
@@ -36,7 +37,7 @@ pub(super) fn write<W: Write>(
     builder.finish()
 }
 
-/// How often a scene must be poured.
+/// Number of times that a scene must be built.
 const PASSES: usize = 3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,21 +48,21 @@ enum Pass {
     Done,
 }
 
-/// A sink that writes PLY. The scene must be poured into it three times, with
+/// A builder that writes PLY. The scene must be built into it three times, with
 /// [`PlyWriter::end_pass`] after each.
 ///
-/// If any shape has vertex normals, all vertices get normals: those of polygons and meshes stand
-/// upright on their faces, and such triangles share no vertices.
+/// If any shape has vertex normals, all vertices get normals: those of polygons and meshes are
+/// perpendicular to their faces, and such triangles share no vertices.
 pub struct PlyWriter<W: Write> {
     out: LatchedWriter<W>,
     pass: Pass,
     vertices: u64,
-    /// Vertices if none had to be parted for its normal.
+    /// Number of vertices if none had to be split for its normal.
     shared_vertices: u64,
     faces: u64,
     most_corners: usize,
     normals: bool,
-    /// The first vertex of the shape to come, in the pass over faces.
+    /// The first vertex of the next shape, in the pass over faces.
     first: u64,
 }
 
@@ -80,7 +81,7 @@ impl<W: Write> PlyWriter<W> {
         }
     }
 
-    /// The scene has been poured once more.
+    /// Ends a pass: the scene has been built once more.
     pub fn end_pass(&mut self) {
         self.pass = match self.pass {
             Pass::Count => {
@@ -95,7 +96,7 @@ impl<W: Write> PlyWriter<W> {
     /// Ends the file.
     ///
     /// # Errors
-    /// The first error there was.
+    /// The first error that occurred.
     pub fn finish(self) -> Result<DroppedFeatures, SceneWriteError> {
         self.out.finish()?;
         Ok(vec!["PLY holds no camera, lights or surfaces"])
@@ -145,7 +146,7 @@ impl<W: Write> PlyWriter<W> {
         }
     }
 
-    /// A polygon with vertices of its own; `normals` is asked for where the file has them.
+    /// A polygon with vertices of its own; normals are used only if the file has them.
     fn lone_face(&mut self, corners: usize, point: impl Fn(usize) -> (DVec3, DVec3)) {
         match self.pass {
             Pass::Count => {
@@ -199,8 +200,8 @@ impl<W: Write> PlyWriter<W> {
     }
 }
 
-/// The unit normal of a polygon by Newell's sum, which concave corners do not mislead; z where it
-/// has no area.
+/// The unit normal of a polygon by Newell's sum, which is correct with concave corners, too; z if
+/// it has no area.
 fn normal(points: &[DVec3]) -> DVec3 {
     let origin = points.first().copied().unwrap_or_default();
     let pairs = points.iter().zip(points.iter().cycle().skip(1));

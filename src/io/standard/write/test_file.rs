@@ -9,12 +9,13 @@ use glam::{DVec3, Vec3};
 use phalanx_scene::triangulate;
 use std::io::Write;
 
-/// A sink that writes the course's format: spheres and triangles; no cones. The background is black
-/// there.
+/// A builder that writes the course's format: spheres and triangles; no cones. The background is
+/// black in it.
 pub struct TestWriter<W: Write> {
     out: LatchedWriter<W>,
     max_depth: u32,
-    /// Written before the first surface, where their number, and with it their level, is known.
+    /// Lights to be written before the first surface, when their number, and so their level, is
+    /// known.
     lights: Vec<StandardLight>,
     lights_written: bool,
     vertices: u64,
@@ -36,10 +37,10 @@ impl<W: Write> TestWriter<W> {
         }
     }
 
-    /// Ends the file and says what it does not hold.
+    /// Ends the file; returns the features it does not hold.
     ///
     /// # Errors
-    /// The first error there was.
+    /// The first error that occurred.
     pub fn finish(mut self) -> Result<DroppedFeatures, SceneWriteError> {
         self.write_lights();
         self.out.finish()?;

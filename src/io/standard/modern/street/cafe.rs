@@ -1,4 +1,4 @@
-//! The café: its open front, and what is inside.
+//! The café: its open front, and its interior.
 
 use super::house::{Area, GROUND, House};
 use super::{
@@ -22,13 +22,13 @@ const WINDOW: Area = Area::new(0.55, 0.62, 3.75, 2.62);
 const DOOR: Area = Area::new(4.45, 0.0, 5.65, 2.62);
 /// Width of the house.
 const WIDTH: f64 = 7.2;
-/// The room: from wall to wall, its back, its floor and its ceiling.
+/// Extent of the room from wall to wall; the constants below give its back, floor and ceiling.
 const ROOM: (f64, f64) = (0.2, WIDTH - 0.2);
 const BACK: f64 = -4.6;
 const FRONT: f64 = -0.2;
 const FLOOR: f64 = 0.12;
 const CEILING: f64 = 3.1;
-/// Where the hanging lamps are.
+/// Positions of the hanging lamps.
 const LAMPS: [(f64, f64); 3] = [(1.5, -1.3), (4.9, -1.6), (3.2, -3.3)];
 const LAMP: f64 = 2.18;
 
@@ -105,7 +105,7 @@ fn awning(mesh: &mut MeshBuilder, frame: &LocalFrame, detail: f64) {
     }
 }
 
-/// The room, and all that is in it.
+/// The room, and everything in it.
 pub(super) fn furnish(mesh: &mut MeshBuilder, house: &LocalFrame, detail: f64) {
     room(mesh, house, detail);
     for (x, z) in LAMPS {
@@ -224,7 +224,7 @@ fn room(mesh: &mut MeshBuilder, house: &LocalFrame, detail: f64) {
     }
 }
 
-/// Sides of turned work of this radius.
+/// Number of sides of turned work of this radius.
 fn around(radius: f64, detail: f64) -> usize {
     cells(TAU * radius, detail * 1.5).clamp(8, 400)
 }

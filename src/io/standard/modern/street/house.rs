@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use libm::{cos, sin};
 use std::f64::consts::{PI, TAU};
 
-/// Height of the ground floor and of those above.
+/// Height of the ground floor, then of the floors above.
 pub(super) const GROUND: f64 = 3.4;
 const FLOOR: f64 = 3.05;
 /// All sides of a box but its back, where it meets the wall.
@@ -32,7 +32,7 @@ impl Area {
 }
 
 pub(super) struct House {
-    /// At the facade's lower left corner: x to the right, z toward the street.
+    /// Frame at the facade's lower left corner: x to the right, z toward the street.
     pub(super) frame: LocalFrame,
     seed: u64,
     width: f64,
@@ -158,7 +158,7 @@ impl House {
         }
     }
 
-    /// The parts of a wall that an opening leaves.
+    /// The parts of a wall around an opening.
     pub(super) fn wall_around(&self, mesh: &mut MeshBuilder, wall: Area, hole: Area, detail: f64) {
         self.masonry(mesh, Area::new(wall.x0, wall.y0, hole.x0, wall.y1), detail);
         self.masonry(mesh, Area::new(hole.x1, wall.y0, wall.x1, wall.y1), detail);
@@ -168,7 +168,7 @@ impl House {
         self.masonry(mesh, Area::new(hole.x0, hole.y1, hole.x1, wall.y1), detail);
     }
 
-    /// A piece of wall: stucco, or bricks where there is detail enough for them.
+    /// A part of a wall: stucco, or bricks if there is detail enough for them.
     pub(super) fn masonry(&self, mesh: &mut MeshBuilder, area: Area, detail: f64) {
         let (wide, high) = (area.x1 - area.x0, area.y1 - area.y0);
         if self.brick && detail > 3.0 + 0.01 * (self.seed % 100) as f64 {

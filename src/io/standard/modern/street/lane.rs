@@ -1,4 +1,4 @@
-//! What stands in the lane, and what it is paved with.
+//! Objects in the lane, and its pavement.
 
 use super::stone::{leaf, stone, stone_triangles};
 use super::{BULB, COBBLE, HALF, IRON, KERB, LEAF, SEED, START, TABLE, WOOD};
@@ -22,13 +22,13 @@ pub(super) const LAMPS: [Post; 3] = [
 
 /// Height of a lantern's middle.
 const LANTERN: f64 = 3.32;
-/// Where the kerbs are, from the middle of the lane.
+/// Distance of the kerbs from the middle of the lane.
 const KERB_AT: f64 = 2.3;
-/// How much higher the footways are than the road.
+/// Height of the footways above the road.
 const STEP: f64 = 0.1;
 
 impl Post {
-    /// Where its light is: under the lantern's roof, above nothing.
+    /// Position of its light: under the lantern's roof, with nothing below.
     pub(super) fn light(&self) -> DVec3 {
         DVec3::new(self.x, LANTERN, self.z)
     }
@@ -75,8 +75,7 @@ impl Post {
         }
         mesh.material(BULB);
         let frequency = cells(0.15, detail).max(1);
-        // Below the light, which shines past it to the ground at a distance and freely to all
-        // sides.
+        // Below the light, so that light reaches the ground at a distance and all sides.
         let center = place.point(DVec3::new(0.0, LANTERN - STEP - 0.14, 0.0));
         geodesic::sphere(mesh, frequency, |p| center + p * 0.085);
     }
@@ -105,7 +104,7 @@ pub(super) fn furnish(mesh: &mut MeshBuilder, length: f64, detail: f64) {
     }
 }
 
-/// The earth under everything, to be seen between the stones.
+/// The earth under everything, visible between the stones.
 fn bed(mesh: &mut MeshBuilder, end: f64) {
     mesh.material(IRON);
     let at = |x: f64, z: f64| DVec3::new(x, -0.04, z);
@@ -224,7 +223,7 @@ fn shrub(mesh: &mut MeshBuilder, foot: DVec3, detail: f64) {
 pub(super) fn pave(mesh: &mut MeshBuilder, length: f64, triangles: u64) {
     let (wide, near) = (2.0 * KERB_AT, START + 4.0);
     let long = length + 4.0;
-    // No smaller than stones are; rounder instead.
+    // Stones have a least size; beyond it they become rounder instead.
     let most = wide * long / (0.11 * 0.13);
     let inner = (1..200).find(|inner| triangles as f64 / stone_triangles(*inner) as f64 <= most);
     let inner = inner.unwrap_or(200);

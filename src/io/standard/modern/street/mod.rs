@@ -1,8 +1,8 @@
 //! street: a lane of old houses at nightfall, with a café whose window and door stand open.
 //!
-//! Houses are made of what houses are made of: frames, sills, shutters, balusters, bricks. `detail`
-//! says how finely (quads to a metre); from a detail of its own on each kind of part appears. What
-//! is left of the size is paved with.
+//! Houses consist of real parts: frames, sills, shutters, balusters, bricks. `detail` is their
+//! fineness (quads to a metre); each kind of part appears from a detail of its own on. The rest of
+//! the size is spent on the pavement.
 
 mod cafe;
 mod house;
@@ -62,7 +62,7 @@ const PICTURE: usize = LEAF + 2;
 fn palette() -> Vec<DocumentMaterial> {
     let dull = |r: f64, g: f64, b: f64| matte(rgb(r, g, b), AMBIENT);
     let wet = |material| polished(material, rgb(0.085, 0.085, 0.085), 120.0);
-    // Inside the café what shines back from the walls is warm.
+    // Light reflected by the walls inside the café is warm.
     let inside = |r: f64, g: f64, b: f64| matte(rgb(r, g, b), rgb(0.26, 0.17, 0.085));
     let tinted = |r: f64, g: f64, b: f64| DocumentMaterial {
         kt: rgb(r, g, b),
@@ -117,7 +117,7 @@ fn palette() -> Vec<DocumentMaterial> {
 
 /// Half the width of the lane, from wall to wall.
 const HALF: f64 = 3.6;
-/// Where the first houses begin, toward the eye.
+/// The z coordinate where the first houses begin, toward the eye.
 const START: f64 = 7.0;
 
 fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
@@ -149,12 +149,12 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
 /// The houses, left and right from the eye on, and one across the end.
 struct Town {
     houses: Vec<House>,
-    /// From the first houses to the last.
+    /// Length from the first houses to the last.
     length: f64,
 }
 
 impl Town {
-    /// More houses for larger sizes, so that small ones still have windows.
+    /// Builds more houses for larger sizes, so that small ones still have windows.
     fn of(size: u32) -> Town {
         let depth: u32 = match size {
             0..25_000 => 1,
@@ -167,7 +167,7 @@ impl Town {
         let mut houses = Vec::new();
         for k in 0..depth {
             let z = START - 7.2 * f64::from(k);
-            // x runs to the right as one stands before the house.
+            // x runs to the right for an observer in front of the house.
             let left = LocalFrame {
                 origin: DVec3::new(-HALF, 0.0, z),
                 axes: [DVec3::NEG_Z, DVec3::Y, DVec3::X],
@@ -184,7 +184,7 @@ impl Town {
         Town { houses, length }
     }
 
-    /// Where the café is: the first house on the left.
+    /// Frame of the café: the first house on the left.
     fn cafe(&self) -> LocalFrame {
         self.houses[0].frame
     }

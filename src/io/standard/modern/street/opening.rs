@@ -1,4 +1,4 @@
-//! Windows and doors of a house, and what hangs on them.
+//! Windows and doors of a house, and the parts attached to them.
 
 use super::house::{Area, House, ON_WALL};
 use super::stone::leaf;
@@ -8,7 +8,7 @@ use crate::standard::modern::noise::Dice;
 use crate::standard::modern::props::{ALL, STANDING, cells, cuboid, lathe, moulding};
 use glam::{DVec2, DVec3};
 
-/// How deep windows lie in the wall.
+/// Depth of windows in the wall.
 pub(super) const REVEAL: f64 = 0.2;
 
 impl House {

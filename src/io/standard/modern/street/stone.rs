@@ -1,11 +1,11 @@
-//! The small things that streets have many of: stones and leaves.
+//! Small objects that streets have many of: stones and leaves.
 
 use crate::standard::modern::mesh_builder::{Grid, MeshBuilder};
 use crate::standard::modern::noise::Dice;
 use crate::standard::modern::props::LocalFrame;
 use glam::{DVec2, DVec3};
 
-/// A leaf: two triangles in a chance direction.
+/// A leaf: two triangles in a random direction.
 pub(super) fn leaf(
     mesh: &mut MeshBuilder,
     frame: &LocalFrame,
@@ -25,14 +25,14 @@ pub(super) fn leaf(
     mesh.quad([at(-a), at(b * 0.6), at(a), at(-b * 0.6)], 1, 1);
 }
 
-/// Triangles of a [`stone`].
+/// Number of triangles of a [`stone`].
 pub(super) fn stone_triangles(inner: usize) -> u64 {
     2 * (inner as u64 + 2) * (inner as u64 + 2)
 }
 
 /// A stone of a wall or pavement: a cushion on a rectangle from `corner` on in x and y of the
-/// frame, which it leaves free by `rim` of its size and rises above by `depth` along z, in `inner`²
-/// quads and a bevel around them.
+/// frame. It leaves a border of `rim` of its size free, and rises by `depth` along z. It has
+/// `inner`² quads and a bevel around them.
 pub(super) fn stone(
     mesh: &mut MeshBuilder,
     frame: &LocalFrame,
