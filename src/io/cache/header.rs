@@ -139,7 +139,7 @@ pub(super) fn read(file: &[u8], shapes: &[SectionLayout]) -> Result<Vec<SectionE
     Ok(sections)
 }
 
-/// Checks that the sections are at the offsets that [`write`] gives them, so that none overlaps
+/// Checks that the sections are at the offsets that [`write()`] gives them, so that none overlaps
 /// another or leaves the file.
 fn check_offsets(
     sections: &[SectionEntry],

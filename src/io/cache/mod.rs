@@ -2,7 +2,7 @@
 //!
 //! [`write()`] stores all columns of a [`Scene`](phalanx_scene::Scene) and all arrays of its
 //! [`Bvh`](phalanx_trace::bvh::Bvh). [`open`] maps the file and returns both without copying a row.
-//! In between the file may have been damaged, cut off, made by another build or by an enemy. So
+//! In between the file may have been damaged, cut off, made by another build or by an attacker. So
 //! every byte is covered by a checksum, and every index that tracing relies on is checked, on all
 //! threads, before [`open`] returns. A scene that [`open`] returns can therefore be traced safely
 //! and to an end, from any file. Only files that this program wrote are sure to give the picture of

@@ -42,7 +42,7 @@ pub(super) fn float(text: &[u8], at: usize) -> (f32, usize) {
     (if negative { -value } else { value }, i)
 }
 
-/// As [`float`], in double precision.
+/// The number and its end as [`float`] returns them, in double precision.
 #[inline]
 pub(super) fn double(text: &[u8], at: usize) -> (f64, usize) {
     let start = at + usize::from(matches!(text.get(at), Some(b'+' | b'-')));

@@ -217,7 +217,7 @@ pub fn load(path: &Path, options: &Options) -> Result<Loaded, LoadError> {
 /// name is not looked at.
 ///
 /// # Errors
-/// Those of [`load`].
+/// The errors of [`load`].
 pub fn load_as(path: &Path, ending: &str, options: &Options) -> Result<Loaded, LoadError> {
     load_format(path, Some(OsStr::new(ending)), options)
 }
@@ -244,7 +244,7 @@ fn load_format(
 /// names are looked for in the path's folder.
 ///
 /// # Errors
-/// Those of [`load`].
+/// The errors of [`load`].
 pub fn load_bytes(
     path: &Path,
     ending: &str,

@@ -75,7 +75,7 @@ pub fn save_bands(
 /// when its bytes are complete.
 ///
 /// # Errors
-/// Those of [`save_bands`].
+/// The errors of [`save_bands`].
 pub fn write_bands(
     out: &mut dyn Write,
     file: &PictureFile,

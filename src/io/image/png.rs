@@ -79,7 +79,7 @@ pub(super) fn write_png(
     write_samples(out, (width, height), BitDepth::Eight, bands)
 }
 
-/// As [`write_png`], with 16 bits a sample.
+/// Writes like [`write_png`], with 16 bits a sample.
 pub(super) fn write_png_16(
     out: &mut dyn io::Write,
     width: u32,

@@ -57,7 +57,7 @@ pub(super) fn smoothstep(from: f64, to: f64, x: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// From `a` at 0 to `b` at 1.
+/// Linear interpolation, from `a` at 0 to `b` at 1.
 pub(super) fn blend(a: f64, b: f64, t: f64) -> f64 {
     a + (b - a) * t
 }
