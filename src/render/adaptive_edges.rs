@@ -1,5 +1,5 @@
-//! Tiles whose pixels get as many samples as their parts need: rounds of the packet engine, each of
-//! which halves the cells that those before have left open.
+//! Tiles whose pixels get as many samples as their parts need. The packet engine works in rounds.
+//! Each round halves the cells that the earlier rounds left active.
 
 use super::adaptive_noise::{corners, size_of};
 use super::levels::CAMERA_RAYS;
@@ -15,24 +15,24 @@ use phalanx_scene::sampling::{
 use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::LANES;
 
-/// Samples that are kept at once, of a block or more, if all come that may: with what belongs to
-/// them about 110 bytes each.
+/// Most samples that are held at once, for a block or more, if every possible sample is taken. With
+/// what belongs to them they take about 110 bytes each.
 const MAX_GROUP_SAMPLES: u32 = 1 << 16;
 
-/// Rays that are traced together, at most: as many as a tile of the default side has pixels, for
-/// the same reason.
+/// Most rays that are traced together: as many as a tile of the default side has pixels, for the
+/// same reason.
 const MAX_GROUP_BLOCKS: usize = 1024;
 
-/// Their visibility of the lights is kept by ray of one wave.
+/// The visibility of the lights is kept per ray of a single wave.
 const _: () = assert!(
     MAX_GROUP_BLOCKS <= CAMERA_RAYS,
     "they would be several waves"
 );
 
-/// A block of a group, and which of its asks.
+/// A block of a group, and the index of one of its requests.
 pub(super) type RefineRequest = (u32, u32);
 
-/// Room for the samples of a group, and for what came of those of a round.
+/// Buffers for the samples of a group, and for the results of a round's samples.
 #[derive(Default)]
 pub(super) struct Scratch {
     cells: Vec<Cells>,
@@ -42,8 +42,8 @@ pub(super) struct Scratch {
 }
 
 impl WavefrontRenderer<'_> {
-    /// Paints a tile, and with it whatever else there is of its blocks: pixels beyond a region's
-    /// border have a say in who needs more.
+    /// Renders a tile, and with it the rest of its blocks: pixels beyond a region's border also
+    /// decide where more samples are needed.
     pub(super) fn render_by_cells(
         &mut self,
         adaptive: Adaptive,
@@ -77,8 +77,8 @@ impl WavefrontRenderer<'_> {
         self.scratch_buffers = room;
     }
 
-    /// Answers all that the blocks of a group ask for. With the first samples of pixels come hits,
-    /// where they are wanted.
+    /// Traces all samples that the blocks of a group request. The first samples of pixels also give
+    /// hits, where those are recorded.
     fn refine(
         &mut self,
         room: &mut Scratch,
@@ -129,7 +129,8 @@ impl WavefrontRenderer<'_> {
     }
 }
 
-/// The place in a tile of a place in what surrounds it, where it has one.
+/// Maps a position in `whole`, which surrounds the tile, to the position in the tile; `None`
+/// outside the tile.
 pub(super) fn within(whole: Tile, tile: Tile) -> impl Fn((u32, u32)) -> Option<(u32, u32)> {
     move |(x, y)| {
         let x = (whole.x + x).checked_sub(tile.x)?;
@@ -138,7 +139,7 @@ pub(super) fn within(whole: Tile, tile: Tile) -> impl Fn((u32, u32)) -> Option<(
     }
 }
 
-/// Appends the camera rays that blocks of a tile ask for.
+/// Appends the camera rays that blocks of a tile request.
 fn push_requests(
     rays: &mut RayQueue,
     camera: &Camera,
@@ -148,7 +149,7 @@ fn push_requests(
     asks: &[RefineRequest],
 ) {
     for eight in asks.chunks(LANES) {
-        // Past the end the last is repeated.
+        // Lanes past the end repeat the last request.
         let asked: [_; LANES] = std::array::from_fn(|k| {
             let (block, ask) = eight[k.min(eight.len() - 1)];
             let cells = &cells[block as usize];
@@ -170,7 +171,7 @@ fn push_requests(
     }
 }
 
-/// Gives the pixels of a tile what those of a block have gathered.
+/// Writes the sums that a block has accumulated to the pixels of a tile.
 fn finish(cells: &Cells, tile: Tile, pixels: &mut TileBuffer) {
     let ((right, down), aovs) = (cells.corner(), pixels.aovs());
     for (at, sum) in (0..).zip(&cells.sums()) {
@@ -190,7 +191,7 @@ fn finish(cells: &Cells, tile: Tile, pixels: &mut TileBuffer) {
 }
 
 impl TracedSamples<'_> {
-    /// What came of each ray, in their order, but for what it saw of the lights.
+    /// Results of the rays in their order, without the visibility of the lights.
     fn results(&self) -> impl Iterator<Item = SampleResult> {
         self.outcomes()
             .map(|(radiance, light, weight)| SampleResult {

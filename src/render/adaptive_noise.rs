@@ -1,6 +1,6 @@
-//! Tiles whose pixels get as many samples as they need, where more is left to chance than where a
-//! camera ray goes through its pixel: rounds of the packet engine, each of which asks again who
-//! needs more.
+//! Tiles whose pixels get as many samples as they need, where chance decides more than the position
+//! of a camera ray in its pixel. The packet engine works in rounds. Each round determines again
+//! which pixels need more samples.
 
 use super::adaptive_edges::within;
 use super::tile_renderer::{WavefrontRenderer, push_block};
@@ -12,8 +12,8 @@ use phalanx_trace::packet::RayQueue;
 use std::ops::Range;
 
 impl WavefrontRenderer<'_> {
-    /// Paints a tile, and with it whatever else there is of its blocks: pixels beyond a region's
-    /// border have a say in who needs more.
+    /// Renders a tile, and with it the rest of its blocks: pixels beyond a region's border also
+    /// decide where more samples are needed.
     pub(super) fn render_adaptively(
         &mut self,
         adaptive: Adaptive,
@@ -49,9 +49,10 @@ impl WavefrontRenderer<'_> {
         }
     }
 
-    /// Gives all open pixels these samples. So that packets are full where few pixels are open,
-    /// several samples of them are traced together, as many as one of all pixels would be; where
-    /// rays have seeds, one sample at a time, because that is what they are for.
+    /// Adds these samples to all active pixels. Several samples of a pixel are traced together, as
+    /// many rays as one sample of all pixels would be, so that packets are full where few pixels
+    /// are active. Where rays have seeds, one sample is traced at a time, because that is what
+    /// seeds are for.
     fn round(&mut self, whole: Tile, samples: Range<u32>, tile: Tile, pixels: &mut TileBuffer) {
         let open = std::mem::take(&mut self.active_pixels);
         let count: u64 = open.iter().map(|open| u64::from(open.count_ones())).sum();
@@ -90,19 +91,19 @@ impl WavefrontRenderer<'_> {
     }
 }
 
-/// The upper left corners of a tile's blocks, in the tile.
+/// Upper left corners of a tile's blocks, relative to the tile.
 pub(super) fn corners(tile: Tile) -> impl Iterator<Item = (u32, u32)> {
     let across = (0..tile.width).step_by(BLOCK as usize);
     let down = (0..tile.height).step_by(BLOCK as usize);
     down.flat_map(move |y| across.clone().map(move |x| (x, y)))
 }
 
-/// How many columns and rows the block in this corner of a tile has there.
+/// Columns and rows that the block with this corner has within a tile.
 pub(super) fn size_of(tile: Tile, (x, y): (u32, u32)) -> (u32, u32) {
     (BLOCK.min(tile.width - x), BLOCK.min(tile.height - y))
 }
 
-/// What the pixels of a block have gathered, and how many columns and rows of it lie in the
+/// The accumulators of a block's pixels, and the columns and rows of the block that lie in the
 /// picture.
 fn block(
     gathered: &[PixelAccumulator],

@@ -1,5 +1,5 @@
-//! A wave of camera rays whose hits are as bright as the sky above them is open: trace, find the
-//! surfaces, send one ray from each.
+//! A wave of camera rays whose hits are as bright as the sky above them is open. Traces the rays,
+//! finds the surfaces, and sends one ray from each.
 
 use super::aov_buffer::AovBuffer;
 use super::wavefront::{QueueSlice, RadianceX8, WavefrontContext, group_hits};
@@ -8,9 +8,9 @@ use bumpalo::Bump;
 use phalanx_trace::packet::{HitPacket, RayQueue};
 use phalanx_trace::simd::{LANES, LaneMask, Mask8, Vec3x8};
 
-/// Traces a wave and writes to `radiance`, which are black, 1 for rays whose hit sends a ray that
-/// meets nothing within `ao_distance`, and the background for those that hit nothing. `aovs`
-/// receives what is to be known of them beside that.
+/// Traces a wave and writes to `radiance`, which is black before: 1 for rays whose hit sends a ray
+/// that meets nothing within `ao_distance`, and the background for rays that hit nothing. `aovs`
+/// receives the other outputs of the rays.
 pub(super) fn ambient_occlusion(
     engine: &mut WavefrontContext,
     arena: &mut Bump,

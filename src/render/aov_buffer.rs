@@ -1,4 +1,4 @@
-//! What is to be known of the rays of a wave beside their radiance: hits, and what the layers tell.
+//! Outputs of the rays of a wave beside their radiance: hits, and the values of the AOVs.
 
 use super::wavefront::RadianceX8;
 use crate::shade::{ShadeMaterial, Surface};
@@ -9,17 +9,17 @@ use phalanx_trace::packet::{HitPacket, RayQueue};
 use phalanx_trace::simd::{LANES, LaneMask, Vec3x8};
 use std::ops::Range;
 
-/// By ray of the wave.
+/// Outputs of a wave's rays beside their radiance, indexed by ray.
 pub(super) struct AovBuffer<'arena> {
     pub(super) hits: &'arena mut [HitPacket],
-    /// Eight a packet; empty where no layer tells of surfaces.
+    /// Surfaces, eight a packet; empty where no AOV needs surfaces.
     pub(super) surfaces: &'arena mut [SurfaceAov],
-    /// Direct, reflected and refracted light; empty where no layer tells of it.
+    /// Direct, reflected and refracted light; empty where no AOV needs it.
     pub(super) light: [&'arena mut [RadianceX8]; 3],
 }
 
 impl<'arena> AovBuffer<'arena> {
-    /// Room for what is wanted of so many packets.
+    /// Allocates the arrays that `aovs` needs for the given number of packets.
     pub(super) fn of(arena: &'arena Bump, packets: usize, aovs: Aovs) -> AovBuffer<'arena> {
         let looks = if aovs.of_surface() {
             packets * LANES
@@ -34,12 +34,12 @@ impl<'arena> AovBuffer<'arena> {
         }
     }
 
-    /// Those of some packets.
+    /// The part of the arrays that belongs to some packets.
     pub(super) fn part(&mut self, packets: Range<usize>) -> AovBuffer<'_> {
         let rays = packets.start * LANES..packets.end * LANES;
         AovBuffer {
             hits: &mut self.hits[packets.clone()],
-            // What is not wanted stays empty.
+            // Arrays that are not wanted stay empty.
             surfaces: self.surfaces.get_mut(rays).unwrap_or_default(),
             light: self
                 .light
@@ -48,7 +48,7 @@ impl<'arena> AovBuffer<'arena> {
         }
     }
 
-    /// Takes what is known when all lights have answered.
+    /// Records surfaces and direct light, which are known once all lights have been evaluated.
     pub(super) fn record_surfaces(
         &mut self,
         scene: &Scene,
@@ -84,7 +84,7 @@ impl<'arena> AovBuffer<'arena> {
         }
     }
 
-    /// Adds the weighted answers of some packets of bounces, of which the first `mirrored` rays are
+    /// Adds the weighted results of some packets of bounces, of which the first `mirrored` rays are
     /// mirror rays.
     pub(super) fn accumulate(
         &mut self,

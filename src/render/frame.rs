@@ -1,4 +1,4 @@
-//! One frame, whole: an engine, its tree, tiles to workers, a film.
+//! One whole frame: an engine, its tree, tiles handed to workers, a film.
 
 pub use crate::{Aov, Aovs, Control, CoreAffinity, Interrupted, RayCost, Tile};
 use crate::{
@@ -18,7 +18,7 @@ use phalanx_trace::bvh::Bvh;
 pub use phalanx_trace::bvh::{BuildSettings, Quality};
 use std::time::Instant;
 
-/// Which tracer makes the picture. Both give the same bits.
+/// Selects the tracer that makes the picture. Both give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Engine {
     /// Eight-wide packets.
@@ -27,45 +27,48 @@ pub enum Engine {
     Scalar,
 }
 
-/// What is seen of a hit.
+/// The quantity that is computed at a hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Integrator {
     /// Light that falls on it from lights, and by mirror and refracted rays.
     #[default]
     Whitted,
-    /// Ambient occlusion: how much of the sky is open above it, by the cosine. One ray a camera
-    /// ray, so that only the mean over many is between black and white. Colours, lights and bounces
-    /// are left out; rays that hit nothing have the background.
+    /// Ambient occlusion: the share of the sky that is open above a hit, weighted by the cosine.
+    /// One ray is sent per camera ray, so that only the mean over many lies between black and
+    /// white. Colours, lights and bounces are left out; rays that hit nothing have the background.
     Occlusion {
-        /// What is farther away stops no ray: in units of the scene's file, or infinite.
+        /// Distance beyond which a hit stops no ray, in units of the scene's file; it may be
+        /// infinite.
         distance: f32,
     },
 }
 
-/// How to render; what to render stands in the [`Scene`].
+/// Settings of a render; the [`Scene`] holds what is rendered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Image width in pixels.
     pub width: u32,
     /// Image height in pixels.
     pub height: u32,
-    /// The part of the picture that is rendered; all of it if nothing is said.
+    /// The part of the picture that is rendered; `None` is all of it.
     pub region: Option<Tile>,
     /// Bounces after the primary ray.
     pub max_depth: u32,
-    /// A bounce is traced only where the product of the weights along its way (Ks of mirror rays,
-    /// Kt of refracted ones, Ks + Kt where reflection is total) is at least this in some component.
+    /// Least weight of a bounce that is traced. The weight is the product of the weights along its
+    /// path (Ks of mirror rays, Kt of refracted ones, Ks + Kt where reflection is total). A bounce
+    /// is traced only where this product is at least `min_weight` in some component.
+    ///
     /// For this product, not for the light, weights are divided by |Ks| + |Kt| where that is more
-    /// than 1: the rays of one depth weigh no more than their camera ray, so that no more than
-    /// 3/`min_weight` of them are traced whatever the materials. 0 has all traced. If nothing is
-    /// said, [`Settings::min_path_weight`].
+    /// than 1. So the rays of one depth weigh no more than their camera ray, and no more than
+    /// 3/`min_weight` of them are traced whatever the materials. 0 has all traced. `None` means
+    /// [`Settings::min_path_weight`].
     pub min_weight: Option<f32>,
     /// Camera rays of a pixel.
     pub sampling: Sampling,
-    /// What camera rays come through, in units of the scene's file; a pinhole if there is none.
-    /// Where through the lens a ray goes is left to chance even with one ray a pixel.
+    /// Lens that camera rays come through, in units of the scene's file; `None` is a pinhole. The
+    /// point where a ray goes through the lens is random even with one ray a pixel.
     pub lens: Option<Lens>,
-    /// What is seen of what camera rays hit.
+    /// The quantity that is computed where camera rays hit.
     pub integrator: Integrator,
     /// Worker threads, at least 1.
     pub threads: usize,
@@ -77,9 +80,9 @@ pub struct Settings {
     pub engine: Engine,
     /// Kernel of the packet engine.
     pub kernel: Kernel,
-    /// What else the film tells of each pixel.
+    /// Further outputs that the film holds for each pixel.
     pub aovs: Aovs,
-    /// Whether the film keeps primary hits: of each pixel's first camera ray.
+    /// True if the film keeps primary hits, those of each pixel's first camera ray.
     pub record_hits: bool,
 }
 
@@ -87,18 +90,18 @@ pub struct Settings {
 /// level 2 cache.
 pub const DEFAULT_TILE: u32 = 32;
 
-/// Least weight of a bounce where a ray may take more than [`FULL_DEPTH`] of them, if nothing is
-/// said.
+/// Default least weight of a bounce, where a ray may take more than [`FULL_DEPTH`] bounces.
 ///
 /// Chosen so that the usual pictures stay as they are, and deep ones end. Weights of 2⁻¹² and less
 /// still change some samples of 8 bits: where a sum lies at the edge of two values, one unit in the
-/// last place decides, and only from 2⁻²⁴ on no picture of the project changed. At that weight a
-/// closed room of Ks = Kt = 0.5 takes 2²⁵ rays a camera ray, at 2⁻¹² it takes 2¹³ at most, and so
-/// do rooms of greater Ks and Kt. So rays that depth alone bounds are all traced, and those of
-/// deeper pictures down to this weight.
+/// last place decides. The weight has to be as low as 2⁻²⁴ for no picture of the project to change.
+/// At that weight a closed room of Ks = Kt = 0.5 takes 2²⁵ rays a camera ray. At 2⁻¹² it takes 2¹³
+/// at most, and so do rooms of greater Ks and Kt. So rays that depth alone bounds are all traced,
+/// and the rays of deeper pictures are traced down to this weight.
 pub const MIN_WEIGHT: f32 = 1.0 / 4096.0;
 
-/// Bounces up to which all are traced, if nothing is said: no more than 2¹¹ rays a camera ray.
+/// Bounces up to which all are traced if no least weight is given: no more than 2¹¹ rays a camera
+/// ray.
 pub const FULL_DEPTH: u32 = 10;
 
 impl Settings {
@@ -124,7 +127,8 @@ impl Settings {
         }
     }
 
-    /// What is rendered: the region, as far as it lies in the picture, or all.
+    /// The window that is rendered: the region, as far as it lies in the picture, or all of the
+    /// picture.
     pub fn window(&self) -> Tile {
         let whole = Tile::whole(self.width, self.height);
         self.region.map_or(whole, |region| region.within(whole))
@@ -159,7 +163,7 @@ impl Settings {
         Ok([ray.org, ray.dir].map(|v| v.to_array()))
     }
 
-    /// How far the sky is, in units of the scene, if it is all that is to be seen.
+    /// Distance to the sky in units of the scene, if the integrator is ambient occlusion.
     fn ao_distance(&self, scene: &Scene) -> Option<f32> {
         match self.integrator {
             Integrator::Whitted => None,
@@ -167,8 +171,8 @@ impl Settings {
         }
     }
 
-    /// Least weight of bounces: what was asked for, else 0 for a maximum depth of up to
-    /// [`FULL_DEPTH`] and [`MIN_WEIGHT`] beyond.
+    /// Least weight of bounces: the given one, else 0 for a maximum depth of up to [`FULL_DEPTH`]
+    /// and [`MIN_WEIGHT`] beyond.
     pub fn min_path_weight(&self) -> f32 {
         let by_depth = match self.max_depth {
             0..=FULL_DEPTH => 0.0,
@@ -177,7 +181,7 @@ impl Settings {
         self.min_weight.unwrap_or(by_depth)
     }
 
-    /// How many rays the packet engine traces together.
+    /// Numbers of rays that the packet engine traces together.
     pub fn wave_sizes(&self, scene: &Scene) -> WaveSizes {
         let max_depth = match self.integrator {
             Integrator::Whitted => self.max_depth,
@@ -186,12 +190,12 @@ impl Settings {
         WaveSizes::of(scene, max_depth, self.min_path_weight())
     }
 
-    /// Pixels that are rendered.
+    /// Number of pixels that are rendered.
     pub fn pixels(&self) -> u64 {
         self.window().pixels()
     }
 
-    /// Camera rays of them.
+    /// Number of camera rays for all rendered pixels, at `spp` each.
     pub fn camera_rays(&self) -> u64 {
         self.pixels() * u64::from(self.sampling.spp)
     }
@@ -206,13 +210,13 @@ pub struct Frame {
     pub stats: RenderStats,
     /// Wall seconds from the first tile to the last.
     pub seconds: f64,
-    /// Seconds that each tile took the thread that painted it.
+    /// Seconds that each tile took the thread that rendered it.
     pub tile_seconds: Vec<f64>,
     /// Threads that worked.
     pub threads: usize,
 }
 
-/// Why there is no frame.
+/// The reason why there is no frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
     /// Stopped through [`Control`].
@@ -221,12 +225,12 @@ pub enum FrameError {
     /// The scene was not validated.
     #[error(transparent)]
     View(#[from] ViewError),
-    /// The settings ask for no possible lens.
+    /// The settings describe an impossible lens.
     #[error(transparent)]
     Lens(#[from] LensError),
 }
 
-/// What an engine needs beside the scene: its tree.
+/// The acceleration structure of an engine, which it needs beside the scene.
 pub struct Accel(AccelKind);
 
 enum AccelKind {
@@ -237,13 +241,13 @@ enum AccelKind {
 /// An engine with its tree, which must be the scene's.
 #[derive(Clone, Copy)]
 pub enum AccelRef<'a> {
-    /// The packet engine's.
+    /// The packet engine with its tree.
     Packets(&'a Bvh),
-    /// The oracle's.
+    /// The oracle with its tree.
     Oracle(&'a TwoLevelBvh),
 }
 
-/// What is known of a tree.
+/// Figures of a tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeStats {
     /// Nodes. The packet engine's hold two boxes each and leaves are no nodes; the oracle's leaves
@@ -263,7 +267,7 @@ pub struct TreeStats {
 }
 
 impl TreeStats {
-    /// Of the packet engine's tree.
+    /// Figures of the packet engine's tree.
     pub fn of(bvh: &Bvh) -> TreeStats {
         TreeStats {
             nodes: bvh.nodes().len(),
@@ -305,7 +309,7 @@ impl Accel {
         }
     }
 
-    /// Whether [`Accel::build_wide_bvh`] has nothing left to make for a frame.
+    /// Returns true if [`Accel::build_wide_bvh`] has nothing left to make for a frame.
     pub fn is_ready(&self, settings: &Settings) -> bool {
         match &self.0 {
             AccelKind::Packets(bvh) => {
@@ -316,8 +320,8 @@ impl Accel {
         }
     }
 
-    /// Makes what the kernel of a frame needs beside the binary tree. [`render`] does so itself
-    /// where it has not been done, and then the frame's seconds have it.
+    /// Makes the structures that the kernel of a frame needs beside the binary tree. [`render`]
+    /// does so itself where it has not been done; the time then counts in the frame's seconds.
     pub fn build_wide_bvh(&self, settings: &Settings) {
         if let AccelKind::Packets(bvh) = &self.0 {
             build_wide_bvh(bvh, settings);
@@ -340,7 +344,7 @@ impl Accel {
     }
 }
 
-/// Chooses the kernel for a frame, and makes what it needs.
+/// Chooses the kernel for a frame, and makes the structures that it needs.
 fn build_wide_bvh(bvh: &Bvh, settings: &Settings) -> Kernel {
     let kernel = settings.kernel.for_frame(bvh, settings.camera_rays());
     if kernel.is_wide() {
@@ -354,7 +358,7 @@ fn build_wide_bvh(bvh: &Bvh, settings: &Settings) -> Kernel {
 /// # Errors
 /// [`FrameError::Interrupted`] if `control.stop` was set before the last tile was taken,
 /// [`FrameError::View`] if the scene has no camera frame, which [`Scene::validate`] would have
-/// said, [`FrameError::Lens`] if the lens asked for is none.
+/// reported, [`FrameError::Lens`] if the given lens is impossible.
 pub fn render(
     scene: &Scene,
     accel: &Accel,
@@ -364,7 +368,7 @@ pub fn render(
     render_with(scene, accel.accel(), settings, control)
 }
 
-/// [`render`], with a tree that somebody else owns.
+/// Renders one frame like [`render`], with a tree that the caller owns.
 ///
 /// # Errors
 /// Those of [`render`].
@@ -391,8 +395,8 @@ pub fn render_with(
     })
 }
 
-/// Renders these tiles of the picture, and puts them into the sink. The region of the settings says
-/// nothing here.
+/// Renders these tiles of the picture, and puts them into the sink. The region of the settings is
+/// ignored.
 ///
 /// # Errors
 /// Those of [`render`].
@@ -438,8 +442,8 @@ pub fn render_tiles(
     }?)
 }
 
-/// What the camera ray of each pixel of the window costs the packet engine, row by row from the top
-/// left.
+/// Cost for the packet engine of the camera ray of each pixel of the window, row by row from the
+/// top left.
 ///
 /// # Errors
 /// Those of [`render`].
@@ -464,7 +468,7 @@ pub fn render_heatmap(
     Ok(red)
 }
 
-/// Paints tiles with the oracle, pixel by pixel.
+/// Renders tiles with the oracle, pixel by pixel.
 struct OracleRenderer<'a> {
     camera: &'a Camera,
     scene: &'a Scene,
@@ -473,7 +477,7 @@ struct OracleRenderer<'a> {
 }
 
 impl OracleRenderer<'_> {
-    /// Sets a pixel of a tile, whole.
+    /// Sets a pixel of a tile with all its outputs.
     fn set(
         &self,
         pixels: &mut TileBuffer,
@@ -514,7 +518,7 @@ impl OracleRenderer<'_> {
         }
     }
 
-    /// Paints the blocks that a tile touches, and keeps what lies in the tile.
+    /// Renders the blocks that a tile touches, and keeps the part that lies in the tile.
     fn render_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut TileBuffer) {
         let whole = tile.outward(BLOCK, self.camera.size());
         for cell in tiles(whole, BLOCK) {

@@ -1,4 +1,4 @@
-//! What each pixel's camera ray costs the packet engine to trace, for pictures of it.
+//! Cost of tracing each pixel's camera ray with the packet engine, for pictures of that cost.
 
 use super::stats::{RayCounts, RenderStats};
 use super::tile_renderer::push_camera_rays;
@@ -14,7 +14,7 @@ use phalanx_trace::simd::{LaneMask, Mask8};
 use phalanx_trace::{Kernel, PacketTracer, Traversal};
 use std::time::Instant;
 
-/// What is counted of a camera ray.
+/// The cost of a camera ray that is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayCost {
     /// Nodes that the ray alone visits.
@@ -25,11 +25,11 @@ pub enum RayCost {
     Time,
 }
 
-/// Times each pair of packets so often, and takes the least: what interrupts a thread only ever
-/// adds.
+/// Timed repeats of each pair of packets. The least time counts: whatever interrupts a thread only
+/// adds to it.
 const REPEATS: usize = 3;
 
-/// Paints costs in place of radiance, the same in all three planes.
+/// Renders costs in place of radiance, the same in all three planes.
 pub struct HeatmapRenderer<'a> {
     camera: &'a Camera,
     cost: RayCost,
@@ -40,7 +40,7 @@ pub struct HeatmapRenderer<'a> {
 }
 
 impl<'a> HeatmapRenderer<'a> {
-    /// A painter for one worker. Counts do not depend on the kernel, times do.
+    /// A renderer for one worker. Counts do not depend on the kernel, times do.
     pub fn new(
         bvh: &'a Bvh,
         camera: &'a Camera,
@@ -64,7 +64,7 @@ impl TileRenderer for HeatmapRenderer<'_> {
         let mut rays = RayQueue::with_capacity(&self.arena, tile.pixels() as usize);
         push_camera_rays(&mut rays, self.camera, tile, &Sampling::CENTER, 0);
         self.primary += rays.len() as u64;
-        // Two at a time, as the widest kernel takes them.
+        // Two packets at a time, as the widest kernel takes them.
         for first in (0..rays.packets()).step_by(2) {
             let pair = first..rays.packets().min(first + 2);
             let time = match self.cost {
@@ -95,7 +95,7 @@ impl TileRenderer for HeatmapRenderer<'_> {
     }
 }
 
-/// Nanoseconds a ray.
+/// Nanoseconds per ray.
 fn measure_time(tracer: &mut Traversal, rays: &RayQueue, packets: std::ops::Range<usize>) -> f32 {
     let mut hits = [HitPacket::miss(); 2];
     let lanes = packets.clone().map(|p| rays.active(p).bits().count_ones());
@@ -109,7 +109,7 @@ fn measure_time(tracer: &mut Traversal, rays: &RayQueue, packets: std::ops::Rang
     times.min().unwrap_or(0) as f32 / lanes.max(1) as f32
 }
 
-/// What one lane costs in a packet of its own.
+/// Cost of one lane, traced in a packet of its own.
 pub(super) fn count_cost(
     tracer: &mut PacketTracer,
     rays: &RayQueue,

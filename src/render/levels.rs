@@ -1,14 +1,16 @@
-//! Bounces of bounces: which wave is traced when, and how large waves may be.
+//! Bounces of bounces: the order in which waves are traced, and how large waves may be.
 //!
-//! The bounces of a wave wait in the queue of its level. They are traced piece by piece as waves of
-//! the next level, and each piece is folded into the wave before the next is traced, mirror rays
+//! The bounces of a wave wait in the queue of its level. They are traced slice by slice as waves of
+//! the next level. Each slice is accumulated into the wave before the next is traced, mirror rays
 //! before refracted ones. That gives the sum the order of the recursion: (local + Ks I_R) + Kt I_T.
 //! The levels are a stack of their own, so that no depth overflows the thread's.
 //!
 //! | memory of a thread | at most |
 //! |---|---|
 //! | what a wave needs while it is shaded | that of [`WAVE_RAYS`] rays; all waves share it |
-//! | bounces and radiance of all levels | [`BOUNCE_BYTES`] beside those of the first level; at least one packet a level |
+//! | bounces and radiance of all levels | [`BOUNCE_BYTES`] beside the first level's (see below) |
+//!
+//! Each level has room for at least one packet, even where that exceeds [`BOUNCE_BYTES`].
 //!
 //! No level's wave is larger than the wave above it. Where all levels would not fit at that size,
 //! waves below the first are smaller: every level gets the same share of [`BOUNCE_BYTES`].
@@ -23,31 +25,31 @@ use phalanx_trace::packet::{QueueColumns, QueueStorage, RayQueue};
 use phalanx_trace::simd::LANES;
 use std::ops::Range;
 
-/// Bytes of all levels but the first, unless one packet a level needs more. The rays of a tile of
-/// the default side are traced together down to a depth of 40.
+/// Bytes of all levels but the first, unless one packet a level needs more. They are enough to
+/// trace the rays of a tile of the default side together down to a depth of 40.
 const BOUNCE_BYTES: usize = 5 << 20;
 
 /// Most rays of a wave.
 const WAVE_RAYS: usize = 4096;
 
-/// Camera rays that are traced together whatever the depth: a tile of the default side.
+/// Camera rays that are traced together whatever the depth: those of a tile of the default side.
 pub(super) const CAMERA_RAYS: usize = 1024;
 
-/// How large waves may be.
+/// Maximum sizes of waves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WaveSizes {
     /// Most packets of a wave of camera rays.
     camera: usize,
     /// Most packets of a wave of bounces.
     bounced: usize,
-    /// Bounces that a ray may take, by the settings and by its weight.
+    /// Bounces that a ray may take, as limited by the settings and by its weight.
     depth: usize,
     /// Bounces that a hit may send.
     ways: usize,
     columns: QueueColumns,
 }
 
-/// Bounds on the factors that shares of camera rays are multiplied with.
+/// Bounds on the factors that the shares of camera rays are multiplied with.
 struct BounceWeights {
     /// The smallest component.
     least: f64,
@@ -81,16 +83,17 @@ impl BounceWeights {
         all
     }
 
-    /// Tells whether a share may be less than `min_weight` after `depth` bounces or fewer. Errs on
-    /// the side of yes.
+    /// Tests if a share may be less than `min_weight` after `depth` bounces or fewer. If in doubt,
+    /// returns true.
     fn may_fall_below(&self, min_weight: f32, depth: u32) -> bool {
-        // More than the rounding of so many products.
+        // The margin exceeds the rounding of up to [`MAX_TRIED_BOUNCES`] products.
         let least = self.least.min(1.0) * (1.0 - 1e-6);
         let sure = min_weight >= f32::MIN_POSITIVE && depth <= MAX_TRIED_BOUNCES;
         min_weight > 0.0 && !(sure && bounces_until_below(least, min_weight, depth).is_none())
     }
 
-    /// Bounces after which every share is less than `min_weight`, about; no more than `depth`.
+    /// Approximate number of bounces after which every share is less than `min_weight`; no more
+    /// than `depth`.
     fn reach(&self, min_weight: f32, depth: u32) -> u32 {
         match self.ways {
             0 => 0,
@@ -99,11 +102,11 @@ impl BounceWeights {
     }
 }
 
-/// Bounces that are looked at one by one.
+/// Bounces that are tried one by one.
 const MAX_TRIED_BOUNCES: u32 = 10_000;
 
-/// How often 1 is multiplied by a factor until it is less than `least`; `None` if that takes more
-/// than `most` or [`MAX_TRIED_BOUNCES`].
+/// Number of multiplications by `factor` that take 1 below `least`; `None` if that is more than
+/// `most` or [`MAX_TRIED_BOUNCES`].
 fn bounces_until_below(factor: f64, least: f32, most: u32) -> Option<u32> {
     let mut product = 1.0;
     (1..=most.min(MAX_TRIED_BOUNCES)).find(|_| {
@@ -137,7 +140,7 @@ impl WaveSizes {
         self.camera * LANES
     }
 
-    /// Bytes that bounces of up to `rays` camera rays take at most, while they wait.
+    /// Most bytes that waiting bounces of up to `rays` camera rays take.
     pub fn bounce_bytes(&self, rays: usize) -> usize {
         let camera = self.camera.min(rays.div_ceil(LANES));
         let below = self.bounced.min(camera).saturating_mul(self.depth);
@@ -146,12 +149,12 @@ impl WaveSizes {
     }
 }
 
-/// Bytes that a packet of a wave takes in its level: of bounces, and of radiance.
+/// Bytes that a packet of a wave takes in its level, for bounces and for radiance.
 fn level_bytes(ways: usize) -> usize {
     ways * QueueStorage::PACKET_BYTES + size_of::<RadianceX8>()
 }
 
-/// The levels of a painter, each with the bounces of one wave.
+/// The levels of a renderer, each with the bounces of one wave.
 pub(super) struct Levels {
     sizes: WaveSizes,
     max_depth: usize,
@@ -160,7 +163,7 @@ pub(super) struct Levels {
 
 #[derive(Default)]
 struct BounceLevel {
-    /// Radiance of the wave's rays. That of camera rays is elsewhere.
+    /// Radiance of the wave's rays. The radiance of camera rays is stored elsewhere.
     radiance: Vec<RadianceX8>,
     bounces: BounceQueue,
 }
@@ -169,23 +172,23 @@ struct BounceLevel {
 #[derive(Default)]
 pub(super) struct BounceQueue {
     storage: QueueStorage,
-    /// Mirror rays.
+    /// Number of mirror rays.
     mirrored: usize,
-    /// Packets of the wave that sent them.
+    /// Packets of the wave that sent the bounces.
     wave_packets: usize,
-    /// Those that are being traced; before it all are done.
+    /// Packets that are being traced; all packets before them are done.
     slice: Range<usize>,
 }
 
 impl BounceQueue {
-    /// Those of no ray.
+    /// Removes all bounces.
     pub(super) fn clear(&mut self) {
         self.storage.clear();
         self.slice = 0..0;
     }
 
-    /// Those of a wave of `wave` packets, with room for `ways` of each ray: `push` queues them, and
-    /// tells how many are mirror rays.
+    /// Fills the queue with the bounces of a wave of `wave` packets, with room for `ways` bounces
+    /// of each ray. `push` queues them, and returns how many are mirror rays.
     pub(super) fn fill(
         &mut self,
         wave: usize,
@@ -198,7 +201,7 @@ impl BounceQueue {
         self.slice = 0..0;
     }
 
-    /// Takes the next piece, if there is one.
+    /// Takes the next slice of the queue, if there is one.
     fn next(&mut self, most: usize) -> Option<Range<usize>> {
         let (first, all) = (self.slice.end, self.storage.queue().packets());
         let end = all.min(first + self.wave_packets.min(most));
@@ -231,7 +234,7 @@ impl Levels {
         self.sizes.camera
     }
 
-    /// The level above a wave of some depth, and its own.
+    /// The level above a wave of the given depth, and its own.
     fn parent_and_level(&mut self, depth: usize) -> (Option<&mut BounceLevel>, &mut BounceLevel) {
         if self.levels.len() <= depth {
             self.levels.resize_with(depth + 1, BounceLevel::default);
@@ -242,8 +245,8 @@ impl Levels {
 }
 
 /// Traces a wave of camera rays and all their bounces, and adds up the radiance of the camera rays
-/// in `radiance`. `aovs` receives what is to be known of them beside that, and `cache` what they
-/// see of the lights, where they know some of it.
+/// in `radiance`. `aovs` receives their other outputs. `cache` supplies the visibility of lights
+/// where it is known, and records it.
 pub(super) fn trace_waves(
     engine: &mut WavefrontContext,
     (scratch, levels): (&mut Bump, &mut Levels),
@@ -277,7 +280,7 @@ pub(super) fn trace_waves(
             level.radiance.resize(packets.len(), RadianceX8::BLACK);
             scratch.reset();
             let arena = &*scratch;
-            // Only of the camera rays' own bounces.
+            // The cache serves only the direct bounces of camera rays.
             let cache = cache.as_deref_mut().filter(|_| depth == 1);
             let mut onward = cache.map(|s| s.child(arena, &queue, packets.clone(), *mirrored));
             let rays = QueueSlice {
@@ -346,7 +349,7 @@ mod tests {
         assert!(!carried(Vec3::ONE, 1000, 0.9) && carried(Vec3::ONE, 1 << 20, 0.9));
         assert!(carried(Vec3::X, 2, 1e-30) && !carried(Vec3::X, 2, 0.0));
         assert!(!carried(Vec3::splat(2.0), 100, 0.5));
-        // Materials that send more than they get send halves of it.
+        // Where materials send more than they get, their weights count as halves.
         let sizes = |depth, least| WaveSizes::of(&scene(Vec3::ONE, Vec3::ONE), depth, least);
         assert!(sizes(3, 0.126).columns.shares && !sizes(3, 0.124).columns.shares);
     }

@@ -1,8 +1,8 @@
-//! A tile's life in order; tiles, workers, film, statistics.
+//! The rendering of a tile, stage by stage; tiles, workers, film, statistics.
 //!
 //! `wavefront` is the one place where the order of the stages can be read: rays are traced, hits
-//! shaded, shadow rays answered, bounces queued (`secondary`). In `levels`, what bounces becomes
-//! the next wave, folded back when it is done.
+//! shaded, shadow rays traced, bounces queued (`secondary`). In `levels`, bounces become the next
+//! wave, which is accumulated into the wave above when it is done.
 
 mod adaptive_edges;
 mod adaptive_noise;

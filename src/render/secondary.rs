@@ -1,4 +1,4 @@
-//! What hits send on: which bounces are worth tracing, and how they are queued.
+//! Secondary rays of hits: selects the bounces that are worth tracing, and queues them.
 
 use super::levels::BounceQueue;
 use super::wavefront::{QueueSlice, WavefrontContext};
@@ -7,7 +7,7 @@ use bumpalo::Bump;
 use phalanx_scene::sampling::{BounceKind, child_seed};
 use phalanx_trace::simd::{F32x8, Lanes, Vec3x8};
 
-/// Queues the mirror rays of all hits, then the refracted ones, but for those that are not worth
+/// Queues the mirror rays of all hits, then the refracted ones, except those that are not worth
 /// tracing.
 pub(super) fn spawn_secondary_rays(
     engine: &mut WavefrontContext,
@@ -79,9 +79,9 @@ fn outgoing(engine: &WavefrontContext, rays: &QueueSlice, at: &Surface) -> (Outg
     (out, material.kt)
 }
 
-/// Shares of mirror rays and of refracted ones, and off with rays whose share is less than
-/// `min_weight` in every component. `whole` is what the weights of all that a hit sends are a part
-/// of.
+/// Returns the shares of mirror rays and of refracted ones, and drops rays whose share is less than
+/// `min_weight` in every component. `whole` is the divisor that turns weights into parts of what a
+/// hit sends in all.
 fn drop_below_min_weight(
     min_weight: f32,
     share: Vec3x8,
@@ -89,7 +89,7 @@ fn drop_below_min_weight(
     (out, kt): &mut (Outgoing, glam::Vec3),
 ) -> [Vec3x8; 2] {
     let least = F32x8::splat(min_weight);
-    // What is not a number is slight too.
+    // NaN counts as below the minimum.
     let slight = |c: F32x8| !c.abs().ge(least);
     let slight = |rgb: &Vec3x8| slight(rgb.x) & slight(rgb.y) & slight(rgb.z);
     let of_whole = |w: Vec3x8| {

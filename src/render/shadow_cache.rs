@@ -1,5 +1,5 @@
-//! What the rays of a wave know of the lights from samples around theirs, and what they see: for
-//! samples that halve cells (`sampling::adaptive_edges`).
+//! Visibility of lights that the rays of a wave reuse from neighbouring samples, and the visibility
+//! that they find. Used for samples that halve cells (`sampling::adaptive_edges`).
 
 use super::adaptive_edges::RefineRequest;
 use super::wavefront::RadianceX8;
@@ -10,27 +10,29 @@ use phalanx_trace::packet::{HitPacket, RayQueue};
 use phalanx_trace::simd::{LANES, LaneMask, Mask8, Vec3x8};
 use std::ops::Range;
 
-/// Of a wave of camera rays that were asked for, or of one of their bounces.
+/// Visibility cache for one wave of requested camera rays, or for one wave of their bounces.
 pub(super) struct ShadowCache<'a> {
-    /// By block.
+    /// Cells, one entry per block.
     pub(super) cells: &'a [Cells],
-    /// By camera ray.
+    /// Requests, one per camera ray.
     pub(super) requests: &'a [RefineRequest],
-    /// By camera ray.
+    /// Visibility of the lights at each hit of a path, one entry per camera ray.
     pub(super) visibility: &'a mut [[LightVisibility; MAX_HITS]],
-    /// Camera ray and sight, by ray of the wave; empty where those are the camera rays themselves.
+    /// Camera ray and hit index of each ray of the wave; empty if the wave is the camera rays
+    /// themselves.
     pub(super) ancestors: &'a [(u32, u8)],
 }
 
-/// What is known of the lights where the rays of a wave hit.
+/// Known visibility of the lights where the rays of a wave hit.
 pub(super) struct CachedLights<'s, 'a, 'arena> {
     cache: &'s mut ShadowCache<'a>,
-    /// By surface and lane, the lights that are known, and those of them that are seen.
+    /// Per surface and lane, as bits: the lights whose visibility is known, and those of them that
+    /// are visible.
     lights: &'arena [[(u32, u32); LANES]],
 }
 
 impl<'a> ShadowCache<'a> {
-    /// The camera ray of a ray of the wave, and which of its sights that has.
+    /// The camera ray of a ray of the wave, and the index of the ray's hit on that path.
     fn of(&self, ray: u32) -> (usize, usize) {
         match self.ancestors.get(ray as usize) {
             Some(&(camera_ray, hit_index)) => (camera_ray as usize, usize::from(hit_index)),
@@ -38,7 +40,7 @@ impl<'a> ShadowCache<'a> {
         }
     }
 
-    /// Looks up what is known where the rays hit.
+    /// Looks up the known visibility of the lights where the rays hit.
     pub(super) fn lookup<'s, 'arena>(
         &'s mut self,
         arena: &'arena Bump,
@@ -70,8 +72,8 @@ impl<'a> ShadowCache<'a> {
         }
     }
 
-    /// For some packets of bounces of the camera rays, of which the first `mirrored` rays are
-    /// mirror rays.
+    /// The cache for some packets of bounces of the camera rays, of which the first `mirrored` rays
+    /// are mirror rays.
     pub(super) fn child<'s>(
         &'s mut self,
         arena: &'s Bump,
@@ -94,8 +96,8 @@ impl<'a> ShadowCache<'a> {
 }
 
 impl CachedLights<'_, '_, '_> {
-    /// Adds a light's term where it is known to be seen, and gives the lanes of the `needed` ones
-    /// for which it must be asked.
+    /// Adds a light's term where the light is known to be visible. Returns the lanes of `needed`
+    /// for which a shadow ray must be traced.
     pub(super) fn apply(
         &mut self,
         light: usize,
@@ -127,7 +129,7 @@ impl CachedLights<'_, '_, '_> {
         Mask8::from_bits(left)
     }
 
-    /// Tells that a light is seen from where a ray hit.
+    /// Records that a light is visible from where a ray hit.
     pub(super) fn record_visible(&mut self, light: usize, ray: u32) {
         let (camera_ray, hit_index) = self.cache.of(ray);
         self.cache.visibility[camera_ray][hit_index].visible |= LightVisibility::bit(light);

@@ -1,4 +1,4 @@
-//! What a render did, counted: the same numbers whatever the thread count.
+//! Work counters of a render: the same numbers whatever the thread count.
 
 /// Rays traced, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -14,7 +14,7 @@ pub struct RayCounts {
 }
 
 impl RayCounts {
-    /// All kinds together.
+    /// Sum over all kinds.
     pub fn total(&self) -> u64 {
         self.primary + self.shadow + self.reflection + self.refraction
     }

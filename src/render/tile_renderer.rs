@@ -1,4 +1,4 @@
-//! The packet engine's painter: a tile's camera rays, its waves, its pixels.
+//! The packet engine's tile renderer: a tile's camera rays, its waves, its pixels.
 
 use super::adaptive_edges::Scratch;
 use super::ambient_occlusion::ambient_occlusion;
@@ -24,34 +24,34 @@ use phalanx_trace::packet::{NO_PRIM, QueueColumns, RayQueue, packets_for};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 use phalanx_trace::{Kernel, PacketTracer, Traversal};
 
-/// Paints tiles with packets of eight rays.
+/// Renders tiles with packets of eight rays.
 pub struct WavefrontRenderer<'a> {
     pub(super) camera: &'a Camera,
     pub(super) sampling: Sampling,
     aovs: Aovs,
     bvh: &'a Bvh,
-    /// What counts nodes, if they are to be told.
+    /// Tracer that counts nodes, if an AOV needs their count.
     counter: Counter<'a>,
-    /// Of each pixel of a tile, where it has several samples.
+    /// Accumulators of the pixels of a tile, where pixels have several samples.
     pub(super) accumulators: PixelAccumulators,
-    /// Of each block of a tile, the pixels that get more samples.
+    /// Pixels that get more samples, one entry per block of a tile.
     pub(super) active_pixels: Vec<BlockPixels>,
-    /// Of samples that halve cells.
+    /// Buffers for samples that halve cells.
     pub(super) scratch_buffers: Scratch,
     context: WavefrontContext<'a>,
-    /// Whether rays have seeds.
+    /// True if rays have seeds.
     pub(super) seeded: bool,
-    /// How far the sky is, where nothing but that is to be seen.
+    /// Distance to the sky, where only ambient occlusion is rendered.
     ao_distance: Option<f32>,
-    /// Memory that lives as long as camera rays that are traced together, and as long as one wave
-    /// of them.
+    /// Memory that lives as long as a group of camera rays that are traced together. `scratch`
+    /// lives as long as one wave of them.
     tile_arena: Bump,
     scratch: Bump,
     levels: Levels,
 }
 
 impl<'a> WavefrontRenderer<'a> {
-    /// A painter for one worker, with one ray through the centre of each pixel. `max_depth` counts
+    /// A renderer for one worker, with one ray through the centre of each pixel. `max_depth` counts
     /// bounces after the primary ray.
     pub fn new(
         scene: &'a Scene,
@@ -86,7 +86,7 @@ impl<'a> WavefrontRenderer<'a> {
         .with_min_weight(0.0)
     }
 
-    /// With bounces only where the product of the weights along the way is at least this in some
+    /// Traces bounces only where the product of the weights along the path is at least this in some
     /// component.
     pub fn with_min_weight(self, min_weight: f32) -> Self {
         let scene = self.context.scene;
@@ -102,12 +102,12 @@ impl<'a> WavefrontRenderer<'a> {
         }
     }
 
-    /// With other camera rays.
+    /// Replaces the sampling of camera rays.
     pub fn with_sampling(self, sampling: Sampling) -> Self {
         WavefrontRenderer { sampling, ..self }
     }
 
-    /// With what else is to be told of each pixel.
+    /// Sets the further outputs of each pixel.
     pub fn with_aovs(self, aovs: Aovs) -> Self {
         let alone = aovs.has(Aov::Cost).then(|| PacketTracer::new(self.bvh));
         WavefrontRenderer {
@@ -117,8 +117,8 @@ impl<'a> WavefrontRenderer<'a> {
         }
     }
 
-    /// With ambient occlusion in place of shading: a hit is white if one ray from it meets nothing
-    /// within `reach`, and else black.
+    /// Renders ambient occlusion in place of shading: a hit is white if one ray from it meets
+    /// nothing within `reach`, and else black.
     pub fn with_ambient_occlusion(self, reach: f32) -> Self {
         WavefrontRenderer {
             ao_distance: Some(reach),
@@ -127,9 +127,9 @@ impl<'a> WavefrontRenderer<'a> {
         }
     }
 
-    /// Traces camera rays, room for so many of which is in the queue that `push` fills, and tells
-    /// `take` what came of them. Where rays have seeds, all are the `sample`-th of their pixels;
-    /// with the first of them come hits, if they are wanted.
+    /// Traces up to `room` camera rays, which `push` adds to the queue, and passes the results to
+    /// `take`. Where rays have seeds, all are the `sample`-th of their pixels. The first rays of
+    /// pixels also give hits, if they are recorded.
     pub(super) fn trace(
         &mut self,
         room: usize,
@@ -231,9 +231,9 @@ impl TileRenderer for WavefrontRenderer<'_> {
 }
 
 /// Appends the `sample`-th camera ray of each pixel of a tile, in 8×8 blocks of 4×2 pixels a
-/// packet. Their parent is the pixel's place in the tile, row and column in sixteen bits each, and
-/// the first number of their weight what they count. If the queue has seeds, theirs are the
-/// pixels'.
+/// packet. Their parent is the pixel's position in the tile, row and column in sixteen bits each.
+/// The first component of their throughput is their filter weight. If the queue has seeds, the rays
+/// get those of the pixels.
 ///
 /// # Panics
 /// If the queue has no room for them.
@@ -252,7 +252,8 @@ pub fn push_camera_rays(
     }
 }
 
-/// Those of the `open` pixels of one 8×8 block, whose upper left corner is there in the tile.
+/// Appends the camera rays of the `open` pixels of one 8×8 block, whose upper left corner is at
+/// (`block_x`, `block_y`) in the tile.
 pub(super) fn push_block(
     rays: &mut RayQueue,
     camera: &Camera,
@@ -292,8 +293,8 @@ pub(super) fn push_block(
     }
 }
 
-/// Appends the camera rays of the first `count` of these places, all through one eye. Their parents
-/// are `pixels`.
+/// Appends the camera rays of the first `count` of these film samples, all through one eye. Their
+/// parents are `pixels`.
 pub(super) fn push_samples(
     rays: &mut RayQueue,
     camera: &Camera,
@@ -307,17 +308,17 @@ pub(super) fn push_samples(
     rays.push(Mask8::first(count), eye, dir, counts, pixels);
 }
 
-/// The places in the tile of a packet's 4×2 pixels, the first of which is at (`x`, `y`).
+/// The positions in the tile of a packet's 4×2 pixels, the first of which is at (`x`, `y`).
 fn block_of(x: u32, y: u32) -> [u32; LANES] {
     std::array::from_fn(|k| (y + k as u32 / 4) << 16 | (x + k as u32 % 4))
 }
 
-/// Column and row of a place.
+/// Column and row of a packed position.
 fn pixel_of(place: u32) -> (u32, u32) {
     (place & 0xffff, place >> 16)
 }
 
-/// Which of the 4×2 pixels from (`x`, `y`) on lie in the tile.
+/// Mask of the 4×2 pixels from (`x`, `y`) on that lie in the tile.
 fn inside(tile: Tile, x: u32, y: u32) -> Mask8 {
     let row = (1u32 << tile.width.saturating_sub(x).min(4)) - 1;
     Mask8::from_bits(match tile.height.saturating_sub(y) {
@@ -327,20 +328,20 @@ fn inside(tile: Tile, x: u32, y: u32) -> Mask8 {
     })
 }
 
-/// What counts nodes, where they are to be told.
+/// Tracer that counts nodes, where an AOV needs their count.
 type Counter<'a> = Option<PacketTracer<'a>>;
 
-/// What came of some camera rays.
+/// Results of some camera rays.
 pub(super) struct TracedSamples<'a> {
     rays: &'a RayQueue<'a>,
     radiance: &'a [RadianceX8],
-    /// Whether they are the first of their pixels, and something about that is wanted.
+    /// True if the rays are the first of their pixels, and a hit or surface output is wanted.
     first: bool,
     aovs: Option<&'a AovBuffer<'a>>,
 }
 
 impl TracedSamples<'_> {
-    /// The rays with their places, packet by packet.
+    /// The active rays with the positions of their pixels, packet by packet.
     fn lanes(&self) -> impl Iterator<Item = (usize, usize, (u32, u32))> {
         (0..self.radiance.len()).flat_map(|packet| {
             let places = self.rays.payload(packet).1;
@@ -349,8 +350,8 @@ impl TracedSamples<'_> {
         })
     }
 
-    /// Of each ray, its radiance, the same by the way it came, if that is wanted, and what it
-    /// counts.
+    /// Per ray: its radiance, the direct, reflected and refracted parts if an AOV needs them, and
+    /// its filter weight.
     pub(super) fn outcomes(&self) -> impl Iterator<Item = ([f32; 3], [[f32; 3]; 3], f32)> {
         let aovs = self.aovs.filter(|aovs| !aovs.light[0].is_empty());
         self.lanes().map(move |(packet, lane, _)| {
@@ -361,8 +362,8 @@ impl TracedSamples<'_> {
         })
     }
 
-    /// Keeps hits and surfaces of first rays, where `pixel` gives a place in the tile for a place
-    /// of the rays.
+    /// Records hits and surfaces of first rays. `pixel` maps a position of the rays to a position
+    /// in the tile.
     pub(super) fn keep(
         &self,
         pixels: &mut TileBuffer,
@@ -394,16 +395,16 @@ impl TracedSamples<'_> {
     }
 }
 
-/// What the pixels of a tile have gathered, row by row.
+/// Accumulators of the pixels of a tile, row by row.
 #[derive(Default)]
 pub(super) struct PixelAccumulators {
     pub(super) radiance: Vec<PixelAccumulator>,
-    /// By the way it came; empty where nobody wants to know.
+    /// Direct, reflected and refracted light; empty where no AOV needs it.
     light: [Vec<PixelAccumulator>; 3],
 }
 
 impl PixelAccumulators {
-    /// Nothing, for so many pixels.
+    /// Clears the accumulators and resizes them to the given number of pixels.
     pub(super) fn fit(&mut self, count: usize, aovs: Aovs) {
         let clear = |all: &mut Vec<PixelAccumulator>, count: usize| {
             all.clear();
@@ -414,7 +415,7 @@ impl PixelAccumulators {
         self.light.iter_mut().for_each(|all| clear(all, count));
     }
 
-    /// Adds samples of pixels, rows of which are so wide.
+    /// Adds samples to pixels, in rows of the given width.
     pub(super) fn add(&mut self, traced: &TracedSamples, width: u32) {
         for (packet, lane, (x, y)) in traced.lanes() {
             let at = (y * width + x) as usize;
@@ -428,7 +429,7 @@ impl PixelAccumulators {
         }
     }
 
-    /// Gives a pixel of the tile what one of these has gathered.
+    /// Writes the sums of one accumulator to a pixel of the tile.
     pub(super) fn write_pixel(&self, at: usize, pixels: &mut TileBuffer, (x, y): (u32, u32)) {
         pixels.set(x, y, self.radiance[at].mean());
         let aovs = pixels.aovs();
@@ -446,7 +447,7 @@ impl PixelAccumulators {
     }
 }
 
-/// Gives the tile's pixels what their only camera rays gave.
+/// Writes the results of each pixel's only camera ray to the tile's pixels.
 fn write_pixels(traced: &TracedSamples, pixels: &mut TileBuffer) {
     for (packet, color) in traced.radiance.iter().enumerate() {
         let (active, places) = (traced.rays.active(packet), traced.rays.payload(packet).1);

@@ -1,5 +1,5 @@
-//! One wave of rays, whole: trace, shade, ask the lights, bounce. What becomes of the bounces, and
-//! when they are folded, is told in `levels`.
+//! One whole wave of rays: trace, shade, trace shadow rays, bounce. The further processing of the
+//! bounces, and their accumulation, is in `levels`.
 
 use super::aov_buffer::AovBuffer;
 use super::levels::BounceQueue;
@@ -17,14 +17,15 @@ use phalanx_trace::packet::{HitPacket, NO_PRIM, QueueColumns, RayPacket, RayQueu
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 use std::ops::Range;
 
-/// What every wave needs.
+/// Shared state of all waves.
 pub(super) struct WavefrontContext<'a> {
     pub(super) scene: &'a Scene,
     pub(super) traversal: Traversal<'a>,
     pub(super) stats: RenderStats,
-    /// Which of a pixel's camera rays the wave follows.
+    /// Index of the camera ray of each pixel that the wave follows.
     pub(super) sample: u32,
-    /// Rays whose share of their camera ray is less than this in every component are not traced.
+    /// Least share of a ray: rays whose share of their camera ray is less than this in every
+    /// component are not traced.
     pub(super) min_weight: f32,
     /// The columns of the queues of bounces.
     pub(super) columns: QueueColumns,
@@ -38,7 +39,7 @@ pub(super) struct RadianceX8(pub(super) [[f32; LANES]; 3]);
 impl RadianceX8 {
     pub(super) const BLACK: RadianceX8 = RadianceX8([[0.0; LANES]; 3]);
 
-    /// Of each plane, the lower four lanes and the upper four.
+    /// Lower four lanes and upper four lanes of each plane.
     pub(super) fn plane_halves(&self) -> [[&[f32; LANES / 2]; 2]; 3] {
         self.0.each_ref().map(|plane| match plane.as_chunks().0 {
             [lower, upper] => [lower, upper],
@@ -101,9 +102,9 @@ impl QueueSlice<'_, '_> {
     }
 }
 
-/// Traces a wave, writes what its rays gather without bounces to `colors`, packet by packet, and
-/// queues their bounces, where any are allowed. `aovs` receives what is to be known of the rays
-/// beside that, and `cache` what they see of the lights, where they know some of it.
+/// Traces a wave, writes the radiance of its rays without bounces to `radiance`, packet by packet,
+/// and queues their bounces, where any are allowed. `aovs` receives the other outputs of the rays.
+/// `cache` supplies the visibility of lights where it is known, and records it.
 pub(super) fn trace_wavefront(
     engine: &mut WavefrontContext,
     arena: &Bump,
@@ -123,7 +124,7 @@ pub(super) fn trace_wavefront(
     // Shade.
     let (groups, tints) = group_hits(arena, engine.scene, &rays, hits, radiance);
     add_ambient_and_emission(engine.scene, groups, tints, radiance);
-    // Ask the lights, in the order of the file.
+    // Trace shadow rays, in the order of the lights in the file.
     let known = cache.map(|cache| cache.lookup(arena, groups, hits));
     trace_shadow_rays(engine, arena, &rays, (groups, tints), known, radiance);
     if let Some(aovs) = aovs {
@@ -134,8 +135,8 @@ pub(super) fn trace_wavefront(
     }
 }
 
-/// A [`ShadeGroup`] in one word: kind in the upper two bits, then whether instances show it, then
-/// the material.
+/// A [`ShadeGroup`] in one word: kind in the upper two bits, then the bit for instances, then the
+/// material.
 type ShadeKey = u32;
 
 const INSTANCED: ShadeKey = 1 << 29;
@@ -151,8 +152,8 @@ fn shade_key(scene: &Scene, prim_id: u32) -> ShadeKey {
     kind << 30 | instanced | scene.prim_material(placed.prim)
 }
 
-/// The batch of every hit of a scene of one kind and one material, such as a scanned mesh: two
-/// look-ups less a hit.
+/// The key of every hit of a scene of one kind and one material, such as a scanned mesh. It saves
+/// two look-ups a hit.
 fn uniform_key(scene: &Scene) -> Option<ShadeKey> {
     if !scene.instances.is_empty() {
         return None;
@@ -167,7 +168,7 @@ fn uniform_key(scene: &Scene) -> Option<ShadeKey> {
     one.then(|| shade_key(scene, 0))
 }
 
-/// A hit that has to be regrouped: its batch in the upper half, the ray's index in the wave in the
+/// A hit that has to be regrouped: its key in the upper half, the ray's index in the wave in the
 /// lower.
 type HitKey = u64;
 
@@ -297,7 +298,7 @@ fn unpack_key(batch: ShadeKey) -> ShadeGroup {
     }
 }
 
-/// Collects eight rays and hits from wherever they are.
+/// Gathers eight rays and hits, which may be anywhere in the wave.
 fn gather(rays: &QueueSlice, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPacket, HitPacket) {
     let mut org = [[0.0; LANES]; 3];
     let mut dir = [[0.0; LANES]; 3];
@@ -362,7 +363,7 @@ fn add_ambient_and_emission(
     }
 }
 
-/// Adds each light's term where nothing stands in its way.
+/// Adds each light's term where nothing occludes it.
 fn trace_shadow_rays(
     engine: &mut WavefrontContext,
     arena: &Bump,
@@ -414,7 +415,7 @@ fn trace_shadow_rays(
     }
 }
 
-/// Adds the weighted answers of some packets of bounces to the hits that sent them.
+/// Adds the weighted radiance of some packets of bounces to the hits that sent them.
 pub(super) fn accumulate(
     queue: &RayQueue,
     packets: Range<usize>,

@@ -1,4 +1,4 @@
-//! Workers that take tiles until none is left; the only place that names core_affinity.
+//! Workers that take tiles until none is left. This is the only file that names core_affinity.
 
 use super::stats::RenderStats;
 use phalanx_scene::film::Tile;
@@ -6,12 +6,12 @@ use phalanx_scene::film::{TileBuffer, TileSink};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::time::Instant;
 
-/// Whether workers are bound to cores.
+/// Binding of workers to cores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CoreAffinity {
-    /// The system places them.
+    /// No binding: the system places the workers.
     None,
-    /// Worker k runs on the k-th core of the process's affinity mask.
+    /// Binding of worker k to the k-th core of the process's affinity mask.
     Cores,
 }
 
@@ -19,8 +19,8 @@ pub enum CoreAffinity {
 pub struct Cores(Vec<core_affinity::CoreId>);
 
 impl Cores {
-    /// The cores of the process's affinity mask. To be asked for before any thread is bound: a
-    /// bound thread's children would see one core only.
+    /// The cores of the process's affinity mask. Call this before any thread is bound: the children
+    /// of a bound thread would see one core only.
     pub fn here(pin: CoreAffinity) -> Cores {
         Cores(match pin {
             CoreAffinity::None => Vec::new(),
@@ -28,8 +28,8 @@ impl Cores {
         })
     }
 
-    /// Binds the calling thread, which is worker `worker`. It is a wish: where the system refuses,
-    /// it stays unbound.
+    /// Binds the calling thread, which is worker `worker`. It is best effort: where the system
+    /// refuses, the thread stays unbound.
     pub fn bind(&self, worker: usize) {
         if let Some(&core) = self.0.get(worker % self.0.len().max(1)) {
             core_affinity::set_for_current(core);
@@ -37,14 +37,14 @@ impl Cores {
     }
 }
 
-/// Shared with a render that is under way: how far it is, and a way to stop it.
+/// Progress and stop flag, shared with a render that is under way.
 #[derive(Debug, Default)]
 pub struct Control {
     /// Set to stop: workers finish their tile and leave.
     pub stop: AtomicBool,
     /// Pixels finished.
     pub pixels: AtomicU64,
-    /// Those of them that were finished before the render began.
+    /// Pixels that were finished before the render began; `pixels` includes them.
     pub pixels_resumed: AtomicU64,
     /// Rays traced so far, all kinds.
     pub rays: AtomicU64,
@@ -55,25 +55,25 @@ pub struct Control {
 #[error("the render was interrupted")]
 pub struct Interrupted;
 
-/// An engine's share of one worker: it paints tiles and counts what it does.
+/// One worker's renderer of tiles, which counts its work.
 pub trait TileRenderer {
-    /// Paints every pixel of a tile; `pixels` are of its size, black and without hits.
+    /// Renders every pixel of a tile; `pixels` are of its size, black and without hits.
     fn render_tile(&mut self, tile: Tile, pixels: &mut TileBuffer);
-    /// What it has done since it was made.
+    /// The work since the renderer was made.
     fn stats(&self) -> RenderStats;
 }
 
-/// What painting all tiles came to.
+/// Totals of rendering all tiles.
 #[derive(Clone, Debug, Default)]
 pub struct RenderedTiles {
-    /// What was done.
+    /// Work counters.
     pub stats: RenderStats,
-    /// Seconds that each tile took the worker that painted it.
+    /// Seconds that each tile took the worker that rendered it.
     pub tile_seconds: Vec<f64>,
 }
 
-/// Paints all tiles on `threads` workers, each with a painter of its own made by `renderer`, and
-/// puts them into the sink.
+/// Renders all tiles on `threads` workers, each with its own one made by `renderer`, and puts them
+/// into the sink.
 ///
 /// # Errors
 /// [`Interrupted`] if `control.stop` was set before the last tile was taken.
@@ -127,7 +127,7 @@ pub fn render_on_workers<P: TileRenderer>(
     };
     std::thread::scope(|scope| {
         let spawn = |k| std::thread::Builder::new().spawn_scoped(scope, move || work(Some(k)));
-        // Where the system has no more threads, those that there are do the rest; at worst this one
+        // Where the system has no more threads, the existing ones do the rest; at worst this one
         // alone.
         let handles: Vec<_> = (0..threads.max(1)).map_while(|k| spawn(k).ok()).collect();
         if handles.is_empty() {

@@ -1,5 +1,5 @@
 //! A window of the picture, rendered in bands from top to bottom, of which one is in memory at a
-//! time; or some of its tiles, of which none is.
+//! time; or some of its tiles, none of which is kept in memory.
 
 use super::thumbnail::Thumbnail;
 use super::tile_file::{TileFile, TileFileError};
@@ -12,34 +12,35 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// Pixels of a band, nearly: a fifth of a second of work, so that a thread that finishes it early
-/// waits for next to nothing, in 48 MB.
+/// Approximate number of pixels of a band. That is a fifth of a second of work, so that a thread
+/// that finishes it early waits for next to nothing, in 48 MB.
 const BAND_PIXELS: u32 = 1 << 22;
 
-/// Why there are no more bands.
+/// The reason why no more bands come.
 #[derive(Debug, thiserror::Error)]
 pub enum BandsError {
     /// The render was stopped, or cannot be.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// What was finished could not be kept, or not be taken.
+    /// A finished tile could not be stored, or could not be read.
     #[error(transparent)]
     Tiles(#[from] TileFileError),
-    /// Whoever takes the bands wants no more.
+    /// The consumer of the bands wants no more.
     #[error("the caller stopped the picture")]
     Abandoned,
 }
 
-/// What rendering bands came to.
+/// Totals of rendering bands.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BandStats {
-    /// What was done.
+    /// Work counters.
     pub stats: RenderStats,
-    /// Wall seconds of rendering: not of reading, nor of waiting for whoever takes the bands.
+    /// Wall seconds of rendering, without reading and without waiting for the consumer of the
+    /// bands.
     pub seconds: f64,
 }
 
-/// The bands of a window, from the top: as high as few pixels allow, and a multiple of
+/// Bands of a window, from the top. Each is as high as [`BAND_PIXELS`] allows, and a multiple of
 /// [`BAND_ROWS`].
 pub fn bands(window: Tile) -> Vec<Tile> {
     let rows = BAND_PIXELS / window.width.max(1) / BAND_ROWS * BAND_ROWS;
@@ -55,9 +56,9 @@ pub fn bands(window: Tile) -> Vec<Tile> {
         .collect()
 }
 
-/// Renders the window of the settings band by band and gives each to `take`, which says whether it
-/// wants the next. With a file of tiles beside it, those that it has are taken from it, and the
-/// others added to it as they are finished.
+/// Renders the window of the settings band by band and gives each to `take`, which returns whether
+/// it wants the next. With a tile file in the outputs, the tiles that the file has are taken from
+/// it, and the others are added to it as they are finished.
 ///
 /// # Errors
 /// [`BandsError`].
@@ -99,7 +100,7 @@ pub fn render_bands(
     Ok(banded)
 }
 
-/// Renders tiles of the picture into a file, but for those that it has.
+/// Renders tiles of the picture into a file, except those that the file already has.
 ///
 /// # Errors
 /// [`BandsError`].
@@ -129,8 +130,8 @@ pub fn render_to_file(
     Ok(banded)
 }
 
-/// Puts a window together from the tiles of several files, which have all of it, and gives each
-/// band to `take`.
+/// Assembles a window from the tiles of several files, which together have all of it, and gives
+/// each band to `take`.
 ///
 /// # Errors
 /// [`BandsError`].
@@ -181,36 +182,36 @@ impl BandStats {
     }
 }
 
-/// Where finished tiles go, beside the picture.
+/// Destinations of finished tiles, beside the picture.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TileOutputs<'a> {
-    /// What they are kept in.
+    /// File that tiles are stored in.
     pub file: Option<&'a TileFile>,
-    /// What is shown of them.
+    /// Thumbnail that tiles are shown in.
     pub thumbnail: Option<&'a Thumbnail>,
 }
 
 impl TileOutputs<'_> {
-    /// Tells whoever watches what was finished before.
+    /// Reports the pixels that were finished before, for whoever watches the render's progress.
     fn record_resumed(self, control: &Control, pixels: u64) {
         control.pixels_resumed.store(pixels, Relaxed);
         control.pixels.fetch_add(pixels, Relaxed);
     }
 }
 
-/// The tiles that the file has, and those that it has not.
+/// Splits tiles into those that the file has, and those that it does not have.
 fn split_finished(tiles: Vec<Tile>, file: Option<&TileFile>) -> (Vec<Tile>, Vec<Tile>) {
     let there = |tile: &Tile| file.is_some_and(|file| file.has(*tile));
     tiles.into_iter().partition(there)
 }
 
-/// Where finished tiles go: onto the band's film, and into the file.
+/// Sink for finished tiles: they go onto the band's film, and into the file.
 struct BandSink<'a> {
     film: Option<SharedFilm<'a>>,
     aovs: Aovs,
     outputs: TileOutputs<'a>,
     control: &'a Control,
-    /// Why a tile could not be kept.
+    /// The reason why a tile could not be stored.
     failed: Mutex<Option<TileFileError>>,
 }
 
@@ -235,7 +236,7 @@ impl TileSink for BandSink<'_> {
             return;
         };
         let mut failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
-        // The first is the reason; whatever comes after it follows from it.
+        // The first error is the reason; later ones follow from it.
         failed.get_or_insert(error);
         self.control.stop.store(true, Relaxed);
     }

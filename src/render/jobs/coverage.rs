@@ -1,20 +1,20 @@
-//! The finished pixels of a window, in blocks of 8x8: tiles are made of whole ones, whatever their
+//! Finished pixels of a window, in blocks of 8x8. Tiles consist of whole blocks, whatever their
 //! size.
 
 use crate::frame::Tile;
 use std::collections::HashMap;
 
-/// Side of a block. Every tile's sides are multiples of it, but where the window cuts them.
+/// Side of a block. Every tile's sides are multiples of it, except where the window cuts them.
 const BLOCK: u32 = 8;
 
-/// Side of a square of blocks, in blocks: as many as a word has bits.
+/// Side of a square of blocks, in blocks: a square has as many blocks as a word has bits.
 const SQUARE: u32 = 8;
 
-/// A set of blocks of one grid over the whole picture; of a block that the window cuts, what lies
-/// in the window counts.
+/// A set of blocks of one grid over the whole picture. Where the window cuts a block, only the part
+/// within the window counts.
 ///
-/// Only squares that have finished blocks take memory, so that a file of few tiles takes little,
-/// however large it says that its picture is.
+/// Only squares that have finished blocks take memory. So a file of few tiles takes little, however
+/// large it claims its picture to be.
 #[derive(Clone, Debug)]
 pub(super) struct Coverage {
     window: Tile,
@@ -22,7 +22,7 @@ pub(super) struct Coverage {
     finished: HashMap<(u32, u32), u64>,
 }
 
-/// A block, by the square that it lies in and its bit there.
+/// A block, as the square that it lies in and its bit there.
 struct CoverageBlock {
     square: (u32, u32),
     bit: u64,
@@ -30,7 +30,7 @@ struct CoverageBlock {
 }
 
 impl Coverage {
-    /// Of a window, none of it finished.
+    /// An empty set for a window: none of it is finished.
     pub(super) fn new(window: Tile) -> Coverage {
         Coverage {
             window,
@@ -38,7 +38,8 @@ impl Coverage {
         }
     }
 
-    /// Marks all blocks that lie in a tile as finished; the number of pixels that were not before.
+    /// Marks all blocks that lie in a tile as finished. Returns the number of pixels that were not
+    /// finished before.
     pub(super) fn add(&mut self, tile: Tile) -> u64 {
         let mut new = 0;
         for block in self.blocks(tile) {
@@ -54,7 +55,7 @@ impl Coverage {
         new
     }
 
-    /// Whether every pixel of a tile is finished.
+    /// Returns true if every pixel of a tile is finished.
     pub(super) fn has(&self, tile: Tile) -> bool {
         self.blocks(tile).all(|block| {
             let square = self.finished.get(&block.square);
@@ -129,7 +130,7 @@ mod tests {
         assert_eq!(coverage.add(tile(end - end % 8, 64, 80, 16)), 80 * 16);
         assert!(coverage.has(tile(end - end % 8 + 8, 64, 72, 8)));
         assert!(coverage.finished.len() <= 3);
-        // Wherever a window says it is, and however large.
+        // The window may be anywhere, and as large as it claims.
         let mut far = Coverage::new(tile(u32::MAX - 5, u32::MAX - 5, 400, 300));
         assert_eq!(far.add(tile(u32::MAX - 7, u32::MAX - 7, 1024, 1024)), 25);
         assert_eq!(far.add(tile(0, 0, 1024, 1024)), 0);

@@ -1,6 +1,6 @@
-//! The beginning of a tile file: whose tiles these are.
+//! Header of a tile file, which identifies the picture that the tiles belong to.
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! |---|---|
 //! | 0 to 8 | [`MAGIC`] |
 //! | 8 to 12 | length of the text |
@@ -20,23 +20,23 @@ const PREFIX_BYTES: usize = 16;
 /// Version of the layout of tile files. Version 1 had its settings as one text.
 pub(super) const LAYOUT_VERSION: u32 = 2;
 
-/// Longest text that is looked at: many times what an identity takes.
+/// Longest text that is read: many times the length of an identity.
 const MAX_TEXT: u32 = 1 << 20;
 
 /// The owner of a file's tiles.
 pub(super) enum FileOwner {
-    /// It is empty.
+    /// No owner: the file is empty.
     Nobody,
     Ours,
     /// Another picture.
     Other(Box<RenderKey>),
     /// A program that has another layout.
     Layout(u32),
-    /// It is no tile file.
+    /// Unknown: the file is no tile file.
     Unknown,
 }
 
-/// The text of a beginning.
+/// The JSON text of a header.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct HeaderText<P> {
@@ -44,7 +44,8 @@ struct HeaderText<P> {
     picture: P,
 }
 
-/// The version alone, of a text whose other fields may have any names. Version 1 did not name it.
+/// The version alone, of a text whose other fields may have any names. Version 1 did not name its
+/// version.
 #[derive(Deserialize)]
 struct LayoutVersion {
     #[serde(default = "first")]
@@ -55,7 +56,7 @@ fn first() -> u32 {
     1
 }
 
-/// The beginning of a file of a picture's tiles.
+/// Header bytes of a file of a picture's tiles.
 pub(super) fn bytes(key: &RenderKey) -> Vec<u8> {
     let text = serde_json::to_string(&HeaderText {
         layout_version: LAYOUT_VERSION,
@@ -69,7 +70,8 @@ pub(super) fn bytes(key: &RenderKey) -> Vec<u8> {
     bytes
 }
 
-/// Reads the beginning of a file of this length: its owner, and where records may begin.
+/// Reads the header of a file of this length. Returns its owner, and the offset where records may
+/// begin.
 pub(super) fn read(
     reader: &mut impl Read,
     length: u64,
@@ -83,7 +85,8 @@ pub(super) fn read(
     let ours = bytes(key);
     let cut_off = length < ours.len() as u64;
     let Some(before) = before.first_chunk::<PREFIX_BYTES>() else {
-        // A file of which not even this was written; anything else of that size is somebody's.
+        // A file whose header was not even written completely; any other file of that size is
+        // somebody's.
         let owner = match ours.starts_with(&before) {
             true => FileOwner::Nobody,
             false => FileOwner::Unknown,
@@ -100,7 +103,7 @@ pub(super) fn read(
         };
         return Ok((owner, 0));
     }
-    // No longer than the file, and the limit above.
+    // The text is no longer than the file, and than the limit above.
     let mut text = vec![0; bytes as usize];
     reader.read_exact(&mut text)?;
     match crc32fast::hash(&text) == checksum {
@@ -123,7 +126,7 @@ fn owner(text: &[u8], key: &RenderKey) -> FileOwner {
     else {
         return FileOwner::Unknown;
     };
-    // As texts: a zero has a sign.
+    // Identities are compared as texts, because a zero has a sign.
     match picture.check() {
         Ok(()) if picture.json() == key.json() => FileOwner::Ours,
         Ok(()) => FileOwner::Other(Box::new(picture)),

@@ -1,28 +1,28 @@
-//! Pictures that take long: in bands of rows, so that they need not fit into memory; kept tile by
-//! tile in a file, so that an interrupted render goes on where it was; and on many machines, each
-//! of which keeps its share of the tiles.
+//! Pictures that take long. They are rendered in bands of rows, so that they need not fit into
+//! memory. They are stored tile by tile in a file, so that an interrupted render resumes where it
+//! was. They can be rendered on many machines, each of which stores its share of the tiles.
 //!
-//! | file | what |
+//! | file | content |
 //! |---|---|
-//! | `render_key` | what the pixels of a picture depend on |
-//! | `picture_settings` | those of the settings that they depend on |
+//! | `render_key` | everything that the pixels of a picture depend on |
+//! | `picture_settings` | the settings that the pixels depend on |
 //! | `tile_file` | finished tiles in a file, each with its checksum |
-//! | `file_header` | the beginning of such a file |
-//! | `tile_record` | one of them, as bytes |
-//! | `recovery` | what is left of such a file |
-//! | `coverage` | which pixels are finished |
+//! | `file_header` | the header of such a file |
+//! | `tile_record` | one tile of it, as bytes |
+//! | `recovery` | reading such a file, damaged or not |
+//! | `coverage` | the set of finished pixels |
 //! | `bands` | a window of the picture, band by band |
 //! | `thumbnail` | a small picture of it while it is made |
-//! | `plan` | who renders which tiles |
-//! | `output_path` | where the picture of a plan may go |
+//! | `plan` | assignment of tiles to machines |
+//! | `output_path` | the paths that a plan's picture may have |
 //!
-//! One kind of file serves both: a checkpoint is the tile file of a render on one machine, and the
-//! share of each of many machines is a tile file, too. So a share that was interrupted goes on like
+//! One kind of file serves both purposes: a checkpoint is the tile file of a render on one machine,
+//! and the share of each of many machines is a tile file, too. So an interrupted share resumes like
 //! any render, and merging is rendering with nothing left to do.
 //!
-//! Plans and tile files may come from others, and are data: every number that is read from one is
-//! held against the file's length and the picture's size before memory or time is spent on it, and
-//! a plan cannot choose which files are written.
+//! Plans and tile files may come from others, and are data. Every number that is read from one is
+//! checked against the file's length and the picture's size before memory or time is spent on it. A
+//! plan cannot choose which files are written.
 
 mod bands;
 mod coverage;

@@ -1,5 +1,5 @@
-//! The places that a plan may send its picture to: those in its own folder. A plan may be
-//! anybody's, and who merges it has not chosen where it writes.
+//! Paths that a plan may send its picture to: those in its own folder. A plan may come from
+//! anybody, and the user who merges it has not chosen where it writes.
 
 use phalanx_io::image::folder_of;
 use std::fs;
@@ -8,8 +8,8 @@ use std::path::{Component, Path, PathBuf, absolute};
 
 const OUTSIDE: &str = "lies outside the plan's folder";
 
-/// The path of a picture that a plan in the file `plan` names `output`; an error says why the plan
-/// may not name it.
+/// The path of a picture that a plan in the file `plan` names `output`. An error gives the reason
+/// why the plan may not name it.
 pub(super) fn allowed(plan: &Path, output: &Path) -> Result<PathBuf, &'static str> {
     let folder = folder_of(plan);
     let path = folder.join(output);
@@ -22,22 +22,22 @@ pub(super) fn allowed(plan: &Path, output: &Path) -> Result<PathBuf, &'static st
             if !home.is_ok_and(|home| real.starts_with(home)) {
                 return Err(OUTSIDE);
             }
-            // Nor may it choose a pipe, or a device, that stands there.
+            // A plan may not choose a pipe or a device that exists there either.
             match fs::metadata(&real) {
                 Ok(found) if !found.is_file() => Err("is no regular file"),
                 _ => Ok(path),
             }
         }
-        // Nothing can be written there, which whoever tries will say, if it is in the folder at
-        // all.
+        // Nothing can be written there, which the attempt to write will report. The path is allowed
+        // if it is in the folder at all.
         Err(_) if descends(output) && !path.is_symlink() => Ok(path),
         Err(_) => Err(OUTSIDE),
     }
 }
 
-/// The name of the picture `output` in a plan in the file `plan`: seen from the plan's folder where
-/// it lies in that, else absolute. A plan of the latter kind is merged only by who names the
-/// picture again.
+/// The name of the picture `output` in a plan in the file `plan`: relative to the plan's folder
+/// where it lies in that, else absolute. A plan with an absolute path is merged only by a user who
+/// names the picture again.
 ///
 /// # Errors
 /// The system cannot tell where they are.
@@ -46,7 +46,7 @@ pub fn kept_output(plan: &Path, output: &Path) -> io::Result<PathBuf> {
     let home = folder_of(plan).canonicalize()?;
     let inside = real(&output).ok();
     let inside = inside.and_then(|real| Some(real.strip_prefix(&home).ok()?.to_path_buf()));
-    // A link to a picture stays the link's name: what it points to may change.
+    // A link to a picture keeps the link's name, because its target may change.
     let name = match inside {
         Some(_) if output.is_symlink() => {
             let folder = folder_of(&output).canonicalize()?;
@@ -59,7 +59,7 @@ pub fn kept_output(plan: &Path, output: &Path) -> io::Result<PathBuf> {
     Ok(name.unwrap_or(output))
 }
 
-/// Where writing to a path would write, links followed.
+/// The path that writing to `path` would write to, with links followed.
 fn real(path: &Path) -> io::Result<PathBuf> {
     if fs::symlink_metadata(path).is_ok() {
         return path.canonicalize();

@@ -1,9 +1,9 @@
-//! The settings that pixels depend on, as plans and tile files keep them: a JSON object of named
+//! Settings that pixels depend on, as plans and tile files store them: a JSON object of named
 //! fields.
 //!
-//! A new field of [`Settings`] stops this file from compiling until it is kept here, too, or named
-//! as one that changes no pixel. Floats come back from JSON to the bit (serde_json's
-//! `float_roundtrip`); what may be infinite is `None` there, because JSON has no infinity.
+//! A new field of [`Settings`] stops this file from compiling until it is stored here, too, or
+//! listed as one that changes no pixel. Floats come back from JSON to the bit (serde_json's
+//! `float_roundtrip`). Values that may be infinite are `None` there, because JSON has no infinity.
 
 use crate::frame::{Integrator, Sampling, Settings};
 use serde::{Deserialize, Serialize};
@@ -17,11 +17,11 @@ pub struct PictureSettings {
     pub max_depth: u32,
     /// Least weight of a bounce that is traced.
     pub min_weight: f32,
-    /// Camera rays of a pixel; the most of them where `threshold` is set.
+    /// Camera rays of a pixel; the maximum where `threshold` is set.
     pub spp: u32,
     /// Name of the reconstruction filter.
     pub filter: String,
-    /// When a pixel has enough samples; `None` where every pixel has `spp` of them.
+    /// Threshold at which a pixel has enough samples; `None` where every pixel has `spp` of them.
     pub threshold: Option<f32>,
     /// Diameter of the lens; `None` for a pinhole.
     pub aperture: Option<f32>,
@@ -34,16 +34,16 @@ pub struct PictureSettings {
 }
 
 impl PictureSettings {
-    /// Those of a render.
+    /// The settings of a render that pixels depend on.
     pub fn of(settings: &Settings) -> PictureSettings {
         let Settings {
-            // Kept in the identity.
+            // Stored in the identity.
             width: _,
             height: _,
             region: _,
             aovs: _,
             max_depth,
-            // The same weight is the same picture, said or not.
+            // The same weight gives the same picture, whether it was given or is the default.
             min_weight: _,
             sampling:
                 Sampling {
@@ -78,7 +78,7 @@ impl PictureSettings {
         }
     }
 
-    /// Each setting as its option and its value. Settings that differ have a value that differs.
+    /// Each setting as its option and its value. Different settings have different values.
     pub(super) fn options(&self) -> Vec<(&'static str, String)> {
         let PictureSettings {
             max_depth,
@@ -111,8 +111,8 @@ impl PictureSettings {
 }
 
 fn given(value: Option<f32>) -> String {
-    // Of very small and very large numbers `Debug` has fewer digits than `Display`, and as many
-    // bits.
+    // For very small and very large numbers `Debug` prints fewer digits than `Display`, and loses
+    // no bits.
     value.map_or_else(|| "not given".to_owned(), |value| format!("{value:?}"))
 }
 
@@ -131,7 +131,7 @@ mod tests {
                 filter: Filter::Mitchell,
                 adaptive: Some(Adaptive { threshold: 0.1 }),
             },
-            // Read as a double first, this one becomes another float.
+            // If it were read as a double first, this one would become another float.
             lens: Some(Lens {
                 aperture: 7.038_531e-26,
                 focus: f32::from_bits(1),

@@ -1,4 +1,5 @@
-//! Who renders which tiles of a picture, written down once for all machines.
+//! A plan for rendering a picture on several machines: the assignment of tiles, written down once
+//! for all of them.
 
 use super::output_path;
 use super::render_key::{FieldError, RenderKey};
@@ -17,55 +18,55 @@ const SCHEMA_VERSION: u32 = 2;
 /// Longest plan that is read: several times the longest command line that systems take.
 const MAX_BYTES: u64 = 16 << 20;
 
-/// Most shards of a plan: as many tasks as schedulers take in one array, and more.
+/// Most shards of a plan: at least as many as the tasks that schedulers take in one array.
 pub const MAX_SHARDS: u32 = 100_000;
 
-/// Side of the tiles that are dealt out, in pixels, where the picture is large enough.
+/// Default side of the tiles that are dealt out, in pixels, where the picture is large enough.
 const DEFAULT_TILE_SIDE: u32 = 64;
 
-/// As many tiles a shard make up for some of them being hard.
+/// Least number of tiles a shard: that many even out the hard tiles among them.
 const MIN_TILES_PER_SHARD: u64 = 16;
 
 /// A plan: what is rendered, into how many shards it is cut, and where the picture goes.
 ///
-/// The tiles of the window, cells of a grid of [`RenderPlan::tile`] pixels, are dealt out like
-/// cards, in the order of [`tiles`]: the k-th tile is of shard k modulo [`RenderPlan::shards`]. So
-/// every shard has some of the easy ones and some of the hard ones.
+/// The tiles of the window are cells of a grid of [`RenderPlan::tile`] pixels. They are dealt out
+/// like cards, in the order of [`tiles`]: tile k belongs to shard k modulo [`RenderPlan::shards`].
+/// So every shard has some of the easy tiles and some of the hard ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RenderPlan {
     schema_version: u32,
     /// The scene, as its file was named, or a standard scene; a file's name is absolute.
     pub scene: String,
-    /// What `phalanx plan` was asked for.
+    /// Arguments of `phalanx plan`.
     pub arguments: Vec<String>,
-    /// The picture to be, seen from the plan's folder; see [`RenderPlan::picture_path`].
+    /// Path of the output picture, relative to the plan's folder; see [`RenderPlan::picture_path`].
     pub output: PathBuf,
-    /// What becomes of radiance in it.
+    /// Encoding of radiance in the output picture.
     pub developing: TileEncoding,
-    /// What its pixels depend on.
+    /// Everything that the picture's pixels depend on.
     pub picture: RenderKey,
-    /// How many shards there are.
+    /// Number of shards.
     pub shards: u32,
     /// Side in pixels of the tiles that are dealt out.
     pub tile: u32,
 }
 
-/// How samples are made of radiance, where the picture's format has samples.
+/// Conversion of radiance to samples, where the picture's format has samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TileEncoding {
-    /// In stops, from -[`MAX_EXPOSURE`] to [`MAX_EXPOSURE`].
+    /// Exposure in stops, from -[`MAX_EXPOSURE`] to [`MAX_EXPOSURE`].
     pub exposure: f32,
-    /// Whether samples are on the sRGB curve, and not linear.
+    /// True if samples are on the sRGB curve, false if they are linear.
     pub srgb: bool,
-    /// Whether they are rounded to the nearest, and not down.
+    /// True if samples are rounded to the nearest value, false if they are rounded down.
     pub round: bool,
     /// Bits of a PNG's samples: 8 or 16.
     pub bits: u8,
 }
 
-/// Why a plan cannot be used.
+/// The reason why a plan cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     /// The file could not be read.
@@ -76,15 +77,15 @@ pub enum PlanError {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// It is none.
+    /// The file is no plan.
     #[error("{}: not a plan: {reason}", path.display())]
     Malformed {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the mistake.
         reason: String,
     },
-    /// A program with another layout made it.
+    /// A program with another layout made the file.
     #[error(
         "{}: made by another version of phalanx: its layout has version {found}, this program reads version {SCHEMA_VERSION}",
         path.display()
@@ -95,12 +96,12 @@ pub enum PlanError {
         /// Version of the file's layout.
         found: u64,
     },
-    /// A field holds what it may not.
+    /// A field holds a value that it may not have.
     #[error("{}: {error}", path.display())]
     Field {
         /// The file.
         path: PathBuf,
-        /// The field, and what it may hold.
+        /// The field, and the values that it may have.
         error: FieldError,
     },
     /// The picture would go where a plan may not send it.
@@ -110,21 +111,21 @@ pub enum PlanError {
         path: PathBuf,
         /// The picture, as the plan names it.
         output: PathBuf,
-        /// Why not.
+        /// The reason why it may not go there.
         reason: &'static str,
     },
-    /// There is no such shard.
+    /// The plan has no such shard.
     #[error("there is no shard {shard}: the plan has {shards}, from 0 to {}", shards - 1)]
     NoShard {
-        /// The number that was asked for.
+        /// The requested number.
         shard: u32,
-        /// How many there are.
+        /// The number of shards.
         shards: u32,
     },
 }
 
 impl RenderPlan {
-    /// A plan of so many shards.
+    /// A plan with the given number of shards.
     pub fn new(
         scene: String,
         arguments: Vec<String>,
@@ -146,7 +147,7 @@ impl RenderPlan {
         }
     }
 
-    /// Reads one, which may be anybody's.
+    /// Reads a plan, which may come from anybody.
     ///
     /// # Errors
     /// [`PlanError`]: a plan of another version of this layout is refused.
@@ -189,7 +190,7 @@ impl RenderPlan {
     /// Checks every field that is not free to hold anything.
     ///
     /// # Errors
-    /// The first field that holds what it may not.
+    /// The first field that holds a value that it may not have.
     pub fn check(&self) -> Result<(), FieldError> {
         let wrong = |field, value: String, expected: &str| {
             Err(FieldError {
@@ -223,8 +224,8 @@ impl RenderPlan {
             let range = format!("1 to {MAX_SHARDS}");
             return wrong("shards", self.shards.to_string(), &range);
         }
-        // As few tiles as this program would have dealt: smaller ones could be more than memory has
-        // room for.
+        // No more tiles than this program would have dealt out: smaller tiles could be more than
+        // memory has room for.
         let side = side(self.picture.window(), self.shards);
         if self.tile != side {
             let picture = format!(
@@ -246,7 +247,7 @@ impl RenderPlan {
         tiles(self.picture.window(), self.tile)
     }
 
-    /// The tiles of a shard, among all of them.
+    /// The tiles of a shard, chosen from all of them.
     pub fn share_of<'a>(&self, tiles: &'a [Tile], shard: u32) -> impl Iterator<Item = Tile> + 'a {
         let from = tiles.get(shard as usize..).unwrap_or_default();
         from.iter().step_by(self.shards.max(1) as usize).copied()
@@ -269,9 +270,9 @@ impl RenderPlan {
     /// The path of the picture, for a plan in the file `plan`.
     ///
     /// # Errors
-    /// [`PlanError::Output`] where it does not lie in the folder of that file, links followed: a
-    /// plan may be anybody's, and must not choose which files are replaced. Whoever merges it may
-    /// name any path instead.
+    /// [`PlanError::Output`] where it does not lie in the folder of that file, links followed. A
+    /// plan may come from anybody, and must not choose which files are replaced. The user who
+    /// merges it may name any path instead.
     pub fn picture_path(&self, plan: &Path) -> Result<PathBuf, PlanError> {
         output_path::allowed(plan, &self.output).map_err(|reason| PlanError::Output {
             path: plan.into(),
@@ -310,7 +311,7 @@ fn side(window: Tile, shards: u32) -> u32 {
     sides.into_iter().find(|&side| enough(side)).unwrap_or(8)
 }
 
-/// A text of a file as it may be shown: a terminal obeys control characters.
+/// Makes a text of a file printable: a terminal would obey its control characters.
 fn printable(text: &str) -> String {
     let escaped = |c: char| match c.is_control() {
         true => c.escape_default().to_string(),
@@ -410,8 +411,8 @@ mod tests {
             ("/shards", json!(100_001), "shards"),
             ("/tile", json!(0), "tile"),
             ("/tile", json!(7), "tile"),
-            // A side that tiles may have, but not these: there would be more of them than anybody
-            // deals out.
+            // A side that tiles may have, but not in this plan: there would be more tiles than
+            // anybody deals out.
             ("/tile", json!(8), "tile"),
             ("/scene", json!(""), "scene"),
             ("/scene", json!("a\nb"), "scene"),
@@ -452,7 +453,7 @@ mod tests {
             let refused = refused(bad);
             assert!(matches!(refused, PlanError::Malformed { .. }), "{refused}");
         }
-        // By its version, whatever else is in it.
+        // The version decides, whatever else is in the plan.
         for version in [1u64, 3, u64::MAX] {
             let refused = refused(&json!({"schema_version": version, "x": 1}).to_string());
             let PlanError::Version { found, .. } = refused else {

@@ -1,8 +1,8 @@
-//! Reads a tile file from its beginning to its end, whatever has become of it, and whoever made it.
+//! Reads a tile file from its beginning to its end, in whatever state it is, and whoever made it.
 //!
-//! The time is in proportion to the file's length, and no memory is asked for that the file does
-//! not fill: a head's numbers are held against the picture and the file before they are used, and
-//! bytes that damaged tiles claim are read again a bounded number of times.
+//! The time is in proportion to the file's length, and no memory is allocated that the file does
+//! not fill. The numbers of a header are checked against the picture and the file before they are
+//! used. Bytes that damaged tiles claim are read again a bounded number of times.
 
 use super::file_header::{self, FileOwner};
 use super::render_key::RenderKey;
@@ -11,16 +11,16 @@ use crate::frame::Tile;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 
-/// Bytes of damaged tiles that are searched for other records, in lengths of the file: heads that
+/// Bytes of damaged tiles that are searched for other records, in lengths of the file. Headers that
 /// overlap could claim the same bytes again and again. After that, a damaged tile is skipped whole.
 const MAX_SEARCHED_PER_BYTE: u64 = 4;
 
-/// What a file holds.
+/// The content of a file.
 pub(super) struct Recovery {
     pub(super) owner: FileOwner,
-    /// Whole tiles, by where their records begin.
+    /// Whole tiles, each with the offset where its record begins.
     pub(super) tiles: Vec<(Tile, u64)>,
-    /// Tiles that are there, but not as they were written.
+    /// Tiles that are present, but not as they were written.
     pub(super) damaged: usize,
     /// The end of the last whole record.
     pub(super) end: u64,
@@ -54,7 +54,7 @@ impl Recovery {
         Ok(recovery)
     }
 
-    /// Reads records from a place on; where there is none, looks for the next.
+    /// Reads records from an offset on; where there is none, looks for the next.
     fn records(
         &mut self,
         places: &mut ForwardReader,
@@ -76,7 +76,7 @@ impl Recovery {
                 at = places.next_magic(at + 1)?.unwrap_or(length);
                 continue;
             };
-            // No more than the file has.
+            // The content is no longer than the file.
             bytes.resize(head.content_bytes(), 0);
             places.read_exact(&mut bytes)?;
             if crc32fast::hash(&bytes) == head.content {
@@ -84,8 +84,8 @@ impl Recovery {
                 (at, self.end) = (end, end);
                 continue;
             }
-            // Its content may have been cut off, with another record where it went on: only as much
-            // as is known is skipped.
+            // The content may have been cut off, with another record where it would have continued:
+            // only as much as is known to belong to it is skipped.
             self.damaged += 1;
             at = match left.checked_sub(bytes.len() as u64) {
                 Some(rest) => {
@@ -101,7 +101,7 @@ impl Recovery {
     }
 }
 
-/// Properties of every record of a picture's file.
+/// Properties that every record of a picture's file shares.
 struct RecordProperties {
     identity: u32,
     window: Tile,
@@ -124,7 +124,7 @@ impl RecordProperties {
     }
 }
 
-/// A file that is read here and there, mostly onward.
+/// A file that is read here and there, mostly forward.
 struct ForwardReader<'a> {
     reader: BufReader<&'a File>,
     at: u64,
@@ -137,14 +137,14 @@ impl ForwardReader<'_> {
         Ok(ForwardReader { reader, at: 0 })
     }
 
-    /// Moves without throwing away what has been read ahead.
+    /// Seeks without discarding data that has been read ahead.
     fn seek_forward(&mut self, at: u64) -> io::Result<()> {
         self.reader.seek_relative(at as i64 - self.at as i64)?;
         self.at = at;
         Ok(())
     }
 
-    /// The first place from `from` on where a record may begin.
+    /// The first offset from `from` on where a record may begin.
     fn next_magic(&mut self, from: u64) -> io::Result<Option<u64>> {
         let finder = memchr::memmem::Finder::new(&tile_record::MAGIC);
         self.seek_forward(from)?;
@@ -153,7 +153,7 @@ impl ForwardReader<'_> {
             if bytes.is_empty() {
                 return Ok(None);
             }
-            // The last bytes that are there may be the first of a magic.
+            // The last bytes of the data may be the first of a magic.
             let cut_off = || {
                 let lengths = (1..tile_record::MAGIC.len()).rev();
                 let mut cut = lengths.filter(|&n| bytes.ends_with(&tile_record::MAGIC[..n]));

@@ -1,5 +1,5 @@
-//! The pixels of a picture depend on this and nothing else: two renders of one identity may share
-//! their tiles.
+//! Key of a picture. Its pixels depend on this and nothing else: two renders with the same key may
+//! share their tiles.
 
 use super::picture_settings::PictureSettings;
 use crate::frame::{Aov, Aovs, Settings, Tile};
@@ -8,8 +8,8 @@ use phalanx_scene::{MAX_SIDE, Scene, check_image_size};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Everything that a pixel's radiance depends on, as names and values for people, and nothing else:
-/// not threads, tile size, kernel or engine, which give the same bits.
+/// Everything that a pixel's radiance depends on, as names and values for people. Threads, tile
+/// size, kernel and engine are not in it, because they give the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RenderKey {
@@ -23,19 +23,19 @@ pub struct RenderKey {
     pub width: u32,
     /// Height of the whole picture in pixels.
     pub height: u32,
-    /// The part of it that is rendered: column, row, width and height.
+    /// The part of the picture that is rendered: column, row, width and height.
     pub region: [u32; 4],
-    /// Names of the layers that are kept beside radiance.
+    /// Names of the AOVs that are stored beside radiance.
     pub layers: Vec<String>,
     /// All other settings.
     pub settings: PictureSettings,
 }
 
-/// A field that holds what it may not, in a plan or in an identity.
+/// A field of a plan or a key that holds a value that it may not have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{field} is {value}: expected {expected}")]
 pub struct FieldError {
-    /// Name of the field, with those that it stands in.
+    /// Name of the field, preceded by the fields that contain it.
     pub field: &'static str,
     /// Its value, without control characters.
     pub value: String,
@@ -43,7 +43,7 @@ pub struct FieldError {
     pub expected: String,
 }
 
-/// A difference between the picture of a file and the one that is asked for.
+/// A difference between the picture of a file and the requested one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeyDifference {
     /// The option, or another name for people.
@@ -61,14 +61,14 @@ impl fmt::Display for KeyDifference {
     }
 }
 
-/// All of them in one sentence.
+/// All differences in one sentence.
 pub(super) fn list_differences(differences: &[KeyDifference]) -> String {
     let all: Vec<String> = differences.iter().map(KeyDifference::to_string).collect();
     all.join(", ")
 }
 
 impl RenderKey {
-    /// Of a scene rendered with these settings.
+    /// The key of a scene rendered with these settings.
     pub fn of(scene: &Scene, settings: &Settings) -> RenderKey {
         let Tile {
             x,
@@ -89,11 +89,11 @@ impl RenderKey {
         }
     }
 
-    /// Checks that it could be one that [`RenderKey::of`] made, whoever wrote the file that it was
-    /// read from.
+    /// Checks that [`RenderKey::of`] could have made this key. The file that it was read from may
+    /// come from anybody.
     ///
     /// # Errors
-    /// The first field that holds what it may not.
+    /// The first field that holds a value that it may not have.
     pub fn check(&self) -> Result<(), FieldError> {
         let wrong = |field, value: String, expected: &str| FieldError {
             field,
@@ -160,17 +160,17 @@ impl RenderKey {
         named.fold(Aovs::default(), |set, (_, aov)| set.with(*aov))
     }
 
-    /// Of all of it, to be kept beside every tile.
+    /// Checksum of the whole key, which is stored beside every tile.
     pub fn checksum(&self) -> u32 {
         crc32fast::hash(self.json().as_bytes())
     }
 
-    /// All of it as a text. There is nothing in it that JSON has no word for.
+    /// The whole key as JSON. It holds nothing that JSON cannot express.
     pub(super) fn json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// The differences between this, the identity of a file, and the one that is asked for.
+    /// The differences between this key, which comes from a file, and the requested one.
     pub fn differences(&self, here: &RenderKey) -> Vec<KeyDifference> {
         let pairs = self.describe().into_iter().zip(here.describe());
         let different = pairs.filter(|((_, there), (_, here))| there != here);

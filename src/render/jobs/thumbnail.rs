@@ -1,11 +1,11 @@
-//! A small picture of what is finished so far, for people who watch.
+//! A small picture of the tiles that are finished so far, for people who watch.
 
 use crate::frame::Tile;
 use phalanx_scene::film::{Film, TileBuffer};
 use std::sync::{Mutex, PoisonError};
 
-/// A window of the picture on a film of few pixels, each the mean of the finished ones in a square
-/// of the window's.
+/// A window of the picture on a film of few pixels. Each pixel is the mean of the finished pixels
+/// in a square of the window.
 #[derive(Debug)]
 pub struct Thumbnail {
     window: Tile,
@@ -13,12 +13,12 @@ pub struct Thumbnail {
     scale: u32,
     width: u32,
     height: u32,
-    /// Sums of red, green and blue, and how many pixels they are of.
+    /// Sums of red, green and blue, and the number of pixels in them.
     sums: Mutex<Vec<[f32; 4]>>,
 }
 
 impl Thumbnail {
-    /// Of a window, neither side longer than `side` pixels.
+    /// A thumbnail of a window, neither side longer than `side` pixels.
     pub fn new(window: Tile, side: u32) -> Thumbnail {
         let scale = window.width.max(window.height).div_ceil(side.max(1)).max(1);
         let (width, height) = (window.width.div_ceil(scale), window.height.div_ceil(scale));
@@ -40,7 +40,7 @@ impl Thumbnail {
         });
     }
 
-    /// Adds a tile that was finished before, of a film of some rows of the window.
+    /// Adds a tile that was finished before, from a film of some rows of the window.
     pub(super) fn add_from(&self, film: &Film, band: Tile, tile: Tile) {
         self.add_rows(tile, |x, y| {
             film.pixel(tile.x - band.x + x, tile.y - band.y + y)
@@ -60,7 +60,7 @@ impl Thumbnail {
         }
     }
 
-    /// What is finished so far; the rest is black.
+    /// The picture so far; pixels that are not finished are black.
     pub fn film(&self) -> Film {
         let mut film = Film::new(self.width, self.height, false);
         let sums = self.sums.lock().unwrap_or_else(PoisonError::into_inner);
@@ -87,7 +87,7 @@ mod tests {
             width: 9,
             height: 4,
         };
-        // Squares of 2x2, the last column's half as wide.
+        // Squares of 2x2; those of the last column are half as wide.
         let thumbnail = Thumbnail::new(window, 5);
         let tile = Tile {
             width: 3,

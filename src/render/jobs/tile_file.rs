@@ -1,10 +1,10 @@
-//! Finished tiles in a file that only ever grows: it may be cut off anywhere, by a crash or a full
-//! disk, and what is whole still counts.
+//! Finished tiles in a file that only ever grows. It may be cut off anywhere, by a crash or a full
+//! disk, and its whole records still count.
 //!
-//! The file begins with the picture's [`RenderKey`] (see `beginning`); then come records (see
-//! `record`), in the order in which tiles were finished. Every tile names the identity's checksum,
-//! too, so that a file with a damaged beginning is still known. A byte that has changed costs the
-//! tile that it belongs to, which is rendered again.
+//! The file begins with the picture's [`RenderKey`] (see `file_header`). Then come records (see
+//! `tile_record`), in the order in which tiles were finished. Every record holds the key's
+//! checksum, too, so that a file with a damaged header can still be identified. A byte that has
+//! changed costs the tile that it belongs to, which is rendered again.
 
 use super::coverage::Coverage;
 use super::file_header::{self, FileOwner, LAYOUT_VERSION};
@@ -20,14 +20,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How often what was written is asked to be on the disk, and not on its way there: what a power
-/// failure may cost.
+/// Interval at which written data is flushed to the disk: a power failure costs at most the data of
+/// one interval.
 const SYNC_INTERVAL: Duration = Duration::from_secs(5);
 
-/// Why a tile file cannot be used.
+/// The reason why a tile file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum TileFileError {
-    /// It could not be read or written.
+    /// The file could not be read or written.
     #[error("cannot use {}: {source}", path.display())]
     Io {
         /// The file.
@@ -41,13 +41,13 @@ pub enum TileFileError {
         /// The file.
         path: PathBuf,
     },
-    /// It is some other file.
+    /// The file is of another kind.
     #[error("{}: not a file of finished tiles", path.display())]
     Other {
         /// The file.
         path: PathBuf,
     },
-    /// A program with another layout made it.
+    /// A program with another layout made the file.
     #[error(
         "{}: made by another version of phalanx: its layout has version {found}, this program reads version {LAYOUT_VERSION}",
         path.display()
@@ -58,7 +58,7 @@ pub enum TileFileError {
         /// Version of the file's layout.
         found: u32,
     },
-    /// It holds tiles of another picture.
+    /// The file holds tiles of another picture.
     #[error("{}: holds tiles of another picture: {}", path.display(), list_differences(differences))]
     Different {
         /// The file.
@@ -68,7 +68,7 @@ pub enum TileFileError {
     },
 }
 
-/// Finished tiles, in a file and known by place.
+/// Finished tiles, stored in a file and found by position.
 #[derive(Debug)]
 pub struct TileFile {
     path: PathBuf,
@@ -78,12 +78,12 @@ pub struct TileFile {
     tiles: Vec<(Tile, u64)>,
     coverage: Coverage,
     pixels: u64,
-    /// Tiles that are there, but not as they were written.
+    /// Tiles that are present, but not as they were written.
     damaged: usize,
     append: Mutex<AppendPosition>,
 }
 
-/// Where the next tile goes.
+/// The position in the file where the next tile is written.
 #[derive(Debug)]
 struct AppendPosition {
     file: File,
@@ -94,10 +94,11 @@ struct AppendPosition {
 }
 
 impl TileFile {
-    /// Opens the file of a picture's tiles to add to it, or begins one where there is none.
+    /// Opens the file of a picture's tiles to add to it, or creates it if it does not exist.
     ///
     /// # Errors
-    /// [`TileFileError`]: also where the file is another picture's, and where another process adds to it.
+    /// [`TileFileError`]: also where the file is another picture's, and where another process adds
+    /// to it.
     pub fn open(path: &Path, key: &RenderKey) -> Result<TileFile, TileFileError> {
         let io = |source| io_error(path, source);
         TileFile::check_place(path)?;
@@ -116,13 +117,13 @@ impl TileFile {
             file.write_all(&head).map_err(io)?;
             *at = head.len() as u64;
         }
-        // Whatever stands behind the last whole record is half of one.
+        // Bytes behind the last whole record are part of an unfinished one.
         file.set_len(*at).map_err(io)?;
         file.seek(SeekFrom::Start(*at)).map_err(io)?;
         Ok(opened)
     }
 
-    /// Opens a file of a picture's tiles to take them from it.
+    /// Opens a file of a picture's tiles to read them.
     ///
     /// # Errors
     /// [`TileFileError`].
@@ -133,7 +134,7 @@ impl TileFile {
         TileFile::scan(path, file, key)
     }
 
-    /// Refuses a place that no tile file can be at, without opening it: tiles are read again from
+    /// Refuses a path that no tile file can be at, without opening it. Tiles are read again from
     /// anywhere in the file, so that pipes, devices and `/dev/stdout` will not do.
     ///
     /// # Errors
@@ -147,7 +148,7 @@ impl TileFile {
         }
     }
 
-    /// Where it is.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -162,13 +163,12 @@ impl TileFile {
         self.damaged
     }
 
-    /// Whether all of a tile was finished when the file was opened.
+    /// Returns true if all of a tile was finished when the file was opened.
     pub fn has(&self, tile: Tile) -> bool {
         self.coverage.has(tile)
     }
 
-    /// Puts finished pixels of a window onto its film; those that are not finished stay as they
-    /// are.
+    /// Copies finished pixels of a window onto its film; the other pixels stay as they are.
     ///
     /// # Errors
     /// The system's reason, or that a tile is no longer what it was.
@@ -177,7 +177,7 @@ impl TileFile {
         let mut end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
         let mut bytes = Vec::new();
         let bottom = window.y + window.height;
-        // They stand in the order of their first rows, and none has more rows than a tile may have.
+        // Tiles are sorted by their first rows, and none has more rows than a tile may have.
         let from = |(tile, _): &(Tile, u64)| tile.y.saturating_add(MAX_SIDE) <= window.y;
         let from = self.tiles.partition_point(from);
         let until = self.tiles.partition_point(|(tile, _)| tile.y < bottom);
@@ -208,7 +208,7 @@ impl TileFile {
         Ok(())
     }
 
-    /// Adds a finished tile. Where that fails, the file ends with the last whole one.
+    /// Appends a finished tile. Where that fails, the file ends with the last whole tile.
     ///
     /// # Errors
     /// The system's reason: that the disk is full, most likely.
@@ -224,7 +224,7 @@ impl TileFile {
         tile_record::write(buffer, tile, self.identity, &pixels.planes());
         let written = file.write_all(buffer);
         if let Err(error) = written {
-            // As much as can be done: what is half written is found out anyway.
+            // Truncation is best effort: an unfinished record is found out anyway.
             let _ = file.set_len(*at);
             let _ = file.seek(SeekFrom::Start(*at));
             return Err(io(error));
@@ -237,7 +237,7 @@ impl TileFile {
         Ok(())
     }
 
-    /// Waits until all of it is on the disk.
+    /// Waits until the whole file is on the disk.
     ///
     /// # Errors
     /// The system's reason.
@@ -248,7 +248,7 @@ impl TileFile {
             .map_err(|source| io_error(&self.path, source))
     }
 
-    /// Looks at every record.
+    /// Reads every record.
     fn scan(path: &Path, file: File, key: &RenderKey) -> Result<TileFile, TileFileError> {
         let io = |source| io_error(path, source);
         let found = Recovery::run(&file, key).map_err(io)?;
@@ -304,12 +304,13 @@ fn io_error(path: &Path, source: io::Error) -> TileFileError {
 fn lock(file: &File, path: &Path) -> Result<(), TileFileError> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(TileFileError::InUse { path: path.into() }),
-        // Some network file systems have no locks; what two renders add to one file is still sound.
+        // Some network file systems have no locks; tiles that two renders add to one file are still
+        // sound.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }
 
-/// Puts the part of a tile that lies in a window onto its film.
+/// Copies the part of a tile that lies in a window onto the window's film.
 fn put(film: &mut Film, window: Tile, tile: Tile, bytes: &[u8]) {
     let part = tile.within(window);
     let plane_bytes = 4 * tile.pixels() as usize;

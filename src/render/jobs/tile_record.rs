@@ -1,25 +1,25 @@
-//! A finished tile as bytes of a tile file: a head of [`HEADER_BYTES`] bytes, numbers
+//! A finished tile as bytes of a tile file: a header of [`HEADER_BYTES`] bytes, numbers
 //! little-endian, then its planes, row by row.
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! |---|---|
 //! | 0 to 8 | [`MAGIC`] |
 //! | 8 to 24 | column, row, width and height of the tile |
-//! | 24 to 28 | how many planes |
+//! | 24 to 28 | number of planes |
 //! | 28 to 32 | checksum of the picture's identity |
 //! | 32 to 36 | checksum of the planes |
-//! | 36 to 40 | checksum of all that stands before |
+//! | 36 to 40 | checksum of all bytes before this field |
 
 use super::render_key::RenderKey;
 use crate::frame::Tile;
 
-/// What a record begins with: in a damaged file, the next record is found by it.
+/// First bytes of a record: in a damaged file, the next record is found by them.
 pub(super) const MAGIC: [u8; 8] = *b"\xf7PHXTILE";
 
-/// Bytes of a head.
+/// Bytes of a header.
 pub(super) const HEADER_BYTES: usize = 40;
 
-/// The longest side of a tile: a head that says more is none.
+/// The longest side of a tile: a header with a longer one is invalid.
 pub(super) const MAX_SIDE: u32 = 1024;
 
 /// Most planes of a tile: more than there are channels.
@@ -30,7 +30,7 @@ pub(super) fn planes(key: &RenderKey) -> u32 {
     3 + key.aovs().channels().count() as u32
 }
 
-/// The head of a record.
+/// The header of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct RecordHeader {
     pub(super) tile: Tile,
@@ -73,7 +73,7 @@ impl RecordHeader {
         bytes
     }
 
-    /// Reads one; none if these bytes are none.
+    /// Reads a header; `None` if these bytes are not a header.
     pub(super) fn read(bytes: &[u8]) -> Option<RecordHeader> {
         let bytes: &[u8; HEADER_BYTES] = bytes.first_chunk()?;
         let word = |at: usize| {
@@ -102,7 +102,7 @@ impl RecordHeader {
     }
 }
 
-/// Writes a record into a buffer, whatever that held.
+/// Writes a record into a buffer, and replaces its content.
 pub(super) fn write(buffer: &mut Vec<u8>, tile: Tile, identity: u32, planes: &[&[f32]]) {
     buffer.clear();
     buffer.resize(HEADER_BYTES, 0);

@@ -1,5 +1,5 @@
 //! Mirror and refracted rays (design document, "Recursive shading model": … + Ks I_R + K_T I_T),
-//! and mirror rays that are spread.
+//! and glossy mirror rays.
 
 use super::surface::{ShadeMaterial, Surface};
 use super::wide;
@@ -12,17 +12,17 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 pub struct SecondaryRays {
     /// Lanes that send a mirror ray.
     pub reflect: Mask8,
-    /// Its origin, unit direction and weight: Ks, or Ks + Kt on total internal reflection.
+    /// Origin of the mirror ray.
     pub reflect_org: Vec3x8,
-    /// Unit direction.
+    /// Unit direction of the mirror ray.
     pub reflect_dir: Vec3x8,
-    /// RGB weight.
+    /// RGB weight of the mirror ray: Ks, or Ks + Kt on total internal reflection.
     pub reflect_weight: Vec3x8,
     /// Lanes that send a refracted ray, of weight Kt.
     pub refract: Mask8,
-    /// Its origin.
+    /// Origin of the refracted ray.
     pub refract_org: Vec3x8,
-    /// Unit direction.
+    /// Unit direction of the refracted ray.
     pub refract_dir: Vec3x8,
 }
 
@@ -72,9 +72,9 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     }
 }
 
-/// Spreads the mirror rays of eight points, reached by rays of these seeds, over the lobe of a
-/// gloss above 0: one ray stands for all of them, and weighs as much. On the side of the geometric
-/// surface where the mirror ray is, it stays.
+/// Samples the glossy lobe around the mirror rays of eight points, for a gloss above 0. The points
+/// were reached by rays of these seeds. One ray stands for the whole lobe, and weighs as much. It
+/// stays on the side of the geometric surface where the mirror ray is.
 pub fn sample_glossy(
     rays: &mut SecondaryRays,
     at: &Surface,
@@ -89,24 +89,24 @@ pub fn sample_glossy(
     rays.reflect_org = offset_origin(at, dir);
 }
 
-/// Origins and unit directions of rays, one from each of eight points that rays of these seeds
-/// reached, to where it may be open: about the shading normal by the cosine, and on the outside of
-/// the geometric surface.
+/// Origins and unit directions of ambient occlusion rays, one from each of eight points, which rays
+/// of these seeds reached. Directions are cosine-distributed about the shading normal, and on the
+/// outside of the geometric surface.
 pub fn sample_ao_ray(at: &Surface, seeds: [u32; LANES], sample: u32) -> (Vec3x8, Vec3x8) {
     let local = sampling::cosine_hemisphere(sampling::points(seeds, sample, Dimension::Sky));
     let dir = mirror_into_hemisphere(at, to_world(local, at.ns), at.ng).normalized();
     (offset_origin(at, dir), dir)
 }
 
-/// Vectors given about z, about unit vectors.
+/// Rotates vectors from a frame whose z axis is `axis` into the world; axes are unit vectors.
 fn to_world(local: [[f32; LANES]; 3], axis: Vec3x8) -> Vec3x8 {
     let axis = [axis.x, axis.y, axis.z].map(F32x8::to_array);
     let [x, y, z] = sampling::to_frame(local, axis).map(F32x8::new);
     Vec3x8::new(x, y, z)
 }
 
-/// Directions as they are, if they lie on the side of the geometric surface where `inner` does, and
-/// else reflected by it.
+/// Directions that lie on the side of the geometric surface where `inner` does stay as they are;
+/// others are reflected by the surface.
 fn mirror_into_hemisphere(at: &Surface, dir: Vec3x8, inner: Vec3x8) -> Vec3x8 {
     let along = dir.dot(at.ng);
     let (out, right) = (along.ge(F32x8::ZERO), inner.dot(at.ng).ge(F32x8::ZERO));

@@ -1,11 +1,12 @@
-//! Hits that instances show: evaluated in the space of the mesh, and moved into the world's.
+//! Hits on instances: evaluated in the space of the mesh, and transformed into the world's.
 
 use super::surface::{SurfacePoint, gather_column, unit_or};
 use phalanx_scene::{PAD, Scene};
 use phalanx_trace::packet::RayPacket;
 use phalanx_trace::simd::{F32x8, LANES, Lanes, Vec3x8};
 
-/// The maps of eight instances, both ways: three columns of the matrix and the translation each.
+/// The transforms of eight instances, both ways: three columns of the matrix and the translation
+/// each.
 pub(super) struct InstanceTransforms {
     to_object: [Vec3x8; 4],
     to_world: [Vec3x8; 4],
@@ -29,10 +30,10 @@ impl InstanceTransforms {
         }
     }
 
-    /// A place of the meshes' space in the world. Normals go back through the transpose of the map
-    /// that brought the rays. As with ellipsoids, the offset makes good the rounding of the next
-    /// ray's way into the mesh's space, where a step along the normal counts by the length of the
-    /// gradient Mᵀn.
+    /// Transforms a point of the meshes' space into the world. Normals go back through the
+    /// transpose of the map that brought the rays. As with ellipsoids, the offset covers the
+    /// rounding of the next ray's transform into the mesh's space, where a step along the normal
+    /// counts by the length of the gradient Mᵀn.
     pub(super) fn to_world(&self, inside: SurfacePoint, rays: &RayPacket) -> SurfacePoint {
         let point = linear(&self.to_world, inside.point) + self.to_world[3];
         let [mx, my, mz, shift] = self.to_object;

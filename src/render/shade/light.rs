@@ -1,6 +1,6 @@
 //! One light on eight surface points: attenuation (design document, "Lighting model") and the
-//! Blinn-Phong terms ("Shading model"), before visibility. Each point may see a place of its own of
-//! a light with an area.
+//! Blinn-Phong terms ("Shading model"), before visibility. Each point may have its own position on
+//! an area light.
 
 use super::pow::pow;
 use super::surface::{ShadeMaterial, Surface};
@@ -10,8 +10,8 @@ use phalanx_scene::sampling::{self, Dimension};
 use phalanx_scene::{LightShape, Scene};
 use phalanx_trace::simd::{F32x8, LANES, Lanes, Mask8, Vec3x8};
 
-/// What one light would add to eight points if nothing stood between, and the shadow rays that find
-/// out.
+/// Unoccluded contribution of one light to eight points, and the shadow rays that test its
+/// visibility.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// Lanes where the light adds something: it faces the surface and its term is not zero.
@@ -20,12 +20,13 @@ pub struct LightSample {
     pub radiance: Vec3x8,
     /// Shadow ray origin: the hit point, offset toward the viewer.
     pub org: Vec3x8,
-    /// Toward the light: L − P for a point light, the unit direction for a directional one.
+    /// Shadow ray direction toward the light: L − P for a point light, the unit direction for a
+    /// directional one.
     pub dir: Vec3x8,
 }
 
-/// Where a light is, for points reached by rays of these seeds: all see the same place but of a
-/// light with an area.
+/// Position of a light, for points reached by rays of these seeds. All points get the same
+/// position, except on an area light.
 pub fn sample_light_position(
     scene: &Scene,
     light: usize,
@@ -48,8 +49,8 @@ pub fn sample_light_position(
     }
 }
 
-/// Evaluates light `light`, which is at `position`, for a batch; `tint` is its texture's colour, if
-/// it has a texture.
+/// Evaluates light `light` at position `position` for a batch. `tint` is the colour of the
+/// material's texture, if there is one.
 pub fn sample_light(
     scene: &Scene,
     light: usize,
@@ -93,7 +94,7 @@ pub fn sample_light(
     }
 }
 
-/// Lanes with a component that is a number other than zero, and none that is not a number.
+/// Lanes that have a component other than zero, and no NaN component.
 fn is_nonzero(v: Vec3x8) -> Mask8 {
     let any = |c: F32x8| c.lt(F32x8::ZERO) | c.gt(F32x8::ZERO);
     let number = v.x.eq(v.x) & v.y.eq(v.y) & v.z.eq(v.z);

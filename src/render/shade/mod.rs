@@ -1,13 +1,14 @@
-//! Hits, grouped by material, become local radiance and outgoing rays. Emits queues; never traces.
+//! Shading: hits, grouped by material, become local radiance and outgoing rays. Emits queues; never
+//! traces.
 //!
 //! | file | design document |
 //! |---|---|
-//! | `surface` | where the ray hit: point, normals, offset |
-//! | `instance` | the same for what an instance shows |
+//! | `surface` | geometry of the hit: point, normals, offset |
+//! | `instance` | the same for hits on instances |
 //! | `light` | "Lighting model" and "Shading model": attenuation, Blinn-Phong |
 //! | `bounce` | "Recursive shading model": mirror and refracted rays |
 //! | `pow` | the specular power, eight lanes at a time |
-//! | `texture` | what Ka and Kd are multiplied with |
+//! | `texture` | the texture colours that Ka and Kd are multiplied with |
 //!
 //! The oracle does the same operations in the same order, one ray at a time.
 

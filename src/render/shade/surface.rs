@@ -1,4 +1,4 @@
-//! Eight hits of one kind and one material: where they are and which way the surface faces.
+//! Eight hits of one kind and one material: their points, and the normals of the surface.
 
 use super::instance::InstanceTransforms;
 use glam::Vec3;
@@ -22,8 +22,8 @@ pub struct Surface {
     pub ns: Vec3x8,
     /// Unit direction of the ray that hit.
     pub dir: Vec3x8,
-    /// How far along `ng` secondary rays start: a bound on the rounding error of the point and of
-    /// the next test.
+    /// Distance along `ng` at which secondary rays start: a bound on the rounding error of the
+    /// point and of the next test.
     pub offset: F32x8,
     /// Lanes whose ray came from outside, by the geometric normal.
     pub entering: Mask8,
@@ -34,7 +34,8 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// The packet of the wave that it is, if it is one as it stands.
+    /// Index of the packet of the wave whose lanes these are, if it is a whole packet in its
+    /// original order.
     pub fn whole_packet(&self) -> Option<usize> {
         let first = self.ray[0];
         let in_turn = self.ray == std::array::from_fn(|lane| first.wrapping_add(lane as u32));
@@ -43,18 +44,18 @@ impl Surface {
     }
 }
 
-/// One material, its colours ready to be multiplied.
+/// One material, with colours ready to be multiplied.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadeMaterial {
-    /// Ambient.
+    /// Ambient colour.
     pub ka: Vec3,
-    /// Emission.
+    /// Emission colour.
     pub ke: Vec3,
-    /// Diffuse.
+    /// Diffuse colour.
     pub kd: Vec3,
-    /// Specular.
+    /// Specular colour.
     pub ks: Vec3,
-    /// Transmission.
+    /// Transmission colour.
     pub kt: Vec3,
     /// Blinn exponent.
     pub shininess: f32,
@@ -63,7 +64,7 @@ pub struct ShadeMaterial {
 }
 
 impl ShadeMaterial {
-    /// Reads one row of the columns. Whoever asks wants a few of them, and the rest is not read
+    /// Reads one row of the columns. Callers use a few of the fields, and the rest is not read
     /// where this is inlined.
     #[inline(always)]
     pub fn of(scene: &Scene, index: u32) -> ShadeMaterial {
@@ -79,21 +80,21 @@ impl ShadeMaterial {
         }
     }
 
-    /// What Ks and Kt are parts of where it is told how much of its camera ray a bounce carries:
-    /// what they add up to, but no less than 1. Divided by it, the weights of all that a hit sends
-    /// add up to 1 at most, and so do the shares of a camera ray's bounces at every depth, whatever
-    /// the materials: no more than 1/w of them in each component are w or more.
+    /// Divisor that turns Ks and Kt into shares: Ks + Kt, but no less than 1. Shares tell how much
+    /// of its camera ray a bounce carries. After division by it, the weights of all that a hit
+    /// sends add up to 1 at most, and so do the shares of a camera ray's bounces at every depth,
+    /// whatever the materials. So no more than 1/w of them in each component are w or more.
     pub fn secondary_weight(&self) -> Vec3 {
         (self.ks.abs() + self.kt.abs()).max(Vec3::ONE)
     }
 }
 
-/// What eight hits must share to be shaded together.
+/// Properties that eight hits must share to be shaded together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShadeGroup {
     /// Kind of primitive.
     pub kind: PrimKind,
-    /// Whether instances show them.
+    /// True if the hits are on instances.
     pub instanced: bool,
     /// Material.
     pub material: u32,
@@ -144,8 +145,9 @@ pub(super) struct SurfacePoint {
     pub(super) offset: F32x8,
 }
 
-/// In the space where the primitives are stored. `back` is the unit vector against the rays there,
-/// the normal of what has none; a ray's own direction is no unit vector within an instance.
+/// Evaluates hits in the space where the primitives are stored. `back` is the unit vector against
+/// the rays there; it is the normal of surfaces that have none. A ray's own direction is no unit
+/// vector within an instance.
 fn surface_point(
     scene: &Scene,
     kind: PrimKind,
@@ -177,7 +179,7 @@ pub(super) fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
     Vec3x8::select(squared.gt(F32x8::ZERO), unit, otherwise)
 }
 
-/// Where each ray meets its triangle, on its plane.
+/// Point where each ray meets its triangle, on the triangle's plane.
 fn triangle(
     scene: &Scene,
     rows: &[usize; LANES],
@@ -212,25 +214,25 @@ fn triangle(
     }
 }
 
-/// Where rays meet triangles, in `f64` until it is known: so a point is on its triangle's plane to
-/// within its own rounding wherever that is and however large the triangle, and its error is nobody
-/// else's.
+/// Points where rays meet triangles, computed in `f64` and then rounded. So a point is on its
+/// triangle's plane to within its own rounding, wherever that is and however large the triangle. No
+/// other error adds to it.
 struct TriangleHitPoints {
     point: Vec3x8,
-    /// Of unit length where `solid`.
+    /// Geometric normal, of unit length where `solid`.
     normal: Vec3x8,
     /// Lanes whose triangle has an area.
     solid: Mask8,
     /// Largest component of two edges.
     edges: F32x8,
-    /// Largest component of the ray's way to it.
+    /// Largest component of the ray's path to the hit.
     ray_extent: F32x8,
 }
 
 impl TriangleHitPoints {
-    /// Of a triangle that is large where it is met, the point is the ray's in the plane; of others
-    /// it is that of the barycentric weights, which is within the triangle: an `f32` weight is as
-    /// good as the triangle is small.
+    /// For a triangle that is large at its hit distance, the point is the ray's point in the plane.
+    /// For others it is that of the barycentric weights, which is within the triangle: an `f32`
+    /// weight is as accurate as the triangle is small.
     #[inline(always)]
     fn of(corners: [Vec3x8; 3], rays: &RayPacket, hits: &HitPacket) -> TriangleHitPoints {
         let [a, b, c] = corners.map(Vec3Lanes::from);
@@ -271,12 +273,12 @@ fn max_abs_component(v: Vec3Lanes<F64x8>) -> F64x8 {
     v.x.abs().max(v.y.abs()).max(v.z.abs())
 }
 
-/// A triangle is large that is so many times as long as its hit is far: there, what weights lose
-/// could be seen.
+/// Ratio of a triangle's length to the distance of its hit, above which it counts as large: there,
+/// the error of the weights could be visible.
 const MAX_LENGTH_PER_DISTANCE: f64 = 64.0;
 
-/// How far, relatively, the distance to the plane may be from the hit's: farther apart they are
-/// where the ray is in the plane.
+/// Largest relative difference between the distance to the plane and the hit's distance; beyond it
+/// the ray lies in the plane.
 const MAX_DISTANCE_ERROR: f64 = 1.0 / 4096.0;
 
 /// Interpolated vertex normals; lanes of triangles without them keep `ng`.
@@ -296,9 +298,9 @@ fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng:
 }
 
 /// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the
-/// radius, for the normal's length and the product, and by u|n|·|p| for its own rounding; the
-/// offset's rounding is as much, and the next ray's test loses 3u of the radius: in f·f − r², and
-/// in r². [`PAD`] is 32u of it, so that a point where spheres pass through each other is beyond the
+/// radius, for the normal's length and the product, and by u|n|·|p| for its own rounding. The
+/// offset's rounding is as much. The next ray's test loses 3u of the radius: in f·f − r², and in
+/// r². [`PAD`] is 32u of it, so that a point where spheres pass through each other is beyond the
 /// other one, too.
 fn sphere(
     scene: &Scene,
@@ -321,7 +323,7 @@ fn sphere(
 }
 
 /// Point and normal on the unit sphere in object space; the normal goes back through the inverse
-/// transpose. The offset makes good the rounding of the next ray's way into object space, where a
+/// transpose. The offset covers the rounding of the next ray's transform into object space, where a
 /// step along the normal counts by the length of the gradient Mᵀn.
 fn ellipsoid(
     scene: &Scene,
@@ -353,12 +355,13 @@ fn ellipsoid(
     }
 }
 
-/// Distance from the axis and height of the ray's point are put back onto the line of the cone's
-/// profile, across it, so that the point moves no farther than it has to, whatever the slope. Its
-/// error is then, per axis, some 6 ulp of the lengths within the cone's box; the next test's way
-/// into the cone's own coordinates adds some 8 of those, times √3 for a slanted normal; [`PAD`] is
-/// 32 ulp. Its place in the world is rounded twice, as a plane's: [`PLANE_ROUNDING`]. At the very
-/// tip there is no way away from the axis: the normal points back along the ray.
+/// The hit point's distance from the axis and its height are put back onto the line of the cone's
+/// profile, perpendicular to that line. So the point moves no farther than it has to, whatever the
+/// slope. Its error is then, per axis, some 6 ulp of the lengths within the cone's box. The next
+/// test's transform into the cone's own coordinates adds some 8 of those, times √3 for a slanted
+/// normal. [`PAD`] is 32 ulp. The point's world position is rounded twice, as a plane's:
+/// [`PLANE_ROUNDING`]. At the very tip there is no direction away from the axis: the normal points
+/// back along the ray.
 fn cone(
     scene: &Scene,
     rows: &[usize; LANES],

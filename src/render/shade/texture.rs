@@ -1,9 +1,9 @@
-//! What a texture multiplies Ka and Kd with, at eight hits: bilinear between texel centres, decoded
-//! from sRGB first.
+//! Texture colours that Ka and Kd are multiplied with, at eight hits: bilinear between texel
+//! centres, decoded from sRGB first.
 //!
-//! Places come out of any finite texture coordinates, however large: those beyond ±[`WHOLE`] count
-//! as whole numbers, as single precision has no fractions to speak of there, and so does what
-//! overflows on the way.
+//! Texel positions follow from any finite texture coordinates, however large. Coordinates beyond
+//! ±[`WHOLE`] count as whole numbers, as single precision has almost no fractions there. So do
+//! values that overflow on the way.
 
 use phalanx_scene::sampling::{ROUND_MAGIC, linear_of_srgb};
 use phalanx_scene::{NO_TEXTURE, Scene, Texture, Wrap};
@@ -16,8 +16,8 @@ pub const WHITE: Vec3x8 = Vec3x8::new(F32x8::ONE, F32x8::ONE, F32x8::ONE);
 /// 2²²: from here on a number counts as whole. Below it adding [`ROUND_MAGIC`] rounds.
 const WHOLE: f32 = 4_194_304.0;
 
-/// The colour of a material's texture at eight hits on triangles; 1 where the material has none or
-/// the triangle has no places on it.
+/// The colour of a material's texture at eight hits on triangles; 1 where the material has no
+/// texture or the triangle has no texture coordinates.
 pub fn texture_color(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     let texture = scene.materials.texture[material as usize];
     if texture == NO_TEXTURE {
@@ -45,7 +45,8 @@ pub fn texture_color(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     Vec3x8::select(Mask8::from_bits(given), color, WHITE)
 }
 
-/// Between the four texels around a place: a + (b − a)·t along the rows, then between the rows.
+/// Interpolates between the four texels around a point: a + (b − a)·t along the rows, then between
+/// the rows.
 fn sample(texture: &Texture, u: F32x8, v: F32x8) -> Vec3x8 {
     let across = TexelPair::of(u, texture.wrap[0], texture.width);
     let down = TexelPair::of(v, texture.wrap[1], texture.height);
@@ -66,7 +67,8 @@ fn sample(texture: &Texture, u: F32x8, v: F32x8) -> Vec3x8 {
     above + (below - above).scale(down.weight)
 }
 
-/// The two texels around a place in one direction, and how far it is from the first to the second.
+/// The two texels around a coordinate in one direction, and its relative distance from the first to
+/// the second.
 struct TexelPair {
     lower: [u32; LANES],
     upper: [u32; LANES],
@@ -101,8 +103,8 @@ impl TexelPair {
     }
 }
 
-/// What is left of the next smaller whole number, in \[0, 1\]; 0 for what counts as whole, or is no
-/// number.
+/// Fractional part, in \[0, 1\]: the distance to the next smaller whole number. 0 for numbers that
+/// count as whole, and for NaN.
 fn fraction(x: F32x8) -> F32x8 {
     let fine = x.abs().lt(F32x8::splat(WHOLE));
     fine.select(x - floor(x), F32x8::ZERO)

@@ -27,7 +27,7 @@ fn ours() -> RenderKey {
     identity(80)
 }
 
-/// A pixel's radiance says where it is.
+/// A colour that encodes the pixel's position.
 fn color(x: u32, y: u32) -> [f32; 3] {
     [x as f32, y as f32, (x * y) as f32]
 }
@@ -47,14 +47,14 @@ fn all() -> Vec<Tile> {
     tiles(ours().window(), SIDE)
 }
 
-/// A file of these tiles.
+/// Writes a file of these tiles.
 fn write(path: &Path, tiles: &[Tile]) {
     let file = TileFile::open(path, &ours()).unwrap();
     tiles.iter().for_each(|tile| add(&file, *tile));
     file.sync().unwrap();
 }
 
-/// The tiles that a file has, after asserting that all of their pixels are what they were.
+/// The tiles that a file has, after asserting that all of their pixels are unchanged.
 fn held(file: &TileFile) -> Vec<Tile> {
     let window = ours().window();
     let mut film = Film::new(window.width, window.height, false);
@@ -85,7 +85,7 @@ fn what_was_added_is_there_when_it_is_opened_again() {
     write(&path, &all[..3]);
     let again = TileFile::open(&path, &ours()).unwrap();
     assert_eq!(held(&again), all[..3]);
-    // And after taking some back, adding goes on at the end.
+    // After some were restored, new tiles go to the end.
     add(&again, all[3]);
     drop(again);
     let file = TileFile::read(&path, &ours()).unwrap();
@@ -155,7 +155,7 @@ fn a_byte_that_has_changed_costs_its_tile_and_no_other() {
             .map(|k| all[k])
             .collect();
         assert_eq!(held(&file), left, "byte {at}");
-        // It is rendered again, and then all are there.
+        // The damaged tile is rendered again, and then all are there.
         if let Some(hurt) = hurt {
             add(&file, all[hurt]);
         }
@@ -212,7 +212,7 @@ fn seconds_to_read(path: &Path, bytes: &[u8], key: &RenderKey) -> (f64, TileFile
     (start.elapsed().as_secs_f64(), file)
 }
 
-/// A head without its content, or with another.
+/// A record header without its content, or with another.
 fn claim(key: &RenderKey, tile: Tile, planes: usize) -> Vec<u8> {
     let plane = vec![0.5; tile.pixels() as usize];
     let mut bytes = Vec::new();
@@ -221,7 +221,7 @@ fn claim(key: &RenderKey, tile: Tile, planes: usize) -> Vec<u8> {
     bytes
 }
 
-/// Read once for each head, the claimed bytes would be terabytes.
+/// Overlapping headers: read once for each of them, the claimed bytes would be terabytes.
 #[test]
 fn heads_that_claim_the_same_bytes_cost_no_more_than_their_file_is_long() {
     let folder = tempfile::tempdir().unwrap();
@@ -262,7 +262,7 @@ fn records_that_the_picture_cannot_have_count_for_nothing() {
         height,
     };
     for (tile, planes) in [
-        // Ours have three planes, and lie in 60x50 pixels from (5, 3).
+        // Valid tiles have three planes, and lie in 60x50 pixels from (5, 3).
         (tile(8, 8, 8, 8), 2),
         (tile(8, 8, 8, 8), 4),
         (tile(0, 0, 8, 8), 3),
