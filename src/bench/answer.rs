@@ -1,4 +1,4 @@
-//! What rays hit, kept to be compared: a rate only counts for the right answer.
+//! Results of tracing a set of rays, kept for comparison: a rate only counts for the right results.
 
 use super::ray_kind::QueryKind;
 use phalanx_trace::packet::{HitPacket, NO_PRIM};
@@ -6,21 +6,21 @@ use phalanx_trace::simd::{LANES, LaneMask, LaneU32, Mask8};
 
 /// The answer to a set of rays, packet by packet.
 pub enum Answer {
-    /// What each ray hits first.
+    /// The closest hit of each ray.
     Closest(Vec<HitPacket>),
-    /// Which lanes (as bits) of each packet are occluded.
+    /// Occluded lanes of each packet, as bits.
     Occluded(Vec<u8>),
 }
 
 /// Relative difference in distance within which two hits on different primitives count as the same
-/// place: peers number coincident surfaces otherwise, and round otherwise.
+/// position. Peers number coincident surfaces in another order, and round in another way.
 pub const MAX_DISTANCE_ERROR: f32 = 1e-4;
 
-/// Share of rays that a peer may answer otherwise and still count: 0.01 %.
+/// Share of rays whose result may differ for a peer that still counts: 0.01 %.
 pub const MAX_DIFFERING_SHARE: f64 = 1e-4;
 
 impl Answer {
-    /// Room for the answer to a question about some packets: nothing hit.
+    /// Storage for the results of a query on some packets, initialised to no hit.
     pub fn with_capacity(query: QueryKind, packets: usize) -> Answer {
         match query {
             QueryKind::Closest => Answer::Closest(vec![HitPacket::miss(); packets]),
@@ -28,7 +28,7 @@ impl Answer {
         }
     }
 
-    /// How many of the first `rays` rays hit anything.
+    /// Number of hits among the first `rays` rays.
     pub fn hits(&self, rays: usize) -> usize {
         let packets = rays.div_ceil(LANES);
         let lanes = |packet| live(packet, rays).bits();
@@ -47,9 +47,9 @@ impl Answer {
         }
     }
 
-    /// CRC-32 over the answers to the first `rays` rays: of each its `prim_id` and the bits of `t`,
-    /// `u` and `v`, little-endian, zeros but for the first where nothing is hit; or one byte a ray,
-    /// 1 where it is occluded.
+    /// CRC-32 over the results of the first `rays` rays. For each ray these are its `prim_id` and
+    /// the bits of `t`, `u` and `v`, little-endian; where nothing is hit, all but the first are
+    /// zeros. For occlusion it is one byte a ray, 1 where it is occluded.
     pub fn checksum(&self, rays: usize) -> u32 {
         let mut crc = crc32fast::Hasher::new();
         for packet in 0..rays.div_ceil(LANES) {
@@ -66,7 +66,7 @@ impl Answer {
         crc.finalize()
     }
 
-    /// The first of some rays that has not the same answer, bit by bit.
+    /// The first of some rays whose results differ in any bit.
     pub fn first_difference(
         &self,
         other: &Answer,
@@ -76,15 +76,14 @@ impl Answer {
         rays.into_iter().find(|&ray| self.differs(other, ray, same))
     }
 
-    /// Share of `rays` rays that a peer answers otherwise: one of the two hits and the other does
-    /// not, or they hit different primitives in different places ([`MAX_DISTANCE_ERROR`]).
+    /// Share of `rays` rays for which a peer has another result: one of the two hits and the other
+    /// does not, or they hit different primitives at different positions ([`MAX_DISTANCE_ERROR`]).
     pub fn share_of_differences(&self, peer: &Answer, rays: usize) -> f64 {
         let differs = |ray: &usize| self.differs(peer, *ray, same_place);
         (0..rays).filter(differs).count() as f64 / rays.max(1) as f64
     }
 
-    /// Whether a ray has another answer there, two closest hits being held against each other by
-    /// `same`.
+    /// Tests if a ray has different results in two answers. `same` compares two closest hits.
     fn differs(
         &self,
         other: &Answer,
@@ -99,7 +98,7 @@ impl Answer {
         }
     }
 
-    /// What a ray hit, in words.
+    /// The result of a ray, in words.
     pub fn describe(&self, ray: usize) -> String {
         let (packet, lane) = (ray / LANES, ray % LANES);
         match self {
@@ -172,7 +171,7 @@ mod tests {
             assert_ne!(right.checksum(8), wrong.checksum(8));
             assert_eq!(right.checksum(ray), wrong.checksum(ray));
         }
-        // What t holds where nothing was hit is nobody's business.
+        // The value of t is irrelevant where nothing was hit.
         t = T;
         t[2] = 99.0;
         assert_eq!(right.first_difference(&answer(IDS, t), 0..8), None);

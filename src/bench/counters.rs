@@ -1,4 +1,4 @@
-//! Work, counted: one pass of every kernel over every set, on one thread and without a clock.
+//! Counted work: one pass of every kernel over every set, on one thread and without a clock.
 
 use super::ray_kind;
 use super::workload::Workload;
@@ -7,7 +7,7 @@ use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::HitPacket;
 use phalanx_trace::{Kernel, Traversal};
 
-/// What a kernel does for a set of rays.
+/// Counts the work of a kernel on a set of rays.
 pub(super) fn count_work(
     scene: &str,
     bvh: &Bvh,

@@ -1,20 +1,24 @@
-//! The rays in a file, with the right answers, for others to replay in their own tracer.
+//! The rays in a file, with the right results, for others to replay in their own tracer.
 //!
 //! All numbers are little-endian; f32 and u32 take four bytes, u64 and f64 eight.
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! |---|---|
 //! | 8 | `PHXRAYS2` |
-//! | 3 f64 | the scene's origin: rays are in coordinates that begin there, in those of the scene's file |
+//! | 3 f64 | origin of the rays' coordinates, in the coordinates of the scene's file |
 //! | u32 | number of sets |
 //! | | then for each set: |
-//! | 16 | its kind, ASCII, filled up with zeros |
-//! | u32 | 0: the closest hit is asked for, 1: occlusion |
-//! | f32 | hits count for 0 < t < this, in units of the direction; infinity where there is no limit |
+//! | 16 | its kind, ASCII, padded with zeros |
+//! | u32 | query: 0 for the closest hit, 1 for occlusion |
+//! | f32 | tmax: hits count for 0 < t < tmax; infinity where there is no limit |
 //! | u64 | n, the number of rays |
-//! | n × 6 f32 | origin and direction (not always of unit length) of each |
-//! | n × u32 | the answer: the primitive, numbered as in the scene, 4294967295 for none; or 1 where occluded, else 0 |
+//! | n × 6 f32 | origin and direction of each ray |
+//! | n × u32 | result of each ray: primitive, or occlusion (see below) |
 //! | n × f32 | t of the closest hit, 0 where there is none; 0 for occlusion |
+//!
+//! t and tmax are in units of the direction, which is not always of unit length. Primitives are
+//! numbered as in the scene; 4294967295 stands for none. Occlusion is 1 where the ray is occluded,
+//! else 0.
 
 use super::answer::Answer;
 use super::error::BenchError;
@@ -27,10 +31,10 @@ use phalanx_trace::packet::NO_PRIM;
 use phalanx_trace::simd::LANES;
 use std::io::{self, Write};
 
-/// What the file starts with.
+/// Magic bytes at the beginning of the file.
 pub const MAGIC: [u8; 8] = *b"PHXRAYS2";
 
-/// Why there is no ray file.
+/// The reason why there is no ray file.
 #[derive(Debug, thiserror::Error)]
 pub enum DumpError {
     /// The scene gives no rays.
@@ -41,8 +45,8 @@ pub enum DumpError {
     Io(#[from] io::Error),
 }
 
-/// Writes the ray sets that a plan asks for, with the oracle's answers; says how many rays of each
-/// kind there are.
+/// Writes the ray sets of a plan, with the oracle's results. Returns the number of rays of each
+/// kind.
 ///
 /// # Errors
 /// [`DumpError`].

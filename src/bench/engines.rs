@@ -1,4 +1,4 @@
-//! Our own kernels and the oracle as contenders.
+//! Our own kernels and the oracle as benchmark engines.
 
 use crate::peers::{BenchEngine, BenchEngineThread, RaySetRef};
 use phalanx_oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};

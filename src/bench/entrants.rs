@@ -1,5 +1,5 @@
-//! Who traces a set of rays: our kernels, the oracle, and the peers' modes with what they answer
-//! otherwise.
+//! Entrants that trace a set of rays: our kernels, the oracle, and the peers' modes with the share
+//! of their results that differ.
 
 use super::answer::MAX_DIFFERING_SHARE;
 use super::engines::{KernelEngine, OracleEngine};
@@ -11,7 +11,7 @@ use crate::report::{Estimate, RateRow};
 use phalanx_scene::Scene;
 use phalanx_trace::Kernel;
 
-/// One way to trace a set of rays, its answer known.
+/// One engine and mode on a set of rays, with its results compared.
 pub(super) struct Entrant<'a> {
     engine: &'static str,
     kernel: String,
@@ -23,8 +23,8 @@ pub(super) struct Entrant<'a> {
 /// A peer's name, and the scene in its form.
 pub(super) type NamedPeerScene = (&'static str, PeerScene);
 
-/// The kernels to be timed, `auto` among them. Work is counted without it: which kernels it is made
-/// of depends on the build, and counts must not.
+/// The kernels to be timed, `auto` among them. Work is counted without `auto`: the kernels that it
+/// selects depend on the build, and counts must not.
 pub(super) fn kernels(plan: &BenchPlan) -> Vec<Kernel> {
     let all = Kernel::ALL.iter().map(|&(_, kernel)| kernel);
     let wanted = |kernel: &Kernel| match kernel {
@@ -34,7 +34,7 @@ pub(super) fn kernels(plan: &BenchPlan) -> Vec<Kernel> {
     all.filter(wanted).collect()
 }
 
-/// Everybody who is to trace a set of rays. Ours have been checked before; peers are asked here.
+/// All entrants for a set of rays. Our kernels have been checked before; peers are compared here.
 pub(super) fn entrants<'a>(
     scene: &'a Scene,
     trees: &'a BenchTrees,
@@ -94,7 +94,7 @@ impl Entrant<'_> {
         }
     }
 
-    /// Its row, yet without samples.
+    /// The entrant's row, without samples so far.
     pub(super) fn row(&self, info: &SceneInfo, workload: &Workload, threads: usize) -> RateRow {
         RateRow {
             hits: self.hits,

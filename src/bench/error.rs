@@ -1,11 +1,11 @@
-//! Why there are no rates: a wrong answer, or a scene that gives no rays.
+//! Errors of a benchmark: a wrong result, or a scene that gives no rays.
 
 use phalanx_scene::ViewError;
 
-/// Why a scene was not measured.
+/// The reason why a scene was not measured.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BenchError {
-    /// A kernel of ours, or the oracle, does not give the right answer.
+    /// One of our kernels, or the oracle, gives a wrong result.
     #[error("{scene}: {kind} ray {ray}: {kernel} says {found}, and it should be {expected}")]
     Kernel {
         /// The scene.
@@ -14,23 +14,23 @@ pub enum BenchError {
         kind: &'static str,
         /// The kernel, or `oracle`.
         kernel: String,
-        /// Number of the first such ray in its set.
+        /// Index of the first such ray in its set.
         ray: usize,
-        /// Its answer.
+        /// The result that was found.
         found: String,
-        /// The oracle's, or the suite's.
+        /// The oracle's result, or the suite's.
         expected: String,
     },
-    /// Kernels and oracle agree, but the suite expects something else.
+    /// Kernels and oracle agree, but the suite expects another result.
     #[error("{scene}: {kind} rays: the suite expects {expected}, but there are {found}")]
     Suite {
         /// The scene.
         scene: String,
         /// Kind of rays.
         kind: &'static str,
-        /// As the suite says.
+        /// The suite's result.
         expected: String,
-        /// As found.
+        /// The result that was found.
         found: String,
     },
     /// The frames of packet engine and oracle differ.
@@ -42,7 +42,7 @@ pub enum BenchError {
         kernel: String,
         /// Column of the first such pixel.
         x: u32,
-        /// Its row.
+        /// Row of that pixel.
         y: u32,
     },
     /// The scene was not validated.

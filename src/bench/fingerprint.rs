@@ -1,10 +1,10 @@
-//! What tells one scene from another: a checksum over everything that rays can meet.
+//! Fingerprint of a scene: a checksum over everything that rays can hit.
 
 use glam::Vec3;
 use phalanx_scene::{PrimKind, Scene};
 
-/// CRC-32 over the geometry in the order of its numbers, and over the view and the lights' places,
-/// little-endian.
+/// CRC-32 over the geometry in the order of its numbers, and over the view and the lights'
+/// positions, little-endian.
 pub fn fingerprint(scene: &Scene) -> u32 {
     let mut crc = crc32fast::Hasher::new();
     let mut take = |numbers: &[f32]| {
@@ -32,7 +32,7 @@ pub fn fingerprint(scene: &Scene) -> u32 {
         vectors(&mut take, &scene.instances.object_columns(i));
     }
     for i in 0..scene.lights.len() {
-        // Of one with an area, as of a point, the place that shadow rays go to.
+        // The position that shadow rays go to, for an area light as for a point light.
         take(&scene.lights.center(i).to_array());
     }
     vectors(
@@ -40,7 +40,7 @@ pub fn fingerprint(scene: &Scene) -> u32 {
         &[scene.view.eye, scene.view.center, scene.view.up],
     );
     take(&[scene.view.fovy]);
-    // The scene of older records had none, and keeps its number.
+    // Scenes of older records had no origin, and keep their checksum.
     if scene.is_moved() {
         let origin = scene.origin.map(f64::to_le_bytes);
         crc.update(origin.as_flattened());

@@ -11,15 +11,15 @@ use phalanx_render::frame::{AccelRef, Control, Frame, FrameError, Settings, rend
 use phalanx_scene::Scene;
 use phalanx_trace::Kernel;
 
-/// Frames have half the width and half the height of the ray sets' picture: they trace many more
-/// rays a pixel.
+/// Divisor of the ray sets' picture width and height that gives the size of a frame. Frames trace
+/// many more rays a pixel.
 const SHRINK: u32 = 2;
 
-/// The oracle's have half of that again where they are timed: its rate is the same, and it is a
-/// quarter of the time.
+/// Further divisor for timed frames of the oracle: its rate is the same, and it takes a quarter of
+/// the time.
 const ORACLE_SHRINK: u32 = 2;
 
-/// The frames that a plan asks for.
+/// The frames of a plan.
 pub(super) struct Frames<'a> {
     scene: &'a Scene,
     trees: &'a BenchTrees,
@@ -60,8 +60,8 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Whether all kernels give the oracle's frame, to the bit; the number of pixels that show
-    /// anything.
+    /// Checks that all kernels give the oracle's frame, to the bit. Returns the number of pixels
+    /// that show anything.
     pub(super) fn check(&self, info: &SceneInfo) -> Result<u64, BenchError> {
         let mut oracle: Option<Frame> = None;
         for (engine, kernel, settings) in &self.settings {
@@ -82,7 +82,7 @@ impl<'a> Frames<'a> {
                     let scene = info.name.clone();
                     return Err(BenchError::View { scene, source });
                 }
-                // Neither can be: the control is this function's own, and frames are measured
+                // Neither is possible: the control is this function's own, and frames are measured
                 // without a lens.
                 Err(FrameError::Interrupted(_) | FrameError::Lens(_)) => continue,
             };

@@ -1,19 +1,19 @@
 //! Rays per second of our kernels, the oracle and other tracers: on the same rays, and only for the
-//! right answer.
+//! right results.
 //!
-//! | file | what |
+//! | file | content |
 //! |---|---|
-//! | `plan`, `suite` | what to measure, and the standard suite |
-//! | `ray_kind`, `rays` | the sets of rays: which kinds there are, and how they follow from a scene |
-//! | `answer` | what rays hit, compared bit by bit, or with a peer's within a tolerance |
-//! | `workload` | a scene with its trees, rays and right answers |
-//! | `engines`, `entrants`, `frames` | who is measured |
-//! | `counters` | what is counted |
-//! | `timer`, `rounds` | what is timed: one sample, and all of them in rounds |
-//! | `roofline` | what the machine can do at most |
+//! | `plan`, `suite` | settings of a run, and the standard suite |
+//! | `ray_kind`, `rays` | the kinds of ray sets, and their generation from a scene |
+//! | `answer` | results of rays, compared bit by bit, or with a peer's within a tolerance |
+//! | `workload` | a scene with its trees, rays and right results |
+//! | `engines`, `entrants`, `frames` | the engines that are measured |
+//! | `counters` | counted work |
+//! | `timer`, `rounds` | timing: one sample, and all of them in rounds |
+//! | `roofline` | peak rates of the machine |
 //! | `run` | the order of all that for one scene |
 //!
-//! [`measure`] is the door.
+//! [`measure`] is the entry point.
 
 mod answer;
 mod counters;

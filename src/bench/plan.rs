@@ -1,4 +1,4 @@
-//! What a run is to measure, and how long.
+//! Settings of a run: the things to measure, and the time to spend.
 
 use super::ray_kind::RayKind;
 use crate::peers::Peer;
@@ -8,35 +8,35 @@ use phalanx_trace::Kernel;
 use phalanx_trace::bvh::Quality;
 use std::collections::BTreeMap;
 
-/// What to measure on every scene.
+/// The things to measure on every scene.
 #[derive(Clone)]
 pub struct BenchPlan<'p> {
     /// Kinds of rays.
     pub kinds: Vec<RayKind>,
-    /// Whether whole frames are rendered, too.
+    /// True if whole frames are rendered, too.
     pub frames: bool,
     /// Kernels; `auto` is always measured.
     pub kernels: Vec<Kernel>,
-    /// What our tree is worth.
+    /// Build quality of our tree.
     pub quality: Quality,
     /// Numbers of threads.
     pub threads: Vec<usize>,
-    /// Picture size that the rays are of.
+    /// Picture size that the rays belong to.
     pub size: [u32; 2],
-    /// Samples of each row at least.
+    /// Least number of samples of each row.
     pub repeat: usize,
-    /// Seconds that the samples of a row take together at least.
+    /// Least total time of the samples of a row, in seconds.
     pub min_time: f64,
-    /// Whether workers are bound to cores even where there are fewer of them than cores.
+    /// True if workers are bound to cores even where there are fewer of them than cores.
     pub pin: bool,
     /// Other tracers.
     pub peers: &'p [Peer],
-    /// Whether to time anything, or to count work only.
+    /// True if rates are timed, false if only work is counted.
     pub timed: bool,
 }
 
 impl BenchPlan<'_> {
-    /// The same for some kinds of rays only, without peers.
+    /// The same plan for some kinds of rays only, without peers.
     pub fn restricted(&self, kinds: impl Fn(&RayKind) -> bool, frames: bool) -> BenchPlan<'static> {
         BenchPlan {
             kinds: self.kinds.iter().copied().filter(kinds).collect(),
@@ -48,8 +48,8 @@ impl BenchPlan<'_> {
         }
     }
 
-    /// Binding of so many workers to cores. With a worker for each core they are bound always: a
-    /// sample is over before a system that has put two on one core would move one.
+    /// Binding of the given number of workers to cores. With a worker for each core they are always
+    /// bound: a sample is over before a system that has put two on one core would move one.
     pub fn pin(&self, threads: usize) -> CoreAffinity {
         match self.pin || threads >= BenchPlan::all_threads() && threads > 1 {
             true => CoreAffinity::Cores,
@@ -57,36 +57,37 @@ impl BenchPlan<'_> {
         }
     }
 
-    /// The largest number of threads: trees are built on so many.
+    /// The largest number of threads, which trees are built on.
     pub fn max_threads(&self) -> usize {
         self.threads.iter().copied().max().unwrap_or(1)
     }
 
-    /// Threads that what is not measured may take.
+    /// Number of threads for work that is not measured.
     pub fn all_threads() -> usize {
         std::thread::available_parallelism().map_or(1, |n| n.get())
     }
 }
 
-/// What is known of a scene beside the scene.
+/// Facts about a scene that the scene itself does not hold.
 #[derive(Clone, Debug, Default)]
 pub struct SceneInfo {
-    /// As on the command line.
+    /// Name of the scene, as on the command line.
     pub name: String,
     /// Standard family.
     pub family: Option<String>,
     /// `small`, `medium` or `large`.
     pub step: Option<String>,
-    /// Seconds to read or generate it.
+    /// Seconds it took to read or generate the scene.
     pub load_seconds: f64,
-    /// The answers that the suite expects at this size, by kind, where it says any.
+    /// The results that the suite expects at this size, by kind, where it has any.
     pub expected: BTreeMap<String, RaySetRecord>,
 }
 
-/// Hears how far a run is.
+/// Receives the progress of a run.
 pub trait ProgressListener {
-    /// What is being done now, in a few words.
+    /// Begins a step, which `what` describes in a few words.
     fn begin_step(&mut self, what: &str);
-    /// A sample was taken; `done` of this scene's work, in \[0, 1\].
+    /// Reports that a sample was taken; `done` is the finished share of this scene's work, in \[0,
+    /// 1\].
     fn progress(&mut self, done: f64);
 }

@@ -5,20 +5,20 @@
 pub enum RayKind {
     /// Camera rays.
     Primary,
-    /// From what the camera sees toward one light, where it faces the light.
+    /// Rays from the primary hits toward one light, where the surface faces it.
     Shadow,
-    /// Mirror rays of everything the camera sees, whatever it is made of.
+    /// Mirror rays from all primary hits, whatever the material.
     Reflection,
-    /// Refracted rays of everything the camera sees, as if it were glass.
+    /// Refracted rays from all primary hits, as if everything were glass.
     Refraction,
-    /// One ray per hit into the hemisphere, by the cosine.
+    /// One ray per hit into the hemisphere, cosine-distributed.
     Diffuse,
-    /// The same, but short, and asked for occlusion only.
+    /// Ambient occlusion rays: as diffuse rays, but short, and for occlusion only.
     Ao,
 }
 
 impl RayKind {
-    /// All of them, in the order in which they are reported.
+    /// All kinds, in the order in which they are reported.
     pub const ALL: [RayKind; 6] = [
         RayKind::Primary,
         RayKind::Shadow,
@@ -28,7 +28,7 @@ impl RayKind {
         RayKind::Ao,
     ];
 
-    /// As in records and on the command line.
+    /// Name of the kind in records and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             RayKind::Primary => "primary",
@@ -40,7 +40,7 @@ impl RayKind {
         }
     }
 
-    /// What is asked of these rays.
+    /// Query that these rays are for.
     pub fn query(self) -> QueryKind {
         match self {
             RayKind::Shadow | RayKind::Ao => QueryKind::Occluded,
@@ -49,11 +49,11 @@ impl RayKind {
     }
 }
 
-/// What is asked of a ray.
+/// The query of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QueryKind {
-    /// What it hits first.
+    /// Closest hit.
     Closest,
-    /// Whether it hits anything.
+    /// Any hit.
     Occluded,
 }

@@ -1,9 +1,8 @@
-//! The rays that are measured: camera rays of one picture, and what follows from where they hit.
+//! The rays that are measured: camera rays of one picture, and rays that start at their hits.
 //!
-//! Every kind but the first starts at every primary hit, whatever the material, so that a scene's
-//! rates do not depend on what it is painted with. The oracle says where the hits are and what
-//! their normals are; so the rays are the same bits on every machine, and no kernel has a part in
-//! the rays that it is measured with.
+//! Every kind but the first starts at every primary hit, whatever the material. So a scene's rates
+//! do not depend on its materials. The oracle computes the hits and their normals. So the rays are
+//! the same bits on every machine, and no kernel has a part in the rays that it is measured with.
 
 use super::answer::Answer;
 use super::ray_kind::RayKind;
@@ -20,7 +19,7 @@ use phalanx_trace::packet::{NO_PRIM, RayQueue};
 
 /// Rays of one kind, in the order in which a renderer would send them.
 pub struct RaySet<'a> {
-    /// Which kind.
+    /// Kind of the rays.
     pub kind: RayKind,
     /// The rays.
     pub queue: RayQueue<'a>,
@@ -29,7 +28,7 @@ pub struct RaySet<'a> {
 }
 
 impl RaySet<'_> {
-    /// As contenders take them.
+    /// The rays in the form that engines take.
     pub fn rays(&self) -> RaySetRef<'_> {
         RaySetRef {
             queue: &self.queue,
@@ -65,7 +64,7 @@ const GLASS: f32 = 1.5;
 /// Length of [`RayKind::Ao`]'s rays as a share of the diagonal of the scene's box.
 const AO_REACH: f32 = 0.05;
 
-/// Rays of a kind that follow from the primary ones and their answer.
+/// Rays of a kind that start at the hits of the primary rays.
 pub fn secondary<'a>(
     arena: &'a Bump,
     scene: &Scene,
@@ -100,7 +99,7 @@ pub fn secondary<'a>(
     }
 }
 
-/// Primary rays that hit, with their numbers.
+/// Primary rays that hit, with their indices.
 fn hits<'s>(
     primary: &'s RaySet,
     answer: &'s Answer,
@@ -149,7 +148,7 @@ fn mirrored(dir: Vec3, n: Vec3) -> Vec3 {
     unit(dir - n * (2.0 * dir.dot(n)))
 }
 
-/// By Snell's law; nothing at total reflection.
+/// Direction refracted by Snell's law; `None` at total reflection.
 fn refracted(dir: Vec3, at: &OracleSurface) -> Option<Vec3> {
     let eta = if at.entering { 1.0 / GLASS } else { GLASS };
     let cos = -dir.dot(at.ns);
@@ -161,7 +160,7 @@ fn unit(v: Vec3) -> Vec3 {
     v * (1.0 / v.dot(v).sqrt())
 }
 
-/// A unit direction about `n`, distributed by the cosine, chosen by the ray's number. In f64 with
+/// A unit direction about `n`, cosine-distributed, chosen by the ray's index. Computed in f64 with
 /// `libm`: the same bits on every machine.
 fn hemisphere(n: Vec3, index: usize) -> Vec3 {
     let bits = scrambled(index as u64);
@@ -169,7 +168,7 @@ fn hemisphere(n: Vec3, index: usize) -> Vec3 {
     let (sin, cos) = libm::sincos(std::f64::consts::TAU * a);
     let radius = b.sqrt();
     let n = n.as_dvec3();
-    // Any axis across the normal: the one of its smallest component.
+    // An axis across the normal: that of one of its small components.
     let across = if n.x.abs() < 0.6 { DVec3::X } else { DVec3::Y };
     let x = across.cross(n).normalize();
     let y = n.cross(x);

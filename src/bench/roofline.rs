@@ -1,7 +1,7 @@
-//! What the machine can do at most: the roof that rates are held under.
+//! Peak rates of the machine: the roof that rates are compared with.
 //!
-//! All threads do the same at the same time, each with memory of its own. Of many short attempts
-//! the best counts: a peak is what nothing disturbed, and on a busy machine only a short time is
+//! All threads do the same at the same time, each with memory of its own. The best of many short
+//! attempts counts: a peak is the undisturbed rate, and on a busy machine only a short time is
 //! undisturbed.
 
 use crate::report::{Cache, MachineLimits, ThreadLimits};
@@ -18,21 +18,21 @@ const ATTEMPT_TIME: Duration = Duration::from_millis(4);
 /// Attempts at each number.
 const ATTEMPTS: usize = 30;
 
-/// Multiplications with an addition to each in a row before the clock is looked at.
+/// Number of multiplications, each with an addition, in a row before the clock is read.
 const STEPS: usize = 4096;
 
-/// Bytes read before the clock is looked at: small next to any time measured, large next to the
-/// clock's own.
+/// Bytes read before the clock is read: short next to any time measured, long next to the clock's
+/// own cost.
 const STRETCH_BYTES: usize = 1 << 20;
 
-/// What is read in one go.
+/// Unit of reading.
 type ReadBlock = [F32x16; 8];
 const BLOCK_BYTES: usize = size_of::<ReadBlock>();
 
-/// Sizes where the caches are not known.
+/// Cache sizes where the real ones are not known.
 const DEFAULT_CACHES: [u64; 3] = [32 << 10, 512 << 10, 16 << 20];
 
-/// No more memory than this is read, whatever the caches' size.
+/// Most memory that is read, whatever the caches' size.
 const MAX_READ_BYTES: u64 = 512 << 20;
 
 /// The limits of one thread and of all, where there are more; about a second for each.
@@ -45,7 +45,7 @@ pub fn measure_limits(threads: usize, caches: &[Cache]) -> MachineLimits {
     }
 }
 
-/// What so many threads can do at most, the caches being the machine's; takes about a second.
+/// Peak rates of the given number of threads, for the machine's caches; takes about a second.
 pub fn measure(threads: usize, caches: &[Cache]) -> ThreadLimits {
     let threads = threads.max(1);
     let places = places(threads, caches).into_iter();
@@ -57,21 +57,22 @@ pub fn measure(threads: usize, caches: &[Cache]) -> ThreadLimits {
     }
 }
 
-/// How much each thread reads to stay within a cache, or to miss all of them.
+/// Bytes that each thread reads to stay within a cache, or to miss all of them.
 fn places(threads: usize, caches: &[Cache]) -> [(&'static str, usize); 4] {
     let of_level = |level: u8| {
         let mut data = caches
             .iter()
             .filter(|c| c.level == level && c.kind != "instruction");
-        // Those of one cache that measure together share it.
+        // Threads that share a cache and measure together also share its size.
         let share = |c: &Cache| c.bytes / u64::from(c.shared_by).clamp(1, threads as u64);
         let default = DEFAULT_CACHES[usize::from(level) - 1];
         data.find_map(|c| (c.bytes > 0).then(|| share(c)))
             .unwrap_or(default)
     };
     let [l1, l2, l3] = [1, 2, 3].map(of_level);
-    // Half of a cache leaves room for what else is in it. The third is often shared with strangers:
-    // four times the second is surely more than that holds, and little of the third.
+    // Half of a cache leaves room for its other content. The third level is often shared with
+    // strangers. Four times the second level is surely more than that holds, and little of the
+    // third.
     let within_l3 = (4 * l2).min(l3 / 2);
     let all = caches
         .iter()
@@ -88,8 +89,9 @@ fn places(threads: usize, caches: &[Cache]) -> [(&'static str, usize); 4] {
     .map(|(name, bytes)| (name, bytes as usize))
 }
 
-/// 10⁹ f32 additions and multiplications a second: the best of the lane counts, with as many
-/// independent chains as hide the latency, and as few as fit registers of sixteen bytes.
+/// Rate of f32 additions and multiplications, in 10⁹ a second: the best of the lane counts. There
+/// are as many independent chains as hide the latency, and as few as fit registers of sixteen
+/// bytes.
 fn arithmetic(threads: usize) -> f64 {
     let shapes = [
         |threads| chains::<F32x8, 6>(threads),
@@ -112,8 +114,8 @@ fn chains<L: Lanes, const CHAINS: usize>(threads: usize) -> f64 {
     rate / 1e9
 }
 
-/// One rounding after the other, as the kernels do it: nothing here is fused. A loop and not `map`,
-/// which for arrays is a call with memory on either side.
+/// One rounding after the other, as the kernels do it: nothing here is fused. This is a loop and
+/// not `map`, which for arrays is a call with memory on either side.
 #[inline(never)]
 fn steps<L: Lanes, const CHAINS: usize>(
     mut values: [L; CHAINS],
@@ -128,18 +130,18 @@ fn steps<L: Lanes, const CHAINS: usize>(
     values
 }
 
-/// GB/s of reading so many bytes over and over on each thread.
+/// Rate in GB/s of reading the given number of bytes over and over on each thread.
 fn reading(threads: usize, bytes: usize) -> f64 {
     let count = (bytes / BLOCK_BYTES).max(1);
     let passes = (STRETCH_BYTES / (count * BLOCK_BYTES)).max(1);
     let rate = run_together(threads, || {
-        // Written here, by the thread that reads it, so that the pages are there and its own.
+        // Written here, by the thread that reads it, so that its pages are mapped and local to it.
         let memory: Vec<ReadBlock> = vec![black_box([F32x16::ONE; 8]); count];
         let (mut sums, mut at) = ([F32x16::ZERO; 8], 0);
         move || {
             let mut read = 0;
             for _ in 0..passes {
-                // A large memory is read a stretch at a time.
+                // A large memory is read in stretches.
                 let end = count.min(at + STRETCH_BYTES / BLOCK_BYTES);
                 sums = black_box(add(sums, black_box(&memory[at..end])));
                 read += (end - at) * BLOCK_BYTES;
@@ -151,7 +153,7 @@ fn reading(threads: usize, bytes: usize) -> f64 {
     rate / 1e9
 }
 
-/// Eight sums, so that additions do not wait for each other.
+/// Sums a block into eight sums, so that additions do not wait for each other.
 #[inline(never)]
 fn add(mut sums: ReadBlock, blocks: &[ReadBlock]) -> ReadBlock {
     for block in blocks {
@@ -169,13 +171,13 @@ struct ThreadShare {
     done: f64,
 }
 
-/// The best rate of all attempts. `worker` makes ready and gives what one turn is, which tells how
-/// much it did.
+/// The best rate of all attempts. `worker` prepares and returns one turn, which returns the amount
+/// of its work.
 fn run_together<T: FnMut() -> f64>(threads: usize, worker: impl Fn() -> T + Sync) -> f64 {
     let barrier = Barrier::new(threads);
     let run = || {
         let mut turn = worker();
-        // Warm: pages, caches, the clock's frequency.
+        // Warm-up: pages, caches, the clock's frequency.
         turn();
         let attempt = |_| {
             barrier.wait();
@@ -198,8 +200,8 @@ fn run_together<T: FnMut() -> f64>(threads: usize, worker: impl Fn() -> T + Sync
     let of_attempt = |k: usize| {
         let parts = || parts.iter().map(|of_thread| &of_thread[k]);
         let (start, end) = (parts().map(|p| p.start).min(), parts().map(|p| p.end).max());
-        // From the first's start to the last's end: threads that did not run at the same time did
-        // not share anything.
+        // From the first thread's start to the last one's end: threads that did not run at the same
+        // time did not share anything.
         let span = start
             .zip(end)
             .map_or(f64::INFINITY, |(s, e)| (e - s).as_secs_f64());
@@ -234,7 +236,7 @@ mod tests {
         let kib = |threads| places(threads, &caches).map(|(_, bytes)| bytes >> 10);
         assert_eq!(kib(1), [24, 1024, 8 << 10, 128 << 10]);
         assert_eq!(kib(2), [24, 1024, 8 << 10, 64 << 10]);
-        // Nothing known, and caches beyond all measure.
+        // Unknown caches, and caches of extreme size.
         assert_eq!(places(1, &[])[0], ("l1", 16 << 10));
         let huge = [cache(3, "unified", 4 << 20, 64)];
         assert_eq!(places(2, &huge)[3].1 as u64, MAX_READ_BYTES / 2);

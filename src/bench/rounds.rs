@@ -1,5 +1,5 @@
-//! The timed part: every entry takes a sample in every round, so that the machine's mood falls on
-//! all of them alike.
+//! The timed part: every measurement takes a sample in every round, so that changes of the
+//! machine's speed affect all of them alike.
 
 use super::plan::{BenchPlan, ProgressListener};
 use super::ray_kind::QueryKind;
@@ -10,12 +10,12 @@ use phalanx_render::Cores;
 use phalanx_render::frame::{AccelRef, Control, CoreAffinity, Settings, render_with};
 use phalanx_scene::Scene;
 
-/// Seconds that a sample takes at least: long beside what it costs to start threads, and short,
-/// because what disturbs a shared machine lasts for milliseconds to seconds: the same time spent in
-/// more rounds, further apart, finds more moments in which it is quiet.
+/// Least time of a sample in seconds. It is long beside the cost of starting threads. It is short
+/// because disturbances of a shared machine last for milliseconds to seconds: the same time spent
+/// in more rounds, further apart, finds more moments in which it is quiet.
 const MIN_SAMPLE_SECONDS: f64 = 0.005;
 
-/// What an entry does in a sample.
+/// The task of a measurement in a sample.
 pub(super) enum Task<'a> {
     /// Traces rays.
     Rays {
@@ -33,9 +33,9 @@ pub(super) enum Task<'a> {
 }
 
 impl Task<'_> {
-    /// Rays are traced twice at least in a sample: who comes after another contender finds the
-    /// caches full of his tree, and who comes after a kernel of the same tree finds them full of
-    /// his own. A frame takes long enough not to mind.
+    /// Least number of passes of a sample. It is two for rays, so that every engine starts alike:
+    /// the first pass may find the caches full of another engine's tree, or, after a kernel of the
+    /// same tree, full of its own. A frame takes long enough for this not to matter.
     fn min_passes(&self) -> usize {
         match self {
             Task::Rays { .. } => 2,
@@ -43,7 +43,7 @@ impl Task<'_> {
         }
     }
 
-    /// Some passes, and the rays of each.
+    /// Timing of some passes, and the rays of each.
     fn sample(&self, passes: usize, threads: usize, pin: CoreAffinity) -> (Timing, u64) {
         match self {
             Task::Rays {
@@ -68,7 +68,7 @@ impl Task<'_> {
                 };
                 let (mut timing, mut rays) = (Timing::default(), 0);
                 for _ in 0..passes {
-                    // Nothing can go wrong: it was rendered before, to be compared.
+                    // An error is impossible: the frame was rendered before, to be compared.
                     if let Ok(frame) = render_with(scene, *tree, &settings, &Control::default()) {
                         rays = frame.stats.rays.total();
                         timing.add_frame(frame.seconds, &frame.tile_seconds, threads);
@@ -80,13 +80,13 @@ impl Task<'_> {
     }
 }
 
-/// A row in the making.
+/// The measurement of a row.
 pub(super) struct Measurement<'a> {
     pub(super) row: RateRow,
     pub(super) task: Task<'a>,
     passes: usize,
     seconds: f64,
-    /// By round, what each piece of a pass took when it was fastest.
+    /// Seconds of each piece of a pass when it was fastest, one entry per round.
     rounds: Vec<Vec<f64>>,
 }
 
@@ -106,7 +106,7 @@ impl<'a> Measurement<'a> {
     }
 
     /// The first sample is a single pass. It fills caches and page tables, which does no harm where
-    /// the fastest visit counts, and says how many passes the others need.
+    /// the fastest visit counts. It determines how many passes the other samples need.
     fn measure_round(&mut self, plan: &BenchPlan) {
         let threads = self.row.threads as usize;
         let (timing, rays) = self.task.sample(self.passes, threads, plan.pin(threads));
@@ -119,7 +119,7 @@ impl<'a> Measurement<'a> {
         self.rounds.push(timing.fastest);
     }
 
-    /// A clock too coarse to see a sample gives no rate.
+    /// Returns the row; `None` if the clock is too coarse to measure a sample.
     fn finish(mut self) -> Option<RateRow> {
         self.row.mrays_per_s = Estimate::of_fastest(&self.rounds, self.row.rays_timed as f64 / 1e6);
         let rate = self.row.mrays_per_s.median;
@@ -128,12 +128,12 @@ impl<'a> Measurement<'a> {
     }
 }
 
-/// Passes of a sample, where one is too short for the clock.
+/// Most passes of a sample, where one is too short for the clock.
 const MAX_PASSES: usize = 10_000;
 
-/// Measures all entries, round by round, so that what disturbs the machine for a while falls on all
-/// of them; every other round the other way round, so that nobody always comes after the same
-/// contender, whose tree fills the caches.
+/// Takes all measurements, round by round, so that a disturbance of the machine affects all of
+/// them. Every other round is in reverse order, so that no engine always comes after the same other
+/// engine, whose tree fills the caches.
 pub(super) fn run_rounds(
     mut measurements: Vec<Measurement>,
     plan: &BenchPlan,

@@ -1,4 +1,4 @@
-//! One scene, measured: the order of the stages.
+//! The measurement of one scene: the order of its stages.
 
 use super::counters;
 use super::entrants::{Entrant, NamedPeerScene, entrants, kernels};
@@ -11,24 +11,24 @@ use crate::report::{CounterRow, RateRow, SceneRecord};
 use bumpalo::Bump;
 use phalanx_scene::Scene;
 
-/// What came of a scene.
+/// Results of measuring a scene.
 pub struct Measured {
     /// The scene.
     pub scene: SceneRecord,
-    /// Its rates; none where the plan only counts.
+    /// The scene's rates; empty where the plan only counts work.
     pub rows: Vec<RateRow>,
-    /// Its counted work.
+    /// The scene's counted work.
     pub counters: Vec<CounterRow>,
-    /// What a reader should know, such as a peer that could not take part.
+    /// Notes for the reader, such as a peer that could not take part.
     pub notes: Vec<String>,
 }
 
-/// Measures a validated scene: trees, rays, the right answers, everybody's answers, counts, and
-/// only then times.
+/// Measures a validated scene: trees, rays, the right results, the results of all engines, counts,
+/// and only then times.
 ///
 /// # Errors
-/// [`BenchError`] if one of our kernels, or the oracle, does not give the right answer: then there
-/// are no rates.
+/// [`BenchError`] if one of our kernels, or the oracle, gives a wrong result: then there are no
+/// rates.
 pub fn measure(
     scene: &Scene,
     info: &SceneInfo,
@@ -67,7 +67,7 @@ pub fn measure(
     })
 }
 
-/// The peers that can trace the scene; the others are named.
+/// Builds the peers that can trace the scene; the others go into the notes.
 fn build_peers(
     scene: &Scene,
     info: &SceneInfo,
@@ -102,7 +102,7 @@ fn counters(
     rows.collect()
 }
 
-/// Side by side what is compared: for each kind and number of threads, all engines.
+/// Measurements of all engines, side by side for each kind and number of threads.
 fn measurements<'a>(
     workloads: &'a [Workload],
     lineups: &'a [Vec<Entrant>],

@@ -1,19 +1,20 @@
-//! The standard suite: which scenes are measured where none is named, and what their rays must hit.
+//! The standard suite: the scenes that are measured where none is named, and the expected hits of
+//! their rays.
 
 use super::plan::SceneInfo;
 use crate::report::RaySetRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// A suite, as `perf/suite.toml` has it.
+/// A suite, as stored in `perf/suite.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Suite {
-    /// Picture size that the rays are of.
+    /// Picture size that the rays belong to.
     pub size: [u32; 2],
-    /// Samples of each row.
+    /// Number of samples of each row.
     pub repeat: usize,
-    /// Seconds that the samples of a row take together at least.
+    /// Least total time of the samples of a row, in seconds.
     pub min_time: f64,
     /// The scenes, in the order in which they are measured.
     pub scene: Vec<SuiteScene>,
@@ -23,21 +24,21 @@ pub struct Suite {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SuiteScene {
-    /// What to open, such as `standard:terrain:20k`.
+    /// Name of the scene to open, such as `standard:terrain:20k`.
     pub name: String,
-    /// Scenes of one family differ in size only.
+    /// Family of the scene. Scenes of one family differ in size only.
     pub family: String,
-    /// `small`, `medium` or `large`.
+    /// Step of the scene: `small`, `medium` or `large`.
     pub step: String,
-    /// Whether `--quick` measures it, too.
+    /// True if `--quick` measures the scene, too.
     #[serde(default)]
     pub quick: bool,
-    /// The right answers at the suite's size, by kind of rays.
+    /// The right results at the suite's size, by kind of rays.
     #[serde(default)]
     pub expected: BTreeMap<String, RaySetRecord>,
 }
 
-/// Why a suite cannot be used.
+/// The reason why a suite cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct SuiteError(String);
@@ -46,7 +47,7 @@ impl Suite {
     /// Reads a suite.
     ///
     /// # Errors
-    /// [`SuiteError`] says where the text is no suite.
+    /// [`SuiteError`] gives the position where the text is no suite.
     pub fn parse(text: &str) -> Result<Suite, SuiteError> {
         toml::from_str(text).map_err(|error| SuiteError(error.to_string()))
     }
@@ -61,7 +62,8 @@ impl Suite {
 }
 
 impl SuiteScene {
-    /// As a run takes it; answers are expected only at the suite's own size.
+    /// The scene's data in the form that a run takes; results are expected only at the suite's own
+    /// size.
     pub fn heading(&self, answers: bool) -> SceneInfo {
         SceneInfo {
             name: self.name.clone(),

@@ -1,4 +1,4 @@
-//! One sample: a set of rays traced by one contender, on so many threads, and the seconds that
+//! One sample: a set of rays traced by one engine, on a number of threads, and the seconds that
 //! took.
 
 use super::answer::Answer;
@@ -13,20 +13,20 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Barrier, Mutex};
 use std::time::Instant;
 
-/// Packets that a thread takes at once: 1024 rays, a tile's worth.
+/// Packets that a thread takes at once: 1024 rays, as many as a tile has.
 pub const CHUNK_PACKETS: usize = 128;
 
-/// What a thread takes next, of the chunks of a set.
+/// Chunks of a set of packets, which threads take one by one.
 pub struct Chunks {
     packets: usize,
     /// Packets of a chunk.
     size: usize,
-    /// Every so many chunks are taken.
+    /// Interval of the chunks that are taken: one in `stride`.
     stride: usize,
 }
 
 impl Chunks {
-    /// All of so many packets.
+    /// Chunks of all packets.
     pub fn all(packets: usize) -> Chunks {
         Chunks {
             packets,
@@ -35,11 +35,11 @@ impl Chunks {
         }
     }
 
-    /// About `rays` rays of so many packets, evenly spread, in chunks of `size` packets; all where
+    /// Chunks of `size` packets with about `rays` of the rays, evenly spread; all chunks where
     /// there are no more.
     ///
-    /// Every so many chunks one is taken, an odd number of them: rows of tiles are powers of two
-    /// long, and an even one would stay in the same columns of a picture.
+    /// One in `stride` chunks is taken, and `stride` is odd. Rows of tiles are powers of two long,
+    /// and an even stride would stay in the same columns of a picture.
     pub fn some(packets: usize, size: usize, rays: usize) -> Chunks {
         let stride = packets.div_ceil((rays / 8).max(1)) | 1;
         let most = packets.div_ceil(size).max(1);
@@ -50,41 +50,41 @@ impl Chunks {
         }
     }
 
-    /// How many there are.
+    /// Number of chunks.
     pub fn count(&self) -> usize {
         self.packets.div_ceil(self.size).div_ceil(self.stride)
     }
 
-    /// Packets of the k-th.
+    /// Packets of the k-th chunk.
     pub fn range(&self, k: usize) -> Range<usize> {
         let first = k * self.stride * self.size;
         first..self.packets.min(first + self.size)
     }
 
-    /// Numbers of the rays in them, of a set of so many.
+    /// Indices of the rays in the chunks, of a set of `rays` rays.
     pub fn ray_numbers(&self, rays: usize) -> impl Iterator<Item = usize> {
         let of = move |r: Range<usize>| r.start * 8..rays.min(r.end * 8);
         (0..self.count()).flat_map(move |k| of(self.range(k)))
     }
 
-    /// Rays in them, of a set of so many.
+    /// Number of rays in the chunks, of a set of `rays` rays.
     pub fn rays(&self, rays: usize) -> usize {
         self.ray_numbers(rays).count()
     }
 }
 
-/// What the clock said of a sample: of one pass or more.
+/// Measured times of a sample, which is one pass or more.
 #[derive(Default)]
 pub struct Timing {
     /// Seconds from the first thread's start to the last one's end.
     pub wall: f64,
-    /// What each piece of a pass took when it was fastest, as its share of a pass on all threads:
-    /// their sum is the seconds of a pass that nothing disturbs.
+    /// Time of each piece of a pass when it was fastest, as its share of a pass on all threads.
+    /// Their sum is the seconds of an undisturbed pass.
     pub fastest: Vec<f64>,
 }
 
 impl Timing {
-    /// Adds a frame: its tiles are the pieces, and what else there is to do.
+    /// Adds a frame: its tiles are the pieces, and the remaining time is one more piece.
     pub fn add_frame(&mut self, wall: f64, tiles: &[f64], threads: usize) {
         self.wall += wall;
         if is_oversubscribed(threads) {
@@ -106,20 +106,21 @@ impl Timing {
         }
     }
 
-    /// Seconds of a pass that nothing disturbs.
+    /// Seconds of an undisturbed pass.
     pub fn pass(&self) -> f64 {
         self.fastest.iter().sum()
     }
 }
 
-/// Whether so many threads share cores. A piece of work that is done between two switches of
-/// threads says nothing of the time that the others had, so that then only whole passes count.
+/// Returns true if the given number of threads must share cores. A piece of work that is done
+/// between two switches of threads shows nothing of the time that the others had. So then only
+/// whole passes count.
 fn is_oversubscribed(threads: usize) -> bool {
     threads > BenchPlan::all_threads()
 }
 
-/// Times `passes` passes over the chunks, which are the pieces. Threads, and what the contender
-/// needs on each, are there before the clock starts.
+/// Times `passes` passes over the chunks, which are the pieces. Threads, and the engine's state for
+/// each, are ready before the clock starts.
 pub fn sample(
     contender: &dyn BenchEngine,
     query: QueryKind,
@@ -191,7 +192,7 @@ pub fn sample(
 struct TimedSpan {
     start: Instant,
     end: Instant,
-    /// Of each chunk when it was fastest; infinite where others took it.
+    /// Seconds of each chunk when it was fastest; infinite where other threads took it.
     shares: Vec<f64>,
 }
 
@@ -213,8 +214,8 @@ fn trace_packets(
     }
 }
 
-/// The answer of a contender to the rays of some chunks, without a clock; to others it says that
-/// nothing is hit.
+/// The results of an engine for the rays of some chunks, without a clock; other rays count as
+/// hitting nothing.
 pub fn answer(
     contender: &dyn BenchEngine,
     query: QueryKind,
@@ -274,11 +275,11 @@ mod tests {
         let covered: Vec<_> = (0..all.count()).flat_map(|k| all.range(k)).collect();
         assert_eq!(covered, (0..1000).collect::<Vec<_>>());
         assert_eq!(all.rays(7997), 7997);
-        // A quarter would be every fourth; the next odd number is taken.
+        // A quarter would be every fourth chunk; the next odd number is taken.
         let some = Chunks::some(1000, 16, 2000);
         assert_eq!(some.count(), 13);
         assert_eq!(some.range(1), 80..96);
-        // However few rays are asked for, there is a chunk; an empty set has none.
+        // Even if no rays are requested, there is a chunk; an empty set has none.
         assert_eq!(Chunks::some(1000, CHUNK_PACKETS, 0).count(), 1);
         assert_eq!(Chunks::some(0, CHUNK_PACKETS, 8).count(), 0);
     }

@@ -1,4 +1,4 @@
-//! A scene ready to be measured: both trees, the rays, and the right answers to them.
+//! A scene ready to be measured: both trees, the rays, and their right results.
 
 use super::answer::Answer;
 use super::engines::{KernelEngine, OracleEngine};
@@ -43,30 +43,32 @@ impl BenchTrees {
     }
 }
 
-/// What `make` makes, and the seconds it takes.
+/// The result of `make`, and the seconds it takes.
 pub(super) fn timed<T>(make: impl FnOnce() -> T) -> (T, f64) {
     let start = Instant::now();
     let made = make();
     (made, start.elapsed().as_secs_f64())
 }
 
-/// A set of rays and the right answer to it.
+/// A set of rays and its right results.
 pub(super) struct Workload<'a> {
     pub(super) set: RaySet<'a>,
     pub(super) expected: Answer,
 }
 
-/// Rays of a set that are timed, about. The time that a fifth of the usual 2^18 takes less is spent
-/// in more rounds, which is what makes a rate on a shared machine the same twice; it changes the
-/// rate itself by 4 % at most in most sets (perf/notes/noise.md). The same rays in every run.
+/// Approximate number of rays of a set that are timed. A fifth of the usual 2^18 takes less time.
+/// The time saved is spent in more rounds, which makes a rate on a shared machine reproducible. It
+/// changes the rate itself by 4 % at most in most sets (perf/notes/noise.md). The rays are the same
+/// in every run.
 const TIMED_RAYS: usize = 1 << 16;
 
-/// And of those that the oracle is timed on: it is many times slower than the kernels, and would
-/// take most of a run. Its chunks are small ones, so that they take no longer than the kernels'.
+/// Number of those rays that the oracle is timed on. It is many times slower than the kernels, and
+/// would take most of a run. Its chunks are small ones, so that they take no longer than the
+/// kernels'.
 const ORACLE_TIMED_RAYS: usize = 1 << 14;
 const ORACLE_CHUNK: usize = 16;
 
-/// Rays that the oracle answers where a kernel's answer stands for its own.
+/// Rays that the oracle traces where a kernel's results stand for its own.
 const ORACLE_CHECKED_RAYS: usize = 1 << 15;
 
 impl Workload<'_> {
@@ -82,12 +84,12 @@ impl Workload<'_> {
         self.set.queue.packets()
     }
 
-    /// The part of the rays that everybody but the oracle is timed on.
+    /// The part of the rays that all engines but the oracle are timed on.
     pub(super) fn timed(&self) -> Chunks {
         Chunks::some(self.packets(), CHUNK_PACKETS, TIMED_RAYS)
     }
 
-    /// The part that the oracle is timed on.
+    /// The part of the rays that the oracle is timed on.
     pub(super) fn oracle_timed(&self) -> Chunks {
         Chunks::some(self.packets(), ORACLE_CHUNK, ORACLE_TIMED_RAYS)
     }
@@ -97,7 +99,7 @@ impl Workload<'_> {
     }
 }
 
-/// The ray sets that a plan asks for, with the right answers. Sets without rays are left out.
+/// The ray sets of a plan, with the right results. Sets without rays are left out.
 pub(super) fn workloads<'a>(
     arena: &'a Bump,
     scene: &Scene,
@@ -131,8 +133,8 @@ pub(super) fn workloads<'a>(
     Ok(workloads)
 }
 
-/// The right answer to a set of rays: the oracle's, or, to save its time, a kernel's that is the
-/// expected one to the bit.
+/// The right results of a set of rays: the oracle's, or, to save its time, those of a kernel that
+/// match the expected ones to the bit.
 fn compute_expected(scene: &Scene, trees: &BenchTrees, info: &SceneInfo, set: &RaySet) -> Answer {
     let (kind, rays, threads) = (set.kind, set.queue.len(), BenchPlan::all_threads());
     let all = Chunks::all(set.queue.packets());
@@ -163,8 +165,8 @@ fn record(answer: &Answer, rays: usize) -> RaySetRecord {
     }
 }
 
-/// Whether every kernel gives the right answer, and the oracle where it is timed; and whether that
-/// is what the suite expects.
+/// Checks that every kernel gives the right results, and the oracle where it is timed, and that
+/// these are the results that the suite expects.
 pub(super) fn check(
     scene: &Scene,
     trees: &BenchTrees,

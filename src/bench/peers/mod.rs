@@ -1,9 +1,9 @@
-//! Other tracers on our rays, for benchmarks only: what they must do to be measured, and who they
-//! are.
+//! Other tracers on our rays, for benchmarks only: the interface that they must implement to be
+//! measured, and the peers themselves.
 //!
 //! A [`BenchEngine`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays
 //! laid out as it wants them, all prepared before the clock starts. Our own kernels and the oracle
-//! are contenders, too (`bench`).
+//! are engines, too (`bench`).
 
 pub mod embree;
 pub mod obvhs;
@@ -12,17 +12,17 @@ use phalanx_scene::Scene;
 use phalanx_trace::packet::{HitPacket, RayQueue};
 use std::ops::Range;
 
-/// Why a peer does not trace a scene.
+/// The reason why a peer does not trace a scene.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{peer} does not trace this scene: {reason}")]
 pub struct Unsupported {
     /// The peer's name, for people.
     pub peer: &'static str,
-    /// What is in its way.
+    /// The obstacle.
     pub reason: String,
 }
 
-/// A set of rays with one question for all of them.
+/// A set of rays for one query.
 #[derive(Clone, Copy)]
 pub struct RaySetRef<'a> {
     /// The rays; every packet but the last is full.
@@ -31,21 +31,21 @@ pub struct RaySetRef<'a> {
     pub tmax: f32,
 }
 
-/// One way to trace one set of rays. Shared by the threads that do so.
+/// One way to trace one set of rays. It is shared by the threads that do so.
 pub trait BenchEngine: Sync {
-    /// What one thread needs.
+    /// The state that one thread needs.
     fn thread(&self) -> Box<dyn BenchEngineThread + '_>;
 }
 
-/// One thread's share of a contender. Packets are the set's, eight rays each; a range starts at an
+/// One thread's share of an engine. Packets are the set's, eight rays each; a range starts at an
 /// even packet.
 pub trait BenchEngineThread {
     /// The closest hits of some packets, one [`HitPacket`] each: `t` (at or above the limit:
-    /// nothing was hit) and `prim_id` as in the scene; `u` and `v` only where they come for
-    /// nothing. Lanes beyond the last ray may hold anything.
+    /// nothing was hit) and `prim_id` as in the scene; `u` and `v` only where they cost nothing.
+    /// Lanes beyond the last ray may hold anything.
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]);
-    /// For each of some packets, the lanes (as bits) whose ray meets anything. Lanes beyond the
-    /// last ray may hold anything.
+    /// Occluded lanes (as bits) of each of some packets. Lanes beyond the last ray may hold
+    /// anything.
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]);
 }
 
@@ -58,7 +58,7 @@ pub enum Peer {
 }
 
 impl Peer {
-    /// As in records.
+    /// Name of the peer in records.
     pub fn name(&self) -> &'static str {
         match self {
             Peer::Embree(_) => "embree",
@@ -66,7 +66,7 @@ impl Peer {
         }
     }
 
-    /// With its version, where it says one.
+    /// Name of the peer with its version, where it has one.
     pub fn describe(&self) -> String {
         match self {
             Peer::Embree(library) => format!("embree {}", library.version()),
@@ -74,10 +74,10 @@ impl Peer {
         }
     }
 
-    /// Builds its own trees over a scene, on so many threads where it can.
+    /// Builds the peer's own trees over a scene, on the given number of threads where it can.
     ///
     /// # Errors
-    /// [`Unsupported`] where the scene holds what the peer cannot trace.
+    /// [`Unsupported`] where the scene holds primitives that the peer cannot trace.
     pub fn build(&self, scene: &Scene, threads: usize) -> Result<PeerScene, Unsupported> {
         match self {
             Peer::Embree(library) => {
@@ -90,14 +90,14 @@ impl Peer {
 
 /// A scene in another tracer's own form.
 pub enum PeerScene {
-    /// In Embree's.
+    /// A scene in Embree's form.
     Embree(embree::EmbreeScene),
-    /// In obvhs's.
+    /// A scene in obvhs's form.
     Obvhs(obvhs::ObvhsScene),
 }
 
 impl PeerScene {
-    /// Its modes by name, each with the rays laid out as it wants them.
+    /// The peer's modes by name, each with the rays laid out as it wants them.
     pub fn engines(&self, rays: RaySetRef) -> Vec<(String, Box<dyn BenchEngine>)> {
         match self {
             PeerScene::Embree(scene) => scene.engines(rays),

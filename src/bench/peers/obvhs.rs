@@ -1,10 +1,10 @@
-//! obvhs's own traversals, with its own triangles: what our builder's crate does when it traces,
-//! too.
+//! obvhs's own traversals, with its own triangles. obvhs is the crate that our builder uses; this
+//! measures its tracing, too.
 //!
-//! One ray at a time, against its binary tree and against its compressed tree of eight children.
-//! Occlusion by `ray_traverse_miss`, which stops at the first hit (its `ray_traverse_anyhit` is for
-//! transparency, and visits all). It has no spheres: they are met by the plain formula, as it is
-//! for users of the crate to bring.
+//! It traces one ray at a time, against its binary tree and against its compressed tree of eight
+//! children. Occlusion uses `ray_traverse_miss`, which stops at the first hit (its
+//! `ray_traverse_anyhit` is for transparency, and visits all). It has no spheres: they are
+//! intersected by the plain formula, which users of the crate have to supply themselves.
 
 use super::{BenchEngine, BenchEngineThread, RaySetRef, Unsupported};
 use glam::Vec3A;
@@ -23,7 +23,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The preset that its trees are built with, the slowest there is: 3.7 s a tree for a million
+/// Preset that its trees are built with, the slowest there is: 3.7 s a tree for a million
 /// triangles, seven times medium's time, for 7 to 23 % more rays on the terrain. In the room
 /// medium's trees are 20 to 40 times slower than these, and those of `slow_build` no better.
 const PRESET: BvhBuildParams = BvhBuildParams::very_slow_build();
@@ -35,11 +35,11 @@ pub struct ObvhsScene {
 }
 
 impl ObvhsScene {
-    /// Copies a scene and builds both trees, on one thread. Triangles and spheres, without
+    /// Copies a scene and builds both trees, on one thread. Supports triangles and spheres, without
     /// instances.
     ///
     /// # Errors
-    /// [`Unsupported`]: primitives or instances that it has not.
+    /// [`Unsupported`]: primitives or instances that it does not have.
     pub fn build(scene: &Scene) -> Result<ObvhsScene, Unsupported> {
         let unsupported = |reason: &str| Unsupported {
             peer: "obvhs",
@@ -96,13 +96,13 @@ impl ObvhsScene {
         self.build_seconds
     }
 
-    /// The ways to trace a set of rays, by name.
+    /// The modes of tracing a set of rays, by name.
     pub fn engines(&self, rays: RaySetRef) -> Vec<(String, Box<dyn BenchEngine>)> {
         self.trees.engines(&Arc::new(ObvhsRays::new(rays)))
     }
 }
 
-/// What obvhs can have in its leaves.
+/// A shape that obvhs can have in its leaves.
 trait ObvhsShape: Boundable + Copy + Send + Sync + 'static {
     /// Distance along a ray, or infinity.
     fn intersect(&self, ray: &Ray) -> f32;
@@ -122,7 +122,7 @@ impl ObvhsShape for Triangle {
         self.intersect(ray)
     }
 
-    // Only these split large triangles beforehand.
+    // Only triangles are split beforehand where they are large.
     fn bvh2(shapes: &[Triangle]) -> Bvh2 {
         build_bvh2_from_tris(shapes, PRESET, &mut Duration::default())
     }
@@ -201,9 +201,9 @@ impl ObvhsShape for MixedShape {
     }
 }
 
-/// What both trees do.
+/// Operations that both trees support.
 trait ObvhsTraversal: Send + Sync + 'static {
-    /// The primitive of each place in leaf order; some have several.
+    /// The primitive at each position in leaf order; some primitives have several positions.
     fn order(&self) -> &[u32];
     fn closest(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> RayHit;
     fn occluded(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> bool;
@@ -245,7 +245,7 @@ impl ObvhsTraversal for CwBvh {
     }
 }
 
-/// A tree and its primitives in leaf order, as its documentation advises.
+/// A tree and its primitives in leaf order, as the documentation of obvhs advises.
 struct PeerTree<T, S> {
     tree: T,
     shapes: Vec<S>,
@@ -287,7 +287,7 @@ impl<S: ObvhsShape> PeerTrees for BvhPair<S> {
     }
 }
 
-/// A set of rays as obvhs has them, reciprocals included.
+/// A set of rays as obvhs stores them, reciprocals included.
 struct ObvhsRays {
     rays: Vec<Ray>,
     tmax: f32,
@@ -306,7 +306,7 @@ impl ObvhsRays {
         }
     }
 
-    /// The rays of one of our packets; the last may have fewer.
+    /// The rays of one of our packets; the last packet may have fewer.
     fn packet(&self, packet: usize) -> &[Ray] {
         let first = packet * LANES;
         &self.rays[first..self.rays.len().min(first + LANES)]

@@ -7,9 +7,10 @@ use std::collections::BTreeMap;
 
 type RateKey<'a> = (&'a str, &'a str, &'a str, &'a str, u32);
 
-/// The medians of every rate that all records have, as a table: the first is 100 %, geometric means
-/// over scenes and kinds of rays stand at the end. Records come with a name each, such as the
-/// file's. What was measured on another machine or with other rays is shown all the same, and said.
+/// The medians of every rate that all records have, as a table. The first record is 100 %;
+/// geometric means over scenes and kinds of rays are at the end. Records come with a name each,
+/// such as the file's. Records of another machine or of other rays are shown all the same, with a
+/// remark.
 pub fn compare_table(records: &[(&str, &BenchRecord)]) -> String {
     let Some((&(_, first), others)) = records.split_first() else {
         return String::new();
@@ -55,7 +56,7 @@ pub fn compare_table(records: &[(&str, &BenchRecord)]) -> String {
     text
 }
 
-/// Medians of a record's rows by what they are of, those without any left out.
+/// Medians of a record's rows by their keys; rows without a median are left out.
 fn rates<'a>(record: &'a BenchRecord) -> BTreeMap<RateKey<'a>, f64> {
     let measured = record
         .rows
@@ -68,7 +69,7 @@ fn rates<'a>(record: &'a BenchRecord) -> BTreeMap<RateKey<'a>, f64> {
     measured.map(named).collect()
 }
 
-/// The first as it is, the others with what they have more or less.
+/// The first rate as it is, the others with their difference from it in percent.
 fn shares(rates: &[f64]) -> Vec<String> {
     let share = |(i, &r): (usize, &f64)| match i {
         0 => rate(r),
@@ -77,7 +78,7 @@ fn shares(rates: &[f64]) -> Vec<String> {
     rates.iter().enumerate().map(share).collect()
 }
 
-/// What keeps a record's rates from being comparable with the first one's.
+/// Remarks on the differences that make a record's rates incomparable with the first one's.
 fn remarks(name: &str, first: &BenchRecord, other: &BenchRecord) -> String {
     let mut text = String::new();
     if first.machine.cpu != other.machine.cpu {

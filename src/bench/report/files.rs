@@ -1,4 +1,4 @@
-//! Records to text and back.
+//! Conversion of records to text and back.
 
 use super::{BenchRecord, RateRow, SCHEMA_VERSION};
 use serde_json::Value;
@@ -6,30 +6,30 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Why a file is no record.
+/// The reason why a file is no record.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The system's reason.
         source: io::Error,
     },
-    /// It is not JSON.
+    /// The file is not JSON.
     #[error("{}:{line}:{column}: not JSON: {message}", path.display())]
     NotJson {
         /// The file.
         path: PathBuf,
-        /// From 1.
+        /// Line, counted from 1.
         line: usize,
-        /// From 1.
+        /// Column, counted from 1.
         column: usize,
-        /// What is wrong there.
+        /// Description of the mistake there.
         message: String,
     },
-    /// It is a record of another version, or JSON of another kind.
+    /// The file is a record of another version, or JSON of another kind.
     #[error(
         "{}: {}, and this program reads version {SCHEMA_VERSION}",
         path.display(),
@@ -38,19 +38,19 @@ pub enum RecordError {
     Version {
         /// The file.
         path: PathBuf,
-        /// Its version, if it has any.
+        /// Version of the record, if it has any.
         version: Option<u64>,
     },
-    /// It claims this version, but a field is missing or of another kind.
+    /// The file claims this version, but a field is missing or of another kind.
     #[error("{}:{line}:{column}: no record of version {SCHEMA_VERSION}: {message}", path.display())]
     Layout {
         /// The file.
         path: PathBuf,
-        /// From 1.
+        /// Line, counted from 1.
         line: usize,
-        /// From 1.
+        /// Column, counted from 1.
         column: usize,
-        /// What is wrong there.
+        /// Description of the mistake there.
         message: String,
     },
 }
@@ -58,14 +58,14 @@ pub enum RecordError {
 /// Reads a record.
 ///
 /// # Errors
-/// What is wrong with the file, and where.
+/// The mistake in the file, and its position.
 pub fn load(path: &Path) -> Result<BenchRecord, RecordError> {
     let path = || path.to_owned();
     let bytes = fs::read(path()).map_err(|source| RecordError::Io {
         path: path(),
         source,
     })?;
-    // The version first: what else is wrong with a record of another one is beside the point.
+    // The version is checked first: other mistakes in a record of another version do not matter.
     let document: Value = serde_json::from_slice(&bytes).map_err(|error| {
         let (line, column, message) = place(&error);
         RecordError::NotJson {
@@ -93,7 +93,8 @@ pub fn load(path: &Path) -> Result<BenchRecord, RecordError> {
     })
 }
 
-/// Where and what, once each: serde_json ends its message with the place.
+/// Line, column and message. The position is removed from the message, as serde_json ends it with
+/// the position.
 fn place(error: &serde_json::Error) -> (usize, usize, String) {
     let (line, column) = (error.line(), error.column());
     let text = error.to_string();
@@ -105,8 +106,8 @@ fn place(error: &serde_json::Error) -> (usize, usize, String) {
     )
 }
 
-/// A record as JSON, indented, with a line break at its end. What JSON has no number for becomes
-/// `null`.
+/// A record as JSON, indented, with a line break at its end. Numbers that JSON cannot express
+/// become `null`.
 pub fn to_json(record: &BenchRecord) -> String {
     let text = serde_json::to_string_pretty(record);
     text.expect("a record's keys are text, and writing to memory does not fail") + "\n"
@@ -114,8 +115,8 @@ pub fn to_json(record: &BenchRecord) -> String {
 
 const CSV_HEAD: &str = "scene,rays,engine,kernel,threads,mrays_per_s,mad,low,high,rays_timed,hits,difference,exact,same_as,samples";
 
-/// A record's rows as CSV (RFC 4180, but lines end in LF). `samples` are separated by blanks; what
-/// is not known is empty.
+/// A record's rows as CSV (RFC 4180, but lines end in LF). `samples` are separated by blanks;
+/// unknown values are empty.
 pub fn to_csv(record: &BenchRecord) -> String {
     let mut text = String::from(CSV_HEAD) + "\n";
     for row in &record.rows {

@@ -6,7 +6,7 @@ use std::thread::available_parallelism;
 use sysinfo::{MemoryRefreshKind, System};
 
 impl Machine {
-    /// The machine this runs on, as far as it can be found out. Takes some milliseconds.
+    /// The machine this runs on, as far as it can be determined. Takes some milliseconds.
     pub fn here() -> Machine {
         let threads = available_parallelism().map_or(1, |count| count.get() as u32);
         let mut system = System::new();
@@ -25,7 +25,7 @@ impl Machine {
     }
 }
 
-/// Linux's; a virtual machine mostly has none.
+/// Frequency governor, which Linux reports; a virtual machine mostly has none.
 fn governor() -> Option<String> {
     let text = fs::read_to_string("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor").ok()?;
     Some(text.trim().to_owned()).filter(|name| !name.is_empty())
@@ -46,20 +46,21 @@ mod cpu {
 
     pub fn model() -> Option<String> {
         let brand = CpuId::new().get_processor_brand_string()?;
-        // Makers pad it with blanks, and not only at its ends.
+        // Vendors pad the name with blanks, and not only at its ends.
         let words: Vec<&str> = brand.as_str().split_whitespace().collect();
         Some(words.join(" ")).filter(|name| !name.is_empty())
     }
 
-    /// The first level of the topology is that of a core's threads.
+    /// Tests if a core has several threads. The first level of the topology is that of a core's
+    /// threads.
     pub fn smt() -> Option<bool> {
         let first = CpuId::new().get_extended_topology_info()?.next()?;
         let threads = first.processors();
         (threads > 0 && first.level_type() == TopologyType::SMT).then_some(threads > 1)
     }
 
-    /// Those of the first core. Hypervisors tell the sharing of the machine below: no more threads
-    /// than there are share.
+    /// Caches of the first core. Hypervisors report the sharing of the physical machine. So the
+    /// sharing is limited to the number of threads that exist.
     pub fn caches(threads: u32) -> Vec<Cache> {
         let cpu = CpuId::new();
         let found = cpu.get_cache_parameters().into_iter().flatten();
@@ -93,7 +94,7 @@ mod cpu {
             Some(known) => format!("{known:?}"),
             None => String::new(),
         };
-        // There is one, whatever its name.
+        // A hypervisor exists, even if its name is empty.
         let name = if name.is_empty() {
             "unnamed".to_owned()
         } else {

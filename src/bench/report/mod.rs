@@ -1,4 +1,4 @@
-//! Records of benchmark runs: their layout, statistics, comparison, and a page to look at them.
+//! Records of benchmark runs: their layout, statistics, comparison, and presentation as a page.
 
 mod baseline;
 mod compare_table;

@@ -4,12 +4,12 @@ use super::text::{counted, rate};
 use super::{BenchRecord, RAY_KINDS, RateRow, geometric_mean};
 use std::collections::BTreeSet;
 
-/// More scenes than this are folded away.
+/// Number of scenes above which the rest is folded away.
 const MAX_VISIBLE_SCENES: usize = 6;
 
 /// Rates of a record as Markdown: geometric means over its scenes, then each scene, by kind of rays
-/// on the fewest threads; ours (`auto`), each peer's best mode that answers exactly, and the
-/// oracle's, with what ours is of theirs; then the machine and the command.
+/// on the fewest threads. The columns are ours (`auto`), each peer's best mode with exact results,
+/// the oracle's, and the ratio of ours to theirs. Then come the machine and the command.
 pub fn readme_table(record: &BenchRecord) -> String {
     let table = ReadmeTable::of(record);
     if table.kinds.is_empty() {
@@ -27,11 +27,11 @@ pub fn readme_table(record: &BenchRecord) -> String {
     text + "\n" + &source(record)
 }
 
-/// Who is in the table.
+/// Source of a rate in the table.
 #[derive(Clone, Copy, PartialEq)]
 enum RateSource<'a> {
     Auto,
-    /// Its best exact mode.
+    /// A peer's best exact mode.
     Peer(&'a str),
     Oracle,
 }
@@ -70,7 +70,7 @@ impl<'a> ReadmeTable<'a> {
         line(&format!("Mrays/s, {first}"), &kinds) + "|---|" + &rule + "\n"
     }
 
-    /// The others, peers first.
+    /// The other sources, peers first.
     fn others(&self) -> impl Iterator<Item = RateSource<'a>> {
         let peers = self.peers.iter().map(|&name| RateSource::Peer(name));
         peers.chain([RateSource::Oracle])
@@ -97,7 +97,7 @@ impl<'a> ReadmeTable<'a> {
                     .scene_names()
                     .filter_map(|scene| self.ratio(who, scene, kind))
                     .collect();
-                // Not every peer takes every scene: a ratio is of the scenes that both have.
+                // Not every peer supports every scene: a ratio covers the scenes that both have.
                 let missing =
                     ratios.len() < self.scene_names().filter(|s| self.has(s, kind)).count();
                 let of = if missing {
@@ -151,7 +151,7 @@ impl<'a> ReadmeTable<'a> {
             .is_some()
     }
 
-    /// The best median of those rows that count.
+    /// The best median of the rows that count.
     fn rate(&self, who: RateSource, scene: &str, kind: &str, threads: u32) -> Option<f64> {
         let of_set = |row: &&RateRow| {
             (row.scene == scene, row.threads) == (true, threads) && row.rays == kind
@@ -163,7 +163,7 @@ impl<'a> ReadmeTable<'a> {
         rates.filter(|&rate| rate > 0.0).max_by(f64::total_cmp)
     }
 
-    /// Ours as a multiple of theirs, on the fewest threads.
+    /// Our rate as a multiple of theirs, on the fewest threads.
     fn ratio(&self, who: RateSource, scene: &str, kind: &str) -> Option<f64> {
         let rate = |who| self.rate(who, scene, kind, self.fewest);
         Some(rate(RateSource::Auto)? / rate(who)?)
@@ -188,7 +188,7 @@ impl RateSource<'_> {
     }
 }
 
-/// What was measured on, with and how.
+/// Source of the numbers: machine, program and command.
 fn source(record: &BenchRecord) -> String {
     let (machine, program, run) = (&record.machine, &record.program, &record.run);
     let mut facts = vec![escaped(&machine.cpu)];
@@ -240,7 +240,7 @@ fn primitives(count: u64) -> String {
     }
 }
 
-/// Text that Markdown takes for nothing else.
+/// Text with Markdown's special characters escaped.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

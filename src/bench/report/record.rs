@@ -1,8 +1,8 @@
-//! The record of a benchmark run: what was measured, on what, and every sample.
+//! The record of a benchmark run: what was measured, on which machine, and every sample.
 //! `perf/record.schema.json` is its schema.
 //!
 //! Rates are millions of rays a second, times seconds, sizes bytes, unless a field's name says
-//! otherwise. A field that could not be found out is `null`, never a guess.
+//! otherwise. A field whose value could not be determined is `null`, never a guess.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -30,15 +30,15 @@ pub struct BenchRecord {
     pub program: Program,
     /// The machine.
     pub machine: Machine,
-    /// How the run was taken.
+    /// Settings and time of the run.
     pub run: RunInfo,
-    /// What was traced.
+    /// The scenes that were traced.
     pub scenes: Vec<SceneRecord>,
     /// The rates.
     pub rows: Vec<RateRow>,
     /// Work, counted in runs of its own beside the timed ones.
     pub counters: Vec<CounterRow>,
-    /// What the machine can do at most, where it was measured.
+    /// Peak rates of the machine, where they were measured.
     pub limits: Option<MachineLimits>,
 }
 
@@ -49,7 +49,7 @@ pub struct Program {
     pub version: String,
     /// Commit it was built from.
     pub git_revision: Option<String>,
-    /// Whether files differed from that commit.
+    /// True if files differed from that commit.
     pub git_dirty: Option<bool>,
     /// `rustc --version` of the compiler.
     pub rustc: Option<String>,
@@ -70,7 +70,7 @@ pub struct Machine {
     pub cores: Option<u32>,
     /// Threads that can run at once.
     pub threads: u32,
-    /// Whether cores run more than one thread.
+    /// True if cores run more than one thread.
     pub smt: Option<bool>,
     /// Caches from the first level on.
     pub caches: Vec<Cache>,
@@ -78,7 +78,7 @@ pub struct Machine {
     pub governor: Option<String>,
     /// Hypervisor's name, or empty on bare metal.
     pub hypervisor: Option<String>,
-    /// Memory.
+    /// Bytes of memory.
     pub memory_bytes: Option<u64>,
     /// Operating system and kernel.
     pub kernel: Option<String>,
@@ -87,17 +87,17 @@ pub struct Machine {
 /// A cache of the CPU.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cache {
-    /// 1, 2 or 3.
+    /// Level of the cache: 1, 2 or 3.
     pub level: u8,
-    /// `data`, `instruction` or `unified`.
+    /// Kind of the cache: `data`, `instruction` or `unified`.
     pub kind: String,
-    /// Its size.
+    /// Size of the cache.
     pub bytes: u64,
     /// Hardware threads that share it.
     pub shared_by: u32,
 }
 
-/// How a run was taken.
+/// Settings and time of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunInfo {
     /// Start, RFC 3339, UTC.
@@ -108,48 +108,48 @@ pub struct RunInfo {
     pub seconds: f64,
     /// Picture size of the rays, unless a scene says otherwise.
     pub size: [u32; 2],
-    /// Samples asked for of each row.
+    /// Requested samples of each row.
     pub repeat: u32,
-    /// Seconds each row's samples take together at least.
+    /// Least total time of each row's samples, in seconds.
     pub min_time: f64,
-    /// Whether workers were bound to cores.
+    /// True if workers were bound to cores.
     pub pinned: bool,
-    /// What our trees were worth, as `--quality` names it.
+    /// Build quality of our trees, as `--quality` names it.
     #[serde(default = "medium")]
     pub quality: String,
     /// Libraries of peers that took part, such as `embree 4.4.0`.
     pub peers: Vec<String>,
 }
 
-/// The quality in records from before one could say.
+/// The quality in records from before `--quality` existed.
 fn medium() -> String {
     "medium".to_owned()
 }
 
-/// A scene, and what a run had to do before it could trace rays.
+/// A scene, and the work of a run before it could trace rays.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneRecord {
-    /// As on the command line: a path or `standard:NAME:SIZE`. Rows refer to it.
+    /// Name as on the command line: a path or `standard:NAME:SIZE`. Rows refer to it.
     pub name: String,
     /// Standard family, such as `terrain`.
     pub family: Option<String>,
-    /// `small`, `medium` or `large` in the suite.
+    /// Step of the scene in the suite: `small`, `medium` or `large`.
     pub step: Option<String>,
     /// CRC-32 over the scene's primitives, 8 hexadecimal digits.
     pub hash: String,
-    /// Its origin in the file's coordinates; `None` of a scene that is not moved, and in older
-    /// records.
+    /// Origin of the scene in the file's coordinates; `None` for a scene that is not moved, and in
+    /// older records.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<[f64; 3]>,
-    /// Spheres, ellipsoids, triangles, cones, instances.
+    /// Number of primitives by kind: spheres, ellipsoids, triangles, cones, instances.
     pub primitives: BTreeMap<String, u64>,
     /// Primitives in all.
     pub primitive_count: u64,
     /// Picture size of the rays.
     pub size: [u32; 2],
-    /// To read or generate it.
+    /// Time to read or generate the scene.
     pub load_seconds: f64,
-    /// To build its trees, by engine.
+    /// Time to build its trees, by engine.
     pub build_seconds: BTreeMap<String, f64>,
     /// Bytes of the packet engine's tree, primitives in leaf order included.
     pub tree_bytes: u64,
@@ -157,14 +157,14 @@ pub struct SceneRecord {
     pub rays: BTreeMap<String, RaySetRecord>,
 }
 
-/// A set of rays, and the answer to it.
+/// A set of rays, and its results.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RaySetRecord {
-    /// How many.
+    /// Number of rays.
     pub rays: u64,
-    /// Those that hit something (or are occluded).
+    /// Number of rays that hit something (or are occluded).
     pub hits: u64,
-    /// CRC-32 over every answer, 8 hexadecimal digits: `prim_id`, `t`, `u`, `v` bits, or the
+    /// CRC-32 over all results, 8 hexadecimal digits: `prim_id`, `t`, `u`, `v` bits, or the
     /// occlusion bit.
     pub checksum: String,
 }
@@ -183,14 +183,14 @@ impl std::fmt::Display for RaySetRecord {
 /// The rate of one engine on one set of rays.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateRow {
-    /// [`SceneRecord::name`].
+    /// Name of the scene, [`SceneRecord::name`].
     pub scene: String,
-    /// `primary`, `shadow`, `reflection`, `refraction`, `diffuse`, `ao` or `frame`.
+    /// Kind of rays: `primary`, `shadow`, `reflection`, `refraction`, `diffuse`, `ao` or `frame`.
     pub rays: String,
-    /// `phalanx`, `oracle`, `embree` or `obvhs`.
+    /// Name of the engine: `phalanx`, `oracle`, `embree` or `obvhs`.
     pub engine: String,
-    /// Kernel or mode. `auto` is what `render` would use; `best` are no rows, the reader takes the
-    /// maximum.
+    /// Kernel or mode. `auto` is what `render` would use. There are no rows for `best`: the reader
+    /// takes the maximum.
     pub kernel: String,
     /// Threads.
     pub threads: u32,
@@ -200,35 +200,35 @@ pub struct RateRow {
     pub rays_timed: u64,
     /// Rays of the whole set that hit something, by this engine.
     pub hits: u64,
-    /// Share of the set's rays that it answers otherwise than ours, where it is a peer.
+    /// Share of the set's rays for which a peer's result differs from ours.
     pub difference: Option<f64>,
-    /// Whether that difference is small enough for the row to count as a peer's best.
+    /// True if that difference is small enough for the row to count as a peer's best.
     pub exact: bool,
     /// The kernel whose samples these are, where this one does the same on this build.
     pub same_as: Option<String>,
-    /// The rate of every sample, in the order of the rounds, as the clock saw it: with all that
-    /// disturbed it.
+    /// The rate of every sample, in the order of the rounds, as measured by the clock, with all
+    /// disturbances.
     pub samples: Vec<f64>,
 }
 
-/// A rate, and how sure it is, by a bootstrap of the rounds; each piece of the work counts with its
+/// A rate and its uncertainty, by a bootstrap of the rounds; each piece of the work counts with its
 /// fastest visit ([`Estimate::of_fastest`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Median of the resampled rates.
     pub median: f64,
-    /// Median absolute deviation from it.
+    /// Median absolute deviation from the median.
     pub mad: f64,
     /// Lower end of the interval in which another run's median would be, 9 times in 10.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of that interval.
     pub high: f64,
 }
 
 /// Work of one kernel on one set of rays; the same on every machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CounterRow {
-    /// [`SceneRecord::name`].
+    /// Name of the scene, [`SceneRecord::name`].
     pub scene: String,
     /// Kind of rays.
     pub rays: String,
@@ -245,7 +245,7 @@ pub struct CounterRow {
 pub struct CounterRecord {
     /// Packets of eight lanes traced.
     pub packets: u64,
-    /// Lanes of them that carried a ray.
+    /// Lanes of the packets that carried a ray.
     pub active_lanes: u64,
     /// Nodes visited by packets.
     pub node_visits: u64,
@@ -259,20 +259,20 @@ pub struct CounterRecord {
     pub bytes: u64,
 }
 
-/// What the machine can do at most, measured on one thread and on all.
+/// Peak rates of the machine, measured on one thread and on all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MachineLimits {
     /// One thread first, then all.
     pub threads: Vec<ThreadLimits>,
 }
 
-/// What so many threads can do at most.
+/// Peak rates of a number of threads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ThreadLimits {
     /// Threads.
     pub threads: u32,
     /// Peak of f32 additions and multiplications, without fused ones: 10⁹ a second.
     pub gflops: f64,
-    /// Reading, GB/s, by what the bytes fit in: `l1`, `l2`, `l3`, `memory`.
+    /// Bandwidth of reading, GB/s, by the memory that the bytes fit in: `l1`, `l2`, `l3`, `memory`.
     pub bandwidth: BTreeMap<String, f64>,
 }

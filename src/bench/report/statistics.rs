@@ -1,5 +1,5 @@
-//! Medians, how sure they are, and means of ratios. The same numbers on every machine: no clock, no
-//! library's random numbers, no mathematics of the system.
+//! Medians and their uncertainty, and means of ratios. The numbers are the same on every machine:
+//! no clock, no library's random numbers, no mathematics of the system.
 
 use super::Estimate;
 
@@ -9,28 +9,29 @@ const RESAMPLES: usize = 1000;
 /// The share of resamples below an interval.
 const TAIL: f64 = 0.025;
 
-/// How much two runs differ, as a share, by what the rounds of one run all have in common: where
-/// its memory lies, how fast the cores were just then. Runs on a shared virtual machine were up to
-/// 2 % off in all rows at once, whatever their rounds said (perf/notes/noise.md).
+/// Difference between two runs, as a share, that the rounds of one run do not show, as they have it
+/// in common: the addresses of its memory, the speed of the cores at that time. Runs on a shared
+/// virtual machine were up to 2 % off in all rows at once, whatever their rounds said
+/// (perf/notes/noise.md).
 const BETWEEN_RUNS: f64 = 0.025;
 
 impl Estimate {
-    /// The rate of work that is done in pieces, over and over, in rounds: `rounds[r][k]` are the
-    /// seconds that piece k took in round r when it was fastest, and `work` is what all pieces
-    /// together are. Zeros where there are no rounds.
+    /// The rate of work that is done in pieces, repeatedly, in rounds. `rounds[r][k]` is the
+    /// seconds that piece k took in round r when it was fastest. `work` is the sum of all pieces.
+    /// All fields are zero where there are no rounds.
     ///
-    /// A piece counts with its fastest visit. What else runs on a machine can only slow it, by a
-    /// share that changes from one millisecond to the next and from one run to another; the fastest
-    /// of several is what the work itself takes (Chen and Revels, "Robust benchmarking in noisy
-    /// environments", 2016; they take whole runs of a benchmark, which here last too long to be
-    /// undisturbed).
+    /// A piece counts with its fastest visit. Other load on a machine can only slow it, by a share
+    /// that changes from one millisecond to the next and from one run to another. The fastest of
+    /// several visits is the time of the work itself (Chen and Revels, "Robust benchmarking in
+    /// noisy environments", 2016; they take whole runs of a benchmark, which here last too long to
+    /// be undisturbed).
     ///
-    /// Which round was how quiet is chance, so rounds are drawn with replacement (Efron's
-    /// bootstrap). Median and deviation are those of the rates of many draws. The interval says
-    /// where the median of another run would be, 9 times in 10: from the 2.5th percentile, mirrored
-    /// at the median, since a draw cannot be quieter than all rounds but another run can; and 2.5 %
-    /// wider at both ends, for what all rounds of a run have in common. One round says nothing of
-    /// chance.
+    /// The quietness of each round is random, so rounds are drawn with replacement (Efron's
+    /// bootstrap). Median and deviation are those of the rates of many draws. The interval is where
+    /// the median of another run would be, 9 times in 10. It starts from the 2.5th percentile,
+    /// mirrored at the median, since a draw cannot be quieter than all rounds but another run can.
+    /// It is 2.5 % wider at both ends, for the differences that all rounds of a run have in common.
+    /// From one round, nothing is known of chance.
     pub fn of_fastest(rounds: &[Vec<f64>], work: f64) -> Estimate {
         if rounds.is_empty() {
             return Estimate::default();
@@ -49,7 +50,7 @@ impl Estimate {
     }
 }
 
-/// The middle value, or the mean of the two middle ones; 0 of nothing. Sorts.
+/// The middle value, or the mean of the two middle ones; 0 for an empty slice. Sorts.
 pub fn median(samples: &mut [f64]) -> f64 {
     samples.sort_unstable_by(f64::total_cmp);
     let half = samples.len() / 2;
@@ -81,10 +82,10 @@ fn resamples(seed: u64, mut statistic: impl FnMut(&mut Draw) -> f64) -> Vec<f64>
     values
 }
 
-/// Student's 97.5 % quantile with so many degrees of freedom, from 3 on.
+/// Student's 97.5 % quantile with `free` degrees of freedom, from 3 on.
 ///
-/// Its expansion in their inverse (Abramowitz and Stegun 26.7.5), good to 2 % for 3 and to 0.2 %
-/// from 5 on.
+/// It is computed by its expansion in the inverse of `free` (Abramowitz and Stegun 26.7.5), good to
+/// 2 % for 3 and to 0.2 % from 5 on.
 pub(super) fn student(free: usize) -> f64 {
     let (z, free) = (NORMAL, free as f64);
     let z2 = z * z;
@@ -110,7 +111,7 @@ impl Draw {
         z ^ (z >> 31)
     }
 
-    /// Below `count`, which is not 0.
+    /// A random index below `count`, which is not 0.
     pub fn below(&mut self, count: usize) -> usize {
         ((u128::from(self.bits()) * count as u128) >> 64) as usize
     }
@@ -132,12 +133,12 @@ impl Draw {
 /// Noise for tests.
 #[cfg(test)]
 impl Draw {
-    /// In (0, 1).
+    /// A uniform number in (0, 1).
     pub fn unit(&mut self) -> f64 {
         ((self.bits() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
-    /// Normally distributed, by Box and Muller.
+    /// A normally distributed number, by Box and Muller.
     pub fn normal(&mut self) -> f64 {
         let (a, b) = (self.unit(), self.unit());
         (-2.0 * libm::log(a)).sqrt() * libm::cos(std::f64::consts::TAU * b)

@@ -27,7 +27,7 @@ pub(super) fn aligned(head: &[&str], rows: &[Vec<String>], left: usize) -> Strin
 
 /// A share as a signed percentage: -0.148 is `-14.8 %`.
 pub(super) fn percent(share: f64) -> String {
-    // What rounds to nothing has no sign.
+    // A number that rounds to zero has no sign.
     let tenths = (share * 1000.0).round() / 10.0;
     if tenths == 0.0 {
         return "0.0 %".to_owned();
@@ -35,7 +35,7 @@ pub(super) fn percent(share: f64) -> String {
     format!("{tenths:+.1} %")
 }
 
-/// A rate with as many places as it is worth: three figures.
+/// A rate with as many decimals as it is worth: three significant digits.
 pub(super) fn rate(mrays: f64) -> String {
     match mrays {
         r if r >= 100.0 => format!("{r:.0}"),

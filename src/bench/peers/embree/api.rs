@@ -1,10 +1,10 @@
-//! Embree's C interface, as much of it as is used here: the one file of this room with foreign
-//! signatures.
+//! Embree's C interface, as far as it is used here. This is the only file of the `peers` module
+//! with foreign signatures.
 //!
 //! Versions 3 and 4 share the layout of rays and hits, the numbers of their enumerations and most
-//! signatures. They differ in how a query is described: version 4 passes optional
-//! `RTCIntersectArguments` (or `RTCOccludedArguments`, which look alike) after the rays, version 3
-//! passes an `RTCIntersectContext` before them.
+//! signatures. They differ in how a query is described. Version 4 passes optional
+//! `RTCIntersectArguments` (or `RTCOccludedArguments`, which have the same layout) after the rays.
+//! Version 3 passes an `RTCIntersectContext` before them.
 
 use super::layout::{QueryArguments, RayHit, Valid};
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
@@ -30,14 +30,14 @@ type Handle = *mut c_void;
 type Single = unsafe extern "C" fn(Handle, *mut c_void, *mut c_void);
 type Packet = unsafe extern "C" fn(*const i32, Handle, *mut c_void, *mut c_void);
 
-/// One question for one ray, eight rays and sixteen.
+/// The functions of one query, for one ray, eight rays and sixteen.
 struct QueryFns {
     one: Single,
     eight: Packet,
     sixteen: Packet,
 }
 
-/// The functions of one library, which stays loaded for the rest of the process: threads that it
+/// The functions of one library. It stays loaded for the rest of the process: threads that it
 /// started may sleep in its code for good.
 pub(super) struct Api {
     new_device: unsafe extern "C" fn(*const c_char) -> Handle,
@@ -61,18 +61,18 @@ pub(super) struct Api {
 }
 
 impl Api {
-    /// Takes a library for Embree.
+    /// Loads a library as Embree.
     ///
     /// # Errors
-    /// The loader's own words: no such library, or a symbol that it lacks.
+    /// The loader's message: no such library, or a symbol that it lacks.
     pub(super) fn load(name: &std::ffi::OsStr) -> Result<Api, libloading::Error> {
-        // SAFETY: whoever names a library (the user, or the lists of `find`) means Embree, whose
-        // initialisers do no more than register algorithms; floating-point modes they might change
-        // are restored by the caller.
+        // SAFETY: the caller who names a library (the user, or the lists of `find`) means Embree,
+        // whose initialisers do no more than register algorithms; floating-point modes they might
+        // change are restored by the caller.
         let library = ManuallyDrop::new(unsafe { libloading::Library::new(name) }?);
-        // SAFETY: every symbol has the type of the field it is taken for, by the headers of
-        // versions 3 and 4; those that differ between them differ in the order of pointers, which
-        // is decided where they are called.
+        // SAFETY: every symbol has the type of the field that it is loaded into, by the headers of
+        // versions 3 and 4. The symbols that differ between them differ in the order of pointers,
+        // which is decided where they are called.
         unsafe {
             Ok(Api {
                 new_device: symbol(&library, "rtcNewDevice")?,
@@ -109,7 +109,7 @@ impl Api {
 /// A function of the library.
 ///
 /// # Safety
-/// `F` must be the type of a function pointer, and that function's.
+/// `F` must be the type of a function pointer, and the type of that function.
 unsafe fn symbol<F: Copy>(
     library: &libloading::Library,
     name: &str,
@@ -119,7 +119,7 @@ unsafe fn symbol<F: Copy>(
     unsafe { library.get::<F>(name) }.map(|symbol| *symbol)
 }
 
-/// What Embree says went wrong.
+/// An error that Embree reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}", self.text())]
 pub struct EmbreeFault(c_int);
@@ -137,13 +137,13 @@ impl EmbreeFault {
     }
 }
 
-/// A device: what scenes are made with.
+/// An Embree device, which scenes are made with.
 pub(super) struct Device {
     api: Arc<Api>,
     handle: NonNull<c_void>,
-    /// Major, minor, patch.
+    /// Major, minor and patch version.
     pub(super) version: [u32; 3],
-    /// Whether calls with sixteen rays are more than two with eight.
+    /// True if one call with sixteen rays is more than two calls with eight.
     pub(super) sixteen: bool,
 }
 
@@ -154,13 +154,13 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Device {
-    /// A device that builds with so many threads; 0 for one per CPU.
+    /// A device that builds with the given number of threads; 0 for one per CPU.
     pub(super) fn new(api: &Arc<Api>, threads: usize) -> Result<Device, EmbreeFault> {
         let config = CString::new(format!("threads={threads},verbose=0")).unwrap_or_default();
         // SAFETY: the string ends with a zero and outlives the call.
         let handle = NonNull::new(unsafe { (api.new_device)(config.as_ptr()) });
         let Some(handle) = handle else {
-            // SAFETY: without a device the thread's last error is asked for.
+            // SAFETY: without a device the call returns the thread's last error.
             return Err(EmbreeFault(unsafe { (api.device_error)(null_mut()) }));
         };
         // SAFETY: the device exists, the properties are known to both versions.
@@ -173,7 +173,7 @@ impl Device {
         })
     }
 
-    /// What went wrong since this was asked last, if anything.
+    /// Returns the error since the last call of this function, if there is one.
     fn check(&self) -> Result<(), EmbreeFault> {
         // SAFETY: the device exists.
         match unsafe { (self.api.device_error)(self.handle.as_ptr()) } {
@@ -191,7 +191,7 @@ impl Drop for Device {
     }
 }
 
-/// A scene that is being put together.
+/// A scene under construction.
 pub(super) struct EmbreeSceneDraft {
     device: Arc<Device>,
     handle: NonNull<c_void>,
@@ -200,7 +200,7 @@ pub(super) struct EmbreeSceneDraft {
 impl EmbreeSceneDraft {
     /// A scene of high build quality, without flags.
     pub(super) fn new(device: &Arc<Device>) -> Result<EmbreeSceneDraft, EmbreeFault> {
-        // SAFETY: the device exists; a scene that was made is one to set a quality of.
+        // SAFETY: the device exists. A quality may be set on a scene that was made.
         let handle = unsafe { (device.api.new_scene)(device.handle.as_ptr()) };
         let Some(handle) = NonNull::new(handle) else {
             return Err(device.check().err().unwrap_or(EmbreeFault(1)));
@@ -213,8 +213,8 @@ impl EmbreeSceneDraft {
         })
     }
 
-    /// Adds triangles as the geometry of that number. Triangles with corners that do not exist are
-    /// left out.
+    /// Adds triangles as the geometry with that id. Triangles whose vertices do not exist are left
+    /// out.
     pub(super) fn triangles(
         &mut self,
         id: u32,
@@ -227,14 +227,15 @@ impl EmbreeSceneDraft {
         self.attach(geometry, id)
     }
 
-    /// Adds spheres, (x, y, z, radius) each, as the geometry of that number.
+    /// Adds spheres, (x, y, z, radius) each, as the geometry with that id.
     pub(super) fn spheres(&mut self, id: u32, spheres: &[[f32; 4]]) -> Result<(), EmbreeFault> {
         let geometry = Geometry::new(&self.device, SPHERES)?;
         geometry.fill(VERTEX_BUFFER, FLOAT4, spheres)?;
         self.attach(geometry, id)
     }
 
-    /// Adds another scene of the same device, placed by the columns of an affine map.
+    /// Adds another scene of the same device as an instance, positioned by the columns of an affine
+    /// map.
     pub(super) fn instance(
         &mut self,
         id: u32,
@@ -244,7 +245,7 @@ impl EmbreeSceneDraft {
         let geometry = Geometry::new(&self.device, INSTANCE)?;
         let api = &self.device.api;
         // SAFETY: geometry and scene exist, and Embree keeps a reference of its own to the scene.
-        // The map is twelve floats, column by column, as the format says, and is copied.
+        // The map is twelve floats, column by column, as the format demands, and is copied.
         unsafe {
             (api.set_instanced)(geometry.handle.as_ptr(), of.0.handle.as_ptr());
             let map = columns.as_ptr().cast();
@@ -265,7 +266,7 @@ impl EmbreeSceneDraft {
 
     /// Builds the trees.
     pub(super) fn build(self) -> Result<CommittedScene, EmbreeFault> {
-        // SAFETY: the scene exists, and nobody else has it.
+        // SAFETY: the scene exists, and no other thread has it.
         unsafe { (self.device.api.commit_scene)(self.handle.as_ptr()) };
         self.device.check()?;
         Ok(CommittedScene(self))
@@ -311,8 +312,8 @@ impl Geometry {
         };
         self.device.check()?;
         let room = NonNull::new(room).ok_or(EmbreeFault(4))?;
-        // SAFETY: Embree made room for `count` rows of `width` bytes, aligned to 16 bytes at least,
-        // and it is not ours.
+        // SAFETY: Embree allocated `count` rows of `width` bytes, aligned to 16 bytes at least, and
+        // that memory is not ours.
         unsafe { std::ptr::copy_nonoverlapping(rows.as_ptr(), room.as_ptr().cast(), count) };
         Ok(())
     }
@@ -334,19 +335,20 @@ unsafe impl Send for CommittedScene {}
 // SAFETY: as above.
 unsafe impl Sync for CommittedScene {}
 
-/// One thread's way to ask a scene about one ray, eight or sixteen: all that a call needs lies side
-/// by side here, because with single rays it counts how many addresses are looked up before.
+/// One thread's access to a scene for queries of one ray, eight or sixteen. All data that a call
+/// needs lies side by side here, because with single rays the number of addresses that are looked
+/// up before matters.
 pub(super) struct QueryCaller<'a, const N: usize> {
     scene: Handle,
     intersect: EntryPoints,
     occluded: EntryPoints,
-    /// Whether the library is of version 4, where the query comes last.
+    /// True if the library is of version 4, where the query comes last.
     query_last: bool,
     query: QueryArguments,
     built: PhantomData<&'a CommittedScene>,
 }
 
-/// A question's functions for single rays, and for packets of the caller's width.
+/// Functions of a query for single rays, and for packets of the caller's width.
 #[derive(Clone, Copy)]
 struct EntryPoints {
     one: Single,
@@ -354,7 +356,7 @@ struct EntryPoints {
 }
 
 impl CommittedScene {
-    /// A way to ask, for rays that go the same way or for any.
+    /// A caller for queries, optimised for coherent rays or for any.
     pub(super) fn caller<const N: usize>(&self, coherent: bool) -> QueryCaller<'_, N> {
         const { assert!(N == 1 || N == 8 || N == 16, "Embree's packets") };
         let device = &self.0.device;
@@ -380,7 +382,7 @@ impl<const N: usize> QueryCaller<'_, N> {
         self.call(self.intersect, valid, rays);
     }
 
-    /// Finds whether anything is hit. A single ray is always valid.
+    /// Tests for any hit. A single ray is always valid.
     #[inline(always)]
     pub(super) fn occluded(&mut self, valid: &Valid<N>, rays: &mut RayHit<N>) {
         self.call(self.occluded, valid, rays);

@@ -1,4 +1,4 @@
-//! The ways to ask Embree: one ray a call, eight or sixteen, told that they go the same way or not.
+//! The modes of Embree: one ray a call, eight or sixteen, flagged as coherent or not.
 
 use super::EmbreeSceneData;
 use super::api::QueryCaller;
@@ -11,10 +11,10 @@ use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, U32x8};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A set of rays in packets of N, the first half of each packet as Embree wants it. The other half
-/// is the same for all, so that a runner has it once, and copies what differs before every call: to
-/// trace where the rays lie would have to put back what the call before has written there, and
-/// moves more than twice the memory.
+/// A set of rays in packets of N. It holds the first half of each packet in Embree's layout. The
+/// other half is the same for all packets. So each thread has it once, and copies the first half
+/// before every call. To trace the rays in place would require restoring the values that the
+/// previous call has overwritten, and moves more than twice the memory.
 pub(super) struct RayLayout<const N: usize> {
     headers: Vec<RayHeader<N>>,
     rays: usize,
@@ -42,7 +42,7 @@ impl<const N: usize> RayLayout<N> {
     }
 }
 
-/// One way to ask.
+/// One mode: packet width and coherence flag.
 pub(super) struct EmbreeEngine<const N: usize> {
     scene: Arc<EmbreeSceneData>,
     layout: Arc<RayLayout<N>>,
@@ -87,7 +87,7 @@ impl BenchEngine for EmbreeEngine<16> {
 }
 
 impl<const N: usize> RayHit<N> {
-    /// Takes rays, as if nobody had asked about them yet.
+    /// Loads rays and resets the results, as for a first query.
     #[inline(always)]
     fn load(&mut self, front: &RayHeader<N>, tmax: f32) {
         self.header = *front;
@@ -108,7 +108,7 @@ struct EmbreeSingleThread<'a> {
 const SINGLE: Valid<1> = Valid([-1]);
 
 impl<'a> EmbreeSingleThread<'a> {
-    /// The rays of one of our packets; the last may have fewer.
+    /// The rays of one of our packets; the last packet may have fewer.
     fn fronts(&self, packet: usize) -> &'a [RayHeader<1>] {
         let fronts = &self.layout.headers[packet * LANES..];
         &fronts[..fronts.len().min(LANES)]
@@ -156,10 +156,10 @@ struct EmbreePacketThread<'a, const N: usize> {
     numbers: &'a PrimIdMap,
     laid: &'a RayLayout<N>,
     caller: QueryCaller<'a, N>,
-    /// The packet that is asked about, and the next.
+    /// The packet that is queried, and the next.
     rays: [RayHit<N>; 2],
     valid: Valid<N>,
-    /// Rays that `valid` lets through.
+    /// Number of rays that `valid` admits.
     active: usize,
 }
 
@@ -177,12 +177,12 @@ impl<'a, const N: usize> EmbreePacketThread<'a, N> {
         }
     }
 
-    /// Asks about some of our packets, and hands on what Embree says of every N rays, and which
-    /// call that was.
+    /// Queries some of our packets. `answer` receives the index of each call and Embree's results
+    /// for its N rays.
     ///
-    /// Each packet is copied while the one before it waits to be asked about. Embree reads a row at
-    /// once that was copied in halves, which takes the row through memory; right behind the copy,
-    /// and behind the answers before it, that was 6 % of the time of incoherent packets of sixteen.
+    /// Each packet is copied while the packet before it waits for its query. Embree reads a row at
+    /// once that was copied in halves, which takes the row through memory. Right behind the copy,
+    /// and behind the results before it, that was 6 % of the time of incoherent packets of sixteen.
     #[inline(always)]
     fn query(
         &mut self,
@@ -202,7 +202,7 @@ impl<'a, const N: usize> EmbreePacketThread<'a, N> {
         }
     }
 
-    /// Takes a packet, if it is there.
+    /// Loads a packet, if it exists.
     #[inline(always)]
     fn load(&mut self, packet: usize, place: usize) {
         if let Some(front) = self.laid.headers.get(packet) {
@@ -210,7 +210,7 @@ impl<'a, const N: usize> EmbreePacketThread<'a, N> {
         }
     }
 
-    /// Lets through so many rays of the packet.
+    /// Admits the given number of rays of the packet.
     #[inline(always)]
     fn admit(&mut self, most: usize) {
         let active = most.min(N);
@@ -232,7 +232,7 @@ impl<const N: usize> RayHit<N> {
         prim_ids.of(self.prim[lane], self.geometry[lane], self.instance[lane])
     }
 
-    /// The answer to the k-th eight.
+    /// The results of the k-th eight.
     #[inline(always)]
     fn hits(&self, k: usize) -> HitPacket {
         HitPacket {

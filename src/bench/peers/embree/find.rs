@@ -1,5 +1,4 @@
-//! Where Embree's library may be: in the loader's folders, or in the wheel `embreex` of some
-//! Python.
+//! Search for Embree's library: in the loader's folders, or in the wheel `embreex` of some Python.
 
 use std::env;
 use std::ffi::OsString;
@@ -7,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// What the system's loader may know it as, the newer version first.
+/// Names that the system's loader may know the library by, the newer version first.
 pub(super) fn loader_names() -> &'static [&'static str] {
     if cfg!(windows) {
         &["embree4.dll", "embree3.dll"]
@@ -28,8 +27,8 @@ pub(super) fn loader_names() -> &'static [&'static str] {
     }
 }
 
-/// The libraries in a folder that somebody names: an unpacked wheel, an installation, or where the
-/// file itself is.
+/// The libraries in a folder that the user names: an unpacked wheel, an installation, or the folder
+/// of the file itself.
 pub(super) fn in_folder(folder: &Path) -> Vec<PathBuf> {
     let below = ["", "lib", "lib64", "bin", "embreex.libs", "embreex/.dylibs"];
     let folders = below.iter().map(|name| folder.join(name));
@@ -44,8 +43,8 @@ pub(super) fn in_wheels() -> Vec<PathBuf> {
     packages.flat_map(|folder| in_folder(&folder)).collect()
 }
 
-/// The libraries in wheels of the first Python of `PATH`, which is started to say where its
-/// packages are: some Pythons are shell scripts that choose another.
+/// The libraries in wheels of the first Python of `PATH`. It is started to print the path of its
+/// packages, because some Pythons are shell scripts that choose another.
 pub(super) fn by_asking_python() -> Vec<PathBuf> {
     let program = "import site, sysconfig\n\
         print(sysconfig.get_paths()['platlib'])\n\
@@ -67,8 +66,8 @@ pub(super) fn by_asking_python() -> Vec<PathBuf> {
     Vec::new()
 }
 
-/// Folders that Pythons are installed under: of the virtual environment, of those in `PATH`, and
-/// the user's.
+/// Folders that Pythons are installed under: the prefixes of the virtual environment, of the
+/// Pythons in `PATH`, and the user's.
 fn prefixes() -> Vec<PathBuf> {
     let mut prefixes: Vec<PathBuf> = Vec::new();
     let variables = ["VIRTUAL_ENV", "CONDA_PREFIX"];
@@ -84,8 +83,8 @@ fn prefixes() -> Vec<PathBuf> {
             if !python.is_file() {
                 continue;
             }
-            // A virtual environment's Python is a link: its packages are where it stands, the rest
-            // where it leads.
+            // A virtual environment's Python is a link: its packages are beside the link, the rest
+            // is beside its target.
             for python in [Some(python.clone()), fs::canonicalize(&python).ok()] {
                 let prefix = python
                     .as_deref()
@@ -120,8 +119,8 @@ fn packages_of(prefix: &Path) -> Vec<PathBuf> {
     folders
 }
 
-/// Files of a folder that are called as Embree's library is, with whatever a wheel puts into the
-/// name; version 4 before 3.
+/// Files of a folder that have the name of Embree's library, with any additions that a wheel makes
+/// to the name; version 4 before 3.
 fn libraries(folder: &Path) -> Vec<PathBuf> {
     let mut found: Vec<(u8, PathBuf)> = Vec::new();
     for name in names_in(folder) {
@@ -142,7 +141,7 @@ fn libraries(folder: &Path) -> Vec<PathBuf> {
     found.into_iter().map(|(_, path)| path).collect()
 }
 
-/// Names of what is in a folder, in order; nothing where it cannot be read.
+/// Names of the entries of a folder, in order; empty where it cannot be read.
 fn names_in(folder: &Path) -> Vec<OsString> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<OsString> = entries.map(|entry| entry.file_name()).collect();

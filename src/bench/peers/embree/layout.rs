@@ -1,4 +1,4 @@
-//! What is passed to Embree and back, as it lies in memory.
+//! Memory layout of the data that is passed to Embree and back.
 //!
 //! Layouts were read from `rtcore_ray.h`, `rtcore_common.h` and `rtcore_scene.h` of 3.13.5 and
 //! 4.4.0. Rays and hits are alike in both. Both can be compiled with more than one level of
@@ -22,8 +22,8 @@ pub(super) struct RayHeader<const N: usize>(pub(super) [[f32; N]; 8]);
 #[repr(C, align(64))]
 pub(super) struct RayHit<const N: usize> {
     pub(super) header: RayHeader<N>,
-    /// In: hits count up to here. Out: the distance of the hit, or −∞ where it was only asked
-    /// whether there is one.
+    /// In: the largest distance of a hit. Out: the distance of the hit, or −∞ where an occlusion
+    /// query found one.
     pub(super) tfar: [f32; N],
     mask: [u32; N],
     id: [u32; N],
@@ -31,14 +31,14 @@ pub(super) struct RayHit<const N: usize> {
     ng: [[f32; N]; 3],
     pub(super) u: [f32; N],
     pub(super) v: [f32; N],
-    /// In and, where nothing is hit, out: [`INVALID`].
+    /// Primitive id. In and, where nothing is hit, out: [`INVALID`].
     pub(super) prim: [u32; N],
-    /// In and, where nothing is hit, out: [`INVALID`].
+    /// Geometry id. In and, where nothing is hit, out: [`INVALID`].
     pub(super) geometry: [u32; N],
     /// The instance that was hit, or [`INVALID`]; anything where nothing is hit.
     pub(super) instance: [u32; N],
-    /// Further levels of instances, and what version 4 keeps of arrays of them, in libraries
-    /// compiled for that.
+    /// Space for further levels of instances, and for version 4's arrays of instances, in libraries
+    /// compiled for those.
     context_stack: [[u32; N]; 17],
 }
 
@@ -61,12 +61,12 @@ impl<const N: usize> RayHit<N> {
     }
 }
 
-/// Which rays of a packet are there: −1 or 0.
+/// Mask of the valid rays of a packet: −1 or 0.
 #[repr(C, align(64))]
 pub(super) struct Valid<const N: usize>(pub(super) [i32; N]);
 
-/// How to search, for either version: what must be alike is written twice, what is not asked for
-/// stays zero.
+/// Arguments of a query, for either version. Values that must be alike are written twice; options
+/// that are not used stay zero.
 pub(super) struct QueryArguments {
     pub(super) arguments: Arguments4,
     pub(super) context: Context3,
@@ -77,11 +77,11 @@ pub(super) struct QueryArguments {
 pub(super) struct Arguments4 {
     flags: u32,
     features: u32,
-    /// None: the library makes one.
+    /// Null: the library makes a context.
     context: *mut c_void,
     filter: *const c_void,
     callback: *const c_void,
-    /// Only read where the library is compiled for curves of least width.
+    /// Factor that is only read where the library is compiled for curves of least width.
     min_width_distance_factor: f32,
 }
 
@@ -91,14 +91,14 @@ pub(super) struct Context3 {
     flags: u32,
     filter: *const c_void,
     instance: u32,
-    /// Only read where the library is compiled for curves of least width.
+    /// Factor that is only read where the library is compiled for curves of least width.
     min_width_distance_factor: f32,
-    /// Further levels of instances, in libraries compiled for that.
+    /// Space for further levels of instances, in libraries compiled for that.
     room: [u32; 16],
 }
 
 impl QueryArguments {
-    /// For rays that go the same way, or for any.
+    /// Arguments for coherent rays, or for any.
     pub(super) fn new(coherent: bool) -> QueryArguments {
         QueryArguments {
             arguments: Arguments4 {

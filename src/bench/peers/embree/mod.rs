@@ -1,18 +1,18 @@
-//! Embree, loaded when it is asked for: nothing of it is needed to build or to run anything else.
+//! Embree, loaded on request: nothing of it is needed to build or to run anything else.
 //!
-//! | file | what |
+//! | file | content |
 //! |---|---|
-//! | `find` | where its library may be |
+//! | `find` | search for its library |
 //! | `api` | its C interface, versions 3 and 4 |
-//! | `layout` | what goes through that, as it lies in memory |
-//! | `mxcsr` | the floating-point modes that it wants, and ours again |
-//! | `scene` | our scenes as its |
-//! | `engines` | the ways to ask it |
+//! | `layout` | memory layout of the data that passes through that |
+//! | `mxcsr` | the floating-point modes that it wants, and restoring ours |
+//! | `scene` | our scenes in its form |
+//! | `engines` | its modes of tracing rays |
 //!
 //! Its robust mode is not among them. By default a ray through an edge that two triangles share may
 //! miss both, and its coherent occlusion loses whole packets now and then (research on real scenes:
-//! 0.2 % of Sponza's); that is how it is used and how its rates are told, so the benchmark counts
-//! what differs instead.
+//! 0.2 % of Sponza's). It is used that way, and its rates are published that way. So the benchmark
+//! counts the differences instead.
 
 #[allow(
     unsafe_code,
@@ -41,41 +41,41 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// How to come by Embree, for messages.
+/// Hint for messages: how to get Embree.
 const HOW_TO_GET: &str = "get it with `pip install embreex` (version 4) or `apt-get install libembree3-3` (version 3, \
     Debian), or name the library, or its folder, with `--embree PATH`";
 
-/// Why there is no Embree.
+/// The reason why there is no Embree.
 #[derive(Debug, thiserror::Error)]
 pub enum EmbreeError {
     /// Neither the loader nor any Python has it.
     #[error("Embree's library was not found; {HOW_TO_GET}")]
     NotFound,
-    /// A path was given where nothing of that kind is.
+    /// The given path does not lead to an Embree library.
     #[error("there is no Embree library at {}; {HOW_TO_GET}", .0.display())]
     NotThere(PathBuf),
-    /// The library is there, and does not load, or is another.
+    /// The library exists, but does not load, or is another library.
     #[error("{} cannot be used as Embree: {reason}; {HOW_TO_GET}", path.display())]
     NotLoaded {
-        /// What was loaded.
+        /// Path or name that was loaded.
         path: PathBuf,
-        /// The loader's words.
+        /// The loader's message.
         reason: String,
     },
-    /// It loads, and does not work on this machine.
+    /// The library loads, but does not work on this machine.
     #[error("Embree ({}) does not start: {fault}", path.display())]
     NotStarted {
-        /// What was loaded.
+        /// Path or name that was loaded.
         path: PathBuf,
-        /// Embree's words.
+        /// Embree's message.
         fault: EmbreeFault,
     },
-    /// It is of a version whose interface is another.
+    /// The library is of a version with another interface.
     #[error("Embree {version} ({}) is neither version 3 nor 4; {HOW_TO_GET}", path.display())]
     OtherVersion {
-        /// What was loaded.
+        /// Path or name that was loaded.
         path: PathBuf,
-        /// Its version.
+        /// Version of the library.
         version: String,
     },
 }
@@ -88,9 +88,9 @@ pub struct EmbreeLibrary {
 }
 
 impl EmbreeLibrary {
-    /// Loads Embree: from a path, which names the library or a folder that has it; else as the
-    /// system's loader knows it; else out of the wheel `embreex` of a Python that is installed
-    /// here.
+    /// Loads Embree. `path` names the library or a folder that has it. Without a path, the library
+    /// is loaded by the names that the system's loader knows, else from the wheel `embreex` of a
+    /// Python that is installed here.
     ///
     /// # Errors
     /// [`EmbreeError`], which says how to get the library.
@@ -115,8 +115,8 @@ impl EmbreeLibrary {
     fn search() -> Result<EmbreeLibrary, EmbreeError> {
         for name in find::loader_names() {
             match EmbreeLibrary::load(OsStr::new(name)) {
-                // The loader's words for "no such file" are its own, so every failure here means to
-                // look further.
+                // The message of the loader for "no such file" depends on the system. So after
+                // every failure here the search continues.
                 Err(EmbreeError::NotLoaded { .. }) => {}
                 other => return other,
             }
@@ -135,7 +135,8 @@ impl EmbreeLibrary {
         let _restore = RestoreMxcsr::later();
         let api = Api::load(name).map_err(|error| EmbreeError::NotLoaded {
             path: path.clone(),
-            // The loader's words are behind those of the crate, which says only what failed.
+            // The loader's message is the source of the crate's error, which says only which step
+            // failed.
             reason: error.source().unwrap_or(&error).to_string(),
         })?;
         let api = Arc::new(api);
@@ -155,13 +156,13 @@ impl EmbreeLibrary {
         Ok(library)
     }
 
-    /// Its version, such as `4.4.0`.
+    /// Version of the library, such as `4.4.0`.
     pub fn version(&self) -> String {
         let [major, minor, patch] = self.version;
         format!("{major}.{minor}.{patch}")
     }
 
-    /// What was loaded: a path, or the name that the system's loader knows it by.
+    /// Path that was loaded, or the name that the system's loader knows it by.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -173,16 +174,16 @@ pub struct EmbreeScene(Arc<EmbreeSceneData>);
 struct EmbreeSceneData {
     built: CommittedScene,
     numbers: scene::PrimIdMap,
-    /// Whether packets of sixteen are traced as such, incoherent and coherent.
+    /// True if packets of sixteen are traced as such, for incoherent and for coherent rays.
     sixteen: [bool; 2],
 }
 
 impl EmbreeScene {
-    /// Copies a scene and builds its trees on so many threads; 0 for one per CPU. Triangles and
-    /// spheres in the world and in meshes, and instances of meshes.
+    /// Copies a scene and builds its trees on the given number of threads; 0 for one per CPU.
+    /// Supports triangles and spheres in the world and in meshes, and instances of meshes.
     ///
     /// # Errors
-    /// [`Unsupported`]: primitives that Embree has not, or what it says went wrong.
+    /// [`Unsupported`]: primitives that Embree does not have, or an error that it reports.
     pub fn build(
         library: &EmbreeLibrary,
         scene: &Scene,
@@ -223,8 +224,8 @@ impl EmbreeScene {
         }
     }
 
-    /// The ways to trace a set of rays, by name. Sixteen rays a call only where the library has
-    /// instructions for it.
+    /// The modes of tracing a set of rays, by name. Sixteen rays a call are included only where the
+    /// library has instructions for them.
     pub fn engines(&self, rays: RaySetRef) -> Vec<(String, Box<dyn BenchEngine>)> {
         let mut modes: Vec<(String, Box<dyn BenchEngine>)> = Vec::new();
         let single = EmbreeEngine::new(&self.0, &Arc::new(RayLayout::<1>::new(rays)), false);
@@ -246,5 +247,5 @@ impl EmbreeScene {
     }
 }
 
-/// What packets are told about their rays. For single rays Embree has one way only.
+/// Coherence flags of packets. For single rays Embree has one mode only.
 const COHERENCE: [(&str, bool); 2] = [("coherent", true), ("incoherent", false)];

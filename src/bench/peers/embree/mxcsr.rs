@@ -1,10 +1,10 @@
-//! The processor's floating-point control register, which Embree wants otherwise than we do.
+//! The processor's floating-point control register, which Embree wants in another state than ours.
 //!
 //! Its manual recommends to flush denormal results to zero and to take denormal inputs for zero
 //! while it traces. Our own kernels must do neither, or bits would differ. On other processors than
 //! x86-64 nothing is changed.
 
-/// Puts the register back as it was when this is dropped.
+/// Restores the register when this is dropped.
 #[must_use]
 pub(super) struct RestoreMxcsr(u32);
 
@@ -12,13 +12,13 @@ pub(super) struct RestoreMxcsr(u32);
 const FLUSH: u32 = 1 << 15 | 1 << 6;
 
 impl RestoreMxcsr {
-    /// Notes the register before something that might change it.
+    /// Saves the register before a call that might change it.
     pub(super) fn later() -> RestoreMxcsr {
         RestoreMxcsr(read())
     }
 
-    /// Notes the register, then has denormals flushed. Until it is restored, Rust code may move
-    /// floats about, and do no arithmetic on them.
+    /// Saves the register, then turns on the flushing of denormals. Until it is restored, Rust code
+    /// may move floats about, and do no arithmetic on them.
     #[inline]
     pub(super) fn flushing() -> RestoreMxcsr {
         let before = read();
@@ -38,8 +38,8 @@ impl Drop for RestoreMxcsr {
 #[inline]
 fn read() -> u32 {
     let mut value = 0u32;
-    // SAFETY: stores four bytes where four bytes are ours. (`_mm_getcsr` is deprecated in favour of
-    // this.)
+    // SAFETY: stores four bytes into four bytes that we own. (`_mm_getcsr` is deprecated in favour
+    // of this.)
     unsafe {
         std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags));
     }
@@ -49,8 +49,8 @@ fn read() -> u32 {
 #[cfg(target_arch = "x86_64")]
 #[inline]
 fn write(value: u32) {
-    // SAFETY: the value is one that was read, with two mode bits that every x86-64 has; no
-    // exception is unmasked. Rust does no arithmetic on floats between the changed value and the
+    // SAFETY: the value was read from the register, with two mode bits added that every x86-64 has;
+    // no exception is unmasked. Rust does no arithmetic on floats between the changed value and the
     // old one: callers only move them.
     unsafe {
         std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags));
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn the_register_is_put_back() {
-        // The status flags come and go; the control bits are what counts.
+        // The status flags change all the time; only the control bits are compared.
         let control = || read() & !0x3f;
         let before = control();
         {

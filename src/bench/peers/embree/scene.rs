@@ -1,8 +1,8 @@
-//! Our scenes as Embree's, and the numbers of its primitives as ours.
+//! Conversion of our scenes to Embree's, and of the numbers of its primitives to ours.
 //!
-//! The primitives of the world, and those of each mesh, become two geometries of a scene of
-//! Embree's: triangles are number 0, spheres number 1. An instance of a mesh is an instance of the
-//! mesh's scene; in the world's, instance k is number k + 2.
+//! The primitives of the world, and those of each mesh, become two geometries of an Embree scene:
+//! triangles are number 0, spheres number 1. An instance of a mesh is an instance of the mesh's
+//! scene; in the world's, instance k is number k + 2.
 //!
 //! Build quality is high, which adds spatial splits to medium: over twice the time to build, and 15
 //! to 24 % more primary rays on the terrain (1 to 6 % in the room; shadow and diffuse rays −5 to 9
@@ -55,14 +55,14 @@ pub(super) fn build(
     Ok((built, prim_ids))
 }
 
-/// Where Embree's numbers lead.
+/// Map from Embree's numbers to our `prim_id`s.
 pub(super) struct PrimIdMap {
-    /// Whether every primitive has the number that it has in our scene, so that nothing need be
-    /// looked up.
+    /// True if every primitive has the number that it has in our scene, so that no look-up is
+    /// needed.
     pub(super) same: bool,
     world: GeometryPrimIds,
     meshes: Vec<GeometryPrimIds>,
-    /// Mesh and first `prim_id` of each.
+    /// Mesh and first `prim_id` of each instance.
     instances: Vec<(u32, u32)>,
 }
 
@@ -81,7 +81,7 @@ impl PrimIdMap {
     }
 }
 
-/// Numbers of the primitives of one of Embree's scenes, counted from where its mesh begins.
+/// Numbers of the primitives of one Embree scene, relative to the first primitive of its mesh.
 struct GeometryPrimIds {
     triangles: PrimIds,
     spheres: PrimIds,
@@ -89,9 +89,9 @@ struct GeometryPrimIds {
 
 /// Numbers of one kind's primitives.
 enum PrimIds {
-    /// One after the other.
+    /// Consecutive numbers from this one on.
     From(u32),
-    /// Mixed with others'.
+    /// A number for each primitive, as they alternate with other kinds.
     Each(Vec<u32>),
 }
 
@@ -121,8 +121,8 @@ impl PrimIds {
 }
 
 impl GeometryPrimIds {
-    /// Adds the primitives of some runs to a draft. Kinds that Embree has not are not there: the
-    /// caller has looked.
+    /// Adds the primitives of some runs to a draft. Kinds that Embree lacks do not occur, because
+    /// the caller has checked.
     fn add(
         draft: &mut EmbreeSceneDraft,
         scene: &Scene,
@@ -164,14 +164,15 @@ impl GeometryPrimIds {
         }
     }
 
-    /// Whether both kinds are numbered as in the scene. That is so, too, for a kind that is not
-    /// there.
+    /// Returns true if both kinds are numbered as in the scene. A kind without primitives counts as
+    /// numbered so.
     fn same(&self) -> bool {
         self.triangles.is_from_zero() && self.spheres.is_from_zero()
     }
 }
 
-/// The corners of some triangles, and the vertices between the first and the last that they name.
+/// The vertex indices of some triangles, and the vertices from the lowest to the highest of these
+/// indices.
 fn indexed(scene: &Scene, triangles: &[usize]) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let all = &scene.triangles;
     let named = || triangles.iter().flat_map(|&i| all.corners[i]);

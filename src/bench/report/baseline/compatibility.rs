@@ -1,58 +1,58 @@
-//! Whether two records may be compared at all.
+//! Compatibility of two records: the reasons why they may not be compared.
 
 use crate::report::{BenchRecord, RateRow};
 use std::collections::BTreeMap;
 use std::fmt::{self, Display};
 
-/// One reason why the rates of two records are not of the same thing.
+/// One reason why the rates of two records do not measure the same thing.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Mismatch {
     /// Another CPU.
     #[error("another CPU: {old} in the baseline, {new} here")]
     Cpu {
-        /// The baseline's.
+        /// The baseline's CPU.
         old: String,
-        /// This one's.
+        /// This run's CPU.
         new: String,
     },
     /// Another number of hardware threads.
     #[error("another number of hardware threads: {old} in the baseline, {new} here")]
     Threads {
-        /// The baseline's.
+        /// The baseline's number.
         old: u32,
-        /// This one's.
+        /// This run's number.
         new: u32,
     },
     /// Other caches.
     #[error("other caches: {old} in the baseline, {new} here")]
     Caches {
-        /// The baseline's, as text.
+        /// The baseline's caches, as text.
         old: String,
-        /// This one's.
+        /// This run's caches, as text.
         new: String,
     },
     /// Another hypervisor, or one where there was none.
     #[error("another hypervisor: {old} in the baseline, {new} here")]
     Hypervisor {
-        /// The baseline's.
+        /// The baseline's hypervisor.
         old: String,
-        /// This one's.
+        /// This run's hypervisor.
         new: String,
     },
     /// Compiled for another instruction set.
     #[error("compiled for another instruction set: {old} in the baseline, {new} here")]
     InstructionSet {
-        /// The baseline's.
+        /// The baseline's instruction set.
         old: String,
-        /// This one's.
+        /// This run's instruction set.
         new: String,
     },
-    /// Trees that are worth more or less.
+    /// Trees of another build quality.
     #[error("trees of another quality: {old} in the baseline, {new} here")]
     Quality {
-        /// The baseline's.
+        /// The baseline's quality.
         old: String,
-        /// This one's.
+        /// This run's quality.
         new: String,
     },
     /// A scene of one name that is not the same scene.
@@ -62,7 +62,7 @@ pub enum Mismatch {
         scene: String,
         /// The baseline's hash.
         old: String,
-        /// This one's.
+        /// This run's hash.
         new: String,
     },
     /// Rays of another picture size.
@@ -76,7 +76,7 @@ pub enum Mismatch {
         scene: String,
         /// The baseline's width and height.
         old: [u32; 2],
-        /// This one's.
+        /// This run's width and height.
         new: [u32; 2],
     },
     /// Another number of rays.
@@ -86,12 +86,12 @@ pub enum Mismatch {
         scene: String,
         /// Kind of rays.
         rays: String,
-        /// The baseline's.
+        /// The baseline's number.
         old: u64,
-        /// This one's.
+        /// This run's number.
         new: u64,
     },
-    /// Other answers to the rays.
+    /// Other results of the rays.
     #[error("{scene}, {rays}: other answers (checksum {old} in the baseline, {new} here)")]
     Answers {
         /// Name of the scene.
@@ -100,10 +100,10 @@ pub enum Mismatch {
         rays: String,
         /// The baseline's checksum.
         old: String,
-        /// This one's.
+        /// This run's checksum.
         new: String,
     },
-    /// No rate of ours that stands in both.
+    /// No rate of ours occurs in both.
     #[error("no rate stands in both")]
     NothingInCommon,
 }
@@ -113,8 +113,8 @@ fn size([width, height]: &[u32; 2]) -> String {
 }
 
 impl Mismatch {
-    /// Whether one may compare nevertheless. Rates of other rays are rates of something else:
-    /// never.
+    /// Returns true if the records may be compared nevertheless. Rates of other rays measure
+    /// something else, and may never be compared.
     pub fn can_be_forced(&self) -> bool {
         use Mismatch::*;
         match self {
@@ -126,7 +126,7 @@ impl Mismatch {
     }
 }
 
-/// Why two records are not compared.
+/// The reasons why two records are not compared.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IncompatibleRecords {
     /// Every reason, those that cannot be forced included; at least one.
@@ -134,13 +134,13 @@ pub struct IncompatibleRecords {
 }
 
 impl IncompatibleRecords {
-    /// Whether every reason can be overridden.
+    /// Returns true if every reason can be overridden.
     pub fn can_be_forced(&self) -> bool {
         self.reasons.iter().all(Mismatch::can_be_forced)
     }
 }
 
-/// How many reasons are spelled out: one changed generator makes many.
+/// Most reasons that are listed: one changed generator makes many.
 const MAX_REASONS: usize = 5;
 
 impl Display for IncompatibleRecords {
@@ -158,7 +158,7 @@ impl Display for IncompatibleRecords {
 
 impl std::error::Error for IncompatibleRecords {}
 
-/// What differs in machine, build and trees. A fact that one record does not know differs from
+/// Differences in machine, build and trees. A fact that one record does not know differs from
 /// nothing.
 pub fn of_machine(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
     let (a, b) = (&old.machine, &new.machine);
@@ -206,7 +206,7 @@ fn caches(record: &BenchRecord) -> String {
     all.join(", ")
 }
 
-/// What differs in the scenes and rays that both records have.
+/// Differences in the scenes and rays that both records have.
 pub fn of_rays(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
     let before: BTreeMap<&str, _> = old.scenes.iter().map(|s| (s.name.as_str(), s)).collect();
     let mut found = Vec::new();
@@ -260,7 +260,8 @@ pub fn of_rays(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
     found
 }
 
-/// Whether a row of ours timed another part of its set of rays than the baseline's did.
+/// Returns the mismatch if a row of ours timed another part of its set of rays than the baseline's
+/// did.
 pub fn of_part(old: &RateRow, new: &RateRow) -> Option<Mismatch> {
     (old.rays_timed != new.rays_timed).then(|| Mismatch::RayCount {
         scene: new.scene.clone(),

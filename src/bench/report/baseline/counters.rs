@@ -1,9 +1,10 @@
-//! Work counters of two runs, which are the same on every machine or not the same work.
+//! Comparison of the work counters of two runs. They are the same on every machine, or the work is
+//! not the same.
 
 use crate::report::{BenchRecord, CounterRecord, CounterRow};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A counter that is not what it was.
+/// A counter that has changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CounterChange {
     /// Name of the scene.
@@ -12,25 +13,25 @@ pub struct CounterChange {
     pub rays: String,
     /// Kernel.
     pub kernel: String,
-    /// What differs.
+    /// Kind of difference.
     pub difference: CountDifference,
 }
 
-/// How counters differ.
+/// A difference between counters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CountDifference {
-    /// One counter, more or fewer.
+    /// One counter is larger or smaller.
     Count {
-        /// Its name in the record.
+        /// Name of the counter in the record.
         counter: &'static str,
-        /// The baseline's.
+        /// The baseline's count.
         old: u64,
-        /// This run's.
+        /// This run's count.
         new: u64,
     },
-    /// The baseline alone counted this.
+    /// Only the baseline counted this.
     OnlyOld,
-    /// This run alone counted this.
+    /// Only this run counted this.
     OnlyNew,
 }
 
@@ -71,7 +72,7 @@ fn index(record: &BenchRecord) -> BTreeMap<CounterKey<'_>, &CounterRow> {
         .collect()
 }
 
-/// The counters by name. Taken apart by pattern, so that none can be forgotten.
+/// The counters by name. The destructuring pattern ensures that none is forgotten.
 fn counts(row: &CounterRow) -> [(&'static str, u64); 8] {
     let CounterRecord {
         packets,

@@ -1,18 +1,17 @@
-//! How much a rate changed from one run to another, and how sure that is.
+//! Change of a rate from one run to another, and its uncertainty.
 
 use crate::report::RateRow;
 use crate::report::statistics::{NORMAL, student};
 
-/// Fewer rounds than this say nothing of how sure a rate is.
+/// Least number of rounds from which the uncertainty of a rate can be estimated.
 const MIN_ROUNDS: usize = 3;
 
-/// An interval of a rate holds another run's 9 times in 10: that many standard errors of one run's
-/// rate lie between its middle and either end (the normal distribution's 95 % quantile, of a
-/// difference of two).
+/// Half width of a rate's interval in standard errors of one run's rate. The interval holds another
+/// run's rate 9 times in 10 (the normal distribution's 95 % quantile, of a difference of two).
 const REACH: f64 = 1.644_853_626_951_472_7 * std::f64::consts::SQRT_2;
 
-/// Degrees of freedom of a group's scatter at least: of fewer rows [`student`] knows nothing, and
-/// such a group decides nothing (`judge.rs`).
+/// Least degrees of freedom of a group's scatter. For fewer rows [`student`] has no value, and such
+/// a group decides nothing (`regressions.rs`).
 const LEAST_FREE: usize = 3;
 
 /// A change of a rate as a share of it: -0.1 is 10 % slower.
@@ -20,31 +19,31 @@ const LEAST_FREE: usize = 3;
 pub struct RateChange {
     /// The change itself.
     pub by: f64,
-    /// Lower end of its 95 % interval; -1 where nothing is known of it.
+    /// Lower end of the change's 95 % interval; -1 where nothing is known of it.
     pub low: f64,
-    /// Upper end; infinite where nothing is known of it.
+    /// Upper end of that interval; infinite where nothing is known of it.
     pub high: f64,
 }
 
 impl RateChange {
-    /// Whether the whole interval says slower than by the threshold, such as 0.08.
+    /// Returns true if the whole interval is slower than by the threshold, such as 0.08.
     pub fn slower_than(&self, threshold: f64) -> bool {
         self.high < -threshold
     }
 
-    /// Whether the whole interval says faster than by the threshold.
+    /// Returns true if the whole interval is faster than by the threshold.
     pub fn faster_than(&self, threshold: f64) -> bool {
         self.low > threshold
     }
 
-    /// Whether an interval is known.
+    /// Returns true if the interval is known.
     pub fn is_known(&self) -> bool {
         self.high.is_finite()
     }
 }
 
-/// The logarithm of a rate, or of a ratio of rates, and its variance; infinite where too few rounds
-/// say nothing.
+/// The logarithm of a rate, or of a ratio of rates, and its variance. The variance is infinite
+/// where there are too few rounds to estimate it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LogRate {
     value: f64,
@@ -52,13 +51,13 @@ pub(super) struct LogRate {
 }
 
 impl LogRate {
-    /// Of one; exactly.
+    /// Logarithm of one, which is exact.
     pub const ONE: LogRate = LogRate {
         value: 0.0,
         variance: 0.0,
     };
 
-    /// Of a row's rate; `None` where it has none that is positive.
+    /// Logarithm of a row's rate; `None` where the row has no positive rate.
     pub fn of(row: &RateRow) -> Option<LogRate> {
         let rate = row.mrays_per_s;
         let usable = rate.low > 0.0 && rate.median > 0.0 && rate.high.is_finite();
@@ -70,7 +69,7 @@ impl LogRate {
         })
     }
 
-    /// Of the quotient.
+    /// Logarithm of the quotient.
     pub fn over(self, other: LogRate) -> LogRate {
         LogRate {
             value: self.value - other.value,
@@ -78,7 +77,8 @@ impl LogRate {
         }
     }
 
-    /// Of the geometric mean of rates with errors of their own; `None` where there are none.
+    /// Logarithm of the geometric mean of rates with errors of their own; `None` where there are
+    /// none.
     pub fn mean(all: &[LogRate]) -> Option<LogRate> {
         let count = all.len() as f64;
         (!all.is_empty()).then(|| LogRate {
@@ -87,7 +87,7 @@ impl LogRate {
         })
     }
 
-    /// Without its error.
+    /// The same value without its error.
     pub fn exactly(self) -> LogRate {
         LogRate {
             variance: 0.0,
@@ -95,7 +95,7 @@ impl LogRate {
         }
     }
 
-    /// As a change, with a normal distribution's interval.
+    /// The change, with the interval of a normal distribution.
     pub fn change(self) -> RateChange {
         self.within(NORMAL * self.variance.sqrt())
     }
@@ -110,13 +110,13 @@ impl LogRate {
     }
 }
 
-/// The geometric mean of some rows' changes, each in units of its yardstick, whose own errors come
-/// on top.
+/// The geometric mean of some rows' changes, each in units of its yardstick. The errors of the
+/// yardsticks come on top.
 ///
-/// Rows scatter by more than their own errors where a change does not do the same to all of them;
-/// so it is by their scatter that the mean's error is judged, unless their own errors say more.
-/// Where all are in units of the same rates, an error of those moves all rows alike and is in no
-/// scatter.
+/// Rows scatter by more than their own errors where a change does not affect all of them alike. So
+/// the mean's error is estimated from their scatter, unless their own errors are larger. Where all
+/// rows are in units of the same rates, an error of those rates moves all rows alike and is not in
+/// the scatter.
 pub(super) fn mean_change(rows: &[LogRate], yardsticks: &[LogRate], shared: bool) -> RateChange {
     let (Some(mean), Some(yardstick)) = (LogRate::mean(rows), LogRate::mean(yardsticks)) else {
         return LogRate::ONE.change();
@@ -128,8 +128,8 @@ pub(super) fn mean_change(rows: &[LogRate], yardsticks: &[LogRate], shared: bool
     let off = rows.iter().map(|row| row.value - mean.value);
     let squares = off.map(|off| off * off);
     let scatter = squares.sum::<f64>() / free as f64 / count;
-    // Of yardsticks that are each some row's own, the mean's variance is right; of one for all, it
-    // is too small by their number.
+    // Where each row has its own yardstick, the mean's variance is right. Where all rows share one,
+    // it is too small by a factor of their number.
     let common = yardstick.variance * if shared { count } else { 1.0 };
     let variance = f64::max(scatter, mean.variance) + common;
     LogRate { variance, ..mean }.within(student(free) * variance.sqrt())

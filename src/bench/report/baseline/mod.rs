@@ -1,11 +1,12 @@
-//! A run against an earlier one, its baseline: what changed, by how much, and how sure that is.
+//! Comparison of a run with an earlier one, its baseline: the changes, their size, and their
+//! uncertainty.
 //!
-//! Rates are taken in units of the oracle's of the same scene in the same run (their geometric mean
-//! over all kinds of rays, which one rate's noise moves little), so that a machine that is slower
-//! today makes no regression. (A faster oracle does: it is the yardstick, and a change to it needs
-//! a new baseline.)
+//! Rates are taken in units of the oracle's rate in the same scene and run (the geometric mean over
+//! all kinds of rays, which one rate's noise moves little). So a machine that is slower today makes
+//! no regression. (A faster oracle does: it is the yardstick, and a change to it needs a new
+//! baseline.)
 //!
-//! What decides is explained at [`Changes::regressions`].
+//! The criteria for a regression are explained at [`Changes::regressions`].
 
 mod compatibility;
 mod counters;
@@ -26,7 +27,7 @@ use super::{BenchRecord, RateRow};
 use log_change::{LogRate, mean_change};
 use std::collections::BTreeMap;
 
-/// Names a rate of ours in a record.
+/// Key of one of our rates in a record.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RowKey {
     /// Name of the scene.
@@ -50,36 +51,37 @@ impl RowKey {
     }
 }
 
-/// In units of which rates of the oracle's a row is taken, in both runs alike.
+/// The oracle rates in whose units a row is taken, in both runs alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Normalisation {
-    /// Of the same scene on as many threads.
+    /// Rates of the same scene on the same number of threads.
     SameThreads,
-    /// Of the same scene on one thread.
+    /// Rates of the same scene on one thread.
     OneThread,
-    /// None that both runs have: the machine's own ups and downs are in the change.
+    /// No rates, as both runs have none in common: the machine's own fluctuations are in the
+    /// change.
     No,
 }
 
-/// How one rate changed.
+/// The change of one rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RowChange {
-    /// Which.
+    /// The rate's key.
     pub key: RowKey,
     /// The baseline's median, millions of rays a second, as measured.
     pub old: f64,
-    /// This run's.
+    /// This run's median, millions of rays a second, as measured.
     pub new: f64,
     /// The change, in units of the oracle's rate.
     pub change: RateChange,
-    /// Which of its rates.
+    /// The oracle rates that are the unit.
     pub normalised: Normalisation,
 }
 
-/// Over what a kernel's rates are taken together.
+/// The dimension over which a kernel's rates are averaged.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Grouping {
-    /// One kind of rays on so many threads, over all scenes.
+    /// One kind of rays on one number of threads, over all scenes.
     Scenes {
         /// Kind of rays.
         rays: String,
@@ -94,34 +96,34 @@ pub enum Grouping {
 }
 
 impl Grouping {
-    /// Whether the rows of a group are in units of the same rates of the oracle's.
+    /// Returns true if the rows of a group are in units of the same oracle rates.
     fn shares_yardsticks(&self) -> bool {
         matches!(self, Grouping::Rays { .. })
     }
 }
 
-/// How the rates of one kernel changed together: their geometric mean.
+/// The change of one kernel's rates together: their geometric mean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupChange {
     /// Kernel.
     pub kernel: String,
-    /// Which of its rates.
+    /// The rates that are averaged.
     pub over: Grouping,
-    /// How many.
+    /// Number of rates.
     pub rows: usize,
     /// The change.
     pub change: RateChange,
-    /// Whether all of them are in units of the oracle's rates.
+    /// True if all of them are in units of the oracle's rates.
     pub normalised: bool,
 }
 
-/// What changed from a baseline to a run.
+/// The changes from a baseline to a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
-    /// Every rate of ours that both have, in the run's order. A kernel that is the same as another
-    /// on both builds is left out beside it.
+    /// Every rate of ours that both have, in the run's order. A kernel whose samples are those of
+    /// another kernel on both builds is left out.
     pub rows: Vec<RowChange>,
-    /// By kernel and kind of rays, and by kernel and scene.
+    /// Groups by kernel and kind of rays, and by kernel and scene.
     pub groups: Vec<GroupChange>,
     /// Rates that only the baseline has.
     pub only_old: Vec<RowKey>,
@@ -129,7 +131,7 @@ pub struct Changes {
     pub only_new: Vec<RowKey>,
     /// Rates that both have, without a positive sample in one of them.
     pub empty: Vec<RowKey>,
-    /// What should have kept the two from being compared.
+    /// Mismatches that `force` has overridden.
     pub forced: Vec<Mismatch>,
 }
 
@@ -137,7 +139,7 @@ pub struct Changes {
 /// other rays.
 ///
 /// # Errors
-/// Every reason why the rates are not of the same thing.
+/// Every reason why the rates do not measure the same thing.
 pub fn compare(
     old: &BenchRecord,
     new: &BenchRecord,
@@ -188,7 +190,7 @@ pub fn compare(
     Ok(changes)
 }
 
-/// A record's rows by what they are of.
+/// A record's rows by their keys.
 struct Index<'a> {
     ours: BTreeMap<RowKey, &'a RateRow>,
     oracle: BTreeMap<(&'a str, &'a str, u32), &'a RateRow>,
@@ -206,7 +208,7 @@ impl<'a> Index<'a> {
         }
     }
 
-    /// Whether a row's samples are another's, which is there, too.
+    /// Returns true if a row's samples are those of another row, which the record also has.
     fn repeats(&self, key: &RowKey) -> bool {
         let same_as = self.ours.get(key).and_then(|row| row.same_as.clone());
         same_as.is_some_and(|kernel| {
@@ -249,8 +251,7 @@ fn row_change(
     Some((change, Logs { row, yardstick }))
 }
 
-/// How the oracle's rates of a scene changed, all kinds of rays together that both runs timed
-/// alike.
+/// Change of the oracle's rates of a scene, over all kinds of rays that both runs timed alike.
 fn yardstick(scene: &str, threads: u32, before: &Index, now: &Index) -> Option<LogRate> {
     let of_scene = now
         .oracle

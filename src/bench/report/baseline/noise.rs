@@ -1,15 +1,16 @@
-//! False alarms and misses of the judgement, simulated.
+//! Simulation of the false alarms and misses of the regression criteria.
 //!
-//! The noise is a shared machine's, as pairs of runs showed it (perf/notes/noise.md): most rates
-//! are 1 % off, one in eight 4 %, and their intervals know that roughly; a scene's rates have an
-//! error in common (where its memory lies), which does not go away when a suspect is measured
-//! again; and one row in a hundred has a neighbour who stays for all of its rounds, which does.
+//! The noise is that of a shared machine, as pairs of runs showed it (perf/notes/noise.md). Most
+//! rates are 1 % off, one in eight 4 %, and their intervals reflect that roughly. A scene's rates
+//! have an error in common (from the addresses of its memory), which does not go away when a
+//! suspect is measured again. One row in a hundred is slowed for all of its rounds by another load
+//! on the machine, which does go away.
 
 use super::*;
 use crate::report::Estimate;
 use crate::report::statistics::Draw;
 
-/// The issue's own: fail above 8 %.
+/// The threshold of the issue: fail above 8 %.
 const THRESHOLD: f64 = 0.08;
 /// 24 scenes × 3 kernels × 14 kinds of rays and threads: 1008 rows, in 42 groups over scenes and 72
 /// over rays.
@@ -17,14 +18,14 @@ const SCENES: usize = 24;
 const KERNELS: usize = 3;
 const KINDS: usize = 14;
 
-/// A rate that was measured now.
+/// A rate that is measured now.
 fn measured(speed: f64, draw: &mut Draw) -> LogRate {
     let error = match draw.below(8) {
         0 => 0.04,
         _ => 0.01,
     };
     let rate = speed * libm::exp(error * draw.normal());
-    // What the interval says of the error is right within a factor of two, mostly.
+    // The error that the interval implies is mostly right within a factor of two.
     let reach = libm::exp(2.326 * error * libm::exp(0.35 * draw.normal()));
     let row = RateRow {
         scene: String::new(),
@@ -55,7 +56,7 @@ fn neighbour(draw: &mut Draw) -> f64 {
 /// A row before and now.
 struct RowPair {
     old: LogRate,
-    /// What all measurements of the new run have in common.
+    /// Speed that all measurements of the new run have in common.
     speed: f64,
     yardstick: LogRate,
     new: LogRate,
@@ -99,7 +100,8 @@ fn group_slower(pairs: &[&RowPair], shared: bool) -> bool {
     mean_change(&rows, &yardsticks, shared).slower_than(THRESHOLD)
 }
 
-/// In how many of some suites anything is reported, `speed` being that of a kernel, scene and kind.
+/// Number of suites, out of `suites`, in which anything is reported. `speed` gives the speed of a
+/// kernel, scene and kind.
 fn reported(suites: u64, speed: impl Fn(usize, usize, usize) -> f64) -> u64 {
     let is_reported = |&suite: &u64| {
         let mut draw = Draw(suite);
@@ -134,21 +136,21 @@ fn reported(suites: u64, speed: impl Fn(usize, usize, usize) -> f64) -> u64 {
     (0..suites).filter(is_reported).count() as u64
 }
 
-/// Fewer than one suite in a hundred.
+/// Unchanged rates: a false alarm in fewer than one suite in a hundred.
 #[test]
 fn an_unchanged_binary_is_not_reported() {
     let alarms = reported(2000, |_, _, _| 1.0);
     assert!(alarms < 20, "{alarms} of 2000");
 }
 
-/// A kernel on one kind of rays, in all scenes.
+/// A slower kernel on one kind of rays, in all scenes.
 #[test]
 fn a_slower_kernel_is_reported() {
     let slower = |kernel, _, kind| if (kernel, kind) == (1, 3) { 0.85 } else { 1.0 };
     assert_eq!(reported(400, slower), 400);
 }
 
-/// A kernel in one scene, whatever the rays.
+/// A slower kernel in one scene, whatever the rays.
 #[test]
 fn a_slower_scene_is_reported() {
     let slower = |kernel, scene, _| if (kernel, scene) == (1, 5) { 0.85 } else { 1.0 };

@@ -1,11 +1,12 @@
-//! What of the changes is a regression.
+//! Selection of the changes that are regressions.
 
 use super::{Changes, GroupChange, RowChange, RowKey};
 
-/// Rows that a group must have to decide by itself: with fewer it is hardly more than one of them.
+/// Least number of rows with which a group decides by itself: with fewer it is hardly more than one
+/// of them.
 const ROWS_TO_DECIDE: usize = 4;
 
-/// How often a suspect is measured again before it counts.
+/// Times that a suspect is measured again before it counts.
 pub const RETAKES: usize = 2;
 
 /// A rate that fell beyond the threshold.
@@ -31,26 +32,27 @@ impl Changes {
         keys.filter(stays).collect()
     }
 
-    /// What fell beyond the threshold, `again` being the same baseline against each retake of the
-    /// [suspects](Changes::suspects).
+    /// The regressions beyond the threshold, `again` being the same baseline against each retake of
+    /// the [suspects](Changes::suspects).
     ///
-    /// A suite has some thousand rows, and each has noise that the rounds of one run do not show:
-    /// its memory lies elsewhere in every run, and a neighbour on the machine may stay for all of
-    /// its rounds. A 95 % interval taken alone would cry wolf in every run. So:
+    /// A suite has some thousand rows. Each has noise that the rounds of one run do not show: its
+    /// memory lies elsewhere in every run, and another load on the machine may last for all of its
+    /// rounds. A 95 % interval taken alone would raise a false alarm in every run. So:
     ///
-    /// - *Slower* is what lies beyond the threshold with its whole interval.
-    /// - A **group** (one kernel and one kind of rays over all scenes, or one scene over all kinds;
-    ///   of four rows or more, all in units of the oracle's rates) decides by itself. There are
-    ///   some hundred of them; what rows scatter by averages out and is in the interval.
+    /// - A change is *slower* if its whole interval lies beyond the threshold.
+    /// - A **group** decides by itself. It is one kernel and one kind of rays over all scenes, or
+    ///   one scene over all kinds. It has four rows or more, all in units of the oracle's rates.
+    ///   There are some hundred of them; the scatter of the rows averages out and is in the
+    ///   interval.
     /// - A **row** counts only if it was slower in the run and in [`RETAKES`] retakes. With fewer
-    ///   no row counts: a neighbour that slows one row in a hundred slows ten of a thousand, and
-    ///   one of ten a second time in every tenth suite.
+    ///   retakes no row counts: a neighbour that slows one row in a hundred slows ten of a
+    ///   thousand, and one of ten a second time in every tenth suite.
     ///
-    /// The tests in `noise.rs` simulate this: anything at all is reported of a thousand unchanged
-    /// rows in fewer than one suite of a hundred, and a kernel slower by 15 %, on one kind of rays
-    /// or in one scene, is missed in fewer than one of a hundred. What slows one row alone must be
-    /// gross to be seen: that a thousand rows raise no false alarm and one of them tells of 15 %
-    /// cannot both be had on a noisy machine.
+    /// The tests in `noise.rs` simulate this. Anything at all is reported of a thousand unchanged
+    /// rows in fewer than one suite of a hundred. A kernel slower by 15 %, on one kind of rays or
+    /// in one scene, is missed in fewer than one of a hundred. A slowdown of one row alone must be
+    /// large to be found: on a noisy machine, it is impossible both that a thousand rows raise no
+    /// false alarm and that one of them reveals 15 %.
     pub fn regressions(&self, again: &[Changes], threshold: f64) -> Vec<Regression> {
         let decides = |group: &&GroupChange| {
             let counts = group.normalised && group.rows >= ROWS_TO_DECIDE;

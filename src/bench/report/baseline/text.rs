@@ -6,7 +6,7 @@ use super::{
 };
 use crate::report::text::{aligned, counted, percent, rate};
 
-/// Rows of a table at most: what matters stands above.
+/// Most rows of a table: those that matter come first.
 const MAX_ROWS: usize = 12;
 
 const GROUP_HEAD: [&str; 6] = [
@@ -28,8 +28,8 @@ const ROW_HEAD: [&str; 8] = [
     "95 % interval",
 ];
 
-/// What changed: kernels by kind of rays, the scenes and the rows that changed most for the worse,
-/// then what was not compared.
+/// The changes as tables: kernels by kind of rays, the scenes and the rows that changed most for
+/// the worse, then the rates that were not compared.
 pub fn changes_table(changes: &Changes, threshold: f64) -> String {
     let mut groups: Vec<&GroupChange> = changes.groups.iter().collect();
     groups.sort_by(|a, b| a.change.by.total_cmp(&b.change.by));
@@ -65,7 +65,7 @@ fn group_cells(group: &GroupChange) -> Vec<String> {
     cells
 }
 
-/// What is a regression, worst first.
+/// The regressions, worst first.
 pub fn regressions_table(regressions: &[Regression]) -> String {
     let by = |r: &Regression| match r {
         Regression::Group(group) => group.change.by,
@@ -89,14 +89,14 @@ pub fn regressions_table(regressions: &[Regression]) -> String {
     aligned(&ROW_HEAD, &sorted.iter().map(line).collect::<Vec<_>>(), 3)
 }
 
-/// Counters that differ, in the order they come in.
+/// Counters that differ, in their given order.
 pub fn counters_table(changes: &[CounterChange]) -> String {
     let head = ["scene", "kernel", "rays", "counter", "old", "new", "more"];
     let line = |c: &CounterChange| {
         let mut cells = vec![c.scene.clone(), c.kernel.clone(), c.rays.clone()];
         cells.extend(match c.difference {
             CountDifference::Count { counter, old, new } => {
-                // One more of a million is a difference, too: no percentages.
+                // One more of a million is a difference, too, so no percentages are shown.
                 let more = i128::from(new) - i128::from(old);
                 [
                     counter.to_owned(),
@@ -124,7 +124,7 @@ fn cells(row: &RowChange) -> Vec<String> {
     cells
 }
 
-/// The change, with a star where the machine's own ups and downs are in it, and its interval.
+/// The change, with a star where the machine's own fluctuations are in it, and its interval.
 fn change_cells(change: &RateChange, normalised: bool) -> [String; 2] {
     let star = if normalised { "" } else { " *" };
     let interval = match change.is_known() {

@@ -1,12 +1,12 @@
-//! Axes: numbers to places, and the round numbers along them.
+//! Axes: the mapping of numbers to positions, and the round numbers along them.
 
 use super::number_format;
 use super::svg::{Anchor, Canvas, DrawError, Tint};
 
-/// A logarithmic axis from one place to another, in pixels.
+/// A logarithmic axis from one position to another, in pixels.
 #[derive(Clone, Debug)]
 pub(super) struct LogAxis {
-    /// Ends, as natural logarithms.
+    /// Ends of the axis, as natural logarithms.
     low: f64,
     high: f64,
     from: f64,
@@ -40,7 +40,7 @@ impl LogAxis {
         })
     }
 
-    /// The place of a value; one that has none stands at the nearer end.
+    /// The position of a value; a value that has none is at the nearer end.
     pub(super) fn at(&self, value: f64) -> f64 {
         let share = (value.ln() - self.low) / (self.high - self.low);
         let share = if share.is_nan() { 0.0 } else { share };
@@ -52,8 +52,8 @@ impl LogAxis {
         (self.low.exp(), self.high.exp())
     }
 
-    /// Round numbers along it and their texts, whose middles are at least `gap` pixels apart, and
-    /// `letter` pixels more for each letter of the longer one.
+    /// Round numbers along the axis and their texts. Their middles are at least `gap` pixels apart,
+    /// and `letter` pixels more for each letter of the longer one.
     pub(super) fn ticks(&self, gap: f64, letter: f64) -> Vec<(f64, String)> {
         let wanted: [&[u32]; 5] = [
             &[
@@ -92,7 +92,7 @@ impl LogAxis {
     fn ticks_of(&self, digits: &[u32]) -> Vec<(f64, String)> {
         let (low, high) = self.ends();
         let numbers = (-13..=14).flat_map(|power| digits.iter().map(move |d| (*d, power)));
-        // Parsed, because a product of tens is not the number that it prints as.
+        // Parsed from text, because a product of tens is not the number that it prints as.
         let numbers = numbers.filter_map(|(d, power)| format!("{d}e{power}").parse::<f64>().ok());
         let inside = numbers.filter(|n| (low..=high).contains(n));
         inside
@@ -101,13 +101,13 @@ impl LogAxis {
     }
 }
 
-/// Whether there is room between two labels.
+/// Returns true if there is room between two labels.
 fn are_apart(a: &(f64, String), b: &(f64, String), gap: f64, letter: f64) -> bool {
     let letters = a.1.chars().count().max(b.1.chars().count());
     (a.0 - b.0).abs() >= gap + letter * letters as f64
 }
 
-/// A linear axis from one place to another, in pixels.
+/// A linear axis from one position to another, in pixels.
 #[derive(Clone, Debug)]
 pub(super) struct LinearAxis {
     low: f64,
@@ -137,14 +137,14 @@ impl LinearAxis {
         })
     }
 
-    /// The place of a value; one that has none stands at the nearer end.
+    /// The position of a value; a value that has none is at the nearer end.
     pub(super) fn at(&self, value: f64) -> f64 {
         let share = (value - self.low) / (self.high - self.low);
         let share = if share.is_nan() { 0.0 } else { share };
         self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
     }
 
-    /// Some six round numbers along it, and their texts.
+    /// Some six round numbers along the axis, and their texts.
     pub(super) fn ticks(&self) -> Vec<(f64, String)> {
         const MOST: f64 = 6.0;
         let numbers = (-6..=15).flat_map(|power| [1, 2, 5].map(|d| format!("{d}e{power}")));

@@ -12,7 +12,7 @@ pub(super) struct Dot {
     pub(super) value: f64,
     pub(super) low: f64,
     pub(super) high: f64,
-    /// Number of its colour and shape.
+    /// Index of its colour and shape.
     pub(super) style: usize,
 }
 
@@ -20,16 +20,16 @@ pub(super) struct Dot {
 #[derive(Clone, Debug)]
 pub(super) struct Line {
     pub(super) label: String,
-    /// Lines of one group are next to each other; a rule parts groups.
+    /// Group of the line. Lines of one group are next to each other; a rule separates groups.
     pub(super) group: String,
     pub(super) dots: Vec<Dot>,
 }
 
-/// A plot.
+/// A dot plot.
 pub(super) struct DotPlot<'a> {
-    /// What it shows, for those who do not see it.
+    /// Description of the content, for screen readers.
     pub(super) label: &'a str,
-    /// What the axis counts.
+    /// Caption of the axis.
     pub(super) axis: &'a str,
     pub(super) lines: &'a [Line],
     /// A value with a rule of its own, such as 1 for ratios.
@@ -45,13 +45,13 @@ const TOP: [f64; 2] = [8.0, 24.0];
 const LONG: usize = 20;
 const STEP: f64 = 15.0;
 const BOTTOM: f64 = 40.0;
-/// Engines of one line stand so far apart, so that none hides another.
+/// Distance in pixels between engines of one line, so that none hides another.
 const DODGE: f64 = 2.4;
 /// Longest label, in characters that fit before the axis.
 const LABEL_LENGTH: usize = 19;
 
 impl DotPlot<'_> {
-    /// The chart, or a line that says that there is nothing to show.
+    /// The chart, or a note that there is nothing to show.
     pub(super) fn markup(&self) -> Markup {
         let values = self.lines.iter().flat_map(|l| &l.dots);
         let values = values
@@ -71,12 +71,12 @@ impl DotPlot<'_> {
         self.lines.len() > LONG
     }
 
-    /// Where the lines begin.
+    /// Vertical position of the first line.
     fn top(&self) -> f64 {
         TOP[usize::from(self.is_long())]
     }
 
-    /// Where the axis below stands.
+    /// Vertical position of the lower axis.
     fn floor(&self) -> f64 {
         self.top() + STEP * self.lines.len() as f64 + 4.0
     }

@@ -23,7 +23,7 @@ use view::RecordView;
 
 const STYLE: &str = include_str!("style.css");
 
-/// Pictures of a scene. What is no PNG is left out.
+/// Pictures of a scene. Data that is no PNG is left out.
 pub struct ScenePictures {
     /// [`super::SceneRecord::name`].
     pub scene: String,
@@ -31,12 +31,12 @@ pub struct ScenePictures {
     pub thumbnail_png: Vec<u8>,
     /// The cost of each pixel in false colours.
     pub heat_png: Option<Vec<u8>>,
-    /// What its colours mean, in words.
+    /// Explanation of its colours, in words.
     pub heat_legend: String,
 }
 
-/// The page of a record. Whatever the record lacks, its section says in a line or is left out; no
-/// record is too odd.
+/// The page of a record. Where the record lacks data, the section has a note or is left out. No
+/// record is rejected.
 pub fn page(record: &BenchRecord, pictures: &[ScenePictures]) -> String {
     let view = RecordView::new(record);
     let markup = html! {

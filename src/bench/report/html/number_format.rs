@@ -1,7 +1,7 @@
-//! Numbers in words: as many digits as they are worth, with their unit. What is no number is a
+//! Numbers as text: as many digits as they are worth, with their unit. NaN and infinity become a
 //! dash.
 
-/// Stands where there is no number.
+/// Text in place of a missing number.
 pub(super) const NONE: &str = "–";
 
 /// Narrow space that does not break, between the digits of long numbers and before units.
@@ -45,7 +45,7 @@ pub(super) fn step(value: f64, step: f64) -> String {
         0.01.. => 2,
         _ => 3,
     };
-    // Never a negative zero.
+    // Negative zero becomes zero.
     let value = value + 0.0;
     format!("{value:.decimals$}")
 }
@@ -93,7 +93,7 @@ fn scaled_bytes(value: u64, step: u64, units: [&str; 5]) -> String {
     format!("{}{THIN}{}", short(number), units[unit])
 }
 
-/// How many times as much.
+/// A ratio, as a multiple.
 pub(super) fn times(value: f64) -> String {
     match value.is_finite() {
         true => format!("{}×", measured(value)),
@@ -128,7 +128,7 @@ pub(super) fn plural(number: usize, word: &str) -> String {
     format!("{}{THIN}{word}{end}", count(number as u64))
 }
 
-/// The end of a text too long for its place, since the ends of paths tell them apart.
+/// The end of a text that is too long for its space, since paths differ at their ends.
 pub(super) fn shortened(text: &str, most: usize) -> String {
     let length = text.chars().count();
     if length <= most {

@@ -1,10 +1,11 @@
 //! Operations per test, counted by hand in the kernels of `src/trace`.
 //!
 //! An operation is an addition, subtraction, multiplication, division, square root, minimum,
-//! maximum or comparison of one lane; selects, sign changes, mask logic and integers are none. A
-//! primitive test is counted up to the place where it ends for most primitives, which is where no
-//! lane meets them; what a hit adds, and what is done once per packet, is left out. So the counts
-//! are lower bounds, and a point of the roofline stands rather too low than too high.
+//! maximum or comparison of one lane; selects, sign changes, mask logic and integers do not count.
+//! A primitive test is counted up to the point where it ends for most primitives, which is where no
+//! lane hits them. The additional operations of a hit, and those that are done once per packet, are
+//! left out. So the counts are lower bounds, and a point of the roofline is rather too low than too
+//! high.
 
 use crate::report::{CounterRecord, SceneRecord};
 
@@ -20,7 +21,8 @@ pub(super) const TRIANGLE: f64 = 36.0;
 /// point, its square of 5, a subtraction and a comparison.
 pub(super) const SPHERE: f64 = 28.0;
 
-/// As a sphere, but its 3 subtractions are two rotations of 15 each and a shift of 3.
+/// Operations of a sphere test, but its 3 subtractions are two rotations of 15 each and a shift of
+/// 3.
 pub(super) const ELLIPSOID: f64 = 58.0;
 
 /// `cone.rs` up to `meets`: the own box of 17 and twice `within` of 2, 9 for the entry, six dot
@@ -28,17 +30,17 @@ pub(super) const ELLIPSOID: f64 = 58.0;
 /// for the gap and a comparison.
 pub(super) const CONE: f64 = 82.0;
 
-/// `instance.rs`: the ray moved, 33, and its stay in the instance's box, 17.
+/// `instance.rs`: the transform of the ray, 33, and its interval in the instance's box, 17.
 pub(super) const INSTANCE: f64 = 50.0;
 
-/// Operations of so much work. Primitive tests are not counted by kind, so they are taken to be of
-/// the kinds that the scene has, in its proportions.
+/// Operations of the counted work. Primitive tests are not counted by kind, so they are taken to be
+/// of the kinds that the scene has, in its proportions.
 pub(super) fn operations(work: &CounterRecord, scene: Option<&SceneRecord>) -> f64 {
     let per_primitive = scene.and_then(mean_primitive).unwrap_or(TRIANGLE);
     work.box_tests as f64 * BOX + work.prim_tests as f64 * per_primitive
 }
 
-/// What a test of the scene's primitives takes on average; none for a scene without any.
+/// Mean operations of a test of the scene's primitives; `None` for a scene without any.
 fn mean_primitive(scene: &SceneRecord) -> Option<f64> {
     let (mut sum, mut number) = (0.0, 0.0);
     for (kind, count) in &scene.primitives {
@@ -48,7 +50,7 @@ fn mean_primitive(scene: &SceneRecord) -> Option<f64> {
     (number > 0.0).then(|| sum / number)
 }
 
-/// By the name of a kind, in singular or plural.
+/// Operations by the name of a kind, in singular or plural.
 fn of_kind(kind: &str) -> f64 {
     match kind.trim_end_matches('s') {
         "sphere" => SPHERE,

@@ -1,4 +1,4 @@
-//! Rates by scene and kind of rays, the peers beside them; all of them again as tables.
+//! Rates by scene and kind of rays, with the peers beside them; then all of them again as tables.
 
 use super::dots::{Dot, DotPlot, Line};
 use super::number_format;
@@ -9,7 +9,7 @@ use crate::report::RateRow;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
-/// The section; says so in a line where no row has a rate.
+/// The section; a note where no row has a rate.
 pub(super) fn section(view: &RecordView<'_>) -> Markup {
     html! {
         section #rates {
@@ -49,7 +49,7 @@ fn inside(view: &RecordView<'_>, most: u32, fewer: &[u32]) -> Markup {
     }
 }
 
-/// What colours and shapes mean.
+/// Legend of colours and shapes.
 pub(super) fn legend(view: &RecordView<'_>) -> Markup {
     html! {
         ul.legend {
@@ -128,7 +128,7 @@ fn line(view: &RecordView<'_>, scene: &str, kind: &str, threads: u32, label: &st
     }
 }
 
-/// One kind on so many threads: a row per scene, a column per engine and kernel.
+/// One kind on the given number of threads: a row per scene, a column per engine and kernel.
 fn table(view: &RecordView<'_>, kind: &str, threads: u32) -> Markup {
     let columns = columns(view, kind, threads);
     let rows =
@@ -179,7 +179,7 @@ fn columns<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<(&'a str,
     columns
 }
 
-/// A rate with its interval, and what is not as in the other columns: another kernel's samples,
+/// A rate with its interval, and its differences from the other columns: another kernel's samples,
 /// fewer rays.
 fn rate_cell(row: &RateRow, timed: u64) -> Markup {
     let rate = row.mrays_per_s;

@@ -14,7 +14,7 @@ const LEFT: f64 = 38.0;
 const FLOOR: f64 = 240.0;
 const TOP: f64 = 12.0;
 
-/// Levels of memory from the fastest on, and how they are called.
+/// Levels of memory from the fastest on, and their names.
 const LEVELS: [(&str, &str); 4] = [
     ("l1", "L1"),
     ("l2", "L2"),
@@ -25,22 +25,22 @@ const LEVELS: [(&str, &str); 4] = [
 /// Sizes of scenes in the suite, in the order of their colours; scenes without one come last.
 const STEPS: [&str; 3] = ["small", "medium", "large"];
 
-/// A scene's place.
+/// A scene's point in the roofline.
 struct Spot<'a> {
     scene: &'a str,
     kind: &'a str,
-    /// Operations and bytes of one ray.
+    /// Operations per ray; `bytes` are the bytes per ray.
     operations: f64,
     bytes: f64,
     /// Operations a byte.
     intensity: f64,
     /// 10⁹ operations a second.
     rate: f64,
-    /// Number of its colour and shape.
+    /// Index of its colour and shape.
     style: usize,
 }
 
-/// The section; says so in a line where limits or counters are missing.
+/// The section; a note where limits or counters are missing.
 pub(super) fn section(view: &RecordView<'_>) -> Markup {
     html! {
         section #roofline {
@@ -84,7 +84,7 @@ fn inside(view: &RecordView<'_>) -> Markup {
     }
 }
 
-/// Bandwidths that were measured, GB/s.
+/// Measured bandwidths, GB/s.
 fn levels(limits: &ThreadLimits) -> Vec<(&'static str, f64)> {
     let level = |(key, name): (&str, &'static str)| Some((name, *limits.bandwidth.get(key)?));
     let levels = LEVELS.into_iter().filter_map(level);
@@ -128,7 +128,7 @@ fn spot<'a>(
     good.then_some(spot)
 }
 
-/// The work of `auto`, by its own name or by that of the kernel that it is.
+/// The work of `auto`, under its own name or under that of the kernel that it selects.
 fn counters_of<'a>(
     view: &RecordView<'a>,
     scene: &str,
@@ -145,7 +145,8 @@ fn counters_of<'a>(
     auto.or_else(|| of_scene().find(|c| Some(c.kernel.as_str()) == same_as))
 }
 
-/// Colours and shapes of small, medium, large, and of scenes that are none of them.
+/// Indices of the colours and shapes of small, medium and large scenes, and of scenes that are none
+/// of them.
 fn step_style(step: Option<&str>) -> usize {
     let place = step.and_then(|step| STEPS.iter().position(|s| *s == step));
     place.unwrap_or(STEPS.len())
@@ -228,7 +229,8 @@ fn paint_roofs(
     canvas.line(&[(x.at(first_ridge), y.at(peak)), end], Tint::Ink, 1.5)?;
     canvas.text((end.0, end.1 - 8.0), Anchor::End, small, "peak")?;
     for (name, bandwidth) in levels {
-        // From where it enters the picture, at its left end or its floor, up to the peak.
+        // The line begins where it enters the picture, at its left end or its floor, and goes up to
+        // the peak.
         let start = left.max(floor / bandwidth);
         let ridge = peak / bandwidth;
         if start >= ridge {

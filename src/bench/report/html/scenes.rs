@@ -1,5 +1,5 @@
-//! The scenes: what they look like, where rays are dear, what they consist of, and what came before
-//! tracing.
+//! The scenes: their pictures, the cost of their pixels, their primitives, and the time to load
+//! them and build their trees.
 
 use super::ScenePictures;
 use super::number_format;
@@ -10,7 +10,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
-/// The section: a card for each scene, then what their rays were answered.
+/// The section: a card for each scene, then the results of their rays.
 pub(super) fn section(view: &RecordView<'_>, pictures: &[ScenePictures]) -> Markup {
     if view.scenes.is_empty() {
         return html! { section #scenes { h2 { "Scenes" } p.note { "The record has no scenes." } } };
@@ -103,7 +103,7 @@ fn facts(scene: &SceneRecord) -> Markup {
     }
 }
 
-/// What the rays were answered: the reason to believe the rates.
+/// Results of the rays, which are the evidence for the rates.
 fn answers(view: &RecordView<'_>) -> Markup {
     let mut rows = Vec::new();
     for scene in &view.record.scenes {
@@ -131,7 +131,7 @@ fn answers(view: &RecordView<'_>) -> Markup {
     }
 }
 
-/// Counted work, a table for each kind.
+/// Tables of counted work, one for each kind.
 fn work_tables(view: &RecordView<'_>) -> Markup {
     html! {
         @for kind in &view.kinds {

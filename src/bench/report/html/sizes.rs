@@ -1,4 +1,4 @@
-//! How rates change with the size of a scene.
+//! Rates against the size of a scene.
 
 use super::axis::{LogAxis, paint_axes};
 use super::dots::WIDTH;
@@ -8,7 +8,7 @@ use super::view::{RecordView, kind_text, threads_text};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
-/// The section; says so in a line where the record has nothing for it.
+/// The section; a note where the record has no data for it.
 pub(super) fn section(view: &RecordView<'_>) -> Markup {
     html! {
         section #sizes {

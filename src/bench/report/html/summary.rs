@@ -1,4 +1,4 @@
-//! The top of the page: what was measured on what, the headline, and what to beware of.
+//! The top of the page: what was measured on which machine, the headline, and the warnings.
 
 use super::dots::{Dot, DotPlot, Line};
 use super::number_format;
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// Intervals wider than this share of the median are worth a warning.
 const WIDE: f64 = 0.15;
 
-/// Where it was measured, by whom, when.
+/// Facts of the run: machine, program, time.
 pub(super) fn facts(record: &BenchRecord) -> Markup {
     let BenchRecord {
         program,
@@ -51,7 +51,7 @@ pub(super) fn facts(record: &BenchRecord) -> Markup {
     }
 }
 
-/// A time as people write it; what is none stays as it is.
+/// A time in readable form; a text that is no time stays as it is.
 fn moment(started: &str) -> String {
     let parts = started
         .split_once('T')
@@ -93,7 +93,7 @@ fn machine_text(record: &BenchRecord) -> String {
     parts.join(", ")
 }
 
-/// What to beware of; nothing where there is nothing.
+/// Warnings; nothing where there are none.
 pub(super) fn warnings(view: &RecordView<'_>) -> Markup {
     let mut warnings = about_the_run(view.record);
     warnings.extend(inexact(&view.record.rows));
@@ -144,7 +144,7 @@ fn about_the_run(record: &BenchRecord) -> Vec<String> {
     warnings
 }
 
-/// A line for each peer's mode that answers otherwise than ours, with the scene where it does most.
+/// A line for each mode of a peer whose results differ from ours, with the scene where most differ.
 fn inexact(rows: &[RateRow]) -> Vec<String> {
     let mut modes: BTreeMap<(&str, &str), Vec<&RateRow>> = BTreeMap::new();
     for row in rows.iter().filter(|r| is_peer(&r.engine) && !r.exact) {
@@ -178,7 +178,7 @@ fn wide_intervals(rows: &[RateRow]) -> Option<String> {
     })
 }
 
-/// How many times as fast as others ours is, over all scenes.
+/// Speed of our engine relative to another, over all scenes.
 struct SpeedRatio {
     mean: f64,
     least: f64,

@@ -5,13 +5,13 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Plotters places everything on whole numbers; so many of them are one pixel of the page.
+/// Plotter units per pixel of the page. Plotters positions everything on whole numbers.
 const SCALE: f64 = 4.0;
 
 /// Plotters' backend divides font sizes by this.
 const FONT_FACTOR: f64 = 1.24;
 
-/// What went wrong while drawing; it cannot, as text is all that is written.
+/// Drawing error; it cannot occur, as only text is written.
 pub(super) type DrawError = DrawingAreaErrorKind<std::io::Error>;
 
 /// Colours by purpose. The style sheet has a custom property of each name, for light and dark.
@@ -20,7 +20,7 @@ pub(super) enum Tint {
     Ink,
     Muted,
     Grid,
-    /// Of engines, steps and families, by number.
+    /// Colours of engines, steps and families, by index.
     Series(usize),
 }
 
@@ -41,7 +41,7 @@ impl Tint {
     }
 }
 
-/// Shapes of markers: what colour says, they say too.
+/// Shapes of markers. They carry the same information as colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MarkerShape {
     Disc,
@@ -65,7 +65,7 @@ impl MarkerShape {
     }
 }
 
-/// Where a text stands against its point.
+/// Alignment of a text relative to its point.
 #[derive(Clone, Copy)]
 pub(super) enum Anchor {
     Start,
@@ -76,12 +76,12 @@ pub(super) enum Anchor {
 /// A point in pixels from the upper left corner.
 pub(super) type Point = (f64, f64);
 
-/// Something to draw on, in pixels of the page.
+/// A canvas to draw on, in pixels of the page.
 pub(super) struct Canvas<'a> {
     area: DrawingArea<SVGBackend<'a>, Shift>,
 }
 
-/// A chart of a size in pixels. `label` says what it shows to those who do not see it.
+/// A chart of a size in pixels. `label` describes its content for screen readers.
 pub(super) fn draw(
     size: Point,
     label: &str,
@@ -104,9 +104,9 @@ pub(super) fn draw(
     }
 }
 
-/// What plotters drew, without its outermost tag, its constant attributes and line breaks, in the
-/// page's colours. Quotation marks in labels are escaped by plotters, so that no label can be taken
-/// for an attribute.
+/// The output of plotters in the page's colours, without its outermost tag, its constant attributes
+/// and line breaks. Plotters escapes quotation marks in labels, so that no label can be taken for
+/// an attribute.
 fn themed(svg: &str) -> String {
     let (_, inner) = svg.split_once('>').unwrap_or_default();
     let inner = inner.trim_end().trim_end_matches("</svg>");
@@ -186,7 +186,7 @@ impl Canvas<'_> {
     }
 }
 
-/// A legend's entry: marker and what it means.
+/// An entry of a legend: marker and meaning.
 pub(super) fn key(style: (Tint, MarkerShape), meaning: &str) -> Markup {
     let picture = draw((14.0, 14.0), meaning, |canvas| {
         canvas.marker((7.0, 7.0), style, 4.5)

@@ -1,4 +1,4 @@
-//! Tables that scroll in a box of their own, so that the page never does sideways.
+//! Tables that scroll in a box of their own, so that the page never scrolls sideways.
 
 use maud::{Markup, html};
 
@@ -6,7 +6,7 @@ use maud::{Markup, html};
 pub(super) struct HtmlTable {
     pub(super) caption: String,
     pub(super) head: Vec<String>,
-    /// How many columns hold words.
+    /// Number of columns that hold words.
     pub(super) texts: usize,
     pub(super) rows: Vec<Vec<Markup>>,
 }

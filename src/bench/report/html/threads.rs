@@ -1,4 +1,4 @@
-//! How rates change with threads.
+//! Rates against the number of threads.
 
 use super::axis::LinearAxis;
 use super::dots::WIDTH;
@@ -9,7 +9,7 @@ use super::view::{RecordView, geometric_mean, threads_text};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
-/// The section; says so in a line where the record has nothing for it.
+/// The section; a note where the record has no data for it.
 pub(super) fn section(view: &RecordView<'_>) -> Markup {
     html! {
         section #threads {
@@ -22,7 +22,7 @@ pub(super) fn section(view: &RecordView<'_>) -> Markup {
 /// Speedups of one kind: of every scene at every thread count, against the fewest threads.
 struct Speedups<'a> {
     kind: &'a str,
-    /// By thread count.
+    /// Speedups of all scenes, by thread count.
     of: BTreeMap<u32, Vec<f64>>,
 }
 
@@ -102,7 +102,7 @@ fn strip(kinds: &[Speedups<'_>], base: u32, threads: u32) -> Markup {
     }
 }
 
-/// The axis below, and a rule at what is ideal.
+/// The lower axis, and a rule at the ideal speedup.
 fn paint_scale(
     canvas: &Canvas<'_>,
     axis: &LinearAxis,

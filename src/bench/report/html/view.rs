@@ -1,15 +1,15 @@
-//! A record arranged for reading: which scenes, kinds and thread counts there are, and the rows
-//! that belong together.
+//! A record arranged for reading: its scenes, kinds and thread counts, and the rows that belong
+//! together.
 
 use super::number_format;
 use crate::report::{self, BenchRecord, RAY_KINDS, RateRow, SceneRecord};
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The engine that is measured, and its proof. All others are peers.
+/// The engine that is measured, and below it the oracle that verifies it. All others are peers.
 pub(super) const OURS: &str = "phalanx";
 pub(super) const ORACLE: &str = "oracle";
-/// What `render` would use.
+/// The kernel that `render` would use.
 const AUTO: &str = "auto";
 
 /// A record, arranged.
@@ -21,9 +21,9 @@ pub(super) struct RecordView<'a> {
     pub(super) kinds: Vec<&'a str>,
     /// Thread counts that have a row, fewest first.
     pub(super) threads: Vec<u32>,
-    /// Ours, the oracle, then peers by name.
+    /// Engines: ours, the oracle, then peers by name.
     pub(super) engines: Vec<&'a str>,
-    /// By scene, kind and threads.
+    /// Rows by scene, kind and threads.
     rows: BTreeMap<&'a str, BTreeMap<&'a str, BTreeMap<u32, Vec<&'a RateRow>>>>,
 }
 
@@ -65,7 +65,7 @@ impl<'a> RecordView<'a> {
         rows.map_or(&[], Vec::as_slice)
     }
 
-    /// The row of what `render` would use, if it holds a rate.
+    /// The row of the kernel that `render` would use, if it has a rate.
     pub(super) fn auto(&self, scene: &str, kind: &str, threads: u32) -> Option<&'a RateRow> {
         let rows = self.rows(scene, kind, threads).iter().copied();
         fastest(rows.filter(|r| r.engine == OURS && r.kernel == AUTO))
@@ -92,7 +92,7 @@ impl<'a> RecordView<'a> {
         fastest(rows.filter(|r| r.exact && is_peer(&r.engine)))
     }
 
-    /// Whether any other project's tracer took part.
+    /// Returns true if any other project's tracer took part.
     pub(super) fn has_peers(&self) -> bool {
         self.engines.iter().any(|engine| is_peer(engine))
     }
@@ -107,7 +107,7 @@ impl<'a> RecordView<'a> {
         self.threads.iter().rev().copied()
     }
 
-    /// What the record says of a scene.
+    /// The record's data of a scene.
     pub(super) fn scene(&self, name: &str) -> Option<&'a SceneRecord> {
         self.record.scenes.iter().find(|s| s.name == name)
     }
@@ -125,7 +125,7 @@ impl<'a> RecordView<'a> {
     }
 }
 
-/// A scene's name for the first column of a table: its own, but for what goes without saying or is
+/// A scene's name for the first column of a table: without parts that are obvious, and shortened if
 /// too long.
 pub(super) fn row_name(name: &str) -> Markup {
     let plain = name.strip_prefix("standard:").unwrap_or(name);
@@ -133,12 +133,12 @@ pub(super) fn row_name(name: &str) -> Markup {
     html! { span title=[(short != name).then_some(name)] { (short) } }
 }
 
-/// Whether it is another project's tracer.
+/// Returns true if the engine is another project's tracer.
 pub(super) fn is_peer(engine: &str) -> bool {
     engine != OURS && engine != ORACLE
 }
 
-/// Whether a row's rate can be used at all.
+/// Returns true if a row's rate can be used at all.
 pub(super) fn has_rate(row: &RateRow) -> bool {
     let median = row.mrays_per_s.median;
     median.is_finite() && median > 0.0
@@ -157,7 +157,7 @@ pub(super) fn threads_text(threads: u32) -> String {
     number_format::plural(threads as usize, "thread")
 }
 
-/// The geometric mean of what is positive and finite, and of how many that is.
+/// The geometric mean of the positive finite values, and their number.
 pub(super) fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<(f64, usize)> {
     let good = values.into_iter().filter(|v| v.is_finite() && *v > 0.0);
     let good: Vec<f64> = good.collect();
@@ -175,7 +175,7 @@ fn first_of_each<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     names.filter(|name| seen.insert(*name)).collect()
 }
 
-/// Those of the list in its order, then the rest by name.
+/// The names that are in the list, in its order, then the rest by name.
 fn in_order<'a>(names: BTreeSet<&'a str>, order: &[&str]) -> Vec<&'a str> {
     let place = |name: &&str| order.iter().position(|o| o == name).unwrap_or(order.len());
     let mut names: Vec<&str> = names.into_iter().collect();
