@@ -1,11 +1,11 @@
-//! What the program says of itself in records: compiler, profile, revision. None of it is needed to
-//! build.
+//! Facts about the build for the program's records: compiler, profile, revision. None of it is
+//! needed to build.
 
 use std::env;
 use std::path::Path;
 use std::process::Command;
 
-/// What the program is built from. A change to anything else makes it no other program.
+/// Sources that the program is built from. A change to anything else does not change the program.
 const SOURCES: [&str; 5] = ["src", "build.rs", "Cargo.toml", "Cargo.lock", ".cargo"];
 
 fn main() {
@@ -15,14 +15,14 @@ fn main() {
     {
         println!("cargo::rerun-if-changed={source}");
     }
-    // Of a profile of one's own, the one it inherits from.
+    // For a custom profile, this is the profile that it inherits from.
     tell("PROFILE", &env::var("PROFILE").unwrap_or_default());
     if let Some(version) =
         env::var_os("RUSTC").and_then(|rustc| said(Command::new(rustc).arg("--version")))
     {
         tell("RUSTC", &version);
     }
-    // Not whatever repository the package may have been unpacked in: only its own.
+    // Only the package's own repository counts, not one that the package may have been unpacked in.
     if Path::new(".git").exists() {
         from_git();
     } else if let Ok(info) = std::fs::read_to_string(".cargo_vcs_info.json") {
@@ -34,7 +34,7 @@ fn tell(name: &str, value: &str) {
     println!("cargo::rustc-env=PHALANX_{name}={value}");
 }
 
-/// What a command writes, or `None` where it fails or is not there.
+/// Output of a command, or `None` where it fails or does not exist.
 fn said(command: &mut Command) -> Option<String> {
     let output = command
         .output()
@@ -46,7 +46,7 @@ fn said(command: &mut Command) -> Option<String> {
 
 fn git(arguments: &[&str]) -> Option<String> {
     let mut command = Command::new("git");
-    // A hook's settings are those of the repository it runs in; and looking must not lock the
+    // A hook sets these variables for the repository that it runs in. The query must not lock the
     // index.
     for name in ["GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"] {
         command.env_remove(name);
@@ -63,8 +63,8 @@ fn from_git() {
     if let Some(changes) = git(&[&changes[..], &SOURCES].concat()) {
         tell("GIT_DIRTY", &(!changes.is_empty()).to_string());
     }
-    // HEAD, the branch it names, and where that may be packed away. A file that is not there would
-    // make Cargo run this every time.
+    // HEAD, the branch that it names, and the file that the branch may be packed into. A file that
+    // does not exist would make Cargo run this every time.
     let branch = git(&["symbolic-ref", "--quiet", "HEAD"]);
     for name in ["HEAD", "logs/HEAD", "packed-refs"]
         .into_iter()

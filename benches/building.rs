@@ -42,7 +42,7 @@ fn building(c: &mut Criterion) {
     }
 }
 
-/// What is seen through a tree: no tree may change it.
+/// Primitives that the camera rays hit through a tree: no tree may change them.
 fn seen(scene: &Scene, bvh: &Bvh) -> Vec<u32> {
     let arena = Bump::new();
     let rays = primary(&arena, scene, SMALL).expect("a valid scene").queue;

@@ -1,4 +1,4 @@
-//! Whole frames, shading and all, by both engines.
+//! Whole frames, including shading, by both engines.
 //!
 //! `cargo bench --bench frames`. An element is a ray of any kind. For pass or fail see the ratios
 //! (`cargo bench --bench ratios`).

@@ -1,17 +1,18 @@
-//! How many instructions the kernels take, held against `perf/instructions.json`: unlike times,
-//! these are the same every time, so that a slowdown of a few percent is seen on any machine.
+//! Instruction counts of the kernels, compared with `perf/instructions.json`. Unlike times, they
+//! are the same every time, so that a slowdown of a few percent is found on any machine.
 //!
 //! ```sh
 //! RUSTFLAGS="-C target-cpu=x86-64-v3" CARGO_TARGET_DIR=target/v3 cargo bench --bench instructions
 //! ```
 //!
-//! Takes itself under valgrind's callgrind, one workload a run, and counts within one function
-//! only. `-- --bless` writes a new baseline. Exits 0 where every count is within [`TOLERANCE`] or
-//! below, or nothing can be said (no valgrind, another compiler); 1 where one is above or has no
-//! baseline; 2 where this build is not one to count.
+//! The program runs itself under valgrind's callgrind, one workload a run, and counts within one
+//! function only. `-- --bless` writes a new baseline. Exits 0 where every count is within
+//! [`TOLERANCE`] or below, or no statement is possible (no valgrind, another compiler); 1 where one
+//! is above or has no baseline; 2 where this build is not one to count.
 //!
-//! Nothing else may come in: a workload is prepared before counting begins, and allocates nothing
-//! afterwards; it runs on one thread, without environment, and valgrind places memory always alike.
+//! Nothing else may enter the counts. A workload is prepared before counting begins, and allocates
+//! nothing afterwards. It runs on one thread, without environment, and valgrind always assigns the
+//! same addresses.
 
 mod common;
 
@@ -26,15 +27,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-/// What a count may exceed its baseline by. The same sources and compiler give the same count to
-/// the instruction; this much is left for another system's linker and C library, and for what a
-/// change elsewhere in the crate does to the compiler's choices. Slowdowns worth a look are larger.
+/// Share by which a count may exceed its baseline. The same sources and compiler give the same
+/// count to the instruction. This much is left for another system's linker and C library, and for
+/// the effects of a change elsewhere in the crate on the compiler's choices. Slowdowns worth a look
+/// are larger.
 const TOLERANCE: f64 = 0.01;
 
-/// The level that counts are taken at: valgrind knows no AVX-512.
+/// Instruction-set level that counts are taken at: valgrind knows no AVX-512.
 const LEVEL: &str = "x86-64-v3";
 
-/// Says to the program that it is the one that is counted, and what to do.
+/// Option by which the program runs as the counted one, with the name of the workload.
 const WORKLOAD: &str = "--workload";
 
 /// Committed counts.
@@ -43,7 +45,7 @@ struct CommittedCounts {
     schema_version: u32,
     /// `rustc --version` of the compiler that made the program.
     rustc: String,
-    /// [`LEVEL`].
+    /// Instruction-set level, [`LEVEL`].
     level: String,
     /// Instructions by workload.
     instructions: BTreeMap<String, u64>,
@@ -98,7 +100,7 @@ fn baseline_path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("perf/instructions.json")
 }
 
-/// Why counts of this build would say nothing, if they would not.
+/// Reason why counts of this build would be meaningless, if they would.
 fn not_countable() -> Option<String> {
     if compiled_level() != LEVEL {
         return Some(format!(
@@ -106,8 +108,8 @@ fn not_countable() -> Option<String> {
             compiled_level()
         ));
     }
-    // Every CPU of the level has it and the level has it not: this was target-cpu=native, tuned for
-    // the machine at hand.
+    // Every CPU of the level has this feature, and the level does not include it. So this build was
+    // made with target-cpu=native, tuned for the machine at hand.
     if cfg!(target_feature = "pclmulqdq") {
         return Some(format!(
             "this is a build for one CPU and not for {LEVEL} at large"
@@ -132,7 +134,7 @@ fn command(bless: bool) -> String {
     )
 }
 
-/// Valgrind's program. It is looked for here because it starts without an environment, and so
+/// Path of valgrind. It is searched for here because it starts without an environment, and so
 /// without a PATH.
 fn valgrind() -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
@@ -144,7 +146,7 @@ fn valgrind() -> Option<PathBuf> {
 /// A fixed amount of work.
 #[derive(Clone, Copy)]
 enum CountedWorkload {
-    /// One test, by the packet engine or the oracle.
+    /// One isolated test, by the packet engine or the oracle.
     Alone {
         engine: &'static str,
         trial: fn(Test, Order) -> Box<dyn EngineTest>,
@@ -155,10 +157,10 @@ enum CountedWorkload {
     Tree { scene: &'static str, kind: RayKind },
 }
 
-/// Small ones: one of triangles only, one of spheres over a floor.
+/// Small scenes: one of spheres over a floor, one of triangles only.
 const SCENES: [&str; 2] = ["standard:balls:2", "standard:terrain:4k"];
 
-/// Closest hits of rays that belong together and of rays that do not, and any hit.
+/// Closest hits of coherent rays and of incoherent ones, and any hit.
 const KINDS: [RayKind; 3] = [RayKind::Primary, RayKind::Diffuse, RayKind::Shadow];
 
 impl CountedWorkload {
@@ -174,7 +176,7 @@ impl CountedWorkload {
                     order,
                 });
             }
-            // One ray at a time there is no order to speak of.
+            // With one ray at a time, the order does not matter.
             let (engine, trial) = (
                 "oracle",
                 one_by_one as fn(Test, Order) -> Box<dyn EngineTest>,
@@ -208,7 +210,7 @@ impl CountedWorkload {
         }
     }
 
-    /// Does the work, and gives a checksum of the answer.
+    /// Does the work, and returns a checksum of the result.
     fn run(&self) -> u64 {
         match *self {
             CountedWorkload::Alone {
@@ -222,7 +224,7 @@ impl CountedWorkload {
         }
     }
 
-    /// The checksum of the right answer, from the oracle.
+    /// The checksum of the right result, from the oracle.
     fn truth(&self) -> u64 {
         match *self {
             CountedWorkload::Alone { test, order, .. } => {
@@ -234,7 +236,7 @@ impl CountedWorkload {
         }
     }
 
-    /// Instructions of the work, after the answer was found right.
+    /// Instructions of the work, counted after the result was found right.
     fn count(&self, valgrind: &Path) -> u64 {
         let name = self.name();
         let truth = self.truth();
@@ -273,20 +275,20 @@ impl CountedWorkload {
     }
 }
 
-/// The sum of callgrind's file.
+/// The sum in callgrind's file.
 fn total(text: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix("totals:"))?;
     line.trim().parse().ok().filter(|&count| count > 0)
 }
 
-/// What is counted: callgrind collects between this function's beginning and its end. Its name must
-/// be in no other symbol's, or the counting would be switched twice.
+/// The counted function: callgrind collects between its beginning and its end. Its name must be in
+/// no other symbol's, or the counting would be switched twice.
 #[inline(never)]
 fn counted_work(work: &mut dyn FnMut()) {
     work();
 }
 
-/// The program under valgrind: one workload, and its answer on stdout.
+/// Runs one workload as the program under valgrind, and prints its result to stdout.
 fn counted_run(name: &str) -> ExitCode {
     let workload = CountedWorkload::all()
         .into_iter()
@@ -334,7 +336,7 @@ impl TreeWorkload {
     }
 }
 
-/// Prints what changed, and judges.
+/// Prints the changes, and returns the exit code.
 fn compare(old: &CommittedCounts, new: &CommittedCounts) -> ExitCode {
     let names: Vec<&String> = old
         .instructions

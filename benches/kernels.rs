@@ -1,6 +1,5 @@
-//! Each test alone, by the packet engine at both widths and by the oracle: boxes, triangles,
-//! spheres, ellipsoids and cones, closest hit and any, rays that belong together and rays that do
-//! not.
+//! Isolated tests, by the packet engine at both widths and by the oracle: boxes, triangles,
+//! spheres, ellipsoids and cones; closest hit and any hit; coherent rays and incoherent ones.
 //!
 //! `cargo bench --bench kernels`. An element is a ray, tested against [`TARGETS`] boxes or
 //! primitives.
@@ -20,8 +19,7 @@ fn kernels(c: &mut Criterion) {
                 trial.answer()
             });
             let what = format!("{test_name} x{TARGETS}, {order_name}");
-            // A rate counts only for the same answer, and only where there is something to be
-            // found.
+            // A rate counts only for the same result, and only where some rays hit.
             assert!(answers[0].met() > RAYS / 20, "{what}: {}", answers[0].met());
             assert!(answers.iter().all(|a| *a == answers[0]), "{what}");
             let mut group = brief(c, &what);

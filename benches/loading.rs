@@ -1,5 +1,5 @@
-//! How fast meshes load, as ratios within one run against the readers that others use. What is
-//! compared runs in alternation; both sides must find the same triangles. Exits 1 where a ratio is
+//! Speed of loading meshes, as ratios within one run against widely used readers. The compared
+//! readers run in alternation; both sides must find the same triangles. Exits 1 where a ratio is
 //! below its floor.
 //!
 //! `cargo bench --bench loading`; `-- --json` prints a record. The files of 10 million triangles
@@ -18,7 +18,7 @@ use std::time::Instant;
 /// Threads that phalanx may use: the promise is made for two.
 const THREADS: usize = 2;
 
-/// One promise: the median over the passes of `other` seconds ÷ `ours` seconds.
+/// One promised ratio: the median over the passes of `other` seconds ÷ `ours` seconds.
 #[derive(serde::Serialize)]
 struct LoadRatio {
     file: String,
@@ -75,7 +75,7 @@ fn main() {
     }
 }
 
-/// What there is, and what is generated.
+/// Files to load: the available ones, and the generated ones.
 fn files(scratch: &Path, small: bool) -> Vec<PathBuf> {
     let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes");
     let mut files = Vec::new();
@@ -176,7 +176,7 @@ impl MeshFile {
     }
 }
 
-/// Seconds that it took, and triangles.
+/// Seconds that the work took, and its number of triangles.
 fn timed(work: impl FnOnce() -> usize) -> (f64, usize) {
     let start = Instant::now();
     let triangles = work();
@@ -201,7 +201,7 @@ fn compare(
     passes: usize,
     mut others: impl FnMut(&Path) -> (f64, usize),
 ) -> LoadRatio {
-    // Once unmeasured: the file is in the system's cache, and the answers are compared.
+    // One unmeasured run: it brings the file into the system's cache, and compares the results.
     let (ours, theirs) = (our_triangles(path), others(path));
     assert_eq!(ours.1, theirs.1, "{}: triangles by {other}", path.display());
     let passes: Vec<(f64, f64)> = (0..passes)
@@ -227,7 +227,7 @@ fn compare(
     }
 }
 
-/// As its users call it: triangles, and otherwise the defaults.
+/// Loads with tobj as its users call it: triangles, and otherwise the defaults.
 fn tobj_triangles(path: &Path) -> (f64, usize) {
     let options = tobj::LoadOptions {
         triangulate: true,
@@ -272,7 +272,8 @@ impl ply::PropertyAccess for PlyFace {
     }
 }
 
-/// Straight into structures of its user's, which is its fastest way, and from there into columns.
+/// Loads straight into the caller's structures, which is the fastest way of this reader, and from
+/// there into columns.
 fn ply_triangles(path: &Path) -> (f64, usize) {
     timed(|| {
         let file = File::open(path).expect("the file");
@@ -307,14 +308,14 @@ fn ply_triangles(path: &Path) -> (f64, usize) {
     })
 }
 
-/// A Python that times trimesh by itself.
+/// A Python process that times trimesh by itself.
 struct Python {
     child: Child,
     input: ChildStdin,
     output: BufReader<ChildStdout>,
 }
 
-/// `process=False` keeps trimesh from merging vertices, which is not asked for.
+/// Python script. `process=False` keeps trimesh from merging vertices, which is not required.
 const SCRIPT: &str = "
 import sys, time
 try:
@@ -330,7 +331,8 @@ for line in sys.stdin:
 ";
 
 impl Python {
-    /// `None`, and the reason on stderr, where there is no Python with trimesh.
+    /// Starts Python. Returns `None`, with the reason on stderr, where there is no Python with
+    /// trimesh.
     fn start() -> Option<Python> {
         let name = std::env::var("PHALANX_PYTHON").unwrap_or_else(|_| "python3".into());
         let child = Command::new(&name)

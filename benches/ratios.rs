@@ -1,5 +1,5 @@
-//! The speed promises as ratios within one run: what is compared runs in alternation, so that the
-//! machine's mood falls on both sides. Exits 1 where a ratio is below its floor.
+//! The speed promises as ratios within one run. The compared engines run in alternation, so that
+//! changes of the machine's speed affect both sides. Exits 1 where a ratio is below its floor.
 //!
 //! `cargo bench --bench ratios`; `-- --json` prints the record that `perf/records/` keeps.
 
@@ -16,22 +16,22 @@ use phalanx::scene::Scene;
 use phalanx::trace::{Kernel, Traversal};
 use std::time::Instant;
 
-/// Alternating passes; the median of their ratios counts.
+/// Number of alternating passes; the median of their ratios counts.
 const PASSES: usize = 15;
 
-/// One promise: the median over the passes of `other` seconds ÷ `ours` seconds.
+/// One promised ratio: the median over the passes of `other` seconds ÷ `ours` seconds.
 #[derive(serde::Serialize)]
 struct RenderRatio {
     scene: String,
     what: &'static str,
     median: f64,
     floor: f64,
-    /// Million rays a second on either side, medians.
+    /// Medians of millions of rays a second, here and in `other_mrays`.
     ours_mrays: f64,
     other_mrays: f64,
 }
 
-/// Camera rays alone, by one kernel.
+/// Rate of camera rays alone, by one kernel.
 #[derive(serde::Serialize)]
 struct Rate {
     scene: String,
@@ -88,7 +88,7 @@ fn main() {
     }
 }
 
-/// A frame of one engine, ready to be rendered again and again.
+/// A frame of one engine, ready to be rendered repeatedly.
 struct TimedFrame<'a> {
     scene: &'a Scene,
     prepared: Accel,
@@ -140,7 +140,7 @@ fn alternate(
     mut ours: impl FnMut() -> (f64, u64),
     mut other: impl FnMut() -> (f64, u64),
 ) -> RenderRatio {
-    // Once unmeasured: caches, arenas, page tables.
+    // One unmeasured run: caches, arenas, page tables.
     let (a, b) = (ours(), other());
     assert_eq!(a.1, b.1, "both sides trace the same rays");
     let passes: Vec<(f64, f64)> = (0..PASSES).map(|_| (ours().0, other().0)).collect();
@@ -161,7 +161,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Camera rays by every kernel; their hits must agree.
+/// Rates of camera rays by every kernel; their hits must agree.
 fn primary_rates(name: &str, scene: &Scene) -> Vec<Rate> {
     let arena = Bump::new();
     let rays = primary(&arena, scene, SIZE).expect("a valid scene").queue;
@@ -191,7 +191,7 @@ fn primary_rates(name: &str, scene: &Scene) -> Vec<Rate> {
     rates.into()
 }
 
-/// Model name of the first CPU, where the system says it.
+/// Model name of the first CPU, where the system reports it.
 fn cpu() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let line = text.lines().find(|l| l.starts_with("model name"));
@@ -204,7 +204,8 @@ fn cpu() -> String {
     )
 }
 
-/// The oracle is no straw man: primary rays against obvhs's own `ray_traverse`.
+/// Ratio of the oracle to obvhs's own `ray_traverse` on primary rays. It shows that the oracle is a
+/// fair reference.
 fn oracle_against_obvhs(name: &str, scene: &Scene) -> RenderRatio {
     let arena = Bump::new();
     let rays = primary(&arena, scene, SIZE).expect("a valid scene").queue;
@@ -236,8 +237,7 @@ fn oracle_against_obvhs(name: &str, scene: &Scene) -> RenderRatio {
     alternate(name, "oracle over obvhs, primary rays", 0.5, ours, other)
 }
 
-/// Seconds of `count`, and the rays it looked at; the count is asserted against the warm-up's by
-/// being used.
+/// Seconds of `count`, and its number of rays. `black_box` uses the count, so that the work is done.
 fn timed(rays: usize, count: impl FnOnce() -> usize) -> (f64, u64) {
     let start = Instant::now();
     std::hint::black_box(count());

@@ -1,7 +1,8 @@
-//! The stages of a wave between its traversals, each alone: hits grouped by material into surfaces,
-//! lights sampled into queues of shadow rays, bounces queued; and the queue's compaction by itself.
+//! The stages of a wave between its traversals, each by itself: hits grouped by material into
+//! surfaces, lights sampled into queues of shadow rays, bounces queued; and the queue's compaction
+//! by itself.
 //!
-//! `cargo bench --bench stages`. An element is a primary ray; of the compaction, a ray that is
+//! `cargo bench --bench stages`. An element is a primary ray; for the compaction, a ray that is
 //! pushed.
 
 mod common;
@@ -22,10 +23,10 @@ use phalanx::trace::{Kernel, Traversal};
 use std::hint::black_box;
 use std::ops::Range;
 
-/// A wave of a tile's primary rays.
+/// Packets of a wave of a tile's primary rays.
 const WAVE: usize = (DEFAULT_TILE * DEFAULT_TILE) as usize / LANES;
 
-/// Primary rays of a picture and what they hit.
+/// Primary rays of a picture and their hits.
 struct PrimaryHits<'a> {
     scene: &'a Scene,
     rays: RayQueue<'a>,
@@ -112,7 +113,7 @@ fn stages(c: &mut Criterion) {
     }
 }
 
-/// Queues the shadow rays of a wave, light by light, and says how many.
+/// Queues the shadow rays of a wave, light by light, and returns their number.
 fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64 {
     let mut rays = 0;
     for light in 0..scene.lights.len() {
@@ -128,7 +129,7 @@ fn shadow_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64
     rays
 }
 
-/// Queues the mirror and refracted rays of a wave, and says how many.
+/// Queues the mirror and refracted rays of a wave, and returns their number.
 fn bounced_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u64 {
     queue.clear();
     for at in surfaces {
@@ -154,7 +155,7 @@ fn bounced_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u6
     black_box(&*queue).len() as u64
 }
 
-/// The rays that a render casts, with so many bounces.
+/// The rays that a render with this depth traces.
 fn counts(scene: &Scene, max_depth: u32) -> RayCounts {
     let prepared = Accel::build(scene, Engine::Simd);
     let settings = Settings {
@@ -167,7 +168,7 @@ fn counts(scene: &Scene, max_depth: u32) -> RayCounts {
     frame.expect("nobody interrupts a benchmark").stats.rays
 }
 
-/// Packets with all, most or few of their lanes wanted go into a queue.
+/// Benchmarks the push of packets with all, most or few of their lanes into a queue.
 fn compaction(c: &mut Criterion) {
     let mut rng = Rng::new(11);
     let arena = Bump::new();
@@ -195,8 +196,8 @@ fn compaction(c: &mut Criterion) {
     group.finish();
 }
 
-/// Queues the lanes of a wave that `masks` want; their parents are their numbers, their first
-/// coordinates their lanes.
+/// Queues the lanes of a wave that are set in `masks`. Their parents are their indices, and their
+/// first coordinates their lanes.
 fn compact(queue: &mut RayQueue, masks: &[Mask8]) -> usize {
     let x = F32x8::new(std::array::from_fn(|lane| lane as f32));
     let org = Vec3x8::new(x, F32x8::ZERO, F32x8::ONE);

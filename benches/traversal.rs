@@ -44,7 +44,7 @@ fn traversal(c: &mut Criterion) {
             );
             let modes = peer.as_ref().map(|p| p.engines(set.rays()));
             for (mode, engine) in modes.into_iter().flatten() {
-                // A peer rounds otherwise; one that does more than that is in no race.
+                // A peer may round in another way; one whose results differ more is not timed.
                 let theirs = answer(&*engine, &set);
                 let differs = truth.share_of_differences(&theirs, set.queue.len());
                 if differs > MAX_DIFFERING_SHARE {
@@ -61,7 +61,7 @@ fn traversal(c: &mut Criterion) {
     }
 }
 
-/// Times a contender whose answer is `right`.
+/// Times an engine whose results are `right`.
 fn time(
     group: &mut BenchmarkGroup<WallTime>,
     who: &str,

@@ -1,5 +1,5 @@
-//! Each test alone: sixty-four primitives of one kind, a thousand rays, and every engine's answer
-//! in one form.
+//! Isolated tests: sixty-four primitives of one kind, a thousand rays, and every engine's result in
+//! one form.
 
 use super::rng::Rng;
 use glam::{Affine3A, Mat3, Vec3};
@@ -10,19 +10,19 @@ use phalanx::packet::{HitPacket, NO_PRIM, RayPacket};
 use phalanx::scene::{Bounds, Cone, Material, PrimKind, Scene};
 use phalanx::trace::isolated;
 
-/// Rays of every trial.
+/// Number of rays of every test.
 pub const RAYS: usize = 1024;
 /// Boxes or primitives that each ray is tested against.
 pub const TARGETS: usize = 64;
 
-/// What is tested.
+/// The test that is measured.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Test {
-    /// Boxes.
+    /// Intersection with boxes.
     Boxes,
     /// The closest hit on primitives of a kind.
     Closest(PrimKind),
-    /// Whether primitives of a kind stop a ray before half of what it could hit.
+    /// Occlusion by primitives of a kind, up to half of the distance at which a ray could hit one.
     Occluded(PrimKind),
 }
 
@@ -42,26 +42,26 @@ impl Test {
 
     fn kind(self) -> PrimKind {
         match self {
-            // Their boxes are of the size of any primitive's.
+            // The boxes of spheres stand for those of all kinds, as they are of similar size.
             Test::Boxes => PrimKind::Sphere,
             Test::Closest(kind) | Test::Occluded(kind) => kind,
         }
     }
 }
 
-/// How the rays lie.
+/// The arrangement of the rays.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Order {
-    /// From one eye through the cells of a grid, a packet through neighbours: all of their
+    /// Rays from one eye through the cells of a grid, a packet through neighbours. All of their
     /// directions agree in sign and in their longest axis, so that boxes are tested in order and
     /// triangles in one frame.
     Coherent,
-    /// Every ray for itself.
+    /// Rays without any relation to each other.
     Scattered,
 }
 
 impl Order {
-    /// Either by name.
+    /// Both orders by name.
     pub const ALL: [(&'static str, Order); 2] = [
         ("coherent", Order::Coherent),
         ("scattered", Order::Scattered),
@@ -85,7 +85,7 @@ impl Order {
         (0..RAYS).map(ray).collect()
     }
 
-    /// About the middle of what the rays can hit.
+    /// A distance about the middle of those at which the rays can hit.
     fn middle(self) -> f32 {
         match self {
             Order::Coherent => EYE.length(),
@@ -100,19 +100,19 @@ fn unit(org: Vec3, dir: Vec3) -> OracleRay {
     OracleRay::new(org, dir / dir.dot(dir).sqrt())
 }
 
-/// An answer to a test, the same for every engine.
+/// The result of a test, the same for every engine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TestOutcome {
-    /// Pairs of a ray and a box that meet.
+    /// Number of pairs of a ray and a box that intersect.
     Met(u64),
-    /// The bits of t, u and v, and the primitive, of every ray.
+    /// The hit of every ray: the bits of t, u and v, and the primitive.
     Hits(Vec<Option<[u32; 4]>>),
-    /// Whether each ray is stopped.
+    /// Occlusion of each ray.
     Blocked(Vec<bool>),
 }
 
 impl TestOutcome {
-    /// The same number for the same answer, in every build.
+    /// Checksum of the result; the same result has the same checksum in every build.
     pub fn checksum(&self) -> u64 {
         let mix = |sum: u64, word: u32| {
             (sum ^ u64::from(word))
@@ -128,7 +128,7 @@ impl TestOutcome {
         }
     }
 
-    /// How many rays meet anything, or pairs do.
+    /// Number of rays that hit anything, or of pairs that intersect.
     pub fn met(&self) -> usize {
         match self {
             TestOutcome::Met(met) => *met as usize,
@@ -138,15 +138,15 @@ impl TestOutcome {
     }
 }
 
-/// One test by one engine, prepared.
+/// One test by one engine, with everything prepared.
 pub trait EngineTest {
-    /// All rays against all targets.
+    /// Tests all rays against all targets.
     fn run(&mut self);
-    /// What the last run found.
+    /// The result of the last run.
     fn answer(&self) -> TestOutcome;
 }
 
-/// Every engine by name, with its trial of a test.
+/// The prepared test of every engine, by name.
 pub fn trials(test: Test, order: Order) -> [(&'static str, Box<dyn EngineTest>); 3] {
     [
         ("8 lanes", eight(test, order)),
@@ -158,17 +158,17 @@ pub fn trials(test: Test, order: Order) -> [(&'static str, Box<dyn EngineTest>);
     ]
 }
 
-/// The trial of a test by packets of eight lanes.
+/// The test by packets of eight lanes.
 pub fn eight(test: Test, order: Order) -> Box<dyn EngineTest> {
     Box::new(PacketEngineTest::<F32x8>::new(test, order))
 }
 
-/// The trial of a test by the oracle.
+/// The test by the oracle.
 pub fn one_by_one(test: Test, order: Order) -> Box<dyn EngineTest> {
     Box::new(OracleEngineTest::new(test, order))
 }
 
-/// The packet engine's.
+/// The packet engine's test.
 struct PacketEngineTest<L: Lanes> {
     test: Test,
     targets: Bvh,
@@ -259,7 +259,7 @@ fn nothing<L: Lanes>() -> HitPacket<L> {
     }
 }
 
-/// Rays side by side; as many as fill packets.
+/// Packs rays into packets; only rays that fill packets are taken.
 fn packets<L: Lanes>(rays: &[OracleRay], tmax: f32) -> Vec<RayPacket<L>> {
     let of = |chunk: &[OracleRay]| {
         let column = |of: &dyn Fn(&OracleRay) -> f32| {
@@ -282,7 +282,7 @@ fn packets<L: Lanes>(rays: &[OracleRay], tmax: f32) -> Vec<RayPacket<L>> {
     rays.chunks_exact(mask).map(of).collect()
 }
 
-/// The oracle's.
+/// The oracle's test.
 struct OracleEngineTest {
     test: Test,
     scene: Scene,
@@ -371,7 +371,7 @@ fn targets(kind: PrimKind) -> Scene {
     scene
 }
 
-/// An ellipsoid leaning over: sheared, so that its map has few zeros and needs no trigonometry.
+/// Adds a slanted ellipsoid: sheared, so that its map has few zeros and needs no trigonometry.
 fn add_ellipsoid(scene: &mut Scene, center: Vec3, [a, b, c]: [f32; 3]) {
     let matrix = Mat3::from_cols(
         Vec3::new(a, 0.0, 0.1),

@@ -1,4 +1,5 @@
-//! What the benchmarks share: scenes, the same rays for every engine, and criterion's settings.
+//! Common parts of the benchmarks: scenes, the same rays for every engine, and criterion's
+//! settings.
 #![allow(dead_code, reason = "every benchmark uses its own part")]
 
 pub mod isolated;
@@ -18,10 +19,10 @@ use phalanx::standard;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Image size of the promises in `ratios`.
+/// Image size of the ratios in `ratios`.
 pub const SIZE: [u32; 2] = [1280, 960];
 
-/// Image size where criterion repeats it many times.
+/// Image size where criterion repeats a frame many times.
 pub const SMALL: [u32; 2] = [512, 384];
 
 /// A group that takes a second or two for each function: enough to compare, not enough to wait for.
@@ -34,7 +35,7 @@ pub fn brief<'c>(c: &'c mut Criterion, name: &str) -> BenchmarkGroup<'c, WallTim
     group
 }
 
-/// The course's dragon (100,000 triangles) if it is at hand, and our thousand spheres.
+/// The course's dragon (100,000 triangles) if its file is available, and our thousand spheres.
 pub fn scenes() -> Vec<(String, Scene)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let candidates: [PathBuf; 2] = [
@@ -54,7 +55,7 @@ pub fn scenes() -> Vec<(String, Scene)> {
     scenes
 }
 
-/// Standard scenes, which are everywhere the same: triangles only, spheres nearly only, cones and
+/// Standard scenes, which are the same everywhere: triangles only, spheres nearly only, cones and
 /// spheres.
 pub const STANDARD: [&str; 3] = [
     "standard:terrain:64k",
@@ -62,7 +63,7 @@ pub const STANDARD: [&str; 3] = [
     "standard:tree:8",
 ];
 
-/// A standard scene by its whole name.
+/// A standard scene by its full name.
 pub fn standard_scene(name: &str) -> Scene {
     let spec = standard::parse_spec(name).expect("a standard scene");
     standard::scene(spec).expect("a valid scene")
@@ -97,7 +98,7 @@ impl ObvhsPeer {
         ObvhsPeer { bvh, triangles }
     }
 
-    /// Whether a ray hits anything, by `ray_traverse`.
+    /// Returns true if a ray hits anything, by `ray_traverse`.
     pub fn hits(&self, org: [f32; 3], dir: [f32; 3]) -> bool {
         let ray = Ray::new_inf(org.into(), dir.into());
         let mut hit = RayHit::none();

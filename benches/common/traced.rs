@@ -1,4 +1,4 @@
-//! Scenes with both trees, sets of rays, and whoever traces them.
+//! Scenes with both trees, sets of rays, and the engines that trace them.
 
 use super::standard_scene;
 use bumpalo::Bump;
@@ -18,7 +18,7 @@ pub struct TracedScene {
 }
 
 impl TracedScene {
-    /// By the scene's whole name.
+    /// Builds both trees of the standard scene with this full name.
     pub fn new(name: &str) -> TracedScene {
         let scene = standard_scene(name);
         let settings = BuildSettings {
@@ -42,7 +42,7 @@ impl TracedScene {
         secondary(arena, &self.scene, kind, &first, &seen)
     }
 
-    /// The packet engine with one kernel.
+    /// The packet engine with one kernel, on a set of rays.
     pub fn packets<'a>(&'a self, kernel: Kernel, rays: RaySetRef<'a>) -> KernelEngine<'a> {
         KernelEngine {
             bvh: &self.bvh,
@@ -51,7 +51,7 @@ impl TracedScene {
         }
     }
 
-    /// The oracle.
+    /// The oracle on a set of rays.
     pub fn oracle<'a>(&'a self, rays: RaySetRef<'a>) -> OracleEngine<'a> {
         OracleEngine {
             scene: &self.scene,
@@ -61,19 +61,19 @@ impl TracedScene {
     }
 }
 
-/// Room for the answer to a set of rays.
+/// Storage for the results of a set of rays.
 pub fn room(set: &RaySet) -> Answer {
     Answer::with_capacity(set.kind.query(), set.queue.packets())
 }
 
-/// What a contender says to a set of rays.
+/// The results of an engine for a set of rays.
 pub fn answer(engine: &dyn BenchEngine, set: &RaySet) -> Answer {
     let mut answer = room(set);
     trace(&mut *engine.thread(), &mut answer);
     answer
 }
 
-/// Traces all packets that `answer` has room for.
+/// Traces all packets that `answer` has storage for.
 pub fn trace(engine_thread: &mut dyn BenchEngineThread, answer: &mut Answer) {
     match answer {
         Answer::Closest(hits) => engine_thread.closest(0..hits.len(), hits),
@@ -81,7 +81,7 @@ pub fn trace(engine_thread: &mut dyn BenchEngineThread, answer: &mut Answer) {
     }
 }
 
-/// Whether two answers to a set of rays are the same bits.
+/// Returns true if two results of a set of rays are the same bits.
 pub fn same(a: &Answer, b: &Answer, set: &RaySet) -> bool {
     a.first_difference(b, 0..set.queue.len()).is_none()
 }

@@ -349,7 +349,7 @@ mod tests {
         assert!(!carried(Vec3::ONE, 1000, 0.9) && carried(Vec3::ONE, 1 << 20, 0.9));
         assert!(carried(Vec3::X, 2, 1e-30) && !carried(Vec3::X, 2, 0.0));
         assert!(!carried(Vec3::splat(2.0), 100, 0.5));
-        // Where materials send more than they get, their weights count as halves.
+        // Weights of materials that send more than they get count as halves.
         let sizes = |depth, least| WaveSizes::of(&scene(Vec3::ONE, Vec3::ONE), depth, least);
         assert!(sizes(3, 0.126).columns.shares && !sizes(3, 0.124).columns.shares);
     }

@@ -70,7 +70,7 @@ pub fn sample_light(
         let a = wide(lights.attenuation.get(light));
         let loss = (a.x + a.y * distance) + a.z * squared;
         let seen = Vec3x8::new(color.x / loss, color.y / loss, color.z / loss);
-        // Where the denominator is zero (d = 0, no constant term) the light adds nothing.
+        // The light adds nothing if the denominator is zero (d = 0, no constant term).
         let lit = at.active & loss.gt(F32x8::ZERO);
         (to, to.scale(F32x8::ONE / distance), seen, lit)
     };

@@ -128,8 +128,8 @@ pub(super) fn mean_change(rows: &[LogRate], yardsticks: &[LogRate], shared: bool
     let off = rows.iter().map(|row| row.value - mean.value);
     let squares = off.map(|off| off * off);
     let scatter = squares.sum::<f64>() / free as f64 / count;
-    // Where each row has its own yardstick, the mean's variance is right. Where all rows share one,
-    // it is too small by a factor of their number.
+    // If each row has its own yardstick, the mean's variance is right. If all rows share one, it is
+    // too small by a factor of their number.
     let common = yardstick.variance * if shared { count } else { 1.0 };
     let variance = f64::max(scatter, mean.variance) + common;
     LogRate { variance, ..mean }.within(student(free) * variance.sqrt())
