@@ -237,7 +237,7 @@ fn oracle_against_obvhs(name: &str, scene: &Scene) -> RenderRatio {
     alternate(name, "oracle over obvhs, primary rays", 0.5, ours, other)
 }
 
-/// Seconds of `count`, and its number of rays. `black_box` uses the count, so that the work is done.
+/// Seconds of `count`, and its number of rays. `black_box` uses the count, so the work is done.
 fn timed(rays: usize, count: impl FnOnce() -> usize) -> (f64, u64) {
     let start = Instant::now();
     std::hint::black_box(count());

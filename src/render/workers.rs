@@ -127,7 +127,7 @@ pub fn render_on_workers<P: TileRenderer>(
     };
     std::thread::scope(|scope| {
         let spawn = |k| std::thread::Builder::new().spawn_scoped(scope, move || work(Some(k)));
-        // If the system has no more threads, the existing ones do the rest; at worst this one alone.
+        // If the system has no more threads, the existing ones do the rest; at worst only this one.
         let handles: Vec<_> = (0..threads.max(1)).map_while(|k| spawn(k).ok()).collect();
         if handles.is_empty() {
             add(work(None));
