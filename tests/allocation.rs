@@ -26,8 +26,8 @@ thread_local! {
     static HELD: Cell<(i64, i64)> = const { Cell::new((0, 0)) };
 }
 
-/// Counts an allocation by which the thread holds so many bytes more. While a thread is torn down
-/// its counters may be gone; nobody asks for them then.
+/// Counts an allocation that adds `more` bytes to those that the thread holds. While a thread is
+/// torn down its counters may be gone; nobody reads them then.
 fn count(more: i64) {
     let _ = ASKED.try_with(|asked| asked.set(asked.get() + 1));
     hold(more);

@@ -96,7 +96,7 @@ fn picture(eye: Vec3, target: Vec3, width: f32) -> Segments {
     (0..SIDE * SIDE).map(ray).collect()
 }
 
-/// Where rays hit, a little off.
+/// Points slightly before the hits of rays.
 fn points(bvh: &Bvh, rays: &Segments) -> Vec<Vec3> {
     let hits = closest(bvh, Kernel::Packet8, rays);
     let hits = rays.iter().zip(hits).filter(|(_, hit)| hit[3] != NO_PRIM);

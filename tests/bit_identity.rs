@@ -16,7 +16,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use std::cell::Cell;
 
-/// What a random scene is made from; everything else follows from the seed.
+/// Parameters of a random scene; everything else follows from the seed.
 #[derive(Clone, Debug)]
 struct Recipe {
     seed: u64,
@@ -200,7 +200,7 @@ fn place_eye(scene: &mut Scene, place: EyePlace, scale: f32, rng: &mut Rng) {
     };
 }
 
-/// How a picture is cut up.
+/// Numbers of threads and tile sides that a picture is rendered with.
 const CUTS: [(usize, u32); 12] = [
     (1, 8),
     (2, 17),

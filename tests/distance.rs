@@ -1,5 +1,5 @@
-//! How far along its ray a triangle is hit, against f64: needles, long triangles and grazing rays,
-//! by how much longer the triangle's longest edge is than the distance.
+//! Accuracy of the distance at which a triangle is hit, against f64: needles, long triangles and
+//! grazing rays, by the ratio of the triangle's longest edge to the distance.
 //! `PHALANX_DISTANCE_RAYS=10000000` for more rays than usual, `-- --nocapture` for the table.
 
 mod common;
@@ -14,7 +14,7 @@ use phalanx::scene::Scene;
 const RAYS_A_TRIANGLE: usize = 64;
 const DECADES: usize = 9;
 
-/// What rays of a decade of longest edge / distance had as errors.
+/// Errors of the rays in one decade of longest edge / distance.
 #[derive(Clone, Copy, Default)]
 struct Decade {
     hits: usize,

@@ -28,7 +28,8 @@ fn picture(scene: &Scene, engine: Engine, (width, height): (u32, u32)) -> Pictur
     encode(&frame.expect("nobody interrupts").film, scene.encoding)
 }
 
-/// How many pixels differ from the golden picture, after it was written anew if that was asked for.
+/// Number of pixels that differ from the golden picture, which is first written anew if that was
+/// requested.
 fn differences(name: &str, picture: &Picture) -> usize {
     if std::env::var_os("PHALANX_BLESS").is_some() {
         save_png(&golden(name), picture).expect("a golden picture");

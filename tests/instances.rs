@@ -70,7 +70,7 @@ fn every_search_agrees() {
     assert!(met > 10_000, "only {met} hits on instances");
 }
 
-/// Where the maps change nothing, an instance is its mesh to the bit.
+/// An instance whose maps change nothing is its mesh to the bit.
 #[test]
 fn an_unmoved_instance_is_the_mesh_itself() {
     let mut rng = Rng::new(72);
@@ -103,7 +103,7 @@ fn an_unmoved_instance_is_the_mesh_itself() {
     }
 }
 
-/// Of instances in the same place the first is hit, whichever tree is asked.
+/// The first of several instances in the same position is hit, whichever tree is used.
 #[test]
 fn ties_go_to_the_smaller_number() {
     let mut scene = scenes::bare();

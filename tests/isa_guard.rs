@@ -12,7 +12,7 @@ const CPUS: [(&str, &str, [bool; 3]); 4] = [
     ("Haswell", "x86-64-v3", [true, true, false]),
 ];
 
-/// Which of AVX, AVX2 and AVX-512 this build uses.
+/// True for each of AVX, AVX2 and AVX-512 that this build uses.
 const USED: [bool; 3] = [
     cfg!(target_feature = "avx"),
     cfg!(target_feature = "avx2"),
@@ -33,7 +33,7 @@ fn run_on(cpu: &str, argument: &str) -> Option<Output> {
     }
 }
 
-/// What the program wrote, without the emulator's own remarks on features that it cannot emulate.
+/// Output of the program, without the emulator's own remarks on features that it cannot emulate.
 fn lines(bytes: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(bytes);
     let own = |line: &&str| !line.starts_with("qemu-x86_64: warning");

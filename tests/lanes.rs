@@ -262,7 +262,7 @@ fn rays_that_are_not_numbers() {
     });
 }
 
-/// What inactive lanes hold, garbage included, changes nothing for the active ones.
+/// Values of inactive lanes, garbage included, change nothing for the active ones.
 #[test]
 fn inactive_lanes_do_not_matter() {
     over_scenes(7, |scene, _, tracer, rng, scale| {

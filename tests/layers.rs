@@ -1,5 +1,4 @@
-//! What pictures tell of a pixel beside its radiance: against what is known of a scene, in both
-//! engines.
+//! Layers of a picture beside radiance, compared with known facts of a scene, in both engines.
 
 mod common;
 

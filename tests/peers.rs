@@ -89,7 +89,7 @@ fn random_rays(rng: &mut Rng) -> Vec<OracleRay> {
     (0..RAYS).map(ray).collect()
 }
 
-/// What was hit, ray by ray.
+/// Hits, ray by ray.
 struct Answers {
     closest: Vec<(f32, u32)>,
     blocked: Vec<bool>,
@@ -204,7 +204,7 @@ fn embree_agrees_on_triangles_and_spheres() {
     compare_embree(&mixed(&mut rng, 5000), &mut rng);
 }
 
-/// Of one kind only, so that numbers need not be looked up.
+/// Scenes of one kind only, so that numbers need not be looked up.
 #[test]
 fn embree_agrees_on_one_kind() {
     let mut rng = Rng::new(82);

@@ -171,7 +171,7 @@ fn an_answer_that_the_suite_does_not_expect_gives_no_rates() {
     }
 }
 
-/// What is counted does not depend on the kernel's width where it must not.
+/// Counts that must not depend on the kernel's width do not.
 #[test]
 fn work_adds_up() {
     let scene = scene("standard:balls:3");

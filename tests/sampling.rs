@@ -59,7 +59,7 @@ fn traced(scene: &Scene, sampling: Sampling) -> (Film, RayCounts) {
     simd
 }
 
-/// How much of a filter lies left of `x`, by its closed form.
+/// Share of a filter that lies left of `x`, by its closed form.
 fn left_of(filter: Filter, x: f64) -> f64 {
     match filter {
         Filter::Box => (x + 0.5).clamp(0.0, 1.0),
@@ -106,7 +106,7 @@ fn an_edge_is_as_soft_as_its_filter() {
     }
 }
 
-/// What has no edges is the same whatever the filter and the number of samples.
+/// A picture without edges is the same whatever the filter and the number of samples.
 #[test]
 fn a_plain_wall_stays_plain() {
     let scene = edge(20.0);
@@ -180,7 +180,7 @@ fn adaptive_samples_go_where_the_edge_is() {
     }
 }
 
-/// What adaptive samples are for: the error of 64 uniform ones with a third of their rays, where
+/// Benefit of adaptive samples: the error of 64 uniform ones with a third of their rays, where
 /// spheres mirror spheres and there are shadows in each.
 #[test]
 fn adaptive_samples_are_worth_three_uniform_ones() {
@@ -217,8 +217,7 @@ fn adaptive_samples_are_worth_three_uniform_ones() {
     println!("{errors:?} {rays:?}");
     assert!(errors[1] < errors[0], "{errors:?}");
     assert!(3 * rays[1] < rays[0], "{rays:?}");
-    // Where the threshold asks for all samples, none believes another, and they are the uniform
-    // ones.
+    // If the threshold requires all samples, no result is reused, and they are the uniform ones.
     let all = rendered(64, Some(1e-9));
     let apart = apart(&all.film, &uniform.film);
     assert!(apart < ALL_SAMPLES, "{apart}");

@@ -74,7 +74,8 @@ fn check(bvh: &Bvh) -> Vec<u32> {
     met
 }
 
-/// Whether the children lie along the node's axis, and no other axis parts them more.
+/// Returns true if the children are in order along the node's axis, and no other axis separates
+/// them more.
 fn lie_in_order(node: &WideNode) -> bool {
     let boxes = (0..NATIVE).map(|lane| column(&node.boxes, lane));
     let boxes: Vec<Bounds> = boxes.filter(|b| b.lo.x <= b.hi.x).collect();
@@ -134,7 +135,7 @@ fn a_scene_without_primitives_has_an_empty_root() {
     assert_eq!(bvh.wide().nodes().len(), 1);
 }
 
-/// What no box can part comes as one leaf, which is made a tree of blocks.
+/// A leaf whose primitives no box can separate becomes a tree of blocks.
 #[test]
 fn a_leaf_of_many_is_parted() {
     for count in [1, 8, 9, 16, 17, 64, 65, 256, 257, 1000] {

@@ -22,7 +22,7 @@ fn long(bytes: &[u8], at: usize) -> usize {
     u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize
 }
 
-/// Where the sections are, as the header's documentation has it.
+/// Byte ranges of the sections, as the header's documentation defines them.
 fn sections(bytes: &[u8]) -> Vec<Range<usize>> {
     let count = word(bytes, 20) as usize;
     let entries = (0..count).map(|k| HEADER + ENTRY * k);
@@ -80,7 +80,7 @@ fn spoil(bytes: &mut [u8], sections: &[Range<usize>], rng: &mut Rng) {
     }
 }
 
-/// How long to go on: PHALANX_FUZZ_SECONDS, else a few seconds.
+/// Duration of the test: PHALANX_FUZZ_SECONDS, else a few seconds.
 fn patience() -> Duration {
     let seconds = std::env::var("PHALANX_FUZZ_SECONDS");
     Duration::from_secs(seconds.ok().and_then(|s| s.parse().ok()).unwrap_or(5))
@@ -112,7 +112,7 @@ fn spoiled_rows_never_break_an_engine() {
     println!("{taken} rendered, {refused} refused");
 }
 
-/// What is taken is valid, and both kernels come to an end with it.
+/// Checks that an accepted scene is valid, and that both kernels come to an end with it.
 fn rendered(cached: Cached) {
     let mut scene = cached.scene;
     scene.validate().expect("what is taken is valid");
@@ -194,7 +194,7 @@ fn no_section_may_lack_its_last_row() {
     assert!(refused > 60, "only {refused} were refused");
 }
 
-/// What each check is for: without it, the file would be taken.
+/// Proof that each check is needed: without it, the file would be accepted.
 #[test]
 fn each_kind_of_nonsense_is_named() {
     let room = CacheFolder::new();

@@ -110,7 +110,7 @@ fn trees_are_the_best_unless_said_otherwise() {
 #[test]
 fn rates_are_compared_with_a_baseline_of_this_machine_and_these_rays() {
     let room = TestFolder::new();
-    // Of fewer samples nothing can be said.
+    // Fewer samples do not allow any statement.
     let run = format!("bench standard:balls:2 {FAST} --rays primary,shadow")
         .replace("--repeat 2", "--repeat 7");
     assert_eq!(room.run(&format!("{run} --json a.json")).code, Some(0));

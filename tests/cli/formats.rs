@@ -3,7 +3,7 @@
 use super::TestFolder;
 use std::fs;
 
-/// What files of each format begin with.
+/// First bytes of files of each format.
 const FORMATS: [(&str, &[u8]); 6] = [
     ("png", b"\x89PNG\r\n\x1a\n"),
     ("jpg", b"\xff\xd8\xff"),

@@ -1,4 +1,4 @@
-//! What shells and readers of manuals are told.
+//! Output for shells and for readers of manuals.
 
 use super::TestFolder;
 use std::fs;

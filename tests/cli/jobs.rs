@@ -104,7 +104,7 @@ fn start(room: &TestFolder, line: &str) -> Child {
         .unwrap()
 }
 
-/// Waits until the file holds so many bytes more than it did, or the process has ended.
+/// Waits until the file has grown by `by` bytes, or the process has ended.
 fn until_grown(child: &mut Child, path: &Path, by: u64) {
     let length = || fs::metadata(path).map_or(0, |m| m.len());
     let before = length();
@@ -266,7 +266,7 @@ fn merged_shards_are_the_picture_to_the_last_byte() {
         assert!(bytes(&room, "merged.png") == whole, "{shards} shards");
         fs::remove_file(room.path().join("merged.png")).unwrap();
     }
-    // Of a region, into another format, from somewhere else.
+    // The picture of a region, in another format, from another folder.
     let region =
         "--size 200x150 --region 13 9 101 77 --aov all --spp 20 --aa adaptive --threshold .02";
     room.ok(&format!("render a.test -o whole.exr {region}"));

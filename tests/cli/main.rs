@@ -44,7 +44,7 @@ tri 0 2 1
 /// A folder of its own to run in.
 struct TestFolder(TempDir);
 
-/// What a run left behind.
+/// Results of a run.
 struct Ran {
     code: Option<i32>,
     stdout: String,

@@ -76,7 +76,7 @@ fn coefficients_of_one_progressive_scan_count() {
     refused_in_400_mb(&room, "info a.obj --max-memory 100M", 1, &parts);
 }
 
-/// A glTF of one mesh in a sparse file of so many zeros.
+/// Writes a glTF of one mesh, in a sparse file of the given number of zeros.
 fn write_gltf(room: &TestFolder, zeros: usize, accessors: &serde_json::Value, mode: u32) {
     let primitive = match mode {
         4 => serde_json::json!({"attributes": {"POSITION": 0}}),
@@ -223,7 +223,7 @@ fn triangles_of_polygons_count_before_they_are_made() {
         ply(120_000, "uchar", &row.repeat(120_000)),
     )
     .unwrap();
-    // What is wrong elsewhere is not looked for in a second reading without memory.
+    // Without memory, no second reading looks for mistakes elsewhere.
     let whole = fs::read_to_string(room.path().join("a.obj")).unwrap();
     room.write("b.obj", &format!("{whole}f 1 1 x\n"));
     for scene in ["a.obj", "a.ply", "b.obj"] {

@@ -1,4 +1,4 @@
-//! What the commands do when they succeed, or find a difference.
+//! Behaviour of the commands when they succeed, or find a difference.
 
 use super::{SCENE, TestFolder, ran};
 use serde_json::Value;

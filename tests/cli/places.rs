@@ -1,5 +1,4 @@
-//! Where results are written: files are replaced, everything else is written into and stays what it
-//! is.
+//! Destinations of results: files are replaced; everything else is written into and keeps its kind.
 
 use super::signals::signal;
 use super::{Ran, TestFolder, ran};
@@ -40,7 +39,7 @@ fn writers() -> Vec<(String, &'static str)> {
     all
 }
 
-/// What those commands read.
+/// A folder with the files that those commands read.
 fn furnished() -> TestFolder {
     let room = TestFolder::new();
     room.ok("render a.test -o one.png");
@@ -133,7 +132,7 @@ fn every_writer_writes_into_a_device() {
         assert!(node.file_type().is_char_device(), "{line}: replaced");
         assert!(at(&room, &link).is_symlink(), "{line}: the link is gone");
     }
-    // Of no ending: what else than a PNG.
+    // A name without an ending gets a PNG.
     room.ok("render a.test -o null");
     room.ok("render a.test -o x.png --heat time null --snapshot null");
 }
@@ -218,7 +217,7 @@ fn shell(room: &TestFolder, script: &str) -> Ran {
     ran(command.current_dir(room.path()).args(["-c", script]))
 }
 
-/// What a script has before and after the picture stays there.
+/// Output of a script before and after the picture stays there.
 #[test]
 fn open_files_are_written_where_they_stand() {
     let room = TestFolder::new();

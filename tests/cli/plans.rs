@@ -290,7 +290,7 @@ fn names_with_control_characters_stand_in_no_script() {
         "\u{85}",
     ] {
         let name = format!("{bad}.json");
-        // Whether this program made the plan or somebody renamed it.
+        // Refused both where this program makes the plan and where somebody renames it.
         let made = run(
             &room,
             &[

@@ -1,4 +1,4 @@
-//! What is refused, with which message and exit code, and that nothing is left behind.
+//! Refused inputs, with their messages and exit codes, and that nothing is left behind.
 
 use super::{SCENE, TestFolder};
 use std::fs;
@@ -243,7 +243,7 @@ fn warnings_are_one_line_each_and_do_not_stop_a_render() {
     );
 }
 
-/// A PNG of one black pixel, which is a number in a palette of so many bytes.
+/// A PNG of one black pixel, which is an index into a palette of `palette` bytes.
 fn png_with_palette(color: u8, palette: usize) -> Vec<u8> {
     let chunk = |name: &[u8], data: &[u8]| {
         let body = [name, data].concat();
@@ -288,7 +288,7 @@ fn palettes_that_are_not_whole_colours_are_refused() {
     }
     for palette in [0, 1, 4, 5, 767, 769, 771] {
         picture(3, palette);
-        // Of no colour, and of more than 256, the decoder says so itself.
+        // For no colour, and for more than 256, the decoder itself reports the mistake.
         let what = match palette {
             0 | 1 | 769 | 771 => "PLTE",
             _ => "its palette (PLTE) does not hold whole colours, 1 to 256",

@@ -1,4 +1,4 @@
-//! What may stand beside a scene, scene caches in its place, and how much memory it may take.
+//! Files that may stand beside a scene, scene caches in its place, and the memory that it may take.
 
 use super::{SCENE, TestFolder};
 use std::fs;
@@ -138,7 +138,7 @@ fn caches_that_cannot_be_used_are_3_and_say_what_to_do() {
     for command in ["render", "verify", "info"] {
         let line = format!("{command} a.phx");
         let mut bad = good.clone();
-        // What is not zero is no gap.
+        // Bytes other than zero are not in a gap.
         let last = bad.iter().rposition(|&b| b != 0).unwrap();
         bad[last] ^= 4;
         write(&bad);
@@ -172,7 +172,7 @@ fn a_cache_goes_where_it_can_or_nowhere() {
     );
     room.write("bad.test", "size 4");
     room.refused("build bad.test -o a.phx", 3, &["bad.test"]);
-    // What stands there already stays when there is nothing better.
+    // A file that exists already stays when there is nothing better.
     room.write("old.phx", "old");
     room.refused("build bad.test -o old.phx", 3, &["bad.test"]);
     assert_eq!(fs::read(room.path().join("old.phx")).unwrap(), b"old");

@@ -113,8 +113,8 @@ impl<'a> Engines<'a> {
         truth
     }
 
-    /// Which of up to eight rays are occluded before `tmax`, after asserting that all three
-    /// searches agree.
+    /// Mask of the rays, up to eight, that are occluded before `tmax`, after asserting that all
+    /// three searches agree.
     pub fn occluded_of(&mut self, rays: &[OracleRay], tmax: f32) -> u32 {
         let mut truth = 0;
         for (lane, ray) in rays.iter().enumerate() {

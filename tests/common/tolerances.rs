@@ -47,8 +47,8 @@ pub const SAMPLED_EDGE: f64 = 2.0 / 1024.0;
 /// axis: there, too, a part of 1/1024 may be on the wrong side.
 pub const SAMPLED_LOBES: f64 = SAMPLED_EDGE + 4.0 * 2.2 / 1024.0;
 
-/// How far pictures are apart (root of the mean square) whose pixels are means of the same samples,
-/// added in another order in f64 and rounded to f32: values are below 2.
+/// Distance (root of the mean square) of pictures whose pixels are means of the same samples, added
+/// in another order in f64 and rounded to f32: values are below 2.
 pub const ALL_SAMPLES: f64 = 1.2e-7;
 
 /// A mean over a light of 1,024 samples, one in each of as many equal parts, where an edge hides

@@ -38,8 +38,8 @@ fn a_ball_in_the_mirror_direction_has_its_share_of_the_lobe() {
     }
 }
 
-/// What the lobe would send through the surface is reflected back: where the surface is seen at a
-/// slant, everything still meets the sky above it, and nothing the dark cellar.
+/// Rays of the lobe that would go through the surface are reflected back. Where the surface is seen
+/// at a slant, all rays still meet the sky above it, and none the dark cellar.
 #[test]
 fn nothing_goes_through_the_surface() {
     let cellar = format!("specular 0 0 0\n{}", plate(4, -1.0, -9e3));

@@ -1,4 +1,4 @@
-//! What is left to chance and averaged over the samples of a pixel (Cook, Porter and Carpenter,
+//! Effects that are random and averaged over the samples of a pixel (Cook, Porter and Carpenter,
 //! "Distributed Ray Tracing", 1984), in both engines and against closed forms.
 
 #[path = "../common/mod.rs"]
@@ -23,7 +23,7 @@ fn scene(eye: &str, at: &str, body: &str) -> Scene {
     }
 }
 
-/// The settings of a scene with so many samples.
+/// The settings of a scene with `spp` samples a pixel.
 fn sampled(scene: &Scene, spp: u32) -> Settings {
     Settings {
         sampling: Sampling {

@@ -14,7 +14,7 @@ fn floor(first: usize, height: f64) -> String {
     format!("{}tri {a} {b} {c}\ntri {a} {c} {d}\n", corners.concat())
 }
 
-/// How open it is in the origin, on a floor with something around it.
+/// Openness at the origin, on a floor with something around it.
 fn openness(around: &str, distance: f32) -> f64 {
     let body = format!("{}{around}", floor(0, 0.0));
     let scene = scene("-0.3 0.1 0.5", "0 0 0", &body);
@@ -82,8 +82,8 @@ fn a_ball_takes_the_square_of_its_sine() {
     }
 }
 
-/// Of a ceiling at height h, what is farther than D is at more than the angle of cosine h/D, and
-/// leaves h²/D² of the sky open.
+/// Ceiling at height h: the part farther than D is at more than the angle of cosine h/D, and leaves
+/// h²/D² of the sky open.
 #[test]
 fn what_is_too_far_away_does_not_count() {
     let ceiling = floor(4, 0.75);

@@ -141,8 +141,8 @@ fn check(input: &[u8], read: &Result<Loaded, Vec<Diagnostic>>) {
     }
 }
 
-/// What was said without its numbers, and about how much came out: new where the reader went a new
-/// way.
+/// Digest of a result: its messages without their numbers, and its approximate size. It is new
+/// where the reader took a new path.
 fn digest(read: &Result<Loaded, Vec<Diagnostic>>) -> u64 {
     let words = |all: &[Diagnostic]| -> Vec<String> {
         let plain = |d: &Diagnostic| {

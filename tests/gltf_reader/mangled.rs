@@ -109,7 +109,7 @@ fn the_unchanged_file_is_valid() {
     );
 }
 
-/// What numbers, names and brackets of the document are replaced with.
+/// Replacements for numbers, names and brackets of the document.
 const SPICE: [&str; 16] = [
     "-1",
     "0",

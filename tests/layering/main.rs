@@ -198,8 +198,8 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
 ];
 
-/// What breaks the same bits on every machine, which files may have it all the same, and what to
-/// use instead.
+/// Operations that can break the same bits on every machine, the files that may use them all the
+/// same, and their replacements.
 const BANNED: [(&str, &[&str], &str); 13] = [
     ("mul_add", &[], "fuses or not by build: write a * b + c"),
     ("mul_sub", &BOUNDS, "fuses or not by build: write a * b - c"),

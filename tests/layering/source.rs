@@ -16,7 +16,7 @@ pub struct SourceFile {
 }
 
 impl SourceFile {
-    /// Whether it stands in a room, `trace/simd` for instance.
+    /// Returns true if the file is in a room, `trace/simd` for instance.
     pub fn is_in(&self, room: &str) -> bool {
         let rest = self.path.strip_prefix(room);
         rest.is_some_and(|rest| rest.starts_with('/'))
@@ -187,8 +187,8 @@ fn firsts_of_list(list: &str) -> Vec<String> {
     words
 }
 
-/// Whether the code names the crate `name`: as the first part of a path, unless a room of that name
-/// is imported.
+/// Returns true if the code names the crate `name`: as the first part of a path, unless a room of
+/// that name is imported.
 pub fn imported_crate(code: &str, name: &str) -> bool {
     let room = ["crate", "phalanx"]
         .iter()

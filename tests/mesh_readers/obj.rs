@@ -1,4 +1,4 @@
-//! What OBJ and MTL files mean.
+//! Semantics of OBJ and MTL files.
 
 use super::{FLAT, area_from_z, errors, messages, triangles};
 use glam::{Vec2, Vec3};

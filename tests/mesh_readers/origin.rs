@@ -15,7 +15,7 @@ const FAR: [[f64; 3]; 3] = [
 /// The same place less the origin that is chosen for it.
 const ORIGIN: [f64; 3] = [500_000.5, 0.0, -4_012_344.0];
 
-/// What is to come out: coordinates less the origin in double precision, rounded once.
+/// The expected result: coordinates less the origin in double precision, rounded once.
 fn moved(corners: [[f64; 3]; 3], origin: [f64; 3]) -> Vec<[[f32; 3]; 3]> {
     let position = |c: [f64; 3]| (DVec3::from(c) - DVec3::from(origin)).as_vec3().to_array();
     vec![corners.map(position)]

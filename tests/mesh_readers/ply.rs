@@ -1,4 +1,4 @@
-//! What PLY files mean.
+//! Semantics of PLY files.
 
 use super::{FLAT, area_from_z, errors, messages, read, triangles};
 use glam::Vec3;

@@ -1,4 +1,4 @@
-//! What STL files mean.
+//! Semantics of STL files.
 
 use super::{FLAT, errors, messages, read, triangles};
 

@@ -96,7 +96,7 @@ fn check(text: &str) {
     }
 }
 
-/// What happens to one token.
+/// A mutation of one token.
 #[derive(Clone, Debug)]
 enum NffMutation {
     Delete,

@@ -45,7 +45,7 @@ fn files_of_others_load_with_their_counts() {
     }
 }
 
-/// Of all files there are, only this one is refused: its records lack operands, or have too many.
+/// Only this one of all the files is refused: its records lack operands, or have too many.
 #[test]
 fn the_file_with_faulty_records_is_refused_at_each_of_them() {
     let Some(folder) = folder() else { return };

@@ -1,4 +1,4 @@
-//! What the records mean.
+//! Semantics of the records.
 
 use super::{HEAD, read, scene};
 use glam::Vec3;

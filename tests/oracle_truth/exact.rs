@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use phalanx::oracle::OracleRay;
 use phalanx::scene::{Cone, PrimKind, Scene};
 
-/// What f64 says of one ray and one primitive.
+/// Result in f64 for one ray and one primitive.
 pub struct Exact {
     /// Distance in units of the direction, and the error that f32 may make in it.
     pub t: f64,
@@ -15,8 +15,8 @@ pub struct Exact {
     /// Weights of the second and third corner, and the error in them.
     pub weights: [f64; 2],
     pub weight_error: f64,
-    /// By how much the ray runs inside the primitive's outline, in units of the error that f32 may
-    /// make in that: above 1 it surely meets the primitive, below −1 it surely does not.
+    /// Distance by which the ray runs inside the primitive's outline, in units of the error that
+    /// f32 may make in that: above 1 it surely meets the primitive, below −1 it surely does not.
     pub margin: f64,
 }
 
@@ -26,7 +26,7 @@ fn length_error(length: f64) -> f64 {
     length * HIT_ULPS * EPSILON
 }
 
-/// What f64 says of a ray and a primitive of the scene.
+/// Computes the result in f64 for a ray and a primitive of the scene.
 pub fn exact(scene: &Scene, prim_id: u32, ray: &OracleRay) -> Exact {
     let (org, dir) = (ray.org.as_dvec3(), ray.dir.as_dvec3());
     let prim = scene.prims[prim_id as usize];
@@ -39,7 +39,8 @@ pub fn exact(scene: &Scene, prim_id: u32, ray: &OracleRay) -> Exact {
         PrimKind::Sphere => {
             let center = scene.spheres.center.get(i).as_dvec3();
             let radius = f64::from(scene.spheres.radius[i]);
-            // Where from the own box clamps: it is padded in proportion to the coordinates.
+            // The primitive's own box clamps from here: it is padded in proportion to the
+            // coordinates.
             let size = center.length() + radius + org.length();
             sphere(org - center, dir, radius, size)
         }
@@ -158,7 +159,7 @@ fn cone(cone: &Cone, org: DVec3, dir: DVec3) -> Exact {
             true => (-b - b.signum() * root) / a,
             false => c / (-b - b.signum() * root),
         };
-        // What moving the surface by `place` makes of the equation: its gradient there, and its
+        // Effect on the equation of moving the surface by `place`: its gradient there, and its
         // second order.
         let moved = 2.0 * cos2.sqrt() * (r + dr * s).abs() * place + place * place;
         let slide = (moved / (2.0 * cos2 * root)).min((moved / bend).sqrt());
@@ -194,7 +195,7 @@ fn cone(cone: &Cone, org: DVec3, dir: DVec3) -> Exact {
     }
 }
 
-/// Whether f64 cannot tell if the primitive is met: at an outline, or at the origin.
+/// Returns true if f64 cannot decide a hit of the primitive: at an outline, or at the origin.
 pub fn undecided(at: &Exact) -> bool {
     at.margin.abs() <= 1.0 || at.t.abs() <= at.error || !at.other.is_nan()
 }

@@ -129,7 +129,7 @@ fn a_cone_is_met_where_f64_meets_it() {
     tally.conclude(150_000);
 }
 
-/// How the oracle's answers compare with f64's.
+/// Comparison of the oracle's results with f64's.
 #[derive(Default)]
 struct ErrorTally {
     hits: u32,

@@ -18,7 +18,7 @@ struct SceneText<'r> {
     /// Vertices of both kinds written up to now.
     vertices: usize,
     normal_vertices: usize,
-    /// Where the small part is.
+    /// Position of the small part.
     center: [f64; 3],
 }
 

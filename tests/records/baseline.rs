@@ -32,7 +32,7 @@ fn a_slower_machine_is_no_regression() {
     scale(&mut slow, 0.5, |_| true);
     let changes = compare(&record(6), &slow, false).expect("comparable");
     assert!(changes.rows.iter().all(|row| close(row.change.by, 0.0)));
-    // What rows without a yardstick look like.
+    // Rows without a yardstick.
     slow.rows.retain(|row| row.engine != "oracle");
     let changes = compare(&record(6), &slow, false).expect("comparable");
     assert!(
@@ -152,7 +152,7 @@ fn few_samples_say_little() {
     assert_eq!((none.rows.len(), none.empty.len()), (0, 3 * 2 * 2));
 }
 
-/// What is refused, why, and whether force helps.
+/// Refused comparisons, the reasons, and the effect of force.
 #[test]
 fn other_machines_and_other_rays_are_refused() {
     type Case = (&'static str, bool, fn(&mut BenchRecord));

@@ -95,7 +95,7 @@ fn row(
     }
 }
 
-/// What rounds of one piece say.
+/// Estimate from rounds of one piece.
 pub fn estimate(samples: &[f64]) -> Estimate {
     let rounds: Vec<Vec<f64>> = samples.iter().map(|rate| vec![1.0 / rate]).collect();
     Estimate::of_fastest(&rounds, 1.0)

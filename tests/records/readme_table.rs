@@ -11,7 +11,7 @@ use std::path::Path;
 
 const START: &str = "<!-- rates: ";
 const END: &str = "<!-- /rates -->";
-/// What stands in the README's marker as long as no record of a whole run is kept.
+/// Text in the README's marker as long as no record of a whole run is kept.
 const NONE_YET: &str = "filled from perf/";
 
 /// The name in the marker and what stands below it; the text around the latter.

@@ -21,7 +21,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// What the schema finds wrong.
+/// Errors that the schema finds.
 fn errors(perf: &Path, document: &Value) -> Vec<String> {
     let schema = json(&perf.join("record.schema.json"));
     jsonschema::meta::validate(&schema).expect("a schema");

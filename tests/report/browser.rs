@@ -1,5 +1,4 @@
-//! How Chromium shows the page: nothing complained of, nothing cut off, narrow and wide, light and
-//! dark.
+//! The page in Chromium: no complaints, nothing cut off, narrow and wide, light and dark.
 //!
 //! `PHALANX_SHOTS=FOLDER` keeps pages and screenshots there, to be looked at.
 
@@ -66,7 +65,7 @@ fn show(browser: &mut Browser, file: &Path, (width, height): (u32, u32), scheme:
     browser.wait_for("Page.loadEventFired");
 }
 
-/// What the browser complained of, and what it asked the network for.
+/// Complaints of the browser, and its requests to the network.
 fn complaints(browser: &mut Browser) -> Vec<String> {
     let bad = |event: &Value| match event["method"].as_str() {
         Some("Log.entryAdded" | "Runtime.consoleAPICalled" | "Runtime.exceptionThrown") => true,
@@ -87,7 +86,7 @@ fn complaints(browser: &mut Browser) -> Vec<String> {
         .collect()
 }
 
-/// Where to keep what is to be looked at, if anybody wants to.
+/// Folder to keep pages and screenshots in, if they are wanted.
 fn kept() -> Option<PathBuf> {
     std::env::var_os("PHALANX_SHOTS").map(PathBuf::from)
 }

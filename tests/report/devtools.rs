@@ -24,7 +24,7 @@ pub struct Browser {
     child: Child,
     commands: ChildStdin,
     messages: Receiver<Value>,
-    /// What happened while an answer was awaited.
+    /// Events that arrived while an answer was awaited.
     events: VecDeque<Value>,
     session: Option<String>,
     last: u64,

@@ -1,4 +1,4 @@
-//! What stands on the page.
+//! Content of the page.
 
 use crate::fixture::{self, FAMILIES};
 use crate::parsed::{Parsed, parse};

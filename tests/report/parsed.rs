@@ -13,7 +13,7 @@ pub struct Tag {
     pub attributes: BTreeMap<String, String>,
 }
 
-/// What a page consists of.
+/// Parts of a page.
 #[derive(Default)]
 pub struct Parsed {
     pub tags: Vec<Tag>,

@@ -10,7 +10,7 @@ use std::path::Path;
 const TOLERANCE: f32 = 2e-6;
 /// Relative difference that six digits leave.
 const SIX_DIGITS: f32 = 5e-6;
-/// Of numbers that have no length: surfaces and normals.
+/// Tolerance of numbers that have no length: surfaces and normals.
 const ABSOLUTE: f32 = 2e-5;
 
 const FILES: [(&str, &str); 9] = [

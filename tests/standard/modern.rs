@@ -74,7 +74,7 @@ fn there_are_as_many_triangles_as_asked_for() {
             let share = counts.triangles as f64 / f64::from(spec.size);
             assert!((0.95..1.05).contains(&share), "{name}: {share}");
             assert_eq!((counts.spheres, counts.cones), (0, 0));
-            // What is counted without being drawn is what is drawn.
+            // Numbers counted without drawing are those of the drawn scene.
             if spec.size <= 200_000 {
                 let scene = scene(&name);
                 assert_eq!(scene.triangles.len() as u64, counts.triangles, "{name}");

@@ -341,8 +341,8 @@ fn a_glass_cylinder_refracts() {
     }
 }
 
-/// What leaves a cone's surface does not meet it again there: the offset is enough, at every size,
-/// slope and distance.
+/// Rays that leave a cone's surface do not meet it again there: the offset is enough, at every
+/// size, slope and distance.
 #[test]
 fn no_cone_shades_its_own_surface() {
     let mut rng = Rng::new(53);

@@ -142,7 +142,7 @@ fn occluders(point: DVec3) {
         assert_eq!(radiance, OWN);
         assert_eq!(rays.shadow, 3);
     }
-    // What stands behind a light shades nothing.
+    // Objects behind a light shade nothing.
     let free = format!("point 0 0 4 1 1 1\n{PAINT}{}", floor(0.0, true));
     let behind = format!("{free}sphere 0 0 5 0.9\n");
     let (alone, _) = shot(&scene("-3 0 3", "0 0 0", &free));
@@ -150,7 +150,7 @@ fn occluders(point: DVec3) {
     assert_eq!(shot(&scene("-3 0 3", "0 0 0", &behind)).0, alone);
 }
 
-/// Where l·ng ≤ 0 a light adds nothing and no ray is traced, whatever the interpolated normal says.
+/// A light adds nothing where l·ng ≤ 0, and no ray is traced, whatever the interpolated normal is.
 fn lights_behind() {
     for light in [
         "point 1 0 -2 9 9 9",

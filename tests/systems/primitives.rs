@@ -55,7 +55,7 @@ fn ray_sphere() {
     ellipsoid_distances_and_normals();
 }
 
-/// Where b² − 4ac cancels: a sphere a hundred to 300,000 radii away, met off its centre.
+/// Cancellation of b² − 4ac: a sphere a hundred to 300,000 radii away, met off its centre.
 fn far_and_small_spheres() {
     let mut rng = Rng::new(43);
     for _ in 0..500 {

@@ -106,7 +106,8 @@ fn materials_that_send_more_than_they_get_end_as_soon() {
     // Nothing is a part of what is no number.
     let both = "specular 3e38 3e38 3e38\ntransmission 3e38 3e38 3e38";
     assert_eq!((sent(both, 3, 0.0), sent(both, 3, 1e-30)), (6, 0));
-    // What only mirrors does not fade, and nor does one component that another lets through.
+    // A material that only mirrors does not fade, and nor does one component that another lets
+    // through.
     assert_eq!(sent("specular 3 3 3", 50, 0.99), 50);
     assert_eq!(sent("specular 3 0 0\ntransmission 0 3 0", 50, 0.99), 51);
     // Total reflection is all that the first hit sends, and the mirror below it sends halves.
@@ -234,8 +235,7 @@ fn total_reflection() {
     }
 }
 
-/// Which rays are traced: those whose weight is not zero in every channel, and only down to
-/// `maxdepth`.
+/// Traced rays: those whose weight is not zero in every channel, and only down to `maxdepth`.
 fn rays_without_weight() {
     for (specular, transmission, depth, bounces) in [
         ("0 0 0", "0 0 0", 5, (0, 0)),

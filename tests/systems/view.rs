@@ -137,7 +137,7 @@ fn camera_rays() {
     centre_and_corners();
 }
 
-/// What the formula must give for a view along −z.
+/// Expected results of the formula for a view along −z.
 fn centre_and_corners() {
     let view = View {
         eye: Vec3::ZERO,

@@ -97,7 +97,7 @@ fn check(text: &str) {
     }
 }
 
-/// What happens to one token.
+/// A mutation of one token.
 #[derive(Clone, Debug)]
 enum TestMutation {
     Delete,

@@ -17,7 +17,7 @@ fn in_units(unit: &str) -> Scene {
     read_test(&text).unwrap_or_else(|e| panic!("{e:#?}")).scene
 }
 
-/// Whether `a` is `b` times `factor`, bit for bit where the product is a normal number.
+/// Returns true if `a` is `b` times `factor`, bit for bit where the product is a normal number.
 fn scaled(a: Vec3, b: Vec3, factor: f64) -> bool {
     a.as_dvec3() == b.as_dvec3() * factor
 }

@@ -1,4 +1,4 @@
-//! What a valid file means.
+//! Semantics of a valid file.
 
 use super::{HEAD, read, scene};
 use glam::Vec3;

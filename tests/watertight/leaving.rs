@@ -14,7 +14,7 @@ use phalanx::packet::NO_PRIM;
 use phalanx::scene::{Cone, PrimKind, Scene};
 use phalanx::trace::PacketTracer;
 
-/// Where rays end up: in their own face, in another one, or nowhere.
+/// Destinations of rays: their own face, another one, or none.
 #[derive(Default, Debug, PartialEq)]
 struct Ends {
     own: usize,
@@ -27,7 +27,7 @@ fn rays_given(usual: usize) -> usize {
     given.map_or(usual, |n| n.parse().expect("a number of rays"))
 }
 
-/// What is seen near a place from outside, at any angle, from near or far.
+/// The surface seen near a position from outside, at any angle, from near or far.
 fn seen(oracle: &Oracle, at: Vec3, size: f32, rng: &mut Rng) -> Option<(u32, OracleSurface)> {
     let from = at + rng.direction() * size * rng.magnitude(-2.0, 3.0);
     let ray = OracleRay::new(from, (at - from).normalize_or(Vec3::X));

@@ -48,7 +48,7 @@ fn in_ball(rng: &mut Rng) -> Vec3 {
     rng.direction() * rng.range(0.0, 0.7)
 }
 
-/// By latitude and longitude, with slivers at the poles: at latitude steps of π/`rings`.
+/// A globe by latitude and longitude, with slivers at the poles: at latitude steps of π/`rings`.
 pub fn globe(rings: usize, segments: usize) -> ClosedMesh {
     let mut vertices = vec![Vec3::Z, -Vec3::Z];
     for ring in 1..rings {
