@@ -50,7 +50,7 @@ pub enum BenchError {
     View {
         /// The scene.
         scene: String,
-        /// Its camera has no frame.
+        /// The reason: the camera has no frame.
         source: ViewError,
     },
 }

@@ -57,9 +57,9 @@ pub(super) struct Workload<'a> {
 }
 
 /// Approximate number of rays of a set that are timed. A fifth of the usual 2^18 takes less time.
-/// The time saved is spent in more rounds, which makes a rate on a shared machine reproducible. It
-/// changes the rate itself by 4 % at most in most sets (perf/notes/noise.md). The rays are the same
-/// in every run.
+/// The time saved is spent in more rounds, which makes a rate on a shared machine reproducible.
+/// Timing a part only changes the rate itself by 4 % at most in most sets (perf/notes/noise.md).
+/// The rays are the same in every run.
 const TIMED_RAYS: usize = 1 << 16;
 
 /// Number of those rays that the oracle is timed on. It is many times slower than the kernels, and

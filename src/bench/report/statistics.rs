@@ -9,9 +9,9 @@ const RESAMPLES: usize = 1000;
 /// The share of resamples below an interval.
 const TAIL: f64 = 0.025;
 
-/// Difference between two runs, as a share, that the rounds of one run do not show, as they have it
-/// in common: the addresses of its memory, the speed of the cores at that time. Runs on a shared
-/// virtual machine were up to 2 % off in all rows at once, whatever their rounds said
+/// Difference between two runs, as a share, from causes that all rounds of one run have in common:
+/// the addresses of its memory, the speed of the cores at that time. Runs on a shared virtual
+/// machine were up to 2 % off in all rows at once, whatever their rounds said
 /// (perf/notes/noise.md).
 const BETWEEN_RUNS: f64 = 0.025;
 

@@ -37,7 +37,7 @@ pub struct RenderKey {
 pub struct FieldError {
     /// Name of the field, preceded by the fields that contain it.
     pub field: &'static str,
-    /// Its value, without control characters.
+    /// Value of the field, without control characters.
     pub value: String,
     /// Values that it may have.
     pub expected: String,
@@ -48,9 +48,9 @@ pub struct FieldError {
 pub struct KeyDifference {
     /// The option, or another name for people.
     pub what: &'static str,
-    /// Its value in the file.
+    /// Value of the option in the file.
     pub there: String,
-    /// Its value now.
+    /// Value of the option now.
     pub here: String,
 }
 

@@ -28,7 +28,7 @@ pub use texture::{WHITE, texture_color};
 use glam::Vec3;
 use phalanx_trace::simd::Vec3x8;
 
-/// The same vector in every lane.
+/// Broadcasts a vector to every lane.
 fn wide(v: Vec3) -> Vec3x8 {
     Vec3x8::splat(v.x, v.y, v.z)
 }

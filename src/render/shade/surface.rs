@@ -230,9 +230,9 @@ struct TriangleHitPoints {
 }
 
 impl TriangleHitPoints {
-    /// For a triangle that is large at its hit distance, the point is the ray's point in the plane.
-    /// For others it is that of the barycentric weights, which is within the triangle: an `f32`
-    /// weight is as accurate as the triangle is small.
+    /// Computes the points. For a triangle that is large at its hit distance, the point is the
+    /// ray's point in the plane. For others it is that of the barycentric weights, which is within
+    /// the triangle: an `f32` weight is as accurate as the triangle is small.
     #[inline(always)]
     fn of(corners: [Vec3x8; 3], rays: &RayPacket, hits: &HitPacket) -> TriangleHitPoints {
         let [a, b, c] = corners.map(Vec3Lanes::from);

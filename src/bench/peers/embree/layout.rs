@@ -22,8 +22,8 @@ pub(super) struct RayHeader<const N: usize>(pub(super) [[f32; N]; 8]);
 #[repr(C, align(64))]
 pub(super) struct RayHit<const N: usize> {
     pub(super) header: RayHeader<N>,
-    /// In: the largest distance of a hit. Out: the distance of the hit, or −∞ where an occlusion
-    /// query found one.
+    /// Input: the largest distance of a hit. Output: the distance of the hit, or −∞ where an
+    /// occlusion query found one.
     pub(super) tfar: [f32; N],
     mask: [u32; N],
     id: [u32; N],
