@@ -40,7 +40,7 @@ pub struct BandStats {
     pub seconds: f64,
 }
 
-/// Bands of a window, from the top. Each is as high as [`BAND_PIXELS`] allows, and a multiple of
+/// Bands of a window, from the top. Each is as high as `BAND_PIXELS` allows, and a multiple of
 /// [`BAND_ROWS`].
 pub fn bands(window: Tile) -> Vec<Tile> {
     let rows = BAND_PIXELS / window.width.max(1) / BAND_ROWS * BAND_ROWS;
