@@ -82,9 +82,9 @@
 //!
 //! **Triangles.** In a ray's own frame (Woop, Benthin and Wald, "Watertight Ray/Triangle
 //! Intersection", 2013) vertices are moved by slopes of at most 1. Signs of differences of two
-//! computed products are never wrong, at worst zero. Here an edge function is (b × (c − b))·(p, q,
-//! 1) of the vertices (x − shear_p·z, y − shear_q·z, W). It is that of the ray's own frame times
-//! the quotient k of the two dominant components of the direction.
+//! computed products are never wrong, at worst zero. Here an edge function is
+//! (b × (c − b))·(p, q, 1) of the vertices (x − shear_p·z, y − shear_q·z, W). It is that of the
+//! ray's own frame times the quotient k of the two dominant components of the direction.
 //!
 //! | error of an edge function | near, k ≤ 2 | local, k ≤ 5/3 |
 //! |---|---|---|
