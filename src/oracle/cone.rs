@@ -1,4 +1,4 @@
-//! One ray against one truncated cone: the formula is explained in `trace::traverse::cone`.
+//! One ray against one truncated cone: the formula is explained in `trace::intersect::cone`.
 
 use super::intersect::{OracleHit, OracleRaySetup, min};
 use phalanx_scene::Scene;

@@ -50,7 +50,7 @@ impl Bounds {
     /// made from such boxes.
     ///
     /// It is grown on all sides by [`PAD`] times its largest coordinate. That covers the rounding
-    /// error of the hit point: see `trace::traverse`, "Why no tree can lose a hit".
+    /// error of the hit point: see `trace::intersect`, "Why no tree can lose a hit".
     #[inline]
     pub fn padded(self) -> Bounds {
         let pad = Vec3::splat(PAD * self.lo.abs().max(self.hi.abs()).max_element());
@@ -85,7 +85,7 @@ pub const OFFSET_PER_COORDINATE: f32 = 4.0 * PAD;
 
 /// Least and greatest offset of a ray that leaves a triangle, as shares of the triangle's edges.
 /// From the first on, the `f32` distance shows most rays that the triangle is behind them
-/// (`trace::traverse`, distances). The second is too small to be visible.
+/// (`trace::intersect`, distances). The second is too small to be visible.
 pub const OFFSET_PER_EDGE: [f32; 2] = [1.0 / 16_384.0, 1.0 / 1024.0];
 
 /// Greatest offset as a share of the distance to the origin of the arriving ray, whatever the

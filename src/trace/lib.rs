@@ -10,6 +10,7 @@ pub mod packet;
 pub mod bvh;
 
 // Traversal and intersection.
+mod intersect;
 pub mod traverse;
 
 // Instruction sets of the build and the CPU.

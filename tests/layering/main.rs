@@ -39,7 +39,7 @@ const CRATES: [(&str, &[&str], &str); 6] = [
 ];
 
 /// Rooms within a crate, and which of the others each may import.
-const ROOMS: [(&str, &[&str], &str); 15] = [
+const ROOMS: [(&str, &[&str], &str); 16] = [
     ("scene/sampling", &[], "a definition both engines share"),
     ("scene/film", &["NO_PRIM"], "a picture, whatever is in it"),
     ("trace/simd", &[], "numbers know nothing of rays"),
@@ -54,8 +54,13 @@ const ROOMS: [(&str, &[&str], &str); 15] = [
         "a tree of boxes, whoever walks it; its blocks are as wide as lanes",
     ),
     (
+        "trace/intersect",
+        &["simd", "packet", "bvh"],
+        "the definition of a hit does not depend on the way to it",
+    ),
+    (
         "trace/traverse",
-        &["simd", "packet", "bvh", "isa"],
+        &["simd", "packet", "bvh", "intersect", "isa"],
         "asks packets and trees, and nothing above",
     ),
     ("io/formats", &[], "bytes become a scene, no more"),
@@ -233,11 +238,11 @@ const BOUNDS: [&str; 4] = [
     "trace/simd/mod.rs",
     "trace/simd/types.rs",
     "trace/traverse/beam/shadow_cull.rs",
-    "trace/traverse/slab_conservative.rs",
+    "trace/intersect/slab_conservative.rs",
 ];
 
 /// Files that may hold `unsafe`.
-const UNSAFE_FILES: [&str; 14] = [
+const UNSAFE_FILES: [&str; 15] = [
     "trace/bvh/huge_pages.rs",
     "io/cache/mapping.rs",
     // Open files are known by their numbers alone.
@@ -249,6 +254,7 @@ const UNSAFE_FILES: [&str; 14] = [
     "trace/traverse/beam/pairs.rs",
     "trace/traverse/beam/deferred.rs",
     "trace/traverse/wide_stack.rs",
+    "trace/traverse/leaf_slots.rs",
     "trace/traverse/packet.rs",
     "trace/traverse/prefetch.rs",
     "trace/traverse/single_ray/mod.rs",

@@ -5,12 +5,13 @@
 //! kind as one leaf. Every lane carries a ray. `benches/kernels.rs` compares the results with those
 //! of the oracle (`oracle::isolated`).
 
-use super::aabb::SlabTest;
-use super::query::{AnyHit, ClosestHit, Query, RaySetup};
-use super::slab_conservative::ConservativeSlabs;
 use crate::bvh::{Bvh, LeafKind};
+use crate::intersect::aabb::SlabTest;
+use crate::intersect::ray_setup::RaySetup;
+use crate::intersect::slab_conservative::ConservativeSlabs;
 use crate::packet::{HitPacket, RayPacket};
 use crate::simd::{LaneMask, Lanes};
+use crate::traverse::query::{AnyHit, ClosestHit, Query};
 use phalanx_scene::PrimKind;
 use std::ops::Range;
 

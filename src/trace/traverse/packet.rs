@@ -5,14 +5,17 @@
 //! before the ray's closest hit so far. Lanes without a ray have a closest hit of −∞ and so never
 //! pass a comparison: no mask is needed.
 
-use super::aabb::{SlabTest, TInterval};
 use super::counters::Counters;
-use super::instance;
-use super::query::{AnyHit, ClosestHit, Query, RaySetup, inactive_t};
-use super::slab_conservative::ConservativeSlabs;
+use super::leaf_slots::slots_of;
 use crate::bvh::{Bvh, Child, LeafKind};
+use crate::intersect::aabb::{SlabTest, TInterval};
+use crate::intersect::hit::inactive_t;
+use crate::intersect::instance;
+use crate::intersect::ray_setup::RaySetup;
+use crate::intersect::slab_conservative::ConservativeSlabs;
 use crate::packet::{HitPacket, RayPacket};
 use crate::simd::{LANES, LaneMask, Lanes};
+use crate::traverse::query::{AnyHit, ClosestHit, Query};
 use std::ops::Range;
 
 /// A child waiting to be visited.
@@ -249,14 +252,4 @@ fn nearer_child<L: Lanes>(met: [L::Mask; 2], stays: &[TInterval<L>; 2]) -> usize
         .bits()
         .count_ones();
     usize::from(second > first)
-}
-
-/// The primitives of a leaf.
-#[inline(always)]
-pub(super) fn slots_of<T>(all: &[T], slots: Range<usize>) -> &[T] {
-    debug_assert!(slots.start <= slots.end && slots.end <= all.len());
-    // SAFETY: the range comes from a leaf of a `Bvh`, whose builder pushed exactly these primitives
-    // before it wrote the leaf, or which was proven to have them (`bvh::UnverifiedBvh`); an empty
-    // leaf is 0..0.
-    unsafe { all.get_unchecked(slots) }
 }

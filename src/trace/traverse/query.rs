@@ -1,76 +1,15 @@
 //! Queries of a traversal, the closest hit or any hit, and their work in a leaf.
 
-use super::aabb::{RaySlabs, TInterval};
-use super::packet::slots_of;
-use super::triangle::{MIXED, Shear};
-use super::{cone, instance, sphere, triangle};
+use super::leaf_slots::slots_of;
 use crate::bvh::{Bvh, LeafKind};
-use crate::packet::{HitPacket, NO_PRIM, RayPacket};
+use crate::intersect::aabb::TInterval;
+use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
+use crate::intersect::ray_setup::RaySetup;
+use crate::intersect::shear::MIXED;
+use crate::intersect::{cone, instance, sphere, triangle};
+use crate::packet::{HitPacket, NO_PRIM};
 use crate::simd::{LaneMask, LaneU32, Lanes};
 use std::ops::Range;
-
-/// The closest hits so far. Inactive lanes hold t = −∞.
-#[derive(Clone, Copy)]
-pub(super) struct HitRecord<L: Lanes> {
-    pub(super) t: L,
-    /// Barycentric weights of a triangle's second and third vertex, times `det`: divided once, at
-    /// the end.
-    pub(super) v: L,
-    pub(super) w: L,
-    pub(super) det: L,
-    pub(super) prim_id: L::U32,
-}
-
-/// Lanes that hit a primitive, the distances, and the weights: a triangle's `v` and `w` are the
-/// edge functions that weigh vertices b and c, `det` their sum with the third.
-pub(super) struct HitCandidate<L: Lanes> {
-    pub(super) valid: L::Mask,
-    pub(super) t: L,
-    pub(super) v: L,
-    pub(super) w: L,
-    pub(super) det: L,
-}
-
-impl<L: Lanes> HitCandidate<L> {
-    /// A hit without barycentric weights.
-    #[inline(always)]
-    pub(super) fn without_uv(valid: L::Mask, t: L) -> HitCandidate<L> {
-        HitCandidate {
-            valid,
-            t,
-            v: L::ZERO,
-            w: L::ZERO,
-            det: L::ONE,
-        }
-    }
-}
-
-impl<L: Lanes> HitRecord<L> {
-    /// Replaces the record by a hit that is closer, or as close with a smaller number.
-    #[inline(always)]
-    pub(super) fn update(&mut self, hit: &HitCandidate<L>, id: L::U32) -> L::Mask {
-        let closer = hit.t.lt(self.t) | (hit.t.eq(self.t) & id.lt(self.prim_id));
-        let take = hit.valid & closer;
-        self.t = take.select(hit.t, self.t);
-        self.v = take.select(hit.v, self.v);
-        self.w = take.select(hit.w, self.w);
-        self.det = take.select(hit.det, self.det);
-        self.prim_id = take.select_u32(id, self.prim_id);
-        take
-    }
-
-    /// Replaces the record by a closer hit without barycentric weights.
-    #[inline(always)]
-    pub(super) fn update_t(&mut self, valid: L::Mask, t: L, prim_id: u32) {
-        self.update(&HitCandidate::without_uv(valid, t), L::U32::splat(prim_id));
-    }
-}
-
-/// The limit of a lane without a ray, or with nothing left to find.
-#[inline(always)]
-pub(super) fn inactive_t<L: Lanes>() -> L {
-    L::splat(f32::NEG_INFINITY)
-}
 
 /// Query of a traversal.
 pub(super) trait Query<L: Lanes>: Copy {
@@ -330,25 +269,6 @@ impl<L: Lanes> AnyHit<L> {
         self.occluded = self.occluded | hits;
         self.limit = hits.select(inactive_t(), self.limit);
         self.occluded.bits() == self.active
-    }
-}
-
-/// Rays with the values that the tests derive from them once.
-#[derive(Clone, Copy)]
-pub(super) struct RaySetup<L: Lanes> {
-    pub(super) rays: RayPacket<L>,
-    pub(super) slabs: RaySlabs<L>,
-    pub(super) shear: Shear<L>,
-}
-
-impl<L: Lanes> RaySetup<L> {
-    #[inline(always)]
-    pub(super) fn new(rays: &RayPacket<L>, active: L::Mask) -> RaySetup<L> {
-        RaySetup {
-            rays: *rays,
-            slabs: RaySlabs::new(rays.org, rays.dir, active),
-            shear: Shear::new(rays.org, rays.dir, active),
-        }
     }
 }
 

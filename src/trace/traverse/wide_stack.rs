@@ -5,7 +5,7 @@
 //! But a network that sorts these is half of the instructions of a node, and saves no more than 4 %
 //! of the nodes (`perf/notes/single-rays.md`).
 
-use super::aabb::TInterval;
+use crate::intersect::aabb::TInterval;
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native};
 use std::ops::Range;
 

@@ -3,10 +3,11 @@
 use super::Group;
 use super::projection::{BeamSpace, TriangleView};
 use crate::bvh::TriangleBlock;
+use crate::intersect::aabb::TInterval;
+use crate::intersect::shear::{VertexColumns, Vertices};
+use crate::intersect::triangle::{self, Pairing};
 use crate::simd::{Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
-use crate::traverse::aabb::TInterval;
 use crate::traverse::query::Query;
-use crate::traverse::triangle::{self, Pairing, VertexColumns, Vertices};
 
 /// The triangles of a block, for rays that all start at the apex.
 pub(super) struct BeamTriangles<'a> {

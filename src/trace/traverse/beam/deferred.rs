@@ -11,10 +11,10 @@ use super::pairs::{BLOCKS, Pairs};
 use super::shadow_cull::{ProjectedRays, ShadowCull};
 use super::traverse::BeamTraversal;
 use crate::bvh::{LeafKind, TriangleBlock};
+use crate::intersect::shear::MIXED;
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE};
 use crate::traverse::counters::Counters;
 use crate::traverse::query::Query;
-use crate::traverse::triangle::MIXED;
 
 /// Blocks that wait for their tests.
 pub(super) struct DeferredBlocks<'a> {

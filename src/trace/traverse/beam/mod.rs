@@ -44,15 +44,17 @@ mod sub_beams;
 )]
 mod traverse;
 
-use super::aabb::RaySlabs;
 use super::counters::{Counters, PacketCount};
 use super::packet::PacketKernel;
 use super::prefetch::{PrefetchTable, prefetch};
-use super::query::{AnyHit, ClosestHit, Query, RaySetup, inactive_t};
-use super::triangle::Shear;
 use crate::bvh::{Bvh, WideBvh};
+use crate::intersect::aabb::RaySlabs;
+use crate::intersect::hit::inactive_t;
+use crate::intersect::ray_setup::RaySetup;
+use crate::intersect::shear::Shear;
 use crate::packet::{HitPacket, RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
+use crate::traverse::query::{AnyHit, ClosestHit, Query};
 use apex::{Apex, same};
 use deferred::DeferredBlocks;
 use projection::BeamSpace;

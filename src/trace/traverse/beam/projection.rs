@@ -109,9 +109,9 @@
 //! triangle is kept for a sub-beam if either can be so anywhere in its rectangle.
 
 use super::apex::{Apex, Spread};
+use crate::intersect::triangle::prim_aabbs;
 use crate::packet::RayPacket;
 use crate::simd::{Lanes, Native, NativeMask, Vec3Lanes, Vec3Native};
-use crate::traverse::triangle::prim_aabbs;
 use phalanx_scene::PAD;
 
 /// Greatest |p| and |q| of sub-beams in near frames, and of slopes in local ones.

@@ -37,7 +37,7 @@
 //! | N as computed: 24uH²R ≤ 48uH³ | 8uH² each; the code has 40 of the 48 (2) |
 //! | N·o − N·a as computed: 10u\|N\|₁ · `scale` | three products and their sums, twice |
 //!
-//! (1) The method is that of `EdgeDistance` in `crate::traverse::triangle`. (2) D > 3 · 384uRH, so
+//! (1) The method is that of `EdgeDistance` in `crate::intersect::triangle`. (2) D > 3 · 384uRH, so
 //! terms in z > 0 are again below z N·d.
 //!
 //! No ray with N·(o − a) above the sum of these has a hit. The next to last bound is more than the
@@ -166,14 +166,15 @@ impl ShadowCull {
 mod tests {
     use super::*;
     use crate::bvh::{LeafTriangle, TriangleBlock};
+    use crate::intersect::random::RandomSource;
+    use crate::intersect::ray_setup::RaySetup;
+    use crate::intersect::shear::MIXED;
+    use crate::intersect::triangle;
     use crate::packet::RayQueue;
     use crate::simd::{F32x8, LANES, Mask8};
     use crate::traverse::beam::apex::Apex;
     use crate::traverse::beam::block::vertices;
     use crate::traverse::beam::sub_beams::{Added, SubBeams, directions};
-    use crate::traverse::query::RaySetup;
-    use crate::traverse::random::RandomSource;
-    use crate::traverse::triangle;
     use bumpalo::Bump;
     use glam::Vec3;
     use phalanx_scene::OFFSET_PER_COORDINATE;
@@ -292,11 +293,8 @@ mod tests {
                 let sees =
                     sub_beam[k].map(|sub_beam| sub_beams.may_hit(sub_beam, &look, &view.own));
                 for lane in 0..NATIVE {
-                    let hit = triangle::occluded::<F32x8, { triangle::MIXED }>(
-                        &prepared,
-                        &slot(&block, lane),
-                        limit,
-                    );
+                    let hit =
+                        triangle::occluded::<F32x8, MIXED>(&prepared, &slot(&block, lane), limit);
                     let [_, p, q] = projected[k];
                     let may = look.may_hit(
                         lane,

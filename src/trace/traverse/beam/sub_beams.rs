@@ -3,9 +3,9 @@
 
 use super::projection::{BeamSpace, BoxView, MAX_RECT, TriangleView};
 use super::shadow_cull::ShadowCull;
+use crate::intersect::shear::Shear;
 use crate::packet::RayPacket;
 use crate::simd::{COLUMN_LANES, F32x8, LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
-use crate::traverse::triangle::Shear;
 
 /// Most sub-beams of a beam: a bit each.
 pub(super) const MAX_SUB_BEAMS: usize = COLUMN_LANES;

@@ -7,14 +7,15 @@ use super::pairs::Pairs;
 use super::projection::BeamSpace;
 use super::sub_beams::SubBeams;
 use crate::bvh::{ChildRef, LeafKind, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};
+use crate::intersect::aabb::RaySlabs;
+use crate::intersect::hit::HitCandidate;
+use crate::intersect::shear::MIXED;
+use crate::intersect::sphere;
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
-use crate::traverse::aabb::RaySlabs;
 use crate::traverse::counters::Counters;
 use crate::traverse::packet::PacketKernel;
 use crate::traverse::prefetch::PrefetchTable;
-use crate::traverse::query::{HitCandidate, Query};
-use crate::traverse::sphere;
-use crate::traverse::triangle::MIXED;
+use crate::traverse::query::Query;
 
 /// A child that some sub-beams may still meet.
 #[derive(Clone, Copy)]

@@ -1,12 +1,13 @@
 //! One ray in flight, against all boxes of a node or all primitives of a block at once.
 
 use crate::bvh::{SphereBlock, TriangleBlock};
+use crate::intersect::aabb::TInterval;
+use crate::intersect::hit::HitRecord;
+use crate::intersect::shear::Vertices;
+use crate::intersect::sphere;
+use crate::intersect::triangle::{self, Pairing};
 use crate::packet::NO_PRIM;
 use crate::simd::{F32x8, LaneMask, LaneU32, Lanes, NATIVE, Native, NativeMask, U32x8, Vec3Native};
-use crate::traverse::aabb::TInterval;
-use crate::traverse::query::HitRecord;
-use crate::traverse::sphere;
-use crate::traverse::triangle::{self, Pairing, Vertices};
 use bytemuck::{Pod, Zeroable};
 
 /// Data of a ray for its tests, in words of four bytes: those of a packet are made by transposing
@@ -14,7 +15,7 @@ use bytemuck::{Pod, Zeroable};
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct SingleRaySetup {
-    /// Data of the slab test: see [`crate::traverse::aabb`].
+    /// Data of the slab test: see [`crate::intersect::aabb`].
     pub(super) rdir: [f32; 3],
     pub(super) first: [f32; 3],
     pub(super) last: [f32; 3],
@@ -23,13 +24,13 @@ pub(super) struct SingleRaySetup {
     pub(super) near: [u32; 3],
     pub(super) far: [u32; 3],
     /// Data of the triangle test: the axes in the order of the ray's frame, the origin in that
-    /// order, slopes and scale. See [`crate::traverse::triangle`].
+    /// order, slopes and scale. See [`crate::intersect::triangle`].
     pub(super) axes: [u32; 3],
     pub(super) frame_org: [f32; 3],
     pub(super) slopes: [f32; 3],
     pub(super) org: [f32; 3],
     pub(super) dir: [f32; 3],
-    /// 1 if the ray's packet is [`in_safe_range`](crate::traverse::triangle::Shear::in_safe_range),
+    /// 1 if the ray's packet is [`in_safe_range`](crate::intersect::shear::Shear::in_safe_range),
     /// else 0.
     pub(super) in_safe_range: u32,
     /// Bits of the axes along which the ray goes toward larger coordinates; the fourth bit is

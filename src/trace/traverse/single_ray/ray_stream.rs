@@ -1,11 +1,11 @@
 //! Single rays of a queue, one after the other.
 
 use super::ray_state::{RayState, SingleHit, SingleRaySetup};
+use crate::intersect::aabb::RaySlabs;
+use crate::intersect::shear::Shear;
 use crate::packet::{RayPacket, RayQueue};
 use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
-use crate::traverse::aabb::RaySlabs;
 use crate::traverse::counters::Counters;
-use crate::traverse::triangle::Shear;
 use bytemuck::Zeroable;
 
 /// Stream of a queue's rays, one after the other; their test data are made packet by packet.

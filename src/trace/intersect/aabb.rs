@@ -15,26 +15,26 @@ const MIN_DIRECTION: f32 = f32::from_bits((127 - 80) << 23);
 
 /// Slab data of the rays.
 #[derive(Clone, Copy)]
-pub(super) struct RaySlabs<L> {
+pub(crate) struct RaySlabs<L> {
     /// One over each component of the directions.
-    pub(super) rdir: Vec3Lanes<L>,
+    pub(crate) rdir: Vec3Lanes<L>,
     /// Origins for the planes that a ray meets first, and for those that it meets last. Both are
     /// moved by the padding, away from the box. If the rays' signs differ, they are for the lower
     /// and for the upper planes instead.
-    pub(super) org: [Vec3Lanes<L>; 2],
+    pub(crate) org: [Vec3Lanes<L>; 2],
     /// Corner of a box (0 lower, 1 upper) that is met first, per axis, if all rays agree.
-    pub(super) octant: Option<[usize; 3]>,
+    pub(crate) octant: Option<[usize; 3]>,
 }
 
 /// Distances at which the rays enter and leave a box.
-pub(super) struct TInterval<L> {
-    pub(super) tnear: L,
-    pub(super) tfar: L,
+pub(crate) struct TInterval<L> {
+    pub(crate) tnear: L,
+    pub(crate) tfar: L,
 }
 
 impl<L: Lanes> RaySlabs<L> {
     #[inline(always)]
-    pub(super) fn new(org: Vec3Lanes<L>, dir: Vec3Lanes<L>, active: L::Mask) -> RaySlabs<L> {
+    pub(crate) fn new(org: Vec3Lanes<L>, dir: Vec3Lanes<L>, active: L::Mask) -> RaySlabs<L> {
         let [rdir, lo, hi] = RaySlabs::columns(org, dir);
         let live = active.bits();
         let negative = [dir.x, dir.y, dir.z].map(|d| d.lt(L::ZERO).bits() & live);
@@ -60,7 +60,7 @@ impl<L: Lanes> RaySlabs<L> {
 
     /// Reciprocal directions, and origins moved down and up, from which [`RaySlabs::new`] picks.
     #[inline(always)]
-    pub(super) fn columns(org: Vec3Lanes<L>, dir: Vec3Lanes<L>) -> [Vec3Lanes<L>; 3] {
+    pub(crate) fn columns(org: Vec3Lanes<L>, dir: Vec3Lanes<L>) -> [Vec3Lanes<L>; 3] {
         let rdir = Vec3Lanes::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z));
         let [lo, hi] = RaySlabs::moved(org);
         [rdir, lo, hi]
@@ -76,7 +76,7 @@ impl<L: Lanes> RaySlabs<L> {
 
     /// Entry (not before 0) and exit distances, for any rays.
     #[inline(always)]
-    pub(super) fn intersect_box(&self, corners: &[[f32; 3]; 2]) -> TInterval<L> {
+    pub(crate) fn intersect_box(&self, corners: &[[f32; 3]; 2]) -> TInterval<L> {
         match self.octant {
             Some(near) => self.intersect_box_same_octant(corners, near),
             None => self.intersect_box_mixed(corners),
@@ -98,7 +98,7 @@ impl<L: Lanes> SlabTest<L> for RaySlabs<L> {
 
 /// Distances of planes along rays, and from these the intervals of rays in boxes. It is a trait,
 /// because closures would not be inlined.
-pub(super) trait SlabTest<L: Lanes> {
+pub(crate) trait SlabTest<L: Lanes> {
     /// Distances of three planes, one across each axis, on the side of a box that rays meet first
     /// (0) or last (1). If the rays' signs differ, the sides are those of the lower and of the
     /// upper planes.
@@ -134,7 +134,7 @@ impl<L: Lanes> TInterval<L> {
     /// Clamps distances to this interval of the primitive's own box, and marks the lanes in which
     /// they are ahead of the origin.
     #[inline(always)]
-    pub(super) fn clamp(&self, raw: L) -> (L::Mask, L) {
+    pub(crate) fn clamp(&self, raw: L) -> (L::Mask, L) {
         let t = raw.max(self.tnear).min(self.tfar);
         let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);
         (ahead & self.tnear.le(self.tfar), t)
@@ -142,7 +142,7 @@ impl<L: Lanes> TInterval<L> {
 
     /// Lanes whose ray is in the box somewhere between 0 and `best`.
     #[inline(always)]
-    pub(super) fn overlaps(&self, best: L) -> L::Mask {
+    pub(crate) fn overlaps(&self, best: L) -> L::Mask {
         self.tnear.le(self.tfar.min(best))
     }
 }

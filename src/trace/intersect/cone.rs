@@ -22,13 +22,13 @@
 //! below the two ends.
 
 use super::aabb::RaySlabs;
-use super::query::HitRecord;
+use super::hit::HitRecord;
 use crate::bvh::LeafCone;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
 /// Updates `best` with a closer hit on the cone.
 #[inline(always)]
-pub(super) fn closest<L: Lanes>(
+pub(crate) fn closest<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &RaySlabs<L>,
@@ -42,7 +42,7 @@ pub(super) fn closest<L: Lanes>(
 
 /// Lanes that the cone stops before `tmax`.
 #[inline(always)]
-pub(super) fn occluded<L: Lanes>(
+pub(crate) fn occluded<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &RaySlabs<L>,

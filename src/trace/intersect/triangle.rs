@@ -24,200 +24,18 @@
 mod distance;
 
 use super::aabb::TInterval;
-use super::query::{HitCandidate, HitRecord, RaySetup};
-use crate::bvh::{LeafTriangle, TriangleBlock};
-use crate::simd::{LaneMask, LaneU32, Lanes, NATIVE, Native, Vec3Lanes, Vec3Native};
+use super::hit::{HitCandidate, HitRecord};
+use super::ray_setup::RaySetup;
+use super::shear::Vertices;
+use crate::bvh::LeafTriangle;
+use crate::simd::{LaneMask, LaneU32, Lanes, Native, Vec3Lanes, Vec3Native};
 use distance::EdgeDistance;
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD};
 
-/// The frame in which the rays are the z axis: the dominant axis of the direction, and the slopes
-/// against it.
-#[derive(Clone, Copy)]
-pub(super) struct Shear<L: Lanes> {
-    /// Lanes whose dominant axis is x, and lanes where it is y; elsewhere it is z.
-    x_major: L::Mask,
-    y_major: L::Mask,
-    /// The dominant axis if all lanes share it, else [`MIXED`].
-    pub(super) axis: usize,
-    /// True if every ray is within [`SAFE_RANGE`]: else every distance is clamped.
-    pub(super) in_safe_range: bool,
-    /// Origin with its components in the order of the frame.
-    org: Vec3Lanes<L>,
-    /// Slopes d_kx · scale and d_ky · scale, and scale = 1/d_kz.
-    slope_x: L,
-    slope_y: L,
-    scale: L,
-}
-
-/// The triangles of a block by vertex, by axis; the fourth axis makes an index check unnecessary.
-pub(super) type VertexColumns = [[Native; 4]; 3];
-
-/// Access to the vertices of one or several triangles.
-pub(super) trait Vertices {
-    /// A coordinate of a vertex of the triangle in a lane.
-    fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32;
-}
-
-impl Vertices for VertexColumns {
-    #[inline(always)]
-    fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32 {
-        self[corner][axis & 3].lane(lane % NATIVE)
-    }
-}
-
-impl Vertices for TriangleBlock {
-    #[inline(always)]
-    fn coordinate(&self, corner: usize, axis: usize, lane: usize) -> f32 {
-        self.vertices[corner][axis.min(2)][lane % NATIVE]
-    }
-}
-
-impl Vertices for LeafTriangle {
-    #[inline(always)]
-    fn coordinate(&self, corner: usize, axis: usize, _: usize) -> f32 {
-        self.vertices[corner][axis.min(2)]
-    }
-}
-
-/// A triangle of a block in every lane, with its axes in this order.
-#[inline(always)]
-fn in_frame<L: Lanes>(
-    block: &impl Vertices,
-    lane: usize,
-    [x, y, z]: [usize; 3],
-) -> [Vec3Lanes<L>; 3] {
-    let one = |corner: usize, axis: usize| L::splat(block.coordinate(corner, axis, lane));
-    let corner = |k: usize| Vec3Lanes::new(one(k, x), one(k, y), one(k, z));
-    [corner(0), corner(1), corner(2)]
-}
-
-/// Orders (kx, ky, kz) by dominant axis; x, y, z if the lanes' axes differ.
-const FRAMES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
-
-/// Stands for "the lanes' dominant axes differ" in [`Shear::axis`].
-pub(super) const MIXED: usize = 3;
-
-impl<L: Lanes> Shear<L> {
-    #[inline(always)]
-    pub(super) fn new(org: Vec3Lanes<L>, dir: Vec3Lanes<L>, active: L::Mask) -> Shear<L> {
-        let size = dir.abs();
-        let x_major = size.x.ge(size.y) & size.x.ge(size.z);
-        let y_major = !x_major & size.y.ge(size.z);
-        let (x, y, live) = (x_major.bits(), y_major.bits(), active.bits());
-        let axis = if x & live == live {
-            0
-        } else if y & live == live {
-            1
-        } else if (x | y) & live == 0 {
-            2
-        } else {
-            MIXED
-        };
-        let frame = |v: Vec3Lanes<L>| match axis {
-            0 => Vec3Lanes::new(v.y, v.z, v.x),
-            1 => Vec3Lanes::new(v.z, v.x, v.y),
-            2 => v,
-            _ => permute(x_major, y_major, v),
-        };
-        let d = frame(dir);
-        let scale = L::ONE / d.z;
-        Shear {
-            x_major,
-            y_major,
-            axis,
-            in_safe_range: usual(org, d.z).bits() & live == live,
-            org: frame(org),
-            slope_x: d.x * scale,
-            slope_y: d.y * scale,
-            scale,
-        }
-    }
-
-    /// The axes in the order of the frame, by lane; and the origins in that order, with slopes and
-    /// scale.
-    #[inline(always)]
-    pub(super) fn columns(&self) -> ([L::U32; 3], [Vec3Lanes<L>; 2]) {
-        let [by_x, by_y, by_z] = [0, 1, 2].map(|major| FRAMES[major]);
-        let axis = |k: usize| {
-            let [x, y, z] = [by_x[k], by_y[k], by_z[k]].map(|axis| L::U32::splat(axis as u32));
-            self.x_major.select_u32(x, self.y_major.select_u32(y, z))
-        };
-        let slopes = Vec3Lanes::new(self.slope_x, self.slope_y, self.scale);
-        ([axis(0), axis(1), axis(2)], [self.org, slopes])
-    }
-
-    /// A triangle's vertices, with their components in the order of the frames. `APART` is true if
-    /// the rays' dominant axes differ.
-    #[inline(always)]
-    pub(super) fn in_order<const APART: bool>(
-        &self,
-        block: &impl Vertices,
-        lane: usize,
-    ) -> [Vec3Lanes<L>; 3] {
-        if APART {
-            in_frame(block, lane, [0, 1, 2]).map(|corner| self.turn(corner))
-        } else {
-            in_frame(block, lane, FRAMES[self.axis & 3])
-        }
-    }
-
-    /// A triangle's vertices relative to the rays' origins, with their components in the order of
-    /// the frames.
-    #[inline(always)]
-    pub(super) fn less_origins<const APART: bool>(
-        &self,
-        block: &impl Vertices,
-        lane: usize,
-    ) -> [Vec3Lanes<L>; 3] {
-        let [a, b, c] = self.in_order::<APART>(block, lane);
-        [a - self.org, b - self.org, c - self.org]
-    }
-
-    #[inline(always)]
-    fn turn(&self, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
-        permute(self.x_major, self.y_major, v)
-    }
-
-    /// Slopes and scale, as [`intersect`] takes them.
-    #[inline(always)]
-    pub(super) fn slopes(&self) -> [L; 3] {
-        [self.slope_x, self.slope_y, self.scale]
-    }
-
-    /// A vertex relative to the origin, with its components in the order of the frame whose z is
-    /// `AXIS`.
-    #[inline(always)]
-    fn relative<const AXIS: usize>(&self, corner: &[f32; 3]) -> Vec3Lanes<L> {
-        let wide = |k: usize| L::splat(corner[k]);
-        let ordered = match AXIS {
-            0 => Vec3Lanes::new(wide(1), wide(2), wide(0)),
-            1 => Vec3Lanes::new(wide(2), wide(0), wide(1)),
-            2 => Vec3Lanes::new(wide(0), wide(1), wide(2)),
-            _ => permute(
-                self.x_major,
-                self.y_major,
-                Vec3Lanes::new(wide(0), wide(1), wide(2)),
-            ),
-        };
-        ordered - self.org
-    }
-}
-
-/// Orders components (kx, ky, kz) = (y, z, x), (z, x, y) or (x, y, z) by dominant axis.
-#[inline(always)]
-fn permute<L: Lanes>(x_major: L::Mask, y_major: L::Mask, v: Vec3Lanes<L>) -> Vec3Lanes<L> {
-    let pick = |by_x, by_y, by_z| x_major.select(by_x, y_major.select(by_y, by_z));
-    Vec3Lanes::new(
-        pick(v.y, v.z, v.x),
-        pick(v.z, v.x, v.y),
-        pick(v.x, v.y, v.z),
-    )
-}
-
 /// Tests one triangle and updates `best` with a closer hit.
 #[inline(always)]
-pub(super) fn closest<L: Lanes, const AXIS: usize>(
+pub(crate) fn closest<L: Lanes, const AXIS: usize>(
     rays: &RaySetup<L>,
     slot: &LeafTriangle,
     best: &mut HitRecord<L>,
@@ -230,7 +48,7 @@ pub(super) fn closest<L: Lanes, const AXIS: usize>(
 
 /// Lanes that the triangle stops before `tmax`.
 #[inline(always)]
-pub(super) fn occluded<L: Lanes, const AXIS: usize>(
+pub(crate) fn occluded<L: Lanes, const AXIS: usize>(
     rays: &RaySetup<L>,
     slot: &LeafTriangle,
     tmax: L,
@@ -243,7 +61,7 @@ pub(super) fn occluded<L: Lanes, const AXIS: usize>(
 
 /// The triangle's own padded box.
 #[inline(always)]
-pub(super) fn prim_aabb(corners: &[[f32; 3]; 3]) -> [[f32; 3]; 2] {
+pub(crate) fn prim_aabb(corners: &[[f32; 3]; 3]) -> [[f32; 3]; 2] {
     let [a, b, c] = corners.map(Vec3::from_array);
     let own = Bounds::new(a.min(b).min(c), a.max(b).max(c)).padded();
     [own.lo.to_array(), own.hi.to_array()]
@@ -252,7 +70,7 @@ pub(super) fn prim_aabb(corners: &[[f32; 3]; 3]) -> [[f32; 3]; 2] {
 /// The padded boxes of the triangles of a block: the arithmetic of
 /// [`phalanx_scene::Bounds::padded`].
 #[inline(always)]
-pub(super) fn prim_aabbs([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
+pub(crate) fn prim_aabbs([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
     let least = |a: Native, b: Native, c: Native| a.min(b).min(c);
     let most = |a: Native, b: Native, c: Native| a.max(b).max(c);
     let lo = Vec3Native::new(
@@ -290,28 +108,16 @@ fn intersect_packet<L: Lanes, const AXIS: usize>(
 /// Rays and the triangles against which they are tested, a pair in every lane: the data that are
 /// needed if the edge functions do not suffice. It is a trait, because closures would not be
 /// inlined.
-pub(super) trait Pairing<L: Lanes> {
+pub(crate) trait Pairing<L: Lanes> {
     /// Entry into and exit from the triangle's own box.
     fn interval(&self) -> TInterval<L>;
-    /// Returns true if every ray is within [`SAFE_RANGE`].
+    /// Returns true if every ray is in the safe range: see [`shear`](super::shear).
     fn in_safe_range(&self) -> bool;
     /// Origins and directions.
     fn rays(&self) -> [Vec3Lanes<L>; 2];
     /// The triangles, as they are stored; and the index of the triangle, if it is one for all
     /// lanes.
     fn stored(&self) -> (&impl Vertices, Option<usize>);
-}
-
-/// Greatest coordinate of an origin, greatest largest component of a direction, and greatest
-/// reciprocal of that: 2⁴⁰. Beyond it, intermediate numbers of a distance may overflow or vanish,
-/// and the reciprocals of the slab test are not those of the directions.
-const SAFE_RANGE: f32 = (1u64 << 40) as f32;
-
-#[inline(always)]
-fn usual<L: Lanes>(org: Vec3Lanes<L>, along: L) -> L::Mask {
-    let (most, least) = (L::splat(SAFE_RANGE), L::splat(1.0 / SAFE_RANGE));
-    let size = along.abs();
-    org.max_abs().le(most) & size.le(most) & size.ge(least)
 }
 
 /// A packet and a triangle in leaf order.
@@ -383,7 +189,7 @@ fn edges<L: Lanes>(
 /// Lanes in which a ray hits a triangle at a positive distance, and the hits. The vertices are
 /// relative to the origin, in the order of the ray's frame, and its slopes and scale are given.
 #[inline(always)]
-pub(super) fn intersect<L: Lanes>(
+pub(crate) fn intersect<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
     slopes: [L; 3],
     pairs: &impl Pairing<L>,
@@ -398,7 +204,7 @@ pub(super) fn intersect<L: Lanes>(
 /// The hits of [`intersect`] without a branch on whether any ray is within all edges, for triangles
 /// that most likely are hit.
 #[inline(always)]
-pub(super) fn intersect_branchless<L: Lanes>(
+pub(crate) fn intersect_branchless<L: Lanes>(
     corners: [Vec3Lanes<L>; 3],
     slopes: [L; 3],
     pairs: &impl Pairing<L>,

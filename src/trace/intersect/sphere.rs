@@ -7,13 +7,13 @@
 //! along the ray are the same there.
 
 use super::aabb::{RaySlabs, TInterval};
-use super::query::HitRecord;
+use super::hit::HitRecord;
 use crate::bvh::{LeafEllipsoid, LeafSphere};
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
 /// Updates `best` with a closer hit on the sphere.
 #[inline(always)]
-pub(super) fn closest<L: Lanes>(
+pub(crate) fn closest<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &RaySlabs<L>,
@@ -33,7 +33,7 @@ pub(super) fn closest<L: Lanes>(
 
 /// Updates `best` with a closer hit on the ellipsoid.
 #[inline(always)]
-pub(super) fn closest_ellipsoid<L: Lanes>(
+pub(crate) fn closest_ellipsoid<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &RaySlabs<L>,
@@ -47,7 +47,7 @@ pub(super) fn closest_ellipsoid<L: Lanes>(
 
 /// Lanes that the sphere stops before `tmax`.
 #[inline(always)]
-pub(super) fn occluded<L: Lanes>(
+pub(crate) fn occluded<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &RaySlabs<L>,
@@ -66,7 +66,7 @@ pub(super) fn occluded<L: Lanes>(
 
 /// Lanes that the ellipsoid stops before `tmax`.
 #[inline(always)]
-pub(super) fn occluded_ellipsoid<L: Lanes>(
+pub(crate) fn occluded_ellipsoid<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &RaySlabs<L>,
@@ -78,7 +78,7 @@ pub(super) fn occluded_ellipsoid<L: Lanes>(
 
 /// Lanes that hit the sphere at a positive distance, and the distances.
 #[inline(always)]
-pub(super) fn sphere<L: Lanes>(
+pub(crate) fn sphere<L: Lanes>(
     org: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     slabs: &RaySlabs<L>,
@@ -106,7 +106,7 @@ fn ellipsoid<L: Lanes>(
 
 /// Both roots, smaller first, and the lanes that have any. `from_center` is origin − centre.
 #[inline(always)]
-pub(super) fn roots<L: Lanes>(
+pub(crate) fn roots<L: Lanes>(
     from_center: Vec3Lanes<L>,
     dir: Vec3Lanes<L>,
     radius: L,
@@ -131,7 +131,7 @@ pub(super) fn roots<L: Lanes>(
 
 /// The smallest root above zero, clamped to the interval of the own box.
 #[inline(always)]
-pub(super) fn nearest<L: Lanes>(
+pub(crate) fn nearest<L: Lanes>(
     (meets, near, far): (L::Mask, L, L),
     interval: TInterval<L>,
 ) -> (L::Mask, L) {

@@ -1,9 +1,10 @@
 //! Tests of `clamp_not_needed` against the result of the clamp.
 
 use super::*;
+use crate::intersect::random::RandomSource;
+use crate::intersect::shear::MIXED;
 use crate::packet::RayPacket;
 use crate::simd::{F32x8, LANES, Mask8, Vec3x8};
-use crate::traverse::random::RandomSource;
 
 /// A pair as [`RaysAndSlot`], for which every distance is clamped.
 struct Unsettled<'a>(RaysAndSlot<'a, F32x8>);

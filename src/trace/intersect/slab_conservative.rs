@@ -52,14 +52,14 @@ struct SlabSide<L> {
 /// A packet's rays, prepared for the boxes of nodes. The sides are the planes that the rays meet
 /// first and last if their directions agree in sign, else the lower and upper planes.
 #[derive(Clone, Copy)]
-pub(super) struct ConservativeSlabs<L> {
+pub(crate) struct ConservativeSlabs<L> {
     sides: [SlabSide<L>; 2],
 }
 
 impl<L: Lanes> ConservativeSlabs<L> {
     /// Prepares rays, given with their slabs.
     #[inline(always)]
-    pub(super) fn new(rays: &RayPacket<L>, slabs: &RaySlabs<L>) -> ConservativeSlabs<L> {
+    pub(crate) fn new(rays: &RayPacket<L>, slabs: &RaySlabs<L>) -> ConservativeSlabs<L> {
         let (rdir, tiny) = (slabs.rdir, L::splat(ABS_SLACK));
         let tiny = Vec3Lanes::new(tiny, tiny, tiny);
         // For entering sooner, a reciprocal loses a share of itself. If signs differ, the one for
@@ -111,8 +111,8 @@ fn signed<L: Lanes>(size: Vec3Lanes<L>, like: Vec3Lanes<L>) -> Vec3Lanes<L> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::intersect::random::RandomSource;
     use crate::simd::{F32x8, LANES, Mask8, Vec3x8};
-    use crate::traverse::random::RandomSource;
 
     /// A random box, and rays of which most touch a corner of it, from near and far, some along an
     /// axis.

@@ -20,7 +20,7 @@ use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 /// The rays in the space of the instance's mesh: (x·v.x + y·v.y) + z·v.z, plus the translation for
 /// the origins.
 #[inline(always)]
-pub(super) fn to_object<L: Lanes>(rays: &RayPacket<L>, slot: &LeafInstance) -> RayPacket<L> {
+pub(crate) fn to_object<L: Lanes>(rays: &RayPacket<L>, slot: &LeafInstance) -> RayPacket<L> {
     let [x, y, z, shift] = slot.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
     let turn = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
     RayPacket {
@@ -39,7 +39,7 @@ fn crosses<L: Lanes>(interval: &TInterval<L>) -> L::Mask {
 /// Limit up to which hits inside may matter; −∞ in lanes where none can. If hits count up to any
 /// distance, the limit is finite, because a hit at the limit itself counts.
 #[inline(always)]
-pub(super) fn closest_limit<L: Lanes>(best: L, interval: &TInterval<L>) -> L {
+pub(crate) fn closest_limit<L: Lanes>(best: L, interval: &TInterval<L>) -> L {
     let limit = best.lt(interval.tfar).select(best, L::splat(f32::MAX));
     let reaches = crosses(interval) & interval.tnear.le(best);
     reaches.select(limit, L::splat(f32::NEG_INFINITY))
@@ -47,7 +47,7 @@ pub(super) fn closest_limit<L: Lanes>(best: L, interval: &TInterval<L>) -> L {
 
 /// The distance outside of a hit inside, and the lanes in which it counts.
 #[inline(always)]
-pub(super) fn to_world<L: Lanes>(t: L, interval: &TInterval<L>) -> (L::Mask, L) {
+pub(crate) fn to_world<L: Lanes>(t: L, interval: &TInterval<L>) -> (L::Mask, L) {
     let clamped = t.max(interval.tnear).min(interval.tfar);
     (crosses(interval) & clamped.gt(L::ZERO), clamped)
 }
@@ -55,7 +55,7 @@ pub(super) fn to_world<L: Lanes>(t: L, interval: &TInterval<L>) -> (L::Mask, L) 
 /// The limit inside for "any hit before `tmax`": a hit that is clamped to `tfar` or `tnear` may
 /// count at any t.
 #[inline(always)]
-pub(super) fn any_hit_limit<L: Lanes>(tmax: L, interval: &TInterval<L>) -> L {
+pub(crate) fn any_hit_limit<L: Lanes>(tmax: L, interval: &TInterval<L>) -> L {
     let nowhere = L::splat(f32::NEG_INFINITY);
     let everywhere = L::splat(f32::INFINITY);
     let some = interval.tnear.lt(tmax).select(tmax, nowhere);

@@ -42,10 +42,10 @@ const MAX_DEPTH_RATIO_BEHIND: f32 = 262_144.0;
 const MIN_DETERMINANT: f32 = f32::from_bits((127 - 75) << 23);
 
 /// A distance by the edge functions, with the data that bound its error.
-pub(super) struct EdgeDistance<L: Lanes> {
-    pub(super) t: L,
+pub(crate) struct EdgeDistance<L: Lanes> {
+    pub(crate) t: L,
     /// The sum of the edge functions.
-    pub(super) det: L,
+    pub(crate) det: L,
     /// Greatest allowed F: |s| times [`MAX_DEPTH_RATIO_AHEAD`] or [`MAX_DEPTH_RATIO_BEHIND`].
     reach: L,
     /// The terms S, H, Z · H and Z · D of F.
@@ -59,7 +59,7 @@ impl<L: Lanes> EdgeDistance<L> {
     /// Computes distances by the vertices' depths; `scale` is one over the direction's largest
     /// component.
     #[inline(always)]
-    pub(super) fn new(edges: &EdgeFunctions<L>, [a, b, c]: [L; 3], scale: L) -> EdgeDistance<L> {
+    pub(crate) fn new(edges: &EdgeFunctions<L>, [a, b, c]: [L; 3], scale: L) -> EdgeDistance<L> {
         let EdgeFunctions { u, v, w, .. } = *edges;
         let det = (u + v) + w;
         let sum = (u * a + v * b) + w * c;
@@ -84,13 +84,13 @@ impl<L: Lanes> EdgeDistance<L> {
 
     /// Lanes whose distance is accurate, or behind the origin for certain.
     #[inline(always)]
-    pub(super) fn accurate(&self) -> L::Mask {
+    pub(crate) fn accurate(&self) -> L::Mask {
         self.within_reach(self.spread)
     }
 
     /// Lanes whose distance is [`EdgeDistance::accurate`] and need not be clamped. If it is ahead
-    /// and the ray is [`usual`](super::usual), it is known to be within the ray's interval in the
-    /// triangle's own box: clamping would not change it.
+    /// and the ray is in the safe range ([`shear`](crate::intersect::shear)), it is known to be
+    /// within the ray's interval in the triangle's own box: clamping would not change it.
     ///
     /// Let R be the largest component of a vertex less the origin, and K the sum of the largest
     /// coordinates of the own box and of the origin. Padding leaves 27uK between the exact box and
@@ -104,7 +104,7 @@ impl<L: Lanes> EdgeDistance<L> {
     ///
     /// The latter is below 9uR ≤ 9uK if 1.34 S³ < RD, so if 36 S³ < 24|s|, as |s| ≤ RD.
     #[inline(always)]
-    pub(super) fn clamp_not_needed(&self) -> L::Mask {
+    pub(crate) fn clamp_not_needed(&self) -> L::Mask {
         let more = self.spread + self.size * L::splat(36.0);
         self.within_reach(self.t.gt(L::ZERO).select(more, self.spread))
     }
@@ -127,7 +127,7 @@ impl<L: Lanes> EdgeDistance<L> {
 /// elsewhere, too.
 #[cold]
 #[inline(never)]
-pub(super) fn to_planes<L: Lanes>(
+pub(crate) fn to_planes<L: Lanes>(
     by_edges: L,
     asked: L::Mask,
     [org, dir]: [Vec3Lanes<L>; 2],

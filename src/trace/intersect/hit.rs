@@ -1,0 +1,66 @@
+//! Hits: candidates of a test, and the record of the closest.
+
+use crate::simd::{LaneMask, LaneU32, Lanes};
+
+/// The closest hits so far. Inactive lanes hold t = −∞.
+#[derive(Clone, Copy)]
+pub(crate) struct HitRecord<L: Lanes> {
+    pub(crate) t: L,
+    /// Barycentric weights of a triangle's second and third vertex, times `det`: divided once, at
+    /// the end.
+    pub(crate) v: L,
+    pub(crate) w: L,
+    pub(crate) det: L,
+    pub(crate) prim_id: L::U32,
+}
+
+/// Lanes that hit a primitive, the distances, and the weights: a triangle's `v` and `w` are the
+/// edge functions that weigh vertices b and c, `det` their sum with the third.
+pub(crate) struct HitCandidate<L: Lanes> {
+    pub(crate) valid: L::Mask,
+    pub(crate) t: L,
+    pub(crate) v: L,
+    pub(crate) w: L,
+    pub(crate) det: L,
+}
+
+impl<L: Lanes> HitCandidate<L> {
+    /// A hit without barycentric weights.
+    #[inline(always)]
+    pub(crate) fn without_uv(valid: L::Mask, t: L) -> HitCandidate<L> {
+        HitCandidate {
+            valid,
+            t,
+            v: L::ZERO,
+            w: L::ZERO,
+            det: L::ONE,
+        }
+    }
+}
+
+impl<L: Lanes> HitRecord<L> {
+    /// Replaces the record by a hit that is closer, or as close with a smaller number.
+    #[inline(always)]
+    pub(crate) fn update(&mut self, hit: &HitCandidate<L>, id: L::U32) -> L::Mask {
+        let closer = hit.t.lt(self.t) | (hit.t.eq(self.t) & id.lt(self.prim_id));
+        let take = hit.valid & closer;
+        self.t = take.select(hit.t, self.t);
+        self.v = take.select(hit.v, self.v);
+        self.w = take.select(hit.w, self.w);
+        self.det = take.select(hit.det, self.det);
+        self.prim_id = take.select_u32(id, self.prim_id);
+        take
+    }
+
+    /// Replaces the record by a closer hit without barycentric weights.
+    #[inline(always)]
+    pub(crate) fn update_t(&mut self, valid: L::Mask, t: L, prim_id: u32) {
+        self.update(&HitCandidate::without_uv(valid, t), L::U32::splat(prim_id));
+    }
+}
+
+/// The limit of a lane without a ray, or with nothing left to find.
+#[inline(always)]
+pub(crate) fn inactive_t<L: Lanes>() -> L {
+    L::splat(f32::NEG_INFINITY)
+}

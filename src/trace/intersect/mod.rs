@@ -1,0 +1,39 @@
+//! Rays against boxes and primitives: the definition of a hit.
+//!
+//! | file | contents |
+//! |---|---|
+//! | `ray_setup` | rays, with what the tests derive from them once |
+//! | `aabb` | the slab test of a ray against a padded box |
+//! | `slab_conservative` | the same for boxes of nodes, with less arithmetic and a little slack |
+//! | `shear` | the frame in which a ray is the z axis |
+//! | `triangle`, `sphere`, `cone` | one test per primitive |
+//! | `instance` | rays into the space of a mesh, hits back out of it |
+//! | `hit` | candidates, and the record of the closest |
+//!
+//! # Why no tree can lose a hit
+//!
+//! A hit counts only if its ray also passes the slab test of the primitive's *own* padded box, and
+//! its distance is clamped to the ray's interval in that box. The slab test is monotone:
+//! subtraction, multiplication by a constant, min and max all preserve order under rounding. So a
+//! ray that passes a box passes every box around it, with no later entry and no earlier exit. Hence
+//! every ancestor of the primitive is visited with an entry distance not beyond the hit, whatever
+//! the tree: the closest hit is the brute-force one to the bit. This replaces an argument about
+//! error bounds (Ize, "Robust BVH Ray Traversal", JCGT 2013) by one about order. The padding only
+//! has to make sure that genuine hits pass, and the clamp only ever makes a distance more accurate.
+//!
+//! Through instances the argument holds twice, with a clamp to the interval in the instance's own
+//! box outside: see `instance`.
+//!
+//! Ties in distance go to the smaller `prim_id`.
+
+pub(crate) mod aabb;
+pub(crate) mod cone;
+pub(crate) mod hit;
+pub(crate) mod instance;
+#[cfg(test)]
+pub(crate) mod random;
+pub(crate) mod ray_setup;
+pub(crate) mod shear;
+pub(crate) mod slab_conservative;
+pub(crate) mod sphere;
+pub(crate) mod triangle;
