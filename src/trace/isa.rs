@@ -10,7 +10,7 @@
 //! scalar steps, one `cpuid` word and one mask at a time. Each word is taken through
 //! [`black_box`](std::hint::black_box) from a function of its own. There is no array to vectorise,
 //! no struct to copy through a vector register, no shift by a variable that BMI2 would take, and no
-//! formatting. `tests/isa_guard.rs` runs it under emulated lesser CPUs.
+//! formatting. `tests/engine/isa_guard.rs` runs it under emulated lesser CPUs.
 
 /// One instruction-set extension that the compiler may have been allowed to use.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Changes to an input that have broken readers before.
 
-use super::rng::Rng;
+use crate::common::rng::Rng;
 
 /// Words of texts.
 const WORDS: [&str; 40] = [

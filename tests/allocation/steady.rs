@@ -1,79 +1,15 @@
 //! A painter that has warmed up paints without asking for memory, and how much it asks for does not
-//! grow with the depth. A test binary of its own, because it replaces the allocator.
-#![allow(unsafe_code, reason = "an allocator that counts")]
+//! grow with the depth.
 
-mod common;
-
-use common::rng::Rng;
-use common::scenes::{self, TestMaterial};
+use crate::allocator::{alone, asked, peak_of};
+use crate::common::rng::Rng;
+use crate::common::scenes::{self, TestMaterial};
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::camera::Camera;
 use phalanx::render::{Tile, TileBuffer, TileRenderer, WaveSizes, WavefrontRenderer, tiles};
 use phalanx::scene::Scene;
 use phalanx::trace::Kernel;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-/// The system's allocator, counting what this thread asks for.
-struct Counting;
-
-thread_local! {
-    /// Allocations and reallocations of this thread. Const, without a destructor: reading it
-    /// allocates nothing.
-    static ASKED: Cell<u64> = const { Cell::new(0) };
-    /// Bytes that this thread holds, and the most it has held.
-    static HELD: Cell<(i64, i64)> = const { Cell::new((0, 0)) };
-}
-
-/// Counts an allocation that adds `more` bytes to those that the thread holds. While a thread is
-/// torn down its counters may be gone; nobody reads them then.
-fn count(more: i64) {
-    let _ = ASKED.try_with(|asked| asked.set(asked.get() + 1));
-    hold(more);
-}
-
-fn hold(more: i64) {
-    let _ = HELD.try_with(|held| {
-        let (now, most) = held.get();
-        held.set((now + more, most.max(now + more)));
-    });
-}
-
-// SAFETY: every method hands its arguments, unchanged, to `System`, which upholds the contract of
-// `GlobalAlloc`; counting neither allocates nor unwinds.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count(layout.size() as i64);
-        // SAFETY: the caller's promises are those that `System` wants.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count(layout.size() as i64);
-        // SAFETY: as above.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count(size as i64 - layout.size() as i64);
-        // SAFETY: as above; `old` came from `System`, since all memory does.
-        unsafe { System.realloc(old, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
-        hold(-(layout.size() as i64));
-        // SAFETY: as above.
-        unsafe { System.dealloc(old, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn asked() -> u64 {
-    ASKED.with(Cell::get)
-}
 
 /// Mirrors, glass, dull things and lights of both kinds.
 fn busy_scene() -> Scene {
@@ -115,6 +51,7 @@ fn busy_scene() -> Scene {
 
 #[test]
 fn painting_allocates_nothing_once_warm() {
+    let _alone = alone();
     let scene = busy_scene();
     let bvh = Bvh::build(&scene);
     let camera = Camera::new(&scene.view, scene.width, scene.height).expect("a camera");
@@ -184,6 +121,7 @@ fn mirror_rooms() -> [Scene; 2] {
 
 #[test]
 fn memory_does_not_grow_with_the_depth() {
+    let _alone = alone();
     for scene in mirror_rooms() {
         let bvh = Bvh::build(&scene);
         let camera = Camera::new(&scene.view, scene.width, scene.height).expect("a camera");
@@ -199,12 +137,14 @@ fn memory_does_not_grow_with_the_depth() {
             let tile = tiles(Tile::whole(scene.width, scene.height), side)[0];
             let mut pixels = TileBuffer::new(false);
             pixels.fit(tile);
-            let (before, _) = HELD.get();
-            HELD.set((before, before));
-            let mut painter = WavefrontRenderer::new(&scene, &bvh, &camera, depth, Kernel::Packet8)
-                .with_min_weight(min_weight);
-            painter.render_tile(tile, &mut pixels);
-            let peak = HELD.get().1 - before;
+            let mut reflected = 0;
+            let peak = peak_of(|| {
+                let kernel = Kernel::Packet8;
+                let mut painter = WavefrontRenderer::new(&scene, &bvh, &camera, depth, kernel)
+                    .with_min_weight(min_weight);
+                painter.render_tile(tile, &mut pixels);
+                reflected = painter.stats().rays.reflection;
+            });
             let sizes = WaveSizes::of(&scene, depth, min_weight);
             let bounces = sizes.bounce_bytes(tile.pixels() as usize) as i64;
             println!("tile {side}, depth {depth}: {peak} bytes, bounces {bounces}");
@@ -212,7 +152,7 @@ fn memory_does_not_grow_with_the_depth() {
             let shading = 800 * (tile.pixels() as usize).min(sizes.rays()) as i64;
             let allowed = bounces + shading + 400 * tile.pixels() as i64;
             assert!(peak < allowed, "{peak} of {allowed}");
-            assert!(painter.stats().rays.reflection > 10_000);
+            assert!(reflected > 10_000, "{reflected}");
         }
     }
 }

@@ -2,11 +2,9 @@
 //! parallel ones, in scenes of every kind of primitive, from eyes that lie far off, on corners,
 //! within boxes and beside edges.
 
-mod common;
-
+use crate::common::rng::Rng;
+use crate::common::scenes;
 use bumpalo::Bump;
-use common::rng::Rng;
-use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::LANES;

@@ -1,11 +1,9 @@
 //! The contract: the packet engine and the oracle make the same picture, bit for bit, however it is
 //! cut up.
 
-mod common;
-
-use common::frames::{difference, frame_of};
-use common::rng::Rng;
-use common::scenes::{self, TestMaterial};
+use crate::common::frames::{difference, frame_of};
+use crate::common::rng::Rng;
+use crate::common::scenes::{self, TestMaterial};
 use glam::Vec3;
 use phalanx::frame::{
     Accel, Adaptive, Aovs, Engine, Filter, Integrator, Kernel, Lens, Sampling, Settings,

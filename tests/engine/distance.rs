@@ -2,11 +2,9 @@
 //! grazing rays, by the ratio of the triangle's longest edge to the distance.
 //! `PHALANX_DISTANCE_RAYS=10000000` for more rays than usual, `-- --nocapture` for the table.
 
-mod common;
-
-use common::rng::Rng;
-use common::scenes;
-use common::tolerances::DISTANCE;
+use crate::common::rng::Rng;
+use crate::common::scenes;
+use crate::common::tolerances::DISTANCE;
 use glam::{DVec3, Vec3};
 use phalanx::oracle::{Oracle, OracleRay, OracleSearch};
 use phalanx::scene::Scene;

@@ -1,8 +1,8 @@
 //! The standard scenes look as they looked when somebody last looked at them: `scenes/golden`,
 //! pixel for pixel.
 //!
-//! `PHALANX_BLESS=1 cargo test --release --test goldens` writes the pictures anew; look at them
-//! before they are committed.
+//! `PHALANX_BLESS=1 cargo test --release --test engine goldens::` writes the pictures anew; look at
+//! them before they are committed.
 
 use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::image::{Picture, encode, load, save_png};

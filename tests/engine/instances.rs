@@ -1,12 +1,10 @@
 //! Meshes stored once and placed many times: the same answers from brute force and both engines'
 //! trees, and what they must be where it can be said.
 
-mod common;
-
-use common::rays::{Engines, hit_bits, toward};
-use common::rng::Rng;
-use common::scenes;
-use common::tolerances::PLACE;
+use crate::common::rays::{Engines, hit_bits, lane_bits, pack, toward};
+use crate::common::rng::Rng;
+use crate::common::scenes;
+use crate::common::tolerances::PLACE;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use phalanx::bvh::{BuildSettings, Bvh, Quality};
 use phalanx::frame::{Accel, Control, Engine, Settings, render};
@@ -324,10 +322,10 @@ fn trees_of_any_quality_on_any_threads() {
             .map(|ray| engines.oracle.closest(ray).map(|h| hit_bits(&h)))
             .collect();
         let packets = rays.iter().flat_map(|eight| {
-            let packet = common::rays::pack(eight, |_| f32::INFINITY);
+            let packet = pack(eight, |_| f32::INFINITY);
             let active = phalanx::lanes::LaneMask::first(8);
             let hits = engines.tracer.closest(&packet, active);
-            (0..8).map(move |lane| common::rays::lane_bits(&hits, lane))
+            (0..8).map(move |lane| lane_bits(&hits, lane))
         });
         let packets: Vec<_> = packets.collect();
         assert_eq!(packets, hits, "{name}");

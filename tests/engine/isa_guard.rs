@@ -102,7 +102,7 @@ fn a_cpu_that_has_what_the_build_uses_runs_it() {
 /// this holds the other one.
 #[test]
 fn the_release_profile_leaves_the_standard_library_as_it_is() {
-    let manifest = include_str!("../Cargo.toml");
+    let manifest = include_str!("../../Cargo.toml");
     let (_, release) = manifest
         .split_once("[profile.release]")
         .expect("a release profile");

@@ -1,11 +1,9 @@
 //! The packet tracer, lane by lane, against the oracle one ray at a time: the same bits, whatever
 //! the other lanes do.
 
-mod common;
-
-use common::rays::{hit_bits, lane_bits, pack};
-use common::rng::Rng;
-use common::scenes;
+use crate::common::rays::{hit_bits, lane_bits, pack};
+use crate::common::rng::Rng;
+use crate::common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, Mask16, Vec3Lanes};

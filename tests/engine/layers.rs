@@ -1,8 +1,6 @@
 //! Layers of a picture beside radiance, compared with known facts of a scene, in both engines.
 
-mod common;
-
-use common::tolerances::LAYER_SUM;
+use crate::common::tolerances::LAYER_SUM;
 use exr::prelude::{ReadChannels, ReadLayers};
 use phalanx::formats::read_test;
 use phalanx::frame::{

@@ -3,12 +3,10 @@
 //! Embree is asked where it is found; `PHALANX_EMBREE` may name further libraries, as `PATH` names
 //! folders.
 
-mod common;
-
+use crate::common::rays::{pack, toward};
+use crate::common::rng::Rng;
+use crate::common::scenes;
 use bumpalo::Bump;
-use common::rays::toward;
-use common::rng::Rng;
-use common::scenes;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{LANES, LaneMask, Mask8, Vec3x8};
@@ -50,7 +48,7 @@ fn libraries() -> Vec<EmbreeLibrary> {
 fn queue<'a>(arena: &'a Bump, rays: &[OracleRay]) -> RayQueue<'a> {
     let mut queue = RayQueue::with_capacity(arena, rays.len());
     for rays in rays.chunks(LANES) {
-        let packet = common::rays::pack(rays, |_| 0.0);
+        let packet = pack(rays, |_| 0.0);
         let weight = Vec3x8::splat(1.0, 1.0, 1.0);
         let mask = Mask8::first(rays.len());
         queue.push(mask, packet.org, packet.dir, weight, &[0; LANES]);

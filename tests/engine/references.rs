@@ -1,9 +1,9 @@
 //! The course's scenes against independent renderings of them
 //! (`../shared/scenes/cse167/SOURCES.md`).
 
-mod common;
-
-use common::tolerances::{COVERAGE_SHARE, REFERENCE_LEVELS, REFERENCE_SHARE, REFERENCE_SPREAD};
+use crate::common::tolerances::{
+    COVERAGE_SHARE, REFERENCE_LEVELS, REFERENCE_SHARE, REFERENCE_SPREAD,
+};
 use phalanx::formats::{Options, load};
 use phalanx::frame::{Accel, Control, Engine, Frame, Settings, render};
 use phalanx::render::NO_HIT;

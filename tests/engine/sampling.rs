@@ -1,8 +1,6 @@
 //! Pixels of several samples against closed forms, in both engines.
 
-mod common;
-
-use common::tolerances::{ALL_SAMPLES, SAMPLED_EDGE, SAMPLED_LOBES};
+use crate::common::tolerances::{ALL_SAMPLES, SAMPLED_EDGE, SAMPLED_LOBES};
 use phalanx::formats::read_test;
 use phalanx::frame::{Accel, Adaptive, Control, Engine, Filter, Sampling, Settings, render};
 use phalanx::render::{Film, RayCounts};

@@ -1,9 +1,7 @@
 //! Textures: what a texel looks like on a surface, between texels and beyond the edges, and the
 //! same bits by both engines wherever the texture coordinates lead.
 
-mod common;
-
-use common::rng::Rng;
+use crate::common::rng::Rng;
 use glam::{DAffine3, Vec2, Vec3};
 use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::render::Film;

@@ -2,12 +2,10 @@
 //! brute force, the oracle's tree and the packet engine ([`Engines`]); what it must be is asserted
 //! where it can be said.
 
-mod common;
-
-use common::rays::{Engines, toward};
-use common::rng::Rng;
-use common::scenes;
-use common::tolerances::PLACE;
+use crate::common::rays::{Engines, toward};
+use crate::common::rng::Rng;
+use crate::common::scenes;
+use crate::common::tolerances::PLACE;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::oracle::{OracleRay, TwoLevelBvh};

@@ -1,10 +1,8 @@
 //! The tree with as many children a node as there are lanes holds what the binary tree holds, each
 //! primitive once, within the boxes above it.
 
-mod common;
-
-use common::rng::Rng;
-use common::scenes;
+use crate::common::rng::Rng;
+use crate::common::scenes;
 use glam::Vec3;
 use phalanx::bvh::{Bvh, ChildRef, LeafKind, WideNode};
 use phalanx::lanes::NATIVE;

@@ -4,9 +4,7 @@
 //! crate. Read from the text of `src`: comments and string literals are blanked out first, then
 //! every path that starts with `crate::` is looked up.
 
-mod source;
-
-use source::{code_of, imported, imported_crate, places, sources};
+use crate::source::{code_of, imported, imported_crate, places, sources};
 
 /// Crates beneath `src`, which of the others each may depend on, and why no more.
 const CRATES: [(&str, &[&str], &str); 6] = [

@@ -1,6 +1,6 @@
 //! Files whose checksums fit, and whose numbers are an enemy's.
 
-use super::rng::Rng;
+use crate::common::rng::Rng;
 use serde_json::{Value, json};
 
 const MAGIC: &[u8; 8] = b"\xf7PHXTILE";

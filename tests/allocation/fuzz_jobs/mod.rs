@@ -1,28 +1,21 @@
 //! Mutated plans and tile files: nothing panics, hangs, or asks for memory by a number that was not
 //! checked; what a file says is either refused or leads to the right picture, because tiles that
-//! are damaged are rendered again. A test binary of its own, because it replaces the allocator.
+//! are damaged are rendered again.
 //!
 //! Some thousands of each by default;
-//! `PHALANX_FUZZ_MUTANTS=30000 cargo test --release --test fuzz_jobs` for more. A mutant that fails
-//! is written to the system's folder for temporary files, and its path is in the message.
-
-#[path = "../fuzz_readers/mutate.rs"]
-mod mutate;
-
-#[path = "../common/rng.rs"]
-#[allow(dead_code, reason = "shared with tests that need more of it")]
-mod rng;
-
-#[path = "../common/watching.rs"]
-mod watching;
+//! `PHALANX_FUZZ_MUTANTS=30000 cargo test --release --test allocation fuzz_jobs::` for more. A
+//! mutant that fails is written to the system's folder for temporary files, and its path is in the
+//! message.
 
 mod forge;
 mod picture;
 
+use crate::allocator::{alone, forget, largest};
+use crate::common::rng::Rng;
+use crate::mutate::mutated;
 use phalanx::frame::Tile;
 use phalanx::jobs::{RenderPlan, TileFile};
 use picture::FuzzedPicture;
-use rng::Rng;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -45,11 +38,11 @@ fn mutants(usual: usize) -> usize {
 /// Looks at a mutant, and at how long it took and what it asked for; its answer is a word for the
 /// table.
 fn watched(mutant: &[u8], look: impl FnOnce() -> &'static str) -> &'static str {
-    watching::forget();
+    forget();
     let start = Instant::now();
     let looked = catch_unwind(AssertUnwindSafe(|| {
         let word = look();
-        let (largest, most) = (watching::largest(), most_memory(mutant.len()));
+        let (largest, most) = (largest(), most_memory(mutant.len()));
         assert!(
             largest <= most,
             "{largest} bytes were asked for at once: at most {most}"
@@ -84,7 +77,7 @@ fn tiles(picture: &FuzzedPicture, folder: &Path) {
         let forged = rng.once_in(2);
         let mutant = match forged {
             true => forge::tiles(&seeds, &mut rng),
-            false => mutate::mutated(&seeds, &mut rng),
+            false => mutated(&seeds, &mut rng),
         };
         let word = watched(&mutant, || {
             std::fs::write(&path, &mutant).unwrap();
@@ -124,7 +117,7 @@ fn plans(picture: &FuzzedPicture, folder: &Path) {
     let (start, mut words) = (Instant::now(), BTreeMap::new());
     for _ in 0..count {
         let mutant = match rng.once_in(3) {
-            true => mutate::mutated(&seeds, &mut rng),
+            true => mutated(&seeds, &mut rng),
             false => forge::json(&seeds, &mut rng),
         };
         let word = watched(&mutant, || {
@@ -168,9 +161,9 @@ fn used(picture: &FuzzedPicture, plan: &RenderPlan, path: &Path, good: &Path) ->
     }
 }
 
-/// One after the other: the largest request is watched for the whole process.
 #[test]
 fn mutants_of_plans_and_of_tiles() {
+    let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let picture = FuzzedPicture::new();
     tiles(&picture, folder.path());

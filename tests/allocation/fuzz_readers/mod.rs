@@ -1,28 +1,20 @@
 //! Mutated files: no reader panics, hangs, or asks for memory by a count that it has not checked,
-//! and what it says is about places in the file. A test binary of its own, because it replaces the
-//! allocator.
+//! and what it says is about places in the file.
 //!
 //! Each format has seeds in `corpus/<ending>`. Two seconds each by default;
-//! `PHALANX_FUZZ_SECONDS=600 cargo test --release --test fuzz_readers` for more. Mutants about
-//! which something new is said join the corpus of the run. An input that fails is written to the
-//! system's folder for temporary files, and its path is in the message.
+//! `PHALANX_FUZZ_SECONDS=600 cargo test --release --test allocation fuzz_readers::` for more.
+//! Mutants about which something new is said join the corpus of the run. An input that fails is
+//! written to the system's folder for temporary files, and its path is in the message.
 
-mod mutate;
-
-use mutate::mutated;
+use crate::allocator::{alone, forget, largest};
+use crate::common::rng::Rng;
+use crate::mutate::mutated;
 use phalanx::formats::{Diagnostic, Loaded, MAX_DIAGNOSTICS, Options, endings, read_bytes};
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-
-#[path = "../common/rng.rs"]
-#[allow(dead_code, reason = "shared with tests that need more of it")]
-mod rng;
-
-#[path = "../common/watching.rs"]
-mod watching;
 
 /// Largest single request for a file of some length: what its columns may grow to, and room for
 /// small tables.
@@ -44,7 +36,7 @@ fn seconds() -> u64 {
 
 fn seeds(ending: &str) -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/fuzz_readers/corpus")
+        .join("tests/allocation/fuzz_readers/corpus")
         .join(ending);
     let Ok(entries) = std::fs::read_dir(&folder) else {
         return Vec::new();
@@ -69,7 +61,7 @@ fn fuzz(ending: &str) {
         said.insert(checked(ending, seed));
     }
     // A longer run is another run; each is the same wherever it is repeated.
-    let mut rng = rng::Rng::new(seconds());
+    let mut rng = Rng::new(seconds());
     let end = Instant::now() + Duration::from_secs(seconds());
     let (mut executions, seed_count) = (0u64, corpus.len());
     while Instant::now() < end {
@@ -93,11 +85,11 @@ fn checked(ending: &str, input: &[u8]) -> u64 {
         threads: 1 + input.len() % 2,
         ..Options::default()
     };
-    watching::forget();
+    forget();
     let start = Instant::now();
     let read = catch_unwind(AssertUnwindSafe(|| {
         let read = read_bytes(ending, input, &options).expect("a known ending");
-        let largest = watching::largest();
+        let largest = largest();
         let most = most_memory(input.len());
         assert!(
             largest <= most,
@@ -176,9 +168,9 @@ fn hash(value: &(impl Hash + ?Sized)) -> u64 {
     hasher.finish()
 }
 
-/// One after the other: the largest request is watched for the whole process.
 #[test]
 fn mutants_of_every_format() {
+    let _alone = alone();
     let only = std::env::var("PHALANX_FUZZ_FORMAT").ok();
     for ending in endings().filter(|ending| only.as_deref().is_none_or(|only| only == *ending)) {
         fuzz(ending);

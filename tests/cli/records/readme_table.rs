@@ -1,8 +1,8 @@
 //! The README's table of rates is that of a record in `perf/`.
 //!
 //! Between `<!-- rates: perf/records/NAME.json -->` and `<!-- /rates -->` stands what
-//! [`readme_table`] makes of that record. `PHALANX_BLESS=1 cargo test --release --test records`
-//! writes it there.
+//! [`readme_table`] makes of that record.
+//! `PHALANX_BLESS=1 cargo test --release --test cli records::` writes it there.
 
 use super::fixture;
 use phalanx::report::{load, readme_table};

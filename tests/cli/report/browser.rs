@@ -2,8 +2,8 @@
 //!
 //! `PHALANX_SHOTS=FOLDER` keeps pages and screenshots there, to be looked at.
 
-use crate::devtools::Browser;
-use crate::fixture;
+use super::devtools::Browser;
+use super::fixture;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use phalanx::report::BenchRecord;

@@ -1,7 +1,7 @@
 //! Content of the page.
 
-use crate::fixture::{self, FAMILIES};
-use crate::parsed::{Parsed, parse};
+use super::fixture::{self, FAMILIES};
+use super::parsed::{Parsed, parse};
 use phalanx::report::BenchRecord;
 use phalanx::report::html::{ScenePictures, page};
 use std::sync::LazyLock;

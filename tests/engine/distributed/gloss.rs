@@ -1,7 +1,7 @@
 //! Mirror rays that are spread.
 
+use super::{planes, plate, red, sampled, scene};
 use crate::common::tolerances::SAMPLED_CAP;
-use crate::{planes, plate, red, sampled, scene};
 use phalanx::frame::Settings;
 
 const MIRROR: &str = "ambient 0 0 0\nspecular .5 .5 .5\n";

@@ -1,7 +1,7 @@
 //! Depth of field.
 
+use super::{planes, sampled};
 use crate::common::tolerances::{BLUR_WIDTH, PLACE};
-use crate::{planes, sampled};
 use phalanx::formats::read_test;
 use phalanx::frame::{Lens, LensError, Settings};
 use phalanx::scene::Scene;

@@ -1,7 +1,7 @@
 //! Soft shadows.
 
+use super::{planes, plate, red, sampled, scene};
 use crate::common::tolerances::{HIDDEN_SHARE, SAMPLED_EDGE, SMOOTH_MEAN};
-use crate::{planes, plate, red, sampled, scene};
 
 const WHITE: &str = "ambient 0 0 0\ndiffuse 1 1 1\n";
 

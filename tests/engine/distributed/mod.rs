@@ -1,9 +1,6 @@
 //! Effects that are random and averaged over the samples of a pixel (Cook, Porter and Carpenter,
 //! "Distributed Ray Tracing", 1984), in both engines and against closed forms.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod gloss;
 mod lens;
 mod lights;

@@ -1,7 +1,7 @@
 //! Ambient occlusion.
 
+use super::{planes, sampled, scene};
 use crate::common::tolerances::SAMPLED_CAP;
-use crate::{planes, sampled, scene};
 use phalanx::frame::{Integrator, Settings};
 use phalanx::scene::Scene;
 

@@ -1,13 +1,11 @@
 //! The oracle itself: its tree against brute force to the bit, and brute force against f64 within a
 //! stated bound.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod exact;
 
-use common::rays::{hit_bits, toward};
-use common::rng::Rng;
-use common::scenes;
+use crate::common::rays::{hit_bits, toward};
+use crate::common::rng::Rng;
+use crate::common::scenes;
 use exact::{Exact, exact, undecided};
 use glam::Vec3;
 use phalanx::oracle::{Oracle, OracleHit, OracleRay, OracleSearch, TwoLevelBvh};

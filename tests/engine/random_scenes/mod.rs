@@ -4,12 +4,10 @@
 //! `PHALANX_HUNT_SEED` with which seed; the seed is printed. A scene that differs is written into
 //! the temporary folder and named, to be rendered with `phalanx verify`.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod text;
 
-use common::frames::{difference, frame_of};
-use common::rng::Rng;
+use crate::common::frames::{difference, frame_of};
+use crate::common::rng::Rng;
 use phalanx::formats::read_test;
 use phalanx::frame::{Accel, Engine, Filter, Integrator, Kernel, Lens, Sampling, Settings};
 use phalanx::scene::Scene;

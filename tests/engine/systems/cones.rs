@@ -1,11 +1,11 @@
 //! Cones and cylinders: not in the design document, which has spheres and triangles; as NFF has
 //! them.
 
+use super::{assert_near, shot};
 use crate::common::rays::{Engines, toward};
 use crate::common::rng::Rng;
 use crate::common::scenes::{self, GREY, TestMaterial};
 use crate::common::tolerances::{ON_A_CONE, RADIANCE};
-use crate::{assert_near, shot};
 use glam::{DVec3, Vec3};
 use phalanx::bvh::Bvh;
 use phalanx::oracle::{OracleRay, TwoLevelBvh};

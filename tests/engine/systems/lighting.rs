@@ -1,7 +1,7 @@
 //! "Lighting model" and "Shading model".
 
+use super::{assert_near, floor, scene, shot};
 use crate::common::tolerances::{ATTENUATED, ON_A_SPHERE, RADIANCE, SPECULAR_PER_SHININESS};
-use crate::{assert_near, floor, scene, shot};
 use glam::{DVec3, Vec3};
 
 #[test]

@@ -1,9 +1,6 @@
 //! The systems of the design document, a test named after each, in both engines and against closed
 //! forms.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod cones;
 mod lighting;
 mod primitives;

@@ -1,12 +1,12 @@
 //! "Ray-sphere intersection" and "Ray-triangle intersection".
 
+use super::{assert_near, scene, shot};
 use crate::common::rays::{Engines, toward};
 use crate::common::rng::Rng;
 use crate::common::scenes;
 use crate::common::tolerances::{
     BARYCENTRIC, ELLIPSOID_DISTANCE, FAR_SPHERE, ON_AN_ELLIPSOID, RADIANCE,
 };
-use crate::{assert_near, scene, shot};
 use glam::{DVec3, Vec3};
 use phalanx::bvh::Bvh;
 use phalanx::oracle::{OracleHit, OracleRay, TwoLevelBvh};

@@ -1,6 +1,6 @@
 //! "Recursive shading model": mirrors, refraction, and which rays are traced at all.
 
-use crate::{floor, scene, shot, shot_of_weight};
+use super::{floor, scene, shot, shot_of_weight};
 use glam::{DVec3, Vec3};
 use phalanx::scene::Scene;
 

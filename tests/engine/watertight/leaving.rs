@@ -2,10 +2,10 @@
 //! those of ambient occlusion, whatever the coordinates. `PHALANX_LEAVING_RAYS=100000000` for more
 //! than usual, `-- --nocapture` for the table.
 
+use super::meshes::{ClosedMesh, cube, geodesic, globe};
 use crate::common::rays::pack;
 use crate::common::rng::Rng;
 use crate::common::scenes;
-use crate::meshes::{ClosedMesh, cube, geodesic, globe};
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::lanes::{LANES, LaneMask, Mask8};

@@ -1,13 +1,11 @@
 //! No ray escapes a closed mesh: ten million rays from inside, aimed at vertices, edges and
 //! anywhere, all hit. And none that leaves a surface hits it: see `leaving`.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod leaving;
 mod meshes;
 
-use common::rays::{lane_bits, pack};
-use common::rng::Rng;
+use crate::common::rays::{lane_bits, pack};
+use crate::common::rng::Rng;
 use glam::Vec3;
 use meshes::{ClosedMesh, cube, geodesic, globe, torus};
 use phalanx::bvh::Bvh;

@@ -1,8 +1,8 @@
 //! Files whose checksums fit and whose rows are those of an enemy: refused, or rendered like any
 //! scene.
 
-use super::common::rng::Rng;
 use super::{CacheFolder, bytes_of, frame, scene};
+use crate::common::rng::Rng;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::cache::{CacheError, CacheFault, Cached};

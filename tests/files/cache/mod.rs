@@ -1,12 +1,10 @@
 //! The scene cache: what comes out is what went in, and nothing else comes out.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod hostile;
 mod refused;
 
-use common::rng::Rng;
-use common::scenes;
+use crate::common::rng::Rng;
+use crate::common::scenes;
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec3};
 use phalanx::bvh::Bvh;
 use phalanx::cache::{self, Cached};

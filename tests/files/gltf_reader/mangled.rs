@@ -71,14 +71,14 @@ fn check(bytes: &[u8]) {
     }
 }
 
-/// The seeds of `tests/fuzz_readers`, written anew by
-/// `PHALANX_BLESS=1 cargo test --test gltf_reader seeds`.
+/// The seeds of `tests/allocation/fuzz_readers`, written anew by
+/// `PHALANX_BLESS=1 cargo test --test files gltf_reader::mangled::`.
 #[test]
 fn the_fuzz_targets_seeds_are_these_files() {
     let mut picture = everything();
     let view = picture.view(PICTURES[2]);
     picture.json["images"] = json!([{"bufferView": view}]);
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz_readers/corpus");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/allocation/fuzz_readers/corpus");
     for (name, bytes) in [
         ("gltf/everything.gltf", everything().text().into_bytes()),
         ("gltf/plain.gltf", File::triangle().text().into_bytes()),
@@ -198,8 +198,8 @@ proptest! {
 
 /// Baseline with half the colour, progressive, grey, and a PNG.
 const PICTURES: [&[u8]; 4] = [
-    include_bytes!("../pictures/halved.jpg"),
-    include_bytes!("../pictures/progressive.jpg"),
-    include_bytes!("../pictures/grey.jpg"),
+    include_bytes!("../../pictures/halved.jpg"),
+    include_bytes!("../../pictures/progressive.jpg"),
+    include_bytes!("../../pictures/grey.jpg"),
     include_bytes!("two.png"),
 ];

@@ -1,8 +1,8 @@
-//! Bad meshes and what is said about them: `tests/bad_meshes/x.obj` (or another ending) and beside
-//! it `x.obj.expected`.
+//! Bad meshes and what is said about them: `tests/files/bad_meshes/x.obj` (or another ending) and
+//! beside it `x.obj.expected`.
 //!
-//! After a change of wording, `PHALANX_BLESS=1 cargo test --test mesh_readers bad` writes what is
-//! said now: read the difference before committing it.
+//! After a change of wording, `PHALANX_BLESS=1 cargo test --test files mesh_readers::bad::` writes
+//! what is said now: read the difference before committing it.
 
 use phalanx::formats::{Diagnostic, LoadError, Loaded, Options, load};
 use std::fmt::Write;
@@ -37,7 +37,7 @@ fn said_about(path: &Path) -> String {
 
 #[test]
 fn every_bad_file_gets_its_message() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_meshes");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/bad_meshes");
     let mut failures = String::new();
     let mut count = 0;
     for entry in std::fs::read_dir(folder).unwrap() {

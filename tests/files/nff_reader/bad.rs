@@ -1,14 +1,14 @@
-//! Bad files and what is said about them: `tests/bad/nff/x.nff` and beside it `x.expected`.
+//! Bad files and what is said about them: `tests/files/bad/nff/x.nff` and beside it `x.expected`.
 //!
-//! After a change of wording, `PHALANX_BLESS=1 cargo test --test nff_reader bad` writes what is
-//! said now: read the difference before committing it.
+//! After a change of wording, `PHALANX_BLESS=1 cargo test --test files nff_reader::bad::` writes
+//! what is said now: read the difference before committing it.
 
 use phalanx::formats::{Diagnostic, LoadError, Loaded, MAX_DIAGNOSTICS, Options, load, read_nff};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad/nff")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/bad/nff")
 }
 
 fn listing(kind: &str, diagnostics: &[Diagnostic]) -> String {

@@ -1,6 +1,6 @@
 //! Our databases against the NFF files of the original programs, which print six digits.
 
-use crate::{numbers, scene};
+use super::{numbers, scene};
 use phalanx::formats::{Options, load};
 use phalanx::scene::{Scene, Vec3s};
 use std::path::Path;

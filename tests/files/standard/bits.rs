@@ -4,7 +4,7 @@
 //! files that the original programs (SPD 3.14, compiled by gcc) wrote, to the six digits that they
 //! print.
 
-use crate::{numbers, scene, spec};
+use super::{numbers, scene, spec};
 use phalanx::standard::{MemoryBuilder, SceneParams, Tessellate};
 
 const RECORDED: [(&str, u64); 11] = [

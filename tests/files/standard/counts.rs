@@ -1,6 +1,6 @@
 //! The published counts.
 
-use crate::spec;
+use super::spec;
 use phalanx::standard::{
     CATALOGUE, Family, SceneParams, ShapeCounter, ShapeCounts, Spec, Tessellate, counts, scene,
 };

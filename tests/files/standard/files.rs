@@ -1,6 +1,6 @@
 //! Our own files: what is written is read back as the same scene, as far as the format holds it.
 
-use crate::{numbers, scene, spec};
+use super::{numbers, scene, spec};
 use phalanx::formats::{Loaded, read_nff, read_test};
 use phalanx::scene::{PrimKind, Scene};
 use phalanx::standard::{CATALOGUE, FileFormat, SceneWriteError, write};

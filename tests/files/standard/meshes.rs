@@ -1,7 +1,7 @@
 //! Meshes, coloured lights and the document's surfaces through every sink: what the modern scenes
 //! are made of.
 
-use crate::files::{assert_close_shapes, assert_same_setting, ply_triangles};
+use super::files::{assert_close_shapes, assert_same_setting, ply_triangles};
 use glam::{DVec3, Vec3, dvec3};
 use phalanx::formats::{read_nff, read_test};
 use phalanx::scene::Scene;

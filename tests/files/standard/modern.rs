@@ -1,6 +1,6 @@
 //! The modern scenes: as many triangles as asked for, sound ones, and the same on every machine.
 
-use crate::{scene, spec};
+use super::{scene, spec};
 use glam::Vec3;
 use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::scene::{OutputEncoding, Scene};

@@ -1,14 +1,14 @@
-//! Bad files and what is said about them: `tests/bad/x.test` and beside it `x.expected`.
+//! Bad files and what is said about them: `tests/files/bad/x.test` and beside it `x.expected`.
 //!
-//! After a change of wording, `PHALANX_BLESS=1 cargo test --test test_reader bad` writes what is
-//! said now: read the difference before committing it.
+//! After a change of wording, `PHALANX_BLESS=1 cargo test --test files test_reader::bad::` writes
+//! what is said now: read the difference before committing it.
 
 use phalanx::formats::{Diagnostic, LoadError, Loaded, MAX_DIAGNOSTICS, Options, load, read_test};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/bad")
 }
 
 fn listing(kind: &str, diagnostics: &[Diagnostic]) -> String {

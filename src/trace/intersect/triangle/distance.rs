@@ -26,7 +26,7 @@
 //!
 //! With F = (S + Z)SH + ZD the error is at most 60uF, or 2⁻¹⁸F. So s < −2⁻¹⁸F is behind the origin
 //! for certain, and the relative error is below 24 · 60u = 9·10⁻⁵ if F < 24|s|. The bound is for
-//! errors that all add up: the worst that is measured there is 4·10⁻⁶ (tests/distance.rs,
+//! errors that all add up: the worst that is measured there is 4·10⁻⁶ (tests/engine/distance.rs,
 //! `perf/notes/distances.md`).
 
 use super::{EdgeFunctions, Vertices};

@@ -1,0 +1,27 @@
+//! Both tracers: against each other to the bit, against closed forms and exact arithmetic, and
+//! against other tracers.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod beams;
+mod bit_identity;
+mod distance;
+mod distributed;
+mod goldens;
+mod instances;
+mod isa_guard;
+mod lanes;
+mod layers;
+mod oracle_truth;
+mod peers;
+mod random_scenes;
+mod ray_sets;
+mod references;
+mod same_tree;
+mod sampling;
+mod systems;
+mod textures;
+mod traversal;
+mod watertight;
+mod wide_tree;

@@ -1,0 +1,11 @@
+//! Scenes as files: the readers of all formats, the standard scenes, and the scene cache.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod cache;
+mod gltf_reader;
+mod mesh_readers;
+mod nff_reader;
+mod standard;
+mod test_reader;

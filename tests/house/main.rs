@@ -1,0 +1,4 @@
+//! The house and its rules, read from the text of the sources.
+
+mod layering;
+mod source;
