@@ -1,4 +1,9 @@
 //! The house and its rules, read from the text of the sources.
 
+mod binaries;
+mod circles;
+mod comments;
+mod imports;
 mod layering;
+mod names;
 mod source;

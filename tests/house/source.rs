@@ -7,10 +7,13 @@ use std::path::{Path, PathBuf};
 /// Files of `src` that are no Rust source.
 const OTHERS: [&str; 1] = ["bench/report/html/style.css"];
 
-/// One file of `src`.
+/// One Rust file.
 pub struct SourceFile {
-    /// Relative to `src`, with forward slashes.
+    /// Relative to `src`, with forward slashes; to the repository, if it comes from
+    /// [`everything`].
     pub path: String,
+    /// The text as it is.
+    pub text: String,
     /// The text without comments and literals, of the same lines.
     pub code: String,
 }
@@ -115,31 +118,54 @@ fn raw_string(rest: &[char]) -> usize {
     until(rest, 2 + hashes, end, 1 + hashes)
 }
 
+/// The files of `src`.
 pub fn sources() -> Vec<SourceFile> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let found = files_below(&root, &root);
+    assert!(found.len() > 20, "only {} sources found", found.len());
+    let rust = |path: &str| path.ends_with(".rs");
+    let other = |path: &str| OTHERS.contains(&path) || path.ends_with("/Cargo.toml");
+    for path in &found {
+        assert!(rust(path) || other(path), "{path} is no Rust source");
+    }
+    let sources = found.into_iter().filter(|path| rust(path));
+    sources.map(|path| read(&root, path)).collect()
+}
+
+/// Every Rust file of the repository: program, tests, benches, examples and build script.
+pub fn everything() -> Vec<SourceFile> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut found = vec!["build.rs".to_owned()];
+    for folder in ["src", "tests", "benches", "examples"] {
+        found.extend(files_below(&root.join(folder), root));
+    }
+    let sources = found.into_iter().filter(|path| path.ends_with(".rs"));
+    sources.map(|path| read(root, path)).collect()
+}
+
+fn read(root: &Path, path: String) -> SourceFile {
+    let text = fs::read_to_string(root.join(&path)).expect("UTF-8");
+    let code = code_of(&text);
+    SourceFile { path, text, code }
+}
+
+/// Paths of all files below `folder`, relative to `root`; none where there is no such folder.
+fn files_below(folder: &Path, root: &Path) -> Vec<String> {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let mut paths: Vec<PathBuf> = entries.map(|e| e.expect("an entry").path()).collect();
+    paths.sort();
     let mut found = Vec::new();
-    let mut folders = vec![root.clone()];
-    while let Some(folder) = folders.pop() {
-        let entries = fs::read_dir(&folder).expect("a readable folder");
-        let mut paths: Vec<PathBuf> = entries.map(|e| e.expect("an entry").path()).collect();
-        paths.sort();
-        for path in paths {
-            if path.is_dir() {
-                folders.push(path);
-                continue;
+    for path in paths {
+        match path.is_dir() {
+            true => found.extend(files_below(&path, root)),
+            false => {
+                let name = path.strip_prefix(root).expect("below the root");
+                found.push(name.to_string_lossy().replace('\\', "/"));
             }
-            let name = path.strip_prefix(&root).expect("below src");
-            let name = name.to_string_lossy().replace('\\', "/");
-            if OTHERS.contains(&name.as_str()) || name.ends_with("/Cargo.toml") {
-                continue;
-            }
-            assert!(name.ends_with(".rs"), "{name} is no Rust source");
-            let text = fs::read_to_string(&path).expect("UTF-8");
-            let code = code_of(&text);
-            found.push(SourceFile { path: name, code });
         }
     }
-    assert!(found.len() > 20, "only {} sources found", found.len());
     found
 }
 

@@ -1,0 +1,49 @@
+//! Test binaries: few, because each of them links the whole library.
+
+use std::path::Path;
+
+/// Most binaries that `cargo test` links.
+const MOST: usize = 12;
+
+/// Manifests of the workspace's crates, and where their sources lie.
+const CRATES: [(&str, &str); 7] = [
+    ("Cargo.toml", "src/lib.rs"),
+    ("src/scene/Cargo.toml", "src/scene"),
+    ("src/trace/Cargo.toml", "src/trace"),
+    ("src/oracle/Cargo.toml", "src/oracle"),
+    ("src/io/Cargo.toml", "src/io"),
+    ("src/render/Cargo.toml", "src/render"),
+    ("src/bench/Cargo.toml", "src/bench"),
+];
+
+#[test]
+fn there_are_few_test_binaries() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let entries = std::fs::read_dir(root.join("tests")).expect("tests");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let of_tests = paths.filter(|path| {
+        path.extension().is_some_and(|e| e == "rs") || path.join("main.rs").exists()
+    });
+    // One is the program's own.
+    let mut binaries = 1 + of_tests.count();
+    for (manifest, sources) in CRATES {
+        let text = std::fs::read_to_string(root.join(manifest)).expect("a manifest");
+        let (_, library) = text.split_once("[lib]").expect("a library");
+        let library = library.split("\n[").next().unwrap_or_default();
+        match library.lines().any(|line| line == "test = false") {
+            true => assert!(
+                !has_unit_tests(sources),
+                "{sources}: its tests are never run"
+            ),
+            false => binaries += 1,
+        }
+    }
+    assert!(binaries <= MOST, "{binaries} test binaries");
+}
+
+fn has_unit_tests(sources: &str) -> bool {
+    let path = |source: &crate::source::SourceFile| format!("src/{}", source.path);
+    let all = crate::source::sources();
+    let mut own = all.iter().filter(|s| path(s).starts_with(sources));
+    own.any(|source| source.code.contains("#[test]"))
+}

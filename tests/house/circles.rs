@@ -1,0 +1,239 @@
+//! Files that import each other, directly or around a ring.
+//!
+//! An edge leads from a file to the file in which an item that it names is defined: re-exports are
+//! followed to their source. A parent that re-exports a child's items does not depend on it; one
+//! that uses them does, and a child depends on its parent where it uses the parent's own items.
+//! Tests are left out.
+
+use crate::imports::{ImportPath, import_paths};
+use crate::source::{places, sources};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Edges that close a circle today, one a line, `from -> to`. The list may only shrink.
+const KNOWN: &str = include_str!("circles.txt");
+
+/// Most edges in the list.
+const MOST_KNOWN: usize = 70;
+
+type FileEdge = (String, String);
+
+/// Module of a crate: its path, its code and the paths in it.
+struct ModuleFile {
+    file: String,
+    code: String,
+    imports: Vec<ImportPath>,
+}
+
+/// One crate: modules by their segments below its root.
+struct CrateTree(BTreeMap<Vec<String>, ModuleFile>);
+
+/// The crates beneath `src`, the facade and the program apart.
+fn crates(files: impl Iterator<Item = (String, String)>) -> Vec<CrateTree> {
+    let mut found: BTreeMap<String, CrateTree> = BTreeMap::new();
+    for (path, code) in files {
+        let stem = path.trim_end_matches(".rs");
+        if stem.ends_with("/tests") || stem.ends_with("_tests") {
+            continue;
+        }
+        let mut segments: Vec<String> = stem.split('/').map(str::to_owned).collect();
+        let name = match segments.len() {
+            1 => segments[0].clone(),
+            // The program's root is `src/main.rs`.
+            _ if segments[0] == "cli" => "main".to_owned(),
+            _ => segments.remove(0),
+        };
+        if ["mod", "lib", "main"].contains(&segments[segments.len() - 1].as_str()) {
+            segments.pop();
+        }
+        let imports = import_paths(&code);
+        let module = ModuleFile {
+            file: path,
+            code,
+            imports,
+        };
+        let tree = found
+            .entry(name)
+            .or_insert_with(|| CrateTree(BTreeMap::new()));
+        tree.0.insert(segments, module);
+    }
+    found.into_values().collect()
+}
+
+impl CrateTree {
+    /// The module in which the item at `path`, written in module `from`, is defined.
+    fn target(&self, from: &[String], path: &[String], steps: usize) -> Option<Vec<String>> {
+        let mut at = from.to_vec();
+        let mut rest = path;
+        let mut rooted = false;
+        while let Some(first) = rest.first() {
+            match first.as_str() {
+                "crate" => at.clear(),
+                "self" => {}
+                "super" => drop(at.pop()),
+                _ => break,
+            }
+            rooted = true;
+            rest = &rest[1..];
+        }
+        while let Some(first) = rest.first() {
+            let mut child = at.clone();
+            child.push(first.clone());
+            if !self.0.contains_key(&child) {
+                break;
+            }
+            (at, rest, rooted) = (child, &rest[1..], true);
+        }
+        if !rooted {
+            return None;
+        }
+        let Some(item) = rest.first() else {
+            return Some(at);
+        };
+        let module = self.0.get(&at)?;
+        if steps == 0 || defines(&module.code, item) {
+            return Some(at);
+        }
+        // Imported there, by name or with all of a module.
+        let named = module.imports.iter().find(|import| import.alias == *item);
+        if let Some(import) = named {
+            let target = self.target(&at, &import.segments, steps - 1);
+            return Some(target.unwrap_or(at));
+        }
+        for import in module.imports.iter().filter(|import| import.alias == "*") {
+            let source = &import.segments[..import.segments.len() - 1];
+            let target = self.target(&at, source, steps - 1);
+            let target = target.filter(|target| {
+                let module = self.0.get(target);
+                module.is_some_and(|module| defines(&module.code, item))
+            });
+            if target.is_some() {
+                return target;
+            }
+        }
+        Some(at)
+    }
+
+    fn edges(&self) -> BTreeSet<FileEdge> {
+        let mut found = BTreeSet::new();
+        for (name, module) in &self.0 {
+            for import in &module.imports {
+                let Some(target) = self.target(name, &import.segments, 8) else {
+                    continue;
+                };
+                let facade = import.public && target.starts_with(name);
+                if let Some(other) = self.0.get(&target).filter(|_| target != *name && !facade) {
+                    found.insert((module.file.clone(), other.file.clone()));
+                }
+            }
+        }
+        found
+    }
+}
+
+/// Tells if `code` defines an item of this name.
+fn defines(code: &str, item: &str) -> bool {
+    const KINDS: [&str; 10] = [
+        "fn",
+        "struct",
+        "enum",
+        "union",
+        "trait",
+        "type",
+        "const",
+        "static",
+        "mod",
+        "macro_rules!",
+    ];
+    places(code, item).into_iter().any(|at| {
+        let before = code[..at].trim_end();
+        KINDS.iter().any(|kind| before.ends_with(kind))
+    })
+}
+
+/// Edges that lie on a circle: their end leads back to their beginning.
+fn on_circles(edges: &BTreeSet<FileEdge>) -> Vec<&FileEdge> {
+    let mut next: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (from, to) in edges {
+        next.entry(from).or_default().push(to);
+    }
+    let leads = |from: &str, to: &str| {
+        let (mut seen, mut open) = (BTreeSet::from([from]), vec![from]);
+        while let Some(file) = open.pop() {
+            if file == to {
+                return true;
+            }
+            let followers = next.get(file).into_iter().flatten();
+            open.extend(followers.filter(|file| seen.insert(**file)));
+        }
+        false
+    };
+    edges.iter().filter(|(from, to)| leads(to, from)).collect()
+}
+
+fn edges_of_src() -> BTreeSet<FileEdge> {
+    let files = sources()
+        .into_iter()
+        .map(|source| (source.path, source.code));
+    let edges: BTreeSet<FileEdge> = crates(files).iter().flat_map(CrateTree::edges).collect();
+    assert!(edges.len() > 300, "only {} edges found", edges.len());
+    edges
+}
+
+fn known() -> Vec<FileEdge> {
+    let rows = KNOWN.lines().filter(|line| !line.starts_with('#'));
+    let rows = rows.filter_map(|line| line.split_once(" -> "));
+    rows.map(|(from, to)| (from.to_owned(), to.to_owned()))
+        .collect()
+}
+
+#[test]
+fn edges_lead_to_definitions() {
+    let files = [
+        ("x/lib.rs", "mod a; mod b; pub use a::A; fn own() {}"),
+        (
+            "x/a.rs",
+            "use crate::b::B; struct A; fn f() { super::own() }",
+        ),
+        (
+            "x/b.rs",
+            "use super::A; struct B; #[cfg(test)] mod tests { use crate::own; }",
+        ),
+    ];
+    let files = files.map(|(path, code)| (path.to_owned(), code.to_owned()));
+    let edges = crates(files.into_iter())[0].edges();
+    let rows = edges.iter().map(|(from, to)| format!("{from} -> {to}"));
+    let rows: Vec<String> = rows.collect();
+    let expected = ["x/a.rs -> x/b.rs", "x/a.rs -> x/lib.rs", "x/b.rs -> x/a.rs"];
+    assert_eq!(rows, expected);
+    assert_eq!(on_circles(&edges).len(), 2);
+}
+
+#[test]
+fn no_files_import_each_other() {
+    let mut edges = edges_of_src();
+    for edge in known() {
+        edges.remove(&edge);
+    }
+    let wrong = on_circles(&edges);
+    let rows = wrong.iter().map(|(from, to)| format!("{from} -> {to}"));
+    let rows: Vec<String> = rows.collect();
+    assert!(rows.is_empty(), "on circles:\n{}", rows.join("\n"));
+}
+
+#[test]
+fn the_list_of_circles_only_shrinks() {
+    let (edges, known) = (edges_of_src(), known());
+    assert!(
+        known.len() <= MOST_KNOWN,
+        "{} edges are listed",
+        known.len()
+    );
+    let wrong = on_circles(&edges);
+    for edge in &known {
+        let (from, to) = edge;
+        assert!(
+            wrong.contains(&edge),
+            "{from} -> {to} closes no circle: strike it off"
+        );
+    }
+}

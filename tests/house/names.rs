@@ -1,0 +1,135 @@
+//! Names: each type has one of its own, and those that were given up stay unused.
+
+use crate::source::{SourceFile, everything, places, sources};
+use std::collections::BTreeMap;
+
+/// Types that may be defined more than once, how often, and why.
+const TWICE: [(&str, usize, &str); 1] = [(
+    "Native",
+    2,
+    "one alias under two cfgs: sixteen lanes or eight",
+)];
+
+/// Old names, one a line: `type` is defined nowhere, `word` stands nowhere in code, `file` is no
+/// module of `src`.
+const OLD: &str = include_str!("old_names.txt");
+
+/// Names of the types that `code` defines. Associated types are the traits' words and do not count.
+fn types_defined(code: &str) -> Vec<&str> {
+    let mut found = Vec::new();
+    // One flag for each open brace: it belongs to an `impl` or a trait.
+    let (mut open, mut start) = (Vec::<bool>::new(), 0);
+    for (at, c) in code.char_indices() {
+        if !matches!(c, '{' | '}' | ';') {
+            continue;
+        }
+        let head = &code[start..at];
+        start = at + 1;
+        let associated = open.last().copied().unwrap_or_default();
+        let words: Vec<&str> = head.split_whitespace().collect();
+        for pair in words.windows(2) {
+            let kind = ["struct", "enum", "union", "trait"].contains(&pair[0]);
+            if kind || (pair[0] == "type" && !associated) {
+                let part = |c: char| c.is_alphanumeric() || c == '_';
+                let name = &pair[1][..pair[1].find(|c| !part(c)).unwrap_or(pair[1].len())];
+                if name.starts_with(char::is_uppercase) {
+                    found.push(name);
+                }
+            }
+        }
+        match c {
+            '{' => open.push(words.iter().any(|w| *w == "trait" || w.starts_with("impl"))),
+            '}' => drop(open.pop()),
+            _ => {}
+        }
+    }
+    found
+}
+
+#[test]
+fn definitions_are_found() {
+    let code = "pub struct A<T>(T); impl X for A { type Output = B; fn f() { type C = u8; } } \
+                pub(crate) enum D { E } trait F { type G; } mod m { union H { a: u8 } }";
+    assert_eq!(types_defined(code), ["A", "C", "D", "F", "H"]);
+}
+
+#[test]
+fn no_two_types_share_a_name() {
+    let all = everything();
+    let mut places: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for source in &all {
+        for name in types_defined(&source.code) {
+            places.entry(name).or_default().push(&source.path);
+        }
+    }
+    for (name, count, why) in TWICE {
+        let found = places.remove(name).unwrap_or_default();
+        assert_eq!(found.len(), count, "{name} ({why}): {found:?}");
+    }
+    let twice: Vec<String> = places
+        .iter()
+        .filter(|(_, paths)| paths.len() > 1)
+        .map(|(name, paths)| format!("{name}: {}", paths.join(", ")))
+        .collect();
+    assert!(twice.is_empty(), "{}", twice.join("\n"));
+}
+
+/// Entries of the list of old names of one kind.
+fn old(kind: &str) -> Vec<&'static str> {
+    let rows = OLD.lines().filter_map(|line| line.strip_prefix(kind));
+    let found: Vec<&str> = rows.map(str::trim).collect();
+    assert!(found.len() > 20, "only {} of {kind}", found.len());
+    found
+}
+
+#[test]
+fn old_type_names_stay_unused() {
+    let (types, words) = (old("type "), old("word "));
+    let mut wrong = Vec::new();
+    for source in &everything() {
+        let defined = types_defined(&source.code);
+        for name in types.iter().filter(|name| defined.contains(name)) {
+            wrong.push(format!("{} defines {name}", source.path));
+        }
+        for name in &words {
+            for line in source.lines_with(name) {
+                wrong.push(format!("{}:{line}: {name}", source.path));
+            }
+            for line in mentions(source, name) {
+                wrong.push(format!("{}:{line}: {name} in a comment", source.path));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Lines on which a comment names `name` as code, in backticks.
+fn mentions(source: &SourceFile, name: &str) -> Vec<usize> {
+    if !source.text.contains(name) {
+        return Vec::new();
+    }
+    let comments = source.text.lines().zip(1..);
+    let comments = comments.filter(|(line, _)| line.trim_start().starts_with("//"));
+    let named = comments.filter(|(line, _)| {
+        let spans = line.split('`').skip(1).step_by(2);
+        spans.into_iter().any(|span| !places(span, name).is_empty())
+    });
+    named.map(|(_, number)| number).collect()
+}
+
+#[test]
+fn old_file_names_stay_unused() {
+    let files = old("file ");
+    let mut wrong = Vec::new();
+    for source in &sources() {
+        let module = source.path.trim_end_matches(".rs");
+        let module = module.strip_suffix("/mod").unwrap_or(module);
+        let module = format!("/{module}");
+        for name in &files {
+            if module.ends_with(&format!("/{name}")) {
+                wrong.push(format!("src/{}: {name}", source.path));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
