@@ -3,9 +3,11 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod bad_files;
 mod cache;
 mod gltf_reader;
 mod mesh_readers;
+mod mutated_text;
 mod nff_reader;
 mod standard;
 mod test_reader;

@@ -3,64 +3,14 @@
 //! After a change of wording, `PHALANX_BLESS=1 cargo test --test files test_reader::bad::` writes
 //! what is said now: read the difference before committing it.
 
-use phalanx::formats::{Diagnostic, LoadError, Loaded, MAX_DIAGNOSTICS, Options, load, read_test};
-use std::fmt::Write;
-use std::path::{Path, PathBuf};
-
-fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/bad")
-}
-
-fn listing(kind: &str, diagnostics: &[Diagnostic]) -> String {
-    let mut out = String::new();
-    for d in diagnostics {
-        writeln!(out, "{}:{}: {kind}{}", d.line, d.column, d.message).unwrap();
-        if let Some(help) = &d.help {
-            writeln!(out, "    help: {help}").unwrap();
-        }
-    }
-    out
-}
-
-fn said_about(path: &Path) -> String {
-    match load(path, &Options::default()) {
-        Ok(Loaded { warnings, .. }) => listing("warning: ", &warnings),
-        Err(LoadError::Scene {
-            diagnostics, text, ..
-        }) => {
-            for d in &diagnostics {
-                let end = d.offset + d.length;
-                assert!(text.get(d.offset..end).is_some(), "{path:?}: {d:?}");
-            }
-            listing("", &diagnostics)
-        }
-        Err(other) => format!("{other}\n"),
-    }
-}
+use crate::bad_files::{assert_messages, folder};
+use phalanx::formats::{LoadError, MAX_DIAGNOSTICS, Options, load, read_test};
+use std::path::Path;
 
 #[test]
 fn every_bad_file_gets_its_message() {
-    let mut failures = String::new();
-    let mut count = 0;
-    for entry in std::fs::read_dir(folder()).unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_none_or(|ending| ending != "test") {
-            continue;
-        }
-        count += 1;
-        let said = said_about(&path);
-        let expected_path = path.with_extension("expected");
-        if std::env::var_os("PHALANX_BLESS").is_some() {
-            std::fs::write(&expected_path, &said).unwrap();
-        }
-        let expected = std::fs::read_to_string(&expected_path).unwrap_or_default();
-        if said != expected.replace("\r\n", "\n") {
-            let name = path.file_name().unwrap();
-            writeln!(failures, "{name:?}\n-- expected\n{expected}-- said\n{said}").unwrap();
-        }
-    }
-    assert!(count > 40, "only {count} bad files found");
-    assert!(failures.is_empty(), "{failures}");
+    let expected = |path: &Path| path.with_extension("expected");
+    assert_messages(&folder("tests/files/bad"), &["test"], expected, 40);
 }
 
 #[test]
@@ -97,7 +47,7 @@ fn a_faulty_vertex_keeps_its_number() {
 #[test]
 fn a_path_that_is_no_file_is_an_io_error_with_a_plain_reason() {
     let missing = load(
-        &folder().join("there_is_no_such_file.xyz"),
+        &folder("tests/files/bad").join("there_is_no_such_file.xyz"),
         &Options::default(),
     )
     .unwrap_err();

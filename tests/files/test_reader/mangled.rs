@@ -1,6 +1,7 @@
 //! Whatever the bytes, the reader answers, and every place it names lies in the file.
 
-use phalanx::formats::{Diagnostic, LoadError, MAX_DIAGNOSTICS, Options, load, read_test};
+use crate::mutated_text::{check_places, mutants};
+use phalanx::formats::{LoadError, Options, load, read_test};
 use proptest::prelude::*;
 
 /// A file with every command in it.
@@ -38,49 +39,8 @@ popTransform
 sphere 0 0 0 1
 ";
 
-/// Tokens that have broken readers before.
-const SPICE: [&str; 25] = [
-    "nan",
-    "inf",
-    "-1",
-    "0",
-    "1e39",
-    "1e-46",
-    "3.4e38",
-    "-3.4e38",
-    "1e20",
-    "1e-20",
-    "99999999999999999999",
-    "4294967296",
-    "1.5",
-    "#",
-    "\n",
-    "\r",
-    "\u{feff}",
-    "\0",
-    "é",
-    "size",
-    "camera",
-    "scale",
-    "sphere",
-    "popTransform",
-    "../x",
-];
-
-fn check_places(text: &str, diagnostics: &[Diagnostic]) {
-    assert!(!diagnostics.is_empty() && diagnostics.len() <= MAX_DIAGNOSTICS);
-    for d in diagnostics {
-        let place = text.get(d.offset..d.offset + d.length);
-        assert!(place.is_some(), "{d:?} lies outside of {text:?}");
-        let line = text.split('\n').nth(d.line - 1).expect("the line exists");
-        assert!(
-            d.column > 0 && d.column <= line.chars().count() + 1,
-            "{d:?}"
-        );
-        let before = &text[..d.offset];
-        assert_eq!(d.line, 1 + before.matches('\n').count(), "{d:?}");
-    }
-}
+/// Words of the format that have broken readers before.
+const WORDS: [&str; 6] = ["size", "camera", "scale", "sphere", "popTransform", "../x"];
 
 fn check(text: &str) {
     match read_test(text) {
@@ -97,46 +57,6 @@ fn check(text: &str) {
     }
 }
 
-/// A mutation of one token.
-#[derive(Clone, Debug)]
-enum TestMutation {
-    Delete,
-    Duplicate,
-    Replace(String),
-}
-
-fn change() -> impl Strategy<Value = TestMutation> {
-    let spice = prop::sample::select(&SPICE[..]).prop_map(String::from);
-    prop_oneof![
-        1 => Just(TestMutation::Delete),
-        1 => Just(TestMutation::Duplicate),
-        4 => spice.prop_map(TestMutation::Replace),
-        1 => any::<f32>().prop_map(|x| TestMutation::Replace(x.to_string())),
-        1 => ".{0,8}".prop_map(TestMutation::Replace),
-    ]
-}
-
-/// Applies the change to token `at` (modulo their number); white space stays as it is.
-fn changed(text: &str, at: usize, change: &TestMutation) -> String {
-    let mut pieces: Vec<String> = text
-        .split_inclusive([' ', '\n'])
-        .map(String::from)
-        .collect();
-    if pieces.is_empty() {
-        return String::new();
-    }
-    let at = at % pieces.len();
-    match change {
-        TestMutation::Delete => drop(pieces.remove(at)),
-        TestMutation::Duplicate => pieces.insert(at, pieces[at].clone()),
-        TestMutation::Replace(token) => {
-            let kept = pieces[at].trim_end().len();
-            pieces[at].replace_range(..kept, token);
-        }
-    }
-    pieces.concat()
-}
-
 #[test]
 fn the_unchanged_file_is_valid() {
     let loaded = read_test(VALID).unwrap();
@@ -146,21 +66,7 @@ fn the_unchanged_file_is_valid() {
 
 proptest! {
     #[test]
-    fn changed_tokens_never_panic(
-        changes in prop::collection::vec((any::<usize>(), change()), 1..8),
-        cut in prop::option::weighted(0.2, any::<prop::sample::Index>()),
-    ) {
-        let mut text = String::from(VALID);
-        for (at, change) in &changes {
-            text = changed(&text, *at, change);
-        }
-        if let Some(cut) = cut {
-            let mut kept = cut.index(text.len() + 1);
-            while !text.is_char_boundary(kept) {
-                kept -= 1;
-            }
-            text.truncate(kept);
-        }
+    fn changed_tokens_never_panic(text in mutants(VALID, &WORDS)) {
         check(&text);
     }
 
