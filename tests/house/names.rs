@@ -103,18 +103,30 @@ fn old_type_names_stay_unused() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Lines on which a comment names `name` as code, in backticks.
+/// Lines on which a comment names `name` as code: in backticks, or in an example.
 fn mentions(source: &SourceFile, name: &str) -> Vec<usize> {
+    let mut found = Vec::new();
     if !source.text.contains(name) {
-        return Vec::new();
+        return found;
     }
-    let comments = source.text.lines().zip(1..);
-    let comments = comments.filter(|(line, _)| line.trim_start().starts_with("//"));
-    let named = comments.filter(|(line, _)| {
-        let spans = line.split('`').skip(1).step_by(2);
-        spans.into_iter().any(|span| !places(span, name).is_empty())
-    });
-    named.map(|(_, number)| number).collect()
+    let mut example = false;
+    for (line, number) in source.text.lines().zip(1..) {
+        let line = line.trim_start();
+        if !line.starts_with("//") {
+            example = false;
+            continue;
+        }
+        if line.contains("```") {
+            example = !example;
+            continue;
+        }
+        let mut spans = line.split('`').skip(1).step_by(2);
+        let quoted = spans.any(|span| !places(span, name).is_empty());
+        if quoted || (example && !places(line, name).is_empty()) {
+            found.push(number);
+        }
+    }
+    found
 }
 
 #[test]
