@@ -45,12 +45,17 @@ pub use phalanx_trace::{bvh, isa, packet, simd as lanes};
 pub use phalanx_oracle as oracle;
 
 // Scenes and pictures as files.
+#[cfg(feature = "render")]
 pub use phalanx_io::{cache, formats, image, open, standard};
 
 // Tiles, one frame by either tracer, and large frames band by band.
+#[cfg(feature = "render")]
 pub use phalanx_render as render;
+#[cfg(feature = "render")]
 pub use phalanx_render::{frame, jobs, shade};
 
 // Benchmarks: speed, peers, and the record of both.
+#[cfg(feature = "bench")]
 pub use phalanx_bench as bench;
+#[cfg(feature = "bench")]
 pub use phalanx_bench::{peers, report};
