@@ -35,10 +35,15 @@
 
 // The scene, and the arithmetic that both tracers share as a definition.
 pub use phalanx_scene as scene;
+pub use phalanx_scene::{GeomId, GeometryError, NO_GEOM, Scene};
 pub use phalanx_scene::{camera, sampling};
 
 // Traversal and intersection.
 pub use phalanx_trace as trace;
+pub use phalanx_trace::bvh::{Bvh, Quality};
+pub use phalanx_trace::query::{
+    BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax,
+};
 pub use phalanx_trace::{bvh, isa, packet, simd as lanes};
 
 // The second, plainer tracer.

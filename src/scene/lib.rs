@@ -14,6 +14,7 @@ mod bounds;
 pub mod camera;
 mod column;
 pub mod film;
+mod geometry;
 mod instances;
 mod large_polygon;
 mod lights;
@@ -37,6 +38,7 @@ pub use bounds::{
     PLANE_ROUNDING,
 };
 pub use column::Column;
+pub use geometry::{GeomId, Geometries, GeometryError, NO_GEOM};
 pub use instances::{Instances, Meshes, NotInvertible};
 pub use lights::{LightShape, Lights};
 pub use materials::{Material, MaterialTable, Materials};
@@ -128,6 +130,8 @@ pub struct Scene {
     pub meshes: Meshes,
     /// Meshes placed in the world.
     pub instances: Instances,
+    /// Primitives that were added together: see [`Scene::add_mesh`].
+    pub geometries: Geometries,
     /// Surface parameters, shared between primitives.
     pub materials: Materials,
     /// Pictures that materials refer to.
@@ -165,6 +169,7 @@ impl Default for Scene {
             cones: Cones::default(),
             meshes: Meshes::default(),
             instances: Instances::default(),
+            geometries: Geometries::default(),
             materials: Materials::default(),
             textures: Vec::new(),
             lights: Lights::default(),
@@ -307,10 +312,10 @@ impl Scene {
         self.add_prim(PrimKind::Triangle, index)
     }
 
-    /// Adds a whole mesh of triangles, and returns the first `prim_id`. Into a scene without
-    /// triangles the columns are moved.
+    /// Adds triangles in one piece; into a scene without any, their columns are moved. Returns the
+    /// first `prim_id`. Nothing is checked: [`Scene::validate`] does that for the whole scene.
     #[inline]
-    pub fn add_mesh(&mut self, mesh: Mesh) -> u32 {
+    pub fn append_mesh(&mut self, mesh: Mesh) -> u32 {
         let first_id = self.prims.len() as u32;
         let (first, count) = (self.triangles.len(), mesh.corners.len());
         self.triangles.append(mesh);
@@ -341,7 +346,8 @@ impl Scene {
         self.meshes.count[mesh] = self.prims.len() as u32 - self.meshes.first[mesh];
     }
 
-    /// Places a mesh.
+    /// Places a mesh that [`Scene::add_prototype`] or [`Scene::begin_mesh`] made. The instance is a
+    /// geometry of its own. Its triangles have numbers beyond those of all stored primitives.
     ///
     /// # Errors
     /// [`NotInvertible`]; then nothing is placed.
@@ -349,7 +355,7 @@ impl Scene {
         &mut self,
         mesh: u32,
         to_world: glam::DAffine3,
-    ) -> Result<(), NotInvertible> {
+    ) -> Result<GeomId, NotInvertible> {
         let first = match self.instances.first.last() {
             // Beyond u32 the count wraps; validate() counts again, in u64.
             Some(&first) => {
@@ -359,7 +365,9 @@ impl Scene {
             }
             None => 0,
         };
-        self.instances.push(mesh, first, to_world)
+        self.instances.push(mesh, first, to_world)?;
+        let number = self.instances.len() as u32 - 1;
+        Ok(self.geometries.push(geometry::Geometry::Instance(number)))
     }
 
     /// Exact bounds of one stored primitive, unpadded, in the space where it is stored.

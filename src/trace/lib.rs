@@ -13,7 +13,11 @@ pub mod bvh;
 mod intersect;
 pub mod traverse;
 
+// One ray, or columns of them: what embedders call.
+pub mod query;
+
 // Instruction sets of the build and the CPU.
 pub mod isa;
 
+pub use query::{BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax};
 pub use traverse::{Kernel, PacketLanes, PacketTracer, Traversal, TraversalStats, isolated};

@@ -79,7 +79,7 @@ fn square(size: [u32; 2], texture: Texture, uvs: Option<[Vec2; 4]>) -> Scene {
         uvs.into_iter().for_each(|uv| mesh.vertex_uvs.push(uv));
         mesh.uvs = mesh.corners.clone();
     }
-    scene.add_mesh(mesh);
+    scene.append_mesh(mesh);
     scene
 }
 
@@ -275,7 +275,7 @@ fn random_scene(seed: u64) -> Scene {
     }
     // Half of the scenes show all of it twice, as instances.
     let placed = seed.is_multiple_of(2).then(|| scene.begin_mesh());
-    scene.add_mesh(Mesh {
+    scene.append_mesh(Mesh {
         vertices,
         corners: corners.into(),
         uvs: uvs.into(),

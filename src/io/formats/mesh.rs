@@ -236,7 +236,7 @@ pub(super) fn finish(
         if corners.is_empty() {
             report.warning(end, "the file has no faces: the picture will be empty");
         }
-        scene.add_mesh(Mesh {
+        scene.append_mesh(Mesh {
             vertices: joined.vertices,
             corners: corners.into(),
             normals: normals.into(),

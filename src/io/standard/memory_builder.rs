@@ -109,7 +109,7 @@ impl SceneBuilder for MemoryBuilder {
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
         let mut places = Vec3s::default();
         vertices.iter().for_each(|v| places.push(v.as_vec3()));
-        self.scene.add_mesh(Mesh {
+        self.scene.append_mesh(Mesh {
             vertices: places,
             corners: triangles.to_vec().into(),
             material: MeshMaterial::One(self.material),

@@ -14,6 +14,7 @@ use super::huge_pages::move_to_huge_pages;
 use super::merge::merge;
 use super::subtree::{ObvhsTree, Offsets, Subtree, weighted_cost};
 use super::{Bvh, Child, Node, WideBvh, ploc};
+use crate::query::GeometryStarts;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use phalanx_scene::{Bounds, Scene};
@@ -142,6 +143,7 @@ fn build(scene: &Scene, quality: Quality) -> Bvh {
         slots: world.slots,
         sah,
         wide: OnceLock::new(),
+        geometries: GeometryStarts::of(scene),
     };
     let meshes = (0..scene.meshes.len()).into_par_iter();
     let meshes: Vec<Option<Subtree>> = meshes

@@ -4,6 +4,7 @@ use super::{
     Child, LeafCone, LeafEllipsoid, LeafInstance, LeafPrims, LeafSphere, LeafTriangle, Node,
     WideBvh,
 };
+use crate::query::GeometryStarts;
 use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
 
@@ -16,6 +17,7 @@ pub struct Bvh {
     pub(super) depth: usize,
     pub(super) sah: f64,
     pub(super) wide: OnceLock<Box<WideBvh>>,
+    pub(super) geometries: GeometryStarts,
 }
 
 impl Default for Bvh {
@@ -35,6 +37,7 @@ impl Bvh {
             depth: 1,
             sah: 0.0,
             wide: OnceLock::new(),
+            geometries: GeometryStarts::default(),
         }
     }
 
@@ -72,6 +75,12 @@ impl Bvh {
     #[inline]
     pub fn instances(&self) -> &[LeafInstance] {
         &self.slots.instances
+    }
+
+    /// Which geometry a hit belongs to. A tree that came from arrays knows none.
+    #[inline]
+    pub(crate) fn geometries(&self) -> &GeometryStarts {
+        &self.geometries
     }
 
     /// Most nodes on a path from the world's root, through an instance to the end of its mesh's

@@ -14,6 +14,7 @@
 //!   That makes a wrong picture, but never an unsafe or endless traversal.
 
 use super::{Bvh, Child, LeafKind, LeafPrims, Node};
+use crate::query::GeometryStarts;
 use phalanx_scene::{Column, Scene};
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -290,6 +291,7 @@ impl UnverifiedBvh {
             depth: world + meshes,
             sah: self.arrays.sah,
             wide: OnceLock::new(),
+            geometries: GeometryStarts::default(),
         })
     }
 

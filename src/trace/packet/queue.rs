@@ -254,6 +254,21 @@ impl<'arena> RayQueue<'arena> {
         self.len += 1;
     }
 
+    /// Appends the first `count` of eight rays, without purpose. Nothing follows a packet that is
+    /// not full.
+    ///
+    /// # Panics
+    /// If the queue is full, or its last packet is not.
+    #[inline]
+    pub fn push_octet(&mut self, org: [[f32; LANES]; 3], dir: [[f32; LANES]; 3], count: usize) {
+        assert!(
+            self.len.is_multiple_of(LANES),
+            "the last packet is not full"
+        );
+        self.slots[self.len / LANES] = RaySlot { org, dir };
+        self.len += count.min(LANES);
+    }
+
     /// Packet `index` (and the ones after it, if `L` holds more than one) and the lanes that carry
     /// rays; `tmax` is the same for all.
     #[inline(always)]

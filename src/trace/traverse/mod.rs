@@ -13,6 +13,7 @@
 //! | `counters` | counters of work |
 //! | `traversal` | queues in, hits out: the choice of kernels |
 //! | `leaf_slots` | the primitives of a leaf |
+//! | `limited` | packets whose rays each have a limit of their own |
 //! | `isolated` | each test without a tree, for benchmarks |
 //!
 //! The choice between kernels stands in one place, [`Kernel`] with [`Traversal`].
@@ -25,6 +26,7 @@ pub mod isolated;
 mod kernel_tuner;
 #[allow(unsafe_code, reason = "no bounds checks; the block says why it may")]
 mod leaf_slots;
+pub(crate) mod limited;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"

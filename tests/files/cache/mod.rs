@@ -45,7 +45,7 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
         mesh.vertex_uvs.push(Vec2::new(x * 2.0, y));
     }
     let run = scene.begin_mesh();
-    scene.add_mesh(mesh);
+    scene.append_mesh(mesh);
     scene.add_sphere(Vec3::new(0.5, 0.5, 0.5), 0.2, glass);
     scene.end_mesh(run);
     let other = scene.begin_mesh();

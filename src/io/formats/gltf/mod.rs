@@ -354,7 +354,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             self.allowance.lend(open.saturating_add(bytes), what)?;
             self.allowance.take(bytes, what)?;
             let (mesh, bad) = shape.mesh(map, self.options.origin)?;
-            self.scene.add_mesh(mesh);
+            self.scene.append_mesh(mesh);
             all.normals += bad.normals;
             all.uvs += bad.uvs;
             self.inexact |= bad.inexact;

@@ -1,0 +1,300 @@
+//! Geometry from plain slices, checked as it comes in, and the numbers by which hits name it.
+
+use super::{Material, Mesh, MeshMaterial, Prim, Scene, Vec3s};
+use glam::Vec3;
+
+/// Number of a geometry, in the order in which they were added, from 0.
+pub type GeomId = u32;
+
+/// Geometry of a miss, and of primitives that were added one by one.
+pub const NO_GEOM: GeomId = GeomId::MAX;
+
+/// Errors of the slices that make geometry. Nothing is added where there is one.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GeometryError {
+    /// A coordinate of a vertex, or of a sphere's centre, is NaN or infinite.
+    #[error("vertex {vertex} is not finite: {position:?}")]
+    NotFinite {
+        /// Row of the vertex.
+        vertex: usize,
+        /// Its coordinates.
+        position: [f32; 3],
+    },
+    /// A triangle names a vertex that does not exist.
+    #[error("triangle {triangle} names vertex {index}, and there are {vertices}")]
+    IndexOutOfRange {
+        /// Row of the triangle.
+        triangle: usize,
+        /// The index.
+        index: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// A radius is zero, negative, NaN or infinite.
+    #[error("sphere {sphere} has a radius of {radius}: radii are positive and finite")]
+    Radius {
+        /// Row of the sphere.
+        sphere: usize,
+        /// Its radius.
+        radius: f32,
+    },
+    /// Centres and radii differ in number.
+    #[error("{centers} centres, but {radii} radii")]
+    Lengths {
+        /// Number of centres.
+        centers: usize,
+        /// Number of radii.
+        radii: usize,
+    },
+    /// A mesh that instances are to show has no triangles.
+    #[error("a prototype without triangles")]
+    EmptyPrototype,
+    /// More primitives or vertices than 32-bit numbers can name.
+    #[error("{0} primitives or vertices in one scene: at most 2^30 - 1 can be told apart")]
+    TooMany(usize),
+}
+
+/// Primitives that were added together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Geometry {
+    /// A run of stored primitives.
+    Prims { first: u32, count: u32 },
+    /// An instance.
+    Instance(u32),
+}
+
+/// One entry per geometry, in the order of [`GeomId`].
+#[derive(Clone, Debug, Default)]
+pub struct Geometries(Vec<Geometry>);
+
+impl Geometries {
+    /// Number of geometries.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Tells if nothing was added as a geometry.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub(crate) fn push(&mut self, geometry: Geometry) -> GeomId {
+        let id = self.0.len() as GeomId;
+        self.0.push(geometry);
+        id
+    }
+}
+
+impl Scene {
+    /// Makes an empty scene: no primitives, no lights, a camera at (0, 0, 1) that looks at the
+    /// origin, 640×480 pixels.
+    #[inline]
+    pub fn new() -> Scene {
+        Scene::default()
+    }
+
+    /// Adds a mesh of triangles. Coordinates are in the scene's units, in single precision; with a
+    /// largest one between 2⁻²⁸ and 2²⁸ nothing overflows or vanishes on the way to a hit. Corners
+    /// are counter-clockwise, seen from outside; rays hit both sides. Triangle i of the mesh has
+    /// the `prim_id` of its first triangle plus i. The material is number 0, a light grey if the
+    /// scene has none yet. Slices may be empty.
+    ///
+    /// Costs one pass over both slices and a copy of them.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotFinite`], [`GeometryError::IndexOutOfRange`] and
+    /// [`GeometryError::TooMany`].
+    ///
+    /// ```
+    /// use phalanx_scene::{GeometryError, Scene};
+    ///
+    /// let mut scene = Scene::new();
+    /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// assert_eq!(scene.add_mesh(&corners, &[[0, 1, 2]]), Ok(0));
+    /// let wrong = scene.add_mesh(&corners, &[[0, 1, 3]]);
+    /// assert!(matches!(wrong, Err(GeometryError::IndexOutOfRange { triangle: 0, .. })));
+    /// ```
+    pub fn add_mesh(
+        &mut self,
+        vertices: &[[f32; 3]],
+        indices: &[[u32; 3]],
+    ) -> Result<GeomId, GeometryError> {
+        let (first, count) = self.add_triangles(vertices, indices)?;
+        Ok(self.geometries.push(Geometry::Prims { first, count }))
+    }
+
+    /// Adds spheres by centre and radius, in the scene's units. Sphere i has the `prim_id` of the
+    /// first plus i. Material as in [`Scene::add_mesh`].
+    ///
+    /// # Errors
+    /// [`GeometryError::Lengths`], [`GeometryError::NotFinite`], [`GeometryError::Radius`] and
+    /// [`GeometryError::TooMany`].
+    ///
+    /// ```
+    /// use phalanx_scene::{GeometryError, Scene};
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[[0.0; 3], [3.0, 0.0, 0.0]], &[1.0, 0.5])?;
+    /// assert_eq!(scene.prim_count(), 2);
+    /// # Ok::<(), GeometryError>(())
+    /// ```
+    pub fn add_spheres(
+        &mut self,
+        centers: &[[f32; 3]],
+        radii: &[f32],
+    ) -> Result<GeomId, GeometryError> {
+        if centers.len() != radii.len() {
+            return Err(GeometryError::Lengths {
+                centers: centers.len(),
+                radii: radii.len(),
+            });
+        }
+        check_finite(centers)?;
+        let fine = |radius: &f32| *radius > 0.0 && radius.is_finite();
+        if let Some(sphere) = radii.iter().position(|radius| !fine(radius)) {
+            return Err(GeometryError::Radius {
+                sphere,
+                radius: radii[sphere],
+            });
+        }
+        let first = self.make_room(centers.len())?;
+        for (&center, &radius) in centers.iter().zip(radii) {
+            self.add_sphere(Vec3::from(center), radius, 0);
+        }
+        let count = centers.len() as u32;
+        Ok(self.geometries.push(Geometry::Prims { first, count }))
+    }
+
+    /// Adds a mesh that can be seen only through its instances, and returns the number that
+    /// [`Scene::add_instance`] takes. It is stored once, however often it is placed.
+    ///
+    /// # Errors
+    /// As [`Scene::add_mesh`], and [`GeometryError::EmptyPrototype`].
+    ///
+    /// ```
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let leaf = scene.add_prototype(&corners, &[[0, 1, 2]])?;
+    /// for x in 0..10 {
+    ///     let place = glam::DAffine3::from_translation(glam::DVec3::new(f64::from(x), 0.0, 0.0));
+    ///     scene.add_instance(leaf, place)?;
+    /// }
+    /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 10));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn add_prototype(
+        &mut self,
+        vertices: &[[f32; 3]],
+        indices: &[[u32; 3]],
+    ) -> Result<u32, GeometryError> {
+        if indices.is_empty() {
+            return Err(GeometryError::EmptyPrototype);
+        }
+        let (first, count) = self.add_triangles(vertices, indices)?;
+        self.meshes.first.push(first);
+        self.meshes.count.push(count);
+        Ok(self.meshes.len() as u32 - 1)
+    }
+
+    /// Lists the geometries by the `prim_id` at which each begins, in ascending order; what lies
+    /// between two of them has none ([`NO_GEOM`]). Numbers change while primitives are added: those
+    /// of instances follow all stored ones.
+    pub fn geometry_starts(&self) -> Vec<(u32, GeomId)> {
+        let mut starts: Vec<(u32, GeomId)> = Vec::new();
+        let mut end = 0;
+        let mut push = |first: u32, count: u32, id: GeomId| {
+            if count > 0 {
+                if first > end {
+                    starts.push((end, NO_GEOM));
+                }
+                starts.push((first, id));
+                end = first + count;
+            }
+        };
+        let geometries = || (0..).zip(&self.geometries.0);
+        for (id, geometry) in geometries() {
+            if let Geometry::Prims { first, count } = *geometry {
+                push(first, count, id);
+            }
+        }
+        for (id, geometry) in geometries() {
+            if let Geometry::Instance(k) = *geometry {
+                let mesh = self.instances.mesh[k as usize] as usize;
+                // validate() reports a mesh that does not exist.
+                let count = self.meshes.count.get(mesh).copied().unwrap_or(0);
+                push(self.instance_first_id(k as usize), count, id);
+            }
+        }
+        starts.push((end, NO_GEOM));
+        starts
+    }
+
+    /// Adds triangles of material 0 and returns their run of primitives.
+    fn add_triangles(
+        &mut self,
+        vertices: &[[f32; 3]],
+        indices: &[[u32; 3]],
+    ) -> Result<(u32, u32), GeometryError> {
+        check_finite(vertices)?;
+        check_indices(indices, vertices.len())?;
+        let all_vertices = self.triangles.vertices.len() + vertices.len();
+        if all_vertices > Prim::MAX_INDEX as usize {
+            return Err(GeometryError::TooMany(all_vertices));
+        }
+        let first = self.make_room(indices.len())?;
+        let mut positions = Vec3s::default();
+        for (axis, column) in positions.parts_mut().into_iter().enumerate() {
+            column.extend(vertices.iter().map(|vertex| vertex[axis]));
+        }
+        self.append_mesh(Mesh {
+            vertices: positions,
+            corners: indices.to_vec().into(),
+            material: MeshMaterial::One(0),
+            ..Mesh::default()
+        });
+        Ok((first, indices.len() as u32))
+    }
+
+    /// Makes sure that so many primitives more can be told apart, and that material 0 exists.
+    fn make_room(&mut self, more: usize) -> Result<u32, GeometryError> {
+        let all = self.prim_count() + more;
+        if all > Prim::MAX_INDEX as usize {
+            return Err(GeometryError::TooMany(all));
+        }
+        if self.materials.is_empty() {
+            self.materials.push(&Material {
+                kd: Vec3::splat(0.8),
+                ..Material::default()
+            });
+        }
+        Ok(self.prim_count() as u32)
+    }
+}
+
+fn check_finite(vertices: &[[f32; 3]]) -> Result<(), GeometryError> {
+    let bad = |vertex: &[f32; 3]| !vertex.iter().all(|c| c.is_finite());
+    match vertices.iter().position(bad) {
+        Some(vertex) => Err(GeometryError::NotFinite {
+            vertex,
+            position: vertices[vertex],
+        }),
+        None => Ok(()),
+    }
+}
+
+fn check_indices(indices: &[[u32; 3]], vertices: usize) -> Result<(), GeometryError> {
+    let beyond = |index: &&u32| **index as usize >= vertices;
+    let bad = |(triangle, corners): (usize, &[u32; 3])| {
+        let index = *corners.iter().find(beyond)?;
+        Some(GeometryError::IndexOutOfRange {
+            triangle,
+            index,
+            vertices,
+        })
+    };
+    indices.iter().enumerate().find_map(bad).map_or(Ok(()), Err)
+}

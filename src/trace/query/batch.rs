@@ -1,0 +1,329 @@
+//! Columns in, columns out: chunks of a batch go to worker threads, each of which copies its rays
+//! into packets, has them traced and copies the answers back.
+
+use super::columns::same_length;
+use super::{BatchError, GeometryStarts, HitColumns, RayColumns, TMax};
+use crate::bvh::Bvh;
+use crate::packet::{HitPacket, NO_PRIM, QueueColumns, QueueStorage, packets_for};
+use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
+use crate::traverse::limited::LimitedRays;
+use crate::traverse::{Kernel, Traversal};
+use std::sync::{Mutex, PoisonError};
+
+/// Rays that a worker takes at once: several beams, and few enough that rays and hits stay in the
+/// second cache (170 KiB).
+const CHUNK: usize = 4096;
+
+/// Three numbers of each of eight rays.
+type Octet3 = [[f32; LANES]; 3];
+
+/// What stands in for a ray that cannot hit anything, in a packet without any that can.
+const STAND_IN: (Octet3, Octet3) = ([[0.0; LANES]; 3], [[1.0; LANES]; 3]);
+
+impl Bvh {
+    /// Finds the closest hit of every ray: see [`HitColumns`] for what a miss looks like. The same
+    /// bits as [`Bvh::intersect`] gives for each ray, whatever the order, the length and the number
+    /// of threads.
+    ///
+    /// `threads` is the number of threads, 0 for one per CPU; a batch of up to 4096 rays stays in
+    /// the caller's. Kernels are chosen for 512 rays at a time ([`Kernel::Auto`]): beams,
+    /// packets or single rays. The first large batch makes [`Bvh::wide`]; [`Bvh::build_wide`] does
+    /// so ahead of time. Each call makes a few hundred KiB of working memory for each thread, so
+    /// batches of 10 000 rays and more are the ones that pay.
+    ///
+    /// # Errors
+    /// [`BatchError`] where columns differ in length; then nothing is written.
+    ///
+    /// ```
+    /// use phalanx_trace::{HitBuffer, Ray, RayBuffer, bvh::Bvh};
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+    /// let bvh = Bvh::build(&scene);
+    /// let rays: RayBuffer = [[0.0, 0.0, -3.0], [5.0, 0.0, -3.0]]
+    ///     .map(|origin| Ray::new(origin, [0.0, 0.0, 1.0]))
+    ///     .into_iter()
+    ///     .collect();
+    /// let mut hits = HitBuffer::new(rays.len());
+    /// bvh.intersect_batch(&rays.columns(), &mut hits.columns(), 0)?;
+    /// assert_eq!(hits.get(0).map(|hit| hit.t), Some(2.0));
+    /// assert_eq!(hits.get(1), None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn intersect_batch(
+        &self,
+        rays: &RayColumns,
+        hits: &mut HitColumns,
+        threads: usize,
+    ) -> Result<(), BatchError> {
+        rays.check()?;
+        hits.check(rays.len())?;
+        let jobs = ray_chunks(rays).zip(hits.chunks(CHUNK));
+        run(self, rays.len(), threads, jobs, |worker, (rays, hits)| {
+            worker.closest(&rays, hits)
+        });
+        Ok(())
+    }
+
+    /// Tells for every ray if it meets anything before its `tmax`. Threads, kernels and cost as
+    /// with [`Bvh::intersect_batch`]; the search ends at the first hit, so it is the faster one.
+    ///
+    /// # Errors
+    /// [`BatchError`] where columns differ in length; then nothing is written.
+    ///
+    /// ```
+    /// use phalanx_trace::{RayColumns, TMax, bvh::Bvh};
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+    /// let bvh = Bvh::build(&scene);
+    /// let (x, y, z) = ([0.0, 5.0, 0.0], [0.0; 3], [-3.0; 3]);
+    /// let (level, ahead) = ([0.0; 3], [1.0; 3]);
+    /// let rays = RayColumns {
+    ///     origin: [&x, &y, &z],
+    ///     direction: [&level, &level, &ahead],
+    ///     tmax: TMax::Each(&[9.0, 9.0, 1.0]),
+    /// };
+    /// let mut blocked = [false; 3];
+    /// bvh.occluded_batch(&rays, &mut blocked, 1)?;
+    /// assert_eq!(blocked, [true, false, false]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn occluded_batch(
+        &self,
+        rays: &RayColumns,
+        blocked: &mut [bool],
+        threads: usize,
+    ) -> Result<(), BatchError> {
+        rays.check()?;
+        same_length("blocked", blocked.len(), rays.len())?;
+        let jobs = ray_chunks(rays).zip(blocked.chunks_mut(CHUNK));
+        run(
+            self,
+            rays.len(),
+            threads,
+            jobs,
+            |worker, (rays, blocked)| worker.occluded(&rays, blocked),
+        );
+        Ok(())
+    }
+}
+
+fn ray_chunks<'a>(rays: &RayColumns<'a>) -> impl Iterator<Item = RayColumns<'a>> + Send {
+    let rays = *rays;
+    let starts = (0..rays.len()).step_by(CHUNK);
+    starts.map(move |from| rays.slice(from, (from + CHUNK).min(rays.len())))
+}
+
+/// Does all jobs, on so many threads at most; the caller's is one of them.
+fn run<'a, J: Send>(
+    bvh: &'a Bvh,
+    rays: usize,
+    threads: usize,
+    jobs: impl Iterator<Item = J> + Send,
+    work: impl Fn(&mut Worker<'a>, J) + Sync,
+) {
+    if rays == 0 {
+        return;
+    }
+    let threads = match threads {
+        0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+        some => some,
+    };
+    let threads = threads.min(rays.div_ceil(CHUNK));
+    let kernel = Kernel::Auto.for_frame(bvh, rays as u64);
+    if kernel.is_wide() {
+        bvh.build_wide(threads);
+    }
+    let jobs = Mutex::new(jobs);
+    let drain = || {
+        let mut worker = Worker::new(bvh, kernel);
+        loop {
+            let job = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
+            let Some(job) = job else { break };
+            work(&mut worker, job);
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..threads {
+            // Where there is no thread to be had, the others do its share.
+            let _ = std::thread::Builder::new().spawn_scoped(scope, drain);
+        }
+        drain();
+    });
+}
+
+/// One thread's kernels and memory.
+struct Worker<'a> {
+    traversal: Traversal<'a>,
+    limited: LimitedRays<'a>,
+    geometries: &'a GeometryStarts,
+    packets: PacketStorage,
+    hits: Vec<HitPacket>,
+    blocked: Vec<u8>,
+}
+
+/// Rays of a chunk as packets.
+#[derive(Default)]
+struct PacketStorage {
+    queue: QueueStorage,
+    /// Limits of each packet, where they differ.
+    tmax: Vec<[f32; LANES]>,
+    /// Lanes of each packet that can hit anything.
+    able: Vec<u8>,
+}
+
+impl<'a> Worker<'a> {
+    fn new(bvh: &'a Bvh, kernel: Kernel) -> Worker<'a> {
+        Worker {
+            traversal: Traversal::new(bvh, kernel),
+            limited: LimitedRays::new(bvh),
+            geometries: bvh.geometries(),
+            packets: PacketStorage::default(),
+            hits: Vec::new(),
+            blocked: Vec::new(),
+        }
+    }
+
+    fn closest(&mut self, rays: &RayColumns, mut hits: HitColumns) {
+        let any_able = self.packets.fill(rays);
+        let count = packets_for(rays.len());
+        self.hits.resize(count, HitPacket::miss());
+        let queue = self.packets.queue.queue();
+        if any_able && rays.common_tmax() == Some(f32::INFINITY) {
+            self.traversal.closest(&queue, 0..count, &mut self.hits);
+        } else if any_able {
+            let tmax = &self.packets.tmax;
+            self.limited.closest(&queue, tmax, &mut self.hits);
+        }
+        let mut near = 0;
+        let packets = self.hits.iter().zip(&self.packets.able);
+        for ((packet, &able), mut rows) in packets.zip(hits.chunks(LANES)) {
+            write_packet(packet, able, &mut rows);
+            for (geom_id, &prim_id) in rows.geom_id.iter_mut().zip(rows.prim_id.iter()) {
+                *geom_id = self.geometries.find(prim_id, &mut near);
+            }
+        }
+    }
+
+    fn occluded(&mut self, rays: &RayColumns, blocked: &mut [bool]) {
+        let any_able = self.packets.fill(rays);
+        let count = packets_for(rays.len());
+        self.blocked.resize(count, 0);
+        let queue = self.packets.queue.queue();
+        match rays.common_tmax() {
+            _ if !any_able => {}
+            Some(tmax) => {
+                let blocked = &mut self.blocked;
+                self.traversal.occluded(&queue, 0..count, tmax, blocked);
+            }
+            None => {
+                let tmax = &self.packets.tmax;
+                self.limited.occluded(&queue, tmax, &mut self.blocked);
+            }
+        }
+        let lanes = self.blocked.iter().zip(&self.packets.able);
+        for (flags, (bits, able)) in blocked.chunks_mut(LANES).zip(lanes) {
+            for (lane, flag) in flags.iter_mut().enumerate() {
+                *flag = (bits & able) >> lane & 1 == 1;
+            }
+        }
+    }
+}
+
+/// Writes eight answers into eight rows, or fewer; lanes that are not in `able` miss.
+#[inline(always)]
+fn write_packet(packet: &HitPacket, able: u8, rows: &mut HitColumns) {
+    let met = !packet.prim_id.eq(U32x8::splat(NO_PRIM)) & Mask8::from_bits(u32::from(able));
+    let far = F32x8::splat(f32::INFINITY);
+    let n = rows.t.len();
+    let column = |to: &mut [f32], from: F32x8| to.copy_from_slice(&from.to_array()[..n]);
+    column(rows.t, met.select(packet.t, far));
+    column(rows.u, met.select(packet.u, F32x8::ZERO));
+    column(rows.v, met.select(packet.v, F32x8::ZERO));
+    let prim_id = met.select_u32(packet.prim_id, U32x8::splat(NO_PRIM));
+    rows.prim_id.copy_from_slice(&prim_id.to_array()[..n]);
+}
+
+impl PacketStorage {
+    /// Copies a chunk of rays into packets; tells if any of them can hit anything.
+    fn fill(&mut self, rays: &RayColumns) -> bool {
+        let (count, able, limits) = (packets_for(rays.len()), &mut self.able, &mut self.tmax);
+        able.clear();
+        limits.clear();
+        let mut neighbour = STAND_IN;
+        self.queue.fill(count, QueueColumns::default(), |queue| {
+            for from in (0..rays.len()).step_by(LANES) {
+                let (mut org, mut dir) = (
+                    rays.origin.map(|column| octet(column, from)),
+                    rays.direction.map(|column| octet(column, from)),
+                );
+                let tmax = match rays.tmax {
+                    TMax::All(tmax) => [tmax; LANES],
+                    TMax::Each(each) => octet(each, from),
+                };
+                let sound = able_lanes(&org, &dir, &tmax);
+                if sound != 0xff {
+                    neighbour = replace_unable(sound, (&mut org, &mut dir), neighbour);
+                }
+                queue.push_octet(org, dir, rays.len() - from);
+                able.push(sound);
+                limits.push(tmax);
+            }
+        });
+        able.iter().any(|&lanes| lanes != 0)
+    }
+}
+
+/// Eight numbers of a column, the last one again and again where it ends.
+#[inline(always)]
+fn octet(column: &[f32], from: usize) -> [f32; LANES] {
+    match column[from..].first_chunk() {
+        Some(eight) => *eight,
+        None => std::array::from_fn(|lane| column[(from + lane).min(column.len() - 1)]),
+    }
+}
+
+/// Lanes (as bits) of rays that can hit something: see [`RayColumns`].
+#[inline(always)]
+fn able_lanes(org: &Octet3, dir: &Octet3, tmax: &[f32; LANES]) -> u8 {
+    // 0 for a finite number, else NaN.
+    let residue = |x: &[f32; LANES]| {
+        let x = F32x8::new(*x);
+        x - x
+    };
+    let all = org.iter().chain(dir).map(residue);
+    let residue = all.fold(F32x8::ZERO, |sum, residue| sum + residue);
+    let [x, y, z] = dir.map(F32x8::new);
+    let length = Vec3x8::new(x, y, z).max_abs();
+    let able = residue.eq(F32x8::ZERO) & length.gt(F32x8::ZERO) & F32x8::new(*tmax).gt(F32x8::ZERO);
+    able.bits() as u8
+}
+
+/// Puts a ray that can hit something in place of each that cannot: numbers that are none would
+/// spread over the whole beam, and its neighbour is the ray that costs least. `before` is a ray of
+/// an earlier packet; returns one for later ones.
+#[cold]
+fn replace_unable(
+    able: u8,
+    (org, dir): (&mut Octet3, &mut Octet3),
+    before: (Octet3, Octet3),
+) -> (Octet3, Octet3) {
+    let (lane, from) = match able {
+        0 => (0, before),
+        _ => (able.trailing_zeros() as usize, (*org, *dir)),
+    };
+    let stand_in = (
+        from.0.map(|c| [c[lane]; LANES]),
+        from.1.map(|c| [c[lane]; LANES]),
+    );
+    for unable in (0..LANES).filter(|lane| able >> lane & 1 == 0) {
+        for axis in 0..3 {
+            org[axis][unable] = stand_in.0[axis][unable];
+            dir[axis][unable] = stand_in.1[axis][unable];
+        }
+    }
+    stand_in
+}

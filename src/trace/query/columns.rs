@@ -1,0 +1,310 @@
+//! Rays and hits as columns: plain slices, one for each number, of any length and alignment.
+
+use super::{Hit, Ray};
+use crate::packet::NO_PRIM;
+use phalanx_scene::NO_GEOM;
+
+/// Farthest distances of a batch, in units of each ray's direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TMax<'a> {
+    /// The same for all rays; infinity where rays have no end. The fast way: all kernels serve.
+    All(f32),
+    /// One for each ray. Where neighbours differ, packets alone serve, so that coherent rays are
+    /// slower than with [`TMax::All`]; rays of which all end at 1 (see [`Ray::segment`]) are not.
+    Each(&'a [f32]),
+}
+
+/// Rays of a batch: x, y and z of origins and directions in slices of their own.
+///
+/// Origins are in scene units, directions of any length: distances count in units of it. A ray with
+/// a number that is not finite in origin or direction, with a direction of zero, or with a `tmax`
+/// that is NaN, zero or negative misses everything. Rays that lie beside each other in the slices
+/// should go nearly the same way, as the rays of one square of a picture do: that is where speed
+/// comes from; answers do not depend on it.
+///
+/// ```
+/// use phalanx_trace::{RayColumns, TMax};
+///
+/// let (zeros, ones) = ([0.0; 100], [1.0; 100]);
+/// let along_z = RayColumns {
+///     origin: [&zeros, &zeros, &zeros],
+///     direction: [&zeros, &zeros, &ones],
+///     tmax: TMax::All(f32::INFINITY),
+/// };
+/// assert_eq!(along_z.len(), 100);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct RayColumns<'a> {
+    /// x, y and z of the origins.
+    pub origin: [&'a [f32]; 3],
+    /// x, y and z of the directions.
+    pub direction: [&'a [f32]; 3],
+    /// Distances from which on hits do not count.
+    pub tmax: TMax<'a>,
+}
+
+/// Places for the hits of a batch, one row for each ray.
+///
+/// A miss has `t` = infinity, `u` = `v` = 0, `prim_id` = [`NO_PRIM`] and `geom_id` = [`NO_GEOM`].
+#[derive(Debug)]
+pub struct HitColumns<'a> {
+    /// Distances in units of the rays' directions.
+    pub t: &'a mut [f32],
+    /// Barycentric weights of triangles' second corners.
+    pub u: &'a mut [f32],
+    /// Barycentric weights of triangles' third corners.
+    pub v: &'a mut [f32],
+    /// Primitives.
+    pub prim_id: &'a mut [u32],
+    /// Geometries.
+    pub geom_id: &'a mut [u32],
+}
+
+/// Columns of one batch that differ in length.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the column {column} has {len} rows, and there are {rays} rays")]
+pub struct BatchError {
+    /// Name of the column.
+    pub column: &'static str,
+    /// Its length.
+    pub len: usize,
+    /// Number of rays: the length of the origins' x.
+    pub rays: usize,
+}
+
+impl RayColumns<'_> {
+    /// Number of rays.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.origin[0].len()
+    }
+
+    /// Tells if there are none.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Compares the lengths of all columns.
+    ///
+    /// # Errors
+    /// [`BatchError`] with the first column that differs from the origins' x.
+    pub fn check(&self) -> Result<(), BatchError> {
+        let rays = self.len();
+        for (name, columns) in [("origin", self.origin), ("direction", self.direction)] {
+            for column in columns {
+                same_length(name, column.len(), rays)?;
+            }
+        }
+        match self.tmax {
+            TMax::All(_) => Ok(()),
+            TMax::Each(each) => same_length("tmax", each.len(), rays),
+        }
+    }
+
+    /// Some of the rays.
+    pub(super) fn slice(&self, from: usize, to: usize) -> Self {
+        RayColumns {
+            origin: self.origin.map(|column| &column[from..to]),
+            direction: self.direction.map(|column| &column[from..to]),
+            tmax: match self.tmax {
+                TMax::Each(each) => TMax::Each(&each[from..to]),
+                all => all,
+            },
+        }
+    }
+
+    /// The limit of all rays, if they have the same.
+    pub(super) fn common_tmax(&self) -> Option<f32> {
+        match self.tmax {
+            TMax::All(tmax) => Some(tmax),
+            TMax::Each(each) => {
+                let first = *each.first()?;
+                each.iter().all(|&tmax| tmax == first).then_some(first)
+            }
+        }
+    }
+}
+
+impl HitColumns<'_> {
+    pub(super) fn check(&self, rays: usize) -> Result<(), BatchError> {
+        same_length("t", self.t.len(), rays)?;
+        same_length("u", self.u.len(), rays)?;
+        same_length("v", self.v.len(), rays)?;
+        same_length("prim_id", self.prim_id.len(), rays)?;
+        same_length("geom_id", self.geom_id.len(), rays)
+    }
+
+    /// Pieces of `rows` rows, the last one shorter.
+    pub(super) fn chunks(&mut self, rows: usize) -> impl Iterator<Item = HitColumns<'_>> + Send {
+        let weights = self.u.chunks_mut(rows).zip(self.v.chunks_mut(rows));
+        let numbers = self.prim_id.chunks_mut(rows);
+        let numbers = numbers.zip(self.geom_id.chunks_mut(rows));
+        let all = self.t.chunks_mut(rows).zip(weights).zip(numbers);
+        all.map(|((t, (u, v)), (prim_id, geom_id))| HitColumns {
+            t,
+            u,
+            v,
+            prim_id,
+            geom_id,
+        })
+    }
+}
+
+pub(super) fn same_length(column: &'static str, len: usize, rays: usize) -> Result<(), BatchError> {
+    if len == rays {
+        Ok(())
+    } else {
+        Err(BatchError { column, len, rays })
+    }
+}
+
+/// Rays in columns of their own, pushed one by one, for those who have no columns yet.
+///
+/// ```
+/// use phalanx_trace::{Ray, RayBuffer};
+///
+/// let rays: RayBuffer = (0..10).map(|x| Ray::new([x as f32, 0.0, 0.0], [0.0, 0.0, 1.0])).collect();
+/// assert_eq!(rays.columns().origin[0][9], 9.0);
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct RayBuffer {
+    origin: [Vec<f32>; 3],
+    direction: [Vec<f32>; 3],
+    tmax: Vec<f32>,
+}
+
+impl RayBuffer {
+    /// Makes an empty buffer with room for so many rays.
+    pub fn with_capacity(rays: usize) -> RayBuffer {
+        let column = || Vec::with_capacity(rays);
+        RayBuffer {
+            origin: [(); 3].map(|()| column()),
+            direction: [(); 3].map(|()| column()),
+            tmax: column(),
+        }
+    }
+
+    /// Appends a ray.
+    #[inline]
+    pub fn push(&mut self, ray: &Ray) {
+        for axis in 0..3 {
+            self.origin[axis].push(ray.origin[axis]);
+            self.direction[axis].push(ray.direction[axis]);
+        }
+        self.tmax.push(ray.tmax);
+    }
+
+    /// Forgets the rays and keeps the memory.
+    pub fn clear(&mut self) {
+        let columns = self.origin.iter_mut().chain(&mut self.direction);
+        columns.for_each(Vec::clear);
+        self.tmax.clear();
+    }
+
+    /// Number of rays.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.tmax.len()
+    }
+
+    /// Tells if there are none.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.tmax.is_empty()
+    }
+
+    /// Lends the columns.
+    #[inline]
+    pub fn columns(&self) -> RayColumns<'_> {
+        RayColumns {
+            origin: self.origin.each_ref().map(Vec::as_slice),
+            direction: self.direction.each_ref().map(Vec::as_slice),
+            tmax: TMax::Each(&self.tmax),
+        }
+    }
+}
+
+impl FromIterator<Ray> for RayBuffer {
+    fn from_iter<I: IntoIterator<Item = Ray>>(rays: I) -> RayBuffer {
+        let mut buffer = RayBuffer::default();
+        rays.into_iter().for_each(|ray| buffer.push(&ray));
+        buffer
+    }
+}
+
+/// Hits in columns of their own, all of them misses at first.
+///
+/// ```
+/// use phalanx_trace::HitBuffer;
+///
+/// let mut hits = HitBuffer::new(3);
+/// assert_eq!(hits.columns().t.len(), 3);
+/// assert_eq!(hits.get(2), None);
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct HitBuffer {
+    t: Vec<f32>,
+    u: Vec<f32>,
+    v: Vec<f32>,
+    prim_id: Vec<u32>,
+    geom_id: Vec<u32>,
+}
+
+impl HitBuffer {
+    /// Makes places for the hits of so many rays.
+    pub fn new(rays: usize) -> HitBuffer {
+        HitBuffer {
+            t: vec![f32::INFINITY; rays],
+            u: vec![0.0; rays],
+            v: vec![0.0; rays],
+            prim_id: vec![NO_PRIM; rays],
+            geom_id: vec![NO_GEOM; rays],
+        }
+    }
+
+    /// Number of rays.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Tells if there are none.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// Lends the columns to be filled.
+    #[inline]
+    pub fn columns(&mut self) -> HitColumns<'_> {
+        HitColumns {
+            t: &mut self.t,
+            u: &mut self.u,
+            v: &mut self.v,
+            prim_id: &mut self.prim_id,
+            geom_id: &mut self.geom_id,
+        }
+    }
+
+    /// The hit of ray `i`, or `None` where it missed.
+    ///
+    /// # Panics
+    /// If there is no ray `i`.
+    #[inline]
+    pub fn get(&self, i: usize) -> Option<Hit> {
+        let hit = Hit {
+            t: self.t[i],
+            u: self.u[i],
+            v: self.v[i],
+            prim_id: self.prim_id[i],
+            geom_id: self.geom_id[i],
+        };
+        (hit.prim_id != NO_PRIM).then_some(hit)
+    }
+
+    /// Iterates over the hits, ray by ray.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Option<Hit>> + '_ {
+        (0..self.len()).map(|i| self.get(i))
+    }
+}

@@ -1,0 +1,171 @@
+//! The front door of the tracer: [`Bvh::intersect`] and [`Bvh::occluded`] for one ray,
+//! [`Bvh::intersect_batch`] and [`Bvh::occluded_batch`] for columns of them.
+//!
+//! | file | what |
+//! |---|---|
+//! | `columns` | rays and hits of a batch: slices, and buffers of one's own |
+//! | `batch` | chunks, threads, packets |
+//! | `geometry_starts` | from primitives to geometries |
+//!
+//! Lengths are in scene units, distances in units of a ray's direction, which may have any length.
+//! Hits count where 0 < t < `tmax`; ties go to the smaller `prim_id`. All four give the same bits
+//! as the scalar oracle, ray by ray.
+
+mod batch;
+mod columns;
+mod geometry_starts;
+
+pub use columns::{BatchError, HitBuffer, HitColumns, RayBuffer, RayColumns, TMax};
+pub(crate) use geometry_starts::GeometryStarts;
+
+use crate::bvh::Bvh;
+use crate::packet::NO_PRIM;
+use crate::traverse::limited;
+use phalanx_scene::GeomId;
+
+/// A ray: what it meets at `origin` + t · `direction`, 0 < t < `tmax`, counts.
+///
+/// A ray with a number that is not finite in origin or direction, with a direction of zero, or with
+/// a `tmax` that is NaN, zero or negative misses everything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts, in scene units. A ray that starts on a surface may meet that surface again;
+    /// move it off by a small part of the scene's extent.
+    pub origin: [f32; 3],
+    /// Where it goes; any length but zero.
+    pub direction: [f32; 3],
+    /// Distance from which on hits do not count, in units of `direction`.
+    pub tmax: f32,
+}
+
+impl Ray {
+    /// Makes a ray without end. Takes arrays and glam's vectors.
+    ///
+    /// ```
+    /// use phalanx_trace::Ray;
+    ///
+    /// let ray = Ray::new([0.0, 0.0, 5.0], [0.0, 0.0, -2.0]);
+    /// assert_eq!(ray.at(1.5), [0.0, 0.0, 2.0]);
+    /// ```
+    #[inline]
+    pub fn new(origin: impl Into<[f32; 3]>, direction: impl Into<[f32; 3]>) -> Ray {
+        Ray {
+            origin: origin.into(),
+            direction: direction.into(),
+            tmax: f32::INFINITY,
+        }
+    }
+
+    /// Makes a ray from one place to another, whose `tmax` is 1: what is beyond `to` does not count.
+    /// For shadow rays.
+    ///
+    /// ```
+    /// use phalanx_trace::Ray;
+    ///
+    /// let ray = Ray::segment([1.0, 0.0, 0.0], [4.0, 0.0, 0.0]);
+    /// assert_eq!((ray.direction, ray.tmax), ([3.0, 0.0, 0.0], 1.0));
+    /// ```
+    #[inline]
+    pub fn segment(from: impl Into<[f32; 3]>, to: impl Into<[f32; 3]>) -> Ray {
+        let (origin, to) = (from.into(), to.into());
+        Ray {
+            origin,
+            direction: std::array::from_fn(|axis| to[axis] - origin[axis]),
+            tmax: 1.0,
+        }
+    }
+
+    /// The place at distance `t`, in units of the direction.
+    #[inline]
+    pub fn at(&self, t: f32) -> [f32; 3] {
+        std::array::from_fn(|axis| self.origin[axis] + t * self.direction[axis])
+    }
+
+    /// Tells if the ray can hit anything at all: see [`Ray`].
+    #[inline]
+    pub fn can_hit(&self) -> bool {
+        let mut numbers = self.origin.iter().chain(&self.direction);
+        numbers.all(|x| x.is_finite()) && self.direction != [0.0; 3] && self.tmax > 0.0
+    }
+}
+
+/// The closest thing that a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance, 0 < t < `tmax`, in units of the ray's direction.
+    pub t: f32,
+    /// Barycentric weight of a triangle's second corner, in \[0, 1\]; 0 on anything else. The first
+    /// corner weighs 1 − u − v.
+    pub u: f32,
+    /// Barycentric weight of a triangle's third corner, in \[0, 1\]; 0 on anything else.
+    pub v: f32,
+    /// Primitive, counted over the whole scene; see [`Bvh::first_prim`] for its number within its
+    /// geometry.
+    pub prim_id: u32,
+    /// Geometry as [`add_mesh`](phalanx_scene::Scene::add_mesh) and its kin returned it; of an
+    /// instance, that of the instance. [`NO_GEOM`](phalanx_scene::NO_GEOM) for primitives that were
+    /// added one by one, and for trees that came from a cache.
+    pub geom_id: GeomId,
+}
+
+impl Bvh {
+    /// Finds the closest hit of one ray; `None` is a miss.
+    ///
+    /// Allocates a stack of a few KiB for each call. For more than a handful of rays
+    /// [`Bvh::intersect_batch`] is many times as fast, with the same bits.
+    ///
+    /// ```
+    /// use phalanx_trace::{Ray, bvh::Bvh};
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+    /// let wall = scene.add_mesh(&corners, &[[0, 1, 2]])?;
+    /// let bvh = Bvh::build(&scene);
+    ///
+    /// let hit = bvh.intersect(&Ray::new([1.0, 2.0, 5.0], [0.0, 0.0, -1.0])).expect("a hit");
+    /// assert_eq!((hit.t, hit.u, hit.v), (5.0, 0.25, 0.5));
+    /// assert_eq!((hit.prim_id, hit.geom_id), (0, wall));
+    /// assert_eq!(bvh.intersect(&Ray::new([1.0, 2.0, 5.0], [0.0, 0.0, 1.0])), None);
+    /// assert_eq!(bvh.intersect(&Ray::new([1.0, 2.0, 5.0], [f32::NAN; 3])), None);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        if !ray.can_hit() {
+            return None;
+        }
+        let found = limited::closest_one(self, ray.origin, ray.direction, ray.tmax);
+        let prim_id = found.prim_id.to_array()[0];
+        (prim_id != NO_PRIM).then(|| Hit {
+            t: found.t.to_array()[0],
+            u: found.u.to_array()[0],
+            v: found.v.to_array()[0],
+            prim_id,
+            geom_id: self.geometries().find(prim_id, &mut 0),
+        })
+    }
+
+    /// Tells if one ray meets anything before its `tmax`. Cost as with [`Bvh::intersect`].
+    ///
+    /// ```
+    /// use phalanx_trace::{Ray, bvh::Bvh};
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+    /// let bvh = Bvh::build(&scene);
+    /// let light = [0.0, 9.0, 0.0];
+    /// assert!(bvh.occluded(&Ray::segment([0.0, -9.0, 0.0], light)));
+    /// assert!(!bvh.occluded(&Ray::segment([0.0, 2.0, 0.0], light)));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        ray.can_hit() && limited::occluded_one(self, ray.origin, ray.direction, ray.tmax)
+    }
+
+    /// The `prim_id` of the first primitive of a geometry: `hit.prim_id` less this is the row of
+    /// the triangle or sphere in the slices that made it. `None` for geometries without primitives.
+    pub fn first_prim(&self, geometry: GeomId) -> Option<u32> {
+        self.geometries().first_prim(geometry)
+    }
+}
