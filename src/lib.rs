@@ -13,25 +13,109 @@
 //!                         └── jobs ──> tiles kept, resumed, merged
 //! ```
 //!
-//! [`frame::render`] is the front door. Both engines give the same bits:
+//! # Rays against a mesh
+//!
+//! [`Scene::add_mesh`], [`Bvh::build`], [`Bvh::intersect`]: slices in, a hit out. Millions of rays go
+//! through [`Bvh::intersect_batch`], columns in and columns out, with packets, beams and threads
+//! inside; the bits are the same.
 //!
 //! ```
+//! use phalanx::{Bvh, HitBuffer, Ray, RayBuffer, Scene};
+//!
+//! let mut scene = Scene::new();
+//! let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+//! scene.add_mesh(&corners, &[[0, 1, 2]])?;
+//! let bvh = Bvh::build(&scene);
+//!
+//! let hit = bvh.intersect(&Ray::new([1.0, 2.0, 5.0], [0.0, 0.0, -1.0])).expect("a hit");
+//! assert_eq!((hit.t, hit.u, hit.v), (5.0, 0.25, 0.5));
+//! assert!(!bvh.occluded(&Ray::segment([1.0, 2.0, 5.0], [1.0, 2.0, 0.5])));
+//!
+//! let down = |x| Ray::new([x, 1.0, 5.0], [0.0, 0.0, -1.0]);
+//! let rays: RayBuffer = (0..1000).map(|k| down(k as f32 * 0.01)).collect();
+//! let mut hits = HitBuffer::new(rays.len());
+//! bvh.intersect_batch(&rays.columns(), &mut hits.columns(), 0)?;
+//! assert_eq!(hits.get(200), bvh.intersect(&down(2.0)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! `examples/` holds five short programs to start from.
+//!
+//! # Pictures
+//!
+//! `frame::render` makes a frame with either engine (feature `render`):
+//!
+//! ```
+//! # #[cfg(feature = "render")] {
 //! use phalanx::frame::{Accel, Control, Engine, Settings, render};
 //!
 //! let text = "size 64 48\ncamera 0 0 4 0 0 0 0 1 0 45\n\
 //!             point 4 4 4 1 1 1\ndiffuse 1 0.5 0\nsphere 0 0 0 1\n";
 //! let scene = phalanx::formats::read_test(text).expect("a scene").scene;
-//! let frame_of = |engine| {
-//!     let settings = Settings { engine, ..Settings::of(&scene) };
-//!     let accel = Accel::build(&scene, engine);
-//!     render(&scene, &accel, &settings, &Control::default()).expect("nobody interrupts")
-//! };
-//! let (packets, oracle) = (frame_of(Engine::Simd), frame_of(Engine::Scalar));
-//! assert_eq!(packets.film, oracle.film);
-//! assert_eq!(packets.stats.rays.primary, 64 * 48);
+//! let accel = Accel::build(&scene, Engine::Simd);
+//! let frame = render(&scene, &accel, &Settings::of(&scene), &Control::default()).expect("a frame");
+//! assert_eq!(frame.stats.rays.primary, 64 * 48);
+//! # }
 //! ```
 //!
-//! The modules below are in the order in which data flows.
+//! # The promise
+//!
+//! Both engines give the same bits: every hit, and every pixel.
+//!
+//! ```
+//! use phalanx::oracle::{Oracle, OracleRay, OracleSearch};
+//! use phalanx::{Bvh, Ray, Scene};
+//!
+//! let mut scene = Scene::new();
+//! scene.add_spheres(&[[0.1, 0.2, 0.3]], &[0.7])?;
+//! let ray = Ray::new([0.3, 0.1, 5.0], [-0.01, 0.02, -1.0]);
+//! let packets = Bvh::build(&scene).intersect(&ray).expect("a hit");
+//! let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
+//! let asked = OracleRay::new(ray.origin.into(), ray.direction.into());
+//! let plain = oracle.closest(&asked).expect("a hit");
+//! assert_eq!(packets.t.to_bits(), plain.t.to_bits());
+//! # Ok::<(), phalanx::GeometryError>(())
+//! ```
+//!
+//! # Features
+//!
+//! | feature | adds | crates |
+//! |---|---|---|
+//! | none | scenes, the packet tracer, the oracle | 46 |
+//! | `render` | file formats, pictures, whole frames | 92 |
+//! | `bench` | measurements beside other tracers | |
+//! | `cli` (default) | the program | 159 |
+//!
+//! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
+//! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:
+//! `[profile.release.package.phalanx-trace]`, `codegen-units = 1`.
+//!
+//! # Words
+//!
+//! | word | meaning |
+//! |---|---|
+//! | primitive | a triangle, sphere, ellipsoid or cone; its `prim_id` numbers it in the scene |
+//! | geometry | primitives that were added together; `geom_id` |
+//! | prototype, instance | a mesh stored once; the same mesh placed in the world by a map |
+//! | hit | distance `t` in units of the ray's direction, barycentric `u` and `v`, and the two numbers |
+//! | closest hit, occlusion | the first thing a ray meets; whether it meets anything before `tmax` |
+//! | BVH | tree of boxes over the primitives; *wide*: with as many children a node as there are lanes |
+//! | leaf | an end of the tree: primitives of one kind, side by side |
+//! | SAH | surface area heuristic: the cost a random ray has in a tree |
+//! | lane | one of 8 or 16 numbers that one instruction handles |
+//! | packet | eight rays in lanes, which go down the tree together |
+//! | beam | up to 64 packets of rays that share a point, tested as one against boxes |
+//! | coherent | of rays: going nearly the same way from nearly the same place |
+//! | kernel | a way down the tree: packets, beams, single rays; all give the same bits |
+//! | queue | rays that wait, packed so that packets are full |
+//! | wavefront | all rays of one bounce of a tile, traced before any of the next |
+//! | tile | a square of the picture that one worker renders at a time |
+//! | film | the picture in linear radiance, before tone and file format |
+//! | AOV | what a film tells of a pixel beside its colour: depth, normals, … |
+//! | oracle | the second, scalar tracer that every answer is compared with |
+//! | bit-identical | equal as bit patterns: no tolerance |
+//!
+//! The rooms below stand in the order in which data flows.
 
 // The scene, and the arithmetic that both tracers share as a definition.
 pub use phalanx_scene as scene;
@@ -64,3 +148,8 @@ pub use phalanx_render::{frame, jobs, shade};
 pub use phalanx_bench as bench;
 #[cfg(feature = "bench")]
 pub use phalanx_bench::{peers, report};
+
+// The README's programs, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,18 +1,18 @@
-//! Columns in, columns out: chunks of a batch go to worker threads, each of which copies its rays
-//! into packets, has them traced and copies the answers back.
+//! Columns in, columns out: chunks of rays go to worker threads, each of which copies its own into
+//! packets, has them traced and copies the answers back.
 
 use super::columns::same_length;
 use super::{BatchError, GeometryStarts, HitColumns, RayColumns, TMax};
 use crate::bvh::Bvh;
-use crate::packet::{HitPacket, NO_PRIM, QueueColumns, QueueStorage, packets_for};
+use crate::packet::{HitPacket, QueueColumns, QueueStorage, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 use crate::traverse::limited::LimitedRays;
 use crate::traverse::{Kernel, Traversal};
 use std::sync::{Mutex, PoisonError};
 
 /// Rays that a worker takes at once: several beams, and few enough that rays and hits stay in the
-/// second cache (170 KiB).
-const CHUNK: usize = 4096;
+/// second cache on their way.
+const CHUNK: usize = 2048;
 
 /// Three numbers of each of eight rays.
 type Octet3 = [[f32; LANES]; 3];
@@ -25,7 +25,7 @@ impl Bvh {
     /// bits as [`Bvh::intersect`] gives for each ray, whatever the order, the length and the number
     /// of threads.
     ///
-    /// `threads` is the number of threads, 0 for one per CPU; a batch of up to 4096 rays stays in
+    /// `threads` is the number of threads, 0 for one per CPU; a batch of up to 2048 rays stays in
     /// the caller's. Kernels are chosen for 512 rays at a time ([`Kernel::Auto`]): beams,
     /// packets or single rays. The first large batch makes [`Bvh::wide`]; [`Bvh::build_wide`] does
     /// so ahead of time. Each call makes a few hundred KiB of working memory for each thread, so
@@ -59,10 +59,11 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         hits.check(rays.len())?;
-        let jobs = ray_chunks(rays).zip(hits.chunks(CHUNK));
-        run(self, rays.len(), threads, jobs, |worker, (rays, hits)| {
-            worker.closest(&rays, hits)
-        });
+        let jobs = ray_chunks(*rays).zip(hits.chunks(CHUNK));
+        let work = |worker: &mut Worker, (rays, hits): (RayColumns, HitColumns)| {
+            worker.closest(&rays, hits);
+        };
+        run(self, rays.len(), threads, jobs, work);
         Ok(())
     }
 
@@ -99,20 +100,16 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         same_length("blocked", blocked.len(), rays.len())?;
-        let jobs = ray_chunks(rays).zip(blocked.chunks_mut(CHUNK));
-        run(
-            self,
-            rays.len(),
-            threads,
-            jobs,
-            |worker, (rays, blocked)| worker.occluded(&rays, blocked),
-        );
+        let jobs = ray_chunks(*rays).zip(blocked.chunks_mut(CHUNK));
+        let work = |worker: &mut Worker, (rays, blocked): (RayColumns, &mut [bool])| {
+            worker.occluded(&rays, blocked);
+        };
+        run(self, rays.len(), threads, jobs, work);
         Ok(())
     }
 }
 
-fn ray_chunks<'a>(rays: &RayColumns<'a>) -> impl Iterator<Item = RayColumns<'a>> + Send {
-    let rays = *rays;
+fn ray_chunks(rays: RayColumns) -> impl Iterator<Item = RayColumns> + Send {
     let starts = (0..rays.len()).step_by(CHUNK);
     starts.map(move |from| rays.slice(from, (from + CHUNK).min(rays.len())))
 }
@@ -165,7 +162,7 @@ struct Worker<'a> {
     blocked: Vec<u8>,
 }
 
-/// Rays of a chunk as packets.
+/// Rays of a batch as packets.
 #[derive(Default)]
 struct PacketStorage {
     queue: QueueStorage,
@@ -198,13 +195,11 @@ impl<'a> Worker<'a> {
             let tmax = &self.packets.tmax;
             self.limited.closest(&queue, tmax, &mut self.hits);
         }
-        let mut near = 0;
-        let packets = self.hits.iter().zip(&self.packets.able);
-        for ((packet, &able), mut rows) in packets.zip(hits.chunks(LANES)) {
-            write_packet(packet, able, &mut rows);
-            for (geom_id, &prim_id) in rows.geom_id.iter_mut().zip(rows.prim_id.iter()) {
-                *geom_id = self.geometries.find(prim_id, &mut near);
-            }
+        let mut run = self.geometries.run_of(0);
+        for (k, (packet, &able)) in self.hits.iter().zip(&self.packets.able).enumerate() {
+            let found = if_able(packet, able);
+            let geom_id = self.geometries.find_eight(found.prim_id, &mut run);
+            write_rows(&found, geom_id, &mut hits, k * LANES);
         }
     }
 
@@ -233,22 +228,40 @@ impl<'a> Worker<'a> {
     }
 }
 
-/// Writes eight answers into eight rows, or fewer; lanes that are not in `able` miss.
+/// Eight answers as they are given out: lanes that are not in `able` miss, and misses are all alike.
 #[inline(always)]
-fn write_packet(packet: &HitPacket, able: u8, rows: &mut HitColumns) {
-    let met = !packet.prim_id.eq(U32x8::splat(NO_PRIM)) & Mask8::from_bits(u32::from(able));
-    let far = F32x8::splat(f32::INFINITY);
-    let n = rows.t.len();
-    let column = |to: &mut [f32], from: F32x8| to.copy_from_slice(&from.to_array()[..n]);
-    column(rows.t, met.select(packet.t, far));
-    column(rows.u, met.select(packet.u, F32x8::ZERO));
-    column(rows.v, met.select(packet.v, F32x8::ZERO));
-    let prim_id = met.select_u32(packet.prim_id, U32x8::splat(NO_PRIM));
-    rows.prim_id.copy_from_slice(&prim_id.to_array()[..n]);
+fn if_able(packet: &HitPacket, able: u8) -> HitPacket {
+    let (miss, able) = (HitPacket::miss(), Mask8::from_bits(u32::from(able)));
+    let met = !packet.prim_id.eq(miss.prim_id) & able;
+    HitPacket {
+        t: met.select(packet.t, miss.t),
+        u: met.select(packet.u, miss.u),
+        v: met.select(packet.v, miss.v),
+        prim_id: met.select_u32(packet.prim_id, miss.prim_id),
+    }
+}
+
+/// Writes eight answers into the rows from `from` on, or as many as there are rows.
+#[inline(always)]
+fn write_rows(found: &HitPacket, geom_id: U32x8, rows: &mut HitColumns, from: usize) {
+    put(rows.t, from, found.t.to_array());
+    put(rows.u, from, found.u.to_array());
+    put(rows.v, from, found.v.to_array());
+    put(rows.prim_id, from, found.prim_id.to_array());
+    put(rows.geom_id, from, geom_id.to_array());
+}
+
+#[inline(always)]
+fn put<T: Copy>(column: &mut [T], from: usize, eight: [T; LANES]) {
+    let rows = &mut column[from..];
+    match rows.first_chunk_mut() {
+        Some(rows) => *rows = eight,
+        None => rows.copy_from_slice(&eight[..rows.len()]),
+    }
 }
 
 impl PacketStorage {
-    /// Copies a chunk of rays into packets; tells if any of them can hit anything.
+    /// Copies rays into packets; tells if any of them can hit anything.
     fn fill(&mut self, rays: &RayColumns) -> bool {
         let (count, able, limits) = (packets_for(rays.len()), &mut self.able, &mut self.tmax);
         able.clear();

@@ -1,5 +1,7 @@
 //! From the number of a primitive to that of the geometry it was added with.
 
+use crate::packet::NO_PRIM;
+use crate::simd::{LaneMask, LaneU32, U32x8};
 use phalanx_scene::{GeomId, NO_GEOM, Scene};
 
 /// Geometries of a tree by the first `prim_id` of each, ascending; the last entry begins beyond all
@@ -18,16 +20,57 @@ impl GeometryStarts {
         self.0.iter().find(known).map(|&(first, _)| first)
     }
 
-    /// The geometry of a primitive, or [`NO_GEOM`]; `near` is where to look first, the entry that
-    /// was found last.
+    /// The geometry of a primitive, or [`NO_GEOM`].
     #[inline]
-    pub(super) fn find(&self, prim_id: u32, near: &mut usize) -> GeomId {
-        let from = |k: usize| self.0.get(k).map_or(u32::MAX, |&(first, _)| first);
-        let here = from(*near) <= prim_id && prim_id < from(*near + 1);
-        if !here {
-            let after = self.0.partition_point(|&(first, _)| first <= prim_id);
-            *near = after.saturating_sub(1);
-        }
-        self.0.get(*near).map_or(NO_GEOM, |&(_, id)| id)
+    pub(super) fn find(&self, prim_id: u32) -> GeomId {
+        self.run_of(prim_id).geometry
     }
+
+    /// The geometries of eight primitives, those of [`NO_PRIM`] among them; `run` is where to look
+    /// first, the run that was found last.
+    #[inline(always)]
+    pub(super) fn find_eight(&self, prim_id: U32x8, run: &mut GeometryRun) -> U32x8 {
+        let none = prim_id.eq(U32x8::splat(NO_PRIM));
+        let within = !prim_id.lt(U32x8::splat(run.first)) & prim_id.lt(U32x8::splat(run.end));
+        if (none | within).bits() == 0xff {
+            return none.select_u32(U32x8::splat(NO_GEOM), U32x8::splat(run.geometry));
+        }
+        self.find_each(prim_id, run)
+    }
+
+    #[inline(never)]
+    fn find_each(&self, prim_id: U32x8, run: &mut GeometryRun) -> U32x8 {
+        U32x8::new(prim_id.to_array().map(|prim_id| {
+            if prim_id == NO_PRIM {
+                return NO_GEOM;
+            }
+            if prim_id < run.first || prim_id >= run.end {
+                *run = self.run_of(prim_id);
+            }
+            run.geometry
+        }))
+    }
+
+    /// The run of primitives in which one lies.
+    pub(super) fn run_of(&self, prim_id: u32) -> GeometryRun {
+        let after = self.0.partition_point(|&(first, _)| first <= prim_id);
+        let end = self.0.get(after).map_or(u32::MAX, |&(first, _)| first);
+        let (first, geometry) = match after {
+            0 => (0, NO_GEOM),
+            _ => self.0[after - 1],
+        };
+        GeometryRun {
+            first,
+            end,
+            geometry,
+        }
+    }
+}
+
+/// Primitives from `first` to before `end`, which were added together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GeometryRun {
+    first: u32,
+    end: u32,
+    geometry: GeomId,
 }

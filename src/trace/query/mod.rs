@@ -141,7 +141,7 @@ impl Bvh {
             u: found.u.to_array()[0],
             v: found.v.to_array()[0],
             prim_id,
-            geom_id: self.geometries().find(prim_id, &mut 0),
+            geom_id: self.geometries().find(prim_id),
         })
     }
 
