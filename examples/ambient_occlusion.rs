@@ -1,7 +1,7 @@
 //! The share of the sky that each vertex of a mesh sees, as a baker stores it:
 //! `cargo run --release --example ambient_occlusion`.
 
-use glam::Vec3;
+use phalanx::glam::Vec3;
 use phalanx::{Bvh, RayColumns, Scene, TMax};
 
 /// Vertices along each side of the bowl, and rays of each vertex.

@@ -29,9 +29,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         (bounds.lo + bounds.hi) / 2.0,
         (bounds.hi - bounds.lo).length(),
     );
-    let eye = center + size * glam::Vec3::new(0.3, 0.4, 1.0);
+    let eye = center + size * phalanx::glam::Vec3::new(0.3, 0.4, 1.0);
     let ahead = (center - eye).normalize();
-    let right = ahead.cross(glam::Vec3::Y).normalize();
+    let right = ahead.cross(phalanx::glam::Vec3::Y).normalize();
     let up = right.cross(ahead);
     // Neighbours in the columns are neighbours in the picture, in squares of 8×8: that is what
     // packets and beams live on.

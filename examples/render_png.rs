@@ -1,8 +1,8 @@
 //! A frame of a scene made in code, as a PNG file:
 //! `cargo run --release --example render_png -- picture.png`.
 
-use glam::Vec3;
 use phalanx::frame::{Accel, Control, Engine, Settings, render};
+use phalanx::glam::Vec3;
 use phalanx::image::{Exposure, encode, save_png};
 use phalanx::scene::{Material, OutputEncoding, Scene, View};
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! Both engines on a mesh of one's own, compared to the bit: what a test suite does with the meshes
 //! that matter to it. `cargo run --release --example verify_mesh`.
 
-use glam::Vec3;
+use phalanx::glam::Vec3;
 use phalanx::oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};
 use phalanx::{Bvh, HitBuffer, Ray, RayBuffer, Scene};
 

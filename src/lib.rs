@@ -15,8 +15,8 @@
 //!
 //! # Rays against a mesh
 //!
-//! [`Scene::add_mesh`], [`Bvh::build`], [`Bvh::intersect`]: slices in, a hit out. Millions of rays go
-//! through [`Bvh::intersect_batch`], columns in and columns out, with packets, beams and threads
+//! [`Scene::add_mesh`], [`Bvh::build`], [`Bvh::intersect`]: slices in, a hit out. Millions of rays
+//! go through [`Bvh::intersect_batch`], columns in and columns out, with packets, beams and threads
 //! inside; the bits are the same.
 //!
 //! ```
@@ -49,11 +49,12 @@
 //! # #[cfg(feature = "render")] {
 //! use phalanx::frame::{Accel, Control, Engine, Settings, render};
 //!
-//! let text = "size 64 48\ncamera 0 0 4 0 0 0 0 1 0 45\n\
-//!             point 4 4 4 1 1 1\ndiffuse 1 0.5 0\nsphere 0 0 0 1\n";
+//! let text = "size 64 48\ncamera 0 0 4 0 0 0 0 1 0 45\npoint 4 4 4 1 1 1\n\
+//!     diffuse 1 0.5 0\nsphere 0 0 0 1\n";
 //! let scene = phalanx::formats::read_test(text).expect("a scene").scene;
 //! let accel = Accel::build(&scene, Engine::Simd);
-//! let frame = render(&scene, &accel, &Settings::of(&scene), &Control::default()).expect("a frame");
+//! let (settings, control) = (Settings::of(&scene), Control::default());
+//! let frame = render(&scene, &accel, &settings, &control).expect("a frame");
 //! assert_eq!(frame.stats.rays.primary, 64 * 48);
 //! # }
 //! ```
@@ -97,9 +98,9 @@
 //! | primitive | a triangle, sphere, ellipsoid or cone; its `prim_id` numbers it in the scene |
 //! | geometry | primitives that were added together; `geom_id` |
 //! | prototype, instance | a mesh stored once; the same mesh placed in the world by a map |
-//! | hit | distance `t` in units of the ray's direction, barycentric `u` and `v`, and the two numbers |
-//! | closest hit, occlusion | the first thing a ray meets; whether it meets anything before `tmax` |
-//! | BVH | tree of boxes over the primitives; *wide*: with as many children a node as there are lanes |
+//! | hit | distance `t` in units of the direction, barycentric `u` and `v`, the two numbers |
+//! | closest hit, occlusion | the first thing met; whether anything is met before `tmax` |
+//! | BVH | tree of boxes over the primitives; *wide*: with as many children a node as lanes |
 //! | leaf | an end of the tree: primitives of one kind, side by side |
 //! | SAH | surface area heuristic: the cost a random ray has in a tree |
 //! | lane | one of 8 or 16 numbers that one instruction handles |
@@ -116,6 +117,9 @@
 //! | bit-identical | equal as bit patterns: no tolerance |
 //!
 //! The rooms below stand in the order in which data flows.
+
+// Vectors and maps, in the version that the interfaces take.
+pub use glam;
 
 // The scene, and the arithmetic that both tracers share as a definition.
 pub use phalanx_scene as scene;

@@ -61,6 +61,11 @@ const ROOMS: [(&str, &[&str], &str); 16] = [
         &["simd", "packet", "bvh", "intersect", "isa"],
         "asks packets and trees, and nothing above",
     ),
+    (
+        "trace/query",
+        &["simd", "packet", "bvh", "traverse"],
+        "what embedders call: columns to packets and back, and no kernels of its own",
+    ),
     ("io/formats", &[], "bytes become a scene, no more"),
     ("io/standard", &[], "a generator is a reader without a file"),
     (

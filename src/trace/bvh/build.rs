@@ -10,11 +10,11 @@
 
 use super::build_input::{BuildInput, PrimIndex};
 use super::chunks::{chunks, prim_refs};
+use super::geometry_starts::GeometryStarts;
 use super::huge_pages::move_to_huge_pages;
 use super::merge::merge;
 use super::subtree::{ObvhsTree, Offsets, Subtree, weighted_cost};
 use super::{Bvh, Child, Node, WideBvh, ploc};
-use crate::query::GeometryStarts;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use phalanx_scene::{Bounds, Scene};

@@ -14,6 +14,7 @@
 //! | `merge` | merging of subtrees |
 //! | `huge_pages` | rows on huge pages |
 //! | `validate` | proof that arrays from a file are a tree |
+//! | `geometry_starts` | from primitives to the geometries they were added with |
 //! | `build` | the order of these steps, on all threads |
 //!
 //! A node holds the boxes of its two children, so that one visit decides about both. A leaf holds
@@ -23,6 +24,7 @@
 mod build;
 mod build_input;
 mod chunks;
+mod geometry_starts;
 #[allow(unsafe_code, reason = "the system takes advice by address alone")]
 mod huge_pages;
 mod leaf;
@@ -36,6 +38,7 @@ mod wide;
 
 pub use self::wide::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};
 pub use build::{BuildSettings, Quality};
+pub(crate) use geometry_starts::GeometryStarts;
 pub use leaf::{LeafCone, LeafEllipsoid, LeafInstance, LeafPrims, LeafSphere, LeafTriangle};
 pub use node::{Child, LeafKind, Node};
 pub use tree::Bvh;

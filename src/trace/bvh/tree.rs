@@ -1,10 +1,10 @@
 //! The tree of a scene: nodes and primitives in leaf order, of the world and of every mesh.
 
+use super::geometry_starts::GeometryStarts;
 use super::{
     Child, LeafCone, LeafEllipsoid, LeafInstance, LeafPrims, LeafSphere, LeafTriangle, Node,
     WideBvh,
 };
-use crate::query::GeometryStarts;
 use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
 

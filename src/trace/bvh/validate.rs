@@ -13,8 +13,8 @@
 //! - Slots are counted as a whole. Two leaves may still share a slot while another slot has none.
 //!   That makes a wrong picture, but never an unsafe or endless traversal.
 
+use super::geometry_starts::GeometryStarts;
 use super::{Bvh, Child, LeafKind, LeafPrims, Node};
-use crate::query::GeometryStarts;
 use phalanx_scene::{Column, Scene};
 use std::ops::Range;
 use std::sync::OnceLock;

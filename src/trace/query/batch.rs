@@ -2,8 +2,8 @@
 //! packets, has them traced and copies the answers back.
 
 use super::columns::same_length;
-use super::{BatchError, GeometryStarts, HitColumns, RayColumns, TMax};
-use crate::bvh::Bvh;
+use super::{BatchError, HitColumns, RayColumns, TMax};
+use crate::bvh::{Bvh, GeometryStarts};
 use crate::packet::{HitPacket, QueueColumns, QueueStorage, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 use crate::traverse::limited::LimitedRays;
@@ -228,7 +228,8 @@ impl<'a> Worker<'a> {
     }
 }
 
-/// Eight answers as they are given out: lanes that are not in `able` miss, and misses are all alike.
+/// Eight answers as they are given out: lanes that are not in `able` miss, and all misses are
+/// alike.
 #[inline(always)]
 fn if_able(packet: &HitPacket, able: u8) -> HitPacket {
     let (miss, able) = (HitPacket::miss(), Mask8::from_bits(u32::from(able)));

@@ -164,7 +164,8 @@ pub(super) fn same_length(column: &'static str, len: usize, rays: usize) -> Resu
 /// ```
 /// use phalanx_trace::{Ray, RayBuffer};
 ///
-/// let rays: RayBuffer = (0..10).map(|x| Ray::new([x as f32, 0.0, 0.0], [0.0, 0.0, 1.0])).collect();
+/// let ahead = |x| Ray::new([x, 0.0, 0.0], [0.0, 0.0, 1.0]);
+/// let rays: RayBuffer = (0..10).map(|x| ahead(x as f32)).collect();
 /// assert_eq!(rays.columns().origin[0][9], 9.0);
 /// ```
 #[derive(Clone, Debug, Default)]

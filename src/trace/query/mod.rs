@@ -5,7 +5,6 @@
 //! |---|---|
 //! | `columns` | rays and hits of a batch: slices, and buffers of one's own |
 //! | `batch` | chunks, threads, packets |
-//! | `geometry_starts` | from primitives to geometries |
 //!
 //! Lengths are in scene units, distances in units of a ray's direction, which may have any length.
 //! Hits count where 0 < t < `tmax`; ties go to the smaller `prim_id`. All four give the same bits
@@ -13,10 +12,8 @@
 
 mod batch;
 mod columns;
-mod geometry_starts;
 
 pub use columns::{BatchError, HitBuffer, HitColumns, RayBuffer, RayColumns, TMax};
-pub(crate) use geometry_starts::GeometryStarts;
 
 use crate::bvh::Bvh;
 use crate::packet::NO_PRIM;
@@ -56,8 +53,8 @@ impl Ray {
         }
     }
 
-    /// Makes a ray from one place to another, whose `tmax` is 1: what is beyond `to` does not count.
-    /// For shadow rays.
+    /// Makes a ray from one place to another, whose `tmax` is 1: what is beyond `to` does not
+    /// count. For shadow rays.
     ///
     /// ```
     /// use phalanx_trace::Ray;

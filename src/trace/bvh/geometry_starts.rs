@@ -1,8 +1,7 @@
 //! From the number of a primitive to that of the geometry it was added with.
 
-use crate::packet::NO_PRIM;
 use crate::simd::{LaneMask, LaneU32, U32x8};
-use phalanx_scene::{GeomId, NO_GEOM, Scene};
+use phalanx_scene::{GeomId, NO_GEOM, NO_PRIM, Scene};
 
 /// Geometries of a tree by the first `prim_id` of each, ascending; the last entry begins beyond all
 /// primitives.
@@ -10,26 +9,26 @@ use phalanx_scene::{GeomId, NO_GEOM, Scene};
 pub(crate) struct GeometryStarts(Vec<(u32, GeomId)>);
 
 impl GeometryStarts {
-    pub(crate) fn of(scene: &Scene) -> GeometryStarts {
+    pub(super) fn of(scene: &Scene) -> GeometryStarts {
         GeometryStarts(scene.geometry_starts())
     }
 
     /// The first primitive of a geometry.
-    pub(super) fn first_prim(&self, geometry: GeomId) -> Option<u32> {
+    pub(crate) fn first_prim(&self, geometry: GeomId) -> Option<u32> {
         let known = |&&(_, id): &&(u32, GeomId)| id == geometry && id != NO_GEOM;
         self.0.iter().find(known).map(|&(first, _)| first)
     }
 
     /// The geometry of a primitive, or [`NO_GEOM`].
     #[inline]
-    pub(super) fn find(&self, prim_id: u32) -> GeomId {
+    pub(crate) fn find(&self, prim_id: u32) -> GeomId {
         self.run_of(prim_id).geometry
     }
 
     /// The geometries of eight primitives, those of [`NO_PRIM`] among them; `run` is where to look
     /// first, the run that was found last.
     #[inline(always)]
-    pub(super) fn find_eight(&self, prim_id: U32x8, run: &mut GeometryRun) -> U32x8 {
+    pub(crate) fn find_eight(&self, prim_id: U32x8, run: &mut GeometryRun) -> U32x8 {
         let none = prim_id.eq(U32x8::splat(NO_PRIM));
         let within = !prim_id.lt(U32x8::splat(run.first)) & prim_id.lt(U32x8::splat(run.end));
         if (none | within).bits() == 0xff {
@@ -52,7 +51,7 @@ impl GeometryStarts {
     }
 
     /// The run of primitives in which one lies.
-    pub(super) fn run_of(&self, prim_id: u32) -> GeometryRun {
+    pub(crate) fn run_of(&self, prim_id: u32) -> GeometryRun {
         let after = self.0.partition_point(|&(first, _)| first <= prim_id);
         let end = self.0.get(after).map_or(u32::MAX, |&(first, _)| first);
         let (first, geometry) = match after {
@@ -69,7 +68,7 @@ impl GeometryStarts {
 
 /// Primitives from `first` to before `end`, which were added together.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct GeometryRun {
+pub(crate) struct GeometryRun {
     first: u32,
     end: u32,
     geometry: GeomId,
