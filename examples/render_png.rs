@@ -3,7 +3,7 @@
 
 use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::glam::Vec3;
-use phalanx::image::{Exposure, encode, save_png};
+use phalanx::image::{encode, save_png};
 use phalanx::scene::{Material, OutputEncoding, Scene, View};
 use std::path::PathBuf;
 
@@ -17,12 +17,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let accel = Accel::build(&scene, Engine::Simd);
     let frame = render(&scene, &accel, &settings, &Control::default())?;
 
-    let exposure = Exposure {
-        stops: 0.0,
-        encoding: scene.encoding,
-    };
     let path = PathBuf::from(std::env::args().nth(1).unwrap_or("picture.png".into()));
-    save_png(&path, &encode(&frame.film, &exposure))?;
+    save_png(&path, &encode(&frame.film, scene.encoding))?;
     let rays = frame.stats.rays;
     println!(
         "{}: {} camera and {} shadow rays",
@@ -46,7 +42,7 @@ fn scene() -> Scene {
         fovy: 35.0,
     };
     let matte = |color: Vec3| Material {
-        ka: 0.1 * color,
+        ka: color * 0.1,
         kd: color,
         ..Material::default()
     };
