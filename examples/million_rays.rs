@@ -23,13 +23,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         scene.visible_count()
     );
 
-    // From a corner of three times the scene's size, toward its middle.
+    // From above and in front, toward the middle.
     let bounds = scene.bounds();
     let (center, size) = (
         (bounds.lo + bounds.hi) / 2.0,
         (bounds.hi - bounds.lo).length(),
     );
-    let eye = center + size * phalanx::glam::Vec3::new(0.3, 0.4, 1.0);
+    let eye = center + 0.7 * size * phalanx::glam::Vec3::new(0.3, 0.4, 1.0);
     let ahead = (center - eye).normalize();
     let right = ahead.cross(phalanx::glam::Vec3::Y).normalize();
     let up = right.cross(ahead);
