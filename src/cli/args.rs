@@ -107,7 +107,7 @@ pub enum Command {
 /// How the packet engine's tree is built.
 #[derive(Debug, Args)]
 pub struct TreeArgs {
-    /// What the tree is worth: better ones take longer to build and less time to trace
+    /// BVH quality: better trees take longer to build and less time to trace
     /// [default: medium]
     #[arg(long, value_name = "NAME", value_parser = quality_parser())]
     pub quality: Option<Quality>,
@@ -186,7 +186,7 @@ pub struct WorkArgs {
     /// Worker threads [default: one per CPU this process may use]
     #[arg(long, value_name = "N", value_parser = parse_thread_count)]
     pub threads: Option<usize>,
-    /// Whether workers are bound to cores [default: cores if there is a worker for each, else none]
+    /// Bind workers to cores [default: cores if there is a worker for each, else none]
     #[arg(long, value_enum, value_name = "MODE")]
     pub pin: Option<PinArg>,
     /// Which tracer makes the picture; both give the same bits

@@ -17,7 +17,7 @@ pub struct FrameArgs {
     /// its number in its name, where `#`s stand, or before the ending
     #[arg(long, value_name = "A..B", value_parser = parse_frames, requires = "path")]
     pub frames: Option<RangeInclusive<u32>>,
-    /// Go around what the camera looks at, once in so many frames
+    /// Go around what the camera looks at, once in N frames
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..), group = "path", requires = "frames")]
     pub turntable: Option<u32>,
     /// Go through the views of this file, smoothly: a line each, of a frame's number, from X Y Z,

@@ -9,7 +9,7 @@ use phalanx::image::ImageFormat;
 use phalanx::jobs::MAX_SHARDS;
 use std::path::PathBuf;
 
-/// What `render` keeps, and for whom.
+/// Files that `render` keeps, and their readers.
 #[derive(Debug, Args)]
 pub struct KeepArgs {
     /// Keep finished tiles in this file: after an interruption, the same command goes on where it
@@ -118,7 +118,7 @@ pub struct SubmitArgs {
     /// Print one JSON document instead of lines
     #[arg(long)]
     pub json: bool,
-    /// What else sbatch is to know
+    /// Further options for sbatch
     #[arg(last = true, value_name = "SBATCH OPTIONS")]
     pub sbatch: Vec<String>,
 }

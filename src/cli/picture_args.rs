@@ -17,7 +17,7 @@ const ADAPTIVE_SPP: u32 = 256;
 /// Default of `--threshold`.
 const THRESHOLD: f32 = 0.002;
 
-/// What changes the picture, or the order in which it is made.
+/// Options that change the picture, or the order in which it is made.
 #[derive(Debug, Args)]
 pub struct PictureArgs {
     /// Image size in pixels [default: the scene's]
@@ -47,7 +47,7 @@ pub struct PictureArgs {
     /// 0.001 is about as good as 64 uniform samples a pixel
     #[arg(long, value_name = "T", default_value_t = THRESHOLD, value_parser = parse_threshold)]
     pub threshold: f32,
-    /// What a pixel gathers, where it has several camera rays: its square, a tent over its
+    /// Pixel filter, where a pixel has several camera rays: its square, a tent over its
     /// neighbours, or Mitchell's cubic, which is sharper
     #[arg(long, value_name = "NAME", default_value = "box", value_parser = filter_parser())]
     pub filter: Filter,
@@ -58,18 +58,18 @@ pub struct PictureArgs {
     /// Distance of the plane that is in focus, along the direction of view
     #[arg(long, value_name = "DISTANCE", requires = "aperture", value_parser = parse_distance)]
     pub focus: Option<f32>,
-    /// What is seen of what camera rays hit: whitted, the light that falls on it; ao (ambient
+    /// Radiance of what camera rays hit: whitted, the light that falls on it; ao (ambient
     /// occlusion), how much of the sky is open above it, for which --spp 64 and more is meant
     #[arg(long, value_enum, default_value_t = IntegratorArg::Whitted)]
     pub integrator: IntegratorArg,
-    /// What is farther away than this does not count for --integrator ao, in the scene's units
+    /// Reach of --integrator ao in the scene's units: hits beyond do not count
     /// [default: everything counts]
     #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]
     pub ao_distance: Option<f32>,
     /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
     #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
     pub tile: u32,
-    /// What else is told of each pixel, in an OpenEXR file, names separated by commas: depth,
+    /// AOVs of each pixel, in an OpenEXR file, names separated by commas: depth,
     /// position, ng, ns (normals), albedo, material, primitive, direct, reflection, refraction,
     /// samples; or all of these; or cost (nodes that the first camera ray visits, by the build)
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = aov_parser())]

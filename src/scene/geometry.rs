@@ -259,7 +259,7 @@ impl Scene {
         Ok((first, indices.len() as u32))
     }
 
-    /// Makes sure that so many primitives more can be told apart, and that material 0 exists.
+    /// Checks that `more` primitives can be numbered, and adds material 0 if there is none.
     fn make_room(&mut self, more: usize) -> Result<u32, GeometryError> {
         let all = self.prim_count() + more;
         if all > Prim::MAX_INDEX as usize {

@@ -8,6 +8,7 @@ mod beams;
 mod bit_identity;
 mod distance;
 mod distributed;
+mod front_door;
 mod goldens;
 mod instances;
 mod isa_guard;

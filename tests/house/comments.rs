@@ -94,7 +94,6 @@ fn doc_comments_are_read() {
 }
 
 #[test]
-#[ignore = "until the comments are rewritten"]
 fn doc_comments_begin_with_a_noun_or_a_verb() {
     let wrong = doc_comments_that(|text| {
         let first = text.split(|c: char| !c.is_alphanumeric()).next();
@@ -109,7 +108,6 @@ fn doc_comments_begin_with_a_noun_or_a_verb() {
 }
 
 #[test]
-#[ignore = "until the comments are rewritten"]
 fn doc_comments_name_their_quantities() {
     let vague = ["so", "many"].join(" ");
     let wrong = doc_comments_that(|text| text.to_lowercase().contains(&vague));

@@ -37,7 +37,7 @@ const CRATES: [(&str, &[&str], &str); 6] = [
 ];
 
 /// Rooms within a crate, and which of the others each may import.
-const ROOMS: [(&str, &[&str], &str); 16] = [
+const ROOMS: [(&str, &[&str], &str); 17] = [
     ("scene/sampling", &[], "a definition both engines share"),
     ("scene/film", &["NO_PRIM"], "a picture, whatever is in it"),
     ("trace/simd", &[], "numbers know nothing of rays"),

@@ -63,7 +63,7 @@ pub struct RunArgs {
     /// [default: packets as wide as this build's; all with --counters-only]
     #[arg(long, value_name = "NAME", value_parser = kernels_parser())]
     pub kernel: Option<KernelSet>,
-    /// What our tree is worth; peers build the best that they can
+    /// Quality of our BVH; peers build the best that they can
     #[arg(long, value_name = "NAME", default_value = "best", value_parser = quality_parser())]
     pub quality: Quality,
     /// Other tracers to measure on the same rays, separated by commas

@@ -17,7 +17,7 @@ const CHUNK: usize = 2048;
 /// Three numbers of each of eight rays.
 type Octet3 = [[f32; LANES]; 3];
 
-/// What stands in for a ray that cannot hit anything, in a packet without any that can.
+/// The substitute of a ray that cannot hit anything, in a packet without any that can.
 const STAND_IN: (Octet3, Octet3) = ([[0.0; LANES]; 3], [[1.0; LANES]; 3]);
 
 impl Bvh {
@@ -114,7 +114,7 @@ fn ray_chunks(rays: RayColumns) -> impl Iterator<Item = RayColumns> + Send {
     starts.map(move |from| rays.slice(from, (from + CHUNK).min(rays.len())))
 }
 
-/// Does all jobs, on so many threads at most; the caller's is one of them.
+/// Does all jobs on at most `threads` threads; the caller's is one of them.
 fn run<'a, J: Send>(
     bvh: &'a Bvh,
     rays: usize,

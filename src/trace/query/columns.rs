@@ -176,7 +176,7 @@ pub struct RayBuffer {
 }
 
 impl RayBuffer {
-    /// Makes an empty buffer with room for so many rays.
+    /// Makes an empty buffer with room for `rays` rays.
     pub fn with_capacity(rays: usize) -> RayBuffer {
         let column = || Vec::with_capacity(rays);
         RayBuffer {
@@ -253,7 +253,7 @@ pub struct HitBuffer {
 }
 
 impl HitBuffer {
-    /// Makes places for the hits of so many rays.
+    /// Makes rows for the hits of `rays` rays.
     pub fn new(rays: usize) -> HitBuffer {
         HitBuffer {
             t: vec![f32::INFINITY; rays],

@@ -10,7 +10,7 @@ use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket, RayQueue};
 use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, NATIVE, Vec3x8};
 
-/// Whether two packets side by side pay on this build.
+/// True if two packets side by side pay on this build.
 const PAIRS: bool = NATIVE > LANES;
 
 /// Traces packets of a queue with a limit for each ray.
@@ -85,7 +85,7 @@ pub(crate) fn closest_one(bvh: &Bvh, org: [f32; 3], dir: [f32; 3], tmax: f32) ->
     PacketKernel::<F32x8, PacketCount>::counting(bvh).closest(&rays, active)
 }
 
-/// Whether one ray meets anything before `tmax`.
+/// Returns true if one ray hits anything before `tmax`.
 pub(crate) fn occluded_one(bvh: &Bvh, org: [f32; 3], dir: [f32; 3], tmax: f32) -> bool {
     let (rays, active) = packet_of_one(org, dir, tmax);
     let mut kernel = PacketKernel::<F32x8, PacketCount>::counting(bvh);

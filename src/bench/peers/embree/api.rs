@@ -221,7 +221,7 @@ impl EmbreeSceneDraft {
         vertices: &[[f32; 3]],
         corners: &[[u32; 3]],
     ) -> Result<(), EmbreeFault> {
-        let geometry = Geometry::new(&self.device, TRIANGLES)?;
+        let geometry = EmbreeGeometry::new(&self.device, TRIANGLES)?;
         geometry.fill(VERTEX_BUFFER, FLOAT3, vertices)?;
         geometry.fill(INDEX_BUFFER, UINT3, corners)?;
         self.attach(geometry, id)
@@ -229,7 +229,7 @@ impl EmbreeSceneDraft {
 
     /// Adds spheres, (x, y, z, radius) each, as the geometry with that id.
     pub(super) fn spheres(&mut self, id: u32, spheres: &[[f32; 4]]) -> Result<(), EmbreeFault> {
-        let geometry = Geometry::new(&self.device, SPHERES)?;
+        let geometry = EmbreeGeometry::new(&self.device, SPHERES)?;
         geometry.fill(VERTEX_BUFFER, FLOAT4, spheres)?;
         self.attach(geometry, id)
     }
@@ -242,7 +242,7 @@ impl EmbreeSceneDraft {
         of: &CommittedScene,
         columns: &[[f32; 3]; 4],
     ) -> Result<(), EmbreeFault> {
-        let geometry = Geometry::new(&self.device, INSTANCE)?;
+        let geometry = EmbreeGeometry::new(&self.device, INSTANCE)?;
         let api = &self.device.api;
         // SAFETY: geometry and scene exist, and Embree keeps a reference of its own to the scene.
         // The map is twelve floats, column by column, as the format demands, and is copied.
@@ -254,7 +254,7 @@ impl EmbreeSceneDraft {
         self.attach(geometry, id)
     }
 
-    fn attach(&mut self, geometry: Geometry, id: u32) -> Result<(), EmbreeFault> {
+    fn attach(&mut self, geometry: EmbreeGeometry, id: u32) -> Result<(), EmbreeFault> {
         let api = &self.device.api;
         // SAFETY: both exist; the scene takes a reference of its own, so that ours ends here.
         unsafe {
@@ -280,17 +280,17 @@ impl Drop for EmbreeSceneDraft {
     }
 }
 
-struct Geometry {
+struct EmbreeGeometry {
     device: Arc<Device>,
     handle: NonNull<c_void>,
 }
 
-impl Geometry {
-    fn new(device: &Arc<Device>, kind: c_int) -> Result<Geometry, EmbreeFault> {
+impl EmbreeGeometry {
+    fn new(device: &Arc<Device>, kind: c_int) -> Result<EmbreeGeometry, EmbreeFault> {
         // SAFETY: the device exists.
         let handle = unsafe { (device.api.new_geometry)(device.handle.as_ptr(), kind) };
         match NonNull::new(handle) {
-            Some(handle) => Ok(Geometry {
+            Some(handle) => Ok(EmbreeGeometry {
                 device: Arc::clone(device),
                 handle,
             }),
@@ -319,7 +319,7 @@ impl Geometry {
     }
 }
 
-impl Drop for Geometry {
+impl Drop for EmbreeGeometry {
     fn drop(&mut self) {
         // SAFETY: the one reference that `new` was given is returned.
         unsafe { (self.device.api.release_geometry)(self.handle.as_ptr()) }

@@ -102,8 +102,8 @@
 //!
 //! The near rows add up to their margin. The local ones add up to 427uRH, which is more than the
 //! margin of 384. It is not shown whether all can be at their worst at once, so this table does not
-//! prove local frames. `tests/engine/random_scenes` has found no ray that they lose (`perf/notes/beams.md`
-//! has the price of a margin of 448).
+//! prove local frames. `tests/engine/random_scenes` has found no ray that they lose
+//! (`perf/notes/beams.md` has the price of a margin of 448).
 //!
 //! If three computed signs agree, all three functions here are ≥ −margin or all are ≤ margin. A
 //! triangle is kept for a sub-beam if either can be so anywhere in its rectangle.

@@ -110,7 +110,7 @@ fn rays(seed: u32, count: usize) -> Vec<Ray> {
     (0..count).map(ray).collect()
 }
 
-/// What the oracle says, with the limit kept by hand.
+/// The oracle's answer, with the limit kept by hand.
 fn expected(oracle: &Oracle, ray: &Ray) -> (Option<[u32; 4]>, bool) {
     let asked = OracleRay::new(ray.origin.into(), ray.direction.into());
     let hit = oracle.closest(&asked).filter(|hit| hit.t < ray.tmax);
