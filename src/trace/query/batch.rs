@@ -304,10 +304,7 @@ fn octet(column: &[f32], from: usize) -> [f32; LANES] {
 #[inline(always)]
 fn able_lanes(org: &Octet3, dir: &Octet3, tmax: &[f32; LANES]) -> u8 {
     // 0 for a finite number, else NaN.
-    let residue = |x: &[f32; LANES]| {
-        let x = F32x8::new(*x);
-        x - x
-    };
+    let residue = |x: &[f32; LANES]| F32x8::new(*x) * F32x8::ZERO;
     let all = org.iter().chain(dir).map(residue);
     let residue = all.fold(F32x8::ZERO, |sum, residue| sum + residue);
     let [x, y, z] = dir.map(F32x8::new);
