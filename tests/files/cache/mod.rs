@@ -135,7 +135,12 @@ fn a_cache_gives_back_every_bit() {
         assert_eq!(bytes_of(&cached.scene, &cached.bvh), bytes);
         assert_eq!(cached.bvh.depth(), bvh.depth());
         assert_eq!(cached.scene.output, scene.output);
-        assert_eq!(format!("{:?}", cached.scene), format!("{scene:?}"));
+        // Geometries are the embedder's numbers and stay behind.
+        let kept = Scene {
+            geometries: Default::default(),
+            ..scene.clone()
+        };
+        assert_eq!(format!("{:?}", cached.scene), format!("{kept:?}"));
         cached.scene.validate().expect("a valid scene");
         let prepared = Accel::with_tree(cached.bvh);
         let built = Accel::build(&scene, Engine::Simd);
