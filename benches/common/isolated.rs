@@ -8,7 +8,7 @@ use phalanx::lanes::{F32x8, F32x16, LANES, LaneMask, Lanes, Vec3Lanes};
 use phalanx::oracle::{self, OracleHit, OracleRay};
 use phalanx::packet::{HitPacket, NO_PRIM, RayPacket};
 use phalanx::scene::{Bounds, Cone, Material, PrimKind, Scene};
-use phalanx::trace::isolated;
+use phalanx::trace::isolated::IsolatedTests;
 
 /// Number of rays of every test.
 pub const RAYS: usize = 1024;
@@ -202,14 +202,14 @@ impl<L: Lanes> PacketEngineTest<L> {
     }
 }
 
-impl<L: Lanes> EngineTest for PacketEngineTest<L> {
+impl<L: IsolatedTests> EngineTest for PacketEngineTest<L> {
     fn run(&mut self) {
         let (targets, rays) = (&self.targets, &self.rays);
         let (hits, blocked) = (&mut self.hits, &mut self.blocked);
         match self.test {
-            Test::Boxes => self.met = isolated::boxes(rays, &self.boxes),
-            Test::Closest(kind) => isolated::closest(targets, kind, rays, hits),
-            Test::Occluded(kind) => isolated::occluded(targets, kind, rays, blocked),
+            Test::Boxes => self.met = L::boxes(rays, &self.boxes),
+            Test::Closest(kind) => L::closest(targets, kind, rays, hits),
+            Test::Occluded(kind) => L::occluded(targets, kind, rays, blocked),
         }
     }
 

@@ -186,6 +186,7 @@ impl Cones {
     }
 
     /// The cone's own coordinates, for a ray's test.
+    #[inline]
     pub fn frame(&self, i: usize) -> ConeFrame {
         let cone = self.get(i);
         let sides = ConeSides::of(&cone);
@@ -245,6 +246,7 @@ struct ConeSides {
 }
 
 impl ConeSides {
+    #[inline]
     fn of(cone: &Cone) -> ConeSides {
         let along = cone.apex.as_dvec3() - cone.base.as_dvec3();
         let length = along.dot(along).sqrt();
@@ -262,6 +264,7 @@ impl ConeSides {
 
 /// Two unit vectors that make a right-handed frame with the unit vector `n` (Duff et al., "Building
 /// an Orthonormal Basis, Revisited", JCGT 2017).
+#[inline]
 fn perpendicular(n: DVec3) -> [DVec3; 2] {
     let sign = 1.0f64.copysign(n.z);
     let a = -1.0 / (sign + n.z);

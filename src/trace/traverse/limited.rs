@@ -37,11 +37,11 @@ impl<'a> LimitedRays<'a> {
         for k in packet_starts(tmax.len()) {
             if PAIRS && k + 1 < tmax.len() {
                 let (rays, active) = limited(rays, tmax, k);
-                let found = self.sixteen.closest(&rays, active);
+                let found = self.sixteen.call_closest(&rays, active);
                 [hits[k], hits[k + 1]] = [0, 1].map(|octet| found.octet(octet));
             } else {
                 let (rays, active) = limited(rays, tmax, k);
-                hits[k] = self.eight.closest(&rays, active);
+                hits[k] = self.eight.call_closest(&rays, active);
             }
         }
     }
@@ -51,11 +51,11 @@ impl<'a> LimitedRays<'a> {
         for k in packet_starts(tmax.len()) {
             if PAIRS && k + 1 < tmax.len() {
                 let (rays, active) = limited(rays, tmax, k);
-                let bits = self.sixteen.occluded(&rays, active).bits();
+                let bits = self.sixteen.call_occluded(&rays, active).bits();
                 (blocked[k], blocked[k + 1]) = (bits as u8, (bits >> LANES) as u8);
             } else {
                 let (rays, active) = limited(rays, tmax, k);
-                blocked[k] = self.eight.occluded(&rays, active).bits() as u8;
+                blocked[k] = self.eight.call_occluded(&rays, active).bits() as u8;
             }
         }
     }
@@ -82,14 +82,14 @@ fn limited<L: Lanes>(
 /// The closest hit of one ray below `tmax`, in lane 0.
 pub(crate) fn closest_one(bvh: &Bvh, org: [f32; 3], dir: [f32; 3], tmax: f32) -> HitPacket {
     let (rays, active) = packet_of_one(org, dir, tmax);
-    PacketKernel::<F32x8, PacketCount>::counting(bvh).closest(&rays, active)
+    PacketKernel::<F32x8, PacketCount>::counting(bvh).call_closest(&rays, active)
 }
 
 /// Returns true if one ray hits anything before `tmax`.
 pub(crate) fn occluded_one(bvh: &Bvh, org: [f32; 3], dir: [f32; 3], tmax: f32) -> bool {
     let (rays, active) = packet_of_one(org, dir, tmax);
     let mut kernel = PacketKernel::<F32x8, PacketCount>::counting(bvh);
-    kernel.occluded(&rays, active).any()
+    kernel.call_occluded(&rays, active).any()
 }
 
 fn packet_of_one(org: [f32; 3], dir: [f32; 3], tmax: f32) -> (RayPacket, Mask8) {

@@ -55,20 +55,34 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         }
     }
 
-    /// The closest hit below `tmax` of each active lane; other lanes are returned as a miss.
-    #[inline(never)]
+    /// The closest hit below `tmax` of each active lane; other lanes are returned as a miss. Inlined:
+    /// a call would cost a packet of a small scene 4 % of its instructions. The kernel is large, so
+    /// only [`Traversal`](super::Traversal) has it so, once for each number of lanes.
+    #[inline(always)]
     pub(super) fn closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
         let mut query = ClosestHit::new(active.select(rays.tmax, inactive_t()));
         self.run(rays, active, &mut query);
         query.hits(rays.tmax, active)
     }
 
-    /// Active lanes that hit anything before `tmax`.
-    #[inline(never)]
+    /// Active lanes that hit anything before `tmax`; inlined as [`PacketKernel::closest`].
+    #[inline(always)]
     pub(super) fn occluded(&mut self, rays: &RayPacket<L>, active: L::Mask) -> L::Mask {
         let mut query = AnyHit::new(active.select(rays.tmax, inactive_t()), active);
         self.run(rays, active, &mut query);
         query.occluded()
+    }
+
+    /// The hits of [`PacketKernel::closest`], by a call.
+    #[inline(never)]
+    pub(super) fn call_closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
+        self.closest(rays, active)
+    }
+
+    /// The lanes of [`PacketKernel::occluded`], by a call.
+    #[inline(never)]
+    pub(super) fn call_occluded(&mut self, rays: &RayPacket<L>, active: L::Mask) -> L::Mask {
+        self.occluded(rays, active)
     }
 
     #[inline(always)]

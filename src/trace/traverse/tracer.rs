@@ -38,7 +38,7 @@ impl PacketLanes for F32x8 {
         rays: &RayPacket,
         active: Self::Mask,
     ) -> HitPacket {
-        kernel.0.closest(rays, active)
+        kernel.0.call_closest(rays, active)
     }
 
     fn occluded(
@@ -46,7 +46,7 @@ impl PacketLanes for F32x8 {
         rays: &RayPacket,
         active: Self::Mask,
     ) -> Self::Mask {
-        kernel.0.occluded(rays, active)
+        kernel.0.call_occluded(rays, active)
     }
 }
 
@@ -56,7 +56,7 @@ impl PacketLanes for F32x16 {
         rays: &RayPacket<F32x16>,
         active: Self::Mask,
     ) -> HitPacket<F32x16> {
-        kernel.0.closest(rays, active)
+        kernel.0.call_closest(rays, active)
     }
 
     fn occluded(
@@ -64,7 +64,7 @@ impl PacketLanes for F32x16 {
         rays: &RayPacket<F32x16>,
         active: Self::Mask,
     ) -> Self::Mask {
-        kernel.0.occluded(rays, active)
+        kernel.0.call_occluded(rays, active)
     }
 }
 

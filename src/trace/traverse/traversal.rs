@@ -172,13 +172,15 @@ impl<'a> Traversal<'a> {
         tmax: f32,
         blocked: &mut [u8],
     ) {
-        let first = packets.start;
-        let answer = |packet: usize, seen: u8| {
-            blocked[packet - first] = rays.active(packet).bits() as u8 & !seen;
-        };
+        let (first, last) = (packets.start, packets.end.saturating_sub(1));
+        let answer = |packet: usize, seen: u8| blocked[packet - first] = !seen;
         match &mut self.0 {
             Counted::Packets(kernels) => kernels.unoccluded(rays, packets, tmax, answer),
             Counted::Stats(kernels) => kernels.unoccluded(rays, packets, tmax, answer),
+        }
+        // All packets of a queue but its last are full.
+        if let Some(blocked) = blocked.get_mut(last.wrapping_sub(first)) {
+            *blocked &= rays.active(last).bits() as u8;
         }
     }
 }
@@ -442,6 +444,7 @@ impl<'a, T: Counters> Kernels<'a, T> {
     }
 }
 
+#[inline(never)]
 fn closest<L: Lanes, T: Counters>(
     tracer: &mut PacketKernel<L, T>,
     rays: &RayQueue,
@@ -455,6 +458,7 @@ fn closest<L: Lanes, T: Counters>(
     }
 }
 
+#[inline(never)]
 fn unoccluded<L: Lanes, T: Counters>(
     tracer: &mut PacketKernel<L, T>,
     rays: &RayQueue,

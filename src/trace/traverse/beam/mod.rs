@@ -248,7 +248,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
                 let (rays, active) = (&self.groups[k].rays, batch.active::<L>(k));
                 let found = match alone >> k & 1 {
                     0 => query.hits(rays.tmax, active),
-                    _ => self.packets.closest(rays, active),
+                    _ => self.packets.call_closest(rays, active),
                 };
                 for j in 0..L::PACKETS {
                     if let Some(hit) = hits.get_mut(batch.packet::<L>(k, j) - batch.packets.start) {
@@ -353,7 +353,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
                 let mut unblocked = query.unoccluded();
                 if alone >> k & 1 == 1 {
                     let rays = &self.groups[k].rays;
-                    unblocked = unblocked & !self.packets.occluded(rays, unblocked);
+                    unblocked = unblocked & !self.packets.call_occluded(rays, unblocked);
                 }
                 seen(k, unblocked.bits());
             }
