@@ -55,9 +55,10 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         }
     }
 
-    /// The closest hit below `tmax` of each active lane; other lanes are returned as a miss. Inlined:
-    /// a call would cost a packet of a small scene 4 % of its instructions. The kernel is large, so
-    /// only [`Traversal`](super::Traversal) has it so, once for each number of lanes.
+    /// The closest hit below `tmax` of each active lane; other lanes are returned as a miss. It is
+    /// inlined, because a call would cost a packet of a small scene 4 % of its instructions. The
+    /// kernel is large, so only [`Traversal`](super::Traversal) has it so, once for each number of
+    /// lanes.
     #[inline(always)]
     pub(super) fn closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
         let mut query = ClosestHit::new(active.select(rays.tmax, inactive_t()));
