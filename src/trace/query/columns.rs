@@ -7,7 +7,8 @@ use phalanx_scene::NO_GEOM;
 /// Farthest distances of a batch, in units of each ray's direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TMax<'a> {
-    /// The same for all rays; infinity where rays have no end. The fast way: all kernels serve.
+    /// The same for all rays; infinity where rays have no end. The fast way: all kernels serve, but
+    /// for closest hits below a finite distance, which packets alone find.
     All(f32),
     /// One for each ray. Where neighbours differ, packets alone serve, so that coherent rays are
     /// slower than with [`TMax::All`]; rays of which all end at 1 (see [`Ray::segment`]) are not.
