@@ -2,11 +2,11 @@
 //! finds the surfaces, and sends one ray from each.
 
 use super::aov_buffer::AovBuffer;
-use super::wavefront::{QueueSlice, RadianceX8, WavefrontContext, group_hits};
+use super::wavefront::{QueueSlice, RadianceX8, WavefrontContext, add_unoccluded, group_hits};
 use crate::shade::sample_ao_ray;
 use bumpalo::Bump;
 use phalanx_trace::packet::{HitPacket, RayQueue};
-use phalanx_trace::simd::{LANES, LaneMask, Mask8, Vec3x8};
+use phalanx_trace::simd::{LANES, Vec3x8};
 
 /// Traces a wave and writes to `radiance`, which is black before: 1 for rays whose hit sends a ray
 /// that meets nothing within `ao_distance`, and the background for rays that hit nothing. `aovs`
@@ -37,14 +37,7 @@ pub(super) fn ambient_occlusion(
     let all = 0..queue.packets();
     let blocked = arena.alloc_slice_fill_copy(all.len(), 0);
     engine.traversal.occluded(&queue, all, ao_distance, blocked);
-    for (packet, &blocked) in blocked.iter().enumerate() {
-        let (white, hit) = queue.payload(packet);
-        let open = queue.active(packet) & !Mask8::from_bits(u32::from(blocked));
-        for lane in open.lanes() {
-            let ray = hit[lane] as usize;
-            radiance[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| white[c][lane]));
-        }
-    }
+    add_unoccluded(&queue, blocked, radiance, |_| {});
     if let Some(aovs) = aovs {
         aovs.record_surfaces(engine.scene, groups, tints, radiance);
     }

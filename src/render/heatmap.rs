@@ -118,9 +118,9 @@ pub(super) fn count_cost(
     cost: RayCost,
 ) -> f32 {
     let (packet, _) = rays.packet(packet, f32::INFINITY);
-    tracer.take_work();
+    tracer.take_stats();
     tracer.closest(&packet, Mask8::from_bits(1 << lane));
-    let work = tracer.take_work();
+    let work = tracer.take_stats();
     let lanes = phalanx_trace::simd::LANES as u64;
     match cost {
         RayCost::Prims => (work.prim_tests / lanes) as f32,

@@ -401,16 +401,30 @@ fn trace_shadow_rays(
         let all = 0..queue.packets();
         let blocked = &mut room[..all.len()];
         engine.traversal.occluded(&queue, all, tmax, blocked);
-        for (packet, &blocked) in blocked.iter().enumerate() {
-            let (radiance, hit) = queue.payload(packet);
-            let lit = queue.active(packet) & !Mask8::from_bits(u32::from(blocked));
-            for lane in lit.lanes() {
-                let ray = hit[lane] as usize;
-                colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| radiance[c][lane]));
-                if let Some(known) = &mut known {
-                    known.record_visible(light, hit[lane]);
-                }
+        add_unoccluded(&queue, blocked, colors, |hit| {
+            if let Some(known) = &mut known {
+                known.record_visible(light, hit);
             }
+        });
+    }
+}
+
+/// Adds the radiance that rays carry to the hits that sent them, where nothing blocks the ray, and
+/// passes those hits to `record`. `blocked` holds lanes as bits, a byte for each packet.
+#[inline]
+pub(super) fn add_unoccluded(
+    queue: &RayQueue,
+    blocked: &[u8],
+    colors: &mut [RadianceX8],
+    mut record: impl FnMut(u32),
+) {
+    for (packet, &blocked) in blocked.iter().enumerate() {
+        let (radiance, hit) = queue.payload(packet);
+        let open = queue.active(packet) & !Mask8::from_bits(u32::from(blocked));
+        for lane in open.lanes() {
+            let ray = hit[lane] as usize;
+            colors[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| radiance[c][lane]));
+            record(hit[lane]);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The calls that embedders make, against the oracle bit by bit: one ray and batches of them, of
 //! every length, with rays that are none among them.
 
+use crate::common::rng::Rng;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use phalanx::bvh::Bvh;
 use phalanx::oracle::{Oracle, OracleRay, OracleSearch};
@@ -10,63 +11,47 @@ use phalanx::{BatchError, Hit, HitBuffer, Ray, RayBuffer, RayColumns, TMax};
 /// Lengths around those of packets, pairs, beams and chunks.
 const LENGTHS: [usize; 12] = [0, 1, 7, 8, 9, 15, 17, 511, 513, 1000, 4097, 9001];
 
-/// Numbers in \[−1, 1\) that are the same every time.
-struct Random(u32);
-
-impl Random {
-    fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (self.0 >> 8) as f32 / (1 << 23) as f32 - 1.0
-    }
-
-    fn vector(&mut self) -> [f32; 3] {
-        [(); 3].map(|()| self.next())
-    }
-
-    fn below(&mut self, n: u32) -> u32 {
-        ((self.next() + 1.0) / 2.0 * n as f32) as u32
-    }
-}
-
 /// Triangles that share vertices, half of them large.
-fn soup(random: &mut Random, triangles: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
-    let mut vertices: Vec<[f32; 3]> = (0..40).map(|_| random.vector()).collect();
+fn soup(random: &mut Rng, triangles: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let mut vertices: Vec<[f32; 3]> = (0..40).map(|_| random.point(1.0).to_array()).collect();
     let mut indices = Vec::new();
     for k in 0..triangles {
         if k % 2 == 0 {
-            indices.push([(); 3].map(|()| random.below(40)));
+            indices.push([(); 3].map(|()| random.below(40) as u32));
             continue;
         }
         let first = vertices.len() as u32;
-        let center = Vec3::from(random.vector());
-        vertices.extend([(); 3].map(|()| (center + 0.1 * Vec3::from(random.vector())).to_array()));
+        let center = random.point(1.0);
+        vertices.extend([(); 3].map(|()| (center + 0.1 * random.point(1.0)).to_array()));
         indices.push([first, first + 1, first + 2]);
     }
     (vertices, indices)
 }
 
 /// A mesh, spheres, a cone that belongs to no geometry, and two instances of another mesh.
-fn mixed_scene(seed: u32) -> Scene {
-    let mut random = Random(seed);
+fn mixed_scene(seed: u64) -> Scene {
+    let mut random = Rng::new(seed);
     let mut scene = Scene::new();
     let (vertices, indices) = soup(&mut random, 300);
     assert_eq!(scene.add_mesh(&vertices, &indices), Ok(0));
     let cone = Cone {
-        base: Vec3::from(random.vector()),
-        apex: Vec3::from(random.vector()),
+        base: random.point(1.0),
+        apex: random.point(1.0),
         base_radius: 0.2,
         apex_radius: 0.05,
         inside: false,
     };
     scene.add_cone(cone, 0);
-    let centers: Vec<[f32; 3]> = (0..20).map(|_| random.vector()).collect();
-    let radii: Vec<f32> = (0..20).map(|_| 0.11 + 0.1 * random.next()).collect();
+    let centers: Vec<[f32; 3]> = (0..20).map(|_| random.point(1.0).to_array()).collect();
+    let radii: Vec<f32> = (0..20)
+        .map(|_| 0.11 + 0.1 * random.range(-1.0, 1.0))
+        .collect();
     assert_eq!(scene.add_spheres(&centers, &radii), Ok(1));
     let (vertices, indices) = soup(&mut random, 40);
     let prototype = scene.add_prototype(&vertices, &indices).unwrap();
     for k in 0..2 {
         let turn = DQuat::from_rotation_y(f64::from(k) + 0.3);
-        let place = DVec3::new(f64::from(random.next()), 0.5, 0.2);
+        let place = DVec3::new(f64::from(random.range(-1.0, 1.0)), 0.5, 0.2);
         let map = DAffine3::from_scale_rotation_translation(DVec3::splat(0.4), turn, place);
         assert_eq!(scene.add_instance(prototype, map), Ok(2 + k));
     }
@@ -75,8 +60,8 @@ fn mixed_scene(seed: u32) -> Scene {
 }
 
 /// A mesh large enough for rays on their own, and for beams.
-fn mesh_scene(seed: u32) -> Scene {
-    let (vertices, indices) = soup(&mut Random(seed), 9000);
+fn mesh_scene(seed: u64) -> Scene {
+    let (vertices, indices) = soup(&mut Rng::new(seed), 9000);
     let mut scene = Scene::new();
     scene.add_mesh(&vertices, &indices).unwrap();
     scene
@@ -84,19 +69,19 @@ fn mesh_scene(seed: u32) -> Scene {
 
 /// Kinds of rays, by the hundred: from one point, from everywhere, along axes, toward one point;
 /// and, now and then, rays that are none.
-fn rays(seed: u32, count: usize) -> Vec<Ray> {
-    let mut random = Random(seed);
+fn rays(seed: u64, count: usize) -> Vec<Ray> {
+    let mut random = Rng::new(seed);
     let eye = [0.3, 0.2, 4.0];
     let ray = |k: usize| {
-        let to = random.vector();
+        let to = random.point(1.0).to_array();
         let mut ray = match k / 1024 % 4 {
             0 => Ray::segment(eye, to),
-            1 => Ray::new(random.vector(), to),
+            1 => Ray::new(random.point(1.0).to_array(), to),
             2 => Ray::segment(to, eye),
             _ => Ray::new(to.map(|x| 1.5 * x), [0.0, -0.0, to[0].signum()]),
         };
         match k % 37 {
-            3 => ray.tmax = 0.4 + random.next(),
+            3 => ray.tmax = 0.4 + random.range(-1.0, 1.0),
             5 => ray.direction = [0.0, -0.0, 0.0],
             7 => ray.origin[k % 3] = f32::NAN,
             11 => ray.direction[k % 3] = f32::NAN,
@@ -159,7 +144,7 @@ fn batches_may_have_any_length() {
     let scene = mixed_scene(5);
     let bvh = Bvh::build(&scene);
     for length in LENGTHS {
-        assert_oracle(&scene, &bvh, &rays(length as u32, length), 2);
+        assert_oracle(&scene, &bvh, &rays(length as u64, length), 2);
     }
 }
 

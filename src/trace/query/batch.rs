@@ -185,11 +185,12 @@ impl<'a> Worker<'a> {
     }
 
     fn closest(&mut self, rays: &RayColumns, mut hits: HitColumns) {
-        let any_able = self.packets.fill(rays);
+        let endless = rays.common_tmax() == Some(f32::INFINITY);
+        let any_able = self.packets.fill(rays, !endless);
         let count = packets_for(rays.len());
         self.hits.resize(count, HitPacket::miss());
         let queue = self.packets.queue.queue();
-        if any_able && rays.common_tmax() == Some(f32::INFINITY) {
+        if any_able && endless {
             self.traversal.closest(&queue, 0..count, &mut self.hits);
         } else if any_able {
             let tmax = &self.packets.tmax;
@@ -204,11 +205,12 @@ impl<'a> Worker<'a> {
     }
 
     fn occluded(&mut self, rays: &RayColumns, blocked: &mut [bool]) {
-        let any_able = self.packets.fill(rays);
+        let common = rays.common_tmax();
+        let any_able = self.packets.fill(rays, common.is_none());
         let count = packets_for(rays.len());
         self.blocked.resize(count, 0);
         let queue = self.packets.queue.queue();
-        match rays.common_tmax() {
+        match common {
             _ if !any_able => {}
             Some(tmax) => {
                 let blocked = &mut self.blocked;
@@ -262,8 +264,9 @@ fn put<T: Copy>(column: &mut [T], from: usize, eight: [T; LANES]) {
 }
 
 impl PacketStorage {
-    /// Copies rays into packets; tells if any of them can hit anything.
-    fn fill(&mut self, rays: &RayColumns) -> bool {
+    /// Copies rays into packets, and their limits if they are needed; returns true if any of the
+    /// rays can hit anything.
+    fn fill(&mut self, rays: &RayColumns, with_limits: bool) -> bool {
         let (count, able, limits) = (packets_for(rays.len()), &mut self.able, &mut self.tmax);
         able.clear();
         limits.clear();
@@ -284,7 +287,9 @@ impl PacketStorage {
                 }
                 queue.push_octet(org, dir, rays.len() - from);
                 able.push(sound);
-                limits.push(tmax);
+                if with_limits {
+                    limits.push(tmax);
+                }
             }
         });
         able.iter().any(|&lanes| lanes != 0)

@@ -6,12 +6,10 @@
 
 use super::counters::PacketCount;
 use super::packet::PacketKernel;
+use super::traversal::SIXTEEN;
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket, RayQueue};
-use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, NATIVE, Vec3x8};
-
-/// True if two packets side by side pay on this build.
-const PAIRS: bool = NATIVE > LANES;
+use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
 /// Traces packets of a queue with a limit for each ray.
 pub(crate) struct LimitedRays<'a> {
@@ -35,7 +33,7 @@ impl<'a> LimitedRays<'a> {
         hits: &mut [HitPacket],
     ) {
         for k in packet_starts(tmax.len()) {
-            if PAIRS && k + 1 < tmax.len() {
+            if SIXTEEN && k + 1 < tmax.len() {
                 let (rays, active) = limited(rays, tmax, k);
                 let found = self.sixteen.call_closest(&rays, active);
                 [hits[k], hits[k + 1]] = [0, 1].map(|octet| found.octet(octet));
@@ -49,7 +47,7 @@ impl<'a> LimitedRays<'a> {
     /// Which lanes (as bits) meet anything before their limits, one row for each packet.
     pub(crate) fn occluded(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], blocked: &mut [u8]) {
         for k in packet_starts(tmax.len()) {
-            if PAIRS && k + 1 < tmax.len() {
+            if SIXTEEN && k + 1 < tmax.len() {
                 let (rays, active) = limited(rays, tmax, k);
                 let bits = self.sixteen.call_occluded(&rays, active).bits();
                 (blocked[k], blocked[k + 1]) = (bits as u8, (bits >> LANES) as u8);
@@ -63,7 +61,7 @@ impl<'a> LimitedRays<'a> {
 
 /// Every packet, or the first of every pair.
 fn packet_starts(packets: usize) -> impl Iterator<Item = usize> {
-    (0..packets).step_by(if PAIRS { 2 } else { 1 })
+    (0..packets).step_by(if SIXTEEN { 2 } else { 1 })
 }
 
 /// Packet `index` of a queue (and the one after it) with limits of its own.

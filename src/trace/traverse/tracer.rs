@@ -91,7 +91,7 @@ impl<'a, L: PacketLanes> PacketTracer<'a, L> {
     }
 
     /// Takes the counts since the tracer was made, or since they were last taken.
-    pub fn take_work(&mut self) -> TraversalStats {
+    pub fn take_stats(&mut self) -> TraversalStats {
         std::mem::take(&mut self.kernel.0.counters)
     }
 }

@@ -102,7 +102,7 @@ const MIN_BEAM_PACKETS: usize = beam::SIZE / 2;
 const MIN_PIXELS_PER_PRIM: u64 = 4;
 
 /// True if sixteen lanes pay on this build.
-const SIXTEEN: bool = NATIVE > LANES;
+pub(super) const SIXTEEN: bool = NATIVE > LANES;
 
 /// Least nodes of a wide tree for single rays. A smaller tree stays in the nearest caches, and
 /// packets are as fast.
