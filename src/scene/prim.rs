@@ -16,39 +16,65 @@ pub enum PrimKind {
 }
 
 impl PrimKind {
-    /// The kind with this number (`kind as u32`).
+    /// Every kind, in the order of their numbers.
+    pub const ALL: [PrimKind; PrimKind::COUNT] = [
+        PrimKind::Sphere,
+        PrimKind::Ellipsoid,
+        PrimKind::Triangle,
+        PrimKind::Cone,
+    ];
+
+    /// Number of kinds. The match makes a new kind a compile error here, where the last is named.
+    pub const COUNT: usize = 1 + match PrimKind::Sphere {
+        PrimKind::Sphere | PrimKind::Ellipsoid | PrimKind::Triangle | PrimKind::Cone => {
+            PrimKind::Cone as usize
+        }
+    };
+
+    /// Bits of a kind in packed words.
+    pub const BITS: u32 = 2;
+
+    /// The kind with this number (`kind as u32`); its lowest [`PrimKind::BITS`] count.
     #[inline(always)]
-    pub fn from_number(number: u32) -> PrimKind {
-        match number {
+    pub const fn from_number(number: u32) -> PrimKind {
+        match number & ((1 << PrimKind::BITS) - 1) {
             0 => PrimKind::Sphere,
             1 => PrimKind::Ellipsoid,
             2 => PrimKind::Triangle,
-            _ => PrimKind::Cone,
+            3 => PrimKind::Cone,
+            _ => unreachable!(),
         }
     }
 }
 
-/// One entry of the primitive list: kind in the upper two bits, index into that kind's columns
-/// below.
+const _: () = assert!(
+    PrimKind::COUNT <= 1 << PrimKind::BITS,
+    "packed words have no room for another kind: see the uses of PrimKind::BITS"
+);
+
+const KIND_SHIFT: u32 = u32::BITS - PrimKind::BITS;
+
+/// One entry of the primitive list: kind in the upper bits, index into that kind's columns below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct Prim(u32);
 
 impl Prim {
     /// Most primitives of one kind.
-    pub const MAX_INDEX: u32 = (1 << 30) - 1;
+    pub const MAX_INDEX: u32 = (1 << KIND_SHIFT) - 1;
 
     /// Packs a kind and an index.
     #[inline]
     pub fn new(kind: PrimKind, index: u32) -> Self {
         assert!(index <= Self::MAX_INDEX, "more than 2^30 primitives");
-        Prim((kind as u32) << 30 | index)
+        assert!((kind as usize) < PrimKind::COUNT);
+        Prim((kind as u32) << KIND_SHIFT | index)
     }
 
     /// The kind.
     #[inline]
     pub fn kind(self) -> PrimKind {
-        PrimKind::from_number(self.0 >> 30)
+        PrimKind::from_number(self.0 >> KIND_SHIFT)
     }
 
     /// Index into the columns of [`Prim::kind`].
