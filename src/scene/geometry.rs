@@ -1,13 +1,8 @@
 //! Geometry from plain slices, checked as it comes in, and the numbers by which hits name it.
 
 use super::{Material, Mesh, MeshMaterial, Prim, Scene, Vec3s};
+use crate::geometries::{GeomId, Geometry, NO_GEOM};
 use glam::Vec3;
-
-/// Number of a geometry, in the order in which they were added, from 0.
-pub type GeomId = u32;
-
-/// Geometry of a miss, and of primitives that were added one by one.
-pub const NO_GEOM: GeomId = GeomId::MAX;
 
 /// Errors of the slices that make geometry. Nothing is added where there is one.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -52,39 +47,6 @@ pub enum GeometryError {
     /// More primitives or vertices than 32-bit numbers can name.
     #[error("{0} primitives or vertices in one scene: at most 2^30 - 1 can be told apart")]
     TooMany(usize),
-}
-
-/// Primitives that were added together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Geometry {
-    /// A run of stored primitives.
-    Prims { first: u32, count: u32 },
-    /// An instance.
-    Instance(u32),
-}
-
-/// One entry per geometry, in the order of [`GeomId`].
-#[derive(Clone, Debug, Default)]
-pub struct Geometries(Vec<Geometry>);
-
-impl Geometries {
-    /// Number of geometries.
-    #[inline]
-    pub fn len(&self) -> usize {
-        self.0.len()
-    }
-
-    /// Tells if nothing was added as a geometry.
-    #[inline]
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    pub(crate) fn push(&mut self, geometry: Geometry) -> GeomId {
-        let id = self.0.len() as GeomId;
-        self.0.push(geometry);
-        id
-    }
 }
 
 impl Scene {
@@ -215,13 +177,12 @@ impl Scene {
                 end = first + count;
             }
         };
-        let geometries = || (0..).zip(&self.geometries.0);
-        for (id, geometry) in geometries() {
+        for (id, geometry) in self.geometries.iter() {
             if let Geometry::Prims { first, count } = *geometry {
                 push(first, count, id);
             }
         }
-        for (id, geometry) in geometries() {
+        for (id, geometry) in self.geometries.iter() {
             if let Geometry::Instance(k) = *geometry {
                 let mesh = self.instances.mesh[k as usize] as usize;
                 // validate() reports a mesh that does not exist.

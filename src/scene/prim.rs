@@ -2,6 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 
+/// Primitive number that stands for a miss.
+pub const NO_PRIM: u32 = u32::MAX;
+
 /// The kinds of primitive a scene can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PrimKind {

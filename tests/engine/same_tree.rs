@@ -22,7 +22,7 @@ fn tree_hash(bvh: &Bvh) -> u64 {
         for k in 0..2 {
             words.extend(match node.child(k) {
                 Child::Node(index) => [0, index, 0],
-                Child::Leaf { kind, first, count } => [1 + kind as u32, first, count],
+                Child::Leaf { kind, first, count } => [1 + kind.number() as u32, first, count],
             });
         }
         words

@@ -6,7 +6,7 @@ use crate::common::scenes;
 use glam::Vec3;
 use phalanx::bvh::{Bvh, ChildRef, LeafKind, WideNode};
 use phalanx::lanes::NATIVE;
-use phalanx::scene::{Bounds, Scene};
+use phalanx::scene::{Bounds, PrimKind, Scene};
 use phalanx::standard;
 
 /// Walks the whole tree, and returns the slots of every kind that were met, by number in the file.
@@ -57,8 +57,8 @@ fn check(bvh: &Bvh) -> Vec<u32> {
                     for slot in leaf.first..leaf.first + leaf.count {
                         let slot = slot as usize;
                         met.push(match leaf.kind {
-                            LeafKind::Cone => bvh.cones()[slot].prim_id,
-                            LeafKind::Ellipsoid => bvh.ellipsoids()[slot].prim_id,
+                            LeafKind::Prim(PrimKind::Cone) => bvh.cones()[slot].prim_id,
+                            LeafKind::Prim(PrimKind::Ellipsoid) => bvh.ellipsoids()[slot].prim_id,
                             LeafKind::Instance => bvh.instances()[slot].id_offset,
                             kind => panic!("{kind:?} has blocks"),
                         });

@@ -245,7 +245,7 @@ const BOUNDS: [&str; 4] = [
 ];
 
 /// Files that may hold `unsafe`.
-const UNSAFE_FILES: [&str; 15] = [
+const UNSAFE_FILES: [&str; 16] = [
     "trace/bvh/huge_pages.rs",
     "io/cache/mapping.rs",
     // Open files are known by their numbers alone.
@@ -253,6 +253,7 @@ const UNSAFE_FILES: [&str; 15] = [
     "cli/bus_error.rs",
     // The allocator takes numbers through its C interface alone.
     "cli/heap.rs",
+    "trace/traverse/beam/state.rs",
     "trace/traverse/beam/traverse.rs",
     "trace/traverse/beam/pairs.rs",
     "trace/traverse/beam/deferred.rs",

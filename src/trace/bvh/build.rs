@@ -9,11 +9,12 @@
 //! Nothing depends on the number of threads: the same scene gives the same tree on every machine.
 
 use super::build_input::{BuildInput, PrimIndex};
-use super::chunks::{chunks, prim_refs};
+use super::chunks::chunks;
 use super::geometry_starts::GeometryStarts;
 use super::huge_pages::move_to_huge_pages;
 use super::merge::merge;
 use super::subtree::{ObvhsTree, Offsets, Subtree, weighted_cost};
+use super::wide::widen;
 use super::{Bvh, Child, Node, WideBvh, ploc};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -108,7 +109,7 @@ impl Bvh {
                 0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
                 some => some,
             };
-            let make = || run_on_threads(threads, || Box::new(WideBvh::of(self)));
+            let make = || run_on_threads(threads, || Box::new(widen(self)));
             std::thread::scope(|scope| {
                 match std::thread::Builder::new().spawn_scoped(scope, make) {
                     Ok(maker) => maker.join().unwrap_or_else(|panic| resume_unwind(panic)),
@@ -183,7 +184,7 @@ fn relative_cost(subtree: &Subtree) -> f64 {
 
 /// A tree whose root is its node 0; `None` for no objects.
 fn build_subtree(objects: &BuildInput, all: Vec<PrimIndex>, quality: Quality) -> Option<Subtree> {
-    let mut all = prim_refs(objects, all);
+    let mut all = objects.prim_refs(all);
     let chunks = chunks(&mut all);
     let subtrees = chunks.into_par_iter().filter_map(|chunk| {
         let boxes: Vec<Aabb> = chunk.iter().map(|item| aabb(item.bounds)).collect();

@@ -1,12 +1,25 @@
 //! Input of a tree build: primitives, and in the world's tree also instances.
 
-use super::chunks::PrimRef;
 use super::{LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafPrims, LeafSphere, LeafTriangle};
 use phalanx_scene::{Bounds, PrimKind, Scene};
 use rayon::prelude::*;
 
 /// Number of an object: a stored primitive below [`Scene::prim_count`], from there on an instance.
 pub(super) type PrimIndex = u32;
+
+/// An object and its padded box.
+#[derive(Clone, Copy)]
+pub(super) struct PrimRef {
+    pub(super) object: PrimIndex,
+    pub(super) bounds: Bounds,
+}
+
+impl PrimRef {
+    /// Twice the centre of the box.
+    pub(super) fn center(&self) -> glam::Vec3 {
+        self.bounds.lo + self.bounds.hi
+    }
+}
 
 /// Access to the boxes, kinds and rows of objects.
 pub(super) struct BuildInput<'a> {
@@ -40,7 +53,7 @@ impl<'a> BuildInput<'a> {
 
     pub(super) fn kind(&self, object: PrimIndex) -> LeafKind {
         match object < self.prims {
-            true => self.scene.prims[object as usize].kind().into(),
+            true => LeafKind::Prim(self.scene.prims[object as usize].kind()),
             false => LeafKind::Instance,
         }
     }
@@ -54,6 +67,15 @@ impl<'a> BuildInput<'a> {
         let mesh = self.scene.instances.mesh[k] as usize;
         let bounds = self.scene.instances.bounds(k, self.mesh_bounds[mesh]);
         bounds.padded()
+    }
+
+    /// The objects with their boxes.
+    pub(super) fn prim_refs(&self, all: Vec<PrimIndex>) -> Vec<PrimRef> {
+        let all = all.into_par_iter().map(|object| PrimRef {
+            object,
+            bounds: self.bounds(object),
+        });
+        all.collect()
     }
 
     /// Appends an object to its column.

@@ -5,23 +5,9 @@
 //! The division unites boxes and counts objects. Neither depends on the order, so the chunks do not
 //! depend on threads.
 
-use super::build_input::{BuildInput, PrimIndex};
+use super::build_input::PrimRef;
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
-
-/// An object and its padded box.
-#[derive(Clone, Copy)]
-pub(super) struct PrimRef {
-    pub(super) object: PrimIndex,
-    pub(super) bounds: Bounds,
-}
-
-impl PrimRef {
-    /// Twice the centre of the box.
-    fn center(&self) -> glam::Vec3 {
-        self.bounds.lo + self.bounds.hi
-    }
-}
 
 /// Most objects of a chunk. Smaller and larger chunks gave trees 1 to 5 % worse: see
 /// `perf/notes/parallel-build.md`.
@@ -33,15 +19,6 @@ const BINS: usize = 32;
 const MAX_SAH_DEPTH: usize = 40;
 /// Objects that a thread processes at a time.
 const BLOCK: usize = 1 << 14;
-
-/// The objects with their boxes.
-pub(super) fn prim_refs(objects: &BuildInput, all: Vec<PrimIndex>) -> Vec<PrimRef> {
-    let all = all.into_par_iter().map(|object| PrimRef {
-        object,
-        bounds: objects.bounds(object),
-    });
-    all.collect()
-}
 
 /// Reorders objects so that each of the chunks returned is a neighbourhood.
 pub(super) fn chunks(all: &mut [PrimRef]) -> Vec<&mut [PrimRef]> {
@@ -175,7 +152,7 @@ mod tests {
 
     fn items(count: usize, position: impl Fn(usize) -> Vec3) -> Vec<PrimRef> {
         let item = |k: usize| PrimRef {
-            object: k as PrimIndex,
+            object: k as u32,
             bounds: Bounds::new(position(k), position(k) + Vec3::ONE),
         };
         (0..count).map(item).collect()
@@ -196,7 +173,7 @@ mod tests {
         let mut all = items(100_000, spread);
         let chunks = chunks(&mut all);
         assert!(chunks.len() >= 4);
-        let mut seen: Vec<PrimIndex> = Vec::new();
+        let mut seen: Vec<u32> = Vec::new();
         for chunk in chunks {
             assert!(chunk.len() <= CHUNK_PRIMS);
             let first = chunk[0].bounds.lo.x > 5e5;
@@ -204,9 +181,7 @@ mod tests {
             seen.extend(chunk.iter().map(|i| i.object));
         }
         seen.sort_unstable();
-        assert!(
-            seen.iter().enumerate().all(|(k, &o)| k as PrimIndex == o) && seen.len() == 100_000
-        );
+        assert!(seen.iter().enumerate().all(|(k, &o)| k as u32 == o) && seen.len() == 100_000);
     }
 
     /// Checks that neither equal positions nor sizes that shrink forever make the recursion

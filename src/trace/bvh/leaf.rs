@@ -1,9 +1,8 @@
 //! Primitives in leaf order, with only the data that their tests need.
 
 use super::LeafKind;
-use super::subtree::Offsets;
 use bytemuck::{Pod, Zeroable};
-use phalanx_scene::Column;
+use phalanx_scene::{Column, PrimKind};
 
 /// A triangle in leaf order. Its own padded box is not stored: it is computed from the vertices if
 /// a ray hits them.
@@ -100,10 +99,10 @@ impl LeafPrims {
     /// Number of primitives of a kind.
     pub fn count(&self, kind: LeafKind) -> usize {
         match kind {
-            LeafKind::Triangle => self.triangles.len(),
-            LeafKind::Sphere => self.spheres.len(),
-            LeafKind::Ellipsoid => self.ellipsoids.len(),
-            LeafKind::Cone => self.cones.len(),
+            LeafKind::Prim(PrimKind::Triangle) => self.triangles.len(),
+            LeafKind::Prim(PrimKind::Sphere) => self.spheres.len(),
+            LeafKind::Prim(PrimKind::Ellipsoid) => self.ellipsoids.len(),
+            LeafKind::Prim(PrimKind::Cone) => self.cones.len(),
             LeafKind::Instance => self.instances.len(),
         }
     }
@@ -118,12 +117,14 @@ impl LeafPrims {
     }
 
     /// Reserves memory for the final number of each kind.
-    pub(super) fn reserve(&mut self, end: &Offsets) {
-        let room = |kind: LeafKind| end.slot[kind as usize] as usize;
-        self.triangles.reserve(room(LeafKind::Triangle));
-        self.spheres.reserve(room(LeafKind::Sphere));
-        self.ellipsoids.reserve(room(LeafKind::Ellipsoid));
-        self.cones.reserve(room(LeafKind::Cone));
+    pub(super) fn reserve(&mut self, end: &[u32; LeafKind::COUNT]) {
+        let room = |kind: LeafKind| end[kind.number()] as usize;
+        self.triangles
+            .reserve(room(LeafKind::Prim(PrimKind::Triangle)));
+        self.spheres.reserve(room(LeafKind::Prim(PrimKind::Sphere)));
+        self.ellipsoids
+            .reserve(room(LeafKind::Prim(PrimKind::Ellipsoid)));
+        self.cones.reserve(room(LeafKind::Prim(PrimKind::Cone)));
         self.instances.reserve(room(LeafKind::Instance));
     }
 

@@ -29,7 +29,7 @@ pub(super) fn merge(mut subtrees: Vec<Subtree>, above: &Bvh2) -> Subtree {
     whole
         .nodes
         .reserve_exact(end.node as usize - whole.nodes.len());
-    whole.slots.reserve(&end);
+    whole.slots.reserve(&end.slot);
     let mut subtrees: Vec<Option<Subtree>> = subtrees.into_iter().map(Some).collect();
     for subtree in order.iter().filter_map(|&k| subtrees[k].take()) {
         whole.nodes.extend(subtree.nodes);

@@ -6,45 +6,42 @@ use phalanx_scene::{Bounds, PrimKind};
 /// Contents of a leaf: one kind of primitive, or instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LeafKind {
-    /// Spheres.
-    Sphere = 0,
-    /// Ellipsoids.
-    Ellipsoid = 1,
-    /// Triangles.
-    Triangle = 2,
-    /// Cones.
-    Cone = 3,
+    /// Primitives.
+    Prim(PrimKind),
     /// Instances of meshes.
-    Instance = 4,
+    Instance,
 }
 
 impl LeafKind {
+    /// Triangles.
+    pub const TRIANGLE: LeafKind = LeafKind::Prim(PrimKind::Triangle);
+    /// Spheres.
+    pub const SPHERE: LeafKind = LeafKind::Prim(PrimKind::Sphere);
     /// Number of kinds.
-    pub const COUNT: usize = 5;
-    /// Every kind.
-    pub const ALL: [LeafKind; LeafKind::COUNT] = [
-        LeafKind::Sphere,
-        LeafKind::Ellipsoid,
-        LeafKind::Triangle,
-        LeafKind::Cone,
-        LeafKind::Instance,
-    ];
+    pub const COUNT: usize = PrimKind::COUNT + 1;
 
+    /// Every kind, in the order of their numbers.
+    pub fn all() -> impl Iterator<Item = LeafKind> {
+        let prims = PrimKind::ALL.into_iter().map(LeafKind::Prim);
+        prims.chain([LeafKind::Instance])
+    }
+
+    /// The kind's number in packed words and in arrays by kind: that of the primitives; instances
+    /// come last.
     #[inline(always)]
-    fn from_number(number: u32) -> LeafKind {
-        match number {
-            0 => LeafKind::Sphere,
-            1 => LeafKind::Ellipsoid,
-            2 => LeafKind::Triangle,
-            3 => LeafKind::Cone,
-            _ => LeafKind::Instance,
+    pub const fn number(self) -> usize {
+        match self {
+            LeafKind::Prim(kind) => kind as usize,
+            LeafKind::Instance => PrimKind::COUNT,
         }
     }
-}
 
-impl From<PrimKind> for LeafKind {
-    fn from(kind: PrimKind) -> LeafKind {
-        LeafKind::from_number(kind as u32)
+    #[inline(always)]
+    fn from_number(number: usize) -> LeafKind {
+        match number < PrimKind::COUNT {
+            true => LeafKind::Prim(PrimKind::from_number(number as u32)),
+            false => LeafKind::Instance,
+        }
     }
 }
 
@@ -80,6 +77,10 @@ pub struct Node {
 
 const LEAF: u16 = 0x8000;
 const KIND_SHIFT: u32 = 12;
+const _: () = assert!(
+    LeafKind::COUNT <= (LEAF >> KIND_SHIFT) as usize,
+    "no room for another kind below the leaf flag"
+);
 /// Most primitives in a leaf.
 pub const MAX_LEAF: u32 = (1 << KIND_SHIFT) - 1;
 
@@ -130,7 +131,7 @@ impl Node {
 impl Child {
     /// A leaf without primitives.
     pub const EMPTY: Child = Child::Leaf {
-        kind: LeafKind::Triangle,
+        kind: LeafKind::TRIANGLE,
         first: 0,
         count: 0,
     };
@@ -141,7 +142,10 @@ impl Child {
             Child::Node(index) => (index, 0),
             Child::Leaf { kind, first, count } => {
                 assert!(count <= MAX_LEAF, "a leaf of {count} primitives");
-                (first, LEAF | (kind as u16) << KIND_SHIFT | count as u16)
+                (
+                    first,
+                    LEAF | (kind.number() as u16) << KIND_SHIFT | count as u16,
+                )
             }
         }
     }
@@ -152,7 +156,7 @@ impl Child {
         if tag == 0 {
             return Child::Node(first);
         }
-        let kind = LeafKind::from_number(((tag & !LEAF) >> KIND_SHIFT) as u32);
+        let kind = LeafKind::from_number(usize::from((tag & !LEAF) >> KIND_SHIFT));
         Child::Leaf {
             kind,
             first,

@@ -4,8 +4,7 @@
 //! The result is a [`Subtree`] whose indices count from its own beginning, so that subtrees can be
 //! made side by side and appended to one another afterwards.
 
-use super::build_input::BuildInput;
-use super::chunks::PrimRef;
+use super::build_input::{BuildInput, PrimRef};
 use super::{Child, LeafKind, LeafPrims, Node};
 use obvhs::bvh2::Bvh2;
 use phalanx_scene::Bounds;
@@ -173,8 +172,8 @@ impl Offsets {
             node: nodes as u32,
             ..Offsets::default()
         };
-        for kind in LeafKind::ALL {
-            offsets.slot[kind as usize] = slots.count(kind) as u32;
+        for kind in LeafKind::all() {
+            offsets.slot[kind.number()] = slots.count(kind) as u32;
         }
         offsets
     }
@@ -186,7 +185,7 @@ impl Offsets {
             Child::Leaf { count: 0, .. } => child,
             Child::Leaf { kind, first, count } => Child::Leaf {
                 kind,
-                first: first + self.slot[kind as usize],
+                first: first + self.slot[kind.number()],
                 count,
             },
         }
@@ -195,8 +194,8 @@ impl Offsets {
     /// The offsets after a subtree that is placed at these.
     pub(super) fn advanced_by(mut self, subtree: &Subtree) -> Offsets {
         self.node += subtree.nodes.len() as u32;
-        for kind in LeafKind::ALL {
-            self.slot[kind as usize] += subtree.slots.count(kind) as u32;
+        for kind in LeafKind::all() {
+            self.slot[kind.number()] += subtree.slots.count(kind) as u32;
         }
         self
     }

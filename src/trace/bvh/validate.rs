@@ -15,7 +15,7 @@
 
 use super::geometry_starts::GeometryStarts;
 use super::{Bvh, Child, LeafKind, LeafPrims, Node};
-use phalanx_scene::{Column, Scene};
+use phalanx_scene::{Column, PrimKind, Scene};
 use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU64, Ordering::Relaxed};
@@ -269,9 +269,8 @@ impl UnverifiedBvh {
             return Err(BvhError::Row);
         }
         let children = self.children.iter().filter(|c| c.load(Relaxed) != 0);
-        let slots: u64 = LeafKind::ALL
-            .iter()
-            .map(|&kind| parts.slots.count(kind) as u64)
+        let slots: u64 = LeafKind::all()
+            .map(|kind| parts.slots.count(kind) as u64)
             .sum();
         let instances = parts.slots.instances.len();
         // Every object has one slot at most: more cannot be a tree of this scene.
@@ -363,10 +362,16 @@ impl UnverifiedBvh {
     fn prims_of(&self, kind: LeafKind, rows: Range<usize>) -> Vec<u32> {
         let slots = &self.arrays.slots;
         match kind {
-            LeafKind::Triangle => slots.triangles[rows].iter().map(|s| s.prim_id).collect(),
-            LeafKind::Sphere => slots.spheres[rows].iter().map(|s| s.prim_id).collect(),
-            LeafKind::Ellipsoid => slots.ellipsoids[rows].iter().map(|s| s.prim_id).collect(),
-            LeafKind::Cone => slots.cones[rows].iter().map(|s| s.prim_id).collect(),
+            LeafKind::Prim(PrimKind::Triangle) => {
+                slots.triangles[rows].iter().map(|s| s.prim_id).collect()
+            }
+            LeafKind::Prim(PrimKind::Sphere) => {
+                slots.spheres[rows].iter().map(|s| s.prim_id).collect()
+            }
+            LeafKind::Prim(PrimKind::Ellipsoid) => {
+                slots.ellipsoids[rows].iter().map(|s| s.prim_id).collect()
+            }
+            LeafKind::Prim(PrimKind::Cone) => slots.cones[rows].iter().map(|s| s.prim_id).collect(),
             LeafKind::Instance => Vec::new(),
         }
     }

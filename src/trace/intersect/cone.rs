@@ -21,87 +21,66 @@
 //! A ray within the surface has a NaN for a root. The mirrored cone beyond the tip lies above or
 //! below the two ends.
 
-use super::aabb::RaySlabs;
-use super::hit::HitRecord;
+use super::hit::HitCandidate;
+use super::leaf_prim::LeafPrim;
+use super::ray_setup::RaySetup;
 use crate::bvh::LeafCone;
+use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
-/// Updates `best` with a closer hit on the cone.
-#[inline(always)]
-pub(crate) fn closest<L: Lanes>(
-    org: Vec3Lanes<L>,
-    dir: Vec3Lanes<L>,
-    slabs: &RaySlabs<L>,
-    slot: &LeafCone,
-    best: &mut HitRecord<L>,
-) {
-    if let Some((meets, t)) = cone(org, dir, slabs, slot, best.t) {
-        best.update_t(meets, t, slot.prim_id);
+impl LeafPrim for LeafCone {
+    #[inline(always)]
+    fn prim_id(&self) -> u32 {
+        self.prim_id
     }
-}
 
-/// Lanes that the cone stops before `tmax`.
-#[inline(always)]
-pub(crate) fn occluded<L: Lanes>(
-    org: Vec3Lanes<L>,
-    dir: Vec3Lanes<L>,
-    slabs: &RaySlabs<L>,
-    slot: &LeafCone,
-    tmax: L,
-) -> L::Mask {
-    cone(org, dir, slabs, slot, tmax).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
-}
-
-/// The nearest hit ahead, clamped to the interval of the own box, and the lanes that have any.
-/// Lanes that enter the box beyond `limit` may be left out.
-#[inline(always)]
-fn cone<L: Lanes>(
-    org: Vec3Lanes<L>,
-    dir: Vec3Lanes<L>,
-    slabs: &RaySlabs<L>,
-    slot: &LeafCone,
-    limit: L,
-) -> Option<(L::Mask, L)> {
-    let interval = slabs.intersect_box(&slot.prim_aabb);
-    if !interval.overlaps(limit).any() {
-        return None;
+    /// The nearest hit ahead, clamped to the interval of the own box. Lanes that enter the box
+    /// beyond `limit` are left out.
+    #[inline(always)]
+    fn intersect<L: Lanes>(&self, rays: &RaySetup<L>, limit: L) -> Option<HitCandidate<L>> {
+        let interval = rays.slabs.intersect_box(&self.prim_aabb);
+        if !interval.overlaps(limit).any() {
+            return None;
+        }
+        let RayPacket { org, dir, .. } = rays.rays;
+        let [x, y, z] = self.base;
+        let entry = (org - Vec3Lanes::splat(x, y, z)) + dir.scale(interval.tnear);
+        let [right, up, axis] = self.axes.map(|a| Vec3Lanes::splat(a[0], a[1], a[2]));
+        let (dx, dy, dz) = (right.dot(dir), up.dot(dir), axis.dot(dir));
+        let (px, py, pz) = (right.dot(entry), up.dot(entry), axis.dot(entry));
+        let across = dx * dx + dy * dy;
+        let (sin, cos2) = (L::splat(self.sin), L::splat(self.cos_squared));
+        let (rho, drho) = (L::splat(self.radius) + sin * pz, sin * dz);
+        let (gx, gy) = (rho * dx - drho * px, rho * dy - drho * py);
+        let cross = px * dy - py * dx;
+        let gap = (gx * gx + gy * gy) - cos2 * (cross * cross);
+        let meets = gap.ge(L::ZERO) & interval.overlaps(limit);
+        if !meets.any() {
+            return None;
+        }
+        let root = (cos2 * gap).sqrt();
+        let a = cos2 * across - drho * drho;
+        let b = cos2 * (px * dx + py * dy) - rho * drho;
+        let c = cos2 * (px * px + py * py) - rho * rho;
+        // From outside (−b − √)/a, from inside (−b + √)/a; the one of the two that cancels is c/q.
+        let ahead = b.ge(L::ZERO);
+        let q = ahead.select(-b - root, root - b);
+        let (by_a, by_c) = (q / a, c / q);
+        let from_outside = ahead.select(by_a, by_c);
+        let from_inside = ahead.select(by_c, by_a);
+        let length = L::splat(self.length);
+        let valid = |s: L| {
+            let (t, height) = (interval.tnear + s, pz + dz * s);
+            let between = height.ge(L::ZERO) & height.le(length);
+            (between & t.gt(L::ZERO), t)
+        };
+        let (outer, t_outer) = valid(from_outside);
+        let (inner, t_inner) = valid(from_inside);
+        let outer = outer & L::Mask::splat(self.inside == 0);
+        let far = L::splat(f32::INFINITY);
+        let raw = outer.select(t_outer, far).min(inner.select(t_inner, far));
+        let t = raw.max(interval.tnear).min(interval.tfar);
+        let valid = meets & (outer | inner) & t.gt(L::ZERO);
+        Some(HitCandidate::without_uv(valid, t))
     }
-    let [x, y, z] = slot.base;
-    let entry = (org - Vec3Lanes::splat(x, y, z)) + dir.scale(interval.tnear);
-    let [right, up, axis] = slot.axes.map(|a| Vec3Lanes::splat(a[0], a[1], a[2]));
-    let (dx, dy, dz) = (right.dot(dir), up.dot(dir), axis.dot(dir));
-    let (px, py, pz) = (right.dot(entry), up.dot(entry), axis.dot(entry));
-    let across = dx * dx + dy * dy;
-    let (sin, cos2) = (L::splat(slot.sin), L::splat(slot.cos_squared));
-    let (rho, drho) = (L::splat(slot.radius) + sin * pz, sin * dz);
-    let (gx, gy) = (rho * dx - drho * px, rho * dy - drho * py);
-    let cross = px * dy - py * dx;
-    let gap = (gx * gx + gy * gy) - cos2 * (cross * cross);
-    let meets = gap.ge(L::ZERO) & interval.overlaps(limit);
-    if !meets.any() {
-        return None;
-    }
-    let root = (cos2 * gap).sqrt();
-    let a = cos2 * across - drho * drho;
-    let b = cos2 * (px * dx + py * dy) - rho * drho;
-    let c = cos2 * (px * px + py * py) - rho * rho;
-    // From outside (−b − √)/a, from inside (−b + √)/a; the one of the two that cancels is c/q.
-    let ahead = b.ge(L::ZERO);
-    let q = ahead.select(-b - root, root - b);
-    let (by_a, by_c) = (q / a, c / q);
-    let from_outside = ahead.select(by_a, by_c);
-    let from_inside = ahead.select(by_c, by_a);
-    let length = L::splat(slot.length);
-    let valid = |s: L| {
-        let (t, height) = (interval.tnear + s, pz + dz * s);
-        let between = height.ge(L::ZERO) & height.le(length);
-        (between & t.gt(L::ZERO), t)
-    };
-    let (outer, t_outer) = valid(from_outside);
-    let (inner, t_inner) = valid(from_inside);
-    let outer = outer & L::Mask::splat(slot.inside == 0);
-    let far = L::splat(f32::INFINITY);
-    let raw = outer.select(t_outer, far).min(inner.select(t_inner, far));
-    let t = raw.max(interval.tnear).min(interval.tfar);
-    Some((meets & (outer | inner) & t.gt(L::ZERO), t))
 }

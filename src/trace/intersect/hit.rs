@@ -51,12 +51,6 @@ impl<L: Lanes> HitRecord<L> {
         self.prim_id = take.select_u32(id, self.prim_id);
         take
     }
-
-    /// Replaces the record by a closer hit without barycentric weights.
-    #[inline(always)]
-    pub(crate) fn update_t(&mut self, valid: L::Mask, t: L, prim_id: u32) {
-        self.update(&HitCandidate::without_uv(valid, t), L::U32::splat(prim_id));
-    }
 }
 
 /// The limit of a lane without a ray, or with nothing left to find.

@@ -6,6 +6,7 @@
 //! | `aabb` | the slab test of a ray against a padded box |
 //! | `slab_conservative` | the same for boxes of nodes, with less arithmetic and a little slack |
 //! | `shear` | the frame in which a ray is the z axis |
+//! | `leaf_prim` | the interface of primitives |
 //! | `triangle`, `sphere`, `cone` | one test per primitive |
 //! | `instance` | rays into the space of a mesh, hits back out of it |
 //! | `hit` | candidates, and the record of the closest |
@@ -30,6 +31,7 @@ pub(crate) mod aabb;
 pub(crate) mod cone;
 pub(crate) mod hit;
 pub(crate) mod instance;
+pub(crate) mod leaf_prim;
 #[cfg(test)]
 pub(crate) mod random;
 pub(crate) mod ray_setup;

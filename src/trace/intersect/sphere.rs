@@ -6,102 +6,46 @@
 //! root comes from c/q. An ellipsoid is the unit sphere hit by the ray in object space; distances
 //! along the ray are the same there.
 
-use super::aabb::{RaySlabs, TInterval};
-use super::hit::HitRecord;
+use super::aabb::TInterval;
+use super::hit::HitCandidate;
+use super::leaf_prim::LeafPrim;
+use super::ray_setup::RaySetup;
 use crate::bvh::{LeafEllipsoid, LeafSphere};
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
-/// Updates `best` with a closer hit on the sphere.
-#[inline(always)]
-pub(crate) fn closest<L: Lanes>(
-    org: Vec3Lanes<L>,
-    dir: Vec3Lanes<L>,
-    slabs: &RaySlabs<L>,
-    slot: &LeafSphere,
-    best: &mut HitRecord<L>,
-) {
-    if let Some((meets, t)) = sphere(
-        org,
-        dir,
-        slabs,
-        (&slot.center, slot.radius),
-        &slot.prim_aabb,
-    ) {
-        best.update_t(meets, t, slot.prim_id);
+impl LeafPrim for LeafSphere {
+    #[inline(always)]
+    fn prim_id(&self) -> u32 {
+        self.prim_id
+    }
+
+    #[inline(always)]
+    fn intersect<L: Lanes>(&self, rays: &RaySetup<L>, _: L) -> Option<HitCandidate<L>> {
+        let [x, y, z] = self.center;
+        let from_center = rays.rays.org - Vec3Lanes::splat(x, y, z);
+        let roots = roots(from_center, rays.rays.dir, L::splat(self.radius))?;
+        let (valid, t) = nearest(roots, rays.slabs.intersect_box(&self.prim_aabb));
+        Some(HitCandidate::without_uv(valid, t))
     }
 }
 
-/// Updates `best` with a closer hit on the ellipsoid.
-#[inline(always)]
-pub(crate) fn closest_ellipsoid<L: Lanes>(
-    org: Vec3Lanes<L>,
-    dir: Vec3Lanes<L>,
-    slabs: &RaySlabs<L>,
-    slot: &LeafEllipsoid,
-    best: &mut HitRecord<L>,
-) {
-    if let Some((meets, t)) = ellipsoid(org, dir, slabs, slot) {
-        best.update_t(meets, t, slot.prim_id);
+impl LeafPrim for LeafEllipsoid {
+    #[inline(always)]
+    fn prim_id(&self) -> u32 {
+        self.prim_id
     }
-}
 
-/// Lanes that the sphere stops before `tmax`.
-#[inline(always)]
-pub(crate) fn occluded<L: Lanes>(
-    org: Vec3Lanes<L>,
-    dir: Vec3Lanes<L>,
-    slabs: &RaySlabs<L>,
-    slot: &LeafSphere,
-    tmax: L,
-) -> L::Mask {
-    sphere(
-        org,
-        dir,
-        slabs,
-        (&slot.center, slot.radius),
-        &slot.prim_aabb,
-    )
-    .map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
-}
-
-/// Lanes that the ellipsoid stops before `tmax`.
-#[inline(always)]
-pub(crate) fn occluded_ellipsoid<L: Lanes>(
-    org: Vec3Lanes<L>,
-    dir: Vec3Lanes<L>,
-    slabs: &RaySlabs<L>,
-    slot: &LeafEllipsoid,
-    tmax: L,
-) -> L::Mask {
-    ellipsoid(org, dir, slabs, slot).map_or_else(L::Mask::none, |(meets, t)| meets & t.lt(tmax))
-}
-
-/// Lanes that hit the sphere at a positive distance, and the distances.
-#[inline(always)]
-pub(crate) fn sphere<L: Lanes>(
-    org: Vec3Lanes<L>,
-    dir: Vec3Lanes<L>,
-    slabs: &RaySlabs<L>,
-    (center, radius): (&[f32; 3], f32),
-    prim_aabb: &[[f32; 3]; 2],
-) -> Option<(L::Mask, L)> {
-    let [x, y, z] = *center;
-    let from_center = org - Vec3Lanes::splat(x, y, z);
-    let roots = roots(from_center, dir, L::splat(radius))?;
-    Some(nearest(roots, slabs.intersect_box(prim_aabb)))
-}
-
-#[inline(always)]
-fn ellipsoid<L: Lanes>(
-    org: Vec3Lanes<L>,
-    dir: Vec3Lanes<L>,
-    slabs: &RaySlabs<L>,
-    slot: &LeafEllipsoid,
-) -> Option<(L::Mask, L)> {
-    let [x, y, z, shift] = slot.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
-    let rotate = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
-    let roots = roots(rotate(org) + shift, rotate(dir), L::ONE)?;
-    Some(nearest(roots, slabs.intersect_box(&slot.prim_aabb)))
+    #[inline(always)]
+    fn intersect<L: Lanes>(&self, rays: &RaySetup<L>, _: L) -> Option<HitCandidate<L>> {
+        let [x, y, z, shift] = self.to_object.map(|c| Vec3Lanes::splat(c[0], c[1], c[2]));
+        let rotate = |v: Vec3Lanes<L>| (x.scale(v.x) + y.scale(v.y)) + z.scale(v.z);
+        let (org, dir) = (rotate(rays.rays.org) + shift, rotate(rays.rays.dir));
+        let (valid, t) = nearest(
+            roots(org, dir, L::ONE)?,
+            rays.slabs.intersect_box(&self.prim_aabb),
+        );
+        Some(HitCandidate::without_uv(valid, t))
+    }
 }
 
 /// Both roots, smaller first, and the lanes that have any. `from_center` is origin − centre.

@@ -22,40 +22,38 @@
 //! this one none.
 
 mod distance;
+mod edges;
 
 use super::aabb::TInterval;
-use super::hit::{HitCandidate, HitRecord};
+use super::hit::HitCandidate;
+use super::leaf_prim::LeafPrim;
 use super::ray_setup::RaySetup;
 use super::shear::Vertices;
 use crate::bvh::LeafTriangle;
-use crate::simd::{LaneMask, LaneU32, Lanes, Native, Vec3Lanes, Vec3Native};
+use crate::simd::{LaneMask, Lanes, Native, Vec3Lanes, Vec3Native};
+use bytemuck::TransparentWrapper;
 use distance::EdgeDistance;
+use edges::{EdgeFunctions, edges};
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD};
 
-/// Tests one triangle and updates `best` with a closer hit.
-#[inline(always)]
-pub(crate) fn closest<L: Lanes, const AXIS: usize>(
-    rays: &RaySetup<L>,
-    slot: &LeafTriangle,
-    best: &mut HitRecord<L>,
-) {
-    let Some(hit) = intersect_packet::<L, AXIS>(rays, slot) else {
-        return;
-    };
-    best.update(&hit, L::U32::splat(slot.prim_id));
-}
+/// A triangle for rays whose dominant axis is `AXIS`, or [`MIXED`](super::shear::MIXED).
+#[derive(Clone, Copy, TransparentWrapper)]
+#[repr(transparent)]
+pub(crate) struct TriangleAlong<const AXIS: usize>(LeafTriangle);
 
-/// Lanes that the triangle stops before `tmax`.
-#[inline(always)]
-pub(crate) fn occluded<L: Lanes, const AXIS: usize>(
-    rays: &RaySetup<L>,
-    slot: &LeafTriangle,
-    tmax: L,
-) -> L::Mask {
-    match intersect_packet::<L, AXIS>(rays, slot) {
-        Some(hit) => hit.valid & hit.t.lt(tmax),
-        None => L::Mask::none(),
+impl<const AXIS: usize> LeafPrim for TriangleAlong<AXIS> {
+    #[inline(always)]
+    fn prim_id(&self) -> u32 {
+        self.0.prim_id
+    }
+
+    #[inline(always)]
+    fn intersect<L: Lanes>(&self, rays: &RaySetup<L>, _: L) -> Option<HitCandidate<L>> {
+        let slot = &self.0;
+        let corners = slot.vertices.each_ref();
+        let corners = corners.map(|corner| rays.shear.relative::<AXIS>(corner));
+        intersect(corners, rays.shear.slopes(), &RaysAndSlot { rays, slot })
     }
 }
 
@@ -88,21 +86,6 @@ pub(crate) fn prim_aabbs([a, b, c]: [Vec3Native; 3]) -> [Vec3Native; 2] {
     let pad = Native::splat(PAD) * largest;
     let pad = Vec3Native::new(pad, pad, pad);
     [lo - pad, hi + pad]
-}
-
-/// Lanes that hit the triangle at a positive distance, and the hits.
-#[inline(always)]
-fn intersect_packet<L: Lanes, const AXIS: usize>(
-    rays: &RaySetup<L>,
-    slot: &LeafTriangle,
-) -> Option<HitCandidate<L>> {
-    let [a, b, c] = &slot.vertices;
-    let corners = [
-        rays.shear.relative::<AXIS>(a),
-        rays.shear.relative::<AXIS>(b),
-        rays.shear.relative::<AXIS>(c),
-    ];
-    intersect(corners, rays.shear.slopes(), &RaysAndSlot { rays, slot })
 }
 
 /// Rays and the triangles against which they are tested, a pair in every lane: the data that are
@@ -147,42 +130,6 @@ impl<L: Lanes> Pairing<L> for RaysAndSlot<'_, L> {
     #[inline(always)]
     fn stored(&self) -> (&impl Vertices, Option<usize>) {
         (self.slot, Some(0))
-    }
-}
-
-/// Projection of a triangle in the frames of rays: the positions of its vertices beside the rays,
-/// and the edge functions, which weigh the vertices.
-struct EdgeFunctions<L: Lanes> {
-    x: [L; 3],
-    y: [L; 3],
-    u: L,
-    v: L,
-    w: L,
-    /// Lanes whose ray is within all edges.
-    inside: L::Mask,
-}
-
-/// Computes the edge functions. The vertices are relative to the origin, in the order of the ray's
-/// frame. A lane may be a ray against one triangle or a triangle against one ray.
-#[inline(always)]
-fn edges<L: Lanes>(
-    [a, b, c]: &[Vec3Lanes<L>; 3],
-    [slope_x, slope_y, _]: [L; 3],
-) -> EdgeFunctions<L> {
-    let (ax, ay) = (a.x - slope_x * a.z, a.y - slope_y * a.z);
-    let (bx, by) = (b.x - slope_x * b.z, b.y - slope_y * b.z);
-    let (cx, cy) = (c.x - slope_x * c.z, c.y - slope_y * c.z);
-    let u = cx * by - cy * bx;
-    let v = ax * cy - ay * cx;
-    let w = bx * ay - by * ax;
-    let inside = u.min(v).min(w).ge(L::ZERO) | u.max(v).max(w).le(L::ZERO);
-    EdgeFunctions {
-        x: [ax, bx, cx],
-        y: [ay, by, cy],
-        u,
-        v,
-        w,
-        inside,
     }
 }
 

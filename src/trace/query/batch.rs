@@ -6,7 +6,6 @@ use super::{BatchError, HitColumns, RayColumns, TMax};
 use crate::bvh::{Bvh, GeometryStarts};
 use crate::packet::{HitPacket, QueueColumns, QueueStorage, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
-use crate::traverse::limited::LimitedRays;
 use crate::traverse::{Kernel, Traversal};
 use std::sync::{Mutex, PoisonError};
 
@@ -155,7 +154,6 @@ fn run<'a, J: Send>(
 /// One thread's kernels and memory.
 struct Worker<'a> {
     traversal: Traversal<'a>,
-    limited: LimitedRays<'a>,
     geometries: &'a GeometryStarts,
     packets: PacketStorage,
     hits: Vec<HitPacket>,
@@ -176,7 +174,6 @@ impl<'a> Worker<'a> {
     fn new(bvh: &'a Bvh, kernel: Kernel) -> Worker<'a> {
         Worker {
             traversal: Traversal::new(bvh, kernel),
-            limited: LimitedRays::new(bvh),
             geometries: bvh.geometries(),
             packets: PacketStorage::default(),
             hits: Vec::new(),
@@ -194,7 +191,9 @@ impl<'a> Worker<'a> {
             self.traversal.closest(&queue, 0..count, &mut self.hits);
         } else if any_able {
             let tmax = &self.packets.tmax;
-            self.limited.closest(&queue, tmax, &mut self.hits);
+            self.traversal
+                .packets()
+                .closest_below(&queue, tmax, &mut self.hits);
         }
         let mut run = self.geometries.run_of(0);
         for (k, (packet, &able)) in self.hits.iter().zip(&self.packets.able).enumerate() {
@@ -218,7 +217,10 @@ impl<'a> Worker<'a> {
             }
             None => {
                 let tmax = &self.packets.tmax;
-                self.limited.occluded(&queue, tmax, &mut self.blocked);
+                let blocked = &mut self.blocked;
+                self.traversal
+                    .packets()
+                    .occluded_below(&queue, tmax, blocked);
             }
         }
         let lanes = self.blocked.iter().zip(&self.packets.able);

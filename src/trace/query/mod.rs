@@ -17,7 +17,7 @@ pub use columns::{BatchError, HitBuffer, HitColumns, RayBuffer, RayColumns, TMax
 
 use crate::bvh::Bvh;
 use crate::packet::NO_PRIM;
-use crate::traverse::limited;
+use crate::traverse::packet_pairs;
 use phalanx_scene::GeomId;
 
 /// A ray: what it meets at `origin` + t · `direction`, 0 < t < `tmax`, counts.
@@ -131,7 +131,7 @@ impl Bvh {
         if !ray.can_hit() {
             return None;
         }
-        let found = limited::closest_one(self, ray.origin, ray.direction, ray.tmax);
+        let found = packet_pairs::closest_one(self, ray.origin, ray.direction, ray.tmax);
         let prim_id = found.prim_id.to_array()[0];
         (prim_id != NO_PRIM).then(|| Hit {
             t: found.t.to_array()[0],
@@ -157,7 +157,7 @@ impl Bvh {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn occluded(&self, ray: &Ray) -> bool {
-        ray.can_hit() && limited::occluded_one(self, ray.origin, ray.direction, ray.tmax)
+        ray.can_hit() && packet_pairs::occluded_one(self, ray.origin, ray.direction, ray.tmax)
     }
 
     /// The `prim_id` of the first primitive of a geometry: `hit.prim_id` less this is the row of

@@ -8,6 +8,7 @@ use crate::bvh::{
     LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafSphere, LeafTriangle, Node, SphereBlock,
     TriangleBlock, WideNode,
 };
+use phalanx_scene::PrimKind;
 use std::mem::size_of;
 
 /// Counter of all or part of a traversal's work.
@@ -111,7 +112,7 @@ impl Counters for TraversalStats {
         self.leaf_visits += 1;
         self.prim_tests += tests;
         self.bytes += match kind {
-            LeafKind::Sphere => size_of::<SphereBlock>() as u64,
+            LeafKind::SPHERE => size_of::<SphereBlock>() as u64,
             _ => size_of::<TriangleBlock>() as u64,
         };
     }
@@ -133,10 +134,10 @@ impl Counters for TraversalStats {
 
 fn slot_bytes(kind: LeafKind) -> usize {
     match kind {
-        LeafKind::Sphere => size_of::<LeafSphere>(),
-        LeafKind::Ellipsoid => size_of::<LeafEllipsoid>(),
-        LeafKind::Triangle => size_of::<LeafTriangle>(),
-        LeafKind::Cone => size_of::<LeafCone>(),
+        LeafKind::Prim(PrimKind::Sphere) => size_of::<LeafSphere>(),
+        LeafKind::Prim(PrimKind::Ellipsoid) => size_of::<LeafEllipsoid>(),
+        LeafKind::Prim(PrimKind::Triangle) => size_of::<LeafTriangle>(),
+        LeafKind::Prim(PrimKind::Cone) => size_of::<LeafCone>(),
         LeafKind::Instance => size_of::<LeafInstance>(),
     }
 }

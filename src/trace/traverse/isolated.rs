@@ -147,7 +147,7 @@ fn leaf_of_all<const KIND: u32>(bvh: &Bvh) -> (LeafKind, Range<usize>) {
         PrimKind::Triangle => bvh.triangles().len(),
         PrimKind::Cone => bvh.cones().len(),
     };
-    (kind.into(), 0..count)
+    (LeafKind::Prim(kind), 0..count)
 }
 
 /// Every lane.

@@ -3,7 +3,8 @@
 //! | file | contents |
 //! |---|---|
 //! | `query` | the closest hit or any: the work in a leaf for either |
-//! | `packet` | packets of rays, together through the binary tree |
+//! | `queue_kernel` | the interface of kernels: queues in, hits or occlusion out, counters |
+//! | `packet`, `packet_pairs` | packets of rays, together through the binary tree |
 //! | `beam` | rays that share a point, together through the wide tree |
 //! | `wide_stack` | the children of a wide node onto a stack |
 //! | `single_ray` | single rays through the wide tree |
@@ -11,9 +12,9 @@
 //! | `batch_slice` | packets of a batch, for each of two kernels |
 //! | `kernel_tuner` | the choice of the faster of two kernels |
 //! | `counters` | counters of work |
+//! | `kernel` | the kernels by name |
 //! | `traversal` | queues in, hits out: the choice of kernels |
 //! | `leaf_slots` | the primitives of a leaf |
-//! | `limited` | packets whose rays each have a limit of their own |
 //! | `isolated` | each test without a tree, for benchmarks |
 //!
 //! The choice between kernels stands in one place, [`Kernel`] with [`Traversal`].
@@ -23,18 +24,20 @@ mod beam;
 mod coherence;
 mod counters;
 pub mod isolated;
+mod kernel;
 mod kernel_tuner;
 #[allow(unsafe_code, reason = "no bounds checks; the block says why it may")]
 mod leaf_slots;
-pub(crate) mod limited;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"
 )]
 mod packet;
+pub(crate) mod packet_pairs;
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
 mod query;
+mod queue_kernel;
 #[allow(
     unsafe_code,
     reason = "the inner loop has no bounds checks; each block says why it may"
@@ -46,5 +49,6 @@ mod traversal;
 mod wide_stack;
 
 pub use counters::TraversalStats;
+pub use kernel::Kernel;
 pub use tracer::{PacketLanes, PacketTracer};
-pub use traversal::{Kernel, Traversal};
+pub use traversal::Traversal;

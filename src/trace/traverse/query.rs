@@ -4,11 +4,15 @@ use super::leaf_slots::slots_of;
 use crate::bvh::{Bvh, LeafKind};
 use crate::intersect::aabb::TInterval;
 use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
+use crate::intersect::instance;
+use crate::intersect::leaf_prim::LeafPrim;
 use crate::intersect::ray_setup::RaySetup;
 use crate::intersect::shear::MIXED;
-use crate::intersect::{cone, instance, sphere, triangle};
+use crate::intersect::triangle::TriangleAlong;
 use crate::packet::{HitPacket, NO_PRIM};
 use crate::simd::{LaneMask, LaneU32, Lanes};
+use bytemuck::TransparentWrapper;
+use phalanx_scene::PrimKind;
 use std::ops::Range;
 
 /// Query of a traversal.
@@ -26,14 +30,55 @@ pub(super) trait Query<L: Lanes>: Copy {
     fn update(&mut self, hit: &HitCandidate<L>, id: u32) -> bool;
     /// Takes over the result of the query within an instance; true ends the traversal.
     fn exit_instance(&mut self, inner: Self, interval: &TInterval<L>, id_offset: u32) -> bool;
+    /// Tests primitives; true ends the traversal.
+    fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool;
+
     /// Tests the primitives of a leaf; true ends the traversal.
+    #[inline(always)]
     fn intersect_leaf<const NO_CONES_OR_INSTANCES: bool>(
         &mut self,
         bvh: &Bvh,
         rays: &RaySetup<L>,
         kind: LeafKind,
         slots: Range<usize>,
-    ) -> bool;
+    ) -> bool {
+        match kind {
+            LeafKind::Prim(PrimKind::Triangle) => {
+                let prims = slots_of(bvh.triangles(), slots);
+                match rays.shear.axis {
+                    0 => self.test_each(rays, TriangleAlong::<0>::wrap_slice(prims)),
+                    1 => self.test_each(rays, TriangleAlong::<1>::wrap_slice(prims)),
+                    2 => self.test_each(rays, TriangleAlong::<2>::wrap_slice(prims)),
+                    _ => self.test_each(rays, TriangleAlong::<MIXED>::wrap_slice(prims)),
+                }
+            }
+            LeafKind::Prim(PrimKind::Sphere) => {
+                self.test_each(rays, slots_of(bvh.spheres(), slots))
+            }
+            LeafKind::Prim(PrimKind::Ellipsoid) => {
+                self.test_each(rays, slots_of(bvh.ellipsoids(), slots))
+            }
+            LeafKind::Prim(PrimKind::Cone) if !NO_CONES_OR_INSTANCES => {
+                let (query, done) = call_test_each(*self, rays, slots_of(bvh.cones(), slots));
+                *self = query;
+                done
+            }
+            // The traversal itself enters instances.
+            LeafKind::Prim(PrimKind::Cone) | LeafKind::Instance => false,
+        }
+    }
+}
+
+/// Tests primitives of a kind that is rare or needs many registers, by a call. The query goes in
+/// and comes back by value: a value whose address is passed to a call stays in memory.
+#[inline(never)]
+fn call_test_each<L: Lanes, Q: Query<L>, P: LeafPrim>(
+    mut query: Q,
+    rays: &RaySetup<L>,
+    prims: &[P],
+) -> (Q, bool) {
+    let done = query.test_each(rays, prims);
+    (query, done)
 }
 
 #[derive(Clone, Copy)]
@@ -136,37 +181,11 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
     }
 
     #[inline(always)]
-    fn intersect_leaf<const NO_CONES_OR_INSTANCES: bool>(
-        &mut self,
-        bvh: &Bvh,
-        rays: &RaySetup<L>,
-        kind: LeafKind,
-        slots: Range<usize>,
-    ) -> bool {
-        let best = &mut self.best;
-        let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
-        match kind {
-            LeafKind::Triangle => match rays.shear.axis {
-                0 => triangles_closest::<L, 0>(bvh, rays, slots, best),
-                1 => triangles_closest::<L, 1>(bvh, rays, slots, best),
-                2 => triangles_closest::<L, 2>(bvh, rays, slots, best),
-                _ => triangles_closest::<L, MIXED>(bvh, rays, slots, best),
-            },
-            LeafKind::Sphere => {
-                for slot in slots_of(bvh.spheres(), slots) {
-                    sphere::closest(org, dir, slabs, slot, best);
-                }
+    fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
+        for prim in prims {
+            if let Some(hit) = prim.intersect(rays, self.best.t) {
+                self.best.update(&hit, L::U32::splat(prim.prim_id()));
             }
-            LeafKind::Ellipsoid => {
-                for slot in slots_of(bvh.ellipsoids(), slots) {
-                    sphere::closest_ellipsoid(org, dir, slabs, slot, best);
-                }
-            }
-            LeafKind::Cone if !NO_CONES_OR_INSTANCES => {
-                *best = cones_closest(bvh, rays, slots, *best)
-            }
-            // The traversal itself enters instances.
-            LeafKind::Cone | LeafKind::Instance => {}
         }
         false
     }
@@ -203,40 +222,13 @@ impl<L: Lanes> Query<L> for AnyHit<L> {
     }
 
     #[inline(always)]
-    fn intersect_leaf<const NO_CONES_OR_INSTANCES: bool>(
-        &mut self,
-        bvh: &Bvh,
-        rays: &RaySetup<L>,
-        kind: LeafKind,
-        slots: Range<usize>,
-    ) -> bool {
-        let tmax = self.limit;
-        let (org, dir, slabs) = (rays.rays.org, rays.rays.dir, &rays.slabs);
-        let hits = match kind {
-            LeafKind::Triangle => match rays.shear.axis {
-                0 => triangles_occluded::<L, 0>(bvh, rays, slots, tmax),
-                1 => triangles_occluded::<L, 1>(bvh, rays, slots, tmax),
-                2 => triangles_occluded::<L, 2>(bvh, rays, slots, tmax),
-                _ => triangles_occluded::<L, MIXED>(bvh, rays, slots, tmax),
-            },
-            // Loops and not closures, which are not inlined here.
-            LeafKind::Sphere => {
-                let mut hits = L::Mask::none();
-                for slot in slots_of(bvh.spheres(), slots) {
-                    hits = hits | sphere::occluded(org, dir, slabs, slot, tmax);
-                }
-                hits
+    fn test_each<P: LeafPrim>(&mut self, rays: &RaySetup<L>, prims: &[P]) -> bool {
+        let mut hits = L::Mask::none();
+        for prim in prims {
+            if let Some(hit) = prim.intersect(rays, self.limit) {
+                hits = hits | (hit.valid & hit.t.lt(self.limit));
             }
-            LeafKind::Ellipsoid => {
-                let mut hits = L::Mask::none();
-                for slot in slots_of(bvh.ellipsoids(), slots) {
-                    hits = hits | sphere::occluded_ellipsoid(org, dir, slabs, slot, tmax);
-                }
-                hits
-            }
-            LeafKind::Cone if !NO_CONES_OR_INSTANCES => cones_occluded(bvh, rays, slots, tmax),
-            LeafKind::Cone | LeafKind::Instance => L::Mask::none(),
-        };
+        }
         self.mark_occluded(hits)
     }
 }
@@ -270,59 +262,4 @@ impl<L: Lanes> AnyHit<L> {
         self.limit = hits.select(inactive_t(), self.limit);
         self.occluded.bits() == self.active
     }
-}
-
-#[inline(always)]
-fn triangles_closest<L: Lanes, const AXIS: usize>(
-    bvh: &Bvh,
-    rays: &RaySetup<L>,
-    slots: Range<usize>,
-    best: &mut HitRecord<L>,
-) {
-    for slot in slots_of(bvh.triangles(), slots) {
-        triangle::closest::<L, AXIS>(rays, slot, best);
-    }
-}
-
-#[inline(always)]
-fn triangles_occluded<L: Lanes, const AXIS: usize>(
-    bvh: &Bvh,
-    rays: &RaySetup<L>,
-    slots: Range<usize>,
-    tmax: L,
-) -> L::Mask {
-    let mut hits = L::Mask::none();
-    for slot in slots_of(bvh.triangles(), slots) {
-        hits = hits | triangle::occluded::<L, AXIS>(rays, slot, tmax);
-    }
-    hits
-}
-
-/// Tests cones. It is a function of its own that takes and returns the hits by value: a value whose
-/// address is passed to a call stays in memory.
-#[inline(never)]
-fn cones_closest<L: Lanes>(
-    bvh: &Bvh,
-    rays: &RaySetup<L>,
-    slots: Range<usize>,
-    mut best: HitRecord<L>,
-) -> HitRecord<L> {
-    for slot in slots_of(bvh.cones(), slots) {
-        cone::closest(rays.rays.org, rays.rays.dir, &rays.slabs, slot, &mut best);
-    }
-    best
-}
-
-#[inline(never)]
-fn cones_occluded<L: Lanes>(
-    bvh: &Bvh,
-    rays: &RaySetup<L>,
-    slots: Range<usize>,
-    tmax: L,
-) -> L::Mask {
-    let mut hits = L::Mask::none();
-    for slot in slots_of(bvh.cones(), slots) {
-        hits = hits | cone::occluded(rays.rays.org, rays.rays.dir, &rays.slabs, slot, tmax);
-    }
-    hits
 }

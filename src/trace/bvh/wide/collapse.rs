@@ -48,7 +48,7 @@ impl SubtreeCost {
     const NONE: SubtreeCost = SubtreeCost {
         roots: [0.0; MAX_ROOTS],
         count: 0,
-        kind: LeafKind::Triangle,
+        kind: LeafKind::TRIANGLE,
     };
 }
 
@@ -215,7 +215,7 @@ fn choose(sides: &[(SubtreeCost, Bounds); 2]) -> (CollapseChoice, SubtreeCost) {
 
 /// The costs of a leaf.
 fn of_leaf(kind: LeafKind, count: u32, bounds: Bounds) -> SubtreeCost {
-    let blocks = matches!(kind, LeafKind::Triangle | LeafKind::Sphere);
+    let blocks = matches!(kind, LeafKind::TRIANGLE | LeafKind::SPHERE);
     let fits = blocks && count <= NATIVE as u32;
     let cost = BLOCK_COST * bounds.half_area() * count.div_ceil(NATIVE as u32) as f32;
     SubtreeCost {

@@ -1,7 +1,7 @@
 //! Drafts of the wide nodes by the plan, before they have positions: each level on all threads.
 
 use super::collapse::{BoxContents, CollapsePlan, MAX_ROOTS};
-use super::{ChildRef, OtherLeaf, WideNode};
+use super::rows::{ChildRef, OtherLeaf, WideNode};
 use crate::bvh::LeafKind;
 use crate::simd::NATIVE;
 use phalanx_scene::Bounds;
@@ -127,7 +127,7 @@ impl ChildKind {
                 None => ChildKind::Node(part),
             },
             BoxContents::Leaf {
-                kind: kind @ (LeafKind::Triangle | LeafKind::Sphere),
+                kind: kind @ (LeafKind::TRIANGLE | LeafKind::SPHERE),
                 first,
                 count,
             } => match count <= NATIVE as u32 {

@@ -3,14 +3,14 @@
 
 use super::collapse::{BoxContents, CollapsePlan};
 use super::emit::{BlockSlots, ChildKind, WideNodeDraft, emit_nodes};
-use super::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh};
+use super::rows::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh};
 use crate::bvh::huge_pages::collect_on_huge_pages;
 use crate::bvh::{Bvh, LeafKind};
 use crate::simd::NATIVE;
 use rayon::prelude::*;
 
 /// Widens the binary tree.
-pub(super) fn lay_out(bvh: &Bvh) -> WideBvh {
+pub(in crate::bvh) fn widen(bvh: &Bvh) -> WideBvh {
     let plan = CollapsePlan::of(bvh);
     let (mut drafts, depth) = emit_nodes(&plan);
     let places = WideRows::of(&mut drafts);
@@ -75,7 +75,7 @@ impl WideRows {
                 *child += 1;
                 ChildRef::Node(add(&mut self.nodes, *child - 1))
             }
-            ChildKind::Block(LeafKind::Sphere, slots) => {
+            ChildKind::Block(LeafKind::SPHERE, slots) => {
                 ChildRef::Spheres(add(&mut self.spheres, slots))
             }
             ChildKind::Block(_, slots) => ChildRef::Triangles(add(&mut self.triangles, slots)),

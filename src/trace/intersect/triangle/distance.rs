@@ -29,7 +29,8 @@
 //! errors that all add up: the worst that is measured there is 4·10⁻⁶ (tests/engine/distance.rs,
 //! `perf/notes/distances.md`).
 
-use super::{EdgeFunctions, Vertices};
+use super::edges::EdgeFunctions;
+use crate::intersect::shear::Vertices;
 use crate::simd::{LANES, LaneMask, Lanes, Vec3Lanes};
 use glam::{DVec3, Vec3};
 

@@ -1,6 +1,6 @@
 //! Triangles of a block, prepared for tests one by one against packets of a beam.
 
-use super::Group;
+use super::batch::BeamGroup;
 use super::projection::{BeamSpace, TriangleView};
 use crate::bvh::TriangleBlock;
 use crate::intersect::aabb::TInterval;
@@ -34,7 +34,7 @@ impl<'a> BeamTriangles<'a> {
     pub(super) fn test<L: Lanes>(
         &self,
         lane: usize,
-        rays: &Group<L>,
+        rays: &BeamGroup<L>,
         query: &mut impl Query<L>,
     ) -> bool {
         self.intersect::<L, false>(lane, rays, query)
@@ -47,7 +47,7 @@ impl<'a> BeamTriangles<'a> {
     pub(super) fn test_apart<L: Lanes>(
         &self,
         lane: usize,
-        rays: &Group<L>,
+        rays: &BeamGroup<L>,
         query: &mut impl Query<L>,
     ) -> bool {
         self.intersect::<L, true>(lane, rays, query)
@@ -57,7 +57,7 @@ impl<'a> BeamTriangles<'a> {
     fn intersect<L: Lanes, const APART: bool>(
         &self,
         lane: usize,
-        rays: &Group<L>,
+        rays: &BeamGroup<L>,
         query: &mut impl Query<L>,
     ) -> bool {
         let corners = rays.shear.in_order::<APART>(&self.corners, lane);
@@ -79,7 +79,7 @@ pub(super) fn vertices(block: &TriangleBlock) -> [Vec3Native; 3] {
 
 /// A packet of a beam, and the triangle of a block that it is tested against.
 pub(super) struct RayTrianglePair<'a, L: Lanes> {
-    pub(super) rays: &'a Group<L>,
+    pub(super) rays: &'a BeamGroup<L>,
     pub(super) block: &'a TriangleBlock,
     pub(super) lane: usize,
 }

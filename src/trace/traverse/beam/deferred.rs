@@ -5,11 +5,11 @@
 //! number of pairs of a sub-beam and a triangle that one block leaves cannot be predicted, and a
 //! loop with a mispredicted end takes as long as three culls.
 
-use super::Group;
+use super::batch::BeamGroup;
 use super::block::{RayTrianglePair, vertices};
 use super::pairs::{BLOCKS, Pairs};
 use super::shadow_cull::{ProjectedRays, ShadowCull};
-use super::traverse::BeamTraversal;
+use super::state::BeamTraversal;
 use crate::bvh::{LeafKind, TriangleBlock};
 use crate::intersect::shear::MIXED;
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE};
@@ -66,7 +66,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
             .take(deferred.count);
         for (slot, (block, cells)) in waits.enumerate() {
             let Some(block) = block else { continue };
-            self.counters.block(LeafKind::Triangle, 0);
+            self.counters.block(LeafKind::TRIANGLE, 0);
             let places = vertices(block);
             let seen = self.space.triangles(&places, &self.space.relative(&places));
             let look = &mut deferred.looks[slot];
@@ -131,7 +131,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
 fn test_apart<L: Lanes>(
     block: &TriangleBlock,
     lane: usize,
-    rays: &Group<L>,
+    rays: &BeamGroup<L>,
     query: &mut impl Query<L>,
 ) -> bool {
     test::<L, true>(block, lane, rays, query)
@@ -142,7 +142,7 @@ fn test_apart<L: Lanes>(
 fn test<L: Lanes, const APART: bool>(
     block: &TriangleBlock,
     lane: usize,
-    rays: &Group<L>,
+    rays: &BeamGroup<L>,
     query: &mut impl Query<L>,
 ) -> bool {
     let corners = rays.shear.less_origins::<APART>(block, lane);

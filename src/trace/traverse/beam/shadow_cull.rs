@@ -169,13 +169,15 @@ mod tests {
     use crate::intersect::random::RandomSource;
     use crate::intersect::ray_setup::RaySetup;
     use crate::intersect::shear::MIXED;
-    use crate::intersect::triangle;
+    use crate::intersect::triangle::TriangleAlong;
     use crate::packet::RayQueue;
     use crate::simd::{F32x8, LANES, Mask8};
     use crate::traverse::beam::apex::Apex;
     use crate::traverse::beam::block::vertices;
     use crate::traverse::beam::sub_beams::{Added, SubBeams, directions};
+    use crate::traverse::query::{AnyHit, Query};
     use bumpalo::Bump;
+    use bytemuck::TransparentWrapper;
     use glam::Vec3;
     use phalanx_scene::OFFSET_PER_COORDINATE;
 
@@ -293,8 +295,10 @@ mod tests {
                 let sees =
                     sub_beam[k].map(|sub_beam| sub_beams.may_hit(sub_beam, &look, &view.own));
                 for lane in 0..NATIVE {
-                    let hit =
-                        triangle::occluded::<F32x8, MIXED>(&prepared, &slot(&block, lane), limit);
+                    let slot = [slot(&block, lane)];
+                    let mut query = AnyHit::new(limit, everyone);
+                    query.test_each(&prepared, TriangleAlong::<MIXED>::wrap_slice(&slot));
+                    let hit = query.occluded();
                     let [_, p, q] = projected[k];
                     let may = look.may_hit(
                         lane,

@@ -5,7 +5,7 @@
 //! point of view, wherever a surface ends or slants away. Results do not depend on which ray is in
 //! which packet.
 
-use super::SIZE;
+use super::batch::SIZE;
 use super::projection::BeamSpace;
 use super::sub_beams::directions;
 use crate::packet::{RayPacket, RayQueue};

@@ -1,20 +1,16 @@
 //! Traversal of the wide tree by a beam: a mask of sub-beams on the stack, the nearest child first.
 
-use super::Group;
 use super::block::BeamTriangles;
 use super::deferred::DeferredBlocks;
 use super::pairs::Pairs;
-use super::projection::BeamSpace;
-use super::sub_beams::SubBeams;
-use crate::bvh::{ChildRef, LeafKind, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};
-use crate::intersect::aabb::RaySlabs;
-use crate::intersect::hit::HitCandidate;
+use super::state::BeamTraversal;
+use crate::bvh::{
+    ChildRef, LeafKind, LeafSphere, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode,
+};
+use crate::intersect::leaf_prim::LeafPrim;
 use crate::intersect::shear::MIXED;
-use crate::intersect::sphere;
 use crate::simd::{LANES, LaneMask, Lanes, NATIVE, Native, NativeMask};
 use crate::traverse::counters::Counters;
-use crate::traverse::packet::PacketKernel;
-use crate::traverse::prefetch::PrefetchTable;
 use crate::traverse::query::Query;
 
 /// A child that some sub-beams may still meet.
@@ -39,20 +35,6 @@ impl Stack {
         // A node pops one entry and leaves `NATIVE` at most.
         Stack(vec![empty; wide.depth() * (NATIVE - 1) + 1])
     }
-}
-
-/// State of a beam's traversal.
-pub(super) struct BeamTraversal<'d, 'a, L: Lanes, G, T> {
-    pub(super) wide: &'a WideBvh,
-    pub(super) rows: PrefetchTable,
-    pub(super) space: &'d BeamSpace,
-    pub(super) sub_beams: &'d mut SubBeams,
-    pub(super) groups: &'d [Group<L>],
-    pub(super) projected: &'d [[L; 3]],
-    pub(super) slabs: &'d [RaySlabs<L>],
-    pub(super) goals: &'d mut [G],
-    pub(super) packets: &'d mut PacketKernel<'a, L, T>,
-    pub(super) counters: &'d mut T,
 }
 
 impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
@@ -191,7 +173,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
             touched |= u64::from(met) << sub_beam;
         }
         self.counters.block(
-            LeafKind::Triangle,
+            LeafKind::TRIANGLE,
             (pairs.count * L::PACKETS * LANES) as u64,
         );
         self.refresh_depths(touched);
@@ -208,8 +190,12 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         let mut tests = 0;
         for lane in NativeMask::from_bits(self.sub_beams.any_meets(&seen)).lanes() {
             let column = |c: &[[f32; NATIVE]; 3]| c.each_ref().map(|axis| axis[lane]);
-            let (center, radius) = (column(&block.center), block.radius[lane]);
-            let prim_aabb = block.prim_aabb.each_ref().map(column);
+            let sphere = LeafSphere {
+                center: column(&block.center),
+                radius: block.radius[lane],
+                prim_aabb: block.prim_aabb.each_ref().map(column),
+                prim_id: block.prim_id[lane],
+            };
             let mut met = self.sub_beams.meeting::<L>(cells, &columns, lane);
             tests += met.count_ones();
             while met != 0 {
@@ -218,21 +204,19 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
                 let group = self.sub_beams.group(sub_beam);
                 // SAFETY: a sub-beam is of a packet of this beam, each of which has its entry in
                 // both.
-                let rays = unsafe { &self.groups.get_unchecked(group).rays };
+                let rays = unsafe { self.groups.get_unchecked(group) };
                 // SAFETY: as above; and slabs were made because the tree has spheres.
                 let slabs = unsafe { self.slabs.get_unchecked(group) };
                 // SAFETY: as above.
                 let query = unsafe { self.goals.get_unchecked_mut(group) };
-                let (org, dir) = (rays.org, rays.dir);
-                let found = sphere::sphere(org, dir, slabs, (&center, radius), &prim_aabb);
-                if let Some((valid, t)) = found {
-                    query.update(&HitCandidate::without_uv(valid, t), block.prim_id[lane]);
+                if let Some(hit) = sphere.intersect(&rays.prepared(slabs), query.limit()) {
+                    query.update(&hit, sphere.prim_id);
                     touched |= 1 << sub_beam;
                 }
             }
         }
         self.counters.block(
-            LeafKind::Sphere,
+            LeafKind::SPHERE,
             u64::from(tests) * (L::PACKETS * LANES) as u64,
         );
         self.refresh_depths(touched);
@@ -255,18 +239,6 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
             }
         }
         self.refresh_depths(cells);
-    }
-
-    /// Shortens the search of sub-beams of which a ray hit something.
-    #[inline(always)]
-    pub(super) fn refresh_depths(&mut self, mut touched: u64) {
-        while touched != 0 {
-            let sub_beam = touched.trailing_zeros() as usize;
-            touched &= touched - 1;
-            // SAFETY: as for the tests.
-            let query = unsafe { self.goals.get_unchecked(self.sub_beams.group(sub_beam)) };
-            self.sub_beams.set_far(self.space, sub_beam, query.limit());
-        }
     }
 }
 

@@ -15,6 +15,7 @@ use super::batch_slice::BatchSlice;
 use super::counters::{Counters, PacketCount};
 use super::packet::PacketKernel;
 use super::prefetch::PrefetchTable;
+use super::queue_kernel::QueueKernel;
 use super::wide_stack::WideStack;
 use crate::bvh::{Bvh, ChildRef, LeafKind, WideBvh, WideNode};
 use crate::intersect::ray_setup::RaySetup;
@@ -43,9 +44,6 @@ fn rays_in_flight() -> usize {
         }
     })
 }
-
-/// Packets whose occlusion is traced at once.
-const BATCH: usize = 256;
 
 /// Turns after which a ray goes on to its next row. If it went on at once, it would wait for the
 /// values that its turn has just written. If all rays went on after the last turn, they would fetch
@@ -81,57 +79,6 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             stacks: WideStack::with_capacity(room * MAX_IN_FLIGHT),
             counters: T::default(),
         }
-    }
-
-    /// The closest hits of some packets of a queue, one [`HitPacket`] for each of the range; those
-    /// of packets outside the slice do not change.
-    pub(super) fn closest(&mut self, rays: &RayQueue, part: &BatchSlice, hits: &mut [HitPacket]) {
-        let first = part.packets.start;
-        for packet in part.each() {
-            hits[packet - first] = HitPacket::miss();
-        }
-        let start = first * LANES;
-        self.trace::<false>(rays, part.each(), f32::INFINITY, |state| {
-            let found = &state.best;
-            if found.t < f32::INFINITY {
-                let at = state.number - start;
-                hits[at / LANES].set(
-                    at % LANES,
-                    [found.t, found.v / found.det, found.w / found.det],
-                    found.prim_id,
-                );
-            }
-        });
-    }
-
-    /// Passes `answer`, for some packets of a queue, the lanes (as bits) of each that hit nothing
-    /// before `tmax`.
-    pub(super) fn unoccluded(
-        &mut self,
-        rays: &RayQueue,
-        packets: Range<usize>,
-        tmax: f32,
-        mut answer: impl FnMut(usize, u8),
-    ) {
-        // As many packets at once as the local array has room for.
-        for first in packets.clone().step_by(BATCH) {
-            let batch = first..packets.end.min(first + BATCH);
-            let mut seen = [0u8; BATCH];
-            self.trace::<true>(rays, batch.clone(), tmax, |state| {
-                let at = state.number - first * LANES;
-                seen[at / LANES % BATCH] |= u8::from(state.best.prim_id == NO_PRIM) << (at % LANES);
-            });
-            for (packet, seen) in batch.zip(seen) {
-                answer(packet, seen);
-            }
-        }
-    }
-
-    /// Counters since it was made.
-    pub(super) fn counters(&self) -> T {
-        let mut work = self.counters;
-        work.add(&self.packets.counters);
-        work
     }
 
     #[inline(always)]
@@ -220,13 +167,13 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         let state = &mut self.states[k];
         let closer = match ChildRef::of_code(state.current) {
             ChildRef::Triangles(index) => {
-                self.counters.block(LeafKind::Triangle, NATIVE as u64);
+                self.counters.block(LeafKind::TRIANGLE, NATIVE as u64);
                 // SAFETY: a code of the tree refers to an existing row.
                 let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
                 state.triangles::<ANY>(block)
             }
             ChildRef::Spheres(index) => {
-                self.counters.block(LeafKind::Sphere, NATIVE as u64);
+                self.counters.block(LeafKind::SPHERE, NATIVE as u64);
                 // SAFETY: as above.
                 let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
                 state.spheres::<ANY>(block)
@@ -274,6 +221,50 @@ impl<'a, T: Counters> SingleRays<'a, T> {
                 .intersect_leaf(&prepared, &mut query, leaf.kind, slots);
             state.best = SingleHit::of(&query.best);
         }
+    }
+}
+
+impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
+    fn closest(&mut self, rays: &RayQueue, slice: &BatchSlice, hits: &mut [HitPacket]) -> bool {
+        let first = slice.packets.start;
+        for packet in slice.each() {
+            hits[packet - first] = HitPacket::miss();
+        }
+        let start = first * LANES;
+        self.trace::<false>(rays, slice.each(), f32::INFINITY, |state| {
+            let found = &state.best;
+            if found.t < f32::INFINITY {
+                let at = state.number - start;
+                hits[at / LANES].set(
+                    at % LANES,
+                    [found.t, found.v / found.det, found.w / found.det],
+                    found.prim_id,
+                );
+            }
+        });
+        true
+    }
+
+    fn occluded(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: f32,
+        blocked: &mut [u8],
+    ) -> bool {
+        blocked.fill(0);
+        let start = packets.start * LANES;
+        self.trace::<true>(rays, packets, tmax, |state| {
+            let at = state.number - start;
+            blocked[at / LANES] |= u8::from(state.best.prim_id != NO_PRIM) << (at % LANES);
+        });
+        true
+    }
+
+    fn counters(&self) -> T {
+        let mut work = self.counters;
+        work.add(&self.packets.counters);
+        work
     }
 }
 

@@ -1,0 +1,339 @@
+//! The scene itself: columns, the numbers of primitives, bounds.
+
+use crate::bounds::Bounds;
+use crate::column::Column;
+use crate::encoding::OutputEncoding;
+use crate::geometries::{GeomId, Geometries, Geometry};
+use crate::instances::{Instances, Meshes, NotInvertible};
+use crate::lights::Lights;
+use crate::materials::Materials;
+use crate::prim::{Prim, PrimKind};
+use crate::shapes::{Cone, Cones, Ellipsoids, Spheres};
+use crate::textures::Texture;
+use crate::triangles::{Mesh, Triangles};
+use crate::view::View;
+use glam::Vec3;
+
+/// Everything that a picture depends on. The columns are public, so that generators and readers can
+/// fill them directly.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Image width in pixels, 1 to [`MAX_SIDE`].
+    pub width: u32,
+    /// Image height in pixels, 1 to [`MAX_SIDE`].
+    pub height: u32,
+    /// Bounces after the primary ray, 0 to [`MAX_DEPTH_LIMIT`].
+    pub max_depth: u32,
+    /// Output name that the file requests: a bare file name, no folders.
+    pub output: Option<String>,
+    /// Radiance of a ray that misses everything.
+    pub background: Vec3,
+    /// Encoding that the format prescribes for its pictures.
+    pub encoding: OutputEncoding,
+    /// Camera.
+    pub view: View,
+    /// Kind and column index of each stored primitive, in file order.
+    pub prims: Column<Prim>,
+    /// Spheres under a similarity transform.
+    pub spheres: Spheres,
+    /// Spheres under any other affine transform.
+    pub ellipsoids: Ellipsoids,
+    /// Triangles with face or vertex normals.
+    pub triangles: Triangles,
+    /// Truncated cones and cylinders.
+    pub cones: Cones,
+    /// Runs of primitives that are visible only through instances.
+    pub meshes: Meshes,
+    /// Meshes placed in the world.
+    pub instances: Instances,
+    /// Primitives that were added together: see [`Scene::add_mesh`].
+    pub geometries: Geometries,
+    /// Surface parameters, shared between primitives.
+    pub materials: Materials,
+    /// Pictures that materials refer to.
+    pub textures: Vec<Texture>,
+    /// Lights in file order; their sum follows that order.
+    pub lights: Lights,
+    /// Scene units per file unit: a power of two, 1 unless the file's extent left the safe range of
+    /// f32.
+    pub scale: f32,
+    /// Origin of the scene's coordinates, in those of the file: a file position p is `(p − origin)
+    /// · scale` here (see [`Scene::scene_position`]). Zero unless a reader moved the scene; nothing
+    /// that is added to a scene moves it.
+    pub origin: [f64; 3],
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Scene {
+            width: 640,
+            height: 480,
+            max_depth: 5,
+            output: None,
+            background: Vec3::ZERO,
+            encoding: OutputEncoding::LINEAR,
+            view: View {
+                eye: Vec3::new(0.0, 0.0, 1.0),
+                center: Vec3::ZERO,
+                up: Vec3::Y,
+                fovy: 45.0,
+            },
+            prims: Column::new(),
+            spheres: Spheres::default(),
+            ellipsoids: Ellipsoids::default(),
+            triangles: Triangles::default(),
+            cones: Cones::default(),
+            meshes: Meshes::default(),
+            instances: Instances::default(),
+            geometries: Geometries::default(),
+            materials: Materials::default(),
+            textures: Vec::new(),
+            lights: Lights::default(),
+            scale: 1.0,
+            origin: [0.0; 3],
+        }
+    }
+}
+
+/// The stored primitive and the instance that a `prim_id` stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ResolvedPrim {
+    /// The stored primitive: an index into [`Scene::prims`].
+    pub prim: u32,
+    /// The instance that shows it; `None` for a primitive in the world itself.
+    pub instance: Option<u32>,
+}
+
+impl Scene {
+    /// Number of stored primitives of all kinds, those of meshes among them.
+    #[inline]
+    pub fn prim_count(&self) -> usize {
+        self.prims.len()
+    }
+
+    /// Returns true if a ray's result involves random choices: a position on a light, or a
+    /// direction in a glossy reflection.
+    #[inline]
+    pub fn is_stochastic(&self) -> bool {
+        let mut lights = 0..self.lights.len();
+        lights.any(|light| self.lights.is_area(light))
+            || self.materials.gloss.iter().any(|&gloss| gloss > 0.0)
+    }
+
+    /// Number of visible primitives: those of a mesh count once for each of its instances, and not
+    /// for themselves.
+    #[inline]
+    pub fn visible_count(&self) -> u64 {
+        let in_meshes: u64 = self.meshes.count.iter().map(|&n| u64::from(n)).sum();
+        self.prim_count() as u64 - in_meshes + self.instanced_count()
+    }
+
+    /// Number of primitives that all instances together show.
+    #[inline]
+    pub(crate) fn instanced_count(&self) -> u64 {
+        let of = |&mesh: &u32| u64::from(self.meshes.count[mesh as usize]);
+        self.instances.mesh.iter().map(of).sum()
+    }
+
+    /// The stored primitives in the world itself: all that belong to no mesh, as runs in file
+    /// order.
+    pub fn world_runs(&self) -> Vec<std::ops::Range<u32>> {
+        let mut runs = Vec::new();
+        let mut from = 0;
+        // Meshes are numbered in the order of their runs.
+        for mesh in 0..self.meshes.len() {
+            let prims = self.meshes.prims(mesh);
+            if from < prims.start {
+                runs.push(from..prims.start);
+            }
+            from = prims.end;
+        }
+        let end = self.prim_count() as u32;
+        if from < end {
+            runs.push(from..end);
+        }
+        runs
+    }
+
+    /// The stored primitive and the instance of a `prim_id`. Numbers below [`Scene::prim_count`]
+    /// are stored primitives. Those from there on number the primitives of the first instance, then
+    /// those of the second, and so on.
+    #[inline]
+    pub fn resolve(&self, prim_id: u32) -> ResolvedPrim {
+        let stored = self.prims.len() as u32;
+        if prim_id < stored {
+            return ResolvedPrim {
+                prim: prim_id,
+                instance: None,
+            };
+        }
+        let offset = prim_id - stored;
+        let instance = self.instances.first.partition_point(|&f| f <= offset) - 1;
+        let mesh = self.instances.mesh[instance] as usize;
+        ResolvedPrim {
+            prim: self.meshes.first[mesh] + (offset - self.instances.first[instance]),
+            instance: Some(instance as u32),
+        }
+    }
+
+    /// The `prim_id` of the first primitive of an instance.
+    #[inline]
+    pub fn instance_first_id(&self, instance: usize) -> u32 {
+        self.prims.len() as u32 + self.instances.first[instance]
+    }
+
+    /// Adds a sphere and returns its `prim_id`.
+    #[inline]
+    pub fn add_sphere(&mut self, center: Vec3, radius: f32, material: u32) -> u32 {
+        let index = self.spheres.len();
+        self.spheres.center.push(center);
+        self.spheres.radius.push(radius);
+        self.spheres.material.push(material);
+        self.add_prim(PrimKind::Sphere, index)
+    }
+
+    /// Adds the unit sphere under an affine map given both ways; returns its `prim_id`.
+    ///
+    /// `to_world` maps object space (where the sphere has radius 1 about the origin) to the world,
+    /// `to_object` maps back.
+    pub fn add_ellipsoid(
+        &mut self,
+        to_world: glam::Affine3A,
+        to_object: glam::Affine3A,
+        material: u32,
+    ) -> u32 {
+        let index = self.ellipsoids.len();
+        self.ellipsoids.push(to_world, to_object, material);
+        self.add_prim(PrimKind::Ellipsoid, index)
+    }
+
+    /// Adds a truncated cone or cylinder and returns its `prim_id`.
+    #[inline]
+    pub fn add_cone(&mut self, cone: Cone, material: u32) -> u32 {
+        let index = self.cones.len();
+        self.cones.push(cone, material);
+        self.add_prim(PrimKind::Cone, index)
+    }
+
+    /// Adds a triangle with counter-clockwise vertices; `normals` are its vertex normals, if it has
+    /// any. Returns its `prim_id`.
+    pub fn add_triangle(
+        &mut self,
+        corners: [Vec3; 3],
+        normals: Option<[Vec3; 3]>,
+        material: u32,
+    ) -> u32 {
+        let index = self.triangles.len();
+        self.triangles.push(corners, normals, material);
+        self.add_prim(PrimKind::Triangle, index)
+    }
+
+    /// Adds triangles in one piece; into a scene without any, their columns are moved. Returns the
+    /// first `prim_id`. Nothing is checked: [`Scene::validate`] does that for the whole scene.
+    #[inline]
+    pub fn append_mesh(&mut self, mesh: Mesh) -> u32 {
+        let first_id = self.prims.len() as u32;
+        let (first, count) = (self.triangles.len(), mesh.corners.len());
+        self.triangles.append(mesh);
+        let prim = |index| Prim::new(PrimKind::Triangle, index as u32);
+        self.prims.extend((first..first + count).map(prim));
+        first_id
+    }
+
+    fn add_prim(&mut self, kind: PrimKind, index: usize) -> u32 {
+        let id = self.prims.len() as u32;
+        self.prims.push(Prim::new(kind, index as u32));
+        id
+    }
+
+    /// Begins a mesh: the primitives added until [`Scene::end_mesh`] are visible only through
+    /// instances. Meshes do not nest.
+    #[inline]
+    pub fn begin_mesh(&mut self) -> u32 {
+        self.meshes.first.push(self.prims.len() as u32);
+        self.meshes.count.push(0);
+        self.meshes.len() as u32 - 1
+    }
+
+    /// Ends the mesh that was begun last.
+    #[inline]
+    pub fn end_mesh(&mut self, mesh: u32) {
+        let mesh = mesh as usize;
+        self.meshes.count[mesh] = self.prims.len() as u32 - self.meshes.first[mesh];
+    }
+
+    /// Places a mesh that [`Scene::add_prototype`] or [`Scene::begin_mesh`] made. The instance is a
+    /// geometry of its own. Its triangles have numbers beyond those of all stored primitives.
+    ///
+    /// # Errors
+    /// [`NotInvertible`]; then nothing is placed.
+    pub fn add_instance(
+        &mut self,
+        mesh: u32,
+        to_world: glam::DAffine3,
+    ) -> Result<GeomId, NotInvertible> {
+        let first = match self.instances.first.last() {
+            // Beyond u32 the count wraps; validate() counts again, in u64.
+            Some(&first) => {
+                let last = self.instances.mesh[self.instances.len() - 1] as usize;
+                // A mesh that does not exist is found by validate(), too.
+                first.wrapping_add(self.meshes.count.get(last).copied().unwrap_or(0))
+            }
+            None => 0,
+        };
+        self.instances.push(mesh, first, to_world)?;
+        let number = self.instances.len() as u32 - 1;
+        Ok(self.geometries.push(Geometry::Instance(number)))
+    }
+
+    /// Exact bounds of one stored primitive, unpadded, in the space where it is stored.
+    pub fn prim_bounds(&self, prim: u32) -> Bounds {
+        let prim = self.prims[prim as usize];
+        let i = prim.index();
+        match prim.kind() {
+            PrimKind::Sphere => {
+                let (c, r) = (self.spheres.center.get(i), self.spheres.radius[i]);
+                Bounds::new(c - Vec3::splat(r), c + Vec3::splat(r))
+            }
+            PrimKind::Ellipsoid => self.ellipsoids.bounds(i),
+            PrimKind::Triangle => {
+                let [a, b, c] = self.triangles.corners(i);
+                Bounds::new(a.min(b).min(c), a.max(b).max(c))
+            }
+            PrimKind::Cone => self.cones.bounds(i),
+        }
+    }
+
+    /// Bounds of a mesh's padded primitives, in the space where they are stored.
+    #[inline]
+    pub fn mesh_bounds(&self, mesh: usize) -> Bounds {
+        self.meshes.prims(mesh).fold(Bounds::EMPTY, |all, prim| {
+            all.union(self.prim_bounds(prim).padded())
+        })
+    }
+
+    /// Bounds of all visible primitives; empty for a scene without primitives.
+    pub fn bounds(&self) -> Bounds {
+        let world = self.world_runs().into_iter().flatten();
+        let direct = world.fold(Bounds::EMPTY, |all, id| all.union(self.prim_bounds(id)));
+        let meshes: Vec<Bounds> = (0..self.meshes.len())
+            .map(|m| self.mesh_bounds(m))
+            .collect();
+        (0..self.instances.len()).fold(direct, |all, k| {
+            let mesh = self.instances.mesh[k] as usize;
+            all.union(self.instances.bounds(k, meshes[mesh]))
+        })
+    }
+
+    /// Material of a stored primitive.
+    #[inline]
+    pub fn prim_material(&self, prim: u32) -> u32 {
+        let prim = self.prims[prim as usize];
+        match prim.kind() {
+            PrimKind::Sphere => self.spheres.material[prim.index()],
+            PrimKind::Ellipsoid => self.ellipsoids.material[prim.index()],
+            PrimKind::Triangle => self.triangles.material[prim.index()],
+            PrimKind::Cone => self.cones.material[prim.index()],
+        }
+    }
+}

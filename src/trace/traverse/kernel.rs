@@ -1,0 +1,91 @@
+//! The kernels by name, and which of them pays.
+
+use crate::bvh::Bvh;
+use crate::simd::{LANES, NATIVE};
+
+/// Traversal kernel of the packet engine. Every kernel gives the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kernel {
+    /// The fastest known kernel for these rays, sixty-four packets at a time. Rays of one origin go
+    /// as beams. Shadow rays go as packets or beams, and other rays in a large tree as packets or
+    /// single rays, whichever was faster lately for rays of that divergence. All else goes as
+    /// packets. Packets are of sixteen if the build has AVX-512, else of eight. Figures stand in
+    /// `perf/notes/coherence.md`, `perf/notes/beams.md`, `perf/notes/single-rays.md` and
+    /// `perf/notes/packets-of-sixteen.md`.
+    Auto,
+    /// Packets of eight rays against the binary tree.
+    Packet8,
+    /// Two packets side by side against the binary tree.
+    Packet16,
+    /// Beams against the wide tree, in sub-beams of up to eight rays; [`Kernel::Packet8`] for rays
+    /// that share no point.
+    Beam8,
+    /// Beams against the wide tree, in sub-beams of up to sixteen rays; [`Kernel::Packet16`] for
+    /// rays that share no point.
+    Beam16,
+    /// Single rays against the wide tree.
+    Single,
+}
+
+impl Kernel {
+    /// Every kernel by name, `auto` first.
+    pub const ALL: [(&'static str, Kernel); 6] = [
+        ("auto", Kernel::Auto),
+        ("packet8", Kernel::Packet8),
+        ("packet16", Kernel::Packet16),
+        ("beam8", Kernel::Beam8),
+        ("beam16", Kernel::Beam16),
+        ("single", Kernel::Single),
+    ];
+
+    /// The kernel's name on the command line.
+    pub fn name(self) -> &'static str {
+        let known = Kernel::ALL.iter().find(|(_, kernel)| *kernel == self);
+        known.map_or("", |(name, _)| name)
+    }
+
+    /// The kernel that pays for one frame of the given number of pixels. Making the wide tree takes
+    /// as long as beams save with about four pixels for each primitive. So if [`Kernel::Auto`]
+    /// would have to make it for less, packets are used.
+    pub fn for_frame(self, bvh: &Bvh, pixels: u64) -> Kernel {
+        let prims = bvh.triangles().len() + bvh.spheres().len();
+        let pays = bvh.has_wide() || pixels >= MIN_PIXELS_PER_PRIM * prims as u64;
+        match self {
+            Kernel::Auto if !pays => Kernel::packets(),
+            kernel => kernel,
+        }
+    }
+
+    /// Returns true if the kernel traverses the wide tree.
+    pub fn is_wide(self) -> bool {
+        match self {
+            Kernel::Auto | Kernel::Beam8 | Kernel::Beam16 | Kernel::Single => true,
+            Kernel::Packet8 | Kernel::Packet16 => false,
+        }
+    }
+
+    /// The packet kernel that pays on this build.
+    pub const fn packets() -> Kernel {
+        if SIXTEEN {
+            Kernel::Packet16
+        } else {
+            Kernel::Packet8
+        }
+    }
+
+    /// The beam kernel of those packets.
+    pub(super) const fn beams() -> Kernel {
+        if SIXTEEN {
+            Kernel::Beam16
+        } else {
+            Kernel::Beam8
+        }
+    }
+}
+
+/// Least pixels for each primitive for which a wide tree pays that is made for one frame
+/// (`perf/notes/whole-frames.md`).
+const MIN_PIXELS_PER_PRIM: u64 = 4;
+
+/// True if sixteen lanes pay on this build.
+const SIXTEEN: bool = NATIVE > LANES;

@@ -1,0 +1,194 @@
+//! Packets of a queue through the packet kernel, two side by side where sixteen lanes are wanted;
+//! and single rays as packets of one.
+//!
+//! Packets keep the limit of the search in lanes, so that here each ray may have its own. Beams and
+//! single rays of a queue share one.
+
+use super::batch_slice::BatchSlice;
+use super::counters::{Counters, PacketCount};
+use super::packet::PacketKernel;
+use super::queue_kernel::QueueKernel;
+use crate::bvh::Bvh;
+use crate::packet::{HitPacket, RayPacket, RayQueue};
+use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+use std::ops::Range;
+
+/// Packet kernels for one tree, counting by `T`.
+pub(super) struct PacketPairs<'a, T> {
+    eight: PacketKernel<'a, F32x8, T>,
+    sixteen: PacketKernel<'a, F32x16, T>,
+    /// True if two packets are traced side by side.
+    pairs: bool,
+}
+
+/// Limits of the rays of some packets.
+#[derive(Clone, Copy)]
+enum TMaxOf<'r> {
+    /// One for all.
+    All(f32),
+    /// A row for each packet of a queue, from the first on.
+    Each(&'r [[f32; LANES]]),
+}
+
+impl TMaxOf<'_> {
+    /// Packet `index` of a queue, or as many from there on as `L` has room for, and the lanes with
+    /// rays.
+    #[inline(always)]
+    fn packet<L: Lanes>(self, rays: &RayQueue, index: usize) -> (RayPacket<L>, L::Mask) {
+        match self {
+            TMaxOf::All(tmax) => rays.packet(index, tmax),
+            TMaxOf::Each(rows) => {
+                let (rays, active) = rays.packet(index, 0.0);
+                let tmax = L::from_octets(|k| rows[(index + k).min(rows.len() - 1)]);
+                (RayPacket { tmax, ..rays }, active)
+            }
+        }
+    }
+}
+
+/// Tracing with a limit for each ray.
+pub(crate) trait LimitedRays {
+    /// The closest hits below the limits, for all packets of a queue: a row of `tmax` and of `hits`
+    /// for each.
+    fn closest_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], hits: &mut [HitPacket]);
+    /// Sets `blocked` to the lanes (as bits) that hit anything before their limits, for all packets
+    /// of a queue.
+    fn occluded_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], blocked: &mut [u8]);
+}
+
+impl<'a, T: Counters> PacketPairs<'a, T> {
+    pub(super) fn new(bvh: &'a Bvh, pairs: bool) -> PacketPairs<'a, T> {
+        PacketPairs {
+            eight: PacketKernel::counting(bvh),
+            sixteen: PacketKernel::counting(bvh),
+            pairs,
+        }
+    }
+
+    fn closest_of(
+        &mut self,
+        rays: &RayQueue,
+        slice: &BatchSlice,
+        tmax: TMaxOf,
+        hits: &mut [HitPacket],
+    ) {
+        let first = slice.packets.start;
+        let mut packets = slice.each();
+        while let Some(packet) = packets.next() {
+            let k = packet - first;
+            // Fours are complete, so that a pair is two consecutive packets.
+            if self.pairs && packet + 1 < slice.packets.end {
+                closest(&mut self.sixteen, rays, packet, tmax, &mut hits[k..k + 2]);
+                packets.next();
+            } else {
+                closest(&mut self.eight, rays, packet, tmax, &mut hits[k..k + 1]);
+            }
+        }
+    }
+
+    fn occluded_of(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: TMaxOf,
+        blocked: &mut [u8],
+    ) {
+        let (pairs, last) = match self.pairs {
+            true => blocked.as_chunks_mut::<2>(),
+            false => (&mut [][..], blocked),
+        };
+        let mut packet = packets.start;
+        for pair in pairs {
+            let bits = occluded(&mut self.sixteen, rays, packet, tmax);
+            *pair = [bits as u8, (bits >> LANES) as u8];
+            packet += 2;
+        }
+        for one in last {
+            *one = occluded(&mut self.eight, rays, packet, tmax) as u8;
+            packet += 1;
+        }
+    }
+}
+
+impl<T: Counters> QueueKernel<T> for PacketPairs<'_, T> {
+    fn closest(&mut self, rays: &RayQueue, slice: &BatchSlice, hits: &mut [HitPacket]) -> bool {
+        self.closest_of(rays, slice, TMaxOf::All(f32::INFINITY), hits);
+        true
+    }
+
+    fn occluded(
+        &mut self,
+        rays: &RayQueue,
+        packets: Range<usize>,
+        tmax: f32,
+        blocked: &mut [u8],
+    ) -> bool {
+        self.occluded_of(rays, packets, TMaxOf::All(tmax), blocked);
+        true
+    }
+
+    fn counters(&self) -> T {
+        let mut work = self.eight.counters;
+        work.add(&self.sixteen.counters);
+        work
+    }
+}
+
+impl<T: Counters> LimitedRays for PacketPairs<'_, T> {
+    fn closest_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], hits: &mut [HitPacket]) {
+        let all = BatchSlice::all(0..tmax.len());
+        self.closest_of(rays, &all, TMaxOf::Each(tmax), hits);
+    }
+
+    fn occluded_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], blocked: &mut [u8]) {
+        self.occluded_of(rays, 0..tmax.len(), TMaxOf::Each(tmax), blocked);
+    }
+}
+
+#[inline(never)]
+fn closest<L: Lanes, T: Counters>(
+    kernel: &mut PacketKernel<L, T>,
+    rays: &RayQueue,
+    packet: usize,
+    tmax: TMaxOf,
+    hits: &mut [HitPacket],
+) {
+    let (rays, active) = tmax.packet(rays, packet);
+    let found = kernel.closest(&rays, active);
+    for (k, hit) in hits.iter_mut().enumerate() {
+        *hit = found.octet(k);
+    }
+}
+
+#[inline(never)]
+fn occluded<L: Lanes, T: Counters>(
+    kernel: &mut PacketKernel<L, T>,
+    rays: &RayQueue,
+    packet: usize,
+    tmax: TMaxOf,
+) -> u32 {
+    let (rays, active) = tmax.packet(rays, packet);
+    kernel.occluded(&rays, active).bits()
+}
+
+/// The closest hit of one ray below `tmax`, in lane 0.
+pub(crate) fn closest_one(bvh: &Bvh, org: [f32; 3], dir: [f32; 3], tmax: f32) -> HitPacket {
+    let (rays, active) = packet_of_one(org, dir, tmax);
+    PacketKernel::<F32x8, PacketCount>::counting(bvh).call_closest(&rays, active)
+}
+
+/// Returns true if one ray hits anything before `tmax`.
+pub(crate) fn occluded_one(bvh: &Bvh, org: [f32; 3], dir: [f32; 3], tmax: f32) -> bool {
+    let (rays, active) = packet_of_one(org, dir, tmax);
+    let mut kernel = PacketKernel::<F32x8, PacketCount>::counting(bvh);
+    kernel.call_occluded(&rays, active).any()
+}
+
+fn packet_of_one(org: [f32; 3], dir: [f32; 3], tmax: f32) -> (RayPacket, Mask8) {
+    let rays = RayPacket {
+        org: Vec3x8::splat(org[0], org[1], org[2]),
+        dir: Vec3x8::splat(dir[0], dir[1], dir[2]),
+        tmax: F32x8::splat(tmax),
+    };
+    (rays, Mask8::first(1))
+}
