@@ -1,64 +1,121 @@
-//! The command line: arguments, and one file per subcommand. It uses only the library's public API.
+//! The command line: the table of commands, and their dispatch. It uses only the library's public
+//! API.
+//!
+//! Three floors: [`commands`] have a file or a folder each, [`options`] are shared by several of
+//! them, and [`output`] is what users are told. Each uses those after it, never one before.
 //!
 //! Results go to stdout; progress, warnings and errors go to stderr. The exit codes are in
-//! [`error`].
+//! [`output::CliError`].
 
-#[allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "help texts have brackets of their own"
-)]
-mod args;
-mod bench;
-mod budget;
-mod build;
-#[allow(unsafe_code, reason = "a signal handler has no safe name")]
-mod bus_error;
-mod compare;
-mod diagnose;
-mod error;
-mod file_coordinates;
-mod format_args;
-mod frames;
-mod generate;
-#[allow(unsafe_code, reason = "the allocator's settings have no safe name")]
-mod heap;
-mod heatmap;
-mod info;
-mod interrupt;
-#[allow(
-    rustdoc::broken_intra_doc_links,
-    reason = "help texts have brackets of their own"
-)]
-mod job_args;
-mod live_preview;
-mod manual;
-mod memory_stats;
-mod merge;
+mod commands;
+mod options;
 mod output;
-mod output_file;
-mod picture_args;
-mod pixel_diff;
-mod pixel_hashes;
-mod plan;
-mod preview;
-mod progress;
-mod render;
-mod render_report;
-mod render_summary;
-mod scene_args;
-mod scene_input;
-mod scenes;
-mod shard;
-mod shard_index;
-mod stats;
-mod submit;
-mod verify;
 
-use args::{Arguments, Command};
-use clap::Parser;
-use job_args::SubmitTo;
+use clap::{CommandFactory, Parser, Subcommand};
+use commands::bench::{self, BenchArgs};
+use commands::build::{self, BuildArgs};
+use commands::compare::{self, CompareArgs};
+use commands::generate::{self, GenerateArgs};
+use commands::info::{self, InfoArgs};
+use commands::manual::{self, CompletionsArgs, ManArgs};
+use commands::merge::{self, MergeArgs};
+use commands::plan::{self, PlanArgs};
+use commands::render::{self, RenderArgs};
+use commands::scenes::{self, ScenesArgs};
+use commands::submit::{self, SubmitTo};
+use commands::verify::{self, VerifyArgs};
+use phalanx::isa;
 use std::ffi::OsString;
 use std::process::ExitCode;
+use std::sync::LazyLock;
+
+/// Version and the instruction-set level compiled for.
+static VERSION: LazyLock<String> =
+    LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), isa::compiled_level()));
+
+/// A SIMD packet ray tracer: renders scene files, and proves its pictures bit by bit.
+#[derive(Debug, Parser)]
+#[command(
+    name = "phalanx",
+    version = VERSION.as_str(),
+    arg_required_else_help = true,
+    max_term_width = 100,
+    after_help = "Exit codes: 0 done, 1 files or runtime, 2 usage, 3 scene error, 4 mismatch, 5 slower,\n\
+                  6 shards missing, 130 and 143 interrupted.\n\n\
+                  Example: phalanx render scenes/first.test -o first.png"
+)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to a picture
+    #[command(
+        after_help = "Mrays/s of a kind are the rays of that kind divided by the wall seconds of the whole render, \
+                      so that the kinds add up to the total.\n\n\
+                      Example: phalanx render scene.test -o picture.png --size 1280x960 --threads 4"
+    )]
+    Render(RenderArgs),
+    /// Render with both engines and compare every bit
+    #[command(
+        after_help = "Example: phalanx verify scene1.test scene2.test --threads 1,2,3 --kernel all"
+    )]
+    Verify(VerifyArgs),
+    /// Cut a picture into shards, which many machines render
+    #[command(
+        after_help = "Every machine has to see the scene and the plan's folder under the same names.\n\n\
+                      Example: phalanx plan scene.test --shards 8 -o poster.png --plan poster.json --size 40000x30000"
+    )]
+    Plan(PlanArgs),
+    /// Hand a plan to a scheduler
+    #[command(subcommand, after_help = "Example: phalanx submit slurm poster.json")]
+    Submit(SubmitTo),
+    /// Put the shards of a plan together
+    #[command(
+        after_help = "The picture is that of phalanx render to the last byte. Exit code 6 if there are shards missing, which are named.\n\n\
+                      Example: phalanx merge poster.json"
+    )]
+    Merge(MergeArgs),
+    /// Compare two PNG pictures
+    #[command(after_help = "Example: phalanx compare before.png after.png --heat difference.png")]
+    Compare(CompareArgs),
+    /// Tell what is in a scene
+    #[command(after_help = "Example: phalanx info scene.test --json")]
+    Info(InfoArgs),
+    /// List the standard scenes, which need no file
+    #[command(
+        after_help = "Example: phalanx scenes\n\nThen, for one of them: phalanx render standard:terrain:2M"
+    )]
+    Scenes(ScenesArgs),
+    /// Write a standard scene to a file
+    #[command(after_help = "Example: phalanx generate terrain --size 2M -o terrain.ply")]
+    Generate(GenerateArgs),
+    /// Store a scene and its tree in a cache, which opens at once
+    #[command(
+        after_help = "A cache takes the place of the scene file in every command. It belongs to the version of phalanx \
+                      that wrote it, and is taken not to change while it is in use.\n\n\
+                      Example: phalanx build dragon.ply -o dragon.phx --quality best"
+    )]
+    Build(BuildArgs),
+    /// Measure rays per second, beside other tracers, for the right answers only
+    #[command(
+        after_help = "Rays of every kind but primary start where the primary rays hit, whatever the material there; see perf/README.md. \
+                      An answer that differs from the oracle's, or from the suite's, ends the run with exit code 4; a regression \
+                      beyond --fail-above with 5.\n\n\
+                      Example: phalanx bench --quick --against embree --html report.html"
+    )]
+    Bench(Box<BenchArgs>),
+    /// Print a script with which a shell completes arguments
+    #[command(
+        after_help = "Example: phalanx completions bash > ~/.local/share/bash-completion/completions/phalanx"
+    )]
+    Completions(CompletionsArgs),
+    /// Print the manual's page, or write those of all commands
+    #[command(after_help = "Example: phalanx man | man -l -")]
+    Man(ManArgs),
+}
 
 /// Runs the command of the arguments. Not inlined into `main`, which must contain no instructions
 /// that the guard checks for.
@@ -77,8 +134,8 @@ pub fn run() -> ExitCode {
         Command::Bench(args) => bench::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Merge(args) => merge::run(&args),
-        Command::Completions(args) => manual::completions(&args),
-        Command::Man(args) => manual::man(&args),
+        Command::Completions(args) => manual::completions(&args, Arguments::command()),
+        Command::Man(args) => manual::man(&args, &Arguments::command()),
         Command::Submit(SubmitTo::Slurm(args)) => submit::slurm(&args),
     };
     match done {
@@ -100,9 +157,30 @@ fn refuse(error: &clap::Error) -> ! {
     error.exit()
 }
 
-/// Prints a line on stderr if this build leaves instructions of this CPU unused.
-fn advise() {
-    if let Some(advice) = phalanx::isa::advice() {
-        output::note(&format!("note: {advice}"));
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use phalanx::frame::Kernel;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn kernels_are_those_of_the_library() {
+        for (name, kernel) in Kernel::ALL {
+            let line = ["phalanx", "render", "a.test", "--kernel", name];
+            match Arguments::try_parse_from(line).unwrap().command {
+                Command::Render(args) => assert_eq!(args.work.kernel, kernel),
+                other => panic!("{other:?}"),
+            }
+            assert_eq!(kernel.name(), name);
+        }
+        let line = ["phalanx", "verify", "a.test", "--kernel", "all"];
+        match Arguments::try_parse_from(line).unwrap().command {
+            Command::Verify(args) => assert_eq!(args.kernel.0, Kernel::ALL),
+            other => panic!("{other:?}"),
+        }
     }
 }

@@ -4,6 +4,7 @@
 //! crate. Read from the text of `src`: comments and string literals are blanked out first, then
 //! every path that starts with `crate::` is looked up.
 
+use crate::imports::import_paths;
 use crate::source::{code_of, imported, imported_crate, places, sources};
 
 /// Crates beneath `src`, which of the others each may depend on, and why no more.
@@ -101,11 +102,30 @@ const ROOMS: [(&str, &[&str], &str); 17] = [
     ),
 ];
 
+/// Floors of the program, and the floors that each may import.
+const FLOORS: [(&str, &[&str], &str); 3] = [
+    (
+        "cli/commands",
+        &["options", "output"],
+        "the table of commands names them, not they the table",
+    ),
+    (
+        "cli/options",
+        &["output"],
+        "what several commands share knows none of them",
+    ),
+    ("cli/output", &[], "what users are told, whoever tells them"),
+];
+
 /// Crates that only some rooms (or files) may name.
 const OWNERS: [(&str, &[&str], &str); 18] = [
     (
         "libc",
-        &["trace/bvh/huge_pages.rs", "cli/bus_error.rs", "cli/heap.rs"],
+        &[
+            "trace/bvh/huge_pages.rs",
+            "cli/options/bus_error.rs",
+            "cli/options/heap.rs",
+        ],
         "the system is asked for pages in one place, and told in others what answers a fault and what memory goes back",
     ),
     (
@@ -161,7 +181,7 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "signal_hook",
-        &["cli/interrupt.rs"],
+        &["cli/output/interrupt.rs"],
         "signals come in at one place",
     ),
     (
@@ -250,9 +270,9 @@ const UNSAFE_FILES: [&str; 16] = [
     "io/cache/mapping.rs",
     // Open files are known by their numbers alone.
     "io/image/descriptor.rs",
-    "cli/bus_error.rs",
+    "cli/options/bus_error.rs",
     // The allocator takes numbers through its C interface alone.
-    "cli/heap.rs",
+    "cli/options/heap.rs",
     "trace/traverse/beam/state.rs",
     "trace/traverse/beam/traverse.rs",
     "trace/traverse/beam/pairs.rs",
@@ -299,11 +319,33 @@ fn rooms_import_what_the_table_allows() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+#[test]
+fn floors_of_the_program_import_those_beneath() {
+    let mut wrong = Vec::new();
+    for source in &sources() {
+        let Some((floor, may, why)) = FLOORS.iter().find(|row| source.is_in(row.0)) else {
+            continue;
+        };
+        let own = floor.rsplit('/').next().unwrap_or_default();
+        for import in import_paths(&source.code) {
+            if import.segments[0] != "crate" {
+                continue;
+            }
+            let other = import.segments.get(2).map_or("", String::as_str);
+            if other != own && !may.contains(&other) {
+                let path = import.segments.join("::");
+                wrong.push(format!("{}: {floor} imports {path} ({why})", source.path));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 /// A room above another's cannot be reached through `super` either.
 #[test]
 fn super_stays_within_its_room() {
     for source in &sources() {
-        let Some((room, ..)) = ROOMS.iter().find(|row| source.is_in(row.0)) else {
+        let Some((room, ..)) = FLOORS.iter().chain(&ROOMS).find(|row| source.is_in(row.0)) else {
             continue;
         };
         let depth = source.path.matches('/').count() - room.matches('/').count();

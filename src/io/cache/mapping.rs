@@ -4,7 +4,7 @@
 //! during a render, the result is a wrong picture or a bus error, as with any mapped file.
 //! Therefore `phalanx build` never writes into an existing file: it puts a new one in its place,
 //! and a mapping still shows the old one. A library handles no signals; the program makes an error
-//! message of the bus error (`cli/bus_error`).
+//! message of the bus error (`cli/options/bus_error`).
 
 use bytemuck::Pod;
 use memmap2::Mmap;

@@ -1,0 +1,67 @@
+//! The progress bar of a run: scenes done, current work, time left.
+
+use crate::cli::output::{CliError, printable};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use phalanx::bench::ProgressListener;
+use std::io::IsTerminal;
+
+/// Steps of the bar for each scene.
+const STEPS: u64 = 1000;
+
+/// Drawn on stderr where that is a terminal.
+pub struct BenchProgressBar {
+    bar: ProgressBar,
+    scenes: u64,
+    name: String,
+}
+
+impl BenchProgressBar {
+    /// A bar for `scenes` scenes.
+    pub fn new(scenes: usize) -> BenchProgressBar {
+        let target = if std::io::stderr().is_terminal() {
+            ProgressDrawTarget::stderr()
+        } else {
+            ProgressDrawTarget::hidden()
+        };
+        let bar = ProgressBar::with_draw_target(Some(scenes as u64 * STEPS), target);
+        let style = "{bar:30} {percent:>3} %  {eta} left  {msg}";
+        if let Ok(style) = ProgressStyle::with_template(style) {
+            bar.set_style(style);
+        }
+        BenchProgressBar {
+            bar,
+            scenes: 0,
+            name: String::new(),
+        }
+    }
+
+    /// Begins a scene.
+    pub fn scene(&mut self, name: &str) {
+        self.bar.set_position(self.scenes * STEPS);
+        self.scenes += 1;
+        self.name = printable(name).into_owned();
+        self.begin_step("loading");
+    }
+
+    /// Prints something while the bar is hidden.
+    pub fn hidden(&self, print: impl FnOnce() -> Result<(), CliError>) -> Result<(), CliError> {
+        self.bar.suspend(print)
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl ProgressListener for BenchProgressBar {
+    fn begin_step(&mut self, what: &str) {
+        self.bar.set_message(format!("{}: {what}", self.name));
+        self.bar.tick();
+    }
+
+    fn progress(&mut self, done: f64) {
+        let before = self.scenes.saturating_sub(1) * STEPS;
+        self.bar.set_position(before + (done * STEPS as f64) as u64);
+    }
+}

@@ -1,0 +1,139 @@
+//! `bench --baseline`: this run against an earlier one.
+
+use super::args::RunArgs;
+use super::bar::BenchProgressBar;
+use super::measure::{BenchScene, measure_scene, record};
+use crate::cli::output::{self, CliError};
+use phalanx::bench::{BenchPlan, RayKind};
+use phalanx::report::{
+    BenchRecord, CountDifference, CounterChange, RETAKES, RecordError, RowKey, changes_table,
+    counters, counters_table, regressions_table,
+};
+use std::path::Path;
+
+/// An earlier run.
+pub struct Baseline(BenchRecord);
+
+/// Reads a record.
+pub fn load(path: &Path) -> Result<BenchRecord, CliError> {
+    phalanx::report::load(path).map_err(|error| match error {
+        RecordError::Io { .. } => CliError::Runtime(error.to_string()),
+        other => CliError::Usage(other.to_string()),
+    })
+}
+
+impl Baseline {
+    /// Reads a record to compare with.
+    pub fn load(path: &Path) -> Result<Baseline, CliError> {
+        load(path).map(Baseline)
+    }
+
+    /// Prints the changes; exit code 5 if something is slower (or more work) than `--fail-above`
+    /// allows. Rows that look slower are measured again first: see
+    /// [`phalanx::report::Changes::regressions`].
+    pub fn judge(
+        &self,
+        args: &RunArgs,
+        plan: &BenchPlan,
+        scenes: &[BenchScene],
+        now: &BenchRecord,
+    ) -> Result<(), CliError> {
+        if args.counters_only {
+            return self.judge_counters(args, now);
+        }
+        let refused = |refusal: phalanx::report::IncompatibleRecords| {
+            let forceable = refusal.can_be_forced();
+            let error = CliError::Usage(refusal.to_string());
+            match forceable {
+                true => error.with_hint("compare all the same with --force"),
+                false => error,
+            }
+        };
+        let changes = phalanx::report::compare(&self.0, now, args.force).map_err(refused)?;
+        let threshold = args.fail_above.unwrap_or(DEFAULT_THRESHOLD);
+        output::print(&changes_table(&changes, threshold))?;
+        let Some(threshold) = args.fail_above else {
+            return Ok(());
+        };
+        let mut again = Vec::new();
+        while again.len() < RETAKES {
+            let suspects = changes.suspects(&again, threshold);
+            if suspects.is_empty() {
+                break;
+            }
+            let retake = self.again(args, plan, scenes, &suspects, now)?;
+            again.push(phalanx::report::compare(&self.0, &retake, args.force).map_err(refused)?);
+        }
+        let regressions = changes.regressions(&again, threshold);
+        output::print(&regressions_table(&regressions))?;
+        match regressions.is_empty() {
+            true => Ok(()),
+            false => Err(CliError::Slower),
+        }
+    }
+
+    /// Measures the scenes and kinds of rays of the suspects again.
+    fn again(
+        &self,
+        args: &RunArgs,
+        plan: &BenchPlan,
+        scenes: &[BenchScene],
+        suspects: &[RowKey],
+        now: &BenchRecord,
+    ) -> Result<BenchRecord, CliError> {
+        let of = |scene: &&BenchScene| suspects.iter().any(|s| s.scene == scene.info.name);
+        let scenes: Vec<&BenchScene> = scenes.iter().filter(of).collect();
+        output::note(&format!(
+            "{} rates look slower: measuring {} scenes again",
+            suspects.len(),
+            scenes.len()
+        ));
+        let mut bar = BenchProgressBar::new(scenes.len());
+        let mut all = Vec::new();
+        for scene in scenes {
+            let kinds = |kind: &RayKind| {
+                let mut of_scene = suspects.iter().filter(|s| s.scene == scene.info.name);
+                of_scene.any(|s| s.rays == kind.name())
+            };
+            let frames = suspects
+                .iter()
+                .any(|s| s.scene == scene.info.name && s.rays == "frame");
+            let again = plan.restricted(kinds, frames);
+            all.push(measure_scene(args, &again, scene, &mut bar)?.0);
+        }
+        bar.finish();
+        Ok(record(args, plan, all, now.run.started.clone(), 0.0))
+    }
+
+    fn judge_counters(&self, args: &RunArgs, now: &BenchRecord) -> Result<(), CliError> {
+        let [old, new] = [&self.0, now].map(|record| &record.run.quality);
+        if old != new {
+            output::note(&format!(
+                "note: the baseline counts trees of quality {old}, this run of {new}: see --quality"
+            ));
+        }
+        let changes = counters(&self.0, now);
+        let scene = |name: &str| now.scenes.iter().any(|scene| scene.name == name);
+        // If only a part of the suite was run, only that part of the baseline is compared.
+        let changes: Vec<CounterChange> = changes
+            .into_iter()
+            .filter(|change| scene(&change.scene))
+            .collect();
+        if changes.is_empty() {
+            return output::print("work: the baseline's, count by count\n");
+        }
+        output::print(&counters_table(&changes))?;
+        let allowed = |old: u64| old as f64 * (1.0 + args.fail_above.unwrap_or(f64::INFINITY));
+        let more = changes.iter().any(|change| match change.difference {
+            CountDifference::Count { old, new, .. } => new as f64 > allowed(old),
+            CountDifference::OnlyOld | CountDifference::OnlyNew => false,
+        });
+        match more {
+            true => Err(CliError::Slower),
+            false => Ok(()),
+        }
+    }
+}
+
+/// Smallest change that the table marks, if there is no `--fail-above`.
+const DEFAULT_THRESHOLD: f64 = 0.03;

@@ -1,0 +1,83 @@
+//! Measurement of one scene, and the record of all.
+
+use super::args::RunArgs;
+use super::bar::BenchProgressBar;
+use super::program::this_program;
+use super::table;
+use crate::cli::options::SceneInput;
+use crate::cli::output::{self, CliError};
+use phalanx::bench::{BenchPlan, Measured, SceneInfo, measure, measure_limits};
+use phalanx::report::{BenchRecord, Machine, RunInfo, SCHEMA_VERSION};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// A scene to be measured.
+pub struct BenchScene {
+    pub path: PathBuf,
+    pub info: SceneInfo,
+}
+
+/// Opens a scene, measures it, and prints its table.
+pub fn measure_scene(
+    args: &RunArgs,
+    plan: &BenchPlan,
+    scene: &BenchScene,
+    bar: &mut BenchProgressBar,
+) -> Result<(Measured, SceneInput), CliError> {
+    bar.scene(&scene.info.name);
+    let start = Instant::now();
+    let scene_input = SceneInput::load(&scene.path, &args.beside, 0)?;
+    let info = SceneInfo {
+        load_seconds: start.elapsed().as_secs_f64(),
+        ..scene.info.clone()
+    };
+    let measured = measure(&scene_input.scene, &info, plan, bar).map_err(CliError::Bench)?;
+    bar.hidden(|| {
+        for note in &measured.notes {
+            output::note(&format!("note: {note}"));
+        }
+        output::print(&table::scene(&measured))
+    })?;
+    Ok((measured, scene_input))
+}
+
+/// The record of a run.
+pub fn record(
+    args: &RunArgs,
+    plan: &BenchPlan,
+    all: Vec<Measured>,
+    started: String,
+    seconds: f64,
+) -> BenchRecord {
+    let (mut scenes, mut rows, mut counters) = (Vec::new(), Vec::new(), Vec::new());
+    for measured in all {
+        scenes.push(measured.scene);
+        rows.extend(measured.rows);
+        counters.extend(measured.counters);
+    }
+    let machine = Machine::here();
+    // Measured only for the files, where they are shown, because they take seconds.
+    let wanted = plan.timed && (args.json.is_some() || args.html.is_some());
+    let most = plan.max_threads();
+    let limits = wanted.then(|| measure_limits(most, &machine.caches));
+    BenchRecord {
+        schema_version: SCHEMA_VERSION,
+        program: this_program(),
+        machine,
+        run: RunInfo {
+            started,
+            arguments: std::env::args().skip(1).collect(),
+            seconds,
+            size: plan.size,
+            repeat: plan.repeat as u32,
+            min_time: plan.min_time,
+            pinned: args.pin,
+            quality: plan.quality.name().to_owned(),
+            peers: plan.peers.iter().map(|peer| peer.describe()).collect(),
+        },
+        scenes,
+        rows,
+        counters,
+        limits,
+    }
+}

@@ -1,0 +1,285 @@
+//! `phalanx bench`: rates of our kernels, the oracle and other tracers on the same rays.
+
+mod args;
+mod bar;
+mod baseline;
+mod measure;
+mod pictures;
+mod program;
+mod table;
+
+pub use args::BenchArgs;
+
+use crate::cli::options::SceneInput;
+use crate::cli::output::{self, CliError, interrupt};
+use args::{BenchCommand, PeerArg, RunArgs};
+use bar::BenchProgressBar;
+use baseline::Baseline;
+use measure::{BenchScene, measure_scene, record};
+use phalanx::bench::{BenchPlan, DumpError, Measured, SceneInfo, Suite, SuiteScene, dump};
+use phalanx::image::replace_file;
+use phalanx::peers::Peer;
+use phalanx::peers::embree::EmbreeLibrary;
+use phalanx::report::html::{ScenePictures, page};
+use phalanx::report::{BenchRecord, compare_table, to_csv, to_json};
+use phalanx::trace::Kernel;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// The standard suite, as it stands in the repository.
+const SUITE: &str = include_str!("../../../../perf/suite.toml");
+
+/// Measures, or compares records.
+pub fn run(args: &BenchArgs) -> Result<(), CliError> {
+    match &args.command {
+        Some(BenchCommand::Compare { records }) => compare(records),
+        None => measure_all(&args.run),
+    }
+}
+
+fn measure_all(args: &RunArgs) -> Result<(), CliError> {
+    interrupt::listen()?;
+    output::advise();
+    let suite =
+        Suite::parse(SUITE).map_err(|e| CliError::Runtime(format!("perf/suite.toml: {e}")))?;
+    check_places(args)?;
+    let baseline = args.baseline.as_deref().map(Baseline::load).transpose()?;
+    let peers = peers(args)?;
+    let plan = plan(args, &suite, &peers);
+    let scenes = bench_scenes(args, &suite, &plan)?;
+    if let Some(path) = &args.dump_rays {
+        return dump_rays(path, args, &plan, &scenes);
+    }
+    let start = Instant::now();
+    let started = jiff::Timestamp::now().to_string();
+    let (mut all, mut shown) = (Vec::new(), Vec::new());
+    let mut bar = BenchProgressBar::new(scenes.len());
+    for scene in &scenes {
+        let (measured, scene_input) = measure_scene(args, &plan, scene, &mut bar)?;
+        if args.html.is_some() {
+            shown.push(pictures::of(&scene.info.name, &scene_input.scene)?);
+        }
+        all.push(measured);
+    }
+    bar.finish();
+    if let Some(path) = &args.update_suite {
+        return update_suite(path, suite, &all);
+    }
+    let record = record(args, &plan, all, started, start.elapsed().as_secs_f64());
+    write_files(args, &record, &shown)?;
+    match &baseline {
+        Some(baseline) => baseline.judge(args, &plan, &scenes, &record),
+        None => Ok(()),
+    }
+}
+
+/// Refuses files that cannot be written, and scenes that cannot be read as often as needed.
+fn check_places(args: &RunArgs) -> Result<(), CliError> {
+    let places = [
+        ("--json", &args.json),
+        ("--csv", &args.csv),
+        ("--html", &args.html),
+        ("--dump-rays", &args.dump_rays),
+        ("--update-suite", &args.update_suite),
+    ];
+    for place in places.iter().filter_map(|(_, place)| place.as_ref()) {
+        output::check_place(place)?;
+    }
+    output::check_distinct(&places.map(|(origin, place)| (origin, place.as_deref())))?;
+    args.beside.no_picture()?;
+    let stdin = args.scenes.iter().any(|scene| output::is_dash(scene));
+    match stdin && args.fail_above.is_some() {
+        false => Ok(()),
+        true => Err(CliError::Usage(
+            "--fail-above may measure a scene again, and stdin can be read once: name a file"
+                .to_owned(),
+        )),
+    }
+}
+
+/// Writes the files that were requested beside the tables.
+fn write_files(
+    args: &RunArgs,
+    record: &BenchRecord,
+    pictures: &[ScenePictures],
+) -> Result<(), CliError> {
+    if let Some(path) = &args.json {
+        save(path, &to_json(record))?;
+    }
+    if let Some(path) = &args.csv {
+        save(path, &to_csv(record))?;
+    }
+    if let Some(path) = &args.html {
+        save(path, &page(record, pictures))?;
+    }
+    Ok(())
+}
+
+/// Writes the rays of one scene, whole or not at all.
+fn dump_rays(
+    path: &Path,
+    args: &RunArgs,
+    plan: &BenchPlan,
+    scenes: &[BenchScene],
+) -> Result<(), CliError> {
+    let [scene] = scenes else {
+        return Err(CliError::Usage(
+            "--dump-rays takes one scene, as in: phalanx bench standard:terrain --dump-rays terrain.rays".to_owned(),
+        ));
+    };
+    let scene_input = SceneInput::load(&scene.path, &args.beside, 0)?;
+    let mut counts = Vec::new();
+    let written = interrupt::block_signals(path, || {
+        replace_file(path, |file| {
+            let dumped = dump(&scene_input.scene, &scene.info, plan, file);
+            counts = dumped.map_err(|error| match error {
+                DumpError::Io(error) => error,
+                other => std::io::Error::other(other),
+            })?;
+            Ok(())
+        })
+    })?;
+    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))?;
+    let counts: Vec<String> = counts
+        .iter()
+        .map(|(kind, rays)| format!("{} {kind}", output::grouped(*rays as u64)))
+        .collect();
+    output::print(&format!("{}: {}\n", path.display(), counts.join(", ")))
+}
+
+fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> BenchPlan<'p> {
+    let size = args
+        .size
+        .map_or(suite.size, |(width, height)| [width, height]);
+    BenchPlan {
+        kinds: args.kinds(),
+        frames: args.frames(),
+        kernels: kernels(args),
+        quality: args.quality,
+        threads: args.thread_counts(),
+        size,
+        repeat: args.repeat.map_or(suite.repeat, |n| n as usize),
+        min_time: args.min_time.unwrap_or(suite.min_time),
+        pin: args.pin,
+        peers,
+        timed: !args.counters_only && args.update_suite.is_none(),
+    }
+}
+
+fn kernels(args: &RunArgs) -> Vec<Kernel> {
+    let all = |kernels: &[(&str, Kernel)]| kernels.iter().map(|(_, kernel)| *kernel).collect();
+    match &args.kernel {
+        Some(kernels) => all(&kernels.0),
+        None if args.counters_only => all(&Kernel::ALL),
+        None => vec![Kernel::packets()],
+    }
+}
+
+/// The peers to measure, ready to build.
+fn peers(args: &RunArgs) -> Result<Vec<Peer>, CliError> {
+    if args.embree.is_some() && !args.against.contains(&PeerArg::Embree) {
+        return Err(CliError::Usage(
+            "--embree names a library that nothing is measured against: add --against embree"
+                .to_owned(),
+        ));
+    }
+    let open = |peer: &PeerArg| match peer {
+        PeerArg::Obvhs => Ok(Peer::Obvhs),
+        PeerArg::Embree => match EmbreeLibrary::open(args.embree.as_deref()) {
+            Ok(library) => Ok(Peer::Embree(library)),
+            Err(error) => Err(CliError::Usage(error.to_string())),
+        },
+    };
+    let mut peers = Vec::new();
+    for peer in [PeerArg::Embree, PeerArg::Obvhs] {
+        if args.against.contains(&peer) {
+            peers.push(open(&peer)?);
+        }
+    }
+    Ok(peers)
+}
+
+/// The scenes that the arguments name, or those of the suite. The answers of a scene of the suite
+/// are checked even if the arguments name it.
+fn bench_scenes(
+    args: &RunArgs,
+    suite: &Suite,
+    plan: &BenchPlan,
+) -> Result<Vec<BenchScene>, CliError> {
+    let answers = plan.size == suite.size && args.update_suite.is_none();
+    let of_suite = |scene: &SuiteScene| BenchScene {
+        path: PathBuf::from(&scene.name),
+        info: scene.heading(answers),
+    };
+    if args.scenes.is_empty() {
+        let text = args.filter.as_deref().unwrap_or("");
+        let wanted =
+            |scene: &&SuiteScene| (scene.quick || !args.quick) && scene.name.contains(text);
+        let scenes: Vec<BenchScene> = suite.scene.iter().filter(wanted).map(of_suite).collect();
+        if scenes.is_empty() {
+            return Err(CliError::Usage(format!(
+                "no scene of the suite{} contains `{text}`",
+                if args.quick { "'s quick part" } else { "" }
+            )));
+        }
+        return Ok(scenes);
+    }
+    let named = |path: &PathBuf| {
+        let name = path.display().to_string();
+        let known = suite.scene.iter().find(|scene| scene.name == name);
+        known.map_or_else(
+            || BenchScene {
+                path: path.clone(),
+                info: SceneInfo {
+                    name,
+                    ..SceneInfo::default()
+                },
+            },
+            of_suite,
+        )
+    };
+    Ok(args.scenes.iter().map(named).collect())
+}
+
+/// Shows records side by side.
+fn compare(paths: &[PathBuf]) -> Result<(), CliError> {
+    let records = paths.iter().map(|path| baseline::load(path));
+    let records = records.collect::<Result<Vec<BenchRecord>, CliError>>()?;
+    let names: Vec<String> = paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    let pairs: Vec<(&str, &BenchRecord)> = names.iter().map(String::as_str).zip(&records).collect();
+    output::print(&compare_table(&pairs))
+}
+
+fn save(path: &Path, text: &str) -> Result<(), CliError> {
+    interrupt::block_signals(path, || {
+        replace_file(path, |file| file.write_all(text.as_bytes()))
+    })?
+    .map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
+}
+
+/// Writes the suite with the answers found in place of the expected ones.
+fn update_suite(path: &Path, mut suite: Suite, all: &[Measured]) -> Result<(), CliError> {
+    for scene in &mut suite.scene {
+        let found = all.iter().find(|m| m.scene.name == scene.name);
+        let Some(found) = found else { continue };
+        scene.expected = found.scene.rays.clone();
+    }
+    let text = suite
+        .to_text()
+        .map_err(|e| CliError::Runtime(e.to_string()))?;
+    save(path, &format!("{SUITE_HEAD}\n{text}"))
+}
+
+/// Comment at the head of a suite's file.
+const SUITE_HEAD: &str = "\
+# The standard suite of `phalanx bench`: scenes by family and size, and the right answers to their rays at this size.
+#
+# Scenes, sizes and `quick` are written by hand; what is expected was written by
+#
+#   phalanx bench --update-suite perf/suite.toml
+#
+# which takes it from the scalar oracle. A change of a scene or of the rays needs that again.
+";

@@ -1,0 +1,34 @@
+//! Small pictures of a scene for the page: the scene, and its cost per pixel.
+
+use crate::cli::commands::render::heatmap;
+use crate::cli::output::CliError;
+use phalanx::bvh::Bvh;
+use phalanx::frame::{AccelRef, Control, RayCost, Settings, render_heatmap, render_with};
+use phalanx::image::{encode, false_color, png_bytes};
+use phalanx::report::html::ScenePictures;
+use phalanx::scene::Scene;
+
+/// Size of the pictures: the page shows them no wider.
+const SIZE: [u32; 2] = [360, 270];
+
+/// Both pictures.
+pub fn of(name: &str, scene: &Scene) -> Result<ScenePictures, CliError> {
+    let bvh = Bvh::build(scene);
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+    let settings = Settings {
+        width: SIZE[0],
+        height: SIZE[1],
+        threads,
+        ..Settings::of(scene)
+    };
+    let control = Control::default();
+    let frame = render_with(scene, AccelRef::Packets(&bvh), &settings, &control)?;
+    let nodes = render_heatmap(scene, &bvh, &settings, RayCost::Nodes, &control)?;
+    let legend = heatmap::title(RayCost::Nodes);
+    Ok(ScenePictures {
+        scene: name.to_owned(),
+        thumbnail_png: png_bytes(&encode(&frame.film, scene.encoding)),
+        heat_png: Some(png_bytes(&false_color(&nodes, SIZE[0], legend))),
+        heat_legend: legend.to_owned(),
+    })
+}

@@ -1,0 +1,135 @@
+//! `phalanx build`.
+
+use crate::cli::options::{SceneArgs, SceneInput, TreeArgs, parse_thread_count};
+use crate::cli::output::{
+    self, CliError, MemoryStats, PrimitiveCounts, SCHEMA_VERSION, TreeFigures, bytes, grouped,
+    interrupt, lines,
+};
+use clap::Args;
+use phalanx::cache::{self, CacheWriteError};
+use phalanx::frame::TreeStats;
+use phalanx::image::replace_file;
+use phalanx::open::is_cache;
+use serde::Serialize;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+#[derive(Debug, Args)]
+pub struct BuildArgs {
+    /// Scene file, standard:NAME[:SIZE], or - for stdin
+    pub scene: PathBuf,
+    /// Cache to write
+    #[arg(short, long, value_name = "OUT.phx")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub beside: SceneArgs,
+    #[command(flatten)]
+    pub tree: TreeArgs,
+    /// Threads that read and build [default: one per CPU this process may use]
+    #[arg(long, value_name = "N", value_parser = parse_thread_count)]
+    pub threads: Option<usize>,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct BuildDocument {
+    schema_version: u32,
+    scene: String,
+    path: String,
+    file_bytes: u64,
+    primitives: PrimitiveCounts,
+    bvh: TreeFigures,
+    seconds: BuildSeconds,
+    memory: MemoryStats,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct BuildSeconds {
+    load: f64,
+    build: f64,
+    write: f64,
+}
+
+/// Builds the tree of a scene and stores both.
+pub fn run(args: &BuildArgs) -> Result<(), CliError> {
+    let path = &args.output;
+    if !is_cache(path) {
+        return Err(CliError::Usage(format!(
+            "--output {}: the name of a scene cache must end in .{}",
+            path.display(),
+            cache::ENDING
+        )));
+    }
+    output::check_place(path)?;
+    args.beside.no_picture()?;
+    interrupt::listen()?;
+    let threads = args.threads.unwrap_or(0);
+    let start = Instant::now();
+    let mut scene_input = SceneInput::load(&args.scene, &args.beside, threads)?;
+    let load = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let bvh = scene_input.tree(&args.tree, threads)?;
+    let build = start.elapsed().as_secs_f64();
+    let start = Instant::now();
+    let mut file_bytes = 0;
+    let written = interrupt::block_signals(path, || {
+        replace_file(path, |out| {
+            let written = cache::write(out, &scene_input.scene, &bvh);
+            file_bytes = written.map_err(|error| match error {
+                CacheWriteError::Io(error) => error,
+                other => io::Error::other(other),
+            })?;
+            Ok(())
+        })
+    })?;
+    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))?;
+    let write = start.elapsed().as_secs_f64();
+    let tree = TreeStats::of(&bvh);
+    let document = BuildDocument {
+        schema_version: SCHEMA_VERSION,
+        scene: args.scene.to_string_lossy().into_owned(),
+        path: path.to_string_lossy().into_owned(),
+        file_bytes,
+        primitives: PrimitiveCounts::of(&scene_input.scene),
+        bvh: tree.into(),
+        seconds: BuildSeconds { load, build, write },
+        memory: MemoryStats::of(&scene_input.scene, &tree, 0, scene_input.mapped_bytes),
+    };
+    match args.json {
+        true => output::print_json(&document),
+        false => output::print(&document.table(path)),
+    }
+}
+
+impl BuildDocument {
+    fn table(&self, path: &Path) -> String {
+        let (bvh, seconds) = (&self.bvh, self.seconds);
+        let mut rows = vec![
+            ("scene", self.scene.clone()),
+            ("primitives", self.primitives.words()),
+            (
+                "tree",
+                format!(
+                    "{} nodes, depth {}, cost {:.2}",
+                    grouped(bvh.nodes as u64),
+                    bvh.depth,
+                    bvh.sah
+                ),
+            ),
+            (
+                "seconds",
+                format!(
+                    "load {:.3}, build {:.3}, write {:.3}",
+                    seconds.load, seconds.build, seconds.write
+                ),
+            ),
+        ];
+        rows.extend(self.memory.rows());
+        let size = bytes(self.file_bytes);
+        rows.push(("written", format!("{}, {size}", path.display())));
+        lines(&rows)
+    }
+}

@@ -1,0 +1,187 @@
+//! `phalanx generate`: a standard scene to a file, whole or not at all.
+
+use crate::cli::output::{
+    self, CliError, SCHEMA_VERSION, bytes, grouped, interrupt, lines, progress,
+};
+use clap::{Args, value_parser};
+use phalanx::frame::Control;
+use phalanx::image::replace_file;
+use phalanx::standard::{self, DroppedFeatures, FileFormat, PREFIX, SceneWriteError, Spec};
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+#[derive(Debug, Args)]
+pub struct GenerateArgs {
+    /// Name of a standard scene, as `phalanx scenes` lists them
+    pub name: String,
+    /// Its size, a whole number; k and M may follow for thousands and millions
+    /// [default: the scene's]
+    #[arg(long, value_name = "N")]
+    pub size: Option<String>,
+    /// File to write: .nff, .ply (binary) or .test
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Make spheres and cones of triangles first: 12 N² for a sphere, 8 N for a cone
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=1000))]
+    pub tessellate: Option<u32>,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct GenerateDocument {
+    schema_version: u32,
+    scene: &'static str,
+    size: u32,
+    file: String,
+    bytes: u64,
+    /// Features, beside the shapes, that the format could not hold.
+    losses: DroppedFeatures,
+}
+
+/// Writes a standard scene to a file.
+pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
+    let spec = spec_of(args)?;
+    let format = FileFormat::of(&args.output).ok_or_else(|| {
+        CliError::Usage(format!(
+            "--output {}: standard scenes are written as NFF, PLY or the course's format, so the name must end in .nff, \
+             .ply or .test",
+            args.output.display()
+        ))
+    })?;
+    output::check_place(&args.output)?;
+    interrupt::listen()?;
+    let (losses, written) = match output::is_replaced(&args.output) {
+        true => interrupt::interruptible_writing(&args.output, |control| {
+            write(args, spec, format, control)
+        })?,
+        // Writing to a pipe that nobody reads can only be stopped by ending the process, which
+        // leaves nothing behind.
+        false => write(args, spec, format, &Control::default())?,
+    };
+    for loss in &losses {
+        output::note(&format!("note: {}: {loss}", args.output.display()));
+    }
+    let document = GenerateDocument {
+        schema_version: SCHEMA_VERSION,
+        scene: spec.scene.name,
+        size: spec.size,
+        file: args.output.to_string_lossy().into_owned(),
+        bytes: written,
+        losses,
+    };
+    if args.json {
+        return output::print_json(&document);
+    }
+    output::print(&lines(&[
+        (
+            "scene",
+            format!("{}, size {}", spec.scene.name, grouped(spec.size.into())),
+        ),
+        (
+            "file",
+            format!("{}, {}", args.output.display(), bytes(written)),
+        ),
+    ]))
+}
+
+/// The requested scene; its name may have any form that other commands accept.
+fn spec_of(args: &GenerateArgs) -> Result<Spec, CliError> {
+    let plain = args.name.strip_prefix(PREFIX).unwrap_or(&args.name);
+    let name = match (&args.size, plain.contains(':')) {
+        (Some(_), true) => {
+            return Err(CliError::Usage(format!(
+                "{} has a size already: leave --size away",
+                args.name
+            )));
+        }
+        (Some(size), false) => format!("{PREFIX}{plain}:{size}"),
+        (None, _) => format!("{PREFIX}{plain}"),
+    };
+    Ok(standard::parse_spec(&name)?)
+}
+
+fn write(
+    args: &GenerateArgs,
+    spec: Spec,
+    format: FileFormat,
+    control: &Control,
+) -> Result<(DroppedFeatures, u64), CliError> {
+    let path = &args.output;
+    let mut losses = DroppedFeatures::new();
+    let mut refused = None;
+    let mut written = 0;
+    let bar = progress::bytes();
+    let done = replace_file(path, |out| {
+        let mut meter = MeteredWriter {
+            out,
+            control,
+            written: 0,
+            seen: |written| bar.set_position(written),
+        };
+        let result = standard::write(spec, format, args.tessellate, &mut meter);
+        written = meter.written;
+        match result {
+            Ok(what) => losses = what,
+            Err(SceneWriteError::Io(error)) => return Err(error),
+            Err(other) => {
+                refused = Some(other);
+                return Err(io::Error::other("refused"));
+            }
+        }
+        meter.check()
+    });
+    bar.finish_and_clear();
+    match done {
+        Ok(()) => Ok((losses, written)),
+        Err(_) if control.stop.load(Ordering::SeqCst) => Err(CliError::Interrupted),
+        Err(error) => Err(match refused {
+            Some(refused) => refusal(path, &refused),
+            None => CliError::Runtime(format!("cannot write {}: {error}", path.display())),
+        }),
+    }
+}
+
+/// The reason why the format cannot hold the scene, with advice.
+fn refusal(path: &Path, error: &SceneWriteError) -> CliError {
+    let failure = CliError::Usage(format!("{}: {error}", path.display()));
+    match error {
+        SceneWriteError::CannotHold { .. } => failure.with_hint("give --tessellate 8, for example"),
+        _ => failure,
+    }
+}
+
+/// Counts the bytes that pass, and stops after a signal.
+struct MeteredWriter<'a, F: Fn(u64)> {
+    out: &'a mut dyn Write,
+    control: &'a Control,
+    written: u64,
+    seen: F,
+}
+
+impl<F: Fn(u64)> MeteredWriter<'_, F> {
+    fn check(&self) -> io::Result<()> {
+        // Not the kind `Interrupted`, which means "try again".
+        match self.control.stop.load(Ordering::SeqCst) {
+            true => Err(io::Error::other("interrupted")),
+            false => Ok(()),
+        }
+    }
+}
+
+impl<F: Fn(u64)> Write for MeteredWriter<'_, F> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.check()?;
+        let count = self.out.write(bytes)?;
+        self.written += count as u64;
+        (self.seen)(self.written);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}

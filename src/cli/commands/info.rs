@@ -1,0 +1,291 @@
+//! `phalanx info`.
+
+use crate::cli::options::{SceneArgs, SceneInput, TreeArgs};
+use crate::cli::output::{
+    self, CliError, MemoryStats, PrimitiveCounts, SCHEMA_VERSION, TreeFigures, grouped, interrupt,
+    lines, origin_row, to_file_coordinates,
+};
+use clap::Args;
+use phalanx::frame::{Engine, TreeStats};
+use phalanx::scene::{LightShape, Scene};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// Scene file, cache (.phx), standard:NAME[:SIZE], or - for stdin
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub beside: SceneArgs,
+    #[command(flatten)]
+    pub tree: TreeArgs,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct InfoDocument {
+    schema_version: u32,
+    scene: String,
+    image: ImageSize,
+    max_depth: u32,
+    primitives: PrimitiveCounts,
+    instances: InstanceCounts,
+    lights: LightCounts,
+    materials: usize,
+    /// Bounds in the file's own coordinates; `None` for a scene without primitives.
+    bounds: Option<FileBounds>,
+    /// Origin of the scene's coordinates, in the file's; zero if they are the same.
+    origin: [f64; 3],
+    bvh: TreeFigures,
+    memory: MemoryStats,
+}
+
+#[derive(Debug, Serialize)]
+struct ImageSize {
+    width: u32,
+    height: u32,
+}
+
+/// Numbers of meshes and instances, and of the primitives that are visible.
+#[derive(Debug, Serialize)]
+struct InstanceCounts {
+    meshes: usize,
+    instances: usize,
+    /// Number of primitives; those of a mesh count for each of its instances.
+    visible_primitives: u64,
+}
+
+#[derive(Debug, Default, Serialize)]
+struct LightCounts {
+    point: usize,
+    directional: usize,
+    sphere: usize,
+    rectangle: usize,
+}
+
+impl LightCounts {
+    fn of(scene: &Scene) -> LightCounts {
+        let shapes = (0..scene.lights.len()).map(|i| scene.lights.shape(i));
+        let mut count = LightCounts::default();
+        for shape in shapes {
+            match shape {
+                LightShape::Point => count.point += 1,
+                LightShape::Directional => count.directional += 1,
+                LightShape::Sphere(_) => count.sphere += 1,
+                LightShape::Rectangle(_) => count.rectangle += 1,
+            }
+        }
+        count
+    }
+
+    /// The counts in words. Area lights are named only if there are any.
+    fn words(&self) -> String {
+        let mut words = format!("{} point, {} directional", self.point, self.directional);
+        for (count, name) in [(self.sphere, "sphere"), (self.rectangle, "rectangle")] {
+            if count > 0 {
+                words.push_str(&format!(", {count} {name}"));
+            }
+        }
+        words
+    }
+}
+
+#[derive(Debug, PartialEq, Serialize)]
+struct FileBounds {
+    lo: [f64; 3],
+    hi: [f64; 3],
+}
+
+/// Prints the contents of a scene.
+pub fn run(args: &InfoArgs) -> Result<(), CliError> {
+    args.beside.no_picture()?;
+    interrupt::listen()?;
+    let mut scene_input = SceneInput::load(&args.scene, &args.beside, 0)?;
+    let tree = scene_input
+        .prepare(Engine::Simd, &args.tree, 0)?
+        .tree_stats();
+    let document = InfoDocument::new(
+        &args.scene,
+        &scene_input.scene,
+        tree,
+        scene_input.mapped_bytes,
+    );
+    if args.json {
+        output::print_json(&document)
+    } else {
+        output::print(&document.table())
+    }
+}
+
+impl InfoDocument {
+    fn new(path: &Path, scene: &Scene, tree: TreeStats, mapped_bytes: u64) -> InfoDocument {
+        InfoDocument {
+            schema_version: SCHEMA_VERSION,
+            scene: path.to_string_lossy().into_owned(),
+            image: ImageSize {
+                width: scene.width,
+                height: scene.height,
+            },
+            max_depth: scene.max_depth,
+            primitives: PrimitiveCounts::of(scene),
+            instances: InstanceCounts {
+                meshes: scene.meshes.len(),
+                instances: scene.instances.len(),
+                visible_primitives: scene.visible_count(),
+            },
+            lights: LightCounts::of(scene),
+            materials: scene.materials.len(),
+            bounds: bounds(scene),
+            origin: scene.origin,
+            bvh: tree.into(),
+            memory: MemoryStats::of(scene, &tree, 0, mapped_bytes),
+        }
+    }
+
+    fn table(&self) -> String {
+        let corner = |c: [f64; 3]| format!("({}, {}, {})", c[0], c[1], c[2]);
+        let bounds = match &self.bounds {
+            Some(b) => format!("{} to {}", corner(b.lo), corner(b.hi)),
+            None => "empty".to_owned(),
+        };
+        let bvh = &self.bvh;
+        let mut rows = vec![
+            ("scene", self.scene.clone()),
+            (
+                "image",
+                format!(
+                    "{}x{}, max depth {}",
+                    self.image.width, self.image.height, self.max_depth
+                ),
+            ),
+            ("primitives", self.primitives.words()),
+            ("lights", self.lights.words()),
+            ("materials", grouped(self.materials as u64)),
+            ("bounds", bounds),
+            (
+                "tree",
+                format!(
+                    "{} nodes, depth {}, cost {:.2}",
+                    grouped(bvh.nodes as u64),
+                    bvh.depth,
+                    bvh.sah
+                ),
+            ),
+        ];
+        let placed = &self.instances;
+        if placed.meshes > 0 {
+            let words = format!(
+                "{} of {} meshes: {} primitives to be seen",
+                grouped(placed.instances as u64),
+                grouped(placed.meshes as u64),
+                grouped(placed.visible_primitives)
+            );
+            rows.insert(3, ("instances", words));
+        }
+        let bounds = rows.iter().position(|(name, _)| *name == "bounds");
+        if let (Some(at), Some(row)) = (bounds, origin_row(self.origin)) {
+            rows.insert(at + 1, row);
+        }
+        rows.extend(self.memory.rows());
+        lines(&rows)
+    }
+}
+
+/// Bounds in the file's own coordinates.
+fn bounds(scene: &Scene) -> Option<FileBounds> {
+    let bounds = scene.bounds();
+    (!bounds.is_empty()).then(|| FileBounds {
+        lo: to_file_coordinates(scene, bounds.lo),
+        hi: to_file_coordinates(scene, bounds.hi),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn scene() -> Scene {
+        let mut scene = Scene::default();
+        scene.add_sphere(Vec3::new(1.0, 2.0, 3.0), 0.5, 0);
+        scene.add_triangle([Vec3::ZERO, Vec3::X, Vec3::Y], None, 0);
+        scene.add_ellipsoid(glam::Affine3A::IDENTITY, glam::Affine3A::IDENTITY, 0);
+        scene.lights.add_point(Vec3::ONE, Vec3::ONE, Vec3::X);
+        scene.lights.add_point(Vec3::ONE, Vec3::ONE, Vec3::X);
+        scene.lights.add_directional(Vec3::Y, Vec3::ONE);
+        let (corner, edges) = (Vec3::ZERO, [Vec3::X, Vec3::Z]);
+        (scene.lights).add_rectangle(corner, edges, Vec3::ONE, Vec3::X);
+        scene
+    }
+
+    const TREE: TreeStats = TreeStats {
+        nodes: 5,
+        depth: 3,
+        sah: 7.25,
+        node_bytes: 160,
+        prim_bytes: 96,
+        wide_bytes: 32,
+    };
+
+    #[test]
+    fn the_document_has_the_promised_keys() {
+        let json = serde_json::to_value(InfoDocument::new(Path::new("a.test"), &scene(), TREE, 0))
+            .unwrap();
+        assert_eq!(json["schema_version"], 1);
+        assert_eq!(
+            json["primitives"],
+            serde_json::json!({"spheres": 2, "triangles": 1, "cones": 0})
+        );
+        assert_eq!(
+            json["lights"],
+            serde_json::json!({"point": 2, "directional": 1, "sphere": 0, "rectangle": 1})
+        );
+        let words = "2 point, 1 directional, 1 rectangle";
+        assert_eq!(LightCounts::of(&scene()).words(), words);
+        assert_eq!(json["materials"], 0);
+        assert_eq!(
+            json["bounds"],
+            serde_json::json!({"lo": [-1.0, -1.0, -1.0], "hi": [1.5, 2.5, 3.5]})
+        );
+        assert_eq!(
+            json["bvh"],
+            serde_json::json!({"nodes": 5, "depth": 3, "sah": 7.25})
+        );
+        let memory = &json["memory"];
+        assert_eq!(memory["bvh_node_bytes"], 160);
+        let scene_bytes = memory["scene_bytes"].as_u64().unwrap();
+        assert_eq!(memory["total_bytes"], scene_bytes + 288);
+    }
+
+    #[test]
+    fn what_instances_show_is_counted_and_bounded() {
+        let mut scene = scene();
+        let mesh = scene.begin_mesh();
+        scene.add_sphere(Vec3::ZERO, 1.0, 0);
+        scene.add_sphere(Vec3::X, 1.0, 0);
+        scene.end_mesh(mesh);
+        let document = InfoDocument::new(Path::new("a.test"), &scene, TREE, 0);
+        assert_eq!(document.instances.visible_primitives, 3);
+        assert_eq!(bounds(&scene), bounds(&self::scene()), "not placed");
+        for x in [10.0, 20.0] {
+            let position = glam::DVec3::new(x, 0.0, 0.0);
+            let map = glam::DAffine3::from_translation(position);
+            scene.add_instance(mesh, map).unwrap();
+        }
+        let document = InfoDocument::new(Path::new("a.test"), &scene, TREE, 0);
+        assert_eq!(document.instances.visible_primitives, 7);
+        assert!(document.table().contains("2 of 1 meshes: 7 primitives"));
+        let hi = bounds(&scene).unwrap().hi[0];
+        assert!((22.0..22.01).contains(&hi), "{hi}");
+    }
+
+    #[test]
+    fn bounds_are_those_of_the_file() {
+        let mut scene = scene();
+        scene.scale = 0.25;
+        assert_eq!(bounds(&scene).unwrap().hi, [6.0, 10.0, 14.0]);
+        assert_eq!(bounds(&Scene::default()), None);
+    }
+}

@@ -1,0 +1,68 @@
+//! `phalanx completions` and `phalanx man`: completion scripts and manual pages, made of the
+//! arguments' own definition.
+
+use crate::cli::output::{self, CliError};
+use clap::Args;
+use clap_complete::Shell;
+use clap_mangen::Man;
+use phalanx::image::replace_file;
+use std::io;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct CompletionsArgs {
+    /// Whose
+    #[arg(value_enum)]
+    pub shell: Shell,
+}
+
+#[derive(Debug, Args)]
+pub struct ManArgs {
+    /// Write the pages of the program and of every command into this folder
+    #[arg(long, value_name = "DIR")]
+    pub dir: Option<PathBuf>,
+}
+
+/// Prints a script that completes the program's arguments.
+pub fn completions(args: &CompletionsArgs, mut program: clap::Command) -> Result<(), CliError> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut program, "phalanx", &mut script);
+    output::print_raw(&String::from_utf8_lossy(&script))
+}
+
+/// Prints the program's page, or writes all pages.
+pub fn man(args: &ManArgs, program: &clap::Command) -> Result<(), CliError> {
+    let Some(folder) = &args.dir else {
+        let page =
+            page(program).map_err(|e| CliError::Runtime(format!("cannot make the page: {e}")))?;
+        return output::print_raw(&String::from_utf8_lossy(&page));
+    };
+    write(folder, program)?;
+    let mut written = 1;
+    for command in program
+        .get_subcommands()
+        .filter(|command| !command.is_hide_set())
+    {
+        let name = format!("phalanx-{}", command.get_name());
+        write(folder, &command.clone().name(leaked(name)))?;
+        written += 1;
+    }
+    output::print(&format!("{written} pages in {}\n", folder.display()))
+}
+
+/// A name with the lifetime that clap requires; it is leaked. There are a dozen of them.
+fn leaked(name: String) -> &'static str {
+    name.leak()
+}
+
+fn page(command: &clap::Command) -> io::Result<Vec<u8>> {
+    let mut page = Vec::new();
+    Man::new(command.clone()).render(&mut page)?;
+    Ok(page)
+}
+
+fn write(folder: &Path, command: &clap::Command) -> Result<(), CliError> {
+    let path = folder.join(format!("{}.1", command.get_name()));
+    let written = page(command).and_then(|page| replace_file(&path, |out| out.write_all(&page)));
+    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
+}

@@ -1,0 +1,273 @@
+//! `phalanx plan`: a picture cut into shards, for many machines.
+
+use crate::cli::options::{GradeArgs, PictureArgs, SceneArgs, SceneInput};
+use crate::cli::output::{self, CliError, OutputFile, SCHEMA_VERSION, format_of, interrupt, lines};
+use clap::{Args, FromArgMatches, value_parser};
+use phalanx::frame::Settings;
+use phalanx::image::{Depth, Exposure, ImageFormat, replace_file};
+use phalanx::jobs::{KeyDifference, MAX_SHARDS, RenderKey, RenderPlan, TileEncoding, kept_output};
+use phalanx::open::standard_name;
+use phalanx::scene::{OutputEncoding, Quantize, Transfer};
+use serde::Serialize;
+use std::io;
+use std::path::{Path, PathBuf, absolute};
+
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// Scene file, cache (.phx), or standard:NAME[:SIZE]
+    pub scene: PathBuf,
+    /// How many shards to cut the picture into
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SHARDS)))]
+    pub shards: u32,
+    /// Picture that the shards will be merged into; its ending says what is written. If it lies
+    /// outside the plan's folder, merge wants to be told again
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// Plan to write; shards are rendered into files beside it
+    #[arg(long, value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    #[command(flatten)]
+    pub grade: GradeArgs,
+    #[command(flatten)]
+    pub beside: SceneArgs,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl PlanArgs {
+    /// The arguments that these words of a command line, `plan` first, give.
+    fn of_words(words: &[String]) -> Option<PlanArgs> {
+        if words.first()? != "plan" {
+            return None;
+        }
+        let command = PlanArgs::augment_args(clap::Command::new("plan"));
+        let found = command.try_get_matches_from(words).ok()?;
+        PlanArgs::from_arg_matches(&found).ok()
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct PlanDocument<'a> {
+    schema_version: u32,
+    plan: &'a Path,
+    shards: u32,
+    tile: u32,
+    output: &'a Path,
+    scene_hash: &'a str,
+    /// All shards in Slurm's notation.
+    array: String,
+}
+
+/// Writes a plan.
+pub fn run(args: &PlanArgs) -> Result<(), CliError> {
+    if output::is_dash(&args.scene) || output::is_dash(&args.output) {
+        return Err(CliError::Usage(
+            "a plan is carried out later, elsewhere: stdin and stdout will not be there, name files".to_owned(),
+        ));
+    }
+    args.beside.no_picture()?;
+    let format = format_of(&args.output, None, "--output")?;
+    output::check_place(&args.plan)?;
+    output::check_place(&args.output)?;
+    output::check_distinct(&[
+        ("--output", Some(&args.output)),
+        ("--plan", Some(&args.plan)),
+    ])?;
+    interrupt::listen()?;
+    refuse_special(&args.scene)?;
+    let scene_input = SceneInput::load(&args.scene, &args.beside, 0)?;
+    let scene = &scene_input.scene;
+    let settings = args.picture.settings(scene);
+    args.picture.check_region(&settings)?;
+    let here = |path: &Path| {
+        absolute(path)
+            .map_err(|e| CliError::Runtime(format!("cannot tell where {} is: {e}", path.display())))
+    };
+    let output = text(&here(&args.output)?)?;
+    let picture = &args.picture;
+    let target = (args.grade).output_file(output.into(), format, picture, scene, &settings)?;
+    let name = match standard_name(&args.scene) {
+        Some(name) => name.to_owned(),
+        None => text(&here(&args.scene)?)?,
+    };
+    let kept = kept_output(&args.plan, &args.output).map_err(|e| {
+        CliError::Runtime(format!(
+            "cannot tell where {} is: {e}",
+            args.output.display()
+        ))
+    })?;
+    let plan = RenderPlan::new(
+        name,
+        arguments()?,
+        kept,
+        tile_encoding(&target),
+        RenderKey::of(scene, &settings),
+        args.shards,
+    );
+    plan.check()
+        .map_err(|error| CliError::Usage(format!("the plan's {error}")))?;
+    interrupt::block_signals(&args.plan, || write(&args.plan, &plan))??;
+    print_plan(args, &plan, &target.path)
+}
+
+/// Refuses a scene that not every shard could read again.
+fn refuse_special(scene: &Path) -> Result<(), CliError> {
+    let file = standard_name(scene).is_none();
+    match std::fs::metadata(scene) {
+        Ok(found) if file && !found.is_file() && !found.is_dir() => Err(CliError::Usage(format!(
+            "{} is no regular file: every shard has to read the scene again",
+            scene.display()
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn write(path: &Path, plan: &RenderPlan) -> Result<(), CliError> {
+    let written = replace_file(path, |out| {
+        serde_json::to_writer_pretty(out, plan).map_err(io::Error::other)
+    });
+    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
+}
+
+fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), CliError> {
+    let array = format!("0-{}", plan.shards - 1);
+    let mut merge = format!("phalanx merge {}", args.plan.display());
+    if plan.picture_path(&args.plan).is_err() {
+        let picture = args.output.display();
+        output::note(&format!(
+            "note: {picture} lies outside the plan's folder, where no plan writes: name it again for the merge, with -o"
+        ));
+        merge.push_str(&format!(" -o {picture}"));
+    }
+    if args.json {
+        return output::print_json(&PlanDocument {
+            schema_version: SCHEMA_VERSION,
+            plan: &args.plan,
+            shards: plan.shards,
+            tile: plan.tile,
+            output: picture,
+            scene_hash: &plan.picture.scene,
+            array,
+        });
+    }
+    let path = args.plan.display();
+    let rows = [
+        ("plan", format!("{path}, {} shards", plan.shards)),
+        (
+            "render",
+            format!("phalanx render --plan {path} --shard I, I from {array}"),
+        ),
+        ("merge", merge),
+    ];
+    output::print(&lines(&rows))
+}
+
+/// The arguments of this process, as they are kept in the plan.
+fn arguments() -> Result<Vec<String>, CliError> {
+    let all = std::env::args_os().skip(1);
+    all.map(|argument| {
+        argument.into_string().map_err(|argument| {
+            CliError::Usage(format!(
+                "a plan is a text, and this argument is none: {}",
+                argument.to_string_lossy()
+            ))
+        })
+    })
+    .collect()
+}
+
+fn text(path: &Path) -> Result<String, CliError> {
+    let text = path.to_str().map(str::to_owned);
+    text.ok_or_else(|| {
+        CliError::Usage(format!(
+            "a plan is a text, and this name is none: {}",
+            path.display()
+        ))
+    })
+}
+
+/// Opens a plan's picture again: its scene, and its settings, which must still be those of the
+/// plan.
+pub fn reopen(
+    path: &Path,
+    plan: &RenderPlan,
+    threads: usize,
+) -> Result<(SceneInput, Settings), CliError> {
+    let asked = PlanArgs::of_words(&plan.arguments).ok_or_else(|| {
+        CliError::Runtime(format!(
+            "{}: its arguments are not those of phalanx plan",
+            path.display()
+        ))
+    })?;
+    let scene = PathBuf::from(&plan.scene);
+    refuse_special(&scene)?;
+    let scene_input = SceneInput::load(&scene, &asked.beside, threads)?;
+    let settings = asked.picture.settings(&scene_input.scene);
+    let now = RenderKey::of(&scene_input.scene, &settings);
+    if plan.picture == now {
+        return Ok((scene_input, settings));
+    }
+    let differences = plan.picture.differences(&now);
+    let differences: Vec<String> = differences.iter().map(KeyDifference::to_string).collect();
+    Err(CliError::Usage(format!(
+        "{}: the plan is of another picture: {}; make the plan again",
+        path.display(),
+        differences.join(", ")
+    )))
+}
+
+fn tile_encoding(output: &OutputFile) -> TileEncoding {
+    let Exposure {
+        stops: exposure,
+        encoding,
+    } = output.file.exposure;
+    TileEncoding {
+        exposure,
+        srgb: encoding.transfer == Transfer::Srgb,
+        round: encoding.quantize == Quantize::Round,
+        bits: match output.file.depth {
+            Depth::Eight => 8,
+            Depth::Sixteen => 16,
+        },
+    }
+}
+
+/// The picture of a plan as a file of this name.
+pub fn target(
+    plan: &RenderPlan,
+    path: PathBuf,
+    format: ImageFormat,
+) -> Result<OutputFile, CliError> {
+    let TileEncoding {
+        exposure,
+        srgb,
+        round,
+        bits,
+    } = plan.developing;
+    let transfer = if srgb { Transfer::Srgb } else { Transfer::None };
+    let quantize = if round {
+        Quantize::Round
+    } else {
+        Quantize::Floor
+    };
+    let depth = if bits == 16 {
+        Depth::Sixteen
+    } else {
+        Depth::Eight
+    };
+    let encoding = OutputEncoding { transfer, quantize };
+    OutputFile::for_picture(
+        path,
+        format,
+        Exposure {
+            stops: exposure,
+            encoding,
+        },
+        depth,
+        plan.picture.window(),
+        (plan.aovs(), plan.picture.origin),
+    )
+}

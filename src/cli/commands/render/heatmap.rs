@@ -1,0 +1,85 @@
+//! `render --heat`: a picture of the cost of each pixel.
+
+use crate::cli::output::{self, CliError, ProgressOptions, interrupt, progress};
+use phalanx::frame::{Accel, AccelRef, RayCost, Settings, render_heatmap};
+use phalanx::image::{false_color, save_png};
+use phalanx::scene::Scene;
+use std::path::PathBuf;
+
+/// The cost to count, and the path of its picture.
+pub struct HeatmapOutput {
+    cost: RayCost,
+    path: PathBuf,
+}
+
+/// Most pixels of the picture.
+const PIXELS: u64 = 1 << 28;
+
+/// Names of the costs that can be counted, and their titles in the legend.
+const COSTS: [(&str, RayCost, &str); 3] = [
+    ("nodes", RayCost::Nodes, "nodes visited by a camera ray"),
+    ("prims", RayCost::Prims, "primitives tested by a camera ray"),
+    ("time", RayCost::Time, "nanoseconds a camera ray"),
+];
+
+/// Refuses a path that `--heat` cannot write to.
+pub fn check_place(heat: Option<&[String]>) -> Result<(), CliError> {
+    let Some([_, path]) = heat else {
+        return Ok(());
+    };
+    output::check_png_name(path.as_ref(), "--heat")?;
+    output::check_picture_place(path.as_ref())
+}
+
+/// The picture that `--heat` asks for.
+pub fn from_args(
+    heat: Option<&[String]>,
+    settings: &Settings,
+) -> Result<Option<HeatmapOutput>, CliError> {
+    let Some([name, path]) = heat else {
+        return Ok(None);
+    };
+    let Some((_, cost, _)) = COSTS.iter().find(|(known, ..)| known == name) else {
+        return Err(CliError::Usage(format!(
+            "--heat {name}: expected nodes, prims or time, then the picture's name"
+        )));
+    };
+    if settings.engine != phalanx::frame::Engine::Simd {
+        return Err(CliError::Usage(
+            "--heat shows the packet engine's work: leave out --engine scalar".to_owned(),
+        ));
+    }
+    if settings.pixels() > PIXELS {
+        return Err(CliError::Usage(format!(
+            "--heat holds a whole picture in memory: {} pixels are more than {PIXELS}; take a part, with --region",
+            settings.pixels()
+        )));
+    }
+    let path = PathBuf::from(path);
+    Ok(Some(HeatmapOutput { cost: *cost, path }))
+}
+
+/// Traces the camera rays once more, and writes their cost.
+pub fn write(
+    heatmap: &HeatmapOutput,
+    scene: &Scene,
+    prepared: &Accel,
+    settings: &Settings,
+) -> Result<(), CliError> {
+    let AccelRef::Packets(bvh) = prepared.accel() else {
+        return Ok(());
+    };
+    let costs = progress::with_progress(ProgressOptions::of(settings.pixels()), |control| {
+        render_heatmap(scene, bvh, settings, heatmap.cost, control)
+    })?;
+    let picture = false_color(&costs, settings.window().width, title(heatmap.cost));
+    Ok(interrupt::block_signals(&heatmap.path, || {
+        save_png(&heatmap.path, &picture)
+    })??)
+}
+
+/// Title of the legend.
+pub fn title(cost: RayCost) -> &'static str {
+    let known = COSTS.iter().find(|(_, c, _)| *c == cost);
+    known.map_or("", |(_, _, title)| title)
+}

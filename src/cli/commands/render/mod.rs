@@ -1,0 +1,368 @@
+//! `phalanx render`.
+
+mod args;
+pub mod heatmap;
+mod report;
+mod shard;
+mod shard_index;
+
+pub use args::RenderArgs;
+
+use crate::cli::options::{SceneInput, Sequence, film_bytes, stem};
+use crate::cli::output::{
+    self, CliError, LivePreview, MemoryStats, OutputFile, ProgressOptions, format_of, interrupt,
+    progress,
+};
+use phalanx::frame::{Accel, Aov, Engine, Settings};
+use phalanx::image::ImageFormat;
+use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, render_bands};
+use phalanx::render::RenderStats;
+use phalanx::scene::Scene;
+use report::{RenderDocument, RenderImage, RenderSeconds};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Renders a scene to a picture and prints a report; or renders a shard of one.
+pub fn run(args: &RenderArgs) -> Result<(), CliError> {
+    match (&args.keep.plan, &args.scene) {
+        (Some(plan), _) => shard::run(args, plan),
+        (None, Some(scene)) => picture(args, scene),
+        // Unreachable: the arguments' definition requires one of them.
+        (None, None) => Err(CliError::Usage("name a scene".to_owned())),
+    }
+}
+
+fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
+    args.picture.check()?;
+    check_places(args)?;
+    interrupt::listen()?;
+    output::advise();
+    let start = Instant::now();
+    let mut scene_input = SceneInput::load(name, &args.beside, args.work.threads.unwrap_or(0))?;
+    let load = start.elapsed().as_secs_f64();
+    let (path, format) = output_path(args, name, &scene_input.scene)?;
+    check_output(args, &path)?;
+
+    let settings = args.work.apply(args.picture.settings(&scene_input.scene));
+    args.picture.check_region(&settings)?;
+    if settings.engine == Engine::Scalar && settings.aovs.has(Aov::Cost) {
+        return Err(CliError::Usage(
+            "--aov cost counts the packet engine's work: leave out --engine scalar".to_owned(),
+        ));
+    }
+    let scene = &scene_input.scene;
+    let output = (args.grade).output_file(path, format, &args.picture, scene, &settings)?;
+    let heatmap = heatmap::from_args(args.heat.as_deref(), &settings)?;
+    let sequence = args.frames.sequence(&scene_input.scene)?;
+    if let Some(sequence) = &sequence {
+        check_frames(args, sequence, &output.path)?;
+    }
+    let films = films_in_memory(&settings, &output);
+    let start = Instant::now();
+    let prepared = scene_input.prepare(settings.engine, &args.tree, settings.threads)?;
+    scene_input
+        .budget
+        .for_render(&scene_input.scene, &prepared, &settings, films)?;
+    prepared.build_wide_bvh(&settings);
+    let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
+    let job = Job {
+        args,
+        prepared: &prepared,
+        settings: &settings,
+    };
+    let work = match &sequence {
+        None => job.render(&scene_input.scene, &output, args.keep.checkpoint.as_deref())?,
+        Some(sequence) => job.sequence(sequence, &mut scene_input.scene, &output)?,
+    };
+    let scene = &scene_input.scene;
+    if let Some(heatmap) = heatmap {
+        heatmap::write(&heatmap, scene, &prepared, &settings)?;
+    }
+
+    let seconds = RenderSeconds {
+        load,
+        build,
+        render: work.render,
+        write: work.write,
+    };
+    let film = films * film_bytes(&settings);
+    let image = RenderImage::new(&settings, &output.path, sequence.map(|s| s.frames));
+    let report = RenderDocument::new(name, scene, &settings, image)
+        .with_tree(tree)
+        .with_memory(MemoryStats::of(
+            scene,
+            &tree,
+            film,
+            scene_input.mapped_bytes,
+        ))
+        .with_work(&work.stats, seconds);
+    if args.json {
+        output::print_json(&report)
+    } else {
+        output::print(&report.table())
+    }
+}
+
+/// Refuses files that cannot be written, before the scene is read.
+fn check_places(args: &RenderArgs) -> Result<(), CliError> {
+    heatmap::check_place(args.heat.as_deref())?;
+    if let Some(path) = &args.sight.snapshot {
+        output::check_png_name(path, "--snapshot")?;
+        output::check_picture_place(path)?;
+    }
+    if let Some(path) = &args.keep.checkpoint {
+        TileFile::check_place(path)?;
+    }
+    let Some(path) = &args.output else {
+        return Ok(());
+    };
+    format_of(path, args.beside.picture_format()?, "--output")?;
+    if args.frames.frames.is_some() && output::is_dash(path) {
+        return Err(CliError::Usage(
+            "--frames writes a file for each frame, and stdout is one: name files".to_owned(),
+        ));
+    }
+    check_output(args, path)
+}
+
+/// Refuses a path that the picture cannot be written to, or that is another result's.
+fn check_output(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
+    output::check_picture_place(path)?;
+    let heat = args.heat.as_ref().and_then(|words| words.get(1));
+    output::check_distinct(&[
+        ("the picture", Some(path)),
+        ("--checkpoint", args.keep.checkpoint.as_deref()),
+        ("--heat", heat.map(Path::new)),
+        ("--snapshot", args.sight.snapshot.as_deref()),
+    ])
+}
+
+/// Refuses names of frames that cannot be written as files, before the first is rendered.
+fn check_frames(args: &RenderArgs, sequence: &Sequence, path: &Path) -> Result<(), CliError> {
+    for frame in sequence.frames.clone() {
+        output::check_kind(&sequence.name(path, frame))?;
+        if let Some(path) = &args.keep.checkpoint {
+            TileFile::check_place(&sequence.name(path, frame))?;
+        }
+    }
+    Ok(())
+}
+
+/// Inputs shared by all frames of a sequence.
+struct Job<'a> {
+    args: &'a RenderArgs,
+    prepared: &'a Accel,
+    settings: &'a Settings,
+}
+
+/// Totals of rendering: its counts, its seconds, and the seconds of the rest of writing.
+#[derive(Default)]
+struct RenderTotals {
+    stats: RenderStats,
+    render: f64,
+    write: f64,
+}
+
+impl Job<'_> {
+    /// Renders one frame after the other; each is finished before the next begins.
+    fn sequence(
+        &self,
+        sequence: &Sequence,
+        scene: &mut Scene,
+        output: &OutputFile,
+    ) -> Result<RenderTotals, CliError> {
+        let start = scene.view;
+        let mut all = RenderTotals::default();
+        for frame in sequence.frames.clone() {
+            scene.view = sequence.view(frame, &start)?;
+            let path = sequence.name(&output.path, frame);
+            let output = OutputFile {
+                path,
+                ..output.clone()
+            };
+            let checkpoint = self.args.keep.checkpoint.as_deref();
+            let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
+            let work = self.render(scene, &output, checkpoint.as_deref())?;
+            if !self.args.json {
+                let speed = work.stats.rays.total() as f64 / 1e6 / work.render.max(1e-9);
+                output::print(&format!(
+                    "frame {frame}: {:.3} seconds, {speed:.3} Mrays/s, {}\n",
+                    work.render,
+                    output.path.display()
+                ))?;
+            }
+            all.stats.add(&work.stats);
+            all.render += work.render;
+            all.write += work.write;
+        }
+        Ok(all)
+    }
+
+    /// Renders a picture, and writes it as it is made.
+    fn render(
+        &self,
+        scene: &Scene,
+        output: &OutputFile,
+        checkpoint: Option<&Path>,
+    ) -> Result<RenderTotals, CliError> {
+        let Job { args, settings, .. } = self;
+        let preview = LivePreview::of(
+            args.sight.preview,
+            args.sight.snapshot.as_deref(),
+            output.file.exposure,
+            settings.window(),
+        )?;
+        let tiles = checkpoint
+            .map(|path| tiles(path, scene, settings))
+            .transpose()?;
+        let options = ProgressOptions {
+            pixels: settings.pixels(),
+            mode: args.progress,
+            live_preview: preview.as_ref(),
+        };
+        let start = Instant::now();
+        let banded = write(
+            scene,
+            self.prepared,
+            settings,
+            output,
+            tiles.as_ref(),
+            options,
+        )?;
+        Ok(RenderTotals {
+            stats: banded.stats,
+            render: banded.seconds,
+            write: start.elapsed().as_secs_f64() - banded.seconds,
+        })
+    }
+}
+
+/// The file of finished tiles.
+fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, CliError> {
+    let file = TileFile::open(path, &RenderKey::of(scene, settings))?;
+    shard::warn_damaged(&file, path);
+    if file.pixels() > 0 {
+        let share = 100.0 * file.pixels() as f64 / settings.pixels() as f64;
+        output::note(&format!(
+            "resuming from {}, {share:.1} % done",
+            path.display()
+        ));
+    }
+    Ok(file)
+}
+
+/// Renders band by band, and writes each while the next is made.
+fn write(
+    scene: &Scene,
+    prepared: &Accel,
+    settings: &Settings,
+    output: &OutputFile,
+    tiles: Option<&TileFile>,
+    options: ProgressOptions,
+) -> Result<BandStats, CliError> {
+    let beside = TileOutputs {
+        file: tiles,
+        thumbnail: options.live_preview.map(|preview| &preview.thumbnail),
+    };
+    let written = progress::with_progress_writing(&output.path, options, |control| {
+        let tree = prepared.accel();
+        output.write_while(control, |take| {
+            render_bands(scene, tree, settings, control, beside, take)
+        })
+    });
+    let Some(tiles) = tiles else {
+        return written;
+    };
+    // Done even after an interruption, so that finished tiles are not lost.
+    tiles.sync()?;
+    written.map_err(|error| match error {
+        CliError::Interrupted => CliError::Resumable(format!(
+            "finished tiles are kept in {}; the same command goes on from there",
+            tiles.path().display()
+        )),
+        other => other,
+    })
+}
+
+/// Number of films in memory at a time: one that is rendered, and one that is written. A file that
+/// is put together in memory takes the space of all bands on top.
+fn films_in_memory(settings: &Settings, output: &OutputFile) -> u64 {
+    let bands = bands(settings.window()).len() as u64;
+    let file = if output.is_in_memory() { bands } else { 0 };
+    bands.min(2) + file
+}
+
+/// The picture's path: that of the arguments, else that of the scene, else one named like the
+/// scene. The latter two are in the current folder, whatever folders the scene names.
+fn output_path(
+    args: &RenderArgs,
+    name: &Path,
+    scene: &Scene,
+) -> Result<(PathBuf, ImageFormat), CliError> {
+    let asked = args.beside.picture_format()?;
+    if let Some(path) = &args.output {
+        return Ok((path.clone(), format_of(path, asked, "--output")?));
+    }
+    let named = scene
+        .output
+        .as_deref()
+        .map(Path::new)
+        .and_then(Path::file_name);
+    match named {
+        Some(name) => {
+            // Only the command line may choose stdout: a scene's `-` is the file `./-`.
+            let path = match output::is_dash(Path::new(name)) {
+                true => Path::new(".").join(name),
+                false => PathBuf::from(name),
+            };
+            let format = format_of(&path, asked, "the scene asks for the output")
+                .map_err(|error| error.with_hint("choose another with -o"))?;
+            Ok((path, format))
+        }
+        None => {
+            let format = asked.unwrap_or(ImageFormat::Png);
+            let mut stem = stem(name).to_os_string();
+            stem.push(format!(".{}", format.ending()));
+            Ok((PathBuf::from(stem), format))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::{Args, FromArgMatches};
+
+    fn path_of(line: &str, output: Option<&str>) -> Result<PathBuf, CliError> {
+        let scene = Scene {
+            output: output.map(str::to_owned),
+            ..Scene::default()
+        };
+        let command = RenderArgs::augment_args(clap::Command::new("render"));
+        let found = command.try_get_matches_from(line.split(' ')).unwrap();
+        let args = RenderArgs::from_arg_matches(&found).unwrap();
+        let name = args.scene.clone().unwrap();
+        output_path(&args, &name, &scene).map(|(path, _)| path)
+    }
+
+    #[test]
+    fn the_picture_goes_where_the_user_says_else_to_the_current_folder() {
+        let plain = "render folder/a.b.test";
+        let asked = "render folder/a.test -o other/c.png";
+        assert_eq!(
+            path_of(asked, Some("b.png")).unwrap(),
+            Path::new("other/c.png")
+        );
+        assert_eq!(path_of(plain, Some("b.png")).unwrap(), Path::new("b.png"));
+        assert_eq!(
+            path_of(plain, Some("../../etc/b.png")).unwrap(),
+            Path::new("b.png")
+        );
+        assert_eq!(path_of(plain, None).unwrap(), Path::new("a.b.png"));
+        let standard = "render standard:balls:3";
+        assert_eq!(path_of(standard, None).unwrap(), Path::new("balls.png"));
+        let refused = path_of(plain, Some("b.bmp")).unwrap_err();
+        assert_eq!(refused.code(), 2);
+        assert!(matches!(refused, CliError::Usage(m) if m.contains("b.bmp") && m.contains("-o")));
+    }
+}

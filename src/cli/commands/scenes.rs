@@ -1,0 +1,187 @@
+//! `phalanx scenes`: the catalogue of standard scenes.
+
+use crate::cli::output::{self, CliError, SCHEMA_VERSION, grouped};
+use clap::Args;
+use phalanx::standard::{self, CATALOGUE, Family, ShapeCounts, Spec, StandardScene};
+use serde::Serialize;
+
+#[derive(Debug, Args)]
+pub struct ScenesArgs {
+    /// Print one JSON document instead of the table
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct ScenesDocument {
+    schema_version: u32,
+    scenes: Vec<SceneListing>,
+}
+
+/// A scene at its default size.
+#[derive(Debug, Serialize)]
+struct SceneListing {
+    name: &'static str,
+    family: &'static str,
+    purpose: &'static str,
+    default_size: u32,
+    /// The smallest and the largest size.
+    sizes: [u32; 2],
+    size_means: &'static str,
+    spheres: u64,
+    cones: u64,
+    polygons: u64,
+    triangles: u64,
+    lights: u64,
+}
+
+impl SceneListing {
+    fn of(entry: &'static StandardScene) -> SceneListing {
+        let ShapeCounts {
+            spheres,
+            cones,
+            polygons,
+            triangles,
+            lights,
+        } = standard::counts(Spec::of(entry));
+        SceneListing {
+            name: entry.name,
+            family: match entry.family {
+                Family::Spd => "spd",
+                Family::Modern => "modern",
+            },
+            purpose: entry.purpose,
+            default_size: entry.default_size,
+            sizes: [*entry.sizes.start(), *entry.sizes.end()],
+            size_means: entry.size_means,
+            spheres,
+            cones,
+            polygons,
+            triangles,
+            lights,
+        }
+    }
+
+    /// The cells of the table, except the purpose.
+    fn cells(&self) -> [String; COLUMNS] {
+        let number = |n: u64| match n {
+            0 => "-".to_owned(),
+            n => grouped(n),
+        };
+        let [least, most] = self.sizes;
+        [
+            self.name.to_owned(),
+            short(self.default_size),
+            format!("{}..{}", short(least), short(most)),
+            number(self.spheres),
+            number(self.cones),
+            number(self.polygons),
+            number(self.triangles),
+            number(self.lights),
+        ]
+    }
+}
+
+const COLUMNS: usize = 8;
+const HEADS: [&str; COLUMNS] = [
+    "NAME",
+    "SIZE",
+    "SIZES",
+    "SPHERES",
+    "CONES",
+    "POLYGONS",
+    "TRIANGLES",
+    "LIGHTS",
+];
+
+/// Lists the standard scenes.
+pub fn run(args: &ScenesArgs) -> Result<(), CliError> {
+    let scenes: Vec<SceneListing> = CATALOGUE.iter().map(SceneListing::of).collect();
+    if args.json {
+        return output::print_json(&ScenesDocument {
+            schema_version: SCHEMA_VERSION,
+            scenes,
+        });
+    }
+    output::print(&table(&scenes))
+}
+
+/// The rows in aligned columns, a heading before each family, and the meanings of the sizes after
+/// them.
+fn table(scenes: &[SceneListing]) -> String {
+    let cells: Vec<_> = scenes.iter().map(SceneListing::cells).collect();
+    let heads = HEADS.map(str::to_owned);
+    let widths: [usize; COLUMNS] = std::array::from_fn(|k| {
+        let column = cells.iter().chain([&heads]).map(|row| row[k].len());
+        column.max().unwrap_or(0)
+    });
+    let line = |row: &[String; COLUMNS], last: &str| {
+        let mut text = format!("{:<1$}", row[0], widths[0]);
+        for (cell, width) in row.iter().zip(widths).skip(1) {
+            text.push_str(&format!("  {cell:>width$}"));
+        }
+        text + "  " + last + "\n"
+    };
+    let mut text = line(&heads, "PURPOSE");
+    let mut family = "";
+    for (row, cells) in scenes.iter().zip(&cells) {
+        if row.family != family {
+            family = row.family;
+            text.push_str(heading(family));
+        }
+        text.push_str(&line(cells, row.purpose));
+    }
+    text + "\nCounts are those of the default size. Take a scene as standard:NAME or standard:NAME:SIZE, where a command takes a\n\
+            scene file; SIZE is a whole number and may end in k or M, as in standard:terrain:20M.\n"
+}
+
+fn heading(family: &str) -> &'static str {
+    match family {
+        "spd" => "\nHaines' Standard Procedural Databases; SIZE is the databases' own factor\n",
+        _ => "\nModern triangle scenes; SIZE is the number of triangles, nearly\n",
+    }
+}
+
+/// 1000000 as 1M, 4000 as 4k, if no digit is lost.
+fn short(size: u32) -> String {
+    match size {
+        0 => "0".to_owned(),
+        n if n % 1_000_000 == 0 => format!("{}M", n / 1_000_000),
+        n if n % 1_000 == 0 => format!("{}k", n / 1_000),
+        n => n.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_shortened_without_loss() {
+        for (size, text) in [
+            (7, "7"),
+            (4_000, "4k"),
+            (1_500_000, "1500k"),
+            (20_000_000, "20M"),
+            (4_001, "4001"),
+        ] {
+            assert_eq!(short(size), text);
+        }
+    }
+
+    #[test]
+    fn columns_are_aligned() {
+        let row = |name, triangles| SceneListing {
+            name,
+            triangles,
+            ..SceneListing::of(&CATALOGUE[0])
+        };
+        let text = table(&[row("a", 1), row("a-longer-name", 123_456_789)]);
+        let ends: Vec<_> = text
+            .lines()
+            .filter_map(|line| line.find(CATALOGUE[0].purpose).or(line.find("PURPOSE")))
+            .collect();
+        assert_eq!(ends.len(), 3);
+        assert!(ends.iter().all(|end| *end == ends[0]), "{text}");
+    }
+}

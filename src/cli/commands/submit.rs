@@ -1,0 +1,362 @@
+//! `phalanx submit slurm`: a job array of the shards that a plan still lacks, and a job that merges
+//! them when all are done.
+//!
+//! Slurm does the following, which is not in its manual; it was tried out on a cluster
+//! (`tests/slurm`):
+//! - A signal of `scancel`, of the time limit and of `scontrol requeue` reaches every process of a
+//!   task. A shell that has no trap for it dies, and Slurm then kills the remaining processes at
+//!   once. So the script survives the signal, and phalanx has the time to save.
+//! - Before the time limit only the script gets a signal (`--signal=B:…`). It passes the signal on,
+//!   and requeues the task. The exit code alone would not do, because a task that the user
+//!   cancelled has the same.
+//! - A task must be named by array and index to be requeued; the job number of the last one is that
+//!   of the whole array.
+//! - A merge that waits for tasks to end well (`afterok`) is lost if one ever failed, even if it
+//!   was done again. `afterany` waits as well, and `phalanx merge` itself reports missing shards.
+
+use super::merge;
+use crate::cli::output::{self, CliError, SCHEMA_VERSION, format_of, interrupt, lines};
+use clap::{Args, Subcommand, value_parser};
+use phalanx::image::replace_file;
+use phalanx::jobs::RenderPlan;
+use serde::Serialize;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf, absolute};
+use std::process::{Command, Stdio};
+
+/// Whom a plan is handed to.
+#[derive(Debug, Subcommand)]
+pub enum SubmitTo {
+    /// Slurm: a job array of the shards that are missing, and a job that merges them
+    #[command(
+        after_help = "Two scripts are written beside the plan. What stands after -- is for sbatch, in both jobs.\n\n\
+                      Example: phalanx submit slurm poster.json --time 2:00:00 --cpus-per-task 16 -- --partition=long"
+    )]
+    Slurm(SubmitArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct SubmitArgs {
+    /// Plan to render and to merge
+    pub plan: PathBuf,
+    /// Time limit of a shard, as sbatch takes it; a shard that needs longer saves what it has and
+    /// goes back into the queue
+    #[arg(long, value_name = "TIME")]
+    pub time: Option<String>,
+    /// Picture that the merge writes, anywhere
+    /// [default: the plan's, which has to lie in the plan's folder]
+    #[arg(short, long, value_name = "OUT")]
+    pub output: Option<PathBuf>,
+    /// CPUs of a shard [default: those that Slurm gives it]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
+    pub cpus_per_task: Option<u32>,
+    /// Write the scripts, and print what would be called
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+    /// Further options for sbatch
+    #[arg(last = true, value_name = "SBATCH OPTIONS")]
+    pub sbatch: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct SubmitDocument<'a> {
+    schema_version: u32,
+    /// The shards that were submitted, in Slurm's notation; `None` if none was missing.
+    array: Option<&'a str>,
+    array_job: Option<String>,
+    merge_job: Option<String>,
+    scripts: [PathBuf; 2],
+}
+
+/// Two calls of `sbatch`: the array, if there is anything left to render, and the merge.
+struct SbatchCalls {
+    array: Option<Vec<OsString>>,
+    merge: Vec<OsString>,
+}
+
+/// Submits the missing shards of a plan.
+pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
+    let plan = RenderPlan::read(&args.plan)?;
+    let path = here(&args.plan)?;
+    let names = ScriptNames {
+        program: text(&program()?)?,
+        plan: text(&path)?,
+        output: merge_output(args, &plan)?,
+    };
+    interrupt::listen()?;
+    let missing = merge::missing(&path, &plan)?;
+    let array = (!missing.is_empty()).then(|| merge::ranges(&missing));
+    let scripts = ["shards.sh", "merge.sh"].map(|ending| path.with_extension(ending));
+    let calls = calls(args, &path, &scripts, array.as_deref());
+    for word in calls.array.iter().flatten().chain(&calls.merge) {
+        text(Path::new(word))?;
+    }
+    let texts = [
+        shards_script(&names, &path.with_extension(""), &plan),
+        merge_script(&names),
+    ];
+    for (script, text) in scripts.iter().zip(&texts) {
+        write(script, text)?;
+    }
+    if args.dry_run {
+        return print_dry_run(&calls);
+    }
+    let array_job = calls.array.as_deref().map(sbatch).transpose()?;
+    let mut merge_call = calls.merge;
+    if let Some(job) = &array_job {
+        merge_call.insert(0, format!("--dependency=afterany:{job}").into());
+    }
+    let merge_job = sbatch(&merge_call).map_err(|error| match &array_job {
+        Some(job) => error.with_hint(&format!(
+            "the array is submitted, as job {job}: when it is done, phalanx merge {}",
+            path.display()
+        )),
+        None => error,
+    })?;
+    if args.json {
+        return output::print_json(&SubmitDocument {
+            schema_version: SCHEMA_VERSION,
+            array: array.as_deref(),
+            array_job,
+            merge_job: Some(merge_job),
+            scripts,
+        });
+    }
+    let into = args.output.as_ref().unwrap_or(&plan.output);
+    let shards = match (&array, &array_job) {
+        (Some(array), Some(job)) => {
+            format!(
+                "job {job}, {} of {} shards: {array}",
+                missing.len(),
+                plan.shards
+            )
+        }
+        _ => format!("all {} are rendered", plan.shards),
+    };
+    output::print(&lines(&[
+        ("shards", shards),
+        ("merge", format!("job {merge_job}, into {}", into.display())),
+        ("watch", "squeue --me".to_owned()),
+    ]))
+}
+
+/// The names that go into the scripts.
+struct ScriptNames {
+    program: String,
+    plan: String,
+    /// The picture, if it is not the plan's own.
+    output: Option<String>,
+}
+
+/// The picture that the arguments name for the merge, if they do. Otherwise the plan's own must be
+/// one that the merge will write by default.
+fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, CliError> {
+    let Some(path) = &args.output else {
+        plan.picture_path(&args.plan)?;
+        return Ok(None);
+    };
+    format_of(path, None, "--output")?;
+    output::check_place(path)?;
+    text(&here(path)?).map(Some)
+}
+
+fn here(path: &Path) -> Result<PathBuf, CliError> {
+    absolute(path)
+        .map_err(|e| CliError::Runtime(format!("cannot tell where {} is: {e}", path.display())))
+}
+
+/// A word in the form in which it goes into a script. Control characters are refused: a line break
+/// would end a comment, and begin a command.
+fn text(word: &Path) -> Result<String, CliError> {
+    match word.to_str() {
+        Some(text) if !text.contains(char::is_control) => Ok(text.to_owned()),
+        _ => Err(CliError::Usage(format!(
+            "{word:?} cannot stand in a script: it has control characters, or is no text; rename it"
+        ))),
+    }
+}
+
+/// The program that nodes start: a release's launcher (.ci/launcher.rs), which picks the build for
+/// each of them, or this very program.
+fn program() -> Result<PathBuf, CliError> {
+    if let Some(launcher) = std::env::var_os("PHALANX_LAUNCHER") {
+        return Ok(launcher.into());
+    }
+    std::env::current_exe()
+        .map_err(|e| CliError::Runtime(format!("cannot tell where this program is: {e}")))
+}
+
+/// Builds both calls.
+fn calls(
+    args: &SubmitArgs,
+    plan: &Path,
+    scripts: &[PathBuf; 2],
+    array: Option<&str>,
+) -> SbatchCalls {
+    let stem = plan.file_stem().unwrap_or(plan.as_os_str());
+    let stem = stem.to_string_lossy();
+    // A percent sign begins a pattern that Slurm replaces, such as an array's index. One in a name
+    // is escaped.
+    let log = |ending: &str| {
+        let stem = plan.with_extension("");
+        format!("{}.{ending}", stem.to_string_lossy().replace('%', "%%"))
+    };
+    let common = |name: String, log: String| {
+        [
+            "--parsable".to_owned(),
+            format!("--job-name={name}"),
+            "--requeue".to_owned(),
+            "--open-mode=append".to_owned(),
+            format!("--output={log}"),
+        ]
+    };
+    let shards = array.map(|array| {
+        let mut call = common(format!("phalanx-{stem}"), log("shard-%a.log")).to_vec();
+        call.push(format!("--array={array}"));
+        if let Some(cpus) = args.cpus_per_task {
+            call.push(format!("--cpus-per-task={cpus}"));
+        }
+        if let Some(time) = &args.time {
+            call.push(format!("--time={time}"));
+            // Slurm checks every half a minute or so, and may be a minute early.
+            call.push("--signal=B:USR1@120".to_owned());
+        }
+        call.extend(args.sbatch.iter().cloned());
+        let mut call: Vec<OsString> = call.into_iter().map(OsString::from).collect();
+        call.push(scripts[0].clone().into());
+        call
+    });
+    let mut merge: Vec<OsString> = common(format!("phalanx-{stem}-merge"), log("merge.log"))
+        .into_iter()
+        .chain(args.sbatch.iter().cloned())
+        .map(OsString::from)
+        .collect();
+    merge.push(scripts[1].clone().into());
+    SbatchCalls {
+        array: shards,
+        merge,
+    }
+}
+
+fn shards_script(names: &ScriptNames, stem: &Path, of: &RenderPlan) -> String {
+    let digits = (of.shards - 1).to_string().len();
+    let [program, plan_text] = [&names.program, &names.plan].map(|name| shell_quoted(name));
+    let stem = shell_quoted(&stem.to_string_lossy());
+    format!(
+        r#"#!/bin/bash
+# One shard of {plan_text}, by phalanx submit.
+#
+# SIGTERM (scancel, the time limit, requeue) reaches every process of the task: phalanx saves and exits with 143, and this script
+# only has to outlive it. SIGUSR1 comes to this script alone, before the time limit: save, and back into the queue, if that led anywhere.
+requeue=
+renderer=
+trap : TERM
+trap 'requeue=yes; [[ -z $renderer ]] || kill -TERM "$renderer"' USR1
+tiles={stem}.shard-$(printf %0{digits}d "$SLURM_ARRAY_TASK_ID").tiles
+bytes() {{ stat -c %s "$tiles" 2>/dev/null || echo 0; }}
+before=$(bytes)
+{program} render --plan {plan_text} --shard auto --pin none --threads "${{SLURM_CPUS_PER_TASK:-$SLURM_CPUS_ON_NODE}}" &
+renderer=$!
+# A signal ends wait before the renderer ends.
+while kill -0 "$renderer" 2>/dev/null; do
+    wait "$renderer"
+done
+wait "$renderer"
+code=$?
+if [[ $requeue && $code == 143 && $(bytes) -gt $before ]]; then
+    scontrol requeue "${{SLURM_ARRAY_JOB_ID}}_$SLURM_ARRAY_TASK_ID"
+fi
+exit "$code"
+"#
+    )
+}
+
+fn merge_script(names: &ScriptNames) -> String {
+    let [program, plan] = [&names.program, &names.plan].map(|name| shell_quoted(name));
+    let output = names.output.as_deref().map(shell_quoted);
+    let output = output.map_or(String::new(), |name| format!(" -o {name}"));
+    format!(
+        "#!/bin/bash\n# The picture of {plan}, by phalanx submit.\nexec {program} merge {plan}{output}\n"
+    )
+}
+
+/// A name as a word of the shell. [`text`] has refused characters that could end its line.
+fn shell_quoted(name: &str) -> String {
+    format!("'{}'", name.replace('\'', r"'\''"))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), CliError> {
+    let write = || replace_file(path, |out| out.write_all(text.as_bytes()));
+    interrupt::block_signals(path, write)?
+        .map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
+}
+
+/// Submits a job; returns its number.
+fn sbatch(arguments: &[OsString]) -> Result<String, CliError> {
+    let mut command = Command::new("sbatch");
+    command.args(arguments).stdin(Stdio::null());
+    // Variables that a task of another array passes on to jobs that it submits.
+    for (name, _) in std::env::vars_os() {
+        if name.to_string_lossy().starts_with("SLURM_ARRAY_") {
+            command.env_remove(name);
+        }
+    }
+    let output = command.output().map_err(|e| {
+        CliError::Runtime(format!(
+            "cannot start sbatch: {e}; this is done where Slurm's commands are"
+        ))
+    })?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    // In a federation, the cluster's name follows the number.
+    let job = said.trim().split(';').next().unwrap_or_default();
+    if output.status.success() && !job.is_empty() {
+        return Ok(job.to_owned());
+    }
+    let reason = String::from_utf8_lossy(&output.stderr);
+    Err(CliError::Runtime(format!(
+        "sbatch did not take the job: {}",
+        reason.trim()
+    )))
+}
+
+/// Prints the calls, in a form that can be run by hand.
+fn print_dry_run(calls: &SbatchCalls) -> Result<(), CliError> {
+    let line = |call: &[OsString]| {
+        let words = call
+            .iter()
+            .map(|word| shell_quoted(&word.to_string_lossy()));
+        format!("sbatch {}\n", words.collect::<Vec<_>>().join(" "))
+    };
+    let array = calls.array.as_deref().map_or(String::new(), line);
+    output::print(&format!("{array}{}", line(&calls.merge)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_words_of_the_shell_whatever_is_in_them() {
+        let odd = "/a b/it's $HOME/50%;`id`\"\\!*?#";
+        let text = format!("printf %s {}", shell_quoted(odd));
+        let output = Command::new("sh").args(["-c", &text]).output().unwrap();
+        assert_eq!(output.stdout, odd.as_bytes());
+    }
+
+    #[test]
+    fn names_that_could_end_a_line_are_refused() {
+        for bad in ["a\nb", "a\rb", "\u{1b}[2J", "a\tb", "\u{85}", "\u{7f}"] {
+            assert_eq!(text(Path::new(bad)).unwrap_err().code(), 2, "{bad:?}");
+        }
+        #[cfg(unix)]
+        {
+            use std::os::unix::ffi::OsStrExt;
+            let bytes = std::ffi::OsStr::from_bytes(b"a\xff.json");
+            assert_eq!(text(Path::new(bytes)).unwrap_err().code(), 2);
+        }
+        assert_eq!(text(Path::new("ä $x'.json")).unwrap(), "ä $x'.json");
+    }
+}

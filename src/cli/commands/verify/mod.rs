@@ -1,0 +1,392 @@
+//! `phalanx verify`: compares every picture with that of the scalar tracer, bit by bit.
+
+mod pixel_diff;
+mod pixel_hashes;
+
+use crate::cli::options::{
+    FrameArgs, KernelSet, PictureArgs, SceneArgs, SceneInput, TreeArgs, kernels_parser,
+    parse_thread_count,
+};
+use crate::cli::output::{
+    self, CliError, PerRayKind, ProgressMode, RenderSummary, SCHEMA_VERSION, interrupt, progress,
+};
+use clap::Args;
+use phalanx::frame::{Accel, Aov, Engine, Frame, Settings};
+use phalanx::isa;
+use phalanx::scene::Scene;
+use pixel_diff::{FilmDifference, first_difference};
+use pixel_hashes::{PixelHashFile, PixelHashes};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct VerifyArgs {
+    /// Scene files, caches (.phx), standard:NAME[:SIZE], or - for stdin
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    #[command(flatten)]
+    pub beside: SceneArgs,
+    #[command(flatten)]
+    pub tree: TreeArgs,
+    #[command(flatten)]
+    pub frames: FrameArgs,
+    /// Thread counts to render with, separated by commas
+    #[arg(long, value_name = "N,…", value_delimiter = ',', default_value = "1,2,3", value_parser = parse_thread_count)]
+    pub threads: Vec<usize>,
+    /// Traversal kernel of the packet engine, or all of them in turn
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = kernels_parser())]
+    pub kernel: KernelSet,
+    /// Keep per-pixel hashes of hits and radiance in this file
+    #[arg(long, value_name = "FILE", conflicts_with = "frames")]
+    pub record: Option<PathBuf>,
+    /// Compare with the hashes kept in this file
+    #[arg(long, value_name = "FILE", conflicts_with = "frames")]
+    pub against: Option<PathBuf>,
+    /// How progress is told
+    #[arg(long, value_enum, value_name = "MODE", default_value_t = ProgressMode::Auto)]
+    pub progress: ProgressMode,
+    /// Print one JSON document instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Most pixels of a picture that is verified: 7 GiB a film, with its hits.
+const FILM_PIXELS: u64 = 1 << 28;
+
+#[derive(Debug, Serialize)]
+struct VerifyDocument {
+    schema_version: u32,
+    isa: &'static str,
+    identical: bool,
+    scenes: Vec<SceneOutcome>,
+}
+
+#[derive(Debug, Serialize)]
+struct SceneOutcome {
+    scene: String,
+    width: u32,
+    height: u32,
+    /// Position of a region: column and row of its upper left pixel, and the size of the whole
+    /// picture.
+    region: Option<[u32; 4]>,
+    max_depth: u32,
+    #[serde(flatten)]
+    summary: RenderSummary,
+    /// Rays of the scalar engine.
+    rays: PerRayKind<u64>,
+    runs: Vec<KernelRun>,
+    /// The comparison with `--against`, if it was requested.
+    against: Option<Against>,
+}
+
+/// One render of the packet engine against the scalar one.
+#[derive(Debug, Serialize)]
+struct KernelRun {
+    kernel: &'static str,
+    threads: usize,
+    identical: bool,
+    rays: PerRayKind<u64>,
+    first_difference: Option<FilmDifference>,
+}
+
+#[derive(Debug, Serialize)]
+struct Against {
+    file: String,
+    identical: bool,
+    /// Column and row of the first pixel whose hashes differ.
+    first_pixel: Option<[u32; 2]>,
+}
+
+/// Verifies every scene; exit code 4 if any picture differs.
+pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
+    args.picture.check()?;
+    args.beside.no_picture()?;
+    let record = args
+        .against
+        .as_deref()
+        .map(PixelHashFile::load)
+        .transpose()?;
+    if let Some(path) = &args.record {
+        output::check_place(path)?;
+        PixelHashFile::check_names(&args.scenes)?;
+    }
+    interrupt::listen()?;
+    output::advise();
+    let mut kept = Vec::new();
+    let mut scenes = Vec::new();
+    for path in &args.scenes {
+        let mut scene_input = SceneInput::load(path, &args.beside, 0)?;
+        let start = scene_input.scene.view;
+        let sequence = args.frames.sequence(&scene_input.scene)?;
+        let frames = sequence.as_ref().map(|sequence| sequence.frames.clone());
+        for frame in frames.unwrap_or(0..=0) {
+            if let Some(sequence) = &sequence {
+                scene_input.scene.view = sequence.view(frame, &start)?;
+            }
+            let (outcome, reference) = verify(args, path, &mut scene_input, record.as_ref())?;
+            scenes.push(outcome);
+            if args.record.is_some() {
+                kept.push(reference);
+            }
+        }
+    }
+    if let Some(path) = &args.record {
+        interrupt::block_signals(path, || PixelHashFile::new(kept).save(path))??;
+    }
+    let identical = scenes.iter().all(SceneOutcome::identical);
+    if args.json {
+        output::print_json(&VerifyDocument {
+            schema_version: SCHEMA_VERSION,
+            isa: isa::compiled_level(),
+            identical,
+            scenes,
+        })?;
+    }
+    if identical {
+        Ok(())
+    } else {
+        Err(CliError::Mismatch)
+    }
+}
+
+impl SceneOutcome {
+    fn identical(&self) -> bool {
+        let against = self.against.as_ref();
+        self.runs.iter().all(|run| run.identical) && against.is_none_or(|a| a.identical)
+    }
+}
+
+/// Verifies one scene, and returns the hashes that a record keeps of it.
+fn verify(
+    args: &VerifyArgs,
+    path: &Path,
+    scene_input: &mut SceneInput,
+    record: Option<&PixelHashFile>,
+) -> Result<(SceneOutcome, PixelHashes), CliError> {
+    let scene = &scene_input.scene;
+    let asked = args.picture.settings(scene);
+    let settings = Settings {
+        threads: 1,
+        engine: Engine::Scalar,
+        record_hits: true,
+        // The cost of a ray depends on the engine, so it is not compared.
+        aovs: asked.aovs.without(Aov::Cost),
+        ..asked
+    };
+    args.picture.check_region(&settings)?;
+    if settings.pixels() > FILM_PIXELS {
+        return Err(CliError::Usage(format!(
+            "verify holds two whole pictures in memory: {} pixels are more than {FILM_PIXELS}; take a part, with --region",
+            settings.pixels()
+        )));
+    }
+    let encoding = args.picture.tone(scene);
+    // A record that does not fit is refused before anything is rendered.
+    let expected = record
+        .map(|r| r.find(path, &settings, encoding))
+        .transpose()?;
+    let prepared = scene_input.prepare(Engine::Scalar, &args.tree, 0)?;
+    let reference = render(args, scene_input, &prepared, &settings)?;
+    drop(prepared);
+    let kept = PixelHashes::of(path, &settings, encoding, &reference.film);
+    let against = match (&args.against, expected) {
+        (Some(file), Some(expected)) => Some(hold_against(args, path, file, expected, &kept)?),
+        _ => None,
+    };
+    let outcome = SceneOutcome {
+        scene: path.to_string_lossy().into_owned(),
+        width: settings.window().width,
+        height: settings.window().height,
+        region: settings
+            .region
+            .map(|r| [r.x, r.y, settings.width, settings.height]),
+        max_depth: settings.max_depth,
+        summary: RenderSummary::of(&settings),
+        rays: PerRayKind::of(&reference.stats.rays),
+        runs: runs(args, path, scene_input, &settings, &reference)?,
+        against,
+    };
+    Ok((outcome, kept))
+}
+
+fn hold_against(
+    args: &VerifyArgs,
+    path: &Path,
+    file: &Path,
+    expected: &PixelHashes,
+    kept: &PixelHashes,
+) -> Result<Against, CliError> {
+    let first_pixel = kept.first_difference(expected);
+    if !args.json {
+        let verdict = match first_pixel {
+            None => "identical".to_owned(),
+            Some([x, y]) => format!("DIFFERENT, first at pixel ({x}, {y})"),
+        };
+        output::print(&format!(
+            "{}: against {}: {verdict}\n",
+            path.display(),
+            file.display()
+        ))?;
+    }
+    Ok(Against {
+        file: file.to_string_lossy().into_owned(),
+        identical: first_pixel.is_none(),
+        first_pixel,
+    })
+}
+
+/// Runs the packet engine with each kernel and thread count.
+fn runs(
+    args: &VerifyArgs,
+    path: &Path,
+    scene_input: &mut SceneInput,
+    settings: &Settings,
+    reference: &Frame,
+) -> Result<Vec<KernelRun>, CliError> {
+    let prepared = scene_input.prepare(Engine::Simd, &args.tree, 0)?;
+    let mut runs = Vec::new();
+    for &(_, kernel) in &args.kernel.0 {
+        for &threads in &args.threads {
+            let settings = Settings {
+                threads,
+                kernel,
+                engine: Engine::Simd,
+                ..settings.clone()
+            };
+            let frame = render(args, scene_input, &prepared, &settings)?;
+            let run = KernelRun::of(&scene_input.scene, &settings, reference, &frame);
+            if !args.json {
+                output::print(&run.line(path, reference))?;
+            }
+            runs.push(run);
+        }
+    }
+    Ok(runs)
+}
+
+fn render(
+    args: &VerifyArgs,
+    scene_input: &SceneInput,
+    prepared: &Accel,
+    settings: &Settings,
+) -> Result<Frame, CliError> {
+    let scene = &scene_input.scene;
+    // Two films: the scalar engine's is kept for the comparison.
+    scene_input
+        .budget
+        .for_render(scene, prepared, settings, 2)?;
+    let frame = progress::render(scene, prepared, settings, args.progress)?;
+    if frame.film.hits.is_none() {
+        // Without hits, half of the promise would go untested unnoticed.
+        return Err(CliError::Runtime(
+            "the engine kept no hits to compare".to_owned(),
+        ));
+    }
+    Ok(frame)
+}
+
+impl KernelRun {
+    fn of(scene: &Scene, settings: &Settings, reference: &Frame, frame: &Frame) -> KernelRun {
+        let first_difference = first_difference(scene, settings, &reference.film, &frame.film);
+        KernelRun {
+            kernel: settings.kernel.name(),
+            threads: settings.threads,
+            identical: first_difference.is_none() && reference.stats.rays == frame.stats.rays,
+            rays: PerRayKind::of(&frame.stats.rays),
+            first_difference,
+        }
+    }
+
+    fn line(&self, path: &Path, reference: &Frame) -> String {
+        let plural = if self.threads == 1 { "" } else { "s" };
+        let verdict = match &self.first_difference {
+            _ if self.identical => "identical".to_owned(),
+            Some(difference) => format!("DIFFERENT, {difference}"),
+            None => format!(
+                "DIFFERENT, in rays traced: scalar {:?}, simd {:?}",
+                PerRayKind::of(&reference.stats.rays),
+                self.rays
+            ),
+        };
+        format!(
+            "{}: {} thread{plural}, kernel {}: {verdict}\n",
+            path.display(),
+            self.threads,
+            self.kernel
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use phalanx::frame::Kernel;
+    use phalanx::render::{Film, Hits, RenderStats};
+
+    fn frame() -> Frame {
+        Frame {
+            film: Film {
+                width: 1,
+                height: 1,
+                planes: [vec![0.0], vec![0.5], vec![1.0]],
+                aovs: Default::default(),
+                aov_planes: Vec::new(),
+                hits: Some(Hits {
+                    prim_id: vec![3],
+                    t: vec![2.0],
+                    u: vec![0.0],
+                    v: vec![0.0],
+                }),
+            },
+            stats: RenderStats::default(),
+            seconds: 1.0,
+            tile_seconds: Vec::new(),
+            threads: 1,
+        }
+    }
+
+    fn settings(kernel: Kernel, threads: usize) -> Settings {
+        Settings {
+            kernel,
+            threads,
+            ..Settings::of(&Scene::default())
+        }
+    }
+
+    #[test]
+    fn ray_counts_must_agree_even_where_the_pictures_do() {
+        let (scene, reference) = (Scene::default(), frame());
+        let mut other = frame();
+        let path = Path::new("a.test");
+        let same = KernelRun::of(&scene, &settings(Kernel::Auto, 1), &reference, &other);
+        assert!(same.identical);
+        assert_eq!(
+            same.line(path, &reference),
+            "a.test: 1 thread, kernel auto: identical\n"
+        );
+        other.stats.rays.shadow = 7;
+        let more = KernelRun::of(&scene, &settings(Kernel::Packet8, 2), &reference, &other);
+        assert!(!more.identical);
+        let line = more.line(path, &reference);
+        assert!(
+            line.starts_with("a.test: 2 threads, kernel packet8: DIFFERENT, in rays traced"),
+            "{line}"
+        );
+    }
+
+    #[test]
+    fn a_difference_in_the_films_is_one_even_where_the_counts_agree() {
+        let (scene, reference) = (Scene::default(), frame());
+        let mut other = frame();
+        other.film.planes[1][0] = 0.25;
+        let run = KernelRun::of(&scene, &settings(Kernel::Auto, 3), &reference, &other);
+        assert!(!run.identical);
+        let line = run.line(Path::new("a.test"), &reference);
+        assert!(
+            line.contains("DIFFERENT, 1 pixel, first at (0, 0)\n"),
+            "{line}"
+        );
+    }
+}

@@ -1,0 +1,287 @@
+//! The first difference of two films, and the values of both engines at that pixel.
+
+use crate::cli::output::to_file_coordinates;
+use phalanx::frame::Settings;
+use phalanx::render::{Film, NO_HIT};
+use phalanx::scene::Scene;
+use serde::Serialize;
+use std::fmt;
+
+/// The first pixel at which two films differ.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FilmDifference {
+    x: u32,
+    y: u32,
+    /// Number of pixels that differ.
+    pixels: usize,
+    /// The pixel's first camera ray; a rendered scene has one.
+    ray: Option<CameraRay>,
+    scalar: PixelBits,
+    simd: PixelBits,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct CameraRay {
+    org: [f64; 3],
+    dir: [f32; 3],
+}
+
+/// All compared values of a pixel, as bits, so that -0 is not 0 and equal NaNs are equal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PixelBits {
+    /// Primitive, distance and barycentric weights, if hits were recorded.
+    pub hit: Option<HitBits>,
+    /// Radiance.
+    pub radiance: [u32; 3],
+    /// A hash of its AOVs; 0 without any.
+    pub layers: u64,
+}
+
+/// A primary hit as bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HitBits {
+    /// Primitive, or [`NO_HIT`].
+    pub prim_id: u32,
+    /// t, u and v.
+    pub tuv: [u32; 3],
+}
+
+impl PixelBits {
+    /// Pixel `i` of a film.
+    pub fn of(film: &Film, i: usize) -> PixelBits {
+        let hit = film.hits.as_ref().map(|hits| HitBits {
+            prim_id: hits.prim_id[i],
+            tuv: [&hits.t, &hits.u, &hits.v].map(|column| column[i].to_bits()),
+        });
+        PixelBits {
+            hit,
+            radiance: [0, 1, 2].map(|c| film.planes[c][i].to_bits()),
+            layers: film.aov_planes.iter().fold(0, |hash, layer| {
+                (hash ^ u64::from(layer[i].to_bits()) ^ 1 << 32).wrapping_mul(0x0100_0000_01b3)
+            }),
+        }
+    }
+}
+
+/// Compares two films of one size, hits and radiance, bit by bit.
+pub fn first_difference(
+    scene: &Scene,
+    settings: &Settings,
+    scalar: &Film,
+    simd: &Film,
+) -> Option<FilmDifference> {
+    let count = scalar.width as usize * scalar.height as usize;
+    let mut differing = (0..count).filter(|&i| PixelBits::of(scalar, i) != PixelBits::of(simd, i));
+    let first = differing.next()?;
+    let width = scalar.width as usize;
+    let window = settings.window();
+    let (x, y) = (
+        window.x + (first % width) as u32,
+        window.y + (first / width) as u32,
+    );
+    Some(FilmDifference {
+        x,
+        y,
+        pixels: 1 + differing.count(),
+        ray: camera_ray(scene, settings, x, y),
+        scalar: PixelBits::of(scalar, first),
+        simd: PixelBits::of(simd, first),
+    })
+}
+
+/// The first camera ray of a pixel of the whole picture, in the file's coordinates.
+fn camera_ray(scene: &Scene, settings: &Settings, x: u32, y: u32) -> Option<CameraRay> {
+    let [org, dir] = settings.first_ray(scene, x, y).ok()?;
+    let org = to_file_coordinates(scene, org.into());
+    Some(CameraRay { org, dir })
+}
+
+impl fmt::Display for FilmDifference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FilmDifference {
+            x,
+            y,
+            pixels,
+            ray,
+            scalar,
+            simd,
+        } = self;
+        let plural = if *pixels == 1 { "pixel" } else { "pixels" };
+        writeln!(f, "{pixels} {plural}, first at ({x}, {y})")?;
+        if let Some(CameraRay { org, dir }) = ray {
+            let ([ox, oy, oz], [x, y, z]) = (org, dir);
+            writeln!(f, "  ray    from ({ox}, {oy}, {oz}) toward ({x}, {y}, {z})")?;
+        }
+        writeln!(f, "  scalar {scalar}")?;
+        write!(f, "  simd   {simd}")
+    }
+}
+
+impl fmt::Display for PixelBits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.hit {
+            None => write!(f, "hit not recorded")?,
+            Some(HitBits {
+                prim_id: NO_HIT, ..
+            }) => write!(f, "hits nothing")?,
+            Some(HitBits { prim_id, tuv }) => {
+                write!(f, "hits prim {prim_id}")?;
+                for (name, bits) in ["t", "u", "v"].iter().zip(tuv) {
+                    write!(f, ", {name} {bits:08x} ({})", f32::from_bits(bits))?;
+                }
+            }
+        }
+        let [r, g, b] = self.radiance;
+        let [red, green, blue] = self.radiance.map(f32::from_bits);
+        write!(
+            f,
+            "; radiance {r:08x} {g:08x} {b:08x} ({red}, {green}, {blue})"
+        )
+    }
+}
+
+impl Serialize for PixelBits {
+    /// Writes the bits as hexadecimal strings, and the numbers beside them for people.
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Shown {
+            prim_id: Option<u32>,
+            t_bits: Option<String>,
+            u_bits: Option<String>,
+            v_bits: Option<String>,
+            t: Option<f32>,
+            radiance_bits: [String; 3],
+            radiance: [f32; 3],
+        }
+        let hex = |bits: u32| format!("{bits:08x}");
+        let tuv = |i: usize| self.hit.map(|hit| hex(hit.tuv[i]));
+        let met = self.hit.filter(|hit| hit.prim_id != NO_HIT);
+        let shown = Shown {
+            prim_id: met.map(|hit| hit.prim_id),
+            t_bits: tuv(0),
+            u_bits: tuv(1),
+            v_bits: tuv(2),
+            t: met.map(|hit| f32::from_bits(hit.tuv[0])),
+            radiance_bits: self.radiance.map(hex),
+            radiance: self.radiance.map(f32::from_bits),
+        };
+        shown.serialize(serializer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use phalanx::render::Hits;
+
+    fn film() -> Film {
+        Film {
+            width: 3,
+            height: 2,
+            planes: [vec![0.0; 6], vec![0.5; 6], vec![f32::NAN; 6]],
+            aovs: Default::default(),
+            aov_planes: Vec::new(),
+            hits: Some(Hits {
+                prim_id: vec![NO_HIT, 1, 2, 3, 4, 5],
+                t: vec![1.0; 6],
+                u: vec![0.25; 6],
+                v: vec![0.5; 6],
+            }),
+        }
+    }
+
+    fn settings(width: u32, height: u32) -> Settings {
+        Settings {
+            width,
+            height,
+            ..Settings::of(&Scene::default())
+        }
+    }
+
+    fn difference(other: &Film) -> Option<FilmDifference> {
+        first_difference(&Scene::default(), &settings(3, 2), &film(), other)
+    }
+
+    fn hits(film: &mut Film) -> &mut Hits {
+        film.hits.as_mut().unwrap()
+    }
+
+    #[test]
+    fn equal_bits_are_equal_nan_included() {
+        assert_eq!(difference(&film()), None);
+    }
+
+    #[test]
+    fn a_difference_in_any_field_is_found_at_its_pixel() {
+        let one_up = |v: &mut f32| *v = f32::from_bits(v.to_bits() + 1);
+        let changes: [&dyn Fn(&mut Film); 8] = [
+            &|f| f.planes[0][4] = -0.0,
+            &|f| one_up(&mut f.planes[1][4]),
+            &|f| f.planes[2][4] = 0.0,
+            &|f| hits(f).prim_id[4] = 9,
+            &|f| one_up(&mut hits(f).t[4]),
+            &|f| one_up(&mut hits(f).u[4]),
+            &|f| one_up(&mut hits(f).v[4]),
+            &|f| f.planes[0][5] = 1.0,
+        ];
+        for (i, change) in changes.iter().enumerate() {
+            let mut other = film();
+            change(&mut other);
+            let found = difference(&other).unwrap();
+            let x = if i < 7 { 1 } else { 2 };
+            assert_eq!((found.x, found.y, found.pixels), (x, 1, 1), "change {i}");
+        }
+    }
+
+    #[test]
+    fn the_first_of_several_is_named_with_what_both_engines_say() {
+        let mut other = film();
+        other.planes[0][5] = 1.0;
+        hits(&mut other).prim_id[2] = 7;
+        hits(&mut other).t[2] = 2.0;
+        let found = difference(&other).unwrap();
+        let text = found.to_string();
+        for part in [
+            "2 pixels, first at (2, 0)",
+            "from (0, 0, 1) toward (",
+            "scalar hits prim 2, t 3f800000 (1)",
+            "simd   hits prim 7, t 40000000 (2)",
+            "radiance 00000000 3f000000 7fc00000",
+        ] {
+            assert!(text.contains(part), "{part:?} in\n{text}");
+        }
+        let json = serde_json::to_value(&found).unwrap();
+        assert_eq!((json["x"].as_u64(), json["y"].as_u64()), (Some(2), Some(0)));
+        assert_eq!(json["simd"]["prim_id"], 7);
+        assert_eq!(json["scalar"]["t_bits"], "3f800000");
+    }
+
+    #[test]
+    fn the_ray_goes_through_the_middle_of_the_pixel() {
+        let ray = |x, y| camera_ray(&Scene::default(), &settings(3, 3), x, y).unwrap();
+        let (middle, corner) = (ray(1, 1), ray(0, 0));
+        assert!(middle.dir[0].abs() < 1e-6 && middle.dir[1].abs() < 1e-6 && middle.dir[2] < -0.999);
+        assert!(corner.dir[0] < 0.0 && corner.dir[1] > 0.0);
+    }
+
+    /// Checks that pixels of a region have the numbers that they have in the whole picture.
+    #[test]
+    fn a_regions_pixels_are_those_of_the_picture() {
+        let region = phalanx::frame::Tile {
+            x: 10,
+            y: 20,
+            width: 3,
+            height: 2,
+        };
+        let settings = Settings {
+            region: Some(region),
+            ..settings(40, 30)
+        };
+        let mut other = film();
+        other.planes[0][4] = 7.0;
+        let found = first_difference(&Scene::default(), &settings, &film(), &other).unwrap();
+        assert_eq!((found.x, found.y), (11, 21));
+        let ray = camera_ray(&Scene::default(), &settings, 11, 21).unwrap();
+        assert_eq!(found.ray.map(|r| r.dir), Some(ray.dir));
+    }
+}

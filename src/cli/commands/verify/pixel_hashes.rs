@@ -1,0 +1,402 @@
+//! `verify --record` and `--against`: hashes of a picture, small enough to keep.
+//!
+//! For every pixel there are two 64-bit FNV-1a hashes: one of its primary hit (prim_id, t, u, v),
+//! one of its radiance, little-endian bits in that order. A row of the picture is one string of 16
+//! hexadecimal digits a pixel.
+
+use super::pixel_diff::PixelBits;
+use crate::cli::output::{CliError, RenderSummary};
+use phalanx::frame::Settings;
+use phalanx::image::replace_file;
+use phalanx::render::Film;
+use phalanx::scene::{OutputEncoding, Quantize, Transfer};
+use serde::{Deserialize, Serialize};
+use std::fmt::Display;
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read};
+use std::path::{Path, PathBuf};
+
+/// Version of the record's layout and of the values that are hashed.
+const SCHEMA_VERSION: u32 = 1;
+
+/// Most bytes of a record that are read from a pipe or device: 32 digits for each of 30 million
+/// pixels.
+const MAX_PIPED: u64 = 1 << 30;
+
+/// A record file.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+pub struct PixelHashFile {
+    schema_version: u32,
+    scenes: Vec<PixelHashes>,
+}
+
+/// Hashes of one scene's picture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PixelHashes {
+    /// The scene's file name, without folders, so that a record can travel.
+    scene: String,
+    width: u32,
+    height: u32,
+    /// Position of a region: column and row of its upper left pixel, and the size of the whole
+    /// picture. Older records are of no region.
+    #[serde(default)]
+    region: Option<[u32; 4]>,
+    max_depth: u32,
+    #[serde(flatten)]
+    summary: RenderSummary,
+    transfer: String,
+    quantize: String,
+    hits: Vec<String>,
+    radiance: Vec<String>,
+}
+
+impl PixelHashFile {
+    /// A record of these pictures.
+    pub fn new(scenes: Vec<PixelHashes>) -> PixelHashFile {
+        PixelHashFile {
+            schema_version: SCHEMA_VERSION,
+            scenes,
+        }
+    }
+
+    /// Writes the record, whole or not at all.
+    pub fn save(&self, path: &Path) -> Result<(), CliError> {
+        let written = replace_file(path, |writer| {
+            serde_json::to_writer_pretty(BufWriter::new(writer), self).map_err(io::Error::other)
+        });
+        written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
+    }
+
+    /// Reads a record.
+    pub fn load(path: &Path) -> Result<PixelHashFile, CliError> {
+        let name = path.display();
+        let unreadable = |e: &dyn Display| CliError::Runtime(format!("cannot read {name}: {e}"));
+        let file = File::open(path).map_err(|e| unreadable(&e))?;
+        // A regular file ends. A device may not, so reading it stops at the first byte that is
+        // wrong, or one too many.
+        let most = match file.metadata().is_ok_and(|file| file.is_file()) {
+            true => u64::MAX,
+            false => MAX_PIPED,
+        };
+        let reader = BufReader::with_capacity(1 << 16, file.take(most));
+        let record: PixelHashFile =
+            serde_json::from_reader(reader).map_err(|e| match e.is_io() {
+                true => unreadable(&e),
+                false => CliError::Runtime(format!("{name}: not a record of verify: {e}")),
+            })?;
+        if record.schema_version != SCHEMA_VERSION {
+            return Err(CliError::Usage(format!(
+                "{name}: a record of version {}, but this program reads version {SCHEMA_VERSION}",
+                record.schema_version
+            )));
+        }
+        Ok(record)
+    }
+
+    /// Refuses scenes whose names a record could not distinguish.
+    pub fn check_names(paths: &[PathBuf]) -> Result<(), CliError> {
+        let mut names: Vec<_> = paths.iter().map(|path| name_of(path)).collect();
+        names.sort();
+        match names.windows(2).find(|pair| pair[0] == pair[1]) {
+            Some(pair) => Err(CliError::Usage(format!(
+                "two scenes are named {}: a record keeps file names only, so record them separately",
+                pair[0]
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// The hashes of a scene, which must have been rendered with the same settings.
+    pub fn find(
+        &self,
+        path: &Path,
+        settings: &Settings,
+        encoding: OutputEncoding,
+    ) -> Result<&PixelHashes, CliError> {
+        let name = name_of(path);
+        let kept = self.scenes.iter().find(|kept| kept.scene == name);
+        let kept =
+            kept.ok_or_else(|| CliError::Usage(format!("the record holds no scene {name}")))?;
+        let asked = PixelHashes::heading(path, settings, encoding);
+        if kept.describe() != asked.describe() {
+            return Err(CliError::Usage(format!(
+                "the record of {name} is of {}, not of {}",
+                kept.describe(),
+                asked.describe()
+            )));
+        }
+        let rows = [&kept.hits, &kept.radiance];
+        let whole = |row: &String| row.len() == kept.width as usize * DIGITS;
+        if rows
+            .iter()
+            .any(|r| r.len() != kept.height as usize || !r.iter().all(whole))
+        {
+            return Err(CliError::Runtime(format!(
+                "the record of {name} is damaged"
+            )));
+        }
+        Ok(kept)
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}
+
+/// Hexadecimal digits of a hash.
+const DIGITS: usize = 16;
+
+impl PixelHashes {
+    /// A record without its pixels.
+    fn heading(path: &Path, settings: &Settings, encoding: OutputEncoding) -> PixelHashes {
+        let transfer = match encoding.transfer {
+            Transfer::None => "none",
+            Transfer::Srgb => "srgb",
+        };
+        let quantize = match encoding.quantize {
+            Quantize::Floor => "floor",
+            Quantize::Round => "round",
+        };
+        PixelHashes {
+            scene: name_of(path),
+            width: settings.window().width,
+            height: settings.window().height,
+            region: settings
+                .region
+                .map(|r| [r.x, r.y, settings.width, settings.height]),
+            max_depth: settings.max_depth,
+            summary: RenderSummary::of(settings),
+            transfer: transfer.to_owned(),
+            quantize: quantize.to_owned(),
+            hits: Vec::new(),
+            radiance: Vec::new(),
+        }
+    }
+
+    /// The hashes of a film.
+    pub fn of(
+        path: &Path,
+        settings: &Settings,
+        encoding: OutputEncoding,
+        film: &Film,
+    ) -> PixelHashes {
+        let mut kept = PixelHashes::heading(path, settings, encoding);
+        for y in 0..film.height as usize {
+            let (mut hits, mut radiance) = (String::new(), String::new());
+            for x in 0..film.width as usize {
+                let pixel = PixelBits::of(film, y * film.width as usize + x);
+                let hit = pixel
+                    .hit
+                    .map(|hit| [hit.prim_id, hit.tuv[0], hit.tuv[1], hit.tuv[2]]);
+                hits.push_str(&format!("{:016x}", fnv1a(&hit.unwrap_or_default())));
+                radiance.push_str(&format!("{:016x}", fnv1a(&pixel.radiance)));
+            }
+            kept.hits.push(hits);
+            kept.radiance.push(radiance);
+        }
+        kept
+    }
+
+    fn describe(&self) -> String {
+        let asked = self.summary.words();
+        let region = self.region.map_or(String::new(), |[x, y, width, height]| {
+            format!(" from ({x}, {y}) of {width}x{height}")
+        });
+        format!(
+            "{}x{} pixels{region}, max depth {}, {asked}, transfer {}, quantize {}",
+            self.width, self.height, self.max_depth, self.transfer, self.quantize
+        )
+    }
+
+    /// Column and row of the first pixel whose hashes differ from those of a record that
+    /// [`PixelHashFile::find`] returned.
+    pub fn first_difference(&self, expected: &PixelHashes) -> Option<[u32; 2]> {
+        let here = self.hits.iter().zip(&self.radiance);
+        let there = expected.hits.iter().zip(&expected.radiance);
+        here.zip(there).enumerate().find_map(|(y, (here, there))| {
+            let x = first_in_row(here.0, there.0);
+            let x = x.into_iter().chain(first_in_row(here.1, there.1)).min()?;
+            Some([x as u32, y as u32])
+        })
+    }
+}
+
+fn first_in_row(a: &str, b: &str) -> Option<usize> {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let digit = a.iter().zip(b).position(|(s, t)| s != t)?;
+    Some(digit / DIGITS)
+}
+
+/// FNV-1a, 64 bits, over the little-endian bytes (<http://www.isthe.com/chongo/tech/comp/fnv/>).
+fn fnv1a(words: &[u32]) -> u64 {
+    let bytes = words.iter().flat_map(|w| w.to_le_bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use phalanx::frame::{Filter, Integrator, Lens, Sampling};
+    use phalanx::render::Hits;
+    use phalanx::scene::Scene;
+
+    const PATH: &str = "folder/a.test";
+
+    fn settings() -> Settings {
+        Settings {
+            width: 3,
+            height: 2,
+            ..Settings::of(&Scene::default())
+        }
+    }
+
+    fn film() -> Film {
+        Film {
+            width: 3,
+            height: 2,
+            planes: [vec![0.0; 6], vec![0.5; 6], vec![1.0; 6]],
+            aovs: Default::default(),
+            aov_planes: Vec::new(),
+            hits: Some(Hits {
+                prim_id: (0..6).collect(),
+                t: vec![1.0; 6],
+                u: vec![0.25; 6],
+                v: vec![0.5; 6],
+            }),
+        }
+    }
+
+    fn kept(film: &Film) -> PixelHashes {
+        PixelHashes::of(
+            Path::new(PATH),
+            &settings(),
+            Scene::default().encoding,
+            film,
+        )
+    }
+
+    #[test]
+    fn the_hash_is_fnv1a() {
+        // Published values: of no bytes, and of the bytes "foob" and "ar\0\0" by continuation.
+        assert_eq!(fnv1a(&[]), 0xcbf2_9ce4_8422_2325);
+        assert_eq!(
+            fnv1a(&[u32::from_le_bytes(*b"foob")]),
+            0xdd12_0e79_0c25_12af
+        );
+    }
+
+    #[test]
+    fn a_record_survives_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("record.json");
+        let record = PixelHashFile::new(vec![kept(&film())]);
+        record.save(&path).unwrap();
+        assert_eq!(PixelHashFile::load(&path).unwrap(), record);
+    }
+
+    #[test]
+    fn a_changed_hit_or_radiance_is_found_at_its_pixel() {
+        let before = kept(&film());
+        assert_eq!(kept(&film()).first_difference(&before), None);
+        let mut other = film();
+        other.planes[2][5] = 0.75;
+        assert_eq!(kept(&other).first_difference(&before), Some([2, 1]));
+        other.hits.as_mut().unwrap().v[4] = 0.0;
+        assert_eq!(kept(&other).first_difference(&before), Some([1, 1]));
+        other.planes[0][2] = -0.0;
+        other.hits.as_mut().unwrap().prim_id[1] = 8;
+        assert_eq!(kept(&other).first_difference(&before), Some([1, 0]));
+    }
+
+    #[test]
+    fn a_record_of_something_else_is_a_usage_error() {
+        let record = PixelHashFile::new(vec![kept(&film())]);
+        let encoding = Scene::default().encoding;
+        assert!(
+            record
+                .find(Path::new("elsewhere/a.test"), &settings(), encoding)
+                .is_ok()
+        );
+        let deeper = Settings {
+            max_depth: 9,
+            ..settings()
+        };
+        let wider = Settings {
+            width: 4,
+            ..settings()
+        };
+        let sampled = |spp, filter| Settings {
+            sampling: Sampling {
+                spp,
+                filter,
+                ..Sampling::CENTER
+            },
+            ..settings()
+        };
+        let blurred = Settings {
+            lens: Some(Lens {
+                aperture: 0.1,
+                focus: 1.0,
+            }),
+            ..settings()
+        };
+        let open = Settings {
+            integrator: Integrator::Occlusion { distance: 1.0 },
+            ..settings()
+        };
+        let srgb = OutputEncoding {
+            transfer: Transfer::Srgb,
+            ..encoding
+        };
+        for (path, settings, encoding) in [
+            ("b.test", settings(), encoding),
+            (PATH, deeper, encoding),
+            (PATH, wider, encoding),
+            (PATH, sampled(4, Filter::Box), encoding),
+            (PATH, blurred, encoding),
+            (PATH, open, encoding),
+            (PATH, settings(), srgb),
+        ] {
+            let refused = record
+                .find(Path::new(path), &settings, encoding)
+                .unwrap_err();
+            assert_eq!(refused.code(), 2, "{refused:?}");
+        }
+    }
+
+    #[test]
+    fn a_record_that_does_not_say_is_of_the_defaults() {
+        let mut json = serde_json::to_value(kept(&film())).unwrap();
+        let object = json.as_object_mut().unwrap();
+        for key in [
+            "spp",
+            "filter",
+            "aperture",
+            "focus",
+            "integrator",
+            "ao_distance",
+        ] {
+            assert!(object.remove(key).is_some(), "{key}");
+        }
+        let older: PixelHashes = serde_json::from_value(json).unwrap();
+        assert_eq!(older, kept(&film()));
+    }
+
+    #[test]
+    fn a_damaged_record_is_refused() {
+        let mut record = PixelHashFile::new(vec![kept(&film())]);
+        record.scenes[0].radiance[1].pop();
+        let refused = record.find(Path::new(PATH), &settings(), Scene::default().encoding);
+        assert_eq!(refused.unwrap_err().code(), 1);
+    }
+
+    #[test]
+    fn scenes_of_one_name_cannot_share_a_record() {
+        let paths = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        assert!(PixelHashFile::check_names(&paths(&["a/x.test", "a/y.test"])).is_ok());
+        assert!(PixelHashFile::check_names(&paths(&["a/x.test", "y", "b/x.test"])).is_err());
+    }
+}

@@ -1,0 +1,271 @@
+//! `--max-memory`: estimates of the memory of each step, made before the step.
+//!
+//! | step | estimate |
+//! |---|---|
+//! | reading a file | [`FILE_TIMES`] its size, [`PLY_TIMES`] that of a PLY file (1) |
+//! | files that a scene names | counted by the reader, before each (2) |
+//! | faces of an OBJ or PLY | counted by the reader (3) |
+//! | opening a cache | its size, all of which is mapped |
+//! | generating a standard scene | for each shape, by its kind (4) |
+//! | building a tree | the scene's columns, and for each primitive, by its kind (5) |
+//! | rendering | columns, trees, films, and the buffers of each thread (6) |
+//!
+//! 1. The bytes themselves, and the columns and tables made of them. For glTF it is the size of the
+//!    file, and what its reader counts. A pipe or device has no size: no more of it is read than
+//!    these factors allow.
+//! 2. Other files, materials, and textures as they are decoded; with glTF also the document, the
+//!    triangles of a mesh, and its columns.
+//! 3. 20 bytes a triangle, and 12 each for UVs and normals, less the bytes that the size of the
+//!    face in the file accounts for. While the largest polygon is cut, 300 bytes for each of its
+//!    corners on each thread.
+//! 4. [`COLUMN_BYTES`] for each triangle that it counts, [`OTHER_COLUMN_BYTES`] for each sphere and
+//!    cone.
+//! 5. [`TRIANGLE_BYTES`] for each triangle, [`OTHER_BYTES`] for anything else; for the oracle's
+//!    tree [`ORACLE_BYTES`] for each primitive.
+//! 6. Columns and tree as they are, and [`WIDE_BYTES`] for each primitive if the wide tree is still
+//!    to be made. The films, of one band of the picture each, and the picture of it. For each
+//!    thread [`THREAD_BYTES`], [`PIXEL_BYTES`] for each pixel of a tile, [`RAY_BYTES`] for each ray
+//!    that is traced with others, and the bounces that wait (`WaveSizes`; for the oracle,
+//!    [`PATH_BYTES`] for each bounce of a path). With adaptive samples, [`SAMPLE_BYTES`] for each
+//!    that a block of 8x8 pixels may get.
+//!
+//! [`PROGRAM_BYTES`] for the program are added to each. Memory that has been freed counts as free:
+//! see `heap`. Estimates are meant to be too high rather than too low; `perf/notes/memory.md`
+//! compares them with peaks.
+
+use crate::cli::output::{CliError, bytes, grouped};
+use phalanx::formats::LoadError;
+use phalanx::frame::{Accel, AccelRef, Engine, Integrator, Settings, Tile};
+use phalanx::jobs::bands;
+use phalanx::open::{OpenError, is_cache};
+use phalanx::scene::Scene;
+use phalanx::standard::{self, Spec};
+use std::path::Path;
+
+/// Factor for text and binary meshes: their columns are about as large as the file, and are held
+/// twice while they are joined.
+const FILE_TIMES: u64 = 3;
+/// Factor for PLY, text or binary: its columns may be twice as large as the rows of the file.
+const PLY_TIMES: u64 = 6;
+/// Bytes of a generated triangle: its corners, a vertex or more, a material. Columns grow by
+/// doubling.
+const COLUMN_BYTES: u64 = 100;
+/// Bytes of a generated sphere or cone.
+const OTHER_COLUMN_BYTES: u64 = 80;
+/// Bytes of each triangle while the packet engine's tree is built.
+const TRIANGLE_BYTES: u64 = 150;
+/// Bytes of each other primitive and each instance while the packet engine's tree is built.
+const OTHER_BYTES: u64 = 270;
+/// Bytes of each primitive while the oracle's tree is built.
+const ORACLE_BYTES: u64 = 100;
+/// Bytes of each primitive while the wide tree is made.
+const WIDE_BYTES: u64 = 140;
+/// Bytes of a tile's pixel, with its camera rays.
+const PIXEL_BYTES: u64 = 400;
+/// Bytes of a ray of a wavefront, while it is shaded.
+const RAY_BYTES: u64 = 800;
+/// Bytes of a bounce of the oracle, while later ones are traced.
+const PATH_BYTES: u64 = 256;
+/// Bytes of a sample that halves a cell, while its block is not finished: 110 were measured, to
+/// which AOVs of light are added.
+const SAMPLE_BYTES: u64 = 160;
+/// Least number of such samples that are held: several blocks keep them at once.
+const SAMPLES: u64 = 1 << 16;
+/// Stack and buffers of a thread.
+const THREAD_BYTES: u64 = 4 << 20;
+/// Code, stacks and buffers of the program.
+const PROGRAM_BYTES: u64 = 24 << 20;
+
+/// Memory that may be used, in bytes; `None` for no limit.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget(pub Option<u64>);
+
+impl Budget {
+    /// Checks the memory before a scene file is read, or a cache mapped. Returns the bytes that are
+    /// left for files that the scene names and data that its reader makes, which the reader counts.
+    pub fn beside_file(self, name: &Path, file_bytes: u64) -> Result<Option<u64>, CliError> {
+        let what = format!("to read a file of {}", bytes(file_bytes));
+        let needed = file_bytes.saturating_mul(times(name));
+        self.check(needed, &what)?;
+        Ok(self
+            .0
+            .map(|allowed| allowed.saturating_sub(needed + PROGRAM_BYTES)))
+    }
+
+    /// Most bytes of a file that [`Budget::beside_file`] accepts.
+    pub fn most_bytes(self, name: &Path) -> u64 {
+        let left = |allowed: u64| allowed.saturating_sub(PROGRAM_BYTES) / times(name);
+        self.0.map_or(u64::MAX, left)
+    }
+
+    /// The error of a scene that was not opened. If memory was short, it names the limit that would
+    /// have been enough.
+    pub fn explain(self, error: OpenError) -> CliError {
+        let OpenError::Load(LoadError::Memory {
+            what,
+            needed,
+            allowed,
+            ..
+        }) = &error
+        else {
+            return error.into();
+        };
+        let all = self.0.unwrap_or(*allowed);
+        let before = all.saturating_sub(allowed.saturating_add(PROGRAM_BYTES));
+        let refused = self.check(before.saturating_add(*needed), what);
+        refused.err().unwrap_or_else(|| error.into())
+    }
+
+    /// Checks the memory before a standard scene is generated.
+    pub fn for_standard(self, spec: Spec) -> Result<(), CliError> {
+        // Skipped without a limit, because counting walks through some scenes part by part.
+        if self.0.is_none() {
+            return Ok(());
+        }
+        let counts = standard::counts(spec);
+        let others = counts.spheres + counts.cones;
+        let needed = counts.triangles * COLUMN_BYTES + others * OTHER_COLUMN_BYTES;
+        let primitives = grouped(counts.triangles + others);
+        self.check(
+            needed,
+            &format!("for the columns of {primitives} primitives"),
+        )
+    }
+
+    /// Checks the memory before the tree of a scene is built.
+    pub fn for_tree(self, scene: &Scene, engine: Engine) -> Result<(), CliError> {
+        let objects = (scene.prim_count() + scene.instances.len()) as u64;
+        let triangles = scene.triangles.len() as u64;
+        let tree = match engine {
+            Engine::Simd => {
+                triangles * TRIANGLE_BYTES + objects.saturating_sub(triangles) * OTHER_BYTES
+            }
+            Engine::Scalar => objects * ORACLE_BYTES,
+        };
+        let what = format!("to build the tree of {} primitives", grouped(objects));
+        self.check(scene.memory_bytes() as u64 + tree, &what)
+    }
+
+    /// Checks the memory before a picture is rendered, `films` of which are held at once.
+    pub fn for_render(
+        self,
+        scene: &Scene,
+        prepared: &Accel,
+        settings: &Settings,
+        films: u64,
+    ) -> Result<(), CliError> {
+        let tree = prepared.tree_stats();
+        let wide = match prepared.is_ready(settings) {
+            true => tree.wide_bytes as u64,
+            false => scene.prim_count() as u64 * WIDE_BYTES,
+        };
+        let tree = (tree.node_bytes + tree.prim_bytes) as u64 + wide;
+        let Tile { width, height, .. } = settings.window();
+        let side = |pixels: u32| u64::from(pixels.min(settings.tile));
+        let tile = side(width) * side(height);
+        let rays = match prepared.accel() {
+            AccelRef::Packets(_) => {
+                let sizes = settings.wave_sizes(scene);
+                let together = tile.min(sizes.rays() as u64);
+                together * RAY_BYTES + sizes.bounce_bytes(together as usize) as u64
+            }
+            AccelRef::Oracle(_) => u64::from(settings.max_depth) * PATH_BYTES,
+        };
+        let by_pixels = scene.is_stochastic()
+            || settings.lens.is_some()
+            || settings.integrator != Integrator::Whitted;
+        let samples = match settings.sampling.adaptively() {
+            Some(_) if !by_pixels => SAMPLES.max(64 * u64::from(settings.sampling.spp)),
+            _ => 0,
+        };
+        let each = THREAD_BYTES + tile * PIXEL_BYTES + rays + samples * SAMPLE_BYTES;
+        let threads = settings.threads as u64 * each;
+        let needed = scene.memory_bytes() as u64 + tree + films * film_bytes(settings) + threads;
+        self.check(needed, &format!("to render {width}x{height} pixels"))
+    }
+
+    fn check(self, needed: u64, what: &str) -> Result<(), CliError> {
+        let needed = needed.saturating_add(PROGRAM_BYTES);
+        match self.0 {
+            Some(allowed) if needed > allowed => Err(CliError::Runtime(format!(
+                "about {} would be needed {what}, and --max-memory allows {}",
+                bytes(needed),
+                bytes(allowed)
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Factor of a scene file's size that is needed to read it.
+fn times(name: &Path) -> u64 {
+    let ends = |ending: &str| {
+        name.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    };
+    if is_cache(name) || ends("gltf") || ends("glb") {
+        1
+    } else if ends("ply") {
+        PLY_TIMES
+    } else {
+        FILE_TIMES
+    }
+}
+
+/// Bytes of one film in memory, which is a band of the picture unless hits are recorded: three
+/// floats a pixel, four more with hits, and the picture's samples, of 16 bits at most, once as they
+/// are and once encoded.
+pub fn film_bytes(settings: &Settings) -> u64 {
+    let window = settings.window();
+    let (pixels, floats) = match settings.record_hits {
+        true => (window.pixels(), 7),
+        false => (bands(window).first().map_or(0, Tile::pixels), 3),
+    };
+    pixels * (4 * (floats + settings.aovs.channels().count() as u64) + 12)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_names_what_is_needed_and_what_is_allowed() {
+        let budget = Budget(Some(100 << 20));
+        let (text, ply, cache) = ("a.test", "a.PLY", "a.phx");
+        let refused = budget.beside_file(text.as_ref(), 50 << 20).unwrap_err();
+        assert_eq!(refused.code(), 1);
+        let CliError::Runtime(message) = refused else {
+            panic!("{refused:?}")
+        };
+        for part in ["174.0 MiB", "100.0 MiB", "--max-memory", "50.0 MiB"] {
+            assert!(message.contains(part), "{part} in {message}");
+        }
+        budget.beside_file(cache.as_ref(), 50 << 20).unwrap();
+        budget.beside_file(text.as_ref(), 20 << 20).unwrap();
+        budget.beside_file(ply.as_ref(), 20 << 20).unwrap_err();
+        Budget(None).beside_file(ply.as_ref(), u64::MAX).unwrap();
+    }
+
+    #[test]
+    fn every_threads_rays_and_their_bounces_count() {
+        let text = "size 64 64\ncamera 0 0 5 0 0 0 0 1 0 45\nmaxdepth 300\nspecular 1 1 1\nsphere 0 0 0 9\n";
+        let scene = phalanx::formats::read_test(text).unwrap().scene;
+        let prepared = Accel::build(&scene, Engine::Simd);
+        let needed = |threads: usize| {
+            let settings = Settings {
+                threads,
+                ..Settings::of(&scene)
+            };
+            let enough = |mib: &u64| {
+                let budget = Budget(Some(mib << 20));
+                budget.for_render(&scene, &prepared, &settings, 1).is_ok()
+            };
+            (0..4096).find(enough).expect("a few MiB")
+        };
+        let sizes = Settings::of(&scene).wave_sizes(&scene);
+        let rays = sizes.rays().min(32 * 32);
+        let each = THREAD_BYTES + rays as u64 * RAY_BYTES + sizes.bounce_bytes(rays) as u64;
+        assert!(each > THREAD_BYTES + (5 << 20));
+        assert!(needed(65) - needed(1) >= (64 * each) >> 20);
+    }
+}

@@ -1,0 +1,94 @@
+//! `--format`: the format of a file whose name does not show it.
+
+use crate::cli::output::CliError;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use phalanx::formats::endings;
+use phalanx::image::ImageFormat;
+
+/// A format by its name. No scene format has the name of a picture format, so that one option takes
+/// both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FormatName {
+    /// A scene format, by the ending of its files.
+    Scene(&'static str),
+    /// A picture format.
+    Picture(ImageFormat),
+}
+
+/// Takes the names of all formats.
+pub fn format_parser() -> impl TypedValueParser<Value = FormatName> {
+    let pictures = ImageFormat::ENDINGS.map(|(name, _)| name);
+    PossibleValuesParser::new(endings().chain(pictures)).map(|name| {
+        let scene = || endings().find(|ending| *ending == name).unwrap_or("");
+        picture_named(&name).map_or_else(|| FormatName::Scene(scene()), FormatName::Picture)
+    })
+}
+
+/// Takes the names of picture formats.
+pub fn picture_parser() -> impl TypedValueParser<Value = ImageFormat> {
+    PossibleValuesParser::new(ImageFormat::ENDINGS.map(|(name, _)| name))
+        .map(|name| picture_named(&name).unwrap_or(ImageFormat::Png))
+}
+
+fn picture_named(name: &str) -> Option<ImageFormat> {
+    let mut all = ImageFormat::ENDINGS.iter();
+    let named = all.find(|(ending, _)| *ending == name);
+    named.map(|(_, format)| *format)
+}
+
+/// The scene format among names; at most one is allowed.
+pub fn scene_format(names: &[FormatName]) -> Result<Option<&'static str>, CliError> {
+    only(names, "scenes", |name| match name {
+        FormatName::Scene(ending) => Some(*ending),
+        FormatName::Picture(_) => None,
+    })
+}
+
+/// The picture format among names; at most one is allowed.
+pub fn picture_format(names: &[FormatName]) -> Result<Option<ImageFormat>, CliError> {
+    only(names, "pictures", |name| match name {
+        FormatName::Picture(format) => Some(*format),
+        FormatName::Scene(_) => None,
+    })
+}
+
+fn only<T>(
+    names: &[FormatName],
+    what: &str,
+    pick: impl Fn(&FormatName) -> Option<T>,
+) -> Result<Option<T>, CliError> {
+    let mut picked = names.iter().filter_map(pick);
+    let first = picked.next();
+    match picked.next() {
+        None => Ok(first),
+        Some(_) => Err(CliError::Usage(format!(
+            "--format names two formats of {what}: leave one of them out"
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Checks that the names differ, because one option takes both.
+    #[test]
+    fn no_scene_format_is_called_as_a_picture_format_is() {
+        for (picture, _) in ImageFormat::ENDINGS {
+            assert!(endings().all(|scene| scene != picture), "{picture}");
+        }
+    }
+
+    #[test]
+    fn each_kind_of_format_is_found_among_the_names() {
+        let names = [
+            FormatName::Scene("obj"),
+            FormatName::Picture(ImageFormat::Exr),
+            FormatName::Scene("ply"),
+        ];
+        assert_eq!(scene_format(&names[..2]).unwrap(), Some("obj"));
+        assert_eq!(picture_format(&names).unwrap(), Some(ImageFormat::Exr));
+        assert_eq!(picture_format(&names[2..]).unwrap(), None);
+        assert!(scene_format(&names).is_err());
+    }
+}

@@ -1,0 +1,223 @@
+//! Sequences: their frames, the camera's path, and the names of the files.
+
+use crate::cli::output::{CliError, bytes};
+use clap::{Args, value_parser};
+use glam::DVec3;
+use phalanx::scene::{CameraKey, CameraPath, FileView, Scene, View};
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::Read;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub struct FrameArgs {
+    /// Render frames A to B, both included; the scene is read and its tree is built once. Each has
+    /// its number in its name, where `#`s stand, or before the ending
+    #[arg(long, value_name = "A..B", value_parser = parse_frames, requires = "path")]
+    pub frames: Option<RangeInclusive<u32>>,
+    /// Go around what the camera looks at, once in N frames
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..), group = "path", requires = "frames")]
+    pub turntable: Option<u32>,
+    /// Go through the views of this file, smoothly: a line each, of a frame's number, from X Y Z,
+    /// at X Y Z, up X Y Z, and the field of view
+    #[arg(long, value_name = "FILE", group = "path", requires = "frames")]
+    pub keyframes: Option<PathBuf>,
+}
+
+/// Most frames of a sequence.
+const MAX_FRAME: u32 = 10_000_000;
+
+fn parse_frames(text: &str) -> Result<RangeInclusive<u32>, String> {
+    let ends = text.split_once("..");
+    let ends = ends.and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    match ends {
+        Some((a, b)) if a <= b && b <= MAX_FRAME => Ok(a..=b),
+        _ => Err(format!(
+            "expected two frames, the first not after the second, of {MAX_FRAME} at most: 0..119"
+        )),
+    }
+}
+
+/// A requested sequence.
+pub struct Sequence {
+    pub frames: RangeInclusive<u32>,
+    path: CameraPath,
+}
+
+impl FrameArgs {
+    /// The requested sequence, if there is one. Positions of key frames are in the file's
+    /// coordinates.
+    pub fn sequence(&self, scene: &Scene) -> Result<Option<Sequence>, CliError> {
+        let Some(frames) = self.frames.clone() else {
+            return Ok(None);
+        };
+        let path = match (&self.keyframes, self.turntable) {
+            (Some(file), _) => CameraPath::Keys(read_keys(file, scene)?),
+            (None, turn) => CameraPath::Turntable {
+                frames: turn.unwrap_or(1),
+            },
+        };
+        Ok(Some(Sequence { frames, path }))
+    }
+}
+
+impl Sequence {
+    /// The view of a frame, for a scene whose own view is `scene`.
+    pub fn view(&self, frame: u32, scene: &View) -> Result<View, CliError> {
+        let view = self.path.view(frame, scene);
+        match view.basis() {
+            Ok(_) => Ok(view),
+            Err(error) => Err(CliError::Usage(format!("frame {frame}: {error}"))),
+        }
+    }
+
+    /// A file name with the number of a frame in it: in place of `#`s, or else before the ending.
+    /// It has as many digits as there are `#`s, or else as the last frame has, four at least.
+    pub fn name(&self, path: &Path, frame: u32) -> PathBuf {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let digits = self.frames.end().to_string().len().max(4);
+        let name = match (name.find('#'), name.rfind('#')) {
+            (Some(first), Some(last)) => {
+                let digits = last + 1 - first;
+                format!("{}{frame:0digits$}{}", &name[..first], &name[last + 1..])
+            }
+            _ => {
+                let mut stem = OsString::from(path.file_stem().unwrap_or_default());
+                stem.push(format!(".{frame:0digits$}"));
+                if let Some(ending) = path.extension() {
+                    stem.push(".");
+                    stem.push(ending);
+                }
+                return path.with_file_name(stem);
+            }
+        };
+        path.with_file_name(name)
+    }
+}
+
+/// Most bytes of key frames that are read; each takes a hundred. A device never ends.
+const MAX_KEYS: u64 = 16 << 20;
+
+fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError> {
+    let name = path.display();
+    let mut text = String::new();
+    let file = File::open(path);
+    let read = file.and_then(|file| file.take(MAX_KEYS + 1).read_to_string(&mut text));
+    read.map_err(|e| CliError::Runtime(format!("cannot read {name}: {e}")))?;
+    if text.len() as u64 > MAX_KEYS {
+        let message = format!("{name}: no keyframes: more than {}", bytes(MAX_KEYS));
+        return Err(CliError::Usage(message));
+    }
+    parse_keys(&text, scene).map_err(|(line, what)| {
+        CliError::Usage(format!(
+            "{name}:{line}: {what}; a line has a frame, from X Y Z, at X Y Z, up X Y Z, and the field of view: \
+             24 0 1 5 0 0 0 0 1 0 45"
+        ))
+    })
+}
+
+/// Parses lines of eleven numbers; a `#` begins a comment. An error has the line's number.
+fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<CameraKey>, (usize, String)> {
+    let mut keys: Vec<CameraKey> = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let line = line.split('#').next().unwrap_or_default();
+        let mut words = line.split_whitespace();
+        let Some(first) = words.next() else {
+            continue;
+        };
+        let wrong = |what: &str| (number, what.to_owned());
+        let frame = first
+            .parse()
+            .map_err(|_| wrong(&format!("{first} is no number of a frame")))?;
+        let numbers: Result<Vec<f64>, _> = words.map(str::parse).collect();
+        let numbers = numbers.map_err(|_| wrong("there is something that is no number"))?;
+        let &[ex, ey, ez, cx, cy, cz, ux, uy, uz, fovy] = &numbers[..] else {
+            return Err(wrong(&format!(
+                "{} numbers after the frame, not 10",
+                numbers.len()
+            )));
+        };
+        let view = scene.view_of(&FileView {
+            eye: DVec3::new(ex, ey, ez),
+            center: DVec3::new(cx, cy, cz),
+            up: DVec3::new(ux, uy, uz).as_vec3(),
+            fovy: fovy as f32,
+        });
+        view.basis().map_err(|e| wrong(&e.to_string()))?;
+        if keys.last().is_some_and(|last| last.frame >= frame) {
+            return Err(wrong("frames have to rise"));
+        }
+        keys.push(CameraKey { frame, view });
+    }
+    match keys.is_empty() {
+        true => Err((1, "there are no views".to_owned())),
+        false => Ok(keys),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_have_the_number_where_it_is_asked_for() {
+        let sequence = |end| Sequence {
+            frames: 0..=end,
+            path: CameraPath::Turntable { frames: 1 },
+        };
+        let name = |path: &str, frame| sequence(119).name(Path::new(path), frame);
+        assert_eq!(name("a/b.png", 7), Path::new("a/b.0007.png"));
+        assert_eq!(name("a/b.c.exr", 119), Path::new("a/b.c.0119.exr"));
+        assert_eq!(name("a/b-##.png", 7), Path::new("a/b-07.png"));
+        assert_eq!(name("a/###x.png", 1234), Path::new("a/1234x.png"));
+        assert_eq!(
+            sequence(123_456).name(Path::new("b.png"), 7),
+            Path::new("b.000007.png")
+        );
+    }
+
+    #[test]
+    fn ranges_are_two_frames_in_order() {
+        assert_eq!(parse_frames("3..7").unwrap(), 3..=7);
+        assert_eq!(parse_frames("0..0").unwrap(), 0..=0);
+        for bad in ["7..3", "3", "..", "3..", "-1..2", "a..b", "0..99999999999"] {
+            assert!(parse_frames(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn keys_are_lines_of_eleven_numbers() {
+        let keys = parse_keys(
+            "# a way\n0 0 1 5 0 0 0 0 1 0 45\n\n24 1 1 5 0 0 0 0 1 0 30 # closer\n",
+            &Scene {
+                scale: 2.0,
+                ..Scene::default()
+            },
+        )
+        .unwrap();
+        assert_eq!(keys.len(), 2);
+        assert_eq!(
+            (keys[1].frame, keys[1].view.eye.x, keys[1].view.fovy),
+            (24, 2.0, 30.0)
+        );
+        let far = Scene {
+            origin: [500_000.0, 0.0, 0.0],
+            ..Scene::default()
+        };
+        let keys = parse_keys("0 500000.31 1 5 500000 0 0 0 1 0 45", &far).unwrap();
+        assert_eq!((keys[0].view.eye.x, keys[0].view.center.x), (0.31, 0.0));
+        for (bad, line, part) in [
+            ("", 1, "no views"),
+            ("0 1 2 3", 1, "3 numbers"),
+            ("x 0 1 5 0 0 0 0 1 0 45", 1, "no number of a frame"),
+            ("0 0 1 5 0 0 0 0 1 0 45\n0 0 1 5 0 0 0 0 1 0 45", 2, "rise"),
+            ("0 0 1 5 0 1 5 0 1 0 45", 1, "stands on the point"),
+            ("0 0 1 5 0 0 0 0 1 0 nan", 1, "not finite"),
+            ("0 0 1 5 0 0 0 0 1 0 x", 1, "no number"),
+        ] {
+            let (at, what) = parse_keys(bad, &Scene::default()).unwrap_err();
+            assert!(at == line && what.contains(part), "{bad}: {at}: {what}");
+        }
+    }
+}

@@ -1,0 +1,363 @@
+//! The options that change the picture. `render` has them and `verify`, because all of them are
+//! verified.
+
+use crate::cli::output::CliError;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum, value_parser};
+use phalanx::frame::{
+    Adaptive, Aov, Aovs, DEFAULT_TILE, Filter, Integrator, Lens, MAX_SPP, Sampling, Settings, Tile,
+};
+use phalanx::scene::{
+    MAX_DEPTH_LIMIT, OutputEncoding, Quantize, Scene, Transfer, check_image_size,
+};
+
+/// Most camera rays a pixel with `--aa adaptive`, by default.
+const ADAPTIVE_SPP: u32 = 256;
+
+/// Default of `--threshold`.
+const THRESHOLD: f32 = 0.002;
+
+/// Options that change the picture, or the order in which it is made.
+#[derive(Debug, Args)]
+pub struct PictureArgs {
+    /// Image size in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Render only this part of the picture: column and row of its upper left pixel, width and
+    /// height
+    #[arg(long, num_args = 4, value_names = ["X", "Y", "W", "H"])]
+    pub region: Option<Vec<u32>>,
+    /// Bounces after the primary ray [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT)))]
+    pub max_depth: Option<u32>,
+    /// Mirror and refracted rays of less weight than this are not traced: the product of Ks and Kt
+    /// along the way, each divided by Ks + Kt where that is more than 1, in its largest component.
+    /// 0 has all traced [default: 0 for up to 10 bounces, 1/4096 for more]
+    #[arg(long, value_name = "W", value_parser = parse_weight)]
+    pub min_weight: Option<f32>,
+    /// Camera rays a pixel, 1 to 65536, or the most of them with --aa adaptive (best a power of
+    /// two): one goes through the pixel's centre, more are spread over the filter
+    /// [default: 1; with --aa adaptive 256]
+    #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SPP)))]
+    pub spp: Option<u32>,
+    /// Which pixels get them
+    #[arg(long, value_enum, default_value_t = AntiAliasing::Uniform)]
+    pub aa: AntiAliasing,
+    /// With --aa adaptive, how much a sample must still help: less is better and takes longer,
+    /// 0.001 is about as good as 64 uniform samples a pixel
+    #[arg(long, value_name = "T", default_value_t = THRESHOLD, value_parser = parse_threshold)]
+    pub threshold: f32,
+    /// Pixel filter, where a pixel has several camera rays: its square, a tent over its
+    /// neighbours, or Mitchell's cubic, which is sharper
+    #[arg(long, value_name = "NAME", default_value = "box", value_parser = filter_parser())]
+    pub filter: Filter,
+    /// Diameter of the lens that camera rays come through, in the scene's units: what is not in
+    /// focus is blurred, the better the more --spp [default: a pinhole]
+    #[arg(long, value_name = "DIAMETER", requires = "focus", value_parser = parse_aperture)]
+    pub aperture: Option<f32>,
+    /// Distance of the plane that is in focus, along the direction of view
+    #[arg(long, value_name = "DISTANCE", requires = "aperture", value_parser = parse_distance)]
+    pub focus: Option<f32>,
+    /// Radiance of what camera rays hit: whitted, the light that falls on it; ao (ambient
+    /// occlusion), how much of the sky is open above it, for which --spp 64 and more is meant
+    #[arg(long, value_enum, default_value_t = IntegratorArg::Whitted)]
+    pub integrator: IntegratorArg,
+    /// Reach of --integrator ao in the scene's units: hits beyond do not count
+    /// [default: everything counts]
+    #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]
+    pub ao_distance: Option<f32>,
+    /// Tile side in pixels, 8 to 1024, rounded up to a multiple of 8
+    #[arg(long, value_name = "N", default_value_t = DEFAULT_TILE, value_parser = value_parser!(u32).range(8..=1024))]
+    pub tile: u32,
+    /// AOVs of each pixel, in an OpenEXR file, names separated by commas: depth,
+    /// position, ng, ns (normals), albedo, material, primitive, direct, reflection, refraction,
+    /// samples; or all of these; or cost (nodes that the first camera ray visits, by the build)
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = aov_parser())]
+    pub aov: Vec<Aovs>,
+    /// Transfer curve of the written samples [default: the scene format's]
+    #[arg(long, value_enum)]
+    pub transfer: Option<TransferArg>,
+    /// Quantisation of the written samples [default: the scene format's]
+    #[arg(long, value_enum)]
+    pub quantize: Option<QuantizeArg>,
+}
+
+impl PictureArgs {
+    /// Refuses options that would have no effect.
+    pub fn check(&self) -> Result<(), CliError> {
+        let ao = matches!(self.integrator, IntegratorArg::Ao);
+        match self.ao_distance {
+            Some(_) if !ao => Err(CliError::Usage(
+                "--ao-distance says how far --integrator ao looks: add that, or leave it out"
+                    .to_owned(),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The scene's settings with the requested changes, one thread, and the packet engine.
+    pub fn settings(&self, scene: &Scene) -> Settings {
+        let (width, height) = self.size.unwrap_or((scene.width, scene.height));
+        let adaptive = self.aa == AntiAliasing::Adaptive;
+        Settings {
+            width,
+            height,
+            region: self.region.as_deref().and_then(window_of),
+            max_depth: self.max_depth.unwrap_or(scene.max_depth),
+            min_weight: self.min_weight,
+            sampling: Sampling {
+                spp: self.spp.unwrap_or(if adaptive { ADAPTIVE_SPP } else { 1 }),
+                filter: self.filter,
+                adaptive: adaptive.then_some(Adaptive {
+                    threshold: self.threshold,
+                }),
+            },
+            lens: self
+                .aperture
+                .zip(self.focus)
+                .map(|(aperture, focus)| Lens { aperture, focus }),
+            integrator: match self.integrator {
+                IntegratorArg::Whitted => Integrator::Whitted,
+                IntegratorArg::Ao => Integrator::Occlusion {
+                    distance: self.ao_distance.unwrap_or(f32::INFINITY),
+                },
+            },
+            tile: self.tile,
+            aovs: self
+                .aov
+                .iter()
+                .fold(Aovs::default(), |set, asked| set.and(*asked)),
+            ..Settings::of(scene)
+        }
+    }
+
+    /// Refuses a region that does not lie in the picture.
+    pub fn check_region(&self, settings: &Settings) -> Result<(), CliError> {
+        let Some(asked) = self.region.as_deref().and_then(window_of) else {
+            return Ok(());
+        };
+        if asked.pixels() > 0 && settings.window() == asked {
+            return Ok(());
+        }
+        Err(CliError::Usage(format!(
+            "--region {} {} {} {} does not lie in the picture, which is {}x{} pixels: columns and rows count from 0",
+            asked.x, asked.y, asked.width, asked.height, settings.width, settings.height
+        )))
+    }
+
+    /// The scene's tone with the requested changes.
+    pub fn tone(&self, scene: &Scene) -> OutputEncoding {
+        let transfer = self.transfer.map(|t| match t {
+            TransferArg::None => Transfer::None,
+            TransferArg::Srgb => Transfer::Srgb,
+        });
+        let quantize = self.quantize.map(|q| match q {
+            QuantizeArg::Floor => Quantize::Floor,
+            QuantizeArg::Round => Quantize::Round,
+        });
+        OutputEncoding {
+            transfer: transfer.unwrap_or(scene.encoding.transfer),
+            quantize: quantize.unwrap_or(scene.encoding.quantize),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum TransferArg {
+    /// Linear values as they are
+    None,
+    /// The sRGB curve
+    Srgb,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum IntegratorArg {
+    /// Shading, shadows, mirror and refracted rays
+    Whitted,
+    /// Ambient occlusion
+    Ao,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum QuantizeArg {
+    /// floor(255 c)
+    Floor,
+    /// Nearest
+    Round,
+}
+
+fn filter_parser() -> impl TypedValueParser<Value = Filter> {
+    PossibleValuesParser::new(Filter::ALL.map(|(name, _)| name)).map(|name| {
+        let named = Filter::ALL.iter().find(|(n, _)| *n == name);
+        named.map_or_else(Filter::default, |(_, filter)| *filter)
+    })
+}
+
+/// Which pixels get many samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AntiAliasing {
+    /// All pixels alike
+    Uniform,
+    /// Where more help most: edges, highlights, reflections
+    Adaptive,
+}
+
+fn aov_parser() -> impl TypedValueParser<Value = Aovs> {
+    let names = Aov::ALL.iter().map(|(name, _)| *name);
+    PossibleValuesParser::new(names.chain(["all"])).map(|name| {
+        let named = Aov::ALL.iter().find(|(n, _)| *n == name);
+        named.map_or(Aovs::all(), |(_, aov)| Aovs::default().with(*aov))
+    })
+}
+
+fn parse_threshold(text: &str) -> Result<f32, String> {
+    let threshold: Option<f32> = text.parse().ok();
+    threshold
+        .filter(|t| (1e-9..=1e3).contains(t))
+        .ok_or_else(|| "expected a number above 0, as in 0.002".to_owned())
+}
+
+fn parse_weight(text: &str) -> Result<f32, String> {
+    let weight: Option<f32> = text.parse().ok();
+    let weight = weight.filter(|w| (0.0..1.0).contains(w));
+    // −0 becomes 0, so that it is shown as 0.
+    weight
+        .map(|w| w + 0.0)
+        .ok_or_else(|| "expected a number from 0 to less than 1, as in 0.001".to_owned())
+}
+
+fn window_of(numbers: &[u32]) -> Option<Tile> {
+    match *numbers {
+        [x, y, width, height] => Some(Tile {
+            x,
+            y,
+            width,
+            height,
+        }),
+        _ => None,
+    }
+}
+
+pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once(['x', 'X']);
+    let sides = sides.and_then(|(w, h)| Some((side(w)?, side(h)?)));
+    let (width, height) = sides.ok_or("expected WIDTHxHEIGHT in pixels, as in 640x480")?;
+    check_image_size(width, height).map_err(|e| e.to_string())?;
+    // Both are within the limits that were just checked.
+    Ok((width as u32, height as u32))
+}
+
+/// A side of any number of digits; one beyond u64 becomes the largest u64, which is out of range,
+/// too.
+fn side(digits: &str) -> Option<u64> {
+    let all_digits = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+    all_digits.then(|| digits.parse().unwrap_or(u64::MAX))
+}
+
+fn parse_aperture(text: &str) -> Result<f32, String> {
+    let diameter: Option<f32> = text.parse().ok();
+    let fine = |d: &f32| d.is_finite() && *d >= 0.0;
+    diameter
+        .filter(fine)
+        .ok_or_else(|| "expected a diameter of at least 0, as in 0.05".to_owned())
+}
+
+fn parse_distance(text: &str) -> Result<f32, String> {
+    let distance: Option<f32> = text.parse().ok();
+    let fine = |d: &f32| d.is_finite() && *d > 0.0;
+    distance
+        .filter(fine)
+        .ok_or_else(|| "expected a distance greater than 0, as in 2.5".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::FromArgMatches;
+
+    #[test]
+    fn sizes_are_two_numbers_in_range() {
+        assert_eq!(parse_size("640x480"), Ok((640, 480)));
+        assert_eq!(parse_size("1X65536"), Ok((1, 65_536)));
+        for bad in [
+            "", "x", "640", "640x", "x480", "-1x5", "+1x5", "1.5x2", "4x4x4", " 4x4", "4*4",
+        ] {
+            assert!(
+                parse_size(bad).unwrap_err().contains("WIDTHxHEIGHT"),
+                "{bad}"
+            );
+        }
+        let huge = [
+            "0x4",
+            "4x0",
+            "65537x1",
+            "1000000x1000000",
+            "99999999999999999999999x1",
+        ];
+        for bad in huge {
+            assert!(
+                parse_size(bad).unwrap_err().contains("out of range"),
+                "{bad}"
+            );
+        }
+    }
+
+    #[test]
+    fn weights_are_from_0_to_less_than_1() {
+        let good = [("0", 0.0), ("-0", 0.0), ("1e-9", 1e-9), (".999", 0.999)];
+        for (text, weight) in good {
+            let parsed = parse_weight(text).map(f32::to_bits);
+            assert_eq!(parsed, Ok(f32::to_bits(weight)), "{text}");
+        }
+        for bad in ["", "1", "-0.1", "nan", "inf", "1%", "0,5"] {
+            assert!(parse_weight(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn picture_options_override_the_scene() {
+        let scene = Scene::default();
+        let parse = |line: &str| {
+            let command = PictureArgs::augment_args(clap::Command::new("phalanx"));
+            let found = command.try_get_matches_from(line.split(' ')).unwrap();
+            PictureArgs::from_arg_matches(&found).unwrap()
+        };
+        let default = parse("phalanx");
+        assert_eq!(
+            default.settings(&scene),
+            Settings {
+                tile: DEFAULT_TILE,
+                ..Settings::of(&scene)
+            }
+        );
+        assert_eq!(default.tone(&scene), scene.encoding);
+        let asked = parse(
+            "phalanx --size 8x9 --max-depth 0 --min-weight 0.25 --spp 5 --filter tent --aperture .5 --focus 2 --integrator ao --ao-distance 7 --tile 64 --transfer srgb --quantize round",
+        );
+        let settings = asked.settings(&scene);
+        assert_eq!((settings.width, settings.height), (8, 9));
+        assert_eq!((settings.max_depth, settings.tile), (0, 64));
+        assert_eq!(
+            (default.settings(&scene).min_weight, settings.min_weight),
+            (None, Some(0.25))
+        );
+        let sampling = Sampling {
+            spp: 5,
+            filter: Filter::Tent,
+            adaptive: None,
+        };
+        assert_eq!(settings.sampling, sampling);
+        let lens = Lens {
+            aperture: 0.5,
+            focus: 2.0,
+        };
+        assert_eq!(settings.lens, Some(lens));
+        let occlusion = Integrator::Occlusion { distance: 7.0 };
+        assert_eq!(settings.integrator, occlusion);
+        let encoding = asked.tone(&scene);
+        assert_eq!(
+            (encoding.transfer, encoding.quantize),
+            (Transfer::Srgb, Quantize::Round)
+        );
+    }
+}

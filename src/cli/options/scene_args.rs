@@ -1,0 +1,330 @@
+//! Options beside a scene: defaults for parts that a mesh lacks, and overrides of parts that its
+//! file has.
+
+use super::format_args::{FormatName, format_parser, picture_format, scene_format};
+use crate::cli::output::CliError;
+use clap::Args;
+use glam::{DVec3, Vec3};
+use phalanx::formats::{AddedLight, Options, Origin};
+use phalanx::image::ImageFormat;
+use phalanx::scene::{FileView, Material};
+
+/// Options of every command that opens a scene.
+#[derive(Clone, Debug, Default, Args)]
+pub struct SceneArgs {
+    /// Camera instead of the file's: where it stands, what it looks at, which way is up, and its
+    /// vertical angle in degrees, as in --camera 0,1,5 0,0,0 0,1,0 45
+    #[arg(long, num_args = 4, value_names = ["FROM", "AT", "UP", "FOV"], allow_hyphen_values = true)]
+    pub camera: Option<Vec<String>>,
+    /// Light instead of the file's, white where no colour is given: a point light at X,Y,Z, or with
+    /// `dir:` one from that direction. May be given several times, as in --light 4,4,4 --light
+    /// dir:-1,1,0,.2,.2,.3
+    #[arg(long, value_name = "[dir:]X,Y,Z[,R,G,B]", value_parser = parse_light, allow_hyphen_values = true)]
+    pub light: Vec<AddedLight>,
+    /// Background instead of the file's: linear red, green and blue, or one number for a grey
+    #[arg(long, value_name = "R,G,B", value_parser = parse_color)]
+    pub background: Option<Vec3>,
+    /// Material of triangles whose file names none: any of ka, kd, ks, ke, kt (colours), shininess,
+    /// ior, gloss, as in --material "kd=.8,.2,.1 ks=.3 shininess=80". What is not given is 0, but
+    /// ka a fifth of kd, and shininess and ior 1
+    #[arg(long, value_name = "KEY=VALUE …", value_parser = parse_material)]
+    pub material: Option<Material>,
+    /// Where the scene's own coordinates begin, in the file's: near its geometry if that lies far
+    /// away (auto), where the file's do (none), or at X,Y,Z. All places that are given or told are
+    /// in the file's coordinates whatever this is
+    #[arg(long, value_name = "auto|none|X,Y,Z", default_value = "auto", hide_default_value = true, value_parser = parse_origin, allow_hyphen_values = true)]
+    pub origin: Origin,
+    /// Refuse if more memory than this is likely to be used, as in 500M, 2G (powers of 1000) or
+    /// 2GiB (powers of 1024): an estimate from the sizes of the named file and those it refers to,
+    /// the scene and the picture, no limit
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory)]
+    pub max_memory: Option<u64>,
+    /// Format of the scene, whatever its name ends in; a scene from stdin, called -, needs it.
+    /// Where a picture is written, the name of a picture format says what is written, whatever the
+    /// picture's name ends in: one of each may be given, as in --format obj --format exr
+    #[arg(long, value_name = "NAME", value_parser = format_parser())]
+    pub format: Vec<FormatName>,
+}
+
+impl SceneArgs {
+    /// The requested format of the scene.
+    pub fn scene_format(&self) -> Result<Option<&'static str>, CliError> {
+        scene_format(&self.format)
+    }
+
+    /// The requested format of the picture.
+    pub fn picture_format(&self) -> Result<Option<ImageFormat>, CliError> {
+        picture_format(&self.format)
+    }
+
+    /// Refuses a picture format if no picture is written, or not by this command.
+    pub fn no_picture(&self) -> Result<(), CliError> {
+        match self.picture_format()? {
+            None => Ok(()),
+            Some(_) => Err(CliError::Usage(
+                "--format names a format of pictures, and no picture is written here: leave it out"
+                    .to_owned(),
+            )),
+        }
+    }
+
+    /// Options for the readers.
+    pub fn options(&self, threads: usize) -> Result<Options, CliError> {
+        let view = self.camera.as_deref().map(view).transpose();
+        Ok(Options {
+            view: view.map_err(|reason| CliError::Usage(format!("--camera: {reason}")))?,
+            lights: self.light.clone(),
+            background: self.background,
+            material: self.material,
+            origin: self.origin,
+            threads,
+            max_memory: None,
+        })
+    }
+}
+
+fn view(parts: &[String]) -> Result<FileView, String> {
+    let [from, at, up, fov] = parts else {
+        return Err("expected FROM AT UP FOV".to_owned());
+    };
+    let position = |name: &str, text: &str| {
+        let [x, y, z] = doubles(text)?[..] else {
+            return Err(format!(
+                "expected three numbers for {name}, as in 0,1,5, not `{text}`"
+            ));
+        };
+        Ok(DVec3::new(x, y, z))
+    };
+    let view = FileView {
+        eye: position("FROM", from)?,
+        center: position("AT", at)?,
+        up: position("UP", up)?.as_vec3(),
+        fovy: number(fov)?,
+    };
+    view.check().map_err(|error| error.to_string())?;
+    Ok(view)
+}
+
+fn parse_light(text: &str) -> Result<AddedLight, String> {
+    let (directional, rest) = match text.strip_prefix("dir:") {
+        Some(rest) => (true, rest),
+        None => (false, text),
+    };
+    let all = doubles(rest)?;
+    let (position, color) = match all[..] {
+        [x, y, z] => (DVec3::new(x, y, z), Vec3::ONE),
+        [x, y, z, r, g, b] => {
+            let color = [r, g, b].map(|part| part as f32);
+            (DVec3::new(x, y, z), color_of(color)?)
+        }
+        _ => {
+            return Err(
+                "expected X,Y,Z or X,Y,Z,R,G,B, with `dir:` before it for a direction".into(),
+            );
+        }
+    };
+    match directional {
+        true if position.as_vec3() == Vec3::ZERO => {
+            Err("the direction toward a light cannot be 0,0,0".into())
+        }
+        true => Ok(AddedLight::Directional {
+            toward: position.as_vec3(),
+            color,
+        }),
+        false => Ok(AddedLight::Point { position, color }),
+    }
+}
+
+fn parse_color(text: &str) -> Result<Vec3, String> {
+    match numbers(text)?[..] {
+        [grey] => color_of([grey; 3]),
+        [r, g, b] => color_of([r, g, b]),
+        _ => Err("expected R,G,B or one number".into()),
+    }
+}
+
+fn color_of(color: [f32; 3]) -> Result<Vec3, String> {
+    match color.iter().all(|&c| c >= 0.0) {
+        true => Ok(color.into()),
+        false => Err("a colour cannot be negative".into()),
+    }
+}
+
+const KEYS: &str = "ka, kd, ks, ke, kt, shininess, ior or gloss";
+
+fn parse_material(text: &str) -> Result<Material, String> {
+    let mut surface = Material {
+        ka: Vec3::ZERO,
+        ..Material::default()
+    };
+    let mut ambient = None;
+    let pairs = text.split(|c: char| c.is_whitespace() || c == ';');
+    for pair in pairs.filter(|pair| !pair.is_empty()) {
+        let pair = pair.split_once('=');
+        let (key, value) = pair.ok_or(format!("expected KEY=VALUE with {KEYS}"))?;
+        match key {
+            "ka" => ambient = Some(parse_color(value)?),
+            "kd" => surface.kd = parse_color(value)?,
+            "ks" => surface.ks = parse_color(value)?,
+            "ke" => surface.ke = parse_color(value)?,
+            "kt" => surface.kt = parse_color(value)?,
+            "shininess" => surface.shininess = at_least(key, value, |s| s >= 0.0)?,
+            "ior" => surface.ior = at_least(key, value, |n| n > 0.0)?,
+            "gloss" => surface.gloss = at_least(key, value, |n| n >= 0.0)?,
+            _ => return Err(format!("no material has `{key}`: expected {KEYS}")),
+        }
+    }
+    surface.ka = ambient.unwrap_or(surface.kd * 0.2);
+    Ok(surface)
+}
+
+fn at_least(key: &str, text: &str, good: impl Fn(f32) -> bool) -> Result<f32, String> {
+    let value = number(text)?;
+    match good(value) {
+        true => Ok(value),
+        false => Err(format!("{key} cannot be {text}")),
+    }
+}
+
+fn parse_origin(text: &str) -> Result<Origin, String> {
+    match text {
+        "auto" => Ok(Origin::Auto),
+        "none" => Ok(Origin::File),
+        _ => match doubles(text).as_deref() {
+            Ok(&[x, y, z]) => Ok(Origin::At([x, y, z])),
+            _ => Err("expected auto, none, or three numbers X,Y,Z".to_owned()),
+        },
+    }
+}
+
+/// Numbers within the range of single precision, in double precision.
+fn doubles(text: &str) -> Result<Vec<f64>, String> {
+    let double = |text: &str| {
+        number(text)?;
+        let parsed = text.trim().parse();
+        parsed.map_err(|_| format!("`{text}` is not a number"))
+    };
+    text.split(',').map(double).collect()
+}
+
+fn numbers(text: &str) -> Result<Vec<f32>, String> {
+    text.split(',').map(number).collect()
+}
+
+fn number(text: &str) -> Result<f32, String> {
+    let number = text.trim().parse().ok().filter(|n: &f32| n.is_finite());
+    number.ok_or_else(|| format!("`{text}` is not a number"))
+}
+
+fn parse_memory(text: &str) -> Result<u64, String> {
+    let bytes = parse_size::parse_size(text).ok().filter(|&bytes| bytes > 0);
+    bytes.ok_or_else(|| "expected a size in bytes, as in 500M, 2G or 2GiB".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lights_are_points_or_directions() {
+        let point = |position, color| Ok(AddedLight::Point { position, color });
+        assert_eq!(
+            parse_light("1,-2,.5"),
+            point(DVec3::new(1.0, -2.0, 0.5), Vec3::ONE)
+        );
+        assert_eq!(
+            parse_light("1,2,3,.5,0,1"),
+            point(DVec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, 1.0))
+        );
+        let toward = AddedLight::Directional {
+            toward: Vec3::NEG_X,
+            color: Vec3::ONE,
+        };
+        assert_eq!(parse_light("dir:-1,0,0"), Ok(toward));
+        for bad in [
+            "",
+            "1,2",
+            "1,2,3,4",
+            "1,2,x",
+            "dir:0,0,0",
+            "1,2,3,-1,0,0",
+            "1,2,inf",
+            "nan,0,0",
+        ] {
+            assert!(parse_light(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_material_is_what_is_named_and_little_else() {
+        let surface = parse_material("kd=.5,.25,0 ks=.3; shininess=80 gloss=9").unwrap();
+        assert_eq!(surface.kd, Vec3::new(0.5, 0.25, 0.0));
+        assert_eq!(surface.ka, surface.kd * 0.2);
+        assert_eq!((surface.ks, surface.shininess), (Vec3::splat(0.3), 80.0));
+        assert_eq!(surface.gloss, 9.0);
+        assert_eq!((surface.kt, surface.ior), (Vec3::ZERO, 1.0));
+        assert_eq!(parse_material("ka=0 kd=1").unwrap().ka, Vec3::ZERO);
+        for bad in [
+            "kd",
+            "kd=",
+            "kd=1,2",
+            "kd=-1",
+            "colour=1",
+            "ior=0",
+            "shininess=-1",
+            "gloss=-1",
+            "kd=.1,.2,.3,.4",
+        ] {
+            assert!(parse_material(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_camera_is_three_places_and_an_angle() {
+        let of = |text: &str| view(&text.split(' ').map(str::to_owned).collect::<Vec<_>>());
+        let found = of("0,1,-5 0,0,0 0,1,0 45").unwrap();
+        assert_eq!((found.eye, found.fovy), (DVec3::new(0.0, 1.0, -5.0), 45.0));
+        for (bad, part) in [
+            ("0,1 0,0,0 0,1,0 45", "FROM"),
+            ("0,1,5 0,0,0 0,1,0 --json", "--json"),
+            ("0,1,5 0,0,0 0,1,0 180", "field of view"),
+            ("0,0,0 0,0,0 0,1,0 45", "stands on"),
+            ("0,1,0 0,0,0 0,1,0 45", "parallel"),
+        ] {
+            assert!(of(bad).unwrap_err().contains(part), "{bad}: {:?}", of(bad));
+        }
+    }
+
+    #[test]
+    fn places_keep_what_single_precision_would_round() {
+        let parts = ["500000.31,8,12", "500000.3,8,12", "0,1,0", "45"];
+        let view = view(&parts.map(str::to_owned)).unwrap();
+        assert_eq!(view.eye.x, 500_000.31);
+        let light = parse_light("-4012345.1,0,0");
+        assert!(
+            matches!(light, Ok(AddedLight::Point { position, .. }) if position.x == -4_012_345.1)
+        );
+    }
+
+    #[test]
+    fn an_origin_is_a_word_or_a_place() {
+        assert_eq!(parse_origin("auto"), Ok(Origin::Auto));
+        assert_eq!(parse_origin("none"), Ok(Origin::File));
+        let place = parse_origin("500000.1,0,-4e6");
+        assert_eq!(place, Ok(Origin::At([500_000.1, 0.0, -4e6])));
+        for bad in ["", "Auto", "1,2", "1,2,3,4", "1,2,x", "1,2,inf"] {
+            assert!(parse_origin(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes_have_units() {
+        assert_eq!(parse_memory("2G"), Ok(2_000_000_000));
+        assert_eq!(parse_memory("2GiB"), Ok(2 << 30));
+        assert_eq!(parse_memory("500 MB"), Ok(500_000_000));
+        assert_eq!(parse_memory("1.5k"), Ok(1500));
+        for bad in ["", "0", "-1", "much", "1X", "1e400"] {
+            assert!(parse_memory(bad).is_err(), "{bad}");
+        }
+    }
+}

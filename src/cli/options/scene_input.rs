@@ -1,0 +1,168 @@
+//! The scene argument of a command: opened and built within the memory that may be used.
+
+use super::budget::Budget;
+use super::scene_args::SceneArgs;
+use super::work_args::TreeArgs;
+use super::{bus_error, heap};
+use crate::cli::output::{self, CliError, is_dash};
+use phalanx::bvh::Bvh;
+use phalanx::formats::endings;
+use phalanx::frame::{Accel, Engine};
+use phalanx::open::{OpenError, is_cache, open, open_as, open_bytes, standard_name};
+use phalanx::scene::Scene;
+use phalanx::standard;
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A scene, with its tree if it came with one.
+pub struct SceneInput {
+    /// The scene.
+    pub scene: Scene,
+    /// Bytes of a mapped cache, or 0.
+    pub mapped_bytes: u64,
+    /// Memory that may be used.
+    pub budget: Budget,
+    bvh: Option<Bvh>,
+}
+
+impl SceneInput {
+    /// Opens the scene of this name on `threads` threads (0: all). Its reader's warnings and notes
+    /// go to stderr.
+    pub fn load(name: &Path, args: &SceneArgs, threads: usize) -> Result<SceneInput, CliError> {
+        let mut options = args.options(threads)?;
+        let budget = Budget(args.max_memory);
+        if budget.0.is_some() {
+            heap::give_back();
+        }
+        if let Some(name) = standard_name(name) {
+            budget.for_standard(standard::parse_spec(name).map_err(OpenError::from)?)?;
+        }
+        // A file whose size cannot be queried cannot be read either; its reader reports that.
+        let format = args.scene_format()?;
+        let of_format = |ending: &str| name.with_extension(ending);
+        let file = (!is_dash(name)).then(|| std::fs::metadata(name));
+        let mut piped = None;
+        if let Some(Ok(file)) = file {
+            let like = format.map_or_else(|| name.to_path_buf(), of_format);
+            options.max_memory = budget.beside_file(&like, file.len())?;
+            // A pipe or device has no size. Under a memory limit, the size is known only when
+            // everything has been read.
+            if budget.0.is_some() && !file.is_file() && !file.is_dir() && !is_cache(&like) {
+                piped = format.or_else(|| ending_of(name));
+            }
+        }
+        if is_cache(name) {
+            bus_error::watch(name);
+        }
+        if is_dash(name) {
+            piped = format;
+        }
+        let opened = match (piped, format) {
+            (Some(ending), _) => {
+                let like = of_format(ending);
+                let bytes = read_piped(name, budget.most_bytes(&like))?;
+                options.max_memory = budget.beside_file(&like, bytes.len() as u64)?;
+                open_bytes(name, ending, &bytes, &options)
+            }
+            (_, Some(ending)) if standard_name(name).is_none() => open_as(name, ending, &options),
+            _ if is_dash(name) => {
+                return Err(CliError::Usage(format!(
+                    "a scene from stdin needs its format: --format {}",
+                    endings().collect::<Vec<_>>().join("|")
+                )));
+            }
+            _ => open(name, &options),
+        };
+        let opened = opened.map_err(|error| budget.explain(error))?;
+        output::print_warnings(name, &opened.warnings);
+        output::print_notes(&opened.notes);
+        Ok(SceneInput {
+            scene: opened.scene,
+            mapped_bytes: opened.mapped_bytes,
+            budget,
+            bvh: opened.bvh,
+        })
+    }
+
+    /// The tree of an engine: at the first call the one that came with the scene, if there is one,
+    /// else a new one.
+    pub fn prepare(
+        &mut self,
+        engine: Engine,
+        tree: &TreeArgs,
+        threads: usize,
+    ) -> Result<Accel, CliError> {
+        match engine {
+            Engine::Simd => self.tree(tree, threads).map(Accel::with_tree),
+            Engine::Scalar => {
+                self.budget.for_tree(&self.scene, engine)?;
+                Ok(Accel::build(&self.scene, engine))
+            }
+        }
+    }
+
+    /// The packet engine's tree.
+    pub fn tree(&mut self, tree: &TreeArgs, threads: usize) -> Result<Bvh, CliError> {
+        if let Some(bvh) = self.bvh.take() {
+            if tree.quality.is_some() {
+                output::note(
+                    "note: the scene cache has its tree: --quality changes nothing; give it to the phalanx build that \
+                     makes the cache",
+                );
+            }
+            return Ok(bvh);
+        }
+        self.budget.for_tree(&self.scene, Engine::Simd)?;
+        Ok(Bvh::build_with(&self.scene, &tree.settings(threads)))
+    }
+}
+
+/// The scene format of a name's ending.
+fn ending_of(name: &Path) -> Option<&'static str> {
+    let ending = name.extension()?;
+    endings().find(|known| ending.eq_ignore_ascii_case(known))
+}
+
+/// All bytes of stdin, of a pipe or of a device, or one more than may be read.
+fn read_piped(name: &Path, most: u64) -> Result<Vec<u8>, CliError> {
+    let mut bytes = Vec::new();
+    let most = most.saturating_add(1);
+    let (read, named) = match is_dash(name) {
+        true => {
+            take_stdin()?;
+            let read = io::stdin().lock().take(most).read_to_end(&mut bytes);
+            (read, "stdin".into())
+        }
+        false => {
+            let file = File::open(name);
+            let read = file.and_then(|file| file.take(most).read_to_end(&mut bytes));
+            (read, name.display().to_string())
+        }
+    };
+    read.map_err(|e| CliError::Runtime(format!("cannot read {named}: {e}")))?;
+    Ok(bytes)
+}
+
+/// Refuses to read stdin a second time.
+fn take_stdin() -> Result<(), CliError> {
+    static READ: AtomicBool = AtomicBool::new(false);
+    if READ.swap(true, Ordering::Relaxed) {
+        return Err(CliError::Usage(
+            "stdin can be read once: name it once, as -".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+/// Name, without an ending, of files that are made from a scene.
+pub fn stem(name: &Path) -> &OsStr {
+    let standard = standard_name(name).and_then(|text| text.split(':').nth(1));
+    match standard {
+        _ if is_dash(name) => OsStr::new("picture"),
+        Some(stem) => OsStr::new(stem),
+        None => name.file_stem().unwrap_or("picture".as_ref()),
+    }
+}

@@ -1,0 +1,212 @@
+//! Errors of commands, and their exit codes.
+
+use super::diagnose;
+use super::stderr::note;
+use phalanx::bench::BenchError;
+use phalanx::cache::CacheError;
+use phalanx::formats::LoadError;
+use phalanx::jobs::{BandsError, PlanError, TileFileError};
+use phalanx::open::OpenError;
+use phalanx::standard::StandardError;
+use std::io::ErrorKind;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+/// Base of the exit code of a process that a signal has ended; the signal's number is added.
+const BY_SIGNAL: u8 = 128;
+
+/// Number of the last signal; that of SIGINT until there is one.
+static SIGNAL: AtomicU8 = AtomicU8::new(2);
+
+/// Sets the signal that [`signal_exit_code`] is for.
+pub fn record_signal(number: u8) {
+    SIGNAL.store(number, Ordering::SeqCst);
+}
+
+/// The exit code for work that a signal has stopped.
+pub fn signal_exit_code() -> u8 {
+    BY_SIGNAL + SIGNAL.load(Ordering::SeqCst)
+}
+
+/// The reason why a command failed.
+#[derive(Debug)]
+pub enum CliError {
+    /// An error outside the program: files, mostly. Exit code 1.
+    Runtime(String),
+    /// Arguments that cannot be satisfied. Exit code 2, like clap's own.
+    Usage(String),
+    /// No scene came out of the file. Exit code 3, unless the file could not be read (1) or its
+    /// ending is unknown (2).
+    Load(Box<LoadError>),
+    /// A standard scene that cannot be traced with its options. Exit code 3.
+    Scene(String),
+    /// A scene cache that cannot be used. Exit code 3, unless it could not be read (1).
+    Cache(CacheError),
+    /// Pictures or engines differ, as reported on stdout already. Exit code 4.
+    Mismatch,
+    /// A benchmark's answer is wrong. Exit code 4, unless the scene has no camera (3).
+    Bench(BenchError),
+    /// Slower than a baseline, as reported on stdout already. Exit code 5.
+    Slower,
+    /// Shards of a plan are missing. Exit code 6.
+    Missing(String),
+    /// SIGINT or SIGTERM. Exit code 130 or 143.
+    Interrupted,
+    /// SIGINT or SIGTERM, but finished work has been kept. The text says where, and how much.
+    Resumable(String),
+}
+
+impl CliError {
+    /// Exit code of the process.
+    pub fn code(&self) -> u8 {
+        match self {
+            CliError::Runtime(_) => 1,
+            CliError::Usage(_) => 2,
+            CliError::Load(error) => match **error {
+                LoadError::Io { .. } | LoadError::Memory { .. } => 1,
+                LoadError::UnknownFormat { .. } => 2,
+                LoadError::Scene { .. } => 3,
+            },
+            CliError::Scene(_) => 3,
+            CliError::Cache(CacheError::Io { .. }) => 1,
+            CliError::Cache(CacheError::Refused { .. }) => 3,
+            CliError::Mismatch => 4,
+            CliError::Bench(BenchError::View { .. }) => 3,
+            CliError::Bench(_) => 4,
+            CliError::Slower => 5,
+            CliError::Missing(_) => 6,
+            CliError::Interrupted | CliError::Resumable(_) => signal_exit_code(),
+        }
+    }
+
+    /// Adds advice to a message of the command line itself.
+    pub fn with_hint(self, remedy: &str) -> CliError {
+        match self {
+            CliError::Usage(message) => CliError::Usage(format!("{message}; {remedy}")),
+            CliError::Runtime(message) => CliError::Runtime(format!("{message}; {remedy}")),
+            other => other,
+        }
+    }
+
+    /// Prints the error on stderr.
+    pub fn report(&self) {
+        match self {
+            CliError::Runtime(message) | CliError::Scene(message) | CliError::Missing(message) => {
+                note(&format!("error: {message}"));
+            }
+            CliError::Usage(message) => {
+                note(&format!(
+                    "error: {message}\n\nFor more information, try '--help'."
+                ));
+            }
+            CliError::Load(error) => diagnose::print_error(error),
+            CliError::Cache(error) => report_cache(error),
+            CliError::Mismatch | CliError::Slower => {}
+            CliError::Bench(wrong) => note(&format!(
+                "error: {wrong}\n  help: no rate is given for a wrong answer"
+            )),
+            CliError::Interrupted => note("interrupted"),
+            CliError::Resumable(what) => note(&format!("interrupted: {what}")),
+        }
+    }
+}
+
+/// Prints the fault of a cache, with advice.
+fn report_cache(error: &CacheError) {
+    note(&format!("error: {error}"));
+    if let CacheError::Refused { path, .. } = error {
+        let path = path.display();
+        note(&format!(
+            "  help: build it again from its scene: phalanx build SCENE -o {path}"
+        ));
+    }
+}
+
+impl From<OpenError> for CliError {
+    fn from(error: OpenError) -> CliError {
+        match error {
+            OpenError::Load(error) => error.into(),
+            OpenError::Cache(error) => CliError::Cache(error),
+            OpenError::Standard(error) => error.into(),
+            OpenError::Options(_) => CliError::Usage(error.to_string()),
+        }
+    }
+}
+
+impl From<StandardError> for CliError {
+    fn from(error: StandardError) -> CliError {
+        match error {
+            StandardError::Scene(_) => CliError::Scene(error.to_string()),
+            _ => CliError::Usage(format!(
+                "{error}\n\nTo see all standard scenes and their sizes: phalanx scenes"
+            )),
+        }
+    }
+}
+
+impl From<LoadError> for CliError {
+    fn from(error: LoadError) -> CliError {
+        CliError::Load(Box::new(error))
+    }
+}
+
+impl From<phalanx::image::PictureError> for CliError {
+    fn from(error: phalanx::image::PictureError) -> CliError {
+        CliError::Runtime(error.to_string())
+    }
+}
+
+impl From<phalanx::frame::FrameError> for CliError {
+    fn from(error: phalanx::frame::FrameError) -> CliError {
+        match error {
+            phalanx::frame::FrameError::Interrupted(_) => CliError::Interrupted,
+            phalanx::frame::FrameError::Lens(error) => {
+                CliError::Usage(format!("--aperture and --focus: {error}"))
+            }
+            other => CliError::Runtime(other.to_string()),
+        }
+    }
+}
+
+impl From<BandsError> for CliError {
+    fn from(error: BandsError) -> CliError {
+        match error {
+            BandsError::Frame(error) => error.into(),
+            BandsError::Tiles(error) => error.into(),
+            other => CliError::Runtime(other.to_string()),
+        }
+    }
+}
+
+impl From<TileFileError> for CliError {
+    fn from(error: TileFileError) -> CliError {
+        let failure = match error {
+            TileFileError::Io { .. } | TileFileError::InUse { .. } => CliError::Runtime,
+            _ => CliError::Usage,
+        };
+        let failure = failure(error.to_string());
+        match error {
+            TileFileError::Io { source, .. } if source.kind() == ErrorKind::StorageFull => failure
+                .with_hint("what is finished is kept: make room, and give the same command again"),
+            TileFileError::Different { .. }
+            | TileFileError::Other { .. }
+            | TileFileError::Layout { .. } => {
+                failure.with_hint("name another file, or remove this one")
+            }
+            _ => failure,
+        }
+    }
+}
+
+impl From<PlanError> for CliError {
+    fn from(error: PlanError) -> CliError {
+        match error {
+            PlanError::NoShard { .. } => CliError::Usage(error.to_string()),
+            PlanError::Output { .. } => CliError::Usage(error.to_string())
+                .with_hint("where it goes is for you to say: name it with -o"),
+            PlanError::Version { .. } => {
+                CliError::Runtime(error.to_string()).with_hint("make the plan again")
+            }
+            _ => CliError::Runtime(error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! SIGINT and SIGTERM.
+//!
+//! During a render, a signal requests a stop, so that workers finish in order. A second signal ends
+//! the process at once, and so does one while nothing stoppable runs (a scene is loading, a tree is
+//! being built). While a file is being written no signal ends the process, because an exit there
+//! would leave a temporary file behind: the signal waits, or requests the writing to stop. (Output
+//! to a pipe or a device has no temporary file.) The exit code is 130 for SIGINT and 143 for
+//! SIGTERM, as shells and schedulers count them.
+
+use super::destination::is_replaced;
+use super::error::{CliError, record_signal, signal_exit_code};
+use super::stderr::note;
+use phalanx::frame::Control;
+use std::path::Path;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+const EXIT_AT_ONCE: u8 = 0;
+const STOP: u8 = 1;
+const WAIT: u8 = 2;
+/// A signal came while a file was being written.
+const CAME: u8 = 3;
+/// Stop the writer of a file, which then removes its temporary file.
+const STOP_WRITING: u8 = 4;
+
+static ANSWER: AtomicU8 = AtomicU8::new(EXIT_AT_ONCE);
+static RUNNING: Mutex<Option<Arc<Control>>> = Mutex::new(None);
+
+/// Takes over SIGINT and SIGTERM.
+pub fn listen() -> Result<(), CliError> {
+    watch_signals().map_err(|e| CliError::Runtime(format!("cannot listen for signals: {e}")))
+}
+
+#[cfg(unix)]
+fn watch_signals() -> std::io::Result<()> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+    let watch = move || signals.forever().for_each(|number| on_signal(number as u8));
+    std::thread::Builder::new().spawn(watch).map(drop)
+}
+
+#[cfg(not(unix))]
+fn watch_signals() -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(|| on_signal(2))
+}
+
+/// Handles a signal of this number.
+fn on_signal(number: u8) {
+    record_signal(number);
+    match ANSWER.load(Ordering::SeqCst) {
+        answer @ (STOP | STOP_WRITING) => {
+            let next = if answer == STOP { EXIT_AT_ONCE } else { CAME };
+            ANSWER.store(next, Ordering::SeqCst);
+            let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(control) = &*running {
+                control.stop.store(true, Ordering::SeqCst);
+            }
+        }
+        WAIT | CAME => ANSWER.store(CAME, Ordering::SeqCst),
+        _ => {
+            note("interrupted");
+            std::process::exit(signal_exit_code().into());
+        }
+    }
+}
+
+/// Runs `work`, which stops when the control's `stop` is set.
+pub fn interruptible<T>(work: impl FnOnce(&Control) -> T) -> T {
+    with_handler(STOP, work)
+}
+
+/// Runs `work`, which writes to `path` and stops when the control's `stop` is set; further signals
+/// wait until a file is whole.
+pub fn interruptible_writing<T>(path: &Path, work: impl FnOnce(&Control) -> T) -> T {
+    match is_replaced(path) {
+        true => with_handler(STOP_WRITING, work),
+        false => with_handler(STOP, work),
+    }
+}
+
+fn with_handler<T>(answer: u8, work: impl FnOnce(&Control) -> T) -> T {
+    let control = Arc::new(Control::default());
+    *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&control));
+    ANSWER.store(answer, Ordering::SeqCst);
+    let result = work(&control);
+    ANSWER.store(EXIT_AT_ONCE, Ordering::SeqCst);
+    result
+}
+
+/// Runs `work`, which writes to `path`. A regular file is written to its end, in spite of signals.
+/// A pipe may wait for its reader for ever, and leaves no temporary file behind, so a signal ends
+/// the process at once.
+pub fn block_signals<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, CliError> {
+    if !is_replaced(path) {
+        return Ok(work());
+    }
+    ANSWER.store(WAIT, Ordering::SeqCst);
+    let result = work();
+    match ANSWER.swap(EXIT_AT_ONCE, Ordering::SeqCst) {
+        CAME => Err(CliError::Interrupted),
+        _ => Ok(result),
+    }
+}

@@ -1,0 +1,34 @@
+//! What users are told: results, progress, errors, and the files that results go to.
+
+mod destination;
+mod diagnose;
+mod error;
+mod file_coordinates;
+pub mod interrupt;
+mod live_preview;
+mod memory_stats;
+mod output_file;
+mod preview;
+pub mod progress;
+mod render_summary;
+mod stats;
+mod stderr;
+mod stdout;
+mod table;
+
+pub use destination::{
+    check_distinct, check_kind, check_picture_place, check_place, check_png_name, is_dash,
+    is_replaced,
+};
+pub use diagnose::{print_notes, print_warnings};
+pub use error::CliError;
+pub use file_coordinates::{origin_row, to_file_coordinates};
+pub use live_preview::LivePreview;
+pub use memory_stats::MemoryStats;
+pub use output_file::{OutputFile, format_of};
+pub use progress::{ProgressMode, ProgressOptions};
+pub use render_summary::RenderSummary;
+pub use stats::{PerRayKind, PrimitiveCounts, TreeFigures};
+pub use stderr::{advise, note, printable};
+pub use stdout::{SCHEMA_VERSION, print, print_json, print_raw};
+pub use table::{bytes, grouped, lines};

@@ -1,0 +1,155 @@
+//! The file that a picture is written to: its format by its name, and the options that the format
+//! allows.
+
+use super::destination::{is_dash, is_replaced};
+use super::error::CliError;
+use phalanx::frame::{Aovs, Control, Tile};
+use phalanx::image::{Depth, Exposure, ImageFormat, PictureFile, save_bands, write_bands};
+use phalanx::jobs::BandsError;
+use phalanx::render::Film;
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::time::Duration;
+
+/// Longest side of a JPEG.
+const JPEG_SIDE: u32 = 65_535;
+
+/// The requested format, or that of a picture's name. Refuses an ending that no format has;
+/// `origin` names the option in the message. Stdout, and pipes and devices without an ending, get a
+/// PNG.
+pub fn format_of(
+    path: &Path,
+    asked: Option<ImageFormat>,
+    origin: &str,
+) -> Result<ImageFormat, CliError> {
+    let plain = || path.extension().is_none() && !is_replaced(path);
+    let format = asked.or_else(|| ImageFormat::of(path));
+    format.or_else(|| plain().then_some(ImageFormat::Png)).ok_or_else(|| {
+        let endings = ImageFormat::ENDINGS.map(|(ending, _)| format!(".{ending}"));
+        CliError::Usage(format!(
+            "{origin} {}: the name must end in one of {}, which says what is written, or --format must",
+            path.display(),
+            endings.join(", ")
+        ))
+    })
+}
+
+/// A picture file to be written.
+#[derive(Clone, Debug)]
+pub struct OutputFile {
+    pub path: PathBuf,
+    pub file: PictureFile,
+}
+
+impl OutputFile {
+    /// The file of a window with AOVs, of a scene with this origin. The format must be able to hold
+    /// the AOVs.
+    pub fn for_picture(
+        path: PathBuf,
+        format: ImageFormat,
+        exposure: Exposure,
+        depth: Depth,
+        window: Tile,
+        (aovs, origin): (Aovs, [f64; 3]),
+    ) -> Result<OutputFile, CliError> {
+        if !aovs.is_empty() && format != ImageFormat::Exr {
+            return Err(CliError::Usage(format!(
+                "--aov is for OpenEXR, and {} is none: name it .exr",
+                path.display()
+            )));
+        }
+        let Tile { width, height, .. } = window;
+        let longest = width.max(height);
+        if format == ImageFormat::Jpeg && longest > JPEG_SIDE {
+            return Err(CliError::Usage(format!(
+                "{}: the sides of a JPEG are {JPEG_SIDE} pixels at most, not {longest}: write a PNG",
+                path.display()
+            )));
+        }
+        let file = PictureFile {
+            width,
+            height,
+            format,
+            aovs,
+            origin,
+            exposure,
+            depth,
+        };
+        Ok(OutputFile { path, file })
+    }
+
+    /// Returns true if the whole file is in memory before it is written: a file that is not
+    /// replaced cannot be sought in.
+    pub fn is_in_memory(&self) -> bool {
+        self.file.format.seeks() && !is_replaced(&self.path)
+    }
+
+    /// Writes bands as they are made, on a thread of its own; `make` gets a function that takes
+    /// them. A pipe without a reader, or whose reader stops, is given up when the control says
+    /// stop.
+    pub fn write_while<T>(
+        &self,
+        control: &Control,
+        make: impl FnOnce(&mut dyn FnMut(Film) -> bool) -> Result<T, BandsError>,
+    ) -> Result<T, CliError> {
+        // No queue: one band is being made while one is being written.
+        let (send, receive) = sync_channel::<io::Result<Film>>(0);
+        let output = self.clone();
+        let writer = std::thread::Builder::new()
+            .spawn(move || output.save(receive))
+            .map_err(|e| CliError::Runtime(format!("cannot start a thread: {e}")))?;
+        let stopped = || control.stop.load(Ordering::SeqCst);
+        let made = make(&mut |film| send_band(&send, film, stopped));
+        drop(send);
+        // A thread that waits for a pipe's reader ends with the process, and leaves no unfinished
+        // file.
+        while !writer.is_finished() && !is_replaced(&self.path) {
+            match made {
+                Ok(_) | Err(BandsError::Abandoned) if !stopped() => std::thread::sleep(POLL),
+                Ok(_) | Err(BandsError::Abandoned) => return Err(CliError::Interrupted),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        let written = writer
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        match (made, written) {
+            (Err(BandsError::Abandoned), _) if stopped() => Err(CliError::Interrupted),
+            // The writer failed, so that no bands were taken.
+            (Err(BandsError::Abandoned), Err(failure)) => Err(failure),
+            (Err(error), _) => Err(error.into()),
+            (Ok(_), Err(failure)) => Err(failure),
+            (Ok(done), Ok(())) => Ok(done),
+        }
+    }
+
+    fn save(&self, bands: Receiver<io::Result<Film>>) -> Result<(), CliError> {
+        if !is_dash(&self.path) {
+            return Ok(save_bands(&self.path, &self.file, bands)?);
+        }
+        // Buffered, because standard output searches for line ends, which samples do not have.
+        let mut out = BufWriter::new(io::stdout().lock());
+        write_bands(&mut out, &self.file, bands)
+            .map_err(|e| CliError::Runtime(format!("cannot write the picture to stdout: {e}")))
+    }
+}
+
+/// Interval at which a waiting thread checks for a signal.
+const POLL: Duration = Duration::from_millis(1);
+
+/// Passes a band to the writing thread; `false` if that has ended, or if `stopped` says to wait no
+/// longer.
+fn send_band(send: &SyncSender<io::Result<Film>>, film: Film, stopped: impl Fn() -> bool) -> bool {
+    let mut waiting = Ok(film);
+    loop {
+        waiting = match send.try_send(waiting) {
+            Ok(()) => return true,
+            Err(TrySendError::Disconnected(_)) => return false,
+            Err(TrySendError::Full(_)) if stopped() => return false,
+            Err(TrySendError::Full(back)) => back,
+        };
+        std::thread::sleep(POLL);
+    }
+}

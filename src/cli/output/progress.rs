@@ -1,0 +1,302 @@
+//! Progress of a render: a bar, lines of JSON, or the picture so far. A polling loop beside the
+//! render shows it.
+
+use super::error::CliError;
+use super::interrupt;
+use super::live_preview::{LivePreview, PreviewWriter};
+use super::stderr::note;
+use clap::ValueEnum;
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use phalanx::frame::{self, Accel, Control, Frame, Settings};
+use phalanx::scene::Scene;
+use serde::Serialize;
+use std::io::IsTerminal;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// Stack size. The scalar tracer recurses once per bounce, up to 1000 deep, on the thread that
+/// renders.
+const STACK_BYTES: usize = 64 << 20;
+
+/// Options of the progress display of a render.
+#[derive(Clone, Copy, Default)]
+pub struct ProgressOptions<'a> {
+    /// Pixels of the picture.
+    pub pixels: u64,
+    pub mode: ProgressMode,
+    /// The picture so far, if it is to be shown.
+    pub live_preview: Option<&'a LivePreview<'a>>,
+}
+
+impl ProgressOptions<'_> {
+    /// The default options.
+    pub fn of(pixels: u64) -> ProgressOptions<'static> {
+        ProgressOptions {
+            pixels,
+            ..ProgressOptions::default()
+        }
+    }
+}
+
+/// How progress is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ProgressMode {
+    /// A bar where stderr is a terminal
+    #[default]
+    Auto,
+    /// A bar
+    Bar,
+    /// A line of JSON a second, on stderr
+    Json,
+    /// Not at all
+    None,
+}
+
+/// Renders, with signal handling and progress.
+pub fn render(
+    scene: &Scene,
+    prepared: &Accel,
+    settings: &Settings,
+    mode: ProgressMode,
+) -> Result<Frame, CliError> {
+    let options = ProgressOptions {
+        mode,
+        ..ProgressOptions::of(settings.pixels())
+    };
+    with_progress(options, |control| {
+        frame::render(scene, prepared, settings, control)
+    })
+}
+
+/// Runs `fill`, which fills a picture, with signal handling and progress.
+pub fn with_progress<T: Send, E: Into<CliError> + Send>(
+    options: ProgressOptions,
+    fill: impl FnOnce(&Control) -> Result<T, E> + Send,
+) -> Result<T, CliError> {
+    interrupt::interruptible(|control| on_large_stack(control, options, fill))
+}
+
+/// As [`with_progress`], for work that also writes to `path`: a signal must not leave a file half
+/// written.
+pub fn with_progress_writing<T: Send, E: Into<CliError> + Send>(
+    path: &Path,
+    options: ProgressOptions,
+    fill: impl FnOnce(&Control) -> Result<T, E> + Send,
+) -> Result<T, CliError> {
+    interrupt::interruptible_writing(path, |control| on_large_stack(control, options, fill))
+}
+
+fn on_large_stack<T: Send, E: Into<CliError> + Send>(
+    control: &Control,
+    options: ProgressOptions,
+    fill: impl FnOnce(&Control) -> Result<T, E> + Send,
+) -> Result<T, CliError> {
+    std::thread::scope(|scope| {
+        let (done, finished) = channel::<()>();
+        let work = move || {
+            // Dropped when this thread ends, in any way; the loop waits for that.
+            let _done = done;
+            fill(control)
+        };
+        let thread = std::thread::Builder::new()
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, work)
+            .map_err(|e| CliError::Runtime(format!("cannot start a thread: {e}")))?;
+        options.run(control, &finished);
+        let filled = thread
+            .join()
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        filled.map_err(Into::into)
+    })
+}
+
+/// A line with the bytes written and the elapsed time, if stderr is a terminal.
+pub fn bytes() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {binary_bytes} written in {elapsed}")
+    {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// Interval between updates of the bar.
+const TICK: Duration = Duration::from_millis(100);
+/// Interval between lines and pictures.
+const SECOND: Duration = Duration::from_secs(1);
+
+impl ProgressOptions<'_> {
+    /// Reports progress until the render ends.
+    fn run(self, control: &Control, finished: &Receiver<()>) {
+        let start = Instant::now();
+        let mut teller = ProgressReporter::of(self);
+        let (mut told, mut ended) = (None, false);
+        while !ended {
+            let due = told.is_none_or(|at: Instant| at.elapsed() >= SECOND);
+            teller.tick(
+                &ProgressState::of(self.pixels, control, start),
+                due,
+                &control.stop,
+            );
+            if due {
+                told = Some(Instant::now());
+            }
+            ended = finished.recv_timeout(TICK) != Err(RecvTimeoutError::Timeout);
+        }
+        teller.end(
+            &ProgressState::of(self.pixels, control, start),
+            &control.stop,
+        );
+    }
+}
+
+/// Progress of a render.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ProgressState {
+    event: &'static str,
+    /// Pixels finished, including those of an earlier try.
+    pixels: u64,
+    of: u64,
+    fraction: f64,
+    rays: u64,
+    mrays_per_s: f64,
+    seconds: f64,
+    /// Estimate that assumes the rest to be like the part that has been rendered; `None` if there
+    /// is no such part.
+    seconds_left: Option<f64>,
+}
+
+impl ProgressState {
+    fn of(of: u64, control: &Control, start: Instant) -> ProgressState {
+        let load = |number: &AtomicU64| number.load(Ordering::Relaxed);
+        let (pixels, kept, rays) = (
+            load(&control.pixels).min(of),
+            load(&control.pixels_resumed),
+            load(&control.rays),
+        );
+        let seconds = start.elapsed().as_secs_f64();
+        let rendered = pixels.saturating_sub(kept);
+        let left = seconds * (of - pixels) as f64 / rendered as f64;
+        ProgressState {
+            event: "progress",
+            pixels,
+            of,
+            fraction: pixels as f64 / of.max(1) as f64,
+            rays,
+            mrays_per_s: rays as f64 / 1e6 / seconds.max(1e-9),
+            seconds,
+            seconds_left: (rendered > 0).then_some(left),
+        }
+    }
+
+    fn words(&self) -> String {
+        let left = self.seconds_left.map_or(String::new(), |left| {
+            format!(", {} left", HumanDuration(Duration::from_secs_f64(left)))
+        });
+        let ProgressState {
+            fraction,
+            mrays_per_s,
+            ..
+        } = self;
+        format!("{:.1} %, {mrays_per_s:.2} Mrays/s{left}", 100.0 * fraction)
+    }
+}
+
+/// The outputs of progress.
+struct ProgressReporter<'a> {
+    bar: Option<ProgressBar>,
+    json: bool,
+    preview: Option<PreviewWriter<'a>>,
+}
+
+impl<'a> ProgressReporter<'a> {
+    fn of(options: ProgressOptions<'a>) -> ProgressReporter<'a> {
+        let terminal = std::io::stderr().is_terminal();
+        let preview = options.live_preview.map(PreviewWriter::of);
+        let covered = preview.as_ref().is_some_and(PreviewWriter::draws);
+        let bar = match options.mode {
+            ProgressMode::Auto => terminal && !covered,
+            ProgressMode::Bar => !covered,
+            ProgressMode::Json | ProgressMode::None => false,
+        };
+        ProgressReporter {
+            bar: bar.then(|| drawn_bar(options.pixels)),
+            json: options.mode == ProgressMode::Json,
+            preview,
+        }
+    }
+
+    fn tick(&mut self, state: &ProgressState, due: bool, stop: &AtomicBool) {
+        if let Some(bar) = &self.bar {
+            let left = state.seconds_left.map(Duration::from_secs_f64);
+            let left = left.map_or(String::new(), |left| {
+                format!("  {} left", HumanDuration(left))
+            });
+            bar.set_message(format!("{:.2} Mrays/s{left}", state.mrays_per_s));
+            bar.set_position(state.pixels);
+        }
+        if due && self.json {
+            print_json(state);
+        }
+        if let Some(preview) = self.preview.as_mut().filter(|_| due) {
+            preview.show(&state.words(), false, stop);
+        }
+    }
+
+    fn end(mut self, state: &ProgressState, stop: &AtomicBool) {
+        if let Some(bar) = self.bar {
+            bar.finish_and_clear();
+        }
+        if self.json {
+            print_json(&ProgressState {
+                event: "end",
+                ..*state
+            });
+        }
+        if let Some(preview) = &mut self.preview {
+            preview.show(&state.words(), true, stop);
+        }
+    }
+}
+
+fn drawn_bar(pixels: u64) -> ProgressBar {
+    let target = ProgressDrawTarget::stderr();
+    let bar = ProgressBar::with_draw_target(Some(pixels), target);
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn print_json(state: &ProgressState) {
+    if let Ok(line) = serde_json::to_string(state) {
+        note(&line);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_is_like_what_was_rendered_now() {
+        let control = Control::default();
+        let start = Instant::now() - Duration::from_secs(10);
+        let state = ProgressState::of(1000, &control, start);
+        assert_eq!(
+            (state.pixels, state.fraction, state.seconds_left),
+            (0, 0.0, None)
+        );
+        // 500 were there, and 100 took ten seconds: 400 take forty.
+        control.pixels_resumed.store(500, Ordering::Relaxed);
+        control.pixels.store(600, Ordering::Relaxed);
+        control.rays.store(20_000_000, Ordering::Relaxed);
+        let state = ProgressState::of(1000, &control, start);
+        let left = state.seconds_left.unwrap();
+        assert!((left / 40.0 - 1.0).abs() < 0.05, "{left}");
+        assert!((state.mrays_per_s / 2.0 - 1.0).abs() < 0.05);
+        assert_eq!(state.fraction, 0.6);
+    }
+}

@@ -1,0 +1,52 @@
+//! Results on stdout.
+
+use super::error::CliError;
+use super::stderr::printable;
+use serde::Serialize;
+use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Version of every JSON document of the command line; it rises when a key changes its meaning or
+/// is removed.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// True if a file's bytes go to stdout: other text there would get mixed with them.
+static STDOUT_TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// Keeps stdout free for a file's bytes.
+pub fn reserve_stdout() {
+    STDOUT_TAKEN.store(true, Ordering::Relaxed);
+}
+
+/// Writes results for people to stdout, or to stderr if stdout is one of the requested files. A
+/// reader that has gone away (`phalanx info … | head -1`) is no error.
+pub fn print(text: &str) -> Result<(), CliError> {
+    print_raw(&printable(text))
+}
+
+/// Writes text that is not for people, or that may contain control sequences, to the place of
+/// results.
+pub fn print_raw(text: &str) -> Result<(), CliError> {
+    if STDOUT_TAKEN.load(Ordering::Relaxed) {
+        let _ = io::stderr().lock().write_all(text.as_bytes());
+        return Ok(());
+    }
+    let mut stdout = io::stdout().lock();
+    match stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+    {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::Runtime(format!(
+            "cannot write to stdout: {error}"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Writes one JSON document to the place of results.
+pub fn print_json(document: &impl Serialize) -> Result<(), CliError> {
+    let text = serde_json::to_string_pretty(document)
+        .map_err(|e| CliError::Runtime(format!("cannot write JSON: {e}")))?;
+    // The texts in it are escaped already, in JSON's own way.
+    print_raw(&(text + "\n"))
+}

@@ -1,0 +1,68 @@
+//! Text of tables: labelled rows, and numbers in them.
+
+/// Labelled rows, the labels in a column of their own.
+pub fn lines(rows: &[(&str, String)]) -> String {
+    let width = rows
+        .iter()
+        .map(|(label, _)| label.len())
+        .max()
+        .unwrap_or(0)
+        .max(12);
+    let row = |(label, value): &(&str, String)| format!("{label:<width$} {value}\n");
+    rows.iter().map(row).collect()
+}
+
+/// 1234567 as 1,234,567.
+pub fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Bytes in the unit that leaves one to four digits before the point.
+pub fn bytes(number: u64) -> String {
+    let mut amount = number as f64 / 1024.0;
+    let mut unit = "KiB";
+    for larger in ["MiB", "GiB"] {
+        if amount >= 1024.0 {
+            (amount, unit) = (amount / 1024.0, larger);
+        }
+    }
+    format!("{amount:.1} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped_by_thousands() {
+        let cases = [
+            (0, "0"),
+            (999, "999"),
+            (1000, "1,000"),
+            (1_234_567, "1,234,567"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(grouped(number), text);
+        }
+    }
+
+    #[test]
+    fn bytes_get_a_fitting_unit() {
+        let cases = [
+            (512, "0.5 KiB"),
+            (3 << 20, "3.0 MiB"),
+            (5 << 40, "5120.0 GiB"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(bytes(number), text);
+        }
+    }
+}
