@@ -1,18 +1,14 @@
 //! `phalanx build`.
 
 use crate::cli::options::{SceneArgs, SceneInput, TreeArgs, parse_thread_count};
-use crate::cli::output::{
-    self, CliError, MemoryStats, PrimitiveCounts, SCHEMA_VERSION, TreeFigures, bytes, grouped,
-    interrupt, lines,
-};
+use crate::cli::output::{self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, bytes, interrupt, lines};
 use clap::Args;
 use phalanx::cache::{self, CacheWriteError};
 use phalanx::frame::TreeStats;
-use phalanx::image::replace_file;
 use phalanx::open::is_cache;
 use serde::Serialize;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 #[derive(Debug, Args)]
@@ -36,7 +32,6 @@ pub struct BuildArgs {
 
 #[derive(Debug, Serialize)]
 struct BuildDocument {
-    schema_version: u32,
     scene: String,
     path: String,
     file_bytes: u64,
@@ -75,21 +70,17 @@ pub fn run(args: &BuildArgs) -> Result<(), CliError> {
     let build = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let mut file_bytes = 0;
-    let written = interrupt::block_signals(path, || {
-        replace_file(path, |out| {
-            let written = cache::write(out, &scene_input.scene, &bvh);
-            file_bytes = written.map_err(|error| match error {
-                CacheWriteError::Io(error) => error,
-                other => io::Error::other(other),
-            })?;
-            Ok(())
-        })
+    interrupt::write_file(path, |out| {
+        let written = cache::write(out, &scene_input.scene, &bvh);
+        file_bytes = written.map_err(|error| match error {
+            CacheWriteError::Io(error) => error,
+            other => io::Error::other(other),
+        })?;
+        Ok(())
     })?;
-    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))?;
     let write = start.elapsed().as_secs_f64();
     let tree = TreeStats::of(&bvh);
     let document = BuildDocument {
-        schema_version: SCHEMA_VERSION,
         scene: args.scene.to_string_lossy().into_owned(),
         path: path.to_string_lossy().into_owned(),
         file_bytes,
@@ -98,38 +89,23 @@ pub fn run(args: &BuildArgs) -> Result<(), CliError> {
         seconds: BuildSeconds { load, build, write },
         memory: MemoryStats::of(&scene_input.scene, &tree, 0, scene_input.mapped_bytes),
     };
-    match args.json {
-        true => output::print_json(&document),
-        false => output::print(&document.table(path)),
-    }
+    output::print_output(&document, args.json)
 }
 
-impl BuildDocument {
-    fn table(&self, path: &Path) -> String {
-        let (bvh, seconds) = (&self.bvh, self.seconds);
+impl Output for BuildDocument {
+    fn table(&self) -> String {
+        let BuildSeconds { load, build, write } = self.seconds;
+        let tree = format!("{}, cost {:.2}", self.bvh.words(), self.bvh.sah);
+        let seconds = format!("load {load:.3}, build {build:.3}, write {write:.3}");
         let mut rows = vec![
             ("scene", self.scene.clone()),
             ("primitives", self.primitives.words()),
-            (
-                "tree",
-                format!(
-                    "{} nodes, depth {}, cost {:.2}",
-                    grouped(bvh.nodes as u64),
-                    bvh.depth,
-                    bvh.sah
-                ),
-            ),
-            (
-                "seconds",
-                format!(
-                    "load {:.3}, build {:.3}, write {:.3}",
-                    seconds.load, seconds.build, seconds.write
-                ),
-            ),
+            ("tree", tree),
+            ("seconds", seconds),
         ];
         rows.extend(self.memory.rows());
         let size = bytes(self.file_bytes);
-        rows.push(("written", format!("{}, {size}", path.display())));
+        rows.push(("written", format!("{}, {size}", self.path)));
         lines(&rows)
     }
 }

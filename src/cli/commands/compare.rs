@@ -1,8 +1,8 @@
 //! `phalanx compare`.
 
-use crate::cli::output::{self, CliError, SCHEMA_VERSION, grouped, lines};
+use crate::cli::output::{self, CliError, Output, grouped, lines};
 use clap::Args;
-use phalanx::image::{Comparison, compare, heat, load, save_png};
+use phalanx::image::{compare, heat, load, save_png};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -22,7 +22,6 @@ pub struct CompareArgs {
 
 #[derive(Debug, Serialize)]
 struct CompareDocument {
-    schema_version: u32,
     a: String,
     b: String,
     exact: bool,
@@ -50,22 +49,8 @@ pub fn run(args: &CompareArgs) -> Result<(), CliError> {
     {
         save_png(path, &picture)?;
     }
-    if args.json {
-        output::print_json(&document(args, &found))?;
-    } else {
-        output::print(&table(&found))?;
-    }
-    if found.exact {
-        Ok(())
-    } else {
-        Err(CliError::Mismatch)
-    }
-}
-
-fn document(args: &CompareArgs, found: &Comparison) -> CompareDocument {
-    let name = |path: &std::path::Path| path.to_string_lossy().into_owned();
-    CompareDocument {
-        schema_version: SCHEMA_VERSION,
+    let name = |path: &PathBuf| path.to_string_lossy().into_owned();
+    let document = CompareDocument {
         a: name(&args.a),
         b: name(&args.b),
         exact: found.exact,
@@ -73,29 +58,29 @@ fn document(args: &CompareArgs, found: &Comparison) -> CompareDocument {
         rmse: found.rmse,
         differing_pixels: found.differing,
         share: found.share,
-        heat: args.heat.as_deref().map(name),
+        heat: args.heat.as_ref().map(name),
+    };
+    output::print_output(&document, args.json)?;
+    match found.exact {
+        true => Ok(()),
+        false => Err(CliError::Mismatch),
     }
 }
 
-fn table(found: &Comparison) -> String {
-    if found.exact {
-        return "identical\n".to_owned();
+impl Output for CompareDocument {
+    fn table(&self) -> String {
+        if self.exact {
+            return "identical\n".to_owned();
+        }
+        // The largest difference of 8-bit pictures is a whole number, and is written as one.
+        let largest = (self.largest_difference * 1000.0).round() / 1000.0;
+        let share = 100.0 * self.share;
+        let differing = format!("{} ({share:.4} %)", grouped(self.differing_pixels));
+        let rows = [
+            ("largest difference", format!("{largest} of 255")),
+            ("root mean square", format!("{:.6}", self.rmse)),
+            ("differing pixels", differing),
+        ];
+        format!("different\n{}", lines(&rows))
     }
-    // `largest` is a whole number for 8-bit pictures, and is written as one.
-    let rows = [
-        (
-            "largest difference",
-            format!("{} of 255", (found.largest * 1000.0).round() / 1000.0),
-        ),
-        ("root mean square", format!("{:.6}", found.rmse)),
-        (
-            "differing pixels",
-            format!(
-                "{} ({:.4} %)",
-                grouped(found.differing),
-                100.0 * found.share
-            ),
-        ),
-    ];
-    format!("different\n{}", lines(&rows))
 }

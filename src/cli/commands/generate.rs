@@ -1,8 +1,6 @@
 //! `phalanx generate`: a standard scene to a file, whole or not at all.
 
-use crate::cli::output::{
-    self, CliError, SCHEMA_VERSION, bytes, grouped, interrupt, lines, progress,
-};
+use crate::cli::output::{self, CliError, Output, bytes, grouped, interrupt, lines, progress};
 use clap::{Args, value_parser};
 use phalanx::frame::Control;
 use phalanx::image::replace_file;
@@ -33,7 +31,6 @@ pub struct GenerateArgs {
 
 #[derive(Debug, Serialize)]
 struct GenerateDocument {
-    schema_version: u32,
     scene: &'static str,
     size: u32,
     file: String,
@@ -66,26 +63,21 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
         output::note(&format!("note: {}: {loss}", args.output.display()));
     }
     let document = GenerateDocument {
-        schema_version: SCHEMA_VERSION,
         scene: spec.scene.name,
         size: spec.size,
         file: args.output.to_string_lossy().into_owned(),
         bytes: written,
         losses,
     };
-    if args.json {
-        return output::print_json(&document);
+    output::print_output(&document, args.json)
+}
+
+impl Output for GenerateDocument {
+    fn table(&self) -> String {
+        let scene = format!("{}, size {}", self.scene, grouped(self.size.into()));
+        let file = format!("{}, {}", self.file, bytes(self.bytes));
+        lines(&[("scene", scene), ("file", file)])
     }
-    output::print(&lines(&[
-        (
-            "scene",
-            format!("{}, size {}", spec.scene.name, grouped(spec.size.into())),
-        ),
-        (
-            "file",
-            format!("{}, {}", args.output.display(), bytes(written)),
-        ),
-    ]))
 }
 
 /// The requested scene; its name may have any form that other commands accept.
@@ -140,7 +132,7 @@ fn write(
         Err(_) if control.stop.load(Ordering::SeqCst) => Err(CliError::Interrupted),
         Err(error) => Err(match refused {
             Some(refused) => refusal(path, &refused),
-            None => CliError::Runtime(format!("cannot write {}: {error}", path.display())),
+            None => CliError::cannot_write(path, error),
         }),
     }
 }

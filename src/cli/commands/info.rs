@@ -1,10 +1,7 @@
 //! `phalanx info`.
 
 use crate::cli::options::{SceneArgs, SceneInput, TreeArgs};
-use crate::cli::output::{
-    self, CliError, MemoryStats, PrimitiveCounts, SCHEMA_VERSION, TreeFigures, grouped, interrupt,
-    lines, origin_row, to_file_coordinates,
-};
+use crate::cli::output::{self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, grouped, interrupt, lines, origin_row, to_file_coordinates};
 use clap::Args;
 use phalanx::frame::{Engine, TreeStats};
 use phalanx::scene::{LightShape, Scene};
@@ -26,7 +23,6 @@ pub struct InfoArgs {
 
 #[derive(Debug, Serialize)]
 struct InfoDocument {
-    schema_version: u32,
     scene: String,
     image: ImageSize,
     max_depth: u32,
@@ -42,7 +38,7 @@ struct InfoDocument {
     memory: MemoryStats,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 struct ImageSize {
     width: u32,
     height: u32,
@@ -112,17 +108,12 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
         tree,
         scene_input.mapped_bytes,
     );
-    if args.json {
-        output::print_json(&document)
-    } else {
-        output::print(&document.table())
-    }
+    output::print_output(&document, args.json)
 }
 
 impl InfoDocument {
     fn new(path: &Path, scene: &Scene, tree: TreeStats, mapped_bytes: u64) -> InfoDocument {
         InfoDocument {
-            schema_version: SCHEMA_VERSION,
             scene: path.to_string_lossy().into_owned(),
             image: ImageSize {
                 width: scene.width,
@@ -143,36 +134,26 @@ impl InfoDocument {
             memory: MemoryStats::of(scene, &tree, 0, mapped_bytes),
         }
     }
+}
 
+impl Output for InfoDocument {
     fn table(&self) -> String {
         let corner = |c: [f64; 3]| format!("({}, {}, {})", c[0], c[1], c[2]);
         let bounds = match &self.bounds {
             Some(b) => format!("{} to {}", corner(b.lo), corner(b.hi)),
             None => "empty".to_owned(),
         };
-        let bvh = &self.bvh;
+        let ImageSize { width, height } = self.image;
+        let image = format!("{width}x{height}, max depth {}", self.max_depth);
+        let tree = format!("{}, cost {:.2}", self.bvh.words(), self.bvh.sah);
         let mut rows = vec![
             ("scene", self.scene.clone()),
-            (
-                "image",
-                format!(
-                    "{}x{}, max depth {}",
-                    self.image.width, self.image.height, self.max_depth
-                ),
-            ),
+            ("image", image),
             ("primitives", self.primitives.words()),
             ("lights", self.lights.words()),
             ("materials", grouped(self.materials as u64)),
             ("bounds", bounds),
-            (
-                "tree",
-                format!(
-                    "{} nodes, depth {}, cost {:.2}",
-                    grouped(bvh.nodes as u64),
-                    bvh.depth,
-                    bvh.sah
-                ),
-            ),
+            ("tree", tree),
         ];
         let placed = &self.instances;
         if placed.meshes > 0 {
@@ -233,7 +214,6 @@ mod tests {
     fn the_document_has_the_promised_keys() {
         let json = serde_json::to_value(InfoDocument::new(Path::new("a.test"), &scene(), TREE, 0))
             .unwrap();
-        assert_eq!(json["schema_version"], 1);
         assert_eq!(
             json["primitives"],
             serde_json::json!({"spheres": 2, "triangles": 1, "cones": 0})

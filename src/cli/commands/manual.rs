@@ -1,11 +1,10 @@
 //! `phalanx completions` and `phalanx man`: completion scripts and manual pages, made of the
 //! arguments' own definition.
 
-use crate::cli::output::{self, CliError};
+use crate::cli::output::{self, CliError, interrupt};
 use clap::Args;
 use clap_complete::Shell;
 use clap_mangen::Man;
-use phalanx::image::replace_file;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -63,6 +62,6 @@ fn page(command: &clap::Command) -> io::Result<Vec<u8>> {
 
 fn write(folder: &Path, command: &clap::Command) -> Result<(), CliError> {
     let path = folder.join(format!("{}.1", command.get_name()));
-    let written = page(command).and_then(|page| replace_file(&path, |out| out.write_all(&page)));
-    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
+    let page = page(command).map_err(|e| CliError::cannot_write(&path, e))?;
+    interrupt::write_file(&path, |out| out.write_all(&page))
 }

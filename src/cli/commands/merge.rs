@@ -2,9 +2,7 @@
 
 use super::plan;
 use crate::cli::options::picture_parser;
-use crate::cli::output::{
-    self, CliError, ProgressOptions, SCHEMA_VERSION, format_of, interrupt, lines, progress,
-};
+use crate::cli::output::{self, CliError, Output, ProgressOptions, format_of, interrupt, lines, progress};
 use clap::Args;
 use phalanx::frame::Tile;
 use phalanx::image::ImageFormat;
@@ -30,7 +28,6 @@ pub struct MergeArgs {
 
 #[derive(Debug, Serialize)]
 struct MergeDocument<'a> {
-    schema_version: u32,
     plan: &'a Path,
     shards: u32,
     width: u32,
@@ -60,24 +57,25 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
             })
         },
     )?;
-    if args.json {
-        return output::print_json(&MergeDocument {
-            schema_version: SCHEMA_VERSION,
-            plan: &args.plan,
-            shards: plan.shards,
-            width: window.width,
-            height: window.height,
-            path: &output.path,
-        });
+    let document = MergeDocument {
+        plan: &args.plan,
+        shards: plan.shards,
+        width: window.width,
+        height: window.height,
+        path: &output.path,
+    };
+    output::print_output(&document, args.json)
+}
+
+impl Output for MergeDocument<'_> {
+    fn table(&self) -> String {
+        let size = format!(
+            "{}x{}, from {} shards",
+            self.width, self.height, self.shards
+        );
+        let path = self.path.display().to_string();
+        lines(&[("picture", size), ("written", path)])
     }
-    let size = format!(
-        "{}x{}, from {} shards",
-        window.width, window.height, plan.shards
-    );
-    output::print(&lines(&[
-        ("picture", size),
-        ("written", output.path.display().to_string()),
-    ]))
 }
 
 /// A shard that cannot be merged yet, and the reason.

@@ -1,16 +1,16 @@
 //! `phalanx plan`: a picture cut into shards, for many machines.
 
 use crate::cli::options::{GradeArgs, PictureArgs, SceneArgs, SceneInput};
-use crate::cli::output::{self, CliError, OutputFile, SCHEMA_VERSION, format_of, interrupt, lines};
+use crate::cli::output::{self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines};
 use clap::{Args, FromArgMatches, value_parser};
 use phalanx::frame::Settings;
-use phalanx::image::{Depth, Exposure, ImageFormat, replace_file};
+use phalanx::image::{Depth, Exposure, ImageFormat};
 use phalanx::jobs::{KeyDifference, MAX_SHARDS, RenderKey, RenderPlan, TileEncoding, kept_output};
 use phalanx::open::standard_name;
 use phalanx::scene::{OutputEncoding, Quantize, Transfer};
 use serde::Serialize;
 use std::io;
-use std::path::{Path, PathBuf, absolute};
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct PlanArgs {
@@ -51,7 +51,6 @@ impl PlanArgs {
 
 #[derive(Debug, Serialize)]
 struct PlanDocument<'a> {
-    schema_version: u32,
     plan: &'a Path,
     shards: u32,
     tile: u32,
@@ -59,6 +58,9 @@ struct PlanDocument<'a> {
     scene_hash: &'a str,
     /// All shards in Slurm's notation.
     array: String,
+    /// The command that merges them.
+    #[serde(skip)]
+    merge: String,
 }
 
 /// Writes a plan.
@@ -82,23 +84,15 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     let scene = &scene_input.scene;
     let settings = args.picture.settings(scene);
     args.picture.check_region(&settings)?;
-    let here = |path: &Path| {
-        absolute(path)
-            .map_err(|e| CliError::Runtime(format!("cannot tell where {} is: {e}", path.display())))
-    };
-    let output = text(&here(&args.output)?)?;
+    let output = text(&absolute_path(&args.output)?)?;
     let picture = &args.picture;
     let target = (args.grade).output_file(output.into(), format, picture, scene, &settings)?;
     let name = match standard_name(&args.scene) {
         Some(name) => name.to_owned(),
-        None => text(&here(&args.scene)?)?,
+        None => text(&absolute_path(&args.scene)?)?,
     };
-    let kept = kept_output(&args.plan, &args.output).map_err(|e| {
-        CliError::Runtime(format!(
-            "cannot tell where {} is: {e}",
-            args.output.display()
-        ))
-    })?;
+    let kept = kept_output(&args.plan, &args.output)
+        .map_err(|e| CliError::not_located(&args.output, e))?;
     let plan = RenderPlan::new(
         name,
         arguments()?,
@@ -109,7 +103,9 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     );
     plan.check()
         .map_err(|error| CliError::Usage(format!("the plan's {error}")))?;
-    interrupt::block_signals(&args.plan, || write(&args.plan, &plan))??;
+    interrupt::write_file(&args.plan, |out| {
+        serde_json::to_writer_pretty(out, &plan).map_err(io::Error::other)
+    })?;
     print_plan(args, &plan, &target.path)
 }
 
@@ -125,13 +121,6 @@ fn refuse_special(scene: &Path) -> Result<(), CliError> {
     }
 }
 
-fn write(path: &Path, plan: &RenderPlan) -> Result<(), CliError> {
-    let written = replace_file(path, |out| {
-        serde_json::to_writer_pretty(out, plan).map_err(io::Error::other)
-    });
-    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
-}
-
 fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), CliError> {
     let array = format!("0-{}", plan.shards - 1);
     let mut merge = format!("phalanx merge {}", args.plan.display());
@@ -142,27 +131,31 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
         ));
         merge.push_str(&format!(" -o {picture}"));
     }
-    if args.json {
-        return output::print_json(&PlanDocument {
-            schema_version: SCHEMA_VERSION,
-            plan: &args.plan,
-            shards: plan.shards,
-            tile: plan.tile,
-            output: picture,
-            scene_hash: &plan.picture.scene,
-            array,
-        });
+    let document = PlanDocument {
+        plan: &args.plan,
+        shards: plan.shards,
+        tile: plan.tile,
+        output: picture,
+        scene_hash: &plan.picture.scene,
+        array,
+        merge,
+    };
+    output::print_output(&document, args.json)
+}
+
+impl Output for PlanDocument<'_> {
+    fn table(&self) -> String {
+        let path = self.plan.display();
+        let render = format!(
+            "phalanx render --plan {path} --shard I, I from {}",
+            self.array
+        );
+        lines(&[
+            ("plan", format!("{path}, {} shards", self.shards)),
+            ("render", render),
+            ("merge", self.merge.clone()),
+        ])
     }
-    let path = args.plan.display();
-    let rows = [
-        ("plan", format!("{path}, {} shards", plan.shards)),
-        (
-            "render",
-            format!("phalanx render --plan {path} --shard I, I from {array}"),
-        ),
-        ("merge", merge),
-    ];
-    output::print(&lines(&rows))
 }
 
 /// The arguments of this process, as they are kept in the plan.
@@ -220,12 +213,9 @@ pub fn reopen(
 }
 
 fn tile_encoding(output: &OutputFile) -> TileEncoding {
-    let Exposure {
-        stops: exposure,
-        encoding,
-    } = output.file.exposure;
+    let Exposure { stops, encoding } = output.file.exposure;
     TileEncoding {
-        exposure,
+        exposure: stops,
         srgb: encoding.transfer == Transfer::Srgb,
         round: encoding.quantize == Quantize::Round,
         bits: match output.file.depth {
@@ -247,25 +237,26 @@ pub fn target(
         round,
         bits,
     } = plan.developing;
-    let transfer = if srgb { Transfer::Srgb } else { Transfer::None };
-    let quantize = if round {
-        Quantize::Round
-    } else {
-        Quantize::Floor
+    let transfer = match srgb {
+        true => Transfer::Srgb,
+        false => Transfer::None,
     };
-    let depth = if bits == 16 {
-        Depth::Sixteen
-    } else {
-        Depth::Eight
+    let quantize = match round {
+        true => Quantize::Round,
+        false => Quantize::Floor,
     };
-    let encoding = OutputEncoding { transfer, quantize };
+    let depth = match bits {
+        16 => Depth::Sixteen,
+        _ => Depth::Eight,
+    };
+    let exposure = Exposure {
+        stops: exposure,
+        encoding: OutputEncoding { transfer, quantize },
+    };
     OutputFile::for_picture(
         path,
         format,
-        Exposure {
-            stops: exposure,
-            encoding,
-        },
+        exposure,
         depth,
         plan.picture.window(),
         (plan.aovs(), plan.picture.origin),

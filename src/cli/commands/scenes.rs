@@ -1,6 +1,6 @@
 //! `phalanx scenes`: the catalogue of standard scenes.
 
-use crate::cli::output::{self, CliError, SCHEMA_VERSION, grouped};
+use crate::cli::output::{self, CliError, Output, grouped};
 use clap::Args;
 use phalanx::standard::{self, CATALOGUE, Family, ShapeCounts, Spec, StandardScene};
 use serde::Serialize;
@@ -14,7 +14,6 @@ pub struct ScenesArgs {
 
 #[derive(Debug, Serialize)]
 struct ScenesDocument {
-    schema_version: u32,
     scenes: Vec<SceneListing>,
 }
 
@@ -96,14 +95,14 @@ const HEADS: [&str; COLUMNS] = [
 
 /// Lists the standard scenes.
 pub fn run(args: &ScenesArgs) -> Result<(), CliError> {
-    let scenes: Vec<SceneListing> = CATALOGUE.iter().map(SceneListing::of).collect();
-    if args.json {
-        return output::print_json(&ScenesDocument {
-            schema_version: SCHEMA_VERSION,
-            scenes,
-        });
+    let scenes = CATALOGUE.iter().map(SceneListing::of).collect();
+    output::print_output(&ScenesDocument { scenes }, args.json)
+}
+
+impl Output for ScenesDocument {
+    fn table(&self) -> String {
+        table(&self.scenes)
     }
-    output::print(&table(&scenes))
 }
 
 /// The rows in aligned columns, a heading before each family, and the meanings of the sizes after

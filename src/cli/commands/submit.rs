@@ -15,13 +15,12 @@
 //!   was done again. `afterany` waits as well, and `phalanx merge` itself reports missing shards.
 
 use super::merge;
-use crate::cli::output::{self, CliError, SCHEMA_VERSION, format_of, interrupt, lines};
+use crate::cli::output::{self, CliError, Output, absolute_path, format_of, interrupt, lines};
 use clap::{Args, Subcommand, value_parser};
-use phalanx::image::replace_file;
 use phalanx::jobs::RenderPlan;
 use serde::Serialize;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf, absolute};
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Whom a plan is handed to.
@@ -63,12 +62,18 @@ pub struct SubmitArgs {
 
 #[derive(Debug, Serialize)]
 struct SubmitDocument<'a> {
-    schema_version: u32,
     /// The shards that were submitted, in Slurm's notation; `None` if none was missing.
     array: Option<&'a str>,
     array_job: Option<String>,
-    merge_job: Option<String>,
+    merge_job: String,
     scripts: [PathBuf; 2],
+    #[serde(skip)]
+    missing: usize,
+    #[serde(skip)]
+    shards: u32,
+    /// The picture that the merge writes.
+    #[serde(skip)]
+    into: &'a Path,
 }
 
 /// Two calls of `sbatch`: the array, if there is anything left to render, and the merge.
@@ -80,7 +85,7 @@ struct SbatchCalls {
 /// Submits the missing shards of a plan.
 pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
     let plan = RenderPlan::read(&args.plan)?;
-    let path = here(&args.plan)?;
+    let path = absolute_path(&args.plan)?;
     let names = ScriptNames {
         program: text(&program()?)?,
         plan: text(&path)?,
@@ -99,7 +104,7 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
         merge_script(&names),
     ];
     for (script, text) in scripts.iter().zip(&texts) {
-        write(script, text)?;
+        interrupt::write_file(script, |out| out.write_all(text.as_bytes()))?;
     }
     if args.dry_run {
         return print_dry_run(&calls);
@@ -116,31 +121,33 @@ pub fn slurm(args: &SubmitArgs) -> Result<(), CliError> {
         )),
         None => error,
     })?;
-    if args.json {
-        return output::print_json(&SubmitDocument {
-            schema_version: SCHEMA_VERSION,
-            array: array.as_deref(),
-            array_job,
-            merge_job: Some(merge_job),
-            scripts,
-        });
-    }
     let into = args.output.as_ref().unwrap_or(&plan.output);
-    let shards = match (&array, &array_job) {
-        (Some(array), Some(job)) => {
-            format!(
-                "job {job}, {} of {} shards: {array}",
-                missing.len(),
-                plan.shards
-            )
-        }
-        _ => format!("all {} are rendered", plan.shards),
+    let document = SubmitDocument {
+        array: array.as_deref(),
+        array_job,
+        merge_job,
+        scripts,
+        missing: missing.len(),
+        shards: plan.shards,
+        into,
     };
-    output::print(&lines(&[
-        ("shards", shards),
-        ("merge", format!("job {merge_job}, into {}", into.display())),
-        ("watch", "squeue --me".to_owned()),
-    ]))
+    output::print_output(&document, args.json)
+}
+
+impl Output for SubmitDocument<'_> {
+    fn table(&self) -> String {
+        let (missing, of) = (self.missing, self.shards);
+        let shards = match (self.array, &self.array_job) {
+            (Some(array), Some(job)) => format!("job {job}, {missing} of {of} shards: {array}"),
+            _ => format!("all {of} are rendered"),
+        };
+        let merge = format!("job {}, into {}", self.merge_job, self.into.display());
+        lines(&[
+            ("shards", shards),
+            ("merge", merge),
+            ("watch", "squeue --me".to_owned()),
+        ])
+    }
 }
 
 /// The names that go into the scripts.
@@ -160,12 +167,7 @@ fn merge_output(args: &SubmitArgs, plan: &RenderPlan) -> Result<Option<String>, 
     };
     format_of(path, None, "--output")?;
     output::check_place(path)?;
-    text(&here(path)?).map(Some)
-}
-
-fn here(path: &Path) -> Result<PathBuf, CliError> {
-    absolute(path)
-        .map_err(|e| CliError::Runtime(format!("cannot tell where {} is: {e}", path.display())))
+    text(&absolute_path(path)?).map(Some)
 }
 
 /// A word in the form in which it goes into a script. Control characters are refused: a line break
@@ -286,12 +288,6 @@ fn merge_script(names: &ScriptNames) -> String {
 /// A name as a word of the shell. [`text`] has refused characters that could end its line.
 fn shell_quoted(name: &str) -> String {
     format!("'{}'", name.replace('\'', r"'\''"))
-}
-
-fn write(path: &Path, text: &str) -> Result<(), CliError> {
-    let write = || replace_file(path, |out| out.write_all(text.as_bytes()));
-    interrupt::block_signals(path, write)?
-        .map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
 }
 
 /// Submits a job; returns its number.

@@ -104,7 +104,7 @@ fn read_keys(path: &Path, scene: &Scene) -> Result<Vec<CameraKey>, CliError> {
     let mut text = String::new();
     let file = File::open(path);
     let read = file.and_then(|file| file.take(MAX_KEYS + 1).read_to_string(&mut text));
-    read.map_err(|e| CliError::Runtime(format!("cannot read {name}: {e}")))?;
+    read.map_err(|e| CliError::cannot_read(&name, e))?;
     if text.len() as u64 > MAX_KEYS {
         let message = format!("{name}: no keyframes: more than {}", bytes(MAX_KEYS));
         return Err(CliError::Usage(message));

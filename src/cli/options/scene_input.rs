@@ -142,7 +142,7 @@ fn read_piped(name: &Path, most: u64) -> Result<Vec<u8>, CliError> {
             (read, name.display().to_string())
         }
     };
-    read.map_err(|e| CliError::Runtime(format!("cannot read {named}: {e}")))?;
+    read.map_err(|e| CliError::cannot_read(named, e))?;
     Ok(bytes)
 }
 

@@ -5,10 +5,7 @@ use super::stdout::reserve_stdout;
 use phalanx::image::{Destination, check_writable};
 use std::ffi::OsStr;
 use std::io::{self, IsTerminal};
-use std::path::Path;
-
-/// The name that stands for stdin and stdout.
-pub const DASH: &str = "-";
+use std::path::{Path, PathBuf};
 
 /// Refuses a picture's name that is not `*.png`; `origin` names the option in the message. Pipes
 /// and devices may have any name.
@@ -33,15 +30,11 @@ pub fn check_place(path: &Path) -> Result<(), CliError> {
 pub fn check_kind(path: &Path) -> Result<(), CliError> {
     Destination::of(path)
         .map(drop)
-        .map_err(|e| cannot_write(path, &e))
-}
-
-fn cannot_write(path: &Path, error: &io::Error) -> CliError {
-    CliError::Runtime(format!("cannot write {}: {error}", path.display()))
+        .map_err(|e| CliError::cannot_write(path, e))
 }
 
 fn place(path: &Path) -> Result<Destination, CliError> {
-    let place = check_writable(path).map_err(|e| cannot_write(path, &e))?;
+    let place = check_writable(path).map_err(|e| CliError::cannot_write(path, e))?;
     if place.is_stdout() {
         reserve_stdout();
     }
@@ -88,9 +81,14 @@ pub fn check_distinct(places: &[(&str, Option<&Path>)]) -> Result<(), CliError> 
     Ok(())
 }
 
+/// The path from the root, for processes that run elsewhere.
+pub fn absolute_path(path: &Path) -> Result<PathBuf, CliError> {
+    std::path::absolute(path).map_err(|e| CliError::not_located(path, e))
+}
+
 /// Returns true if a name stands for stdin, or for stdout.
 pub fn is_dash(path: &Path) -> bool {
-    path == Path::new(DASH)
+    path == Path::new("-")
 }
 
 /// Returns true if a file of this name is written anew and renamed, and not written into.

@@ -8,7 +8,9 @@ use phalanx::formats::LoadError;
 use phalanx::jobs::{BandsError, PlanError, TileFileError};
 use phalanx::open::OpenError;
 use phalanx::standard::StandardError;
+use std::fmt::Display;
 use std::io::ErrorKind;
+use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 /// Base of the exit code of a process that a signal has ended; the signal's number is added.
@@ -56,6 +58,21 @@ pub enum CliError {
 }
 
 impl CliError {
+    /// A file that cannot be read.
+    pub fn cannot_read(name: impl Display, why: impl Display) -> CliError {
+        CliError::Runtime(format!("cannot read {name}: {why}"))
+    }
+
+    /// A file that cannot be written.
+    pub fn cannot_write(path: &Path, why: impl Display) -> CliError {
+        CliError::Runtime(format!("cannot write {}: {why}", path.display()))
+    }
+
+    /// A path of which the system does not tell where it is.
+    pub fn not_located(path: &Path, why: impl Display) -> CliError {
+        CliError::Runtime(format!("cannot tell where {} is: {why}", path.display()))
+    }
+
     /// Exit code of the process.
     pub fn code(&self) -> u8 {
         match self {

@@ -11,6 +11,8 @@ use super::destination::is_replaced;
 use super::error::{CliError, record_signal, signal_exit_code};
 use super::stderr::note;
 use phalanx::frame::Control;
+use phalanx::image::replace_file;
+use std::io::{self, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -100,4 +102,12 @@ pub fn block_signals<T>(path: &Path, work: impl FnOnce() -> T) -> Result<T, CliE
         CAME => Err(CliError::Interrupted),
         _ => Ok(result),
     }
+}
+
+/// Writes a file, whole or not at all, in spite of signals.
+pub fn write_file(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), CliError> {
+    block_signals(path, || replace_file(path, fill))?.map_err(|e| CliError::cannot_write(path, e))
 }

@@ -1,4 +1,4 @@
-//! What users are told: results, progress, errors, and the files that results go to.
+//! Results, progress, errors, and the files that results go to.
 
 mod destination;
 mod diagnose;
@@ -18,7 +18,7 @@ mod table;
 
 pub use destination::{
     check_distinct, check_kind, check_picture_place, check_place, check_png_name, is_dash,
-    is_replaced,
+    is_replaced, absolute_path,
 };
 pub use diagnose::{print_notes, print_warnings};
 pub use error::CliError;
@@ -27,8 +27,10 @@ pub use live_preview::LivePreview;
 pub use memory_stats::MemoryStats;
 pub use output_file::{OutputFile, format_of};
 pub use progress::{ProgressMode, ProgressOptions};
-pub use render_summary::RenderSummary;
-pub use stats::{PerRayKind, PrimitiveCounts, TreeFigures};
+pub use render_summary::{PictureWindow, RenderSummary};
+pub use stats::{
+    PrimitiveCounts, TreeFigures, mrays_per_s, rays_by_kind, serialize_rates, serialize_rays,
+};
 pub use stderr::{advise, note, printable};
-pub use stdout::{SCHEMA_VERSION, print, print_json, print_raw};
+pub use stdout::{Output, print, print_json, print_output, print_raw};
 pub use table::{bytes, grouped, lines};

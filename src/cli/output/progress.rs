@@ -4,6 +4,7 @@
 use super::error::CliError;
 use super::interrupt;
 use super::live_preview::{LivePreview, PreviewWriter};
+use super::stats::mrays_per_s;
 use super::stderr::note;
 use clap::ValueEnum;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -185,7 +186,7 @@ impl ProgressState {
             of,
             fraction: pixels as f64 / of.max(1) as f64,
             rays,
-            mrays_per_s: rays as f64 / 1e6 / seconds.max(1e-9),
+            mrays_per_s: mrays_per_s(rays, seconds),
             seconds,
             seconds_left: (rendered > 0).then_some(left),
         }

@@ -3,6 +3,36 @@
 use phalanx::frame::{Integrator, Sampling, Settings};
 use serde::{Deserialize, Serialize};
 
+/// Size of a picture, and its position if it is a region of a larger one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PictureWindow {
+    pub width: u32,
+    pub height: u32,
+    /// Position of a region: column and row of its upper left pixel, and the size of the whole
+    /// picture. Older records are of no region.
+    #[serde(default)]
+    region: Option<[u32; 4]>,
+}
+
+impl PictureWindow {
+    /// The window of these settings.
+    pub fn of(settings: &Settings) -> PictureWindow {
+        let Settings { width, height, .. } = *settings;
+        PictureWindow {
+            width: settings.window().width,
+            height: settings.window().height,
+            region: settings.region.map(|r| [r.x, r.y, width, height]),
+        }
+    }
+
+    /// The position in words; empty if there is none.
+    pub fn region_words(&self) -> String {
+        self.region.map_or(String::new(), |[x, y, width, height]| {
+            format!(" from ({x}, {y}) of {width}x{height}")
+        })
+    }
+}
+
 /// The settings that change the picture. A record without one is older than the setting, and has
 /// the only value that existed then.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use super::table::grouped;
 use phalanx::frame::TreeStats;
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// Primitives by kind.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -39,10 +39,9 @@ impl PrimitiveCounts {
             counted(self.cones, "cone"),
         ];
         let words: Vec<_> = kinds.into_iter().flatten().collect();
-        if words.is_empty() {
-            "none".to_owned()
-        } else {
-            words.join(", ")
+        match words.is_empty() {
+            true => "none".to_owned(),
+            false => words.join(", "),
         }
     }
 }
@@ -58,6 +57,13 @@ pub struct TreeFigures {
     pub sah: f64,
 }
 
+impl TreeFigures {
+    /// The size in words.
+    pub fn words(&self) -> String {
+        format!("{} nodes, depth {}", grouped(self.nodes as u64), self.depth)
+    }
+}
+
 impl From<TreeStats> for TreeFigures {
     fn from(stats: TreeStats) -> TreeFigures {
         TreeFigures {
@@ -68,54 +74,34 @@ impl From<TreeStats> for TreeFigures {
     }
 }
 
-/// One number per kind of ray, and the total.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct PerRayKind<T> {
-    pub primary: T,
-    pub shadow: T,
-    pub reflection: T,
-    pub refraction: T,
-    pub total: T,
+/// Rays of each kind and of all kinds, under the names that documents and tables give them.
+pub fn rays_by_kind(rays: &RayCounts) -> [(&'static str, u64); 5] {
+    [
+        ("primary", rays.primary),
+        ("shadow", rays.shadow),
+        ("reflection", rays.reflection),
+        ("refraction", rays.refraction),
+        ("total", rays.total()),
+    ]
 }
 
-impl PerRayKind<u64> {
-    /// Rays as counted.
-    pub fn of(rays: &RayCounts) -> PerRayKind<u64> {
-        PerRayKind {
-            primary: rays.primary,
-            shadow: rays.shadow,
-            reflection: rays.reflection,
-            refraction: rays.refraction,
-            total: rays.total(),
-        }
-    }
-
-    /// Millions of rays a second of the whole render, for each kind: they add up to the total.
-    pub fn mrays_per_s(&self, seconds: f64) -> PerRayKind<f64> {
-        let speed = |rays: u64| {
-            if seconds > 0.0 {
-                rays as f64 / 1e6 / seconds
-            } else {
-                0.0
-            }
-        };
-        PerRayKind {
-            primary: speed(self.primary),
-            shadow: speed(self.shadow),
-            reflection: speed(self.reflection),
-            refraction: speed(self.refraction),
-            total: speed(self.total),
-        }
-    }
+/// Serializes rays by kind, as an object.
+pub fn serialize_rays<S: Serializer>(rays: &RayCounts, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(rays_by_kind(rays))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Serializes a rate for each kind of ray, as an object.
+pub fn serialize_rates<S: Serializer>(
+    rates: &[(&'static str, f64); 5],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(*rates)
+}
 
-    #[test]
-    fn no_time_gives_no_speed() {
-        let kinds = PerRayKind::of(&RayCounts::default()).mrays_per_s(0.0);
-        assert_eq!(kinds, PerRayKind::default());
+/// Millions of rays a second. Rates of the kinds, each for all of the time, add up to the total.
+pub fn mrays_per_s(rays: u64, seconds: f64) -> f64 {
+    match seconds > 0.0 {
+        true => rays as f64 / 1e6 / seconds,
+        false => 0.0,
     }
 }

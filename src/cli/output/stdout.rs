@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Version of every JSON document of the command line; it rises when a key changes its meaning or
 /// is removed.
-pub const SCHEMA_VERSION: u32 = 1;
+const SCHEMA_VERSION: u32 = 1;
 
 /// True if a file's bytes go to stdout: other text there would get mixed with them.
 static STDOUT_TAKEN: AtomicBool = AtomicBool::new(false);
@@ -43,10 +43,33 @@ pub fn print_raw(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Writes one JSON document to the place of results.
+/// Result of a command, that programs and people read.
+pub trait Output: Serialize {
+    /// The text for people.
+    fn table(&self) -> String;
+}
+
+/// Writes a result to the place of results: as JSON, or its table.
+pub fn print_output(output: &impl Output, json: bool) -> Result<(), CliError> {
+    match json {
+        true => print_json(output),
+        false => print(&output.table()),
+    }
+}
+
+/// Writes one JSON document to the place of results, with its version before its own keys.
 pub fn print_json(document: &impl Serialize) -> Result<(), CliError> {
-    let text = serde_json::to_string_pretty(document)
-        .map_err(|e| CliError::Runtime(format!("cannot write JSON: {e}")))?;
+    #[derive(Serialize)]
+    struct VersionedDocument<'a, T> {
+        schema_version: u32,
+        #[serde(flatten)]
+        document: &'a T,
+    }
+    let text = serde_json::to_string_pretty(&VersionedDocument {
+        schema_version: SCHEMA_VERSION,
+        document,
+    })
+    .map_err(|e| CliError::Runtime(format!("cannot write JSON: {e}")))?;
     // The texts in it are escaped already, in JSON's own way.
     print_raw(&(text + "\n"))
 }

@@ -17,7 +17,6 @@ use bar::BenchProgressBar;
 use baseline::Baseline;
 use measure::{BenchScene, measure_scene, record};
 use phalanx::bench::{BenchPlan, DumpError, Measured, SceneInfo, Suite, SuiteScene, dump};
-use phalanx::image::replace_file;
 use phalanx::peers::Peer;
 use phalanx::peers::embree::EmbreeLibrary;
 use phalanx::report::html::{ScenePictures, page};
@@ -129,17 +128,14 @@ fn dump_rays(
     };
     let scene_input = SceneInput::load(&scene.path, &args.beside, 0)?;
     let mut counts = Vec::new();
-    let written = interrupt::block_signals(path, || {
-        replace_file(path, |file| {
-            let dumped = dump(&scene_input.scene, &scene.info, plan, file);
-            counts = dumped.map_err(|error| match error {
-                DumpError::Io(error) => error,
-                other => std::io::Error::other(other),
-            })?;
-            Ok(())
-        })
+    interrupt::write_file(path, |file| {
+        let dumped = dump(&scene_input.scene, &scene.info, plan, file);
+        counts = dumped.map_err(|error| match error {
+            DumpError::Io(error) => error,
+            other => std::io::Error::other(other),
+        })?;
+        Ok(())
     })?;
-    written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))?;
     let counts: Vec<String> = counts
         .iter()
         .map(|(kind, rays)| format!("{} {kind}", output::grouped(*rays as u64)))
@@ -254,10 +250,7 @@ fn compare(paths: &[PathBuf]) -> Result<(), CliError> {
 }
 
 fn save(path: &Path, text: &str) -> Result<(), CliError> {
-    interrupt::block_signals(path, || {
-        replace_file(path, |file| file.write_all(text.as_bytes()))
-    })?
-    .map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
+    interrupt::write_file(path, |file| file.write_all(text.as_bytes()))
 }
 
 /// Writes the suite with the answers found in place of the expected ones.

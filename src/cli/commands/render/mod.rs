@@ -9,10 +9,7 @@ mod shard_index;
 pub use args::RenderArgs;
 
 use crate::cli::options::{SceneInput, Sequence, film_bytes, stem};
-use crate::cli::output::{
-    self, CliError, LivePreview, MemoryStats, OutputFile, ProgressOptions, format_of, interrupt,
-    progress,
-};
+use crate::cli::output::{self, CliError, LivePreview, MemoryStats, OutputFile, ProgressOptions, format_of, interrupt, mrays_per_s, progress};
 use phalanx::frame::{Accel, Aov, Engine, Settings};
 use phalanx::image::ImageFormat;
 use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, render_bands};
@@ -82,25 +79,14 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let seconds = RenderSeconds {
         load,
         build,
-        render: work.render,
-        write: work.write,
+        ..work.seconds
     };
     let film = films * film_bytes(&settings);
+    let memory = MemoryStats::of(scene, &tree, film, scene_input.mapped_bytes);
     let image = RenderImage::new(&settings, &output.path, sequence.map(|s| s.frames));
-    let report = RenderDocument::new(name, scene, &settings, image)
-        .with_tree(tree)
-        .with_memory(MemoryStats::of(
-            scene,
-            &tree,
-            film,
-            scene_input.mapped_bytes,
-        ))
-        .with_work(&work.stats, seconds);
-    if args.json {
-        output::print_json(&report)
-    } else {
-        output::print(&report.table())
-    }
+    let sizes = (tree, memory);
+    let report = RenderDocument::new(name, scene, &settings, image, sizes, &work.stats, seconds);
+    output::print_output(&report, args.json)
 }
 
 /// Refuses files that cannot be written, before the scene is read.
@@ -155,12 +141,11 @@ struct Job<'a> {
     settings: &'a Settings,
 }
 
-/// Totals of rendering: its counts, its seconds, and the seconds of the rest of writing.
+/// Totals of rendering and writing.
 #[derive(Default)]
 struct RenderTotals {
     stats: RenderStats,
-    render: f64,
-    write: f64,
+    seconds: RenderSeconds,
 }
 
 impl Job<'_> {
@@ -183,17 +168,17 @@ impl Job<'_> {
             let checkpoint = self.args.keep.checkpoint.as_deref();
             let checkpoint = checkpoint.map(|path| sequence.name(path, frame));
             let work = self.render(scene, &output, checkpoint.as_deref())?;
+            let RenderSeconds { render, write, .. } = work.seconds;
             if !self.args.json {
-                let speed = work.stats.rays.total() as f64 / 1e6 / work.render.max(1e-9);
                 output::print(&format!(
-                    "frame {frame}: {:.3} seconds, {speed:.3} Mrays/s, {}\n",
-                    work.render,
+                    "frame {frame}: {render:.3} seconds, {:.3} Mrays/s, {}\n",
+                    mrays_per_s(work.stats.rays.total(), render),
                     output.path.display()
                 ))?;
             }
             all.stats.add(&work.stats);
-            all.render += work.render;
-            all.write += work.write;
+            all.seconds.render += render;
+            all.seconds.write += write;
         }
         Ok(all)
     }
@@ -231,8 +216,11 @@ impl Job<'_> {
         )?;
         Ok(RenderTotals {
             stats: banded.stats,
-            render: banded.seconds,
-            write: start.elapsed().as_secs_f64() - banded.seconds,
+            seconds: RenderSeconds {
+                render: banded.seconds,
+                write: start.elapsed().as_secs_f64() - banded.seconds,
+                ..RenderSeconds::default()
+            },
         })
     }
 }
@@ -275,13 +263,7 @@ fn write(
     };
     // Done even after an interruption, so that finished tiles are not lost.
     tiles.sync()?;
-    written.map_err(|error| match error {
-        CliError::Interrupted => CliError::Resumable(format!(
-            "finished tiles are kept in {}; the same command goes on from there",
-            tiles.path().display()
-        )),
-        other => other,
-    })
+    written.map_err(|error| shard::resumable(error, tiles))
 }
 
 /// Number of films in memory at a time: one that is rendered, and one that is written. A file that

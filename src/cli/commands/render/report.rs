@@ -1,12 +1,9 @@
 //! Report of a render, as a table and as a JSON document.
 
-use crate::cli::output::{
-    MemoryStats, PerRayKind, PrimitiveCounts, RenderSummary, SCHEMA_VERSION, TreeFigures, grouped,
-    lines, origin_row,
-};
+use crate::cli::output::{MemoryStats, Output, PictureWindow, PrimitiveCounts, RenderSummary, TreeFigures, grouped, lines, mrays_per_s, origin_row, rays_by_kind, serialize_rates, serialize_rays};
 use phalanx::frame::{Engine, Settings, TreeStats};
 use phalanx::isa;
-use phalanx::render::RenderStats;
+use phalanx::render::{RayCounts, RenderStats};
 use phalanx::scene::Scene;
 use serde::Serialize;
 use std::ops::RangeInclusive;
@@ -15,7 +12,6 @@ use std::path::Path;
 /// The document of `render --json`.
 #[derive(Debug, Serialize)]
 pub struct RenderDocument {
-    schema_version: u32,
     scene: String,
     engine: &'static str,
     /// `None` for the scalar engine, which has none.
@@ -31,8 +27,10 @@ pub struct RenderDocument {
     origin: [f64; 3],
     bvh: TreeFigures,
     seconds: RenderSeconds,
-    rays: PerRayKind<u64>,
-    mrays_per_s: PerRayKind<f64>,
+    #[serde(serialize_with = "serialize_rays")]
+    rays: RayCounts,
+    #[serde(serialize_with = "serialize_rates")]
+    mrays_per_s: [(&'static str, f64); 5],
     /// `None` for the scalar engine.
     occupancy: Option<f64>,
     memory: MemoryStats,
@@ -41,11 +39,8 @@ pub struct RenderDocument {
 /// The picture and its path.
 #[derive(Debug, Serialize)]
 pub struct RenderImage {
-    width: u32,
-    height: u32,
-    /// Position of a region: column and row of its upper left pixel, and the size of the whole
-    /// picture.
-    region: Option<[u32; 4]>,
+    #[serde(flatten)]
+    window: PictureWindow,
     /// The first and the last frame of a sequence.
     frames: Option<[u32; 2]>,
     path: String,
@@ -59,11 +54,7 @@ impl RenderImage {
         frames: Option<RangeInclusive<u32>>,
     ) -> RenderImage {
         RenderImage {
-            width: settings.window().width,
-            height: settings.window().height,
-            region: settings
-                .region
-                .map(|r| [r.x, r.y, settings.width, settings.height]),
+            window: PictureWindow::of(settings),
             frames: frames.map(|frames| [*frames.start(), *frames.end()]),
             path: path.to_string_lossy().into_owned(),
         }
@@ -80,17 +71,19 @@ pub struct RenderSeconds {
 }
 
 impl RenderDocument {
-    /// A report of the settings; the figures come with [`RenderDocument::with_tree`] and
-    /// [`RenderDocument::with_work`].
+    /// A report of a render with its tree, its memory, and the seconds of each part.
     pub fn new(
         path: &Path,
         scene: &Scene,
         settings: &Settings,
         image: RenderImage,
+        (tree, memory): (TreeStats, MemoryStats),
+        stats: &RenderStats,
+        seconds: RenderSeconds,
     ) -> RenderDocument {
         let simd = settings.engine == Engine::Simd;
+        let rate = |(kind, rays)| (kind, mrays_per_s(rays, seconds.render));
         RenderDocument {
-            schema_version: SCHEMA_VERSION,
             scene: path.to_string_lossy().into_owned(),
             engine: if simd { "simd" } else { "scalar" },
             kernel: simd.then(|| settings.kernel.name()),
@@ -101,121 +94,70 @@ impl RenderDocument {
             summary: RenderSummary::of(settings),
             primitives: PrimitiveCounts::of(scene),
             origin: scene.origin,
-            bvh: TreeFigures::default(),
-            seconds: RenderSeconds::default(),
-            rays: PerRayKind::default(),
-            mrays_per_s: PerRayKind::default(),
-            occupancy: None,
-            memory: MemoryStats::default(),
-        }
-    }
-
-    /// Adds the tree's figures.
-    pub fn with_tree(self, stats: TreeStats) -> RenderDocument {
-        RenderDocument {
-            bvh: stats.into(),
-            ..self
-        }
-    }
-
-    /// Adds the memory figures.
-    pub fn with_memory(self, memory: MemoryStats) -> RenderDocument {
-        RenderDocument { memory, ..self }
-    }
-
-    /// Adds the render's figures, and the seconds of each part.
-    pub fn with_work(self, stats: &RenderStats, seconds: RenderSeconds) -> RenderDocument {
-        let rays = PerRayKind::of(&stats.rays);
-        RenderDocument {
+            bvh: tree.into(),
             seconds,
-            rays,
-            mrays_per_s: rays.mrays_per_s(seconds.render),
+            rays: stats.rays,
+            mrays_per_s: rays_by_kind(&stats.rays).map(rate),
             occupancy: stats.occupancy(),
-            ..self
+            memory,
         }
     }
 
-    /// The report for people.
-    pub fn table(&self) -> String {
-        let RenderDocument {
-            image,
-            seconds,
-            bvh,
-            ..
-        } = self;
-        let kernel = self.kernel.map_or(String::new(), |k| format!("/{k}"));
-        let plural = if self.threads == 1 { "" } else { "s" };
+    fn ray_table(&self) -> String {
+        let mut text = format!("{:<12} {:>18} {:>10}\n", "rays", "count", "Mrays/s");
+        for ((kind, rays), (_, speed)) in rays_by_kind(&self.rays).iter().zip(self.mrays_per_s) {
+            let rays = grouped(*rays);
+            text.push_str(&format!("  {kind:<10} {rays:>18} {speed:>10.3}\n"));
+        }
+        text
+    }
+}
+
+impl Output for RenderDocument {
+    fn table(&self) -> String {
+        let PictureWindow { width, height, .. } = self.image.window;
+        let region = self.image.window.region_words();
         let asked = self.summary.words();
-        let region = image.region.map_or(String::new(), |[x, y, width, height]| {
-            format!(" from ({x}, {y}) of {width}x{height}")
-        });
+        let (engine, isa, threads) = (self.engine, self.isa, self.threads);
+        let kernel = self.kernel.map_or(String::new(), |k| format!("/{k}"));
+        let plural = if threads == 1 { "" } else { "s" };
+        let RenderSeconds {
+            load,
+            build,
+            render,
+            write,
+        } = self.seconds;
         let mut rows = vec![
             (
                 "scene",
-                format!(
-                    "{}, {}x{}{region}, {asked}",
-                    self.scene, image.width, image.height
-                ),
+                format!("{}, {width}x{height}{region}, {asked}", self.scene),
             ),
             (
                 "engine",
-                format!(
-                    "{}{kernel} on {}, {} thread{plural}",
-                    self.engine, self.isa, self.threads
-                ),
+                format!("{engine}{kernel} on {isa}, {threads} thread{plural}"),
             ),
             ("primitives", self.primitives.words()),
-            (
-                "tree",
-                format!("{} nodes, depth {}", grouped(bvh.nodes as u64), bvh.depth),
-            ),
+            ("tree", self.bvh.words()),
             (
                 "seconds",
-                format!(
-                    "load {:.3}, build {:.3}, render {:.3}, write {:.3}",
-                    seconds.load, seconds.build, seconds.render, seconds.write
-                ),
+                format!("load {load:.3}, build {build:.3}, render {render:.3}, write {write:.3}"),
             ),
         ];
         if let Some(row) = origin_row(self.origin) {
             rows.insert(1, row);
         }
-        let mut after = Vec::new();
-        if let Some(share) = self.occupancy {
-            after.push((
-                "occupancy",
-                format!("{:.1} % of packet lanes", 100.0 * share),
-            ));
-        }
+        let share = |share: f64| format!("{:.1} % of packet lanes", 100.0 * share);
+        let occupancy = self.occupancy.map(|lanes| ("occupancy", share(lanes)));
+        let mut after: Vec<_> = occupancy.into_iter().collect();
         after.extend(self.memory.rows());
-        after.push(("written", image.path.clone()));
+        after.push(("written", self.image.path.clone()));
         format!("{}\n{}\n{}", lines(&rows), self.ray_table(), lines(&after))
-    }
-
-    fn ray_table(&self) -> String {
-        let (n, s) = (&self.rays, &self.mrays_per_s);
-        let kinds = [
-            ("primary", n.primary, s.primary),
-            ("shadow", n.shadow, s.shadow),
-            ("reflection", n.reflection, s.reflection),
-            ("refraction", n.refraction, s.refraction),
-            ("total", n.total, s.total),
-        ];
-        let mut text = format!("{:<12} {:>18} {:>10}\n", "rays", "count", "Mrays/s");
-        for (kind, rays, speed) in kinds {
-            text.push_str(&format!(
-                "  {kind:<10} {:>18} {speed:>10.3}\n",
-                grouped(rays)
-            ));
-        }
-        text
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use phalanx::render::RayCounts;
 
     fn report() -> RenderDocument {
         let scene = Scene::default();
@@ -248,16 +190,14 @@ mod tests {
             wide_bytes: 3,
         };
         let image = RenderImage::new(&settings, Path::new("out.png"), None);
-        let report = RenderDocument::new(Path::new("a.test"), &scene, &settings, image);
-        let memory = MemoryStats::of(&scene, &stats, 1 << 20, 0);
-        let report = report.with_tree(stats).with_memory(memory);
-        report.with_work(&work, seconds)
+        let sizes = (stats, MemoryStats::of(&scene, &stats, 1 << 20, 0));
+        let name = Path::new("a.test");
+        RenderDocument::new(name, &scene, &settings, image, sizes, &work, seconds)
     }
 
     #[test]
     fn the_document_has_the_promised_keys() {
         let json = serde_json::to_value(report()).unwrap();
-        assert_eq!(json["schema_version"], 1);
         assert_eq!(json["engine"], "simd");
         assert_eq!(json["isa"], isa::compiled_level());
         assert_eq!(json["threads"], 2);

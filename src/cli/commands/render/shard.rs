@@ -3,16 +3,13 @@
 use super::args::{RenderArgs, Shard};
 use super::shard_index;
 use crate::cli::commands::plan;
-use crate::cli::output::{
-    self, CliError, ProgressOptions, SCHEMA_VERSION, grouped, interrupt, lines, progress,
-};
+use crate::cli::output::{self, CliError, Output, ProgressOptions, grouped, interrupt, lines, mrays_per_s, progress};
 use phalanx::jobs::{BandStats, RenderPlan, TileFile, render_to_file};
 use serde::Serialize;
 use std::path::Path;
 
 #[derive(Debug, Serialize)]
 struct ShardDocument<'a> {
-    schema_version: u32,
     shard: u32,
     shards: u32,
     /// Tiles of the shard.
@@ -60,54 +57,34 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     });
     // Done even after an interruption, so that finished tiles are not lost.
     file.sync()?;
-    let BandStats { stats, seconds } = done.map_err(|error| match error {
-        CliError::Interrupted => CliError::Resumable(format!(
-            "finished tiles are kept in {}; the same command goes on from there",
-            name.display()
-        )),
-        other => other,
-    })?;
+    let BandStats { stats, seconds } = done.map_err(|error| resumable(error, &file))?;
     let rays = stats.rays.total();
-    let speed = if seconds > 0.0 {
-        rays as f64 / 1e6 / seconds
-    } else {
-        0.0
+    let document = ShardDocument {
+        shard,
+        shards: plan.shards,
+        tiles,
+        kept,
+        rays,
+        seconds,
+        mrays_per_s: mrays_per_s(rays, seconds),
+        path: &name,
     };
-    if args.json {
-        return output::print_json(&ShardDocument {
-            schema_version: SCHEMA_VERSION,
-            shard,
-            shards: plan.shards,
-            tiles,
-            kept,
-            rays,
-            seconds,
-            mrays_per_s: speed,
-            path: &name,
-        });
+    output::print_output(&document, args.json)
+}
+
+impl Output for ShardDocument<'_> {
+    fn table(&self) -> String {
+        let before = match self.kept {
+            0 => String::new(),
+            kept => format!(", {} of them earlier", grouped(kept as u64)),
+        };
+        let tiles = grouped(self.tiles as u64);
+        let shard = format!("{} of {}: {tiles} tiles{before}", self.shard, self.shards);
+        let (rays, speed, seconds) = (grouped(self.rays), self.mrays_per_s, self.seconds);
+        let rays = format!("{rays}, {speed:.3} Mrays/s, {seconds:.3} seconds");
+        let path = self.path.display().to_string();
+        lines(&[("shard", shard), ("rays", rays), ("written", path)])
     }
-    let before = match kept {
-        0 => String::new(),
-        kept => format!(", {} of them earlier", grouped(kept as u64)),
-    };
-    output::print(&lines(&[
-        (
-            "shard",
-            format!(
-                "{shard} of {}: {} tiles{before}",
-                plan.shards,
-                grouped(tiles as u64)
-            ),
-        ),
-        (
-            "rays",
-            format!(
-                "{}, {speed:.3} Mrays/s, {seconds:.3} seconds",
-                grouped(rays)
-            ),
-        ),
-        ("written", name.display().to_string()),
-    ]))
 }
 
 /// Warns on stderr of the tiles of a file that must be rendered again.
@@ -118,5 +95,16 @@ pub fn warn_damaged(file: &TileFile, name: &Path) {
             name.display(),
             grouped(file.damaged() as u64)
         ));
+    }
+}
+
+/// Says of an interruption that the finished tiles are in a file.
+pub fn resumable(error: CliError, file: &TileFile) -> CliError {
+    match error {
+        CliError::Interrupted => CliError::Resumable(format!(
+            "finished tiles are kept in {}; the same command goes on from there",
+            file.path().display()
+        )),
+        other => other,
     }
 }

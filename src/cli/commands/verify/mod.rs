@@ -7,12 +7,11 @@ use crate::cli::options::{
     FrameArgs, KernelSet, PictureArgs, SceneArgs, SceneInput, TreeArgs, kernels_parser,
     parse_thread_count,
 };
-use crate::cli::output::{
-    self, CliError, PerRayKind, ProgressMode, RenderSummary, SCHEMA_VERSION, interrupt, progress,
-};
+use crate::cli::output::{self, CliError, PictureWindow, ProgressMode, RenderSummary, interrupt, progress, serialize_rays};
 use clap::Args;
 use phalanx::frame::{Accel, Aov, Engine, Frame, Settings};
 use phalanx::isa;
+use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
 use pixel_diff::{FilmDifference, first_difference};
 use pixel_hashes::{PixelHashFile, PixelHashes};
@@ -57,7 +56,6 @@ const FILM_PIXELS: u64 = 1 << 28;
 
 #[derive(Debug, Serialize)]
 struct VerifyDocument {
-    schema_version: u32,
     isa: &'static str,
     identical: bool,
     scenes: Vec<SceneOutcome>,
@@ -66,16 +64,14 @@ struct VerifyDocument {
 #[derive(Debug, Serialize)]
 struct SceneOutcome {
     scene: String,
-    width: u32,
-    height: u32,
-    /// Position of a region: column and row of its upper left pixel, and the size of the whole
-    /// picture.
-    region: Option<[u32; 4]>,
+    #[serde(flatten)]
+    window: PictureWindow,
     max_depth: u32,
     #[serde(flatten)]
     summary: RenderSummary,
     /// Rays of the scalar engine.
-    rays: PerRayKind<u64>,
+    #[serde(serialize_with = "serialize_rays")]
+    rays: RayCounts,
     runs: Vec<KernelRun>,
     /// The comparison with `--against`, if it was requested.
     against: Option<Against>,
@@ -87,7 +83,8 @@ struct KernelRun {
     kernel: &'static str,
     threads: usize,
     identical: bool,
-    rays: PerRayKind<u64>,
+    #[serde(serialize_with = "serialize_rays")]
+    rays: RayCounts,
     first_difference: Option<FilmDifference>,
 }
 
@@ -133,21 +130,19 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
         }
     }
     if let Some(path) = &args.record {
-        interrupt::block_signals(path, || PixelHashFile::new(kept).save(path))??;
+        PixelHashFile::new(kept).save(path)?;
     }
     let identical = scenes.iter().all(SceneOutcome::identical);
     if args.json {
         output::print_json(&VerifyDocument {
-            schema_version: SCHEMA_VERSION,
             isa: isa::compiled_level(),
             identical,
             scenes,
         })?;
     }
-    if identical {
-        Ok(())
-    } else {
-        Err(CliError::Mismatch)
+    match identical {
+        true => Ok(()),
+        false => Err(CliError::Mismatch),
     }
 }
 
@@ -197,14 +192,10 @@ fn verify(
     };
     let outcome = SceneOutcome {
         scene: path.to_string_lossy().into_owned(),
-        width: settings.window().width,
-        height: settings.window().height,
-        region: settings
-            .region
-            .map(|r| [r.x, r.y, settings.width, settings.height]),
+        window: PictureWindow::of(&settings),
         max_depth: settings.max_depth,
         summary: RenderSummary::of(&settings),
-        rays: PerRayKind::of(&reference.stats.rays),
+        rays: reference.stats.rays,
         runs: runs(args, path, scene_input, &settings, &reference)?,
         against,
     };
@@ -294,7 +285,7 @@ impl KernelRun {
             kernel: settings.kernel.name(),
             threads: settings.threads,
             identical: first_difference.is_none() && reference.stats.rays == frame.stats.rays,
-            rays: PerRayKind::of(&frame.stats.rays),
+            rays: frame.stats.rays,
             first_difference,
         }
     }
@@ -306,7 +297,7 @@ impl KernelRun {
             Some(difference) => format!("DIFFERENT, {difference}"),
             None => format!(
                 "DIFFERENT, in rays traced: scalar {:?}, simd {:?}",
-                PerRayKind::of(&reference.stats.rays),
+                reference.stats.rays,
                 self.rays
             ),
         };

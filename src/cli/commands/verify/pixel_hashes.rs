@@ -5,13 +5,11 @@
 //! hexadecimal digits a pixel.
 
 use super::pixel_diff::PixelBits;
-use crate::cli::output::{CliError, RenderSummary};
+use crate::cli::output::{CliError, PictureWindow, RenderSummary, interrupt};
 use phalanx::frame::Settings;
-use phalanx::image::replace_file;
 use phalanx::render::Film;
 use phalanx::scene::{OutputEncoding, Quantize, Transfer};
 use serde::{Deserialize, Serialize};
-use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read};
 use std::path::{Path, PathBuf};
@@ -35,12 +33,8 @@ pub struct PixelHashFile {
 pub struct PixelHashes {
     /// The scene's file name, without folders, so that a record can travel.
     scene: String,
-    width: u32,
-    height: u32,
-    /// Position of a region: column and row of its upper left pixel, and the size of the whole
-    /// picture. Older records are of no region.
-    #[serde(default)]
-    region: Option<[u32; 4]>,
+    #[serde(flatten)]
+    window: PictureWindow,
     max_depth: u32,
     #[serde(flatten)]
     summary: RenderSummary,
@@ -61,17 +55,15 @@ impl PixelHashFile {
 
     /// Writes the record, whole or not at all.
     pub fn save(&self, path: &Path) -> Result<(), CliError> {
-        let written = replace_file(path, |writer| {
+        interrupt::write_file(path, |writer| {
             serde_json::to_writer_pretty(BufWriter::new(writer), self).map_err(io::Error::other)
-        });
-        written.map_err(|e| CliError::Runtime(format!("cannot write {}: {e}", path.display())))
+        })
     }
 
     /// Reads a record.
     pub fn load(path: &Path) -> Result<PixelHashFile, CliError> {
         let name = path.display();
-        let unreadable = |e: &dyn Display| CliError::Runtime(format!("cannot read {name}: {e}"));
-        let file = File::open(path).map_err(|e| unreadable(&e))?;
+        let file = File::open(path).map_err(|e| CliError::cannot_read(&name, e))?;
         // A regular file ends. A device may not, so reading it stops at the first byte that is
         // wrong, or one too many.
         let most = match file.metadata().is_ok_and(|file| file.is_file()) {
@@ -81,7 +73,7 @@ impl PixelHashFile {
         let reader = BufReader::with_capacity(1 << 16, file.take(most));
         let record: PixelHashFile =
             serde_json::from_reader(reader).map_err(|e| match e.is_io() {
-                true => unreadable(&e),
+                true => CliError::cannot_read(&name, e),
                 false => CliError::Runtime(format!("{name}: not a record of verify: {e}")),
             })?;
         if record.schema_version != SCHEMA_VERSION {
@@ -126,10 +118,10 @@ impl PixelHashFile {
             )));
         }
         let rows = [&kept.hits, &kept.radiance];
-        let whole = |row: &String| row.len() == kept.width as usize * DIGITS;
+        let whole = |row: &String| row.len() == kept.window.width as usize * DIGITS;
         if rows
             .iter()
-            .any(|r| r.len() != kept.height as usize || !r.iter().all(whole))
+            .any(|r| r.len() != kept.window.height as usize || !r.iter().all(whole))
         {
             return Err(CliError::Runtime(format!(
                 "the record of {name} is damaged"
@@ -160,11 +152,7 @@ impl PixelHashes {
         };
         PixelHashes {
             scene: name_of(path),
-            width: settings.window().width,
-            height: settings.window().height,
-            region: settings
-                .region
-                .map(|r| [r.x, r.y, settings.width, settings.height]),
+            window: PictureWindow::of(settings),
             max_depth: settings.max_depth,
             summary: RenderSummary::of(settings),
             transfer: transfer.to_owned(),
@@ -199,13 +187,14 @@ impl PixelHashes {
     }
 
     fn describe(&self) -> String {
-        let asked = self.summary.words();
-        let region = self.region.map_or(String::new(), |[x, y, width, height]| {
-            format!(" from ({x}, {y}) of {width}x{height}")
-        });
+        let PictureWindow { width, height, .. } = self.window;
         format!(
-            "{}x{} pixels{region}, max depth {}, {asked}, transfer {}, quantize {}",
-            self.width, self.height, self.max_depth, self.transfer, self.quantize
+            "{width}x{height} pixels{}, max depth {}, {}, transfer {}, quantize {}",
+            self.window.region_words(),
+            self.max_depth,
+            self.summary.words(),
+            self.transfer,
+            self.quantize
         )
     }
 
