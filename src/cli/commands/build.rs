@@ -1,7 +1,9 @@
 //! `phalanx build`.
 
 use crate::cli::options::{SceneArgs, SceneInput, TreeArgs, parse_thread_count};
-use crate::cli::output::{self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, bytes, interrupt, lines};
+use crate::cli::output::{
+    self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, bytes, interrupt, lines,
+};
 use clap::Args;
 use phalanx::cache::{self, CacheWriteError};
 use phalanx::frame::TreeStats;

@@ -106,7 +106,7 @@ fn write(
     let mut losses = DroppedFeatures::new();
     let mut refused = None;
     let mut written = 0;
-    let bar = progress::bytes();
+    let bar = progress::bar(None, "{spinner} {binary_bytes} written in {elapsed}");
     let done = replace_file(path, |out| {
         let mut meter = MeteredWriter {
             out,

@@ -1,7 +1,10 @@
 //! `phalanx info`.
 
 use crate::cli::options::{SceneArgs, SceneInput, TreeArgs};
-use crate::cli::output::{self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, grouped, interrupt, lines, origin_row, to_file_coordinates};
+use crate::cli::output::{
+    self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, grouped, interrupt, lines,
+    origin_row, to_file_coordinates,
+};
 use clap::Args;
 use phalanx::frame::{Engine, TreeStats};
 use phalanx::scene::{LightShape, Scene};

@@ -1,8 +1,10 @@
 //! `phalanx merge`: joins the shards of a plan into its picture.
 
 use super::plan;
-use crate::cli::options::picture_parser;
-use crate::cli::output::{self, CliError, Output, ProgressOptions, format_of, interrupt, lines, progress};
+use crate::cli::options::named;
+use crate::cli::output::{
+    self, CliError, Output, ProgressOptions, format_of, interrupt, lines, progress,
+};
 use clap::Args;
 use phalanx::frame::Tile;
 use phalanx::image::ImageFormat;
@@ -19,7 +21,7 @@ pub struct MergeArgs {
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
     /// Format of the picture, whatever its name ends in [default for stdout: png]
-    #[arg(long, value_name = "NAME", value_parser = picture_parser())]
+    #[arg(long, value_name = "NAME", value_parser = named(&ImageFormat::ENDINGS))]
     pub format: Option<ImageFormat>,
     /// Print one JSON document instead of lines
     #[arg(long)]
@@ -86,14 +88,7 @@ struct IncompleteShard {
 
 /// The files of all shards, each of which has all of its tiles.
 fn files(path: &Path, plan: &RenderPlan) -> Result<Vec<TileFile>, CliError> {
-    let (mut files, mut missing) = (Vec::new(), Vec::new());
-    let tiles = plan.tiles();
-    for shard in 0..plan.shards {
-        match whole(path, plan, &tiles, shard)? {
-            Ok(file) => files.push(file),
-            Err(why) => missing.push(IncompleteShard { shard, why }),
-        }
-    }
+    let (files, missing) = shards(path, plan)?;
     match missing.is_empty() {
         true => Ok(files),
         false => Err(CliError::Missing(describe_missing(path, plan, &missing))),
@@ -102,14 +97,24 @@ fn files(path: &Path, plan: &RenderPlan) -> Result<Vec<TileFile>, CliError> {
 
 /// The numbers of the shards that cannot be merged yet.
 pub fn missing(path: &Path, plan: &RenderPlan) -> Result<Vec<u32>, CliError> {
-    let mut missing = Vec::new();
+    let (_, missing) = shards(path, plan)?;
+    Ok(missing.iter().map(|missing| missing.shard).collect())
+}
+
+/// The files of the shards that can be merged, and the other shards.
+fn shards(
+    path: &Path,
+    plan: &RenderPlan,
+) -> Result<(Vec<TileFile>, Vec<IncompleteShard>), CliError> {
+    let (mut files, mut missing) = (Vec::new(), Vec::new());
     let tiles = plan.tiles();
     for shard in 0..plan.shards {
-        if whole(path, plan, &tiles, shard)?.is_err() {
-            missing.push(shard);
+        match whole(path, plan, &tiles, shard)? {
+            Ok(file) => files.push(file),
+            Err(why) => missing.push(IncompleteShard { shard, why }),
         }
     }
-    Ok(missing)
+    Ok((files, missing))
 }
 
 /// The file of a shard, or the reason why it cannot be merged yet; `tiles` are those of all shards.

@@ -1,7 +1,9 @@
 //! `phalanx plan`: a picture cut into shards, for many machines.
 
 use crate::cli::options::{GradeArgs, PictureArgs, SceneArgs, SceneInput};
-use crate::cli::output::{self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines};
+use crate::cli::output::{
+    self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines,
+};
 use clap::{Args, FromArgMatches, value_parser};
 use phalanx::frame::Settings;
 use phalanx::image::{Depth, Exposure, ImageFormat};

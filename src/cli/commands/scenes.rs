@@ -1,6 +1,6 @@
 //! `phalanx scenes`: the catalogue of standard scenes.
 
-use crate::cli::output::{self, CliError, Output, grouped};
+use crate::cli::output::{self, CliError, Output, aligned, grouped};
 use clap::Args;
 use phalanx::standard::{self, CATALOGUE, Family, ShapeCounts, Spec, StandardScene};
 use serde::Serialize;
@@ -62,13 +62,13 @@ impl SceneListing {
     }
 
     /// The cells of the table, except the purpose.
-    fn cells(&self) -> [String; COLUMNS] {
+    fn cells(&self) -> Vec<String> {
         let number = |n: u64| match n {
             0 => "-".to_owned(),
             n => grouped(n),
         };
         let [least, most] = self.sizes;
-        [
+        vec![
             self.name.to_owned(),
             short(self.default_size),
             format!("{}..{}", short(least), short(most)),
@@ -81,8 +81,8 @@ impl SceneListing {
     }
 }
 
-const COLUMNS: usize = 8;
-const HEADS: [&str; COLUMNS] = [
+/// Heads of all columns but the last.
+const HEADS: [&str; 8] = [
     "NAME",
     "SIZE",
     "SIZES",
@@ -108,27 +108,17 @@ impl Output for ScenesDocument {
 /// The rows in aligned columns, a heading before each family, and the meanings of the sizes after
 /// them.
 fn table(scenes: &[SceneListing]) -> String {
-    let cells: Vec<_> = scenes.iter().map(SceneListing::cells).collect();
-    let heads = HEADS.map(str::to_owned);
-    let widths: [usize; COLUMNS] = std::array::from_fn(|k| {
-        let column = cells.iter().chain([&heads]).map(|row| row[k].len());
-        column.max().unwrap_or(0)
-    });
-    let line = |row: &[String; COLUMNS], last: &str| {
-        let mut text = format!("{:<1$}", row[0], widths[0]);
-        for (cell, width) in row.iter().zip(widths).skip(1) {
-            text.push_str(&format!("  {cell:>width$}"));
-        }
-        text + "  " + last + "\n"
-    };
-    let mut text = line(&heads, "PURPOSE");
+    let mut rows = vec![HEADS.map(str::to_owned).to_vec()];
+    rows.extend(scenes.iter().map(SceneListing::cells));
+    let lines = aligned(&rows);
+    let mut text = format!("{}  PURPOSE\n", lines[0]);
     let mut family = "";
-    for (row, cells) in scenes.iter().zip(&cells) {
-        if row.family != family {
-            family = row.family;
+    for (scene, line) in scenes.iter().zip(&lines[1..]) {
+        if scene.family != family {
+            family = scene.family;
             text.push_str(heading(family));
         }
-        text.push_str(&line(cells, row.purpose));
+        text.push_str(&format!("{line}  {}\n", scene.purpose));
     }
     text + "\nCounts are those of the default size. Take a scene as standard:NAME or standard:NAME:SIZE, where a command takes a\n\
             scene file; SIZE is a whole number and may end in k or M, as in standard:terrain:20M.\n"

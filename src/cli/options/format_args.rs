@@ -24,12 +24,6 @@ pub fn format_parser() -> impl TypedValueParser<Value = FormatName> {
     })
 }
 
-/// Takes the names of picture formats.
-pub fn picture_parser() -> impl TypedValueParser<Value = ImageFormat> {
-    PossibleValuesParser::new(ImageFormat::ENDINGS.map(|(name, _)| name))
-        .map(|name| picture_named(&name).unwrap_or(ImageFormat::Png))
-}
-
 fn picture_named(name: &str) -> Option<ImageFormat> {
     let mut all = ImageFormat::ENDINGS.iter();
     let named = all.find(|(ending, _)| *ending == name);

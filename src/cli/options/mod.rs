@@ -8,18 +8,17 @@ mod frames;
 mod grade_args;
 #[allow(unsafe_code, reason = "the allocator's settings have no safe name")]
 mod heap;
+mod named;
 mod picture_args;
 mod scene_args;
 mod scene_input;
 mod work_args;
 
 pub use budget::film_bytes;
-pub use format_args::picture_parser;
 pub use frames::{FrameArgs, Sequence};
 pub use grade_args::GradeArgs;
+pub use named::named;
 pub use picture_args::{PictureArgs, parse_size};
 pub use scene_args::SceneArgs;
 pub use scene_input::{SceneInput, stem};
-pub use work_args::{
-    KernelSet, TreeArgs, WorkArgs, kernels_parser, parse_thread_count, quality_parser,
-};
+pub use work_args::{KernelSet, TreeArgs, WorkArgs, kernels_parser, parse_thread_count};

@@ -1,6 +1,7 @@
 //! The options that change the picture. `render` has them and `verify`, because all of them are
 //! verified.
 
+use super::named::{described, named};
 use crate::cli::output::CliError;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
@@ -49,7 +50,7 @@ pub struct PictureArgs {
     pub threshold: f32,
     /// Pixel filter, where a pixel has several camera rays: its square, a tent over its
     /// neighbours, or Mitchell's cubic, which is sharper
-    #[arg(long, value_name = "NAME", default_value = "box", value_parser = filter_parser())]
+    #[arg(long, value_name = "NAME", default_value = "box", value_parser = named(&Filter::ALL))]
     pub filter: Filter,
     /// Diameter of the lens that camera rays come through, in the scene's units: what is not in
     /// focus is blurred, the better the more --spp [default: a pinhole]
@@ -60,8 +61,8 @@ pub struct PictureArgs {
     pub focus: Option<f32>,
     /// Radiance of what camera rays hit: whitted, the light that falls on it; ao (ambient
     /// occlusion), how much of the sky is open above it, for which --spp 64 and more is meant
-    #[arg(long, value_enum, default_value_t = IntegratorArg::Whitted)]
-    pub integrator: IntegratorArg,
+    #[arg(long, default_value = "whitted", value_parser = described(INTEGRATORS))]
+    pub integrator: Integrator,
     /// Reach of --integrator ao in the scene's units: hits beyond do not count
     /// [default: everything counts]
     #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]
@@ -75,19 +76,18 @@ pub struct PictureArgs {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = aov_parser())]
     pub aov: Vec<Aovs>,
     /// Transfer curve of the written samples [default: the scene format's]
-    #[arg(long, value_enum)]
-    pub transfer: Option<TransferArg>,
+    #[arg(long, value_parser = described(TRANSFERS))]
+    pub transfer: Option<Transfer>,
     /// Quantisation of the written samples [default: the scene format's]
-    #[arg(long, value_enum)]
-    pub quantize: Option<QuantizeArg>,
+    #[arg(long, value_parser = described(QUANTIZERS))]
+    pub quantize: Option<Quantize>,
 }
 
 impl PictureArgs {
     /// Refuses options that would have no effect.
     pub fn check(&self) -> Result<(), CliError> {
-        let ao = matches!(self.integrator, IntegratorArg::Ao);
         match self.ao_distance {
-            Some(_) if !ao => Err(CliError::Usage(
+            Some(_) if self.integrator == Integrator::Whitted => Err(CliError::Usage(
                 "--ao-distance says how far --integrator ao looks: add that, or leave it out"
                     .to_owned(),
             )),
@@ -116,11 +116,11 @@ impl PictureArgs {
                 .aperture
                 .zip(self.focus)
                 .map(|(aperture, focus)| Lens { aperture, focus }),
-            integrator: match self.integrator {
-                IntegratorArg::Whitted => Integrator::Whitted,
-                IntegratorArg::Ao => Integrator::Occlusion {
-                    distance: self.ao_distance.unwrap_or(f32::INFINITY),
-                },
+            integrator: match (self.integrator, self.ao_distance) {
+                (Integrator::Occlusion { .. }, Some(distance)) => {
+                    Integrator::Occlusion { distance }
+                }
+                (integrator, _) => integrator,
             },
             tile: self.tile,
             aovs: self
@@ -147,51 +147,40 @@ impl PictureArgs {
 
     /// The scene's tone with the requested changes.
     pub fn tone(&self, scene: &Scene) -> OutputEncoding {
-        let transfer = self.transfer.map(|t| match t {
-            TransferArg::None => Transfer::None,
-            TransferArg::Srgb => Transfer::Srgb,
-        });
-        let quantize = self.quantize.map(|q| match q {
-            QuantizeArg::Floor => Quantize::Floor,
-            QuantizeArg::Round => Quantize::Round,
-        });
         OutputEncoding {
-            transfer: transfer.unwrap_or(scene.encoding.transfer),
-            quantize: quantize.unwrap_or(scene.encoding.quantize),
+            transfer: self.transfer.unwrap_or(scene.encoding.transfer),
+            quantize: self.quantize.unwrap_or(scene.encoding.quantize),
         }
     }
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum TransferArg {
-    /// Linear values as they are
-    None,
-    /// The sRGB curve
-    Srgb,
-}
+/// Names of `--integrator`.
+const INTEGRATORS: &[(&str, &str, Integrator)] = &[
+    (
+        "whitted",
+        "Shading, shadows, mirror and refracted rays",
+        Integrator::Whitted,
+    ),
+    (
+        "ao",
+        "Ambient occlusion",
+        Integrator::Occlusion {
+            distance: f32::INFINITY,
+        },
+    ),
+];
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum IntegratorArg {
-    /// Shading, shadows, mirror and refracted rays
-    Whitted,
-    /// Ambient occlusion
-    Ao,
-}
+/// Names of `--transfer`.
+const TRANSFERS: &[(&str, &str, Transfer)] = &[
+    ("none", "Linear values as they are", Transfer::None),
+    ("srgb", "The sRGB curve", Transfer::Srgb),
+];
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum QuantizeArg {
-    /// floor(255 c)
-    Floor,
-    /// Nearest
-    Round,
-}
-
-fn filter_parser() -> impl TypedValueParser<Value = Filter> {
-    PossibleValuesParser::new(Filter::ALL.map(|(name, _)| name)).map(|name| {
-        let named = Filter::ALL.iter().find(|(n, _)| *n == name);
-        named.map_or_else(Filter::default, |(_, filter)| *filter)
-    })
-}
+/// Names of `--quantize`.
+const QUANTIZERS: &[(&str, &str, Quantize)] = &[
+    ("floor", "floor(255 c)", Quantize::Floor),
+    ("round", "Nearest", Quantize::Round),
+];
 
 /// Which pixels get many samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -1,7 +1,8 @@
 //! The options that say how a scene's tree is built, and who traces it.
 
+use super::named::{described, named};
+use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
 use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Settings};
 
 /// How the packet engine's tree is built.
@@ -9,7 +10,7 @@ use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Setti
 pub struct TreeArgs {
     /// BVH quality: better trees take longer to build and less time to trace
     /// [default: medium]
-    #[arg(long, value_name = "NAME", value_parser = quality_parser())]
+    #[arg(long, value_name = "NAME", value_parser = named(&Quality::ALL))]
     pub quality: Option<Quality>,
 }
 
@@ -23,6 +24,18 @@ impl TreeArgs {
     }
 }
 
+/// Names of `--pin`.
+const PINS: &[(&str, &str, CoreAffinity)] = &[
+    ("none", "The system places them", CoreAffinity::None),
+    ("cores", "One core each", CoreAffinity::Cores),
+];
+
+/// Names of `--engine`.
+const ENGINES: &[(&str, &str, Engine)] = &[
+    ("simd", "Eight-wide packets", Engine::Simd),
+    ("scalar", "The scalar oracle", Engine::Scalar),
+];
+
 /// Who does the work.
 #[derive(Debug, Args)]
 pub struct WorkArgs {
@@ -30,13 +43,13 @@ pub struct WorkArgs {
     #[arg(long, value_name = "N", value_parser = parse_thread_count)]
     pub threads: Option<usize>,
     /// Bind workers to cores [default: cores if there is a worker for each, else none]
-    #[arg(long, value_enum, value_name = "MODE")]
-    pub pin: Option<PinArg>,
+    #[arg(long, value_name = "MODE", value_parser = described(PINS))]
+    pub pin: Option<CoreAffinity>,
     /// Which tracer makes the picture; both give the same bits
-    #[arg(long, value_enum, default_value_t = EngineArg::Simd)]
-    pub engine: EngineArg,
+    #[arg(long, default_value = "simd", value_parser = described(ENGINES))]
+    pub engine: Engine,
     /// Traversal kernel of the packet engine
-    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = kernel_parser())]
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = named(&Kernel::ALL))]
     pub kernel: Kernel,
 }
 
@@ -49,50 +62,16 @@ impl WorkArgs {
         // With fewer workers than cores, several runs side by side would all be pinned to the first
         // cores.
         let pin = match self.pin {
-            Some(pin) => pin.into(),
+            Some(pin) => pin,
             None if threads >= available => CoreAffinity::Cores,
             None => CoreAffinity::None,
         };
         Settings {
             threads,
             pin,
-            engine: self.engine.into(),
+            engine: self.engine,
             kernel: self.kernel,
             ..settings
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum PinArg {
-    /// The system places them
-    None,
-    /// One core each
-    Cores,
-}
-
-impl From<PinArg> for CoreAffinity {
-    fn from(pin: PinArg) -> CoreAffinity {
-        match pin {
-            PinArg::None => CoreAffinity::None,
-            PinArg::Cores => CoreAffinity::Cores,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum EngineArg {
-    /// Eight-wide packets
-    Simd,
-    /// The scalar oracle
-    Scalar,
-}
-
-impl From<EngineArg> for Engine {
-    fn from(engine: EngineArg) -> Engine {
-        match engine {
-            EngineArg::Simd => Engine::Simd,
-            EngineArg::Scalar => Engine::Scalar,
         }
     }
 }
@@ -101,31 +80,15 @@ impl From<EngineArg> for Engine {
 #[derive(Clone, Debug)]
 pub struct KernelSet(pub Vec<(&'static str, Kernel)>);
 
-fn kernel_names() -> impl Iterator<Item = &'static str> {
-    Kernel::ALL.iter().map(|(name, _)| *name)
-}
-
-fn kernel_parser() -> impl TypedValueParser<Value = Kernel> {
-    PossibleValuesParser::new(kernel_names()).map(|name| {
-        let named = Kernel::ALL.iter().find(|(n, _)| *n == name);
-        named.map_or(Kernel::Auto, |(_, kernel)| *kernel)
-    })
-}
-
 pub fn kernels_parser() -> impl TypedValueParser<Value = KernelSet> {
-    PossibleValuesParser::new(kernel_names().chain(["all"])).map(|name| {
-        let meant = Kernel::ALL
-            .iter()
-            .filter(|(n, _)| *n == name || name == "all");
-        KernelSet(meant.copied().collect())
-    })
-}
-
-pub fn quality_parser() -> impl TypedValueParser<Value = Quality> {
-    PossibleValuesParser::new(Quality::ALL.map(|(name, _)| name)).map(|name| {
-        let named = Quality::ALL.iter().find(|(n, _)| *n == name);
-        named.map_or_else(Quality::default, |(_, quality)| *quality)
-    })
+    PossibleValuesParser::new(Kernel::ALL.map(|(name, _)| name).into_iter().chain(["all"])).map(
+        |name| {
+            let meant = Kernel::ALL
+                .iter()
+                .filter(|(n, _)| *n == name || name == "all");
+            KernelSet(meant.copied().collect())
+        },
+    )
 }
 
 /// Most worker threads: a larger number is a typing error.

@@ -17,8 +17,8 @@ mod stdout;
 mod table;
 
 pub use destination::{
-    check_distinct, check_kind, check_picture_place, check_place, check_png_name, is_dash,
-    is_replaced, absolute_path,
+    absolute_path, check_distinct, check_kind, check_picture_place, check_place, check_png_name,
+    is_dash, is_replaced,
 };
 pub use diagnose::{print_notes, print_warnings};
 pub use error::CliError;
@@ -33,4 +33,4 @@ pub use stats::{
 };
 pub use stderr::{advise, note, printable};
 pub use stdout::{Output, print, print_json, print_output, print_raw};
-pub use table::{bytes, grouped, lines};
+pub use table::{aligned, bytes, grouped, lines};

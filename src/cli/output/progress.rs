@@ -113,11 +113,10 @@ fn on_large_stack<T: Send, E: Into<CliError> + Send>(
     })
 }
 
-/// A line with the bytes written and the elapsed time, if stderr is a terminal.
-pub fn bytes() -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {binary_bytes} written in {elapsed}")
-    {
+/// A bar on stderr, if that is a terminal: of a length, if that is known, in this style.
+pub fn bar(length: Option<u64>, template: &str) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(length, ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
     bar
@@ -217,13 +216,13 @@ impl<'a> ProgressReporter<'a> {
         let terminal = std::io::stderr().is_terminal();
         let preview = options.live_preview.map(PreviewWriter::of);
         let covered = preview.as_ref().is_some_and(PreviewWriter::draws);
-        let bar = match options.mode {
+        let drawn = match options.mode {
             ProgressMode::Auto => terminal && !covered,
             ProgressMode::Bar => !covered,
             ProgressMode::Json | ProgressMode::None => false,
         };
         ProgressReporter {
-            bar: bar.then(|| drawn_bar(options.pixels)),
+            bar: drawn.then(|| bar(Some(options.pixels), "{wide_bar} {percent:>3} %  {msg}")),
             json: options.mode == ProgressMode::Json,
             preview,
         }
@@ -260,15 +259,6 @@ impl<'a> ProgressReporter<'a> {
             preview.show(&state.words(), true, stop);
         }
     }
-}
-
-fn drawn_bar(pixels: u64) -> ProgressBar {
-    let target = ProgressDrawTarget::stderr();
-    let bar = ProgressBar::with_draw_target(Some(pixels), target);
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {msg}") {
-        bar.set_style(style);
-    }
-    bar
 }
 
 fn print_json(state: &ProgressState) {

@@ -12,6 +12,27 @@ pub fn lines(rows: &[(&str, String)]) -> String {
     rows.iter().map(row).collect()
 }
 
+/// Rows in columns, the first to the left and the others to the right, one line each.
+pub fn aligned(rows: &[Vec<String>]) -> Vec<String> {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let mut line = String::new();
+        for (cell, &width) in row.iter().zip(&widths) {
+            line.push_str(&match line.is_empty() {
+                true => format!("{cell:<width$}"),
+                false => format!("  {cell:>width$}"),
+            });
+        }
+        line
+    };
+    rows.iter().map(line).collect()
+}
+
 /// 1234567 as 1,234,567.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();

@@ -1,9 +1,8 @@
 //! The progress bar of a run: scenes done, current work, time left.
 
-use crate::cli::output::{CliError, printable};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use crate::cli::output::{CliError, printable, progress};
+use indicatif::ProgressBar;
 use phalanx::bench::ProgressListener;
-use std::io::IsTerminal;
 
 /// Steps of the bar for each scene.
 const STEPS: u64 = 1000;
@@ -18,16 +17,8 @@ pub struct BenchProgressBar {
 impl BenchProgressBar {
     /// A bar for `scenes` scenes.
     pub fn new(scenes: usize) -> BenchProgressBar {
-        let target = if std::io::stderr().is_terminal() {
-            ProgressDrawTarget::stderr()
-        } else {
-            ProgressDrawTarget::hidden()
-        };
-        let bar = ProgressBar::with_draw_target(Some(scenes as u64 * STEPS), target);
         let style = "{bar:30} {percent:>3} %  {eta} left  {msg}";
-        if let Ok(style) = ProgressStyle::with_template(style) {
-            bar.set_style(style);
-        }
+        let bar = progress::bar(Some(scenes as u64 * STEPS), style);
         BenchProgressBar {
             bar,
             scenes: 0,

@@ -1,6 +1,6 @@
 //! The rates of one scene, for the terminal.
 
-use crate::cli::output::grouped;
+use crate::cli::output::{aligned, grouped};
 use phalanx::bench::Measured;
 use phalanx::report::{RateRow, SceneRecord};
 use std::collections::BTreeSet;
@@ -12,7 +12,9 @@ pub fn scene(measured: &Measured) -> String {
         true => work(measured),
         false => rates(&measured.rows),
     };
-    text.push_str(&aligned(&table));
+    for line in aligned(&table) {
+        text.push_str(&format!("  {}\n", line.trim_end()));
+    }
     text.push('\n');
     text
 }
@@ -149,27 +151,4 @@ fn work(measured: &Measured) -> Vec<Vec<String>> {
         ]);
     }
     table
-}
-
-/// Text of columns side by side: the first aligned to the left, the others to the right.
-fn aligned(table: &[Vec<String>]) -> String {
-    let columns = table.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| {
-        let cells = table.iter().filter_map(|row| row.get(column));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let mut text = String::new();
-    for row in table {
-        let mut line = String::new();
-        for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
-            line.push_str(&match column {
-                0 => format!("  {cell:<width$}"),
-                _ => format!("  {cell:>width$}"),
-            });
-        }
-        text.push_str(line.trim_end());
-        text.push('\n');
-    }
-    text
 }

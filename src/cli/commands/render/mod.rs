@@ -9,7 +9,10 @@ mod shard_index;
 pub use args::RenderArgs;
 
 use crate::cli::options::{SceneInput, Sequence, film_bytes, stem};
-use crate::cli::output::{self, CliError, LivePreview, MemoryStats, OutputFile, ProgressOptions, format_of, interrupt, mrays_per_s, progress};
+use crate::cli::output::{
+    self, CliError, LivePreview, MemoryStats, OutputFile, ProgressOptions, format_of, interrupt,
+    mrays_per_s, progress,
+};
 use phalanx::frame::{Accel, Aov, Engine, Settings};
 use phalanx::image::ImageFormat;
 use phalanx::jobs::{BandStats, RenderKey, TileFile, TileOutputs, bands, render_bands};

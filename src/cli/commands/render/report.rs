@@ -1,6 +1,9 @@
 //! Report of a render, as a table and as a JSON document.
 
-use crate::cli::output::{MemoryStats, Output, PictureWindow, PrimitiveCounts, RenderSummary, TreeFigures, grouped, lines, mrays_per_s, origin_row, rays_by_kind, serialize_rates, serialize_rays};
+use crate::cli::output::{
+    MemoryStats, Output, PictureWindow, PrimitiveCounts, RenderSummary, TreeFigures, grouped,
+    lines, mrays_per_s, origin_row, rays_by_kind, serialize_rates, serialize_rays,
+};
 use phalanx::frame::{Engine, Settings, TreeStats};
 use phalanx::isa;
 use phalanx::render::{RayCounts, RenderStats};

@@ -3,7 +3,9 @@
 use super::args::{RenderArgs, Shard};
 use super::shard_index;
 use crate::cli::commands::plan;
-use crate::cli::output::{self, CliError, Output, ProgressOptions, grouped, interrupt, lines, mrays_per_s, progress};
+use crate::cli::output::{
+    self, CliError, Output, ProgressOptions, grouped, interrupt, lines, mrays_per_s, progress,
+};
 use phalanx::jobs::{BandStats, RenderPlan, TileFile, render_to_file};
 use serde::Serialize;
 use std::path::Path;

@@ -7,7 +7,9 @@ use crate::cli::options::{
     FrameArgs, KernelSet, PictureArgs, SceneArgs, SceneInput, TreeArgs, kernels_parser,
     parse_thread_count,
 };
-use crate::cli::output::{self, CliError, PictureWindow, ProgressMode, RenderSummary, interrupt, progress, serialize_rays};
+use crate::cli::output::{
+    self, CliError, PictureWindow, ProgressMode, RenderSummary, interrupt, progress, serialize_rays,
+};
 use clap::Args;
 use phalanx::frame::{Accel, Aov, Engine, Frame, Settings};
 use phalanx::isa;
@@ -297,8 +299,7 @@ impl KernelRun {
             Some(difference) => format!("DIFFERENT, {difference}"),
             None => format!(
                 "DIFFERENT, in rays traced: scalar {:?}, simd {:?}",
-                reference.stats.rays,
-                self.rays
+                reference.stats.rays, self.rays
             ),
         };
         format!(
