@@ -15,7 +15,7 @@ use std::time::Instant;
 
 #[derive(Debug, Args)]
 pub struct BuildArgs {
-    /// Scene file, standard:NAME[:SIZE], or - for stdin
+    #[arg(help = "Scene file, standard:NAME[:SIZE], or - for stdin")]
     pub scene: PathBuf,
     /// Cache to write
     #[arg(short, long, value_name = "OUT.phx")]

@@ -36,8 +36,7 @@ struct CompareDocument {
 /// Compares two pictures. Pictures of different sizes differ too: exit code 4, with a message.
 pub fn run(args: &CompareArgs) -> Result<(), CliError> {
     if let Some(path) = &args.heat {
-        output::check_png_name(path, "--heat")?;
-        output::check_picture_place(path)?;
+        output::check_png_place(path, "--heat")?;
     }
     let (a, b) = (load(&args.a)?, load(&args.b)?);
     let found = compare(&a, &b).map_err(|sizes| {

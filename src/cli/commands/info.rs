@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Scene file, cache (.phx), standard:NAME[:SIZE], or - for stdin
+    #[arg(help = "Scene file, cache (.phx), standard:NAME[:SIZE], or - for stdin")]
     pub scene: PathBuf,
     #[command(flatten)]
     pub beside: SceneArgs,

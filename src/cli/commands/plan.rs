@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct PlanArgs {
-    /// Scene file, cache (.phx), or standard:NAME[:SIZE]
+    #[arg(help = "Scene file, cache (.phx), or standard:NAME[:SIZE]")]
     pub scene: PathBuf,
     /// How many shards to cut the picture into
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..=i64::from(MAX_SHARDS)))]

@@ -1,5 +1,6 @@
 //! The options that say how samples for a screen are made of radiance.
 
+use super::parsers::parse_number;
 use super::picture_args::PictureArgs;
 use crate::cli::output::{CliError, OutputFile};
 use clap::Args;
@@ -20,10 +21,8 @@ pub struct GradeArgs {
 }
 
 fn parse_exposure(text: &str) -> Result<f32, String> {
-    let stops: Option<f32> = text.parse().ok();
-    stops
-        .filter(|stops| stops.abs() <= MAX_EXPOSURE)
-        .ok_or_else(|| format!("expected stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}, as in 0.5"))
+    let expected = format!("stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}, as in 0.5");
+    parse_number(text, |stops: &f32| stops.abs() <= MAX_EXPOSURE, expected)
 }
 
 fn parse_depth(text: &str) -> Result<Depth, String> {

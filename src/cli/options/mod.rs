@@ -8,7 +8,7 @@ mod frames;
 mod grade_args;
 #[allow(unsafe_code, reason = "the allocator's settings have no safe name")]
 mod heap;
-mod named;
+mod parsers;
 mod picture_args;
 mod scene_args;
 mod scene_input;
@@ -17,7 +17,7 @@ mod work_args;
 pub use budget::film_bytes;
 pub use frames::{FrameArgs, Sequence};
 pub use grade_args::GradeArgs;
-pub use named::named;
+pub use parsers::{named, parse_number};
 pub use picture_args::{PictureArgs, parse_size};
 pub use scene_args::SceneArgs;
 pub use scene_input::{SceneInput, stem};

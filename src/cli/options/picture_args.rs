@@ -1,7 +1,7 @@
 //! The options that change the picture. `render` has them and `verify`, because all of them are
 //! verified.
 
-use super::named::{described, named};
+use super::parsers::{described, named, parse_number};
 use crate::cli::output::CliError;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
@@ -200,19 +200,15 @@ fn aov_parser() -> impl TypedValueParser<Value = Aovs> {
 }
 
 fn parse_threshold(text: &str) -> Result<f32, String> {
-    let threshold: Option<f32> = text.parse().ok();
-    threshold
-        .filter(|t| (1e-9..=1e3).contains(t))
-        .ok_or_else(|| "expected a number above 0, as in 0.002".to_owned())
+    let good = |threshold: &f32| (1e-9..=1e3).contains(threshold);
+    parse_number(text, good, "a number above 0, as in 0.002")
 }
 
 fn parse_weight(text: &str) -> Result<f32, String> {
-    let weight: Option<f32> = text.parse().ok();
-    let weight = weight.filter(|w| (0.0..1.0).contains(w));
+    let good = |weight: &f32| (0.0..1.0).contains(weight);
+    let weight = parse_number(text, good, "a number from 0 to less than 1, as in 0.001")?;
     // −0 becomes 0, so that it is shown as 0.
-    weight
-        .map(|w| w + 0.0)
-        .ok_or_else(|| "expected a number from 0 to less than 1, as in 0.001".to_owned())
+    Ok(weight + 0.0)
 }
 
 fn window_of(numbers: &[u32]) -> Option<Tile> {
@@ -244,19 +240,13 @@ fn side(digits: &str) -> Option<u64> {
 }
 
 fn parse_aperture(text: &str) -> Result<f32, String> {
-    let diameter: Option<f32> = text.parse().ok();
-    let fine = |d: &f32| d.is_finite() && *d >= 0.0;
-    diameter
-        .filter(fine)
-        .ok_or_else(|| "expected a diameter of at least 0, as in 0.05".to_owned())
+    let good = |diameter: &f32| diameter.is_finite() && *diameter >= 0.0;
+    parse_number(text, good, "a diameter of at least 0, as in 0.05")
 }
 
 fn parse_distance(text: &str) -> Result<f32, String> {
-    let distance: Option<f32> = text.parse().ok();
-    let fine = |d: &f32| d.is_finite() && *d > 0.0;
-    distance
-        .filter(fine)
-        .ok_or_else(|| "expected a distance greater than 0, as in 2.5".to_owned())
+    let good = |distance: &f32| distance.is_finite() && *distance > 0.0;
+    parse_number(text, good, "a distance greater than 0, as in 2.5")
 }
 
 #[cfg(test)]

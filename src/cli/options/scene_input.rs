@@ -7,7 +7,7 @@ use super::{bus_error, heap};
 use crate::cli::output::{self, CliError, is_dash};
 use phalanx::bvh::Bvh;
 use phalanx::formats::endings;
-use phalanx::frame::{Accel, Engine};
+use phalanx::frame::{Accel, Engine, Settings};
 use phalanx::open::{OpenError, is_cache, open, open_as, open_bytes, standard_name};
 use phalanx::scene::Scene;
 use phalanx::standard;
@@ -102,6 +102,19 @@ impl SceneInput {
                 Ok(Accel::build(&self.scene, engine))
             }
         }
+    }
+
+    /// The tree with all that a render needs, of which `films` films are in memory at once.
+    pub fn prepare_render(
+        &mut self,
+        settings: &Settings,
+        tree: &TreeArgs,
+        films: u64,
+    ) -> Result<Accel, CliError> {
+        let prepared = self.prepare(settings.engine, tree, settings.threads)?;
+        (self.budget).for_render(&self.scene, &prepared, settings, films)?;
+        prepared.build_wide_bvh(settings);
+        Ok(prepared)
     }
 
     /// The packet engine's tree.

@@ -1,6 +1,6 @@
 //! The options that say how a scene's tree is built, and who traces it.
 
-use super::named::{described, named};
+use super::parsers::{described, named, parse_number};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Settings};
@@ -95,6 +95,7 @@ pub fn kernels_parser() -> impl TypedValueParser<Value = KernelSet> {
 const MAX_THREADS: usize = 4096;
 
 pub fn parse_thread_count(text: &str) -> Result<usize, String> {
-    let count = text.parse().ok().filter(|n| (1..=MAX_THREADS).contains(n));
-    count.ok_or_else(|| format!("expected a number of threads from 1 to {MAX_THREADS}"))
+    let good = |count: &usize| (1..=MAX_THREADS).contains(count);
+    let expected = format!("a number of threads from 1 to {MAX_THREADS}");
+    parse_number(text, good, expected)
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// Refuses a picture's name that is not `*.png`; `origin` names the option in the message. Pipes
 /// and devices may have any name.
-pub fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
+fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
     let ending = path.extension().and_then(OsStr::to_str);
     if ending.is_some_and(|e| e.eq_ignore_ascii_case("png")) || is_stream(path) {
         return Ok(());
@@ -18,6 +18,12 @@ pub fn check_png_name(path: &Path, origin: &str) -> Result<(), CliError> {
         "{origin} {}: pictures are written as PNG, so the name must end in .png",
         path.display()
     )))
+}
+
+/// Refuses a path that a PNG cannot be written to; `origin` names the option in the message.
+pub fn check_png_place(path: &Path, origin: &str) -> Result<(), CliError> {
+    check_png_name(path, origin)?;
+    check_picture_place(path)
 }
 
 /// Refuses a path that cannot be written, before any work is done.

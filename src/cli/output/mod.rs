@@ -17,7 +17,7 @@ mod stdout;
 mod table;
 
 pub use destination::{
-    absolute_path, check_distinct, check_kind, check_picture_place, check_place, check_png_name,
+    absolute_path, check_distinct, check_kind, check_picture_place, check_place, check_png_place,
     is_dash, is_replaced,
 };
 pub use diagnose::{print_notes, print_warnings};

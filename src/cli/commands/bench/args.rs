@@ -1,7 +1,7 @@
 //! Arguments of `phalanx bench`.
 
 use crate::cli::options::{
-    KernelSet, SceneArgs, kernels_parser, named, parse_size, parse_thread_count,
+    KernelSet, SceneArgs, kernels_parser, named, parse_number, parse_size, parse_thread_count,
 };
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
@@ -30,9 +30,10 @@ pub enum BenchCommand {
 
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// Scene files, caches (.phx), standard:NAME[:SIZE], or - for stdin [default: the standard
-    /// suite]
-    #[arg(value_name = "SCENE")]
+    #[arg(
+        value_name = "SCENE",
+        help = "Scene files, caches (.phx), standard:NAME[:SIZE], or - for stdin [default: the standard suite]"
+    )]
     pub scenes: Vec<PathBuf>,
     /// A minute: six scenes of the suite
     #[arg(long)]
@@ -140,22 +141,15 @@ fn parse_threads(text: &str) -> Result<ThreadCount, String> {
 }
 
 fn parse_seconds(text: &str) -> Result<f64, String> {
-    let seconds = text
-        .parse()
-        .ok()
-        .filter(|s: &f64| (0.0..=3600.0).contains(s));
-    seconds.ok_or_else(|| "expected seconds, from 0 to 3600".to_owned())
+    let good = |seconds: &f64| (0.0..=3600.0).contains(seconds);
+    parse_number(text, good, "seconds, from 0 to 3600")
 }
 
 fn parse_percent(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('%').unwrap_or(text).trim_end();
-    let percent = number
-        .parse()
-        .ok()
-        .filter(|p: &f64| (0.0..100.0).contains(p));
-    percent
-        .map(|p| p / 100.0)
-        .ok_or_else(|| "expected a percentage from 0 to below 100, as in 3%".to_owned())
+    let good = |percent: &f64| (0.0..100.0).contains(percent);
+    let percent = parse_number(number, good, "a percentage from 0 to below 100, as in 3%")?;
+    Ok(percent / 100.0)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

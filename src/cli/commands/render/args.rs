@@ -7,8 +7,10 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// Scene file, cache (.phx), standard:NAME[:SIZE], or - for stdin (see --format)
-    #[arg(required_unless_present = "plan")]
+    #[arg(
+        required_unless_present = "plan",
+        help = "Scene file, cache (.phx), standard:NAME[:SIZE], or - for stdin (see --format)"
+    )]
     pub scene: Option<PathBuf>,
     /// Picture to write, a PNG, JPEG, OpenEXR, Radiance HDR or PFM file by its ending, or - for
     /// stdout (a PNG, if --format does not say otherwise; the table then goes to stderr) [default:

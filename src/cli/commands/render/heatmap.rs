@@ -1,6 +1,6 @@
 //! `render --heat`: a picture of the cost of each pixel.
 
-use crate::cli::output::{self, CliError, ProgressOptions, interrupt, progress};
+use crate::cli::output::{CliError, ProgressOptions, interrupt, progress};
 use phalanx::frame::{Accel, AccelRef, RayCost, Settings, render_heatmap};
 use phalanx::image::{false_color, save_png};
 use phalanx::scene::Scene;
@@ -21,15 +21,6 @@ const COSTS: [(&str, RayCost, &str); 3] = [
     ("prims", RayCost::Prims, "primitives tested by a camera ray"),
     ("time", RayCost::Time, "nanoseconds a camera ray"),
 ];
-
-/// Refuses a path that `--heat` cannot write to.
-pub fn check_place(heat: Option<&[String]>) -> Result<(), CliError> {
-    let Some([_, path]) = heat else {
-        return Ok(());
-    };
-    output::check_png_name(path.as_ref(), "--heat")?;
-    output::check_picture_place(path.as_ref())
-}
 
 /// The picture that `--heat` asks for.
 pub fn from_args(

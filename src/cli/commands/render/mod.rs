@@ -59,11 +59,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     }
     let films = films_in_memory(&settings, &output);
     let start = Instant::now();
-    let prepared = scene_input.prepare(settings.engine, &args.tree, settings.threads)?;
-    scene_input
-        .budget
-        .for_render(&scene_input.scene, &prepared, &settings, films)?;
-    prepared.build_wide_bvh(&settings);
+    let prepared = scene_input.prepare_render(&settings, &args.tree, films)?;
     let (build, tree) = (start.elapsed().as_secs_f64(), prepared.tree_stats());
     let job = Job {
         args,
@@ -94,10 +90,11 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
 
 /// Refuses files that cannot be written, before the scene is read.
 fn check_places(args: &RenderArgs) -> Result<(), CliError> {
-    heatmap::check_place(args.heat.as_deref())?;
+    if let Some([_, path]) = args.heat.as_deref() {
+        output::check_png_place(path.as_ref(), "--heat")?;
+    }
     if let Some(path) = &args.sight.snapshot {
-        output::check_png_name(path, "--snapshot")?;
-        output::check_picture_place(path)?;
+        output::check_png_place(path, "--snapshot")?;
     }
     if let Some(path) = &args.keep.checkpoint {
         TileFile::check_place(path)?;
@@ -193,38 +190,45 @@ impl Job<'_> {
         output: &OutputFile,
         checkpoint: Option<&Path>,
     ) -> Result<RenderTotals, CliError> {
-        let Job { args, settings, .. } = self;
+        let Job {
+            args,
+            prepared,
+            settings,
+        } = *self;
         let preview = LivePreview::of(
             args.sight.preview,
             args.sight.snapshot.as_deref(),
             output.file.exposure,
             settings.window(),
         )?;
-        let tiles = checkpoint
-            .map(|path| tiles(path, scene, settings))
-            .transpose()?;
+        let tiles = checkpoint.map(|path| tiles(path, scene, settings));
+        let tiles = tiles.transpose()?;
+        let beside = TileOutputs {
+            file: tiles.as_ref(),
+            thumbnail: preview.as_ref().map(|preview| &preview.thumbnail),
+        };
         let options = ProgressOptions {
             pixels: settings.pixels(),
             mode: args.progress,
             live_preview: preview.as_ref(),
         };
         let start = Instant::now();
-        let banded = write(
-            scene,
-            self.prepared,
-            settings,
-            output,
-            tiles.as_ref(),
-            options,
-        )?;
-        Ok(RenderTotals {
-            stats: banded.stats,
-            seconds: RenderSeconds {
-                render: banded.seconds,
-                write: start.elapsed().as_secs_f64() - banded.seconds,
-                ..RenderSeconds::default()
-            },
-        })
+        let written = progress::with_progress_writing(&output.path, options, |control| {
+            let tree = prepared.accel();
+            output.write_while(control, |take| {
+                render_bands(scene, tree, settings, control, beside, take)
+            })
+        });
+        let BandStats { stats, seconds } = match &tiles {
+            Some(tiles) => shard::keep_tiles(tiles, written)?,
+            None => written?,
+        };
+        let seconds = RenderSeconds {
+            render: seconds,
+            write: start.elapsed().as_secs_f64() - seconds,
+            ..RenderSeconds::default()
+        };
+        Ok(RenderTotals { stats, seconds })
     }
 }
 
@@ -240,33 +244,6 @@ fn tiles(path: &Path, scene: &Scene, settings: &Settings) -> Result<TileFile, Cl
         ));
     }
     Ok(file)
-}
-
-/// Renders band by band, and writes each while the next is made.
-fn write(
-    scene: &Scene,
-    prepared: &Accel,
-    settings: &Settings,
-    output: &OutputFile,
-    tiles: Option<&TileFile>,
-    options: ProgressOptions,
-) -> Result<BandStats, CliError> {
-    let beside = TileOutputs {
-        file: tiles,
-        thumbnail: options.live_preview.map(|preview| &preview.thumbnail),
-    };
-    let written = progress::with_progress_writing(&output.path, options, |control| {
-        let tree = prepared.accel();
-        output.write_while(control, |take| {
-            render_bands(scene, tree, settings, control, beside, take)
-        })
-    });
-    let Some(tiles) = tiles else {
-        return written;
-    };
-    // Done even after an interruption, so that finished tiles are not lost.
-    tiles.sync()?;
-    written.map_err(|error| shard::resumable(error, tiles))
 }
 
 /// Number of films in memory at a time: one that is rendered, and one that is written. A file that

@@ -40,12 +40,8 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
     let name = plan.shard_file(path, shard);
     let file = TileFile::open(&name, &plan.picture)?;
     warn_damaged(&file, &name);
-    let prepared = scene_input.prepare(settings.engine, &args.tree, settings.threads)?;
+    let prepared = scene_input.prepare_render(&settings, &args.tree, 0)?;
     let scene = &scene_input.scene;
-    scene_input
-        .budget
-        .for_render(scene, &prepared, &settings, 0)?;
-    prepared.build_wide_bvh(&settings);
     let tiles = share.len();
     let kept = share.iter().filter(|tile| file.has(**tile)).count();
     let pixels = share.iter().map(|tile| tile.pixels()).sum();
@@ -57,9 +53,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
         let tree = prepared.accel();
         render_to_file(scene, tree, &settings, control, share, &file)
     });
-    // Done even after an interruption, so that finished tiles are not lost.
-    file.sync()?;
-    let BandStats { stats, seconds } = done.map_err(|error| resumable(error, &file))?;
+    let BandStats { stats, seconds } = keep_tiles(&file, done)?;
     let rays = stats.rays.total();
     let document = ShardDocument {
         shard,
@@ -100,13 +94,14 @@ pub fn warn_damaged(file: &TileFile, name: &Path) {
     }
 }
 
-/// Says of an interruption that the finished tiles are in a file.
-pub fn resumable(error: CliError, file: &TileFile) -> CliError {
-    match error {
+/// Makes sure that finished tiles are in the file, also after an interruption, which then says so.
+pub fn keep_tiles<T>(file: &TileFile, rendered: Result<T, CliError>) -> Result<T, CliError> {
+    file.sync()?;
+    rendered.map_err(|error| match error {
         CliError::Interrupted => CliError::Resumable(format!(
             "finished tiles are kept in {}; the same command goes on from there",
             file.path().display()
         )),
         other => other,
-    }
+    })
 }

@@ -1,5 +1,7 @@
 //! `phalanx verify`: compares every picture with that of the scalar tracer, bit by bit.
 
+#[cfg(test)]
+mod fixture;
 mod pixel_diff;
 mod pixel_hashes;
 
@@ -22,8 +24,11 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// Scene files, caches (.phx), standard:NAME[:SIZE], or - for stdin
-    #[arg(required = true, value_name = "SCENE")]
+    #[arg(
+        required = true,
+        value_name = "SCENE",
+        help = "Scene files, caches (.phx), standard:NAME[:SIZE], or - for stdin"
+    )]
     pub scenes: Vec<PathBuf>,
     #[command(flatten)]
     pub picture: PictureArgs,
@@ -315,23 +320,11 @@ impl KernelRun {
 mod tests {
     use super::*;
     use phalanx::frame::Kernel;
-    use phalanx::render::{Film, Hits, RenderStats};
+    use phalanx::render::RenderStats;
 
     fn frame() -> Frame {
         Frame {
-            film: Film {
-                width: 1,
-                height: 1,
-                planes: [vec![0.0], vec![0.5], vec![1.0]],
-                aovs: Default::default(),
-                aov_planes: Vec::new(),
-                hits: Some(Hits {
-                    prim_id: vec![3],
-                    t: vec![2.0],
-                    u: vec![0.0],
-                    v: vec![0.0],
-                }),
-            },
+            film: fixture::film(),
             stats: RenderStats::default(),
             seconds: 1.0,
             tile_seconds: Vec::new(),

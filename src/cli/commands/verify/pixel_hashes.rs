@@ -227,9 +227,9 @@ fn fnv1a(words: &[u32]) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixture::film;
     use super::*;
     use phalanx::frame::{Filter, Integrator, Lens, Sampling};
-    use phalanx::render::Hits;
     use phalanx::scene::Scene;
 
     const PATH: &str = "folder/a.test";
@@ -239,22 +239,6 @@ mod tests {
             width: 3,
             height: 2,
             ..Settings::of(&Scene::default())
-        }
-    }
-
-    fn film() -> Film {
-        Film {
-            width: 3,
-            height: 2,
-            planes: [vec![0.0; 6], vec![0.5; 6], vec![1.0; 6]],
-            aovs: Default::default(),
-            aov_planes: Vec::new(),
-            hits: Some(Hits {
-                prim_id: (0..6).collect(),
-                t: vec![1.0; 6],
-                u: vec![0.25; 6],
-                v: vec![0.5; 6],
-            }),
         }
     }
 
