@@ -179,7 +179,9 @@ mod tests {
         }
         let line = ["phalanx", "verify", "a.test", "--kernel", "all"];
         match Arguments::try_parse_from(line).unwrap().command {
-            Command::Verify(args) => assert_eq!(args.kernel.0, Kernel::ALL),
+            Command::Verify(args) => {
+                assert_eq!(args.kernel.0, Kernel::ALL.map(|(_, kernel)| kernel))
+            }
             other => panic!("{other:?}"),
         }
     }

@@ -52,7 +52,7 @@ pub fn run(args: &GenerateArgs) -> Result<(), CliError> {
     output::check_place(&args.output)?;
     interrupt::listen()?;
     let (losses, written) = match output::is_replaced(&args.output) {
-        true => interrupt::interruptible_writing(&args.output, |control| {
+        true => interrupt::interruptible(Some(&args.output), |control| {
             write(args, spec, format, control)
         })?,
         // Writing to a pipe that nobody reads can only be stopped by ending the process, which

@@ -50,8 +50,8 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let output = plan::target(&plan, path, format)?;
     let files = files(&args.plan, &plan)?;
     let window = plan.picture.window();
-    progress::with_progress_writing(
-        &output.path,
+    progress::with_progress(
+        Some(&output.path),
         ProgressOptions::of(window.pixels()),
         |control| {
             output.write_while(control, |take| {

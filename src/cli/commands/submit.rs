@@ -202,45 +202,33 @@ fn calls(
     let stem = stem.to_string_lossy();
     // A percent sign begins a pattern that Slurm replaces, such as an array's index. One in a name
     // is escaped.
-    let log = |ending: &str| {
-        let stem = plan.with_extension("");
-        format!("{}.{ending}", stem.to_string_lossy().replace('%', "%%"))
-    };
-    let common = |name: String, log: String| {
-        [
+    let log = plan.with_extension("");
+    let log = log.to_string_lossy().replace('%', "%%");
+    let call = |name: &str, ending: &str, own: Vec<String>, script: &Path| {
+        let common = [
             "--parsable".to_owned(),
-            format!("--job-name={name}"),
+            format!("--job-name=phalanx-{stem}{name}"),
             "--requeue".to_owned(),
             "--open-mode=append".to_owned(),
-            format!("--output={log}"),
-        ]
+            format!("--output={log}.{ending}.log"),
+        ];
+        let words = common.into_iter().chain(own);
+        let words = words.chain(args.sbatch.iter().cloned());
+        let words = words.map(OsString::from);
+        words.chain([script.into()]).collect::<Vec<_>>()
     };
-    let shards = array.map(|array| {
-        let mut call = common(format!("phalanx-{stem}"), log("shard-%a.log")).to_vec();
-        call.push(format!("--array={array}"));
-        if let Some(cpus) = args.cpus_per_task {
-            call.push(format!("--cpus-per-task={cpus}"));
-        }
+    let array = array.map(|array| {
+        let mut own = vec![format!("--array={array}")];
+        own.extend((args.cpus_per_task).map(|cpus| format!("--cpus-per-task={cpus}")));
         if let Some(time) = &args.time {
-            call.push(format!("--time={time}"));
+            own.push(format!("--time={time}"));
             // Slurm checks every half a minute or so, and may be a minute early.
-            call.push("--signal=B:USR1@120".to_owned());
+            own.push("--signal=B:USR1@120".to_owned());
         }
-        call.extend(args.sbatch.iter().cloned());
-        let mut call: Vec<OsString> = call.into_iter().map(OsString::from).collect();
-        call.push(scripts[0].clone().into());
-        call
+        call("", "shard-%a", own, &scripts[0])
     });
-    let mut merge: Vec<OsString> = common(format!("phalanx-{stem}-merge"), log("merge.log"))
-        .into_iter()
-        .chain(args.sbatch.iter().cloned())
-        .map(OsString::from)
-        .collect();
-    merge.push(scripts[1].clone().into());
-    SbatchCalls {
-        array: shards,
-        merge,
-    }
+    let merge = call("-merge", "merge", Vec::new(), &scripts[1]);
+    SbatchCalls { array, merge }
 }
 
 fn shards_script(names: &ScriptNames, stem: &Path, of: &RenderPlan) -> String {

@@ -78,7 +78,7 @@ impl WorkArgs {
 
 /// One kernel, or all of them.
 #[derive(Clone, Debug)]
-pub struct KernelSet(pub Vec<(&'static str, Kernel)>);
+pub struct KernelSet(pub Vec<Kernel>);
 
 pub fn kernels_parser() -> impl TypedValueParser<Value = KernelSet> {
     PossibleValuesParser::new(Kernel::ALL.map(|(name, _)| name).into_iter().chain(["all"])).map(
@@ -86,7 +86,7 @@ pub fn kernels_parser() -> impl TypedValueParser<Value = KernelSet> {
             let meant = Kernel::ALL
                 .iter()
                 .filter(|(n, _)| *n == name || name == "all");
-            KernelSet(meant.copied().collect())
+            KernelSet(meant.map(|(_, kernel)| *kernel).collect())
         },
     )
 }

@@ -66,23 +66,15 @@ fn on_signal(number: u8) {
     }
 }
 
-/// Runs `work`, which stops when the control's `stop` is set.
-pub fn interruptible<T>(work: impl FnOnce(&Control) -> T) -> T {
-    with_handler(STOP, work)
-}
-
-/// Runs `work`, which writes to `path` and stops when the control's `stop` is set; further signals
-/// wait until a file is whole.
-pub fn interruptible_writing<T>(path: &Path, work: impl FnOnce(&Control) -> T) -> T {
-    match is_replaced(path) {
-        true => with_handler(STOP_WRITING, work),
-        false => with_handler(STOP, work),
-    }
-}
-
-fn with_handler<T>(answer: u8, work: impl FnOnce(&Control) -> T) -> T {
+/// Runs `work`, which stops when the control's `stop` is set. If it writes a file, further signals
+/// wait until that is whole.
+pub fn interruptible<T>(writes: Option<&Path>, work: impl FnOnce(&Control) -> T) -> T {
     let control = Arc::new(Control::default());
     *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = Some(Arc::clone(&control));
+    let answer = match writes.is_some_and(is_replaced) {
+        true => STOP_WRITING,
+        false => STOP,
+    };
     ANSWER.store(answer, Ordering::SeqCst);
     let result = work(&control);
     ANSWER.store(EXIT_AT_ONCE, Ordering::SeqCst);

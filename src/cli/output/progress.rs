@@ -66,27 +66,18 @@ pub fn render(
         mode,
         ..ProgressOptions::of(settings.pixels())
     };
-    with_progress(options, |control| {
+    with_progress(None, options, |control| {
         frame::render(scene, prepared, settings, control)
     })
 }
 
-/// Runs `fill`, which fills a picture, with signal handling and progress.
+/// Runs `fill`, which fills a picture, and may write a file, with signal handling and progress.
 pub fn with_progress<T: Send, E: Into<CliError> + Send>(
+    writes: Option<&Path>,
     options: ProgressOptions,
     fill: impl FnOnce(&Control) -> Result<T, E> + Send,
 ) -> Result<T, CliError> {
-    interrupt::interruptible(|control| on_large_stack(control, options, fill))
-}
-
-/// As [`with_progress`], for work that also writes to `path`: a signal must not leave a file half
-/// written.
-pub fn with_progress_writing<T: Send, E: Into<CliError> + Send>(
-    path: &Path,
-    options: ProgressOptions,
-    fill: impl FnOnce(&Control) -> Result<T, E> + Send,
-) -> Result<T, CliError> {
-    interrupt::interruptible_writing(path, |control| on_large_stack(control, options, fill))
+    interrupt::interruptible(writes, |control| on_large_stack(control, options, fill))
 }
 
 fn on_large_stack<T: Send, E: Into<CliError> + Send>(
@@ -131,24 +122,24 @@ impl ProgressOptions<'_> {
     /// Reports progress until the render ends.
     fn run(self, control: &Control, finished: &Receiver<()>) {
         let start = Instant::now();
-        let mut teller = ProgressReporter::of(self);
-        let (mut told, mut ended) = (None, false);
-        while !ended {
-            let due = told.is_none_or(|at: Instant| at.elapsed() >= SECOND);
-            teller.tick(
-                &ProgressState::of(self.pixels, control, start),
-                due,
-                &control.stop,
-            );
-            if due {
-                told = Some(Instant::now());
+        let mut reporter = ProgressReporter::of(self);
+        let state = |event| ProgressState::of(event, self.pixels, control, start);
+        let mut reported: Option<Instant> = None;
+        loop {
+            let state = state("progress");
+            reporter.move_bar(&state);
+            if reported.is_none_or(|at| at.elapsed() >= SECOND) {
+                reporter.report(&state, false, &control.stop);
+                reported = Some(Instant::now());
             }
-            ended = finished.recv_timeout(TICK) != Err(RecvTimeoutError::Timeout);
+            if finished.recv_timeout(TICK) != Err(RecvTimeoutError::Timeout) {
+                break;
+            }
         }
-        teller.end(
-            &ProgressState::of(self.pixels, control, start),
-            &control.stop,
-        );
+        if let Some(bar) = &reporter.bar {
+            bar.finish_and_clear();
+        }
+        reporter.report(&state("end"), true, &control.stop);
     }
 }
 
@@ -169,7 +160,7 @@ pub struct ProgressState {
 }
 
 impl ProgressState {
-    fn of(of: u64, control: &Control, start: Instant) -> ProgressState {
+    fn of(event: &'static str, of: u64, control: &Control, start: Instant) -> ProgressState {
         let load = |number: &AtomicU64| number.load(Ordering::Relaxed);
         let (pixels, kept, rays) = (
             load(&control.pixels).min(of),
@@ -180,7 +171,7 @@ impl ProgressState {
         let rendered = pixels.saturating_sub(kept);
         let left = seconds * (of - pixels) as f64 / rendered as f64;
         ProgressState {
-            event: "progress",
+            event,
             pixels,
             of,
             fraction: pixels as f64 / of.max(1) as f64,
@@ -228,7 +219,7 @@ impl<'a> ProgressReporter<'a> {
         }
     }
 
-    fn tick(&mut self, state: &ProgressState, due: bool, stop: &AtomicBool) {
+    fn move_bar(&self, state: &ProgressState) {
         if let Some(bar) = &self.bar {
             let left = state.seconds_left.map(Duration::from_secs_f64);
             let left = left.map_or(String::new(), |left| {
@@ -237,33 +228,18 @@ impl<'a> ProgressReporter<'a> {
             bar.set_message(format!("{:.2} Mrays/s{left}", state.mrays_per_s));
             bar.set_position(state.pixels);
         }
-        if due && self.json {
-            print_json(state);
-        }
-        if let Some(preview) = self.preview.as_mut().filter(|_| due) {
-            preview.show(&state.words(), false, stop);
-        }
     }
 
-    fn end(mut self, state: &ProgressState, stop: &AtomicBool) {
-        if let Some(bar) = self.bar {
-            bar.finish_and_clear();
-        }
-        if self.json {
-            print_json(&ProgressState {
-                event: "end",
-                ..*state
-            });
+    /// Writes a line, and shows the picture so far; at the end that waits for readers.
+    fn report(&mut self, state: &ProgressState, end: bool, stop: &AtomicBool) {
+        if self.json
+            && let Ok(line) = serde_json::to_string(state)
+        {
+            note(&line);
         }
         if let Some(preview) = &mut self.preview {
-            preview.show(&state.words(), true, stop);
+            preview.show(&state.words(), end, stop);
         }
-    }
-}
-
-fn print_json(state: &ProgressState) {
-    if let Ok(line) = serde_json::to_string(state) {
-        note(&line);
     }
 }
 
@@ -275,7 +251,7 @@ mod tests {
     fn what_is_left_is_like_what_was_rendered_now() {
         let control = Control::default();
         let start = Instant::now() - Duration::from_secs(10);
-        let state = ProgressState::of(1000, &control, start);
+        let state = ProgressState::of("progress", 1000, &control, start);
         assert_eq!(
             (state.pixels, state.fraction, state.seconds_left),
             (0, 0.0, None)
@@ -284,7 +260,7 @@ mod tests {
         control.pixels_resumed.store(500, Ordering::Relaxed);
         control.pixels.store(600, Ordering::Relaxed);
         control.rays.store(20_000_000, Ordering::Relaxed);
-        let state = ProgressState::of(1000, &control, start);
+        let state = ProgressState::of("progress", 1000, &control, start);
         let left = state.seconds_left.unwrap();
         assert!((left / 40.0 - 1.0).abs() < 0.05, "{left}");
         assert!((state.mrays_per_s / 2.0 - 1.0).abs() < 0.05);

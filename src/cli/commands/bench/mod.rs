@@ -163,10 +163,9 @@ fn plan<'p>(args: &RunArgs, suite: &Suite, peers: &'p [Peer]) -> BenchPlan<'p> {
 }
 
 fn kernels(args: &RunArgs) -> Vec<Kernel> {
-    let all = |kernels: &[(&str, Kernel)]| kernels.iter().map(|(_, kernel)| *kernel).collect();
     match &args.kernel {
-        Some(kernels) => all(&kernels.0),
-        None if args.counters_only => all(&Kernel::ALL),
+        Some(kernels) => kernels.0.clone(),
+        None if args.counters_only => Kernel::ALL.map(|(_, kernel)| kernel).to_vec(),
         None => vec![Kernel::packets()],
     }
 }

@@ -213,7 +213,7 @@ impl Job<'_> {
             live_preview: preview.as_ref(),
         };
         let start = Instant::now();
-        let written = progress::with_progress_writing(&output.path, options, |control| {
+        let written = progress::with_progress(Some(&output.path), options, |control| {
             let tree = prepared.accel();
             output.write_while(control, |take| {
                 render_bands(scene, tree, settings, control, beside, take)

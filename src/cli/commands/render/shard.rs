@@ -49,7 +49,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
         mode: args.progress,
         ..ProgressOptions::of(pixels)
     };
-    let done = progress::with_progress(options, |control| {
+    let done = progress::with_progress(None, options, |control| {
         let tree = prepared.accel();
         render_to_file(scene, tree, &settings, control, share, &file)
     });

@@ -245,7 +245,7 @@ fn runs(
 ) -> Result<Vec<KernelRun>, CliError> {
     let prepared = scene_input.prepare(Engine::Simd, &args.tree, 0)?;
     let mut runs = Vec::new();
-    for &(_, kernel) in &args.kernel.0 {
+    for &kernel in &args.kernel.0 {
         for &threads in &args.threads {
             let settings = Settings {
                 threads,
