@@ -15,6 +15,7 @@ mod refusals;
 mod scenes;
 mod signals;
 mod standard;
+mod streams;
 
 use serde_json::Value;
 use std::fs;
