@@ -1,7 +1,7 @@
 //! `phalanx merge`: joins the shards of a plan into its picture.
 
 use super::plan;
-use crate::cli::options::named;
+use crate::cli::options::name_parser;
 use crate::cli::output::{
     self, CliError, Output, ProgressOptions, format_of, interrupt, lines, progress,
 };
@@ -21,7 +21,7 @@ pub struct MergeArgs {
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<PathBuf>,
     /// Format of the picture, whatever its name ends in [default for stdout: png]
-    #[arg(long, value_name = "NAME", value_parser = named(&ImageFormat::ENDINGS))]
+    #[arg(long, value_name = "NAME", value_parser = name_parser(&ImageFormat::ENDINGS))]
     pub format: Option<ImageFormat>,
     /// Print one JSON document instead of lines
     #[arg(long)]

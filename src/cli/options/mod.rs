@@ -17,7 +17,7 @@ mod work_args;
 pub use budget::film_bytes;
 pub use frames::{FrameArgs, Sequence};
 pub use grade_args::GradeArgs;
-pub use parsers::{named, parse_number};
+pub use parsers::{name_parser, parse_number};
 pub use picture_args::{PictureArgs, parse_size};
 pub use scene_args::SceneArgs;
 pub use scene_input::{SceneInput, stem};

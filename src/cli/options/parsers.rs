@@ -15,7 +15,7 @@ pub fn parse_number<T: FromStr>(
 }
 
 /// Takes one of the names in a table of names and values.
-pub fn named<T: Copy + Send + Sync>(
+pub fn name_parser<T: Copy + Send + Sync>(
     table: &'static [(&'static str, T)],
 ) -> impl TypedValueParser<Value = T> {
     let names = table.iter().map(|(name, _)| *name);
@@ -24,7 +24,7 @@ pub fn named<T: Copy + Send + Sync>(
 }
 
 /// Takes one of the names in a table of names, their help and values.
-pub fn described<T: Copy + Send + Sync>(
+pub fn described_name_parser<T: Copy + Send + Sync>(
     table: &'static [(&'static str, &'static str, T)],
 ) -> impl TypedValueParser<Value = T> {
     let names = table.iter();

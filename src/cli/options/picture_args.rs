@@ -1,7 +1,7 @@
 //! The options that change the picture. `render` has them and `verify`, because all of them are
 //! verified.
 
-use super::parsers::{described, named, parse_number};
+use super::parsers::{described_name_parser, name_parser, parse_number};
 use crate::cli::output::CliError;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, value_parser};
@@ -50,7 +50,7 @@ pub struct PictureArgs {
     pub threshold: f32,
     /// Pixel filter, where a pixel has several camera rays: its square, a tent over its
     /// neighbours, or Mitchell's cubic, which is sharper
-    #[arg(long, value_name = "NAME", default_value = "box", value_parser = named(&Filter::ALL))]
+    #[arg(long, value_name = "NAME", default_value = "box", value_parser = name_parser(&Filter::ALL))]
     pub filter: Filter,
     /// Diameter of the lens that camera rays come through, in the scene's units: what is not in
     /// focus is blurred, the better the more --spp [default: a pinhole]
@@ -61,7 +61,7 @@ pub struct PictureArgs {
     pub focus: Option<f32>,
     /// Radiance of what camera rays hit: whitted, the light that falls on it; ao (ambient
     /// occlusion), how much of the sky is open above it, for which --spp 64 and more is meant
-    #[arg(long, default_value = "whitted", value_parser = described(INTEGRATORS))]
+    #[arg(long, default_value = "whitted", value_parser = described_name_parser(INTEGRATORS))]
     pub integrator: Integrator,
     /// Reach of --integrator ao in the scene's units: hits beyond do not count
     /// [default: everything counts]
@@ -76,10 +76,10 @@ pub struct PictureArgs {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = aov_parser())]
     pub aov: Vec<Aovs>,
     /// Transfer curve of the written samples [default: the scene format's]
-    #[arg(long, value_parser = described(TRANSFERS))]
+    #[arg(long, value_parser = described_name_parser(TRANSFERS))]
     pub transfer: Option<Transfer>,
     /// Quantisation of the written samples [default: the scene format's]
-    #[arg(long, value_parser = described(QUANTIZERS))]
+    #[arg(long, value_parser = described_name_parser(QUANTIZERS))]
     pub quantize: Option<Quantize>,
 }
 

@@ -1,6 +1,6 @@
 //! The options that say how a scene's tree is built, and who traces it.
 
-use super::parsers::{described, named, parse_number};
+use super::parsers::{described_name_parser, name_parser, parse_number};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Settings};
@@ -10,7 +10,7 @@ use phalanx::frame::{BuildSettings, CoreAffinity, Engine, Kernel, Quality, Setti
 pub struct TreeArgs {
     /// BVH quality: better trees take longer to build and less time to trace
     /// [default: medium]
-    #[arg(long, value_name = "NAME", value_parser = named(&Quality::ALL))]
+    #[arg(long, value_name = "NAME", value_parser = name_parser(&Quality::ALL))]
     pub quality: Option<Quality>,
 }
 
@@ -43,13 +43,13 @@ pub struct WorkArgs {
     #[arg(long, value_name = "N", value_parser = parse_thread_count)]
     pub threads: Option<usize>,
     /// Bind workers to cores [default: cores if there is a worker for each, else none]
-    #[arg(long, value_name = "MODE", value_parser = described(PINS))]
+    #[arg(long, value_name = "MODE", value_parser = described_name_parser(PINS))]
     pub pin: Option<CoreAffinity>,
     /// Which tracer makes the picture; both give the same bits
-    #[arg(long, default_value = "simd", value_parser = described(ENGINES))]
+    #[arg(long, default_value = "simd", value_parser = described_name_parser(ENGINES))]
     pub engine: Engine,
     /// Traversal kernel of the packet engine
-    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = named(&Kernel::ALL))]
+    #[arg(long, value_name = "NAME", default_value = "auto", value_parser = name_parser(&Kernel::ALL))]
     pub kernel: Kernel,
 }
 

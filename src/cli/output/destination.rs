@@ -103,7 +103,7 @@ pub fn is_replaced(path: &Path) -> bool {
 }
 
 /// Returns true if a name is that of a stream, which is written into.
-pub fn is_stream(path: &Path) -> bool {
+fn is_stream(path: &Path) -> bool {
     matches!(
         Destination::of(path),
         Ok(Destination::Stream(_) | Destination::Open(_))

@@ -1,7 +1,7 @@
 //! Arguments of `phalanx bench`.
 
 use crate::cli::options::{
-    KernelSet, SceneArgs, kernels_parser, named, parse_number, parse_size, parse_thread_count,
+    KernelSet, SceneArgs, kernels_parser, name_parser, parse_number, parse_size, parse_thread_count,
 };
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
@@ -65,7 +65,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "NAME", value_parser = kernels_parser())]
     pub kernel: Option<KernelSet>,
     /// Quality of our BVH; peers build the best that they can
-    #[arg(long, value_name = "NAME", default_value = "best", value_parser = named(&Quality::ALL))]
+    #[arg(long, value_name = "NAME", default_value = "best", value_parser = name_parser(&Quality::ALL))]
     pub quality: Quality,
     /// Other tracers to measure on the same rays, separated by commas
     #[arg(long, value_enum, value_name = "PEER,…", value_delimiter = ',')]

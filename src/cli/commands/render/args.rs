@@ -1,4 +1,4 @@
-//! Arguments of renders that can be interrupted, and of renders that many machines share.
+//! The arguments of `phalanx render`.
 
 use crate::cli::options::{FrameArgs, GradeArgs, PictureArgs, SceneArgs, TreeArgs, WorkArgs};
 use crate::cli::output::ProgressMode;
