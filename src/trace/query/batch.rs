@@ -275,10 +275,8 @@ impl PacketStorage {
         let mut neighbour = STAND_IN;
         self.queue.fill(count, QueueColumns::default(), |queue| {
             for from in (0..rays.len()).step_by(LANES) {
-                let (mut org, mut dir) = (
-                    rays.origin.map(|column| octet(column, from)),
-                    rays.direction.map(|column| octet(column, from)),
-                );
+                let (mut org, mut dir) =
+                    (octets(&rays.origin, from), octets(&rays.direction, from));
                 let tmax = match rays.tmax {
                     TMax::All(tmax) => [tmax; LANES],
                     TMax::Each(each) => octet(each, from),
@@ -298,6 +296,12 @@ impl PacketStorage {
     }
 }
 
+/// Eight numbers of each of three columns.
+#[inline(always)]
+fn octets([x, y, z]: &[&[f32]; 3], from: usize) -> Octet3 {
+    [octet(x, from), octet(y, from), octet(z, from)]
+}
+
 /// Eight numbers of a column, the last one again and again where it ends.
 #[inline(always)]
 fn octet(column: &[f32], from: usize) -> [f32; LANES] {
@@ -312,10 +316,10 @@ fn octet(column: &[f32], from: usize) -> [f32; LANES] {
 fn able_lanes(org: &Octet3, dir: &Octet3, tmax: &[f32; LANES]) -> u8 {
     // 0 for a finite number, else NaN.
     let residue = |x: &[f32; LANES]| F32x8::new(*x) * F32x8::ZERO;
-    let all = org.iter().chain(dir).map(residue);
-    let residue = all.fold(F32x8::ZERO, |sum, residue| sum + residue);
-    let [x, y, z] = dir.map(F32x8::new);
-    let length = Vec3x8::new(x, y, z).max_abs();
+    let sum = |[x, y, z]: &Octet3| residue(x) + residue(y) + residue(z);
+    let residue = sum(org) + sum(dir);
+    let [x, y, z] = dir;
+    let length = Vec3x8::new(F32x8::new(*x), F32x8::new(*y), F32x8::new(*z)).max_abs();
     let able = residue.eq(F32x8::ZERO) & length.gt(F32x8::ZERO) & F32x8::new(*tmax).gt(F32x8::ZERO);
     able.bits() as u8
 }
