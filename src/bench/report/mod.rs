@@ -17,6 +17,6 @@ pub use baseline::{
 };
 pub use compare_table::compare_table;
 pub use files::{RecordError, load, to_csv, to_json};
-pub use readme_table::readme_table;
+pub use readme_table::{readme_table, scene_table};
 pub use record::*;
 pub use statistics::{geometric_mean, median};

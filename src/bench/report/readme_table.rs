@@ -1,30 +1,37 @@
-//! The table of rates in the README, as Markdown.
+//! The tables of rates in the README and in `perf/rates.md`, as Markdown.
 
 use super::text::{counted, rate};
 use super::{BenchRecord, RAY_KINDS, RateRow, geometric_mean};
 use std::collections::BTreeSet;
 
-/// Number of scenes above which the rest is folded away.
-const MAX_VISIBLE_SCENES: usize = 6;
+/// Text in the place of a table where a record has no rates.
+const NO_RATES: &str = "The record has no rates.\n";
 
-/// Rates of a record as Markdown: geometric means over its scenes, then each scene, by kind of rays
-/// on the fewest threads. The columns are ours (`auto`), each peer's best mode with exact results,
-/// the oracle's, and the ratio of ours to theirs. Then come the machine and the command.
+/// Geometric means over a record's scenes as Markdown, by kind of rays on the fewest threads: our
+/// rates (`auto`), their ratios to each peer's best mode with exact results and to the oracle, and
+/// our rates on all threads. Then comes the machine.
 pub fn readme_table(record: &BenchRecord) -> String {
     let table = ReadmeTable::of(record);
     if table.kinds.is_empty() {
-        return "The record has no rates.\n".to_owned();
+        return NO_RATES.to_owned();
     }
     let scenes = counted(record.scenes.len(), "scene");
     let threads = counted(table.fewest as usize, "thread");
-    let mut text = table.head(&format!("geometric means of {scenes}, {threads}"));
-    text += &table.means();
-    let each = table.head(&threads) + &table.scenes();
-    text += &match record.scenes.len() {
-        0..=MAX_VISIBLE_SCENES => format!("\n{each}"),
-        _ => format!("\n<details><summary>Each scene</summary>\n\n{each}\n</details>\n"),
-    };
-    text + "\n" + &source(record)
+    let head = table.head(&format!("geometric means of {scenes}, {threads}"));
+    head + &table.means() + "\n" + &source(record) + ".\n"
+}
+
+/// Rates in each scene of a record as Markdown, by kind of rays on the fewest threads: ours
+/// (`auto`), each peer's best mode with exact results, the oracle's, and the ratio of ours to
+/// theirs. Then come the machine and the command.
+pub fn scene_table(record: &BenchRecord) -> String {
+    let table = ReadmeTable::of(record);
+    if table.kinds.is_empty() {
+        return NO_RATES.to_owned();
+    }
+    let head = table.head(&counted(table.fewest as usize, "thread"));
+    let command = record.run.arguments.join(" ").replace('`', "'");
+    head + &table.scenes() + "\n" + &source(record) + &format!(", `phalanx {command}`.\n")
 }
 
 /// Source of a rate in the table.
@@ -188,7 +195,7 @@ impl RateSource<'_> {
     }
 }
 
-/// Source of the numbers: machine, program and command.
+/// Source of the numbers: machine, program and day.
 fn source(record: &BenchRecord) -> String {
     let (machine, program, run) = (&record.machine, &record.program, &record.run);
     let mut facts = vec![escaped(&machine.cpu)];
@@ -216,10 +223,9 @@ fn source(record: &BenchRecord) -> String {
     let day = run.started.split('T').next().unwrap_or_default();
     let [width, height] = run.size;
     format!(
-        "Medians, millions of rays a second, {width}×{height} unless a scene says otherwise; {}; {}; {day}, `phalanx {}`.\n",
+        "Medians, millions of rays a second, {width}×{height} unless a scene says otherwise; {}; {}; {day}",
         facts.join(", "),
         parts.join(", "),
-        run.arguments.join(" ").replace('`', "'"),
     )
 }
 

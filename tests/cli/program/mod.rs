@@ -11,6 +11,7 @@ mod origin;
 mod pictures;
 mod places;
 mod plans;
+mod readme;
 mod refusals;
 mod scenes;
 mod signals;

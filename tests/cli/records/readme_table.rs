@@ -1,18 +1,23 @@
-//! The README's table of rates is that of a record in `perf/`.
+//! The tables of rates in the README and in `perf/rates.md` are those of a record in `perf/`.
 //!
 //! Between `<!-- rates: perf/records/NAME.json -->` and `<!-- /rates -->` stands what
-//! [`readme_table`] makes of that record.
+//! [`readme_table`] and [`scene_table`] make of that record.
 //! `PHALANX_BLESS=1 cargo test --release --test cli records::` writes it there.
 
 use super::fixture;
-use phalanx::report::{load, readme_table};
+use phalanx::report::{BenchRecord, load, readme_table, scene_table};
 use std::fs;
 use std::path::Path;
 
 const START: &str = "<!-- rates: ";
 const END: &str = "<!-- /rates -->";
-/// Text in the README's marker as long as no record of a whole run is kept.
-const NONE_YET: &str = "filled from perf/";
+
+/// A function that makes a table of a record, as Markdown.
+type TableWriter = fn(&BenchRecord) -> String;
+
+/// Files that hold a table, and the functions that make it.
+const TABLES: [(&str, TableWriter); 2] =
+    [("README.md", readme_table), ("perf/rates.md", scene_table)];
 
 /// The name in the marker and what stands below it; the text around the latter.
 struct Marked<'a> {
@@ -36,31 +41,32 @@ fn marked(text: &str) -> Option<Marked<'_>> {
 }
 
 #[test]
-fn the_readme_has_the_table_of_its_record() {
+fn tables_are_those_of_one_record() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let readme = root.join("README.md");
-    let text = fs::read_to_string(&readme).expect("the README");
-    let marked = marked(&text).expect("a table of rates between its markers in the README");
-    if marked.name == NONE_YET {
-        println!("skipped: the README names no record yet");
-        return;
-    }
     if !root.join("perf/records").is_dir() {
         println!("skipped: the published package has no perf/records");
         return;
     }
-    let record = load(&root.join(marked.name)).unwrap_or_else(|e| panic!("{e}"));
-    let table = readme_table(&record);
-    if std::env::var_os("PHALANX_BLESS").is_some() {
-        let blessed = [marked.before, &table, marked.after].concat();
-        fs::write(&readme, blessed).expect("a README that can be written");
-        return;
+    let mut names = Vec::new();
+    for (file, table_of) in TABLES {
+        let path = root.join(file);
+        let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{file}: {e}"));
+        let marked = marked(&text).unwrap_or_else(|| panic!("no markers in {file}"));
+        let record = load(&root.join(marked.name)).unwrap_or_else(|e| panic!("{e}"));
+        let table = table_of(&record);
+        if std::env::var_os("PHALANX_BLESS").is_some() {
+            let blessed = [marked.before, &table, marked.after].concat();
+            fs::write(&path, blessed).expect("a file that can be written");
+        } else {
+            assert!(
+                marked.table == table,
+                "the table of {file} is not that of {}; PHALANX_BLESS=1 puts this there:\n{table}",
+                marked.name
+            );
+        }
+        names.push(marked.name.to_owned());
     }
-    assert!(
-        marked.table == table,
-        "the README's table is not that of {}; PHALANX_BLESS=1 puts this there:\n{table}",
-        marked.name
-    );
+    assert_eq!(names[0], names[1], "two records");
 }
 
 #[test]
@@ -108,7 +114,8 @@ fn a_table_of_few_scenes() {
             .mrays_per_s
             .median
     };
-    let table = readme_table(&record);
+    let (readme, each) = (readme_table(&record), scene_table(&record));
+    let table = format!("{readme}{each}");
     let line = |start: &str| {
         let found = table.lines().find(|line| line.starts_with(start));
         found.unwrap_or_else(|| panic!("no line {start} in\n{table}"))
@@ -149,20 +156,17 @@ fn a_table_of_few_scenes() {
     assert!(table.contains("**odd\\|scene\\_1**"), "{table}");
     // The one scene that the peer took.
     assert_eq!(table.matches("\n| embree").count(), 1, "{table}");
-    assert!(!table.contains("<details>"));
-    let source = "Imaginary 9000, 2 hardware threads, virtualised (KVM); phalanx 0.1.0 (0123abc) for x86-64-v4, embree 4.4.0; 2026-11-21, `phalanx bench --against embree`.\n";
-    assert!(table.ends_with(source), "{table}");
+    let source = "Imaginary 9000, 2 hardware threads, virtualised (KVM); phalanx 0.1.0 (0123abc) for x86-64-v4, embree 4.4.0; 2026-11-21";
+    assert!(readme.ends_with(&format!("{source}.\n")), "{readme}");
+    let command = ", `phalanx bench --against embree`.\n";
+    assert!(each.ends_with(&format!("{source}{command}")), "{each}");
 }
 
 #[test]
-fn many_scenes_are_folded_away() {
-    let table = readme_table(&fixture::record(7));
-    assert!(
-        table.contains("\n<details><summary>Each scene</summary>\n\n| Mrays/s, 1 thread |"),
-        "{table}"
-    );
-    assert_eq!(table.matches("\n</details>\n").count(), 1);
+fn a_record_without_rates_says_so() {
     let mut empty = fixture::record(1);
     empty.rows.clear();
-    assert_eq!(readme_table(&empty), "The record has no rates.\n");
+    for (_, table_of) in TABLES {
+        assert_eq!(table_of(&empty), "The record has no rates.\n");
+    }
 }
