@@ -116,42 +116,77 @@
 //! | oracle | the second, scalar tracer that every answer is compared with |
 //! | bit-identical | equal as bit patterns: no tolerance |
 //!
-//! The rooms below stand in the order in which data flows.
+//! # Where to look
+//!
+//! | to do | begin with |
+//! |---|---|
+//! | cast rays at a mesh | [`Scene`], [`Bvh`], [`Ray`], [`Hit`] |
+//! | cast millions | [`RayColumns`] or [`RayBuffer`], [`HitColumns`] or [`HitBuffer`] |
+//! | check answers | [`oracle`] |
+//! | read, write, render | `open`, `formats`, `frame`, `image`; long pictures: `jobs` |
+//! | measure | `bench`, `report` |
+//!
+//! Lanes, packets and kernels have pages of their own, in the documentation of the inner crates
+//! `phalanx-trace` and `phalanx-render`. They are the engine room: their names may change.
 
-// Vectors and maps, in the version that the interfaces take.
-pub use glam;
-
-// The scene, and the arithmetic that both tracers share as a definition.
-pub use phalanx_scene as scene;
-pub use phalanx_scene::{GeomId, GeometryError, NO_GEOM, Scene};
-pub use phalanx_scene::{camera, sampling};
-
-// Traversal and intersection.
-pub use phalanx_trace as trace;
-pub use phalanx_trace::bvh::{Bvh, Quality};
+// The front door: what is added, built, cast and answered.
+#[doc(inline)]
+pub use phalanx_scene::{GeomId, GeometryError, NO_GEOM, NO_PRIM, NotInvertible, Scene};
+#[doc(inline)]
+pub use phalanx_trace::bvh::{BuildSettings, Bvh, Quality};
+#[doc(inline)]
 pub use phalanx_trace::query::{
     BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax,
 };
-pub use phalanx_trace::{bvh, isa, packet, simd as lanes};
 
-// The second, plainer tracer.
+// Vectors and maps, in the version that the interfaces take.
+#[doc(no_inline)]
+pub use glam;
+
+// What scenes are made of, the trees over them, and the second, plainer tracer.
+#[doc(inline)]
 pub use phalanx_oracle as oracle;
+#[doc(inline)]
+pub use phalanx_scene as scene;
+#[doc(inline)]
+pub use phalanx_scene::camera;
+#[doc(inline)]
+pub use phalanx_trace::bvh;
 
 // Scenes and pictures as files.
 #[cfg(feature = "render")]
+#[doc(inline)]
 pub use phalanx_io::{cache, formats, image, open, standard};
 
-// Tiles, one frame by either tracer, and large frames band by band.
+// One frame by either tracer, and large ones band by band.
 #[cfg(feature = "render")]
-pub use phalanx_render as render;
-#[cfg(feature = "render")]
-pub use phalanx_render::{frame, jobs, shade};
+#[doc(inline)]
+pub use phalanx_render::{frame, jobs};
 
 // Benchmarks: speed, peers, and the record of both.
 #[cfg(feature = "bench")]
+#[doc(inline)]
 pub use phalanx_bench as bench;
 #[cfg(feature = "bench")]
-pub use phalanx_bench::{peers, report};
+#[doc(inline)]
+pub use phalanx_bench::report;
+
+// The engine room: for the program, the benchmarks and the tests.
+#[cfg(feature = "bench")]
+#[doc(hidden)]
+pub use phalanx_bench::peers;
+#[cfg(feature = "render")]
+#[doc(hidden)]
+pub use phalanx_render as render;
+#[cfg(feature = "render")]
+#[doc(hidden)]
+pub use phalanx_render::shade;
+#[doc(hidden)]
+pub use phalanx_scene::sampling;
+#[doc(hidden)]
+pub use phalanx_trace as trace;
+#[doc(hidden)]
+pub use phalanx_trace::{isa, packet, simd as lanes};
 
 // The README's programs, compiled and run.
 #[cfg(doctest)]

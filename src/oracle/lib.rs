@@ -8,6 +8,7 @@
 mod cone;
 mod instance;
 mod intersect;
+#[doc(hidden)]
 pub mod isolated;
 mod path;
 mod pixel;
@@ -47,7 +48,7 @@ pub struct OracleRayCounts {
     pub refraction: u64,
 }
 
-/// Search method of the oracle.
+/// Search method of the oracle. Both give the same bits.
 #[derive(Clone, Copy, Debug)]
 pub enum OracleSearch<'a> {
     /// Search through trees.
@@ -56,7 +57,24 @@ pub enum OracleSearch<'a> {
     BruteForce,
 }
 
-/// The scalar tracer.
+/// The scalar tracer: the answer that every other is compared with.
+///
+/// ```
+/// use glam::Vec3;
+/// use phalanx_oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};
+/// use phalanx_scene::Scene;
+///
+/// let mut scene = Scene::new();
+/// scene.add_spheres(&[[0.0; 3], [5.0, 0.0, 0.0]], &[1.0, 1.0])?;
+/// let tree = TwoLevelBvh::build(&scene);
+/// let ray = OracleRay::new(Vec3::new(-9.0, 0.0, 0.0), Vec3::X);
+/// for search in [OracleSearch::Tree(&tree), OracleSearch::BruteForce] {
+///     let oracle = Oracle::new(&scene, search, 0);
+///     let hit = oracle.closest(&ray).expect("a hit");
+///     assert_eq!((hit.t, hit.prim_id), (8.0, 0));
+/// }
+/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// ```
 pub struct Oracle<'a> {
     scene: &'a Scene,
     search: OracleSearch<'a>,
@@ -99,7 +117,8 @@ pub fn camera_ray(
 }
 
 impl<'a> Oracle<'a> {
-    /// An oracle for a validated scene. `max_depth` counts bounces after the primary ray.
+    /// Makes an oracle for a valid scene. `max_depth` counts bounces after the primary ray, and
+    /// matters to pictures alone. [`Oracle`] has an example.
     pub fn new(scene: &'a Scene, search: OracleSearch<'a>, max_depth: u32) -> Oracle<'a> {
         Oracle {
             scene,
@@ -299,7 +318,8 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// The closest hit with 0 < t, ties going to the smaller prim_id.
+    /// Finds the closest hit with 0 < t, ties going to the smaller prim_id; `None` is a miss. Costs
+    /// one search through a tree, or a test of every primitive. [`Oracle`] has an example.
     pub fn closest(&self, ray: &OracleRay) -> Option<OracleHit> {
         let setup = OracleRaySetup::new(ray);
         let mut best = None;
@@ -320,7 +340,21 @@ impl<'a> Oracle<'a> {
         best
     }
 
-    /// Returns true if anything is hit with 0 < t < `tmax`.
+    /// Returns true if anything is hit with 0 < t < `tmax`, in units of the direction.
+    ///
+    /// ```
+    /// use glam::Vec3;
+    /// use phalanx_oracle::{Oracle, OracleRay, OracleSearch};
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+    /// let oracle = Oracle::new(&scene, OracleSearch::BruteForce, 0);
+    /// let ray = OracleRay::new(Vec3::new(-9.0, 0.0, 0.0), Vec3::X);
+    /// assert!(oracle.occluded(&ray, 8.5));
+    /// assert!(!oracle.occluded(&ray, 8.0));
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// ```
     pub fn occluded(&self, ray: &OracleRay, tmax: f32) -> bool {
         let setup = OracleRaySetup::new(ray);
         let blocks = |object| self.is_hit(&setup, object, tmax);

@@ -10,6 +10,7 @@ mod ambient_occlusion;
 mod aov_buffer;
 pub mod frame;
 mod heatmap;
+#[doc(hidden)]
 pub mod isolated;
 pub mod jobs;
 mod levels;

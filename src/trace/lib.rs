@@ -20,4 +20,6 @@ pub mod query;
 pub mod isa;
 
 pub use query::{BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax};
-pub use traverse::{Kernel, PacketLanes, PacketTracer, Traversal, TraversalStats, isolated};
+#[doc(hidden)]
+pub use traverse::isolated;
+pub use traverse::{Kernel, PacketLanes, PacketTracer, Traversal, TraversalStats};

@@ -23,6 +23,7 @@ mod batch_slice;
 mod beam;
 mod coherence;
 mod counters;
+#[doc(hidden)]
 pub mod isolated;
 mod kernel;
 mod kernel_tuner;
