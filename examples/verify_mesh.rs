@@ -28,8 +28,8 @@ fn verify(
     scene.add_mesh(vertices, indices)?;
     let bounds = scene.bounds();
     let mut random = random_numbers();
-    let mut place = || bounds.lo + (bounds.hi - bounds.lo) * Vec3::from([0, 1, 2].map(&mut random));
-    let rays: Vec<Ray> = (0..count).map(|_| Ray::segment(place(), place())).collect();
+    let mut point = || bounds.lo + (bounds.hi - bounds.lo) * Vec3::from([0, 1, 2].map(&mut random));
+    let rays: Vec<Ray> = (0..count).map(|_| Ray::segment(point(), point())).collect();
 
     let bvh = Bvh::build(&scene);
     let columns: RayBuffer = rays.iter().copied().collect();

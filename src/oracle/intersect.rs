@@ -6,7 +6,8 @@
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD, PrimKind, Scene};
 
-/// A ray: hits count for t > 0 in units of `dir`.
+/// A ray: hits count for t > 0 in units of `dir`. It has no end of its own:
+/// [`Oracle::occluded`](crate::Oracle::occluded) takes one.
 #[derive(Clone, Copy, Debug)]
 pub struct OracleRay {
     /// Origin.
@@ -16,13 +17,20 @@ pub struct OracleRay {
 }
 
 impl OracleRay {
-    /// A ray.
+    /// Makes a ray.
+    ///
+    /// ```
+    /// use glam::Vec3;
+    /// use phalanx_oracle::OracleRay;
+    ///
+    /// assert_eq!(OracleRay::new(Vec3::ZERO, Vec3::Z).dir, Vec3::Z);
+    /// ```
     pub fn new(org: Vec3, dir: Vec3) -> OracleRay {
         OracleRay { org, dir }
     }
 }
 
-/// A ray's hit.
+/// A ray's hit. A miss is no `OracleHit`, but `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OracleHit {
     /// Distance in units of the ray's direction.

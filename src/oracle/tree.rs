@@ -26,7 +26,7 @@ struct OracleNode {
     count: u32,
 }
 
-/// The world's tree, and one for every mesh.
+/// The world's tree, and one for every mesh, for [`OracleSearch::Tree`](crate::OracleSearch).
 #[derive(Clone, Debug)]
 pub struct TwoLevelBvh {
     world: OracleTree,
@@ -35,7 +35,18 @@ pub struct TwoLevelBvh {
 }
 
 impl TwoLevelBvh {
-    /// Builds the trees of a scene.
+    /// Builds the trees of a scene, on one thread. The scene must be valid, and stay as it is while
+    /// the trees are used.
+    ///
+    /// ```
+    /// use phalanx_oracle::TwoLevelBvh;
+    /// use phalanx_scene::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+    /// assert!(TwoLevelBvh::build(&scene).memory_bytes() > 0);
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// ```
     pub fn build(scene: &Scene) -> TwoLevelBvh {
         let prims = scene.prim_count() as u32;
         let instance_boxes = super::instance::instance_boxes(scene);

@@ -1,9 +1,12 @@
 //! The numbers by which hits name what was added together.
 
-/// Number of a geometry, in the order in which they were added, from 0.
+/// Number of a geometry, from 0 in the order in which geometries were added.
+///
+/// A geometry is what one call of `Scene::add_mesh`, `Scene::add_spheres` or `Scene::add_instance`
+/// added.
 pub type GeomId = u32;
 
-/// Geometry of a miss, and of primitives that were added one by one.
+/// Geometry of a miss, and of primitives that were added one by one: 2³² − 1.
 pub const NO_GEOM: GeomId = GeomId::MAX;
 
 /// Primitives that were added together.

@@ -4,7 +4,18 @@ use super::{Material, Mesh, MeshMaterial, Prim, Scene, Vec3s};
 use crate::geometries::{GeomId, Geometry, NO_GEOM};
 use glam::Vec3;
 
-/// Errors of the slices that make geometry. Nothing is added where there is one.
+/// Errors of the slices that make geometry. A call that returns one adds nothing.
+///
+/// ```
+/// use phalanx_scene::{GeometryError, Scene};
+///
+/// let error = Scene::new().add_spheres(&[[0.0; 3]], &[-1.0]).unwrap_err();
+/// assert_eq!(error, GeometryError::Radius { sphere: 0, radius: -1.0 });
+/// assert_eq!(
+///     error.to_string(),
+///     "sphere 0 has a radius of -1: radii are positive and finite"
+/// );
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GeometryError {
     /// A coordinate of a vertex, or of a sphere's centre, is NaN or infinite.
@@ -51,19 +62,30 @@ pub enum GeometryError {
 
 impl Scene {
     /// Makes an empty scene: no primitives, no lights, a camera at (0, 0, 1) that looks at the
-    /// origin, 640×480 pixels.
+    /// origin, 640×480 pixels. Camera, lights and size matter to pictures alone, not to rays.
+    ///
+    /// ```
+    /// use phalanx_scene::Scene;
+    ///
+    /// let scene = Scene::new();
+    /// assert_eq!((scene.prim_count(), scene.lights.len()), (0, 0));
+    /// assert_eq!((scene.width, scene.height), (640, 480));
+    /// ```
     #[inline]
     pub fn new() -> Scene {
         Scene::default()
     }
 
-    /// Adds a mesh of triangles. Coordinates are in the scene's units, in single precision; with a
-    /// largest one between 2⁻²⁸ and 2²⁸ nothing overflows or vanishes on the way to a hit. Corners
-    /// are counter-clockwise, seen from outside; rays hit both sides. Triangle i of the mesh has
-    /// the `prim_id` of its first triangle plus i. The material is number 0, a light grey if the
-    /// scene has none yet. Slices may be empty.
+    /// Adds a mesh: x, y and z of each vertex, and three rows of `vertices` for each triangle.
     ///
-    /// Costs one pass over both slices and a copy of them.
+    /// Coordinates are in the scene's units, which are the caller's own. If the largest lies
+    /// between 2⁻²⁸ and 2²⁸, nothing overflows or vanishes on the way to a hit. Corners are
+    /// counter-clockwise, seen from outside; rays hit both sides. Triangle i has the `prim_id` of
+    /// the mesh's first triangle plus i. The material is number 0, a light grey if the scene has
+    /// none yet. Both slices may be empty, and triangles may lack area.
+    ///
+    /// Costs one pass over both slices and a copy of them. A scene holds up to 2³⁰ − 1 primitives
+    /// and as many vertices.
     ///
     /// # Errors
     /// [`GeometryError::NotFinite`], [`GeometryError::IndexOutOfRange`] and
@@ -88,7 +110,8 @@ impl Scene {
     }
 
     /// Adds spheres by centre and radius, in the scene's units. Sphere i has the `prim_id` of the
-    /// first plus i. Material as in [`Scene::add_mesh`].
+    /// first plus i. Rays that start inside hit the far side. Material and cost as in
+    /// [`Scene::add_mesh`].
     ///
     /// # Errors
     /// [`GeometryError::Lengths`], [`GeometryError::NotFinite`], [`GeometryError::Radius`] and
@@ -98,8 +121,10 @@ impl Scene {
     /// use phalanx_scene::{GeometryError, Scene};
     ///
     /// let mut scene = Scene::new();
-    /// scene.add_spheres(&[[0.0; 3], [3.0, 0.0, 0.0]], &[1.0, 0.5])?;
-    /// assert_eq!(scene.prim_count(), 2);
+    /// let pair = scene.add_spheres(&[[0.0; 3], [3.0, 0.0, 0.0]], &[1.0, 0.5])?;
+    /// assert_eq!((pair, scene.prim_count()), (0, 2));
+    /// let uneven = scene.add_spheres(&[[0.0; 3]], &[]);
+    /// assert_eq!(uneven, Err(GeometryError::Lengths { centers: 1, radii: 0 }));
     /// # Ok::<(), GeometryError>(())
     /// ```
     pub fn add_spheres(
@@ -129,8 +154,9 @@ impl Scene {
         Ok(self.geometries.push(Geometry::Prims { first, count }))
     }
 
-    /// Adds a mesh that can be seen only through its instances, and returns the number that
-    /// [`Scene::add_instance`] takes. It is stored once, however often it is placed.
+    /// Adds a mesh that is seen only through its instances, and returns the number that
+    /// [`Scene::add_instance`] takes. That number is no [`GeomId`]. The mesh is stored once,
+    /// however often it is placed. Slices as in [`Scene::add_mesh`], with one triangle at least.
     ///
     /// # Errors
     /// As [`Scene::add_mesh`], and [`GeometryError::EmptyPrototype`].
@@ -141,9 +167,10 @@ impl Scene {
     /// let mut scene = Scene::new();
     /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     /// let leaf = scene.add_prototype(&corners, &[[0, 1, 2]])?;
+    /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 0));
     /// for x in 0..10 {
-    ///     let place = glam::DAffine3::from_translation(glam::DVec3::new(f64::from(x), 0.0, 0.0));
-    ///     scene.add_instance(leaf, place)?;
+    ///     let to_world = glam::DAffine3::from_translation(glam::dvec3(f64::from(x), 0.0, 0.0));
+    ///     scene.add_instance(leaf, to_world)?;
     /// }
     /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 10));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -163,8 +190,18 @@ impl Scene {
     }
 
     /// Lists the geometries by the `prim_id` at which each begins, in ascending order; what lies
-    /// between two of them has none ([`NO_GEOM`]). Numbers change while primitives are added: those
-    /// of instances follow all stored ones.
+    /// between two of them has none ([`NO_GEOM`]), and the last row is where all end. Numbers
+    /// change while primitives are added: those of instances follow all stored ones.
+    ///
+    /// ```
+    /// use phalanx_scene::{NO_GEOM, Scene};
+    ///
+    /// let mut scene = Scene::new();
+    /// let pair = scene.add_spheres(&[[0.0; 3], [3.0, 0.0, 0.0]], &[1.0, 0.5])?;
+    /// let one = scene.add_spheres(&[[6.0, 0.0, 0.0]], &[1.0])?;
+    /// assert_eq!(scene.geometry_starts(), [(0, pair), (2, one), (3, NO_GEOM)]);
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// ```
     pub fn geometry_starts(&self) -> Vec<(u32, GeomId)> {
         let mut starts: Vec<(u32, GeomId)> = Vec::new();
         let mut end = 0;

@@ -52,8 +52,9 @@ pub struct Instances {
 /// precision.
 const MAX_STRETCH: f64 = 1_099_511_627_776.0; // 2^40
 
-/// Error: an instance's map has no inverse, or the map or its inverse stretches or shrinks beyond
-/// 2^±40 or beyond the range of f32.
+/// Error of an instance's map that has no inverse in single precision.
+///
+/// The map or its inverse stretches or shrinks beyond 2^±40, or leaves the range of f32.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the transform cannot be inverted in single precision")]
 pub struct NotInvertible;

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// Primitive number that stands for a miss.
+/// Primitive number that stands for a miss: 2³² − 1.
 pub const NO_PRIM: u32 = u32::MAX;
 
 /// The kinds of primitive a scene can hold.

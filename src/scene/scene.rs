@@ -14,8 +14,21 @@ use crate::triangles::{Mesh, Triangles};
 use crate::view::View;
 use glam::Vec3;
 
-/// Everything that a picture depends on. The columns are public, so that generators and readers can
-/// fill them directly.
+/// Everything that a picture depends on: primitives, materials, lights, camera.
+///
+/// [`Scene::add_mesh`] and [`Scene::add_spheres`] check what they are given, and rays need no more.
+/// The columns are public, so that generators and readers can fill them directly;
+/// [`Scene::validate`] then checks all of them before anything is traced.
+///
+/// ```
+/// use phalanx_scene::Scene;
+///
+/// let mut scene = Scene::new();
+/// scene.add_spheres(&[[0.0, 0.0, -3.0]], &[1.0])?;
+/// assert!(scene.validate().is_ok());
+/// assert_eq!(scene.bounds().lo.to_array(), [-1.0, -1.0, -4.0]);
+/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Image width in pixels, 1 to [`MAX_SIDE`].
@@ -264,9 +277,26 @@ impl Scene {
 
     /// Places a mesh that [`Scene::add_prototype`] or [`Scene::begin_mesh`] made. The instance is a
     /// geometry of its own. Its triangles have numbers beyond those of all stored primitives.
+    /// `to_world` maps the mesh's coordinates to the scene's: any affine map that has an inverse.
+    /// The number of the mesh is not checked here, but by [`Scene::validate`].
     ///
     /// # Errors
     /// [`NotInvertible`]; then nothing is placed.
+    ///
+    /// ```
+    /// use glam::{DAffine3, DVec3, dvec3};
+    /// use phalanx_scene::{NotInvertible, Scene};
+    ///
+    /// let mut scene = Scene::new();
+    /// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let mesh = scene.add_prototype(&corners, &[[0, 1, 2]])?;
+    /// let large = DAffine3::from_scale(DVec3::splat(3.0));
+    /// assert_eq!(scene.add_instance(mesh, large)?, 0);
+    /// assert_eq!((scene.prim_count(), scene.visible_count()), (1, 1));
+    /// let flat = DAffine3::from_scale(dvec3(1.0, 0.0, 1.0));
+    /// assert_eq!(scene.add_instance(mesh, flat), Err(NotInvertible));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn add_instance(
         &mut self,
         mesh: u32,

@@ -8,8 +8,25 @@ use super::{
 use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
 
-/// The trees of a scene: the world's, whose root is node 0 and always exists, and one for every
-/// mesh. Instances of a mesh continue at the root of its tree.
+/// The trees of a scene, and with them everything that a ray can hit: [`Bvh::build`] makes them,
+/// [`Bvh::intersect`] and [`Bvh::intersect_batch`] ask them.
+///
+/// There is the world's tree, whose root is node 0 and always exists, and one for every mesh.
+/// Instances of a mesh continue at the root of its tree. A tree may be shared among threads, all of
+/// its queries take `&self`, and no answer depends on its shape.
+///
+/// ```
+/// use phalanx_scene::Scene;
+/// use phalanx_trace::{Ray, bvh::Bvh};
+///
+/// let mut scene = Scene::new();
+/// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+/// let bvh = Bvh::build(&scene);
+/// let ray = Ray::new([0.0, 0.0, -3.0], [0.0, 0.0, 1.0]);
+/// let other = std::thread::scope(|scope| scope.spawn(|| bvh.intersect(&ray)).join());
+/// assert_eq!(other.expect("a result"), bvh.intersect(&ray));
+/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Bvh {
     pub(super) nodes: Column<Node>,

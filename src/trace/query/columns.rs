@@ -4,7 +4,20 @@ use super::{Hit, Ray};
 use crate::packet::NO_PRIM;
 use phalanx_scene::NO_GEOM;
 
-/// Farthest distances of a batch, in units of each ray's direction.
+/// Farthest distances of a batch, in units of each ray's direction. Hits count below them.
+///
+/// ```
+/// use phalanx_trace::{RayColumns, TMax};
+///
+/// let (zeros, ones, ends) = ([0.0; 8], [1.0; 8], [2.5; 8]);
+/// let endless = RayColumns {
+///     origin: [&zeros; 3].map(|column| &column[..]),
+///     direction: [&ones; 3].map(|column| &column[..]),
+///     tmax: TMax::All(f32::INFINITY),
+/// };
+/// let short = RayColumns { tmax: TMax::Each(&ends), ..endless };
+/// assert!(endless.check().is_ok() && short.check().is_ok());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TMax<'a> {
     /// The same for all rays; infinity where rays have no end. The fast way: all kernels serve, but
@@ -44,9 +57,31 @@ pub struct RayColumns<'a> {
     pub tmax: TMax<'a>,
 }
 
-/// Places for the hits of a batch, one row for each ray.
+/// Places for the hits of a batch, one row for each ray. A call overwrites every row.
 ///
-/// A miss has `t` = infinity, `u` = `v` = 0, `prim_id` = [`NO_PRIM`] and `geom_id` = [`NO_GEOM`].
+/// A miss has `t` = infinity, `u` = `v` = 0, `prim_id` = [`NO_PRIM`] and `geom_id` = [`NO_GEOM`],
+/// which are both 2³² − 1. What the columns of a hit mean is told at [`Hit`].
+///
+/// ```
+/// use phalanx_scene::{NO_GEOM, NO_PRIM, Scene};
+/// use phalanx_trace::{HitColumns, Ray, RayBuffer, bvh::Bvh};
+///
+/// let bvh = Bvh::build(&Scene::new());
+/// let rays: RayBuffer = [Ray::new([0.0; 3], [0.0, 0.0, 1.0])].into_iter().collect();
+/// let (mut t, mut u, mut v) = ([7.0], [7.0], [7.0]);
+/// let (mut prim_id, mut geom_id) = ([7], [7]);
+/// let mut hits = HitColumns {
+///     t: &mut t,
+///     u: &mut u,
+///     v: &mut v,
+///     prim_id: &mut prim_id,
+///     geom_id: &mut geom_id,
+/// };
+/// bvh.intersect_batch(&rays.columns(), &mut hits, 0)?;
+/// assert_eq!((t, u, v), ([f32::INFINITY], [0.0], [0.0]));
+/// assert_eq!((prim_id, geom_id), ([NO_PRIM], [NO_GEOM]));
+/// # Ok::<(), phalanx_trace::BatchError>(())
+/// ```
 #[derive(Debug)]
 pub struct HitColumns<'a> {
     /// Distances in units of the rays' directions.
@@ -61,7 +96,19 @@ pub struct HitColumns<'a> {
     pub geom_id: &'a mut [u32],
 }
 
-/// Columns of one batch that differ in length.
+/// Columns of one batch that differ in length. A call that returns it has written nothing.
+///
+/// ```
+/// use phalanx_scene::Scene;
+/// use phalanx_trace::{HitBuffer, Ray, RayBuffer, bvh::Bvh};
+///
+/// let bvh = Bvh::build(&Scene::new());
+/// let rays: RayBuffer = [Ray::new([0.0; 3], [0.0, 0.0, 1.0])].into_iter().collect();
+/// let mut hits = HitBuffer::new(2);
+/// let error = bvh.intersect_batch(&rays.columns(), &mut hits.columns(), 0).unwrap_err();
+/// assert_eq!((error.column, error.len, error.rays), ("t", 2, 1));
+/// assert_eq!(error.to_string(), "the column t has 2 rows, and there are 1 rays");
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the column {column} has {len} rows, and there are {rays} rays")]
 pub struct BatchError {
@@ -86,10 +133,22 @@ impl RayColumns<'_> {
         self.len() == 0
     }
 
-    /// Compares the lengths of all columns.
+    /// Compares the lengths of all columns, as every batch does first.
     ///
     /// # Errors
     /// [`BatchError`] with the first column that differs from the origins' x.
+    ///
+    /// ```
+    /// use phalanx_trace::{RayColumns, TMax};
+    ///
+    /// let (long, short) = ([0.0; 3], [0.0; 2]);
+    /// let rays = RayColumns {
+    ///     origin: [&long, &long, &long],
+    ///     direction: [&long, &long, &short],
+    ///     tmax: TMax::All(1.0),
+    /// };
+    /// assert_eq!(rays.check().unwrap_err().column, "direction");
+    /// ```
     pub fn check(&self) -> Result<(), BatchError> {
         let rays = self.len();
         for (name, columns) in [("origin", self.origin), ("direction", self.direction)] {
@@ -162,12 +221,17 @@ pub(super) fn same_length(column: &'static str, len: usize, rays: usize) -> Resu
 
 /// Rays in columns of their own, pushed one by one, for those who have no columns yet.
 ///
+/// 28 bytes a ray.
+///
 /// ```
 /// use phalanx_trace::{Ray, RayBuffer};
 ///
 /// let ahead = |x| Ray::new([x, 0.0, 0.0], [0.0, 0.0, 1.0]);
-/// let rays: RayBuffer = (0..10).map(|x| ahead(x as f32)).collect();
+/// let mut rays: RayBuffer = (0..10).map(|x| ahead(x as f32)).collect();
 /// assert_eq!(rays.columns().origin[0][9], 9.0);
+/// rays.clear();
+/// rays.push(&ahead(5.0));
+/// assert_eq!(rays.len(), 1);
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct RayBuffer {
@@ -237,12 +301,23 @@ impl FromIterator<Ray> for RayBuffer {
 
 /// Hits in columns of their own, all of them misses at first.
 ///
-/// ```
-/// use phalanx_trace::HitBuffer;
+/// 20 bytes a ray. A buffer serves any number of batches of its length.
 ///
-/// let mut hits = HitBuffer::new(3);
-/// assert_eq!(hits.columns().t.len(), 3);
-/// assert_eq!(hits.get(2), None);
+/// ```
+/// use phalanx_scene::Scene;
+/// use phalanx_trace::{HitBuffer, Ray, RayBuffer, bvh::Bvh};
+///
+/// let mut scene = Scene::new();
+/// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+/// let bvh = Bvh::build(&scene);
+/// let rays: RayBuffer =
+///     (0..3).map(|x| Ray::new([2.0 * x as f32, 0.0, -3.0], [0.0, 0.0, 1.0])).collect();
+/// let mut hits = HitBuffer::new(rays.len());
+/// assert_eq!(hits.get(0), None);
+/// bvh.intersect_batch(&rays.columns(), &mut hits.columns(), 0)?;
+/// assert_eq!(hits.get(0).map(|hit| hit.t), Some(2.0));
+/// assert_eq!(hits.iter().flatten().count(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct HitBuffer {

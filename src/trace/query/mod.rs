@@ -23,7 +23,16 @@ use phalanx_scene::GeomId;
 /// A ray: what it meets at `origin` + t · `direction`, 0 < t < `tmax`, counts.
 ///
 /// A ray with a number that is not finite in origin or direction, with a direction of zero, or with
-/// a `tmax` that is NaN, zero or negative misses everything.
+/// a `tmax` that is NaN, zero or negative misses everything: it is no error.
+///
+/// ```
+/// use phalanx_trace::Ray;
+///
+/// let ray = Ray { tmax: 10.0, ..Ray::new([0.0; 3], [0.0, 0.0, 1.0]) };
+/// assert!(ray.can_hit());
+/// assert!(!Ray { tmax: f32::NAN, ..ray }.can_hit());
+/// assert!(!Ray { direction: [0.0; 3], ..ray }.can_hit());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Where it starts, in scene units. A ray that starts on a surface may meet that surface again;
@@ -36,7 +45,7 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// Makes a ray without end. Takes arrays and glam's vectors.
+    /// Makes a ray without end, whose `tmax` is infinity. Takes arrays and glam's vectors.
     ///
     /// ```
     /// use phalanx_trace::Ray;
@@ -72,13 +81,20 @@ impl Ray {
         }
     }
 
-    /// The place at distance `t`, in units of the direction.
+    /// The place at distance `t`, in units of the direction. For t of a hit it lies on the surface
+    /// but for rounding: about as many digits as the coordinates have in single precision.
+    ///
+    /// ```
+    /// use phalanx_trace::Ray;
+    ///
+    /// assert_eq!(Ray::segment([1.0, 0.0, 0.0], [5.0, 2.0, 0.0]).at(0.5), [3.0, 1.0, 0.0]);
+    /// ```
     #[inline]
     pub fn at(&self, t: f32) -> [f32; 3] {
         std::array::from_fn(|axis| self.origin[axis] + t * self.direction[axis])
     }
 
-    /// Tells if the ray can hit anything at all: see [`Ray`].
+    /// Tells if the ray can hit anything at all: see [`Ray`], which has an example.
     #[inline]
     pub fn can_hit(&self) -> bool {
         let mut numbers = self.origin.iter().chain(&self.direction);
@@ -86,7 +102,20 @@ impl Ray {
     }
 }
 
-/// The closest thing that a ray meets.
+/// The closest thing that a ray meets. A miss is no `Hit`, but `None`.
+///
+/// ```
+/// use phalanx_scene::Scene;
+/// use phalanx_trace::{Hit, Ray, bvh::Bvh};
+///
+/// let mut scene = Scene::new();
+/// let ball = scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+/// let ray = Ray::new([0.0, 0.0, -3.0], [0.0, 0.0, 0.5]);
+/// // Two units away, of which the direction is half a one.
+/// let expected = Hit { t: 4.0, u: 0.0, v: 0.0, prim_id: 0, geom_id: ball };
+/// assert_eq!(Bvh::build(&scene).intersect(&ray), Some(expected));
+/// # Ok::<(), phalanx_scene::GeometryError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance, 0 < t < `tmax`, in units of the ray's direction.
@@ -161,7 +190,25 @@ impl Bvh {
     }
 
     /// The `prim_id` of the first primitive of a geometry: `hit.prim_id` less this is the row of
-    /// the triangle or sphere in the slices that made it. `None` for geometries without primitives.
+    /// the triangle or sphere in the slices that made it. `None` for geometries without primitives,
+    /// for [`NO_GEOM`](phalanx_scene::NO_GEOM), and in trees that came from a cache.
+    ///
+    /// Costs a search through the list of geometries, so where hits are many, keep the answers.
+    ///
+    /// ```
+    /// use phalanx_scene::Scene;
+    /// use phalanx_trace::{Ray, bvh::Bvh};
+    ///
+    /// let mut scene = Scene::new();
+    /// let near = scene.add_spheres(&[[0.0; 3], [9.0, 0.0, 0.0]], &[1.0, 1.0])?;
+    /// let far = scene.add_spheres(&[[0.0, 9.0, 0.0], [9.0, 9.0, 0.0]], &[1.0, 1.0])?;
+    /// let bvh = Bvh::build(&scene);
+    /// let hit = bvh.intersect(&Ray::new([9.0, 9.0, -5.0], [0.0, 0.0, 1.0])).expect("a hit");
+    /// assert_eq!((hit.geom_id, hit.prim_id), (far, 3));
+    /// assert_eq!(bvh.first_prim(far).map(|first| hit.prim_id - first), Some(1));
+    /// assert_eq!(bvh.first_prim(near), Some(0));
+    /// # Ok::<(), phalanx_scene::GeometryError>(())
+    /// ```
     pub fn first_prim(&self, geometry: GeomId) -> Option<u32> {
         self.geometries().first_prim(geometry)
     }
