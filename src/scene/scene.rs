@@ -31,11 +31,11 @@ use glam::Vec3;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Image width in pixels, 1 to [`MAX_SIDE`].
+    /// Image width in pixels, 1 to [`MAX_SIDE`](crate::MAX_SIDE).
     pub width: u32,
-    /// Image height in pixels, 1 to [`MAX_SIDE`].
+    /// Image height in pixels, 1 to [`MAX_SIDE`](crate::MAX_SIDE).
     pub height: u32,
-    /// Bounces after the primary ray, 0 to [`MAX_DEPTH_LIMIT`].
+    /// Bounces after the primary ray, 0 to [`MAX_DEPTH_LIMIT`](crate::MAX_DEPTH_LIMIT).
     pub max_depth: u32,
     /// Output name that the file requests: a bare file name, no folders.
     pub output: Option<String>,
