@@ -2,9 +2,10 @@
 //! checks that the scene can be traced.
 
 use super::diagnostics::{DiagnosticSink, Span};
+use super::loaded::Loaded;
+use super::options::{AddedLight, Options};
 use super::origin::{self, Origin, ReadStop};
 use super::workers;
-use super::{AddedLight, Loaded, Options};
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene, SceneError, View};
 

@@ -1,8 +1,6 @@
 //! Diagnostics of a reader about its file, in file order and never more than [`MAX_DIAGNOSTICS`] of
 //! a kind.
 
-use super::Diagnostic;
-
 /// Number of errors after which a reader stops; equally many warnings are kept.
 pub const MAX_DIAGNOSTICS: usize = 20;
 
@@ -22,6 +20,23 @@ impl Span {
         offset: 0,
         length: 0,
     };
+}
+
+/// One message about a span of a scene file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// Line, from 1; 0 in a binary file, where only the offset gives the position.
+    pub line: usize,
+    /// Column in characters, from 1; a byte order mark counts as none. 0 in a binary file.
+    pub column: usize,
+    /// Byte offset of the span in the file, byte order mark included.
+    pub offset: usize,
+    /// Length of the span in bytes.
+    pub length: usize,
+    /// The error or remark.
+    pub message: String,
+    /// Advice on how to mend it, if there is any.
+    pub help: Option<String>,
 }
 
 /// Collects diagnostics and finds the line and column of each.

@@ -4,10 +4,11 @@
 use super::defaults::finish_scene;
 use super::diagnostics::{DiagnosticSink, MAX_DIAGNOSTICS, Span};
 use super::faces::{Faces, NORMAL, UV, VERTEX};
+use super::loaded::Loaded;
 use super::mesh_defaults::{BARE, GREY, empty_scene};
+use super::options::Options;
 use super::origin::{self, ReadStop};
 use super::workers;
-use super::{Loaded, Options};
 use phalanx_scene::{
     Column, Material, MaterialTable, Mesh, MeshMaterial, Prim, Scene, Vec2s, Vec3s,
 };

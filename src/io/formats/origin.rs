@@ -17,8 +17,7 @@
 //! difference is exact (Sterbenz). Axes that are not moved stay exact, too. Scenes with a ground
 //! that reaches to the origin have a large h, and are not moved.
 
-use super::Diagnostic;
-use super::diagnostics::DiagnosticSink;
+use super::diagnostics::{Diagnostic, DiagnosticSink};
 use glam::{DVec3, Vec3};
 use phalanx_scene::{Bounds, Scene, Vec3s};
 

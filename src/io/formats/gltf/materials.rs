@@ -5,9 +5,9 @@ use super::document::{
     GltfDocument, GltfMaterial, MetallicRoughness, SpecularGlossiness, TextureInfo,
 };
 use super::source::{GltfSource, file_name, parse_data_uri};
-use crate::formats::Options;
 use crate::formats::diagnostics::DiagnosticSink;
 use crate::formats::mesh_defaults::GREY;
+use crate::formats::options::Options;
 use crate::formats::texture::{Embedded, TextureLibrary};
 use glam::{Vec2, Vec3};
 use phalanx_scene::{Material, MaterialTable, Materials, NO_TEXTURE, Wrap};

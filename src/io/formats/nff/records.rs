@@ -1,7 +1,7 @@
 //! The records by name, and the reading of operands.
 
-use super::NffReader;
 use super::lexer::NffToken;
+use super::reader::NffReader;
 use crate::formats::diagnostics::{Span, quoted};
 use crate::formats::number::{double, number, widened};
 use glam::{DVec3, Vec3};

@@ -1,6 +1,6 @@
 //! Shapes, and the materials that they have.
 
-use super::NffReader;
+use super::reader::NffReader;
 use super::records::NffRecord;
 use crate::formats::faces::MAX_CORNERS;
 use crate::formats::number::count;

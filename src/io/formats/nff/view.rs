@@ -1,8 +1,8 @@
 //! Statements that a file has once, view and background, and its lights.
 
 use super::lexer::NffToken;
+use super::reader::{NffLight, NffReader};
 use super::records::NffRecord;
-use super::{NffLight, NffReader};
 use crate::formats::diagnostics::quoted;
 use crate::formats::number::{count, number};
 use glam::Vec3;

@@ -4,8 +4,8 @@
 //! threads read the chunks.
 
 use super::header::{Element, Property, PropertyKind};
-use super::rows::{FaceSink, check_corners, checked_normal, checked_position, too_short};
-use super::{Body, ElementUse, ReadPlan};
+use super::plan::{ElementUse, ReadPlan};
+use super::rows::{Body, FaceSink, check_corners, checked_normal, checked_position, too_short};
 use crate::formats::decimal;
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
 use crate::formats::memory_budget::BudgetShare;

@@ -5,8 +5,8 @@
 
 use super::columns::{TriangleRowLayout, fill};
 use super::header::{Element, Encoding, PropertyKind, Type};
-use super::rows::{FaceSink, check_corners, checked_normal, checked_position, too_short};
-use super::{Body, ElementUse, ReadPlan, VertexPlan};
+use super::plan::{ElementUse, ReadPlan, VertexPlan};
+use super::rows::{Body, FaceSink, check_corners, checked_normal, checked_position, too_short};
 use crate::formats::diagnostics::{DiagnosticSink, Span};
 use crate::formats::faces::{Faces, VERTEX};
 use crate::formats::mesh::{NotFinite, ParseError, ParseErrors};

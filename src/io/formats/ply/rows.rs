@@ -1,9 +1,25 @@
-//! Rows of either encoding: their errors, and the conversion of faces.
+//! Rows of either encoding: their result, their errors, and the conversion of faces.
 
 use super::header::Element;
 use crate::formats::diagnostics::Span;
 use crate::formats::faces::{Faces, MAX_CORNERS};
 use crate::formats::mesh::{NotFinite, Occurrences, ParseError};
+use phalanx_scene::Vec3s;
+
+/// The result of the rows.
+#[derive(Default)]
+pub(super) struct Body {
+    pub(super) vertices: Vec3s,
+    pub(super) normals: Option<Vec3s>,
+    /// Faces, in chunks.
+    pub(super) faces: Vec<Faces>,
+    /// Vertices that are not finite, ascending; their rows are zero.
+    pub(super) not_finite: Vec<NotFinite>,
+    /// Normals that are zero or not finite, ascending.
+    pub(super) bad_normals: Vec<NotFinite>,
+    /// Faces of fewer than three corners.
+    pub(super) skipped: Occurrences,
+}
 
 /// Destination of faces.
 #[derive(Debug, Default)]

@@ -1,11 +1,23 @@
 //! Ascii STL: `facet`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`.
 
-use super::{Soup, fault, mark_length};
 use crate::formats::decimal;
 use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
 use crate::formats::mesh::{ParseError, ParseErrors};
 use crate::formats::workers;
 use glam::DVec3;
+
+/// Corners as in the file, three for each facet.
+pub(super) type Soup = Vec<[[f32; 3]; 3]>;
+
+/// The length of the byte order mark that some editors put before text.
+pub(super) fn mark_length(bytes: &[u8]) -> usize {
+    let mark = "\u{feff}".as_bytes();
+    if bytes.starts_with(mark) {
+        mark.len()
+    } else {
+        0
+    }
+}
 
 /// Word that ends a facet; chunks of the text end behind it.
 const END: &[u8] = b"endfacet";
@@ -216,4 +228,8 @@ impl StlAsciiReader<'_> {
         let length = word.length.min(16);
         self.text[word.offset..word.offset + length].to_ascii_lowercase()
     }
+}
+
+fn fault(offset: usize, length: usize, message: impl Into<String>) -> ParseError {
+    ParseError::new(Span { offset, length }, message)
 }

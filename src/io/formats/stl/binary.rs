@@ -1,7 +1,11 @@
 //! Binary STL.
 
-use super::{FACET, HEADER};
 use crate::formats::diagnostics::{DiagnosticSink, Span};
+
+/// Bytes before the first facet of a binary file: a remark and the number of facets.
+pub(super) const HEADER: usize = 84;
+/// Bytes of a facet: a normal, three corners, and two unused bytes.
+pub(super) const FACET: usize = 50;
 
 /// Bytes of a corner; equal to the bytes before the first corner of a facet.
 const CORNER: usize = 12;

@@ -25,7 +25,10 @@ pub(super) struct Welded {
 impl Welded {
     /// The vertices that are not finite, ascending.
     pub(super) fn not_finite(&self, span: impl Fn(usize) -> Span) -> Vec<NotFinite> {
-        let told = self.bad.iter().take(crate::formats::MAX_DIAGNOSTICS);
+        let told = self
+            .bad
+            .iter()
+            .take(crate::formats::diagnostics::MAX_DIAGNOSTICS);
         told.map(|&(number, corner)| NotFinite {
             number,
             span: span(corner),

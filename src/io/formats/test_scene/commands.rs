@@ -1,7 +1,7 @@
 //! The table of commands, and the checks of a statement's operands.
 
-use super::TestReader;
 use super::lexer::{TestToken, TestTokens, count, double, number, widened};
+use super::reader::TestReader;
 use crate::formats::diagnostics::{Span, quoted};
 use glam::DVec3;
 

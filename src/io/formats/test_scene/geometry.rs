@@ -1,8 +1,8 @@
 //! Vertices and primitives.
 
 use super::commands::Statement;
+use super::reader::{NormalVertex, TestReader};
 use super::transform::{inverse, rounded, similarity};
-use super::{NormalVertex, TestReader};
 use crate::formats::diagnostics::Span;
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 use phalanx_scene::Prim;

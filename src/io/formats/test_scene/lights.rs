@@ -1,7 +1,7 @@
 //! Lights, and their attenuation.
 
-use super::TestReader;
 use super::commands::Statement;
+use super::reader::TestReader;
 use super::transform::{rounded, similarity};
 use glam::{DVec3, Vec3};
 

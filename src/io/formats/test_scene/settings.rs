@@ -1,7 +1,7 @@
 //! Statements that a file has once: the image, the camera, the depth, the output's name.
 
-use super::TestReader;
 use super::commands::Statement;
+use super::reader::TestReader;
 use crate::formats::diagnostics::quoted;
 use glam::DVec3;
 use phalanx_scene::{MAX_DEPTH_LIMIT, View, check_image_size};

@@ -1,9 +1,10 @@
 //! Commands that change what later primitives and lights capture.
 
 use super::commands::Statement;
+use super::reader::TestReader;
 use super::transform::{MOST_SAVED, rotation, rounded};
-use super::{Material, TestReader};
 use glam::{DAffine3, DVec3, Vec3};
+use phalanx_scene::Material;
 
 impl TestReader<'_> {
     pub(super) fn translate(&mut self, statement: &Statement<'_>) {

@@ -1,0 +1,276 @@
+//! The reader: chunks of the text, joined into a mesh.
+
+use super::chunk::{IndexLimits, ObjChunk, Skipped};
+use super::{chunk, materials};
+use crate::formats::diagnostics::{DiagnosticSink, Span};
+use crate::formats::faces::{self, Faces, NORMAL, VERTEX};
+use crate::formats::folder::Folder;
+use crate::formats::loaded::Loaded;
+use crate::formats::memory_budget::{MemoryBudget, SharedBudget};
+use crate::formats::mesh::{self, MergedMesh, NotFinite, Occurrences};
+use crate::formats::options::Options;
+use crate::formats::origin::{self, Origin, ReadStop};
+use crate::formats::workers;
+use glam::DVec3;
+use phalanx_scene::{MaterialTable, Vec2s, Vec3s};
+use std::ops::Range;
+
+/// Bytes of a chunk: large enough to be worth a task, small enough to keep all threads busy to the
+/// end.
+const CHUNK_BYTES: usize = 1 << 18;
+
+/// Reads an OBJ file; the material files and textures that it names are looked for beside it.
+pub(crate) fn read(
+    bytes: &[u8],
+    asset_dir: &Folder,
+    options: &Options,
+) -> Result<Loaded, ReadStop> {
+    read_in_chunks(bytes, asset_dir, options, CHUNK_BYTES)
+}
+
+fn read_in_chunks(
+    bytes: &[u8],
+    asset_dir: &Folder,
+    options: &Options,
+    piece_bytes: usize,
+) -> Result<Loaded, ReadStop> {
+    let threads = workers::thread_count(options.threads);
+    let mut report = DiagnosticSink::new(bytes);
+    if bytes.trim_ascii().is_empty() {
+        report.error(Span::START, "the file is empty");
+        return Err(ReadStop::of(report));
+    }
+    let moved = options.origin.offset();
+    let made = asset_dir.allowance().shared();
+    let chunks = read_chunks(bytes, threads, (piece_bytes, moved), &made, &mut report);
+    let cutting = faces::cutting_bytes(chunks.iter().map(|chunk| &chunk.faces), threads);
+    let needed = made.used().saturating_add(cutting);
+    if let Err(message) = asset_dir.allowance().lend(needed, faces::purpose) {
+        report.error(Span::START, message);
+    }
+    let mut table = MaterialTable::default();
+    let mut scene = mesh::bare_scene(options, &mut table);
+    if !report.is_clean() {
+        return Err(ReadStop::of(report));
+    }
+    warn_skipped(&chunks, &mut report);
+    let (mut joined, runs, libraries) = merge(chunks, threads, &mut report);
+    // Checked before materials and textures are read, which would be for nothing.
+    if options.origin == Origin::Auto
+        && let Some(far) = origin::of_triangles(&joined.vertices, &joined.faces[VERTEX])
+    {
+        return Err(ReadStop::Far(far));
+    }
+    if let Err(message) = asset_dir.allowance().take(made.used(), faces::purpose) {
+        report.error(Span::START, message);
+    }
+    if report.is_clean() {
+        let triangles = joined.faces[VERTEX].len();
+        let mut library =
+            materials::MaterialLibrary::new(bytes, asset_dir, &libraries, &mut report);
+        joined.material =
+            library.material_rows(runs, triangles, &mut scene, &mut table, &mut report);
+        scene.textures = library.into_textures();
+    }
+    mesh::finish(scene, joined, options, report)
+}
+
+/// Reads all chunks and reports their errors. Faces for which there is no memory are left out.
+fn read_chunks(
+    bytes: &[u8],
+    threads: usize,
+    (size, moved): (usize, Option<DVec3>),
+    made: &SharedBudget,
+    report: &mut DiagnosticSink,
+) -> Vec<ObjChunk> {
+    let ranges = workers::cut(0..bytes.len(), size, |at| line_start(bytes, at));
+    let first = ranges
+        .iter()
+        .map(|range| (range.clone(), IndexLimits::UNKNOWN));
+    let read = |made: &SharedBudget, (range, limits): (Range<usize>, IndexLimits)| {
+        let text = &bytes[..range.end];
+        chunk::read(text, range.start, limits, moved, made.share())
+    };
+    let chunks = workers::map(threads, first.collect(), |part| read(made, part));
+    let limits = limits_of(&chunks);
+    let within = |(chunk, limits): (&ObjChunk, &IndexLimits)| {
+        let ends = |k: usize| i64::from(chunk.highest[k]) <= limits.total[k];
+        let begins = |k: usize| limits.before[k] + chunk.lowest[k] >= 0;
+        chunk.errors.is_empty() && (0..3).all(|k| ends(k) && begins(k))
+    };
+    // No second reading if there is not enough memory either.
+    if made.is_over() || chunks.iter().zip(&limits).all(within) {
+        return chunks;
+    }
+    drop(chunks);
+    // The first reading has checked that there is memory for these.
+    let found = MemoryBudget::of(None).shared();
+    let parts = ranges.into_iter().zip(limits).collect();
+    let again = workers::map(threads, parts, |part| read(&found, part));
+    again
+        .into_iter()
+        .map(|mut chunk| {
+            std::mem::take(&mut chunk.errors).emit(report);
+            chunk
+        })
+        .collect()
+}
+
+/// Start of a statement at or after an offset: behind a line end that no `\` continues.
+fn line_start(bytes: &[u8], at: usize) -> usize {
+    let mut start = at;
+    while let Some(end) = memchr::memchr(b'\n', &bytes[start..]) {
+        start += end + 1;
+        let line = &bytes[..start - 1];
+        if !line.strip_suffix(b"\r").unwrap_or(line).ends_with(b"\\") {
+            return start;
+        }
+    }
+    bytes.len()
+}
+
+/// Limits of the numbers to which each chunk may refer.
+fn limits_of(chunks: &[ObjChunk]) -> Vec<IndexLimits> {
+    let mut total = [0; 3];
+    let before = chunks.iter().map(|chunk| {
+        let before = total;
+        for (sum, count) in total.iter_mut().zip(chunk.counts()) {
+            *sum += count as i64;
+        }
+        before
+    });
+    let before: Vec<[i64; 3]> = before.collect();
+    before
+        .into_iter()
+        .map(|before| IndexLimits { before, total })
+        .collect()
+}
+
+fn warn_skipped(chunks: &[ObjChunk], report: &mut DiagnosticSink) {
+    let mut skipped = Skipped::default();
+    let mut bad_uvs = Occurrences::default();
+    for chunk in chunks {
+        skipped.merge(chunk.skipped);
+        bad_uvs.merge(chunk.bad_uvs);
+    }
+    let nothing = chunks
+        .iter()
+        .all(|chunk| chunk.counts() == [0; 3] && chunk.faces.len() == 0);
+    if let (true, Some(span)) = (nothing, skipped.unknown.first) {
+        report.error(
+            span,
+            "this is not an OBJ file: it has no vertices, and this is none of its statements",
+        );
+    }
+    skipped.lines.warn(report, |count| match count {
+        1 => "this face of two corners, line or point is skipped".into(),
+        _ => format!("{count} faces of two corners, lines or points are skipped, this one first"),
+    });
+    skipped.free_forms.warn(report, |count| {
+        format!("curves and surfaces are skipped: {count} statements, this one first")
+    });
+    skipped.unknown.warn(report, |count| match count {
+        1 => "this statement is unknown, and skipped".into(),
+        _ => format!("{count} statements are unknown, this one first, and skipped"),
+    });
+    bad_uvs.warn(report, |count| match count {
+        1 => "this texture place is not finite: (0, 0) is used instead".into(),
+        _ => {
+            format!("{count} texture places are not finite, this one first: (0, 0) is used instead")
+        }
+    });
+}
+
+/// A run of triangles of one material: its first triangle, and the span of the material's name. It
+/// ends where the next run begins.
+type MaterialRun = (usize, Span);
+
+/// Joins the chunks: the columns, the changes of the material, and the operands of each `mtllib`.
+fn merge(
+    mut chunks: Vec<ObjChunk>,
+    threads: usize,
+    report: &mut DiagnosticSink,
+) -> (MergedMesh, Vec<MaterialRun>, Vec<Span>) {
+    let limits = limits_of(&chunks);
+    let mut not_finite = Vec::new();
+    let mut bad_normals = Vec::new();
+    for (chunk, limits) in chunks.iter_mut().zip(&limits) {
+        not_finite.extend(shifted(&chunk.not_finite, limits.before[VERTEX]));
+        bad_normals.extend(shifted(&chunk.bad_normals, limits.before[NORMAL]));
+        let before = limits.before.map(|count| count as u32);
+        chunk.faces.resolve(before);
+    }
+    let corners = chunks.iter().map(|p| &p.faces.columns[VERTEX][..]);
+    mesh::report_not_finite(&not_finite, corners, report);
+
+    let (vertices, vertex_normals, vertex_uvs) = join_vertices(&mut chunks, threads);
+    mesh::warn_bad_normals(&bad_normals, report);
+    let bad: Vec<u32> = bad_normals.iter().map(|normal| normal.number).collect();
+    let cut = |mut chunk: ObjChunk| {
+        chunk.faces.triangulate(&vertices);
+        if !bad.is_empty() {
+            chunk.faces.without_normals(&bad);
+        }
+        chunk
+    };
+    let chunks = workers::map(threads, chunks, cut);
+    let mut runs = Vec::new();
+    let mut libraries = Vec::new();
+    let mut triangles = 0;
+    let faces = chunks.into_iter().map(|chunk| {
+        runs.extend(
+            chunk
+                .switches
+                .iter()
+                .map(|&(first, name)| (triangles + first, name)),
+        );
+        libraries.extend(chunk.libraries);
+        triangles += chunk.faces.len();
+        chunk.faces
+    });
+    let faces: Vec<Faces> = faces.collect();
+    let joined = MergedMesh {
+        vertices,
+        vertex_normals,
+        vertex_uvs,
+        faces: mesh::merge_faces(threads, faces),
+        ..MergedMesh::default()
+    };
+    (joined, runs, libraries)
+}
+
+fn shifted(rows: &[NotFinite], before: i64) -> impl Iterator<Item = NotFinite> {
+    let shift = move |row: &NotFinite| NotFinite {
+        number: row.number + before as u32,
+        ..*row
+    };
+    rows.iter().map(shift)
+}
+
+fn join_vertices(chunks: &mut [ObjChunk], threads: usize) -> (Vec3s, Vec3s, Vec2s) {
+    let mut columns: [Vec<Vec<f32>>; 8] = Default::default();
+    for chunk in chunks {
+        let parts = chunk
+            .vertices
+            .iter_mut()
+            .chain(&mut chunk.normals)
+            .chain(&mut chunk.uvs);
+        for (column, part) in columns.iter_mut().zip(parts) {
+            column.push(std::mem::take(part));
+        }
+    }
+    let [x, y, z, nx, ny, nz, u, v] = mesh::merge_floats(threads, columns);
+    (
+        Vec3s { x, y, z },
+        Vec3s {
+            x: nx,
+            y: ny,
+            z: nz,
+        },
+        Vec2s { x: u, y: v },
+    )
+}
+
+#[cfg(test)]
+#[path = "tests.rs"]
+mod tests;

@@ -1,0 +1,46 @@
+//! The user's options for reading a scene file.
+
+use super::origin::Origin;
+use glam::{DVec3, Vec3};
+use phalanx_scene::{FileView, Material};
+
+/// The user's options beside the file: defaults for parts that a mesh lacks, and overrides of parts
+/// that a file has.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Replaces the file's camera.
+    pub view: Option<FileView>,
+    /// Replaces the file's lights, unless empty.
+    pub lights: Vec<AddedLight>,
+    /// Replaces the file's background.
+    pub background: Option<Vec3>,
+    /// Material for triangles whose file names none.
+    pub material: Option<Material>,
+    /// Position of the scene's origin.
+    pub origin: Origin,
+    /// Threads that a reader may use; 0 for one per CPU.
+    pub threads: usize,
+    /// Bytes that may be used beyond the file itself and columns of its size: for other files,
+    /// decoded pictures, copied meshes, and polygons of few bytes a triangle. They are counted
+    /// before they are used. `None` sets no limit.
+    pub max_memory: Option<u64>,
+}
+
+/// A light of [`Options`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AddedLight {
+    /// A point light that does not fade.
+    Point {
+        /// Position, in the file's coordinates.
+        position: DVec3,
+        /// Colour.
+        color: Vec3,
+    },
+    /// Light from infinitely far away.
+    Directional {
+        /// The vector toward it, of any length but zero.
+        toward: Vec3,
+        /// Colour.
+        color: Vec3,
+    },
+}

@@ -1,0 +1,116 @@
+//! The elements and properties of a header that are read.
+
+use super::header::{Encoding, Header};
+use crate::formats::diagnostics::{DiagnosticSink, Span};
+use crate::formats::faces::{self, NONE};
+use crate::formats::memory_budget::SharedBudget;
+use glam::DVec3;
+
+/// The elements and properties that are read.
+pub(super) struct ReadPlan {
+    pub(super) header: Header,
+    pub(super) vertices: VertexPlan,
+    /// True if vertices have colours.
+    pub(super) colors: bool,
+    /// Memory for faces that take more than their rows account for.
+    pub(super) made: SharedBudget,
+}
+
+/// Indices of the numbers of a vertex among its properties.
+pub(super) struct VertexPlan {
+    /// Index of the element.
+    pub(super) element: usize,
+    pub(super) count: u64,
+    pub(super) position: [usize; 3],
+    /// The origin, subtracted from positions before they are rounded; 0 where they are single
+    /// precision anyway.
+    pub(super) origin: DVec3,
+    /// True for each component of `position` that is single precision, or less.
+    pub(super) single: [bool; 3],
+    pub(super) normal: Option<[usize; 3]>,
+}
+
+/// Use of an element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ElementUse {
+    Vertices,
+    /// Faces, with the index of the list of corners among the properties.
+    Faces(usize),
+    Strips(usize),
+    Nothing,
+}
+
+impl ReadPlan {
+    /// Returns `None`, and errors in the report, if the header lacks something that a mesh needs.
+    pub(super) fn new(
+        header: Header,
+        origin: DVec3,
+        made: SharedBudget,
+        report: &mut DiagnosticSink,
+    ) -> Option<ReadPlan> {
+        let Some(element) = header.elements.iter().position(|e| e.name == b"vertex") else {
+            let start = Span {
+                offset: 0,
+                length: 3,
+            };
+            report.error(start, "the header has no element `vertex`");
+            return None;
+        };
+        let vertex = &header.elements[element];
+        let three = |names: [&[u8]; 3]| {
+            let [x, y, z] = names.map(|name| vertex.number(name));
+            Some([x?, y?, z?])
+        };
+        let Some(place) = three([b"x", b"y", b"z"]) else {
+            report.error(vertex.place, "the vertices lack an `x`, `y` or `z`");
+            return None;
+        };
+        if vertex.count >= u64::from(NONE) {
+            report.error(vertex.place, "more than 2^32 - 2 vertices");
+            return None;
+        }
+        // Decimals keep their precision, whatever type the header declares.
+        let single = place.map(|property| {
+            let kind = vertex.properties[property].kind;
+            header.encoding != Encoding::Ascii && kind.is_single()
+        });
+        let vertices = VertexPlan {
+            element,
+            count: vertex.count,
+            position: place,
+            origin: DVec3::from_array([0, 1, 2].map(|k| if single[k] { 0.0 } else { origin[k] })),
+            single,
+            normal: three([b"nx", b"ny", b"nz"]),
+        };
+        for faces in header.elements.iter().filter(|e| e.name == b"face") {
+            if faces.count > 0 && faces.corners().is_none() {
+                let message = "the faces have no list `vertex_indices` of whole numbers";
+                report.error(faces.place, message);
+                return None;
+            }
+        }
+        Some(ReadPlan {
+            colors: vertex.number(b"red").is_some(),
+            vertices,
+            header,
+            made,
+        })
+    }
+
+    /// Bytes that a face of `corners` corners takes beyond those that its list of `length` bytes
+    /// accounts for. A file counts six times, once of them for itself (see `--max-memory`).
+    pub(super) fn bytes_beyond(&self, corners: usize, length: usize) -> u64 {
+        let attributes = u64::from(self.vertices.normal.is_some());
+        faces::extra_bytes(corners, attributes, 5 * length as u64)
+    }
+
+    pub(super) fn purpose(&self, index: usize) -> ElementUse {
+        let element = &self.header.elements[index];
+        match (&element.name[..], element.corners()) {
+            _ if index == self.vertices.element => ElementUse::Vertices,
+            (b"face", Some(list)) => ElementUse::Faces(list),
+            (b"tristrips", Some(list)) => ElementUse::Strips(list),
+            _ => ElementUse::Nothing,
+        }
+    }
+}

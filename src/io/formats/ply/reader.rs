@@ -1,0 +1,142 @@
+//! The reader: rows of either encoding, joined into a mesh.
+
+use super::header::Encoding;
+use super::plan::ReadPlan;
+use super::rows::Body;
+use super::{ascii, binary, header};
+use crate::formats::diagnostics::{DiagnosticSink, Span};
+use crate::formats::faces::{self, Faces, NONE, NORMAL, VERTEX};
+use crate::formats::folder::Folder;
+use crate::formats::loaded::Loaded;
+use crate::formats::memory_budget::MemoryBudget;
+use crate::formats::mesh::{self, MergedMesh, NotFinite};
+use crate::formats::options::Options;
+use crate::formats::origin::ReadStop;
+use crate::formats::text;
+use crate::formats::workers;
+
+use phalanx_scene::MaterialTable;
+
+/// The part of a file that is text.
+pub(crate) fn text(bytes: &[u8]) -> String {
+    let part = match header::read(bytes) {
+        Ok(header) if header.encoding == Encoding::Ascii => bytes,
+        _ => &bytes[..header::length(bytes)],
+    };
+    text::lossy_same_length(part)
+}
+
+/// Bytes that a thread takes at a time.
+const CHUNK_BYTES: usize = 1 << 20;
+
+/// Reads a PLY file.
+pub(crate) fn read(
+    bytes: &[u8],
+    asset_dir: &Folder,
+    options: &Options,
+) -> Result<Loaded, ReadStop> {
+    read_in_chunks(bytes, asset_dir.allowance(), options, CHUNK_BYTES)
+}
+
+fn read_in_chunks(
+    bytes: &[u8],
+    budget: &MemoryBudget,
+    options: &Options,
+    piece: usize,
+) -> Result<Loaded, ReadStop> {
+    let threads = workers::thread_count(options.threads);
+    let mut report = DiagnosticSink::new(&bytes[..header::length(bytes)]);
+    let plan = match header::read(bytes) {
+        Ok(header) => {
+            let made = budget.shared();
+            ReadPlan::new(header, options.origin.position(), made, &mut report)
+        }
+        Err(errors) => {
+            errors.emit(&mut report);
+            None
+        }
+    };
+    let Some(plan) = plan else {
+        return Err(ReadStop::of(report));
+    };
+    let (body, mut report) = match plan.header.encoding {
+        Encoding::Ascii => {
+            let mut report = DiagnosticSink::new(bytes);
+            let body = ascii::read(bytes, &plan, threads, piece, &mut report);
+            (body, report)
+        }
+        _ => {
+            let mut report = DiagnosticSink::binary();
+            let body = binary::read(bytes, &plan, threads, piece, &mut report);
+            (body, report)
+        }
+    };
+    let cutting = faces::cutting_bytes(body.faces.iter(), threads);
+    let needed = plan.made.used().saturating_add(cutting);
+    if let Err(message) = budget.lend(needed, faces::purpose) {
+        report.error(Span::START, message);
+    }
+    if report.is_clean() {
+        let corners = body.faces.iter().map(|f| &f.columns[VERTEX][..]);
+        mesh::report_not_finite(&body.not_finite, corners, &mut report);
+    }
+    if !report.is_clean() {
+        return Err(ReadStop::of(report));
+    }
+    let mut loaded = finish(body, plan.vertices.single, threads, options, report)?;
+    if plan.colors {
+        let note = "the file's colours are not used (see --material)";
+        loaded.notes.push(note.into());
+    }
+    Ok(loaded)
+}
+
+fn finish(
+    body: Body,
+    single: [bool; 3],
+    threads: usize,
+    options: &Options,
+    mut report: DiagnosticSink,
+) -> Result<Loaded, ReadStop> {
+    body.skipped.warn(&mut report, |count| match count {
+        1 => "this face of fewer than three corners is skipped".into(),
+        _ => format!("{count} faces of fewer than three corners are skipped, this one first"),
+    });
+    mesh::warn_bad_normals(&body.bad_normals, &mut report);
+    let vertices = body.vertices;
+    let cut = |mut faces: Faces| {
+        faces.triangulate(&vertices);
+        faces
+    };
+    let pieces = workers::map(threads, body.faces, cut);
+    let mut faces = mesh::merge_faces(threads, pieces);
+    if body.normals.is_some() {
+        faces[NORMAL] = normal_rows(&faces[VERTEX], &body.bad_normals);
+    }
+    let joined = MergedMesh {
+        vertices,
+        single,
+        vertex_normals: body.normals.unwrap_or_default(),
+        faces,
+        ..MergedMesh::default()
+    };
+    let scene = mesh::bare_scene(options, &mut MaterialTable::default());
+    mesh::finish(scene, joined, options, report)
+}
+
+/// Rows of normals. Normals belong to vertices, so the rows are the corners' own; but a triangle
+/// with a bad normal has none.
+fn normal_rows(corners: &[[u32; 3]], bad: &[NotFinite]) -> Vec<[u32; 3]> {
+    let mut rows = corners.to_vec();
+    if !bad.is_empty() {
+        let is_bad = |number: &u32| bad.binary_search_by_key(number, |b| b.number).is_ok();
+        for row in rows.iter_mut().filter(|row| row.iter().any(is_bad)) {
+            *row = [NONE; 3];
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+#[path = "tests.rs"]
+mod tests;

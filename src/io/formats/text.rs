@@ -1,0 +1,38 @@
+//! Bytes of a scene file as text.
+
+use super::diagnostics::{Diagnostic, DiagnosticSink, Span};
+
+/// The text of a file that must be UTF-8.
+pub(super) fn utf8(bytes: &[u8]) -> Result<&str, Vec<Diagnostic>> {
+    std::str::from_utf8(bytes).map_err(|error| not_text(bytes, error.valid_up_to()))
+}
+
+/// Text for messages about a file that should be UTF-8.
+pub(super) fn lossy(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Text that need not be UTF-8, such as names in old encodings. Each byte that is not UTF-8 becomes
+/// `?`, so that all offsets stay the same.
+pub(super) fn lossy_same_length(bytes: &[u8]) -> String {
+    let mut out = String::with_capacity(bytes.len());
+    for chunk in bytes.utf8_chunks() {
+        out.push_str(chunk.valid());
+        out.extend(chunk.invalid().iter().map(|_| '?'));
+    }
+    out
+}
+
+/// The error of a text file that has a byte at `offset` which is no text.
+fn not_text(bytes: &[u8], offset: usize) -> Vec<Diagnostic> {
+    let mut report = DiagnosticSink::new(bytes);
+    // The span is empty, because a byte of the file is another number of bytes in the text that is
+    // shown.
+    let span = Span { offset, length: 0 };
+    report.error_with_help(
+        span,
+        format!("byte 0x{:02X} is not UTF-8", bytes[offset]),
+        "save the file as UTF-8 (or plain ASCII) text",
+    );
+    report.finish().err().unwrap_or_default()
+}
