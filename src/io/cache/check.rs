@@ -3,6 +3,10 @@
 
 use phalanx_scene::{Prim, PrimKind};
 
+/// Bytes that one task checks: they stay in a core's own cache between the checksum and the check
+/// of the rows.
+pub(super) const BLOCK: usize = 1 << 18;
+
 /// The condition on a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Check {

@@ -15,16 +15,12 @@
 //! The CRC-32 of a section covers its bytes. Sections begin at multiples of [`ALIGN`]; the bytes
 //! between them are zero. All numbers are little-endian.
 
-use super::CacheFault;
+use super::error::CacheFault;
+use super::file_type::{MAGIC, VERSION};
 use std::ops::Range;
 
-/// File magic. It is not text, and anything that mangles text mangles it: the idea is PNG's.
-pub(super) const MAGIC: [u8; 8] = *b"\x93PHX\r\n\x1a\n";
 /// A number that reads differently on a machine of another byte order.
 const BYTE_ORDER_MARK: u32 = 0x0a0b_0c0d;
-/// Version of the format. It rises whenever a section changes its meaning; a change of names or
-/// sizes shows in the layout by itself.
-pub(super) const VERSION: u32 = 2;
 /// A cache line, to which the rows of some columns are aligned.
 pub(super) const ALIGN: u64 = 64;
 

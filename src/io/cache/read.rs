@@ -1,12 +1,12 @@
 //! Reads a file into a scene and its tree.
 
-use super::check::Check;
+use super::check::{BLOCK, Check};
 use super::columns::{MapColumn, columns, columns_mut};
+use super::error::{CacheError, CacheFault};
 use super::header::{self, SectionEntry, SectionLayout};
 use super::mapping::Mapping;
 use super::settings;
 use super::write::shapes;
-use super::{BLOCK, CacheError, CacheFault};
 use phalanx_scene::Scene;
 use phalanx_trace::bvh::{Bvh, BvhArrays, UnverifiedBvh};
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! Writes a scene and its tree into a file.
 
-use super::BLOCK;
+use super::check::BLOCK;
 use super::columns::columns;
 use super::header::{self, SectionLayout};
 use super::settings::{self, Extra};
