@@ -1,7 +1,8 @@
 //! A picture file of any format from films that lie one below the other. Only one of them, and the
 //! part of the file being written of it, need be in memory at a time.
 
-use super::encoder::{Encoder, Exposure};
+use super::description::{BAND_ROWS, Depth, PictureFile};
+use super::encoder::Encoder;
 use super::exr::write_exr;
 use super::file::{WriteSeek, in_memory, replace_file, replace_file_seeking};
 use super::format::ImageFormat;
@@ -11,43 +12,6 @@ use super::png::{PictureError, write_png, write_png_16};
 use phalanx_scene::film::{Aovs, Film};
 use std::io::{self, Write};
 use std::path::Path;
-
-/// The height of every band but the last is a multiple of this, because it is a multiple of the
-/// rows of a JPEG's blocks and of an OpenEXR file's tiles.
-pub const BAND_ROWS: u32 = 64;
-
-/// Bits of a PNG's samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Depth {
-    /// 256 values.
-    #[default]
-    Eight,
-    /// 65,536 values.
-    Sixteen,
-}
-
-/// Description of a picture file to be written. Linear formats store the film's radiance as it is.
-/// JPEG uses the exposure; PNG uses the exposure and the depth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PictureFile {
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// Kind of file.
-    pub format: ImageFormat,
-    /// Layers that an OpenEXR file has beside radiance; the films must have them.
-    pub aovs: Aovs,
-    /// Origin of the scene in its file's coordinates, for the header of a file with positions: see
-    /// [`Scene::origin`].
-    ///
-    /// [`Scene::origin`]: phalanx_scene::Scene::origin
-    pub origin: [f64; 3],
-    /// Exposure and tone.
-    pub exposure: Exposure,
-    /// Bits a sample.
-    pub depth: Depth,
-}
 
 /// Saves a picture from its bands, top to bottom: whole, or not at all (see [`replace_file`]). The
 /// bytes depend on the description and on the radiance alone, not on the heights of the bands.
@@ -88,9 +52,6 @@ pub fn write_bands(
     }
     out.flush()
 }
-
-/// Films in the form that writers take.
-pub(super) type Films<'a> = &'a mut dyn Iterator<Item = io::Result<Film>>;
 
 /// Bands that have been checked: each is as wide as the picture, and none reaches below it. If they
 /// end before the picture does, the last item is an error.
@@ -185,6 +146,7 @@ impl<I: Iterator<Item = io::Result<Film>>> Iterator for CheckedBands<I> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::encoder::Exposure;
     use phalanx_scene::{OutputEncoding, Quantize, Transfer};
     use std::fs;
 

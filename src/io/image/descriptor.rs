@@ -39,7 +39,7 @@ fn number(path: &Path) -> Option<i32> {
 
 #[cfg(unix)]
 fn folder(path: &Path) -> Option<std::path::PathBuf> {
-    super::destination::folder_of(path).canonicalize().ok()
+    super::folder::folder_of(path).canonicalize().ok()
 }
 
 /// A second handle of an open file; both share one position.

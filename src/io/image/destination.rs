@@ -2,6 +2,7 @@
 //! else is written into.
 
 use super::descriptor;
+use super::folder::folder_of;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -127,14 +128,6 @@ fn file_at(path: &Path) -> io::Result<Destination> {
         Ok(folder) if folder.is_dir() => Ok(Destination::File(folder.join(name))),
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
         _ => Err(none()),
-    }
-}
-
-/// The folder in which a path names a file.
-pub fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
     }
 }
 

@@ -1,7 +1,7 @@
 //! OpenEXR files: radiance as it is, in 32-bit floats, in tiles of 64x64 pixels, losslessly
 //! compressed.
 
-use super::bands::{BAND_ROWS, Films, PictureFile};
+use super::description::{BAND_ROWS, Films, PictureFile};
 use super::file::WriteSeek;
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};

@@ -1,7 +1,8 @@
 //! All files are written through this module: regular ones appear whole or not at all, everything
 //! else is written into.
 
-use super::destination::{Destination, folder_of};
+use super::destination::Destination;
+use super::folder::folder_of;
 use std::fs::{self, File, Permissions};
 use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::Path;

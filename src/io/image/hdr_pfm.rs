@@ -1,6 +1,6 @@
 //! Files of linear radiance: Radiance RGBE and portable float maps.
 
-use super::bands::Films;
+use super::description::Films;
 use super::file::WriteSeek;
 use super::png::io_error;
 use ::image::Rgb;

@@ -8,6 +8,7 @@
 
 mod bands;
 mod compare;
+mod description;
 #[cfg_attr(
     unix,
     allow(unsafe_code, reason = "an open file is known by its number alone")
@@ -18,6 +19,7 @@ mod encoder;
 mod exr;
 mod false_color;
 mod file;
+mod folder;
 mod format;
 mod hdr_pfm;
 mod jpeg;
@@ -25,12 +27,13 @@ mod png;
 #[cfg(test)]
 mod test_film;
 
-pub use bands::{BAND_ROWS, Depth, PictureFile, save_bands, write_bands};
+pub use bands::{save_bands, write_bands};
 pub use compare::{Comparison, DifferentSizes, compare, heat};
+pub use description::{BAND_ROWS, Depth, PictureFile};
 pub use destination::Destination;
-pub use destination::folder_of;
 pub use encoder::{Exposure, MAX_EXPOSURE, Picture, encode};
 pub use false_color::false_color;
 pub use file::{check_writable, replace_file};
+pub use folder::folder_of;
 pub use format::ImageFormat;
 pub use png::{PictureError, Raster, load, png_bytes, save_png};

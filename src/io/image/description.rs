@@ -1,0 +1,46 @@
+//! Description of a picture file, and the films that it is written from.
+
+use super::encoder::Exposure;
+use super::format::ImageFormat;
+use phalanx_scene::film::{Aovs, Film};
+use std::io;
+
+/// The height of every band but the last is a multiple of this, because it is a multiple of the
+/// rows of a JPEG's blocks and of an OpenEXR file's tiles.
+pub const BAND_ROWS: u32 = 64;
+
+/// Bits of a PNG's samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Depth {
+    /// 256 values.
+    #[default]
+    Eight,
+    /// 65,536 values.
+    Sixteen,
+}
+
+/// Description of a picture file to be written. Linear formats store the film's radiance as it is.
+/// JPEG uses the exposure; PNG uses the exposure and the depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PictureFile {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Kind of file.
+    pub format: ImageFormat,
+    /// Layers that an OpenEXR file has beside radiance; the films must have them.
+    pub aovs: Aovs,
+    /// Origin of the scene in its file's coordinates, for the header of a file with positions: see
+    /// [`Scene::origin`].
+    ///
+    /// [`Scene::origin`]: phalanx_scene::Scene::origin
+    pub origin: [f64; 3],
+    /// Exposure and tone.
+    pub exposure: Exposure,
+    /// Bits a sample.
+    pub depth: Depth,
+}
+
+/// Films in the form that writers take.
+pub(super) type Films<'a> = &'a mut dyn Iterator<Item = io::Result<Film>>;
