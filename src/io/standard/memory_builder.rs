@@ -13,7 +13,7 @@ use phalanx_scene::{
 pub struct MemoryBuilder {
     scene: Scene,
     lights: Vec<StandardLight>,
-    palette: MaterialTable,
+    table: MaterialTable,
     material: u32,
 }
 
@@ -69,7 +69,7 @@ impl SceneBuilder for MemoryBuilder {
 
     fn material(&mut self, material: &MaterialDesc) {
         let surface = material_of(&material.to_document(nff_level(self.lights.len())));
-        self.material = self.palette.intern(&surface, &mut self.scene.materials);
+        self.material = self.table.intern(&surface, &mut self.scene.materials);
     }
 
     fn sphere(&mut self, center: DVec3, radius: f64) {
@@ -97,9 +97,9 @@ impl SceneBuilder for MemoryBuilder {
     }
 
     fn patch(&mut self, points: &[(DVec3, DVec3)]) {
-        let places: Vec<Vec3> = points.iter().map(|(p, _)| p.as_vec3()).collect();
-        for triangle in triangulate(&places) {
-            let corners = triangle.map(|k| places[k as usize]);
+        let positions: Vec<Vec3> = points.iter().map(|(p, _)| p.as_vec3()).collect();
+        for triangle in triangulate(&positions) {
+            let corners = triangle.map(|k| positions[k as usize]);
             let normals = triangle.map(|k| points[k as usize].1.as_vec3());
             self.scene
                 .add_triangle(corners, Some(normals), self.material);
@@ -107,10 +107,10 @@ impl SceneBuilder for MemoryBuilder {
     }
 
     fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        let mut places = Vec3s::default();
-        vertices.iter().for_each(|v| places.push(v.as_vec3()));
+        let mut positions = Vec3s::default();
+        vertices.iter().for_each(|v| positions.push(v.as_vec3()));
         self.scene.append_mesh(Mesh {
-            vertices: places,
+            vertices: positions,
             corners: triangles.to_vec().into(),
             material: MeshMaterial::One(self.material),
             ..Mesh::default()

@@ -8,7 +8,7 @@
 use super::geodesic;
 use super::materials::{glass, glow, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
-use super::{SIZES, hd, lamp};
+use super::setup::{SIZES, hd, lamp};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder, StandardLight, StandardView};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec2, DVec3};

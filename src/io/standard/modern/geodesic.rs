@@ -68,10 +68,10 @@ pub(super) fn sphere(mesh: &mut MeshBuilder, frequency: usize, position: impl Fn
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::builder::{
+    use super::*;
+    use crate::standard::builder::{
         DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView,
     };
-    use super::*;
     use std::collections::BTreeMap;
 
     /// Counts how often each directed edge occurs, by the bits of its ends.

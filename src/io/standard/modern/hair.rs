@@ -9,7 +9,7 @@ use super::geodesic;
 use super::materials::{matte, polished, rgb};
 use super::mesh_builder::{Grid, MeshBuilder};
 use super::noise::{Dice, blend, fractal2, noise2, smoothstep};
-use super::{SIZES, hd, sun};
+use super::setup::{SIZES, hd, sun};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec2, DVec3};
@@ -59,24 +59,24 @@ fn palette() -> Vec<DocumentMaterial> {
         rgb(0.07, 0.16, 0.42),
         rgb(0.30, 0.48, 0.70),
     ];
-    let mut looks = Vec::new();
+    let mut materials = Vec::new();
     for color in [grass, ginger, blue].as_flattened() {
         for light in [0.28, 0.7, 1.15] {
-            looks.push(matte(*color * light, AMBIENT));
+            materials.push(matte(*color * light, AMBIENT));
         }
     }
-    looks.push(matte(rgb(0.075, 0.10, 0.025), AMBIENT));
-    looks.push(polished(
+    materials.push(matte(rgb(0.075, 0.10, 0.025), AMBIENT));
+    materials.push(polished(
         matte(rgb(0.80, 0.79, 0.76), AMBIENT),
         rgb(0.06, 0.06, 0.06),
         300.0,
     ));
-    looks.push(polished(
+    materials.push(polished(
         matte(rgb(0.008, 0.008, 0.01), AMBIENT),
         rgb(0.07, 0.07, 0.07),
         500.0,
     ));
-    looks
+    materials
 }
 
 /// Number of steps along a tube; `SIDES` is the number of its sides.
@@ -155,7 +155,7 @@ fn height(p: DVec2) -> f64 {
 }
 
 /// A position on the ground; `across` in [-1, 1], `away` in [0, 1] denser near the eye.
-fn place(across: f64, away: f64) -> DVec3 {
+fn ground_point(across: f64, away: f64) -> DVec3 {
     let z = blend(NEAR, FAR, away * (0.24 + 0.76 * away));
     let p = DVec2::new(across * half_width(z), z);
     DVec3::new(p.x, height(p), p.y)
@@ -166,7 +166,7 @@ fn ground(mesh: &mut MeshBuilder, cells: usize) {
     mesh.material(SOIL);
     mesh.grid(Grid::open(cells, cells), |i, j| {
         let across = 2.2 * i as f64 / cells as f64 - 1.1;
-        place(across, 1.15 * j as f64 / cells as f64 - 0.02)
+        ground_point(across, 1.15 * j as f64 / cells as f64 - 0.02)
     });
 }
 
@@ -180,7 +180,7 @@ fn meadow(mesh: &mut MeshBuilder, count: u64, width: f64) {
         let mut dice = Dice::of(SEED, number);
         let (row, column) = (number / rows, number % rows);
         let across = 2.0 * (column as f64 + dice.unit()) / rows as f64 - 1.0;
-        let root = place(across, (row as f64 + dice.unit()) / rows as f64);
+        let root = ground_point(across, (row as f64 + dice.unit()) / rows as f64);
         if DWELLERS
             .iter()
             .any(|d| (root - d.center).length() < d.radius)

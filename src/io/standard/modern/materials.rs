@@ -3,7 +3,7 @@
 //! The ambient term stands in for the light between surfaces, which is not traced: it is a
 //! surface's colour under the mean light of the sky or the room, so that shadows keep a tint.
 
-use super::super::builder::DocumentMaterial;
+use crate::standard::builder::DocumentMaterial;
 use glam::DVec3;
 
 /// A colour.

@@ -7,7 +7,7 @@
 
 use super::materials::{matte, polished, rgb};
 use super::mesh_builder::{Grid, MeshBuilder};
-use super::{SIZES, hd, lamp, sun};
+use super::setup::{SIZES, hd, lamp, sun};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::DVec3;
@@ -39,13 +39,13 @@ fn palette() -> Vec<DocumentMaterial> {
         rgb(0.42, 0.20, 0.34),
         rgb(0.26, 0.40, 0.24),
     ];
-    let mut looks: Vec<_> = colors.iter().map(|c| matte(*c, AMBIENT)).collect();
-    looks.push(polished(
+    let mut materials: Vec<_> = colors.iter().map(|c| matte(*c, AMBIENT)).collect();
+    materials.push(polished(
         matte(rgb(0.05, 0.055, 0.07), AMBIENT),
         rgb(0.30, 0.31, 0.34),
         400.0,
     ));
-    looks
+    materials
 }
 
 /// Number of quads of the surface at a level.
@@ -129,8 +129,8 @@ fn middles(level: usize) -> Vec<u32> {
     let mut middles = Vec::with_capacity(side);
     for coordinate in 0..side {
         let (mut rest, mut mask) = (coordinate, 0);
-        for place in 0..level {
-            mask |= u32::from(rest % 3 == 1) << place;
+        for digit in 0..level {
+            mask |= u32::from(rest % 3 == 1) << digit;
             rest /= 3;
         }
         middles.push(mask);
@@ -183,12 +183,12 @@ impl Sponge {
             facets: Vec::new(),
             lattice: vec![u32::MAX; points * points * points],
         };
-        for place in blocks(middles.len()) {
+        for origin in blocks(middles.len()) {
             // A block that is cut out as a whole has no stone; its walls belong to its neighbours.
-            if holes(place.map(|c| middles[c] >> 2)) != 0 {
+            if holes(origin.map(|c| middles[c] >> 2)) != 0 {
                 continue;
             }
-            block.origin = place;
+            block.origin = origin;
             for cell in cells() {
                 self.cell(&mut block, &middles, cell);
             }
@@ -201,16 +201,16 @@ impl Sponge {
 
     /// Draws the faces of a cell that meet air.
     fn cell(&mut self, block: &mut SpongeBlock, middles: &[u32], cell: [usize; 3]) {
-        let place: [usize; 3] = std::array::from_fn(|k| block.origin[k] + cell[k]);
-        let here = place.map(|c| middles[c]);
+        let position: [usize; 3] = std::array::from_fn(|k| block.origin[k] + cell[k]);
+        let here = position.map(|c| middles[c]);
         if holes(here) != 0 {
             return;
         }
         for axis in 0..3 {
             for upper in [false, true] {
                 let next = match upper {
-                    true => place[axis] + 1,
-                    false => place[axis].wrapping_sub(1),
+                    true => position[axis] + 1,
+                    false => position[axis].wrapping_sub(1),
                 };
                 let material = match middles.get(next) {
                     None => 0,
@@ -303,8 +303,8 @@ fn cells() -> impl Iterator<Item = [usize; 3]> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::{ShapeCounter, ShapeCounts};
     use super::*;
+    use crate::standard::{ShapeCounter, ShapeCounts};
 
     fn count(size: u32) -> ShapeCounts {
         let mut builder = ShapeCounter::default();

@@ -1,7 +1,7 @@
 //! The mesh builder draws triangle scenes. It collects triangles by material and passes them to the
 //! scene builder in chunks of bounded size. It can also count triangles without drawing them.
 
-use super::super::builder::{DocumentMaterial, MaterialDesc, SceneBuilder};
+use crate::standard::builder::{DocumentMaterial, MaterialDesc, SceneBuilder};
 use glam::DVec3;
 
 /// Triangles in a chunk, about: a buffer is passed on as soon as it holds this many.
@@ -305,21 +305,21 @@ struct BucketSort {
 
 impl BucketSort {
     /// Sorts the triangles' numbers by material, keeping their order within each.
-    fn order(&mut self, triangles: &[(usize, [u32; 3])], looks: usize) {
+    fn order(&mut self, triangles: &[(usize, [u32; 3])], materials: usize) {
         self.starts.clear();
-        self.starts.resize(looks + 1, 0);
+        self.starts.resize(materials + 1, 0);
         for (material, _) in triangles {
             self.starts[material + 1] += 1;
         }
-        for material in 0..looks {
+        for material in 0..materials {
             self.starts[material + 1] += self.starts[material];
         }
         self.sorted.clear();
         self.sorted.resize(triangles.len(), 0);
         for (number, (material, _)) in triangles.iter().enumerate() {
-            let place = &mut self.starts[*material];
-            self.sorted[*place as usize] = number as u32;
-            *place += 1;
+            let next = &mut self.starts[*material];
+            self.sorted[*next as usize] = number as u32;
+            *next += 1;
         }
     }
 }
@@ -350,8 +350,8 @@ pub(super) fn fit_detail(
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::MemoryBuilder;
     use super::*;
+    use crate::standard::MemoryBuilder;
 
     #[test]
     fn a_counting_pen_counts_what_a_drawing_one_draws() {

@@ -1,5 +1,6 @@
 //! Building parts: boxes, turned work and rods, cut into quads of a given density.
 
+use super::geodesic;
 use super::mesh_builder::{Grid, MeshBuilder};
 use glam::{DVec2, DVec3};
 use libm::{cos, sin};
@@ -53,129 +54,179 @@ pub(super) fn cells(length: f64, density: f64) -> usize {
 }
 
 /// Sides of a box: left, right, bottom, top, back, front (x, y, z, lower before upper).
-pub(super) const ALL: [bool; 6] = [true; 6];
+pub(super) type BoxSides = [bool; 6];
+
+pub(super) const ALL: BoxSides = [true; 6];
 
 /// All sides but the lower one, on which it stands.
-pub(super) const STANDING: [bool; 6] = [true, true, false, true, true, true];
+pub(super) const STANDING: BoxSides = [true, true, false, true, true, true];
 
-/// Draws the chosen sides of a box between two opposite corners. Neighbouring sides share their
-/// edges' points.
-pub(super) fn cuboid(
-    mesh: &mut MeshBuilder,
-    frame: &LocalFrame,
-    (lo, hi): (DVec3, DVec3),
-    density: f64,
-    sides: [bool; 6],
-) {
-    let size = hi - lo;
-    let counts: [usize; 3] = std::array::from_fn(|k| cells(size[k], density));
-    let place = |axis: usize, i: usize| match i == counts[axis] {
-        true => hi[axis],
-        false => lo[axis] + size[axis] * (i as f64 / counts[axis] as f64),
-    };
-    for (number, _) in sides.iter().enumerate().filter(|(_, drawn)| **drawn) {
-        let (axis, upper) = (number / 2, number % 2 == 1);
-        let (mut u, mut v) = ((axis + 1) % 3, (axis + 2) % 3);
-        if !upper {
-            (u, v) = (v, u);
-        }
-        mesh.grid(Grid::open(counts[u], counts[v]), |i, j| {
-            let mut p = if upper { hi } else { lo };
-            p[u] = place(u, i);
-            p[v] = place(v, j);
-            frame.point(p)
-        });
-    }
+/// All sides but the back, where it meets a wall.
+pub(super) const ON_WALL: BoxSides = [true, true, true, true, false, true];
+
+/// Draws parts in a frame, cut into about `detail` quads to a unit of length.
+pub(super) struct PartBuilder<'m, 'b> {
+    pub(super) mesh: &'m mut MeshBuilder<'b>,
+    pub(super) frame: LocalFrame,
+    pub(super) detail: f64,
 }
 
-/// Draws a surface of revolution about the frame's y axis, from a profile of (radius, height) from
-/// the bottom to the top. A radius of 0 closes an end with a fan; it may occur only at an end.
-pub(super) fn lathe(
-    mesh: &mut MeshBuilder,
-    frame: &LocalFrame,
-    profile: &[DVec2],
-    around: usize,
-    density: f64,
-) {
-    let ring = |radius: f64, height: f64, i: usize| {
-        let turn = TAU * i as f64 / around as f64;
-        frame.point(DVec3::new(radius * cos(turn), height, -radius * sin(turn)))
-    };
-    let closed = |p: &DVec2| p.x <= 0.0;
-    for pair in profile.windows(2) {
-        let (a, b) = (pair[0], pair[1]);
-        let hub = |height: f64| frame.point(DVec3::new(0.0, height, 0.0));
-        match (closed(&a), closed(&b)) {
-            (true, _) => mesh.fan(hub(a.y), around, |i| ring(b.x, b.y, (around - i) % around)),
-            (_, true) => mesh.fan(hub(b.y), around, |i| ring(a.x, a.y, i)),
-            _ => {
-                let rows = cells((b - a).length(), density);
-                mesh.grid(Grid::tube(around, rows), |i, j| {
-                    let p = if j == rows {
-                        b
-                    } else {
-                        a + (b - a) * (j as f64 / rows as f64)
-                    };
-                    ring(p.x, p.y, i)
-                });
+impl<'m, 'b> PartBuilder<'m, 'b> {
+    /// A builder in the world's frame.
+    pub(super) fn new(mesh: &'m mut MeshBuilder<'b>, detail: f64) -> PartBuilder<'m, 'b> {
+        PartBuilder {
+            mesh,
+            frame: LocalFrame::at(DVec3::ZERO),
+            detail,
+        }
+    }
+
+    /// The same mesh and detail, in another frame.
+    pub(super) fn at(&mut self, frame: LocalFrame) -> PartBuilder<'_, 'b> {
+        PartBuilder {
+            mesh: self.mesh,
+            frame,
+            detail: self.detail,
+        }
+    }
+
+    /// The same mesh and detail, at an origin given in this frame.
+    pub(super) fn moved(&mut self, x: f64, y: f64, z: f64) -> PartBuilder<'_, 'b> {
+        self.at(self.frame.moved(x, y, z))
+    }
+
+    /// Chooses a material of the palette.
+    pub(super) fn material(&mut self, material: usize) {
+        self.mesh.material(material);
+    }
+
+    /// Number of quads along this length.
+    pub(super) fn cells(&self, length: f64) -> usize {
+        cells(length, self.detail)
+    }
+
+    /// Draws a quad of these corners in the frame, cut into `across` by `rows`.
+    pub(super) fn quad(&mut self, corners: [(f64, f64, f64); 4], (across, rows): (usize, usize)) {
+        let corners = corners.map(|corner| self.frame.point(corner.into()));
+        self.mesh.quad(corners, across, rows);
+    }
+
+    /// Draws all sides of a box between two opposite corners.
+    pub(super) fn slab(&mut self, lo: (f64, f64, f64), hi: (f64, f64, f64)) {
+        self.cuboid(lo, hi, ALL);
+    }
+
+    /// Draws the chosen sides of a box between two opposite corners. Neighbouring sides share their
+    /// edges' points.
+    pub(super) fn cuboid(&mut self, lo: (f64, f64, f64), hi: (f64, f64, f64), sides: BoxSides) {
+        let (lo, hi) = (DVec3::from(lo), DVec3::from(hi));
+        let (frame, size) = (self.frame, hi - lo);
+        let counts: [usize; 3] = std::array::from_fn(|k| self.cells(size[k]));
+        let coordinate = |axis: usize, i: usize| match i == counts[axis] {
+            true => hi[axis],
+            false => lo[axis] + size[axis] * (i as f64 / counts[axis] as f64),
+        };
+        for (number, _) in sides.iter().enumerate().filter(|(_, drawn)| **drawn) {
+            let (axis, upper) = (number / 2, number % 2 == 1);
+            let (mut u, mut v) = ((axis + 1) % 3, (axis + 2) % 3);
+            if !upper {
+                (u, v) = (v, u);
+            }
+            self.mesh.grid(Grid::open(counts[u], counts[v]), |i, j| {
+                let mut p = if upper { hi } else { lo };
+                p[u] = coordinate(u, i);
+                p[v] = coordinate(v, j);
+                frame.point(p)
+            });
+        }
+    }
+
+    /// Draws a surface of revolution about the frame's y axis, from a profile of (radius, height)
+    /// from the bottom to the top. A radius of 0 closes an end with a fan; it may occur only at an
+    /// end.
+    pub(super) fn lathe(&mut self, profile: &[(f64, f64)], around: usize) {
+        let frame = self.frame;
+        let ring = |radius: f64, height: f64, i: usize| {
+            let turn = TAU * i as f64 / around as f64;
+            frame.point(DVec3::new(radius * cos(turn), height, -radius * sin(turn)))
+        };
+        let closed = |p: DVec2| p.x <= 0.0;
+        for pair in profile.windows(2) {
+            let (a, b) = (DVec2::from(pair[0]), DVec2::from(pair[1]));
+            let hub = |height: f64| frame.point(DVec3::new(0.0, height, 0.0));
+            match (closed(a), closed(b)) {
+                (true, _) => self
+                    .mesh
+                    .fan(hub(a.y), around, |i| ring(b.x, b.y, (around - i) % around)),
+                (_, true) => self.mesh.fan(hub(b.y), around, |i| ring(a.x, a.y, i)),
+                _ => {
+                    let rows = self.cells((b - a).length());
+                    self.mesh.grid(Grid::tube(around, rows), |i, j| {
+                        let p = match j == rows {
+                            true => b,
+                            false => a + (b - a) * (j as f64 / rows as f64),
+                        };
+                        ring(p.x, p.y, i)
+                    });
+                }
             }
         }
     }
-}
 
-/// Draws a rod with this many sides between two points; its ends are open.
-pub(super) fn rod(
-    mesh: &mut MeshBuilder,
-    (from, to): (DVec3, DVec3),
-    radius: f64,
-    around: usize,
-    rows: usize,
-) {
-    let along = (to - from) / (to - from).length();
-    let other = if along.x.abs() < 0.6 {
-        DVec3::X
-    } else {
-        DVec3::Y
-    };
-    let side = along.cross(other);
-    let side = side / side.length();
-    let up = along.cross(side);
-    mesh.grid(Grid::tube(around, rows), |i, j| {
-        let turn = TAU * i as f64 / around as f64;
-        let t = j as f64 / rows as f64;
-        from + (to - from) * t + (side * cos(turn) + up * sin(turn)) * radius
-    });
-}
+    /// Draws a profile of (out, up) swept along the frame's x axis from `from` to `to`. Seen from
+    /// the end of the axis, the front is on the right of the profile's direction.
+    pub(super) fn moulding(&mut self, (from, to): (f64, f64), profile: &[(f64, f64)]) {
+        let (frame, columns) = (self.frame, self.cells(to - from));
+        self.mesh
+            .grid(Grid::open(columns, profile.len() - 1), |i, j| {
+                let x = from + (to - from) * (i as f64 / columns as f64);
+                let (out, up) = profile[j];
+                frame.point(DVec3::new(x, up, out))
+            });
+    }
 
-/// Draws a profile of (out, up) swept along the frame's x axis from `from` to `to`. Seen from the
-/// end of the axis, the front is on the right of the profile's direction.
-pub(super) fn moulding(
-    mesh: &mut MeshBuilder,
-    frame: &LocalFrame,
-    (from, to): (f64, f64),
-    profile: &[DVec2],
-    density: f64,
-) {
-    let columns = cells(to - from, density);
-    mesh.grid(Grid::open(columns, profile.len() - 1), |i, j| {
-        let x = from + (to - from) * (i as f64 / columns as f64);
-        frame.point(DVec3::new(x, profile[j].y, profile[j].x))
-    });
+    /// Draws a rod with this many sides and rows of quads between two points; its ends are open.
+    pub(super) fn rod(
+        &mut self,
+        ends: [(f64, f64, f64); 2],
+        radius: f64,
+        (around, rows): (usize, usize),
+    ) {
+        let [from, to] = ends.map(|end| self.frame.point(end.into()));
+        let along = (to - from) / (to - from).length();
+        let other = match along.x.abs() < 0.6 {
+            true => DVec3::X,
+            false => DVec3::Y,
+        };
+        let side = along.cross(other);
+        let side = side / side.length();
+        let up = along.cross(side);
+        self.mesh.grid(Grid::tube(around, rows), |i, j| {
+            let turn = TAU * i as f64 / around as f64;
+            let t = j as f64 / rows as f64;
+            from + (to - from) * t + (side * cos(turn) + up * sin(turn)) * radius
+        });
+    }
+
+    /// Draws a sphere about a point of the frame, its icosahedron's edges cut into `frequency`.
+    pub(super) fn sphere(&mut self, center: (f64, f64, f64), radius: f64, frequency: usize) {
+        let center = self.frame.point(center.into());
+        geodesic::sphere(self.mesh, frequency, |p| center + p * radius);
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::builder::DocumentMaterial;
-    use super::super::super::{MemoryBuilder, SceneBuilder};
-    use super::super::geodesic;
     use super::*;
+    use crate::standard::{DocumentMaterial, MemoryBuilder};
 
     /// Volume inside closed surfaces that face outward, by the divergence theorem.
-    fn volume(draw: impl Fn(&mut MeshBuilder)) -> f64 {
+    fn volume(detail: f64, draw: impl Fn(&mut PartBuilder)) -> f64 {
         let mut builder = MemoryBuilder::default();
         let palette = [DocumentMaterial::default()];
-        let mut mesh = MeshBuilder::new(&mut builder as &mut dyn SceneBuilder, &palette);
-        draw(&mut mesh);
+        let mut mesh = MeshBuilder::new(&mut builder, &palette);
+        let frame = LocalFrame::at(DVec3::new(3.0, -2.0, 5.0)).turned(33.0);
+        draw(&mut PartBuilder::new(&mut mesh, detail).at(frame));
         mesh.finish();
         let triangles = builder.finish().triangles;
         let parts = (0..triangles.len()).map(|i| {
@@ -187,24 +238,16 @@ mod tests {
 
     #[test]
     fn solids_face_outward_and_are_closed() {
-        let frame = LocalFrame::at(DVec3::new(3.0, -2.0, 5.0)).turned(33.0);
-        let brick = volume(|mesh| {
-            let corners = (DVec3::new(-1.0, 0.0, 0.5), DVec3::new(1.0, 3.0, 1.0));
-            cuboid(mesh, &frame, corners, 2.3, ALL);
-        });
+        let brick = volume(2.3, |parts| parts.slab((-1.0, 0.0, 0.5), (1.0, 3.0, 1.0)));
         assert!((brick - 3.0).abs() < 1e-5, "{brick}");
         // A double cone of a square, which is what a lathe of four sides makes.
-        let top = volume(|mesh| {
-            let profile = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0)].map(DVec2::from);
-            lathe(mesh, &frame, &profile, 4, 1.0);
-        });
+        let cones = [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0)];
+        let top = volume(1.0, |parts| parts.lathe(&cones, 4));
         assert!((top - 4.0 / 3.0).abs() < 1e-5, "{top}");
-        let drum = volume(|mesh| {
-            let profile = [(0.0, 0.0), (1.0, 0.0), (1.0, 2.0), (0.0, 2.0)].map(DVec2::from);
-            lathe(mesh, &frame, &profile, 4, 3.0);
-        });
+        let prism = [(0.0, 0.0), (1.0, 0.0), (1.0, 2.0), (0.0, 2.0)];
+        let drum = volume(3.0, |parts| parts.lathe(&prism, 4));
         assert!((drum - 4.0).abs() < 1e-5, "{drum}");
-        let ball = volume(|mesh| geodesic::sphere(mesh, 30, |p| frame.point(p * 2.0)));
+        let ball = volume(1.0, |parts| parts.sphere((0.0, 0.0, 0.0), 2.0, 30));
         assert!((ball - TAU * 16.0 / 3.0).abs() < 0.1, "{ball}");
     }
 }

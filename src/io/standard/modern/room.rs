@@ -3,15 +3,14 @@
 //! Seven tenths of the triangles are the knot's, in a thousandth of the room's volume. A tree that
 //! splits space evenly does badly here, and no ray ever leaves.
 
-use super::geodesic;
 use super::knot::knot;
 use super::materials::{glass, glow, matte, polished, rgb};
 use super::mesh_builder::{MeshBuilder, fit_detail};
-use super::props::{ALL, LocalFrame, STANDING, cells, cuboid, lathe, moulding};
-use super::{SIZES, hd, lamp};
+use super::props::{LocalFrame, ON_WALL, PartBuilder, STANDING, cells};
+use super::setup::{SIZES, hd, lamp};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use libm::{cos, sin};
 use std::f64::consts::TAU;
 
@@ -105,107 +104,76 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let palette = palette();
     let mut mesh = MeshBuilder::new(builder, &palette);
     let budget = u64::from(params.size);
-    let detail = fit_detail(budget * 3 / 10, (0.1, 2000.0), furnish);
-    furnish(&mut mesh, detail);
+    let detail = fit_detail(budget * 3 / 10, (0.1, 2000.0), |mesh, detail| {
+        furnish(&mut PartBuilder::new(mesh, detail))
+    });
+    furnish(&mut PartBuilder::new(&mut mesh, detail));
     let left = budget.saturating_sub(mesh.triangles());
     mesh.material(GOLD);
     knot(&mut mesh, left as f64, STATUE);
     mesh.finish();
 }
 
-/// Everything except the statue, with `detail` quads to a unit of length.
-fn furnish(mesh: &mut MeshBuilder, detail: f64) {
-    floor(mesh, detail);
-    shell(mesh, detail);
+/// Everything except the statue.
+fn furnish(parts: &mut PartBuilder) {
+    floor(parts);
+    shell(parts);
     for quarter in 0..4 {
         let wall = LocalFrame::at(DVec3::ZERO).turned(90.0 * f64::from(quarter));
-        panels(mesh, &wall.moved(0.0, 0.0, -HALF), detail);
+        panels(&mut parts.at(wall.moved(0.0, 0.0, -HALF)));
     }
-    pedestal(mesh, detail);
-    pendant(mesh, detail);
-    sconce(
-        mesh,
-        &LocalFrame::at(DVec3::new(-HALF, 1.62, -1.1)).turned(90.0),
-        detail,
-    );
-    sconce(mesh, &LocalFrame::at(DVec3::new(0.9, 1.62, -HALF)), detail);
-    mirror(
-        mesh,
-        &LocalFrame::at(DVec3::new(-0.85, 1.02, -HALF)),
-        detail,
-    );
-    table(mesh, &LocalFrame::at(DVec3::new(-2.1, 0.0, 0.45)), detail);
+    pedestal(&mut parts.moved(STATUE.x, 0.0, STATUE.z));
+    pendant(&mut parts.moved(0.55, 0.0, 0.75));
+    let left = LocalFrame::at(DVec3::new(-HALF, 1.62, -1.1)).turned(90.0);
+    sconce(&mut parts.at(left));
+    sconce(&mut parts.moved(0.9, 1.62, -HALF));
+    mirror(&mut parts.moved(-0.85, 1.02, -HALF));
+    table(&mut parts.moved(-2.1, 0.0, 0.45));
 }
 
 /// Tiles, and a rug of two colours.
-fn floor(mesh: &mut MeshBuilder, detail: f64) {
+fn floor(parts: &mut PartBuilder) {
     let side = 10;
     let step = 2.0 * HALF / f64::from(side);
+    let n = parts.cells(step);
     for row in 0..side {
         for column in 0..side {
-            mesh.material(TILES[((row + column) % 2) as usize]);
+            parts.material(TILES[((row + column) % 2) as usize]);
             let (x, z) = (
                 -HALF + step * f64::from(column),
                 HALF - step * f64::from(row),
             );
-            let at = |dx: f64, dz: f64| DVec3::new(x + dx, 0.0, z - dz);
-            let n = cells(step, detail);
-            mesh.quad(
-                [at(0.0, 0.0), at(step, 0.0), at(step, step), at(0.0, step)],
-                n,
-                n,
-            );
+            let corners = [(0.0, 0.0), (step, 0.0), (step, step), (0.0, step)];
+            parts.quad(corners.map(|(dx, dz)| (x + dx, 0.0, z - dz)), (n, n));
         }
     }
     for (material, half, height) in [(RUG[1], 1.22, 0.012), (RUG[0], 1.12, 0.018)] {
-        mesh.material(material);
-        let corner = DVec3::new(half, height, half);
+        parts.material(material);
         let rug = LocalFrame::at(DVec3::new(-0.1, 0.0, -0.2)).turned(45.0);
-        cuboid(
-            mesh,
-            &rug,
-            (DVec3::new(-half, 0.0, -half), corner),
-            detail,
-            STANDING,
-        );
+        let mut rug = parts.at(rug);
+        rug.cuboid((-half, 0.0, -half), (half, height, half), STANDING);
     }
 }
 
 /// Ceiling and upper walls, which face inward.
-fn shell(mesh: &mut MeshBuilder, detail: f64) {
-    let n = cells(2.0 * HALF, detail);
+fn shell(parts: &mut PartBuilder) {
+    let n = parts.cells(2.0 * HALF);
+    let high = parts.cells(HEIGHT);
     for quarter in 0..4 {
-        let wall = LocalFrame::at(DVec3::ZERO).turned(90.0 * f64::from(quarter));
-        let at = |x: f64, y: f64| wall.point(DVec3::new(x, y, -HALF));
-        mesh.material(PLASTER);
-        let corners = [
-            at(-HALF, 0.0),
-            at(HALF, 0.0),
-            at(HALF, HEIGHT),
-            at(-HALF, HEIGHT),
-        ];
-        mesh.quad(corners, n, cells(HEIGHT, detail));
+        let mut wall = parts.at(parts.frame.turned(90.0 * f64::from(quarter)));
+        wall.material(PLASTER);
+        let corners = [(-HALF, 0.0), (HALF, 0.0), (HALF, HEIGHT), (-HALF, HEIGHT)];
+        wall.quad(corners.map(|(x, y)| (x, y, -HALF)), (n, high));
     }
-    mesh.material(CEILING);
-    let at = |x: f64, z: f64| DVec3::new(x * HALF, HEIGHT, z * HALF);
-    mesh.quad(
-        [at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)],
-        n,
-        n,
-    );
+    parts.material(CEILING);
+    let corners = [(-HALF, -HALF), (HALF, -HALF), (HALF, HALF), (-HALF, HALF)];
+    parts.quad(corners.map(|(x, z)| (x, HEIGHT, z)), (n, n));
 }
 
 /// The wooden lower wall with raised panels, its rail, and the cornice under the ceiling.
-fn panels(mesh: &mut MeshBuilder, wall: &LocalFrame, detail: f64) {
-    mesh.material(WOOD);
+fn panels(wall: &mut PartBuilder) {
+    wall.material(WOOD);
     let whole = (-HALF, HALF);
-    moulding(
-        mesh,
-        wall,
-        whole,
-        &[DVec2::new(0.03, 0.0), DVec2::new(0.03, 0.86)],
-        detail,
-    );
     let base = [(0.06, 0.0), (0.06, 0.13), (0.045, 0.16), (0.03, 0.17)];
     let rail = [
         (0.03, 0.84),
@@ -214,31 +182,24 @@ fn panels(mesh: &mut MeshBuilder, wall: &LocalFrame, detail: f64) {
         (0.055, 0.94),
         (0.0, 0.945),
     ];
-    moulding(mesh, wall, whole, &base.map(DVec2::from), detail);
-    moulding(mesh, wall, whole, &rail.map(DVec2::from), detail);
+    wall.moulding(whole, &[(0.03, 0.0), (0.03, 0.86)]);
+    wall.moulding(whole, &base);
+    wall.moulding(whole, &rail);
     for k in 0..5 {
         let x = -HALF + 0.13 + 1.16 * f64::from(k);
         for (inset, depth) in [(0.0, 0.045), (0.07, 0.06)] {
-            let lo = DVec3::new(x + inset, 0.26 + inset, 0.03);
-            let hi = DVec3::new(x + 1.06 - inset, 0.76 - inset, depth);
-            cuboid(
-                mesh,
-                wall,
-                (lo, hi),
-                detail,
-                [true, true, true, true, false, true],
-            );
+            let lo = (x + inset, 0.26 + inset, 0.03);
+            let hi = (x + 1.06 - inset, 0.76 - inset, depth);
+            wall.cuboid(lo, hi, ON_WALL);
         }
     }
-    mesh.material(CEILING);
+    wall.material(CEILING);
     let steps = 12;
-    let cornice: Vec<_> = (0..=steps)
-        .map(|k| {
-            let turn = TAU / 4.0 * f64::from(k) / f64::from(steps);
-            DVec2::new(0.16 * (1.0 - cos(turn)), HEIGHT - 0.16 * (1.0 - sin(turn)))
-        })
-        .collect();
-    moulding(mesh, wall, whole, &cornice, detail);
+    let cornice = (0..=steps).map(|k| {
+        let turn = TAU / 4.0 * f64::from(k) / f64::from(steps);
+        (0.16 * (1.0 - cos(turn)), HEIGHT - 0.16 * (1.0 - sin(turn)))
+    });
+    wall.moulding(whole, &cornice.collect::<Vec<_>>());
 }
 
 /// Number of sides of turned work of this radius.
@@ -246,15 +207,12 @@ fn around(radius: f64, detail: f64) -> usize {
     cells(TAU * radius, detail).max(10)
 }
 
-fn pedestal(mesh: &mut MeshBuilder, detail: f64) {
-    mesh.material(STONE);
-    let place = LocalFrame::at(STATUE * DVec3::new(1.0, 0.0, 1.0));
-    let block = |mesh: &mut MeshBuilder, half: f64, from: f64, to: f64| {
-        let corners = (DVec3::new(-half, from, -half), DVec3::new(half, to, half));
-        cuboid(mesh, &place.turned(20.0), corners, detail, ALL);
-    };
-    block(mesh, 0.34, 0.0, 0.12);
-    block(mesh, 0.30, 0.64, 0.72);
+fn pedestal(parts: &mut PartBuilder) {
+    parts.material(STONE);
+    let mut turned = parts.at(parts.frame.turned(20.0));
+    for (half, from, to) in [(0.34, 0.0, 0.12), (0.30, 0.64, 0.72)] {
+        turned.slab((-half, from, -half), (half, to, half));
+    }
     let profile = [
         (0.31, 0.12),
         (0.325, 0.15),
@@ -269,14 +227,8 @@ fn pedestal(mesh: &mut MeshBuilder, detail: f64) {
         (0.285, 0.625),
         (0.27, 0.64),
     ];
-    lathe(
-        mesh,
-        &place,
-        &profile.map(DVec2::from),
-        around(0.25, detail),
-        detail,
-    );
-    mesh.material(GOLD);
+    parts.lathe(&profile, around(0.25, parts.detail));
+    parts.material(GOLD);
     let foot = [
         (0.16, 0.72),
         (0.16, 0.735),
@@ -284,19 +236,12 @@ fn pedestal(mesh: &mut MeshBuilder, detail: f64) {
         (0.055, 0.97),
         (0.0, 0.98),
     ];
-    lathe(
-        mesh,
-        &place,
-        &foot.map(DVec2::from),
-        around(0.16, detail),
-        detail,
-    );
+    parts.lathe(&foot, around(0.16, parts.detail));
 }
 
 /// The lamp over the statue: a shade open downward, a bulb, a cord.
-fn pendant(mesh: &mut MeshBuilder, detail: f64) {
-    let place = LocalFrame::at(DVec3::new(0.55, 0.0, 0.75));
-    mesh.material(SHADE);
+fn pendant(parts: &mut PartBuilder) {
+    parts.material(SHADE);
     let shade = [
         (0.27, 2.46),
         (0.22, 2.56),
@@ -304,34 +249,19 @@ fn pendant(mesh: &mut MeshBuilder, detail: f64) {
         (0.03, 2.70),
         (0.012, 2.74),
     ];
-    lathe(
-        mesh,
-        &place,
-        &shade.map(DVec2::from),
-        around(0.25, detail),
-        detail,
-    );
-    mesh.material(DARK_WOOD);
+    parts.lathe(&shade, around(0.25, parts.detail));
+    parts.material(DARK_WOOD);
     let cord = [(0.008, 2.70), (0.008, 3.22), (0.05, 3.28), (0.05, HEIGHT)];
-    lathe(mesh, &place, &cord.map(DVec2::from), 10, detail);
-    mesh.material(BULB);
-    let frequency = cells(0.1, detail).max(2);
-    geodesic::sphere(mesh, frequency, |p| {
-        place.point(DVec3::new(0.0, 2.48, 0.0) + p * 0.055)
-    });
+    parts.lathe(&cord, 10);
+    parts.material(BULB);
+    parts.sphere((0.0, 2.48, 0.0), 0.055, parts.cells(0.1).max(2));
 }
 
 /// A bracket on a wall with a small shade.
-fn sconce(mesh: &mut MeshBuilder, wall: &LocalFrame, detail: f64) {
-    mesh.material(DARK_WOOD);
-    let plate = (DVec3::new(-0.05, -0.12, 0.0), DVec3::new(0.05, 0.12, 0.03));
-    cuboid(mesh, wall, plate, detail, ALL);
-    let arm = (
-        DVec3::new(-0.012, -0.03, 0.03),
-        DVec3::new(0.012, -0.006, 0.38),
-    );
-    cuboid(mesh, wall, arm, detail, ALL);
-    let place = wall.moved(0.0, 0.0, 0.38);
+fn sconce(wall: &mut PartBuilder) {
+    wall.material(DARK_WOOD);
+    wall.slab((-0.05, -0.12, 0.0), (0.05, 0.12, 0.03));
+    wall.slab((-0.012, -0.03, 0.03), (0.012, -0.006, 0.38));
     let candle = [
         (0.035, -0.03),
         (0.04, 0.0),
@@ -339,65 +269,37 @@ fn sconce(mesh: &mut MeshBuilder, wall: &LocalFrame, detail: f64) {
         (0.015, 0.08),
         (0.0, 0.082),
     ];
-    lathe(
-        mesh,
-        &place,
-        &candle.map(DVec2::from),
-        around(0.03, detail),
-        detail,
-    );
-    mesh.material(SHADE);
+    let mut arm = wall.moved(0.0, 0.0, 0.38);
+    arm.lathe(&candle, around(0.03, arm.detail));
+    arm.material(SHADE);
     // Open at both ends, so that its light reaches the wall above and below.
-    let shade = [(0.15, 0.06), (0.085, 0.26)];
-    lathe(
-        mesh,
-        &place,
-        &shade.map(DVec2::from),
-        around(0.15, detail),
-        detail,
-    );
+    arm.lathe(&[(0.15, 0.06), (0.085, 0.26)], around(0.15, arm.detail));
 }
 
 /// A mirror in a gilt frame.
-fn mirror(mesh: &mut MeshBuilder, wall: &LocalFrame, detail: f64) {
+fn mirror(wall: &mut PartBuilder) {
     let (half, high) = (0.52, 1.36);
-    mesh.material(MIRROR);
-    let n = cells(1.0, detail);
-    let at = |x: f64, y: f64| wall.point(DVec3::new(x, y, 0.04));
-    mesh.quad(
-        [
-            at(-half, 0.0),
-            at(half, 0.0),
-            at(half, high),
-            at(-half, high),
-        ],
-        n,
-        n,
-    );
-    mesh.material(GOLD);
-    let bar = |mesh: &mut MeshBuilder, (x0, y0): (f64, f64), (x1, y1): (f64, f64)| {
+    wall.material(MIRROR);
+    let n = wall.cells(1.0);
+    let corners = [(-half, 0.0), (half, 0.0), (half, high), (-half, high)];
+    wall.quad(corners.map(|(x, y)| (x, y, 0.04)), (n, n));
+    wall.material(GOLD);
+    let mut bar = |(x0, y0): (f64, f64), (x1, y1): (f64, f64)| {
         for (inset, depth) in [(0.0, 0.05), (0.02, 0.075)] {
-            let lo = DVec3::new(x0 + inset, y0 + inset, 0.0);
-            let hi = DVec3::new(x1 - inset, y1 - inset, depth);
-            cuboid(
-                mesh,
-                wall,
-                (lo, hi),
-                detail,
-                [true, true, true, true, false, true],
-            );
+            let lo = (x0 + inset, y0 + inset, 0.0);
+            wall.cuboid(lo, (x1 - inset, y1 - inset, depth), ON_WALL);
         }
     };
     let w = 0.09;
-    bar(mesh, (-half - w, -w), (-half, high + w));
-    bar(mesh, (half, -w), (half + w, high + w));
-    bar(mesh, (-half, -w), (half, 0.0));
-    bar(mesh, (-half, high), (half, high + w));
+    bar((-half - w, -w), (-half, high + w));
+    bar((half, -w), (half + w, high + w));
+    bar((-half, -w), (half, 0.0));
+    bar((-half, high), (half, high + w));
 }
 
 /// A round table with a sphere of glass on it.
-fn table(mesh: &mut MeshBuilder, place: &LocalFrame, detail: f64) {
-    mesh.material(DARK_WOOD);
+fn table(parts: &mut PartBuilder) {
+    parts.material(DARK_WOOD);
     let profile = [
         (0.24, 0.0),
         (0.23, 0.03),
@@ -414,16 +316,7 @@ fn table(mesh: &mut MeshBuilder, place: &LocalFrame, detail: f64) {
         (0.38, 0.705),
         (0.0, 0.705),
     ];
-    lathe(
-        mesh,
-        place,
-        &profile.map(DVec2::from),
-        around(0.4, detail),
-        detail,
-    );
-    mesh.material(GLASS);
-    let frequency = cells(0.5, detail).max(5);
-    geodesic::sphere(mesh, frequency, |p| {
-        place.point(DVec3::new(0.0, 0.875, 0.0) + p * 0.17)
-    });
+    parts.lathe(&profile, around(0.4, parts.detail));
+    parts.material(GLASS);
+    parts.sphere((0.0, 0.875, 0.0), 0.17, parts.cells(0.5).max(5));
 }

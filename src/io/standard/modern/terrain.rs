@@ -8,7 +8,7 @@
 use super::materials::{hazy, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
 use super::noise::{Dice, fractal2, noise2, smoothstep, turned};
-use super::{SIZES, hd, sun};
+use super::setup::{SIZES, hd, sun};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec2, DVec3};
@@ -62,16 +62,16 @@ fn palette() -> Vec<DocumentMaterial> {
         rgb(0.31, 0.275, 0.23),
         rgb(0.86, 0.89, 0.95),
     ];
-    let mut looks = Vec::new();
+    let mut materials = Vec::new();
     for color in colors {
         for step in 0..HAZES {
             let haze = 0.5 * step as f64 / (HAZES - 1) as f64;
-            looks.push(hazy(matte(color, AMBIENT), AIR, haze));
+            materials.push(hazy(matte(color, AMBIENT), AIR, haze));
         }
     }
     let deep = matte(rgb(0.012, 0.045, 0.055), AMBIENT);
-    looks.push(polished(deep, rgb(0.52, 0.56, 0.58), 900.0));
-    looks
+    materials.push(polished(deep, rgb(0.52, 0.56, 0.58), 900.0));
+    materials
 }
 
 /// Height of the land; the lake's surface is at 0.
@@ -232,8 +232,8 @@ fn block(
             let corner = vertices[a as usize];
             let patch = fractal2(SEED + 64, DVec2::new(corner.x, corner.z) * 1.7, 3);
             let material = |corners| material_of(&vertices, corners, patch, &mut dice);
-            let looks = split.map(material);
-            facets.extend([(looks[0], split[0]), (looks[1], split[1])]);
+            let materials = split.map(material);
+            facets.extend([(materials[0], split[0]), (materials[1], split[1])]);
         }
     }
     mesh.facets(&vertices, &facets);

@@ -1,7 +1,7 @@
 //! balls, the sphereflake (`balls.c`): nine spheres of a third of the radius stand on each sphere.
 
 use super::rotation::{about, about_y, about_z};
-use super::{MAX_DEPTH, SKY, prelude, rectangle, shine, surface, view};
+use super::setup::{MAX_DEPTH, SKY, prelude, rectangle, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DMat3, DVec3, dvec3};

@@ -1,7 +1,7 @@
 //! gears (`gears.c`): layers of meshing gears, whose faces are concave polygons of 144 corners.
 
 use super::rotation::about_z;
-use super::{MAX_DEPTH, SKY, matte, prelude, rectangle, shine, surface, view};
+use super::setup::{MAX_DEPTH, SKY, matte, prelude, rectangle, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
@@ -65,7 +65,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     for z in 0..params.size {
         for y in 0..params.size {
             for x in 0..params.size {
-                surface(builder, look(x, y, z));
+                surface(builder, gear_material(x, y, z));
                 gear_at(params.size, x, y, z).build(builder);
             }
         }
@@ -93,7 +93,7 @@ fn gear_at(size: u32, x: u32, y: u32, z: u32) -> Gear {
 }
 
 /// A colour that looks random; every fifth gear, about, is of glass.
-fn look(x: u32, y: u32, z: u32) -> NffMaterial {
+fn gear_material(x: u32, y: u32, z: u32) -> NffMaterial {
     let fraction = |whole: u32, factor: f64| {
         let product = f64::from(whole + 1) * factor / 7.0;
         0.01 + (product - product.floor())

@@ -2,7 +2,7 @@
 //! octant.
 
 use super::rotation::{about_x, about_y};
-use super::{MAX_DEPTH, prelude, shine, surface, view};
+use super::setup::{MAX_DEPTH, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder, StandardView};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DAffine3, DVec3, dvec3};
@@ -48,8 +48,8 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
 }
 
 /// Adds a jack and its eight copies, `levels` deep; `scale` is the factor of `place` on lengths.
-fn grow(builder: &mut dyn SceneBuilder, levels: u32, place: DAffine3, scale: f64) {
-    jack(builder, place, scale);
+fn grow(builder: &mut dyn SceneBuilder, levels: u32, frame: DAffine3, scale: f64) {
+    jack(builder, frame, scale);
     if levels <= 1 {
         return;
     }
@@ -59,22 +59,22 @@ fn grow(builder: &mut dyn SceneBuilder, levels: u32, place: DAffine3, scale: f64
             for z in halves {
                 let octant = DAffine3::from_translation(dvec3(x, y, z))
                     * DAffine3::from_scale(DVec3::splat(0.5));
-                grow(builder, levels - 1, place * octant, scale * 0.5);
+                grow(builder, levels - 1, frame * octant, scale * 0.5);
             }
         }
     }
 }
 
-fn jack(builder: &mut dyn SceneBuilder, place: DAffine3, scale: f64) {
+fn jack(builder: &mut dyn SceneBuilder, frame: DAffine3, scale: f64) {
     let axes = DVec3::AXES.map(|axis| axis * FIT);
     let scale = scale * FIT;
     for axis in axes {
-        let ends = [-axis, axis].map(|end| place.transform_point3(end));
+        let ends = [-axis, axis].map(|end| frame.transform_point3(end));
         builder.cone(ends[0], BAR * scale, ends[1], BAR * scale);
     }
     for side in [1.0, -1.0] {
         for axis in axes {
-            builder.sphere(place.transform_point3(axis * side), BALL * scale);
+            builder.sphere(frame.transform_point3(axis * side), BALL * scale);
         }
     }
 }

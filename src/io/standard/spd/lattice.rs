@@ -1,6 +1,6 @@
 //! lattice (`lattice.c`, by Antonio Costa): shiny spheres joined by dull bars into a cubic lattice.
 
-use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder, StandardView};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
@@ -56,12 +56,12 @@ fn view_of(size: u32) -> StandardView {
 }
 
 /// A ball and the bars that start at it.
-fn node(builder: &mut dyn SceneBuilder, size: u32, place: [u32; 3]) {
+fn node(builder: &mut dyn SceneBuilder, size: u32, cell: [u32; 3]) {
     let cells = f64::from(size);
     let [ball, bar] = [BALL, BAR].map(|radius| radius / cells);
     // The bars end a little inside of the balls.
     let inset = ball * (1.0 - (BAR / BALL).sqrt()) * 0.99;
-    let center = DVec3::from_array(place.map(|k| f64::from(k) / cells));
+    let center = DVec3::from_array(cell.map(|k| f64::from(k) / cells));
     let shiny = NffMaterial {
         kd: 0.5,
         ks: 0.5,
@@ -71,7 +71,7 @@ fn node(builder: &mut dyn SceneBuilder, size: u32, place: [u32; 3]) {
     surface(builder, shiny);
     builder.sphere(center, ball);
     for (axis, along) in DVec3::AXES.into_iter().enumerate() {
-        if place[axis] == size {
+        if cell[axis] == size {
             continue;
         }
         let dull = NffMaterial {

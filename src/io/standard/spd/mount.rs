@@ -1,7 +1,7 @@
 //! mount (`mount.c`): a fractal mountain by midpoint displacement, and four crystal balls above it.
 
 use super::rotation::{about, about_z};
-use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
@@ -107,8 +107,8 @@ impl Mountain {
 
     /// Two triangles.
     fn cell(&self, builder: &mut dyn SceneBuilder, [x, y]: [u32; 2], z: [f64; 4]) {
-        let place = |k: u32| CORNER + f64::from(k) * WIDTH / self.cells;
-        let [left, right, lower, upper] = [x, x + 1, y, y + 1].map(place);
+        let coordinate = |k: u32| CORNER + f64::from(k) * WIDTH / self.cells;
+        let [left, right, lower, upper] = [x, x + 1, y, y + 1].map(coordinate);
         let ll = dvec3(left, lower, z[0]);
         let lr = dvec3(right, lower, z[1]);
         let ur = dvec3(right, upper, z[2]);

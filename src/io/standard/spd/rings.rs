@@ -2,7 +2,7 @@
 //! and spheres.
 
 use super::rotation::{about_x, about_z};
-use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};

@@ -1,7 +1,7 @@
 //! shells (`shells.c`): a seashell of overlapping spheres by Pickover's method (IEEE CG&A, November
 //! 1989).
 
-use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::dvec3;

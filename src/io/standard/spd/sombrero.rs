@@ -1,6 +1,6 @@
 //! sombrero (`sombrero.c`, by Alexander Enzmann): a damped cosine as a height field of triangles.
 
-use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
+use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
@@ -50,13 +50,13 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
 /// spread, and rounded to single precision, as the original does.
 fn row(side: usize, z: usize) -> Vec<DVec3> {
     let sample = |k: usize| -HALF + k as f64 * (2.0 * HALF / side as f64);
-    let place = |k: usize| -HALF + k as f64 * (2.0 * HALF / (side - 1) as f64);
+    let coordinate = |k: usize| -HALF + k as f64 * (2.0 * HALF / (side - 1) as f64);
     let height = |x: usize| {
         let (a, b) = (sample(x), sample(z));
         let r = (a * a + b * b).sqrt();
         (libm::cos(TURN * r) * libm::exp(-r)) as f32
     };
-    let point = |x| dvec3(place(x), GROUND + f64::from(height(x)), place(z));
+    let point = |x| dvec3(coordinate(x), GROUND + f64::from(height(x)), coordinate(z));
     (0..side).map(point).collect()
 }
 

@@ -1,8 +1,8 @@
 //! teapot (`teapot.c`): Newell's teapot with Crow's bottom, on a checkerboard meshed as finely as
 //! each of its patches.
 
+use super::setup::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
 use super::teapot_data::{PATCHES, VERTICES};
-use super::{MAX_DEPTH, SKY, matte, prelude, shine, surface, view};
 use crate::standard::builder::{NffMaterial, SceneBuilder};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};
@@ -65,8 +65,8 @@ fn checkerboard(builder: &mut dyn SceneBuilder, size: u32) {
 }
 
 fn square(size: u32, x: u32, y: u32) -> [DVec3; 4] {
-    let place = |k: u32| BOARD * (2.0 * f64::from(k) / f64::from(size) - 1.0);
-    let [left, right, low, high] = [x, x + 1, y, y + 1].map(place);
+    let coordinate = |k: u32| BOARD * (2.0 * f64::from(k) / f64::from(size) - 1.0);
+    let [left, right, low, high] = [x, x + 1, y, y + 1].map(coordinate);
     [(left, low), (right, low), (right, high), (left, high)].map(|(x, y)| dvec3(x, y, 0.0))
 }
 
@@ -74,8 +74,8 @@ fn build_patch(builder: &mut dyn SceneBuilder, patch: &Patch, size: u32) {
     for s in 0..size {
         for t in 0..size {
             let corners = [[s, t], [s, t + 1], [s + 1, t + 1], [s + 1, t]];
-            let point = corners.map(|place| {
-                let [s, t] = place.map(|k| f64::from(k) / f64::from(size));
+            let point = corners.map(|corner| {
+                let [s, t] = corner.map(|k| f64::from(k) / f64::from(size));
                 point_and_normal(patch, s, t)
             });
             for [a, b, c] in [[0, 1, 2], [2, 3, 0]] {

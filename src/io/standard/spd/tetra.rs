@@ -1,7 +1,7 @@
 //! tetra (`tetra.c`): the tetrahedron of Mandelbrot and Norton, each of whose corners is a smaller
 //! one.
 
-use super::{MAX_DEPTH, SKY, matte, prelude, surface, view};
+use super::setup::{MAX_DEPTH, SKY, matte, prelude, surface, view};
 use crate::standard::builder::{SceneBuilder, StandardView};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DVec3, dvec3};

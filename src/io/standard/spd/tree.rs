@@ -2,7 +2,7 @@
 //! field.
 
 use super::rotation::{about_x, about_z};
-use super::{MAX_DEPTH, SKY, matte, prelude, rectangle, surface, view};
+use super::setup::{MAX_DEPTH, SKY, matte, prelude, rectangle, surface, view};
 use crate::standard::builder::SceneBuilder;
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
 use glam::{DAffine3, DVec3, dvec3};
@@ -53,16 +53,16 @@ fn grow(
     builder: &mut dyn SceneBuilder,
     forks: &[DAffine3; 2],
     levels: u32,
-    place: DAffine3,
+    frame: DAffine3,
     scale: f64,
 ) {
-    let apex = place.transform_point3(DVec3::Z);
+    let apex = frame.transform_point3(DVec3::Z);
     let radius = scale * GIRTH;
-    builder.cone(place.translation, radius, apex, radius * TAPER);
+    builder.cone(frame.translation, radius, apex, radius * TAPER);
     builder.sphere(apex, radius * TAPER);
     if levels > 0 {
         for &fork in forks {
-            grow(builder, forks, levels - 1, place * fork, scale * TAPER);
+            grow(builder, forks, levels - 1, frame * fork, scale * TAPER);
         }
     }
 }

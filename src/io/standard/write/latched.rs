@@ -1,6 +1,6 @@
 //! Output of the writers: buffered, and silent after the first error.
 
-use super::SceneWriteError;
+use super::outcome::SceneWriteError;
 use glam::DVec3;
 use std::fmt;
 use std::io::{BufWriter, Write};

@@ -6,7 +6,7 @@
 //! three times.
 
 use super::latched::LatchedWriter;
-use super::{DroppedFeatures, SceneWriteError};
+use super::outcome::{DroppedFeatures, SceneWriteError};
 use crate::standard::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use glam::DVec3;
 use std::io::Write;

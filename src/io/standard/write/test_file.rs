@@ -1,7 +1,7 @@
 //! A standard scene as a `.test` file.
 
 use super::latched::{DisplayNumber, DisplayVec3, LatchedWriter};
-use super::{DroppedFeatures, SceneWriteError};
+use super::outcome::{DroppedFeatures, SceneWriteError};
 use crate::standard::builder::{
     MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level,
 };

@@ -1,11 +1,10 @@
 //! Objects in the lane, and its pavement.
 
+use super::layout::{HALF, SEED, START};
+use super::palette::{BULB, COBBLE, IRON, KERB, LEAF, TABLE, WOOD};
 use super::stone::{leaf, stone, stone_triangles};
-use super::{BULB, COBBLE, HALF, IRON, KERB, LEAF, SEED, START, TABLE, WOOD};
-use crate::standard::modern::geodesic;
-use crate::standard::modern::mesh_builder::MeshBuilder;
 use crate::standard::modern::noise::{Dice, fractal2};
-use crate::standard::modern::props::{ALL, LocalFrame, STANDING, cells, cuboid, lathe, rod};
+use crate::standard::modern::props::{LocalFrame, PartBuilder, STANDING, cells};
 use glam::{DVec2, DVec3};
 
 /// A lamp post.
@@ -33,10 +32,8 @@ impl Post {
         DVec3::new(self.x, LANTERN, self.z)
     }
 
-    fn build(&self, mesh: &mut MeshBuilder, detail: f64) {
-        let place = LocalFrame::at(DVec3::new(self.x, STEP, self.z));
-        let around = cells(0.8, detail).clamp(6, 96);
-        mesh.material(IRON);
+    fn build(&self, parts: &mut PartBuilder) {
+        parts.material(IRON);
         let profile = [
             (0.16, 0.0),
             (0.16, 0.1),
@@ -53,7 +50,8 @@ impl Post {
             (0.03, 2.95),
             (0.11, 3.02),
         ];
-        lathe(mesh, &place, &profile.map(DVec2::from), around, detail);
+        let mut parts = parts.at(LocalFrame::at(DVec3::new(self.x, STEP, self.z)));
+        parts.lathe(&profile, parts.cells(0.8).clamp(6, 96));
         let roof = [
             (0.24, 3.42),
             (0.18, 3.5),
@@ -61,69 +59,52 @@ impl Post {
             (0.03, 3.66),
             (0.0, 3.68),
         ];
-        lathe(mesh, &place, &roof.map(DVec2::from), 6, detail);
+        parts.lathe(&roof, 6);
+        let rows = parts.cells(0.4);
         for k in 0..6 {
-            let side = place.turned(60.0 * f64::from(k) + 30.0);
-            let (foot, head) = (DVec3::new(0.11, 3.02, 0.0), DVec3::new(0.21, 3.42, 0.0));
-            rod(
-                mesh,
-                (side.point(foot), side.point(head)),
-                0.011,
-                4,
-                cells(0.4, detail),
-            );
+            let side = parts.frame.turned(60.0 * f64::from(k) + 30.0);
+            let strut = [(0.11, 3.02, 0.0), (0.21, 3.42, 0.0)];
+            parts.at(side).rod(strut, 0.011, (4, rows));
         }
-        mesh.material(BULB);
-        let frequency = cells(0.15, detail).max(1);
+        parts.material(BULB);
         // Below the light, so that light reaches the ground at a distance and all sides.
-        let center = place.point(DVec3::new(0.0, LANTERN - STEP - 0.14, 0.0));
-        geodesic::sphere(mesh, frequency, |p| center + p * 0.085);
+        let bulb = (0.0, LANTERN - STEP - 0.14, 0.0);
+        parts.sphere(bulb, 0.085, parts.cells(0.15).max(1));
     }
 }
 
-pub(super) fn furnish(mesh: &mut MeshBuilder, length: f64, detail: f64) {
+/// Everything in the lane but its pavement; `parts` are in the world's frame.
+pub(super) fn furnish(parts: &mut PartBuilder, length: f64) {
     let end = START - length;
     for post in LAMPS.iter().filter(|post| post.z > end) {
-        post.build(mesh, detail);
+        post.build(parts);
     }
-    kerbs(mesh, end, detail);
-    garland(mesh, 0.6, detail);
+    kerbs(parts, end);
+    garland(parts, 0.6);
     if length > 8.0 {
-        garland(mesh, -6.0, detail);
+        garland(parts, -6.0);
     }
-    bed(mesh, end);
-    bench(
-        mesh,
-        &LocalFrame::at(DVec3::new(3.1, STEP, -1.0)).turned(-90.0),
-        detail,
-    );
+    bed(parts, end);
+    let seat = LocalFrame::at(DVec3::new(3.1, STEP, -1.0)).turned(-90.0);
+    bench(&mut parts.at(seat));
     for (x, z) in [(-3.05, 0.35), (-3.05, 6.6), (3.15, -3.2)] {
         if z > end {
-            shrub(mesh, DVec3::new(x, STEP, z), detail);
+            shrub(&mut parts.at(LocalFrame::at(DVec3::new(x, STEP, z))));
         }
     }
 }
 
 /// The earth under everything, visible between the stones.
-fn bed(mesh: &mut MeshBuilder, end: f64) {
-    mesh.material(IRON);
-    let at = |x: f64, z: f64| DVec3::new(x, -0.04, z);
+fn bed(parts: &mut PartBuilder, end: f64) {
+    parts.material(IRON);
     let (wide, near) = (HALF + 0.3, START + 4.2);
-    mesh.quad(
-        [
-            at(-wide, near),
-            at(wide, near),
-            at(wide, end),
-            at(-wide, end),
-        ],
-        1,
-        1,
-    );
+    let corners = [(-wide, near), (wide, near), (wide, end), (-wide, end)];
+    parts.quad(corners.map(|(x, z)| (x, -0.04, z)), (1, 1));
 }
 
 /// Kerbs and footways.
-fn kerbs(mesh: &mut MeshBuilder, end: f64, detail: f64) {
-    mesh.material(KERB);
+fn kerbs(parts: &mut PartBuilder, end: f64) {
+    parts.material(KERB);
     let near = START + 4.0;
     for side in [-1.0, 1.0] {
         let (inner, outer) = (KERB_AT * side, (HALF + 0.3) * side);
@@ -132,15 +113,9 @@ fn kerbs(mesh: &mut MeshBuilder, end: f64, detail: f64) {
         let step = (near - end) / slabs as f64;
         for k in 0..slabs {
             let z = end + step * k as f64;
-            let corners = (
-                DVec3::new(lo, -0.05, z + 0.006),
-                DVec3::new(hi, STEP, z + step - 0.006),
-            );
-            cuboid(
-                mesh,
-                &LocalFrame::at(DVec3::ZERO),
-                corners,
-                detail,
+            parts.cuboid(
+                (lo, -0.05, z + 0.006),
+                (hi, STEP, z + step - 0.006),
                 STANDING,
             );
         }
@@ -148,49 +123,45 @@ fn kerbs(mesh: &mut MeshBuilder, end: f64, detail: f64) {
 }
 
 /// A string of small lamps across the lane.
-fn garland(mesh: &mut MeshBuilder, z: f64, detail: f64) {
+fn garland(parts: &mut PartBuilder, z: f64) {
     let spans = 14;
     let at = |k: i32| {
         let t = f64::from(k) / f64::from(spans);
         let sag = 4.0 * t * (1.0 - t) * 0.75;
-        DVec3::new(HALF * (2.0 * t - 1.0), 5.15 - sag, z + 0.5 * t)
+        (HALF * (2.0 * t - 1.0), 5.15 - sag, z + 0.5 * t)
     };
     for k in 0..spans {
-        mesh.material(IRON);
-        rod(mesh, (at(k), at(k + 1)), 0.008, 4, cells(0.5, detail));
+        parts.material(IRON);
+        parts.rod([at(k), at(k + 1)], 0.008, (4, parts.cells(0.5)));
         if k > 0 {
-            mesh.material(BULB);
-            let frequency = cells(0.1, detail).max(1);
-            geodesic::sphere(mesh, frequency, |p| at(k) - DVec3::Y * 0.06 + p * 0.05);
+            parts.material(BULB);
+            let (x, y, z) = at(k);
+            parts.sphere((x, y - 0.06, z), 0.05, parts.cells(0.1).max(1));
         }
     }
 }
 
-fn bench(mesh: &mut MeshBuilder, place: &LocalFrame, detail: f64) {
-    mesh.material(IRON);
-    let slab = |mesh: &mut MeshBuilder, lo: (f64, f64, f64), hi: (f64, f64, f64)| {
-        cuboid(mesh, place, (lo.into(), hi.into()), detail, ALL);
-    };
+fn bench(parts: &mut PartBuilder) {
+    parts.material(IRON);
     for x in [-0.75, 0.69] {
-        slab(mesh, (x, 0.0, -0.22), (x + 0.06, 0.42, -0.16));
-        slab(mesh, (x, 0.0, 0.16), (x + 0.06, 0.42, 0.22));
-        slab(mesh, (x, 0.42, -0.26), (x + 0.06, 0.86, -0.2));
+        parts.slab((x, 0.0, -0.22), (x + 0.06, 0.42, -0.16));
+        parts.slab((x, 0.0, 0.16), (x + 0.06, 0.42, 0.22));
+        parts.slab((x, 0.42, -0.26), (x + 0.06, 0.86, -0.2));
     }
-    mesh.material(WOOD);
+    parts.material(WOOD);
     for k in 0..4 {
         let z = -0.2 + 0.115 * f64::from(k);
-        slab(mesh, (-0.85, 0.42, z), (0.85, 0.455, z + 0.085));
+        parts.slab((-0.85, 0.42, z), (0.85, 0.455, z + 0.085));
     }
     for k in 0..3 {
         let y = 0.53 + 0.12 * f64::from(k);
-        slab(mesh, (-0.85, y, -0.2), (0.85, y + 0.085, -0.17));
+        parts.slab((-0.85, y, -0.2), (0.85, y + 0.085, -0.17));
     }
 }
 
 /// A round bush in a tub.
-fn shrub(mesh: &mut MeshBuilder, foot: DVec3, detail: f64) {
-    let place = LocalFrame::at(foot);
-    mesh.material(TABLE);
+fn shrub(parts: &mut PartBuilder) {
+    parts.material(TABLE);
     let tub = [
         (0.17, 0.0),
         (0.23, 0.4),
@@ -200,27 +171,21 @@ fn shrub(mesh: &mut MeshBuilder, foot: DVec3, detail: f64) {
         (0.21, 0.41),
         (0.0, 0.4),
     ];
-    lathe(
-        mesh,
-        &place,
-        &tub.map(DVec2::from),
-        cells(1.5, detail).clamp(8, 96),
-        detail,
-    );
-    let mut dice = Dice::of(SEED + 5, (foot.z * 16.0) as i64 as u64);
-    for _ in 0..cells(260.0, detail) {
+    parts.lathe(&tub, parts.cells(1.5).clamp(8, 96));
+    let mut dice = Dice::of(SEED + 5, (parts.frame.origin.z * 16.0) as i64 as u64);
+    for _ in 0..parts.cells(260.0) {
         let mut side = || dice.range(-1.0, 1.0);
         let p = DVec3::new(side(), side(), side());
         let outward = p / (p.length() + 1e-9);
         let reach = 0.33 * (1.0 + 0.35 * fractal2(SEED, DVec2::new(p.x + p.z, p.y) * 2.0, 2));
-        mesh.material(LEAF + dice.below(2));
+        parts.material(LEAF + dice.below(2));
         let center = DVec3::new(0.0, 0.78, 0.0) + outward * (reach * dice.range(0.75, 1.0));
-        leaf(mesh, &place, center, &mut dice, 0.05);
+        leaf(parts, center, &mut dice, 0.05);
     }
 }
 
 /// Paves the road with stones of about this many triangles in all.
-pub(super) fn pave(mesh: &mut MeshBuilder, length: f64, triangles: u64) {
+pub(super) fn pave(parts: &mut PartBuilder, length: f64, triangles: u64) {
     let (wide, near) = (2.0 * KERB_AT, START + 4.0);
     let long = length + 4.0;
     // Stones have a least size; beyond it they become rounder instead.
@@ -230,32 +195,30 @@ pub(super) fn pave(mesh: &mut MeshBuilder, length: f64, triangles: u64) {
     let count = (triangles as f64 / stone_triangles(inner) as f64).max(1.0);
     let columns = (count * wide / long * 1.18).sqrt().round().max(1.0);
     let rows = (count / columns).round().max(1.0);
-    if mesh.counted((columns * rows) as u64 * stone_triangles(inner)) {
+    if parts
+        .mesh
+        .counted((columns * rows) as u64 * stone_triangles(inner))
+    {
         return;
     }
     let size = DVec2::new(wide / columns, long / rows);
     // The road's x and z, and z up.
-    let road = LocalFrame {
+    let frame = LocalFrame {
         origin: DVec3::new(-KERB_AT, 0.0, near),
         axes: [DVec3::X, DVec3::NEG_Z, DVec3::Y],
     };
+    let mut road = parts.at(frame);
     for row in 0..rows as u64 {
         let mut dice = Dice::of(SEED + 3, row);
         let shift = if row % 2 == 0 { 0.25 } else { -0.25 };
         for column in 0..columns as u64 {
             let x = size.x * (column as f64 + shift);
             let y = size.y * row as f64;
-            mesh.material(COBBLE + dice.below(3));
+            road.material(COBBLE + dice.below(3));
             let sunk = 0.012 * fractal2(SEED + 4, DVec2::new(x, y) * 0.9, 2) - 0.006 * dice.unit();
             let depth = 0.22 * size.x.min(0.12);
-            stone(
-                mesh,
-                &road,
-                DVec3::new(x, y, sunk - depth),
-                size,
-                (0.16, depth),
-                inner,
-            );
+            let corner = DVec3::new(x, y, sunk - depth);
+            stone(&mut road, corner, size, (0.16, depth), inner);
         }
     }
 }

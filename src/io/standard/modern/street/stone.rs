@@ -1,28 +1,19 @@
 //! Small objects that streets have many of: stones and leaves.
 
-use crate::standard::modern::mesh_builder::{Grid, MeshBuilder};
+use crate::standard::modern::mesh_builder::Grid;
 use crate::standard::modern::noise::Dice;
-use crate::standard::modern::props::LocalFrame;
+use crate::standard::modern::props::PartBuilder;
 use glam::{DVec2, DVec3};
 
 /// A leaf: two triangles in a random direction.
-pub(super) fn leaf(
-    mesh: &mut MeshBuilder,
-    frame: &LocalFrame,
-    position: DVec3,
-    dice: &mut Dice,
-    size: f64,
-) {
-    let mut side = || {
-        DVec3::new(
-            dice.range(-1.0, 1.0),
-            dice.range(-1.0, 1.0),
-            dice.range(-1.0, 1.0),
-        ) * size
-    };
+pub(super) fn leaf(parts: &mut PartBuilder, position: DVec3, dice: &mut Dice, size: f64) {
+    let mut number = || dice.range(-1.0, 1.0);
+    let mut side = || DVec3::new(number(), number(), number()) * size;
     let (a, b) = (side(), side());
-    let at = |p: DVec3| frame.point(position + p);
-    mesh.quad([at(-a), at(b * 0.6), at(a), at(-b * 0.6)], 1, 1);
+    let at = |p: DVec3| parts.frame.point(position + p);
+    parts
+        .mesh
+        .quad([at(-a), at(b * 0.6), at(a), at(-b * 0.6)], 1, 1);
 }
 
 /// Number of triangles of a [`stone`].
@@ -34,8 +25,7 @@ pub(super) fn stone_triangles(inner: usize) -> u64 {
 /// frame. It leaves a border of `rim` of its size free, and rises by `depth` along z. It has
 /// `inner`² quads and a bevel around them.
 pub(super) fn stone(
-    mesh: &mut MeshBuilder,
-    frame: &LocalFrame,
+    parts: &mut PartBuilder,
     corner: DVec3,
     size: DVec2,
     (rim, depth): (f64, f64),
@@ -47,7 +37,8 @@ pub(super) fn stone(
         i if i == last => 0.98,
         i => rim + (1.0 - 2.0 * rim) * ((i - 1) as f64 / inner as f64),
     };
-    mesh.grid(Grid::open(last, last), |i, j| {
+    let frame = parts.frame;
+    parts.mesh.grid(Grid::open(last, last), |i, j| {
         let (u, v) = (along(i), along(j));
         let border = i == 0 || j == 0 || i == last || j == last;
         let bulge = 1.0 + 2.0 * u * (1.0 - u) * v * (1.0 - v);

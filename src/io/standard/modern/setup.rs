@@ -1,0 +1,33 @@
+//! Sizes, views and lights of the modern scenes.
+
+use crate::standard::builder::{StandardLight, StandardView};
+use glam::DVec3;
+use std::ops::RangeInclusive;
+
+/// Numbers of triangles that every modern scene can be made of, about.
+pub(super) const SIZES: RangeInclusive<u32> = 4_000..=100_000_000;
+
+/// A view of 1280x960 pixels with y up.
+pub(super) fn hd(from: DVec3, at: DVec3, fovy: f64) -> StandardView {
+    StandardView {
+        from,
+        at,
+        up: DVec3::Y,
+        fovy,
+        width: 1280,
+        height: 960,
+    }
+}
+
+/// A light so far away in this direction that its rays are practically parallel.
+pub(super) fn sun(toward: DVec3, color: DVec3) -> StandardLight {
+    StandardLight::colored(toward / toward.length() * 1e4, color)
+}
+
+/// A lamp that has this colour at distance `reach`. Nearer it is brighter, but at most twice.
+pub(super) fn lamp(position: DVec3, color: DVec3, reach: f64) -> StandardLight {
+    StandardLight {
+        attenuation: DVec3::new(0.5, 0.0, 0.5 / (reach * reach)),
+        ..StandardLight::colored(position, color)
+    }
+}
