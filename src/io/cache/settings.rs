@@ -92,8 +92,8 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     // `Scene::rescale_to_f32_range` makes it.
     let power =
         scene.scale > 0.0 && scene.scale.is_normal() && scene.scale.to_bits() & 0x7f_ffff == 0;
-    let places = scene.origin.iter().all(|axis| axis.is_finite());
-    if !scene.background.is_finite() || !power || !places {
+    let finite = scene.background.is_finite() && scene.origin.iter().all(|axis| axis.is_finite());
+    if !finite || !power {
         return None;
     }
     let sah = input.double()?;

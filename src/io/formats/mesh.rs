@@ -189,14 +189,14 @@ pub(super) fn merge_floats<const N: usize>(
 
 /// Joins the faces of all chunks. A column that only some chunks have gets rows without numbers for
 /// the others.
-pub(super) fn merge_faces(threads: usize, pieces: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
+pub(super) fn merge_faces(threads: usize, chunks: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
     let mut columns: [Vec<Vec<[u32; 3]>>; 3] = Default::default();
     let has = [VERTEX, UV, NORMAL]
-        .map(|attribute| pieces.iter().any(|p| !p.columns[attribute].is_empty()));
-    for mut piece in pieces {
-        let rows = piece.len();
+        .map(|attribute| chunks.iter().any(|p| !p.columns[attribute].is_empty()));
+    for mut chunk in chunks {
+        let rows = chunk.len();
         for (attribute, parts) in columns.iter_mut().enumerate().filter(|(k, _)| has[*k]) {
-            let mut part = std::mem::take(&mut piece.columns[attribute]);
+            let mut part = std::mem::take(&mut chunk.columns[attribute]);
             part.resize(rows, [super::faces::NONE; 3]);
             parts.push(part);
         }

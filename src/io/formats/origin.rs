@@ -144,11 +144,11 @@ fn far(lo: DVec3, hi: DVec3) -> Option<DVec3> {
     }
     let unit = power_below(half).max(power_below(largest) * f64::from(f32::EPSILON));
     let center = (lo + hi) / 2.0;
-    let place = |axis: usize| match magnitude[axis] > MAX_OFFSET_RATIO * half {
+    let multiple = |axis: usize| match magnitude[axis] > MAX_OFFSET_RATIO * half {
         true => libm::rint(center[axis] / unit) * unit,
         false => 0.0,
     };
-    let origin = DVec3::new(place(0), place(1), place(2));
+    let origin = DVec3::new(multiple(0), multiple(1), multiple(2));
     (origin != DVec3::ZERO && origin.is_finite()).then_some(origin)
 }
 
@@ -163,17 +163,17 @@ fn power_below(x: f64) -> f64 {
 
 /// The origin of triangles of these vertices, if they are far away. Ends early if they are not.
 pub(super) fn of_triangles(vertices: &Vec3s, corners: &[[u32; 3]]) -> Option<DVec3> {
-    let mut look = GeometryExtent::NOTHING;
+    let mut extent = GeometryExtent::NOTHING;
     for rows in corners.chunks(BLOCK) {
         for row in rows {
             let [a, b, c] = row.map(|corner| vertices.get(corner as usize));
-            look.add(a.min(b).min(c), a.max(b).max(c));
+            extent.add(a.min(b).min(c), a.max(b).max(c));
         }
-        if look.is_near() {
+        if extent.is_near() {
             return None;
         }
     }
-    look.origin()
+    extent.origin()
 }
 
 /// The origin of a scene's visible geometry, if that is far away, in the file's units. Ends early
@@ -183,18 +183,18 @@ pub(super) fn of_scene(scene: &Scene) -> Option<DVec3> {
     if !scene.meshes.is_empty() {
         return of_bounds(scene.bounds()).map(|origin| origin / unit);
     }
-    let mut look = GeometryExtent::NOTHING;
+    let mut extent = GeometryExtent::NOTHING;
     let count = scene.prim_count() as u32;
     for first in (0..count).step_by(BLOCK) {
         for id in first..count.min(first + BLOCK as u32) {
             let Bounds { lo, hi } = scene.prim_bounds(id);
-            look.add(lo, hi);
+            extent.add(lo, hi);
         }
-        if look.is_near() {
+        if extent.is_near() {
             return None;
         }
     }
-    look.origin().map(|origin| origin / unit)
+    extent.origin().map(|origin| origin / unit)
 }
 
 /// The origin of geometry within a box, if that is far away.
@@ -303,16 +303,16 @@ mod tests {
         for _ in 0..2000 {
             let middle = DVec3::new(unit(), unit(), unit()) * libm::exp2(unit() * 30.0);
             let half = libm::exp2(unit() * 20.0);
-            let places: Vec<Vec3> = (0..8)
+            let positions: Vec<Vec3> = (0..8)
                 .map(|_| (middle + DVec3::new(unit(), unit(), unit()) * half).as_vec3())
                 .collect();
-            let bounds = places
+            let bounds = positions
                 .iter()
                 .fold(Bounds::EMPTY, |b, p| b.union(Bounds::new(*p, *p)));
             let Some(origin) = of_bounds(bounds) else {
                 continue;
             };
-            for position in places {
+            for position in positions {
                 let exact = (0..3).all(|k| is_exact(position[k], origin[k]));
                 assert!(exact, "{position} − {origin}");
             }

@@ -141,12 +141,12 @@ fn decode_interlaced(
         for y in (top..height).step_by(down) {
             let row = reader.next_interlaced_row().map_err(|e| e.to_string())?;
             let row = row.ok_or("it has too few rows")?;
-            let mut places = pixels[y * width..(y + 1) * width][left..]
+            let mut targets = pixels[y * width..(y + 1) * width][left..]
                 .iter_mut()
                 .step_by(across);
             layout.each(row.data(), |pixel| {
-                if let Some(place) = places.next() {
-                    *place = pixel;
+                if let Some(target) = targets.next() {
+                    *target = pixel;
                 }
             });
         }

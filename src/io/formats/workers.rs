@@ -28,8 +28,8 @@ pub(super) fn map<T: Send, R: Send>(
     let next = || queue.lock().ok()?.next();
     std::thread::scope(|scope| {
         let run = || {
-            while let Some((item, place)) = next() {
-                *place = Some(work(item));
+            while let Some((item, slot)) = next() {
+                *slot = Some(work(item));
             }
         };
         for _ in 1..threads {
@@ -54,7 +54,7 @@ pub(super) fn cut(
     size: usize,
     end_after: impl Fn(usize) -> usize,
 ) -> Vec<Range<usize>> {
-    let mut pieces = Vec::new();
+    let mut chunks = Vec::new();
     let mut start = range.start;
     while start < range.end {
         let wanted = start.saturating_add(size);
@@ -62,10 +62,10 @@ pub(super) fn cut(
             true => end_after(wanted).clamp(wanted, range.end),
             false => range.end,
         };
-        pieces.push(start..end);
+        chunks.push(start..end);
         start = end;
     }
-    pieces
+    chunks
 }
 
 /// One vector of all parts, each of which is dropped as soon as it has been copied.
@@ -101,17 +101,17 @@ mod tests {
                 let rest = memchr::memchr(b'\n', &text[at..]);
                 rest.map_or(text.len(), |i| at + i + 1)
             };
-            let pieces = cut(0..text.len(), size, after);
-            let ends: Vec<usize> = pieces.iter().map(|p| p.end).collect();
+            let chunks = cut(0..text.len(), size, after);
+            let ends: Vec<usize> = chunks.iter().map(|p| p.end).collect();
             assert!(
-                pieces
+                chunks
                     .iter()
                     .skip(1)
                     .map(|p| p.start)
                     .eq(ends[..ends.len() - 1].iter().copied())
             );
-            assert_eq!((pieces[0].start, ends[ends.len() - 1]), (0, text.len()));
-            assert!(pieces.iter().skip(1).all(|p| text[p.start - 1] == b'\n'));
+            assert_eq!((chunks[0].start, ends[ends.len() - 1]), (0, text.len()));
+            assert!(chunks.iter().skip(1).all(|p| text[p.start - 1] == b'\n'));
         }
     }
 }

@@ -34,8 +34,8 @@ pub fn false_color(values: &[f32], width: u32, title: &str) -> Picture {
 fn scale(values: &[f32]) -> f32 {
     let mut sorted: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f32::total_cmp);
-    let place = (sorted.len() as f64 * COVERED) as usize;
-    let covered = sorted.get(place.min(sorted.len().saturating_sub(1)));
+    let rank = (sorted.len() as f64 * COVERED) as usize;
+    let covered = sorted.get(rank.min(sorted.len().saturating_sub(1)));
     round_up(covered.copied().unwrap_or(0.0))
 }
 

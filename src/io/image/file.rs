@@ -28,8 +28,8 @@ pub fn replace_file(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    let place = Destination::of(path)?;
-    match (&place, place.open_stream()?) {
+    let destination = Destination::of(path)?;
+    match (&destination, destination.open_stream()?) {
         (_, Some(stream)) => write_through(stream, |out| fill(out)).map(drop),
         (Destination::File(path), None) => replace(path, |out| fill(out)),
         (_, None) => Ok(()),
@@ -67,12 +67,12 @@ pub(super) fn in_memory(
 /// # Errors
 /// The system's reason why it cannot be written.
 pub fn check_writable(path: &Path) -> io::Result<Destination> {
-    let place = Destination::of(path)?;
-    match &place {
+    let destination = Destination::of(path)?;
+    match &destination {
         Destination::File(path) => temporary_beside(path)?.close()?,
-        Destination::Stream(_) | Destination::Open(_) => place.check_stream()?,
+        Destination::Stream(_) | Destination::Open(_) => destination.check_stream()?,
     }
-    Ok(place)
+    Ok(destination)
 }
 
 fn replace(path: &Path, fill: impl FnOnce(&mut dyn WriteSeek) -> io::Result<()>) -> io::Result<()> {

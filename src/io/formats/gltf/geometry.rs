@@ -43,7 +43,7 @@ impl<'a> PrimitiveGeometry<'a> {
     pub(super) fn open(
         source: &'a GltfSource,
         primitive: &Primitive,
-        look: &PrimitiveMaterial,
+        material: &PrimitiveMaterial,
         most: u64,
         room: impl FnOnce(u64, u64) -> Result<(), String>,
     ) -> Result<PrimitiveGeometry<'a>, String> {
@@ -61,7 +61,7 @@ impl<'a> PrimitiveGeometry<'a> {
         };
         let positions = attribute("POSITION", 3)?.ok_or("it has no POSITION")?;
         let normals = attribute("NORMAL", 3)?;
-        let uvs = match &look.uvs {
+        let uvs = match &material.uvs {
             Some((name, map)) => attribute(name, 2)?.map(|uvs| (uvs, *map)),
             None => None,
         };
@@ -74,7 +74,7 @@ impl<'a> PrimitiveGeometry<'a> {
             normals,
             uvs,
             corners: Vec::new(),
-            material: look.material,
+            material: material.material,
         };
         let corners = TriangleIndices::of(source, primitive, positions.count, most)?;
         room(corners.count as u64, shape.bytes_of(corners.count as u64))?;

@@ -26,12 +26,12 @@ pub(super) fn add_camera(
         };
         let Some(perspective) = &camera.perspective else {
             let message = "an orthographic camera is left out: only those in perspective are used";
-            report.warning(source.place("cameras", row), message);
+            report.warning(source.span_of("cameras", row), message);
             continue;
         };
         let Some(view) = view(placed, perspective.yfov, bounds) else {
             let message = "the camera is left out: it has no direction or no field of view";
-            report.warning(source.place("cameras", row), message);
+            report.warning(source.span_of("cameras", row), message);
             continue;
         };
         scene.view = view;
@@ -117,13 +117,13 @@ pub(super) fn add_lights(
     }
     if spots > 0 {
         let message = format!("{spots} spot lights shine to all sides, as point lights do");
-        report.warning(source.place("nodes", 0), message);
+        report.warning(source.span_of("nodes", 0), message);
     }
     let scale = exposure(&lamps, bounds);
     if scale != 1.0 {
         let message =
             format!("the file's lights are scaled by {scale:.3e}, so that its middle is well lit");
-        report.warning(source.place("nodes", 0), message);
+        report.warning(source.span_of("nodes", 0), message);
     }
     for lamp in &lamps {
         match *lamp {

@@ -57,8 +57,8 @@ impl UvMap {
 /// The scene's materials while it is read.
 pub(super) struct GltfMaterials<'a> {
     source: &'a GltfSource<'a>,
-    shelf: TextureLibrary<'a>,
-    palette: MaterialTable,
+    library: TextureLibrary<'a>,
+    table: MaterialTable,
     cache: HashMap<Option<usize>, PrimitiveMaterial>,
     /// Features that the file has and the picture does not show.
     pub(super) unused: BTreeSet<&'static str>,
@@ -77,8 +77,8 @@ impl<'a> GltfMaterials<'a> {
     pub(super) fn new(source: &'a GltfSource<'a>, library: TextureLibrary<'a>) -> Self {
         GltfMaterials {
             source,
-            shelf: library,
-            palette: MaterialTable::default(),
+            library,
+            table: MaterialTable::default(),
             cache: HashMap::new(),
             unused: BTreeSet::new(),
         }
@@ -86,7 +86,7 @@ impl<'a> GltfMaterials<'a> {
 
     /// The textures of all materials.
     pub(super) fn into_textures(self) -> Vec<phalanx_scene::Texture> {
-        self.shelf.into_textures()
+        self.library.into_textures()
     }
 
     /// The material of a row. Without a row it is the one of the options, or a matt grey.
@@ -97,14 +97,14 @@ impl<'a> GltfMaterials<'a> {
         materials: &mut Materials,
         report: &mut DiagnosticSink,
     ) -> Result<PrimitiveMaterial, String> {
-        if let Some(look) = self.cache.get(&row) {
-            return Ok(look.clone());
+        if let Some(found) = self.cache.get(&row) {
+            return Ok(found.clone());
         }
         let document: &'a GltfDocument = &self.source.document;
-        let look = match row {
+        let found = match row {
             None => PrimitiveMaterial {
                 material: self
-                    .palette
+                    .table
                     .intern(&options.material.unwrap_or(GREY), materials),
                 uvs: None,
             },
@@ -117,17 +117,17 @@ impl<'a> GltfMaterials<'a> {
                     Some(info) => self.texture(info, row, report)?,
                     None => NO_TEXTURE,
                 };
-                let mut surface = material_from(material, &paint);
-                surface.texture = texture;
+                let mut converted = material_from(material, &paint);
+                converted.texture = texture;
                 let uvs = paint.texture.filter(|_| texture != NO_TEXTURE);
                 PrimitiveMaterial {
-                    material: self.palette.intern(&surface, materials),
+                    material: self.table.intern(&converted, materials),
                     uvs: uvs.map(|info| (set_of(info), UvMap::of(info))),
                 }
             }
         };
-        self.cache.insert(row, look.clone());
-        Ok(look)
+        self.cache.insert(row, found.clone());
+        Ok(found)
     }
 
     fn texture(
@@ -145,7 +145,7 @@ impl<'a> GltfMaterials<'a> {
             wrap_of(sampler.and_then(|s| s.wrap_t)),
         ];
         let source = self.source;
-        let span = || source.place("materials", material);
+        let span = || source.span_of("materials", material);
         let Some(row) = texture.source else {
             let message = format!("textures[{}] has no PNG or JPEG picture", info.index);
             report.warning(span(), message);
@@ -155,11 +155,11 @@ impl<'a> GltfMaterials<'a> {
         let image = image.ok_or_else(|| format!("there is no images[{row}]"))?;
         if let Some(uri) = &image.uri {
             return Ok(match parse_data_uri(uri) {
-                None => self.shelf.named(&file_name(uri), wrap, span, report),
+                None => self.library.named(&file_name(uri), wrap, span, report),
                 Some(data) => {
                     let bytes = || Ok(Cow::Owned(data.bytes()?));
                     let picture = Embedded::Text(row);
-                    self.shelf.embedded(picture, bytes, wrap, span, report)
+                    self.library.embedded(picture, bytes, wrap, span, report)
                 }
             });
         }
@@ -168,7 +168,7 @@ impl<'a> GltfMaterials<'a> {
         let bytes = Cow::Borrowed(source.view(view)?);
         let picture = Embedded::View(view);
         let texture = self
-            .shelf
+            .library
             .embedded(picture, || Ok(bytes), wrap, span, report);
         Ok(texture)
     }

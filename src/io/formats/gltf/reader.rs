@@ -281,7 +281,7 @@ impl<'a, 't> GltfReader<'a, 't> {
                 "a mesh is made flat, or too large or small, by the nodes above it: {baked} of its {} copies are stored",
                 places.len()
             );
-            let span = self.source.place("meshes", mesh);
+            let span = self.source.span_of("meshes", mesh);
             self.report.warning(span, message);
         }
         Ok(())
@@ -329,7 +329,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             )),
         };
         for message in [normals, uvs].into_iter().flatten() {
-            let span = self.source.place("meshes", mesh);
+            let span = self.source.span_of("meshes", mesh);
             self.report
                 .warning(span, format!("meshes[{mesh}]: {message}"));
         }
@@ -359,15 +359,15 @@ impl<'a, 't> GltfReader<'a, 't> {
                 continue;
             }
             let named = |reason: String| format!("primitives[{k}]: {reason}");
-            let Some(looks) = &mut self.materials else {
+            let Some(converter) = &mut self.materials else {
                 continue;
             };
             if primitive.targets.is_some() {
-                looks.unused.insert("morph targets");
+                converter.unused.insert("morph targets");
             }
             let (materials, report) = (&mut self.scene.materials, &mut self.report);
-            let look = looks.of(primitive.material, self.options, materials, report);
-            let look = look.map_err(named)?;
+            let material = converter.of(primitive.material, self.options, materials, report);
+            let material = material.map_err(named)?;
             let budget = self.allowance;
             let room = |triangles: u64, columns: u64| {
                 let what = || format!("for {triangles} more triangles");
@@ -375,7 +375,7 @@ impl<'a, 't> GltfReader<'a, 't> {
                 budget.lend(open.saturating_add(columns), what)
             };
             let shape =
-                PrimitiveGeometry::open(source, primitive, &look, left, room).map_err(named)?;
+                PrimitiveGeometry::open(source, primitive, &material, left, room).map_err(named)?;
             left -= shape.len() as u64;
             if shape.len() > 0 {
                 shapes.push(shape);
@@ -384,7 +384,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         if skipped > 0 {
             let message =
                 format!("meshes[{mesh}]: {skipped} primitives of points or lines are left out");
-            self.report.warning(source.place("meshes", mesh), message);
+            self.report.warning(source.span_of("meshes", mesh), message);
         }
         Ok(shapes)
     }
@@ -392,26 +392,26 @@ impl<'a, 't> GltfReader<'a, 't> {
     /// Adds one warning for all features that the file has and the picture does not show, then
     /// moves the textures to the scene.
     fn warn_unused(&mut self, nodes: &[PlacedNode]) {
-        let Some(mut looks) = self.materials.take() else {
+        let Some(mut materials) = self.materials.take() else {
             return;
         };
         let document = &self.source.document;
         let shown = || nodes.iter().map(|placed| &document.nodes[placed.node]);
         if !document.animations.is_empty() {
-            looks.unused.insert("animations");
+            materials.unused.insert("animations");
         }
         if shown().any(|node| node.skin.is_some()) {
-            looks.unused.insert("skins");
+            materials.unused.insert("skins");
         }
         if shown().any(|node| node.extensions.instancing.is_some()) {
-            looks.unused.insert("EXT_mesh_gpu_instancing");
+            materials.unused.insert("EXT_mesh_gpu_instancing");
         }
-        if !looks.unused.is_empty() {
-            let names: Vec<&str> = looks.unused.iter().copied().collect();
+        if !materials.unused.is_empty() {
+            let names: Vec<&str> = materials.unused.iter().copied().collect();
             let message = format!("not shown: {}", names.join(", "));
             self.report.warning(Span::START, message);
         }
-        self.scene.textures = looks.into_textures();
+        self.scene.textures = materials.into_textures();
     }
 }
 

@@ -103,7 +103,7 @@ impl<'a> GltfSource<'a> {
 
     /// Span of a row of one of the document's lists. The first call parses the text once more, so
     /// it is for messages only.
-    pub(super) fn place(&self, list: &str, row: usize) -> Span {
+    pub(super) fn span_of(&self, list: &str, row: usize) -> Span {
         let rows = self.rows.get_or_init(|| row_offsets(self.json));
         match rows.get(list).and_then(|offsets| offsets.get(row)) {
             Some(offset) => Span {
@@ -117,7 +117,7 @@ impl<'a> GltfSource<'a> {
     /// Adds an error about a row.
     pub(super) fn error(&self, report: &mut DiagnosticSink, list: &str, row: usize, message: &str) {
         if !report.is_full() {
-            report.error(self.place(list, row), format!("{list}[{row}]: {message}"));
+            report.error(self.span_of(list, row), format!("{list}[{row}]: {message}"));
         }
     }
 

@@ -10,7 +10,7 @@ pub(super) struct NffToken<'a> {
 }
 
 impl NffToken<'_> {
-    pub(super) fn place(&self) -> Span {
+    pub(super) fn span(&self) -> Span {
         Span {
             offset: self.offset,
             length: self.text.len(),

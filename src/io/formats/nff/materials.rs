@@ -30,8 +30,8 @@ impl NffMaterials {
     }
 
     /// Sets the material of the shapes from here on.
-    pub(super) fn push(&mut self, look: FillRecord) {
-        self.materials.push(MaterialSource::Filled(look));
+    pub(super) fn push(&mut self, fill: FillRecord) {
+        self.materials.push(MaterialSource::Filled(fill));
     }
 
     /// The number of the material that shapes have here.
@@ -47,13 +47,13 @@ impl NffMaterials {
         let materials = &mut scene.materials;
         let mut settle_column = |column: &mut Column<u32>| {
             for number in column.iter_mut() {
-                let look = *number as usize;
-                *number = *rows[look].get_or_insert_with(|| {
-                    let surface = match &self.materials[look] {
-                        MaterialSource::Given(surface) => *surface,
-                        MaterialSource::Filled(look) => material_of(look, level),
+                let row = *number as usize;
+                *number = *rows[row].get_or_insert_with(|| {
+                    let material = match &self.materials[row] {
+                        MaterialSource::Given(material) => *material,
+                        MaterialSource::Filled(fill) => material_of(fill, level),
                     };
-                    table.intern(&surface, materials)
+                    table.intern(&material, materials)
                 });
             }
         };

@@ -74,7 +74,7 @@ impl NffReader<'_> {
         let sense8 = first.filter(|token| token.text.eq_ignore_ascii_case("nff"));
         if let Some(token) = sense8 {
             self.report.error_with_help(
-                token.place(),
+                token.span(),
                 "this is Sense8's NFF, which has nothing but the name in common with the NFF that is read here",
                 "convert it to OBJ or glTF",
             );

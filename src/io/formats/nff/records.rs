@@ -50,8 +50,8 @@ pub(super) struct NffRecord<'a> {
 
 impl NffRecord<'_> {
     /// Span of the name.
-    pub(super) fn place(&self) -> Span {
-        self.name.place()
+    pub(super) fn span(&self) -> Span {
+        self.name.span()
     }
 }
 
@@ -77,7 +77,7 @@ impl<'a> NffReader<'a> {
             }
             None => {
                 self.report.error_with_help(
-                    name.place(),
+                    name.span(),
                     format!("unknown record {}", quoted(name.text)),
                     "NFF knows `v`, `b`, `l`, `f`, `s`, `c`, `p` and `pp`",
                 );
@@ -94,7 +94,7 @@ impl<'a> NffReader<'a> {
         };
         let RecordKind { name, operands, .. } = record.kind;
         self.report.error(
-            surplus.place(),
+            surplus.span(),
             format!(
                 "surplus operand {}: `{name}` takes `{operands}`",
                 quoted(surplus.text)
@@ -142,7 +142,7 @@ impl<'a> NffReader<'a> {
             match parse(token.text) {
                 Ok(number) => *value = number,
                 Err(message) => {
-                    self.report.error(token.place(), message);
+                    self.report.error(token.span(), message);
                     good = false;
                 }
             }
@@ -182,7 +182,7 @@ impl<'a> NffReader<'a> {
     pub(super) fn breaks_off(&mut self, record: &NffRecord<'_>, found: usize, wanted: usize) {
         let RecordKind { name, operands, .. } = record.kind;
         self.report.error(
-            record.place(),
+            record.span(),
             format!("`{name}` (`{operands}`) breaks off: {found} of {wanted} numbers are there"),
         );
     }
@@ -191,7 +191,7 @@ impl<'a> NffReader<'a> {
     fn tess(&mut self, record: &NffRecord<'_>) {
         if self.numbers::<1>(record).is_some() {
             self.report
-                .warning(record.place(), "`tess` is not of NFF: it is passed over");
+                .warning(record.span(), "`tess` is not of NFF: it is passed over");
         }
     }
 }

@@ -12,22 +12,22 @@ const BYTES_PER_NUMBER: u64 = 2;
 
 impl NffReader<'_> {
     pub(super) fn fill(&mut self, record: &NffRecord<'_>) {
-        let Some(look) = self.numbers::<8>(record) else {
+        let Some(fill) = self.numbers::<8>(record) else {
             return;
         };
-        let [r, g, b, kd, _, shine, _, ior] = look;
+        let [r, g, b, kd, _, shine, _, ior] = fill;
         let diffuse = [r, g, b].map(|part| (f64::from(part) * f64::from(kd)) as f32);
         if shine < 0.0 {
             let message = "the shininess of a surface must not be negative";
-            self.report.error(record.place(), message);
+            self.report.error(record.span(), message);
         } else if ior < 0.0 {
             let message = "the index of refraction must not be negative";
-            self.report.error(record.place(), message);
+            self.report.error(record.span(), message);
         } else if !diffuse.iter().all(|part| part.is_finite()) {
             let message = "this colour times its kd is beyond the range of single precision";
-            self.report.error(record.place(), message);
+            self.report.error(record.span(), message);
         } else {
-            self.materials.push(look);
+            self.materials.push(fill);
         }
         self.pass_over_texture();
     }
@@ -40,7 +40,7 @@ impl NffReader<'_> {
         if let Some(name) = name {
             self.tokens.next();
             self.report.warning(
-                name.place(),
+                name.span(),
                 "NFF has no textures: the surface keeps its colour",
             );
         }
@@ -54,12 +54,12 @@ impl NffReader<'_> {
         let radius = radius as f32;
         if radius == 0.0 {
             let message = "the radius of a sphere must not be zero";
-            return self.report.error(record.place(), message);
+            return self.report.error(record.span(), message);
         }
         if radius < 0.0 {
             let message =
                 "a negative radius shows only a sphere's inside: here both sides are seen";
-            self.report.warning(record.place(), message);
+            self.report.warning(record.span(), message);
         }
         let center = self.to_scene([x, y, z]);
         self.scene
@@ -90,7 +90,7 @@ impl NffReader<'_> {
             self.scene.add_cone(cone, self.materials.current());
             return;
         };
-        self.report.error(record.place(), wrong);
+        self.report.error(record.span(), wrong);
     }
 
     pub(super) fn polygon(&mut self, record: &NffRecord<'_>) {
@@ -116,7 +116,7 @@ impl NffReader<'_> {
         let normals: Vec<Vec3> = corners.iter().map(normal).collect();
         if normals.contains(&Vec3::ZERO) {
             let message = "the normal of a corner must not be zero";
-            return self.report.error(record.place(), message);
+            return self.report.error(record.span(), message);
         }
         for triangle in triangulate(&points) {
             let corners = triangle.map(|k| points[k as usize]);
@@ -143,7 +143,7 @@ impl NffReader<'_> {
         for k in 0..count {
             if self.at_record() {
                 let message = format!("only {k} of its {count} corners are there");
-                self.report.error(record.place(), message);
+                self.report.error(record.span(), message);
                 return None;
             }
             corners.push(self.coordinates::<N>(record)?);
@@ -170,7 +170,7 @@ impl NffReader<'_> {
             Ok(count) => return Some(count as usize),
             Err(message) => message,
         };
-        self.report.error(token.place(), wrong);
+        self.report.error(token.span(), wrong);
         None
     }
 }

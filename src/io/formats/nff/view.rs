@@ -30,7 +30,7 @@ impl NffReader<'_> {
     pub(super) fn view(&mut self, record: &NffRecord<'_>) {
         if self.seen.view {
             let message = "a second `v`: the last one takes the picture";
-            self.report.warning(record.place(), message);
+            self.report.warning(record.span(), message);
         }
         self.seen.view = true;
         let mut parts = ViewRecord::default();
@@ -41,7 +41,7 @@ impl NffReader<'_> {
             self.tokens.next();
             if std::mem::replace(&mut parts.there[part], true) {
                 let message = format!("a second `{}` in this `v`", keyword.text);
-                self.report.error(keyword.place(), message);
+                self.report.error(keyword.span(), message);
                 good = false;
             }
             good &= self.part(record, &mut parts, part).is_some();
@@ -50,7 +50,7 @@ impl NffReader<'_> {
             && good
         {
             let message = format!("this `v` has no `{}`", PARTS[missing]);
-            self.report.error(record.place(), message);
+            self.report.error(record.span(), message);
         } else if good {
             self.set_view(record, &parts);
         }
@@ -109,7 +109,7 @@ impl NffReader<'_> {
         match value {
             Ok(value) => Some(value),
             Err(message) => {
-                self.report.error(token.place(), message);
+                self.report.error(token.span(), message);
                 None
             }
         }
@@ -125,14 +125,14 @@ impl NffReader<'_> {
             fovy: whole_angle(parts.angle, height) as f32,
         };
         if let Err(error) = self.scene.view.basis() {
-            self.report.error(record.place(), error.to_string());
+            self.report.error(record.span(), error.to_string());
         }
     }
 
     pub(super) fn background(&mut self, record: &NffRecord<'_>) {
         if self.seen.background {
             let message = "a second `b`: the last one is the background";
-            self.report.warning(record.place(), message);
+            self.report.warning(record.span(), message);
         }
         self.seen.background = true;
         if let Some(rgb) = self.vector(record) {

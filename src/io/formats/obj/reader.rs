@@ -32,7 +32,7 @@ fn read_in_chunks(
     bytes: &[u8],
     asset_dir: &Folder,
     options: &Options,
-    piece_bytes: usize,
+    chunk_bytes: usize,
 ) -> Result<Loaded, ReadStop> {
     let threads = workers::thread_count(options.threads);
     let mut report = DiagnosticSink::new(bytes);
@@ -42,7 +42,7 @@ fn read_in_chunks(
     }
     let moved = options.origin.offset();
     let made = asset_dir.allowance().shared();
-    let chunks = read_chunks(bytes, threads, (piece_bytes, moved), &made, &mut report);
+    let chunks = read_chunks(bytes, threads, (chunk_bytes, moved), &made, &mut report);
     let cutting = faces::cutting_bytes(chunks.iter().map(|chunk| &chunk.faces), threads);
     let needed = made.used().saturating_add(cutting);
     if let Err(message) = asset_dir.allowance().lend(needed, faces::purpose) {

@@ -44,26 +44,26 @@ fn everything() -> String {
 }
 
 #[test]
-fn neither_threads_nor_pieces_change_the_scene() {
+fn neither_threads_nor_chunks_change_the_scene() {
     let mtl = "newmtl m0\nKd 1 0 0\nnewmtl m1\nKd 0 1 0\n";
     let (_scratch, folder) = folder_with(&[("a.mtl", mtl)]);
     let text = everything();
-    let read = |threads, piece| {
+    let read = |threads, chunk_bytes| {
         let options = Options {
             threads,
             ..Options::default()
         };
-        let loaded = read_in_chunks(text.as_bytes(), &folder, &options, piece).unwrap();
+        let loaded = read_in_chunks(text.as_bytes(), &folder, &options, chunk_bytes).unwrap();
         (digest(&loaded.scene), loaded.warnings)
     };
     let whole = read(1, CHUNK_BYTES);
     assert!(whole.0.contains("corners"));
-    for piece in [1, 7, 64, 500] {
+    for chunk_bytes in [1, 7, 64, 500] {
         for threads in [1, 2, 5] {
             assert_eq!(
-                read(threads, piece),
+                read(threads, chunk_bytes),
                 whole,
-                "{threads} threads, pieces of {piece}"
+                "{threads} threads, chunks of {chunk_bytes}"
             );
         }
     }
@@ -75,20 +75,20 @@ fn errors_come_in_file_order_from_every_piece() {
     for k in 0..15 {
         text += &format!("f 1 2 {}\nv 1 x 0\nf -{} 1 2\n", k * 1000, 3 + k * 500);
     }
-    let read = |piece| {
+    let read = |chunk_bytes| {
         let options = Options {
             threads: 3,
             ..Options::default()
         };
-        read_in_chunks(text.as_bytes(), &Folder::none(), &options, piece)
+        read_in_chunks(text.as_bytes(), &Folder::none(), &options, chunk_bytes)
             .unwrap_err()
             .diagnostics()
     };
     let whole = read(CHUNK_BYTES);
     assert_eq!(whole.len(), crate::formats::MAX_DIAGNOSTICS);
     assert!(whole.is_sorted_by_key(|d| d.line));
-    for piece in [1, 20, 100] {
-        assert_eq!(read(piece), whole, "pieces of {piece}");
+    for chunk_bytes in [1, 20, 100] {
+        assert_eq!(read(chunk_bytes), whole, "chunks of {chunk_bytes}");
     }
 }
 

@@ -19,11 +19,11 @@ pub(super) fn read(
     bytes: &[u8],
     plan: &ReadPlan,
     threads: usize,
-    piece: usize,
+    chunk_bytes: usize,
     report: &mut DiagnosticSink,
 ) -> Body {
     let eol = plan.header.line_end;
-    let ranges = workers::cut(plan.header.body..bytes.len(), piece, |at| {
+    let ranges = workers::cut(plan.header.body..bytes.len(), chunk_bytes, |at| {
         memchr::memchr(eol, &bytes[at..]).map_or(bytes.len(), |length| at + length + 1)
     });
     let counts = workers::map(threads, ranges.clone(), |range| {
@@ -158,12 +158,12 @@ impl<'a> PlyAsciiReader<'a> {
     fn new(text: &'a [u8], plan: &'a ReadPlan) -> PlyAsciiReader<'a> {
         let count = plan.header.elements[plan.vertices.element].properties.len();
         let slot = |index: usize| {
-            let place = plan.vertices.position.iter().position(|&p| p == index);
+            let position = plan.vertices.position.iter().position(|&p| p == index);
             let normal = plan
                 .vertices
                 .normal
                 .and_then(|n| n.iter().position(|&p| p == index));
-            match (place, normal) {
+            match (position, normal) {
                 (Some(axis), _) => VertexSlot::Position(axis),
                 (_, Some(axis)) => VertexSlot::Normal(axis),
                 _ => VertexSlot::Unused,

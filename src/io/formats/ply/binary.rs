@@ -19,7 +19,7 @@ pub(super) fn read(
     bytes: &[u8],
     plan: &ReadPlan,
     threads: usize,
-    piece: usize,
+    chunk_bytes: usize,
     report: &mut DiagnosticSink,
 ) -> Body {
     let mut reader = PlyBinaryReader {
@@ -27,7 +27,7 @@ pub(super) fn read(
         at: plan.header.body,
         big_endian: plan.header.encoding == Encoding::BigEndian,
         threads,
-        piece,
+        chunk_bytes,
         plan,
         body: Body::default(),
         errors: ParseErrors::default(),
@@ -60,7 +60,7 @@ struct PlyBinaryReader<'a> {
     at: usize,
     big_endian: bool,
     threads: usize,
-    piece: usize,
+    chunk_bytes: usize,
     plan: &'a ReadPlan,
     body: Body,
     errors: ParseErrors,
@@ -119,11 +119,9 @@ impl<'a> PlyBinaryReader<'a> {
     /// Reads vertices of a fixed length, for which there is memory.
     fn vertices(&mut self, element: &Element, count: usize) {
         let VertexPlan {
-            position: place,
-            origin,
-            ..
+            position, origin, ..
         } = self.plan.vertices;
-        let (columns, bad) = self.vectors(element, count, (place, origin), checked_position);
+        let (columns, bad) = self.vectors(element, count, (position, origin), checked_position);
         self.body.vertices = columns;
         self.body.not_finite = bad;
         if let Some(normal) = self.plan.vertices.normal {
@@ -150,7 +148,7 @@ impl<'a> PlyBinaryReader<'a> {
             (offset, type_of_number(element.properties[index].kind))
         });
         let mut columns = [(); 3].map(|()| vec![0.0f32; count]);
-        let size = (self.piece / stride).max(1);
+        let size = (self.chunk_bytes / stride).max(1);
         let [x, y, z] = &mut columns;
         let outs = x
             .chunks_mut(size)
@@ -211,7 +209,7 @@ impl<'a> PlyBinaryReader<'a> {
         let mut faces = Faces::default();
         // Zeroed pages of the system, which are first touched when they are written to.
         faces.columns[VERTEX] = vec![[0; 3]; count];
-        let size = (self.piece / stride).max(1);
+        let size = (self.chunk_bytes / stride).max(1);
         let outs = faces.columns[VERTEX].chunks_mut(size);
         let blocks = outs.zip(rows.chunks(size * stride)).enumerate();
         let blocks = blocks.map(|(k, (out, rows))| RowChunk {
@@ -343,12 +341,12 @@ impl<'a> PlyBinaryReader<'a> {
     /// Reads vertices that have lists among their properties.
     fn walk_vertices(&mut self, element: &Element) -> Result<(), ParseError> {
         let VertexPlan {
-            position: place,
+            position,
             origin,
             normal,
             ..
         } = self.plan.vertices;
-        let wanted = place.into_iter().chain(normal.into_iter().flatten());
+        let wanted = position.into_iter().chain(normal.into_iter().flatten());
         let wanted: Vec<usize> = wanted.collect();
         let mut columns = vec![Vec::new(); wanted.len()];
         let mut starts = Vec::new();

@@ -82,7 +82,7 @@ pub(super) struct Element {
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
     /// Span of its count.
-    pub(super) place: Span,
+    pub(super) span: Span,
 }
 
 impl Element {
@@ -322,7 +322,7 @@ impl PlyHeaderReader {
             name: name.to_vec(),
             count: number.unwrap_or(0),
             properties: Vec::new(),
-            place: span,
+            span,
         });
         match number {
             None => Err(ParseError::new(

@@ -61,23 +61,23 @@ impl ReadPlan {
             let [x, y, z] = names.map(|name| vertex.number(name));
             Some([x?, y?, z?])
         };
-        let Some(place) = three([b"x", b"y", b"z"]) else {
-            report.error(vertex.place, "the vertices lack an `x`, `y` or `z`");
+        let Some(position) = three([b"x", b"y", b"z"]) else {
+            report.error(vertex.span, "the vertices lack an `x`, `y` or `z`");
             return None;
         };
         if vertex.count >= u64::from(NONE) {
-            report.error(vertex.place, "more than 2^32 - 2 vertices");
+            report.error(vertex.span, "more than 2^32 - 2 vertices");
             return None;
         }
         // Decimals keep their precision, whatever type the header declares.
-        let single = place.map(|property| {
+        let single = position.map(|property| {
             let kind = vertex.properties[property].kind;
             header.encoding != Encoding::Ascii && kind.is_single()
         });
         let vertices = VertexPlan {
             element,
             count: vertex.count,
-            position: place,
+            position,
             origin: DVec3::from_array([0, 1, 2].map(|k| if single[k] { 0.0 } else { origin[k] })),
             single,
             normal: three([b"nx", b"ny", b"nz"]),
@@ -85,7 +85,7 @@ impl ReadPlan {
         for faces in header.elements.iter().filter(|e| e.name == b"face") {
             if faces.count > 0 && faces.corners().is_none() {
                 let message = "the faces have no list `vertex_indices` of whole numbers";
-                report.error(faces.place, message);
+                report.error(faces.span, message);
                 return None;
             }
         }

@@ -42,7 +42,7 @@ fn read_in_chunks(
     bytes: &[u8],
     budget: &MemoryBudget,
     options: &Options,
-    piece: usize,
+    chunk_bytes: usize,
 ) -> Result<Loaded, ReadStop> {
     let threads = workers::thread_count(options.threads);
     let mut report = DiagnosticSink::new(&bytes[..header::length(bytes)]);
@@ -62,12 +62,12 @@ fn read_in_chunks(
     let (body, mut report) = match plan.header.encoding {
         Encoding::Ascii => {
             let mut report = DiagnosticSink::new(bytes);
-            let body = ascii::read(bytes, &plan, threads, piece, &mut report);
+            let body = ascii::read(bytes, &plan, threads, chunk_bytes, &mut report);
             (body, report)
         }
         _ => {
             let mut report = DiagnosticSink::binary();
-            let body = binary::read(bytes, &plan, threads, piece, &mut report);
+            let body = binary::read(bytes, &plan, threads, chunk_bytes, &mut report);
             (body, report)
         }
     };
@@ -108,8 +108,8 @@ fn finish(
         faces.triangulate(&vertices);
         faces
     };
-    let pieces = workers::map(threads, body.faces, cut);
-    let mut faces = mesh::merge_faces(threads, pieces);
+    let chunks = workers::map(threads, body.faces, cut);
+    let mut faces = mesh::merge_faces(threads, chunks);
     if body.normals.is_some() {
         faces[NORMAL] = normal_rows(&faces[VERTEX], &body.bad_normals);
     }

@@ -28,14 +28,14 @@ fn everything() -> String {
 }
 
 #[test]
-fn neither_threads_nor_pieces_change_the_scene() {
+fn neither_threads_nor_chunks_change_the_scene() {
     let text = everything();
-    let read = |threads, piece| {
+    let read = |threads, chunk_bytes| {
         let loaded = read_in_chunks(
             text.as_bytes(),
             &MemoryBudget::of(None),
             &options(threads),
-            piece,
+            chunk_bytes,
         )
         .unwrap();
         let scene = format!("{:?} {:?}", loaded.scene.triangles, loaded.scene.view);
@@ -43,12 +43,12 @@ fn neither_threads_nor_pieces_change_the_scene() {
     };
     let whole = read(1, CHUNK_BYTES);
     assert_eq!(whole.0, 10 + 20 + 30 + 4);
-    for piece in [1, 9, 100] {
+    for chunk_bytes in [1, 9, 100] {
         for threads in [1, 2, 5] {
             assert_eq!(
-                read(threads, piece),
+                read(threads, chunk_bytes),
                 whole,
-                "{threads} threads, pieces of {piece}"
+                "{threads} threads, chunks of {chunk_bytes}"
             );
         }
     }
@@ -59,15 +59,20 @@ fn errors_come_in_file_order_from_every_piece() {
     let text = everything()
         .replace("4 1 2 12 11", "4 1 2 99 11")
         .replace("3 1 2 13", "3 1 x 13");
-    let read = |piece| {
-        read_in_chunks(text.as_bytes(), &MemoryBudget::of(None), &options(3), piece)
-            .unwrap_err()
-            .diagnostics()
+    let read = |chunk_bytes| {
+        read_in_chunks(
+            text.as_bytes(),
+            &MemoryBudget::of(None),
+            &options(3),
+            chunk_bytes,
+        )
+        .unwrap_err()
+        .diagnostics()
     };
     let whole = read(CHUNK_BYTES);
     assert_eq!(whole.len(), 20);
     assert!(whole.is_sorted_by_key(|d| d.line));
-    for piece in [1, 30, 300] {
-        assert_eq!(read(piece), whole, "pieces of {piece}");
+    for chunk_bytes in [1, 30, 300] {
+        assert_eq!(read(chunk_bytes), whole, "chunks of {chunk_bytes}");
     }
 }

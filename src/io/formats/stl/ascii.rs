@@ -28,14 +28,14 @@ const END: &[u8] = b"endfacet";
 pub(super) fn read(
     bytes: &[u8],
     threads: usize,
-    piece: usize,
+    chunk_bytes: usize,
     origin: DVec3,
     report: &mut DiagnosticSink,
 ) -> Soup {
     let finder = memchr::memmem::Finder::new(END);
     let start = mark_length(bytes);
     let blank = |at: usize| bytes.get(at).is_none_or(|&byte| byte <= b' ');
-    let ranges = workers::cut(start..bytes.len(), piece, |at| {
+    let ranges = workers::cut(start..bytes.len(), chunk_bytes, |at| {
         // Names may hold the letters, but not as a separate word.
         let mut ends = finder.find_iter(&bytes[at..]).map(|i| at + i);
         let end = ends.find(|&i| i > 0 && blank(i - 1) && blank(i + END.len()));
@@ -70,7 +70,7 @@ pub(super) fn read(
 }
 
 /// Span of a corner, found by counting; for a message.
-pub(super) fn place(bytes: &[u8], corner: usize) -> Span {
+pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
     let mut reader = StlAsciiReader {
         text: bytes,
         at: mark_length(bytes),

@@ -50,7 +50,7 @@ pub(super) fn corner(facets: &[u8], corner: usize) -> [u32; 3] {
 }
 
 /// Span of a corner.
-pub(super) fn place(corner: usize) -> Span {
+pub(super) fn corner_span(corner: usize) -> Span {
     Span {
         offset: HEADER + corner / 3 * FACET + CORNER * (1 + corner % 3),
         length: CORNER,

@@ -46,27 +46,27 @@ pub(crate) fn read(bytes: &[u8], _: &Folder, options: &Options) -> Result<Loaded
 /// Bytes that a thread takes at a time.
 const CHUNK_BYTES: usize = 1 << 20;
 
-fn read_in_chunks(bytes: &[u8], options: &Options, piece: usize) -> Result<Loaded, ReadStop> {
+fn read_in_chunks(bytes: &[u8], options: &Options, chunk_bytes: usize) -> Result<Loaded, ReadStop> {
     let threads = workers::thread_count(options.threads);
     let binary = is_binary(bytes);
     let (welded, not_finite, report) = if binary {
         let mut report = DiagnosticSink::binary();
         let facets = binary::facets(bytes, &mut report);
         let welded = weld::weld(facets.len() / FACET, threads, |k| binary::corner(facets, k));
-        let not_finite = welded.not_finite(binary::place);
+        let not_finite = welded.not_finite(binary::corner_span);
         (welded, not_finite, report)
     } else {
         let mut report = DiagnosticSink::new(bytes);
         let soup = ascii::read(
             bytes,
             threads,
-            piece,
+            chunk_bytes,
             options.origin.position(),
             &mut report,
         );
         let facets = soup.len();
         let welded = weld::weld(facets, threads, |k| soup[k / 3][k % 3].map(f32::to_bits));
-        let not_finite = welded.not_finite(|corner| ascii::place(bytes, corner));
+        let not_finite = welded.not_finite(|corner| ascii::corner_span(bytes, corner));
         (welded, not_finite, report)
     };
     finish(welded, not_finite, binary, options, report)

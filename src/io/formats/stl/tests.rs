@@ -10,7 +10,7 @@ fn facet(text: &mut String, corners: [[f32; 3]; 3]) {
 }
 
 #[test]
-fn neither_threads_nor_pieces_change_the_scene() {
+fn neither_threads_nor_chunks_change_the_scene() {
     let mut text = String::from(" solid of many facets\n");
     for k in 0..50 {
         let x = k as f32;
@@ -20,20 +20,20 @@ fn neither_threads_nor_pieces_change_the_scene() {
         );
     }
     text += "endsolid of many\nsolid another facet\nendsolid";
-    let read = |threads, piece| {
+    let read = |threads, chunk_bytes| {
         let options = Options {
             threads,
             ..Options::default()
         };
-        let loaded = read_in_chunks(text.as_bytes(), &options, piece).unwrap();
+        let loaded = read_in_chunks(text.as_bytes(), &options, chunk_bytes).unwrap();
         format!("{:?}", loaded.scene.triangles)
     };
     let whole = read(1, CHUNK_BYTES);
-    for piece in [1, 50, 1000] {
+    for chunk_bytes in [1, 50, 1000] {
         for threads in [1, 2, 5] {
             assert!(
-                read(threads, piece) == whole,
-                "{threads} threads, pieces of {piece}"
+                read(threads, chunk_bytes) == whole,
+                "{threads} threads, chunks of {chunk_bytes}"
             );
         }
     }
@@ -71,7 +71,8 @@ fn text_may_begin_with_a_byte_order_mark_and_names_may_hold_keywords() {
             [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, f32::NAN]],
         );
     }
-    let read = |text: &str, piece| read_in_chunks(text.as_bytes(), &Options::default(), piece);
+    let read =
+        |text: &str, chunk_bytes| read_in_chunks(text.as_bytes(), &Options::default(), chunk_bytes);
     assert!(!is_binary(text.as_bytes()));
     let good = text.replace("NaN", "0");
     let loaded = read(&good, 1).unwrap();

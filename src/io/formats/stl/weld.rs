@@ -43,7 +43,7 @@ pub(super) fn weld(
     threads: usize,
     corner: impl Fn(usize) -> [u32; 3] + Sync,
 ) -> Welded {
-    let first = first_places(facets, threads, &corner);
+    let first = first_corners(facets, threads, &corner);
     let mut welded = Welded {
         vertices: Vec3s::default(),
         corners: Vec::with_capacity(facets),
@@ -81,7 +81,7 @@ impl Welded {
 }
 
 /// For each corner, the first one with the same bits.
-fn first_places(
+fn first_corners(
     facets: usize,
     threads: usize,
     corner: &(impl Fn(usize) -> [u32; 3] + Sync),
@@ -90,23 +90,23 @@ fn first_places(
     let keys = RandomState::new();
     let seed = [keys.hash_one(0), keys.hash_one(1) | 1];
     let shares = threads.clamp(1, 64) as u64;
-    let places: Vec<AtomicU32> = std::iter::repeat_with(|| AtomicU32::new(0))
+    let firsts: Vec<AtomicU32> = std::iter::repeat_with(|| AtomicU32::new(0))
         .take(count)
         .collect();
     workers::map(threads, (0..shares).collect(), |share| {
         let mut seen: HashMap<WeldKey, u32, BuildHasherDefault<PrecomputedHasher>> =
             HashMap::default();
-        for (at, place) in places.iter().enumerate() {
+        for (at, slot) in firsts.iter().enumerate() {
             let bits = corner(at);
             let hash = hash(bits, seed);
             // The lower bits choose the share, the upper ones the slot in its table.
             if ((hash & 0xffff_ffff) * shares) >> 32 == share {
                 let first = seen.entry(WeldKey { hash, bits }).or_insert(at as u32);
-                place.store(*first, Ordering::Relaxed);
+                slot.store(*first, Ordering::Relaxed);
             }
         }
     });
-    places.into_iter().map(AtomicU32::into_inner).collect()
+    firsts.into_iter().map(AtomicU32::into_inner).collect()
 }
 
 /// A corner with its hash, which is computed once.

@@ -76,14 +76,14 @@ pub(super) struct Statement<'a> {
 
 impl<'a> Statement<'a> {
     /// The span of the command.
-    pub(super) fn place(&self) -> Span {
-        self.name.place()
+    pub(super) fn span(&self) -> Span {
+        self.name.span()
     }
 
     /// The span of operand `k` from 0, or of the command if there is none.
     pub(super) fn operand_place(&self, k: usize) -> Span {
         let operand = self.operands.clone().nth(k);
-        operand.unwrap_or(self.name).place()
+        operand.unwrap_or(self.name).span()
     }
 
     /// All operands as one, with the spaces between them.
@@ -118,7 +118,7 @@ impl TestReader<'_> {
                 (command.run)(self, &statement);
             }
             None => self.report.error_with_help(
-                name.place(),
+                name.span(),
                 format!("unknown command {}", quoted(name.text)),
                 format!("the closest known command is `{}`", closest(name.text)),
             ),
@@ -184,7 +184,7 @@ impl TestReader<'_> {
         }
         for operand in statement.operands.clone().take(wanted) {
             if let Err(message) = parse(operand.text) {
-                self.report.error(operand.place(), message);
+                self.report.error(operand.span(), message);
             }
         }
         if let Some(surplus) = statement.operands.clone().nth(wanted) {
@@ -193,7 +193,7 @@ impl TestReader<'_> {
                 _ => format!("`{}`", command.operands),
             };
             self.report.error(
-                surplus.place(),
+                surplus.span(),
                 format!(
                     "surplus operand {}: `{}` takes {takes}",
                     quoted(surplus.text),
@@ -213,7 +213,7 @@ impl TestReader<'_> {
         let SceneCommand { name, operands, .. } = statement.command;
         let plural = if wanted == 1 { "" } else { "s" };
         self.report.error(
-            statement.place(),
+            statement.span(),
             format!("`{name}` needs {wanted} operand{plural} (`{operands}`), but has {found}"),
         );
     }

@@ -14,7 +14,7 @@ impl TestReader<'_> {
         self.vertices.items.push(position.unwrap_or_default());
         let count = self.vertices.items.len();
         if let Some(promised) = exceeded(&mut self.vertices.promised, count) {
-            self.too_many(statement.place(), "maxverts", promised);
+            self.too_many(statement.span(), "maxverts", promised);
         }
     }
 
@@ -32,7 +32,7 @@ impl TestReader<'_> {
         self.normal_vertices.items.push(vertex);
         let count = self.normal_vertices.items.len();
         if let Some(promised) = exceeded(&mut self.normal_vertices.promised, count) {
-            self.too_many(statement.place(), "maxvertnorms", promised);
+            self.too_many(statement.span(), "maxvertnorms", promised);
         }
     }
 
@@ -150,7 +150,7 @@ impl TestReader<'_> {
         let radius = radius as f32;
         if radius == 0.0 {
             return self.report.error(
-                statement.place(),
+                statement.span(),
                 "the current transform shrinks this sphere to nothing",
             );
         }
@@ -187,7 +187,7 @@ impl TestReader<'_> {
 
     fn flattened(&mut self, statement: &Statement<'_>, what: &str) {
         self.report.error_with_help(
-            statement.place(),
+            statement.span(),
             format!("the current transform flattens this {what} beyond single precision"),
             "its scales along different axes lie too far apart",
         );
@@ -198,15 +198,14 @@ impl TestReader<'_> {
         let room = self.scene.prims.len() < Prim::MAX_INDEX as usize;
         if !room {
             self.report
-                .error(statement.place(), "more primitives than can be numbered");
+                .error(statement.span(), "more primitives than can be numbered");
         }
         room
     }
 
     /// The material that a primitive captures here.
     fn material(&mut self) -> u32 {
-        self.palette
-            .intern(&self.surface, &mut self.scene.materials)
+        self.table.intern(&self.surface, &mut self.scene.materials)
     }
 }
 

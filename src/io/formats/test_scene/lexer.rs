@@ -12,7 +12,7 @@ pub(super) struct TestToken<'a> {
 }
 
 impl TestToken<'_> {
-    pub(super) fn place(&self) -> Span {
+    pub(super) fn span(&self) -> Span {
         Span {
             offset: self.offset,
             length: self.text.len(),

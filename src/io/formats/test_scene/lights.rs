@@ -74,7 +74,7 @@ impl TestReader<'_> {
         let transform = self.transforms.current();
         let Some(factor) = similarity(transform.matrix3) else {
             return self.report.error_with_help(
-                statement.place(),
+                statement.span(),
                 "the current transform would make an ellipsoid of this light, and only spheres can shine",
                 "scale x, y and z alike, or declare the light outside of the `scale`",
             );

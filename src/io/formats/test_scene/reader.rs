@@ -23,7 +23,7 @@ pub(super) struct TestReader<'a> {
     pub(super) normal_vertices: VertexPool<NormalVertex>,
     pub(super) transforms: Transforms,
     pub(super) surface: Material,
-    pub(super) palette: MaterialTable,
+    pub(super) table: MaterialTable,
     /// Constant, linear and quadratic attenuation of the point lights that follow.
     pub(super) attenuation: Vec3,
 }
@@ -96,7 +96,7 @@ impl<'a> TestReader<'a> {
             normal_vertices: VertexPool::EMPTY,
             transforms: Transforms::new(),
             surface: Material::default(),
-            palette: MaterialTable::default(),
+            table: MaterialTable::default(),
             attenuation: Vec3::X,
         }
     }

@@ -10,10 +10,10 @@ impl TestReader<'_> {
     pub(super) fn size(&mut self, statement: &Statement<'_>) {
         if self.seen.size {
             self.report
-                .error(statement.place(), "`size` stands here a second time");
+                .error(statement.span(), "`size` stands here a second time");
         } else if self.seen.any {
             self.report.error(
-                statement.place(),
+                statement.span(),
                 "`size` must be the first command of the file",
             );
         }
@@ -33,7 +33,7 @@ impl TestReader<'_> {
     pub(super) fn camera(&mut self, statement: &Statement<'_>) {
         if self.seen.camera {
             self.report.warning(
-                statement.place(),
+                statement.span(),
                 "a second `camera`: the last one takes the picture",
             );
         }
@@ -48,7 +48,7 @@ impl TestReader<'_> {
             fovy: fovy as f32,
         };
         if let Err(error) = self.scene.view.basis() {
-            self.report.error(statement.place(), error.to_string());
+            self.report.error(statement.span(), error.to_string());
         }
     }
 
@@ -85,7 +85,7 @@ impl TestReader<'_> {
             None => String::from("write a file name; the folder is chosen on the command line"),
         };
         self.report.error_with_help(
-            name.place(),
+            name.span(),
             format!(
                 "the output {} is not a bare file name: a scene does not choose the folder",
                 quoted(name.text)

@@ -47,7 +47,7 @@ impl TestReader<'_> {
     fn transform(&mut self, statement: &Statement<'_>, step: DAffine3) {
         if !self.transforms.apply(step) {
             self.report.error(
-                statement.place(),
+                statement.span(),
                 "the transform grows beyond what numbers can hold",
             );
         }
@@ -55,9 +55,9 @@ impl TestReader<'_> {
 
     pub(super) fn push_transform(&mut self, statement: &Statement<'_>) {
         self.nothing(statement);
-        if !self.transforms.push(statement.place()) {
+        if !self.transforms.push(statement.span()) {
             self.report.error_with_help(
-                statement.place(),
+                statement.span(),
                 format!("more than {MOST_SAVED} `pushTransform` without their `popTransform`"),
                 "close each `pushTransform` with a `popTransform`",
             );
@@ -68,7 +68,7 @@ impl TestReader<'_> {
         self.nothing(statement);
         if !self.transforms.pop() {
             self.report.error(
-                statement.place(),
+                statement.span(),
                 "`popTransform` without a `pushTransform` to return to",
             );
         }
@@ -145,7 +145,7 @@ impl TestReader<'_> {
 
     pub(super) fn out_of_range(&mut self, statement: &Statement<'_>) {
         self.report.error_with_help(
-            statement.place(),
+            statement.span(),
             "the current transform takes this beyond the range of single precision",
             "it reaches from about 1e-45 to 3e38",
         );
