@@ -1,13 +1,12 @@
-//! Folders of bad files, with what is said about each in a file beside it.
+//! Folders of bad files, with the messages about each in a file beside it.
+//!
+//! After a change of wording, `PHALANX_BLESS=1 cargo test --test files bad_files::` writes today's
+//! messages: read the difference before committing it.
 
+use crate::folders::folder;
 use phalanx::formats::{Diagnostic, LoadError, Loaded, Options, load};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-
-/// A folder of the repository.
-pub fn folder(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
 
 fn listing(kind: &str, diagnostics: &[Diagnostic]) -> String {
     let mut out = String::new();
@@ -20,9 +19,9 @@ fn listing(kind: &str, diagnostics: &[Diagnostic]) -> String {
     out
 }
 
-/// Listing of the warnings or errors about a file. Places of a diagnostic lie in the text; in
-/// `binary` formats one may have no line, and then no place.
-fn said_about(path: &Path, binary: bool) -> String {
+/// Listing of the warnings or errors about a file. Spans of a diagnostic lie in the text; in
+/// `binary` formats one may have no line, and then no span.
+fn messages_about(path: &Path, binary: bool) -> String {
     match load(path, &Options::default()) {
         Ok(Loaded { warnings, .. }) => listing("warning: ", &warnings),
         Err(LoadError::Scene {
@@ -38,34 +37,39 @@ fn said_about(path: &Path, binary: bool) -> String {
     }
 }
 
-/// Compares what is said about each file of these endings with the file that `expected` names, of
-/// more than `least` files; `PHALANX_BLESS` writes that file anew.
-pub fn assert_messages(
-    folder: &Path,
-    endings: &[&str],
-    expected: impl Fn(&Path) -> PathBuf,
-    least: usize,
-) {
+/// Compares the messages about each file of these endings with the file that `expected` names;
+/// `PHALANX_BLESS` writes that file anew. There are more than `least` files.
+fn assert_messages(files: &str, endings: &[&str], expected: fn(&Path) -> PathBuf, least: usize) {
     let mut failures = String::new();
     let mut count = 0;
-    for entry in std::fs::read_dir(folder).unwrap() {
+    for entry in std::fs::read_dir(folder(files)).unwrap() {
         let path = entry.unwrap().path();
         let ending = path.extension().and_then(|e| e.to_str());
         let Some(ending) = ending.filter(|e| endings.contains(e)) else {
             continue;
         };
         count += 1;
-        let said = said_about(&path, !["test", "nff"].contains(&ending));
+        let told = messages_about(&path, !["test", "nff"].contains(&ending));
         let expected_path = expected(&path);
         if std::env::var_os("PHALANX_BLESS").is_some() {
-            std::fs::write(&expected_path, &said).unwrap();
+            std::fs::write(&expected_path, &told).unwrap();
         }
         let expected = std::fs::read_to_string(&expected_path).unwrap_or_default();
-        if said.is_empty() || said != expected.replace("\r\n", "\n") {
+        if told.is_empty() || told != expected.replace("\r\n", "\n") {
             let name = path.file_name().unwrap();
-            writeln!(failures, "{name:?}\n-- expected\n{expected}-- said\n{said}").unwrap();
+            writeln!(failures, "{name:?}\n-- expected\n{expected}-- told\n{told}").unwrap();
         }
     }
     assert!(count > least, "only {count} bad files found");
     assert!(failures.is_empty(), "{failures}");
+}
+
+#[test]
+fn every_bad_file_gets_its_message() {
+    let replaced = |path: &Path| path.with_extension("expected");
+    let appended = |path: &Path| PathBuf::from(format!("{}.expected", path.display()));
+    assert_messages("tests/files/bad", &["test"], replaced, 40);
+    assert_messages("tests/files/bad/nff", &["nff"], replaced, 30);
+    let meshes = ["obj", "ply", "stl"];
+    assert_messages("tests/files/bad_meshes", &meshes, appended, 20);
 }

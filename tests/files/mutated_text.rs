@@ -1,6 +1,6 @@
-//! Text files with tokens deleted, doubled and replaced, and what must hold of every diagnostic.
+//! Files with tokens or bytes changed, and what must hold of every answer about them.
 
-use phalanx::formats::{Diagnostic, MAX_DIAGNOSTICS};
+use phalanx::formats::{Diagnostic, Loaded, MAX_DIAGNOSTICS};
 use proptest::prelude::*;
 use proptest::sample::Index;
 
@@ -27,12 +27,32 @@ const SPICE: [&str; 19] = [
     "é",
 ];
 
-/// Asserts that each diagnostic's place lies in the text, on its line.
-pub fn check_places(text: &str, diagnostics: &[Diagnostic]) {
-    assert!(!diagnostics.is_empty() && diagnostics.len() <= MAX_DIAGNOSTICS);
-    for d in diagnostics {
-        let place = text.get(d.offset..d.offset + d.length);
-        assert!(place.is_some(), "{d:?} lies outside of {text:?}");
+/// Asserts that a scene is valid, that diagnostics stand in file order, and that each passes
+/// `check`.
+pub fn check_answer(answer: Result<Loaded, Vec<Diagnostic>>, check: impl Fn(&Diagnostic)) {
+    let diagnostics = match answer {
+        Ok(loaded) => {
+            loaded.scene.validate().expect("what loads is valid");
+            loaded.warnings
+        }
+        Err(errors) => {
+            assert!(!errors.is_empty(), "errors are told");
+            errors
+        }
+    };
+    assert!(diagnostics.len() <= MAX_DIAGNOSTICS);
+    assert!(
+        diagnostics.is_sorted_by_key(|d| d.offset),
+        "{diagnostics:?}"
+    );
+    diagnostics.iter().for_each(check);
+}
+
+/// [`check_answer`] for a text: each diagnostic's span lies in it, on its line.
+pub fn check_text_answer(text: &str, answer: Result<Loaded, Vec<Diagnostic>>) {
+    check_answer(answer, |d| {
+        let span = text.get(d.offset..d.offset + d.length);
+        assert!(span.is_some(), "{d:?} lies outside of {text:?}");
         let line = text.split('\n').nth(d.line - 1).expect("the line exists");
         assert!(
             d.column > 0 && d.column <= line.chars().count() + 1,
@@ -40,7 +60,7 @@ pub fn check_places(text: &str, diagnostics: &[Diagnostic]) {
         );
         let before = &text[..d.offset];
         assert_eq!(d.line, 1 + before.matches('\n').count(), "{d:?}");
-    }
+    });
 }
 
 /// One token's fate.
@@ -66,23 +86,23 @@ fn mutation(words: &'static [&'static str]) -> impl Strategy<Value = TokenMutati
 
 /// Applies the mutation to token `at` (modulo their number); white space stays as it is.
 fn mutated(text: &str, at: usize, mutation: &TokenMutation) -> String {
-    let mut pieces: Vec<String> = text
+    let mut tokens: Vec<String> = text
         .split_inclusive([' ', '\n'])
         .map(String::from)
         .collect();
-    if pieces.is_empty() {
+    if tokens.is_empty() {
         return String::new();
     }
-    let at = at % pieces.len();
+    let at = at % tokens.len();
     match mutation {
-        TokenMutation::Delete => drop(pieces.remove(at)),
-        TokenMutation::Duplicate => pieces.insert(at, pieces[at].clone()),
+        TokenMutation::Delete => drop(tokens.remove(at)),
+        TokenMutation::Duplicate => tokens.insert(at, tokens[at].clone()),
         TokenMutation::Replace(token) => {
-            let kept = pieces[at].trim_end().len();
-            pieces[at].replace_range(..kept, token);
+            let kept = tokens[at].trim_end().len();
+            tokens[at].replace_range(..kept, token);
         }
     }
-    pieces.concat()
+    tokens.concat()
 }
 
 /// The valid text with one to seven mutations, one time in five cut off somewhere.

@@ -1,7 +1,7 @@
 //! The real files of `../shared/scenes/gltf`, against the counts of its SOURCES.md.
 
+use crate::folders::shared_scenes;
 use phalanx::formats::{Options, load};
-use std::path::Path;
 
 /// Name, triangles stored, triangles shown.
 const FILES: [(&str, usize, u64); 11] = [
@@ -20,11 +20,9 @@ const FILES: [(&str, usize, u64); 11] = [
 
 #[test]
 fn every_file_has_its_triangles() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/gltf");
-    if !folder.is_dir() {
-        eprintln!("skipped: {} is not there", folder.display());
+    let Some(folder) = shared_scenes("gltf") else {
         return;
-    }
+    };
     for (name, stored, shown) in FILES {
         let loaded = load(&folder.join(name), &Options::default());
         let scene = loaded

@@ -1,8 +1,9 @@
-//! Whatever the bytes, the reader answers, and every place it names lies in the file.
+//! Whatever the bytes, the reader answers, and every span it names lies in the file.
 
 use super::{File, base64, glb, read};
-use phalanx::formats::{Diagnostic, MAX_DIAGNOSTICS};
+use crate::mutated_text::check_answer;
 use proptest::prelude::*;
+use proptest::sample::Index;
 use serde_json::json;
 use std::path::Path;
 
@@ -53,21 +54,20 @@ fn everything() -> File {
 }
 
 fn check(bytes: &[u8]) {
-    let places = |diagnostics: &[Diagnostic]| {
-        assert!(!diagnostics.is_empty() && diagnostics.len() <= MAX_DIAGNOSTICS);
-        for d in diagnostics {
-            assert!(d.offset + d.length <= bytes.len().max(d.length), "{d:?}");
-            assert_eq!(d.line == 0, bytes.starts_with(b"glTF"), "{d:?}");
-        }
-    };
-    match read("gltf", bytes) {
-        Ok(loaded) => {
-            loaded.scene.validate().expect("what loads is valid");
-            if !loaded.warnings.is_empty() {
-                places(&loaded.warnings);
-            }
-        }
-        Err(errors) => places(&errors),
+    check_answer(read("gltf", bytes), |d| {
+        assert!(d.offset + d.length <= bytes.len().max(d.length), "{d:?}");
+        assert_eq!(d.line == 0, bytes.starts_with(b"glTF"), "{d:?}");
+    });
+}
+
+/// Sets bytes, and cuts the rest off.
+fn mutate(bytes: &mut Vec<u8>, changes: Vec<(Index, u8)>, cut: Option<Index>) {
+    for (at, byte) in changes {
+        let at = at.index(bytes.len());
+        bytes[at] = byte;
+    }
+    if let Some(cut) = cut {
+        bytes.truncate(cut.index(bytes.len() + 1));
     }
 }
 
@@ -159,36 +159,24 @@ proptest! {
 
     #[test]
     fn changed_bytes_never_panic(
-        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..8),
-        cut in prop::option::weighted(0.2, any::<prop::sample::Index>()),
+        changes in prop::collection::vec((any::<Index>(), any::<u8>()), 0..8),
+        cut in prop::option::weighted(0.2, any::<Index>()),
         binary in any::<bool>(),
     ) {
         let file = everything();
         let mut bytes = if binary { file.glb() } else { file.text().into_bytes() };
-        for (at, byte) in changes {
-            let at = at.index(bytes.len());
-            bytes[at] = byte;
-        }
-        if let Some(cut) = cut {
-            bytes.truncate(cut.index(bytes.len() + 1));
-        }
+        mutate(&mut bytes, changes, cut);
         check(&bytes);
     }
 
     #[test]
     fn changed_pictures_never_panic(
         which in 0usize..PICTURES.len(),
-        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..6),
-        cut in prop::option::weighted(0.2, any::<prop::sample::Index>()),
+        changes in prop::collection::vec((any::<Index>(), any::<u8>()), 0..6),
+        cut in prop::option::weighted(0.2, any::<Index>()),
     ) {
         let mut picture = PICTURES[which].to_vec();
-        for (at, byte) in changes {
-            let at = at.index(picture.len());
-            picture[at] = byte;
-        }
-        if let Some(cut) = cut {
-            picture.truncate(cut.index(picture.len() + 1));
-        }
+        mutate(&mut picture, changes, cut);
         let mut file = everything();
         let view = file.view(&picture);
         file.json["images"] = json!([{"bufferView": view}]);

@@ -4,8 +4,8 @@
 mod bad;
 mod files;
 mod geometry;
-mod look;
 mod mangled;
+mod materials;
 mod origin;
 
 use phalanx::formats::{Diagnostic, Loaded, Options, read_bytes};

@@ -1,7 +1,6 @@
 //! The readers of meshes from outside: what files mean, what is said about bad ones, and that
 //! others read the same.
 
-mod bad;
 mod obj;
 mod origin;
 mod ply;

@@ -2,6 +2,7 @@
 //! hand.
 
 use super::triangles;
+use crate::folders::shared_scenes;
 use phalanx::formats::{Options, load};
 use phalanx::scene::Scene;
 use ply_rs_bw::{parser::Parser, ply};
@@ -9,16 +10,10 @@ use std::path::{Path, PathBuf};
 
 /// All files with that ending below a folder of the shared scenes.
 fn files(ending: &str) -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../shared/scenes")
-        .join(ending);
     let mut files = Vec::new();
-    let mut folders = vec![root];
+    let mut folders = Vec::from_iter(shared_scenes(ending));
     while let Some(folder) = folders.pop() {
-        let Ok(entries) = std::fs::read_dir(&folder) else {
-            println!("skipped: {} is not here", folder.display());
-            continue;
-        };
+        let entries = std::fs::read_dir(folder).unwrap();
         for path in entries.flatten().map(|entry| entry.path()) {
             match path.is_dir() {
                 true => folders.push(path),
@@ -99,7 +94,7 @@ fn ply_files_hold_what_ply_rs_finds_in_them() {
             ply::Property::Float(n) => n,
             ref other => panic!("{other:?}"),
         };
-        let places: Vec<[f32; 3]> = ply.payload["vertex"]
+        let positions: Vec<[f32; 3]> = ply.payload["vertex"]
             .iter()
             .map(|row| ["x", "y", "z"].map(|name| number(row, name)))
             .collect();
@@ -116,7 +111,7 @@ fn ply_files_hold_what_ply_rs_finds_in_them() {
         if faces.iter().all(|face| face.len() == 3) {
             let theirs: Vec<_> = faces
                 .iter()
-                .map(|f| [f[0], f[1], f[2]].map(|i| places[i]))
+                .map(|f| [f[0], f[1], f[2]].map(|i| positions[i]))
                 .collect();
             assert!(triangles(&ours) == theirs, "{}", file.display());
         }

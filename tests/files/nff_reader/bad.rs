@@ -1,17 +1,6 @@
-//! Bad files and what is said about them: `tests/files/bad/nff/x.nff` and beside it `x.expected`.
-//!
-//! After a change of wording, `PHALANX_BLESS=1 cargo test --test files nff_reader::bad::` writes
-//! what is said now: read the difference before committing it.
+//! Bad files, and what is said about them.
 
-use crate::bad_files::{assert_messages, folder};
 use phalanx::formats::{MAX_DIAGNOSTICS, read_nff};
-use std::path::Path;
-
-#[test]
-fn every_bad_file_gets_its_message() {
-    let expected = |path: &Path| path.with_extension("expected");
-    assert_messages(&folder("tests/files/bad/nff"), &["nff"], expected, 30);
-}
 
 #[test]
 fn twenty_errors_are_reported_in_file_order_then_reading_stops() {

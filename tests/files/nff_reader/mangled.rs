@@ -1,6 +1,6 @@
-//! Whatever the bytes, the reader answers, and every place it names lies in the file.
+//! Whatever the bytes, the reader answers, and every span it names lies in the file.
 
-use crate::mutated_text::{check_places, mutants};
+use crate::mutated_text::{check_text_answer, mutants};
 use phalanx::formats::read_nff;
 use proptest::prelude::*;
 
@@ -45,19 +45,7 @@ p 5
 const WORDS: [&str; 7] = ["p", "pp", "v", "s", "resolution", "l", "nff"];
 
 fn check(text: &str) {
-    match read_nff(text) {
-        Ok(loaded) => {
-            loaded.scene.validate().expect("what loads is valid");
-            if !loaded.warnings.is_empty() {
-                check_places(text, &loaded.warnings);
-                assert!(loaded.warnings.is_sorted_by_key(|d| d.offset));
-            }
-        }
-        Err(errors) => {
-            check_places(text, &errors);
-            assert!(errors.is_sorted_by_key(|d| d.offset), "{errors:?}");
-        }
-    }
+    check_text_answer(text, read_nff(text));
 }
 
 #[test]

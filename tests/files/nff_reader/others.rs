@@ -1,7 +1,7 @@
 //! Files of others, where `../shared/scenes` is there.
 
+use crate::folders::shared_scenes;
 use phalanx::formats::{LoadError, Options, load};
-use std::path::{Path, PathBuf};
 
 /// Spheres, cones, triangles, lights (a key light where the file has none) and warnings.
 const FILES: [(&str, [usize; 5]); 11] = [
@@ -18,18 +18,11 @@ const FILES: [(&str, [usize; 5]); 11] = [
     ("small/jacks.nff", [6, 3, 0, 1, 0]),
 ];
 
-fn folder() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/nff");
-    if !folder.is_dir() {
-        println!("skipped: {} is not there", folder.display());
-        return None;
-    }
-    Some(folder)
-}
-
 #[test]
 fn files_of_others_load_with_their_counts() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = shared_scenes("nff") else {
+        return;
+    };
     for (name, expected) in FILES {
         let loaded = load(&folder.join(name), &Options::default());
         let loaded = loaded.unwrap_or_else(|e| panic!("{e}"));
@@ -48,7 +41,9 @@ fn files_of_others_load_with_their_counts() {
 /// Only this one of all the files is refused: its records lack operands, or have too many.
 #[test]
 fn the_file_with_faulty_records_is_refused_at_each_of_them() {
-    let Some(folder) = folder() else { return };
+    let Some(folder) = shared_scenes("nff") else {
+        return;
+    };
     let error = load(&folder.join("small/spheres.nff"), &Options::default()).unwrap_err();
     let LoadError::Scene { diagnostics, .. } = error else {
         panic!("{error}")

@@ -1,9 +1,9 @@
 //! Our databases against the NFF files of the original programs, which print six digits.
 
 use super::{numbers, scene};
+use crate::folders::shared_scenes;
 use phalanx::formats::{Options, load};
 use phalanx::scene::{Scene, Vec3s};
-use std::path::Path;
 
 /// Largest difference over the scene's size; the files' own rounding is half a unit of the sixth
 /// digit.
@@ -93,11 +93,9 @@ fn compare(name: &str, ours: &Scene, theirs: &Scene) {
 
 #[test]
 fn our_databases_are_those_of_the_original_programs() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/nff");
-    if !folder.is_dir() {
-        println!("skipped: {} is not there", folder.display());
+    let Some(folder) = shared_scenes("nff") else {
         return;
-    }
+    };
     for (file, name) in FILES {
         let theirs = load(&folder.join(file), &Options::default());
         let theirs = theirs.unwrap_or_else(|e| panic!("{e}")).scene;

@@ -1,17 +1,7 @@
-//! Bad files and what is said about them: `tests/files/bad/x.test` and beside it `x.expected`.
-//!
-//! After a change of wording, `PHALANX_BLESS=1 cargo test --test files test_reader::bad::` writes
-//! what is said now: read the difference before committing it.
+//! Bad files, and what is said about them.
 
-use crate::bad_files::{assert_messages, folder};
+use crate::folders::folder;
 use phalanx::formats::{LoadError, MAX_DIAGNOSTICS, Options, load, read_test};
-use std::path::Path;
-
-#[test]
-fn every_bad_file_gets_its_message() {
-    let expected = |path: &Path| path.with_extension("expected");
-    assert_messages(&folder("tests/files/bad"), &["test"], expected, 40);
-}
 
 #[test]
 fn twenty_errors_are_reported_in_file_order_then_reading_stops() {

@@ -1,7 +1,7 @@
 //! The course's own scenes, with the counts of `scenes/cse167/SOURCES.md`.
 
+use crate::folders::shared_scenes;
 use phalanx::formats::{Options, load};
-use std::path::Path;
 
 /// Name, triangles, spheres of either kind, lights.
 const SCENES: [(&str, usize, usize, usize); 14] = [
@@ -23,11 +23,9 @@ const SCENES: [(&str, usize, usize, usize); 14] = [
 
 #[test]
 fn the_course_scenes_load_with_the_published_counts() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/cse167");
-    if !folder.is_dir() {
-        println!("skipped: {} is not there", folder.display());
+    let Some(folder) = shared_scenes("cse167") else {
         return;
-    }
+    };
     for (name, triangles, spheres, lights) in SCENES {
         let loaded = load(
             &folder.join(name).with_extension("test"),

@@ -1,6 +1,6 @@
-//! Whatever the bytes, the reader answers, and every place it names lies in the file.
+//! Whatever the bytes, the reader answers, and every span it names lies in the file.
 
-use crate::mutated_text::{check_places, mutants};
+use crate::mutated_text::{check_answer, check_text_answer, mutants};
 use phalanx::formats::{LoadError, Options, load, read_test};
 use proptest::prelude::*;
 
@@ -43,18 +43,7 @@ sphere 0 0 0 1
 const WORDS: [&str; 6] = ["size", "camera", "scale", "sphere", "popTransform", "../x"];
 
 fn check(text: &str) {
-    match read_test(text) {
-        Ok(loaded) => {
-            loaded.scene.validate().expect("what loads is valid");
-            if !loaded.warnings.is_empty() {
-                check_places(text, &loaded.warnings);
-            }
-        }
-        Err(errors) => {
-            check_places(text, &errors);
-            assert!(errors.is_sorted_by_key(|e| e.line), "{errors:?}");
-        }
-    }
+    check_text_answer(text, read_test(text));
 }
 
 #[test]
@@ -93,8 +82,10 @@ proptest! {
         let path = scratch.path().join("a.test");
         std::fs::write(&path, &file).unwrap();
         match load(&path, &Options::default()) {
-            Ok(loaded) => loaded.scene.validate().expect("what loads is valid"),
-            Err(LoadError::Scene { text, diagnostics, .. }) => check_places(&text, &diagnostics),
+            Ok(loaded) => check_answer(Ok(loaded), |_| ()),
+            Err(LoadError::Scene { text, diagnostics, .. }) => {
+                check_text_answer(&text, Err(diagnostics));
+            }
             Err(other) => panic!("{other}"),
         }
     }
