@@ -1,5 +1,6 @@
-//! Every column of a scene, twice: as the sections of a file to be written or checked, and as the
-//! columns that sections are mapped to.
+//! Every column of a scene, twice, because a scene that is written is shared and one that is mapped
+//! is not: as the sections of a file to be written or checked, and as the columns that sections are
+//! mapped to.
 
 use super::check::Check;
 use super::mapping::Mapping;
@@ -16,12 +17,25 @@ pub(super) struct ColumnBytes<'a> {
     pub(super) check: Check,
 }
 
-fn column_bytes<'a, T: Pod>(name: &'static str, column: &'a [T], check: Check) -> ColumnBytes<'a> {
-    ColumnBytes {
-        name,
-        row_bytes: size_of::<T>(),
-        bytes: bytemuck::cast_slice(column),
-        check,
+/// Columns as the rows of a table.
+#[derive(Default)]
+struct ColumnTable<'a>(Vec<ColumnBytes<'a>>);
+
+impl<'a> ColumnTable<'a> {
+    fn add<T: Pod>(&mut self, name: &'static str, column: &'a [T], check: Check) {
+        self.0.push(ColumnBytes {
+            name,
+            row_bytes: size_of::<T>(),
+            bytes: bytemuck::cast_slice(column),
+            check,
+        });
+    }
+
+    /// Adds the components of vectors, which are finite.
+    fn add_vectors<const N: usize>(&mut self, name: &'static str, vectors: [&'a Vec3s; N]) {
+        for part in vectors.into_iter().flat_map(|v| v.parts()) {
+            self.add(name, part, Check::Finite);
+        }
     }
 }
 
@@ -46,73 +60,56 @@ impl<T: Pod> MapColumn for Column<T> {
 /// [`Scene::validate_settings`] is left to call.
 pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     use Check::{Any, Below, Corners, Finite, Positive, Prims};
-    let mut all = Vec::new();
     let (s, e, t, c) = (
         &scene.spheres,
         &scene.ellipsoids,
         &scene.triangles,
         &scene.cones,
     );
-    let material = Below(scene.materials.len());
-    all.push(column_bytes(
-        "primitive list",
-        &scene.prims,
-        Prims([s.len(), e.len(), t.len(), c.len()]),
-    ));
-    push_vectors(&mut all, "vertices", &[&t.vertices]);
+    let (i, m, l) = (&scene.instances, &scene.materials, &scene.lights);
+    let prims = Prims([s.len(), e.len(), t.len(), c.len()]);
     let corners = |count, none| Corners { count, none };
-    all.push(column_bytes(
-        "triangle corners",
-        &t.corners,
-        corners(t.vertices.len(), None),
-    ));
+    let vertices = corners(t.vertices.len(), None);
     let normals = corners(t.vertex_normals.len(), Some(NO_NORMALS));
-    all.push(column_bytes("triangle normals", &t.normals, normals));
-    push_vectors(&mut all, "vertex normals", &[&t.vertex_normals]);
     let uvs = corners(t.vertex_uvs.len(), Some(NO_UVS));
-    all.push(column_bytes("triangle texture places", &t.uvs, uvs));
-    all.push(column_bytes("texture places", &t.vertex_uvs.x, Finite));
-    all.push(column_bytes("texture places", &t.vertex_uvs.y, Finite));
-    all.push(column_bytes("triangle materials", &t.material, material));
-    push_vectors(&mut all, "sphere centres", &[&s.center]);
-    all.push(column_bytes("sphere radii", &s.radius, Positive));
-    all.push(column_bytes("sphere materials", &s.material, material));
-    push_vectors(&mut all, "ellipsoid maps", &e.to_world.each_ref());
-    push_vectors(&mut all, "ellipsoid maps", &e.to_object.each_ref());
-    all.push(column_bytes("ellipsoid materials", &e.material, material));
+    let material = Below(m.len());
+    let mut all = ColumnTable::default();
+    all.add("primitive list", &scene.prims, prims);
+    all.add_vectors("vertices", [&t.vertices]);
+    all.add("triangle corners", &t.corners, vertices);
+    all.add("triangle normals", &t.normals, normals);
+    all.add_vectors("vertex normals", [&t.vertex_normals]);
+    all.add("triangle texture places", &t.uvs, uvs);
+    all.add("texture places", &t.vertex_uvs.x, Finite);
+    all.add("texture places", &t.vertex_uvs.y, Finite);
+    all.add("triangle materials", &t.material, material);
+    all.add_vectors("sphere centres", [&s.center]);
+    all.add("sphere radii", &s.radius, Positive);
+    all.add("sphere materials", &s.material, material);
+    all.add_vectors("ellipsoid maps", e.to_world.each_ref());
+    all.add_vectors("ellipsoid maps", e.to_object.each_ref());
+    all.add("ellipsoid materials", &e.material, material);
     // Cones, instances, materials and lights are checked in `Scene::validate_settings`.
-    push_vectors(&mut all, "cones", &[&c.base, &c.apex]);
-    all.push(column_bytes("cone radii", &c.base_radius, Any));
-    all.push(column_bytes("cone radii", &c.apex_radius, Any));
-    all.push(column_bytes("cone sides", &c.inside, Any));
-    all.push(column_bytes("cone materials", &c.material, material));
-    all.push(column_bytes("meshes", &scene.meshes.first, Any));
-    all.push(column_bytes("meshes", &scene.meshes.count, Any));
-    let i = &scene.instances;
-    all.push(column_bytes(
-        "instances",
-        &i.mesh,
-        Below(scene.meshes.len()),
-    ));
-    all.push(column_bytes("instances", &i.first, Any));
-    push_vectors(&mut all, "instance maps", &i.to_world.each_ref());
-    push_vectors(&mut all, "instance maps", &i.to_object.each_ref());
-    let m = &scene.materials;
-    push_vectors(&mut all, "materials", &[&m.ka, &m.ke, &m.kd, &m.ks, &m.kt]);
-    all.push(column_bytes("materials", &m.shininess, Any));
-    all.push(column_bytes("materials", &m.ior, Any));
-    all.push(column_bytes("materials", &m.texture, Any));
-    all.push(column_bytes("material gloss", &m.gloss, Any));
-    let l = &scene.lights;
-    push_vectors(&mut all, "lights", &[&l.position, &l.color, &l.attenuation]);
-    push_vectors(&mut all, "light edges", &l.edges.each_ref());
-    all.push(column_bytes("light radii", &l.radius, Any));
-    all
-}
-
-fn push_vectors<'a>(all: &mut Vec<ColumnBytes<'a>>, name: &'static str, vectors: &[&'a Vec3s]) {
-    let parts = vectors.iter().flat_map(|v| v.parts());
-    all.extend(parts.map(|part| column_bytes(name, part, Check::Finite)));
+    all.add_vectors("cones", [&c.base, &c.apex]);
+    all.add("cone radii", &c.base_radius, Any);
+    all.add("cone radii", &c.apex_radius, Any);
+    all.add("cone sides", &c.inside, Any);
+    all.add("cone materials", &c.material, material);
+    all.add("meshes", &scene.meshes.first, Any);
+    all.add("meshes", &scene.meshes.count, Any);
+    all.add("instances", &i.mesh, Below(scene.meshes.len()));
+    all.add("instances", &i.first, Any);
+    all.add_vectors("instance maps", i.to_world.each_ref());
+    all.add_vectors("instance maps", i.to_object.each_ref());
+    all.add_vectors("materials", [&m.ka, &m.ke, &m.kd, &m.ks, &m.kt]);
+    all.add("materials", &m.shininess, Any);
+    all.add("materials", &m.ior, Any);
+    all.add("materials", &m.texture, Any);
+    all.add("material gloss", &m.gloss, Any);
+    all.add_vectors("lights", [&l.position, &l.color, &l.attenuation]);
+    all.add_vectors("light edges", l.edges.each_ref());
+    all.add("light radii", &l.radius, Any);
+    all.0
 }
 
 /// The columns of [`columns`], in the same order, to be mapped.

@@ -62,10 +62,10 @@ impl<'a> MeshInstances<'a> {
     pub(super) fn joined<P>(&self, shown: Vec<(usize, Vec<P>)>) -> Vec<(usize, Vec<P>)> {
         let mut first: HashMap<&[usize], usize> = HashMap::new();
         let mut copied = 0u64;
-        for (mesh, places) in &shown {
+        for (mesh, placements) in &shown {
             if *first.entry(&self.meshes[*mesh]).or_insert(*mesh) != *mesh {
-                let places = places.len() as u64;
-                copied = copied.saturating_add(self.triangles(*mesh).saturating_mul(places));
+                let times = placements.len() as u64;
+                copied = copied.saturating_add(self.triangles(*mesh).saturating_mul(times));
             }
         }
         if copied <= MAX_COPIED_TRIANGLES {
@@ -73,23 +73,23 @@ impl<'a> MeshInstances<'a> {
         }
         let mut joined: Vec<(usize, Vec<P>)> = Vec::new();
         let mut rows = HashMap::new();
-        for (mesh, places) in shown {
+        for (mesh, placements) in shown {
             let row = *rows
                 .entry(first[&self.meshes[mesh][..]])
                 .or_insert(joined.len());
             match joined.get_mut(row) {
-                Some((_, all)) => all.extend(places),
-                None => joined.push((mesh, places)),
+                Some((_, all)) => all.extend(placements),
+                None => joined.push((mesh, placements)),
             }
         }
         joined
     }
 
-    /// Splits the primitives of a mesh that is shown `places` times. They stay together unless the
-    /// mesh would copy more than [`MAX_COPIED_TRIANGLES`] triangles; then there is a part for each
-    /// number of repetitions. Copies in a mesh that is shown often are stored all the same: as
+    /// Splits the primitives of a mesh that is shown `placements` times. They stay together unless
+    /// the mesh would copy more than [`MAX_COPIED_TRIANGLES`] triangles; then there is a part for
+    /// each number of repetitions. Copies in a mesh that is shown often are stored all the same: as
     /// instances their number would be the product.
-    pub(super) fn parts(&self, mesh: usize, places: usize) -> Vec<MeshPart> {
+    pub(super) fn parts(&self, mesh: usize, placements: usize) -> Vec<MeshPart> {
         let numbers = &self.meshes[mesh];
         let whole = || {
             vec![MeshPart {
@@ -105,7 +105,7 @@ impl<'a> MeshInstances<'a> {
             .values()
             .map(|&(first, _)| self.triangles_of(mesh, first));
         let copied = self.triangles(mesh).saturating_sub(distinct.sum());
-        let instances = (numbers.len() - times.len()).saturating_mul(places) as u64;
+        let instances = (numbers.len() - times.len()).saturating_mul(placements) as u64;
         if copied <= MAX_COPIED_TRIANGLES || instances > MAX_COPIED_TRIANGLES {
             return whole();
         }

@@ -168,14 +168,14 @@ impl<'a, 't> GltfReader<'a, 't> {
     fn run(&mut self, missing: &mut MissingParts) -> Result<(), ReadStop> {
         let nodes = nodes::flatten(self.source, self.options.origin, &mut self.report);
         let placements = self.placements(&nodes);
-        for (mesh, places) in self.instances.joined(placements) {
-            for part in self.instances.parts(mesh, places.len()) {
+        for (mesh, maps) in self.instances.joined(placements) {
+            for part in self.instances.parts(mesh, maps.len()) {
                 if self.report.is_full() {
                     return Ok(());
                 }
                 let times = |map: DAffine3| std::iter::repeat_n(map, part.times);
-                let places: Vec<DAffine3> = places.iter().copied().flat_map(times).collect();
-                if let Err(message) = self.mesh(mesh, &part, &places) {
+                let maps: Vec<DAffine3> = maps.iter().copied().flat_map(times).collect();
+                if let Err(message) = self.mesh(mesh, &part, &maps) {
                     self.source
                         .error(&mut self.report, "meshes", mesh, &message);
                 }
@@ -214,13 +214,13 @@ impl<'a, 't> GltfReader<'a, 't> {
     fn placements(&mut self, nodes: &[PlacedNode]) -> Vec<(usize, Vec<DAffine3>)> {
         let document = &self.source.document;
         let mut order = Vec::new();
-        let mut places: Vec<Vec<DAffine3>> = Vec::new();
-        places.resize_with(document.meshes.len(), Vec::new);
+        let mut maps_of: Vec<Vec<DAffine3>> = Vec::new();
+        maps_of.resize_with(document.meshes.len(), Vec::new);
         for placed in nodes {
             let Some(mesh) = document.nodes[placed.node].mesh else {
                 continue;
             };
-            let Some(maps) = places.get_mut(mesh) else {
+            let Some(maps) = maps_of.get_mut(mesh) else {
                 let message = format!("there is no meshes[{mesh}]");
                 self.source
                     .error(&mut self.report, "nodes", placed.node, &message);
@@ -233,26 +233,26 @@ impl<'a, 't> GltfReader<'a, 't> {
         }
         let taken = order.into_iter();
         taken
-            .map(|mesh| (mesh, std::mem::take(&mut places[mesh])))
+            .map(|mesh| (mesh, std::mem::take(&mut maps_of[mesh])))
             .collect()
     }
 
-    fn mesh(&mut self, mesh: usize, part: &MeshPart, places: &[DAffine3]) -> Result<(), String> {
+    fn mesh(&mut self, mesh: usize, part: &MeshPart, maps: &[DAffine3]) -> Result<(), String> {
         let shapes = self.shapes(mesh, part)?;
         let bounds = shapes.iter().map(PrimitiveGeometry::bounds);
         let bounds = bounds.fold(Bounds::EMPTY, Bounds::union);
         let extent = bounds.lo.abs().max(bounds.hi.abs()).max_element();
         let triangles: u64 = shapes.iter().map(|shape| shape.len() as u64).sum();
-        let copied = triangles.saturating_mul(places.len() as u64 - 1);
+        let copied = triangles.saturating_mul(maps.len() as u64 - 1);
         let size = match SAFE_EXTENTS.contains(&extent) {
             true => Some(1.0),
             false if copied > MAX_COPIED_TRIANGLES => Some(power_of_two_into_range(extent)),
             false => None,
         };
-        let (true, Some(size)) = (places.len() > 1, size) else {
+        let (true, Some(size)) = (maps.len() > 1, size) else {
             // The same vertices are bad in each placement.
             let mut bad = BadAttributes::default();
-            for map in places {
+            for map in maps {
                 bad = self.bake(&shapes, map)?;
             }
             self.warn_bad_attributes(mesh, bad);
@@ -267,7 +267,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         self.scene.end_mesh(stored);
         self.warn_bad_attributes(mesh, bad);
         let mut baked = 0;
-        for map in places {
+        for map in maps {
             // If there is nothing to undo, no product is formed: zeros keep their signs.
             let undone = own.is_none() && size == 1.0;
             let to_world = if undone { *map } else { *map * back };
@@ -279,7 +279,7 @@ impl<'a, 't> GltfReader<'a, 't> {
         if baked > 0 {
             let message = format!(
                 "a mesh is made flat, or too large or small, by the nodes above it: {baked} of its {} copies are stored",
-                places.len()
+                maps.len()
             );
             let span = self.source.span_of("meshes", mesh);
             self.report.warning(span, message);

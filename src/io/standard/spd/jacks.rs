@@ -47,7 +47,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     grow(builder, params.size, DAffine3::from_mat3(turn), 1.0);
 }
 
-/// Adds a jack and its eight copies, `levels` deep; `scale` is the factor of `place` on lengths.
+/// Adds a jack and its eight copies, `levels` deep; `scale` is the factor of `frame` on lengths.
 fn grow(builder: &mut dyn SceneBuilder, levels: u32, frame: DAffine3, scale: f64) {
     jack(builder, frame, scale);
     if levels <= 1 {

@@ -48,7 +48,7 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     grow(builder, &forks, params.size, DAffine3::IDENTITY, 1.0);
 }
 
-/// A branch along the z axis of `place`, and the branches on it.
+/// A branch along the z axis of `frame`, and the branches on it.
 fn grow(
     builder: &mut dyn SceneBuilder,
     forks: &[DAffine3; 2],

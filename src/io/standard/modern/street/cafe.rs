@@ -240,8 +240,8 @@ fn bar(parts: &mut PartBuilder) {
     parts.material(WOOD);
     parts.cuboid((4.5, 1.02, -3.58), (6.95, 1.07, -2.92), STANDING);
     let mut dice = Dice::of(SEED + 6, 0);
-    for shelf in 0..3 {
-        let y = 1.15 + 0.5 * f64::from(shelf);
+    for board in 0..3 {
+        let y = 1.15 + 0.5 * f64::from(board);
         parts.material(TABLE);
         parts.slab((4.4, y - 0.04, BACK), (6.9, y, BACK + 0.28));
         if parts.detail < 0.4 {
@@ -259,8 +259,8 @@ fn bar(parts: &mut PartBuilder) {
                 (0.0, h),
             ];
             let sides = around(0.05, parts.detail);
-            let mut board = parts.moved(4.5 + 0.135 * f64::from(k), y, BACK + 0.14);
-            board.lathe(&bottle, sides);
+            let mut bottom = parts.moved(4.5 + 0.135 * f64::from(k), y, BACK + 0.14);
+            bottom.lathe(&bottle, sides);
         }
     }
 }
