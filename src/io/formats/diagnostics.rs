@@ -16,10 +16,30 @@ pub(super) struct Span {
 
 impl Span {
     /// The beginning of a file: the span of an error that concerns all of it.
-    pub(super) const START: Span = Span {
-        offset: 0,
-        length: 0,
-    };
+    pub(super) const START: Span = Span::at(0);
+
+    pub(super) const fn new(offset: usize, length: usize) -> Span {
+        Span { offset, length }
+    }
+
+    /// An empty span.
+    pub(super) const fn at(offset: usize) -> Span {
+        Span::new(offset, 0)
+    }
+
+    /// The span of the bytes from `start` to before `end`.
+    pub(super) const fn between(start: usize, end: usize) -> Span {
+        Span::new(start, end - start)
+    }
+
+    pub(super) const fn end(self) -> usize {
+        self.offset + self.length
+    }
+
+    /// The span as an index of the text.
+    pub(super) fn range(self) -> std::ops::Range<usize> {
+        self.offset..self.end()
+    }
 }
 
 /// One message about a span of a scene file.
@@ -133,10 +153,7 @@ impl<'a> DiagnosticSink<'a> {
     /// The end of the last line that is not blank: the span of an error about something missing.
     pub(super) fn end_of_content(&self) -> Span {
         let text = self.text.unwrap_or_default();
-        Span {
-            offset: text.trim_ascii_end().len(),
-            length: 0,
-        }
+        Span::at(text.trim_ascii_end().len())
     }
 
     fn diagnostic(&mut self, span: Span, message: String, help: Option<String>) -> Diagnostic {
@@ -189,4 +206,11 @@ pub(super) fn quoted(text: &str) -> String {
     }
     out.push('`');
     out
+}
+
+/// Like [`quoted`], for text that need not be UTF-8.
+pub(super) fn quoted_bytes(bytes: &[u8]) -> String {
+    // Characters have at most four bytes.
+    let shown = &bytes[..bytes.len().min(4 * QUOTED_CHARS + 4)];
+    quoted(&String::from_utf8_lossy(shown))
 }

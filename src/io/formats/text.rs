@@ -28,9 +28,8 @@ fn not_text(bytes: &[u8], offset: usize) -> Vec<Diagnostic> {
     let mut report = DiagnosticSink::new(bytes);
     // The span is empty, because a byte of the file is another number of bytes in the text that is
     // shown.
-    let span = Span { offset, length: 0 };
     report.error_with_help(
-        span,
+        Span::at(offset),
         format!("byte 0x{:02X} is not UTF-8", bytes[offset]),
         "save the file as UTF-8 (or plain ASCII) text",
     );

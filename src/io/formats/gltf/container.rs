@@ -1,7 +1,7 @@
 //! GLB: a header of twelve bytes, and chunks. The first chunk is the JSON document, and the second
 //! may be a buffer.
 
-use crate::formats::diagnostics::{Span, quoted};
+use crate::formats::diagnostics::{Span, quoted_bytes};
 use std::ops::Range;
 
 /// First bytes of every GLB.
@@ -58,7 +58,7 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, ContainerFault> {
                 .map(|(_, body)| body),
         }),
         Some((kind, _)) => {
-            let kind = quoted(&String::from_utf8_lossy(&kind));
+            let kind = quoted_bytes(&kind);
             let message = format!("the first chunk is {kind}, not `JSON`");
             Err(fault(HEADER + 4, message))
         }
@@ -88,5 +88,5 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
 }
 
 fn fault(offset: usize, message: String) -> ContainerFault {
-    (Span { offset, length: 0 }, message)
+    (Span::at(offset), message)
 }

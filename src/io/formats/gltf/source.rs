@@ -84,7 +84,7 @@ impl<'a> GltfSource<'a> {
         }
         let document = parsed.map_err(|error| {
             let offset = json_offset + offset_of(json, error.line(), error.column());
-            (Span { offset, length: 0 }, plain(&error))
+            (Span::at(offset), plain(&error))
         })?;
         if document.asset.version.is_none() {
             return Err((
@@ -106,10 +106,7 @@ impl<'a> GltfSource<'a> {
     pub(super) fn span_of(&self, list: &str, row: usize) -> Span {
         let rows = self.rows.get_or_init(|| row_offsets(self.json));
         match rows.get(list).and_then(|offsets| offsets.get(row)) {
-            Some(offset) => Span {
-                offset: self.json_offset + offset,
-                length: 1,
-            },
+            Some(offset) => Span::new(self.json_offset + offset, 1),
             None => Span::START,
         }
     }

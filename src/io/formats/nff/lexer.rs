@@ -11,10 +11,7 @@ pub(super) struct NffToken<'a> {
 
 impl NffToken<'_> {
     pub(super) fn span(&self) -> Span {
-        Span {
-            offset: self.offset,
-            length: self.text.len(),
-        }
+        Span::new(self.offset, self.text.len())
     }
 
     /// Returns true if it is meant as a number, valid or not: no record has such a name.

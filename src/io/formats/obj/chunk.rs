@@ -206,10 +206,7 @@ impl ObjReader<'_> {
         let row = if finite { [x, y, z] } else { [0.0; 3] };
         if !finite {
             let number = self.chunk.vertices[0].len() as u32;
-            let span = Span {
-                offset: start,
-                length: self.cursor.at - start,
-            };
+            let span = Span::between(start, self.cursor.at);
             self.chunk.not_finite.push(NotFinite { number, span });
         }
         push(&mut self.chunk.vertices, row);
@@ -229,10 +226,7 @@ impl ObjReader<'_> {
             self.cursor.float()?;
             count += 1;
             if count == 2 {
-                second = Some(Span {
-                    offset: start,
-                    length: self.cursor.at - start,
-                });
+                second = Some(Span::between(start, self.cursor.at));
             }
         }
         match second {
@@ -252,10 +246,7 @@ impl ObjReader<'_> {
             x.is_finite() && y.is_finite() && z.is_finite() && (x != 0.0 || y != 0.0 || z != 0.0);
         if !usable {
             let number = self.chunk.normals[0].len() as u32;
-            let span = Span {
-                offset: start,
-                length: self.cursor.at - start,
-            };
+            let span = Span::between(start, self.cursor.at);
             self.chunk.bad_normals.push(NotFinite { number, span });
         }
         push(
@@ -276,11 +267,8 @@ impl ObjReader<'_> {
         let [u, v] = *position.as_ref().unwrap_or(&[0.0; 2]);
         let finite = u.is_finite() && v.is_finite();
         if !finite {
-            let length = self.cursor.at - start;
-            self.chunk.bad_uvs.add(Span {
-                offset: start,
-                length,
-            });
+            let span = Span::between(start, self.cursor.at);
+            self.chunk.bad_uvs.add(span);
         }
         push(
             &mut self.chunk.uvs,
@@ -351,10 +339,7 @@ impl ObjReader<'_> {
                 .iter()
                 .all(|c| (c.numbers[k] == NONE) == (first[k] == NONE))
         };
-        let span = Span {
-            offset: start,
-            length: self.cursor.at - start,
-        };
+        let span = Span::between(start, self.cursor.at);
         match count {
             0 => Err(self.cursor.missing("a corner")),
             _ if !alike(UV) || !alike(NORMAL) => Err(ParseError::new(
@@ -448,10 +433,7 @@ impl ObjReader<'_> {
 
     #[cold]
     fn out_of_range(&self, attribute: usize, number: i64, end: usize) -> ParseError {
-        let span = Span {
-            offset: self.cursor.at,
-            length: end - self.cursor.at,
-        };
+        let span = Span::between(self.cursor.at, end);
         if number == 0 {
             return ParseError::new(
                 span,

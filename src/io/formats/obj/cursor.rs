@@ -2,7 +2,7 @@
 //! lines, words and numbers.
 
 use crate::formats::decimal;
-use crate::formats::diagnostics::{Span, quoted};
+use crate::formats::diagnostics::{Span, quoted_bytes};
 use crate::formats::mesh::ParseError;
 
 /// Walks over a chunk of a text. Offsets are those of the whole file.
@@ -107,10 +107,7 @@ impl<'a> Cursor<'a> {
         self.skip_blanks();
         let rest = self.text.get(self.at..).unwrap_or_default();
         let length = rest.iter().position(|&byte| ends_word(byte));
-        let span = Span {
-            offset: self.at,
-            length: length.unwrap_or(rest.len()),
-        };
+        let span = Span::new(self.at, length.unwrap_or(rest.len()));
         self.at += span.length;
         span
     }
@@ -120,10 +117,7 @@ impl<'a> Cursor<'a> {
         self.skip_blanks();
         let rest = self.text.get(self.at..).unwrap_or_default();
         let length = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
-        let span = Span {
-            offset: self.at,
-            length: rest[..length].trim_ascii_end().len(),
-        };
+        let span = Span::new(self.at, rest[..length].trim_ascii_end().len());
         self.at += length;
         span
     }
@@ -163,22 +157,13 @@ impl<'a> Cursor<'a> {
             return self.missing("a number");
         }
         let message = format!("{} is not a number", self.quoted(word));
-        ParseError::new(
-            Span {
-                offset: start,
-                length: word.length,
-            },
-            message,
-        )
+        ParseError::new(Span::new(start, word.length), message)
     }
 
     /// The error of a statement that ends too early.
     #[cold]
     pub(super) fn missing(&self, what: &str) -> ParseError {
-        let span = Span {
-            offset: self.at,
-            length: 0,
-        };
+        let span = Span::at(self.at);
         ParseError::new(span, format!("{what} is missing"))
     }
 
@@ -190,8 +175,6 @@ impl<'a> Cursor<'a> {
 
     /// The text of a span in the form that a message may repeat.
     pub(super) fn quoted(&self, span: Span) -> String {
-        // Cut off, because a word may be megabytes long and a message may not.
-        let bytes = self.bytes(span);
-        quoted(&String::from_utf8_lossy(&bytes[..bytes.len().min(200)]))
+        quoted_bytes(self.bytes(span))
     }
 }

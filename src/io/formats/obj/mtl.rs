@@ -189,10 +189,7 @@ fn number(cursor: &mut Cursor) -> Result<f32, ParseError> {
     if value.is_finite() {
         return Ok(value);
     }
-    let span = Span {
-        offset: start,
-        length: cursor.at - start,
-    };
+    let span = Span::between(start, cursor.at);
     let message = format!("{} is not a finite number", cursor.quoted(span));
     Err(ParseError::new(span, message))
 }

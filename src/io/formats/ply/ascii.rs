@@ -7,7 +7,7 @@ use super::header::{Element, Property, PropertyKind};
 use super::plan::{ElementUse, ReadPlan};
 use super::rows::{Body, FaceSink, check_corners, checked_normal, checked_position, too_short};
 use crate::formats::decimal;
-use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_bytes};
 use crate::formats::memory_budget::BudgetShare;
 use crate::formats::mesh::{NotFinite, Occurrences, ParseError, ParseErrors, merge_floats};
 use crate::formats::workers;
@@ -209,7 +209,7 @@ impl<'a> PlyAsciiReader<'a> {
             let offset = self.at;
             self.skip_line();
             let length = self.text[offset..self.at].trim_ascii_end().len();
-            self.chunk.surplus = Some(Span { offset, length });
+            self.chunk.surplus = Some(Span::new(offset, length));
         }
     }
 
@@ -260,7 +260,7 @@ impl<'a> PlyAsciiReader<'a> {
         let offset = self.at;
         self.skip_line();
         let length = self.text[offset..self.at].trim_ascii_end().len();
-        self.chunk.surplus_operands.add(Span { offset, length });
+        self.chunk.surplus_operands.add(Span::new(offset, length));
         Ok(())
     }
 
@@ -272,10 +272,7 @@ impl<'a> PlyAsciiReader<'a> {
     }
 
     fn since(&self, start: usize) -> Span {
-        Span {
-            offset: start,
-            length: self.at - start,
-        }
+        Span::between(start, self.at)
     }
 
     #[inline]
@@ -388,10 +385,7 @@ impl<'a> PlyAsciiReader<'a> {
         self.skip_blanks();
         let rest = &self.text[self.at..];
         let length = rest.iter().position(|&byte| byte <= b' ');
-        let span = Span {
-            offset: self.at,
-            length: length.unwrap_or(rest.len()),
-        };
+        let span = Span::new(self.at, length.unwrap_or(rest.len()));
         self.at += span.length;
         span
     }
@@ -448,8 +442,7 @@ impl<'a> PlyAsciiReader<'a> {
     }
 
     fn quoted(&self, span: Span) -> String {
-        let bytes = &self.text[span.offset..span.offset + span.length.min(200)];
-        quoted(&String::from_utf8_lossy(bytes))
+        quoted_bytes(&self.text[span.range()])
     }
 }
 

@@ -43,10 +43,7 @@ pub(super) fn read(
     }
     let surplus = bytes.len() - reader.at;
     if surplus > 0 {
-        let span = Span {
-            offset: reader.at,
-            length: surplus,
-        };
+        let span = Span::new(reader.at, surplus);
         report.warning(
             span,
             format!("{surplus} bytes behind the last row are ignored"),
@@ -166,10 +163,7 @@ impl<'a> PlyBinaryReader<'a> {
                 let kind = (kind, origin);
                 fill(out, block.rows, stride, offset, kind, self.big_endian);
             }
-            let span = |row: usize| Span {
-                offset: self.at + row * stride,
-                length: stride,
-            };
+            let span = |row: usize| Span::new(self.at + row * stride, stride);
             checked(&mut block, span, &check)
         });
         let [x, y, z] = columns.map(Into::into);
@@ -307,10 +301,7 @@ impl<'a> PlyBinaryReader<'a> {
             if index != list {
                 return;
             }
-            let span = Span {
-                offset: first,
-                length: count * item.size(),
-            };
+            let span = Span::new(first, count * item.size());
             // Strips may be long; their corners are held as numbers of eight bytes for a while.
             let (checked, held) = match strips {
                 true => (Ok(()), 8 * count as u64),
@@ -375,10 +366,7 @@ impl<'a> PlyBinaryReader<'a> {
                 }
             }
         })?;
-        let at = |row: usize| Span {
-            offset: starts[row],
-            length: 0,
-        };
+        let at = |row: usize| Span::at(starts[row]);
         let mut columns = columns.into_iter();
         let mut three = || std::array::from_fn(|_| columns.next().unwrap_or_default());
         let (vertices, bad) = checked_columns(three(), at, &checked_position);

@@ -1,6 +1,6 @@
 //! The header of a PLY file: the elements that follow, their counts, and their properties.
 
-use crate::formats::diagnostics::{Span, quoted};
+use crate::formats::diagnostics::{Span, quoted_bytes};
 use crate::formats::mesh::{ParseError, ParseErrors};
 
 /// Encoding of the rows.
@@ -115,7 +115,7 @@ impl Element {
     }
 
     pub(super) fn quoted_name(&self) -> String {
-        quoted(&String::from_utf8_lossy(&self.name))
+        quoted_bytes(&self.name)
     }
 }
 
@@ -133,7 +133,7 @@ pub(super) struct Header {
 pub(super) fn length(bytes: &[u8]) -> usize {
     let mut lines = HeaderLines::new(bytes);
     for line in lines.by_ref() {
-        if bytes[line.offset..line.offset + line.length].trim_ascii() == b"end_header" {
+        if bytes[line.range()].trim_ascii() == b"end_header" {
             break;
         }
     }
@@ -169,10 +169,7 @@ impl Iterator for HeaderLines<'_> {
     fn next(&mut self) -> Option<Span> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
         let length = memchr::memchr(self.line_end, rest).unwrap_or(rest.len());
-        let span = Span {
-            offset: self.at,
-            length,
-        };
+        let span = Span::new(self.at, length);
         self.at = (self.at + length + 1).min(self.bytes.len());
         Some(span)
     }
@@ -188,7 +185,7 @@ const MAX_ELEMENTS: usize = 1000;
 type HeaderWord<'a> = (Span, &'a [u8]);
 
 fn words(bytes: &[u8], line: Span) -> Vec<HeaderWord<'_>> {
-    let end = line.offset + line.length;
+    let end = line.end();
     let mut at = line.offset;
     let mut words = Vec::new();
     while at < end && words.len() < MAX_WORDS {
@@ -196,7 +193,7 @@ fn words(bytes: &[u8], line: Span) -> Vec<HeaderWord<'_>> {
         let offset = at + bytes[at..end].iter().take_while(blank).count();
         let length = bytes[offset..end].iter().take_while(|b| !blank(b)).count();
         if length > 0 {
-            words.push((Span { offset, length }, &bytes[offset..offset + length]));
+            words.push((Span::new(offset, length), &bytes[offset..offset + length]));
         }
         at = offset + length;
     }
@@ -211,16 +208,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<Header, ParseErrors> {
     let magic = first.map_or(Vec::new(), |line| words(bytes, line));
     if magic.first().is_none_or(|(_, word)| *word != b"ply") {
         let length = first.map_or(0, |line| line.length.min(3));
-        let span = Span { offset: 0, length };
+        let span = Span::new(0, length);
         let message = "this is not a PLY file: it does not begin with `ply`";
         reader.errors.push(ParseError::new(span, message));
         return Err(reader.errors);
     }
     let ended = reader.lines(bytes, &mut lines);
-    let end = Span {
-        offset: lines.at,
-        length: 0,
-    };
+    let end = Span::at(lines.at);
     if !ended {
         let message = "the header does not end: `end_header` is missing";
         reader.errors.push(ParseError::new(end, message));
@@ -276,7 +270,7 @@ impl PlyHeaderReader {
             b"element" => self.element(operands(words)?),
             b"property" => self.property(words),
             _ => {
-                let keyword = quoted(&String::from_utf8_lossy(keyword));
+                let keyword = quoted_bytes(keyword);
                 Err(ParseError::new(
                     span,
                     format!("unknown header line {keyword}"),
@@ -360,7 +354,7 @@ impl PlyHeaderReader {
 
 fn type_of((span, name): HeaderWord) -> Result<Type, ParseError> {
     Type::named(name).ok_or_else(|| {
-        let name = quoted(&String::from_utf8_lossy(name));
+        let name = quoted_bytes(name);
         let error = ParseError::new(span, format!("unknown type {name}"));
         error.with_help("char, uchar, short, ushort, int, uint, float or double")
     })
@@ -375,10 +369,7 @@ fn operands<'a, const N: usize>(
     }
     words[1..].try_into().map_err(|_| {
         let last = words[words.len() - 1].0;
-        let span = Span {
-            offset: last.offset + last.length,
-            length: 0,
-        };
+        let span = Span::at(last.end());
         ParseError::new(span, "an operand is missing")
     })
 }

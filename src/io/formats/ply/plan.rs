@@ -49,10 +49,7 @@ impl ReadPlan {
         report: &mut DiagnosticSink,
     ) -> Option<ReadPlan> {
         let Some(element) = header.elements.iter().position(|e| e.name == b"vertex") else {
-            let start = Span {
-                offset: 0,
-                length: 3,
-            };
+            let start = Span::new(0, 3);
             report.error(start, "the header has no element `vertex`");
             return None;
         };

@@ -100,10 +100,7 @@ pub(super) fn check_corners(count: usize, span: Span) -> Result<(), ParseError> 
 /// The error of fewer rows than the header declares; `row` counts from 0.
 pub(super) fn too_short(element: &Element, row: u64, end: usize) -> ParseError {
     let (name, count) = (element.quoted_name(), element.count);
-    let span = Span {
-        offset: end,
-        length: 0,
-    };
+    let span = Span::at(end);
     ParseError::new(
         span,
         format!("the file ends after {row} of the {count} rows of {name}"),

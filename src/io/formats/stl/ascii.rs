@@ -1,7 +1,7 @@
 //! Ascii STL: `facet`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`.
 
 use crate::formats::decimal;
-use crate::formats::diagnostics::{DiagnosticSink, Span, quoted};
+use crate::formats::diagnostics::{DiagnosticSink, Span, quoted_bytes};
 use crate::formats::mesh::{ParseError, ParseErrors};
 use crate::formats::workers;
 use glam::DVec3;
@@ -42,23 +42,14 @@ pub(super) fn read(
         end.map_or(bytes.len(), |i| i + END.len())
     });
     let read = |range: std::ops::Range<usize>| {
-        let mut reader = StlAsciiReader {
-            text: &bytes[..range.end],
-            at: range.start,
-            origin,
-            soup: Soup::new(),
-            errors: ParseErrors::default(),
-        };
+        let mut reader = StlAsciiReader::new(&bytes[..range.end], range.start, origin);
         reader.read();
         (reader.soup, reader.errors)
     };
     let first = bytes[start..].trim_ascii_start().get(..5);
     if first.is_none_or(|word| !word.eq_ignore_ascii_case(b"solid")) {
-        let span = Span::START;
-        report.error(
-            span,
-            "this is not an STL file: text must begin with `solid`",
-        );
+        let message = "this is not an STL file: text must begin with `solid`";
+        report.error(Span::START, message);
         return Soup::new();
     }
     let mut soups = Vec::new();
@@ -71,13 +62,7 @@ pub(super) fn read(
 
 /// Span of a corner, found by counting; for a message.
 pub(super) fn corner_span(bytes: &[u8], corner: usize) -> Span {
-    let mut reader = StlAsciiReader {
-        text: bytes,
-        at: mark_length(bytes),
-        origin: DVec3::ZERO,
-        soup: Soup::new(),
-        errors: ParseErrors::default(),
-    };
+    let mut reader = StlAsciiReader::new(bytes, mark_length(bytes), DVec3::ZERO);
     let mut count = 0;
     while let Some(word) = reader.word() {
         let keyword = reader.lower(word);
@@ -102,7 +87,17 @@ struct StlAsciiReader<'a> {
     errors: ParseErrors,
 }
 
-impl StlAsciiReader<'_> {
+impl<'a> StlAsciiReader<'a> {
+    fn new(text: &'a [u8], at: usize, origin: DVec3) -> StlAsciiReader<'a> {
+        StlAsciiReader {
+            text,
+            at,
+            origin,
+            soup: Soup::new(),
+            errors: ParseErrors::default(),
+        }
+    }
+
     fn read(&mut self) {
         while let Some(word) = self.word() {
             let read = match &self.lower(word)[..] {
@@ -157,29 +152,19 @@ impl StlAsciiReader<'_> {
     fn keyword(&mut self, expected: &[u8]) -> Result<(), ParseError> {
         let name = || format!("`{}`", String::from_utf8_lossy(expected));
         match self.word() {
-            Some(word)
-                if self.text[word.offset..word.offset + word.length]
-                    .eq_ignore_ascii_case(expected) =>
-            {
-                Ok(())
-            }
+            Some(word) if self.text[word.range()].eq_ignore_ascii_case(expected) => Ok(()),
             Some(word) => {
                 // The word may be the one that ends the facet.
                 self.at = word.offset;
                 Err(self.unexpected(word, &name()))
             }
-            None => Err(fault(
-                self.text.trim_ascii_end().len(),
-                0,
-                format!("{} is missing", name()),
-            )),
+            None => Err(self.missing(&name())),
         }
     }
 
     #[cold]
     fn unexpected(&self, word: Span, expected: &str) -> ParseError {
-        let found = &self.text[word.offset..word.offset + word.length.min(200)];
-        let found = quoted(&String::from_utf8_lossy(found));
+        let found = quoted_bytes(&self.text[word.range()]);
         ParseError::new(word, format!("{found} stands where {expected} is expected"))
     }
 
@@ -192,12 +177,14 @@ impl StlAsciiReader<'_> {
         }
         match self.word() {
             Some(word) => Err(self.unexpected(word, "a number")),
-            None => Err(fault(
-                self.text.trim_ascii_end().len(),
-                0,
-                "a number is missing",
-            )),
+            None => Err(self.missing("a number")),
         }
+    }
+
+    #[cold]
+    fn missing(&self, what: &str) -> ParseError {
+        let end = Span::at(self.text.trim_ascii_end().len());
+        ParseError::new(end, format!("{what} is missing"))
     }
 
     fn skip_blanks(&mut self) {
@@ -215,10 +202,7 @@ impl StlAsciiReader<'_> {
         self.skip_blanks();
         let rest = &self.text[self.at..];
         let length = rest.iter().position(|&byte| byte <= b' ');
-        let span = Span {
-            offset: self.at,
-            length: length.unwrap_or(rest.len()),
-        };
+        let span = Span::new(self.at, length.unwrap_or(rest.len()));
         self.at += span.length;
         (span.length > 0).then_some(span)
     }
@@ -228,8 +212,4 @@ impl StlAsciiReader<'_> {
         let length = word.length.min(16);
         self.text[word.offset..word.offset + length].to_ascii_lowercase()
     }
-}
-
-fn fault(offset: usize, length: usize, message: impl Into<String>) -> ParseError {
-    ParseError::new(Span { offset, length }, message)
 }

@@ -12,7 +12,7 @@ const CORNER: usize = 12;
 
 /// The bytes of the facets that the file has.
 pub(super) fn facets<'a>(bytes: &'a [u8], report: &mut DiagnosticSink) -> &'a [u8] {
-    let end = |offset: usize| Span { offset, length: 0 };
+    let end = |offset: usize| Span::at(offset);
     let Some(count) = bytes.get(HEADER - 4..).and_then(<[u8]>::first_chunk) else {
         report.error(end(bytes.len()), "this is not an STL file: it is too short");
         return &[];
@@ -51,8 +51,8 @@ pub(super) fn corner(facets: &[u8], corner: usize) -> [u32; 3] {
 
 /// Span of a corner.
 pub(super) fn corner_span(corner: usize) -> Span {
-    Span {
-        offset: HEADER + corner / 3 * FACET + CORNER * (1 + corner % 3),
-        length: CORNER,
-    }
+    Span::new(
+        HEADER + corner / 3 * FACET + CORNER * (1 + corner % 3),
+        CORNER,
+    )
 }

@@ -13,10 +13,7 @@ pub(super) struct TestToken<'a> {
 
 impl TestToken<'_> {
     pub(super) fn span(&self) -> Span {
-        Span {
-            offset: self.offset,
-            length: self.text.len(),
-        }
+        Span::new(self.offset, self.text.len())
     }
 }
 
