@@ -8,6 +8,7 @@
 use super::geodesic;
 use super::materials::{glass, glow, matte, polished, rgb};
 use super::mesh_builder::MeshBuilder;
+use super::props::{FramePoint, LocalFrame, PartBuilder};
 use super::setup::{SIZES, hd, lamp};
 use crate::standard::builder::{DocumentMaterial, SceneBuilder, StandardLight, StandardView};
 use crate::standard::catalogue::{Family, SceneParams, StandardScene};
@@ -74,8 +75,9 @@ fn generate(params: &SceneParams, builder: &mut dyn SceneBuilder) {
     let flat = (budget - mesh.triangles() as f64).max(1.0);
     // 14 unit squares of wall and floor and about 3 of blocks, 2 triangles to a quad.
     let cells = (flat / 2.0 / 24.6).max(1.0).sqrt();
-    room(&mut mesh, cells);
-    blocks(&mut mesh, cells);
+    let mut parts = PartBuilder::new(&mut mesh, cells);
+    room(&mut parts);
+    blocks(&mut parts);
     mesh.finish();
 }
 
@@ -106,123 +108,64 @@ fn spheres(mesh: &mut MeshBuilder, frequency: usize) {
     geodesic::sphere(mesh, frequency, |p| DVec3::new(0.20, 0.38, 0.46) + p * 0.38);
 }
 
-/// Number of quads along a length.
-fn along(length: f64, cells: f64) -> usize {
-    (length * cells).round().max(1.0) as usize
-}
-
 /// Floor, ceiling with its lamp, back and side walls of the box from -1 to 1, 0 to 2, -1 to 1.
-fn room(mesh: &mut MeshBuilder, cells: f64) {
-    let at = DVec3::new;
-    let wall = |mesh: &mut MeshBuilder, material: usize, corners: [DVec3; 4]| {
-        mesh.material(material);
-        let [a, b, _, d] = corners;
-        mesh.quad(
-            corners,
-            along((b - a).length(), cells),
-            along((d - a).length(), cells),
-        );
+fn room(parts: &mut PartBuilder) {
+    let mut wall = |material: usize, corners: [FramePoint; 4]| {
+        parts.material(material);
+        parts.wall(corners);
     };
     let (l, h, f, k) = (1.0, 2.0, 1.0, -1.0);
-    wall(
-        mesh,
-        WHITE,
-        [at(-l, 0.0, k), at(l, 0.0, k), at(l, h, k), at(-l, h, k)],
-    );
-    wall(
-        mesh,
-        RED,
-        [at(-l, 0.0, f), at(-l, 0.0, k), at(-l, h, k), at(-l, h, f)],
-    );
-    wall(
-        mesh,
-        GREEN,
-        [at(l, 0.0, k), at(l, 0.0, f), at(l, h, f), at(l, h, k)],
-    );
-    wall(
-        mesh,
-        WHITE,
-        [at(-l, h, k), at(l, h, k), at(l, h, f), at(-l, h, f)],
-    );
-    wall(
-        mesh,
-        LAMP,
-        [
-            at(-0.34, 1.985, -0.28),
-            at(0.34, 1.985, -0.28),
-            at(0.34, 1.985, 0.28),
-            at(-0.34, 1.985, 0.28),
-        ],
-    );
+    wall(WHITE, [(-l, 0.0, k), (l, 0.0, k), (l, h, k), (-l, h, k)]);
+    wall(RED, [(-l, 0.0, f), (-l, 0.0, k), (-l, h, k), (-l, h, f)]);
+    wall(GREEN, [(l, 0.0, k), (l, 0.0, f), (l, h, f), (l, h, k)]);
+    wall(WHITE, [(-l, h, k), (l, h, k), (l, h, f), (-l, h, f)]);
+    let lamp = [(-0.34, -0.28), (0.34, -0.28), (0.34, 0.28), (-0.34, 0.28)];
+    wall(LAMP, lamp.map(|(x, z)| (x, 1.985, z)));
     let side = 8;
     let step = 2.0 / f64::from(side);
     for row in 0..side {
         for column in 0..side {
             let (x, z) = (-1.0 + f64::from(column) * step, 1.0 - f64::from(row) * step);
+            let tile = [(x, z), (x + step, z), (x + step, z - step), (x, z - step)];
             let material = TILES[((row + column) % 2) as usize];
-            wall(
-                mesh,
-                material,
-                [
-                    at(x, 0.0, z),
-                    at(x + step, 0.0, z),
-                    at(x + step, 0.0, z - step),
-                    at(x, 0.0, z - step),
-                ],
-            );
+            wall(material, tile.map(|(x, z)| (x, 0.0, z)));
         }
     }
 }
 
 /// The tall block under the mirror sphere and the low one beside it.
-fn blocks(mesh: &mut MeshBuilder, cells: f64) {
-    mesh.material(BLOCK);
+fn blocks(parts: &mut PartBuilder) {
+    parts.material(BLOCK);
+    block(parts, (-0.40, -0.38), (0.29, 1.12), DVec2::new(0.96, 0.28));
     block(
-        mesh,
-        DVec2::new(-0.40, -0.38),
-        DVec3::new(0.29, 1.12, 0.29),
-        DVec2::new(0.96, 0.28),
-        cells,
-    );
-    block(
-        mesh,
-        DVec2::new(0.55, -0.36),
-        DVec3::new(0.27, 0.62, 0.27),
+        parts,
+        (0.55, -0.36),
+        (0.27, 0.62),
         DVec2::new(0.958, -0.287),
-        cells,
     );
 }
 
-/// A block on the floor of these half widths (and whole height), turned so that its x axis points
+/// A block on the floor at (x, z), of this half width and height, turned so that its x axis points
 /// to `turn`.
-fn block(mesh: &mut MeshBuilder, center: DVec2, size: DVec3, turn: DVec2, cells: f64) {
+fn block(parts: &mut PartBuilder, (x, z): (f64, f64), (half, height): (f64, f64), turn: DVec2) {
     let turn = turn / turn.length();
-    let at = |x: f64, y: f64, z: f64| {
-        let (x, z) = (x * size.x, z * size.z);
-        let position = center + turn * x + DVec2::new(-turn.y, turn.x) * z;
-        DVec3::new(position.x, y * size.y, position.y)
-    };
-    let up = along(size.y, cells);
-    let across = along(2.0 * size.x, cells);
-    for [(ax, az), (bx, bz)] in [
-        [(-1.0, 1.0), (1.0, 1.0)],
-        [(1.0, 1.0), (1.0, -1.0)],
-        [(1.0, -1.0), (-1.0, -1.0)],
-        [(-1.0, -1.0), (-1.0, 1.0)],
-    ] {
+    let right = DVec3::new(turn.x, 0.0, turn.y);
+    let front = DVec3::new(-turn.y, 0.0, turn.x);
+    let mut block = parts.at(LocalFrame {
+        origin: DVec3::new(x, 0.0, z),
+        axes: [right, DVec3::Y, front],
+    });
+    let (across, up) = (block.cells(2.0 * half), block.cells(height));
+    let ring = [(-half, half), (half, half), (half, -half), (-half, -half)];
+    for k in 0..4 {
+        let ((ax, az), (bx, bz)) = (ring[k], ring[(k + 1) % 4]);
         let side = [
-            at(ax, 0.0, az),
-            at(bx, 0.0, bz),
-            at(bx, 1.0, bz),
-            at(ax, 1.0, az),
+            (ax, 0.0, az),
+            (bx, 0.0, bz),
+            (bx, height, bz),
+            (ax, height, az),
         ];
-        mesh.quad(side, across, up);
+        block.quad(side, (across, up));
     }
-    let top = [
-        at(-1.0, 1.0, 1.0),
-        at(1.0, 1.0, 1.0),
-        at(1.0, 1.0, -1.0),
-        at(-1.0, 1.0, -1.0),
-    ];
-    mesh.quad(top, across, across);
+    block.quad(ring.map(|(x, z)| (x, height, z)), (across, across));
 }

@@ -354,7 +354,7 @@ mod tests {
     use crate::standard::MemoryBuilder;
 
     #[test]
-    fn a_counting_pen_counts_what_a_drawing_one_draws() {
+    fn a_counting_builder_counts_what_a_drawing_one_draws() {
         let draw = |mesh: &mut MeshBuilder| {
             mesh.grid(Grid::torus(7, 5), |i, j| {
                 DVec3::new(i as f64, j as f64, 1.0)

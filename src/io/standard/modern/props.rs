@@ -48,6 +48,9 @@ impl LocalFrame {
     }
 }
 
+/// A point of a frame: x, y, z.
+pub(super) type FramePoint = (f64, f64, f64);
+
 /// Number of quads along this length: at least one, and about `density` to a unit.
 pub(super) fn cells(length: f64, density: f64) -> usize {
     (length * density).round().clamp(1.0, 1e6) as usize
@@ -106,19 +109,26 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
     }
 
     /// Draws a quad of these corners in the frame, cut into `across` by `rows`.
-    pub(super) fn quad(&mut self, corners: [(f64, f64, f64); 4], (across, rows): (usize, usize)) {
+    pub(super) fn quad(&mut self, corners: [FramePoint; 4], (across, rows): (usize, usize)) {
         let corners = corners.map(|corner| self.frame.point(corner.into()));
         self.mesh.quad(corners, across, rows);
     }
 
+    /// Draws a quad of these corners in the frame, cut as its first and last side demand.
+    pub(super) fn wall(&mut self, corners: [FramePoint; 4]) {
+        let [a, b, _, d] = corners.map(|corner| self.frame.point(corner.into()));
+        let (across, rows) = ((b - a).length(), (d - a).length());
+        self.quad(corners, (self.cells(across), self.cells(rows)));
+    }
+
     /// Draws all sides of a box between two opposite corners.
-    pub(super) fn slab(&mut self, lo: (f64, f64, f64), hi: (f64, f64, f64)) {
+    pub(super) fn slab(&mut self, lo: FramePoint, hi: FramePoint) {
         self.cuboid(lo, hi, ALL);
     }
 
     /// Draws the chosen sides of a box between two opposite corners. Neighbouring sides share their
     /// edges' points.
-    pub(super) fn cuboid(&mut self, lo: (f64, f64, f64), hi: (f64, f64, f64), sides: BoxSides) {
+    pub(super) fn cuboid(&mut self, lo: FramePoint, hi: FramePoint, sides: BoxSides) {
         let (lo, hi) = (DVec3::from(lo), DVec3::from(hi));
         let (frame, size) = (self.frame, hi - lo);
         let counts: [usize; 3] = std::array::from_fn(|k| self.cells(size[k]));
@@ -188,7 +198,7 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
     /// Draws a rod with this many sides and rows of quads between two points; its ends are open.
     pub(super) fn rod(
         &mut self,
-        ends: [(f64, f64, f64); 2],
+        ends: [FramePoint; 2],
         radius: f64,
         (around, rows): (usize, usize),
     ) {
@@ -209,7 +219,7 @@ impl<'m, 'b> PartBuilder<'m, 'b> {
     }
 
     /// Draws a sphere about a point of the frame, its icosahedron's edges cut into `frequency`.
-    pub(super) fn sphere(&mut self, center: (f64, f64, f64), radius: f64, frequency: usize) {
+    pub(super) fn sphere(&mut self, center: FramePoint, radius: f64, frequency: usize) {
         let center = self.frame.point(center.into());
         geodesic::sphere(self.mesh, frequency, |p| center + p * radius);
     }

@@ -115,9 +115,7 @@ fn room(house: &mut PartBuilder) {
     };
     let ceiling = [(l, BACK), (r, BACK), (r, FRONT), (l, FRONT)].map(|(x, z)| (x, CEILING, z));
     for wall in [back, side(l, FRONT, BACK), side(r, BACK, FRONT), ceiling] {
-        let [a, b, _, d] = wall.map(|corner| house.frame.point(corner.into()));
-        let (across, rows) = ((b - a).length(), (d - a).length());
-        house.quad(wall, (house.cells(across), house.cells(rows)));
+        house.wall(wall);
     }
     house.material(PLANK);
     let planks = 24;
