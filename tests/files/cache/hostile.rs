@@ -202,17 +202,17 @@ fn each_kind_of_nonsense_is_named() {
     let bytes = bytes_of(&scene, &bvh);
     let all = sections(&bytes);
     // Found by their contents, so that this test does not count sections.
-    let place = |needle: &[u8]| {
+    let offset_of = |needle: &[u8]| {
         let found = all.iter().find(|range| bytes[(*range).clone()] == *needle);
         found.expect("a section of these bytes").start
     };
     let words = |rows: &[u32]| -> Vec<u8> { rows.iter().flat_map(|w| w.to_le_bytes()).collect() };
     let triangles = &scene.triangles;
-    let corners = place(&words(triangles.corners.as_flattened()));
-    let materials = place(&words(&triangles.material));
+    let corners = offset_of(&words(triangles.corners.as_flattened()));
+    let materials = offset_of(&words(&triangles.material));
     let heights: Vec<u32> = triangles.vertices.y.iter().map(|c| c.to_bits()).collect();
-    let heights = place(&words(&heights));
-    let radii = place(&words(
+    let heights = offset_of(&words(&heights));
+    let radii = offset_of(&words(
         &scene
             .lights
             .radius
@@ -220,7 +220,7 @@ fn each_kind_of_nonsense_is_named() {
             .map(|r| r.to_bits())
             .collect::<Vec<_>>(),
     ));
-    let gloss = place(&words(
+    let gloss = offset_of(&words(
         &scene
             .materials
             .gloss
@@ -228,7 +228,7 @@ fn each_kind_of_nonsense_is_named() {
             .map(|n| n.to_bits())
             .collect::<Vec<_>>(),
     ));
-    let levels = place(
+    let levels = offset_of(
         &(bvh.depths().unwrap().iter())
             .flat_map(|l| l.to_le_bytes())
             .collect::<Vec<u8>>(),
@@ -237,8 +237,8 @@ fn each_kind_of_nonsense_is_named() {
     let mesh_root = (bvh.depths().unwrap().iter())
         .position(is_mesh_root)
         .unwrap();
-    let nodes = place(bvh.arrays()[0].bytes);
-    let instances = place(bvh.arrays()[5].bytes);
+    let nodes = offset_of(bvh.arrays()[0].bytes);
+    let instances = offset_of(bvh.arrays()[5].bytes);
     let slot_bytes = bvh.arrays()[5].row_bytes;
     // A node's boxes take 48 bytes; two indices and two tags follow.
     let (first, tag) = (nodes + 48, nodes + 56);

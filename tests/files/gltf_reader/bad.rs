@@ -209,7 +209,7 @@ fn only(errors: Result<phalanx::formats::Loaded, Vec<Diagnostic>>) -> Diagnostic
 }
 
 #[test]
-fn places_are_lines_of_the_text_and_bytes_of_a_glb() {
+fn spans_are_lines_of_the_text_and_bytes_of_a_glb() {
     let text = "{\n  \"asset\": {\"version\": \"2.0\"},\n  \"nodes\": [\n    {},\n    {\"mesh\": 7}\n  ]\n}\n";
     let error = only(read("gltf", text.as_bytes()));
     assert_eq!((error.line, error.column), (5, 5));

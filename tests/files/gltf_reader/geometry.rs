@@ -211,7 +211,7 @@ fn a_mesh_shown_twice_is_stored_once() {
 }
 
 #[test]
-fn what_cannot_be_placed_is_baked() {
+fn what_cannot_be_instanced_is_baked() {
     // Made flat by its node: baked, with a warning; the other one stays an instance.
     let mut file = File::triangle();
     file.node(json!({"mesh": 0, "scale": [1, 0, 1]}));
@@ -276,7 +276,7 @@ fn the_default_scene_is_shown_else_the_first_else_all_roots() {
 }
 
 #[test]
-fn normals_and_texture_places_may_have_any_type() {
+fn normals_and_uvs_may_have_any_type() {
     let mut file = File::triangle();
     let normals = file.accessor(&[0, 0, 127, 0, 0, 0, 127, 0, 0, 0, 127, 0], 5120, 3, 3);
     file.json["accessors"][normals]["normalized"] = json!(true);

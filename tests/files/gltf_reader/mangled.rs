@@ -10,12 +10,12 @@ use std::path::Path;
 /// A file with something of everything in it.
 fn everything() -> File {
     let mut file = File::triangle();
-    let places = file.floats(3, &[0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.]);
+    let positions = file.floats(3, &[0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.]);
     let normals = file.floats(3, &[0., 0., 1., 0., 0., 1., 0., 0., 1., 0., 0., 1.]);
     let uvs = file.floats(2, &[0., 0., 1., 0., 1., 1., 0., 1.]);
     let indices = file.indices(&[0, 1, 2, 0, 2, 3]);
     let sparse = file.view(&[1, 2]);
-    file.json["accessors"][places]["sparse"] = json!({
+    file.json["accessors"][positions]["sparse"] = json!({
         "count": 2,
         "indices": {"bufferView": sparse, "componentType": 5121},
         "values": {"bufferView": 0}
@@ -23,8 +23,8 @@ fn everything() -> File {
     file.json["meshes"] = json!([
         file.json["meshes"][0],
         {"primitives": [
-            {"attributes": {"POSITION": places, "NORMAL": normals, "TEXCOORD_0": uvs}, "indices": indices, "material": 0},
-            {"attributes": {"POSITION": places}, "mode": 5, "material": 1},
+            {"attributes": {"POSITION": positions, "NORMAL": normals, "TEXCOORD_0": uvs}, "indices": indices, "material": 0},
+            {"attributes": {"POSITION": positions}, "mode": 5, "material": 1},
         ]}
     ]);
     file.json["materials"] = json!([

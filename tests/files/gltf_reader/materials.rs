@@ -167,7 +167,7 @@ fn assert_textured(loaded: &Loaded) {
     assert_eq!((texture.width, texture.height), (2, 1));
     assert_eq!(texture.texels, [[255, 0, 0], [0, 255, 0]]);
     assert_eq!(texture.wrap, [Wrap::Clamp, Wrap::Mirror]);
-    let uvs = scene.triangles.corner_uvs(0).expect("texture places");
+    let uvs = scene.triangles.corner_uvs(0).expect("uvs");
     assert_eq!(uvs, [Vec2::ZERO, Vec2::X, Vec2::Y]);
 }
 
@@ -207,15 +207,11 @@ fn pictures_in_buffers_text_and_files() {
 }
 
 #[test]
-fn texture_places_are_chosen_and_transformed() {
+fn uvs_are_chosen_and_transformed() {
     let uvs = |info: Value| {
         let mut file = textured(data_uri);
         file.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = info;
-        file.loaded()
-            .scene
-            .triangles
-            .corner_uvs(0)
-            .expect("texture places")
+        file.loaded().scene.triangles.corner_uvs(0).expect("uvs")
     };
     let second = [Vec2::splat(0.5), Vec2::new(0.25, 0.5), Vec2::new(0.5, 0.25)];
     assert_eq!(uvs(json!({"index": 0, "texCoord": 1})), second);

@@ -49,7 +49,7 @@ fn numbers_may_carry_signs_points_exponents_and_company() {
 }
 
 #[test]
-fn normals_and_texture_places_have_numbers_of_their_own() {
+fn normals_and_uvs_have_numbers_of_their_own() {
     let text = format!(
         "{CORNERS}vt 0.25 0.75\nvt .5\nvt 1 0 9\nvn 0 0 2\nvn 1 0 0\nf 1/1/1 2/2/2 3/3/1\nf 1 2 3\nf 1//-1 2//1 3//1"
     );
@@ -61,12 +61,12 @@ fn normals_and_texture_places_have_numbers_of_their_own() {
     assert_eq!(t.corner_normals(1), None);
     assert_eq!(t.corner_normals(2).map(|n| n[0]), Some(Vec3::X));
     // v is 0 at the bottom in OBJ, at the top in the scene.
-    let places = [
+    let uvs = [
         Vec2::new(0.25, 0.25),
         Vec2::new(0.5, 1.0),
         Vec2::new(1.0, 1.0),
     ];
-    assert_eq!((t.corner_uvs(0), t.corner_uvs(1)), (Some(places), None));
+    assert_eq!((t.corner_uvs(0), t.corner_uvs(1)), (Some(uvs), None));
 }
 
 #[test]

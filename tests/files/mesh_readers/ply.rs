@@ -46,14 +46,14 @@ impl BinaryNumbers {
     }
 }
 
-const PLACES: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+const POSITIONS: [f32; 9] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
 
 #[test]
 fn every_encoding_gives_the_same_triangle() {
     assert_eq!(triangles(&read("ply", &ascii(HEADER, BODY)).scene), FLAT);
     for big in [false, true] {
         let file = BinaryNumbers::new(big, HEADER)
-            .floats(&PLACES)
+            .floats(&POSITIONS)
             .put([3])
             .ints(&[0, 1, 2]);
         let loaded = read("ply", &file.all);
@@ -102,8 +102,8 @@ fn lines_end_in_every_way() {
             .replace('\n', end)
             .into_bytes();
         // The first byte of the body is a line feed, but no line end.
-        let places: Vec<u8> = PLACES.iter().flat_map(|n| n.to_le_bytes()).collect();
-        file.extend(places);
+        let positions: Vec<u8> = POSITIONS.iter().flat_map(|n| n.to_le_bytes()).collect();
+        file.extend(positions);
         let first = file.len() - 36;
         file[first] = b'\n';
         file.push(3);
@@ -118,7 +118,7 @@ fn polygons_of_any_count_are_cut() {
     let header = HEADER
         .replace("vertex 3", "vertex 5")
         .replace("face 1", "face 4");
-    let places = [
+    let positions = [
         [4.0, 0.0, 0.0],
         [1.0, 1.0, 0.0],
         [0.0, 4.0, 0.0],
@@ -127,8 +127,8 @@ fn polygons_of_any_count_are_cut() {
     ];
     let faces: [&[i32]; 4] = [&[0, 1, 2, 3], &[3, 0, 1, 2], &[0, 1], &[0, 2, 4]];
     let mut text = String::new();
-    let mut file = BinaryNumbers::new(true, &header).floats(places.as_flattened());
-    places
+    let mut file = BinaryNumbers::new(true, &header).floats(positions.as_flattened());
+    positions
         .iter()
         .for_each(|[x, y, z]| text += &format!("{x} {y} {z}\n"));
     for face in faces {
@@ -187,9 +187,9 @@ fn normals_belong_to_vertices() {
 fn a_vertex_that_is_not_finite_matters_where_it_is_used() {
     let header = HEADER.replace("vertex 3", "vertex 4");
     for (corner, used) in [(2, false), (3, true)] {
-        let places = [&PLACES[..], &[0.0, f32::NAN, 0.0]].concat();
+        let positions = [&POSITIONS[..], &[0.0, f32::NAN, 0.0]].concat();
         let file = BinaryNumbers::new(false, &header)
-            .floats(&places)
+            .floats(&positions)
             .put([3])
             .ints(&[0, 1, corner])
             .all;
@@ -227,7 +227,7 @@ fn counts_are_believed_only_as_far_as_there_are_bytes() {
     ] {
         let header = header(vertices, faces);
         let file = BinaryNumbers::new(false, &header)
-            .floats(&PLACES)
+            .floats(&POSITIONS)
             .put([3])
             .ints(&[0, 1, 2])
             .all;
@@ -240,7 +240,7 @@ fn counts_are_believed_only_as_far_as_there_are_bytes() {
     let header = HEADER.replace("uchar int", "int int");
     for count in [i32::MAX, -1, 4] {
         let file = BinaryNumbers::new(false, &header)
-            .floats(&PLACES)
+            .floats(&POSITIONS)
             .ints(&[count, 0, 1, 2])
             .all;
         assert_eq!(errors("ply", &file).len(), 1, "{count}");
@@ -248,9 +248,9 @@ fn counts_are_believed_only_as_far_as_there_are_bytes() {
 }
 
 #[test]
-fn corners_out_of_range_are_errors_with_their_place() {
+fn corners_out_of_range_are_errors_with_their_span() {
     let file = BinaryNumbers::new(true, HEADER)
-        .floats(&PLACES)
+        .floats(&POSITIONS)
         .put([3])
         .ints(&[0, -1, 2])
         .all;

@@ -6,9 +6,9 @@ use phalanx::formats::{MAX_DIAGNOSTICS, read_nff};
 fn twenty_errors_are_reported_in_file_order_then_reading_stops() {
     let text = format!("{}{}", super::HEAD, "s a 0 0 1\n".repeat(30));
     let errors = read_nff(&text).unwrap_err();
-    let places: Vec<_> = errors.iter().map(|e| (e.line, e.column)).collect();
+    let positions: Vec<_> = errors.iter().map(|e| (e.line, e.column)).collect();
     let expected: Vec<_> = (0..MAX_DIAGNOSTICS).map(|k| (10 + k, 3)).collect();
-    assert_eq!(places, expected);
+    assert_eq!(positions, expected);
 }
 
 #[test]

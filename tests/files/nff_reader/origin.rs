@@ -26,7 +26,7 @@ pp 3
 ";
 
 #[test]
-fn everything_that_has_a_place_is_taken_from_the_origin_in_double_precision() {
+fn every_position_is_taken_from_the_origin_in_double_precision() {
     let loaded = read(FAR);
     let scene = &loaded.scene;
     let origin = DVec3::from(scene.origin);
@@ -48,16 +48,16 @@ fn everything_that_has_a_place_is_taken_from_the_origin_in_double_precision() {
 
 /// A hair more than half a unit in the last place above 1, which double precision does not hold.
 #[test]
-fn near_scenes_round_places_once() {
-    let place = "1.00000005960464477539062500001";
+fn near_scenes_round_positions_once() {
+    let number = "1.00000005960464477539062500001";
     let near = FAR.replace("50000", "").replace("4999", "-");
-    let scene = read(&near.replace("s 0.7", &format!("s {place}"))).scene;
+    let scene = read(&near.replace("s 0.7", &format!("s {number}"))).scene;
     assert_eq!(scene.origin, [0.0; 3]);
     assert_eq!(scene.spheres.center.get(0).x, 1.0f32.next_up());
-    assert_eq!(place.parse::<f64>().unwrap() as f32, 1.0);
+    assert_eq!(number.parse::<f64>().unwrap() as f32, 1.0);
 }
 
-/// The ends of the cone are one place in single precision.
+/// The ends of the cone are one position in single precision.
 #[test]
 fn shapes_are_checked_where_the_scene_is_moved() {
     let text = FAR.replace("499998.3 1.5 0 0.2", "499998.11 0 0 0.2");

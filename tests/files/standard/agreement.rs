@@ -45,20 +45,20 @@ fn compare(name: &str, ours: &Scene, theirs: &Scene) {
     let size = (bounds.hi - bounds.lo).length();
     assert_eq!(ours.prim_count(), theirs.prim_count(), "{name}");
     for prim in 0..theirs.prim_count() {
-        let (kind, places, material) = numbers(ours, prim);
-        let (their_kind, their_places, their_look) = numbers(theirs, prim);
+        let (kind, coordinates, material) = numbers(ours, prim);
+        let (their_kind, their_coordinates, their_material) = numbers(theirs, prim);
         let what = format!("{name}, primitive {prim}");
         assert_eq!(kind, their_kind, "{what}");
-        assert_eq!(places.len(), their_places.len(), "{what}");
-        for (k, (a, b)) in places.iter().zip(&their_places).enumerate() {
+        assert_eq!(coordinates.len(), their_coordinates.len(), "{what}");
+        for (k, (a, b)) in coordinates.iter().zip(&their_coordinates).enumerate() {
             // Beyond its nine coordinates a triangle has normals.
             let tolerance = if k < 9 { TOLERANCE * size } else { ABSOLUTE };
             assert!(
                 (a - b).abs() <= tolerance,
-                "{what}: {places:?}, not {their_places:?}"
+                "{what}: {coordinates:?}, not {their_coordinates:?}"
             );
         }
-        close(&what, &material, &their_look, ABSOLUTE);
+        close(&what, &material, &their_material, ABSOLUTE);
     }
     close(
         name,

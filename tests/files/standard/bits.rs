@@ -34,8 +34,8 @@ impl Fingerprint {
     fn of(scene: &phalanx::scene::Scene) -> u64 {
         let mut print = Fingerprint(0xcbf2_9ce4_8422_2325);
         for prim in 0..scene.prim_count() {
-            let (_, places, material) = numbers(scene, prim);
-            print.add(&places);
+            let (_, coordinates, material) = numbers(scene, prim);
+            print.add(&coordinates);
             print.add(&material);
         }
         for i in 0..scene.lights.len() {

@@ -56,18 +56,18 @@ fn assert_same_shapes(name: &str, a: &Scene, b: &Scene) {
 pub fn assert_close_shapes(name: &str, a: &Scene, b: &Scene) {
     assert_eq!(a.prim_count(), b.prim_count(), "{name}");
     for prim in 0..a.prim_count() {
-        let ((kind, places, material), other) = (numbers(a, prim), numbers(b, prim));
+        let ((kind, coordinates, material), other) = (numbers(a, prim), numbers(b, prim));
         assert_eq!(
             (kind, &material),
             (other.0, &other.2),
             "{name}, primitive {prim}"
         );
-        assert_eq!(places.len(), other.1.len(), "{name}, primitive {prim}");
-        for (k, (x, y)) in places.iter().zip(&other.1).enumerate() {
+        assert_eq!(coordinates.len(), other.1.len(), "{name}, primitive {prim}");
+        for (k, (x, y)) in coordinates.iter().zip(&other.1).enumerate() {
             let same = if k < 9 { x == y } else { (x - y).abs() < 2e-7 };
             assert!(
                 same,
-                "{name}, primitive {prim}: {places:?}, not {:?}",
+                "{name}, primitive {prim}: {coordinates:?}, not {:?}",
                 other.1
             );
         }

@@ -12,9 +12,9 @@ fn twenty_errors_are_reported_in_file_order_then_reading_stops() {
     let errors = read_test(&text).unwrap_err();
     assert_eq!(errors.len(), MAX_DIAGNOSTICS);
     assert_eq!(MAX_DIAGNOSTICS, 20);
-    let places: Vec<_> = errors.iter().map(|e| (e.line, e.column)).collect();
+    let positions: Vec<_> = errors.iter().map(|e| (e.line, e.column)).collect();
     let expected: Vec<_> = (0..20).map(|k| (2 + k / 2, 8 + 2 * (k % 2))).collect();
-    assert_eq!(places, expected);
+    assert_eq!(positions, expected);
 }
 
 #[test]

@@ -10,7 +10,7 @@ fn scene(text: &str) -> Scene {
         .scene
 }
 
-/// One of each thing that has a place, about x = 6400000, z = -250000.
+/// One of each thing that has a position, about x = 6400000, z = -250000.
 const FAR: &str = "size 4 4
 camera 6400000.1 2 -249990 6400000.3 1 -250000.7 0 1 0 45
 point 6400004.1 9 -250000 1 1 1
@@ -30,7 +30,7 @@ popTransform
 ";
 
 #[test]
-fn everything_that_has_a_place_is_taken_from_the_origin_in_double_precision() {
+fn every_position_is_taken_from_the_origin_in_double_precision() {
     let scene = scene(FAR);
     let origin = DVec3::from(scene.origin);
     let want = |x: f64, y: f64, z: f64| (DVec3::new(x, y, z) - origin).as_vec3();
@@ -49,7 +49,11 @@ fn everything_that_has_a_place_is_taken_from_the_origin_in_double_precision() {
         scene.lights.position.get(2),
         want(6_400_001.7, 6.0, -250_000.0)
     );
-    assert_eq!(scene.lights.edges[0].get(2), Vec3::X, "an edge is no place");
+    assert_eq!(
+        scene.lights.edges[0].get(2),
+        Vec3::X,
+        "an edge is no position"
+    );
     let corners = scene.triangles.corners(0);
     assert_eq!(corners[0], want(6_399_999.1, 0.0, -250_001.3));
     assert_eq!(corners[2], want(6_400_000.1, 3.3, -250_000.7));

@@ -280,8 +280,13 @@ fn capacity_hints_neither_allocate_nor_bind_when_kept() {
 fn what_does_not_stop_a_render_is_a_warning() {
     let camera = HEAD.lines().nth(1).unwrap();
     let loaded = read(&format!("pushTransform\n{camera}\npushTransform"));
-    let places: Vec<_> = loaded.warnings.iter().map(|w| (w.line, w.column)).collect();
-    assert_eq!(places, [(3, 1), (4, 1), (5, 14)], "{:?}", loaded.warnings);
+    let positions: Vec<_> = loaded.warnings.iter().map(|w| (w.line, w.column)).collect();
+    assert_eq!(
+        positions,
+        [(3, 1), (4, 1), (5, 14)],
+        "{:?}",
+        loaded.warnings
+    );
     let without_end = read_test(HEAD.trim_end()).unwrap();
     assert_eq!(without_end.warnings.len(), 1);
 }
