@@ -135,7 +135,7 @@ pub use phalanx_scene::{GeomId, GeometryError, NO_GEOM, NO_PRIM, NotInvertible, 
 #[doc(inline)]
 pub use phalanx_trace::bvh::{BuildSettings, Bvh, Quality};
 #[doc(inline)]
-pub use phalanx_trace::query::{
+pub use phalanx_trace::cast::{
     BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax,
 };
 

@@ -1,5 +1,9 @@
 //! Scenes and pictures as files.
 
+// Polygons of files, cut into triangles.
+mod large_polygon;
+mod polygon;
+
 // Scene readers: bytes to a scene, or a scene without any.
 pub mod formats;
 pub mod standard;

@@ -14,12 +14,12 @@ mod intersect;
 pub mod traverse;
 
 // One ray, or columns of them: what embedders call.
-pub mod query;
+pub mod cast;
 
 // Instruction sets of the build and the CPU.
 pub mod isa;
 
-pub use query::{BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax};
+pub use cast::{BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax};
 #[doc(hidden)]
 pub use traverse::isolated;
 pub use traverse::{Kernel, PacketLanes, PacketTracer, Traversal, TraversalStats};

@@ -63,12 +63,16 @@ const ROOMS: [(&str, &[&str], &str); 17] = [
         "asks packets and trees, and nothing above",
     ),
     (
-        "trace/query",
+        "trace/cast",
         &["simd", "packet", "bvh", "traverse"],
         "what embedders call: columns to packets and back, and no kernels of its own",
     ),
-    ("io/formats", &[], "bytes become a scene, no more"),
-    ("io/standard", &[], "a generator is a reader without a file"),
+    ("io/formats", &["polygon"], "bytes become a scene, no more"),
+    (
+        "io/standard",
+        &["polygon"],
+        "a generator is a reader without a file",
+    ),
     (
         "io/cache",
         &[],

@@ -3,8 +3,9 @@
 //! A polygon is kept as a fan of the largest number of triangles that it can become. Its corners
 //! can be recovered from the fan. It is triangulated properly when all vertices are known.
 
+use crate::polygon::triangulate;
 use glam::Vec3;
-use phalanx_scene::{NO_NORMALS, Vec3s, triangulate};
+use phalanx_scene::{NO_NORMALS, Vec3s};
 
 /// Stands for "none" in a row of an optional column, as [`NO_NORMALS`] and `NO_UVS` do in the
 /// scene.

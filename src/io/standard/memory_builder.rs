@@ -3,9 +3,10 @@
 use super::builder::{
     DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level,
 };
+use crate::polygon::triangulate;
 use glam::{DVec3, Vec3};
 use phalanx_scene::{
-    Cone, Material, MaterialTable, Mesh, MeshMaterial, NO_TEXTURE, Scene, Vec3s, View, triangulate,
+    Cone, Material, MaterialTable, Mesh, MeshMaterial, NO_TEXTURE, Scene, Vec3s, View,
 };
 
 /// A builder that fills a [`Scene`]'s columns.

@@ -4,8 +4,9 @@ use super::reader::NffReader;
 use super::records::NffRecord;
 use crate::formats::faces::MAX_CORNERS;
 use crate::formats::number::count;
+use crate::polygon::triangulate;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Cone, triangulate};
+use phalanx_scene::Cone;
 
 /// Fewest bytes that a number takes: a digit and the separator from the next number.
 const BYTES_PER_NUMBER: u64 = 2;

@@ -2,11 +2,11 @@
 
 use super::latched::{DisplayNumber, DisplayVec3, LatchedWriter};
 use super::outcome::{DroppedFeatures, SceneWriteError};
+use crate::polygon::triangulate;
 use crate::standard::builder::{
     MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level,
 };
 use glam::{DVec3, Vec3};
-use phalanx_scene::triangulate;
 use std::io::Write;
 
 /// A builder that writes the course's format: spheres and triangles; no cones. The background is

@@ -13,7 +13,7 @@ const MAX_EARS: usize = 256;
 /// non-planar polygons are cut by ears. Polygons of more than 256 corners are cut by a Delaunay
 /// triangulation. A polygon without any area is cut into a fan, so that degenerate faces stay those
 /// of the file.
-pub fn triangulate(points: &[Vec3]) -> Vec<[u32; 3]> {
+pub(crate) fn triangulate(points: &[Vec3]) -> Vec<[u32; 3]> {
     match points.len() {
         0..=2 => return Vec::new(),
         3 => return vec![[0, 1, 2]],
