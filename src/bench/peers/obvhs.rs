@@ -6,7 +6,7 @@
 //! `ray_traverse_anyhit` is for transparency, and visits all). It has no spheres: they are
 //! intersected by the plain formula, which users of the crate have to supply themselves.
 
-use super::{BenchEngine, BenchEngineThread, RaySetRef, Unsupported};
+use super::engine::{BenchEngine, BenchEngineThread, RaySetRef, Unsupported};
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;

@@ -1,11 +1,10 @@
 //! The modes of Embree: one ray a call, eight or sixteen, flagged as coherent or not.
 
-use super::EmbreeSceneData;
 use super::api::QueryCaller;
 use super::layout::{INVALID, RayHeader, RayHit, Valid};
 use super::mxcsr::RestoreMxcsr;
-use super::scene::PrimIdMap;
-use crate::peers::{BenchEngine, BenchEngineThread, RaySetRef};
+use super::scene::{EmbreeSceneData, PrimIdMap};
+use crate::peers::engine::{BenchEngine, BenchEngineThread, RaySetRef};
 use phalanx_trace::packet::HitPacket;
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, U32x8};
 use std::ops::Range;
@@ -25,17 +24,17 @@ impl<const N: usize> RayLayout<N> {
     pub(super) fn new(rays: RaySetRef) -> RayLayout<N> {
         let count = rays.queue.len();
         let empty = RayHeader([[0.0; N]; 8]);
-        let mut fronts = vec![empty; count.div_ceil(N)];
+        let mut headers = vec![empty; count.div_ceil(N)];
         for ray in 0..count {
             let (org, dir) = rays.queue.ray(ray / LANES, ray % LANES);
-            let rows = &mut fronts[ray / N].0;
+            let rows = &mut headers[ray / N].0;
             for axis in 0..3 {
                 rows[axis][ray % N] = org[axis];
                 rows[4 + axis][ray % N] = dir[axis];
             }
         }
         RayLayout {
-            headers: fronts,
+            headers,
             rays: count,
             tmax: rays.tmax,
         }
@@ -66,7 +65,7 @@ impl<const N: usize> EmbreeEngine<N> {
 impl BenchEngine for EmbreeEngine<1> {
     fn thread(&self) -> Box<dyn BenchEngineThread + '_> {
         Box::new(EmbreeSingleThread {
-            numbers: &self.scene.numbers,
+            prim_ids: &self.scene.prim_ids,
             layout: &self.layout,
             caller: self.scene.built.caller(self.coherent),
             ray: RayHit::new(),
@@ -89,8 +88,8 @@ impl BenchEngine for EmbreeEngine<16> {
 impl<const N: usize> RayHit<N> {
     /// Loads rays and resets the results, as for a first query.
     #[inline(always)]
-    fn load(&mut self, front: &RayHeader<N>, tmax: f32) {
-        self.header = *front;
+    fn load(&mut self, header: &RayHeader<N>, tmax: f32) {
+        self.header = *header;
         self.tfar = [tmax; N];
         self.prim = [INVALID; N];
         self.geometry = [INVALID; N];
@@ -99,7 +98,7 @@ impl<const N: usize> RayHit<N> {
 
 /// Single rays, eight calls for each of our packets.
 struct EmbreeSingleThread<'a> {
-    numbers: &'a PrimIdMap,
+    prim_ids: &'a PrimIdMap,
     layout: &'a RayLayout<1>,
     caller: QueryCaller<'a, 1>,
     ray: RayHit<1>,
@@ -109,9 +108,9 @@ const SINGLE: Valid<1> = Valid([-1]);
 
 impl<'a> EmbreeSingleThread<'a> {
     /// The rays of one of our packets; the last packet may have fewer.
-    fn fronts(&self, packet: usize) -> &'a [RayHeader<1>] {
-        let fronts = &self.layout.headers[packet * LANES..];
-        &fronts[..fronts.len().min(LANES)]
+    fn headers(&self, packet: usize) -> &'a [RayHeader<1>] {
+        let headers = &self.layout.headers[packet * LANES..];
+        &headers[..headers.len().min(LANES)]
     }
 }
 
@@ -121,12 +120,12 @@ impl BenchEngineThread for EmbreeSingleThread<'_> {
         let (tmax, mut prim_id) = (self.layout.tmax, [INVALID; LANES]);
         let (mut t, mut u, mut v) = ([tmax; LANES], [0.0; LANES], [0.0; LANES]);
         for (packet, hit) in packets.zip(hits) {
-            for (lane, front) in self.fronts(packet).iter().enumerate() {
+            for (lane, header) in self.headers(packet).iter().enumerate() {
                 let ray = &mut self.ray;
-                ray.load(front, tmax);
+                ray.load(header, tmax);
                 self.caller.intersect(&SINGLE, ray);
                 (t[lane], u[lane], v[lane]) = (ray.tfar[0], ray.u[0], ray.v[0]);
-                prim_id[lane] = ray.prim_id(self.numbers, 0);
+                prim_id[lane] = ray.prim_id(self.prim_ids, 0);
             }
             *hit = HitPacket {
                 t: F32x8::new(t),
@@ -142,8 +141,8 @@ impl BenchEngineThread for EmbreeSingleThread<'_> {
         let tmax = self.layout.tmax;
         for (packet, blocked) in packets.zip(blocked) {
             *blocked = 0;
-            for (lane, front) in self.fronts(packet).iter().enumerate() {
-                self.ray.load(front, tmax);
+            for (lane, header) in self.headers(packet).iter().enumerate() {
+                self.ray.load(header, tmax);
                 self.caller.occluded(&SINGLE, &mut self.ray);
                 *blocked |= u8::from(self.ray.tfar[0] < 0.0) << lane;
             }
@@ -153,8 +152,8 @@ impl BenchEngineThread for EmbreeSingleThread<'_> {
 
 /// Packets of eight, or of two eights.
 struct EmbreePacketThread<'a, const N: usize> {
-    numbers: &'a PrimIdMap,
-    laid: &'a RayLayout<N>,
+    prim_ids: &'a PrimIdMap,
+    layout: &'a RayLayout<N>,
     caller: QueryCaller<'a, N>,
     /// The packet that is queried, and the next.
     rays: [RayHit<N>; 2],
@@ -168,8 +167,8 @@ impl<'a, const N: usize> EmbreePacketThread<'a, N> {
 
     fn new(mode: &'a EmbreeEngine<N>) -> EmbreePacketThread<'a, N> {
         EmbreePacketThread {
-            numbers: &mode.scene.numbers,
-            laid: &mode.layout,
+            prim_ids: &mode.scene.prim_ids,
+            layout: &mode.layout,
             caller: mode.scene.built.caller(mode.coherent),
             rays: [RayHit::new(), RayHit::new()],
             valid: Valid([-1; N]),
@@ -187,26 +186,26 @@ impl<'a, const N: usize> EmbreePacketThread<'a, N> {
     fn query(
         &mut self,
         packets: Range<usize>,
-        ask: impl Fn(&mut QueryCaller<N>, &Valid<N>, &mut RayHit<N>),
+        call_embree: impl Fn(&mut QueryCaller<'a, N>, &Valid<N>, &mut RayHit<N>),
         mut answer: impl FnMut(usize, &mut RayHit<N>),
     ) {
         let first = packets.start / Self::EIGHTS;
         self.load(first, 0);
         for call in 0..packets.len().div_ceil(Self::EIGHTS) {
             self.load(first + call + 1, (call + 1) % 2);
-            let asked = (packets.len() - call * Self::EIGHTS) * LANES;
-            self.admit(asked.min(self.laid.rays - (first + call) * N));
+            let left = (packets.len() - call * Self::EIGHTS) * LANES;
+            self.admit(left.min(self.layout.rays - (first + call) * N));
             let rays = &mut self.rays[call % 2];
-            ask(&mut self.caller, &self.valid, rays);
+            call_embree(&mut self.caller, &self.valid, rays);
             answer(call, rays);
         }
     }
 
     /// Loads a packet, if it exists.
     #[inline(always)]
-    fn load(&mut self, packet: usize, place: usize) {
-        if let Some(front) = self.laid.headers.get(packet) {
-            self.rays[place].load(front, self.laid.tmax);
+    fn load(&mut self, packet: usize, slot: usize) {
+        if let Some(header) = self.layout.headers.get(packet) {
+            self.rays[slot].load(header, self.layout.tmax);
         }
     }
 
@@ -247,10 +246,8 @@ impl<const N: usize> RayHit<N> {
 impl<const N: usize> BenchEngineThread for EmbreePacketThread<'_, N> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
         let _restore = RestoreMxcsr::flushing();
-        let prim_ids = self.numbers;
-        let ask =
-            |caller: &mut QueryCaller<N>, valid: &_, rays: &mut _| caller.intersect(valid, rays);
-        self.query(packets, ask, |call, rays| {
+        let prim_ids = self.prim_ids;
+        self.query(packets, QueryCaller::intersect, |call, rays| {
             if !prim_ids.same {
                 rays.prim = std::array::from_fn(|lane| rays.prim_id(prim_ids, lane));
             }
@@ -263,9 +260,7 @@ impl<const N: usize> BenchEngineThread for EmbreePacketThread<'_, N> {
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
         let _restore = RestoreMxcsr::flushing();
-        let ask =
-            |caller: &mut QueryCaller<N>, valid: &_, rays: &mut _| caller.occluded(valid, rays);
-        self.query(packets, ask, |call, rays| {
+        self.query(packets, QueryCaller::occluded, |call, rays| {
             let blocked = blocked.iter_mut().skip(call * Self::EIGHTS);
             for (k, blocked) in blocked.take(Self::EIGHTS).enumerate() {
                 let tfar = F32x8::new(rays.tfar.as_chunks().0[k]);

@@ -31,11 +31,12 @@ mod scene;
 
 pub use api::EmbreeFault;
 
-use crate::peers::{BenchEngine, RaySetRef, Unsupported};
-use api::{Api, CommittedScene, Device};
+use crate::peers::engine::{BenchEngine, RaySetRef, Unsupported};
+use api::{Api, Device};
 use engines::{EmbreeEngine, RayLayout};
 use mxcsr::RestoreMxcsr;
 use phalanx_scene::Scene;
+use scene::EmbreeSceneData;
 use std::error::Error;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -171,13 +172,6 @@ impl EmbreeLibrary {
 /// A scene in Embree's trees.
 pub struct EmbreeScene(Arc<EmbreeSceneData>);
 
-struct EmbreeSceneData {
-    built: CommittedScene,
-    numbers: scene::PrimIdMap,
-    /// True if packets of sixteen are traced as such, for incoherent and for coherent rays.
-    sixteen: [bool; 2],
-}
-
 impl EmbreeScene {
     /// Copies a scene and builds its trees on the given number of threads; 0 for one per CPU.
     /// Supports triangles and spheres in the world and in meshes, and instances of meshes.
@@ -204,22 +198,8 @@ impl EmbreeScene {
         // Builders may change floating-point modes.
         let _restore = RestoreMxcsr::later();
         let device = Device::new(&library.api, threads).map(Arc::new);
-        let built = device.and_then(|device| {
-            let (built, prim_ids) = scene::build(&device, scene)?;
-            Ok(EmbreeSceneData {
-                // Debian's 3.13.5 never comes back from a coherent occlusion of sixteen rays that
-                // meets instances: the compiler stores a mask of 16 bits in that kernel (not in
-                // those of triangles and spheres), and reads 64.
-                sixteen: [
-                    device.sixteen,
-                    device.sixteen && (device.version[0] > 3 || scene.instances.is_empty()),
-                ],
-                built,
-                numbers: prim_ids,
-            })
-        });
-        match built {
-            Ok(inner) => Ok(EmbreeScene(Arc::new(inner))),
+        match device.and_then(|device| EmbreeSceneData::build(&device, scene)) {
+            Ok(data) => Ok(EmbreeScene(Arc::new(data))),
             Err(fault) => Err(unsupported(fault.to_string())),
         }
     }

@@ -65,7 +65,8 @@ fn read() -> u32 {
 #[cfg(not(target_arch = "x86_64"))]
 fn write(_: u32) {}
 
-#[cfg(all(test, target_arch = "x86_64"))]
+#[cfg(target_arch = "x86_64")]
+#[cfg(test)]
 mod tests {
     use super::*;
 

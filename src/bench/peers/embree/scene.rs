@@ -19,40 +19,56 @@ const TRIANGLES: u32 = 0;
 const SPHERES: u32 = 1;
 const FIRST_INSTANCE: u32 = 2;
 
-/// Builds the world's scene.
-pub(super) fn build(
-    device: &Arc<Device>,
-    scene: &Scene,
-) -> Result<(CommittedScene, PrimIdMap), EmbreeFault> {
-    let meshes: Result<Vec<(CommittedScene, GeometryPrimIds)>, EmbreeFault> =
-        (0..scene.meshes.len())
-            .map(|mesh| {
-                let mut draft = EmbreeSceneDraft::new(device)?;
-                let run = scene.meshes.prims(mesh);
-                let first = run.start;
-                let kinds = GeometryPrimIds::add(&mut draft, scene, &[run], first)?;
-                Ok((draft.build()?, kinds))
-            })
-            .collect();
-    let meshes = meshes?;
-    let mut draft = EmbreeSceneDraft::new(device)?;
-    let world = GeometryPrimIds::add(&mut draft, scene, &scene.world_runs(), 0)?;
-    let mut instances = Vec::with_capacity(scene.instances.len());
-    for k in 0..scene.instances.len() {
-        let mesh = scene.instances.mesh[k];
-        let columns = scene.instances.world_columns(k).map(|c| c.to_array());
-        let id = FIRST_INSTANCE + k as u32;
-        draft.instance(id, &meshes[mesh as usize].0, &columns)?;
-        instances.push((mesh, scene.instance_first_id(k)));
+/// A scene in Embree's trees.
+pub(super) struct EmbreeSceneData {
+    pub(super) built: CommittedScene,
+    pub(super) prim_ids: PrimIdMap,
+    /// True if packets of sixteen are traced as such, for incoherent and for coherent rays.
+    pub(super) sixteen: [bool; 2],
+}
+
+impl EmbreeSceneData {
+    /// Builds the meshes' scenes, then the world's.
+    pub(super) fn build(
+        device: &Arc<Device>,
+        scene: &Scene,
+    ) -> Result<EmbreeSceneData, EmbreeFault> {
+        let mesh = |mesh| {
+            let mut draft = EmbreeSceneDraft::new(device)?;
+            let run = scene.meshes.prims(mesh);
+            let first = run.start;
+            let prim_ids = GeometryPrimIds::add(&mut draft, scene, &[run], first)?;
+            Ok((draft.build()?, prim_ids))
+        };
+        let meshes = (0..scene.meshes.len()).map(mesh);
+        let meshes: Vec<(CommittedScene, GeometryPrimIds)> = meshes.collect::<Result<_, _>>()?;
+        let mut draft = EmbreeSceneDraft::new(device)?;
+        let world = GeometryPrimIds::add(&mut draft, scene, &scene.world_runs(), 0)?;
+        let mut instances = Vec::with_capacity(scene.instances.len());
+        for k in 0..scene.instances.len() {
+            let mesh = scene.instances.mesh[k];
+            let columns = scene.instances.world_columns(k).map(|c| c.to_array());
+            let id = FIRST_INSTANCE + k as u32;
+            draft.instance(id, &meshes[mesh as usize].0, &columns)?;
+            instances.push((mesh, scene.instance_first_id(k)));
+        }
+        Ok(EmbreeSceneData {
+            built: draft.build()?,
+            // Debian's 3.13.5 never comes back from a coherent occlusion of sixteen rays that meets
+            // instances: the compiler stores a mask of 16 bits in that kernel (not in those of
+            // triangles and spheres), and reads 64.
+            sixteen: [
+                device.sixteen,
+                device.sixteen && (device.version[0] > 3 || scene.instances.is_empty()),
+            ],
+            prim_ids: PrimIdMap {
+                same: instances.is_empty() && world.same(),
+                world,
+                meshes: meshes.into_iter().map(|(_, prim_ids)| prim_ids).collect(),
+                instances,
+            },
+        })
     }
-    let built = draft.build()?;
-    let prim_ids = PrimIdMap {
-        same: instances.is_empty() && world.same(),
-        world,
-        meshes: meshes.into_iter().map(|(_, kinds)| kinds).collect(),
-        instances,
-    };
-    Ok((built, prim_ids))
 }
 
 /// Map from Embree's numbers to our `prim_id`s.

@@ -17,23 +17,13 @@ mod tables;
 mod threads;
 mod view;
 
+pub use scenes::ScenePictures;
+
 use super::BenchRecord;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use view::RecordView;
 
 const STYLE: &str = include_str!("style.css");
-
-/// Pictures of a scene. Data that is no PNG is left out.
-pub struct ScenePictures {
-    /// [`super::SceneRecord::name`].
-    pub scene: String,
-    /// The scene rendered, some 200 to 400 pixels wide.
-    pub thumbnail_png: Vec<u8>,
-    /// The cost of each pixel in false colours.
-    pub heat_png: Option<Vec<u8>>,
-    /// Explanation of its colours, in words.
-    pub heat_legend: String,
-}
 
 /// The page of a record. Where the record lacks data, the section has a note or is left out. No
 /// record is rejected.

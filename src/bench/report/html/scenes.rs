@@ -1,7 +1,6 @@
 //! The scenes: their pictures, the cost of their pixels, their primitives, and the time to load
 //! them and build their trees.
 
-use super::ScenePictures;
 use super::number_format;
 use super::tables::{HtmlTable, cell};
 use super::view::{RecordView, kind_text, row_name};
@@ -9,6 +8,18 @@ use crate::report::SceneRecord;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
+
+/// Pictures of a scene. Data that is no PNG is left out.
+pub struct ScenePictures {
+    /// [`SceneRecord::name`].
+    pub scene: String,
+    /// The scene rendered, some 200 to 400 pixels wide.
+    pub thumbnail_png: Vec<u8>,
+    /// The cost of each pixel in false colours.
+    pub heat_png: Option<Vec<u8>>,
+    /// Explanation of its colours, in words.
+    pub heat_legend: String,
+}
 
 /// The section: a card for each scene, then the results of their rays.
 pub(super) fn section(view: &RecordView<'_>, pictures: &[ScenePictures]) -> Markup {

@@ -1,0 +1,45 @@
+//! The interface that tracers must implement to be measured: other people's, our own kernels and
+//! the oracle alike.
+//!
+//! A [`BenchEngine`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays
+//! laid out as it wants them, all prepared before timing starts.
+
+use phalanx_trace::packet::{HitPacket, RayQueue};
+use std::ops::Range;
+
+/// The reason why a peer does not trace a scene.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{peer} does not trace this scene: {reason}")]
+pub struct Unsupported {
+    /// The peer's name, for people.
+    pub peer: &'static str,
+    /// The obstacle.
+    pub reason: String,
+}
+
+/// A set of rays for one query.
+#[derive(Clone, Copy)]
+pub struct RaySetRef<'a> {
+    /// The rays; every packet but the last is full.
+    pub queue: &'a RayQueue<'a>,
+    /// Hits count only below this distance.
+    pub tmax: f32,
+}
+
+/// One way to trace one set of rays. It is shared by the threads that do so.
+pub trait BenchEngine: Sync {
+    /// The state that one thread needs.
+    fn thread(&self) -> Box<dyn BenchEngineThread + '_>;
+}
+
+/// One thread's share of an engine. Packets are the set's, eight rays each; a range starts at an
+/// even packet.
+pub trait BenchEngineThread {
+    /// The closest hits of some packets, one [`HitPacket`] each: `t` (at or above the limit:
+    /// nothing was hit) and `prim_id` as in the scene; `u` and `v` only where they cost nothing.
+    /// Lanes beyond the last ray may hold anything.
+    fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]);
+    /// Occluded lanes (as bits) of each of some packets. Lanes beyond the last ray may hold
+    /// anything.
+    fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]);
+}
