@@ -1,8 +1,8 @@
 //! Counted work: one pass of every kernel over every set, on one thread and without a clock.
 
-use super::ray_kind;
+use super::ray_kind::QueryKind;
 use super::workload::Workload;
-use crate::report::{CounterRecord, CounterRow};
+use crate::report::CounterRow;
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::HitPacket;
 use phalanx_trace::{Kernel, Traversal};
@@ -17,29 +17,20 @@ pub(super) fn count_work(
     let mut traversal = Traversal::counting(bvh, kernel);
     let (queue, all) = (&workload.set.queue, 0..workload.packets());
     match workload.kind().query() {
-        ray_kind::QueryKind::Closest => {
+        QueryKind::Closest => {
             let mut hits = vec![HitPacket::miss(); all.len()];
             traversal.closest(queue, all, &mut hits);
         }
-        ray_kind::QueryKind::Occluded => {
+        QueryKind::Occluded => {
             let mut blocked = vec![0; all.len()];
             traversal.occluded(queue, all, workload.set.tmax, &mut blocked);
         }
     }
-    let work = traversal.stats();
     CounterRow {
         scene: scene.to_owned(),
         rays: workload.kind().name().to_owned(),
         kernel: kernel.name().to_owned(),
         ray_count: workload.rays() as u64,
-        work: CounterRecord {
-            packets: work.packets,
-            active_lanes: work.active_lanes,
-            node_visits: work.node_visits,
-            box_tests: work.box_tests,
-            leaf_visits: work.leaf_visits,
-            prim_tests: work.prim_tests,
-            bytes: work.bytes,
-        },
+        work: traversal.stats(),
     }
 }

@@ -4,6 +4,7 @@
 use super::entrants::{kernels, row};
 use super::error::BenchError;
 use super::plan::{BenchPlan, SceneInfo};
+use super::ray_kind::FRAME;
 use super::rounds::{Measurement, Task};
 use super::workload::BenchTrees;
 use phalanx_render::NO_HIT;
@@ -121,7 +122,7 @@ impl<'a> Frames<'a> {
                         ..settings.clone()
                     },
                 };
-                let mut row = row(info, "frame", engine, kernel, threads);
+                let mut row = row(info, FRAME, engine, kernel, threads);
                 row.hits = hits;
                 measurements.push(Measurement::new(row, task));
             }

@@ -40,7 +40,7 @@ pub use dump::{DumpError, MAGIC, dump};
 pub use engines::{KernelEngine, OracleEngine};
 pub use error::BenchError;
 pub use plan::{BenchPlan, ProgressListener, SceneInfo};
-pub use ray_kind::{QueryKind, RayKind};
+pub use ray_kind::{FRAME, QueryKind, RayKind};
 pub use rays::{RaySet, primary, secondary};
 pub use roofline::measure_limits;
 pub use run::{Measured, measure};

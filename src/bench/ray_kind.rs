@@ -1,7 +1,11 @@
-//! The kinds of rays that are measured.
+//! The kinds of rays that are measured, and their names.
 
-/// A kind of rays.
+/// Name of whole frames, where records and the command line name kinds of rays.
+pub const FRAME: &str = "frame";
+
+/// A kind of rays; `rays.rs` makes them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(test, derive(serde::Deserialize), serde(rename_all = "lowercase"))]
 pub enum RayKind {
     /// Camera rays.
     Primary,
@@ -40,6 +44,11 @@ impl RayKind {
         }
     }
 
+    /// Names of all kinds, in the order in which they are reported, then [`FRAME`].
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        RayKind::ALL.map(RayKind::name).into_iter().chain([FRAME])
+    }
+
     /// Query that these rays are for.
     pub fn query(self) -> QueryKind {
         match self {
@@ -56,4 +65,18 @@ pub enum QueryKind {
     Closest,
     /// Any hit.
     Occluded,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Serde's message lists the variants.
+    #[test]
+    fn every_variant_is_listed_by_its_name() {
+        let error = serde_json::from_str::<RayKind>("\"sideways\"").unwrap_err();
+        let names = RayKind::ALL.map(|kind| format!("`{}`", kind.name()));
+        let list = format!("expected one of {}", names.join(", "));
+        assert!(error.to_string().contains(&list), "{error}, not {list}");
+    }
 }

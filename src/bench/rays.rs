@@ -5,7 +5,7 @@
 //! the same bits on every machine, and no kernel has a part in the rays that it is measured with.
 
 use super::answer::Answer;
-use super::ray_kind::RayKind;
+use super::ray_kind::{QueryKind, RayKind};
 use crate::peers::RaySetRef;
 use bumpalo::Bump;
 use glam::{DVec3, Vec3};
@@ -90,12 +90,13 @@ pub fn secondary<'a>(
             queue.push_ray(next.org.to_array(), next.dir.to_array());
         }
     }
+    // Occlusion is tested up to the tip of the direction, or without end for a directional light.
     let far = kind == RayKind::Shadow && light.is_some_and(|light| scene.lights.directional[light]);
-    let to_one = kind == RayKind::Ao || kind == RayKind::Shadow && !far;
+    let segments = kind.query() == QueryKind::Occluded && !far;
     RaySet {
         kind,
         queue,
-        tmax: if to_one { 1.0 } else { f32::INFINITY },
+        tmax: if segments { 1.0 } else { f32::INFINITY },
     }
 }
 

@@ -1,7 +1,8 @@
 //! The tables of rates in the README and in `perf/rates.md`, as Markdown.
 
 use super::text::{counted, rate};
-use super::{BenchRecord, RAY_KINDS, RateRow, geometric_mean};
+use super::{BenchRecord, RateRow, geometric_mean};
+use crate::ray_kind::RayKind;
 use std::collections::BTreeSet;
 
 /// Text in the place of a table where a record has no rates.
@@ -55,7 +56,7 @@ impl<'a> ReadmeTable<'a> {
     fn of(record: &'a BenchRecord) -> ReadmeTable<'a> {
         let ours = || record.rows.iter().filter(|row| RateSource::Auto.is(row));
         let threads: BTreeSet<u32> = ours().map(|row| row.threads).collect();
-        let kinds = RAY_KINDS.into_iter();
+        let kinds = RayKind::names();
         let peers: BTreeSet<&str> = record.rows.iter().map(|row| row.engine.as_str()).collect();
         let peers = peers
             .into_iter()

@@ -4,22 +4,12 @@
 //! Rates are millions of rays a second, times seconds, sizes bytes, unless a field's name says
 //! otherwise. A field whose value could not be determined is `null`, never a guess.
 
+use phalanx_trace::TraversalStats;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Version of this layout; a change of meaning changes it.
 pub const SCHEMA_VERSION: u32 = 2;
-
-/// Kinds of rays in the order in which a reader expects them.
-pub const RAY_KINDS: [&str; 7] = [
-    "primary",
-    "shadow",
-    "reflection",
-    "refraction",
-    "diffuse",
-    "ao",
-    "frame",
-];
 
 /// A benchmark run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -185,7 +175,7 @@ impl std::fmt::Display for RaySetRecord {
 pub struct RateRow {
     /// Name of the scene, [`SceneRecord::name`].
     pub scene: String,
-    /// Kind of rays: `primary`, `shadow`, `reflection`, `refraction`, `diffuse`, `ao` or `frame`.
+    /// Kind of rays: one of [`RayKind::names`](crate::RayKind::names).
     pub rays: String,
     /// Name of the engine: `phalanx`, `oracle`, `embree` or `obvhs`.
     pub engine: String,
@@ -237,26 +227,21 @@ pub struct CounterRow {
     /// Rays traced.
     pub ray_count: u64,
     /// The counts.
-    pub work: CounterRecord,
+    #[serde(with = "TraversalStatsFields")]
+    pub work: TraversalStats,
 }
 
-/// Counts of a traversal.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CounterRecord {
-    /// Packets of eight lanes traced.
-    pub packets: u64,
-    /// Lanes of the packets that carried a ray.
-    pub active_lanes: u64,
-    /// Nodes visited by packets.
-    pub node_visits: u64,
-    /// Lanes × boxes tested.
-    pub box_tests: u64,
-    /// Leaves visited by packets.
-    pub leaf_visits: u64,
-    /// Lanes × primitives tested.
-    pub prim_tests: u64,
-    /// Bytes of nodes and primitives read, caches not considered.
-    pub bytes: u64,
+/// The fields of [`TraversalStats`], for serde.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "TraversalStats")]
+struct TraversalStatsFields {
+    packets: u64,
+    active_lanes: u64,
+    node_visits: u64,
+    box_tests: u64,
+    leaf_visits: u64,
+    prim_tests: u64,
+    bytes: u64,
 }
 
 /// Peak rates of the machine, measured on one thread and on all.

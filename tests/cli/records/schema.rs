@@ -1,6 +1,7 @@
 //! `perf/record.schema.json` says what a record is, no more and no less.
 
 use super::fixture;
+use phalanx::bench::RayKind;
 use phalanx::report::to_json;
 use serde_json::Value;
 use std::fs;
@@ -91,6 +92,15 @@ fn broken_records_do_not() {
             "{place}: a surplus field"
         );
     }
+}
+
+/// The schema's list is the program's own.
+#[test]
+fn kinds_of_rays_are_the_benchmarks() {
+    let Some(perf) = perf() else { return };
+    let schema = json(&perf.join("record.schema.json"));
+    let names: Vec<&str> = RayKind::names().collect();
+    assert_eq!(schema["$defs"]["ray_kind"]["enum"], Value::from(names));
 }
 
 /// Fields that records have only where they say something.

@@ -1,7 +1,8 @@
 //! Comparison of the work counters of two runs. They are the same on every machine, or the work is
 //! not the same.
 
-use crate::report::{BenchRecord, CounterRecord, CounterRow};
+use crate::report::{BenchRecord, CounterRow};
+use phalanx_trace::TraversalStats;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A counter that has changed.
@@ -74,7 +75,7 @@ fn index(record: &BenchRecord) -> BTreeMap<CounterKey<'_>, &CounterRow> {
 
 /// The counters by name. The destructuring pattern ensures that none is forgotten.
 fn counts(row: &CounterRow) -> [(&'static str, u64); 8] {
-    let CounterRecord {
+    let TraversalStats {
         packets,
         active_lanes,
         node_visits,

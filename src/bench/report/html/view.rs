@@ -2,7 +2,8 @@
 //! together.
 
 use super::number_format;
-use crate::report::{self, BenchRecord, RAY_KINDS, RateRow, SceneRecord};
+use crate::ray_kind::{FRAME, RayKind};
+use crate::report::{self, BenchRecord, RateRow, SceneRecord};
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -51,7 +52,7 @@ impl<'a> RecordView<'a> {
         RecordView {
             record,
             scenes: first_of_each(scenes),
-            kinds: in_order(kinds, &RAY_KINDS),
+            kinds: in_order(kinds, &RayKind::names().collect::<Vec<_>>()),
             threads: threads.into_iter().collect(),
             engines: in_order(engines, &[OURS, ORACLE]),
             rows: together,
@@ -147,7 +148,7 @@ pub(super) fn has_rate(row: &RateRow) -> bool {
 /// A kind of rays in words; `frame` is everything that a picture takes.
 pub(super) fn kind_text(kind: &str) -> String {
     match kind {
-        "frame" => "whole frames".to_owned(),
+        FRAME => "whole frames".to_owned(),
         _ => format!("{kind} rays"),
     }
 }

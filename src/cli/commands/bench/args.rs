@@ -114,8 +114,7 @@ pub enum MeasuredKind {
 }
 
 fn kinds_parser() -> impl TypedValueParser<Value = MeasuredKind> {
-    let names = RayKind::ALL.map(RayKind::name).into_iter().chain(["frame"]);
-    PossibleValuesParser::new(names).map(|name| {
+    PossibleValuesParser::new(RayKind::names()).map(|name| {
         let kind = RayKind::ALL.into_iter().find(|kind| kind.name() == name);
         kind.map_or(MeasuredKind::Frame, MeasuredKind::Rays)
     })
