@@ -122,7 +122,7 @@ const FLOORS: [(&str, &[&str], &str); 3] = [
 ];
 
 /// Crates that only some rooms (or files) may name.
-const OWNERS: [(&str, &[&str], &str); 18] = [
+const OWNERS: [(&str, &[&str], &str); 17] = [
     (
         "libc",
         &[
@@ -207,11 +207,6 @@ const OWNERS: [(&str, &[&str], &str); 18] = [
         "maud",
         &["bench/report/html/"],
         "markup that escapes what it is given, in one room",
-    ),
-    (
-        "plotters",
-        &["bench/report/html/svg.rs"],
-        "charts can be drawn by another crate, through one file",
     ),
     (
         "core_affinity",

@@ -1,17 +1,43 @@
 //! Axes: the mapping of numbers to positions, and the round numbers along them.
 
 use super::number_format;
-use super::svg::{Anchor, Canvas, DrawError, Tint};
+use super::svg::{Tint, line, text};
+use maud::{Markup, html};
 
-/// A logarithmic axis from one position to another, in pixels.
-#[derive(Clone, Debug)]
-pub(super) struct LogAxis {
-    /// Ends of the axis, as natural logarithms.
+/// Numbers from `low` to `high` on positions from one to another, in pixels.
+#[derive(Clone, Copy, Debug)]
+struct Span {
     low: f64,
     high: f64,
     from: f64,
     to: f64,
 }
+
+impl Span {
+    /// The span of the finite numbers; none where there are none.
+    fn over(numbers: impl IntoIterator<Item = f64>, from: f64, to: f64) -> Option<Span> {
+        let mut good = numbers.into_iter().filter(|n| n.is_finite());
+        let first = good.next()?;
+        let (low, high) = good.fold((first, first), |(low, high), n| (n.min(low), n.max(high)));
+        Some(Span {
+            low,
+            high,
+            from,
+            to,
+        })
+    }
+
+    /// The position of a number; a number that has none is at the nearer end.
+    fn at(&self, number: f64) -> f64 {
+        let share = (number - self.low) / (self.high - self.low);
+        let share = if share.is_nan() { 0.0 } else { share };
+        self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
+    }
+}
+
+/// A logarithmic axis; its span is of natural logarithms.
+#[derive(Clone, Debug)]
+pub(super) struct LogAxis(Span);
 
 impl LogAxis {
     /// An axis that shows every positive finite value, with some room at both ends. None where
@@ -21,35 +47,22 @@ impl LogAxis {
         from: f64,
         to: f64,
     ) -> Option<LogAxis> {
-        let good = values.into_iter().filter(|v| v.is_finite() && *v > 0.0);
-        let (low, high) = good.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (v.ln().min(low), v.ln().max(high))
-        });
-        if low > high {
-            return None;
-        }
+        let mut span = Span::over(values.into_iter().map(f64::ln), from, to)?;
         // At least a factor of two, so that noise does not fill the picture.
-        let spread = (high - low).max(2.0_f64.ln());
-        let middle = 0.5 * (low + high);
-        let half = 0.5 * spread * 1.08;
-        Some(LogAxis {
-            low: middle - half,
-            high: middle + half,
-            from,
-            to,
-        })
+        let half = 0.54 * (span.high - span.low).max(2.0_f64.ln());
+        let middle = 0.5 * (span.low + span.high);
+        (span.low, span.high) = (middle - half, middle + half);
+        Some(LogAxis(span))
     }
 
     /// The position of a value; a value that has none is at the nearer end.
     pub(super) fn at(&self, value: f64) -> f64 {
-        let share = (value.ln() - self.low) / (self.high - self.low);
-        let share = if share.is_nan() { 0.0 } else { share };
-        self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
+        self.0.at(value.ln())
     }
 
     /// The values at both ends.
     pub(super) fn ends(&self) -> (f64, f64) {
-        (self.low.exp(), self.high.exp())
+        (self.0.low.exp(), self.0.high.exp())
     }
 
     /// Round numbers along the axis and their texts. Their middles are at least `gap` pixels apart,
@@ -107,14 +120,9 @@ fn are_apart(a: &(f64, String), b: &(f64, String), gap: f64, letter: f64) -> boo
     (a.0 - b.0).abs() >= gap + letter * letters as f64
 }
 
-/// A linear axis from one position to another, in pixels.
+/// A linear axis.
 #[derive(Clone, Debug)]
-pub(super) struct LinearAxis {
-    low: f64,
-    high: f64,
-    from: f64,
-    to: f64,
-}
+pub(super) struct LinearAxis(Span);
 
 impl LinearAxis {
     /// An axis that shows every finite value, with some room at both ends. None where there is no
@@ -124,64 +132,63 @@ impl LinearAxis {
         from: f64,
         to: f64,
     ) -> Option<LinearAxis> {
-        let good = values.into_iter().filter(|v| v.is_finite());
-        let (low, high) = good.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (v.min(low), v.max(high))
-        });
-        let room = 0.05 * (high - low).max(1e-3);
-        (low <= high).then_some(LinearAxis {
-            low: low - room,
-            high: high + room,
-            from,
-            to,
-        })
+        let mut span = Span::over(values, from, to)?;
+        let room = 0.05 * (span.high - span.low).max(1e-3);
+        (span.low, span.high) = (span.low - room, span.high + room);
+        Some(LinearAxis(span))
     }
 
     /// The position of a value; a value that has none is at the nearer end.
     pub(super) fn at(&self, value: f64) -> f64 {
-        let share = (value - self.low) / (self.high - self.low);
-        let share = if share.is_nan() { 0.0 } else { share };
-        self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
+        self.0.at(value)
     }
 
     /// Some six round numbers along the axis, and their texts.
     pub(super) fn ticks(&self) -> Vec<(f64, String)> {
         const MOST: f64 = 6.0;
+        let Span { low, high, .. } = self.0;
         let numbers = (-6..=15).flat_map(|power| [1, 2, 5].map(|d| format!("{d}e{power}")));
         let mut steps = numbers.filter_map(|text| text.parse::<f64>().ok());
-        let span = self.high - self.low;
-        let Some(step) = steps.find(|step| span / step <= MOST) else {
+        let Some(step) = steps.find(|step| (high - low) / step <= MOST) else {
             return Vec::new();
         };
-        let first = (self.low / step).ceil();
+        let first = (low / step).ceil();
         let numbers = (0..=MOST as u32).map(|i| (first + f64::from(i)) * step);
-        let inside = numbers.filter(|n| *n <= self.high);
+        let inside = numbers.filter(|n| *n <= high);
         inside
             .map(|n| (self.at(n), number_format::step(n, step)))
             .collect()
     }
 }
 
+/// Colour and size of the texts along an axis.
+pub(super) const TICK: (Tint, f64) = (Tint::Muted, 10.5);
+
+/// The numbers of an axis below `floor` with a line up to `top` each, and the axis's caption.
+pub(super) fn paint_axis(
+    ticks: &[(f64, String)],
+    (top, floor): (f64, f64),
+    (middle, caption): (f64, &str),
+) -> Markup {
+    html! {
+        @for (x, label) in ticks {
+            (line(&[(*x, top), (*x, floor)], Tint::Grid, 1.0))
+            (text((*x, floor + 10.0), "middle", TICK, label))
+        }
+        (text((middle, floor + 27.0), "middle", (Tint::Muted, 11.0), caption))
+    }
+}
+
 /// Grid and labels of two logarithmic axes.
-pub(super) fn paint_axes(
-    canvas: &Canvas<'_>,
-    (x, y): (&LogAxis, &LogAxis),
-    below: &str,
-    floor: f64,
-) -> Result<(), DrawError> {
-    let (left, right) = (x.at(x.ends().0), x.at(x.ends().1));
-    let top = y.at(y.ends().1);
-    let small = (Tint::Muted, 10.5);
-    for (place, text) in x.ticks(9.0, 6.0) {
-        canvas.line(&[(place, top), (place, floor)], Tint::Grid, 1.0)?;
-        canvas.text((place, floor + 10.0), Anchor::Middle, small, &text)?;
+pub(super) fn paint_axes((x, y): (&LogAxis, &LogAxis), below: &str, floor: f64) -> Markup {
+    let (left, right, top) = (x.0.from, x.0.to, y.0.to);
+    html! {
+        (paint_axis(&x.ticks(9.0, 6.0), (top, floor), (0.5 * (left + right), below)))
+        @for (height, label) in y.ticks(18.0, 0.0) {
+            (line(&[(left, height), (right, height)], Tint::Grid, 1.0))
+            (text((left - 5.0, height), "end", TICK, &label))
+        }
     }
-    for (place, text) in y.ticks(18.0, 0.0) {
-        canvas.line(&[(left, place), (right, place)], Tint::Grid, 1.0)?;
-        canvas.text((left - 5.0, place), Anchor::End, small, &text)?;
-    }
-    let middle = (0.5 * (left + right), floor + 27.0);
-    canvas.text(middle, Anchor::Middle, (Tint::Muted, 11.0), below)
 }
 
 #[cfg(test)]

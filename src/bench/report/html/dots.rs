@@ -1,9 +1,9 @@
 //! Dot plots: one line of the page per thing, one marker per engine, a logarithmic axis below and
 //! above.
 
-use super::axis::LogAxis;
+use super::axis::{LogAxis, TICK, paint_axis};
 use super::number_format;
-use super::svg::{Anchor, Canvas, DrawError, MarkerShape, Point, Tint, draw};
+use super::svg::{MarkerShape, Tint, draw, line, marker, text};
 use maud::{Markup, html};
 
 /// A value with its interval.
@@ -60,81 +60,54 @@ impl DotPlot<'_> {
         let Some(axis) = LogAxis::over(values, LABELS, RIGHT) else {
             return html! { p.note { "No rate to show." } };
         };
-        let size = (WIDTH, self.floor() + BOTTOM);
-        draw(size, self.label, |canvas| {
-            self.paint_axis(canvas, &axis)?;
-            self.paint_lines(canvas, &axis)
-        })
-    }
-
-    fn is_long(&self) -> bool {
-        self.lines.len() > LONG
-    }
-
-    /// Vertical position of the first line.
-    fn top(&self) -> f64 {
-        TOP[usize::from(self.is_long())]
-    }
-
-    /// Vertical position of the lower axis.
-    fn floor(&self) -> f64 {
-        self.top() + STEP * self.lines.len() as f64 + 4.0
-    }
-
-    fn paint_axis(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), DrawError> {
-        let (top, floor) = (self.top(), self.floor());
-        for (x, text) in axis.ticks(8.0, 6.0) {
-            canvas.line(&[(x, top - 4.0), (x, floor)], Tint::Grid, 1.0)?;
-            let small = (Tint::Muted, 10.5);
-            canvas.text((x, floor + 10.0), Anchor::Middle, small, &text)?;
-            if self.is_long() {
-                canvas.text((x, top - 12.0), Anchor::Middle, small, &text)?;
+        let is_long = self.lines.len() > LONG;
+        let top = TOP[usize::from(is_long)];
+        let floor = top + STEP * self.lines.len() as f64 + 4.0;
+        let ticks = axis.ticks(8.0, 6.0);
+        let content = html! {
+            (paint_axis(&ticks, (top - 4.0, floor), (0.5 * (LABELS + RIGHT), self.axis)))
+            @if is_long {
+                @for (x, label) in &ticks { (text((*x, top - 12.0), "middle", TICK, label)) }
             }
-        }
-        if let Some(mark) = self.mark {
-            let x = axis.at(mark);
-            canvas.line(&[(x, top - 4.0), (x, floor)], Tint::Ink, 1.0)?;
-        }
-        let middle = 0.5 * (LABELS + RIGHT);
-        canvas.text(
-            (middle, floor + 27.0),
-            Anchor::Middle,
-            (Tint::Muted, 11.0),
-            self.axis,
-        )
-    }
-
-    fn paint_lines(&self, canvas: &Canvas<'_>, axis: &LogAxis) -> Result<(), DrawError> {
-        let mut before: Option<&str> = None;
-        for (i, line) in self.lines.iter().enumerate() {
-            let top = self.top() + STEP * i as f64;
-            if before.is_some_and(|group| group != line.group) {
-                canvas.line(&[(4.0, top), (RIGHT, top)], Tint::Grid, 1.0)?;
+            @if let Some(x) = self.mark.map(|mark| axis.at(mark)) {
+                (line(&[(x, top - 4.0), (x, floor)], Tint::Ink, 1.0))
             }
-            before = Some(&line.group);
-            let y = top + 0.5 * STEP;
-            let label = number_format::shortened(&line.label, LABEL_LENGTH);
-            canvas.text((LABELS - 8.0, y), Anchor::End, (Tint::Ink, 11.0), &label)?;
-            // Ours comes first and is painted last, on top.
-            let middle = 0.5 * (line.dots.len() as f64 - 1.0);
-            for (k, dot) in line.dots.iter().enumerate().rev() {
-                paint_dot(canvas, axis, y + DODGE * (k as f64 - middle), dot)?;
+            @for (i, line) in self.lines.iter().enumerate() {
+                (paint_line(line, &axis, top + STEP * i as f64))
+                @if self.lines.get(i + 1).is_some_and(|next| next.group != line.group) {
+                    (rule(top + STEP * (i + 1) as f64))
+                }
             }
-        }
-        Ok(())
+        };
+        draw((WIDTH, floor + BOTTOM), self.label, content)
     }
 }
 
-fn paint_dot(canvas: &Canvas<'_>, axis: &LogAxis, y: f64, dot: &Dot) -> Result<(), DrawError> {
+/// A line between two groups.
+fn rule(y: f64) -> Markup {
+    line(&[(4.0, y), (RIGHT, y)], Tint::Grid, 1.0)
+}
+
+fn paint_line(line: &Line, axis: &LogAxis, top: f64) -> Markup {
+    let y = top + 0.5 * STEP;
+    let label = number_format::shortened(&line.label, LABEL_LENGTH);
+    let middle = 0.5 * (line.dots.len() as f64 - 1.0);
+    html! {
+        (text((LABELS - 8.0, y), "end", (Tint::Ink, 11.0), &label))
+        // Phalanx comes first and is painted last, on top.
+        @for (k, dot) in line.dots.iter().enumerate().rev() {
+            (paint_dot(dot, axis, y + DODGE * (k as f64 - middle)))
+        }
+    }
+}
+
+fn paint_dot(dot: &Dot, axis: &LogAxis, y: f64) -> Markup {
     let tint = Tint::Series(dot.style);
     let (low, high) = (axis.at(dot.low), axis.at(dot.high));
-    if dot.low.is_finite() && dot.high.is_finite() && high - low > 0.5 {
-        let bar: [Point; 2] = [(low, y), (high, y)];
-        canvas.line(&bar, tint, 1.25)?;
+    html! {
+        @if dot.low.is_finite() && dot.high.is_finite() && high - low > 0.5 {
+            (line(&[(low, y), (high, y)], tint, 1.25))
+        }
+        (marker((axis.at(dot.value), y), (tint, MarkerShape::of(dot.style)), 3.2))
     }
-    canvas.marker(
-        (axis.at(dot.value), y),
-        (tint, MarkerShape::of(dot.style)),
-        3.2,
-    )
 }

@@ -38,7 +38,7 @@ pub fn page(record: &BenchRecord, pictures: &[ScenePictures]) -> String {
                 meta name="color-scheme" content="light dark";
                 // Browsers ask for an icon otherwise.
                 link rel="icon" href="data:,";
-                title { (title(record)) }
+                title { "phalanx bench " (day(record)) }
                 style { (PreEscaped(STYLE)) }
             }
             body { (body(&view, pictures)) }
@@ -48,37 +48,44 @@ pub fn page(record: &BenchRecord, pictures: &[ScenePictures]) -> String {
 }
 
 fn body(view: &RecordView<'_>, pictures: &[ScenePictures]) -> Markup {
+    let sections = [
+        ("headline", "In short", "In short", summary::headline(view)),
+        ("rates", "Rates", "Rates", rates::section(view)),
+        (
+            "threads",
+            "Threads",
+            "Scaling over threads",
+            threads::section(view),
+        ),
+        (
+            "sizes",
+            "Sizes",
+            "Scaling over scene size",
+            sizes::section(view),
+        ),
+        ("roofline", "Roofline", "Roofline", roofline::section(view)),
+        (
+            "scenes",
+            "Scenes",
+            "Scenes",
+            scenes::section(view, pictures),
+        ),
+    ];
     html! {
         header {
             h1 { "phalanx bench " span.day { (day(view.record)) } }
             (summary::facts(view.record))
             nav aria-label="Sections" {
-                @for (id, name) in [
-                    ("headline", "In short"),
-                    ("rates", "Rates"),
-                    ("threads", "Threads"),
-                    ("sizes", "Sizes"),
-                    ("roofline", "Roofline"),
-                    ("scenes", "Scenes"),
-                ] {
-                    a href={ "#" (id) } { (name) }
-                }
+                @for (id, name, ..) in &sections { a href={ "#" (id) } { (name) } }
             }
         }
         main {
             (summary::warnings(view))
-            (summary::headline(view))
-            (rates::section(view))
-            (threads::section(view))
-            (sizes::section(view))
-            (roofline::section(view))
-            (scenes::section(view, pictures))
+            @for (id, _, title, content) in &sections {
+                section id=(id) { h2 { (title) } (content) }
+            }
         }
     }
-}
-
-fn title(record: &BenchRecord) -> String {
-    format!("phalanx bench {}", day(record))
 }
 
 fn day(record: &BenchRecord) -> &str {

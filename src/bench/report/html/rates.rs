@@ -3,7 +3,7 @@
 use super::dots::{Dot, DotPlot, Line};
 use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
-use super::tables::{HtmlTable, cell, folded};
+use super::tables::{cell, folded, folded_table};
 use super::view::{OURS, RecordView, has_rate, is_peer, kind_text, row_name, threads_text};
 use crate::report::RateRow;
 use maud::{Markup, html};
@@ -11,18 +11,11 @@ use std::collections::BTreeMap;
 
 /// The section; a note where no row has a rate.
 pub(super) fn section(view: &RecordView<'_>) -> Markup {
-    html! {
-        section #rates {
-            h2 { "Rates" }
-            @match view.threads.split_last() {
-                Some((most, fewer)) if view.record.rows.iter().any(has_rate) => (inside(view, *most, fewer)),
-                _ => p.note { "The record has no rates." },
-            }
-        }
-    }
-}
-
-fn inside(view: &RecordView<'_>, most: u32, fewer: &[u32]) -> Markup {
+    let threads = view.threads.split_last();
+    let any = view.record.rows.iter().any(has_rate);
+    let Some((&most, fewer)) = threads.filter(|_| any) else {
+        return html! { p.note { "The record has no rates." } };
+    };
     html! {
         p {
             "Millions of rays a second, with the interval in which another run would be 9 times in 10, on "
@@ -145,23 +138,14 @@ fn table(view: &RecordView<'_>, kind: &str, threads: u32) -> Markup {
             }));
             Some(cells)
         });
-    let rows: Vec<_> = rows.collect();
     let mut head = vec!["scene".to_owned(), "rays timed".to_owned()];
     head.extend(
         columns
             .iter()
             .map(|(engine, kernel)| format!("{engine} {kernel}")),
     );
-    let table = HtmlTable {
-        caption: format!("{}, {}, Mrays/s", kind_text(kind), threads_text(threads)),
-        head,
-        texts: 1,
-        rows,
-    };
-    match table.rows.is_empty() {
-        true => html! {},
-        false => table.folded(),
-    }
+    let caption = format!("{}, {}, Mrays/s", kind_text(kind), threads_text(threads));
+    folded_table(&caption, &head, 1, rows.collect())
 }
 
 /// Engines in their order, `auto` first among the kernels of ours.

@@ -3,8 +3,8 @@
 
 use super::axis::{LogAxis, paint_axes};
 use super::dots::WIDTH;
-use super::svg::{Anchor, Canvas, DrawError, MarkerShape, Tint, draw, key};
-use super::tables::{HtmlTable, cell};
+use super::svg::{MarkerShape, Tint, draw, key, line, marker, text};
+use super::tables::{cell, folded_table};
 use super::view::{RecordView, kind_text, row_name, threads_text};
 use super::{number_format, operations};
 use crate::report::{CounterRow, ThreadLimits};
@@ -42,15 +42,6 @@ struct Spot<'a> {
 
 /// The section; a note where limits or counters are missing.
 pub(super) fn section(view: &RecordView<'_>) -> Markup {
-    html! {
-        section #roofline {
-            h2 { "Roofline" }
-            (inside(view))
-        }
-    }
-}
-
-fn inside(view: &RecordView<'_>) -> Markup {
     if view.record.counters.is_empty() {
         return html! { p.note { "Work was not counted in this run, so there is no roofline." } };
     }
@@ -80,7 +71,7 @@ fn inside(view: &RecordView<'_>) -> Markup {
         div.grid {
             @for kind in &view.kinds { (chart(kind, &spots, limits, &levels)) }
         }
-        (table(&spots, limits, &levels).folded())
+        (table(&spots, limits, &levels))
     }
 }
 
@@ -194,90 +185,64 @@ fn chart(kind: &str, all: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f
         "Roofline of {}, a marker for each scene; the table below holds the numbers.",
         kind_text(kind)
     );
-    let paint = |canvas: &Canvas<'_>| {
-        paint_axes(canvas, (&x, &y), "operations per byte", FLOOR)?;
-        paint_roofs(canvas, (&x, &y), limits.gflops, levels)?;
-        for spot in &spots {
-            let place = (x.at(spot.intensity), y.at(spot.rate));
-            canvas.marker(place, look(spot.style), 3.4)?;
+    let content = html! {
+        (paint_axes((&x, &y), "operations per byte", FLOOR))
+        (paint_roofs((&x, &y), limits.gflops, levels))
+        @for spot in &spots {
+            (marker((x.at(spot.intensity), y.at(spot.rate)), look(spot.style), 3.4))
         }
-        Ok(())
     };
     html! {
         figure {
             figcaption { strong { (kind) } ", Gop/s" }
-            (draw((WIDTH, FLOOR + 40.0), &label, paint))
+            (draw((WIDTH, FLOOR + 40.0), &label, content))
         }
     }
 }
 
-fn paint_roofs(
-    canvas: &Canvas<'_>,
-    (x, y): (&LogAxis, &LogAxis),
-    peak: f64,
-    levels: &[(&str, f64)],
-) -> Result<(), DrawError> {
-    let (left, right) = x.ends();
-    let (floor, _) = y.ends();
+/// The peak's rule, and a bandwidth's from where it enters the picture, at its left end or its
+/// floor, up to the peak.
+fn paint_roofs((x, y): (&LogAxis, &LogAxis), peak: f64, levels: &[(&str, f64)]) -> Markup {
+    let ((left, right), (floor, _)) = (x.ends(), y.ends());
     let small = (Tint::Ink, 10.5);
-    let end = (x.at(right), y.at(peak));
-    let first_ridge = levels
-        .iter()
-        .map(|l| peak / l.1)
-        .fold(right, f64::min)
-        .max(left);
-    canvas.line(&[(x.at(first_ridge), y.at(peak)), end], Tint::Ink, 1.5)?;
-    canvas.text((end.0, end.1 - 8.0), Anchor::End, small, "peak")?;
-    for (name, bandwidth) in levels {
-        // The line begins where it enters the picture, at its left end or its floor, and goes up to
-        // the peak.
-        let start = left.max(floor / bandwidth);
-        let ridge = peak / bandwidth;
-        if start >= ridge {
-            continue;
+    let top = y.at(peak);
+    let ridges = levels.iter().map(|l| peak / l.1);
+    let first_ridge = ridges.fold(right, f64::min).max(left);
+    html! {
+        (line(&[(x.at(first_ridge), top), (x.at(right), top)], Tint::Ink, 1.5))
+        (text((x.at(right), top - 8.0), "end", small, "peak"))
+        @for (name, bandwidth) in levels {
+            @let (start, ridge) = (left.max(floor / bandwidth), peak / bandwidth);
+            @let (from, to) = (x.at(start), y.at(start * bandwidth));
+            @if start < ridge {
+                (line(&[(from, to), (x.at(ridge), top)], Tint::Ink, 1.0))
+                // Clear of the numbers below the axis.
+                (text((from + 16.0, to - 5.0), "start", small, name))
+            }
         }
-        let from = (x.at(start), y.at(start * bandwidth));
-        canvas.line(&[from, (x.at(ridge), y.at(peak))], Tint::Ink, 1.0)?;
-        // Clear of the numbers below the axis.
-        canvas.text((from.0 + 16.0, from.1 - 5.0), Anchor::Start, small, name)?;
     }
-    Ok(())
 }
 
-fn table(spots: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> HtmlTable {
-    let mut head: Vec<String> = [
-        "scene",
-        "rays",
-        "operations/ray",
-        "bytes/ray",
-        "operations/byte",
-        "Gop/s",
-    ]
-    .map(str::to_owned)
-    .to_vec();
-    head.push("of peak".to_owned());
-    head.extend(
-        levels
-            .iter()
-            .map(|(name, _)| format!("of {name} bandwidth")),
-    );
+fn table(spots: &[Spot<'_>], limits: &ThreadLimits, levels: &[(&str, f64)]) -> Markup {
+    let head = "scene,rays,operations/ray,bytes/ray,operations/byte,Gop/s,of peak";
+    let of_levels = levels
+        .iter()
+        .map(|(name, _)| format!("of {name} bandwidth"));
+    let head: Vec<String> = head
+        .split(',')
+        .map(str::to_owned)
+        .chain(of_levels)
+        .collect();
     let rows = spots.iter().map(|spot| {
         let mut cells = vec![row_name(spot.scene), cell(spot.kind)];
         let numbers = [spot.operations, spot.bytes, spot.intensity, spot.rate];
         cells.extend(numbers.map(|n| cell(number_format::measured(n))));
         cells.push(cell(number_format::percent(spot.rate / limits.gflops)));
         let read = spot.rate / spot.intensity;
-        cells.extend(
-            levels
-                .iter()
-                .map(|l| cell(number_format::percent(read / l.1))),
-        );
+        let shares = levels.iter().map(|l| number_format::percent(read / l.1));
+        cells.extend(shares.map(cell));
         cells
     });
-    HtmlTable {
-        caption: "Operations, bytes and shares of the machine's limits".to_owned(),
-        head,
-        texts: 2,
-        rows: rows.collect(),
-    }
+    let caption = "Operations, bytes and shares of the machine's limits";
+    folded_table(caption, &head, 2, rows.collect())
 }

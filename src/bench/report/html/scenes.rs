@@ -2,7 +2,7 @@
 //! them and build their trees.
 
 use super::number_format;
-use super::tables::{HtmlTable, cell};
+use super::tables::{cell, folded_table};
 use super::view::{RecordView, kind_text, row_name};
 use crate::report::SceneRecord;
 use base64::Engine;
@@ -24,20 +24,17 @@ pub struct ScenePictures {
 /// The section: a card for each scene, then the results of their rays.
 pub(super) fn section(view: &RecordView<'_>, pictures: &[ScenePictures]) -> Markup {
     if view.scenes.is_empty() {
-        return html! { section #scenes { h2 { "Scenes" } p.note { "The record has no scenes." } } };
+        return html! { p.note { "The record has no scenes." } };
     }
     html! {
-        section #scenes {
-            h2 { "Scenes" }
-            div.cards {
-                @for name in &view.scenes {
-                    @let pictures = pictures.iter().find(|p| p.scene == *name);
-                    (card(name, view.scene(name), pictures))
-                }
+        div.cards {
+            @for name in &view.scenes {
+                @let pictures = pictures.iter().find(|p| p.scene == *name);
+                (card(name, view.scene(name), pictures))
             }
-            (answers(view))
-            (work_tables(view))
         }
+        (answers(view))
+        @for kind in &view.kinds { (work_table(view, kind)) }
     }
 }
 
@@ -130,29 +127,11 @@ fn answers(view: &RecordView<'_>) -> Markup {
         }
     }
     let head = ["scene", "rays", "checksum", "number", "hits", "share"];
-    let table = HtmlTable {
-        caption: "Rays and their answers".to_owned(),
-        head: head.map(str::to_owned).to_vec(),
-        texts: 3,
-        rows,
-    };
-    match table.rows.is_empty() {
-        true => html! {},
-        false => table.folded(),
-    }
+    folded_table("Rays and their answers", &head, 3, rows)
 }
 
-/// Tables of counted work, one for each kind.
-fn work_tables(view: &RecordView<'_>) -> Markup {
-    html! {
-        @for kind in &view.kinds {
-            @let table = work_table(view, kind);
-            @if !table.rows.is_empty() { (table.folded()) }
-        }
-    }
-}
-
-fn work_table(view: &RecordView<'_>, kind: &str) -> HtmlTable {
+/// Table of counted work of a kind of rays.
+fn work_table(view: &RecordView<'_>, kind: &str) -> Markup {
     let counters = view.record.counters.iter().filter(|c| c.rays == kind);
     let rows = counters.map(|counter| {
         let work = &counter.work;
@@ -187,10 +166,6 @@ fn work_table(view: &RecordView<'_>, kind: &str) -> HtmlTable {
         "primitive tests/ray",
         "bytes/ray",
     ];
-    HtmlTable {
-        caption: format!("Work of {}", kind_text(kind)),
-        head: head.map(str::to_owned).to_vec(),
-        texts: 2,
-        rows: rows.collect(),
-    }
+    let caption = format!("Work of {}", kind_text(kind));
+    folded_table(&caption, &head, 2, rows.collect())
 }

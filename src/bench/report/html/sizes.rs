@@ -3,20 +3,10 @@
 use super::axis::{LogAxis, paint_axes};
 use super::dots::WIDTH;
 use super::number_format;
-use super::svg::{Anchor, Canvas, MarkerShape, Point, Tint, draw};
+use super::svg::{MarkerShape, Point, Tint, draw, line, marker, text};
 use super::view::{RecordView, kind_text, threads_text};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
-
-/// The section; a note where the record has no data for it.
-pub(super) fn section(view: &RecordView<'_>) -> Markup {
-    html! {
-        section #sizes {
-            h2 { "Scaling over scene size" }
-            (over_size(view))
-        }
-    }
-}
 
 /// A family's rates by number of primitives.
 struct FamilyCurve<'a> {
@@ -24,11 +14,12 @@ struct FamilyCurve<'a> {
     points: Vec<(f64, f64)>,
 }
 
-fn over_size(view: &RecordView<'_>) -> Markup {
+/// The section; a note where the record has no data for it.
+pub(super) fn section(view: &RecordView<'_>) -> Markup {
     let threads = view.most_threads().unwrap_or(1);
     let charts = view.kinds.iter().filter_map(|kind| {
-        let courses = family_curves(view, kind, threads);
-        (!courses.is_empty()).then(|| size_chart(kind, &courses))
+        let curves = family_curves(view, kind, threads);
+        (!curves.is_empty()).then(|| size_chart(kind, &curves))
     });
     let charts: Vec<Markup> = charts.collect();
     if charts.is_empty() {
@@ -58,14 +49,14 @@ fn family_curves<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<Fam
             families.entry(family).or_default().push(point);
         }
     }
-    let courses = families.into_iter().map(|(family, mut points)| {
+    let curves = families.into_iter().map(|(family, mut points)| {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         points.dedup_by_key(|p| p.0);
         FamilyCurve { family, points }
     });
-    let mut courses: Vec<_> = courses.filter(|c| c.points.len() > 1).collect();
-    courses.sort_by(|a, b| b.end().1.total_cmp(&a.end().1));
-    courses
+    let mut curves: Vec<_> = curves.filter(|c| c.points.len() > 1).collect();
+    curves.sort_by(|a, b| b.end().1.total_cmp(&a.end().1));
+    curves
 }
 
 impl FamilyCurve<'_> {
@@ -74,12 +65,12 @@ impl FamilyCurve<'_> {
     }
 }
 
-fn size_chart(kind: &str, courses: &[FamilyCurve<'_>]) -> Markup {
+fn size_chart(kind: &str, curves: &[FamilyCurve<'_>]) -> Markup {
     const LEFT: f64 = 38.0;
     const RIGHT: f64 = WIDTH - 92.0;
     // Every label needs its line of text.
-    let floor = (14.0 * courses.len() as f64 + 20.0).max(200.0);
-    let points = || courses.iter().flat_map(|c| &c.points);
+    let floor = (14.0 * curves.len() as f64 + 20.0).max(200.0);
+    let points = || curves.iter().flat_map(|c| &c.points);
     let x = LogAxis::over(points().map(|p| p.0), LEFT, RIGHT);
     let y = LogAxis::over(points().map(|p| p.1), floor, 12.0);
     let (Some(x), Some(y)) = (x, y) else {
@@ -89,38 +80,24 @@ fn size_chart(kind: &str, courses: &[FamilyCurve<'_>]) -> Markup {
         "{}: rate against number of primitives, a line for each family of scenes.",
         kind_text(kind)
     );
-    let paint = |canvas: &Canvas<'_>| {
-        paint_axes(canvas, (&x, &y), "primitives", floor)?;
-        let places = courses.iter().map(|c| y.at(c.end().1)).collect();
-        let places = apart(places, 13.0, (12.0, floor));
-        for (i, course) in courses.iter().enumerate() {
-            let tint = Tint::Series([0, 2, 3, 4][i % 4]);
-            let line: Vec<Point> = course
-                .points
-                .iter()
-                .map(|p| (x.at(p.0), y.at(p.1)))
-                .collect();
-            canvas.line(&line, tint, 1.25)?;
-            for place in &line {
-                canvas.marker(*place, (tint, MarkerShape::Disc), 2.4)?;
-            }
-            let end = line.last().copied().unwrap_or_default();
-            let beside = (RIGHT + 12.0, places[i]);
-            canvas.line(&[(end.0 + 3.0, end.1), beside], Tint::Grid, 1.0)?;
-            let name = number_format::shortened(course.family, 13);
-            canvas.text(
-                (RIGHT + 15.0, places[i]),
-                Anchor::Start,
-                (tint, 11.0),
-                &name,
-            )?;
+    let heights = curves.iter().map(|c| y.at(c.end().1)).collect();
+    let heights = apart(heights, 13.0, (12.0, floor));
+    let content = html! {
+        (paint_axes((&x, &y), "primitives", floor))
+        @for (i, (curve, &height)) in curves.iter().zip(&heights).enumerate() {
+            @let tint = Tint::Series([0, 2, 3, 4][i % 4]);
+            @let points: Vec<Point> = curve.points.iter().map(|p| (x.at(p.0), y.at(p.1))).collect();
+            @let end = points.last().copied().unwrap_or_default();
+            (line(&points, tint, 1.25))
+            @for point in &points { (marker(*point, (tint, MarkerShape::Disc), 2.4)) }
+            (line(&[(end.0 + 3.0, end.1), (RIGHT + 12.0, height)], Tint::Grid, 1.0))
+            (text((RIGHT + 15.0, height), "start", (tint, 11.0), &number_format::shortened(curve.family, 13)))
         }
-        Ok(())
     };
     html! {
         figure {
             figcaption { strong { (kind) } ", Mrays/s" }
-            (draw((WIDTH, floor + 40.0), &label, paint))
+            (draw((WIDTH, floor + 40.0), &label, content))
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::dots::{Dot, DotPlot, Line};
 use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
-use super::tables::{HtmlTable, cell};
+use super::tables::{Rows, cell, folded_table, table};
 use super::view::{
     ORACLE, OURS, RecordView, geometric_mean, has_rate, is_peer, kind_text, threads_text,
 };
@@ -227,18 +227,9 @@ fn over_best(view: &RecordView<'_>, kind: &str, threads: u32) -> Option<SpeedRat
 
 /// The headline: two sentences, charts and a table.
 pub(super) fn headline(view: &RecordView<'_>) -> Markup {
-    html! {
-        section #headline {
-            h2 { "In short" }
-            @match view.threads.split_last() {
-                Some((most, fewer)) => (compared(view, *most, fewer)),
-                None => p.note { "The record has no rates." },
-            }
-        }
-    }
-}
-
-fn compared(view: &RecordView<'_>, most: u32, fewer: &[u32]) -> Markup {
+    let Some((&most, fewer)) = view.threads.split_last() else {
+        return html! { p.note { "The record has no rates." } };
+    };
     let sentences = sentences(view, most);
     html! {
         @for sentence in &sentences { p.lead { (sentence) } }
@@ -247,10 +238,10 @@ fn compared(view: &RecordView<'_>, most: u32, fewer: &[u32]) -> Markup {
         } @else {
             div.grid {
                 @for threads in view.threads_from_most() { (chart(view, threads)) }
-                (table(view, most).markup())
+                (ratio_table(view, most, table))
             }
             (legend(view))
-            @for threads in fewer.iter().rev() { (table(view, *threads).folded()) }
+            @for threads in fewer.iter().rev() { (ratio_table(view, *threads, folded_table)) }
         }
     }
 }
@@ -335,7 +326,11 @@ fn legend(view: &RecordView<'_>) -> Markup {
     }
 }
 
-fn table(view: &RecordView<'_>, threads: u32) -> HtmlTable {
+fn ratio_table(
+    view: &RecordView<'_>,
+    threads: u32,
+    table: fn(&str, &[&'static str], usize, Rows) -> Markup,
+) -> Markup {
     let peers = view.has_peers();
     let row = |kind: &&str| {
         let best = over_best(view, kind, threads);
@@ -353,12 +348,9 @@ fn table(view: &RecordView<'_>, threads: u32) -> HtmlTable {
     head.extend(peers.then_some("over best exact peer"));
     head.extend(["over oracle", "scenes"]);
     let on = threads_text(threads);
-    HtmlTable {
-        caption: format!("phalanx auto on {on}: mean over scenes, least and greatest"),
-        head: head.into_iter().map(str::to_owned).collect(),
-        texts: 1,
-        rows: view.kinds.iter().filter_map(row).collect(),
-    }
+    let caption = format!("phalanx auto on {on}: mean over scenes, least and greatest");
+    let rows = view.kinds.iter().filter_map(row).collect();
+    table(&caption, &head, 1, rows)
 }
 
 fn ratio_cell(ratio: Option<SpeedRatio>) -> Markup {

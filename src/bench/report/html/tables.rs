@@ -2,60 +2,55 @@
 
 use maud::{Markup, html};
 
-/// A table with a caption. Numbers are aligned right, cells of the first `texts` columns left.
-pub(super) struct HtmlTable {
-    pub(super) caption: String,
-    pub(super) head: Vec<String>,
-    /// Number of columns that hold words.
-    pub(super) texts: usize,
-    pub(super) rows: Vec<Vec<Markup>>,
-}
+/// Rows of cells.
+pub(super) type Rows = Vec<Vec<Markup>>;
 
 /// A cell of text.
 pub(super) fn cell(text: impl AsRef<str>) -> Markup {
     html! { (text.as_ref()) }
 }
 
-impl HtmlTable {
-    /// The table; nothing where it has no rows.
-    pub(super) fn markup(&self) -> Markup {
-        if self.rows.is_empty() {
-            return html! {};
-        }
-        html! {
-            div.scroll role="region" tabindex="0" aria-label=(self.caption) {
+/// A table with a caption; nothing where there are no rows. Numbers are aligned right, cells of the
+/// first `texts` columns left.
+pub(super) fn table(caption: &str, head: &[impl AsRef<str>], texts: usize, rows: Rows) -> Markup {
+    let align = |column| (column < texts).then_some("t");
+    html! {
+        @if !rows.is_empty() {
+            div.scroll role="region" tabindex="0" aria-label=(caption) {
                 table {
-                    caption { (self.caption) }
+                    caption { (caption) }
                     thead { tr {
-                        @for (i, name) in self.head.iter().enumerate() {
-                            th scope="col" class=[(i < self.texts).then_some("t")] { (name) }
+                        @for (i, name) in head.iter().enumerate() {
+                            th scope="col" class=[align(i)] { (name.as_ref()) }
                         }
                     } }
                     tbody {
-                        @for row in &self.rows { (self.row(row)) }
+                        @for row in rows { tr {
+                            @for (i, cell) in row.iter().enumerate() {
+                                @if i == 0 {
+                                    th scope="row" { (cell) }
+                                } @else {
+                                    td class=[align(i)] { (cell) }
+                                }
+                            }
+                        } }
                     }
                 }
             }
         }
     }
+}
 
-    fn row(&self, row: &[Markup]) -> Markup {
-        html! { tr {
-            @for (i, cell) in row.iter().enumerate() {
-                @if i == 0 {
-                    th scope="row" { (cell) }
-                } @else if i < self.texts {
-                    td.t { (cell) }
-                } @else {
-                    td { (cell) }
-                }
-            }
-        } }
-    }
-
-    /// The table behind a line to click on.
-    pub(super) fn folded(&self) -> Markup {
-        folded(&self.caption, self.markup())
+/// A table behind a line to click on; nothing where there are no rows.
+pub(super) fn folded_table(
+    caption: &str,
+    head: &[impl AsRef<str>],
+    texts: usize,
+    rows: Rows,
+) -> Markup {
+    match rows.is_empty() {
+        true => html! {},
+        false => folded(caption, table(caption, head, texts, rows)),
     }
 }
 

@@ -1,23 +1,13 @@
 //! Rates against the number of threads.
 
-use super::axis::LinearAxis;
+use super::axis::{LinearAxis, paint_axis};
 use super::dots::WIDTH;
 use super::number_format;
-use super::svg::{Anchor, Canvas, DrawError, MarkerShape, Tint, draw};
-use super::tables::{HtmlTable, cell};
+use super::svg::{MarkerShape, Tint, draw, line, marker, text};
+use super::tables::{cell, folded_table};
 use super::view::{RecordView, geometric_mean, threads_text};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
-
-/// The section; a note where the record has no data for it.
-pub(super) fn section(view: &RecordView<'_>) -> Markup {
-    html! {
-        section #threads {
-            h2 { "Scaling over threads" }
-            (over_threads(view))
-        }
-    }
-}
 
 /// Speedups of one kind: of every scene at every thread count, against the fewest threads.
 struct Speedups<'a> {
@@ -26,7 +16,8 @@ struct Speedups<'a> {
     of: BTreeMap<u32, Vec<f64>>,
 }
 
-fn over_threads(view: &RecordView<'_>) -> Markup {
+/// The section; a note where the record has no data for it.
+pub(super) fn section(view: &RecordView<'_>) -> Markup {
     let Some((&base, more)) = view.threads.split_first() else {
         return html! { p.note { "The record has no rates." } };
     };
@@ -47,7 +38,7 @@ fn over_threads(view: &RecordView<'_>) -> Markup {
         div.grid {
             @for threads in more.iter().rev() { (strip(&kinds, base, *threads)) }
         }
-        (speedup_table(&kinds, base, more).folded())
+        (speedup_table(&kinds, base, more))
     }
 }
 
@@ -83,62 +74,39 @@ fn strip(kinds: &[Speedups<'_>], base: u32, threads: u32) -> Markup {
         threads_text(base)
     );
     let floor = TOP + STEP * kinds.len() as f64;
-    let paint = |canvas: &Canvas<'_>| {
-        paint_scale(canvas, &axis, ideal, floor)?;
-        for (i, speedups) in kinds.iter().enumerate() {
-            let y = TOP + STEP * (i as f64 + 0.5);
-            let name = (LEFT - 8.0, y);
-            canvas.text(name, Anchor::End, (Tint::Ink, 11.0), speedups.kind)?;
-            let values = speedups.of.get(&threads).map_or(&[][..], Vec::as_slice);
-            paint_strip(canvas, &axis, values, y)?;
+    let (top, ideal) = (TOP - 4.0, axis.at(ideal));
+    let content = html! {
+        (paint_axis(&axis.ticks(), (top, floor), (0.5 * (LEFT + RIGHT), "times as fast")))
+        (line(&[(ideal, top), (ideal, floor)], Tint::Ink, 1.0))
+        @for (i, speedups) in kinds.iter().enumerate() {
+            @let y = TOP + STEP * (i as f64 + 0.5);
+            (text((LEFT - 8.0, y), "end", (Tint::Ink, 11.0), speedups.kind))
+            (paint_strip(&axis, speedups.of.get(&threads).map_or(&[], Vec::as_slice), y))
         }
-        Ok(())
     };
     html! {
         figure {
             figcaption { strong { (threads_text(threads)) } " against " (base) }
-            (draw((WIDTH, floor + 40.0), &label, paint))
+            (draw((WIDTH, floor + 40.0), &label, content))
         }
     }
 }
 
-/// The lower axis, and a rule at the ideal speedup.
-fn paint_scale(
-    canvas: &Canvas<'_>,
-    axis: &LinearAxis,
-    ideal: f64,
-    floor: f64,
-) -> Result<(), DrawError> {
-    for (x, text) in axis.ticks() {
-        canvas.line(&[(x, TOP - 4.0), (x, floor)], Tint::Grid, 1.0)?;
-        let below = (x, floor + 10.0);
-        canvas.text(below, Anchor::Middle, (Tint::Muted, 10.5), &text)?;
-    }
-    let x = axis.at(ideal);
-    canvas.line(&[(x, TOP - 4.0), (x, floor)], Tint::Ink, 1.0)?;
-    let middle = (0.5 * (LEFT + RIGHT), floor + 27.0);
-    canvas.text(middle, Anchor::Middle, (Tint::Muted, 11.0), "times as fast")
-}
-
 /// Scenes as dots in three tracks, so that few hide each other, and their geometric mean as a bar.
-fn paint_strip(
-    canvas: &Canvas<'_>,
-    axis: &LinearAxis,
-    values: &[f64],
-    y: f64,
-) -> Result<(), DrawError> {
-    for (i, value) in values.iter().enumerate() {
-        let place = (axis.at(*value), y + 4.0 * ((i % 3) as f64 - 1.0));
-        canvas.marker(place, (Tint::Series(0), MarkerShape::Disc), 2.0)?;
+fn paint_strip(axis: &LinearAxis, values: &[f64], y: f64) -> Markup {
+    let disc = (Tint::Series(0), MarkerShape::Disc);
+    html! {
+        @for (i, value) in values.iter().enumerate() {
+            (marker((axis.at(*value), y + 4.0 * ((i % 3) as f64 - 1.0)), disc, 2.0))
+        }
+        @if let Some((mean, _)) = geometric_mean(values.iter().copied()) {
+            @let x = axis.at(mean);
+            (line(&[(x, y - 9.0), (x, y + 9.0)], Tint::Ink, 2.5))
+        }
     }
-    if let Some((mean, _)) = geometric_mean(values.iter().copied()) {
-        let x = axis.at(mean);
-        canvas.line(&[(x, y - 9.0), (x, y + 9.0)], Tint::Ink, 2.5)?;
-    }
-    Ok(())
 }
 
-fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> HtmlTable {
+fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> Markup {
     let mut rows = Vec::new();
     for speedups in kinds {
         for threads in more {
@@ -146,14 +114,14 @@ fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> HtmlTable {
                 continue;
             };
             let ends = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick);
-            let text = |value: Option<f64>| cell(number_format::times(value.unwrap_or(f64::NAN)));
+            let times = |value: Option<f64>| cell(number_format::times(value.unwrap_or(f64::NAN)));
             rows.push(vec![
                 cell(speedups.kind),
                 cell(threads.to_string()),
                 cell(number_format::count(values.len() as u64)),
-                text(geometric_mean(values.iter().copied()).map(|m| m.0)),
-                text(ends(f64::min)),
-                text(ends(f64::max)),
+                times(geometric_mean(values.iter().copied()).map(|m| m.0)),
+                times(ends(f64::min)),
+                times(ends(f64::max)),
             ]);
         }
     }
@@ -165,10 +133,6 @@ fn speedup_table(kinds: &[Speedups<'_>], base: u32, more: &[u32]) -> HtmlTable {
         "least",
         "most",
     ];
-    HtmlTable {
-        caption: format!("Speedup of auto over {}", threads_text(base)),
-        head: head.map(str::to_owned).to_vec(),
-        texts: 1,
-        rows,
-    }
+    let caption = format!("Speedup of auto over {}", threads_text(base));
+    folded_table(&caption, &head, 1, rows)
 }
