@@ -23,7 +23,7 @@ use phalanx::report::html::{ScenePictures, page};
 use phalanx::report::{BenchRecord, compare_table, to_csv, to_json};
 use phalanx::trace::Kernel;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 /// The standard suite, as it stands in the repository.
 const SUITE: &str = include_str!("../../../../perf/suite.toml");
@@ -50,7 +50,7 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
         return dump_rays(path, args, &plan, &scenes);
     }
     let start = Instant::now();
-    let started = jiff::Timestamp::now().to_string();
+    let started = humantime::format_rfc3339(SystemTime::now()).to_string();
     let (mut all, mut shown) = (Vec::new(), Vec::new());
     let mut bar = BenchProgressBar::new(scenes.len());
     for scene in &scenes {
