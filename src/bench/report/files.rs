@@ -18,16 +18,12 @@ pub enum RecordError {
         source: io::Error,
     },
     /// The file is not JSON.
-    #[error("{}:{line}:{column}: not JSON: {message}", path.display())]
+    #[error("{}: not JSON: {}", position(path, error), message(error))]
     NotJson {
         /// The file.
         path: PathBuf,
-        /// Line, counted from 1.
-        line: usize,
-        /// Column, counted from 1.
-        column: usize,
-        /// Description of the mistake there.
-        message: String,
+        /// The mistake, and where it is.
+        error: serde_json::Error,
     },
     /// The file is a record of another version, or JSON of another kind.
     #[error(
@@ -42,17 +38,29 @@ pub enum RecordError {
         version: Option<u64>,
     },
     /// The file claims this version, but a field is missing or of another kind.
-    #[error("{}:{line}:{column}: no record of version {SCHEMA_VERSION}: {message}", path.display())]
+    #[error(
+        "{}: no record of version {SCHEMA_VERSION}: {}",
+        position(path, error),
+        message(error)
+    )]
     Layout {
         /// The file.
         path: PathBuf,
-        /// Line, counted from 1.
-        line: usize,
-        /// Column, counted from 1.
-        column: usize,
-        /// Description of the mistake there.
-        message: String,
+        /// The mistake, and where it is.
+        error: serde_json::Error,
     },
+}
+
+/// File, line and column, counted from 1.
+fn position(path: &Path, error: &serde_json::Error) -> String {
+    format!("{}:{}:{}", path.display(), error.line(), error.column())
+}
+
+/// The mistake without its position, which serde_json ends a message with.
+fn message(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    let end = format!(" at line {} column {}", error.line(), error.column());
+    text.strip_suffix(&end).unwrap_or(&text).to_owned()
 }
 
 /// Reads a record.
@@ -60,50 +68,21 @@ pub enum RecordError {
 /// # Errors
 /// The mistake in the file, and its position.
 pub fn load(path: &Path) -> Result<BenchRecord, RecordError> {
-    let path = || path.to_owned();
-    let bytes = fs::read(path()).map_err(|source| RecordError::Io {
-        path: path(),
-        source,
-    })?;
+    let path = path.to_owned();
+    let bytes = match fs::read(&path) {
+        Ok(bytes) => bytes,
+        Err(source) => return Err(RecordError::Io { path, source }),
+    };
     // The version is checked first: other mistakes in a record of another version do not matter.
-    let document: Value = serde_json::from_slice(&bytes).map_err(|error| {
-        let (line, column, message) = place(&error);
-        RecordError::NotJson {
-            path: path(),
-            line,
-            column,
-            message,
-        }
-    })?;
+    let document: Value = match serde_json::from_slice(&bytes) {
+        Ok(document) => document,
+        Err(error) => return Err(RecordError::NotJson { path, error }),
+    };
     let version = document.get("schema_version").and_then(Value::as_u64);
     if version != Some(u64::from(SCHEMA_VERSION)) {
-        return Err(RecordError::Version {
-            path: path(),
-            version,
-        });
+        return Err(RecordError::Version { path, version });
     }
-    serde_json::from_slice(&bytes).map_err(|error| {
-        let (line, column, message) = place(&error);
-        RecordError::Layout {
-            path: path(),
-            line,
-            column,
-            message,
-        }
-    })
-}
-
-/// Line, column and message. The position is removed from the message, as serde_json ends it with
-/// the position.
-fn place(error: &serde_json::Error) -> (usize, usize, String) {
-    let (line, column) = (error.line(), error.column());
-    let text = error.to_string();
-    let end = format!(" at line {line} column {column}");
-    (
-        line,
-        column,
-        text.strip_suffix(&end).unwrap_or(&text).to_owned(),
-    )
+    serde_json::from_slice(&bytes).map_err(|error| RecordError::Layout { path, error })
 }
 
 /// A record as JSON, indented, with a line break at its end. Numbers that JSON cannot express

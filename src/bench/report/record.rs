@@ -171,7 +171,7 @@ impl std::fmt::Display for RaySetRecord {
 }
 
 /// The rate of one engine on one set of rays.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RateRow {
     /// Name of the scene, [`SceneRecord::name`].
     pub scene: String,

@@ -38,17 +38,7 @@ fn bad_files_are_told_apart() {
     let text = to_json(&fixture::record(1));
 
     let error = load_text("{\n  \"schema_version\": 1,\n  ]").expect_err("not JSON");
-    assert!(
-        matches!(
-            error,
-            RecordError::NotJson {
-                line: 3,
-                column: 3,
-                ..
-            }
-        ),
-        "{error:?}"
-    );
+    assert!(matches!(error, RecordError::NotJson { .. }), "{error:?}");
     assert!(
         error.to_string().contains("record.json:3:3: not JSON: "),
         "{error}"

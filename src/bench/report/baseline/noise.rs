@@ -28,23 +28,14 @@ fn measured(speed: f64, draw: &mut Draw) -> LogRate {
     // The error that the interval implies is mostly right within a factor of two.
     let reach = libm::exp(2.326 * error * libm::exp(0.35 * draw.normal()));
     let row = RateRow {
-        scene: String::new(),
-        rays: String::new(),
-        engine: String::new(),
-        kernel: String::new(),
-        threads: 1,
         mrays_per_s: Estimate {
             median: rate,
             mad: 0.0,
             low: rate / reach,
             high: rate * reach,
         },
-        rays_timed: 1,
-        hits: 1,
-        difference: None,
-        exact: true,
-        same_as: None,
         samples: vec![rate; 3],
+        ..RateRow::default()
     };
     LogRate::of(&row).expect("a positive rate")
 }
