@@ -14,7 +14,7 @@ use phalanx::trace::Kernel;
 pub struct TracedScene {
     pub scene: Scene,
     pub bvh: Bvh,
-    pub forest: TwoLevelBvh,
+    pub oracle_bvh: TwoLevelBvh,
 }
 
 impl TracedScene {
@@ -27,7 +27,7 @@ impl TracedScene {
         };
         TracedScene {
             bvh: Bvh::build_with(&scene, &settings),
-            forest: TwoLevelBvh::build(&scene),
+            oracle_bvh: TwoLevelBvh::build(&scene),
             scene,
         }
     }
@@ -55,7 +55,7 @@ impl TracedScene {
     pub fn oracle<'a>(&'a self, rays: RaySetRef<'a>) -> OracleEngine<'a> {
         OracleEngine {
             scene: &self.scene,
-            forest: &self.forest,
+            bvh: &self.oracle_bvh,
             rays,
         }
     }

@@ -23,7 +23,7 @@
 use super::answer::Answer;
 use super::error::BenchError;
 use super::plan::{BenchPlan, SceneInfo};
-use super::ray_kind::QueryKind as Asked;
+use super::ray_kind::QueryKind;
 use super::workload::{self, BenchTrees, Workload};
 use bumpalo::Bump;
 use phalanx_scene::Scene;
@@ -75,8 +75,8 @@ fn write_set(workload: &Workload, out: &mut dyn Write) -> io::Result<()> {
     let kind = workload.kind().name().as_bytes();
     name[..kind.len()].copy_from_slice(kind);
     out.write_all(&name)?;
-    let asked = u32::from(workload.kind().query() == Asked::Occluded);
-    out.write_all(&asked.to_le_bytes())?;
+    let query = u32::from(workload.kind().query() == QueryKind::Occluded);
+    out.write_all(&query.to_le_bytes())?;
     out.write_all(&workload.set.tmax.to_le_bytes())?;
     out.write_all(&(workload.rays() as u64).to_le_bytes())?;
     for ray in 0..workload.rays() {

@@ -49,7 +49,7 @@ pub struct OracleEngine<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The oracle's trees.
-    pub forest: &'a TwoLevelBvh,
+    pub bvh: &'a TwoLevelBvh,
     /// The rays.
     pub rays: RaySetRef<'a>,
 }
@@ -57,7 +57,7 @@ pub struct OracleEngine<'a> {
 impl BenchEngine for OracleEngine<'_> {
     fn thread(&self) -> Box<dyn BenchEngineThread + '_> {
         Box::new(OracleEngineThread {
-            oracle: Oracle::new(self.scene, OracleSearch::Tree(self.forest), 0),
+            oracle: Oracle::new(self.scene, OracleSearch::Tree(self.bvh), 0),
             rays: self.rays,
         })
     }

@@ -7,15 +7,15 @@ use super::plan::{BenchPlan, SceneInfo};
 use super::timer::{self, Chunks};
 use super::workload::{BenchTrees, Workload};
 use crate::peers::{BenchEngine, PeerScene};
-use crate::report::{Estimate, RateRow};
+use crate::report::RateRow;
 use phalanx_scene::Scene;
 use phalanx_trace::Kernel;
 
 /// One engine and mode on a set of rays, with its results compared.
 pub(super) struct Entrant<'a> {
-    engine: &'static str,
+    name: &'static str,
     kernel: String,
-    pub(super) engine_impl: Box<dyn BenchEngine + 'a>,
+    pub(super) engine: Box<dyn BenchEngine + 'a>,
     hits: u64,
     difference: Option<f64>,
 }
@@ -44,41 +44,32 @@ pub(super) fn entrants<'a>(
 ) -> Vec<Entrant<'a>> {
     let rays = workload.set.rays();
     let hits = workload.expected.hits(workload.rays()) as u64;
-    let ours = |engine, kernel: &str, contender| Entrant {
-        engine,
+    let checked = |name, kernel: &str, engine: Box<dyn BenchEngine + 'a>| Entrant {
+        name,
         kernel: kernel.to_owned(),
-        engine_impl: contender,
+        engine,
         hits,
         difference: None,
     };
-    let oracle = Box::new(OracleEngine {
-        scene,
-        forest: &trees.forest,
-        rays,
-    });
-    let mut entrants = vec![ours("oracle", "scalar", oracle as Box<dyn BenchEngine>)];
-    for kernel in kernels(plan) {
-        let contender = Box::new(KernelEngine {
-            bvh: &trees.bvh,
-            kernel,
-            rays,
-        });
-        entrants.push(ours("phalanx", kernel.name(), contender));
-    }
-    let (kind, packets) = (workload.kind().query(), workload.packets());
-    for (engine, rival) in peers {
-        for (kernel, contender) in rival.engines(rays) {
-            let all = Chunks::all(packets);
-            let answer = timer::answer(&*contender, kind, &all, BenchPlan::all_threads());
-            let difference = workload
-                .expected
-                .share_of_differences(&answer, workload.rays());
+    let bvh = &trees.oracle_bvh;
+    let oracle = OracleEngine { scene, bvh, rays };
+    let mut entrants = vec![checked("oracle", "scalar", Box::new(oracle))];
+    let bvh = &trees.bvh;
+    entrants.extend(kernels(plan).into_iter().map(|kernel| {
+        let engine = KernelEngine { bvh, kernel, rays };
+        checked("phalanx", kernel.name(), Box::new(engine))
+    }));
+    let (query, all) = (workload.kind().query(), Chunks::all(workload.packets()));
+    for (name, peer_scene) in peers {
+        for (kernel, engine) in peer_scene.engines(rays) {
+            let answer = timer::answer(&*engine, query, &all, BenchPlan::all_threads());
+            let expected = &workload.expected;
             entrants.push(Entrant {
-                engine,
+                name,
                 kernel,
-                engine_impl: contender,
+                engine,
                 hits: answer.hits(workload.rays()) as u64,
-                difference: Some(difference),
+                difference: Some(expected.share_of_differences(&answer, workload.rays())),
             });
         }
     }
@@ -88,7 +79,7 @@ pub(super) fn entrants<'a>(
 impl Entrant<'_> {
     /// The part of the rays that is timed.
     pub(super) fn chunks(&self, workload: &Workload) -> Chunks {
-        match self.engine {
+        match self.name {
             "oracle" => workload.oracle_timed(),
             _ => workload.timed(),
         }
@@ -96,19 +87,14 @@ impl Entrant<'_> {
 
     /// The entrant's row, without samples so far.
     pub(super) fn row(&self, info: &SceneInfo, workload: &Workload, threads: usize) -> RateRow {
+        let kind = workload.kind().name();
         RateRow {
             hits: self.hits,
             difference: self.difference,
             exact: self
                 .difference
                 .is_none_or(|share| share <= MAX_DIFFERING_SHARE),
-            ..row(
-                info,
-                workload.kind().name(),
-                self.engine,
-                &self.kernel,
-                threads,
-            )
+            ..row(info, kind, self.name, &self.kernel, threads)
         }
     }
 }
@@ -127,12 +113,7 @@ pub(super) fn row(
         engine: engine.to_owned(),
         kernel: kernel.to_owned(),
         threads: threads as u32,
-        mrays_per_s: Estimate::default(),
-        rays_timed: 0,
-        hits: 0,
-        difference: None,
         exact: true,
-        same_as: None,
-        samples: Vec::new(),
+        ..RateRow::default()
     }
 }

@@ -56,7 +56,7 @@ impl<'a> Frames<'a> {
 
     fn tree(&self, engine: &str) -> AccelRef<'a> {
         match engine {
-            "oracle" => AccelRef::Oracle(&self.trees.forest),
+            "oracle" => AccelRef::Oracle(&self.trees.oracle_bvh),
             _ => AccelRef::Packets(&self.trees.bvh),
         }
     }
@@ -133,18 +133,18 @@ impl<'a> Frames<'a> {
 
 /// The first pixel whose radiance or primary hit differs in any bit.
 fn first_difference(a: &Frame, b: &Frame) -> Option<[u32; 2]> {
-    let width = a.film.width as usize;
-    let (ours, theirs) = (&a.film, &b.film);
+    let (a, b) = (&a.film, &b.film);
+    let width = a.width as usize;
     let differs = |i: &usize| {
-        let planes = ours.planes.iter().zip(&theirs.planes);
-        let mut radiance = planes.map(|(a, b)| a[*i].to_bits() != b[*i].to_bits());
+        let planes = a.planes.iter().zip(&b.planes);
+        let mut radiance = planes.map(|(p, q)| p[*i].to_bits() != q[*i].to_bits());
         let hit = |film: &phalanx_render::Film| {
             let hits = film.hits.as_ref()?;
             let [t, u, v] = [hits.t[*i], hits.u[*i], hits.v[*i]].map(f32::to_bits);
             Some((hits.prim_id[*i], t, u, v))
         };
-        radiance.any(|d| d) || hit(ours) != hit(theirs)
+        radiance.any(|d| d) || hit(a) != hit(b)
     };
-    let first = (0..ours.planes[0].len()).find(differs)?;
+    let first = (0..a.planes[0].len()).find(differs)?;
     Some([(first % width) as u32, (first / width) as u32])
 }

@@ -19,8 +19,8 @@ const MIN_SAMPLE_SECONDS: f64 = 0.005;
 pub(super) enum Task<'a> {
     /// Traces rays.
     Rays {
-        contender: &'a dyn BenchEngine,
-        question: QueryKind,
+        engine: &'a dyn BenchEngine,
+        query: QueryKind,
         chunks: Chunks,
         rays: usize,
     },
@@ -47,13 +47,13 @@ impl Task<'_> {
     fn sample(&self, passes: usize, threads: usize, pin: CoreAffinity) -> (Timing, u64) {
         match self {
             Task::Rays {
-                contender,
-                question,
+                engine,
+                query,
                 chunks,
                 rays,
             } => {
                 let cores = Cores::here(pin);
-                let timing = timer::sample(*contender, *question, chunks, passes, threads, &cores);
+                let timing = timer::sample(*engine, *query, chunks, passes, threads, &cores);
                 (timing, chunks.rays(*rays) as u64)
             }
             Task::Frame {

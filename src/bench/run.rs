@@ -50,11 +50,11 @@ pub fn measure(
     let scene_record = workload::scene_record(scene, info, &trees, &workloads, plan.size);
     let mut rows = Vec::new();
     if plan.timed {
-        let lineups: Vec<Vec<Entrant>> = workloads
+        let entrants: Vec<Vec<Entrant>> = workloads
             .iter()
             .map(|workload| entrants(scene, &trees, &peers, workload, plan))
             .collect();
-        let mut measurements = measurements(&workloads, &lineups, plan, info);
+        let mut measurements = measurements(&workloads, &entrants, plan, info);
         measurements.extend(frames.measurements(info, frame_hits));
         listener.begin_step("measuring");
         rows = run_rounds(measurements, plan, listener);
@@ -79,9 +79,9 @@ fn build_peers(
     for peer in plan.peers.iter().filter(|_| plan.timed) {
         let (built, seconds) = timed(|| peer.build(scene, threads));
         match built {
-            Ok(rival) => {
+            Ok(peer_scene) => {
                 trees.seconds.insert(peer.name().to_owned(), seconds);
-                peers.push((peer.name(), rival));
+                peers.push((peer.name(), peer_scene));
             }
             Err(unsupported) => notes.push(format!("{}: {unsupported}", info.name)),
         }
@@ -105,17 +105,17 @@ fn counters(
 /// Measurements of all engines, side by side for each kind and number of threads.
 fn measurements<'a>(
     workloads: &'a [Workload],
-    lineups: &'a [Vec<Entrant>],
+    entrants: &'a [Vec<Entrant>],
     plan: &BenchPlan,
     info: &SceneInfo,
 ) -> Vec<Measurement<'a>> {
     let mut measurements = Vec::new();
-    for (workload, entrants) in workloads.iter().zip(lineups) {
+    for (workload, entrants) in workloads.iter().zip(entrants) {
         for &threads in &plan.threads {
             measurements.extend(entrants.iter().map(|entrant| {
                 let task = Task::Rays {
-                    contender: &*entrant.engine_impl,
-                    question: workload.kind().query(),
+                    engine: &*entrant.engine,
+                    query: workload.kind().query(),
                     chunks: entrant.chunks(workload),
                     rays: workload.rays(),
                 };

@@ -64,7 +64,7 @@ impl Suite {
 impl SuiteScene {
     /// The scene's data in the form that a run takes; results are expected only at the suite's own
     /// size.
-    pub fn heading(&self, answers: bool) -> SceneInfo {
+    pub fn info(&self, answers: bool) -> SceneInfo {
         SceneInfo {
             name: self.name.clone(),
             family: Some(self.family.clone()),

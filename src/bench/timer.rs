@@ -122,7 +122,7 @@ fn is_oversubscribed(threads: usize) -> bool {
 /// Times `passes` passes over the chunks, which are the pieces. Threads, and the engine's state for
 /// each, are ready before the clock starts.
 pub fn sample(
-    contender: &dyn BenchEngine,
+    engine: &dyn BenchEngine,
     query: QueryKind,
     chunks: &Chunks,
     passes: usize,
@@ -132,7 +132,7 @@ pub fn sample(
     let (next, barrier) = (AtomicUsize::new(0), Barrier::new(threads));
     let work = |worker: usize| {
         cores.bind(worker);
-        let mut engine_thread = contender.thread();
+        let mut engine_thread = engine.thread();
         let mut scratch = Answer::with_capacity(query, chunks.size);
         let mut fastest = vec![f64::INFINITY; chunks.count()];
         barrier.wait();
@@ -217,7 +217,7 @@ fn trace_packets(
 /// The results of an engine for the rays of some chunks, without a clock; other rays count as
 /// hitting nothing.
 pub fn answer(
-    contender: &dyn BenchEngine,
+    engine: &dyn BenchEngine,
     query: QueryKind,
     chunks: &Chunks,
     threads: usize,
@@ -236,7 +236,7 @@ pub fn answer(
     let pieces = pieces.into_iter().step_by(chunks.stride);
     let pieces = Mutex::new(pieces.enumerate());
     let work = || {
-        let mut engine_thread = contender.thread();
+        let mut engine_thread = engine.thread();
         while let Some((k, piece)) = take(&pieces) {
             let packets = chunks.range(k);
             match piece {

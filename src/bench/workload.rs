@@ -21,7 +21,7 @@ use std::time::Instant;
 /// Both trees of a scene, and the seconds it took to build them.
 pub(super) struct BenchTrees {
     pub(super) bvh: Bvh,
-    pub(super) forest: TwoLevelBvh,
+    pub(super) oracle_bvh: TwoLevelBvh,
     pub(super) seconds: BTreeMap<String, f64>,
 }
 
@@ -31,13 +31,13 @@ impl BenchTrees {
             quality: plan.quality,
             threads: plan.max_threads(),
         };
-        let (bvh, ours) = timed(|| Bvh::build_with(scene, &settings));
-        let (forest, theirs) = timed(|| TwoLevelBvh::build(scene));
-        let seconds = [("phalanx", ours), ("oracle", theirs)];
+        let (bvh, bvh_seconds) = timed(|| Bvh::build_with(scene, &settings));
+        let (oracle_bvh, oracle_seconds) = timed(|| TwoLevelBvh::build(scene));
+        let seconds = [("phalanx", bvh_seconds), ("oracle", oracle_seconds)];
         let seconds = seconds.map(|(engine, s)| (engine.to_owned(), s));
         BenchTrees {
             bvh,
-            forest,
+            oracle_bvh,
             seconds: seconds.into(),
         }
     }
@@ -107,7 +107,7 @@ pub(super) fn workloads<'a>(
     plan: &BenchPlan,
     info: &SceneInfo,
 ) -> Result<Vec<Workload<'a>>, BenchError> {
-    let ask = |set: RaySet<'a>| {
+    let workload = |set: RaySet<'a>| {
         let expected = compute_expected(scene, trees, info, &set);
         Workload { set, expected }
     };
@@ -115,10 +115,10 @@ pub(super) fn workloads<'a>(
         scene: info.name.clone(),
         source,
     })?;
-    let first = ask(first);
+    let first = workload(first);
     let mut workloads = Vec::new();
     for &kind in plan.kinds.iter().filter(|kind| **kind != RayKind::Primary) {
-        workloads.push(ask(secondary(
+        workloads.push(workload(secondary(
             arena,
             scene,
             kind,
@@ -139,19 +139,19 @@ fn compute_expected(scene: &Scene, trees: &BenchTrees, info: &SceneInfo, set: &R
     let (kind, rays, threads) = (set.kind, set.queue.len(), BenchPlan::all_threads());
     let all = Chunks::all(set.queue.packets());
     if let Some(expected) = info.expected.get(kind.name()) {
-        let contender = KernelEngine {
+        let engine = KernelEngine {
             bvh: &trees.bvh,
             kernel: Kernel::Auto,
             rays: set.rays(),
         };
-        let answer = timer::answer(&contender, kind.query(), &all, threads);
+        let answer = timer::answer(&engine, kind.query(), &all, threads);
         if *expected == record(&answer, rays) {
             return answer;
         }
     }
     let oracle = OracleEngine {
         scene,
-        forest: &trees.forest,
+        bvh: &trees.oracle_bvh,
         rays: set.rays(),
     };
     timer::answer(&oracle, kind.query(), &all, threads)
@@ -178,29 +178,25 @@ pub(super) fn check(
     let all = || Chunks::all(workload.packets());
     for kernel in plan.kernels.iter().copied().chain([Kernel::Auto]) {
         let bvh = &trees.bvh;
-        let contender = KernelEngine { bvh, kernel, rays };
-        check_one(&contender, kernel.name(), all(), workload, info)?;
+        let engine = KernelEngine { bvh, kernel, rays };
+        check_one(&engine, kernel.name(), all(), workload, info)?;
     }
-    let forest = &trees.forest;
-    let oracle = OracleEngine {
-        scene,
-        forest,
-        rays,
-    };
+    let bvh = &trees.oracle_bvh;
+    let oracle = OracleEngine { scene, bvh, rays };
     let chunks = Chunks::some(workload.packets(), CHUNK_PACKETS, ORACLE_CHECKED_RAYS);
     check_one(&oracle, "oracle", chunks, workload, info)?;
     check_expected(workload, info)
 }
 
 fn check_one(
-    contender: &dyn BenchEngine,
+    engine: &dyn BenchEngine,
     name: &str,
     chunks: Chunks,
     workload: &Workload,
     info: &SceneInfo,
 ) -> Result<(), BenchError> {
     let kind = workload.kind();
-    let answer = timer::answer(contender, kind.query(), &chunks, BenchPlan::all_threads());
+    let answer = timer::answer(engine, kind.query(), &chunks, BenchPlan::all_threads());
     let numbers = chunks.ray_numbers(workload.rays());
     match workload.expected.first_difference(&answer, numbers) {
         None => Ok(()),

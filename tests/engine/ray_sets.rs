@@ -25,10 +25,10 @@ fn scene(name: &str) -> Scene {
 }
 
 fn answer(scene: &Scene, set: &RaySet) -> Answer {
-    let forest = TwoLevelBvh::build(scene);
+    let bvh = TwoLevelBvh::build(scene);
     let oracle = OracleEngine {
         scene,
-        forest: &forest,
+        bvh: &bvh,
         rays: set.rays(),
     };
     let mut answer = Answer::with_capacity(set.kind.query(), set.queue.packets());
@@ -59,26 +59,26 @@ fn secondary_rays_start_where_the_camera_sees_something() {
     let arena = bumpalo::Bump::new();
     let first = primary(&arena, &scene, [64, 48]).unwrap();
     assert_eq!(first.queue.len(), 64 * 48);
-    let truth = answer(&scene, &first);
-    let hits = truth.hits(first.queue.len());
-    let Answer::Closest(packets) = &truth else {
+    let expected = answer(&scene, &first);
+    let hits = expected.hits(first.queue.len());
+    let Answer::Closest(packets) = &expected else {
         panic!()
     };
     let camera = rays(&first);
-    let seen: Vec<(Vec3, Vec3)> = (0..camera.len())
+    let points: Vec<(Vec3, Vec3)> = (0..camera.len())
         .filter(|ray| packets[ray / LANES].prim_id.lane(ray % LANES) != NO_PRIM)
         .map(|ray| {
             let (org, dir) = camera[ray];
             (org + dir * packets[ray / LANES].t.lane(ray % LANES), dir)
         })
         .collect();
-    assert_eq!(seen.len(), hits);
+    assert_eq!(points.len(), hits);
     let size = (scene.bounds().hi - scene.bounds().lo).length();
     for kind in [RayKind::Reflection, RayKind::Diffuse, RayKind::Ao] {
-        let set = secondary(&arena, &scene, kind, &first, &truth);
+        let set = secondary(&arena, &scene, kind, &first, &expected);
         let all = rays(&set);
         assert_eq!(all.len(), hits, "{kind:?}");
-        for ((org, dir), (point, _)) in all.iter().zip(&seen) {
+        for ((org, dir), (point, _)) in all.iter().zip(&points) {
             assert!((*org - *point).length() < 1e-4 * size, "{kind:?}");
             let length = if kind == RayKind::Ao {
                 0.05 * size
@@ -90,7 +90,13 @@ fn secondary_rays_start_where_the_camera_sees_something() {
     }
     // About half of the hemisphere's energy is within 45 degrees of the normal; the plane below
     // looks up.
-    let diffuse = rays(&secondary(&arena, &scene, RayKind::Diffuse, &first, &truth));
+    let diffuse = rays(&secondary(
+        &arena,
+        &scene,
+        RayKind::Diffuse,
+        &first,
+        &expected,
+    ));
     let steep = diffuse
         .iter()
         .filter(|(_, dir)| dir.z > 0.5f32.sqrt())
@@ -106,8 +112,8 @@ fn shadow_rays_end_at_the_light() {
     let scene = scene("standard:balls:2");
     let arena = bumpalo::Bump::new();
     let first = primary(&arena, &scene, [64, 48]).unwrap();
-    let truth = answer(&scene, &first);
-    let set = secondary(&arena, &scene, RayKind::Shadow, &first, &truth);
+    let expected = answer(&scene, &first);
+    let set = secondary(&arena, &scene, RayKind::Shadow, &first, &expected);
     assert_eq!(set.tmax, 1.0);
     let light = scene.lights.position.get(0);
     assert!(!set.queue.is_empty());

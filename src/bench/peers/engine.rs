@@ -32,6 +32,9 @@ pub trait BenchEngine: Sync {
     fn thread(&self) -> Box<dyn BenchEngineThread + '_>;
 }
 
+/// The modes of a tracer on a set of rays, by name.
+pub type NamedEngines = Vec<(String, Box<dyn BenchEngine>)>;
+
 /// One thread's share of an engine. Packets are the set's, eight rays each; a range starts at an
 /// even packet.
 pub trait BenchEngineThread {

@@ -5,7 +5,7 @@ pub mod embree;
 mod engine;
 pub mod obvhs;
 
-pub use engine::{BenchEngine, BenchEngineThread, RaySetRef, Unsupported};
+pub use engine::{BenchEngine, BenchEngineThread, NamedEngines, RaySetRef, Unsupported};
 
 use phalanx_scene::Scene;
 
@@ -58,7 +58,7 @@ pub enum PeerScene {
 
 impl PeerScene {
     /// The peer's modes by name, each with the rays laid out as it wants them.
-    pub fn engines(&self, rays: RaySetRef) -> Vec<(String, Box<dyn BenchEngine>)> {
+    pub fn engines(&self, rays: RaySetRef) -> NamedEngines {
         match self {
             PeerScene::Embree(scene) => scene.engines(rays),
             PeerScene::Obvhs(scene) => scene.engines(rays),

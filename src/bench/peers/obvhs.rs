@@ -6,7 +6,7 @@
 //! `ray_traverse_anyhit` is for transparency, and visits all). It has no spheres: they are
 //! intersected by the plain formula, which users of the crate have to supply themselves.
 
-use super::engine::{BenchEngine, BenchEngineThread, RaySetRef, Unsupported};
+use super::engine::{BenchEngine, BenchEngineThread, NamedEngines, RaySetRef, Unsupported};
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -21,18 +21,15 @@ use phalanx_trace::packet::{HitPacket, NO_PRIM};
 use phalanx_trace::simd::{F32x8, LANES, U32x8};
 use std::ops::Range;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Preset that its trees are built with, the slowest there is: 3.7 s a tree for a million
 /// triangles, seven times medium's time, for 7 to 23 % more rays on the terrain. In the room
 /// medium's trees are 20 to 40 times slower than these, and those of `slow_build` no better.
 const PRESET: BvhBuildParams = BvhBuildParams::very_slow_build();
 
-/// A scene in obvhs's trees.
-pub struct ObvhsScene {
-    trees: Box<dyn PeerTrees>,
-    build_seconds: [(&'static str, f64); 2],
-}
+/// A scene in obvhs's trees, as the function that makes the modes of tracing some rays.
+pub struct ObvhsScene(Box<dyn Fn(&Arc<ObvhsRays>) -> NamedEngines>);
 
 impl ObvhsScene {
     /// Copies a scene and builds both trees, on one thread. Supports triangles and spheres, without
@@ -74,31 +71,19 @@ impl ObvhsScene {
     }
 
     fn of<S: ObvhsShape>(shapes: Vec<S>) -> ObvhsScene {
-        let start = Instant::now();
-        let bvh2 = PeerTree::new(&shapes, S::bvh2);
-        let half = Instant::now();
-        let cwbvh = PeerTree::new(&shapes, S::cwbvh);
-        let build_seconds = [
-            ("bvh2", (half - start).as_secs_f64()),
-            ("cwbvh", half.elapsed().as_secs_f64()),
-        ];
-        ObvhsScene {
-            trees: Box::new(BvhPair {
-                bvh2: Arc::new(bvh2),
-                cwbvh: Arc::new(cwbvh),
-            }),
-            build_seconds,
-        }
-    }
-
-    /// Seconds that each tree took to build, by its name.
-    pub fn build_seconds(&self) -> [(&'static str, f64); 2] {
-        self.build_seconds
+        let bvh2 = Arc::new(PeerTree::new(&shapes, S::bvh2));
+        let cwbvh = Arc::new(PeerTree::new(&shapes, S::cwbvh));
+        ObvhsScene(Box::new(move |rays| {
+            vec![
+                ("bvh2".to_owned(), ObvhsEngine::boxed(&bvh2, rays)),
+                ("cwbvh".to_owned(), ObvhsEngine::boxed(&cwbvh, rays)),
+            ]
+        }))
     }
 
     /// The modes of tracing a set of rays, by name.
-    pub fn engines(&self, rays: RaySetRef) -> Vec<(String, Box<dyn BenchEngine>)> {
-        self.trees.engines(&Arc::new(ObvhsRays::new(rays)))
+    pub fn engines(&self, rays: RaySetRef) -> NamedEngines {
+        (self.0)(&Arc::new(ObvhsRays::new(rays)))
     }
 }
 
@@ -205,8 +190,8 @@ impl ObvhsShape for MixedShape {
 trait ObvhsTraversal: Send + Sync + 'static {
     /// The primitive at each position in leaf order; some primitives have several positions.
     fn order(&self) -> &[u32];
-    fn closest(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> RayHit;
-    fn occluded(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> bool;
+    fn closest(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> RayHit;
+    fn occluded(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> bool;
 }
 
 impl ObvhsTraversal for Bvh2 {
@@ -215,15 +200,15 @@ impl ObvhsTraversal for Bvh2 {
     }
 
     #[inline(always)]
-    fn closest(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> RayHit {
+    fn closest(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> RayHit {
         let mut hit = RayHit::none();
-        self.ray_traverse(ray, &mut hit, meet);
+        self.ray_traverse(ray, &mut hit, intersect);
         hit
     }
 
     #[inline(always)]
-    fn occluded(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> bool {
-        !self.ray_traverse_miss(ray, meet)
+    fn occluded(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> bool {
+        !self.ray_traverse_miss(ray, intersect)
     }
 }
 
@@ -233,15 +218,15 @@ impl ObvhsTraversal for CwBvh {
     }
 
     #[inline(always)]
-    fn closest(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> RayHit {
+    fn closest(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> RayHit {
         let mut hit = RayHit::none();
-        self.ray_traverse(ray, &mut hit, meet);
+        self.ray_traverse(ray, &mut hit, intersect);
         hit
     }
 
     #[inline(always)]
-    fn occluded(&self, ray: Ray, meet: impl FnMut(&Ray, usize) -> f32) -> bool {
-        !self.ray_traverse_miss(ray, meet)
+    fn occluded(&self, ray: Ray, intersect: impl FnMut(&Ray, usize) -> f32) -> bool {
+        !self.ray_traverse_miss(ray, intersect)
     }
 }
 
@@ -262,28 +247,6 @@ impl<T: ObvhsTraversal, S: ObvhsShape> PeerTree<T, S> {
             tree,
             prim_ids,
         }
-    }
-}
-
-trait PeerTrees {
-    fn engines(&self, rays: &Arc<ObvhsRays>) -> Vec<(String, Box<dyn BenchEngine>)>;
-}
-
-struct BvhPair<S> {
-    bvh2: Arc<PeerTree<Bvh2, S>>,
-    cwbvh: Arc<PeerTree<CwBvh, S>>,
-}
-
-impl<S: ObvhsShape> PeerTrees for BvhPair<S> {
-    fn engines(&self, rays: &Arc<ObvhsRays>) -> Vec<(String, Box<dyn BenchEngine>)> {
-        let (bvh2, cwbvh) = (
-            ObvhsEngine::new(&self.bvh2, rays),
-            ObvhsEngine::new(&self.cwbvh, rays),
-        );
-        vec![
-            ("bvh2".to_owned(), Box::new(bvh2)),
-            ("cwbvh".to_owned(), Box::new(cwbvh)),
-        ]
     }
 }
 
@@ -318,36 +281,28 @@ struct ObvhsEngine<T, S> {
     rays: Arc<ObvhsRays>,
 }
 
-impl<T, S> ObvhsEngine<T, S> {
-    fn new(tree: &Arc<PeerTree<T, S>>, layout: &Arc<ObvhsRays>) -> ObvhsEngine<T, S> {
-        ObvhsEngine {
+impl<T: ObvhsTraversal, S: ObvhsShape> ObvhsEngine<T, S> {
+    fn boxed(tree: &Arc<PeerTree<T, S>>, rays: &Arc<ObvhsRays>) -> Box<dyn BenchEngine> {
+        Box::new(ObvhsEngine {
             tree: Arc::clone(tree),
-            rays: Arc::clone(layout),
-        }
+            rays: Arc::clone(rays),
+        })
     }
 }
 
 impl<T: ObvhsTraversal, S: ObvhsShape> BenchEngine for ObvhsEngine<T, S> {
     fn thread(&self) -> Box<dyn BenchEngineThread + '_> {
-        Box::new(ObvhsEngineThread {
-            tree: &self.tree,
-            rays: &self.rays,
-        })
+        Box::new(self)
     }
 }
 
-struct ObvhsEngineThread<'a, T, S> {
-    tree: &'a PeerTree<T, S>,
-    rays: &'a ObvhsRays,
-}
-
-impl<T: ObvhsTraversal, S: ObvhsShape> BenchEngineThread for ObvhsEngineThread<'_, T, S> {
+impl<T: ObvhsTraversal, S: ObvhsShape> BenchEngineThread for &ObvhsEngine<T, S> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
         let PeerTree {
             tree,
             shapes,
             prim_ids,
-        } = self.tree;
+        } = &*self.tree;
         for (packet, hit) in packets.zip(hits) {
             let (mut t, mut prim_id) = ([self.rays.tmax; LANES], [NO_PRIM; LANES]);
             for (lane, &ray) in self.rays.packet(packet).iter().enumerate() {
@@ -366,12 +321,12 @@ impl<T: ObvhsTraversal, S: ObvhsShape> BenchEngineThread for ObvhsEngineThread<'
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
-        let PeerTree { tree, shapes, .. } = self.tree;
+        let PeerTree { tree, shapes, .. } = &*self.tree;
         for (packet, blocked) in packets.zip(blocked) {
             *blocked = 0;
             for (lane, &ray) in self.rays.packet(packet).iter().enumerate() {
-                let met = tree.occluded(ray, |ray, i| shapes[i].intersect(ray));
-                *blocked |= u8::from(met) << lane;
+                let hit = tree.occluded(ray, |ray, i| shapes[i].intersect(ray));
+                *blocked |= u8::from(hit) << lane;
             }
         }
     }

@@ -31,7 +31,7 @@ mod scene;
 
 pub use api::EmbreeFault;
 
-use crate::peers::engine::{BenchEngine, RaySetRef, Unsupported};
+use crate::peers::engine::{NamedEngines, RaySetRef, Unsupported};
 use api::{Api, Device};
 use engines::{EmbreeEngine, RayLayout};
 use mxcsr::RestoreMxcsr;
@@ -206,8 +206,8 @@ impl EmbreeScene {
 
     /// The modes of tracing a set of rays, by name. Sixteen rays a call are included only where the
     /// library has instructions for them.
-    pub fn engines(&self, rays: RaySetRef) -> Vec<(String, Box<dyn BenchEngine>)> {
-        let mut modes: Vec<(String, Box<dyn BenchEngine>)> = Vec::new();
+    pub fn engines(&self, rays: RaySetRef) -> NamedEngines {
+        let mut modes = NamedEngines::new();
         let single = EmbreeEngine::new(&self.0, &Arc::new(RayLayout::<1>::new(rays)), false);
         modes.push(("single".to_owned(), Box::new(single)));
         let layout = Arc::new(RayLayout::<8>::new(rays));

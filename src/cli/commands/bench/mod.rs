@@ -204,7 +204,7 @@ fn bench_scenes(
     let answers = plan.size == suite.size && args.update_suite.is_none();
     let of_suite = |scene: &SuiteScene| BenchScene {
         path: PathBuf::from(&scene.name),
-        info: scene.heading(answers),
+        info: scene.info(answers),
     };
     if args.scenes.is_empty() {
         let text = args.filter.as_deref().unwrap_or("");
