@@ -79,7 +79,7 @@ impl Answer {
     /// Share of `rays` rays for which a peer has another result: one of the two hits and the other
     /// does not, or they hit different primitives at different positions ([`MAX_DISTANCE_ERROR`]).
     pub fn share_of_differences(&self, peer: &Answer, rays: usize) -> f64 {
-        let differs = |ray: &usize| self.differs(peer, *ray, same_place);
+        let differs = |ray: &usize| self.differs(peer, *ray, same_position);
         (0..rays).filter(differs).count() as f64 / rays.max(1) as f64
     }
 
@@ -131,7 +131,7 @@ fn bits(hit: &HitPacket, lane: usize) -> [u32; 4] {
     }
 }
 
-fn same_place(a: &HitPacket, b: &HitPacket, lane: usize) -> bool {
+fn same_position(a: &HitPacket, b: &HitPacket, lane: usize) -> bool {
     let (id, other) = (a.prim_id.lane(lane), b.prim_id.lane(lane));
     if id == other {
         return true;

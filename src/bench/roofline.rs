@@ -4,12 +4,12 @@
 //! attempts counts: a peak is the undisturbed rate, and on a busy machine only a short time is
 //! undisturbed.
 
+use super::timer::on_threads;
 use crate::report::{Cache, MachineLimits, ThreadLimits};
 use phalanx_trace::simd::{F32x8, F32x16, Lanes};
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::sync::Barrier;
-use std::thread;
 use std::time::{Duration, Instant};
 
 /// Measuring time of one attempt.
@@ -48,8 +48,8 @@ pub fn measure_limits(threads: usize, caches: &[Cache]) -> MachineLimits {
 /// Peak rates of the given number of threads, for the machine's caches; takes about a second.
 pub fn measure(threads: usize, caches: &[Cache]) -> ThreadLimits {
     let threads = threads.max(1);
-    let places = places(threads, caches).into_iter();
-    let bandwidth = places.map(|(name, bytes)| (name.to_owned(), reading(threads, bytes)));
+    let working_sets = working_sets(threads, caches).into_iter();
+    let bandwidth = working_sets.map(|(name, bytes)| (name.to_owned(), reading(threads, bytes)));
     ThreadLimits {
         threads: threads as u32,
         gflops: arithmetic(threads),
@@ -58,7 +58,7 @@ pub fn measure(threads: usize, caches: &[Cache]) -> ThreadLimits {
 }
 
 /// Bytes that each thread reads to stay within a cache, or to miss all of them.
-fn places(threads: usize, caches: &[Cache]) -> [(&'static str, usize); 4] {
+fn working_sets(threads: usize, caches: &[Cache]) -> [(&'static str, usize); 4] {
     let of_level = |level: u8| {
         let mut data = caches
             .iter()
@@ -175,7 +175,7 @@ struct ThreadShare {
 /// of its work.
 fn run_together<T: FnMut() -> f64>(threads: usize, worker: impl Fn() -> T + Sync) -> f64 {
     let barrier = Barrier::new(threads);
-    let run = || {
+    let run = |_| {
         let mut turn = worker();
         // Warm-up: pages, caches, the clock's frequency.
         turn();
@@ -190,13 +190,7 @@ fn run_together<T: FnMut() -> f64>(threads: usize, worker: impl Fn() -> T + Sync
         };
         (0..ATTEMPTS).map(attempt).collect::<Vec<ThreadShare>>()
     };
-    let parts: Vec<Vec<ThreadShare>> = thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(run)).collect();
-        let joined = workers.into_iter().map(|worker| worker.join());
-        joined
-            .map(|parts| parts.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-            .collect()
-    });
+    let parts: Vec<Vec<ThreadShare>> = on_threads(threads, run);
     let of_attempt = |k: usize| {
         let parts = || parts.iter().map(|of_thread| &of_thread[k]);
         let (start, end) = (parts().map(|p| p.start).min(), parts().map(|p| p.end).max());
@@ -233,13 +227,13 @@ mod tests {
             cache(2, "unified", 2048, 1),
             cache(3, "unified", 32 << 10, 2),
         ];
-        let kib = |threads| places(threads, &caches).map(|(_, bytes)| bytes >> 10);
+        let kib = |threads| working_sets(threads, &caches).map(|(_, bytes)| bytes >> 10);
         assert_eq!(kib(1), [24, 1024, 8 << 10, 128 << 10]);
         assert_eq!(kib(2), [24, 1024, 8 << 10, 64 << 10]);
         // Unknown caches, and caches of extreme size.
-        assert_eq!(places(1, &[])[0], ("l1", 16 << 10));
+        assert_eq!(working_sets(1, &[])[0], ("l1", 16 << 10));
         let huge = [cache(3, "unified", 4 << 20, 64)];
-        assert_eq!(places(2, &huge)[3].1 as u64, MAX_READ_BYTES / 2);
+        assert_eq!(working_sets(2, &huge)[3].1 as u64, MAX_READ_BYTES / 2);
     }
 
     /// Orders of magnitude only: other tests run beside it.
@@ -254,8 +248,8 @@ mod tests {
         };
         for limits in [one, two] {
             assert!((1.0..10_000.0).contains(&limits.gflops), "{limits:?}");
-            for (place, &rate) in &limits.bandwidth {
-                assert!((0.5..20_000.0).contains(&rate), "{place}: {limits:?}");
+            for (level, &rate) in &limits.bandwidth {
+                assert!((0.5..20_000.0).contains(&rate), "{level}: {limits:?}");
             }
         }
         assert!(one.bandwidth["l1"] > one.bandwidth["memory"], "{limits:?}");

@@ -156,18 +156,7 @@ pub fn sample(
             shares: fastest.into_iter().map(share).collect(),
         }
     };
-    let work = &work;
-    let spans: Vec<TimedSpan> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|k| scope.spawn(move || work(k))).collect();
-        workers
-            .into_iter()
-            .map(|worker| {
-                worker
-                    .join()
-                    .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-            })
-            .collect()
-    });
+    let spans = on_threads(threads, work);
     let start = spans.iter().map(|span| span.start).min();
     let end = spans.iter().map(|span| span.end).max();
     let wall = match (start, end) {
@@ -186,6 +175,18 @@ pub fn sample(
         }
     }
     timing
+}
+
+/// The results of `work` on some threads at once, each of which gets its number.
+pub fn on_threads<T: Send>(threads: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let work = &work;
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|k| scope.spawn(move || work(k))).collect();
+        let results = workers.into_iter().map(|worker| worker.join());
+        results
+            .map(|result| result.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    })
 }
 
 /// A thread's part of a sample.
@@ -223,7 +224,7 @@ pub fn answer(
     threads: usize,
 ) -> Answer {
     let mut answer = Answer::with_capacity(query, chunks.packets);
-    let pieces: Vec<AnswerSlice> = match &mut answer {
+    let slices: Vec<AnswerSlice> = match &mut answer {
         Answer::Closest(hits) => hits
             .chunks_mut(chunks.size)
             .map(AnswerSlice::Closest)
@@ -233,25 +234,18 @@ pub fn answer(
             .map(AnswerSlice::Occluded)
             .collect(),
     };
-    let pieces = pieces.into_iter().step_by(chunks.stride);
-    let pieces = Mutex::new(pieces.enumerate());
-    let work = || {
+    let slices = Mutex::new(slices.into_iter().step_by(chunks.stride).enumerate());
+    on_threads(threads, |_| {
         let mut engine_thread = engine.thread();
-        while let Some((k, piece)) = take(&pieces) {
+        while let Some((k, slice)) = take(&slices) {
             let packets = chunks.range(k);
-            match piece {
+            match slice {
                 AnswerSlice::Closest(hits) => engine_thread.closest(packets, hits),
                 AnswerSlice::Occluded(blocked) => engine_thread.occluded(packets, blocked),
             }
         }
-    };
-    std::thread::scope(|scope| {
-        for _ in 1..threads {
-            scope.spawn(work);
-        }
-        work();
     });
-    drop(pieces);
+    drop(slices);
     answer
 }
 
@@ -260,9 +254,9 @@ enum AnswerSlice<'a> {
     Occluded(&'a mut [u8]),
 }
 
-fn take<T>(pieces: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
-    let mut pieces = pieces.lock().unwrap_or_else(|broken| broken.into_inner());
-    pieces.next()
+fn take<T>(slices: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
+    let mut slices = slices.lock().unwrap_or_else(|broken| broken.into_inner());
+    slices.next()
 }
 
 #[cfg(test)]

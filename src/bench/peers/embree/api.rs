@@ -360,9 +360,9 @@ impl CommittedScene {
     pub(super) fn caller<const N: usize>(&self, coherent: bool) -> QueryCaller<'_, N> {
         const { assert!(N == 1 || N == 8 || N == 16, "Embree's packets") };
         let device = &self.0.device;
-        let entry = |ask: &QueryFns| EntryPoints {
-            one: ask.one,
-            many: if N == 16 { ask.sixteen } else { ask.eight },
+        let entry = |query: &QueryFns| EntryPoints {
+            one: query.one,
+            many: if N == 16 { query.sixteen } else { query.eight },
         };
         QueryCaller {
             scene: self.0.handle.as_ptr(),

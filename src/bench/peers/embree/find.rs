@@ -1,5 +1,6 @@
 //! Search for Embree's library: in the loader's folders, or in the wheel `embreex` of some Python.
 
+use std::collections::HashSet;
 use std::env;
 use std::ffi::OsString;
 use std::fs;
@@ -69,14 +70,9 @@ pub(super) fn by_asking_python() -> Vec<PathBuf> {
 /// Folders that Pythons are installed under: the prefixes of the virtual environment, of the
 /// Pythons in `PATH`, and the user's.
 fn prefixes() -> Vec<PathBuf> {
-    let mut prefixes: Vec<PathBuf> = Vec::new();
-    let variables = ["VIRTUAL_ENV", "CONDA_PREFIX"];
-    prefixes.extend(
-        variables
-            .into_iter()
-            .filter_map(env::var_os)
-            .map(PathBuf::from),
-    );
+    let variables = ["VIRTUAL_ENV", "CONDA_PREFIX"].into_iter();
+    let variables = variables.filter_map(env::var_os);
+    let mut prefixes: Vec<PathBuf> = variables.map(PathBuf::from).collect();
     for folder in env::split_paths(&env::var_os("PATH").unwrap_or_default()) {
         for python in ["python3", "python", "python3.exe", "python.exe"] {
             let python = folder.join(python);
@@ -88,20 +84,14 @@ fn prefixes() -> Vec<PathBuf> {
             for python in [Some(python.clone()), fs::canonicalize(&python).ok()] {
                 let prefix = python
                     .as_deref()
-                    .and_then(Path::parent)
-                    .and_then(Path::parent);
+                    .and_then(|python| python.ancestors().nth(2));
                 prefixes.extend(prefix.map(Path::to_owned));
             }
         }
     }
     prefixes.extend(env::home_dir().map(|home| home.join(".local")));
-    let mut seen = Vec::new();
-    prefixes.retain(|prefix| {
-        !seen.contains(prefix) && {
-            seen.push(prefix.clone());
-            true
-        }
-    });
+    let mut seen = HashSet::new();
+    prefixes.retain(|prefix| seen.insert(prefix.clone()));
     prefixes
 }
 

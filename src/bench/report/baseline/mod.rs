@@ -150,8 +150,8 @@ pub fn compare(
     reasons.extend(compatibility::of_rays(old, new));
     let mut both = Vec::new();
     let mut changes = Changes::default();
-    for (key, &row) in &now.ours {
-        match before.ours.get(key) {
+    for (key, &row) in &now.kernels {
+        match before.kernels.get(key) {
             None => changes.only_new.push(key.clone()),
             Some(&old) => {
                 reasons.extend(compatibility::of_part(old, row));
@@ -160,9 +160,9 @@ pub fn compare(
         }
     }
     let gone = before
-        .ours
+        .kernels
         .keys()
-        .filter(|key| !now.ours.contains_key(*key));
+        .filter(|key| !now.kernels.contains_key(*key));
     changes.only_old = gone.cloned().collect();
     if both.is_empty() {
         reasons.push(Mismatch::NothingInCommon);
@@ -192,7 +192,7 @@ pub fn compare(
 
 /// A record's rows by their keys.
 struct Index<'a> {
-    ours: BTreeMap<RowKey, &'a RateRow>,
+    kernels: BTreeMap<RowKey, &'a RateRow>,
     oracle: BTreeMap<(&'a str, &'a str, u32), &'a RateRow>,
 }
 
@@ -201,7 +201,7 @@ impl<'a> Index<'a> {
         let of_engine =
             |engine: &'static str| record.rows.iter().filter(move |r| r.engine == engine);
         Index {
-            ours: of_engine("phalanx").map(|r| (RowKey::of(r), r)).collect(),
+            kernels: of_engine("phalanx").map(|r| (RowKey::of(r), r)).collect(),
             oracle: of_engine("oracle")
                 .map(|r| ((r.scene.as_str(), r.rays.as_str(), r.threads), r))
                 .collect(),
@@ -210,13 +210,13 @@ impl<'a> Index<'a> {
 
     /// Returns true if a row's samples are those of another row, which the record also has.
     fn repeats(&self, key: &RowKey) -> bool {
-        let same_as = self.ours.get(key).and_then(|row| row.same_as.clone());
+        let same_as = self.kernels.get(key).and_then(|row| row.same_as.clone());
         same_as.is_some_and(|kernel| {
             let other = RowKey {
                 kernel,
                 ..key.clone()
             };
-            other != *key && self.ours.contains_key(&other)
+            other != *key && self.kernels.contains_key(&other)
         })
     }
 }

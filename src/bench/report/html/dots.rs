@@ -25,17 +25,6 @@ pub(super) struct Line {
     pub(super) dots: Vec<Dot>,
 }
 
-/// A dot plot.
-pub(super) struct DotPlot<'a> {
-    /// Description of the content, for screen readers.
-    pub(super) label: &'a str,
-    /// Caption of the axis.
-    pub(super) axis: &'a str,
-    pub(super) lines: &'a [Line],
-    /// A value with a rule of its own, such as 1 for ratios.
-    pub(super) mark: Option<f64>,
-}
-
 /// Sizes in pixels. The width is that of a narrow page, so that text has its own size there.
 pub(super) const WIDTH: f64 = 360.0;
 const LABELS: f64 = 114.0;
@@ -50,37 +39,34 @@ const DODGE: f64 = 2.4;
 /// Longest label, in characters that fit before the axis.
 const LABEL_LENGTH: usize = 19;
 
-impl DotPlot<'_> {
-    /// The chart, or a note that there is nothing to show.
-    pub(super) fn markup(&self) -> Markup {
-        let values = self.lines.iter().flat_map(|l| &l.dots);
-        let values = values
-            .flat_map(|d| [d.value, d.low, d.high])
-            .chain(self.mark);
-        let Some(axis) = LogAxis::over(values, LABELS, RIGHT) else {
-            return html! { p.note { "No rate to show." } };
-        };
-        let is_long = self.lines.len() > LONG;
-        let top = TOP[usize::from(is_long)];
-        let floor = top + STEP * self.lines.len() as f64 + 4.0;
-        let ticks = axis.ticks(8.0, 6.0);
-        let content = html! {
-            (paint_axis(&ticks, (top - 4.0, floor), (0.5 * (LABELS + RIGHT), self.axis)))
-            @if is_long {
-                @for (x, label) in &ticks { (text((*x, top - 12.0), "middle", TICK, label)) }
+/// A plot, or a note that there is nothing to show. `label` describes it for screen readers,
+/// `caption` the axis; `mark` is a value with a rule of its own, such as 1 for ratios.
+pub(super) fn dot_plot(label: &str, caption: &str, lines: &[Line], mark: Option<f64>) -> Markup {
+    let dots = lines.iter().flat_map(|l| &l.dots);
+    let values = dots.flat_map(|d| [d.value, d.low, d.high]).chain(mark);
+    let Some(axis) = LogAxis::over(values, LABELS, RIGHT) else {
+        return html! { p.note { "No rate to show." } };
+    };
+    let is_long = lines.len() > LONG;
+    let top = TOP[usize::from(is_long)];
+    let floor = top + STEP * lines.len() as f64 + 4.0;
+    let ticks = axis.ticks(8.0, 6.0);
+    let content = html! {
+        (paint_axis(&ticks, (top - 4.0, floor), (0.5 * (LABELS + RIGHT), caption)))
+        @if is_long {
+            @for (x, label) in &ticks { (text((*x, top - 12.0), "middle", TICK, label)) }
+        }
+        @if let Some(x) = mark.map(|mark| axis.at(mark)) {
+            (line(&[(x, top - 4.0), (x, floor)], Tint::Ink, 1.0))
+        }
+        @for (i, line) in lines.iter().enumerate() {
+            (paint_line(line, &axis, top + STEP * i as f64))
+            @if lines.get(i + 1).is_some_and(|next| next.group != line.group) {
+                (rule(top + STEP * (i + 1) as f64))
             }
-            @if let Some(x) = self.mark.map(|mark| axis.at(mark)) {
-                (line(&[(x, top - 4.0), (x, floor)], Tint::Ink, 1.0))
-            }
-            @for (i, line) in self.lines.iter().enumerate() {
-                (paint_line(line, &axis, top + STEP * i as f64))
-                @if self.lines.get(i + 1).is_some_and(|next| next.group != line.group) {
-                    (rule(top + STEP * (i + 1) as f64))
-                }
-            }
-        };
-        draw((WIDTH, floor + BOTTOM), self.label, content)
-    }
+        }
+    };
+    draw((WIDTH, floor + BOTTOM), label, content)
 }
 
 /// A line between two groups.

@@ -1,10 +1,10 @@
 //! Rates by scene and kind of rays, with the peers beside them; then all of them again as tables.
 
-use super::dots::{Dot, DotPlot, Line};
+use super::dots::{Dot, Line, dot_plot};
 use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
 use super::tables::{cell, folded, folded_table};
-use super::view::{OURS, RecordView, has_rate, is_peer, kind_text, row_name, threads_text};
+use super::view::{PHALANX, RecordView, has_rate, is_peer, kind_text, row_name, threads_text};
 use crate::report::RateRow;
 use maud::{Markup, html};
 use std::collections::BTreeMap;
@@ -48,7 +48,7 @@ pub(super) fn legend(view: &RecordView<'_>) -> Markup {
         ul.legend {
             @for (i, engine) in view.engines.iter().enumerate() {
                 @let meaning = match *engine {
-                    OURS => "phalanx auto".to_owned(),
+                    PHALANX => "phalanx auto".to_owned(),
                     peer if is_peer(peer) => format!("{peer}, best exact mode"),
                     other => other.to_owned(),
                 };
@@ -87,16 +87,10 @@ fn chart(name: &str, lines: &[Line], threads: u32) -> Markup {
         "Dot plot: {name} on {}, Mrays/s by engine; the tables below hold the numbers.",
         threads_text(threads)
     );
-    let dots = DotPlot {
-        label: &label,
-        axis: "Mrays/s",
-        lines,
-        mark: None,
-    };
     html! {
         figure {
             figcaption { strong { (name) } ", " (threads_text(threads)) }
-            (dots.markup())
+            (dot_plot(&label, "Mrays/s", lines, None))
         }
     }
 }
@@ -156,8 +150,8 @@ fn columns<'a>(view: &RecordView<'a>, kind: &str, threads: u32) -> Vec<(&'a str,
         .map(|r| (r.engine.as_str(), r.kernel.as_str()))
         .collect();
     columns.sort_by_key(|&(engine, kernel)| {
-        let place = view.engines.iter().position(|e| *e == engine);
-        (place, kernel != "auto", kernel)
+        let rank = view.engines.iter().position(|e| *e == engine);
+        (rank, kernel != "auto", kernel)
     });
     columns.dedup();
     columns

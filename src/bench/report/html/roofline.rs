@@ -139,8 +139,8 @@ fn counters_of<'a>(
 /// Indices of the colours and shapes of small, medium and large scenes, and of scenes that are none
 /// of them.
 fn step_style(step: Option<&str>) -> usize {
-    let place = step.and_then(|step| STEPS.iter().position(|s| *s == step));
-    place.unwrap_or(STEPS.len())
+    let position = |step| STEPS.iter().position(|s| *s == step);
+    step.and_then(position).unwrap_or(STEPS.len())
 }
 
 fn look(style: usize) -> (Tint, MarkerShape) {

@@ -107,18 +107,18 @@ fn size_chart(kind: &str, curves: &[FamilyCurve<'_>]) -> Markup {
 fn apart(wanted: Vec<f64>, gap: f64, (top, floor): (f64, f64)) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|a, b| wanted[*a].total_cmp(&wanted[*b]));
-    let mut places = wanted;
+    let mut heights = wanted;
     let mut free = top;
     for &i in &order {
-        places[i] = places[i].max(free);
-        free = places[i] + gap;
+        heights[i] = heights[i].max(free);
+        free = heights[i] + gap;
     }
     let mut free = floor;
     for &i in order.iter().rev() {
-        places[i] = places[i].min(free);
-        free = places[i] - gap;
+        heights[i] = heights[i].min(free);
+        free = heights[i] - gap;
     }
-    places
+    heights
 }
 
 #[cfg(test)]
@@ -127,8 +127,8 @@ mod tests {
 
     #[test]
     fn labels_stand_apart_in_their_order() {
-        let places = apart(vec![50.0, 50.0, 12.0, 99.0], 10.0, (10.0, 100.0));
-        assert_eq!(places, [50.0, 60.0, 12.0, 99.0]);
+        let heights = apart(vec![50.0, 50.0, 12.0, 99.0], 10.0, (10.0, 100.0));
+        assert_eq!(heights, [50.0, 60.0, 12.0, 99.0]);
         let crowded = apart(vec![98.0, 97.0, 99.0], 10.0, (10.0, 100.0));
         assert_eq!(crowded, [90.0, 80.0, 100.0]);
     }

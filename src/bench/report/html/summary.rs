@@ -1,11 +1,11 @@
 //! The top of the page: what was measured on which machine, the headline, and the warnings.
 
-use super::dots::{Dot, DotPlot, Line};
+use super::dots::{Dot, Line, dot_plot};
 use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
 use super::tables::{Rows, cell, folded_table, table};
 use super::view::{
-    ORACLE, OURS, RecordView, geometric_mean, has_rate, is_peer, kind_text, threads_text,
+    ORACLE, PHALANX, RecordView, geometric_mean, has_rate, is_peer, kind_text, threads_text,
 };
 use crate::report::{BenchRecord, RateRow};
 use maud::{Markup, html};
@@ -157,9 +157,9 @@ fn inexact(rows: &[RateRow]) -> Vec<String> {
         let difference = |row: &&&RateRow| row.difference.unwrap_or(f64::NAN);
         let worst = rows.iter().max_by(|a, b| difference(a).total_cmp(&difference(b)));
         let share = number_format::percent(worst.and_then(|r| r.difference).unwrap_or(f64::NAN));
-        let place = worst.map(|r| format!("{}, {}", r.scene, r.rays)).unwrap_or_default();
+        let where_most = worst.map(|r| format!("{}, {}", r.scene, r.rays)).unwrap_or_default();
         let number = number_format::plural(rows.len(), "row");
-        format!("{engine} {kernel} is inexact in {number}: up to {share} of rays are answered otherwise ({place}). It does not count as a best mode there.")
+        format!("{engine} {kernel} is inexact in {number}: up to {share} of rays are answered otherwise ({where_most}). It does not count as a best mode there.")
     });
     lines.collect()
 }
@@ -186,14 +186,15 @@ struct SpeedRatio {
     scenes: usize,
 }
 
-fn ratio(
-    view: &RecordView<'_>,
+fn ratio<'a>(
+    view: &RecordView<'a>,
     kind: &str,
     threads: u32,
-    other: impl Fn(&str) -> Option<f64>,
+    other: impl Fn(&str) -> Option<&'a RateRow>,
 ) -> Option<SpeedRatio> {
+    let rate = |row: &RateRow| row.mrays_per_s.median;
     let of_scene =
-        |scene: &&str| Some(view.auto(scene, kind, threads)?.mrays_per_s.median / other(scene)?);
+        |scene: &&str| Some(rate(view.auto(scene, kind, threads)?) / rate(other(scene)?));
     let ratios: Vec<f64> = view.scenes.iter().filter_map(of_scene).collect();
     let (mean, scenes) = geometric_mean(ratios.iter().copied())?;
     Some(SpeedRatio {
@@ -211,17 +212,13 @@ fn over_engine(
     threads: u32,
 ) -> Option<SpeedRatio> {
     ratio(view, kind, threads, |scene| {
-        Some(
-            view.stands_for(engine, scene, kind, threads)?
-                .mrays_per_s
-                .median,
-        )
+        view.stands_for(engine, scene, kind, threads)
     })
 }
 
 fn over_best(view: &RecordView<'_>, kind: &str, threads: u32) -> Option<SpeedRatio> {
     ratio(view, kind, threads, |scene| {
-        Some(view.best_peer(scene, kind, threads)?.mrays_per_s.median)
+        view.best_peer(scene, kind, threads)
     })
 }
 
@@ -272,7 +269,7 @@ fn sentences(view: &RecordView<'_>, threads: u32) -> Vec<String> {
 /// The engines that ours is compared with.
 fn others<'a>(view: &RecordView<'a>) -> impl Iterator<Item = (usize, &'a str)> {
     let engines = view.engines.clone().into_iter().enumerate();
-    engines.filter(|(_, engine)| *engine != OURS)
+    engines.filter(|(_, engine)| *engine != PHALANX)
 }
 
 fn chart(view: &RecordView<'_>, threads: u32) -> Markup {
@@ -300,16 +297,10 @@ fn chart(view: &RecordView<'_>, threads: u32) -> Markup {
         "How many times as fast as each other engine auto is, by kind of rays, on {}; the table below holds the numbers.",
         threads_text(threads)
     );
-    let dots = DotPlot {
-        label: &label,
-        axis: "times as fast as …",
-        lines: &lines,
-        mark: Some(1.0),
-    };
     html! {
         figure {
             figcaption { strong { "phalanx auto" } " against others, " (threads_text(threads)) }
-            (dots.markup())
+            (dot_plot(&label, "times as fast as …", &lines, Some(1.0)))
         }
     }
 }

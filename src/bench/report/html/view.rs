@@ -8,7 +8,7 @@ use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The engine that is measured, and below it the oracle that verifies it. All others are peers.
-pub(super) const OURS: &str = "phalanx";
+pub(super) const PHALANX: &str = "phalanx";
 pub(super) const ORACLE: &str = "oracle";
 /// The kernel that `render` would use.
 const AUTO: &str = "auto";
@@ -54,7 +54,7 @@ impl<'a> RecordView<'a> {
             scenes: first_of_each(scenes),
             kinds: in_order(kinds, &RayKind::names().collect::<Vec<_>>()),
             threads: threads.into_iter().collect(),
-            engines: in_order(engines, &[OURS, ORACLE]),
+            engines: in_order(engines, &[PHALANX, ORACLE]),
             rows: together,
         }
     }
@@ -66,10 +66,20 @@ impl<'a> RecordView<'a> {
         rows.map_or(&[], Vec::as_slice)
     }
 
+    /// The fastest of the rows of one scene, kind and thread count that are wanted.
+    fn fastest(
+        &self,
+        (scene, kind, threads): (&str, &str, u32),
+        wanted: impl Fn(&RateRow) -> bool,
+    ) -> Option<&'a RateRow> {
+        let rows = self.rows(scene, kind, threads).iter().copied();
+        rows.filter(|r| has_rate(r) && wanted(r))
+            .max_by(|a, b| a.mrays_per_s.median.total_cmp(&b.mrays_per_s.median))
+    }
+
     /// The row of the kernel that `render` would use, if it has a rate.
     pub(super) fn auto(&self, scene: &str, kind: &str, threads: u32) -> Option<&'a RateRow> {
-        let rows = self.rows(scene, kind, threads).iter().copied();
-        fastest(rows.filter(|r| r.engine == OURS && r.kernel == AUTO))
+        self.stands_for(PHALANX, scene, kind, threads)
     }
 
     /// The row that stands for an engine in charts: ours is `auto`, a peer's its best exact mode.
@@ -80,17 +90,19 @@ impl<'a> RecordView<'a> {
         kind: &str,
         threads: u32,
     ) -> Option<&'a RateRow> {
-        if engine == OURS {
-            return self.auto(scene, kind, threads);
-        }
-        let rows = self.rows(scene, kind, threads).iter().copied();
-        fastest(rows.filter(|r| r.engine == engine && (r.exact || !is_peer(engine))))
+        self.fastest((scene, kind, threads), |r| {
+            let counts = match engine {
+                PHALANX => r.kernel == AUTO,
+                ORACLE => true,
+                _ => r.exact,
+            };
+            r.engine == engine && counts
+        })
     }
 
     /// The fastest exact mode of any peer.
     pub(super) fn best_peer(&self, scene: &str, kind: &str, threads: u32) -> Option<&'a RateRow> {
-        let rows = self.rows(scene, kind, threads).iter().copied();
-        fastest(rows.filter(|r| r.exact && is_peer(&r.engine)))
+        self.fastest((scene, kind, threads), |r| r.exact && is_peer(&r.engine))
     }
 
     /// Returns true if any other project's tracer took part.
@@ -136,7 +148,7 @@ pub(super) fn row_name(name: &str) -> Markup {
 
 /// Returns true if the engine is another project's tracer.
 pub(super) fn is_peer(engine: &str) -> bool {
-    engine != OURS && engine != ORACLE
+    engine != PHALANX && engine != ORACLE
 }
 
 /// Returns true if a row's rate can be used at all.
@@ -166,11 +178,6 @@ pub(super) fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<(f
     report::geometric_mean(good).map(|mean| (mean, number))
 }
 
-fn fastest<'a>(rows: impl Iterator<Item = &'a RateRow>) -> Option<&'a RateRow> {
-    rows.filter(|r| has_rate(r))
-        .max_by(|a, b| a.mrays_per_s.median.total_cmp(&b.mrays_per_s.median))
-}
-
 fn first_of_each<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut seen = BTreeSet::new();
     names.filter(|name| seen.insert(*name)).collect()
@@ -178,8 +185,8 @@ fn first_of_each<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 
 /// The names that are in the list, in its order, then the rest by name.
 fn in_order<'a>(names: BTreeSet<&'a str>, order: &[&str]) -> Vec<&'a str> {
-    let place = |name: &&str| order.iter().position(|o| o == name).unwrap_or(order.len());
+    let rank = |name: &&str| order.iter().position(|o| o == name).unwrap_or(order.len());
     let mut names: Vec<&str> = names.into_iter().collect();
-    names.sort_by_key(place);
+    names.sort_by_key(rank);
     names
 }
