@@ -80,8 +80,9 @@ pub fn regressions_table(regressions: &[Regression]) -> String {
                 Grouping::Scenes { rays, threads } => ("all", rays.as_str(), threads.to_string()),
                 Grouping::Rays { scene } => (scene.as_str(), "all", "any".to_owned()),
             };
-            let mut cells = [scene, &g.kernel, rays].map(str::to_owned).to_vec();
-            cells.extend([threads, String::new(), String::new()]);
+            let mut cells = [scene, &g.kernel, rays, &threads, "", ""]
+                .map(str::to_owned)
+                .to_vec();
             cells.extend(change_cells(&g.change, g.normalised));
             cells
         }

@@ -7,7 +7,7 @@ use super::tables::{Rows, cell, folded_table, table};
 use super::view::{
     ORACLE, PHALANX, RecordView, geometric_mean, has_rate, is_peer, kind_text, threads_text,
 };
-use crate::report::{BenchRecord, RateRow};
+use crate::report::{BenchRecord, Cache, RateRow};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 
@@ -16,25 +16,17 @@ const WIDE: f64 = 0.15;
 
 /// Facts of the run: machine, program, time.
 pub(super) fn facts(record: &BenchRecord) -> Markup {
-    let BenchRecord {
-        program,
-        machine,
-        run,
-        ..
-    } = record;
+    let (program, machine, run) = (&record.program, &record.machine, &record.run);
     let revision = program.git_revision.as_deref().unwrap_or("not known");
-    let dirty = if program.git_dirty == Some(true) {
-        ", with changes"
-    } else {
-        ""
-    };
     html! {
         dl.facts {
             dt { "Machine" } dd { (machine_text(record)) }
             @if let Some(kernel) = &machine.kernel { dt { "System" } dd { (kernel) } }
             dt { "Program" }
             dd {
-                "phalanx " (program.version) ", commit " code { (revision) } (dirty) ", profile " (program.profile)
+                "phalanx " (program.version) ", commit " code { (revision) }
+                @if program.git_dirty == Some(true) { ", with changes" }
+                ", profile " (program.profile)
                 ", compiled for " (program.isa_compiled)
                 @if let Some(rustc) = &program.rustc { " by " (rustc) }
             }
@@ -53,40 +45,31 @@ pub(super) fn facts(record: &BenchRecord) -> Markup {
 
 /// A time in readable form; a text that is no time stays as it is.
 fn moment(started: &str) -> String {
-    let parts = started
-        .split_once('T')
-        .filter(|(_, time)| time.ends_with('Z'));
-    parts.map_or(started.to_owned(), |(day, time)| {
-        let seconds: String = time.trim_end_matches('Z').chars().take(8).collect();
+    let parts = started.split_once('T');
+    let utc = parts.and_then(|(day, time)| Some((day, time.strip_suffix('Z')?)));
+    utc.map_or(started.to_owned(), |(day, time)| {
+        let seconds: String = time.chars().take(8).collect();
         format!("{day} {seconds} UTC")
     })
 }
 
 fn machine_text(record: &BenchRecord) -> String {
     let machine = &record.machine;
-    let named = if machine.cpu.is_empty() {
-        "a CPU without a name"
-    } else {
-        &machine.cpu
-    };
-    let mut parts = vec![named.to_owned()];
+    let mut parts = vec![match machine.cpu.as_str() {
+        "" => "a CPU without a name".to_owned(),
+        name => name.to_owned(),
+    }];
     if let Some(cores) = machine.cores {
         parts.push(number_format::plural(cores as usize, "core"));
     }
     if machine.threads > 0 {
         parts.push(threads_text(machine.threads));
     }
-    let mut caches: Vec<_> = machine
-        .caches
-        .iter()
-        .filter(|c| c.kind != "instruction")
-        .collect();
+    let caches = machine.caches.iter().filter(|c| c.kind != "instruction");
+    let mut caches: Vec<_> = caches.collect();
     caches.sort_by_key(|c| c.level);
-    parts.extend(
-        caches
-            .iter()
-            .map(|c| format!("L{} {}", c.level, number_format::binary_bytes(c.bytes))),
-    );
+    let size = |c: &&Cache| format!("L{} {}", c.level, number_format::binary_bytes(c.bytes));
+    parts.extend(caches.iter().map(size));
     if let Some(bytes) = machine.memory_bytes {
         parts.push(format!("{} memory", number_format::binary_bytes(bytes)));
     }
@@ -109,9 +92,7 @@ pub(super) fn warnings(view: &RecordView<'_>) -> Markup {
 }
 
 fn about_the_run(record: &BenchRecord) -> Vec<String> {
-    let BenchRecord {
-        program, machine, ..
-    } = record;
+    let (program, machine) = (&record.program, &record.machine);
     let mut warnings = Vec::new();
     if program.git_dirty == Some(true) {
         warnings.push(
