@@ -57,7 +57,7 @@ pub fn dump(
     out: &mut dyn Write,
 ) -> Result<Vec<(&'static str, usize)>, DumpError> {
     let (arena, trees) = (Bump::new(), BenchTrees::build(scene, plan));
-    let workloads = workload::workloads(&arena, scene, &trees, plan, info).map_err(Box::new)?;
+    let workloads = workload::workloads(&arena, &trees, plan, info).map_err(Box::new)?;
     out.write_all(&MAGIC)?;
     for axis in scene.origin {
         out.write_all(&axis.to_le_bytes())?;

@@ -2,13 +2,11 @@
 //! of their results that differ.
 
 use super::answer::MAX_DIFFERING_SHARE;
-use super::engines::{KernelEngine, OracleEngine};
 use super::plan::{BenchPlan, SceneInfo};
 use super::timer::{self, Chunks};
 use super::workload::{BenchTrees, Workload};
 use crate::peers::{BenchEngine, PeerScene};
 use crate::report::RateRow;
-use phalanx_scene::Scene;
 use phalanx_trace::Kernel;
 
 /// One engine and mode on a set of rays, with its results compared.
@@ -36,7 +34,6 @@ pub(super) fn kernels(plan: &BenchPlan) -> Vec<Kernel> {
 
 /// All entrants for a set of rays. Our kernels have been checked before; peers are compared here.
 pub(super) fn entrants<'a>(
-    scene: &'a Scene,
     trees: &'a BenchTrees,
     peers: &'a [NamedPeerScene],
     workload: &'a Workload,
@@ -51,14 +48,10 @@ pub(super) fn entrants<'a>(
         hits,
         difference: None,
     };
-    let bvh = &trees.oracle_bvh;
-    let oracle = OracleEngine { scene, bvh, rays };
-    let mut entrants = vec![checked("oracle", "scalar", Box::new(oracle))];
-    let bvh = &trees.bvh;
-    entrants.extend(kernels(plan).into_iter().map(|kernel| {
-        let engine = KernelEngine { bvh, kernel, rays };
-        checked("phalanx", kernel.name(), Box::new(engine))
-    }));
+    let mut entrants = vec![checked("oracle", "scalar", Box::new(trees.oracle(rays)))];
+    let kernels = kernels(plan).into_iter();
+    let kernels = kernels.map(|k| checked("phalanx", k.name(), Box::new(trees.kernel(k, rays))));
+    entrants.extend(kernels);
     let (query, all) = (workload.kind().query(), Chunks::all(workload.packets()));
     for (name, peer_scene) in peers {
         for (kernel, engine) in peer_scene.engines(rays) {

@@ -9,7 +9,6 @@ use super::rounds::{Measurement, Task};
 use super::workload::BenchTrees;
 use phalanx_render::NO_HIT;
 use phalanx_render::frame::{AccelRef, Control, Frame, FrameError, Settings, render_with};
-use phalanx_scene::Scene;
 use phalanx_trace::Kernel;
 
 /// Divisor of the ray sets' picture width and height that gives the size of a frame. Frames trace
@@ -22,18 +21,17 @@ const ORACLE_SHRINK: u32 = 2;
 
 /// The frames of a plan.
 pub(super) struct Frames<'a> {
-    scene: &'a Scene,
-    trees: &'a BenchTrees,
+    trees: &'a BenchTrees<'a>,
     threads: Vec<usize>,
     settings: Vec<(&'static str, &'static str, Settings)>,
 }
 
 impl<'a> Frames<'a> {
-    pub(super) fn of(scene: &'a Scene, trees: &'a BenchTrees, plan: &BenchPlan) -> Frames<'a> {
+    pub(super) fn of(trees: &'a BenchTrees, plan: &BenchPlan) -> Frames<'a> {
         let settings = Settings {
             width: plan.size[0].div_ceil(SHRINK),
             height: plan.size[1].div_ceil(SHRINK),
-            ..Settings::of(scene)
+            ..Settings::of(trees.scene)
         };
         let mut all = Vec::new();
         if plan.frames {
@@ -47,7 +45,6 @@ impl<'a> Frames<'a> {
             }));
         }
         Frames {
-            scene,
             trees,
             threads: plan.threads.clone(),
             settings: all,
@@ -72,7 +69,7 @@ impl<'a> Frames<'a> {
                 ..settings.clone()
             };
             let frame = render_with(
-                self.scene,
+                self.trees.scene,
                 self.tree(engine),
                 &settings,
                 &Control::default(),
@@ -114,7 +111,7 @@ impl<'a> Frames<'a> {
                     _ => 1,
                 };
                 let task = Task::Frame {
-                    scene: self.scene,
+                    scene: self.trees.scene,
                     tree: self.tree(engine),
                     settings: Settings {
                         width: settings.width.div_ceil(shrink),

@@ -40,19 +40,19 @@ pub fn measure(
     let (peers, notes) = build_peers(scene, info, plan, &mut trees);
     listener.begin_step("checking");
     let arena = Bump::new();
-    let workloads = workload::workloads(&arena, scene, &trees, plan, info)?;
+    let workloads = workload::workloads(&arena, &trees, plan, info)?;
     for workload in &workloads {
-        workload::check(scene, &trees, workload, plan, info)?;
+        workload::check(&trees, workload, plan, info)?;
     }
-    let frames = Frames::of(scene, &trees, plan);
+    let frames = Frames::of(&trees, plan);
     let frame_hits = frames.check(info)?;
     let counters = counters(&trees, &workloads, plan, info);
-    let scene_record = workload::scene_record(scene, info, &trees, &workloads, plan.size);
+    let scene_record = workload::scene_record(info, &trees, &workloads, plan.size);
     let mut rows = Vec::new();
     if plan.timed {
         let entrants: Vec<Vec<Entrant>> = workloads
             .iter()
-            .map(|workload| entrants(scene, &trees, &peers, workload, plan))
+            .map(|workload| entrants(&trees, &peers, workload, plan))
             .collect();
         let mut measurements = measurements(&workloads, &entrants, plan, info);
         measurements.extend(frames.measurements(info, frame_hits));

@@ -8,7 +8,7 @@ use super::plan::{BenchPlan, SceneInfo};
 use super::ray_kind::RayKind;
 use super::rays::{RaySet, primary, secondary};
 use super::timer::{self, CHUNK_PACKETS, Chunks};
-use crate::peers::BenchEngine;
+use crate::peers::{BenchEngine, RaySetRef};
 use crate::report::{RaySetRecord, SceneRecord};
 use bumpalo::Bump;
 use phalanx_oracle::TwoLevelBvh;
@@ -18,15 +18,16 @@ use phalanx_trace::bvh::{BuildSettings, Bvh};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// Both trees of a scene, and the seconds it took to build them.
-pub(super) struct BenchTrees {
+/// A scene with both trees, and the seconds it took to build them.
+pub(super) struct BenchTrees<'a> {
+    pub(super) scene: &'a Scene,
     pub(super) bvh: Bvh,
     pub(super) oracle_bvh: TwoLevelBvh,
     pub(super) seconds: BTreeMap<String, f64>,
 }
 
-impl BenchTrees {
-    pub(super) fn build(scene: &Scene, plan: &BenchPlan) -> BenchTrees {
+impl<'a> BenchTrees<'a> {
+    pub(super) fn build(scene: &'a Scene, plan: &BenchPlan) -> BenchTrees<'a> {
         let settings = BuildSettings {
             quality: plan.quality,
             threads: plan.max_threads(),
@@ -36,10 +37,23 @@ impl BenchTrees {
         let seconds = [("phalanx", bvh_seconds), ("oracle", oracle_seconds)];
         let seconds = seconds.map(|(engine, s)| (engine.to_owned(), s));
         BenchTrees {
+            scene,
             bvh,
             oracle_bvh,
             seconds: seconds.into(),
         }
+    }
+
+    /// One of our kernels on some rays.
+    pub(super) fn kernel<'r>(&'r self, kernel: Kernel, rays: RaySetRef<'r>) -> KernelEngine<'r> {
+        let bvh = &self.bvh;
+        KernelEngine { bvh, kernel, rays }
+    }
+
+    /// The oracle on some rays.
+    pub(super) fn oracle<'r>(&'r self, rays: RaySetRef<'r>) -> OracleEngine<'r> {
+        let (scene, bvh) = (self.scene, &self.oracle_bvh);
+        OracleEngine { scene, bvh, rays }
     }
 }
 
@@ -102,30 +116,23 @@ impl Workload<'_> {
 /// The ray sets of a plan, with the right results. Sets without rays are left out.
 pub(super) fn workloads<'a>(
     arena: &'a Bump,
-    scene: &Scene,
     trees: &BenchTrees,
     plan: &BenchPlan,
     info: &SceneInfo,
 ) -> Result<Vec<Workload<'a>>, BenchError> {
     let workload = |set: RaySet<'a>| {
-        let expected = compute_expected(scene, trees, info, &set);
+        let expected = compute_expected(trees, info, &set);
         Workload { set, expected }
     };
+    let scene = trees.scene;
     let first = primary(arena, scene, plan.size).map_err(|source| BenchError::View {
         scene: info.name.clone(),
         source,
     })?;
     let first = workload(first);
-    let mut workloads = Vec::new();
-    for &kind in plan.kinds.iter().filter(|kind| **kind != RayKind::Primary) {
-        workloads.push(workload(secondary(
-            arena,
-            scene,
-            kind,
-            &first.set,
-            &first.expected,
-        )));
-    }
+    let secondary = |&kind| secondary(arena, scene, kind, &first.set, &first.expected);
+    let kinds = plan.kinds.iter().filter(|kind| **kind != RayKind::Primary);
+    let mut workloads: Vec<Workload> = kinds.map(secondary).map(workload).collect();
     if plan.kinds.contains(&RayKind::Primary) {
         workloads.insert(0, first);
     }
@@ -135,26 +142,18 @@ pub(super) fn workloads<'a>(
 
 /// The right results of a set of rays: the oracle's, or, to save its time, those of a kernel that
 /// match the expected ones to the bit.
-fn compute_expected(scene: &Scene, trees: &BenchTrees, info: &SceneInfo, set: &RaySet) -> Answer {
-    let (kind, rays, threads) = (set.kind, set.queue.len(), BenchPlan::all_threads());
+fn compute_expected(trees: &BenchTrees, info: &SceneInfo, set: &RaySet) -> Answer {
     let all = Chunks::all(set.queue.packets());
-    if let Some(expected) = info.expected.get(kind.name()) {
-        let engine = KernelEngine {
-            bvh: &trees.bvh,
-            kernel: Kernel::Auto,
-            rays: set.rays(),
-        };
-        let answer = timer::answer(&engine, kind.query(), &all, threads);
-        if *expected == record(&answer, rays) {
+    let trace = |engine: &dyn BenchEngine| {
+        timer::answer(engine, set.kind.query(), &all, BenchPlan::all_threads())
+    };
+    if let Some(expected) = info.expected.get(set.kind.name()) {
+        let answer = trace(&trees.kernel(Kernel::Auto, set.rays()));
+        if *expected == record(&answer, set.queue.len()) {
             return answer;
         }
     }
-    let oracle = OracleEngine {
-        scene,
-        bvh: &trees.oracle_bvh,
-        rays: set.rays(),
-    };
-    timer::answer(&oracle, kind.query(), &all, threads)
+    trace(&trees.oracle(set.rays()))
 }
 
 fn record(answer: &Answer, rays: usize) -> RaySetRecord {
@@ -168,23 +167,24 @@ fn record(answer: &Answer, rays: usize) -> RaySetRecord {
 /// Checks that every kernel gives the right results, and the oracle where it is timed, and that
 /// these are the results that the suite expects.
 pub(super) fn check(
-    scene: &Scene,
     trees: &BenchTrees,
     workload: &Workload,
     plan: &BenchPlan,
     info: &SceneInfo,
 ) -> Result<(), BenchError> {
     let rays = workload.set.rays();
-    let all = || Chunks::all(workload.packets());
     for kernel in plan.kernels.iter().copied().chain([Kernel::Auto]) {
-        let bvh = &trees.bvh;
-        let engine = KernelEngine { bvh, kernel, rays };
-        check_one(&engine, kernel.name(), all(), workload, info)?;
+        let all = Chunks::all(workload.packets());
+        check_one(
+            &trees.kernel(kernel, rays),
+            kernel.name(),
+            all,
+            workload,
+            info,
+        )?;
     }
-    let bvh = &trees.oracle_bvh;
-    let oracle = OracleEngine { scene, bvh, rays };
     let chunks = Chunks::some(workload.packets(), CHUNK_PACKETS, ORACLE_CHECKED_RAYS);
-    check_one(&oracle, "oracle", chunks, workload, info)?;
+    check_one(&trees.oracle(rays), "oracle", chunks, workload, info)?;
     check_expected(workload, info)
 }
 
@@ -227,12 +227,12 @@ fn check_expected(workload: &Workload, info: &SceneInfo) -> Result<(), BenchErro
 
 /// The scene's part of the record.
 pub(super) fn scene_record(
-    scene: &Scene,
     info: &SceneInfo,
     trees: &BenchTrees,
     workloads: &[Workload],
     size: [u32; 2],
 ) -> SceneRecord {
+    let (scene, bvh) = (trees.scene, &trees.bvh);
     let kinds = [
         ("spheres", scene.spheres.len()),
         ("ellipsoids", scene.ellipsoids.len()),
@@ -241,7 +241,6 @@ pub(super) fn scene_record(
         ("instances", scene.instances.len()),
     ];
     let kinds = kinds.into_iter().filter(|(_, count)| *count > 0);
-    let bvh = &trees.bvh;
     SceneRecord {
         name: info.name.clone(),
         family: info.family.clone(),
