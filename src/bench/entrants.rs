@@ -6,7 +6,7 @@ use super::plan::{BenchPlan, SceneInfo};
 use super::timer::{self, Chunks};
 use super::workload::{BenchTrees, Workload};
 use crate::peers::{BenchEngine, PeerScene};
-use crate::report::RateRow;
+use crate::report::{ORACLE, PHALANX, RateRow};
 use phalanx_trace::Kernel;
 
 /// One engine and mode on a set of rays, with its results compared.
@@ -48,9 +48,9 @@ pub(super) fn entrants<'a>(
         hits,
         difference: None,
     };
-    let mut entrants = vec![checked("oracle", "scalar", Box::new(trees.oracle(rays)))];
+    let mut entrants = vec![checked(ORACLE, "scalar", Box::new(trees.oracle(rays)))];
     let kernels = kernels(plan).into_iter();
-    let kernels = kernels.map(|k| checked("phalanx", k.name(), Box::new(trees.kernel(k, rays))));
+    let kernels = kernels.map(|k| checked(PHALANX, k.name(), Box::new(trees.kernel(k, rays))));
     entrants.extend(kernels);
     let (query, all) = (workload.kind().query(), Chunks::all(workload.packets()));
     for (name, peer_scene) in peers {
@@ -73,7 +73,7 @@ impl Entrant<'_> {
     /// The part of the rays that is timed.
     pub(super) fn chunks(&self, workload: &Workload) -> Chunks {
         match self.name {
-            "oracle" => workload.oracle_timed(),
+            ORACLE => workload.oracle_timed(),
             _ => workload.timed(),
         }
     }

@@ -7,6 +7,7 @@ use super::plan::{BenchPlan, SceneInfo};
 use super::ray_kind::FRAME;
 use super::rounds::{Measurement, Task};
 use super::workload::BenchTrees;
+use crate::report::{ORACLE, PHALANX};
 use phalanx_render::NO_HIT;
 use phalanx_render::frame::{AccelRef, Control, Frame, FrameError, Settings, render_with};
 use phalanx_trace::Kernel;
@@ -35,13 +36,13 @@ impl<'a> Frames<'a> {
         };
         let mut all = Vec::new();
         if plan.frames {
-            all.push(("oracle", "scalar", settings.clone()));
+            all.push((ORACLE, "scalar", settings.clone()));
             all.extend(kernels(plan).into_iter().map(|kernel: Kernel| {
                 let settings = Settings {
                     kernel,
                     ..settings.clone()
                 };
-                ("phalanx", kernel.name(), settings)
+                (PHALANX, kernel.name(), settings)
             }));
         }
         Frames {
@@ -53,7 +54,7 @@ impl<'a> Frames<'a> {
 
     fn tree(&self, engine: &str) -> AccelRef<'a> {
         match engine {
-            "oracle" => AccelRef::Oracle(&self.trees.oracle_bvh),
+            ORACLE => AccelRef::Oracle(&self.trees.oracle_bvh),
             _ => AccelRef::Packets(&self.trees.bvh),
         }
     }
@@ -107,7 +108,7 @@ impl<'a> Frames<'a> {
         for &threads in &self.threads {
             for (engine, kernel, settings) in &self.settings {
                 let shrink = match *engine {
-                    "oracle" => ORACLE_SHRINK,
+                    ORACLE => ORACLE_SHRINK,
                     _ => 1,
                 };
                 let task = Task::Frame {

@@ -9,7 +9,7 @@ use super::ray_kind::RayKind;
 use super::rays::{RaySet, primary, secondary};
 use super::timer::{self, CHUNK_PACKETS, Chunks};
 use crate::peers::{BenchEngine, RaySetRef};
-use crate::report::{RaySetRecord, SceneRecord};
+use crate::report::{ORACLE, PHALANX, RaySetRecord, SceneRecord};
 use bumpalo::Bump;
 use phalanx_oracle::TwoLevelBvh;
 use phalanx_scene::Scene;
@@ -34,7 +34,7 @@ impl<'a> BenchTrees<'a> {
         };
         let (bvh, bvh_seconds) = timed(|| Bvh::build_with(scene, &settings));
         let (oracle_bvh, oracle_seconds) = timed(|| TwoLevelBvh::build(scene));
-        let seconds = [("phalanx", bvh_seconds), ("oracle", oracle_seconds)];
+        let seconds = [(PHALANX, bvh_seconds), (ORACLE, oracle_seconds)];
         let seconds = seconds.map(|(engine, s)| (engine.to_owned(), s));
         BenchTrees {
             scene,
@@ -184,7 +184,7 @@ pub(super) fn check(
         )?;
     }
     let chunks = Chunks::some(workload.packets(), CHUNK_PACKETS, ORACLE_CHECKED_RAYS);
-    check_one(&trees.oracle(rays), "oracle", chunks, workload, info)?;
+    check_one(&trees.oracle(rays), ORACLE, chunks, workload, info)?;
     check_expected(workload, info)
 }
 

@@ -29,7 +29,7 @@ use std::time::Duration;
 const PRESET: BvhBuildParams = BvhBuildParams::very_slow_build();
 
 /// A scene in obvhs's trees, as the function that makes the modes of tracing some rays.
-pub struct ObvhsScene(Box<dyn Fn(&Arc<ObvhsRays>) -> NamedEngines>);
+pub struct ObvhsScene(Box<dyn Fn(RaySetRef) -> NamedEngines>);
 
 impl ObvhsScene {
     /// Copies a scene and builds both trees, on one thread. Supports triangles and spheres, without
@@ -74,16 +74,17 @@ impl ObvhsScene {
         let bvh2 = Arc::new(PeerTree::new(&shapes, S::bvh2));
         let cwbvh = Arc::new(PeerTree::new(&shapes, S::cwbvh));
         ObvhsScene(Box::new(move |rays| {
+            let rays = Arc::new(ObvhsRays::new(rays));
             vec![
-                ("bvh2".to_owned(), ObvhsEngine::boxed(&bvh2, rays)),
-                ("cwbvh".to_owned(), ObvhsEngine::boxed(&cwbvh, rays)),
+                ("bvh2".to_owned(), ObvhsEngine::boxed(&bvh2, &rays)),
+                ("cwbvh".to_owned(), ObvhsEngine::boxed(&cwbvh, &rays)),
             ]
         }))
     }
 
     /// The modes of tracing a set of rays, by name.
     pub fn engines(&self, rays: RaySetRef) -> NamedEngines {
-        (self.0)(&Arc::new(ObvhsRays::new(rays)))
+        (self.0)(rays)
     }
 }
 

@@ -11,6 +11,12 @@ use std::collections::BTreeMap;
 /// Version of this layout; a change of meaning changes it.
 pub const SCHEMA_VERSION: u32 = 2;
 
+/// Name of the packet engine in records.
+pub const PHALANX: &str = "phalanx";
+
+/// Name of the oracle in records.
+pub const ORACLE: &str = "oracle";
+
 /// A benchmark run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BenchRecord {

@@ -23,7 +23,7 @@ pub use log_change::RateChange;
 pub use regressions::{RETAKES, Regression};
 pub use text::{changes_table, counters_table, regressions_table};
 
-use super::{BenchRecord, RateRow};
+use super::{BenchRecord, ORACLE, PHALANX, RateRow};
 use log_change::{LogRate, mean_change};
 use std::collections::BTreeMap;
 
@@ -201,8 +201,8 @@ impl<'a> Index<'a> {
         let of_engine =
             |engine: &'static str| record.rows.iter().filter(move |r| r.engine == engine);
         Index {
-            kernels: of_engine("phalanx").map(|r| (RowKey::of(r), r)).collect(),
-            oracle: of_engine("oracle")
+            kernels: of_engine(PHALANX).map(|r| (RowKey::of(r), r)).collect(),
+            oracle: of_engine(ORACLE)
                 .map(|r| ((r.scene.as_str(), r.rays.as_str(), r.threads), r))
                 .collect(),
         }

@@ -4,8 +4,8 @@ use super::dots::{Dot, Line, dot_plot};
 use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
 use super::tables::{cell, folded, folded_table};
-use super::view::{PHALANX, RecordView, has_rate, is_peer, kind_text, row_name, threads_text};
-use crate::report::RateRow;
+use super::view::{RecordView, has_rate, is_peer, kind_text, row_name, threads_text};
+use crate::report::{PHALANX, RateRow};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 

@@ -4,10 +4,8 @@ use super::dots::{Dot, Line, dot_plot};
 use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
 use super::tables::{Rows, cell, folded_table, table};
-use super::view::{
-    ORACLE, PHALANX, RecordView, geometric_mean, has_rate, is_peer, kind_text, threads_text,
-};
-use crate::report::{BenchRecord, Cache, RateRow};
+use super::view::{RecordView, geometric_mean, has_rate, is_peer, kind_text, threads_text};
+use crate::report::{BenchRecord, Cache, ORACLE, PHALANX, RateRow};
 use maud::{Markup, html};
 use std::collections::BTreeMap;
 

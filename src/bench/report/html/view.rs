@@ -3,13 +3,10 @@
 
 use super::number_format;
 use crate::ray_kind::{FRAME, RayKind};
-use crate::report::{self, BenchRecord, RateRow, SceneRecord};
+use crate::report::{self, BenchRecord, ORACLE, PHALANX, RateRow, SceneRecord};
 use maud::{Markup, html};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The engine that is measured, and below it the oracle that verifies it. All others are peers.
-pub(super) const PHALANX: &str = "phalanx";
-pub(super) const ORACLE: &str = "oracle";
 /// The kernel that `render` would use.
 const AUTO: &str = "auto";
 
