@@ -16,9 +16,9 @@ fn frames(c: &mut Criterion) {
         let scene = standard_scene(name);
         let packets = Accel::build(&scene, Engine::Simd);
         let oracle = Accel::build(&scene, Engine::Scalar);
-        let truth = frame(&scene, &oracle, Engine::Scalar, 1);
+        let expected = frame(&scene, &oracle, Engine::Scalar, 1);
         let mut group = brief(c, &format!("{name}, frame"));
-        group.throughput(Throughput::Elements(truth.stats.rays.total()));
+        group.throughput(Throughput::Elements(expected.stats.rays.total()));
         for (what, prepared, engine, threads) in [
             ("packets", &packets, Engine::Simd, 1),
             ("packets, threads: 2", &packets, Engine::Simd, 2),
@@ -26,8 +26,8 @@ fn frames(c: &mut Criterion) {
         ] {
             let run = || frame(&scene, prepared, engine, threads);
             let got = run();
-            assert!(got.film == truth.film, "{name}, {what}: another picture");
-            assert_eq!(got.stats.rays, truth.stats.rays, "{name}, {what}");
+            assert!(got.film == expected.film, "{name}, {what}: another picture");
+            assert_eq!(got.stats.rays, expected.stats.rays, "{name}, {what}");
             group.bench_function(what, |b| b.iter(|| black_box(run())));
         }
         group.finish();

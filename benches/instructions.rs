@@ -225,24 +225,24 @@ impl CountedWorkload {
     }
 
     /// The checksum of the right result, from the oracle.
-    fn truth(&self) -> u64 {
+    fn expected(&self) -> u64 {
         match *self {
             CountedWorkload::Alone { test, order, .. } => {
                 let mut oracle = one_by_one(test.1, order.1);
                 oracle.run();
                 oracle.answer().checksum()
             }
-            CountedWorkload::Tree { scene, kind } => TreeWorkload::new(scene, kind).truth(),
+            CountedWorkload::Tree { scene, kind } => TreeWorkload::new(scene, kind).expected(),
         }
     }
 
     /// Instructions of the work, counted after the result was found right.
     fn count(&self, valgrind: &Path) -> u64 {
         let name = self.name();
-        let truth = self.truth();
+        let expected = self.expected();
         assert_eq!(
             self.run(),
-            truth,
+            expected,
             "{name}: another answer than the oracle's"
         );
         let folder = tempfile::tempdir().expect("a folder for temporary files");
@@ -267,7 +267,7 @@ impl CountedWorkload {
         );
         assert_eq!(
             said.trim(),
-            truth.to_string(),
+            expected.to_string(),
             "{name}: another answer under valgrind"
         );
         let text = std::fs::read_to_string(out).expect("what callgrind wrote");
@@ -329,7 +329,7 @@ impl TreeWorkload {
         answer.checksum(set.queue.len()).into()
     }
 
-    fn truth(&self) -> u64 {
+    fn expected(&self) -> u64 {
         let set = self.rays();
         let answer = answer(&self.traced.oracle(set.rays()), &set);
         answer.checksum(set.queue.len()).into()

@@ -25,16 +25,16 @@ fn traversal(c: &mut Criterion) {
         for kind in RayKind::ALL {
             let arena = Bump::new();
             let set = traced.rays(&arena, kind, SMALL);
-            let truth = answer(&traced.oracle(set.rays()), &set);
+            let expected = answer(&traced.oracle(set.rays()), &set);
             let what = format!("{name}, {}", kind.name());
             let mut group = brief(c, &what);
             group.throughput(Throughput::Elements(set.queue.len() as u64));
             for (kernel_name, kernel) in Kernel::ALL {
                 let packets = traced.packets(kernel, set.rays());
-                let right = |ours: &Answer| same(ours, &truth, &set);
+                let right = |ours: &Answer| same(ours, &expected, &set);
                 time(&mut group, kernel_name, &packets, &set, right);
             }
-            let right = |ours: &Answer| same(ours, &truth, &set);
+            let right = |ours: &Answer| same(ours, &expected, &set);
             time(
                 &mut group,
                 "oracle",
@@ -46,7 +46,7 @@ fn traversal(c: &mut Criterion) {
             for (mode, engine) in modes.into_iter().flatten() {
                 // A peer may round in another way; one whose results differ more is not timed.
                 let theirs = answer(&*engine, &set);
-                let differs = truth.share_of_differences(&theirs, set.queue.len());
+                let differs = expected.share_of_differences(&theirs, set.queue.len());
                 if differs > MAX_DIFFERING_SHARE {
                     let percent = differs * 100.0;
                     println!("left out of {what}: obvhs {mode}, {percent:.3} % other answers");

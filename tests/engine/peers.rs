@@ -14,7 +14,7 @@ use phalanx::oracle::OracleRay;
 use phalanx::packet::{HitPacket, NO_PRIM, RayQueue, packets_for};
 use phalanx::peers::embree::{EmbreeError, EmbreeLibrary, EmbreeScene};
 use phalanx::peers::obvhs::ObvhsScene;
-use phalanx::peers::{BenchEngine, RaySetRef};
+use phalanx::peers::{BenchEngine, NamedEngines, RaySetRef};
 use phalanx::scene::{Cone, Scene};
 use phalanx::trace::{Kernel, Traversal};
 use std::path::Path;
@@ -149,10 +149,7 @@ fn differences(ours: &Answers, theirs: &Answers) -> [usize; 2] {
     [closest.count(), both.filter(|(a, b)| a != b).count()]
 }
 
-/// Ways to trace, by name.
-type NamedEngines = Vec<(String, Box<dyn BenchEngine>)>;
-
-/// Asks every contender, and prints and asserts how far it differs.
+/// Traces with every engine, and prints and asserts how far it differs.
 fn compare(scene: &Scene, rng: &mut Rng, peer: &str, engines: impl Fn(RaySetRef) -> NamedEngines) {
     scene.validate().expect("a valid scene");
     let (arena, bvh, tmax) = (Bump::new(), Bvh::build(scene), 0.9);

@@ -6,20 +6,20 @@ use maud::{Markup, html};
 
 /// Numbers from `low` to `high` on positions from one to another, in pixels.
 #[derive(Clone, Copy, Debug)]
-struct Span {
+struct AxisRange {
     low: f64,
     high: f64,
     from: f64,
     to: f64,
 }
 
-impl Span {
-    /// The span of the finite numbers; none where there are none.
-    fn over(numbers: impl IntoIterator<Item = f64>, from: f64, to: f64) -> Option<Span> {
+impl AxisRange {
+    /// The range of the finite numbers; none where there are none.
+    fn over(numbers: impl IntoIterator<Item = f64>, from: f64, to: f64) -> Option<AxisRange> {
         let mut good = numbers.into_iter().filter(|n| n.is_finite());
         let first = good.next()?;
         let (low, high) = good.fold((first, first), |(low, high), n| (n.min(low), n.max(high)));
-        Some(Span {
+        Some(AxisRange {
             low,
             high,
             from,
@@ -35,9 +35,9 @@ impl Span {
     }
 }
 
-/// A logarithmic axis; its span is of natural logarithms.
+/// A logarithmic axis; its range is of natural logarithms.
 #[derive(Clone, Debug)]
-pub(super) struct LogAxis(Span);
+pub(super) struct LogAxis(AxisRange);
 
 impl LogAxis {
     /// An axis that shows every positive finite value, with some room at both ends. None where
@@ -47,12 +47,12 @@ impl LogAxis {
         from: f64,
         to: f64,
     ) -> Option<LogAxis> {
-        let mut span = Span::over(values.into_iter().map(f64::ln), from, to)?;
+        let mut range = AxisRange::over(values.into_iter().map(f64::ln), from, to)?;
         // At least a factor of two, so that noise does not fill the picture.
-        let half = 0.54 * (span.high - span.low).max(2.0_f64.ln());
-        let middle = 0.5 * (span.low + span.high);
-        (span.low, span.high) = (middle - half, middle + half);
-        Some(LogAxis(span))
+        let half = 0.54 * (range.high - range.low).max(2.0_f64.ln());
+        let middle = 0.5 * (range.low + range.high);
+        (range.low, range.high) = (middle - half, middle + half);
+        Some(LogAxis(range))
     }
 
     /// The position of a value; a value that has none is at the nearer end.
@@ -122,7 +122,7 @@ fn are_apart(a: &(f64, String), b: &(f64, String), gap: f64, letter: f64) -> boo
 
 /// A linear axis.
 #[derive(Clone, Debug)]
-pub(super) struct LinearAxis(Span);
+pub(super) struct LinearAxis(AxisRange);
 
 impl LinearAxis {
     /// An axis that shows every finite value, with some room at both ends. None where there is no
@@ -132,10 +132,10 @@ impl LinearAxis {
         from: f64,
         to: f64,
     ) -> Option<LinearAxis> {
-        let mut span = Span::over(values, from, to)?;
-        let room = 0.05 * (span.high - span.low).max(1e-3);
-        (span.low, span.high) = (span.low - room, span.high + room);
-        Some(LinearAxis(span))
+        let mut range = AxisRange::over(values, from, to)?;
+        let room = 0.05 * (range.high - range.low).max(1e-3);
+        (range.low, range.high) = (range.low - room, range.high + room);
+        Some(LinearAxis(range))
     }
 
     /// The position of a value; a value that has none is at the nearer end.
@@ -146,7 +146,7 @@ impl LinearAxis {
     /// Some six round numbers along the axis, and their texts.
     pub(super) fn ticks(&self) -> Vec<(f64, String)> {
         const MOST: f64 = 6.0;
-        let Span { low, high, .. } = self.0;
+        let AxisRange { low, high, .. } = self.0;
         let numbers = (-6..=15).flat_map(|power| [1, 2, 5].map(|d| format!("{d}e{power}")));
         let mut steps = numbers.filter_map(|text| text.parse::<f64>().ok());
         let Some(step) = steps.find(|step| (high - low) / step <= MOST) else {

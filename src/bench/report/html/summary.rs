@@ -3,7 +3,7 @@
 use super::dots::{Dot, Line, dot_plot};
 use super::number_format;
 use super::svg::{MarkerShape, Tint, key};
-use super::tables::{Rows, cell, folded_table, table};
+use super::tables::{TableRows, cell, folded_table, table};
 use super::view::{RecordView, geometric_mean, has_rate, is_peer, kind_text, threads_text};
 use crate::report::{BenchRecord, Cache, ORACLE, PHALANX, RateRow};
 use maud::{Markup, html};
@@ -299,7 +299,7 @@ fn legend(view: &RecordView<'_>) -> Markup {
 fn ratio_table(
     view: &RecordView<'_>,
     threads: u32,
-    table: fn(&str, &[&'static str], usize, Rows) -> Markup,
+    table: fn(&str, &[&'static str], usize, TableRows) -> Markup,
 ) -> Markup {
     let peers = view.has_peers();
     let row = |kind: &&str| {

@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-/// Rows of cells.
-pub(super) type Rows = Vec<Vec<Markup>>;
+/// TableRows of cells.
+pub(super) type TableRows = Vec<Vec<Markup>>;
 
 /// A cell of text.
 pub(super) fn cell(text: impl AsRef<str>) -> Markup {
@@ -12,7 +12,12 @@ pub(super) fn cell(text: impl AsRef<str>) -> Markup {
 
 /// A table with a caption; nothing where there are no rows. Numbers are aligned right, cells of the
 /// first `texts` columns left.
-pub(super) fn table(caption: &str, head: &[impl AsRef<str>], texts: usize, rows: Rows) -> Markup {
+pub(super) fn table(
+    caption: &str,
+    head: &[impl AsRef<str>],
+    texts: usize,
+    rows: TableRows,
+) -> Markup {
     let align = |column| (column < texts).then_some("t");
     html! {
         @if !rows.is_empty() {
@@ -46,7 +51,7 @@ pub(super) fn folded_table(
     caption: &str,
     head: &[impl AsRef<str>],
     texts: usize,
-    rows: Rows,
+    rows: TableRows,
 ) -> Markup {
     match rows.is_empty() {
         true => html! {},
