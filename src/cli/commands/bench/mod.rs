@@ -50,7 +50,9 @@ fn measure_all(args: &RunArgs) -> Result<(), CliError> {
         return dump_rays(path, args, &plan, &scenes);
     }
     let start = Instant::now();
-    let started = humantime::format_rfc3339(SystemTime::now()).to_string();
+    // A clock before 1970 has no such text.
+    let now = SystemTime::now().max(SystemTime::UNIX_EPOCH);
+    let started = humantime::format_rfc3339(now).to_string();
     let (mut all, mut shown) = (Vec::new(), Vec::new());
     let mut bar = BenchProgressBar::new(scenes.len());
     for scene in &scenes {
