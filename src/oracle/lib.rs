@@ -29,24 +29,11 @@ use phalanx_scene::camera::Camera;
 use phalanx_scene::sampling::{
     Adaptive, BLOCK, Cells, Dimension, FilmSamples, SampleResult, Sampling, concentric_disk,
 };
-use phalanx_scene::{Bounds, Scene};
+use phalanx_scene::{Bounds, RayCounts, Scene};
 use pixel::{OraclePixelAccumulator, OracleSample, RadianceParts};
 use shading::{OracleMaterial, SampleSeed};
 use shadow_cache_cursor::{SampleVisibility, ShadowCacheCursor};
 use std::borrow::Cow;
-
-/// Rays cast by the oracle, by kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct OracleRayCounts {
-    /// Camera rays.
-    pub primary: u64,
-    /// Rays toward lights.
-    pub shadow: u64,
-    /// Mirror rays.
-    pub reflection: u64,
-    /// Refracted rays.
-    pub refraction: u64,
-}
 
 /// Search method of the oracle. Both give the same bits.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +76,7 @@ pub struct Oracle<'a> {
     /// Reach of ambient occlusion rays, if it is rendered in place of shading.
     ao_distance: Option<f32>,
     /// Rays cast since the oracle was made.
-    pub ray_counts: OracleRayCounts,
+    pub ray_counts: RayCounts,
 }
 
 /// A camera ray of a pixel, and its filter weight.
@@ -131,7 +118,7 @@ impl<'a> Oracle<'a> {
             min_weight: 0.0,
             path: Vec::new(),
             ao_distance: None,
-            ray_counts: OracleRayCounts::default(),
+            ray_counts: RayCounts::default(),
         }
     }
 

@@ -2,12 +2,11 @@
 
 pub use crate::{Aov, Aovs, Control, CoreAffinity, Interrupted, RayCost, Tile};
 use crate::{
-    Film, HeatmapRenderer, RadianceAovs, RayCounts, RenderStats, RenderedTiles, SharedFilm,
-    SurfaceAov, TileBuffer, TileRenderer, TileSink, WaveSizes, WavefrontRenderer,
-    render_on_workers, tiles,
+    Film, HeatmapRenderer, RadianceAovs, RenderStats, RenderedTiles, SharedFilm, SurfaceAov,
+    TileBuffer, TileRenderer, TileSink, WaveSizes, WavefrontRenderer, render_on_workers, tiles,
 };
 use glam::Vec3;
-use phalanx_oracle::{self, Oracle, OracleRayCounts, OracleSearch, TwoLevelBvh, camera_ray};
+use phalanx_oracle::{self, Oracle, OracleSearch, TwoLevelBvh, camera_ray};
 use phalanx_scene::camera::Camera;
 pub use phalanx_scene::camera::{Lens, LensError};
 use phalanx_scene::sampling::BLOCK;
@@ -552,19 +551,8 @@ impl TileRenderer for OracleRenderer<'_> {
     }
 
     fn stats(&self) -> RenderStats {
-        let OracleRayCounts {
-            primary,
-            shadow,
-            reflection,
-            refraction,
-        } = self.oracle.ray_counts;
         RenderStats {
-            rays: RayCounts {
-                primary,
-                shadow,
-                reflection,
-                refraction,
-            },
+            rays: self.oracle.ray_counts,
             packets: 0,
         }
     }

@@ -1,9 +1,10 @@
 //! Cost of tracing each pixel's camera ray with the packet engine, for pictures of that cost.
 
-use super::stats::{RayCounts, RenderStats};
+use super::stats::RenderStats;
 use super::tile_renderer::push_camera_rays;
 use super::workers::TileRenderer;
 use bumpalo::Bump;
+use phalanx_scene::RayCounts;
 use phalanx_scene::camera::Camera;
 use phalanx_scene::film::Tile;
 use phalanx_scene::film::TileBuffer;

@@ -24,11 +24,12 @@ mod workers;
 
 pub use heatmap::{HeatmapRenderer, RayCost};
 pub use levels::WaveSizes;
+pub use phalanx_scene::RayCounts;
 pub use phalanx_scene::film::{
     Aov, AovChannel, Aovs, Film, Hits, NO_HIT, NO_ID, RadianceAovs, SharedFilm, SurfaceAov, Tile,
     TileBuffer, TileSink, tiles,
 };
-pub use stats::{RayCounts, RenderStats};
+pub use stats::RenderStats;
 pub use tile_renderer::{WavefrontRenderer, push_camera_rays};
 pub use workers::{
     Control, CoreAffinity, Cores, Interrupted, RenderedTiles, TileRenderer, render_on_workers,

@@ -19,7 +19,7 @@
 //! Neighbours are those in the same block of 8x8 pixels of the whole picture, so that no tile
 //! depends on another one. All decisions are made in f64, in one order.
 
-use super::pixel::PixelAccumulator;
+use super::pixel_accumulator::PixelAccumulator;
 
 /// Side of the blocks within which pixels are compared.
 pub const BLOCK: u32 = 8;

@@ -7,6 +7,7 @@
 //! | `warps` | maps from the unit square to sampled shapes |
 //! | `filter` | reconstruction filters of pixels |
 //! | `pixel` | positions of a pixel's camera rays |
+//! | `pixel_accumulator` | sum, mean and variance of a pixel's samples |
 //! | `adaptive` | selection of pixels that get more camera rays |
 //! | `cells` | selection of parts of pixels that do, and the shadow rays they save |
 //! | `pow` | x^s for highlights |
@@ -16,6 +17,7 @@ mod adaptive;
 mod cells;
 mod filter;
 mod pixel;
+mod pixel_accumulator;
 mod pow;
 mod sobol;
 mod srgb;
@@ -26,7 +28,8 @@ pub use cells::{
     Cells, LightVisibility, MAX_HITS, MIN_AGREEING, PixelSum, SampleRequest, SampleResult, path_id,
 };
 pub use filter::Filter;
-pub use pixel::{FilmSamples, MAX_SPP, PixelAccumulator, Sampling};
+pub use pixel::{FilmSamples, MAX_SPP, Sampling};
+pub use pixel_accumulator::PixelAccumulator;
 pub use sobol::{BounceKind, Dimension, child_seed, points, points_of, seeds};
 pub use srgb::linear_of_srgb;
 pub use warps::{concentric_disk, cosine_hemisphere, phong_lobe, to_frame, uniform_sphere};

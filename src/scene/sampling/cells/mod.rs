@@ -37,7 +37,8 @@ mod pixel;
 mod tests;
 
 use super::adaptive::{Adaptive, BLOCK, FIRST_SAMPLES};
-use super::pixel::{MAX_SPP, PixelAccumulator};
+use super::pixel::MAX_SPP;
+use super::pixel_accumulator::PixelAccumulator;
 use super::sobol::{Dimension, points_of, seeds};
 use libm::exp2;
 use pixel::{BITS, CellPixel, CellSample, PIXEL_SIDE, column_and_row, halvings, in_packets, index};
