@@ -2,7 +2,7 @@
 //! it, and its own results.
 
 use glam::Vec3;
-use phalanx_scene::sampling::{Cells, LightVisibility, MAX_HITS, path_id};
+use phalanx_scene::sampling::{BounceKind, Cells, LightVisibility, MAX_HITS, path_id};
 
 /// The visibility of the lights at the hits of a sample, stored for other samples.
 pub(super) struct SampleVisibility<'c> {
@@ -24,66 +24,75 @@ impl<'c> SampleVisibility<'c> {
     /// A cursor at the camera ray's hit.
     pub(super) fn cursor(&mut self) -> ShadowCacheCursor<'_, 'c> {
         ShadowCacheCursor {
-            sample: self,
-            hit: 0,
-            path_id: 0,
-            known: (0, 0),
+            sample: Some(self),
+            ..ShadowCacheCursor::NONE
         }
     }
 }
 
 /// A cursor at one hit of a sample.
 pub(super) struct ShadowCacheCursor<'s, 'c> {
-    sample: &'s mut SampleVisibility<'c>,
+    /// The sample; `None` where nothing is reused and nothing stored.
+    sample: Option<&'s mut SampleVisibility<'c>>,
     hit: usize,
     /// Path to the hit before, and from [`ShadowCacheCursor::begin_hit`] on to this one.
     path_id: u32,
+    /// As bits: the lights whose visibility is known at the hit, and those of them that are
+    /// visible.
     known: (u32, u32),
 }
 
-impl<'c> ShadowCacheCursor<'_, 'c> {
+impl<'s, 'c> ShadowCacheCursor<'s, 'c> {
+    /// The cursor of a hit where every shadow ray is traced.
+    pub(super) const NONE: ShadowCacheCursor<'s, 'c> = ShadowCacheCursor {
+        sample: None,
+        hit: 0,
+        path_id: 0,
+        known: (0, 0),
+    };
+
     /// Sets the primitive of the hit.
     pub(super) fn begin_hit(&mut self, prim_id: u32) {
+        let Some(sample) = &mut self.sample else {
+            return;
+        };
         self.path_id = path_id(self.path_id, self.hit, prim_id);
-        let SampleVisibility {
-            cells,
-            request: ask,
-            visibility: all,
-        } = &mut *self.sample;
-        self.known = cells.known_lights(*ask, self.hit, self.path_id);
-        all[self.hit].path_id = self.path_id;
+        self.known = (sample.cells).known_lights(sample.request, self.hit, self.path_id);
+        sample.visibility[self.hit].path_id = self.path_id;
     }
 
-    /// Returns whether a light that would contribute `radiance` is visible from the hit, if that is
-    /// known.
-    pub(super) fn known_visibility(&self, light: usize, radiance: Vec3) -> Option<bool> {
-        let (known, seen) = self.known;
+    /// Returns true if a light that would contribute `radiance` is visible from the hit: as stored,
+    /// if that may be reused, or else as `trace` finds, and stores the result.
+    pub(super) fn is_visible(
+        &mut self,
+        light: usize,
+        radiance: Vec3,
+        trace: impl FnOnce() -> bool,
+    ) -> bool {
+        let Some(sample) = &mut self.sample else {
+            return trace();
+        };
         let bit = LightVisibility::bit(light);
-        let SampleVisibility {
-            cells,
-            request: ask,
-            ..
-        } = &*self.sample;
-        let known = known & bit != 0 && cells.may_reuse(*ask, radiance.to_array());
-        known.then_some(seen & bit != 0)
+        let (known, seen) = self.known;
+        let reused =
+            known & bit != 0 && (sample.cells).may_reuse(sample.request, radiance.to_array());
+        let visible = if reused { seen & bit != 0 } else { trace() };
+        let at_hit = &mut sample.visibility[self.hit];
+        at_hit.queried |= bit;
+        at_hit.visible |= if visible { bit } else { 0 };
+        visible
     }
 
-    /// Stores whether a queried light is visible.
-    pub(super) fn record_visible(&mut self, light: usize, seen: bool) {
-        let hit_index = &mut self.sample.visibility[self.hit];
-        hit_index.queried |= LightVisibility::bit(light);
-        hit_index.visible |= if seen { LightVisibility::bit(light) } else { 0 };
-    }
-
-    /// A cursor at the hit of the mirror ray, or else of the refracted ray, that a camera ray's hit
-    /// sends on.
-    pub(super) fn child(&mut self, mirror: bool) -> Option<ShadowCacheCursor<'_, 'c>> {
-        let onward = ShadowCacheCursor {
-            sample: self.sample,
-            hit: if mirror { 1 } else { 2 },
+    /// A cursor at the hit of a bounce that a camera ray's hit sends on. Later hits share nothing.
+    pub(super) fn child(&mut self, bounce: BounceKind) -> ShadowCacheCursor<'_, 'c> {
+        ShadowCacheCursor {
+            sample: self.sample.as_deref_mut().filter(|_| self.hit == 0),
+            hit: match bounce {
+                BounceKind::Mirror => 1,
+                BounceKind::Refracted => 2,
+            },
             path_id: self.path_id,
             known: (0, 0),
-        };
-        (self.hit == 0).then_some(onward)
+        }
     }
 }

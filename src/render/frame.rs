@@ -552,7 +552,7 @@ impl TileRenderer for OracleRenderer<'_> {
 
     fn stats(&self) -> RenderStats {
         RenderStats {
-            rays: self.oracle.ray_counts,
+            rays: self.oracle.ray_counts(),
             packets: 0,
         }
     }

@@ -1,14 +1,28 @@
-//! The light along a ray, with its bounces: the recursion of the design document ("Recursive
-//! shading model"). It uses a stack of its own, because the thread's stack would not hold bounces
-//! of any depth.
+//! The light along a ray, with its bounces: Whitted's recursion, as the design document has it
+//! ("Recursive shading model"). It uses a stack of its own, because the thread's stack would not
+//! hold bounces of any depth.
 
-use super::Oracle;
 use super::intersect::{OracleHit, OracleRay};
 use super::pixel::RadianceParts;
+use super::search::SceneSearch;
 use super::shading::{self, OracleBounce, OracleMaterial, OracleSurface, SampleSeed};
 use super::shadow_cache_cursor::ShadowCacheCursor;
 use glam::Vec3;
+use phalanx_scene::RayCounts;
 use phalanx_scene::sampling::BounceKind;
+
+/// Follows camera rays and their bounces.
+pub(super) struct WhittedIntegrator<'a> {
+    pub(super) search: SceneSearch<'a>,
+    max_depth: u32,
+    /// Least share of its camera ray that a ray must have in some component to be traced; if 0, all
+    /// rays are traced.
+    pub(super) min_weight: f32,
+    /// The bounces between a camera ray and the ray that is traced.
+    path: Vec<PathLevel>,
+    /// Rays cast so far.
+    pub(super) ray_counts: RayCounts,
+}
 
 /// A ray to be traced, and the weight of its light.
 pub(super) struct PathSegment {
@@ -42,7 +56,7 @@ impl PathSegment {
 type SegmentPair = [Option<PathSegment>; 2];
 
 /// A hit whose bounces are being traced.
-pub(super) struct PathLevel {
+struct PathLevel {
     /// Light of the hit, as far as it is known.
     parts: RadianceParts,
     /// Kind of the bounce that is being traced, and its weight.
@@ -61,20 +75,29 @@ impl RadianceParts {
     }
 }
 
-impl Oracle<'_> {
+impl<'a> WhittedIntegrator<'a> {
+    pub(super) fn new(search: SceneSearch<'a>, max_depth: u32) -> WhittedIntegrator<'a> {
+        WhittedIntegrator {
+            search,
+            max_depth,
+            min_weight: 0.0,
+            path: Vec::new(),
+            ray_counts: RayCounts::default(),
+        }
+    }
+
     /// I = Ka + Ke + Σ V_i L_i (Kd max(l·n, 0) + Ks max(h·n, 0)^s) + Ks I_R + Kt I_T, for a camera
     /// ray.
     pub(super) fn light(
         &mut self,
         camera: &PathSegment,
         hit: Option<OracleHit>,
-        mut cursor: Option<ShadowCacheCursor>,
+        mut cursor: ShadowCacheCursor,
     ) -> RadianceParts {
-        let (mut parts, ways) = self.shade(camera, hit, cursor.as_mut());
+        let (mut parts, ways) = self.shade(camera, hit, &mut cursor);
         for segment in ways.into_iter().flatten() {
             let traced = (segment.way, segment.throughput);
-            let mirror = matches!(segment.way, BounceKind::Mirror);
-            let cursor = cursor.as_mut().and_then(|cursor| cursor.child(mirror));
+            let cursor = cursor.child(segment.way);
             parts.add_weighted(traced, self.follow(segment, cursor));
         }
         parts
@@ -82,7 +105,7 @@ impl Oracle<'_> {
 
     /// The light of a bounce of a camera ray. The sums are those of the recursion: each hit's
     /// mirror ray is followed to its end, and then its refracted one.
-    fn follow(&mut self, first: PathSegment, mut cursor: Option<ShadowCacheCursor>) -> Vec3 {
+    fn follow(&mut self, first: PathSegment, mut cursor: ShadowCacheCursor) -> Vec3 {
         let mut path = std::mem::take(&mut self.path);
         let mut next = Some(first);
         let light = loop {
@@ -99,9 +122,9 @@ impl Oracle<'_> {
                 continue;
             };
             let hit = self.trace_segment(&segment);
-            let (parts, ways) = self.shade(&segment, hit, cursor.as_mut());
+            let (parts, ways) = self.shade(&segment, hit, &mut cursor);
             // No visibility is recorded for later hits.
-            cursor = None;
+            cursor = ShadowCacheCursor::NONE;
             let [mirror, refracted] = ways;
             let mut level = PathLevel {
                 parts,
@@ -126,7 +149,7 @@ impl Oracle<'_> {
             BounceKind::Mirror => self.ray_counts.reflection += 1,
             BounceKind::Refracted => self.ray_counts.refraction += 1,
         }
-        self.closest(&segment.ray)
+        self.search.closest(&segment.ray)
     }
 
     /// The light of a hit without its bounces, and the bounces that are worth tracing.
@@ -134,35 +157,29 @@ impl Oracle<'_> {
         &mut self,
         segment: &PathSegment,
         hit: Option<OracleHit>,
-        mut cursor: Option<&mut ShadowCacheCursor>,
+        cursor: &mut ShadowCacheCursor,
     ) -> (RadianceParts, SegmentPair) {
+        let scene = self.search.scene;
         let mut parts = RadianceParts::default();
         let Some(hit) = hit else {
-            parts.direct = self.scene.background;
+            parts.direct = scene.background;
             return (parts, [None, None]);
         };
-        let at = OracleSurface::new(self.scene, &segment.ray, &hit);
-        let prim = self.scene.resolve(hit.prim_id).prim;
-        let material = OracleMaterial::of(self.scene, prim, &hit);
+        let at = OracleSurface::new(scene, &segment.ray, &hit);
+        let prim = scene.resolve(hit.prim_id).prim;
+        let material = OracleMaterial::of(scene, prim, &hit);
         parts.direct = material.own;
-        if let Some(cursor) = &mut cursor {
-            cursor.begin_hit(hit.prim_id);
-        }
-        for light in 0..self.scene.lights.len() {
-            let sample = shading::sample_light(self.scene, light, segment.chance, &material, &at);
+        cursor.begin_hit(hit.prim_id);
+        for light in 0..scene.lights.len() {
+            let sample = shading::sample_light(scene, light, segment.chance, &material, &at);
             let Some(sample) = sample else {
                 continue;
             };
-            let known = cursor.as_ref();
-            let known = known.and_then(|cursor| cursor.known_visibility(light, sample.radiance));
-            let seen = known.unwrap_or_else(|| {
+            let visible = cursor.is_visible(light, sample.radiance, || {
                 self.ray_counts.shadow += 1;
-                !self.occluded(&sample.ray, sample.tmax)
+                !self.search.occluded(&sample.ray, sample.tmax)
             });
-            if let Some(cursor) = &mut cursor {
-                cursor.record_visible(light, seen);
-            }
-            if seen {
+            if visible {
                 parts.direct += sample.radiance;
             }
         }

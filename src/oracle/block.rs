@@ -1,0 +1,113 @@
+//! Blocks of pixels that get as many samples as they need.
+
+use super::Oracle;
+use super::pixel::{OraclePixel, OraclePixelAccumulator};
+use super::shadow_cache_cursor::{SampleVisibility, ShadowCacheCursor};
+use glam::Vec3;
+use phalanx_scene::camera::Camera;
+use phalanx_scene::sampling::{Adaptive, BLOCK, Cells, SampleResult, Sampling};
+
+impl Oracle<'_> {
+    /// Renders the pixels of a block, with as many samples as they need, row by row. The block
+    /// begins in column `x` and row `y`, and has the given number of columns and rows in the
+    /// picture, 8 at most.
+    pub fn block(
+        &mut self,
+        camera: &Camera,
+        sampling: &Sampling,
+        adaptive: &Adaptive,
+        corner: (u32, u32),
+        size: (u32, u32),
+    ) -> Vec<OraclePixel> {
+        let by_chance =
+            self.scene().is_stochastic() || camera.has_lens() || self.ao_distance.is_some();
+        match by_chance {
+            true => self.block_by_pixels(camera, sampling, adaptive, corner, size),
+            false => self.block_by_cells(camera, sampling, adaptive, corner, size),
+        }
+    }
+
+    /// Renders a block whose only random choices are the camera rays' positions in their pixels,
+    /// with as many samples as the pixels' parts need.
+    fn block_by_cells(
+        &mut self,
+        camera: &Camera,
+        sampling: &Sampling,
+        adaptive: &Adaptive,
+        (x, y): (u32, u32),
+        size: (u32, u32),
+    ) -> Vec<OraclePixel> {
+        let mut first = [[None; BLOCK as usize]; BLOCK as usize];
+        let mut cells = Cells::default();
+        cells.begin(*adaptive, sampling.spp, ((x, y), size), true);
+        loop {
+            for k in 0..cells.requests().len() {
+                let asked = &cells.requests()[k];
+                let ((column, row), number) = (asked.pixel, asked.number);
+                let mut visibility = SampleVisibility::of(&cells, k);
+                let place = (x + column, y + row);
+                let traced = self.sample(camera, sampling, place, number, visibility.cursor());
+                let answer = SampleResult {
+                    radiance: traced.light.sum().to_array(),
+                    light: traced.light.all().map(Vec3::into),
+                    weight: traced.weight,
+                    visibility: visibility.visibility,
+                };
+                if number == 0 {
+                    first[row as usize][column as usize] = Some((traced.ray, traced.hit));
+                }
+                cells.add_result(k, &answer);
+            }
+            if !cells.next_round() {
+                break;
+            }
+        }
+        let sums = cells.sums();
+        let places = (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
+        let pixel = |(column, row): (u32, u32)| {
+            let sum = &sums[(row * BLOCK + column) as usize];
+            OraclePixel {
+                radiance: sum.radiance.mean().into(),
+                light: sum.light.map(|way| way.mean().into()),
+                first: first[row as usize][column as usize],
+                samples: sum.samples,
+            }
+        };
+        places.map(pixel).collect()
+    }
+
+    /// Renders a block with other random choices than the camera rays' positions in their pixels,
+    /// with as many samples as each pixel needs.
+    fn block_by_pixels(
+        &mut self,
+        camera: &Camera,
+        sampling: &Sampling,
+        adaptive: &Adaptive,
+        (x, y): (u32, u32),
+        size: (u32, u32),
+    ) -> Vec<OraclePixel> {
+        let mut block = [[OraclePixelAccumulator::default(); BLOCK as usize]; BLOCK as usize];
+        let places = || (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
+        let (mut open, mut samples) = (!0, 0);
+        while open != 0 && samples < sampling.spp {
+            let next = adaptive.next(samples, sampling.spp);
+            for (column, row) in places() {
+                if open >> (row * BLOCK + column) & 1 == 0 {
+                    continue;
+                }
+                for sample in samples..next {
+                    let place = (x + column, y + row);
+                    let traced =
+                        self.sample(camera, sampling, place, sample, ShadowCacheCursor::NONE);
+                    block[row as usize][column as usize].add(traced);
+                }
+            }
+            samples = next;
+            let gathered = block.map(|row| row.map(|pixel| pixel.radiance()));
+            open = adaptive.still_active(open, samples, &gathered, size);
+        }
+        places()
+            .map(|(x, y)| block[y as usize][x as usize].finish())
+            .collect()
+    }
+}
