@@ -1,7 +1,8 @@
 //! Mirror and refracted rays (design document, "Recursive shading model": … + Ks I_R + K_T I_T),
 //! and glossy mirror rays.
 
-use super::surface::{ShadeMaterial, Surface};
+use super::material::ShadeMaterial;
+use super::surface::Surface;
 use super::wide;
 use glam::Vec3;
 use phalanx_scene::sampling::{self, Dimension};

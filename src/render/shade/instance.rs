@@ -1,6 +1,6 @@
 //! Hits on instances: evaluated in the space of the mesh, and transformed into the world's.
 
-use super::surface::{SurfacePoint, gather_column, unit_or};
+use super::surface_point::{SurfacePoint, gather_column, unit_or};
 use phalanx_scene::{PAD, Scene};
 use phalanx_trace::packet::RayPacket;
 use phalanx_trace::simd::{F32x8, LANES, Lanes, Vec3x8};

@@ -2,8 +2,9 @@
 //! Blinn-Phong terms ("Shading model"), before visibility. Each point may have its own position on
 //! an area light.
 
+use super::material::ShadeMaterial;
 use super::pow::pow;
-use super::surface::{ShadeMaterial, Surface};
+use super::surface::Surface;
 use super::wide;
 use glam::Vec3;
 use phalanx_scene::sampling::{self, Dimension};

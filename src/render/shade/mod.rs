@@ -3,8 +3,10 @@
 //!
 //! | file | design document |
 //! |---|---|
-//! | `surface` | geometry of the hit: point, normals, offset |
+//! | `surface` | eight hits of one kind and one material |
+//! | `surface_point` | geometry of the hit: point, normals, offset, by kind |
 //! | `instance` | the same for hits on instances |
+//! | `material` | the material's row |
 //! | `light` | "Lighting model" and "Shading model": attenuation, Blinn-Phong |
 //! | `bounce` | "Recursive shading model": mirror and refracted rays |
 //! | `pow` | the specular power, eight lanes at a time |
@@ -15,14 +17,17 @@
 mod bounce;
 mod instance;
 mod light;
+mod material;
 mod pow;
 mod surface;
+mod surface_point;
 mod texture;
 
 pub use bounce::{SecondaryRays, bounces, sample_ao_ray, sample_glossy};
 pub use light::{LightSample, sample_light, sample_light_position};
+pub use material::ShadeMaterial;
 pub use pow::pow;
-pub use surface::{ShadeGroup, ShadeMaterial, Surface, surface};
+pub use surface::{ShadeGroup, Surface, surface};
 pub use texture::{WHITE, texture_color};
 
 use glam::Vec3;

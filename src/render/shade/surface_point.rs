@@ -1,0 +1,278 @@
+//! Points of eight hits on primitives of one kind: position, normals, and the offset at which
+//! secondary rays leave.
+
+use glam::Vec3;
+use phalanx_scene::{
+    ConeProfile, DOUBLE_ROUNDING, MAX_OFFSET_PER_DISTANCE, OFFSET_PER_COORDINATE, OFFSET_PER_EDGE,
+    PAD, PLANE_ROUNDING, PrimKind, Scene, Vec3s,
+};
+use phalanx_trace::packet::{HitPacket, RayPacket};
+use phalanx_trace::simd::{F32x8, F64x8, LANES, LaneMask, Lanes, Mask8, Vec3Lanes, Vec3x8};
+
+/// Point, outward normals and offset, before they are turned.
+pub(super) struct SurfacePoint {
+    pub(super) point: Vec3x8,
+    pub(super) ng: Vec3x8,
+    pub(super) ns: Vec3x8,
+    pub(super) offset: F32x8,
+}
+
+/// Evaluates hits in the space where the primitives are stored. `back` is the unit vector against
+/// the rays there; it is the normal of surfaces that have none. A ray's own direction is no unit
+/// vector within an instance.
+pub(super) fn surface_point(
+    scene: &Scene,
+    kind: PrimKind,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    hits: &HitPacket,
+) -> SurfacePoint {
+    match kind {
+        PrimKind::Sphere => sphere(scene, rows, rays, back, hits.t),
+        PrimKind::Ellipsoid => ellipsoid(scene, rows, rays, back, hits.t),
+        PrimKind::Triangle => triangle(scene, rows, rays, back, hits),
+        PrimKind::Cone => cone(scene, rows, rays, back, hits.t),
+    }
+}
+
+pub(super) fn gather_column(column: &Vec3s, rows: &[usize; LANES]) -> Vec3x8 {
+    Vec3x8::new(
+        F32x8::new(rows.map(|i| column.x[i])),
+        F32x8::new(rows.map(|i| column.y[i])),
+        F32x8::new(rows.map(|i| column.z[i])),
+    )
+}
+
+/// v/|v|, or `otherwise` where v has no length.
+pub(super) fn unit_or(v: Vec3x8, otherwise: Vec3x8) -> Vec3x8 {
+    let squared = v.dot(v);
+    let unit = v.scale(F32x8::ONE / squared.sqrt());
+    Vec3x8::select(squared.gt(F32x8::ZERO), unit, otherwise)
+}
+
+/// Point where each ray meets its triangle, on the triangle's plane.
+fn triangle(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    hits: &HitPacket,
+) -> SurfacePoint {
+    let t = &scene.triangles;
+    let corners = rows.map(|i| t.corners[i]);
+    let corner = |k: usize| gather_column(&t.vertices, &corners.map(|of| of[k] as usize));
+    let feet = TriangleHitPoints::of([corner(0), corner(1), corner(2)], rays, hits);
+    let point = feet.point;
+    let ng = Vec3x8::select(feet.solid, feet.normal, back);
+    let ns = match rows.iter().any(|&i| t.normal_rows(i).is_some()) {
+        true => {
+            let alpha = (F32x8::ONE - hits.u) - hits.v;
+            shading_normal(scene, rows, [alpha, hits.u, hits.v], ng)
+        }
+        false => ng,
+    };
+    let rounding = ng.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING)
+        + feet.edges * F32x8::splat(DOUBLE_ROUNDING);
+    let [least, most] = OFFSET_PER_EDGE.map(|share| feet.edges * F32x8::splat(share));
+    let beyond = point.max_abs() * F32x8::splat(OFFSET_PER_COORDINATE);
+    let way = feet.ray_extent * F32x8::splat(MAX_OFFSET_PER_DISTANCE);
+    let offset = rounding.max(beyond.max(least).min(most).min(way));
+    SurfacePoint {
+        point,
+        ng,
+        ns,
+        offset,
+    }
+}
+
+/// Points where rays meet triangles, computed in `f64` and then rounded. So a point is on its
+/// triangle's plane to within its own rounding, wherever that is and however large the triangle. No
+/// other error adds to it.
+struct TriangleHitPoints {
+    point: Vec3x8,
+    /// Geometric normal, of unit length where `solid`.
+    normal: Vec3x8,
+    /// Lanes whose triangle has an area.
+    solid: Mask8,
+    /// Largest component of two edges.
+    edges: F32x8,
+    /// Largest component of the ray's path to the hit.
+    ray_extent: F32x8,
+}
+
+impl TriangleHitPoints {
+    /// Computes the points. For a triangle that is large at its hit distance, the point is the
+    /// ray's point in the plane. For others it is that of the barycentric weights, which is within
+    /// the triangle: an `f32` weight is as accurate as the triangle is small.
+    #[inline(always)]
+    fn of(corners: [Vec3x8; 3], rays: &RayPacket, hits: &HitPacket) -> TriangleHitPoints {
+        let [a, b, c] = corners.map(Vec3Lanes::from);
+        let dir = Vec3Lanes::from(rays.dir);
+        let [t, beta, gamma] = [hits.t, hits.u, hits.v].map(F64x8::from);
+        // (B − A) × (C − A): counter-clockwise is the front, as in every format; the document's
+        // order points the other way.
+        let (e1, e2) = (b - a, c - a);
+        let normal = e1.cross(e2);
+        let edges = max_abs_component(e1).max(max_abs_component(e2));
+        let way = t * max_abs_component(dir);
+        let alpha = (F64x8::ONE - beta) - gamma;
+        let weighed = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
+        let mut point = weighed.rounded();
+        let large = edges.gt(F64x8::splat(MAX_LENGTH_PER_DISTANCE) * way);
+        if large.any() {
+            let org = Vec3Lanes::from(rays.org);
+            let along = normal.dot(a - org) / normal.dot(dir);
+            let alike = (along - t).abs().le(F64x8::splat(MAX_DISTANCE_ERROR) * t);
+            let met = (org + dir.scale(along)).rounded();
+            point = Vec3x8::select(large & alike, met, point);
+        }
+        let squared = normal.dot(normal);
+        let normal = normal.scale(F64x8::ONE / squared.sqrt()).rounded();
+        TriangleHitPoints {
+            point,
+            normal,
+            solid: squared.gt(F64x8::splat(0.0)),
+            edges: edges.rounded(),
+            ray_extent: way.rounded(),
+        }
+    }
+}
+
+/// Largest absolute component.
+#[inline(always)]
+fn max_abs_component(v: Vec3Lanes<F64x8>) -> F64x8 {
+    v.x.abs().max(v.y.abs()).max(v.z.abs())
+}
+
+/// Ratio of a triangle's length to the distance of its hit, above which it counts as large: there,
+/// the error of the weights could be visible.
+const MAX_LENGTH_PER_DISTANCE: f64 = 64.0;
+
+/// Largest relative difference between the distance to the plane and the hit's distance; beyond it
+/// the ray lies in the plane.
+const MAX_DISTANCE_ERROR: f64 = 1.0 / 4096.0;
+
+/// Interpolated vertex normals; lanes of triangles without them keep `ng`.
+fn shading_normal(scene: &Scene, rows: &[usize; LANES], weights: [F32x8; 3], ng: Vec3x8) -> Vec3x8 {
+    let t = &scene.triangles;
+    let corners = rows.map(|i| t.corner_normals(i).unwrap_or([Vec3::ZERO; 3]));
+    let column = |k: usize| {
+        Vec3x8::new(
+            F32x8::new(corners.map(|n| n[k].x)),
+            F32x8::new(corners.map(|n| n[k].y)),
+            F32x8::new(corners.map(|n| n[k].z)),
+        )
+    };
+    let [alpha, beta, gamma] = weights;
+    let sum = (column(0).scale(alpha) + column(1).scale(beta)) + column(2).scale(gamma);
+    unit_or(sum, ng)
+}
+
+/// The point is put back onto the sphere along the normal. With u = 2⁻²⁴ it is off by 4u of the
+/// radius, for the normal's length and the product, and by u|n|·|p| for its own rounding. The
+/// offset's rounding is as much. The next ray's test loses 3u of the radius: in f·f − r², and in
+/// r². [`PAD`] is 32u of it, so that a point where spheres pass through each other is beyond the
+/// other one, too.
+fn sphere(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    t: F32x8,
+) -> SurfacePoint {
+    let center = gather_column(&scene.spheres.center, rows);
+    let radius = F32x8::new(rows.map(|i| scene.spheres.radius[i]));
+    let n = unit_or((rays.org - center) + rays.dir.scale(t), back);
+    let point = center + n.scale(radius);
+    SurfacePoint {
+        point,
+        ng: n,
+        ns: n,
+        offset: radius * F32x8::splat(PAD)
+            + n.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING),
+    }
+}
+
+/// Point and normal on the unit sphere in object space; the normal goes back through the inverse
+/// transpose. The offset covers the rounding of the next ray's transform into object space, where a
+/// step along the normal counts by the length of the gradient Mᵀn.
+fn ellipsoid(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    t: F32x8,
+) -> SurfacePoint {
+    let e = &scene.ellipsoids;
+    let [mx, my, mz, shift] = [0, 1, 2, 3].map(|k| gather_column(&e.to_object[k], rows));
+    let [wx, wy, wz, center] = [0, 1, 2, 3].map(|k| gather_column(&e.to_world[k], rows));
+    let to_object = |v: Vec3x8| (mx.scale(v.x) + my.scale(v.y)) + mz.scale(v.z);
+    let org = to_object(rays.org) + shift;
+    let dir = to_object(rays.dir);
+    let n = unit_or(org + dir.scale(t), -dir.normalized());
+    let point = ((wx.scale(n.x) + wy.scale(n.y)) + wz.scale(n.z)) + center;
+    let gradient = Vec3x8::new(mx.dot(n), my.dot(n), mz.dot(n));
+    let length = gradient.dot(gradient).sqrt();
+    let ng = unit_or(gradient, back);
+    let p = point.abs();
+    let terms = ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
+    let inside = (terms.max_abs() + F32x8::ONE) / length;
+    let offset = (inside + point.max_abs()) * F32x8::splat(PAD);
+    SurfacePoint {
+        point,
+        ng,
+        ns: ng,
+        offset,
+    }
+}
+
+/// The hit point's distance from the axis and its height are put back onto the line of the cone's
+/// profile, perpendicular to that line. So the point moves no farther than it has to, whatever the
+/// slope. Its error is then, per axis, some 6 ulp of the lengths within the cone's box. The next
+/// test's transform into the cone's own coordinates adds some 8 of those, times √3 for a slanted
+/// normal. [`PAD`] is 32 ulp. The point's world position is rounded twice, as a plane's:
+/// [`PLANE_ROUNDING`]. At the very tip there is no direction away from the axis: the normal points
+/// back along the ray.
+fn cone(
+    scene: &Scene,
+    rows: &[usize; LANES],
+    rays: &RayPacket,
+    back: Vec3x8,
+    t: F32x8,
+) -> SurfacePoint {
+    let (base, apex) = (
+        gather_column(&scene.cones.base, rows),
+        gather_column(&scene.cones.apex, rows),
+    );
+    let radii = [&scene.cones.base_radius, &scene.cones.apex_radius];
+    let [radius, other] = radii.map(|column| F32x8::new(rows.map(|i| column[i])));
+    let profiles = rows.map(|i| scene.cones.profile(i));
+    let column = |of: fn(&ConeProfile) -> f32| F32x8::new(profiles.each_ref().map(of));
+    let axis = Vec3x8::new(
+        column(|p| p.axis.x),
+        column(|p| p.axis.y),
+        column(|p| p.axis.z),
+    );
+    let (cos, sin, slant) = (column(|p| p.cos), column(|p| p.sin), column(|p| p.slant));
+    let f = (rays.org - base) + rays.dir.scale(t);
+    let height = f.dot(axis);
+    let away = f - axis.scale(height);
+    let radial = unit_or(away, Vec3x8::ZERO);
+    let apart = away.dot(radial);
+    let along = (apart - radius) * sin + height * cos;
+    let along = along.max(F32x8::ZERO).min(slant);
+    let (x, z) = (radius + sin * along, cos * along);
+    let slanted = radial.scale(cos) - axis.scale(sin);
+    let at_tip = !away.dot(away).gt(F32x8::ZERO);
+    let ng = Vec3x8::select(at_tip, back, unit_or(slanted, back));
+    let size = (apex - base).max_abs() + radius.max(other);
+    let point = base + (radial.scale(x) + axis.scale(z));
+    let rounding = ng.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING);
+    SurfacePoint {
+        point,
+        ng,
+        ns: ng,
+        offset: size * F32x8::splat(PAD) + rounding,
+    }
+}
