@@ -1,14 +1,11 @@
 //! Tiles whose pixels get as many samples as their parts need. The packet engine works in rounds.
 //! Each round halves the cells that the earlier rounds left active.
 
-use super::adaptive_noise::{corners, size_of};
-use super::levels::CAMERA_RAYS;
-use super::shadow_cache::ShadowCache;
-use super::tile_renderer::{TracedSamples, WavefrontRenderer, push_samples};
+use super::blocks::{corners, size_of, within};
+use super::sample_tracer::SampleTracer;
+use super::wavefront::{CAMERA_RAYS, RefineRequest, ShadowCache, ShadowFilter, push_samples};
 use phalanx_scene::camera::Camera;
-use phalanx_scene::film::Tile;
-use phalanx_scene::film::TileBuffer;
-use phalanx_scene::film::{Aov, RadianceAovs};
+use phalanx_scene::film::{Aov, RadianceAovs, Tile, TileBuffer};
 use phalanx_scene::sampling::{
     Adaptive, BLOCK, Cells, LightVisibility, MAX_HITS, SampleResult, Sampling,
 };
@@ -29,113 +26,96 @@ const _: () = assert!(
     "they would be several waves"
 );
 
-/// A block of a group, and the index of one of its requests.
-pub(super) type RefineRequest = (u32, u32);
-
-/// Buffers for the samples of a group, and for the results of a round's samples.
+/// Buffers for the samples of a group of blocks, and for the results of a round's samples.
 #[derive(Default)]
-pub(super) struct Scratch {
+pub(super) struct EdgeSampler {
     cells: Vec<Cells>,
     requests: Vec<RefineRequest>,
     visibility: Vec<[LightVisibility; MAX_HITS]>,
     results: Vec<SampleResult>,
 }
 
-impl WavefrontRenderer<'_> {
+impl EdgeSampler {
     /// Renders a tile, and with it the rest of its blocks: pixels beyond a region's border also
     /// decide where more samples are needed.
-    pub(super) fn render_by_cells(
+    pub(super) fn render_tile(
         &mut self,
+        tracer: &mut SampleTracer,
         adaptive: Adaptive,
         tile: Tile,
         pixels: &mut TileBuffer,
     ) {
-        let whole = tile.outward(BLOCK, self.camera.size());
+        let whole = tile.outward(BLOCK, tracer.camera.size());
         let corners: Vec<_> = corners(whole).collect();
-        let spp = self.sampling.spp;
-        let mut room = std::mem::take(&mut self.scratch_buffers);
+        let spp = tracer.sampling.spp;
         for group in corners.chunks((MAX_GROUP_SAMPLES / (BLOCK * BLOCK * spp)).max(1) as usize) {
-            room.cells.resize_with(group.len(), Cells::default);
-            for (cells, &(x, y)) in room.cells.iter_mut().zip(group) {
+            self.cells.resize_with(group.len(), Cells::default);
+            for (cells, &(x, y)) in self.cells.iter_mut().zip(group) {
                 let corner = (whole.x + x, whole.y + y);
                 let size = size_of(whole, (x, y));
                 cells.begin(adaptive, spp, (corner, size), pixels.aovs().of_light());
             }
             let mut first = true;
             loop {
-                self.refine(&mut room, whole, first, tile, pixels);
+                self.refine(tracer, whole, first, tile, pixels);
                 first = false;
                 let ask = |more, cells: &mut Cells| cells.next_round() | more;
-                if !room.cells.iter_mut().fold(false, ask) {
+                if !self.cells.iter_mut().fold(false, ask) {
                     break;
                 }
             }
-            for cells in &room.cells {
+            for cells in &self.cells {
                 finish(cells, tile, pixels);
             }
         }
-        self.scratch_buffers = room;
     }
 
     /// Traces all samples that the blocks of a group request. The first samples of pixels also give
     /// hits, where those are recorded.
     fn refine(
         &mut self,
-        room: &mut Scratch,
+        tracer: &mut SampleTracer,
         whole: Tile,
         first: bool,
         tile: Tile,
         pixels: &mut TileBuffer,
     ) {
-        room.requests.clear();
-        for (block, cells) in (0..).zip(&room.cells) {
-            room.requests
-                .extend((0..cells.requests().len() as u32).map(|ask| (block, ask)));
+        let (camera, sampling) = (tracer.camera, tracer.sampling);
+        self.requests.clear();
+        for (block, cells) in (0..).zip(&self.cells) {
+            let requests = 0..cells.requests().len() as u32;
+            self.requests
+                .extend(requests.map(|request| (block, request)));
         }
-        let keep_hits = pixels.record_hits();
-        for asks in room.requests.chunks(MAX_GROUP_BLOCKS) {
-            room.visibility.clear();
-            room.visibility.resize(asks.len(), Default::default());
-            let cells = &room.cells;
-            let push = |rays: &mut RayQueue, camera: &Camera, sampling: &Sampling| {
-                push_requests(rays, camera, sampling, whole, cells, asks);
-            };
-            let cache = ShadowCache {
+        for requests in self.requests.chunks(MAX_GROUP_BLOCKS) {
+            self.visibility.clear();
+            self.visibility.resize(requests.len(), Default::default());
+            let cells = &self.cells;
+            let shadow_filter = ShadowFilter::reuse(ShadowCache {
                 cells,
-                requests: asks,
-                visibility: &mut room.visibility,
+                requests,
+                visibility: &mut self.visibility,
                 ancestors: &[],
+            });
+            let sample = if first { 0 } else { 1 };
+            let (count, record_hits) = (requests.len(), pixels.record_hits());
+            let mut traced = tracer.trace(count, sample, record_hits, shadow_filter, |rays| {
+                push_requests(rays, camera, &sampling, whole, cells, requests);
+            });
+            traced.write_hits(pixels, within(whole, tile));
+            self.results.clear();
+            let results = traced.outcomes().zip(&self.visibility);
+            let result = |((radiance, light, weight), visibility): (_, &_)| SampleResult {
+                radiance,
+                light,
+                weight,
+                visibility: *visibility,
             };
-            let answers = &mut room.results;
-            let number = if first { 0 } else { 1 };
-            self.trace(
-                asks.len(),
-                number,
-                keep_hits,
-                Some(cache),
-                push,
-                |_, traced, counter| {
-                    answers.clear();
-                    answers.extend(traced.results());
-                    traced.keep(pixels, counter, within(whole, tile));
-                },
-            );
-            for ((&(block, ask), answer), sights) in asks.iter().zip(answers).zip(&room.visibility)
-            {
-                answer.visibility = *sights;
-                room.cells[block as usize].add_result(ask as usize, answer);
+            self.results.extend(results.map(result));
+            for (&(block, request), result) in requests.iter().zip(&self.results) {
+                self.cells[block as usize].add_result(request as usize, result);
             }
         }
-    }
-}
-
-/// Maps a position in `whole`, which surrounds the tile, to the position in the tile; `None`
-/// outside the tile.
-pub(super) fn within(whole: Tile, tile: Tile) -> impl Fn((u32, u32)) -> Option<(u32, u32)> {
-    move |(x, y)| {
-        let x = (whole.x + x).checked_sub(tile.x)?;
-        let y = (whole.y + y).checked_sub(tile.y)?;
-        (x < tile.width && y < tile.height).then_some((x, y))
     }
 }
 
@@ -146,16 +126,16 @@ fn push_requests(
     sampling: &Sampling,
     whole: Tile,
     cells: &[Cells],
-    asks: &[RefineRequest],
+    requests: &[RefineRequest],
 ) {
-    for eight in asks.chunks(LANES) {
+    for eight in requests.chunks(LANES) {
         // Lanes past the end repeat the last request.
         let asked: [_; LANES] = std::array::from_fn(|k| {
-            let (block, ask) = eight[k.min(eight.len() - 1)];
+            let (block, request) = eight[k.min(eight.len() - 1)];
             let cells = &cells[block as usize];
-            let ask = &cells.requests()[ask as usize];
+            let request = &cells.requests()[request as usize];
             let (x, y) = cells.corner();
-            (x + ask.pixel.0, y + ask.pixel.1, ask.number)
+            (x + request.pixel.0, y + request.pixel.1, request.number)
         });
         let columns = asked.map(|(x, _, _)| x);
         let rows = asked.map(|(_, y, _)| y);
@@ -187,18 +167,5 @@ fn finish(cells: &Cells, tile: Tile, pixels: &mut TileBuffer) {
         if aovs.has(Aov::Samples) {
             pixels.set_layer(x, y, Aov::Samples, &[f32::from_bits(sum.samples)]);
         }
-    }
-}
-
-impl TracedSamples<'_> {
-    /// Results of the rays in their order, without the visibility of the lights.
-    fn results(&self) -> impl Iterator<Item = SampleResult> {
-        self.outcomes()
-            .map(|(radiance, light, weight)| SampleResult {
-                radiance,
-                light,
-                weight,
-                visibility: Default::default(),
-            })
     }
 }

@@ -1,7 +1,8 @@
 //! Cost of tracing each pixel's camera ray with the packet engine, for pictures of that cost.
 
+use super::ray_cost::{RayCost, count_cost};
 use super::stats::RenderStats;
-use super::tile_renderer::push_camera_rays;
+use super::wavefront::push_camera_rays;
 use super::workers::TileRenderer;
 use bumpalo::Bump;
 use phalanx_scene::RayCounts;
@@ -11,20 +12,9 @@ use phalanx_scene::film::TileBuffer;
 use phalanx_scene::sampling::Sampling;
 use phalanx_trace::bvh::Bvh;
 use phalanx_trace::packet::{HitPacket, RayQueue};
-use phalanx_trace::simd::{LaneMask, Mask8};
+use phalanx_trace::simd::LaneMask;
 use phalanx_trace::{Kernel, PacketTracer, Traversal};
 use std::time::Instant;
-
-/// The cost of a camera ray that is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RayCost {
-    /// Nodes that the ray alone visits.
-    Nodes,
-    /// Primitives that the ray alone is tested against.
-    Prims,
-    /// Nanoseconds of its packets, by the kernel of a render, divided by their rays.
-    Time,
-}
 
 /// Timed repeats of each pair of packets. The least time counts: whatever interrupts a thread only
 /// adds to it.
@@ -108,23 +98,4 @@ fn measure_time(tracer: &mut Traversal, rays: &RayQueue, packets: std::ops::Rang
         start.elapsed().as_nanos()
     });
     times.min().unwrap_or(0) as f32 / lanes.max(1) as f32
-}
-
-/// Cost of one lane, traced in a packet of its own.
-pub(super) fn count_cost(
-    tracer: &mut PacketTracer,
-    rays: &RayQueue,
-    packet: usize,
-    lane: usize,
-    cost: RayCost,
-) -> f32 {
-    let (packet, _) = rays.packet(packet, f32::INFINITY);
-    tracer.take_stats();
-    tracer.closest(&packet, Mask8::from_bits(1 << lane));
-    let work = tracer.take_stats();
-    let lanes = phalanx_trace::simd::LANES as u64;
-    match cost {
-        RayCost::Prims => (work.prim_tests / lanes) as f32,
-        _ => work.node_visits as f32,
-    }
 }

@@ -1,7 +1,7 @@
 //! One stage of a wave by itself, for benchmarks and for nothing else. The stages after it need no
 //! memory of their own: they are calls of `shade`, and pushes into queues.
 
-use super::wavefront::{QueueSlice, RadianceX8, group_hits};
+use super::wavefront::{QueueSlice, group_hits};
 use crate::shade::Surface;
 use bumpalo::Bump;
 use phalanx_scene::Scene;
@@ -17,10 +17,9 @@ pub fn group_queue_hits<'arena>(
     packets: Range<usize>,
     hits: &[HitPacket],
 ) -> &'arena [Surface] {
-    let radiance = arena.alloc_slice_fill_copy(packets.len(), RadianceX8::BLACK);
     let view = QueueSlice {
         queue: rays,
         packets,
     };
-    group_hits(arena, scene, &view, hits, radiance).0
+    group_hits(arena, scene, &view, hits).surfaces
 }

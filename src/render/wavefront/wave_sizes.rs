@@ -1,9 +1,4 @@
-//! Bounces of bounces: the order in which waves are traced, and how large waves may be.
-//!
-//! The bounces of a wave wait in the queue of its level. They are traced slice by slice as waves of
-//! the next level. Each slice is accumulated into the wave before the next is traced, mirror rays
-//! before refracted ones. That gives the sum the order of the recursion: (local + Ks I_R) + Kt I_T.
-//! The levels are a stack of their own, so that no depth overflows the thread's.
+//! Sizes of waves: how many rays are traced together, and how deep bounces may go.
 //!
 //! | memory of a thread | at most |
 //! |---|---|
@@ -15,15 +10,12 @@
 //! No level's wave is larger than the wave above it. Where all levels would not fit at that size,
 //! waves below the first are smaller: every level gets the same share of [`BOUNCE_BYTES`].
 
-use super::aov_buffer::AovBuffer;
-use super::shadow_cache::ShadowCache;
-use super::wavefront::{QueueSlice, RadianceX8, WavefrontContext, accumulate, trace_wavefront};
+use super::bounce_queue::BounceLevel;
+use super::ray_batch::RadianceX8;
 use crate::shade::ShadeMaterial;
-use bumpalo::Bump;
 use phalanx_scene::Scene;
-use phalanx_trace::packet::{QueueColumns, QueueStorage, RayQueue};
+use phalanx_trace::packet::{QueueColumns, QueueStorage};
 use phalanx_trace::simd::LANES;
-use std::ops::Range;
 
 /// Bytes of all levels but the first, unless one packet a level needs more. They are enough to
 /// trace the rays of a tile of the default side together down to a depth of 40.
@@ -33,20 +25,20 @@ const BOUNCE_BYTES: usize = 5 << 20;
 const WAVE_RAYS: usize = 4096;
 
 /// Camera rays that are traced together whatever the depth: those of a tile of the default side.
-pub(super) const CAMERA_RAYS: usize = 1024;
+pub(crate) const CAMERA_RAYS: usize = 1024;
 
 /// Maximum sizes of waves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WaveSizes {
     /// Most packets of a wave of camera rays.
-    camera: usize,
+    pub(super) camera: usize,
     /// Most packets of a wave of bounces.
-    bounced: usize,
+    pub(super) bounced: usize,
     /// Bounces that a ray may take, as limited by the settings and by its weight.
     depth: usize,
     /// Bounces that a hit may send.
     ways: usize,
-    columns: QueueColumns,
+    pub(super) columns: QueueColumns,
 }
 
 /// Bounds on the factors that the shares of camera rays are multiplied with.
@@ -152,174 +144,6 @@ impl WaveSizes {
 /// Bytes that a packet of a wave takes in its level, for bounces and for radiance.
 fn level_bytes(ways: usize) -> usize {
     ways * QueueStorage::PACKET_BYTES + size_of::<RadianceX8>()
-}
-
-/// The levels of a renderer, each with the bounces of one wave.
-pub(super) struct Levels {
-    sizes: WaveSizes,
-    max_depth: usize,
-    levels: Vec<BounceLevel>,
-}
-
-#[derive(Default)]
-struct BounceLevel {
-    /// Radiance of the wave's rays. The radiance of camera rays is stored elsewhere.
-    radiance: Vec<RadianceX8>,
-    bounces: BounceQueue,
-}
-
-/// The bounces of a wave, mirror rays first.
-#[derive(Default)]
-pub(super) struct BounceQueue {
-    storage: QueueStorage,
-    /// Number of mirror rays.
-    mirrored: usize,
-    /// Packets of the wave that sent the bounces.
-    wave_packets: usize,
-    /// Packets that are being traced; all packets before them are done.
-    slice: Range<usize>,
-}
-
-impl BounceQueue {
-    /// Removes all bounces.
-    pub(super) fn clear(&mut self) {
-        self.storage.clear();
-        self.slice = 0..0;
-    }
-
-    /// Fills the queue with the bounces of a wave of `wave` packets, with room for `ways` bounces
-    /// of each ray. `push` queues them, and returns how many are mirror rays.
-    pub(super) fn fill(
-        &mut self,
-        wave: usize,
-        ways: usize,
-        columns: QueueColumns,
-        push: impl FnOnce(&mut RayQueue) -> usize,
-    ) {
-        self.mirrored = self.storage.fill(wave * ways, columns, push);
-        self.wave_packets = wave;
-        self.slice = 0..0;
-    }
-
-    /// Takes the next slice of the queue, if there is one.
-    fn next(&mut self, most: usize) -> Option<Range<usize>> {
-        let (first, all) = (self.slice.end, self.storage.queue().packets());
-        let end = all.min(first + self.wave_packets.min(most));
-        self.slice = first..end;
-        (first < all).then_some(first..end)
-    }
-}
-
-impl Levels {
-    pub(super) fn new(scene: &Scene, max_depth: u32, min_weight: f32) -> Levels {
-        Levels {
-            sizes: WaveSizes::of(scene, max_depth, min_weight),
-            max_depth: max_depth as usize,
-            levels: Vec::new(),
-        }
-    }
-
-    /// Bounces after the primary ray.
-    pub(super) fn max_depth(&self) -> u32 {
-        self.max_depth as u32
-    }
-
-    /// The columns of the queues of bounces.
-    pub(super) fn columns(&self) -> QueueColumns {
-        self.sizes.columns
-    }
-
-    /// Most packets of a wave of camera rays.
-    pub(super) fn camera_packets(&self) -> usize {
-        self.sizes.camera
-    }
-
-    /// The level above a wave of the given depth, and its own.
-    fn parent_and_level(&mut self, depth: usize) -> (Option<&mut BounceLevel>, &mut BounceLevel) {
-        if self.levels.len() <= depth {
-            self.levels.resize_with(depth + 1, BounceLevel::default);
-        }
-        let (above, from) = self.levels.split_at_mut(depth);
-        (above.last_mut(), &mut from[0])
-    }
-}
-
-/// Traces a wave of camera rays and all their bounces, and adds up the radiance of the camera rays
-/// in `radiance`. `aovs` receives their other outputs. `cache` supplies the visibility of lights
-/// where it is known, and records it.
-pub(super) fn trace_waves(
-    engine: &mut WavefrontContext,
-    (scratch, levels): (&mut Bump, &mut Levels),
-    rays: QueueSlice,
-    radiance: &mut [RadianceX8],
-    mut aovs: Option<&mut AovBuffer>,
-    mut cache: Option<&mut ShadowCache>,
-) {
-    let (bounced, max_depth) = (levels.sizes.bounced, levels.max_depth);
-    let (_, first) = levels.parent_and_level(0);
-    let bounces = (max_depth > 0).then_some(&mut first.bounces);
-    scratch.reset();
-    let (of_lights, of_rays) = (cache.as_deref_mut(), aovs.as_deref_mut());
-    trace_wavefront(engine, scratch, rays, radiance, of_rays, of_lights, bounces);
-    let mut depth = 0;
-    loop {
-        let (_, level) = levels.parent_and_level(depth);
-        if let Some(packets) = level.bounces.next(bounced) {
-            depth += 1;
-            let (above, level) = levels.parent_and_level(depth);
-            let Some(BounceQueue {
-                storage: room,
-                mirrored,
-                ..
-            }) = above.map(|above| &mut above.bounces)
-            else {
-                return;
-            };
-            let queue = room.queue();
-            level.radiance.clear();
-            level.radiance.resize(packets.len(), RadianceX8::BLACK);
-            scratch.reset();
-            let arena = &*scratch;
-            // The cache serves only the direct bounces of camera rays.
-            let cache = cache.as_deref_mut().filter(|_| depth == 1);
-            let mut onward = cache.map(|s| s.child(arena, &queue, packets.clone(), *mirrored));
-            let rays = QueueSlice {
-                queue: &queue,
-                packets,
-            };
-            let bounces = (depth < max_depth).then_some(&mut level.bounces);
-            let radiance = &mut level.radiance;
-            trace_wavefront(
-                engine,
-                arena,
-                rays,
-                radiance,
-                None,
-                onward.as_mut(),
-                bounces,
-            );
-            continue;
-        }
-        let (Some(above), level) = levels.parent_and_level(depth) else {
-            return;
-        };
-        depth -= 1;
-        let BounceQueue {
-            storage: room,
-            mirrored,
-            slice: piece,
-            ..
-        } = &mut above.bounces;
-        let (queue, answers) = (room.queue(), &level.radiance);
-        if depth > 0 {
-            accumulate(&queue, piece.clone(), answers, &mut above.radiance);
-            continue;
-        }
-        if let Some(aovs) = &mut aovs {
-            aovs.accumulate(&queue, piece.clone(), *mirrored, answers);
-        }
-        accumulate(&queue, piece.clone(), answers, radiance);
-    }
 }
 
 #[cfg(test)]

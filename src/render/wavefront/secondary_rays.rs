@@ -1,7 +1,8 @@
 //! Secondary rays of hits: selects the bounces that are worth tracing, and queues them.
 
-use super::levels::BounceQueue;
-use super::wavefront::{QueueSlice, WavefrontContext};
+use super::bounce_queue::BounceQueue;
+use super::ray_batch::QueueSlice;
+use super::wavefront_context::WavefrontContext;
 use crate::shade::{SecondaryRays as Outgoing, ShadeMaterial, Surface, bounces, sample_glossy};
 use bumpalo::Bump;
 use phalanx_scene::sampling::{BounceKind, child_seed};
@@ -10,28 +11,28 @@ use phalanx_trace::simd::{F32x8, Lanes, Vec3x8};
 /// Queues the mirror rays of all hits, then the refracted ones, except those that are not worth
 /// tracing.
 pub(super) fn spawn_secondary_rays(
-    engine: &mut WavefrontContext,
+    context: &mut WavefrontContext,
     arena: &Bump,
     rays: &QueueSlice,
     groups: &[Surface],
     bounces: &mut BounceQueue,
 ) {
     let ways = groups.iter().map(|at| {
-        let m = ShadeMaterial::of(engine.scene, at.material);
+        let m = ShadeMaterial::of(context.scene, at.material);
         usize::from(m.ks != glam::Vec3::ZERO) + usize::from(m.kt != glam::Vec3::ZERO)
     });
     let ways = ways.max().unwrap_or(0);
     if ways == 0 {
         return bounces.clear();
     }
-    let columns = engine.columns;
+    let columns = context.columns;
     let outgoing =
-        arena.alloc_slice_fill_with(groups.len(), |k| outgoing(engine, rays, &groups[k]));
+        arena.alloc_slice_fill_with(groups.len(), |k| outgoing(context, rays, &groups[k]));
     let shares = columns.shares.then(|| {
         let outgoing = groups.iter().zip(&mut *outgoing);
         let kept = outgoing.map(|(at, out)| {
-            let whole = ShadeMaterial::of(engine.scene, at.material).secondary_weight();
-            drop_below_min_weight(engine.min_weight, rays.shares(at), whole, out)
+            let whole = ShadeMaterial::of(context.scene, at.material).secondary_weight();
+            drop_below_min_weight(context.min_weight, rays.shares(at), whole, out)
         });
         &*arena.alloc_slice_fill_iter(kept)
     });
@@ -60,20 +61,20 @@ pub(super) fn spawn_secondary_rays(
             }
             queue.push(mask, out.refract_org, out.refract_dir, weight, &at.ray);
         }
-        engine.stats.rays.reflection += mirrored as u64;
-        engine.stats.rays.refraction += (queue.len() - mirrored) as u64;
+        context.stats.rays.reflection += mirrored as u64;
+        context.stats.rays.refraction += (queue.len() - mirrored) as u64;
         mirrored
     });
 }
 
 /// The bounces of eight hits, and the weight of those that are refracted.
-fn outgoing(engine: &WavefrontContext, rays: &QueueSlice, at: &Surface) -> (Outgoing, glam::Vec3) {
-    let material = ShadeMaterial::of(engine.scene, at.material);
+fn outgoing(context: &WavefrontContext, rays: &QueueSlice, at: &Surface) -> (Outgoing, glam::Vec3) {
+    let material = ShadeMaterial::of(context.scene, at.material);
     let mut out = bounces(&material, at);
-    if engine.columns.seeds {
-        let gloss = engine.scene.materials.gloss[at.material as usize];
+    if context.columns.seeds {
+        let gloss = context.scene.materials.gloss[at.material as usize];
         if gloss > 0.0 {
-            sample_glossy(&mut out, at, gloss, rays.seeds(&at.ray), engine.sample);
+            sample_glossy(&mut out, at, gloss, rays.seeds(&at.ray), context.sample);
         }
     }
     (out, material.kt)

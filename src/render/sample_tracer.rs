@@ -1,0 +1,144 @@
+//! Camera rays from their generation to their radiance, for whoever decides which are traced.
+
+use super::stats::RenderStats;
+use super::traced_samples::TracedSamples;
+use super::wavefront::{
+    AovBuffer, Levels, QueueSlice, RadianceX8, ShadowFilter, Wave, WavefrontContext,
+    trace_ambient_occlusion, trace_waves,
+};
+use bumpalo::Bump;
+use phalanx_scene::Scene;
+use phalanx_scene::camera::Camera;
+use phalanx_scene::film::{Aov, Aovs};
+use phalanx_scene::sampling::Sampling;
+use phalanx_trace::bvh::Bvh;
+use phalanx_trace::packet::{RayQueue, packets_for};
+use phalanx_trace::{Kernel, PacketTracer, Traversal};
+
+/// Traces camera rays with everything that follows from them.
+pub(super) struct SampleTracer<'a> {
+    pub(super) camera: &'a Camera,
+    pub(super) sampling: Sampling,
+    pub(super) aovs: Aovs,
+    bvh: &'a Bvh,
+    /// Tracer that counts nodes, if an AOV needs their count.
+    counter: Option<PacketTracer<'a>>,
+    context: WavefrontContext<'a>,
+    /// True if rays have seeds.
+    pub(super) seeded: bool,
+    /// Distance to the sky, where only ambient occlusion is rendered.
+    ao_distance: Option<f32>,
+    /// Memory that lives as long as a group of camera rays that are traced together. `scratch`
+    /// lives as long as one wave of them.
+    tile_arena: Bump,
+    scratch: Bump,
+    levels: Levels,
+}
+
+impl<'a> SampleTracer<'a> {
+    /// A tracer with one ray through the centre of each pixel, and all bounces up to `max_depth`.
+    pub(super) fn new(
+        scene: &'a Scene,
+        bvh: &'a Bvh,
+        camera: &'a Camera,
+        max_depth: u32,
+        kernel: Kernel,
+    ) -> Self {
+        let levels = Levels::new(scene, max_depth, 0.0);
+        SampleTracer {
+            camera,
+            sampling: Sampling::CENTER,
+            aovs: Aovs::default(),
+            bvh,
+            counter: None,
+            context: WavefrontContext {
+                scene,
+                traversal: Traversal::new(bvh, kernel),
+                stats: RenderStats::default(),
+                sample: 0,
+                min_weight: 0.0,
+                columns: levels.columns(),
+            },
+            seeded: scene.is_stochastic(),
+            ao_distance: None,
+            tile_arena: Bump::new(),
+            scratch: Bump::new(),
+            levels,
+        }
+    }
+
+    /// Sets the least weight of bounces that are traced.
+    pub(super) fn set_min_weight(&mut self, min_weight: f32) {
+        let max_depth = self.levels.max_depth();
+        self.levels = Levels::new(self.context.scene, max_depth, min_weight);
+        self.context.min_weight = min_weight;
+        self.context.columns = self.levels.columns();
+    }
+
+    /// Sets the further outputs of each pixel.
+    pub(super) fn set_aovs(&mut self, aovs: Aovs) {
+        self.aovs = aovs;
+        self.counter = aovs.has(Aov::Cost).then(|| PacketTracer::new(self.bvh));
+    }
+
+    /// Replaces shading by ambient occlusion.
+    pub(super) fn set_ao_distance(&mut self, ao_distance: f32) {
+        self.ao_distance = Some(ao_distance);
+        self.seeded = true;
+    }
+
+    /// The work since the tracer was made.
+    pub(super) fn stats(&self) -> RenderStats {
+        RenderStats {
+            packets: self.context.traversal.stats().packets,
+            ..self.context.stats
+        }
+    }
+
+    /// Traces up to `capacity` camera rays, which `generate` adds to the queue. Where rays have
+    /// seeds, all are the `sample`-th of their pixels. The first rays of pixels also give hits, if
+    /// these are recorded.
+    pub(super) fn trace(
+        &mut self,
+        capacity: usize,
+        sample: u32,
+        record_hits: bool,
+        mut shadow_filter: ShadowFilter,
+        generate: impl FnOnce(&mut RayQueue),
+    ) -> TracedSamples<'_, 'a> {
+        self.tile_arena.reset();
+        let arena = &self.tile_arena;
+        let mut rays = RayQueue::seeded(arena, capacity, self.seeded);
+        generate(&mut rays);
+        self.context.sample = sample;
+        self.context.stats.rays.primary += rays.len() as u64;
+        let packets = packets_for(rays.len());
+        let radiance = arena.alloc_slice_fill_copy(packets, RadianceX8::BLACK);
+        let first = sample == 0 && (record_hits || self.aovs.of_surface());
+        let mut aovs = AovBuffer::new(arena, packets, self.aovs, first);
+        let most = self.levels.camera_packets();
+        for first in (0..packets).step_by(most) {
+            let part = first..packets.min(first + most);
+            let wave = Wave {
+                radiance: &mut radiance[part.clone()],
+                aovs: aovs.part(part.clone()),
+                shadow_filter: shadow_filter.reborrow(),
+                rays: QueueSlice {
+                    queue: &rays,
+                    packets: part,
+                },
+            };
+            let (context, scratch) = (&mut self.context, &mut self.scratch);
+            match self.ao_distance {
+                Some(distance) => trace_ambient_occlusion(context, scratch, wave, distance),
+                None => trace_waves(context, scratch, &mut self.levels, wave),
+            }
+        }
+        TracedSamples {
+            rays,
+            radiance,
+            aovs,
+            counter: &mut self.counter,
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! A wave of camera rays whose hits are as bright as the sky above them is open. Traces the rays,
+//! finds the surfaces, and sends one ray from each.
+
+use super::closest_hits::{handle_escaped_rays, intersect_closest};
+use super::hit_grouping::group_hits;
+use super::shadow_rays::add_unoccluded;
+use super::wavefront_context::{Wave, WavefrontContext};
+use crate::shade::sample_ao_ray;
+use bumpalo::Bump;
+use phalanx_trace::packet::RayQueue;
+use phalanx_trace::simd::{LANES, Vec3x8};
+
+/// Traces a wave and writes its radiance, which is black before: 1 for rays whose hit sends a ray
+/// that meets nothing within `ao_distance`, and the background for rays that hit nothing.
+pub(crate) fn trace_ambient_occlusion(
+    context: &mut WavefrontContext,
+    arena: &mut Bump,
+    wave: Wave,
+    ao_distance: f32,
+) {
+    arena.reset();
+    let arena = &*arena;
+    let Wave {
+        rays,
+        radiance,
+        mut aovs,
+        shadow_filter: _,
+    } = wave;
+    let hits = intersect_closest(context, arena, &rays);
+    handle_escaped_rays(context.scene, &rays, hits, radiance);
+    let groups = group_hits(arena, context.scene, &rays, hits);
+    let mut queue = RayQueue::with_capacity(arena, groups.surfaces.len() * LANES);
+    for at in groups.surfaces {
+        let (org, dir) = sample_ao_ray(at, rays.seeds(&at.ray), context.sample);
+        queue.push(at.active, org, dir, Vec3x8::splat(1.0, 1.0, 1.0), &at.ray);
+    }
+    let blocked = arena.alloc_slice_fill_copy(queue.packets(), 0);
+    add_unoccluded(context, &queue, ao_distance, blocked, radiance, |_| {});
+    aovs.record(context.scene, hits, &groups, radiance);
+}

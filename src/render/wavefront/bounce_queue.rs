@@ -1,0 +1,91 @@
+//! Bounces that wait to be traced, and their accumulation into the wave that sent them.
+
+use super::ray_batch::RadianceX8;
+use phalanx_trace::packet::{QueueColumns, QueueStorage, RayQueue};
+use phalanx_trace::simd::{LANES, LaneMask};
+use std::ops::Range;
+
+/// Level of the stack of waves: one wave's radiance, and the bounces of its hits.
+#[derive(Default)]
+pub(super) struct BounceLevel {
+    /// Radiance of the wave's rays. The radiance of camera rays is stored elsewhere.
+    pub(super) radiance: Vec<RadianceX8>,
+    pub(super) bounces: BounceQueue,
+}
+
+/// The bounces of a wave, mirror rays first.
+#[derive(Default)]
+pub(super) struct BounceQueue {
+    storage: QueueStorage,
+    /// Number of mirror rays.
+    mirrored: usize,
+    /// Packets of the wave that sent the bounces.
+    wave_packets: usize,
+    /// Packets that are being traced; all packets before them are done.
+    slice: Range<usize>,
+}
+
+impl BounceQueue {
+    /// Removes all bounces.
+    pub(super) fn clear(&mut self) {
+        self.storage.clear();
+        self.slice = 0..0;
+    }
+
+    /// Fills the queue with the bounces of a wave of `wave` packets, with room for `ways` bounces
+    /// of each ray. `push` queues them, and returns how many are mirror rays.
+    pub(super) fn fill(
+        &mut self,
+        wave: usize,
+        ways: usize,
+        columns: QueueColumns,
+        push: impl FnOnce(&mut RayQueue) -> usize,
+    ) {
+        self.mirrored = self.storage.fill(wave * ways, columns, push);
+        self.wave_packets = wave;
+        self.slice = 0..0;
+    }
+
+    /// Moves on to the next slice of the queue, of up to `most` packets. Returns false if there is
+    /// none.
+    pub(super) fn advance(&mut self, most: usize) -> bool {
+        let (first, all) = (self.slice.end, self.storage.queue().packets());
+        let end = all.min(first + self.wave_packets.min(most));
+        self.slice = first..end;
+        first < all
+    }
+
+    /// The slice that is being traced.
+    pub(super) fn slice(&mut self) -> BounceSlice<'_> {
+        BounceSlice {
+            queue: self.storage.queue(),
+            packets: self.slice.clone(),
+            mirrored: self.mirrored,
+        }
+    }
+}
+
+/// Some packets of the bounces of a wave. The parents of its rays are the wave's rays.
+pub(super) struct BounceSlice<'q> {
+    pub(super) queue: RayQueue<'q>,
+    pub(super) packets: Range<usize>,
+    /// Number of mirror rays in the queue; they come first.
+    pub(super) mirrored: usize,
+}
+
+/// Adds the weighted radiance of bounces to the hits that sent them.
+pub(super) fn accumulate(
+    bounces: &BounceSlice,
+    bounced: &[RadianceX8],
+    radiance: &mut [RadianceX8],
+) {
+    for (packet, bounced) in bounces.packets.clone().zip(bounced) {
+        let active = bounces.queue.active(packet);
+        let (weight, parent) = bounces.queue.payload(packet);
+        for lane in active.lanes() {
+            let ray = parent[lane] as usize;
+            let rgb = [0, 1, 2].map(|c| weight[c][lane] * bounced.0[c][lane]);
+            radiance[ray / LANES].add(ray % LANES, rgb);
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! Light that a hit has without any lamp: ambient light and its own emission.
+
+use super::hit_grouping::HitGroups;
+use super::ray_batch::RadianceX8;
+use crate::shade::ShadeMaterial;
+use phalanx_scene::Scene;
+use phalanx_trace::simd::{LANES, LaneMask};
+
+/// Starts every hit's sum with Ka + Ke, or with Ka times the texture's colour + Ke.
+pub(super) fn add_ambient_and_emission(
+    scene: &Scene,
+    groups: &HitGroups,
+    radiance: &mut [RadianceX8],
+) {
+    for (k, at) in groups.surfaces.iter().enumerate() {
+        let ShadeMaterial { ka, ke, .. } = ShadeMaterial::of(scene, at.material);
+        let own = (ka + ke).to_array();
+        if let (None, Some(packet)) = (groups.tints.get(k), at.whole_packet()) {
+            radiance[packet] = RadianceX8(own.map(|c| [c; LANES]));
+            continue;
+        }
+        for lane in at.active.lanes() {
+            let own = match groups.tints.get(k) {
+                Some(t) => {
+                    let t = glam::Vec3::new(t.x.lane(lane), t.y.lane(lane), t.z.lane(lane));
+                    (ka * t + ke).to_array()
+                }
+                None => own,
+            };
+            let ray = at.ray[lane] as usize;
+            radiance[ray / LANES].set(ray % LANES, own);
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! Hits grouped by kind and material: eight surfaces of one kind and material are shaded together.
+
+use super::ray_batch::QueueSlice;
+use crate::shade::{ShadeGroup, Surface, WHITE, surface, texture_color};
+use bumpalo::Bump;
+use phalanx_scene::{PrimKind, Scene};
+use phalanx_trace::packet::{HitPacket, NO_PRIM, RayPacket, packets_for};
+use phalanx_trace::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
+
+/// The hits of a wave, as surfaces of eight.
+#[derive(Clone, Copy)]
+pub(crate) struct HitGroups<'arena> {
+    pub(crate) surfaces: &'arena [Surface],
+    /// The texture colour of each surface; empty where the scene has no textures, so that such a
+    /// scene pays nothing for them.
+    pub(super) tints: &'arena [Vec3x8],
+}
+
+/// A [`ShadeGroup`] in one word: kind in the upper bits, then the bit for instances, then the
+/// material.
+type ShadeKey = u32;
+
+const KIND_SHIFT: u32 = ShadeKey::BITS - PrimKind::BITS;
+
+const INSTANCED: ShadeKey = 1 << (KIND_SHIFT - 1);
+
+fn shade_key(scene: &Scene, prim_id: u32) -> ShadeKey {
+    let placed = scene.resolve(prim_id);
+    let kind = scene.prims[placed.prim as usize].kind() as u32;
+    let instanced = if placed.instance.is_some() {
+        INSTANCED
+    } else {
+        0
+    };
+    kind << KIND_SHIFT | instanced | scene.prim_material(placed.prim)
+}
+
+/// The key of every hit of a scene of one kind and one material, such as a scanned mesh. It saves
+/// two look-ups a hit.
+fn uniform_key(scene: &Scene) -> Option<ShadeKey> {
+    if !scene.instances.is_empty() {
+        return None;
+    }
+    let of_first_kind = match scene.prims.first()?.kind() {
+        PrimKind::Sphere => scene.spheres.len(),
+        PrimKind::Ellipsoid => scene.ellipsoids.len(),
+        PrimKind::Triangle => scene.triangles.len(),
+        PrimKind::Cone => scene.cones.len(),
+    };
+    let one = scene.materials.len() == 1 && of_first_kind == scene.prim_count();
+    one.then(|| shade_key(scene, 0))
+}
+
+/// A hit that has to be regrouped: its key in the upper half, the ray's index in the wave in the
+/// lower.
+type HitKey = u64;
+
+fn shade_key_of(key: HitKey) -> ShadeKey {
+    (key >> 32) as ShadeKey
+}
+
+/// Gives every hit its surface. A packet whose lanes all hit one kind and material is shaded as it
+/// stands; the other hits are sorted by kind and material, and shaded eight at a time.
+pub(crate) fn group_hits<'arena>(
+    arena: &'arena Bump,
+    scene: &Scene,
+    rays: &QueueSlice,
+    hits: &[HitPacket],
+) -> HitGroups<'arena> {
+    let (full, partial) = sort_hits(arena, scene, rays, hits);
+    let runs = || partial.chunk_by(|a, b| shade_key_of(*a) == shade_key_of(*b));
+    let batches = || runs().flat_map(|run| run.chunks(LANES));
+    let count = full.len() + runs().map(|run| packets_for(run.len())).sum::<usize>();
+    let mut next = batches();
+    let surfaces = arena.alloc_slice_fill_with(count, |k| match full.get(k) {
+        Some(&(packet, key)) => full_surface(scene, rays, hits, packet as usize, key),
+        None => partial_surface(scene, rays, hits, next.next().unwrap_or_default()),
+    });
+    if scene.textures.is_empty() {
+        return HitGroups {
+            surfaces,
+            tints: &[],
+        };
+    }
+    let mut next = batches();
+    let tints = arena.alloc_slice_fill_with(count, |k| match full.get(k) {
+        Some(&(packet, key)) => texture_color_of(scene, key, &hits[packet as usize]),
+        None => partial_tint(scene, rays, hits, next.next().unwrap_or_default()),
+    });
+    HitGroups { surfaces, tints }
+}
+
+/// Returns the packets whose lanes all hit one kind and material, and the other hits, sorted.
+fn sort_hits<'arena>(
+    arena: &'arena Bump,
+    scene: &Scene,
+    rays: &QueueSlice,
+    hits: &[HitPacket],
+) -> (&'arena [(u32, ShadeKey)], &'arena [HitKey]) {
+    let full = arena.alloc_slice_fill_copy(hits.len(), (0u32, 0 as ShadeKey));
+    let partial = arena.alloc_slice_fill_copy(hits.len() * LANES, 0 as HitKey);
+    let (mut fulls, mut partials) = (0, 0);
+    let only = uniform_key(scene);
+    for (packet, hit) in hits.iter().enumerate() {
+        let met = rays.active(packet) & !hit.prim_id.eq(U32x8::splat(NO_PRIM));
+        if let (Some(key), 0xff) = (only, met.bits()) {
+            full[fulls] = (packet as u32, key);
+            fulls += 1;
+            continue;
+        }
+        let start = partials;
+        for lane in met.lanes() {
+            let key = only.unwrap_or_else(|| shade_key(scene, hit.prim_id.lane(lane))) as HitKey;
+            partial[partials] = key << 32 | (packet * LANES + lane) as HitKey;
+            partials += 1;
+        }
+        let mine = &partial[start..partials];
+        if mine.len() == LANES
+            && mine
+                .iter()
+                .all(|&k| shade_key_of(k) == shade_key_of(mine[0]))
+        {
+            full[fulls] = (packet as u32, shade_key_of(mine[0]));
+            (fulls, partials) = (fulls + 1, start);
+        }
+    }
+    let partial = &mut partial[..partials];
+    partial.sort_unstable();
+    (&full[..fulls], partial)
+}
+
+fn texture_color_of(scene: &Scene, key: ShadeKey, hits: &HitPacket) -> Vec3x8 {
+    let group = unpack_key(key);
+    match group.kind {
+        PrimKind::Triangle => texture_color(scene, group.material, hits),
+        PrimKind::Sphere | PrimKind::Ellipsoid | PrimKind::Cone => WHITE,
+    }
+}
+
+fn partial_tint(scene: &Scene, rays: &QueueSlice, hits: &[HitPacket], batch: &[HitKey]) -> Vec3x8 {
+    let (_, hits) = gather(rays, hits, &rays_of(batch));
+    texture_color_of(scene, shade_key_of(batch[0]), &hits)
+}
+
+fn full_surface(
+    scene: &Scene,
+    rays: &QueueSlice,
+    hits: &[HitPacket],
+    packet: usize,
+    key: ShadeKey,
+) -> Surface {
+    let ray = std::array::from_fn(|lane| (packet * LANES + lane) as u32);
+    let (rays, active) = rays.packet(packet);
+    surface(scene, unpack_key(key), &rays, &hits[packet], active, ray)
+}
+
+fn partial_surface(
+    scene: &Scene,
+    rays: &QueueSlice,
+    hits: &[HitPacket],
+    batch: &[HitKey],
+) -> Surface {
+    let ray = rays_of(batch);
+    let active = Mask8::first(batch.len());
+    let unpacked = unpack_key(shade_key_of(batch[0]));
+    let (rays, hits) = gather(rays, hits, &ray);
+    surface(scene, unpacked, &rays, &hits, active, ray)
+}
+
+/// The rays of a batch; lanes past its end repeat its last hit.
+fn rays_of(batch: &[HitKey]) -> [u32; LANES] {
+    std::array::from_fn(|k| batch[k.min(batch.len() - 1)] as u32)
+}
+
+fn unpack_key(key: ShadeKey) -> ShadeGroup {
+    ShadeGroup {
+        kind: PrimKind::from_number(key >> KIND_SHIFT),
+        instanced: key & INSTANCED != 0,
+        material: key & (INSTANCED - 1),
+    }
+}
+
+/// Gathers eight rays and hits, which may be anywhere in the wave.
+fn gather(rays: &QueueSlice, hits: &[HitPacket], ray: &[u32; LANES]) -> (RayPacket, HitPacket) {
+    let mut org = [[0.0; LANES]; 3];
+    let mut dir = [[0.0; LANES]; 3];
+    let mut tuv = [[0.0; LANES]; 3];
+    let mut prim_id = [0; LANES];
+    for (k, &index) in ray.iter().enumerate() {
+        let (packet, lane) = (index as usize / LANES, index as usize % LANES);
+        let (o, d) = rays.queue.ray(rays.packets.start + packet, lane);
+        let hit = &hits[packet];
+        for axis in 0..3 {
+            org[axis][k] = o[axis];
+            dir[axis][k] = d[axis];
+        }
+        for (column, value) in tuv.iter_mut().zip([&hit.t, &hit.u, &hit.v]) {
+            column[k] = value.lane(lane);
+        }
+        prim_id[k] = hit.prim_id.lane(lane);
+    }
+    let vec =
+        |c: [[f32; LANES]; 3]| Vec3x8::new(F32x8::new(c[0]), F32x8::new(c[1]), F32x8::new(c[2]));
+    let [t, u, v] = tuv.map(F32x8::new);
+    (
+        RayPacket {
+            org: vec(org),
+            dir: vec(dir),
+            tmax: F32x8::splat(f32::INFINITY),
+        },
+        HitPacket {
+            t,
+            u,
+            v,
+            prim_id: U32x8::new(prim_id),
+        },
+    )
+}

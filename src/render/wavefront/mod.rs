@@ -1,0 +1,77 @@
+//! The wavefront integrator: one whole wave of rays, stage by stage. [`trace_wavefront`] is the one
+//! place where the order of the stages can be read.
+//!
+//! | file | stage |
+//! |---|---|
+//! | `camera_rays` | a tile's camera rays, eight a packet |
+//! | `closest_hits` | closest hits; the background for rays that escape |
+//! | `hit_grouping` | hits grouped by kind and material, eight surfaces at a time |
+//! | `emission` | ambient light and emission |
+//! | `shadow_rays` | lights, and the shadow rays that test them |
+//! | `shadow_filter` | shadow rays that neighbouring samples save |
+//! | `secondary_rays` | mirror and refracted rays |
+//! | `levels` | bounces as waves of their own, accumulated into the wave above |
+//! | `ambient_occlusion` | the other integrator: the same wave with one ray to the sky per hit |
+//!
+//! In the queues travel `ray_batch` (slices of rays, radiance of eight) and `bounce_queue`. Beside
+//! radiance, a wave has the outputs of `aov_buffer`. `wave_sizes` bounds its memory.
+
+mod ambient_occlusion;
+mod aov_buffer;
+mod bounce_queue;
+mod camera_rays;
+mod closest_hits;
+mod emission;
+mod hit_grouping;
+mod levels;
+mod ray_batch;
+mod secondary_rays;
+mod shadow_filter;
+mod shadow_rays;
+mod wave_sizes;
+mod wavefront_context;
+
+pub(super) use ambient_occlusion::trace_ambient_occlusion;
+pub(super) use aov_buffer::AovBuffer;
+pub use camera_rays::push_camera_rays;
+pub(super) use camera_rays::{block_of, pixel_of, push_block, push_samples};
+pub(super) use hit_grouping::group_hits;
+pub(super) use levels::{Levels, trace_waves};
+pub(super) use ray_batch::{QueueSlice, RadianceX8};
+pub(super) use shadow_filter::{RefineRequest, ShadowCache, ShadowFilter};
+pub(super) use wave_sizes::CAMERA_RAYS;
+pub use wave_sizes::WaveSizes;
+pub(super) use wavefront_context::{Wave, WavefrontContext};
+
+use bounce_queue::BounceQueue;
+use bumpalo::Bump;
+use closest_hits::{handle_escaped_rays, intersect_closest};
+use emission::add_ambient_and_emission;
+use secondary_rays::spawn_secondary_rays;
+use shadow_rays::trace_shadow_rays;
+
+/// Traces a wave, writes the radiance of its rays without bounces, and queues their bounces, where
+/// any are allowed.
+fn trace_wavefront(
+    context: &mut WavefrontContext,
+    arena: &Bump,
+    wave: &mut Wave,
+    bounces: Option<&mut BounceQueue>,
+) {
+    let Wave {
+        rays,
+        radiance,
+        aovs,
+        shadow_filter,
+    } = wave;
+    let hits = intersect_closest(context, arena, rays);
+    handle_escaped_rays(context.scene, rays, hits, radiance);
+    let groups = group_hits(arena, context.scene, rays, hits);
+    add_ambient_and_emission(context.scene, &groups, radiance);
+    let known = shadow_filter.look_up(arena, groups.surfaces, hits);
+    trace_shadow_rays(context, arena, rays, &groups, known, radiance);
+    aovs.record(context.scene, hits, &groups, radiance);
+    if let Some(bounces) = bounces {
+        spawn_secondary_rays(context, arena, rays, groups.surfaces, bounces);
+    }
+}

@@ -1,0 +1,74 @@
+//! Lights, and the shadow rays that test them.
+
+use super::hit_grouping::HitGroups;
+use super::ray_batch::{QueueSlice, RadianceX8};
+use super::shadow_filter::KnownLights;
+use super::wavefront_context::WavefrontContext;
+use crate::shade::{ShadeMaterial, sample_light, sample_light_position};
+use bumpalo::Bump;
+use phalanx_trace::packet::RayQueue;
+use phalanx_trace::simd::{LANES, LaneMask, Mask8};
+
+/// Adds each light's term where nothing occludes it, in the order of the lights in the file.
+pub(super) fn trace_shadow_rays(
+    context: &mut WavefrontContext,
+    arena: &Bump,
+    rays: &QueueSlice,
+    groups: &HitGroups,
+    mut known: KnownLights,
+    radiance: &mut [RadianceX8],
+) {
+    let scene = context.scene;
+    let mut queue = RayQueue::with_capacity(arena, groups.surfaces.len() * LANES);
+    let blocked = arena.alloc_slice_fill_copy(groups.surfaces.len(), 0);
+    for light in 0..scene.lights.len() {
+        queue.clear();
+        let position_of = |seeds| sample_light_position(scene, light, seeds, context.sample);
+        let (area, one) = (scene.lights.is_area(light), position_of([0; LANES]));
+        for (k, at) in groups.surfaces.iter().enumerate() {
+            let material = ShadeMaterial::of(scene, at.material);
+            let position = if area {
+                position_of(rays.seeds(&at.ray))
+            } else {
+                one
+            };
+            let sample = sample_light(scene, light, position, &material, groups.tints.get(k), at);
+            let asked = known.unknown(light, (k, at), &sample, radiance);
+            queue.push(asked, sample.org, sample.dir, sample.radiance, &at.ray);
+        }
+        let tmax = if scene.lights.directional[light] {
+            f32::INFINITY
+        } else {
+            1.0
+        };
+        add_unoccluded(context, &queue, tmax, blocked, radiance, |hit| {
+            known.record_visible(light, hit);
+        });
+    }
+}
+
+/// Traces shadow rays, adds the radiance that they carry to the hits that sent them, where nothing
+/// blocks the ray before `tmax`, and passes those hits to `record`. `blocked` has room for a byte
+/// per packet: lanes as bits.
+pub(super) fn add_unoccluded(
+    context: &mut WavefrontContext,
+    queue: &RayQueue,
+    tmax: f32,
+    blocked: &mut [u8],
+    radiance: &mut [RadianceX8],
+    mut record: impl FnMut(u32),
+) {
+    context.stats.rays.shadow += queue.len() as u64;
+    let all = 0..queue.packets();
+    let blocked = &mut blocked[..all.len()];
+    context.traversal.occluded(queue, all, tmax, blocked);
+    for (packet, &blocked) in blocked.iter().enumerate() {
+        let (carried, hit) = queue.payload(packet);
+        let open = queue.active(packet) & !Mask8::from_bits(u32::from(blocked));
+        for lane in open.lanes() {
+            let ray = hit[lane] as usize;
+            radiance[ray / LANES].add(ray % LANES, [0, 1, 2].map(|c| carried[c][lane]));
+            record(hit[lane]);
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! State that all waves of a worker share, and what one of them reads and fills.
+
+use super::aov_buffer::AovBuffer;
+use super::ray_batch::{QueueSlice, RadianceX8};
+use super::shadow_filter::ShadowFilter;
+use crate::stats::RenderStats;
+use phalanx_scene::Scene;
+use phalanx_trace::Traversal;
+use phalanx_trace::packet::QueueColumns;
+
+/// Shared state of all waves.
+pub(crate) struct WavefrontContext<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) traversal: Traversal<'a>,
+    pub(crate) stats: RenderStats,
+    /// Index of the camera ray of each pixel that the wave follows.
+    pub(crate) sample: u32,
+    /// Least share of a ray: rays whose share of their camera ray is less than this in every
+    /// component are not traced.
+    pub(crate) min_weight: f32,
+    /// The columns of the queues of bounces.
+    pub(crate) columns: QueueColumns,
+}
+
+/// One wave: its rays, and the outputs that it fills.
+pub(crate) struct Wave<'w, 'arena> {
+    pub(crate) rays: QueueSlice<'w, 'arena>,
+    /// Radiance of the rays, packet by packet.
+    pub(crate) radiance: &'w mut [RadianceX8],
+    /// The rays' other outputs.
+    pub(crate) aovs: AovBuffer<'w>,
+    pub(crate) shadow_filter: ShadowFilter<'w>,
+}
