@@ -1,0 +1,130 @@
+//! Acceleration structures: each engine has one beside the scene.
+
+use super::settings::{Engine, Settings};
+use phalanx_oracle::TwoLevelBvh;
+use phalanx_scene::Scene;
+use phalanx_trace::Kernel;
+use phalanx_trace::bvh::{BuildSettings, Bvh};
+
+/// The acceleration structure of an engine, which it needs beside the scene.
+pub struct Accel(AccelKind);
+
+enum AccelKind {
+    Packets(Bvh),
+    Oracle(TwoLevelBvh),
+}
+
+/// An engine with its tree, which must be the scene's.
+#[derive(Clone, Copy)]
+pub enum AccelRef<'a> {
+    /// The packet engine with its tree.
+    Packets(&'a Bvh),
+    /// The oracle with its tree.
+    Oracle(&'a TwoLevelBvh),
+}
+
+/// Figures of a tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreeStats {
+    /// Nodes. The packet engine's hold two boxes each and leaves are no nodes; the oracle's leaves
+    /// are.
+    pub nodes: usize,
+    /// Longest path from the root, the root counting 1.
+    pub depth: usize,
+    /// Surface area heuristic cost: expected node visits plus primitive tests of a random ray
+    /// through the root box.
+    pub sah: f64,
+    /// Bytes held by the nodes.
+    pub node_bytes: usize,
+    /// Bytes held by the primitives in leaf order.
+    pub prim_bytes: usize,
+    /// Bytes of the same tree with more children a node; 0 where it has not been made.
+    pub wide_bytes: usize,
+}
+
+impl TreeStats {
+    /// Figures of the packet engine's tree.
+    pub fn of(bvh: &Bvh) -> TreeStats {
+        TreeStats {
+            nodes: bvh.nodes().len(),
+            depth: bvh.depth(),
+            sah: bvh.sah(),
+            node_bytes: bvh.node_bytes(),
+            prim_bytes: bvh.prim_bytes(),
+            wide_bytes: bvh.wide_bytes(),
+        }
+    }
+}
+
+impl Accel {
+    /// Builds the tree of an engine with the default settings. The scene must have passed
+    /// [`Scene::validate`].
+    pub fn build(scene: &Scene, engine: Engine) -> Accel {
+        Accel::build_with(scene, engine, &BuildSettings::default())
+    }
+
+    /// Builds the tree of an engine. The settings are the packet engine's: the oracle has one way
+    /// to build, on one thread.
+    pub fn build_with(scene: &Scene, engine: Engine, settings: &BuildSettings) -> Accel {
+        Accel(match engine {
+            Engine::Simd => AccelKind::Packets(Bvh::build_with(scene, settings)),
+            Engine::Scalar => AccelKind::Oracle(TwoLevelBvh::build(scene)),
+        })
+    }
+
+    /// The packet engine with a tree made elsewhere, which must be the scene's.
+    pub fn with_tree(bvh: Bvh) -> Accel {
+        Accel(AccelKind::Packets(bvh))
+    }
+
+    /// The engine and its tree.
+    pub fn accel(&self) -> AccelRef<'_> {
+        match &self.0 {
+            AccelKind::Packets(bvh) => AccelRef::Packets(bvh),
+            AccelKind::Oracle(forest) => AccelRef::Oracle(forest),
+        }
+    }
+
+    /// Returns true if [`Accel::build_wide_bvh`] has nothing left to make for a frame.
+    pub fn is_ready(&self, settings: &Settings) -> bool {
+        match &self.0 {
+            AccelKind::Packets(bvh) => {
+                let kernel = settings.kernel.for_frame(bvh, settings.camera_rays());
+                bvh.has_wide() || !kernel.is_wide()
+            }
+            AccelKind::Oracle(_) => true,
+        }
+    }
+
+    /// Makes the structures that the kernel of a frame needs beside the binary tree. A render does
+    /// so itself where it has not been done; the time then counts in the frame's seconds.
+    pub fn build_wide_bvh(&self, settings: &Settings) {
+        if let AccelKind::Packets(bvh) = &self.0 {
+            build_wide_bvh(bvh, settings);
+        }
+    }
+
+    /// Figures of the tree.
+    pub fn tree_stats(&self) -> TreeStats {
+        match &self.0 {
+            AccelKind::Packets(bvh) => TreeStats::of(bvh),
+            AccelKind::Oracle(forest) => TreeStats {
+                nodes: forest.world().node_count(),
+                depth: forest.world().depth(),
+                sah: forest.world().sah(),
+                node_bytes: forest.memory_bytes(),
+                prim_bytes: 0,
+                wide_bytes: 0,
+            },
+        }
+    }
+}
+
+/// Chooses the kernel for a frame, and makes the structures that it needs.
+pub(super) fn build_wide_bvh(bvh: &Bvh, settings: &Settings) -> Kernel {
+    let kernel = settings.kernel.for_frame(bvh, settings.camera_rays());
+    if kernel.is_wide() {
+        bvh.build_wide(settings.threads.max(1));
+    }
+    kernel
+}

@@ -1,0 +1,156 @@
+//! One whole frame: an engine, its tree, tiles handed to workers, a film.
+
+mod accel;
+mod error;
+mod oracle_renderer;
+mod settings;
+
+pub use crate::{Aov, Aovs, Control, CoreAffinity, Interrupted, RayCost, Tile};
+pub use accel::{Accel, AccelRef, TreeStats};
+pub use error::FrameError;
+pub use phalanx_scene::camera::{Lens, LensError};
+pub use phalanx_scene::sampling::{Adaptive, Filter, MAX_SPP, Sampling};
+pub use phalanx_trace::Kernel;
+pub use phalanx_trace::bvh::{BuildSettings, Quality};
+pub use settings::{DEFAULT_TILE, Engine, FULL_DEPTH, Integrator, MIN_WEIGHT, Settings};
+
+use crate::{
+    Film, HeatmapRenderer, RenderStats, RenderedTiles, SharedFilm, TileSink, WavefrontRenderer,
+    render_on_workers, tiles,
+};
+use accel::build_wide_bvh;
+use oracle_renderer::OracleRenderer;
+use phalanx_oracle::{Oracle, OracleSearch};
+use phalanx_scene::Scene;
+use phalanx_trace::bvh::Bvh;
+use std::time::Instant;
+
+/// A finished render.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// The picture.
+    pub film: Film,
+    /// Work counters.
+    pub stats: RenderStats,
+    /// Wall seconds from the first tile to the last.
+    pub seconds: f64,
+    /// Seconds that each tile took the thread that rendered it.
+    pub tile_seconds: Vec<f64>,
+    /// Threads that worked.
+    pub threads: usize,
+}
+
+/// Renders one frame with the engine that `accel` was built for.
+///
+/// # Errors
+/// [`FrameError::Interrupted`] if `control.stop` was set before the last tile was taken,
+/// [`FrameError::View`] if the scene has no camera frame, which [`Scene::validate`] would have
+/// reported, [`FrameError::Lens`] if the given lens is impossible.
+pub fn render(
+    scene: &Scene,
+    accel: &Accel,
+    settings: &Settings,
+    control: &Control,
+) -> Result<Frame, FrameError> {
+    render_with(scene, accel.accel(), settings, control)
+}
+
+/// Renders one frame like [`render`], with a tree that the caller owns.
+///
+/// # Errors
+/// Those of [`render`].
+pub fn render_with(
+    scene: &Scene,
+    tree: AccelRef,
+    settings: &Settings,
+    control: &Control,
+) -> Result<Frame, FrameError> {
+    let (window, side) = (settings.window(), settings.tile_side());
+    let film = Film::new(window.width, window.height, settings.record_hits);
+    let mut film = film.with_aovs(settings.aovs);
+    let shared = SharedFilm::of(&mut film, window, side);
+    let tiles = tiles(window, side);
+    let start = Instant::now();
+    let painted = render_tiles(scene, tree, settings, control, &tiles, &shared)?;
+    let seconds = start.elapsed().as_secs_f64();
+    Ok(Frame {
+        film,
+        stats: painted.stats,
+        seconds,
+        tile_seconds: painted.tile_seconds,
+        threads: settings.threads.max(1),
+    })
+}
+
+/// Renders these tiles of the picture, and puts them into the sink. The region of the settings is
+/// ignored.
+///
+/// # Errors
+/// Those of [`render`].
+pub fn render_tiles(
+    scene: &Scene,
+    tree: AccelRef,
+    settings: &Settings,
+    control: &Control,
+    tiles: &[Tile],
+    sink: &dyn TileSink,
+) -> Result<RenderedTiles, FrameError> {
+    let camera = settings.camera(scene)?;
+    let (threads, pin) = (settings.threads.max(1), settings.pin);
+    let sky = settings.ao_distance(scene);
+    Ok(match tree {
+        AccelRef::Packets(bvh) => {
+            let kernel = build_wide_bvh(bvh, settings);
+            render_on_workers(tiles, sink, threads, pin, control, || {
+                let renderer =
+                    WavefrontRenderer::new(scene, bvh, &camera, settings.max_depth, kernel)
+                        .with_min_weight(settings.min_path_weight())
+                        .with_sampling(settings.sampling)
+                        .with_aovs(settings.aovs);
+                match sky {
+                    Some(reach) => renderer.with_ambient_occlusion(reach),
+                    None => renderer,
+                }
+            })
+        }
+        AccelRef::Oracle(forest) => render_on_workers(tiles, sink, threads, pin, control, || {
+            let oracle = Oracle::new(scene, OracleSearch::Tree(forest), settings.max_depth)
+                .with_min_weight(settings.min_path_weight());
+            OracleRenderer {
+                camera: &camera,
+                scene,
+                sampling: settings.sampling,
+                oracle: match sky {
+                    Some(reach) => oracle.with_ambient_occlusion(reach),
+                    None => oracle,
+                },
+            }
+        }),
+    }?)
+}
+
+/// Cost for the packet engine of the camera ray of each pixel of the window, row by row from the
+/// top left.
+///
+/// # Errors
+/// Those of [`render`].
+pub fn render_heatmap(
+    scene: &Scene,
+    bvh: &Bvh,
+    settings: &Settings,
+    cost: RayCost,
+    control: &Control,
+) -> Result<Vec<f32>, FrameError> {
+    let camera = settings.camera(scene)?;
+    let (window, side) = (settings.window(), settings.tile_side());
+    let mut film = Film::new(window.width, window.height, false);
+    let shared = SharedFilm::of(&mut film, window, side);
+    let tiles = tiles(window, side);
+    let (threads, pin) = (settings.threads.max(1), settings.pin);
+    let kernel = build_wide_bvh(bvh, settings);
+    render_on_workers(&tiles, &shared, threads, pin, control, || {
+        HeatmapRenderer::new(bvh, &camera, cost, kernel)
+    })?;
+    let [red, _, _] = film.planes;
+    Ok(red)
+}

@@ -1,0 +1,90 @@
+//! The oracle as a renderer of tiles.
+
+use crate::{Aov, RadianceAovs, RenderStats, SurfaceAov, Tile, TileBuffer, TileRenderer, tiles};
+use glam::Vec3;
+use phalanx_oracle::{Oracle, OracleHit, OraclePixel, OracleRay};
+use phalanx_scene::Scene;
+use phalanx_scene::camera::Camera;
+use phalanx_scene::sampling::{Adaptive, BLOCK, Sampling};
+
+/// Renders tiles with the oracle, pixel by pixel.
+pub(super) struct OracleRenderer<'a> {
+    pub(super) camera: &'a Camera,
+    pub(super) scene: &'a Scene,
+    pub(super) sampling: Sampling,
+    pub(super) oracle: Oracle<'a>,
+}
+
+impl OracleRenderer<'_> {
+    /// Sets a pixel of a tile with all its outputs.
+    fn set(&self, pixels: &mut TileBuffer, (x, y): (u32, u32), pixel: &OraclePixel) {
+        pixels.set(x, y, pixel.radiance.to_array());
+        let first = pixel.first.and_then(|(ray, hit)| Some((ray, hit?)));
+        if let Some((_, hit)) = first {
+            pixels.set_hit(x, y, [hit.t, hit.u, hit.v], hit.prim_id);
+        }
+        let aovs = pixels.aovs();
+        if aovs.is_empty() {
+            return;
+        }
+        let look = first.map_or(SurfaceAov::NONE, |(ray, hit)| self.surface_aov(&ray, &hit));
+        pixels.set_surface(x, y, &look);
+        pixels.set_light(x, y, &RadianceAovs(pixel.light.map(Vec3::into)));
+        if aovs.has(Aov::Samples) {
+            pixels.set_layer(x, y, Aov::Samples, &[f32::from_bits(pixel.samples)]);
+        }
+    }
+
+    fn surface_aov(&self, ray: &OracleRay, hit: &OracleHit) -> SurfaceAov {
+        let (surface, kd, material) = self.oracle.surface_at(ray, hit);
+        SurfaceAov {
+            depth: hit.t / self.scene.scale,
+            position: self.scene.file_position(surface.point).as_vec3().to_array(),
+            ng: surface.ng.to_array(),
+            ns: surface.ns.to_array(),
+            albedo: kd.to_array(),
+            material,
+            primitive: hit.prim_id,
+        }
+    }
+
+    /// Renders the blocks that a tile touches, and keeps the part that lies in the tile.
+    fn render_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut TileBuffer) {
+        let whole = tile.outward(BLOCK, self.camera.size());
+        for cell in tiles(whole, BLOCK) {
+            let size = (cell.width, cell.height);
+            let corner = (cell.x, cell.y);
+            let (camera, sampling) = (self.camera, &self.sampling);
+            let block = self.oracle.block(camera, sampling, &adaptive, corner, size);
+            for (at, pixel) in (0..).zip(block) {
+                let (x, y) = (cell.x + at % size.0, cell.y + at / size.0);
+                let inside = x >= tile.x && y >= tile.y;
+                if inside && x - tile.x < tile.width && y - tile.y < tile.height {
+                    self.set(pixels, (x - tile.x, y - tile.y), &pixel);
+                }
+            }
+        }
+    }
+}
+
+impl TileRenderer for OracleRenderer<'_> {
+    fn render_tile(&mut self, tile: Tile, pixels: &mut TileBuffer) {
+        if let Some(adaptive) = self.sampling.adaptively() {
+            return self.render_adaptively(adaptive, tile, pixels);
+        }
+        for y in 0..tile.height {
+            for x in 0..tile.width {
+                let (column, row) = (tile.x + x, tile.y + y);
+                let pixel = self.oracle.pixel(self.camera, &self.sampling, column, row);
+                self.set(pixels, (x, y), &pixel);
+            }
+        }
+    }
+
+    fn stats(&self) -> RenderStats {
+        RenderStats {
+            rays: self.oracle.ray_counts(),
+            packets: 0,
+        }
+    }
+}
