@@ -161,19 +161,26 @@ impl Camera {
     #[inline]
     pub fn through_lens(&self, row: f32, column: f32, [x, y]: [f32; 2]) -> (Vec3, Vec3) {
         let LensDisk { radius, spread } = self.lens();
-        let alpha = (column - self.half_width) * self.slope - x * spread;
-        let beta = (self.half_height - row) * self.slope - y * spread;
-        let d = (self.right * alpha + self.up * beta) - self.back;
         let org = (self.eye + self.right * (x * radius)) + self.up * (y * radius);
-        (org, d * (1.0 / d.dot(d).sqrt()))
+        (
+            org,
+            self.direction_with(row, column, [x * spread, y * spread]),
+        )
     }
 
     /// Unit direction through the continuous pixel position (`row` down, `column` right); a pixel's
     /// centre is at + 0.5.
     #[inline]
     pub fn direction(&self, row: f32, column: f32) -> Vec3 {
-        let alpha = (column - self.half_width) * self.slope;
-        let beta = (self.half_height - row) * self.slope;
+        self.direction_with(row, column, [0.0; 2])
+    }
+
+    /// Unit direction whose slopes to the right and up are smaller by `less` than those of
+    /// [`Camera::direction`].
+    #[inline]
+    fn direction_with(&self, row: f32, column: f32, less: [f32; 2]) -> Vec3 {
+        let alpha = (column - self.half_width) * self.slope - less[0];
+        let beta = (self.half_height - row) * self.slope - less[1];
         let d = (self.right * alpha + self.up * beta) - self.back;
         d * (1.0 / d.dot(d).sqrt())
     }

@@ -11,12 +11,7 @@ fn wide(v: Vec3) -> Vec3x8 {
 /// Unit directions, as [`Camera::direction`].
 #[inline]
 pub fn directions(camera: &Camera, row: F32x8, column: F32x8) -> Vec3x8 {
-    let slope = F32x8::splat(camera.slope);
-    let alpha = (column - F32x8::splat(camera.half_width)) * slope;
-    let beta = (F32x8::splat(camera.half_height) - row) * slope;
-    let (right, up) = (wide(camera.right), wide(camera.up));
-    let d = (right.scale(alpha) + up.scale(beta)) - wide(camera.back);
-    d.normalized()
+    directions_with(camera, row, column, [F32x8::ZERO; 2])
 }
 
 /// Origins and unit directions, as [`Camera::through_lens`].
@@ -28,11 +23,20 @@ pub fn through_lens(
     [x, y]: [F32x8; 2],
 ) -> (Vec3x8, Vec3x8) {
     let LensDisk { radius, spread } = camera.lens();
-    let [slope, radius, spread] = [camera.slope, radius, spread].map(F32x8::splat);
-    let alpha = (column - F32x8::splat(camera.half_width)) * slope - x * spread;
-    let beta = (F32x8::splat(camera.half_height) - row) * slope - y * spread;
+    let [radius, spread] = [radius, spread].map(F32x8::splat);
+    let (right, up) = (wide(camera.right), wide(camera.up));
+    let org = (wide(camera.eye) + right.scale(x * radius)) + up.scale(y * radius);
+    let less = [x * spread, y * spread];
+    (org, directions_with(camera, row, column, less))
+}
+
+/// Unit directions whose slopes are smaller by `less` than those of [`directions`].
+#[inline]
+fn directions_with(camera: &Camera, row: F32x8, column: F32x8, less: [F32x8; 2]) -> Vec3x8 {
+    let slope = F32x8::splat(camera.slope);
+    let alpha = (column - F32x8::splat(camera.half_width)) * slope - less[0];
+    let beta = (F32x8::splat(camera.half_height) - row) * slope - less[1];
     let (right, up) = (wide(camera.right), wide(camera.up));
     let d = (right.scale(alpha) + up.scale(beta)) - wide(camera.back);
-    let org = (wide(camera.eye) + right.scale(x * radius)) + up.scale(y * radius);
-    (org, d.normalized())
+    d.normalized()
 }
