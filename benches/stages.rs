@@ -135,22 +135,9 @@ fn bounced_rays(scene: &Scene, surfaces: &[Surface], queue: &mut RayQueue) -> u6
     for at in surfaces {
         let material = ShadeMaterial::of(scene, at.material);
         let out = bounces(&material, at);
-        let (weight, kt) = (out.reflect_weight, material.kt);
-        queue.push(
-            out.reflect,
-            out.reflect_org,
-            out.reflect_dir,
-            weight,
-            &at.ray,
-        );
-        let weight = Vec3x8::splat(kt.x, kt.y, kt.z);
-        queue.push(
-            out.refract,
-            out.refract_org,
-            out.refract_dir,
-            weight,
-            &at.ray,
-        );
+        for out in [out.mirror, out.refracted] {
+            queue.push(out.active, out.org, out.dir, out.weight, &at.ray);
+        }
     }
     black_box(&*queue).len() as u64
 }

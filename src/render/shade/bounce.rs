@@ -8,23 +8,26 @@ use glam::Vec3;
 use phalanx_scene::sampling::{self, Dimension};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
-/// The secondary rays of eight points. A ray whose weight is exactly zero is not among them.
+/// Bounces of one kind from eight points.
+#[derive(Clone, Copy, Debug)]
+pub struct BounceRays {
+    /// Lanes that send a ray. A ray whose weight is exactly zero is not among them.
+    pub active: Mask8,
+    /// Origins.
+    pub org: Vec3x8,
+    /// Unit directions.
+    pub dir: Vec3x8,
+    /// RGB weights.
+    pub weight: Vec3x8,
+}
+
+/// The secondary rays of eight points.
 #[derive(Clone, Copy, Debug)]
 pub struct SecondaryRays {
-    /// Lanes that send a mirror ray.
-    pub reflect: Mask8,
-    /// Origin of the mirror ray.
-    pub reflect_org: Vec3x8,
-    /// Unit direction of the mirror ray.
-    pub reflect_dir: Vec3x8,
-    /// RGB weight of the mirror ray: Ks, or Ks + Kt on total internal reflection.
-    pub reflect_weight: Vec3x8,
-    /// Lanes that send a refracted ray, of weight Kt.
-    pub refract: Mask8,
-    /// Origin of the refracted ray.
-    pub refract_org: Vec3x8,
-    /// Unit direction of the refracted ray.
-    pub refract_dir: Vec3x8,
+    /// Mirror rays, of weight Ks, or Ks + Kt on total internal reflection.
+    pub mirror: BounceRays,
+    /// Refracted rays, of weight Kt.
+    pub refracted: BounceRays,
 }
 
 /// Mirror direction d − 2(d·n)n, and Snell's law with η = 1/ior entering and ior leaving (Glassner,
@@ -59,17 +62,22 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
     };
     let reflect = (total & reflects(both)) | (!total & reflects(material.ks));
     SecondaryRays {
-        reflect: at.active & reflect,
-        reflect_org: offset_origin(at, reflect_dir),
-        reflect_dir,
-        reflect_weight: Vec3x8::select(total, both_wide, ks),
-        refract: if transmits {
-            at.active & !total
-        } else {
-            Mask8::none()
+        mirror: BounceRays {
+            active: at.active & reflect,
+            org: offset_origin(at, reflect_dir),
+            dir: reflect_dir,
+            weight: Vec3x8::select(total, both_wide, ks),
         },
-        refract_org: offset_origin(at, refract_dir),
-        refract_dir,
+        refracted: BounceRays {
+            active: if transmits {
+                at.active & !total
+            } else {
+                Mask8::none()
+            },
+            org: offset_origin(at, refract_dir),
+            dir: refract_dir,
+            weight: wide(material.kt),
+        },
     }
 }
 
@@ -77,17 +85,17 @@ pub fn bounces(material: &ShadeMaterial, at: &Surface) -> SecondaryRays {
 /// were reached by rays of these seeds. One ray stands for the whole lobe, and weighs as much. It
 /// stays on the side of the geometric surface where the mirror ray is.
 pub fn sample_glossy(
-    rays: &mut SecondaryRays,
+    rays: &mut BounceRays,
     at: &Surface,
     gloss: f32,
     seeds: [u32; LANES],
     sample: u32,
 ) {
-    let mirror = rays.reflect_dir;
+    let mirror = rays.dir;
     let lobe = sampling::phong_lobe(sampling::points(seeds, sample, Dimension::Gloss), gloss);
     let dir = mirror_into_hemisphere(at, to_world(lobe, mirror), mirror).normalized();
-    rays.reflect_dir = dir;
-    rays.reflect_org = offset_origin(at, dir);
+    rays.dir = dir;
+    rays.org = offset_origin(at, dir);
 }
 
 /// Origins and unit directions of ambient occlusion rays, one from each of eight points, which rays

@@ -23,7 +23,7 @@ mod surface;
 mod surface_point;
 mod texture;
 
-pub use bounce::{SecondaryRays, bounces, sample_ao_ray, sample_glossy};
+pub use bounce::{BounceRays, SecondaryRays, bounces, sample_ao_ray, sample_glossy};
 pub use light::{LightSample, sample_light, sample_light_position};
 pub use material::ShadeMaterial;
 pub use pow::pow;

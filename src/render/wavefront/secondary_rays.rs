@@ -3,9 +3,10 @@
 use super::bounce_queue::BounceQueue;
 use super::ray_batch::QueueSlice;
 use super::wavefront_context::WavefrontContext;
-use crate::shade::{SecondaryRays as Outgoing, ShadeMaterial, Surface, bounces, sample_glossy};
+use crate::shade::{SecondaryRays, ShadeMaterial, Surface, bounces, sample_glossy};
 use bumpalo::Bump;
 use phalanx_scene::sampling::{BounceKind, child_seed};
+use phalanx_trace::packet::RayQueue;
 use phalanx_trace::simd::{F32x8, Lanes, Vec3x8};
 
 /// Queues the mirror rays of all hits, then the refracted ones, except those that are not worth
@@ -25,59 +26,64 @@ pub(super) fn spawn_secondary_rays(
     if ways == 0 {
         return bounces.clear();
     }
-    let columns = context.columns;
     let outgoing =
-        arena.alloc_slice_fill_with(groups.len(), |k| outgoing(context, rays, &groups[k]));
-    let shares = columns.shares.then(|| {
+        arena.alloc_slice_fill_with(groups.len(), |k| sample_bounces(context, rays, &groups[k]));
+    let shares: &[[Vec3x8; 2]] = if context.columns.shares {
         let outgoing = groups.iter().zip(&mut *outgoing);
-        let kept = outgoing.map(|(at, out)| {
+        arena.alloc_slice_fill_iter(outgoing.map(|(at, out)| {
             let whole = ShadeMaterial::of(context.scene, at.material).secondary_weight();
             drop_below_min_weight(context.min_weight, rays.shares(at), whole, out)
-        });
-        &*arena.alloc_slice_fill_iter(kept)
-    });
-    bounces.fill(rays.packets.len(), ways, columns, |queue| {
-        for (k, (at, (out, _))) in groups.iter().zip(&*outgoing).enumerate() {
-            let (mask, weight) = (out.reflect, out.reflect_weight);
-            if columns.seeds {
-                queue.push_seeds(mask, &child_seed(rays.seeds(&at.ray), BounceKind::Mirror));
-            }
-            if let Some(shares) = shares {
-                queue.push_shares(mask, &shares[k][0]);
-            }
-            queue.push(mask, out.reflect_org, out.reflect_dir, weight, &at.ray);
-        }
+        }))
+    } else {
+        &[]
+    };
+    bounces.fill(rays.packets.len(), ways, context.columns, |queue| {
+        push_bounces(queue, BounceKind::Mirror, rays, groups, outgoing, shares);
         let mirrored = queue.len();
-        for (k, (at, (out, kt))) in groups.iter().zip(&*outgoing).enumerate() {
-            let (mask, weight) = (out.refract, Vec3x8::splat(kt.x, kt.y, kt.z));
-            if columns.seeds {
-                queue.push_seeds(
-                    mask,
-                    &child_seed(rays.seeds(&at.ray), BounceKind::Refracted),
-                );
-            }
-            if let Some(shares) = shares {
-                queue.push_shares(mask, &shares[k][1]);
-            }
-            queue.push(mask, out.refract_org, out.refract_dir, weight, &at.ray);
-        }
+        push_bounces(queue, BounceKind::Refracted, rays, groups, outgoing, shares);
         context.stats.rays.reflection += mirrored as u64;
         context.stats.rays.refraction += (queue.len() - mirrored) as u64;
         mirrored
     });
 }
 
-/// The bounces of eight hits, and the weight of those that are refracted.
-fn outgoing(context: &WavefrontContext, rays: &QueueSlice, at: &Surface) -> (Outgoing, glam::Vec3) {
+/// Queues the bounces of one kind. `shares` is empty where rays carry none.
+#[inline]
+fn push_bounces(
+    queue: &mut RayQueue,
+    kind: BounceKind,
+    rays: &QueueSlice,
+    groups: &[Surface],
+    outgoing: &[SecondaryRays],
+    shares: &[[Vec3x8; 2]],
+) {
+    for (k, (at, out)) in groups.iter().zip(outgoing).enumerate() {
+        let (out, way) = match kind {
+            BounceKind::Mirror => (&out.mirror, 0),
+            BounceKind::Refracted => (&out.refracted, 1),
+        };
+        if queue.has_seeds() {
+            queue.push_seeds(out.active, &child_seed(rays.seeds(&at.ray), kind));
+        }
+        if let Some(shares) = shares.get(k) {
+            queue.push_shares(out.active, &shares[way]);
+        }
+        queue.push(out.active, out.org, out.dir, out.weight, &at.ray);
+    }
+}
+
+/// The bounces of eight hits.
+fn sample_bounces(context: &WavefrontContext, rays: &QueueSlice, at: &Surface) -> SecondaryRays {
     let material = ShadeMaterial::of(context.scene, at.material);
     let mut out = bounces(&material, at);
     if context.columns.seeds {
         let gloss = context.scene.materials.gloss[at.material as usize];
         if gloss > 0.0 {
-            sample_glossy(&mut out, at, gloss, rays.seeds(&at.ray), context.sample);
+            let seeds = rays.seeds(&at.ray);
+            sample_glossy(&mut out.mirror, at, gloss, seeds, context.sample);
         }
     }
-    (out, material.kt)
+    out
 }
 
 /// Returns the shares of mirror rays and of refracted ones, and drops rays whose share is less than
@@ -87,19 +93,16 @@ fn drop_below_min_weight(
     min_weight: f32,
     share: Vec3x8,
     whole: glam::Vec3,
-    (out, kt): &mut (Outgoing, glam::Vec3),
+    out: &mut SecondaryRays,
 ) -> [Vec3x8; 2] {
     let least = F32x8::splat(min_weight);
     // NaN counts as below the minimum.
     let slight = |c: F32x8| !c.abs().ge(least);
-    let slight = |rgb: &Vec3x8| slight(rgb.x) & slight(rgb.y) & slight(rgb.z);
-    let of_whole = |w: Vec3x8| {
-        let [x, y, z] = whole.to_array().map(F32x8::splat);
-        Vec3x8::new(w.x / x, w.y / y, w.z / z)
-    };
-    let reflected = share.mul_elementwise(of_whole(out.reflect_weight));
-    let refracted = share.mul_elementwise(of_whole(Vec3x8::splat(kt.x, kt.y, kt.z)));
-    out.reflect = out.reflect & !slight(&reflected);
-    out.refract = out.refract & !slight(&refracted);
-    [reflected, refracted]
+    let [x, y, z] = whole.to_array().map(F32x8::splat);
+    [&mut out.mirror, &mut out.refracted].map(|out| {
+        let part = Vec3x8::new(out.weight.x / x, out.weight.y / y, out.weight.z / z);
+        let share = share.mul_elementwise(part);
+        out.active = out.active & !(slight(share.x) & slight(share.y) & slight(share.z));
+        share
+    })
 }
