@@ -30,6 +30,6 @@ pub(super) fn count_cost(
     let lanes = phalanx_trace::simd::LANES as u64;
     match cost {
         RayCost::Prims => (work.prim_tests / lanes) as f32,
-        _ => work.node_visits as f32,
+        RayCost::Nodes | RayCost::Time => work.node_visits as f32,
     }
 }

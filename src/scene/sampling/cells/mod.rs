@@ -32,65 +32,32 @@
 //! depends on another one. All decisions are made in f64 and whole numbers, in one order. Both
 //! engines share them, as they share the points.
 
+mod neighbours;
 mod pixel;
 #[cfg(test)]
 mod tests;
+mod visibility;
+
+pub use visibility::{LightVisibility, MAX_HITS, MIN_AGREEING, path_id};
 
 use super::adaptive::{Adaptive, BLOCK, FIRST_SAMPLES};
 use super::pixel::MAX_SPP;
 use super::pixel_accumulator::PixelAccumulator;
 use super::sobol::{Dimension, points_of, seeds};
 use libm::exp2;
-use pixel::{BITS, CellPixel, CellSample, PIXEL_SIDE, column_and_row, halvings, in_packets, index};
+use pixel::{CellPixel, CellSample, PIXEL_SIDE, column_and_row, in_packets, index};
 use std::ops::Range;
-
-/// Number of samples that must agree about a light before their result is reused.
-pub const MIN_AGREEING: usize = 6;
+use visibility::agreed_lights;
 
 /// Greatest contribution whose visibility is reused, in thresholds. A larger limit saves no more
 /// rays at the error of 64 uniform samples, and leaves more error where the threshold is lower.
 const REUSE_LIMIT: f64 = 64.0;
-
-/// The counters of [`Cells::known_lights`] are made for this number.
-const _: () = assert!(MIN_AGREEING == 6);
-
-/// Number of hits of a sample that are stored: the camera ray's, its mirror ray's, its refracted
-/// ray's.
-pub const MAX_HITS: usize = 3;
 
 /// Greatest number of halvings of a pixel: [`super::MAX_SPP`] samples.
 const MAX_LEVELS: usize = 17;
 
 /// Exponent of the area a: halving goes on while a^1.1 d is large.
 const AREA_POWER: f64 = 1.1;
-
-/// Lights that would contribute at a hit, and those of them that are visible, as far as they were
-/// queried or reused: one bit a light, of the first 32.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LightVisibility {
-    /// Path of the sample to this hit, see [`path_id`].
-    pub path_id: u32,
-    /// Lights that would contribute.
-    pub queried: u32,
-    /// Those of the queried lights that are visible.
-    pub visible: u32,
-}
-
-impl LightVisibility {
-    /// The bit of a light; 0 for lights beyond the first 32.
-    #[inline]
-    pub fn bit(light: usize) -> u32 {
-        1u32.checked_shl(light as u32).unwrap_or(0)
-    }
-}
-
-/// Identifier of the path to a hit on a primitive. It follows from that of the hit before and the
-/// kind of ray from there, which is given by the index among [`MAX_HITS`].
-#[inline]
-pub fn path_id(before: u32, hit: usize, prim_id: u32) -> u32 {
-    let [mixed] = seeds([before.wrapping_add(hit as u32)], [prim_id]);
-    mixed
-}
 
 /// A requested sample.
 #[derive(Clone, Debug)]
@@ -207,26 +174,12 @@ impl Cells {
     /// The lights whose visibility is known at a hit of a requested sample, and those of them that
     /// are visible.
     pub fn known_lights(&self, ask: usize, hit: usize, path_id: u32) -> (u32, u32) {
-        // Counters of the queries of each light: bits 1, 2 and 4. A count of six or more is latched
-        // in `enough`.
-        let [mut ones, mut twos, mut fours, mut enough] = [0u32; 4];
-        let [mut yes, mut no] = [0u32; 2];
-        for &near in &self.near[self.requests[ask].neighbours.clone()] {
-            let theirs = self.visibility[near as usize][hit];
-            if theirs.path_id != path_id {
-                continue;
-            }
-            yes |= theirs.queried & theirs.visible;
-            no |= theirs.queried & !theirs.visible;
-            let carry = ones & theirs.queried;
-            fours |= twos & carry;
-            twos ^= carry;
-            ones ^= theirs.queried;
-            // Six: four, and two more.
-            enough |= fours & twos;
-        }
-        let known = enough & !(yes & no);
-        (known, known & yes)
+        let near = &self.near[self.requests[ask].neighbours.clone()];
+        agreed_lights(
+            near.iter()
+                .map(|&near| &self.visibility[near as usize][hit]),
+            path_id,
+        )
     }
 
     /// Returns true if a requested sample may reuse the results of others for a light that would
@@ -339,102 +292,6 @@ impl Cells {
         });
     }
 
-    /// Compares fresh cells with their neighbours, and returns the samples of the cells that are to
-    /// be halved.
-    fn compare(&mut self) -> Vec<u32> {
-        let (mut open, mut beside) = (Vec::new(), Vec::new());
-        let mut fresh = std::mem::take(&mut self.fresh);
-        for &here in &fresh {
-            self.samples[here as usize].fresh = false;
-            for (axis, upper) in [(0, false), (0, true), (1, false), (1, true)] {
-                beside.clear();
-                self.side_neighbours(here, axis, upper, &mut beside);
-                for &there in &beside {
-                    // A pair of fresh cells is compared when the second one is visited.
-                    if self.samples[there as usize].fresh {
-                        continue;
-                    }
-                    let both = if upper { [here, there] } else { [there, here] };
-                    let too_different = self.too_different(both, axis);
-                    for (sample, too_different) in both.into_iter().zip(too_different) {
-                        let is_open = &mut self.samples[sample as usize].active;
-                        if too_different && !std::mem::replace(is_open, true) {
-                            open.push(sample);
-                        }
-                    }
-                }
-            }
-        }
-        fresh.clear();
-        self.fresh = fresh;
-        open
-    }
-
-    /// Appends the samples whose cells touch a side of a sample's cell.
-    #[inline]
-    fn side_neighbours(&self, sample: u32, axis: usize, upper: bool, found: &mut Vec<u32>) {
-        let sample = &self.samples[sample as usize];
-        let (from, side) = (sample.from(axis), sample.side(axis));
-        let pixel = usize::from(sample.pixel);
-        let at = column_and_row(pixel);
-        let at = [at.0, at.1][axis];
-        let step = [1, BLOCK as usize][axis];
-        let (pixel, along) = match upper {
-            true if from + side < PIXEL_SIDE => (pixel, from + side),
-            true if at + 1 < BLOCK => (pixel + step, 0),
-            false if from > 0 => (pixel, from - 1),
-            false if at > 0 => (pixel - step, PIXEL_SIDE - 1),
-            _ => return,
-        };
-        let pixel = &self.pixels[pixel];
-        if pixel.samples.is_empty() {
-            return;
-        }
-        let across = 1 - axis;
-        let shift = [0, 1].map(|axis| BITS - halvings(pixel.level, axis));
-        let (first, last) = (
-            sample.from(across),
-            sample.from(across) + (sample.side(across) - 1),
-        );
-        let columns = halvings(pixel.level, 0);
-        let mut before = u32::MAX;
-        for across in first >> shift[across]..=last >> shift[across] {
-            let along = along >> shift[axis];
-            let cell = if axis == 0 {
-                across << columns | along
-            } else {
-                along << columns | across
-            };
-            let there = pixel.samples[cell as usize];
-            if there != before {
-                found.push(there);
-                before = there;
-            }
-        }
-    }
-
-    /// Tests which of two cells are to be halved; the second begins where the first ends.
-    #[inline]
-    fn too_different(&self, samples: [u32; 2], axis: usize) -> [bool; 2] {
-        let [low, high] = samples.map(|sample| &self.samples[sample as usize]);
-        let [ours, theirs] = [low, high].map(|s| s.radiance.map(f64::from));
-        let [r, g, b] = [0, 1, 2].map(|c| ours[c] - theirs[c]);
-        let squared = (r * r + g * g) + b * b;
-        // Most pairs return here: not even the larger cell would be halved if all of the way lay in
-        // it.
-        if squared <= self.thresholds[usize::from(low.level.min(high.level))] {
-            return [false; 2];
-        }
-        let [from, to] = [low, high].map(|s| f64::from(s.across_block(axis)));
-        let border = f64::from(high.across_block(axis) & !(high.side(axis) - 1));
-        // Both sides are multiplied by the way, which saves a division.
-        let (way, parts) = (to - from, [border - from, to - border]);
-        [(low, parts[0]), (high, parts[1])].map(|(sample, part)| {
-            let most = self.thresholds[usize::from(sample.level)];
-            sample.level < self.limit && squared * part > most * way
-        })
-    }
-
     /// Requests the samples that halve the cells of these samples.
     fn request_halves(&mut self, mut open: Vec<u32>) {
         let key = |&sample: &u32| {
@@ -477,38 +334,5 @@ impl Cells {
             }
         }
         self.pixels[pixel].halving = halving;
-    }
-
-    /// Appends a sample and those whose cells touch its cell, corners included.
-    fn neighbourhood(&self, sample: u32, found: &mut Vec<u32>) {
-        let from = found.len();
-        found.push(sample);
-        for (axis, upper) in [(0, false), (0, true), (1, false), (1, true)] {
-            self.side_neighbours(sample, axis, upper, found);
-        }
-        let CellSample { pixel, .. } = self.samples[sample as usize];
-        let at = column_and_row(pixel.into());
-        let sample = &self.samples[sample as usize];
-        // One unit beyond the corner of the cell.
-        let beyond = |axis: usize, upper: bool| {
-            let at = [at.0, at.1][axis] * PIXEL_SIDE + sample.from(axis);
-            match upper {
-                true => Some(at + sample.side(axis)).filter(|&c| c < BLOCK * PIXEL_SIDE),
-                false => at.checked_sub(1),
-            }
-        };
-        for (right, below) in [(false, false), (true, false), (false, true), (true, true)] {
-            let (Some(x), Some(y)) = (beyond(0, right), beyond(1, below)) else {
-                continue;
-            };
-            let pixel = &self.pixels[(y / PIXEL_SIDE * BLOCK + x / PIXEL_SIDE) as usize];
-            if pixel.samples.is_empty() {
-                continue;
-            }
-            let corner = pixel.at([x % PIXEL_SIDE, y % PIXEL_SIDE]);
-            if !found[from..].contains(&corner) {
-                found.push(corner);
-            }
-        }
     }
 }
