@@ -84,7 +84,7 @@ impl<'a> SceneSearch<'a> {
         best: &mut Option<OracleHit>,
     ) {
         let interval = setup.intersect_box(&self.instance_boxes[instance]);
-        // As in `trace::intersect::instance`, which has the argument: an interval with a NaN holds nothing.
+        // As in `trace`: an interval with a NaN holds nothing.
         if !(interval.tnear <= interval.tfar && interval.tfar > 0.0) {
             return;
         }

@@ -39,8 +39,8 @@ impl TracedSamples<'_, '_> {
         })
     }
 
-    /// Writes the hits and surfaces of first rays. `pixel` maps a position of the rays to a position
-    /// in the tile.
+    /// Writes the hits and surfaces of first rays. `pixel` maps a ray's position to one in the
+    /// tile, if it has one there.
     pub(super) fn write_hits(
         &mut self,
         pixels: &mut TileBuffer,
