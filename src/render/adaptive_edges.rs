@@ -3,7 +3,7 @@
 
 use super::blocks::{corners, size_of, within};
 use super::sample_tracer::SampleTracer;
-use super::wavefront::{CAMERA_RAYS, RefineRequest, ShadowCache, ShadowFilter, push_samples};
+use super::wavefront::{CAMERA_RAYS, RefineRequest, ShadowFilter, push_samples};
 use phalanx_scene::camera::Camera;
 use phalanx_scene::film::{Aov, RadianceAovs, Tile, TileBuffer};
 use phalanx_scene::sampling::{
@@ -18,21 +18,20 @@ const MAX_GROUP_SAMPLES: u32 = 1 << 16;
 
 /// Most rays that are traced together: as many as a tile of the default side has pixels, for the
 /// same reason.
-const MAX_GROUP_BLOCKS: usize = 1024;
+const MAX_WAVE_RAYS: usize = 1024;
 
 /// The visibility of the lights is kept per ray of a single wave.
-const _: () = assert!(
-    MAX_GROUP_BLOCKS <= CAMERA_RAYS,
-    "they would be several waves"
-);
+const _: () = assert!(MAX_WAVE_RAYS <= CAMERA_RAYS, "they would be several waves");
 
-/// Buffers for the samples of a group of blocks, and for the results of a round's samples.
+/// Halves cells, group by group of blocks, until none asks for a sample.
 #[derive(Default)]
 pub(super) struct EdgeSampler {
+    /// Cells of a group, one entry per block.
     cells: Vec<Cells>,
+    /// Samples that a round requests.
     requests: Vec<RefineRequest>,
+    /// Visibility of the lights at their hits.
     visibility: Vec<[LightVisibility; MAX_HITS]>,
-    results: Vec<SampleResult>,
 }
 
 impl EdgeSampler {
@@ -87,33 +86,27 @@ impl EdgeSampler {
             self.requests
                 .extend(requests.map(|request| (block, request)));
         }
-        for requests in self.requests.chunks(MAX_GROUP_BLOCKS) {
+        for requests in self.requests.chunks(MAX_WAVE_RAYS) {
             self.visibility.clear();
             self.visibility.resize(requests.len(), Default::default());
             let cells = &self.cells;
-            let shadow_filter = ShadowFilter::reuse(ShadowCache {
-                cells,
-                requests,
-                visibility: &mut self.visibility,
-                ancestors: &[],
-            });
+            let shadow_filter = ShadowFilter::reuse(cells, requests, &mut self.visibility);
             let sample = if first { 0 } else { 1 };
             let (count, record_hits) = (requests.len(), pixels.record_hits());
             let mut traced = tracer.trace(count, sample, record_hits, shadow_filter, |rays| {
                 push_requests(rays, camera, &sampling, whole, cells, requests);
             });
             traced.write_hits(pixels, within(whole, tile));
-            self.results.clear();
             let results = traced.outcomes().zip(&self.visibility);
-            let result = |((radiance, light, weight), visibility): (_, &_)| SampleResult {
-                radiance,
-                light,
-                weight,
-                visibility: *visibility,
-            };
-            self.results.extend(results.map(result));
-            for (&(block, request), result) in requests.iter().zip(&self.results) {
-                self.cells[block as usize].add_result(request as usize, result);
+            for (&(block, request), (outcome, visibility)) in requests.iter().zip(results) {
+                let (radiance, light, weight) = outcome;
+                let result = SampleResult {
+                    radiance,
+                    light,
+                    weight,
+                    visibility: *visibility,
+                };
+                self.cells[block as usize].add_result(request as usize, &result);
             }
         }
     }

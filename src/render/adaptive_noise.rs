@@ -10,7 +10,7 @@ use phalanx_scene::film::{Tile, TileBuffer};
 use phalanx_scene::sampling::{Adaptive, BLOCK, BlockPixels, PixelAccumulator};
 use std::ops::Range;
 
-/// Buffers for the pixels of a tile that get samples in rounds.
+/// Gives pixels more samples, round by round, until none needs any.
 #[derive(Default)]
 pub(super) struct NoiseSampler {
     accumulators: PixelAccumulators,

@@ -38,7 +38,7 @@ pub(super) use camera_rays::{block_of, pixel_of, push_block, push_samples};
 pub(super) use hit_grouping::group_hits;
 pub(super) use levels::{Levels, trace_waves};
 pub(super) use ray_batch::{QueueSlice, RadianceX8};
-pub(super) use shadow_filter::{RefineRequest, ShadowCache, ShadowFilter};
+pub(super) use shadow_filter::{RefineRequest, ShadowFilter};
 pub(super) use wave_sizes::CAMERA_RAYS;
 pub use wave_sizes::WaveSizes;
 pub(super) use wavefront_context::{Wave, WavefrontContext};

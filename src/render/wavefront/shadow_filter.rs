@@ -16,16 +16,16 @@ pub(crate) type RefineRequest = (u32, u32);
 pub(crate) struct ShadowFilter<'a>(Option<ShadowCache<'a>>);
 
 /// Visibility cache for one wave of requested camera rays, or for one wave of their bounces.
-pub(crate) struct ShadowCache<'a> {
+struct ShadowCache<'a> {
     /// Cells, one entry per block.
-    pub(crate) cells: &'a [Cells],
+    cells: &'a [Cells],
     /// Requests, one per camera ray.
-    pub(crate) requests: &'a [RefineRequest],
+    requests: &'a [RefineRequest],
     /// Visibility of the lights at each hit of a path, one entry per camera ray.
-    pub(crate) visibility: &'a mut [[LightVisibility; MAX_HITS]],
+    visibility: &'a mut [[LightVisibility; MAX_HITS]],
     /// Camera ray and hit index of each ray of the wave; empty if the wave is the camera rays
     /// themselves.
-    pub(crate) ancestors: &'a [(u32, u8)],
+    ancestors: &'a [(u32, u8)],
 }
 
 /// Known visibility of the lights where the rays of a wave hit; nothing is known without a cache.
@@ -42,9 +42,19 @@ impl<'a> ShadowFilter<'a> {
     /// Traces every shadow ray.
     pub(crate) const NONE: ShadowFilter<'a> = ShadowFilter(None);
 
-    /// Leaves out the shadow rays whose result the cache has.
-    pub(crate) fn reuse(cache: ShadowCache<'a>) -> ShadowFilter<'a> {
-        ShadowFilter(Some(cache))
+    /// Leaves out the shadow rays of requested camera rays whose result the cells know, and records
+    /// the `visibility` of the lights, one entry per camera ray.
+    pub(crate) fn reuse(
+        cells: &'a [Cells],
+        requests: &'a [RefineRequest],
+        visibility: &'a mut [[LightVisibility; MAX_HITS]],
+    ) -> ShadowFilter<'a> {
+        ShadowFilter(Some(ShadowCache {
+            cells,
+            requests,
+            visibility,
+            ancestors: &[],
+        }))
     }
 
     /// The same filter, borrowed for one wave.
