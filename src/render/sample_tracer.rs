@@ -117,8 +117,8 @@ impl<'a> SampleTracer<'a> {
         let first = sample == 0 && (record_hits || self.aovs.of_surface());
         let mut aovs = AovBuffer::new(arena, packets, self.aovs, first);
         let most = self.levels.camera_packets();
-        for first in (0..packets).step_by(most) {
-            let part = first..packets.min(first + most);
+        for start in (0..packets).step_by(most) {
+            let part = start..packets.min(start + most);
             let wave = Wave {
                 radiance: &mut radiance[part.clone()],
                 aovs: aovs.part(part.clone()),
