@@ -31,9 +31,12 @@ impl TracedSamples<'_, '_> {
     /// Per ray: its radiance, the direct, reflected and refracted parts, which are black if no AOV
     /// needs them, and its filter weight.
     pub(super) fn outcomes(&self) -> impl Iterator<Item = ([f32; 3], [[f32; 3]; 3], f32)> {
+        let parts = !self.aovs.light[0].is_empty();
         lanes(&self.rays).map(move |(packet, lane, _)| {
-            let part = |way: &&mut [RadianceX8]| way.get(packet).map(|all| all.lane(lane));
-            let light = (self.aovs.light.each_ref()).map(|way| part(way).unwrap_or_default());
+            let light = match parts {
+                true => self.aovs.light.each_ref().map(|way| way[packet].lane(lane)),
+                false => [[0.0; 3]; 3],
+            };
             let weight = self.rays.payload(packet).0[0][lane];
             (self.radiance[packet].lane(lane), light, weight)
         })
