@@ -9,12 +9,6 @@ use crate::imports::{ImportPath, import_paths};
 use crate::source::{places, sources};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Edges that close a circle today, one a line, `from -> to`. The list may only shrink.
-const KNOWN: &str = include_str!("circles.txt");
-
-/// Most edges in the list.
-const MOST_KNOWN: usize = 68;
-
 type FileEdge = (String, String);
 
 /// Module of a crate: its path, its code and the paths in it.
@@ -179,13 +173,6 @@ fn edges_of_src() -> BTreeSet<FileEdge> {
     edges
 }
 
-fn known() -> Vec<FileEdge> {
-    let rows = KNOWN.lines().filter(|line| !line.starts_with('#'));
-    let rows = rows.filter_map(|line| line.split_once(" -> "));
-    rows.map(|(from, to)| (from.to_owned(), to.to_owned()))
-        .collect()
-}
-
 #[test]
 fn edges_lead_to_definitions() {
     let files = [
@@ -210,30 +197,9 @@ fn edges_lead_to_definitions() {
 
 #[test]
 fn no_files_import_each_other() {
-    let mut edges = edges_of_src();
-    for edge in known() {
-        edges.remove(&edge);
-    }
+    let edges = edges_of_src();
     let wrong = on_circles(&edges);
     let rows = wrong.iter().map(|(from, to)| format!("{from} -> {to}"));
     let rows: Vec<String> = rows.collect();
     assert!(rows.is_empty(), "on circles:\n{}", rows.join("\n"));
-}
-
-#[test]
-fn the_list_of_circles_only_shrinks() {
-    let (edges, known) = (edges_of_src(), known());
-    assert!(
-        known.len() <= MOST_KNOWN,
-        "{} edges are listed",
-        known.len()
-    );
-    let wrong = on_circles(&edges);
-    let gone = known.iter().filter(|edge| !wrong.contains(edge));
-    let rows: Vec<String> = gone.map(|(from, to)| format!("{from} -> {to}")).collect();
-    assert!(
-        rows.is_empty(),
-        "these close no circle, strike them off:\n{}",
-        rows.join("\n")
-    );
 }
