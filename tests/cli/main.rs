@@ -1,5 +1,7 @@
-//! The program, its benchmark records, and the page that shows one.
+//! The program, its benchmark records, and the page that shows one. Tests begin in the order of
+//! their names: the browser takes longest, and comes first.
 
+mod browser;
 mod program;
 mod records;
 mod report;

@@ -1,7 +1,7 @@
 //! Mutated files: no reader panics, hangs, or asks for memory by a count that it has not checked,
 //! and what it says is about places in the file.
 //!
-//! Each format has seeds in `corpus/<ending>`. Two seconds each by default;
+//! Each format has seeds in `corpus/<ending>`. A second each by default;
 //! `PHALANX_FUZZ_SECONDS=600 cargo test --release --test allocation fuzz_readers::` for more.
 //! Mutants about which something new is said join the corpus of the run. An input that fails is
 //! written to the system's folder for temporary files, and its path is in the message.
@@ -31,7 +31,7 @@ const MAX_CORPUS: usize = 2000;
 
 fn seconds() -> u64 {
     let given = std::env::var("PHALANX_FUZZ_SECONDS").ok();
-    given.and_then(|s| s.parse().ok()).unwrap_or(2)
+    given.and_then(|s| s.parse().ok()).unwrap_or(1)
 }
 
 fn seeds(ending: &str) -> Vec<Vec<u8>> {

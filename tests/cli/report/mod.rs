@@ -1,7 +1,5 @@
-//! The page of a record: what stands on it, and how a browser shows it.
+//! The page of a record: what stands on it.
 
-mod browser;
-mod devtools;
-mod fixture;
+pub mod fixture;
 mod page;
 mod parsed;

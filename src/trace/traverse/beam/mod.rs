@@ -18,6 +18,7 @@
 //! | `batch` | the packets of a beam |
 //! | `apex` | the common point of rays |
 //! | `projection` | projected boxes and triangles, and why nothing is lost |
+//! | `ray_extent` | projections of rays, and the rectangle around them |
 //! | `sorted` | rays in the order of their projections |
 //! | `sub_beams` | the rays, in rectangles |
 //! | `block`, `pairs` | the triangles of a block, and their pairs with sub-beams |
@@ -40,6 +41,7 @@ mod kernel;
 )]
 mod pairs;
 mod projection;
+mod ray_extent;
 mod shadow_cull;
 mod sorted;
 #[allow(

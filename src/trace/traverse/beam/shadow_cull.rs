@@ -174,7 +174,8 @@ mod tests {
     use crate::simd::{F32x8, LANES, Mask8};
     use crate::traverse::beam::apex::Apex;
     use crate::traverse::beam::block::vertices;
-    use crate::traverse::beam::sub_beams::{Added, SubBeams, directions};
+    use crate::traverse::beam::ray_extent::directions;
+    use crate::traverse::beam::sub_beams::{Added, SubBeams};
     use crate::traverse::query::{AnyHit, Query};
     use bumpalo::Bump;
     use bytemuck::TransparentWrapper;

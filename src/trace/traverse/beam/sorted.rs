@@ -7,7 +7,7 @@
 
 use super::batch::SIZE;
 use super::projection::BeamSpace;
-use super::sub_beams::directions;
+use super::ray_extent::directions;
 use crate::packet::{RayPacket, RayQueue};
 use crate::simd::{COLUMN_LANES, LANES, LaneMask, Lanes, NATIVE, Native, Vec3Lanes};
 use std::ops::Range;

@@ -2,10 +2,12 @@
 //!
 //! `PHALANX_SHOTS=FOLDER` keeps pages and screenshots there, to be looked at.
 
-use super::devtools::Browser;
-use super::fixture;
+mod devtools;
+
+use crate::report::fixture;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use devtools::Browser;
 use phalanx::report::BenchRecord;
 use phalanx::report::html::page;
 use serde_json::{Value, json};
