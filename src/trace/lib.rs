@@ -20,6 +20,9 @@ pub mod cast;
 pub mod isa;
 
 pub use cast::{BatchError, Hit, HitBuffer, HitColumns, Ray, RayBuffer, RayColumns, TMax};
+#[cfg(feature = "counters")]
 #[doc(hidden)]
 pub use traverse::isolated;
-pub use traverse::{Kernel, PacketLanes, PacketTracer, Traversal, TraversalStats};
+pub use traverse::{Kernel, Traversal, TraversalStats};
+#[cfg(feature = "counters")]
+pub use traverse::{PacketLanes, PacketTracer};

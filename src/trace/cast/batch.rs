@@ -4,7 +4,7 @@
 use super::columns::same_length;
 use super::{BatchError, HitColumns, RayColumns, TMax};
 use crate::bvh::{Bvh, GeometryStarts};
-use crate::packet::{HitPacket, QueueColumns, QueueStorage, packets_for};
+use crate::packet::{HitPacket, QueueColumns, QueueStorage, RayQueue, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 use crate::traverse::{Kernel, Traversal};
 use std::sync::{Mutex, PoisonError};
@@ -15,6 +15,9 @@ const CHUNK: usize = 2048;
 
 /// Three numbers of each of eight rays.
 type Octet3 = [[f32; LANES]; 3];
+
+/// The same of rays in columns.
+type Octets<'a> = [&'a [f32; LANES]; 3];
 
 /// The substitute of a ray that cannot hit anything, in a packet without any that can.
 const STAND_IN: (Octet3, Octet3) = ([[0.0; LANES]; 3], [[1.0; LANES]; 3]);
@@ -269,26 +272,46 @@ impl PacketStorage {
     /// Copies rays into packets, and their limits if they are needed; returns true if any of the
     /// rays can hit anything.
     fn fill(&mut self, rays: &RayColumns, with_limits: bool) -> bool {
-        let (count, able, limits) = (packets_for(rays.len()), &mut self.able, &mut self.tmax);
-        able.clear();
-        limits.clear();
+        let (count, whole) = (packets_for(rays.len()), rays.len() / LANES);
+        self.able.resize(count, 0);
+        self.tmax
+            .resize(if with_limits { count } else { 0 }, [0.0; LANES]);
+        let (able, limits) = (&mut self.able[..], &mut self.tmax[..]);
         let mut neighbour = STAND_IN;
         self.queue.fill(count, QueueColumns::default(), |queue| {
-            for from in (0..rays.len()).step_by(LANES) {
-                let (mut org, mut dir) =
-                    (octets(&rays.origin, from), octets(&rays.direction, from));
+            // Whole packets go from the columns to the queue as they are. Arrays that may also be
+            // put together number by number would be copied so, too.
+            let [ox, oy, oz] = rays.origin.map(|column| &column.as_chunks().0[..whole]);
+            let [dx, dy, dz] = rays.direction.map(|column| &column.as_chunks().0[..whole]);
+            for (k, able) in able[..whole].iter_mut().enumerate() {
+                let (org, dir) = ([&ox[k], &oy[k], &oz[k]], [&dx[k], &dy[k], &dz[k]]);
                 let tmax = match rays.tmax {
                     TMax::All(tmax) => [tmax; LANES],
-                    TMax::Each(each) => octet(each, from),
+                    TMax::Each(each) => each.as_chunks().0[k],
                 };
-                let sound = able_lanes(&org, &dir, &tmax);
-                if sound != 0xff {
-                    neighbour = replace_unable(sound, (&mut org, &mut dir), neighbour);
+                *able = able_lanes(org, dir, &tmax);
+                if *able == 0xff {
+                    queue.push_octet(org, dir, LANES);
+                } else {
+                    push_able(queue, (org, dir), *able, LANES, &mut neighbour);
                 }
-                queue.push_octet(org, dir, rays.len() - from);
-                able.push(sound);
-                if with_limits {
-                    limits.push(tmax);
+                if let Some(limits) = limits.get_mut(k) {
+                    *limits = tmax;
+                }
+            }
+            if whole < count {
+                let tail = |column: &[f32]| repeat_last(&column[whole * LANES..]);
+                let (org, dir) = (rays.origin.map(tail), rays.direction.map(tail));
+                let (org, dir) = (org.each_ref(), dir.each_ref());
+                let tmax = match rays.tmax {
+                    TMax::All(tmax) => [tmax; LANES],
+                    TMax::Each(each) => tail(each),
+                };
+                let rest = rays.len() % LANES;
+                able[whole] = able_lanes(org, dir, &tmax);
+                push_able(queue, (org, dir), able[whole], rest, &mut neighbour);
+                if let Some(limits) = limits.get_mut(whole) {
+                    *limits = tmax;
                 }
             }
         });
@@ -296,27 +319,31 @@ impl PacketStorage {
     }
 }
 
-/// Eight numbers of each of three columns.
-#[inline(always)]
-fn octets([x, y, z]: &[&[f32]; 3], from: usize) -> Octet3 {
-    [octet(x, from), octet(y, from), octet(z, from)]
+/// Appends a packet with a ray that can hit something in place of each that cannot.
+#[cold]
+fn push_able(
+    queue: &mut RayQueue,
+    (org, dir): (Octets, Octets),
+    able: u8,
+    count: usize,
+    neighbour: &mut (Octet3, Octet3),
+) {
+    let (mut org, mut dir) = (org.map(|row| *row), dir.map(|row| *row));
+    *neighbour = replace_unable(able, (&mut org, &mut dir), *neighbour);
+    queue.push_octet(org.each_ref(), dir.each_ref(), count);
 }
 
-/// Eight numbers of a column, the last one again and again where it ends.
-#[inline(always)]
-fn octet(column: &[f32], from: usize) -> [f32; LANES] {
-    match column[from..].first_chunk() {
-        Some(eight) => *eight,
-        None => std::array::from_fn(|lane| column[(from + lane).min(column.len() - 1)]),
-    }
+/// Fewer than eight numbers, the last one again and again.
+fn repeat_last(numbers: &[f32]) -> [f32; LANES] {
+    std::array::from_fn(|lane| numbers[lane.min(numbers.len() - 1)])
 }
 
 /// Lanes (as bits) of rays that can hit something: see [`RayColumns`].
 #[inline(always)]
-fn able_lanes(org: &Octet3, dir: &Octet3, tmax: &[f32; LANES]) -> u8 {
+fn able_lanes(org: Octets, dir: Octets, tmax: &[f32; LANES]) -> u8 {
     // 0 for a finite number, else NaN.
     let residue = |x: &[f32; LANES]| F32x8::new(*x) * F32x8::ZERO;
-    let sum = |[x, y, z]: &Octet3| residue(x) + residue(y) + residue(z);
+    let sum = |[x, y, z]: Octets| residue(x) + residue(y) + residue(z);
     let residue = sum(org) + sum(dir);
     let [x, y, z] = dir;
     let length = Vec3x8::new(F32x8::new(*x), F32x8::new(*y), F32x8::new(*z)).max_abs();
@@ -327,7 +354,6 @@ fn able_lanes(org: &Octet3, dir: &Octet3, tmax: &[f32; LANES]) -> u8 {
 /// Puts a ray that can hit something in place of each that cannot: numbers that are none would
 /// spread over the whole beam, and its neighbour is the ray that costs least. `before` is a ray of
 /// an earlier packet; returns one for later ones.
-#[cold]
 fn replace_unable(
     able: u8,
     (org, dir): (&mut Octet3, &mut Octet3),

@@ -260,12 +260,16 @@ impl<'arena> RayQueue<'arena> {
     /// # Panics
     /// If the queue is full, or its last packet is not.
     #[inline]
-    pub fn push_octet(&mut self, org: [[f32; LANES]; 3], dir: [[f32; LANES]; 3], count: usize) {
+    pub fn push_octet(&mut self, org: [&[f32; LANES]; 3], dir: [&[f32; LANES]; 3], count: usize) {
         assert!(
             self.len.is_multiple_of(LANES),
             "the last packet is not full"
         );
-        self.slots[self.len / LANES] = RaySlot { org, dir };
+        let slot = &mut self.slots[self.len / LANES];
+        for axis in 0..3 {
+            slot.org[axis] = *org[axis];
+            slot.dir[axis] = *dir[axis];
+        }
         self.len += count.min(LANES);
     }
 

@@ -27,6 +27,8 @@ pub trait Counters: Copy + Default {
     fn tests(&mut self, tests: u64);
     /// Adds the counts of another counter.
     fn add(&mut self, other: &Self);
+    /// All counts; 0 for those that are not kept.
+    fn stats(&self) -> TraversalStats;
 }
 
 /// Counter of packets only: what every render counts.
@@ -54,6 +56,12 @@ impl Counters for PacketCount {
     #[inline(always)]
     fn add(&mut self, other: &PacketCount) {
         self.packets += other.packets;
+    }
+    fn stats(&self) -> TraversalStats {
+        TraversalStats {
+            packets: self.packets,
+            ..TraversalStats::default()
+        }
     }
 }
 
@@ -129,6 +137,10 @@ impl Counters for TraversalStats {
         self.leaf_visits += other.leaf_visits;
         self.prim_tests += other.prim_tests;
         self.bytes += other.bytes;
+    }
+
+    fn stats(&self) -> TraversalStats {
+        *self
     }
 }
 

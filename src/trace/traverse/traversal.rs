@@ -40,42 +40,36 @@ const TRIAL_BEAM_PENALTY: f32 = 1.2;
 
 /// Traces queues of rays against one tree. Its functions are not generic, so that kernels are
 /// compiled only here.
-pub struct Traversal<'a>(Counted<'a>);
+pub struct Traversal<'a>(Box<dyn QueueTracer + Send + 'a>);
 
-/// Kernels by the counter that they use.
-enum Counted<'a> {
-    Packets(Kernels<'a, PacketCount>),
-    Stats(Kernels<'a, TraversalStats>),
+/// Kernels, whatever their counter.
+trait QueueTracer {
+    fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]);
+    fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]);
+    fn packets(&mut self) -> &mut dyn LimitedRays;
+    fn stats(&self) -> TraversalStats;
 }
 
 impl<'a> Traversal<'a> {
     /// A traversal of a tree with one kernel. It counts only packets.
     pub fn new(bvh: &'a Bvh, kernel: Kernel) -> Traversal<'a> {
-        Traversal(Counted::Packets(Kernels::new(bvh, kernel)))
+        Traversal(Box::new(Kernels::<PacketCount>::new(bvh, kernel)))
     }
 
     /// A traversal that counts every step.
+    #[cfg(feature = "counters")]
     pub fn counting(bvh: &'a Bvh, kernel: Kernel) -> Traversal<'a> {
-        Traversal(Counted::Stats(Kernels::new(bvh, kernel)))
+        Traversal(Box::new(Kernels::<TraversalStats>::new(bvh, kernel)))
     }
 
     /// Counters since the traversal was made.
     pub fn stats(&self) -> TraversalStats {
-        match &self.0 {
-            Counted::Packets(kernels) => TraversalStats {
-                packets: kernels.counters().packets,
-                ..TraversalStats::default()
-            },
-            Counted::Stats(kernels) => kernels.counters(),
-        }
+        self.0.stats()
     }
 
     /// The closest hits of some packets of a queue, one [`HitPacket`] each.
     pub fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
-        match &mut self.0 {
-            Counted::Packets(kernels) => kernels.closest(rays, packets, hits),
-            Counted::Stats(kernels) => kernels.closest(rays, packets, hits),
-        }
+        self.0.closest(rays, packets, hits);
     }
 
     /// Sets `blocked` for some packets of a queue to the lanes (as bits) that hit anything before
@@ -87,18 +81,12 @@ impl<'a> Traversal<'a> {
         tmax: f32,
         blocked: &mut [u8],
     ) {
-        match &mut self.0 {
-            Counted::Packets(kernels) => kernels.occluded(rays, packets, tmax, blocked),
-            Counted::Stats(kernels) => kernels.occluded(rays, packets, tmax, blocked),
-        }
+        self.0.occluded(rays, packets, tmax, blocked);
     }
 
     /// The packet kernel, which alone takes a limit for each ray.
     pub(crate) fn packets(&mut self) -> &mut dyn LimitedRays {
-        match &mut self.0 {
-            Counted::Packets(kernels) => &mut kernels.packets,
-            Counted::Stats(kernels) => &mut kernels.packets,
-        }
+        self.0.packets()
     }
 }
 
@@ -160,65 +148,6 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
             shadow_tuner: PerClassTuner::new([INITIAL_BEAM_LOG_RATIO; SPREAD_CLASSES])
                 .with_trial_penalty(TRIAL_BEAM_PENALTY),
             origin_spread: OriginSpread::UNKNOWN,
-        }
-    }
-
-    /// Counters since the kernels were made.
-    fn counters(&self) -> T {
-        let mut work = self.packets.counters();
-        for kernel in [&self.beams, &self.singles].into_iter().flatten() {
-            work.add(&kernel.counters());
-        }
-        work
-    }
-
-    /// The closest hits of some packets of a queue, one [`HitPacket`] each.
-    fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
-        if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
-            // As many rays at once as there are: towards the end of a batch few are left to trace
-            // side by side.
-            singles.closest(rays, &BatchSlice::all(packets), hits);
-            return;
-        }
-        for (first, hits) in packets.step_by(SIZE).zip(hits.chunks_mut(SIZE)) {
-            let batch = first..first + hits.len();
-            let all = BatchSlice::all(batch.clone());
-            let beams = &mut self.beams;
-            if beams
-                .as_mut()
-                .is_some_and(|beams| beams.closest(rays, &all, hits))
-            {
-                continue;
-            }
-            let packets = &mut self.packets;
-            let Some(singles) = &mut self.singles else {
-                packets.closest(rays, &all, hits);
-                continue;
-            };
-            let class = coherence::divergence_class(rays, batch.clone(), SAMPLE_STRIDE);
-            let tuner = &mut self.closest_tuner;
-            tuner.trace(class, batch, BatchSlice::trial, |single, slice| {
-                match single {
-                    true => singles.closest(rays, slice, hits),
-                    false => packets.closest(rays, slice, hits),
-                };
-            });
-        }
-    }
-
-    /// Sets `blocked` to the lanes (as bits) that hit anything before `tmax`, a byte a packet.
-    fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]) {
-        if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
-            singles.occluded(rays, packets, tmax, blocked);
-            return;
-        }
-        for (first, blocked) in packets.step_by(SIZE).zip(blocked.chunks_mut(SIZE)) {
-            let batch = first..first + blocked.len();
-            if self.kernel == Kernel::Auto {
-                self.occluded_by_fastest(rays, batch, tmax, blocked);
-            } else {
-                self.occluded_by_beam(true, rays, batch, tmax, blocked);
-            }
         }
     }
 
@@ -292,6 +221,68 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     }
 }
 
+impl<'a, T: Counters + Send + 'a> QueueTracer for Kernels<'a, T> {
+    fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
+        if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
+            // As many rays at once as there are: towards the end of a batch few are left to trace
+            // side by side.
+            singles.closest(rays, &BatchSlice::all(packets), hits);
+            return;
+        }
+        for (first, hits) in packets.step_by(SIZE).zip(hits.chunks_mut(SIZE)) {
+            let batch = first..first + hits.len();
+            let all = BatchSlice::all(batch.clone());
+            let beams = &mut self.beams;
+            if beams
+                .as_mut()
+                .is_some_and(|beams| beams.closest(rays, &all, hits))
+            {
+                continue;
+            }
+            let packets = &mut self.packets;
+            let Some(singles) = &mut self.singles else {
+                packets.closest(rays, &all, hits);
+                continue;
+            };
+            let class = coherence::divergence_class(rays, batch.clone(), SAMPLE_STRIDE);
+            let tuner = &mut self.closest_tuner;
+            tuner.trace(class, batch, BatchSlice::trial, |single, slice| {
+                match single {
+                    true => singles.closest(rays, slice, hits),
+                    false => packets.closest(rays, slice, hits),
+                };
+            });
+        }
+    }
+
+    fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]) {
+        if let (Kernel::Single, Some(singles)) = (self.kernel, &mut self.singles) {
+            singles.occluded(rays, packets, tmax, blocked);
+            return;
+        }
+        for (first, blocked) in packets.step_by(SIZE).zip(blocked.chunks_mut(SIZE)) {
+            let batch = first..first + blocked.len();
+            if self.kernel == Kernel::Auto {
+                self.occluded_by_fastest(rays, batch, tmax, blocked);
+            } else {
+                self.occluded_by_beam(true, rays, batch, tmax, blocked);
+            }
+        }
+    }
+
+    fn packets(&mut self) -> &mut dyn LimitedRays {
+        &mut self.packets
+    }
+
+    fn stats(&self) -> TraversalStats {
+        let mut work = self.packets.counters();
+        for kernel in [&self.beams, &self.singles].into_iter().flatten() {
+            work.add(&kernel.counters());
+        }
+        work.stats()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -335,7 +326,7 @@ mod tests {
             traversal.shadow_tuner = PerClassTuner::new([4.0; SPREAD_CLASSES]);
             let blocked = &mut [0; 2];
             traversal.occluded(&rays, 0..rays.packets(), 1.0, blocked);
-            traversal.counters().leaf_visits
+            traversal.stats().leaf_visits
         };
         let [auto, beams, packets] = [Kernel::Auto, Kernel::Beam16, Kernel::Packet16].map(leaves);
         assert!(beams > 4 * packets, "{beams} of {packets}: this is no case");
