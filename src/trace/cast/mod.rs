@@ -62,7 +62,7 @@ impl Ray {
         }
     }
 
-    /// Makes a ray from one place to another, whose `tmax` is 1: what is beyond `to` does not
+    /// Makes a ray from one point to another, whose `tmax` is 1: what is beyond `to` does not
     /// count. For shadow rays.
     ///
     /// ```
@@ -81,7 +81,7 @@ impl Ray {
         }
     }
 
-    /// The place at distance `t`, in units of the direction. For t of a hit it lies on the surface
+    /// The point at distance `t`, in units of the direction. For t of a hit it lies on the surface
     /// but for rounding: about as many digits as the coordinates have in single precision.
     ///
     /// ```

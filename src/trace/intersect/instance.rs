@@ -70,7 +70,7 @@ mod tests {
 
     const INF: f32 = f32::INFINITY;
 
-    fn stay(enter: f32, leave: f32) -> TInterval<F32x8> {
+    fn interval(enter: f32, leave: f32) -> TInterval<F32x8> {
         TInterval {
             tnear: F32x8::splat(enter),
             tfar: F32x8::splat(leave),
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn hits_come_out_within_the_stay() {
+    fn hits_come_out_within_the_interval() {
         for (t, enter, leave, want) in [
             (3.0, 2.0, 4.0, Some(3.0)),
             (1.0, 2.0, 4.0, Some(2.0)),
@@ -92,7 +92,7 @@ mod tests {
             (1.0, 0.0, 0.0, None),
             (3.0, 4.0, 2.0, None),
         ] {
-            let (counts, out) = to_world(F32x8::splat(t), &stay(enter, leave));
+            let (counts, out) = to_world(F32x8::splat(t), &interval(enter, leave));
             let got = (counts.bits() == 0xff).then(|| first(out));
             assert_eq!(got, want, "{t} in {enter} to {leave}");
         }
@@ -102,7 +102,7 @@ mod tests {
     /// does not lie beyond it.
     #[test]
     fn limits_are_those_of_what_comes_out() {
-        let places = [0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, INF];
+        let distances = [0.0, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, INF];
         for (enter, leave) in [
             (0.0, 1.0),
             (1.0, 3.0),
@@ -111,8 +111,8 @@ mod tests {
             (3.0, 1.0),
             (0.0, -2.0),
         ] {
-            let interval = stay(enter, leave);
-            for best in places {
+            let interval = interval(enter, leave);
+            for best in distances {
                 let closest = first(closest_limit(F32x8::splat(best), &interval));
                 let any = first(any_hit_limit(F32x8::splat(best), &interval));
                 for t in [0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0] {

@@ -121,7 +121,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
 
     /// Visits leaves front to back until the query is done.
     ///
-    /// Cones and instances are tested by calls, across which nothing stays in a register. The mere
+    /// Cones and instances are tested by calls, across which nothing intervals in a register. The mere
     /// presence of such calls cost every other scene 10 to 25 %. So trees without either
     /// (`NO_CONES_OR_INSTANCES`) have a traversal of their own
     /// (`perf/notes/plain-trees.md`).
@@ -143,22 +143,22 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 // SAFETY: a `Bvh` comes from its builder or was proven (`bvh::UnverifiedBvh`):
                 // every child node has an index below `nodes().len()`; node 0 exists.
                 let node = unsafe { nodes.get_unchecked(index as usize) };
-                let stays = [interval(&node.boxes[0]), interval(&node.boxes[1])];
-                let met = stays.each_ref().map(|s| s.overlaps(query.limit()));
+                let intervals = [interval(&node.boxes[0]), interval(&node.boxes[1])];
+                let met = intervals.each_ref().map(|s| s.overlaps(query.limit()));
                 match (met[0].any(), met[1].any()) {
                     (false, false) => current = Child::EMPTY,
                     (true, false) => current = node.child(0),
                     (false, true) => current = node.child(1),
                     (true, true) => {
                         let near = if G::FRONT_TO_BACK {
-                            nearer_child::<L>(met, &stays)
+                            nearer_child::<L>(met, &intervals)
                         } else {
                             0
                         };
                         let (first, tag) = node.packed(1 - near);
                         // Blended, not branched on: which child is nearer cannot be predicted.
                         let nan = L::splat(f32::NAN);
-                        let waiting = [1, 0].map(|k: usize| met[k].select(stays[k].tnear, nan));
+                        let waiting = [1, 0].map(|k: usize| met[k].select(intervals[k].tnear, nan));
                         let enter = L::Mask::splat(near == 1).select(waiting[1], waiting[0]);
                         // SAFETY: each level of a path leaves at most one entry, the stack is
                         // `depth() + 1` long, and `Bvh::depth` counts the longest path, through an
@@ -175,7 +175,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 self.counters.leaf(kind, lanes, slots.len());
                 let done = match kind {
                     LeafKind::Instance if !NO_CONES_OR_INSTANCES => {
-                        // Copies: a value whose address is passed to a call no longer stays in
+                        // Copies: a value whose address is passed to a call no longer intervals in
                         // registers.
                         let (copy, mut inside) = (*rays, *query);
                         let done = self.instances(&copy, &mut inside, slots, top);
@@ -258,12 +258,12 @@ struct TraversalRoot {
 /// The child that more of the rays that meet both enter first. For divergent rays this is a better
 /// guess than one order per octant.
 #[inline(always)]
-fn nearer_child<L: Lanes>(met: [L::Mask; 2], stays: &[TInterval<L>; 2]) -> usize {
+fn nearer_child<L: Lanes>(met: [L::Mask; 2], intervals: &[TInterval<L>; 2]) -> usize {
     let both = met[0] & met[1];
-    let first = (both & stays[0].tnear.lt(stays[1].tnear))
+    let first = (both & intervals[0].tnear.lt(intervals[1].tnear))
         .bits()
         .count_ones();
-    let second = (both & stays[1].tnear.lt(stays[0].tnear))
+    let second = (both & intervals[1].tnear.lt(intervals[0].tnear))
         .bits()
         .count_ones();
     usize::from(second > first)

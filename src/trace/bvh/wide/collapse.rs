@@ -82,15 +82,15 @@ pub(super) struct CollapsePlan<'a> {
 
 impl<'a> CollapsePlan<'a> {
     pub(super) fn of(bvh: &'a Bvh) -> CollapsePlan<'a> {
-        let (seats, levels) = levels(bvh);
+        let (nodes, levels) = levels(bvh);
         let undecided = CollapseChoice {
             first: [0; MAX_ROOTS],
             block: None,
         };
-        let choices = vec![undecided; seats.len()];
+        let choices = vec![undecided; nodes.len()];
         let mut plan = CollapsePlan {
             bvh,
-            nodes: seats,
+            nodes,
             choices,
         };
         let mut below = Vec::new();
@@ -101,15 +101,15 @@ impl<'a> CollapsePlan<'a> {
     }
 
     /// The choice for a node.
-    pub(super) fn at(&self, place: u32) -> &CollapseChoice {
-        &self.choices[place as usize]
+    pub(super) fn at(&self, index: u32) -> &CollapseChoice {
+        &self.choices[index as usize]
     }
 
     /// Both children of a node.
-    pub(super) fn parts(&self, place: u32) -> [(BoxContents, Bounds); 2] {
-        let seat = self.nodes[place as usize];
-        let node = &self.bvh.nodes()[seat.node as usize];
-        let mut below = seat.children;
+    pub(super) fn parts(&self, index: u32) -> [(BoxContents, Bounds); 2] {
+        let entry = self.nodes[index as usize];
+        let node = &self.bvh.nodes()[entry.node as usize];
+        let mut below = entry.children;
         [0, 1].map(|k| {
             let part = match node.child(k) {
                 Child::Node(_) => {
@@ -125,8 +125,8 @@ impl<'a> CollapsePlan<'a> {
     /// Chooses for a level, by the costs of the level below, and returns its own costs.
     fn decide(&mut self, level: Range<usize>, below: &[SubtreeCost]) -> Vec<SubtreeCost> {
         let mut costs = vec![SubtreeCost::NONE; level.len()];
-        let choose = |place: usize| {
-            let sides = self.parts(place as u32).map(|(part, bounds)| {
+        let choose = |index: usize| {
+            let sides = self.parts(index as u32).map(|(part, bounds)| {
                 let cost = match part {
                     BoxContents::Node(child) => below[child as usize - level.end],
                     BoxContents::Leaf { kind, count, .. } => of_leaf(kind, count, bounds),
@@ -136,10 +136,10 @@ impl<'a> CollapsePlan<'a> {
             choose(&sides)
         };
         let mut choices = vec![self.choices[level.start]; level.len()];
-        let places = level.clone().into_par_iter().with_min_len(PARALLEL_GRAIN);
+        let indices = level.clone().into_par_iter().with_min_len(PARALLEL_GRAIN);
         let rows = choices.par_iter_mut().zip(&mut costs);
-        places.zip(rows).for_each(|(place, (choice, cost))| {
-            (*choice, *cost) = choose(place);
+        indices.zip(rows).for_each(|(index, (choice, cost))| {
+            (*choice, *cost) = choose(index);
         });
         self.choices[level].copy_from_slice(&choices);
         costs
@@ -148,7 +148,7 @@ impl<'a> CollapsePlan<'a> {
 
 /// All nodes below the world's root, parents first, and the range of each level among them.
 fn levels(bvh: &Bvh) -> (Vec<NodeRef>, Vec<Range<usize>>) {
-    let mut seats = vec![NodeRef {
+    let mut nodes = vec![NodeRef {
         node: 0,
         children: 0,
     }];
@@ -156,18 +156,18 @@ fn levels(bvh: &Bvh) -> (Vec<NodeRef>, Vec<Range<usize>>) {
     let mut level = 0..1;
     while !level.is_empty() {
         for k in level.clone() {
-            seats[k].children = seats.len() as u32;
-            let node = &bvh.nodes()[seats[k].node as usize];
+            nodes[k].children = nodes.len() as u32;
+            let node = &bvh.nodes()[nodes[k].node as usize];
             for child in [node.child(0), node.child(1)] {
                 if let Child::Node(node) = child {
-                    seats.push(NodeRef { node, children: 0 });
+                    nodes.push(NodeRef { node, children: 0 });
                 }
             }
         }
-        let next = level.end..seats.len();
+        let next = level.end..nodes.len();
         levels.push(std::mem::replace(&mut level, next));
     }
-    (seats, levels)
+    (nodes, levels)
 }
 
 /// The best choice for a node of two subtrees in their boxes, and its costs.

@@ -71,7 +71,7 @@ pub(super) fn emit_nodes(plan: &CollapsePlan) -> (Vec<WideNodeDraft>, usize) {
 impl WideNodeDraft {
     fn of(plan: &CollapsePlan, item: &BoxedContents) -> WideNodeDraft {
         let mut items = match item.part {
-            BoxContents::Node(place) => children(plan, place),
+            BoxContents::Node(index) => children(plan, index),
             BoxContents::Leaf { kind, first, count } => parts(kind, first, count, item.bounds),
         };
         let axis = widest(&items);
@@ -122,8 +122,8 @@ impl WideNodeDraft {
 impl ChildKind {
     fn of(plan: &CollapsePlan, part: BoxContents) -> ChildKind {
         match part {
-            BoxContents::Node(place) => match plan.at(place).block {
-                Some(kind) => ChildKind::Block(kind, BlockSlots::Of(place)),
+            BoxContents::Node(index) => match plan.at(index).block {
+                Some(kind) => ChildKind::Block(kind, BlockSlots::Of(index)),
                 None => ChildKind::Node(part),
             },
             BoxContents::Leaf {
@@ -142,22 +142,22 @@ impl ChildKind {
 }
 
 /// The children of the wide node that stands for a binary one.
-fn children(plan: &CollapsePlan, place: u32) -> Vec<BoxedContents> {
+fn children(plan: &CollapsePlan, index: u32) -> Vec<BoxedContents> {
     let mut items = Vec::with_capacity(NATIVE);
     let mut waiting = Vec::with_capacity(NATIVE);
-    let first = plan.at(place).first[MAX_ROOTS - 1];
-    part(plan, place, first, NATIVE, &mut waiting);
+    let first = plan.at(index).first[MAX_ROOTS - 1];
+    part(plan, index, first, NATIVE, &mut waiting);
     while let Some((item, roots)) = waiting.pop() {
-        let BoxContents::Node(place) = item.part else {
+        let BoxContents::Node(index) = item.part else {
             let empty = matches!(item.part, BoxContents::Leaf { count: 0, .. });
             items.extend((!empty).then_some(item));
             continue;
         };
-        let choice = plan.at(place);
+        let choice = plan.at(index);
         // The greatest number of roots that pays.
         let pays = (2..=roots).rev().find(|roots| choice.first[roots - 2] > 0);
         match pays {
-            Some(roots) => part(plan, place, choice.first[roots - 2], roots, &mut waiting),
+            Some(roots) => part(plan, index, choice.first[roots - 2], roots, &mut waiting),
             None => items.push(item),
         }
     }
@@ -167,14 +167,14 @@ fn children(plan: &CollapsePlan, place: u32) -> Vec<BoxedContents> {
 /// Appends both children of a binary node, as `first` roots and the rest of `roots`.
 fn part(
     plan: &CollapsePlan,
-    place: u32,
+    index: u32,
     first: u8,
     roots: usize,
     waiting: &mut Vec<(BoxedContents, usize)>,
 ) {
     let first = usize::from(first);
     let [a, b] = plan
-        .parts(place)
+        .parts(index)
         .map(|(part, bounds)| BoxedContents { part, bounds });
     waiting.extend([
         (b, (roots - first).min(MAX_ROOTS)),

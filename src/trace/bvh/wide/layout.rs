@@ -13,14 +13,14 @@ use rayon::prelude::*;
 pub(in crate::bvh) fn widen(bvh: &Bvh) -> WideBvh {
     let plan = CollapsePlan::of(bvh);
     let (mut drafts, depth) = emit_nodes(&plan);
-    let places = WideRows::of(&mut drafts);
+    let rows = WideRows::of(&mut drafts);
     let slots_of = |slots: &BlockSlots| slots_of(&plan, *slots);
-    let nodes = places.nodes.par_iter().map(|&k| drafts[k].row);
-    let triangles = places.triangles.par_iter().map(|slots| {
+    let nodes = rows.nodes.par_iter().map(|&k| drafts[k].row);
+    let triangles = rows.triangles.par_iter().map(|slots| {
         let slots = slots_of(slots).into_iter();
         TriangleBlock::of(slots.map(|s| &bvh.triangles()[s as usize]))
     });
-    let spheres = places.spheres.par_iter().map(|slots| {
+    let spheres = rows.spheres.par_iter().map(|slots| {
         let slots = slots_of(slots).into_iter();
         SphereBlock::of(slots.map(|s| &bvh.spheres()[s as usize]))
     });
@@ -28,7 +28,7 @@ pub(in crate::bvh) fn widen(bvh: &Bvh) -> WideBvh {
         nodes: collect_on_huge_pages(nodes),
         triangles: collect_on_huge_pages(triangles),
         spheres: collect_on_huge_pages(spheres),
-        others: places.others,
+        others: rows.others,
         depth,
     }
 }
@@ -46,7 +46,7 @@ impl WideRows {
     /// Assigns all rows their positions, and enters them in the drafts. The children of a node lie
     /// side by side, and the rows below the last child come first.
     fn of(drafts: &mut [WideNodeDraft]) -> WideRows {
-        let mut places = WideRows {
+        let mut rows = WideRows {
             nodes: vec![0],
             triangles: Vec::new(),
             spheres: Vec::new(),
@@ -60,10 +60,10 @@ impl WideRows {
                 if let ChildKind::Node(_) = below {
                     waiting.push(child);
                 }
-                *code = places.next(*below, &mut child).code();
+                *code = rows.next(*below, &mut child).code();
             }
         }
-        places
+        rows
     }
 
     /// Assigns the next position to a child. If it is a node, `child` is the index of its draft,
@@ -95,10 +95,10 @@ fn slots_of(plan: &CollapsePlan, slots: BlockSlots) -> Vec<u32> {
     let mut all = Vec::with_capacity(NATIVE);
     match slots {
         BlockSlots::Row { first, count } => all.extend(first..first + count),
-        BlockSlots::Of(place) => {
-            let mut waiting = vec![place];
-            while let Some(place) = waiting.pop() {
-                for (part, _) in plan.parts(place).into_iter().rev() {
+        BlockSlots::Of(index) => {
+            let mut waiting = vec![index];
+            while let Some(index) = waiting.pop() {
+                for (part, _) in plan.parts(index).into_iter().rev() {
                     match part {
                         BoxContents::Node(child) => waiting.push(child),
                         BoxContents::Leaf { first, count, .. } => all.extend(first..first + count),

@@ -116,21 +116,21 @@ fn what_is_settled_need_not_be_clamped() {
             vertices: corners.map(|corner| corner.to_array()),
             prim_id: 0,
         };
-        let places = slot.vertices.map(|c| shear.relative::<MIXED>(&c));
+        let relative = slot.vertices.map(|c| shear.relative::<MIXED>(&c));
         let own = || RaysAndSlot {
             rays: &prepared,
             slot: &slot,
         };
         let slopes = shear.slopes();
-        let Some(always) = intersect(places, slopes, &Unsettled(own())) else {
+        let Some(always) = intersect(relative, slopes, &Unsettled(own())) else {
             continue;
         };
-        let found = intersect(places, slopes, &own()).expect("within the edges");
+        let found = intersect(relative, slopes, &own()).expect("within the edges");
         let same = always.t.bits_eq(found.t) | !always.valid;
         assert_eq!(found.valid.bits(), always.valid.bits(), "round {round}");
         assert!(!(!same).any(), "round {round}: {corners:?} {rays:?}");
-        let seen = edges(&places, slopes);
-        let by_edges = EdgeDistance::new(&seen, places.map(|corner| corner.z), slopes[2]);
+        let seen = edges(&relative, slopes);
+        let by_edges = EdgeDistance::new(&seen, relative.map(|corner| corner.z), slopes[2]);
         let (raw, sure) = (by_edges.t, by_edges.clamp_not_needed());
         let sure = sure & Mask8::splat(shear.in_safe_range);
         let ahead = seen.inside & raw.gt(F32x8::ZERO);

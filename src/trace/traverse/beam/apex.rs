@@ -11,7 +11,7 @@ pub(super) enum Apex {
     /// The origin of all rays.
     Eye([f32; 3]),
     /// A point at which all rays end.
-    Light { place: [f32; 3], rays: Spread },
+    Light { position: [f32; 3], rays: Spread },
     /// The direction of all rays.
     Sun { dir: [f32; 3], rays: Spread },
 }
@@ -97,10 +97,7 @@ impl Apex {
         };
         // Ways of infinite length do not lead to a point.
         if rays.blur <= BLUR * rays.shortest && rays.shortest < f32::INFINITY {
-            return Some(Apex::Light {
-                place: position,
-                rays,
-            });
+            return Some(Apex::Light { position, rays });
         }
         parallel.then_some(Apex::Sun { dir, rays })
     }

@@ -20,10 +20,10 @@ pub(super) struct BeamTriangles<'a> {
 impl<'a> BeamTriangles<'a> {
     #[inline(always)]
     pub(super) fn new(space: &BeamSpace, block: &'a TriangleBlock) -> BeamTriangles<'a> {
-        let places = vertices(block);
-        let relative = space.relative(&places);
+        let stored = vertices(block);
+        let relative = space.relative(&stored);
         BeamTriangles {
-            seen: space.triangles(&places, &relative),
+            seen: space.triangles(&stored, &relative),
             corners: relative.map(|v| [v.x, v.y, v.z, Native::ZERO]),
             block,
         }

@@ -20,9 +20,9 @@ use crate::traverse::query::Query;
 pub(super) struct DeferredBlocks<'a> {
     /// Blocks, and the sub-beams that may meet them.
     blocks: [Option<&'a TriangleBlock>; BLOCKS],
-    cells: [u64; BLOCKS],
+    sub_beams: [u64; BLOCKS],
     count: usize,
-    looks: [ShadowCull; BLOCKS],
+    culls: [ShadowCull; BLOCKS],
     pub(super) pairs: Pairs,
 }
 
@@ -30,9 +30,9 @@ impl DeferredBlocks<'_> {
     pub(super) fn none() -> Self {
         DeferredBlocks {
             blocks: [None; BLOCKS],
-            cells: [0; BLOCKS],
+            sub_beams: [0; BLOCKS],
             count: 0,
-            looks: [ShadowCull::NONE; BLOCKS],
+            culls: [ShadowCull::NONE; BLOCKS],
             pairs: Pairs::none(),
         }
     }
@@ -44,11 +44,11 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
     pub(super) fn defer(
         &mut self,
         block: &'a TriangleBlock,
-        cells: u64,
+        sub_beams: u64,
         deferred: &mut DeferredBlocks<'a>,
     ) {
         let slot = deferred.count % BLOCKS;
-        (deferred.blocks[slot], deferred.cells[slot]) = (Some(block), cells);
+        (deferred.blocks[slot], deferred.sub_beams[slot]) = (Some(block), sub_beams);
         deferred.count += 1;
         if deferred.count == BLOCKS {
             self.test_deferred(deferred);
@@ -62,25 +62,25 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
         let waits = deferred
             .blocks
             .iter()
-            .zip(deferred.cells)
+            .zip(deferred.sub_beams)
             .take(deferred.count);
-        for (slot, (block, cells)) in waits.enumerate() {
+        for (slot, (block, sub_beams)) in waits.enumerate() {
             let Some(block) = block else { continue };
             self.counters.block(LeafKind::TRIANGLE, 0);
-            let places = vertices(block);
-            let seen = self.space.triangles(&places, &self.space.relative(&places));
-            let look = &mut deferred.looks[slot];
-            *look = ShadowCull::new(self.space, self.sub_beams.around(), &seen, &places);
-            let mut left = cells;
+            let stored = vertices(block);
+            let seen = self.space.triangles(&stored, &self.space.relative(&stored));
+            let cull = &mut deferred.culls[slot];
+            *cull = ShadowCull::new(self.space, self.sub_beams.around(), &seen, &stored);
+            let mut left = sub_beams;
             while left != 0 {
                 let sub_beam = left.trailing_zeros() as usize;
                 left &= left - 1;
-                let lanes = self.sub_beams.may_hit(sub_beam, look, &seen.own);
+                let lanes = self.sub_beams.may_hit(sub_beam, cull, &seen.own);
                 deferred.pairs.add(sub_beam, slot, lanes);
             }
         }
-        let (looks, pairs) = (&deferred.looks, &mut deferred.pairs);
-        pairs.retain(|sub_beam, place| {
+        let (culls, pairs) = (&deferred.culls, &mut deferred.pairs);
+        pairs.retain(|sub_beam, index| {
             let group = self.sub_beams.group(sub_beam);
             // SAFETY: a sub-beam is of a packet of this beam, each of which has its entry in all
             // three.
@@ -88,7 +88,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
                 (
                     self.groups.get_unchecked(group),
                     self.projected.get_unchecked(group),
-                    self.goals.get_unchecked(group),
+                    self.queries.get_unchecked(group),
                 )
             };
             let seen = ProjectedRays {
@@ -96,21 +96,21 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
                 q: seen[2],
                 org: &rays.rays.org,
             };
-            let may = looks[place / NATIVE % BLOCKS].may_hit(place % NATIVE, &seen);
+            let may = culls[index / NATIVE % BLOCKS].may_hit(index % NATIVE, &seen);
             (may & query.limit().gt(L::ZERO)).any()
         });
         let mut touched = 0u64;
         for k in 0..pairs.count {
-            let (sub_beam, place) = pairs.get(k);
+            let (sub_beam, index) = pairs.get(k);
             let group = self.sub_beams.group(sub_beam);
-            let (slot, lane) = (place / NATIVE % BLOCKS, place % NATIVE);
+            let (slot, lane) = (index / NATIVE % BLOCKS, index % NATIVE);
             let Some(block) = deferred.blocks[slot] else {
                 continue;
             };
             // SAFETY: as above.
             let rays = unsafe { self.groups.get_unchecked(group) };
             // SAFETY: as above.
-            let query = unsafe { self.goals.get_unchecked_mut(group) };
+            let query = unsafe { self.queries.get_unchecked_mut(group) };
             let met = match rays.shear.axis {
                 MIXED => test_apart(block, lane, rays, query),
                 _ => test::<L, false>(block, lane, rays, query),

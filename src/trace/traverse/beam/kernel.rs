@@ -101,10 +101,10 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         load: impl Fn(usize) -> (RayPacket<L>, L::Mask),
         mut blocked: impl FnMut(usize, u32),
     ) -> bool {
-        let mut goals = std::mem::take(&mut self.any);
-        let traced = self.trace::<_, SHARED>(space, count, load, &mut goals, AnyHit::new);
+        let mut queries = std::mem::take(&mut self.any);
+        let traced = self.trace::<_, SHARED>(space, count, load, &mut queries, AnyHit::new);
         if let Some(alone) = traced {
-            for (k, query) in goals.iter().enumerate() {
+            for (k, query) in queries.iter().enumerate() {
                 let mut hits = query.occluded();
                 if alone >> k & 1 == 1 {
                     // In a packet that was not traced, no lane is occluded yet.
@@ -114,7 +114,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
                 blocked(k, hits.bits());
             }
         }
-        self.any = goals;
+        self.any = queries;
         traced.is_some()
     }
 
@@ -127,13 +127,13 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         space: &BeamSpace,
         count: usize,
         load: impl Fn(usize) -> (RayPacket<L>, L::Mask),
-        goals: &mut Vec<G>,
+        queries: &mut Vec<G>,
         query: impl Fn(L, L::Mask) -> G,
     ) -> Option<u64> {
         self.groups.clear();
         self.slabs.clear();
         self.projected.clear();
-        goals.clear();
+        queries.clear();
         let [x, y, z] = space.center;
         let center = Vec3Lanes::splat(x, y, z);
         for k in 0..count {
@@ -144,7 +144,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
             let shear = Shear::new(rays.org, rays.dir, active);
             self.projected.push(directions_by(space, &rays, &shear));
             self.groups.push(BeamGroup { rays, shear });
-            goals.push(query(active.select(rays.tmax, inactive_t()), active));
+            queries.push(query(active.select(rays.tmax, inactive_t()), active));
         }
         if !self.wide.has_triangles_only() {
             self.slabs.extend(self.groups.iter().map(BeamGroup::slabs));
@@ -152,8 +152,8 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
         self.sub_beams.look_at(space, &self.projected);
         let (mut alone, mut next) = (0, 0);
         while next < count {
-            next = self.fill_sub_beams(space, goals, next, &mut alone);
-            self.traverse(space, goals);
+            next = self.fill_sub_beams(space, queries, next, &mut alone);
+            self.traverse(space, queries);
         }
         Some(alone)
     }
@@ -165,12 +165,12 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
     fn fill_sub_beams<G: Query<L>>(
         &mut self,
         space: &BeamSpace,
-        goals: &[G],
+        queries: &[G],
         mut next: usize,
         alone: &mut u64,
     ) -> usize {
         self.sub_beams.clear();
-        for (query, projected) in goals.iter().zip(&self.projected).skip(next) {
+        for (query, projected) in queries.iter().zip(&self.projected).skip(next) {
             let limit = query.limit();
             let active = limit.gt(inactive_t());
             match self
@@ -193,7 +193,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
 
     /// Traverses the tree with the sub-beams.
     #[inline(always)]
-    fn traverse<G: Query<L>>(&mut self, space: &BeamSpace, goals: &mut [G]) {
+    fn traverse<G: Query<L>>(&mut self, space: &BeamSpace, queries: &mut [G]) {
         BeamTraversal::<L, G, T> {
             wide: self.wide,
             rows: PrefetchTable::of(self.wide),
@@ -202,7 +202,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
             groups: &self.groups,
             projected: &self.projected,
             slabs: &self.slabs,
-            goals,
+            queries,
             packets: &mut self.packets,
             counters: &mut self.counters,
         }
@@ -229,18 +229,18 @@ impl<L: Lanes, T: Counters> QueueKernel<T> for Beams<'_, L, T> {
             hits.fill(HitPacket::miss());
             return true;
         }
-        let mut goals = std::mem::take(&mut self.closest);
+        let mut queries = std::mem::take(&mut self.closest);
         let count = batch.groups::<L>();
         let traced = self.trace::<_, true>(
             &space,
             count,
             |k| batch.group_and_next(k),
-            &mut goals,
+            &mut queries,
             |limit, _| ClosestHit::new(limit),
         );
         if let Some(alone) = traced {
-            self.clear = alone == 0 && !goals.iter().any(ClosestHit::found);
-            for (k, query) in goals.iter().enumerate() {
+            self.clear = alone == 0 && !queries.iter().any(ClosestHit::found);
+            for (k, query) in queries.iter().enumerate() {
                 let (rays, active) = (&self.groups[k].rays, batch.active::<L>(k));
                 let found = match alone >> k & 1 {
                     0 => query.hits(rays.tmax, active),
@@ -253,7 +253,7 @@ impl<L: Lanes, T: Counters> QueueKernel<T> for Beams<'_, L, T> {
                 }
             }
         }
-        self.closest = goals;
+        self.closest = queries;
         traced.is_some()
     }
 

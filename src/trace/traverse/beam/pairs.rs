@@ -15,9 +15,9 @@ const EACH: u64 = 0x0101_0101_0101_0101;
 
 /// Pairs that have to be tested.
 pub(super) struct Pairs {
-    cells: [u8; ROOM],
+    sub_beams: [u8; ROOM],
     /// Triangle of each pair: its lane, plus `NATIVE` for each block before its own.
-    places: [u8; ROOM],
+    triangles: [u8; ROOM],
     pub(super) count: usize,
 }
 
@@ -25,8 +25,8 @@ impl Pairs {
     #[inline(always)]
     pub(super) fn none() -> Pairs {
         Pairs {
-            cells: [0; ROOM],
-            places: [0; ROOM],
+            sub_beams: [0; ROOM],
+            triangles: [0; ROOM],
             count: 0,
         }
     }
@@ -39,17 +39,17 @@ impl Pairs {
             let (at, lanes) = (self.count, (lanes >> first) as u8);
             // SAFETY: each sub-beam is added once with `NATIVE` lanes of `BLOCKS` at most, so there
             // is room for eight more.
-            let (cells, places) = unsafe {
+            let (sub_beams, triangles) = unsafe {
                 (
-                    self.cells.get_unchecked_mut(at..at + LANES),
-                    self.places.get_unchecked_mut(at..at + LANES),
+                    self.sub_beams.get_unchecked_mut(at..at + LANES),
+                    self.triangles.get_unchecked_mut(at..at + LANES),
                 )
             };
             // Added as numbers of eight bytes: arrays would be added byte by byte.
             let base = (block % BLOCKS * NATIVE + first) as u64 * EACH;
             let of_lanes = u64::from_le_bytes(COMPACT_LUT[0][lanes as usize]);
-            cells.copy_from_slice(&(sub_beam as u64 * EACH).to_le_bytes());
-            places.copy_from_slice(&(of_lanes + base).to_le_bytes());
+            sub_beams.copy_from_slice(&(sub_beam as u64 * EACH).to_le_bytes());
+            triangles.copy_from_slice(&(of_lanes + base).to_le_bytes());
             self.count += lanes.count_ones() as usize;
         }
     }
@@ -59,13 +59,13 @@ impl Pairs {
     pub(super) fn retain(&mut self, keep: impl Fn(usize, usize) -> bool) {
         let mut kept = 0;
         for k in 0..self.count {
-            let (sub_beam, place) = self.get(k);
+            let (sub_beam, triangle) = self.get(k);
             // SAFETY: `kept` is not above `k`, which is within both.
             unsafe {
-                *self.cells.get_unchecked_mut(kept) = sub_beam as u8;
-                *self.places.get_unchecked_mut(kept) = place as u8;
+                *self.sub_beams.get_unchecked_mut(kept) = sub_beam as u8;
+                *self.triangles.get_unchecked_mut(kept) = triangle as u8;
             }
-            kept += usize::from(keep(sub_beam, place));
+            kept += usize::from(keep(sub_beam, triangle));
         }
         self.count = kept;
     }
@@ -73,8 +73,12 @@ impl Pairs {
     #[inline(always)]
     pub(super) fn get(&self, k: usize) -> (usize, usize) {
         // SAFETY: `k` is below `count`, which is within both.
-        let (sub_beam, place) =
-            unsafe { (*self.cells.get_unchecked(k), *self.places.get_unchecked(k)) };
-        (sub_beam as usize % MAX_SUB_BEAMS, place as usize)
+        let (sub_beam, triangle) = unsafe {
+            (
+                *self.sub_beams.get_unchecked(k),
+                *self.triangles.get_unchecked(k),
+            )
+        };
+        (sub_beam as usize % MAX_SUB_BEAMS, triangle as usize)
     }
 }

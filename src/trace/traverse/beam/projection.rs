@@ -205,8 +205,8 @@ impl BeamSpace {
                 let space = BeamSpace::near(*position, toward, slack, [0.0; 2], [extent, scale]);
                 Some(space)
             }
-            Apex::Light { place, rays } => {
-                let way = std::array::from_fn(|k| place[k] - rays.center[k]);
+            Apex::Light { position, rays } => {
+                let way = std::array::from_fn(|k| position[k] - rays.center[k]);
                 let distance = max_abs(way);
                 let useful = |slack: f32, way: f32| slack * MIN_LIGHT_DISTANCE_RATIO <= way;
                 if rays.around <= MAX_LATERAL_RATIO * distance {
@@ -219,7 +219,7 @@ impl BeamSpace {
                 let slack = 2.0 * (PAD * rays.farthest + 8.0 * ULP * rays.longest);
                 let slack = slack + 1.01 * rays.blur;
                 let (along, sizes) = ([rays.longest, rays.blur], [extent, extent + rays.farthest]);
-                let space = BeamSpace::near(*place, outward, slack, along, sizes);
+                let space = BeamSpace::near(*position, outward, slack, along, sizes);
                 useful(space.box_epsilon, rays.longest).then_some(BeamSpace {
                     ahead: true,
                     ..space
@@ -340,10 +340,10 @@ impl BeamSpace {
 
     /// Positions relative to the centre.
     #[inline(always)]
-    pub(super) fn relative(&self, places: &[Vec3Native; 3]) -> [Vec3Native; 3] {
+    pub(super) fn relative(&self, vertices: &[Vec3Native; 3]) -> [Vec3Native; 3] {
         let [x, y, z] = self.center;
         let center = Vec3Native::splat(x, y, z);
-        let [a, b, c] = *places;
+        let [a, b, c] = *vertices;
         [a - center, b - center, c - center]
     }
 
@@ -352,7 +352,7 @@ impl BeamSpace {
     #[inline(always)]
     pub(super) fn triangles(
         &self,
-        places: &[Vec3Native; 3],
+        vertices: &[Vec3Native; 3],
         relative: &[Vec3Native; 3],
     ) -> TriangleView {
         let [a, b, c] = *relative;
@@ -375,7 +375,7 @@ impl BeamSpace {
             edges: [edge(b, bc), edge(c, ca), edge(a, ab)],
             margin,
             size,
-            own: self.boxes(&prim_aabbs(*places).map(|v| [v.x, v.y, v.z])),
+            own: self.boxes(&prim_aabbs(*vertices).map(|v| [v.x, v.y, v.z])),
         }
     }
 

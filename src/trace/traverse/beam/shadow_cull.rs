@@ -287,21 +287,21 @@ mod tests {
                 continue;
             }
             sub_beams.finish(&space);
-            let places = vertices(&block);
-            let view = space.triangles(&places, &space.relative(&places));
-            let look = ShadowCull::new(&space, sub_beams.around(), &view, &places);
+            let stored = vertices(&block);
+            let view = space.triangles(&stored, &space.relative(&stored));
+            let cull = ShadowCull::new(&space, sub_beams.around(), &view, &stored);
             for (k, (rays, _)) in packets.iter().enumerate() {
                 let everyone = Mask8::splat(true);
                 let prepared = RaySetup::new(rays, everyone);
-                let sees =
-                    sub_beam[k].map(|sub_beam| sub_beams.may_hit(sub_beam, &look, &view.own));
+                let candidates =
+                    sub_beam[k].map(|sub_beam| sub_beams.may_hit(sub_beam, &cull, &view.own));
                 for lane in 0..NATIVE {
                     let slot = [slot(&block, lane)];
                     let mut query = AnyHit::new(limit, everyone);
                     query.test_each(&prepared, TriangleAlong::<MIXED>::wrap_slice(&slot));
                     let hit = query.occluded();
                     let [_, p, q] = projected[k];
-                    let may = look.may_hit(
+                    let may = cull.may_hit(
                         lane,
                         &ProjectedRays {
                             p,
@@ -314,12 +314,12 @@ mod tests {
                         0,
                         "round {round}, packet {k}, triangle {lane}"
                     );
-                    if let Some(sees) = sees {
+                    if let Some(candidates) = candidates {
                         assert!(
-                            !hit.any() || sees >> lane & 1 == 1,
-                            "round {round}, cell {k}, triangle {lane}"
+                            !hit.any() || candidates >> lane & 1 == 1,
+                            "round {round}, sub-beam {k}, triangle {lane}"
                         );
-                        seen += usize::from(sees >> lane & 1 == 1);
+                        seen += usize::from(candidates >> lane & 1 == 1);
                     }
                     hits += hit.bits().count_ones();
                     kept += may.bits().count_ones();
@@ -329,7 +329,7 @@ mod tests {
         }
         assert!(local > 15_000, "{local} local frames");
         assert!(hits > 100_000, "{hits} hits");
-        assert!(seen > 100_000, "{seen} triangles seen by cells");
+        assert!(seen > 100_000, "{seen} triangles met by sub-beams");
         let needless = kept - hits;
         assert!(
             20 * needless < pairs,

@@ -73,20 +73,20 @@ impl Sorted {
         let first = packets.start * LANES;
         self.count = rays.len().min(packets.end * LANES) - first;
         let keys = keys(space, rays, packets.clone());
-        let mut place = [0u16; SQUARES];
+        let mut next = [0u16; SQUARES];
         for &key in &keys[..self.count] {
-            place[usize::from(key)] += 1;
+            next[usize::from(key)] += 1;
         }
         let mut before = 0;
         for square in HILBERT {
-            let here = &mut place[usize::from(square)];
+            let here = &mut next[usize::from(square)];
             (*here, before) = (before, before + *here);
         }
         let (keys, _) = keys[..self.count.next_multiple_of(LANES)].as_chunks::<LANES>();
         let mut left = self.count;
         for (number, (keys, slot)) in keys.iter().zip(&rays.slots()[packets.start..]).enumerate() {
             for lane in 0..LANES.min(left) {
-                let at = &mut place[usize::from(keys[lane])];
+                let at = &mut next[usize::from(keys[lane])];
                 let k = usize::from(*at) % RAYS;
                 *at += 1;
                 for axis in 0..3 {
@@ -143,13 +143,13 @@ impl Sorted {
 #[inline(always)]
 fn keys(space: &BeamSpace, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS] {
     const ZERO: Native = Native::ZERO;
-    let mut places = [[ZERO; 2]; RAYS / NATIVE];
+    let mut points = [[ZERO; 2]; RAYS / NATIVE];
     let mut ends = [f32::INFINITY, f32::NEG_INFINITY].map(|end| [Native::splat(end); 2]);
-    for (place, packet) in places.iter_mut().zip(packets.step_by(Native::PACKETS)) {
+    for (point, packet) in points.iter_mut().zip(packets.step_by(Native::PACKETS)) {
         let (rays, active) = rays.packet::<Native>(packet, 0.0);
         let [_, p, q] = directions(space, &rays);
-        *place = [p, q];
-        for (axis, x) in place.iter().enumerate() {
+        *point = [p, q];
+        for (axis, x) in point.iter().enumerate() {
             ends[0][axis] = ends[0][axis].min(active.select(*x, ends[0][axis]));
             ends[1][axis] = ends[1][axis].max(active.select(*x, ends[1][axis]));
         }
@@ -162,8 +162,8 @@ fn keys(space: &BeamSpace, rays: &RayQueue, packets: Range<usize>) -> [u8; RAYS]
     // Adding it rounds to a whole number, which then stands in the last bits.
     let whole = Native::splat((1 << 23) as f32);
     let mut keys = [0; RAYS];
-    for (keys, place) in keys.as_chunks_mut::<NATIVE>().0.iter_mut().zip(&places) {
-        let [p, q] = [0, 1].map(|axis| (place[axis] - low_lanes[axis]) * scale[axis]);
+    for (keys, point) in keys.as_chunks_mut::<NATIVE>().0.iter_mut().zip(&points) {
+        let [p, q] = [0, 1].map(|axis| (point[axis] - low_lanes[axis]) * scale[axis]);
         let row = (p + whole) - whole;
         let square = (row * Native::splat(GRID as f32) + q) + whole;
         *keys = square.to_array().map(|x| x.to_bits() as u8);
@@ -180,11 +180,11 @@ mod tests {
         let keys: Vec<(u8, u8)> = (0..GRID * GRID)
             .map(|k| ((k % GRID) as u8, (k / GRID) as u8))
             .collect();
-        let place = HILBERT.map(|square| {
+        let position = HILBERT.map(|square| {
             let is = |&&(x, y): &&(u8, u8)| x * GRID as u8 + y == square;
             *keys.iter().find(is).expect("every number is a square's")
         });
-        for step in place.windows(2) {
+        for step in position.windows(2) {
             let far = step[0].0.abs_diff(step[1].0) + step[0].1.abs_diff(step[1].1);
             assert_eq!(far, 1, "{step:?}");
         }

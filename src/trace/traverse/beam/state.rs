@@ -19,7 +19,7 @@ pub(super) struct BeamTraversal<'d, 'a, L: Lanes, G, T> {
     pub(super) groups: &'d [BeamGroup<L>],
     pub(super) projected: &'d [[L; 3]],
     pub(super) slabs: &'d [RaySlabs<L>],
-    pub(super) goals: &'d mut [G],
+    pub(super) queries: &'d mut [G],
     pub(super) packets: &'d mut PacketKernel<'a, L, T>,
     pub(super) counters: &'d mut T,
 }
@@ -32,7 +32,7 @@ impl<L: Lanes, G: Query<L>, T> BeamTraversal<'_, '_, L, G, T> {
             let sub_beam = touched.trailing_zeros() as usize;
             touched &= touched - 1;
             // SAFETY: as for the tests.
-            let query = unsafe { self.goals.get_unchecked(self.sub_beams.group(sub_beam)) };
+            let query = unsafe { self.queries.get_unchecked(self.sub_beams.group(sub_beam)) };
             self.sub_beams.set_far(self.space, sub_beam, query.limit());
         }
     }

@@ -350,11 +350,11 @@ impl SubBeams {
 
     /// Triangles that any of a sub-beam's rays may hit, as far as the culling data tell.
     #[inline(always)]
-    pub(super) fn may_hit(&self, sub_beam: usize, look: &ShadowCull, own: &BoxView) -> u32 {
+    pub(super) fn may_hit(&self, sub_beam: usize, cull: &ShadowCull, own: &BoxView) -> u32 {
         let k = sub_beam % MAX_SUB_BEAMS;
         let [p, q] = [0, 1].map(|axis| Native::splat(self.mid[axis][k]));
         let [half_p, half_q] = [0, 1].map(|axis| Native::splat(self.half[axis][k]));
-        let inside = look.within([p, q], [half_p, half_q]);
+        let inside = cull.within([p, q], [half_p, half_q]);
         (inside & self.reaches(k, own)).bits()
     }
 

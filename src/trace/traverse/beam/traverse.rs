@@ -56,8 +56,8 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
             top -= 1;
             // SAFETY: `top` entries were written.
             let entry = *unsafe { entries.get_unchecked(top) };
-            let cells = self.sub_beams.reaching::<L>(entry.sub_beams, entry.near);
-            if cells == 0 {
+            let mask = self.sub_beams.reaching::<L>(entry.sub_beams, entry.near);
+            if mask == 0 {
                 continue;
             }
             match ChildRef::of_code(entry.code) {
@@ -67,24 +67,24 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
                     // SAFETY: each level of a path leaves at most `NATIVE` − 1 entries beside the
                     // one that is followed, and the stack is as long as that; so there is room for
                     // `NATIVE` more.
-                    top += self.node(node, cells, unsafe { entries.get_unchecked_mut(top..) });
+                    top += self.node(node, mask, unsafe { entries.get_unchecked_mut(top..) });
                 }
                 ChildRef::Triangles(index) => {
                     // SAFETY: as above.
                     let block = unsafe { self.wide.triangles().get_unchecked(index as usize) };
                     if G::FRONT_TO_BACK {
-                        self.triangles(block, cells, &mut deferred.pairs);
+                        self.triangles(block, mask, &mut deferred.pairs);
                     } else {
                         self.rows.prefetch(entry.code);
-                        self.defer(block, cells, deferred);
+                        self.defer(block, mask, deferred);
                     }
                 }
                 ChildRef::Spheres(index) => {
                     // SAFETY: as above.
                     let block = unsafe { self.wide.spheres().get_unchecked(index as usize) };
-                    self.spheres(block, cells);
+                    self.spheres(block, mask);
                 }
-                ChildRef::Other(index) => self.other(self.wide.others()[index as usize], cells),
+                ChildRef::Other(index) => self.other(self.wide.others()[index as usize], mask),
             }
         }
         if !G::FRONT_TO_BACK {
@@ -94,7 +94,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
 
     /// Writes the children that sub-beams may meet, the nearest last, and returns their number.
     #[inline(always)]
-    fn node(&mut self, node: &WideNode, cells: u64, above: &mut [BeamStackEntry]) -> usize {
+    fn node(&mut self, node: &WideNode, mask: u64, above: &mut [BeamStackEntry]) -> usize {
         let seen = self.space.boxes(&node.boxes.map(|c| c.map(Native::new)));
         let mut left = self.sub_beams.any_meets(&seen);
         self.counters
@@ -120,7 +120,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
             order ^= 1 << (rank % NATIVE as u32);
             let lane = usize::from(children[rank as usize % NATIVE]) % NATIVE;
             left &= left - 1;
-            let met = self.sub_beams.meeting::<L>(cells, &columns, lane);
+            let met = self.sub_beams.meeting::<L>(mask, &columns, lane);
             if met != 0 {
                 let code = node.children[lane % NATIVE];
                 // SAFETY: at most `NATIVE` children, and there is room for them: see `traverse`.
@@ -149,10 +149,10 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
     }
 
     #[inline(always)]
-    fn triangles(&mut self, block: &TriangleBlock, cells: u64, pairs: &mut Pairs) {
+    fn triangles(&mut self, block: &TriangleBlock, mask: u64, pairs: &mut Pairs) {
         let triangles = BeamTriangles::new(self.space, block);
         pairs.count = 0;
-        let mut left = cells;
+        let mut left = mask;
         while left != 0 {
             let sub_beam = left.trailing_zeros() as usize;
             left &= left - 1;
@@ -165,7 +165,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
             // SAFETY: a sub-beam is of a packet of this beam, each of which has its entry in both.
             let rays = unsafe { self.groups.get_unchecked(group) };
             // SAFETY: as above.
-            let query = unsafe { self.goals.get_unchecked_mut(group) };
+            let query = unsafe { self.queries.get_unchecked_mut(group) };
             let met = match rays.shear.axis {
                 MIXED => triangles.test_apart(lane, rays, query),
                 _ => triangles.test(lane, rays, query),
@@ -180,7 +180,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
     }
 
     #[inline(always)]
-    fn spheres(&mut self, block: &SphereBlock, cells: u64) {
+    fn spheres(&mut self, block: &SphereBlock, mask: u64) {
         let seen = self
             .space
             .boxes(&block.prim_aabb.map(|c| c.map(Native::new)));
@@ -196,7 +196,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
                 prim_aabb: block.prim_aabb.each_ref().map(column),
                 prim_id: block.prim_id[lane],
             };
-            let mut met = self.sub_beams.meeting::<L>(cells, &columns, lane);
+            let mut met = self.sub_beams.meeting::<L>(mask, &columns, lane);
             tests += met.count_ones();
             while met != 0 {
                 let sub_beam = met.trailing_zeros() as usize;
@@ -208,7 +208,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
                 // SAFETY: as above; and slabs were made because the tree has spheres.
                 let slabs = unsafe { self.slabs.get_unchecked(group) };
                 // SAFETY: as above.
-                let query = unsafe { self.goals.get_unchecked_mut(group) };
+                let query = unsafe { self.queries.get_unchecked_mut(group) };
                 if let Some(hit) = sphere.intersect(&rays.prepared(slabs), query.limit()) {
                     query.update(&hit, sphere.prim_id);
                     touched |= 1 << sub_beam;
@@ -224,32 +224,32 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
 
     /// Tests a leaf of a kind without blocks, packet by packet.
     #[inline(never)]
-    fn other(&mut self, leaf: OtherLeaf, cells: u64) {
+    fn other(&mut self, leaf: OtherLeaf, mask: u64) {
         let slots = leaf.first as usize..(leaf.first + leaf.count) as usize;
-        let (mut left, mut done) = (cells, 0u64);
+        let (mut left, mut done) = (mask, 0u64);
         while left != 0 {
             let group = self.sub_beams.group(left.trailing_zeros() as usize);
             left &= left - 1;
             if done >> group & 1 == 0 {
                 done |= 1 << group;
                 let rays = self.groups[group].prepared(&self.slabs[group]);
-                let query = &mut self.goals[group];
+                let query = &mut self.queries[group];
                 self.packets
                     .intersect_leaf(&rays, query, leaf.kind, slots.clone());
             }
         }
-        self.refresh_depths(cells);
+        self.refresh_depths(mask);
     }
 }
 
 /// Children of an order that are among `some` (bits by lane), as bits by position in the order.
 #[inline(always)]
 fn in_order(children: &[u8; NATIVE], some: u32) -> u32 {
-    let mut places = 0;
-    for (place, &child) in children.iter().enumerate() {
-        places |= (some >> (child % NATIVE as u8) & 1) << place;
+    let mut ranks = 0;
+    for (rank, &child) in children.iter().enumerate() {
+        ranks |= (some >> (child % NATIVE as u8) & 1) << rank;
     }
-    places
+    ranks
 }
 
 #[cfg(test)]
@@ -262,8 +262,8 @@ mod tests {
         let children: [u8; NATIVE] = std::array::from_fn(|k| ((5 * k + NATIVE - 3) % NATIVE) as u8);
         for set in 0..1u32 << NATIVE {
             let some = in_order(&children, set);
-            for (place, &child) in children.iter().enumerate() {
-                assert_eq!(some >> place & 1, set >> child & 1, "{set:b}");
+            for (rank, &child) in children.iter().enumerate() {
+                assert_eq!(some >> rank & 1, set >> child & 1, "{set:b}");
             }
             assert_eq!(some >> NATIVE, 0);
         }
