@@ -35,14 +35,12 @@ impl TMaxOf<'_> {
     /// rays.
     #[inline(always)]
     fn packet<L: Lanes>(self, rays: &RayQueue, index: usize) -> (RayPacket<L>, L::Mask) {
-        match self {
-            TMaxOf::All(tmax) => rays.packet(index, tmax),
-            TMaxOf::Each(rows) => {
-                let (rays, active) = rays.packet(index, 0.0);
-                let tmax = L::from_octets(|k| rows[(index + k).min(rows.len() - 1)]);
-                (RayPacket { tmax, ..rays }, active)
-            }
-        }
+        let (rays, active) = rays.packet(index, 0.0);
+        let tmax = match self {
+            TMaxOf::All(tmax) => L::splat(tmax),
+            TMaxOf::Each(rows) => L::from_octets(|k| rows[(index + k).min(rows.len() - 1)]),
+        };
+        (RayPacket { tmax, ..rays }, active)
     }
 }
 
