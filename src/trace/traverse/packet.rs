@@ -121,7 +121,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
 
     /// Visits leaves front to back until the query is done.
     ///
-    /// Cones and instances are tested by calls, across which nothing intervals in a register. The mere
+    /// Cones and instances are tested by calls, across which nothing stays in a register. The mere
     /// presence of such calls cost every other scene 10 to 25 %. So trees without either
     /// (`NO_CONES_OR_INSTANCES`) have a traversal of their own
     /// (`perf/notes/plain-trees.md`).
@@ -175,7 +175,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 self.counters.leaf(kind, lanes, slots.len());
                 let done = match kind {
                     LeafKind::Instance if !NO_CONES_OR_INSTANCES => {
-                        // Copies: a value whose address is passed to a call no longer intervals in
+                        // Copies: a value whose address is passed to a call no longer stays in
                         // registers.
                         let (copy, mut inside) = (*rays, *query);
                         let done = self.instances(&copy, &mut inside, slots, top);
