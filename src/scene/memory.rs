@@ -10,13 +10,31 @@ impl Scene {
             let all = a.iter().chain(b);
             all.map(Vec3s::row_bytes).sum::<usize>()
         };
-        let (s, e, t, c) = (
-            &self.spheres,
-            &self.ellipsoids,
-            &self.triangles,
-            &self.cones,
-        );
-        let (m, l, i) = (&self.materials, &self.lights, &self.instances);
+        // Columns are named one and all, so that a new one does not compile before it counts.
+        let Scene {
+            spheres: s,
+            ellipsoids: e,
+            triangles: t,
+            cones: c,
+            materials: m,
+            lights: l,
+            instances: i,
+            prims,
+            textures,
+            // Few rows, whatever the scene.
+            meshes: _,
+            geometries: _,
+            output: _,
+            // No columns.
+            width: _,
+            height: _,
+            max_depth: _,
+            background: _,
+            encoding: _,
+            view: _,
+            scale: _,
+            origin: _,
+        } = self;
         let curved = vectors(&[&s.center, &c.base, &c.apex])
             + maps(&e.to_world, &e.to_object)
             + [&s.radius, &c.base_radius, &c.apex_radius]
@@ -41,7 +59,7 @@ impl Scene {
             ),
             (
                 "textures",
-                self.textures.iter().map(|t| t.texels.row_bytes()).sum(),
+                textures.iter().map(|t| t.texels.row_bytes()).sum(),
             ),
             ("curved primitives", curved),
             (
@@ -50,7 +68,7 @@ impl Scene {
             ),
             (
                 "primitive list, materials and lights",
-                self.prims.row_bytes()
+                prims.row_bytes()
                     + vectors(&[&m.ka, &m.ke, &m.kd, &m.ks, &m.kt])
                     + m.shininess.row_bytes()
                     + m.ior.row_bytes()

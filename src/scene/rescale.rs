@@ -253,7 +253,7 @@ struct Scale {
 #[derive(Default)]
 struct InMeshes {
     /// Marks of the rows of each kind.
-    rows: [Vec<bool>; 4],
+    rows: [Vec<bool>; PrimKind::COUNT],
     /// Marks of the vertices of meshes' triangles.
     vertices: Vec<bool>,
 }

@@ -1,7 +1,9 @@
 //! The one check between reading and tracing: after it nothing downstream can fail.
 
 use super::ViewError;
-use super::{Bounds, MAX_TEXTURE_SIDE, NO_NORMALS, NO_TEXTURE, NO_UVS, Prim, Scene, Vec3s};
+use super::{
+    Bounds, MAX_TEXTURE_SIDE, NO_NORMALS, NO_TEXTURE, NO_UVS, Prim, PrimKind, Scene, Vec3s,
+};
 use glam::Vec3;
 
 /// Longest side of an image, in pixels.
@@ -9,8 +11,9 @@ pub const MAX_SIDE: u32 = 65_536;
 /// Most bounces after the primary ray.
 pub const MAX_DEPTH_LIMIT: u32 = 1000;
 
-/// Most materials: shading packs a material's number and the kind of its hits into one word.
-const MAX_MATERIALS: usize = 1 << 29;
+/// Most materials: shading packs a material's number, a bit for instances and the kind of its hits
+/// into one word.
+const MAX_MATERIALS: usize = 1 << (u32::BITS - PrimKind::BITS - 1);
 
 /// Errors of a scene as a whole. A reader reports most of these earlier, with the line.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

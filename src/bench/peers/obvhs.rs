@@ -16,7 +16,7 @@ use obvhs::cwbvh::builder::{build_cwbvh, build_cwbvh_from_tris};
 use obvhs::ray::{INVALID_ID, Ray, RayHit};
 use obvhs::triangle::Triangle;
 use obvhs::{Boundable, BvhBuildParams};
-use phalanx_scene::{PrimKind, Scene};
+use phalanx_scene::{Prim, PrimKind, Scene};
 use phalanx_trace::packet::{HitPacket, NO_PRIM};
 use phalanx_trace::simd::{F32x8, LANES, U32x8};
 use std::ops::Range;
@@ -42,7 +42,8 @@ impl ObvhsScene {
             peer: "obvhs",
             reason: reason.to_owned(),
         };
-        if !scene.ellipsoids.is_empty() || !scene.cones.is_empty() {
+        let lacking = |prim: &Prim| !matches!(prim.kind(), PrimKind::Triangle | PrimKind::Sphere);
+        if scene.prims.iter().any(lacking) {
             return Err(unsupported("it has neither ellipsoids nor cones"));
         }
         if !scene.meshes.is_empty() {

@@ -26,7 +26,7 @@ pub(super) enum Check {
         none: Option<u32>,
     },
     /// A primitive whose row exists in the column of its kind.
-    Prims([usize; 4]),
+    Prims([usize; PrimKind::COUNT]),
 }
 
 impl Check {
@@ -50,13 +50,7 @@ impl Check {
                 (within(a) & within(b) & within(c)) | nothing
             }),
             Check::Prims(counts) => every(bytes, |prim: &Prim| {
-                let kind = match prim.kind() {
-                    PrimKind::Sphere => 0,
-                    PrimKind::Ellipsoid => 1,
-                    PrimKind::Triangle => 2,
-                    PrimKind::Cone => 3,
-                };
-                prim.index() < counts[kind]
+                prim.index() < counts[prim.kind() as usize]
             }),
         }
     }

@@ -109,31 +109,52 @@ impl LeafPrims {
 
     /// Bytes of all columns.
     pub fn bytes(&self) -> usize {
-        self.triangles.row_bytes()
-            + self.spheres.row_bytes()
-            + self.ellipsoids.row_bytes()
-            + self.cones.row_bytes()
-            + self.instances.row_bytes()
+        // Columns are named one and all, so that a new one does not compile before it counts.
+        let LeafPrims {
+            triangles,
+            spheres,
+            ellipsoids,
+            cones,
+            instances,
+        } = self;
+        triangles.row_bytes()
+            + spheres.row_bytes()
+            + ellipsoids.row_bytes()
+            + cones.row_bytes()
+            + instances.row_bytes()
     }
 
     /// Reserves memory for the final number of each kind.
     pub(super) fn reserve(&mut self, end: &[u32; LeafKind::COUNT]) {
+        let LeafPrims {
+            triangles,
+            spheres,
+            ellipsoids,
+            cones,
+            instances,
+        } = self;
         let room = |kind: LeafKind| end[kind.number()] as usize;
-        self.triangles
-            .reserve(room(LeafKind::Prim(PrimKind::Triangle)));
-        self.spheres.reserve(room(LeafKind::Prim(PrimKind::Sphere)));
-        self.ellipsoids
-            .reserve(room(LeafKind::Prim(PrimKind::Ellipsoid)));
-        self.cones.reserve(room(LeafKind::Prim(PrimKind::Cone)));
-        self.instances.reserve(room(LeafKind::Instance));
+        triangles.reserve(room(LeafKind::TRIANGLE));
+        spheres.reserve(room(LeafKind::SPHERE));
+        ellipsoids.reserve(room(LeafKind::Prim(PrimKind::Ellipsoid)));
+        cones.reserve(room(LeafKind::Prim(PrimKind::Cone)));
+        instances.reserve(room(LeafKind::Instance));
     }
 
     /// Appends the primitives of another set.
     pub(super) fn append(&mut self, other: LeafPrims) {
-        self.triangles.extend_from(&other.triangles);
-        self.spheres.extend_from(&other.spheres);
-        self.ellipsoids.extend_from(&other.ellipsoids);
-        self.cones.extend_from(&other.cones);
-        self.instances.extend_from(&other.instances);
+        // Leaves refer to these rows without a check of bounds, so none may be left out.
+        let LeafPrims {
+            triangles,
+            spheres,
+            ellipsoids,
+            cones,
+            instances,
+        } = other;
+        self.triangles.extend_from(&triangles);
+        self.spheres.extend_from(&spheres);
+        self.ellipsoids.extend_from(&ellipsoids);
+        self.cones.extend_from(&cones);
+        self.instances.extend_from(&instances);
     }
 }
