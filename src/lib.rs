@@ -143,7 +143,7 @@ pub use phalanx_trace::cast::{
 #[doc(no_inline)]
 pub use glam;
 
-// What scenes are made of, the trees over them, and the second, plainer tracer.
+// Scenes, the trees over them, and the scalar tracer.
 #[doc(inline)]
 pub use phalanx_oracle as oracle;
 #[doc(inline)]

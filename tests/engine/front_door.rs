@@ -301,7 +301,7 @@ fn hits_name_their_geometry() {
     let of = |x: f32| bvh.intersect(&toward(x)).expect("a hit");
     let found = [0.0, 10.0, 20.0, 30.0, 40.0].map(|x| of(x).geom_id);
     assert_eq!(found, [mesh, first, NO_GEOM, second, spheres]);
-    // Of the second triangle each time.
+    // Each ray hits the second triangle of its geometry.
     for (x, geometry) in [(0.0, mesh), (10.0, first), (30.0, second)] {
         assert_eq!(of(x).prim_id - bvh.first_prim(geometry).unwrap(), 1);
     }

@@ -222,7 +222,7 @@ impl ErrorTally {
         );
         assert!(hits > least, "only {hits} hits");
         let says = excused * 5 < hits && at_outlines * 3 < hits;
-        assert!(says, "so many of {hits} undecided: the bound says nothing");
+        assert!(says, "too many of {hits} hits are undecided: no bound");
     }
 }
 
