@@ -12,7 +12,7 @@ use crate::peers::{BenchEngine, RaySetRef};
 use crate::report::{ORACLE, PHALANX, RaySetRecord, SceneRecord};
 use bumpalo::Bump;
 use phalanx_oracle::TwoLevelBvh;
-use phalanx_scene::Scene;
+use phalanx_scene::{PrimKind, Scene};
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::{BuildSettings, Bvh};
 use std::collections::BTreeMap;
@@ -233,14 +233,11 @@ pub(super) fn scene_record(
     size: [u32; 2],
 ) -> SceneRecord {
     let (scene, bvh) = (trees.scene, &trees.bvh);
-    let kinds = [
-        ("spheres", scene.spheres.len()),
-        ("ellipsoids", scene.ellipsoids.len()),
-        ("triangles", scene.triangles.len()),
-        ("cones", scene.cones.len()),
-        ("instances", scene.instances.len()),
-    ];
-    let kinds = kinds.into_iter().filter(|(_, count)| *count > 0);
+    let kinds = PrimKind::ALL.map(|kind| (kind.name(), scene.count(kind)));
+    let kinds = kinds
+        .into_iter()
+        .chain([("instance", scene.instances.len())]);
+    let kinds = kinds.filter(|(_, count)| *count > 0);
     SceneRecord {
         name: info.name.clone(),
         family: info.family.clone(),
@@ -248,7 +245,7 @@ pub(super) fn scene_record(
         hash: format!("{:08x}", fingerprint(scene)),
         origin: scene.is_moved().then_some(scene.origin),
         primitives: kinds
-            .map(|(kind, count)| (kind.to_owned(), count as u64))
+            .map(|(kind, count)| (format!("{kind}s"), count as u64))
             .collect(),
         primitive_count: scene.prim_count() as u64,
         size,

@@ -34,6 +34,16 @@ impl PrimKind {
         }
     };
 
+    /// Name in counts and records, in the singular.
+    pub const fn name(self) -> &'static str {
+        match self {
+            PrimKind::Sphere => "sphere",
+            PrimKind::Ellipsoid => "ellipsoid",
+            PrimKind::Triangle => "triangle",
+            PrimKind::Cone => "cone",
+        }
+    }
+
     /// Bits of a kind in packed words.
     pub const BITS: u32 = 2;
 

@@ -211,17 +211,16 @@ impl Scene {
         if self.meshes.is_empty() {
             return all;
         }
-        let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
-        let lens = [s.len(), e.len(), t.len(), self.cones.len()];
-        all.rows = lens.map(|len| vec![false; len]);
+        all.rows = self.counts().map(|count| vec![false; count]);
         for mesh in 0..self.meshes.len() {
             for prim in self.meshes.prims(mesh) {
                 let prim = self.prims[prim as usize];
                 all.rows[prim.kind() as usize][prim.index()] = true;
             }
         }
-        all.vertices = vec![false; t.vertices.len()];
-        let triangles = t.corners.iter().zip(&all.rows[PrimKind::Triangle as usize]);
+        let triangles = &self.triangles;
+        all.vertices = vec![false; triangles.vertices.len()];
+        let triangles = triangles.corners.iter().zip(&all.rows[PrimKind::Triangle as usize]);
         for (corners, _) in triangles.filter(|(_, in_mesh)| **in_mesh) {
             corners
                 .iter()

@@ -124,6 +124,23 @@ impl Scene {
         self.prims.len()
     }
 
+    /// Number of stored primitives of a kind, which is the number of rows of its columns.
+    #[inline]
+    pub fn count(&self, kind: PrimKind) -> usize {
+        match kind {
+            PrimKind::Sphere => self.spheres.len(),
+            PrimKind::Ellipsoid => self.ellipsoids.len(),
+            PrimKind::Triangle => self.triangles.len(),
+            PrimKind::Cone => self.cones.len(),
+        }
+    }
+
+    /// [`Scene::count`] of every kind, in the order of their numbers.
+    #[inline]
+    pub fn counts(&self) -> [usize; PrimKind::COUNT] {
+        PrimKind::ALL.map(|kind| self.count(kind))
+    }
+
     /// Returns true if a ray's result involves random choices: a position on a light, or a
     /// direction in a glossy reflection.
     #[inline]

@@ -99,7 +99,7 @@ impl Scene {
     /// Checks that the columns of spheres, ellipsoids and triangles have the required lengths.
     fn validate_lengths(&self) -> Result<(), SceneError> {
         let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
-        let rows = s.len() + e.len() + t.len() + self.cones.len();
+        let rows = self.counts().iter().sum();
         same_length("primitive", "row", self.prims.len(), rows)?;
         let vectors = |kind, name, v: &Vec3s, len| {
             let mut parts = v.parts().into_iter();
@@ -126,9 +126,8 @@ impl Scene {
 
     /// Checks that every primitive's row exists.
     fn validate_prims(&self) -> Result<(), SceneError> {
-        let (s, e, t) = (&self.spheres, &self.ellipsoids, &self.triangles);
-        let lens = [s.len(), e.len(), t.len(), self.cones.len()];
-        let known = |p: &Prim| p.index() < lens[p.kind() as usize];
+        let counts = self.counts();
+        let known = |p: &Prim| p.index() < counts[p.kind() as usize];
         all("primitive", "row", &self.prims, known, "out of range")
     }
 

@@ -3,7 +3,7 @@
 use super::table::grouped;
 use phalanx::frame::TreeStats;
 use phalanx::render::RayCounts;
-use phalanx::scene::Scene;
+use phalanx::scene::{PrimKind, Scene};
 use serde::{Serialize, Serializer};
 
 /// Primitives by kind.
@@ -20,10 +20,19 @@ pub struct PrimitiveCounts {
 impl PrimitiveCounts {
     /// Counts of a scene.
     pub fn of(scene: &Scene) -> PrimitiveCounts {
+        let (mut spheres, mut triangles, mut cones) = (0, 0, 0);
+        for kind in PrimKind::ALL {
+            let sum = match kind {
+                PrimKind::Sphere | PrimKind::Ellipsoid => &mut spheres,
+                PrimKind::Triangle => &mut triangles,
+                PrimKind::Cone => &mut cones,
+            };
+            *sum += scene.count(kind);
+        }
         PrimitiveCounts {
-            spheres: scene.spheres.len() + scene.ellipsoids.len(),
-            triangles: scene.triangles.len(),
-            cones: scene.cones.len(),
+            spheres,
+            triangles,
+            cones,
         }
     }
 

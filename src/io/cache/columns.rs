@@ -67,7 +67,7 @@ pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
         &scene.cones,
     );
     let (i, m, l) = (&scene.instances, &scene.materials, &scene.lights);
-    let prims = Prims([s.len(), e.len(), t.len(), c.len()]);
+    let prims = Prims(scene.counts());
     let corners = |count, none| Corners { count, none };
     let vertices = corners(t.vertices.len(), None);
     let normals = corners(t.vertex_normals.len(), Some(NO_NORMALS));

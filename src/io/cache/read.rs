@@ -7,8 +7,8 @@ use super::header::{self, SectionEntry, SectionLayout};
 use super::mapping::Mapping;
 use super::settings;
 use super::write::shapes;
-use phalanx_scene::Scene;
-use phalanx_trace::bvh::{Bvh, BvhArrays, UnverifiedBvh};
+use phalanx_scene::{PrimKind, Scene};
+use phalanx_trace::bvh::{Bvh, BvhArrays, LeafKind, LeafPrims, UnverifiedBvh};
 use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
@@ -76,11 +76,9 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
     };
     sections.map(&mut parts.depths)?;
     sections.map(&mut parts.nodes)?;
-    sections.map(&mut parts.slots.triangles)?;
-    sections.map(&mut parts.slots.spheres)?;
-    sections.map(&mut parts.slots.ellipsoids)?;
-    sections.map(&mut parts.slots.cones)?;
-    sections.map(&mut parts.slots.instances)?;
+    for kind in LeafPrims::FILE_ORDER {
+        sections.map(leaf_column(&mut parts.slots, kind))?;
+    }
     let claim = UnverifiedBvh::new(parts, &scene);
     prove(file, &shapes, &table, &scene, &claim, first_array)?;
     scene.validate_settings()?;
@@ -90,6 +88,17 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
         bvh,
         file_bytes: file.len() as u64,
     })
+}
+
+/// The column of a kind of leaf row.
+fn leaf_column(slots: &mut LeafPrims, kind: LeafKind) -> &mut dyn MapColumn {
+    match kind {
+        LeafKind::Prim(PrimKind::Triangle) => &mut slots.triangles,
+        LeafKind::Prim(PrimKind::Sphere) => &mut slots.spheres,
+        LeafKind::Prim(PrimKind::Ellipsoid) => &mut slots.ellipsoids,
+        LeafKind::Prim(PrimKind::Cone) => &mut slots.cones,
+        LeafKind::Instance => &mut slots.instances,
+    }
 }
 
 /// The sections of a file, one after another.

@@ -41,12 +41,7 @@ fn uniform_key(scene: &Scene) -> Option<ShadeKey> {
     if !scene.instances.is_empty() {
         return None;
     }
-    let of_first_kind = match scene.prims.first()?.kind() {
-        PrimKind::Sphere => scene.spheres.len(),
-        PrimKind::Ellipsoid => scene.ellipsoids.len(),
-        PrimKind::Triangle => scene.triangles.len(),
-        PrimKind::Cone => scene.cones.len(),
-    };
+    let of_first_kind = scene.count(scene.prims.first()?.kind());
     let one = scene.materials.len() == 1 && of_first_kind == scene.prim_count();
     one.then(|| shade_key(scene, 0))
 }

@@ -96,7 +96,17 @@ pub struct LeafPrims {
 }
 
 impl LeafPrims {
+    /// Order of the columns in a file, each kind once.
+    pub const FILE_ORDER: [LeafKind; LeafKind::COUNT] = [
+        LeafKind::TRIANGLE,
+        LeafKind::SPHERE,
+        LeafKind::Prim(PrimKind::Ellipsoid),
+        LeafKind::Prim(PrimKind::Cone),
+        LeafKind::Instance,
+    ];
+
     /// Number of primitives of a kind.
+    #[inline]
     pub fn count(&self, kind: LeafKind) -> usize {
         match kind {
             LeafKind::Prim(PrimKind::Triangle) => self.triangles.len(),

@@ -2,8 +2,8 @@
 
 use super::geometry_starts::GeometryStarts;
 use super::{
-    Child, LeafCone, LeafEllipsoid, LeafInstance, LeafPrims, LeafSphere, LeafTriangle, Node,
-    WideBvh,
+    Child, LeafCone, LeafEllipsoid, LeafInstance, LeafKind, LeafPrims, LeafSphere, LeafTriangle,
+    Node, WideBvh,
 };
 use phalanx_scene::{Bounds, Column};
 use std::sync::OnceLock;
@@ -62,6 +62,12 @@ impl Bvh {
     #[inline]
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
+    }
+
+    /// Number of primitives of a kind, or of instances, in leaf order.
+    #[inline]
+    pub fn count(&self, kind: LeafKind) -> usize {
+        self.slots.count(kind)
     }
 
     /// Triangles in leaf order.

@@ -63,20 +63,27 @@ fn array<'a, T: bytemuck::Pod>(name: &'static str, rows: &'a [T]) -> Array<'a> {
     }
 }
 
-fn arrays<'a>(nodes: &'a [Node], slots: &'a LeafPrims) -> [Array<'a>; 6] {
-    [
-        array("nodes of the tree", nodes),
-        array("triangles of the tree", &slots.triangles),
-        array("spheres of the tree", &slots.spheres),
-        array("ellipsoids of the tree", &slots.ellipsoids),
-        array("cones of the tree", &slots.cones),
-        array("instances of the tree", &slots.instances),
-    ]
+/// Number of arrays: the nodes, and one for each kind of row that leaves refer to.
+const ARRAYS: usize = 1 + LeafKind::COUNT;
+
+fn arrays<'a>(nodes: &'a [Node], slots: &'a LeafPrims) -> [Array<'a>; ARRAYS] {
+    let of_kind = |kind| match kind {
+        LeafKind::Prim(PrimKind::Triangle) => array("triangles of the tree", &slots.triangles),
+        LeafKind::Prim(PrimKind::Sphere) => array("spheres of the tree", &slots.spheres),
+        LeafKind::Prim(PrimKind::Ellipsoid) => array("ellipsoids of the tree", &slots.ellipsoids),
+        LeafKind::Prim(PrimKind::Cone) => array("cones of the tree", &slots.cones),
+        LeafKind::Instance => array("instances of the tree", &slots.instances),
+    };
+    let mut all = [array("nodes of the tree", nodes); ARRAYS];
+    for (place, kind) in all[1..].iter_mut().zip(LeafPrims::FILE_ORDER) {
+        *place = of_kind(kind);
+    }
+    all
 }
 
 impl Bvh {
     /// All arrays: the nodes, then the slots of each kind.
-    pub fn arrays(&self) -> [Array<'_>; 6] {
+    pub fn arrays(&self) -> [Array<'_>; ARRAYS] {
         arrays(&self.nodes, &self.slots)
     }
 
@@ -187,13 +194,16 @@ impl UnverifiedBvh {
         let RowBlock { array, rows } = self.blocks[k].clone();
         let slots = &self.arrays.slots;
         let known = |prim_id: u32| prim_id < self.prims;
-        let holds = match array {
-            0 => self.verify_nodes(rows),
-            1 => slots.triangles[rows].iter().all(|s| known(s.prim_id)),
-            2 => slots.spheres[rows].iter().all(|s| known(s.prim_id)),
-            3 => slots.ellipsoids[rows].iter().all(|s| known(s.prim_id)),
-            4 => slots.cones[rows].iter().all(|s| known(s.prim_id)),
-            _ => slots.instances[rows]
+        let kind = array.checked_sub(1).map(|k| LeafPrims::FILE_ORDER[k]);
+        let holds = match kind {
+            None => self.verify_nodes(rows),
+            Some(LeafKind::Prim(kind)) => match kind {
+                PrimKind::Triangle => slots.triangles[rows].iter().all(|s| known(s.prim_id)),
+                PrimKind::Sphere => slots.spheres[rows].iter().all(|s| known(s.prim_id)),
+                PrimKind::Ellipsoid => slots.ellipsoids[rows].iter().all(|s| known(s.prim_id)),
+                PrimKind::Cone => slots.cones[rows].iter().all(|s| known(s.prim_id)),
+            },
+            Some(LeafKind::Instance) => slots.instances[rows]
                 .iter()
                 .all(|s| self.is_mesh_node(s.root)),
         };

@@ -141,13 +141,8 @@ fn occluded_in<L: Lanes, const KIND: u32, const NO_CONES_OR_INSTANCES: bool>(
 #[inline(always)]
 fn leaf_of_all<const KIND: u32>(bvh: &Bvh) -> (LeafKind, Range<usize>) {
     let kind = PrimKind::from_number(KIND);
-    let count = match kind {
-        PrimKind::Sphere => bvh.spheres().len(),
-        PrimKind::Ellipsoid => bvh.ellipsoids().len(),
-        PrimKind::Triangle => bvh.triangles().len(),
-        PrimKind::Cone => bvh.cones().len(),
-    };
-    (LeafKind::Prim(kind), 0..count)
+    let kind = LeafKind::Prim(kind);
+    (kind, 0..bvh.count(kind))
 }
 
 /// Every lane.

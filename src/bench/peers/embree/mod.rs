@@ -35,7 +35,7 @@ use crate::peers::engine::{NamedEngines, RaySetRef, Unsupported};
 use api::{Api, Device};
 use engines::{EmbreeEngine, RayLayout};
 use mxcsr::RestoreMxcsr;
-use phalanx_scene::Scene;
+use phalanx_scene::{PrimKind, Scene};
 use scene::EmbreeSceneData;
 use std::error::Error;
 use std::ffi::OsStr;
@@ -187,13 +187,15 @@ impl EmbreeScene {
             peer: "Embree",
             reason,
         };
-        if !scene.ellipsoids.is_empty() {
-            return Err(unsupported("it has no ellipsoids".to_owned()));
-        }
-        if !scene.cones.is_empty() {
-            return Err(unsupported(
-                "its cones are not open at the ends as ours are".to_owned(),
-            ));
+        for kind in PrimKind::ALL {
+            let lack = match kind {
+                PrimKind::Sphere | PrimKind::Triangle => continue,
+                PrimKind::Ellipsoid => "it has no ellipsoids",
+                PrimKind::Cone => "its cones are not open at the ends as ours are",
+            };
+            if scene.count(kind) > 0 {
+                return Err(unsupported(lack.to_owned()));
+            }
         }
         // Builders may change floating-point modes.
         let _restore = RestoreMxcsr::later();

@@ -8,6 +8,7 @@
 //! high.
 
 use crate::report::SceneRecord;
+use phalanx_scene::PrimKind;
 use phalanx_trace::TraversalStats;
 
 /// `aabb.rs`, rays that agree on signs: 6 subtractions, 6 products, 3 maxima, 2 minima; then
@@ -53,11 +54,16 @@ fn mean_primitive(scene: &SceneRecord) -> Option<f64> {
 
 /// Operations by the name of a kind, in singular or plural.
 fn of_kind(kind: &str) -> f64 {
-    match kind.trim_end_matches('s') {
-        "sphere" => SPHERE,
-        "ellipsoid" => ELLIPSOID,
-        "cone" => CONE,
-        "instance" => INSTANCE,
-        _ => TRIANGLE,
+    let singular = kind.trim_end_matches('s');
+    let known = PrimKind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == singular);
+    match known {
+        Some(PrimKind::Sphere) => SPHERE,
+        Some(PrimKind::Ellipsoid) => ELLIPSOID,
+        Some(PrimKind::Triangle) => TRIANGLE,
+        Some(PrimKind::Cone) => CONE,
+        // The one name in records that is no primitive's.
+        None => INSTANCE,
     }
 }
