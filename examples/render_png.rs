@@ -40,6 +40,7 @@ fn scene() -> Scene {
         center: Vec3::new(0.0, 0.8, 0.0),
         up: Vec3::Y,
         fovy: 35.0,
+        ortho: None,
     };
     let matte = |color: Vec3| Material {
         ka: color * 0.1,

@@ -78,7 +78,10 @@ pub fn camera_ray(
             let (org, dir) = camera.through_lens(row, column, [u, v]);
             OracleRay::new(org, dir)
         }
-        false => OracleRay::new(camera.eye, camera.direction(row, column)),
+        false => {
+            let (org, dir) = camera.ray(row, column);
+            OracleRay::new(org, dir)
+        }
     };
     (ray, weight)
 }

@@ -36,6 +36,9 @@ pub enum LensError {
     /// Zero, negative, or not finite.
     #[error("the distance of focus must be a positive number")]
     Focus,
+    /// An orthographic camera has no lens.
+    #[error("a camera of parallel rays has no lens: leave out --aperture")]
+    Parallel,
     /// Rays would leave the range of single precision.
     #[error(
         "the aperture is too wide: at most a thousand times the distance of focus, and no wider than the largest scene"
@@ -61,8 +64,10 @@ pub struct Camera {
     pub up: Vec3,
     /// Unit vector against the direction of view.
     pub back: Vec3,
-    /// Slope from one pixel to the next, in both directions.
+    /// Slope from one pixel to the next, in both directions; for parallel rays, their distance.
     pub slope: f32,
+    /// True if all rays have the direction of view, and start side by side.
+    pub parallel: bool,
     /// Half the width of the image, in pixels.
     pub half_width: f32,
     /// Half the height of the image, in pixels.
@@ -95,12 +100,15 @@ impl Camera {
     pub fn new(view: &View, width: u32, height: u32) -> Result<Camera, ViewError> {
         let basis = view.basis()?;
         let half_angle = (view.fovy as f64).to_radians() / 2.0;
+        let perspective = || 2.0 * libm::tan(half_angle);
+        let visible = view.ortho.map_or_else(perspective, f64::from);
         Ok(Camera {
             eye: view.eye,
             right: basis.u,
             up: basis.v,
             back: basis.w,
-            slope: (2.0 * libm::tan(half_angle) / height as f64) as f32,
+            slope: (visible / height as f64) as f32,
+            parallel: view.ortho.is_some(),
             half_width: width as f32 / 2.0,
             half_height: height as f32 / 2.0,
             lens: None,
@@ -128,6 +136,9 @@ impl Camera {
         if !(focus.is_finite() && focus > 0.0) {
             return Err(LensError::Focus);
         }
+        if self.parallel && aperture > 0.0 {
+            return Err(LensError::Parallel);
+        }
         if f64::from(aperture) > f64::from(MAX_APERTURE_PER_FOCUS) * f64::from(focus)
             || aperture > MAX_APERTURE
         {
@@ -150,6 +161,19 @@ impl Camera {
     #[inline]
     pub fn has_lens(&self) -> bool {
         self.lens.is_some()
+    }
+
+    /// Origin and unit direction of the ray through a pixel position, as in [`Camera::direction`].
+    /// An orthographic camera's rays start in the plane of the eye, at (α, β) times the distance of
+    /// pixels, and go along −w.
+    #[inline]
+    pub fn ray(&self, row: f32, column: f32) -> (Vec3, Vec3) {
+        if !self.parallel {
+            return (self.eye, self.direction(row, column));
+        }
+        let right = self.right * ((column - self.half_width) * self.slope);
+        let up = self.up * ((self.half_height - row) * self.slope);
+        ((self.eye + right) + up, -self.back)
     }
 
     /// Origin and unit direction of the ray through a pixel position, as in [`Camera::direction`],

@@ -1,7 +1,7 @@
 //! Columns of the lights.
 
-use super::{Column, Vec3s};
-use glam::Vec3;
+use super::{Column, Vec2s, Vec3s};
+use glam::{Vec2, Vec3};
 
 /// Lights of all shapes, in file order.
 ///
@@ -26,6 +26,11 @@ pub struct Lights {
     pub radius: Column<f32>,
     /// The two edges of a rectangle light, or of any parallelogram, from its corner; else zero.
     pub edges: [Vec3s; 2],
+    /// Unit direction in which a spot light shines; zero for a light that shines to all sides.
+    pub axis: Vec3s,
+    /// Slope and intercept of a spot light's cone, as [`Lights::add_spot`] makes them; (0, 1) for a
+    /// light that shines to all sides.
+    pub cone: Vec2s,
 }
 
 /// Shape of a light.
@@ -40,6 +45,9 @@ pub enum LightShape {
     /// A parallelogram of these edges.
     Rectangle([Vec3; 2]),
 }
+
+/// Least difference of the cosines of a spot light's two angles, as glTF recommends it.
+const LEAST_CONE: f64 = 1e-3;
 
 impl Lights {
     /// Number of lights.
@@ -92,6 +100,36 @@ impl Lights {
         self.add(false, position, color, attenuation);
     }
 
+    /// Adds a spot light: a point light of which only a cone about the unit direction `axis` is lit.
+    /// `inner` and `outer` are the angles from the axis, in radians, at which the light begins to
+    /// fade and is gone: 0 ≤ inner < outer ≤ π/2.
+    ///
+    /// At an angle θ it is as bright as a point light times s², where s = cos θ · slope + intercept
+    /// is clamped to \[0, 1\], is 1 at the inner angle and 0 at the outer one (glTF,
+    /// KHR_lights_punctual).
+    pub fn add_spot(
+        &mut self,
+        position: Vec3,
+        color: Vec3,
+        attenuation: Vec3,
+        axis: Vec3,
+        [inner, outer]: [f32; 2],
+    ) {
+        self.add(false, position, color, attenuation);
+        let [inner, outer] = [inner, outer].map(|angle| libm::cos(f64::from(angle)));
+        let slope = 1.0 / (inner - outer).max(LEAST_CONE);
+        let last = self.len() - 1;
+        self.axis.set(last, axis);
+        self.cone.x[last] = slope as f32;
+        self.cone.y[last] = (-outer * slope) as f32;
+    }
+
+    /// Returns true if light `i` is a spot light.
+    #[inline]
+    pub fn is_spot(&self, i: usize) -> bool {
+        self.axis.get(i) != Vec3::ZERO
+    }
+
     /// Adds a directional light; `toward` is the unit vector toward it.
     #[inline]
     pub fn add_directional(&mut self, toward: Vec3, color: Vec3) {
@@ -128,5 +166,7 @@ impl Lights {
         self.attenuation.push(attenuation);
         self.radius.push(0.0);
         self.edges.iter_mut().for_each(|edge| edge.push(Vec3::ZERO));
+        self.axis.push(Vec3::ZERO);
+        self.cone.push(Vec2::Y);
     }
 }

@@ -29,22 +29,42 @@ pub struct Material {
     /// Each ray has weight Ks, whatever its direction. A ray that the lobe would send through the
     /// surface is reflected back by it.
     pub gloss: f32,
+    /// Share of the surface that is there, 0 to 1. Where it is not, rays and light pass straight
+    /// on: see [`Scene::coverage`](crate::Scene::coverage).
+    pub opacity: f32,
+    /// Index of the texture whose alpha the opacity is multiplied with, or [`NO_TEXTURE`].
+    pub opacity_texture: u32,
+    /// Least opacity that counts as all of the surface; less counts as none. 0 for opacity that is
+    /// taken as it is.
+    pub alpha_cutoff: f32,
+    /// True for a sheet without a volume: it sends light straight through, weighed by Kt, and its
+    /// shadow lacks that light. The light of lamps does not pass other materials, which bend it.
+    pub thin: bool,
+}
+
+impl Material {
+    /// The material that a `.test` file starts with: a faint ambient grey.
+    pub const DEFAULT: Material = Material {
+        ka: Vec3::splat(0.2),
+        ke: Vec3::ZERO,
+        kd: Vec3::ZERO,
+        ks: Vec3::ZERO,
+        kt: Vec3::ZERO,
+        shininess: 1.0,
+        ior: 1.0,
+        texture: NO_TEXTURE,
+        gloss: 0.0,
+        opacity: 1.0,
+        opacity_texture: NO_TEXTURE,
+        alpha_cutoff: 0.0,
+        thin: false,
+    };
 }
 
 impl Default for Material {
-    /// The material that a `.test` file starts with: a faint ambient grey.
+    /// [`Material::DEFAULT`].
     fn default() -> Self {
-        Material {
-            ka: Vec3::splat(0.2),
-            ke: Vec3::ZERO,
-            kd: Vec3::ZERO,
-            ks: Vec3::ZERO,
-            kt: Vec3::ZERO,
-            shininess: 1.0,
-            ior: 1.0,
-            texture: NO_TEXTURE,
-            gloss: 0.0,
-        }
+        Material::DEFAULT
     }
 }
 
@@ -69,6 +89,14 @@ pub struct Materials {
     pub texture: Column<u32>,
     /// Exponent of the mirror lobe, or 0.
     pub gloss: Column<f32>,
+    /// Share of the surface that is there.
+    pub opacity: Column<f32>,
+    /// Index of the texture of opacity, or [`NO_TEXTURE`].
+    pub opacity_texture: Column<u32>,
+    /// Least opacity that counts as all, or 0.
+    pub alpha_cutoff: Column<f32>,
+    /// 1 for a sheet without a volume, else 0.
+    pub thin: Column<u8>,
 }
 
 impl Materials {
@@ -96,6 +124,10 @@ impl Materials {
         self.ior.push(surface.ior);
         self.texture.push(surface.texture);
         self.gloss.push(surface.gloss);
+        self.opacity.push(surface.opacity);
+        self.opacity_texture.push(surface.opacity_texture);
+        self.alpha_cutoff.push(surface.alpha_cutoff);
+        self.thin.push(u8::from(surface.thin));
         row
     }
 
@@ -111,23 +143,35 @@ impl Materials {
             ior: self.ior[i],
             texture: self.texture[i],
             gloss: self.gloss[i],
+            opacity: self.opacity[i],
+            opacity_texture: self.opacity_texture[i],
+            alpha_cutoff: self.alpha_cutoff[i],
+            thin: self.thin[i] != 0,
         }
     }
 }
 
 /// Numbers in a material.
-const MATERIAL_WORDS: usize = 19;
+const MATERIAL_WORDS: usize = 23;
 
 impl Material {
     /// The material's bits. Equal materials have equal bits; bits, unlike floats, can be hashed.
     fn bits(&self) -> [u32; MATERIAL_WORDS] {
-        let mut bits = [self.texture; MATERIAL_WORDS];
         let colors = [self.ka, self.ke, self.kd, self.ks, self.kt];
-        let numbers = colors.iter().flat_map(Vec3::as_ref);
-        let numbers = numbers.chain([&self.shininess, &self.ior, &self.gloss]);
-        for (bits, number) in bits.iter_mut().zip(numbers) {
-            *bits = number.to_bits();
-        }
+        let colors = colors.iter().flat_map(|color| color.to_array());
+        let numbers = [
+            self.shininess,
+            self.ior,
+            self.gloss,
+            self.opacity,
+            self.alpha_cutoff,
+        ];
+        let words = [self.texture, self.opacity_texture, u32::from(self.thin)];
+        let all = colors.chain(numbers).map(f32::to_bits).chain(words);
+        let mut bits = [0; MATERIAL_WORDS];
+        bits.iter_mut()
+            .zip(all)
+            .for_each(|(bits, word)| *bits = word);
         bits
     }
 }

@@ -4,7 +4,7 @@ use super::{Scene, Vec3s};
 
 impl Scene {
     /// Bytes of the columns by part, both in owned memory and in a mapped file.
-    pub fn memory_parts(&self) -> [(&'static str, usize); 8] {
+    pub fn memory_parts(&self) -> [(&'static str, usize); 9] {
         let vectors = |all: &[&Vec3s]| all.iter().map(|v| v.row_bytes()).sum::<usize>();
         let maps = |a: &[Vec3s; 4], b: &[Vec3s; 4]| {
             let all = a.iter().chain(b);
@@ -30,6 +30,7 @@ impl Scene {
             height: _,
             max_depth: _,
             background: _,
+            sky: _,
             encoding: _,
             view: _,
             scale: _,
@@ -48,6 +49,10 @@ impl Scene {
                 .sum::<usize>();
         [
             ("vertices", t.vertices.row_bytes()),
+            (
+                "vertex colours",
+                t.colors.row_bytes() + t.vertex_colors.row_bytes() + t.vertex_opacity.row_bytes(),
+            ),
             ("triangles", t.corners.row_bytes() + t.material.row_bytes()),
             (
                 "vertex normals",
@@ -59,7 +64,10 @@ impl Scene {
             ),
             (
                 "textures",
-                textures.iter().map(|t| t.texels.row_bytes()).sum(),
+                textures
+                    .iter()
+                    .map(|t| t.texels.row_bytes() + t.alpha.row_bytes())
+                    .sum(),
             ),
             ("curved primitives", curved),
             (
@@ -74,9 +82,15 @@ impl Scene {
                     + m.ior.row_bytes()
                     + m.texture.row_bytes()
                     + m.gloss.row_bytes()
+                    + m.opacity.row_bytes()
+                    + m.opacity_texture.row_bytes()
+                    + m.alpha_cutoff.row_bytes()
+                    + m.thin.row_bytes()
                     + vectors(&[&l.position, &l.color, &l.attenuation])
                     + vectors(&l.edges.each_ref())
                     + l.radius.row_bytes()
+                    + l.axis.row_bytes()
+                    + l.cone.row_bytes()
                     + l.directional.row_bytes(),
             ),
         ]

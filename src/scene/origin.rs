@@ -18,6 +18,8 @@ pub struct FileView {
     pub up: Vec3,
     /// Vertical field of view in degrees, in (0, 180).
     pub fovy: f32,
+    /// Visible height of an orthographic view; `None` for a perspective one.
+    pub ortho: Option<f64>,
 }
 
 impl FileView {
@@ -26,7 +28,9 @@ impl FileView {
     /// # Errors
     /// [`ViewError`].
     pub fn check(&self) -> Result<(), ViewError> {
-        super::view::axes([self.eye, self.center, self.up.as_dvec3()], self.fovy).map(drop)
+        let places = [self.eye, self.center, self.up.as_dvec3()];
+        let height = self.ortho.map(|height| height as f32);
+        super::view::axes(places, self.fovy, height).map(drop)
     }
 }
 
@@ -37,6 +41,7 @@ impl From<View> for FileView {
             center: view.center.as_dvec3(),
             up: view.up,
             fovy: view.fovy,
+            ortho: view.ortho.map(f64::from),
         }
     }
 }
@@ -68,6 +73,9 @@ impl Scene {
             center: self.scene_position(view.center),
             up: view.up,
             fovy: view.fovy,
+            ortho: view
+                .ortho
+                .map(|height| (height * f64::from(self.scale)) as f32),
         }
     }
 
@@ -119,6 +127,7 @@ mod tests {
             center: DVec3::new(6_400_000.0, 0.0, 0.0),
             up: Vec3::Y,
             fovy: 40.0,
+            ortho: None,
         };
         assert_eq!(view.check(), Ok(()));
         let on_the_point = FileView {

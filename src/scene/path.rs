@@ -84,11 +84,15 @@ fn between(keys: &[CameraKey], frame: u32) -> Option<View> {
         value.as_vec3()
     };
     let fovy = curve(&|view| DVec3::splat(view.fovy.into())).x;
+    // Keyframes are of one kind; a view of the other kind has no height to go on from.
+    let height = |view: &View| view.ortho.unwrap_or_default();
+    let height = curve(&|view| DVec3::splat(height(view).into())).x;
     Some(View {
         eye: curve(&|view| view.eye.as_dvec3()),
         center: curve(&|view| view.center.as_dvec3()),
         up: curve(&|view| view.up.as_dvec3()),
         fovy,
+        ortho: from.view.ortho.map(|_| height),
     })
 }
 
@@ -102,6 +106,7 @@ mod tests {
             center: Vec3::new(0.0, 1.0, 0.0),
             up: Vec3::Y,
             fovy: 30.0 + x,
+            ortho: None,
         }
     }
 

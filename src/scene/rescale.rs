@@ -136,6 +136,9 @@ impl Scene {
         self.scale *= world;
         self.view.eye *= world;
         self.view.center *= world;
+        if let Some(height) = &mut self.view.ortho {
+            *height *= world;
+        }
         self.scale_shapes(scale);
         self.scale_instances(scale);
         let lights = &mut self.lights;
@@ -220,7 +223,10 @@ impl Scene {
         }
         let triangles = &self.triangles;
         all.vertices = vec![false; triangles.vertices.len()];
-        let triangles = triangles.corners.iter().zip(&all.rows[PrimKind::Triangle as usize]);
+        let triangles = triangles
+            .corners
+            .iter()
+            .zip(&all.rows[PrimKind::Triangle as usize]);
         for (corners, _) in triangles.filter(|(_, in_mesh)| **in_mesh) {
             corners
                 .iter()

@@ -9,6 +9,7 @@ use crate::lights::Lights;
 use crate::materials::Materials;
 use crate::prim::{Prim, PrimKind};
 use crate::shapes::{Cone, Cones, Ellipsoids, Spheres};
+use crate::sky::Sky;
 use crate::textures::Texture;
 use crate::triangles::{Mesh, Triangles};
 use crate::view::View;
@@ -41,6 +42,9 @@ pub struct Scene {
     pub output: Option<String>,
     /// Radiance of a ray that misses everything.
     pub background: Vec3,
+    /// Radiance of a mirrored or refracted ray that misses everything; `None` if it is that of the
+    /// background.
+    pub sky: Option<Sky>,
     /// Encoding that the format prescribes for its pictures.
     pub encoding: OutputEncoding,
     /// Camera.
@@ -84,12 +88,14 @@ impl Default for Scene {
             max_depth: 5,
             output: None,
             background: Vec3::ZERO,
+            sky: None,
             encoding: OutputEncoding::LINEAR,
             view: View {
                 eye: Vec3::new(0.0, 0.0, 1.0),
                 center: Vec3::ZERO,
                 up: Vec3::Y,
                 fovy: 45.0,
+                ortho: None,
             },
             prims: Column::new(),
             spheres: Spheres::default(),

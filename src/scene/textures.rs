@@ -31,4 +31,7 @@ pub struct Texture {
     pub wrap: [Wrap; 2],
     /// `width` × `height` texels in sRGB, the uppermost row first.
     pub texels: Column<[u8; 3]>,
+    /// Share of each texel that is there, in 255ths: as many as there are texels, or none where all
+    /// are whole.
+    pub alpha: Column<u8>,
 }

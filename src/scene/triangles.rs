@@ -7,11 +7,13 @@ use glam::{Vec2, Vec3};
 pub const NO_NORMALS: u32 = u32::MAX;
 /// Marks a triangle without texture coordinates in [`Triangles::uvs`].
 pub const NO_UVS: u32 = u32::MAX;
+/// Marks a triangle without vertex colours in [`Triangles::colors`].
+pub const NO_COLORS: u32 = u32::MAX;
 
 /// Triangles by the indices of their vertices.
 ///
-/// Normals and texture coordinates have index columns of their own, as in OBJ. A column that no
-/// triangle uses is empty.
+/// Normals, texture coordinates and colours have index columns of their own, as in OBJ. A column
+/// that no triangle uses is empty.
 #[derive(Clone, Debug, Default)]
 pub struct Triangles {
     /// Vertex positions, shared by the triangles around them.
@@ -28,6 +30,14 @@ pub struct Triangles {
     pub uvs: Column<[u32; 3]>,
     /// Texture coordinates: (0, 0) is a texture's upper left corner, (1, 1) its lower right one.
     pub vertex_uvs: Vec2s,
+    /// Indices of the vertices' colours in `vertex_colors`, or three times [`NO_COLORS`]; empty if
+    /// no triangle has any.
+    pub colors: Column<[u32; 3]>,
+    /// Vertex colours, linear, at least 0: Ka and Kd are multiplied with them.
+    pub vertex_colors: Vec3s,
+    /// Opacity of the vertices, 0 to 1, one for each colour: that of the material is multiplied with
+    /// it.
+    pub vertex_opacity: Column<f32>,
     /// Indices of the materials.
     pub material: Column<u32>,
 }
@@ -48,6 +58,12 @@ pub struct Mesh {
     pub uvs: Column<[u32; 3]>,
     /// Texture coordinates.
     pub vertex_uvs: Vec2s,
+    /// Indices of the colours: empty, or one row for each triangle.
+    pub colors: Column<[u32; 3]>,
+    /// Vertex colours, linear, at least 0.
+    pub vertex_colors: Vec3s,
+    /// Opacity of the vertices, one for each colour, or none where it is 1 for all.
+    pub vertex_opacity: Column<f32>,
     /// Materials: one for all triangles, or one row for each.
     pub material: MeshMaterial,
 }
@@ -98,6 +114,7 @@ impl Triangles {
         };
         append_optional(&mut self.normals, rows, before, 1, NO_NORMALS);
         append_optional(&mut self.uvs, Column::new(), before, 1, NO_UVS);
+        append_optional(&mut self.colors, Column::new(), before, 1, NO_COLORS);
         self.corners.push(three(first));
         self.material.push(material);
     }
@@ -115,8 +132,18 @@ impl Triangles {
         let corners = shifted(mesh.corners, self.vertices.len(), u32::MAX);
         let normals = shifted(mesh.normals, self.vertex_normals.len(), NO_NORMALS);
         let uvs = shifted(mesh.uvs, self.vertex_uvs.len(), NO_UVS);
+        let colors = shifted(mesh.colors, self.vertex_colors.len(), NO_COLORS);
         append_optional(&mut self.normals, normals, before, more, NO_NORMALS);
         append_optional(&mut self.uvs, uvs, before, more, NO_UVS);
+        append_optional(&mut self.colors, colors, before, more, NO_COLORS);
+        match mesh.vertex_opacity.is_empty() {
+            true => {
+                let whole = std::iter::repeat_n(1.0, mesh.vertex_colors.len());
+                self.vertex_opacity.extend(whole);
+            }
+            false => self.vertex_opacity.append(mesh.vertex_opacity),
+        }
+        self.vertex_colors.append(mesh.vertex_colors);
         self.corners.append(corners);
         self.vertices.append(mesh.vertices);
         self.vertex_normals.append(mesh.vertex_normals);
@@ -151,6 +178,19 @@ impl Triangles {
     pub fn corner_uvs(&self, i: usize) -> Option<[Vec2; 3]> {
         let rows = self.uvs.get(i).filter(|r| r[0] != NO_UVS)?;
         Some(rows.map(|row| self.vertex_uvs.get(row as usize)))
+    }
+
+    /// Rows of the triangle's colours, if it has any.
+    #[inline]
+    pub fn color_rows(&self, i: usize) -> Option<[u32; 3]> {
+        self.colors.get(i).copied().filter(|r| r[0] != NO_COLORS)
+    }
+
+    /// The three vertex colours, if the triangle has them.
+    #[inline]
+    pub fn corner_colors(&self, i: usize) -> Option<[Vec3; 3]> {
+        let rows = self.color_rows(i)?;
+        Some(rows.map(|row| self.vertex_colors.get(row as usize)))
     }
 }
 

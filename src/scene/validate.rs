@@ -2,7 +2,8 @@
 
 use super::ViewError;
 use super::{
-    Bounds, MAX_TEXTURE_SIDE, NO_NORMALS, NO_TEXTURE, NO_UVS, Prim, PrimKind, Scene, Vec3s,
+    Bounds, MAX_TEXTURE_SIDE, NO_COLORS, NO_NORMALS, NO_TEXTURE, NO_UVS, Prim, PrimKind, Scene,
+    Vec3s,
 };
 use glam::Vec3;
 
@@ -116,7 +117,14 @@ impl Scene {
         let places = &t.vertex_uvs;
         same_length("vertex", "texture place", places.y.len(), places.len())?;
         same_length("triangle", "corners", t.corners.len(), t.len())?;
-        for (name, rows) in [("normals", &t.normals), ("texture places", &t.uvs)] {
+        let colors = t.vertex_colors.len();
+        vectors("vertex", "color", &t.vertex_colors, colors)?;
+        same_length("vertex", "opacity", t.vertex_opacity.len(), colors)?;
+        for (name, rows) in [
+            ("normals", &t.normals),
+            ("texture places", &t.uvs),
+            ("colors", &t.colors),
+        ] {
             if !rows.is_empty() {
                 same_length("triangle", name, rows.len(), t.len())?;
             }
@@ -155,11 +163,19 @@ impl Scene {
             let finite = |c: &f32| c.is_finite();
             all("vertex", "texture place", part, finite, "not finite")?;
         }
+        let colors = t.vertex_colors.len();
+        for part in t.vertex_colors.parts() {
+            same_length("vertex", "color", part.len(), colors)?;
+            all("vertex", "color", part, is_color, "negative or not finite")?;
+        }
+        same_length("vertex", "opacity", t.vertex_opacity.len(), colors)?;
+        all("vertex", "opacity", &t.vertex_opacity, is_share, NO_SHARE)?;
         same_length("triangle", "corners", t.corners.len(), t.len())?;
         rows_in("corners", &t.corners, t.vertices.len(), None)?;
         for (name, rows, count, none) in [
             ("normals", &t.normals, normals, NO_NORMALS),
             ("texture places", &t.uvs, places, NO_UVS),
+            ("colors", &t.colors, colors, NO_COLORS),
         ] {
             if !rows.is_empty() {
                 same_length("triangle", name, rows.len(), t.len())?;
@@ -260,6 +276,9 @@ impl Scene {
             if texels != t.texels.len() as u64 {
                 return Err(column("texture", "texels", i, "missing or surplus"));
             }
+            if !t.alpha.is_empty() && texels != t.alpha.len() as u64 {
+                return Err(column("texture", "alpha", i, "missing or surplus"));
+            }
         }
         Ok(())
     }
@@ -295,9 +314,19 @@ impl Scene {
         if m.len() > MAX_MATERIALS {
             return Err(column("material", "row", MAX_MATERIALS, "one too many"));
         }
-        same_length("material", "texture", m.texture.len(), m.len())?;
         let known = |&t: &u32| t == NO_TEXTURE || (t as usize) < self.textures.len();
-        all("material", "texture", &m.texture, known, "out of range")?;
+        for (name, textures) in [
+            ("texture", &m.texture),
+            ("opacity texture", &m.opacity_texture),
+        ] {
+            same_length("material", name, textures.len(), m.len())?;
+            all("material", name, textures, known, "out of range")?;
+        }
+        for (name, shares) in [("opacity", &m.opacity), ("cutoff", &m.alpha_cutoff)] {
+            same_length("material", name, shares.len(), m.len())?;
+            all("material", name, shares, is_share, NO_SHARE)?;
+        }
+        same_length("material", "thickness", m.thin.len(), m.len())?;
         positive("material", "ior", &m.ior, m.len())
     }
 
@@ -317,6 +346,11 @@ impl Scene {
         )?;
         for edges in &l.edges {
             finite("light", "edge", edges, l.len())?;
+        }
+        finite("light", "axis", &l.axis, l.len())?;
+        for part in [&l.cone.x, &l.cone.y] {
+            same_length("light", "cone", part.len(), l.len())?;
+            all("light", "cone", part, |c| c.is_finite(), "not finite")?;
         }
         for i in 0..l.len() {
             let flat = l.edges.iter().any(|edge| edge.get(i) != Vec3::ZERO);
@@ -365,6 +399,18 @@ fn all<T>(
         None => Ok(()),
     }
 }
+
+/// True for a component of a colour.
+fn is_color(c: &f32) -> bool {
+    c.is_finite() && *c >= 0.0
+}
+
+/// True for a share of a whole.
+fn is_share(s: &f32) -> bool {
+    (0.0..=1.0).contains(s)
+}
+
+const NO_SHARE: &str = "not from 0 to 1";
 
 fn same_length(
     kind: &'static str,

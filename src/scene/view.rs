@@ -14,6 +14,9 @@ pub struct View {
     pub up: Vec3,
     /// Vertical field of view in degrees, in (0, 180).
     pub fovy: f32,
+    /// Visible height of an orthographic view, in units of the scene, whose rays are parallel;
+    /// `None` for a perspective view. An orthographic view's `fovy` is not used.
+    pub ortho: Option<f32>,
 }
 
 /// The orthonormal camera frame: u to the right, v up, w backward.
@@ -42,6 +45,9 @@ pub enum ViewError {
     /// Field of view outside (0, 180).
     #[error("the camera's field of view must lie between 0 and 180 degrees")]
     FieldOfView,
+    /// Height of an orthographic view that is zero or negative.
+    #[error("the height of the camera's parallel view must be positive")]
+    Height,
     /// A component is NaN or infinite.
     #[error("the camera holds a number that is not finite")]
     NotFinite,
@@ -56,16 +62,23 @@ impl View {
     /// once.
     pub fn basis(&self) -> Result<Basis, ViewError> {
         let places = [self.eye, self.center, self.up].map(Vec3::as_dvec3);
-        let [u, v, w] = axes(places, self.fovy)?.map(|axis| axis.as_vec3());
+        let [u, v, w] = axes(places, self.fovy, self.ortho)?.map(|axis| axis.as_vec3());
         Ok(Basis { u, v, w })
     }
 }
 
 /// The frame u, v, w of a view with this eye, center and up vector.
-pub(super) fn axes([eye, center, up]: [DVec3; 3], fovy: f32) -> Result<[DVec3; 3], ViewError> {
-    let finite = eye.is_finite() && center.is_finite() && up.is_finite() && fovy.is_finite();
-    if !finite {
+pub(super) fn axes(
+    [eye, center, up]: [DVec3; 3],
+    fovy: f32,
+    ortho: Option<f32>,
+) -> Result<[DVec3; 3], ViewError> {
+    let numbers = fovy.is_finite() && ortho.is_none_or(f32::is_finite);
+    if !(numbers && eye.is_finite() && center.is_finite() && up.is_finite()) {
         return Err(ViewError::NotFinite);
+    }
+    if ortho.is_some_and(|height| height <= 0.0) {
+        return Err(ViewError::Height);
     }
     if !(fovy > 0.0 && fovy < 180.0) {
         return Err(ViewError::FieldOfView);

@@ -44,6 +44,7 @@ fn texture(
         height,
         wrap,
         texels: places.map(|(x, y)| texel(x, y)).collect(),
+        alpha: Default::default(),
     }
 }
 
@@ -58,6 +59,7 @@ fn square(size: [u32; 2], texture: Texture, uvs: Option<[Vec2; 4]>) -> Scene {
             center: Vec3::ZERO,
             up: Vec3::Y,
             fovy: 90.0,
+            ortho: None,
         },
         ..Scene::default()
     };

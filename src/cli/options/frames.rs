@@ -143,6 +143,7 @@ fn parse_keys(text: &str, scene: &Scene) -> Result<Vec<CameraKey>, (usize, Strin
             center: DVec3::new(cx, cy, cz),
             up: DVec3::new(ux, uy, uz).as_vec3(),
             fovy: fovy as f32,
+            ortho: None,
         });
         view.basis().map_err(|e| wrong(&e.to_string()))?;
         if keys.last().is_some_and(|last| last.frame >= frame) {

@@ -100,6 +100,7 @@ fn view(parts: &[String]) -> Result<FileView, String> {
         center: position("AT", at)?,
         up: position("UP", up)?.as_vec3(),
         fovy: number(fov)?,
+        ortho: None,
     };
     view.check().map_err(|error| error.to_string())?;
     Ok(view)

@@ -14,6 +14,10 @@ pub(super) enum Check {
     Any,
     /// A finite f32.
     Finite,
+    /// A finite f32 of at least zero.
+    Color,
+    /// An f32 from 0 to 1.
+    Share,
     /// A finite f32 above zero.
     Positive,
     /// A u32 below this.
@@ -38,6 +42,8 @@ impl Check {
         match self {
             Check::Any => true,
             Check::Finite => every(bytes, |c: &f32| c.is_finite()),
+            Check::Color => every(bytes, |c: &f32| c.is_finite() & (*c >= 0.0)),
+            Check::Share => every(bytes, |c: &f32| (*c >= 0.0) & (*c <= 1.0)),
             Check::Positive => every(bytes, |c: &f32| c.is_finite() & (*c > 0.0)),
             Check::Below(count) => every(bytes, |&row: &u32| (row as usize) < count),
             Check::Corners { count, none: None } => Check::Below(count).holds(bytes),

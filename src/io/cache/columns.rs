@@ -5,7 +5,7 @@
 use super::check::Check;
 use super::mapping::Mapping;
 use bytemuck::Pod;
-use phalanx_scene::{Column, NO_NORMALS, NO_UVS, Scene, Vec3s};
+use phalanx_scene::{Column, NO_COLORS, NO_NORMALS, NO_UVS, Scene, Vec3s};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -59,7 +59,7 @@ impl<T: Pod> MapColumn for Column<T> {
 /// These conditions are those that [`Scene::validate`] checks for every row, so that only
 /// [`Scene::validate_settings`] is left to call.
 pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
-    use Check::{Any, Below, Corners, Finite, Positive, Prims};
+    use Check::{Any, Below, Color, Corners, Finite, Positive, Prims, Share};
     let (s, e, t, c) = (
         &scene.spheres,
         &scene.ellipsoids,
@@ -72,6 +72,7 @@ pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     let vertices = corners(t.vertices.len(), None);
     let normals = corners(t.vertex_normals.len(), Some(NO_NORMALS));
     let uvs = corners(t.vertex_uvs.len(), Some(NO_UVS));
+    let colors = corners(t.vertex_colors.len(), Some(NO_COLORS));
     let material = Below(m.len());
     let mut all = ColumnTable::default();
     all.add("primitive list", &scene.prims, prims);
@@ -82,6 +83,11 @@ pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     all.add("triangle texture places", &t.uvs, uvs);
     all.add("texture places", &t.vertex_uvs.x, Finite);
     all.add("texture places", &t.vertex_uvs.y, Finite);
+    all.add("triangle colours", &t.colors, colors);
+    for part in t.vertex_colors.parts() {
+        all.add("vertex colours", part, Color);
+    }
+    all.add("vertex opacity", &t.vertex_opacity, Share);
     all.add("triangle materials", &t.material, material);
     all.add_vectors("sphere centres", [&s.center]);
     all.add("sphere radii", &s.radius, Positive);
@@ -106,9 +112,16 @@ pub(super) fn columns(scene: &Scene) -> Vec<ColumnBytes<'_>> {
     all.add("materials", &m.ior, Any);
     all.add("materials", &m.texture, Any);
     all.add("material gloss", &m.gloss, Any);
+    all.add("material opacity", &m.opacity, Any);
+    all.add("material opacity", &m.opacity_texture, Any);
+    all.add("material opacity", &m.alpha_cutoff, Any);
+    all.add("thin materials", &m.thin, Any);
     all.add_vectors("lights", [&l.position, &l.color, &l.attenuation]);
     all.add_vectors("light edges", l.edges.each_ref());
     all.add("light radii", &l.radius, Any);
+    all.add_vectors("light cones", [&l.axis]);
+    all.add("light cones", &l.cone.x, Any);
+    all.add("light cones", &l.cone.y, Any);
     all.0
 }
 
@@ -133,6 +146,9 @@ pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn MapColumn> {
     all.push(&mut t.uvs);
     all.push(&mut t.vertex_uvs.x);
     all.push(&mut t.vertex_uvs.y);
+    all.push(&mut t.colors);
+    push_maps(&mut all, [&mut t.vertex_colors]);
+    all.push(&mut t.vertex_opacity);
     all.push(&mut t.material);
     push_maps(&mut all, [&mut s.center]);
     all.push(&mut s.radius);
@@ -159,12 +175,19 @@ pub(super) fn columns_mut(scene: &mut Scene) -> Vec<&mut dyn MapColumn> {
     all.push(&mut m.ior);
     all.push(&mut m.texture);
     all.push(&mut m.gloss);
+    all.push(&mut m.opacity);
+    all.push(&mut m.opacity_texture);
+    all.push(&mut m.alpha_cutoff);
+    all.push(&mut m.thin);
     push_maps(
         &mut all,
         [&mut l.position, &mut l.color, &mut l.attenuation],
     );
     push_maps(&mut all, l.edges.each_mut());
     all.push(&mut l.radius);
+    push_maps(&mut all, [&mut l.axis]);
+    all.push(&mut l.cone.x);
+    all.push(&mut l.cone.y);
     all
 }
 

@@ -7,7 +7,7 @@ use super::header::{self, SectionEntry, SectionLayout};
 use super::mapping::Mapping;
 use super::settings;
 use super::write::shapes;
-use phalanx_scene::{PrimKind, Scene};
+use phalanx_scene::{PrimKind, Scene, Texture};
 use phalanx_trace::bvh::{Bvh, BvhArrays, LeafKind, LeafPrims, UnverifiedBvh};
 use rayon::prelude::*;
 use std::path::Path;
@@ -65,7 +65,11 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
         next: 0,
     };
     let (mut scene, extra) = sections.settings()?;
-    sections.texels(&mut scene)?;
+    let mut texture_has_alpha = extra.has_alpha.clone().into_iter();
+    sections.texels(&mut scene, |texture| Some((3, &mut texture.texels)))?;
+    sections.texels(&mut scene, |texture| {
+        texture_has_alpha.next()?.then_some((1, &mut texture.alpha))
+    })?;
     for column in columns_mut(&mut scene) {
         sections.map(column)?;
     }
@@ -127,17 +131,26 @@ impl Sections<'_> {
         settings::read(bytes).ok_or(CacheFault::Nonsense(name))
     }
 
-    /// Reads the texels of all textures, which are stored one after another.
-    fn texels(&mut self, scene: &mut Scene) -> Result<(), CacheFault> {
+    /// Reads a column of all textures, which are stored one after another. `column` gives it and
+    /// the bytes of a texel, if the texture has it.
+    fn texels(
+        &mut self,
+        scene: &mut Scene,
+        mut column: impl FnMut(&mut Texture) -> Option<(u64, &mut dyn MapColumn)>,
+    ) -> Result<(), CacheFault> {
         let (name, section) = self.next();
         let mut range = section.range();
         for texture in &mut scene.textures {
-            let bytes = 3 * u64::from(texture.width) * u64::from(texture.height);
+            let texels = u64::from(texture.width) * u64::from(texture.height);
+            let Some((texel_bytes, column)) = column(texture) else {
+                continue;
+            };
+            let bytes = texel_bytes * texels;
             if bytes > range.len() as u64 {
                 return Err(CacheFault::Nonsense(name));
             }
             let end = range.start + bytes as usize;
-            if !texture.texels.map(self.mapping, range.start..end) {
+            if !column.map(self.mapping, range.start..end) {
                 return Err(CacheFault::Nonsense(name));
             }
             range.start = end;

@@ -3,23 +3,40 @@
 
 use glam::Vec3;
 use phalanx_scene::{
-    MAX_TEXTURE_SIDE, OutputEncoding, Quantize, Scene, Texture, Transfer, View, Wrap,
+    MAX_TEXTURE_SIDE, OutputEncoding, Quantize, Scene, Sky, Texture, Transfer, View, Wrap,
 };
 
 /// Values that the settings hold beside the scene's own.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Extra {
     /// SAH cost of the tree: see [`phalanx_trace::bvh::Bvh::sah`].
     pub(super) sah: f64,
+    /// For each texture, true if its texels have an opacity.
+    pub(super) has_alpha: Vec<bool>,
+}
+
+impl Extra {
+    /// The values for a scene and the cost of its tree.
+    pub(super) fn of(scene: &Scene, sah: f64) -> Extra {
+        let textures = scene.textures.iter();
+        Extra {
+            sah,
+            has_alpha: textures.map(|t| !t.alpha.is_empty()).collect(),
+        }
+    }
 }
 
 /// The settings of a scene.
-pub(super) fn write(scene: &Scene, extra: Extra) -> Vec<u8> {
+pub(super) fn write(scene: &Scene, extra: &Extra) -> Vec<u8> {
     let mut out = SettingsWriter(Vec::new());
     for number in [scene.width, scene.height, scene.max_depth] {
         out.word(number);
     }
     out.vec3(scene.background);
+    out.word(u32::from(scene.sky.is_some()));
+    if let Some(Sky { up, nadir, zenith }) = scene.sky {
+        [up, nadir, zenith].into_iter().for_each(|v| out.vec3(v));
+    }
     out.float(scene.scale);
     for axis in scene.origin {
         out.double(axis);
@@ -31,13 +48,18 @@ pub(super) fn write(scene: &Scene, extra: Extra) -> Vec<u8> {
         out.vec3(position);
     }
     out.float(view.fovy);
+    out.word(u32::from(view.ortho.is_some()));
+    if let Some(height) = view.ortho {
+        out.float(height);
+    }
     out.text(scene.output.as_deref());
     out.word(scene.lights.len() as u32);
     for &directional in scene.lights.directional.iter() {
         out.word(u32::from(directional));
     }
     out.word(scene.textures.len() as u32);
-    for texture in &scene.textures {
+    for (texture, &has_alpha) in scene.textures.iter().zip(&extra.has_alpha) {
+        out.word(u32::from(has_alpha));
         out.word(texture.width);
         out.word(texture.height);
         for wrap in texture.wrap {
@@ -57,6 +79,14 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
         height: input.word()?,
         max_depth: input.word()?,
         background: input.vec3()?,
+        sky: match input.one_of([false, true])? {
+            true => Some(Sky {
+                up: input.vec3()?,
+                nadir: input.vec3()?,
+                zenith: input.vec3()?,
+            }),
+            false => None,
+        },
         scale: input.float()?,
         origin: [input.double()?, input.double()?, input.double()?],
         encoding: OutputEncoding {
@@ -68,6 +98,10 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
             center: input.vec3()?,
             up: input.vec3()?,
             fovy: input.float()?,
+            ortho: match input.one_of([false, true])? {
+                true => Some(input.float()?),
+                false => None,
+            },
         },
         output: input.text()?,
         ..Scene::default()
@@ -75,12 +109,15 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     for _ in 0..input.word()? {
         scene.lights.directional.push(input.one_of([false, true])?);
     }
+    let mut has_alpha = Vec::new();
     for _ in 0..input.word()? {
+        has_alpha.push(input.one_of([false, true])?);
         scene.textures.push(Texture {
             width: input.word()?,
             height: input.word()?,
             wrap: [input.wrap()?, input.wrap()?],
             texels: Default::default(),
+            alpha: Default::default(),
         });
     }
     let side = 1..=MAX_TEXTURE_SIDE;
@@ -92,12 +129,18 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     // `Scene::rescale_to_f32_range` makes it.
     let power =
         scene.scale > 0.0 && scene.scale.is_normal() && scene.scale.to_bits() & 0x7f_ffff == 0;
-    let finite = scene.background.is_finite() && scene.origin.iter().all(|axis| axis.is_finite());
+    let lit = |sky: Sky| sky.up.is_finite() && sky.nadir.is_finite() && sky.zenith.is_finite();
+    let finite = scene.background.is_finite()
+        && scene.sky.is_none_or(lit)
+        && scene.origin.iter().all(|axis| axis.is_finite());
     if !finite || !power {
         return None;
     }
     let sah = input.double()?;
-    input.0.is_empty().then_some((scene, Extra { sah }))
+    input
+        .0
+        .is_empty()
+        .then_some((scene, Extra { sah, has_alpha }))
 }
 
 struct SettingsWriter(Vec<u8>);
@@ -194,10 +237,18 @@ mod tests {
             height: 9,
             wrap: [Wrap::Mirror, Wrap::Clamp],
             texels: Default::default(),
+            alpha: Default::default(),
         });
-        let bytes = write(&scene, Extra { sah: 12.5 });
+        scene.view.ortho = Some(7.0);
+        scene.sky = Some(Sky {
+            up: Vec3::Y,
+            nadir: Vec3::ZERO,
+            zenith: Vec3::ONE,
+        });
+        let bytes = write(&scene, &Extra::of(&scene, 12.5));
         let (back, extra) = read(&bytes).expect("settings");
-        assert_eq!(write(&back, extra), bytes);
+        assert_eq!(write(&back, &extra), bytes);
+        assert_eq!((back.view, back.sky), (scene.view, scene.sky));
         assert_eq!((back.width, back.output), (7, scene.output));
         assert_eq!(back.textures, scene.textures);
         assert_eq!(back.origin, scene.origin);
@@ -208,6 +259,7 @@ mod tests {
         assert!(read(&[&bytes[..], &[0]].concat()).is_none());
         let spoiled = [
             |s: &mut Scene| s.background.y = f32::NAN,
+            |s: &mut Scene| s.sky.as_mut().expect("a sky").zenith.x = f32::NAN,
             |s: &mut Scene| s.scale = 0.75,
             |s: &mut Scene| s.scale = 0.0,
             |s: &mut Scene| s.scale = -1.0,
@@ -219,7 +271,7 @@ mod tests {
         for (k, spoil) in spoiled.into_iter().enumerate() {
             let (mut bad, extra) = read(&bytes).expect("settings");
             spoil(&mut bad);
-            assert!(read(&write(&bad, extra)).is_none(), "{k}");
+            assert!(read(&write(&bad, &extra)).is_none(), "{k}");
         }
     }
 }

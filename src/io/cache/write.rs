@@ -57,7 +57,7 @@ impl<'a> SectionData<'a> {
     }
 }
 
-/// All sections of a file: settings, texels, columns, arrays of the tree.
+/// All sections of a file: settings, texels, their opacity, columns, arrays of the tree.
 pub(super) fn sections<'a>(
     scene: &'a Scene,
     bvh: &'a Bvh,
@@ -65,11 +65,18 @@ pub(super) fn sections<'a>(
     levels: &'a [u16],
 ) -> Vec<SectionData<'a>> {
     let mut all = vec![SectionData::of("settings", 1, settings)];
-    let texels = scene.textures.iter();
+    let textures = || scene.textures.iter();
     all.push(SectionData {
         name: "texels",
         row_bytes: size_of::<[u8; 3]>(),
-        parts: texels.map(|t| bytemuck::cast_slice(&t.texels)).collect(),
+        parts: textures()
+            .map(|t| bytemuck::cast_slice(&t.texels))
+            .collect(),
+    });
+    all.push(SectionData {
+        name: "opacity of texels",
+        row_bytes: 1,
+        parts: textures().map(|t| &t.alpha[..]).collect(),
     });
     let columns = columns(scene).into_iter();
     all.extend(columns.map(|rows| SectionData::of(rows.name, rows.row_bytes, rows.bytes)));
@@ -94,7 +101,7 @@ pub(super) fn shapes() -> Vec<SectionLayout> {
 /// A number that identifies a scene: a hash of every column, texel and setting, but not of the
 /// tree. Equal scenes have equal fingerprints, from any source.
 pub fn fingerprint(scene: &Scene) -> u64 {
-    let settings = settings::write(scene, Extra { sah: 0.0 });
+    let settings = settings::write(scene, &Extra::of(scene, 0.0));
     let tree = Bvh::default();
     let sections = sections(scene, &tree, &settings, &[]);
     // FNV-1a, 64 bits, of sizes and checksums.
@@ -113,7 +120,7 @@ pub fn fingerprint(scene: &Scene) -> u64 {
 /// # Errors
 /// [`CacheWriteError`]; then half of the file may have been written.
 pub fn write(out: &mut dyn Write, scene: &Scene, bvh: &Bvh) -> Result<u64, CacheWriteError> {
-    let settings = settings::write(scene, Extra { sah: bvh.sah() });
+    let settings = settings::write(scene, &Extra::of(scene, bvh.sah()));
     let levels = bvh.depths()?;
     let sections = sections(scene, bvh, &settings, &levels);
     let shapes: Vec<SectionLayout> = sections.iter().map(|s| (s.name, s.row_bytes)).collect();

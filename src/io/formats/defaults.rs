@@ -213,6 +213,7 @@ fn framing(bounds: Bounds, aspect: f64) -> View {
         center: center.as_vec3(),
         up: Vec3::Y,
         fovy: FRAMING_FOVY,
+        ortho: None,
     }
 }
 

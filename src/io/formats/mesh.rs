@@ -244,6 +244,9 @@ pub(super) fn finish(
             vertex_normals: joined.vertex_normals,
             uvs: uvs.into(),
             vertex_uvs: joined.vertex_uvs,
+            colors: Default::default(),
+            vertex_colors: Default::default(),
+            vertex_opacity: Default::default(),
             material: joined.material,
         });
     }

@@ -14,7 +14,7 @@ pub(super) const GREY: Material = Material {
     shininess: 1.0,
     ior: 1.0,
     texture: phalanx_scene::NO_TEXTURE,
-    gloss: 0.0,
+    ..Material::DEFAULT
 };
 
 /// Parts that formats of nothing but triangles do not give.

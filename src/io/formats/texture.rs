@@ -166,6 +166,7 @@ impl<'a> TextureLibrary<'a> {
             height,
             wrap: [Wrap::Repeat; 2],
             texels: picture.decode()?.into(),
+            alpha: Default::default(),
         })
     }
 

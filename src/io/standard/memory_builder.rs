@@ -44,7 +44,7 @@ fn material_of(material: &DocumentMaterial) -> Material {
         shininess: material.shininess as f32,
         ior: material.ior as f32,
         texture: NO_TEXTURE,
-        gloss: 0.0,
+        ..Material::DEFAULT
     }
 }
 
@@ -57,6 +57,7 @@ impl SceneBuilder for MemoryBuilder {
             center: view.at.as_vec3(),
             up: view.up.as_vec3(),
             fovy: view.fovy as f32,
+            ortho: None,
         };
     }
 

@@ -6,7 +6,7 @@ use phalanx_scene::sampling::{
     BlockPixels, Dimension, FilmSamples, Sampling, concentric_disk, points, seeds,
 };
 use phalanx_trace::packet::RayQueue;
-use phalanx_trace::packet::camera::{directions, through_lens};
+use phalanx_trace::packet::camera::{self, through_lens};
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
 
 /// Appends the `sample`-th camera ray of each pixel of a tile, in 8×8 blocks of 4×2 pixels a
@@ -42,7 +42,6 @@ pub(crate) fn push_block(
     sampling: &Sampling,
     sample: u32,
 ) {
-    let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
     for packet in 0..8 {
         let (right, down) = (packet % 2 * 4, packet / 2 * 2);
         let (x, y) = (block_x + right, block_y + down);
@@ -62,7 +61,7 @@ pub(crate) fn push_block(
             let at = concentric_disk(points(seeds(columns, rows), sample, Dimension::Lens));
             through_lens(camera, row, column, at.map(F32x8::new))
         } else {
-            (eye, directions(camera, row, column))
+            camera::rays(camera, row, column)
         };
         if rays.has_seeds() {
             rays.push_seeds(inside, &seeds(columns, rows));
@@ -72,7 +71,7 @@ pub(crate) fn push_block(
     }
 }
 
-/// Appends the camera rays of the first `count` of these film samples, all through one eye. Their
+/// Appends the camera rays of the first `count` of these film samples, without a lens. Their
 /// parents are `pixels`.
 pub(crate) fn push_samples(
     rays: &mut RayQueue,
@@ -81,10 +80,10 @@ pub(crate) fn push_samples(
     count: usize,
     pixels: &[u32; LANES],
 ) {
-    let eye = Vec3x8::splat(camera.eye.x, camera.eye.y, camera.eye.z);
-    let dir = directions(camera, F32x8::new(places.row), F32x8::new(places.column));
+    let (row, column) = (F32x8::new(places.row), F32x8::new(places.column));
+    let (org, dir) = camera::rays(camera, row, column);
     let counts = Vec3x8::new(F32x8::new(places.weight), F32x8::ZERO, F32x8::ZERO);
-    rays.push(Mask8::first(count), eye, dir, counts, pixels);
+    rays.push(Mask8::first(count), org, dir, counts, pixels);
 }
 
 /// The positions in the tile of a packet's 4×2 pixels, the first of which is at (`x`, `y`).

@@ -14,6 +14,19 @@ pub fn directions(camera: &Camera, row: F32x8, column: F32x8) -> Vec3x8 {
     directions_with(camera, row, column, [F32x8::ZERO; 2])
 }
 
+/// Origins and unit directions, as [`Camera::ray`].
+#[inline]
+pub fn rays(camera: &Camera, row: F32x8, column: F32x8) -> (Vec3x8, Vec3x8) {
+    if !camera.parallel {
+        return (wide(camera.eye), directions(camera, row, column));
+    }
+    let slope = F32x8::splat(camera.slope);
+    let (right, up) = (wide(camera.right), wide(camera.up));
+    let right = right.scale((column - F32x8::splat(camera.half_width)) * slope);
+    let up = up.scale((F32x8::splat(camera.half_height) - row) * slope);
+    ((wide(camera.eye) + right) + up, wide(-camera.back))
+}
+
 /// Origins and unit directions, as [`Camera::through_lens`].
 #[inline]
 pub fn through_lens(

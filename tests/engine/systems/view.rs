@@ -15,6 +15,7 @@ fn random_view(rng: &mut Rng) -> View {
         center: rng.point(scale),
         up: rng.direction() * rng.magnitude(-10.0, 10.0),
         fovy: rng.range(1.0, 170.0),
+        ortho: None,
     }
 }
 
@@ -52,6 +53,7 @@ fn camera_frame() {
         center: Vec3::ZERO,
         up: Vec3::Y,
         fovy: 45.0,
+        ortho: None,
     };
     let wrong = [
         (Vec3::ZERO, Vec3::Y, ViewError::NoDirection),
@@ -144,6 +146,7 @@ fn centre_and_corners() {
         center: -Vec3::Z,
         up: Vec3::Y,
         fovy: 90.0,
+        ortho: None,
     };
     let camera = Camera::new(&view, 9, 5).expect("a camera");
     // The centre of the middle pixel is the view's own direction, exactly.

@@ -24,6 +24,7 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
         height: 2,
         wrap: [Wrap::Mirror, Wrap::Clamp],
         texels: vec![[1, 2, 3], [4, 5, 6], [7, 8, 9], [0; 3], [255; 3], [9; 3]].into(),
+        alpha: Default::default(),
     });
     let glass = scene.materials.push(&Material {
         kd: Vec3::splat(0.4),
@@ -73,6 +74,7 @@ fn scene(seed: u64, prims: usize) -> (Scene, Bvh) {
         center: Vec3::ZERO,
         up: Vec3::Y,
         fovy: 40.0,
+        ortho: None,
     };
     (scene.width, scene.height, scene.max_depth) = (24, 16, 3);
     scene.output = Some("shown.png".to_owned());

@@ -229,6 +229,7 @@ fn what_is_given_is_in_the_files_coordinates() {
             center: DVec3::new(500_000.6, 8.25, -4_012_344.0),
             up: Vec3::Y,
             fovy: 40.0,
+            ortho: None,
         }),
         lights: vec![AddedLight::Point {
             position: DVec3::new(500_003.7, 12.0, -4_012_344.0),

@@ -66,6 +66,7 @@ fn view(placed: &PlacedNode, yfov: f64, bounds: Bounds) -> Option<View> {
         center: (eye - back * distance).as_vec3(),
         up: up.as_vec3(),
         fovy: yfov.to_degrees() as f32,
+        ortho: None,
     };
     view.basis().ok().map(|_| view)
 }

@@ -334,7 +334,7 @@ fn material_from(material: &GltfMaterial, paint: &PbrMaterial) -> Material {
             false => 1.0,
         },
         texture: NO_TEXTURE,
-        gloss: 0.0,
+        ..Material::DEFAULT
     }
 }
 

@@ -77,6 +77,6 @@ fn material_of(&[r, g, b, kd, ks, shine, t, ior]: &FillRecord, level: f64) -> Ma
         shininess: shine,
         ior: if ior > 0.0 { ior } else { 1.0 },
         texture: NO_TEXTURE,
-        gloss: 0.0,
+        ..Material::DEFAULT
     }
 }

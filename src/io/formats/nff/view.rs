@@ -123,6 +123,7 @@ impl NffReader<'_> {
             center: parts.at,
             up: parts.up,
             fovy: whole_angle(parts.angle, height) as f32,
+            ortho: None,
         };
         if let Err(error) = self.scene.view.basis() {
             self.report.error(record.span(), error.to_string());

@@ -103,7 +103,7 @@ impl MtlMaterial {
                 1.0
             },
             texture,
-            gloss: 0.0,
+            ..Material::DEFAULT
         }
     }
 }

@@ -46,6 +46,7 @@ impl TestReader<'_> {
             center: (DVec3::new(cx, cy, cz) - self.origin).as_vec3(),
             up: DVec3::new(ux, uy, uz).as_vec3(),
             fovy: fovy as f32,
+            ortho: None,
         };
         if let Err(error) = self.scene.view.basis() {
             self.report.error(statement.span(), error.to_string());
